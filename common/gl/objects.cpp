@@ -1,0 +1,135 @@
+#include "common/gl/objects.h"
+
+#include <vector>
+
+#include "common/gl/gl_error.h"
+
+namespace fivepipe {
+
+void delete_texture(GLuint name) { glDeleteTextures(1, &name); }
+void delete_buffer(GLuint name) { glDeleteBuffers(1, &name); }
+void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
+void delete_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
+void delete_program(GLuint name) { glDeleteProgram(name); }
+
+namespace {
+
+template <typename Create>
+GLuint created(Create create) {
+  GLuint name = 0;
+  create(&name);
+  if (!name) throw GlError("OpenGL made no object; is a context current?");
+  return name;
+}
+
+GLuint compiled(const std::string& program, GLenum stage, const std::string& source) {
+  const GLuint shader = glCreateShader(stage);
+  const char* text = source.c_str();
+  glShaderSource(shader, 1, &text, nullptr);
+  glCompileShader(shader);
+  GLint ok = 0;
+  glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+  if (!ok) {
+    std::vector<char> log(4096);
+    glGetShaderInfoLog(shader, GLsizei(log.size()), nullptr, log.data());
+    glDeleteShader(shader);
+    throw GlError("shader of " + program + " does not compile: " + log.data());
+  }
+  return shader;
+}
+
+GLuint linked(const std::string& name, const std::string& vertex_source, const std::string& fragment_source) {
+  const GLuint vertex = compiled(name, GL_VERTEX_SHADER, vertex_source);
+  const GLuint fragment = compiled(name, GL_FRAGMENT_SHADER, fragment_source);
+  const GLuint program = glCreateProgram();
+  glAttachShader(program, vertex);
+  glAttachShader(program, fragment);
+  glLinkProgram(program);
+  glDeleteShader(vertex);
+  glDeleteShader(fragment);
+  GLint ok = 0;
+  glGetProgramiv(program, GL_LINK_STATUS, &ok);
+  if (!ok) {
+    std::vector<char> log(4096);
+    glGetProgramInfoLog(program, GLsizei(log.size()), nullptr, log.data());
+    glDeleteProgram(program);
+    throw GlError("program " + name + " does not link: " + log.data());
+  }
+  return program;
+}
+
+}  // namespace
+
+GlTexture::GlTexture(int width_px, int height_px, GLenum internal_format)
+    : name_(created([](GLuint* n) { glCreateTextures(GL_TEXTURE_2D, 1, n); })), width_px_(width_px), height_px_(height_px) {
+  glTextureStorage2D(get(), 1, internal_format, width_px, height_px);
+  glTextureParameteri(get(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTextureParameteri(get(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTextureParameteri(get(), GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
+  glTextureParameteri(get(), GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
+}
+
+void GlTexture::upload(GLenum format, GLenum type, const void* pixels) const { upload(0, 0, width_px_, height_px_, format, type, pixels); }
+
+void GlTexture::upload(int x_px, int y_px, int width_px, int height_px, GLenum format, GLenum type, const void* pixels) const {
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage2D(get(), 0, x_px, y_px, width_px, height_px, format, type, pixels);
+}
+
+void GlTexture::bind(int unit) const { glBindTextureUnit(GLuint(unit), get()); }
+
+void GlTexture::set_linear() const {
+  glTextureParameteri(get(), GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTextureParameteri(get(), GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+}
+
+GlBuffer::GlBuffer() : name_(created([](GLuint* n) { glCreateBuffers(1, n); })) {}
+
+void GlBuffer::upload(const void* bytes, std::size_t size_bytes, GLenum usage) const { glNamedBufferData(get(), GLsizeiptr(size_bytes), bytes, usage); }
+
+GlVertexArray::GlVertexArray() : name_(created([](GLuint* n) { glCreateVertexArrays(1, n); })) {}
+
+void GlVertexArray::bind() const { glBindVertexArray(get()); }
+
+void GlVertexArray::attribute(int location, const GlBuffer& buffer, int components, int stride_bytes, int offset_bytes) const {
+  const GLuint index = GLuint(location);
+  glVertexArrayVertexBuffer(get(), index, buffer.get(), offset_bytes, stride_bytes);
+  glVertexArrayAttribFormat(get(), index, components, GL_FLOAT, GL_FALSE, 0);
+  glVertexArrayAttribBinding(get(), index, index);
+  glEnableVertexArrayAttrib(get(), index);
+}
+
+void GlVertexArray::indices(const GlBuffer& buffer) const { glVertexArrayElementBuffer(get(), buffer.get()); }
+
+GlProgram::GlProgram(const std::string& name, const std::string& vertex_source, const std::string& fragment_source)
+    : name_(linked(name, vertex_source, fragment_source)) {}
+
+void GlProgram::use() const { glUseProgram(get()); }
+void GlProgram::set(const char* uniform, int value) const { glProgramUniform1i(get(), glGetUniformLocation(get(), uniform), value); }
+void GlProgram::set(const char* uniform, float value) const { glProgramUniform1f(get(), glGetUniformLocation(get(), uniform), value); }
+void GlProgram::set(const char* uniform, const Eigen::Vector2f& value) const { glProgramUniform2fv(get(), glGetUniformLocation(get(), uniform), 1, value.data()); }
+void GlProgram::set(const char* uniform, const Eigen::Vector3f& value) const { glProgramUniform3fv(get(), glGetUniformLocation(get(), uniform), 1, value.data()); }
+void GlProgram::set(const char* uniform, const Eigen::Vector4f& value) const { glProgramUniform4fv(get(), glGetUniformLocation(get(), uniform), 1, value.data()); }
+void GlProgram::set(const char* uniform, const Eigen::Matrix4f& value) const {
+  glProgramUniformMatrix4fv(get(), glGetUniformLocation(get(), uniform), 1, GL_FALSE, value.data());
+}
+void GlProgram::set(const char* uniform, const Eigen::Matrix<float, 3, 4>& value) const {
+  glProgramUniformMatrix4x3fv(get(), glGetUniformLocation(get(), uniform), 1, GL_FALSE, value.data());
+}
+
+GlFramebuffer::GlFramebuffer(int width_px, int height_px, GLenum colour_format, bool depth_stencil)
+    : colour_(width_px, height_px, colour_format),
+      depth_stencil_(depth_stencil ? width_px : 1, depth_stencil ? height_px : 1, GL_DEPTH32F_STENCIL8),
+      name_(created([](GLuint* n) { glCreateFramebuffers(1, n); })) {
+  glNamedFramebufferTexture(get(), GL_COLOR_ATTACHMENT0, colour_.get(), 0);
+  if (depth_stencil) glNamedFramebufferTexture(get(), GL_DEPTH_STENCIL_ATTACHMENT, depth_stencil_.get(), 0);
+  if (glCheckNamedFramebufferStatus(get(), GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+    throw GlError("framebuffer of " + std::to_string(width_px) + "x" + std::to_string(height_px) + " is incomplete");
+}
+
+void GlFramebuffer::bind() const {
+  glBindFramebuffer(GL_FRAMEBUFFER, get());
+  glViewport(0, 0, colour_.width_px(), colour_.height_px());
+}
+
+}  // namespace fivepipe

@@ -1,0 +1,109 @@
+// Owners of OpenGL objects. All need a current context, for construction, use and destruction.
+#pragma once
+#include <epoxy/gl.h>
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+
+namespace fivepipe {
+
+// A GL object name with its deleter; moves, never copies.
+template <void (*Delete)(GLuint)>
+class GlName {
+ public:
+  explicit GlName(GLuint name = 0) : name_(name) {}
+  GlName(GlName&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+  GlName& operator=(GlName&& other) noexcept {
+    std::swap(name_, other.name_);
+    return *this;
+  }
+  ~GlName() {
+    if (name_) Delete(name_);
+  }
+  GLuint get() const { return name_; }
+
+ private:
+  GLuint name_;
+};
+void delete_texture(GLuint name);
+void delete_buffer(GLuint name);
+void delete_framebuffer(GLuint name);
+void delete_vertex_array(GLuint name);
+void delete_program(GLuint name);
+
+// Immutable storage, one level, nearest sampling, clamped to a border of zeros: outside the image nothing is set.
+class GlTexture {
+ public:
+  GlTexture(int width_px, int height_px, GLenum internal_format);
+  GLuint get() const { return name_.get(); }
+  int width_px() const { return width_px_; }
+  int height_px() const { return height_px_; }
+  // Whole image, rows tightly packed, row 0 first.
+  void upload(GLenum format, GLenum type, const void* pixels) const;
+  // A rectangle of it.
+  void upload(int x_px, int y_px, int width_px, int height_px, GLenum format, GLenum type, const void* pixels) const;
+  void bind(int unit) const;
+  void set_linear() const;  // bilinear sampling
+
+ private:
+  GlName<delete_texture> name_;
+  int width_px_, height_px_;
+};
+
+class GlBuffer {
+ public:
+  GlBuffer();
+  GLuint get() const { return name_.get(); }
+  void upload(const void* bytes, std::size_t size_bytes, GLenum usage) const;
+
+ private:
+  GlName<delete_buffer> name_;
+};
+
+class GlVertexArray {
+ public:
+  GlVertexArray();
+  GLuint get() const { return name_.get(); }
+  void bind() const;
+  // Attribute `location`: `components` floats at offset_bytes of each stride_bytes of buffer.
+  void attribute(int location, const GlBuffer& buffer, int components, int stride_bytes, int offset_bytes) const;
+  void indices(const GlBuffer& buffer) const;
+
+ private:
+  GlName<delete_vertex_array> name_;
+};
+
+// Vertex and fragment shader, linked. Throws GlError with the compiler's log and the program's name.
+class GlProgram {
+ public:
+  GlProgram(const std::string& name, const std::string& vertex_source, const std::string& fragment_source);
+  GLuint get() const { return name_.get(); }
+  void use() const;
+  void set(const char* uniform, int value) const;
+  void set(const char* uniform, float value) const;
+  void set(const char* uniform, const Eigen::Vector2f& value) const;
+  void set(const char* uniform, const Eigen::Vector3f& value) const;
+  void set(const char* uniform, const Eigen::Vector4f& value) const;
+  void set(const char* uniform, const Eigen::Matrix4f& value) const;
+  void set(const char* uniform, const Eigen::Matrix<float, 3, 4>& value) const;  // a GLSL mat4x3
+
+ private:
+  GlName<delete_program> name_;
+};
+
+// One colour attachment and, where asked, depth (32 bit float) with 8 bits of stencil.
+class GlFramebuffer {
+ public:
+  GlFramebuffer(int width_px, int height_px, GLenum colour_format, bool depth_stencil);
+  void bind() const;  // and sets the viewport to all of it
+  GLuint get() const { return name_.get(); }
+  const GlTexture& colour() const { return colour_; }
+  const GlTexture& depth_stencil() const { return depth_stencil_; }
+
+ private:
+  GlTexture colour_, depth_stencil_;
+  GlName<delete_framebuffer> name_;
+};
+
+}  // namespace fivepipe

@@ -1,0 +1,35 @@
+// The visual hull (paper, section 3.2): every point that projects onto an object pixel of every camera.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "common/geometry/camera.h"
+#include "common/hull/object_pixels.h"
+
+namespace fivepipe {
+
+// One camera's evidence: its object pixels have the size of its pinhole's image.
+struct Silhouette {
+  Camera camera;
+  ObjectPixels pixels;
+};
+
+// In the hull: Z > 0 and on an object pixel, for every camera (the paper's rule, equation 1). False where there is no camera,
+// for points outside any image, and for NaN. Computed in double.
+bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m);
+
+// A view of the hull: where rays start and end as depth along the view's z [m], 0 < near < far.
+struct View {
+  Camera camera;
+  double near_m = 0.05, far_m = 10.0;
+};
+
+// Depth along the view's z [m] of the first hull point on the ray through each pixel centre of `rect`, row-major;
+// kNoHull where the ray meets none between near and far. near_m itself where the eye, or the near plane, is inside the hull.
+struct DepthTile {
+  PixelRect rect;
+  std::vector<float> depth_m;
+};
+inline constexpr float kNoHull = 0.0f;
+
+}  // namespace fivepipe

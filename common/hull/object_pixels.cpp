@@ -1,0 +1,65 @@
+#include "common/hull/object_pixels.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace fivepipe {
+
+PixelRect intersection(const PixelRect& a, const PixelRect& b) {
+  return {std::max(a.u0_px, b.u0_px), std::max(a.v0_px, b.v0_px), std::min(a.u1_px, b.u1_px), std::min(a.v1_px, b.v1_px)};
+}
+
+ObjectPixels::ObjectPixels(int width_px, int height_px)
+    : width_px_(width_px), height_px_(height_px), words_per_row_((width_px + 63) / 64), words_(std::size_t(words_per_row_) * height_px) {
+  assert(width_px >= 0 && height_px >= 0);
+}
+
+ObjectPixels ObjectPixels::from_bytes(int width_px, int height_px, std::span<const std::uint8_t> mask) {
+  assert(mask.size() == std::size_t(width_px) * height_px);
+  ObjectPixels pixels(width_px, height_px);
+  for (int v = 0; v < height_px; ++v)
+    for (int u = 0; u < width_px; ++u)
+      pixels.words_[std::size_t(v) * pixels.words_per_row_ + (u >> 6)] |= std::uint64_t(mask[std::size_t(v) * width_px + u] != 0) << (u & 63);
+  return pixels;
+}
+
+bool ObjectPixels::contains_at(double u_px, double v_px) const {
+  if (!(u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5)) return false;
+  return contains(int(std::floor(u_px + 0.5)), int(std::floor(v_px + 0.5)));
+}
+
+void ObjectPixels::set(int u_px, int v_px, bool object) {
+  assert(u_px >= 0 && v_px >= 0 && u_px < width_px_ && v_px < height_px_);
+  std::uint64_t& word = words_[std::size_t(v_px) * words_per_row_ + (u_px >> 6)];
+  const std::uint64_t bit = std::uint64_t(1) << (u_px & 63);
+  word = object ? word | bit : word & ~bit;
+}
+
+std::size_t ObjectPixels::count() const {
+  std::size_t n = 0;
+  for (const std::uint64_t word : words_) n += std::popcount(word);
+  return n;
+}
+
+PixelRect ObjectPixels::bounds() const {
+  PixelRect r{width_px_, height_px_, 0, 0};
+  for (int v = 0; v < height_px_; ++v)
+    for (int w = 0; w < words_per_row_; ++w)
+      if (const std::uint64_t word = words_[std::size_t(v) * words_per_row_ + w]) {
+        r.u0_px = std::min(r.u0_px, w * 64 + std::countr_zero(word));
+        r.u1_px = std::max(r.u1_px, w * 64 + 64 - std::countl_zero(word));
+        r.v0_px = std::min(r.v0_px, v);
+        r.v1_px = v + 1;
+      }
+  return r.empty() ? PixelRect{} : r;
+}
+
+std::vector<std::uint8_t> ObjectPixels::to_bytes() const {
+  std::vector<std::uint8_t> mask(std::size_t(width_px_) * height_px_);
+  for (int v = 0; v < height_px_; ++v)
+    for (int u = 0; u < width_px_; ++u) mask[std::size_t(v) * width_px_ + u] = contains(u, v) ? 255 : 0;
+  return mask;
+}
+
+}  // namespace fivepipe

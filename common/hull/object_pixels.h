@@ -1,0 +1,59 @@
+// The object pixels of one camera image: which pixels a newly introduced real object covers (paper, section 3.1).
+#pragma once
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace fivepipe {
+
+// Half-open rectangle of pixels [u0, u1) x [v0, v1); empty where u0 >= u1 or v0 >= v1.
+struct PixelRect {
+  int u0_px = 0, v0_px = 0, u1_px = 0, v1_px = 0;
+  int width_px() const { return u1_px > u0_px ? u1_px - u0_px : 0; }
+  int height_px() const { return v1_px > v0_px ? v1_px - v0_px : 0; }
+  bool empty() const { return width_px() == 0 || height_px() == 0; }
+  std::size_t area_px() const { return std::size_t(width_px()) * std::size_t(height_px()); }
+  bool operator==(const PixelRect&) const = default;
+};
+
+PixelRect intersection(const PixelRect& a, const PixelRect& b);
+
+// Bit map of a whole image: bit u % 64 of word v * words_per_row() + u / 64 is pixel (u, v).
+// Invariant: bits beyond the width are zero, so rows may be compared and counted word by word.
+class ObjectPixels {
+ public:
+  ObjectPixels() = default;
+  ObjectPixels(int width_px, int height_px);  // none set; sizes >= 0
+  // From one byte per pixel, row-major without padding, non-zero meaning object. mask.size() == width * height.
+  static ObjectPixels from_bytes(int width_px, int height_px, std::span<const std::uint8_t> mask);
+
+  int width_px() const { return width_px_; }
+  int height_px() const { return height_px_; }
+  int words_per_row() const { return words_per_row_; }
+
+  bool contains(int u_px, int v_px) const {  // false outside the image
+    return u_px >= 0 && v_px >= 0 && u_px < width_px_ && v_px < height_px_ &&
+           (words_[std::size_t(v_px) * words_per_row_ + (u_px >> 6)] >> (u_px & 63) & 1);
+  }
+  // The pixel whose unit square holds uv: half-open, [u - 0.5, u + 0.5). NaN is in none.
+  bool contains_at(double u_px, double v_px) const;
+  void set(int u_px, int v_px, bool object = true);  // inside the image
+
+  std::span<const std::uint64_t> words() const { return words_; }
+  // For bulk writers; they keep the invariant.
+  std::span<std::uint64_t> mutable_words() { return words_; }
+
+  std::size_t count() const;
+  PixelRect bounds() const;  // smallest rectangle holding every object pixel
+  std::vector<std::uint8_t> to_bytes() const;  // 0 or 255, row-major
+
+  bool operator==(const ObjectPixels&) const = default;
+
+ private:
+  int width_px_ = 0, height_px_ = 0, words_per_row_ = 0;
+  std::vector<std::uint64_t> words_;
+};
+
+}  // namespace fivepipe
