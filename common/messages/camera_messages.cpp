@@ -1,0 +1,117 @@
+#include "common/messages/camera_messages.h"
+
+#include <cmath>
+
+#include "common/messages/object_pixels_codec.h"
+
+namespace fivepipe {
+namespace {
+
+// Rigs are the same file on every host; what differs by more is another calibration. [px, m or matrix element]
+constexpr double kSameModel = 1e-6;
+
+std::optional<std::size_t> camera_index(const Rig& rig, const char* name) {
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i)
+    if (rig.cameras[i].name == name) return i;
+  return std::nullopt;
+}
+
+// Why the message does not fit the rig's camera, or nothing.
+template <class Message>
+std::string misfit(const Message& message, const Rig& rig, std::optional<std::size_t> index) {
+  if (!index) return "unknown camera '" + std::string(message.camera) + "'";
+  const Pinhole& k = rig.cameras[*index].published;
+  if (message.image_width_px != k.width_px || message.image_height_px != k.height_px) return std::string(message.camera) + ": wrong image size";
+  const PixelRect r = pure(message.region);
+  if (r == PixelRect{}) return "";
+  if (!(r.u0_px >= 0 && r.v0_px >= 0 && r.u0_px < r.u1_px && r.v0_px < r.v1_px && r.u1_px <= k.width_px && r.v1_px <= k.height_px))
+    return std::string(message.camera) + ": region outside the image";
+  return "";
+}
+
+}  // namespace
+
+OutgoingMap map_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, const ObjectPixels& pixels) {
+  OutgoingMap out;
+  set_text(out.header.camera, camera);
+  out.header.frame = frame;
+  out.header.capture_stamp_ns = capture_stamp_ns;
+  out.header.image_width_px = pixels.width_px();
+  out.header.image_height_px = pixels.height_px();
+  const PixelRect region = pixels.bounds();
+  out.header.region = wire(region);
+  out.header.object_pixels = std::uint32_t(pixels.count());
+  std::vector<std::uint8_t> packed = packed_bits(pixels, region), runs = run_lengths(pixels, region);
+  const bool runs_are_shorter = runs.size() < packed.size();
+  out.header.encoding = runs_are_shorter ? fivepipe_v1_run_lengths : fivepipe_v1_packed_bits;
+  out.payload = runs_are_shorter ? std::move(runs) : std::move(packed);
+  return out;
+}
+
+Received<CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message, const Rig& rig) {
+  const auto index = camera_index(rig, message.camera);
+  if (std::string why = misfit(message, rig, index); !why.empty()) return BadMessage{"bad_map: " + why};
+  if (!rig.cameras[*index].gives_shape) return BadMessage{"bad_map: " + std::string(message.camera) + " gives no shape"};
+  std::optional<ObjectPixels> pixels;
+  const std::span<const std::uint8_t> payload = span_of(message.payload);
+  switch (message.encoding) {
+    case fivepipe_v1_packed_bits: pixels = from_packed_bits(message.image_width_px, message.image_height_px, pure(message.region), payload); break;
+    case fivepipe_v1_run_lengths: pixels = from_run_lengths(message.image_width_px, message.image_height_px, pure(message.region), payload); break;
+  }
+  if (!pixels) return BadMessage{"bad_map: " + std::string(message.camera) + ": payload truncated or undecodable"};
+  if (pixels->count() != message.object_pixels) return BadMessage{"bad_map: " + std::string(message.camera) + ": count of object pixels differs"};
+  return CameraMap{*index, message.frame, message.capture_stamp_ns, std::move(*pixels)};
+}
+
+OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, ColourRegion colour) {
+  OutgoingColour out;
+  set_text(out.header.camera, camera);
+  out.header.frame = frame;
+  out.header.capture_stamp_ns = capture_stamp_ns;
+  out.header.image_width_px = colour.camera.pinhole.width_px;
+  out.header.image_height_px = colour.camera.pinhole.height_px;
+  out.header.camera_from_world = wire(colour.camera.camera_from_world);
+  out.header.region = wire(colour.region);
+  out.bgr = std::move(colour.bgr);
+  return out;
+}
+
+Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, const Rig& rig) {
+  const auto index = camera_index(rig, message.camera);
+  if (std::string why = misfit(message, rig, index); !why.empty()) return BadMessage{"bad_colour: " + why};
+  const auto pose = pure(message.camera_from_world);
+  if (!pose) return BadMessage{"bad_colour: " + std::string(message.camera) + ": pose is not finite or not a rotation"};
+  const PixelRect region = pure(message.region);
+  if (message.bgr._length != 3 * region.area_px()) return BadMessage{"bad_colour: " + std::string(message.camera) + ": payload size differs from the region's"};
+  const auto bgr = span_of(message.bgr);
+  return CameraColour{*index, message.frame, message.capture_stamp_ns,
+                      ColourRegion{{rig.cameras[*index].published, *pose}, region, {bgr.begin(), bgr.end()}}};
+}
+
+fivepipe_v1_CameraInfo camera_info_message(const RigCamera& camera) {
+  fivepipe_v1_CameraInfo info{};
+  set_text(info.camera, camera.name);
+  info.pinhole = wire(camera.published);
+  info.carried_by_viewer = camera.mount == Mount::viewer;
+  info.camera_from_mount = wire(camera.camera_from_mount);
+  return info;
+}
+
+std::string disagreement(const fivepipe_v1_CameraInfo& info, const Rig& rig) {
+  const std::string name = info.camera;
+  const auto index = camera_index(rig, info.camera);
+  if (!index) return "camera " + name + " is published but not in the rig '" + rig.name + "'";
+  const RigCamera& camera = rig.cameras[*index];
+  const Pinhole k = pure(info.pinhole);
+  const double intrinsics_px = std::max({std::abs(k.fx_px - camera.published.fx_px), std::abs(k.fy_px - camera.published.fy_px),
+                                         std::abs(k.cx_px - camera.published.cx_px), std::abs(k.cy_px - camera.published.cy_px)});
+  if (k.width_px != camera.published.width_px || k.height_px != camera.published.height_px || !(intrinsics_px <= kSameModel))
+    return "camera " + name + ": published intrinsics differ from this node's rig";
+  const auto pose = pure(info.camera_from_mount);
+  if (info.carried_by_viewer != (camera.mount == Mount::viewer) || !pose ||
+      !((pose->matrix() - camera.camera_from_mount.matrix()).cwiseAbs().maxCoeff() <= kSameModel))
+    return "camera " + name + ": published pose differs from this node's rig";
+  return "";
+}
+
+}  // namespace fivepipe

@@ -1,0 +1,66 @@
+// CameraInfo, ObjectPixelMap and ObjectColour: wire <-> pure, validating. Used by capture_node (out), recon_node and sim_node (in).
+#pragma once
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/hull/colour_region.h"
+#include "common/messages/wire.h"
+#include "common/scene/rig.h"
+
+namespace fivepipe {
+
+// A message that can't be used, and why; dropped and counted under this text.
+struct BadMessage {
+  std::string why;
+};
+template <class T>
+using Received = std::variant<T, BadMessage>;
+
+// A message with the storage that its sequences refer to. Moves; the message is borrowed from the storage on access.
+struct OutgoingMap {
+  fivepipe_v1_ObjectPixelMap header{};
+  std::vector<std::uint8_t> payload;
+  const fivepipe_v1_ObjectPixelMap& message() {
+    borrow(header.payload, payload);
+    return header;
+  }
+};
+// The shorter of the two encodings.
+OutgoingMap map_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, const ObjectPixels& pixels);
+
+struct CameraMap {
+  std::size_t camera;  // index into rig.cameras
+  std::uint64_t frame;
+  std::int64_t capture_stamp_ns;
+  ObjectPixels pixels;
+};
+// Bad: camera unknown or giving no shape, image size not the rig's, region outside the image, payload truncated, too long or
+// undecodable, count of object pixels not as stated.
+Received<CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message, const Rig& rig);
+
+struct OutgoingColour {
+  fivepipe_v1_ObjectColour header{};
+  std::vector<std::uint8_t> bgr;
+  const fivepipe_v1_ObjectColour& message() {
+    borrow(header.bgr, bgr);
+    return header;
+  }
+};
+OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, ColourRegion colour);
+
+struct CameraColour {
+  std::size_t camera;
+  std::uint64_t frame;
+  std::int64_t capture_stamp_ns;
+  ColourRegion colour;
+};
+// Bad: as for maps, or a pose that is not finite.
+Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, const Rig& rig);
+
+fivepipe_v1_CameraInfo camera_info_message(const RigCamera& camera);
+// What of the published model differs from the rig that this node has loaded; empty where nothing does.
+std::string disagreement(const fivepipe_v1_CameraInfo& info, const Rig& rig);
+
+}  // namespace fivepipe

@@ -1,0 +1,37 @@
+#include "common/messages/view_messages.h"
+
+namespace fivepipe {
+
+fivepipe_v1_ViewInfo view_info_message(const Viewer& viewer) {
+  fivepipe_v1_ViewInfo message{};
+  set_text(message.viewer, viewer.name);
+  message.render = wire(render_pinhole(viewer));
+  message.recon = wire(recon_pinhole(viewer));
+  message.near_m = viewer.near_m;
+  message.far_m = viewer.far_m;
+  return message;
+}
+
+Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message) {
+  const Pinhole recon = pure(message.recon);
+  if (auto why = why_unusable({recon, Eigen::Isometry3d::Identity()})) return BadMessage{"bad_view: " + *why};
+  if (!(message.near_m > 0 && message.far_m > message.near_m && std::isfinite(message.far_m))) return BadMessage{"bad_view: not 0 < near < far"};
+  return ViewGeometry{recon, message.near_m, message.far_m};
+}
+
+fivepipe_v1_HeadPose head_pose_message(const Viewer& viewer, std::uint64_t frame, std::int64_t capture_stamp_ns, const Eigen::Isometry3d& eye_from_world) {
+  fivepipe_v1_HeadPose message{};
+  set_text(message.viewer, viewer.name);
+  message.frame = frame;
+  message.capture_stamp_ns = capture_stamp_ns;
+  message.eye_from_world = wire(eye_from_world);
+  return message;
+}
+
+Received<FramePose> head_pose_from(const fivepipe_v1_HeadPose& message) {
+  const auto pose = pure(message.eye_from_world);
+  if (!pose) return BadMessage{"bad_head_pose: not finite or not a rotation"};
+  return FramePose{message.frame, *pose};
+}
+
+}  // namespace fivepipe
