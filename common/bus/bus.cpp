@@ -142,8 +142,8 @@ std::shared_ptr<detail::Entity> Bus::make_writer(const char* name, const dds_top
   return entity;
 }
 
-bool Bus::wait(std::chrono::milliseconds timeout) {
-  return dds_waitset_wait(impl_->waitset->handle, nullptr, 0, DDS_MSECS(timeout.count())) > 0;
+bool Bus::wait(std::chrono::nanoseconds timeout) {
+  return dds_waitset_wait(impl_->waitset->handle, nullptr, 0, timeout.count()) > 0;
 }
 
 std::vector<std::string> Bus::problems() {

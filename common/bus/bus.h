@@ -130,7 +130,7 @@ class Bus {
   }
 
   // Until a reader of this bus has something to take, or the time is up. True where there is something.
-  bool wait(std::chrono::milliseconds timeout);
+  bool wait(std::chrono::nanoseconds timeout);
 
   // What went wrong since the last call, for people: peers refused for another type or QoS (by topic and policy).
   std::vector<std::string> problems();

@@ -1,0 +1,77 @@
+// The video pipe: per frame, the object pixels and the colour of every camera that this node reads.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture_node/source_error.h"
+#include "common/hull/colour_region.h"
+#include "common/hull/object_pixels.h"
+#include "common/scene/deployment.h"
+
+namespace fivepipe {
+
+enum class CaptureStatus {
+  captured,
+  missing,  // no image of this frame; `reason` says why
+  ended,    // its file is at its end, and loop is off
+};
+
+struct CapturedCamera {
+  std::string camera;
+  CaptureStatus status = CaptureStatus::captured;
+  std::string reason;                   // empty where captured
+  std::optional<ObjectPixels> pixels;   // of cameras that give shape; published geometry
+  std::optional<ColourRegion> colour;   // of cameras that give colour, where it was wanted and something is there
+  std::int64_t image_stamp_ns = 0;      // CLOCK_REALTIME when the image was there; of premade sets: when they are handed out
+  std::vector<std::string> remarks;     // what a person should know about this camera's object pixels
+  double read_s = 0, segment_s = 0;     // time spent on the image, and on making pixels and colour of it
+};
+
+class Capture {
+ public:
+  // What is being done, and how much of it is done (0..1). Called from the constructor, one call at a time, from several threads.
+  using Progress = std::function<void(std::string_view what, double share)>;
+
+  // Opens every source of the configuration, learns the reference images and segments config.premade_frames ahead. Throws
+  // SourceError or HardwareMissing naming every camera that can't be had. Cameras of the configuration that the rig lacks are refused
+  // where it is loaded. Sets OpenCV to one thread: the cameras are what is done in parallel.
+  Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& config, double frame_rate_hz, Progress progress = {});
+  ~Capture();
+
+  // The cameras of `frame` >= 0, in the rig's order. Rising frames are cheap, others reopen files. Synthetic images and the head are
+  // those of the time frame / frame_rate_hz. With premade frames the stored set frame % premade_frames.
+  std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour);
+
+  // Some camera's file has ended: no complete set follows.
+  bool ended() const { return ended_; }
+  // Names of the cameras that it reads, in the rig's order.
+  std::vector<std::string> cameras() const;
+
+ private:
+  struct Channel;
+  CapturedCamera capture_one(Channel& channel, std::int64_t frame, bool want_colour) const;
+  void learn(Channel& channel) const;
+
+  Rig rig_;
+  Viewer viewer_;
+  CaptureConfig config_;
+  double frame_rate_hz_;
+  std::vector<std::unique_ptr<Channel>> channels_;
+  std::vector<std::vector<CapturedCamera>> premade_;  // by camera, by frame
+  bool ended_ = false;
+};
+
+// Pixels of the camera's image onto which the box projects, as a rectangle; the whole image where the box reaches behind the camera.
+PixelRect projection_of(const Eigen::AlignedBox3d& box_m, const Camera& camera);
+
+// Colour goes this far beyond the object pixels: where the hull is seen from elsewhere, its border falls beside them.
+inline constexpr int kColourMargin_px = 2;
+// Frames of the empty synthetic room that the reference image is learnt from.
+inline constexpr int kSyntheticBackgroundFrames = 24;
+
+}  // namespace fivepipe

@@ -1,0 +1,45 @@
+// Deterministic randomness: integer hashes and the value noise made of them. Same bits on every machine.
+#pragma once
+#include <cmath>
+#include <cstdint>
+
+namespace fivepipe {
+
+// SplitMix64 (Steele, Lea, Flood 2014).
+inline std::uint64_t mixed(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+inline std::uint64_t mixed(std::uint64_t a, std::uint64_t b) { return mixed(mixed(a) ^ b); }
+
+// 0 to 1.
+inline float unit_hash(std::uint64_t key) { return float(mixed(key) >> 40) * (1.0f / 16777216.0f); }
+inline float lattice(std::uint64_t seed, std::int64_t x, std::int64_t y, std::int64_t z) {
+  return unit_hash(seed + std::uint64_t(x) * 0x8da6b343u + std::uint64_t(y) * 0xd8163841u + std::uint64_t(z) * 0xcb1ab31fu);
+}
+
+// Smooth noise of wavelength 1, 0 to 1.
+inline float value_noise(std::uint64_t seed, float x, float y, float z = 0) {
+  const float fx = std::floor(x), fy = std::floor(y), fz = std::floor(z);
+  const auto smooth = [](float t) { return t * t * (3 - 2 * t); };
+  const float u = smooth(x - fx), v = smooth(y - fy), w = smooth(z - fz);
+  const auto ix = std::int64_t(fx), iy = std::int64_t(fy), iz = std::int64_t(fz);
+  const auto layer = [&](std::int64_t k) {
+    const float a = lattice(seed, ix, iy, k) * (1 - u) + lattice(seed, ix + 1, iy, k) * u;
+    const float b = lattice(seed, ix, iy + 1, k) * (1 - u) + lattice(seed, ix + 1, iy + 1, k) * u;
+    return a * (1 - v) + b * v;
+  };
+  return w == 0 ? layer(iz) : layer(iz) * (1 - w) + layer(iz + 1) * w;
+}
+
+// Four octaves, each half as strong and twice as fine; 0 to 1.
+inline float fractal_noise(std::uint64_t seed, float x, float y, float z = 0) {
+  float sum = 0, weight = 0.5f, scale = 1;
+  for (int octave = 0; octave < 4; ++octave, weight *= 0.5f, scale *= 2)
+    sum += weight * value_noise(seed + std::uint64_t(octave), x * scale, y * scale, z * scale);
+  return sum / 0.9375f;
+}
+
+}  // namespace fivepipe

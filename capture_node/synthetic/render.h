@@ -1,0 +1,56 @@
+// Images of the synthetic world as a camera would capture them: lens distortion, shading, cast shadow, sensor noise.
+// Rendered by rays through the captured image's pixel centres. What does not change (the room as seen from a fixed camera) is rendered
+// once; per frame only where the object and its shadow can be.
+#pragma once
+#include <memory>
+#include <opencv2/core.hpp>
+#include <span>
+#include <vector>
+
+#include "capture_node/synthetic/surroundings.h"
+#include "capture_node/synthetic/world.h"
+#include "common/scene/rig.h"
+
+namespace fivepipe {
+
+// Gaussian noise, rounded to levels: a table that every image reads from its own offsets.
+class SensorNoise {
+ public:
+  explicit SensorNoise(double sigma_levels);
+  // Adds the noise of image `key` in place, saturating; the same key gives the same noise.
+  void add(cv::Mat& bgr, std::uint64_t key) const;
+
+ private:
+  std::vector<std::int8_t> table_;
+};
+
+class SyntheticCamera {
+ public:
+  SyntheticCamera(const SyntheticWorld& world, const RigCamera& camera, std::shared_ptr<const Surroundings> surroundings);
+
+  // The image of `parts` (none: the empty room) without noise, 8-bit BGR of the captured size. The room is rendered anew where the pose
+  // differs from the last one's.
+  cv::Mat image(std::span<const SyntheticPart> parts, const Eigen::Isometry3d& camera_from_world);
+
+ private:
+  void render_room(const Eigen::Isometry3d& camera_from_world);
+  void draw_object(std::span<const SyntheticPart> parts, cv::Mat& bgr);
+  void draw_shadow(std::span<const SyntheticPart> parts, cv::Mat& bgr);
+  PixelRect reach_of(std::span<const Eigen::Vector3d> centres_world_m, std::span<const double> radii_m) const;
+  Eigen::Vector3f direction_world(int u_px, int v_px, const Eigen::Matrix3f& world_from_camera) const;
+
+  SyntheticWorld world_;
+  RigCamera camera_;
+  std::shared_ptr<const Surroundings> surroundings_;
+  std::vector<Eigen::Vector2f> xy_;  // normalised undistorted coordinates per captured pixel
+  Eigen::AlignedBox2d seen_xy_;      // their bounds
+  Eigen::Isometry3d camera_from_world_;
+  cv::Mat room_;
+  std::vector<Surface> surface_;
+  std::vector<float> depth_, visibility_;  // work space of the object's and the shadow's pass
+};
+
+// Normalised undistorted coordinates of a captured pixel: the lens model inverted by fixed-point iteration.
+Eigen::Vector2d undistorted(const RigCamera& camera, const Eigen::Vector2d& uv_px);
+
+}  // namespace fivepipe

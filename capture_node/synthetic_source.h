@@ -1,0 +1,34 @@
+// A camera of the synthetic world as a source of images.
+#pragma once
+#include <functional>
+#include <memory>
+
+#include "capture_node/image_source.h"
+#include "capture_node/synthetic/render.h"
+
+namespace fivepipe {
+
+class SyntheticImageSource final : public ImageSource {
+ public:
+  // eye_from_world at a time [s]: for cameras that the viewer carries.
+  using EyePath = std::function<Eigen::Isometry3d(double t_s)>;
+  SyntheticImageSource(const SyntheticWorld& world, const RigCamera& camera, double frame_rate_hz, EyePath eye,
+                       std::shared_ptr<const Surroundings> surroundings);
+
+  // Frame f shows the world at f / frame_rate_hz. The same seed, camera and frame give the same bits. Never missing, never ends.
+  ReadStatus read(std::int64_t frame, cv::Mat& bgr) override;
+  // The empty room, with other noise for each index; only for cameras fixed in the world.
+  cv::Mat background(int index);
+
+ private:
+  Eigen::Isometry3d pose_at(double t_s) const;
+  SyntheticWorld world_;
+  RigCamera camera_;
+  double frame_rate_hz_;
+  EyePath eye_;
+  SyntheticCamera renderer_;
+  SensorNoise noise_;
+  std::uint64_t noise_key_;
+};
+
+}  // namespace fivepipe

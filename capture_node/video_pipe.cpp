@@ -1,0 +1,114 @@
+#include "capture_node/video_pipe.h"
+
+#include <algorithm>
+
+#include "capture_node/capture.h"
+#include "capture_node/pacing.h"
+#include "common/messages/camera_messages.h"
+#include "common/messages/view_messages.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace std::chrono_literals;
+
+// While frames in flight hold capture up, it wakes with the next composited one, or after this to look at the clock.
+constexpr auto kHeldUpWait = 20ms;
+
+class VideoPipe {
+ public:
+  explicit VideoPipe(NodeContext& node)
+      : node_(node),
+        deployment_(node.deployment),
+        config_(config_of<CaptureConfig>(node)),
+        infos_(node.bus.writer<topics::CameraInfo>()),
+        view_info_(node.bus.writer<topics::ViewInfo>()),
+        poses_(node.bus.writer<topics::HeadPose>()),
+        colours_(node.bus.writer<topics::ObjectColour>()),
+        maps_(node.bus.writer<topics::ObjectPixelMap>()),
+        composited_(node.bus.reader<topics::FrameComposited>()),
+        capture_(deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz, [this](std::string_view what, double share) { tell_progress(what, share); }) {
+    node_.status.remark("start", "");
+    for (const RigCamera& camera : deployment_.rig.cameras)
+      if (config_.sources.contains(camera.name)) infos_.write(camera_info_message(camera));
+    view_info_.write(view_info_message(deployment_.viewer));
+  }
+
+  void run() {
+    Pacing pacing(deployment_.frame_rate_hz, config_.max_frames_in_flight, Pacing::Clock::now());
+    while (running() && !capture_.ended()) {
+      for (const auto& sample : composited_.take())
+        if (sample.valid()) pacing.composited(sample->frame, Pacing::Clock::now());
+      const auto now = Pacing::Clock::now();
+      if (const auto frame = pacing.next(now)) {
+        publish(*frame);
+        node_.status.drop("pipeline_busy", pacing.take_skipped());
+        continue;
+      }
+      const auto until_due = pacing.wake(now) - now;
+      node_.bus.wait(until_due > 0ns ? std::min<Pacing::Clock::duration>(until_due, kMaxWait) : kHeldUpWait);
+    }
+  }
+
+ private:
+  void tell_progress(std::string_view what, double share) {
+    const int percent = int(100 * share);
+    if (percent / 10 == told_percent_ / 10 && percent != 100) return;
+    told_percent_ = percent;
+    node_.status.remark("start", "starting: " + std::string(what) + ", " + std::to_string(percent) + " %");
+  }
+
+  void publish(std::int64_t frame) {
+    std::vector<CapturedCamera> cameras = capture_.capture(frame, colours_.readers() > 0);
+    const std::uint64_t number = std::uint64_t(frame);
+    std::int64_t stamp_ns = 0;
+    for (const CapturedCamera& camera : cameras)
+      if (camera.image_stamp_ns && (!stamp_ns || camera.image_stamp_ns < stamp_ns)) stamp_ns = camera.image_stamp_ns;
+    // Pose and colour first: who has all the maps of a frame then has these too.
+    poses_.write(head_pose_message(deployment_.viewer, number, stamp_ns, eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz)));
+    for (CapturedCamera& camera : cameras) {
+      tell(camera);
+      if (camera.colour) colours_.write(colour_message(camera.camera, number, camera.image_stamp_ns, std::move(*camera.colour)).message());
+    }
+    for (const CapturedCamera& camera : cameras)
+      if (camera.pixels) maps_.write(map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels).message());
+    node_.status.count("frames_captured");
+    node_.status.latency("publish", 1e-9 * double(now_realtime_ns() - stamp_ns));
+    node_.status.frame_handled(number);
+  }
+
+  void tell(const CapturedCamera& camera) {
+    if (camera.status == CaptureStatus::missing) node_.status.drop("missing_image: " + camera.camera + (camera.reason.empty() ? "" : ": " + camera.reason));
+    std::string remarks;
+    for (const std::string& remark : camera.remarks) remarks += (remarks.empty() ? "" : "; ") + remark;
+    node_.status.remark("camera " + camera.camera, remarks.empty() ? "" : camera.camera + ": " + remarks);
+    node_.status.latency("read", camera.read_s);
+    node_.status.latency("segment", camera.segment_s);
+  }
+
+  NodeContext& node_;
+  const Deployment& deployment_;
+  const CaptureConfig& config_;
+  int told_percent_ = -1;
+  Writer<topics::CameraInfo> infos_;
+  Writer<topics::ViewInfo> view_info_;
+  Writer<topics::HeadPose> poses_;
+  Writer<topics::ObjectColour> colours_;
+  Writer<topics::ObjectPixelMap> maps_;
+  Reader<topics::FrameComposited> composited_;
+  Capture capture_;
+};
+
+}  // namespace
+
+void run_video_pipe(NodeContext& node) {
+  try {
+    VideoPipe(node).run();
+  } catch (const HardwareMissing& missing) {
+    throw NodeFailure(3, missing.what());
+  } catch (const SourceError& error) {
+    throw NodeFailure(2, error.what());
+  }
+}
+
+}  // namespace fivepipe

@@ -1,0 +1,28 @@
+// The exact reference for hull depth: each camera's epipolar line walked pixel by pixel into exact in/out intervals, the
+// intervals of all cameras intersected (image-based visual hulls, Matusik et al. 2000, done exactly). Written for clarity,
+// in double, slow; shares no code with the backends that are held against it.
+#pragma once
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/hull/hull.h"
+
+namespace fivepipe {
+
+// Ray parameters [enter, leave), enter < leave.
+struct Interval {
+  double enter, leave;
+  bool operator==(const Interval&) const = default;
+};
+
+// Where the ray is on object pixels of this camera, in front of it, between near and far; ascending, disjoint, not touching.
+std::vector<Interval> reference_intervals(const Silhouette& silhouette, const Ray& ray, double near, double far);
+
+// Where the ray is in the hull of all of them; nothing where there is no camera.
+std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouettes, const Ray& ray, double near, double far);
+
+// Depth [m] of the first hull point through the view's pixel (u, v).
+std::optional<double> reference_depth_m(std::span<const Silhouette> silhouettes, const View& view, int u_px, int v_px);
+
+}  // namespace fivepipe

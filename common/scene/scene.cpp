@@ -1,0 +1,149 @@
+#include "common/scene/scene.h"
+
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "common/scene/read_files.h"
+#include "common/scene/yaml_reader.h"
+
+namespace fivepipe {
+
+namespace {
+
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+constexpr Range kAny{-kUnbounded, kUnbounded};
+constexpr Range kSize_m{0, 1e4, true};
+constexpr Range kPart{0, 1};
+constexpr Range kSubdivisions{0, 6};     // 20 * 4^6 = 81 920 triangles
+constexpr Range kCurtainCells{1, 1000};  // a million cells at most
+constexpr double kDegree_rad = std::numbers::pi / 180;
+
+BoxShape read_box(YamlMap map) {
+  const BoxShape box{map.vector3("size_m", kSize_m)};
+  map.finish();
+  return box;
+}
+
+SphereShape read_sphere(YamlMap map) {
+  const SphereShape sphere{map.number("radius_m", kSize_m), map.integer("subdivisions", kSubdivisions, 2)};
+  map.finish();
+  return sphere;
+}
+
+CurtainShape read_curtain(YamlMap map) {
+  const CurtainShape curtain{map.number("width_m", kSize_m),        map.number("height_m", kSize_m),
+                             map.integer("columns", kCurtainCells), map.integer("rows", kCurtainCells),
+                             map.number("fold_depth_m", {0, 10}, 0), map.number("fold_count", {0, 1000}, 0)};
+  map.finish();
+  return curtain;
+}
+
+// OBJ, STL and PLY carry no unit, so the scene must state one; glTF is in metres.
+MeshShape read_mesh_shape(YamlMap map) {
+  MeshShape shape;
+  shape.file = map.path("file");
+  const std::vector<std::pair<std::string, double>> units = {{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}};
+  shape.unit_m = map.choice<double>("unit", units, is_gltf(shape.file) ? std::optional(1.0) : std::nullopt);
+  map.finish();
+  if (shape.file.empty()) return shape;
+  MeshOrReason mesh = read_mesh(shape.file, shape.unit_m);
+  if (!mesh.reason.empty()) map.problem_at("file", "mesh " + shape.file.string() + ": " + mesh.reason);
+  shape.mesh = std::move(mesh.mesh);
+  return shape;
+}
+
+Shape read_shape(YamlMap& map) {
+  std::vector<std::string> given;
+  for (const std::string key : {"box", "sphere", "curtain", "mesh"})
+    if (map.given(key)) given.push_back(key);
+  if (given.size() > 1) map.problem_at(given[1], given[0] + " and " + given[1] + ": an object has one shape");
+  if (given.empty()) {
+    map.problem("the object has no shape: box, sphere, curtain or mesh is missing");
+    return BoxShape{Eigen::Vector3d::Ones()};
+  }
+  if (given[0] == "box") return read_box(map.map("box"));
+  if (given[0] == "sphere") return read_sphere(map.map("sphere"));
+  if (given[0] == "curtain") return read_curtain(map.map("curtain"));
+  return read_mesh_shape(map.map("mesh"));
+}
+
+// Turned about the world's x, then y, then z axis; then moved.
+Eigen::Isometry3d read_placement(YamlMap& map) {
+  const Eigen::Vector3d angles_rad = kDegree_rad * map.vector3("rotation_deg", kAny, Eigen::Vector3d::Zero());
+  return Eigen::Translation3d(map.vector3("position_m", kAny)) * Eigen::AngleAxisd(angles_rad.z(), Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(angles_rad.y(), Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(angles_rad.x(), Eigen::Vector3d::UnitX());
+}
+
+std::array<double, 3> read_colour(YamlMap& map, const std::string& key, const std::array<double, 3>& otherwise) {
+  const Eigen::Vector3d rgb = map.vector3(key, kPart, Eigen::Vector3d(otherwise.data()));
+  return {rgb.x(), rgb.y(), rgb.z()};
+}
+
+// What would be ignored is refused, and what can't work.
+void check_behaviour(YamlMap& map, const SceneObject& object) {
+  const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape), is_dynamic = object.motion == Motion::dynamic;
+  if (is_curtain && is_dynamic) map.problem_at("motion", "a curtain hangs from its upper edge and moves as cloth: motion dynamic is for rigid objects");
+  if (!is_curtain && !is_dynamic && object.reaction == Reaction::bounce) map.problem_at("reaction", "reaction bounce needs motion dynamic: a fixed object can't be moved out");
+  for (const std::string key : {"mass_kg", "restitution"})
+    if (!is_dynamic && map.given(key)) map.problem_at(key, key + " has no effect without motion dynamic");
+  if (object.pattern == Pattern::plain && map.given("pattern_size_m")) map.problem_at("pattern_size_m", "pattern_size_m has no effect on a plain object");
+}
+
+SceneObject read_object(YamlMap map) {
+  SceneObject object;
+  object.name = map.name("name");
+  object.shape = read_shape(map);
+  object.world_from_object = read_placement(map);
+  object.motion = map.choice<Motion>("motion", {{"fixed", Motion::fixed}, {"dynamic", Motion::dynamic}}, Motion::fixed);
+  object.reaction = map.choice<Reaction>(
+      "reaction", {{"none", Reaction::none}, {"highlight", Reaction::highlight}, {"bounce", Reaction::bounce}}, Reaction::highlight);
+  object.mass_kg = map.number("mass_kg", {0, 1e6, true}, object.mass_kg);
+  object.restitution = map.number("restitution", kPart, object.restitution);
+  object.colour_rgb = read_colour(map, "colour_rgb", object.colour_rgb);
+  object.pattern = map.choice<Pattern>("pattern", {{"plain", Pattern::plain}, {"checker", Pattern::checker}}, Pattern::plain);
+  object.pattern_size_m = map.number("pattern_size_m", kSize_m, object.pattern_size_m);
+  check_behaviour(map, object);
+  map.finish();
+  return object;
+}
+
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& file, Problems& problems) {
+  YamlMap map = YamlMap::load(file, problems);
+  Scene scene;
+  if (map.is_void()) return scene;
+  scene.name = map.name("name");
+  scene.gravity_m_s2 = map.number("gravity_m_s2", {0, 1000}, scene.gravity_m_s2);
+  scene.light_world_m = map.vector3("light_m", kAny, scene.light_world_m);
+  scene.background_rgb = read_colour(map, "background_rgb", scene.background_rgb);
+  std::map<std::string, int> line_of_name;
+  for (YamlMap& object_map : map.maps("objects")) {
+    scene.objects.push_back(read_object(object_map));
+    const std::string& name = scene.objects.back().name;
+    const auto [first, is_new] = line_of_name.try_emplace(name, object_map.place_of("name").line);
+    if (!is_new && !name.empty()) object_map.problem_at("name", "two objects are called " + name + ", the first in line " + std::to_string(first->second));
+  }
+  map.finish();
+  return scene;
+}
+
+Scene load_scene(const std::filesystem::path& file) {
+  Problems problems;
+  Scene scene = read_scene(file, problems);
+  problems.throw_if_any();
+  return scene;
+}
+
+Mesh mesh_of(const SceneObject& object) {
+  struct Mesher {
+    Mesh operator()(const BoxShape& s) const { return box_mesh(s.size_m); }
+    Mesh operator()(const SphereShape& s) const { return sphere_mesh(s.radius_m, s.subdivisions); }
+    Mesh operator()(const CurtainShape& s) const { return curtain_mesh(s.width_m, s.height_m, s.columns, s.rows, s.fold_depth_m, s.fold_count); }
+    Mesh operator()(const MeshShape& s) const { return s.mesh; }
+  };
+  return std::visit(Mesher{}, object.shape);
+}
+
+}  // namespace fivepipe

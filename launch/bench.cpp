@@ -1,0 +1,48 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <iostream>
+#include <system_error>
+
+#include "launch/commands.h"
+
+namespace fivepipe {
+namespace {
+
+constexpr const char* bench_prefix = "fivepipe_bench_";
+
+std::vector<std::string> suites() {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(program_folder()))
+    if (const std::string file = entry.path().filename(); file.starts_with(bench_prefix) && entry.is_regular_file())
+      names.push_back(file.substr(std::string(bench_prefix).size()));
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+int run_bench(std::vector<std::string> words) {
+  const std::vector<std::string> known = suites();
+  if (words.empty() || std::find(known.begin(), known.end(), words.front()) == known.end()) {
+    std::cerr << (words.empty() ? std::string("which suite?") : "no suite '" + words.front() + "'") << " There are:";
+    for (const std::string& name : known) std::cerr << ' ' << name;
+    std::cerr << (known.empty() ? " none beside " + program_folder().string() + "/fivepipe\n" : "\n");
+    return 2;
+  }
+  words.front() = program_folder() / (bench_prefix + words.front());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  execv(argv.front(), argv.data());
+  throw std::system_error(errno, std::generic_category(), words.front());
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app, Command& command) {
+  CLI::App* bench = app.add_subcommand("bench", "Run a benchmark suite; what follows its name goes to it: bench SUITE [OPTIONS of the suite]");
+  bench->footer("Examples:\n  fivepipe bench hull --json out/hull.json\n  fivepipe bench hull --help");
+  bench->prefix_command();
+  bench->callback([bench, &command] { command = [words = bench->remaining()] { return run_bench(words); }; });
+}
+
+}  // namespace fivepipe

@@ -1,0 +1,50 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <iostream>
+
+#include "common/scene/config_error.h"
+#include "common/version/version.h"
+#include "launch/commands.h"
+
+namespace {
+
+int run(int argc, char** argv) {
+  using namespace fivepipe;
+  CLI::App app(
+      "fivepipe: real, moving objects in a virtual environment.\n\n"
+      "Examples:\n"
+      "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
+      "  fivepipe top            what runs, refreshed each second\n"
+      "  fivepipe doctor         whether this machine is ready\n"
+      "  fivepipe bench hull     how fast the visual hull is here");
+  app.set_version_flag("--version", std::string("fivepipe ") + version() + " (" + commit() + ", " + build_type() + ")");
+  app.require_subcommand(1);
+  Command command;
+  add_up(app, command);
+  add_top(app, command);
+  add_doctor(app, command);
+  add_bench(app, command);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;  // --help and --version come here too
+  }
+  return command();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("fivepipe"));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  try {
+    return run(argc, argv);
+  } catch (const fivepipe::ConfigError& error) {
+    std::cerr << error.what() << '\n';
+    return 2;
+  } catch (const std::exception& error) {
+    spdlog::critical("{}", error.what());
+    return 1;
+  }
+}

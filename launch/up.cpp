@@ -1,0 +1,298 @@
+#include <signal.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "common/scene/deployment.h"
+#include "common/version/version.h"
+#include "launch/commands.h"
+#include "launch/machine.h"
+#include "launch/messages.h"
+#include "launch/node_claims.h"
+#include "launch/report.h"
+#include "launch/supervisor.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+// Ctrl-C must have everything gone within two seconds; at the end of --duration nobody waits, and a video may take long to close.
+constexpr std::chrono::milliseconds grace_when_interrupted = 1500ms, grace_when_done = 10s;
+// What the last frames of footage need to pass through the pipeline.
+constexpr auto drain_after_input = 1s;
+constexpr auto progress_period = 5s;
+constexpr auto longest_wait_for_final_reports = 500ms;
+
+struct UpOptions {
+  std::filesystem::path deployment, out;
+  std::string host;
+  double duration_s = 0;  // 0: until interrupted
+  std::vector<std::string> settings;
+  std::optional<std::uint32_t> domain;
+};
+
+volatile std::sig_atomic_t signals_received = 0, newest_signal = 0;
+void on_signal(int number) {
+  newest_signal = number;
+  signals_received = signals_received + 1;
+}
+
+void catch_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
+}
+
+std::map<std::string, std::string> settings_from(const std::vector<std::string>& assignments) {
+  std::map<std::string, std::string> settings;
+  for (const std::string& assignment : assignments) {
+    const std::size_t equals = assignment.find('=');
+    settings[assignment.substr(0, equals)] = assignment.substr(equals + 1);
+  }
+  return settings;
+}
+
+// Nodes without a host run wherever `up` is called without --host.
+std::vector<Node> nodes_of_host(const Deployment& deployment, const std::string& asked_host) {
+  const std::string host = asked_host.empty() ? host_name() : asked_host;
+  std::vector<Node> here;
+  std::set<std::string> hosts;
+  for (const Node& node : deployment.nodes) {
+    if (!node.host.empty()) hosts.insert(node.host);
+    if (node.host.empty() ? asked_host.empty() : node.host == host) here.push_back(node);
+  }
+  if (!here.empty()) return here;
+  std::string known;
+  for (const std::string& name : hosts) known += " " + name;
+  throw ConfigError({{deployment.file, 0, 0, "no node for host '" + host + "'; the deployment's hosts:" + (known.empty() ? " none" : known) + " (choose with --host)"}});
+}
+
+std::vector<Program> programs_of(const std::vector<Node>& nodes, const UpOptions& options, std::uint32_t domain) {
+  std::vector<Program> programs;
+  for (const Node& node : nodes) {
+    Program program{node.name, {program_folder() / program_of(node)}, node.cores, options.out / "log" / (node.name + ".log")};
+    program.argv.insert(program.argv.end(), {"--deployment", options.deployment, "--node", node.name, "--out", options.out, "--domain", std::to_string(domain)});
+    for (const std::string& setting : options.settings) program.argv.insert(program.argv.end(), {"--set", setting});
+    programs.push_back(std::move(program));
+  }
+  return programs;
+}
+
+SupervisorOutput spoken_output(const std::vector<Program>& programs) {
+  std::size_t width = 0;
+  for (const Program& program : programs) width = std::max(width, program.name.size());
+  return {.line = [width](const std::string& node,
+                          const std::string& line) { std::cerr << '[' << node << ']' << std::string(width - node.size() + 1, ' ') << line << '\n'; },
+          .event = [](const std::string& text) { spdlog::warn("{}", text); }};
+}
+
+// One run of `up`, from the first process to the report.
+class Run {
+ public:
+  Run(const UpOptions& options, const Deployment& deployment, const std::vector<Node>& nodes, std::uint32_t domain)
+      : options_(options), deployment_(deployment), nodes_(nodes), programs_(programs_of(nodes, options, domain)),
+        bus_({domain, deployment.network_profile}), statuses_in_(bus_.reader<topics::NodeStatus>()),
+        composited_in_(bus_.reader<topics::FrameComposited>()), start_stamp_ns_(now_ns()),
+        supervisor_(programs_, RestartSettings{}, spoken_output(programs_)) {
+    for (const Node& node : deployment.nodes) node_names_.insert(node.name);
+    for (const std::string& warning : bus_.warnings()) spdlog::warn("{}", warning);
+  }
+
+  int operator()() {
+    while (!supervisor_.all_gone()) {
+      supervisor_.step(50ms);
+      take_messages();
+      if (const std::string why = reason_to_stop(); !why.empty()) stop(why);
+      if (signals_received > 1) supervisor_.stop(0ms);  // a second Ctrl-C: at once
+      if (!supervisor_.stopping()) say_progress();
+    }
+    if (stop_stamp_ns_ == 0) note_stop("every node ended");
+    wait_for_final_reports();
+    write_report();
+    return exit_code();
+  }
+
+ private:
+  static std::int64_t now_ns() { return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count(); }
+
+  void take_messages() {
+    take_statuses(statuses_in_, statuses_, node_names_);
+    for (const auto& [name, processes] : statuses_.processes()) supervisor_.reported(name, processes.back().start_stamp_ns);
+    for (const auto& frame : composited_in_.take())
+      if (frame.valid() && !first_composited_stamp_ns_) first_composited_stamp_ns_ = frame->composited_stamp_ns;
+    for (const std::string& problem : bus_.problems()) spdlog::error("{}", problem);
+    for (const std::string& name : statuses_.doubled())
+      if (doubled_said_.insert(name).second)
+        spdlog::error("two processes publish as node '{}': another deployment runs in this domain; their frames mix", name);
+  }
+
+  bool all_ended_in_order(const std::string& program) const {
+    bool any = false;
+    for (const Node& node : nodes_)
+      if (program_of(node) == program) {
+        any = true;
+        if (!supervisor_.ended_in_order(node.name)) return false;
+      }
+    return any;
+  }
+
+  // Empty: go on.
+  std::string reason_to_stop() {
+    if (stop_stamp_ns_ != 0) return "";
+    if (supervisor_.failure()) return supervisor_.failure()->node + " " + supervisor_.failure()->reason;
+    if (signals_received > 0) return std::string("SIG") + sigabbrev_np(newest_signal);
+    if (options_.duration_s > 0 && Clock::now() - started_ >= std::chrono::duration<double>(options_.duration_s)) return "duration";
+    if (all_ended_in_order("render_node")) return "every render_node ended";
+    if (!all_ended_in_order("capture_node")) return "";
+    if (!input_ended_) input_ended_ = Clock::now();
+    return Clock::now() - *input_ended_ >= drain_after_input ? "every capture_node ended" : "";
+  }
+
+  void stop(const std::string& why) {
+    note_stop(why);
+    supervisor_.stop(signals_received > 0 ? grace_when_interrupted : grace_when_done);
+  }
+
+  void note_stop(const std::string& why) {
+    stop_stamp_ns_ = now_ns();
+    ended_by_ = why;
+  }
+
+  void say_progress() {
+    if (Clock::now() < next_progress_) return;
+    next_progress_ += progress_period;
+    const double elapsed_s = std::chrono::duration<double>(Clock::now() - started_).count();
+    double rate_hz = 0;
+    for (const Node& node : nodes_)
+      if (const auto processes = statuses_.processes(); program_of(node) == "render_node" && processes.contains(node.name))
+        rate_hz = processes.at(node.name).back().frame_rate_hz;
+    spdlog::info("{:.0f} s: {} frames composited, now {:.1f} frames/s", elapsed_s, frames_composited(statuses_), rate_hz);
+  }
+
+  // The last statuses of processes that ended in order may still be on their way.
+  void wait_for_final_reports() {
+    const auto until = Clock::now() + longest_wait_for_final_reports;
+    while (Clock::now() < until && !all_reports_final()) {
+      bus_.wait(20ms);
+      take_messages();
+    }
+  }
+  bool all_reports_final() const {
+    const auto processes = statuses_.processes();
+    return std::all_of(nodes_.begin(), nodes_.end(), [&](const Node& node) {
+      const auto of_node = processes.find(node.name);
+      return of_node == processes.end() || of_node->second.back().final_report;
+    });
+  }
+
+  void write_report() {
+    ReportInput input;
+    input.version = version();
+    input.commit = commit();
+    input.build_type = build_type();
+    input.cpu = cpu_name();
+    input.cores = core_count();
+    input.deployment = options_.deployment;
+    input.start_stamp_ns = start_stamp_ns_;
+    input.stop_stamp_ns = stop_stamp_ns_;
+    input.first_composited_stamp_ns = first_composited_stamp_ns_;
+    input.ended_by = ended_by_;
+    input.programs = supervisor_.history();
+    for (const Node& node : deployment_.nodes)  // those of other hosts: known by their statuses alone
+      if (std::none_of(nodes_.begin(), nodes_.end(), [&](const Node& ours) { return ours.name == node.name; }))
+        input.programs.push_back({node.name, program_of(node), {}});
+    input.statuses = statuses_;
+    const nlohmann::json report = report_from(input);
+    const std::filesystem::path file = options_.out / "report.json";
+    std::ofstream(file) << report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+    std::cout << table_of(report) << "report: " << file.string() << ", logs: " << (options_.out / "log").string() << "/\n" << std::flush;
+  }
+
+  int exit_code() const {
+    if (const auto& failure = supervisor_.failure()) {
+      std::cerr << failure->node << " " << failure->reason << "\nThe last it said:\n";
+      for (const std::string& line : failure->last_lines) std::cerr << "  " << line << '\n';
+      return failure->exit_code;
+    }
+    if (signals_received > 0) return 130;
+    if (!supervisor_.killed().empty() || !supervisor_.ended_badly().empty()) return 1;
+    const bool renders = std::any_of(nodes_.begin(), nodes_.end(), [](const Node& node) { return program_of(node) == "render_node"; });
+    if (!renders || frames_composited(statuses_) > 0) return 0;
+    std::cerr << "no frame was composited\n";
+    return 1;
+  }
+
+  const UpOptions& options_;
+  const Deployment& deployment_;
+  const std::vector<Node>& nodes_;
+  std::vector<Program> programs_;
+  std::set<std::string> node_names_, doubled_said_;
+  Bus bus_;
+  Reader<topics::NodeStatus> statuses_in_;
+  Reader<topics::FrameComposited> composited_in_;
+  StatusBook statuses_;
+  std::int64_t start_stamp_ns_ = 0, stop_stamp_ns_ = 0;
+  std::optional<std::int64_t> first_composited_stamp_ns_;
+  std::string ended_by_;
+  Clock::time_point started_ = Clock::now(), next_progress_ = started_ + progress_period;
+  std::optional<Clock::time_point> input_ended_;
+  Supervisor supervisor_;
+};
+
+int run_up(UpOptions options) {
+  const Deployment deployment = load_deployment(options.deployment, settings_from(options.settings));
+  const std::vector<Node> nodes = nodes_of_host(deployment, options.host);
+  const std::uint32_t domain = options.domain.value_or(deployment.domain);
+  if (options.out.empty()) options.out = std::filesystem::path("out") / deployment.name;
+  std::filesystem::create_directories(options.out);
+  if (std::string(build_type()) != "Release") spdlog::warn("this is a {} build: expect it to be slow", build_type());
+
+  std::vector<std::string> names;
+  for (const Node& node : nodes) names.push_back(node.name);
+  std::optional<NodeClaims> claims;
+  try {
+    claims.emplace(domain, names);
+  } catch (const NodeTaken& taken) {
+    std::cerr << taken.what() << '\n';
+    return 2;
+  }
+  // llvmpipe starts a thread per core in every process that draws; several such processes on few cores then wait for one another.
+  setenv("LP_NUM_THREADS", "1", 0);
+  catch_signals();
+  return Run(options, deployment, nodes, domain)();
+}
+
+std::string check_assignment(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  return equals == std::string::npos || equals == 0 ? "expected KEY=VALUE, got '" + text + "'" : "";
+}
+
+}  // namespace
+
+void add_up(CLI::App& app, Command& command) {
+  auto options = std::make_shared<UpOptions>();
+  CLI::App* up = app.add_subcommand("up", "Start the nodes of a deployment and supervise them until --duration is over or Ctrl-C");
+  up->footer(
+      "Examples:\n"
+      "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
+      "  fivepipe up launch/deployments/seated4cam.yaml --set data=/data/seated4cam\n\n"
+      "Exit codes: 0 done, 1 a node failed, 2 usage or configuration, 3 hardware missing, 130 interrupted.");
+  up->add_option("DEPLOYMENT", options->deployment, "deployment file (YAML)")->required();
+  up->add_option("--host", options->host, "start the nodes of this host; without it: this machine's name, and nodes that name no host");
+  up->add_option("--duration", options->duration_s, "seconds; without it: until Ctrl-C")->check(CLI::PositiveNumber);
+  up->add_option("--out", options->out, "folder for composites, report.json and log/; without it: out/NAME of the deployment");
+  up->add_option("--set", options->settings, "KEY=VALUE for ${KEY} in the deployment; may be given several times")
+      ->allow_extra_args(false)
+      ->check(CLI::Validator(check_assignment, "KEY=VALUE"));
+  up->add_option("--domain", options->domain, "DDS domain instead of the deployment's")->check(CLI::Range(0, 230));
+  up->callback([options, &command] { command = [options] { return run_up(*options); }; });
+}
+
+}  // namespace fivepipe

@@ -1,0 +1,31 @@
+#include "recon_node/messages.h"
+
+namespace fivepipe {
+
+const fivepipe_v1_HullTile& OutgoingTile::message() {
+  borrow(header.depth_m, depth_m);
+  borrow(header.bgr, bgr);
+  header.empty_cameras._length = header.empty_cameras._maximum = std::uint32_t(empty_cameras.size());
+  header.empty_cameras._buffer = empty_cameras.empty() ? nullptr : &empty_cameras.front().text;
+  header.empty_cameras._release = false;
+  return header;
+}
+
+OutgoingTile tile_message(const TileFrame& frame, ReconTile tile) {
+  OutgoingTile out;
+  set_text(out.header.viewer, frame.viewer);
+  out.header.tile = std::uint16_t(tile.tile.index);
+  out.header.tiles = std::uint16_t(frame.tiles);
+  out.header.frame = frame.frame;
+  out.header.capture_stamp_ns = frame.capture_stamp_ns;
+  out.header.eye_from_world = wire(frame.view.camera.camera_from_world);
+  out.header.recon = wire(frame.view.camera.pinhole);
+  out.header.rect = wire(tile.tile.rect);
+  out.header.covered = wire(tile.covered);
+  out.depth_m = std::move(tile.depth_m);
+  out.bgr = std::move(tile.bgr);
+  for (const std::string& camera : frame.empty_cameras) set_text(out.empty_cameras.emplace_back().text, camera);
+  return out;
+}
+
+}  // namespace fivepipe

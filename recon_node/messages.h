@@ -1,0 +1,31 @@
+// HullTile out.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/messages/wire.h"
+#include "recon_node/reconstruct.h"
+
+namespace fivepipe {
+
+struct OutgoingTile {
+  fivepipe_v1_HullTile header{};
+  std::vector<float> depth_m;
+  std::vector<std::uint8_t> bgr;
+  struct CameraName { char text[33]; };
+  std::vector<CameraName> empty_cameras;
+  const fivepipe_v1_HullTile& message();
+};
+
+struct TileFrame {
+  std::string viewer;
+  std::uint64_t frame;
+  std::int64_t capture_stamp_ns;
+  View view;
+  int tiles;  // of the whole view
+  std::vector<std::string> empty_cameras;
+};
+OutgoingTile tile_message(const TileFrame& frame, ReconTile tile);
+
+}  // namespace fivepipe

@@ -1,0 +1,73 @@
+#include "recon_node/reconstruct.h"
+
+#include <algorithm>
+
+#include "common/hull/exact_depth.h"
+#include "recon_node/colour.h"
+
+namespace fivepipe {
+namespace {
+
+void colour_in(ReconTile& tile, const View& view, const HullColour& colour) {
+  tile.bgr.assign(tile.depth_m.size() * 3, 0);
+  const Eigen::Vector3d eye_world_m = camera_center_world_m(view.camera);
+  const int width = tile.covered.width_px();
+  for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
+    if (tile.depth_m[i] == kNoHull) continue;
+    const Ray ray = ray_through(view.camera, Eigen::Vector2d(tile.covered.u0_px + int(i) % width, tile.covered.v0_px + int(i) / width));
+    const auto bgr = colour.at(ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world, eye_world_m);
+    std::copy(bgr.begin(), bgr.end(), tile.bgr.begin() + std::ptrdiff_t(i) * 3);
+  }
+}
+
+}  // namespace
+
+ReconTile covered_part(const Tile& tile, const DepthTile& depths) {
+  const int width = depths.rect.width_px(), height = depths.rect.height_px();
+  PixelRect hits{width, height, 0, 0};  // inside the tile
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u)
+      if (depths.depth_m[std::size_t(v) * width + u] != kNoHull)
+        hits = {std::min(hits.u0_px, u), std::min(hits.v0_px, v), std::max(hits.u1_px, u + 1), std::max(hits.v1_px, v + 1)};
+  ReconTile part{tile, {}, {}, {}};
+  if (hits.empty()) return part;
+  part.covered = {tile.rect.u0_px + hits.u0_px, tile.rect.v0_px + hits.v0_px, tile.rect.u0_px + hits.u1_px, tile.rect.v0_px + hits.v1_px};
+  part.depth_m.reserve(part.covered.area_px());
+  for (int v = hits.v0_px; v < hits.v1_px; ++v) {
+    const auto row = depths.depth_m.begin() + std::ptrdiff_t(v) * width;
+    part.depth_m.insert(part.depth_m.end(), row + hits.u0_px, row + hits.u1_px);
+  }
+  return part;
+}
+
+Reconstructor::Reconstructor(const ReconConfig& config, const Eigen::AlignedBox3d& volume_world_m) : config_(config), volume_world_m_(volume_world_m) {}
+
+std::vector<DepthTile> Reconstructor::depths(std::span<const Silhouette> silhouettes, const View& view, const std::vector<Tile>& tiles) {
+  if (config_.backend == HullBackend::sweep) {
+    const Pinhole& k = view.camera.pinhole;
+    if (!sweep_ || sweep_->width_px() != k.width_px || sweep_->height_px() != k.height_px) sweep_.emplace(k.width_px, k.height_px, config_.sweep_planes);
+    sweep_->set_silhouettes(silhouettes);
+    std::vector<PixelRect> rects;
+    for (const Tile& tile : tiles) rects.push_back(tile.rect);
+    return sweep_->depth(view, sweep_range(view, volume_world_m_), rects);
+  }
+  const ExactHull hull(silhouettes);
+  std::vector<DepthTile> depths;
+  for (const Tile& tile : tiles) depths.push_back(hull.depth(view, tile.rect));
+  return depths;
+}
+
+std::vector<ReconTile> Reconstructor::reconstruct(std::span<const Silhouette> silhouettes, const View& view, std::span<const ColourRegion> colours, bool want_colour) {
+  const Pinhole& k = view.camera.pinhole;
+  const auto tiles = owned_tiles(k.width_px, k.height_px, config_.tile_columns, config_.tile_rows, config_.share, config_.shares);
+  const auto tile_depths = depths(silhouettes, view, tiles);
+  const HullColour colour(silhouettes, colours);
+  std::vector<ReconTile> parts;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    parts.push_back(covered_part(tiles[i], tile_depths[i]));
+    if (want_colour) colour_in(parts.back(), view, colour);
+  }
+  return parts;
+}
+
+}  // namespace fivepipe

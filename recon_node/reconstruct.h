@@ -1,0 +1,44 @@
+// Depth and colour of the visual hull in the tiles of a view that one reconstruction node owns (paper, section 3).
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/hull/colour_region.h"
+#include "common/hull/hull.h"
+#include "common/hull/plane_sweep.h"
+#include "common/scene/deployment.h"
+#include "recon_node/tiles.h"
+
+namespace fivepipe {
+
+struct ReconTile {
+  Tile tile;
+  PixelRect covered;               // smallest rectangle inside the tile that holds every hit; empty (all 0) without any
+  std::vector<float> depth_m;      // of `covered`, row-major; along the view's z; kNoHull where the ray misses
+  std::vector<std::uint8_t> bgr;   // of `covered`, 3 bytes a pixel, 0 where the ray misses; empty where colour was not wanted
+};
+
+// The depths of a tile cut down to what they cover.
+ReconTile covered_part(const Tile& tile, const DepthTile& depths);
+
+class Reconstructor {
+ public:
+  // volume: the rig's, in which a sweep spends its planes. Backend `sweep` needs a current OpenGL context from here to
+  // destruction, backend `exact` none.
+  Reconstructor(const ReconConfig& config, const Eigen::AlignedBox3d& volume_world_m);
+
+  // One tile for each that this share owns, in their order, those without a hit too. Colour from `colours` where wanted.
+  // Throws GlError, and std::invalid_argument for more than kMaxSweepCameras silhouettes (backend `sweep`).
+  std::vector<ReconTile> reconstruct(std::span<const Silhouette> silhouettes, const View& view, std::span<const ColourRegion> colours, bool want_colour);
+
+ private:
+  std::vector<DepthTile> depths(std::span<const Silhouette> silhouettes, const View& view, const std::vector<Tile>& tiles);
+
+  ReconConfig config_;
+  Eigen::AlignedBox3d volume_world_m_;
+  std::optional<PlaneSweep> sweep_;  // for the size of the last view
+};
+
+}  // namespace fivepipe

@@ -1,0 +1,123 @@
+#include "recon_node/reconstruction_pipe.h"
+
+#include <map>
+#include <optional>
+
+#include "common/messages/view_messages.h"
+#include "common/node/frame_set_reader.h"
+#include "recon_node/messages.h"
+
+namespace fivepipe {
+namespace {
+
+// Poses and colours are kept for so many frames: more than can be in flight.
+constexpr std::size_t kFramesKept = 16;
+
+template <class Value>
+void keep_newest(std::map<std::uint64_t, Value>& by_frame) {
+  while (by_frame.size() > kFramesKept) by_frame.erase(by_frame.begin());
+}
+
+class ReconstructionPipe {
+ public:
+  explicit ReconstructionPipe(NodeContext& node)
+      : node_(node),
+        viewer_(node.deployment.viewer.name),
+        config_(config_of<ReconConfig>(node)),
+        reconstructor_(config_, node.deployment.rig.volume_m),
+        sets_(node.bus, node.deployment.rig, node.status),
+        view_infos_(node.bus.reader<topics::ViewInfo>()),
+        poses_(node.bus.reader<topics::HeadPose>()),
+        colours_(node.bus.reader<topics::ObjectColour>()),
+        tiles_(node.bus.writer<topics::HullTile>()) {}
+
+  void run() {
+    while (running()) {
+      node_.bus.wait(kMaxWait);
+      take_view();
+      take_colours();
+      for (const FrameSet& set : sets_.take()) reconstruct(set);
+    }
+  }
+
+ private:
+  void take_view() {
+    for (const auto& sample : view_infos_.take()) {
+      if (!sample.valid() || viewer_ != sample->viewer) continue;
+      if (const auto geometry = view_geometry_from(*sample); const BadMessage* bad = std::get_if<BadMessage>(&geometry))
+        node_.status.drop(bad->why);
+      else
+        geometry_ = std::get<ViewGeometry>(geometry);
+    }
+    for (const auto& sample : poses_.take()) {
+      if (!sample.valid() || viewer_ != sample->viewer) continue;
+      if (const auto pose = head_pose_from(*sample); const BadMessage* bad = std::get_if<BadMessage>(&pose))
+        node_.status.drop(bad->why);
+      else
+        take(std::get<FramePose>(pose));
+    }
+    keep_newest(pose_of_frame_);
+  }
+
+  void take(const FramePose& pose) {
+    // Numbers that jump back: capture_node was started anew.
+    if (!pose_of_frame_.empty() && pose.frame + FrameSets::kLostAfterFrames < pose_of_frame_.rbegin()->first) {
+      pose_of_frame_.clear();
+      colours_of_frame_.clear();
+    }
+    pose_of_frame_[pose.frame] = pose.eye_from_world;
+  }
+
+  void take_colours() {
+    for (const auto& sample : colours_.take()) {
+      if (!sample.valid()) continue;
+      auto colour = colour_from(*sample, node_.deployment.rig);
+      if (const BadMessage* bad = std::get_if<BadMessage>(&colour)) {
+        node_.status.drop(bad->why);
+        continue;
+      }
+      CameraColour& received = std::get<CameraColour>(colour);
+      colours_of_frame_[received.frame].push_back(std::move(received.colour));
+    }
+    keep_newest(colours_of_frame_);
+  }
+
+  void reconstruct(const FrameSet& set) {
+    const auto pose = pose_of_frame_.find(set.frame);
+    if (pose == pose_of_frame_.end() || !geometry_) {
+      node_.status.drop(geometry_ ? "no_head_pose" : "no_view_info");
+      return;
+    }
+    const View view{{geometry_->recon, pose->second}, geometry_->near_m, geometry_->far_m};
+    const TileFrame frame{viewer_, set.frame, set.capture_stamp_ns, view, config_.tile_columns * config_.tile_rows, set.empty_cameras};
+    std::vector<ReconTile> made;
+    {
+      const StageTimer timer(node_.status, "reconstruct");
+      // Colour is for who draws: nobody reads tiles, nobody gets colour.
+      made = reconstructor_.reconstruct(set.silhouettes, view, colours_of_frame_[set.frame], tiles_.readers() > 0);
+    }
+    for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
+    node_.status.latency("capture_to_tiles", 1e-9 * double(now_realtime_ns() - set.capture_stamp_ns));
+    node_.status.frame_handled(set.frame);
+    colours_of_frame_.erase(colours_of_frame_.begin(), colours_of_frame_.upper_bound(set.frame));
+  }
+
+  NodeContext& node_;
+  const std::string viewer_;
+  const ReconConfig& config_;
+  Reconstructor reconstructor_;
+  FrameSetReader sets_;
+  Reader<topics::ViewInfo> view_infos_;
+  Reader<topics::HeadPose> poses_;
+  Reader<topics::ObjectColour> colours_;
+  Writer<topics::HullTile> tiles_;
+  std::optional<ViewGeometry> geometry_;
+  std::map<std::uint64_t, Eigen::Isometry3d> pose_of_frame_;
+  std::map<std::uint64_t, std::vector<ColourRegion>> colours_of_frame_;
+};
+
+}  // namespace
+
+void run_reconstruction_pipe(NodeContext& node) { ReconstructionPipe(node).run(); }
+
+}  // namespace fivepipe

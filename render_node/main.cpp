@@ -1,0 +1,17 @@
+// The parent pipe: puts the reconstruction's tiles and the simulation's state of one frame together and composites them.
+#include "common/gl/context.h"
+#include "render_node/parent_pipe.h"
+
+namespace fivepipe {
+namespace {
+
+void run(NodeContext& node) {
+  const GlContext gl;
+  node.status.remark("gl", "gl: " + gl.renderer());
+  run_parent_pipe(node);
+}
+
+}  // namespace
+}  // namespace fivepipe
+
+int main(int argc, char** argv) { return fivepipe::run_node("render_node", argc, argv, fivepipe::run); }

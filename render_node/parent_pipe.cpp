@@ -1,0 +1,139 @@
+#include "render_node/parent_pipe.h"
+
+#include <optional>
+
+#include "render_node/messages.h"
+#include "render_node/presenter.h"
+#include "render_node/virtual_frames.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+// How long a complete hull waits for the simulation's state of the same frame; then it is shown with the state before it, and counted.
+constexpr auto kWaitForState = 40ms;
+
+class ParentPipe {
+ public:
+  explicit ParentPipe(NodeContext& node)
+      : node_(node),
+        viewer_(node.deployment.viewer),
+        renderer_(node.deployment.scene, viewer_),
+        presenter_(config_of<RenderConfig>(node), viewer_, node.deployment.frame_rate_hz, node.out),
+        tile_sets_(recon_pinhole(viewer_), viewer_.near_m, viewer_.far_m),
+        tiles_(node.bus.reader<topics::HullTile>()),
+        states_(node.bus.reader<topics::VirtualState>()),
+        collisions_(node.bus.reader<topics::CollisionResult>()),
+        composited_(node.bus.writer<topics::FrameComposited>()) {
+    for (const SceneObject& object : node.deployment.scene.objects)
+      if (object.reaction == Reaction::highlight) highlighted_.insert(object.name);
+  }
+
+  void run() {
+    while (running()) {
+      node_.bus.wait(pending_ ? 5ms : kMaxWait);
+      take_collisions();
+      take_states();
+      take_tiles();
+      if (pending_ && (virtual_frames_.has(pending_->frame) || states_.writers() == 0)) composite();
+      if (pending_ && Clock::now() >= pending_until_) {
+        node_.status.drop("late_state");
+        composite();
+      }
+    }
+    presenter_.finish();
+  }
+
+ private:
+  void take_collisions() {
+    for (const auto& sample : collisions_.take())
+      if (sample.valid() && sample->verdict == fivepipe_v1_colliding && highlighted_.contains(sample->object))
+        virtual_frames_.add_collision(sample->frame, sample->object);
+  }
+
+  void take_states() {
+    for (const auto& sample : states_.take()) {
+      if (!sample.valid()) continue;
+      auto poses = poses_from(*sample);
+      if (const BadMessage* bad = std::get_if<BadMessage>(&poses))
+        node_.status.drop(bad->why);
+      else
+        virtual_frames_.add_state(sample->frame, std::get<0>(std::move(poses)));
+    }
+  }
+
+  void take_tiles() {
+    for (const auto& sample : tiles_.take()) {
+      if (!sample.valid() || viewer_.name != sample->viewer) continue;
+      const auto tile = tile_from(*sample);
+      if (const BadMessage* bad = std::get_if<BadMessage>(&tile)) {
+        node_.status.drop(bad->why);
+        continue;
+      }
+      auto hull = tile_sets_.add(std::get<ReceivedTile>(tile));
+      if (!hull) continue;
+      if (pending_) composite();
+      pending_ = std::move(hull);
+      pending_until_ = Clock::now() + kWaitForState;
+    }
+    report_drops();
+  }
+
+  void composite() {
+    const HullFrame hull = std::move(*pending_);
+    pending_.reset();
+    static const VirtualFrame kNothing;
+    const VirtualFrame* found = virtual_frames_.best_for(hull.frame);
+    const VirtualFrame& virtual_frame = found ? *found : kNothing;
+    bool wanted = true;
+    {
+      const StageTimer timer(node_.status, "render");
+      for (const std::string& what : renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding)) node_.status.drop("bad_state: " + what);
+      wanted = presenter_.present(hull.frame, renderer_.image_bgr());
+    }
+    const std::int64_t now_ns = now_realtime_ns();
+    composited_.write(composited_message(viewer_.name, hull, now_ns));
+    node_.status.latency("capture_to_composite", 1e-9 * double(now_ns - hull.capture_stamp_ns));
+    node_.status.count("frames_composited");
+    node_.status.frame_handled(hull.frame);
+    std::string empty;
+    for (const std::string& camera : hull.empty_cameras) empty += (empty.empty() ? "" : ", ") + camera;
+    node_.status.remark("empty hull", empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
+    if (!wanted) stop_running();
+  }
+
+  void report_drops() {
+    const TileCounts& counts = tile_sets_.counts();
+    node_.status.drop("incomplete_hull", counts.incomplete - told_.incomplete);
+    node_.status.drop("late_tile", counts.late - told_.late);
+    node_.status.drop("repeated_tile", counts.duplicate - told_.duplicate);
+    for (const auto& [reason, n] : counts.rejected) node_.status.drop("bad_tile: " + reason, n - told_.rejected[reason]);
+    node_.status.drop("video_frame", presenter_.video_frames_dropped() - video_frames_told_);
+    video_frames_told_ = presenter_.video_frames_dropped();
+    told_ = counts;
+  }
+
+  NodeContext& node_;
+  const Viewer& viewer_;
+  Renderer renderer_;
+  Presenter presenter_;
+  TileSets tile_sets_;
+  TileCounts told_;
+  std::uint64_t video_frames_told_ = 0;
+  VirtualFrames virtual_frames_;
+  std::set<std::string> highlighted_;
+  std::optional<HullFrame> pending_;
+  Clock::time_point pending_until_;
+  Reader<topics::HullTile> tiles_;
+  Reader<topics::VirtualState> states_;
+  Reader<topics::CollisionResult> collisions_;
+  Writer<topics::FrameComposited> composited_;
+};
+
+}  // namespace
+
+void run_parent_pipe(NodeContext& node) { ParentPipe(node).run(); }
+
+}  // namespace fivepipe

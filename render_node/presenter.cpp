@@ -1,0 +1,45 @@
+#include "render_node/presenter.h"
+
+namespace fivepipe {
+namespace {
+
+// A gap longer than this is a cut, not a pause: the video does not show a standing picture for it.
+constexpr double kLongestRepeat_s = 1.0;
+
+}  // namespace
+
+Presenter::Presenter(const RenderConfig& config, const Viewer& viewer, double frame_rate_hz, const std::filesystem::path& out)
+    : config_(config), out_(out), frame_rate_hz_(frame_rate_hz) {
+  if (!out_.empty()) std::filesystem::create_directories(out_);
+  if (!out_.empty() && config_.video) {
+    VideoOptions options;
+    options.frame_rate_hz = frame_rate_hz;
+    video_ = std::make_unique<VideoFile>(out_ / "composite.mp4", cv::Size(viewer.render_width_px, viewer.render_height_px), options);
+  }
+  if (config_.window) window_ = std::make_unique<Window>("fivepipe", viewer.render_width_px, viewer.render_height_px);
+}
+
+void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr) {
+  const double gap_s = double(frame - last_frame_) / frame_rate_hz_;
+  if (!last_image_.empty() && frame > last_frame_ && gap_s <= kLongestRepeat_s)
+    for (std::uint64_t missing = last_frame_ + 1; missing < frame; ++missing) video_->add(last_image_);
+  video_->add(image_bgr);
+}
+
+bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr) {
+  if (video_) add_to_video(frame, image_bgr);
+  if (!out_.empty() && !still_written_ && std::int64_t(frame) >= config_.still_frame) {
+    write_png(out_ / "composite.png", image_bgr);
+    still_written_ = true;
+  }
+  last_frame_ = frame;
+  last_image_ = image_bgr;
+  return !window_ || window_->show(image_bgr);
+}
+
+void Presenter::finish() {
+  if (!out_.empty() && !still_written_ && !last_image_.empty()) write_png(out_ / "composite.png", last_image_);
+  if (video_) video_->finish();
+}
+
+}  // namespace fivepipe

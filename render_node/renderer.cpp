@@ -1,0 +1,210 @@
+#include "render_node/renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "common/geometry/gl_camera.h"
+#include "render_node/shaders.h"
+
+namespace fivepipe {
+namespace {
+
+constexpr int kDepthUnit = 0, kColourUnit = 1;
+
+// Neighbouring pixels of the reconstruction belong to one surface while it is tilted by less than 80 degrees.
+constexpr float kSteepestTilt = 5.7f;
+
+constexpr double kOddCells = 0.62;         // a checker's second colour, of the first, in linear light
+constexpr double kHighlightStrength = 0.8;  // how far a colliding object's colour goes to red
+const Eigen::Vector3d kHighlight(0.80, 0.02, 0.02);
+const Eigen::Vector3d kUncolouredHull(0.55, 0.55, 0.55);
+
+// IEC 61966-2-1.
+Eigen::Vector3d linear_from_srgb(const std::array<double, 3>& srgb) {
+  const auto one = [](double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
+  return {one(srgb[0]), one(srgb[1]), one(srgb[2])};
+}
+
+// The light has its nominal strength at the middle of the scene.
+double light_reach_m(const Scene& scene) {
+  Eigen::AlignedBox3d box;
+  for (const SceneObject& object : scene.objects) {
+    const Eigen::AlignedBox3d local = bounds_m(mesh_of(object));
+    if (!local.isEmpty()) box.extend(local.transformed(object.world_from_object));
+  }
+  constexpr double kNearest_m = 0.1;  // a light inside the only object still reaches something
+  return std::max(kNearest_m, ((box.isEmpty() ? Eigen::Vector3d::Zero().eval() : box.center()) - scene.light_world_m).norm());
+}
+
+bool finite(std::span<const float> values) {
+  return std::all_of(values.begin(), values.end(), [](float x) { return std::isfinite(x); });
+}
+
+}  // namespace
+
+Renderer::Drawn::Drawn(const SceneObject& o) : object(o), surface(o), world_from_object(o.world_from_object) {
+  const std::vector<SurfaceCorner> rest = surface.corners();
+  corners.upload(rest.data(), rest.size() * sizeof(SurfaceCorner), GL_STATIC_DRAW);
+  vertex_array.attribute(0, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, p_object_m));
+  vertex_array.attribute(1, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, normal));
+  vertex_array.attribute(2, corners, 2, sizeof(SurfaceCorner), offsetof(SurfaceCorner, pattern_m));
+}
+
+Renderer::Renderer(const Scene& scene, const Viewer& viewer)
+    : pinhole_(render_pinhole(viewer)),
+      near_m_(viewer.near_m),
+      far_m_(viewer.far_m),
+      clip_from_eye_(gl_clip_from_camera(pinhole_, near_m_, far_m_)),
+      light_world_m_(scene.light_world_m),
+      light_reach_m_(light_reach_m(scene)),
+      background_rgb_(scene.background_rgb),
+      object_program_("virtual object", shaders::kObjectVertex, std::string(shaders::kLight) + shaders::kObjectFragment),
+      hull_program_("hull", shaders::kHullVertex, std::string(shaders::kLight) + shaders::kHullFragment),
+      background_program_("background", shaders::kBackgroundVertex, shaders::kBackgroundFragment),
+      framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, true) {
+  objects_.reserve(scene.objects.size());
+  for (const SceneObject& object : scene.objects) {
+    index_of_object_[object.name] = objects_.size();
+    objects_.emplace_back(object);
+  }
+}
+
+std::vector<std::string> Renderer::draw(const HullFrame& hull, std::span<const ObjectPose> poses, const std::set<std::string>& colliding) {
+  std::vector<std::string> refused;
+  for (const ObjectPose& pose : poses)
+    if (auto reason = why_undrawable(pose))
+      refused.push_back(pose.object + ": " + *reason);
+    else
+      place(pose);
+
+  framebuffer_.bind();
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_LEQUAL);
+  glDepthMask(GL_TRUE);
+  const float farthest = 1;
+  glClearBufferfv(GL_DEPTH, 0, &farthest);
+  // Front to back as far as is known beforehand: what is hidden is not shaded.
+  if (!hull.depth_m.empty() && !hull.covered.empty()) draw_hull(hull);
+  draw_objects(hull.eye_from_world, colliding);
+  draw_background();
+  return refused;
+}
+
+std::optional<std::string> Renderer::why_undrawable(const ObjectPose& pose) const {
+  const auto found = index_of_object_.find(pose.object);
+  if (found == index_of_object_.end()) return "not in the scene";
+  if (!pose.world_from_object.matrix().allFinite()) return "pose not finite";
+  if (pose.vertices_m.empty()) return {};
+  if (pose.vertices_m.size() != 3 * objects_[found->second].surface.vertices())
+    return std::to_string(pose.vertices_m.size()) + " vertex coordinates for a mesh of " + std::to_string(objects_[found->second].surface.vertices()) + " vertices";
+  if (!finite(pose.vertices_m)) return "vertex not finite";
+  return {};
+}
+
+void Renderer::place(const ObjectPose& pose) {
+  Drawn& drawn = objects_[index_of_object_.at(pose.object)];
+  drawn.world_from_object = pose.world_from_object;
+  if (pose.vertices_m.empty()) return;
+  const std::vector<SurfaceCorner> moved = drawn.surface.corners(pose.vertices_m);
+  drawn.corners.upload(moved.data(), moved.size() * sizeof(SurfaceCorner), GL_STREAM_DRAW);
+}
+
+void Renderer::set_light(const GlProgram& program, const Eigen::Isometry3d& eye_from_world) const {
+  program.set("light_eye_m", Eigen::Vector3f((eye_from_world * light_world_m_).cast<float>()));
+  program.set("up_eye", Eigen::Vector3f((eye_from_world.linear() * Eigen::Vector3d::UnitZ()).cast<float>()));
+  program.set("light_reach_m", float(light_reach_m_));
+}
+
+void Renderer::draw_hull(const HullFrame& hull) {
+  upload(hull);
+  const Pinhole& k = hull.recon;
+  const bool has_colour = !hull.bgr.empty();
+  hull_program_.use();
+  set_light(hull_program_, hull.eye_from_world);
+  hull_program_.set("clip_from_eye", Eigen::Matrix4f(clip_from_eye_.cast<float>()));
+  hull_program_.set("window_depth_terms", Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
+  hull_program_.set("covered_px", Eigen::Vector4f(float(hull.covered.u0_px), float(hull.covered.v0_px), float(hull.covered.u1_px), float(hull.covered.v1_px)));
+  hull_program_.set("focal_px", Eigen::Vector2f(float(k.fx_px), float(k.fy_px)));
+  hull_program_.set("centre_px", Eigen::Vector2f(float(k.cx_px), float(k.cy_px)));
+  hull_program_.set("steepest", kSteepestTilt);
+  hull_program_.set("grey", Eigen::Vector3f(kUncolouredHull.cast<float>()));
+  hull_program_.set("has_colour", int(has_colour));
+  hull_program_.set("depth_m", kDepthUnit);
+  hull_program_.set("bgr", kColourUnit);
+  hull_depth_->bind(kDepthUnit);
+  hull_bgr_->bind(kColourUnit);
+  no_attributes_.bind();
+  glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+}
+
+// The covered part and one pixel around it, which is what the shader looks at.
+void Renderer::upload(const HullFrame& hull) {
+  const Pinhole& k = hull.recon;
+  if (!hull_depth_ || hull_depth_->width_px() != k.width_px || hull_depth_->height_px() != k.height_px) {
+    hull_depth_.emplace(k.width_px, k.height_px, GL_R32F);
+    hull_bgr_.emplace(k.width_px, k.height_px, GL_RGB8);
+  }
+  const PixelRect& c = hull.covered;
+  const PixelRect part = intersection({c.u0_px - 1, c.v0_px - 1, c.u1_px + 1, c.v1_px + 1}, {0, 0, k.width_px, k.height_px});
+  const std::size_t first = std::size_t(part.v0_px) * std::size_t(k.width_px) + std::size_t(part.u0_px);
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, k.width_px);
+  hull_depth_->upload(part.u0_px, part.v0_px, part.width_px(), part.height_px(), GL_RED, GL_FLOAT, hull.depth_m.data() + first);
+  if (!hull.bgr.empty())
+    hull_bgr_->upload(part.u0_px, part.v0_px, part.width_px(), part.height_px(), GL_BGR, GL_UNSIGNED_BYTE, hull.bgr.data() + 3 * first);
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+}
+
+void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::set<std::string>& colliding) const {
+  object_program_.use();
+  set_light(object_program_, eye_from_world);
+  object_program_.set("clip_from_eye", Eigen::Matrix4f(clip_from_eye_.cast<float>()));
+  for (const Drawn& drawn : objects_) {
+    Eigen::Vector3d albedo = linear_from_srgb(drawn.object.colour_rgb);
+    if (colliding.contains(drawn.object.name)) albedo += kHighlightStrength * (kHighlight - albedo);
+    object_program_.set("eye_from_object", Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
+    object_program_.set("albedo", Eigen::Vector3f(albedo.cast<float>()));
+    object_program_.set("albedo_of_odd_cells", Eigen::Vector3f((kOddCells * albedo).cast<float>()));
+    object_program_.set("checker", int(drawn.object.pattern == Pattern::checker));
+    object_program_.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
+    drawn.vertex_array.bind();
+    glDrawArrays(GL_TRIANGLES, 0, GLsizei(3 * drawn.surface.triangles()));
+  }
+}
+
+// Behind everything: darker than the scene's colour towards the bottom, lighter towards the top.
+void Renderer::draw_background() const {
+  const Eigen::Vector3d middle(background_rgb_[0], background_rgb_[1], background_rgb_[2]);
+  background_program_.use();
+  background_program_.set("bottom", Eigen::Vector3f((0.8 * middle).cast<float>()));
+  background_program_.set("top", Eigen::Vector3f((1.2 * middle).cast<float>()));
+  no_attributes_.bind();
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+cv::Mat Renderer::image_bgr() const {
+  cv::Mat rgba(pinhole_.height_px, pinhole_.width_px, CV_8UC4), image(rgba.size(), CV_8UC3);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.get());
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, rgba.cols, rgba.rows, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data);
+  for (int v = 0; v < image.rows; ++v) {  // GL's rows count from the bottom
+    cv::Mat row = image.row(v);
+    cv::cvtColor(rgba.row(rgba.rows - 1 - v), row, cv::COLOR_RGBA2BGR);
+  }
+  return image;
+}
+
+cv::Mat Renderer::depth_m() const {
+  cv::Mat window_depth(pinhole_.height_px, pinhole_.width_px, CV_32F), depth(window_depth.size(), CV_32F);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.get());
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, depth.cols, depth.rows, GL_DEPTH_COMPONENT, GL_FLOAT, window_depth.data);
+  for (int v = 0; v < depth.rows; ++v)
+    std::transform(window_depth.ptr<float>(depth.rows - 1 - v), window_depth.ptr<float>(depth.rows - 1 - v) + depth.cols, depth.ptr<float>(v),
+                   [&](float window) { return float(depth_m_from_window_depth(window, near_m_, far_m_)); });
+  return depth;
+}
+
+}  // namespace fivepipe

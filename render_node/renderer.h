@@ -1,0 +1,73 @@
+// Draws the virtual scene and composites the reconstruction into it by depth (paper, sections 3.3 and 4.4.1: the parent pipe).
+#pragma once
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/gl/objects.h"
+#include "common/scene/deployment.h"
+#include "common/scene/scene.h"
+#include "render_node/surface.h"
+#include "render_node/tile_set.h"
+
+namespace fivepipe {
+
+// Where a virtual object is now.
+struct ObjectPose {
+  std::string object;
+  Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
+  std::vector<float> vertices_m;  // x y z per vertex of its mesh, object frame; empty: rigid
+};
+
+// Needs a current GL context for its whole life.
+class Renderer {
+ public:
+  Renderer(const Scene& scene, const Viewer& viewer);
+
+  // Draws one frame as seen from hull.eye_from_world. Objects stay where the last pose put them. What can't be drawn (unknown object,
+  // wrong number of vertices, non-finite pose or vertex) leaves its object as it was and is said in the answer, one line each.
+  // Colliding objects are tinted red. Virtual and real surfaces occlude each other pixel by pixel; at equal depth the virtual one is seen.
+  std::vector<std::string> draw(const HullFrame& hull, std::span<const ObjectPose> poses, const std::set<std::string>& colliding);
+
+  // The frame drawn last, read back: 8-bit BGR (sRGB), row 0 at the top.
+  cv::Mat image_bgr() const;
+  // Its depth along the view's z [m], 32-bit float; far_m where there is nothing.
+  cv::Mat depth_m() const;
+
+ private:
+  struct Drawn {
+    explicit Drawn(const SceneObject& object);
+    SceneObject object;
+    Surface surface;
+    Eigen::Isometry3d world_from_object;
+    GlBuffer corners;
+    GlVertexArray vertex_array;
+  };
+
+  std::optional<std::string> why_undrawable(const ObjectPose& pose) const;
+  void place(const ObjectPose& pose);
+  void set_light(const GlProgram& program, const Eigen::Isometry3d& eye_from_world) const;
+  void draw_hull(const HullFrame& hull);
+  void upload(const HullFrame& hull);
+  void draw_objects(const Eigen::Isometry3d& eye_from_world, const std::set<std::string>& colliding) const;
+  void draw_background() const;
+
+  Pinhole pinhole_;
+  double near_m_, far_m_;
+  Eigen::Matrix4d clip_from_eye_;
+  Eigen::Vector3d light_world_m_;
+  double light_reach_m_;
+  std::array<double, 3> background_rgb_;
+  std::vector<Drawn> objects_;
+  std::map<std::string, std::size_t> index_of_object_;
+  GlProgram object_program_, hull_program_, background_program_;
+  GlFramebuffer framebuffer_;
+  GlVertexArray no_attributes_;
+  std::optional<GlTexture> hull_depth_, hull_bgr_;
+};
+
+}  // namespace fivepipe

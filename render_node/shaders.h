@@ -1,0 +1,147 @@
+// The renderer's shaders. All light is computed in linear light, in the eye's frame (x right, y down, z forward, metres), and written
+// as sRGB by the shader: llvmpipe takes 6 ms longer over 640x480 pixels of an sRGB framebuffer.
+#pragma once
+
+namespace fivepipe::shaders {
+
+// One point light, dimmer with distance, over light from the sky that is stronger from above.
+inline constexpr const char* kLight = R"(#version 450 core
+uniform vec3 light_eye_m;
+uniform vec3 up_eye;
+uniform float light_reach_m;  // where the light has its nominal strength
+// sRGB's curve to within 0.4 of 255 levels, by square roots (Taylor, "sRGB approximations for HLSL").
+vec3 srgb(vec3 linear) {
+  vec3 c = clamp(linear, 0.0, 1.0), c2 = sqrt(c), c4 = sqrt(c2), c8 = sqrt(c4);
+  return 0.662002687 * c2 + 0.684122060 * c4 - 0.323583601 * c8 - 0.0225411470 * c;
+}
+vec3 lit(vec3 albedo, vec3 n, vec3 p_eye_m) {
+  vec3 to_light = light_eye_m - p_eye_m;
+  float square = max(dot(to_light, to_light), 1e-6);
+  vec3 l = to_light * inversesqrt(square);
+  float strength = 2.0 * light_reach_m * light_reach_m / (light_reach_m * light_reach_m + square);
+  float diffuse = max(dot(n, l), 0.0) * strength;
+  float sky = 0.5 + 0.5 * dot(n, up_eye);
+  return albedo * (mix(vec3(0.07, 0.065, 0.06), vec3(0.20, 0.22, 0.25), sky) + 0.80 * diffuse * vec3(1.0, 0.97, 0.92));
+}
+)";
+
+inline constexpr const char* kObjectVertex = R"(#version 450 core
+layout(location = 0) in vec3 p_object_m;
+layout(location = 1) in vec3 normal_object;
+layout(location = 2) in vec2 pattern_m;
+uniform mat4 eye_from_object;
+uniform mat4 clip_from_eye;
+uniform float cells_per_m;
+out vec3 p_eye_m;
+out vec3 normal_eye;
+out vec2 cell;
+void main() {
+  vec4 p = eye_from_object * vec4(p_object_m, 1.0);
+  p_eye_m = p.xyz;
+  normal_eye = mat3(eye_from_object) * normal_object;
+  cell = pattern_m * cells_per_m;
+  gl_Position = clip_from_eye * p;
+}
+)";
+
+// Both sides are lit: a normal is turned to the side that is seen. The checker is averaged over the pixel's footprint
+// (Quilez, "Filtering the checkerboard pattern").
+inline constexpr const char* kObjectFragment = R"(
+in vec3 p_eye_m;
+in vec3 normal_eye;
+in vec2 cell;
+uniform vec3 albedo;
+uniform vec3 albedo_of_odd_cells;
+uniform int checker;
+out vec4 colour;
+float odd() {
+  vec2 footprint = max(fwidth(cell), vec2(1e-4));
+  vec2 i = 2.0 * (abs(fract((cell - 0.5 * footprint) * 0.5) - 0.5) - abs(fract((cell + 0.5 * footprint) * 0.5) - 0.5)) / footprint;
+  return 0.5 - 0.5 * i.x * i.y;
+}
+void main() {
+  vec3 n = normalize(gl_FrontFacing ? normal_eye : -normal_eye);
+  colour = vec4(srgb(lit(checker != 0 ? mix(albedo, albedo_of_odd_cells, odd()) : albedo, n, p_eye_m)), 1.0);
+}
+)";
+
+// The part of the view that holds the hull, as a rectangle of the reconstruction's pixels carried into the view by
+// its pinhole and the one conversion to GL's camera; depth comes from the fragment.
+inline constexpr const char* kHullVertex = R"(#version 450 core
+uniform mat4 clip_from_eye;
+uniform vec4 covered_px;  // u0 v0 u1 v1, half-open
+uniform vec2 focal_px;
+uniform vec2 centre_px;
+out vec2 texel;           // texel (u, v) covers [u, u + 1) x [v, v + 1)
+void main() {
+  texel = vec2((gl_VertexID & 1) == 0 ? covered_px.x : covered_px.z, (gl_VertexID & 2) == 0 ? covered_px.y : covered_px.w);
+  vec4 clip = clip_from_eye * vec4((texel - 0.5 - centre_px) / focal_px, 1.0, 1.0);
+  gl_Position = vec4(clip.xy / clip.w, 0.0, 1.0);
+}
+)";
+
+// Whether there is hull is the nearest texel's answer. Within one surface depth and colour are interpolated between the four texels
+// around, 1 / z linearly, which is exact for planes; across a silhouette never.
+// Where nobody sent colour: grey, lit by the normal that the gradient of 1 / z gives (for a plane n . p = d: 1 / z = n . ray / d).
+inline constexpr const char* kHullFragment = R"(
+in vec2 texel;
+uniform sampler2D depth_m;
+uniform sampler2D bgr;
+uniform int has_colour;
+uniform vec2 focal_px;
+uniform vec2 centre_px;
+uniform float steepest;            // tangent of the tilt up to which neighbouring texels are one surface
+uniform vec2 window_depth_terms;   // NDC depth = x + y / z
+uniform vec3 grey;
+out vec4 colour;
+float depth_at(ivec2 t) { return texelFetch(depth_m, clamp(t, ivec2(0), textureSize(depth_m, 0) - 1), 0).r; }
+vec3 colour_at(ivec2 t) { return texelFetch(bgr, clamp(t, ivec2(0), textureSize(bgr, 0) - 1), 0).rgb; }
+float slope(float before, float here, float after, float jump) {
+  bool b = abs(before - here) < jump, a = abs(after - here) < jump;
+  return a && b ? 0.5 * (1.0 / after - 1.0 / before) : a ? 1.0 / after - 1.0 / here : b ? 1.0 / here - 1.0 / before : 0.0;
+}
+vec3 normal_at(ivec2 t, float z, float jump) {
+  vec2 g = vec2(slope(depth_at(t - ivec2(1, 0)), z, depth_at(t + ivec2(1, 0)), jump),
+                slope(depth_at(t - ivec2(0, 1)), z, depth_at(t + ivec2(0, 1)), jump));
+  return -normalize(vec3(g * focal_px, 1.0 / z - dot(g, vec2(t) - centre_px)));
+}
+void main() {
+  ivec2 nearest = ivec2(floor(texel));
+  float z = depth_at(nearest);
+  if (z == 0.0) discard;
+  vec2 from_first = texel - 0.5;
+  ivec2 first = ivec2(floor(from_first));
+  vec2 f = from_first - vec2(first);
+  vec4 around = vec4(depth_at(first), depth_at(first + ivec2(1, 0)), depth_at(first + ivec2(0, 1)), depth_at(first + ivec2(1, 1)));
+  float jump = min(steepest / focal_px.x, 0.5) * z;
+  bool one_surface = all(lessThan(abs(around - z), vec4(jump)));
+  float inverse_z = 1.0 / z;
+  if (one_surface) inverse_z = mix(mix(1.0 / around.x, 1.0 / around.y, f.x), mix(1.0 / around.z, 1.0 / around.w, f.x), f.y);
+  // Hull at the far plane stays in front of the background, at depth 1.
+  gl_FragDepth = clamp(0.5 + 0.5 * (window_depth_terms.x + window_depth_terms.y * inverse_z), 0.0, 0.99999994);
+  if (has_colour == 0)
+    colour = vec4(srgb(lit(grey, normal_at(nearest, z, jump), vec3((texel - 0.5 - centre_px) / focal_px, 1.0) / inverse_z)), 1.0);
+  else if (one_surface)
+    colour = vec4(mix(mix(colour_at(first), colour_at(first + ivec2(1, 0)), f.x), mix(colour_at(first + ivec2(0, 1)), colour_at(first + ivec2(1, 1)), f.x), f.y), 1.0);
+  else
+    colour = vec4(colour_at(nearest), 1.0);
+}
+)";
+
+inline constexpr const char* kBackgroundVertex = R"(#version 450 core
+out float height;  // 0 at the image's bottom, 1 at its top
+void main() {
+  vec2 corner = vec2((gl_VertexID & 1) == 0 ? -1.0 : 3.0, (gl_VertexID & 2) == 0 ? -1.0 : 3.0);
+  height = 0.5 + 0.5 * corner.y;
+  gl_Position = vec4(corner, 1.0, 1.0);
+}
+)";
+inline constexpr const char* kBackgroundFragment = R"(#version 450 core
+in float height;
+uniform vec3 bottom;
+uniform vec3 top;
+out vec4 colour;
+void main() { colour = vec4(mix(bottom, top, height), 1.0); }
+)";
+
+}  // namespace fivepipe::shaders

@@ -1,0 +1,20 @@
+#include "sim_node/bounce.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fivepipe {
+
+Bounce bounce(const Response& response, const Eigen::Vector3d& velocity_world_m_s, double restitution, double gravity_m_s2, double resting_speed_m_s) {
+  Bounce result{response.clear_distance_m() * response.v_rec_world, velocity_world_m_s};
+  const Eigen::Vector3d& normal = response.normal == NormalStatus::defined ? response.n_hull_world : response.v_rec_world;
+  const double approach_m_s = -velocity_world_m_s.dot(normal);
+  if (!(approach_m_s > 0)) return result;
+  const double lift_m = std::max(0.0, result.move_world_m.z());
+  const double paid_m_s = std::sqrt(std::max(0.0, approach_m_s * approach_m_s - 2 * gravity_m_s2 * lift_m));
+  const double away_m_s = approach_m_s > resting_speed_m_s ? restitution * paid_m_s : 0.0;
+  result.velocity_world_m_s += (approach_m_s + away_m_s) * normal;
+  return result;
+}
+
+}  // namespace fivepipe

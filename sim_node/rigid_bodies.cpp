@@ -1,0 +1,155 @@
+#include "sim_node/rigid_bodies.h"
+
+#include <btBulletDynamicsCommon.h>
+
+#include <cassert>
+
+namespace fivepipe {
+namespace {
+
+// Smooth wood on wood; the scene states none.
+constexpr double kFriction = 0.5;
+// A body that moves more than this part of its smallest half extent in a step is swept, so that it does not pass a thin plate
+// between two steps; swept as a sphere of half that extent, well inside the body.
+constexpr double kSweptFromExtents = 1.0, kSweptSphereExtents = 0.5;
+
+btVector3 bt(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Eigen::Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
+
+btTransform bt(const Eigen::Isometry3d& b_from_a) {
+  const Eigen::Matrix3d& r = b_from_a.linear();
+  const btMatrix3x3 basis(r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1), r(2, 2));
+  return btTransform(basis, bt(Eigen::Vector3d(b_from_a.translation())));
+}
+
+Eigen::Isometry3d eigen(const btTransform& b_from_a) {
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) result.linear()(row, column) = b_from_a.getBasis()[row][column];
+  result.translation() = eigen(b_from_a.getOrigin());
+  return result;
+}
+
+// A body with what it refers to. Bullet puts a body's origin into its centre of mass: object_from_body moves it there.
+struct Body {
+  std::unique_ptr<btTriangleMesh> triangles;
+  std::unique_ptr<btCollisionShape> shape;
+  std::unique_ptr<btRigidBody> body;
+  Eigen::Isometry3d object_from_body = Eigen::Isometry3d::Identity();
+  btTransform start_world_from_body;
+};
+
+void make_shape(const SceneObject& object, Body& body) {
+  if (const auto* box = std::get_if<BoxShape>(&object.shape)) {
+    body.shape = std::make_unique<btBoxShape>(bt(0.5 * box->size_m));
+    return;
+  }
+  if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
+    body.shape = std::make_unique<btSphereShape>(sphere->radius_m);
+    return;
+  }
+  const Mesh mesh = mesh_of(object);
+  body.object_from_body.translation() = bounds_m(mesh).center();
+  const auto vertex = [&](std::size_t i) { return bt(Eigen::Vector3d(mesh.vertices_m[i] - body.object_from_body.translation())); };
+  if (object.motion == Motion::fixed) {
+    body.triangles = std::make_unique<btTriangleMesh>();
+    for (const auto& [a, b, c] : mesh.triangles) body.triangles->addTriangle(vertex(a), vertex(b), vertex(c));
+    body.shape = std::make_unique<btBvhTriangleMeshShape>(body.triangles.get(), true);
+    return;
+  }
+  auto hull = std::make_unique<btConvexHullShape>();
+  for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i) hull->addPoint(vertex(i), false);
+  hull->recalcLocalAabb();
+  body.shape = std::move(hull);
+}
+
+Body body_of(const SceneObject& object) {
+  Body body;
+  make_shape(object, body);
+  const bool dynamic = object.motion == Motion::dynamic;
+  const double mass_kg = dynamic ? object.mass_kg : 0.0;  // Bullet's sign for a body that does not move
+  btVector3 inertia(0, 0, 0);
+  if (dynamic) body.shape->calculateLocalInertia(mass_kg, inertia);
+  body.start_world_from_body = bt(object.world_from_object * body.object_from_body);
+  btRigidBody::btRigidBodyConstructionInfo info(mass_kg, nullptr, body.shape.get(), inertia);
+  info.m_startWorldTransform = body.start_world_from_body;
+  info.m_restitution = dynamic ? object.restitution : 1.0;  // Bullet multiplies the two bodies'
+  info.m_friction = kFriction;
+  body.body = std::make_unique<btRigidBody>(info);
+  if (dynamic) {
+    // A body asleep would not notice that a hand has come.
+    body.body->setActivationState(DISABLE_DEACTIVATION);
+    btVector3 low, high;
+    body.shape->getAabb(btTransform::getIdentity(), low, high);
+    const btVector3 half = 0.5 * (high - low);
+    const double smallest_m = half[half.minAxis()];
+    body.body->setCcdMotionThreshold(kSweptFromExtents * smallest_m);
+    body.body->setCcdSweptSphereRadius(kSweptSphereExtents * smallest_m);
+  }
+  return body;
+}
+
+}  // namespace
+
+struct RigidBodies::World {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld dynamics{&dispatcher, &broadphase, &solver, &configuration};
+  std::vector<Body> bodies;
+
+  ~World() {
+    for (Body& body : bodies) dynamics.removeRigidBody(body.body.get());
+  }
+};
+
+RigidBodies::RigidBodies(const Scene& scene) : world_(std::make_unique<World>()) {
+  world_->dynamics.setGravity({0, 0, -scene.gravity_m_s2});
+  world_->bodies.reserve(scene.objects.size());
+  for (const SceneObject& object : scene.objects) {
+    world_->bodies.push_back(body_of(object));
+    world_->dynamics.addRigidBody(world_->bodies.back().body.get());
+  }
+}
+
+RigidBodies::~RigidBodies() = default;
+RigidBodies::RigidBodies(RigidBodies&&) noexcept = default;
+RigidBodies& RigidBodies::operator=(RigidBodies&&) noexcept = default;
+
+void RigidBodies::step(double step_s) {
+  assert(step_s > 0);
+  world_->dynamics.stepSimulation(step_s, 0);  // 0: exactly this step, none of Bullet's own
+}
+
+Eigen::Isometry3d RigidBodies::world_from_object(std::size_t object) const {
+  const Body& body = world_->bodies[object];
+  return eigen(body.body->getWorldTransform()) * body.object_from_body.inverse();
+}
+
+Eigen::Vector3d RigidBodies::center_world_m(std::size_t object) const { return eigen(world_->bodies[object].body->getWorldTransform().getOrigin()); }
+Eigen::Vector3d RigidBodies::velocity_m_s(std::size_t object) const { return eigen(world_->bodies[object].body->getLinearVelocity()); }
+
+void RigidBodies::set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s) {
+  world_->bodies[object].body->setLinearVelocity(bt(velocity_world_m_s));
+}
+
+void RigidBodies::translate(std::size_t object, const Eigen::Vector3d& move_world_m) {
+  btRigidBody& body = *world_->bodies[object].body;
+  btTransform world_from_body = body.getWorldTransform();
+  world_from_body.getOrigin() += bt(move_world_m);
+  body.setWorldTransform(world_from_body);
+  body.setInterpolationWorldTransform(world_from_body);
+}
+
+void RigidBodies::put_back(std::size_t object) {
+  btRigidBody& body = *world_->bodies[object].body;
+  body.setWorldTransform(world_->bodies[object].start_world_from_body);
+  body.setInterpolationWorldTransform(body.getWorldTransform());
+  for (const auto set : {&btRigidBody::setLinearVelocity, &btRigidBody::setAngularVelocity}) (body.*set)({0, 0, 0});
+  body.setInterpolationLinearVelocity({0, 0, 0});
+  body.setInterpolationAngularVelocity({0, 0, 0});
+  body.clearForces();
+}
+
+}  // namespace fivepipe

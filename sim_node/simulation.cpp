@@ -1,0 +1,173 @@
+#include "sim_node/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "sim_node/bounce.h"
+
+namespace fivepipe {
+namespace {
+
+// Stamps are whole nanoseconds: a step that ends this little after the stamp belongs to it.
+constexpr double kStampResolutionS = 1e-9;
+// Angle BAC for bouncing objects. With the paper's 10 degrees I and J lie 1 mm apart where a ball has entered by 5 mm, less
+// than a pixel's footprint; with 60 degrees 6 mm.
+constexpr double kBounceAngleRad = 1.0471975512;
+// An object at rest on the hull falls for one or two query periods at most before it is lifted again.
+constexpr double kRestingPeriods = 2.0;
+
+void add(DetectionCounts& sum, const DetectionCounts& counts) {
+  sum.objects += counts.objects;
+  sum.free_by_image += counts.free_by_image;
+  sum.box_touched += counts.box_touched;
+  sum.free_by_cells += counts.free_by_cells;
+  sum.box_may_hold += counts.box_may_hold;
+  sum.colliding += counts.colliding;
+  sum.triangles_queried += counts.triangles_queried;
+  sum.triangles_degenerate += counts.triangles_degenerate;
+  sum.points_unconfirmed += counts.points_unconfirmed;
+}
+
+double radius_m(const Mesh& mesh) {
+  const Eigen::Vector3d center_m = bounds_m(mesh).center();
+  double radius_sq = 0;
+  for (const Eigen::Vector3d& v : mesh.vertices_m) radius_sq = std::max(radius_sq, (v - center_m).squaredNorm());
+  return std::sqrt(radius_sq);
+}
+
+const Scene& checked(const Scene& scene, const SimConfig& config) {
+  if (!(config.step_s > 0 && std::isfinite(config.step_s))) throw std::invalid_argument("step_s is not positive and finite");
+  if (!(config.max_points >= 0)) throw std::invalid_argument("max_points is negative");
+  return scene;
+}
+
+}  // namespace
+
+Simulation::Simulation(const Scene& scene, const SimConfig& config)
+    : scene_(checked(scene, config)),
+      config_(config),
+      bodies_(scene),
+      query_(config.window_px, config.viewport_px),
+      steps_per_query_(std::uint64_t(std::max(1.0, std::round(kHullQueryPeriodS / config.step_s)))) {
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+    const SceneObject& object = scene_.objects[i];
+    meshes_.push_back(mesh_of(object));
+    radii_m_.push_back(radius_m(meshes_.back()));
+    for (const Eigen::Vector3d& v : meshes_.back().vertices_m) playground_m_.extend(object.world_from_object * v);
+    if (object.reaction != Reaction::none) reacting_.push_back(i);
+    if (bounces(i)) bouncing_.push_back(i);
+  }
+  playground_m_ = {playground_m_.min().array() - kLostM, playground_m_.max().array() + kLostM};
+  contacts_.resize(bouncing_.size());
+}
+
+bool Simulation::bounces(std::size_t object) const {
+  return scene_.objects[object].reaction == Reaction::bounce && scene_.objects[object].motion == Motion::dynamic;
+}
+
+void Simulation::reset() {
+  bodies_ = RigidBodies(scene_);
+  steps_since_query_ = 0;
+}
+
+void Simulation::anchor_at(double time_s) {
+  anchor_s_ = time_s;
+  steps_since_anchor_ = 0;
+  started_ = true;
+}
+
+void Simulation::catch_up(double time_s) {
+  if (!started_ || paused_) return anchor_at(time_s);
+  if (time_s < this->time_s() - kStampResolutionS) {
+    ++counters_.stamps_went_back;
+    if (time_s < this->time_s() - kMaxCatchUpS) anchor_at(time_s);
+    return;
+  }
+  if (const double gap_s = time_s - this->time_s(); gap_s > kMaxCatchUpS + config_.step_s) {
+    counters_.skipped_s += gap_s - kMaxCatchUpS;
+    anchor_at(time_s - kMaxCatchUpS);
+  }
+  while (anchor_s_ + double(steps_since_anchor_ + 1) * config_.step_s <= time_s + kStampResolutionS) step();
+}
+
+void Simulation::advance_to(double time_s, std::span<const Silhouette> silhouettes) {
+  if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
+  query_.set_silhouettes(silhouettes);
+  std::fill(contacts_.begin(), contacts_.end(), CollisionReport{});
+  catch_up(time_s);
+  report();
+}
+
+void Simulation::step() {
+  bodies_.step(config_.step_s);
+  ++steps_since_anchor_;
+  ++counters_.steps;
+  put_back_the_lost();
+  if (++steps_since_query_ < steps_per_query_) return;
+  steps_since_query_ = 0;
+  bounce_off_hull();
+}
+
+void Simulation::put_back_the_lost() {
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+    if (scene_.objects[i].motion != Motion::dynamic || playground_m_.contains(bodies_.center_world_m(i))) continue;
+    bodies_.put_back(i);
+    ++counters_.put_back;
+  }
+}
+
+Detection Simulation::detected(std::span<const std::size_t> objects) {
+  std::vector<std::vector<Triangle>> triangles;
+  for (const std::size_t object : objects) triangles.push_back(world_triangles(meshes_[object], bodies_.world_from_object(object)));
+  Detection detection = detect(query_, triangles);
+  add(counters_.detection, detection.counts);
+  return detection;
+}
+
+void Simulation::bounce_off_hull() {
+  const double resting_speed_m_s = kRestingPeriods * scene_.gravity_m_s2 * std::max(kHullQueryPeriodS, config_.step_s);
+  Detection detection = detected(bouncing_);
+  for (std::size_t i = 0; i < bouncing_.size(); ++i) {
+    if (!detection.objects[i].colliding()) continue;
+    const std::size_t object = bouncing_[i];
+    ++counters_.contacts;
+    const ResponseConfig config{.height_m = radii_m_[object], .apex_angle_rad = kBounceAngleRad, .window_px = config_.window_px};
+    const Response response = respond(query_, world_triangles(meshes_[object], bodies_.world_from_object(object)), detection.objects[i],
+                                      {.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt}, config);
+    if (response.status == RecoveryStatus::recovered || response.status == RecoveryStatus::still_colliding) {
+      counters_.still_colliding += response.status == RecoveryStatus::still_colliding;
+      const Bounce after = bounce(response, bodies_.velocity_m_s(object), scene_.objects[object].restitution, scene_.gravity_m_s2, resting_speed_m_s);
+      bodies_.translate(object, after.move_world_m);
+      bodies_.set_velocity_m_s(object, after.velocity_world_m_s);
+    } else {
+      ++counters_.unrecovered;
+    }
+    contacts_[i] = {.object = object, .collision = std::move(detection.objects[i]), .response = response};
+  }
+}
+
+void Simulation::report() {
+  Detection detection = detected(reacting_);
+  reports_.clear();
+  for (std::size_t i = 0; i < reacting_.size(); ++i) {
+    const std::size_t object = reacting_[i];
+    CollisionReport report{.object = object, .collision = std::move(detection.objects[i])};
+    const auto bouncing = std::find(bouncing_.begin(), bouncing_.end(), object);
+    if (bouncing != bouncing_.end())
+      if (CollisionReport& contact = contacts_[std::size_t(bouncing - bouncing_.begin())]; contact.response) report = std::move(contact);
+    report.name = scene_.objects[object].name;
+    report.truncated = report.collision.points.size() > std::size_t(config_.max_points);
+    if (report.truncated) report.collision.points.erase(report.collision.points.begin() + config_.max_points, report.collision.points.end());
+    reports_.push_back(std::move(report));
+  }
+}
+
+std::vector<ObjectState> Simulation::states() const {
+  std::vector<ObjectState> states;
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i)
+    states.push_back({scene_.objects[i].name, bodies_.world_from_object(i), bodies_.velocity_m_s(i), {}});
+  return states;
+}
+
+}  // namespace fivepipe

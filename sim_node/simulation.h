@@ -1,0 +1,95 @@
+// The simulation pipe: virtual objects under gravity, in contact with each other and with the visual hull (paper, section 4).
+#pragma once
+#include <optional>
+
+#include "common/collision/response.h"
+#include "common/scene/deployment.h"
+#include "sim_node/rigid_bodies.h"
+
+namespace fivepipe {
+
+struct ObjectState {
+  std::string name;
+  Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> vertices_m;  // in the object's frame, where they deform; empty: rigid, the mesh as loaded
+};
+
+// An object against the hull. For Reaction::bounce it tells of the last contact since the advance_to before, as the object
+// has already been moved out of it; otherwise of the state reached.
+struct CollisionReport {
+  std::size_t object = 0;  // in the scene
+  std::string name = {};
+  ObjectCollision collision = {};  // points: the first SimConfig::max_points
+  bool truncated = false;          // there were more points
+  std::optional<Response> response = std::nullopt;  // Reaction::bounce in contact
+};
+
+struct SimulationCounters {
+  std::uint64_t steps = 0;
+  std::uint64_t contacts = 0;           // of bouncing objects with the hull, by query
+  std::uint64_t unrecovered = 0;        // of those, where no way out was found: reference_inside, no_exit_within_reach
+  std::uint64_t still_colliding = 0;    // of those, after the move
+  std::uint64_t put_back = 0;           // objects that left the scene, or whose pose was not finite
+  std::uint64_t stamps_went_back = 0;   // advance_to a time before the present one
+  double skipped_s = 0;                 // not simulated: gaps longer than kMaxCatchUpS
+  DetectionCounts detection;            // summed over all queries
+};
+
+// Needs a current OpenGL context for construction, use and destruction. Deterministic: the same calls give the same bits.
+class Simulation {
+ public:
+  Simulation(const Scene& scene, const SimConfig& config);
+
+  // Substeps of config.step_s up to time_s [s, any epoch], at most kMaxCatchUpS of them, against this hull; then reports.
+  // The first call only sets the clock. Where no new set has come, call with the last one: the hull is held. No silhouettes:
+  // no hull. A time a little back changes nothing; one that lies back by more than kMaxCatchUpS (a recording that started over)
+  // sets the clock. Throws std::invalid_argument where the time is not finite.
+  void advance_to(double time_s, std::span<const Silhouette> silhouettes);
+
+  // Paused, advance_to moves the clock and reports, and nothing moves; the pause is not caught up afterwards.
+  void pause() { paused_ = true; }
+  void resume() { paused_ = false; }
+  bool paused() const { return paused_; }
+  void reset();  // every object to its start, at rest; clock, pause and counters go on
+
+  double time_s() const { return anchor_s_ + double(steps_since_anchor_) * config_.step_s; }
+  std::vector<ObjectState> states() const;                                   // all objects, in the scene's order
+  const std::vector<CollisionReport>& collisions() const { return reports_; }  // those that react, in the scene's order
+  const SimulationCounters& counters() const { return counters_; }
+
+ private:
+  void anchor_at(double time_s);
+  void catch_up(double time_s);
+  void step();
+  void bounce_off_hull();
+  void put_back_the_lost();
+  void report();
+  Detection detected(std::span<const std::size_t> objects);
+  bool bounces(std::size_t object) const;
+
+  Scene scene_;
+  SimConfig config_;
+  RigidBodies bodies_;
+  TriangleVolumeQuery query_;
+  std::vector<Mesh> meshes_;               // by object
+  std::vector<double> radii_m_;            // by object: of the smallest ball round its centre
+  std::vector<std::size_t> reacting_, bouncing_;  // objects
+  Eigen::AlignedBox3d playground_m_;       // objects outside are put back
+  std::uint64_t steps_per_query_, steps_since_query_ = 0;
+  double anchor_s_ = 0;
+  std::uint64_t steps_since_anchor_ = 0;
+  bool started_ = false, paused_ = false;
+  std::vector<CollisionReport> reports_;
+  std::vector<CollisionReport> contacts_;  // by object of bouncing_, since the last report; collision free where none
+  SimulationCounters counters_;
+};
+
+// What is not simulated within one call of advance_to is skipped: a slow machine must not fall behind ever farther.
+inline constexpr double kMaxCatchUpS = 0.25;
+// Bouncing objects are queried this often: at 3 m/s a ball moves 2.5 cm in between, less than a hand is thick.
+inline constexpr double kHullQueryPeriodS = 1.0 / 120;
+// A dynamic object this far outside the box of the scene's start is put back to its own.
+inline constexpr double kLostM = 3.0;
+
+}  // namespace fivepipe

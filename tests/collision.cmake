@@ -1,0 +1,8 @@
+foreach(part query detection response)
+  fivepipe_test(collision_${part}_test collision_${part}.cpp LINK fivepipe_collision fivepipe_gl_context)
+endforeach()
+if(FIVEPIPE_NODES)
+  foreach(part time bounce)
+    fivepipe_test(sim_${part}_test sim_${part}.cpp LINK fivepipe_simulation fivepipe_gl_context)
+  endforeach()
+endif()

@@ -1,0 +1,278 @@
+// Moving an object out of the hull (paper, section 4.3).
+#include <limits>
+#include <stdexcept>
+
+#include "tests/collision_scene.h"
+
+namespace fivepipe::test {
+namespace {
+
+constexpr double kRealRadiusM = 0.05, kVirtualRadiusM = 0.04;
+constexpr double kFieldM = 0.16;
+constexpr int kImagePx = 320;
+constexpr double kFootprintM = kFieldM / kImagePx;
+constexpr double kSixtyDegreesRad = std::numbers::pi / 3;
+
+// A real ball at the origin seen by nine cameras on its horizon (18 directions of silhouettes), a virtual ball above it.
+class Responding : public GlTest {
+ protected:
+  Responding() { see({ball(kOrigin, kRealRadiusM)}); }
+
+  void see(const std::vector<Capsule>& real, int image_px = kImagePx) {
+    real_ = real;
+    query_.set_silhouettes(silhouettes_of(real, ring(9, 1.0, 0, image_px, kFieldM)));
+  }
+  void place(const Eigen::Vector3d& center_m) {
+    rp_object_m_ = center_m;
+    object_ = world_triangles(sphere_mesh(kVirtualRadiusM, 2), at(center_m));
+    collision_ = detect(query_, std::vector<std::vector<Triangle>>{object_}).objects[0];
+  }
+  Response respond_to(const ResponseRequest& request, const ResponseConfig& config = {}) { return respond(query_, object_, collision_, request, config); }
+  Response respond_by_default(const ResponseConfig& config = {}) { return respond_to({rp_object_m_, std::nullopt}, config); }
+
+  // Farthest point in the hull, up to reach_m from CP_obj along V_rec, at steps of 1 um.
+  template <typename InHull>
+  double exit_m(const Response& response, double reach_m, InHull inside) const {
+    for (double t_m = reach_m; t_m > 0; t_m -= 1e-6)
+      if (inside(response.cp_object_world_m + t_m * response.v_rec_world)) return t_m;
+    return 0;
+  }
+
+  std::vector<Capsule> real_;
+  TriangleVolumeQuery query_{400, 20};
+  Eigen::Vector3d rp_object_m_;
+  std::vector<Triangle> object_;
+  ObjectCollision collision_;
+};
+
+// Centres round the real ball at this distance from its own.
+Eigen::Vector3d above(double distance_m, double tilt_rad, double azimuth_rad) {
+  return distance_m * Eigen::Vector3d(std::sin(tilt_rad) * std::cos(azimuth_rad), std::sin(tilt_rad) * std::sin(azimuth_rad), std::cos(tilt_rad));
+}
+
+TEST_F(Responding, CpObjectIsTheFarthestCollisionPointOfEqualsTheFirst) {
+  object_ = {{Eigen::Vector3d(0, 0, 0), {0.01, 0, 0}, {0, 0.01, 0}}};
+  collision_.verdict = CollisionVerdict::colliding;
+  collision_.points = {{{0, 0, 0.01}, 1}, {{0.02, 0, 0}, 4}, {{0, 0.02, 0}, 5}, {{0, -0.02, 0}, 7}};
+  rp_object_m_ = {0, 0, 0};
+  const Response response = respond_by_default();
+  EXPECT_EQ(response.cp_object_triangle, 4u);
+  EXPECT_EQ(response.cp_object_world_m, Eigen::Vector3d(0.02, 0, 0));
+}
+
+TEST_F(Responding, RecoveryDistanceIsWithinItsStatedErrorOfTheHullOfTheMaps) {
+  Random random(21);
+  for (int i = 0; i < 30; ++i) {
+    place(above(kRealRadiusM + kVirtualRadiusM - uniform(random, 0.003, 0.012), uniform(random, 0, 0.8), uniform(random, 0, 6.28)));
+    ASSERT_TRUE(collision_.colliding());
+    const Response response = respond_by_default({.window_px = 200});
+    ASSERT_EQ(response.status, RecoveryStatus::recovered);
+    const double reach_m = std::min(0.05, (rp_object_m_ - response.cp_object_world_m).norm());
+    EXPECT_DOUBLE_EQ(response.d_rec_error_m, reach_m / 200);
+    const double exact_m = exit_m(response, reach_m, [&](const auto& p) { return in_hull(query_.silhouettes(), p); });
+    EXPECT_GE(exact_m, response.d_rec_m - 2e-6);  // two steps of the scan
+    EXPECT_LE(exact_m, response.d_rec_m + response.d_rec_error_m + 2e-6);
+    EXPECT_TRUE(in_hull(query_.silhouettes(), response.cp_hull_world_m));
+    EXPECT_NEAR((response.cp_hull_world_m - response.cp_object_world_m).norm(), response.d_rec_m, 1e-12);
+    EXPECT_FALSE(in_hull(query_.silhouettes(), response.cp_object_world_m + response.clear_distance_m() * response.v_rec_world));
+  }
+}
+
+TEST_F(Responding, RecoveryDistanceIsThatOfTheTrueSilhouettesWithinAPixel) {
+  std::vector<Camera> cameras;
+  for (const Silhouette& s : query_.silhouettes()) cameras.push_back(s.camera);
+  Random random(22);
+  for (int i = 0; i < 20; ++i) {
+    place(above(kRealRadiusM + kVirtualRadiusM - uniform(random, 0.003, 0.012), uniform(random, 0, 0.3), uniform(random, 0, 6.28)));
+    const Response response = respond_by_default();
+    ASSERT_EQ(response.status, RecoveryStatus::recovered);
+    const double analytic_m = exit_m(response, kVirtualRadiusM, [&](const auto& p) { return in_analytic_hull(real_, cameras, p); });
+    // Touched maps reach beyond the silhouette by a pixel's diagonal at most, seen across the line of sight at the ball's near side;
+    // along V_rec by that over the cosine to the surface's normal.
+    const double cosine = response.v_rec_world.dot(response.cp_hull_world_m.normalized());
+    ASSERT_GT(cosine, 0.5);
+    const double pixel_m = std::numbers::sqrt2 * kFootprintM * (1 + kRealRadiusM) / cosine;
+    EXPECT_GE(response.d_rec_m + response.d_rec_error_m, analytic_m - 2e-6);
+    EXPECT_LE(response.d_rec_m, analytic_m + pixel_m + 2e-6);
+  }
+}
+
+TEST_F(Responding, AfterTheMoveNothingOfTheObjectCollides) {
+  Random random(23);
+  for (int i = 0; i < 20; ++i) {
+    place(above(kRealRadiusM + kVirtualRadiusM - 0.006, uniform(random, 0, 3.1), uniform(random, 0, 6.28)));
+    if (!collision_.colliding()) continue;
+    const Response response = respond_by_default();
+    if (response.status != RecoveryStatus::recovered) continue;
+    place(rp_object_m_ + (response.clear_distance_m() + response.residual_m + 1e-9) * response.v_rec_world);
+    EXPECT_LE(collision_.points.size(), 2u);
+  }
+}
+
+TEST_F(Responding, NormalIsThatOfTheBall) {
+  constexpr int kFinePx = 1280;  // pixels of 0.125 mm
+  see({ball(kOrigin, kRealRadiusM)}, kFinePx);
+  Random random(24);
+  int defined = 0;
+  for (int i = 0; i < 20; ++i) {
+    place(above(kRealRadiusM + kVirtualRadiusM - uniform(random, 0.004, 0.01), uniform(random, 0, 0.3), uniform(random, 0, 6.28)));
+    const Response response = respond_by_default({.apex_angle_rad = kSixtyDegreesRad});
+    if (response.normal != NormalStatus::defined) continue;
+    ++defined;
+    EXPECT_GT(response.n_hull_world.dot(response.v_rec_world), 0);
+    EXPECT_NEAR(response.n_hull_world.norm(), 1, 1e-12);
+    // The chord IJ is parallel to the surface somewhere between I and J, each at most this far from CP_hull on the ball.
+    const double curvature_rad = response.clear_distance_m() * std::tan(kSixtyDegreesRad / 2) / kRealRadiusM;
+    // 18 directions of sight: the hull's horizontal sections are polygons whose sides turn by 20 degrees.
+    const Eigen::Vector3d outward = response.cp_hull_world_m.normalized();
+    const double polygon_rad = std::numbers::pi / 18 * std::hypot(outward.x(), outward.y());
+    EXPECT_LE(std::acos(std::min(1.0, outward.dot(response.n_hull_world))), response.n_hull_error_rad + curvature_rad + polygon_rad);
+  }
+  EXPECT_GE(defined, 15);
+}
+
+TEST_F(Responding, ShallowContactAtTenDegreesSpansLessThanAPixelAndSaysSo) {
+  place({0, 0, kRealRadiusM + kVirtualRadiusM - 0.002});
+  ASSERT_TRUE(collision_.colliding());
+  const Response response = respond_by_default();
+  EXPECT_EQ(response.status, RecoveryStatus::recovered);
+  EXPECT_NE(response.normal, NormalStatus::defined);
+  EXPECT_NE(response.normal, NormalStatus::not_asked);
+}
+
+TEST_F(Responding, NormalIsNotComputedWhereNotAsked) {
+  place({0, 0, 0.082});
+  EXPECT_EQ(respond_to({rp_object_m_, std::nullopt, false}).normal, NormalStatus::not_asked);
+}
+
+TEST_F(Responding, EdgeThatStartsInTheHullLeavesTheNormalUndefined) {
+  // A real wall beside the way out: B or C, wide apart, ends in it.
+  see({ball(kOrigin, 0.02), {{0.03, -0.06, -0.06}, {0.03, -0.06, 0.07}, 0.01}, {{0.03, 0.06, -0.06}, {0.03, 0.06, 0.07}, 0.01}, {{0.03, 0, -0.06}, {0.03, 0, 0.07}, 0.01}});
+  object_ = world_triangles(box_mesh({0.01, 0.01, 0.01}), at({0, 0, 0.02}));
+  collision_ = detect(query_, std::vector<std::vector<Triangle>>{object_}).objects[0];
+  ASSERT_TRUE(collision_.colliding());
+  const Response response = respond_to({Eigen::Vector3d(0, 0, 0.06), Eigen::Vector3d(0, 0, 1)}, {.height_m = 0.04, .apex_angle_rad = 1.3});
+  EXPECT_EQ(response.normal, NormalStatus::edge_starts_inside);
+  EXPECT_EQ(response.n_hull_world, Eigen::Vector3d::Zero());
+}
+
+TEST_F(Responding, ReferenceInTheHullIsSaid) {
+  place({0, 0, 0.03});  // its centre is 2 cm deep
+  EXPECT_EQ(respond_by_default().status, RecoveryStatus::reference_inside);
+  // Given a direction, there is something to search from.
+  EXPECT_EQ(respond_to({rp_object_m_, Eigen::Vector3d(0, 0, 1)}, {.height_m = 0.1}).status, RecoveryStatus::recovered);
+}
+
+TEST_F(Responding, ReferenceAtTheCollisionPointIsInTheHull) {
+  object_ = {{Eigen::Vector3d(0, 0, 0), {0.01, 0, 0}, {0, 0.01, 0}}};
+  collision_.points = {{{0, 0, 0}, 0}};
+  const Response response = respond_to({kOrigin, std::nullopt});
+  EXPECT_EQ(response.status, RecoveryStatus::reference_inside);
+  EXPECT_EQ(response.cp_object_world_m, kOrigin);
+}
+
+TEST_F(Responding, ObjectWhollyInTheHullIsSaidToHaveItsReferenceInside) {
+  object_ = world_triangles(sphere_mesh(0.01, 1), at(kOrigin));
+  collision_ = detect(query_, std::vector<std::vector<Triangle>>{object_}).objects[0];
+  EXPECT_EQ(respond_to({kOrigin, std::nullopt}).status, RecoveryStatus::reference_inside);
+}
+
+TEST_F(Responding, GivenDirectionOfAnyLengthIsTheSame) {
+  place({0, 0, 0.083});
+  const Response unit = respond_to({rp_object_m_, Eigen::Vector3d(0, 0.6, 0.8)});
+  ASSERT_EQ(unit.status, RecoveryStatus::recovered);
+  EXPECT_NEAR((unit.v_rec_world - Eigen::Vector3d(0, 0.6, 0.8)).norm(), 0, 1e-15);
+  for (const double length : {1e-200, 1e-3, 1e200}) {
+    const Response scaled = respond_to({rp_object_m_, length * Eigen::Vector3d(0, 0.6, 0.8)});
+    EXPECT_EQ(scaled.status, RecoveryStatus::recovered);
+    EXPECT_NEAR(scaled.d_rec_m, unit.d_rec_m, unit.d_rec_error_m);
+  }
+}
+
+TEST_F(Responding, ZeroDirectionIsUndefinedAndNaNRefused) {
+  place({0, 0, 0.083});
+  const Response response = respond_to({rp_object_m_, kOrigin});
+  EXPECT_EQ(response.status, RecoveryStatus::direction_undefined);
+  EXPECT_EQ(response.v_rec_world, kOrigin);
+  const Eigen::Vector3d nan(0, std::numeric_limits<double>::quiet_NaN(), 0);
+  EXPECT_THROW(respond_to({rp_object_m_, nan}), std::invalid_argument);
+  EXPECT_THROW(respond_to({nan, std::nullopt}), std::invalid_argument);
+}
+
+TEST_F(Responding, DirectionPointingInwardHasNoExitWithinReach) {
+  place({0, 0, 0.083});
+  EXPECT_EQ(respond_to({rp_object_m_, Eigen::Vector3d(0, 0, -1)}).status, RecoveryStatus::no_exit_within_reach);
+  // Long enough, it leads through to the other side.
+  const Response through = respond_to({rp_object_m_, Eigen::Vector3d(0, 0, -1)}, {.height_m = 0.15});
+  EXPECT_GT(through.d_rec_m, 0.08);
+}
+
+TEST_F(Responding, TangentDirectionFindsTheFarSideOfTheContact) {
+  place({0, 0, 0.085});
+  const Response response = respond_to({rp_object_m_, Eigen::Vector3d(1, 0, 0)});
+  // The cap is cut by the virtual ball where both surfaces meet: its chord is at most this long.
+  EXPECT_TRUE(response.status == RecoveryStatus::recovered || response.status == RecoveryStatus::still_colliding);
+  EXPECT_LT(response.d_rec_m, 0.05);
+  EXPECT_GT(response.d_rec_m, 0);
+}
+
+TEST_F(Responding, ContactAtTwoPlacesIsStillCollidingWithTheResidual) {
+  // Two real balls, a virtual one wedged deeper into one than into the other: moved out of the deeper, it stays in the other.
+  see({ball({-0.045, 0, 0}, 0.02), ball({0.045, 0, 0}, 0.02)});
+  object_ = world_triangles(box_mesh({0.06, 0.01, 0.01}), at({0.004, 0, 0}));
+  collision_ = detect(query_, std::vector<std::vector<Triangle>>{object_}).objects[0];
+  ASSERT_TRUE(collision_.colliding());
+  const Response response = respond_to({Eigen::Vector3d(0.004, 0, 0), std::nullopt});
+  EXPECT_EQ(response.status, RecoveryStatus::still_colliding);
+  EXPECT_GT(response.residual_m, response.d_rec_error_m);
+}
+
+TEST_F(Responding, PenetrationDeeperThanTheTriangleHasNoExitWithinReach) {
+  place({0, 0, 0.07});
+  const Response response = respond_by_default({.height_m = 0.005});
+  EXPECT_EQ(response.status, RecoveryStatus::no_exit_within_reach);
+}
+
+TEST_F(Responding, OnePixelOfNoiseMovesTheResultByNoMoreThanPixels) {
+  place({0, 0, 0.083});
+  const Response before = respond_by_default();
+  const std::vector<Silhouette> clean(query_.silhouettes().begin(), query_.silhouettes().end());
+  for (std::size_t noisy = 0; noisy < clean.size(); ++noisy)
+    for (const bool object : {true, false}) {
+      auto silhouettes = clean;
+      const PixelRect bounds = silhouettes[noisy].pixels.bounds();
+      silhouettes[noisy].pixels.set(kImagePx / 2, object ? bounds.v0_px - 1 : bounds.v0_px, object);
+      query_.set_silhouettes(silhouettes);
+      place(rp_object_m_);
+      ASSERT_TRUE(collision_.colliding());
+      const Response after = respond_by_default();
+      // CP_obj may be another sample of the same contact, its distance along V_rec differs by what the pixel takes away or adds.
+      const double pixel_m = std::numbers::sqrt2 * kFootprintM * (1 + kRealRadiusM);
+      const Eigen::Vector3d moved = after.clear_distance_m() * after.v_rec_world - before.clear_distance_m() * before.v_rec_world;
+      if (after.cp_object_world_m == before.cp_object_world_m) {
+        EXPECT_LE(moved.norm(), pixel_m + before.d_rec_error_m);
+      }
+    }
+}
+
+TEST_F(Responding, RefusesWhatItCannotAnswer) {
+  place({0, 0, 0.083});
+  EXPECT_THROW(respond_by_default({.height_m = 0}), std::invalid_argument);
+  EXPECT_THROW(respond_by_default({.height_m = std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
+  EXPECT_THROW(respond_by_default({.apex_angle_rad = 3.2}), std::invalid_argument);
+  EXPECT_THROW(respond_by_default({.window_px = 0}), std::invalid_argument);
+  collision_.points.clear();
+  EXPECT_THROW(respond_by_default(), std::invalid_argument);
+}
+
+TEST_F(Responding, SameInputSameBits) {
+  place({0.01, 0.003, 0.083});
+  const Response a = respond_by_default(), b = respond_by_default();
+  EXPECT_EQ(a.cp_object_world_m, b.cp_object_world_m);
+  EXPECT_EQ(a.d_rec_m, b.d_rec_m);
+  EXPECT_EQ(a.n_hull_world, b.n_hull_world);
+  EXPECT_EQ(a.residual_m, b.residual_m);
+}
+
+}  // namespace
+}  // namespace fivepipe::test

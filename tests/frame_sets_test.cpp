@@ -1,0 +1,99 @@
+#include <gtest/gtest.h>
+
+#include "common/messages/frame_sets.h"
+
+namespace fivepipe {
+namespace {
+
+Rig rig_of(int cameras) {
+  Rig rig;
+  for (int i = 0; i < cameras; ++i) {
+    RigCamera camera;
+    camera.name = "c" + std::to_string(i);
+    camera.source = camera.published = {64, 48, 50, 50, 31.5, 23.5};
+    rig.cameras.push_back(camera);
+  }
+  return rig;
+}
+
+CameraMap map_of(std::size_t camera, std::uint64_t frame, bool with_object = true) {
+  CameraMap map{camera, frame, std::int64_t(1000 * frame + 10 * camera), ObjectPixels(64, 48)};
+  if (with_object) map.pixels.set(5, 6);
+  return map;
+}
+
+std::vector<std::uint64_t> frames_of(const std::vector<FrameSet>& sets) {
+  std::vector<std::uint64_t> frames;
+  for (const FrameSet& set : sets) frames.push_back(set.frame);
+  return frames;
+}
+
+TEST(FrameSets, CompleteInAnyOrderOfCamerasWithTheSkewStated) {
+  FrameSets sets(rig_of(3));
+  EXPECT_TRUE(sets.add(map_of(2, 7)).empty());
+  EXPECT_TRUE(sets.add(map_of(0, 7)).empty());
+  const auto complete = sets.add(map_of(1, 7));
+  ASSERT_EQ(complete.size(), 1u);
+  EXPECT_EQ(complete[0].silhouettes.size(), 3u);
+  EXPECT_EQ(complete[0].capture_stamp_ns, 7000);
+  EXPECT_EQ(complete[0].skew_ns, 20);
+}
+
+TEST(FrameSets, MapsOfDifferentFramesAreNeverCombined) {
+  FrameSets sets(rig_of(2));
+  EXPECT_TRUE(sets.add(map_of(0, 1)).empty());
+  EXPECT_TRUE(sets.add(map_of(1, 2)).empty());
+  EXPECT_EQ(frames_of(sets.add(map_of(0, 2))), std::vector<std::uint64_t>{2});
+  EXPECT_EQ(sets.take_drops().at("incomplete_set"), 1u);
+  EXPECT_TRUE(sets.add(map_of(1, 1)).empty());
+  EXPECT_EQ(sets.take_drops().at("late_map"), 1u);
+}
+
+TEST(FrameSets, RepeatedMapIsCountedAndTheFirstKept) {
+  FrameSets sets(rig_of(2));
+  sets.add(map_of(0, 1));
+  sets.add(map_of(0, 1, false));
+  EXPECT_EQ(sets.take_drops().at("repeated_map"), 1u);
+  EXPECT_TRUE(sets.add(map_of(1, 1))[0].empty_cameras.empty());
+}
+
+TEST(FrameSets, NameTheCameraThatEmptiesTheHull) {
+  FrameSets sets(rig_of(2));
+  sets.add(map_of(0, 1));
+  EXPECT_EQ(sets.add(map_of(1, 1, false))[0].empty_cameras, std::vector<std::string>{"c1"});
+}
+
+TEST(FrameSets, CameraLostAndBack) {
+  FrameSets sets(rig_of(2));
+  sets.add(map_of(0, 0));
+  EXPECT_EQ(sets.add(map_of(1, 0)).size(), 1u);
+  std::uint64_t frame = 1;
+  while (sets.add(map_of(0, frame)).empty()) ASSERT_LE(++frame, 100u);
+  EXPECT_EQ(frame, FrameSets::kLostAfterFrames);
+  const auto without = sets.add(map_of(0, frame + 1));
+  ASSERT_EQ(without.size(), 1u);
+  EXPECT_EQ(without[0].lost_cameras, std::vector<std::string>{"c1"});
+  EXPECT_EQ(without[0].silhouettes.size(), 1u);
+  sets.add(map_of(1, frame + 2));
+  const auto with = sets.add(map_of(0, frame + 2));
+  ASSERT_EQ(with.size(), 1u);
+  EXPECT_EQ(with[0].silhouettes.size(), 2u);
+}
+
+TEST(FrameSets, StayBoundedWhenACameraNeverComes) {
+  FrameSets sets(rig_of(2));
+  std::uint64_t dropped = 0;
+  for (std::uint64_t frame = 0; frame < FrameSets::kLostAfterFrames; ++frame) sets.add(map_of(0, frame));
+  for (const auto& [reason, n] : sets.take_drops()) dropped += n;
+  EXPECT_EQ(dropped, FrameSets::kLostAfterFrames - FrameSets::kMaxIncomplete);
+}
+
+TEST(FrameSets, CaptureStartedAnewIsFollowed) {
+  FrameSets sets(rig_of(1));
+  EXPECT_EQ(sets.add(map_of(0, 5000)).size(), 1u);
+  EXPECT_EQ(sets.add(map_of(0, 0)).size(), 1u);
+  EXPECT_EQ(sets.add(map_of(0, 1)).size(), 1u);
+}
+
+}  // namespace
+}  // namespace fivepipe

@@ -1,0 +1,1 @@
+fivepipe_test(hull_exact_test hull_exact.cpp LINK fivepipe_hull)

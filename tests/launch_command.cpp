@@ -1,0 +1,70 @@
+// The built `fivepipe` command, as a user calls it.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <string>
+
+namespace {
+
+struct Answer {
+  int exit_code = -1;
+  std::string text;  // stdout and stderr
+};
+
+Answer fivepipe(const std::string& arguments) {
+  Answer answer;
+  FILE* pipe = popen((FIVEPIPE_BINARY_DIR "/fivepipe " + arguments + " 2>&1").c_str(), "r");
+  if (!pipe) return answer;
+  char buffer[4096];
+  while (const std::size_t got = fread(buffer, 1, sizeof buffer, pipe)) answer.text.append(buffer, got);
+  const int status = pclose(pipe);
+  if (WIFEXITED(status)) answer.exit_code = WEXITSTATUS(status);
+  return answer;
+}
+
+}  // namespace
+
+TEST(Command, BadCommandLinesExitWithTwo) {
+  for (const char* arguments : {"", "fly", "up", "up demo.yaml --duration -3", "up demo.yaml --set novalue", "up demo.yaml --set =x", "up demo.yaml --domain 9999",
+                                "top --surely-not", "bench", "bench no_such_suite"}) {
+    const Answer answer = fivepipe(arguments);
+    EXPECT_EQ(answer.exit_code, 2) << arguments << "\n" << answer.text;
+    EXPECT_FALSE(answer.text.empty()) << arguments;
+  }
+}
+
+TEST(Command, AMissingDeploymentIsAConfigurationErrorThatNamesTheFile) {
+  const Answer answer = fivepipe("up /no/such/deployment.yaml");
+  EXPECT_EQ(answer.exit_code, 2);
+  EXPECT_NE(answer.text.find("/no/such/deployment.yaml"), std::string::npos) << answer.text;
+}
+
+TEST(Command, HelpOfEverySubcommandHasAnExample) {
+  for (const char* subcommand : {"", "up ", "top ", "doctor ", "bench "}) {
+    const Answer answer = fivepipe(std::string(subcommand) + "--help");
+    EXPECT_EQ(answer.exit_code, 0) << answer.text;
+    EXPECT_NE(answer.text.find("Example"), std::string::npos) << subcommand << "\n" << answer.text;
+    EXPECT_NE(answer.text.find("fivepipe " + std::string(subcommand)), std::string::npos) << answer.text;
+  }
+}
+
+TEST(Command, VersionIsOneLine) {
+  const Answer answer = fivepipe("--version");
+  EXPECT_EQ(answer.exit_code, 0);
+  EXPECT_EQ(answer.text.rfind("fivepipe 0.", 0), 0u) << answer.text;
+  EXPECT_EQ(answer.text.find('\n'), answer.text.size() - 1);
+}
+
+TEST(Command, TopOnceSaysWhereNobodyIsHeard) {
+  const Answer answer = fivepipe("top --once --domain 199");
+  EXPECT_EQ(answer.exit_code, 3) << answer.text;
+  EXPECT_NE(answer.text.find("no node heard in domain 199"), std::string::npos) << answer.text;
+}
+
+TEST(Command, DoctorFindsThisMachineReady) {
+  const Answer answer = fivepipe("doctor --domain 198");
+  EXPECT_EQ(answer.exit_code, 0) << answer.text;
+  for (const char* part : {"build:", "GL:", "receive buffers", "loopback", "DDS", "cores", "disk", "camera"})
+    EXPECT_NE(answer.text.find(part), std::string::npos) << part << " is not in\n" << answer.text;
+}

@@ -1,0 +1,148 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "common/messages/camera_messages.h"
+#include "common/messages/object_pixels_codec.h"
+#include "common/messages/view_messages.h"
+
+namespace fivepipe {
+namespace {
+
+ObjectPixels random_pixels(int width_px, int height_px, double density, unsigned seed) {
+  std::mt19937 random(seed);
+  std::bernoulli_distribution starts(density), stays(0.9);
+  ObjectPixels pixels(width_px, height_px);
+  for (int v = 0; v < height_px; ++v) {
+    bool object = false;
+    for (int u = 0; u < width_px; ++u) {
+      object = object ? stays(random) : starts(random);
+      if (object) pixels.set(u, v);
+    }
+  }
+  return pixels;
+}
+
+Rig one_camera_rig(int width_px, int height_px) {
+  Rig rig;
+  rig.name = "test";
+  RigCamera camera;
+  camera.name = "wall1";
+  camera.published = camera.source = {width_px, height_px, 500, 500, 0.5 * width_px, 0.5 * height_px};
+  rig.cameras.push_back(camera);
+  return rig;
+}
+
+TEST(ObjectPixelsCodec, BothEncodingsRoundTripAtEveryWidth) {
+  for (const int width : {1, 7, 8, 9, 63, 64, 65, 127, 128, 130, 720})
+    for (const double density : {0.0, 0.01, 0.3, 1.0}) {
+      const ObjectPixels pixels = random_pixels(width, 13, density, unsigned(width));
+      const PixelRect region = pixels.bounds();
+      EXPECT_EQ(from_packed_bits(width, 13, region, packed_bits(pixels, region)), pixels) << width << ' ' << density;
+      EXPECT_EQ(from_run_lengths(width, 13, region, run_lengths(pixels, region)), pixels) << width << ' ' << density;
+    }
+}
+
+TEST(ObjectPixelsCodec, EmptyMapIsNoBytes) {
+  const ObjectPixels none(720, 486);
+  EXPECT_TRUE(packed_bits(none, none.bounds()).empty());
+  EXPECT_EQ(from_run_lengths(720, 486, {}, {}), none);
+}
+
+TEST(ObjectPixelsCodec, TruncatedOrOverlongPayloadIsRefused) {
+  const ObjectPixels pixels = random_pixels(100, 20, 0.05, 3);
+  const PixelRect region = pixels.bounds();
+  for (const auto& payload : {packed_bits(pixels, region), run_lengths(pixels, region)}) {
+    auto shorter = payload, longer = payload;
+    shorter.pop_back();
+    longer.push_back(0);
+    EXPECT_FALSE(from_packed_bits(100, 20, region, shorter));
+    EXPECT_FALSE(from_run_lengths(100, 20, region, shorter));
+    EXPECT_FALSE(from_packed_bits(100, 20, region, longer));
+    EXPECT_FALSE(from_run_lengths(100, 20, region, longer));
+  }
+}
+
+TEST(ObjectPixelsCodec, RandomBytesNeverWriteOutsideTheRegion) {
+  std::mt19937 random(7);
+  std::uniform_int_distribution<int> byte(0, 255), length(0, 80);
+  const PixelRect region{3, 2, 61, 9};
+  for (int i = 0; i < 20000; ++i) {
+    std::vector<std::uint8_t> payload(std::size_t(length(random)));
+    for (auto& b : payload) b = std::uint8_t(i % 2 ? byte(random) : byte(random) % 4);
+    for (const auto& pixels : {from_packed_bits(64, 12, region, payload), from_run_lengths(64, 12, region, payload)}) {
+      if (!pixels || pixels->count() == 0) continue;
+      EXPECT_EQ(intersection(pixels->bounds(), region), pixels->bounds());
+    }
+  }
+}
+
+TEST(CameraMessages, MapArrivesAsItWasSent) {
+  const Rig rig = one_camera_rig(720, 486);
+  const ObjectPixels pixels = random_pixels(720, 486, 0.02, 5);
+  OutgoingMap out = map_message("wall1", 42, 123456789, pixels);
+  const auto received = object_pixels_from(out.message(), rig);
+  ASSERT_TRUE(std::holds_alternative<CameraMap>(received));
+  EXPECT_EQ(std::get<CameraMap>(received).pixels, pixels);
+  EXPECT_EQ(std::get<CameraMap>(received).frame, 42u);
+  EXPECT_EQ(std::get<CameraMap>(received).capture_stamp_ns, 123456789);
+}
+
+std::string why_bad(const fivepipe_v1_ObjectPixelMap& message, const Rig& rig) {
+  const auto received = object_pixels_from(message, rig);
+  return std::holds_alternative<BadMessage>(received) ? std::get<BadMessage>(received).why : "";
+}
+
+TEST(CameraMessages, BadMapsAreNamed) {
+  const Rig rig = one_camera_rig(720, 486);
+  OutgoingMap out = map_message("wall1", 1, 1, random_pixels(720, 486, 0.02, 5));
+  auto message = out.message();
+  EXPECT_EQ(why_bad(message, rig), "");
+  set_text(message.camera, "wall9");
+  EXPECT_NE(why_bad(message, rig).find("unknown camera 'wall9'"), std::string::npos);
+  message = out.message();
+  message.image_width_px = 640;
+  EXPECT_NE(why_bad(message, rig).find("wrong image size"), std::string::npos);
+  message = out.message();
+  message.region.u1_px = 721;
+  EXPECT_NE(why_bad(message, rig).find("region outside"), std::string::npos);
+  message = out.message();
+  message.payload._length -= 1;
+  EXPECT_NE(why_bad(message, rig).find("truncated"), std::string::npos);
+  message = out.message();
+  message.object_pixels += 1;
+  EXPECT_NE(why_bad(message, rig).find("count"), std::string::npos);
+  message = out.message();
+  message.encoding = fivepipe_v1_MapEncoding(7);
+  EXPECT_NE(why_bad(message, rig), "");
+}
+
+TEST(CameraMessages, AnotherCalibrationIsToldByName) {
+  const Rig rig = one_camera_rig(720, 486);
+  auto info = camera_info_message(rig.cameras[0]);
+  EXPECT_EQ(disagreement(info, rig), "");
+  info.pinhole.fx_px += 0.5;
+  EXPECT_NE(disagreement(info, rig).find("wall1"), std::string::npos);
+  info = camera_info_message(rig.cameras[0]);
+  info.camera_from_mount.translation_m.x += 0.01;
+  EXPECT_NE(disagreement(info, rig).find("pose"), std::string::npos);
+}
+
+TEST(ViewMessages, PosesKeepTheirMeaningAndNanIsRefused) {
+  Viewer viewer;
+  const Eigen::Isometry3d pose = look_at({0, -0.75, 0.55}, {0, 0.05, 0.2});
+  auto message = head_pose_message(viewer, 9, 1, pose);
+  const auto received = head_pose_from(message);
+  ASSERT_TRUE(std::holds_alternative<FramePose>(received));
+  EXPECT_LT((std::get<FramePose>(received).eye_from_world.matrix() - pose.matrix()).cwiseAbs().maxCoeff(), 1e-14);
+  message.eye_from_world.rotation.w = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::holds_alternative<BadMessage>(head_pose_from(message)));
+  message = head_pose_message(viewer, 9, 1, pose);
+  message.eye_from_world.rotation.w *= 1.1;
+  EXPECT_TRUE(std::holds_alternative<BadMessage>(head_pose_from(message)));
+}
+
+}  // namespace
+}  // namespace fivepipe

@@ -1,0 +1,6 @@
+fivepipe_test(render_tile_set_test render_tile_set.cpp LINK fivepipe_render)
+fivepipe_test(render_surface_test render_surface.cpp LINK fivepipe_render)
+fivepipe_test(render_composite_test render_composite.cpp LINK fivepipe_render fivepipe_gl_context)
+fivepipe_test(render_golden_test render_golden.cpp LINK fivepipe_render fivepipe_gl_context)
+fivepipe_test(render_outputs_test render_outputs.cpp LINK fivepipe_render)
+fivepipe_test(render_window_test render_window.cpp LINK fivepipe_render fivepipe_gl_context)

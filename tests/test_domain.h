@@ -1,0 +1,9 @@
+// A DDS domain of its own for every test process: tests that run side by side never see each other.
+#pragma once
+#include <unistd.h>
+
+#include <cstdint>
+
+namespace fivepipe::test {
+inline std::uint32_t own_domain() { return 20 + std::uint32_t(getpid()) % 200; }
+}  // namespace fivepipe::test
