@@ -36,6 +36,15 @@ double radius_m(const Mesh& mesh) {
   return std::sqrt(radius_sq);
 }
 
+// Of a ball: how far under its surface its triangles reach. Other meshes are their own surface.
+double flatness_m(const SceneObject& object, const Mesh& mesh) {
+  const auto* sphere = std::get_if<SphereShape>(&object.shape);
+  if (!sphere) return 0;
+  double nearest_m = sphere->radius_m;
+  for (const auto& [a, b, c] : mesh.triangles) nearest_m = std::min(nearest_m, (mesh.vertices_m[a] + mesh.vertices_m[b] + mesh.vertices_m[c]).norm() / 3);
+  return sphere->radius_m - nearest_m;
+}
+
 const Scene& checked(const Scene& scene, const SimConfig& config) {
   if (!(config.step_s > 0 && std::isfinite(config.step_s))) throw std::invalid_argument("step_s is not positive and finite");
   if (!(config.max_points >= 0)) throw std::invalid_argument("max_points is negative");
@@ -54,6 +63,7 @@ Simulation::Simulation(const Scene& scene, const SimConfig& config)
     const SceneObject& object = scene_.objects[i];
     meshes_.push_back(mesh_of(object));
     radii_m_.push_back(radius_m(meshes_.back()));
+    flatness_m_.push_back(flatness_m(object, meshes_.back()));
     for (const Eigen::Vector3d& v : meshes_.back().vertices_m) playground_m_.extend(object.world_from_object * v);
     if (object.reaction != Reaction::none) reacting_.push_back(i);
     if (bounces(i)) bouncing_.push_back(i);
@@ -134,7 +144,7 @@ void Simulation::bounce_off_hull() {
     ++counters_.contacts;
     const ResponseConfig config{.height_m = radii_m_[object], .apex_angle_rad = kBounceAngleRad, .window_px = config_.window_px};
     const Response response = respond(query_, world_triangles(meshes_[object], bodies_.world_from_object(object)), detection.objects[i],
-                                      {.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt}, config);
+                                      {.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt, .equally_far_m = flatness_m_[object]}, config);
     if (response.status == RecoveryStatus::recovered || response.status == RecoveryStatus::still_colliding) {
       counters_.still_colliding += response.status == RecoveryStatus::still_colliding;
       const Bounce after = bounce(response, bodies_.velocity_m_s(object), scene_.objects[object].restitution, scene_.gravity_m_s2, resting_speed_m_s);

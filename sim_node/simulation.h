@@ -73,7 +73,8 @@ class Simulation {
   RigidBodies bodies_;
   TriangleVolumeQuery query_;
   std::vector<Mesh> meshes_;               // by object
-  std::vector<double> radii_m_;            // by object: of the smallest ball round its centre
+  std::vector<double> radii_m_;            // by object: of the smallest ball round its centre and its mesh
+  std::vector<double> flatness_m_;         // by object: how far its triangles lie under the surface that they stand for
   std::vector<std::size_t> reacting_, bouncing_;  // objects
   Eigen::AlignedBox3d playground_m_;       // objects outside are put back
   std::uint64_t steps_per_query_, steps_since_query_ = 0;

@@ -25,6 +25,7 @@ const CollisionPoint& farthest_from(const Eigen::Vector3d& rp_world_m, std::span
       equals.push_back(&point);
       mean_world_m += point.p_world_m;
     }
+  if (equally_far_m == 0) return *equals.front();
   mean_world_m /= double(equals.size());
   return **std::min_element(equals.begin(), equals.end(), [&](const CollisionPoint* a, const CollisionPoint* b) {
     return (a->p_world_m - mean_world_m).squaredNorm() < (b->p_world_m - mean_world_m).squaredNorm();

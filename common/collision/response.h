@@ -28,8 +28,8 @@ struct ResponseRequest {
   Eigen::Vector3d rp_object_world_m;           // RP_obj, by default the object's centre
   std::optional<Eigen::Vector3d> v_rec_world;  // direction given by the simulation, of any length; else RP_obj - CP_obj
   bool normal_wanted = true;
-  // Collision points this little nearer to RP_obj than the farthest count as equally far. All points of a ball are, but for its
-  // triangles: give how far those lie under the true surface.
+  // Collision points this little nearer to RP_obj than the farthest count as equally far, and the one nearest to their mean is
+  // taken: the middle of the contact. For balls, all of whose points are equally far but for the flatness of their triangles.
   double equally_far_m = 0;
 };
 
@@ -67,10 +67,9 @@ struct Response {
   double clear_distance_m() const { return d_rec_m + d_rec_error_m; }
 };
 
-// For an object that collides, against query.silhouettes(): CP_obj is the collision point farthest from RP_obj. Of equally far
-// ones the paper takes any; here the one nearest to their mean, the middle of the contact where there is one, and of equals there
-// the first in the order of collision.points (lowest triangle). Throws std::invalid_argument where collision has no points, the
-// request is not finite, or the configuration out of range.
+// For an object that collides, against query.silhouettes(): CP_obj is the collision point farthest from RP_obj, of equals the
+// first in the order of collision.points (lowest triangle) unless equally_far_m says otherwise. Throws std::invalid_argument where
+// collision has no points, the request is not finite, or the configuration out of range.
 Response respond(TriangleVolumeQuery& query, std::span<const Triangle> object_world_m, const ObjectCollision& collision,
                  const ResponseRequest& request, const ResponseConfig& config = {});
 

@@ -81,7 +81,7 @@ Content read_named_file(YamlMap& map, const std::string& key, Content (*read)(co
   return read(file, map.problems());
 }
 
-void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_good) {
+void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_good, bool viewer_is_good) {
   const std::size_t problems_before = map.problem_count();
   std::vector<PlacedNode> nodes;
   for (YamlMap& node : map.maps("nodes")) nodes.push_back(read_node(node, deployment.rig));
@@ -89,7 +89,7 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_good) {
   check_names_and_counts(nodes, map.file(), map.problems());
   const bool nodes_are_good = map.problem_count() == problems_before;
   if (rig_is_good && !nodes.empty()) check_sources(nodes, deployment.rig, map.file(), place, map.problems());
-  if (nodes_are_good) check_shares(nodes, deployment.viewer, map.file(), map.problems());
+  if (nodes_are_good && viewer_is_good) check_shares(nodes, deployment.viewer, map.file(), map.problems());
   for (PlacedNode& placed : nodes) deployment.nodes.push_back(std::move(placed.node));
 }
 
@@ -108,8 +108,10 @@ Deployment read_deployment(const std::filesystem::path& file, const std::map<std
   deployment.rig = read_named_file(map, "rig", read_rig);
   const bool rig_is_good = map.given("rig") && problems.count() == problems_before_rig;
   deployment.scene = read_named_file(map, "scene", read_scene);
+  const std::size_t problems_before_viewer = problems.count();
   deployment.viewer = read_viewer(map.map("viewer"));
-  read_nodes(map, deployment, rig_is_good);
+  const bool viewer_is_good = problems.count() == problems_before_viewer;
+  read_nodes(map, deployment, rig_is_good, viewer_is_good);
   map.finish();
   return deployment;
 }

@@ -180,7 +180,7 @@ PlacedNode read_node(YamlMap map, const Rig& rig) {
     case Program::recon: placed.node.config = read_recon(map); break;
     case Program::sim: placed.node.config = read_sim(map); break;
     case Program::render: placed.node.config = read_render(map); break;
-    case Program::unknown: return placed;  // the other keys depend on it
+    case Program::unknown: map.report_missing(); return placed;  // the other keys depend on the program
   }
   map.finish();
   return placed;

@@ -348,6 +348,10 @@ void YamlMap::finish() {
     }
     report(place_of_mark(entry.first.Mark()), what);
   }
+  report_missing();
+}
+
+void YamlMap::report_missing() {
   for (const std::string& key : missing_) report(place(), key + " is missing in " + what_);
   missing_.clear();
 }

@@ -72,6 +72,7 @@ class YamlMap {
 
   // Reports unknown keys, and missing ones. An unknown key that looks like a missing one (other unit, spelling) is one problem.
   void finish();
+  void report_missing();  // finish() without the unknown keys, for a mapping whose keys can't be known
 
   void problem(const std::string& what) const { report(place(), what); }
   void problem_at(const std::string& key, const std::string& what) const { report(place_of(key), what); }  // at the key's value

@@ -1,0 +1,144 @@
+// The whole pipeline over real processes and DDS.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "common/messages/camera_messages.h"
+#include "common/scene/deployment.h"
+#include "tests/pipeline/process.h"
+#include "tests/test_domain.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace std::chrono_literals;
+using test::Deployed;
+using test::eventually;
+using Clock = std::chrono::steady_clock;
+
+const std::string kDeployment = FIVEPIPE_SOURCE_DIR "/tests/pipeline/deployment.yaml";
+const std::string kNodes[] = {"capture", "recon_a", "recon_b", "simulation", "rendering"};
+constexpr auto kStart = 60s;  // five processes, two of them compiling shaders, on a busy machine
+
+class Pipeline : public testing::Test {
+ protected:
+  std::uint32_t domain_ = test::own_domain();
+  std::filesystem::path out_ = std::filesystem::temp_directory_path() / ("fivepipe_test_" + std::to_string(getpid()));
+  Bus bus_{{domain_}};
+  Reader<topics::FrameComposited> composited_ = bus_.reader<topics::FrameComposited>();
+  Reader<topics::NodeStatus> statuses_ = bus_.reader<topics::NodeStatus>();
+  std::uint64_t frames_seen_ = 0;
+  std::map<std::string, std::map<std::string, std::uint64_t>> drops_;  // by node and reason
+
+  ~Pipeline() override { std::filesystem::remove_all(out_); }
+
+  void listen() {
+    for (const auto& sample : composited_.take()) frames_seen_ += sample.valid();
+    for (const auto& sample : statuses_.take()) {
+      if (!sample.valid()) continue;
+      for (std::uint32_t i = 0; i < sample->drops._length; ++i) drops_[sample->node][sample->drops._buffer[i].name] = sample->drops._buffer[i].count;
+    }
+  }
+  // So many more frames are composited within the time.
+  bool frames_go_on(std::uint64_t more, std::chrono::milliseconds timeout) {
+    listen();
+    const std::uint64_t target = frames_seen_ + more;
+    return eventually(bus_, timeout, [&] {
+      listen();
+      return frames_seen_ >= target;
+    });
+  }
+  std::string log() const {
+    std::ifstream file(out_ / "up.log");
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+};
+
+TEST_F(Pipeline, CompositesReportsAndEndsInOrder) {
+  Deployed deployed(kDeployment, domain_, out_, {"--duration", "8"});
+  ASSERT_TRUE(frames_go_on(20, kStart)) << log();
+  ASSERT_EQ(deployed.wait_for_end(40s), 0) << log();
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  EXPECT_GE(report["frames"]["composited"].get<int>(), 20);
+  EXPECT_GE(report["frames"]["captured"].get<int>(), report["frames"]["composited"].get<int>());
+  EXPECT_GT(report["latency_ms"]["p50"].get<double>(), 0);
+  EXPECT_FALSE(report["collisions"].empty());
+  for (const std::string& node : kNodes) EXPECT_GT(report["nodes"][node]["cpu_s"].get<double>(), 0) << node;
+  const cv::Mat still = cv::imread(out_ / "composite.png");
+  EXPECT_EQ(still.size(), cv::Size(320, 240));
+  cv::VideoCapture video((out_ / "composite.mp4").string());
+  ASSERT_TRUE(video.isOpened());
+  EXPECT_GE(video.get(cv::CAP_PROP_FRAME_COUNT), 20);
+}
+
+// Each node is killed in turn: it is back and frames go on within five seconds.
+TEST_F(Pipeline, GoesOnAfterEachNodeIsKilled) {
+  Deployed deployed(kDeployment, domain_, out_);
+  ASSERT_TRUE(frames_go_on(20, kStart)) << log();
+  for (const std::string& node : kNodes) {
+    const auto old_pid = deployed.pid_of(node);
+    ASSERT_TRUE(old_pid) << node;
+    const auto killed_at = Clock::now();
+    ASSERT_EQ(kill(*old_pid, SIGKILL), 0);
+    std::optional<pid_t> new_pid;
+    ASSERT_TRUE(eventually(bus_, 5s, [&] {
+      listen();
+      new_pid = deployed.pid_of(node);
+      return new_pid && new_pid != old_pid;
+    })) << node << log();
+    // What was under way when it died may still come out: only frames of the time after its return count.
+    ASSERT_TRUE(frames_go_on(6, 5s - (Clock::now() - killed_at < 5s ? std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - killed_at) : 5000ms)))
+        << node << " was back, frames did not go on\n" << log();
+  }
+  deployed.signal(SIGTERM);
+  EXPECT_TRUE(deployed.wait_for_end(15s));
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  for (const std::string& node : kNodes) EXPECT_EQ(report["nodes"][node]["restarts"].size(), 1u) << node << ": " << report["nodes"][node].dump();
+}
+
+TEST_F(Pipeline, InterruptEndsEveryProcessWithinTwoSeconds) {
+  Deployed deployed(kDeployment, domain_, out_);
+  ASSERT_TRUE(frames_go_on(5, kStart)) << log();
+  const std::vector<pid_t> children = deployed.all_children();
+  EXPECT_EQ(children.size(), 5u);
+  deployed.signal(SIGINT);
+  EXPECT_TRUE(deployed.wait_for_end(2s)) << log();
+  for (const pid_t child : children) EXPECT_FALSE(test::is_alive(child));
+}
+
+TEST_F(Pipeline, NothingIsLeftWhenTheSupervisorIsKilled) {
+  Deployed deployed(kDeployment, domain_, out_);
+  ASSERT_TRUE(frames_go_on(5, kStart)) << log();
+  const std::vector<pid_t> children = deployed.all_children();
+  deployed.signal(SIGKILL);
+  ASSERT_TRUE(deployed.wait_for_end(2s));
+  EXPECT_TRUE(eventually(bus_, 2s, [&] { return std::none_of(children.begin(), children.end(), test::is_alive); }));
+}
+
+// A map that no capture_node would send: dropped, counted, named; the pipeline goes on.
+TEST_F(Pipeline, MalformedMapsAreDroppedCountedAndNamed) {
+  Deployed deployed(kDeployment, domain_, out_);
+  ASSERT_TRUE(frames_go_on(5, kStart)) << log();
+  auto writer = bus_.writer<topics::ObjectPixelMap>();
+  ASSERT_TRUE(eventually(bus_, 10s, [&] { return writer.readers() >= 3; }));
+  ObjectPixels pixels(180, 122);
+  pixels.set(90, 60);
+  OutgoingMap truncated = map_message("left", 1u << 30, 1, pixels), unknown = map_message("nobody", 1, 1, pixels);
+  truncated.payload.pop_back();
+  writer.write(truncated.message());
+  writer.write(unknown.message());
+  EXPECT_TRUE(eventually(bus_, 10s, [&] {
+    listen();
+    return drops_["recon_a"].contains("bad_map: left: payload truncated or undecodable") && drops_["recon_b"].contains("bad_map: unknown camera 'nobody'") &&
+           drops_["simulation"].contains("bad_map: unknown camera 'nobody'");
+  })) << log();
+  EXPECT_TRUE(frames_go_on(10, 5s)) << log();
+}
+
+}  // namespace
+}  // namespace fivepipe
