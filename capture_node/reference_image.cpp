@@ -1,6 +1,7 @@
 #include "capture_node/reference_image.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 
@@ -9,21 +10,44 @@ namespace {
 
 constexpr double kSigmaOfMedianDeviation = 1.4826;  // of a normal distribution
 
+using Row = std::vector<std::uint8_t>;
+
+// Sorts rows[0..n) element by element: afterwards rows[0] holds each element's lowest. Batcher's merge exchange (Knuth, The Art of
+// Computer Programming 3, 5.2.2 M): the order of comparisons is the same for all, so whole rows are compared at a time.
+void sort_elements(std::vector<Row>& rows) {
+  const std::size_t n = rows.size();
+  const auto exchange = [&](std::size_t i, std::size_t j) {
+    std::uint8_t *low = rows[i].data(), *high = rows[j].data();
+    const std::size_t elements = rows[i].size();
+    for (std::size_t k = 0; k < elements; ++k) {
+      const std::uint8_t a = low[k], b = high[k];
+      low[k] = std::min(a, b);
+      high[k] = std::max(a, b);
+    }
+  };
+  const std::size_t top = n > 1 ? std::bit_ceil(n) / 2 : 0;
+  for (std::size_t p = top; p > 0; p /= 2) {
+    std::size_t q = top, r = 0, d = p;
+    for (;;) {
+      for (std::size_t i = 0; i + d < n; ++i)
+        if ((i & p) == r) exchange(i, i + d);
+      if (q == p) break;
+      d = q - p;
+      q /= 2;
+      r = p;
+    }
+  }
+}
+
 struct MeanSigma {
   float mean, sigma;
 };
 
-// Reorders the samples.
-MeanSigma trimmed(std::vector<std::uint8_t>& samples, std::vector<std::uint8_t>& deviations) {
-  const auto middle = std::ptrdiff_t(samples.size() / 2);
-  std::nth_element(samples.begin(), samples.begin() + middle, samples.end());
-  const int median = samples[std::size_t(middle)];
-  for (std::size_t i = 0; i < samples.size(); ++i) deviations[i] = std::uint8_t(std::abs(samples[i] - median));
-  std::nth_element(deviations.begin(), deviations.begin() + middle, deviations.end());
-  const int reach = int(std::max(kTrimFloorLevels, kTrimSigmas * kSigmaOfMedianDeviation * deviations[std::size_t(middle)]));
+// Of element k of the samples, those within reach of the median.
+MeanSigma trimmed(const std::vector<Row>& samples, std::size_t k, int median, int reach) {
   int n = 0, sum = 0, squares = 0;  // about the median
-  for (const int sample : samples)
-    if (const int d = sample - median; std::abs(d) <= reach) {
+  for (const Row& row : samples)
+    if (const int d = row[k] - median; std::abs(d) <= reach) {
       ++n;
       sum += d;
       squares += d * d;
@@ -38,23 +62,27 @@ MeanSigma trimmed(std::vector<std::uint8_t>& samples, std::vector<std::uint8_t>&
 ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames) {
   assert(!empty_frames.empty());
   const int width = empty_frames[0].cols, height = empty_frames[0].rows;
-  ReferenceImage reference{width, height, {}, {}};
-  const std::size_t row_bytes = std::size_t(width) * 3;
-  reference.mean_levels.resize(row_bytes * height);
-  reference.sigma_levels.resize(row_bytes * height);
-  std::vector<std::uint8_t> samples(empty_frames.size()), deviations(empty_frames.size());
-  std::vector<const std::uint8_t*> rows(empty_frames.size());
+  const std::size_t row_bytes = std::size_t(width) * 3, middle = empty_frames.size() / 2;
+  const bool measures_noise = int(empty_frames.size()) >= kFewestForNoise;
+  ReferenceImage reference{width, height, std::vector<float>(row_bytes * height), std::vector<float>(row_bytes * height)};
+  std::vector<Row> samples(empty_frames.size()), deviations(empty_frames.size());
   for (int v = 0; v < height; ++v) {
-    for (std::size_t f = 0; f < rows.size(); ++f) {
+    for (std::size_t f = 0; f < samples.size(); ++f) {
       assert(empty_frames[f].type() == CV_8UC3 && empty_frames[f].cols == width && empty_frames[f].rows == height);
-      rows[f] = empty_frames[f].ptr(v);
+      samples[f].assign(empty_frames[f].ptr(v), empty_frames[f].ptr(v) + row_bytes);
     }
-    for (std::size_t i = 0; i < row_bytes; ++i) {
-      for (std::size_t f = 0; f < rows.size(); ++f) samples[f] = rows[f][i];
-      const MeanSigma value = trimmed(samples, deviations);
-      reference.mean_levels[v * row_bytes + i] = value.mean;
-      reference.sigma_levels[v * row_bytes + i] =
-          int(empty_frames.size()) < kFewestForNoise ? float(kPlateSigmaLevels) : value.sigma;
+    sort_elements(samples);
+    const Row& median = samples[middle];
+    for (std::size_t f = 0; f < samples.size(); ++f) {
+      deviations[f].resize(row_bytes);
+      for (std::size_t k = 0; k < row_bytes; ++k) deviations[f][k] = std::uint8_t(std::abs(samples[f][k] - median[k]));
+    }
+    sort_elements(deviations);
+    for (std::size_t k = 0; k < row_bytes; ++k) {
+      const double reach = std::max(kTrimFloorLevels, kTrimSigmas * kSigmaOfMedianDeviation * deviations[middle][k]);
+      const MeanSigma value = trimmed(samples, k, median[k], int(reach));
+      reference.mean_levels[v * row_bytes + k] = value.mean;
+      reference.sigma_levels[v * row_bytes + k] = measures_noise ? value.sigma : float(kPlateSigmaLevels);
     }
   }
   return reference;

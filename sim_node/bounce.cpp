@@ -6,7 +6,9 @@
 namespace fivepipe {
 
 Bounce bounce(const Response& response, const Eigen::Vector3d& velocity_world_m_s, double restitution, double gravity_m_s2, double resting_speed_m_s) {
-  Bounce result{response.clear_distance_m() * response.v_rec_world, velocity_world_m_s};
+  // A residual below the maps' resolution is cleared with it; a larger one is another contact, which the next query answers.
+  const double way_m = response.clear_distance_m() + (response.status == RecoveryStatus::recovered ? response.residual_m : 0.0);
+  Bounce result{way_m * response.v_rec_world, velocity_world_m_s};
   const Eigen::Vector3d& normal = response.normal == NormalStatus::defined ? response.n_hull_world : response.v_rec_world;
   const double approach_m_s = -velocity_world_m_s.dot(normal);
   if (!(approach_m_s > 0)) return result;

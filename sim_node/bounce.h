@@ -10,7 +10,7 @@ struct Bounce {
   Eigen::Vector3d velocity_world_m_s;
 };
 
-// Moves by the response's clear distance along V_rec. Where the object approaches, its velocity along N_hull (V_rec where the
+// Moves along V_rec by the response's clear distance, and by its residual where it is recovered. Where the object approaches, its velocity along N_hull (V_rec where the
 // normal is not defined) is reversed with `restitution`, and with none below resting_speed_m_s, where a restitution would only
 // show how often the hull is queried. The height gained by the move is paid for with that velocity as far as it goes: kinetic
 // and potential energy grow by no more than the weight's lift, and not at all where the object fell in.

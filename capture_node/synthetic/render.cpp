@@ -259,18 +259,26 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
       for (int v = rects.back().v0_px; v < rects.back().v1_px; ++v)
         std::fill_n(visibility_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px), rects.back().width_px(), 1.0f);
     }
+    const auto seen_at = [&](int u, int v) {
+      const Vector3f direction = direction_world(u, v, rotation);
+      return Vector3f(eye + (z_m - eye.z()) / direction.z() * direction);
+    };
     for (std::size_t i = 0; i < parts.size(); ++i)
       for (int v = rects[i].v0_px; v < rects[i].v1_px; ++v)
         for (int u = rects[i].u0_px; u < rects[i].u1_px; ++u) {
           const std::size_t at = v * width + std::size_t(u);
-          if (surface_[at] != surface) continue;
-          const Vector3f direction = direction_world(u, v, rotation);
-          const Vector3f p = eye + (z_m - eye.z()) / direction.z() * direction;
-          const float visible = visibility_past(parts[i].capsule, p);
-          if (visible >= visibility_[at]) continue;
-          visibility_[at] = visible;
+          if (surface_[at] != surface || visibility_[at] == 0) continue;
+          visibility_[at] = std::min(visibility_[at], visibility_past(parts[i].capsule, seen_at(u, v)));
+        }
+    for (const PixelRect& rect : rects)
+      for (int v = rect.v0_px; v < rect.v1_px; ++v)
+        for (int u = rect.u0_px; u < rect.u1_px; ++u) {
+          float& visible = visibility_[v * width + std::size_t(u)];
+          if (visible == 1) continue;
+          const Vector3f p = seen_at(u, v), up = Vector3f::UnitZ();
           const std::uint8_t* lit = room_.ptr(v) + 3 * u;
-          put(bgr, u, v, Vector3f(lit[0], lit[1], lit[2]) * (brightness(p, Vector3f::UnitZ(), visible) / brightness(p, Vector3f::UnitZ(), 1)));
+          put(bgr, u, v, Vector3f(lit[0], lit[1], lit[2]) * (brightness(p, up, visible) / brightness(p, up, 1)));
+          visible = 1;  // done, for the rectangles that overlap this one
         }
   }
 }

@@ -48,8 +48,7 @@ Eigen::Vector3d unit_across(const Eigen::Vector3d& v) {
   return v.cross(Eigen::Vector3d::Unit(axis)).normalized();
 }
 
-// The largest pixel at a point that all cameras see [m].
-double pixel_footprint_m(Silhouettes silhouettes, const Eigen::Vector3d& p_world_m) {
+double largest_pixel_m(Silhouettes silhouettes, const Eigen::Vector3d& p_world_m) {
   double footprint_m = 0;
   for (const Silhouette& s : silhouettes)
     footprint_m = std::max(footprint_m, (s.camera.camera_from_world * p_world_m).z() / std::min(s.camera.pinhole.fx_px, s.camera.pinhole.fy_px));
@@ -81,7 +80,7 @@ void find_normal(Silhouettes silhouettes, const ResponseConfig& config, double r
   response.n_hull_world = (normal.dot(response.v_rec_world) < 0 ? -normal : normal).normalized();
   // Each difference of two points is uncertain by a step along the edges and by a pixel of the maps; two such tilts, across each other.
   const double edge_step_m = reach_m / std::cos(0.5 * config.apex_angle_rad) / config.window_px;
-  const double uncertain_m = edge_step_m + pixel_footprint_m(silhouettes, response.cp_hull_world_m);
+  const double uncertain_m = edge_step_m + response.pixel_footprint_m;
   response.n_hull_error_rad = std::atan(std::numbers::sqrt2 * uncertain_m / std::min(ij_m.norm(), kl_m.norm()));
   response.normal = response.n_hull_error_rad <= kMaxNormalErrorRad ? NormalStatus::defined : NormalStatus::too_uncertain;
 }
@@ -104,7 +103,8 @@ void query_moved(TriangleVolumeQuery& query, std::span<const Triangle> object_wo
     for (Eigen::Vector3d& v : triangle) v += move_m;
   const TriangleQueryResult left = query.query(moved);
   response.residual_m = residual_m(query.silhouettes(), left.points, response.v_rec_world, response.d_rec_error_m, reach_m);
-  response.status = response.residual_m <= response.d_rec_error_m ? RecoveryStatus::recovered : RecoveryStatus::still_colliding;
+  const double indifferent_m = response.d_rec_error_m + response.pixel_footprint_m;
+  response.status = response.residual_m <= indifferent_m ? RecoveryStatus::recovered : RecoveryStatus::still_colliding;
 }
 
 void check(const ObjectCollision& collision, const ResponseRequest& request, const ResponseConfig& config) {
@@ -146,6 +146,7 @@ Response respond(TriangleVolumeQuery& query, std::span<const Triangle> object_wo
   response.cp_hull_world_m = first_in_hull(silhouettes, base_world_m, cp_object.p_world_m, config.window_px);
   response.d_rec_m = (response.cp_hull_world_m - cp_object.p_world_m).norm();
   response.d_rec_error_m = reach_m / config.window_px;
+  response.pixel_footprint_m = largest_pixel_m(silhouettes, response.cp_hull_world_m);
   if (request.normal_wanted) find_normal(silhouettes, config, reach_m, response);
   query_moved(query, object_world_m, reach_m, response);
   return response;

@@ -34,7 +34,7 @@ struct ResponseRequest {
 };
 
 enum class RecoveryStatus {
-  recovered,            // moved by clear_distance_m() along V_rec, the object was queried again: residual within d_rec_error_m
+  recovered,            // moved by clear_distance_m() along V_rec and queried again: residual within d_rec_error_m + pixel_footprint_m
   still_colliding,      // the same, with more than that left: another place of contact, or another part of the hull
   reference_inside,     // RP_obj is in the hull: nothing to search from
   no_exit_within_reach, // the base of ABC is in the hull
@@ -58,6 +58,7 @@ struct Response {
   Eigen::Vector3d cp_hull_world_m = Eigen::Vector3d::Zero();
   double d_rec_m = 0;
   double d_rec_error_m = 0;  // length searched / window_px: the hull ends on V_rec between d_rec_m and d_rec_m + d_rec_error_m
+  double pixel_footprint_m = 0;  // largest pixel of the cameras at CP_hull: finer, the maps tell nothing of the object's surface
   double residual_m = 0;     // after the move: farther way along V_rec until every sample of the surface has been outside
   NormalStatus normal = NormalStatus::not_asked;
   Eigen::Vector3d n_hull_world = Eigen::Vector3d::Zero();  // unit length, where normal is defined
