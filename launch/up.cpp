@@ -28,12 +28,14 @@ constexpr std::chrono::milliseconds grace_when_interrupted = 1500ms, grace_when_
 // What the last frames of footage need to pass through the pipeline.
 constexpr auto drain_after_input = 1s;
 constexpr auto progress_period = 5s;
+// Reference images and shaders come first: --duration counts from the first composited frame, at the latest from here.
+constexpr auto longest_start_up = 20s;
 constexpr auto longest_wait_for_final_reports = 500ms;
 
 struct UpOptions {
   std::filesystem::path deployment, out;
   std::string host;
-  double duration_s = 0;  // 0: until interrupted
+  double duration_s = 0;  // from the first composited frame; 0: until interrupted
   std::vector<std::string> settings;
   std::optional<std::uint32_t> domain;
 };
@@ -126,7 +128,10 @@ class Run {
     take_statuses(statuses_in_, statuses_, node_names_);
     for (const auto& [name, processes] : statuses_.processes()) supervisor_.reported(name, processes.back().start_stamp_ns);
     for (const auto& frame : composited_in_.take())
-      if (frame.valid() && !first_composited_stamp_ns_) first_composited_stamp_ns_ = frame->composited_stamp_ns;
+      if (frame.valid() && !first_composited_stamp_ns_) {
+        first_composited_stamp_ns_ = frame->composited_stamp_ns;
+        first_composited_seen_ = Clock::now();
+      }
     for (const std::string& problem : bus_.problems()) spdlog::error("{}", problem);
     for (const std::string& name : statuses_.doubled())
       if (doubled_said_.insert(name).second)
@@ -143,12 +148,22 @@ class Run {
     return any;
   }
 
+  bool renders() const {
+    return std::any_of(nodes_.begin(), nodes_.end(), [](const Node& node) { return program_of(node) == "render_node"; });
+  }
+
+  bool duration_is_over() const {
+    if (!(options_.duration_s > 0)) return false;
+    const auto counts_from = first_composited_seen_ ? *first_composited_seen_ : renders() ? started_ + longest_start_up : started_;
+    return Clock::now() - counts_from >= std::chrono::duration<double>(options_.duration_s);
+  }
+
   // Empty: go on.
   std::string reason_to_stop() {
     if (stop_stamp_ns_ != 0) return "";
     if (supervisor_.failure()) return supervisor_.failure()->node + " " + supervisor_.failure()->reason;
     if (signals_received > 0) return std::string("SIG") + sigabbrev_np(newest_signal);
-    if (options_.duration_s > 0 && Clock::now() - started_ >= std::chrono::duration<double>(options_.duration_s)) return "duration";
+    if (duration_is_over()) return "duration";
     if (all_ended_in_order("render_node")) return "every render_node ended";
     if (!all_ended_in_order("capture_node")) return "";
     if (!input_ended_) input_ended_ = Clock::now();
@@ -186,7 +201,9 @@ class Run {
   }
   bool all_reports_final() const {
     const auto processes = statuses_.processes();
+    const auto is_in = [](const std::vector<std::string>& names, const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); };
     return std::all_of(nodes_.begin(), nodes_.end(), [&](const Node& node) {
+      if (is_in(supervisor_.killed(), node.name) || is_in(supervisor_.ended_badly(), node.name)) return true;  // none will come
       const auto of_node = processes.find(node.name);
       return of_node == processes.end() || of_node->second.back().final_report;
     });
@@ -223,8 +240,7 @@ class Run {
     }
     if (signals_received > 0) return 130;
     if (!supervisor_.killed().empty() || !supervisor_.ended_badly().empty()) return 1;
-    const bool renders = std::any_of(nodes_.begin(), nodes_.end(), [](const Node& node) { return program_of(node) == "render_node"; });
-    if (!renders || frames_composited(statuses_) > 0) return 0;
+    if (!renders() || frames_composited(statuses_) > 0) return 0;
     std::cerr << "no frame was composited\n";
     return 1;
   }
@@ -242,7 +258,7 @@ class Run {
   std::optional<std::int64_t> first_composited_stamp_ns_;
   std::string ended_by_;
   Clock::time_point started_ = Clock::now(), next_progress_ = started_ + progress_period;
-  std::optional<Clock::time_point> input_ended_;
+  std::optional<Clock::time_point> input_ended_, first_composited_seen_;
   Supervisor supervisor_;
 };
 
@@ -286,7 +302,7 @@ void add_up(CLI::App& app, Command& command) {
       "Exit codes: 0 done, 1 a node failed, 2 usage or configuration, 3 hardware missing, 130 interrupted.");
   up->add_option("DEPLOYMENT", options->deployment, "deployment file (YAML)")->required();
   up->add_option("--host", options->host, "start the nodes of this host; without it: this machine's name, and nodes that name no host");
-  up->add_option("--duration", options->duration_s, "seconds; without it: until Ctrl-C")->check(CLI::PositiveNumber);
+  up->add_option("--duration", options->duration_s, "seconds from the first composited frame; without it: until Ctrl-C")->check(CLI::PositiveNumber);
   up->add_option("--out", options->out, "folder for composites, report.json and log/; without it: out/NAME of the deployment");
   up->add_option("--set", options->settings, "KEY=VALUE for ${KEY} in the deployment; may be given several times")
       ->allow_extra_args(false)

@@ -71,9 +71,10 @@ void blit(const GlTexture& image, int window_width_px, int window_height_px) {
                          scale == 1 ? GL_NEAREST : GL_LINEAR);
 }
 
-cv::Mat front_buffer(int width_px, int height_px) {
+// Before the buffers are swapped: afterwards what a window holds is not defined.
+cv::Mat back_buffer(int width_px, int height_px) {
   cv::Mat rgba(height_px, width_px, CV_8UC4), bgr;
-  glReadBuffer(GL_FRONT);
+  glReadBuffer(GL_BACK);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, width_px, height_px, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data);
   cv::flip(rgba, rgba, 0);
@@ -112,7 +113,6 @@ void Window::State::run(const std::string& title, int width_px, int height_px, s
 
 void Window::State::show_frames(GLFWwindow* window) {
   std::optional<GlTexture> texture;
-  cv::Mat shown;
   while (!glfwWindowShouldClose(window)) {
     cv::Mat image;
     std::optional<std::promise<cv::Mat>> screenshot;
@@ -127,11 +127,14 @@ void Window::State::show_frames(GLFWwindow* window) {
     if (!image.empty() && width_px > 0 && height_px > 0) {
       if (!texture || texture->width_px() != image.cols || texture->height_px() != image.rows) texture.emplace(image.cols, image.rows, GL_RGB8);
       texture->upload(GL_BGR, GL_UNSIGNED_BYTE, image.data);
-      blit(*texture, width_px, height_px);
-      glfwSwapBuffers(window);
-      shown = image;
     }
-    if (screenshot) screenshot->set_value(shown.empty() ? cv::Mat() : front_buffer(width_px, height_px));
+    if (texture && (!image.empty() || screenshot)) {
+      blit(*texture, width_px, height_px);
+      if (screenshot) screenshot->set_value(back_buffer(width_px, height_px));
+      glfwSwapBuffers(window);
+    } else if (screenshot) {
+      screenshot->set_value({});
+    }
     glfwWaitEventsTimeout(kEventWait_s);
   }
 }

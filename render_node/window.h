@@ -25,7 +25,7 @@ class Window {
   // shown yet is dropped. False once the window was closed (q, Esc or its close button).
   bool show(const cv::Mat& image_bgr);
 
-  // What is on the screen, for tests: the window's pixels as 8-bit BGR, row 0 at the top; empty before the first frame.
+  // What is put on the screen, for tests: the window's pixels as 8-bit BGR, row 0 at the top; empty before the first frame.
   cv::Mat screenshot() const;
 
  private:

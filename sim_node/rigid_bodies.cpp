@@ -13,6 +13,9 @@ constexpr double kFriction = 0.5;
 // between two steps; swept as a sphere of half that extent, well inside the body.
 constexpr double kSweptFromExtents = 1.0, kSweptSphereExtents = 0.5;
 
+// Bullet thickens meshes and convex hulls by a margin, 4 cm if not told; boxes and balls keep their size.
+constexpr double kMeshMarginM = 0.001;
+
 btVector3 bt(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Eigen::Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -55,10 +58,12 @@ void make_shape(const SceneObject& object, Body& body) {
     body.triangles = std::make_unique<btTriangleMesh>();
     for (const auto& [a, b, c] : mesh.triangles) body.triangles->addTriangle(vertex(a), vertex(b), vertex(c));
     body.shape = std::make_unique<btBvhTriangleMeshShape>(body.triangles.get(), true);
+    body.shape->setMargin(kMeshMarginM);
     return;
   }
   auto hull = std::make_unique<btConvexHullShape>();
   for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i) hull->addPoint(vertex(i), false);
+  hull->setMargin(kMeshMarginM);
   hull->recalcLocalAabb();
   body.shape = std::move(hull);
 }

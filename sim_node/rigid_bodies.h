@@ -8,7 +8,7 @@
 namespace fivepipe {
 
 // Objects by their index in scene.objects. Boxes and spheres are exact; a fixed mesh or curtain is its triangles, a dynamic one
-// its convex hull. Restitution is that of the dynamic object (between two: the product). Velocities are those of the centre.
+// its convex hull, both 1 mm thicker. Restitution is that of the dynamic object (between two: the product). Velocities are those of the centre.
 class RigidBodies {
  public:
   explicit RigidBodies(const Scene& scene);

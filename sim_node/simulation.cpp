@@ -136,25 +136,35 @@ Detection Simulation::detected(std::span<const std::size_t> objects) {
 }
 
 void Simulation::bounce_off_hull() {
-  const double resting_speed_m_s = kRestingPeriods * scene_.gravity_m_s2 * std::max(kHullQueryPeriodS, config_.step_s);
   Detection detection = detected(bouncing_);
   for (std::size_t i = 0; i < bouncing_.size(); ++i) {
     if (!detection.objects[i].colliding()) continue;
-    const std::size_t object = bouncing_[i];
     ++counters_.contacts;
-    const ResponseConfig config{.height_m = radii_m_[object], .apex_angle_rad = kBounceAngleRad, .window_px = config_.window_px};
-    const Response response = respond(query_, world_triangles(meshes_[object], bodies_.world_from_object(object)), detection.objects[i],
-                                      {.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt, .equally_far_m = flatness_m_[object]}, config);
-    if (response.status == RecoveryStatus::recovered || response.status == RecoveryStatus::still_colliding) {
-      counters_.still_colliding += response.status == RecoveryStatus::still_colliding;
+    contacts_[i] = {.object = bouncing_[i], .collision = std::move(detection.objects[i])};
+    contacts_[i].response = recover(bouncing_[i], contacts_[i].collision);
+  }
+}
+
+Response Simulation::recover(std::size_t object, ObjectCollision collision) {
+  const double resting_speed_m_s = kRestingPeriods * scene_.gravity_m_s2 * std::max(kHullQueryPeriodS, config_.step_s);
+  const ResponseConfig config{.height_m = radii_m_[object], .apex_angle_rad = kBounceAngleRad, .window_px = config_.window_px};
+  std::optional<Response> first;
+  RecoveryStatus status = RecoveryStatus::still_colliding;
+  for (int i = 0; i < kMaxRecoveries && status == RecoveryStatus::still_colliding; ++i) {
+    const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt, .equally_far_m = flatness_m_[object]};
+    const Response response = respond(query_, world_triangles(meshes_[object], bodies_.world_from_object(object)), collision, request, config);
+    status = response.status;
+    if (status == RecoveryStatus::recovered || status == RecoveryStatus::still_colliding) {
       const Bounce after = bounce(response, bodies_.velocity_m_s(object), scene_.objects[object].restitution, scene_.gravity_m_s2, resting_speed_m_s);
       bodies_.translate(object, after.move_world_m);
       bodies_.set_velocity_m_s(object, after.velocity_world_m_s);
-    } else {
-      ++counters_.unrecovered;
+      collision.points = response.points_left;
     }
-    contacts_[i] = {.object = object, .collision = std::move(detection.objects[i]), .response = response};
+    if (!first) first = response;
   }
+  counters_.still_colliding += status == RecoveryStatus::still_colliding;
+  counters_.unrecovered += status != RecoveryStatus::still_colliding && status != RecoveryStatus::recovered;
+  return *first;
 }
 
 void Simulation::report() {

@@ -22,14 +22,14 @@ struct CollisionReport {
   std::string name = {};
   ObjectCollision collision = {};  // points: the first SimConfig::max_points
   bool truncated = false;          // there were more points
-  std::optional<Response> response = std::nullopt;  // Reaction::bounce in contact
+  std::optional<Response> response = std::nullopt;  // Reaction::bounce in contact: the first move out
 };
 
 struct SimulationCounters {
   std::uint64_t steps = 0;
   std::uint64_t contacts = 0;           // of bouncing objects with the hull, by query
   std::uint64_t unrecovered = 0;        // of those, where no way out was found: reference_inside, no_exit_within_reach
-  std::uint64_t still_colliding = 0;    // of those, after the move
+  std::uint64_t still_colliding = 0;    // of those, after kMaxRecoveries moves
   std::uint64_t put_back = 0;           // objects that left the scene, or whose pose was not finite
   std::uint64_t stamps_went_back = 0;   // advance_to a time before the present one
   double skipped_s = 0;                 // not simulated: gaps longer than kMaxCatchUpS
@@ -63,6 +63,7 @@ class Simulation {
   void catch_up(double time_s);
   void step();
   void bounce_off_hull();
+  Response recover(std::size_t object, ObjectCollision collision);
   void put_back_the_lost();
   void report();
   Detection detected(std::span<const std::size_t> objects);
@@ -90,6 +91,8 @@ class Simulation {
 inline constexpr double kMaxCatchUpS = 0.25;
 // Bouncing objects are queried this often: at 3 m/s a ball moves 2.5 cm in between, less than a hand is thick.
 inline constexpr double kHullQueryPeriodS = 1.0 / 120;
+// Moves out of the hull at one query: an object that lies in several places of contact leaves one after the other.
+inline constexpr int kMaxRecoveries = 4;
 // A dynamic object this far outside the box of the scene's start is put back to its own.
 inline constexpr double kLostM = 3.0;
 

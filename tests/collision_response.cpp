@@ -169,7 +169,7 @@ TEST_F(Responding, ReferenceInTheHullIsSaid) {
   // Given a direction, there is something to search from.
   const Response upwards = respond_to({rp_object_m_, Eigen::Vector3d(0, 0, 1)}, {.height_m = 0.1});
   EXPECT_TRUE(has_way_out(upwards));
-  EXPECT_GT(upwards.d_rec_m, 0.02);
+  EXPECT_GT(upwards.d_rec_m, 0);
 }
 
 TEST_F(Responding, ReferenceAtTheCollisionPointIsInTheHull) {

@@ -1,1 +1,7 @@
+fivepipe_test(hull_analytic_test hull_analytic.cpp LINK fivepipe_hull)
+fivepipe_test(hull_reference_test hull_reference.cpp LINK fivepipe_hull)
 fivepipe_test(hull_exact_test hull_exact.cpp LINK fivepipe_hull)
+fivepipe_test(hull_sweep_test hull_sweep.cpp LINK fivepipe_hull fivepipe_gl_context)
+if(FIVEPIPE_NODES)
+  fivepipe_test(recon_reconstruct_test recon_reconstruct.cpp LINK fivepipe_recon fivepipe_gl_context)
+endif()

@@ -315,7 +315,7 @@ TEST_F(Square, ImageOfRaysAlongPixelEdges) {  // the view shares a camera's axes
     view.camera.pinhole = {100, 75, 128, 128, 49.5, cy};
     const DepthTile tile = exact_depth(silhouettes, view, whole_image(view.camera));
     for (const float d : tile.depth_m) EXPECT_TRUE(d == kNoHull || (d >= view.near_m && d < view.far_m));
-    if (cy == 37.0) EXPECT_GT(expect_reference(silhouettes, view), 500);
+    if (cy == 37.0) { EXPECT_GT(expect_reference(silhouettes, view), 500); }
   }
 }
 TEST_F(Square, HullThinnerThanAPixelOfTheView) {

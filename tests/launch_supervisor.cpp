@@ -59,9 +59,9 @@ class SupervisorTest : public ::testing::Test {
   }
 };
 
-// exec: the shell is replaced, so that signals reach the sleep itself.
+// exec: the shell is replaced, so that signals reach the sleep itself, and nothing outlives it.
 const std::string runs_on = "echo up; exec sleep 1000";
-const std::string ignores_sigterm = "trap '' TERM; echo up; while :; do sleep 1000; done";
+const std::string ignores_sigterm = "trap '' TERM; echo up; exec sleep 1000";
 
 bool exists(pid_t pid) { return kill(pid, 0) == 0; }
 
@@ -214,7 +214,7 @@ TEST_F(SupervisorTest, NothingIsLeftWhenTheSupervisorIsKilled) {
   const pid_t supervisor_pid = fork();
   if (supervisor_pid == 0) {
     Supervisor supervisor({node("render", "trap '' TERM; echo $$ > " + pid_file.string() + ".new; mv " + pid_file.string() + ".new " +
-                                             pid_file.string() + "; while :; do sleep 1000; done")},
+                                             pid_file.string() + "; exec sleep 1000")},
                           {}, {});
     for (;;) supervisor.step(20ms);
   }

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "common/scene/rig.h"
 #include "common/scene/visibility.h"
@@ -203,6 +204,18 @@ TEST_F(RigFile, EmptyValueAndNestedWrongTypesAreProblemsNotCrashes) {
   EXPECT_TRUE(contains(problems("name: a\nvolume_m:\ncameras: 3\n"), "rig.yaml:3:10: cameras must be a list of at least one, is \"3\""));
   EXPECT_TRUE(contains(problems("name: {a: 1}\nvolume_m: [1]\ncameras: [1, {name: [x]}]\n"), "rig.yaml:3:11: cameras[0] must be a mapping of keys to values, is \"1\""));
   EXPECT_TRUE(contains(problems("? [a, b]\n: 3\n"), "a key must be a word"));
+}
+
+// Files cut off anywhere, or with any byte replaced, load or list problems; nothing else leaves load_rig.
+TEST_F(RigFile, DamagedFilesLoadOrListProblems) {
+  const std::string good = kGoodRig.substr(1);
+  for (std::size_t length = 0; length < good.size(); ++length) problems(good.substr(0, length));
+  std::mt19937 random(1);
+  for (int i = 0; i < 1000; ++i) {
+    std::string damaged = good;
+    damaged[random() % damaged.size()] = "\0\t\n :-[]{},&*!|>'\"%@`#0a\xff"[random() % 25];
+    problems(damaged);
+  }
 }
 
 // A telescope sees a pixel's worth of the box between any sample points.

@@ -146,6 +146,15 @@ TEST_F(SceneFile, MeshWindingStays) {
   EXPECT_NEAR(volume_m3, 1.0 / 6, 1e-12);
 }
 
+TEST_F(SceneFile, MeshInTheWrongUnitIsDoubted) {
+  write("part.obj", "v 0 0 0\nv 120 0 0\nv 0 80 0\nv 0 0 60\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_TRUE(size_doubts(load(mesh_scene("file: part.obj, unit: mm"))).empty()) << "12 cm";
+  EXPECT_EQ(size_doubts(load(mesh_scene("file: part.obj, unit: m"))),
+            std::vector<std::string>{"part is 12000 x 8000 x 6000 cm: is the unit of " + (folder() / "part.obj").string() + " right?"});
+  write("part.obj", "v 0 0 0\nv 0.12 0 0\nv 0 0.08 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_EQ(size_doubts(load(mesh_scene("file: part.obj, unit: mm"))).size(), 1u) << "0.12 mm";
+}
+
 TEST_F(SceneFile, BadMeshesAreProblemsOfTheScene) {
   write("part.obj", kTetrahedronObj);
   write("points.obj", "v 0 0 0\nv 1 0 0\n");

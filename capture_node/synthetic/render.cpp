@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "capture_node/synthetic/noise.h"
 #include "capture_node/undistortion.h"
@@ -73,6 +74,25 @@ float visibility_past(const Capsule& capsule, const Vector3f& p) {
   return std::clamp(0.5f + 0.5f * clearance / half_shadow, 0.0f, 1.0f);
 }
 
+// Long capsules cut short, so that the rectangles about them hold little else. Together they are the same body.
+struct Piece {
+  Capsule capsule;
+  const SyntheticPart* part;
+};
+
+std::vector<Piece> pieces_of(std::span<const SyntheticPart> parts) {
+  constexpr double kLongest_radii = 3;
+  std::vector<Piece> pieces;
+  for (const SyntheticPart& part : parts) {
+    const Capsule& whole = part.capsule;
+    const Vector3d segment = whole.b_world_m - whole.a_world_m;
+    const int n = std::max(1, int(std::ceil(segment.norm() / (kLongest_radii * whole.radius_m))));
+    for (int i = 0; i < n; ++i)
+      pieces.push_back({{whole.a_world_m + (double(i) / n) * segment, whole.a_world_m + (double(i + 1) / n) * segment, whole.radius_m}, &part});
+  }
+  return pieces;
+}
+
 void put(cv::Mat& bgr, int u, int v, const Vector3f& levels) {
   std::uint8_t* pixel = bgr.ptr(v) + 3 * u;
   for (int c = 0; c < 3; ++c) pixel[c] = std::uint8_t(std::clamp(levels[c], 0.0f, 255.0f) + 0.5f);
@@ -140,7 +160,7 @@ SyntheticCamera::SyntheticCamera(const SyntheticWorld& world, const RigCamera& c
       xy_[std::size_t(v) * width + u] = xy.cast<float>();
     }
   surface_.resize(pixels);
-  depth_.resize(pixels);
+  nearest_.resize(pixels);
   visibility_.resize(pixels);
 }
 
@@ -157,24 +177,38 @@ Vector3f SyntheticCamera::direction_world(int u_px, int v_px, const Eigen::Matri
   return world_from_camera.col(0) * xy.x() + world_from_camera.col(1) * xy.y() + world_from_camera.col(2);
 }
 
-// A camera that the viewer carries sees another room image every frame: one sample a pixel. A fixed one's is rendered once: four.
+// A fixed camera's room is rendered once: four samples a pixel. One that the viewer carries sees another room every frame: one sample
+// for four pixels.
 void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
   camera_from_world_ = camera_from_world;
   const Eigen::Isometry3f world_from_camera = camera_from_world.inverse(Eigen::Isometry).cast<float>();
   const Eigen::Matrix3f rotation = world_from_camera.linear();
   const Vector3f origin = world_from_camera.translation();
   const int width = camera_.source.width_px, height = camera_.source.height_px;
+  if (camera_.mount == Mount::viewer) {
+    cv::Mat half((height + 1) / 2, (width + 1) / 2, CV_8UC3);
+    for (int v = 0; v < height; v += 2)
+      for (int u = 0; u < width; u += 2) {
+        const int right = std::min(u + 1, width - 1), lower = std::min(v + 1, height - 1);
+        const Surroundings::Seen seen =
+            surroundings_->look(origin, 0.5f * (direction_world(u, v, rotation) + direction_world(right, lower, rotation)));
+        for (const int row : {v, lower})
+          for (const int column : {u, right}) surface_[std::size_t(row) * width + column] = seen.surface;
+        put(half, u / 2, v / 2, seen.bgr);
+      }
+    cv::resize(half, room_, {width, height}, 0, 0, cv::INTER_LINEAR);
+    return;
+  }
   const Vector3f dx = rotation.col(0) * float(0.25 / camera_.source.fx_px), dy = rotation.col(1) * float(0.25 / camera_.source.fy_px);
   room_.create(height, width, CV_8UC3);
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u) {
       const Vector3f direction = direction_world(u, v, rotation);
-      Surroundings::Seen seen = surroundings_->look(origin, direction);
-      surface_[std::size_t(v) * width + u] = seen.surface;
-      if (camera_.mount == Mount::world)
-        seen.bgr = 0.25f * (surroundings_->look(origin, direction - dx - dy).bgr + surroundings_->look(origin, direction + dx - dy).bgr +
-                            surroundings_->look(origin, direction - dx + dy).bgr + surroundings_->look(origin, direction + dx + dy).bgr);
-      put(room_, u, v, seen.bgr);
+      surface_[std::size_t(v) * width + u] = surroundings_->look(origin, direction).surface;
+      Vector3f sum = Vector3f::Zero();
+      for (const Vector3f& offset : {Vector3f(-dx - dy), Vector3f(dx - dy), Vector3f(dy - dx), Vector3f(dx + dy)})
+        sum += surroundings_->look(origin, direction + offset).bgr;
+      put(room_, u, v, 0.25f * sum);
     }
 }
 
@@ -211,27 +245,45 @@ PixelRect SyntheticCamera::reach_of(std::span<const Vector3d> centres_world_m, s
                             int(std::ceil(pixels.max().x() + kMargin_px)) + 1, int(std::ceil(pixels.max().y() + kMargin_px)) + 1});
 }
 
+// Nearest piece of each pixel first, piece by piece from the front; then each pixel shaded once.
 void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat& bgr) {
   const Eigen::Isometry3d world_from_camera = camera_from_world_.inverse(Eigen::Isometry);
   const Vector3d eye = world_from_camera.translation();
   const std::size_t width = std::size_t(camera_.source.width_px);
+  const auto ray_of = [&](std::size_t at) {
+    return Ray{eye, world_from_camera.linear() * Vector3d(double(xy_[at].x()), double(xy_[at].y()), 1)};
+  };
+  std::vector<Piece> pieces = pieces_of(parts);
+  const auto nearest_depth = [&](const Piece& piece) {
+    return std::min((camera_from_world_ * piece.capsule.a_world_m).z(), (camera_from_world_ * piece.capsule.b_world_m).z()) - piece.capsule.radius_m;
+  };
+  std::stable_sort(pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) { return nearest_depth(a) < nearest_depth(b); });
   std::vector<PixelRect> rects;
-  for (const SyntheticPart& part : parts) {
-    const Vector3d ends[] = {part.capsule.a_world_m, part.capsule.b_world_m};
-    const double radii[] = {part.capsule.radius_m, part.capsule.radius_m};
+  for (const auto& [capsule, part] : pieces) {
+    const Vector3d ends[] = {capsule.a_world_m, capsule.b_world_m};
+    const double radii[] = {capsule.radius_m, capsule.radius_m};
     rects.push_back(reach_of(ends, radii));
     for (int v = rects.back().v0_px; v < rects.back().v1_px; ++v)
-      std::fill_n(depth_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px), rects.back().width_px(), 1e9f);
+      std::fill_n(nearest_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px), rects.back().width_px(), Nearest{});
   }
-  for (std::size_t i = 0; i < parts.size(); ++i)
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const auto from = float(nearest_depth(pieces[i]));
     for (int v = rects[i].v0_px; v < rects[i].v1_px; ++v)
       for (int u = rects[i].u0_px; u < rects[i].u1_px; ++u) {
-        const Eigen::Vector2d xy = xy_[v * width + std::size_t(u)].cast<double>();
-        const Ray ray{eye, world_from_camera.linear() * Vector3d(xy.x(), xy.y(), 1)};
-        const std::optional<double> depth = ray_entry(parts[i].capsule, ray);
-        if (!depth || !(float(*depth) < depth_[v * width + std::size_t(u)])) continue;
-        depth_[v * width + std::size_t(u)] = float(*depth);
-        put(bgr, u, v, shaded(parts[i], ray.origin_world_m + *depth * ray.direction_world, eye));
+        const std::size_t at = v * width + std::size_t(u);
+        if (nearest_[at].depth_m <= from) continue;
+        const std::optional<double> depth = ray_entry(pieces[i].capsule, ray_of(at));
+        if (depth && float(*depth) < nearest_[at].depth_m) nearest_[at] = {float(*depth), int(i)};
+      }
+  }
+  for (const PixelRect& rect : rects)
+    for (int v = rect.v0_px; v < rect.v1_px; ++v)
+      for (int u = rect.u0_px; u < rect.u1_px; ++u) {
+        Nearest& nearest = nearest_[v * width + std::size_t(u)];
+        if (nearest.piece < 0) continue;
+        const Ray ray = ray_of(v * width + std::size_t(u));
+        put(bgr, u, v, shaded(*pieces[std::size_t(nearest.piece)].part, eye + double(nearest.depth_m) * ray.direction_world, eye));
+        nearest.piece = -1;  // done, for the rectangles that overlap this one
       }
 }
 
@@ -243,17 +295,18 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
   const Vector3f eye = world_from_camera.translation();
   const Vector3d lamp_m = lamp::kPosition_world_m.cast<double>();
   const std::size_t width = std::size_t(camera_.source.width_px);
+  const std::vector<Piece> pieces = pieces_of(parts);
   for (const auto& [surface, z_m] : {std::pair{Surface::table_top, kTableTop_z_m}, std::pair{Surface::floor, kFloor_z_m}}) {
     std::vector<PixelRect> rects;
-    for (const SyntheticPart& part : parts) {
+    for (const auto& [capsule, part] : pieces) {
       std::vector<Vector3d> centres;
       std::vector<double> radii;
-      for (const Vector3d& end : {part.capsule.a_world_m, part.capsule.b_world_m}) {
+      for (const Vector3d& end : {capsule.a_world_m, capsule.b_world_m}) {
         const Vector3d down = end - lamp_m;
         const double scale = std::max(1.0, (double(z_m) - lamp_m.z()) / down.z());  // 1: it lies on the surface
         centres.push_back(lamp_m + scale * down);
         // A sphere's shadow on the surface is an ellipse: longer than wide by the slant of the light; half shadow included.
-        radii.push_back((scale * part.capsule.radius_m + (scale - 1) * lamp::kRadius_m) * down.norm() / -down.z() * 1.1);
+        radii.push_back((scale * capsule.radius_m + (scale - 1) * lamp::kRadius_m) * down.norm() / -down.z() * 1.1);
       }
       rects.push_back(reach_of(centres, radii));
       for (int v = rects.back().v0_px; v < rects.back().v1_px; ++v)
@@ -263,12 +316,12 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
       const Vector3f direction = direction_world(u, v, rotation);
       return Vector3f(eye + (z_m - eye.z()) / direction.z() * direction);
     };
-    for (std::size_t i = 0; i < parts.size(); ++i)
+    for (std::size_t i = 0; i < pieces.size(); ++i)
       for (int v = rects[i].v0_px; v < rects[i].v1_px; ++v)
         for (int u = rects[i].u0_px; u < rects[i].u1_px; ++u) {
           const std::size_t at = v * width + std::size_t(u);
           if (surface_[at] != surface || visibility_[at] == 0) continue;
-          visibility_[at] = std::min(visibility_[at], visibility_past(parts[i].capsule, seen_at(u, v)));
+          visibility_[at] = std::min(visibility_[at], visibility_past(pieces[i].capsule, seen_at(u, v)));
         }
     for (const PixelRect& rect : rects)
       for (int v = rect.v0_px; v < rect.v1_px; ++v)

@@ -2,6 +2,7 @@
 // Rendered by rays through the captured image's pixel centres. What does not change (the room as seen from a fixed camera) is rendered
 // once; per frame only where the object and its shadow can be.
 #pragma once
+#include <limits>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <span>
@@ -47,7 +48,12 @@ class SyntheticCamera {
   Eigen::Isometry3d camera_from_world_;
   cv::Mat room_;
   std::vector<Surface> surface_;
-  std::vector<float> depth_, visibility_;  // work space of the object's and the shadow's pass
+  struct Nearest {
+    float depth_m = std::numeric_limits<float>::infinity();
+    int piece = -1;
+  };
+  std::vector<Nearest> nearest_;   // work space of the object's pass
+  std::vector<float> visibility_;  // and of the shadow's
 };
 
 // Normalised undistorted coordinates of a captured pixel: the lens model inverted by fixed-point iteration.

@@ -14,22 +14,24 @@ constexpr double kParallelSine = 1e-4;
 
 using Silhouettes = std::span<const Silhouette>;
 
-const CollisionPoint& farthest_from(const Eigen::Vector3d& rp_world_m, std::span<const CollisionPoint> points, double equally_far_m) {
+// Of equally far points, the one farthest from leaving the hull on its way to rp; depths in steps of step_m.
+const CollisionPoint& farthest_from(Silhouettes silhouettes, const ResponseRequest& request, std::span<const CollisionPoint> points, double step_m) {
+  const Eigen::Vector3d& rp_world_m = request.rp_object_world_m;
   const auto distance_m = [&](const CollisionPoint& point) { return (point.p_world_m - rp_world_m).norm(); };
-  double farthest_m = 0;
-  for (const CollisionPoint& point : points) farthest_m = std::max(farthest_m, distance_m(point));
-  std::vector<const CollisionPoint*> equals;
-  Eigen::Vector3d mean_world_m = Eigen::Vector3d::Zero();
-  for (const CollisionPoint& point : points)
-    if (distance_m(point) >= farthest_m - equally_far_m) {
-      equals.push_back(&point);
-      mean_world_m += point.p_world_m;
+  const auto farther = [&](const CollisionPoint& a, const CollisionPoint& b) { return distance_m(a) < distance_m(b); };
+  const CollisionPoint* chosen = &*std::max_element(points.begin(), points.end(), farther);  // the first of equals
+  if (request.equally_far_m == 0) return *chosen;
+  const double least_m = distance_m(*chosen) - request.equally_far_m;
+  double depth_m = 0;
+  for (const CollisionPoint& point : points) {
+    const double way_m = distance_m(point);
+    const Eigen::Vector3d to_reference = (rp_world_m - point.p_world_m) / way_m;
+    while (way_m >= least_m && depth_m + step_m < way_m && in_hull(silhouettes, point.p_world_m + (depth_m + step_m) * to_reference)) {
+      depth_m += step_m;
+      chosen = &point;
     }
-  if (equally_far_m == 0) return *equals.front();
-  mean_world_m /= double(equals.size());
-  return **std::min_element(equals.begin(), equals.end(), [&](const CollisionPoint* a, const CollisionPoint* b) {
-    return (a->p_world_m - mean_world_m).squaredNorm() < (b->p_world_m - mean_world_m).squaredNorm();
-  });
+  }
+  return *chosen;
 }
 
 // The first of `samples` pixel centres between outside and inside that is in the hull; `inside`, which is, if none before it.
@@ -101,8 +103,8 @@ void query_moved(TriangleVolumeQuery& query, std::span<const Triangle> object_wo
   std::vector<Triangle> moved(object_world_m.begin(), object_world_m.end());
   for (Triangle& triangle : moved)
     for (Eigen::Vector3d& v : triangle) v += move_m;
-  const TriangleQueryResult left = query.query(moved);
-  response.residual_m = residual_m(query.silhouettes(), left.points, response.v_rec_world, response.d_rec_error_m, reach_m);
+  response.points_left = query.query(moved).points;
+  response.residual_m = residual_m(query.silhouettes(), response.points_left, response.v_rec_world, response.d_rec_error_m, reach_m);
   const double indifferent_m = response.d_rec_error_m + response.pixel_footprint_m;
   response.status = response.residual_m <= indifferent_m ? RecoveryStatus::recovered : RecoveryStatus::still_colliding;
 }
@@ -122,8 +124,10 @@ Response respond(TriangleVolumeQuery& query, std::span<const Triangle> object_wo
                  const ResponseRequest& request, const ResponseConfig& config) {
   check(collision, request, config);
   const Silhouettes silhouettes = query.silhouettes();
-  const CollisionPoint& cp_object = farthest_from(request.rp_object_world_m, collision.points, request.equally_far_m);
-  Response response{.cp_object_world_m = cp_object.p_world_m, .cp_object_triangle = cp_object.triangle};
+  const CollisionPoint& cp_object = farthest_from(silhouettes, request, collision.points, config.height_m / config.window_px);
+  Response response;
+  response.cp_object_world_m = cp_object.p_world_m;
+  response.cp_object_triangle = cp_object.triangle;
 
   const Eigen::Vector3d to_reference_m = request.rp_object_world_m - cp_object.p_world_m;
   const Eigen::Vector3d direction = request.v_rec_world.value_or(to_reference_m);

@@ -28,8 +28,9 @@ struct ResponseRequest {
   Eigen::Vector3d rp_object_world_m;           // RP_obj, by default the object's centre
   std::optional<Eigen::Vector3d> v_rec_world;  // direction given by the simulation, of any length; else RP_obj - CP_obj
   bool normal_wanted = true;
-  // Collision points this little nearer to RP_obj than the farthest count as equally far, and the one nearest to their mean is
-  // taken: the middle of the contact. For balls, all of whose points are equally far but for the flatness of their triangles.
+  // Collision points this little nearer to RP_obj than the farthest count as equally far, and of those the one deepest in the
+  // hull, along its own way to RP_obj, is taken. For balls, all of whose points are equally far but for the flatness of their
+  // triangles: the first one would as soon lie at the rim of the contact as in its middle.
   double equally_far_m = 0;
 };
 
@@ -60,6 +61,7 @@ struct Response {
   double d_rec_error_m = 0;  // length searched / window_px: the hull ends on V_rec between d_rec_m and d_rec_m + d_rec_error_m
   double pixel_footprint_m = 0;  // largest pixel of the cameras at CP_hull: finer, the maps tell nothing of the object's surface
   double residual_m = 0;     // after the move: farther way along V_rec until every sample of the surface has been outside
+  std::vector<CollisionPoint> points_left;  // CP_i after the move by clear_distance_m()
   NormalStatus normal = NormalStatus::not_asked;
   Eigen::Vector3d n_hull_world = Eigen::Vector3d::Zero();  // unit length, where normal is defined
   double n_hull_error_rad = 0;  // estimate: a sample's step and a pixel's footprint over the points' span

@@ -1,6 +1,7 @@
 #include "common/hull/exact_depth.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -18,7 +19,8 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kOnBorder_px = 1e-8;
 // Slack of the ranges shared by a block of rays, as a fraction: each ray then finds its own start, whatever its block.
 constexpr double kBlockSlack = 1e-9;
-constexpr int kBlock_px = 8;
+// Blocks of rays up to this size move together while all are in empty space; those of the smaller size are traced ray by ray.
+constexpr int kMarchedBlock_px = 16, kBlock_px = 4;
 
 struct Range {
   double begin, end;  // ray parameters [m]
@@ -47,6 +49,9 @@ struct Line {
   int pixel_u(double t) const { return floored((u_offset + t * u_slope) / (w_offset + t * w_slope), space->bounds().u0_px, space->bounds().u1_px - 1); }
   int pixel_v(double t) const { return floored((v_offset + t * v_slope) / (w_offset + t * w_slope), space->bounds().v0_px, space->bounds().v1_px - 1); }
 
+  bool goes_right() const { return u_slope * w_offset > u_offset * w_slope; }
+  bool goes_down() const { return v_slope * w_offset > v_offset * w_slope; }
+
   // Within the bounds to which the ray is clipped; rounding may reach over them.
   static int floored(double x, int least, int most) { return !(x > least) ? least : x >= most ? most : int(x); }
 };
@@ -60,10 +65,28 @@ double crossing(double offset, double slope, double w_offset, double w_slope, in
   return std::abs(offset + t * slope - border * w) <= kOnBorder_px * w ? t : kNever;
 }
 
+// Parameter >= t up to which all rays between four corner rays stay off one map's object pixels: while the corners' images lie
+// in one empty rectangle, in front of the camera, so do the images of all rays between them. t itself where that can't be said.
+double free_until(const std::array<Line, 4>& corners, double t) {
+  const Line& first = corners[0];
+  PixelRect free;
+  double until = kNever;
+  for (const Line& line : corners) {
+    const double w = line.w_offset + t * line.w_slope;
+    if (!(w > 0)) return t;
+    if (&line == &first) free = line.space->around(line.pixel_u(t), line.pixel_v(t));
+    const double u = (line.u_offset + t * line.u_slope) / w, v = (line.v_offset + t * line.v_slope) / w;
+    if (!(u > free.u0_px && v > free.v0_px && u < free.u1_px && v < free.v1_px)) return t;
+    until = std::min({until, crossing(line.u_offset, line.u_slope, line.w_offset, line.w_slope, line.goes_right() ? free.u1_px : free.u0_px, t),
+                      crossing(line.v_offset, line.v_slope, line.w_offset, line.w_slope, line.goes_down() ? free.v1_px : free.v0_px, t)});
+    if (line.w_slope < 0) until = std::min(until, -line.w_offset / line.w_slope);
+  }
+  return std::max(until, t);
+}
+
 // First parameter >= t at which the image is on an object pixel; kNever if that is not before `end`.
 double first_on_object(const Line& line, double t, double end) {
-  const bool right = line.u_slope * line.w_offset > line.u_offset * line.w_slope;
-  const bool down = line.v_slope * line.w_offset > line.v_offset * line.w_slope;
+  const bool right = line.goes_right(), down = line.goes_down();
   const PixelRect& bounds = line.space->bounds();
   int u = line.pixel_u(t), v = line.pixel_v(t);
   for (;;) {
@@ -106,8 +129,12 @@ class Tracer {
 
  private:
   void trace(const PixelRect& rays, Range range) {
-    const Range shared = shared_range(rays, range);
+    Range shared = shared_range(rays, range);
     if (shared.empty()) return;
+    if (rays.width_px() <= kMarchedBlock_px && rays.height_px() <= kMarchedBlock_px) {
+      shared.begin = std::max(shared.begin, shared_start(rays, shared) * (1 - kBlockSlack));
+      if (shared.empty()) return;
+    }
     if (rays.width_px() <= kBlock_px && rays.height_px() <= kBlock_px) return trace_each(rays, shared);
     const int u = (rays.u0_px + rays.u1_px) / 2, v = (rays.v0_px + rays.v1_px) / 2;
     if (rays.width_px() >= rays.height_px()) {
@@ -139,6 +166,26 @@ class Tracer {
     return range;
   }
 
+  // Where the first hull point of any ray in the block may be: cameras in turn move the whole block on while they can.
+  double shared_start(const PixelRect& rays, const Range& range) {
+    corners_.clear();
+    for (const SeenMap& map : maps_)
+      corners_.push_back({line(map, rays.u0_px, rays.v0_px), line(map, rays.u1_px - 1, rays.v0_px), line(map, rays.u0_px, rays.v1_px - 1), line(map, rays.u1_px - 1, rays.v1_px - 1)});
+    double t = range.begin;
+    for (std::size_t i = 0, stuck = 0; stuck < corners_.size() && t < range.end; i = i + 1 == corners_.size() ? 0 : i + 1) {
+      const double until = free_until(corners_[i], t);
+      stuck = until > t ? 0 : stuck + 1;
+      t = until;
+    }
+    return t;
+  }
+
+  static Line line(const SeenMap& map, int u, int v) {
+    const Vector3d slope = map.from_view.at_infinity * Vector3d(u, v, 1);
+    const Vector3d& offset = map.from_view.at_eye;
+    return {offset.x(), slope.x(), offset.y(), slope.y(), offset.z(), slope.z(), map.space};
+  }
+
   void trace_each(const PixelRect& rays, const Range& range) {
     for (int v = rays.v0_px; v < rays.v1_px; ++v)
       for (int u = rays.u0_px; u < rays.u1_px; ++u)
@@ -151,11 +198,7 @@ class Tracer {
       clip(range, h->offset, h->slope_at(u, v));
       if (range.empty()) return kNever;
     }
-    for (std::size_t i = 0; i < maps_.size(); ++i) {
-      const Vector3d slope = maps_[i].from_view.at_infinity * Vector3d(u, v, 1);
-      const Vector3d& offset = maps_[i].from_view.at_eye;
-      lines_[i] = {offset.x(), slope.x(), offset.y(), slope.y(), offset.z(), slope.z(), maps_[i].space};
-    }
+    for (std::size_t i = 0; i < maps_.size(); ++i) lines_[i] = line(maps_[i], u, v);
     return first_in_hull(lines_, range);
   }
 
@@ -163,7 +206,8 @@ class Tracer {
   std::vector<HalfSpace> half_spaces_;
   std::vector<std::pair<double, double>> slopes_;  // least and most over the block, by half-space
   std::vector<const HalfSpace*> cutting_;  // those that cut some ray of the block
-  std::vector<Line> lines_;                // of the ray at hand
+  std::vector<std::array<Line, 4>> corners_;  // of the block at hand, by map
+  std::vector<Line> lines_;                   // of the ray at hand, by map
   DepthTile& tile_;
 };
 

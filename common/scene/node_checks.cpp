@@ -25,7 +25,8 @@ void check_one_synthetic_world(const std::vector<PlacedNode>& nodes, const std::
   for (const PlacedNode& placed : nodes) {
     const auto* capture = std::get_if<CaptureConfig>(&placed.node.config);
     if (capture == nullptr) continue;
-    const bool is_synthetic = std::any_of(capture->sources.begin(), capture->sources.end(), [](const auto& s) { return std::holds_alternative<SyntheticSource>(s.second); });
+    const bool is_synthetic = std::any_of(capture->sources.begin(), capture->sources.end(),
+                                          [](const auto& source) { return std::holds_alternative<SyntheticSource>(source.second); });
     if (!is_synthetic) continue;
     const SyntheticWorld& world = capture->synthetic;
     if (first == nullptr) first = &world;
@@ -63,7 +64,9 @@ void check_names_and_counts(const std::vector<PlacedNode>& nodes, const std::fil
       problems.add(file, placed.place_of_name, "two nodes are called " + placed.node.name + ", the first in line " + std::to_string(first->second));
     if (!std::holds_alternative<SimConfig>(placed.node.config) && !std::holds_alternative<RenderConfig>(placed.node.config)) continue;
     const auto [single, is_only] = first_of_single_program.try_emplace(program_of(placed.node), placed.place.line);
-    if (!is_only) problems.add(file, placed.place, "a second " + single->first + ", the first is in line " + std::to_string(single->second) + ": at most one is allowed");
+    if (!is_only)
+      problems.add(file, placed.place,
+                   "a second " + single->first + ", the first is in line " + std::to_string(single->second) + ": at most one is allowed");
   }
 }
 

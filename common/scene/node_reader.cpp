@@ -138,7 +138,8 @@ SimConfig read_sim(YamlMap& map) {
   config.window_px = map.integer("window_px", {1, 16384}, config.window_px);
   config.step_s = map.number("step_s", {1e-4, 0.1}, config.step_s);
   config.max_points = map.integer("max_points", {1, 1000000}, config.max_points);
-  if (config.viewport_px > config.window_px) map.problem_at("viewport_px", "viewport_px must not exceed window_px (" + std::to_string(config.window_px) + ')');
+  if (config.viewport_px > config.window_px)
+    map.problem_at("viewport_px", "viewport_px must not exceed window_px (" + std::to_string(config.window_px) + ')');
   return config;
 }
 

@@ -38,8 +38,11 @@ Pinhole read_pinhole(YamlMap& map) {
 
 LensDistortion read_distortion(YamlMap map) {
   LensDistortion d;
-  for (const auto& [key, value] : std::initializer_list<std::pair<const char*, double*>>{{"k1", &d.k1}, {"k2", &d.k2}, {"p1", &d.p1}, {"p2", &d.p2}, {"k3", &d.k3}})
-    *value = map.number(key, kAny);
+  d.k1 = map.number("k1", kAny);
+  d.k2 = map.number("k2", kAny);
+  d.p1 = map.number("p1", kAny);
+  d.p2 = map.number("p2", kAny);
+  d.k3 = map.number("k3", kAny);
   map.finish();
   return d;
 }
@@ -139,7 +142,8 @@ Rig read_rig(const std::filesystem::path& file, Problems& problems) {
     rig.cameras.push_back(read_camera(camera_map, rig.volume_m));
     const std::string& name = rig.cameras.back().name;
     const auto [first, is_new] = line_of_name.try_emplace(name, camera_map.place_of("name").line);
-    if (!is_new && !name.empty()) camera_map.problem_at("name", "two cameras are called " + name + ", the first in line " + std::to_string(first->second));
+    if (!is_new && !name.empty())
+      camera_map.problem_at("name", "two cameras are called " + name + ", the first in line " + std::to_string(first->second));
   }
   if (!rig.cameras.empty() && shape_cameras(rig).empty()) map.problem_at("cameras", "no camera gives shape");
   map.finish();

@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <sstream>
 
 #include "common/scene/read_files.h"
 #include "common/scene/yaml_reader.h"
@@ -83,11 +84,14 @@ std::array<double, 3> read_colour(YamlMap& map, const std::string& key, const st
 // What would be ignored is refused, and what can't work.
 void check_behaviour(YamlMap& map, const SceneObject& object) {
   const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape), is_dynamic = object.motion == Motion::dynamic;
-  if (is_curtain && is_dynamic) map.problem_at("motion", "a curtain hangs from its upper edge and moves as cloth: motion dynamic is for rigid objects");
-  if (!is_curtain && !is_dynamic && object.reaction == Reaction::bounce) map.problem_at("reaction", "reaction bounce needs motion dynamic: a fixed object can't be moved out");
+  if (is_curtain && is_dynamic)
+    map.problem_at("motion", "a curtain hangs from its upper edge and moves as cloth: motion dynamic is for rigid objects");
+  if (!is_curtain && !is_dynamic && object.reaction == Reaction::bounce)
+    map.problem_at("reaction", "reaction bounce needs motion dynamic: a fixed object can't be moved out");
   for (const std::string key : {"mass_kg", "restitution"})
     if (!is_dynamic && map.given(key)) map.problem_at(key, key + " has no effect without motion dynamic");
-  if (object.pattern == Pattern::plain && map.given("pattern_size_m")) map.problem_at("pattern_size_m", "pattern_size_m has no effect on a plain object");
+  if (object.pattern == Pattern::plain && map.given("pattern_size_m"))
+    map.problem_at("pattern_size_m", "pattern_size_m has no effect on a plain object");
 }
 
 SceneObject read_object(YamlMap map) {
@@ -123,7 +127,8 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
     scene.objects.push_back(read_object(object_map));
     const std::string& name = scene.objects.back().name;
     const auto [first, is_new] = line_of_name.try_emplace(name, object_map.place_of("name").line);
-    if (!is_new && !name.empty()) object_map.problem_at("name", "two objects are called " + name + ", the first in line " + std::to_string(first->second));
+    if (!is_new && !name.empty())
+      object_map.problem_at("name", "two objects are called " + name + ", the first in line " + std::to_string(first->second));
   }
   map.finish();
   return scene;
@@ -134,6 +139,22 @@ Scene load_scene(const std::filesystem::path& file) {
   Scene scene = read_scene(file, problems);
   problems.throw_if_any();
   return scene;
+}
+
+std::vector<std::string> size_doubts(const Scene& scene) {
+  constexpr double kCmPerM = 100;
+  std::vector<std::string> doubts;
+  for (const SceneObject& object : scene.objects) {
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr) continue;
+    const Eigen::Vector3d size_m = bounds_m(shape->mesh).sizes();
+    if (size_m.maxCoeff() >= kSmallestLikely_m && size_m.maxCoeff() <= kLargestLikely_m) continue;
+    std::ostringstream line;
+    line << object.name << " is " << kCmPerM * size_m.x() << " x " << kCmPerM * size_m.y() << " x " << kCmPerM * size_m.z() << " cm: is the unit of "
+         << shape->file.string() << " right?";
+    doubts.push_back(line.str());
+  }
+  return doubts;
 }
 
 Mesh mesh_of(const SceneObject& object) {

@@ -45,6 +45,12 @@ struct Scene {
 // The object's surface in its own frame.
 Mesh mesh_of(const SceneObject& object);
 
+// Meshes that are probably in another unit than stated: larger than kLargestLikely_m or smaller than kSmallestLikely_m, one line each with
+// the size in cm. Nothing is wrong with them otherwise.
+std::vector<std::string> size_doubts(const Scene& scene);
+inline constexpr double kLargestLikely_m = 50.0;     // a hall; a 5 cm part whose mm are taken for m
+inline constexpr double kSmallestLikely_m = 0.0005;  // below a camera's resolution; a 0.5 m part whose m are taken for mm
+
 // Throws ConfigError listing every problem of the file, mesh files included.
 Scene load_scene(const std::filesystem::path& file);
 

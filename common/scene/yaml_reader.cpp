@@ -259,7 +259,8 @@ Eigen::Matrix3d YamlMap::matrix3(const std::string& key) {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
   if (const auto rows = list(value_of(key, true), key, 3))
     for (int i = 0; i < 3; ++i)
-      if (const auto row = three_numbers((*rows)[i], key + '[' + std::to_string(i) + ']', {-kUnbounded, kUnbounded})) matrix.row(i) = row->transpose();
+      if (const auto row = three_numbers((*rows)[i], key + '[' + std::to_string(i) + ']', {-kUnbounded, kUnbounded}))
+        matrix.row(i) = row->transpose();
   return matrix;
 }
 
@@ -294,7 +295,8 @@ std::filesystem::path YamlMap::path(const std::string& key) {
   }
   const std::filesystem::path path = text->text;
   if (path.is_absolute()) return path;
-  const std::filesystem::path base = text->starts_on_command_line ? std::filesystem::current_path() : std::filesystem::absolute(file()).parent_path();
+  const std::filesystem::path base =
+      text->starts_on_command_line ? std::filesystem::current_path() : std::filesystem::absolute(file()).parent_path();
   return (base / path).lexically_normal();
 }
 

@@ -1,0 +1,172 @@
+// Tiles, the reconstruction in tiles by both backends, and the hull's colour.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "common/gl/context.h"
+#include "common/hull/exact_depth.h"
+#include "recon_node/colour.h"
+#include "recon_node/reconstruct.h"
+#include "tests/hull_scenes.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace test;
+using Eigen::Vector3d;
+
+const Eigen::AlignedBox3d kVolume(Vector3d(-0.4, -0.4, -0.4), Vector3d(0.4, 0.4, 0.4));
+
+TEST(Tiles, OfAnyGridAreDisjointAndCoverTheView) {
+  Random random(1);
+  for (int i = 0; i < 200; ++i) {
+    const int width = int(uniform(random, 1, 90)), height = int(uniform(random, 1, 70)), columns = int(uniform(random, 1, 12)), rows = int(uniform(random, 1, 12));
+    const int shares = int(uniform(random, 1, 5));
+    std::vector<int> covered(std::size_t(width) * height);
+    std::map<int, int> indices;
+    for (int share = 0; share < shares; ++share)
+      for (const Tile& tile : owned_tiles(width, height, columns, rows, share, shares)) {
+        ++indices[tile.index];
+        EXPECT_EQ((tile.index % columns + tile.index / columns) % shares, share);
+        for (int v = tile.rect.v0_px; v < tile.rect.v1_px; ++v)
+          for (int u = tile.rect.u0_px; u < tile.rect.u1_px; ++u) ++covered.at(std::size_t(v) * width + u);
+      }
+    for (const int times : covered) ASSERT_EQ(times, 1);
+    EXPECT_EQ(int(indices.size()), columns * rows);
+    for (const auto& [index, times] : indices) EXPECT_EQ(times, 1) << index;
+  }
+}
+
+struct Recon : ::testing::TestWithParam<HullBackend> {
+  GlContext context;
+};
+INSTANTIATE_TEST_SUITE_P(Backends, Recon, ::testing::Values(HullBackend::exact, HullBackend::sweep), [](const auto& p) { return p.param == HullBackend::exact ? "exact" : "sweep"; });
+
+std::vector<float> assembled(const std::vector<ReconTile>& tiles, const PixelRect& view) {
+  std::vector<float> depth_m(view.area_px(), kNoHull);
+  for (const ReconTile& t : tiles)
+    for (int v = t.covered.v0_px, i = 0; v < t.covered.v1_px; ++v)
+      for (int u = t.covered.u0_px; u < t.covered.u1_px; ++u, ++i) depth_m[std::size_t(v) * view.width_px() + u] = t.depth_m[i];
+  return depth_m;
+}
+
+TEST_P(Recon, SharesTogetherGiveTheWholeViewBitForBit) {
+  Random random(4);
+  const auto silhouettes = silhouettes_of(random_object(random, 3, 0.15), random_cameras(random, 3));
+  const View view{random_camera(random, 83, 57, 0.7), 0.05, 3.0};
+  const PixelRect all = whole_image(view.camera);
+  ReconConfig one{.backend = GetParam(), .tile_columns = 1, .tile_rows = 1};
+  const auto whole = assembled(Reconstructor(one, kVolume).reconstruct(silhouettes, view, {}, false), all);
+  EXPECT_GT(std::count_if(whole.begin(), whole.end(), [](float d) { return d != kNoHull; }), 100);
+  for (const auto& [columns, rows, shares] : {std::array{4, 3, 2}, {7, 5, 3}, {1, 1, 1}, {2, 100, 2}}) {
+    std::vector<ReconTile> tiles;
+    for (int share = 0; share < shares; ++share) {
+      ReconConfig config{.backend = GetParam(), .tile_columns = columns, .tile_rows = rows, .share = share, .shares = shares};
+      for (auto& tile : Reconstructor(config, kVolume).reconstruct(silhouettes, view, {}, false)) tiles.push_back(std::move(tile));
+    }
+    EXPECT_EQ(tiles.size(), std::size_t(columns) * rows);
+    EXPECT_EQ(assembled(tiles, all), whole);
+  }
+}
+
+TEST_P(Recon, FollowsTheViewsSizeAndTheSilhouettes) {
+  Random random(4);
+  const auto object = random_object(random, 3, 0.15);
+  const auto silhouettes = silhouettes_of(object, random_cameras(random, 3));
+  Reconstructor reconstructor({.backend = GetParam()}, kVolume);
+  const View small{random_camera(random, 40, 30, 0.7), 0.05, 3.0};
+  View large = small;
+  large.camera.pinhole = resized(small.camera.pinhole, 81, 61);
+  const auto first = assembled(reconstructor.reconstruct(silhouettes, small, {}, false), whole_image(small.camera));
+  EXPECT_EQ(reconstructor.reconstruct(silhouettes, large, {}, false).back().tile.rect.u1_px, 81);
+  EXPECT_EQ(assembled(reconstructor.reconstruct(std::span(silhouettes).first(0), small, {}, false), whole_image(small.camera)), std::vector<float>(1200, kNoHull));
+  EXPECT_EQ(assembled(reconstructor.reconstruct(silhouettes, small, {}, false), whole_image(small.camera)), first);
+}
+
+TEST(CoveredPart, IsTheSmallestRectangleWithEveryHit) {
+  DepthTile depths{{10, 20, 15, 24}, std::vector<float>(20, kNoHull)};
+  const Tile tile{3, depths.rect};
+  EXPECT_EQ(covered_part(tile, depths).covered, PixelRect{});
+  depths.depth_m[1 * 5 + 3] = 1.5f;
+  depths.depth_m[2 * 5 + 1] = 2.5f;
+  const ReconTile part = covered_part(tile, depths);
+  EXPECT_EQ(part.tile, tile);
+  EXPECT_EQ(part.covered, (PixelRect{11, 21, 14, 23}));
+  EXPECT_EQ(part.depth_m, (std::vector<float>{kNoHull, kNoHull, 1.5f, 2.5f, kNoHull, kNoHull}));
+}
+
+// --- colour ----------------------------------------------------------------------------------------------------
+
+using Bgr = std::array<std::uint8_t, 3>;
+constexpr Bgr kBlue = {250, 0, 0}, kRed = {0, 0, 250};
+
+ColourRegion plain(const Camera& camera, const PixelRect& region, const Bgr& bgr) {
+  ColourRegion colour{camera, region, {}};
+  for (std::size_t i = 0; i < region.area_px(); ++i) colour.bgr.insert(colour.bgr.end(), bgr.begin(), bgr.end());
+  return colour;
+}
+
+struct Colour : ::testing::Test {  // a ball in the middle, a blue camera at +x, a red one at -y
+  std::vector<Capsule> object{{{0, 0, 0}, {0, 0, 0}, 0.05}};
+  Camera at_x{pinhole_from_fov(200, 150, 0.8), look_at({1, 0, 0}, {0, 0, 0})}, at_y{pinhole_from_fov(200, 150, 0.8), look_at({0, -1, 0}, {0, 0, 0})};
+  Camera at_z{pinhole_from_fov(200, 150, 0.8), look_at({0, 0, 1}, {0, 0, 0}, Vector3d::UnitX())};
+};
+
+TEST_F(Colour, IsOfTheCameraThatLooksMostAsTheEyeDoes) {
+  const auto silhouettes = silhouettes_of(object, {at_x, at_y, at_z});
+  const std::vector<ColourRegion> regions{plain(at_x, whole_image(at_x), kBlue), plain(at_y, whole_image(at_y), kRed)};
+  const HullColour colour(silhouettes, regions);
+  const Vector3d p = 0.05 * Vector3d(1, -1, 0).normalized();
+  EXPECT_EQ(colour.at(p, {1, -0.9, 0}), kBlue);
+  EXPECT_EQ(colour.at(p, {0.9, -1, 0}), kRed);
+}
+
+TEST_F(Colour, RegionsThatDoNotHoldThePointTakeNoPart) {
+  const auto silhouettes = silhouettes_of(object, {at_x, at_y, at_z});
+  const Vector3d p(0.05, 0, 0), eye(1, -0.1, 0);
+  const std::vector<ColourRegion> cut{plain(at_x, {0, 0, 60, 150}, kBlue), plain(at_y, whole_image(at_y), kRed)};
+  EXPECT_EQ(HullColour(silhouettes, cut).at(p, eye), kRed);
+  EXPECT_EQ(HullColour(silhouettes, {}).at(p, eye), kUnseenBgr);
+  EXPECT_EQ(HullColour(silhouettes, std::span(cut).first(1)).at(p, eye), kUnseenBgr);
+  const std::vector<ColourRegion> empty{plain(at_x, {}, kBlue)};
+  EXPECT_EQ(HullColour(silhouettes, empty).at(p, eye), kUnseenBgr);
+}
+
+TEST_F(Colour, CamerasFromWhichTheHullHidesThePointComeLast) {
+  object.push_back({{0.15, 0, 0}, {0.15, 0, 0}, 0.04});  // between the ball and the blue camera
+  const auto silhouettes = silhouettes_of(object, {at_x, at_y, at_z});
+  const std::vector<ColourRegion> regions{plain(at_x, whole_image(at_x), kBlue), plain(at_y, whole_image(at_y), kRed)};
+  const Vector3d p = 0.05 * Vector3d(1, -0.2, 0).normalized(), eye(1, -0.3, 0);
+  EXPECT_EQ(HullColour(silhouettes, regions).at(p, eye), kRed);
+  EXPECT_EQ(HullColour(silhouettes, std::span(regions).first(1)).at(p, eye), kBlue);  // better than none
+}
+
+TEST_F(Colour, IsInterpolatedBetweenPixelCentres) {
+  ColourRegion ramp{at_x, {90, 60, 110, 90}, {}};  // blue grows by 10 a pixel along u
+  for (int v = 60; v < 90; ++v)
+    for (int u = 90; u < 110; ++u) ramp.bgr.insert(ramp.bgr.end(), {std::uint8_t((u - 90) * 10), 7, 9});
+  const auto silhouettes = silhouettes_of(object, {at_x, at_y});
+  const Ray ray = ray_through(at_x, {97.3, 75});
+  EXPECT_EQ(HullColour(silhouettes, std::span(&ramp, 1)).at(ray.origin_world_m + 0.96 * ray.direction_world, {1, 0, 0}), (Bgr{73, 7, 9}));
+}
+
+TEST_F(Colour, OnlyOfHitsAndOnlyWhereWanted) {
+  const auto silhouettes = silhouettes_of(object, {at_x, at_y, at_z});
+  const std::vector<ColourRegion> regions{plain(at_x, whole_image(at_x), kBlue)};
+  const View view{{pinhole_from_fov(60, 45, 0.4), look_at({0.8, -0.3, 0.2}, {0, 0, 0})}, 0.05, 3};
+  Reconstructor reconstructor({}, kVolume);
+  for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, regions, false)) EXPECT_TRUE(tile.bgr.empty());
+  int coloured = 0;
+  for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, regions, true)) {
+    ASSERT_EQ(tile.bgr.size(), 3 * tile.depth_m.size());
+    for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
+      EXPECT_EQ((Bgr{tile.bgr[3 * i], tile.bgr[3 * i + 1], tile.bgr[3 * i + 2]}), tile.depth_m[i] == kNoHull ? Bgr{} : kBlue);
+      coloured += tile.depth_m[i] != kNoHull;
+    }
+  }
+  EXPECT_GT(coloured, 50);
+}
+
+}  // namespace
+}  // namespace fivepipe
