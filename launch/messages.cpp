@@ -19,6 +19,7 @@ ProcessStatus status_from(const fivepipe_v1_NodeStatus& message, std::uint64_t w
   status.writer = writer;
   status.version = message.version;
   status.start_stamp_ns = message.start_stamp_ns;
+  status.has_handled_frame = message.has_handled_frame;
   status.final_report = message.final_report;
   status.frame = message.frame;
   status.frame_rate_hz = message.frame_rate_hz;

@@ -18,6 +18,7 @@ struct ProcessStatus {
   std::uint64_t writer = 0;  // publication handle: tells processes of one node apart
   std::string version;
   std::int64_t start_stamp_ns = 0;  // CLOCK_REALTIME
+  bool has_handled_frame = false;   // it could start, and works
   bool final_report = false;        // the process ended in order; otherwise this is the last status before it died
   std::uint64_t frame = 0;
   double frame_rate_hz = 0;

@@ -11,7 +11,7 @@ AfterDeath RestartPolicy::died(const ProcessExit& exit, double lived_s) {
 
   const bool says_why = has_code && (exit.number == 2 || exit.number == 3);
   const int deployment_code = says_why ? exit.number : 1;
-  if (says_why && !has_reported_) return GiveUp{deployment_code, "can't start: " + to_string(exit)};
+  if (says_why && !has_worked_) return GiveUp{deployment_code, "can't start: " + to_string(exit)};
 
   // A camera unplugged from a node that ran: it exits with 3 until the camera is back, and that may take long.
   const bool waits_for_hardware = has_code && exit.number == 3;

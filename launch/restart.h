@@ -24,13 +24,13 @@ class RestartPolicy {
  public:
   explicit RestartPolicy(RestartSettings settings = {}) : settings_(settings) {}
 
-  // The node has published a status: it could start, so that later on missing hardware is worth waiting for.
-  void reported() { has_reported_ = true; }
+  // The node has handled a frame: it could start, so that later on missing hardware is worth waiting for.
+  void works() { has_worked_ = true; }
   AfterDeath died(const ProcessExit& exit, double lived_s);
 
  private:
   RestartSettings settings_;
-  bool has_reported_ = false;
+  bool has_worked_ = false;
   int restarts_ = 0, deaths_in_row_ = 0, quick_deaths_in_row_ = 0;
 };
 

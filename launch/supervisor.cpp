@@ -72,11 +72,11 @@ void Supervisor::start(Supervised& node) {
   }
 }
 
-void Supervisor::reported(const std::string& name, std::int64_t process_start_stamp_ns) {
+void Supervisor::works(const std::string& name, std::int64_t process_start_stamp_ns) {
   for (Supervised& node : nodes_)
     // A status of a process from before this deployment says nothing about ours.
     if (node.program.name == name && !node.processes.empty() && process_start_stamp_ns >= node.processes.front().start_stamp_ns)
-      node.policy.reported();
+      node.policy.works();
 }
 
 void Supervisor::step(std::chrono::milliseconds wait) {

@@ -52,8 +52,8 @@ class Supervisor {
 
   Supervisor(const std::vector<Program>& programs, RestartSettings settings, SupervisorOutput output);
 
-  // The node's process that started at this time [ns, CLOCK_REALTIME] published a status.
-  void reported(const std::string& node, std::int64_t process_start_stamp_ns);
+  // The node's process that started at this time [ns, CLOCK_REALTIME] has handled a frame.
+  void works(const std::string& node, std::int64_t process_start_stamp_ns);
 
   // Passes on output, notices deaths, starts what is due; waits at most this long for something to happen.
   void step(std::chrono::milliseconds wait);

@@ -126,7 +126,8 @@ class Run {
 
   void take_messages() {
     take_statuses(statuses_in_, statuses_, node_names_);
-    for (const auto& [name, processes] : statuses_.processes()) supervisor_.reported(name, processes.back().start_stamp_ns);
+    for (const auto& [name, processes] : statuses_.processes())
+      if (processes.back().has_handled_frame) supervisor_.works(name, processes.back().start_stamp_ns);
     for (const auto& frame : composited_in_.take())
       if (frame.valid() && !first_composited_stamp_ns_) {
         first_composited_stamp_ns_ = frame->composited_stamp_ns;

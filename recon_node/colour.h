@@ -1,5 +1,6 @@
-// Colour of the hull: each visible point takes the colour of the camera image that sees it most as the eye does (the paper
-// textures the hull with its camera images, section 3.2 and figure 1).
+// Colour of the hull: each visible point takes the colours of the camera images that see it, those that see it most as the eye
+// does counting most (the paper textures the hull with its camera images, section 3.2 and figure 1; the weights are those of
+// view-dependent texture mapping, Debevec, Taylor, Malik 1996, section 3).
 #pragma once
 #include <array>
 #include <cstdint>
@@ -12,26 +13,34 @@
 namespace fivepipe {
 
 // Points on the way from a hull point to a camera at which the hull is asked whether it hides the one from the other [m]. They
-// are sparse: what is thinner than their spacing may be missed, and the colour is then that of what stands before it.
+// are sparse: what is thinner than their spacing may be missed, and the colour is then that of what stands before it. The first is
+// within what segmentation's ragged borders add to a hull: it casts doubt, the others decide.
 inline constexpr std::array<double, 4> kOcclusionProbes_m = {0.02, 0.04, 0.08, 0.16};
+// What an image counts where the first probe alone is in the hull, and where any other is: only if no image sees the point.
+inline constexpr double kDoubtfulWeight = 0.3, kHiddenWeight = 1e-9;
+// An image whose line of sight is at angle a from the eye's counts ((1 + cos a) / 2) ^ kSharpness: a third at 30 degrees, 0.01 at 60.
+// Blending instead of choosing: pixels beside each other, of a ragged hull, would else flicker between images.
+inline constexpr double kSharpness = 16;
 // A point that no image holds.
 inline constexpr std::array<std::uint8_t, 3> kUnseenBgr = {128, 128, 128};
 
 // One frame's images made ready. Borrows silhouettes and regions.
 class HullColour {
  public:
+  // Of an image whose camera is one of the silhouettes', object pixels alone give colour: at the hull's border the others show the
+  // background.
   HullColour(std::span<const Silhouette> silhouettes, std::span<const ColourRegion> regions);
 
-  // B, G, R of a hull point as seen from the eye: among the images whose region holds it, that whose line of sight is closest to the
-  // eye's, ties to the first; images from which the hull hides the point come only after all others. Bilinear.
+  // B, G, R of a hull point as seen from the eye. Bilinear.
   std::array<std::uint8_t, 3> at(const Eigen::Vector3d& p_world_m, const Eigen::Vector3d& eye_world_m) const;
 
  private:
   struct Image {
     const ColourRegion* region;
+    const ObjectPixels* object;  // null: the image gives no shape
     Eigen::Vector3d centre_world_m;
   };
-  bool hidden(const Eigen::Vector3d& p_world_m, const Eigen::Vector3d& camera_world_m) const;
+  double visibility(const Eigen::Vector3d& p_world_m, const Eigen::Vector3d& camera_world_m) const;
 
   std::span<const Silhouette> silhouettes_;
   std::vector<Image> images_;

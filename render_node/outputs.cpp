@@ -57,7 +57,7 @@ VideoFile::VideoFile(const std::filesystem::path& file, cv::Size size_px, const 
   }
 }
 
-VideoFile::~VideoFile() { close(); }
+VideoFile::~VideoFile() { close(kFinishPatience); }
 
 bool VideoFile::add(const cv::Mat& image_bgr) {
   const std::lock_guard lock(mutex_);
@@ -82,6 +82,10 @@ void VideoFile::encode(std::promise<std::string> opened) {
   for (;;) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return ending_ || !queue_.empty(); });
+    if (ending_ && std::chrono::steady_clock::now() >= give_up_) {
+      dropped_ += queue_.size();
+      queue_.clear();
+    }
     if (queue_.empty()) break;
     const cv::Mat image = std::move(queue_.front());
     queue_.pop_front();
@@ -105,18 +109,19 @@ void VideoFile::encode(std::promise<std::string> opened) {
   writer.release();
 }
 
-void VideoFile::close() {
+void VideoFile::close(std::chrono::milliseconds patience) {
   {
     const std::lock_guard lock(mutex_);
+    if (!ending_) give_up_ = std::chrono::steady_clock::now() + patience;
     ending_ = true;
     changed_.notify_one();
   }
   if (encoder_.joinable()) encoder_.join();
 }
 
-void VideoFile::finish() {
+void VideoFile::finish(std::chrono::milliseconds patience) {
   if (!encoder_.joinable()) return;
-  close();
+  close(patience);
   if (!failure_.empty()) throw OutputError(failure_);
   std::error_code error;
   if (written_ > 0 && (std::filesystem::file_size(file_, error) == 0 || error))

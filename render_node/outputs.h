@@ -1,5 +1,6 @@
 // Where composited frames are kept: a video file and still images.
 #pragma once
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -39,8 +40,11 @@ class VideoFile {
   // because the queue is full or writing has failed (failure() says how).
   bool add(const cv::Mat& image_bgr);
 
-  // Encodes what is queued and closes the file. Throws OutputError where not all frames could be written. Again: does nothing.
-  void finish();
+  // Encodes what is queued, for at most `patience`, and closes the file; frames left over are counted as dropped. Throws OutputError
+  // where the file is not whole. Again: does nothing.
+  void finish(std::chrono::milliseconds patience = kFinishPatience);
+  // A process told to end has two seconds for everything; the index of the file takes its part.
+  static constexpr std::chrono::milliseconds kFinishPatience{700};
 
   std::uint64_t written() const;
   std::uint64_t dropped() const;
@@ -49,7 +53,7 @@ class VideoFile {
 
  private:
   void encode(std::promise<std::string> opened);
-  void close();
+  void close(std::chrono::milliseconds patience);
 
   std::filesystem::path file_;
   cv::Size size_px_;
@@ -59,6 +63,7 @@ class VideoFile {
   std::condition_variable changed_;
   std::deque<cv::Mat> queue_;
   bool ending_ = false;
+  std::chrono::steady_clock::time_point give_up_;  // once ending: what is queued then is dropped
   std::uint64_t written_ = 0, dropped_ = 0;
   std::string failure_;
   std::thread encoder_;

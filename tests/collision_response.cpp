@@ -66,6 +66,17 @@ TEST_F(Responding, CpObjectIsTheFarthestCollisionPointOfEqualsTheFirst) {
   EXPECT_EQ(response.cp_object_world_m, Eigen::Vector3d(0.02, 0, 0));
 }
 
+TEST_F(Responding, OfABallsEquallyFarPointsTheDeepestIsTaken) {
+  place({0.004, 0, 0.082});
+  ASSERT_TRUE(collision_.colliding());
+  const Response deepest = respond_by_default(), first = respond_to({rp_object_m_, std::nullopt});
+  // The middle of the contact lies on the line of the centres, within the spacing of the samples.
+  const Eigen::Vector3d line = rp_object_m_.normalized();
+  EXPECT_LT((deepest.cp_object_world_m - deepest.cp_object_world_m.dot(line) * line).norm(), 0.003);
+  EXPECT_GE(deepest.d_rec_m, first.d_rec_m);
+  EXPECT_EQ(deepest.status, RecoveryStatus::recovered);
+}
+
 TEST_F(Responding, RecoveryDistanceIsWithinItsStatedErrorOfTheHullOfTheMaps) {
   Random random(21);
   for (int i = 0; i < 30; ++i) {

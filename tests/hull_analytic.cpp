@@ -51,7 +51,7 @@ TEST(RayEntry, LiesOnTheSurfaceAndNothingBeforeItIsInside) {
     EXPECT_NEAR(distance_to_axis(c, ray.origin_world_m + *t * ray.direction_world), c.radius_m, 1e-9);
     for (int k = 0; k < 50; ++k) EXPECT_GT(distance_to_axis(c, ray.origin_world_m + *t * k / 50 * ray.direction_world), c.radius_m * (1 - 1e-9));
   }
-  EXPECT_GT(hits, 500);
+  EXPECT_GT(hits, 200);
 }
 
 TEST(RayEntry, SphereInClosedForm) {
@@ -125,6 +125,7 @@ TEST(TrueObjectPixels, SphereSmallerThanAPixel) {
 TEST(TrueObjectPixels, BehindTheCameraNothing) {
   const Camera camera{pinhole_from_fov(100, 80, 0.8), Eigen::Isometry3d::Identity()};
   EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -1}, {0.3, 0, -2}, 0.2}}, camera, PixelRule::touched).count(), 0u);
+  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -0.3}, {0, 0, -0.3}, 0.25}}, camera, PixelRule::touched).count(), 0u);  // close behind
   // Sidewards of it and half in front, but outside the field of view.
   EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{-1, 0, 0}, {-1, 0, -2}, 0.2}}, camera, PixelRule::touched).count(), 0u);
 }

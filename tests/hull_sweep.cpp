@@ -128,6 +128,24 @@ TEST_F(Sweep, NothingBehindACamera) {  // the texture's mirror image behind its 
   for (const float d : unseen.depth_m) EXPECT_EQ(d, kNoHull);
 }
 
+TEST_F(Sweep, NothingBehindACameraThatStandsInThePlane) {  // which cuts its field of view and the mirror image of that
+  PlaneSweep sweep(80, 60, 3);
+  ObjectPixels all(20, 20);
+  for (int i = 0; i < 400; ++i) all.set(i % 20, i / 20);
+  const std::vector<Silhouette> silhouettes{{{pinhole_from_fov(20, 20, 2.4), look_at({0, 0, 0}, {1, 0, 1})}, all}};
+  sweep.set_silhouettes(silhouettes);
+  const View view{{pinhole_from_fov(80, 60, 1.0), look_at({0, -1, 0}, {0, 0, 0})}, 0.9, 1.2};
+  const DepthTile tile = sweep.depth(view, {0.9, 1.2}, whole_image(view.camera));
+  int hits = 0;
+  for (int i = 0; i < 80 * 60; ++i) {
+    if (tile.depth_m[i] == kNoHull) continue;
+    ++hits;
+    const Ray ray = ray_through(view.camera, Eigen::Vector2d(i % 80, i / 80));
+    EXPECT_TRUE(membership(silhouettes, ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world).perhaps) << i;
+  }
+  EXPECT_GT(hits, 500);
+}
+
 TEST_F(Sweep, RectanglesTogetherGiveTheWholeViewBitForBit) {
   Random random(5);
   PlaneSweep sweep(97, 61, 50);

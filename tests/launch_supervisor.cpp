@@ -126,7 +126,7 @@ TEST_F(SupervisorTest, AfterItsFirstStatusANodeWithoutHardwareIsRestarted) {
   const std::string gone_on_demand = "echo up; while [ ! -e " + (folder / "unplugged").string() + " ]; do sleep 0.02; done; exit 3";
   Supervisor supervisor({node("capture", gone_on_demand)}, {}, output());
   ASSERT_TRUE(step_until(supervisor, [&] { return printed("capture: up"); }));
-  supervisor.reported("capture", supervisor.history()[0].processes[0].start_stamp_ns + 1);
+  supervisor.works("capture", supervisor.history()[0].processes[0].start_stamp_ns + 1);
   std::ofstream(folder / "unplugged") << '\n';
   ASSERT_TRUE(step_until(supervisor, [&] { return said("restart 1"); }));
   EXPECT_FALSE(supervisor.failure());
@@ -134,7 +134,7 @@ TEST_F(SupervisorTest, AfterItsFirstStatusANodeWithoutHardwareIsRestarted) {
 
 TEST_F(SupervisorTest, AStatusFromBeforeTheDeploymentDoesNotCount) {
   Supervisor supervisor({node("capture", "exit 3")}, {}, output());
-  supervisor.reported("capture", supervisor.history()[0].processes[0].start_stamp_ns - 1);
+  supervisor.works("capture", supervisor.history()[0].processes[0].start_stamp_ns - 1);
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
   ASSERT_TRUE(supervisor.failure());
   EXPECT_EQ(supervisor.failure()->exit_code, 3);

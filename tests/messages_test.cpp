@@ -119,6 +119,21 @@ TEST(CameraMessages, BadMapsAreNamed) {
   EXPECT_NE(why_bad(message, rig), "");
 }
 
+TEST(CameraMessages, ColourOfAFixedCameraHasThePoseOfItsMapsToTheBit) {
+  Rig rig = one_camera_rig(720, 486);
+  rig.cameras[0].camera_from_mount = look_at({1.3, -0.7, 0.9}, {0, 0.1, 0.2});
+  OutgoingColour out = colour_message("wall1", 1, 1, {published_camera(rig.cameras[0]), {10, 20, 12, 21}, {1, 2, 3, 4, 5, 6}});
+  const auto received = colour_from(out.message(), rig);
+  ASSERT_TRUE(std::holds_alternative<CameraColour>(received));
+  const ColourRegion& colour = std::get<CameraColour>(received).colour;
+  EXPECT_EQ(colour.camera.camera_from_world.matrix(), published_camera(rig.cameras[0]).camera_from_world.matrix());
+  EXPECT_EQ(colour.bgr, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6}));
+  out.header.camera_from_world.translation_m.x += 0.01;
+  EXPECT_TRUE(std::holds_alternative<BadMessage>(colour_from(out.message(), rig)));
+  out.bgr.pop_back();
+  EXPECT_TRUE(std::holds_alternative<BadMessage>(colour_from(out.message(), rig)));
+}
+
 TEST(CameraMessages, AnotherCalibrationIsToldByName) {
   const Rig rig = one_camera_rig(720, 486);
   auto info = camera_info_message(rig.cameras[0]);

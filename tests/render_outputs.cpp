@@ -56,7 +56,7 @@ TEST_F(Outputs, AVideoHoldsEveryFrameInOrder) {
   constexpr int kFrames = 40;
   VideoFile video(folder_ / "v.mp4", kSize, roomy());
   for (int i = 0; i < kFrames; ++i) EXPECT_TRUE(video.add(frame_image(i)));
-  video.finish();
+  video.finish(std::chrono::seconds(20));
   EXPECT_EQ(video.written(), std::uint64_t(kFrames));
   EXPECT_EQ(video.dropped(), 0u);
 
@@ -84,7 +84,7 @@ TEST_F(Outputs, AFullQueueRefusesTheNewestAndNeverWaits) {
   constexpr std::uint64_t kFrames = 200;
   for (std::uint64_t i = 0; i < kFrames; ++i) taken += video.add(noise);
   EXPECT_LT(taken, kFrames);
-  video.finish();
+  video.finish(std::chrono::seconds(20));
   EXPECT_EQ(video.written(), taken);
   EXPECT_EQ(video.dropped(), kFrames - taken);
 }
@@ -98,8 +98,8 @@ TEST_F(Outputs, AVideoIsCompleteWhenItsOwnerGoes) {
 
 TEST_F(Outputs, FinishAgainDoesNothingAndLaterFramesAreCountedAsDropped) {
   VideoFile video(folder_ / "v.mp4", kSize, roomy());
-  video.finish();
-  video.finish();
+  video.finish(std::chrono::seconds(20));
+  video.finish(std::chrono::seconds(20));
   EXPECT_FALSE(video.add(frame_image(0)));
   EXPECT_EQ(video.dropped(), 1u);
 }

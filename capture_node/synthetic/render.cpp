@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 
 constexpr std::size_t kNoiseTable = std::size_t(1) << 20;
 
-const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(150, 62, 40), kPipe_bgr(38, 120, 214);
+const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(58, 42, 168), kPipe_bgr(38, 120, 214);
 
 // A surface's own colour at a point, from noise that moves with the part.
 Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {
@@ -31,12 +31,12 @@ Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {
       return kSkin_bgr + (flush - 0.5f) * Vector3f(-26, -20, 12) + Vector3f::Constant(14 * (fine - 0.5f));
     }
     case Material::sleeve: {
-      const float weave = std::sin(700 * p.x()) * std::sin(700 * p.y() + 500 * p.z());
-      return kSleeve_bgr + Vector3f::Constant(10 * weave);
+      const float weave = value_noise(29, 300 * p.x(), 300 * p.y(), 300 * p.z());
+      return kSleeve_bgr + Vector3f::Constant(16 * (weave - 0.5f));
     }
     case Material::pipe: {
       const bool ring = std::abs(std::abs(p.x() - 0.05f) - 0.045f) < 0.004f;
-      return ring ? Vector3f(30, 60, 120) : Vector3f(kPipe_bgr + Vector3f::Constant(16 * (value_noise(23, 30 * p.x(), 300 * p.y(), 300 * p.z()) - 0.5f)));
+      return ring ? Vector3f(24, 84, 156) : Vector3f(kPipe_bgr + Vector3f::Constant(16 * (value_noise(23, 30 * p.x(), 300 * p.y(), 300 * p.z()) - 0.5f)));
     }
   }
   return kSkin_bgr;

@@ -135,12 +135,9 @@ Response respond(TriangleVolumeQuery& query, std::span<const Triangle> object_wo
     response.status = RecoveryStatus::reference_inside;
     return response;
   }
-  // stableNormalized: the length's square must neither vanish nor overflow.
+  // Stable: the square of the given length must neither vanish nor overflow.
+  if (!(direction.stableNorm() > 0)) return response;  // direction_undefined
   response.v_rec_world = direction.stableNormalized();
-  if (!(response.v_rec_world.squaredNorm() > 0.5)) {
-    response.v_rec_world.setZero();
-    return response;
-  }
   const double reach_m = request.v_rec_world ? config.height_m : std::min(config.height_m, to_reference_m.norm());
   const Eigen::Vector3d base_world_m = cp_object.p_world_m + reach_m * response.v_rec_world;
   if (in_hull(silhouettes, base_world_m)) {

@@ -33,8 +33,8 @@ struct TriangleQueryResult {
   std::size_t windows = 0;               // fillings of the window: draws are windows * cameras
 };
 
-// Needs a current OpenGL 4.5 context for construction, use and destruction; leaves the state of OpenGL that it changes set.
-// Not to be shared between threads.
+// Needs a current OpenGL 4.5 context for construction, use and destruction; expects and leaves nothing of OpenGL's state but the
+// stencil test off and all colours written. Not to be shared between threads.
 class TriangleVolumeQuery {
  public:
   // Viewports of viewport_px squared in a window of window_px squared. Throws std::invalid_argument unless

@@ -83,9 +83,14 @@ Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, cons
   if (!pose) return BadMessage{"bad_colour: " + std::string(message.camera) + ": pose is not finite or not a rotation"};
   const PixelRect region = pure(message.region);
   if (message.bgr._length != 3 * region.area_px()) return BadMessage{"bad_colour: " + std::string(message.camera) + ": payload size differs from the region's"};
+  Camera camera{rig.cameras[*index].published, *pose};
+  if (rig.cameras[*index].mount == Mount::world) {
+    camera = published_camera(rig.cameras[*index]);  // the very pose that the camera's maps have
+    if (!((camera.camera_from_world.matrix() - pose->matrix()).cwiseAbs().maxCoeff() <= kSameModel))
+      return BadMessage{"bad_colour: " + std::string(message.camera) + ": pose differs from this node's rig"};
+  }
   const auto bgr = span_of(message.bgr);
-  return CameraColour{*index, message.frame, message.capture_stamp_ns,
-                      ColourRegion{{rig.cameras[*index].published, *pose}, region, {bgr.begin(), bgr.end()}}};
+  return CameraColour{*index, message.frame, message.capture_stamp_ns, ColourRegion{camera, region, {bgr.begin(), bgr.end()}}};
 }
 
 fivepipe_v1_CameraInfo camera_info_message(const RigCamera& camera) {

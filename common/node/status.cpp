@@ -93,6 +93,7 @@ struct NodeStatusReporter::Impl {
   std::condition_variable wake;
   bool ending = false;
   std::uint64_t newest_frame = 0;
+  bool has_handled_frame = false;
   std::deque<Clock::time_point> frame_times;
   std::map<std::string, std::uint64_t> counts, drops;
   std::map<std::string, Clock::time_point> drop_logged;
@@ -113,6 +114,7 @@ struct NodeStatusReporter::Impl {
       set_text(message.node, node);
       set_text(message.version, version());
       message.start_stamp_ns = start_stamp_ns;
+      message.has_handled_frame = has_handled_frame;
       message.final_report = final_report;
       message.frame = newest_frame;
       const Clock::time_point now = Clock::now();
@@ -197,6 +199,7 @@ void NodeStatusReporter::latency(const std::string& name, double seconds) {
 void NodeStatusReporter::frame_handled(std::uint64_t frame) {
   const std::scoped_lock lock(impl_->mutex);
   impl_->newest_frame = frame;
+  impl_->has_handled_frame = true;
   impl_->frame_times.push_back(Clock::now());
   if (impl_->frame_times.size() > 4096) impl_->frame_times.pop_front();
 }

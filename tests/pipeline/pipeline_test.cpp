@@ -76,6 +76,59 @@ TEST_F(Pipeline, CompositesReportsAndEndsInOrder) {
   EXPECT_GE(video.get(cv::CAP_PROP_FRAME_COUNT), 20);
 }
 
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+// The small deployment with something else instead, written to a folder of its own.
+std::string changed_deployment(const std::filesystem::path& folder, const std::string& from, const std::string& to, const std::string& rig_addition = "") {
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "rig.yaml") << text_of(FIVEPIPE_SOURCE_DIR "/tests/pipeline/rig.yaml") << rig_addition;
+  std::string text = replaced(text_of(kDeployment), "../../scenes", FIVEPIPE_SOURCE_DIR "/scenes");
+  std::ofstream(folder / "deployment.yaml") << replaced(text, from, to);
+  return (folder / "deployment.yaml").string();
+}
+
+TEST_F(Pipeline, EmptyHullIsReportedWithTheCameraThatEmptiedIt) {
+  const std::string corner_camera =
+      "  - name: corner\n    image_size_px: [180, 122]\n    horizontal_fov_deg: 6\n    look_at: {eye_m: [2.0, 1.5, 1.0], target_m: [0.7, 0.55, 0.85]}\n";
+  Deployed deployed(changed_deployment(out_ / "files", "name: small", "name: small", corner_camera), domain_, out_, {"--duration", "2"});
+  ASSERT_EQ(deployed.wait_for_end(kStart), 0) << log();
+  const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
+  EXPECT_EQ(report["empty_hull_cameras"], nlohmann::json({"corner"})) << report.dump(1);
+}
+
+TEST_F(Pipeline, MissingCameraIsNamedAndEndsWithThree) {
+  const std::string sources = "sources: {left: {v4l2: \"57\"}, far: synthetic, right: synthetic}";
+  Deployed deployed(changed_deployment(out_ / "files", "sources: synthetic", sources), domain_, out_);
+  EXPECT_EQ(deployed.wait_for_end(kStart), 3) << log();
+  EXPECT_NE(log().find("57"), std::string::npos) << log();
+  EXPECT_NE(log().find("left"), std::string::npos) << log();
+}
+
+TEST_F(Pipeline, UndecodableVideoIsNamedAndEndsWithTwo) {
+  std::filesystem::create_directories(out_ / "files");
+  const std::string video = out_ / "files" / "text.avi";
+  std::ofstream(video) << "this is no video\n";
+  const std::string sources = "sources: {left: {video: " + video + ", background: " + video + "}, far: synthetic, right: synthetic}";
+  Deployed deployed(changed_deployment(out_ / "files", "sources: synthetic", sources), domain_, out_);
+  EXPECT_EQ(deployed.wait_for_end(kStart), 2) << log();
+  EXPECT_NE(log().find("text.avi"), std::string::npos) << log();
+}
+
+TEST_F(Pipeline, ConfigurationErrorsAreListedTogetherAndEndWithTwo) {
+  Deployed deployed(changed_deployment(out_ / "files", "frame_rate_hz: 20", "frame_rate_hz: -20\nframe_rat: 3", "  - {name: left}\n"), domain_, out_);
+  EXPECT_EQ(deployed.wait_for_end(kStart), 2) << log();
+  for (const char* problem : {"deployment.yaml:5:16:", "frame_rate_hz", "frame_rat", "rig.yaml"}) EXPECT_NE(log().find(problem), std::string::npos) << problem << '\n' << log();
+}
+
 // Each node is killed in turn: it is back and frames go on within five seconds.
 TEST_F(Pipeline, GoesOnAfterEachNodeIsKilled) {
   Deployed deployed(kDeployment, domain_, out_);

@@ -1,0 +1,134 @@
+#include "capture_node/capture.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "capture_rig.h"
+
+namespace fivepipe {
+namespace {
+
+Rig table_rig() {
+  Rig rig;
+  rig.name = "test";
+  rig.volume_m = Eigen::AlignedBox3d(Eigen::Vector3d(-0.75, -0.6, 0), Eigen::Vector3d(0.75, 0.6, 0.9));
+  for (const Eigen::Vector3d& eye : {Eigen::Vector3d(-1.5, 0.9, 1.3), Eigen::Vector3d(1.5, 0.9, 1.3)})
+    rig.cameras.push_back(table_camera("cam" + std::to_string(rig.cameras.size()), eye, 240, 162));
+  RigCamera carried = table_camera("hmd", {0, 0, 0}, 160, 120);
+  carried.camera_from_mount.setIdentity();
+  carried.mount = Mount::viewer;
+  carried.gives_shape = false;
+  rig.cameras.push_back(carried);
+  return rig;
+}
+
+Viewer test_viewer() {
+  Viewer viewer;
+  viewer.path = {{0, {0, -0.8, 0.8}, {0, 0, 0.2}}, {2, {0.2, -0.8, 0.8}, {0, 0, 0.2}}};
+  return viewer;
+}
+
+CaptureConfig synthetic_config(const Rig& rig) {
+  CaptureConfig config;
+  for (const RigCamera& camera : rig.cameras) config.sources[camera.name] = SyntheticSource{};
+  return config;
+}
+
+TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {
+  const Rig rig = table_rig();
+  std::vector<double> shares;
+  Capture capture(rig, test_viewer(), synthetic_config(rig), 30, [&](std::string_view, double share) { shares.push_back(share); });
+  ASSERT_EQ(shares.size(), 3u);
+  EXPECT_EQ(shares.back(), 1.0);
+  const std::vector<CapturedCamera> set = capture.capture(10, true);
+  ASSERT_EQ(set.size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(set[i].camera, rig.cameras[i].name);
+    EXPECT_EQ(set[i].status, CaptureStatus::captured);
+    EXPECT_EQ(set[i].pixels.has_value(), rig.cameras[i].gives_shape);
+    ASSERT_TRUE(set[i].colour);
+    EXPECT_EQ(set[i].colour->bgr.size(), 3 * set[i].colour->region.area_px());
+    EXPECT_TRUE(set[i].remarks.empty());
+  }
+  const PixelRect held = set[0].pixels->bounds(), colour = set[0].colour->region;
+  EXPECT_EQ(held.u0_px - colour.u0_px, std::min(kColourMargin_px, held.u0_px));
+  EXPECT_EQ(colour.v1_px - held.v1_px, std::min(kColourMargin_px, 162 - held.v1_px));
+  const Camera eye = published_camera(rig.cameras[2], eye_from_world_at(test_viewer(), 10 / 30.0));
+  EXPECT_TRUE(set[2].colour->camera.camera_from_world.isApprox(eye.camera_from_world));
+  EXPECT_EQ(set[2].colour->region, projection_of(rig.volume_m, eye));
+  for (const CapturedCamera& camera : capture.capture(11, false)) EXPECT_FALSE(camera.colour);
+  EXPECT_FALSE(capture.ended());
+}
+
+TEST(Capture, IsTheSameWhateverWasCapturedBefore) {
+  const Rig rig = table_rig();
+  Capture a(rig, test_viewer(), synthetic_config(rig), 30), b(rig, test_viewer(), synthetic_config(rig), 30);
+  b.capture(3, true);
+  b.capture(90, false);
+  const auto one = a.capture(44, true), two = b.capture(44, true);
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    EXPECT_EQ(one[i].pixels, two[i].pixels);
+    EXPECT_EQ(one[i].colour->bgr, two[i].colour->bgr);
+  }
+}
+
+TEST(Capture, HandsOutPremadeSetsOverAndOver) {
+  const Rig rig = table_rig();
+  CaptureConfig config = synthetic_config(rig);
+  Capture live(rig, test_viewer(), config, 30);
+  config.premade_frames = 4;
+  Capture premade(rig, test_viewer(), config, 30);
+  for (const std::int64_t frame : {0, 3, 5, 4003}) {
+    const auto expected = live.capture(frame % 4, true), found = premade.capture(frame, true);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_EQ(expected[i].pixels, found[i].pixels);
+      EXPECT_EQ(expected[i].colour->bgr, found[i].colour->bgr);
+    }
+  }
+  EXPECT_FALSE(premade.capture(0, false)[0].colour);
+}
+
+TEST(Capture, SaysWhichCameraSeesNoObject) {
+  Rig rig = table_rig();
+  rig.cameras[1].camera_from_mount = look_at({1.5, 0.9, 1.3}, {3, 3, 1});  // away from the table
+  Capture capture(rig, test_viewer(), synthetic_config(rig), 30);
+  const auto set = capture.capture(0, true);
+  EXPECT_TRUE(set[0].remarks.empty());
+  ASSERT_EQ(set[1].remarks.size(), 1u);
+  EXPECT_EQ(set[1].pixels->count(), 0u);
+  EXPECT_FALSE(set[1].colour);
+}
+
+TEST(Capture, TellsEveryCameraThatCantBeHad) {
+  const Rig rig = table_rig();
+  CaptureConfig config = synthetic_config(rig);
+  config.sources["cam0"] = VideoSource{"/nowhere/a.avi", "/nowhere/b.avi", 0};
+  config.sources["cam1"] = V4l2Source{"/dev/v4l/by-id/none", "", 30};
+  try {
+    Capture capture(rig, test_viewer(), config, 30);
+    FAIL() << "nothing was thrown";
+  } catch (const HardwareMissing& error) {
+    ASSERT_EQ(error.problems().size(), 2u);
+    const std::string what = error.what();
+    EXPECT_NE(what.find("cam0: /nowhere/a.avi"), std::string::npos) << what;
+    EXPECT_NE(what.find("cam1: /dev/v4l/by-id/none"), std::string::npos) << what;
+  }
+  config.sources.erase("cam1");
+  EXPECT_THROW(
+      try { Capture(rig, test_viewer(), config, 30); } catch (const HardwareMissing&) { FAIL() << "no hardware is concerned"; }, SourceError);
+}
+
+TEST(Projection, OfABoxIsTheImagesPartThatShowsIt) {
+  Camera camera{pinhole_from_fov(200, 100, 1.0), look_at({0, -2, 0}, {0, 0, 0})};
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.1, -0.1, -0.1), Eigen::Vector3d(0.1, 0.1, 0.1));
+  const PixelRect rect = projection_of(box, camera);
+  const double half_px = camera.pinhole.fx_px * 0.1 / 1.9;
+  EXPECT_NEAR(rect.width_px(), 2 * half_px, 2);
+  EXPECT_NEAR(0.5 * (rect.u0_px + rect.u1_px), 100, 1);
+  EXPECT_EQ(projection_of({Eigen::Vector3d(-1, -3, -1), Eigen::Vector3d(1, 3, 1)}, camera), (PixelRect{0, 0, 200, 100})) << "holds the camera";
+  EXPECT_TRUE(projection_of({Eigen::Vector3d(50, 0, 0), Eigen::Vector3d(51, 1, 1)}, camera).empty());
+}
+
+}  // namespace
+}  // namespace fivepipe
