@@ -11,6 +11,7 @@ constexpr double kRealRadiusM = 0.05, kVirtualRadiusM = 0.04;
 constexpr double kFlatnessM = 0.02 * kVirtualRadiusM;
 constexpr double kFieldM = 0.16;
 constexpr int kImagePx = 320;
+constexpr double kScanM = 1e-5;  // a tenth of the finest step of the response here
 constexpr double kFootprintM = kFieldM / kImagePx;
 constexpr double kSixtyDegreesRad = std::numbers::pi / 3;
 
@@ -32,10 +33,10 @@ class Responding : public GlTest {
   // Towards the ball's centre from the middle of the contact; the icosphere of 320 triangles lies up to kFlatnessM under its ball.
   Response respond_by_default(const ResponseConfig& config = {}) { return respond_to({rp_object_m_, std::nullopt, true, kFlatnessM}, config); }
 
-  // Farthest point in the hull, up to reach_m from CP_obj along V_rec, at steps of 1 um.
+  // Farthest point in the hull, up to reach_m from CP_obj along V_rec, at steps of kScanM.
   template <typename InHull>
   double exit_m(const Response& response, double reach_m, InHull inside) const {
-    for (double t_m = reach_m; t_m > 0; t_m -= 1e-6)
+    for (double t_m = reach_m; t_m > 0; t_m -= kScanM)
       if (inside(response.cp_object_world_m + t_m * response.v_rec_world)) return t_m;
     return 0;
   }
@@ -88,8 +89,8 @@ TEST_F(Responding, RecoveryDistanceIsWithinItsStatedErrorOfTheHullOfTheMaps) {
     EXPECT_DOUBLE_EQ(response.d_rec_error_m, reach_m / 200);
     EXPECT_NEAR(response.pixel_footprint_m, kFootprintM, kFootprintM * kRealRadiusM * 1.1);  // cameras at 1 m
     const double exact_m = exit_m(response, reach_m, [&](const auto& p) { return in_hull(query_.silhouettes(), p); });
-    EXPECT_GE(exact_m, response.d_rec_m - 2e-6);  // two steps of the scan
-    EXPECT_LE(exact_m, response.d_rec_m + response.d_rec_error_m + 2e-6);
+    EXPECT_GE(exact_m, response.d_rec_m - kScanM);
+    EXPECT_LE(exact_m, response.d_rec_m + response.d_rec_error_m + kScanM);
     EXPECT_TRUE(in_hull(query_.silhouettes(), response.cp_hull_world_m));
     EXPECT_NEAR((response.cp_hull_world_m - response.cp_object_world_m).norm(), response.d_rec_m, 1e-12);
     EXPECT_FALSE(in_hull(query_.silhouettes(), response.cp_object_world_m + response.clear_distance_m() * response.v_rec_world));
@@ -110,8 +111,8 @@ TEST_F(Responding, RecoveryDistanceIsThatOfTheTrueSilhouettesWithinAPixel) {
     const double cosine = response.v_rec_world.dot(response.cp_hull_world_m.normalized());
     ASSERT_GT(cosine, 0.5);
     const double pixel_m = std::numbers::sqrt2 * kFootprintM * (1 + kRealRadiusM) / cosine;
-    EXPECT_GE(response.d_rec_m + response.d_rec_error_m, analytic_m - 2e-6);
-    EXPECT_LE(response.d_rec_m, analytic_m + pixel_m + 2e-6);
+    EXPECT_GE(response.d_rec_m + response.d_rec_error_m, analytic_m - kScanM);
+    EXPECT_LE(response.d_rec_m, analytic_m + pixel_m + kScanM);
   }
 }
 

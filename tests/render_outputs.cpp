@@ -81,7 +81,7 @@ TEST_F(Outputs, AFullQueueRefusesTheNewestAndNeverWaits) {
   cv::Mat noise(large, CV_8UC3);
   cv::randu(noise, 0, 255);
   std::uint64_t taken = 0;
-  constexpr std::uint64_t kFrames = 200;
+  constexpr std::uint64_t kFrames = 50;
   for (std::uint64_t i = 0; i < kFrames; ++i) taken += video.add(noise);
   EXPECT_LT(taken, kFrames);
   video.finish(std::chrono::seconds(20));

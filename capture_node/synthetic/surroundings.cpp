@@ -61,7 +61,7 @@ cv::Mat table_texture(std::uint64_t seed) {
 }
 
 cv::Mat floor_texture(std::uint64_t seed) {
-  return painted(768, 768, [&](int u, int v) -> Vector3f {
+  return painted(512, 512, [&](int u, int v) -> Vector3f {
     const float carpet = fractal_noise(seed + 21, u * 0.5f, v * 0.5f), stain = fractal_noise(seed + 22, u * 0.02f, v * 0.02f);
     const bool seam = u % 64 == 0 || v % 64 == 0;
     return Vector3f(104, 98, 84) + Vector3f::Constant(44 * (carpet - 0.5f) + 30 * (stain - 0.5f) - (seam ? 18 : 0));
@@ -70,8 +70,9 @@ cv::Mat floor_texture(std::uint64_t seed) {
 
 // Plaster with shelves of boxes below and pictures above.
 cv::Mat wall_texture(std::uint64_t seed) {
-  return painted(1024, 512, [&](int u, int v) -> Vector3f {
-    const float shade = fractal_noise(seed, u * 0.01f, v * 0.01f), rough = fractal_noise(seed + 1, u * 0.4f, v * 0.4f);
+  return painted(512, 256, [&](int column, int row) -> Vector3f {
+    const int u = 2 * column, v = 2 * row;
+    const float shade = fractal_noise(seed, u * 0.01f, v * 0.01f), rough = value_noise(seed + 1, u * 0.4f, v * 0.4f);
     Vector3f bgr = Vector3f(206, 204, 196) + Vector3f::Constant(26 * (shade - 0.5f) + 12 * (rough - 0.5f));
     const auto box = std::int64_t(std::floor((u + 9 * value_noise(seed + 2, u * 0.03f, 0)) / 37.0f)), shelf = std::int64_t(v / 64);
     const float pick = lattice(seed + 4, box, shelf, 0);
