@@ -1,11 +1,4 @@
-if(FIVEPIPE_NODES)
-  fivepipe_test(test_pipeline pipeline/pipeline_test.cpp pipeline/process.cpp
-    LINK fivepipe_messages fivepipe_bus fivepipe_scene nlohmann_json::nlohmann_json opencv_core opencv_imgcodecs opencv_videoio)
-  if(TARGET test_pipeline)
-    target_include_directories(test_pipeline SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
-    add_dependencies(test_pipeline fivepipe capture_node recon_node sim_node render_node)
-  endif()
-endif()
-if(FIVEPIPE_NODES)
-  fivepipe_test(test_seated4cam seated4cam_test.cpp LINK fivepipe_capture)
-endif()
+fivepipe_test(pipeline_test pipeline/pipeline.cpp pipeline/process.cpp
+  LINK fivepipe_messages fivepipe_bus fivepipe_scene nlohmann_json::nlohmann_json opencv_core opencv_imgcodecs opencv_videoio)
+target_include_directories(pipeline_test SYSTEM PRIVATE ${OpenCV_INCLUDE_DIRS})
+add_dependencies(pipeline_test fivepipe capture_node recon_node sim_node render_node)

@@ -1,5 +1,3 @@
-if(FIVEPIPE_NODES)
-  foreach(part rig scene deployment viewer shipped_files)
-    fivepipe_test(scene_${part}_test scene_${part}.cpp LINK fivepipe_scene GTest::gmock)
-  endforeach()
-endif()
+foreach(part rig scene deployment viewer shipped_files)
+  fivepipe_test(scene_${part}_test scene_${part}.cpp LINK fivepipe_scene GTest::gmock)
+endforeach()

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "other_version.h"
+#include "bus_other_version.h"
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
