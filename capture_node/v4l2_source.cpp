@@ -101,8 +101,9 @@ class V4l2ImageSource final : public ImageSource {
     video.set(cv::CAP_PROP_BUFFERSIZE, 1);  // the newest image, not the oldest queued
     reader_ = std::thread(read_on, stream_);
     if (!wait_for_new(kFirstImageWithin)) {
-      const int error = stream_->error;
       close();
+      const std::lock_guard lock(stream_->mutex);
+      const int error = stream_->error;
       fail(SourceFault::hardware_failed, "delivers no image: " + advice(error));
     }
     if (const cv::Mat first = newest(); first.cols != width_px_ || first.rows != height_px_) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <random>
 
 #include "capture_rig.h"
@@ -83,6 +84,30 @@ TEST(ReferenceImage, HasMeanAndNoiseOfTheEmptySceneDespiteAPasserBy) {
   }
   // Rounding adds 1/12 to the variance; the median deviation of few samples cuts off a few of them here and there.
   EXPECT_NEAR(sigma_sum / double(reference.sigma_levels.size()), std::sqrt(9 + 1 / 12.0), 0.15);
+}
+
+TEST(ReferenceImage, IsTheTrimmedMeanOfAnyNumberOfFrames) {
+  for (int n = 1; n <= 33; ++n) {
+    std::vector<cv::Mat> frames;
+    for (int f = 0; f < n; ++f) frames.push_back(random_image(5, 3, unsigned(100 * n + f)));
+    const ReferenceImage reference = learn_reference(frames);
+    for (int i = 0; i < 5 * 3 * 3; ++i) {
+      std::vector<int> levels, deviations;
+      for (const cv::Mat& frame : frames) levels.push_back(frame.data[i]);
+      std::sort(levels.begin(), levels.end());
+      const int median = levels[std::size_t(n / 2)];
+      for (const int level : levels) deviations.push_back(std::abs(level - median));
+      std::sort(deviations.begin(), deviations.end());
+      const double reach = std::max(kTrimFloorLevels, kTrimSigmas * 1.4826 * deviations[std::size_t(n / 2)]);
+      double sum = 0, kept = 0;
+      for (const int level : levels)
+        if (std::abs(level - median) <= reach) {
+          sum += level;
+          ++kept;
+        }
+      ASSERT_NEAR(reference.mean_levels[std::size_t(i)], sum / kept, 1e-4) << n << " frames, element " << i;  // float
+    }
+  }
 }
 
 TEST(ReferenceImage, OfAPlateIsThePlateWithTheStatedNoise) {
