@@ -25,11 +25,14 @@ int Pacing::in_flight() const {
   return count;
 }
 
-std::optional<std::int64_t> Pacing::next(Clock::time_point now) {
+std::optional<std::int64_t> Pacing::next(Clock::time_point now, bool somebody_composites) {
   const std::int64_t frame = frame_at(now);
   if (frame <= last_) return std::nullopt;
-  const bool stalled = now - heard_ >= kStall;
-  if (max_in_flight_ > 0 && in_flight() >= max_in_flight_ && !stalled) return std::nullopt;
+  if (max_in_flight_ > 0 && somebody_composites && in_flight() >= max_in_flight_) {
+    if (now - heard_ < kStall) return std::nullopt;
+    heard_ = now;
+    composited_ = last_;
+  }
   skipped_ += std::uint64_t(frame - last_ - 1);
   last_ = frame;
   named_[named_count_++ % std::size(named_)] = frame;

@@ -17,9 +17,9 @@ class Pacing {
   Pacing(double frame_rate_hz, int max_in_flight, Clock::time_point start);
 
   // The frame to capture at `now`, or nothing while its time has not come or too many are in flight. Frames whose time passes
-  // meanwhile are skipped and counted; a frame is never named twice. Where nothing has been composited for kStall, frames go out all the same:
-  // whoever composited may be gone.
-  std::optional<std::int64_t> next(Clock::time_point now);
+  // meanwhile are skipped and counted; a frame is never named twice. Where nobody is there that composites, the clock alone decides.
+  // Where somebody is, but nothing has come of the frames in flight for kStall, they are given up: a node on their way was lost.
+  std::optional<std::int64_t> next(Clock::time_point now, bool somebody_composites);
   // When to ask again: the next frame's time, or soon where frames in flight hold it up.
   Clock::time_point wake(Clock::time_point now) const;
 
@@ -37,7 +37,7 @@ class Pacing {
   double frame_rate_hz_;
   int max_in_flight_;
   Clock::time_point start_;
-  Clock::time_point heard_;  // of the newest composited frame, or the start
+  Clock::time_point heard_;  // of a composited frame, or gave those in flight up
   std::int64_t last_ = -1;
   std::int64_t composited_ = -1;
   std::int64_t named_[64] = {};  // ring of the newest frames named, by count

@@ -40,7 +40,7 @@ class VideoPipe {
       for (const auto& sample : composited_.take())
         if (sample.valid()) pacing.composited(sample->frame, Pacing::Clock::now());
       const auto now = Pacing::Clock::now();
-      if (const auto frame = pacing.next(now)) {
+      if (const auto frame = pacing.next(now, composited_.writers() > 0)) {
         publish(*frame);
         node_.status.drop("pipeline_busy", pacing.take_skipped());
         continue;

@@ -31,6 +31,11 @@ WeightedBgr bilinear(const ColourRegion& colour, const ObjectPixels* object, con
   return sum;
 }
 
+double sixteenth_power(double x) {
+  for (int i = 0; i < 4; ++i) x *= x;
+  return x;
+}
+
 bool same_camera(const Camera& a, const Camera& b) { return a.pinhole == b.pinhole && a.camera_from_world.matrix() == b.camera_from_world.matrix(); }
 
 }  // namespace
@@ -60,7 +65,7 @@ std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m, con
     const WeightedBgr sample = bilinear(*image.region, image.object, *uv_px);
     if (!(sample.weight > 0)) continue;
     const double cosine = (image.centre_world_m - p_world_m).normalized().dot(to_eye);
-    const double weight = std::pow(0.5 * (1 + cosine), kSharpness) * visibility(p_world_m, image.centre_world_m);
+    const double weight = sixteenth_power(0.5 * (1 + cosine)) * visibility(p_world_m, image.centre_world_m);
     sum.bgr += weight * sample.bgr;
     sum.weight += weight * sample.weight;
   }

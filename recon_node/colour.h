@@ -18,9 +18,6 @@ namespace fivepipe {
 inline constexpr std::array<double, 4> kOcclusionProbes_m = {0.02, 0.04, 0.08, 0.16};
 // What an image counts where the first probe alone is in the hull, and where any other is: only if no image sees the point.
 inline constexpr double kDoubtfulWeight = 0.3, kHiddenWeight = 1e-9;
-// An image whose line of sight is at angle a from the eye's counts ((1 + cos a) / 2) ^ kSharpness: a third at 30 degrees, 0.01 at 60.
-// Blending instead of choosing: pixels beside each other, of a ragged hull, would else flicker between images.
-inline constexpr double kSharpness = 16;
 // A point that no image holds.
 inline constexpr std::array<std::uint8_t, 3> kUnseenBgr = {128, 128, 128};
 
@@ -31,7 +28,9 @@ class HullColour {
   // background.
   HullColour(std::span<const Silhouette> silhouettes, std::span<const ColourRegion> regions);
 
-  // B, G, R of a hull point as seen from the eye. Bilinear.
+  // B, G, R of a hull point as seen from the eye. Bilinear. An image whose line of sight is at angle a from the eye's counts
+  // ((1 + cos a) / 2) ^ 16: a third at 30 degrees, a hundredth at 60. Blended, not chosen: pixels side by side on a ragged hull would
+  // flicker between images.
   std::array<std::uint8_t, 3> at(const Eigen::Vector3d& p_world_m, const Eigen::Vector3d& eye_world_m) const;
 
  private:

@@ -60,8 +60,7 @@ class ReconstructionPipe {
   }
 
   void take(const FramePose& pose) {
-    // Numbers that jump back: capture_node was started anew.
-    if (!pose_of_frame_.empty() && pose.frame + FrameSets::kLostAfterFrames < pose_of_frame_.rbegin()->first) {
+    if (order_.starts_anew(pose.frame, pose.capture_stamp_ns)) {
       pose_of_frame_.clear();
       colours_of_frame_.clear();
     }
@@ -112,6 +111,7 @@ class ReconstructionPipe {
   Reader<topics::ObjectColour> colours_;
   Writer<topics::HullTile> tiles_;
   std::optional<ViewGeometry> geometry_;
+  FrameOrder order_;
   std::map<std::uint64_t, Eigen::Isometry3d> pose_of_frame_;
   std::map<std::uint64_t, std::vector<ColourRegion>> colours_of_frame_;
 };

@@ -50,7 +50,7 @@ class ParentPipe {
   void take_collisions() {
     for (const auto& sample : collisions_.take())
       if (sample.valid() && sample->verdict == fivepipe_v1_colliding && highlighted_.contains(sample->object))
-        virtual_frames_.add_collision(sample->frame, sample->object);
+        virtual_frames_.add_collision(sample->frame, sample->capture_stamp_ns, sample->object);
   }
 
   void take_states() {
@@ -60,7 +60,7 @@ class ParentPipe {
       if (const BadMessage* bad = std::get_if<BadMessage>(&poses))
         node_.status.drop(bad->why);
       else
-        virtual_frames_.add_state(sample->frame, std::get<0>(std::move(poses)));
+        virtual_frames_.add_state(sample->frame, sample->capture_stamp_ns, std::get<0>(std::move(poses)));
     }
   }
 

@@ -43,7 +43,7 @@ bool finite(std::span<const float> values) {
 
 }  // namespace
 
-Renderer::Drawn::Drawn(const SceneObject& o) : object(o), surface(o), world_from_object(o.world_from_object) {
+Renderer::Drawn::Drawn(const SceneObject& o) : object(o), surface(o), bounds_m(fivepipe::bounds_m(mesh_of(o))), world_from_object(o.world_from_object) {
   const std::vector<SurfaceCorner> rest = surface.corners();
   corners.upload(rest.data(), rest.size() * sizeof(SurfaceCorner), GL_STATIC_DRAW);
   vertex_array.attribute(0, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, p_object_m));
@@ -161,7 +161,9 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::
   object_program_.use();
   set_light(object_program_, eye_from_world);
   object_program_.set("clip_from_eye", Eigen::Matrix4f(clip_from_eye_.cast<float>()));
-  for (const Drawn& drawn : objects_) {
+  for (const std::size_t index : front_to_back(eye_from_world)) {
+    const Drawn& drawn = objects_[index];
+    (hides_its_back(drawn, eye_from_world) ? glEnable : glDisable)(GL_CULL_FACE);
     Eigen::Vector3d albedo = linear_from_srgb(drawn.object.colour_rgb);
     if (colliding.contains(drawn.object.name)) albedo += kHighlightStrength * (kHighlight - albedo);
     object_program_.set("eye_from_object", Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
@@ -172,6 +174,28 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::
     drawn.vertex_array.bind();
     glDrawArrays(GL_TRIANGLES, 0, GLsizei(3 * drawn.surface.triangles()));
   }
+  glDisable(GL_CULL_FACE);
+}
+
+// A closed surface that the near plane does not cut open: its far side need not be drawn, and would be shaded where it comes first.
+bool Renderer::hides_its_back(const Drawn& drawn, const Eigen::Isometry3d& eye_from_world) const {
+  if (!std::holds_alternative<BoxShape>(drawn.object.shape) && !std::holds_alternative<SphereShape>(drawn.object.shape)) return false;
+  const double centre_z_m = (eye_from_world * drawn.world_from_object * drawn.bounds_m.center()).z();
+  return centre_z_m - 0.5 * drawn.bounds_m.diagonal().norm() > near_m_;
+}
+
+// Objects that end nearest first: floors and walls, which most others hide parts of, come last.
+std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_from_world) const {
+  std::vector<std::pair<double, std::size_t>> by_end;
+  for (std::size_t i = 0; i < objects_.size(); ++i) {
+    const Drawn& drawn = objects_[i];
+    const Eigen::Vector3d centre_eye_m = eye_from_world * drawn.world_from_object * drawn.bounds_m.center();
+    by_end.emplace_back(centre_eye_m.norm() + 0.5 * drawn.bounds_m.diagonal().norm(), i);
+  }
+  std::sort(by_end.begin(), by_end.end());
+  std::vector<std::size_t> order;
+  for (const auto& [end_m, index] : by_end) order.push_back(index);
+  return order;
 }
 
 // Behind everything: darker than the scene's colour towards the bottom, lighter towards the top.

@@ -43,6 +43,7 @@ class Renderer {
     explicit Drawn(const SceneObject& object);
     SceneObject object;
     Surface surface;
+    Eigen::AlignedBox3d bounds_m;  // of the mesh as loaded, object frame
     Eigen::Isometry3d world_from_object;
     GlBuffer corners;
     GlVertexArray vertex_array;
@@ -54,6 +55,8 @@ class Renderer {
   void draw_hull(const HullFrame& hull);
   void upload(const HullFrame& hull);
   void draw_objects(const Eigen::Isometry3d& eye_from_world, const std::set<std::string>& colliding) const;
+  bool hides_its_back(const Drawn& drawn, const Eigen::Isometry3d& eye_from_world) const;
+  std::vector<std::size_t> front_to_back(const Eigen::Isometry3d& eye_from_world) const;
   void draw_background() const;
 
   Pinhole pinhole_;

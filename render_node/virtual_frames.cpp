@@ -1,24 +1,19 @@
 #include "render_node/virtual_frames.h"
 
 namespace fivepipe {
-namespace {
-
-// Numbers that jump back this far: the simulation follows a capture_node that was started anew.
-constexpr std::uint64_t kStartedAnew = 64;
-
-}  // namespace
-
-VirtualFrame& VirtualFrames::at(std::uint64_t frame) {
-  if (!frames_.empty() && frame + kStartedAnew < frames_.rbegin()->first) frames_.clear();
+VirtualFrame& VirtualFrames::at(std::uint64_t frame, std::int64_t capture_stamp_ns) {
+  if (order_.starts_anew(frame, capture_stamp_ns)) frames_.clear();
   VirtualFrame& found = frames_[frame];
   if (frames_.size() > kMaxFrames && frames_.begin()->first != frame) frames_.erase(frames_.begin());
   return found;
 }
 
-void VirtualFrames::add_collision(std::uint64_t frame, const std::string& object) { at(frame).colliding.insert(object); }
+void VirtualFrames::add_collision(std::uint64_t frame, std::int64_t capture_stamp_ns, const std::string& object) {
+  at(frame, capture_stamp_ns).colliding.insert(object);
+}
 
-void VirtualFrames::add_state(std::uint64_t frame, std::vector<ObjectPose> poses) {
-  VirtualFrame& found = at(frame);
+void VirtualFrames::add_state(std::uint64_t frame, std::int64_t capture_stamp_ns, std::vector<ObjectPose> poses) {
+  VirtualFrame& found = at(frame, capture_stamp_ns);
   found.poses = std::move(poses);
   found.complete = true;
 }

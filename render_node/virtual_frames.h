@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/frames/frame_order.h"
 #include "render_node/renderer.h"
 
 namespace fivepipe {
@@ -21,15 +22,16 @@ class VirtualFrames {
  public:
   static constexpr std::size_t kMaxFrames = 16;
 
-  void add_collision(std::uint64_t frame, const std::string& object);
-  void add_state(std::uint64_t frame, std::vector<ObjectPose> poses);
+  void add_collision(std::uint64_t frame, std::int64_t capture_stamp_ns, const std::string& object);
+  void add_state(std::uint64_t frame, std::int64_t capture_stamp_ns, std::vector<ObjectPose> poses);
 
   bool has(std::uint64_t frame) const;
   // The newest complete one at or before this frame, else the oldest complete one; nothing where no state has come yet.
   const VirtualFrame* best_for(std::uint64_t frame) const;
 
  private:
-  VirtualFrame& at(std::uint64_t frame);
+  VirtualFrame& at(std::uint64_t frame, std::int64_t capture_stamp_ns);
+  FrameOrder order_;
   std::map<std::uint64_t, VirtualFrame> frames_;
 };
 

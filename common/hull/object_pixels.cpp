@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 
 namespace fivepipe {
 
@@ -22,11 +21,6 @@ ObjectPixels ObjectPixels::from_bytes(int width_px, int height_px, std::span<con
     for (int u = 0; u < width_px; ++u)
       pixels.words_[std::size_t(v) * pixels.words_per_row_ + (u >> 6)] |= std::uint64_t(mask[std::size_t(v) * width_px + u] != 0) << (u & 63);
   return pixels;
-}
-
-bool ObjectPixels::contains_at(double u_px, double v_px) const {
-  if (!(u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5)) return false;
-  return contains(int(std::floor(u_px + 0.5)), int(std::floor(v_px + 0.5)));
 }
 
 void ObjectPixels::set(int u_px, int v_px, bool object) {

@@ -38,7 +38,10 @@ class ObjectPixels {
            (words_[std::size_t(v_px) * words_per_row_ + (u_px >> 6)] >> (u_px & 63) & 1);
   }
   // The pixel whose unit square holds uv: half-open, [u - 0.5, u + 0.5). NaN is in none.
-  bool contains_at(double u_px, double v_px) const;
+  bool contains_at(double u_px, double v_px) const {
+    if (!(u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5)) return false;
+    return contains(int(u_px + 0.5), int(v_px + 0.5));  // not negative: truncation is floor
+  }
   void set(int u_px, int v_px, bool object = true);  // inside the image
 
   std::span<const std::uint64_t> words() const { return words_; }

@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "common/frames/frame_sets.h"
 #include "common/hull/colour_region.h"
 #include "common/messages/wire.h"
 #include "common/scene/rig.h"
@@ -30,12 +31,6 @@ struct OutgoingMap {
 // The shorter of the two encodings.
 OutgoingMap map_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, const ObjectPixels& pixels);
 
-struct CameraMap {
-  std::size_t camera;  // index into rig.cameras
-  std::uint64_t frame;
-  std::int64_t capture_stamp_ns;
-  ObjectPixels pixels;
-};
 // Bad: camera unknown or giving no shape, image size not the rig's, region outside the image, payload truncated, too long or
 // undecodable, count of object pixels not as stated.
 Received<CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message, const Rig& rig);

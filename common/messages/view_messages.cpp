@@ -31,7 +31,7 @@ fivepipe_v1_HeadPose head_pose_message(const Viewer& viewer, std::uint64_t frame
 Received<FramePose> head_pose_from(const fivepipe_v1_HeadPose& message) {
   const auto pose = pure(message.eye_from_world);
   if (!pose) return BadMessage{"bad_head_pose: not finite or not a rotation"};
-  return FramePose{message.frame, *pose};
+  return FramePose{message.frame, message.capture_stamp_ns, *pose};
 }
 
 }  // namespace fivepipe

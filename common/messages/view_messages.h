@@ -18,6 +18,7 @@ Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message);
 fivepipe_v1_HeadPose head_pose_message(const Viewer& viewer, std::uint64_t frame, std::int64_t capture_stamp_ns, const Eigen::Isometry3d& eye_from_world);
 struct FramePose {
   std::uint64_t frame;
+  std::int64_t capture_stamp_ns;
   Eigen::Isometry3d eye_from_world;
 };
 Received<FramePose> head_pose_from(const fivepipe_v1_HeadPose& message);

@@ -1,5 +1,7 @@
 #include "common/node/frame_set_reader.h"
 
+#include "common/messages/camera_messages.h"
+
 namespace fivepipe {
 
 FrameSetReader::FrameSetReader(Bus& bus, const Rig& rig, NodeStatusReporter& status)

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/bus/bus.h"
-#include "common/messages/frame_sets.h"
+#include "common/frames/frame_sets.h"
 #include "common/node/status.h"
 
 namespace fivepipe {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "common/messages/frame_sets.h"
+#include "common/frames/frame_sets.h"
 
 namespace fivepipe {
 namespace {
@@ -80,6 +80,20 @@ TEST(FrameSets, CameraLostAndBack) {
   EXPECT_EQ(with[0].silhouettes.size(), 2u);
 }
 
+// Maps that waited are taken camera by camera, and pacing makes frame numbers jump: neither is a camera's loss.
+TEST(FrameSets, CamerasTakenOneAfterTheOtherAreNotLost) {
+  FrameSets sets(rig_of(3));
+  std::vector<std::uint64_t> complete;
+  for (std::size_t camera = 0; camera < 3; ++camera)
+    for (const std::uint64_t frame : {0, 40, 80, 120, 160})
+      for (const FrameSet& set : sets.add(map_of(camera, frame))) {
+        complete.push_back(set.frame);
+        EXPECT_EQ(set.silhouettes.size(), 3u);
+      }
+  EXPECT_EQ(complete, (std::vector<std::uint64_t>{0, 40, 80, 120, 160}));
+  EXPECT_TRUE(sets.take_drops().empty());
+}
+
 TEST(FrameSets, StayBoundedWhenACameraNeverComes) {
   FrameSets sets(rig_of(2));
   std::uint64_t dropped = 0;
@@ -90,9 +104,22 @@ TEST(FrameSets, StayBoundedWhenACameraNeverComes) {
 
 TEST(FrameSets, CaptureStartedAnewIsFollowed) {
   FrameSets sets(rig_of(1));
-  EXPECT_EQ(sets.add(map_of(0, 5000)).size(), 1u);
-  EXPECT_EQ(sets.add(map_of(0, 0)).size(), 1u);
-  EXPECT_EQ(sets.add(map_of(0, 1)).size(), 1u);
+  CameraMap first = map_of(0, 5000), restarted = map_of(0, 0), next = map_of(0, 1);
+  first.capture_stamp_ns = 1'000'000'000;
+  restarted.capture_stamp_ns = 2'000'000'000;
+  next.capture_stamp_ns = 2'033'000'000;
+  EXPECT_EQ(sets.add(first).size(), 1u);
+  EXPECT_EQ(sets.add(restarted).size(), 1u);
+  EXPECT_EQ(sets.add(next).size(), 1u);
+}
+
+TEST(FrameSets, CaptureStartedAnewSoonAfterItsStartIsFollowed) {
+  FrameSets sets(rig_of(1));
+  CameraMap first = map_of(0, 3), restarted = map_of(0, 0);
+  first.capture_stamp_ns = 1'000'000'000;
+  restarted.capture_stamp_ns = 1'500'000'000;
+  EXPECT_EQ(sets.add(first).size(), 1u);
+  EXPECT_EQ(sets.add(restarted).size(), 1u);
 }
 
 }  // namespace

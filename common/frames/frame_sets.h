@@ -7,10 +7,19 @@
 #include <string>
 #include <vector>
 
+#include "common/frames/frame_order.h"
 #include "common/hull/hull.h"
-#include "common/messages/camera_messages.h"
+#include "common/scene/rig.h"
 
 namespace fivepipe {
+
+// One camera's object pixels of one frame.
+struct CameraMap {
+  std::size_t camera;  // index into rig.cameras
+  std::uint64_t frame;
+  std::int64_t capture_stamp_ns;
+  ObjectPixels pixels;
+};
 
 struct FrameSet {
   std::uint64_t frame;
@@ -25,8 +34,9 @@ class FrameSets {
  public:
   // Sets kept while their maps come in; a set older than these is given up. More than capture's frames in flight.
   static constexpr std::size_t kMaxIncomplete = 6;
-  // A camera that is this many frames behind the others leaves the set, which is then complete without it; it is back
-  // with its next map.
+  // A camera of which nothing came while this many frames came from others leaves the set, which is then complete without it; it
+  // is back with its next map. Counted in frames that came, not by their numbers, which pacing makes jump; and more than a reader
+  // can hold of one camera, as maps that waited are taken camera by camera.
   static constexpr std::uint64_t kLostAfterFrames = 15;
 
   explicit FrameSets(const Rig& rig);
@@ -41,15 +51,16 @@ class FrameSets {
   struct Incomplete {
     std::map<std::size_t, CameraMap> map_of_camera;
   };
-  bool is_lost(std::size_t camera, std::uint64_t at_frame) const;
-  bool is_complete(std::uint64_t frame, const Incomplete& set) const;
+  bool is_complete(const Incomplete& set) const;
+  void start_anew();
   FrameSet finished(std::uint64_t frame, Incomplete set) const;
 
   Rig rig_;
   std::vector<std::size_t> shape_cameras_;
-  std::map<std::size_t, std::uint64_t> newest_frame_of_camera_;
+  std::map<std::size_t, std::uint64_t> frames_missed_;  // by camera, since its last map
   std::map<std::uint64_t, Incomplete> incomplete_;
-  std::optional<std::uint64_t> first_frame_, last_handed_out_;
+  FrameOrder order_;
+  std::optional<std::uint64_t> newest_frame_, last_handed_out_;
   std::map<std::string, std::uint64_t> drops_;
 };
 

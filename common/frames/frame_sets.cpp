@@ -1,22 +1,25 @@
-#include "common/messages/frame_sets.h"
+#include "common/frames/frame_sets.h"
 
 #include <algorithm>
 #include <utility>
 
 namespace fivepipe {
 
-FrameSets::FrameSets(const Rig& rig) : rig_(rig), shape_cameras_(shape_cameras(rig)) {}
-
-bool FrameSets::is_lost(std::size_t camera, std::uint64_t at_frame) const {
-  const auto newest = newest_frame_of_camera_.find(camera);
-  // A camera never seen is given as long as one that fell silent at the first frame.
-  const std::uint64_t heard = newest == newest_frame_of_camera_.end() ? *first_frame_ : newest->second;
-  return heard + kLostAfterFrames <= at_frame;
+FrameSets::FrameSets(const Rig& rig) : rig_(rig), shape_cameras_(shape_cameras(rig)) {
+  for (const std::size_t camera : shape_cameras_) frames_missed_[camera] = 0;
 }
 
-bool FrameSets::is_complete(std::uint64_t frame, const Incomplete& set) const {
-  return std::all_of(shape_cameras_.begin(), shape_cameras_.end(),
-                     [&](std::size_t camera) { return set.map_of_camera.contains(camera) || is_lost(camera, frame); });
+bool FrameSets::is_complete(const Incomplete& set) const {
+  return std::all_of(shape_cameras_.begin(), shape_cameras_.end(), [&](std::size_t camera) {
+    return set.map_of_camera.contains(camera) || frames_missed_.at(camera) >= kLostAfterFrames;
+  });
+}
+
+void FrameSets::start_anew() {
+  drops_["incomplete_set"] += incomplete_.size();
+  incomplete_.clear();
+  newest_frame_.reset();
+  last_handed_out_.reset();
 }
 
 FrameSet FrameSets::finished(std::uint64_t frame, Incomplete set) const {
@@ -41,17 +44,11 @@ FrameSet FrameSets::finished(std::uint64_t frame, Incomplete set) const {
 std::vector<FrameSet> FrameSets::add(CameraMap map) {
   const std::uint64_t frame = map.frame;
   const std::size_t camera = map.camera;
-  if (!first_frame_) first_frame_ = frame;
-  // Numbers that jump back by more than a late map can: capture_node was started anew.
-  if (last_handed_out_ && frame + kLostAfterFrames + kMaxIncomplete < *last_handed_out_) {
-    drops_["incomplete_set"] += incomplete_.size();
-    incomplete_.clear();
-    newest_frame_of_camera_.clear();
-    last_handed_out_.reset();
-    first_frame_ = frame;
-  }
-  std::uint64_t& newest = newest_frame_of_camera_[camera];
-  newest = std::max(newest, frame);
+  if (order_.starts_anew(frame, map.capture_stamp_ns)) start_anew();
+  if (newest_frame_ && frame > *newest_frame_)
+    for (const std::size_t other : shape_cameras_) ++frames_missed_[other];
+  newest_frame_ = std::max(newest_frame_.value_or(frame), frame);
+  frames_missed_[camera] = 0;
   if (last_handed_out_ && frame <= *last_handed_out_) {
     ++drops_["late_map"];
     return {};
@@ -62,7 +59,7 @@ std::vector<FrameSet> FrameSets::add(CameraMap map) {
   }
   std::vector<FrameSet> complete;
   const auto found = incomplete_.find(frame);
-  if (is_complete(frame, found->second)) {
+  if (is_complete(found->second)) {
     complete.push_back(finished(frame, std::move(found->second)));
     last_handed_out_ = frame;
     drops_["incomplete_set"] += std::uint64_t(std::distance(incomplete_.begin(), found));
