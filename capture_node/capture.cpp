@@ -112,7 +112,9 @@ Capture::Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& conf
         channel.background = device->background;
         channel.background_frames = device->background_frames;
       } else {
-        channel.source = std::make_unique<SyntheticImageSource>(config_.synthetic, camera, frame_rate_hz_, eye_at, surroundings);
+        auto synthetic = std::make_unique<SyntheticImageSource>(config_.synthetic, camera, frame_rate_hz_, eye_at, surroundings);
+        if (config_.synthetic.render_ahead && config_.premade_frames <= 0) synthetic->render_ahead();
+        channel.source = std::move(synthetic);
       }
       learn(channel);
     } catch (const SourceError& error) {

@@ -1,9 +1,15 @@
 #include "capture_node/synthetic_source.h"
 
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
 #include "capture_node/synthetic/noise.h"
 
 namespace fivepipe {
 namespace {
+
+// How far a period may be from a whole number of frames: what rounding of rate and period leaves. [frames]
+constexpr double kWholePeriod = 1e-6;
 
 std::uint64_t key_of(std::uint64_t seed, const std::string& camera) {
   std::uint64_t key = mixed(seed);
@@ -22,9 +28,35 @@ Eigen::Isometry3d SyntheticImageSource::pose_at(double t_s) const {
   return camera_.mount == Mount::world ? camera_.camera_from_mount : camera_.camera_from_mount * eye_(t_s);
 }
 
-ReadStatus SyntheticImageSource::read(std::int64_t frame, cv::Mat& bgr) {
+cv::Mat SyntheticImageSource::rendered(std::int64_t frame) {
   const double t_s = double(frame) / frame_rate_hz_;
-  bgr = renderer_.image(synthetic_parts(world_, t_s), pose_at(t_s));
+  return renderer_.image(synthetic_parts(world_, t_s), pose_at(t_s));
+}
+
+void SyntheticImageSource::render_ahead() {
+  const double frames = world_.period_s * frame_rate_hz_;
+  if (camera_.mount == Mount::viewer || std::abs(frames - std::round(frames)) > kWholePeriod) return;
+  room_bgr_ = renderer_.image({}, pose_at(0));
+  std::vector<Ahead> ahead;
+  for (std::int64_t frame = 0; frame < std::llround(frames); ++frame) {
+    const cv::Mat bgr = rendered(frame);
+    cv::Mat difference, changed;
+    cv::absdiff(bgr, room_bgr_, difference);
+    cv::reduce(difference.reshape(1, int(difference.total())), changed, 1, cv::REDUCE_MAX);
+    const cv::Rect region = cv::boundingRect(changed.reshape(1, bgr.rows));
+    ahead.push_back({region, bgr(region).clone()});
+  }
+  ahead_ = std::move(ahead);
+}
+
+ReadStatus SyntheticImageSource::read(std::int64_t frame, cv::Mat& bgr) {
+  if (ahead_.empty()) {
+    bgr = rendered(frame);
+  } else {
+    const Ahead& ahead = ahead_[std::size_t(frame) % ahead_.size()];
+    bgr = room_bgr_.clone();
+    ahead.bgr.copyTo(bgr(ahead.region));
+  }
   noise_.add(bgr, mixed(noise_key_, 2 * std::uint64_t(frame)));
   return ReadStatus::image;
 }

@@ -17,11 +17,19 @@ class SyntheticImageSource final : public ImageSource {
 
   // Frame f shows the world at f / frame_rate_hz. The same seed, camera and frame give the same bits. Never missing, never ends.
   ReadStatus read(std::int64_t frame, cv::Mat& bgr) override;
+  // Renders one period of the world ahead; read() then puts these images together. Does nothing for cameras that the viewer carries,
+  // and where a period is not a whole number of frames.
+  void render_ahead();
   // The empty room, with other noise for each index; only for cameras fixed in the world.
   cv::Mat background(int index);
 
  private:
+  struct Ahead {  // what of an image differs from the room
+    cv::Rect region;
+    cv::Mat bgr;
+  };
   Eigen::Isometry3d pose_at(double t_s) const;
+  cv::Mat rendered(std::int64_t frame);
   SyntheticWorld world_;
   RigCamera camera_;
   double frame_rate_hz_;
@@ -29,6 +37,8 @@ class SyntheticImageSource final : public ImageSource {
   SyntheticCamera renderer_;
   SensorNoise noise_;
   std::uint64_t noise_key_;
+  cv::Mat room_bgr_;           // of `ahead_`
+  std::vector<Ahead> ahead_;   // by frame of the period; empty: nothing is rendered ahead
 };
 
 }  // namespace fivepipe

@@ -74,6 +74,20 @@ TEST(SyntheticImage, IsTheSameForTheSameSeedCameraAndFrame) {
   EXPECT_FALSE(same_bits(image, image_of(other, camera, 17)));
 }
 
+TEST(SyntheticImage, RenderedAheadIsTheSame) {
+  SyntheticWorld world;
+  world.period_s = 0.2;  // six frames
+  const RigCamera camera = table_cameras()[1];
+  SyntheticImageSource live(world, camera, 30, {}, test_room()), ahead(world, camera, 30, {}, test_room());
+  ahead.render_ahead();
+  cv::Mat live_image, ahead_image;
+  for (const int frame : {0, 5, 2}) {
+    live.read(frame, live_image);
+    ahead.read(frame, ahead_image);
+    EXPECT_TRUE(same_bits(live_image, ahead_image)) << frame;
+  }
+}
+
 TEST(SyntheticImage, HasTheNoiseThatWasAskedFor) {
   for (const double sigma : {0.0, 1.0, 2.0, 5.0}) {
     cv::Mat image(200, 301, CV_8UC3, cv::Scalar(128, 128, 128));

@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 
 constexpr std::size_t kNoiseTable = std::size_t(1) << 20;
 
-const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(58, 42, 168), kPipe_bgr(38, 120, 214);
+const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(60, 140, 40), kPipe_bgr(38, 120, 214);
 
 // A surface's own colour at a point, from noise that moves with the part.
 Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {

@@ -38,6 +38,8 @@ struct SyntheticWorld {
   double period_s = 4.0;
   double noise_sigma_levels = 2.0;  // sensor noise, grey levels of 255
   bool cast_shadow = true;
+  // One period is rendered before the start, by cameras fixed in the world (up to 1 MB an image): playing it then costs next to nothing.
+  bool render_ahead = false;
 };
 
 // Image segmentation (paper, section 3.1): a pixel is an object pixel where its difference from the reference image exceeds
