@@ -1,5 +1,6 @@
 // fivepipe bench hull: how fast, and how right, the hull's depth is from a novel viewpoint, by backend.
 // Methods of one scene and size run in turn within one process, so that the machine's mood meets all alike.
+#include <cstdlib>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -236,6 +237,7 @@ constexpr const char* kHelp =
 }  // namespace fivepipe::bench
 
 int main(int argc, char** argv) {
+  setenv("LP_NUM_THREADS", "1", 0);  // llvmpipe's: the methods are compared on one thread
   fivepipe::bench::Args args;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
