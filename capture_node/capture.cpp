@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
 #include <thread>
@@ -12,31 +13,38 @@
 #include "capture_node/image_source.h"
 #include "capture_node/segmentation.h"
 #include "capture_node/synthetic_source.h"
+#include "common/clock/realtime.h"
 
 namespace fivepipe {
 namespace {
 
 constexpr unsigned kMostThreads = 2;  // the other cores are the other pipes'
 
-// Calls `work(i)` for i < count, on up to kMostThreads threads; the caller's is one of them. work does not throw.
+// Calls `work(i)` for i < count, on up to kMostThreads threads; the caller's is one of them. Rethrows the first exception once all are done.
 template <class Work>
 void in_parallel(std::size_t count, const Work& work) {
   std::atomic<std::size_t> next = 0;
+  std::mutex mutex;
+  std::exception_ptr failure;
   const auto run = [&] {
-    for (std::size_t i; (i = next++) < count;) work(i);
+    for (std::size_t i; (i = next++) < count;) try {
+        work(i);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!failure) failure = std::current_exception();
+      }
   };
-  std::vector<std::jthread> others;
-  const std::size_t threads = std::min<std::size_t>({count, kMostThreads, std::max(1u, std::thread::hardware_concurrency())});
-  for (std::size_t i = 1; i < threads; ++i) others.emplace_back(run);
-  run();
+  {
+    std::vector<std::jthread> others;
+    const std::size_t threads = std::min<std::size_t>({count, kMostThreads, std::max(1u, std::thread::hardware_concurrency())});
+    for (std::size_t i = 1; i < threads; ++i) others.emplace_back(run);
+    run();
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-std::int64_t now_realtime_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 PixelRect grown(const PixelRect& rect, int by_px, const Pinhole& image) {
@@ -105,7 +113,7 @@ Capture::Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& conf
     try {
       const CameraSource& source = config_.sources.at(camera.name);
       if (const auto* video = std::get_if<VideoSource>(&source)) {
-        channel.source = open_file_source(camera, *video, config_.loop);
+        channel.source = open_file_source(camera, *video, config_.loop && config_.premade_frames > 0);
         channel.background = video->background;
       } else if (const auto* device = std::get_if<V4l2Source>(&source)) {
         channel.source = open_v4l2_source(camera, *device);
@@ -133,7 +141,7 @@ Capture::Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& conf
   premade_.resize(channels_.size());
   in_parallel(channels_.size(), [&](std::size_t i) {
     for (int frame = 0; frame < config_.premade_frames; ++frame) {
-      premade_[i].push_back(capture_one(*channels_[i], frame, true));
+      premade_[i].push_back(capture_one(*channels_[i], frame, frame, true));
       step("segmenting ahead", channels_.size() * std::size_t(config_.premade_frames));
     }
   });
@@ -161,7 +169,7 @@ void Capture::learn(Channel& channel) const {
   channel.segmenter = std::make_unique<Segmenter>(camera, learn_reference(empty_frames), config_.segmentation);
 }
 
-CapturedCamera Capture::capture_one(Channel& channel, std::int64_t frame, bool want_colour) const {
+CapturedCamera Capture::capture_one(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const {
   const RigCamera& camera = *channel.camera;
   CapturedCamera result;
   result.camera = camera.name;
@@ -169,7 +177,7 @@ CapturedCamera Capture::capture_one(Channel& channel, std::int64_t frame, bool w
   if (!channel.segmenter && !want_colour) return result;
   const auto start = std::chrono::steady_clock::now();
   cv::Mat image;
-  const ReadStatus status = channel.source->read(frame, image);
+  const ReadStatus status = channel.source->read(index, image);
   result.read_s = seconds_since(start);
   result.image_stamp_ns = now_realtime_ns();
   if (status != ReadStatus::image) {
@@ -197,6 +205,17 @@ CapturedCamera Capture::capture_one(Channel& channel, std::int64_t frame, bool w
   return result;
 }
 
+std::vector<CapturedCamera> Capture::capture_all(std::int64_t frame, bool want_colour) {
+  std::vector<CapturedCamera> result(channels_.size());
+  if (frame < round_start_) round_start_ = 0;
+  in_parallel(channels_.size(), [&](std::size_t i) {
+    // A synthetic world has no rounds: its time goes on.
+    const bool is_synthetic = dynamic_cast<SyntheticImageSource*>(channels_[i]->source.get()) != nullptr;
+    result[i] = capture_one(*channels_[i], frame, is_synthetic ? frame : frame - round_start_, want_colour);
+  });
+  return result;
+}
+
 std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colour) {
   std::vector<CapturedCamera> result(channels_.size());
   if (!premade_.empty()) {
@@ -207,9 +226,15 @@ std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colou
       result[i].image_stamp_ns = now_realtime_ns();
     }
   } else {
-    in_parallel(channels_.size(), [&](std::size_t i) { result[i] = capture_one(*channels_[i], frame, want_colour); });
+    result = capture_all(frame, want_colour);
+    const auto has_ended = [](const CapturedCamera& camera) { return camera.status == CaptureStatus::ended; };
+    // All files start over together, with the shortest: frames of different times are never combined.
+    if (config_.loop && frame > round_start_ && std::any_of(result.begin(), result.end(), has_ended)) {
+      round_start_ = frame;
+      result = capture_all(frame, want_colour);
+    }
+    ended_ = std::any_of(result.begin(), result.end(), has_ended);
   }
-  for (const CapturedCamera& camera : result) ended_ = ended_ || camera.status == CaptureStatus::ended;
   return result;
 }
 

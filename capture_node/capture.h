@@ -54,7 +54,9 @@ class Capture {
 
  private:
   struct Channel;
-  CapturedCamera capture_one(Channel& channel, std::int64_t frame, bool want_colour) const;
+  // index: of the image in its source; frame: of the head's time.
+  CapturedCamera capture_one(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const;
+  std::vector<CapturedCamera> capture_all(std::int64_t frame, bool want_colour);
   void learn(Channel& channel) const;
 
   Rig rig_;
@@ -63,6 +65,7 @@ class Capture {
   double frame_rate_hz_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<std::vector<CapturedCamera>> premade_;  // by camera, by frame
+  std::int64_t round_start_ = 0;  // frame at which the files started over last
   bool ended_ = false;
 };
 

@@ -4,6 +4,7 @@
 
 #include "capture_node/capture.h"
 #include "capture_node/pacing.h"
+#include "common/clock/realtime.h"
 #include "common/messages/camera_messages.h"
 #include "common/messages/view_messages.h"
 
@@ -78,8 +79,8 @@ class VideoPipe {
   }
 
   void tell(const CapturedCamera& camera) {
-    if (camera.status == CaptureStatus::missing) node_.status.drop("missing_image: " + camera.camera + (camera.reason.empty() ? "" : ": " + camera.reason));
-    std::string remarks;
+    if (camera.status == CaptureStatus::missing) node_.status.drop("missing_image: " + camera.camera);
+    std::string remarks = camera.reason;
     for (const std::string& remark : camera.remarks) remarks += (remarks.empty() ? "" : "; ") + remark;
     node_.status.remark("camera " + camera.camera, remarks.empty() ? "" : camera.camera + ": " + remarks);
     node_.status.latency("read", camera.read_s);

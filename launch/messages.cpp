@@ -7,7 +7,7 @@ namespace {
 
 std::map<std::string, std::uint64_t> counts_from(const fivepipe_v1_NamedCount* counts, std::uint32_t length) {
   std::map<std::string, std::uint64_t> by_name;
-  for (std::uint32_t i = 0; i < length; ++i) by_name[counts[i].name] = counts[i].count;
+  for (std::uint32_t i = 0; i < length; ++i) by_name[counts[i].name] += counts[i].count;
   return by_name;
 }
 

@@ -79,10 +79,12 @@ std::vector<std::string> remarks_with(const StatusBook& statuses, const std::str
 }
 
 std::vector<std::string> empty_cameras(const StatusBook& statuses) {
-  std::vector<std::string> cameras;
-  for (const std::string& rest : remarks_with(statuses, "empty hull: camera ")) cameras.push_back(rest.substr(0, rest.find(' ')));
-  cameras.erase(std::unique(cameras.begin(), cameras.end()), cameras.end());
-  return cameras;
+  const std::string prefix = "empty_hull/";
+  std::set<std::string> cameras;
+  for (const auto& [node, processes] : statuses.processes())
+    for (const auto& [name, count] : summed(processes, &ProcessStatus::counts))
+      if (name.starts_with(prefix)) cameras.insert(name.substr(prefix.size()));
+  return {cameras.begin(), cameras.end()};
 }
 
 std::map<std::string, json> collisions(const StatusBook& statuses) {

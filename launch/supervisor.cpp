@@ -1,5 +1,7 @@
 #include "launch/supervisor.h"
 
+#include "common/clock/realtime.h"
+
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
@@ -15,10 +17,6 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t lines_kept_for_a_failure = 15;
 constexpr auto grace_after_failure = 1500ms;
-
-std::int64_t realtime_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 std::string seconds(double s) {
   char text[32];
@@ -63,7 +61,7 @@ void Supervisor::start(Supervised& node) {
   if (stopping()) return;
   node.start_due.reset();
   node.started = Clock::now();
-  const std::int64_t stamp_ns = realtime_ns();
+  const std::int64_t stamp_ns = now_realtime_ns();
   try {
     node.child = std::make_unique<ChildProcess>(node.program.argv, node.program.cores);
     node.processes.push_back({node.child->pid(), stamp_ns, {}});

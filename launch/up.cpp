@@ -2,12 +2,15 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/clock/realtime.h"
 #include "common/scene/deployment.h"
 #include "common/version/version.h"
 #include "launch/commands.h"
@@ -24,7 +27,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 // Ctrl-C must have everything gone within two seconds; at the end of --duration nobody waits, and a video may take long to close.
-constexpr std::chrono::milliseconds grace_when_interrupted = 1500ms, grace_when_done = 10s;
+constexpr std::chrono::milliseconds grace_when_interrupted = 1300ms, grace_when_done = 10s;
 // What the last frames of footage need to pass through the pipeline.
 constexpr auto drain_after_input = 1s;
 constexpr auto progress_period = 5s;
@@ -101,7 +104,7 @@ class Run {
   Run(const UpOptions& options, const Deployment& deployment, const std::vector<Node>& nodes, std::uint32_t domain)
       : options_(options), deployment_(deployment), nodes_(nodes), programs_(programs_of(nodes, options, domain)),
         bus_({domain, deployment.network_profile}), statuses_in_(bus_.reader<topics::NodeStatus>()),
-        composited_in_(bus_.reader<topics::FrameComposited>()), start_stamp_ns_(now_ns()),
+        composited_in_(bus_.reader<topics::FrameComposited>()), start_stamp_ns_(now_realtime_ns()),
         supervisor_(programs_, RestartSettings{}, spoken_output(programs_)) {
     for (const Node& node : deployment.nodes) node_names_.insert(node.name);
     for (const std::string& warning : bus_.warnings()) spdlog::warn("{}", warning);
@@ -112,7 +115,7 @@ class Run {
       supervisor_.step(50ms);
       take_messages();
       if (const std::string why = reason_to_stop(); !why.empty()) stop(why);
-      if (signals_received > 1) supervisor_.stop(0ms);  // a second Ctrl-C: at once
+      if (signals_received > 0) supervisor_.stop(signals_received > 1 ? 0ms : grace_when_interrupted);  // a second Ctrl-C: at once
       if (!supervisor_.stopping()) say_progress();
     }
     if (stop_stamp_ns_ == 0) note_stop("every node ended");
@@ -122,8 +125,6 @@ class Run {
   }
 
  private:
-  static std::int64_t now_ns() { return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count(); }
-
   void take_messages() {
     take_statuses(statuses_in_, statuses_, node_names_);
     for (const auto& [name, processes] : statuses_.processes())
@@ -177,7 +178,7 @@ class Run {
   }
 
   void note_stop(const std::string& why) {
-    stop_stamp_ns_ = now_ns();
+    stop_stamp_ns_ = now_realtime_ns();
     ended_by_ = why;
   }
 
@@ -229,7 +230,9 @@ class Run {
     input.statuses = statuses_;
     const nlohmann::json report = report_from(input);
     const std::filesystem::path file = options_.out / "report.json";
-    std::ofstream(file) << report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+    std::ofstream written(file);
+    written << report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n' << std::flush;
+    if (!written) throw std::runtime_error(file.string() + " can't be written: " + std::strerror(errno));
     std::cout << table_of(report) << "report: " << file.string() << ", logs: " << (options_.out / "log").string() << "/\n" << std::flush;
   }
 
@@ -269,7 +272,11 @@ int run_up(UpOptions options) {
   const std::uint32_t domain = options.domain.value_or(deployment.domain);
   if (options.out.empty()) options.out = std::filesystem::path("out") / deployment.name;
   std::filesystem::create_directories(options.out);
+  // What an earlier run left must not pass for this one's.
+  for (const auto& entry : std::filesystem::directory_iterator(options.out))
+    if (const std::string name = entry.path().filename(); name == "report.json" || name.starts_with("composite")) std::filesystem::remove(entry.path());
   if (std::string(build_type()) != "Release") spdlog::warn("this is a {} build: expect it to be slow", build_type());
+  for (const std::string& doubt : size_doubts(deployment.scene)) spdlog::warn("{}", doubt);
 
   std::vector<std::string> names;
   for (const Node& node : nodes) names.push_back(node.name);

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 
+#include "common/clock/realtime.h"
 #include "common/messages/view_messages.h"
 #include "common/node/frame_set_reader.h"
 #include "recon_node/messages.h"
@@ -34,9 +35,11 @@ class ReconstructionPipe {
   void run() {
     while (running()) {
       node_.bus.wait(kMaxWait);
+      // capture_node sends pose and colour before the maps: taken after them, they are there.
+      const std::vector<FrameSet> sets = sets_.take();
       take_view();
       take_colours();
-      for (const FrameSet& set : sets_.take()) reconstruct(set);
+      for (const FrameSet& set : sets) reconstruct(set);
     }
   }
 
@@ -76,9 +79,17 @@ class ReconstructionPipe {
         continue;
       }
       CameraColour& received = std::get<CameraColour>(colour);
-      colours_of_frame_[received.frame].push_back(std::move(received.colour));
+      colours_of_frame_[received.frame].push_back(std::move(received));
     }
     keep_newest(colours_of_frame_);
+  }
+
+  // Of this frame, and not of one of the same number before capture_node was started anew.
+  std::vector<ColourRegion> colours_of(const FrameSet& set) {
+    std::vector<ColourRegion> colours;
+    for (CameraColour& colour : colours_of_frame_[set.frame])
+      if (std::abs(colour.capture_stamp_ns - set.capture_stamp_ns) < FrameOrder::kRestartTakes_ns) colours.push_back(std::move(colour.colour));
+    return colours;
   }
 
   void reconstruct(const FrameSet& set) {
@@ -89,11 +100,14 @@ class ReconstructionPipe {
     }
     const View view{{geometry_->recon, pose->second}, geometry_->near_m, geometry_->far_m};
     const TileFrame frame{viewer_, set.frame, set.capture_stamp_ns, view, config_.tile_columns * config_.tile_rows, set.empty_cameras};
+    const std::vector<ColourRegion> colours = colours_of(set);
+    // Colour is for who draws: nobody reads tiles, nobody gets colour.
+    const bool want_colour = tiles_.readers() > 0 && !colours.empty();
+    if (tiles_.readers() > 0 && colours.empty()) node_.status.count("frames_without_colour");
     std::vector<ReconTile> made;
     {
       const StageTimer timer(node_.status, "reconstruct");
-      // Colour is for who draws: nobody reads tiles, nobody gets colour.
-      made = reconstructor_.reconstruct(set.silhouettes, view, colours_of_frame_[set.frame], tiles_.readers() > 0);
+      made = reconstructor_.reconstruct(set.silhouettes, view, colours, want_colour);
     }
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
     node_.status.latency("capture_to_tiles", 1e-9 * double(now_realtime_ns() - set.capture_stamp_ns));
@@ -113,7 +127,7 @@ class ReconstructionPipe {
   std::optional<ViewGeometry> geometry_;
   FrameOrder order_;
   std::map<std::uint64_t, Eigen::Isometry3d> pose_of_frame_;
-  std::map<std::uint64_t, std::vector<ColourRegion>> colours_of_frame_;
+  std::map<std::uint64_t, std::vector<CameraColour>> colours_of_frame_;
 };
 
 }  // namespace

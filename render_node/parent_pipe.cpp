@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "common/clock/realtime.h"
 #include "render_node/messages.h"
 #include "render_node/presenter.h"
 #include "render_node/virtual_frames.h"
@@ -34,16 +35,15 @@ class ParentPipe {
   void run() {
     while (running()) {
       node_.bus.wait(pending_ ? 5ms : kMaxWait);
-      take_collisions();
+      // A frame's collisions are sent before its state: taken after it, they are there.
       take_states();
+      take_collisions();
       take_tiles();
       if (pending_ && (virtual_frames_.has(pending_->frame) || states_.writers() == 0)) composite();
-      if (pending_ && Clock::now() >= pending_until_) {
-        node_.status.drop("late_state");
-        composite();
-      }
+      if (pending_ && Clock::now() >= pending_until_) composite();
     }
     presenter_.finish();
+    report_drops();
   }
 
  private:
@@ -84,6 +84,7 @@ class ParentPipe {
   void composite() {
     const HullFrame hull = std::move(*pending_);
     pending_.reset();
+    if (!virtual_frames_.has(hull.frame) && states_.writers() > 0) node_.status.drop("late_state");
     static const VirtualFrame kNothing;
     const VirtualFrame* found = virtual_frames_.best_for(hull.frame);
     const VirtualFrame& virtual_frame = found ? *found : kNothing;

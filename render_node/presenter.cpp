@@ -6,6 +6,13 @@ namespace {
 // A gap longer than this is a cut, not a pause: the video does not show a standing picture for it.
 constexpr double kLongestRepeat_s = 1.0;
 
+// composite.mp4, or composite-2.mp4 and so on where this process was started anew: a video holds what one process drew.
+std::filesystem::path unused_name(const std::filesystem::path& folder, const std::string& stem, const std::string& extension) {
+  std::filesystem::path file = folder / (stem + extension);
+  for (int number = 2; std::filesystem::exists(file); ++number) file = folder / (stem + "-" + std::to_string(number) + extension);
+  return file;
+}
+
 }  // namespace
 
 Presenter::Presenter(const RenderConfig& config, const Viewer& viewer, double frame_rate_hz, const std::filesystem::path& out)
@@ -14,7 +21,7 @@ Presenter::Presenter(const RenderConfig& config, const Viewer& viewer, double fr
   if (!out_.empty() && config_.video) {
     VideoOptions options;
     options.frame_rate_hz = frame_rate_hz;
-    video_ = std::make_unique<VideoFile>(out_ / "composite.mp4", cv::Size(viewer.render_width_px, viewer.render_height_px), options);
+    video_ = std::make_unique<VideoFile>(unused_name(out_, "composite", ".mp4"), cv::Size(viewer.render_width_px, viewer.render_height_px), options);
   }
   if (config_.window) window_ = std::make_unique<Window>("fivepipe", viewer.render_width_px, viewer.render_height_px);
 }

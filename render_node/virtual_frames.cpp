@@ -3,8 +3,10 @@
 namespace fivepipe {
 VirtualFrame& VirtualFrames::at(std::uint64_t frame, std::int64_t capture_stamp_ns) {
   if (order_.starts_anew(frame, capture_stamp_ns)) frames_.clear();
+  // Older than all that is kept: nobody will ask for it.
+  if (frames_.size() >= kMaxFrames && frame < frames_.begin()->first) return too_old_ = {};
   VirtualFrame& found = frames_[frame];
-  if (frames_.size() > kMaxFrames && frames_.begin()->first != frame) frames_.erase(frames_.begin());
+  if (frames_.size() > kMaxFrames) frames_.erase(frames_.begin());
   return found;
 }
 

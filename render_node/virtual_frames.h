@@ -33,6 +33,7 @@ class VirtualFrames {
   VirtualFrame& at(std::uint64_t frame, std::int64_t capture_stamp_ns);
   FrameOrder order_;
   std::map<std::uint64_t, VirtualFrame> frames_;
+  VirtualFrame too_old_;
 };
 
 }  // namespace fivepipe

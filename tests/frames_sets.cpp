@@ -63,6 +63,21 @@ TEST(FrameSets, NameTheCameraThatEmptiesTheHull) {
   EXPECT_EQ(sets.add(map_of(1, 1, false))[0].empty_cameras, std::vector<std::string>{"c1"});
 }
 
+TEST(FrameSets, MapsOfOneNumberButAnotherTimeAreNeverCombined) {
+  FrameSets sets(rig_of(2));
+  CameraMap before = map_of(0, 3), after = map_of(1, 3), after_too = map_of(0, 3);
+  before.capture_stamp_ns = 1'000'000'000;
+  after.capture_stamp_ns = after_too.capture_stamp_ns = 2'000'000'000;
+  EXPECT_TRUE(sets.add(before).empty());
+  EXPECT_TRUE(sets.add(after).empty());
+  EXPECT_EQ(sets.take_drops().at("incomplete_set"), 1u);
+  EXPECT_TRUE(sets.add(before).empty());
+  EXPECT_EQ(sets.take_drops().at("late_map"), 1u);
+  const auto complete = sets.add(after_too);
+  ASSERT_EQ(complete.size(), 1u);
+  EXPECT_EQ(complete[0].skew_ns, 0);
+}
+
 TEST(FrameSets, CameraLostAndBack) {
   FrameSets sets(rig_of(2));
   sets.add(map_of(0, 0));

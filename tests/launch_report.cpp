@@ -41,7 +41,8 @@ ReportInput ten_seconds() {
   recon_b.counts = {{"frame_sets_complete", 175}};
   recon_b.drops = {{"incomplete_set", 1}};
   recon_b.latencies["reconstruct"] = {1.5, 2.5, 3.5, 4.5, 175};
-  recon_b.remarks = {"empty hull: camera left saw no object pixel"};
+  recon_b.counts["empty_hull/left"] = 3;
+  recon_a.counts["empty_hull/right"] = 1;
   auto sim = status("sim", 4, 100 * s);
   sim.counts = {{"frame_sets_complete", 3}, {"collisions/ball", 42}, {"collision_points/ball", 4200}, {"collisions/box", 0}};
   auto render = status("render", 5, 100 * s);
@@ -90,7 +91,7 @@ TEST(Report, CollisionsAndEmptyHullsAreNamed) {
   const auto report = report_from(ten_seconds());
   EXPECT_EQ(report["collisions"]["ball"], (nlohmann::json{{"frames", 42}, {"points", 4200}}));
   EXPECT_EQ(report["collisions"]["box"]["frames"], 0);
-  EXPECT_EQ(report["empty_hull_cameras"], nlohmann::json{"left"});
+  EXPECT_EQ(report["empty_hull_cameras"], (nlohmann::json{"left", "right"}));
   EXPECT_EQ(report["machine"]["gl_renderer"], "llvmpipe, OpenGL 4.5");
 }
 

@@ -138,6 +138,11 @@ TEST(CameraMessages, AnotherCalibrationIsToldByName) {
   const Rig rig = one_camera_rig(720, 486);
   auto info = camera_info_message(rig.cameras[0]);
   EXPECT_EQ(disagreement(info, rig), "");
+  for (double fivepipe_v1_Pinhole::*field : {&fivepipe_v1_Pinhole::fx_px, &fivepipe_v1_Pinhole::fy_px, &fivepipe_v1_Pinhole::cx_px, &fivepipe_v1_Pinhole::cy_px}) {
+    auto broken = info;
+    broken.pinhole.*field = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_NE(disagreement(broken, rig), "");
+  }
   info.pinhole.fx_px += 0.5;
   EXPECT_NE(disagreement(info, rig).find("wall1"), std::string::npos);
   info = camera_info_message(rig.cameras[0]);

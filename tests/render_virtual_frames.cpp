@@ -42,6 +42,9 @@ TEST(VirtualFrames, StayBoundedAndKeepTheNewest) {
   for (std::uint64_t frame = 0; frame < 100; ++frame) frames.add_state(frame, std::int64_t(frame), ball_at(double(frame)));
   EXPECT_TRUE(frames.has(99));
   EXPECT_FALSE(frames.has(99 - VirtualFrames::kMaxFrames));
+  frames.add_state(3, 3, ball_at(3));
+  EXPECT_FALSE(frames.has(3));
+  EXPECT_TRUE(frames.has(100 - VirtualFrames::kMaxFrames));
 }
 
 TEST(VirtualFrames, FollowACaptureStartedAnew) {

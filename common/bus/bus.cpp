@@ -69,7 +69,13 @@ void return_loan(std::int32_t reader, Taken& taken) {
   if (!taken.samples.empty()) dds_return_loan(reader, taken.samples.data(), std::int32_t(taken.samples.size()));
 }
 
-void write(std::int32_t writer, const void* message, const char* topic) { checked(dds_write(writer, message), std::string("writing ") + topic); }
+void write(Entity& writer, const void* message, const char* topic) {
+  const std::int32_t result = dds_write(writer.handle, message);
+  if (result == DDS_RETCODE_TIMEOUT)
+    ++writer.not_sent;
+  else
+    checked(result, std::string("writing ") + topic);
+}
 
 int matched_readers(std::int32_t writer) {
   dds_publication_matched_status_t status;
@@ -144,6 +150,15 @@ std::shared_ptr<detail::Entity> Bus::make_writer(const char* name, const dds_top
 
 bool Bus::wait(std::chrono::nanoseconds timeout) {
   return dds_waitset_wait(impl_->waitset->handle, nullptr, 0, timeout.count()) > 0;
+}
+
+std::map<std::string, std::uint64_t> Bus::take_not_sent() {
+  const std::scoped_lock lock(impl_->mutex);
+  std::map<std::string, std::uint64_t> by_topic;
+  for (const Impl::Endpoint& endpoint : impl_->endpoints)
+    if (const auto entity = endpoint.entity.lock())
+      if (const std::uint64_t count = entity->not_sent.exchange(0)) by_topic[endpoint.topic] += count;
+  return by_topic;
 }
 
 std::vector<std::string> Bus::problems() {

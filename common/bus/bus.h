@@ -1,7 +1,9 @@
 // Typed, owning layer over Cyclone DDS: the only code that calls it. Messages are idlc's plain structs.
 #pragma once
+#include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -29,6 +31,7 @@ struct Entity {  // a DDS entity handle, deleted with its owner
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
   const std::int32_t handle;
+  std::atomic<std::uint64_t> not_sent{0};  // writers: samples given up
 };
 struct Taken {  // samples on loan from a reader
   std::vector<void*> samples;
@@ -36,7 +39,7 @@ struct Taken {  // samples on loan from a reader
 };
 Taken take(std::int32_t reader);
 void return_loan(std::int32_t reader, Taken& taken);
-void write(std::int32_t writer, const void* message, const char* topic);
+void write(Entity& writer, const void* message, const char* topic);
 int matched_readers(std::int32_t writer);
 int matched_writers(std::int32_t reader);
 }  // namespace detail
@@ -98,8 +101,9 @@ template <class Topic>
 class Writer {
  public:
   explicit Writer(std::shared_ptr<detail::Entity> entity) : entity_(std::move(entity)) {}
-  // Copies and sends; the message may be reused at once. Throws BusError where DDS refuses it.
-  void write(const typename Topic::Message& message) { detail::write(entity_->handle, &message, Topic::name); }
+  // Copies and sends; the message may be reused at once. Where readers take nothing in for 100 ms (one was killed, or starves) the
+  // sample is given up and counted in Bus::take_not_sent. Throws BusError where DDS refuses it for another reason.
+  void write(const typename Topic::Message& message) { detail::write(*entity_, &message, Topic::name); }
   // How many readers are there now: nothing is made that nobody reads.
   int readers() const { return detail::matched_readers(entity_->handle); }
 
@@ -134,6 +138,8 @@ class Bus {
 
   // What went wrong since the last call, for people: peers refused for another type or QoS (by topic and policy).
   std::vector<std::string> problems();
+  // Samples given up since the last call, by topic.
+  std::map<std::string, std::uint64_t> take_not_sent();
   // Said once at start: a receive buffer smaller than the profile asks for, and what to set.
   const std::vector<std::string>& warnings() const { return warnings_; }
 

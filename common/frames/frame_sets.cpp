@@ -19,7 +19,7 @@ void FrameSets::start_anew() {
   drops_["incomplete_set"] += incomplete_.size();
   incomplete_.clear();
   newest_frame_.reset();
-  last_handed_out_.reset();
+  last_closed_.reset();
 }
 
 FrameSet FrameSets::finished(std::uint64_t frame, Incomplete set) const {
@@ -49,9 +49,21 @@ std::vector<FrameSet> FrameSets::add(CameraMap map) {
     for (const std::size_t other : shape_cameras_) ++frames_missed_[other];
   newest_frame_ = std::max(newest_frame_.value_or(frame), frame);
   frames_missed_[camera] = 0;
-  if (last_handed_out_ && frame <= *last_handed_out_) {
+  if (last_closed_ && frame <= *last_closed_) {
     ++drops_["late_map"];
     return {};
+  }
+  // The same number, captured at another time: one of them is of a capture_node that was started anew since.
+  if (const auto open = incomplete_.find(frame); open != incomplete_.end()) {
+    const std::int64_t older_by_ns = open->second.map_of_camera.begin()->second.capture_stamp_ns - map.capture_stamp_ns;
+    if (older_by_ns > FrameOrder::kRestartTakes_ns) {
+      ++drops_["late_map"];
+      return {};
+    }
+    if (-older_by_ns > FrameOrder::kRestartTakes_ns) {
+      ++drops_["incomplete_set"];
+      incomplete_.erase(open);
+    }
   }
   if (!incomplete_[frame].map_of_camera.try_emplace(camera, std::move(map)).second) {
     ++drops_["repeated_map"];
@@ -61,12 +73,13 @@ std::vector<FrameSet> FrameSets::add(CameraMap map) {
   const auto found = incomplete_.find(frame);
   if (is_complete(found->second)) {
     complete.push_back(finished(frame, std::move(found->second)));
-    last_handed_out_ = frame;
+    last_closed_ = frame;
     drops_["incomplete_set"] += std::uint64_t(std::distance(incomplete_.begin(), found));
     incomplete_.erase(incomplete_.begin(), std::next(found));
   }
   while (incomplete_.size() > kMaxIncomplete) {
     ++drops_["incomplete_set"];
+    last_closed_ = incomplete_.begin()->first;
     incomplete_.erase(incomplete_.begin());
   }
   return complete;

@@ -32,8 +32,9 @@ struct FrameSet {
 
 class FrameSets {
  public:
-  // Sets kept while their maps come in; a set older than these is given up. More than capture's frames in flight.
-  static constexpr std::size_t kMaxIncomplete = 6;
+  // Sets kept while their maps come in; a set older than these is given up. More than a reader holds of one camera (topics.h: 8), as
+  // maps that waited are taken camera by camera.
+  static constexpr std::size_t kMaxIncomplete = 12;
   // A camera of which nothing came while this many frames came from others leaves the set, which is then complete without it; it
   // is back with its next map. Counted in frames that came, not by their numbers, which pacing makes jump; and more than a reader
   // can hold of one camera, as maps that waited are taken camera by camera.
@@ -44,7 +45,8 @@ class FrameSets {
   // What the map completes: nothing or one frame set, in rising order of frames.
   std::vector<FrameSet> add(CameraMap map);
 
-  // Counted since the last call, by reason: late_map (its frame was handed out or given up), repeated_map, incomplete_set.
+  // Counted since the last call, by reason: late_map (its frame was handed out or given up, or it was
+  // captured long before the others of its number), repeated_map, incomplete_set.
   std::map<std::string, std::uint64_t> take_drops();
 
  private:
@@ -60,7 +62,7 @@ class FrameSets {
   std::map<std::size_t, std::uint64_t> frames_missed_;  // by camera, since its last map
   std::map<std::uint64_t, Incomplete> incomplete_;
   FrameOrder order_;
-  std::optional<std::uint64_t> newest_frame_, last_handed_out_;
+  std::optional<std::uint64_t> newest_frame_, last_closed_;  // closed: handed out or given up
   std::map<std::string, std::uint64_t> drops_;
 };
 

@@ -71,10 +71,6 @@ GlContext::~GlContext() {
   eglDestroyContext(display_, context_);
 }
 
-void GlContext::make_current() const {
-  if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) throw GlError("eglMakeCurrent failed (" + egl_error() + ")");
-}
-
 bool GlContext::is_software() const {
   return renderer_.find("llvmpipe") != std::string::npos || renderer_.find("softpipe") != std::string::npos;
 }

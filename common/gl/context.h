@@ -14,7 +14,6 @@ class GlContext {
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
 
-  void make_current() const;
   const std::string& renderer() const { return renderer_; }  // GL_RENDERER and GL_VERSION
   bool is_software() const;                                   // llvmpipe or softpipe
 

@@ -78,11 +78,6 @@ void GlTexture::upload(int x_px, int y_px, int width_px, int height_px, GLenum f
 
 void GlTexture::bind(int unit) const { glBindTextureUnit(GLuint(unit), get()); }
 
-void GlTexture::set_linear() const {
-  glTextureParameteri(get(), GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTextureParameteri(get(), GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-}
-
 GlBuffer::GlBuffer() : name_(created([](GLuint* n) { glCreateBuffers(1, n); })) {}
 
 void GlBuffer::upload(const void* bytes, std::size_t size_bytes, GLenum usage) const { glNamedBufferData(get(), GLsizeiptr(size_bytes), bytes, usage); }
@@ -98,8 +93,6 @@ void GlVertexArray::attribute(int location, const GlBuffer& buffer, int componen
   glVertexArrayAttribBinding(get(), index, index);
   glEnableVertexArrayAttrib(get(), index);
 }
-
-void GlVertexArray::indices(const GlBuffer& buffer) const { glVertexArrayElementBuffer(get(), buffer.get()); }
 
 GlProgram::GlProgram(const std::string& name, const std::string& vertex_source, const std::string& fragment_source)
     : name_(linked(name, vertex_source, fragment_source)) {}

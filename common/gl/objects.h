@@ -44,7 +44,6 @@ class GlTexture {
   // A rectangle of it.
   void upload(int x_px, int y_px, int width_px, int height_px, GLenum format, GLenum type, const void* pixels) const;
   void bind(int unit) const;
-  void set_linear() const;  // bilinear sampling
 
  private:
   GlName<delete_texture> name_;
@@ -68,7 +67,6 @@ class GlVertexArray {
   void bind() const;
   // Attribute `location`: `components` floats at offset_bytes of each stride_bytes of buffer.
   void attribute(int location, const GlBuffer& buffer, int components, int stride_bytes, int offset_bytes) const;
-  void indices(const GlBuffer& buffer) const;
 
  private:
   GlName<delete_vertex_array> name_;

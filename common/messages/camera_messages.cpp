@@ -108,9 +108,10 @@ std::string disagreement(const fivepipe_v1_CameraInfo& info, const Rig& rig) {
   if (!index) return "camera " + name + " is published but not in the rig '" + rig.name + "'";
   const RigCamera& camera = rig.cameras[*index];
   const Pinhole k = pure(info.pinhole);
-  const double intrinsics_px = std::max({std::abs(k.fx_px - camera.published.fx_px), std::abs(k.fy_px - camera.published.fy_px),
-                                         std::abs(k.cx_px - camera.published.cx_px), std::abs(k.cy_px - camera.published.cy_px)});
-  if (k.width_px != camera.published.width_px || k.height_px != camera.published.height_px || !(intrinsics_px <= kSameModel))
+  const auto same = [](double a, double b) { return std::abs(a - b) <= kSameModel; };  // false for NaN
+  const Pinhole& own = camera.published;
+  if (k.width_px != own.width_px || k.height_px != own.height_px || !same(k.fx_px, own.fx_px) || !same(k.fy_px, own.fy_px) ||
+      !same(k.cx_px, own.cx_px) || !same(k.cy_px, own.cy_px))
     return "camera " + name + ": published intrinsics differ from this node's rig";
   const auto pose = pure(info.camera_from_mount);
   if (info.carried_by_viewer != (camera.mount == Mount::viewer) || !pose ||

@@ -42,7 +42,7 @@ std::vector<FrameSet> FrameSetReader::take() {
     std::string empty, lost;
     for (const std::string& camera : set.empty_cameras) empty += (empty.empty() ? "" : ", ") + camera;
     for (const std::string& camera : set.lost_cameras) lost += (lost.empty() ? "" : ", ") + camera;
-    if (!empty.empty()) status_.count("empty_hull/" + empty);
+    for (const std::string& camera : set.empty_cameras) status_.count("empty_hull/" + camera);
     status_.remark("empty hull", empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
     status_.remark("lost cameras", lost.empty() ? "" : "lost: camera " + lost + "; the hull is that of the others");
   }

@@ -13,6 +13,8 @@
 #include <mutex>
 #include <thread>
 
+#include "common/clock/realtime.h"
+#include "common/messages/wire.h"
 #include "common/version/version.h"
 
 namespace fivepipe {
@@ -24,8 +26,9 @@ constexpr double kRateWindow_s = 1.0;
 
 using Clock = std::chrono::steady_clock;
 
+// Statuses are for people: what is too long is cut.
 template <std::size_t N>
-void set_text(char (&field)[N], const std::string& text) {
+void set_truncated(char (&field)[N], const std::string& text) {
   const std::size_t n = std::min(text.size(), N - 1);
   std::memcpy(field, text.data(), n);
   field[n] = '\0';
@@ -60,28 +63,17 @@ double resident_mb() {
   return double(resident) * double(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-template <class Sequence, class Element>
-void borrow(Sequence& sequence, std::vector<Element>& storage) {
-  sequence._length = sequence._maximum = std::uint32_t(storage.size());
-  sequence._buffer = storage.data();
-  sequence._release = false;
-}
-
 std::vector<fivepipe_v1_NamedCount> named_counts(const std::map<std::string, std::uint64_t>& counts) {
   std::vector<fivepipe_v1_NamedCount> named(counts.size());
   std::size_t i = 0;
   for (const auto& [name, n] : counts) {
-    set_text(named[i].name, name);
+    set_truncated(named[i].name, name);
     named[i++].count = n;
   }
   return named;
 }
 
 }  // namespace
-
-std::int64_t now_realtime_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
 
 struct NodeStatusReporter::Impl {
   std::string node;
@@ -111,8 +103,8 @@ struct NodeStatusReporter::Impl {
     std::vector<Remark> remark_list;
     {
       const std::scoped_lock lock(mutex);
-      set_text(message.node, node);
-      set_text(message.version, version());
+      set_truncated(message.node, node);
+      set_truncated(message.version, version());
       message.start_stamp_ns = start_stamp_ns;
       message.has_handled_frame = has_handled_frame;
       message.final_report = final_report;
@@ -128,7 +120,7 @@ struct NodeStatusReporter::Impl {
         std::vector<float> sorted = window.newest_ms;
         std::sort(sorted.begin(), sorted.end());
         fivepipe_v1_LatencySummary summary{};
-        set_text(summary.name, name);
+        set_truncated(summary.name, name);
         summary.p50_ms = quantile(sorted, 0.50);
         summary.p95_ms = quantile(sorted, 0.95);
         summary.p99_ms = quantile(sorted, 0.99);
@@ -136,7 +128,7 @@ struct NodeStatusReporter::Impl {
         summary.count = window.count;
         latency_list.push_back(summary);
       }
-      for (const auto& [topic, text] : remarks) set_text(remark_list.emplace_back().text, text);
+      for (const auto& [topic, text] : remarks) set_truncated(remark_list.emplace_back().text, text);
     }
     borrow(message.counts, count_list);
     borrow(message.drops, drop_list);
@@ -150,11 +142,18 @@ struct NodeStatusReporter::Impl {
     }
   }
 
+  void collect_not_sent() {
+    const auto not_sent = bus.take_not_sent();
+    const std::scoped_lock lock(mutex);
+    for (const auto& [topic, count] : not_sent) drops["not_sent: " + topic] += count;
+  }
+
   void publish_until_ending() {
     std::unique_lock lock(mutex);
     while (!ending) {
       lock.unlock();
       for (const std::string& problem : bus.problems()) spdlog::error("{}", problem);
+      collect_not_sent();
       publish(false);
       lock.lock();
       wake.wait_for(lock, kPublishPeriod, [this] { return ending; });
@@ -173,6 +172,7 @@ NodeStatusReporter::~NodeStatusReporter() {
   }
   impl_->wake.notify_all();
   impl_->publisher.join();
+  impl_->collect_not_sent();
   impl_->publish(true);
 }
 

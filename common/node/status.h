@@ -43,6 +43,4 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-std::int64_t now_realtime_ns();
-
 }  // namespace fivepipe
