@@ -77,6 +77,8 @@ void write(Entity& writer, const void* message, const char* topic) {
     checked(result, std::string("writing ") + topic);
 }
 
+bool wait_for_acks(std::int32_t writer, std::chrono::nanoseconds timeout) { return dds_wait_for_acks(writer, timeout.count()) == DDS_RETCODE_OK; }
+
 int matched_readers(std::int32_t writer) {
   dds_publication_matched_status_t status;
   return dds_get_publication_matched_status(writer, &status) == DDS_RETCODE_OK ? int(status.current_count) : 0;

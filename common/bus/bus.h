@@ -40,6 +40,7 @@ struct Taken {  // samples on loan from a reader
 Taken take(std::int32_t reader);
 void return_loan(std::int32_t reader, Taken& taken);
 void write(Entity& writer, const void* message, const char* topic);
+bool wait_for_acks(std::int32_t writer, std::chrono::nanoseconds timeout);
 int matched_readers(std::int32_t writer);
 int matched_writers(std::int32_t reader);
 }  // namespace detail
@@ -104,6 +105,8 @@ class Writer {
   // Copies and sends; the message may be reused at once. Where readers take nothing in for 100 ms (one was killed, or starves) the
   // sample is given up and counted in Bus::take_not_sent. Throws BusError where DDS refuses it for another reason.
   void write(const typename Topic::Message& message) { detail::write(*entity_, &message, Topic::name); }
+  // Until every reader has what was written; false when the time is up.
+  bool wait_for_delivery(std::chrono::nanoseconds timeout) { return detail::wait_for_acks(entity_->handle, timeout); }
   // How many readers are there now: nothing is made that nobody reads.
   int readers() const { return detail::matched_readers(entity_->handle); }
 

@@ -173,6 +173,38 @@ TEST_F(Pipeline, NothingIsLeftWhenTheSupervisorIsKilled) {
   EXPECT_TRUE(eventually(bus_, 2s, [&] { return std::none_of(children.begin(), children.end(), test::is_alive); }));
 }
 
+TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
+  Deployed deployed(kDeployment, domain_, out_);
+  ASSERT_TRUE(frames_go_on(5, kStart)) << log();
+  auto states = bus_.reader<topics::VirtualState>();
+  double height_m = 0;
+  // So many states come; true where the ball is at another height in one of them.
+  const auto ball_moves_within = [&](int count) {
+    bool moved = false;
+    const double before_m = height_m;
+    EXPECT_TRUE(eventually(bus_, 10s, [&] {
+      for (const auto& sample : states.take()) {
+        if (!sample.valid() || sample->objects._length != 1) continue;
+        height_m = sample->objects._buffer[0].world_from_object.translation_m.z;
+        moved = moved || height_m != before_m;
+        --count;
+      }
+      return count <= 0;
+    }));
+    return moved;
+  };
+  const std::string command = std::string(FIVEPIPE_BINARY_DIR) + "/fivepipe simulation --domain " + std::to_string(domain_) + " ";
+  // The ball may have come to rest: it falls anew.
+  ASSERT_EQ(std::system((command + "reset").c_str()), 0);
+  EXPECT_TRUE(ball_moves_within(5));
+  ASSERT_EQ(std::system((command + "reset").c_str()), 0);
+  ASSERT_EQ(std::system((command + "pause").c_str()), 0);
+  ball_moves_within(5);  // what was under way
+  EXPECT_FALSE(ball_moves_within(10));
+  ASSERT_EQ(std::system((command + "resume").c_str()), 0);
+  EXPECT_TRUE(ball_moves_within(10));
+}
+
 // A map that no capture_node would send: dropped, counted, named; the pipeline goes on.
 TEST_F(Pipeline, MalformedMapsAreDroppedCountedAndNamed) {
   Deployed deployed(kDeployment, domain_, out_);
