@@ -1,0 +1,111 @@
+#include "sim_node/simulation_pipe.h"
+
+#include <optional>
+
+#include "common/node/frame_set_reader.h"
+#include "sim_node/messages.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+// Without a frame set for this long, the simulation goes on by the clock, against the last hull;
+constexpr auto kSilence = 100ms;
+// and for this long at most: then the hull is too old to act on, and everything stands still until one comes.
+constexpr auto kHoldHull = 1s;
+
+void count(NodeStatusReporter& status, const CollisionReport& report) {
+  if (!report.collision.colliding()) return;
+  status.count("collisions/" + report.name);
+  status.count("collision_points/" + report.name, report.collision.points.size());
+}
+
+// What the simulation could not do as it should, since the last call.
+void count_new(NodeStatusReporter& status, const SimulationCounters& now, SimulationCounters& told) {
+  const auto tell = [&](const char* name, std::uint64_t count, std::uint64_t before) {
+    if (count > before) status.count(name, count - before);
+  };
+  tell("contacts", now.contacts, told.contacts);
+  tell("contacts_unrecovered", now.unrecovered, told.unrecovered);
+  tell("contacts_still_colliding", now.still_colliding, told.still_colliding);
+  tell("objects_put_back", now.put_back, told.put_back);
+  tell("stamps_went_back", now.stamps_went_back, told.stamps_went_back);
+  tell("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s), std::uint64_t(1e3 * told.skipped_s));
+  tell("points_unconfirmed", now.detection.points_unconfirmed, told.detection.points_unconfirmed);
+  told = now;
+}
+
+class SimulationPipe {
+ public:
+  explicit SimulationPipe(NodeContext& node)
+      : node_(node),
+        scene_(node.deployment.scene),
+        simulation_(scene_, config_of<SimConfig>(node)),
+        sets_(node.bus, node.deployment.rig, node.status),
+        commands_(node.bus.reader<topics::Command>()),
+        states_(node.bus.writer<topics::VirtualState>()),
+        collisions_(node.bus.writer<topics::CollisionResult>()) {}
+
+  void run() {
+    while (running()) {
+      node_.bus.wait(std::min<Clock::duration>(kSilence, kMaxWait));
+      for (const auto& command : commands_.take())
+        if (command.valid()) apply(*command, node_.node.name, simulation_);
+      for (FrameSet& set : sets_.take()) follow(std::move(set));
+      go_on_by_the_clock();
+    }
+  }
+
+ private:
+  void follow(FrameSet set) {
+    // Seconds since the first stamp: those since 1970 leave a double too few digits.
+    if (!first_stamp_ns_) first_stamp_ns_ = set.capture_stamp_ns;
+    held_ = std::move(set);
+    held_since_ = Clock::now();
+    advance(0);
+    for (const CollisionReport& report : simulation_.collisions()) count(node_.status, report);
+    publish();
+    node_.status.frame_handled(held_->frame);
+  }
+
+  void go_on_by_the_clock() {
+    if (!held_) return;
+    const auto silent = Clock::now() - held_since_;
+    if (silent < kSilence || silent > kHoldHull) return;
+    advance(std::chrono::duration<double>(silent).count());
+    publish();
+  }
+
+  void advance(double since_stamp_s) {
+    const StageTimer timer(node_.status, "simulate");
+    simulation_.advance_to(1e-9 * double(held_->capture_stamp_ns - *first_stamp_ns_) + since_stamp_s, held_->silhouettes);
+    count_new(node_.status, simulation_.counters(), told_);
+  }
+
+  // Collisions first: who has a frame's state then has them too.
+  void publish() {
+    for (const CollisionReport& report : simulation_.collisions())
+      collisions_.write(collision_message(held_->frame, held_->capture_stamp_ns, report).message());
+    states_.write(state_message(node_.node.name, held_->frame, held_->capture_stamp_ns, simulation_.time_s(), scene_, simulation_.states()).message());
+  }
+
+  NodeContext& node_;
+  const Scene& scene_;
+  Simulation simulation_;
+  FrameSetReader sets_;
+  Reader<topics::Command> commands_;
+  Writer<topics::VirtualState> states_;
+  Writer<topics::CollisionResult> collisions_;
+  std::optional<std::int64_t> first_stamp_ns_;
+  std::optional<FrameSet> held_;
+  Clock::time_point held_since_;
+  SimulationCounters told_;
+};
+
+}  // namespace
+
+void run_simulation_pipe(NodeContext& node) { SimulationPipe(node).run(); }
+
+}  // namespace fivepipe

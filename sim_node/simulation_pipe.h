@@ -1,0 +1,10 @@
+// The simulation pipe's wiring: frame sets and commands in, collision results and virtual states out.
+#pragma once
+#include "common/node/run_node.h"
+
+namespace fivepipe {
+
+// Runs until the node is told to stop. Needs a current GL context.
+void run_simulation_pipe(NodeContext& node);
+
+}  // namespace fivepipe
