@@ -114,9 +114,6 @@ TEST(CameraMessages, BadMapsAreNamed) {
   message = out.message();
   message.object_pixels += 1;
   EXPECT_NE(why_bad(message, rig).find("count"), std::string::npos);
-  message = out.message();
-  message.encoding = fivepipe_v1_MapEncoding(7);
-  EXPECT_NE(why_bad(message, rig), "");
 }
 
 TEST(CameraMessages, ColourOfAFixedCameraHasThePoseOfItsMapsToTheBit) {
