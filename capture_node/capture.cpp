@@ -113,7 +113,7 @@ Capture::Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& conf
     try {
       const CameraSource& source = config_.sources.at(camera.name);
       if (const auto* video = std::get_if<VideoSource>(&source)) {
-        channel.source = open_file_source(camera, *video, config_.loop && config_.premade_frames > 0);
+        channel.source = open_file_source(camera, *video, false);
         channel.background = video->background;
       } else if (const auto* device = std::get_if<V4l2Source>(&source)) {
         channel.source = open_v4l2_source(camera, *device);
@@ -138,13 +138,11 @@ Capture::Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& conf
   if (config_.premade_frames <= 0) return;
 
   done = 0;
-  premade_.resize(channels_.size());
-  in_parallel(channels_.size(), [&](std::size_t i) {
-    for (int frame = 0; frame < config_.premade_frames; ++frame) {
-      premade_[i].push_back(capture_one(*channels_[i], frame, frame, true));
-      step("segmenting ahead", channels_.size() * std::size_t(config_.premade_frames));
-    }
-  });
+  for (int frame = 0; frame < config_.premade_frames && !ended_; ++frame) {
+    premade_.push_back(captured_now(frame, true));
+    step("segmenting ahead", std::size_t(config_.premade_frames));
+  }
+  ended_ = false;
 }
 
 Capture::~Capture() = default;
@@ -205,35 +203,29 @@ CapturedCamera Capture::capture_one(Channel& channel, std::int64_t frame, std::i
   return result;
 }
 
-std::vector<CapturedCamera> Capture::capture_all(std::int64_t frame, bool want_colour) {
-  std::vector<CapturedCamera> result(channels_.size());
+std::vector<CapturedCamera> Capture::captured_now(std::int64_t frame, bool want_colour) {
   if (frame < round_start_) round_start_ = 0;
-  in_parallel(channels_.size(), [&](std::size_t i) {
-    // A synthetic world has no rounds: its time goes on.
-    const bool is_synthetic = dynamic_cast<SyntheticImageSource*>(channels_[i]->source.get()) != nullptr;
-    result[i] = capture_one(*channels_[i], frame, is_synthetic ? frame : frame - round_start_, want_colour);
-  });
+  std::vector<CapturedCamera> result(channels_.size());
+  const auto capture_all = [&] {
+    in_parallel(channels_.size(), [&](std::size_t i) { result[i] = capture_one(*channels_[i], frame, frame - round_start_, want_colour); });
+    return std::any_of(result.begin(), result.end(), [](const CapturedCamera& camera) { return camera.status == CaptureStatus::ended; });
+  };
+  ended_ = capture_all();
+  // All start over together, with the shortest file: frames of different times are never combined.
+  if (ended_ && config_.loop && frame > round_start_) {
+    round_start_ = frame;
+    ended_ = capture_all();
+  }
   return result;
 }
 
 std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colour) {
-  std::vector<CapturedCamera> result(channels_.size());
-  if (!premade_.empty()) {
-    for (std::size_t i = 0; i < channels_.size(); ++i) {
-      result[i] = premade_[i][std::size_t(frame) % premade_[i].size()];
-      if (!want_colour) result[i].colour.reset();
-      result[i].read_s = result[i].segment_s = 0;
-      result[i].image_stamp_ns = now_realtime_ns();
-    }
-  } else {
-    result = capture_all(frame, want_colour);
-    const auto has_ended = [](const CapturedCamera& camera) { return camera.status == CaptureStatus::ended; };
-    // All files start over together, with the shortest: frames of different times are never combined.
-    if (config_.loop && frame > round_start_ && std::any_of(result.begin(), result.end(), has_ended)) {
-      round_start_ = frame;
-      result = capture_all(frame, want_colour);
-    }
-    ended_ = std::any_of(result.begin(), result.end(), has_ended);
+  if (premade_.empty()) return captured_now(frame, want_colour);
+  std::vector<CapturedCamera> result = premade_[std::size_t(frame) % premade_.size()];
+  for (CapturedCamera& camera : result) {
+    if (!want_colour) camera.colour.reset();
+    camera.read_s = camera.segment_s = 0;
+    camera.image_stamp_ns = now_realtime_ns();
   }
   return result;
 }

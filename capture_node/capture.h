@@ -45,6 +45,7 @@ class Capture {
 
   // The cameras of `frame` >= 0, in the rig's order. Rising frames are cheap, others reopen files. Synthetic images and the head are
   // those of the time frame / frame_rate_hz. With premade frames the stored set frame % premade_frames.
+  // With loop, all sources start over together when the first of them ends.
   std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour);
 
   // Some camera's file has ended: no complete set follows.
@@ -56,7 +57,7 @@ class Capture {
   struct Channel;
   // index: of the image in its source; frame: of the head's time.
   CapturedCamera capture_one(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const;
-  std::vector<CapturedCamera> capture_all(std::int64_t frame, bool want_colour);
+  std::vector<CapturedCamera> captured_now(std::int64_t frame, bool want_colour);
   void learn(Channel& channel) const;
 
   Rig rig_;
@@ -64,7 +65,7 @@ class Capture {
   CaptureConfig config_;
   double frame_rate_hz_;
   std::vector<std::unique_ptr<Channel>> channels_;
-  std::vector<std::vector<CapturedCamera>> premade_;  // by camera, by frame
+  std::vector<std::vector<CapturedCamera>> premade_;  // by frame, by camera
   std::int64_t round_start_ = 0;  // frame at which the files started over last
   bool ended_ = false;
 };

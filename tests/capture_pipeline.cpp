@@ -1,8 +1,11 @@
 #include "capture_node/capture.h"
 
+#include <unistd.h>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <opencv2/imgcodecs.hpp>
 
 #include "capture_rig.h"
 
@@ -33,6 +36,35 @@ CaptureConfig synthetic_config(const Rig& rig) {
   CaptureConfig config;
   for (const RigCamera& camera : rig.cameras) config.sources[camera.name] = SyntheticSource{};
   return config;
+}
+
+// Two files of three and five frames: when the first is at its end both start over, and never show different frames together.
+TEST(Capture, FilesOfUnequalLengthStartOverTogether) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("fivepipe_loop_" + std::to_string(getpid()));
+  Rig rig = table_rig();
+  rig.cameras.pop_back();  // the carried one
+  for (const int premade : {0, 7}) {
+    CaptureConfig config;
+    config.premade_frames = premade;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const std::filesystem::path of_camera = folder / rig.cameras[i].name;
+      std::filesystem::create_directories(of_camera);
+      cv::imwrite((of_camera / "empty.png").string(), cv::Mat(162, 240, CV_8UC3, cv::Scalar::all(60)));
+      for (int frame = 0; frame < (i == 0 ? 3 : 5); ++frame) {  // frame k shows a square at 40 k px
+        cv::Mat image(162, 240, CV_8UC3, cv::Scalar::all(60));
+        image(cv::Rect(40 * frame, 50, 30, 30)).setTo(cv::Scalar(0, 0, 250));
+        cv::imwrite((of_camera / ("f" + std::to_string(frame) + ".png")).string(), image);
+      }
+      config.sources[rig.cameras[i].name] = VideoSource{(of_camera / "f%d.png").string(), (of_camera / "empty.png").string(), 0};
+    }
+    Capture capture(rig, test_viewer(), config, 30);
+    for (int frame = 0; frame < 7; ++frame) {
+      const auto set = capture.capture(frame, false);
+      for (const CapturedCamera& camera : set) EXPECT_EQ(camera.pixels.value().bounds().u0_px / 40, frame % 3) << camera.camera << " at " << frame;
+    }
+    EXPECT_FALSE(capture.ended());
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {

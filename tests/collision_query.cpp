@@ -1,3 +1,4 @@
+#include "common/hull/reference.h"
 // Triangles in their own viewports against the hull (paper, section 4.2.4).
 #include <algorithm>
 #include <limits>
@@ -63,6 +64,15 @@ TEST(TriangleView, BringsPointsBesideTheTriangleToItsBorder) {
   }
 }
 
+// By the independent reference, which shares no code with the query or with in_hull: along a line through the point, at 1.
+bool in_reference_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m) {
+  const Eigen::Vector3d origin_world_m(0.31, -0.47, 1.9);  // no camera's centre
+  constexpr double kRounding = 1e-9;
+  for (const Interval& interval : reference_intervals(silhouettes, Ray{origin_world_m, p_world_m - origin_world_m}, 0.5, 1.5))
+    if (interval.enter <= 1 + kRounding && interval.leave >= 1 - kRounding) return true;
+  return false;
+}
+
 TEST_F(TriangleQuery, EveryPointIsInTheHullAndOnItsTriangle) {
   const auto silhouettes = hand();
   TriangleVolumeQuery query(400, 10);
@@ -74,7 +84,7 @@ TEST_F(TriangleQuery, EveryPointIsInTheHullAndOnItsTriangle) {
   ASSERT_GT(result.points.size(), 1000u);
   EXPECT_EQ(result.windows, 2u);  // 1600 viewports a window
   for (const CollisionPoint& point : result.points) {
-    EXPECT_TRUE(in_hull(silhouettes, point.p_world_m));
+    EXPECT_TRUE(in_reference_hull(silhouettes, point.p_world_m));
     const Triangle& t = triangles[point.triangle];
     const Eigen::Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
     EXPECT_NEAR(normal.dot(point.p_world_m - t[0]), 0, 1e-9);
