@@ -113,7 +113,7 @@ Capture::Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& conf
     try {
       const CameraSource& source = config_.sources.at(camera.name);
       if (const auto* video = std::get_if<VideoSource>(&source)) {
-        channel.source = open_file_source(camera, *video, false);
+        channel.source = open_file_source(camera, *video);
         channel.background = video->background;
       } else if (const auto* device = std::get_if<V4l2Source>(&source)) {
         channel.source = open_v4l2_source(camera, *device);

@@ -124,9 +124,9 @@ std::unique_ptr<Frames> open_frames(const RigCamera& camera, const std::string& 
 
 class FileSource final : public ImageSource {
  public:
-  FileSource(const RigCamera& camera, const VideoSource& source, bool loop)
+  FileSource(const RigCamera& camera, const VideoSource& source)
       : file_(source.file), width_px_(camera.source.width_px), height_px_(camera.source.height_px),
-        first_(source.first_frame), loop_(loop), frames_(open_frames(camera, source.file)) {
+        first_(source.first_frame), frames_(open_frames(camera, source.file)) {
     const std::optional<cv::Mat> first = frames_->at(first_);
     if (!first) {
       const bool none = frames_->count() && *frames_->count() <= first_;
@@ -139,28 +139,18 @@ class FileSource final : public ImageSource {
   }
 
   ReadStatus read(std::int64_t frame, cv::Mat& bgr) override {
-    for (int attempt = 0; attempt < 2; ++attempt) {  // the second once the end has been met
-      std::int64_t index = frame;
-      if (const std::optional<std::int64_t> count = frames_->count()) {
-        const std::int64_t usable = *count - first_;
-        if (index >= usable && !loop_) return ReadStatus::end;
-        index %= usable;
+    const std::int64_t index = first_ + frame;
+    if (const std::optional<cv::Mat> image = frames_->at(index)) {
+      if (image->cols == width_px_ && image->rows == height_px_) {
+        bgr = *image;
+        return ReadStatus::image;
       }
-      const bool count_known = frames_->count().has_value();
-      if (const std::optional<cv::Mat> image = frames_->at(first_ + index)) {
-        if (image->cols == width_px_ && image->rows == height_px_) {
-          bgr = *image;
-          return ReadStatus::image;
-        }
-        trouble_ = file_ + ": frame " + std::to_string(first_ + index) + " is " + size_text(image->cols, image->rows);
-        return ReadStatus::missing;
-      }
-      if (count_known || !frames_->count()) {
-        trouble_ = file_ + ": frame " + std::to_string(first_ + index) + " is missing or can't be decoded";
-        return ReadStatus::missing;
-      }
+      trouble_ = file_ + ": frame " + std::to_string(index) + " is " + size_text(image->cols, image->rows);
+      return ReadStatus::missing;
     }
-    return ReadStatus::end;
+    if (frames_->count() && index >= *frames_->count()) return ReadStatus::end;  // known at the latest now
+    trouble_ = file_ + ": frame " + std::to_string(index) + " is missing or can't be decoded";
+    return ReadStatus::missing;
   }
   std::string trouble() const override { return trouble_; }
 
@@ -168,14 +158,13 @@ class FileSource final : public ImageSource {
   std::string file_, trouble_;
   int width_px_, height_px_;
   std::int64_t first_;
-  bool loop_;
   std::unique_ptr<Frames> frames_;
 };
 
 }  // namespace
 
-std::unique_ptr<ImageSource> open_file_source(const RigCamera& camera, const VideoSource& source, bool loop) {
-  return std::make_unique<FileSource>(camera, source, loop);
+std::unique_ptr<ImageSource> open_file_source(const RigCamera& camera, const VideoSource& source) {
+  return std::make_unique<FileSource>(camera, source);
 }
 
 std::vector<cv::Mat> read_background(const RigCamera& camera, const std::string& file) {

@@ -28,9 +28,9 @@ class ImageSource {
   virtual std::string trouble() const { return {}; }
 };
 
-// A video file, an image sequence by printf pattern, or a single picture. loop: starts over at its end. Throws SourceError: not found,
+// A video file, an image sequence by printf pattern, or a single picture. Throws SourceError: not found,
 // not decodable, no frames, or another size than camera.source (both are named).
-std::unique_ptr<ImageSource> open_file_source(const RigCamera& camera, const VideoSource& source, bool loop);
+std::unique_ptr<ImageSource> open_file_source(const RigCamera& camera, const VideoSource& source);
 
 // At most kMostBackgroundFrames pictures of the empty scene, spread evenly over a video, a sequence or a single plate image.
 // Throws like open_file_source.

@@ -31,7 +31,7 @@ Footage footage(const std::string& name, int frame) {
   Footage result;
   result.camera = table_camera(name, {0, -1, 1}, 644, 486);
   result.background = read_background(result.camera, (kFootage / name / "background.avi").string());
-  open_file_source(result.camera, {(kFootage / name / "video.avi").string(), "", 0}, false)->read(frame, result.image);
+  open_file_source(result.camera, {(kFootage / name / "video.avi").string(), "", 0})->read(frame, result.image);
   return result;
 }
 
