@@ -1,3 +1,4 @@
+fivepipe_test(workers_pool_test workers_pool.cpp LINK fivepipe_workers)
 fivepipe_test(hull_analytic_test hull_analytic.cpp LINK fivepipe_hull)
 fivepipe_test(hull_reference_test hull_reference.cpp LINK fivepipe_hull)
 fivepipe_test(hull_exact_test hull_exact.cpp LINK fivepipe_hull)

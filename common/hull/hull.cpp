@@ -2,12 +2,17 @@
 
 namespace fivepipe {
 
-bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m) {
+bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m, const HullRule& rule) {
+  if (!p_world_m.allFinite()) return false;
+  int seen = 0;
   for (const Silhouette& s : silhouettes) {
     const auto uv_px = project(s.camera, p_world_m);
-    if (!uv_px || !s.pixels.contains_at(uv_px->x(), uv_px->y())) return false;
+    const bool sees = uv_px && s.pixels.holds(uv_px->x(), uv_px->y());
+    if (!sees && rule.limits == Limits::seen) continue;
+    if (!sees || !s.pixels.contains_at(uv_px->x(), uv_px->y())) return false;
+    ++seen;
   }
-  return !silhouettes.empty();
+  return seen >= (rule.limits == Limits::seen ? rule.min_seen : 1);
 }
 
 }  // namespace fivepipe

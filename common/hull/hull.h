@@ -14,9 +14,17 @@ struct Silhouette {
   ObjectPixels pixels;
 };
 
-// In the hull: Z > 0 and on an object pixel, for every camera (the paper's rule, equation 1). False where there is no camera,
-// for points outside any image, and for NaN. Computed in double.
-bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m);
+// Which cameras limit the hull at a point.
+//   all:  every camera: what is behind one, or outside its image, is not in the hull (the paper's rule, equation 1).
+//   seen: those that have the point in front of them and in their image; at least min_seen of them.
+enum class Limits { all, seen };
+struct HullRule {
+  Limits limits = Limits::all;
+  int min_seen = 2;  // > 0; of `seen` alone
+};
+
+// In the hull: on an object pixel of every camera that limits it there. False where there is no camera, and for NaN. In double.
+bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m, const HullRule& rule = {});
 
 // A view of the hull: where rays start and end as depth along the view's z [m], 0 < near < far.
 struct View {

@@ -37,10 +37,11 @@ class ObjectPixels {
     return u_px >= 0 && v_px >= 0 && u_px < width_px_ && v_px < height_px_ &&
            (words_[std::size_t(v_px) * words_per_row_ + (u_px >> 6)] >> (u_px & 63) & 1);
   }
-  // The pixel whose unit square holds uv: half-open, [u - 0.5, u + 0.5). NaN is in none.
+  // uv lies in the image: on the half-open square [u - 0.5, u + 0.5) x [v - 0.5, v + 0.5) of one of its pixels. NaN does not.
+  bool holds(double u_px, double v_px) const { return u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5; }
+  // That pixel is an object pixel.
   bool contains_at(double u_px, double v_px) const {
-    if (!(u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5)) return false;
-    return contains(int(u_px + 0.5), int(v_px + 0.5));  // not negative: truncation is floor
+    return holds(u_px, v_px) && contains(int(u_px + 0.5), int(v_px + 0.5));  // not negative: truncation is floor
   }
   void set(int u_px, int v_px, bool object = true);  // inside the image
 

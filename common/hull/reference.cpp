@@ -64,8 +64,49 @@ std::vector<Interval> reference_intervals(const Silhouette& silhouette, const Ra
   return inside;
 }
 
-std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouettes, const Ray& ray, double near, double far) {
+namespace {
+
+bool holds(const std::vector<Interval>& intervals, double t) {
+  return std::any_of(intervals.begin(), intervals.end(), [t](const Interval& i) { return i.enter <= t && t < i.leave; });
+}
+
+// Between two of all cameras' crossings nothing changes for any of them: the middle says which limit the hull there, and how.
+std::vector<Interval> intervals_where_seen(std::span<const Silhouette> silhouettes, const Ray& ray, double near, double far, int min_seen) {
+  std::vector<std::vector<Interval>> on_object, in_image;
+  std::vector<double> crossings{near, far};
+  for (const Silhouette& s : silhouettes) {
+    Silhouette all_object{s.camera, ObjectPixels(s.pixels.width_px(), s.pixels.height_px())};
+    for (int v = 0; v < s.pixels.height_px(); ++v)
+      for (int u = 0; u < s.pixels.width_px(); ++u) all_object.pixels.set(u, v);
+    on_object.push_back(reference_intervals(s, ray, near, far));
+    in_image.push_back(reference_intervals(all_object, ray, near, far));
+    for (const auto* intervals : {&on_object.back(), &in_image.back()})
+      for (const Interval& i : *intervals) crossings.insert(crossings.end(), {i.enter, i.leave});
+  }
+  std::sort(crossings.begin(), crossings.end());
+  std::vector<Interval> inside;
+  for (std::size_t i = 1; i < crossings.size(); ++i) {
+    const double enter = crossings[i - 1], leave = crossings[i], middle = 0.5 * (enter + leave);
+    if (!(enter < leave)) continue;
+    int seen = 0;
+    bool empty = false;
+    for (std::size_t camera = 0; camera < silhouettes.size(); ++camera) {
+      if (!holds(in_image[camera], middle)) continue;
+      ++seen;
+      empty |= !holds(on_object[camera], middle);
+    }
+    if (empty || seen < min_seen) continue;
+    if (!inside.empty() && inside.back().leave == enter) inside.back().leave = leave;
+    else inside.push_back({enter, leave});
+  }
+  return inside;
+}
+
+}  // namespace
+
+std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouettes, const Ray& ray, double near, double far, const HullRule& rule) {
   if (silhouettes.empty()) return {};
+  if (rule.limits == Limits::seen) return intervals_where_seen(silhouettes, ray, near, far, rule.min_seen);
   std::vector<Interval> inside{{near, far}};
   for (const Silhouette& s : silhouettes) {
     inside = intersection(inside, reference_intervals(s, ray, near, far));
@@ -74,8 +115,8 @@ std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouette
   return inside;
 }
 
-std::optional<double> reference_depth_m(std::span<const Silhouette> silhouettes, const View& view, int u_px, int v_px) {
-  const auto inside = reference_intervals(silhouettes, ray_through(view.camera, Eigen::Vector2d(u_px, v_px)), view.near_m, view.far_m);
+std::optional<double> reference_depth_m(std::span<const Silhouette> silhouettes, const View& view, int u_px, int v_px, const HullRule& rule) {
+  const auto inside = reference_intervals(silhouettes, ray_through(view.camera, Eigen::Vector2d(u_px, v_px)), view.near_m, view.far_m, rule);
   return inside.empty() ? std::nullopt : std::optional(inside.front().enter);
 }
 

@@ -19,10 +19,10 @@ struct Interval {
 // Where the ray is on object pixels of this camera, in front of it, between near and far; ascending, disjoint, not touching.
 std::vector<Interval> reference_intervals(const Silhouette& silhouette, const Ray& ray, double near, double far);
 
-// Where the ray is in the hull of all of them; nothing where there is no camera.
-std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouettes, const Ray& ray, double near, double far);
+// Where the ray is in the hull; nothing where there is no camera.
+std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouettes, const Ray& ray, double near, double far, const HullRule& rule = {});
 
 // Depth [m] of the first hull point through the view's pixel (u, v).
-std::optional<double> reference_depth_m(std::span<const Silhouette> silhouettes, const View& view, int u_px, int v_px);
+std::optional<double> reference_depth_m(std::span<const Silhouette> silhouettes, const View& view, int u_px, int v_px, const HullRule& rule = {});
 
 }  // namespace fivepipe
