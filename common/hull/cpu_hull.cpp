@@ -1,0 +1,186 @@
+#include "common/hull/cpu_hull.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+#include "common/hull/map_from_view.h"
+#include "common/hull/ray_lanes.h"
+#include "common/hull/ray_walk.h"
+
+namespace fivepipe {
+namespace {
+
+// Slack of the ranges shared by a block of rays, as a fraction: far above the rounding of a clip, far below what costs time.
+constexpr double kBlockSlack = 1e-9;
+// Pieces of a view handed to threads; a multiple of a block.
+constexpr int kPiece_px = 2 * kBlock_px;
+// Rays are walked in the bounds of a map's object pixels and a little around: every hull point is then behind a pixel border that the
+// walk has crossed.
+constexpr int kAround_px = 1;
+
+PixelRect grown(const PixelRect& r, int by) { return r.empty() ? r : PixelRect{r.u0_px - by, r.v0_px - by, r.u1_px + by, r.v1_px + by}; }
+
+// Smallest object first, it clears most; the rest only so that the given order never shows.
+bool asked_before(const Silhouette* a, const Silhouette* b) {
+  const auto key = [](const Silhouette& s) {
+    const auto& m = s.camera.camera_from_world.matrix();
+    const Pinhole& k = s.camera.pinhole;
+    std::array<double, 21> numbers{double(s.pixels.bounds().area_px()), k.fx_px, k.fy_px, k.cx_px, k.cy_px};
+    std::copy(m.data(), m.data() + 16, numbers.begin() + 5);
+    return numbers;
+  };
+  const auto key_a = key(*a), key_b = key(*b);
+  if (key_a != key_b) return key_a < key_b;
+  return std::ranges::lexicographical_compare(a->pixels.words(), b->pixels.words());
+}
+
+void clip(RayRange& range, double offset, double slope) {
+  const bool in_at_begin = offset + range.begin * slope >= 0, in_at_end = offset + range.end * slope >= 0;
+  if (in_at_begin && in_at_end) return;
+  const double t = -offset / slope;
+  if (in_at_end) range.begin = std::max(range.begin, t);
+  else if (in_at_begin) range.end = std::min(range.end, t);
+  else range.end = range.begin;
+}
+
+// What all threads read while a view is traced.
+struct ViewJob {
+  const View* view;
+  HullRule rule;
+  std::span<const CpuHull::MapCamera> cameras;
+  std::vector<MapFromView> maps;
+  std::vector<BorderDistance const*> borders;
+  std::vector<HalfSpace> half_spaces;  // that hold the hull
+  PixelRect rect;
+  float* depth_m;
+  float* at(int u, int v) const { return depth_m + std::ptrdiff_t(v - rect.v0_px) * rect.width_px() + (u - rect.u0_px); }
+};
+
+// Traces pieces of a view; one per thread.
+class Tracer {
+ public:
+  explicit Tracer(const ViewJob& job) : job_(job) {}
+
+  void trace(const PixelRect& rays, RayRange range) {
+    range = shared_range(rays, range);
+    if (range.empty()) return fill_empty(rays);
+    if (rays.width_px() <= kBlock_px && rays.height_px() <= kBlock_px) return trace_block(rays, range);
+    const int u = rays.u0_px + (rays.width_px() > kBlock_px ? kBlock_px : rays.width_px()), v = rays.v0_px + (rays.height_px() > kBlock_px ? kBlock_px : rays.height_px());
+    for (const PixelRect& part : {PixelRect{rays.u0_px, rays.v0_px, u, v}, {u, rays.v0_px, rays.u1_px, v}, {rays.u0_px, v, u, rays.v1_px}, {u, v, rays.u1_px, rays.v1_px}})
+      if (!part.empty()) trace(part, range);
+  }
+
+ private:
+  void fill_empty(const PixelRect& rays) {
+    for (int v = rays.v0_px; v < rays.v1_px; ++v) std::fill_n(job_.at(rays.u0_px, v), rays.width_px(), kNoHull);
+  }
+
+  // Holds the part in which each ray may meet the hull. A slope is linear over the rays: its extremes are at the corners.
+  RayRange shared_range(const PixelRect& rays, RayRange range) const {
+    RayRange tight = range;
+    for (const HalfSpace& h : job_.half_spaces) {
+      const double most = std::max({h.slope_at(rays.u0_px, rays.v0_px), h.slope_at(rays.u1_px - 1, rays.v0_px), h.slope_at(rays.u0_px, rays.v1_px - 1),
+                                    h.slope_at(rays.u1_px - 1, rays.v1_px - 1)});
+      fivepipe::clip(tight, h.offset, most);
+      if (tight.empty()) return tight;
+    }
+    return {std::max(range.begin, tight.begin * (1 - kBlockSlack)), std::min(range.end, tight.end * (1 + kBlockSlack))};
+  }
+
+  void trace_block(const PixelRect& rays, const RayRange& range) {
+    block_.rays = rays;
+    block_.begin = range.begin;
+    block_.end = range.end;
+    block_.near = job_.view->near_m;
+    block_.far = job_.view->far_m;
+    block_.begins_at_near = range.begin == block_.near;
+    if (job_.rule.limits == Limits::seen || job_.cameras.size() > std::size_t(kMaxLaneCameras) || !prepare(block_, job_.maps, job_.borders)) {
+      for (int v = rays.v0_px; v < rays.v1_px; ++v)
+        for (int u = rays.u0_px; u < rays.u1_px; ++u) *job_.at(u, v) = depth_of(u, v);
+      return;
+    }
+    const int left = fivepipe::trace_block(block_, scratch_, job_.at(rays.u0_px, rays.v0_px), job_.rect.width_px(), unsettled_);
+    for (int i = 0; i < left; ++i) {
+      const int u = rays.u0_px + unsettled_[i] % kBlock_px, v = rays.v0_px + unsettled_[i] / kBlock_px;
+      *job_.at(u, v) = depth_of(u, v);
+    }
+  }
+
+  float depth_of(int u, int v) {
+    const RayRange range{job_.view->near_m, job_.view->far_m};
+    walks_.clear();
+    for (std::size_t i = 0; i < job_.cameras.size(); ++i) {
+      const CpuHull::MapCamera& c = job_.cameras[i];
+      const bool seen = job_.rule.limits == Limits::seen;
+      const PixelRect window = seen ? PixelRect{0, 0, c.camera.pinhole.width_px, c.camera.pinhole.height_px} : grown(c.border.bounds(), kAround_px);
+      walks_.emplace_back(image_line(job_.maps[i], u, v), c.border, window, seen ? Verdict::unseen : Verdict::empty, range);
+    }
+    const double t = RayWalk(walks_, job_.rule).next_entry(range.begin, range.end);
+    return t == kNever ? kNoHull : float(t);
+  }
+
+  const ViewJob& job_;
+  Block block_;
+  LaneScratch scratch_;
+  std::uint16_t unsettled_[kBlock_px * kBlock_px];
+  std::vector<MapWalk> walks_;
+};
+
+}  // namespace
+
+CpuHull::CpuHull(WorkerPool& pool) : pool_(&pool) {}
+CpuHull::CpuHull(WorkerPool& pool, std::span<const Silhouette> silhouettes, const HullRule& rule) : pool_(&pool) { assign(silhouettes, rule); }
+
+void CpuHull::assign(std::span<const Silhouette> silhouettes, const HullRule& rule) {
+  rule_ = rule;
+  used_ = 0;
+  empty_ = silhouettes.empty();
+  std::vector<const Silhouette*> order;
+  for (const Silhouette& s : silhouettes) {
+    if (!is_finite(s.camera)) empty_ = true;
+    order.push_back(&s);
+  }
+  if (empty_) return;
+  std::sort(order.begin(), order.end(), asked_before);
+  used_ = order.size();
+  if (cameras_.size() < used_) cameras_.resize(used_);
+  pool_->run(int(used_), [&](int i, int) {
+    cameras_[i].camera = order[i]->camera;
+    cameras_[i].border.assign(order[i]->pixels);
+    cameras_[i].silhouette = int(order[i] - silhouettes.data());
+  });
+  if (rule.limits == Limits::all)
+    for (const MapCamera& c : cameras()) empty_ |= c.border.bounds().empty();
+}
+
+void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> depth_m) const {
+  assert(depth_m.size() == rect.area_px());
+  if (rect.empty()) return;
+  if (empty_ || !is_finite(view.camera) || !(view.near_m > 0 && view.far_m > view.near_m && std::isfinite(view.far_m))) {
+    std::fill(depth_m.begin(), depth_m.end(), kNoHull);
+    return;
+  }
+  ViewJob job{&view, rule_, cameras(), {}, {}, {}, rect, depth_m.data()};
+  for (const MapCamera& c : job.cameras) {
+    job.maps.push_back(map_from_view(c.camera, view.camera));
+    job.borders.push_back(&c.border);
+    if (rule_.limits == Limits::all) add_half_spaces(job.maps.back(), grown(c.border.bounds(), kAround_px), job.half_spaces);
+  }
+  const int columns = (rect.width_px() + kPiece_px - 1) / kPiece_px, rows = (rect.height_px() + kPiece_px - 1) / kPiece_px;
+  std::vector<std::unique_ptr<Tracer>> tracers(std::size_t(pool_->threads()));
+  for (auto& tracer : tracers) tracer = std::make_unique<Tracer>(job);
+  pool_->run(columns * rows, [&](int piece, int thread) {
+    const int u = rect.u0_px + kPiece_px * (piece % columns), v = rect.v0_px + kPiece_px * (piece / columns);
+    tracers[thread]->trace(intersection(rect, {u, v, u + kPiece_px, v + kPiece_px}), {view.near_m, view.far_m});
+  });
+}
+
+DepthTile CpuHull::depth(const View& view, const PixelRect& rect) const {
+  DepthTile tile{rect, std::vector<float>(rect.area_px())};
+  depth(view, rect, tile.depth_m);
+  return tile;
+}
+
+}  // namespace fivepipe

@@ -1,0 +1,48 @@
+// Backend `cpu`: volume queries on the CPU, exact to rounding in double (design, "Rays"). Rays are traced in vector lanes with certified
+// margins (ray_lanes.h); those that the margins leave open, and whatever the lanes have no use for, in double (ray_walk.h).
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/hull/border_distance.h"
+#include "common/hull/hull.h"
+#include "common/workers/worker_pool.h"
+
+namespace fivepipe {
+
+// One frame set made ready for any number of queries. Immutable between calls of `assign`: threads may share it, but `depth` uses the
+// pool, which takes one run at a time.
+class CpuHull {
+ public:
+  explicit CpuHull(WorkerPool& pool);  // borrows it
+  CpuHull(WorkerPool& pool, std::span<const Silhouette> silhouettes, const HullRule& rule = {});
+  // Takes the place of what was there; reuses the memory. Silhouettes that are not finite leave no hull.
+  void assign(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
+
+  // Depth of the view's rays through the pixels of `rect`, which may reach out of its image, row by row into depth_m, of rect's size.
+  // The same bits for every order of the silhouettes, division of the view into rects, and number of threads; within 2e-6 of the
+  // exact reference, relative. A view that is not finite sees no hull.
+  void depth(const View& view, const PixelRect& rect, std::span<float> depth_m) const;
+  DepthTile depth(const View& view, const PixelRect& rect) const;
+
+  // In the order in which they are asked, which does not depend on the order given.
+  struct MapCamera {
+    Camera camera;
+    BorderDistance border;
+    int silhouette;  // index in what was given
+  };
+  std::span<const MapCamera> cameras() const { return {cameras_.data(), used_}; }
+  const HullRule& rule() const { return rule_; }
+  // Nothing is in the hull: no camera, one that is not finite, or, where all limit, one without an object pixel.
+  bool empty() const { return empty_; }
+
+ private:
+  WorkerPool* pool_;
+  HullRule rule_;
+  std::vector<MapCamera> cameras_;
+  std::size_t used_ = 0;
+  bool empty_ = true;
+};
+
+}  // namespace fivepipe

@@ -1,0 +1,96 @@
+// One ray through the maps, camera by camera, in double: what is exact in every volume query along a ray.
+//
+// Between two pixel borders a camera's verdict on the ray's points does not change. A walk through one map asks for the verdict just
+// after a parameter t and until when it holds; over a stretch of pixels that are all alike the walk goes in one step, to where the
+// ray's image leaves them: a parameter that follows from the projection in closed form (design, "Rays").
+#pragma once
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "common/hull/border_distance.h"
+#include "common/hull/hull.h"
+#include "common/hull/map_from_view.h"
+
+namespace fivepipe {
+
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// A ray's image this close to a pixel border, and not before it, is taken to be on it [px]: 1000 times the rounding of a
+// 10,000 px image, a millionth of the accuracy of any calibration.
+inline constexpr double kOnBorder_px = 1e-8;
+
+// Ray parameters [begin, end).
+struct RayRange {
+  double begin, end;
+  bool empty() const { return !(begin < end); }
+};
+
+// Parameter at which a ray's image crosses a pixel border of one axis. One formula, so that every backend gives the same bits.
+inline double border_crossing(double offset, double slope, double w_offset, double w_slope, double border) {
+  return (border * w_offset - offset) / (slope - border * w_slope);
+}
+
+// The image of one ray in one map: (U, V, W)(t) = offset + t * slope, pixel p covers [p, p + 1) of U / W.
+struct ImageLine {
+  double u_offset, u_slope, v_offset, v_slope, w_offset, w_slope;
+};
+inline ImageLine image_line(const MapFromView& map, double u_px, double v_px) {
+  const auto slope = [&](int row) { return map.at_infinity(row, 0) * u_px + (map.at_infinity(row, 1) * v_px + map.at_infinity(row, 2)); };
+  return {map.at_eye.x(), slope(0), map.at_eye.y(), slope(1), map.at_eye.z(), slope(2)};
+}
+
+enum class Verdict { empty, object, unseen };
+struct Held {
+  Verdict verdict;
+  double until;  // ray parameter; kNever: to the end
+};
+
+class MapWalk {
+ public:
+  // Where the ray is outside `window` of the map, or not in front of its camera, the verdict is `beyond`. The window holds all
+  // object pixels. Borrows the border distances.
+  MapWalk(const ImageLine& line, const BorderDistance& border, const PixelRect& window, Verdict beyond, const RayRange& range);
+
+  // Just after t, which never decreases from call to call, and is in the range.
+  Held held(double t) {
+    if (!(t < held_.until)) walk_to(t);
+    return held_;
+  }
+
+ private:
+  void walk_to(double t);
+  void enter(double t);
+  double position(double offset, double slope, double t) const;
+
+  ImageLine line_;
+  const BorderDistance* border_;
+  PixelRect window_;
+  Verdict beyond_;
+  RayRange inside_window_;
+  bool right_, down_;
+  bool in_pixel_ = false;  // u_, v_ are the pixel just before held_.until, where the ray leaves the box around it
+  bool leaves_by_u_ = false;
+  PixelRect box_;
+  int u_ = 0, v_ = 0;
+  Held held_;
+};
+
+// The walks of all cameras, and the rule that joins them.
+class RayWalk {
+ public:
+  RayWalk(std::vector<MapWalk>& walks, const HullRule& rule) : walks_(walks), rule_(rule) {}
+
+  // First parameter >= t, before end, from which on the ray is in the hull; kNever if there is none. t as for MapWalk::held.
+  double next_entry(double t, double end);
+  // First parameter > t at which the ray is no more in the hull; end if that is not before. It is in the hull just after t.
+  double next_exit(double t, double end);
+
+ private:
+  double step_where_empty(double t);
+
+  std::vector<MapWalk>& walks_;
+  const HullRule& rule_;
+};
+
+}  // namespace fivepipe
