@@ -1,7 +1,7 @@
 fivepipe_test(workers_pool_test workers_pool.cpp LINK fivepipe_workers)
 fivepipe_test(hull_analytic_test hull_analytic.cpp LINK fivepipe_hull)
 fivepipe_test(hull_reference_test hull_reference.cpp LINK fivepipe_hull)
-fivepipe_test(hull_border_distance_test hull_border_distance.cpp LINK fivepipe_hull)
+fivepipe_test(hull_box_reach_test hull_box_reach.cpp LINK fivepipe_hull)
 fivepipe_test(hull_exact_test hull_exact.cpp LINK fivepipe_hull)
 fivepipe_test(hull_cpu_test hull_cpu.cpp LINK fivepipe_hull)
 fivepipe_test(hull_sweep_test hull_sweep.cpp LINK fivepipe_hull fivepipe_gl_context)

@@ -119,7 +119,7 @@ TEST(CpuDepth, AnotherCameraNeverAddsVolume) {
 TEST(CpuDepth, RectanglesTogetherGiveTheWholeViewBitForBit) {
   Random random(5);
   const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
-  const CpuHull hull(test_pool(), silhouettes);
+  CpuHull hull(test_pool(), silhouettes);
   for (int seed = 1; seed <= 20; ++seed) {
     const View view{random_camera(random, 97, 61, 0.7), 0.05, 5.0};
     const DepthTile whole = hull.depth(view, whole_image(view.camera));

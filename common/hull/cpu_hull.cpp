@@ -19,6 +19,8 @@ constexpr int kPiece_px = 2 * kBlock_px;
 // Rays are walked in the bounds of a map's object pixels and a little around: every hull point is then behind a pixel border that the
 // walk has crossed.
 constexpr int kAround_px = 1;
+// A way an image moves is sure beyond this fraction of what it is the difference of: far above the rounding of float.
+constexpr double kUnsureWay = 1e-4;
 
 PixelRect grown(const PixelRect& r, int by) { return r.empty() ? r : PixelRect{r.u0_px - by, r.v0_px - by, r.u1_px + by, r.v1_px + by}; }
 
@@ -49,14 +51,32 @@ void clip(RayRange& range, double offset, double slope) {
 struct ViewJob {
   const View* view;
   HullRule rule;
-  std::span<const CpuHull::MapCamera> cameras;
+  std::span<CpuHull::MapCamera> cameras;
   std::vector<MapFromView> maps;
-  std::vector<BorderDistance const*> borders;
+  std::vector<const BoxReach*> reaches;
   std::vector<HalfSpace> half_spaces;  // that hold the hull
   PixelRect rect;
   float* depth_m;
   float* at(int u, int v) const { return depth_m + std::ptrdiff_t(v - rect.v0_px) * rect.width_px() + (u - rect.u0_px); }
 };
+
+// Which boxes lie ahead of the images of the rays through a rect. Which way an image moves, d/dt of U / W times W^2, is linear over the
+// rays: the corners tell. Where they differ, or nearly stand still, both ways.
+std::vector<Box> boxes_ahead(const MapFromView& map, const PixelRect& rect) {
+  bool ways[2][2] = {};  // axis; right or down, left or up
+  for (int axis = 0; axis < 2; ++axis)
+    for (int corner = 0; corner < 4; ++corner) {
+      const ImageLine l = image_line(map, corner & 1 ? rect.u1_px - 1 : rect.u0_px, corner & 2 ? rect.v1_px - 1 : rect.v0_px);
+      const double a = (axis ? l.v_slope : l.u_slope) * l.w_offset, b = (axis ? l.v_offset : l.u_offset) * l.w_slope, unsure = kUnsureWay * (std::abs(a) + std::abs(b));
+      ways[axis][0] |= !(a - b < -unsure);
+      ways[axis][1] |= !(a - b > unsure);
+    }
+  std::vector<Box> boxes;
+  for (const bool up : {false, true})
+    for (const bool left : {false, true})
+      if (ways[0][left] && ways[1][up]) boxes.push_back(box_ahead(left, up));
+  return boxes;
+}
 
 // Traces pieces of a view; one per thread.
 class Tracer {
@@ -96,12 +116,12 @@ class Tracer {
     block_.near = job_.view->near_m;
     block_.far = job_.view->far_m;
     block_.begins_at_near = range.begin == block_.near;
-    if (job_.rule.limits == Limits::seen || job_.cameras.size() > std::size_t(kMaxLaneCameras) || !prepare(block_, job_.maps, job_.borders)) {
+    if (job_.rule.limits == Limits::seen || job_.cameras.size() > std::size_t(kMaxLaneCameras)) {
       for (int v = rays.v0_px; v < rays.v1_px; ++v)
         for (int u = rays.u0_px; u < rays.u1_px; ++u) *job_.at(u, v) = depth_of(u, v);
       return;
     }
-    const int left = fivepipe::trace_block(block_, scratch_, job_.at(rays.u0_px, rays.v0_px), job_.rect.width_px(), unsettled_);
+    const int left = fivepipe::trace_block(block_, job_.maps, job_.reaches, scratch_, job_.at(rays.u0_px, rays.v0_px), job_.rect.width_px(), unsettled_);
     for (int i = 0; i < left; ++i) {
       const int u = rays.u0_px + unsettled_[i] % kBlock_px, v = rays.v0_px + unsettled_[i] / kBlock_px;
       *job_.at(u, v) = depth_of(u, v);
@@ -114,8 +134,8 @@ class Tracer {
     for (std::size_t i = 0; i < job_.cameras.size(); ++i) {
       const CpuHull::MapCamera& c = job_.cameras[i];
       const bool seen = job_.rule.limits == Limits::seen;
-      const PixelRect window = seen ? PixelRect{0, 0, c.camera.pinhole.width_px, c.camera.pinhole.height_px} : grown(c.border.bounds(), kAround_px);
-      walks_.emplace_back(image_line(job_.maps[i], u, v), c.border, window, seen ? Verdict::unseen : Verdict::empty, range);
+      const PixelRect window = seen ? PixelRect{0, 0, c.camera.pinhole.width_px, c.camera.pinhole.height_px} : grown(c.reach.bounds(), kAround_px);
+      walks_.emplace_back(image_line(job_.maps[i], u, v), c.reach, window, seen ? Verdict::unseen : Verdict::empty, range);
     }
     const double t = RayWalk(walks_, job_.rule).next_entry(range.begin, range.end);
     return t == kNever ? kNoHull : float(t);
@@ -148,26 +168,32 @@ void CpuHull::assign(std::span<const Silhouette> silhouettes, const HullRule& ru
   if (cameras_.size() < used_) cameras_.resize(used_);
   pool_->run(int(used_), [&](int i, int) {
     cameras_[i].camera = order[i]->camera;
-    cameras_[i].border.assign(order[i]->pixels);
+    cameras_[i].reach.assign(order[i]->pixels);
     cameras_[i].silhouette = int(order[i] - silhouettes.data());
   });
   if (rule.limits == Limits::all)
-    for (const MapCamera& c : cameras()) empty_ |= c.border.bounds().empty();
+    for (const MapCamera& c : cameras()) empty_ |= c.reach.bounds().empty();
 }
 
-void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> depth_m) const {
+void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> depth_m) {
   assert(depth_m.size() == rect.area_px());
   if (rect.empty()) return;
   if (empty_ || !is_finite(view.camera) || !(view.near_m > 0 && view.far_m > view.near_m && std::isfinite(view.far_m))) {
     std::fill(depth_m.begin(), depth_m.end(), kNoHull);
     return;
   }
-  ViewJob job{&view, rule_, cameras(), {}, {}, {}, rect, depth_m.data()};
+  ViewJob job{&view, rule_, {cameras_.data(), used_}, {}, {}, {}, rect, depth_m.data()};
   for (const MapCamera& c : job.cameras) {
     job.maps.push_back(map_from_view(c.camera, view.camera));
-    job.borders.push_back(&c.border);
-    if (rule_.limits == Limits::all) add_half_spaces(job.maps.back(), grown(c.border.bounds(), kAround_px), job.half_spaces);
+    job.reaches.push_back(&c.reach);
+    if (rule_.limits == Limits::all) add_half_spaces(job.maps.back(), grown(c.reach.bounds(), kAround_px), job.half_spaces);
   }
+  std::vector<std::pair<BoxReach*, Box>> to_make;
+  for (std::size_t i = 0; i < job.cameras.size(); ++i)
+    for (const Box box : boxes_ahead(job.maps[i], rect))
+      if (!job.cameras[i].reach.has(box)) to_make.emplace_back(&job.cameras[i].reach, box);
+  pool_->run(int(to_make.size()), [&](int i, int) { to_make[i].first->make(to_make[i].second); });
+
   const int columns = (rect.width_px() + kPiece_px - 1) / kPiece_px, rows = (rect.height_px() + kPiece_px - 1) / kPiece_px;
   std::vector<std::unique_ptr<Tracer>> tracers(std::size_t(pool_->threads()));
   for (auto& tracer : tracers) tracer = std::make_unique<Tracer>(job);
@@ -177,7 +203,7 @@ void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> de
   });
 }
 
-DepthTile CpuHull::depth(const View& view, const PixelRect& rect) const {
+DepthTile CpuHull::depth(const View& view, const PixelRect& rect) {
   DepthTile tile{rect, std::vector<float>(rect.area_px())};
   depth(view, rect, tile.depth_m);
   return tile;

@@ -5,14 +5,13 @@
 #include <span>
 #include <vector>
 
-#include "common/hull/border_distance.h"
+#include "common/hull/box_reach.h"
 #include "common/hull/hull.h"
 #include "common/workers/worker_pool.h"
 
 namespace fivepipe {
 
-// One frame set made ready for any number of queries. Immutable between calls of `assign`: threads may share it, but `depth` uses the
-// pool, which takes one run at a time.
+// One frame set made ready for any number of queries, one at a time: they share the pool, and make what they are the first to need.
 class CpuHull {
  public:
   explicit CpuHull(WorkerPool& pool);  // borrows it
@@ -23,13 +22,13 @@ class CpuHull {
   // Depth of the view's rays through the pixels of `rect`, which may reach out of its image, row by row into depth_m, of rect's size.
   // The same bits for every order of the silhouettes, division of the view into rects, and number of threads; within 2e-6 of the
   // exact reference, relative. A view that is not finite sees no hull.
-  void depth(const View& view, const PixelRect& rect, std::span<float> depth_m) const;
-  DepthTile depth(const View& view, const PixelRect& rect) const;
+  void depth(const View& view, const PixelRect& rect, std::span<float> depth_m);
+  DepthTile depth(const View& view, const PixelRect& rect);
 
   // In the order in which they are asked, which does not depend on the order given.
   struct MapCamera {
     Camera camera;
-    BorderDistance border;
+    BoxReach reach;
     int silhouette;  // index in what was given
   };
   std::span<const MapCamera> cameras() const { return {cameras_.data(), used_}; }

@@ -37,16 +37,21 @@ std::size_t ObjectPixels::count() const {
 }
 
 PixelRect ObjectPixels::bounds() const {
-  PixelRect r{width_px_, height_px_, 0, 0};
-  for (int v = 0; v < height_px_; ++v)
-    for (int w = 0; w < words_per_row_; ++w)
-      if (const std::uint64_t word = words_[std::size_t(v) * words_per_row_ + w]) {
-        r.u0_px = std::min(r.u0_px, w * 64 + std::countr_zero(word));
-        r.u1_px = std::max(r.u1_px, w * 64 + 64 - std::countl_zero(word));
-        r.v0_px = std::min(r.v0_px, v);
-        r.v1_px = v + 1;
-      }
-  return r.empty() ? PixelRect{} : r;
+  std::vector<std::uint64_t> columns(std::size_t(words_per_row_), 0);  // all rows in one
+  int v0 = height_px_, v1 = 0;
+  for (int v = 0; v < height_px_; ++v) {
+    const std::uint64_t* row = words_.data() + std::size_t(v) * words_per_row_;
+    std::uint64_t any = 0;
+    for (int w = 0; w < words_per_row_; ++w) columns[w] |= row[w], any |= row[w];
+    if (!any) continue;
+    v0 = std::min(v0, v);
+    v1 = v + 1;
+  }
+  if (v0 >= v1) return {};
+  int first = 0, last = words_per_row_ - 1;
+  while (!columns[first]) ++first;
+  while (!columns[last]) --last;
+  return {first * 64 + std::countr_zero(columns[first]), v0, last * 64 + 64 - std::countl_zero(columns[last]), v1};
 }
 
 std::vector<std::uint8_t> ObjectPixels::to_bytes() const {

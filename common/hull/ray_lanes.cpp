@@ -18,7 +18,7 @@
 namespace fivepipe {
 namespace {
 
-constexpr int kTilesAcross = kBlock_px / kTile_px, kTiles = kTilesAcross * kTilesAcross, kRays = kTile_px * kTile_px;
+constexpr int kTileRays = kSmallTile_px * kSmallTile_px;
 // A tile goes round the cameras, a camera is asked in a row, and a ray goes round the cameras at most so often.
 constexpr int kTileRounds = 4, kTileRepeats = 6, kRayRounds = 24, kRayRepeats = 8;
 // A tile that would move less than this [px] goes on ray by ray.
@@ -26,6 +26,8 @@ constexpr float kLeastTileStep_px = 0.75f;
 // A divisor no smaller: what is divided by it leaves every range, and stays finite.
 constexpr float kTiny = 1e-20f;
 constexpr float kNotHeld = -1.0f;
+// By how much rounding may shorten the block's range, and a way within it, as fractions: some operations of float each.
+constexpr float kSpanSlack = 1e-5f, kWayError = 1e-6f;
 
 }  // namespace
 }  // namespace fivepipe
@@ -80,85 +82,88 @@ HWY_INLINE Position position(const Lines& l, VF s) {
   return {w, inverse_w, hn::Mul(hn::MulAdd(s, l.u1, l.u0), inverse_w), hn::Mul(hn::MulAdd(s, l.v1, l.v0), inverse_w)};
 }
 
-// BorderDistance::anywhere for the pixels (fu, fv), counted from the origin.
-HWY_INLINE VF distance_at(const BlockCamera& c, VF fu, VF fv) {
+// BoxReach::at for the pixels (fu, fv), counted from the origin, of the box ahead of an image that moves left, or up.
+HWY_INLINE VF reach_at(const BlockCamera& c, VF fu, VF fv, MF left, MF up) {
   const DF d;
   const DI di;
   const VF u = hn::Min(hn::Max(fu, hn::Set(d, c.least_u)), hn::Set(d, c.most_u)), v = hn::Min(hn::Max(fv, hn::Set(d, c.least_v)), hn::Set(d, c.most_v));
   const auto place = hn::ConvertTo(di, hn::MulAdd(v, hn::Set(d, c.stride), u));
-  const auto word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(c.at_origin), place);
+  const auto box = hn::Add(hn::IfThenElseZero(hn::RebindMask(di, left), hn::Set(di, c.box_bytes)), hn::IfThenElseZero(hn::RebindMask(di, up), hn::Set(di, 2 * c.box_bytes)));
+  const auto word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(c.at_origin), hn::Add(place, box));
   const VF stored = hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
   const VF beyond = hn::Max(hn::Abs(hn::Sub(fu, u)), hn::Abs(hn::Sub(fv, v)));
-  return hn::IfThenElse(hn::Gt(beyond, hn::Zero(d)), hn::Add(beyond, hn::Set(d, float(BorderDistance::kMargin_px))), stored);
+  return hn::IfThenElse(hn::Gt(beyond, hn::Zero(d)), hn::Add(beyond, hn::Set(d, float(BoxReach::kMargin_px))), stored);
 }
 
-// How far the image is from the end of the box [px], on one axis and in the direction in which it moves (d/ds of the position, times
-// W, is `rate`); x: position from the pixel's low border, reach: half-width of the box beyond the pixel's far border.
-HWY_INLINE VF way_left(VF x, VF reach, VF rate) {
+// How far the image is from the end of the box ahead [px], on one axis; x: position from the pixel's low border, reach: of the box.
+HWY_INLINE VF way_left(VF x, VF reach, MF backward) {
   const DF d;
-  return hn::Sub(reach, hn::IfThenElse(hn::Lt(rate, hn::Zero(d)), hn::Sub(hn::Set(d, 1.0f), x), x));
+  return hn::Sub(reach, hn::IfThenElse(backward, hn::Sub(hn::Set(d, 1.0f), x), x));
 }
 
-// d/ds (U - b W) for the border b that lies `way` px ahead, its sign that of the direction: way W over it is the parameter that the
-// image takes there. Tiny where it never gets there.
+// d/ds (U - b W) for the border b that lies `way` px ahead, where the image moves there at `rate` = d/ds (U - u W): way W over it is
+// the parameter that the image takes. Tiny where it never gets there.
 HWY_INLINE VF divisor(VF way, VF rate, VF w1) {
   const DF d;
-  return hn::Max(hn::NegMulAdd(way, w1, hn::Abs(rate)), hn::Set(d, kTiny));
+  return hn::Max(hn::NegMulAdd(way, w1, rate), hn::Set(d, kTiny));
 }
+
 // --- tiles -----------------------------------------------------------------------------------------------------
 
 struct TileStep {
-  VF advance, distance;
+  VF advance, reach;
   MF stuck;  // the tile's rays are not in one box, or it is left at once
 };
 
-// All rays of a tile lie in the box of pixels around its middle while its corners' do.
-HWY_INLINE TileStep step_tiles(const BlockCamera& c, VF middle_i, VF middle_j, VF s) {
+// All rays of a tile lie in the box ahead of the hindmost of its corners while its corners do.
+HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF middle_i, VF middle_j, VF s) {
   const DF d;
-  const Position middle = position(lines_at(c, middle_i, middle_j), s);
-  const VF fu = hn::Floor(middle.u), fv = hn::Floor(middle.v), distance = distance_at(c, fu, fv);
-  const VF reach = hn::Sub(hn::Abs(distance), hn::Set(d, kBoxMargin_px)), room = hn::Sub(reach, hn::Set(d, 1.0f));
-  VF advance = hn::Set(d, 1e30f), least_way = hn::Set(d, 1e30f);
-  const float half = 0.5f * float(kTile_px - 1);
+  const VF zero = hn::Zero(d), margin = hn::Set(d, kBoxMargin_px);
+  Position p[4];
+  VF rate_u[4], rate_v[4], w1[4];
+  VF least_u = hn::Set(d, 1e30f), most_u = hn::Neg(least_u), least_v = least_u, most_v = most_u;
   for (int corner = 0; corner < 4; ++corner) {
     const Lines l = lines_at(c, hn::Add(middle_i, hn::Set(d, corner & 1 ? half : -half)), hn::Add(middle_j, hn::Set(d, corner & 2 ? half : -half)));
-    const Position p = position(l, s);
-    const VF xu = hn::Sub(p.u, fu), xv = hn::Sub(p.v, fv);
-    const VF rate_u = hn::NegMulAdd(p.u, l.w1, l.u1), rate_v = hn::NegMulAdd(p.v, l.w1, l.v1);
-    const VF way_u = way_left(xu, reach, rate_u), way_v = way_left(xv, reach, rate_v);
-    const VF behind = hn::Min(hn::Min(hn::Add(xu, room), hn::Sub(reach, xu)), hn::Min(hn::Add(xv, room), hn::Sub(reach, xv)));
-    least_way = hn::Min(least_way, hn::Min(hn::Min(way_u, way_v), hn::Add(behind, hn::Set(d, kLeastTileStep_px))));
-    const VF take_u = hn::Mul(way_u, reciprocal(divisor(way_u, rate_u, l.w1))), take_v = hn::Mul(way_v, reciprocal(divisor(way_v, rate_v, l.w1)));
-    advance = hn::Min(advance, hn::Mul(p.w, hn::Min(take_u, take_v)));
+    p[corner] = position(l, s);
+    rate_u[corner] = hn::NegMulAdd(p[corner].u, l.w1, l.u1), rate_v[corner] = hn::NegMulAdd(p[corner].v, l.w1, l.v1), w1[corner] = l.w1;
+    least_u = hn::Min(least_u, p[corner].u), most_u = hn::Max(most_u, p[corner].u);
+    least_v = hn::Min(least_v, p[corner].v), most_v = hn::Max(most_v, p[corner].v);
   }
-  return {advance, distance, hn::Lt(least_way, hn::Set(d, kLeastTileStep_px))};
+  const MF left = hn::Lt(rate_u[0], zero), up = hn::Lt(rate_v[0], zero);
+  const VF fu = hn::IfThenElse(left, hn::Floor(hn::Add(most_u, margin)), hn::Floor(hn::Sub(least_u, margin)));
+  const VF fv = hn::IfThenElse(up, hn::Floor(hn::Add(most_v, margin)), hn::Floor(hn::Sub(least_v, margin)));
+  const VF reach = reach_at(c, fu, fv, left, up), room = hn::Sub(hn::Abs(reach), margin);
+  VF advance = hn::Set(d, 1e30f), least_way = hn::Set(d, 1e30f);
+  for (int corner = 0; corner < 4; ++corner) {
+    const VF way_u = way_left(hn::Sub(p[corner].u, fu), room, left), way_v = way_left(hn::Sub(p[corner].v, fv), room, up);
+    // Corners that go different ways are not in one box for long.
+    const VF same_u = hn::IfThenElse(left, hn::Neg(rate_u[corner]), rate_u[corner]), same_v = hn::IfThenElse(up, hn::Neg(rate_v[corner]), rate_v[corner]);
+    least_way = hn::Min(least_way, hn::IfThenElse(hn::Lt(hn::Min(same_u, same_v), zero), zero, hn::Min(way_u, way_v)));
+    const VF take_u = hn::Mul(way_u, reciprocal(divisor(way_u, same_u, w1[corner]))), take_v = hn::Mul(way_v, reciprocal(divisor(way_v, same_v, w1[corner])));
+    advance = hn::Min(advance, hn::Mul(p[corner].w, hn::Min(take_u, take_v)));
+  }
+  return {advance, reach, hn::Lt(least_way, hn::Set(d, kLeastTileStep_px))};
 }
 
-// Moves each tile on while the cameras allow; s: where its rays go on, from block.begin; hold: until when a camera sees all of them on
-// its object, kNotHeld where it does not. Returns the tiles that are left.
-HWY_INLINE std::uint32_t march_tiles(const Block& block, float span, std::uint32_t alive, LaneScratch& scratch, float* s_of_tile) {
+// Moves each tile on while the cameras allow. Returns those that are left, in the same order.
+HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, float span, TileSet& tiles) {
   const DF d;
-  const int lanes = int(hn::Lanes(d)), cameras = int(block.cameras.size());
-  alignas(64) float i_of_tile[kTiles], j_of_tile[kTiles];
-  for (int t = 0; t < kTiles; ++t) {
-    i_of_tile[t] = float(kTile_px * (t % kTilesAcross)) + 0.5f * float(kTile_px - 1);
-    j_of_tile[t] = float(kTile_px * (t / kTilesAcross)) + 0.5f * float(kTile_px - 1);
-  }
-  std::uint32_t left = 0;
-  for (int first = 0; first < kTiles; first += lanes) {
-    const VF i = hn::Load(d, i_of_tile + first), j = hn::Load(d, j_of_tile + first);
-    VF s = hn::Zero(d);
-    MF live = mask_of(d, alive >> first);
-    for (int c = 0; c < cameras; ++c) hn::Store(hn::Set(d, kNotHeld), d, scratch.tile_hold[c] + first);
+  const int lanes = int(hn::Lanes(d));
+  const float half = 0.5f * float(size_px - 1);
+  std::uint64_t left = 0;
+  for (int first = 0; first < tiles.count; first += lanes) {
+    const VF i = hn::Load(d, tiles.middle_i + first), j = hn::Load(d, tiles.middle_j + first);
+    VF s = hn::Load(d, tiles.s + first);
+    MF live = hn::FirstN(d, std::size_t(std::min(lanes, tiles.count - first)));
     bool moved = true;
-    for (int round = 0; round < kTileRounds && moved && !hn::AllFalse(d, live); ++round) {
+    for (int round = 0; round < kTileRounds && moved; ++round) {
       moved = false;
-      for (int c = 0; c < cameras; ++c) {
-        VF hold = hn::Load(d, scratch.tile_hold[c] + first);
+      for (std::size_t c = 0; c < cameras.size(); ++c) {
+        VF hold = hn::Load(d, tiles.hold[c] + first);
         MF asked = hn::And(live, hn::Lt(hold, s));
         for (int repeat = 0; repeat < kTileRepeats && !hn::AllFalse(d, asked); ++repeat) {
-          const TileStep step = step_tiles(block.cameras[c], i, j, s);
-          const MF sure = hn::AndNot(step.stuck, asked), inside = hn::And(sure, hn::Lt(step.distance, hn::Zero(d)));
+          const TileStep step = step_tiles(cameras[c], half, i, j, s);
+          const MF sure = hn::AndNot(step.stuck, asked), inside = hn::And(sure, hn::Lt(step.reach, hn::Zero(d)));
           hold = hn::IfThenElse(inside, hn::Add(s, step.advance), hold);
           asked = hn::AndNot(inside, sure);
           s = hn::IfThenElse(asked, hn::Add(s, step.advance), s);
@@ -166,209 +171,272 @@ HWY_INLINE std::uint32_t march_tiles(const Block& block, float span, std::uint32
           live = hn::AndNot(hn::And(asked, hn::Gt(s, hn::Set(d, span))), live);
           asked = hn::And(asked, live);
         }
-        hn::Store(hold, d, scratch.tile_hold[c] + first);
+        hn::Store(hold, d, tiles.hold[c] + first);
         if (hn::AllFalse(d, live)) break;
       }
     }
-    hn::Store(s, d, s_of_tile + first);
-    left |= std::uint32_t(bits_of(d, live)) << first;
+    hn::Store(s, d, tiles.s + first);
+    left |= bits_of(d, live) << first;
   }
-  return left;
+  int count = 0;
+  for (; left; left &= left - 1, ++count) {
+    const int t = std::countr_zero(left);
+    tiles.middle_i[count] = tiles.middle_i[t], tiles.middle_j[count] = tiles.middle_j[t], tiles.s[count] = tiles.s[t];
+    for (std::size_t c = 0; c < cameras.size(); ++c) tiles.hold[c][count] = tiles.hold[c][t];
+  }
+  tiles.count = count;
+}
+
+// Those of the smaller tiles that have rays in the block.
+HWY_INLINE void split_tiles(const TileSet& tiles, const PixelRect& rays, std::size_t cameras, TileSet& small) {
+  small.count = 0;
+  for (int t = 0; t < tiles.count; ++t)
+    for (int part = 0; part < 4; ++part) {
+      const float i = tiles.middle_i[t] + float(part & 1 ? 1 : -1) * 0.5f * kSmallTile_px, j = tiles.middle_j[t] + float(part & 2 ? 1 : -1) * 0.5f * kSmallTile_px;
+      if (!(i - 0.5f * kSmallTile_px < float(rays.width_px() - 1) && j - 0.5f * kSmallTile_px < float(rays.height_px() - 1))) continue;
+      small.middle_i[small.count] = i, small.middle_j[small.count] = j, small.s[small.count] = tiles.s[t];
+      for (std::size_t c = 0; c < cameras; ++c) small.hold[c][small.count] = tiles.hold[c][t];
+      ++small.count;
+    }
 }
 
 // --- rays ------------------------------------------------------------------------------------------------------
 
-struct alignas(64) RayState {
-  float s[kRays], s_error[kRays];          // s_error: how far s may be from the crossing that it stands for
-  float bias_u[kRays], bias_v[kRays];      // half a pixel over the border just crossed, while one camera is asked in a row
-  float border[kRays];                     // the border last crossed out of a single pixel, from the camera's origin
-  std::int32_t crossed[kRays];             // 2 * camera + axis; -1: none, the ray is where its tile was
-};
+// The border that a ray crossed last is of 2 * camera + axis.
+constexpr std::int32_t kNoBorder = -1;
 
 struct StepBits {
-  std::uint64_t outside, missed, unsettled;
+  std::uint32_t outside, missed, unsettled;
 };
 
-HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, int first, int offset_i, int offset_j, std::uint64_t asked_bits, float span, RayState& rays, float* hold) {
+// Asks one camera about a vector of rays, those of asked_bits: agreed, or moved on. i, j: in the block.
+HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j, std::uint32_t asked_bits, float span, float* s_at, float* s_error_at, std::int32_t* crossed_at,
+                              float* border_at, float* hold_at) {
   const DF d;
   const DI di;
-  const VF lane = hn::Iota(d, float(first % kTile_px)), row = hn::Floor(hn::Mul(lane, hn::Set(d, 1.0f / kTile_px)));
-  const VF i = hn::Add(hn::NegMulAdd(row, hn::Set(d, float(kTile_px)), lane), hn::Set(d, float(offset_i)));
-  const VF j = hn::Add(row, hn::Set(d, float(offset_j + first / kTile_px)));
   const Lines l = lines_at(c, i, j);
-  const VF s = hn::Load(d, rays.s + first), s_error = hn::Load(d, rays.s_error + first);
-  const VF bias_u = hn::Load(d, rays.bias_u + first), bias_v = hn::Load(d, rays.bias_v + first);
+  const VF s = hn::Load(d, s_at), s_error = hn::Load(d, s_error_at);
+  const auto crossed = hn::Load(di, crossed_at);
   const MF asked = mask_of(d, asked_bits);
-  const VF one = hn::Set(d, 1.0f), eps = hn::Set(d, c.eps_px);
+  const VF zero = hn::Zero(d), half = hn::Set(d, 0.5f), one = hn::Set(d, 1.0f), eps = hn::MulAdd(s, hn::Set(d, c.eps_px_per_m), hn::Set(d, c.eps_px));
 
   const Position p = position(l, s);
-  const VF biased_u = hn::Add(p.u, bias_u), biased_v = hn::Add(p.v, bias_v);
-  const VF fu = hn::Floor(biased_u), fv = hn::Floor(biased_v);
-  const VF distance = distance_at(c, fu, fv), steps = hn::Abs(distance);
-  const MF inside = hn::Lt(distance, hn::Zero(d)), single = hn::Lt(steps, hn::Set(d, 1.5f));
   const VF rate_u = hn::NegMulAdd(p.u, l.w1, l.u1), rate_v = hn::NegMulAdd(p.v, l.w1, l.v1);
+  // On a border of this camera's: the pixel behind it, half a pixel on.
+  const MF from_u = hn::RebindMask(d, hn::Eq(crossed, hn::Set(di, 2 * camera))), from_v = hn::RebindMask(d, hn::Eq(crossed, hn::Set(di, 2 * camera + 1)));
+  const VF half_u = hn::CopySign(half, rate_u), half_v = hn::CopySign(half, rate_v);
+  const VF biased_u = hn::Add(p.u, hn::IfThenElseZero(from_u, half_u)), biased_v = hn::Add(p.v, hn::IfThenElseZero(from_v, half_v));
+  const VF fu = hn::Floor(biased_u), fv = hn::Floor(biased_v);
+  const MF left = hn::Lt(rate_u, zero), up = hn::Lt(rate_v, zero);
+  const VF signed_reach = reach_at(c, fu, fv, left, up), steps = hn::Abs(signed_reach);
+  const MF inside = hn::Lt(signed_reach, zero), single = hn::Lt(steps, hn::Set(d, 1.5f));
 
-  // Near a border behind which the verdict may differ?
+  // Near a border behind which the verdict may differ, ahead or behind?
   const VF error_scale = hn::Mul(s_error, p.inverse_w);
   const VF xu = hn::Sub(biased_u, fu), xv = hn::Sub(biased_v, fv);
   const MF near_u = hn::Lt(hn::Min(xu, hn::Sub(one, xu)), hn::MulAdd(hn::Abs(rate_u), error_scale, eps));
   const MF near_v = hn::Lt(hn::Min(xv, hn::Sub(one, xv)), hn::MulAdd(hn::Abs(rate_v), error_scale, eps));
-  const MF unsettled = hn::And(asked, hn::And(single, hn::Or(near_u, near_v)));
+  const MF unsettled = hn::And(asked, hn::Or(hn::Or(near_u, near_v), hn::Gt(eps, hn::Set(d, float(kMostEps_px)))));
 
-  // To the end of the box. A single pixel is left exactly where it ends; as long as it is inside, a little before.
-  const VF margin = hn::IfThenElse(single, hn::IfThenElseZero(inside, hn::Add(eps, eps)), hn::Set(d, kBoxMargin_px));
+  // To the end of the box; a verdict `inside` is held only until a little before.
+  const VF margin = hn::IfThenElseZero(inside, hn::IfThenElse(single, hn::Add(eps, eps), hn::Set(d, kBoxMargin_px)));
   const VF reach = hn::Sub(steps, margin);
-  const VF way_u = hn::Max(way_left(hn::Sub(p.u, fu), reach, rate_u), hn::Zero(d)), way_v = hn::Max(way_left(hn::Sub(p.v, fv), reach, rate_v), hn::Zero(d));
-  const VF per_u = reciprocal(divisor(way_u, rate_u, l.w1)), per_v = reciprocal(divisor(way_v, rate_v, l.w1));
+  const VF way_u = hn::Max(way_left(hn::Sub(p.u, fu), reach, left), zero), way_v = hn::Max(way_left(hn::Sub(p.v, fv), reach, up), zero);
+  const VF per_u = reciprocal(divisor(way_u, hn::Abs(rate_u), l.w1)), per_v = reciprocal(divisor(way_v, hn::Abs(rate_v), l.w1));
   const VF take_u = hn::Mul(way_u, per_u), take_v = hn::Mul(way_v, per_v);
   const MF by_u = hn::Le(take_u, take_v);
   const VF next = hn::MulAdd(p.w, hn::Min(take_u, take_v), s);
+  // How far that may be from the crossing: what the position's error and the way's take.
+  const VF error_px = hn::MulAdd(hn::IfThenElse(by_u, way_u, way_v), hn::Set(d, kWayError), hn::Add(eps, eps));
+  const VF error = hn::Mul(hn::Mul(error_px, p.w), hn::IfThenElse(by_u, per_u, per_v));
 
   const MF agreed = hn::AndNot(unsettled, hn::And(asked, inside)), outside = hn::AndNot(unsettled, hn::AndNot(inside, asked));
-  const VF held = hn::Load(d, hold + first);
-  hn::Store(hn::IfThenElse(agreed, hn::Max(next, hn::Add(s, s_error)), held), d, hold + first);
-
-  const MF crosses = hn::And(outside, single);
-  const VF error = hn::IfThenElseZero(single, hn::Mul(hn::Mul(hn::Add(eps, eps), p.w), hn::IfThenElse(by_u, per_u, per_v)));
-  hn::Store(hn::IfThenElse(outside, next, s), d, rays.s + first);
-  hn::Store(hn::IfThenElse(outside, error, s_error), d, rays.s_error + first);
-  const VF half = hn::Set(d, 0.5f);
-  const VF half_u = hn::CopySign(half, rate_u), half_v = hn::CopySign(half, rate_v);
-  hn::Store(hn::IfThenElseZero(hn::And(crosses, by_u), half_u), d, rays.bias_u + first);
-  hn::Store(hn::IfThenZeroElse(by_u, hn::IfThenElseZero(crosses, half_v)), d, rays.bias_v + first);
-  const VF border = hn::IfThenElse(by_u, hn::Add(fu, hn::Add(half_u, half)), hn::Add(fv, hn::Add(half_v, half)));
-  hn::Store(hn::IfThenElse(crosses, border, hn::Load(d, rays.border + first)), d, rays.border + first);
+  hn::Store(hn::IfThenElse(agreed, hn::Max(next, hn::Add(s, s_error)), hn::Load(d, hold_at)), d, hold_at);
+  hn::Store(hn::IfThenElse(outside, next, s), d, s_at);
+  hn::Store(hn::IfThenElse(outside, error, s_error), d, s_error_at);
+  const VF back = hn::IfThenElse(by_u, rate_u, rate_v), pixel = hn::IfThenElse(by_u, fu, fv);
+  const VF border = hn::IfThenElse(hn::Lt(back, zero), hn::Sub(hn::Add(pixel, one), steps), hn::Add(pixel, steps));
+  hn::Store(hn::IfThenElse(outside, border, hn::Load(d, border_at)), d, border_at);
   const auto code = hn::IfThenElse(hn::RebindMask(di, by_u), hn::Set(di, 2 * camera), hn::Set(di, 2 * camera + 1));
-  hn::Store(hn::IfThenElse(hn::RebindMask(di, crosses), code, hn::Load(di, rays.crossed + first)), di, rays.crossed + first);
+  hn::Store(hn::IfThenElse(hn::RebindMask(di, outside), code, crossed), di, crossed_at);
 
   const MF missed = hn::And(outside, hn::Gt(hn::Sub(next, error), hn::Set(d, span)));
-  return {bits_of(d, hn::AndNot(missed, outside)), bits_of(d, missed), bits_of(d, unsettled)};
+  return {std::uint32_t(bits_of(d, hn::AndNot(missed, outside))), std::uint32_t(bits_of(d, missed)), std::uint32_t(bits_of(d, unsettled))};
 }
 
-struct TileResult {
-  std::uint64_t hit, unsettled;
+struct PacketBits {  // of the rays of one vector each
+  std::uint32_t active[kRays / 4], moved[kRays / 4], unsettled[kRays / 4], hit[kRays / 4];
 };
 
-HWY_INLINE TileResult trace_rays(const Block& block, float span, int offset_i, int offset_j, std::uint64_t active, RayState& rays, LaneScratch& scratch) {
+// Rays by vectors ("packets"), in the order of `packets`, which holds `count` of those with active rays.
+HWY_INLINE void trace_rays(std::span<const BlockCamera> cameras, float span, std::uint16_t* packets, int count, PacketBits& bits, LaneScratch& scratch) {
   const DF d;
-  const int lanes = int(hn::Lanes(d)), cameras = int(block.cameras.size());
-  const std::uint64_t packet = (std::uint64_t{1} << lanes) - 1;
-  TileResult result{0, 0};
-  for (int round = 0; round < kRayRounds && active; ++round) {
-    std::uint64_t moved = 0;
-    for (int c = 0; c < cameras; ++c) {
-      std::uint64_t asked = 0;
-      for (int first = 0; first < kRays; first += lanes)
-        asked |= bits_of(d, hn::Lt(hn::Load(d, scratch.hold[c] + first), hn::Add(hn::Load(d, rays.s + first), hn::Load(d, rays.s_error + first)))) << first;
-      asked &= active;
-      if (!asked) continue;
-      std::memset(rays.bias_u, 0, sizeof rays.bias_u);
-      std::memset(rays.bias_v, 0, sizeof rays.bias_v);
-      for (int repeat = 0; repeat < kRayRepeats && asked; ++repeat) {
-        std::uint64_t outside = 0;
-        for (int first = 0; first < kRays; first += lanes) {
-          const std::uint64_t chunk = asked >> first & packet;
-          if (!chunk) continue;
-          const StepBits bits = step_rays(block.cameras[c], c, first, offset_i, offset_j, chunk, span, rays, scratch.hold[c]);
-          outside |= bits.outside << first;
-          result.unsettled |= bits.unsettled << first;
-          active &= ~((bits.missed | bits.unsettled) << first);
+  const int lanes = int(hn::Lanes(d));
+  alignas(64) float column[kTileRays], row[kTileRays];  // from a small tile's middle
+  for (int k = 0; k < kTileRays; ++k) column[k] = float(k % kSmallTile_px) - 0.5f * (kSmallTile_px - 1), row[k] = float(k / kSmallTile_px) - 0.5f * (kSmallTile_px - 1);
+  std::uint16_t asked_packets[kRays / 4];
+  std::uint32_t asked[kRays / 4];
+  for (int round = 0; round < kRayRounds && count; ++round) {
+    for (int n = 0; n < count; ++n) bits.moved[packets[n]] = 0;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      int asking = 0;
+      for (int n = 0; n < count; ++n) {
+        const int p = packets[n], first = p * lanes;
+        const VF until = hn::Add(hn::Load(d, scratch.s + first), hn::Load(d, scratch.s_error + first));
+        asked[p] = std::uint32_t(bits_of(d, hn::Lt(hn::Load(d, scratch.hold[c] + first), until))) & bits.active[p];
+        asked_packets[asking] = std::uint16_t(p);
+        asking += asked[p] != 0;
+      }
+      for (int repeat = 0; repeat < kRayRepeats && asking; ++repeat) {
+        int still = 0;
+        for (int n = 0; n < asking; ++n) {
+          const int p = asked_packets[n], first = p * lanes, tile = first / kTileRays, k = first % kTileRays;
+          const VF i = hn::Add(hn::Load(d, column + k), hn::Set(d, scratch.small_tiles.middle_i[tile])), j = hn::Add(hn::Load(d, row + k), hn::Set(d, scratch.small_tiles.middle_j[tile]));
+          const StepBits step = step_rays(cameras[c], int(c), i, j, asked[p], span, scratch.s + first, scratch.s_error + first, scratch.crossed + first, scratch.border + first, scratch.hold[c] + first);
+          bits.moved[p] |= step.outside;
+          bits.unsettled[p] |= step.unsettled;
+          bits.active[p] &= ~(step.missed | step.unsettled);
+          asked[p] = step.outside;
+          asked_packets[still] = std::uint16_t(p);
+          still += step.outside != 0;
         }
-        moved |= outside;
-        asked = outside;
+        asking = still;
       }
     }
-    result.hit |= active & ~moved;
-    active &= moved;
+    int left = 0;
+    for (int n = 0; n < count; ++n) {
+      const int p = packets[n];
+      bits.hit[p] |= bits.active[p] & ~bits.moved[p];
+      bits.active[p] &= bits.moved[p];
+      packets[left] = std::uint16_t(p);
+      left += bits.active[p] != 0;
+    }
+    count = left;
   }
-  result.unsettled |= active;
-  return result;
+  for (int n = 0; n < count; ++n) bits.unsettled[packets[n]] |= bits.active[packets[n]];
 }
 
 // --- finish ----------------------------------------------------------------------------------------------------
 
-// The depth of each hit from the border that it crossed last, in double: `border_crossing` in lanes.
-HWY_INLINE void finish(const Block& block, int offset_i, int offset_j, TileResult& result, const RayState& rays, float* depth_m, std::ptrdiff_t pitch) {
+// The depth of a small tile's hits from the borders that they crossed last, in double: `border_crossing` in lanes. (u, v): the tile's
+// first ray in the view; depth_m: its place. Returns those that need settling after all.
+HWY_INLINE std::uint32_t finish(const Block& block, int tile, int u0, int v0, std::uint32_t hit, const LaneScratch& scratch, float* depth_m, std::ptrdiff_t pitch) {
   const hn::CappedTag<double, 8> dd;
   const hn::Rebind<float, decltype(dd)> df;
-  const int lanes = int(hn::Lanes(dd));
-  alignas(64) double depth[kRays];
-  std::uint64_t todo = result.hit;
-  while (todo) {  // all hits that crossed the same camera's border on the same axis
-    const int code = rays.crossed[std::countr_zero(todo)];
-    std::uint64_t same = 0;
-    for (int k = 0; k < kRays; ++k) same |= std::uint64_t(rays.crossed[k] == code) << k;
+  const DI di;
+  const int lanes = int(hn::Lanes(dd)), packet = int(hn::Lanes(di));
+  const std::int32_t* crossed = scratch.crossed + tile * kTileRays;
+  const float* borders = scratch.border + tile * kTileRays;
+  alignas(64) double depth[kTileRays], column[kTileRays], row[kTileRays];
+  for (int k = 0; k < kTileRays; ++k) column[k] = u0 + k % kSmallTile_px, row[k] = v0 + k / kSmallTile_px;
+  for (std::uint32_t todo = hit; todo;) {  // all hits that crossed the same camera's border on the same axis
+    const int code = crossed[std::countr_zero(todo)];
+    std::uint32_t same = 0;
+    for (int first = 0; first < kTileRays; first += packet)
+      same |= std::uint32_t(bits_of(DF(), hn::RebindMask(DF(), hn::Eq(hn::Load(di, crossed + first), hn::Set(di, code))))) << first;
     same &= todo;
     todo &= ~same;
-    if (code < 0) {
-      if (block.begins_at_near) {
-        for (std::uint64_t m = same; m; m &= m - 1) depth[std::countr_zero(m)] = block.near;
-      } else {
-        result.unsettled |= same, result.hit &= ~same;
-      }
+    if (code < 0) {  // inside all from the start: in the hull at the near plane, or not yet settled
+      const double at = block.begins_at_near ? block.near : -1;
+      for (std::uint32_t m = same; m; m &= m - 1) depth[std::countr_zero(m)] = at;
       continue;
     }
-    const BlockCamera& c = block.cameras[code / 2];
+    const BlockCamera& c = block.cameras[std::size_t(code / 2)];
     const Eigen::Matrix3d& infinity = c.exact->at_infinity;
     const int axis = code % 2;
-    const auto row = [&](int r) { return std::array{hn::Set(dd, infinity(r, 0)), hn::Set(dd, infinity(r, 1)), hn::Set(dd, infinity(r, 2))}; };
-    const auto of_axis = row(axis), of_w = row(2);
+    const auto a0 = hn::Set(dd, infinity(axis, 0)), a1 = hn::Set(dd, infinity(axis, 1)), a2 = hn::Set(dd, infinity(axis, 2));
+    const auto w0 = hn::Set(dd, infinity(2, 0)), w1 = hn::Set(dd, infinity(2, 1)), w2 = hn::Set(dd, infinity(2, 2));
     const auto offset = hn::Set(dd, c.exact->at_eye[axis]), w_offset = hn::Set(dd, c.exact->at_eye[2]);
     const auto origin = hn::Set(dd, double(axis ? c.origin_v_px : c.origin_u_px));
-    for (int first = 0; first < kRays; first += lanes) {
-      if (!(same >> first & ((1u << lanes) - 1))) continue;
-      const auto u = hn::Iota(dd, block.rays.u0_px + offset_i + first % kTile_px), v = hn::Set(dd, double(block.rays.v0_px + offset_j + first / kTile_px));
-      const auto slope = hn::Add(hn::Mul(of_axis[0], u), hn::Add(hn::Mul(of_axis[1], v), of_axis[2]));
-      const auto w_slope = hn::Add(hn::Mul(of_w[0], u), hn::Add(hn::Mul(of_w[1], v), of_w[2]));
-      const auto border = hn::Add(origin, hn::PromoteTo(dd, hn::Load(df, rays.border + first)));
+    for (int first = 0; first < kTileRays; first += lanes) {
+      const std::uint32_t here = same >> first & ((1u << lanes) - 1);
+      if (!here) continue;
+      const auto u = hn::Load(dd, column + first), v = hn::Load(dd, row + first);
+      const auto slope = hn::Add(hn::Mul(a0, u), hn::Add(hn::Mul(a1, v), a2)), w_slope = hn::Add(hn::Mul(w0, u), hn::Add(hn::Mul(w1, v), w2));
+      const auto border = hn::Add(origin, hn::PromoteTo(dd, hn::Load(df, borders + first)));
       const auto t = hn::Div(hn::Sub(hn::Mul(border, w_offset), offset), hn::Sub(slope, hn::Mul(border, w_slope)));
-      const std::uint64_t here = same >> first;
-      alignas(64) double ts[8];
-      hn::Store(t, dd, ts);
-      for (int k = 0; k < lanes; ++k)
-        if (here >> k & 1) depth[first + k] = ts[k];
+      std::uint8_t mask[8] = {std::uint8_t(here)};
+      hn::BlendedStore(t, hn::LoadMaskBits(dd, mask), dd, depth + first);
     }
   }
-  for (std::uint64_t m = result.hit; m; m &= m - 1) {
+  std::uint32_t unsettled = 0;
+  for (std::uint32_t m = hit; m; m &= m - 1) {
     const int k = std::countr_zero(m);
-    if (!(depth[k] >= block.near)) result.unsettled |= std::uint64_t{1} << k;
-    else depth_m[(k / kTile_px) * pitch + k % kTile_px] = depth[k] < block.far ? float(depth[k]) : kNoHull;
+    if (!(depth[k] >= block.near)) unsettled |= m & -m;
+    else depth_m[(k / kSmallTile_px) * pitch + k % kSmallTile_px] = depth[k] < block.far ? float(depth[k]) : kNoHull;
   }
+  return unsettled;
+}
+
+// --- block -----------------------------------------------------------------------------------------------------
+
+float span_of(const Block& block) { return float(block.end - block.begin) * (1 + kSpanSlack); }
+
+void march(const Block& block, LaneScratch& scratch) {
+  TileSet& tiles = scratch.tiles;
+  tiles.count = 0;
+  for (int j = 0; j < block.rays.height_px(); j += kTile_px)
+    for (int i = 0; i < block.rays.width_px(); i += kTile_px) {
+      tiles.middle_i[tiles.count] = float(i) + 0.5f * (kTile_px - 1), tiles.middle_j[tiles.count] = float(j) + 0.5f * (kTile_px - 1), tiles.s[tiles.count] = 0;
+      for (std::size_t c = 0; c < block.cameras.size(); ++c) tiles.hold[c][tiles.count] = kNotHeld;
+      ++tiles.count;
+    }
+  march_tiles(block.cameras, kTile_px, span_of(block), tiles);
+}
+
+// A small tile's rays that lie in the block.
+std::uint32_t rays_in_tile(int i, int j, const PixelRect& rays) {
+  const int columns = rays.width_px() - i, rows = rays.height_px() - j;
+  if (columns >= kSmallTile_px && rows >= kSmallTile_px) return (1u << kTileRays) - 1;
+  std::uint32_t bits = 0;
+  for (int k = 0; k < kTileRays; ++k) bits |= std::uint32_t(k % kSmallTile_px < columns && k / kSmallTile_px < rows) << k;
+  return bits;
 }
 
 int trace(const Block& block, LaneScratch& scratch, float* depth_m, std::ptrdiff_t pitch, std::uint16_t* unsettled) {
   const DF d;
-  const int lanes = int(hn::Lanes(d)), cameras = int(block.cameras.size());
-  const int width = block.rays.width_px(), height = block.rays.height_px();
-  for (int v = 0; v < height; ++v) std::fill_n(depth_m + v * pitch, width, kNoHull);
-  const float span = float(block.end - block.begin) * (1 + 1e-5f);
-  std::uint32_t alive = 0;
-  for (int t = 0; t < kTiles; ++t)
-    if (kTile_px * (t % kTilesAcross) < width && kTile_px * (t / kTilesAcross) < height) alive |= 1u << t;
-  alignas(64) float s_of_tile[kTiles];
-  alive = march_tiles(block, span, alive, scratch, s_of_tile);
-  RayState rays;
+  const DI di;
+  const int lanes = int(hn::Lanes(d)), packets_a_tile = kTileRays / lanes;
+  const std::size_t cameras = block.cameras.size();
+  TileSet& tiles = scratch.small_tiles;
+  split_tiles(scratch.tiles, block.rays, cameras, tiles);
+  march_tiles(block.cameras, kSmallTile_px, span_of(block), tiles);
+
+  const auto first_ray = [](float middle) { return int(middle - 0.5f * (kSmallTile_px - 1)); };
+  PacketBits bits;
+  std::uint16_t packets[kRays / 4];
   int count = 0;
-  for (; alive; alive &= alive - 1) {
-    const int tile = std::countr_zero(alive), offset_i = kTile_px * (tile % kTilesAcross), offset_j = kTile_px * (tile / kTilesAcross);
-    std::uint64_t active = 0;
-    const int columns = std::min(kTile_px, width - offset_i);
-    for (int row = 0; row < std::min(kTile_px, height - offset_j); ++row) active |= ((std::uint64_t{1} << columns) - 1) << (row * kTile_px);
-    for (int first = 0; first < kRays; first += lanes) {
-      hn::Store(hn::Set(d, s_of_tile[tile]), d, rays.s + first);
-      hn::Store(hn::Zero(d), d, rays.s_error + first);
-      hn::Store(hn::Set(DI(), -1), DI(), rays.crossed + first);
-    }
-    for (int c = 0; c < cameras; ++c)
-      for (int first = 0; first < kRays; first += lanes) hn::Store(hn::Set(d, scratch.tile_hold[c][tile]), d, scratch.hold[c] + first);
-    TileResult result = trace_rays(block, span, offset_i, offset_j, active, rays, scratch);
-    if (result.hit) finish(block, offset_i, offset_j, result, rays, depth_m + offset_j * pitch + offset_i, pitch);
-    for (std::uint64_t m = result.unsettled; m; m &= m - 1) {
-      const int k = std::countr_zero(m);
-      unsettled[count++] = std::uint16_t((offset_j + k / kTile_px) * kBlock_px + offset_i + k % kTile_px);
+  for (int tile = 0; tile < tiles.count; ++tile) {
+    const std::uint32_t rays = rays_in_tile(first_ray(tiles.middle_i[tile]), first_ray(tiles.middle_j[tile]), block.rays);
+    for (int n = 0; n < packets_a_tile; ++n) {
+      const int p = tile * packets_a_tile + n, first = p * lanes;
+      hn::Store(hn::Set(d, tiles.s[tile]), d, scratch.s + first);
+      hn::Store(hn::Zero(d), d, scratch.s_error + first);
+      hn::Store(hn::Zero(d), d, scratch.border + first);
+      hn::Store(hn::Set(di, kNoBorder), di, scratch.crossed + first);
+      for (std::size_t c = 0; c < cameras; ++c) hn::Store(hn::Set(d, tiles.hold[c][tile]), d, scratch.hold[c] + first);
+      bits.active[p] = rays >> (n * lanes) & ((1u << lanes) - 1);
+      bits.unsettled[p] = bits.hit[p] = 0;
+      packets[count] = std::uint16_t(p);
+      count += bits.active[p] != 0;
     }
   }
-  return count;
+  trace_rays(block.cameras, span_of(block), packets, count, bits, scratch);
+  int open = 0;
+  for (int tile = 0; tile < tiles.count; ++tile) {
+    std::uint32_t hit = 0, unsure = 0;
+    for (int n = 0; n < packets_a_tile; ++n) {
+      hit |= bits.hit[tile * packets_a_tile + n] << (n * lanes);
+      unsure |= bits.unsettled[tile * packets_a_tile + n] << (n * lanes);
+    }
+    const int i = first_ray(tiles.middle_i[tile]), j = first_ray(tiles.middle_j[tile]);
+    if (hit) unsure |= finish(block, tile, block.rays.u0_px + i, block.rays.v0_px + j, hit, scratch, depth_m + j * pitch + i, pitch);
+    for (; unsure; unsure &= unsure - 1) {
+      const int k = std::countr_zero(unsure);
+      unsettled[open++] = std::uint16_t((j + k / kSmallTile_px) * kBlock_px + i + k % kSmallTile_px);
+    }
+  }
+  return open;
 }
 
 }  // namespace
@@ -379,6 +447,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace fivepipe {
 namespace {
+HWY_EXPORT(march);
 HWY_EXPORT(trace);
 
 // The rounding of a position [px], eight operations of float each way: coefficients from double, two steps to the ray, one along it,
@@ -387,7 +456,7 @@ constexpr double kRoundings = 12, kHalfUlp = 0x1p-24;
 
 }  // namespace
 
-bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const BorderDistance* const> borders) {
+bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const BoxReach* const> reaches) {
   const double begin = block.begin, span = block.end - block.begin;
   // Whole tiles: the rays at their corners stand for all.
   const auto last = [](int size) { return (size + kTile_px - 1) / kTile_px * kTile_px - 1; };
@@ -395,7 +464,7 @@ bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const Bo
   block.cameras.resize(maps.size());
   for (std::size_t n = 0; n < maps.size(); ++n) {
     const MapFromView& map = maps[n];
-    const PixelRect& stored = borders[n]->stored();
+    const PixelRect& stored = reaches[n]->stored();
     BlockCamera& c = block.cameras[n];
     c.exact = &map;
     Eigen::Matrix3d turn = map.at_infinity;
@@ -409,18 +478,21 @@ bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const Bo
     turn.row(1) -= c.origin_v_px * turn.row(2);
     eye.head<2>() -= Eigen::Vector2d(c.origin_u_px, c.origin_v_px) * eye.z();
     const Eigen::Vector3d slope = turn * Eigen::Vector3d(block.rays.u0_px, block.rays.v0_px, 1), at_begin = eye + begin * slope;
-    double least_w = kNever, most_w = 0, most_uv = 0;
+    double least_w = kNever, most_w = 0, most_begin = 0, most_slope = 0;
     for (int corner = 0; corner < 4; ++corner) {
       const Eigen::Vector3d of_corner = (corner & 1 ? right : 0) * turn.col(0) + (corner & 2 ? down : 0) * turn.col(1);
       const Eigen::Vector3d corner_slope = slope + of_corner, corner_begin = at_begin + begin * of_corner;
       least_w = std::min({least_w, corner_begin.z(), corner_begin.z() + span * corner_slope.z()});
-      const Eigen::Array3d size = corner_begin.array().abs() + span * corner_slope.array().abs();
-      most_w = std::max(most_w, size.z());
-      most_uv = std::max({most_uv, size.x(), size.y()});
+      most_w = std::max(most_w, std::abs(corner_begin.z()) + span * std::abs(corner_slope.z()));
+      most_begin = std::max({most_begin, std::abs(corner_begin.x()), std::abs(corner_begin.y())});
+      most_slope = std::max({most_slope, std::abs(corner_slope.x()), std::abs(corner_slope.y())});
     }
     if (!(least_w > 0)) return false;
-    const double eps = kRoundings * kHalfUlp * (most_uv / least_w) * (1 + most_w / least_w);
-    if (!(eps < kMostEps_px)) return false;
+    const double per_term = kRoundings * kHalfUlp * (1 + most_w / least_w) / least_w;
+    c.box_bytes = std::int32_t(reaches[n]->box_bytes());
+    c.eps_px = float(per_term * most_begin);
+    c.eps_px_per_m = float(per_term * most_slope);
+    if (!(c.eps_px < kMostEps_px)) return false;
     for (int k = 0; k < 3; ++k) {
       c.at_begin[k] = float(at_begin[k]);
       c.slope[k] = float(slope[k]);
@@ -431,14 +503,37 @@ bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const Bo
     }
     c.least_u = float(stored.u0_px - c.origin_u_px), c.most_u = float(stored.u1_px - 1 - c.origin_u_px);
     c.least_v = float(stored.v0_px - c.origin_v_px), c.most_v = float(stored.v1_px - 1 - c.origin_v_px);
-    c.stride = float(borders[n]->stride());
-    c.eps_px = float(eps);
-    c.at_origin = borders[n]->bytes() + std::ptrdiff_t(c.origin_v_px - stored.v0_px) * borders[n]->stride() + (c.origin_u_px - stored.u0_px);
+    c.stride = float(reaches[n]->stride());
+    c.at_origin = reaches[n]->bytes(Box::right_down) + std::ptrdiff_t(c.origin_v_px - stored.v0_px) * reaches[n]->stride() + (c.origin_u_px - stored.u0_px);
   }
   return true;
 }
 
-int trace_block(const Block& block, LaneScratch& scratch, float* depth_m, std::ptrdiff_t pitch, std::uint16_t* unsettled) {
+int trace_block(Block& block, std::span<const MapFromView> maps, std::span<const BoxReach* const> reaches, LaneScratch& scratch, float* depth_m,
+                std::ptrdiff_t pitch, std::uint16_t* unsettled) {
+  const int width = block.rays.width_px(), height = block.rays.height_px();
+  for (int v = 0; v < height; ++v) std::fill_n(depth_m + v * pitch, width, kNoHull);
+  const auto all_by_double = [&] {
+    int count = 0;
+    for (int v = 0; v < height; ++v)
+      for (int u = 0; u < width; ++u) unsettled[count++] = std::uint16_t(v * kBlock_px + u);
+    return count;
+  };
+  if (!prepare(block, maps, reaches)) return all_by_double();
+  HWY_DYNAMIC_DISPATCH(march)(block, scratch);
+  TileSet& tiles = scratch.tiles;
+  if (tiles.count == 0) return 0;
+  // Anew from where the first tile goes on: numbers are smaller there, and positions surer.
+  const float first = *std::min_element(tiles.s, tiles.s + tiles.count);
+  if (first > 0) {
+    block.begin += double(first);
+    block.begins_at_near = false;
+    if (!prepare(block, maps, reaches)) return all_by_double();
+    for (int t = 0; t < tiles.count; ++t) {
+      tiles.s[t] -= first;
+      for (std::size_t c = 0; c < maps.size(); ++c) tiles.hold[c][t] -= first;
+    }
+  }
   return HWY_DYNAMIC_DISPATCH(trace)(block, scratch, depth_m, pitch, unsettled);
 }
 

@@ -1,24 +1,24 @@
 // Blocks of rays traced in vector lanes, in float with certified margins; what margins can't decide is left to double.
 //
-// A block's rays start together. Tiles of 8x8 rays first: while the images of a tile's four corner rays lie in one box of pixels
-// that are all alike, so do those of all its rays. Then ray by ray: a camera that sees the ray outside its object moves the ray
+// A block's rays start together. Tiles of 8x8 rays first, then of 4x4: while the images of a tile's four corner rays lie in one box of
+// pixels that are all alike, so do those of all its rays. Then ray by ray: a camera that sees the ray outside its object moves the ray
 // on to where its image leaves the empty box around it, and is asked again until it agrees; one that agrees is not asked again
 // before the ray's image may leave the object. Sources: the design's "Rays"; sphere tracing (Hart, 1996) with boxes for balls.
 //
-// Certified: the image's position is known to eps_px. A box of half-width > 1 pixel is taken smaller by kBoxMargin_px, far more than
-// eps; a single pixel is left by the border that is crossed, and a position nearer to a border than its error, where the pixel
-// behind it may differ, makes the ray unsettled. So is one that takes too many steps.
+// Certified: the image's position is known to eps. A box is left over the border that is crossed, to a pixel that is known by its
+// number; a position nearer to another border than its error, where the pixel behind that may differ, makes the ray unsettled. So do
+// too many steps. Where a box tells how long a verdict holds, it is taken smaller by more than the error.
 #pragma once
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "common/hull/border_distance.h"
+#include "common/hull/box_reach.h"
 #include "common/hull/map_from_view.h"
 
 namespace fivepipe {
 
-inline constexpr int kBlock_px = 32, kTile_px = 8;
+inline constexpr int kBlock_px = 32, kTile_px = 8, kSmallTile_px = 4;
 inline constexpr int kMaxLaneCameras = 64;
 // Positions less certain than this are for double [px].
 inline constexpr double kMostEps_px = 1.0 / 64;
@@ -29,8 +29,9 @@ inline constexpr float kBoxMargin_px = 1.0f / 16;
 struct BlockCamera {
   float at_begin[3], du_begin[3], dv_begin[3], slope[3], du[3], dv[3];
   float least_u, most_u, least_v, most_v;  // pixels in store, from the origin
-  float stride, eps_px;
-  const std::int8_t* at_origin;
+  float stride, eps_px, eps_px_per_m;      // a position's error: eps_px + s eps_px_per_m
+  const std::int8_t* at_origin;            // of the box to the right and down
+  std::int32_t box_bytes;
   int origin_u_px, origin_v_px;  // in the map
   const MapFromView* exact;
 };
@@ -43,16 +44,29 @@ struct Block {
   std::vector<BlockCamera> cameras;
 };
 
-// False where float lanes are no use: a camera's position is too uncertain.
-bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const BorderDistance* const> borders);
+// Set by prepare for the block's present begin. False where float lanes are no use: a camera's position is too uncertain.
+bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const BoxReach* const> borders);
 
-struct LaneScratch {
-  alignas(64) float tile_hold[kMaxLaneCameras][16];
-  alignas(64) float hold[kMaxLaneCameras][64];
+inline constexpr int kRays = kBlock_px * kBlock_px, kMostTiles = kRays / (kSmallTile_px * kSmallTile_px);
+
+// Tiles of one size, by the number of a tile.
+struct TileSet {
+  int count;
+  alignas(64) float middle_i[kMostTiles], middle_j[kMostTiles];  // in the block
+  alignas(64) float s[kMostTiles];                               // where the tile's rays go on, from the block's begin
+  alignas(64) float hold[kMaxLaneCameras][kMostTiles];           // until when a camera sees all of them on its object
+};
+struct LaneScratch {  // of one thread
+  TileSet tiles, small_tiles;
+  // Ray by ray: 16 for each small tile, row by row.
+  alignas(64) float hold[kMaxLaneCameras][kRays];
+  alignas(64) float s[kRays], s_error[kRays], border[kRays];
+  alignas(64) std::int32_t crossed[kRays];
 };
 
 // Writes the depth [m] of each ray, kNoHull where it misses, row by row, pitch floats apart. Returns how many rays are unsettled; their
-// numbers, row * kBlock_px + column, are in `unsettled`, of kBlock_px squared, and their depth is to be found otherwise.
-int trace_block(const Block& block, LaneScratch& scratch, float* depth_m, std::ptrdiff_t pitch, std::uint16_t* unsettled);
+// numbers, row * kBlock_px + column, are in `unsettled`, of kRays, and their depth is to be found otherwise. Moves the block's begin.
+int trace_block(Block& block, std::span<const MapFromView> maps, std::span<const BoxReach* const> reaches, LaneScratch& scratch, float* depth_m,
+                std::ptrdiff_t pitch, std::uint16_t* unsettled);
 
 }  // namespace fivepipe

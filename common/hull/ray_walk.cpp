@@ -40,8 +40,8 @@ double crossing(double offset, double slope, double w_offset, double w_slope, in
 
 }  // namespace
 
-MapWalk::MapWalk(const ImageLine& line, const BorderDistance& border, const PixelRect& window, Verdict beyond, const RayRange& range)
-    : line_(line), border_(&border), window_(window), beyond_(beyond), inside_window_(window.empty() ? RayRange{range.end, range.end} : within(line, window, range)),
+MapWalk::MapWalk(const ImageLine& line, const BoxReach& reach, const PixelRect& window, Verdict beyond, const RayRange& range)
+    : line_(line), reach_(&reach), window_(window), beyond_(beyond), inside_window_(window.empty() ? RayRange{range.end, range.end} : within(line, window, range)),
       right_(line.u_slope * line.w_offset > line.u_offset * line.w_slope), down_(line.v_slope * line.w_offset > line.v_offset * line.w_slope) {
   held_ = inside_window_.empty() ? Held{beyond, kNever} : Held{beyond, inside_window_.begin};
 }
@@ -50,11 +50,12 @@ double MapWalk::position(double offset, double slope, double t) const { return (
 
 // Held until the ray leaves the box of pixels alike around (u_, v_).
 void MapWalk::enter(double t) {
-  const int r = border_->anywhere(u_, v_), reach = std::abs(r);
-  box_ = intersection(window_, {u_ - reach + 1, v_ - reach + 1, u_ + reach, v_ + reach});
+  const Box ahead = box_ahead(!right_, !down_);
+  const int r = reach_->at(ahead, u_, v_);
+  box_ = intersection(window_, box_of(ahead, u_, v_, std::abs(r)));
   const double at_u = crossing(line_.u_offset, line_.u_slope, line_.w_offset, line_.w_slope, right_ ? box_.u1_px : box_.u0_px, t);
   const double at_v = crossing(line_.v_offset, line_.v_slope, line_.w_offset, line_.w_slope, down_ ? box_.v1_px : box_.v0_px, t);
-  in_pixel_ = true;
+  in_box_ = true;
   leaves_by_u_ = at_u <= at_v;
   held_ = {r < 0 ? Verdict::object : Verdict::empty, std::min(at_u, at_v)};
 }
@@ -64,7 +65,7 @@ void MapWalk::walk_to(double t) {
     held_ = {beyond_, kNever};
     return;
   }
-  if (in_pixel_ && t == held_.until) {  // over the border where the box ends: by index, for rounding may say before or behind
+  if (in_box_ && t == held_.until) {  // over the border where the box ends: by index, for rounding may say before or behind
     if (leaves_by_u_) {
       u_ = right_ ? box_.u1_px : box_.u0_px - 1;
       v_ = floored(position(line_.v_offset, line_.v_slope, t), box_.v0_px, box_.v1_px - 1);

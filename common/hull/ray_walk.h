@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "common/hull/border_distance.h"
+#include "common/hull/box_reach.h"
 #include "common/hull/hull.h"
 #include "common/hull/map_from_view.h"
 
@@ -49,8 +49,8 @@ struct Held {
 class MapWalk {
  public:
   // Where the ray is outside `window` of the map, or not in front of its camera, the verdict is `beyond`. The window holds all
-  // object pixels. Borrows the border distances.
-  MapWalk(const ImageLine& line, const BorderDistance& border, const PixelRect& window, Verdict beyond, const RayRange& range);
+  // object pixels. Borrows the reaches, in which the box ahead of the ray's image is made.
+  MapWalk(const ImageLine& line, const BoxReach& reach, const PixelRect& window, Verdict beyond, const RayRange& range);
 
   // Just after t, which never decreases from call to call, and is in the range.
   Held held(double t) {
@@ -64,14 +64,14 @@ class MapWalk {
   double position(double offset, double slope, double t) const;
 
   ImageLine line_;
-  const BorderDistance* border_;
+  const BoxReach* reach_;
   PixelRect window_;
   Verdict beyond_;
   RayRange inside_window_;
   bool right_, down_;
-  bool in_pixel_ = false;  // u_, v_ are the pixel just before held_.until, where the ray leaves the box around it
+  bool in_box_ = false;  // held_.until is where the ray leaves box_
   bool leaves_by_u_ = false;
-  PixelRect box_;
+  PixelRect box_;  // of pixels all alike
   int u_ = 0, v_ = 0;
   Held held_;
 };
