@@ -9,8 +9,6 @@ namespace {
 
 using namespace test;
 
-constexpr int kExactUpTo_px = 8;
-
 // Pixels ahead: column and row steps of each box.
 PixelRect pixels_of_box(Box box, int u, int v, int r) {
   switch (box) {
@@ -44,8 +42,9 @@ void expect_promises_kept(const ObjectPixels& pixels, int step = 1) {
         ASSERT_NE(r, 0);
         ASSERT_EQ(r < 0, object) << u << ", " << v;
         ASSERT_TRUE(all_alike(pixels, pixels_of_box(box, u, v, std::abs(r)), object)) << "box " << kind << " at " << u << ", " << v << " reach " << r;
-        if (in_store && std::abs(r) < kExactUpTo_px) {  // no reach is given away
-          ASSERT_FALSE(all_alike(pixels, pixels_of_box(box, u, v, std::abs(r) + 1), object)) << "box " << kind << " at " << u << ", " << v;
+        const auto next = std::upper_bound(kReaches_px.begin(), kReaches_px.end(), std::abs(r));
+        if (in_store && next != kReaches_px.end()) {
+          ASSERT_FALSE(all_alike(pixels, pixels_of_box(box, u, v, *next), object)) << "box " << kind << " at " << u << ", " << v << " reaches further than " << r;
         }
       }
 }
@@ -96,12 +95,12 @@ TEST(BoxReach, ReachesFarWhereThereIsRoom) {  // or rays would crawl
   BoxReach reach;
   reach.assign(pixels);
   reach.make_all();
-  EXPECT_EQ(reach.around(350, 150), 112);
+  EXPECT_EQ(reach.around(350, 150), kReaches_px.back());
   for (int v = 0; v < 300; ++v)
     for (int u = 1; u < 699; ++u) pixels.set(u, v);
   reach.assign(pixels);
   reach.make_all();
-  EXPECT_EQ(reach.around(350, 150), -112);
+  EXPECT_EQ(reach.around(350, 150), -kReaches_px.back());
 }
 
 TEST(BoxReach, NoObjectPixel) {

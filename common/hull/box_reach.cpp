@@ -12,7 +12,7 @@
 namespace fivepipe {
 namespace {
 
-constexpr int kWordsPerStep = 8, kCountBits = 4, kLevels = int(kReaches_px.size());
+constexpr int kWordsPerStep = 8, kCountBits = 3, kLevels = int(kReaches_px.size());
 static_assert(kLevels == 1 << kCountBits);
 
 // `rows` rows of `words` words, a multiple of kWordsPerStep. A bit of `empty`: no object pixel; of `object`: one.
@@ -34,72 +34,78 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D64 = hn::CappedTag<std::uint64_t, kWordsPerStep>;
 using D8 = hn::CappedTag<std::uint8_t, 64>;
 
-// Level k of a row: pixels whose box of side kReaches_px[k] is all ones. Rows come against the box's way, so that the rows that a
-// box reaches over are there: level k of row r takes level k - 1 of the row `apart` before it, eroded along the row.
+using V64 = hn::Vec<D64>;
+
+constexpr int apart(int level) { return kReaches_px[std::size_t(level)] - kReaches_px[std::size_t(level - 1)]; }
+
+// Erosion of one plane. Level k of a row: pixels whose box of side kReaches_px[k] is all ones. Rows come against the box's way, and a
+// row's vectors too, so that all that the boxes reach over is there: level k takes level k - 1 of its own row and of the row `apart`
+// before, each eroded along the row.
 template <bool kLeft>
-class Levels {
+class Erosion {
  public:
-  Levels(int words, std::uint64_t outside) : words_(words), pitch_(words + 2), outside_(std::size_t(pitch_), outside), now_(std::size_t(kLevels) * pitch_, outside) {
+  Erosion(int words, std::uint64_t outside) : words_(words), outside_(outside) {
     std::size_t rows = 0;
-    for (int k = 1; k < kLevels; ++k) {
-      first_row_[k] = rows;
-      rows += std::size_t(apart(k));
-    }
-    across_.resize(rows * pitch_, outside);
+    for (int k = 1; k < kLevels; ++k) first_row_[k] = rows, rows += std::size_t(apart(k));
+    rows_before_.resize(rows * std::size_t(words), outside);
   }
 
-  // Of the row at hand; each with a word before and after it.
-  std::uint64_t* level(int k) { return now_.data() + std::size_t(k) * pitch_ + 1; }
+  void begin_row() { beside_.fill(outside_); }
 
-  // level(0) has been written, of the n-th row.
-  void advance(int n) {
+  // The levels of the next vector of the n-th row, whose bits are x: each to take(k, bits).
+  template <class Take>
+  HWY_INLINE void levels(int n, int word, V64 x, const Take& take) {
     const D64 d;
+    const int lanes = int(hn::Lanes(d));
+    const auto lane = hn::Iota(d, 0);
+    const auto neighbour = hn::SetTableIndices(d, neighbours_.data());
+    const auto at_end = hn::Eq(lane, hn::Set(d, std::uint64_t(kLeft ? 0 : lanes - 1)));
+    take(0, x);
     for (int k = 1; k < kLevels; ++k) {
       const int by = apart(k);
-      std::uint64_t* ring = across_.data() + (first_row_[k] + std::size_t(n % by)) * pitch_ + 1;  // of the row `by` rows before, then of this one
-      const std::uint64_t* below = level(k - 1);
-      std::uint64_t* out = level(k);
-      for (int w = 0; w < words_; w += int(hn::Lanes(d))) {
-        const auto x = hn::LoadU(d, below + w);
-        const auto beside = kLeft ? hn::Or(hn::ShiftLeftSame(x, by), hn::ShiftRightSame(hn::LoadU(d, below + w - 1), 64 - by))
-                                  : hn::Or(hn::ShiftRightSame(x, by), hn::ShiftLeftSame(hn::LoadU(d, below + w + 1), 64 - by));
-        const auto both = hn::And(x, beside);
-        hn::StoreU(hn::And(both, hn::LoadU(d, ring + w)), d, out + w);
-        hn::StoreU(both, d, ring + w);
-      }
+      const V64 turned = hn::TableLookupLanes(x, neighbour);
+      const V64 next = hn::IfThenElse(at_end, hn::Set(d, beside_[k]), turned);
+      beside_[k] = hn::GetLane(kLeft ? turned : x);
+      const V64 shifted = kLeft ? hn::Or(hn::ShiftLeftSame(x, by), hn::ShiftRightSame(next, 64 - by)) : hn::Or(hn::ShiftRightSame(x, by), hn::ShiftLeftSame(next, 64 - by));
+      const V64 both = hn::And(x, shifted);
+      std::uint64_t* before = rows_before_.data() + (first_row_[k] + std::size_t(n % by)) * std::size_t(words_) + word;
+      x = hn::And(both, hn::LoadU(d, before));
+      hn::StoreU(both, d, before);
+      take(k, x);
     }
   }
 
  private:
-  static int apart(int k) { return kReaches_px[std::size_t(k)] - kReaches_px[std::size_t(k - 1)]; }
+  static std::array<std::int64_t, kWordsPerStep> make_neighbours() {
+    const int lanes = int(hn::Lanes(D64()));
+    std::array<std::int64_t, kWordsPerStep> from{};
+    for (int i = 0; i < lanes; ++i) from[std::size_t(i)] = kLeft ? (i + lanes - 1) % lanes : (i + 1) % lanes;
+    return from;
+  }
 
-  int words_, pitch_;
+  int words_;
+  std::uint64_t outside_;
   std::array<std::size_t, kLevels> first_row_{};
-  std::vector<std::uint64_t> outside_, now_, across_;
+  std::array<std::uint64_t, kLevels> beside_{};  // the word beside the next vector, by level
+  std::array<std::int64_t, kWordsPerStep> neighbours_ = make_neighbours();
+  std::vector<std::uint64_t> rows_before_;
 };
 
-// How many levels beyond the first hold a bit, in binary, a row of each binary digit after the other. Levels are nested: digit b is
-// set where an odd multiple of 2^b holds the bit and the next even one does not.
-template <bool kLeft>
-HWY_INLINE void count_levels(Levels<kLeft>& empty, Levels<kLeft>& object, int words, std::uint64_t* counts) {
-  const D64 d;
-  for (int w = 0; w < words; w += int(hn::Lanes(d))) {
-    const auto level = [&](int n) { return hn::Or(hn::LoadU(d, empty.level(n) + w), hn::LoadU(d, object.level(n) + w)); };
-    for (int b = 0; b < kCountBits; ++b) {
-      auto digit = hn::Zero(d);
-      for (int n = 1 << b; n < kLevels; n += 2 << b) {
-        const int next = n + (1 << b);
-        digit = hn::Or(digit, next < kLevels ? hn::AndNot(level(next), level(n)) : level(n));
-      }
-      hn::StoreU(digit, d, counts + b * words + w);
-    }
+// How many levels beyond the first hold a bit, in binary. Levels are nested: digit b is set where an odd multiple of 2^b holds the bit
+// and the next even one does not.
+HWY_INLINE V64 digit(const V64* levels, int b) {
+  V64 bits = hn::Zero(D64());
+  for (int n = 1 << b; n < kLevels; n += 2 << b) {
+    const int next = n + (1 << b);
+    bits = hn::Or(bits, next < kLevels ? hn::AndNot(levels[next], levels[n]) : levels[n]);
   }
+  return bits;
 }
 
 // A row's bytes from the digits.
 HWY_INLINE void store_reaches(const std::uint64_t* counts, const std::uint64_t* object, int words, int used_words, std::int8_t* out) {
   const D8 d;
-  alignas(16) std::uint8_t reaches[16];
+  alignas(16) std::uint8_t reaches[16] = {};
   for (int k = 0; k < kLevels; ++k) reaches[k] = std::uint8_t(kReaches_px[std::size_t(k)]);
   const auto table = hn::LoadDup128(d, reaches);
   for (int w = 0; w < used_words; ++w)
@@ -114,17 +120,23 @@ HWY_INLINE void store_reaches(const std::uint64_t* counts, const std::uint64_t* 
 
 template <bool kLeft>
 void reaches_of(bool up, const Planes& pixels, int used_words, std::int8_t* out, int stride) {
-  Levels<kLeft> empty(pixels.words, ~std::uint64_t{0}), object(pixels.words, 0);
-  std::vector<std::uint64_t> counts(static_cast<std::size_t>(kCountBits * pixels.words));
+  const D64 d;
+  const int words = pixels.words, lanes = int(hn::Lanes(d)), last = words - lanes;
+  Erosion<kLeft> empty(words, ~std::uint64_t{0}), object(words, 0);
+  std::vector<std::uint64_t> counts(static_cast<std::size_t>(kCountBits * words));
   for (int n = 0; n < pixels.rows; ++n) {
     const int row = up ? n : pixels.rows - 1 - n;
-    const std::size_t at = std::size_t(row) * pixels.words, bytes = sizeof(std::uint64_t) * pixels.words;
-    std::memcpy(empty.level(0), pixels.empty + at, bytes);
-    std::memcpy(object.level(0), pixels.object + at, bytes);
-    empty.advance(n);
-    object.advance(n);
-    count_levels(empty, object, pixels.words, counts.data());
-    store_reaches(counts.data(), pixels.object + at, pixels.words, used_words, out + std::ptrdiff_t(row) * stride);
+    const std::uint64_t *empty_row = pixels.empty + std::size_t(row) * words, *object_row = pixels.object + std::size_t(row) * words;
+    empty.begin_row();
+    object.begin_row();
+    for (int step = 0; step < words; step += lanes) {
+      const int word = kLeft ? step : last - step;
+      V64 levels[kLevels];
+      empty.levels(n, word, hn::LoadU(d, empty_row + word), [&](int k, V64 bits) { levels[k] = bits; });
+      object.levels(n, word, hn::LoadU(d, object_row + word), [&](int k, V64 bits) { levels[k] = hn::Or(levels[k], bits); });
+      for (int b = 0; b < kCountBits; ++b) hn::StoreU(digit(levels, b), d, counts.data() + b * words + word);
+    }
+    store_reaches(counts.data(), object_row, words, used_words, out + std::ptrdiff_t(row) * stride);
   }
 }
 

@@ -24,8 +24,9 @@ inline PixelRect box_of(Box box, int u, int v, int reach) {
   return {left ? u - reach + 1 : u, up ? v - reach + 1 : v, left ? u + 1 : u + reach, up ? v + 1 : v + reach};
 }
 
-// The reaches that are told apart [px]; what lies between counts as the next below. Each is at most twice the one before.
-inline constexpr std::array<int, 16> kReaches_px = {1, 2, 3, 4, 5, 6, 7, 8, 11, 15, 20, 28, 40, 56, 80, 112};
+// The reaches that are told apart [px]; what lies between counts as the next below. Each is at most twice the one before. Twice as many
+// save a tenth of a ray's steps and cost twice the making.
+inline constexpr std::array<int, 8> kReaches_px = {1, 2, 3, 5, 9, 17, 33, 65};
 
 class BoxReach {
  public:
