@@ -37,29 +37,36 @@ WorkerPool::WorkerPool(int threads) {
 
 WorkerPool::~WorkerPool() {
   stop_ = true;
-  run_.fetch_add(1);
+  run_.fetch_add(1, std::memory_order_release);
   run_.notify_all();
   for (std::thread& worker : workers_) worker.join();
 }
 
 void WorkerPool::work_through(int thread) {
-  for (int piece; (piece = next_piece_.fetch_add(1, std::memory_order_relaxed)) < pieces_;) call_(work_, piece, thread);
+  for (;;) {
+    // Beyond the last piece the count must not go on: it would reach into the number of pieces.
+    Ticket ticket{ticket_.load(std::memory_order_acquire)};
+    do {
+      if (ticket.piece() >= ticket.pieces()) return;
+    } while (!ticket_.compare_exchange_weak(ticket.word, ticket.word + 1, std::memory_order_acq_rel, std::memory_order_acquire));
+    call_(work_, ticket.piece(), thread);  // the run, and so work_, lasts until this piece is done
+    done_.fetch_add(1, std::memory_order_release);
+  }
 }
 
 void WorkerPool::run_erased(int pieces, void* work, Call call) {
+  assert(pieces < 1 << Ticket::kBits);
   if (pieces <= 0) return;
   work_ = work;
   call_ = call;
-  pieces_ = pieces;
-  next_piece_.store(0, std::memory_order_relaxed);
-  if (!workers_.empty() && pieces > 1) {
-    busy_.store(int(workers_.size()), std::memory_order_relaxed);
-    run_.fetch_add(1);  // releases what stands above
-    run_.notify_all();
-  }
+  done_.store(0, std::memory_order_relaxed);
+  // A number of its own, so that a thread that was held up between look and exchange doesn't take a piece of another run for its own.
+  const std::uint64_t number = std::uint64_t(run_.load(std::memory_order_relaxed) & 0xffff) << (2 * Ticket::kBits);
+  ticket_.store(number | std::uint64_t(pieces) << Ticket::kBits, std::memory_order_release);
+  run_.fetch_add(1, std::memory_order_release);
+  if (!workers_.empty() && pieces > 1) run_.notify_all();
   work_through(0);
-  for (int busy; (busy = busy_.load(std::memory_order_acquire)) != 0;)
-    if (!look([&] { return busy_.load(std::memory_order_acquire) == 0; })) busy_.wait(busy);
+  while (!look([&] { return done_.load(std::memory_order_acquire) == pieces; })) std::this_thread::yield();
 }
 
 void WorkerPool::serve(int thread) {
@@ -68,7 +75,6 @@ void WorkerPool::serve(int thread) {
     seen = run_.load(std::memory_order_acquire);
     if (stop_) return;
     work_through(thread);
-    if (busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) busy_.notify_all();
   }
 }
 

@@ -1,7 +1,7 @@
 // Threads that share one piece of work after another with their caller: a frame's cameras, then its tiles.
 #pragma once
 #include <atomic>
-#include <memory>
+#include <cstdint>
 #include <thread>
 #include <type_traits>
 #include <vector>
@@ -18,7 +18,7 @@ class WorkerPool {
   WorkerPool& operator=(const WorkerPool&) = delete;
   int threads() const { return int(workers_.size()) + 1; }
 
-  // Calls work(piece, thread) once for each piece in [0, pieces), thread in [0, threads()), in ascending order of their start;
+  // Calls work(piece, thread) once for each piece in [0, pieces), at most 16 million, thread in [0, threads()), in ascending order of their start;
   // returns when all are done. Pieces go to whichever thread is free: results must not depend on `thread`. One run at a
   // time; work must neither throw nor call run.
   template <class Work>
@@ -36,9 +36,15 @@ class WorkerPool {
   std::vector<std::thread> workers_;
   void* work_ = nullptr;
   Call call_ = nullptr;
-  int pieces_ = 0;
-  alignas(64) std::atomic<int> next_piece_ = 0;
-  alignas(64) std::atomic<int> busy_ = 0;            // workers that have not finished the present run
+  // The next piece and how many there are, in one word: who comes late finds nothing left, and need not be waited for.
+  struct Ticket {
+    static constexpr int kBits = 24;
+    std::uint64_t word;
+    int piece() const { return int(word & ((1u << kBits) - 1)); }
+    int pieces() const { return int(word >> kBits & ((1u << kBits) - 1)); }
+  };
+  alignas(64) std::atomic<std::uint64_t> ticket_ = 0;
+  alignas(64) std::atomic<int> done_ = 0;            // pieces of the present run
   alignas(64) std::atomic<std::uint32_t> run_ = 0;   // counts runs; woken through it
   std::atomic<bool> stop_ = false;
 };
