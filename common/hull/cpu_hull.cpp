@@ -19,8 +19,6 @@ constexpr int kPiece_px = 2 * kBlock_px;
 // Rays are walked in the bounds of a map's object pixels and a little around: every hull point is then behind a pixel border that the
 // walk has crossed.
 constexpr int kAround_px = 1;
-// A way an image moves is sure beyond this fraction of what it is the difference of: far above the rounding of float.
-constexpr double kUnsureWay = 1e-4;
 
 PixelRect grown(const PixelRect& r, int by) { return r.empty() ? r : PixelRect{r.u0_px - by, r.v0_px - by, r.u1_px + by, r.v1_px + by}; }
 
@@ -78,10 +76,12 @@ std::vector<Box> boxes_ahead(const MapFromView& map, const PixelRect& rect) {
   return boxes;
 }
 
+}  // namespace
+
 // Traces pieces of a view; one per thread.
-class Tracer {
+class CpuHull::Tracer {
  public:
-  explicit Tracer(const ViewJob& job) : job_(job) {}
+  void begin(const ViewJob& job) { job_ = &job; }
 
   void trace(const PixelRect& rays, RayRange range) {
     range = shared_range(rays, range);
@@ -94,13 +94,13 @@ class Tracer {
 
  private:
   void fill_empty(const PixelRect& rays) {
-    for (int v = rays.v0_px; v < rays.v1_px; ++v) std::fill_n(job_.at(rays.u0_px, v), rays.width_px(), kNoHull);
+    for (int v = rays.v0_px; v < rays.v1_px; ++v) std::fill_n(job_->at(rays.u0_px, v), rays.width_px(), kNoHull);
   }
 
   // Holds the part in which each ray may meet the hull. A slope is linear over the rays: its extremes are at the corners.
   RayRange shared_range(const PixelRect& rays, RayRange range) const {
     RayRange tight = range;
-    for (const HalfSpace& h : job_.half_spaces) {
+    for (const HalfSpace& h : job_->half_spaces) {
       const double most = std::max({h.slope_at(rays.u0_px, rays.v0_px), h.slope_at(rays.u1_px - 1, rays.v0_px), h.slope_at(rays.u0_px, rays.v1_px - 1),
                                     h.slope_at(rays.u1_px - 1, rays.v1_px - 1)});
       fivepipe::clip(tight, h.offset, most);
@@ -113,45 +113,46 @@ class Tracer {
     block_.rays = rays;
     block_.begin = range.begin;
     block_.end = range.end;
-    block_.near = job_.view->near_m;
-    block_.far = job_.view->far_m;
+    block_.near = job_->view->near_m;
+    block_.far = job_->view->far_m;
     block_.begins_at_near = range.begin == block_.near;
-    if (job_.rule.limits == Limits::seen || job_.cameras.size() > std::size_t(kMaxLaneCameras)) {
+    if (job_->rule.limits == Limits::seen || job_->cameras.size() > std::size_t(kMaxLaneCameras)) {
       for (int v = rays.v0_px; v < rays.v1_px; ++v)
-        for (int u = rays.u0_px; u < rays.u1_px; ++u) *job_.at(u, v) = depth_of(u, v);
+        for (int u = rays.u0_px; u < rays.u1_px; ++u) *job_->at(u, v) = depth_of(u, v);
       return;
     }
-    const int left = fivepipe::trace_block(block_, job_.maps, job_.reaches, scratch_, job_.at(rays.u0_px, rays.v0_px), job_.rect.width_px(), unsettled_);
+    const int left = fivepipe::trace_block(block_, job_->maps, job_->reaches, scratch_, job_->at(rays.u0_px, rays.v0_px), job_->rect.width_px(), unsettled_);
     for (int i = 0; i < left; ++i) {
       const int u = rays.u0_px + unsettled_[i] % kBlock_px, v = rays.v0_px + unsettled_[i] / kBlock_px;
-      *job_.at(u, v) = depth_of(u, v);
+      *job_->at(u, v) = depth_of(u, v);
     }
   }
 
   float depth_of(int u, int v) {
-    const RayRange range{job_.view->near_m, job_.view->far_m};
+    const RayRange range{job_->view->near_m, job_->view->far_m};
     walks_.clear();
-    for (std::size_t i = 0; i < job_.cameras.size(); ++i) {
-      const CpuHull::MapCamera& c = job_.cameras[i];
-      const bool seen = job_.rule.limits == Limits::seen;
+    for (std::size_t i = 0; i < job_->cameras.size(); ++i) {
+      const CpuHull::MapCamera& c = job_->cameras[i];
+      const bool seen = job_->rule.limits == Limits::seen;
       const PixelRect window = seen ? PixelRect{0, 0, c.camera.pinhole.width_px, c.camera.pinhole.height_px} : grown(c.reach.bounds(), kAround_px);
-      walks_.emplace_back(image_line(job_.maps[i], u, v), c.reach, window, seen ? Verdict::unseen : Verdict::empty, range);
+      walks_.emplace_back(image_line(job_->maps[i], u, v), c.reach, window, seen ? Verdict::unseen : Verdict::empty, range);
     }
-    const double t = RayWalk(walks_, job_.rule).next_entry(range.begin, range.end);
+    const double t = RayWalk(walks_, job_->rule).next_entry(range.begin, range.end);
     return t == kNever ? kNoHull : float(t);
   }
 
-  const ViewJob& job_;
+  const ViewJob* job_ = nullptr;
   Block block_;
   LaneScratch scratch_;
   std::uint16_t unsettled_[kBlock_px * kBlock_px];
   std::vector<MapWalk> walks_;
 };
 
-}  // namespace
-
-CpuHull::CpuHull(WorkerPool& pool) : pool_(&pool) {}
-CpuHull::CpuHull(WorkerPool& pool, std::span<const Silhouette> silhouettes, const HullRule& rule) : pool_(&pool) { assign(silhouettes, rule); }
+CpuHull::CpuHull(WorkerPool& pool) : pool_(&pool) {
+  for (int thread = 0; thread < pool.threads(); ++thread) tracers_.push_back(std::make_unique<Tracer>());
+}
+CpuHull::CpuHull(WorkerPool& pool, std::span<const Silhouette> silhouettes, const HullRule& rule) : CpuHull(pool) { assign(silhouettes, rule); }
+CpuHull::~CpuHull() = default;
 
 void CpuHull::assign(std::span<const Silhouette> silhouettes, const HullRule& rule) {
   rule_ = rule;
@@ -195,11 +196,10 @@ void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> de
   pool_->run(int(to_make.size()), [&](int i, int) { to_make[i].first->make(to_make[i].second); });
 
   const int columns = (rect.width_px() + kPiece_px - 1) / kPiece_px, rows = (rect.height_px() + kPiece_px - 1) / kPiece_px;
-  std::vector<std::unique_ptr<Tracer>> tracers(std::size_t(pool_->threads()));
-  for (auto& tracer : tracers) tracer = std::make_unique<Tracer>(job);
+  for (auto& tracer : tracers_) tracer->begin(job);
   pool_->run(columns * rows, [&](int piece, int thread) {
     const int u = rect.u0_px + kPiece_px * (piece % columns), v = rect.v0_px + kPiece_px * (piece / columns);
-    tracers[thread]->trace(intersection(rect, {u, v, u + kPiece_px, v + kPiece_px}), {view.near_m, view.far_m});
+    tracers_[std::size_t(thread)]->trace(intersection(rect, {u, v, u + kPiece_px, v + kPiece_px}), {view.near_m, view.far_m});
   });
 }
 

@@ -16,6 +16,7 @@ class CpuHull {
  public:
   explicit CpuHull(WorkerPool& pool);  // borrows it
   CpuHull(WorkerPool& pool, std::span<const Silhouette> silhouettes, const HullRule& rule = {});
+  ~CpuHull();
   // Takes the place of what was there; reuses the memory. Silhouettes that are not finite leave no hull.
   void assign(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
 
@@ -37,7 +38,9 @@ class CpuHull {
   bool empty() const { return empty_; }
 
  private:
+  class Tracer;
   WorkerPool* pool_;
+  std::vector<std::unique_ptr<Tracer>> tracers_;  // one per thread
   HullRule rule_;
   std::vector<MapCamera> cameras_;
   std::size_t used_ = 0;

@@ -82,23 +82,37 @@ HWY_INLINE Position position(const Lines& l, VF s) {
   return {w, inverse_w, hn::Mul(hn::MulAdd(s, l.u1, l.u0), inverse_w), hn::Mul(hn::MulAdd(s, l.v1, l.v0), inverse_w)};
 }
 
-// BoxReach::at for the pixels (fu, fv), counted from the origin, of the box ahead of an image that moves left, or up.
-HWY_INLINE VF reach_at(const BlockCamera& c, VF fu, VF fv, MF left, MF up) {
+// Which way the images of a vector of rays move along an axis: forward where all of the block do.
+template <bool kBothWays>
+struct Way {
+  MF backward;
+  explicit HWY_INLINE Way(VF rate) {
+    if constexpr (kBothWays) backward = hn::Lt(rate, hn::Zero(DF()));
+  }
+  // a where backward, else b.
+  HWY_INLINE VF choose(VF a, VF b) const {
+    if constexpr (kBothWays) return hn::IfThenElse(backward, a, b);
+    else return b;
+  }
+  HWY_INLINE VF forward(VF rate) const { return choose(hn::Neg(rate), rate); }
+  // How far a position is from the end of the box ahead [px]; x: from the pixel's low border, reach: of the box.
+  HWY_INLINE VF left(VF x, VF reach) const { return hn::Sub(reach, choose(hn::Sub(hn::Set(DF(), 1.0f), x), x)); }
+};
+
+// BoxReach::at for the pixels (fu, fv), counted from the origin, of the box ahead; outside of what is in store, of the nearest pixel
+// that is: the way ahead is as empty from there, if not more.
+template <bool kBothWays>
+HWY_INLINE VF reach_at(const BlockCamera& c, VF& fu, VF& fv, const Way<kBothWays>& way_u, const Way<kBothWays>& way_v) {
   const DF d;
   const DI di;
-  const VF u = hn::Min(hn::Max(fu, hn::Set(d, c.least_u)), hn::Set(d, c.most_u)), v = hn::Min(hn::Max(fv, hn::Set(d, c.least_v)), hn::Set(d, c.most_v));
-  const auto place = hn::ConvertTo(di, hn::MulAdd(v, hn::Set(d, c.stride), u));
-  const auto box = hn::Add(hn::IfThenElseZero(hn::RebindMask(di, left), hn::Set(di, c.box_bytes)), hn::IfThenElseZero(hn::RebindMask(di, up), hn::Set(di, 2 * c.box_bytes)));
-  const auto word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(c.at_origin), hn::Add(place, box));
-  const VF stored = hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
-  const VF beyond = hn::Max(hn::Abs(hn::Sub(fu, u)), hn::Abs(hn::Sub(fv, v)));
-  return hn::IfThenElse(hn::Gt(beyond, hn::Zero(d)), hn::Add(beyond, hn::Set(d, float(BoxReach::kMargin_px))), stored);
-}
-
-// How far the image is from the end of the box ahead [px], on one axis; x: position from the pixel's low border, reach: of the box.
-HWY_INLINE VF way_left(VF x, VF reach, MF backward) {
-  const DF d;
-  return hn::Sub(reach, hn::IfThenElse(backward, hn::Sub(hn::Set(d, 1.0f), x), x));
+  fu = hn::Min(hn::Max(fu, hn::Set(d, c.least_u)), hn::Set(d, c.most_u)), fv = hn::Min(hn::Max(fv, hn::Set(d, c.least_v)), hn::Set(d, c.most_v));
+  auto place = hn::ConvertTo(di, hn::MulAdd(fv, hn::Set(d, c.step_v), hn::Mul(fu, hn::Set(d, c.step_u))));
+  if constexpr (kBothWays) {
+    place = hn::Add(place, hn::IfThenElseZero(hn::RebindMask(di, way_u.backward), hn::Set(di, c.box_bytes)));
+    place = hn::Add(place, hn::IfThenElseZero(hn::RebindMask(di, way_v.backward), hn::Set(di, 2 * c.box_bytes)));
+  }
+  const auto word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(c.at_origin), place);
+  return hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
 }
 
 // d/ds (U - b W) for the border b that lies `way` px ahead, where the image moves there at `rate` = d/ds (U - u W): way W over it is
@@ -116,6 +130,7 @@ struct TileStep {
 };
 
 // All rays of a tile lie in the box ahead of the hindmost of its corners while its corners do.
+template <bool kBothWays>
 HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF middle_i, VF middle_j, VF s) {
   const DF d;
   const VF zero = hn::Zero(d), margin = hn::Set(d, kBoxMargin_px);
@@ -126,20 +141,20 @@ HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF middle_i, VF
     const Lines l = lines_at(c, hn::Add(middle_i, hn::Set(d, corner & 1 ? half : -half)), hn::Add(middle_j, hn::Set(d, corner & 2 ? half : -half)));
     p[corner] = position(l, s);
     rate_u[corner] = hn::NegMulAdd(p[corner].u, l.w1, l.u1), rate_v[corner] = hn::NegMulAdd(p[corner].v, l.w1, l.v1), w1[corner] = l.w1;
-    least_u = hn::Min(least_u, p[corner].u), most_u = hn::Max(most_u, p[corner].u);
-    least_v = hn::Min(least_v, p[corner].v), most_v = hn::Max(most_v, p[corner].v);
+    least_u = hn::Min(least_u, p[corner].u), least_v = hn::Min(least_v, p[corner].v);
+    if (kBothWays) most_u = hn::Max(most_u, p[corner].u), most_v = hn::Max(most_v, p[corner].v);
   }
-  const MF left = hn::Lt(rate_u[0], zero), up = hn::Lt(rate_v[0], zero);
-  const VF fu = hn::IfThenElse(left, hn::Floor(hn::Add(most_u, margin)), hn::Floor(hn::Sub(least_u, margin)));
-  const VF fv = hn::IfThenElse(up, hn::Floor(hn::Add(most_v, margin)), hn::Floor(hn::Sub(least_v, margin)));
-  const VF reach = reach_at(c, fu, fv, left, up), room = hn::Sub(hn::Abs(reach), margin);
+  const Way<kBothWays> along_u(rate_u[0]), along_v(rate_v[0]);
+  VF fu = hn::Floor(along_u.choose(hn::Add(most_u, margin), hn::Sub(least_u, margin))), fv = hn::Floor(along_v.choose(hn::Add(most_v, margin), hn::Sub(least_v, margin)));
+  const VF reach = reach_at(c, fu, fv, along_u, along_v), room = hn::Sub(hn::Abs(reach), margin);
   VF advance = hn::Set(d, 1e30f), least_way = hn::Set(d, 1e30f);
   for (int corner = 0; corner < 4; ++corner) {
-    const VF way_u = way_left(hn::Sub(p[corner].u, fu), room, left), way_v = way_left(hn::Sub(p[corner].v, fv), room, up);
-    // Corners that go different ways are not in one box for long.
-    const VF same_u = hn::IfThenElse(left, hn::Neg(rate_u[corner]), rate_u[corner]), same_v = hn::IfThenElse(up, hn::Neg(rate_v[corner]), rate_v[corner]);
-    least_way = hn::Min(least_way, hn::IfThenElse(hn::Lt(hn::Min(same_u, same_v), zero), zero, hn::Min(way_u, way_v)));
-    const VF take_u = hn::Mul(way_u, reciprocal(divisor(way_u, same_u, w1[corner]))), take_v = hn::Mul(way_v, reciprocal(divisor(way_v, same_v, w1[corner])));
+    const VF way_u = along_u.left(hn::Sub(p[corner].u, fu), room), way_v = along_v.left(hn::Sub(p[corner].v, fv), room);
+    const VF ahead_u = along_u.forward(rate_u[corner]), ahead_v = along_v.forward(rate_v[corner]);
+    VF way = hn::Min(way_u, way_v);
+    if (kBothWays) way = hn::IfThenElse(hn::Lt(hn::Min(ahead_u, ahead_v), zero), zero, way);  // corners that part are not in one box for long
+    least_way = hn::Min(least_way, way);
+    const VF take_u = hn::Mul(way_u, reciprocal(divisor(way_u, ahead_u, w1[corner]))), take_v = hn::Mul(way_v, reciprocal(divisor(way_v, ahead_v, w1[corner])));
     advance = hn::Min(advance, hn::Mul(p[corner].w, hn::Min(take_u, take_v)));
   }
   return {advance, reach, hn::Lt(least_way, hn::Set(d, kLeastTileStep_px))};
@@ -162,7 +177,7 @@ HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, f
         VF hold = hn::Load(d, tiles.hold[c] + first);
         MF asked = hn::And(live, hn::Lt(hold, s));
         for (int repeat = 0; repeat < kTileRepeats && !hn::AllFalse(d, asked); ++repeat) {
-          const TileStep step = step_tiles(cameras[c], half, i, j, s);
+          const TileStep step = cameras[c].both_ways ? step_tiles<true>(cameras[c], half, i, j, s) : step_tiles<false>(cameras[c], half, i, j, s);
           const MF sure = hn::AndNot(step.stuck, asked), inside = hn::And(sure, hn::Lt(step.reach, hn::Zero(d)));
           hold = hn::IfThenElse(inside, hn::Add(s, step.advance), hold);
           asked = hn::AndNot(inside, sure);
@@ -210,6 +225,7 @@ struct StepBits {
 };
 
 // Asks one camera about a vector of rays, those of asked_bits: agreed, or moved on. i, j: in the block.
+template <bool kBothWays>
 HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j, std::uint32_t asked_bits, float span, float* s_at, float* s_error_at, std::int32_t* crossed_at,
                               float* border_at, float* hold_at) {
   const DF d;
@@ -222,14 +238,11 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j, std:
 
   const Position p = position(l, s);
   const VF rate_u = hn::NegMulAdd(p.u, l.w1, l.u1), rate_v = hn::NegMulAdd(p.v, l.w1, l.v1);
+  const Way<kBothWays> along_u(rate_u), along_v(rate_v);
   // On a border of this camera's: the pixel behind it, half a pixel on.
   const MF from_u = hn::RebindMask(d, hn::Eq(crossed, hn::Set(di, 2 * camera))), from_v = hn::RebindMask(d, hn::Eq(crossed, hn::Set(di, 2 * camera + 1)));
-  const VF half_u = hn::CopySign(half, rate_u), half_v = hn::CopySign(half, rate_v);
-  const VF biased_u = hn::Add(p.u, hn::IfThenElseZero(from_u, half_u)), biased_v = hn::Add(p.v, hn::IfThenElseZero(from_v, half_v));
-  const VF fu = hn::Floor(biased_u), fv = hn::Floor(biased_v);
-  const MF left = hn::Lt(rate_u, zero), up = hn::Lt(rate_v, zero);
-  const VF signed_reach = reach_at(c, fu, fv, left, up), steps = hn::Abs(signed_reach);
-  const MF inside = hn::Lt(signed_reach, zero), single = hn::Lt(steps, hn::Set(d, 1.5f));
+  const VF biased_u = hn::Add(p.u, hn::IfThenElseZero(from_u, along_u.choose(hn::Neg(half), half))), biased_v = hn::Add(p.v, hn::IfThenElseZero(from_v, along_v.choose(hn::Neg(half), half)));
+  VF fu = hn::Floor(biased_u), fv = hn::Floor(biased_v);
 
   // Near a border behind which the verdict may differ, ahead or behind?
   const VF error_scale = hn::Mul(s_error, p.inverse_w);
@@ -239,13 +252,15 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j, std:
   const MF unsettled = hn::And(asked, hn::Or(hn::Or(near_u, near_v), hn::Gt(eps, hn::Set(d, float(kMostEps_px)))));
 
   // To the end of the box; a verdict `inside` is held only until a little before.
+  const VF signed_reach = reach_at(c, fu, fv, along_u, along_v), steps = hn::Abs(signed_reach);
+  const MF inside = hn::Lt(signed_reach, zero), single = hn::Lt(steps, hn::Set(d, 1.5f));
   const VF margin = hn::IfThenElseZero(inside, hn::IfThenElse(single, hn::Add(eps, eps), hn::Set(d, kBoxMargin_px)));
   const VF reach = hn::Sub(steps, margin);
-  const VF way_u = hn::Max(way_left(hn::Sub(p.u, fu), reach, left), zero), way_v = hn::Max(way_left(hn::Sub(p.v, fv), reach, up), zero);
-  const VF per_u = reciprocal(divisor(way_u, hn::Abs(rate_u), l.w1)), per_v = reciprocal(divisor(way_v, hn::Abs(rate_v), l.w1));
+  const VF way_u = along_u.left(hn::Sub(p.u, fu), reach), way_v = along_v.left(hn::Sub(p.v, fv), reach);
+  const VF per_u = reciprocal(divisor(way_u, along_u.forward(rate_u), l.w1)), per_v = reciprocal(divisor(way_v, along_v.forward(rate_v), l.w1));
   const VF take_u = hn::Mul(way_u, per_u), take_v = hn::Mul(way_v, per_v);
   const MF by_u = hn::Le(take_u, take_v);
-  const VF next = hn::MulAdd(p.w, hn::Min(take_u, take_v), s);
+  const VF next = hn::Max(hn::MulAdd(p.w, hn::Min(take_u, take_v), s), s);
   // How far that may be from the crossing: what the position's error and the way's take.
   const VF error_px = hn::MulAdd(hn::IfThenElse(by_u, way_u, way_v), hn::Set(d, kWayError), hn::Add(eps, eps));
   const VF error = hn::Mul(hn::Mul(error_px, p.w), hn::IfThenElse(by_u, per_u, per_v));
@@ -254,13 +269,19 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j, std:
   hn::Store(hn::IfThenElse(agreed, hn::Max(next, hn::Add(s, s_error)), hn::Load(d, hold_at)), d, hold_at);
   hn::Store(hn::IfThenElse(outside, next, s), d, s_at);
   hn::Store(hn::IfThenElse(outside, error, s_error), d, s_error_at);
-  const VF back = hn::IfThenElse(by_u, rate_u, rate_v), pixel = hn::IfThenElse(by_u, fu, fv);
-  const VF border = hn::IfThenElse(hn::Lt(back, zero), hn::Sub(hn::Add(pixel, one), steps), hn::Add(pixel, steps));
+  const VF pixel = hn::IfThenElse(by_u, fu, fv);
+  VF border = hn::Add(pixel, steps);
+  if constexpr (kBothWays) {
+    const VF back = hn::Sub(hn::Add(pixel, one), steps);
+    border = hn::IfThenElse(by_u, along_u.choose(back, border), along_v.choose(back, border));
+  }
   hn::Store(hn::IfThenElse(outside, border, hn::Load(d, border_at)), d, border_at);
   const auto code = hn::IfThenElse(hn::RebindMask(di, by_u), hn::Set(di, 2 * camera), hn::Set(di, 2 * camera + 1));
   hn::Store(hn::IfThenElse(hn::RebindMask(di, outside), code, crossed), di, crossed_at);
 
-  const MF missed = hn::And(outside, hn::Gt(hn::Sub(next, error), hn::Set(d, span)));
+  // Beyond the range, or already past all that is in store.
+  const MF past = hn::Lt(hn::Min(way_u, way_v), hn::Set(d, -0.5f));
+  const MF missed = hn::And(outside, hn::Or(past, hn::Gt(hn::Sub(next, error), hn::Set(d, span))));
   return {std::uint32_t(bits_of(d, hn::AndNot(missed, outside))), std::uint32_t(bits_of(d, missed)), std::uint32_t(bits_of(d, unsettled))};
 }
 
@@ -268,13 +289,40 @@ struct PacketBits {  // of the rays of one vector each
   std::uint32_t active[kRays / 4], moved[kRays / 4], unsettled[kRays / 4], hit[kRays / 4];
 };
 
+struct Offsets {  // of a small tile's rays from its middle
+  alignas(64) float i[kTileRays], j[kTileRays];
+};
+
+// Asks a camera about the packets of the list, again those that it moves on; the list is used up.
+template <bool kBothWays>
+HWY_INLINE void ask(const BlockCamera& camera, int number, float span, const Offsets& offsets, std::uint16_t* list, int count, std::uint32_t* asked, PacketBits& bits, LaneScratch& scratch) {
+  const DF d;
+  const int lanes = int(hn::Lanes(d));
+  for (int repeat = 0; repeat < kRayRepeats && count; ++repeat) {
+    int still = 0;
+    for (int n = 0; n < count; ++n) {
+      const int p = list[n], first = p * lanes, tile = first / kTileRays, k = first % kTileRays;
+      const VF i = hn::Add(hn::Load(d, offsets.i + k), hn::Set(d, scratch.small_tiles.middle_i[tile])), j = hn::Add(hn::Load(d, offsets.j + k), hn::Set(d, scratch.small_tiles.middle_j[tile]));
+      const StepBits step = step_rays<kBothWays>(camera, number, i, j, asked[p], span, scratch.s + first, scratch.s_error + first, scratch.crossed + first, scratch.border + first,
+                                                 scratch.hold[number] + first);
+      bits.moved[p] |= step.outside;
+      bits.unsettled[p] |= step.unsettled;
+      bits.active[p] &= ~(step.missed | step.unsettled);
+      asked[p] = step.outside;
+      list[still] = std::uint16_t(p);
+      still += step.outside != 0;
+    }
+    count = still;
+  }
+}
+
 // Rays by vectors ("packets"), in the order of `packets`, which holds `count` of those with active rays.
 HWY_INLINE void trace_rays(std::span<const BlockCamera> cameras, float span, std::uint16_t* packets, int count, PacketBits& bits, LaneScratch& scratch) {
   const DF d;
   const int lanes = int(hn::Lanes(d));
-  alignas(64) float column[kTileRays], row[kTileRays];  // from a small tile's middle
-  for (int k = 0; k < kTileRays; ++k) column[k] = float(k % kSmallTile_px) - 0.5f * (kSmallTile_px - 1), row[k] = float(k / kSmallTile_px) - 0.5f * (kSmallTile_px - 1);
-  std::uint16_t asked_packets[kRays / 4];
+  Offsets offsets;
+  for (int k = 0; k < kTileRays; ++k) offsets.i[k] = float(k % kSmallTile_px) - 0.5f * (kSmallTile_px - 1), offsets.j[k] = float(k / kSmallTile_px) - 0.5f * (kSmallTile_px - 1);
+  std::uint16_t list[kRays / 4];
   std::uint32_t asked[kRays / 4];
   for (int round = 0; round < kRayRounds && count; ++round) {
     for (int n = 0; n < count; ++n) bits.moved[packets[n]] = 0;
@@ -284,24 +332,11 @@ HWY_INLINE void trace_rays(std::span<const BlockCamera> cameras, float span, std
         const int p = packets[n], first = p * lanes;
         const VF until = hn::Add(hn::Load(d, scratch.s + first), hn::Load(d, scratch.s_error + first));
         asked[p] = std::uint32_t(bits_of(d, hn::Lt(hn::Load(d, scratch.hold[c] + first), until))) & bits.active[p];
-        asked_packets[asking] = std::uint16_t(p);
+        list[asking] = std::uint16_t(p);
         asking += asked[p] != 0;
       }
-      for (int repeat = 0; repeat < kRayRepeats && asking; ++repeat) {
-        int still = 0;
-        for (int n = 0; n < asking; ++n) {
-          const int p = asked_packets[n], first = p * lanes, tile = first / kTileRays, k = first % kTileRays;
-          const VF i = hn::Add(hn::Load(d, column + k), hn::Set(d, scratch.small_tiles.middle_i[tile])), j = hn::Add(hn::Load(d, row + k), hn::Set(d, scratch.small_tiles.middle_j[tile]));
-          const StepBits step = step_rays(cameras[c], int(c), i, j, asked[p], span, scratch.s + first, scratch.s_error + first, scratch.crossed + first, scratch.border + first, scratch.hold[c] + first);
-          bits.moved[p] |= step.outside;
-          bits.unsettled[p] |= step.unsettled;
-          bits.active[p] &= ~(step.missed | step.unsettled);
-          asked[p] = step.outside;
-          asked_packets[still] = std::uint16_t(p);
-          still += step.outside != 0;
-        }
-        asking = still;
-      }
+      if (cameras[c].both_ways) ask<true>(cameras[c], int(c), span, offsets, list, asking, asked, bits, scratch);
+      else ask<false>(cameras[c], int(c), span, offsets, list, asking, asked, bits, scratch);
     }
     int left = 0;
     for (int n = 0; n < count; ++n) {
@@ -347,13 +382,13 @@ HWY_INLINE std::uint32_t finish(const Block& block, int tile, int u0, int v0, st
     const auto a0 = hn::Set(dd, infinity(axis, 0)), a1 = hn::Set(dd, infinity(axis, 1)), a2 = hn::Set(dd, infinity(axis, 2));
     const auto w0 = hn::Set(dd, infinity(2, 0)), w1 = hn::Set(dd, infinity(2, 1)), w2 = hn::Set(dd, infinity(2, 2));
     const auto offset = hn::Set(dd, c.exact->at_eye[axis]), w_offset = hn::Set(dd, c.exact->at_eye[2]);
-    const auto origin = hn::Set(dd, double(axis ? c.origin_v_px : c.origin_u_px));
+    const auto origin = hn::Set(dd, double(axis ? c.origin_v_px : c.origin_u_px)), sign = hn::Set(dd, double(axis ? c.sign_v : c.sign_u));
     for (int first = 0; first < kTileRays; first += lanes) {
       const std::uint32_t here = same >> first & ((1u << lanes) - 1);
       if (!here) continue;
       const auto u = hn::Load(dd, column + first), v = hn::Load(dd, row + first);
       const auto slope = hn::Add(hn::Mul(a0, u), hn::Add(hn::Mul(a1, v), a2)), w_slope = hn::Add(hn::Mul(w0, u), hn::Add(hn::Mul(w1, v), w2));
-      const auto border = hn::Add(origin, hn::PromoteTo(dd, hn::Load(df, borders + first)));
+      const auto border = hn::Add(origin, hn::Mul(sign, hn::PromoteTo(dd, hn::Load(df, borders + first))));
       const auto t = hn::Div(hn::Sub(hn::Mul(border, w_offset), offset), hn::Sub(slope, hn::Mul(border, w_slope)));
       std::uint8_t mask[8] = {std::uint8_t(here)};
       hn::BlendedStore(t, hn::LoadMaskBits(dd, mask), dd, depth + first);
@@ -454,6 +489,20 @@ HWY_EXPORT(trace);
 // for both parts of the quotient, and the reciprocal's own. Terms are bounded by their largest in the block.
 constexpr double kRoundings = 12, kHalfUlp = 0x1p-24;
 
+// An image moves left along axis 0, or up along axis 1. `both_ways` is set where the rays of the block differ, or one nearly stands still:
+// d/dt of U / W, times W^2, is linear over the rays, so that the corners tell.
+bool moves_back(const MapFromView& map, const PixelRect& rays, int right, int down, int axis, bool& both_ways) {
+  int back = 0;
+  for (int corner = 0; corner < 4; ++corner) {
+    const ImageLine l = image_line(map, rays.u0_px + (corner & 1 ? right : 0), rays.v0_px + (corner & 2 ? down : 0));
+    const double a = (axis ? l.v_slope : l.u_slope) * l.w_offset, b = (axis ? l.v_offset : l.u_offset) * l.w_slope;
+    if (!(std::abs(a - b) > kUnsureWay * (std::abs(a) + std::abs(b)))) both_ways = true;
+    back += a < b;
+  }
+  if (back != 0 && back != 4) both_ways = true;
+  return back == 4;
+}
+
 }  // namespace
 
 bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const BoxReach* const> reaches) {
@@ -477,6 +526,12 @@ bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const Bo
     turn.row(0) -= c.origin_u_px * turn.row(2);
     turn.row(1) -= c.origin_v_px * turn.row(2);
     eye.head<2>() -= Eigen::Vector2d(c.origin_u_px, c.origin_v_px) * eye.z();
+    c.both_ways = false;
+    const bool left = moves_back(map, block.rays, right, down, 0, c.both_ways), up = moves_back(map, block.rays, right, down, 1, c.both_ways);
+    c.sign_u = left && !c.both_ways ? -1 : 1;
+    c.sign_v = up && !c.both_ways ? -1 : 1;
+    turn.row(0) *= c.sign_u, turn.row(1) *= c.sign_v;
+    eye.x() *= c.sign_u, eye.y() *= c.sign_v;
     const Eigen::Vector3d slope = turn * Eigen::Vector3d(block.rays.u0_px, block.rays.v0_px, 1), at_begin = eye + begin * slope;
     double least_w = kNever, most_w = 0, most_begin = 0, most_slope = 0;
     for (int corner = 0; corner < 4; ++corner) {
@@ -501,10 +556,12 @@ bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const Bo
       c.du_begin[k] = float(begin * turn(k, 0));
       c.dv_begin[k] = float(begin * turn(k, 1));
     }
-    c.least_u = float(stored.u0_px - c.origin_u_px), c.most_u = float(stored.u1_px - 1 - c.origin_u_px);
-    c.least_v = float(stored.v0_px - c.origin_v_px), c.most_v = float(stored.v1_px - 1 - c.origin_v_px);
-    c.stride = float(reaches[n]->stride());
-    c.at_origin = reaches[n]->bytes(Box::right_down) + std::ptrdiff_t(c.origin_v_px - stored.v0_px) * reaches[n]->stride() + (c.origin_u_px - stored.u0_px);
+    const auto ends = [](int low, int high, int origin_px, int sign) { return sign > 0 ? std::array{float(low - origin_px), float(high - 1 - origin_px)} : std::array{float(origin_px - high), float(origin_px - 1 - low)}; };
+    const auto ends_u = ends(stored.u0_px, stored.u1_px, c.origin_u_px, c.sign_u), ends_v = ends(stored.v0_px, stored.v1_px, c.origin_v_px, c.sign_v);
+    c.least_u = ends_u[0], c.most_u = ends_u[1], c.least_v = ends_v[0], c.most_v = ends_v[1];
+    c.step_u = float(c.sign_u), c.step_v = float(c.sign_v * reaches[n]->stride());
+    c.at_origin = reaches[n]->bytes(c.both_ways ? Box::right_down : box_ahead(left, up)) +
+                  std::ptrdiff_t(c.origin_v_px - (c.sign_v < 0) - stored.v0_px) * reaches[n]->stride() + (c.origin_u_px - (c.sign_u < 0) - stored.u0_px);
   }
   return true;
 }

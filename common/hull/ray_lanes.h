@@ -25,14 +25,17 @@ inline constexpr double kMostEps_px = 1.0 / 64;
 inline constexpr float kBoxMargin_px = 1.0f / 16;
 
 // One camera as the rays of a block see it. (U, V, W) of ray (i, j) at begin + s: at_begin + i du_begin + j dv_begin + s (slope + i du +
-// j dv); pixels count from `origin`, so that numbers stay small.
+// j dv). Pixels count from `origin`, so that numbers stay small, and where all images move left, or up, along the mirrored axis: pixel p is
+// then -p - 1, and all images move right and down.
 struct BlockCamera {
   float at_begin[3], du_begin[3], dv_begin[3], slope[3], du[3], dv[3];
   float least_u, most_u, least_v, most_v;  // pixels in store, from the origin
-  float stride, eps_px, eps_px_per_m;      // a position's error: eps_px + s eps_px_per_m
-  const std::int8_t* at_origin;            // of the box to the right and down
+  float step_u, step_v;                    // from a pixel to the next, in bytes
+  float eps_px, eps_px_per_m;              // a position's error: eps_px + s eps_px_per_m
+  const std::int8_t* at_origin;            // of the box ahead; where images move both ways, of that to the right and down
+  bool both_ways;
   std::int32_t box_bytes;
-  int origin_u_px, origin_v_px;  // in the map
+  int origin_u_px, origin_v_px, sign_u, sign_v;  // pixel p of the map is origin + sign * p, and less 1 where sign is -1
   const MapFromView* exact;
 };
 

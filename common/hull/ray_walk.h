@@ -20,6 +20,9 @@ inline constexpr double kNever = std::numeric_limits<double>::infinity();
 // 10,000 px image, a millionth of the accuracy of any calibration.
 inline constexpr double kOnBorder_px = 1e-8;
 
+// Which way a ray's image moves is sure beyond this fraction of what it is the difference of: far above the rounding of float.
+inline constexpr double kUnsureWay = 1e-4;
+
 // Ray parameters [begin, end).
 struct RayRange {
   double begin, end;
