@@ -1,0 +1,250 @@
+#include "common/hull/gl_hull.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "common/gl/gl_error.h"
+#include "common/hull/gl_hull_shaders.h"
+#include "common/hull/map_from_view.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace gl_hull;
+
+// Bindings of the shaders' storage blocks; those of the preparation and of a view share the first three.
+enum Binding { kBits = 0, kDistances = 1, kGrids = 2, kCandidates = 0, kMaps = 2, kExact = 3, kTiles = 4, kTileMaps = 5, kWork = 6 };
+constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as its shader
+
+int floor_to_multiple(int x, int of) { return x >= 0 ? x / of * of : -((-x + of - 1) / of * of); }
+
+GLuint groups_of(std::size_t invocations) { return GLuint((invocations + kGroup - 1) / kGroup); }
+
+// The order in which cameras are asked: smallest object first, it clears most; the rest only so that the given order never shows.
+bool asked_before(const Silhouette* a, const Silhouette* b) {
+  const auto key = [](const Silhouette& s) {
+    const auto& m = s.camera.camera_from_world.matrix();
+    std::vector<double> numbers{double(s.pixels.bounds().area_px()), s.camera.pinhole.fx_px, s.camera.pinhole.fy_px, s.camera.pinhole.cx_px, s.camera.pinhole.cy_px};
+    numbers.insert(numbers.end(), m.data(), m.data() + m.size());
+    return numbers;
+  };
+  const auto key_a = key(*a), key_b = key(*b);
+  if (key_a != key_b) return key_a < key_b;
+  return std::ranges::lexicographical_compare(a->pixels.words(), b->pixels.words());
+}
+
+// Bits of the crop, rows of whole words; the crop may reach over the image, where nothing is set.
+void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t words, std::uint32_t rows, std::uint32_t* to) {
+  const int first = u0_px / 32, in_row = 2 * pixels.words_per_row();  // u0 is a multiple of 32
+  for (int row = 0; row < int(rows); ++row, to += words) {
+    const int v = v0_px + row;
+    if (v < 0 || v >= pixels.height_px()) continue;
+    const std::uint64_t* from = pixels.words().data() + std::size_t(v) * pixels.words_per_row();
+    for (int i = std::max(0, -first); i < int(words) && first + i < in_row; ++i)
+      to[i] = std::uint32_t(from[(first + i) / 2] >> (32 * ((first + i) % 2)));
+  }
+}
+
+}  // namespace
+
+GlHull::GlHull()
+    : cells_("hull: cells", cells_source()), distances_("hull: distances", distances_source()), tiles_("hull: tiles", tiles_source()),
+      settle_("hull: settle", settle_source()) {
+  for (const std::size_t most : {4, 16, 64}) rays_.push_back({most, nullptr});
+  for (const GlTimer* timer : {&prepare_timer_, &trace_timer_}) {  // so that they answer before the first use
+    timer->begin();
+    timer->end();
+  }
+  const Work none{};
+  work_buffer_.write(&none, sizeof none);
+}
+
+void GlHull::set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule) {
+  if (silhouettes.size() > kMostGlCameras) throw std::invalid_argument("backend gl takes at most 64 cameras");
+  if (rule.limits != Limits::all) throw std::invalid_argument("backend gl knows only the rule `limits: all`");
+  maps_.clear();
+  bits_.clear();
+  std::vector<const Silhouette*> order;
+  empty_ = silhouettes.empty();
+  for (const Silhouette& s : silhouettes) {
+    empty_ |= !is_finite(s.camera) || s.pixels.bounds().empty();
+    order.push_back(&s);
+  }
+  if (empty_) return;
+  std::sort(order.begin(), order.end(), asked_before);
+  for (const Silhouette* s : order) {
+    const PixelRect b = s->pixels.bounds();
+    Map map{s->camera, floor_to_multiple(b.u0_px - kPad_px, 32), b.v0_px - kPad_px, {}};
+    map.bounds = {b.u0_px - map.u0_px, b.v0_px - map.v0_px, b.u1_px - map.u0_px, b.v1_px - map.v0_px};
+    map.pixel_words = std::uint32_t(map.bounds.u1_px + kPad_px + 31) / 32;
+    map.pixel_rows = std::uint32_t(map.bounds.v1_px + kPad_px);
+    map.first_pixel_word = std::uint32_t(bits_.size());
+    bits_.resize(bits_.size() + std::size_t(map.pixel_words) * map.pixel_rows);
+    copy_bits(s->pixels, map.u0_px, map.v0_px, map.pixel_words, map.pixel_rows, bits_.data() + map.first_pixel_word);
+    maps_.push_back(map);
+  }
+  words_ = bits_.size();
+  for (Map& map : maps_) {
+    map.cell_words = (map.pixel_words + kCell_px - 1) / kCell_px;
+    map.cell_rows = (map.pixel_rows + kCell_px - 1) / kCell_px;
+    map.first_cell_word = std::uint32_t(words_);
+    words_ += std::size_t(map.cell_words) * map.cell_rows;
+  }
+  prepare();
+}
+
+void GlHull::prepare() {
+  std::vector<Grid> grids;
+  std::size_t most_cell_words = 0, most_strips = 0;
+  for (const Map& m : maps_) {
+    grids.push_back({m.first_pixel_word, m.pixel_words, m.pixel_rows, 0});
+    grids.push_back({m.first_cell_word, m.cell_words, m.cell_rows, 0});
+    most_cell_words = std::max(most_cell_words, std::size_t(m.cell_words) * m.cell_rows);
+    most_strips = std::max(most_strips, std::size_t(m.pixel_words) * (32 / kStripWidth_px) * ((m.pixel_rows + kStripHeight_px - 1) / kStripHeight_px));
+  }
+  bit_buffer_.reserve(words_ * sizeof(std::uint32_t));
+  bit_buffer_.write(bits_.data(), bits_.size() * sizeof(std::uint32_t));
+  distance_buffer_.reserve(words_ * 4 * sizeof(std::uint32_t));
+  grid_buffer_.write(grids.data(), grids.size() * sizeof(Grid));
+  prepare_timer_.begin();
+  bit_buffer_.bind_storage(kBits);
+  distance_buffer_.bind_storage(kDistances);
+  grid_buffer_.bind_storage(kGrids);
+  cells_.use();
+  glDispatchCompute(groups_of(most_cell_words), GLuint(maps_.size()), 1);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+  distances_.use();
+  glDispatchCompute(groups_of(most_strips), GLuint(grids.size()), 1);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+  prepare_timer_.end();
+}
+
+void GlHull::write_view(const View& view) {
+  std::vector<ViewMap> maps;
+  std::vector<double> exact{view.near_m, view.far_m};
+  for (const Map& m : maps_) {
+    MapFromView from_view = map_from_view(m.camera, view.camera);
+    Eigen::Matrix3d crop_from_map = Eigen::Matrix3d::Identity();
+    crop_from_map(0, 2) = -m.u0_px;
+    crop_from_map(1, 2) = -m.v0_px;
+    from_view = {crop_from_map * from_view.at_eye, crop_from_map * from_view.at_infinity};
+    exact.insert(exact.end(), from_view.at_eye.data(), from_view.at_eye.data() + 3);
+    exact.insert(exact.end(), from_view.at_infinity.data(), from_view.at_infinity.data() + 9);  // column by column
+    ViewMap map{};
+    Eigen::Vector3f::Map(map.per_column) = from_view.at_infinity.col(0).cast<float>();
+    Eigen::Vector3f::Map(map.per_row) = from_view.at_infinity.col(1).cast<float>();
+    const auto ints = [](std::int32_t (&to)[4], std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+      to[0] = std::int32_t(a), to[1] = std::int32_t(b), to[2] = std::int32_t(c), to[3] = std::int32_t(d);
+    };
+    ints(map.bounds, std::uint32_t(m.bounds.u0_px), std::uint32_t(m.bounds.v0_px), std::uint32_t(m.bounds.u1_px), std::uint32_t(m.bounds.v1_px));
+    ints(map.pixels, 4 * m.first_pixel_word, 4 * m.pixel_words, m.pixel_rows, 32 * m.pixel_words);
+    ints(map.cells, 4 * m.first_cell_word, 4 * m.cell_words, m.cell_rows, 32 * m.cell_words);
+    maps.push_back(map);
+  }
+  map_buffer_.write(maps.data(), maps.size() * sizeof(ViewMap));
+  exact_buffer_.write(exact.data(), exact.size() * sizeof(double));
+}
+
+// Tiles are aligned in the view, not in a rect: a ray's arithmetic is the same however the view is divided.
+void GlHull::write_candidates(std::span<const PixelRect> rects) {
+  std::vector<Candidate> candidates;
+  std::size_t rays = 0;
+  for (const PixelRect& r : rects) {
+    rays += r.area_px();
+    for (int v = r.v0_px / kTile_px * kTile_px; v < r.v1_px; v += kTile_px)
+      for (int u = r.u0_px / kTile_px * kTile_px; u < r.u1_px; u += kTile_px) {
+        const int first_u = std::max(r.u0_px - u, 0), last_u = std::min(r.u1_px - u, kTile_px) - 1;
+        const int first_v = std::max(r.v0_px - v, 0), last_v = std::min(r.v1_px - v, kTile_px) - 1;
+        candidates.push_back({std::uint32_t(u | v << 16), std::uint32_t(first_u | last_u << 4 | first_v << 8 | last_v << 12)});
+      }
+  }
+  candidates_ = candidates.size();
+  candidate_buffer_.write(candidates.data(), candidates.size() * sizeof(Candidate));
+  tile_buffer_.reserve(candidates.size() * sizeof(Tile));
+  tile_map_buffer_.reserve(candidates.size() * maps_.size() * 8 * sizeof(float));
+  const Work work{{kGroupsPerRow, 0, 1}, 0, {0, 1, 1}, 0};
+  work_buffer_.reserve(sizeof(Work) + rays * sizeof(std::uint32_t));
+  work_buffer_.write(&work, sizeof work);
+}
+
+const GlProgram& GlHull::rays_program(std::size_t cameras) {
+  const auto rays = std::find_if(rays_.begin(), rays_.end(), [&](const RaysProgram& r) { return cameras <= r.most_cameras; });
+  if (!rays->program) rays->program = std::make_unique<GlProgram>("hull: rays", rays_source(int(rays->most_cameras)));
+  return *rays->program;
+}
+
+void GlHull::run(std::size_t cameras) {
+  distance_buffer_.bind_storage(kDistances);
+  map_buffer_.bind_storage(kMaps);
+  exact_buffer_.bind_storage(kExact);
+  candidate_buffer_.bind_storage(kCandidates);
+  tile_buffer_.bind_storage(kTiles);
+  tile_map_buffer_.bind_storage(kTileMaps);
+  work_buffer_.bind_storage(kWork);
+  glBindImageTexture(0, depth_->get(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
+  glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, work_buffer_.get());
+  const GlProgram& rays = rays_program(cameras);
+  for (const GlProgram* program : {static_cast<const GlProgram*>(&tiles_), &rays, static_cast<const GlProgram*>(&settle_)}) glProgramUniform1i(program->get(), 0, GLint(cameras));
+  glProgramUniform1ui(tiles_.get(), 1, GLuint(candidates_));
+  tiles_.use();
+  glDispatchCompute(groups_of(candidates_), 1, 1);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+  rays.use();
+  glDispatchComputeIndirect(offsetof(Work, tile_groups));
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+  settle_.use();
+  glDispatchComputeIndirect(offsetof(Work, ray_groups));
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                  GL_TEXTURE_UPDATE_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+}
+
+void GlHull::trace(const View& view, std::span<const PixelRect> rects) {
+  const int width_px = view.camera.pinhole.width_px, height_px = view.camera.pinhole.height_px;
+  if (width_px <= 0 || height_px <= 0 || width_px > kMostViewSize_px || height_px > kMostViewSize_px) throw std::invalid_argument("view of an unusable size");
+  for (const PixelRect& r : rects)
+    if (!r.empty() && !(r == intersection(r, {0, 0, width_px, height_px}))) throw std::invalid_argument("rect outside the view's image");
+  if (!depth_ || depth_->width_px() != width_px || depth_->height_px() != height_px) depth_ = std::make_unique<GlTexture>(width_px, height_px, GL_R32F);
+  for (const PixelRect& r : rects)
+    if (!r.empty()) glClearTexSubImage(depth_->get(), 0, r.u0_px, r.v0_px, 0, r.width_px(), r.height_px(), 1, GL_RED, GL_FLOAT, &kNoHull);
+  const bool usable = is_finite(view.camera) && view.near_m > 0 && view.far_m > view.near_m && std::isfinite(view.far_m);
+  const std::span<const PixelRect> asked = empty_ || !usable ? std::span<const PixelRect>() : rects;
+  write_candidates(asked);
+  trace_timer_.begin();
+  if (candidates_ > 0) {
+    write_view(view);
+    run(maps_.size());
+  }
+  trace_timer_.end();
+}
+
+const GlTexture& GlHull::depth() const {
+  if (!depth_) throw std::logic_error("no depth before the first trace");
+  return *depth_;
+}
+
+DepthTile GlHull::read_back(const PixelRect& rect) const {
+  DepthTile tile{rect, std::vector<float>(rect.area_px())};
+  if (rect.empty()) return tile;
+  glPixelStorei(GL_PACK_ALIGNMENT, 4);
+  glGetTextureSubImage(depth().get(), 0, rect.u0_px, rect.v0_px, 0, rect.width_px(), rect.height_px(), 1, GL_RED, GL_FLOAT,
+                       GLsizei(tile.depth_m.size() * sizeof(float)), tile.depth_m.data());
+  return tile;
+}
+
+std::vector<DepthTile> GlHull::depth(const View& view, std::span<const PixelRect> rects) {
+  trace(view, rects);
+  std::vector<DepthTile> tiles;
+  for (const PixelRect& rect : rects) tiles.push_back(read_back(rect));
+  return tiles;
+}
+
+DepthTile GlHull::depth(const View& view, const PixelRect& rect) { return std::move(depth(view, std::span(&rect, 1)).front()); }
+
+GlHull::Counts GlHull::counts() const {
+  Work work;
+  glGetNamedBufferSubData(work_buffer_.get(), 0, sizeof work, &work);
+  return {candidates_, work.tiles, work.rays};
+}
+
+}  // namespace fivepipe
