@@ -103,6 +103,7 @@ void GlBuffer::write(const void* bytes, std::size_t size_bytes) {
 }
 
 void GlBuffer::bind_storage(int binding) const { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, GLuint(binding), get()); }
+void GlBuffer::bind_uniform(int binding) const { glBindBufferBase(GL_UNIFORM_BUFFER, GLuint(binding), get()); }
 
 GlVertexArray::GlVertexArray() : name_(created([](GLuint* n) { glCreateVertexArrays(1, n); })) {}
 

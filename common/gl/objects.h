@@ -61,6 +61,7 @@ class GlBuffer {
   // Reserves, then writes from the start.
   void write(const void* bytes, std::size_t size_bytes);
   void bind_storage(int binding) const;  // all of it, as a shader storage block
+  void bind_uniform(int binding) const;  // as a uniform block
 
  private:
   GlName<delete_buffer> name_;

@@ -13,8 +13,9 @@ namespace {
 
 using namespace gl_hull;
 
-// Bindings of the shaders' storage blocks; those of the preparation and of a view share the first three.
-enum Binding { kBits = 0, kDistances = 1, kGrids = 2, kCandidates = 0, kMaps = 2, kExact = 3, kTiles = 4, kTileMaps = 5, kWork = 6 };
+// Bindings of the shaders' storage blocks; the preparation and a view share the distances.
+enum Binding { kBits = 0, kDistances = 1, kGrids = 2, kCandidates = 0, kTiles = 2, kWork = 3 };
+static_assert(kMostCameras == kMostGlCameras);
 constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as its shader
 
 int floor_to_multiple(int x, int of) { return x >= 0 ? x / of * of : -((-x + of - 1) / of * of); }
@@ -121,29 +122,27 @@ void GlHull::prepare() {
 }
 
 void GlHull::write_view(const View& view) {
-  std::vector<ViewMap> maps;
-  std::vector<double> exact{view.near_m, view.far_m};
-  for (const Map& m : maps_) {
-    MapFromView from_view = map_from_view(m.camera, view.camera);
+  ViewBlock block;
+  block.range_m[0] = view.near_m;
+  block.range_m[1] = view.far_m;
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    const Map& m = maps_[i];
+    const MapFromView map = map_from_view(m.camera, view.camera);
     Eigen::Matrix3d crop_from_map = Eigen::Matrix3d::Identity();
     crop_from_map(0, 2) = -m.u0_px;
     crop_from_map(1, 2) = -m.v0_px;
-    from_view = {crop_from_map * from_view.at_eye, crop_from_map * from_view.at_infinity};
-    exact.insert(exact.end(), from_view.at_eye.data(), from_view.at_eye.data() + 3);
-    exact.insert(exact.end(), from_view.at_infinity.data(), from_view.at_infinity.data() + 9);  // column by column
-    ViewMap map{};
-    Eigen::Vector3f::Map(map.per_column) = from_view.at_infinity.col(0).cast<float>();
-    Eigen::Vector3f::Map(map.per_row) = from_view.at_infinity.col(1).cast<float>();
-    const auto ints = [](std::int32_t (&to)[4], std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-      to[0] = std::int32_t(a), to[1] = std::int32_t(b), to[2] = std::int32_t(c), to[3] = std::int32_t(d);
-    };
-    ints(map.bounds, std::uint32_t(m.bounds.u0_px), std::uint32_t(m.bounds.v0_px), std::uint32_t(m.bounds.u1_px), std::uint32_t(m.bounds.v1_px));
-    ints(map.pixels, 4 * m.first_pixel_word, 4 * m.pixel_words, m.pixel_rows, 32 * m.pixel_words);
-    ints(map.cells, 4 * m.first_cell_word, 4 * m.cell_words, m.cell_rows, 32 * m.cell_words);
-    maps.push_back(map);
+    ViewMap& to = block.maps[i];
+    Eigen::Vector3d::Map(to.eye) = crop_from_map * map.at_eye;
+    const Eigen::Matrix3d at_infinity = crop_from_map * map.at_infinity;
+    Eigen::Vector3d::Map(to.column) = at_infinity.col(0);
+    Eigen::Vector3d::Map(to.row) = at_infinity.col(1);
+    Eigen::Vector3d::Map(to.constant) = at_infinity.col(2);
+    Eigen::Vector4i::Map(to.bounds) << m.bounds.u0_px, m.bounds.v0_px, m.bounds.u1_px, m.bounds.v1_px;
+    Eigen::Vector4i::Map(to.pixels) = 4 * Eigen::Vector4i(int(m.first_pixel_word), int(m.pixel_words), 0, 8 * int(m.pixel_words)) + Eigen::Vector4i(0, 0, int(m.pixel_rows), 0);
+    Eigen::Vector4i::Map(to.cells) = 4 * Eigen::Vector4i(int(m.first_cell_word), int(m.cell_words), 0, 8 * int(m.cell_words)) + Eigen::Vector4i(0, 0, int(m.cell_rows), 0);
   }
-  map_buffer_.write(maps.data(), maps.size() * sizeof(ViewMap));
-  exact_buffer_.write(exact.data(), exact.size() * sizeof(double));
+  view_buffer_.reserve(sizeof block);
+  view_buffer_.write(&block, offsetof(ViewBlock, maps) + maps_.size() * sizeof(ViewMap));
 }
 
 // Tiles are aligned in the view, not in a rect: a ray's arithmetic is the same however the view is divided.
@@ -162,7 +161,6 @@ void GlHull::write_candidates(std::span<const PixelRect> rects) {
   candidates_ = candidates.size();
   candidate_buffer_.write(candidates.data(), candidates.size() * sizeof(Candidate));
   tile_buffer_.reserve(candidates.size() * sizeof(Tile));
-  tile_map_buffer_.reserve(candidates.size() * maps_.size() * 8 * sizeof(float));
   const Work work{{kGroupsPerRow, 0, 1}, 0, {0, 1, 1}, 0};
   work_buffer_.reserve(sizeof(Work) + rays * sizeof(std::uint32_t));
   work_buffer_.write(&work, sizeof work);
@@ -176,11 +174,9 @@ const GlProgram& GlHull::rays_program(std::size_t cameras) {
 
 void GlHull::run(std::size_t cameras) {
   distance_buffer_.bind_storage(kDistances);
-  map_buffer_.bind_storage(kMaps);
-  exact_buffer_.bind_storage(kExact);
+  view_buffer_.bind_uniform(0);
   candidate_buffer_.bind_storage(kCandidates);
   tile_buffer_.bind_storage(kTiles);
-  tile_map_buffer_.bind_storage(kTileMaps);
   work_buffer_.bind_storage(kWork);
   glBindImageTexture(0, depth_->get(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
   glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, work_buffer_.get());

@@ -72,7 +72,7 @@ class GlHull {
     std::unique_ptr<GlProgram> program;  // made when first needed
   };
   std::vector<RaysProgram> rays_;
-  GlBuffer bit_buffer_, distance_buffer_, grid_buffer_, map_buffer_, exact_buffer_, candidate_buffer_, tile_buffer_, tile_map_buffer_, work_buffer_;
+  GlBuffer bit_buffer_, distance_buffer_, grid_buffer_, view_buffer_, candidate_buffer_, tile_buffer_, work_buffer_;
   GlTimer prepare_timer_, trace_timer_;
   std::unique_ptr<GlTexture> depth_;
   std::vector<Map> maps_;

@@ -5,6 +5,9 @@ namespace {
 
 const char* const kVersion = "#version 450 core\n";
 
+// Up to this many cameras, the pass over rays has its own code for each and keeps the ray's images in registers.
+constexpr int kUnrolledCameras = 4;
+
 const char* const kGrids = R"(
 layout(local_size_x = 64) in;
 struct Grid { uint first_word, words_per_row, rows, unused; };
@@ -37,7 +40,9 @@ layout(std430, binding = 0) readonly buffer Bits { uint bits[]; };
 layout(std430, binding = 1) writeonly buffer Distances { uint distances[]; };
 const int kGrowths = 6, kRows = 8, kWindow = kRows + 2 * kGrowths;
 uint word_at(Grid g, int row, int word) {
-  return row < 0 || row >= int(g.rows) || word < 0 || word >= int(g.words_per_row) ? 0u : bits[g.first_word + uint(row) * g.words_per_row + uint(word)];
+  bool there = row >= 0 && row < int(g.rows) && word >= 0 && word < int(g.words_per_row);
+  uint found = bits[g.first_word + (there ? uint(row) * g.words_per_row + uint(word) : 0u)];
+  return there ? found : 0u;
 }
 uint spread(uint x) {  // 8 bits to the lowest of 8 nibbles
   x = (x | x << 12) & 0x000f000fu;
@@ -54,7 +59,8 @@ void main() {
   uint window[kWindow], here[kRows], low[kRows], middle[kRows], high[kRows];
   for (int i = 0; i < kWindow; ++i) {
     int row = first_row + i - kGrowths;
-    window[i] = right ? word_at(g, row, word) >> 8 | word_at(g, row, word + 1) << 24 : word_at(g, row, word) << 8 | word_at(g, row, word - 1) >> 24;
+    uint own = word_at(g, row, word), beside = word_at(g, row, right ? word + 1 : word - 1);
+    window[i] = right ? own >> 8 | beside << 24 : own << 8 | beside >> 24;
   }
   for (int i = 0; i < kRows; ++i) {
     here[i] = window[i + kGrowths];
@@ -81,29 +87,27 @@ void main() {
       }
     }
   }
+  uint to = 4u * (g.first_word + uint(first_row) * g.words_per_row) + 2u * strip;
   for (int i = 0; i < kRows; ++i) {
-    if (first_row + i >= int(g.rows)) return;
-    uint to = 4u * (g.first_word + uint(first_row + i) * g.words_per_row) + 2u * strip;
-    for (int half_strip = 0; half_strip < 2; ++half_strip) {
-      int shift = 8 + 8 * half_strip;
-      distances[to + uint(half_strip)] = spread(low[i] >> shift & 0xffu) | spread(middle[i] >> shift & 0xffu) << 1 |
-                                         spread(high[i] >> shift & 0xffu) << 2 | spread(here[i] >> shift & 0xffu) << 3;
+    if (first_row + i < int(g.rows)) {
+      distances[to] = spread(low[i] >> 8 & 0xffu) | spread(middle[i] >> 8 & 0xffu) << 1 | spread(high[i] >> 8 & 0xffu) << 2 | spread(here[i] >> 8 & 0xffu) << 3;
+      distances[to + 1u] = spread(low[i] >> 16 & 0xffu) | spread(middle[i] >> 16 & 0xffu) << 1 | spread(high[i] >> 16 & 0xffu) << 2 | spread(here[i] >> 16 & 0xffu) << 3;
     }
+    to += 4u * g.words_per_row;
   }
 })";
 
 // What the passes over a view share: its maps, and how far a map is free around a pixel.
 const char* const kView = R"(
 layout(std430, binding = 1) readonly buffer Distances { uint distances[]; };
-struct ViewMap { vec4 per_column, per_row; ivec4 bounds, pixels, cells; };
-layout(std430, binding = 2) readonly buffer ViewMaps { ViewMap maps[]; };
-// near and far [m]; then of each map (U, V, W) at the eye, and at infinity per view column, per view row and constant.
-layout(std430, binding = 3) readonly buffer Exact { double exact[]; };
+struct ViewMap { dvec4 eye, column, row, constant; ivec4 bounds, pixels, cells; };
+layout(std140, binding = 0) uniform View {
+  dvec4 range_m;  // near, far
+  ViewMap maps[kMostCameras];
+};
 layout(location = 0) uniform int cameras;
-dvec3 exact_at(int camera, int part) {
-  int i = 2 + 12 * camera + 3 * part;
-  return dvec3(exact[i], exact[i + 1], exact[i + 2]);
-}
+// A ray's image in a map: (U, V, W) at depth t is eye + t * slope.
+dvec3 slope_of(int camera, dvec2 ray) { return maps[camera].column.xyz * ray.x + (maps[camera].row.xyz * ray.y + maps[camera].constant.xyz); }
 
 // The pixels of a box around one: all without object (distance > 0) or all object (< 0); +-1: next to the other kind.
 struct Region { int distance; vec2 low, high; };
@@ -133,9 +137,8 @@ Region region_around(int camera, ivec2 at) {
 
 const char* const kWork = R"(
 struct Tile { double begin_m; float length_m; uint at_near, corner, rays, unused_a, unused_b; };
-layout(std430, binding = 4) buffer Tiles { Tile tiles[]; };
-layout(std430, binding = 5) buffer TileMaps { vec4 tile_maps[]; };  // of each tile's maps: (U, V, W) at its start, per metre
-layout(std430, binding = 6) buffer Work { uint tile_groups[3], tile_count, ray_groups[3], ray_count, doubtful[]; };
+layout(std430, binding = 2) buffer Tiles { Tile tiles[]; };
+layout(std430, binding = 3) buffer Work { uint tile_groups[3], tile_count, ray_groups[3], ray_count, doubtful[]; };
 const uint kGroupsPerRow = 64u, kMostRayGroups = 32768u;
 // Left to the pass in double.
 void set_aside(uint u, uint v) {
@@ -146,7 +149,7 @@ void set_aside(uint u, uint v) {
 )";
 
 // One invocation per tile: clips its rays to where every map can see its object, moves them on together while the corner
-// rays' images lie in one empty box (then so do all between), and hands on what is left, as forms for float lanes.
+// rays' images lie in one empty box (then so do all between), and hands on what is left.
 const char* const kTiles = R"(
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Candidates { uvec2 candidates[]; };
@@ -157,12 +160,6 @@ const double kNearestToCamera_m = 1e-9lf;  // as map_from_view.h
 // Boxes are kept this far from, so that rays don't start next to a pixel border [px].
 const double kKeepOff_px = 1.0lf / 32.0lf;
 const int kMostSteps = 48;
-// Float rounding of a form that adds products of rounded numbers, in units of their magnitudes: a unit is half an ulp; three
-// for the coefficients and seven operations. GLSL's division is good to 2.5 ulp, the multiplication behind it to half of one.
-const double kUnit = 5.9604644775390625e-8lf, kFormUnits = 8.0lf, kDivisionUnits = 8.0lf;
-// Forms worse than this are no use to float lanes [px].
-const double kWorstForm_px = 1.0lf / 64.0lf;
-
 dvec2 range;
 void clip(double offset, double slope) {
   bool at_begin = offset + range.x * slope >= 0.0lf, at_end = offset + range.y * slope >= 0.0lf;
@@ -177,8 +174,7 @@ void clip_tile(double at_eye, double column, double row, double constant, double
   clip(at_eye + extra, constant + max(7.0lf * column, 0.0lf) + max(7.0lf * row, 0.0lf));
 }
 void clip_to_map(int c, dvec2 corner) {
-  dvec3 eye = exact_at(c, 0), column = exact_at(c, 1), row = exact_at(c, 2);
-  dvec3 first = column * corner.x + row * corner.y + exact_at(c, 3);
+  dvec3 eye = maps[c].eye.xyz, column = maps[c].column.xyz, row = maps[c].row.xyz, first = slope_of(c, corner);
   dvec4 bounds = dvec4(maps[c].bounds);
   clip_tile(eye.z, column.z, row.z, first.z, -kNearestToCamera_m);
   clip_tile(eye.x - bounds.x * eye.z, column.x - bounds.x * column.z, row.x - bounds.x * row.z, first.x - bounds.x * first.z, 0.0lf);
@@ -188,8 +184,7 @@ void clip_to_map(int c, dvec2 corner) {
 }
 // Depth >= t up to which one map's object is on none of the tile's rays; t itself where that can't be said.
 double free_until(int c, dvec2 corner, double t) {
-  dvec3 eye = exact_at(c, 0), column = 7.0lf * exact_at(c, 1), row = 7.0lf * exact_at(c, 2);
-  dvec3 first = exact_at(c, 1) * corner.x + exact_at(c, 2) * corner.y + exact_at(c, 3);
+  dvec3 eye = maps[c].eye.xyz, column = 7.0lf * maps[c].column.xyz, row = 7.0lf * maps[c].row.xyz, first = slope_of(c, corner);
   dvec2 uv[4], middle = dvec2(0.0lf);
   for (int k = 0; k < 4; ++k) {
     dvec3 at = eye + t * (first + double(k & 1) * column + double(k >> 1) * row);
@@ -200,7 +195,7 @@ double free_until(int c, dvec2 corner, double t) {
   ivec2 size = maps[c].pixels.wz;
   Region free = region_around(c, ivec2(floor(clamp(middle, dvec2(-1.0lf), dvec2(size)))));
   if (free.distance < 2) return t;
-  double until = exact[1];
+  double until = range_m.y;
   for (int k = 0; k < 4; ++k) {
     dvec2 low = dvec2(free.low) + kKeepOff_px, high = dvec2(free.high) - kKeepOff_px;
     if (!(uv[k].x > low.x && uv[k].y > low.y && uv[k].x < high.x && uv[k].y < high.y)) return t;
@@ -223,94 +218,86 @@ void move_on(dvec2 corner) {
     if (stuck > 0) c = c + 1 == cameras ? 0 : c + 1;
   }
 }
-// The largest error of a map pixel that float lanes compute anywhere in the tile and its range [px]; not a number, or huge,
-// where the map camera's depth comes near zero.
-double form_error_px(int c, dvec3 at, dvec3 slope, double length) {
-  dvec3 column = exact_at(c, 1), row = exact_at(c, 2);
-  dvec3 magnitude = abs(at) + 7.0lf * range.x * (abs(column) + abs(row)) + length * (abs(slope) + 7.0lf * (abs(column) + abs(row)));
-  double least = at.z + min(7.0lf * range.x * column.z, 0.0lf) + min(7.0lf * range.x * row.z, 0.0lf);
-  double least_slope = slope.z + min(7.0lf * column.z, 0.0lf) + min(7.0lf * row.z, 0.0lf);
-  least = min(least, least + length * least_slope);
-  double size = double(max(maps[c].pixels.w, maps[c].pixels.z));
-  return least > 0.0lf ? kUnit * (kFormUnits * (max(magnitude.x, magnitude.y) + size * magnitude.z) / least + kDivisionUnits * size) : 1e9lf;
-}
 void main() {
   if (gl_GlobalInvocationID.x >= candidate_count) return;
   uvec2 candidate = candidates[gl_GlobalInvocationID.x];
-  uvec2 at = uvec2(candidate.x & 0xffffu, candidate.x >> 16);
-  dvec2 corner = dvec2(at);
-  range = dvec2(exact[0], exact[1]);
+  dvec2 corner = dvec2(candidate.x & 0xffffu, candidate.x >> 16);
+  range = range_m.xy;
   for (int c = 0; c < cameras; ++c) {
     clip_to_map(c, corner);
     if (!(range.x < range.y)) return;
   }
-  bool at_near = range.x == exact[0];
-  range = dvec2(max(exact[0], range.x * (1.0lf - kSlack)), min(exact[1], range.y * (1.0lf + kSlack)));
+  bool at_near = range.x == range_m.x;
+  range = dvec2(max(range_m.x, range.x * (1.0lf - kSlack)), min(range_m.y, range.y * (1.0lf + kSlack)));
   double begin = range.x;
   move_on(corner);
   if (!(range.x < range.y)) return;
-  if (range.x > begin) at_near = false;
-  double length = range.y - range.x, worst_px = 0.0lf;
-  for (int c = 0; c < cameras; ++c) {
-    dvec3 slope = exact_at(c, 1) * corner.x + exact_at(c, 2) * corner.y + exact_at(c, 3);
-    worst_px = max(worst_px, form_error_px(c, exact_at(c, 0) + range.x * slope, slope, length));
-  }
-  if (!(worst_px < kWorstForm_px)) {
-    for (uint v = candidate.y >> 8 & 15u; v <= candidate.y >> 12; ++v)
-      for (uint u = candidate.y & 15u; u <= (candidate.y >> 4 & 15u); ++u) set_aside(at.x + u, at.y + v);
-    return;
-  }
   uint i = atomicAdd(tile_count, 1u);
   if (i % kGroupsPerRow == 0u) atomicAdd(tile_groups[1], 1u);
-  tiles[i] = Tile(range.x, float(length), at_near ? 1u : 0u, candidate.x, candidate.y, 0u, 0u);
-  for (int c = 0; c < cameras; ++c) {
-    dvec3 slope = exact_at(c, 1) * corner.x + exact_at(c, 2) * corner.y + exact_at(c, 3), start = exact_at(c, 0) + range.x * slope;
-    int to = 2 * (int(i) * cameras + c);
-    tile_maps[to] = vec4(vec3(start), float(form_error_px(c, start, slope, length)));
-    tile_maps[to + 1] = vec4(vec3(slope), 0.0);
-  }
+  tiles[i] = Tile(range.x, float(range.y - range.x), at_near && range.x == begin ? 1u : 0u, candidate.x, candidate.y, 0u, 0u);
 })";
 
-// One invocation per ray of the tiles that are left, in float from the tile's start.
+// One invocation per ray of the tiles that are left, in float from the tile's start, each map's pixels counted from the one in
+// which the ray starts, so that numbers are small; forms of the ray's images are computed in double and rounded once.
 //
-// What float knows of a map pixel is within e (error_px, from the tile pass) for every depth of the tile. Depth itself, the
-// crossing of a border by one map's image at speed v [px/m], is within delta = 3 e / v: e for the pixel, e for the slope's share,
-// e for the division. Another map then sees its pixel within e + delta v'. Four times that is kept from every border that
-// parts object from no object (distance +-1): nearer rays are set aside. Factor four: each next crossing lies more than 3 delta
-// further on, so that what was certain of other maps from an earlier depth on stays so.
+// Bound of float's rounding. What float knows of a map pixel is within e (error_px) at every depth of the range: of U, V and W
+// the offset is rounded once, the slope once, product and sum once each, so 3 units (half an ulp) of |offset| + length |slope|;
+// the quotient U / W has 2.5 ulp for GLSL's division and half of one for the product, 6 units, 8 with all second-order terms.
+// A depth is a crossing of a border by one map's image, at speed v [px/m]: it is within delta = 3 e / v, e for the offset and
+// slope, e for the division, one to spare. Another map then sees its pixel within e + delta v'. Four times that is kept from
+// every border that may part object from no object (distance +-1); nearer rays are set aside. Factor four, because then each
+// crossing lies more than 3 delta beyond the last, and what was certain of other maps from an earlier depth on stays so.
 const char* const kRays = R"(
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(r32f, binding = 0) writeonly uniform image2D depth_m;
 const float kCrossingErrors = 3.0, kTolerance = 4.0;
-const float kWidestTolerance_px = 0.5;
+const float kUnit = 5.9604645e-8, kFormUnits = 3.0, kQuotientUnits = 8.0;
+const float kWidestTolerance_px = 0.5, kWorstForm_px = 1.0 / 64.0;
+const float kFarthest_px = 1e6;  // where counting starts, at most; beyond any map
+const float kLengthSlack = 1.0 + 1e-6;  // of float's rounding; the last word is a comparison in double
 const int kMostRepeats = 8, kMostRounds = 64;
 const int kGoing = 0, kHit = 1, kMiss = 2, kDoubtful = 3;
+
+// One map's image of the ray: (U, V, W) at the tile's start, and per metre, for pixels counted from `first`.
+struct Form { vec3 start, slope; ivec2 first; float error_px; };
+Form form_of(int c, dvec2 ray, double begin_m, float length_m) {
+  dvec3 slope = slope_of(c, ray), start = maps[c].eye.xyz + begin_m * slope;
+  vec2 first = floor(clamp(vec2(start.xy) / float(start.z), -kFarthest_px, kFarthest_px));
+  Form f;
+  f.first = ivec2(first);
+  f.start = vec3(start - dvec3(dvec2(first), 0.0lf) * start.z);
+  f.slope = vec3(slope - dvec3(dvec2(first), 0.0lf) * slope.z);
+  vec3 size = abs(f.start) + length_m * abs(f.slope), last = f.start + length_m * f.slope;
+  float least_w = min(f.start.z, last.z), reach_px = 2.0 + max(abs(last.x), abs(last.y)) / last.z;
+  f.error_px = kUnit * (kFormUnits * (max(size.x, size.y) + reach_px * size.z) / least_w + kQuotientUnits * reach_px);
+  if (!(least_w > 0.0 && f.error_px < kWorstForm_px)) f.error_px = kFarthest_px;
+  return f;
+}
 
 // Depth from the tile's start, how uncertain it is, and what set it: the border that an image crossed into pixel `entered`.
 struct Candidate { float s, delta; int camera, axis, entered, border; };
 
-vec2 crossings(float s, vec2 border_px, vec3 start, vec3 slope) {  // forward only
-  vec2 at = (border_px * start.z - start.xy) / (slope.xy - border_px * slope.z);
+vec2 crossings(float s, vec2 border_px, Form f) {  // forward only
+  vec2 at = (border_px * f.start.z - f.start.xy) / (f.slope.xy - border_px * f.slope.z);
   return mix(vec2(kBeyond_px), at, greaterThan(at, vec2(s)));
 }
 // Asks one camera; kGoing: `now` has moved on, or not (then the camera holds until `holds`).
-int ask(int c, vec3 start, vec3 slope, float error_px, float length, inout Candidate now, inout float holds) {
-  vec3 at = start + now.s * slope;
+int ask(int c, Form f, float length_m, inout Candidate now, inout float holds) {
+  vec3 at = f.start + now.s * f.slope;
   float inverse = 1.0 / at.z;
   vec2 uv = at.xy * inverse;
-  vec2 size = vec2(maps[c].pixels.wz);
-  ivec2 pixel = ivec2(floor(clamp(uv, vec2(-1.0), size)));
-  vec2 speed = (slope.xy - uv * slope.z) * inverse;
-  vec2 tolerance = kTolerance * (error_px + now.delta * abs(speed));
+  ivec2 pixel = ivec2(floor(clamp(uv, -kFarthest_px, kFarthest_px))) + f.first;
+  vec2 speed = (f.slope.xy - uv * f.slope.z) * inverse;
+  vec2 tolerance = kTolerance * (f.error_px + now.delta * abs(speed));
   vec2 off = abs(fract(uv) - 0.5) + tolerance;  // > 0.5: next to a border
   if (now.camera == c) {
     if (now.axis == 0) {
       pixel.x = now.entered;
-      uv.x = float(now.border);
+      uv.x = float(now.border - f.first.x);
       off.x = 0.0;
     } else {
       pixel.y = now.entered;
-      uv.y = float(now.border);
+      uv.y = float(now.border - f.first.y);
       off.y = 0.0;
     }
   }
@@ -318,55 +305,52 @@ int ask(int c, vec3 start, vec3 slope, float error_px, float length, inout Candi
   float nearest = max(off.x, off.y);
   if (!(nearest < (abs(region.distance) == 1 ? 0.5 : 0.5 + kWidestTolerance_px))) return kDoubtful;
   bvec2 forward = greaterThan(speed, vec2(0.0));
-  vec2 border = mix(region.low, region.high, forward);
+  vec2 border = mix(region.low, region.high, forward) - vec2(f.first);
   if (region.distance < 0) {
     vec2 ahead = mix(vec2(-1.0), vec2(1.0), forward);
-    border -= ahead * kTolerance * error_px;
-    vec2 until = crossings(now.s, border, start, slope);
+    border -= ahead * kTolerance * f.error_px;
+    vec2 until = crossings(now.s, border, f);
     holds = all(greaterThan((border - uv) * ahead, vec2(0.0))) ? min(until.x, until.y) : now.s;
     return kGoing;
   }
-  vec2 next = crossings(now.s, border, start, slope);
+  vec2 next = crossings(now.s, border, f);
   bool along_u = next.x <= next.y;
   float s = along_u ? next.x : next.y, crossed = along_u ? border.x : border.y;
-  if (!(s < length)) return kMiss;
-  float delta = kCrossingErrors * error_px * (start.z + s * slope.z) / abs((along_u ? slope.x : slope.y) - crossed * slope.z);
-  if (!(delta < length)) return kDoubtful;
+  if (!(s < length_m)) return kMiss;
+  float delta = kCrossingErrors * f.error_px * (f.start.z + s * f.slope.z) / abs((along_u ? f.slope.x : f.slope.y) - crossed * f.slope.z);
+  if (!(delta < length_m)) return kDoubtful;
   bool on = along_u ? forward.x : forward.y;
-  now = Candidate(s, delta, c, along_u ? 0 : 1, on ? int(crossed) : int(crossed) - 1, int(crossed));
+  int at_border = int(crossed) + (along_u ? f.first.x : f.first.y);
+  now = Candidate(s, delta, c, along_u ? 0 : 1, on ? at_border : at_border - 1, at_border);
   return kGoing;
 }
-int first_in_hull(uint slot, Tile tile, vec2 from_corner, out Candidate now) {
+// Stays with one camera while it moves the candidate on; then it holds until `holds`.
+void visit(int c, Form form, float length_m, inout Candidate now, inout float holds, inout bool agreed, inout int state) {
+  if (state != kGoing || holds > now.s + now.delta) return;
+  for (int repeat = 0; repeat < kMostRepeats; ++repeat) {
+    float before = now.s;
+    holds = -1.0;
+    state = ask(c, form, length_m, now, holds);
+    if (state != kGoing || now.s == before) break;
+    agreed = false;
+  }
+}
+int first_in_hull(double begin_m, float length_m, dvec2 ray, out Candidate now) {
   float holds[kCameras];
-  for (int c = 0; c < kCameras; ++c) holds[c] = -1.0;
+  PREPARE
   now = Candidate(0.0, 0.0, -1, 0, 0, 0);
-  float length = tile.length_m * (1.0 + 1e-6), begin = float(tile.begin_m);
   int state = kGoing;
   for (int round = 0; round < kMostRounds; ++round) {
     bool agreed = true;
-    for (int c = 0; c < cameras; ++c) {
-      if (holds[c] > now.s + now.delta) continue;
-      vec3 per_pixel = maps[c].per_column.xyz * from_corner.x + maps[c].per_row.xyz * from_corner.y;
-      int form = 2 * (int(slot) * cameras + c);
-      vec4 start = tile_maps[form];
-      vec3 slope = tile_maps[form + 1].xyz + per_pixel;
-      start.xyz += begin * per_pixel;
-      for (int repeat = 0; repeat < kMostRepeats; ++repeat) {
-        float before = now.s;
-        holds[c] = -1.0;
-        state = ask(c, start.xyz, slope, start.w, length, now, holds[c]);
-        if (state != kGoing) return state;
-        if (now.s == before) break;
-        agreed = false;
-      }
-    }
+    VISIT
+    if (state != kGoing) return state;
     if (agreed) return kHit;
   }
   return kDoubtful;
 }
 // The crossing again, in double.
 double depth_of(Candidate hit, dvec2 ray) {
-  dvec3 eye = exact_at(hit.camera, 0), slope = exact_at(hit.camera, 1) * ray.x + exact_at(hit.camera, 2) * ray.y + exact_at(hit.camera, 3);
+  dvec3 eye = maps[hit.camera].eye.xyz, slope = slope_of(hit.camera, ray);
   double border = double(hit.border);
   return (border * eye.z - (hit.axis == 0 ? eye.x : eye.y)) / ((hit.axis == 0 ? slope.x : slope.y) - border * slope.z);
 }
@@ -378,7 +362,7 @@ void main() {
   if (in_tile.x < (tile.rays & 15u) || in_tile.x > (tile.rays >> 4 & 15u) || in_tile.y < (tile.rays >> 8 & 15u) || in_tile.y > tile.rays >> 12) return;
   uvec2 ray = uvec2(tile.corner & 0xffffu, tile.corner >> 16) + in_tile;
   Candidate hit;
-  int state = first_in_hull(slot, tile, vec2(in_tile), hit);
+  int state = first_in_hull(tile.begin_m, tile.length_m * kLengthSlack, dvec2(ray), hit);
   if (state == kHit && hit.camera < 0 && tile.at_near == 0u) state = kDoubtful;
   if (state == kDoubtful) {
     set_aside(ray.x, ray.y);
@@ -386,8 +370,8 @@ void main() {
   }
   float depth = kNoHull;
   if (state == kHit) {
-    double t = hit.camera < 0 ? exact[0] : depth_of(hit, dvec2(ray));
-    if (t < exact[1]) depth = float(t);
+    double t = hit.camera < 0 ? range_m.x : depth_of(hit, dvec2(ray));
+    if (t < range_m.y) depth = float(t);
   }
   imageStore(depth_m, ivec2(ray), vec4(depth, 0.0, 0.0, 0.0));
 })";
@@ -408,7 +392,6 @@ void clip(double offset, double slope) {
   else if (at_begin) range.y = min(range.y, t);
   else range.y = range.x;
 }
-dvec3 slope_of(int c, dvec2 ray) { return exact_at(c, 1) * ray.x + (exact_at(c, 2) * ray.y + exact_at(c, 3)); }
 int pixel(double offset, double slope, double w, double t, int least, int most) {
   double at = (offset + t * slope) / w;
   return !(at > double(least)) ? least : at >= double(most) ? most : int(at);
@@ -443,9 +426,9 @@ double first_on_object(int c, dvec3 eye, dvec3 slope, double t, double end) {
   return kNever;
 }
 double first_in_hull(dvec2 ray) {
-  range = dvec2(exact[0], exact[1]);
+  range = range_m.xy;
   for (int c = 0; c < cameras && range.x < range.y; ++c) {
-    dvec3 eye = exact_at(c, 0), slope = slope_of(c, ray);
+    dvec3 eye = maps[c].eye.xyz, slope = slope_of(c, ray);
     dvec4 bounds = dvec4(maps[c].bounds);
     clip(eye.z - kNearestToCamera_m, slope.z);
     clip(eye.x - bounds.x * eye.z, slope.x - bounds.x * slope.z);
@@ -456,7 +439,7 @@ double first_in_hull(dvec2 ray) {
   if (!(range.x < range.y)) return kNever;
   double t = range.x;
   for (int c = 0, agreeing = 0; agreeing < cameras; c = c + 1 == cameras ? 0 : c + 1) {
-    double at = first_on_object(c, exact_at(c, 0), slope_of(c, ray), t, range.y);
+    double at = first_on_object(c, maps[c].eye.xyz, slope_of(c, ray), t, range.y);
     if (at == kNever) return kNever;
     agreeing = at > t ? 1 : agreeing + 1;
     t = at;
@@ -472,7 +455,7 @@ void main() {
 })";
 
 std::string of_view(const std::string& passes) {
-  return kVersion + std::string("const int kNoCell = 99;\nconst float kNoHull = 0.0;\n") + kView + kWork + passes;
+  return kVersion + std::string("const int kNoCell = 99, kMostCameras = ") + std::to_string(kMostCameras) + ";\nconst float kNoHull = 0.0;\n" + kView + kWork + passes;
 }
 
 }  // namespace
@@ -480,7 +463,21 @@ std::string of_view(const std::string& passes) {
 std::string cells_source() { return std::string(kVersion) + kGrids + kCells; }
 std::string distances_source() { return std::string(kVersion) + kGrids + kDistances; }
 std::string tiles_source() { return of_view(kTiles); }
-std::string rays_source(int most_cameras) { return of_view("const int kCameras = " + std::to_string(most_cameras) + ";\n" + kRays); }
+std::string rays_source(int most_cameras) {
+  std::string prepare, visit;
+  if (most_cameras <= kUnrolledCameras) {
+    prepare = "Form forms[kCameras];";
+    for (int i = 0; i < most_cameras; ++i) {
+      const std::string c = std::to_string(i);
+      prepare += " holds[" + c + "] = -1.0; if (" + c + " < cameras) forms[" + c + "] = form_of(" + c + ", ray, begin_m, length_m);";
+      visit += " if (" + c + " < cameras) visit(" + c + ", forms[" + c + "], length_m, now, holds[" + c + "], agreed, state);";
+    }
+  } else {
+    prepare = "for (int c = 0; c < cameras; ++c) holds[c] = -1.0;";
+    visit = "for (int c = 0; c < cameras; ++c) visit(c, form_of(c, ray, begin_m, length_m), length_m, now, holds[c], agreed, state);";
+  }
+  return of_view("const int kCameras = " + std::to_string(most_cameras) + ";\n#define PREPARE " + prepare + "\n#define VISIT " + visit + "\n" + kRays);
+}
 std::string settle_source() { return of_view(kSettle); }
 
 }  // namespace fivepipe::gl_hull

@@ -5,6 +5,7 @@
 
 namespace fivepipe::gl_hull {
 
+inline constexpr int kMostCameras = 64;      // a view's block stays within the 16 KB that every driver has
 inline constexpr int kTile_px = 8;            // a workgroup's rays: tiles of 8x8, aligned in the view
 inline constexpr int kGroup = 64;             // invocations of a workgroup in the passes that are not over rays
 inline constexpr int kPad_px = 8;             // free of object pixels around a map's bounds, at least
@@ -15,11 +16,15 @@ inline constexpr int kCell_px = 8;            // side of a coarse cell
 struct Grid {  // bits of one map's crop, or of its coarse cells: a row is whole words of 32, 4 words of distances for each
   std::uint32_t first_word, words_per_row, rows, unused;
 };
-struct ViewMap {
-  float per_column[4], per_row[4];  // of (U, V, W) at infinity, by view pixel
-  std::int32_t bounds[4];           // u0, v0, u1, v1 of the object pixels [px of the crop]
-  std::int32_t pixels[4];           // first word of distances, words per row, rows, columns
-  std::int32_t cells[4];
+struct ViewMap {  // std140
+  double eye[4], column[4], row[4], constant[4];  // (U, V, W) at the eye; at infinity, by view column, by view row, constant
+  std::int32_t bounds[4];                         // u0, v0, u1, v1 of the object pixels [px of the crop]
+  std::int32_t pixels[4], cells[4];               // distances: first word, words per row, rows, columns
+  std::int32_t unused[4];
+};
+struct ViewBlock {
+  double range_m[4];  // near, far
+  ViewMap maps[kMostCameras];
 };
 struct Candidate {  // a tile to look at: its rays (first to last, inclusive) that are asked for
   std::uint32_t corner, rays;
