@@ -14,7 +14,7 @@ namespace {
 using namespace gl_hull;
 
 // Bindings of the shaders' storage blocks; the preparation and a view share the distances.
-enum Binding { kBits = 0, kDistances = 1, kGrids = 2, kCandidates = 0, kTiles = 2, kWork = 3 };
+enum Binding { kBits = 0, kDistances = 1, kGrids = 2, kCandidates = 0, kStrips = 3, kTiles = 2, kWork = 3 };
 static_assert(kMostCameras == kMostGlCameras);
 constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as its shader
 
@@ -50,8 +50,8 @@ void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t w
 }  // namespace
 
 GlHull::GlHull()
-    : cells_("hull: cells", cells_source()), distances_("hull: distances", distances_source()), tiles_("hull: tiles", tiles_source()),
-      settle_("hull: settle", settle_source()) {
+    : cells_("hull: cells", cells_source()), strips_("hull: strips", strips_source()), distances_("hull: distances", distances_source()),
+      tiles_("hull: tiles", tiles_source()), settle_("hull: settle", settle_source()) {
   for (const std::size_t most : {4, 16, 64}) rays_.push_back({most, nullptr});
   for (const GlTimer* timer : {&prepare_timer_, &trace_timer_}) {  // so that they answer before the first use
     timer->begin();
@@ -97,26 +97,35 @@ void GlHull::set_silhouettes(std::span<const Silhouette> silhouettes, const Hull
 
 void GlHull::prepare() {
   std::vector<Grid> grids;
-  std::size_t most_cell_words = 0, most_strips = 0;
+  std::size_t most_cell_words = 0, all_strips = 0;
   for (const Map& m : maps_) {
     grids.push_back({m.first_pixel_word, m.pixel_words, m.pixel_rows, 0});
     grids.push_back({m.first_cell_word, m.cell_words, m.cell_rows, 0});
     most_cell_words = std::max(most_cell_words, std::size_t(m.cell_words) * m.cell_rows);
-    most_strips = std::max(most_strips, std::size_t(m.pixel_words) * (32 / kStripWidth_px) * ((m.pixel_rows + kStripHeight_px - 1) / kStripHeight_px));
+    for (const Grid& g : {grids.end()[-2], grids.end()[-1]})
+      all_strips += std::size_t(g.words_per_row) * (32 / kStripWidth_px) * ((g.rows + kStripHeight_px - 1) / kStripHeight_px);
   }
   bit_buffer_.reserve(words_ * sizeof(std::uint32_t));
   bit_buffer_.write(bits_.data(), bits_.size() * sizeof(std::uint32_t));
   distance_buffer_.reserve(words_ * 4 * sizeof(std::uint32_t));
   grid_buffer_.write(grids.data(), grids.size() * sizeof(Grid));
+  const Strips none{{0, 1, 1}, 0};
+  strip_buffer_.reserve(sizeof none + all_strips * 2 * sizeof(std::uint32_t));
+  strip_buffer_.write(&none, sizeof none);
   prepare_timer_.begin();
   bit_buffer_.bind_storage(kBits);
   distance_buffer_.bind_storage(kDistances);
   grid_buffer_.bind_storage(kGrids);
+  strip_buffer_.bind_storage(kStrips);
+  glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, strip_buffer_.get());
   cells_.use();
   glDispatchCompute(groups_of(most_cell_words), GLuint(maps_.size()), 1);
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+  strips_.use();
+  glDispatchCompute(groups_of(most_cell_words), GLuint(maps_.size()), 1);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
   distances_.use();
-  glDispatchCompute(groups_of(most_strips), GLuint(grids.size()), 1);
+  glDispatchComputeIndirect(offsetof(Strips, groups));
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
   prepare_timer_.end();
 }

@@ -66,13 +66,13 @@ class GlHull {
   void run(std::size_t cameras);
   const GlProgram& rays_program(std::size_t cameras);
 
-  GlProgram cells_, distances_, tiles_, settle_;
+  GlProgram cells_, strips_, distances_, tiles_, settle_;
   struct RaysProgram {
     std::size_t most_cameras;
     std::unique_ptr<GlProgram> program;  // made when first needed
   };
   std::vector<RaysProgram> rays_;
-  GlBuffer bit_buffer_, distance_buffer_, grid_buffer_, view_buffer_, candidate_buffer_, tile_buffer_, work_buffer_;
+  GlBuffer bit_buffer_, distance_buffer_, grid_buffer_, strip_buffer_, view_buffer_, candidate_buffer_, tile_buffer_, work_buffer_;
   GlTimer prepare_timer_, trace_timer_;
   std::unique_ptr<GlTexture> depth_;
   std::vector<Map> maps_;

@@ -8,95 +8,6 @@ const char* const kVersion = "#version 450 core\n";
 // Up to this many cameras, the pass over rays has its own code for each and keeps the ray's images in registers.
 constexpr int kUnrolledCameras = 4;
 
-const char* const kGrids = R"(
-layout(local_size_x = 64) in;
-struct Grid { uint first_word, words_per_row, rows, unused; };
-layout(std430, binding = 2) readonly buffer Grids { Grid grids[]; };  // of camera i: pixels at 2i, cells at 2i + 1
-)";
-
-// One word of cells: 32 cells of 8x8 pixels.
-const char* const kCells = R"(
-layout(std430, binding = 0) buffer Bits { uint bits[]; };
-void main() {
-  Grid pixels = grids[2 * gl_WorkGroupID.y], cells = grids[2 * gl_WorkGroupID.y + 1];
-  uint row = gl_GlobalInvocationID.x / cells.words_per_row, word = gl_GlobalInvocationID.x % cells.words_per_row;
-  if (row >= cells.rows) return;
-  uint found = 0u;
-  for (uint i = 0u; i < 8u; ++i) {
-    uint column = 8u * word + i, any = 0u;
-    if (column >= pixels.words_per_row) break;
-    for (uint v = 8u * row; v < min(8u * row + 8u, pixels.rows); ++v) any |= bits[pixels.first_word + v * pixels.words_per_row + column];
-    for (int cell = 0; cell < 4; ++cell)
-      if ((any >> 8 * cell & 0xffu) != 0u) found |= 1u << 4u * i + uint(cell);
-  }
-  bits[cells.first_word + row * cells.words_per_row + word] = found;
-})";
-
-// Signed chessboard distances of 16x8 pixels, four bits each: bit 3 says object, the others how far (1 to 7, 7 meaning at
-// least that) the nearest pixel of the other kind is. Planes of bits grow by one pixel six times; each pixel counts for how
-// often it is not reached. A 32-bit window has 8 spare pixels on either side, each growth spoils one at its ends.
-const char* const kDistances = R"(
-layout(std430, binding = 0) readonly buffer Bits { uint bits[]; };
-layout(std430, binding = 1) writeonly buffer Distances { uint distances[]; };
-const int kGrowths = 6, kRows = 8, kWindow = kRows + 2 * kGrowths;
-uint word_at(Grid g, int row, int word) {
-  bool there = row >= 0 && row < int(g.rows) && word >= 0 && word < int(g.words_per_row);
-  uint found = bits[g.first_word + (there ? uint(row) * g.words_per_row + uint(word) : 0u)];
-  return there ? found : 0u;
-}
-uint spread(uint x) {  // 8 bits to the lowest of 8 nibbles
-  x = (x | x << 12) & 0x000f000fu;
-  x = (x | x << 6) & 0x03030303u;
-  return (x | x << 3) & 0x11111111u;
-}
-void main() {
-  Grid g = grids[gl_WorkGroupID.y];
-  uint strips = 2u * g.words_per_row, strip = gl_GlobalInvocationID.x % strips;
-  int first_row = kRows * int(gl_GlobalInvocationID.x / strips);
-  if (first_row >= int(g.rows)) return;
-  int word = int(strip / 2u);
-  bool right = (strip & 1u) == 1u;
-  uint window[kWindow], here[kRows], low[kRows], middle[kRows], high[kRows];
-  for (int i = 0; i < kWindow; ++i) {
-    int row = first_row + i - kGrowths;
-    uint own = word_at(g, row, word), beside = word_at(g, row, right ? word + 1 : word - 1);
-    window[i] = right ? own >> 8 | beside << 24 : own << 8 | beside >> 24;
-  }
-  for (int i = 0; i < kRows; ++i) {
-    here[i] = window[i + kGrowths];
-    low[i] = ~0u;
-    middle[i] = high[i] = 0u;
-  }
-  for (int kind = 0; kind < 2; ++kind) {
-    uint grown[kWindow];
-    for (int i = 0; i < kWindow; ++i) grown[i] = kind == 0 ? window[i] : ~window[i];
-    for (int growth = 1; growth <= kGrowths; ++growth) {
-      for (int i = 0; i < kWindow; ++i) grown[i] |= grown[i] << 1 | grown[i] >> 1;
-      uint above = grown[0];
-      for (int i = 1; i + 1 < kWindow; ++i) {
-        uint own = grown[i];
-        grown[i] |= above | grown[i + 1];
-        above = own;
-      }
-      for (int i = 0; i < kRows; ++i) {  // add one where not reached, in a sliced three-bit counter
-        uint carry = ~grown[i + kGrowths], next = low[i] & carry;
-        low[i] ^= carry;
-        carry = middle[i] & next;
-        middle[i] ^= next;
-        high[i] |= carry;
-      }
-    }
-  }
-  uint to = 4u * (g.first_word + uint(first_row) * g.words_per_row) + 2u * strip;
-  for (int i = 0; i < kRows; ++i) {
-    if (first_row + i < int(g.rows)) {
-      distances[to] = spread(low[i] >> 8 & 0xffu) | spread(middle[i] >> 8 & 0xffu) << 1 | spread(high[i] >> 8 & 0xffu) << 2 | spread(here[i] >> 8 & 0xffu) << 3;
-      distances[to + 1u] = spread(low[i] >> 16 & 0xffu) | spread(middle[i] >> 16 & 0xffu) << 1 | spread(high[i] >> 16 & 0xffu) << 2 | spread(here[i] >> 16 & 0xffu) << 3;
-    }
-    to += 4u * g.words_per_row;
-  }
-})";
-
 // What the passes over a view share: its maps, and how far a map is free around a pixel.
 const char* const kView = R"(
 layout(std430, binding = 1) readonly buffer Distances { uint distances[]; };
@@ -113,25 +24,23 @@ dvec3 slope_of(int camera, dvec2 ray) { return maps[camera].column.xyz * ray.x +
 struct Region { int distance; vec2 low, high; };
 const float kBeyond_px = 1e30;
 uint nibble(ivec4 grid, ivec2 at) { return distances[grid.x + at.y * grid.y + (at.x >> 3)] >> 4 * (at.x & 7) & 15u; }
-Region region_around(int camera, ivec2 at) {
+Region region_around(int camera, ivec2 asked) {
   ivec4 grid = maps[camera].pixels;
-  if (at.x < 0 || at.y < 0 || at.x >= grid.w || at.y >= grid.z) {  // half the plane, up to the object's bounds
-    ivec4 bounds = maps[camera].bounds;
-    Region r = Region(kNoCell, vec2(-kBeyond_px), vec2(kBeyond_px));
-    if (at.x < 0) r.high.x = float(bounds.x);
-    else if (at.x >= grid.w) r.low.x = float(bounds.z);
-    else if (at.y < 0) r.high.y = float(bounds.y);
-    else r.low.y = float(bounds.w);
-    return r;
+  ivec2 last = grid.wz - 1, at = clamp(asked, ivec2(0), last);
+  Region r;
+  ivec2 cell = at >> 3;
+  int far = int(nibble(maps[camera].cells, cell));
+  if (far > 1 && far < 8) {  // only cells with an object pixel in them or next to them have distances by pixel
+    r = Region(kFar, vec2(8 * (cell - far + 1)), vec2(8 * (cell + far)));
+  } else {
+    uint code = nibble(grid, at);
+    int distance = int(code & 7u);
+    r = Region(code < 8u ? distance : -distance, vec2(at - distance + 1), vec2(at + distance));
   }
-  uint code = nibble(grid, at);
-  int distance = int(code & 7u);
-  if (code == 7u) {
-    ivec2 cell = at >> 3;
-    int far = int(nibble(maps[camera].cells, cell));
-    if (far > 1 && far < 8) return Region(kNoCell, vec2(8 * (cell - far + 1)), vec2(8 * (cell + far)));
-  }
-  return Region(code < 8u ? distance : -distance, vec2(at - distance + 1), vec2(at + distance));
+  // Beyond the crop, whose rim is far from all object pixels, there is none.
+  r.low = mix(r.low, vec2(-kBeyond_px), lessThanEqual(asked, ivec2(0)));
+  r.high = mix(r.high, vec2(kBeyond_px), greaterThanEqual(asked, last));
+  return r;
 }
 )";
 
@@ -455,13 +364,11 @@ void main() {
 })";
 
 std::string of_view(const std::string& passes) {
-  return kVersion + std::string("const int kNoCell = 99, kMostCameras = ") + std::to_string(kMostCameras) + ";\nconst float kNoHull = 0.0;\n" + kView + kWork + passes;
+  return kVersion + std::string("const int kFar = 99, kMostCameras = ") + std::to_string(kMostCameras) + ";\nconst float kNoHull = 0.0;\n" + kView + kWork + passes;
 }
 
 }  // namespace
 
-std::string cells_source() { return std::string(kVersion) + kGrids + kCells; }
-std::string distances_source() { return std::string(kVersion) + kGrids + kDistances; }
 std::string tiles_source() { return of_view(kTiles); }
 std::string rays_source(int most_cameras) {
   std::string prepare, visit;

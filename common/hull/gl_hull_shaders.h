@@ -16,6 +16,9 @@ inline constexpr int kCell_px = 8;            // side of a coarse cell
 struct Grid {  // bits of one map's crop, or of its coarse cells: a row is whole words of 32, 4 words of distances for each
   std::uint32_t first_word, words_per_row, rows, unused;
 };
+struct Strips {  // an indirect dispatch, and the pairs of words that it works on
+  std::uint32_t groups[3], count;
+};
 struct ViewMap {  // std140
   double eye[4], column[4], row[4], constant[4];  // (U, V, W) at the eye; at infinity, by view column, by view row, constant
   std::int32_t bounds[4];                         // u0, v0, u1, v1 of the object pixels [px of the crop]
@@ -40,7 +43,8 @@ struct Work {  // two indirect dispatches and what they work on
 };
 
 std::string cells_source();      // coarse cells from object bits
-std::string distances_source();  // chessboard distances from bits
+std::string strips_source();     // which strips of pixels need distances
+std::string distances_source();  // their chessboard distances from bits
 std::string tiles_source();      // which tiles may meet the hull, and from where on
 std::string rays_source(int most_cameras);  // rays in float, doubtful ones set aside
 std::string settle_source();     // these in double
