@@ -135,15 +135,22 @@ void GlProgram::set(const char* uniform, const Eigen::Matrix<float, 3, 4>& value
   glProgramUniformMatrix4x3fv(get(), glGetUniformLocation(get(), uniform), 1, GL_FALSE, value.data());
 }
 
-GlTimer::GlTimer() : name_(created([](GLuint* n) { glCreateQueries(GL_TIME_ELAPSED, 1, n); })) {}
+GlTimer::GlTimer()
+    : begin_(created([](GLuint* n) { glCreateQueries(GL_TIMESTAMP, 1, n); })), end_(created([](GLuint* n) { glCreateQueries(GL_TIMESTAMP, 1, n); })) {}
 
-void GlTimer::begin() const { glBeginQuery(GL_TIME_ELAPSED, name_.get()); }
-void GlTimer::end() const { glEndQuery(GL_TIME_ELAPSED); }
+void GlTimer::begin() { glQueryCounter(begin_.get(), GL_TIMESTAMP); }
+
+void GlTimer::end() {
+  glQueryCounter(end_.get(), GL_TIMESTAMP);
+  used_ = true;
+}
 
 double GlTimer::elapsed_ms() const {
-  GLuint64 elapsed_ns = 0;
-  glGetQueryObjectui64v(name_.get(), GL_QUERY_RESULT, &elapsed_ns);
-  return double(elapsed_ns) * 1e-6;
+  if (!used_) return 0;
+  GLuint64 begin_ns = 0, end_ns = 0;
+  glGetQueryObjectui64v(begin_.get(), GL_QUERY_RESULT, &begin_ns);
+  glGetQueryObjectui64v(end_.get(), GL_QUERY_RESULT, &end_ns);
+  return double(end_ns - begin_ns) * 1e-6;
 }
 
 GlFramebuffer::GlFramebuffer(int width_px, int height_px, GLenum colour_format, bool depth_stencil)

@@ -103,12 +103,13 @@ class GlProgram {
 class GlTimer {
  public:
   GlTimer();
-  void begin() const;
-  void end() const;
-  double elapsed_ms() const;  // of the last pair; waits for the GPU
+  void begin();
+  void end();
+  double elapsed_ms() const;  // of the last pair; waits for the GPU; 0 before the first
 
  private:
-  GlName<delete_query> name_;
+  GlName<delete_query> begin_, end_;  // time stamps: other timers may run meanwhile
+  bool used_ = false;
 };
 
 // One colour attachment and, where asked, depth (32 bit float) with 8 bits of stencil.

@@ -53,10 +53,6 @@ GlHull::GlHull()
     : cells_("hull: cells", cells_source()), strips_("hull: strips", strips_source()), distances_("hull: distances", distances_source()),
       tiles_("hull: tiles", tiles_source()), settle_("hull: settle", settle_source()) {
   for (const std::size_t most : {4, 16, 64}) rays_.push_back({most, nullptr});
-  for (const GlTimer* timer : {&prepare_timer_, &trace_timer_}) {  // so that they answer before the first use
-    timer->begin();
-    timer->end();
-  }
   const Work none{};
   work_buffer_.write(&none, sizeof none);
 }
