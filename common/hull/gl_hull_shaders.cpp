@@ -20,27 +20,21 @@ layout(location = 0) uniform int cameras;
 // A ray's image in a map: (U, V, W) at depth t is eye + t * slope.
 dvec3 slope_of(int camera, dvec2 ray) { return maps[camera].column.xyz * ray.x + (maps[camera].row.xyz * ray.y + maps[camera].constant.xyz); }
 
-// The pixels of a box around one: all without object (distance > 0) or all object (< 0); +-1: next to the other kind.
-struct Region { int distance; vec2 low, high; };
-const float kBeyond_px = 1e30;
+// A box of pixels around one: all without object (distance > 0) or all object (< 0); +-1: next to the other kind.
+struct Region { int distance; ivec2 at; int reach, scale; };
+vec2 low_of(Region r) { return vec2(r.scale * (r.at - r.reach + 1)); }
+vec2 high_of(Region r) { return vec2(r.scale * (r.at + r.reach)); }
+vec2 border_ahead(Region r, bvec2 forward) { return vec2(r.scale * (r.at + mix(ivec2(1 - r.reach), ivec2(r.reach), forward))); }
+
 uint nibble(ivec4 grid, ivec2 at) { return distances[grid.x + at.y * grid.y + (at.x >> 3)] >> 4 * (at.x & 7) & 15u; }
+// Beyond the crop: of the nearest pixel on its rim, which is far from all object pixels.
 Region region_around(int camera, ivec2 asked) {
-  ivec4 grid = maps[camera].pixels;
-  ivec2 last = grid.wz - 1, at = clamp(asked, ivec2(0), last);
-  Region r;
-  ivec2 cell = at >> 3;
+  ivec2 at = clamp(asked, ivec2(0), maps[camera].pixels.wz - 1), cell = at >> 3;
   int far = int(nibble(maps[camera].cells, cell));
-  if (far > 1 && far < 8) {  // only cells with an object pixel in them or next to them have distances by pixel
-    r = Region(kFar, vec2(8 * (cell - far + 1)), vec2(8 * (cell + far)));
-  } else {
-    uint code = nibble(grid, at);
-    int distance = int(code & 7u);
-    r = Region(code < 8u ? distance : -distance, vec2(at - distance + 1), vec2(at + distance));
-  }
-  // Beyond the crop, whose rim is far from all object pixels, there is none.
-  r.low = mix(r.low, vec2(-kBeyond_px), lessThanEqual(asked, ivec2(0)));
-  r.high = mix(r.high, vec2(kBeyond_px), greaterThanEqual(asked, last));
-  return r;
+  if (far > 1 && far < 8) return Region(kFar, cell, far, 8);  // only cells with object in or next to them have distances by pixel
+  uint code = nibble(maps[camera].pixels, at);
+  int reach = int(code & 7u);
+  return Region(code < 8u ? reach : -reach, at, reach, 1);
 }
 )";
 
@@ -69,6 +63,7 @@ const double kNearestToCamera_m = 1e-9lf;  // as map_from_view.h
 // Boxes are kept this far from, so that rays don't start next to a pixel border [px].
 const double kKeepOff_px = 1.0lf / 32.0lf;
 const int kMostSteps = 48;
+const float kBeyond_px = 1e30;
 dvec2 range;
 void clip(double offset, double slope) {
   bool at_begin = offset + range.x * slope >= 0.0lf, at_end = offset + range.y * slope >= 0.0lf;
@@ -101,12 +96,14 @@ double free_until(int c, dvec2 corner, double t) {
     uv[k] = at.xy / at.z;
     middle += 0.25lf * uv[k];
   }
-  ivec2 size = maps[c].pixels.wz;
-  Region free = region_around(c, ivec2(floor(clamp(middle, dvec2(-1.0lf), dvec2(size)))));
+  ivec2 size = maps[c].pixels.wz, asked = ivec2(floor(clamp(middle, dvec2(-1.0lf), dvec2(size))));
+  Region free = region_around(c, asked);
   if (free.distance < 2) return t;
+  // There is no object beyond the crop.
+  dvec2 low = dvec2(mix(low_of(free), vec2(-kBeyond_px), lessThan(asked, ivec2(0)))) + kKeepOff_px;
+  dvec2 high = dvec2(mix(high_of(free), vec2(kBeyond_px), greaterThanEqual(asked, size))) - kKeepOff_px;
   double until = range_m.y;
   for (int k = 0; k < 4; ++k) {
-    dvec2 low = dvec2(free.low) + kKeepOff_px, high = dvec2(free.high) - kKeepOff_px;
     if (!(uv[k].x > low.x && uv[k].y > low.y && uv[k].x < high.x && uv[k].y < high.y)) return t;
     dvec3 slope = first + double(k & 1) * column + double(k >> 1) * row;
     double w = eye.z + t * slope.z;
@@ -162,6 +159,7 @@ layout(r32f, binding = 0) writeonly uniform image2D depth_m;
 const float kCrossingErrors = 3.0, kTolerance = 4.0;
 const float kUnit = 5.9604645e-8, kFormUnits = 3.0, kQuotientUnits = 8.0;
 const float kWidestTolerance_px = 0.5, kWorstForm_px = 1.0 / 64.0;
+const float kNever = 1e30;
 const float kFarthest_px = 1e6;  // where counting starts, at most; beyond any map
 const float kLengthSlack = 1.0 + 1e-6;  // of float's rounding; the last word is a comparison in double
 const int kMostRepeats = 8, kMostRounds = 64;
@@ -186,51 +184,36 @@ Form form_of(int c, dvec2 ray, double begin_m, float length_m) {
 // Depth from the tile's start, how uncertain it is, and what set it: the border that an image crossed into pixel `entered`.
 struct Candidate { float s, delta; int camera, axis, entered, border; };
 
-vec2 crossings(float s, vec2 border_px, Form f) {  // forward only
-  vec2 at = (border_px * f.start.z - f.start.xy) / (f.slope.xy - border_px * f.slope.z);
-  return mix(vec2(kBeyond_px), at, greaterThan(at, vec2(s)));
-}
 // Asks one camera; kGoing: `now` has moved on, or not (then the camera holds until `holds`).
 int ask(int c, Form f, float length_m, inout Candidate now, inout float holds) {
   vec3 at = f.start + now.s * f.slope;
   float inverse = 1.0 / at.z;
-  vec2 uv = at.xy * inverse;
-  ivec2 pixel = ivec2(floor(clamp(uv, -kFarthest_px, kFarthest_px))) + f.first;
+  vec2 uv = clamp(at.xy * inverse, -kFarthest_px, kFarthest_px), whole = floor(uv);
   vec2 speed = (f.slope.xy - uv * f.slope.z) * inverse;
-  vec2 tolerance = kTolerance * (f.error_px + now.delta * abs(speed));
-  vec2 off = abs(fract(uv) - 0.5) + tolerance;  // > 0.5: next to a border
-  if (now.camera == c) {
-    if (now.axis == 0) {
-      pixel.x = now.entered;
-      uv.x = float(now.border - f.first.x);
-      off.x = 0.0;
-    } else {
-      pixel.y = now.entered;
-      uv.y = float(now.border - f.first.y);
-      off.y = 0.0;
-    }
-  }
+  vec2 off = abs(uv - whole - 0.5) + kTolerance * (f.error_px + now.delta * abs(speed));  // > 0.5: next to a border
+  bvec2 known = bvec2(now.camera == c && now.axis == 0, now.camera == c && now.axis == 1), forward = greaterThan(speed, vec2(0.0));
+  ivec2 pixel = mix(ivec2(whole) + f.first, ivec2(now.entered), known);
+  off = mix(off, vec2(0.0), known);
   Region region = region_around(c, pixel);
-  float nearest = max(off.x, off.y);
-  if (!(nearest < (abs(region.distance) == 1 ? 0.5 : 0.5 + kWidestTolerance_px))) return kDoubtful;
-  bvec2 forward = greaterThan(speed, vec2(0.0));
-  vec2 border = mix(region.low, region.high, forward) - vec2(f.first);
+  if (!(max(off.x, off.y) < (abs(region.distance) == 1 ? 0.5 : 0.5 + kWidestTolerance_px))) return kDoubtful;
+
+  // When the image leaves the region; where that only bounds what is known, a little before.
+  vec2 border = border_ahead(region, forward) - vec2(f.first);
+  if (region.distance < 0) border += mix(vec2(kTolerance), vec2(-kTolerance), forward) * f.error_px;
+  vec2 leaves = (border * f.start.z - f.start.xy) / (f.slope.xy - border * f.slope.z);
+  leaves = mix(vec2(kNever), leaves, greaterThan(leaves, vec2(now.s)));
+  bool along_u = leaves.x <= leaves.y;
+  float s = along_u ? leaves.x : leaves.y, crossed = along_u ? border.x : border.y;
   if (region.distance < 0) {
-    vec2 ahead = mix(vec2(-1.0), vec2(1.0), forward);
-    border -= ahead * kTolerance * f.error_px;
-    vec2 until = crossings(now.s, border, f);
-    holds = all(greaterThan((border - uv) * ahead, vec2(0.0))) ? min(until.x, until.y) : now.s;
+    uv = mix(uv, vec2(now.border - f.first), known);
+    holds = all(equal(greaterThan(border, uv), forward)) ? s : now.s;
     return kGoing;
   }
-  vec2 next = crossings(now.s, border, f);
-  bool along_u = next.x <= next.y;
-  float s = along_u ? next.x : next.y, crossed = along_u ? border.x : border.y;
   if (!(s < length_m)) return kMiss;
   float delta = kCrossingErrors * f.error_px * (f.start.z + s * f.slope.z) / abs((along_u ? f.slope.x : f.slope.y) - crossed * f.slope.z);
   if (!(delta < length_m)) return kDoubtful;
-  bool on = along_u ? forward.x : forward.y;
   int at_border = int(crossed) + (along_u ? f.first.x : f.first.y);
-  now = Candidate(s, delta, c, along_u ? 0 : 1, on ? at_border : at_border - 1, at_border);
+  now = Candidate(s, delta, c, along_u ? 0 : 1, (along_u ? forward.x : forward.y) ? at_border : at_border - 1, at_border);
   return kGoing;
 }
 // Stays with one camera while it moves the candidate on; then it holds until `holds`.
@@ -319,17 +302,18 @@ double first_on_object(int c, dvec3 eye, dvec3 slope, double t, double end) {
   while (u >= bounds.x && v >= bounds.y && u < bounds.z && v < bounds.w) {
     Region free = region_around(c, ivec2(u, v));
     if (free.distance < 0) return t;
-    double at_u = crossing(eye.x, slope.x, eye.z, slope.z, double(right ? free.high.x : free.low.x), t);
-    double at_v = crossing(eye.y, slope.y, eye.z, slope.z, double(down ? free.high.y : free.low.y), t);
+    ivec2 low = ivec2(low_of(free)), high = ivec2(high_of(free));
+    double at_u = crossing(eye.x, slope.x, eye.z, slope.z, double(right ? high.x : low.x), t);
+    double at_v = crossing(eye.y, slope.y, eye.z, slope.z, double(down ? high.y : low.y), t);
     t = min(at_u, at_v);
     if (!(t < end)) return kNever;
     w = eye.z + t * slope.z;
     if (at_u <= at_v) {
-      u = right ? int(free.high.x) : int(free.low.x) - 1;
-      v = pixel(eye.y, slope.y, w, t, int(free.low.y), int(free.high.y) - 1);
+      u = right ? high.x : low.x - 1;
+      v = pixel(eye.y, slope.y, w, t, low.y, high.y - 1);
     } else {
-      v = down ? int(free.high.y) : int(free.low.y) - 1;
-      u = pixel(eye.x, slope.x, w, t, int(free.low.x), int(free.high.x) - 1);
+      v = down ? high.y : low.y - 1;
+      u = pixel(eye.x, slope.x, w, t, low.x, high.x - 1);
     }
   }
   return kNever;
