@@ -122,7 +122,7 @@ void GlHull::prepare() {
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
   distances_.use();
   glDispatchComputeIndirect(offsetof(Strips, groups));
-  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
   prepare_timer_.end();
 }
 

@@ -149,8 +149,8 @@ void main() {
 // Bound of float's rounding. What float knows of a map pixel is within e (error_px) at every depth of the range: of U, V and W
 // the offset is rounded once, the slope once, product and sum once each, so 3 units (half an ulp) of |offset| + length |slope|;
 // the quotient U / W has 2.5 ulp for GLSL's division and half of one for the product, 6 units, 8 with all second-order terms.
-// A depth is a crossing of a border by one map's image, at speed v [px/m]: it is within delta = 3 e / v, e for the offset and
-// slope, e for the division, one to spare. Another map then sees its pixel within e + delta v'. Four times that is kept from
+// A depth is a crossing of a border by one map's image, at speed v [px/m]: it is within delta = 3 e / v: e for
+// offset and slope, at most 5/3 e for the division. Another map then sees its pixel within e + delta v'. Four times that is kept from
 // every border that may part object from no object (distance +-1); nearer rays are set aside. Factor four, because then each
 // crossing lies more than 3 delta beyond the last, and what was certain of other maps from an earlier depth on stays so.
 const char* const kRays = R"(
@@ -209,8 +209,9 @@ int ask(int c, Form f, float length_m, inout Candidate now, inout float holds) {
     holds = all(equal(greaterThan(border, uv), forward)) ? s : now.s;
     return kGoing;
   }
-  if (!(s < length_m)) return kMiss;
+  if (!(s < 2.0 * length_m)) return kMiss;
   float delta = kCrossingErrors * f.error_px * (f.start.z + s * f.slope.z) / abs((along_u ? f.slope.x : f.slope.y) - crossed * f.slope.z);
+  if (!(s - delta < length_m)) return kMiss;
   if (!(delta < length_m)) return kDoubtful;
   int at_border = int(crossed) + (along_u ? f.first.x : f.first.y);
   now = Candidate(s, delta, c, along_u ? 0 : 1, (along_u ? forward.x : forward.y) ? at_border : at_border - 1, at_border);
@@ -236,7 +237,9 @@ int first_in_hull(double begin_m, float length_m, dvec2 ray, out Candidate now) 
     bool agreed = true;
     VISIT
     if (state != kGoing) return state;
-    if (agreed) return kHit;
+    bool held = true;  // nobody needs to be asked again
+    HELD
+    if (agreed || held) return kHit;
   }
   return kDoubtful;
 }
@@ -355,19 +358,21 @@ std::string of_view(const std::string& passes) {
 
 std::string tiles_source() { return of_view(kTiles); }
 std::string rays_source(int most_cameras) {
-  std::string prepare, visit;
+  std::string prepare, visit, held;
   if (most_cameras <= kUnrolledCameras) {
     prepare = "Form forms[kCameras];";
     for (int i = 0; i < most_cameras; ++i) {
       const std::string c = std::to_string(i);
       prepare += " holds[" + c + "] = -1.0; if (" + c + " < cameras) forms[" + c + "] = form_of(" + c + ", ray, begin_m, length_m);";
       visit += " if (" + c + " < cameras) visit(" + c + ", forms[" + c + "], length_m, now, holds[" + c + "], agreed, state);";
+      held += " held = held && (" + c + " >= cameras || holds[" + c + "] > now.s + now.delta);";
     }
   } else {
     prepare = "for (int c = 0; c < cameras; ++c) holds[c] = -1.0;";
+    held = "for (int c = 0; c < cameras && held; ++c) held = holds[c] > now.s + now.delta;";
     visit = "for (int c = 0; c < cameras; ++c) visit(c, form_of(c, ray, begin_m, length_m), length_m, now, holds[c], agreed, state);";
   }
-  return of_view("const int kCameras = " + std::to_string(most_cameras) + ";\n#define PREPARE " + prepare + "\n#define VISIT " + visit + "\n" + kRays);
+  return of_view("const int kCameras = " + std::to_string(most_cameras) + ";\n#define PREPARE " + prepare + "\n#define VISIT " + visit + "\n#define HELD " + held + "\n" + kRays);
 }
 std::string settle_source() { return of_view(kSettle); }
 
