@@ -1,6 +1,7 @@
 #include "common/hull/gl_hull.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -22,17 +23,23 @@ int floor_to_multiple(int x, int of) { return x >= 0 ? x / of * of : -((-x + of 
 
 GLuint groups_of(std::size_t invocations) { return GLuint((invocations + kGroup - 1) / kGroup); }
 
+struct Asked {
+  const Silhouette* silhouette;
+  PixelRect bounds;  // of its object pixels
+};
+
 // The order in which cameras are asked: smallest object first, it clears most; the rest only so that the given order never shows.
-bool asked_before(const Silhouette* a, const Silhouette* b) {
-  const auto key = [](const Silhouette& s) {
-    const auto& m = s.camera.camera_from_world.matrix();
-    std::vector<double> numbers{double(s.pixels.bounds().area_px()), s.camera.pinhole.fx_px, s.camera.pinhole.fy_px, s.camera.pinhole.cx_px, s.camera.pinhole.cy_px};
-    numbers.insert(numbers.end(), m.data(), m.data() + m.size());
+bool asked_before(const Asked& a, const Asked& b) {
+  const auto key = [](const Asked& asked) {
+    const Pinhole& k = asked.silhouette->camera.pinhole;
+    const auto& m = asked.silhouette->camera.camera_from_world.matrix();
+    std::array<double, 21> numbers{double(asked.bounds.area_px()), k.fx_px, k.fy_px, k.cx_px, k.cy_px};
+    std::copy(m.data(), m.data() + m.size(), numbers.begin() + 5);
     return numbers;
   };
-  const auto key_a = key(*a), key_b = key(*b);
+  const auto key_a = key(a), key_b = key(b);
   if (key_a != key_b) return key_a < key_b;
-  return std::ranges::lexicographical_compare(a->pixels.words(), b->pixels.words());
+  return std::ranges::lexicographical_compare(a.silhouette->pixels.words(), b.silhouette->pixels.words());
 }
 
 // Bits of the crop, rows of whole words; the crop may reach over the image, where nothing is set.
@@ -62,16 +69,15 @@ void GlHull::set_silhouettes(std::span<const Silhouette> silhouettes, const Hull
   if (rule.limits != Limits::all) throw std::invalid_argument("backend gl knows only the rule `limits: all`");
   maps_.clear();
   bits_.clear();
-  std::vector<const Silhouette*> order;
+  std::vector<Asked> order;
   empty_ = silhouettes.empty();
   for (const Silhouette& s : silhouettes) {
-    empty_ |= !is_finite(s.camera) || s.pixels.bounds().empty();
-    order.push_back(&s);
+    order.push_back({&s, s.pixels.bounds()});
+    empty_ |= !is_finite(s.camera) || order.back().bounds.empty();
   }
   if (empty_) return;
   std::sort(order.begin(), order.end(), asked_before);
-  for (const Silhouette* s : order) {
-    const PixelRect b = s->pixels.bounds();
+  for (const auto& [s, b] : order) {
     Map map{s->camera, floor_to_multiple(b.u0_px - kPad_px, 32), b.v0_px - kPad_px, {}};
     map.bounds = {b.u0_px - map.u0_px, b.v0_px - map.v0_px, b.u1_px - map.u0_px, b.v1_px - map.v0_px};
     map.pixel_words = std::uint32_t(map.bounds.u1_px + kPad_px + 31) / 32;
@@ -100,6 +106,12 @@ void GlHull::prepare() {
     most_cell_words = std::max(most_cell_words, std::size_t(m.cell_words) * m.cell_rows);
     for (const Grid& g : {grids.end()[-2], grids.end()[-1]})
       all_strips += std::size_t(g.words_per_row) * (32 / kStripWidth_px) * ((g.rows + kStripHeight_px - 1) / kStripHeight_px);
+  }
+  GLint64 most_bytes = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most_bytes);
+  if (words_ * 4 * sizeof(std::uint32_t) > std::size_t(most_bytes)) {
+    empty_ = true;
+    throw GlError("the maps' object pixels take more than the driver's largest storage block");
   }
   bit_buffer_.reserve(words_ * sizeof(std::uint32_t));
   bit_buffer_.write(bits_.data(), bits_.size() * sizeof(std::uint32_t));
@@ -143,8 +155,9 @@ void GlHull::write_view(const View& view) {
     Eigen::Vector3d::Map(to.row) = at_infinity.col(1);
     Eigen::Vector3d::Map(to.constant) = at_infinity.col(2);
     Eigen::Vector4i::Map(to.bounds) << m.bounds.u0_px, m.bounds.v0_px, m.bounds.u1_px, m.bounds.v1_px;
-    Eigen::Vector4i::Map(to.pixels) = 4 * Eigen::Vector4i(int(m.first_pixel_word), int(m.pixel_words), 0, 8 * int(m.pixel_words)) + Eigen::Vector4i(0, 0, int(m.pixel_rows), 0);
-    Eigen::Vector4i::Map(to.cells) = 4 * Eigen::Vector4i(int(m.first_cell_word), int(m.cell_words), 0, 8 * int(m.cell_words)) + Eigen::Vector4i(0, 0, int(m.cell_rows), 0);
+    // Each word of bits has four of distances, and 32 columns.
+    Eigen::Vector4i::Map(to.pixels) << int(4 * m.first_pixel_word), int(4 * m.pixel_words), int(m.pixel_rows), int(32 * m.pixel_words);
+    Eigen::Vector4i::Map(to.cells) << int(4 * m.first_cell_word), int(4 * m.cell_words), int(m.cell_rows), int(32 * m.cell_words);
   }
   view_buffer_.reserve(sizeof block);
   view_buffer_.write(&block, offsetof(ViewBlock, maps) + maps_.size() * sizeof(ViewMap));
@@ -160,7 +173,7 @@ void GlHull::write_candidates(std::span<const PixelRect> rects) {
       for (int u = r.u0_px / kTile_px * kTile_px; u < r.u1_px; u += kTile_px) {
         const int first_u = std::max(r.u0_px - u, 0), last_u = std::min(r.u1_px - u, kTile_px) - 1;
         const int first_v = std::max(r.v0_px - v, 0), last_v = std::min(r.v1_px - v, kTile_px) - 1;
-        candidates.push_back({std::uint32_t(u | v << 16), std::uint32_t(first_u | last_u << 4 | first_v << 8 | last_v << 12)});
+        candidates.push_back({std::uint32_t(u) | std::uint32_t(v) << 16, std::uint32_t(first_u | last_u << 4 | first_v << 8 | last_v << 12)});
       }
   }
   candidates_ = candidates.size();
@@ -186,7 +199,7 @@ void GlHull::run(std::size_t cameras) {
   glBindImageTexture(0, depth_->get(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
   glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, work_buffer_.get());
   const GlProgram& rays = rays_program(cameras);
-  for (const GlProgram* program : {static_cast<const GlProgram*>(&tiles_), &rays, static_cast<const GlProgram*>(&settle_)}) glProgramUniform1i(program->get(), 0, GLint(cameras));
+  for (const GLuint program : {tiles_.get(), rays.get(), settle_.get()}) glProgramUniform1i(program, 0, GLint(cameras));
   glProgramUniform1ui(tiles_.get(), 1, GLuint(candidates_));
   tiles_.use();
   glDispatchCompute(groups_of(candidates_), 1, 1);

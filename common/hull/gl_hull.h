@@ -24,7 +24,7 @@ class GlHull {
 
   // Uploads the object pixels and prepares them; buffers are reused from frame to frame. Silhouettes that are not finite, or
   // have no object pixel, and no silhouette at all, have no hull. The order of the silhouettes doesn't matter.
-  // std::invalid_argument: more than kMostGlCameras, or a rule other than Limits::all.
+  // std::invalid_argument: more than kMostGlCameras, or a rule other than Limits::all. GlError: more pixels than the driver takes.
   void set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
 
   // Depths of the rects, which lie inside the view's image and don't overlap; a view that is not finite has no hull. A pixel's
@@ -41,7 +41,7 @@ class GlHull {
   std::vector<DepthTile> depth(const View& view, std::span<const PixelRect> rects);
   DepthTile depth(const View& view, const PixelRect& rect);
 
-  // Of the last set_silhouettes() and trace(); both wait for the GPU.
+  // GPU time of the last set_silhouettes() and trace() [ms]; both wait for the GPU.
   double prepare_ms() const { return prepare_timer_.elapsed_ms(); }
   double trace_ms() const { return trace_timer_.elapsed_ms(); }
   // What the last trace() did; waits for the GPU.
@@ -50,7 +50,7 @@ class GlHull {
   };
   Counts counts() const;
 
-  static constexpr int kMostViewSize_px = 65535;
+  static constexpr int kMostViewSize_px = 16000;  // within every driver's textures, and its tiles within one dispatch
 
  private:
   struct Map {
