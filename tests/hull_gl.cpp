@@ -173,6 +173,9 @@ TEST_F(GlHullTest, TextureHoldsWhatIsReadBack) {
   const View view{random_camera(random, 75, 50, 0.7), 0.05, 5.0};
   const std::vector<PixelRect> rects{{3, 5, 70, 20}, {10, 20, 75, 50}};
   hull().trace(view, rects);
+  EXPECT_GT(hull().prepare_ms(), 0);
+  EXPECT_GT(hull().trace_ms(), 0);
+  EXPECT_GT(hull().counts().traced_tiles, 0u);
   const GlTexture& texture = hull().depth();
   ASSERT_EQ(texture.width_px(), 75);
   ASSERT_EQ(texture.height_px(), 50);
