@@ -11,8 +11,11 @@ void delete_buffer(GLuint name) { glDeleteBuffers(1, &name); }
 void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
 void delete_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
 void delete_program(GLuint name) { glDeleteProgram(name); }
+void delete_query(GLuint name) { glDeleteQueries(1, &name); }
 
 namespace {
+
+void delete_shader(GLuint name) { glDeleteShader(name); }
 
 template <typename Create>
 GLuint created(Create create) {
@@ -38,15 +41,18 @@ GLuint compiled(const std::string& program, GLenum stage, const std::string& sou
   return shader;
 }
 
-GLuint linked(const std::string& name, const std::string& vertex_source, const std::string& fragment_source) {
-  const GLuint vertex = compiled(name, GL_VERTEX_SHADER, vertex_source);
-  const GLuint fragment = compiled(name, GL_FRAGMENT_SHADER, fragment_source);
+struct Stage {
+  GLenum kind;
+  const std::string& source;
+};
+
+GLuint linked(const std::string& name, std::initializer_list<Stage> stages) {
+  std::vector<GlName<delete_shader>> shaders;
+  for (const Stage& stage : stages) shaders.emplace_back(compiled(name, stage.kind, stage.source));
   const GLuint program = glCreateProgram();
-  glAttachShader(program, vertex);
-  glAttachShader(program, fragment);
+  for (const auto& shader : shaders) glAttachShader(program, shader.get());
   glLinkProgram(program);
-  glDeleteShader(vertex);
-  glDeleteShader(fragment);
+  for (const auto& shader : shaders) glDetachShader(program, shader.get());
   GLint ok = 0;
   glGetProgramiv(program, GL_LINK_STATUS, &ok);
   if (!ok) {
@@ -80,7 +86,24 @@ void GlTexture::bind(int unit) const { glBindTextureUnit(GLuint(unit), get()); }
 
 GlBuffer::GlBuffer() : name_(created([](GLuint* n) { glCreateBuffers(1, n); })) {}
 
-void GlBuffer::upload(const void* bytes, std::size_t size_bytes, GLenum usage) const { glNamedBufferData(get(), GLsizeiptr(size_bytes), bytes, usage); }
+void GlBuffer::upload(const void* bytes, std::size_t size_bytes, GLenum usage) {
+  glNamedBufferData(get(), GLsizeiptr(size_bytes), bytes, usage);
+  reserved_bytes_ = size_bytes;
+}
+
+void GlBuffer::reserve(std::size_t size_bytes) {
+  if (size_bytes <= reserved_bytes_) return;
+  glNamedBufferData(get(), GLsizeiptr(size_bytes), nullptr, GL_DYNAMIC_DRAW);
+  reserved_bytes_ = size_bytes;
+}
+
+void GlBuffer::write(const void* bytes, std::size_t size_bytes) {
+  reserve(size_bytes);
+  glNamedBufferSubData(get(), 0, GLsizeiptr(size_bytes), bytes);
+}
+
+void GlBuffer::bind_storage(int binding) const { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, GLuint(binding), get()); }
+void GlBuffer::bind_uniform(int binding) const { glBindBufferBase(GL_UNIFORM_BUFFER, GLuint(binding), get()); }
 
 GlVertexArray::GlVertexArray() : name_(created([](GLuint* n) { glCreateVertexArrays(1, n); })) {}
 
@@ -95,7 +118,9 @@ void GlVertexArray::attribute(int location, const GlBuffer& buffer, int componen
 }
 
 GlProgram::GlProgram(const std::string& name, const std::string& vertex_source, const std::string& fragment_source)
-    : name_(linked(name, vertex_source, fragment_source)) {}
+    : name_(linked(name, {{GL_VERTEX_SHADER, vertex_source}, {GL_FRAGMENT_SHADER, fragment_source}})) {}
+
+GlProgram::GlProgram(const std::string& name, const std::string& compute_source) : name_(linked(name, {{GL_COMPUTE_SHADER, compute_source}})) {}
 
 void GlProgram::use() const { glUseProgram(get()); }
 void GlProgram::set(const char* uniform, int value) const { glProgramUniform1i(get(), glGetUniformLocation(get(), uniform), value); }
@@ -108,6 +133,24 @@ void GlProgram::set(const char* uniform, const Eigen::Matrix4f& value) const {
 }
 void GlProgram::set(const char* uniform, const Eigen::Matrix<float, 3, 4>& value) const {
   glProgramUniformMatrix4x3fv(get(), glGetUniformLocation(get(), uniform), 1, GL_FALSE, value.data());
+}
+
+GlTimer::GlTimer()
+    : begin_(created([](GLuint* n) { glCreateQueries(GL_TIMESTAMP, 1, n); })), end_(created([](GLuint* n) { glCreateQueries(GL_TIMESTAMP, 1, n); })) {}
+
+void GlTimer::begin() { glQueryCounter(begin_.get(), GL_TIMESTAMP); }
+
+void GlTimer::end() {
+  glQueryCounter(end_.get(), GL_TIMESTAMP);
+  used_ = true;
+}
+
+double GlTimer::elapsed_ms() const {
+  if (!used_) return 0;
+  GLuint64 begin_ns = 0, end_ns = 0;
+  glGetQueryObjectui64v(begin_.get(), GL_QUERY_RESULT, &begin_ns);
+  glGetQueryObjectui64v(end_.get(), GL_QUERY_RESULT, &end_ns);
+  return double(end_ns - begin_ns) * 1e-6;
 }
 
 GlFramebuffer::GlFramebuffer(int width_px, int height_px, GLenum colour_format, bool depth_stencil)

@@ -31,6 +31,7 @@ void delete_buffer(GLuint name);
 void delete_framebuffer(GLuint name);
 void delete_vertex_array(GLuint name);
 void delete_program(GLuint name);
+void delete_query(GLuint name);
 
 // Immutable storage, one level, nearest sampling, clamped to a border of zeros: outside the image nothing is set.
 class GlTexture {
@@ -54,10 +55,17 @@ class GlBuffer {
  public:
   GlBuffer();
   GLuint get() const { return name_.get(); }
-  void upload(const void* bytes, std::size_t size_bytes, GLenum usage) const;
+  void upload(const void* bytes, std::size_t size_bytes, GLenum usage);
+  // Room for size_bytes, whatever was in it; kept from call to call where it is enough.
+  void reserve(std::size_t size_bytes);
+  // Reserves, then writes from the start.
+  void write(const void* bytes, std::size_t size_bytes);
+  void bind_storage(int binding) const;  // all of it, as a shader storage block
+  void bind_uniform(int binding) const;  // as a uniform block
 
  private:
   GlName<delete_buffer> name_;
+  std::size_t reserved_bytes_ = 0;
 };
 
 class GlVertexArray {
@@ -72,10 +80,11 @@ class GlVertexArray {
   GlName<delete_vertex_array> name_;
 };
 
-// Vertex and fragment shader, linked. Throws GlError with the compiler's log and the program's name.
+// Vertex and fragment shader, or one compute shader, linked. Throws GlError with the compiler's log and the program's name.
 class GlProgram {
  public:
   GlProgram(const std::string& name, const std::string& vertex_source, const std::string& fragment_source);
+  GlProgram(const std::string& name, const std::string& compute_source);
   GLuint get() const { return name_.get(); }
   void use() const;
   void set(const char* uniform, int value) const;
@@ -88,6 +97,19 @@ class GlProgram {
 
  private:
   GlName<delete_program> name_;
+};
+
+// How long the GPU took for the commands between begin and end.
+class GlTimer {
+ public:
+  GlTimer();
+  void begin();
+  void end();
+  double elapsed_ms() const;  // of the last pair; waits for the GPU; 0 before the first
+
+ private:
+  GlName<delete_query> begin_, end_;  // time stamps: other timers may run meanwhile
+  bool used_ = false;
 };
 
 // One colour attachment and, where asked, depth (32 bit float) with 8 bits of stencil.
