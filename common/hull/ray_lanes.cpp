@@ -44,6 +44,10 @@ using DI = hn::Rebind<std::int32_t, DF>;
 using VF = hn::Vec<DF>;
 using MF = hn::Mask<DF>;
 
+#if HWY_TARGET <= HWY_AVX3  // masks are bits there
+HWY_INLINE std::uint64_t bits_of(DF, MF mask) { return mask.raw; }
+HWY_INLINE MF mask_of(DF, std::uint64_t bits) { return MF{decltype(MF::raw)(bits)}; }
+#else
 HWY_INLINE std::uint64_t bits_of(DF d, MF mask) {
   std::uint8_t bytes[8] = {};
   hn::StoreMaskBits(d, mask, bytes);
@@ -56,6 +60,7 @@ HWY_INLINE MF mask_of(DF d, std::uint64_t bits) {
   std::memcpy(bytes, &bits, sizeof bits);
   return hn::LoadMaskBits(d, bytes);
 }
+#endif
 
 // To 2^-22 or better on every target: Newton's step doubles the least estimate's 11 bits.
 HWY_INLINE VF reciprocal(VF x) {
@@ -95,8 +100,8 @@ struct Way {
     else return b;
   }
   HWY_INLINE VF forward(VF rate) const { return choose(hn::Neg(rate), rate); }
-  // How far a position is from the end of the box ahead [px]; x: from the pixel's low border, reach: of the box.
-  HWY_INLINE VF left(VF x, VF reach) const { return hn::Sub(reach, choose(hn::Sub(hn::Set(DF(), 1.0f), x), x)); }
+  // How far a position is from the end of the box ahead [px]; x: from the pixel's centre, reach: of the box, from there.
+  HWY_INLINE VF left(VF x, VF reach) const { return hn::Sub(reach, choose(hn::Neg(x), x)); }
 };
 
 // BoxReach::at for the pixels (fu, fv), counted from the origin, of the box ahead; outside of what is in store, of the nearest pixel
@@ -145,8 +150,8 @@ HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF middle_i, VF
     if (kBothWays) most_u = hn::Max(most_u, p[corner].u), most_v = hn::Max(most_v, p[corner].v);
   }
   const Way<kBothWays> along_u(rate_u[0]), along_v(rate_v[0]);
-  VF fu = hn::Floor(along_u.choose(hn::Add(most_u, margin), hn::Sub(least_u, margin))), fv = hn::Floor(along_v.choose(hn::Add(most_v, margin), hn::Sub(least_v, margin)));
-  const VF reach = reach_at(c, fu, fv, along_u, along_v), room = hn::Sub(hn::Abs(reach), margin);
+  VF fu = hn::Round(along_u.choose(hn::Add(most_u, margin), hn::Sub(least_u, margin))), fv = hn::Round(along_v.choose(hn::Add(most_v, margin), hn::Sub(least_v, margin)));
+  const VF reach = reach_at(c, fu, fv, along_u, along_v), room = hn::Sub(hn::Abs(reach), hn::Set(d, 0.5f + kBoxMargin_px));
   VF advance = hn::Set(d, 1e30f), least_way = hn::Set(d, 1e30f);
   for (int corner = 0; corner < 4; ++corner) {
     const VF way_u = along_u.left(hn::Sub(p[corner].u, fu), room), way_v = along_v.left(hn::Sub(p[corner].v, fv), room);
@@ -234,7 +239,7 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j, std:
   const VF s = hn::Load(d, s_at), s_error = hn::Load(d, s_error_at);
   const auto crossed = hn::Load(di, crossed_at);
   const MF asked = mask_of(d, asked_bits);
-  const VF zero = hn::Zero(d), half = hn::Set(d, 0.5f), one = hn::Set(d, 1.0f), eps = hn::MulAdd(s, hn::Set(d, c.eps_px_per_m), hn::Set(d, c.eps_px));
+  const VF zero = hn::Zero(d), half = hn::Set(d, 0.5f), eps = hn::MulAdd(s, hn::Set(d, c.eps_px_per_m), hn::Set(d, c.eps_px));
 
   const Position p = position(l, s);
   const VF rate_u = hn::NegMulAdd(p.u, l.w1, l.u1), rate_v = hn::NegMulAdd(p.v, l.w1, l.v1);
@@ -242,28 +247,24 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j, std:
   // On a border of this camera's: the pixel behind it, half a pixel on.
   const MF from_u = hn::RebindMask(d, hn::Eq(crossed, hn::Set(di, 2 * camera))), from_v = hn::RebindMask(d, hn::Eq(crossed, hn::Set(di, 2 * camera + 1)));
   const VF biased_u = hn::Add(p.u, hn::IfThenElseZero(from_u, along_u.choose(hn::Neg(half), half))), biased_v = hn::Add(p.v, hn::IfThenElseZero(from_v, along_v.choose(hn::Neg(half), half)));
-  VF fu = hn::Floor(biased_u), fv = hn::Floor(biased_v);
+  VF fu = hn::Round(biased_u), fv = hn::Round(biased_v);
 
   // Near a border behind which the verdict may differ, ahead or behind?
   const VF error_scale = hn::Mul(s_error, p.inverse_w);
-  const VF xu = hn::Sub(biased_u, fu), xv = hn::Sub(biased_v, fv);
-  const MF near_u = hn::Lt(hn::Min(xu, hn::Sub(one, xu)), hn::MulAdd(hn::Abs(rate_u), error_scale, eps));
-  const MF near_v = hn::Lt(hn::Min(xv, hn::Sub(one, xv)), hn::MulAdd(hn::Abs(rate_v), error_scale, eps));
-  const MF unsettled = hn::And(asked, hn::Or(hn::Or(near_u, near_v), hn::Gt(eps, hn::Set(d, float(kMostEps_px)))));
+  const VF off_u = hn::MulAdd(along_u.forward(rate_u), error_scale, hn::Abs(hn::Sub(biased_u, fu))), off_v = hn::MulAdd(along_v.forward(rate_v), error_scale, hn::Abs(hn::Sub(biased_v, fv)));
+  const MF unsettled = hn::And(asked, hn::Gt(hn::Max(off_u, off_v), hn::Sub(half, eps)));
 
   // To the end of the box; a verdict `inside` is held only until a little before.
   const VF signed_reach = reach_at(c, fu, fv, along_u, along_v), steps = hn::Abs(signed_reach);
-  const MF inside = hn::Lt(signed_reach, zero), single = hn::Lt(steps, hn::Set(d, 1.5f));
-  const VF margin = hn::IfThenElseZero(inside, hn::IfThenElse(single, hn::Add(eps, eps), hn::Set(d, kBoxMargin_px)));
-  const VF reach = hn::Sub(steps, margin);
+  const MF inside = hn::Lt(signed_reach, zero);
+  const VF reach = hn::Sub(steps, hn::IfThenElse(inside, hn::Set(d, 0.5f + kBoxMargin_px), half));
   const VF way_u = along_u.left(hn::Sub(p.u, fu), reach), way_v = along_v.left(hn::Sub(p.v, fv), reach);
-  const VF per_u = reciprocal(divisor(way_u, along_u.forward(rate_u), l.w1)), per_v = reciprocal(divisor(way_v, along_v.forward(rate_v), l.w1));
-  const VF take_u = hn::Mul(way_u, per_u), take_v = hn::Mul(way_v, per_v);
-  const MF by_u = hn::Le(take_u, take_v);
-  const VF next = hn::Max(hn::MulAdd(p.w, hn::Min(take_u, take_v), s), s);
+  const VF over_u = divisor(way_u, along_u.forward(rate_u), l.w1), over_v = divisor(way_v, along_v.forward(rate_v), l.w1);
+  const MF by_u = hn::Le(hn::Mul(way_u, over_v), hn::Mul(way_v, over_u));
+  const VF way = hn::IfThenElse(by_u, way_u, way_v), per_px = hn::Mul(p.w, reciprocal(hn::IfThenElse(by_u, over_u, over_v)));
+  const VF next = hn::MulAdd(way, per_px, s);
   // How far that may be from the crossing: what the position's error and the way's take.
-  const VF error_px = hn::MulAdd(hn::IfThenElse(by_u, way_u, way_v), hn::Set(d, kWayError), hn::Add(eps, eps));
-  const VF error = hn::Mul(hn::Mul(error_px, p.w), hn::IfThenElse(by_u, per_u, per_v));
+  const VF error = hn::Mul(hn::MulAdd(way, hn::Set(d, kWayError), hn::Add(eps, eps)), per_px);
 
   const MF agreed = hn::AndNot(unsettled, hn::And(asked, inside)), outside = hn::AndNot(unsettled, hn::AndNot(inside, asked));
   hn::Store(hn::IfThenElse(agreed, hn::Max(next, hn::Add(s, s_error)), hn::Load(d, hold_at)), d, hold_at);
@@ -272,7 +273,7 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j, std:
   const VF pixel = hn::IfThenElse(by_u, fu, fv);
   VF border = hn::Add(pixel, steps);
   if constexpr (kBothWays) {
-    const VF back = hn::Sub(hn::Add(pixel, one), steps);
+    const VF back = hn::Sub(hn::Add(pixel, hn::Set(d, 1.0f)), steps);
     border = hn::IfThenElse(by_u, along_u.choose(back, border), along_v.choose(back, border));
   }
   hn::Store(hn::IfThenElse(outside, border, hn::Load(d, border_at)), d, border_at);
@@ -530,8 +531,9 @@ bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const Bo
     const bool left = moves_back(map, block.rays, right, down, 0, c.both_ways), up = moves_back(map, block.rays, right, down, 1, c.both_ways);
     c.sign_u = left && !c.both_ways ? -1 : 1;
     c.sign_v = up && !c.both_ways ? -1 : 1;
-    turn.row(0) *= c.sign_u, turn.row(1) *= c.sign_v;
-    eye.x() *= c.sign_u, eye.y() *= c.sign_v;
+    // Mirrored where all move back; then to pixels' centres.
+    turn.row(0) = c.sign_u * turn.row(0) - 0.5 * turn.row(2), turn.row(1) = c.sign_v * turn.row(1) - 0.5 * turn.row(2);
+    eye.head<2>() = Eigen::Vector2d(c.sign_u * eye.x(), c.sign_v * eye.y()) - Eigen::Vector2d::Constant(0.5 * eye.z());
     const Eigen::Vector3d slope = turn * Eigen::Vector3d(block.rays.u0_px, block.rays.v0_px, 1), at_begin = eye + begin * slope;
     double least_w = kNever, most_w = 0, most_begin = 0, most_slope = 0;
     for (int corner = 0; corner < 4; ++corner) {
@@ -547,7 +549,7 @@ bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const Bo
     c.box_bytes = std::int32_t(reaches[n]->box_bytes());
     c.eps_px = float(per_term * most_begin);
     c.eps_px_per_m = float(per_term * most_slope);
-    if (!(c.eps_px < kMostEps_px)) return false;
+    if (!(c.eps_px + span * c.eps_px_per_m < kMostEps_px)) return false;
     for (int k = 0; k < 3; ++k) {
       c.at_begin[k] = float(at_begin[k]);
       c.slope[k] = float(slope[k]);

@@ -25,7 +25,7 @@ inline constexpr double kMostEps_px = 1.0 / 64;
 inline constexpr float kBoxMargin_px = 1.0f / 16;
 
 // One camera as the rays of a block see it. (U, V, W) of ray (i, j) at begin + s: at_begin + i du_begin + j dv_begin + s (slope + i du +
-// j dv). Pixels count from `origin`, so that numbers stay small, and where all images move left, or up, along the mirrored axis: pixel p is
+// j dv), the pixel's centre at the whole number. Pixels count from `origin`, so that numbers stay small, and where all images move left, or up, along the mirrored axis: pixel p is
 // then -p - 1, and all images move right and down.
 struct BlockCamera {
   float at_begin[3], du_begin[3], dv_begin[3], slope[3], du[3], dv[3];
