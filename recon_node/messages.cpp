@@ -11,6 +11,25 @@ const fivepipe_v1_HullTile& OutgoingTile::message() {
   return header;
 }
 
+const fivepipe_v1_TileCosts& OutgoingCosts::message() {
+  borrow(header.tiles, tiles);
+  borrow(header.cost_ms, cost_ms);
+  return header;
+}
+
+OutgoingCosts costs_message(const TileFrame& frame, int share, std::span<const ReconTile> tiles) {
+  OutgoingCosts out;
+  set_text(out.header.viewer, frame.viewer);
+  out.header.share = std::uint16_t(share);
+  out.header.frame = frame.frame;
+  out.header.capture_stamp_ns = frame.capture_stamp_ns;
+  for (const ReconTile& tile : tiles) {
+    out.tiles.push_back(std::uint16_t(tile.tile.index));
+    out.cost_ms.push_back(float(1e3 * tile.cost_s));
+  }
+  return out;
+}
+
 OutgoingTile tile_message(const TileFrame& frame, ReconTile tile) {
   OutgoingTile out;
   set_text(out.header.viewer, frame.viewer);

@@ -1,4 +1,4 @@
-// HullTile out.
+// HullTile out; TileCosts in and out.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -27,5 +27,13 @@ struct TileFrame {
   std::vector<std::string> empty_cameras;
 };
 OutgoingTile tile_message(const TileFrame& frame, ReconTile tile);
+
+struct OutgoingCosts {
+  fivepipe_v1_TileCosts header{};
+  std::vector<std::uint16_t> tiles;
+  std::vector<float> cost_ms;
+  const fivepipe_v1_TileCosts& message();
+};
+OutgoingCosts costs_message(const TileFrame& frame, int share, std::span<const ReconTile> tiles);
 
 }  // namespace fivepipe

@@ -1,12 +1,35 @@
 #include "recon_node/reconstruct.h"
 
 #include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <numeric>
 
-#include "common/hull/exact_depth.h"
 #include "recon_node/colour.h"
 
 namespace fivepipe {
 namespace {
+
+class Stopwatch {
+ public:
+  double s() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// A tile without hits costs about as much as so many hits.
+constexpr double kHitsOfAnEmptyTile = 100;
+
+// Time spent on all tiles together, by their hits.
+std::vector<double> by_hits(double all_s, const std::vector<DepthTile>& tiles) {
+  std::vector<double> share;
+  for (const DepthTile& tile : tiles)
+    share.push_back(kHitsOfAnEmptyTile + double(std::count_if(tile.depth_m.begin(), tile.depth_m.end(), [](float d) { return d != kNoHull; })));
+  const double all = std::accumulate(share.begin(), share.end(), 0.0);
+  for (double& s : share) s *= all_s / all;
+  return share;
+}
 
 void colour_in(ReconTile& tile, const View& view, const HullColour& colour) {
   tile.bgr.assign(tile.depth_m.size() * 3, 0);
@@ -29,7 +52,7 @@ ReconTile covered_part(const Tile& tile, const DepthTile& depths) {
     for (int u = 0; u < width; ++u)
       if (depths.depth_m[std::size_t(v) * width + u] != kNoHull)
         hits = {std::min(hits.u0_px, u), std::min(hits.v0_px, v), std::max(hits.u1_px, u + 1), std::max(hits.v1_px, v + 1)};
-  ReconTile part{tile, {}, {}, {}};
+  ReconTile part{tile, {}, {}, {}, 0};
   if (hits.empty()) return part;
   part.covered = {tile.rect.u0_px + hits.u0_px, tile.rect.v0_px + hits.v0_px, tile.rect.u0_px + hits.u1_px, tile.rect.v0_px + hits.v1_px};
   part.depth_m.reserve(part.covered.area_px());
@@ -40,32 +63,52 @@ ReconTile covered_part(const Tile& tile, const DepthTile& depths) {
   return part;
 }
 
-Reconstructor::Reconstructor(const ReconConfig& config, const Eigen::AlignedBox3d& volume_world_m) : config_(config), volume_world_m_(volume_world_m) {}
-
-std::vector<DepthTile> Reconstructor::depths(std::span<const Silhouette> silhouettes, const View& view, const std::vector<Tile>& tiles) {
-  if (config_.backend == HullBackend::sweep) {
-    const Pinhole& k = view.camera.pinhole;
-    if (!sweep_ || sweep_->width_px() != k.width_px || sweep_->height_px() != k.height_px) sweep_.emplace(k.width_px, k.height_px, config_.sweep_planes);
-    sweep_->set_silhouettes(silhouettes);
-    std::vector<PixelRect> rects;
-    for (const Tile& tile : tiles) rects.push_back(tile.rect);
-    return sweep_->depth(view, sweep_range(view, volume_world_m_), rects);
-  }
-  const ExactHull hull(silhouettes);
-  std::vector<DepthTile> depths;
-  for (const Tile& tile : tiles) depths.push_back(hull.depth(view, tile.rect));
-  return depths;
+Reconstructor::Reconstructor(const ReconConfig& config, const Eigen::AlignedBox3d& volume_world_m)
+    : config_(config), volume_world_m_(volume_world_m), pool_(config.backend == HullBackend::cpu ? config.threads : 1), cpu_(pool_) {
+  assert(config.backend != HullBackend::automatic);
+  if (config.backend == HullBackend::gl) gl_.emplace();
 }
 
-std::vector<ReconTile> Reconstructor::reconstruct(std::span<const Silhouette> silhouettes, const View& view, std::span<const ColourRegion> colours, bool want_colour) {
+std::vector<DepthTile> Reconstructor::depths_by_gl(std::span<const Silhouette> silhouettes, const View& view, std::span<const Tile> tiles) {
+  std::vector<PixelRect> rects;
+  for (const Tile& tile : tiles) rects.push_back(tile.rect);
+  if (gl_) {
+    gl_->set_silhouettes(silhouettes);
+    return gl_->depth(view, rects);
+  }
   const Pinhole& k = view.camera.pinhole;
-  const auto tiles = owned_tiles(k.width_px, k.height_px, config_.tile_columns, config_.tile_rows, config_.share, config_.shares);
-  const auto tile_depths = depths(silhouettes, view, tiles);
+  if (!sweep_ || sweep_->width_px() != k.width_px || sweep_->height_px() != k.height_px) sweep_.emplace(k.width_px, k.height_px, config_.sweep_planes);
+  sweep_->set_silhouettes(silhouettes);
+  return sweep_->depth(view, sweep_range(view, volume_world_m_), rects);
+}
+
+Reconstructor::Depths Reconstructor::depths(std::span<const Silhouette> silhouettes, const View& view, std::span<const Tile> tiles) {
+  Depths made;
+  if (config_.backend != HullBackend::cpu) {
+    const Stopwatch watch;
+    made.tiles = depths_by_gl(silhouettes, view, tiles);
+    made.cost_s = by_hits(watch.s(), made.tiles);
+    return made;
+  }
+  cpu_.assign(silhouettes);
+  for (const Tile& tile : tiles) {
+    const Stopwatch watch;
+    made.tiles.push_back(cpu_.depth(view, tile.rect));
+    made.cost_s.push_back(watch.s());
+  }
+  return made;
+}
+
+std::vector<ReconTile> Reconstructor::reconstruct(std::span<const Silhouette> silhouettes, const View& view, std::span<const Tile> tiles,
+                                                  std::span<const ColourRegion> colours, bool want_colour) {
+  const Depths depth = depths(silhouettes, view, tiles);
   const HullColour colour(silhouettes, colours);
   std::vector<ReconTile> parts;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    parts.push_back(covered_part(tiles[i], tile_depths[i]));
+    const Stopwatch watch;
+    parts.push_back(covered_part(tiles[i], depth.tiles[i]));
     if (want_colour) colour_in(parts.back(), view, colour);
+    parts.back().cost_s = depth.cost_s[i] + watch.s();
   }
   return parts;
 }

@@ -7,6 +7,7 @@
 #include "common/messages/view_messages.h"
 #include "common/node/frame_set_reader.h"
 #include "recon_node/messages.h"
+#include "recon_node/tile_balance.h"
 
 namespace fivepipe {
 namespace {
@@ -21,16 +22,19 @@ void keep_newest(std::map<std::uint64_t, Value>& by_frame) {
 
 class ReconstructionPipe {
  public:
-  explicit ReconstructionPipe(NodeContext& node)
+  ReconstructionPipe(NodeContext& node, HullBackend backend)
       : node_(node),
         viewer_(node.deployment.viewer.name),
-        config_(config_of<ReconConfig>(node)),
+        config_(decided(config_of<ReconConfig>(node), backend)),
+        balance_(config_.tile_columns, config_.tile_rows, config_.shares, config_.balance),
         reconstructor_(config_, node.deployment.rig.volume_m),
         sets_(node.bus, node.deployment.rig, node.status),
         view_infos_(node.bus.reader<topics::ViewInfo>()),
         poses_(node.bus.reader<topics::HeadPose>()),
         colours_(node.bus.reader<topics::ObjectColour>()),
-        tiles_(node.bus.writer<topics::HullTile>()) {}
+        costs_(node.bus.reader<topics::TileCosts>()),
+        tiles_(node.bus.writer<topics::HullTile>()),
+        own_costs_(node.bus.writer<topics::TileCosts>()) {}
 
   void run() {
     while (running()) {
@@ -39,11 +43,17 @@ class ReconstructionPipe {
       const std::vector<FrameSet> sets = sets_.take();
       take_view();
       take_colours();
+      take_costs();
       for (const FrameSet& set : sets) reconstruct(set);
     }
   }
 
  private:
+  static ReconConfig decided(ReconConfig config, HullBackend backend) {
+    config.backend = backend;
+    return config;
+  }
+
   void take_view() {
     for (const auto& sample : view_infos_.take()) {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
@@ -66,6 +76,7 @@ class ReconstructionPipe {
     if (order_.starts_anew(pose.frame, pose.capture_stamp_ns)) {
       pose_of_frame_.clear();
       colours_of_frame_.clear();
+      balance_.clear();
     }
     pose_of_frame_[pose.frame] = pose.eye_from_world;
   }
@@ -84,6 +95,23 @@ class ReconstructionPipe {
     keep_newest(colours_of_frame_);
   }
 
+  bool balances() const { return config_.balance && config_.shares > 1 && config_.split == ReconSplit::tiles; }
+
+  void take_costs() {
+    for (const auto& sample : costs_.take())
+      if (sample.valid() && viewer_ == sample->viewer && balances() && !balance_.add(sample->frame, sample->share, span_of(sample->tiles), span_of(sample->cost_ms)))
+        node_.status.drop("bad_tile_costs");
+  }
+
+  // This node's of a frame. Frames split by turns: all of them, or none.
+  std::vector<Tile> own_tiles(std::uint64_t frame, const Pinhole& view) const {
+    std::vector<Tile> tiles = tiles_of(view.width_px, view.height_px, config_.tile_columns, config_.tile_rows);
+    if (config_.split == ReconSplit::frames) return frame % std::uint64_t(config_.shares) == std::uint64_t(config_.share) ? tiles : std::vector<Tile>{};
+    const std::vector<int> owners = balance_.owners(frame);
+    std::erase_if(tiles, [&](const Tile& tile) { return owners[std::size_t(tile.index)] != config_.share; });
+    return tiles;
+  }
+
   // Of this frame, and not of one of the same number before capture_node was started anew.
   std::vector<ColourRegion> colours_of(const FrameSet& set) {
     std::vector<ColourRegion> colours;
@@ -100,6 +128,8 @@ class ReconstructionPipe {
     }
     const View view{{geometry_->recon, pose->second}, geometry_->near_m, geometry_->far_m};
     const TileFrame frame{viewer_, set.frame, set.capture_stamp_ns, view, config_.tile_columns * config_.tile_rows, set.empty_cameras};
+    const std::vector<Tile> tiles = own_tiles(set.frame, view.camera.pinhole);
+    if (tiles.empty()) return node_.status.frame_handled(set.frame);
     const std::vector<ColourRegion> colours = colours_of(set);
     // Colour is for who draws: nobody reads tiles, nobody gets colour.
     const bool want_colour = tiles_.readers() > 0 && !colours.empty();
@@ -107,8 +137,9 @@ class ReconstructionPipe {
     std::vector<ReconTile> made;
     {
       const StageTimer timer(node_.status, "reconstruct");
-      made = reconstructor_.reconstruct(set.silhouettes, view, colours, want_colour);
+      made = reconstructor_.reconstruct(set.silhouettes, view, tiles, colours, want_colour);
     }
+    if (balances()) own_costs_.write(costs_message(frame, config_.share, made).message());
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
     node_.status.latency("capture_to_tiles", 1e-9 * double(now_realtime_ns() - set.capture_stamp_ns));
     node_.status.frame_handled(set.frame);
@@ -117,13 +148,16 @@ class ReconstructionPipe {
 
   NodeContext& node_;
   const std::string viewer_;
-  const ReconConfig& config_;
+  const ReconConfig config_;
+  TileBalance balance_;
   Reconstructor reconstructor_;
   FrameSetReader sets_;
   Reader<topics::ViewInfo> view_infos_;
   Reader<topics::HeadPose> poses_;
   Reader<topics::ObjectColour> colours_;
+  Reader<topics::TileCosts> costs_;
   Writer<topics::HullTile> tiles_;
+  Writer<topics::TileCosts> own_costs_;
   std::optional<ViewGeometry> geometry_;
   FrameOrder order_;
   std::map<std::uint64_t, Eigen::Isometry3d> pose_of_frame_;
@@ -132,6 +166,6 @@ class ReconstructionPipe {
 
 }  // namespace
 
-void run_reconstruction_pipe(NodeContext& node) { ReconstructionPipe(node).run(); }
+void run_reconstruction_pipe(NodeContext& node, HullBackend backend) { ReconstructionPipe(node, backend).run(); }
 
 }  // namespace fivepipe

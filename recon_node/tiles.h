@@ -1,4 +1,4 @@
-// The view is split among the reconstruction nodes by tiles.
+// The view is cut into tiles, which the reconstruction nodes share.
 #pragma once
 #include <vector>
 
@@ -15,8 +15,5 @@ struct Tile {
 // columns x rows tiles of an image, of sizes that differ by a pixel at most, row by row. Disjoint, they cover the image; tiles
 // are empty where there are more of them than pixels. Sizes >= 0, columns and rows > 0.
 std::vector<Tile> tiles_of(int width_px, int height_px, int columns, int rows);
-
-// Those with (column + row) % shares == share: a checkerboard, so that an object's tiles spread over the nodes.
-std::vector<Tile> owned_tiles(int width_px, int height_px, int columns, int rows, int share, int shares);
 
 }  // namespace fivepipe

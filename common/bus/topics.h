@@ -22,6 +22,7 @@ FIVEPIPE_TOPIC(ObjectColour, stream);
 FIVEPIPE_TOPIC(ViewInfo, latched);
 FIVEPIPE_TOPIC(HeadPose, stream);
 FIVEPIPE_TOPIC(HullTile, stream);
+FIVEPIPE_TOPIC(TileCosts, event);
 FIVEPIPE_TOPIC(VirtualState, stream);
 FIVEPIPE_TOPIC(CollisionResult, stream);
 FIVEPIPE_TOPIC(FrameComposited, event);

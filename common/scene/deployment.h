@@ -61,13 +61,22 @@ struct CaptureConfig {
   int premade_frames = 0;        // segment this many frame sets before the start and publish those over and over; 0: live
 };
 
-enum class HullBackend { exact, sweep };
+// automatic: gl where OpenGL runs on a GPU, else cpu. sweep is the paper's, an approximation.
+enum class HullBackend { automatic, cpu, gl, sweep };
+// How reconstruction nodes share the work: every frame's tiles (latency), or whole frames by turns (rate).
+enum class ReconSplit { tiles, frames };
 
 struct ReconConfig {
-  HullBackend backend = HullBackend::exact;
+  HullBackend backend = HullBackend::automatic;
+  int threads = 1;                      // of backend cpu
   int sweep_planes = 64;
-  int tile_columns = 4, tile_rows = 3;  // of the view; the same in every reconstruction node
-  int share = 0, shares = 1;            // this node owns the tiles with (column + row) % shares == share
+  // The same in every reconstruction node:
+  int tile_columns = 8, tile_rows = 6;  // of the view
+  int shares = 1;
+  ReconSplit split = ReconSplit::tiles;
+  bool balance = true;  // of tiles: by what they cost some frames ago; else by turns
+
+  int share = 0;  // of shares, this node's
 };
 
 struct SimConfig {

@@ -81,8 +81,9 @@ void check_shares(const std::vector<PlacedNode>& nodes, const Viewer& viewer, co
       first = recon;
       place_of_first = placed.place;
     }
-    if (std::tie(recon->tile_columns, recon->tile_rows, recon->shares) != std::tie(first->tile_columns, first->tile_rows, first->shares)) {
-      problems.add(file, placed.place, placed.node.name + ": tile_columns, tile_rows and shares must be the same in all reconstruction nodes");
+    if (std::tie(recon->tile_columns, recon->tile_rows, recon->shares, recon->split, recon->balance) !=
+        std::tie(first->tile_columns, first->tile_rows, first->shares, first->split, first->balance)) {
+      problems.add(file, placed.place, placed.node.name + ": tile_columns, tile_rows, shares, split and balance must be the same in all reconstruction nodes");
       return;
     }
     const auto [owner, is_new] = owner_of_share.try_emplace(recon->share, placed.node.name);

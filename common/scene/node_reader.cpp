@@ -122,10 +122,13 @@ CaptureConfig read_capture(YamlMap& map, const Rig& rig, PlacedNode& placed) {
 
 ReconConfig read_recon(YamlMap& map) {
   ReconConfig config;
-  config.backend = map.choice<HullBackend>("backend", {{"exact", HullBackend::exact}, {"sweep", HullBackend::sweep}}, config.backend);
+  config.backend = map.choice<HullBackend>("backend", {{"auto", HullBackend::automatic}, {"cpu", HullBackend::cpu}, {"gl", HullBackend::gl}, {"sweep", HullBackend::sweep}}, config.backend);
+  config.threads = map.integer("threads", {1, 256}, config.threads);
   config.sweep_planes = map.integer("sweep_planes", {2, 4096}, config.sweep_planes);
   config.tile_columns = map.integer("tile_columns", {1, 256}, config.tile_columns);
   config.tile_rows = map.integer("tile_rows", {1, 256}, config.tile_rows);
+  config.split = map.choice<ReconSplit>("split", {{"tiles", ReconSplit::tiles}, {"frames", ReconSplit::frames}}, config.split);
+  config.balance = map.flag("balance", config.balance);
   config.share = map.integer("share", kCount, config.share);
   config.shares = map.integer("shares", kAtLeastOne, config.shares);
   if (config.share >= config.shares && config.shares > 0)
