@@ -1,0 +1,61 @@
+// Rival: image-based visual hulls. Each camera's silhouette border, each ray's image intersected with it, the in/out intervals
+// of all cameras intersected.
+// Source: Matusik, Buehler, Raskar, Gortler, McMillan, "Image-Based Visual Hulls", SIGGRAPH 2000: section 3.1 with its edge bins,
+// section 3.2's coherence between neighbouring rays.
+//
+// Done to be fair. Borders are exact (the pixels' squares, collinear runs merged), so that depths are those of the exact hull but
+// for rounding to float. Bins are even in the epipolar line's number and hold their edges in place; most need no test of their
+// ends. Lists lie in rays' order of asking: no sorting, a ray takes from a camera the one interval that it needs next, in one
+// pass by parity, and comes back only when the others have moved it past that. Positions in a list are in the map: no division
+// per edge. Tiles outside the projected bounds are skipped, rays are traced in vector lanes, tiles and cameras are threaded.
+#pragma once
+#include <array>
+#include <span>
+#include <vector>
+
+#include "common/hull/hull.h"
+#include "common/hull/rivals/epipolar_bins.h"
+#include "common/workers/worker_pool.h"
+
+namespace fivepipe::rivals {
+
+class ImageBasedHull {
+ public:
+  // Depth along the view's z [m] of each pixel, row-major; kNoHull where there is no hull between near and far. depth_m has the
+  // view's width * height. `limits: all`. Keeps its buffers from call to call. Does not depend on the pool's threads.
+  void depth(std::span<const Silhouette> silhouettes, const View& view, WorkerPool& pool, std::span<float> depth_m);
+
+ private:
+  struct MapCamera {
+    PixelRect bounds;
+    MapFromView map;
+    EpipolarBins bins;
+    bool at_eye;  // its centre is the view's: each ray is one point in its map
+  };
+  bool prepare(std::span<const Silhouette> silhouettes, const View& view, WorkerPool& pool);
+
+  std::vector<MapCamera> cameras_;
+  std::vector<HalfSpace> half_spaces_;
+};
+
+// One camera as the lanes read it: the image of the ray through (u, v) is at_eye + t * (of_u u + of_v v + of_1), homogeneous, in the
+// bins' map coordinates.
+struct EpipolarCamera {
+  std::array<float, 3> at_eye, of_u, of_v, of_1;
+  std::span<const Sector> sectors;
+  const std::int32_t *whole_first, *part_first;
+  const PackedEdge *whole, *part;
+  const float *part_begin, *part_end;
+  std::int32_t empty_bin;
+  bool ends_inside;
+};
+// Traces the rays of a tile of the view from begin to end [m]; row v of the tile is written to depth_m + v * stride.
+struct EpipolarTile {
+  PixelRect rays;
+  float begin_m, end_m;
+  float* depth_m;  // of the first ray
+  std::size_t stride;
+};
+void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile);
+
+}  // namespace fivepipe::rivals

@@ -1,0 +1,199 @@
+// Rays of image-based visual hulls in vector lanes: a block of neighbouring rays, four wide, moves from camera to camera.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "common/hull/rivals/image_based_hull_lanes.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "common/hull/rivals/image_based_hull.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace fivepipe::rivals::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = HWY_CAPPED(float, 16);
+using DI = hn::RebindToSigned<D>;
+using V = hn::Vec<D>;
+using VI = hn::Vec<DI>;
+using M = hn::Mask<D>;
+constexpr D d;
+constexpr DI di;
+constexpr float kNever = std::numeric_limits<float>::infinity();
+// The least step in depth, relative: an interval thinner than the rounding of its ends is left by it, not asked for again.
+constexpr float kLeastStep = 1 + 2 * std::numeric_limits<float>::epsilon();
+
+// A block's rays in one camera: which epipolar line each has, how it advances, the edges that it may cross.
+struct Lines {
+  V a_eye, a_far, w_eye, w_far;  // position on the line: (a_eye + t a_far) / (w_eye + t w_far)
+  V towards;
+  V s, along_scale, along_offset;  // an edge along a, at border b: towards * a = b * along_scale + along_offset
+  VI whole_begin, whole_count, part_begin, part_count;
+};
+
+HWY_INLINE V homogeneous(const EpipolarCamera& c, std::size_t k, V u, V v) {
+  return hn::MulAdd(hn::Set(d, c.of_u[k]), u, hn::MulAdd(hn::Set(d, c.of_v[k]), v, hn::Set(d, c.of_1[k])));
+}
+
+HWY_INLINE M as_float_mask(hn::Mask<DI> m) { return hn::RebindMask(d, m); }
+
+HWY_INLINE Lines lines_of(const EpipolarCamera& c, V u, V v) {
+  const V x = homogeneous(c, 0, u, v), y = homogeneous(c, 1, u, v), w = homogeneous(c, 2, u, v);
+  const V zero = hn::Zero(d);
+  Lines l{zero, zero, hn::Set(d, c.at_eye[2]), w, hn::Set(d, 1.0f), zero, zero, zero, hn::Zero(di), hn::Zero(di), hn::Zero(di), hn::Zero(di)};
+  VI bin = hn::Set(di, c.empty_bin);
+  for (const Sector& sector : c.sectors) {
+    const V a = sector.advances_along_y ? y : x, b = sector.advances_along_y ? x : y;
+    const V p0 = hn::Set(d, sector.p0), p1 = hn::Set(d, sector.p1), q0 = hn::Set(d, sector.q0), q1 = hn::Set(d, sector.q1);
+    const V ahead = hn::MulAdd(p1, a, hn::Mul(p0, w));
+    const V s = hn::Div(hn::NegMulAdd(q1, a, hn::NegMulAdd(q0, w, b)), ahead);
+    const V from = hn::Sub(s, hn::Set(d, sector.s_begin));
+    const M here = hn::And(hn::Gt(ahead, zero), hn::And(hn::Ge(from, zero), hn::Lt(s, hn::Set(d, sector.s_end))));
+    if (hn::AllFalse(d, here)) continue;
+    const V towards = hn::Set(d, sector.towards);
+    const V scale = hn::Div(towards, hn::MulAdd(s, p1, q1));
+    const VI k = hn::Min(hn::ConvertTo(di, hn::Mul(from, hn::Set(d, sector.bins_per_s))), hn::Set(di, sector.bins - 1));
+    bin = hn::IfThenElse(hn::RebindMask(di, here), hn::Add(k, hn::Set(di, sector.first_bin)), bin);
+    l.a_eye = hn::IfThenElse(here, hn::Set(d, c.at_eye[sector.advances_along_y ? 1 : 0]), l.a_eye);
+    l.a_far = hn::IfThenElse(here, a, l.a_far);
+    l.towards = hn::IfThenElse(here, towards, l.towards);
+    l.s = hn::IfThenElse(here, s, l.s);
+    l.along_scale = hn::IfThenElse(here, scale, l.along_scale);
+    l.along_offset = hn::IfThenElse(here, hn::Neg(hn::Mul(hn::MulAdd(s, p0, q0), scale)), l.along_offset);
+  }
+  l.whole_begin = hn::GatherIndex(di, c.whole_first, bin);
+  l.whole_count = hn::Sub(hn::GatherIndex(di, c.whole_first + 1, bin), l.whole_begin);
+  l.part_begin = hn::GatherIndex(di, c.part_first, bin);
+  l.part_count = hn::Sub(hn::GatherIndex(di, c.part_first + 1, bin), l.part_begin);
+  return l;
+}
+
+// What one pass over a ray's edges finds beyond a position: whether an odd number lies there, and the nearest two.
+struct Beyond {
+  M odd;
+  V first, second;
+};
+
+HWY_INLINE void meet(const Lines& l, V position, VI edge, M counted, Beyond& beyond) {
+  const V border = hn::ConvertTo(d, hn::ShiftRight<1>(edge));
+  const M along = as_float_mask(hn::TestBit(edge, hn::Set(di, 1)));
+  const V at = hn::IfThenElse(along, hn::MulAdd(border, l.along_scale, l.along_offset), border);
+  const M is_beyond = hn::And(counted, hn::Gt(at, position));
+  const V it = hn::IfThenElse(is_beyond, at, hn::Set(d, kNever));
+  beyond.odd = hn::Xor(beyond.odd, is_beyond);
+  beyond.second = hn::Min(beyond.second, hn::Max(beyond.first, it));
+  beyond.first = hn::Min(beyond.first, it);
+}
+
+HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M asking, V position) {
+  Beyond beyond{hn::Lt(hn::Zero(d), hn::Zero(d)), hn::Set(d, kNever), hn::Set(d, kNever)};
+  const hn::Mask<DI> asking_i = hn::RebindMask(di, asking);
+  const VI whole_count = hn::IfThenElseZero(asking_i, l.whole_count), part_count = hn::IfThenElseZero(asking_i, l.part_count);
+  const int whole = hn::GetLane(hn::MaxOfLanes(di, whole_count)), part = hn::GetLane(hn::MaxOfLanes(di, part_count));
+  for (int i = 0; i < whole; ++i) {
+    const hn::Mask<DI> has = hn::Lt(hn::Set(di, i), whole_count);
+    const VI at = hn::IfThenElseZero(has, hn::Add(l.whole_begin, hn::Set(di, i)));
+    meet(l, position, hn::GatherIndex(di, c.whole, at), as_float_mask(has), beyond);
+  }
+  for (int i = 0; i < part; ++i) {
+    const hn::Mask<DI> has = hn::Lt(hn::Set(di, i), part_count);
+    const VI at = hn::IfThenElseZero(has, hn::Add(l.part_begin, hn::Set(di, i)));
+    const M crossed = hn::And(hn::Ge(l.s, hn::GatherIndex(d, c.part_begin, at)), hn::Lt(l.s, hn::GatherIndex(d, c.part_end, at)));
+    meet(l, position, hn::GatherIndex(di, c.part, at), hn::And(as_float_mask(has), crossed), beyond);
+  }
+  return beyond;
+}
+
+// Depth at which the image reaches a position on its line; never where that lies beyond the vanishing point.
+HWY_INLINE V depth_at(const Lines& l, V position) {
+  const V a = hn::Mul(position, l.towards);
+  const V ahead = hn::NegMulAdd(a, l.w_far, l.a_far);  // has the sign of `towards` before the vanishing point
+  const V t = hn::Div(hn::MulSub(a, l.w_eye, l.a_eye), ahead);
+  const M reached = hn::And(hn::Gt(hn::Mul(ahead, l.towards), hn::Zero(d)), hn::Lt(position, hn::Set(d, kNever)));
+  return hn::IfThenElse(reached, t, hn::Set(d, kNever));
+}
+
+// The interval inside the silhouette that holds t, or else the first after it.
+struct Interval {
+  V enter, leave;
+};
+HWY_INLINE Interval interval_from(const EpipolarCamera& c, const Lines& l, M asking, V t) {
+  const V w = hn::MulAdd(t, l.w_far, l.w_eye);
+  const V a = hn::Div(hn::MulAdd(t, l.a_far, l.a_eye), w);
+  const V position = hn::IfThenElse(hn::Gt(w, hn::Zero(d)), hn::Mul(a, l.towards), hn::Set(d, -kNever));
+  const Beyond beyond = edges_beyond(c, l, asking, position);
+  const M inside = c.ends_inside ? hn::Not(beyond.odd) : beyond.odd;
+  const V enter = hn::IfThenElse(inside, t, hn::Max(t, depth_at(l, beyond.first)));
+  return {enter, depth_at(l, hn::IfThenElse(inside, beyond.first, beyond.second))};
+}
+
+constexpr std::size_t kRemembered = 64;  // cameras; those beyond are asked in every round
+
+// Begin of a block's rays: from where all are in front of every camera.
+HWY_INLINE V begin_of(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile, V u, V v, V& end) {
+  V begin = hn::Set(d, tile.begin_m);
+  for (const EpipolarCamera& c : cameras) {
+    const V w_eye = hn::Set(d, c.at_eye[2]), w_far = homogeneous(c, 2, u, v);
+    const V turn = hn::Div(hn::Neg(w_eye), w_far);
+    begin = hn::IfThenElse(hn::And(hn::Gt(w_far, hn::Zero(d)), hn::Lt(w_eye, hn::Zero(d))), hn::Max(begin, turn), begin);
+    end = hn::IfThenElse(hn::Lt(w_far, hn::Zero(d)), hn::Min(end, turn), end);
+  }
+  return begin;
+}
+
+HWY_INLINE V trace_block(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile, V u, V v, M alive) {
+  V end = hn::Set(d, tile.end_m);
+  V t = begin_of(cameras, tile, u, v, end);
+  V until[kRemembered];
+  const std::size_t remembered = std::min(cameras.size(), kRemembered);
+  for (std::size_t c = 0; c < remembered; ++c) until[c] = hn::Set(d, -kNever);
+  for (bool moved = true; moved;) {
+    moved = false;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      const M asking = c < remembered ? hn::And(alive, hn::Ge(t, until[c])) : alive;
+      if (hn::AllFalse(d, asking)) continue;
+      const Interval interval = interval_from(cameras[c], lines_of(cameras[c], u, v), asking, t);
+      const M on = hn::And(asking, hn::Gt(interval.enter, t));
+      if (c < remembered) {
+        until[c] = hn::IfThenElse(asking, hn::Max(interval.leave, hn::Mul(interval.enter, hn::Set(d, kLeastStep))), until[c]);
+        moved = true;
+      } else {
+        moved |= !hn::AllFalse(d, on);
+      }
+      t = hn::IfThenElse(asking, interval.enter, t);
+      alive = hn::And(alive, hn::Lt(t, end));
+      if (hn::AllFalse(d, alive)) return hn::Set(d, kNoHull);
+    }
+  }
+  return hn::IfThenElse(alive, t, hn::Set(d, kNoHull));
+}
+
+void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile) {
+  constexpr int kWide = 4;
+  const int lanes = int(hn::Lanes(d)), wide = std::min(kWide, lanes), high = lanes / wide;
+  HWY_ALIGN float us[16], vs[16], depths[16];
+  const PixelRect& rays = tile.rays;
+  for (int v0 = rays.v0_px; v0 < rays.v1_px; v0 += high)
+    for (int u0 = rays.u0_px; u0 < rays.u1_px; u0 += wide) {
+      for (int i = 0; i < lanes; ++i) {
+        us[i] = float(u0 + i % wide);
+        vs[i] = float(v0 + i / wide);
+      }
+      const V u = hn::Load(d, us), v = hn::Load(d, vs);
+      const M alive = hn::And(hn::Lt(u, hn::Set(d, float(rays.u1_px))), hn::Lt(v, hn::Set(d, float(rays.v1_px))));
+      hn::Store(trace_block(cameras, tile, u, v, alive), d, depths);
+      for (int y = 0; y < high && v0 + y < rays.v1_px; ++y)
+        std::copy_n(depths + y * wide, std::min(wide, rays.u1_px - u0), tile.depth_m + std::size_t(v0 + y - rays.v0_px) * tile.stride + (u0 - rays.u0_px));
+    }
+}
+
+}  // namespace fivepipe::rivals::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace fivepipe::rivals {
+HWY_EXPORT(trace_tile);
+void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile) { HWY_DYNAMIC_DISPATCH(trace_tile)(cameras, tile); }
+}  // namespace fivepipe::rivals
+#endif
