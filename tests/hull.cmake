@@ -6,3 +6,6 @@ fivepipe_test(hull_sweep_test hull_sweep.cpp LINK fivepipe_hull fivepipe_gl_cont
 if(FIVEPIPE_NODES)
   fivepipe_test(recon_reconstruct_test recon_reconstruct.cpp LINK fivepipe_recon fivepipe_gl_context)
 endif()
+if(TARGET fivepipe_hull_rivals)
+  fivepipe_test(hull_rivals_test hull_rivals.cpp LINK fivepipe_hull_rivals)
+endif()

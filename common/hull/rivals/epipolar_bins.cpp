@@ -11,8 +11,8 @@ using Eigen::Vector3d;
 
 // Bins per pixel of the silhouette's width across the lines: so fine that few edges end in a ray's bin; finer, and filling
 // the lists takes longer than reading them.
-constexpr int kBinsPerPixel = 4;
-constexpr int kMostBins = 1 << 14;
+constexpr int kBinsPerPixel = 8;
+constexpr int kMostBins = 1 << 13;  // of a sector: four sectors' steps fit 32 bits
 
 // One pencil does for an epipole at least this many half sizes of the silhouette away: within it, lines are at most
 // 1 / (1 - 1/2) times as dense on the near side as in the middle.
@@ -21,20 +21,11 @@ constexpr double kFar = 2;
 // misses an edge.
 constexpr float kOverDiagonal = 1.5f;
 
-// Half-open runs of set bits in a row of words are handed to `run`.
-template <class Row, class Run>
-void for_runs(int words, const Row& row, const Run& run) {
-  int begin = 0;
-  std::uint64_t carry = 0;  // the last bit of the word before
-  for (int w = 0; w <= words; ++w) {
-    const std::uint64_t bits = w < words ? row(w) : 0;
-    for (std::uint64_t changes = bits ^ (bits << 1 | carry); changes; changes &= changes - 1) {
-      const int u = w * 64 + std::countr_zero(changes);
-      if (bits >> (u & 63) & 1) begin = u;
-      else run(begin, u);
-    }
-    carry = bits >> 63;
-  }
+// Where bits differ from the bit before; `carry` is the last bit of the word before.
+std::uint64_t changes_of(std::uint64_t bits, std::uint64_t& carry) {
+  const std::uint64_t changes = bits ^ (bits << 1 | carry);
+  carry = bits >> 63;
+  return changes;
 }
 
 }  // namespace
@@ -66,7 +57,7 @@ void EpipolarBins::choose_sectors(const PixelRect& bounds, const Vector3d& epipo
     sector.first_bin = bins_;
     sector.s_begin = float(s_begin);
     sector.s_end = float(s_end);
-    sector.bins_per_s = float(sector.bins / (s_end - s_begin));
+    sector.steps_per_s = float(double(sector.bins) * kStepsPerBin / (s_end - s_begin));
     bins_ += sector.bins;
     sectors_.push_back(sector);
   };
@@ -92,23 +83,31 @@ void EpipolarBins::choose_sectors(const PixelRect& bounds, const Vector3d& epipo
 // in a line are one edge; where two squares meet at a corner the runs pass through, which crossings counted by parity allow.
 void EpipolarBins::collect_edges(const ObjectPixels& pixels, const PixelRect& bounds) {
   placed_.clear();
-  const int words = pixels.words_per_row();
-  const int first_word = bounds.u0_px >> 6, count = ((bounds.u1_px - 1) >> 6) - first_word + 1;
-  run_begin_.resize(std::size_t(count) * 64 + 1);
-  const std::uint64_t* all = pixels.words().data();
-  const auto bits = [&](int v, int w) { return v >= bounds.v0_px && v < bounds.v1_px && w < count ? all[std::size_t(v) * words + first_word + w] : 0; };
-  const int u_of_bit = first_word * 64 - origin_u_px_;
+  const auto first_word = std::size_t(bounds.u0_px >> 6), words = std::size_t((bounds.u1_px - 1) >> 6) - first_word + 2;  // one behind, empty
+  run_begin_.resize(words * 64);
+  above_.assign(words, 0);
+  vertical_above_.assign(words, 0);
+  const int u_of_bit = int(first_word) * 64 - origin_u_px_;
   for (int v = bounds.v0_px; v <= bounds.v1_px; ++v) {
-    const int border_v = v - origin_v_px_;
-    for_runs(count, [&](int w) { return bits(v, w) ^ bits(v - 1, w); }, [&](int begin, int end) { place(false, border_v, u_of_bit + begin, u_of_bit + end); });
-    for (int w = 0; w <= count; ++w) {
-      const auto borders = [&](int row) { return bits(row, w) ^ (bits(row, w) << 1 | (w > 0 ? bits(row, w - 1) >> 63 : 0)); };
-      const std::uint64_t here = borders(v), above = borders(v - 1);
-      for (std::uint64_t changes = here ^ above; changes; changes &= changes - 1) {
-        const int u = w * 64 + std::countr_zero(changes);
-        if (here >> (u & 63) & 1) run_begin_[std::size_t(u)] = border_v;
-        else place(true, u_of_bit + u, run_begin_[std::size_t(u)], border_v);
+    const std::uint64_t* row = pixels.words().data() + std::size_t(v) * pixels.words_per_row() + first_word;  // one behind the last is not read
+    const int border = v - origin_v_px_;
+    std::uint64_t carry = 0, horizontal_carry = 0;
+    int begin = 0;
+    for (std::size_t w = 0; w < words; ++w) {
+      const std::uint64_t bits = v < bounds.v1_px && w + 1 < words ? row[w] : 0, horizontal = bits ^ above_[w], vertical = changes_of(bits, carry);
+      for (std::uint64_t changes = changes_of(horizontal, horizontal_carry); changes; changes &= changes - 1) {
+        const int bit = std::countr_zero(changes), u = u_of_bit + int(w) * 64 + bit;
+        if (horizontal >> bit & 1) begin = u;
+        else place(false, border, begin, u);
       }
+      for (std::uint64_t changes = vertical ^ vertical_above_[w]; changes; changes &= changes - 1) {
+        const int bit = std::countr_zero(changes);
+        int& run_begin = run_begin_[w * 64 + std::size_t(bit)];
+        if (vertical >> bit & 1) run_begin = border;
+        else place(true, u_of_bit + int(w) * 64 + bit, run_begin, border);
+      }
+      above_[w] = bits;
+      vertical_above_[w] = vertical;
     }
   }
 }
@@ -139,49 +138,57 @@ void EpipolarBins::place(const Sector& sector, bool vertical, int border, int be
   }
   if (s0 > s1) std::swap(s0, s1);
   if (!(s0 < s1 && s1 > sector.s_begin && s0 < sector.s_end)) return;
-  const int least = sector.first_bin, behind = least + sector.bins;
-  const auto bin = [&](float s) {
-    return s < sector.s_begin ? least - 1 : s >= sector.s_end ? behind : least + std::min(int((s - sector.s_begin) * sector.bins_per_s), sector.bins - 1);
-  };
-  const PackedEdge edge = across ? border * int(sector.towards) * 2 : border * 2 + 1;
-  placed_.push_back({edge, s0, s1, bin(s0), bin(s1), least, behind});
+  const std::int32_t first = sector.first_bin * kStepsPerBin, count = sector.bins * kStepsPerBin;
+  const auto step = [&](float s) { return s <= sector.s_begin ? 0 : s >= sector.s_end ? count : std::min(std::int32_t((s - sector.s_begin) * sector.steps_per_s), count); };
+  const int edge = across ? border * int(sector.towards) * 2 : border * 2 + 1;
+  const Placed placed{PackedEdge(edge), first + step(s0), first + step(s1)};
+  if (placed.begin < placed.end) placed_.push_back(placed);
 }
 
 void EpipolarBins::fill() {
-  // Counted two bins ahead, so that filling, one bin ahead, turns each list's begin into its end, the next one's begin.
-  whole_next_.assign(std::size_t(bins_) + 3, 0);
-  part_next_.assign(std::size_t(bins_) + 3, 0);
+  // Bins from the first that the edge fills to the one after the last; before and after them, parts.
+  const auto whole_begin = [](const Placed& p) { return (p.begin + kStepsPerBin - 1) >> kStepBits; };
+  const auto whole_end = [](const Placed& p) { return p.end >> kStepBits; };
+  whole_next_.assign(std::size_t(bins_) + 2, 0);
+  part_next_.assign(std::size_t(bins_) + 2, 0);
   for (const Placed& p : placed_) {
-    const int whole_begin = p.bin_begin + 1;
-    if (whole_begin < p.bin_end) {
-      ++whole_next_[std::size_t(whole_begin) + 2];
-      --whole_next_[std::size_t(p.bin_end) + 2];
+    const int from = p.begin >> kStepBits, begin = whole_begin(p), end = whole_end(p);
+    if (begin < end) {
+      ++whole_next_[std::size_t(begin)];
+      --whole_next_[std::size_t(end)];
     }
-    if (p.bin_begin >= p.least_bin) ++part_next_[std::size_t(p.bin_begin) + 2];
-    if (p.bin_end < p.end_bin && p.bin_end != p.bin_begin) ++part_next_[std::size_t(p.bin_end) + 2];
+    if (from < begin) ++part_next_[std::size_t(from)];
+    if (end >= begin && (p.end & (kStepsPerBin - 1))) ++part_next_[std::size_t(end)];
   }
-  for (int crossing = 0, whole = 0, part = 0, k = 2; k < bins_ + 3; ++k) {
-    crossing += whole_next_[std::size_t(k)];
-    whole_next_[std::size_t(k)] = whole += crossing;
-    part_next_[std::size_t(k)] = part += part_next_[std::size_t(k)];
+  // From counts to where each list begins.
+  whole_first_.resize(whole_next_.size());
+  part_first_.resize(part_next_.size());
+  int crossing = 0, pairs = 0, parts = 0, longest_pairs = 0, longest_part = 0;
+  for (std::size_t k = 0; k < whole_next_.size(); ++k) {
+    crossing += whole_next_[k];
+    const int pair_count = (crossing + 1) / 2, part_count = part_next_[k];
+    whole_first_[k] = pairs;
+    whole_next_[k] = 2 * pairs;
+    part_first_[k] = part_next_[k] = parts;
+    pairs += pair_count;
+    parts += part_count;
+    longest_pairs = std::max(longest_pairs, pair_count);
+    longest_part = std::max(longest_part, part_count);
   }
-  whole_.resize(std::size_t(whole_next_.back()) + 1);  // one more: idle lanes read the first
-  part_.resize(std::size_t(part_next_.back()) + 1);
-  part_begin_.resize(part_.size());
-  part_end_.resize(part_.size());
-  const auto add_part = [&](const Placed& p, int bin) {
-    const auto at = std::size_t(part_next_[std::size_t(bin) + 1]++);
-    part_[at] = p.edge;
-    part_begin_[at] = p.s_begin;
-    part_end_[at] = p.s_end;
+  whole_.assign(2 * std::size_t(pairs + longest_pairs), kNoEdge);
+  part_.resize(std::size_t(parts + longest_part));
+  part_steps_.resize(part_.size());
+  const auto add_part = [&](PackedEdge edge, int bin, std::int32_t begin, std::int32_t end) {
+    const auto at = std::size_t(part_next_[std::size_t(bin)]++);
+    part_[at] = edge;
+    part_steps_[at] = std::uint32_t(begin) | std::uint32_t(end) << 16;
   };
   for (const Placed& p : placed_) {
-    for (int k = p.bin_begin + 1; k < p.bin_end; ++k) whole_[std::size_t(whole_next_[std::size_t(k) + 1]++)] = p.edge;
-    if (p.bin_begin >= p.least_bin) add_part(p, p.bin_begin);
-    if (p.bin_end < p.end_bin && p.bin_end != p.bin_begin) add_part(p, p.bin_end);
+    const int from = p.begin >> kStepBits, begin = whole_begin(p), end = whole_end(p);
+    for (int k = begin; k < end; ++k) whole_[std::size_t(whole_next_[std::size_t(k)]++)] = p.edge;
+    if (from < begin) add_part(p.edge, from, p.begin & (kStepsPerBin - 1), end >= begin ? kStepsPerBin : p.end & (kStepsPerBin - 1));
+    if (end >= begin && (p.end & (kStepsPerBin - 1))) add_part(p.edge, end, 0, p.end & (kStepsPerBin - 1));
   }
-  whole_first_.swap(whole_next_);
-  part_first_.swap(part_next_);
 }
 
 }  // namespace fivepipe::rivals

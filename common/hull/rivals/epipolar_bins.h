@@ -19,17 +19,25 @@ struct Sector {
   bool advances_along_y;
   float p0, p1, q0, q1;
   float towards;  // +1 or -1: the sign of da/dt, by which all positions along lines are multiplied, so that they grow with depth
-  float s_begin, s_end, bins_per_s;
+  float s_begin, s_end, steps_per_s;
   int first_bin, bins;
 
   float s_of(float a, float b) const { return (b - q0 - q1 * a) / (p0 + p1 * a); }
 };
 
 // An edge as a list entry: border * 2 + (1 if it runs along the sector's axis a, else 0). The border of an edge across a is
-// multiplied by `towards`.
-using PackedEdge = std::int32_t;
+// multiplied by `towards`. 16 bits, so that one load has two: silhouettes are less than 32,000 px wide and high.
+using PackedEdge = std::int16_t;
+// Nearer than any edge: fills up lists of an odd number. Positions along lines are taken to be at least kLeastPosition.
+inline constexpr PackedEdge kNoEdge = -32768;
+inline constexpr float kLeastPosition = -16383;
 
-// Four lists of bins; bin `bins` (the last) is empty, for rays that meet none.
+// Lines are told apart in steps of 1 / kStepsPerBin of a bin, a millionth of a pixel: as fine as float tells them apart. Ends of
+// edges and rays are rounded alike, so that no ray slips between two edges that meet.
+inline constexpr int kStepBits = 15;
+inline constexpr std::int32_t kStepsPerBin = 1 << kStepBits;
+
+// Bin `empty_bin` lists nothing: for rays that meet no edge.
 class EpipolarBins {
  public:
   // The object pixels are not empty; `map` is of the silhouette's camera. Keeps its buffers.
@@ -40,14 +48,15 @@ class EpipolarBins {
   const std::vector<Sector>& sectors() const { return sectors_; }
   int empty_bin() const { return bins_; }
 
-  // Edges that every line of bin k crosses: whole[whole_first[k] ... whole_first[k + 1]).
+  // Edges that every line of bin k crosses: pairs whole_first[k] ... whole_first[k + 1] of whole.
   const std::vector<std::int32_t>& whole_first() const { return whole_first_; }
   const std::vector<PackedEdge>& whole() const { return whole_; }
-  // Edges that lines of bin k cross where part_begin <= s < part_end.
+  // Edges that some lines of bin k cross: part_first[k] ... part_first[k + 1] of part, those from step part_steps & 0xffff of the
+  // bin up to, not including, part_steps >> 16.
   const std::vector<std::int32_t>& part_first() const { return part_first_; }
-  const std::vector<PackedEdge>& part() const { return part_; }
-  const std::vector<float>& part_begin() const { return part_begin_; }
-  const std::vector<float>& part_end() const { return part_end_; }
+  const std::vector<std::int32_t>& part() const { return part_; }
+  const std::vector<std::uint32_t>& part_steps() const { return part_steps_; }
+  // All lists may be read to the length of the longest.
 
   // Whether lines end in an object pixel: the epipole is on one, and images of rays run towards it.
   bool ends_inside() const { return ends_inside_; }
@@ -55,9 +64,7 @@ class EpipolarBins {
  private:
   struct Placed {
     PackedEdge edge;
-    float s_begin, s_end;
-    int bin_begin, bin_end;  // of the ends; before the sector's first, or one behind its last, where an end is outside
-    int least_bin, end_bin;  // of the sector
+    std::int32_t begin, end;  // steps, from the first of all bins
   };
   void choose_sectors(const PixelRect& bounds, const Eigen::Vector3d& epipole);
   void collect_edges(const ObjectPixels& pixels, const PixelRect& bounds);
@@ -70,9 +77,10 @@ class EpipolarBins {
   std::vector<Sector> sectors_;
   std::vector<Placed> placed_;
   std::vector<int> run_begin_;  // by column: where the vertical border run at hand began
-  std::vector<std::int32_t> whole_first_, part_first_, whole_next_, part_next_;
-  std::vector<PackedEdge> whole_, part_;
-  std::vector<float> part_begin_, part_end_;
+  std::vector<std::uint64_t> above_, vertical_above_;
+  std::vector<std::int32_t> whole_first_, part_first_, whole_next_, part_next_, part_;
+  std::vector<PackedEdge> whole_;
+  std::vector<std::uint32_t> part_steps_;
 };
 
 }  // namespace fivepipe::rivals

@@ -22,7 +22,7 @@ EpipolarCamera lanes_of(const EpipolarBins& bins, const MapFromView& map) {
   };
   const Eigen::Matrix3d& m = map.at_infinity;
   return {floats(map.at_eye), floats(m.col(0)), floats(m.col(1)), floats(m.col(2)), bins.sectors(), bins.whole_first().data(), bins.part_first().data(),
-          bins.whole().data(), bins.part().data(), bins.part_begin().data(), bins.part_end().data(), bins.empty_bin(), bins.ends_inside()};
+          reinterpret_cast<const std::int32_t*>(bins.whole().data()), bins.part().data(), bins.part_steps().data(), bins.empty_bin(), bins.ends_inside()};
 }
 
 // For a camera whose centre is the view's: rays are in its silhouette all along, or nowhere.

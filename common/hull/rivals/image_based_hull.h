@@ -44,8 +44,9 @@ struct EpipolarCamera {
   std::array<float, 3> at_eye, of_u, of_v, of_1;
   std::span<const Sector> sectors;
   const std::int32_t *whole_first, *part_first;
-  const PackedEdge *whole, *part;
-  const float *part_begin, *part_end;
+  const std::int32_t* whole;  // two edges each
+  const std::int32_t* part;
+  const std::uint32_t* part_steps;
   std::int32_t empty_bin;
   bool ends_inside;
 };

@@ -28,12 +28,23 @@ constexpr float kLeastStep = 1 + 2 * std::numeric_limits<float>::epsilon();
 struct Lines {
   V a_eye, a_far, w_eye, w_far;  // position on the line: (a_eye + t a_far) / (w_eye + t w_far)
   V towards;
-  V s, along_scale, along_offset;  // an edge along a, at border b: towards * a = b * along_scale + along_offset
+  V along_scale, along_offset;  // an edge along a, at border b: towards * a = b * along_scale + along_offset
   VI whole_begin, whole_count, part_begin, part_count;
+  VI step;  // of the bin
 };
 
 HWY_INLINE V homogeneous(const EpipolarCamera& c, std::size_t k, V u, V v) {
   return hn::MulAdd(hn::Set(d, c.of_u[k]), u, hn::MulAdd(hn::Set(d, c.of_v[k]), v, hn::Set(d, c.of_1[k])));
+}
+
+// To about two units in the last place: a third of a division's time.
+HWY_INLINE V reciprocal(V x) {
+#if HWY_ARCH_X86
+  const V near = hn::ApproximateReciprocal(x);
+  return hn::Mul(near, hn::NegMulAdd(x, near, hn::Set(d, 2.0f)));  // Newton's step
+#else
+  return hn::Div(hn::Set(d, 1.0f), x);
+#endif
 }
 
 HWY_INLINE M as_float_mask(hn::Mask<DI> m) { return hn::RebindMask(d, m); }
@@ -41,27 +52,28 @@ HWY_INLINE M as_float_mask(hn::Mask<DI> m) { return hn::RebindMask(d, m); }
 HWY_INLINE Lines lines_of(const EpipolarCamera& c, V u, V v) {
   const V x = homogeneous(c, 0, u, v), y = homogeneous(c, 1, u, v), w = homogeneous(c, 2, u, v);
   const V zero = hn::Zero(d);
-  Lines l{zero, zero, hn::Set(d, c.at_eye[2]), w, hn::Set(d, 1.0f), zero, zero, zero, hn::Zero(di), hn::Zero(di), hn::Zero(di), hn::Zero(di)};
-  VI bin = hn::Set(di, c.empty_bin);
+  Lines l{zero, zero, hn::Set(d, c.at_eye[2]), w, hn::Set(d, 1.0f), zero, zero, hn::Zero(di), hn::Zero(di), hn::Zero(di), hn::Zero(di), hn::Zero(di)};
+  VI all_steps = hn::Set(di, c.empty_bin * kStepsPerBin);
   for (const Sector& sector : c.sectors) {
     const V a = sector.advances_along_y ? y : x, b = sector.advances_along_y ? x : y;
     const V p0 = hn::Set(d, sector.p0), p1 = hn::Set(d, sector.p1), q0 = hn::Set(d, sector.q0), q1 = hn::Set(d, sector.q1);
     const V ahead = hn::MulAdd(p1, a, hn::Mul(p0, w));
-    const V s = hn::Div(hn::NegMulAdd(q1, a, hn::NegMulAdd(q0, w, b)), ahead);
+    const V s = hn::Mul(hn::NegMulAdd(q1, a, hn::NegMulAdd(q0, w, b)), reciprocal(ahead));
     const V from = hn::Sub(s, hn::Set(d, sector.s_begin));
     const M here = hn::And(hn::Gt(ahead, zero), hn::And(hn::Ge(from, zero), hn::Lt(s, hn::Set(d, sector.s_end))));
     if (hn::AllFalse(d, here)) continue;
     const V towards = hn::Set(d, sector.towards);
-    const V scale = hn::Div(towards, hn::MulAdd(s, p1, q1));
-    const VI k = hn::Min(hn::ConvertTo(di, hn::Mul(from, hn::Set(d, sector.bins_per_s))), hn::Set(di, sector.bins - 1));
-    bin = hn::IfThenElse(hn::RebindMask(di, here), hn::Add(k, hn::Set(di, sector.first_bin)), bin);
+    const V scale = hn::Mul(towards, reciprocal(hn::MulAdd(s, p1, q1)));
+    const VI steps = hn::Min(hn::ConvertTo(di, hn::Mul(from, hn::Set(d, sector.steps_per_s))), hn::Set(di, sector.bins * kStepsPerBin - 1));
+    all_steps = hn::IfThenElse(hn::RebindMask(di, here), hn::Add(steps, hn::Set(di, sector.first_bin * kStepsPerBin)), all_steps);
     l.a_eye = hn::IfThenElse(here, hn::Set(d, c.at_eye[sector.advances_along_y ? 1 : 0]), l.a_eye);
     l.a_far = hn::IfThenElse(here, a, l.a_far);
     l.towards = hn::IfThenElse(here, towards, l.towards);
-    l.s = hn::IfThenElse(here, s, l.s);
     l.along_scale = hn::IfThenElse(here, scale, l.along_scale);
     l.along_offset = hn::IfThenElse(here, hn::Neg(hn::Mul(hn::MulAdd(s, p0, q0), scale)), l.along_offset);
   }
+  const VI bin = hn::ShiftRight<kStepBits>(all_steps);
+  l.step = hn::And(all_steps, hn::Set(di, kStepsPerBin - 1));
   l.whole_begin = hn::GatherIndex(di, c.whole_first, bin);
   l.whole_count = hn::Sub(hn::GatherIndex(di, c.whole_first + 1, bin), l.whole_begin);
   l.part_begin = hn::GatherIndex(di, c.part_first, bin);
@@ -75,8 +87,9 @@ struct Beyond {
   V first, second;
 };
 
+// The low 16 bits of `edge` count.
 HWY_INLINE void meet(const Lines& l, V position, VI edge, M counted, Beyond& beyond) {
-  const V border = hn::ConvertTo(d, hn::ShiftRight<1>(edge));
+  const V border = hn::ConvertTo(d, hn::ShiftRight<17>(hn::ShiftLeft<16>(edge)));
   const M along = as_float_mask(hn::TestBit(edge, hn::Set(di, 1)));
   const V at = hn::IfThenElse(along, hn::MulAdd(border, l.along_scale, l.along_offset), border);
   const M is_beyond = hn::And(counted, hn::Gt(at, position));
@@ -88,19 +101,24 @@ HWY_INLINE void meet(const Lines& l, V position, VI edge, M counted, Beyond& bey
 
 HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M asking, V position) {
   Beyond beyond{hn::Lt(hn::Zero(d), hn::Zero(d)), hn::Set(d, kNever), hn::Set(d, kNever)};
-  const hn::Mask<DI> asking_i = hn::RebindMask(di, asking);
-  const VI whole_count = hn::IfThenElseZero(asking_i, l.whole_count), part_count = hn::IfThenElseZero(asking_i, l.part_count);
-  const int whole = hn::GetLane(hn::MaxOfLanes(di, whole_count)), part = hn::GetLane(hn::MaxOfLanes(di, part_count));
-  for (int i = 0; i < whole; ++i) {
-    const hn::Mask<DI> has = hn::Lt(hn::Set(di, i), whole_count);
-    const VI at = hn::IfThenElseZero(has, hn::Add(l.whole_begin, hn::Set(di, i)));
-    meet(l, position, hn::GatherIndex(di, c.whole, at), as_float_mask(has), beyond);
+  const VI none = hn::Set(di, -1);
+  const VI whole_count = hn::IfThenElse(hn::RebindMask(di, asking), l.whole_count, none), part_count = hn::IfThenElse(hn::RebindMask(di, asking), l.part_count, none);
+  for (VI i = hn::Zero(di);; i = hn::Add(i, hn::Set(di, 1))) {
+    const M has = as_float_mask(hn::Lt(i, whole_count));
+    if (hn::AllFalse(d, has)) break;
+    const VI edges = hn::GatherIndex(di, c.whole, hn::Add(l.whole_begin, i));
+    meet(l, position, edges, has, beyond);
+    meet(l, position, hn::ShiftRight<16>(edges), has, beyond);
   }
-  for (int i = 0; i < part; ++i) {
-    const hn::Mask<DI> has = hn::Lt(hn::Set(di, i), part_count);
-    const VI at = hn::IfThenElseZero(has, hn::Add(l.part_begin, hn::Set(di, i)));
-    const M crossed = hn::And(hn::Ge(l.s, hn::GatherIndex(d, c.part_begin, at)), hn::Lt(l.s, hn::GatherIndex(d, c.part_end, at)));
-    meet(l, position, hn::GatherIndex(di, c.part, at), hn::And(as_float_mask(has), crossed), beyond);
+  for (VI i = hn::Zero(di);; i = hn::Add(i, hn::Set(di, 1))) {
+    const M has = as_float_mask(hn::Lt(i, part_count));
+    if (hn::AllFalse(d, has)) break;
+    const VI at = hn::Add(l.part_begin, i), steps = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(c.part_steps), at);
+    const VI edges = hn::GatherIndex(di, c.part, at);
+    // The upper half, at most kStepsPerBin = 1 << 15, has no sign: compared as unsigned numbers would be.
+    const VI begin = hn::And(steps, hn::Set(di, 0xffff)), end = hn::And(hn::ShiftRight<16>(steps), hn::Set(di, 0xffff));
+    const M crossed = as_float_mask(hn::AndNot(hn::Lt(l.step, begin), hn::Lt(l.step, end)));
+    meet(l, position, edges, hn::And(has, crossed), beyond);
   }
   return beyond;
 }
@@ -109,7 +127,7 @@ HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M asking
 HWY_INLINE V depth_at(const Lines& l, V position) {
   const V a = hn::Mul(position, l.towards);
   const V ahead = hn::NegMulAdd(a, l.w_far, l.a_far);  // has the sign of `towards` before the vanishing point
-  const V t = hn::Div(hn::MulSub(a, l.w_eye, l.a_eye), ahead);
+  const V t = hn::Mul(hn::MulSub(a, l.w_eye, l.a_eye), reciprocal(ahead));
   const M reached = hn::And(hn::Gt(hn::Mul(ahead, l.towards), hn::Zero(d)), hn::Lt(position, hn::Set(d, kNever)));
   return hn::IfThenElse(reached, t, hn::Set(d, kNever));
 }
@@ -120,8 +138,9 @@ struct Interval {
 };
 HWY_INLINE Interval interval_from(const EpipolarCamera& c, const Lines& l, M asking, V t) {
   const V w = hn::MulAdd(t, l.w_far, l.w_eye);
-  const V a = hn::Div(hn::MulAdd(t, l.a_far, l.a_eye), w);
-  const V position = hn::IfThenElse(hn::Gt(w, hn::Zero(d)), hn::Mul(a, l.towards), hn::Set(d, -kNever));
+  const V a = hn::Mul(hn::MulAdd(t, l.a_far, l.a_eye), reciprocal(w));
+  const V least = hn::Set(d, kLeastPosition);
+  const V position = hn::IfThenElse(hn::Gt(w, hn::Zero(d)), hn::Max(hn::Mul(a, l.towards), least), least);
   const Beyond beyond = edges_beyond(c, l, asking, position);
   const M inside = c.ends_inside ? hn::Not(beyond.odd) : beyond.odd;
   const V enter = hn::IfThenElse(inside, t, hn::Max(t, depth_at(l, beyond.first)));
@@ -130,21 +149,30 @@ HWY_INLINE Interval interval_from(const EpipolarCamera& c, const Lines& l, M ask
 
 constexpr std::size_t kRemembered = 64;  // cameras; those beyond are asked in every round
 
-// Begin of a block's rays: from where all are in front of every camera.
-HWY_INLINE V begin_of(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile, V u, V v, V& end) {
-  V begin = hn::Set(d, tile.begin_m);
+// Some ray of the tile comes from, or goes to, behind a camera.
+bool leaves_front(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile) {
+  for (const EpipolarCamera& c : cameras)
+    for (const int u : {tile.rays.u0_px, tile.rays.u1_px})
+      for (const int v : {tile.rays.v0_px, tile.rays.v1_px}) {
+        const float w_far = c.of_u[2] * float(u) + c.of_v[2] * float(v) + c.of_1[2];
+        if (!(c.at_eye[2] + tile.begin_m * w_far > 0 && c.at_eye[2] + tile.end_m * w_far > 0)) return true;
+      }
+  return false;
+}
+
+// Clips a block's rays to where they are in front of every camera.
+void clip_to_front(std::span<const EpipolarCamera> cameras, V u, V v, V& begin, V& end) {
   for (const EpipolarCamera& c : cameras) {
     const V w_eye = hn::Set(d, c.at_eye[2]), w_far = homogeneous(c, 2, u, v);
     const V turn = hn::Div(hn::Neg(w_eye), w_far);
     begin = hn::IfThenElse(hn::And(hn::Gt(w_far, hn::Zero(d)), hn::Lt(w_eye, hn::Zero(d))), hn::Max(begin, turn), begin);
     end = hn::IfThenElse(hn::Lt(w_far, hn::Zero(d)), hn::Min(end, turn), end);
   }
-  return begin;
 }
 
-HWY_INLINE V trace_block(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile, V u, V v, M alive) {
-  V end = hn::Set(d, tile.end_m);
-  V t = begin_of(cameras, tile, u, v, end);
+HWY_INLINE V trace_block(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile, bool clipped, V u, V v, M alive) {
+  V t = hn::Set(d, tile.begin_m), end = hn::Set(d, tile.end_m);
+  if (clipped) clip_to_front(cameras, u, v, t, end);
   V until[kRemembered];
   const std::size_t remembered = std::min(cameras.size(), kRemembered);
   for (std::size_t c = 0; c < remembered; ++c) until[c] = hn::Set(d, -kNever);
@@ -174,6 +202,7 @@ void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& til
   const int lanes = int(hn::Lanes(d)), wide = std::min(kWide, lanes), high = lanes / wide;
   HWY_ALIGN float us[16], vs[16], depths[16];
   const PixelRect& rays = tile.rays;
+  const bool clipped = leaves_front(cameras, tile);
   for (int v0 = rays.v0_px; v0 < rays.v1_px; v0 += high)
     for (int u0 = rays.u0_px; u0 < rays.u1_px; u0 += wide) {
       for (int i = 0; i < lanes; ++i) {
@@ -182,7 +211,7 @@ void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& til
       }
       const V u = hn::Load(d, us), v = hn::Load(d, vs);
       const M alive = hn::And(hn::Lt(u, hn::Set(d, float(rays.u1_px))), hn::Lt(v, hn::Set(d, float(rays.v1_px))));
-      hn::Store(trace_block(cameras, tile, u, v, alive), d, depths);
+      hn::Store(trace_block(cameras, tile, clipped, u, v, alive), d, depths);
       for (int y = 0; y < high && v0 + y < rays.v1_px; ++y)
         std::copy_n(depths + y * wide, std::min(wide, rays.u1_px - u0), tile.depth_m + std::size_t(v0 + y - rays.v0_px) * tile.stride + (u0 - rays.u0_px));
     }
