@@ -55,7 +55,7 @@ bool same_bits(const Depths& a, const Depths& b) { return a.size() == b.size() &
 constexpr double kRounding_m = 4e-5;
 // Rays that touch a corner or a thin end of the hull within that rounding, and so have or miss a piece that the reference
 // misses or has.
-constexpr double kTies = 1e-3;
+constexpr double kTies = 1e-4;
 
 struct Agreement {
   std::size_t rays = 0, hits = 0, others = 0;
