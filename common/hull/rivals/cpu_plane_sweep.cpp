@@ -12,6 +12,11 @@ namespace {
 
 using Eigen::Vector3d;
 
+// Tiles are squares of 16 or 8 rays: large ones for fewer counts, small ones for a closer fit; in small views, large ones would
+// span much of the object.
+constexpr int kLeastTilesAcross = 30;
+int tile_px_of(const PixelRect& image) { return image.width_px() >= kLeastTilesAcross * kSweptTile_px ? kSweptTile_px : kSweptTile_px / 2; }
+
 SweptCamera lanes_of(const ObjectPixelLookup& lookup, const MapFromView& map) {
   Eigen::Matrix3d shift = Eigen::Matrix3d::Identity();
   shift.col(2) = Vector3d(-lookup.origin_u_px(), -lookup.origin_v_px(), 1);
@@ -57,6 +62,7 @@ void CpuPlaneSweep::depth(std::span<const Silhouette> silhouettes, const View& v
   std::vector<SweptCamera> lanes;
   for (const MapCamera* c : order) lanes.push_back(lanes_of(c->lookup, c->map));
 
+  const int tile_px = tile_px_of(image);
   const double step_m = (view.far_m - view.near_m) / planes_;
   const auto stride = std::size_t(image.width_px());
   pool.run(pieces_of(image), [&](int p, int) {
@@ -64,9 +70,9 @@ void CpuPlaneSweep::depth(std::span<const Silhouette> silhouettes, const View& v
     for (int v = piece.v0_px; v < piece.v1_px; ++v) std::fill_n(depth_m.data() + std::size_t(v) * stride + piece.u0_px, piece.width_px(), kNoHull);
     const DepthRange shared = range_of_rays(half_spaces_, piece, {view.near_m, view.far_m});
     if (shared.empty()) return;
-    for (int v = piece.v0_px; v < piece.v1_px; v += kSweptTile_px)
-      for (int u = piece.u0_px; u < piece.u1_px; u += kSweptTile_px) {
-        const PixelRect rays = intersection(piece, {u, v, u + kSweptTile_px, v + kSweptTile_px});
+    for (int v = piece.v0_px; v < piece.v1_px; v += tile_px)
+      for (int u = piece.u0_px; u < piece.u1_px; u += tile_px) {
+        const PixelRect rays = intersection(piece, {u, v, u + tile_px, v + tile_px});
         const DepthRange range = range_of_rays(half_spaces_, rays, shared);
         if (range.empty()) continue;
         const int first = std::max(0, int(std::ceil((range.begin_m - view.near_m) / step_m))), end = std::min(planes_, int((range.end_m - view.near_m) / step_m) + 1);

@@ -63,9 +63,9 @@ struct Homography {
 };
 
 // Which of the rays (u, v) hit object pixels of every camera in `homographies`.
-HWY_INLINE M hit(std::span<const Homography> homographies, V u, float v, M asked) {
+HWY_INLINE M hit(std::span<const Homography> homographies, V u, V v, M asked) {
   for (const Homography& h : homographies) {
-    const auto coordinate = [&](std::size_t k) HWY_ATTR { return hn::MulAdd(hn::Set(d, h.of_u[k]), u, hn::Set(d, h.of_v[k] * v + h.of_1[k])); };
+    const auto coordinate = [&](std::size_t k) HWY_ATTR { return hn::MulAdd(hn::Set(d, h.of_u[k]), u, hn::MulAdd(hn::Set(d, h.of_v[k]), v, hn::Set(d, h.of_1[k]))); };
     const V w = coordinate(2), scale = reciprocal(w);
     const M on = on_object(*h.map, hn::Mul(coordinate(0), scale), hn::Mul(coordinate(1), scale));
     asked = hn::And(asked, hn::And(on, hn::Gt(w, hn::Zero(d))));
@@ -74,22 +74,26 @@ HWY_INLINE M hit(std::span<const Homography> homographies, V u, float v, M asked
   return asked;
 }
 
-// A tile's rays in vectors, row by row.
+// A tile's rays in vectors: blocks of kWide x kHigh.
 class Rays {
  public:
-  explicit Rays(const SweptTile& tile) : tile_(tile), per_row_((tile.rays.width_px() + kLanes - 1) / kLanes), left_(per_row_ * tile.rays.height_px()) {
-    for (int i = 0; i < left_; ++i) {
-      order_[i] = i;
-      undecided_[i] = hn::Lt(u_of(i), hn::Set(d, float(tile.rays.u1_px)));
-      depths_[i] = hn::Set(d, kNoHull);
-    }
+  explicit Rays(const SweptTile& tile) : tile_(tile) {
+    for (int v = 0; v < tile.rays.height_px(); v += kHigh)
+      for (int u = 0; u < tile.rays.width_px(); u += kWide, ++left_) {
+        const VI i = hn::Iota(di, 0);
+        u_[left_] = hn::ConvertTo(d, hn::Add(hn::And(i, hn::Set(di, kWide - 1)), hn::Set(di, tile.rays.u0_px + u)));
+        v_[left_] = hn::ConvertTo(d, hn::Add(hn::ShiftRight<kWideBits>(i), hn::Set(di, tile.rays.v0_px + v)));
+        order_[left_] = left_;
+        undecided_[left_] = hn::And(hn::Lt(u_[left_], hn::Set(d, float(tile.rays.u1_px))), hn::Lt(v_[left_], hn::Set(d, float(tile.rays.v1_px))));
+        depths_[left_] = hn::Set(d, kNoHull);
+      }
   }
   bool done() const { return left_ == 0; }
 
   HWY_INLINE void sweep(std::span<const Homography> homographies, float depth_m) {
     for (int n = 0; n < left_;) {
       const int i = order_[n];
-      const M hits = hit(homographies, u_of(i), float(tile_.rays.v0_px + i / per_row_), undecided_[i]);
+      const M hits = hit(homographies, u_[i], v_[i], undecided_[i]);
       depths_[i] = hn::IfThenElse(hits, hn::Set(d, depth_m), depths_[i]);
       undecided_[i] = hn::AndNot(hits, undecided_[i]);
       if (hn::AllFalse(d, undecided_[i])) order_[n] = order_[--left_];
@@ -98,25 +102,25 @@ class Rays {
   }
 
   void store() const {
-    HWY_ALIGN float row[16];
-    const int width = tile_.rays.width_px();
-    for (int i = 0; i < per_row_ * tile_.rays.height_px(); ++i) {
-      const int column = i % per_row_ * kLanes;
-      hn::Store(depths_[i], d, row);
-      std::copy_n(row, std::min(kLanes, width - column), tile_.depth_m + std::size_t(i / per_row_) * tile_.stride + column);
-    }
+    HWY_ALIGN float block[16];
+    const int width = tile_.rays.width_px(), height = tile_.rays.height_px();
+    for (int v = 0, i = 0; v < height; v += kHigh)
+      for (int u = 0; u < width; u += kWide, ++i) {
+        hn::Store(depths_[i], d, block);
+        for (int y = 0; y < kHigh && v + y < height; ++y)
+          std::copy_n(block + y * kWide, std::min(kWide, width - u), tile_.depth_m + std::size_t(v + y) * tile_.stride + u);
+      }
   }
 
  private:
-  static constexpr int kLanes = int(hn::MaxLanes(D()));
-  HWY_INLINE V u_of(int i) const { return hn::Iota(d, float(tile_.rays.u0_px + i % per_row_ * kLanes)); }
+  static constexpr int kLanes = int(hn::MaxLanes(D())), kWideBits = kLanes >= 8 ? 3 : kLanes >= 4 ? 2 : 0, kWide = 1 << kWideBits, kHigh = kLanes / kWide;
 
   const SweptTile& tile_;
-  int per_row_, left_;
-  static constexpr int kMostVectors = kSweptTile_px * ((kSweptTile_px + kLanes - 1) / kLanes);
+  int left_ = 0;
+  static constexpr int kMostVectors = (kSweptTile_px + kWide - 1) / kWide * ((kSweptTile_px + kHigh - 1) / kHigh);
   int order_[kMostVectors];  // the first left_: vectors with undecided rays
+  V u_[kMostVectors], v_[kMostVectors], depths_[kMostVectors];
   M undecided_[kMostVectors];
-  V depths_[kMostVectors];
 };
 
 void sweep_tile(std::span<const SweptCamera> cameras, const SweptTile& tile) {
