@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "common/hull/map_from_view.h"
@@ -53,8 +54,9 @@ void divide(const CarvedNodes& parents, int size_voxels, const VoxelGrid& grid, 
   }
 }
 
-// Writes the index; keeps the bricks that are to be carved in `nodes`.
-void index_bricks(CarvedNodes& nodes, VoxelGrid& grid) {
+// Writes the index; of the bricks, leaves those to be carved in `nodes`, and those that are not in `full`.
+void index_bricks(CarvedNodes& nodes, CarvedNodes& full, VoxelGrid& grid) {
+  full.clear();
   std::fill(grid.index.begin(), grid.index.end(), kEmptyBrick);
   grid.begin = grid.bricks;
   grid.end = {0, 0, 0};
@@ -69,6 +71,7 @@ void index_bricks(CarvedNodes& nodes, VoxelGrid& grid) {
     std::int32_t& entry = grid.index[grid.at(brick[0], brick[1], brick[2])];
     if (nodes.mixed[i] == 0) {
       entry = kFullBrick;
+      full.add(nodes.x[i], nodes.y[i], nodes.z[i], 0);
       continue;
     }
     entry = std::int32_t(mixed);
@@ -122,7 +125,7 @@ bool VoxelCarving::carve(std::span<const Silhouette> silhouettes, WorkerPool& po
     std::swap(nodes_, children_);
     test_nodes(lanes, size / 2, nodes_);
   }
-  index_bricks(nodes_, grid_);
+  index_bricks(nodes_, full_, grid_);
   grid_.voxels.resize((nodes_.x.size() + 1) * kWordsPerBrick);  // one more: lanes without voxels read the first
   const int bricks = int(nodes_.x.size());
   pool.run((bricks + kBricksPerPiece - 1) / kBricksPerPiece, [&](int piece, int) {
@@ -142,12 +145,43 @@ void VoxelCarving::depth(std::span<const Silhouette> silhouettes, const View& vi
     return std::fill(depth_m.begin(), depth_m.end(), kNoHull);
   }
   if (!is_finite(view.camera) || !(view.near_m > 0 && view.far_m > view.near_m)) return std::fill(depth_m.begin(), depth_m.end(), kNoHull);
+  find_front(view, pool);
   const DrawnView lanes = lanes_of(view, grid_);
   const auto stride = std::size_t(image.width_px());
   pool.run(pieces_of(image), [&](int p, int) {
     const PixelRect piece = piece_of(image, p);
-    draw_tile(grid_, lanes, {piece, depth_m.data() + std::size_t(piece.v0_px) * stride + piece.u0_px, stride});
+    for (int v = piece.v0_px; v < piece.v1_px; ++v) std::fill_n(depth_m.data() + std::size_t(v) * stride + piece.u0_px, piece.width_px(), kNoHull);
+    for (int v = piece.v0_px; v < piece.v1_px; v += kFrontTile_px)
+      for (int u = piece.u0_px; u < piece.u1_px; u += kFrontTile_px) {
+        const PixelRect rays = intersection(piece, {u, v, u + kFrontTile_px, v + kFrontTile_px});
+        const TileDepths depths = front_[std::size_t((v / kFrontTile_px) * front_across_ + u / kFrontTile_px)];
+        if (depths.begin_m < depths.end_m) draw_tile(grid_, lanes, {rays, depths.begin_m, depths.end_m, depth_m.data() + std::size_t(v) * stride + u, stride});
+      }
   });
+}
+
+// Each thread gathers in its own tiles: least and greatest do not depend on how bricks are dealt out.
+void VoxelCarving::find_front(const View& view, WorkerPool& pool) {
+  const VoxelFront front(grid_, view);
+  front_across_ = front.across();
+  const auto tiles = std::size_t(front.across()) * std::size_t(front.down());
+  constexpr TileDepths kNone{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
+  front_.assign(tiles * std::size_t(pool.threads()), kNone);
+  const int carved = int(nodes_.x.size()), bricks = carved + int(full_.x.size());
+  pool.run((bricks + kBricksPerPiece - 1) / kBricksPerPiece, [&](int piece, int thread) {
+    const std::span<TileDepths> own(front_.data() + std::size_t(thread) * tiles, tiles);
+    for (int b = piece * kBricksPerPiece; b < std::min(bricks, (piece + 1) * kBricksPerPiece); ++b) {
+      const bool full = b >= carved;
+      const auto i = std::size_t(full ? b - carved : b);
+      const CarvedNodes& nodes = full ? full_ : nodes_;
+      front.add_brick({nodes.x[i], nodes.y[i], nodes.z[i]}, full ? nullptr : grid_.voxels.data() + i * kWordsPerBrick, own);
+    }
+  });
+  for (std::size_t i = tiles; i < front_.size(); ++i) {
+    TileDepths& all = front_[i % tiles];
+    all.begin_m = std::min(all.begin_m, front_[i].begin_m);
+    all.end_m = std::max(all.end_m, front_[i].end_m);
+  }
 }
 
 }  // namespace fivepipe::rivals

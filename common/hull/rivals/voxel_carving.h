@@ -14,6 +14,7 @@
 
 #include "common/hull/hull.h"
 #include "common/hull/rivals/object_pixel_lookup.h"
+#include "common/hull/rivals/voxel_front.h"
 #include "common/hull/rivals/voxel_grid.h"
 #include "common/hull/rivals/voxel_lanes.h"
 #include "common/workers/worker_pool.h"
@@ -45,10 +46,13 @@ class VoxelCarving {
     ObjectPixelLookup lookup;
   };
   bool carve(std::span<const Silhouette> silhouettes, WorkerPool& pool);
+  void find_front(const View& view, WorkerPool& pool);
 
   VoxelGrid grid_;
   std::vector<MapCamera> cameras_;
-  CarvedNodes nodes_, children_;  // of the level at hand
+  CarvedNodes nodes_, children_, full_;  // of the level at hand; in the end, bricks
+  std::vector<TileDepths> front_;
+  int front_across_ = 0;
 };
 
 }  // namespace fivepipe::rivals

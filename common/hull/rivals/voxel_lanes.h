@@ -45,9 +45,10 @@ struct DrawnView {
   float near_m, far_m;
   std::array<float, 3> begin_voxel, end_voxel;  // the box that holds all occupied voxels
 };
-// Row v of the tile is written to depth_m + v * stride.
+// Row v of the tile is written to depth_m + v * stride. All its voxels lie between begin and end.
 struct DrawnTile {
   PixelRect rays;
+  float begin_m, end_m;
   float* depth_m;
   std::size_t stride;
 };

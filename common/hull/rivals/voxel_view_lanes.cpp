@@ -69,14 +69,14 @@ HWY_INLINE VI moved(const Axis& a, VI low, VI edge, V own_exit, V t) {
   return hn::IfThenElse(hn::RebindMask(di, hn::Le(own_exit, t)), over, voxel_at(a, t, low, hn::Sub(high, one)));
 }
 
-HWY_INLINE V draw_block(const VoxelGrid& grid, const DrawnView& view, V u, V v, M alive) {
+HWY_INLINE V draw_block(const VoxelGrid& grid, const DrawnView& view, const DrawnTile& tile, V u, V v, M alive) {
   const Axis ax = axis_of(view, 0, u, v), ay = axis_of(view, 1, u, v), az = axis_of(view, 2, u, v);
   const V near = hn::Set(d, view.near_m);
   const auto set = [](float x) HWY_ATTR { return hn::Set(d, x); };
   const auto seti = [](float x) HWY_ATTR { return hn::Set(di, int(x)); };
   const auto &low = view.begin_voxel, &high = view.end_voxel;
-  V t = hn::Max(hn::Max(near, entry(ax, set(low[0]), set(high[0]))), hn::Max(entry(ay, set(low[1]), set(high[1])), entry(az, set(low[2]), set(high[2]))));
-  const V end = hn::Min(hn::Min(set(view.far_m), exit(ax, set(low[0]), set(high[0]))), hn::Min(exit(ay, set(low[1]), set(high[1])), exit(az, set(low[2]), set(high[2]))));
+  V t = hn::Max(hn::Max(set(std::max(view.near_m, tile.begin_m)), entry(ax, set(low[0]), set(high[0]))), hn::Max(entry(ay, set(low[1]), set(high[1])), entry(az, set(low[2]), set(high[2]))));
+  const V end = hn::Min(hn::Min(set(std::min(view.far_m, tile.end_m)), exit(ax, set(low[0]), set(high[0]))), hn::Min(exit(ay, set(low[1]), set(high[1])), exit(az, set(low[2]), set(high[2]))));
   alive = hn::And(alive, hn::Lt(t, end));
   if (hn::AllFalse(d, alive)) return hn::Set(d, kNoHull);
   const VI least[3] = {seti(low[0]), seti(low[1]), seti(low[2])}, most[3] = {seti(high[0] - 1), seti(high[1] - 1), seti(high[2] - 1)};
@@ -117,7 +117,7 @@ void draw_tile(const VoxelGrid& grid, const DrawnView& view, const DrawnTile& ti
       }
       const V u = hn::Load(d, us), v = hn::Load(d, vs);
       const M alive = hn::And(hn::Lt(u, hn::Set(d, float(rays.u1_px))), hn::Lt(v, hn::Set(d, float(rays.v1_px))));
-      hn::Store(draw_block(grid, view, u, v, alive), d, depths);
+      hn::Store(draw_block(grid, view, tile, u, v, alive), d, depths);
       for (int y = 0; y < high && v0 + y < rays.v1_px; ++y)
         std::copy_n(depths + y * wide, std::min(wide, rays.u1_px - u0), tile.depth_m + std::size_t(v0 + y - rays.v0_px) * tile.stride + (u0 - rays.u0_px));
     }
