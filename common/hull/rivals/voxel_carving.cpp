@@ -1,6 +1,7 @@
 #include "common/hull/rivals/voxel_carving.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -36,8 +37,8 @@ DrawnView lanes_of(const View& view, const VoxelGrid& grid) {
   DrawnView lanes{floats((camera_center_world_m(view.camera) - grid.corner_world_m) / grid.voxel_m), floats(of_u), floats(of_v),
                   floats(world_from_camera.col(2) - k.cx_px * of_u - k.cy_px * of_v), float(view.near_m), float(view.far_m), {}, {}};
   for (std::size_t i = 0; i < 3; ++i) {
-    lanes.begin_voxel[i] = float(grid.begin[i] * kBrick_voxels);
-    lanes.end_voxel[i] = float(grid.end[i] * kBrick_voxels);
+    lanes.begin_voxel[i] = grid.begin[i] * kBrick_voxels;
+    lanes.end_voxel[i] = grid.end[i] * kBrick_voxels;
   }
   return lanes;
 }
@@ -88,11 +89,14 @@ void index_bricks(CarvedNodes& nodes, CarvedNodes& full, VoxelGrid& grid) {
 VoxelCarving::VoxelCarving(const Eigen::AlignedBox3d& volume_world_m, double voxel_m) {
   grid_.corner_world_m = volume_world_m.min();
   grid_.voxel_m = voxel_m;
-  double all = 1;
-  for (int i = 0; i < 3; ++i) all *= std::ceil(volume_world_m.sizes()[i] / (voxel_m * kBrick_voxels));
-  if (!(voxel_m > 0 && all > 0 && all <= double(kMostBricks)) || volume_world_m.isEmpty()) throw std::invalid_argument("voxel carving: volume or voxel size");
-  for (int i = 0; i < 3; ++i) grid_.bricks[std::size_t(i)] = int(std::ceil(volume_world_m.sizes()[i] / (voxel_m * kBrick_voxels)));
-  grid_.index.assign(std::size_t(all), kEmptyBrick);
+  double along[3];
+  for (int i = 0; i < 3; ++i) along[i] = std::ceil(volume_world_m.sizes()[i] / (voxel_m * kBrick_voxels));
+  if (!(voxel_m > 0 && along[0] > 0 && along[1] > 0 && along[2] > 0 && along[0] * along[1] * along[2] <= double(kMostBricks)) || volume_world_m.isEmpty())
+    throw std::invalid_argument("voxel carving: volume or voxel size");
+  for (std::size_t i = 0; i < 3; ++i) grid_.bricks[i] = int(along[i]);
+  grid_.y_shift = std::bit_width(unsigned(grid_.bricks[0] - 1));
+  grid_.z_shift = grid_.y_shift + std::bit_width(unsigned(grid_.bricks[1] - 1));
+  grid_.index.assign(std::size_t(grid_.bricks[2]) << grid_.z_shift, kEmptyBrick);
   grid_.begin = grid_.end = {0, 0, 0};
 }
 

@@ -38,7 +38,7 @@ class VoxelCarving {
 
   const VoxelGrid& grid() const { return grid_; }  // as the last call left it
 
-  static constexpr std::int64_t kMostBricks = std::int64_t(1) << 26;  // an index of 256 MB
+  static constexpr std::int64_t kMostBricks = std::int64_t(1) << 26;  // an index of 256 MB to 1 GB
 
  private:
   struct MapCamera {

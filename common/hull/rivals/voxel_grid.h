@@ -25,11 +25,12 @@ struct VoxelGrid {
   Eigen::Vector3d corner_world_m;  // of voxel (0, 0, 0), whose axes are the world's
   double voxel_m;
   std::array<int, 3> bricks;          // counts along x, y, z
-  std::vector<std::int32_t> index;    // of brick (x, y, z) at (z * bricks[1] + y) * bricks[0] + x
+  int y_shift, z_shift;
+  std::vector<std::int32_t> index;    // of brick (x, y, z) at z << z_shift | y << y_shift | x
   std::vector<std::uint32_t> voxels;  // kWordsPerBrick each
   std::array<int, 3> begin, end;      // bricks, half-open: all others are empty
 
-  std::size_t at(int x, int y, int z) const { return (std::size_t(z) * std::size_t(bricks[1]) + std::size_t(y)) * std::size_t(bricks[0]) + std::size_t(x); }
+  std::size_t at(int x, int y, int z) const { return std::size_t(z) << z_shift | std::size_t(y) << y_shift | std::size_t(x); }
 
   bool occupied(int x, int y, int z) const {  // false outside
     const auto outside = [](int i, int count) { return i < 0 || i >= count * kBrick_voxels; };

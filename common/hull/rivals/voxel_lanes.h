@@ -43,7 +43,7 @@ void carve_brick(std::span<const CarvingCamera> cameras, const std::array<int, 3
 struct DrawnView {
   std::array<float, 3> eye, of_u, of_v, of_1;
   float near_m, far_m;
-  std::array<float, 3> begin_voxel, end_voxel;  // the box that holds all occupied voxels
+  std::array<std::int32_t, 3> begin_voxel, end_voxel;  // the box that holds all occupied voxels
 };
 // Row v of the tile is written to depth_m + v * stride. All its voxels lie between begin and end.
 struct DrawnTile {

@@ -45,8 +45,8 @@ struct Found {
 HWY_INLINE Found look(const VoxelGrid& grid, VI x, VI y, VI z) {
   const auto bit = [](VI i, VI which) HWY_ATTR { return hn::And(i, which); };
   const VI one = hn::Set(di, 1), two = hn::Set(di, 2), four = hn::Set(di, 4), eight = hn::Set(di, 8), zero = hn::Zero(di);
-  const VI row = hn::Add(hn::Mul(hn::ShiftRight<3>(z), hn::Set(di, grid.bricks[1])), hn::ShiftRight<3>(y));
-  const VI brick = hn::GatherIndex(di, grid.index.data(), hn::Add(hn::Mul(row, hn::Set(di, grid.bricks[0])), hn::ShiftRight<3>(x)));
+  const VI bricks_yx = hn::Or(hn::ShiftLeftSame(hn::ShiftRight<3>(y), grid.y_shift), hn::ShiftRight<3>(x));
+  const VI brick = hn::GatherIndex(di, grid.index.data(), hn::Or(hn::ShiftLeftSame(hn::ShiftRight<3>(z), grid.z_shift), bricks_yx));
   const MI has_voxels = hn::Gt(brick, hn::Set(di, -1));
   // Blocks of four in the order x, y, z, two words each, the words in the order of z.
   const VI fours = hn::Or(hn::ShiftRight<1>(bit(x, four)), hn::Or(bit(y, four), hn::ShiftLeft<1>(bit(z, four))));
@@ -69,58 +69,100 @@ HWY_INLINE VI moved(const Axis& a, VI low, VI edge, V own_exit, V t) {
   return hn::IfThenElse(hn::RebindMask(di, hn::Le(own_exit, t)), over, voxel_at(a, t, low, hn::Sub(high, one)));
 }
 
-HWY_INLINE V draw_block(const VoxelGrid& grid, const DrawnView& view, const DrawnTile& tile, V u, V v, M alive) {
-  const Axis ax = axis_of(view, 0, u, v), ay = axis_of(view, 1, u, v), az = axis_of(view, 2, u, v);
-  const V near = hn::Set(d, view.near_m);
-  const auto set = [](float x) HWY_ATTR { return hn::Set(d, x); };
-  const auto seti = [](float x) HWY_ATTR { return hn::Set(di, int(x)); };
-  const auto &low = view.begin_voxel, &high = view.end_voxel;
-  V t = hn::Max(hn::Max(set(std::max(view.near_m, tile.begin_m)), entry(ax, set(low[0]), set(high[0]))), hn::Max(entry(ay, set(low[1]), set(high[1])), entry(az, set(low[2]), set(high[2]))));
-  const V end = hn::Min(hn::Min(set(std::min(view.far_m, tile.end_m)), exit(ax, set(low[0]), set(high[0]))), hn::Min(exit(ay, set(low[1]), set(high[1])), exit(az, set(low[2]), set(high[2]))));
-  alive = hn::And(alive, hn::Lt(t, end));
-  if (hn::AllFalse(d, alive)) return hn::Set(d, kNoHull);
-  const VI least[3] = {seti(low[0]), seti(low[1]), seti(low[2])}, most[3] = {seti(high[0] - 1), seti(high[1] - 1), seti(high[2] - 1)};
-  VI x = voxel_at(ax, t, least[0], most[0]), y = voxel_at(ay, t, least[1], most[1]), z = voxel_at(az, t, least[2], most[2]);
-  M hits = hn::Lt(near, near);
-  for (;;) {
-    const Found found = look(grid, x, y, z);
-    hits = hn::Or(hits, hn::And(alive, found.occupied));
-    alive = hn::AndNot(found.occupied, alive);
-    const VI x0 = hn::And(x, hn::Neg(found.edge_xy)), y0 = hn::And(y, hn::Neg(found.edge_xy)), z0 = hn::And(z, hn::Neg(found.edge_z));
-    const auto leave = [](const Axis& a, VI from, VI edge) HWY_ATTR { return exit(a, hn::ConvertTo(d, from), hn::ConvertTo(d, hn::Add(from, edge))); };
-    const V tx = leave(ax, x0, found.edge_xy), ty = leave(ay, y0, found.edge_xy), tz = leave(az, z0, found.edge_z);
-    t = hn::Min(tx, hn::Min(ty, tz));
-    const VI next_x = moved(ax, x0, found.edge_xy, tx, t), next_y = moved(ay, y0, found.edge_xy, ty, t), next_z = moved(az, z0, found.edge_z, tz, t);
-    const auto within = [&](VI i, std::size_t k) HWY_ATTR { return hn::Eq(hn::Min(hn::Max(i, least[k]), most[k]), i); };
-    alive = hn::And(alive, hn::And(hn::Lt(t, end), as_float_mask(hn::And(within(next_x, 0), hn::And(within(next_y, 1), within(next_z, 2))))));
-    if (hn::AllFalse(d, alive)) break;
-    const MI going = hn::RebindMask(di, alive);
-    x = hn::IfThenElse(going, next_x, x);
-    y = hn::IfThenElse(going, next_y, y);
-    z = hn::IfThenElse(going, next_z, z);
+// A block of rays on its way.
+struct Walk {
+  Axis ax, ay, az;
+  V near, end;
+  VI x, y, z;  // voxel at hand
+  M alive, hits;
+};
+
+HWY_INLINE Walk started(const DrawnView& view, const DrawnTile& tile, V u, V v, M alive) {
+  Walk w{axis_of(view, 0, u, v), axis_of(view, 1, u, v), axis_of(view, 2, u, v), hn::Set(d, view.near_m), {}, {}, {}, {}, alive, hn::Lt(u, u)};
+  V t = hn::Set(d, std::max(view.near_m, tile.begin_m));
+  w.end = hn::Set(d, std::min(view.far_m, tile.end_m));
+  const Axis* axes[3] = {&w.ax, &w.ay, &w.az};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const V low = hn::Set(d, float(view.begin_voxel[k])), high = hn::Set(d, float(view.end_voxel[k]));
+    t = hn::Max(t, entry(*axes[k], low, high));
+    w.end = hn::Min(w.end, exit(*axes[k], low, high));
   }
-  const auto into = [](const Axis& a, VI i) HWY_ATTR { return entry(a, hn::ConvertTo(d, i), hn::ConvertTo(d, hn::Add(i, hn::Set(di, 1)))); };
-  const V depth = hn::Max(hn::Max(near, into(ax, x)), hn::Max(into(ay, y), into(az, z)));
-  return hn::IfThenElse(hits, depth, hn::Set(d, kNoHull));
+  const auto at = [&](std::size_t k) HWY_ATTR { return voxel_at(*axes[k], t, hn::Set(di, view.begin_voxel[k]), hn::Set(di, view.end_voxel[k] - 1)); };
+  w.x = at(0);
+  w.y = at(1);
+  w.z = at(2);
+  w.alive = hn::And(alive, hn::Lt(t, w.end));
+  return w;
 }
 
+// Looks at the voxel at hand and moves on; false where no ray is left.
+HWY_INLINE bool step(const VoxelGrid& grid, const DrawnView& view, Walk& w) {
+  const Found found = look(grid, w.x, w.y, w.z);
+  w.hits = hn::Or(w.hits, hn::And(w.alive, found.occupied));
+  w.alive = hn::AndNot(found.occupied, w.alive);
+  const VI x0 = hn::And(w.x, hn::Neg(found.edge_xy)), y0 = hn::And(w.y, hn::Neg(found.edge_xy)), z0 = hn::And(w.z, hn::Neg(found.edge_z));
+  const auto leave = [](const Axis& a, VI from, VI edge) HWY_ATTR { return exit(a, hn::ConvertTo(d, from), hn::ConvertTo(d, hn::Add(from, edge))); };
+  const V tx = leave(w.ax, x0, found.edge_xy), ty = leave(w.ay, y0, found.edge_xy), tz = leave(w.az, z0, found.edge_z);
+  const V t = hn::Min(tx, hn::Min(ty, tz));
+  const VI x = moved(w.ax, x0, found.edge_xy, tx, t), y = moved(w.ay, y0, found.edge_xy, ty, t), z = moved(w.az, z0, found.edge_z, tz, t);
+  const auto within = [&](VI i, std::size_t k) HWY_ATTR {
+    return hn::Eq(hn::Min(hn::Max(i, hn::Set(di, view.begin_voxel[k])), hn::Set(di, view.end_voxel[k] - 1)), i);
+  };
+  w.alive = hn::And(w.alive, hn::And(hn::Lt(t, w.end), as_float_mask(hn::And(within(x, 0), hn::And(within(y, 1), within(z, 2))))));
+  const MI going = hn::RebindMask(di, w.alive);
+  w.x = hn::IfThenElse(going, x, w.x);
+  w.y = hn::IfThenElse(going, y, w.y);
+  w.z = hn::IfThenElse(going, z, w.z);
+  return !hn::AllFalse(d, w.alive);
+}
+
+// Where rays that hit enter their voxel.
+HWY_INLINE V depth_of(const Walk& w) {
+  const auto into = [](const Axis& a, VI i) HWY_ATTR { return entry(a, hn::ConvertTo(d, i), hn::ConvertTo(d, hn::Add(i, hn::Set(di, 1)))); };
+  const V depth = hn::Max(hn::Max(w.near, into(w.ax, w.x)), hn::Max(into(w.ay, w.y), into(w.az, w.z)));
+  return hn::IfThenElse(w.hits, depth, hn::Set(d, kNoHull));
+}
+
+// A tile's rays in blocks kWide wide, kAtOnce of them under way at a time: a step is a chain of two gathers and some sixty
+// operations, each waiting for the last.
+class TileRays {
+ public:
+  explicit TileRays(const DrawnTile& tile) : tile_(tile), across_((tile.rays.width_px() + wide_ - 1) / wide_) {}
+  int blocks() const { return across_ * ((tile_.rays.height_px() + high_ - 1) / high_); }
+
+  HWY_INLINE Walk start(const DrawnView& view, int block) const {
+    const VI i = hn::Iota(di, 0);
+    const VI u = hn::Add(hn::And(i, hn::Set(di, wide_ - 1)), hn::Set(di, tile_.rays.u0_px + block % across_ * wide_));
+    const VI v = hn::Add(wide_ == 4 ? hn::ShiftRight<2>(i) : hn::Zero(di), hn::Set(di, tile_.rays.v0_px + block / across_ * high_));
+    const MI in_tile = hn::And(hn::Lt(u, hn::Set(di, block < blocks() ? tile_.rays.u1_px : tile_.rays.u0_px)), hn::Lt(v, hn::Set(di, tile_.rays.v1_px)));
+    return started(view, tile_, hn::ConvertTo(d, u), hn::ConvertTo(d, v), as_float_mask(in_tile));
+  }
+
+  HWY_INLINE void store(int block, V depth) const {
+    HWY_ALIGN float depths[16];
+    hn::Store(depth, d, depths);
+    const int u = block % across_ * wide_, v = block / across_ * high_;
+    for (int y = 0; y < high_ && v + y < tile_.rays.height_px(); ++y)
+      std::copy_n(depths + y * wide_, std::min(wide_, tile_.rays.width_px() - u), tile_.depth_m + std::size_t(v + y) * tile_.stride + u);
+  }
+
+ private:
+  const DrawnTile& tile_;
+  const int lanes_ = int(hn::Lanes(d)), wide_ = std::min(4, lanes_), high_ = lanes_ / wide_, across_;
+};
+
 void draw_tile(const VoxelGrid& grid, const DrawnView& view, const DrawnTile& tile) {
-  constexpr int kWide = 4;
-  const int lanes = int(hn::Lanes(d)), wide = std::min(kWide, lanes), high = lanes / wide;
-  HWY_ALIGN float us[16], vs[16], depths[16];
-  const PixelRect& rays = tile.rays;
-  for (int v0 = rays.v0_px; v0 < rays.v1_px; v0 += high)
-    for (int u0 = rays.u0_px; u0 < rays.u1_px; u0 += wide) {
-      for (int i = 0; i < lanes; ++i) {
-        us[i] = float(u0 + i % wide);
-        vs[i] = float(v0 + i / wide);
-      }
-      const V u = hn::Load(d, us), v = hn::Load(d, vs);
-      const M alive = hn::And(hn::Lt(u, hn::Set(d, float(rays.u1_px))), hn::Lt(v, hn::Set(d, float(rays.v1_px))));
-      hn::Store(draw_block(grid, view, tile, u, v, alive), d, depths);
-      for (int y = 0; y < high && v0 + y < rays.v1_px; ++y)
-        std::copy_n(depths + y * wide, std::min(wide, rays.u1_px - u0), tile.depth_m + std::size_t(v0 + y - rays.v0_px) * tile.stride + (u0 - rays.u0_px));
+  constexpr int kAtOnce = 2;
+  const TileRays rays(tile);
+  for (int first = 0; first < rays.blocks(); first += kAtOnce) {
+    Walk a = rays.start(view, first), b = rays.start(view, first + 1);
+    for (bool more = true; more;) {
+      const bool more_a = step(grid, view, a);
+      more = step(grid, view, b) || more_a;
     }
+    rays.store(first, depth_of(a));
+    if (first + 1 < rays.blocks()) rays.store(first + 1, depth_of(b));
+  }
 }
 
 }  // namespace fivepipe::rivals::HWY_NAMESPACE
