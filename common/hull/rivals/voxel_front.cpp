@@ -24,17 +24,24 @@ VoxelFront::VoxelFront(const VoxelGrid& grid, const View& view)
   of_z_ = floats(m.col(2));
   of_1_ = floats(pixel_from_camera * (view.camera.camera_from_world * grid.corner_world_m));
   const double size_m = grid.voxel_m * kBrick_voxels * (grid.bricks[0] + grid.bricks[1] + grid.bricks[2]);
+  voxel_px_m_ = float(std::max(k.fx_px, k.fy_px) * grid.voxel_m);
   slack_m_ = kRounding * float(size_m + std::abs(of_1_[2]));
 }
 
 void VoxelFront::add_brick(const std::array<int, 3>& corner_voxel, const std::uint32_t* words, std::span<TileDepths> depths) const {
-  constexpr int kBlock = kBrick_voxels / 2;
   const std::array corner{float(corner_voxel[0]), float(corner_voxel[1]), float(corner_voxel[2])};
-  if (!words) return add_cube({corner[0] + kBlock, corner[1] + kBlock, corner[2] + kBlock}, kBlock, depths);
-  for (int block = 0; block < 8; ++block) {
-    if (!(words[2 * block] | words[2 * block + 1])) continue;
-    const auto middle = [&](int axis) { return corner[std::size_t(axis)] + float((block >> axis & 1) * kBlock) + 0.5f * kBlock; };
-    add_cube({middle(0), middle(1), middle(2)}, 0.5f * kBlock, depths);
+  constexpr float kHalf = 0.5f * kBrick_voxels;
+  const std::array middle{corner[0] + kHalf, corner[1] + kHalf, corner[2] + kHalf};
+  if (!words) return add_cube(middle, kHalf, depths);
+  // Blocks of two where those of four would span more than a tile.
+  const float depth_m = of_x_[2] * middle[0] + of_y_[2] * middle[1] + of_z_[2] * middle[2] + of_1_[2];
+  const bool fine = kHalf * voxel_px_m_ > kFrontTile_px * depth_m;
+  for (int block = 0; block < 64; block += fine ? 1 : 8) {
+    const std::uint32_t* word = words + block / 4;
+    if (!(fine ? word[0] >> block % 4 * 8 & 0xff : word[0] | word[1])) continue;
+    const float half = fine ? 1 : 2;
+    const auto at = [&](int axis) { return corner[std::size_t(axis)] + float((block >> axis & 1) * 2 + (block >> (axis + 3) & 1) * 4) + half; };
+    add_cube({at(0), at(1), at(2)}, half, depths);
   }
 }
 

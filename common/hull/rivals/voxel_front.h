@@ -16,8 +16,6 @@ struct TileDepths {
   float begin_m, end_m;  // begin > end: no voxel
 };
 
-// The view's rays [voxels from the grid's corner], and back: pixel of a point (x, y, z), homogeneous, is of_x x + of_y y + of_z z + of_1,
-// its third coordinate the depth [m].
 class VoxelFront {
  public:
   VoxelFront(const VoxelGrid& grid, const View& view);
@@ -32,7 +30,9 @@ class VoxelFront {
   void add_cube(const std::array<float, 3>& middle, float half_voxels, std::span<TileDepths> depths) const;
 
   int across_, down_;
+  // The view's pixel of the point (x, y, z) [voxels] is of_x x + of_y y + of_z z + of_1, homogeneous, the third its depth [m].
   std::array<float, 3> of_x_, of_y_, of_z_, of_1_;
+  float voxel_px_m_;  // a voxel's size in the view, times its depth
   float slack_m_;  // rounding of depths
 };
 
