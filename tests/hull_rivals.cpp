@@ -1,7 +1,9 @@
 // The benchmark's rivals give what they claim: a comparison with something wrong is worth nothing.
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -288,6 +290,26 @@ TEST(Rivals, AreEmptyWithoutCamerasOrObjectPixels) {
   for (const Depths& depths : {image_based(c), plane_sweep(c, 64), carving(voxels, c)}) EXPECT_TRUE(same_bits(depths, none));
   c.silhouettes.clear();
   for (const Depths& depths : {image_based(c), plane_sweep(c, 64), carving(voxels, c)}) EXPECT_TRUE(same_bits(depths, none));
+}
+
+// Vectors of 4, 8 and 16 lanes: the same answers but for rounding, which differs with fused multiply-adds and reciprocals.
+TEST(Rivals, AgreeInVectorsOfEveryWidth) {
+  const Case c = random_case(5, 4);
+  VoxelCarving voxels(kVolume_world_m, 0.005);
+  const auto all = [&] { return std::array{image_based(c), plane_sweep(c, 200), carving(voxels, c)}; };
+  const auto widest = all();
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    const auto here = all();
+    for (std::size_t method = 0; method < here.size(); ++method) {
+      std::size_t others = 0;
+      for (std::size_t i = 0; i < here[method].size(); ++i) others += !(std::abs(here[method][i] - widest[method][i]) <= kRounding_m);
+      EXPECT_LE(double(others), kVoxelTies * double(here[method].size())) << hwy::TargetName(target) << ", method " << method;
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 }  // namespace
