@@ -22,10 +22,14 @@ namespace fivepipe::rivals {
 
 inline constexpr std::size_t kMaxSweptCameras = 64;
 
+// What a ray is given that is first in the hull on plane k: the plane's depth, as the paper does, up to a spacing too far; or, half
+// a spacing before it, the middle of where the hull may begin, with half the error.
+enum class SweptDepth { plane, middle };
+
 // A ray's first hull point is found at the first plane behind it; pieces thinner than the spacing may be passed.
 class CpuPlaneSweep {
  public:
-  explicit CpuPlaneSweep(int planes) : planes_(planes) {}  // > 0
+  explicit CpuPlaneSweep(int planes, SweptDepth depth = SweptDepth::plane) : planes_(planes), reported_(depth) {}  // > 0
 
   // Plane k of `planes` is at near + k * (far - near) / planes. Depth along the view's z [m] of each pixel, row-major; kNoHull where
   // no plane has hull. At most kMaxSweptCameras, else std::invalid_argument. depth_m has the view's width * height. `limits: all`. Keeps its buffers from call to call. Does not
@@ -41,6 +45,7 @@ class CpuPlaneSweep {
   bool prepare(std::span<const Silhouette> silhouettes, const View& view, WorkerPool& pool);
 
   int planes_;
+  SweptDepth reported_;
   std::vector<MapCamera> cameras_;
   std::vector<HalfSpace> half_spaces_;
 };
@@ -58,6 +63,7 @@ struct SweptTile {
   PixelRect rays;
   int first_plane, end_plane;
   float near_m, step_m;
+  float before_m;  // by which reported depths lie before their plane, but for the first
   float* depth_m;
   std::size_t stride;
 };

@@ -147,7 +147,7 @@ void sweep_tile(std::span<const SweptCamera> cameras, const SweptTile& tile) {
           h.of_1[j] = depth_m * c.of_1[j] + c.at_eye[j];
         }
       }
-      rays.sweep({homographies, mixed}, depth_m);
+      rays.sweep({homographies, mixed}, first + k == 0 ? depth_m : depth_m - tile.before_m);
     }
   }
   rays.store();
