@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 namespace fivepipe::rivals {
 namespace {
@@ -41,6 +42,7 @@ void EpipolarBins::build(const Silhouette& silhouette, const PixelRect& bounds, 
                  silhouette.pixels.contains_at(map.at_eye.x() / map.at_eye.z() - 0.5, map.at_eye.y() / map.at_eye.z() - 0.5);
   collect_edges(silhouette.pixels, bounds);
   fill();
+  find_extents();
 }
 
 // Far epipoles, those at infinity among them: lines by where they cross the silhouette's middle, on the axis across their way.
@@ -141,7 +143,8 @@ void EpipolarBins::place(const Sector& sector, bool vertical, int border, int be
   const std::int32_t first = sector.first_bin * kStepsPerBin, count = sector.bins * kStepsPerBin;
   const auto step = [&](float s) { return s <= sector.s_begin ? 0 : s >= sector.s_end ? count : std::min(std::int32_t((s - sector.s_begin) * sector.steps_per_s), count); };
   const int edge = across ? border * int(sector.towards) * 2 : border * 2 + 1;
-  const Placed placed{PackedEdge(edge), first + step(s0), first + step(s1)};
+  const float a0 = sector.towards * float(across ? border : begin), a1 = sector.towards * float(across ? border : end);
+  const Placed placed{PackedEdge(edge), first + step(s0), first + step(s1), std::min(a0, a1), std::max(a0, a1)};
   if (placed.begin < placed.end) placed_.push_back(placed);
 }
 
@@ -188,6 +191,28 @@ void EpipolarBins::fill() {
     for (int k = begin; k < end; ++k) whole_[std::size_t(whole_next_[std::size_t(k)]++)] = p.edge;
     if (from < begin) add_part(p.edge, from, p.begin & (kStepsPerBin - 1), end >= begin ? kStepsPerBin : p.end & (kStepsPerBin - 1));
     if (end >= begin && (p.end & (kStepsPerBin - 1))) add_part(p.edge, end, 0, p.end & (kStepsPerBin - 1));
+  }
+}
+
+// A sparse table: the extremes over any range of groups are those of two of its entries.
+void EpipolarBins::find_extents() {
+  groups_ = epipole_is_near_ ? 0 : (bins_ + kGroupBins - 1) / kGroupBins;
+  const auto groups = std::size_t(groups_), levels = std::size_t(std::bit_width(groups));
+  nearest_.assign(groups * levels, std::numeric_limits<float>::infinity());
+  farthest_.assign(groups * levels, -std::numeric_limits<float>::infinity());
+  if (groups == 0) return;
+  for (const Placed& p : placed_)
+    for (int group = p.begin >> (kStepBits + kGroupBits), last = (p.end - 1) >> (kStepBits + kGroupBits); group <= last; ++group) {
+      nearest_[std::size_t(group)] = std::min(nearest_[std::size_t(group)], p.nearest);
+      farthest_[std::size_t(group)] = std::max(farthest_[std::size_t(group)], p.farthest);
+    }
+  for (std::size_t level = 1; level < levels; ++level) {
+    const std::size_t half = std::size_t(1) << (level - 1), below = (level - 1) * groups, here = level * groups;
+    for (std::size_t g = 0; g < groups; ++g) {
+      const std::size_t other = std::min(g + half, groups - 1);
+      nearest_[here + g] = std::min(nearest_[below + g], nearest_[below + other]);
+      farthest_[here + g] = std::max(farthest_[below + g], farthest_[below + other]);
+    }
   }
 }
 

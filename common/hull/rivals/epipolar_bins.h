@@ -37,6 +37,8 @@ inline constexpr float kLeastPosition = -16383;
 inline constexpr int kStepBits = 15;
 inline constexpr std::int32_t kStepsPerBin = 1 << kStepBits;
 
+inline constexpr int kGroupBits = 3, kGroupBins = 1 << kGroupBits;
+
 // Bin `empty_bin` lists nothing: for rays that meet no edge.
 class EpipolarBins {
  public:
@@ -58,6 +60,13 @@ class EpipolarBins {
   const std::vector<std::uint32_t>& part_steps() const { return part_steps_; }
   // All lists may be read to the length of the longest.
 
+  // For the lines of one far epipole: the positions between which all edges of kGroupBins bins lie, so that rays of a tile, a range of
+  // lines, are skipped or start late together. Level l, of groups() entries, has the extremes over 2^l groups from each on (over
+  // fewer at the end); infinite where there is no edge. groups() is 0 for a near epipole.
+  int groups() const { return groups_; }
+  const std::vector<float>& nearest() const { return nearest_; }
+  const std::vector<float>& farthest() const { return farthest_; }
+
   // Whether lines end in an object pixel: the epipole is on one, and images of rays run towards it.
   bool ends_inside() const { return ends_inside_; }
 
@@ -65,14 +74,16 @@ class EpipolarBins {
   struct Placed {
     PackedEdge edge;
     std::int32_t begin, end;  // steps, from the first of all bins
+    float nearest, farthest;  // positions of its ends
   };
   void choose_sectors(const PixelRect& bounds, const Eigen::Vector3d& epipole);
   void collect_edges(const ObjectPixels& pixels, const PixelRect& bounds);
   void place(bool vertical, int border, int begin, int end);
   void place(const Sector& sector, bool vertical, int border, int begin, int end);
   void fill();
+  void find_extents();
 
-  int origin_u_px_ = 0, origin_v_px_ = 0, bins_ = 0;
+  int origin_u_px_ = 0, origin_v_px_ = 0, bins_ = 0, groups_ = 0;
   bool ends_inside_ = false, epipole_is_near_ = false;
   std::vector<Sector> sectors_;
   std::vector<Placed> placed_;
@@ -81,6 +92,7 @@ class EpipolarBins {
   std::vector<std::int32_t> whole_first_, part_first_, whole_next_, part_next_, part_;
   std::vector<PackedEdge> whole_;
   std::vector<std::uint32_t> part_steps_;
+  std::vector<float> nearest_, farthest_;
 };
 
 }  // namespace fivepipe::rivals

@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kTile_px = 16;
+static_assert(kTile_px * kTilesAcross == kPiece_px);
 
 EpipolarCamera lanes_of(const EpipolarBins& bins, const MapFromView& map) {
   Eigen::Matrix3d shift = Eigen::Matrix3d::Identity();
@@ -22,7 +22,7 @@ EpipolarCamera lanes_of(const EpipolarBins& bins, const MapFromView& map) {
   };
   const Eigen::Matrix3d& m = map.at_infinity;
   return {floats(map.at_eye), floats(m.col(0)), floats(m.col(1)), floats(m.col(2)), bins.sectors(), bins.whole_first().data(), bins.part_first().data(),
-          reinterpret_cast<const std::int32_t*>(bins.whole().data()), bins.part().data(), bins.part_steps().data(), bins.empty_bin(), bins.ends_inside()};
+          reinterpret_cast<const std::int32_t*>(bins.whole().data()), bins.part().data(), bins.part_steps().data(), bins.nearest().data(), bins.farthest().data(), bins.groups(), bins.empty_bin(), bins.ends_inside()};
 }
 
 // For a camera whose centre is the view's: rays are in its silhouette all along, or nowhere.
@@ -76,12 +76,13 @@ void ImageBasedHull::depth(std::span<const Silhouette> silhouettes, const View& 
     for (int v = piece.v0_px; v < piece.v1_px; ++v) std::fill_n(depth_m.data() + std::size_t(v) * stride + piece.u0_px, piece.width_px(), kNoHull);
     const DepthRange shared = range_of_rays(half_spaces_, piece, {view.near_m, view.far_m});
     if (shared.empty()) return;
-    for (int v = piece.v0_px; v < piece.v1_px; v += kTile_px)
-      for (int u = piece.u0_px; u < piece.u1_px; u += kTile_px) {
-        const PixelRect rays = intersection(piece, {u, v, u + kTile_px, v + kTile_px});
-        const DepthRange range = range_of_rays(half_spaces_, rays, shared);
-        if (!range.empty()) trace_tile(lanes, {rays, float(range.begin_m), float(range.end_m), depth_m.data() + std::size_t(v) * stride + u, stride});
-      }
+    TileRanges ranges;
+    narrow_tiles(lanes, piece, float(shared.begin_m), float(shared.end_m), ranges);
+    for (int i = 0; i < kTilesAcross * kTilesAcross; ++i) {
+      const int u = piece.u0_px + i % kTilesAcross * kTile_px, v = piece.v0_px + i / kTilesAcross * kTile_px;
+      if (ranges.begin_m[i] < ranges.end_m[i])
+        trace_tile(lanes, {intersection(piece, {u, v, u + kTile_px, v + kTile_px}), ranges.begin_m[i], ranges.end_m[i], depth_m.data() + std::size_t(v) * stride + u, stride});
+    }
   });
   for (std::size_t i = 0; i < cameras_.size(); ++i)
     if (cameras_[i].at_eye) keep_where_seen(silhouettes[i].pixels, cameras_[i].map, image, depth_m);

@@ -47,7 +47,8 @@ struct EpipolarCamera {
   const std::int32_t* whole;  // two edges each
   const std::int32_t* part;
   const std::uint32_t* part_steps;
-  std::int32_t empty_bin;
+  const float *nearest, *farthest;
+  std::int32_t groups, empty_bin;
   bool ends_inside;
 };
 // Traces the rays of a tile of the view from begin to end [m]; row v of the tile is written to depth_m + v * stride.
@@ -58,5 +59,13 @@ struct EpipolarTile {
   std::size_t stride;
 };
 void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile);
+
+// Where the rays of each tile of a piece may be in the silhouettes: of its kTile_px squares, row by row, kTilesAcross a row; empty
+// where begin >= end.
+inline constexpr int kTile_px = 8, kTilesAcross = 8;
+struct TileRanges {
+  float begin_m[kTilesAcross * kTilesAcross], end_m[kTilesAcross * kTilesAcross];
+};
+void narrow_tiles(std::span<const EpipolarCamera> cameras, const PixelRect& piece, float begin_m, float end_m, TileRanges& ranges);
 
 }  // namespace fivepipe::rivals

@@ -217,12 +217,89 @@ void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& til
     }
 }
 
+// --- tiles: lanes are tiles --------------------------------------------------------------------------------------------
+
+// Rounding of float in positions and lines [px], and in depths, relative: several units at some thousand pixels.
+constexpr float kRounding_px = 1.0f / 64, kRounding = 1e-6f;
+
+constexpr int kCorners = 4;
+// The rays at the tiles' corners: positions of rays between them lie between theirs.
+struct CornerRays {
+  V u[kCorners], v[kCorners];
+};
+
+HWY_INLINE void narrow(const EpipolarCamera& c, const CornerRays& corners, V& begin, V& end) {
+  const Sector& sector = c.sectors[0];
+  const std::size_t axis_a = sector.advances_along_y ? 1 : 0;
+  const V never = hn::Set(d, kNever), towards = hn::Set(d, sector.towards);
+  V s_least = never, s_most = hn::Neg(never), w_far[kCorners], a_far[kCorners];
+  M ahead = hn::Eq(never, never);
+  for (int k = 0; k < kCorners; ++k) {
+    w_far[k] = homogeneous(c, 2, corners.u[k], corners.v[k]);
+    a_far[k] = homogeneous(c, axis_a, corners.u[k], corners.v[k]);
+    const V b = homogeneous(c, 1 - axis_a, corners.u[k], corners.v[k]);
+    const V den = hn::MulAdd(hn::Set(d, sector.p1), a_far[k], hn::Mul(hn::Set(d, sector.p0), w_far[k]));
+    const V s = hn::Mul(hn::NegMulAdd(hn::Set(d, sector.q1), a_far[k], hn::NegMulAdd(hn::Set(d, sector.q0), w_far[k], b)), reciprocal(den));
+    ahead = hn::And(ahead, hn::Gt(den, hn::Zero(d)));
+    s_least = hn::Min(s_least, s);
+    s_most = hn::Max(s_most, s);
+  }
+  const V slack = hn::Set(d, kRounding_px), s_begin = hn::Set(d, sector.s_begin), groups_per_s = hn::Set(d, sector.steps_per_s / (kStepsPerBin * kGroupBins));
+  const auto group = [&](V s) HWY_ATTR {
+    const V g = hn::Mul(hn::Sub(s, s_begin), groups_per_s);
+    return hn::ConvertTo(di, hn::Min(hn::Max(g, hn::Zero(d)), hn::Set(d, float(c.groups - 1))));
+  };
+  s_least = hn::Sub(s_least, slack);
+  s_most = hn::Add(s_most, slack);
+  const M meets = hn::And(hn::Ge(s_most, s_begin), hn::Lt(s_least, hn::Set(d, sector.s_end)));
+  const VI one = hn::Set(di, 1), first = group(s_least), behind = hn::Add(hn::Max(group(s_most), first), one);
+  // The greatest power of two in the range: a float's exponent.
+  const VI level = hn::Sub(hn::ShiftRight<23>(hn::BitCast(di, hn::ConvertTo(d, hn::Sub(behind, first)))), hn::Set(di, 127));
+  const VI row = hn::Mul(level, hn::Set(di, c.groups)), at = hn::Add(row, first), also_at = hn::Add(row, hn::Sub(behind, hn::Shl(one, level)));
+  const V nearest = hn::Sub(hn::Min(hn::GatherIndex(d, c.nearest, at), hn::GatherIndex(d, c.nearest, also_at)), slack);
+  const V farthest = hn::Add(hn::Max(hn::GatherIndex(d, c.farthest, at), hn::GatherIndex(d, c.farthest, also_at)), slack);
+  V least = never, most = hn::Zero(d);
+  for (int k = 0; k < kCorners; ++k) {
+    Lines l;
+    l.a_eye = hn::Set(d, c.at_eye[axis_a]);
+    l.a_far = a_far[k];
+    l.w_eye = hn::Set(d, c.at_eye[2]);
+    l.w_far = w_far[k];
+    l.towards = towards;
+    least = hn::Min(least, depth_at(l, nearest));
+    most = hn::Max(most, depth_at(l, farthest));
+  }
+  begin = hn::IfThenElse(ahead, hn::Max(begin, hn::Mul(least, hn::Set(d, 1 - kRounding))), begin);
+  end = hn::IfThenElse(ahead, hn::IfThenElseZero(meets, hn::Min(end, hn::Mul(most, hn::Set(d, 1 + kRounding)))), end);
+}
+
+void narrow_tiles(std::span<const EpipolarCamera> cameras, const PixelRect& piece, float begin_m, float end_m, TileRanges& ranges) {
+  const int lanes = int(hn::Lanes(d));
+  for (int first = 0; first < kTilesAcross * kTilesAcross; first += lanes) {
+    const VI i = hn::Iota(di, first);
+    const V u = hn::ConvertTo(d, hn::Add(hn::Mul(hn::And(i, hn::Set(di, kTilesAcross - 1)), hn::Set(di, kTile_px)), hn::Set(di, piece.u0_px)));
+    const V v = hn::ConvertTo(d, hn::Add(hn::Mul(hn::ShiftRight<3>(i), hn::Set(di, kTile_px)), hn::Set(di, piece.v0_px)));
+    const V u_last = hn::Add(u, hn::Set(d, float(kTile_px - 1))), v_last = hn::Add(v, hn::Set(d, float(kTile_px - 1)));
+    const CornerRays corners{{u, u_last, u, u_last}, {v, v, v_last, v_last}};
+    V begin = hn::Set(d, begin_m), end = hn::Set(d, end_m);
+    for (const EpipolarCamera& c : cameras)
+      if (c.groups > 0) narrow(c, corners, begin, end);
+    const M in_piece = hn::And(hn::Lt(u, hn::Set(d, float(piece.u1_px))), hn::Lt(v, hn::Set(d, float(piece.v1_px))));
+    hn::StoreU(begin, d, ranges.begin_m + first);
+    hn::StoreU(hn::IfThenElseZero(in_piece, end), d, ranges.end_m + first);
+  }
+}
+
 }  // namespace fivepipe::rivals::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace fivepipe::rivals {
 HWY_EXPORT(trace_tile);
+HWY_EXPORT(narrow_tiles);
+void narrow_tiles(std::span<const EpipolarCamera> cameras, const PixelRect& piece, float begin_m, float end_m, TileRanges& ranges) {
+  HWY_DYNAMIC_DISPATCH(narrow_tiles)(cameras, piece, begin_m, end_m, ranges);
+}
 void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile) { HWY_DYNAMIC_DISPATCH(trace_tile)(cameras, tile); }
 }  // namespace fivepipe::rivals
 #endif
