@@ -195,6 +195,14 @@ TEST(CpuPlaneSweep, IsWithinASpacingWhereAPlaneMeetsTheFirstPiece) {
   EXPECT_GT(met, 100u);
 }
 
+TEST(CpuPlaneSweep, MiddlesLieHalfASpacingBeforeThePlanes) {
+  const Case c = random_case(9, 3);
+  const double spacing_m = (kFar_m - kNear_m) / 100;
+  const Depths planes = plane_sweep(c, 100);
+  const Depths middles = depths_of(c, 1, [&](WorkerPool& pool, std::span<float> depths) { CpuPlaneSweep(100, SweptDepth::middle).depth(c.silhouettes, c.view, pool, depths); });
+  for (std::size_t i = 0; i < planes.size(); ++i) EXPECT_NEAR(middles[i], planes[i] == kNoHull ? kNoHull : planes[i] - 0.5 * spacing_m, kPlaneRounding_m);
+}
+
 TEST(CpuPlaneSweep, DoesNotDependOnThreads) {
   const Case c = random_case(3, 4);
   const Depths one = plane_sweep(c, 100, 1);

@@ -12,9 +12,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe::rivals::HWY_NAMESPACE {
 
-// Positions of rays between four corner rays lie between the corners', but for rounding of float at a few thousand pixels.
-constexpr float kRounding_px = 1.0f / 64;
-
 // Bit k: the plane of lane k.
 struct PlaneSet {
   std::uint32_t possible;             // that may have hull

@@ -4,10 +4,11 @@
 // section 3.2's coherence between neighbouring rays.
 //
 // Done to be fair. Borders are exact (the pixels' squares, collinear runs merged), so that depths are those of the exact hull but
-// for rounding to float. Bins are even in the epipolar line's number and hold their edges in place; most need no test of their
-// ends. Lists lie in rays' order of asking: no sorting, a ray takes from a camera the one interval that it needs next, in one
-// pass by parity, and comes back only when the others have moved it past that. Positions in a list are in the map: no division
-// per edge. Tiles outside the projected bounds are skipped, rays are traced in vector lanes, tiles and cameras are threaded.
+// for rounding to float. Bins are even in the epipolar line's number, an eighth of a pixel wide, and hold their edges themselves:
+// most need no test of their ends, two come with one load, and positions on a line take no division. Nothing is sorted: a ray
+// takes from a camera the one interval that it needs next, in one pass by parity, and comes back only when other cameras have moved it
+// past that. Tiles of 8x8 rays ask first between which positions the edges of their wedge of lines lie, and are skipped or start
+// there. Rays go in blocks of neighbours in vector lanes, tiles and cameras in threads.
 #pragma once
 #include <array>
 #include <span>
@@ -62,7 +63,7 @@ void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& til
 
 // Where the rays of each tile of a piece may be in the silhouettes: of its kTile_px squares, row by row, kTilesAcross a row; empty
 // where begin >= end.
-inline constexpr int kTile_px = 8, kTilesAcross = 8;
+inline constexpr int kTile_px = 8, kTilesAcrossBits = 3, kTilesAcross = 1 << kTilesAcrossBits;
 struct TileRanges {
   float begin_m[kTilesAcross * kTilesAcross], end_m[kTilesAcross * kTilesAcross];
 };

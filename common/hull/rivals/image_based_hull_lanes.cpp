@@ -8,18 +8,10 @@
 #include <limits>
 
 #include "common/hull/rivals/image_based_hull.h"
+#include "common/hull/rivals/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe::rivals::HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-using D = HWY_CAPPED(float, 16);
-using DI = hn::RebindToSigned<D>;
-using V = hn::Vec<D>;
-using VI = hn::Vec<DI>;
-using M = hn::Mask<D>;
-constexpr D d;
-constexpr DI di;
 constexpr float kNever = std::numeric_limits<float>::infinity();
 // The least step in depth, relative: an interval thinner than the rounding of its ends is left by it, not asked for again.
 constexpr float kLeastStep = 1 + 2 * std::numeric_limits<float>::epsilon();
@@ -36,18 +28,6 @@ struct Lines {
 HWY_INLINE V homogeneous(const EpipolarCamera& c, std::size_t k, V u, V v) {
   return hn::MulAdd(hn::Set(d, c.of_u[k]), u, hn::MulAdd(hn::Set(d, c.of_v[k]), v, hn::Set(d, c.of_1[k])));
 }
-
-// To about two units in the last place: a third of a division's time.
-HWY_INLINE V reciprocal(V x) {
-#if HWY_ARCH_X86
-  const V near = hn::ApproximateReciprocal(x);
-  return hn::Mul(near, hn::NegMulAdd(x, near, hn::Set(d, 2.0f)));  // Newton's step
-#else
-  return hn::Div(hn::Set(d, 1.0f), x);
-#endif
-}
-
-HWY_INLINE M as_float_mask(hn::Mask<DI> m) { return hn::RebindMask(d, m); }
 
 HWY_INLINE Lines lines_of(const EpipolarCamera& c, V u, V v) {
   const V x = homogeneous(c, 0, u, v), y = homogeneous(c, 1, u, v), w = homogeneous(c, 2, u, v);
@@ -219,8 +199,8 @@ void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& til
 
 // --- tiles: lanes are tiles --------------------------------------------------------------------------------------------
 
-// Rounding of float in positions and lines [px], and in depths, relative: several units at some thousand pixels.
-constexpr float kRounding_px = 1.0f / 64, kRounding = 1e-6f;
+// Rounding of float in depths, relative.
+constexpr float kRounding = 1e-6f;
 
 constexpr int kCorners = 4;
 // The rays at the tiles' corners: positions of rays between them lie between theirs.
@@ -278,7 +258,7 @@ void narrow_tiles(std::span<const EpipolarCamera> cameras, const PixelRect& piec
   for (int first = 0; first < kTilesAcross * kTilesAcross; first += lanes) {
     const VI i = hn::Iota(di, first);
     const V u = hn::ConvertTo(d, hn::Add(hn::Mul(hn::And(i, hn::Set(di, kTilesAcross - 1)), hn::Set(di, kTile_px)), hn::Set(di, piece.u0_px)));
-    const V v = hn::ConvertTo(d, hn::Add(hn::Mul(hn::ShiftRight<3>(i), hn::Set(di, kTile_px)), hn::Set(di, piece.v0_px)));
+    const V v = hn::ConvertTo(d, hn::Add(hn::Mul(hn::ShiftRight<kTilesAcrossBits>(i), hn::Set(di, kTile_px)), hn::Set(di, piece.v0_px)));
     const V u_last = hn::Add(u, hn::Set(d, float(kTile_px - 1))), v_last = hn::Add(v, hn::Set(d, float(kTile_px - 1)));
     const CornerRays corners{{u, u_last, u, u_last}, {v, v, v_last, v_last}};
     V begin = hn::Set(d, begin_m), end = hn::Set(d, end_m);

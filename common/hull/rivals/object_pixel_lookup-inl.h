@@ -6,34 +6,11 @@
 #define FIVEPIPE_OBJECT_PIXEL_LOOKUP_INL_H
 #endif
 
-#include <hwy/highway.h>
-
+#include "common/hull/rivals/lanes-inl.h"
 #include "common/hull/rivals/object_pixel_lookup.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe::rivals::HWY_NAMESPACE {
-namespace hn = hwy::HWY_NAMESPACE;
-
-using D = HWY_CAPPED(float, 16);
-using DI = hn::RebindToSigned<D>;
-using V = hn::Vec<D>;
-using VI = hn::Vec<DI>;
-using M = hn::Mask<D>;
-constexpr D d;
-constexpr DI di;
-
-// To about two units in the last place: a third of a division's time.
-HWY_INLINE V reciprocal(V x) {
-#if HWY_ARCH_X86
-  const V near = hn::ApproximateReciprocal(x);
-  return hn::Mul(near, hn::NegMulAdd(x, near, hn::Set(d, 2.0f)));  // Newton's step
-#else
-  return hn::Div(hn::Set(d, 1.0f), x);
-#endif
-}
-
-HWY_INLINE M as_float_mask(hn::Mask<DI> m) { return hn::RebindMask(d, m); }
-
 // Held to [0, most]; NaN becomes one of the two.
 HWY_INLINE V held(V x, int most) { return hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, float(most))); }
 

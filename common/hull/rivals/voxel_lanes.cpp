@@ -15,9 +15,6 @@ namespace fivepipe::rivals::HWY_NAMESPACE {
 
 using MI = hn::Mask<DI>;
 
-// Positions are rounded by no more than this: float at a few thousand pixels, some roundings.
-constexpr float kRounding_px = 1.0f / 64;
-
 HWY_INLINE V homogeneous(const CarvingCamera& c, std::size_t k, V x, V y, V z) {
   return hn::MulAdd(hn::Set(d, c.of_x[k]), x, hn::MulAdd(hn::Set(d, c.of_y[k]), y, hn::MulAdd(hn::Set(d, c.of_z[k]), z, hn::Set(d, c.of_1[k]))));
 }
