@@ -285,6 +285,16 @@ TEST(VoxelCarving, DoesNotDependOnThreads) {
   for (const int threads : {2, 5}) EXPECT_TRUE(same_bits(one, carving(voxels, c, threads)));
 }
 
+TEST(VoxelCarving, TakesAsManyCamerasAsItSays) {
+  Case c = random_case(3, 2);
+  VoxelCarving voxels(kVolume_world_m, 0.01);
+  const Depths two = carving(voxels, c);
+  while (c.silhouettes.size() < kMaxCarvingCameras) c.silhouettes.push_back(c.silhouettes[c.silhouettes.size() % 2]);
+  EXPECT_TRUE(same_bits(two, carving(voxels, c)));
+  c.silhouettes.push_back(c.silhouettes.front());
+  EXPECT_THROW(carving(voxels, c), std::invalid_argument);
+}
+
 TEST(VoxelCarving, RefusesWhatIsNoVolume) {
   EXPECT_THROW(VoxelCarving({}, 0.01), std::invalid_argument);
   for (const double voxel_m : {0.0, -1.0, std::nan(""), 1e-9}) EXPECT_THROW(VoxelCarving(kVolume_world_m, voxel_m), std::invalid_argument);

@@ -122,7 +122,7 @@ bool VoxelCarving::carve(std::span<const Silhouette> silhouettes, WorkerPool& po
   nodes_.clear();
   for (int z = 0; z < grid_.bricks[2] * kBrick_voxels; z += kRoot_voxels)
     for (int y = 0; y < grid_.bricks[1] * kBrick_voxels; y += kRoot_voxels)
-      for (int x = 0; x < grid_.bricks[0] * kBrick_voxels; x += kRoot_voxels) nodes_.add(x, y, z, (std::int32_t(1) << lanes.size()) - 1);
+      for (int x = 0; x < grid_.bricks[0] * kBrick_voxels; x += kRoot_voxels) nodes_.add(x, y, z, std::int32_t((1u << lanes.size()) - 1));
   test_nodes(lanes, kRoot_voxels, nodes_);
   for (int size = kRoot_voxels; size > kBrick_voxels; size /= 2) {
     divide(nodes_, size, grid_, children_);

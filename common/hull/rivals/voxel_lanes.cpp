@@ -97,7 +97,7 @@ int test_blocks(std::span<const CarvingCamera> cameras, const V (&corner)[3], st
   for (int first = 0; first < kBlocks; first += lanes) {
     const VI block = hn::Iota(di, first);
     const auto middle = [&](int k) HWY_ATTR { return hn::Add(hn::Add(corner[k], hn::ConvertTo(d, block_coordinate(block, k))), one); };
-    const VI all = hn::Set(di, (std::int32_t(1) << cameras.size()) - 1);
+    const VI all = hn::Set(di, std::int32_t((1u << cameras.size()) - 1));
     hn::Store(test_cubes(cameras, middle(0), middle(1), middle(2), 1.0f, all), di, mixed);
     for (int i = 0; i < lanes; ++i) {
       bytes[first + i] = mixed[i] == 0 ? 0xff : 0;
