@@ -15,14 +15,6 @@ namespace {
 
 using namespace test;
 
-WorkerPool& test_pool() {
-  static WorkerPool pool(2);
-  return pool;
-}
-DepthTile exact_depth(std::span<const Silhouette> silhouettes, const View& view, const PixelRect& rect) { return CpuHull(test_pool(), silhouettes).depth(view, rect); }
-
-using Eigen::Vector3d;
-
 // Hull pieces along a ray shorter than this are ties of pixel borders: rounding decides whether they exist.
 constexpr double kTie_m = 1e-9;
 constexpr double kAgree_m = 1e-6;  // the task's bound on depth; a float near 1 m is 6e-8 m coarse
@@ -40,7 +32,7 @@ constexpr double kAgree_m = 1e-6;  // the task's bound on depth; a float near 1 
 // Every step-th ray of the view; returns how many hit.
 int expect_reference(std::span<const Silhouette> silhouettes, const View& view, int step = 1) {
   const PixelRect rect = whole_image(view.camera);
-  const DepthTile tile = exact_depth(silhouettes, view, rect);
+  const DepthTile tile = cpu_depth(silhouettes, view, rect);
   int hits = 0;
   for (int i = 0; i < int(rect.area_px()); i += step) {
     const int u = i % rect.width_px(), v = i / rect.width_px();
@@ -94,10 +86,10 @@ TEST(CpuDepth, OrderOfCamerasNeverShowsInTheBits) {
     Random random(seed);
     auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 4));
     const View view{random_camera(random, 80, 60, 0.8), 0.05, 5.0};
-    const auto expected = exact_depth(silhouettes, view, whole_image(view.camera)).depth_m;
+    const auto expected = cpu_depth(silhouettes, view, whole_image(view.camera)).depth_m;
     for (int i = 0; i < 5; ++i) {
       std::shuffle(silhouettes.begin(), silhouettes.end(), random);
-      EXPECT_EQ(exact_depth(silhouettes, view, whole_image(view.camera)).depth_m, expected);
+      EXPECT_EQ(cpu_depth(silhouettes, view, whole_image(view.camera)).depth_m, expected);
     }
   }
 }
@@ -107,9 +99,9 @@ TEST(CpuDepth, AnotherCameraNeverAddsVolume) {
     Random random(seed);
     const auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 5));
     const View view{random_camera(random, 80, 60, 0.8), 0.05, 5.0};
-    auto before = exact_depth(std::span(silhouettes).first(1), view, whole_image(view.camera)).depth_m;
+    auto before = cpu_depth(std::span(silhouettes).first(1), view, whole_image(view.camera)).depth_m;
     for (std::size_t n = 2; n <= silhouettes.size(); ++n) {
-      const auto now = exact_depth(std::span(silhouettes).first(n), view, whole_image(view.camera)).depth_m;
+      const auto now = cpu_depth(std::span(silhouettes).first(n), view, whole_image(view.camera)).depth_m;
       for (std::size_t i = 0; i < now.size(); ++i) EXPECT_TRUE(now[i] == kNoHull || (before[i] != kNoHull && now[i] >= before[i] - kAgree_m)) << n << " cameras, ray " << i;
       before = now;
     }
@@ -119,7 +111,8 @@ TEST(CpuDepth, AnotherCameraNeverAddsVolume) {
 TEST(CpuDepth, RectanglesTogetherGiveTheWholeViewBitForBit) {
   Random random(5);
   const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
-  CpuHull hull(test_pool(), silhouettes);
+  WorkerPool pool(2);
+  CpuHull hull(pool, silhouettes);
   for (int seed = 1; seed <= 20; ++seed) {
     const View view{random_camera(random, 97, 61, 0.7), 0.05, 5.0};
     const DepthTile whole = hull.depth(view, whole_image(view.camera));
@@ -139,7 +132,7 @@ TEST(CpuDepth, ContainsTheObjectWhereMapsAreTouched) {
     const auto object = random_object(random, 3, 0.1);
     const auto silhouettes = silhouettes_of(object, random_cameras(random, 4));
     const View view{random_camera(random, 80, 60, 0.8), 0.02, 5.0};
-    const DepthTile tile = exact_depth(silhouettes, view, whole_image(view.camera));
+    const DepthTile tile = cpu_depth(silhouettes, view, whole_image(view.camera));
     for (int i = 0; i < 80 * 60; ++i) {
       const Ray ray = ray_through(view.camera, Eigen::Vector2d(i % 80, i / 80));
       for (const Capsule& c : object) {
@@ -169,9 +162,9 @@ struct Square : ::testing::Test {  // two cameras at right angles, 2 m from the 
 
 TEST_F(Square, NoObjectPixelInOneCamera) {
   fill(0, {30, 30, 60, 50});
-  EXPECT_TRUE(no_hull(exact_depth(silhouettes, view, whole_image(view.camera))));
+  EXPECT_TRUE(no_hull(cpu_depth(silhouettes, view, whole_image(view.camera))));
 }
-TEST_F(Square, NoCamera) { EXPECT_TRUE(no_hull(exact_depth({}, view, whole_image(view.camera)))); }
+TEST_F(Square, NoCamera) { EXPECT_TRUE(no_hull(cpu_depth({}, view, whole_image(view.camera)))); }
 TEST_F(Square, AllPixelsObjectPixels) {
   fill(0, {0, 0, 100, 75});
   fill(1, {0, 0, 100, 75});
@@ -186,7 +179,7 @@ TEST_F(Square, OneObjectPixel) {  // a hull of 2 cm at most: seen by the ray thr
 TEST_F(Square, MapOfSizeZero) {
   silhouettes[0].pixels = ObjectPixels(0, 0);
   fill(1, {0, 0, 100, 75});
-  EXPECT_TRUE(no_hull(exact_depth(silhouettes, view, whole_image(view.camera))));
+  EXPECT_TRUE(no_hull(cpu_depth(silhouettes, view, whole_image(view.camera))));
 }
 TEST_F(Square, MapOfOnePixel) {
   silhouettes[0] = {{pinhole_from_fov(1, 1, 0.2), silhouettes[0].camera.camera_from_world}, ObjectPixels(1, 1)};
@@ -256,17 +249,17 @@ TEST_F(Square, NotANumberInACalibrationHasNoHull) {
     for (double Pinhole::*field : {&Pinhole::fx_px, &Pinhole::cy_px}) {
       silhouettes = good;
       silhouettes[1].camera.pinhole.*field = bad;
-      EXPECT_TRUE(no_hull(exact_depth(silhouettes, view, whole_image(view.camera))));
+      EXPECT_TRUE(no_hull(cpu_depth(silhouettes, view, whole_image(view.camera))));
     }
     silhouettes = good;
     silhouettes[0].camera.camera_from_world.translation().y() = bad;
-    EXPECT_TRUE(no_hull(exact_depth(silhouettes, view, whole_image(view.camera))));
+    EXPECT_TRUE(no_hull(cpu_depth(silhouettes, view, whole_image(view.camera))));
     View bad_view = view;
     bad_view.camera.camera_from_world.linear()(1, 1) = bad;
-    EXPECT_TRUE(no_hull(exact_depth(good, bad_view, whole_image(view.camera))));
+    EXPECT_TRUE(no_hull(cpu_depth(good, bad_view, whole_image(view.camera))));
     bad_view = view;
     bad_view.far_m = bad;
-    EXPECT_TRUE(no_hull(exact_depth(good, bad_view, whole_image(view.camera))));
+    EXPECT_TRUE(no_hull(cpu_depth(good, bad_view, whole_image(view.camera))));
   }
 }
 
@@ -284,13 +277,13 @@ TEST_F(Square, EyeInsideTheHull) {
   fill(0, {10, 10, 90, 70});
   fill(1, {10, 10, 90, 70});
   view.camera.camera_from_world = look_at({0.01, 0, 0.02}, {1, 1, 0});
-  for (const float d : exact_depth(silhouettes, view, whole_image(view.camera)).depth_m) EXPECT_EQ(d, float(view.near_m));
+  for (const float d : cpu_depth(silhouettes, view, whole_image(view.camera)).depth_m) EXPECT_EQ(d, float(view.near_m));
 }
 TEST_F(Square, NearPlaneInsideTheObject) {
   fill(0, {10, 10, 90, 70});
   fill(1, {10, 10, 90, 70});
   view.near_m = 2.0;
-  const auto tile = exact_depth(silhouettes, view, whole_image(view.camera));
+  const auto tile = cpu_depth(silhouettes, view, whole_image(view.camera));
   EXPECT_EQ(tile.depth_m[24 * 64 + 32], 2.0f);
   expect_reference(silhouettes, view);
 }
@@ -320,7 +313,7 @@ TEST_F(Square, ImageOfRaysAlongPixelEdges) {  // the view shares a camera's axes
   view.camera.camera_from_world.translation() += Vector3d(0.25, 0, 0);
   for (const double cy : {37.0, 36.5}) {
     view.camera.pinhole = {100, 75, 128, 128, 49.5, cy};
-    const DepthTile tile = exact_depth(silhouettes, view, whole_image(view.camera));
+    const DepthTile tile = cpu_depth(silhouettes, view, whole_image(view.camera));
     for (const float d : tile.depth_m) EXPECT_TRUE(d == kNoHull || (d >= view.near_m && d < view.far_m));
     if (cy == 37.0) { EXPECT_GT(expect_reference(silhouettes, view), 500); }
   }
@@ -353,7 +346,7 @@ TEST_F(Square, HullTouchingTheNearOrFarPlane) {
   const auto pieces = reference_intervals(silhouettes, ray_through(view.camera, Eigen::Vector2d(32, 24)), view.near_m, view.far_m);
   ASSERT_EQ(pieces.size(), 1u);
   const double enter = pieces[0].enter, leave = pieces[0].leave;
-  const auto middle = [&](double near, double far) { return exact_depth(silhouettes, {view.camera, near, far}, {32, 24, 33, 25}).depth_m[0]; };
+  const auto middle = [&](double near, double far) { return cpu_depth(silhouettes, {view.camera, near, far}, {32, 24, 33, 25}).depth_m[0]; };
   EXPECT_EQ(middle(0.05, enter * (1 - 1e-9)), kNoHull);
   EXPECT_EQ(middle(0.05, enter * (1 + 1e-9)), float(enter));
   EXPECT_EQ(middle(leave * (1 + 1e-9), 10), kNoHull);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/hull/analytic.h"
+#include "common/hull/cpu_hull.h"
 
 namespace fivepipe::test {
 
@@ -54,6 +55,12 @@ inline ObjectPixels random_pixels(Random& random, int width_px, int height_px, d
     for (int u = 0; u < width_px; ++u)
       if (object(random)) pixels.set(u, v);
   return pixels;
+}
+
+// Backend `cpu`, prepared for one view.
+inline DepthTile cpu_depth(std::span<const Silhouette> silhouettes, const View& view, const PixelRect& rect, int threads = 2) {
+  WorkerPool pool(threads);
+  return CpuHull(pool, silhouettes).depth(view, rect);
 }
 
 }  // namespace fivepipe::test

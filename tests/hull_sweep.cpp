@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "common/gl/context.h"
-#include "common/hull/exact_depth.h"
 #include "common/hull/plane_sweep.h"
 #include "common/hull/reference.h"
 #include "tests/hull_scenes.h"

@@ -1,13 +1,14 @@
-// Tiles, the reconstruction in tiles by both backends, and the hull's colour.
+// Tiles and their balance, the reconstruction in tiles by each backend, and the hull's colour.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
+#include <limits>
+#include <numeric>
 
 #include "common/gl/context.h"
-#include "common/hull/exact_depth.h"
 #include "recon_node/colour.h"
 #include "recon_node/reconstruct.h"
+#include "recon_node/tile_balance.h"
 #include "tests/hull_scenes.h"
 
 namespace fivepipe {
@@ -22,26 +23,23 @@ TEST(Tiles, OfAnyGridAreDisjointAndCoverTheView) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
     const int width = int(uniform(random, 1, 90)), height = int(uniform(random, 1, 70)), columns = int(uniform(random, 1, 12)), rows = int(uniform(random, 1, 12));
-    const int shares = int(uniform(random, 1, 5));
     std::vector<int> covered(std::size_t(width) * height);
-    std::map<int, int> indices;
-    for (int share = 0; share < shares; ++share)
-      for (const Tile& tile : owned_tiles(width, height, columns, rows, share, shares)) {
-        ++indices[tile.index];
-        EXPECT_EQ((tile.index % columns + tile.index / columns) % shares, share);
-        for (int v = tile.rect.v0_px; v < tile.rect.v1_px; ++v)
-          for (int u = tile.rect.u0_px; u < tile.rect.u1_px; ++u) ++covered.at(std::size_t(v) * width + u);
-      }
+    const auto tiles = tiles_of(width, height, columns, rows);
+    ASSERT_EQ(int(tiles.size()), columns * rows);
+    for (const Tile& tile : tiles) {
+      EXPECT_EQ(tile.index, &tile - tiles.data());
+      for (int v = tile.rect.v0_px; v < tile.rect.v1_px; ++v)
+        for (int u = tile.rect.u0_px; u < tile.rect.u1_px; ++u) ++covered.at(std::size_t(v) * width + u);
+    }
     for (const int times : covered) ASSERT_EQ(times, 1);
-    EXPECT_EQ(int(indices.size()), columns * rows);
-    for (const auto& [index, times] : indices) EXPECT_EQ(times, 1) << index;
   }
 }
 
 struct Recon : ::testing::TestWithParam<HullBackend> {
   GlContext context;
 };
-INSTANTIATE_TEST_SUITE_P(Backends, Recon, ::testing::Values(HullBackend::exact, HullBackend::sweep), [](const auto& p) { return p.param == HullBackend::exact ? "exact" : "sweep"; });
+INSTANTIATE_TEST_SUITE_P(Backends, Recon, ::testing::Values(HullBackend::cpu, HullBackend::gl, HullBackend::sweep),
+                         [](const auto& p) { return p.param == HullBackend::cpu ? "cpu" : p.param == HullBackend::gl ? "gl" : "sweep"; });
 
 std::vector<float> assembled(const std::vector<ReconTile>& tiles, const PixelRect& view) {
   std::vector<float> depth_m(view.area_px(), kNoHull);
@@ -51,22 +49,27 @@ std::vector<float> assembled(const std::vector<ReconTile>& tiles, const PixelRec
   return depth_m;
 }
 
-TEST_P(Recon, SharesTogetherGiveTheWholeViewBitForBit) {
+TEST_P(Recon, TilesTogetherGiveTheWholeViewBitForBitWhoeverMadeThem) {
   Random random(4);
   const auto silhouettes = silhouettes_of(random_object(random, 3, 0.15), random_cameras(random, 3));
   const View view{random_camera(random, 83, 57, 0.7), 0.05, 3.0};
   const PixelRect all = whole_image(view.camera);
-  ReconConfig one{.backend = GetParam(), .tile_columns = 1, .tile_rows = 1};
-  const auto whole = assembled(Reconstructor(one, kVolume).reconstruct(silhouettes, view, {}, false), all);
+  Reconstructor reconstructor({.backend = GetParam()}, kVolume);
+  const auto whole = assembled(reconstructor.reconstruct(silhouettes, view, tiles_of(83, 57, 1, 1), {}, false), all);
   EXPECT_GT(std::count_if(whole.begin(), whole.end(), [](float d) { return d != kNoHull; }), 100);
   for (const auto& [columns, rows, shares] : {std::array{4, 3, 2}, {7, 5, 3}, {1, 1, 1}, {2, 100, 2}}) {
-    std::vector<ReconTile> tiles;
+    const std::vector<int> owners = TileBalance(columns, rows, shares, true).owners(5);
+    std::vector<ReconTile> made;
     for (int share = 0; share < shares; ++share) {
-      ReconConfig config{.backend = GetParam(), .tile_columns = columns, .tile_rows = rows, .share = share, .shares = shares};
-      for (auto& tile : Reconstructor(config, kVolume).reconstruct(silhouettes, view, {}, false)) tiles.push_back(std::move(tile));
+      std::vector<Tile> own = tiles_of(83, 57, columns, rows);
+      std::erase_if(own, [&](const Tile& tile) { return owners[std::size_t(tile.index)] != share; });
+      for (auto& tile : reconstructor.reconstruct(silhouettes, view, own, {}, false)) {
+        EXPECT_GE(tile.cost_s, 0);
+        made.push_back(std::move(tile));
+      }
     }
-    EXPECT_EQ(tiles.size(), std::size_t(columns) * rows);
-    EXPECT_EQ(assembled(tiles, all), whole);
+    EXPECT_EQ(made.size(), std::size_t(columns) * rows);
+    EXPECT_EQ(assembled(made, all), whole);
   }
 }
 
@@ -78,10 +81,127 @@ TEST_P(Recon, FollowsTheViewsSizeAndTheSilhouettes) {
   const View small{random_camera(random, 40, 30, 0.7), 0.05, 3.0};
   View large = small;
   large.camera.pinhole = resized(small.camera.pinhole, 81, 61);
-  const auto first = assembled(reconstructor.reconstruct(silhouettes, small, {}, false), whole_image(small.camera));
-  EXPECT_EQ(reconstructor.reconstruct(silhouettes, large, {}, false).back().tile.rect.u1_px, 81);
-  EXPECT_EQ(assembled(reconstructor.reconstruct(std::span(silhouettes).first(0), small, {}, false), whole_image(small.camera)), std::vector<float>(1200, kNoHull));
-  EXPECT_EQ(assembled(reconstructor.reconstruct(silhouettes, small, {}, false), whole_image(small.camera)), first);
+  const auto tiles = tiles_of(40, 30, 4, 3), large_tiles = tiles_of(81, 61, 4, 3);
+  const auto first = assembled(reconstructor.reconstruct(silhouettes, small, tiles, {}, false), whole_image(small.camera));
+  EXPECT_EQ(reconstructor.reconstruct(silhouettes, large, large_tiles, {}, false).back().tile.rect.u1_px, 81);
+  EXPECT_EQ(assembled(reconstructor.reconstruct(std::span(silhouettes).first(0), small, tiles, {}, false), whole_image(small.camera)), std::vector<float>(1200, kNoHull));
+  EXPECT_EQ(assembled(reconstructor.reconstruct(silhouettes, small, tiles, {}, false), whole_image(small.camera)), first);
+}
+
+TEST(ReconBackends, ExactOnesGiveTheSameDepths) {
+  const GlContext context;
+  Random random(11);
+  const auto silhouettes = silhouettes_of(random_object(random, 3, 0.15), random_cameras(random, 4));
+  const View view{random_camera(random, 83, 57, 0.7), 0.05, 3.0};
+  const auto tiles = tiles_of(83, 57, 3, 2);
+  const auto depths = [&](const ReconConfig& config) { return assembled(Reconstructor(config, kVolume).reconstruct(silhouettes, view, tiles, {}, false), whole_image(view.camera)); };
+  const auto cpu = depths({.backend = HullBackend::cpu});
+  EXPECT_EQ(depths({.backend = HullBackend::cpu, .threads = 3}), cpu);
+  const auto gl = depths({.backend = HullBackend::gl});
+  for (std::size_t i = 0; i < cpu.size(); ++i) {
+    ASSERT_EQ(cpu[i] == kNoHull, gl[i] == kNoHull);
+    EXPECT_LE(std::abs(cpu[i] - gl[i]), 2e-6f * cpu[i]);
+  }
+}
+
+// --- balance ---------------------------------------------------------------------------------------------------
+
+std::vector<int> by_turns(int columns, int rows, int shares) {
+  std::vector<int> owner;
+  for (int tile = 0; tile < columns * rows; ++tile) owner.push_back((tile % columns + tile / columns) % shares);
+  return owner;
+}
+
+// All shares' costs of a frame, as each would report the tiles that it owned.
+void add_frame(TileBalance& balance, std::uint64_t frame, int shares, const std::vector<float>& cost_ms, int but_share = -1) {
+  const std::vector<int> owner = balance.owners(frame);
+  for (int share = 0; share < shares; ++share) {
+    if (share == but_share) continue;
+    std::vector<std::uint16_t> tiles;
+    std::vector<float> costs;
+    for (std::size_t tile = 0; tile < owner.size(); ++tile)
+      if (owner[tile] == share) tiles.push_back(std::uint16_t(tile)), costs.push_back(cost_ms[tile]);
+    EXPECT_TRUE(balance.add(frame, share, tiles, costs));
+  }
+}
+
+double worst_share(const std::vector<int>& owner, const std::vector<float>& cost_ms, int shares) {
+  std::vector<double> load(std::size_t(shares), 0.0);
+  for (std::size_t tile = 0; tile < owner.size(); ++tile) load[std::size_t(owner[tile])] += cost_ms[tile];
+  return *std::max_element(load.begin(), load.end());
+}
+
+TEST(TileBalance, SharesByTurnsUntilCostsAreKnown) {
+  TileBalance balance(4, 3, 2, true);
+  EXPECT_EQ(balance.owners(0), by_turns(4, 3, 2));
+  EXPECT_EQ(balance.owners(1000), by_turns(4, 3, 2));
+  std::vector<float> cost(12, 0.1f);
+  for (std::uint64_t frame = 0; frame + 1 < std::uint64_t(TileBalance::kMean_frames); ++frame) add_frame(balance, frame, 2, cost);
+  EXPECT_EQ(balance.owners(1000), by_turns(4, 3, 2));
+}
+
+TEST(TileBalance, EvensOutWhatTilesCost) {
+  Random random(2);
+  for (int shares = 2; shares <= 4; ++shares) {
+    std::vector<float> cost;
+    for (int tile = 0; tile < 48; ++tile) cost.push_back(tile % 8 < 2 ? float(uniform(random, 0.5, 2)) : 0.01f);  // an object at one side
+    TileBalance balance(8, 6, shares, true);
+    for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balance, frame, shares, cost);
+    const double even = std::accumulate(cost.begin(), cost.end(), 0.0) / shares, worst = worst_share(balance.owners(40), cost, shares);
+    EXPECT_LT(worst, 1.15 * even);
+    EXPECT_LT(worst, worst_share(by_turns(8, 6, shares), cost, shares));
+  }
+}
+
+TEST(TileBalance, NodesThatHeardTheSameAgreeWhateverTheOrder) {
+  Random random(3);
+  std::vector<std::array<int, 2>> heard;  // frame, share
+  for (int frame = 0; frame < 20; ++frame)
+    for (int share = 0; share < 2; ++share)
+      if (frame != 7 || share == 0) heard.push_back({frame, share});  // frame 7 is never heard in full
+  std::vector<std::vector<int>> answers;
+  for (int node = 0; node < 5; ++node) {
+    std::shuffle(heard.begin(), heard.end(), random);
+    TileBalance balance(4, 3, 2, true);
+    for (const auto& [frame, share] : heard) {
+      std::vector<std::uint16_t> tiles;
+      std::vector<float> costs;
+      for (int tile = share; tile < 12; tile += 2) tiles.push_back(std::uint16_t(tile)), costs.push_back(float(1 + tile * frame % 5));
+      balance.add(std::uint64_t(frame), share, tiles, costs);
+    }
+    answers.push_back(balance.owners(25));
+  }
+  for (const auto& answer : answers) EXPECT_EQ(answer, answers.front());
+}
+
+TEST(TileBalance, FramesThatMayNotBeHeardByAllDoNotCount) {
+  TileBalance balance(4, 3, 2, true);
+  std::vector<float> cost(12, 1.0f), other(12, 0.0f);
+  other[5] = 9;
+  for (std::uint64_t frame = 0; frame < 10; ++frame) add_frame(balance, frame, 2, cost);
+  const auto before = balance.owners(20);
+  for (std::uint64_t frame = 20 - TileBalance::kLag_frames + 1; frame < 20; ++frame) add_frame(balance, frame, 2, other);
+  EXPECT_EQ(balance.owners(20), before);
+  for (std::uint64_t frame = 30; frame < 40; ++frame) add_frame(balance, frame, 2, other, 1);  // one share silent
+  EXPECT_EQ(balance.owners(60), balance.owners(20 + TileBalance::kLag_frames));
+}
+
+TEST(TileBalance, RefusesWhatCannotBe) {
+  TileBalance balance(4, 3, 2, true);
+  const std::vector<std::uint16_t> tiles{0, 11};
+  EXPECT_FALSE(balance.add(1, 0, tiles, std::vector<float>{1}));
+  EXPECT_FALSE(balance.add(1, 2, tiles, std::vector<float>{1, 2}));
+  EXPECT_FALSE(balance.add(1, 0, std::vector<std::uint16_t>{12}, std::vector<float>{1}));
+  EXPECT_FALSE(balance.add(1, 0, tiles, std::vector<float>{1, std::numeric_limits<float>::quiet_NaN()}));
+  EXPECT_FALSE(balance.add(1, 0, tiles, std::vector<float>{1, -1}));
+}
+
+TEST(TileBalance, OffMeansByTurns) {
+  TileBalance balance(4, 3, 2, false);
+  std::vector<float> cost(12, 0.0f);
+  cost[0] = 5;
+  for (std::uint64_t frame = 0; frame < 20; ++frame) add_frame(balance, frame, 2, cost);
+  EXPECT_EQ(balance.owners(100), by_turns(4, 3, 2));
 }
 
 TEST(CoveredPart, IsTheSmallestRectangleWithEveryHit) {
@@ -172,10 +292,11 @@ TEST_F(Colour, OnlyOfHitsAndOnlyWhereWanted) {
   const auto silhouettes = silhouettes_of(object, {at_x, at_y, at_z});
   const std::vector<ColourRegion> regions{plain(at_x, whole_image(at_x), kBlue)};
   const View view{{pinhole_from_fov(60, 45, 0.4), look_at({0.8, -0.3, 0.2}, {0, 0, 0})}, 0.05, 3};
-  Reconstructor reconstructor({}, kVolume);
-  for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, regions, false)) EXPECT_TRUE(tile.bgr.empty());
+  Reconstructor reconstructor({.backend = HullBackend::cpu}, kVolume);
+  const auto tiles = tiles_of(60, 45, 4, 3);
+  for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, tiles, regions, false)) EXPECT_TRUE(tile.bgr.empty());
   int coloured = 0;
-  for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, regions, true)) {
+  for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, tiles, regions, true)) {
     ASSERT_EQ(tile.bgr.size(), 3 * tile.depth_m.size());
     for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
       EXPECT_EQ((Bgr{tile.bgr[3 * i], tile.bgr[3 * i + 1], tile.bgr[3 * i + 2]}), tile.depth_m[i] == kNoHull ? Bgr{} : kBlue);

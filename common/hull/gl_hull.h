@@ -1,5 +1,5 @@
 // Backend `gl`: the first hull point of every ray of a view by compute shaders, exact, the depths left on the GPU.
-// Source: the design's "Rays", as backend `exact` (exact_depth.h): a camera that sees a point of the ray outside its object
+// Source: the design's "Rays", as backend `cpu` (ray_lanes.h): a camera that sees a point of the ray outside its object
 // moves the candidate on to where the ray's image leaves the empty box around it, in closed form; one that sees it inside is
 // not asked again before the image leaves the box of object pixels around it.
 //

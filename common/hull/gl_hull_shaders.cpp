@@ -275,11 +275,11 @@ void main() {
   imageStore(depth_m, ivec2(ray), vec4(depth, 0.0, 0.0, 0.0));
 })";
 
-// One invocation per doubtful ray, in double from its own start: the steps of exact_depth.cpp.
+// One invocation per doubtful ray, in double from its own start: the steps of ray_walk.cpp.
 const char* const kSettle = R"(
 layout(local_size_x = 64) in;
 layout(r32f, binding = 0) writeonly uniform image2D depth_m;
-const double kNearestToCamera_m = 1e-9lf, kOnBorder_px = 1e-8lf;  // as map_from_view.h and exact_depth.cpp
+const double kNearestToCamera_m = 1e-9lf, kOnBorder_px = 1e-8lf;  // as map_from_view.h and ray_walk.h
 const double kNever = 1e30lf;
 
 dvec2 range;

@@ -1,0 +1,202 @@
+// fivepipe bench hull: how fast, and how right, the hull's depth is from a novel viewpoint: ours and what could be picked instead.
+// Methods of one scene and size run in turn within one process, so that the machine's mood meets all alike.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <stdexcept>
+
+#include "common/gl/context.h"
+#include "common/hull/bench/methods.h"
+#include "common/hull/bench/report.h"
+
+namespace fivepipe::bench {
+namespace {
+
+struct Args {
+  std::string json_file, plot_file, only;
+  std::vector<std::string> maps;
+  int threads = 2;
+  bool quick = false, full = false;
+};
+
+struct Size {
+  int width_px, height_px;
+};
+
+// A method is timed so often, or until it has taken so long, but so often at least.
+struct Budget {
+  int runs, least;
+  double s;
+};
+
+double timed_ms(const Method& method, const HullScene& scene, const View& view, std::span<float> depth_m) {
+  const auto start = std::chrono::steady_clock::now();
+  method.depth(scene, view, depth_m);
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+void time_in_turn(const HullScene& scene, const View& view, std::span<const Method> methods, const Budget& budget, std::vector<std::vector<float>>& depths, std::vector<Result>& results) {
+  std::vector<double> spent_s(methods.size());
+  for (int round = -1; round < budget.runs; ++round)  // the first, uncounted, warms up
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      if (round >= budget.least && spent_s[m] > budget.s) continue;
+      const double ms = timed_ms(methods[m], scene, view, depths[m]);
+      if (round < 0) continue;
+      results[m].time_ms.push_back(ms);
+      spent_s[m] += 1e-3 * ms;
+    }
+}
+
+std::vector<Result> measure(const HullScene& scene, const Size& size, std::span<const Method> methods, const Budget& budget, int rays) {
+  const View view = view_of(scene, size.width_px, size.height_px);
+  std::vector<Result> results(methods.size());
+  std::vector<std::vector<float>> depths(methods.size(), std::vector<float>(std::size_t(size.width_px) * size.height_px));
+  time_in_turn(scene, view, methods, budget, depths, results);
+  std::vector<float> by_cpu(depths.front().size());
+  cpu_method(1).depth(scene, view, by_cpu);
+  const int surface_rays = scene.silhouettes.size() <= 4 ? 200 : 0;  // dear: many cameras' true silhouettes
+  const Truth truth(scene, view, by_cpu, rays, surface_rays);
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    Result& r = results[m];
+    r.method = methods[m].name;
+    r.scene = scene.name;
+    r.width_px = size.width_px;
+    r.height_px = size.height_px;
+    r.threads = methods[m].threads;
+    r.cameras = int(scene.silhouettes.size());
+    r.hits = int(std::count_if(depths[m].begin(), depths[m].end(), [](float d) { return d != kNoHull; }));
+    r.errors = truth.errors_of(depths[m], methods[m].spacing_mm(view), methods[m].exact);
+    r.checksum = checksum(depths[m]);
+    r.maps_covered = covered_fraction(scene);
+    r.footprint_mm = 1000 * pixel_footprint_m(scene);
+  }
+  return results;
+}
+
+class Suite {
+ public:
+  explicit Suite(const Args& args) : args_(args) {
+    context_.emplace();
+    std::printf("%s\n", machine_line(context_->renderer()).c_str());
+  }
+
+  void run() {
+    for (const HullScene& scene : synthetic_scenes()) run_scene(scene, sizes_of(scene));
+    for (const std::string& folder : args_.maps) run_scene(real_scene(folder), sizes_of({}));
+    if (args_.maps.empty()) std::puts("seated4cam, balance4cam: skipped, no --maps FOLDER (made by `fivepipe maps`)");
+    if (!args_.quick) run_series();
+    std::puts("");
+    print(results_);
+    print_ratios(results_);
+    leave_files();
+  }
+
+ private:
+  std::vector<Size> sizes_of(const HullScene& scene) const {
+    if (args_.quick) return {{160, 120}};
+    if (args_.full || scene.name == "hand4" || scene.name == "hand4-near") return {{320, 240}, {640, 480}, {1920, 1080}};
+    return {{640, 480}};
+  }
+
+  void run_scene(const HullScene& scene, const std::vector<Size>& sizes) {
+    for (const Size& size : sizes) {
+      const bool large = size.width_px > 640;
+      std::vector<Method> methods{cpu_method(args_.threads), image_based_method(args_.threads)};
+      if (args_.threads > 1 && !large) methods.push_back(cpu_method(1)), methods.push_back(image_based_method(1));
+      methods.push_back(gl_method(args_.threads));
+      for (const int planes : args_.full ? std::vector{64, 128, 256, 320, 512} : std::vector{64, 320}) methods.push_back(cpu_sweep_method(planes, false, args_.threads));
+      for (const int planes : args_.full ? std::vector{64, 128, 144, 160, 256} : std::vector{64, 160}) methods.push_back(cpu_sweep_method(planes, true, args_.threads));
+      for (const double voxel_mm : args_.full ? std::vector{8.0, 5.0, 4.5, 4.0, 2.0, 1.0} : std::vector{8.0, 4.5, 2.0}) methods.push_back(carving_method(voxel_mm, args_.threads));
+      if (scene.silhouettes.size() <= 4 && !large)
+        for (const int planes : args_.full ? std::vector{64, 256} : std::vector{64}) methods.push_back(gl_sweep_method(planes, args_.threads));
+      add(scene, size, methods);
+    }
+  }
+
+  // Cost against cameras, view size and coverage.
+  void run_series() {
+    const std::vector<Method> methods{cpu_method(args_.threads), image_based_method(args_.threads)};
+    for (const int cameras : {4, 8, 16, 32, 64}) add(ring_scene("ring" + std::to_string(cameras), cameras, 720, 486, 0.5), {640, 480}, methods);
+    for (const Size& size : {Size{160, 120}, {1280, 960}}) add(hand_scene("hand4", 0.68, 1.0), size, methods);
+    for (const double fov_rad : {2.2, 1.6, 1.0, 0.7, 0.46}) add(hand_scene("cover" + std::to_string(int(100 * fov_rad)), 0.68, fov_rad), {640, 480}, methods);
+  }
+
+  void add(const HullScene& scene, const Size& size, std::vector<Method> methods) {
+    std::erase_if(methods, [&](const Method& m) { return !m.takes(scene) || (m.name + "/" + scene.name).find(args_.only) == std::string::npos; });
+    if (methods.empty()) return;
+    std::fprintf(stderr, "\r%-40s", (scene.name + " " + std::to_string(size.width_px) + "x" + std::to_string(size.height_px)).c_str());
+    const Budget budget = args_.quick ? Budget{3, 1, 0.05} : args_.full ? Budget{101, 5, 4.0} : Budget{31, 3, 1.0};
+    for (Result& r : measure(scene, size, methods, budget, args_.quick ? 200 : scene.silhouettes.size() > 16 ? 600 : 2000)) results_.push_back(std::move(r));
+  }
+
+  void leave_files() const {
+    std::fputs("\r", stderr);
+    if (!args_.json_file.empty()) {
+      std::ofstream file(args_.json_file);
+      file << json_of(results_, context_->renderer());
+      if (!file.flush()) throw std::runtime_error("cannot write " + args_.json_file);
+    }
+    if (!args_.plot_file.empty() && !plot(results_, args_.plot_file)) std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n", args_.plot_file.c_str());
+  }
+
+  Args args_;
+  std::optional<GlContext> context_;
+  std::vector<Result> results_;
+};
+
+constexpr const char* kHelp =
+    "fivepipe bench hull [--json FILE] [--plot FILE.png|.svg] [--maps FOLDER]... [--threads N] [--only TEXT] [--full | --quick]\n"
+    "Time and error of the visual hull's depth from a novel viewpoint, everything from packed maps to depth: backends cpu and gl; the paper's stencil\n"
+    "sweep on OpenGL and the same planes on the CPU; image-based visual hulls; voxel carving. Some three minutes.\n"
+    "  --maps FOLDER  real maps as well: a folder that `fivepipe maps` made, named seated4cam or balance4cam\n"
+    "  --threads N    of each method (2); cpu and ibvh on one thread as well\n"
+    "  --only TEXT    results whose method/scene has this in it: --only cpu/, --only /hand4\n"
+    "  --full         the whole matrix: every scene at 320x240, 640x480 and 1920x1080, more planes and voxels, more runs\n"
+    "  --quick        that it runs at all\n"
+    "Example: fivepipe bench hull --json out/hull.json --plot out/hull.png\n";
+
+Args parsed(int argc, char** argv) {
+  Args args;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const auto value = [&] {
+      if (++i == argc) throw std::invalid_argument(word + " needs a value");
+      return std::string(argv[i]);
+    };
+    if (word == "--quick") args.quick = true;
+    else if (word == "--full") args.full = true;
+    else if (word == "--json") args.json_file = value();
+    else if (word == "--plot") args.plot_file = value();
+    else if (word == "--only") args.only = value();
+    else if (word == "--maps") args.maps.push_back(value());
+    else if (word == "--threads") args.threads = std::atoi(value().c_str());
+    else throw std::invalid_argument("unknown argument " + word);
+  }
+  if (args.threads < 1 || args.threads > 256) throw std::invalid_argument("--threads must be 1 to 256");
+  return args;
+}
+
+}  // namespace
+}  // namespace fivepipe::bench
+
+int main(int argc, char** argv) {
+  using namespace fivepipe::bench;
+  if (std::any_of(argv + 1, argv + argc, [](const std::string& word) { return word == "--help" || word == "-h"; })) return std::fputs(kHelp, stdout), 0;
+  Args args;
+  try {
+    args = parsed(argc, argv);
+  } catch (const std::invalid_argument& e) {
+    return std::fprintf(stderr, "bench hull: %s\n%s", e.what(), kHelp), 2;
+  }
+  setenv("LP_NUM_THREADS", std::to_string(args.threads).c_str(), 0);  // llvmpipe's: the same for all methods
+  try {
+    Suite(args).run();
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "bench hull: %s\n", e.what());
+    return 1;
+  }
+}

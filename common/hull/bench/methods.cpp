@@ -1,0 +1,97 @@
+#include "common/hull/bench/methods.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "common/hull/cpu_hull.h"
+#include "common/hull/gl_hull.h"
+#include "common/hull/plane_sweep.h"
+#include "common/hull/rivals/cpu_plane_sweep.h"
+#include "common/hull/rivals/image_based_hull.h"
+#include "common/hull/rivals/voxel_carving.h"
+
+namespace fivepipe::bench {
+namespace {
+
+PixelRect whole(const View& view) { return {0, 0, view.camera.pinhole.width_px, view.camera.pinhole.height_px}; }
+double plane_spacing_mm(const View& view, int planes) { return (view.far_m - view.near_m) * 1000 / planes; }
+
+}  // namespace
+
+Method cpu_method(int threads) {
+  struct State {
+    WorkerPool pool;
+    CpuHull hull{pool};
+    explicit State(int n) : pool(n) {}
+  };
+  return {"cpu", threads, true, [state = std::make_shared<State>(threads)](const HullScene& scene, const View& view, std::span<float> depth_m) {
+            state->hull.assign(scene.silhouettes);
+            state->hull.depth(view, whole(view), depth_m);
+          }};
+}
+
+Method gl_method(int threads) {
+  return {"gl", threads, true, [hull = std::make_shared<GlHull>()](const HullScene& scene, const View& view, std::span<float> depth_m) {
+            hull->set_silhouettes(scene.silhouettes);
+            const DepthTile tile = hull->depth(view, whole(view));
+            std::copy(tile.depth_m.begin(), tile.depth_m.end(), depth_m.begin());
+          }};
+}
+
+Method image_based_method(int threads) {
+  struct State {
+    WorkerPool pool;
+    rivals::ImageBasedHull hull;
+    explicit State(int n) : pool(n) {}
+  };
+  return {"ibvh", threads, false, [state = std::make_shared<State>(threads)](const HullScene& scene, const View& view, std::span<float> depth_m) {
+            state->hull.depth(scene.silhouettes, view, state->pool, depth_m);
+          }};
+}
+
+Method cpu_sweep_method(int planes, bool middle, int threads) {
+  struct State {
+    WorkerPool pool;
+    rivals::CpuPlaneSweep sweep;
+    State(int p, bool m, int n) : pool(n), sweep(p, m ? rivals::SweptDepth::middle : rivals::SweptDepth::plane) {}
+  };
+  return {(middle ? "cpusweepmid" : "cpusweep") + std::to_string(planes), threads, false,
+          [state = std::make_shared<State>(planes, middle, threads)](const HullScene& scene, const View& view, std::span<float> depth_m) {
+            state->sweep.depth(scene.silhouettes, view, state->pool, depth_m);
+          },
+          [planes](const View& view) { return plane_spacing_mm(view, planes); }};
+}
+
+Method carving_method(double voxel_mm, int threads) {
+  struct State {
+    WorkerPool pool;
+    std::string scene;  // that the carver's volume is of
+    std::unique_ptr<rivals::VoxelCarving> carver;
+    explicit State(int n) : pool(n) {}
+  };
+  char name[32];
+  std::snprintf(name, sizeof name, "carve%gmm", voxel_mm);
+  return {name, threads, false,
+          [state = std::make_shared<State>(threads), voxel_mm](const HullScene& scene, const View& view, std::span<float> depth_m) {
+            if (state->scene != scene.name) state->carver = std::make_unique<rivals::VoxelCarving>(scene.volume_world_m, 1e-3 * voxel_mm), state->scene = scene.name;
+            state->carver->depth(scene.silhouettes, view, state->pool, depth_m);
+          },
+          [voxel_mm](const View&) { return 2 * voxel_mm; }, [](const HullScene& scene) { return scene.silhouettes.size() <= rivals::kMaxCarvingCameras; }};
+}
+
+Method gl_sweep_method(int planes, int threads) {
+  struct State {
+    std::unique_ptr<PlaneSweep> sweep;  // of the last view's size
+  };
+  return {"glsweep" + std::to_string(planes), threads, false,
+          [state = std::make_shared<State>(), planes](const HullScene& scene, const View& view, std::span<float> depth_m) {
+            const PixelRect rect = whole(view);
+            if (!state->sweep || state->sweep->width_px() != rect.u1_px || state->sweep->height_px() != rect.v1_px) state->sweep = std::make_unique<PlaneSweep>(rect.u1_px, rect.v1_px, planes);
+            state->sweep->set_silhouettes(scene.silhouettes);
+            const DepthTile tile = state->sweep->depth(view, {view.near_m, view.far_m}, rect);
+            std::copy(tile.depth_m.begin(), tile.depth_m.end(), depth_m.begin());
+          },
+          [planes](const View& view) { return plane_spacing_mm(view, planes); }};
+}
+
+}  // namespace fivepipe::bench

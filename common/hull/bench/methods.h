@@ -1,0 +1,33 @@
+// Everything that the hull benchmark times: depth of a whole view from packed maps, all preparation included.
+#pragma once
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/hull/bench/scenes.h"
+
+namespace fivepipe::bench {
+
+struct Method {
+  std::string name;  // "cpu", "sweep64"
+  int threads;
+  bool exact;        // held to the exact hull, pixel by pixel
+  // Buffers may be kept from call to call, results may not. depth_m: of the whole view.
+  std::function<void(const HullScene&, const View&, std::span<float> depth_m)> depth;
+  // The largest error [mm] that the method's own idea allows in a view, beyond which it has missed what it found too late; 0: none.
+  std::function<double(const View&)> spacing_mm = [](const View&) { return 0.0; };
+  std::function<bool(const HullScene&)> takes = [](const HullScene&) { return true; };
+};
+
+// Ours.
+Method cpu_method(int threads);
+Method gl_method(int threads);  // needs a current context; threads are llvmpipe's
+// Rivals.
+Method image_based_method(int threads);                    // Matusik et al. 2000
+Method cpu_sweep_method(int planes, bool middle, int threads);  // the paper's planes, in vector lanes
+Method carving_method(double voxel_mm, int threads);
+Method gl_sweep_method(int planes, int threads);           // the paper's, on OpenGL
+
+}  // namespace fivepipe::bench
