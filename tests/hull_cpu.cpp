@@ -14,6 +14,7 @@ namespace fivepipe {
 namespace {
 
 using namespace test;
+using Eigen::Vector3d;
 
 // Hull pieces along a ray shorter than this are ties of pixel borders: rounding decides whether they exist.
 constexpr double kTie_m = 1e-9;

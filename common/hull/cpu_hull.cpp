@@ -14,8 +14,8 @@ namespace {
 
 // Slack of the ranges shared by a block of rays, as a fraction: far above the rounding of a clip, far below what costs time.
 constexpr double kBlockSlack = 1e-9;
-// Pieces of a view handed to threads; a multiple of a block.
-constexpr int kPiece_px = 2 * kBlock_px;
+// Pieces of a view handed to threads where only its bounds are looked at; a multiple of a block.
+constexpr int kPiece_px = 4 * kBlock_px;
 // Rays are walked in the bounds of a map's object pixels and a little around: every hull point is then behind a pixel border that the
 // walk has crossed.
 constexpr int kAround_px = 1;
@@ -23,17 +23,17 @@ constexpr int kAround_px = 1;
 PixelRect grown(const PixelRect& r, int by) { return r.empty() ? r : PixelRect{r.u0_px - by, r.v0_px - by, r.u1_px + by, r.v1_px + by}; }
 
 // Smallest object first, it clears most; the rest only so that the given order never shows.
-bool asked_before(const Silhouette* a, const Silhouette* b) {
-  const auto key = [](const Silhouette& s) {
-    const auto& m = s.camera.camera_from_world.matrix();
-    const Pinhole& k = s.camera.pinhole;
-    std::array<double, 21> numbers{double(s.pixels.bounds().area_px()), k.fx_px, k.fy_px, k.cx_px, k.cy_px};
+bool asked_before(const CpuHull::MapCamera& a, const CpuHull::MapCamera& b, std::span<const Silhouette> silhouettes) {
+  const auto key = [](const CpuHull::MapCamera& c) {
+    const auto& m = c.camera.camera_from_world.matrix();
+    const Pinhole& k = c.camera.pinhole;
+    std::array<double, 21> numbers{double(c.reach.bounds().area_px()), k.fx_px, k.fy_px, k.cx_px, k.cy_px};
     std::copy(m.data(), m.data() + 16, numbers.begin() + 5);
     return numbers;
   };
-  const auto key_a = key(*a), key_b = key(*b);
+  const auto key_a = key(a), key_b = key(b);
   if (key_a != key_b) return key_a < key_b;
-  return std::ranges::lexicographical_compare(a->pixels.words(), b->pixels.words());
+  return std::ranges::lexicographical_compare(silhouettes[std::size_t(a.silhouette)].pixels.words(), silhouettes[std::size_t(b.silhouette)].pixels.words());
 }
 
 void clip(RayRange& range, double offset, double slope) {
@@ -44,19 +44,6 @@ void clip(RayRange& range, double offset, double slope) {
   else if (in_at_begin) range.end = std::min(range.end, t);
   else range.end = range.begin;
 }
-
-// What all threads read while a view is traced.
-struct ViewJob {
-  const View* view;
-  HullRule rule;
-  std::span<CpuHull::MapCamera> cameras;
-  std::vector<MapFromView> maps;
-  std::vector<const BoxReach*> reaches;
-  std::vector<HalfSpace> half_spaces;  // that hold the hull
-  PixelRect rect;
-  float* depth_m;
-  float* at(int u, int v) const { return depth_m + std::ptrdiff_t(v - rect.v0_px) * rect.width_px() + (u - rect.u0_px); }
-};
 
 // Which boxes lie ahead of the images of the rays through a rect. Which way an image moves, d/dt of U / W times W^2, is linear over the
 // rays: the corners tell. Where they differ, or nearly stand still, both ways.
@@ -78,19 +65,46 @@ std::vector<Box> boxes_ahead(const MapFromView& map, const PixelRect& rect) {
 
 }  // namespace
 
+// What all threads read while a view is traced.
+struct CpuHull::ViewJob {
+  const View* view;
+  HullRule rule;
+  std::span<CpuHull::MapCamera> cameras;
+  std::vector<MapFromView> maps;
+  std::vector<const BoxReach*> reaches;
+  std::vector<HalfSpace> half_spaces;  // that hold the hull
+  PixelRect rect;
+  float* depth_m;
+  float* at(int u, int v) const { return depth_m + std::ptrdiff_t(v - rect.v0_px) * rect.width_px() + (u - rect.u0_px); }
+};
+
+// Rays that may meet the hull, and where.
+struct CpuHull::SeenBlock {
+  PixelRect rays;
+  RayRange range;
+};
+
 // Traces pieces of a view; one per thread.
 class CpuHull::Tracer {
  public:
-  void begin(const ViewJob& job) { job_ = &job; }
+  void begin(const ViewJob& job) {
+    job_ = &job;
+    seen_.clear();
+  }
 
-  void trace(const PixelRect& rays, RayRange range) {
+  // Of a piece of the view, the blocks whose rays may meet the hull, and where; the others are written.
+  void cull(const PixelRect& rays, RayRange range) {
     range = shared_range(rays, range);
     if (range.empty()) return fill_empty(rays);
-    if (rays.width_px() <= kBlock_px && rays.height_px() <= kBlock_px) return trace_block(rays, range);
-    const int u = rays.u0_px + (rays.width_px() > kBlock_px ? kBlock_px : rays.width_px()), v = rays.v0_px + (rays.height_px() > kBlock_px ? kBlock_px : rays.height_px());
+    if (rays.width_px() <= kBlock_px && rays.height_px() <= kBlock_px) return seen_.push_back({rays, range});
+    const auto half = [](int size) { return std::max(kBlock_px, (size / 2 + kBlock_px - 1) / kBlock_px * kBlock_px); };
+    const int u = std::min(rays.u1_px, rays.u0_px + half(rays.width_px())), v = std::min(rays.v1_px, rays.v0_px + half(rays.height_px()));
     for (const PixelRect& part : {PixelRect{rays.u0_px, rays.v0_px, u, v}, {u, rays.v0_px, rays.u1_px, v}, {rays.u0_px, v, u, rays.v1_px}, {u, v, rays.u1_px, rays.v1_px}})
-      if (!part.empty()) trace(part, range);
+      if (!part.empty()) cull(part, range);
   }
+  std::span<const SeenBlock> seen() const { return seen_; }
+
+  void trace(const SeenBlock& block) { trace_block(block.rays, block.range); }
 
  private:
   void fill_empty(const PixelRect& rays) {
@@ -142,6 +156,7 @@ class CpuHull::Tracer {
   }
 
   const ViewJob* job_ = nullptr;
+  std::vector<SeenBlock> seen_;
   Block block_;
   LaneScratch scratch_;
   std::uint16_t unsettled_[kBlock_px * kBlock_px];
@@ -158,20 +173,16 @@ void CpuHull::assign(std::span<const Silhouette> silhouettes, const HullRule& ru
   rule_ = rule;
   used_ = 0;
   empty_ = silhouettes.empty();
-  std::vector<const Silhouette*> order;
-  for (const Silhouette& s : silhouettes) {
-    if (!is_finite(s.camera)) empty_ = true;
-    order.push_back(&s);
-  }
+  for (const Silhouette& s : silhouettes) empty_ |= !is_finite(s.camera);
   if (empty_) return;
-  std::sort(order.begin(), order.end(), asked_before);
-  used_ = order.size();
+  used_ = silhouettes.size();
   if (cameras_.size() < used_) cameras_.resize(used_);
   pool_->run(int(used_), [&](int i, int) {
-    cameras_[i].camera = order[i]->camera;
-    cameras_[i].reach.assign(order[i]->pixels);
-    cameras_[i].silhouette = int(order[i] - silhouettes.data());
+    cameras_[std::size_t(i)].camera = silhouettes[std::size_t(i)].camera;
+    cameras_[std::size_t(i)].reach.assign(silhouettes[std::size_t(i)].pixels);
+    cameras_[std::size_t(i)].silhouette = i;
   });
+  std::sort(cameras_.begin(), cameras_.begin() + std::ptrdiff_t(used_), [&](const MapCamera& a, const MapCamera& b) { return asked_before(a, b, silhouettes); });
   if (rule.limits == Limits::all)
     for (const MapCamera& c : cameras()) empty_ |= c.reach.bounds().empty();
 }
@@ -189,18 +200,37 @@ void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> de
     job.reaches.push_back(&c.reach);
     if (rule_.limits == Limits::all) add_half_spaces(job.maps.back(), grown(c.reach.bounds(), kAround_px), job.half_spaces);
   }
-  std::vector<std::pair<BoxReach*, Box>> to_make;
-  for (std::size_t i = 0; i < job.cameras.size(); ++i)
-    for (const Box box : boxes_ahead(job.maps[i], rect))
-      if (!job.cameras[i].reach.has(box)) to_make.emplace_back(&job.cameras[i].reach, box);
-  pool_->run(int(to_make.size()), [&](int i, int) { to_make[i].first->make(to_make[i].second); });
+  const std::vector<SeenBlock> blocks = seen_blocks(job);
+  make_boxes(job, blocks);
+  pool_->run(int(blocks.size()), [&](int i, int thread) { tracers_[std::size_t(thread)]->trace(blocks[std::size_t(i)]); });
+}
 
+// Where the view may see the hull, block by block; the rest is written.
+std::vector<CpuHull::SeenBlock> CpuHull::seen_blocks(const ViewJob& job) {
+  const PixelRect& rect = job.rect;
   const int columns = (rect.width_px() + kPiece_px - 1) / kPiece_px, rows = (rect.height_px() + kPiece_px - 1) / kPiece_px;
   for (auto& tracer : tracers_) tracer->begin(job);
   pool_->run(columns * rows, [&](int piece, int thread) {
     const int u = rect.u0_px + kPiece_px * (piece % columns), v = rect.v0_px + kPiece_px * (piece / columns);
-    tracers_[std::size_t(thread)]->trace(intersection(rect, {u, v, u + kPiece_px, v + kPiece_px}), {view.near_m, view.far_m});
+    tracers_[std::size_t(thread)]->cull(intersection(rect, {u, v, u + kPiece_px, v + kPiece_px}), {job.view->near_m, job.view->far_m});
   });
+  std::vector<SeenBlock> blocks;
+  for (const auto& tracer : tracers_) blocks.insert(blocks.end(), tracer->seen().begin(), tracer->seen().end());
+  return blocks;
+}
+
+// The boxes that the rays of these blocks ask for.
+void CpuHull::make_boxes(const ViewJob& job, std::span<const SeenBlock> blocks) {
+  if (blocks.empty()) return;
+  PixelRect rays = blocks.front().rays;
+  for (const auto& block : blocks)
+    rays = {std::min(rays.u0_px, block.rays.u0_px), std::min(rays.v0_px, block.rays.v0_px), std::max(rays.u1_px, block.rays.u1_px), std::max(rays.v1_px, block.rays.v1_px)};
+  rays.u1_px += kTile_px, rays.v1_px += kTile_px;  // tiles may reach out of their block
+  std::vector<std::pair<BoxReach*, Box>> to_make;
+  for (std::size_t i = 0; i < job.cameras.size(); ++i)
+    for (const Box box : boxes_ahead(job.maps[i], rays))
+      if (!job.cameras[i].reach.has(box)) to_make.emplace_back(&job.cameras[i].reach, box);
+  pool_->run(int(to_make.size()), [&](int i, int) { to_make[std::size_t(i)].first->make(to_make[std::size_t(i)].second); });
 }
 
 DepthTile CpuHull::depth(const View& view, const PixelRect& rect) {

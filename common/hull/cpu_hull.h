@@ -38,7 +38,12 @@ class CpuHull {
   bool empty() const { return empty_; }
 
  private:
+  struct ViewJob;
   class Tracer;
+  struct SeenBlock;
+  std::vector<SeenBlock> seen_blocks(const ViewJob& job);
+  void make_boxes(const ViewJob& job, std::span<const SeenBlock> blocks);
+
   WorkerPool* pool_;
   std::vector<std::unique_ptr<Tracer>> tracers_;  // one per thread
   HullRule rule_;

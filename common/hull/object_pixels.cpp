@@ -37,16 +37,29 @@ std::size_t ObjectPixels::count() const {
 }
 
 PixelRect ObjectPixels::bounds() const {
-  std::vector<std::uint64_t> columns(std::size_t(words_per_row_), 0);  // all rows in one
-  int v0 = height_px_, v1 = 0;
-  for (int v = 0; v < height_px_; ++v) {
-    const std::uint64_t* row = words_.data() + std::size_t(v) * words_per_row_;
-    std::uint64_t any = 0;
-    for (int w = 0; w < words_per_row_; ++w) columns[w] |= row[w], any |= row[w];
-    if (!any) continue;
-    v0 = std::min(v0, v);
-    v1 = v + 1;
+  // All rows in one, a few columns at a time: in registers.
+  constexpr int kStep = 4;
+  std::vector<std::uint64_t> columns(std::size_t(words_per_row_), 0);
+  for (int first = 0; first < words_per_row_; first += kStep) {
+    const int count = std::min(kStep, words_per_row_ - first);
+    const std::uint64_t* from = words_.data() + first;
+    if (count == kStep) {
+      std::uint64_t any[kStep] = {};
+      for (int v = 0; v < height_px_; ++v, from += words_per_row_)
+        for (int w = 0; w < kStep; ++w) any[w] |= from[w];
+      std::copy(any, any + kStep, columns.begin() + first);
+    } else {
+      for (int v = 0; v < height_px_; ++v, from += words_per_row_)
+        for (int w = 0; w < count; ++w) columns[std::size_t(first + w)] |= from[w];
+    }
   }
+  const auto row_is_empty = [&](int v) {
+    const auto row = words_.begin() + std::ptrdiff_t(v) * words_per_row_;
+    return std::all_of(row, row + words_per_row_, [](std::uint64_t word) { return word == 0; });
+  };
+  int v0 = 0, v1 = height_px_;
+  while (v0 < v1 && row_is_empty(v0)) ++v0;
+  while (v1 > v0 && row_is_empty(v1 - 1)) --v1;
   if (v0 >= v1) return {};
   int first = 0, last = words_per_row_ - 1;
   while (!columns[first]) ++first;

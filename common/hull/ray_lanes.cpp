@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "common/hull/hull.h"
 #include "common/hull/ray_lanes.h"
@@ -167,6 +168,7 @@ HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF middle_i, VF
 
 // Moves each tile on while the cameras allow. Returns those that are left, in the same order.
 HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, float span, TileSet& tiles) {
+  std::fill_n(tiles.stopped, cameras.size(), 0);
   const DF d;
   const int lanes = int(hn::Lanes(d));
   const float half = 0.5f * float(size_px - 1);
@@ -183,6 +185,7 @@ HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, f
         MF asked = hn::And(live, hn::Lt(hold, s));
         for (int repeat = 0; repeat < kTileRepeats && !hn::AllFalse(d, asked); ++repeat) {
           const TileStep step = cameras[c].both_ways ? step_tiles<true>(cameras[c], half, i, j, s) : step_tiles<false>(cameras[c], half, i, j, s);
+          tiles.stopped[c] += std::popcount(bits_of(d, hn::And(hn::And(asked, step.stuck), hn::Gt(step.reach, hn::Zero(d)))));
           const MF sure = hn::AndNot(step.stuck, asked), inside = hn::And(sure, hn::Lt(step.reach, hn::Zero(d)));
           hold = hn::IfThenElse(inside, hn::Add(s, step.advance), hold);
           asked = hn::AndNot(inside, sure);
@@ -318,7 +321,7 @@ HWY_INLINE void ask(const BlockCamera& camera, int number, float span, const Off
 }
 
 // Rays by vectors ("packets"), in the order of `packets`, which holds `count` of those with active rays.
-HWY_INLINE void trace_rays(std::span<const BlockCamera> cameras, float span, std::uint16_t* packets, int count, PacketBits& bits, LaneScratch& scratch) {
+HWY_INLINE void trace_rays(std::span<const BlockCamera> cameras, std::span<const std::uint8_t> order, float span, std::uint16_t* packets, int count, PacketBits& bits, LaneScratch& scratch) {
   const DF d;
   const int lanes = int(hn::Lanes(d));
   Offsets offsets;
@@ -327,7 +330,7 @@ HWY_INLINE void trace_rays(std::span<const BlockCamera> cameras, float span, std
   std::uint32_t asked[kRays / 4];
   for (int round = 0; round < kRayRounds && count; ++round) {
     for (int n = 0; n < count; ++n) bits.moved[packets[n]] = 0;
-    for (std::size_t c = 0; c < cameras.size(); ++c) {
+    for (const std::uint8_t c : order) {
       int asking = 0;
       for (int n = 0; n < count; ++n) {
         const int p = packets[n], first = p * lanes;
@@ -457,7 +460,11 @@ int trace(const Block& block, LaneScratch& scratch, float* depth_m, std::ptrdiff
       count += bits.active[p] != 0;
     }
   }
-  trace_rays(block.cameras, span_of(block), packets, count, bits, scratch);
+  // First those that stopped most tiles before their object: they know most of where the rays enter the hull.
+  std::uint8_t order[kMaxLaneCameras];
+  std::iota(order, order + cameras, std::uint8_t(0));
+  std::stable_sort(order, order + cameras, [&](int a, int b) { return tiles.stopped[a] > tiles.stopped[b]; });
+  trace_rays(block.cameras, {order, cameras}, span_of(block), packets, count, bits, scratch);
   int open = 0;
   for (int tile = 0; tile < tiles.count; ++tile) {
     std::uint32_t hit = 0, unsure = 0;
