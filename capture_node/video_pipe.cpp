@@ -6,6 +6,7 @@
 #include "capture_node/pacing.h"
 #include "common/clock/realtime.h"
 #include "common/messages/camera_messages.h"
+#include "common/frames/tile_shares.h"
 #include "common/messages/view_messages.h"
 
 namespace fivepipe {
@@ -28,6 +29,7 @@ class VideoPipe {
         colours_(node.bus.writer<topics::ObjectColour>()),
         maps_(node.bus.writer<topics::ObjectPixelMap>()),
         composited_(node.bus.reader<topics::FrameComposited>()),
+        tile_costs_(node.bus.reader<topics::TileCosts>()),
         capture_(deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz, [this](std::string_view what, double share) { tell_progress(what, share); }) {
     node_.status.remark("start", "");
     for (const RigCamera& camera : deployment_.rig.cameras)
@@ -40,6 +42,7 @@ class VideoPipe {
     while (running() && !capture_.ended()) {
       for (const auto& sample : composited_.take())
         if (sample.valid()) pacing.composited(sample->frame, Pacing::Clock::now());
+      take_tile_costs();
       const auto now = Pacing::Clock::now();
       if (const auto frame = pacing.next(now, composited_.writers() > 0)) {
         publish(*frame);
@@ -52,6 +55,20 @@ class VideoPipe {
   }
 
  private:
+  // That all reconstruction nodes are configured with; none: there is nothing to share.
+  static std::optional<TileShares> shares_of(const Deployment& deployment) {
+    for (const Node& node : deployment.nodes)
+      if (const auto* recon = std::get_if<ReconConfig>(&node.config)) return TileShares(*recon);
+    return std::nullopt;
+  }
+
+  void take_tile_costs() {
+    for (const auto& sample : tile_costs_.take())
+      if (sample.valid() && tile_shares_ && deployment_.viewer.name == sample->viewer &&
+          !tile_shares_->add(sample->frame, sample->share, span_of(sample->tiles), span_of(sample->cost_ms)))
+        node_.status.drop("bad_tile_costs");
+  }
+
   void tell_progress(std::string_view what, double share) {
     const int percent = int(100 * share);
     if (percent / 10 == told_percent_ / 10 && percent != 100) return;
@@ -66,7 +83,9 @@ class VideoPipe {
     for (const CapturedCamera& camera : cameras)
       if (camera.image_stamp_ns && (!stamp_ns || camera.image_stamp_ns < stamp_ns)) stamp_ns = camera.image_stamp_ns;
     // Pose and colour first: who has all the maps of a frame then has these too.
-    poses_.write(head_pose_message(deployment_.viewer, number, stamp_ns, eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz)));
+    FramePose pose{number, stamp_ns, eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz), {}};
+    if (tile_shares_) pose.tile_owners = tile_shares_->next();
+    poses_.write(head_pose_message(deployment_.viewer, std::move(pose)).message());
     for (CapturedCamera& camera : cameras) {
       tell(camera);
       if (camera.colour) colours_.write(colour_message(camera.camera, number, camera.image_stamp_ns, std::move(*camera.colour)).message());
@@ -97,6 +116,8 @@ class VideoPipe {
   Writer<topics::ObjectColour> colours_;
   Writer<topics::ObjectPixelMap> maps_;
   Reader<topics::FrameComposited> composited_;
+  Reader<topics::TileCosts> tile_costs_;
+  std::optional<TileShares> tile_shares_ = shares_of(deployment_);
   Capture capture_;
 };
 

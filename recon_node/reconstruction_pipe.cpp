@@ -6,8 +6,8 @@
 #include "common/clock/realtime.h"
 #include "common/messages/view_messages.h"
 #include "common/node/frame_set_reader.h"
+#include "common/frames/tile_shares.h"
 #include "recon_node/messages.h"
-#include "recon_node/tile_balance.h"
 
 namespace fivepipe {
 namespace {
@@ -26,15 +26,13 @@ class ReconstructionPipe {
       : node_(node),
         viewer_(node.deployment.viewer.name),
         config_(decided(config_of<ReconConfig>(node), backend)),
-        balance_(config_.tile_columns, config_.tile_rows, config_.shares, config_.balance),
         reconstructor_(config_, node.deployment.rig.volume_m),
         sets_(node.bus, node.deployment.rig, node.status),
         view_infos_(node.bus.reader<topics::ViewInfo>()),
         poses_(node.bus.reader<topics::HeadPose>()),
         colours_(node.bus.reader<topics::ObjectColour>()),
-        costs_(node.bus.reader<topics::TileCosts>()),
         tiles_(node.bus.writer<topics::HullTile>()),
-        own_costs_(node.bus.writer<topics::TileCosts>()) {}
+        costs_(node.bus.writer<topics::TileCosts>()) {}
 
   void run() {
     while (running()) {
@@ -43,7 +41,6 @@ class ReconstructionPipe {
       const std::vector<FrameSet> sets = sets_.take();
       take_view();
       take_colours();
-      take_costs();
       for (const FrameSet& set : sets) reconstruct(set);
     }
   }
@@ -76,9 +73,8 @@ class ReconstructionPipe {
     if (order_.starts_anew(pose.frame, pose.capture_stamp_ns)) {
       pose_of_frame_.clear();
       colours_of_frame_.clear();
-      balance_.clear();
     }
-    pose_of_frame_[pose.frame] = pose.eye_from_world;
+    pose_of_frame_[pose.frame] = pose;
   }
 
   void take_colours() {
@@ -95,19 +91,14 @@ class ReconstructionPipe {
     keep_newest(colours_of_frame_);
   }
 
-  bool balances() const { return config_.balance && config_.shares > 1 && config_.split == ReconSplit::tiles; }
-
-  void take_costs() {
-    for (const auto& sample : costs_.take())
-      if (sample.valid() && viewer_ == sample->viewer && balances() && !balance_.add(sample->frame, sample->share, span_of(sample->tiles), span_of(sample->cost_ms)))
-        node_.status.drop("bad_tile_costs");
-  }
-
-  // This node's of a frame. Frames split by turns: all of them, or none.
-  std::vector<Tile> own_tiles(std::uint64_t frame, const Pinhole& view) const {
+  // This node's of a frame.
+  std::vector<Tile> own_tiles(const FramePose& pose, const Pinhole& view) {
     std::vector<Tile> tiles = tiles_of(view.width_px, view.height_px, config_.tile_columns, config_.tile_rows);
-    if (config_.split == ReconSplit::frames) return frame % std::uint64_t(config_.shares) == std::uint64_t(config_.share) ? tiles : std::vector<Tile>{};
-    const std::vector<int> owners = balance_.owners(frame);
+    std::vector<std::uint8_t> owners = pose.tile_owners;
+    if (owners.size() != tiles.size()) {
+      if (!owners.empty()) node_.status.drop("bad_tile_owners");
+      owners = tiles_by_turns(config_.tile_columns, config_.tile_rows, config_.shares);
+    }
     std::erase_if(tiles, [&](const Tile& tile) { return owners[std::size_t(tile.index)] != config_.share; });
     return tiles;
   }
@@ -126,9 +117,9 @@ class ReconstructionPipe {
       node_.status.drop(geometry_ ? "no_head_pose" : "no_view_info");
       return;
     }
-    const View view{{geometry_->recon, pose->second}, geometry_->near_m, geometry_->far_m};
+    const View view{{geometry_->recon, pose->second.eye_from_world}, geometry_->near_m, geometry_->far_m};
     const TileFrame frame{viewer_, set.frame, set.capture_stamp_ns, view, config_.tile_columns * config_.tile_rows, set.empty_cameras};
-    const std::vector<Tile> tiles = own_tiles(set.frame, view.camera.pinhole);
+    const std::vector<Tile> tiles = own_tiles(pose->second, view.camera.pinhole);
     if (tiles.empty()) return node_.status.frame_handled(set.frame);
     const std::vector<ColourRegion> colours = colours_of(set);
     // Colour is for who draws: nobody reads tiles, nobody gets colour.
@@ -139,7 +130,7 @@ class ReconstructionPipe {
       const StageTimer timer(node_.status, "reconstruct");
       made = reconstructor_.reconstruct(set.silhouettes, view, tiles, colours, want_colour);
     }
-    if (balances()) own_costs_.write(costs_message(frame, config_.share, made).message());
+    if (costs_.readers() > 0) costs_.write(costs_message(frame, config_.share, made).message());
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
     node_.status.latency("capture_to_tiles", 1e-9 * double(now_realtime_ns() - set.capture_stamp_ns));
     node_.status.frame_handled(set.frame);
@@ -149,18 +140,16 @@ class ReconstructionPipe {
   NodeContext& node_;
   const std::string viewer_;
   const ReconConfig config_;
-  TileBalance balance_;
   Reconstructor reconstructor_;
   FrameSetReader sets_;
   Reader<topics::ViewInfo> view_infos_;
   Reader<topics::HeadPose> poses_;
   Reader<topics::ObjectColour> colours_;
-  Reader<topics::TileCosts> costs_;
   Writer<topics::HullTile> tiles_;
-  Writer<topics::TileCosts> own_costs_;
+  Writer<topics::TileCosts> costs_;
   std::optional<ViewGeometry> geometry_;
   FrameOrder order_;
-  std::map<std::uint64_t, Eigen::Isometry3d> pose_of_frame_;
+  std::map<std::uint64_t, FramePose> pose_of_frame_;
   std::map<std::uint64_t, std::vector<CameraColour>> colours_of_frame_;
 };
 

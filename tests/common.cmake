@@ -3,6 +3,7 @@ fivepipe_test(layering_test layering.cpp)
 if(FIVEPIPE_NODES)
   fivepipe_test(messages_camera_test messages_camera.cpp LINK fivepipe_messages)
   fivepipe_test(frames_sets_test frames_sets.cpp LINK fivepipe_frames)
+  fivepipe_test(frames_tile_shares_test frames_tile_shares.cpp LINK fivepipe_frames)
   fivepipe_test(bus_test bus.cpp LINK fivepipe_bus fivepipe_node)
   # A peer whose type of the same name differs.
   idlc_generate(TARGET bus_other_version_idl FILES bus_other_version.idl FEATURES case-sensitive DEFAULT_EXTENSIBILITY final)

@@ -150,13 +150,15 @@ TEST(CameraMessages, AnotherCalibrationIsToldByName) {
 TEST(ViewMessages, PosesKeepTheirMeaningAndNanIsRefused) {
   Viewer viewer;
   const Eigen::Isometry3d pose = look_at({0, -0.75, 0.55}, {0, 0.05, 0.2});
-  auto message = head_pose_message(viewer, 9, 1, pose);
+  auto out = head_pose_message(viewer, {9, 1, pose, {1, 0, 1}});
+  fivepipe_v1_HeadPose message = out.message();
   const auto received = head_pose_from(message);
   ASSERT_TRUE(std::holds_alternative<FramePose>(received));
   EXPECT_LT((std::get<FramePose>(received).eye_from_world.matrix() - pose.matrix()).cwiseAbs().maxCoeff(), 1e-14);
   message.eye_from_world.rotation.w = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(std::holds_alternative<BadMessage>(head_pose_from(message)));
-  message = head_pose_message(viewer, 9, 1, pose);
+  EXPECT_EQ(std::get<FramePose>(received).tile_owners, (std::vector<std::uint8_t>{1, 0, 1}));
+  message = out.message();
   message.eye_from_world.rotation.w *= 1.1;
   EXPECT_TRUE(std::holds_alternative<BadMessage>(head_pose_from(message)));
 }

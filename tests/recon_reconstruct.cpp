@@ -1,4 +1,4 @@
-// Tiles and their balance, the reconstruction in tiles by each backend, and the hull's colour.
+// Tiles, the reconstruction in tiles by each backend, and the hull's colour.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include "common/gl/context.h"
 #include "recon_node/colour.h"
 #include "recon_node/reconstruct.h"
-#include "recon_node/tile_balance.h"
+#include "common/frames/tile_shares.h"
 #include "tests/hull_scenes.h"
 
 namespace fivepipe {
@@ -58,7 +58,7 @@ TEST_P(Recon, TilesTogetherGiveTheWholeViewBitForBitWhoeverMadeThem) {
   const auto whole = assembled(reconstructor.reconstruct(silhouettes, view, tiles_of(83, 57, 1, 1), {}, false), all);
   EXPECT_GT(std::count_if(whole.begin(), whole.end(), [](float d) { return d != kNoHull; }), 100);
   for (const auto& [columns, rows, shares] : {std::array{4, 3, 2}, {7, 5, 3}, {1, 1, 1}, {2, 100, 2}}) {
-    const std::vector<int> owners = TileBalance(columns, rows, shares, true).owners(5);
+    const auto owners = tiles_by_turns(columns, rows, shares);
     std::vector<ReconTile> made;
     for (int share = 0; share < shares; ++share) {
       std::vector<Tile> own = tiles_of(83, 57, columns, rows);
@@ -102,106 +102,6 @@ TEST(ReconBackends, ExactOnesGiveTheSameDepths) {
     ASSERT_EQ(cpu[i] == kNoHull, gl[i] == kNoHull);
     EXPECT_LE(std::abs(cpu[i] - gl[i]), 2e-6f * cpu[i]);
   }
-}
-
-// --- balance ---------------------------------------------------------------------------------------------------
-
-std::vector<int> by_turns(int columns, int rows, int shares) {
-  std::vector<int> owner;
-  for (int tile = 0; tile < columns * rows; ++tile) owner.push_back((tile % columns + tile / columns) % shares);
-  return owner;
-}
-
-// All shares' costs of a frame, as each would report the tiles that it owned.
-void add_frame(TileBalance& balance, std::uint64_t frame, int shares, const std::vector<float>& cost_ms, int but_share = -1) {
-  const std::vector<int> owner = balance.owners(frame);
-  for (int share = 0; share < shares; ++share) {
-    if (share == but_share) continue;
-    std::vector<std::uint16_t> tiles;
-    std::vector<float> costs;
-    for (std::size_t tile = 0; tile < owner.size(); ++tile)
-      if (owner[tile] == share) tiles.push_back(std::uint16_t(tile)), costs.push_back(cost_ms[tile]);
-    EXPECT_TRUE(balance.add(frame, share, tiles, costs));
-  }
-}
-
-double worst_share(const std::vector<int>& owner, const std::vector<float>& cost_ms, int shares) {
-  std::vector<double> load(std::size_t(shares), 0.0);
-  for (std::size_t tile = 0; tile < owner.size(); ++tile) load[std::size_t(owner[tile])] += cost_ms[tile];
-  return *std::max_element(load.begin(), load.end());
-}
-
-TEST(TileBalance, SharesByTurnsUntilCostsAreKnown) {
-  TileBalance balance(4, 3, 2, true);
-  EXPECT_EQ(balance.owners(0), by_turns(4, 3, 2));
-  EXPECT_EQ(balance.owners(1000), by_turns(4, 3, 2));
-  std::vector<float> cost(12, 0.1f);
-  for (std::uint64_t frame = 0; frame + 1 < std::uint64_t(TileBalance::kMean_frames); ++frame) add_frame(balance, frame, 2, cost);
-  EXPECT_EQ(balance.owners(1000), by_turns(4, 3, 2));
-}
-
-TEST(TileBalance, EvensOutWhatTilesCost) {
-  Random random(2);
-  for (int shares = 2; shares <= 4; ++shares) {
-    std::vector<float> cost;
-    for (int tile = 0; tile < 48; ++tile) cost.push_back(tile % 8 < 2 ? float(uniform(random, 0.5, 2)) : 0.01f);  // an object at one side
-    TileBalance balance(8, 6, shares, true);
-    for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balance, frame, shares, cost);
-    const double even = std::accumulate(cost.begin(), cost.end(), 0.0) / shares, worst = worst_share(balance.owners(40), cost, shares);
-    EXPECT_LT(worst, 1.15 * even);
-    EXPECT_LT(worst, worst_share(by_turns(8, 6, shares), cost, shares));
-  }
-}
-
-TEST(TileBalance, NodesThatHeardTheSameAgreeWhateverTheOrder) {
-  Random random(3);
-  std::vector<std::array<int, 2>> heard;  // frame, share
-  for (int frame = 0; frame < 20; ++frame)
-    for (int share = 0; share < 2; ++share)
-      if (frame != 7 || share == 0) heard.push_back({frame, share});  // frame 7 is never heard in full
-  std::vector<std::vector<int>> answers;
-  for (int node = 0; node < 5; ++node) {
-    std::shuffle(heard.begin(), heard.end(), random);
-    TileBalance balance(4, 3, 2, true);
-    for (const auto& [frame, share] : heard) {
-      std::vector<std::uint16_t> tiles;
-      std::vector<float> costs;
-      for (int tile = share; tile < 12; tile += 2) tiles.push_back(std::uint16_t(tile)), costs.push_back(float(1 + tile * frame % 5));
-      balance.add(std::uint64_t(frame), share, tiles, costs);
-    }
-    answers.push_back(balance.owners(25));
-  }
-  for (const auto& answer : answers) EXPECT_EQ(answer, answers.front());
-}
-
-TEST(TileBalance, FramesThatMayNotBeHeardByAllDoNotCount) {
-  TileBalance balance(4, 3, 2, true);
-  std::vector<float> cost(12, 1.0f), other(12, 0.0f);
-  other[5] = 9;
-  for (std::uint64_t frame = 0; frame < 10; ++frame) add_frame(balance, frame, 2, cost);
-  const auto before = balance.owners(20);
-  for (std::uint64_t frame = 20 - TileBalance::kLag_frames + 1; frame < 20; ++frame) add_frame(balance, frame, 2, other);
-  EXPECT_EQ(balance.owners(20), before);
-  for (std::uint64_t frame = 30; frame < 40; ++frame) add_frame(balance, frame, 2, other, 1);  // one share silent
-  EXPECT_EQ(balance.owners(60), balance.owners(20 + TileBalance::kLag_frames));
-}
-
-TEST(TileBalance, RefusesWhatCannotBe) {
-  TileBalance balance(4, 3, 2, true);
-  const std::vector<std::uint16_t> tiles{0, 11};
-  EXPECT_FALSE(balance.add(1, 0, tiles, std::vector<float>{1}));
-  EXPECT_FALSE(balance.add(1, 2, tiles, std::vector<float>{1, 2}));
-  EXPECT_FALSE(balance.add(1, 0, std::vector<std::uint16_t>{12}, std::vector<float>{1}));
-  EXPECT_FALSE(balance.add(1, 0, tiles, std::vector<float>{1, std::numeric_limits<float>::quiet_NaN()}));
-  EXPECT_FALSE(balance.add(1, 0, tiles, std::vector<float>{1, -1}));
-}
-
-TEST(TileBalance, OffMeansByTurns) {
-  TileBalance balance(4, 3, 2, false);
-  std::vector<float> cost(12, 0.0f);
-  cost[0] = 5;
-  for (std::uint64_t frame = 0; frame < 20; ++frame) add_frame(balance, frame, 2, cost);
-  EXPECT_EQ(balance.owners(100), by_turns(4, 3, 2));
 }
 
 TEST(CoveredPart, IsTheSmallestRectangleWithEveryHit) {

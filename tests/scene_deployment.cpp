@@ -241,7 +241,7 @@ TEST_F(DeploymentFile, SharesCoverTheViewOnce) {
   EXPECT_THAT(problems(with_nodes(recon("a", "share: 1, shares: 2") + recon("b", "share: 1, shares: 2"))),
               ElementsAre("deployment.yaml:7:5: no reconstruction node has share 0 of 2", "deployment.yaml:8:43: share 1 is that of a already"));
   EXPECT_THAT(problems(with_nodes(recon("a", "share: 0, shares: 2") + recon("b", "share: 1, shares: 3"))),
-              ElementsAre("deployment.yaml:8:5: b: tile_columns, tile_rows and shares must be the same in all reconstruction nodes"));
+              ElementsAre("deployment.yaml:8:5: b: tile_columns, tile_rows, shares, split and balance must be the same in all reconstruction nodes"));
   EXPECT_THAT(problems(with_nodes(recon("a", "share: 2, shares: 2"))), ElementsAre("deployment.yaml:7:43: share must be less than shares: they count from 0 to 1"));
   EXPECT_TRUE(contains(problems(with_nodes(recon("a", "tile_columns: 1, tile_rows: 1, share: 0, shares: 2") + recon("b", "tile_columns: 1, tile_rows: 1, share: 1, shares: 2"))),
                        "some shares would own no tile"));

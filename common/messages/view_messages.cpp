@@ -19,19 +19,25 @@ Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message) {
   return ViewGeometry{recon, message.near_m, message.far_m};
 }
 
-fivepipe_v1_HeadPose head_pose_message(const Viewer& viewer, std::uint64_t frame, std::int64_t capture_stamp_ns, const Eigen::Isometry3d& eye_from_world) {
-  fivepipe_v1_HeadPose message{};
-  set_text(message.viewer, viewer.name);
-  message.frame = frame;
-  message.capture_stamp_ns = capture_stamp_ns;
-  message.eye_from_world = wire(eye_from_world);
-  return message;
+const fivepipe_v1_HeadPose& OutgoingPose::message() {
+  borrow(header.tile_owners, pose.tile_owners);
+  return header;
+}
+
+OutgoingPose head_pose_message(const Viewer& viewer, FramePose pose) {
+  OutgoingPose out{{}, std::move(pose)};
+  set_text(out.header.viewer, viewer.name);
+  out.header.frame = out.pose.frame;
+  out.header.capture_stamp_ns = out.pose.capture_stamp_ns;
+  out.header.eye_from_world = wire(out.pose.eye_from_world);
+  return out;
 }
 
 Received<FramePose> head_pose_from(const fivepipe_v1_HeadPose& message) {
   const auto pose = pure(message.eye_from_world);
   if (!pose) return BadMessage{"bad_head_pose: not finite or not a rotation"};
-  return FramePose{message.frame, message.capture_stamp_ns, *pose};
+  const auto owners = span_of(message.tile_owners);
+  return FramePose{message.frame, message.capture_stamp_ns, *pose, {owners.begin(), owners.end()}};
 }
 
 }  // namespace fivepipe

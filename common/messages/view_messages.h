@@ -1,6 +1,7 @@
 // ViewInfo and HeadPose: wire <-> pure. capture_node writes them, recon_node reads them.
 #pragma once
 #include <cstdint>
+#include <vector>
 
 #include "common/messages/camera_messages.h"
 #include "common/scene/deployment.h"
@@ -15,12 +16,19 @@ struct ViewGeometry {
 // Bad: sizes or focal lengths not positive, not 0 < near < far.
 Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message);
 
-fivepipe_v1_HeadPose head_pose_message(const Viewer& viewer, std::uint64_t frame, std::int64_t capture_stamp_ns, const Eigen::Isometry3d& eye_from_world);
 struct FramePose {
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;
   Eigen::Isometry3d eye_from_world;
+  std::vector<std::uint8_t> tile_owners;  // by tile, which reconstruction share makes it; empty: by turns
 };
+struct OutgoingPose {
+  fivepipe_v1_HeadPose header{};
+  FramePose pose;
+  const fivepipe_v1_HeadPose& message();
+};
+OutgoingPose head_pose_message(const Viewer& viewer, FramePose pose);
+// Bad: not finite or not a rotation.
 Received<FramePose> head_pose_from(const fivepipe_v1_HeadPose& message);
 
 }  // namespace fivepipe

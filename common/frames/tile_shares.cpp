@@ -1,4 +1,4 @@
-#include "recon_node/tile_balance.h"
+#include "common/frames/tile_shares.h"
 
 #include <algorithm>
 #include <cassert>
@@ -8,16 +8,22 @@
 namespace fivepipe {
 namespace {
 
-// Kept: enough that the frames that count are there, whatever number of them has not been heard of in full.
-constexpr std::size_t kFramesKept = 64;
+// Frames of which something was heard: if too few of them were heard in full, nobody knows what tiles cost now.
+constexpr std::size_t kFramesKept = 8;
 
 }  // namespace
 
-TileBalance::TileBalance(int columns, int rows, int shares, bool balanced) : columns_(columns), rows_(rows), shares_(shares), balanced_(balanced) {
-  assert(columns > 0 && rows > 0 && shares > 0);
+std::vector<std::uint8_t> tiles_by_turns(int columns, int rows, int shares) {
+  std::vector<std::uint8_t> owner;
+  for (int tile = 0; tile < columns * rows; ++tile) owner.push_back(std::uint8_t((tile % columns + tile / columns) % shares));
+  return owner;
 }
 
-bool TileBalance::add(std::uint64_t frame, int share, std::span<const std::uint16_t> tiles, std::span<const float> cost_ms) {
+TileShares::TileShares(const ReconConfig& recon) : columns_(recon.tile_columns), rows_(recon.tile_rows), shares_(recon.shares), split_(recon.split), balance_(recon.balance) {
+  assert(columns_ > 0 && rows_ > 0 && shares_ > 0 && shares_ <= 256);
+}
+
+bool TileShares::add(std::uint64_t frame, int share, std::span<const std::uint16_t> tiles, std::span<const float> cost_ms) {
   const int all = columns_ * rows_;
   if (tiles.size() != cost_ms.size() || share < 0 || share >= shares_) return false;
   for (std::size_t i = 0; i < tiles.size(); ++i)
@@ -32,37 +38,37 @@ bool TileBalance::add(std::uint64_t frame, int share, std::span<const std::uint1
   return true;
 }
 
-void TileBalance::clear() { frames_.clear(); }
+void TileShares::clear() { frames_.clear(); }
 
-std::vector<double> TileBalance::mean_costs(std::uint64_t newest) const {
+std::vector<double> TileShares::mean_costs() const {
   std::vector<double> sum(std::size_t(columns_ * rows_), 0.0);
   int frames = 0;
-  for (auto f = frames_.upper_bound(newest); f != frames_.begin() && frames < kMean_frames;) {
-    --f;
+  for (auto f = frames_.rbegin(); f != frames_.rend() && frames < kMeanFrames; ++f) {
     if (f->second.heard < columns_ * rows_) continue;
     for (std::size_t tile = 0; tile < sum.size(); ++tile) sum[tile] += f->second.cost_ms[tile];
     ++frames;
   }
-  if (frames < kMean_frames) return {};
+  if (frames < kMeanFrames) return {};
   return sum;
 }
 
-std::vector<int> TileBalance::owners(std::uint64_t frame) const {
-  std::vector<int> owner(std::size_t(columns_ * rows_));
-  const std::vector<double> cost = balanced_ && shares_ > 1 && frame >= kLag_frames ? mean_costs(frame - kLag_frames) : std::vector<double>{};
-  if (cost.empty()) {
-    for (int tile = 0; tile < columns_ * rows_; ++tile) owner[std::size_t(tile)] = (tile % columns_ + tile / columns_) % shares_;
-    return owner;
+std::vector<std::uint8_t> TileShares::next() {
+  if (split_ == ReconSplit::frames) {
+    turn_ = (turn_ + 1) % shares_;
+    return std::vector<std::uint8_t>(std::size_t(columns_ * rows_), std::uint8_t(turn_));
   }
+  const std::vector<double> cost = balance_ && shares_ > 1 ? mean_costs() : std::vector<double>{};
+  if (cost.empty()) return tiles_by_turns(columns_, rows_, shares_);
   // Dearest first, each to whom has least so far (longest processing time first; Graham, 1969): within a third of the best, and here
   // within a cheap tile of even.
+  std::vector<std::uint8_t> owner(cost.size());
   std::vector<int> order(owner.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return cost[std::size_t(a)] > cost[std::size_t(b)]; });
   std::vector<double> load(std::size_t(shares_), 0.0);
   for (const int tile : order) {
     const auto least = std::min_element(load.begin(), load.end());
-    owner[std::size_t(tile)] = int(least - load.begin());
+    owner[std::size_t(tile)] = std::uint8_t(least - load.begin());
     *least += cost[std::size_t(tile)];
   }
   return owner;
