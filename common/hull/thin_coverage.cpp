@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace fivepipe {
 namespace {
@@ -37,17 +38,44 @@ double raised(double before, double behind, double width) {
   return 0.5 + (-q + std::sqrt(q * q - 4 * p * r)) / (2 * p);
 }
 
-// The coverage of a pixel in the middle of something thin; 0 elsewhere.
-double thin_coverage(const Neighbourhood& n, double least_width_px) {
-  const bool along_rows = variance(n.column(0), n.column(1), n.column(2)) >= variance(n.row(0), n.row(1), n.row(2));
-  const double here = n.c[1][1], before = along_rows ? n.c[0][1] : n.c[1][0], behind = along_rows ? n.c[2][1] : n.c[1][2];
-  if (before >= 0.5 || behind >= 0.5 || here <= before || here < behind) return 0;
-  double width = before + here + behind;
-  const double beside = along_rows ? std::max(n.column(0), n.column(2)) : std::max(n.row(0), n.row(2));
-  if (beside < least_width_px) width = std::sqrt(width);
-  if (width < least_width_px || width >= kThin_px) return 0;
-  return raised(before, behind, width);
+// What a neighbour of a pixel of 1 is raised to, so that the profile reaches the strip's border 1/2 + coverage away.
+double reaching(double coverage) { return 2 * coverage / (1 + 2 * coverage); }
+
+enum class Across { rows, columns };
+Across least_spread(const Neighbourhood& n) {
+  return variance(n.column(0), n.column(1), n.column(2)) >= variance(n.row(0), n.row(1), n.row(2)) ? Across::rows : Across::columns;
 }
+
+// What a pixel in the middle of something thin, and its neighbours across it, are raised to; nothing for others.
+struct Profile {
+  double before, here, behind;
+};
+std::optional<Profile> thin_profile(const Neighbourhood& n, Across across, const KeepThin& keep) {
+  const bool rows = across == Across::rows;
+  const double here = n.c[1][1], before = rows ? n.c[0][1] : n.c[1][0], behind = rows ? n.c[2][1] : n.c[1][2];
+  if (before >= 0.5 || behind >= 0.5 || here <= before || here < behind) return std::nullopt;
+  if ((n.row(0) + n.row(1) + n.row(2)) / 3 >= kThin_px) return std::nullopt;  // a gap between two others
+  const double beside = rows ? std::max(n.column(0), n.column(2)) : std::max(n.row(0), n.row(2)), sum = before + here + behind;
+  const double width = beside < keep.least_width_px ? std::sqrt(sum) : sum;
+  if (width < keep.least_width_px || width >= kThin_px) return std::nullopt;
+  if (keep.rule == ThinRule::as_wide) return Profile{before, raised(before, behind, width), behind};
+  return Profile{reaching(before), 1.0, reaching(behind)};
+}
+
+// The pixels at or above one half around (u, v) do not hang together without it (Hilditch, 1969: a crossing number above one).
+bool bridges(const CoverageMap& m, int u, int v) {
+  static constexpr int kRing[9][2] = {{1, 0}, {1, -1}, {0, -1}, {-1, -1}, {-1, 0}, {-1, 1}, {0, 1}, {1, 1}, {1, 0}};
+  bool inside[9];
+  for (int i = 0; i < 9; ++i) {
+    const int x = u + kRing[i][0], y = v + kRing[i][1];
+    inside[i] = x >= 0 && y >= 0 && x < m.width_px() && y < m.height_px() && side_of_border(m.at(x, y)) > 0;
+  }
+  int crossings = 0;
+  for (int i = 0; i < 8; i += 2) crossings += !inside[i] && (inside[i + 1] || inside[i + 2]);
+  return crossings > 1;
+}
+
+std::uint8_t rounded_up(double coverage) { return std::uint8_t(std::min(std::ceil(coverage * kWholeCoverage), double(kWholeCoverage))); }
 
 // Joins the pair of pixels (u, v), (u + 1, v + 1), or (u + 1, v), (u, v + 1), where both are inside, one of them thin, and the others outside.
 void join_corner(CoverageMap& kept, const ObjectPixels& thin, const CoverageMap& map, int u, int v, bool falling) {
@@ -64,17 +92,30 @@ void join_corner(CoverageMap& kept, const ObjectPixels& thin, const CoverageMap&
 
 }  // namespace
 
-CoverageMap keep_thin(const CoverageMap& map, double least_width_px) {
+CoverageMap keep_thin(const CoverageMap& map, const KeepThin& keep) {
   CoverageMap kept = map;
   ObjectPixels thin(map.width_px(), map.height_px());
-  for (int v = 0; v < map.height_px(); ++v)
-    for (int u = 0; u < map.width_px(); ++u) {
-      if (map.at(u, v) == 0 || map.at(u, v) == kWholeCoverage) continue;
-      const double coverage = thin_coverage(around(map, u, v), least_width_px);
-      if (coverage == 0) continue;
-      kept.set(u, v, std::max(map.at(u, v), std::uint8_t(std::min(std::ceil(coverage * kWholeCoverage), double(kWholeCoverage)))));
-      thin.set(u, v);
-    }
+  const auto raise_pixel = [&](int u, int v, double coverage) {
+    if (u >= 0 && v >= 0 && u < map.width_px() && v < map.height_px()) kept.set(u, v, std::max(kept.at(u, v), rounded_up(coverage)));
+  };
+  const auto raise = [&](int u, int v, const Neighbourhood& n, Across across) {
+    const auto profile = thin_profile(n, across, keep);
+    if (!profile) return;
+    const int du = across == Across::columns, dv = across == Across::rows;
+    raise_pixel(u - du, v - dv, profile->before);
+    raise_pixel(u, v, profile->here);
+    raise_pixel(u + du, v + dv, profile->behind);
+    thin.set(u, v);
+  };
+  const auto for_partly_covered = [&](const auto& work) {
+    for (int v = 0; v < map.height_px(); ++v)
+      for (int u = 0; u < map.width_px(); ++u)
+        if (map.at(u, v) != 0 && map.at(u, v) != kWholeCoverage) work(u, v, around(map, u, v));
+  };
+  for_partly_covered([&](int u, int v, const Neighbourhood& n) { raise(u, v, n, least_spread(n)); });
+  for_partly_covered([&](int u, int v, const Neighbourhood& n) {
+    if (side_of_border(kept.at(u, v)) < 0 && bridges(kept, u, v)) raise(u, v, n, least_spread(n) == Across::rows ? Across::columns : Across::rows);
+  });
   for (int v = 0; v + 1 < map.height_px(); ++v)
     for (int u = 0; u + 1 < map.width_px(); ++u)
       for (const bool falling : {true, false}) join_corner(kept, thin, map, u, v, falling);
