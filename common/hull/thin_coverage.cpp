@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace fivepipe {
 namespace {
@@ -46,20 +47,16 @@ Across least_spread(const Neighbourhood& n) {
   return variance(n.column(0), n.column(1), n.column(2)) >= variance(n.row(0), n.row(1), n.row(2)) ? Across::rows : Across::columns;
 }
 
-// What a pixel in the middle of something thin, and its neighbours across it, are raised to; nothing for others.
-struct Profile {
-  double before, here, behind;
-};
-std::optional<Profile> thin_profile(const Neighbourhood& n, Across across, const KeepThin& keep) {
+// What a pixel in the middle of something thin is raised to; nothing for others.
+std::optional<double> thin_coverage(const Neighbourhood& n, Across across, const KeepThin& keep) {
   const bool rows = across == Across::rows;
   const double here = n.c[1][1], before = rows ? n.c[0][1] : n.c[1][0], behind = rows ? n.c[2][1] : n.c[1][2];
   if (before >= 0.5 || behind >= 0.5 || here <= before || here < behind) return std::nullopt;
   if ((n.row(0) + n.row(1) + n.row(2)) / 3 >= kThin_px) return std::nullopt;  // a gap between two others
   const double beside = rows ? std::max(n.column(0), n.column(2)) : std::max(n.row(0), n.row(2)), sum = before + here + behind;
-  const double width = beside < keep.least_width_px ? std::sqrt(sum) : sum;
-  if (width < keep.least_width_px || width >= kThin_px) return std::nullopt;
-  if (keep.rule == ThinRule::as_wide) return Profile{before, raised(before, behind, width), behind};
-  return Profile{reaching(before), 1.0, reaching(behind)};
+  if (sum < keep.least_width_px || sum >= kThin_px) return std::nullopt;
+  if (keep.rule == ThinRule::contained) return 1.0;
+  return raised(before, behind, beside < keep.least_width_px ? std::sqrt(sum) : sum);
 }
 
 // The pixels at or above one half around (u, v) do not hang together without it (Hilditch, 1969: a crossing number above one).
@@ -95,17 +92,15 @@ void join_corner(CoverageMap& kept, const ObjectPixels& thin, const CoverageMap&
 CoverageMap keep_thin(const CoverageMap& map, const KeepThin& keep) {
   CoverageMap kept = map;
   ObjectPixels thin(map.width_px(), map.height_px());
-  const auto raise_pixel = [&](int u, int v, double coverage) {
-    if (u >= 0 && v >= 0 && u < map.width_px() && v < map.height_px()) kept.set(u, v, std::max(kept.at(u, v), rounded_up(coverage)));
-  };
+  const auto raise_pixel = [&](int u, int v, double coverage) { kept.set(u, v, std::max(kept.at(u, v), rounded_up(coverage))); };
   const auto raise = [&](int u, int v, const Neighbourhood& n, Across across) {
-    const auto profile = thin_profile(n, across, keep);
-    if (!profile) return;
-    const int du = across == Across::columns, dv = across == Across::rows;
-    raise_pixel(u - du, v - dv, profile->before);
-    raise_pixel(u, v, profile->here);
-    raise_pixel(u + du, v + dv, profile->behind);
+    const auto coverage = thin_coverage(n, across, keep);
+    if (!coverage) return;
+    raise_pixel(u, v, *coverage);
     thin.set(u, v);
+    if (keep.rule == ThinRule::contained)
+      for (const auto& [du, dv] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}})
+        if (const double beside = n.c[1 + dv][1 + du]; beside > 0) raise_pixel(u + du, v + dv, reaching(beside));
   };
   const auto for_partly_covered = [&](const auto& work) {
     for (int v = 0; v < map.height_px(); ++v)

@@ -30,7 +30,7 @@ enum class ThinRule { contained, as_wide };
 
 struct KeepThin {
   ThinRule rule = ThinRule::contained;
-  // Thinner than this is taken for noise [px]; > 0. Noise of 2 percent of the contrast in a pixel is 3.5 percent in a sum of three;
+  // Thinner than this is taken for noise [px], dots of less area [px^2] too; > 0. Noise of 2 percent of the contrast in a pixel is 3.5 percent in a sum of three;
   // this is four times that.
   double least_width_px = 0.15;
 };
