@@ -143,13 +143,12 @@ void measure_binary(Errors& e, const std::vector<Silhouette>& silhouettes, const
   if (const auto outward = fitted_outward(s.pixels, uv, window_px)) e.normal_deg.push_back(degrees_between(normal_world(s.camera, uv, *outward), true_normal(capsule, s.camera, p)));
 }
 
+// Window of the binary maps' fit, by the object's radius: the best of 2, 3, 4, 5, 7 and 10 px as measured on these scenes.
+double window_px(double radius_px) { return radius_px < 2 ? 2 : radius_px < 5 ? 3 : radius_px < 10 ? 4 : radius_px < 20 ? 6 : 9; }
+
 struct Compared {
   Errors coverage, centre, touched;
-  std::vector<std::vector<double>> by_sigma = std::vector<std::vector<double>>(6);
-  std::vector<std::vector<double>> by_window = std::vector<std::vector<double>>(6);
 };
-const double kSigmas[] = {0.01, 0.7, 1.0, 1.5, 2.0, 3.0};
-const double kWindows[] = {2, 3, 4, 5, 7, 10};
 
 void compare(Compared& all, Random& random, double radius_px, bool long_one, int cameras_count) {
   const double radius_m = radius_px * kDistance_m / focal_px();
@@ -171,44 +170,42 @@ void compare(Compared& all, Random& random, double radius_px, bool long_one, int
     add_surface(all.coverage, tile.depth_m[i], *truth_m);
     add_surface(all.centre, by_centre.depth_m[i], *truth_m);
     add_surface(all.touched, by_touched.depth_m[i], *truth_m);
-    for (int w = 0; w < 6; ++w) {
-      Errors e;
-      measure_binary(e, centre, object[0], ray, by_centre.depth_m[i], kWindows[w]);
-      if (!e.normal_deg.empty()) all.by_window[w].push_back(e.normal_deg[0]);
-    }
+    measure_binary(all.centre, centre, object[0], ray, by_centre.depth_m[i], window_px(radius_px));
+    measure_binary(all.touched, touched, object[0], ray, by_touched.depth_m[i], window_px(radius_px));
     if (tile.limiting[i] < 0) continue;
-    const CoverageSilhouette& s = covered[std::size_t(tile.limiting[i])];
-    const Vector3d p = ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world;
-    const Vector2d uv = *project(s.camera, p);
-    const Vector3d truth = true_normal(object[0], s.camera, p);
-    all.coverage.normal_deg.push_back(degrees_between(tile.normal_world[i].cast<double>(), truth));
-    for (int w = 0; w < 6; ++w) {
-      std::optional<Vector2d> out;
-      if (w) out = outward_in_image(s.map, uv, kSigmas[w]);
-      else {
-        const double h = 1e-4;
-        const Vector2d g(s.map.interpolated(uv.x() + h, uv.y()) - s.map.interpolated(uv.x() - h, uv.y()), s.map.interpolated(uv.x(), uv.y() + h) - s.map.interpolated(uv.x(), uv.y() - h));
-        out = -g.normalized();
-      }
-      if (out) all.by_sigma[w].push_back(degrees_between(normal_world(s.camera, uv, *out), truth));
-    }
+    const Camera& limiting = cameras[std::size_t(tile.limiting[i])];
+    all.coverage.normal_deg.push_back(degrees_between(tile.normal_world[i].cast<double>(), true_normal(object[0], limiting, ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world)));
   }
 }
 
-TEST(Explore, Table) {
-  for (const bool long_one : {false, true})
+void print(const char* what, double radius_px, const Compared& all) {
+  std::printf("%-8s %4.1f px %6zu rays |", what, radius_px, all.coverage.surface_px.size());
+  for (const Errors* e : {&all.coverage, &all.centre, &all.touched}) std::printf(" %6.3f %6.3f |", percentile(e->surface_px, 0.5), percentile(e->surface_px, 0.95));
+  for (const Errors* e : {&all.coverage, &all.centre, &all.touched}) std::printf(" %6.2f %6.2f |", percentile(e->normal_deg, 0.5), percentile(e->normal_deg, 0.95));
+  std::printf("\n");
+}
+
+// Least factors measured here: surface 1.85 in the median, 2.5 in the 95th percentile; normals 1.3 and 1.1 where the object is 3 px thin, so
+// that its other side is in the window, 2.1 and 1.68 from a radius of 3 px on. Asserted with some room for other rounding.
+constexpr double kSurfaceGain = 1.7, kNormalGain = 1.05, kNormalGainFrom3px = 1.5;
+
+TEST(CoverageAccuracy, SurfaceAndNormalsAreNearerThanThoseOfBinaryMaps) {
+  std::printf("median and 95th percentile: of depth against the hull of the true silhouettes, in footprints of a map pixel; of normals in degrees\n%-27s | %-13s | %-13s | %-13s | %-13s | %-13s | %-13s |\n",
+              "", "cover depth", "centre depth", "touched depth", "cover normal", "centre normal", "touched norm.");
+  for (const bool capsule : {false, true})
     for (const double radius_px : {1.5, 3.0, 6.0, 12.0, 30.0}) {
-      Random random(unsigned(radius_px * 10) + long_one);
+      Random random(unsigned(radius_px * 10) + capsule);
       Compared all;
-      for (int n = 4; n <= 8; ++n)
-        for (int k = 0; k < 2; ++k) compare(all, random, radius_px, long_one, n);
-      std::printf("%-8s %4.1f px %5zu rays surface px: cov %.3f %.3f centre %.3f %.3f touched %.3f %.3f\n  sigma", long_one ? "capsule" : "sphere", radius_px, all.coverage.surface_px.size(),
-                  percentile(all.coverage.surface_px, .5), percentile(all.coverage.surface_px, .95), percentile(all.centre.surface_px, .5), percentile(all.centre.surface_px, .95),
-                  percentile(all.touched.surface_px, .5), percentile(all.touched.surface_px, .95));
-      for (int w = 0; w < 6; ++w) std::printf(" %.2f: %.2f %.2f |", kSigmas[w], percentile(all.by_sigma[w], .5), percentile(all.by_sigma[w], .95));
-      std::printf("\n  window");
-      for (int w = 0; w < 6; ++w) std::printf(" %.0f: %.2f %.2f |", kWindows[w], percentile(all.by_window[w], .5), percentile(all.by_window[w], .95));
-      std::printf("\n");
+      for (int cameras = 4; cameras <= 8; ++cameras)
+        for (int k = 0; k < 2; ++k) compare(all, random, radius_px, capsule, cameras);
+      print(capsule ? "capsule" : "sphere", radius_px, all);
+      SCOPED_TRACE(radius_px);
+      EXPECT_GT(all.coverage.surface_px.size(), 1000u);
+      for (const Errors* binary : {&all.centre, &all.touched})
+        for (const double p : {0.5, 0.95}) {
+          EXPECT_LT(kSurfaceGain * percentile(all.coverage.surface_px, p), percentile(binary->surface_px, p));
+          EXPECT_LT((radius_px < 3 ? kNormalGain : kNormalGainFrom3px) * percentile(all.coverage.normal_deg, p), percentile(binary->normal_deg, p));
+        }
     }
 }
 

@@ -11,6 +11,9 @@ namespace {
 // What is wider than this along rows or columns is not thin [px]: a strip of one pixel at 45 degrees, and a little.
 constexpr double kThin_px = 1.5;
 
+// Coverages as small as 0.15, known to 0.01, give a strip's place to a tenth of its share.
+constexpr double kShareSlack = 1.1;
+
 // Coverage as fractions of the 3 x 3 pixels around one; outside the image nothing is covered.
 struct Neighbourhood {
   double c[3][3];  // [row][column]
@@ -39,8 +42,11 @@ double raised(double before, double behind, double width) {
   return 0.5 + (-q + std::sqrt(q * q - 4 * p * r)) / (2 * p);
 }
 
-// What a neighbour of a pixel of 1 is raised to, so that the profile reaches the strip's border 1/2 + coverage away.
-double reaching(double coverage) { return 2 * coverage / (1 + 2 * coverage); }
+// What a neighbour of a pixel that becomes 1 is raised to: see the header.
+double reaching(double beside, double here) {
+  const double along_a_row = 2 * beside / (1 + 2 * beside), share = kShareSlack * beside / (beside + here);
+  return std::max(along_a_row, 2 * share * share / ((1 + share) * (1 + share)));
+}
 
 enum class Across { rows, columns };
 Across least_spread(const Neighbourhood& n) {
@@ -100,7 +106,7 @@ CoverageMap keep_thin(const CoverageMap& map, const KeepThin& keep) {
     thin.set(u, v);
     if (keep.rule == ThinRule::contained)
       for (const auto& [du, dv] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}})
-        if (const double beside = n.c[1 + dv][1 + du]; beside > 0) raise_pixel(u + du, v + dv, reaching(beside));
+        if (const double beside = n.c[1 + dv][1 + du]; beside > 0) raise_pixel(u + du, v + dv, reaching(beside, n.c[1][1]));
   };
   const auto for_partly_covered = [&](const auto& work) {
     for (int v = 0; v < map.height_px(); ++v)

@@ -18,7 +18,10 @@
 // apart can't hold both its borders between the same two rows. It is moved by up to (1 - w) / 2 px to the row that holds more of it.
 // Two cameras still see such a wire in one place, three seldom do: their hull of a wire has gaps. Hence the rule `contained`: the row
 // that holds more of the strip becomes 1, which spans [-1/2, 1/2], and a neighbour of coverage c becomes 2 c / (1 + 2 c), at which
-// the profile reaches as far as the strip, to 1/2 + c. Wherever it lies the strip is within, at the price of its width: 1 to 1.5 px.
+// the profile reaches as far as the strip, to 1/2 + c. A thin strip at 45 degrees, d px beside the diagonal of two such pixels, leaves
+// the share d of its coverage to the pixel between them, which must have 2 d^2 / (1 + d)^2 for the strip's axis to be inside half way
+// between the two; the larger of the two values is taken, and for all four neighbours. The axis of a straight wire is within wherever it
+// lies, at the price of its width: about a pixel.
 #pragma once
 #include "common/hull/coverage.h"
 
