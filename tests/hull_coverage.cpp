@@ -261,6 +261,19 @@ TEST_F(CoverageSquare, BinaryMapsEqualTheDefinition) {
   for (int i = 0; i < 2; ++i) silhouettes[i].map = CoverageMap::from_pixels(random_pixels(random, 100, 75, 0.4));
   EXPECT_GT(expect_definition(silhouettes, view, 11).hits, 50);
 }
+TEST_F(CoverageSquare, OrderNeverShowsWhereTwoCamerasLimitTogether) {  // one pose, one border, but other coverage beside it: other normals
+  silhouettes.push_back(silhouettes[0]);
+  fill(0, {30, 30, 60, 50});
+  fill(1, {0, 0, 100, 75});
+  fill(2, {30, 30, 60, 50});
+  for (const int v : {32, 37, 41}) fill(2, {60, v, 62, v + 2}, 120);
+  for (const int v : {33, 38, 42}) fill(2, {28, v, 29, v + 2}, 120);
+  const SurfaceTile expected = CoverageHull(test_pool(), silhouettes).surface(view, whole_image(view.camera));
+  std::swap(silhouettes[0], silhouettes[2]);
+  const SurfaceTile swapped = CoverageHull(test_pool(), silhouettes).surface(view, whole_image(view.camera));
+  EXPECT_EQ(swapped.depth_m, expected.depth_m);
+  EXPECT_EQ(swapped.normal_world, expected.normal_world);
+}
 TEST_F(CoverageSquare, MapOfSizeZero) {
   silhouettes[0].map = CoverageMap(0, 0);
   fill(1, {0, 0, 100, 75});

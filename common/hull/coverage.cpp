@@ -1,6 +1,7 @@
 #include "common/hull/coverage.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -70,19 +71,25 @@ CoverageMap true_coverage(std::span<const Capsule> object, const Camera& camera)
   return map;
 }
 
-std::optional<Vector2d> outward_in_image(const CoverageMap& map, const Vector2d& uv_px, double sigma_px) {
-  if (map.width_px() == 0 || map.height_px() == 0 || !uv_px.allFinite()) return std::nullopt;
+std::optional<Vector2d> outward_in_image(const CoverageMap& map, const Vector2d& uv_px) {
+  if (!(uv_px.x() >= -0.5 && uv_px.y() >= -0.5 && uv_px.x() < map.width_px() - 0.5 && uv_px.y() < map.height_px() - 0.5)) return std::nullopt;
   // Least squares of coverage = a + g . (pixel - uv), weighted; g from the 3 x 3 normal equations.
+  const int u0 = int(std::lround(uv_px.x())) - kNormalReach_px, v0 = int(std::lround(uv_px.y())) - kNormalReach_px;
+  constexpr int kSide = 2 * kNormalReach_px + 1;
+  std::array<double, kSide> weight_u, weight_v;
+  const auto weight = [](double d) { return std::exp(-0.5 * d * d / (kNormalSigma_px * kNormalSigma_px)); };
+  for (int i = 0; i < kSide; ++i) {
+    weight_u[i] = weight(u0 + i - uv_px.x());
+    weight_v[i] = weight(v0 + i - uv_px.y());
+  }
   Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
   Vector3d right_side = Vector3d::Zero();
-  const auto end = [&](double x, int size, double sign) { return int(std::clamp(std::round(x + sign * 3 * sigma_px), 0.0, size - 1.0)); };
-  for (int v = end(uv_px.y(), map.height_px(), -1); v <= end(uv_px.y(), map.height_px(), 1); ++v)
-    for (int u = end(uv_px.x(), map.width_px(), -1); u <= end(uv_px.x(), map.width_px(), 1); ++u) {
-      const Vector2d d = Vector2d(u, v) - uv_px;
-      const double weight = std::exp(-0.5 * d.squaredNorm() / (sigma_px * sigma_px));
-      const Vector3d row(1, d.x(), d.y());
-      normal_matrix += weight * row * row.transpose();
-      right_side += weight * map.at(u, v) * row;
+  for (int v = std::max(v0, 0); v < std::min(v0 + kSide, map.height_px()); ++v)
+    for (int u = std::max(u0, 0); u < std::min(u0 + kSide, map.width_px()); ++u) {
+      const Vector3d row(1, u - uv_px.x(), v - uv_px.y());
+      const Vector3d weighted = weight_u[u - u0] * weight_v[v - v0] * row;
+      normal_matrix += weighted * row.transpose();
+      right_side += map.at(u, v) * weighted;
     }
   const Vector2d gradient = normal_matrix.ldlt().solve(right_side).tail<2>();
   const double length = gradient.norm();
