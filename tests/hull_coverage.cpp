@@ -96,6 +96,24 @@ CoverageMap random_map(Random& random, int width_px, int height_px, double insid
   return map;
 }
 
+TEST(TrueCoverage, IsThatOfManySamples) {
+  for (int seed = 1; seed <= 4; ++seed) {
+    Random random(seed);
+    const auto object = random_object(random, 2);
+    const Camera camera = random_camera(random, 40, 31);
+    const CoverageMap map = true_coverage(object, camera);
+    int partly = 0;
+    for (int v = 0; v < 31; ++v)
+      for (int u = 0; u < 40; ++u) {
+        int in = 0;
+        for (int i = 0; i < 60 * 60; ++i) in += in_silhouette(object, camera, {u + (i % 60 + 0.5) / 60 - 0.5, v + (i / 60 + 0.5) / 60 - 0.5});
+        EXPECT_NEAR(map.at(u, v) / 255.0, in / 3600.0, 0.02 + 1.0 / 60) << u << ", " << v;  // and the samples' own error
+        partly += in > 0 && in < 3600;
+      }
+    EXPECT_GT(partly, 10);
+  }
+}
+
 TEST(CoverageHull, EqualsItsDefinitionOnRandomRigs) {
   Counts counts;
   for (int seed = 1; seed <= 16; ++seed) {
