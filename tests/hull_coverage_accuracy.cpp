@@ -143,7 +143,8 @@ void measure_binary(Errors& e, const std::vector<Silhouette>& silhouettes, const
   if (const auto outward = fitted_outward(s.pixels, uv, window_px)) e.normal_deg.push_back(degrees_between(normal_world(s.camera, uv, *outward), true_normal(capsule, s.camera, p)));
 }
 
-// Window of the binary maps' fit, by the object's radius: the best of 2, 3, 4, 5, 7 and 10 px as measured on these scenes.
+// Window of the binary maps' fit, by the radius: near the best of 2, 3, 4, 5, 7 and 10 px for spheres and capsules both (they differ), so that the
+// comparison is not with a bad fit.
 double window_px(double radius_px) { return radius_px < 2 ? 2 : radius_px < 5 ? 3 : radius_px < 10 ? 4 : radius_px < 20 ? 6 : 9; }
 
 struct Compared {
