@@ -1,4 +1,4 @@
-// The subcommands of `fivepipe`, each in a file of its own name.
+// The subcommands of `fivepipe`, each in a file of its own name; bench and maps are programs of their own, in other_programs.cpp.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -15,6 +15,7 @@ void add_top(CLI::App& app, Command& command);
 void add_simulation(CLI::App& app, Command& command);
 void add_doctor(CLI::App& app, Command& command);
 void add_bench(CLI::App& app, Command& command);
+void add_maps(CLI::App& app, Command& command);
 
 // The folder of the running program, where its sibling programs lie.
 std::filesystem::path program_folder();

@@ -26,6 +26,7 @@ int run(int argc, char** argv) {
   add_simulation(app, command);
   add_doctor(app, command);
   add_bench(app, command);
+  add_maps(app, command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -20,6 +20,15 @@ std::vector<std::string> suites() {
   return names;
 }
 
+// Goes on as the program that words.front() names.
+[[noreturn]] void become(std::vector<std::string> words) {
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  execv(argv.front(), argv.data());
+  throw std::system_error(errno, std::generic_category(), words.front());
+}
+
 int run_bench(std::vector<std::string> words) {
   const std::vector<std::string> known = suites();
   if (words.empty() || std::find(known.begin(), known.end(), words.front()) == known.end()) {
@@ -29,11 +38,7 @@ int run_bench(std::vector<std::string> words) {
     return 2;
   }
   words.front() = program_folder() / (bench_prefix + words.front());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  execv(argv.front(), argv.data());
-  throw std::system_error(errno, std::generic_category(), words.front());
+  become(std::move(words));
 }
 
 }  // namespace
@@ -43,6 +48,18 @@ void add_bench(CLI::App& app, Command& command) {
   bench->footer("Examples:\n  fivepipe bench hull --json out/hull.json\n  fivepipe bench hull --help");
   bench->prefix_command();
   bench->callback([bench, &command] { command = [words = bench->remaining()] { return run_bench(words); }; });
+}
+
+void add_maps(CLI::App& app, Command& command) {
+  CLI::App* maps = app.add_subcommand("maps", "Write one frame's object-pixel maps as images: maps DEPLOYMENT --out FOLDER [--frame N] [--set KEY=VALUE]");
+  maps->prefix_command();
+  maps->callback([maps, &command] {
+    command = [words = maps->remaining()]() -> int {
+      std::vector<std::string> all{program_folder() / "fivepipe_maps"};
+      all.insert(all.end(), words.begin(), words.end());
+      become(std::move(all));
+    };
+  });
 }
 
 }  // namespace fivepipe

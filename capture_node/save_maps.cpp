@@ -1,0 +1,92 @@
+// fivepipe maps: the object-pixel maps of one frame of a deployment, as files: to look at, and for `fivepipe bench hull --maps`.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+
+#include "capture_node/capture.h"
+#include "common/hull/pbm.h"
+#include "common/scene/config_error.h"
+
+namespace fivepipe {
+namespace {
+
+struct Options {
+  std::filesystem::path deployment, out;
+  std::vector<std::string> settings;
+  std::int64_t frame = 0;
+};
+
+std::map<std::string, std::string> settings_from(const std::vector<std::string>& words) {
+  std::map<std::string, std::string> settings;
+  for (const std::string& word : words) {
+    const auto equals = word.find('=');
+    if (equals == std::string::npos) throw CLI::ValidationError("--set", "expected KEY=VALUE, not " + word);
+    settings[word.substr(0, equals)] = word.substr(equals + 1);
+  }
+  return settings;
+}
+
+// name, size, intrinsics, camera_from_world's three rows.
+std::string camera_line(const RigCamera& camera) {
+  const Pinhole& k = camera.published;
+  char text[96];
+  std::string line = camera.name + ' ' + std::to_string(k.width_px) + ' ' + std::to_string(k.height_px);
+  const auto add = [&](double number) {
+    std::snprintf(text, sizeof text, " %.17g", number);
+    line += text;
+  };
+  for (const double number : {k.fx_px, k.fy_px, k.cx_px, k.cy_px}) add(number);
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column) add(camera.camera_from_mount.matrix()(row, column));
+  return line;
+}
+
+int run(const Options& options) {
+  const Deployment deployment = load_deployment(options.deployment, settings_from(options.settings));
+  const CaptureConfig* config = nullptr;
+  for (const Node& node : deployment.nodes)
+    if (!config) config = std::get_if<CaptureConfig>(&node.config);
+  if (!config) throw std::runtime_error(options.deployment.string() + ": has no capture_node");
+  Capture capture(deployment.rig, deployment.viewer, *config, deployment.frame_rate_hz,
+                  [](std::string_view what, double share) { std::fprintf(stderr, "\r%.*s, %d %%   ", int(what.size()), what.data(), int(100 * share)); });
+  std::fputs("\n", stderr);
+  std::filesystem::create_directories(options.out);
+  std::ofstream cameras(options.out / "cameras.txt");
+  cameras << "# name width height fx fy cx cy [px], camera_from_world's three rows [m]: " << deployment.name << ", frame " << options.frame << '\n';
+  for (const CapturedCamera& captured : capture.capture(options.frame, false)) {
+    if (!captured.pixels) continue;
+    write_pbm(options.out / (captured.camera + ".pbm"), *captured.pixels);
+    for (const RigCamera& camera : deployment.rig.cameras)
+      if (camera.name == captured.camera) cameras << camera_line(camera) << '\n';
+    const double share = double(captured.pixels->count()) / (double(captured.pixels->width_px()) * captured.pixels->height_px());
+    std::printf("%s: %.1f %% object pixels\n", captured.camera.c_str(), 100 * share);
+  }
+  if (!cameras.flush()) throw std::runtime_error((options.out / "cameras.txt").string() + ": can't be written");
+  return 0;
+}
+
+}  // namespace
+}  // namespace fivepipe
+
+int main(int argc, char** argv) {
+  fivepipe::Options options;
+  CLI::App app("fivepipe maps: writes the object-pixel maps of one frame as FOLDER/CAMERA.pbm, and FOLDER/cameras.txt.\n\n"
+               "Example:\n  fivepipe maps launch/deployments/seated4cam.yaml --set data=recordings/seated4cam --frame 60 --out out/maps/seated4cam");
+  app.add_option("deployment", options.deployment, "deployment file")->required();
+  app.add_option("--out", options.out, "folder to write to")->required();
+  app.add_option("--frame", options.frame, "which frame (0)")->check(CLI::NonNegativeNumber);
+  app.add_option("--set", options.settings, "KEY=VALUE: a setting of the deployment file")->allow_extra_args(false);
+  try {
+    app.parse(argc, argv);
+    return fivepipe::run(options);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const fivepipe::ConfigError& error) {
+    return std::cerr << error.what() << '\n', 2;
+  } catch (const fivepipe::HardwareMissing& missing) {
+    return std::cerr << "fivepipe maps: " << missing.what() << '\n', 3;
+  } catch (const std::exception& error) {
+    return std::cerr << "fivepipe maps: " << error.what() << '\n', 1;
+  }
+}
