@@ -120,7 +120,7 @@ TEST_F(Prisms, VolumesInClosedForm) {
     expect_volume(blame.cameras[std::size_t(c)].removed, 0.4);
     expect_volume(blame.cameras[std::size_t(c)].removed_alone, 0.24);
     expect_volume(blame.cameras[std::size_t(c)].kept_by_others, 0.6);
-    expect_volume(blame.cameras[std::size_t(c)].removed_not_seeing, 0);
+    expect_volume(blame.cameras[std::size_t(c)].alone_not_seeing, 0);
   }
   const std::string words = summary(blame, std::vector<std::string>{"left", "right"});
   EXPECT_NE(words.find("right alone removes 40 % of what the others keep"), std::string::npos) << words;
@@ -165,7 +165,7 @@ TEST_F(Prisms, ACameraThatLooksAwayAndOneThatIsNotFinite) {
   for (int c = 0; c < 3; ++c) fill(c, {0, 0, 200, 200});
   silhouettes[2].camera.camera_from_world = look_at({0, 0, 10}, {0, 0, 20}, {0, 1, 0});
   VolumeBlame blame = blame_volume(silhouettes, box, test_pool());
-  EXPECT_NEAR(blame.cameras[2].removed_not_seeing.volume_m3, 1, 1e-12);
+  EXPECT_NEAR(blame.cameras[2].alone_not_seeing.volume_m3, 1, 1e-12);
   EXPECT_NE(summary(blame).find("lies outside its image or behind it"), std::string::npos) << summary(blame);
   EXPECT_NEAR(blame_volume(silhouettes, box, test_pool(), {Limits::seen, 2}).hull.volume_m3, 1, 0.01);
   EXPECT_NE(summary(blame_volume(silhouettes, box, test_pool(), {Limits::seen, 3})).find("seen by too few cameras"), std::string::npos);
@@ -188,7 +188,7 @@ TEST_F(Prisms, TheSameOnAnyNumberOfThreadsAndInNoOrder) {
     EXPECT_EQ(a.hull.volume_m3, b.hull.volume_m3);
     EXPECT_EQ(a.hull.volume_m3, c.hull.volume_m3);
     for (std::size_t i = 0; i < rig.size(); ++i)
-      for (const SampledVolume CameraShare::*part : {&CameraShare::removed, &CameraShare::removed_alone, &CameraShare::removed_not_seeing, &CameraShare::kept_by_others}) {
+      for (const SampledVolume CameraShare::*part : {&CameraShare::removed, &CameraShare::removed_alone, &CameraShare::alone_not_seeing, &CameraShare::kept_by_others}) {
         EXPECT_EQ((a.cameras[i].*part).volume_m3, (b.cameras[i].*part).volume_m3);
         EXPECT_EQ((a.cameras[i].*part).volume_m3, (c.cameras[rig.size() - 1 - i].*part).volume_m3);
       }

@@ -91,8 +91,12 @@ TEST(HullQueryPoint, HardPointsAreInHullToTheBit) {
     for (const Camera& camera : random_cameras(random, 1 + seed % 4, 40, 31)) silhouettes.push_back({camera, random_pixels(random, 40, 31, 0.5)});
     for (const HullRule& rule : kRules) {
       const Queries q(silhouettes, rule);
-      for (const Silhouette& s : silhouettes)
-        for (const Vector3d& p : hard_points(s.camera, random)) {
+      for (const Silhouette& s : silhouettes) {
+        const auto points = hard_points(s.camera, random);
+        std::vector<std::uint8_t> together(points.size());
+        q.query.contains(points, together);
+        for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(together[i], in_hull(silhouettes, points[i], rule)) << points[i].transpose();
+        for (const Vector3d& p : points) {
           EXPECT_EQ(q.query.contains(p), in_hull(silhouettes, p, rule)) << p.transpose();
           const double free_m = q.query.free_radius_m(p), solid_m = q.query.solid_radius_m(p);
           EXPECT_GE(free_m, 0);
@@ -104,6 +108,7 @@ TEST(HullQueryPoint, HardPointsAreInHullToTheBit) {
             expect_ball_kept(silhouettes, rule, p, solid_m, true, random, 6);
           }
         }
+      }
     }
   }
 }

@@ -90,7 +90,7 @@ void count_point(std::span<const Silhouette> silhouettes, const Vector3d& p_worl
     Counts::OfCamera& c = counts.cameras[i];
     c.removed += removed;
     c.alone += removed && others_keep;
-    c.not_seeing += removed && (verdicts[i] == CameraVerdict::behind || verdicts[i] == CameraVerdict::outside_image);
+    c.not_seeing += removed && others_keep && (verdicts[i] == CameraVerdict::behind || verdicts[i] == CameraVerdict::outside_image);
     c.kept_by_others += others_keep;
   }
 }
@@ -162,7 +162,7 @@ PointBlame blame_point(std::span<const Silhouette> silhouettes, const Vector3d& 
 VolumeBlame blame_volume(std::span<const Silhouette> silhouettes, const Eigen::AlignedBox3d& box_world_m, WorkerPool& pool, const HullRule& rule, const BlameSampling& sampling) {
   assert(sampling.points > 0);
   VolumeBlame blame{box_world_m, sampling.points, {}, {}, {}};
-  for (const Silhouette& s : silhouettes) blame.cameras.push_back({.no_object_pixel = s.pixels.bounds().empty(), .unusable = !is_finite(s.camera), .removed = {}, .removed_alone = {}, .removed_not_seeing = {}, .kept_by_others = {}});
+  for (const Silhouette& s : silhouettes) blame.cameras.push_back({.no_object_pixel = s.pixels.bounds().empty(), .unusable = !is_finite(s.camera), .removed = {}, .removed_alone = {}, .alone_not_seeing = {}, .kept_by_others = {}});
   const double box_m3 = box_world_m.sizes().prod();
   if (!(box_world_m.sizes().minCoeff() > 0 && std::isfinite(box_m3))) return blame;
   const Counts counts = count_points(silhouettes, box_world_m, pool, rule, sampling);
@@ -174,7 +174,7 @@ VolumeBlame blame_volume(std::span<const Silhouette> silhouettes, const Eigen::A
     const Counts::OfCamera& c = counts.cameras[i];
     share.removed = volume(c.removed);
     share.removed_alone = volume(c.alone);
-    share.removed_not_seeing = volume(c.not_seeing);
+    share.alone_not_seeing = volume(c.not_seeing);
     share.kept_by_others = volume(c.kept_by_others);
   }
   return blame;

@@ -48,7 +48,7 @@ struct CameraShare {
   bool no_object_pixel = false, unusable = false;
   SampledVolume removed;             // by it, whoever else does
   SampledVolume removed_alone;       // what all others keep
-  SampledVolume removed_not_seeing;  // part of `removed`: behind it or outside its image, not for want of an object pixel
+  SampledVolume alone_not_seeing;    // part of `removed_alone`: behind it or outside its image, not for want of an object pixel
   SampledVolume kept_by_others;      // the hull without this camera; nothing where it is the only one
 };
 struct VolumeBlame {

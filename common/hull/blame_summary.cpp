@@ -49,7 +49,7 @@ std::string of_the_blind(const VolumeBlame& blame, const std::vector<std::string
 std::string of_one(const CameraShare& share, const std::string& name) {
   std::string text = " " + name + " alone removes " + percent(share.removed_alone.volume_m3, share.kept_by_others.volume_m3) + " of what the others keep: " +
                      litres(share.removed_alone) + " of " + litres(share.kept_by_others);
-  if (share.removed_not_seeing.volume_m3 > 0.5 * share.removed.volume_m3) text += "; most of what it removes in the box lies outside its image or behind it";
+  if (share.alone_not_seeing.volume_m3 > 0.5 * share.removed_alone.volume_m3) text += "; most of that lies outside its image or behind it";
   return text + ".";
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/hull/point_lanes.h"
 #include "common/hull/ray_walk.h"
 
 namespace fivepipe {
@@ -27,12 +28,18 @@ ImageLine image_line(const Camera& camera, const Ray& ray) {
   return {k.fx_px * o.x() + cx * o.z(), k.fx_px * d.x() + cx * d.z(), k.fy_px * o.y() + cy * o.z(), k.fy_px * d.y() + cy * d.z(), o.z(), d.z()};
 }
 
+// Calls part(begin, end).
+template <class Part>
+void in_parts(WorkerPool& pool, std::size_t count, const Part& part) {
+  pool.run(int((count + kTogether - 1) / kTogether), [&](int piece, int) {
+    const std::size_t begin = std::size_t(piece) * kTogether;
+    part(begin, std::min(begin + kTogether, count));
+  });
+}
 template <class Query>
 void for_many(WorkerPool& pool, std::size_t count, const Query& query) {
-  const int pieces = int((count + kTogether - 1) / kTogether);
-  pool.run(pieces, [&](int piece, int) {
-    const std::size_t begin = std::size_t(piece) * kTogether;
-    for (std::size_t i = begin; i < std::min(begin + kTogether, count); ++i) query(i);
+  in_parts(pool, count, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) query(i);
   });
 }
 
@@ -46,7 +53,10 @@ PixelRect walk_window(const Camera& camera, const BoxReach& reach, const HullRul
 
 HullQuery::HullQuery(CpuHull& hull) : hull_(&hull) {
   hull.make_all_boxes();
-  for (const CpuHull::MapCamera& c : hull.cameras()) cones_.emplace_back(c.camera);
+  for (const CpuHull::MapCamera& c : hull.cameras()) {
+    const ImageCone cone(c.camera);
+    cones_.push_back({cone, cone.pyramid(c.reach.bounds()), cone.pyramid(image_of(c.camera))});
+  }
 }
 
 bool HullQuery::contains(const Vector3d& p_world_m) const {
@@ -104,7 +114,13 @@ std::optional<double> HullQuery::first_entry(const Ray& ray, double near, double
 
 void HullQuery::contains(std::span<const Vector3d> p_world_m, std::span<std::uint8_t> inside) const {
   assert(inside.size() == p_world_m.size());
-  for_many(hull_->pool(), p_world_m.size(), [&](std::size_t i) { inside[i] = contains(p_world_m[i]); });
+  if (hull_->empty() || hull_->rule().limits == Limits::seen) return for_many(hull_->pool(), p_world_m.size(), [&](std::size_t i) { inside[i] = contains(p_world_m[i]); });
+  const std::vector<PointLaneCamera> cameras = point_lane_cameras(*hull_);
+  in_parts(hull_->pool(), p_world_m.size(), [&](std::size_t begin, std::size_t end) {
+    InHull verdicts[kTogether];
+    contains_in_lanes(cameras, p_world_m.subspan(begin, end - begin), verdicts);
+    for (std::size_t i = begin; i < end; ++i) inside[i] = verdicts[i - begin] == InHull::unsettled ? contains(p_world_m[i]) : verdicts[i - begin] == InHull::yes;
+  });
 }
 
 void HullQuery::free_radius_m(std::span<const Vector3d> p_world_m, std::span<double> radius_m) const {

@@ -55,7 +55,11 @@ class HullQuery {
   void each_interval(const Ray& ray, double near, double far, const Take& take) const;
 
   CpuHull* hull_;
-  std::vector<ImageCone> cones_;  // as hull_->cameras()
+  struct Cones {
+    ImageCone cone;
+    Pyramid object, image;  // of the object pixels' bounds, where there are any, and of the image
+  };
+  std::vector<Cones> cones_;  // as hull_->cameras()
 };
 
 }  // namespace fivepipe

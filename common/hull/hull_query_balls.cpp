@@ -33,10 +33,10 @@ Alike alike_around(const BoxReach& reach, int u, int v) {
 // How far the point, in pixel (u, v), is from the pixels around that are not alike; those farther than the eight next to it are behind
 // the border of the nine. 0 only where it touches one.
 double to_unlike_m(const BoxReach& reach, const ImageCone& cone, const SeenPoint& p, int u, int v, bool object) {
-  double nearest_m = cone.inside_m(p, {u - 1, v - 1, u + 2, v + 2});
+  double nearest_m = cone.inside_m(p, cone.pyramid({u - 1, v - 1, u + 2, v + 2}));
   for (int dv = -1; dv <= 1; ++dv)
     for (int du = -1; du <= 1; ++du)
-      if ((reach.at(Box::right_down, u + du, v + dv) < 0) != object) nearest_m = std::min(nearest_m, cone.outside_m(p, {u + du, v + dv, u + du + 1, v + dv + 1}));
+      if ((reach.at(Box::right_down, u + du, v + dv) < 0) != object) nearest_m = std::min(nearest_m, cone.outside_m(p, cone.pyramid({u + du, v + dv, u + du + 1, v + dv + 1})));
   return nearest_m;
 }
 
@@ -51,18 +51,18 @@ struct HullQuery::Around {
 
 HullQuery::Around HullQuery::around(std::size_t camera, const Vector3d& p_world_m) const {
   const CpuHull::MapCamera& c = hull_->cameras()[camera];
-  const ImageCone& cone = cones_[camera];
+  const auto& [cone, object, whole_image] = cones_[camera];
   const SeenPoint p = cone.see(p_world_m);
   const PixelRect image = image_of(c.camera);
   Around a;
   const bool in_front = p.p_camera_m.z() > 0;
   a.sees = in_front && holds(image, p.u_px, p.v_px);
-  if (hull_->rule().limits == Limits::seen && !image.empty()) a.to_image_border_m = a.sees ? cone.inside_m(p, image) : cone.outside_m(p, image);
-  a.off_object_m = c.reach.bounds().empty() ? kInfinity : std::max(0.0, cone.outside_m(p, c.reach.bounds()));
+  if (hull_->rule().limits == Limits::seen && !image.empty()) a.to_image_border_m = a.sees ? cone.inside_m(p, whole_image) : cone.outside_m(p, whole_image);
+  a.off_object_m = c.reach.bounds().empty() ? kInfinity : std::max(0.0, cone.outside_m(p, object));
   if (in_front && holds(c.reach.stored(), p.u_px, p.v_px)) {  // elsewhere the bounds say more
     const int u = int(std::floor(p.u_px + 0.5)), v = int(std::floor(p.v_px + 0.5));
     const Alike alike = alike_around(c.reach, u, v);
-    double to_border_m = cone.inside_m(p, alike.rect);
+    double to_border_m = cone.inside_m(p, cone.pyramid(alike.rect));
     if (alike.tight) to_border_m = std::max(to_border_m, to_unlike_m(c.reach, cone, p, u, v, alike.object));
     a.on_object = alike.object;
     if (alike.object) a.on_object_m = to_border_m;

@@ -26,20 +26,27 @@ struct SeenPoint {
   double u_px, v_px;  // where Z > 0
 };
 
+// The open pyramid of a rectangle of pixels that is not empty: its faces' unit normals, (x, 0, z) of left and right, (0, y, z) of the others.
+struct Pyramid {
+  Eigen::Vector2d left_xz, right_xz, up_yz, down_yz;  // into the pyramid
+};
+
 class ImageCone {
  public:
   explicit ImageCone(const Camera& camera);  // finite
 
   SeenPoint see(const Eigen::Vector3d& p_world_m) const;
-  // Lower bounds [m, world] of how far the point is from leaving, or from entering, the open pyramid of a rectangle that is not empty; <= 0
-  // where it is not inside, or not outside, or too near for rounding to tell.
-  double inside_m(const SeenPoint& p, const PixelRect& rect) const;
-  double outside_m(const SeenPoint& p, const PixelRect& rect) const;
+  Pyramid pyramid(const PixelRect& rect) const;
+  // Lower bounds [m, world] of how far the point is from leaving, or from entering, the pyramid; <= 0 where it is not inside, or not
+  // outside, or too near for rounding to tell.
+  double inside_m(const SeenPoint& p, const Pyramid& pyramid) const;
+  double outside_m(const SeenPoint& p, const Pyramid& pyramid) const;
 
  private:
   Camera camera_;
   double world_per_camera_;  // a rotation that is not quite one stretches lengths: distances shrink by its largest singular value
   double rounding_;          // as a fraction of the point's and the camera's distance from the origin
+  double translation_m_;     // sum of its parts' sizes
 };
 
 }  // namespace fivepipe
