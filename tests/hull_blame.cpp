@@ -114,6 +114,7 @@ TEST_F(Prisms, VolumesInClosedForm) {
   fill(2, {90, 0, 200, 200});   // leaves 60 % of the box
   const VolumeBlame blame = blame_volume(silhouettes, box, test_pool());
   expect_volume(blame.hull, 0.36);
+  EXPECT_EQ(blame.too_few.volume_m3, 0);
   expect_volume(blame.cameras[0].removed, 0);
   expect_volume(blame.cameras[0].kept_by_others, 0.36);
   for (const int c : {1, 2}) {
@@ -126,6 +127,15 @@ TEST_F(Prisms, VolumesInClosedForm) {
   EXPECT_NE(words.find("right alone removes 40 % of what the others keep"), std::string::npos) << words;
   EXPECT_NE(words.find("camera 2 alone removes 40 % of what the others keep"), std::string::npos) << words;
   EXPECT_EQ(words.find("left"), std::string::npos) << words;
+}
+
+TEST_F(Prisms, PointsAreIndependentAlongEachPairOfAxes) {  // each camera limits one axis: half of the box, twice, is a quarter
+  for (const auto& [a, b] : {std::pair{PixelRect{100, 0, 200, 200}, PixelRect{100, 0, 200, 200}}, {{100, 0, 200, 200}, {0, 100, 200, 200}}, {{0, 100, 200, 200}, {100, 0, 200, 200}}}) {
+    auto rig = silhouettes;
+    fill(0, a), fill(1, b), fill(2, {0, 0, 200, 200});
+    expect_volume(blame_volume(silhouettes, box, test_pool()).hull, 0.25);
+    silhouettes = rig;
+  }
 }
 
 TEST_F(Prisms, ErrorsAreBinomial) {  // over many seeds, the spread is the stated one

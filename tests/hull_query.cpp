@@ -186,6 +186,20 @@ TEST(HullQueryBall, ReachesToTheBorderOfAPixel) {
     EXPECT_LE(solid_m, across_m);
     EXPECT_GE(solid_m, across_m < 0.005 ? across_m - 1e-12 : 0.5 * across_m);
   }
+  s.camera.camera_from_world.linear() *= 1.0004;  // the same plane, of a rotation that stretches
+  const Queries stretched(std::vector{s});
+  const Vector3d inside = Vector3d(-1.0 / 200, 0, 1) + 1e-3 * Vector3d(200, 0, 1).normalized();
+  EXPECT_LE(stretched.query.solid_radius_m(inside), 1e-3);
+  EXPECT_GE(stretched.query.solid_radius_m(inside), 1e-3 / 1.0005);
+}
+
+TEST(HullQueryBall, BehindACameraItsPlaneIsFreeUpTo) {
+  Silhouette s{{{11, 11, 1, 1, 5, 5}, Eigen::Isometry3d::Identity()}, ObjectPixels(11, 11)};  // so wide that the sides say little
+  for (int v = 0; v < 11; ++v)
+    for (int u = 0; u < 11; ++u) s.pixels.set(u, v);
+  const Queries q(std::vector{s});
+  EXPECT_NEAR(q.query.free_radius_m({0, 0, -0.7}), 0.7, 1e-12);
+  EXPECT_EQ(q.query.free_radius_m({0, 0, 0}), 0);
 }
 
 TEST(HullQueryBall, SphereTracingComesToTheEntry) {
@@ -371,6 +385,15 @@ TEST_F(SquareQuery, NoPieceOfLengthZeroAtACorner) {  // touches the corner pixel
   EXPECT_NEAR(found[0].enter, 2.95, 1e-12);
   EXPECT_NEAR(found[0].leave, 3.05, 1e-12);
   EXPECT_TRUE(q.query.intervals({{-3, 0, -1}, {1, 0, 0}}, 0.5, 10).empty());
+}
+
+TEST(HullQueryRay, OnePieceThroughCornersOfPixels) {  // pixels that touch at a corner; every number is exact in binary
+  Silhouette s{{{16, 16, 16, 16, 8, 8}, Eigen::Isometry3d::Identity()}, ObjectPixels(16, 16)};
+  for (int i = 4; i < 12; ++i) s.pixels.set(i, i);
+  const Queries q(std::vector{s});
+  const auto found = q.query.intervals({{-0.53125, -0.53125, 1}, {1, 1, 0}}, 0, 1);  // u = v = -0.5 + 16 t
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0], (Interval{0.25, 0.75}));
 }
 
 TEST_F(SquareQuery, NotANumberMeetsNothing) {

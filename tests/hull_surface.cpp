@@ -156,12 +156,26 @@ TEST(HullSurface, TheLimitingCameraIsTheOneWhoseObjectBegins) {
       const Ray ray = ray_through(view.camera, Vector2d(i % 64, i / 64));
       const double entry = scene.query.first_entry(ray, view.near_m, view.far_m).value();
       const auto one = std::span(silhouettes).subspan(std::size_t(camera), 1);
-      const Vector3d before = ray.origin_world_m + (entry - 1e-9) * ray.direction_world;
-      EXPECT_FALSE(in_hull(one, before));
+      const Vector3d p = ray.origin_world_m + entry * ray.direction_world, eye = camera_center_world_m(one.front().camera);
+      EXPECT_FALSE(in_hull(one, p - 1e-9 * ray.direction_world));
+      const Vector3d normal = surface.normal_world[std::size_t(i)].cast<double>();
+      if (normal.dot(ray.direction_world) < -1e-6) { EXPECT_NEAR(normal.dot(p - eye), 0, 1e-6); }  // unless turned to the eye, the plane holds the camera
       ++hits;
     }
   }
   EXPECT_GT(hits, 2000);
+}
+
+TEST(HullSurface, ADepthThatIsOffIsSetRight) {
+  Random random(4);
+  Scene scene(silhouettes_of(random_object(random, 3), random_cameras(random, 3)));
+  const View view{random_camera(random, 64, 48, 0.8), 0.05, 5.0};
+  DepthTile tile = scene.hull.depth(view, whole_image(view.camera));
+  const HullSurface expected = hull_surface(scene.query, view, tile);
+  for (float& depth_m : tile.depth_m) depth_m *= 1.0005f;  // in the hull, or behind it
+  const HullSurface found = hull_surface(scene.query, view, tile);
+  EXPECT_EQ(found.limiting_camera, expected.limiting_camera);
+  EXPECT_EQ(found.normal_world, expected.normal_world);
 }
 
 TEST(HullSurface, OrderOfCamerasChangesTheirNumbersAlone) {
@@ -202,6 +216,29 @@ TEST(HullSurface, BySeenAnImageBorderLimits) {  // every pixel object: the hull 
     EXPECT_NEAR(surface.normal_world[i].norm(), 1, 1e-5);
   }
   EXPECT_GT(limited, 100);
+}
+
+TEST(HullSurface, BySeenTheHullMayBeginWhereACameraSeesNoMore) {  // the first has no object pixel: its image is carved out of the others'
+  std::vector<Silhouette> silhouettes;
+  for (const Vector3d& eye : {Vector3d(0.2, -2, 0.1), Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {
+    silhouettes.push_back({{pinhole_from_fov(100, 75, eye.y() < 0 ? 0.1 : 0.5), look_at(eye, {0, 0, 0})}, ObjectPixels(100, 75)});
+    for (int v = 0; v < 75 && eye.y() >= 0; ++v)
+      for (int u = 0; u < 100; ++u) silhouettes.back().pixels.set(u, v);
+  }
+  Scene scene(silhouettes, {Limits::seen, 2});
+  const View view{{pinhole_from_fov(64, 48, 0.4), look_at({0.03, -0.3, 0.015}, {1, -0.25, 0.05})}, 0.01, 10.0};  // the eye is in that image
+  const DepthTile tile = scene.hull.depth(view, whole_image(view.camera));
+  const HullSurface surface = hull_surface(scene.query, view, tile);
+  int by_the_first = 0;
+  for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
+    EXPECT_EQ(tile.depth_m[i] == kNoHull, surface.limiting_camera[i] == kNoSurface);
+    if (surface.limiting_camera[i] != 0) continue;
+    ++by_the_first;
+    const Ray ray = ray_through(view.camera, Vector2d(i % 64, i / 64));
+    const Vector3d normal = surface.normal_world[i].cast<double>(), p = ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world;
+    if (normal.dot(ray.direction_world) < -1e-6) { EXPECT_NEAR(normal.dot(p - camera_center_world_m(silhouettes[0].camera)), 0, 1e-5); }
+  }
+  EXPECT_GT(by_the_first, 20);
 }
 
 TEST(HullSurface, NearPlaneInsideTheHullAndNoHull) {
