@@ -162,7 +162,11 @@ PointBlame blame_point(std::span<const Silhouette> silhouettes, const Vector3d& 
 VolumeBlame blame_volume(std::span<const Silhouette> silhouettes, const Eigen::AlignedBox3d& box_world_m, WorkerPool& pool, const HullRule& rule, const BlameSampling& sampling) {
   assert(sampling.points > 0);
   VolumeBlame blame{box_world_m, sampling.points, {}, {}, {}};
-  for (const Silhouette& s : silhouettes) blame.cameras.push_back({.no_object_pixel = s.pixels.bounds().empty(), .unusable = !is_finite(s.camera), .removed = {}, .removed_alone = {}, .alone_not_seeing = {}, .kept_by_others = {}});
+  for (const Silhouette& s : silhouettes) {
+    CameraShare& share = blame.cameras.emplace_back();
+    share.no_object_pixel = s.pixels.bounds().empty();
+    share.unusable = !is_finite(s.camera);
+  }
   const double box_m3 = box_world_m.sizes().prod();
   if (!(box_world_m.sizes().minCoeff() > 0 && std::isfinite(box_m3))) return blame;
   const Counts counts = count_points(silhouettes, box_world_m, pool, rule, sampling);

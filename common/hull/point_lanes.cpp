@@ -96,8 +96,9 @@ std::vector<PointLaneCamera> point_lane_cameras(const CpuHull& hull) {
   for (const CpuHull::MapCamera& c : hull.cameras()) {
     const Pinhole& k = c.camera.pinhole;
     const PixelRect& b = c.reach.bounds();
+    const PixelRect& stored = c.reach.stored();
     PointLaneCamera lane{{}, k.fx_px, k.fy_px, k.cx_px + 0.5, k.cy_px + 0.5, double(b.u0_px), double(b.u1_px), double(b.v0_px), double(b.v1_px),
-                         c.camera.camera_from_world.translation().cwiseAbs().sum(), c.reach.bytes(Box::right_down), double(c.reach.stored().u0_px), double(c.reach.stored().v0_px), double(c.reach.stride())};
+                         c.camera.camera_from_world.translation().cwiseAbs().sum(), c.reach.bytes(Box::right_down), double(stored.u0_px), double(stored.v0_px), double(c.reach.stride())};
     for (int i = 0; i < 12; ++i) lane.camera_from_world[i] = c.camera.camera_from_world.matrix()(i / 4, i % 4);
     cameras.push_back(lane);
   }
