@@ -187,6 +187,12 @@ void CpuHull::assign(std::span<const Silhouette> silhouettes, const HullRule& ru
     for (const MapCamera& c : cameras()) empty_ |= c.reach.bounds().empty();
 }
 
+void CpuHull::make_all_boxes() {
+  pool_->run(int(used_) * kBoxes, [&](int i, int) {
+    if (BoxReach& reach = cameras_[std::size_t(i / kBoxes)].reach; !reach.has(Box(i % kBoxes))) reach.make(Box(i % kBoxes));
+  });
+}
+
 void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> depth_m) {
   assert(depth_m.size() == rect.area_px());
   if (rect.empty()) return;

@@ -34,6 +34,9 @@ class CpuHull {
   };
   std::span<const MapCamera> cameras() const { return {cameras_.data(), used_}; }
   const HullRule& rule() const { return rule_; }
+  // All boxes of all cameras that are not made yet, in the pool. Afterwards depth makes none.
+  void make_all_boxes();
+  WorkerPool& pool() const { return *pool_; }
   // Nothing is in the hull: no camera, one that is not finite, or, where all limit, one without an object pixel.
   bool empty() const { return empty_; }
 

@@ -26,6 +26,12 @@ struct HullRule {
 // In the hull: on an object pixel of every camera that limits it there. False where there is no camera, and for NaN. In double.
 bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m, const HullRule& rule = {});
 
+// Part of a ray: parameters [enter, leave), enter < leave.
+struct Interval {
+  double enter, leave;
+  bool operator==(const Interval&) const = default;
+};
+
 // A view of the hull: where rays start and end as depth along the view's z [m], 0 < near < far.
 struct View {
   Camera camera;

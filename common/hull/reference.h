@@ -10,12 +10,6 @@
 
 namespace fivepipe {
 
-// Ray parameters [enter, leave), enter < leave.
-struct Interval {
-  double enter, leave;
-  bool operator==(const Interval&) const = default;
-};
-
 // Where the ray is on object pixels of this camera, in front of it, between near and far; ascending, disjoint, not touching.
 std::vector<Interval> reference_intervals(const Silhouette& silhouette, const Ray& ray, double near, double far);
 

@@ -1,0 +1,102 @@
+#include "common/hull/contour.h"
+
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+
+namespace fivepipe {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector2i;
+
+// Middles at three places along the tangent, a quarter of a pixel apart, give more; at two places there is no parabola.
+constexpr double kLeastDeterminant_px6 = 1e-3;
+// A parabola that leaves its chord so steeply follows single edges: the chord is the better guess.
+constexpr double kMostSlope = 1;
+
+// An edge between a kept pixel and its neighbour that is not.
+struct Edge {
+  Vector2i pixel, outward;
+  Vector2d middle() const { return pixel.cast<double>() + 0.5 * outward.cast<double>(); }
+};
+
+// The next edge of the contour in the direction `along`, which is across edge.outward. Kept pixels that touch at a corner hang together.
+//        A B      B kept: on its near side; else A kept: straight on; else around the corner of the present pixel.
+//        p o
+Edge next(const ContourMap& map, const Edge& edge, const Vector2i& along) {
+  const Vector2i a = edge.pixel + along, b = a + edge.outward;
+  if (map.keeps(b.x(), b.y())) return {b, -along};
+  if (map.keeps(a.x(), a.y())) return {a, edge.outward};
+  return {edge.pixel, along};
+}
+
+// Along the contour, `along` turns with it: outward keeps to the same hand.
+Vector2i turned(const Edge& from, const Vector2i& along, const Edge& to) {
+  if (to.outward == from.outward) return along;
+  return to.outward == along ? Vector2i(-from.outward) : from.outward;
+}
+
+// Edges' middles relative to uv, the starting edge's in the middle: kContourEdges before and after.
+using Middles = std::array<Vector2d, 2 * kContourEdges + 1>;
+
+Middles middles_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px) {
+  Middles middles;
+  middles[kContourEdges] = start.middle() - uv_px;
+  for (const int sign : {-1, 1}) {
+    Edge edge = start;
+    Vector2i along = sign * Vector2i(-start.outward.y(), start.outward.x());
+    for (int n = 1; n <= kContourEdges; ++n) {
+      const Edge after = next(map, edge, along);
+      along = turned(edge, along, after);
+      edge = after;
+      middles[std::size_t(kContourEdges + sign * n)] = edge.middle() - uv_px;
+    }
+  }
+  return middles;
+}
+
+// Windows up to this are tried edge by edge, larger ones by fours.
+constexpr int kFineWindow = 8;
+
+// Largest window about the middle in which the contour turns little enough.
+int window(const Middles& m) {
+  int n = kContourEdges;
+  for (; n > kFewestContourEdges; n -= n > kFineWindow ? 4 : 1) {
+    const Vector2d to = m[kContourEdges] - m[std::size_t(kContourEdges - n)], from = m[std::size_t(kContourEdges + n)] - m[kContourEdges];
+    if (std::abs(std::atan2(to.x() * from.y() - to.y() * from.x(), to.dot(from))) <= kMostTurn_rad) break;
+  }
+  return n;
+}
+
+// Slope at x = 0 of the parabola y = a + b x + c x^2 through the middles, x along `tangent`.
+double slope_at_uv(const Middles& m, int n, const Vector2d& tangent) {
+  const Vector2d normal(-tangent.y(), tangent.x());
+  Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (int i = kContourEdges - n; i <= kContourEdges + n; ++i) {
+    const double x = m[std::size_t(i)].dot(tangent), y = m[std::size_t(i)].dot(normal);
+    const Eigen::Vector3d row(1, x, x * x);
+    a += row * row.transpose();
+    b += y * row;
+  }
+  if (!(a.determinant() > kLeastDeterminant_px6)) return 0;
+  const double slope = (a.inverse() * b).y();
+  return std::abs(slope) <= kMostSlope ? slope : 0;
+}
+
+}  // namespace
+
+Vector2d contour_normal(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px, const Vector2d& uv_px) {
+  const Edge start{{u_px, v_px}, {du_px, dv_px}};
+  const Middles middles = middles_around(map, start, uv_px);
+  const int n = window(middles);
+  const Vector2d chord = middles[std::size_t(kContourEdges + n)] - middles[std::size_t(kContourEdges - n)];
+  if (!(chord.squaredNorm() > 0)) return start.outward.cast<double>();  // all around one pixel
+  const Vector2d tangent = chord.normalized();
+  const double slope = slope_at_uv(middles, n, tangent);
+  const Vector2d fitted = (tangent + slope * Vector2d(-tangent.y(), tangent.x())).normalized();
+  return {fitted.y(), -fitted.x()};  // tangent = outward turned by a quarter from x to y
+}
+
+}  // namespace fivepipe
