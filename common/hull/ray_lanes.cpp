@@ -177,12 +177,14 @@ HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, f
     const VF i = hn::Load(d, tiles.middle_i + first), j = hn::Load(d, tiles.middle_j + first);
     VF s = hn::Load(d, tiles.s + first);
     MF live = hn::FirstN(d, std::size_t(std::min(lanes, tiles.count - first)));
+    for (std::size_t c = 0; c < cameras.size(); ++c) hn::Store(hn::Set(d, kNotHeld), d, tiles.asked_at[c] + first);
     bool moved = true;
     for (int round = 0; round < kTileRounds && moved; ++round) {
       moved = false;
       for (std::size_t c = 0; c < cameras.size(); ++c) {
         VF hold = hn::Load(d, tiles.hold[c] + first);
-        MF asked = hn::And(live, hn::Lt(hold, s));
+        MF asked = hn::And(live, hn::Lt(hn::Max(hold, hn::Load(d, tiles.asked_at[c] + first)), s));
+        if (hn::AllFalse(d, asked)) continue;
         for (int repeat = 0; repeat < kTileRepeats && !hn::AllFalse(d, asked); ++repeat) {
           const TileStep step = cameras[c].both_ways ? step_tiles<true>(cameras[c], half, i, j, s) : step_tiles<false>(cameras[c], half, i, j, s);
           tiles.stopped[c] += std::popcount(bits_of(d, hn::And(hn::And(asked, step.stuck), hn::Gt(step.reach, hn::Zero(d)))));
@@ -195,6 +197,7 @@ HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, f
           asked = hn::And(asked, live);
         }
         hn::Store(hold, d, tiles.hold[c] + first);
+        hn::Store(s, d, tiles.asked_at[c] + first);
         if (hn::AllFalse(d, live)) break;
       }
     }

@@ -58,6 +58,7 @@ struct TileSet {
   alignas(64) float middle_i[kMostTiles], middle_j[kMostTiles];  // in the block
   alignas(64) float s[kMostTiles];                               // where the tile's rays go on, from the block's begin
   alignas(64) float hold[kMaxLaneCameras][kMostTiles];           // until when a camera sees all of them on its object
+  alignas(64) float asked_at[kMaxLaneCameras][kMostTiles];       // s at which a camera was asked last
   int stopped[kMaxLaneCameras];                                  // how often a camera could not move a tile on that starts before its object
 };
 struct LaneScratch {  // of one thread
