@@ -1,0 +1,184 @@
+// What live systems meet: calibrations that are off, frames that are late, shadows, lost cameras. The hull must change as its
+// definition says, no more; and backend cpu must not show on what it runs.
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+
+#include "common/hull/blame.h"
+#include "common/hull/reference.h"
+#include "tests/hull_scenes.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace test;
+using Eigen::Vector3d;
+
+constexpr float kTie_m = 1e-6f;  // of borders that coincide
+
+// Four cameras about an upright figure; a view from between two of them.
+struct Disturbed : ::testing::Test {
+  std::vector<Camera> cameras;
+  View view{{pinhole_from_fov(96, 72, 0.5), look_at({1.3, 0.9, 0.5}, {0, 0, 0.1})}, 0.1, 4};
+  WorkerPool pool{2};
+  Disturbed() {
+    for (int i = 0; i < 4; ++i) cameras.push_back({pinhole_from_fov(180, 140, 0.7), look_at({1.5 * std::cos(1.6 * i), 1.5 * std::sin(1.6 * i), 0.6 + 0.1 * i}, {0, 0, 0.1})});
+  }
+  static std::vector<Capsule> figure(const Vector3d& at = Vector3d::Zero()) { return {{at, at + Vector3d(0, 0, 0.2), 0.05}, {at + Vector3d(0, 0, 0.12), at + Vector3d(0.1, 0.05, 0.18), 0.02}}; }
+  std::vector<Silhouette> seen(const std::vector<Capsule>& object) const { return silhouettes_of(object, cameras); }
+  std::vector<float> depth(std::span<const Silhouette> silhouettes) { return CpuHull(pool, silhouettes).depth(view, whole_image(view.camera)).depth_m; }
+};
+
+int hits(const std::vector<float>& depth) {
+  return int(std::count_if(depth.begin(), depth.end(), [](float d) { return d != kNoHull; }));
+}
+
+// Whatever the inner hull's ray meets, the outer's meets no later.
+void expect_within(const std::vector<float>& inner, const std::vector<float>& outer) {
+  for (std::size_t i = 0; i < inner.size(); ++i) EXPECT_TRUE(inner[i] == kNoHull || (outer[i] != kNoHull && outer[i] <= inner[i] + kTie_m)) << "ray " << i;
+}
+
+// Object pixels and all their neighbours; or those whose neighbours all are.
+ObjectPixels grown(const ObjectPixels& pixels, bool shrink) {
+  ObjectPixels out(pixels.width_px(), pixels.height_px());
+  for (int v = 0; v < pixels.height_px(); ++v)
+    for (int u = 0; u < pixels.width_px(); ++u) {
+      int near = 0;
+      for (int dv = -1; dv <= 1; ++dv)
+        for (int du = -1; du <= 1; ++du) near += pixels.contains(u + du, v + dv);
+      if (shrink ? near == 9 : near > 0) out.set(u, v);
+    }
+  return out;
+}
+
+TEST_F(Disturbed, CameraMovedByOnePixelOfCalibrationError) {  // no more than maps grown and shrunk by a pixel
+  auto right = seen(figure()), wrong = right, wide = right, narrow = right;
+  wrong[0].camera.pinhole.cx_px += 1;
+  wrong[2].camera.pinhole.cy_px -= 1;
+  for (const int i : {0, 2}) wide[i].pixels = grown(right[i].pixels, false), narrow[i].pixels = grown(right[i].pixels, true);
+  const auto off = depth(wrong);
+  EXPECT_NE(off, depth(right));
+  EXPECT_GT(hits(off), 200);
+  expect_within(off, depth(wide));
+  expect_within(depth(narrow), off);
+}
+
+TEST_F(Disturbed, OneFrameLate) {  // the hull is what the late map leaves of the others'
+  auto set = seen(figure({0.03, 0, 0}));
+  const auto others = depth(std::span(set).subspan(1)), now = depth(set);
+  set[0] = seen(figure())[0];
+  const auto late = depth(set);
+  EXPECT_GT(hits(late), 100);
+  EXPECT_NE(late, now);
+  expect_within(late, others);
+}
+
+TEST_F(Disturbed, OneCameraFrozen) {  // nothing while the figure is elsewhere, which the blame says; all again when it is back
+  const auto frozen = seen(figure())[0];
+  const auto at_start = depth(seen(figure()));
+  auto away = seen(figure({0.25, -0.2, 0}));
+  EXPECT_GT(hits(depth(away)), 100);
+  away[0] = frozen;
+  EXPECT_EQ(hits(depth(away)), 0);
+  const auto blame = blame_volume(away, {Vector3d(-0.1, -0.4, -0.1), Vector3d(0.5, 0.2, 0.4)}, pool, {}, {20000, 1});
+  EXPECT_EQ(blame.hull.volume_m3, 0);
+  EXPECT_GT(blame.cameras[0].removed_alone.volume_m3, 1e-3);
+  for (int i = 1; i < 4; ++i) EXPECT_LT(2 * blame.cameras[std::size_t(i)].removed_alone.volume_m3, blame.cameras[0].removed_alone.volume_m3);
+  auto back = seen(figure());
+  back[0] = frozen;
+  EXPECT_EQ(depth(back), at_start);
+}
+
+TEST_F(Disturbed, ShadowTakenForAnObject) {  // adds at most what the others leave, and removes nothing
+  const auto clean = seen(figure());
+  auto shadowed = clean;
+  const auto shadow = silhouettes_of({{{0, 0, -0.05}, {-0.2, 0.15, -0.05}, 0.04}}, cameras);
+  for (int v = 0; v < 140; ++v)
+    for (int u = 0; u < 180; ++u)
+      if (shadow[1].pixels.contains(u, v)) shadowed[1].pixels.set(u, v);
+  const auto with = depth(shadowed);
+  expect_within(depth(clean), with);
+  const std::vector<Silhouette> others{clean[0], clean[2], clean[3]};
+  expect_within(with, depth(others));
+}
+
+TEST_F(Disturbed, CameraLostAndBack) {
+  const auto all = seen(figure());
+  CpuHull hull(pool);
+  const auto depth_now = [&](std::span<const Silhouette> silhouettes) {
+    hull.assign(silhouettes);
+    return hull.depth(view, whole_image(view.camera)).depth_m;
+  };
+  const auto before = depth_now(all), without = depth_now(std::span(all).first(3)), after = depth_now(all);
+  EXPECT_EQ(before, after);
+  EXPECT_GT(hits(without), hits(before));
+  expect_within(before, without);
+}
+
+// --- what it runs on -------------------------------------------------------------------------------------------
+
+TEST_F(Disturbed, ThreadsNeverShowInTheBits) {
+  const auto set = seen(figure());
+  for (const HullRule rule : {HullRule{}, HullRule{Limits::seen, 2}}) {
+    std::vector<float> first;
+    for (const int threads : {1, 2, 3, 8}) {
+      WorkerPool some(threads);
+      const auto depth_m = CpuHull(some, set, rule).depth(view, whole_image(view.camera)).depth_m;
+      if (first.empty()) first = depth_m;
+      EXPECT_EQ(depth_m, first);
+    }
+  }
+}
+
+TEST(VectorLanes, EveryInstructionSetGivesTheSameBits) {
+  struct Restore {
+    ~Restore() {
+      hwy::SetSupportedTargetsForTest(0);
+      hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
+  } restore;
+  const auto supported = hwy::SupportedTargets();
+  int tried = 0;
+  std::vector<std::vector<float>> first;
+  for (auto left = supported; left; left &= left - 1) {
+    hwy::SetSupportedTargetsForTest(left & -left);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    std::vector<std::vector<float>> depths;
+    for (int seed = 1; seed <= 12; ++seed) {
+      Random random(seed);
+      const auto cameras = random_cameras(random, 1 + seed % 5, 200, 150);
+      const auto silhouettes = silhouettes_of(random_object(random, 3), cameras);
+      const View view{random_camera(random, 101, 77, 0.8), 0.05, 5.0};
+      depths.push_back(cpu_depth(silhouettes, view, whole_image(view.camera)).depth_m);
+    }
+    if (first.empty()) first = depths;
+    EXPECT_EQ(depths, first) << hwy::TargetName(left & -left);
+    ++tried;
+  }
+  RecordProperty("instruction_sets", tried);
+}
+
+TEST(LimitsSeen, DepthEqualsTheReference) {
+  int hit = 0;
+  for (int seed = 1; seed <= 12; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const auto silhouettes = silhouettes_of(random_object(random, 3, 0.35), random_cameras(random, 2 + seed % 4, 60, 45));
+    const HullRule rule{Limits::seen, 1 + seed % 3};
+    const View view{random_camera(random, 32, 24, 1.0), 0.05, 4.0};
+    WorkerPool pool(2);
+    const auto depth = CpuHull(pool, silhouettes, rule).depth(view, whole_image(view.camera)).depth_m;
+    for (int i = 0; i < 32 * 24; i += 3) {
+      const auto pieces = reference_intervals(silhouettes, ray_through(view.camera, Eigen::Vector2d(i % 32, i / 32)), view.near_m, view.far_m, rule);
+      ASSERT_EQ(depth[std::size_t(i)] == kNoHull, pieces.empty()) << "ray " << i;
+      if (pieces.empty()) continue;
+      EXPECT_NEAR(depth[std::size_t(i)], pieces.front().enter, 2e-6 * pieces.front().enter);
+      ++hit;
+    }
+  }
+  EXPECT_GT(hit, 300);
+}
+
+}  // namespace
+}  // namespace fivepipe
