@@ -52,6 +52,7 @@ void add_bench(CLI::App& app, Command& command) {
 
 void add_maps(CLI::App& app, Command& command) {
   CLI::App* maps = app.add_subcommand("maps", "Write one frame's object-pixel maps as images: maps DEPLOYMENT --out FOLDER [--frame N] [--set KEY=VALUE]");
+  maps->set_help_flag();  // the program has its own
   maps->prefix_command();
   maps->callback([maps, &command] {
     command = [words = maps->remaining()]() -> int {

@@ -109,6 +109,7 @@ class Suite {
       methods.push_back(gl_method(args_.threads));
       for (const int planes : args_.full ? std::vector{64, 128, 256, 320, 512} : std::vector{64, 320}) methods.push_back(cpu_sweep_method(planes, false, args_.threads));
       for (const int planes : args_.full ? std::vector{64, 128, 144, 160, 256} : std::vector{64, 160}) methods.push_back(cpu_sweep_method(planes, true, args_.threads));
+      methods.push_back(plain_sweep_method(160, args_.threads));
       for (const double voxel_mm : args_.full ? std::vector{8.0, 5.0, 4.5, 4.0, 2.0, 1.0} : std::vector{8.0, 4.5, 2.0}) methods.push_back(carving_method(voxel_mm, args_.threads));
       if (scene.silhouettes.size() <= 4 && !large)
         for (const int planes : args_.full ? std::vector{64, 256} : std::vector{64}) methods.push_back(gl_sweep_method(planes, args_.threads));

@@ -49,18 +49,28 @@ Method image_based_method(int threads) {
           }};
 }
 
-Method cpu_sweep_method(int planes, bool middle, int threads) {
+namespace {
+
+Method sweep_method(const std::string& name, int planes, rivals::SweptDepth depth, rivals::SweptPlanes swept, int threads) {
   struct State {
     WorkerPool pool;
     rivals::CpuPlaneSweep sweep;
-    State(int p, bool m, int n) : pool(n), sweep(p, m ? rivals::SweptDepth::middle : rivals::SweptDepth::plane) {}
+    State(int p, rivals::SweptDepth d, rivals::SweptPlanes s, int n) : pool(n), sweep(p, d, s) {}
   };
-  return {(middle ? "cpusweepmid" : "cpusweep") + std::to_string(planes), threads, false,
-          [state = std::make_shared<State>(planes, middle, threads)](const HullScene& scene, const View& view, std::span<float> depth_m) {
+  return {name + std::to_string(planes), threads, false,
+          [state = std::make_shared<State>(planes, depth, swept, threads)](const HullScene& scene, const View& view, std::span<float> depth_m) {
             state->sweep.depth(scene.silhouettes, view, state->pool, depth_m);
           },
           [planes](const View& view) { return plane_spacing_mm(view, planes); }};
 }
+
+}  // namespace
+
+Method cpu_sweep_method(int planes, bool middle, int threads) {
+  return sweep_method(middle ? "cpusweepmid" : "cpusweep", planes, middle ? rivals::SweptDepth::middle : rivals::SweptDepth::plane, rivals::SweptPlanes::by_counts, threads);
+}
+
+Method plain_sweep_method(int planes, int threads) { return sweep_method("plainsweep", planes, rivals::SweptDepth::middle, rivals::SweptPlanes::by_bounds, threads); }
 
 Method carving_method(double voxel_mm, int threads) {
   struct State {

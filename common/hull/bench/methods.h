@@ -27,6 +27,7 @@ Method gl_method(int threads);  // needs a current context; threads are llvmpipe
 // Rivals.
 Method image_based_method(int threads);                    // Matusik et al. 2000
 Method cpu_sweep_method(int planes, bool middle, int threads);  // the paper's planes, in vector lanes
+Method plain_sweep_method(int planes, int threads);        // the same, every plane within bounds; depth in the middle
 Method carving_method(double voxel_mm, int threads);
 Method gl_sweep_method(int planes, int threads);           // the paper's, on OpenGL
 

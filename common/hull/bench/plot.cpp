@@ -1,4 +1,5 @@
 // Plots by gnuplot: the numbers as blocks in a data file, one line a series.
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -50,7 +51,9 @@ class Script {
       text_ << sep << '\'' << data_.filename().string() << "' index " << index_++ << " with linespoints pt 7 title '" << name << '\'';
       sep = ", ";
       blocks_ << "# " << name << '\n';
-      for (const Point& p : points) blocks_ << p.x << ' ' << p.y << '\n';
+      std::vector<Point> sorted = points;
+      std::sort(sorted.begin(), sorted.end(), [](const Point& a, const Point& b) { return a.x < b.x; });
+      for (const Point& p : sorted) blocks_ << p.x << ' ' << p.y << '\n';
       blocks_ << "\n\n";
     }
     if (series.empty()) text_ << "set multiplot next\n";

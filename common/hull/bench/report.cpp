@@ -73,7 +73,7 @@ void print_ratios(const std::vector<Result>& results) {
   for (const Result& ours : results) {
     if (ours.method != "cpu") continue;
     std::string line;
-    for (const auto& [prefix, only_fair] : {Rival{"ibvh", false}, {"cpusweep", true}, {"carve", true}, {"glsweep", true}, {"gl", false}}) {
+    for (const auto& [prefix, only_fair] : {Rival{"ibvh", false}, {"cpusweep", true}, {"plainsweep", true}, {"carve", true}, {"glsweep", true}, {"gl", false}}) {
       const Result* cheapest = nullptr;
       for (const Result& r : results) {
         const bool of_kind = r.method.starts_with(prefix) && !(std::strcmp(prefix, "gl") == 0 && r.method != "gl");

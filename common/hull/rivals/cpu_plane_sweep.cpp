@@ -77,7 +77,7 @@ void CpuPlaneSweep::depth(std::span<const Silhouette> silhouettes, const View& v
         const DepthRange range = range_of_rays(half_spaces_, rays, shared);
         if (range.empty()) continue;
         const int first = std::max(0, int(std::ceil((range.begin_m - view.near_m) / step_m))), end = std::min(planes_, int((range.end_m - view.near_m) / step_m) + 1);
-        sweep_tile(lanes, {rays, first, end, float(view.near_m), float(step_m), before_m, depth_m.data() + std::size_t(v) * stride + u, stride});
+        sweep_tile(lanes, {rays, first, end, float(view.near_m), float(step_m), before_m, depth_m.data() + std::size_t(v) * stride + u, stride, swept_});
       }
   });
 }

@@ -25,11 +25,14 @@ inline constexpr std::size_t kMaxSweptCameras = 64;
 // What a ray is given that is first in the hull on plane k: the plane's depth, as the paper does, up to a spacing too far; or, half
 // a spacing before it, the middle of where the hull may begin, with half the error.
 enum class SweptDepth { plane, middle };
+// Which planes of a tile its rays are looked up on: those on which its footprint in each map holds object pixels, by counts; or all that lie
+// within the maps' bounds, as in the paper.
+enum class SweptPlanes { by_counts, by_bounds };
 
 // A ray's first hull point is found at the first plane behind it; pieces thinner than the spacing may be passed.
 class CpuPlaneSweep {
  public:
-  explicit CpuPlaneSweep(int planes, SweptDepth depth = SweptDepth::plane) : planes_(planes), reported_(depth) {}  // > 0
+  explicit CpuPlaneSweep(int planes, SweptDepth depth = SweptDepth::plane, SweptPlanes swept = SweptPlanes::by_counts) : planes_(planes), reported_(depth), swept_(swept) {}  // > 0
 
   // Plane k of `planes` is at near + k * (far - near) / planes. Depth along the view's z [m] of each pixel, row-major; kNoHull where
   // no plane has hull. At most kMaxSweptCameras, else std::invalid_argument. depth_m has the view's width * height. `limits: all`. Keeps its buffers from call to call. Does not
@@ -46,6 +49,7 @@ class CpuPlaneSweep {
 
   int planes_;
   SweptDepth reported_;
+  SweptPlanes swept_;
   std::vector<MapCamera> cameras_;
   std::vector<HalfSpace> half_spaces_;
 };
@@ -66,6 +70,7 @@ struct SweptTile {
   float before_m;  // by which reported depths lie before their plane, but for the first
   float* depth_m;
   std::size_t stride;
+  SweptPlanes swept = SweptPlanes::by_counts;
 };
 void sweep_tile(std::span<const SweptCamera> cameras, const SweptTile& tile);
 

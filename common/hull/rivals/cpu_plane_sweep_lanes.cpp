@@ -128,7 +128,9 @@ void sweep_tile(std::span<const SweptCamera> cameras, const SweptTile& tile) {
   for (int first = tile.first_plane; first < tile.end_plane && !rays.done(); first += lanes) {
     const V t = hn::MulAdd(hn::Iota(d, float(first)), hn::Set(d, tile.step_m), hn::Set(d, tile.near_m));
     const int left = std::min(lanes, tile.end_plane - first);
-    planes_of(cameras, tile.rays, t, (1u << left) - 1, planes);
+    const std::uint32_t all = (1u << left) - 1;
+    if (tile.swept == SweptPlanes::by_counts) planes_of(cameras, tile.rays, t, all, planes);
+    else planes.possible = all, std::fill_n(planes.full, cameras.size(), 0);
     for (std::uint32_t set = planes.possible; set && !rays.done(); set &= set - 1) {
       const int k = hwy::Num0BitsBelowLS1Bit_Nonzero32(set);
       const float depth_m = tile.near_m + float(first + k) * tile.step_m;
