@@ -54,14 +54,20 @@ int run(const Options& options) {
   std::filesystem::create_directories(options.out);
   std::ofstream cameras(options.out / "cameras.txt");
   cameras << "# name width height fx fy cx cy [px], camera_from_world's three rows [m]: " << deployment.name << ", frame " << options.frame << '\n';
+  int written = 0;
   for (const CapturedCamera& captured : capture.capture(options.frame, false)) {
     if (!captured.pixels) continue;
     write_pbm(options.out / (captured.camera + ".pbm"), *captured.pixels);
-    for (const RigCamera& camera : deployment.rig.cameras)
-      if (camera.name == captured.camera) cameras << camera_line(camera) << '\n';
+    for (const RigCamera& camera : deployment.rig.cameras) {
+      if (camera.name != captured.camera) continue;
+      if (camera.mount != Mount::world) throw std::runtime_error("camera " + camera.name + " moves with the viewer: its pose is not of the rig");
+      cameras << camera_line(camera) << '\n';
+      ++written;
+    }
     const double share = double(captured.pixels->count()) / (double(captured.pixels->width_px()) * captured.pixels->height_px());
     std::printf("%s: %.1f %% object pixels\n", captured.camera.c_str(), 100 * share);
   }
+  if (written == 0) throw std::runtime_error("no camera has an image of frame " + std::to_string(options.frame) + " that gives shape");
   if (!cameras.flush()) throw std::runtime_error((options.out / "cameras.txt").string() + ": can't be written");
   return 0;
 }

@@ -17,6 +17,9 @@ using namespace std::chrono_literals;
 // While frames in flight hold capture up, it wakes with the next composited one, or after this to look at the clock.
 constexpr auto kHeldUpWait = 20ms;
 
+// Costs of older frames come too late to tell anything.
+constexpr std::uint64_t kCostsOfFrames = 64;
+
 class VideoPipe {
  public:
   explicit VideoPipe(NodeContext& node)
@@ -62,9 +65,12 @@ class VideoPipe {
     return std::nullopt;
   }
 
+  // Costs of frames that a predecessor sent don't count: their numbers mean nothing here.
+  bool is_of_this_run(std::uint64_t frame) const { return published_ && frame <= *published_ && *published_ - frame < kCostsOfFrames; }
+
   void take_tile_costs() {
     for (const auto& sample : tile_costs_.take())
-      if (sample.valid() && tile_shares_ && deployment_.viewer.name == sample->viewer &&
+      if (sample.valid() && tile_shares_ && deployment_.viewer.name == sample->viewer && is_of_this_run(sample->frame) &&
           !tile_shares_->add(sample->frame, sample->share, span_of(sample->tiles), span_of(sample->cost_ms)))
         node_.status.drop("bad_tile_costs");
   }
@@ -84,6 +90,7 @@ class VideoPipe {
       if (camera.image_stamp_ns && (!stamp_ns || camera.image_stamp_ns < stamp_ns)) stamp_ns = camera.image_stamp_ns;
     // Pose and colour first: who has all the maps of a frame then has these too.
     FramePose pose{number, stamp_ns, eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz), {}};
+    published_ = number;
     if (tile_shares_) pose.tile_owners = tile_shares_->next();
     poses_.write(head_pose_message(deployment_.viewer, std::move(pose)).message());
     for (CapturedCamera& camera : cameras) {
@@ -118,6 +125,7 @@ class VideoPipe {
   Reader<topics::FrameComposited> composited_;
   Reader<topics::TileCosts> tile_costs_;
   std::optional<TileShares> tile_shares_ = shares_of(deployment_);
+  std::optional<std::uint64_t> published_;  // the newest frame
   Capture capture_;
 };
 

@@ -1,5 +1,6 @@
 #include "recon_node/reconstruction_pipe.h"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 
@@ -95,7 +96,8 @@ class ReconstructionPipe {
   std::vector<Tile> own_tiles(const FramePose& pose, const Pinhole& view) {
     std::vector<Tile> tiles = tiles_of(view.width_px, view.height_px, config_.tile_columns, config_.tile_rows);
     std::vector<std::uint8_t> owners = pose.tile_owners;
-    if (owners.size() != tiles.size()) {
+    const auto known = [&](int owner) { return owner < config_.shares; };
+    if (owners.size() != tiles.size() || !std::all_of(owners.begin(), owners.end(), known)) {
       if (!owners.empty()) node_.status.drop("bad_tile_owners");
       owners = tiles_by_turns(config_.tile_columns, config_.tile_rows, config_.shares);
     }

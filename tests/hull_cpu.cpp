@@ -193,13 +193,13 @@ TEST_F(Square, MapsWhoseWidthIsNoMultipleOfEightOr64) {
   for (const int width : {7, 9, 63, 64, 65, 127, 129}) {
     SCOPED_TRACE(width);
     for (int i = 0; i < 2; ++i) silhouettes[i] = {{pinhole_from_fov(width, 33, 0.5), silhouettes[i].camera.camera_from_world}, random_pixels(random, width, 33, 0.3)};
-    expect_reference(silhouettes, view, 5);
+    EXPECT_GT(expect_reference(silhouettes, view, 5), 0);
   }
 }
 TEST_F(Square, ObjectCutByTheImageBorder) {
   fill(0, {80, 0, 100, 40});
   fill(1, {40, 0, 100, 75});
-  expect_reference(silhouettes, view);
+  EXPECT_GT(expect_reference(silhouettes, view), 0);
 }
 TEST_F(Square, TwoCamerasWithTheSamePose) {
   silhouettes[1].camera = silhouettes[0].camera;
@@ -217,7 +217,7 @@ TEST_F(Square, NearlyParallelRays) {  // cameras 1 um apart: their intersection 
   silhouettes[1].camera.camera_from_world = look_at({2, 1e-6, 0}, {0, 1e-6, 0});
   fill(0, {30, 30, 60, 50});
   fill(1, {59, 30, 80, 50});
-  expect_reference(silhouettes, view);
+  EXPECT_GT(expect_reference(silhouettes, view), 0);
 }
 TEST_F(Square, AllCamerasInOnePlaneThroughTheObject) {
   for (const double angle : {0.4, 1.1, 2.5})
@@ -303,7 +303,7 @@ TEST_F(Square, DepthOfACameraCrossesZeroAlongTheRay) {  // rays that pass beside
   Random random(8);
   for (int i = 0; i < 30; ++i) {
     view.camera = {pinhole_from_fov(40, 30, 1.5), look_at(Vector3d(2, 0, 0) + random_in_ball(random, 0.5), random_in_ball(random, 1.0), random_direction(random))};
-    expect_reference(silhouettes, view, 3);
+    EXPECT_GT(expect_reference(silhouettes, view, 3), 0);
   }
 }
 TEST_F(Square, ImageOfRaysAlongPixelEdges) {  // the view shares a camera's axes: epipolar lines run along rows, on edges and centres
@@ -320,10 +320,10 @@ TEST_F(Square, ImageOfRaysAlongPixelEdges) {  // the view shares a camera's axes
   }
 }
 TEST_F(Square, HullThinnerThanAPixelOfTheView) {
-  fill(0, {50, 0, 51, 75});
-  fill(1, {0, 37, 100, 38});
-  view.camera.pinhole = pinhole_from_fov(30, 20, 0.9);
-  expect_reference(silhouettes, view);
+  fill(0, {49, 0, 51, 75});
+  fill(1, {0, 36, 100, 39});
+  view.camera.pinhole = pinhole_from_fov(31, 21, 0.9);  // the middle ray goes through it, few others
+  EXPECT_GT(expect_reference(silhouettes, view), 0);
 }
 TEST_F(Square, TwoHullPartsOneBehindTheOther) {
   fill(0, {20, 20, 30, 60});

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "common/hull/blame.h"
+#include "common/hull/hull_query.h"
 #include "common/hull/reference.h"
 #include "tests/hull_scenes.h"
 
@@ -114,6 +115,93 @@ TEST_F(Disturbed, CameraLostAndBack) {
   EXPECT_EQ(before, after);
   EXPECT_GT(hits(without), hits(before));
   expect_within(before, without);
+}
+
+// --- where float is least sure ----------------------------------------------------------------------------------
+
+void expect_reference(const std::vector<Silhouette>& silhouettes, const View& view, int step, int least_hits) {
+  const auto depth = cpu_depth(silhouettes, view, whole_image(view.camera)).depth_m;
+  int hit = 0;
+  for (int i = 0; i < int(depth.size()); i += step) {
+    const auto pieces = reference_intervals(silhouettes, ray_through(view.camera, Eigen::Vector2d(i % view.camera.pinhole.width_px, i / view.camera.pinhole.width_px)), view.near_m, view.far_m);
+    const float d = depth[std::size_t(i)];
+    bool agrees = pieces.empty() && d == kNoHull;
+    for (const Interval& piece : pieces) {
+      if (d != kNoHull && std::abs(d - piece.enter) <= std::max(kTie_m, 2e-6f * d)) agrees = true;
+      if (piece.leave - piece.enter > 1e-9) break;  // a tie's piece may be found or not
+    }
+    EXPECT_TRUE(agrees) << "ray " << i << ": " << d << ", reference " << (pieces.empty() ? 0 : pieces.front().enter);
+    hit += d != kNoHull;
+  }
+  EXPECT_GE(hit, least_hits);
+}
+
+TEST(LanesAtTheirLimits, EyeAtOrNextToACamerasCentre) {  // images that stand still, or move a little any way
+  for (int seed = 1; seed <= 6; ++seed)
+    for (const double off_m : {0.0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2}) {
+      SCOPED_TRACE(seed);
+      SCOPED_TRACE(off_m);
+      Random random(seed);
+      const auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 3));
+      View view{{pinhole_from_fov(48, 36, 0.6), silhouettes[0].camera.camera_from_world}, 0.05, 5};
+      view.camera.camera_from_world.translation() += off_m * random_direction(random);
+      expect_reference(silhouettes, view, 3, 10);
+      for (const int axis : {0, 1}) {  // along one axis only: that way is sure, the other is not
+        view.camera.camera_from_world = silhouettes[0].camera.camera_from_world;
+        view.camera.camera_from_world.translation()[axis] += off_m;
+        expect_reference(silhouettes, view, 3, 10);
+      }
+    }
+}
+
+// Every ray of many views of noise, where every border is near another: without its margins float decides some of them otherwise.
+TEST(LanesAtTheirLimits, DecideAsDoubleDoesOnNoise) {
+  WorkerPool pool(2);
+  int rays = 0, hit = 0;
+  for (int seed = 1; seed <= 24; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    std::vector<Silhouette> silhouettes;
+    for (const Camera& camera : random_cameras(random, 2 + seed % 3, 700, 500)) silhouettes.push_back({camera, random_pixels(random, 700, 500, seed % 2 ? 0.3 : 0.02)});
+    const View view{random_camera(random, 160, 120, 0.9), 0.05, 4};
+    CpuHull hull(pool, silhouettes);
+    const auto depth = hull.depth(view, whole_image(view.camera)).depth_m;
+    const HullQuery query(hull);
+    for (int i = 0; i < int(depth.size()); ++i) {
+      const auto entry = query.first_entry(ray_through(view.camera, Eigen::Vector2d(i % 160, i / 160)), view.near_m, view.far_m);
+      const double d = depth[std::size_t(i)];
+      ++rays;
+      hit += entry.has_value();
+      ASSERT_EQ(entry.has_value(), d != kNoHull) << "ray " << i;
+      if (entry) {
+        ASSERT_NEAR(d, *entry, 1e-6 * d) << "ray " << i;
+      }
+    }
+  }
+  EXPECT_GT(hit, rays / 4);
+}
+
+TEST(LanesAtTheirLimits, CameraRightBeforeTheEyeSeesDepthsFarApart) {
+  for (int seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const Eigen::Isometry3d eye = look_at({0, -1.2, 0.1}, {0, 0, 0});
+    std::vector<Camera> cameras = random_cameras(random, 2);
+    cameras.push_back({pinhole_from_fov(120, 90, 1.2), look_at({0.03 * uniform(random, -1, 1), -1.1, 0.1}, {0, 0, 0})});  // coarse, 10 cm before the eye
+    expect_reference(silhouettes_of(random_object(random, 3), cameras), {{pinhole_from_fov(160, 120, 0.4), eye}, 0.12, 6}, 7, 20);
+  }
+}
+
+TEST(LanesAtTheirLimits, MapOfMoreBytesThanFloatCounts) {  // 25 million: objects in opposite corners, so that all of it is in use
+  const int size = 5000;
+  std::vector<Silhouette> silhouettes;
+  for (const Vector3d& at : {Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {
+    silhouettes.push_back({{pinhole_from_fov(size, size, 0.5), look_at(at, {0, 0, 0})}, ObjectPixels(size, size)});
+    for (int v = 0; v < size; ++v)
+      for (int u = 0; u < size; u += 1 + (v % 3 != 0))
+        if ((u + v) % 1400 < 200 || (u < 9 && v < 9) || (u > size - 9 && v > size - 9)) silhouettes.back().pixels.set(u, v);
+  }
+  expect_reference(silhouettes, {{pinhole_from_fov(40, 30, 0.3), look_at({1.2, 1.5, 0.3}, {0, 0, 0})}, 0.05, 5}, 23, 5);
 }
 
 // --- what it runs on -------------------------------------------------------------------------------------------

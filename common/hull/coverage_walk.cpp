@@ -7,6 +7,9 @@
 namespace fivepipe {
 namespace {
 
+// An image this close to a cell's border is on it [px]: 1000 times the rounding of a 10,000 px image.
+constexpr double kOnBorder_px = 1e-8;
+
 // The part of the range in which offset + t * slope >= 0.
 void clip(RayRange& range, double offset, double slope) {
   const bool in_at_begin = offset + range.begin * slope >= 0, in_at_end = offset + range.end * slope >= 0;

@@ -56,10 +56,11 @@ std::vector<Box> boxes_ahead(const MapFromView& map, const PixelRect& rect) {
       ways[axis][0] |= !(a - b < -unsure);
       ways[axis][1] |= !(a - b > unsure);
     }
+  const bool both = (ways[0][0] && ways[0][1]) || (ways[1][0] && ways[1][1]);  // then lanes go either way on both axes
   std::vector<Box> boxes;
   for (const bool up : {false, true})
     for (const bool left : {false, true})
-      if (ways[0][left] && ways[1][up]) boxes.push_back(box_ahead(left, up));
+      if (both || (ways[0][left] && ways[1][up])) boxes.push_back(box_ahead(left, up));
   return boxes;
 }
 
@@ -173,7 +174,8 @@ void CpuHull::assign(std::span<const Silhouette> silhouettes, const HullRule& ru
   rule_ = rule;
   used_ = 0;
   empty_ = silhouettes.empty();
-  for (const Silhouette& s : silhouettes) empty_ |= !is_finite(s.camera);
+  unusable_ = std::any_of(silhouettes.begin(), silhouettes.end(), [](const Silhouette& s) { return !is_finite(s.camera); });
+  empty_ |= unusable_;
   if (empty_) return;
   used_ = silhouettes.size();
   if (cameras_.size() < used_) cameras_.resize(used_);

@@ -39,6 +39,8 @@ class CpuHull {
   WorkerPool& pool() const { return *pool_; }
   // Nothing is in the hull: no camera, one that is not finite, or, where all limit, one without an object pixel.
   bool empty() const { return empty_; }
+  // That is so because a camera is not finite: nothing is known.
+  bool unusable() const { return unusable_; }
 
  private:
   struct ViewJob;
@@ -52,7 +54,7 @@ class CpuHull {
   HullRule rule_;
   std::vector<MapCamera> cameras_;
   std::size_t used_ = 0;
-  bool empty_ = true;
+  bool empty_ = true, unusable_ = false;
 };
 
 }  // namespace fivepipe

@@ -279,7 +279,7 @@ void main() {
 const char* const kSettle = R"(
 layout(local_size_x = 64) in;
 layout(r32f, binding = 0) writeonly uniform image2D depth_m;
-const double kNearestToCamera_m = 1e-9lf, kOnBorder_px = 1e-8lf;  // as map_from_view.h and ray_walk.h
+const double kNearestToCamera_m = 1e-9lf;  // as map_from_view.h
 const double kNever = 1e30lf;
 
 dvec2 range;
@@ -298,8 +298,7 @@ int pixel(double offset, double slope, double w, double t, int least, int most) 
 double crossing(double offset, double slope, double w_offset, double w_slope, double border, double t) {
   double at = (border * w_offset - offset) / (slope - border * w_slope);
   if (at > t) return at;
-  double w = w_offset + t * w_slope;
-  return abs(offset + t * slope - border * w) <= kOnBorder_px * w ? t : kNever;
+  return w_offset + at * w_slope > 0 ? t : kNever;  // rounding has it there already; or only behind the camera
 }
 double first_on_object(int c, dvec3 eye, dvec3 slope, double t, double end) {
   ivec4 bounds = maps[c].bounds;

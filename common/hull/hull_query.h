@@ -34,7 +34,7 @@ class HullQuery {
 
   // Where the ray is in the hull between the parameters near and far: ascending, disjoint, not touching; none of length zero. The direction
   // need not be normalised; parameters count in its length. Exact to rounding; a ray that stays on a border between pixels (within
-  // kOnBorder_px) may be taken to be on either side, and the first kNearestToCamera_m before a camera are not in the hull. Nothing where
+  // rounding) may be taken to be on either side, and the first kNearestToCamera_m before a camera are not in the hull. Nothing where
   // the ray, near or far is not finite.
   std::vector<Interval> intervals(const Ray& ray, double near, double far) const;
   // The first parameter of those.

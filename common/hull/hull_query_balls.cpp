@@ -75,6 +75,7 @@ HullQuery::Around HullQuery::around(std::size_t camera, const Vector3d& p_world_
 // `seen`, it is not either where one camera sees it, and sees it empty.
 double HullQuery::free_radius_m(const Vector3d& p_world_m) const {
   if (!can_be_told(p_world_m)) return 0;
+  if (hull_->unusable()) return 0;
   if (hull_->empty()) return kInfinity;
   const bool seen = hull_->rule().limits == Limits::seen;
   const std::size_t cameras = cones_.size(), needed = seen ? std::size_t(std::max(hull_->rule().min_seen, 0)) : cameras;

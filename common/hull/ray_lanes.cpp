@@ -27,6 +27,10 @@ constexpr float kLeastTileStep_px = 0.75f;
 // A divisor no smaller: what is divided by it leaves every range, and stays finite.
 constexpr float kTiny = 1e-20f;
 constexpr float kNotHeld = -1.0f;
+// An image further past its end of a box than this is past all that is in store [px]: else it is in the box, but for its error.
+constexpr float kPast_px = -0.5f;
+// Larger than any parameter or way.
+constexpr float kFar = 1e30f;
 // By how much rounding may shorten the block's range, and a way within it, as fractions: some operations of float each.
 constexpr float kSpanSlack = 1e-5f, kWayError = 1e-6f;
 
@@ -63,11 +67,12 @@ HWY_INLINE MF mask_of(DF d, std::uint64_t bits) {
 }
 #endif
 
-// To 2^-22 or better on every target: Newton's step doubles the least estimate's 11 bits.
+// To 2^-22 or better: Newton's step doubles the estimate's bits, of which x86 has 11 at least and Arm 8.
 HWY_INLINE VF reciprocal(VF x) {
   const DF d;
-  const VF estimate = hn::ApproximateReciprocal(x);
-  return hn::Mul(estimate, hn::NegMulAdd(x, estimate, hn::Set(d, 2.0f)));
+  VF estimate = hn::ApproximateReciprocal(x);
+  for (int step = 0; step < (HWY_ARCH_X86 ? 1 : 2); ++step) estimate = hn::Mul(estimate, hn::NegMulAdd(x, estimate, hn::Set(d, 2.0f)));
+  return estimate;
 }
 
 struct Lines {  // the images of a vector of rays in one map
@@ -142,7 +147,7 @@ HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF middle_i, VF
   const VF zero = hn::Zero(d), margin = hn::Set(d, kBoxMargin_px);
   Position p[4];
   VF rate_u[4], rate_v[4], w1[4];
-  VF least_u = hn::Set(d, 1e30f), most_u = hn::Neg(least_u), least_v = least_u, most_v = most_u;
+  VF least_u = hn::Set(d, kFar), most_u = hn::Neg(least_u), least_v = least_u, most_v = most_u;
   for (int corner = 0; corner < 4; ++corner) {
     const Lines l = lines_at(c, hn::Add(middle_i, hn::Set(d, corner & 1 ? half : -half)), hn::Add(middle_j, hn::Set(d, corner & 2 ? half : -half)));
     p[corner] = position(l, s);
@@ -153,7 +158,7 @@ HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF middle_i, VF
   const Way<kBothWays> along_u(rate_u[0]), along_v(rate_v[0]);
   VF fu = hn::Round(along_u.choose(hn::Add(most_u, margin), hn::Sub(least_u, margin))), fv = hn::Round(along_v.choose(hn::Add(most_v, margin), hn::Sub(least_v, margin)));
   const VF reach = reach_at(c, fu, fv, along_u, along_v), room = hn::Sub(hn::Abs(reach), hn::Set(d, 0.5f + kBoxMargin_px));
-  VF advance = hn::Set(d, 1e30f), least_way = hn::Set(d, 1e30f);
+  VF advance = hn::Set(d, kFar), least_way = hn::Set(d, kFar);
   for (int corner = 0; corner < 4; ++corner) {
     const VF way_u = along_u.left(hn::Sub(p[corner].u, fu), room), way_v = along_v.left(hn::Sub(p[corner].v, fv), room);
     const VF ahead_u = along_u.forward(rate_u[corner]), ahead_v = along_v.forward(rate_v[corner]);
@@ -267,10 +272,13 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j, std:
   const VF way_u = along_u.left(hn::Sub(p.u, fu), reach), way_v = along_v.left(hn::Sub(p.v, fv), reach);
   const VF over_u = divisor(way_u, along_u.forward(rate_u), l.w1), over_v = divisor(way_v, along_v.forward(rate_v), l.w1);
   const MF by_u = hn::Le(hn::Mul(way_u, over_v), hn::Mul(way_v, over_u));
-  const VF way = hn::IfThenElse(by_u, way_u, way_v), per_px = hn::Mul(p.w, reciprocal(hn::IfThenElse(by_u, over_u, over_v)));
+  const VF way = hn::IfThenElse(by_u, way_u, way_v), per_over = reciprocal(hn::IfThenElse(by_u, over_u, over_v)), per_px = hn::Mul(p.w, per_over);
   const VF next = hn::MulAdd(way, per_px, s);
-  // How far that may be from the crossing: what the position's error and the way's take.
-  const VF error = hn::Mul(hn::MulAdd(way, hn::Set(d, kWayError), hn::Add(eps, eps)), per_px);
+  // How far that may be from the crossing: what the position's error, where it is and where it goes, and the way's take. A pixel takes
+  // W_next / W times as long there as here.
+  const VF eps_next = hn::MulAdd(hn::Min(next, hn::Set(d, span)), hn::Set(d, c.eps_px_per_m), hn::Set(d, c.eps_px));
+  const VF slower = hn::Min(hn::Max(hn::Mul(hn::IfThenElse(by_u, along_u.forward(rate_u), along_v.forward(rate_v)), per_over), hn::Set(d, 1.0f)), hn::Set(d, kMostDepthRatio));
+  const VF error = hn::Mul(hn::MulAdd(way, hn::Set(d, kWayError), hn::Add(eps, eps_next)), hn::Mul(per_px, slower));
 
   const MF agreed = hn::AndNot(unsettled, hn::And(asked, inside)), outside = hn::AndNot(unsettled, hn::AndNot(inside, asked));
   hn::Store(hn::IfThenElse(agreed, hn::Max(next, hn::Add(s, s_error)), hn::Load(d, hold_at)), d, hold_at);
@@ -287,7 +295,7 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j, std:
   hn::Store(hn::IfThenElse(hn::RebindMask(di, outside), code, crossed), di, crossed_at);
 
   // Beyond the range, or already past all that is in store.
-  const MF past = hn::Lt(hn::Min(way_u, way_v), hn::Set(d, -0.5f));
+  const MF past = hn::Lt(hn::Min(way_u, way_v), hn::Set(d, kPast_px));
   const MF missed = hn::And(outside, hn::Or(past, hn::Gt(hn::Sub(next, error), hn::Set(d, span))));
   return {std::uint32_t(bits_of(d, hn::AndNot(missed, outside))), std::uint32_t(bits_of(d, missed)), std::uint32_t(bits_of(d, unsettled))};
 }
@@ -496,87 +504,7 @@ namespace {
 HWY_EXPORT(march);
 HWY_EXPORT(trace);
 
-// The rounding of a position [px], eight operations of float each way: coefficients from double, two steps to the ray, one along it,
-// for both parts of the quotient, and the reciprocal's own. Terms are bounded by their largest in the block.
-constexpr double kRoundings = 12, kHalfUlp = 0x1p-24;
-
-// An image moves left along axis 0, or up along axis 1. `both_ways` is set where the rays of the block differ, or one nearly stands still:
-// d/dt of U / W, times W^2, is linear over the rays, so that the corners tell.
-bool moves_back(const MapFromView& map, const PixelRect& rays, int right, int down, int axis, bool& both_ways) {
-  int back = 0;
-  for (int corner = 0; corner < 4; ++corner) {
-    const ImageLine l = image_line(map, rays.u0_px + (corner & 1 ? right : 0), rays.v0_px + (corner & 2 ? down : 0));
-    const double a = (axis ? l.v_slope : l.u_slope) * l.w_offset, b = (axis ? l.v_offset : l.u_offset) * l.w_slope;
-    if (!(std::abs(a - b) > kUnsureWay * (std::abs(a) + std::abs(b)))) both_ways = true;
-    back += a < b;
-  }
-  if (back != 0 && back != 4) both_ways = true;
-  return back == 4;
-}
-
 }  // namespace
-
-bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const BoxReach* const> reaches) {
-  const double begin = block.begin, span = block.end - block.begin;
-  // Whole tiles: the rays at their corners stand for all.
-  const auto last = [](int size) { return (size + kTile_px - 1) / kTile_px * kTile_px - 1; };
-  const int right = last(block.rays.width_px()), down = last(block.rays.height_px());
-  block.cameras.resize(maps.size());
-  for (std::size_t n = 0; n < maps.size(); ++n) {
-    const MapFromView& map = maps[n];
-    const PixelRect& stored = reaches[n]->stored();
-    BlockCamera& c = block.cameras[n];
-    c.exact = &map;
-    Eigen::Matrix3d turn = map.at_infinity;
-    Eigen::Vector3d eye = map.at_eye;
-    // Pixels count from where the block's middle ray begins, if that is in store.
-    const Eigen::Vector3d middle = eye + begin * turn * Eigen::Vector3d(block.rays.u0_px + 0.5 * right, block.rays.v0_px + 0.5 * down, 1);
-    const auto origin = [](double at, int least, int most) { return !(at > least) ? least : at >= most ? most : int(at); };
-    c.origin_u_px = origin(middle.x() / middle.z(), stored.u0_px, stored.u1_px - 1);
-    c.origin_v_px = origin(middle.y() / middle.z(), stored.v0_px, stored.v1_px - 1);
-    turn.row(0) -= c.origin_u_px * turn.row(2);
-    turn.row(1) -= c.origin_v_px * turn.row(2);
-    eye.head<2>() -= Eigen::Vector2d(c.origin_u_px, c.origin_v_px) * eye.z();
-    c.both_ways = false;
-    const bool left = moves_back(map, block.rays, right, down, 0, c.both_ways), up = moves_back(map, block.rays, right, down, 1, c.both_ways);
-    c.sign_u = left && !c.both_ways ? -1 : 1;
-    c.sign_v = up && !c.both_ways ? -1 : 1;
-    // Mirrored where all move back; then to pixels' centres.
-    turn.row(0) = c.sign_u * turn.row(0) - 0.5 * turn.row(2), turn.row(1) = c.sign_v * turn.row(1) - 0.5 * turn.row(2);
-    eye.head<2>() = Eigen::Vector2d(c.sign_u * eye.x(), c.sign_v * eye.y()) - Eigen::Vector2d::Constant(0.5 * eye.z());
-    const Eigen::Vector3d slope = turn * Eigen::Vector3d(block.rays.u0_px, block.rays.v0_px, 1), at_begin = eye + begin * slope;
-    double least_w = kNever, most_w = 0, most_begin = 0, most_slope = 0;
-    for (int corner = 0; corner < 4; ++corner) {
-      const Eigen::Vector3d of_corner = (corner & 1 ? right : 0) * turn.col(0) + (corner & 2 ? down : 0) * turn.col(1);
-      const Eigen::Vector3d corner_slope = slope + of_corner, corner_begin = at_begin + begin * of_corner;
-      least_w = std::min({least_w, corner_begin.z(), corner_begin.z() + span * corner_slope.z()});
-      most_w = std::max(most_w, std::abs(corner_begin.z()) + span * std::abs(corner_slope.z()));
-      most_begin = std::max({most_begin, std::abs(corner_begin.x()), std::abs(corner_begin.y())});
-      most_slope = std::max({most_slope, std::abs(corner_slope.x()), std::abs(corner_slope.y())});
-    }
-    if (!(least_w > 0)) return false;
-    const double per_term = kRoundings * kHalfUlp * (1 + most_w / least_w) / least_w;
-    c.box_bytes = std::int32_t(reaches[n]->box_bytes());
-    c.eps_px = float(per_term * most_begin);
-    c.eps_px_per_m = float(per_term * most_slope);
-    if (!(c.eps_px + span * c.eps_px_per_m < kMostEps_px)) return false;
-    for (int k = 0; k < 3; ++k) {
-      c.at_begin[k] = float(at_begin[k]);
-      c.slope[k] = float(slope[k]);
-      c.du[k] = float(turn(k, 0));
-      c.dv[k] = float(turn(k, 1));
-      c.du_begin[k] = float(begin * turn(k, 0));
-      c.dv_begin[k] = float(begin * turn(k, 1));
-    }
-    const auto ends = [](int low, int high, int origin_px, int sign) { return sign > 0 ? std::array{float(low - origin_px), float(high - 1 - origin_px)} : std::array{float(origin_px - high), float(origin_px - 1 - low)}; };
-    const auto ends_u = ends(stored.u0_px, stored.u1_px, c.origin_u_px, c.sign_u), ends_v = ends(stored.v0_px, stored.v1_px, c.origin_v_px, c.sign_v);
-    c.least_u = ends_u[0], c.most_u = ends_u[1], c.least_v = ends_v[0], c.most_v = ends_v[1];
-    c.step_u = float(c.sign_u), c.step_v = float(c.sign_v * reaches[n]->stride());
-    c.at_origin = reaches[n]->bytes(c.both_ways ? Box::right_down : box_ahead(left, up)) +
-                  std::ptrdiff_t(c.origin_v_px - (c.sign_v < 0) - stored.v0_px) * reaches[n]->stride() + (c.origin_u_px - (c.sign_u < 0) - stored.u0_px);
-  }
-  return true;
-}
 
 int trace_block(Block& block, std::span<const MapFromView> maps, std::span<const BoxReach* const> reaches, LaneScratch& scratch, float* depth_m,
                 std::ptrdiff_t pitch, std::uint16_t* unsettled) {

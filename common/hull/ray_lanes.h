@@ -23,6 +23,8 @@ inline constexpr int kMaxLaneCameras = 64;
 // Positions less certain than this are for double [px].
 inline constexpr double kMostEps_px = 1.0 / 64;
 inline constexpr float kBoxMargin_px = 1.0f / 16;
+// A block over which a camera's depth W changes more than so many times is for double.
+inline constexpr float kMostDepthRatio = 64;
 
 // One camera as the rays of a block see it. (U, V, W) of ray (i, j) at begin + s: at_begin + i du_begin + j dv_begin + s (slope + i du +
 // j dv), the pixel's centre at the whole number. Pixels count from `origin`, so that numbers stay small, and where all images move left, or up, along the mirrored axis: pixel p is

@@ -29,13 +29,12 @@ RayRange within(const ImageLine& l, const PixelRect& window, RayRange range) {
 
 int floored(double x, int least, int most) { return !(x > least) ? least : x >= most ? most : int(std::floor(x)); }
 
-// Parameter >= t at which the image crosses `border` of one axis; t itself where it is on the border already; never where it
-// stands still or has passed it.
+// Parameter >= t at which the image crosses `border` of one axis, which lies ahead of the pixel that it is in: t itself where rounding has
+// it there already; never where it stands still, or would get there behind the camera only.
 double crossing(double offset, double slope, double w_offset, double w_slope, int border, double t) {
   const double at = border_crossing(offset, slope, w_offset, w_slope, border);
   if (at > t) return at;
-  const double w = w_offset + t * w_slope;
-  return std::abs(offset + t * slope - border * w) <= kOnBorder_px * w ? t : kNever;
+  return w_offset + at * w_slope > 0 ? t : kNever;
 }
 
 }  // namespace

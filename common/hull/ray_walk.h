@@ -16,10 +16,6 @@ namespace fivepipe {
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// A ray's image this close to a pixel border, and not before it, is taken to be on it [px]: 1000 times the rounding of a
-// 10,000 px image, a millionth of the accuracy of any calibration.
-inline constexpr double kOnBorder_px = 1e-8;
-
 // Which way a ray's image moves is sure beyond this fraction of what it is the difference of: far above the rounding of float.
 inline constexpr double kUnsureWay = 1e-4;
 

@@ -41,7 +41,8 @@ double timed_ms(const Method& method, const HullScene& scene, const View& view, 
 void time_in_turn(const HullScene& scene, const View& view, std::span<const Method> methods, const Budget& budget, std::vector<std::vector<float>>& depths, std::vector<Result>& results) {
   std::vector<double> spent_s(methods.size());
   for (int round = -1; round < budget.runs; ++round)  // the first, uncounted, warms up
-    for (std::size_t m = 0; m < methods.size(); ++m) {
+    for (std::size_t n = 0; n < methods.size(); ++n) {
+      const std::size_t m = (n + std::size_t(round + 1)) % methods.size();  // nobody always runs after the same other
       if (round >= budget.least && spent_s[m] > budget.s) continue;
       const double ms = timed_ms(methods[m], scene, view, depths[m]);
       if (round < 0) continue;
@@ -192,7 +193,7 @@ int main(int argc, char** argv) {
   } catch (const std::invalid_argument& e) {
     return std::fprintf(stderr, "bench hull: %s\n%s", e.what(), kHelp), 2;
   }
-  setenv("LP_NUM_THREADS", std::to_string(args.threads).c_str(), 0);  // llvmpipe's: the same for all methods
+  setenv("LP_NUM_THREADS", std::to_string(args.threads).c_str(), 1);  // llvmpipe's: the same for all methods
   try {
     Suite(args).run();
     return 0;

@@ -95,6 +95,7 @@ HullScene real_scene(const std::filesystem::path& folder) {
   if (!cameras) throw std::runtime_error((folder / "cameras.txt").string() + ": can't be read; `fivepipe maps` makes it");
   for (std::string line; std::getline(cameras, line);)
     if (!line.empty() && line.front() != '#') scene.silhouettes.push_back(read_camera(line, folder));
+  if (scene.silhouettes.empty()) throw std::runtime_error((folder / "cameras.txt").string() + ": names no camera");
   return scene;
 }
 
