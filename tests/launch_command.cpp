@@ -1,8 +1,11 @@
 // The built `fivepipe` command, as a user calls it.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 namespace {
@@ -41,12 +44,32 @@ TEST(Command, AMissingDeploymentIsAConfigurationErrorThatNamesTheFile) {
 }
 
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
-  for (const char* subcommand : {"", "up ", "top ", "doctor ", "bench "}) {
+  for (const char* subcommand : {"", "up ", "top ", "doctor ", "bench ", "maps "}) {
     const Answer answer = fivepipe(std::string(subcommand) + "--help");
     EXPECT_EQ(answer.exit_code, 0) << answer.text;
     EXPECT_NE(answer.text.find("Example"), std::string::npos) << subcommand << "\n" << answer.text;
     EXPECT_NE(answer.text.find("fivepipe " + std::string(subcommand)), std::string::npos) << answer.text;
   }
+}
+
+TEST(Command, MapsOfOneFrameAreImagesAndCameras) {
+  const auto folder = std::filesystem::temp_directory_path() / ("fivepipe_maps_" + std::to_string(getpid()));
+  const Answer answer = fivepipe("maps " FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml --frame 30 --out " + folder.string());
+  EXPECT_EQ(answer.exit_code, 0) << answer.text;
+  std::ifstream cameras(folder / "cameras.txt");
+  int count = 0;
+  for (std::string line; std::getline(cameras, line);) {
+    if (line.empty() || line.front() == '#') continue;
+    std::ifstream image(folder / (line.substr(0, line.find(' ')) + ".pbm"), std::ios::binary);
+    std::string magic;
+    image >> magic;
+    EXPECT_EQ(magic, "P4") << line;
+    ++count;
+  }
+  EXPECT_GE(count, 3);
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(fivepipe("maps /no/such.yaml --out " + folder.string()).exit_code, 2);
+  EXPECT_EQ(fivepipe("maps").exit_code, 2);
 }
 
 TEST(Command, VersionIsOneLine) {

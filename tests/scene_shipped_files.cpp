@@ -98,7 +98,7 @@ TEST(DemoScene, BlocksNeitherMeetEachOtherNorSinkIntoTheTable) {
 TEST(ShippedDeployments, SyntheticOnesLoad) {
   std::set<std::string> names;
   for (const auto& file : files_in(kSource / "launch" / "deployments", ".yaml")) {
-    if (file.stem() == "seated4cam") continue;
+    if (file.stem() == "seated4cam" || file.stem() == "balance4cam") continue;  // recordings
     const Deployment deployment = load_deployment(file);
     EXPECT_EQ(deployment.name, file.stem().string());
     names.insert(deployment.name);
@@ -133,6 +133,16 @@ TEST(Seated4cam, LoadsWithTheRecording) {
   if (!std::filesystem::exists(kRecording)) GTEST_SKIP() << "the recording is not at " << kRecording;
   const Deployment deployment = load_deployment(kSource / "launch/deployments/seated4cam.yaml", {{"data", kRecording.string()}});
   EXPECT_EQ(std::get<CaptureConfig>(find_node(deployment, "capture")->config).sources.size(), 4u);
+}
+
+TEST(Balance4cam, LoadsWithTheRecordingAndHasItsCalibration) {
+  const auto recording = kRecording.parent_path() / "balance4cam";
+  if (!std::filesystem::exists(recording)) GTEST_SKIP() << "the recording is not at " << recording;
+  const Deployment deployment = load_deployment(kSource / "launch/deployments/balance4cam.yaml", {{"data", recording.string()}});
+  EXPECT_EQ(std::get<CaptureConfig>(find_node(deployment, "capture")->config).sources.size(), 4u);
+  const YAML::Node calibration = YAML::LoadFile((recording / "calibration.json").string());  // JSON is YAML
+  for (const RigCamera& camera : deployment.rig.cameras)
+    for (int row = 0; row < 3; ++row) EXPECT_EQ(camera.camera_from_mount.translation()[row], calibration[camera.name]["t_m"][row].as<double>()) << camera.name;
 }
 
 TEST(Seated4cam, RigIsTheCalibrationToTheLastDigit) {
