@@ -10,226 +10,24 @@
 #include <cstring>
 #include <numeric>
 
+#include "common/hull/block_lanes-inl.h"
 #include "common/hull/hull.h"
 #include "common/hull/ray_lanes.h"
 #include "common/hull/ray_walk.h"
-
-#ifndef FIVEPIPE_RAY_LANES_ONCE
-#define FIVEPIPE_RAY_LANES_ONCE
-namespace fivepipe {
-namespace {
-
-constexpr int kTileRays = kSmallTile_px * kSmallTile_px;
-// A tile goes round the cameras, a camera is asked in a row, and a ray goes round the cameras at most so often.
-constexpr int kTileRounds = 4, kTileRepeats = 6, kRayRounds = 24, kRayRepeats = 8;
-// A tile that would move less than this [px] goes on ray by ray.
-constexpr float kLeastTileStep_px = 0.75f;
-// A divisor no smaller: what is divided by it leaves every range, and stays finite.
-constexpr float kTiny = 1e-20f;
-constexpr float kNotHeld = -1.0f;
-// An image further past its end of a box than this is past all that is in store [px]: else it is in the box, but for its error.
-constexpr float kPast_px = -0.5f;
-// Larger than any parameter or way.
-constexpr float kFar = 1e30f;
-// By how much rounding may shorten the block's range, and a way within it, as fractions: some operations of float each.
-constexpr float kSpanSlack = 1e-5f, kWayError = 1e-6f;
-
-}  // namespace
-}  // namespace fivepipe
-#endif
+#include "common/hull/tile_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe {
 namespace HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-using DF = hn::CappedTag<float, 16>;
-using DI = hn::Rebind<std::int32_t, DF>;
-using VF = hn::Vec<DF>;
-using MF = hn::Mask<DF>;
-
-#if HWY_TARGET <= HWY_AVX3  // masks are bits there
-HWY_INLINE std::uint64_t bits_of(DF, MF mask) { return mask.raw; }
-HWY_INLINE MF mask_of(DF, std::uint64_t bits) { return MF{decltype(MF::raw)(bits)}; }
-#else
-HWY_INLINE std::uint64_t bits_of(DF d, MF mask) {
-  std::uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  std::uint16_t bits;
-  std::memcpy(&bits, bytes, sizeof bits);
-  return bits;
-}
-HWY_INLINE MF mask_of(DF d, std::uint64_t bits) {
-  std::uint8_t bytes[8];
-  std::memcpy(bytes, &bits, sizeof bits);
-  return hn::LoadMaskBits(d, bytes);
-}
-#endif
-
-// To 2^-22 or better: Newton's step doubles the estimate's bits, of which x86 has 11 at least and Arm 8.
-HWY_INLINE VF reciprocal(VF x) {
-  const DF d;
-  VF estimate = hn::ApproximateReciprocal(x);
-  for (int step = 0; step < (HWY_ARCH_X86 ? 1 : 2); ++step) estimate = hn::Mul(estimate, hn::NegMulAdd(x, estimate, hn::Set(d, 2.0f)));
-  return estimate;
-}
-
-struct Lines {  // the images of a vector of rays in one map
-  VF u0, u1, v0, v1, w0, w1;
-};
-HWY_INLINE Lines lines_at(const BlockCamera& c, VF i, VF j) {
-  const DF d;
-  const auto linear = [&](float at, float by_i, float by_j) { return hn::MulAdd(j, hn::Set(d, by_j), hn::MulAdd(i, hn::Set(d, by_i), hn::Set(d, at))); };
-  return {linear(c.at_begin[0], c.du_begin[0], c.dv_begin[0]), linear(c.slope[0], c.du[0], c.dv[0]), linear(c.at_begin[1], c.du_begin[1], c.dv_begin[1]),
-          linear(c.slope[1], c.du[1], c.dv[1]),               linear(c.at_begin[2], c.du_begin[2], c.dv_begin[2]), linear(c.slope[2], c.du[2], c.dv[2])};
-}
-
-struct Position {
-  VF w, inverse_w, u, v;
-};
-HWY_INLINE Position position(const Lines& l, VF s) {
-  const VF w = hn::MulAdd(s, l.w1, l.w0), inverse_w = reciprocal(w);
-  return {w, inverse_w, hn::Mul(hn::MulAdd(s, l.u1, l.u0), inverse_w), hn::Mul(hn::MulAdd(s, l.v1, l.v0), inverse_w)};
-}
-
-// Which way the images of a vector of rays move along an axis: forward where all of the block do.
-template <bool kBothWays>
-struct Way {
-  MF backward;
-  explicit HWY_INLINE Way(VF rate) {
-    if constexpr (kBothWays) backward = hn::Lt(rate, hn::Zero(DF()));
-  }
-  // a where backward, else b.
-  HWY_INLINE VF choose(VF a, VF b) const {
-    if constexpr (kBothWays) return hn::IfThenElse(backward, a, b);
-    else return b;
-  }
-  HWY_INLINE VF forward(VF rate) const { return choose(hn::Neg(rate), rate); }
-  // How far a position is from the end of the box ahead [px]; x: from the pixel's centre, reach: of the box, from there.
-  HWY_INLINE VF left(VF x, VF reach) const { return hn::Sub(reach, choose(hn::Neg(x), x)); }
-};
-
-// BoxReach::at for the pixels (fu, fv), counted from the origin, of the box ahead; outside of what is in store, of the nearest pixel
-// that is: the way ahead is as empty from there, if not more.
-template <bool kBothWays>
-HWY_INLINE VF reach_at(const BlockCamera& c, VF& fu, VF& fv, const Way<kBothWays>& way_u, const Way<kBothWays>& way_v) {
-  const DF d;
-  const DI di;
-  fu = hn::Min(hn::Max(fu, hn::Set(d, c.least_u)), hn::Set(d, c.most_u)), fv = hn::Min(hn::Max(fv, hn::Set(d, c.least_v)), hn::Set(d, c.most_v));
-  auto place = hn::ConvertTo(di, hn::MulAdd(fv, hn::Set(d, c.step_v), hn::Mul(fu, hn::Set(d, c.step_u))));
-  if constexpr (kBothWays) {
-    place = hn::Add(place, hn::IfThenElseZero(hn::RebindMask(di, way_u.backward), hn::Set(di, c.box_bytes)));
-    place = hn::Add(place, hn::IfThenElseZero(hn::RebindMask(di, way_v.backward), hn::Set(di, 2 * c.box_bytes)));
-  }
-  const auto word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(c.at_origin), place);
-  return hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
-}
-
-// d/ds (U - b W) for the border b that lies `way` px ahead, where the image moves there at `rate` = d/ds (U - u W): way W over it is
-// the parameter that the image takes. Tiny where it never gets there.
-HWY_INLINE VF divisor(VF way, VF rate, VF w1) {
-  const DF d;
-  return hn::Max(hn::NegMulAdd(way, w1, rate), hn::Set(d, kTiny));
-}
-
-// --- tiles -----------------------------------------------------------------------------------------------------
-
-struct TileStep {
-  VF advance, reach;
-  MF stuck;  // the tile's rays are not in one box, or it is left at once
-};
-
-// All rays of a tile lie in the box ahead of the hindmost of its corners while its corners do.
-template <bool kBothWays>
-HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF middle_i, VF middle_j, VF s) {
-  const DF d;
-  const VF zero = hn::Zero(d), margin = hn::Set(d, kBoxMargin_px);
-  Position p[4];
-  VF rate_u[4], rate_v[4], w1[4];
-  VF least_u = hn::Set(d, kFar), most_u = hn::Neg(least_u), least_v = least_u, most_v = most_u;
-  for (int corner = 0; corner < 4; ++corner) {
-    const Lines l = lines_at(c, hn::Add(middle_i, hn::Set(d, corner & 1 ? half : -half)), hn::Add(middle_j, hn::Set(d, corner & 2 ? half : -half)));
-    p[corner] = position(l, s);
-    rate_u[corner] = hn::NegMulAdd(p[corner].u, l.w1, l.u1), rate_v[corner] = hn::NegMulAdd(p[corner].v, l.w1, l.v1), w1[corner] = l.w1;
-    least_u = hn::Min(least_u, p[corner].u), least_v = hn::Min(least_v, p[corner].v);
-    if (kBothWays) most_u = hn::Max(most_u, p[corner].u), most_v = hn::Max(most_v, p[corner].v);
-  }
-  const Way<kBothWays> along_u(rate_u[0]), along_v(rate_v[0]);
-  VF fu = hn::Round(along_u.choose(hn::Add(most_u, margin), hn::Sub(least_u, margin))), fv = hn::Round(along_v.choose(hn::Add(most_v, margin), hn::Sub(least_v, margin)));
-  const VF reach = reach_at(c, fu, fv, along_u, along_v), room = hn::Sub(hn::Abs(reach), hn::Set(d, 0.5f + kBoxMargin_px));
-  VF advance = hn::Set(d, kFar), least_way = hn::Set(d, kFar);
-  for (int corner = 0; corner < 4; ++corner) {
-    const VF way_u = along_u.left(hn::Sub(p[corner].u, fu), room), way_v = along_v.left(hn::Sub(p[corner].v, fv), room);
-    const VF ahead_u = along_u.forward(rate_u[corner]), ahead_v = along_v.forward(rate_v[corner]);
-    VF way = hn::Min(way_u, way_v);
-    if (kBothWays) way = hn::IfThenElse(hn::Lt(hn::Min(ahead_u, ahead_v), zero), zero, way);  // corners that part are not in one box for long
-    least_way = hn::Min(least_way, way);
-    const VF take_u = hn::Mul(way_u, reciprocal(divisor(way_u, ahead_u, w1[corner]))), take_v = hn::Mul(way_v, reciprocal(divisor(way_v, ahead_v, w1[corner])));
-    advance = hn::Min(advance, hn::Mul(p[corner].w, hn::Min(take_u, take_v)));
-  }
-  return {advance, reach, hn::Lt(least_way, hn::Set(d, kLeastTileStep_px))};
-}
-
-// Moves each tile on while the cameras allow. Returns those that are left, in the same order.
-HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, float span, TileSet& tiles) {
-  std::fill_n(tiles.stopped, cameras.size(), 0);
-  const DF d;
-  const int lanes = int(hn::Lanes(d));
-  const float half = 0.5f * float(size_px - 1);
-  std::uint64_t left = 0;
-  for (int first = 0; first < tiles.count; first += lanes) {
-    const VF i = hn::Load(d, tiles.middle_i + first), j = hn::Load(d, tiles.middle_j + first);
-    VF s = hn::Load(d, tiles.s + first);
-    MF live = hn::FirstN(d, std::size_t(std::min(lanes, tiles.count - first)));
-    for (std::size_t c = 0; c < cameras.size(); ++c) hn::Store(hn::Set(d, kNotHeld), d, tiles.asked_at[c] + first);
-    bool moved = true;
-    for (int round = 0; round < kTileRounds && moved; ++round) {
-      moved = false;
-      for (std::size_t c = 0; c < cameras.size(); ++c) {
-        VF hold = hn::Load(d, tiles.hold[c] + first);
-        MF asked = hn::And(live, hn::Lt(hn::Max(hold, hn::Load(d, tiles.asked_at[c] + first)), s));
-        if (hn::AllFalse(d, asked)) continue;
-        for (int repeat = 0; repeat < kTileRepeats && !hn::AllFalse(d, asked); ++repeat) {
-          const TileStep step = cameras[c].both_ways ? step_tiles<true>(cameras[c], half, i, j, s) : step_tiles<false>(cameras[c], half, i, j, s);
-          tiles.stopped[c] += std::popcount(bits_of(d, hn::And(hn::And(asked, step.stuck), hn::Gt(step.reach, hn::Zero(d)))));
-          const MF sure = hn::AndNot(step.stuck, asked), inside = hn::And(sure, hn::Lt(step.reach, hn::Zero(d)));
-          hold = hn::IfThenElse(inside, hn::Add(s, step.advance), hold);
-          asked = hn::AndNot(inside, sure);
-          s = hn::IfThenElse(asked, hn::Add(s, step.advance), s);
-          moved |= !hn::AllFalse(d, asked);
-          live = hn::AndNot(hn::And(asked, hn::Gt(s, hn::Set(d, span))), live);
-          asked = hn::And(asked, live);
-        }
-        hn::Store(hold, d, tiles.hold[c] + first);
-        hn::Store(s, d, tiles.asked_at[c] + first);
-        if (hn::AllFalse(d, live)) break;
-      }
-    }
-    hn::Store(s, d, tiles.s + first);
-    left |= bits_of(d, live) << first;
-  }
-  int count = 0;
-  for (; left; left &= left - 1, ++count) {
-    const int t = std::countr_zero(left);
-    tiles.middle_i[count] = tiles.middle_i[t], tiles.middle_j[count] = tiles.middle_j[t], tiles.s[count] = tiles.s[t];
-    for (std::size_t c = 0; c < cameras.size(); ++c) tiles.hold[c][count] = tiles.hold[c][t];
-  }
-  tiles.count = count;
-}
-
-// Those of the smaller tiles that have rays in the block.
-HWY_INLINE void split_tiles(const TileSet& tiles, const PixelRect& rays, std::size_t cameras, TileSet& small) {
-  small.count = 0;
-  for (int t = 0; t < tiles.count; ++t)
-    for (int part = 0; part < 4; ++part) {
-      const float i = tiles.middle_i[t] + float(part & 1 ? 1 : -1) * 0.5f * kSmallTile_px, j = tiles.middle_j[t] + float(part & 2 ? 1 : -1) * 0.5f * kSmallTile_px;
-      if (!(i - 0.5f * kSmallTile_px < float(rays.width_px() - 1) && j - 0.5f * kSmallTile_px < float(rays.height_px() - 1))) continue;
-      small.middle_i[small.count] = i, small.middle_j[small.count] = j, small.s[small.count] = tiles.s[t];
-      for (std::size_t c = 0; c < cameras; ++c) small.hold[c][small.count] = tiles.hold[c][t];
-      ++small.count;
-    }
-}
+constexpr int kTileRays = kSmallTile_px * kSmallTile_px;
+// A ray goes round the cameras, and a camera is asked in a row, at most so often.
+constexpr int kRayRounds = 24, kRayRepeats = 8;
+// An image further past its end of a box than this is past all that is in store [px]: else it is in the box, but for its error.
+constexpr float kPast_px = -0.5f;
+// By how much rounding may shorten the block's range, and a way within it, as fractions: some operations of float each.
+constexpr float kSpanSlack = 1e-5f, kWayError = 1e-6f;
 
 // --- rays ------------------------------------------------------------------------------------------------------
 
