@@ -11,9 +11,10 @@ namespace {
 // Places in a map's bytes are found in float: exact up to here.
 constexpr std::size_t kMostBoxBytes = std::size_t{1} << 24;
 
-// The rounding of a position [px], eight operations of float each way: coefficients from double, two steps to the ray, one along it,
-// for both parts of the quotient, and the reciprocal's own. Terms are bounded by their largest in the block.
-constexpr double kRoundings = 12, kHalfUlp = 0x1p-24;
+// Roundings of float on the way to a position, each at most 2^-24 of what it is taken of. A form (U, V or W): its coefficients from double,
+// two steps to the ray and one along it, of the sum of its terms' sizes. The quotient: the reciprocal, on its worst target, and the
+// product, of the position.
+constexpr double kOfForm = 4, kOfQuotient = 6, kHalfUlp = 0x1p-24;
 
 // An image moves left along axis 0, or up along axis 1. `both_ways` is set where the rays of the block differ, or one nearly stands still:
 // d/dt of U / W, times W^2, is linear over the rays, so that the corners tell.
@@ -63,20 +64,23 @@ bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const Bo
     turn.row(0) = c.sign_u * turn.row(0) - 0.5 * turn.row(2), turn.row(1) = c.sign_v * turn.row(1) - 0.5 * turn.row(2);
     eye.head<2>() = Eigen::Vector2d(c.sign_u * eye.x(), c.sign_v * eye.y()) - Eigen::Vector2d::Constant(0.5 * eye.z());
     const Eigen::Vector3d slope = turn * Eigen::Vector3d(block.rays.u0_px, block.rays.v0_px, 1), at_begin = eye + begin * slope;
-    double least_w = kNever, most_w = 0, most_begin = 0, most_slope = 0;
+    double least_w = kNever, most_begin = 0, most_slope = 0;
     for (int corner = 0; corner < 4; ++corner) {
       const Eigen::Vector3d of_corner = (corner & 1 ? right : 0) * turn.col(0) + (corner & 2 ? down : 0) * turn.col(1);
       const Eigen::Vector3d corner_slope = slope + of_corner, corner_begin = at_begin + begin * of_corner;
       least_w = std::min({least_w, corner_begin.z(), corner_begin.z() + span * corner_slope.z()});
-      most_w = std::max(most_w, std::abs(corner_begin.z()) + span * std::abs(corner_slope.z()));
       most_begin = std::max({most_begin, std::abs(corner_begin.x()), std::abs(corner_begin.y())});
       most_slope = std::max({most_slope, std::abs(corner_slope.x()), std::abs(corner_slope.y())});
     }
-    if (!(least_w > 0 && most_w <= kMostDepthRatio * least_w)) return false;
-    const double per_term = kRoundings * kHalfUlp * (1 + most_w / least_w) / least_w;
+    // Sizes of the terms, which may cancel.
+    const Eigen::Array3d steps = right * turn.col(0).array().abs() + down * turn.col(1).array().abs();
+    const Eigen::Array3d terms_begin = at_begin.array().abs() + begin * steps, terms_slope = slope.array().abs() + steps;
+    const double terms_w = terms_begin.z() + span * terms_slope.z();
+    if (!(least_w > 0 && terms_w <= kMostDepthRatio * least_w)) return false;
+    const double of_position = kOfForm * terms_w / least_w + kOfQuotient;
     c.box_bytes = std::int32_t(reaches[n]->box_bytes());
-    c.eps_px = float(per_term * most_begin);
-    c.eps_px_per_m = float(per_term * most_slope);
+    c.eps_px = float(kHalfUlp / least_w * (kOfForm * std::max(terms_begin.x(), terms_begin.y()) + of_position * most_begin));
+    c.eps_px_per_m = float(kHalfUlp / least_w * (kOfForm * std::max(terms_slope.x(), terms_slope.y()) + of_position * most_slope));
     if (!(c.eps_px + span * c.eps_px_per_m < kMostEps_px)) return false;
     for (int k = 0; k < 3; ++k) {
       c.at_begin[k] = float(at_begin[k]);
