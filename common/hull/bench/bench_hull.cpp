@@ -85,8 +85,9 @@ class Suite {
   }
 
   void run() {
-    for (const HullScene& scene : synthetic_scenes()) run_scene(scene, sizes_of(scene));
-    for (const std::string& folder : args_.maps) run_scene(real_scene(folder), sizes_of({}));
+    std::vector<HullScene> scenes = synthetic_scenes();
+    for (const std::string& folder : args_.maps) scenes.push_back(real_scene(folder));  // what is wrong with one is said at once
+    for (const HullScene& scene : scenes) run_scene(scene, sizes_of(scene));
     if (args_.maps.empty()) std::puts("seated4cam, balance4cam: skipped, no --maps FOLDER (made by `fivepipe maps`)");
     if (!args_.quick) run_series();
     std::puts("");
