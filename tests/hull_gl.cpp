@@ -276,7 +276,7 @@ TEST_F(GlHullSquare, MapsWhoseWidthIsNoMultipleOfEightOr64) {
   for (const int width : {7, 9, 63, 64, 65, 127, 129}) {
     SCOPED_TRACE(width);
     for (int i = 0; i < 2; ++i) silhouettes[i] = {{pinhole_from_fov(width, 33, 0.5), silhouettes[i].camera.camera_from_world}, random_pixels(random, width, 33, 0.3)};
-    expect_reference(silhouettes, view, 3);
+    EXPECT_GT(expect_reference(silhouettes, view, 3), 0);
   }
 }
 TEST_F(GlHullSquare, ObjectCutByTheImageBorder) {

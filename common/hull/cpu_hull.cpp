@@ -16,11 +16,6 @@ namespace {
 constexpr double kBlockSlack = 1e-9;
 // Pieces of a view handed to threads where only its bounds are looked at; a multiple of a block.
 constexpr int kPiece_px = 4 * kBlock_px;
-// Rays are walked in the bounds of a map's object pixels and a little around: every hull point is then behind a pixel border that the
-// walk has crossed.
-constexpr int kAround_px = 1;
-
-PixelRect grown(const PixelRect& r, int by) { return r.empty() ? r : PixelRect{r.u0_px - by, r.v0_px - by, r.u1_px + by, r.v1_px + by}; }
 
 // Smallest object first, it clears most; the rest only so that the given order never shows.
 bool asked_before(const CpuHull::MapCamera& a, const CpuHull::MapCamera& b, std::span<const Silhouette> silhouettes) {
@@ -148,9 +143,7 @@ class CpuHull::Tracer {
     walks_.clear();
     for (std::size_t i = 0; i < job_->cameras.size(); ++i) {
       const CpuHull::MapCamera& c = job_->cameras[i];
-      const bool seen = job_->rule.limits == Limits::seen;
-      const PixelRect window = seen ? PixelRect{0, 0, c.camera.pinhole.width_px, c.camera.pinhole.height_px} : grown(c.reach.bounds(), kAround_px);
-      walks_.emplace_back(image_line(job_->maps[i], u, v), c.reach, window, seen ? Verdict::unseen : Verdict::empty, range);
+      walks_.emplace_back(image_line(job_->maps[i], u, v), c.reach, walk_window(c.camera, c.reach, job_->rule), beyond_window(job_->rule), range);
     }
     const double t = RayWalk(walks_, job_->rule).next_entry(range.begin, range.end);
     return t == kNever ? kNoHull : float(t);
@@ -206,7 +199,7 @@ void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> de
   for (const MapCamera& c : job.cameras) {
     job.maps.push_back(map_from_view(c.camera, view.camera));
     job.reaches.push_back(&c.reach);
-    if (rule_.limits == Limits::all) add_half_spaces(job.maps.back(), grown(c.reach.bounds(), kAround_px), job.half_spaces);
+    if (rule_.limits == Limits::all) add_half_spaces(job.maps.back(), walk_window(c.camera, c.reach, rule_), job.half_spaces);
   }
   const std::vector<SeenBlock> blocks = seen_blocks(job);
   make_boxes(job, blocks);

@@ -13,9 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Rays are walked in the bounds of a map's object pixels and a little around, as for depth: every hull point is then behind a border that
-// the walk has crossed.
-constexpr int kAround_px = 1;
 
 // Queries that a thread takes together: enough that taking them costs nothing beside them.
 constexpr int kTogether = 256;
@@ -44,12 +41,6 @@ void for_many(WorkerPool& pool, std::size_t count, const Query& query) {
 }
 
 }  // namespace
-
-PixelRect walk_window(const Camera& camera, const BoxReach& reach, const HullRule& rule) {
-  if (rule.limits == Limits::seen) return image_of(camera);
-  const PixelRect& b = reach.bounds();
-  return {b.u0_px - kAround_px, b.v0_px - kAround_px, b.u1_px + kAround_px, b.v1_px + kAround_px};
-}
 
 HullQuery::HullQuery(CpuHull& hull) : hull_(&hull) {
   hull.make_all_boxes();
@@ -81,7 +72,7 @@ void HullQuery::each_interval(const Ray& ray, double near, double far, const Tak
   std::vector<MapWalk> walks;
   walks.reserve(cones_.size());
   for (const CpuHull::MapCamera& c : hull_->cameras()) {
-    walks.emplace_back(image_line(c.camera, ray), c.reach, walk_window(c.camera, c.reach, rule), rule.limits == Limits::seen ? Verdict::unseen : Verdict::empty, RayRange{near, far});
+    walks.emplace_back(image_line(c.camera, ray), c.reach, walk_window(c.camera, c.reach, rule), beyond_window(rule), RayRange{near, far});
   }
   RayWalk walk(walks, rule);
   for (double t = near; t < far;) {

@@ -13,9 +13,6 @@ namespace fivepipe {
 // The ray from a (parameter 0) to b (parameter 1).
 inline Ray segment(const Eigen::Vector3d& a_world_m, const Eigen::Vector3d& b_world_m) { return {a_world_m, b_world_m - a_world_m}; }
 
-// The part of a camera's map in which rays are walked.
-PixelRect walk_window(const Camera& camera, const BoxReach& reach, const HullRule& rule);
-
 // Borrows the hull, which must outlive it and not be assigned to meanwhile. Makes what its queries need, once; then it does not change.
 // Queries of one point or ray may come from several threads at once; those of many share the hull's pool, one at a time with each other
 // and with CpuHull::depth. Where the hull is empty because a camera is not finite, nothing is in it and all is free.

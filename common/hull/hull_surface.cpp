@@ -115,10 +115,9 @@ class Surface {
   std::optional<Limit> first_limit(int u, int v, double begin, double end) const {
     std::vector<MapWalk> walks;
     walks.reserve(maps_.size());
-    const bool seen = hull_.rule().limits == Limits::seen;
     for (std::size_t i = 0; i < maps_.size(); ++i) {
       const CpuHull::MapCamera& c = hull_.cameras()[i];
-      walks.emplace_back(image_line(maps_[i], u, v), c.reach, walk_window(c.camera, c.reach, hull_.rule()), seen ? Verdict::unseen : Verdict::empty, RayRange{begin, end});
+      walks.emplace_back(image_line(maps_[i], u, v), c.reach, walk_window(c.camera, c.reach, hull_.rule()), beyond_window(hull_.rule()), RayRange{begin, end});
     }
     return fivepipe::first_limit(walks, hull_.rule(), begin, end);
   }

@@ -26,9 +26,9 @@ inline constexpr float kBoxMargin_px = 1.0f / 16;
 // A block over which a camera's depth W changes more than so many times is for double.
 inline constexpr float kMostDepthRatio = 64;
 
-// One camera as the rays of a block see it. (U, V, W) of ray (i, j) at begin + s: at_begin + i du_begin + j dv_begin + s (slope + i du +
-// j dv), the pixel's centre at the whole number. Pixels count from `origin`, so that numbers stay small, and where all images move left, or up, along the mirrored axis: pixel p is
-// then -p - 1, and all images move right and down.
+// One camera as the rays of a block see it. (U, V, W) of ray (i, j) at depth begin + s [m]: at_begin + i du_begin + j dv_begin + s (slope
+// + i du + j dv); U / W and V / W are pixels [px], a pixel's centre at the whole number. They count from `origin`, so that numbers
+// stay small, and where all images move left, or up, along the mirrored axis: pixel p is then -p - 1, and all move right and down.
 struct BlockCamera {
   float at_begin[3], du_begin[3], dv_begin[3], slope[3], du[3], dv[3];
   float least_u, most_u, least_v, most_v;  // pixels in store, from the origin
@@ -50,7 +50,7 @@ struct Block {
 };
 
 // Set by prepare for the block's present begin. False where float lanes are no use: a camera's position is too uncertain.
-bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const BoxReach* const> borders);
+bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const BoxReach* const> reaches);
 
 inline constexpr int kRays = kBlock_px * kBlock_px, kMostTiles = kRays / (kSmallTile_px * kSmallTile_px);
 

@@ -6,6 +6,10 @@
 namespace fivepipe {
 namespace {
 
+// Rays are walked in the bounds of a map's object pixels and a little around: every hull point is then behind a pixel border that the
+// walk has crossed.
+constexpr int kAround_px = 1;
+
 // The part of the range in which offset + t * slope >= 0.
 void clip(RayRange& range, double offset, double slope, double crossing) {
   const bool in_at_begin = offset + range.begin * slope >= 0, in_at_end = offset + range.end * slope >= 0;
@@ -38,6 +42,13 @@ double crossing(double offset, double slope, double w_offset, double w_slope, in
 }
 
 }  // namespace
+
+PixelRect walk_window(const Camera& camera, const BoxReach& reach, const HullRule& rule) {
+  if (rule.limits == Limits::seen) return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
+  const PixelRect& b = reach.bounds();
+  if (b.empty()) return {};
+  return {b.u0_px - kAround_px, b.v0_px - kAround_px, b.u1_px + kAround_px, b.v1_px + kAround_px};
+}
 
 MapWalk::MapWalk(const ImageLine& line, const BoxReach& reach, const PixelRect& window, Verdict beyond, const RayRange& range)
     : line_(line), reach_(&reach), window_(window), beyond_(beyond), inside_window_(window.empty() ? RayRange{range.end, range.end} : within(line, window, range)),

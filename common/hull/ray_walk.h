@@ -45,6 +45,11 @@ struct Held {
   double until;  // ray parameter; kNever: to the end
 };
 
+// The part of a camera's map in which rays are walked.
+PixelRect walk_window(const Camera& camera, const BoxReach& reach, const HullRule& rule);
+// What a camera says of a ray outside that window.
+inline Verdict beyond_window(const HullRule& rule) { return rule.limits == Limits::seen ? Verdict::unseen : Verdict::empty; }
+
 class MapWalk {
  public:
   // Where the ray is outside `window` of the map, or not in front of its camera, the verdict is `beyond`. The window holds all
