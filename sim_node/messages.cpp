@@ -6,7 +6,7 @@ namespace {
 fivepipe_v1_CollisionVerdict wire_verdict(CollisionVerdict verdict) {
   switch (verdict) {
     case CollisionVerdict::free: return fivepipe_v1_certainly_free;
-    case CollisionVerdict::no_sample_inside: return fivepipe_v1_no_sample_inside;
+    case CollisionVerdict::touching: return fivepipe_v1_touching;
     case CollisionVerdict::colliding: return fivepipe_v1_colliding;
   }
   return fivepipe_v1_certainly_free;

@@ -86,7 +86,7 @@ TEST_F(Detecting, AHullWhollyInsideABoxIsACandidate) {
   const Detection around = detect_all({ball(kOrigin, 0.03)}, {shell}, cameras());
   EXPECT_EQ(around.counts.box_may_hold, 1u);
   EXPECT_EQ(around.counts.triangles_queried, 24u);
-  EXPECT_EQ(around.objects[0].verdict, CollisionVerdict::no_sample_inside);
+  EXPECT_EQ(around.objects[0].verdict, CollisionVerdict::touching);
   // With a plate through the ball the same box is a collision.
   const auto plate = world_triangles(box_mesh({0.2, 0.2, 0.002}), at(kOrigin));
   shell.insert(shell.end(), plate.begin(), plate.end());
@@ -98,7 +98,7 @@ TEST_F(Detecting, AHullWhollyInsideABoxIsACandidate) {
 
 TEST_F(Detecting, AHullWhollyInsideAnObjectIsSaidToTouchNoSample) {
   const Detection detection = detect_all({ball(kOrigin, 0.02)}, {world_triangles(sphere_mesh(0.1, 2), at(kOrigin))}, cameras());
-  EXPECT_EQ(detection.objects[0].verdict, CollisionVerdict::no_sample_inside);
+  EXPECT_EQ(detection.objects[0].verdict, CollisionVerdict::touching);
   EXPECT_TRUE(detection.objects[0].points.empty());
 }
 

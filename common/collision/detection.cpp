@@ -70,7 +70,7 @@ Detection detect(TriangleVolumeQuery& query, std::span<const std::vector<Triangl
       case Stage::box_touched: ++counts.box_touched; break;
       case Stage::box_may_hold: ++counts.box_may_hold; break;
     }
-    detection.objects[i].verdict = CollisionVerdict::no_sample_inside;
+    detection.objects[i].verdict = CollisionVerdict::touching;
     candidates.add(i, objects_world_m[i]);
   }
 

@@ -8,25 +8,13 @@
 //                miss: it is split and asked in the images again. Cells left over: candidate; none: certified free.
 //   4. triangles those of all candidates, volume-queried together.
 //
-// So `free` is certain, whatever the sampling; `colliding` is certain; between them lies no_sample_inside.
+// So `free` is certain, whatever the sampling; `colliding` is certain; between them lies `touching`: the box holds, or may hold, hull points,
+// and no sample of the surface is one of them. The hull may lie wholly inside the object, or be thinner than the sampling where it
+// meets the surface.
 #pragma once
 #include "common/collision/volume_query_gl.h"
 
 namespace fivepipe {
-
-enum class CollisionVerdict {
-  free,              // no hull point in the object's box: certified
-  no_sample_inside,  // the box holds, or may hold, hull points; no sample of the surface is one of them. The hull may lie wholly
-                     // inside the object, or be thinner than the sampling where it meets the surface.
-  colliding
-};
-
-struct ObjectCollision {
-  CollisionVerdict verdict = CollisionVerdict::free;
-  std::vector<std::uint32_t> triangles;  // of the object, with collision points; ascending
-  std::vector<CollisionPoint> points;    // CP_i, by triangle of the object, then row, then column of its viewport
-  bool colliding() const { return verdict == CollisionVerdict::colliding; }
-};
 
 // How many objects each stage passed; objects = free_by_image + box_touched + free_by_cells + box_may_hold.
 struct DetectionCounts {

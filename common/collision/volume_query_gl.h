@@ -13,18 +13,12 @@
 #include <span>
 #include <vector>
 
+#include "common/collision/collision.h"
 #include "common/collision/triangle.h"
 #include "common/gl/objects.h"
 #include "common/hull/hull.h"
 
 namespace fivepipe {
-
-// CP_i: a point of a triangle that lies in the hull.
-struct CollisionPoint {
-  Eigen::Vector3d p_world_m;
-  std::uint32_t triangle;  // index into what was queried
-  bool operator==(const CollisionPoint&) const = default;
-};
 
 struct TriangleQueryResult {
   std::vector<CollisionPoint> points;    // by triangle, then row, then column of its viewport
