@@ -1,0 +1,175 @@
+#include "common/collision/cpu_detection.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+
+#include "common/collision/contact_lanes.h"
+#include "common/collision/triangle_walk.h"
+
+namespace fivepipe {
+namespace {
+
+using Eigen::Vector3d;
+
+// Leaves handed to a thread together.
+constexpr int kLeavesATask = 4;
+
+struct OpenLeaf {
+  std::size_t object;
+  int leaf;
+};
+
+// What a thread found in some leaves, one after the other.
+struct Found {
+  struct Triangle {
+    std::size_t object;
+    std::uint32_t triangle;
+    CollisionVerdict verdict;
+    bool coarser;
+    std::size_t first_point, points;
+  };
+  std::vector<Triangle> triangles;
+  std::vector<Vector3d> points_world_m;
+  CpuDetectionCounts counts;
+};
+
+struct ObjectAtHand {
+  const DetectionObject* object;
+  std::vector<ObjectMap> maps;
+  bool mapped;  // by all cameras; else its boxes say nothing
+};
+
+ObjectAtHand at_hand(const HullQuery& query, const DetectionObject& object) {
+  ObjectAtHand o{&object, {}, true};
+  Eigen::Isometry3d world_from_tree = object.world_from_object;
+  world_from_tree.translation() = object.world_from_object * object.tree->origin_m();
+  for (const CpuHull::MapCamera& camera : query.hull().cameras()) {
+    const auto map = object_map(camera, world_from_tree, object.tree->radius_m());
+    if (map) o.maps.push_back(*map);
+    else o.mapped = false;
+  }
+  return o;
+}
+
+// The leaves that are not free, in order.
+void open_leaves(const ObjectAtHand& o, std::size_t number, std::vector<OpenLeaf>& leaves, std::size_t& boxes) {
+  struct Node {
+    int level, index;
+  };
+  const MeshTree& tree = *o.object->tree;
+  std::vector<Node> open{{tree.levels() - 1, 0}};
+  while (!open.empty()) {
+    const Node node = open.back();
+    open.pop_back();
+    const MeshTree::Boxes& children = tree.boxes(node.level, node.index);
+    ++boxes;
+    std::uint32_t left = ~look_at_boxes(o.maps, children).free & ((1u << MeshTree::kFan) - 1);
+    if (node.level == 0) {
+      for (; left; left &= left - 1) leaves.push_back({number, node.index * MeshTree::kFan + std::countr_zero(left)});
+    } else {
+      for (; left; left &= ~std::bit_floor(left)) open.push_back({node.level - 1, node.index * MeshTree::kFan + int(std::bit_width(left)) - 1});
+    }
+  }
+}
+
+void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, TriangleWalk& walk, Found& found) {
+  const MeshTree& tree = *o.object->tree;
+  const auto triangles = tree.triangles_of(open.leaf);
+  const ContactBits bits = look_at_leaf(o.maps, tree.leaf(open.leaf), int(triangles.size()));
+  found.counts.triangles_looked_at += triangles.size();
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    if (bits.free >> i & 1) continue;
+    Triangle world;
+    for (std::size_t k = 0; k < 3; ++k) world[k] = o.object->world_from_object * tree.mesh().vertices_m[tree.mesh().triangles[triangles[i]][k]];
+    const std::size_t first = found.points_world_m.size();
+    const TriangleContact contact = walk.walk(world, o.object->rp_object_world_m, found.points_world_m);
+    ++found.counts.triangles_walked;
+    found.counts.points_in_double += contact.points_in_double;
+    found.counts.undecided += contact.cut_off;
+    if (contact.verdict != CollisionVerdict::free)
+      found.triangles.push_back({open.object, triangles[i], contact.verdict, contact.coarser, first, found.points_world_m.size() - first});
+  }
+}
+
+// The points of one object, by triangle, from those of all tasks; spread evenly where there are too many, with the farthest kept.
+void gather_points(std::span<const std::pair<const Found*, const Found::Triangle*>> triangles, const DetectionObject& object, std::size_t max_points, ObjectCollision& collision) {
+  std::size_t count = 0;
+  for (const auto& [found, t] : triangles) count += t->points;
+  collision.truncated |= count > max_points;
+  const CollisionPoint* farthest = nullptr;
+  std::vector<CollisionPoint> all;
+  all.reserve(count);
+  for (const auto& [found, t] : triangles)
+    for (std::size_t i = 0; i < t->points; ++i) all.push_back({found->points_world_m[t->first_point + i], t->triangle});
+  if (count <= max_points) {
+    collision.points = std::move(all);
+    return;
+  }
+  double farthest_m = -1;
+  for (const CollisionPoint& p : all)
+    if (const double m = (p.p_world_m - object.rp_object_world_m).norm(); m > farthest_m) farthest_m = m, farthest = &p;
+  for (std::size_t i = 0; i < max_points; ++i) {
+    const CollisionPoint* begin = &all[i * count / max_points];
+    const CollisionPoint* end = i + 1 < max_points ? &all[(i + 1) * count / max_points] : all.data() + count;
+    collision.points.push_back(farthest >= begin && farthest < end ? *farthest : *begin);
+  }
+}
+
+void check(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options) {
+  if (query.hull().rule().limits != Limits::all) throw std::invalid_argument("collision is detected where all cameras limit the hull, not with limits: seen");
+  if (!(options.eps_m > 0 && std::isfinite(options.eps_m))) throw std::invalid_argument("eps of the detection is not positive");
+  if (!(options.spacing_m >= 0 && std::isfinite(options.spacing_m))) throw std::invalid_argument("spacing of collision points is negative or not finite");
+  if (options.max_points == 0) throw std::invalid_argument("no collision point is allowed; spacing 0 asks for the verdict alone");
+  for (const DetectionObject& o : objects)
+    if (!o.world_from_object.matrix().allFinite() || !o.rp_object_world_m.allFinite()) throw std::invalid_argument("an object's pose or reference point is not finite");
+}
+
+}  // namespace
+
+std::vector<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options, CpuDetectionCounts* counts) {
+  check(query, objects, options);
+  std::vector<ObjectCollision> collisions(objects.size());
+  if (query.hull().empty()) return collisions;
+  std::vector<ObjectAtHand> at(objects.size());
+  std::vector<OpenLeaf> leaves;
+  CpuDetectionCounts sum;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (objects[i].tree->empty()) continue;
+    at[i] = at_hand(query, objects[i]);
+    open_leaves(at[i], i, leaves, sum.boxes);
+  }
+  WorkerPool& pool = query.hull().pool();
+  const int tasks = (int(leaves.size()) + kLeavesATask - 1) / kLeavesATask;
+  std::vector<Found> found(static_cast<std::size_t>(tasks));
+  std::vector<TriangleWalk> walks(std::size_t(pool.threads()), TriangleWalk(query, {options.eps_m, options.spacing_m, options.max_points}));
+  pool.run(tasks, [&](int task, int thread) {
+    for (std::size_t i = std::size_t(task) * kLeavesATask; i < std::min(leaves.size(), std::size_t(task + 1) * kLeavesATask); ++i)
+      walk_leaf(at[leaves[i].object], leaves[i], walks[std::size_t(thread)], found[std::size_t(task)]);
+  });
+
+  std::vector<std::pair<const Found*, const Found::Triangle*>> triangles;
+  for (const Found& f : found) {
+    for (const Found::Triangle& t : f.triangles) triangles.emplace_back(&f, &t);
+    sum.triangles_looked_at += f.counts.triangles_looked_at, sum.triangles_walked += f.counts.triangles_walked;
+    sum.points_in_double += f.counts.points_in_double, sum.undecided += f.counts.undecided;
+  }
+  std::sort(triangles.begin(), triangles.end(), [](const auto& a, const auto& b) { return std::pair(a.second->object, a.second->triangle) < std::pair(b.second->object, b.second->triangle); });
+  for (std::size_t first = 0, last; first < triangles.size(); first = last) {
+    const std::size_t object = triangles[first].second->object;
+    ObjectCollision& collision = collisions[object];
+    for (last = first; last < triangles.size() && triangles[last].second->object == object; ++last) {
+      const Found::Triangle& t = *triangles[last].second;
+      (t.verdict == CollisionVerdict::colliding ? collision.triangles : collision.touching).push_back(t.triangle);
+      collision.verdict = std::max(collision.verdict, t.verdict);
+      collision.truncated |= t.coarser && t.points > 0;
+    }
+    gather_points({triangles.data() + first, last - first}, objects[object], options.max_points, collision);
+  }
+  if (counts) *counts = sum;
+  return collisions;
+}
+
+}  // namespace fivepipe

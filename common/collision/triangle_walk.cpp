@@ -1,0 +1,241 @@
+#include "common/collision/triangle_walk.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fivepipe {
+namespace {
+
+using Eigen::Vector3d;
+
+// Parts that are still mixed are split until they are this much smaller than eps: what is left open then is rare.
+constexpr double kFinest = 16;
+// Whole numbers up to here are float [units of an edge].
+constexpr double kMostUnits = 1 << 22;
+// A triangle that float has no room for, or that comes near to a camera's plane, is cut in four so often.
+constexpr int kMostCuts = 10;
+// Parts of one triangle looked at together at most: hulls as ragged as that are noise.
+constexpr std::size_t kMostCells = 1 << 16;
+// Of those that are open at last, so many are asked in double.
+constexpr std::size_t kMostAsked = 1024;
+// Parts of at most so many samples an edge are not looked at, but sampled.
+constexpr double kSampledTogether = 4;
+// The first glance at a triangle, where only the verdict is wanted: so many parts an edge, sixteen in all, one vector.
+constexpr int kGlance = 4;
+
+bool before(const Vector3d& a, const Vector3d& b) { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); }
+
+}  // namespace
+
+TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, const Vector3d& farthest_from_world_m, std::vector<Vector3d>& points_world_m) {
+  contact_ = {};
+  points_world_m_ = &points_world_m;
+  farthest_from_world_m_ = farthest_from_world_m;
+  farthest_m_ = -1;
+  Triangle sorted = triangle_world_m;
+  std::sort(sorted.begin(), sorted.end(), before);
+  contact_.verdict = walk_part(sorted, 0);
+  if (farthest_m_ >= 0 && (points_world_m.empty() || points_world_m.back() != farthest_world_m_)) points_world_m.push_back(farthest_world_m_);
+  return contact_;
+}
+
+CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
+  vertices_ = vertices;
+  choose_grid();
+  const Maps maps = set_maps();
+  if (maps == Maps::free) return CollisionVerdict::free;
+  const bool too_large = units_ > kMostUnits;
+  if (maps == Maps::some || too_large) {
+    begin_cells(1);
+    mixed_.clear(), solid_.clear();
+    if (!too_large) look_at_cells(maps_, cells_, float(units_), mixed_, solid_);
+    if (!too_large && mixed_.count + solid_.count == 0) return CollisionVerdict::free;
+    return depth < kMostCuts ? split_part(vertices, depth) : ask_corners(vertices);
+  }
+  const bool found = options_.spacing_m > 0 ? sample() : glance();
+  return found ? CollisionVerdict::colliding : decide();
+}
+
+CollisionVerdict TriangleWalk::split_part(const Triangle& v, int depth) {
+  const Vector3d m01 = 0.5 * (v[0] + v[1]), m02 = 0.5 * (v[0] + v[2]), m12 = 0.5 * (v[1] + v[2]);
+  CollisionVerdict worst = CollisionVerdict::free;
+  for (const Triangle& part : {Triangle{v[0], m01, m02}, Triangle{m01, v[1], m12}, Triangle{m02, m12, v[2]}, Triangle{m01, m12, m02}}) {
+    worst = std::max(worst, walk_part(part, depth + 1));
+    if (worst == CollisionVerdict::colliding && !(options_.spacing_m > 0)) break;
+  }
+  return worst;
+}
+
+CollisionVerdict TriangleWalk::ask_corners(const Triangle& vertices) {
+  bool any = false;
+  for (const Vector3d& v : vertices) {
+    ++contact_.points_in_double;
+    if (!query_->contains(v)) continue;
+    any = true;
+    add(v);
+    if (!(options_.spacing_m > 0)) break;
+  }
+  return any ? CollisionVerdict::colliding : CollisionVerdict::touching;
+}
+
+// How finely an edge is divided: samples no farther apart than the spacing; the finest parts no larger than eps / kFinest.
+void TriangleWalk::choose_grid() {
+  const double longest_m = std::max({(vertices_[1] - vertices_[0]).norm(), (vertices_[2] - vertices_[0]).norm(), (vertices_[2] - vertices_[1]).norm()});
+  start_ = 1, divisions_ = 1;
+  if (options_.spacing_m > 0) {
+    const double most = std::max(1.0, std::floor(std::sqrt(double(options_.max_points)))), needed = longest_m / options_.spacing_m;
+    if (needed > most) contact_.coarser = true;
+    while (divisions_ < std::min(needed, most)) {
+      if (start_ == 1 && divisions_ >= 2 && 3 * (divisions_ / 2) >= std::min(needed, most)) start_ = 3, divisions_ = 3 * (divisions_ / 2);
+      else divisions_ *= 2;
+    }
+  }
+  units_ = divisions_;
+  while (units_ <= kMostUnits && longest_m / units_ > options_.eps_m / kFinest) units_ *= 2;
+}
+
+// free: the part is behind a camera. some: of the others there is no map for all.
+TriangleWalk::Maps TriangleWalk::set_maps() {
+  maps_.clear();
+  bool all = true;
+  for (const CpuHull::MapCamera& camera : query_->hull().cameras()) {
+    TriangleMap map;
+    const Facing facing = triangle_map(camera, vertices_, units_, map);
+    if (facing == Facing::behind) return Maps::free;
+    if (facing == Facing::in_front) maps_.push_back(map);
+    else all = false;
+  }
+  return all ? Maps::all : Maps::some;
+}
+
+// The whole part, divided evenly.
+void TriangleWalk::begin_cells(int divisions) {
+  cells_.clear();
+  const double h = units_ / divisions;
+  for (int j = 0; j < divisions; ++j)
+    for (int i = 0; i + j < divisions; ++i) {
+      cells_.add(float(i * h), float(j * h), 1);
+      if (i + j + 1 < divisions) cells_.add(float((i + 1) * h), float((j + 1) * h), -1);
+    }
+}
+
+// Each in four: cells_ of half the size. Of three corners each has one part like it, and one the other way round in its middle.
+void TriangleWalk::split_cells(const Cells& cells, double h) {
+  const float half = float(0.5 * h);
+  cells_.clear();
+  cells_.make_room(4 * cells.count);
+  for (std::size_t i = 0; i < cells.count; ++i) {
+    const float a = cells.a[i], b = cells.b[i], sigma = cells.sigma[i], step = sigma * half;
+    cells_.add(a, b, sigma);
+    cells_.add(a + step, b, sigma);
+    cells_.add(a, b + step, sigma);
+    cells_.add(a + step, b + step, -sigma);
+  }
+}
+
+bool TriangleWalk::sample() {
+  const double sample_h = units_ / divisions_;
+  const std::size_t before = points_world_m_->size();
+  begin_cells(start_);
+  double h = units_ / start_;
+  for (; h > kSampledTogether * sample_h && cells_.count > 0; h *= 0.5) {
+    mixed_.clear(), solid_.clear();
+    look_at_cells(maps_, cells_, float(h), mixed_, solid_);
+    take_solid(h, sample_h);
+    split_cells(mixed_, h);
+  }
+  for (; h > sample_h; h *= 0.5) {
+    std::swap(cells_, mixed_);
+    split_cells(mixed_, h);
+  }
+  inside_.clear(), unsure_.clear();
+  look_at_middles(maps_, cells_, float(h), inside_, unsure_);
+  take_inside(h);
+  return points_world_m_->size() > before;
+}
+
+// One sample a part of a coarse division: most triangles that collide have one in the hull.
+bool TriangleWalk::glance() {
+  if (units_ < kGlance) return false;
+  begin_cells(kGlance);
+  inside_.clear(), unsure_.clear();
+  look_at_middles(maps_, cells_, float(units_ / kGlance), inside_, unsure_);
+  if (inside_.count > 0) add(middle(inside_, 0, units_ / kGlance));
+  return inside_.count > 0;
+}
+
+CollisionVerdict TriangleWalk::decide() {
+  begin_cells(1);
+  for (double h = units_;; h *= 0.5) {
+    mixed_.clear(), solid_.clear(), inside_.clear(), unsure_.clear();
+    look_at_cells(maps_, cells_, float(h), mixed_, solid_);
+    if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
+    look_at_middles(maps_, mixed_, float(h), inside_, unsure_);
+    if (solid_.count + inside_.count > 0) {
+      add(middle(solid_.count > 0 ? solid_ : inside_, 0, h));
+      return CollisionVerdict::colliding;
+    }
+    contact_.cut_off = mixed_.count > kMostCells;
+    if (h <= start_ || contact_.cut_off) return settle(h);
+    split_cells(mixed_, h);
+  }
+}
+
+// What is open at last, in double.
+CollisionVerdict TriangleWalk::settle(double h) {
+  for (std::size_t i = 0; i < std::min(mixed_.count, kMostAsked); ++i) {
+    const double a = mixed_.a[i], b = mixed_.b[i], step = mixed_.sigma[i] * h;
+    for (const Vector3d& p : {point(a, b), point(a + step, b), point(a, b + step), middle(mixed_, i, h)}) {
+      ++contact_.points_in_double;
+      if (!query_->contains(p)) continue;
+      add(p);
+      return CollisionVerdict::colliding;
+    }
+  }
+  return CollisionVerdict::touching;
+}
+
+bool TriangleWalk::take_inside(double h) {
+  for (std::size_t i = 0; i < inside_.count; ++i) add(middle(inside_, i, h));
+  for (std::size_t i = 0; i < unsure_.count; ++i) {
+    const Vector3d p = middle(unsure_, i, h);
+    ++contact_.points_in_double;
+    if (query_->contains(p)) add(p);
+  }
+  return true;
+}
+
+// Every sample of the solid cells; of their points, a corner is farthest from anywhere.
+void TriangleWalk::take_solid(double h, double sample_h) {
+  const int rows = int(std::lround(h / sample_h));
+  for (std::size_t i = 0; i < solid_.count; ++i) {
+    const double a = solid_.a[i], b = solid_.b[i], step = solid_.sigma[i] * sample_h;
+    for (int row = 0; row < rows; ++row)
+      for (int column = 0; column + row < rows; ++column) {
+        add(point(a + (column + 1.0 / 3) * step, b + (row + 1.0 / 3) * step));
+        if (column + row + 1 < rows) add(point(a + (column + 2.0 / 3) * step, b + (row + 2.0 / 3) * step));
+      }
+    for (const Vector3d& corner : {point(a, b), point(a + rows * step, b), point(a, b + rows * step)}) consider(corner);
+  }
+}
+
+Vector3d TriangleWalk::point(double a, double b) const { return vertices_[0] + a / units_ * (vertices_[1] - vertices_[0]) + b / units_ * (vertices_[2] - vertices_[0]); }
+
+Vector3d TriangleWalk::middle(const Cells& cells, std::size_t i, double h) const {
+  const double third = cells.sigma[i] * h / 3;
+  return point(cells.a[i] + third, cells.b[i] + third);
+}
+
+void TriangleWalk::add(const Vector3d& p_world_m) {
+  points_world_m_->push_back(p_world_m);
+  consider(p_world_m);
+}
+
+void TriangleWalk::consider(const Vector3d& p_world_m) {
+  const double distance_m = (p_world_m - farthest_from_world_m_).norm();
+  if (!(distance_m > farthest_m_)) return;
+  farthest_m_ = distance_m;
+  farthest_world_m_ = p_world_m;
+}
+
+}  // namespace fivepipe

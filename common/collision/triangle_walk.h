@@ -1,0 +1,66 @@
+// One triangle against the visual hull: certified verdict and collision points (cpu_detection.h, steps 3 and 4).
+#pragma once
+#include <vector>
+
+#include "common/collision/collision.h"
+#include "common/collision/contact_lanes.h"
+#include "common/collision/triangle.h"
+#include "common/hull/hull_query.h"
+
+namespace fivepipe {
+
+struct TriangleWalkOptions {
+  double eps_m, spacing_m;   // spacing_m 0: the verdict alone, and one point
+  std::size_t max_points;    // of a triangle; where the spacing would give more samples than that, they are farther apart
+};
+
+struct TriangleContact {
+  CollisionVerdict verdict = CollisionVerdict::free;
+  bool coarser = false;  // samples are farther apart than asked for
+  std::size_t points_in_double = 0;
+  bool cut_off = false;  // touching, for there were too many parts to look at
+};
+
+class TriangleWalk {  // of one thread; keeps its buffers. The query must outlive it.
+ public:
+  TriangleWalk(const HullQuery& query, const TriangleWalkOptions& options) : query_(&query), options_(options) {}
+
+  // Appends the triangle's points in the hull; the one farthest from the reference is the last. The same for every order of the vertices,
+  // which are finite.
+  TriangleContact walk(const Triangle& triangle_world_m, const Eigen::Vector3d& farthest_from_world_m, std::vector<Eigen::Vector3d>& points_world_m);
+
+ private:
+  enum class Maps { free, all, some };
+  CollisionVerdict walk_part(const Triangle& vertices, int depth);
+  CollisionVerdict split_part(const Triangle& vertices, int depth);
+  CollisionVerdict ask_corners(const Triangle& vertices);
+  Maps set_maps();
+  void choose_grid();
+  void begin_cells(int divisions);
+  void split_cells(const Cells& cells, double h);
+  bool sample();
+  bool glance();
+  CollisionVerdict decide();
+  CollisionVerdict settle(double h);
+  bool take_inside(double h);
+  void take_solid(double h, double sample_h);
+  Eigen::Vector3d point(double a, double b) const;
+  Eigen::Vector3d middle(const Cells& cells, std::size_t i, double h) const;
+  void add(const Eigen::Vector3d& p_world_m);
+  void consider(const Eigen::Vector3d& p_world_m);
+
+  const HullQuery* query_;
+  TriangleWalkOptions options_;
+  TriangleContact contact_;
+  Triangle vertices_;         // of the part at hand
+  std::vector<TriangleMap> maps_;
+  int divisions_ = 1;         // of an edge, by the samples' grid: start_ times a power of two
+  int start_ = 1;             // into so many an edge is divided first
+  double units_ = 1;          // of an edge: the finest division
+  Cells cells_, mixed_, solid_, inside_, unsure_;
+  std::vector<Eigen::Vector3d>* points_world_m_ = nullptr;
+  Eigen::Vector3d farthest_from_world_m_, farthest_world_m_;
+  double farthest_m_ = -1;
+};
+
+}  // namespace fivepipe
