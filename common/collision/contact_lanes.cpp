@@ -53,9 +53,17 @@ HWY_INLINE Look look(const ContactMap& c, VF low_u, VF high_u, VF low_v, VF high
   const MF beside = hn::Or(hn::Or(hn::Lt(high_u, hn::Set(d, c.begin_u)), hn::Gt(low_u, hn::Set(d, c.end_u))), hn::Or(hn::Lt(high_v, hn::Set(d, c.begin_v)), hn::Gt(low_v, hn::Set(d, c.end_v))));
   VF fu = hn::Floor(low_u), fv = hn::Floor(low_v);
   const VF last_u = hn::Floor(high_u), last_v = hn::Floor(high_v), reach = reach_at(c, fu, fv);
-  const VF size = hn::Add(hn::Max(hn::Sub(last_u, fu), hn::Sub(last_v, fv)), hn::Set(d, 1.0f));
-  const MF one_box = hn::Ge(hn::Abs(reach), size), object = hn::Lt(reach, zero);
-  return {hn::Or(beside, hn::AndNot(object, one_box)), hn::AndNot(beside, hn::And(object, one_box))};
+  const VF one = hn::Set(d, 1.0f), width = hn::Add(hn::Sub(last_u, fu), one), height = hn::Add(hn::Sub(last_v, fv), one);
+  // One square, or two along the longer side.
+  const VF longer = hn::Max(width, height), side = hn::Max(hn::Min(width, height), hn::Ceil(hn::Mul(hn::Set(d, 0.5f), longer)));
+  MF alike = hn::Ge(hn::Abs(reach), side);
+  const MF object = hn::Lt(reach, zero), two = hn::And(alike, hn::Lt(side, longer));
+  if (!hn::AllFalse(d, two)) {
+    VF next_u = hn::Add(fu, hn::IfThenElseZero(hn::Gt(width, height), hn::Sub(width, side))), next_v = hn::Add(fv, hn::IfThenElseZero(hn::Gt(height, width), hn::Sub(height, side)));
+    const VF next = reach_at(c, next_u, next_v);
+    alike = hn::And(alike, hn::Or(hn::Not(two), hn::And(hn::Ge(hn::Abs(next), side), hn::Not(hn::Xor(object, hn::Lt(next, zero))))));
+  }
+  return {hn::Or(beside, hn::AndNot(object, alike)), hn::AndNot(beside, hn::And(object, alike))};
 }
 
 HWY_INLINE MF nothing() {
@@ -285,30 +293,32 @@ std::optional<ObjectMap> object_map(const CpuHull::MapCamera& camera, const Eige
   return map;
 }
 
-Facing triangle_map(const CpuHull::MapCamera& camera, const std::array<Vector3d, 3>& vertices_world_m, double units, TriangleMap& map) {
-  const Eigen::Matrix3d pixel = pixel_from_camera(camera.camera.pinhole);
+PixelFromWorld pixel_from_world(const Camera& camera) { return pixel_from_camera(camera.pinhole) * camera.camera_from_world.matrix().topRows<3>(); }
+
+Facing triangle_map(const PixelFromWorld& pixel, const BoxReach& reach, const std::array<Vector3d, 3>& vertices_world_m, double units, TriangleMap& map) {
   std::array<Vector3d, 3> images;
   double least_w = std::numeric_limits<double>::infinity(), most_w = -least_w;
   for (std::size_t k = 0; k < 3; ++k) {
-    images[k] = pixel * (camera.camera.camera_from_world * vertices_world_m[k]);
+    images[k] = pixel.leftCols<3>() * vertices_world_m[k] + pixel.col(3);
     least_w = std::min(least_w, images[k].z()), most_w = std::max(most_w, images[k].z());
   }
   if (most_w < 0) return Facing::behind;
   if (!(least_w > 0)) return Facing::unsure;
   const Vector3d middle = images[0] / images[0].z() + images[1] / images[1].z() + images[2] / images[2].z();
-  const PixelRect& stored = camera.reach.stored();
+  const PixelRect& stored = reach.stored();
   const int base_u = within(middle.x() / 3, stored.u0_px, stored.u1_px - 1), base_v = within(middle.y() / 3, stored.v0_px, stored.v1_px - 1);
   double farthest_px = 0;
   for (Vector3d& image : images) {
     image.head<2>() -= Eigen::Vector2d(base_u, base_v) * image.z();
     farthest_px = std::max(farthest_px, image.head<2>().cwiseAbs().maxCoeff() / image.z());
   }
+  const double per_unit = 1 / units;
   const Vector3d by_a = images[1] - images[0], by_b = images[2] - images[0], terms = images[0].cwiseAbs() + by_a.cwiseAbs() + by_b.cwiseAbs();
   const double eps_px = kOfForm * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) / least_w + kOfImage * farthest_px;
   if (!(farthest_px < kFarthestImage_px && eps_px < kMostContactEps_px)) return Facing::unsure;
-  set_map(camera.reach, base_u, base_v, map);
+  set_map(reach, base_u, base_v, map);
   map.eps_px = float(eps_px * (1 + kOfImage));
-  for (int row = 0; row < 3; ++row) map.at[row] = float(images[0][row]), map.by_a[row] = float(by_a[row] / units), map.by_b[row] = float(by_b[row] / units);
+  for (int row = 0; row < 3; ++row) map.at[row] = float(images[0][row]), map.by_a[row] = float(by_a[row] * per_unit), map.by_b[row] = float(by_b[row] * per_unit);
   return Facing::in_front;
 }
 

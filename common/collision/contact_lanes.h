@@ -1,8 +1,8 @@
 // Boxes, triangles, and parts of a triangle against the object pixels of all cameras, in vector lanes, in float with certified margins.
 //
 // What is convex projects into the rectangle around the images of its corners. One camera without an object pixel in that rectangle: free.
-// All cameras with object pixels alone in theirs: solid, all of it is in the hull. Else mixed. The rectangle is looked up in one step: the
-// box ahead of its upper left pixel is as large as it, or is not (BoxReach, Box::right_down). Rule: Limits::all.
+// All cameras with object pixels alone in theirs: solid, all of it is in the hull. Else mixed. The rectangle is looked up in one step or two: the
+// boxes ahead of its upper left pixel, and of one farther along, cover it or don't (BoxReach, Box::right_down). Rule: Limits::all.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -47,7 +47,10 @@ struct TriangleMap : ContactMap {
   float at[3], by_a[3], by_b[3];
 };
 enum class Facing { in_front, behind, unsure };  // unsure: it comes too near to the camera's plane, or is too large, for float
-Facing triangle_map(const CpuHull::MapCamera& camera, const std::array<Eigen::Vector3d, 3>& vertices_world_m, double units, TriangleMap& map);
+// (U, V, W) of a point of the world; pixel p covers [p, p + 1) of U / W.
+using PixelFromWorld = Eigen::Matrix<double, 3, 4>;
+PixelFromWorld pixel_from_world(const Camera& camera);
+Facing triangle_map(const PixelFromWorld& pixel, const BoxReach& reach, const std::array<Eigen::Vector3d, 3>& vertices_world_m, double units, TriangleMap& map);
 
 // Parts of a triangle, alike in size: corners (a, b), (a + sigma h, b), (a, b + sigma h), sigma = 1 or -1.
 struct Cells {

@@ -78,14 +78,15 @@ void open_leaves(const ObjectAtHand& o, std::size_t number, std::vector<OpenLeaf
 void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, TriangleWalk& walk, Found& found) {
   const MeshTree& tree = *o.object->tree;
   const auto triangles = tree.triangles_of(open.leaf);
-  const ContactBits bits = look_at_leaf(o.maps, tree.leaf(open.leaf), int(triangles.size()));
+  ContactBits bits = look_at_leaf(o.maps, tree.leaf(open.leaf), int(triangles.size()));
+  if (!o.mapped) bits.solid = 0;
   found.counts.triangles_looked_at += triangles.size();
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (bits.free >> i & 1) continue;
     Triangle world;
     for (std::size_t k = 0; k < 3; ++k) world[k] = o.object->world_from_object * tree.mesh().vertices_m[tree.mesh().triangles[triangles[i]][k]];
     const std::size_t first = found.points_world_m.size();
-    const TriangleContact contact = walk.walk(world, o.object->rp_object_world_m, found.points_world_m);
+    const TriangleContact contact = walk.walk(world, bits.solid >> i & 1, o.object->rp_object_world_m, found.points_world_m);
     ++found.counts.triangles_walked;
     found.counts.points_in_double += contact.points_in_double;
     found.counts.undecided += contact.cut_off;

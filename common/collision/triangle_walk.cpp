@@ -27,15 +27,19 @@ bool before(const Vector3d& a, const Vector3d& b) { return std::lexicographical_
 
 }  // namespace
 
-TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, const Vector3d& farthest_from_world_m, std::vector<Vector3d>& points_world_m) {
+TriangleWalk::TriangleWalk(const HullQuery& query, const TriangleWalkOptions& options) : query_(&query), options_(options) {
+  for (const CpuHull::MapCamera& camera : query.hull().cameras()) pixels_from_world_.push_back(pixel_from_world(camera.camera));
+}
+
+TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid, const Vector3d& farthest_from_world_m, std::vector<Vector3d>& points_world_m) {
   contact_ = {};
   points_world_m_ = &points_world_m;
   farthest_from_world_m_ = farthest_from_world_m;
-  farthest_m_ = -1;
+  farthest_m2_ = -1;
   Triangle sorted = triangle_world_m;
   std::sort(sorted.begin(), sorted.end(), before);
-  contact_.verdict = walk_part(sorted, 0);
-  if (farthest_m_ >= 0 && (points_world_m.empty() || points_world_m.back() != farthest_world_m_)) points_world_m.push_back(farthest_world_m_);
+  contact_.verdict = solid ? take_all(sorted) : walk_part(sorted, 0);
+  if (farthest_m2_ >= 0 && (points_world_m.empty() || points_world_m.back() != farthest_world_m_)) points_world_m.push_back(farthest_world_m_);
   return contact_;
 }
 
@@ -54,6 +58,19 @@ CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
   }
   const bool found = options_.spacing_m > 0 ? sample() : glance();
   return found ? CollisionVerdict::colliding : decide();
+}
+
+CollisionVerdict TriangleWalk::take_all(const Triangle& vertices) {
+  if (!(options_.spacing_m > 0)) {
+    add((vertices[0] + vertices[1] + vertices[2]) / 3);
+    return CollisionVerdict::colliding;
+  }
+  vertices_ = vertices;
+  choose_grid();
+  begin_cells(1);
+  std::swap(cells_, solid_);
+  take_solid(units_, units_ / divisions_);
+  return CollisionVerdict::colliding;
 }
 
 CollisionVerdict TriangleWalk::split_part(const Triangle& v, int depth) {
@@ -98,9 +115,9 @@ void TriangleWalk::choose_grid() {
 TriangleWalk::Maps TriangleWalk::set_maps() {
   maps_.clear();
   bool all = true;
-  for (const CpuHull::MapCamera& camera : query_->hull().cameras()) {
+  for (std::size_t i = 0; i < pixels_from_world_.size(); ++i) {
     TriangleMap map;
-    const Facing facing = triangle_map(camera, vertices_, units_, map);
+    const Facing facing = triangle_map(pixels_from_world_[i], query_->hull().cameras()[i].reach, vertices_, units_, map);
     if (facing == Facing::behind) return Maps::free;
     if (facing == Facing::in_front) maps_.push_back(map);
     else all = false;
@@ -208,12 +225,13 @@ bool TriangleWalk::take_inside(double h) {
 // Every sample of the solid cells; of their points, a corner is farthest from anywhere.
 void TriangleWalk::take_solid(double h, double sample_h) {
   const int rows = int(std::lround(h / sample_h));
+  points_world_m_->reserve(points_world_m_->size() + solid_.count * std::size_t(rows) * std::size_t(rows));
   for (std::size_t i = 0; i < solid_.count; ++i) {
     const double a = solid_.a[i], b = solid_.b[i], step = solid_.sigma[i] * sample_h;
     for (int row = 0; row < rows; ++row)
       for (int column = 0; column + row < rows; ++column) {
-        add(point(a + (column + 1.0 / 3) * step, b + (row + 1.0 / 3) * step));
-        if (column + row + 1 < rows) add(point(a + (column + 2.0 / 3) * step, b + (row + 2.0 / 3) * step));
+        points_world_m_->push_back(point(a + (column + 1.0 / 3) * step, b + (row + 1.0 / 3) * step));
+        if (column + row + 1 < rows) points_world_m_->push_back(point(a + (column + 2.0 / 3) * step, b + (row + 2.0 / 3) * step));
       }
     for (const Vector3d& corner : {point(a, b), point(a + rows * step, b), point(a, b + rows * step)}) consider(corner);
   }
@@ -232,9 +250,9 @@ void TriangleWalk::add(const Vector3d& p_world_m) {
 }
 
 void TriangleWalk::consider(const Vector3d& p_world_m) {
-  const double distance_m = (p_world_m - farthest_from_world_m_).norm();
-  if (!(distance_m > farthest_m_)) return;
-  farthest_m_ = distance_m;
+  const double m2 = (p_world_m - farthest_from_world_m_).squaredNorm();
+  if (!(m2 > farthest_m2_)) return;
+  farthest_m2_ = m2;
   farthest_world_m_ = p_world_m;
 }
 

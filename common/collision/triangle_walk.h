@@ -23,15 +23,17 @@ struct TriangleContact {
 
 class TriangleWalk {  // of one thread; keeps its buffers. The query must outlive it.
  public:
-  TriangleWalk(const HullQuery& query, const TriangleWalkOptions& options) : query_(&query), options_(options) {}
+  TriangleWalk(const HullQuery& query, const TriangleWalkOptions& options);
 
   // Appends the triangle's points in the hull; the one farthest from the reference is the last. The same for every order of the vertices,
   // which are finite.
-  TriangleContact walk(const Triangle& triangle_world_m, const Eigen::Vector3d& farthest_from_world_m, std::vector<Eigen::Vector3d>& points_world_m);
+  // solid: known to lie in the hull, all of it.
+  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const Eigen::Vector3d& farthest_from_world_m, std::vector<Eigen::Vector3d>& points_world_m);
 
  private:
   enum class Maps { free, all, some };
   CollisionVerdict walk_part(const Triangle& vertices, int depth);
+  CollisionVerdict take_all(const Triangle& vertices);
   CollisionVerdict split_part(const Triangle& vertices, int depth);
   CollisionVerdict ask_corners(const Triangle& vertices);
   Maps set_maps();
@@ -51,6 +53,7 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
 
   const HullQuery* query_;
   TriangleWalkOptions options_;
+  std::vector<PixelFromWorld> pixels_from_world_;  // as the hull's cameras
   TriangleContact contact_;
   Triangle vertices_;         // of the part at hand
   std::vector<TriangleMap> maps_;
@@ -60,7 +63,7 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
   Cells cells_, mixed_, solid_, inside_, unsure_;
   std::vector<Eigen::Vector3d>* points_world_m_ = nullptr;
   Eigen::Vector3d farthest_from_world_m_, farthest_world_m_;
-  double farthest_m_ = -1;
+  double farthest_m2_ = -1;
 };
 
 }  // namespace fivepipe

@@ -1,0 +1,410 @@
+// Backend `cpu` of the collision detection, and the hard cases of triangles and meshes.
+#include <algorithm>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include "common/collision/cpu_detection.h"
+#include "tests/collision_scene.h"
+
+namespace fivepipe::test {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr DetectionOptions kVerdictAlone{.eps_m = 0.5e-3, .spacing_m = 0};
+
+// A hull, and what is asked of it.
+struct Hull {
+  std::vector<Silhouette> silhouettes;
+  WorkerPool pool;
+  CpuHull hull;
+  HullQuery query;
+  explicit Hull(std::vector<Silhouette> s, int threads = 1) : silhouettes(std::move(s)), pool(threads), hull(pool, silhouettes), query(hull) {}
+
+  ObjectCollision ask(const MeshTree& tree, const DetectionOptions& options = kVerdictAlone, const Isometry3d& pose = Isometry3d::Identity(), const Vector3d& rp = kOrigin) const {
+    const DetectionObject object{&tree, pose, rp};
+    return detect(query, {&object, 1}, options)[0];
+  }
+  CollisionVerdict ask(const Triangle& t, const DetectionOptions& options = kVerdictAlone) const { return ask(MeshTree(mesh_of({t})), options).verdict; }
+
+  static Mesh mesh_of(const std::vector<Triangle>& triangles) {
+    Mesh mesh;
+    for (const Triangle& t : triangles) {
+      const auto first = std::uint32_t(mesh.vertices_m.size());
+      mesh.vertices_m.insert(mesh.vertices_m.end(), t.begin(), t.end());
+      mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    return mesh;
+  }
+};
+
+std::vector<Silhouette> hand_like() {
+  std::vector<Capsule> object{{{-0.1, 0, 0}, {0, 0, 0.01}, 0.03}};
+  for (const double y : {-0.03, 0.0, 0.03}) object.push_back({{0, y, 0}, {0.08, 1.5 * y, 0.01}, 0.009});
+  return silhouettes_of(object, ring(4, 1.2, 0.6, 300, 0.5));
+}
+
+Triangle random_triangle(Random& random, double place_m, double size_m) {
+  const Vector3d p = random_in_ball(random, place_m);
+  return {p + random_in_ball(random, size_m), p + random_in_ball(random, size_m), p + random_in_ball(random, size_m)};
+}
+
+// A sample of the triangle in the hull, of n (n + 1) / 2.
+bool sampled(std::span<const Silhouette> silhouettes, const Triangle& t, int n) {
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; i + j < n; ++j)
+      if (in_hull(silhouettes, t[0] + double(i) / (n - 1) * (t[1] - t[0]) + double(j) / (n - 1) * (t[2] - t[0]))) return true;
+  return false;
+}
+
+bool holds(const std::vector<std::uint32_t>& numbers, std::size_t n) { return std::binary_search(numbers.begin(), numbers.end(), std::uint32_t(n)); }
+
+std::vector<Triangle> random_triangles(Random& random, int count) {
+  std::vector<Triangle> triangles;
+  for (int i = 0; i < count; ++i) triangles.push_back(random_triangle(random, 0.12, std::exp(uniform(random, std::log(0.002), std::log(0.3)))));
+  return triangles;
+}
+
+TEST(CpuDetection, AgreesWithDenseSamplingAndItsPointsAreInTheHull) {
+  Random random(1);
+  int colliding = 0, free = 0, touching = 0;
+  for (int scene = 0; scene < 12; ++scene) {
+    const Hull hull(scene == 0 ? hand_like() : silhouettes_of(random_object(random, 3), random_cameras(random, 1 + scene % 5)));
+    const std::vector<Triangle> triangles = random_triangles(random, 150);
+    const MeshTree tree(Hull::mesh_of(triangles));
+    const ObjectCollision alone = hull.ask(tree), with_points = hull.ask(tree, {.eps_m = 1e-3, .spacing_m = 2e-3, .max_points = 1u << 20});
+    for (const ObjectCollision* found : {&alone, &with_points}) {
+      for (const CollisionPoint& p : found->points) {
+        EXPECT_TRUE(in_hull(hull.silhouettes, p.p_world_m));
+        EXPECT_TRUE(holds(found->triangles, p.triangle));
+      }
+      for (std::size_t i = 0; i < triangles.size(); ++i)
+        if (sampled(hull.silhouettes, triangles[i], 24)) EXPECT_TRUE(holds(found->triangles, i)) << scene << ' ' << i;
+      for (const std::uint32_t t : found->triangles) EXPECT_TRUE(std::any_of(found->points.begin(), found->points.end(), [&](const CollisionPoint& p) { return p.triangle == t; }));
+    }
+    colliding += int(alone.triangles.size()), touching += int(alone.touching.size());
+    free += int(triangles.size() - alone.triangles.size() - alone.touching.size());
+  }
+  EXPECT_GT(colliding, 300);
+  EXPECT_GT(free, 300);
+  EXPECT_LT(touching, 0.01 * colliding);
+}
+
+// The part of a triangle that a thin wedge of one camera's pixels cuts out, however thin, is found: no depth is too small to be missed.
+TEST(CpuDetection, FindsAPenetrationFarThinnerThanEps) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(3, 1.2, 0.6, 300, 0.5)));
+  const auto entry = hull.query.first_entry({{0.3, 0.004, 0.002}, {-1, 0, 0}}, 0, 1);
+  ASSERT_TRUE(entry);
+  for (const double into_m : {1e-4, 1e-5, 1e-6, 1e-7}) {
+    const double x = 0.3 - *entry - into_m;
+    EXPECT_EQ(hull.ask(Triangle{Vector3d(x, 0.004, 0.002), Vector3d(x + 0.02, 0.014, 0.002), Vector3d(x + 0.02, -0.006, 0.002)}), CollisionVerdict::colliding) << into_m;
+  }
+}
+
+TEST(CpuDetection, EveryPermutationOfTheVerticesGivesTheSame) {
+  Random random(2);
+  const Hull hull(hand_like());
+  for (int i = 0; i < 60; ++i) {
+    Triangle t = random_triangle(random, 0.1, 0.05);
+    std::array<int, 3> order = {0, 1, 2};
+    const DetectionOptions options{.spacing_m = 4e-3};
+    const ObjectCollision first = hull.ask(MeshTree(Hull::mesh_of({t})), options);
+    while (std::next_permutation(order.begin(), order.end())) {
+      const ObjectCollision again = hull.ask(MeshTree(Hull::mesh_of({{t[std::size_t(order[0])], t[std::size_t(order[1])], t[std::size_t(order[2])]}})), options);
+      EXPECT_EQ(again.verdict, first.verdict);
+      EXPECT_EQ(again.points, first.points);
+    }
+  }
+}
+
+TEST(CpuDetection, ThreadsAndOrderOfObjectsChangeNothing) {
+  Random random(3);
+  std::vector<MeshTree> trees;
+  std::vector<DetectionObject> objects;
+  for (int i = 0; i < 7; ++i) trees.emplace_back(Hull::mesh_of(random_triangles(random, 90)));
+  for (const MeshTree& tree : trees) objects.push_back({&tree});
+  const Hull one(hand_like(), 1), three(hand_like(), 3);
+  const DetectionOptions options{.spacing_m = 3e-3};
+  const auto first = detect(one.query, objects, options), second = detect(three.query, objects, options);
+  std::reverse(objects.begin(), objects.end());
+  const auto turned = detect(three.query, objects, options);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    EXPECT_EQ(first[i].points, second[i].points);
+    EXPECT_EQ(first[i].triangles, second[i].triangles);
+    EXPECT_EQ(first[i].points, turned[objects.size() - 1 - i].points);
+  }
+}
+
+// Rounding may move what lies on a pixel's border: such triangles are few.
+TEST(CpuDetection, RigidMotionOfEverythingTogetherChangesNothing) {
+  Random random(4);
+  const std::vector<Silhouette> silhouettes = hand_like();
+  const MeshTree tree(Hull::mesh_of(random_triangles(random, 400)));
+  const ObjectCollision at_rest = Hull(silhouettes).ask(tree);
+  Isometry3d motion = Isometry3d::Identity();
+  motion.linear() = Eigen::AngleAxisd(1.1, random_direction(random)).toRotationMatrix();
+  motion.translation() = Vector3d(3, -2, 1);
+  std::vector<Silhouette> moved = silhouettes;
+  for (Silhouette& s : moved) s.camera.camera_from_world = s.camera.camera_from_world * motion.inverse();
+  EXPECT_EQ(Hull(moved).ask(tree, kVerdictAlone, motion).triangles, at_rest.triangles);
+}
+
+TEST(CpuDetection, SplittingATriangleChangesNoVerdict) {
+  Random random(5);
+  const Hull hull(hand_like());
+  for (int i = 0; i < 200; ++i) {
+    const Triangle t = random_triangle(random, 0.1, 0.08);
+    const Vector3d a = 0.5 * (t[0] + t[1]), b = 0.5 * (t[0] + t[2]), c = 0.5 * (t[1] + t[2]);
+    const ObjectCollision parts = hull.ask(MeshTree(Hull::mesh_of({{t[0], a, b}, {a, t[1], c}, {b, c, t[2]}, {a, b, c}})));
+    EXPECT_EQ(hull.ask(t) == CollisionVerdict::colliding, parts.colliding());
+  }
+}
+
+TEST(CpuDetection, AMeshOfTwoGivesTheResultsOfBoth) {
+  Random random(6);
+  const Hull hull(hand_like());
+  const std::vector<Triangle> first = random_triangles(random, 100), second = random_triangles(random, 57);
+  std::vector<Triangle> both = first;
+  both.insert(both.end(), second.begin(), second.end());
+  const auto a = hull.ask(MeshTree(Hull::mesh_of(first))).triangles, b = hull.ask(MeshTree(Hull::mesh_of(second))).triangles;
+  std::vector<std::uint32_t> expected = a;
+  for (const std::uint32_t t : b) expected.push_back(t + 100);
+  EXPECT_EQ(hull.ask(MeshTree(Hull::mesh_of(both))).triangles, expected);
+}
+
+TEST(CpuDetection, PointsAreNoFartherApartThanAskedForAndTheFarthestIsAmongThem) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  const Triangle t = {Vector3d(-0.02, -0.02, 0), Vector3d(0.03, -0.01, 0.01), Vector3d(0, 0.03, 0)};
+  const Vector3d rp(0.2, 0.1, 0.3);
+  for (const double spacing_m : {0.02, 5e-3, 1.1e-3}) {
+    const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of({t})), {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
+    for (int i = 0; i <= 40; ++i)
+      for (int j = 0; i + j <= 40; ++j) {
+        const Vector3d p = t[0] + i / 40.0 * (t[1] - t[0]) + j / 40.0 * (t[2] - t[0]);
+        EXPECT_TRUE(std::any_of(found.points.begin(), found.points.end(), [&](const CollisionPoint& q) { return (q.p_world_m - p).norm() <= spacing_m; }));
+      }
+    double farthest_m = 0, corner_m = 0;
+    for (const CollisionPoint& p : found.points) farthest_m = std::max(farthest_m, (p.p_world_m - rp).norm());
+    for (const Vector3d& v : t) corner_m = std::max(corner_m, (v - rp).norm());
+    EXPECT_DOUBLE_EQ(farthest_m, corner_m);  // of a triangle in the hull
+    EXPECT_FALSE(found.truncated);
+  }
+}
+
+TEST(CpuDetection, NoMorePointsThanAllowedAndTheFarthestIsKept) {
+  const Hull hull(hand_like());
+  const Isometry3d pose = at({-0.05, 0, 0});
+  const Vector3d rp(1, 0.3, 0.2);
+  const MeshTree tree(sphere_mesh(0.04, 3));
+  const auto farthest_m = [&](const ObjectCollision& c) {
+    double m = 0;
+    for (const CollisionPoint& p : c.points) m = std::max(m, (p.p_world_m - rp).norm());
+    return m;
+  };
+  const ObjectCollision all = hull.ask(tree, {.spacing_m = 1e-3, .max_points = 1u << 20}, pose, rp), some = hull.ask(tree, {.spacing_m = 1e-3, .max_points = 50}, pose, rp);
+  EXPECT_FALSE(all.truncated);
+  EXPECT_GT(all.points.size(), 1000u);
+  EXPECT_TRUE(some.truncated);
+  EXPECT_EQ(some.points.size(), 50u);
+  EXPECT_EQ(some.triangles, all.triangles);
+  EXPECT_NEAR(farthest_m(some), farthest_m(all), 2e-3);  // 50 points: those of a triangle are farther apart, too
+}
+
+TEST(CpuDetection, ADeformedMeshIsRefitted) {
+  const Hull hull(hand_like());
+  Mesh mesh = curtain_mesh(0.3, 0.3, 20, 18, 0.02, 3);
+  MeshTree tree(mesh);
+  Random random(7);
+  for (Vector3d& v : mesh.vertices_m) v += Vector3d(0, 0, 0.15) + random_in_ball(random, 0.01);
+  tree.refit(mesh.vertices_m);
+  const ObjectCollision refitted = hull.ask(tree), anew = hull.ask(MeshTree(mesh));
+  EXPECT_FALSE(anew.triangles.empty());
+  EXPECT_EQ(refitted.triangles, anew.triangles);
+  mesh.vertices_m.pop_back();
+  EXPECT_THROW(tree.refit(mesh.vertices_m), std::invalid_argument);
+}
+
+TEST(CpuDetection, NothingIsThere) {
+  const Hull hull(hand_like()), none({});
+  EXPECT_EQ(hull.ask(MeshTree()).verdict, CollisionVerdict::free);
+  EXPECT_EQ(hull.ask(MeshTree(Mesh{})).verdict, CollisionVerdict::free);
+  const MeshTree box(box_mesh({1, 1, 1}));
+  EXPECT_EQ(none.ask(box).verdict, CollisionVerdict::free);
+  auto empty = hand_like();
+  empty[2].pixels = ObjectPixels(300, 300);
+  EXPECT_EQ(Hull(empty).ask(box).verdict, CollisionVerdict::free);
+  EXPECT_TRUE(detect(hull.query, {}).empty());
+}
+
+TEST(CpuDetection, BadQuestionsAreRefused) {
+  const Hull hull(hand_like());
+  Mesh mesh = box_mesh({0.1, 0.1, 0.1});
+  const MeshTree tree(mesh);
+  EXPECT_THROW(hull.ask(tree, {.eps_m = 0}), std::invalid_argument);
+  EXPECT_THROW(hull.ask(tree, {.eps_m = kNaN}), std::invalid_argument);
+  EXPECT_THROW(hull.ask(tree, {.spacing_m = -1}), std::invalid_argument);
+  EXPECT_THROW(hull.ask(tree, {.max_points = 0}), std::invalid_argument);
+  EXPECT_THROW(hull.ask(tree, {}, at({kNaN, 0, 0})), std::invalid_argument);
+  mesh.triangles.push_back({0, 1, 99});
+  EXPECT_THROW(MeshTree{mesh}, std::invalid_argument);
+  WorkerPool pool(1);
+  const auto silhouettes = hand_like();
+  CpuHull seen(pool, silhouettes, {Limits::seen, 2});
+  const HullQuery query(seen);
+  const DetectionObject object{&tree};
+  EXPECT_THROW(detect(query, {&object, 1}), std::invalid_argument);
+}
+
+// --- hard cases: triangles and meshes --------------------------------------------------------------------------------
+
+TEST(HardTriangle, Degenerate) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  const Vector3d in(0.01, 0, 0), also_in(-0.02, 0.01, 0), out(0.3, 0, 0), farther(0.5, 0, 0);
+  for (const DetectionOptions& options : {kVerdictAlone, DetectionOptions{}}) {
+    EXPECT_EQ(hull.ask(Triangle{in, in, in}, options), CollisionVerdict::colliding);               // a point
+    EXPECT_EQ(hull.ask(Triangle{in, in, also_in}, options), CollisionVerdict::colliding);          // a zero edge
+    EXPECT_EQ(hull.ask(Triangle{out, farther, -out}, options), CollisionVerdict::colliding);       // collinear, through it
+    EXPECT_EQ(hull.ask(Triangle{out, out, out}, options), CollisionVerdict::free);
+    EXPECT_EQ(hull.ask(Triangle{out, farther, 0.5 * (out + farther)}, options), CollisionVerdict::free);
+  }
+}
+
+TEST(HardTriangle, SliverOfAMetreByAMicrometre) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.005)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  for (const double z : {0.0, 0.2}) {
+    const Triangle sliver = {Vector3d(-0.5, 0.001, z), Vector3d(0.5, 0.001, z), Vector3d(0.1, 0.001001, z)};
+    EXPECT_EQ(hull.ask(sliver), z == 0 ? CollisionVerdict::colliding : CollisionVerdict::free);
+  }
+}
+
+TEST(HardTriangle, OfTenMetresAroundAHullOfOneCentimetre) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.005)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  const auto triangle = [](double z) { return Triangle{Vector3d(-5, -3, z), Vector3d(5, -2, z), Vector3d(0.3, 6, z)}; };
+  EXPECT_EQ(hull.ask(triangle(0.001)), CollisionVerdict::colliding);
+  EXPECT_EQ(hull.ask(triangle(0.1)), CollisionVerdict::free);
+  EXPECT_EQ(hull.ask(MeshTree(Hull::mesh_of({triangle(0.001)})), {.spacing_m = 1e-3, .max_points = 10000}).verdict, CollisionVerdict::colliding);
+}
+
+TEST(HardTriangle, WhollyInsideTheHull) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  const ObjectCollision found = hull.ask(MeshTree(sphere_mesh(0.03, 2)), {.spacing_m = 2e-3});
+  EXPECT_EQ(found.triangles.size(), 320u);
+}
+
+TEST(HardTriangle, TheHullWhollyInsideABox) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.02)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  EXPECT_EQ(hull.ask(MeshTree(box_mesh({0.2, 0.2, 0.2}))).verdict, CollisionVerdict::free);  // no surface point is in it
+}
+
+TEST(HardTriangle, SeenEdgeOnByEveryCamera) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0, 300, 0.5)));  // all in the plane z = 0
+  EXPECT_EQ(hull.ask(Triangle{Vector3d(-0.2, -0.1, 0), Vector3d(0.2, -0.1, 0), Vector3d(0, 0.3, 0)}), CollisionVerdict::colliding);
+  EXPECT_EQ(hull.ask(Triangle{Vector3d(0.2, -0.1, 0), Vector3d(0.4, -0.1, 0), Vector3d(0.3, 0.3, 0)}), CollisionVerdict::free);
+}
+
+// Closed pixels: the hull's border belongs to it, to rounding. Either verdict will do, in either order, but nothing else.
+TEST(HardTriangle, EdgeExactlyOnTheHullsSurface) {
+  ObjectPixels half(64, 64);
+  for (int v = 0; v < 64; ++v)
+    for (int u = 0; u < 32; ++u) half.set(u, v);
+  const Camera camera{{64, 64, 64, 64, 31.5, 31.5}, Isometry3d::Identity()};  // pixel 32 begins at x = 0
+  const Hull hull({{camera, half}});
+  const Triangle beside = {Vector3d(0, -0.1, 1), Vector3d(0, 0.1, 1), Vector3d(0.1, 0, 1)}, inside = {Vector3d(0, -0.1, 1), Vector3d(0, 0.1, 1), Vector3d(-0.1, 0, 1)};
+  const CollisionVerdict verdict = hull.ask(beside);
+  EXPECT_TRUE(verdict == CollisionVerdict::free || verdict == CollisionVerdict::touching);
+  EXPECT_EQ(hull.ask(Triangle{beside[2], beside[1], beside[0]}), verdict);
+  EXPECT_EQ(hull.ask(inside), CollisionVerdict::colliding);
+}
+
+TEST(HardTriangle, DuplicateAndNonManifoldFaces) {
+  const Hull hull(hand_like());
+  Mesh mesh = sphere_mesh(0.04, 2);
+  const std::size_t once = mesh.triangles.size();
+  const std::size_t colliding = hull.ask(MeshTree(mesh)).triangles.size();
+  for (std::size_t i = 0; i < once; ++i) mesh.triangles.push_back(mesh.triangles[i]);
+  EXPECT_EQ(hull.ask(MeshTree(mesh)).triangles.size(), 2 * colliding);
+  mesh.triangles = {{0, 1, 2}, {0, 1, 3}, {1, 0, 4}, {0, 1, 5}};  // four on one edge
+  for (const std::uint32_t t : hull.ask(MeshTree(mesh)).triangles) EXPECT_LT(t, 4u);
+}
+
+TEST(HardTriangle, VertexThatIsNotANumberIsRefused) {
+  Mesh mesh = box_mesh({0.1, 0.1, 0.1});
+  for (const double bad : {kNaN, std::numeric_limits<double>::infinity()}) {
+    Mesh broken = mesh;
+    broken.vertices_m[3].y() = bad;
+    EXPECT_THROW(MeshTree{broken}, std::invalid_argument);
+    MeshTree tree(mesh);
+    EXPECT_THROW(tree.refit(broken.vertices_m), std::invalid_argument);
+  }
+}
+
+TEST(HardTriangle, FingerOfTwoMillimetresAgainstTrianglesOfTwoCentimetres) {
+  const Hull hull(silhouettes_of({{{0, 0, -0.05}, {0.01, 0.02, 0.05}, 0.001}}, ring(4, 1.2, 0.6, 480, 0.4)));
+  Random random(8);
+  int pierced = 0;
+  for (int i = 0; i < 300; ++i) {  // through a random point of the finger's axis
+    const Vector3d p = Vector3d(0, 0, -0.045) + uniform(random, 0, 0.9) * Vector3d(0.01, 0.02, 0.1);
+    const Vector3d a = random_direction(random), b = random_direction(random), c = -a - b;
+    if (a.cross(b).norm() < 0.2) continue;
+    ++pierced;
+    EXPECT_EQ(hull.ask(Triangle{p + 0.01 * a, p + 0.01 * b, p + 0.01 * c}), CollisionVerdict::colliding);
+  }
+  EXPECT_GT(pierced, 200);
+}
+
+TEST(HardTriangle, OneKilometreAway) {
+  const Vector3d far(1000, -700, 300);
+  const Hull near(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  const Hull away(silhouettes_of({ball(far, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5, far)));
+  const MeshTree tree(sphere_mesh(0.05, 2));
+  const std::size_t colliding = near.ask(tree, kVerdictAlone, at({0.06, 0, 0})).triangles.size();
+  EXPECT_GT(colliding, 10u);
+  EXPECT_NEAR(double(away.ask(tree, kVerdictAlone, at(far + Vector3d(0.06, 0, 0))).triangles.size()), double(colliding), 0.05 * double(colliding));
+  EXPECT_EQ(near.ask(tree, kVerdictAlone, at(far)).verdict, CollisionVerdict::free);
+}
+
+TEST(HardTriangle, ReachesBehindTheCameras) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  Random random(9);
+  for (int i = 0; i < 40; ++i) {
+    const Vector3d a = 20 * random_direction(random), b = 20 * random_direction(random);
+    EXPECT_EQ(hull.ask(Triangle{a, b, -a - b}), CollisionVerdict::colliding);  // through the origin
+    const Vector3d off = a.cross(b).normalized() * 0.2;
+    const Triangle beside = {off + a, off + b, off - a - b};
+    if (!sampled(hull.silhouettes, beside, 400)) EXPECT_NE(hull.ask(beside), CollisionVerdict::colliding);
+  }
+}
+
+TEST(HardTriangle, ThroughACamerasCentre) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  const Vector3d eye = camera_center_world_m(hull.silhouettes[0].camera);
+  EXPECT_EQ(hull.ask(Triangle{eye, -0.2 * eye, Vector3d(0, 0, 0.3)}), CollisionVerdict::colliding);
+  EXPECT_NE(hull.ask(Triangle{eye, 1.1 * eye, eye + Vector3d(0.1, 0, 0)}), CollisionVerdict::colliding);
+}
+
+TEST(HardTriangle, AMillionOfThem) {
+  const Hull hull(hand_like());
+  Isometry3d flat = at({0, 1, 0.002});
+  flat.linear() = Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3d::UnitX()).toRotationMatrix();
+  const ObjectCollision found = hull.ask(MeshTree(curtain_mesh(2, 2, 1000, 500, 0, 1)), kVerdictAlone, flat);
+  EXPECT_GT(found.triangles.size(), 500u);
+  EXPECT_LT(found.touching.size(), 20u);
+}
+
+// Salt and pepper, where nothing is smooth.
+TEST(HardTriangle, AgainstNoise) {
+  Random random(10);
+  std::vector<Silhouette> silhouettes;
+  for (const Camera& camera : random_cameras(random, 3)) silhouettes.push_back({camera, random_pixels(random, camera.pinhole.width_px, camera.pinhole.height_px, 0.3)});
+  const Hull hull(silhouettes);
+  const std::vector<Triangle> triangles = random_triangles(random, 60);
+  const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of(triangles)));
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    if (sampled(silhouettes, triangles[i], 30)) EXPECT_TRUE(holds(found.triangles, i));
+}
+
+}  // namespace
+}  // namespace fivepipe::test
