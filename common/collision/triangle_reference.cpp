@@ -99,16 +99,18 @@ struct TriangleInImage {
     return box;
   }
 
-  // Appends what of the polygon is on object pixels: sweeps down the rows, rows with the same runs as one.
+  // Appends what of the polygon is on object pixels: sweeps down the rows, rows with the same runs as one. No cut at the box's own borders:
+  // a plane that the camera sees edge-on, right on a border between pixels, is on either side of it by rounding, and all of it counts.
   void take_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& taken) const {
     WeightPolygon rest = in_image(polygon);
     const PixelRect box = bounds(rest);
     for (int v = box.v0_px; v < box.v1_px && !rest.empty();) {
       const std::vector<Run> row = runs(*pixels, v, box.u0_px, box.u1_px);
       for (++v; v < box.v1_px && runs(*pixels, v, box.u0_px, box.u1_px) == row;) ++v;
-      Split rows = split(rest, beneath(v - 0.5));
+      Split rows = v < box.v1_px ? split(rest, beneath(v - 0.5)) : Split{rest, {}};
       for (const Run& run : row) {
-        Split columns = split(split(rows.below, right_of(run.begin_px - 0.5)).above, right_of(run.end_px - 0.5));
+        if (run.begin_px > box.u0_px) rows.below = split(rows.below, right_of(run.begin_px - 0.5)).above;
+        Split columns = run.end_px < box.u1_px ? split(rows.below, right_of(run.end_px - 0.5)) : Split{rows.below, {}};
         if (!columns.below.empty()) taken.push_back(std::move(columns.below));
         rows.below = std::move(columns.above);
       }
