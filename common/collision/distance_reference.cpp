@@ -37,21 +37,27 @@ struct Cube {
 
 }  // namespace
 
+HullDistance::Cone::Cone(const Silhouette& s)
+    : silhouette(&s), world_from_camera(s.camera.camera_from_world.linear().inverse()),
+      center_world_m(-(world_from_camera * s.camera.camera_from_world.translation())) {
+  const int width = s.pixels.width_px(), height = s.pixels.height_px();
+  objects_before.resize(std::size_t(width + 1) * (height + 1));
+  for (int v = 0; v < height; ++v)
+    for (int u = 0, in_row = 0; u < width; ++u) {
+      in_row += s.pixels.contains(u, v);
+      const std::size_t above = std::size_t(v) * (width + 1) + u + 1;
+      objects_before[above + width + 1] = objects_before[above] + in_row;
+    }
+  const Pinhole& k = s.camera.pinhole;
+  const Eigen::Matrix3d of_planes = s.camera.camera_from_world.linear().transpose();
+  for (int u = 0; u <= width; ++u) column_normals.push_back((of_planes * Vector3d(k.fx_px, 0, k.cx_px - (u - 0.5))).normalized());
+  for (int v = 0; v <= height; ++v) row_normals.push_back((of_planes * Vector3d(0, k.fy_px, k.cy_px - (v - 0.5))).normalized());
+}
+
 HullDistance::HullDistance(std::span<const Silhouette> silhouettes) : silhouettes_(silhouettes), usable_(!silhouettes.empty()) {
-  for (const Silhouette& s : silhouettes) {
-    usable_ = usable_ && !why_unusable(s.camera);
-    const Eigen::Matrix3d world_from_camera = s.camera.camera_from_world.linear().inverse();
-    Cone cone{&s, -(world_from_camera * s.camera.camera_from_world.translation()), world_from_camera, {}};
-    const int width = s.pixels.width_px(), height = s.pixels.height_px();
-    cone.objects_before.resize(std::size_t(width + 1) * (height + 1));
-    for (int v = 0; v < height; ++v)
-      for (int u = 0, in_row = 0; u < width; ++u) {
-        in_row += s.pixels.contains(u, v);
-        const std::size_t above = std::size_t(v) * (width + 1) + u + 1;
-        cone.objects_before[above + width + 1] = cone.objects_before[above] + in_row;
-      }
-    cones_.push_back(std::move(cone));
-  }
+  for (const Silhouette& s : silhouettes) usable_ = usable_ && !why_unusable(s.camera);
+  if (!usable_) return;
+  for (const Silhouette& s : silhouettes) cones_.emplace_back(s);
 }
 
 std::size_t HullDistance::Cone::count(const PixelRect& r) const {
@@ -59,25 +65,12 @@ std::size_t HullDistance::Cone::count(const PixelRect& r) const {
   return std::size_t(before(r.u1_px, r.v1_px) - before(r.u0_px, r.v1_px) - before(r.u1_px, r.v0_px) + before(r.u0_px, r.v0_px));
 }
 
-// Unit normals, in the world, of the planes through the camera's centre and a border of pixels; towards greater u, or v, in front of it.
-Vector3d HullDistance::Cone::column_normal(double border_px) const {
-  const Pinhole& k = silhouette->camera.pinhole;
-  return (silhouette->camera.camera_from_world.linear().transpose() * Vector3d(k.fx_px, 0, k.cx_px - border_px)).normalized();
-}
-Vector3d HullDistance::Cone::row_normal(double border_px) const {
-  const Pinhole& k = silhouette->camera.pinhole;
-  return (silhouette->camera.camera_from_world.linear().transpose() * Vector3d(0, k.fy_px, k.cy_px - border_px)).normalized();
-}
-Vector3d HullDistance::Cone::sight(double u_px, double v_px) const {
-  const Pinhole& k = silhouette->camera.pinhole;
-  return world_from_camera * Vector3d((u_px - k.cx_px) / k.fx_px, (v_px - k.cy_px) / k.fy_px, 1);
-}
-
 double HullDistance::Cone::to_pyramid_m(const Vector3d& q, const PixelRect& r) const {
-  const double u0 = r.u0_px - 0.5, u1 = r.u1_px - 0.5, v0 = r.v0_px - 0.5, v1 = r.v1_px - 0.5;
+  const Pinhole& k = silhouette->camera.pinhole;
+  const auto sight = [&](int u, int v) -> Vector3d { return world_from_camera * Vector3d((u - 0.5 - k.cx_px) / k.fx_px, (v - 0.5 - k.cy_px) / k.fy_px, 1); };
   // Round the pyramid: left, up, right, down; edge i between faces i and i + 1.
-  const std::array<Vector3d, 4> inward = {column_normal(u0), row_normal(v0), -column_normal(u1), -row_normal(v1)};
-  const std::array<Vector3d, 4> edges = {sight(u0, v0), sight(u1, v0), sight(u1, v1), sight(u0, v1)};
+  const std::array<Vector3d, 4> inward = {column_normals[r.u0_px], row_normals[r.v0_px], -column_normals[r.u1_px], -row_normals[r.v1_px]};
+  const auto edge = [&](int i) { return sight(i == 0 || i == 3 ? r.u0_px : r.u1_px, i < 2 ? r.v0_px : r.v1_px); };
   double nearest_m = kInfinity;
   bool outside = false;
   for (int i = 0; i < 4; ++i) {
@@ -87,51 +80,59 @@ double HullDistance::Cone::to_pyramid_m(const Vector3d& q, const PixelRect& r) c
     const Vector3d foot = q - depth * inward[i];
     const bool on_face = inward[(i + 1) % 4].dot(foot) >= 0 && inward[(i + 3) % 4].dot(foot) >= 0;
     if (on_face) nearest_m = std::min(nearest_m, -depth);
-    else nearest_m = std::min({nearest_m, to_half_line_m(q, edges[i]), to_half_line_m(q, edges[(i + 3) % 4])});
+    else nearest_m = std::min({nearest_m, to_half_line_m(q, edge(i)), to_half_line_m(q, edge((i + 3) % 4))});
   }
   return outside ? nearest_m : 0;
 }
 
-// To the nearest pixel that is an object pixel, or to the nearest of the image that is none; infinity where there is none.
-double HullDistance::Cone::to_pixels_m(const Vector3d& q, bool object) const {
-  const PixelRect image{0, 0, silhouette->pixels.width_px(), silhouette->pixels.height_px()};
+double HullDistance::Cone::to_pixels_m(const Vector3d& q, bool object, double at_most_m) const {
   std::priority_queue<Candidate<PixelRect>> rects;
   const auto add = [&](const PixelRect& r) {
     const std::size_t wanted = object ? count(r) : r.area_px() - count(r);
     if (wanted > 0) rects.push({to_pyramid_m(q, r), r});
   };
-  add(image);
+  add({0, 0, silhouette->pixels.width_px(), silhouette->pixels.height_px()});
   while (!rects.empty()) {
     const auto [nearest_m, r] = rects.top();
     rects.pop();
+    if (nearest_m >= at_most_m) break;
     if (count(r) == (object ? r.area_px() : 0)) return nearest_m;  // all of it is wanted, and all else is farther
     const bool wide = r.width_px() >= r.height_px();
     const int u = wide ? (r.u0_px + r.u1_px) / 2 : r.u1_px, v = wide ? r.v1_px : (r.v0_px + r.v1_px) / 2;
     add({r.u0_px, r.v0_px, u, v});
     add(wide ? PixelRect{u, r.v0_px, r.u1_px, r.v1_px} : PixelRect{r.u0_px, v, r.u1_px, r.v1_px});
   }
-  return kInfinity;
+  return at_most_m;
 }
 
-// From a point in the image's pyramid to the outside, and with it to all that is behind the camera.
-double HullDistance::Cone::to_image_border_m(const Vector3d& q) const {
-  const ObjectPixels& pixels = silhouette->pixels;
-  return std::max(0.0, std::min({column_normal(-0.5).dot(q), -column_normal(pixels.width_px() - 0.5).dot(q), row_normal(-0.5).dot(q),
-                                 -row_normal(pixels.height_px() - 0.5).dot(q)}));
-}
-
-double HullDistance::Cone::signed_m(const Vector3d& p_world_m) const {
+bool HullDistance::Cone::contains(const Vector3d& p_world_m) const {
   const Pinhole& k = silhouette->camera.pinhole;
-  const Vector3d p = silhouette->camera.camera_from_world * p_world_m, q = p_world_m - center_world_m;
-  const bool inside = p.z() > 0 && silhouette->pixels.contains_at(k.fx_px * p.x() / p.z() + k.cx_px, k.fy_px * p.y() / p.z() + k.cy_px);
-  return inside ? std::min(to_image_border_m(q), to_pixels_m(q, false)) : -to_pixels_m(q, true);
+  const Vector3d p = silhouette->camera.camera_from_world * p_world_m;
+  return p.z() > 0 && silhouette->pixels.contains_at(k.fx_px * p.x() / p.z() + k.cx_px, k.fy_px * p.y() / p.z() + k.cy_px);
 }
+
+// Out of the image's pyramid, and with it to all that is behind the camera; or to a pixel in it.
+double HullDistance::Cone::depth_m(const Vector3d& p_world_m, double at_most_m) const {
+  const Vector3d q = p_world_m - center_world_m;
+  const double border_m = std::min({column_normals.front().dot(q), -column_normals.back().dot(q), row_normals.front().dot(q), -row_normals.back().dot(q)});
+  return to_pixels_m(q, false, std::clamp(border_m, 0.0, at_most_m));
+}
+
+double HullDistance::Cone::distance_m(const Vector3d& p_world_m) const { return to_pixels_m(p_world_m - center_world_m, true, kInfinity); }
 
 double HullDistance::signed_m(const Vector3d& p_world_m) const {
   if (!usable_ || !p_world_m.allFinite()) return -kInfinity;
-  double least_m = kInfinity;
-  for (const Cone& cone : cones_) least_m = std::min(least_m, cone.signed_m(p_world_m));
-  return least_m;
+  double distance_m = 0;
+  bool inside = true;
+  for (const Cone& cone : cones_) {
+    if (cone.contains(p_world_m)) continue;
+    inside = false;
+    distance_m = std::max(distance_m, cone.distance_m(p_world_m));
+  }
+  if (!inside) return -distance_m;
+  double depth_m = kInfinity;
+  for (const Cone& cone : cones_) depth_m = cone.depth_m(p_world_m, depth_m);
+  return depth_m;
 }
 
 double HullDistance::depth_m(const Vector3d& p_world_m) const { return std::max(0.0, signed_m(p_world_m)); }

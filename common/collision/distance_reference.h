@@ -35,20 +35,23 @@ class HullDistance {
  private:
   // What one camera's rectangles of pixels cover in space: pyramids with their apex in its centre.
   struct Cone {
+    explicit Cone(const Silhouette& silhouette);
+
     const Silhouette* silhouette;
-    Eigen::Vector3d center_world_m;
     Eigen::Matrix3d world_from_camera;  // inverse, not transposed: a rotation that is not quite one is taken as it is
+    Eigen::Vector3d center_world_m;
     std::vector<std::int32_t> objects_before;  // object pixels left of u and above v, (width + 1) x (height + 1)
+    // Unit normals, in the world, of the planes through the centre and the border before each column, or row; to greater u, or v.
+    std::vector<Eigen::Vector3d> column_normals, row_normals;
 
     std::size_t count(const PixelRect& rect) const;
     // Distance from the point, seen from the camera's centre, to the rectangle's closed pyramid; 0 in it.
     double to_pyramid_m(const Eigen::Vector3d& q_world_m, const PixelRect& rect) const;
-    double to_pixels_m(const Eigen::Vector3d& q_world_m, bool object) const;
-    double to_image_border_m(const Eigen::Vector3d& q_world_m) const;
-    double signed_m(const Eigen::Vector3d& p_world_m) const;
-    Eigen::Vector3d column_normal(double border_px) const;
-    Eigen::Vector3d row_normal(double border_px) const;
-    Eigen::Vector3d sight(double u_px, double v_px) const;
+    // To the nearest pixel that is an object pixel, or to the nearest of the image that is none; at_most_m where that is farther.
+    double to_pixels_m(const Eigen::Vector3d& q_world_m, bool object, double at_most_m) const;
+    bool contains(const Eigen::Vector3d& p_world_m) const;
+    double depth_m(const Eigen::Vector3d& p_world_m, double at_most_m) const;  // of a point on object pixels
+    double distance_m(const Eigen::Vector3d& p_world_m) const;                 // of one that is not
   };
   std::span<const Silhouette> silhouettes_;
   std::vector<Cone> cones_;
