@@ -16,6 +16,9 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// Radius of octants that are not split further, of the tolerance: one left open and the next in which the hull is found lie within it.
+constexpr double kFinestOctant = 0.125;
+
 double to_half_line_m(const Vector3d& q, const Vector3d& direction) {
   const double t = std::max(0.0, q.dot(direction) / direction.squaredNorm());
   return (q - t * direction).norm();
@@ -141,6 +144,7 @@ double HullDistance::depth_m(const Vector3d& p_world_m) const { return std::max(
 // none of it.
 Clearance HullDistance::clearance_m(const Vector3d& p_world_m, double cap_m, double tolerance_m) const {
   assert(tolerance_m > 0 && cap_m >= 0);
+  if (!p_world_m.allFinite()) return {0, kInfinity};
   const double here_m = signed_m(p_world_m);
   if (here_m > 0) return {0, 0};
   double found_m = kInfinity, open_m = kInfinity;  // the nearest hull point; the nearest octant too small to be split further
@@ -156,7 +160,7 @@ Clearance HullDistance::clearance_m(const Vector3d& p_world_m, double cap_m, dou
     const double radius_m = std::sqrt(3.0) * cube.half_m, depth_m = signed_m(cube.center_world_m);
     if (depth_m < -radius_m) continue;
     if (depth_m > 0) found_m = std::min(found_m, std::max(0.0, (cube.center_world_m - p_world_m).norm() - depth_m));
-    if (2 * radius_m <= tolerance_m) {
+    if (radius_m <= kFinestOctant * tolerance_m) {
       open_m = std::min(open_m, nearest_m);
       continue;
     }

@@ -26,8 +26,10 @@ class HullDistance {
   double signed_m(const Eigen::Vector3d& p_world_m) const;
   // Distance from a hull point to the hull's complement; 0 outside.
   double depth_m(const Eigen::Vector3d& p_world_m) const;
-  // Bounds of the distance to the hull. They lie tolerance_m (> 0) apart or less, unless the hull's nearest part is thinner than that, or
-  // the search takes more than kMostClearanceCells. {cap_m, infinity} where it is certainly farther than cap_m; {0, 0} in the hull.
+  // Bounds of the distance to the hull, right whatever they are. As a rule they lie tolerance_m (> 0) apart or less; not so where the
+  // hull's nearest part, or a gap that looks like hull from near, is thinner than that, or the search takes more than
+  // kMostClearanceCells. {cap_m, infinity} where it is certainly farther than cap_m; {0, 0} in the hull; {0, infinity}, nothing known,
+  // for a point that is not finite.
   Clearance clearance_m(const Eigen::Vector3d& p_world_m, double cap_m, double tolerance_m) const;
 
   std::span<const Silhouette> silhouettes() const { return silhouettes_; }
