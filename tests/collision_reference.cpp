@@ -1,6 +1,5 @@
 // The exact reference of triangles itself: against silhouettes in closed form, against point membership, and by what must not change it.
 #include <algorithm>
-#include <chrono>
 #include <limits>
 #include <stdexcept>
 
@@ -129,7 +128,8 @@ TEST(TriangleReference, EveryPointIsWhereInHullSaysItIs) {
   int inside = 0;
   for (int seed = 1; seed <= 40; ++seed) {
     Random random(seed);
-    const auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 1 + seed % 5));
+    auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 1 + seed % 5));
+    if (seed % 4 == 0) silhouettes[0].camera.camera_from_world.linear()(0, 1) += 0.4 * kMaxRotationError;  // a calibration a little off
     inside += check_samples(random, silhouettes, random_triangle(random, seed % 2 ? 0.25 : 0.05), 300);
   }
   EXPECT_GT(inside, 1000);

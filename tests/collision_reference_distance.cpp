@@ -102,7 +102,10 @@ TEST(HullDistance, AgreesWithEveryPixel) {
 
 TEST(HullDistance, TheBallOfTheSignedDistanceIsAllHullOrNone) {
   Random random(3);
-  const auto silhouettes = hand();
+  auto silhouettes = hand();
+  silhouettes[1].camera.camera_from_world.linear() *= 1 + 0.4 * kMaxRotationError;  // a calibration that is a little off
+  silhouettes[2].camera.camera_from_world.linear()(0, 1) += 0.4 * kMaxRotationError;
+  for (const Silhouette& s : silhouettes) ASSERT_FALSE(why_unusable(s.camera));
   const HullDistance hull(silhouettes);
   int inside = 0;
   for (int i = 0; i < 300; ++i) {
