@@ -20,11 +20,6 @@ Silhouette all_object(const Camera& camera) {
   return s;
 }
 
-std::vector<Silhouette> hand(int cameras = 4, int size_px = 200, const Eigen::Vector3d& shift_m = kOrigin) {
-  const Eigen::Vector3d wrist(-0.1, 0, 0), palm(0.02, 0.01, 0.03), finger(0.08, 0.05, 0.02);
-  return silhouettes_of({{wrist + shift_m, palm + shift_m, 0.03}, {palm + shift_m, finger + shift_m, 0.012}}, ring(cameras, 1.2, 0.6, size_px, 0.5, shift_m));
-}
-
 Triangle random_triangle(Random& random, double extent_m) {
   return {random_in_ball(random, extent_m), random_in_ball(random, extent_m), random_in_ball(random, extent_m)};
 }
@@ -97,7 +92,8 @@ TEST(TriangleReference, SectionOfABallInClosedForm) {
   constexpr double kRadius = 0.1, kDistance = 1;
   std::vector<double> tangents;
   for (int i = 0; i < kCameras; ++i)
-    for (const double side : {-1, 1}) tangents.push_back(std::fmod(2 * std::numbers::pi * (i / double(kCameras) + 1) + side * std::acos(kRadius / kDistance), 2 * std::numbers::pi));
+    for (const double side : {-1, 1})
+      tangents.push_back(std::fmod(2 * std::numbers::pi * (i / double(kCameras) + 1) + side * std::acos(kRadius / kDistance), 2 * std::numbers::pi));
   std::sort(tangents.begin(), tangents.end());
   double per_radius2 = 0;
   for (std::size_t i = 0; i < tangents.size(); ++i)
@@ -157,7 +153,7 @@ TEST(TriangleReference, SixteenCameras) {
 TEST(TriangleReference, VerticesBehindCameras) {
   Random random(4);
   int inside = 0;
-  for (int i = 0; i < 20; ++i) inside += check_samples(random, hand(3), random_triangle(random, 4), 300);
+  for (int i = 0; i < 20; ++i) inside += check_samples(random, hand_among(3), random_triangle(random, 4), 300);
   const auto cameras = ring(2, 1, 0, 64, 0.2);
   const std::vector<Silhouette> all{all_object(cameras[0]), all_object(cameras[1])};
   inside += check_samples(random, all, {Eigen::Vector3d(-2, 0, 0), {2, 0, 0}, {0, 0.05, 0.03}}, 3000);
@@ -166,7 +162,7 @@ TEST(TriangleReference, VerticesBehindCameras) {
 
 TEST(TriangleReference, PermutedVerticesGiveTheSameBits) {
   Random random(5);
-  const auto silhouettes = hand();
+  const auto silhouettes = hand_among();
   const HullDistance hull(silhouettes);
   for (int i = 0; i < 10; ++i) {
     const Triangle t = random_triangle(random, 0.1);
@@ -184,7 +180,7 @@ TEST(TriangleReference, PermutedVerticesGiveTheSameBits) {
 
 TEST(TriangleReference, FourPartsAddUpToTheWhole) {
   Random random(6);
-  const auto silhouettes = hand();
+  const auto silhouettes = hand_among();
   double in_hull_m2 = 0;
   for (int i = 0; i < 100; ++i) {
     const Triangle t = random_triangle(random, 0.1);
@@ -221,7 +217,7 @@ TEST(TriangleReference, AnotherCameraAddsNothing) {
 
 TEST(TriangleReference, NoHullNoCrossing) {
   const Triangle t{Eigen::Vector3d(-0.1, 0, 0), {0.1, 0, 0}, {0, 0.1, 0}};
-  auto silhouettes = hand();
+  auto silhouettes = hand_among();
   EXPECT_TRUE(triangle_truth(HullDistance(silhouettes), t).crosses);
   silhouettes[2].pixels = ObjectPixels(200, 200);
   for (const auto& none : {silhouettes, std::vector<Silhouette>{}}) {
@@ -267,7 +263,7 @@ TEST(TriangleReference, SeenEdgeOn) {
 
 // On a segment the hull is where the reference for rays says.
 TEST(TriangleReference, TrianglesWithoutAreaAreSegmentsAndPoints) {
-  const auto silhouettes = hand();
+  const auto silhouettes = hand_among();
   const Eigen::Vector3d a(-0.3, -0.02, 0.01), b(0.2, 0.05, 0.03), direction = b - a, outside(0.3, 0.3, 0.3), inside(0, 0, 0.02);
   const auto intervals = reference_intervals(silhouettes, {a, direction}, 0, 1);
   ASSERT_FALSE(intervals.empty());
@@ -276,7 +272,8 @@ TEST(TriangleReference, TrianglesWithoutAreaAreSegmentsAndPoints) {
     for (const auto& polygon : hull_on_triangle(silhouettes, t))
       for (const Eigen::Vector3d& p : polygon) {
         const double along = (p - a).dot(direction) / direction.squaredNorm();
-        EXPECT_TRUE(std::any_of(intervals.begin(), intervals.end(), [along](const Interval& i) { return along > i.enter - 1e-9 && along < i.leave + 1e-9; }));
+        const auto holds = [along](const Interval& i) { return along > i.enter - 1e-9 && along < i.leave + 1e-9; };
+        EXPECT_TRUE(std::any_of(intervals.begin(), intervals.end(), holds));
         first = std::min(first, along);
         last = std::max(last, along);
       }
@@ -291,7 +288,7 @@ TEST(TriangleReference, TrianglesWithoutAreaAreSegmentsAndPoints) {
 
 TEST(TriangleReference, SliverOfOneMicrometre) {
   Random random(9);
-  const auto silhouettes = hand();
+  const auto silhouettes = hand_among();
   const Triangle t{Eigen::Vector3d(-0.5, 0.0031, 0), {0.5, 0.0031, 0}, {0, 0.003101, 0}};  // on no border of the cameras in y = 0
   EXPECT_GT(check_samples(random, silhouettes, t, 2000, 1e-8), 100);  // rounding of 1e-15 m is a billionth of the sliver's width
   // The hull is 1 um wide there: as long a part of the sliver's axis.
@@ -308,14 +305,14 @@ TEST(TriangleReference, OneKilometreFromTheOrigin) {
   const Eigen::Vector3d far_away_m(1000, -700, 50);
   const Triangle t{Eigen::Vector3d(-0.1, -0.1, 0.01), {0.1, -0.08, 0.02}, {0, 0.15, 0.04}};
   const Triangle shifted{t[0] + far_away_m, t[1] + far_away_m, t[2] + far_away_m};
-  const auto silhouettes = hand(4, 200, far_away_m);
+  const auto silhouettes = hand_among(4, 200, far_away_m);
   // Coordinates round to 1e-13 m, some of them at a time: a hundred-millionth of a pixel, and of the triangle.
   EXPECT_GT(check_samples(random, silhouettes, shifted, 2000, 1e-8), 100);
-  EXPECT_NEAR(fraction(silhouettes, shifted), fraction(hand(), t), 1e-8);
+  EXPECT_NEAR(fraction(silhouettes, shifted), fraction(hand_among(), t), 1e-8);
 }
 
 TEST(TriangleReference, RefusesVerticesThatAreNotFinite) {
-  const auto silhouettes = hand();
+  const auto silhouettes = hand_among();
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
     for (int i = 0; i < 3; ++i) {
       Triangle t{Eigen::Vector3d(-0.1, 0, 0), {0.1, 0, 0}, {0, 0.1, 0}};
@@ -326,7 +323,7 @@ TEST(TriangleReference, RefusesVerticesThatAreNotFinite) {
 }
 
 TEST(TriangleReference, ACameraThatIsNotFiniteLeavesNoHull) {
-  auto silhouettes = hand();
+  auto silhouettes = hand_among();
   silhouettes[1].camera.camera_from_world.translation().x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(triangle_truth(HullDistance(silhouettes), {Eigen::Vector3d(-0.1, 0, 0), {0.1, 0, 0}, {0, 0.1, 0}}).crosses);
 }
@@ -334,7 +331,7 @@ TEST(TriangleReference, ACameraThatIsNotFiniteLeavesNoHull) {
 // The deepest point against a fine grid of the triangle: no sample is deeper than said, and the point is as deep as said.
 TEST(TriangleReference, NothingIsDeeperThanTheDeepestPoint) {
   Random random(11);
-  const auto silhouettes = hand();
+  const auto silhouettes = hand_among();
   const HullDistance hull(silhouettes);
   int crossing = 0;
   for (int i = 0; i < 30; ++i) {

@@ -50,11 +50,6 @@ double by_every_pixel_m(std::span<const Silhouette> silhouettes, const Eigen::Ve
   return least_m;
 }
 
-std::vector<Silhouette> hand(int cameras = 4, int size_px = 200, const Eigen::Vector3d& shift_m = kOrigin) {
-  const Eigen::Vector3d wrist(-0.1, 0, 0), palm(0.02, 0.01, 0.03), finger(0.08, 0.05, 0.02);
-  return silhouettes_of({{wrist + shift_m, palm + shift_m, 0.03}, {palm + shift_m, finger + shift_m, 0.012}}, ring(cameras, 1.2, 0.6, size_px, 0.5, shift_m));
-}
-
 TEST(HullDistance, FullImageInClosedForm) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
@@ -102,7 +97,7 @@ TEST(HullDistance, AgreesWithEveryPixel) {
 
 TEST(HullDistance, TheBallOfTheSignedDistanceIsAllHullOrNone) {
   Random random(3);
-  auto silhouettes = hand();
+  auto silhouettes = hand_among();
   silhouettes[1].camera.camera_from_world.linear() *= 1 + 0.4 * kMaxRotationError;  // a calibration that is a little off
   silhouettes[2].camera.camera_from_world.linear()(0, 1) += 0.4 * kMaxRotationError;
   for (const Silhouette& s : silhouettes) ASSERT_FALSE(why_unusable(s.camera));
@@ -124,7 +119,7 @@ TEST(HullDistance, TheBallOfTheSignedDistanceIsAllHullOrNone) {
 // miss by then.
 TEST(HullDistance, ClearanceHoldsTheDistanceToTheHull) {
   Random random(4);
-  const auto silhouettes = hand();
+  const auto silhouettes = hand_among();
   const HullDistance hull(silhouettes);
   constexpr double kCap_m = 0.2, kTolerance_m = 5e-4;
   for (int i = 0; i < 12; ++i) {
@@ -186,7 +181,7 @@ TEST(HullDistance, TheHullMayBeFartherThanEveryCone) {
 TEST(HullDistance, OneKilometreFromTheOrigin) {
   Random random(6);
   const Eigen::Vector3d far_away_m(1000, -700, 50);
-  const auto here = hand(), there = hand(4, 200, far_away_m);
+  const auto here = hand_among(), there = hand_among(4, 200, far_away_m);
   for (int i = 0; i < 50; ++i) {
     const Eigen::Vector3d p = random_in_ball(random, 0.1);
     EXPECT_NEAR(HullDistance(there).signed_m(p + far_away_m), HullDistance(here).signed_m(p), 1e-11);  // coordinates round to 1e-13 m
@@ -194,18 +189,18 @@ TEST(HullDistance, OneKilometreFromTheOrigin) {
 }
 
 TEST(HullDistance, NoHullIsInfinitelyFar) {
-  auto silhouettes = hand();
+  auto silhouettes = hand_among();
   silhouettes[1].pixels = ObjectPixels(200, 200);
   EXPECT_EQ(HullDistance(silhouettes).signed_m(kOrigin), -kInfinity);
   EXPECT_EQ(HullDistance(silhouettes).clearance_m(kOrigin, 0.3, 1e-3).least_m, 0.3);
   EXPECT_EQ(HullDistance({}).signed_m(kOrigin), -kInfinity);
-  silhouettes = hand();
+  silhouettes = hand_among();
   silhouettes[1].camera.pinhole.fx_px = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(HullDistance(silhouettes).signed_m(kOrigin), -kInfinity);
 }
 
 TEST(HullDistance, NotANumberIsNowhere) {
-  const auto silhouettes = hand();
+  const auto silhouettes = hand_among();
   const HullDistance hull(silhouettes);
   const Eigen::Vector3d p(0, std::numeric_limits<double>::quiet_NaN(), 0);
   EXPECT_EQ(hull.signed_m(p), -kInfinity);

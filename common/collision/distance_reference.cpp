@@ -70,7 +70,9 @@ std::size_t HullDistance::Cone::count(const PixelRect& r) const {
 
 double HullDistance::Cone::to_pyramid_m(const Vector3d& q, const PixelRect& r) const {
   const Pinhole& k = silhouette->camera.pinhole;
-  const auto sight = [&](int u, int v) -> Vector3d { return world_from_camera * Vector3d((u - 0.5 - k.cx_px) / k.fx_px, (v - 0.5 - k.cy_px) / k.fy_px, 1); };
+  const auto sight = [&](int u, int v) -> Vector3d {
+    return world_from_camera * Vector3d((u - 0.5 - k.cx_px) / k.fx_px, (v - 0.5 - k.cy_px) / k.fy_px, 1);
+  };
   // Round the pyramid: left, up, right, down; edge i between faces i and i + 1.
   const std::array<Vector3d, 4> inward = {column_normals[r.u0_px], row_normals[r.v0_px], -column_normals[r.u1_px], -row_normals[r.v1_px]};
   const auto edge = [&](int i) { return sight(i == 0 || i == 3 ? r.u0_px : r.u1_px, i < 2 ? r.v0_px : r.v1_px); };
@@ -117,7 +119,8 @@ bool HullDistance::Cone::contains(const Vector3d& p_world_m) const {
 // Out of the image's pyramid, and with it to all that is behind the camera; or to a pixel in it.
 double HullDistance::Cone::depth_m(const Vector3d& p_world_m, double at_most_m) const {
   const Vector3d q = p_world_m - center_world_m;
-  const double border_m = std::min({column_normals.front().dot(q), -column_normals.back().dot(q), row_normals.front().dot(q), -row_normals.back().dot(q)});
+  const double columns_m = std::min(column_normals.front().dot(q), -column_normals.back().dot(q));
+  const double border_m = std::min({columns_m, row_normals.front().dot(q), -row_normals.back().dot(q)});
   return to_pixels_m(q, false, std::clamp(border_m, 0.0, at_most_m));
 }
 

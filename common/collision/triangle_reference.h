@@ -20,7 +20,8 @@ using WeightPolygon = std::vector<Eigen::Vector3d>;
 Triangle sorted(const Triangle& triangle);
 
 // Polygons of disjoint interiors whose union is what the hull holds of the triangle. To rounding: of lengths of 1e-15 of the triangle's
-// longest edge, and what in_hull()'s own rounding comes to. What merely touches the hull, without area on the triangle, may be missing.
+// longest edge, and what in_hull()'s own rounding comes to. What merely touches the hull, without area on the triangle, may be missing,
+// or be there with an area of rounding.
 // A triangle without area (collinear, a point) is as any other: weights have an area where the world's polygon is a segment or a point.
 // Throws std::invalid_argument for a vertex that is not finite.
 std::vector<WeightPolygon> weights_in_hull(std::span<const Silhouette> silhouettes, const Triangle& triangle);
@@ -34,7 +35,7 @@ struct TriangleTruth {
   double fraction_in_hull = 0;  // of its weights' area: defined where its area is 0 too
   double area_m2 = 0, area_in_hull_m2 = 0;
   // The deepest of its points that were asked, and how deep the deepest of all may be: at most kDepthTolerance more, unless after
-  // kMostDepthCells it is less certain. Depth 0, and any point of it, where none is in the hull.
+  // kMostDepthCells it is less certain. Depth 0, and a vertex, where none of them is in the hull.
   Eigen::Vector3d deepest_world_m = Eigen::Vector3d::Zero();
   double deepest_m = 0, deepest_at_most_m = 0;
 };
