@@ -40,6 +40,13 @@ inline std::vector<Camera> ring(int count, double distance_m, double elevation_r
 
 inline Capsule ball(const Eigen::Vector3d& center_m, double radius_m) { return {center_m, center_m, radius_m}; }
 
+// A forearm and a finger among cameras above them, all moved by shift_m; a pixel's footprint is 2.5 mm by 200 px.
+inline std::vector<Silhouette> hand_among(int cameras = 4, int size_px = 200, const Eigen::Vector3d& shift_m = kOrigin) {
+  const Eigen::Vector3d elbow = shift_m + Eigen::Vector3d(-0.1, 0, 0), palm = shift_m + Eigen::Vector3d(0.02, 0.01, 0.03);
+  const Eigen::Vector3d finger = shift_m + Eigen::Vector3d(0.08, 0.05, 0.02);
+  return silhouettes_of({{elbow, palm, 0.03}, {palm, finger, 0.012}}, ring(cameras, 1.2, 0.6, size_px, 0.5, shift_m));
+}
+
 inline Eigen::Isometry3d at(const Eigen::Vector3d& p_world_m) {
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
   world_from_object.translation() = p_world_m;
