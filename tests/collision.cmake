@@ -1,4 +1,4 @@
-foreach(part query detection response mesh_tree cpu parts part_tracker reference reference_distance)
+foreach(part query detection response mesh_tree cpu parts part_tracker first_contact reference reference_distance)
   fivepipe_test(collision_${part}_test collision_${part}.cpp LINK fivepipe_collision fivepipe_gl_context)
 endforeach()
 if(FIVEPIPE_NODES)

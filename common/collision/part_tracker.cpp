@@ -11,8 +11,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Two variances that differ by less than this part of their sum don't tell which way a part lies about the third axis.
-constexpr double kRound = 0.2;
+// Two variances that differ by less than this part of their sum don't tell which way a part lies about the third axis. Of a hand's hull, which
+// is thicker than the hand where no camera looks in, they say little about its roll: with 0.2 the rotation is off by 16 % instead of 5.
+constexpr double kRound = 0.6;
 // A part that is another one may be larger or smaller by this factor, not more: what it is seen of changes.
 constexpr double kSameVolume = 2;
 constexpr int kLeastSamples = 3;
@@ -121,21 +122,18 @@ void PartTracker::extend(Track& track, double time_s, const HullPart& part) cons
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(part.covariance_world_m2);
   Sample sample{time_s, part.middle_world_m, Vector3d::Zero(), principal.eigenvectors(), Eigen::Array3d::Zero()};
   const Vector3d& l = principal.eigenvalues();
-  for (int k = 0; k < 3; ++k) {
-    const double a = l[(k + 1) % 3], b = l[(k + 2) % 3];
-    sample.determined[k] = std::abs(a - b) > kRound * (a + b);
-  }
+  const auto differ = [&](int a, int b) { return std::abs(l[a] - l[b]) > kRound * (l[a] + l[b]); };
+  for (int k = 0; k < 3; ++k) sample.defined[k] = differ(k, (k + 1) % 3) && differ(k, (k + 2) % 3);
   if (!track.samples.empty()) {
     const Sample& last = track.samples.back();
     Vector3d turn = Vector3d::Zero();
+    const Eigen::Array3d defined = sample.defined * last.defined;
     for (int k = 0; k < 3; ++k) {
       if (sample.axes.col(k).dot(last.axes.col(k)) < 0) sample.axes.col(k) *= -1;
-      turn += 0.5 * last.axes.col(k).cross(sample.axes.col(k));
+      turn += defined[k] * last.axes.col(k).cross(sample.axes.col(k));
     }
-    // About each axis by itself: what is not determined is left out.
-    sample.turned_rad = last.turned_rad;
-    for (int k = 0; k < 3; ++k)
-      if (sample.determined[k] > 0 && last.determined[k] > 0) sample.turned_rad += turn.dot(last.axes.col(k)) * last.axes.col(k);
+    // Each axis tells of the two turns across it: three of them tell everything twice.
+    sample.turned_rad = last.turned_rad + (defined.sum() > 1 ? 0.5 : 1.0) * turn;
   }
   track.samples.push_back(sample);
   if (int(track.samples.size()) > options_.window_frames) track.samples.pop_front();
@@ -146,9 +144,9 @@ std::optional<PartMotion> PartTracker::motion_of(const Track& track) const {
   PartMotion motion;
   motion.velocity_world_m_s = slope_of(track.samples, [](const Sample& s) { return s.middle_world_m; });
   motion.angular_velocity_world_rad_s = slope_of(track.samples, [](const Sample& s) { return s.turned_rad; });
-  Eigen::Array3d determined = Eigen::Array3d::Ones();
-  for (const Sample& s : track.samples) determined *= s.determined;
-  motion.determined_axes = int(determined.sum());
+  Eigen::Array3d defined = Eigen::Array3d::Ones();
+  for (const Sample& s : track.samples) defined *= s.defined;
+  motion.determined_axes = defined.sum() > 1 ? 3 : defined.sum() > 0 ? 2 : 0;
   motion.frames = int(track.samples.size());
   motion.window_s = track.samples.back().time_s - track.samples.front().time_s;
   return motion;

@@ -58,7 +58,7 @@ class PartTracker {
     Eigen::Vector3d middle_world_m;
     Eigen::Vector3d turned_rad;  // sum of the turns since the part appeared
     Eigen::Matrix3d axes;        // columns: principal, least first; signs as in the sample before
-    Eigen::Array3d determined;   // 1 where the turn about the axis is
+    Eigen::Array3d defined;      // 1 where the axis is: its variance differs from both others
   };
   struct Track {
     std::deque<Sample> samples;
