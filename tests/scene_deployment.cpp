@@ -97,6 +97,9 @@ nodes:
     shares: 2
   - name: s
     program: sim_node
+    collision: paper
+    eps_m: 0.001
+    spacing_m: 0.004
     viewport_px: 20
     window_px: 200
     step_s: 0.005
@@ -141,6 +144,9 @@ nodes:
   EXPECT_EQ(a.tile_columns, 2);
   EXPECT_EQ(a.share, 1);
   const auto& s = std::get<SimConfig>(d.nodes[4].config);
+  EXPECT_EQ(s.collision, CollisionBackend::paper);
+  EXPECT_EQ(s.eps_m, 0.001);
+  EXPECT_EQ(s.spacing_m, 0.004);
   EXPECT_EQ(s.viewport_px, 20);
   EXPECT_EQ(s.step_s, 0.005);
   EXPECT_EQ(s.max_points, 8);
@@ -279,7 +285,7 @@ TEST_F(DeploymentFile, EveryProblemOfNodesIsReportedWithItsPlace) {
                           "deployment.yaml:14:17: unknown key period_ms: period_s is expected",
                           "deployment.yaml:17:18: viewport_px must not exceed window_px (400)",
                           "deployment.yaml:18:13: step_s must be from 0.0001 to 0.1, is 1",
-                          "deployment.yaml:19:5: unknown key share; known keys: name host cores program viewport_px window_px step_s max_points",
+                          "deployment.yaml:19:5: unknown key share; known keys: name host cores program collision eps_m spacing_m viewport_px window_px step_s max_points",
                           "deployment.yaml:20:5: program is missing: capture_node, recon_node, sim_node or render_node",
                           "deployment.yaml:20:5: name is missing in nodes[2]"));
 }

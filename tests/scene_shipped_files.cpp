@@ -113,6 +113,7 @@ TEST(ShippedDeployments, PaperHasThePapersSettings) {
   const Deployment paper = load_deployment(kSource / "launch/deployments/paper.yaml", {{"backend", "sweep"}, {"planes", "96"}});
   EXPECT_EQ(recon_pinhole(paper.viewer).width_px, 320);
   EXPECT_EQ(render_pinhole(paper.viewer).width_px, 640);
+  EXPECT_EQ(std::get<SimConfig>(find_node(paper, "simulation")->config).collision, CollisionBackend::paper);
   EXPECT_EQ(std::get<SimConfig>(find_node(paper, "simulation")->config).viewport_px, 10);
   EXPECT_EQ(std::get<SimConfig>(find_node(paper, "simulation")->config).window_px, 400);
   EXPECT_EQ(std::get<ReconConfig>(find_node(paper, "recon_a")->config).backend, HullBackend::sweep);

@@ -138,6 +138,9 @@ ReconConfig read_recon(YamlMap& map) {
 
 SimConfig read_sim(YamlMap& map) {
   SimConfig config;
+  config.collision = map.choice<CollisionBackend>("collision", {{"cpu", CollisionBackend::cpu}, {"paper", CollisionBackend::paper}}, config.collision);
+  config.eps_m = map.number("eps_m", {1e-6, 0.1}, config.eps_m);
+  config.spacing_m = map.number("spacing_m", {1e-5, 1}, config.spacing_m);
   config.viewport_px = map.integer("viewport_px", {1, 4096}, config.viewport_px);
   config.window_px = map.integer("window_px", {1, 16384}, config.window_px);
   config.step_s = map.number("step_s", {1e-4, 0.1}, config.step_s);
