@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "common/collision/cpu_detection.h"
+#include "common/collision/triangle_reference.h"
 #include "tests/collision_scene.h"
 
 namespace fivepipe::test {
@@ -91,6 +92,27 @@ TEST(CpuDetection, AgreesWithDenseSamplingAndItsPointsAreInTheHull) {
   EXPECT_GT(colliding, 300);
   EXPECT_GT(free, 300);
   EXPECT_LT(touching, 0.01 * colliding);
+}
+
+// What is free has no part in the hull that is more than rounding; what collides has one.
+TEST(CpuDetection, AgreesWithTheExactReference) {
+  Random random(11);
+  int crossing = 0, touching = 0;
+  for (int scene = 0; scene < 5; ++scene) {
+    const Hull hull(scene == 0 ? hand_like() : silhouettes_of(random_object(random, 3), random_cameras(random, 2 + scene)));
+    const HullDistance distance(hull.silhouettes);
+    const std::vector<Triangle> triangles = random_triangles(random, 90);
+    const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of(triangles)));
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      const TriangleTruth truth = triangle_truth(distance, triangles[i]);
+      crossing += truth.crosses, touching += holds(found.touching, i);
+      if (truth.deepest_m > 1e-9) EXPECT_FALSE(!holds(found.triangles, i) && !holds(found.touching, i)) << scene << ' ' << i << ' ' << truth.deepest_m;
+      if (truth.deepest_m > kVerdictAlone.eps_m) EXPECT_TRUE(holds(found.triangles, i));
+      if (!truth.crosses) EXPECT_FALSE(holds(found.triangles, i)) << scene << ' ' << i;
+    }
+  }
+  EXPECT_GT(crossing, 100);
+  EXPECT_LE(touching, 0.01 * crossing);
 }
 
 // The part of a triangle that a thin wedge of one camera's pixels cuts out, however thin, is found: no depth is too small to be missed.
