@@ -13,6 +13,18 @@ inline constexpr int kImagePx = 320;
 inline constexpr double kScanM = 1e-5;  // of what is called exact, in issue 4
 inline constexpr double kFootprintM = kFieldM / kImagePx;
 
+// A hull that ends at z = 0, and far below and beside: all cameras are on the plane, which they see edge-on at the middle of their images.
+inline std::vector<Silhouette> plane_silhouettes() {
+  std::vector<Silhouette> silhouettes;
+  for (const Camera& camera : ring(6, 1.0, 0, kImagePx, kFieldM)) {
+    Silhouette s{camera, ObjectPixels(kImagePx, kImagePx)};
+    for (int v = kImagePx / 2; v < kImagePx; ++v)
+      for (int u = 0; u < kImagePx; ++u) s.pixels.set(u, v);
+    silhouettes.push_back(std::move(s));
+  }
+  return silhouettes;
+}
+
 // A real ball at the origin seen by nine cameras on its horizon (18 directions of silhouettes), a virtual ball above it.
 class Responding : public GlTest {
  protected:

@@ -11,17 +11,6 @@ using Eigen::Vector3d;
 
 class RespondingHard : public Responding {
  protected:
-  // A hull that ends at z = 0, and far below and beside: all cameras are on the plane, which they see edge-on at the middle of their images.
-  void see_plane() {
-    std::vector<Silhouette> silhouettes;
-    for (const Camera& camera : ring(6, 1.0, 0, kImagePx, kFieldM)) {
-      Silhouette s{camera, ObjectPixels(kImagePx, kImagePx)};
-      for (int v = kImagePx / 2; v < kImagePx; ++v)
-        for (int u = 0; u < kImagePx; ++u) s.pixels.set(u, v);
-      silhouettes.push_back(std::move(s));
-    }
-    see(std::move(silhouettes));
-  }
   void expect_same(const Response& a, const Response& b) {
     EXPECT_EQ(a.status, b.status);
     EXPECT_EQ(a.cp_object_world_m, b.cp_object_world_m);
@@ -35,7 +24,7 @@ class RespondingHard : public Responding {
 };
 
 TEST_F(RespondingHard, SphereAgainstAPlaneHasOneCpObjectAlwaysTheSame) {
-  see_plane();
+  see(plane_silhouettes());
   place({0.0013, -0.0007, kVirtualRadiusM - 0.006});
   ASSERT_TRUE(collision_.colliding());
   const Response response = respond_by_default();
@@ -53,7 +42,7 @@ TEST_F(RespondingHard, SphereAgainstAPlaneHasOneCpObjectAlwaysTheSame) {
 }
 
 TEST_F(RespondingHard, PointsThatAreExactlyAsFarAreChosenByTriangleThenByPlaceInWhateverOrderTheyAreGiven) {
-  see_plane();
+  see(plane_silhouettes());
   rp_object_m_ = {0, 0, 0.02};
   std::vector<CollisionPoint> points{{{0.01, 0, -0.01}, 7}, {{-0.01, 0, -0.01}, 7}, {{0, 0.01, -0.01}, 7}, {{0, -0.01, -0.01}, 9}, {{0, 0.005, -0.01}, 2}};
   std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.p_world_m.y() < b.p_world_m.y(); });
