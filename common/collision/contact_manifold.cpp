@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "common/collision/point_spread.h"
@@ -14,6 +15,8 @@ using Eigen::Vector3d;
 
 // Ways tried from one point; on smooth borders the third changes little.
 constexpr int kMostDescents = 8;
+// Points whose depth is computed, to begin with the deepest: spread over all.
+constexpr std::size_t kCandidates = 64;
 // A way that is not shorter by this is the same way [m]: a hundredth of the finest that maps resolve.
 constexpr double kLeastGain_m = 1e-6;
 
@@ -22,6 +25,19 @@ void check(const ObjectCollision& collision, const ManifoldRequest& request) {
   if (!std::all_of(collision.points.begin(), collision.points.end(), finite)) throw std::invalid_argument("a collision point is not finite");
   if (!request.rp_object_world_m.allFinite()) throw std::invalid_argument("the reference point is not finite");
   if (!(request.most_contacts > 0 && request.reach_m > 0 && std::isfinite(request.reach_m))) throw std::invalid_argument("number of contacts or reach out of range");
+}
+
+std::vector<Vector3d> places_m(std::span<const CollisionPoint> points) {
+  std::vector<Vector3d> places;
+  for (const CollisionPoint& point : points) places.push_back(point.p_world_m);
+  return places;
+}
+
+// No point is farther from the nearest of those taken by spread_out than the last of them was.
+double spacing_of(const std::vector<Vector3d>& places, const std::vector<std::size_t>& taken) {
+  double spacing_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i + 1 < taken.size(); ++i) spacing_m = std::min(spacing_m, (places[taken[i]] - places[taken.back()]).norm());
+  return spacing_m;
 }
 
 // Where the way along `direction` ends, and the borders there.
@@ -89,28 +105,50 @@ double depth_to_reference_m(const HullQuery& query, const Vector3d& p_world_m, c
   return exit ? exit->distance_m : request.reach_m;
 }
 
+// Of some spread over all points, then of some around the deepest of those.
+std::size_t deepest_of(const HullQuery& query, std::span<const CollisionPoint> points, const std::vector<Vector3d>& places, double least_m, const ManifoldRequest& request) {
+  const std::size_t farthest = std::size_t(&cp_object(query, points, request.rp_object_world_m) - points.data());
+  std::size_t deepest = farthest;
+  double depth_m = 0;
+  const auto take = [&](std::size_t i) {
+    if (const double candidate_m = depth_to_reference_m(query, places[i], request); candidate_m > depth_m) deepest = i, depth_m = candidate_m;
+  };
+  const auto coarse = spread_out(places, farthest, kCandidates, least_m);
+  for (const std::size_t i : coarse) take(i);
+  const double spacing_m = spacing_of(places, coarse);
+  std::vector<Vector3d> near;
+  std::vector<std::size_t> index;
+  const Vector3d middle = places[deepest];
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if ((places[i] - middle).norm() <= spacing_m) near.push_back(places[i]), index.push_back(i);
+  const std::size_t first = std::size_t(std::find(index.begin(), index.end(), deepest) - index.begin());
+  for (const std::size_t i : spread_out(near, first, kCandidates, least_m)) take(index[i]);
+  return deepest;
+}
+
+// Ordered, so that their given order plays no part.
+std::vector<CollisionPoint> points_in_hull(const HullQuery& query, std::span<const CollisionPoint> given) {
+  const std::vector<Vector3d> places = places_m(given);
+  std::vector<std::uint8_t> inside(given.size());
+  query.contains(places, inside);
+  std::vector<CollisionPoint> points;
+  for (std::size_t i = 0; i < given.size(); ++i)
+    if (inside[i]) points.push_back(given[i]);
+  std::sort(points.begin(), points.end(), comes_before);
+  return points;
+}
+
 }  // namespace
 
 ContactManifold contact_manifold(const HullQuery& query, const ObjectCollision& collision, const ManifoldRequest& request) {
   check(collision, request);
-  std::vector<CollisionPoint> points;
-  std::copy_if(collision.points.begin(), collision.points.end(), std::back_inserter(points), [&](const CollisionPoint& point) { return query.contains(point.p_world_m); });
+  const std::vector<CollisionPoint> points = points_in_hull(query, collision.points);
   ContactManifold manifold{.contacts = {}, .points_in_hull = points.size()};
   if (points.empty()) return manifold;
-  // So that their given order plays no part.
-  std::sort(points.begin(), points.end(), [](const CollisionPoint& a, const CollisionPoint& b) {
-    return a.triangle != b.triangle ? a.triangle < b.triangle
-                                    : std::lexicographical_compare(a.p_world_m.data(), a.p_world_m.data() + 3, b.p_world_m.data(), b.p_world_m.data() + 3);
-  });
-  std::vector<Vector3d> places_m;
-  std::vector<double> depths_m;
-  for (const CollisionPoint& point : points) {
-    places_m.push_back(point.p_world_m);
-    depths_m.push_back(depth_to_reference_m(query, point.p_world_m, request));
-  }
-  const std::size_t deepest = std::size_t(std::max_element(depths_m.begin(), depths_m.end()) - depths_m.begin());
-  for (const std::size_t i : spread_out(places_m, deepest, std::size_t(request.most_contacts), pixel_footprint_m(query, places_m[deepest])))
-    manifold.contacts.push_back(contact_at(query, points[i], request));
+  const double footprint_m = pixel_footprint_m(query, points.front().p_world_m);
+  const std::vector<Vector3d> places = places_m(points);
+  const std::size_t deepest = deepest_of(query, points, places, footprint_m, request);
+  for (const std::size_t i : spread_out(places, deepest, std::size_t(request.most_contacts), footprint_m)) manifold.contacts.push_back(contact_at(query, points[i], request));
   return manifold;
 }
 

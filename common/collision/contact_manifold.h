@@ -39,7 +39,7 @@ struct Contact {
 inline constexpr double kSettled_rad = 0.05;  // three standard errors of a fit over a full window
 
 struct ContactManifold {
-  std::vector<Contact> contacts;  // the deepest on its way to RP_obj first, then spread out; fewer where the points are within a pixel of each other
+  std::vector<Contact> contacts;  // first, of some spread over all, the deepest on its way to RP_obj; then spread out; none within a pixel of another
   std::size_t points_in_hull = 0;  // of those given; the others count for nothing
 };
 

@@ -8,12 +8,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The given order plays no part.
-bool comes_before(const CollisionPoint& a, const CollisionPoint& b) {
-  const auto key = [](const CollisionPoint& point) { return std::tuple(point.triangle, point.p_world_m.x(), point.p_world_m.y(), point.p_world_m.z()); };
-  return key(a) < key(b);
-}
-
 // The exit, with the distance to either side at which in_hull() confirms it.
 HullExit verified(const HullQuery& query, const Vector3d& p_world_m, const Vector3d& direction_world, double distance_m) {
   double error_m = kLeastRounding_m;
@@ -29,6 +23,11 @@ double way_out_m(const HullQuery& query, const Vector3d& p_world_m, const Vector
 }
 
 }  // namespace
+
+bool comes_before(const CollisionPoint& a, const CollisionPoint& b) {
+  const auto key = [](const CollisionPoint& point) { return std::tuple(point.triangle, point.p_world_m.x(), point.p_world_m.y(), point.p_world_m.z()); };
+  return key(a) < key(b);
+}
 
 const CollisionPoint& cp_object(const HullQuery& query, std::span<const CollisionPoint> points, const Vector3d& rp_world_m, double equally_far_m) {
   const auto distance_m = [&](const CollisionPoint& point) { return (point.p_world_m - rp_world_m).norm(); };

@@ -8,8 +8,11 @@
 
 namespace fivepipe {
 
+// The order of equals: by triangle, then by x, y, z. That in which points are given plays no part.
+bool comes_before(const CollisionPoint& a, const CollisionPoint& b);
+
 // CP_obj: of the points, not empty, the one farthest from RP_obj; of those nearer by at most equally_far_m, where that is not zero, the one that
-// is deepest on its way to RP_obj. Equals: that of the lowest triangle, then of the least x, y, z. The same for every order of the points.
+// is deepest on its way to RP_obj. Of equals, the one that comes before.
 const CollisionPoint& cp_object(const HullQuery& query, std::span<const CollisionPoint> points, const Eigen::Vector3d& rp_world_m, double equally_far_m = 0);
 
 // Where a ray leaves the hull: in_hull() says yes error_m before and no error_m behind, or the error is kMostRounding_m; where it was
