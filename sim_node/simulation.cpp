@@ -160,10 +160,12 @@ Response Simulation::recover(std::size_t object, ObjectCollision collision) {
   std::optional<Response> first;
   RecoveryStatus status = RecoveryStatus::still_colliding;
   for (int i = 0; i < kMaxRecoveries && status == RecoveryStatus::still_colliding; ++i) {
-    const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt, .normals = {.four_points = true, .closed_form = true},
+    // Over the whole contact: where a ball lies between two parts of the hull, the normal of one camera's border would drive it to one side.
+    const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt, .normals = {.four_points = true, .closed_form = false},
                                   .equally_far_m = flatness_m_[object]};
-    const auto requery = [&](const Eigen::Vector3d& move_world_m) {
-      return std::move(detect(query_, std::vector{world_triangles(meshes_[object], Eigen::Translation3d(move_world_m) * bodies_.world_from_object(object))}).objects.front());
+    const Requery requery = [&](const Eigen::Vector3d& move_world_m) {
+      const std::vector<std::vector<Triangle>> moved = {world_triangles(meshes_[object], Eigen::Translation3d(move_world_m) * bodies_.world_from_object(object))};
+      return detect(query_, moved).objects.front();
     };
     const Response response = respond(hull_query(), collision, request, requery, config);
     status = response.status;
