@@ -9,7 +9,8 @@ Bounce bounce(const Response& response, const Eigen::Vector3d& velocity_world_m_
   // A residual below the maps' resolution is cleared with it; a larger one is another contact, which the next query answers.
   const double way_m = response.clear_distance_m() + (response.status == RecoveryStatus::recovered ? response.residual_m : 0.0);
   Bounce result{way_m * response.v_rec_world, velocity_world_m_s};
-  const Eigen::Vector3d& normal = response.normal == NormalStatus::defined ? response.n_hull_world : response.v_rec_world;
+  const HullNormal& hull = response.normal();
+  const Eigen::Vector3d& normal = hull.status == NormalStatus::defined ? hull.normal_world : response.v_rec_world;
   const double approach_m_s = -velocity_world_m_s.dot(normal);
   if (!(approach_m_s > 0)) return result;
   const double lift_m = std::max(0.0, result.move_world_m.z());

@@ -19,6 +19,7 @@ fivepipe_v1_ResponseStatus wire_response(RecoveryStatus status) {
     case RecoveryStatus::reference_inside: return fivepipe_v1_reference_inside;
     case RecoveryStatus::no_exit_within_reach: return fivepipe_v1_no_exit_within_reach;
     case RecoveryStatus::direction_undefined: return fivepipe_v1_direction_undefined;
+    case RecoveryStatus::no_collision_point: break;
   }
   return fivepipe_v1_no_response;
 }
@@ -39,9 +40,10 @@ void put(fivepipe_v1_CollisionResult& message, const Response& response) {
   message.d_rec_m = response.d_rec_m;
   message.d_rec_error_m = response.d_rec_error_m;
   message.residual_m = response.residual_m;
-  message.normal = wire_normal(response.normal);
-  message.n_hull = wire(response.n_hull_world);
-  message.n_hull_error_rad = response.n_hull_error_rad;
+  const HullNormal& normal = response.normal();
+  message.normal = wire_normal(normal.status);
+  message.n_hull = wire(normal.normal_world);
+  message.n_hull_error_rad = normal.error_rad;
 }
 
 }  // namespace

@@ -104,6 +104,7 @@ void Simulation::catch_up(double time_s) {
 void Simulation::advance_to(double time_s, std::span<const Silhouette> silhouettes) {
   if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
   query_.set_silhouettes(silhouettes);
+  hull_query_.reset();
   std::fill(contacts_.begin(), contacts_.end(), CollisionReport{});
   catch_up(time_s);
   report();
@@ -145,16 +146,30 @@ void Simulation::bounce_off_hull() {
   }
 }
 
+const HullQuery& Simulation::hull_query() {
+  if (!hull_query_) {
+    hull_.assign(query_.silhouettes());
+    hull_query_.emplace(hull_);
+  }
+  return *hull_query_;
+}
+
 Response Simulation::recover(std::size_t object, ObjectCollision collision) {
   const double resting_speed_m_s = kRestingPeriods * scene_.gravity_m_s2 * std::max(kHullQueryPeriodS, config_.step_s);
   const ResponseConfig config{.height_m = radii_m_[object], .apex_angle_rad = kBounceAngleRad, .window_px = config_.window_px};
   std::optional<Response> first;
   RecoveryStatus status = RecoveryStatus::still_colliding;
   for (int i = 0; i < kMaxRecoveries && status == RecoveryStatus::still_colliding; ++i) {
-    const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt, .equally_far_m = flatness_m_[object]};
-    const Response response = respond(query_, world_triangles(meshes_[object], bodies_.world_from_object(object)), collision, request, config);
+    // Over the whole contact: where a ball lies between two parts of the hull, the normal of one camera's border would drive it to one side.
+    const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt, .normals = {.four_points = true, .closed_form = false},
+                                  .equally_far_m = flatness_m_[object]};
+    const Requery requery = [&](const Eigen::Vector3d& move_world_m) {
+      const std::vector<std::vector<Triangle>> moved = {world_triangles(meshes_[object], Eigen::Translation3d(move_world_m) * bodies_.world_from_object(object))};
+      return detect(query_, moved).objects.front();
+    };
+    const Response response = respond(hull_query(), collision, request, requery, config);
     status = response.status;
-    if (status == RecoveryStatus::recovered || status == RecoveryStatus::still_colliding) {
+    if (response.has_way_out()) {
       const Bounce after = bounce(response, bodies_.velocity_m_s(object), scene_.objects[object].restitution, scene_.gravity_m_s2, resting_speed_m_s);
       bodies_.translate(object, after.move_world_m);
       bodies_.set_velocity_m_s(object, after.velocity_world_m_s);

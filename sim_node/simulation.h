@@ -2,6 +2,7 @@
 #pragma once
 #include <optional>
 
+#include "common/collision/detection.h"
 #include "common/collision/response.h"
 #include "common/scene/deployment.h"
 #include "sim_node/rigid_bodies.h"
@@ -63,6 +64,7 @@ class Simulation {
   void catch_up(double time_s);
   void step();
   void bounce_off_hull();
+  const HullQuery& hull_query();
   Response recover(std::size_t object, ObjectCollision collision);
   void put_back_the_lost();
   void report();
@@ -73,6 +75,9 @@ class Simulation {
   SimConfig config_;
   RigidBodies bodies_;
   TriangleVolumeQuery query_;
+  WorkerPool pool_{1};
+  CpuHull hull_{pool_};
+  std::optional<HullQuery> hull_query_;    // of query_'s silhouettes; made for a set's first contact
   std::vector<Mesh> meshes_;               // by object
   std::vector<double> radii_m_;            // by object: of the smallest ball round its centre and its mesh
   std::vector<double> flatness_m_;         // by object: how far its triangles lie under the surface that they stand for

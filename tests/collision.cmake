@@ -1,6 +1,8 @@
-foreach(part query detection response mesh_tree cpu parts part_tracker first_contact reference reference_distance)
+foreach(part query detection mesh_tree cpu parts part_tracker first_contact reference reference_distance response response_normals response_hard response_beyond)
   fivepipe_test(collision_${part}_test collision_${part}.cpp LINK fivepipe_collision fivepipe_gl_context)
 endforeach()
+# With capture's own cleaning of maps, which needs nothing of capture.
+fivepipe_test(collision_response_noise_test collision_response_noise.cpp ${CMAKE_SOURCE_DIR}/capture_node/bit_morphology.cpp LINK fivepipe_collision fivepipe_gl_context)
 if(FIVEPIPE_NODES)
   foreach(part time bounce)
     fivepipe_test(sim_${part}_test sim_${part}.cpp LINK fivepipe_simulation fivepipe_gl_context)

@@ -1,61 +1,15 @@
 // Moving an object out of the hull (paper, section 4.3).
+#include <iostream>
 #include <limits>
 #include <stdexcept>
 
-#include "tests/collision_scene.h"
+#include "common/hull/reference.h"
+#include "tests/collision_responding.h"
 
 namespace fivepipe::test {
 namespace {
 
-constexpr double kRealRadiusM = 0.05, kVirtualRadiusM = 0.04;
-constexpr double kFlatnessM = 0.02 * kVirtualRadiusM;
-constexpr double kFieldM = 0.16;
-constexpr int kImagePx = 320;
-constexpr double kScanM = 1e-5;  // a tenth of the finest step of the response here
-constexpr double kFootprintM = kFieldM / kImagePx;
 constexpr double kSixtyDegreesRad = std::numbers::pi / 3;
-
-// A real ball at the origin seen by nine cameras on its horizon (18 directions of silhouettes), a virtual ball above it.
-class Responding : public GlTest {
- protected:
-  Responding() { see({ball(kOrigin, kRealRadiusM)}); }
-
-  void see(const std::vector<Capsule>& real, int image_px = kImagePx) {
-    real_ = real;
-    query_.set_silhouettes(silhouettes_of(real, ring(9, 1.0, 0, image_px, kFieldM)));
-  }
-  void place(const Eigen::Vector3d& center_m) {
-    rp_object_m_ = center_m;
-    object_ = world_triangles(sphere_mesh(kVirtualRadiusM, 2), at(center_m));
-    collision_ = detect(query_, std::vector<std::vector<Triangle>>{object_}).objects[0];
-  }
-  Response respond_to(const ResponseRequest& request, const ResponseConfig& config = {}) { return respond(query_, object_, collision_, request, config); }
-  // Towards the ball's centre from the middle of the contact; the icosphere of 320 triangles lies up to kFlatnessM under its ball.
-  Response respond_by_default(const ResponseConfig& config = {}) { return respond_to({rp_object_m_, std::nullopt, true, kFlatnessM}, config); }
-
-  // Farthest point in the hull, up to reach_m from CP_obj along V_rec, at steps of kScanM.
-  template <typename InHull>
-  double exit_m(const Response& response, double reach_m, InHull inside) const {
-    for (double t_m = reach_m; t_m > 0; t_m -= kScanM)
-      if (inside(response.cp_object_world_m + t_m * response.v_rec_world)) return t_m;
-    return 0;
-  }
-
-  std::vector<Capsule> real_;
-  TriangleVolumeQuery query_{400, 20};
-  Eigen::Vector3d rp_object_m_;
-  std::vector<Triangle> object_;
-  ObjectCollision collision_;
-};
-
-bool has_way_out(const Response& response) {
-  return response.status == RecoveryStatus::recovered || response.status == RecoveryStatus::still_colliding;
-}
-
-// Centres round the real ball at this distance from its own.
-Eigen::Vector3d above(double distance_m, double tilt_rad, double azimuth_rad) {
-  return distance_m * Eigen::Vector3d(std::sin(tilt_rad) * std::cos(azimuth_rad), std::sin(tilt_rad) * std::sin(azimuth_rad), std::cos(tilt_rad));
-}
 
 TEST_F(Responding, CpObjectIsTheFarthestCollisionPointOfEqualsTheFirst) {
   object_ = {{Eigen::Vector3d(0, 0, 0), {0.01, 0, 0}, {0, 0.01, 0}}};
@@ -78,28 +32,81 @@ TEST_F(Responding, OfABallsEquallyFarPointsTheDeepestIsTaken) {
   EXPECT_EQ(deepest.status, RecoveryStatus::recovered);
 }
 
-TEST_F(Responding, RecoveryDistanceIsWithinItsStatedErrorOfTheHullOfTheMaps) {
+// V_rec as the exact reference has it: where it is in the hull, from CP_obj on.
+std::vector<Interval> reference_way(std::span<const Silhouette> silhouettes, const Response& response, double reach_m) {
+  return reference_intervals(silhouettes, {response.cp_object_world_m, response.v_rec_world}, 0, reach_m);
+}
+
+TEST_F(Responding, RecoveryDistanceIsThatOfTheExactReference) {
+  Random random(21);
+  double worst_m = 0, most_error_m = 0;
+  for (int i = 0; i < 30; ++i) {
+    place(above(kRealRadiusM + kVirtualRadiusM - uniform(random, 0.003, 0.012), uniform(random, 0, 0.8), uniform(random, 0, 6.28)));
+    ASSERT_TRUE(collision_.colliding());
+    const Response response = respond_by_default(), outward = respond_by_default({.search = HullSearch::outward});
+    ASSERT_EQ(response.status, RecoveryStatus::recovered);
+    const double reach_m = std::min(0.05, (rp_object_m_ - response.cp_object_world_m).norm());
+    const auto way = reference_way(silhouettes_, response, reach_m);
+    ASSERT_FALSE(way.empty());
+    worst_m = std::max({worst_m, std::abs(way.back().leave - response.d_rec_m), std::abs(way.front().leave - outward.d_rec_m)});
+    most_error_m = std::max(most_error_m, response.d_rec_error_m);
+    EXPECT_LE(std::abs(way.back().leave - response.d_rec_m), response.d_rec_error_m);
+    EXPECT_NEAR((response.cp_hull_world_m - response.cp_object_world_m).norm(), response.d_rec_m, 1e-12);
+    EXPECT_LE((response.cp_hull_world_m - response.cp_object_world_m - way.back().leave * response.v_rec_world).norm(), response.d_rec_error_m + 1e-14);
+    EXPECT_NEAR(response.pixel_footprint_m, kFootprintM, kFootprintM * kRealRadiusM * 1.1);  // cameras at 1 m
+    EXPECT_FALSE(inside(response.cp_object_world_m + response.clear_distance_m() * response.v_rec_world));
+    EXPECT_TRUE(inside(response.cp_object_world_m + (response.d_rec_m - response.d_rec_error_m) * response.v_rec_world));
+  }
+  std::cout << "D_rec: " << worst_m * 1000 << " mm from the exact reference at most, stated error " << most_error_m * 1000 << " mm at most\n";
+  EXPECT_LT(worst_m, kScanM);
+  EXPECT_LT(most_error_m, kScanM);
+}
+
+TEST_F(Responding, SampledAsThePaperDoesIsWithinItsStatedErrorOfTheHullOfTheMaps) {
   Random random(21);
   for (int i = 0; i < 30; ++i) {
     place(above(kRealRadiusM + kVirtualRadiusM - uniform(random, 0.003, 0.012), uniform(random, 0, 0.8), uniform(random, 0, 6.28)));
     ASSERT_TRUE(collision_.colliding());
-    const Response response = respond_by_default({.window_px = 200});
+    const Response response = respond_by_default({.search = HullSearch::sampled, .window_px = 200});
     ASSERT_EQ(response.status, RecoveryStatus::recovered);
     const double reach_m = std::min(0.05, (rp_object_m_ - response.cp_object_world_m).norm());
     EXPECT_DOUBLE_EQ(response.d_rec_error_m, reach_m / 200);
-    EXPECT_NEAR(response.pixel_footprint_m, kFootprintM, kFootprintM * kRealRadiusM * 1.1);  // cameras at 1 m
-    const double exact_m = exit_m(response, reach_m, [&](const auto& p) { return in_hull(query_.silhouettes(), p); });
+    const double exact_m = exit_m(response, reach_m, [&](const auto& p) { return inside(p); });
     EXPECT_GE(exact_m, response.d_rec_m - kScanM);
     EXPECT_LE(exact_m, response.d_rec_m + response.d_rec_error_m + kScanM);
-    EXPECT_TRUE(in_hull(query_.silhouettes(), response.cp_hull_world_m));
-    EXPECT_NEAR((response.cp_hull_world_m - response.cp_object_world_m).norm(), response.d_rec_m, 1e-12);
-    EXPECT_FALSE(in_hull(query_.silhouettes(), response.cp_object_world_m + response.clear_distance_m() * response.v_rec_world));
+    EXPECT_TRUE(inside(response.cp_hull_world_m));
+    EXPECT_FALSE(inside(response.cp_object_world_m + response.clear_distance_m() * response.v_rec_world));
   }
+}
+
+TEST_F(Responding, SearchesFromTheReferenceAndOutwardDifferWhereTheHullIsNotConvex) {
+  // Two real bars over each other: out of the lower one, the way leads through the upper one.
+  see({{{-0.03, 0, 0}, {0.03, 0, 0}, 0.005}, {{-0.03, 0, 0.03}, {0.03, 0, 0.03}, 0.005}});
+  place(world_triangles(box_mesh({0.004, 0.004, 0.004}), at(kOrigin)), {0, 0, 0.05});
+  ASSERT_TRUE(collision_.colliding());
+  const ResponseRequest up{rp_object_m_, Eigen::Vector3d(0, 0, 1)};
+  const Response from_reference = respond_to(up), outward = respond_to(up, {.search = HullSearch::outward});
+  const Response sampled = respond_to(up, {.search = HullSearch::sampled});
+  const auto way = reference_way(silhouettes_, outward, 0.05);
+  ASSERT_EQ(way.size(), 2u);
+  EXPECT_NEAR(outward.d_rec_m, way[0].leave, kScanM);
+  EXPECT_NEAR(from_reference.d_rec_m, way[1].leave, kScanM);
+  EXPECT_NEAR(sampled.d_rec_m, way[1].leave, sampled.d_rec_error_m);
+  EXPECT_GT(from_reference.d_rec_m, outward.d_rec_m + 0.02);
+}
+
+TEST_F(Responding, WhatIsNotAskedForIsNotComputed) {
+  place({0, 0, 0.082});
+  const Response neither = respond_to({rp_object_m_, std::nullopt, {false, false}}), points = respond_to({rp_object_m_, std::nullopt, {true, false}});
+  EXPECT_EQ(neither.four_points.status, NormalStatus::not_asked);
+  EXPECT_EQ(neither.closed_form.status, NormalStatus::not_asked);
+  EXPECT_NE(points.four_points.status, NormalStatus::not_asked);
+  EXPECT_EQ(points.closed_form.status, NormalStatus::not_asked);
 }
 
 TEST_F(Responding, RecoveryDistanceIsThatOfTheTrueSilhouettesWithinAPixel) {
   std::vector<Camera> cameras;
-  for (const Silhouette& s : query_.silhouettes()) cameras.push_back(s.camera);
+  for (const Silhouette& s : silhouettes_) cameras.push_back(s.camera);
   Random random(22);
   for (int i = 0; i < 20; ++i) {
     place(above(kRealRadiusM + kVirtualRadiusM - uniform(random, 0.003, 0.012), uniform(random, 0, 0.3), uniform(random, 0, 6.28)));
@@ -136,16 +143,16 @@ TEST_F(Responding, NormalIsThatOfTheBall) {
   for (int i = 0; i < 20; ++i) {
     place(above(kRealRadiusM + kVirtualRadiusM - uniform(random, 0.004, 0.01), uniform(random, 0, 0.3), uniform(random, 0, 6.28)));
     const Response response = respond_by_default({.apex_angle_rad = kSixtyDegreesRad});
-    if (response.normal != NormalStatus::defined) continue;
+    if (response.four_points.status != NormalStatus::defined) continue;
     ++defined;
-    EXPECT_GT(response.n_hull_world.dot(response.v_rec_world), 0);
-    EXPECT_NEAR(response.n_hull_world.norm(), 1, 1e-12);
+    EXPECT_GT(response.four_points.normal_world.dot(response.v_rec_world), 0);
+    EXPECT_NEAR(response.four_points.normal_world.norm(), 1, 1e-12);
     // The chord IJ is parallel to the surface somewhere between I and J, each at most this far from CP_hull on the ball.
     const double curvature_rad = response.clear_distance_m() * std::tan(kSixtyDegreesRad / 2) / kRealRadiusM;
     // 18 directions of sight: the hull's horizontal sections are polygons whose sides turn by 20 degrees.
     const Eigen::Vector3d outward = response.cp_hull_world_m.normalized();
     const double polygon_rad = std::numbers::pi / 18 * std::hypot(outward.x(), outward.y());
-    EXPECT_LE(std::acos(std::min(1.0, outward.dot(response.n_hull_world))), response.n_hull_error_rad + curvature_rad + polygon_rad);
+    EXPECT_LE(std::acos(std::min(1.0, outward.dot(response.four_points.normal_world))), response.four_points.error_rad + curvature_rad + polygon_rad);
   }
   EXPECT_GE(defined, 15);
 }
@@ -155,24 +162,19 @@ TEST_F(Responding, ShallowContactAtTenDegreesSpansLessThanAPixelAndSaysSo) {
   ASSERT_TRUE(collision_.colliding());
   const Response response = respond_by_default();
   EXPECT_EQ(response.status, RecoveryStatus::recovered);
-  EXPECT_NE(response.normal, NormalStatus::defined);
-  EXPECT_NE(response.normal, NormalStatus::not_asked);
-}
-
-TEST_F(Responding, NormalIsNotComputedWhereNotAsked) {
-  place({0, 0, 0.082});
-  EXPECT_EQ(respond_to({rp_object_m_, std::nullopt, false}).normal, NormalStatus::not_asked);
+  EXPECT_NE(response.four_points.status, NormalStatus::defined);
+  EXPECT_NE(response.four_points.status, NormalStatus::not_asked);
 }
 
 TEST_F(Responding, EdgeThatStartsInTheHullLeavesTheNormalUndefined) {
   // A real wall beside the way out: B or C, wide apart, ends in it.
   see({ball(kOrigin, 0.02), {{0.03, -0.06, -0.06}, {0.03, -0.06, 0.07}, 0.01}, {{0.03, 0.06, -0.06}, {0.03, 0.06, 0.07}, 0.01}, {{0.03, 0, -0.06}, {0.03, 0, 0.07}, 0.01}});
   object_ = world_triangles(box_mesh({0.01, 0.01, 0.01}), at({0, 0, 0.02}));
-  collision_ = detect(query_, std::vector<std::vector<Triangle>>{object_}).objects[0];
+  collision_ = moved(kOrigin);
   ASSERT_TRUE(collision_.colliding());
-  const Response response = respond_to({Eigen::Vector3d(0, 0, 0.06), Eigen::Vector3d(0, 0, 1)}, {.height_m = 0.04, .apex_angle_rad = 1.3});
-  EXPECT_EQ(response.normal, NormalStatus::edge_starts_inside);
-  EXPECT_EQ(response.n_hull_world, Eigen::Vector3d::Zero());
+  const Response response = respond_to({Eigen::Vector3d(0, 0, 0.06), Eigen::Vector3d(0, 0, 1), {true, true}}, {.height_m = 0.04, .apex_angle_rad = 1.3});
+  EXPECT_EQ(response.four_points.status, NormalStatus::edge_starts_inside);
+  EXPECT_EQ(response.four_points.normal_world, Eigen::Vector3d::Zero());
 }
 
 TEST_F(Responding, ReferenceInTheHullIsSaid) {
@@ -180,7 +182,7 @@ TEST_F(Responding, ReferenceInTheHullIsSaid) {
   EXPECT_EQ(respond_by_default().status, RecoveryStatus::reference_inside);
   // Given a direction, there is something to search from.
   const Response upwards = respond_to({rp_object_m_, Eigen::Vector3d(0, 0, 1)}, {.height_m = 0.1});
-  EXPECT_TRUE(has_way_out(upwards));
+  EXPECT_TRUE(upwards.has_way_out());
   EXPECT_GT(upwards.d_rec_m, 0);
 }
 
@@ -194,14 +196,14 @@ TEST_F(Responding, ReferenceAtTheCollisionPointIsInTheHull) {
 
 TEST_F(Responding, ObjectWhollyInTheHullIsSaidToHaveItsReferenceInside) {
   object_ = world_triangles(sphere_mesh(0.01, 1), at(kOrigin));
-  collision_ = detect(query_, std::vector<std::vector<Triangle>>{object_}).objects[0];
+  collision_ = moved(kOrigin);
   EXPECT_EQ(respond_to({kOrigin, std::nullopt}).status, RecoveryStatus::reference_inside);
 }
 
 TEST_F(Responding, GivenDirectionOfAnyLengthIsTheSame) {
   place({0, 0, 0.083});
   const Response unit = respond_to({rp_object_m_, Eigen::Vector3d(0, 0.6, 0.8)});
-  ASSERT_TRUE(has_way_out(unit));
+  ASSERT_TRUE(unit.has_way_out());
   EXPECT_NEAR((unit.v_rec_world - Eigen::Vector3d(0, 0.6, 0.8)).norm(), 0, 1e-15);
   for (const double length : {1e-200, 1e-3, 1e200}) {
     const Response scaled = respond_to({rp_object_m_, length * Eigen::Vector3d(0, 0.6, 0.8)});
@@ -210,13 +212,17 @@ TEST_F(Responding, GivenDirectionOfAnyLengthIsTheSame) {
   }
 }
 
-TEST_F(Responding, ZeroDirectionIsUndefinedAndNaNRefused) {
+TEST_F(Responding, DirectionThatIsZeroOrNotFiniteIsUndefinedAndAReferenceThatIsNotFiniteRefused) {
   place({0, 0, 0.083});
   const Response response = respond_to({rp_object_m_, kOrigin});
   EXPECT_EQ(response.status, RecoveryStatus::direction_undefined);
   EXPECT_EQ(response.v_rec_world, kOrigin);
   const Eigen::Vector3d nan(0, std::numeric_limits<double>::quiet_NaN(), 0);
-  EXPECT_THROW(respond_to({rp_object_m_, nan}), std::invalid_argument);
+  for (const Eigen::Vector3d& direction : {nan, Eigen::Vector3d(0, 0, kInfinity)}) {
+    const Response undefined = respond_to({rp_object_m_, direction});
+    EXPECT_EQ(undefined.status, RecoveryStatus::direction_undefined);
+    EXPECT_EQ(undefined.v_rec_world, kOrigin);
+  }
   EXPECT_THROW(respond_to({nan, std::nullopt}), std::invalid_argument);
 }
 
@@ -232,7 +238,7 @@ TEST_F(Responding, TangentDirectionFindsTheFarSideOfTheContact) {
   place({0, 0, 0.085});
   const Response response = respond_to({rp_object_m_, Eigen::Vector3d(1, 0, 0)});
   // The cap is cut by the virtual ball where both surfaces meet: its chord is at most this long.
-  EXPECT_TRUE(has_way_out(response));
+  EXPECT_TRUE(response.has_way_out());
   EXPECT_LT(response.d_rec_m, 0.05);
   EXPECT_GT(response.d_rec_m, 0);
 }
@@ -241,7 +247,7 @@ TEST_F(Responding, ContactAtTwoPlacesIsStillCollidingWithTheResidual) {
   // Two real balls, a virtual one wedged deeper into one than into the other: moved out of the deeper, it stays in the other.
   see({ball({-0.045, 0, 0}, 0.02), ball({0.045, 0, 0}, 0.02)});
   object_ = world_triangles(box_mesh({0.06, 0.01, 0.01}), at({0.004, 0, 0}));
-  collision_ = detect(query_, std::vector<std::vector<Triangle>>{object_}).objects[0];
+  collision_ = moved(kOrigin);
   ASSERT_TRUE(collision_.colliding());
   const Response response = respond_to({Eigen::Vector3d(0.004, 0, 0), std::nullopt});
   EXPECT_EQ(response.status, RecoveryStatus::still_colliding);
@@ -257,13 +263,13 @@ TEST_F(Responding, PenetrationDeeperThanTheTriangleHasNoExitWithinReach) {
 TEST_F(Responding, OnePixelOfNoiseMovesTheResultByNoMoreThanPixels) {
   place({0, 0, 0.083});
   const Response before = respond_by_default();
-  const std::vector<Silhouette> clean(query_.silhouettes().begin(), query_.silhouettes().end());
+  const std::vector<Silhouette> clean = silhouettes_;
   for (std::size_t noisy = 0; noisy < clean.size(); ++noisy)
     for (const bool object : {true, false}) {
       auto silhouettes = clean;
       const PixelRect bounds = silhouettes[noisy].pixels.bounds();
       silhouettes[noisy].pixels.set(kImagePx / 2, object ? bounds.v0_px - 1 : bounds.v0_px, object);
-      query_.set_silhouettes(silhouettes);
+      see(silhouettes);
       place(rp_object_m_);
       ASSERT_TRUE(collision_.colliding());
       const Response after = respond_by_default();
@@ -282,7 +288,9 @@ TEST_F(Responding, RefusesWhatItCannotAnswer) {
   EXPECT_THROW(respond_by_default({.height_m = std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
   EXPECT_THROW(respond_by_default({.apex_angle_rad = 3.2}), std::invalid_argument);
   EXPECT_THROW(respond_by_default({.window_px = 0}), std::invalid_argument);
-  collision_.points.clear();
+  EXPECT_THROW(respond(query(), collision_, {rp_object_m_, std::nullopt}, {}), std::invalid_argument);
+  EXPECT_THROW(respond_to({rp_object_m_, std::nullopt, {}, -1e-3}), std::invalid_argument);
+  collision_.points.front().p_world_m.y() = kNaN;
   EXPECT_THROW(respond_by_default(), std::invalid_argument);
 }
 
@@ -291,7 +299,8 @@ TEST_F(Responding, SameInputSameBits) {
   const Response a = respond_by_default(), b = respond_by_default();
   EXPECT_EQ(a.cp_object_world_m, b.cp_object_world_m);
   EXPECT_EQ(a.d_rec_m, b.d_rec_m);
-  EXPECT_EQ(a.n_hull_world, b.n_hull_world);
+  EXPECT_EQ(a.four_points.normal_world, b.four_points.normal_world);
+  EXPECT_EQ(a.closed_form.normal_world, b.closed_form.normal_world);
   EXPECT_EQ(a.residual_m, b.residual_m);
 }
 

@@ -25,10 +25,10 @@ double energy_J_kg(const Eigen::Vector3d& velocity_m_s, double height_m) { retur
 
 TEST(Bounce, ReversesTheVelocityAlongTheNormalAlone) {
   Response response = response_up(0.0);
-  response.normal = NormalStatus::defined;
-  response.n_hull_world = Eigen::Vector3d(0.6, 0, 0.8);
+  response.four_points.status = NormalStatus::defined;
+  response.four_points.normal_world = Eigen::Vector3d(0.6, 0, 0.8);
   const Bounce after = bounce(response, {0, 0.3, -2}, 1.0, kGravity, 0.1);
-  EXPECT_NEAR(after.velocity_world_m_s.dot(response.n_hull_world), 1.6, 1e-12);
+  EXPECT_NEAR(after.velocity_world_m_s.dot(response.four_points.normal_world), 1.6, 1e-12);
   EXPECT_NEAR(after.velocity_world_m_s.y(), 0.3, 1e-12);
   EXPECT_NEAR(after.velocity_world_m_s.norm(), std::hypot(0.3, 2.0), 1e-12);
 }
@@ -44,14 +44,14 @@ TEST(Bounce, EnergyGrowsByNoMoreThanTheLiftAndNotAtAllWhereItFellIn) {
     Response response = response_up(uniform(random, 0, 0.05));
     response.v_rec_world = random_direction(random);
     if (i % 2) {
-      response.normal = NormalStatus::defined;
-      response.n_hull_world = random_direction(random);
+      response.four_points.status = NormalStatus::defined;
+      response.four_points.normal_world = random_direction(random);
     }
     const Eigen::Vector3d before_m_s = uniform(random, 0, 4) * random_direction(random);
     const Bounce after = bounce(response, before_m_s, uniform(random, 0, 1), kGravity, 0.1);
     const double gain = energy_J_kg(after.velocity_world_m_s, after.move_world_m.z()) - energy_J_kg(before_m_s, 0);
     EXPECT_LE(gain, kGravity * std::max(0.0, after.move_world_m.z()) + 1e-12);
-    const Eigen::Vector3d& normal = i % 2 ? response.n_hull_world : response.v_rec_world;
+    const Eigen::Vector3d& normal = i % 2 ? response.four_points.normal_world : response.v_rec_world;
     const double approach_m_s = -before_m_s.dot(normal);
     if (approach_m_s > 0 && approach_m_s * approach_m_s > 2 * kGravity * std::max(0.0, after.move_world_m.z())) {
       EXPECT_LE(gain, 1e-12);

@@ -1,8 +1,10 @@
 #include "common/hull/contour.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace fivepipe {
 namespace {
@@ -14,6 +16,9 @@ using Eigen::Vector2i;
 constexpr double kLeastDeterminant_px6 = 1e-3;
 // A parabola that leaves its chord so steeply follows single edges: the chord is the better guess.
 constexpr double kMostSlope = 1;
+
+// An edge's middle lies anywhere within half a pixel of what was drawn, even where all of a window lie on one line [px^2].
+constexpr double kStaircaseVariance_px2 = 1.0 / 12;
 
 // An edge between a kept pixel and its neighbour that is not.
 struct Edge {
@@ -69,34 +74,45 @@ int window(const Middles& m) {
   return n;
 }
 
-// Slope at x = 0 of the parabola y = a + b x + c x^2 through the middles, x along `tangent`.
-double slope_at_uv(const Middles& m, int n, const Vector2d& tangent) {
+struct Slope {
+  double at_uv, error;
+};
+
+// Slope at x = 0 of the parabola y = a + b x + c x^2 through the middles, x along `tangent`; that of the chord where there is none.
+Slope slope_at_uv(const Middles& m, int n, const Vector2d& tangent, double chord_px) {
   const Vector2d normal(-tangent.y(), tangent.x());
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  double sum_yy = 0;
   for (int i = kContourEdges - n; i <= kContourEdges + n; ++i) {
     const double x = m[std::size_t(i)].dot(tangent), y = m[std::size_t(i)].dot(normal);
     const Eigen::Vector3d row(1, x, x * x);
     a += row * row.transpose();
     b += y * row;
+    sum_yy += y * y;
   }
-  if (!(a.determinant() > kLeastDeterminant_px6)) return 0;
-  const double slope = (a.inverse() * b).y();
-  return std::abs(slope) <= kMostSlope ? slope : 0;
+  const Slope of_chord{0, 2 / chord_px};
+  if (!(a.determinant() > kLeastDeterminant_px6)) return of_chord;
+  const Eigen::Matrix3d inverse = a.inverse();
+  const Eigen::Vector3d fit = inverse * b;
+  if (!(std::abs(fit.y()) <= kMostSlope)) return of_chord;
+  const int freedom = 2 * n + 1 - 3;
+  const double variance_px2 = std::max(kStaircaseVariance_px2, (sum_yy - fit.dot(b)) / freedom);
+  return {fit.y(), std::sqrt(variance_px2 * inverse(1, 1))};
 }
 
 }  // namespace
 
-Vector2d contour_normal(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px, const Vector2d& uv_px) {
+ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px, const Vector2d& uv_px) {
   const Edge start{{u_px, v_px}, {du_px, dv_px}};
   const Middles middles = middles_around(map, start, uv_px);
   const int n = window(middles);
   const Vector2d chord = middles[std::size_t(kContourEdges + n)] - middles[std::size_t(kContourEdges - n)];
-  if (!(chord.squaredNorm() > 0)) return start.outward.cast<double>();  // all around one pixel
+  if (!(chord.squaredNorm() > 0)) return {start.outward.cast<double>(), std::numbers::pi};  // all around one pixel: any
   const Vector2d tangent = chord.normalized();
-  const double slope = slope_at_uv(middles, n, tangent);
-  const Vector2d fitted = (tangent + slope * Vector2d(-tangent.y(), tangent.x())).normalized();
-  return {fitted.y(), -fitted.x()};  // tangent = outward turned by a quarter from x to y
+  const Slope slope = slope_at_uv(middles, n, tangent, chord.norm());
+  const Vector2d fitted = (tangent + slope.at_uv * Vector2d(-tangent.y(), tangent.x())).normalized();
+  return {{fitted.y(), -fitted.x()}, std::atan(slope.error)};  // tangent = outward turned by a quarter from x to y
 }
 
 }  // namespace fivepipe

@@ -28,6 +28,14 @@ struct ContourMap {
 // 0.30 degrees median, 1.0 p95; radius 3 px 2.5 and 7.2.
 inline constexpr int kContourEdges = 16, kFewestContourEdges = 2;
 inline constexpr double kMostTurn_rad = 1.4;
-Eigen::Vector2d contour_normal(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px, const Eigen::Vector2d& uv_px);
+struct ContourFit {
+  Eigen::Vector2d normal;
+  // Standard error of the fit, taken from its residuals; where too few edges are left for it, a pixel's over half the chord.
+  double error_rad;
+};
+ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px, const Eigen::Vector2d& uv_px);
+inline Eigen::Vector2d contour_normal(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px, const Eigen::Vector2d& uv_px) {
+  return contour_fit(map, u_px, v_px, du_px, dv_px, uv_px).normal;
+}
 
 }  // namespace fivepipe

@@ -17,14 +17,6 @@ using Eigen::Vector3d;
 // Queries that a thread takes together: enough that taking them costs nothing beside them.
 constexpr int kTogether = 256;
 
-// Homogeneous pixel of the ray's points, half a pixel added as MapWalk has it.
-ImageLine image_line(const Camera& camera, const Ray& ray) {
-  const Pinhole& k = camera.pinhole;
-  const Vector3d o = camera.camera_from_world * ray.origin_world_m, d = camera.camera_from_world.linear() * ray.direction_world;
-  const double cx = k.cx_px + 0.5, cy = k.cy_px + 0.5;
-  return {k.fx_px * o.x() + cx * o.z(), k.fx_px * d.x() + cx * d.z(), k.fy_px * o.y() + cy * o.z(), k.fy_px * d.y() + cy * d.z(), o.z(), d.z()};
-}
-
 // Calls part(begin, end).
 template <class Part>
 void in_parts(WorkerPool& pool, std::size_t count, const Part& part) {

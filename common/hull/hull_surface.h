@@ -1,6 +1,4 @@
-// The hull's surface as a view sees it: which camera's silhouette ends the hull there, and the plane it ends in.
-//
-// Where camera i limits, the tangent plane is spanned by its centre and the silhouette's tangent at the point's pixel (design, "Response").
+// The hull's surface as a view sees it: which camera's silhouette ends the hull there, and the plane it ends in (hull_border.h).
 #pragma once
 #include <Eigen/Core>
 #include <vector>

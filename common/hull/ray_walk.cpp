@@ -43,6 +43,13 @@ double crossing(double offset, double slope, double w_offset, double w_slope, in
 
 }  // namespace
 
+ImageLine image_line(const Camera& camera, const Ray& ray) {
+  const Pinhole& k = camera.pinhole;
+  const Eigen::Vector3d o = camera.camera_from_world * ray.origin_world_m, d = camera.camera_from_world.linear() * ray.direction_world;
+  const double cx = k.cx_px + 0.5, cy = k.cy_px + 0.5;
+  return {k.fx_px * o.x() + cx * o.z(), k.fx_px * d.x() + cx * d.z(), k.fy_px * o.y() + cy * o.z(), k.fy_px * d.y() + cy * d.z(), o.z(), d.z()};
+}
+
 PixelRect walk_window(const Camera& camera, const BoxReach& reach, const HullRule& rule) {
   if (rule.limits == Limits::seen) return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
   const PixelRect& b = reach.bounds();

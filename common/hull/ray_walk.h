@@ -39,6 +39,8 @@ inline ImageLine image_line(const MapFromView& map, double u_px, double v_px) {
   return {map.at_eye.x(), slope(0), map.at_eye.y(), slope(1), map.at_eye.z(), slope(2)};
 }
 
+ImageLine image_line(const Camera& camera, const Ray& ray);
+
 enum class Verdict { empty, object, unseen };
 struct Held {
   Verdict verdict;
