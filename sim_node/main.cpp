@@ -1,4 +1,6 @@
 // The simulation pipe: collides the scene's virtual objects with the hull of each frame set and moves them on.
+#include <optional>
+
 #include "common/gl/context.h"
 #include "sim_node/simulation_pipe.h"
 
@@ -6,8 +8,11 @@ namespace fivepipe {
 namespace {
 
 void run(NodeContext& node) {
-  const GlContext gl;
-  node.status.remark("gl", "gl: " + gl.renderer());
+  std::optional<GlContext> gl;
+  if (config_of<SimConfig>(node).collision == CollisionBackend::paper) {
+    gl.emplace();
+    node.status.remark("gl", "gl: " + gl->renderer());
+  }
   run_simulation_pipe(node);
 }
 

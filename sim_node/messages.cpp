@@ -82,7 +82,8 @@ OutgoingCollision collision_message(std::uint64_t frame, std::int64_t capture_st
   set_text(out.header.object, report.name);
   out.header.frame = frame;
   out.header.capture_stamp_ns = capture_stamp_ns;
-  out.header.verdict = wire_verdict(report.collision.verdict);
+  const bool perhaps_inside = report.collision.verdict == CollisionVerdict::free && report.collision.hull_in_box;
+  out.header.verdict = perhaps_inside ? fivepipe_v1_touching : wire_verdict(report.collision.verdict);
   out.header.triangles_colliding = std::uint32_t(report.collision.triangles.size());
   out.header.points_truncated = report.truncated;
   for (const CollisionPoint& point : report.collision.points) out.points_m.push_back(wire(point.p_world_m));

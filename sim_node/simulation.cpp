@@ -14,20 +14,10 @@ constexpr double kStampResolutionS = 1e-9;
 // Angle BAC for bouncing objects. With the paper's 10 degrees I and J lie 1 mm apart where a ball has entered by 5 mm, less
 // than a pixel's footprint; with 60 degrees 6 mm.
 constexpr double kBounceAngleRad = 1.0471975512;
+// Of an object's collision points, so many are looked at for the response.
+constexpr std::size_t kPointsForResponse = 4096;
 // An object at rest on the hull falls for one or two query periods at most before it is lifted again.
 constexpr double kRestingPeriods = 2.0;
-
-void add(DetectionCounts& sum, const DetectionCounts& counts) {
-  sum.objects += counts.objects;
-  sum.free_by_image += counts.free_by_image;
-  sum.box_touched += counts.box_touched;
-  sum.free_by_cells += counts.free_by_cells;
-  sum.box_may_hold += counts.box_may_hold;
-  sum.colliding += counts.colliding;
-  sum.triangles_queried += counts.triangles_queried;
-  sum.triangles_degenerate += counts.triangles_degenerate;
-  sum.points_unconfirmed += counts.points_unconfirmed;
-}
 
 double radius_m(const Mesh& mesh) {
   const Eigen::Vector3d center_m = bounds_m(mesh).center();
@@ -45,6 +35,14 @@ double flatness_m(const SceneObject& object, const Mesh& mesh) {
   return sphere->radius_m - nearest_m;
 }
 
+// Evenly, where there are more than `most`.
+void thin(std::vector<CollisionPoint>& points, std::size_t most) {
+  const std::size_t count = points.size();
+  if (count <= most) return;
+  for (std::size_t i = 0; i < most; ++i) points[i] = points[i * count / most];
+  points.resize(most);
+}
+
 const Scene& checked(const Scene& scene, const SimConfig& config) {
   if (!(config.step_s > 0 && std::isfinite(config.step_s))) throw std::invalid_argument("step_s is not positive and finite");
   if (!(config.max_points >= 0)) throw std::invalid_argument("max_points is negative");
@@ -57,14 +55,16 @@ Simulation::Simulation(const Scene& scene, const SimConfig& config)
     : scene_(checked(scene, config)),
       config_(config),
       bodies_(scene),
-      query_(config.window_px, config.viewport_px),
+      detector_(config.collision == CollisionBackend::cpu ? cpu_detector({.eps_m = config.eps_m, .spacing_m = config.spacing_m, .max_points = kPointsForResponse})
+                                                          : paper_detector(config.window_px, config.viewport_px)),
       steps_per_query_(std::uint64_t(std::max(1.0, std::round(kHullQueryPeriodS / config.step_s)))) {
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
     const SceneObject& object = scene_.objects[i];
-    meshes_.push_back(mesh_of(object));
-    radii_m_.push_back(radius_m(meshes_.back()));
-    flatness_m_.push_back(flatness_m(object, meshes_.back()));
-    for (const Eigen::Vector3d& v : meshes_.back().vertices_m) playground_m_.extend(object.world_from_object * v);
+    meshes_.emplace_back(mesh_of(object));
+    const Mesh& mesh = meshes_.back().mesh();
+    radii_m_.push_back(radius_m(mesh));
+    flatness_m_.push_back(flatness_m(object, mesh));
+    for (const Eigen::Vector3d& v : mesh.vertices_m) playground_m_.extend(object.world_from_object * v);
     if (object.reaction != Reaction::none) reacting_.push_back(i);
     if (bounces(i)) bouncing_.push_back(i);
   }
@@ -103,8 +103,12 @@ void Simulation::catch_up(double time_s) {
 
 void Simulation::advance_to(double time_s, std::span<const Silhouette> silhouettes) {
   if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
-  query_.set_silhouettes(silhouettes);
-  hull_query_.reset();
+  query_.reset();
+  if (!reacting_.empty()) {
+    hull_.assign(silhouettes);
+    query_.emplace(hull_);
+    detector_->set_hull(*query_, silhouettes);
+  }
   std::fill(contacts_.begin(), contacts_.end(), CollisionReport{});
   catch_up(time_s);
   report();
@@ -128,30 +132,25 @@ void Simulation::put_back_the_lost() {
   }
 }
 
-Detection Simulation::detected(std::span<const std::size_t> objects) {
-  std::vector<std::vector<Triangle>> triangles;
-  for (const std::size_t object : objects) triangles.push_back(world_triangles(meshes_[object], bodies_.world_from_object(object)));
-  Detection detection = detect(query_, triangles);
-  add(counters_.detection, detection.counts);
-  return detection;
+DetectionObject Simulation::detection_object(std::size_t object) const { return {&meshes_[object], bodies_.world_from_object(object), bodies_.center_world_m(object)}; }
+
+std::vector<ObjectCollision> Simulation::detected(std::span<const std::size_t> objects) {
+  std::vector<DetectionObject> asked;
+  for (const std::size_t object : objects) asked.push_back(detection_object(object));
+  std::vector<ObjectCollision> collisions = detector_->detect(asked);
+  counters_.detection = detector_->counts();
+  return collisions;
 }
 
 void Simulation::bounce_off_hull() {
-  Detection detection = detected(bouncing_);
+  if (bouncing_.empty()) return;
+  std::vector<ObjectCollision> collisions = detected(bouncing_);
   for (std::size_t i = 0; i < bouncing_.size(); ++i) {
-    if (!detection.objects[i].colliding()) continue;
+    if (!collisions[i].colliding()) continue;
     ++counters_.contacts;
-    contacts_[i] = {.object = bouncing_[i], .collision = std::move(detection.objects[i])};
+    contacts_[i] = {.object = bouncing_[i], .collision = std::move(collisions[i])};
     contacts_[i].response = recover(bouncing_[i], contacts_[i].collision);
   }
-}
-
-const HullQuery& Simulation::hull_query() {
-  if (!hull_query_) {
-    hull_.assign(query_.silhouettes());
-    hull_query_.emplace(hull_);
-  }
-  return *hull_query_;
 }
 
 Response Simulation::recover(std::size_t object, ObjectCollision collision) {
@@ -164,10 +163,12 @@ Response Simulation::recover(std::size_t object, ObjectCollision collision) {
     const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt, .normals = {.four_points = true, .closed_form = false},
                                   .equally_far_m = flatness_m_[object]};
     const Requery requery = [&](const Eigen::Vector3d& move_world_m) {
-      const std::vector<std::vector<Triangle>> moved = {world_triangles(meshes_[object], Eigen::Translation3d(move_world_m) * bodies_.world_from_object(object))};
-      return detect(query_, moved).objects.front();
+      DetectionObject moved = detection_object(object);
+      moved.world_from_object = Eigen::Translation3d(move_world_m) * moved.world_from_object;
+      moved.rp_object_world_m += move_world_m;
+      return std::move(detector_->detect({&moved, 1}).front());
     };
-    const Response response = respond(hull_query(), collision, request, requery, config);
+    const Response response = respond(*query_, collision, request, requery, config);
     status = response.status;
     if (response.has_way_out()) {
       const Bounce after = bounce(response, bodies_.velocity_m_s(object), scene_.objects[object].restitution, scene_.gravity_m_s2, resting_speed_m_s);
@@ -183,17 +184,18 @@ Response Simulation::recover(std::size_t object, ObjectCollision collision) {
 }
 
 void Simulation::report() {
-  Detection detection = detected(reacting_);
   reports_.clear();
+  if (reacting_.empty()) return;
+  std::vector<ObjectCollision> collisions = detected(reacting_);
   for (std::size_t i = 0; i < reacting_.size(); ++i) {
     const std::size_t object = reacting_[i];
-    CollisionReport report{.object = object, .collision = std::move(detection.objects[i])};
+    CollisionReport report{.object = object, .collision = std::move(collisions[i])};
     const auto bouncing = std::find(bouncing_.begin(), bouncing_.end(), object);
     if (bouncing != bouncing_.end())
       if (CollisionReport& contact = contacts_[std::size_t(bouncing - bouncing_.begin())]; contact.response) report = std::move(contact);
     report.name = scene_.objects[object].name;
-    report.truncated = report.collision.points.size() > std::size_t(config_.max_points);
-    if (report.truncated) report.collision.points.erase(report.collision.points.begin() + config_.max_points, report.collision.points.end());
+    report.truncated = report.collision.truncated || report.collision.points.size() > std::size_t(config_.max_points);
+    thin(report.collision.points, std::size_t(config_.max_points));
     reports_.push_back(std::move(report));
   }
 }

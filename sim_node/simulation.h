@@ -2,7 +2,7 @@
 #pragma once
 #include <optional>
 
-#include "common/collision/detection.h"
+#include "common/collision/detector.h"
 #include "common/collision/response.h"
 #include "common/scene/deployment.h"
 #include "sim_node/rigid_bodies.h"
@@ -34,10 +34,10 @@ struct SimulationCounters {
   std::uint64_t put_back = 0;           // objects that left the scene, or whose pose was not finite
   std::uint64_t stamps_went_back = 0;   // advance_to a time before the present one
   double skipped_s = 0;                 // not simulated: gaps longer than kMaxCatchUpS
-  DetectionCounts detection;            // summed over all queries
+  DetectorCounts detection;             // summed over all queries
 };
 
-// Needs a current OpenGL context for construction, use and destruction. Deterministic: the same calls give the same bits.
+// Needs a current OpenGL context for construction, use and destruction where collisions are found the paper's way. Deterministic: the same calls give the same bits.
 class Simulation {
  public:
   Simulation(const Scene& scene, const SimConfig& config);
@@ -64,21 +64,21 @@ class Simulation {
   void catch_up(double time_s);
   void step();
   void bounce_off_hull();
-  const HullQuery& hull_query();
   Response recover(std::size_t object, ObjectCollision collision);
   void put_back_the_lost();
   void report();
-  Detection detected(std::span<const std::size_t> objects);
+  std::vector<ObjectCollision> detected(std::span<const std::size_t> objects);
+  DetectionObject detection_object(std::size_t object) const;
   bool bounces(std::size_t object) const;
 
   Scene scene_;
   SimConfig config_;
   RigidBodies bodies_;
-  TriangleVolumeQuery query_;
   WorkerPool pool_{1};
   CpuHull hull_{pool_};
-  std::optional<HullQuery> hull_query_;    // of query_'s silhouettes; made for a set's first contact
-  std::vector<Mesh> meshes_;               // by object
+  std::optional<HullQuery> query_;         // of the hull at hand
+  std::unique_ptr<CollisionDetector> detector_;
+  std::vector<MeshTree> meshes_;           // by object
   std::vector<double> radii_m_;            // by object: of the smallest ball round its centre and its mesh
   std::vector<double> flatness_m_;         // by object: how far its triangles lie under the surface that they stand for
   std::vector<std::size_t> reacting_, bouncing_;  // objects

@@ -318,7 +318,11 @@ TEST(HardTriangle, WhollyInsideTheHull) {
 
 TEST(HardTriangle, TheHullWhollyInsideABox) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.02)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  EXPECT_EQ(hull.ask(MeshTree(box_mesh({0.2, 0.2, 0.2}))).verdict, CollisionVerdict::free);  // no surface point is in it
+  const ObjectCollision around = hull.ask(MeshTree(box_mesh({0.2, 0.2, 0.2}))), beside = hull.ask(MeshTree(box_mesh({0.2, 0.2, 0.2})), {}, at({0.3, 0.2, 0}));
+  EXPECT_EQ(around.verdict, CollisionVerdict::free);  // no point of its surface is in it,
+  EXPECT_TRUE(around.hull_in_box);                    // and this is said
+  EXPECT_EQ(beside.verdict, CollisionVerdict::free);
+  EXPECT_FALSE(beside.hull_in_box);
 }
 
 TEST(HardTriangle, SeenEdgeOnByEveryCamera) {

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "common/collision/box_query.h"
+#include "common/collision/detection.h"
 #include "tests/collision_scene.h"
 
 namespace fivepipe::test {

@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "common/collision/volume_query_gl.h"
 #include "tests/collision_scene.h"
 
 namespace fivepipe::test {

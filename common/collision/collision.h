@@ -26,6 +26,8 @@ struct ObjectCollision {
   std::vector<std::uint32_t> touching;   // those that touch; ascending; where the backend tells them apart
   std::vector<CollisionPoint> points;    // CP_i, by triangle
   bool truncated = false;                // there were more points than asked for: some of them
+  // No point of the surface collides, but a part of the hull may lie in the object's box: where the object is closed, perhaps inside it.
+  bool hull_in_box = false;
   bool colliding() const { return verdict == CollisionVerdict::colliding; }
 };
 

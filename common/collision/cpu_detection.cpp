@@ -14,6 +14,10 @@ namespace {
 
 using Eigen::Vector3d;
 
+// A box is looked at in so many cells an edge, where its surface is free; the rounding of a cell's middle to float, above it.
+constexpr int kBoxCells = 8;
+constexpr double kCellSlack = 1e-6;
+static_assert(kBoxCells * kBoxCells % MeshTree::kFan == 0);
 // Leaves handed to a thread together.
 constexpr int kLeavesATask = 4;
 
@@ -73,6 +77,24 @@ void open_leaves(const ObjectAtHand& o, std::size_t number, std::vector<OpenLeaf
       for (; left; left &= ~std::bit_floor(left)) open.push_back({node.level - 1, node.index * MeshTree::kFan + int(std::bit_width(left)) - 1});
     }
   }
+}
+
+// Some cell of the object's box, of an eighth of its edges, may hold a part of the hull.
+bool may_hold_hull(const ObjectAtHand& o) {
+  if (!o.mapped) return true;
+  const MeshTree& tree = *o.object->tree;
+  const Eigen::AlignedBox3d box = bounds_m(tree.mesh());
+  const Vector3d half_m = box.sizes() / (2 * kBoxCells), first_m = box.min() - tree.origin_m() + half_m;
+  MeshTree::Boxes cells;
+  for (int i = 0; i < kBoxCells * kBoxCells * kBoxCells; ++i) {
+    const int child = i % MeshTree::kFan, place[3] = {i % kBoxCells, i / kBoxCells % kBoxCells, i / (kBoxCells * kBoxCells)};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      cells.middle_m[axis][std::size_t(child)] = float(first_m[Eigen::Index(axis)] + 2 * place[axis] * half_m[Eigen::Index(axis)]);
+      cells.half_m[axis][std::size_t(child)] = float(half_m[Eigen::Index(axis)] * (1 + kCellSlack) + kCellSlack * tree.radius_m());
+    }
+    if (child == MeshTree::kFan - 1 && look_at_boxes(o.maps, cells).free != (1u << MeshTree::kFan) - 1) return true;
+  }
+  return false;
 }
 
 void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, TriangleWalk& walk, Found& found) {
@@ -169,6 +191,8 @@ std::vector<ObjectCollision> detect(const HullQuery& query, std::span<const Dete
     }
     gather_points({triangles.data() + first, last - first}, objects[object], options.max_points, collision);
   }
+  for (std::size_t i = 0; i < objects.size(); ++i)
+    if (!objects[i].tree->empty() && !collisions[i].colliding()) collisions[i].hull_in_box = may_hold_hull(at[i]);
   if (counts) *counts = sum;
   return collisions;
 }

@@ -71,6 +71,7 @@ Detection detect(TriangleVolumeQuery& query, std::span<const std::vector<Triangl
       case Stage::box_may_hold: ++counts.box_may_hold; break;
     }
     detection.objects[i].verdict = CollisionVerdict::touching;
+    detection.objects[i].hull_in_box = true;
     candidates.add(i, objects_world_m[i]);
   }
 
@@ -83,6 +84,7 @@ Detection detect(TriangleVolumeQuery& query, std::span<const std::vector<Triangl
     const std::uint32_t triangle = candidates.own_index[point.triangle];
     if (!object.colliding()) ++counts.colliding;
     object.verdict = CollisionVerdict::colliding;
+    object.hull_in_box = false;
     if (object.triangles.empty() || object.triangles.back() != triangle) object.triangles.push_back(triangle);
     object.points.push_back({point.p_world_m, triangle});
   }
