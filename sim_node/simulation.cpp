@@ -161,11 +161,13 @@ Response Simulation::recover(std::size_t object, ObjectCollision collision) {
   RecoveryStatus status = RecoveryStatus::still_colliding;
   for (int i = 0; i < kMaxRecoveries && status == RecoveryStatus::still_colliding; ++i) {
     // Over the whole contact: where a ball lies between two parts of the hull, the normal of one camera's border would drive it to one side.
-    const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt, .normals = {.four_points = true, .closed_form = false},
+    const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object),
+                                  .v_rec_world = std::nullopt,
+                                  .normals = {.four_points = true, .closed_form = false},
                                   .equally_far_m = flatness_m_[object]};
     const Requery requery = [&](const Eigen::Vector3d& move_world_m) {
-      const std::vector<std::vector<Triangle>> moved = {world_triangles(meshes_[object], Eigen::Translation3d(move_world_m) * bodies_.world_from_object(object))};
-      return detect(query_, moved).objects.front();
+      const Eigen::Isometry3d world_from_object = Eigen::Translation3d(move_world_m) * bodies_.world_from_object(object);
+      return detect(query_, std::vector<std::vector<Triangle>>{world_triangles(meshes_[object], world_from_object)}).objects.front();
     };
     const Response response = respond(hull_query(), collision, request, requery, config);
     status = response.status;
