@@ -160,7 +160,9 @@ Response Simulation::recover(std::size_t object, ObjectCollision collision) {
   RecoveryStatus status = RecoveryStatus::still_colliding;
   for (int i = 0; i < kMaxRecoveries && status == RecoveryStatus::still_colliding; ++i) {
     // Over the whole contact: where a ball lies between two parts of the hull, the normal of one camera's border would drive it to one side.
-    const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object), .v_rec_world = std::nullopt, .normals = {.four_points = true, .closed_form = false},
+    const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object),
+                                  .v_rec_world = std::nullopt,
+                                  .normals = {.four_points = true, .closed_form = false},
                                   .equally_far_m = flatness_m_[object]};
     const Requery requery = [&](const Eigen::Vector3d& move_world_m) {
       DetectionObject moved = detection_object(object);

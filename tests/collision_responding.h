@@ -1,6 +1,6 @@
 // A real ball seen by cameras on its horizon, virtual objects against it: what the tests of the response share.
 #pragma once
-#include "common/collision/detection.h"
+#include "common/collision/response.h"
 #include "tests/collision_scene.h"
 #include "tests/hull_queries.h"
 

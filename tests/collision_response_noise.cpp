@@ -56,6 +56,7 @@ class RespondingToNoise : public Responding {
     for (Silhouette& s : changed) s.pixels = change(s.pixels);
     return changed;
   }
+  static double lift_m(const Response& response) { return (response.clear_distance_m() + response.residual_m) * response.v_rec_world.z(); }
   struct Jitter {
     double d_rec_m = 0, end_m = 0, normal_deg = 0;
     int recovered = 0, defined = 0;
@@ -79,22 +80,22 @@ class RespondingToNoise : public Responding {
       if (!collision_.colliding()) continue;
       ObjectCollision one;
       one.points = {{before.cp_object_world_m, before.cp_object_triangle}};
-      const Response same = respond(query(), one, {rp_object_m_, std::nullopt, {true, true}}, requery());
+      const Response same = respond(query(), one, {rp_object_m_, std::nullopt}, requery());
       EXPECT_LE(same.d_rec_m, most_m + 1e-9);
       EXPECT_GE(same.d_rec_m, least_m - 1e-9);
       worst.d_rec_m = std::max(worst.d_rec_m, std::abs(same.d_rec_m - before.d_rec_m));
       const Response after = respond_by_default();
       worst.recovered += after.status == RecoveryStatus::recovered;
       if (!after.has_way_out()) continue;
-      const double end_m = (after.clear_distance_m() + after.residual_m) * after.v_rec_world.z(), before_m = (before.clear_distance_m() + before.residual_m) * before.v_rec_world.z();
-      worst.end_m = std::max(worst.end_m, std::abs(end_m - before_m));
+      worst.end_m = std::max(worst.end_m, std::abs(lift_m(after) - lift_m(before)));
       worst.defined += after.closed_form.status == NormalStatus::defined;
-      worst.normal_deg = std::max(worst.normal_deg, angle_rad(after.closed_form.normal_world, before.closed_form.normal_world) * 180 / std::numbers::pi);
+      const double turned_rad = angle_rad(after.closed_form.normal_world, before.closed_form.normal_world);
+      worst.normal_deg = std::max(worst.normal_deg, turned_rad * 180 / std::numbers::pi);
     }
     see(clean);
-    std::cout << "D_rec of one point within " << worst.d_rec_m * 1000 << " mm, the object's end within " << worst.end_m * 1000 << " mm, N_hull within " << worst.normal_deg
-              << " degrees; the noise reaches " << bound_m * 1000 << " mm, a pixel is " << before.pixel_footprint_m * 1000 << " mm; recovered in " << worst.recovered << " of " << kTrials
-              << "\n";
+    std::cout << "D_rec of one point within " << worst.d_rec_m * 1000 << " mm, the object's end within " << worst.end_m * 1000 << " mm, N_hull within "
+              << worst.normal_deg << " degrees; the noise reaches " << bound_m * 1000 << " mm, a pixel is " << before.pixel_footprint_m * 1000
+              << " mm; recovered in " << worst.recovered << " of " << kTrials << "\n";
     return worst;
   }
 
@@ -108,7 +109,7 @@ TEST_F(RespondingToNoise, JitterOfOnePixelOfTheSilhouettesMovesTheResponseByNoMo
     const Jitter jitter = measure([&](const ObjectPixels& clean) { return jittered(clean, fraction, random); });
     EXPECT_EQ(jitter.recovered, kTrials);
     EXPECT_LE(jitter.d_rec_m, bound_m + 1e-9);
-    EXPECT_LE(jitter.end_m, bound_m + kFootprintM);  // CP_obj may be another sample of the contact, whose way ends on another step of the border
+    EXPECT_LE(jitter.end_m, 1.01 * bound_m);  // CP_obj may be another sample of the contact, seen from a little nearer
   }
 }
 

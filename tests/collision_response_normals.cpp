@@ -68,7 +68,8 @@ Measured measure(double radius_px, PixelRule rule) {
     const BallScene balls(random, 6, radius_px, rule);
     const Queries hull(balls.silhouettes);
     for (int i = 0; i < 10; ++i) {
-      const Vector3d p = uniform(random, 0.8, 0.9) * kBallRadius_m * random_direction(random), v_rec = (p.normalized() + 0.5 * random_in_ball(random, 1)).normalized();
+      const Vector3d p = uniform(random, 0.8, 0.9) * kBallRadius_m * random_direction(random);
+      const Vector3d v_rec = (p.normalized() + 0.5 * random_in_ball(random, 1)).normalized();
       if (radius_px < 20 && !hull.query.contains(p)) continue;  // so small a map may have lost it
       const auto [exact_m, limiting] = balls.way_out(p, v_rec, 0.2);
       const auto exit = exit_from_base(hull.query, p, v_rec, 0.2);
@@ -86,7 +87,8 @@ Measured measure(double radius_px, PixelRule rule) {
       m.crossed.add(angle_deg(closed.normal_world, truth));
       if (closed.cameras.size() == 1) m.alone.add(angle_deg(closed.normal_world, truth));
       if (same != closed.cameras.end()) m.within_three += error_deg * kDegree <= 3 * same->error_rad;
-      const HullNormal four10 = four_point_normal(hull.query, recovery, {}), four60 = four_point_normal(hull.query, recovery, {.apex_angle_rad = 60 * kDegree});
+      const HullNormal four10 = four_point_normal(hull.query, recovery, {});
+      const HullNormal four60 = four_point_normal(hull.query, recovery, {.apex_angle_rad = 60 * kDegree});
       if (four10.status == NormalStatus::defined) m.four10.add(angle_deg(four10.normal_world, truth));
       if (four60.status == NormalStatus::defined) m.four60.add(angle_deg(four60.normal_world, truth));
     }
@@ -95,7 +97,8 @@ Measured measure(double radius_px, PixelRule rule) {
 }
 
 void print(const char* name, Errors& errors, int ways) {
-  std::cout << "    " << name << ": median " << errors.quantile(0.5) << ", p95 " << errors.quantile(0.95) << " degrees, defined in " << errors.deg.size() << " of " << ways << "\n";
+  std::cout << "    " << name << ": median " << errors.quantile(0.5) << ", p95 " << errors.quantile(0.95) << " degrees, defined in " << errors.deg.size()
+            << " of " << ways << "\n";
 }
 
 TEST(HullNormal, ClosedFormIsThatOfTheAnalyticHull) {
@@ -121,7 +124,7 @@ TEST(HullNormal, ClosedFormIsThatOfTheAnalyticHull) {
     }
 }
 
-// Two cameras on axes, a square of object pixels each: the hull is a block of a cross (nearly: the cameras are far) with edges along known lines.
+// Three cameras on the axes, a square of object pixels each: the hull is a cube, nearly, as the cameras are far.
 Silhouette square_seen_from(const Vector3d& eye_m, const Vector3d& up, int half_px) {
   const int size_px = 101;
   const double f_px = 10000;  // at 10 m a pixel is 1 mm
@@ -132,7 +135,8 @@ Silhouette square_seen_from(const Vector3d& eye_m, const Vector3d& up, int half_
 }
 
 struct BlockHull {
-  std::vector<Silhouette> silhouettes{square_seen_from({10, 0, 0}, Vector3d::UnitZ(), 20), square_seen_from({0, 10, 0}, Vector3d::UnitX(), 20), square_seen_from({0, 0, 10}, Vector3d::UnitY(), 20)};
+  std::vector<Silhouette> silhouettes{square_seen_from({10, 0, 0}, Vector3d::UnitZ(), 20), square_seen_from({0, 10, 0}, Vector3d::UnitX(), 20),
+                                      square_seen_from({0, 0, 10}, Vector3d::UnitY(), 20)};
   Queries hull{silhouettes};
   HullNormal along(const Vector3d& direction) const {
     const auto exit = exit_from_base(hull.query, Vector3d::Zero(), direction.normalized(), 0.1);
@@ -177,7 +181,7 @@ TEST(HullNormal, ContactOnTheHullsEdgeHasTheNormalsOfTwoCameras) {
 }
 
 TEST(HullNormal, ContactOnTheHullsCornerHasTheNormalsOfThreeFaces) {
-  // Two cameras alone each see a square: none has a corner's blurred tangent but at the corner itself.
+  // Each camera sees a corner, whose tangent is smoothed: the normals are between the faces'.
   const BlockHull block;
   const HullNormal corner = block.along({1, 1.002, 0.998});
   EXPECT_EQ(corner.cameras.size(), 3u);

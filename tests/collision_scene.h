@@ -5,7 +5,7 @@
 #include <memory>
 #include <numbers>
 
-#include "common/collision/response.h"
+#include "common/collision/detection.h"
 #include "common/gl/context.h"
 #include "tests/hull_scenes.h"
 

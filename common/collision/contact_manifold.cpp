@@ -24,7 +24,8 @@ void check(const ObjectCollision& collision, const ManifoldRequest& request) {
   const auto finite = [](const CollisionPoint& point) { return point.p_world_m.allFinite(); };
   if (!std::all_of(collision.points.begin(), collision.points.end(), finite)) throw std::invalid_argument("a collision point is not finite");
   if (!request.rp_object_world_m.allFinite()) throw std::invalid_argument("the reference point is not finite");
-  if (!(request.most_contacts > 0 && request.reach_m > 0 && std::isfinite(request.reach_m))) throw std::invalid_argument("number of contacts or reach out of range");
+  if (!(request.most_contacts > 0 && request.reach_m > 0 && std::isfinite(request.reach_m)))
+    throw std::invalid_argument("number of contacts or reach out of range");
 }
 
 std::vector<Vector3d> places_m(std::span<const CollisionPoint> points) {
@@ -77,7 +78,8 @@ std::optional<Way> first_way(const HullQuery& query, const Vector3d& p_world_m, 
   std::optional<Way> shortest;
   for (const int axis : {2, 0, 1})
     for (const double sign : {1.0, -1.0})
-      if (auto way = way_along(query, p_world_m, sign * Vector3d::Unit(axis), shortest ? shortest->exit.distance_m : request.reach_m)) shortest = std::move(way);
+      if (auto way = way_along(query, p_world_m, sign * Vector3d::Unit(axis), shortest ? shortest->exit.distance_m : request.reach_m))
+        shortest = std::move(way);
   return shortest;
 }
 
@@ -106,7 +108,8 @@ double depth_to_reference_m(const HullQuery& query, const Vector3d& p_world_m, c
 }
 
 // Of some spread over all points, then of some around the deepest of those.
-std::size_t deepest_of(const HullQuery& query, std::span<const CollisionPoint> points, const std::vector<Vector3d>& places, double least_m, const ManifoldRequest& request) {
+std::size_t deepest_of(const HullQuery& query, std::span<const CollisionPoint> points, const std::vector<Vector3d>& places, double least_m,
+                       const ManifoldRequest& request) {
   const std::size_t farthest = std::size_t(&cp_object(query, points, request.rp_object_world_m) - points.data());
   std::size_t deepest = farthest;
   double depth_m = 0;
@@ -148,7 +151,8 @@ ContactManifold contact_manifold(const HullQuery& query, const ObjectCollision& 
   const double footprint_m = pixel_footprint_m(query, points.front().p_world_m);
   const std::vector<Vector3d> places = places_m(points);
   const std::size_t deepest = deepest_of(query, points, places, footprint_m, request);
-  for (const std::size_t i : spread_out(places, deepest, std::size_t(request.most_contacts), footprint_m)) manifold.contacts.push_back(contact_at(query, points[i], request));
+  for (const std::size_t i : spread_out(places, deepest, std::size_t(request.most_contacts), footprint_m))
+    manifold.contacts.push_back(contact_at(query, points[i], request));
   return manifold;
 }
 

@@ -18,12 +18,14 @@ void check(const ObjectCollision& collision, const ResponseRequest& request, con
   if (!std::all_of(collision.points.begin(), collision.points.end(), finite)) throw std::invalid_argument("a collision point is not finite");
   if (!request.rp_object_world_m.allFinite()) throw std::invalid_argument("the reference point is not finite");
   if (!(request.equally_far_m >= 0)) throw std::invalid_argument("equally_far_m is negative or not a number");
-  if (!(config.height_m > 0 && std::isfinite(config.height_m) && config.apex_angle_rad > 0 && config.apex_angle_rad < std::numbers::pi && config.window_px > 0))
+  if (!(config.height_m > 0 && std::isfinite(config.height_m) && config.apex_angle_rad > 0 && config.apex_angle_rad < std::numbers::pi &&
+        config.window_px > 0))
     throw std::invalid_argument("height, angle or window of the response out of range");
   if (!requery) throw std::invalid_argument("response without a requery");
 }
 
-std::optional<HullExit> find_exit(const HullQuery& query, const Vector3d& cp_world_m, const Vector3d& v_rec, double reach_m, const ResponseConfig& config) {
+std::optional<HullExit> find_exit(const HullQuery& query, const Vector3d& cp_world_m, const Vector3d& v_rec, double reach_m,
+                                  const ResponseConfig& config) {
   switch (config.search) {
     case HullSearch::from_reference: return exit_from_base(query, cp_world_m, v_rec, reach_m);
     case HullSearch::outward: return exit_outward(query, cp_world_m, v_rec, reach_m);
@@ -40,7 +42,8 @@ void query_moved(const HullQuery& query, const Requery& requery, double height_m
 
 }  // namespace
 
-Response respond(const HullQuery& query, const ObjectCollision& collision, const ResponseRequest& request, const Requery& requery, const ResponseConfig& config) {
+Response respond(const HullQuery& query, const ObjectCollision& collision, const ResponseRequest& request, const Requery& requery,
+                 const ResponseConfig& config) {
   check(collision, request, requery, config);
   Response response;
   if (collision.points.empty()) {

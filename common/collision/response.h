@@ -102,6 +102,7 @@ struct Response {
 
 // Against the query's hull. Throws std::invalid_argument where RP_obj or a collision point is not finite, the configuration is out of
 // range, or there is no requery.
-Response respond(const HullQuery& query, const ObjectCollision& collision, const ResponseRequest& request, const Requery& requery, const ResponseConfig& config = {});
+Response respond(const HullQuery& query, const ObjectCollision& collision, const ResponseRequest& request, const Requery& requery,
+                 const ResponseConfig& config = {});
 
 }  // namespace fivepipe

@@ -114,7 +114,8 @@ std::vector<Vector3d> points_to_move(const ObjectCollision& collision, const Res
 
 }  // namespace
 
-ShorterWay shorter_way_out(const HullQuery& query, const ObjectCollision& collision, const Response& response, const Requery& requery, const ShorterWayConfig& config) {
+ShorterWay shorter_way_out(const HullQuery& query, const ObjectCollision& collision, const Response& response, const Requery& requery,
+                           const ShorterWayConfig& config) {
   if (!response.has_way_out()) throw std::invalid_argument("a response without a way out has no shorter one");
   if (!(config.most_requeries > 0 && config.least_gain_m > 0) || !requery) throw std::invalid_argument("requeries or gain out of range");
   ShorterWay result;

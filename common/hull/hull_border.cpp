@@ -115,7 +115,8 @@ std::optional<BorderNormal> normal_at(const CpuHull& hull, const RayBorder& bord
 
 std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const Ray& ray, double near, double far) {
   const CpuHull& hull = query.hull();
-  if (hull.empty() || !(near < far) || !std::isfinite(near) || !std::isfinite(far) || !ray.origin_world_m.allFinite() || !ray.direction_world.allFinite()) return std::nullopt;
+  if (hull.empty() || !(near < far) || !std::isfinite(near) || !std::isfinite(far)) return std::nullopt;
+  if (!ray.origin_world_m.allFinite() || !ray.direction_world.allFinite()) return std::nullopt;
   std::vector<ImageLine> lines;
   for (const CpuHull::MapCamera& c : hull.cameras()) lines.push_back(image_line(c.camera, ray));
   const auto border = first_border(hull, lines, near, far);
