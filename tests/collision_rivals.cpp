@@ -3,9 +3,12 @@
 #include <hwy/targets.h>
 
 #include <algorithm>
+#include <map>
 
 #include "common/collision/bench/truth.h"
 #include "common/collision/rivals/brute_force.h"
+#include "common/collision/rivals/hull_fcl.h"
+#include "common/collision/rivals/hull_polygons.h"
 #include "tests/hull_scenes.h"
 
 namespace fivepipe::rivals {
@@ -91,6 +94,145 @@ TEST(BruteForce, NothingIsInTheHullOfAnEmptyMapOrOfNoMap) {
   brute.set_silhouettes(silhouettes);
   EXPECT_FALSE(brute.detect(objects, pool)[0].colliding());
 }
+
+// --- the hull's polygons ---------------------------------------------------------------------------------------------
+
+const Eigen::AlignedBox3d kVolume(Vector3d::Constant(-0.6), Vector3d::Constant(0.6));
+
+struct Polygonised {
+  std::vector<Silhouette> silhouettes;
+  Mesh mesh;
+};
+Polygonised random_polygons(std::uint64_t seed, double cell_m, int threads = 1) {
+  test::Random random(seed);
+  Polygonised p{test::silhouettes_of(test::random_object(random, 4, 0.15), test::random_cameras(random, 3)), {}};
+  WorkerPool pool(threads);
+  CpuHull hull(pool, p.silhouettes);
+  p.mesh = HullPolygons(cell_m).polygonise(HullQuery(hull), kVolume);
+  return p;
+}
+
+// How often the surface winds around p: above p, crossings upwards less crossings downwards.
+int winding(const Mesh& mesh, const Vector3d& p_m) {
+  int count = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vector3d v[3] = {mesh.vertices_m[a] - p_m, mesh.vertices_m[b] - p_m, mesh.vertices_m[c] - p_m};
+    const auto cross = [&](int i, int j) { return v[i].x() * v[j].y() - v[i].y() * v[j].x(); };
+    const double ab = cross(0, 1), bc = cross(1, 2), ca = cross(2, 0), area = ab + bc + ca;
+    if (!((ab > 0 && bc > 0 && ca > 0) || (ab < 0 && bc < 0 && ca < 0))) continue;
+    if ((bc * v[0].z() + ca * v[1].z() + ab * v[2].z()) / area > 0) count += area > 0 ? 1 : -1;
+  }
+  return count;
+}
+
+TEST(HullPolygons, AreClosedAndTurnOutwards) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const Mesh mesh = random_polygons(seed, 0.011).mesh;
+    ASSERT_GT(mesh.triangles.size(), 500u);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;  // each edge is gone along both ways equally often
+    double volume_m3 = 0;
+    for (const auto& t : mesh.triangles) {
+      for (int i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
+      volume_m3 += mesh.vertices_m[t[0]].dot(mesh.vertices_m[t[1]].cross(mesh.vertices_m[t[2]])) / 6;
+    }
+    for (const auto& [edge, count] : directed) EXPECT_EQ(count, (directed[{edge.second, edge.first}]));
+    EXPECT_GT(volume_m3, 0);
+  }
+}
+
+TEST(HullPolygons, TellInFromOutBeyondACellFromTheBorder) {
+  constexpr double kCell_m = 0.006;
+  const double reach_m = std::sqrt(3.0) * kCell_m;
+  for (const std::uint64_t seed : {11, 12, 13}) {
+    const Polygonised p = random_polygons(seed, kCell_m);
+    WorkerPool pool(1);
+    CpuHull hull(pool, p.silhouettes);
+    const HullQuery query(hull);
+    test::Random random(seed);
+    int inside = 0, outside = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const Vector3d q = p.mesh.vertices_m[random() % p.mesh.vertices_m.size()] + test::random_in_ball(random, 5 * reach_m);
+      const bool deep = query.solid_radius_m(q) > reach_m, clear = query.free_radius_m(q) > reach_m;
+      if (!deep && !clear) continue;
+      (deep ? inside : outside)++;
+      EXPECT_EQ(winding(p.mesh, q), deep ? 1 : 0) << q.transpose();
+    }
+    EXPECT_GT(inside, 10);
+    EXPECT_GT(outside, 100);
+    for (const Vector3d& v : p.mesh.vertices_m) EXPECT_TRUE(query.solid_radius_m(v) <= reach_m && query.free_radius_m(v) <= reach_m);
+  }
+}
+
+TEST(HullPolygons, DoNotDependOnThreadsAndAreNoneWithoutAHull) {
+  const Mesh one = random_polygons(5, 0.01).mesh, three = random_polygons(5, 0.01, 3).mesh;
+  EXPECT_EQ(one.triangles, three.triangles);
+  EXPECT_EQ(one.vertices_m, three.vertices_m);
+  WorkerPool pool(1);
+  CpuHull empty(pool, {});
+  EXPECT_TRUE(HullPolygons(0.01).polygonise(HullQuery(empty), kVolume).triangles.empty());
+}
+
+// A hull that reaches out of the volume is cut off there, and still closed.
+TEST(HullPolygons, AreCutOffAtTheVolume) {
+  test::Random random(8);
+  const auto silhouettes = test::silhouettes_of({{Vector3d(-0.5, 0, 0), Vector3d(0.5, 0.1, 0), 0.06}}, test::random_cameras(random, 3));
+  WorkerPool pool(1);
+  CpuHull hull(pool, silhouettes);
+  const HullQuery query(hull);
+  const Mesh mesh = HullPolygons(0.01).polygonise(query, {Vector3d(0, -0.5, -0.5), Vector3d(0.5, 0.5, 0.5)});
+  ASSERT_FALSE(mesh.triangles.empty());
+  EXPECT_GT(bounds_m(mesh).min().x(), -0.02);
+  EXPECT_EQ(winding(mesh, {0.04, 0.054, 0}), 1);
+}
+
+// --- FCL -------------------------------------------------------------------------------------------------------------
+
+#ifdef FIVEPIPE_FCL
+TEST(HullFcl, FindsTheTrianglesThatCrossAndTheirPoints) {
+  HullFcl fcl;
+  fcl.set_hull(box_mesh({0.2, 0.2, 0.2}));
+  const Mesh sheet = curtain_mesh(0.6, 0.6, 6, 6, 0, 0);  // in its plane cells of 10 cm; laid through the box's middle, a vertex at the origin
+  const std::size_t object = fcl.add(sheet);
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() = Vector3d(0.05, 0.01, 0.35);  // cells' borders at 0.05 + 0.1 k: those at -0.05 to 0.05 are wholly inside
+  const ObjectCollision found = fcl.query(object, pose);
+  ASSERT_TRUE(found.colliding());
+  const auto triangles = world_triangles(sheet, pose);
+  std::vector<std::uint32_t> crossing;
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    Eigen::AlignedBox2d box;
+    for (const Vector3d& v : triangles[i]) box.extend(Eigen::Vector2d(v.x(), v.z()));
+    // Cells around the square from -0.1 to 0.1: the right angle's own half decides where only a corner of the cell is in it.
+    bool in = false, out = false;
+    for (int a = 0; a <= 50; ++a)
+      for (int b = 0; a + b <= 50; ++b) {
+        const Vector3d p = triangles[i][0] + a / 50.0 * (triangles[i][1] - triangles[i][0]) + b / 50.0 * (triangles[i][2] - triangles[i][0]);
+        (p.cwiseAbs().maxCoeff() < 0.1 ? in : out) = true;
+      }
+    if (in && out) crossing.push_back(i);
+  }
+  EXPECT_EQ(found.triangles, crossing);
+  EXPECT_LT(crossing.size(), 30u);
+  EXPECT_GT(crossing.size(), 10u);
+  for (const CollisionPoint& p : found.points) {
+    EXPECT_NEAR(p.p_world_m.cwiseAbs().maxCoeff(), 0.1, 1e-9);
+    EXPECT_NEAR(p.p_world_m.y(), 0.01, 1e-9);
+  }
+}
+
+TEST(HullFcl, FollowsADeformedMeshAndMissesWhatIsWhollyInside) {
+  HullFcl fcl;
+  fcl.set_hull(box_mesh({0.2, 0.2, 0.2}));
+  Mesh sheet = curtain_mesh(0.05, 0.05, 2, 2, 0, 0);
+  const std::size_t object = fcl.add(sheet);
+  EXPECT_FALSE(fcl.query(object, Eigen::Isometry3d::Identity()).colliding());
+  for (Vector3d& v : sheet.vertices_m) v *= 10;
+  fcl.refit(object, sheet.vertices_m);
+  EXPECT_TRUE(fcl.query(object, Eigen::Isometry3d::Identity()).colliding());
+  fcl.set_hull({});
+  EXPECT_FALSE(fcl.query(object, Eigen::Isometry3d::Identity()).colliding());
+}
+#endif
 
 }  // namespace
 }  // namespace fivepipe::rivals

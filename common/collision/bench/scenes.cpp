@@ -81,7 +81,7 @@ CollisionScene payload() {
 
 CollisionScene dense() {
   const double height_m = 0.6;
-  return scene_of("dense", hand_at({0, 0, 0.163}, Eigen::Quaterniond(AngleAxisd(25 * kRadians, Vector3d::UnitY()))), table_cameras(),
+  return scene_of("dense", hand_at({0, 0, 0.1635}, Eigen::Quaterniond(AngleAxisd(25 * kRadians, Vector3d::UnitY()))), table_cameras(),
                   {rigid(curtain_mesh(0.8, height_m, 1000, 500, 0.004, 6), laid(height_m, 0.08))});
 }
 
