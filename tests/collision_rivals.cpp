@@ -179,10 +179,14 @@ TEST(HullPolygons, AreCutOffAtTheVolume) {
   WorkerPool pool(1);
   CpuHull hull(pool, silhouettes);
   const HullQuery query(hull);
-  const Mesh mesh = HullPolygons(0.01).polygonise(query, {Vector3d(0, -0.5, -0.5), Vector3d(0.5, 0.5, 0.5)});
+  const Eigen::AlignedBox3d volume(Vector3d(0, -0.5, -0.5), Vector3d(0.2, 0.5, 0.5));
+  const Mesh mesh = HullPolygons(0.01).polygonise(query, volume);
   ASSERT_FALSE(mesh.triangles.empty());
-  EXPECT_GT(bounds_m(mesh).min().x(), -0.02);
-  EXPECT_EQ(winding(mesh, {0.04, 0.054, 0}), 1);
+  // A grid point and a half beyond at most.
+  EXPECT_GT(bounds_m(mesh).min().x(), -0.015);
+  EXPECT_LT(bounds_m(mesh).max().x(), 0.215);
+  for (const double x_m : {0.01, 0.1, 0.19}) EXPECT_EQ(winding(mesh, {x_m, 0.05 + 0.1 * x_m, 0.001}), 1) << x_m;
+  for (const double x_m : {-0.03, 0.23}) EXPECT_EQ(winding(mesh, {x_m, 0.05 + 0.1 * x_m, 0.001}), 0) << x_m;
 }
 
 // --- FCL -------------------------------------------------------------------------------------------------------------
@@ -191,13 +195,11 @@ TEST(HullPolygons, AreCutOffAtTheVolume) {
 TEST(HullFcl, FindsTheTrianglesThatCrossAndTheirPoints) {
   HullFcl fcl;
   fcl.set_hull(box_mesh({0.2, 0.2, 0.2}));
-  const Mesh sheet = curtain_mesh(0.6, 0.6, 6, 6, 0, 0);  // in its plane cells of 10 cm; laid through the box's middle, a vertex at the origin
-  const std::size_t object = fcl.add(sheet);
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation() = Vector3d(0.05, 0.01, 0.35);  // cells' borders at 0.05 + 0.1 k: those at -0.05 to 0.05 are wholly inside
-  const ObjectCollision found = fcl.query(object, pose);
+  Mesh sheet = curtain_mesh(0.6, 0.6, 6, 6, 0, 0);  // in its plane cells of 10 cm, through the box
+  for (Vector3d& v : sheet.vertices_m) v += Vector3d(0.05, 0.01, 0.35);  // cells' borders at 0.05 + 0.1 k: those at -0.05 to 0.05 are wholly inside
+  const ObjectCollision found = fcl.query(fcl.add(sheet));
   ASSERT_TRUE(found.colliding());
-  const auto triangles = world_triangles(sheet, pose);
+  const auto triangles = world_triangles(sheet, Eigen::Isometry3d::Identity());
   std::vector<std::uint32_t> crossing;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     Eigen::AlignedBox2d box;
@@ -225,14 +227,120 @@ TEST(HullFcl, FollowsADeformedMeshAndMissesWhatIsWhollyInside) {
   fcl.set_hull(box_mesh({0.2, 0.2, 0.2}));
   Mesh sheet = curtain_mesh(0.05, 0.05, 2, 2, 0, 0);
   const std::size_t object = fcl.add(sheet);
-  EXPECT_FALSE(fcl.query(object, Eigen::Isometry3d::Identity()).colliding());
+  EXPECT_FALSE(fcl.query(object).colliding());
   for (Vector3d& v : sheet.vertices_m) v *= 10;
   fcl.refit(object, sheet.vertices_m);
-  EXPECT_TRUE(fcl.query(object, Eigen::Isometry3d::Identity()).colliding());
+  EXPECT_TRUE(fcl.query(object).colliding());
   fcl.set_hull({});
-  EXPECT_FALSE(fcl.query(object, Eigen::Isometry3d::Identity()).colliding());
+  EXPECT_FALSE(fcl.query(object).colliding());
 }
 #endif
+
+// --- the benchmark's scenes ------------------------------------------------------------------------------------------
+
+collision_bench::TruthCounts true_counts(const CollisionScene& scene) {
+  WorkerPool pool(1);
+  return counts_of(sampled_truth(scene, 100000, pool));
+}
+
+TEST(CollisionScenes, Curtain720IsThePapersWithAHandPressedThroughIt) {
+  const CollisionScene scene = collision_bench::curtain720();
+  EXPECT_EQ(scene.triangles(), 720u);
+  EXPECT_EQ(scene.silhouettes.size(), 3u);
+  const auto counts = true_counts(scene);
+  EXPECT_EQ(counts.known, 720u);
+  EXPECT_GE(double(counts.crossing_border), 72);
+  // The curtain hangs in y = 0; the real hand itself is on both sides of it.
+  double beyond_m = 0, before_m = 0;
+  for (const Capsule& c : scene.real_objects)
+    for (const Vector3d* end : {&c.a_world_m, &c.b_world_m}) beyond_m = std::max(beyond_m, end->y() + c.radius_m), before_m = std::min(before_m, end->y() - c.radius_m);
+  EXPECT_GE(beyond_m, 0.05);
+  EXPECT_LT(before_m, 0);
+}
+
+TEST(CollisionScenes, BlocksAreADozenOfWhichSomeAreTouched) {
+  const CollisionScene scene = collision_bench::blocks();
+  ASSERT_EQ(scene.objects.size(), 12u);
+  WorkerPool pool(1);
+  int touched = 0;
+  for (const auto& object : sampled_truth(scene, 100000, pool)) touched += std::any_of(object.begin(), object.end(), [](const auto& t) { return t.crosses; });
+  EXPECT_GE(touched, 3);
+  EXPECT_LE(touched, 9);
+}
+
+TEST(CollisionScenes, PayloadIsAnAssemblyOfFiftyThousand) {
+  const CollisionScene scene = collision_bench::payload();
+  EXPECT_GE(scene.triangles(), 50000u);
+  EXPECT_LT(scene.triangles(), 50044u);
+  EXPECT_GT(true_counts(scene).crossing_border, 100u);
+  // Closed parts: every edge is gone along both ways equally often.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;
+  for (const auto& t : scene.objects[0].mesh.triangles)
+    for (int i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
+  for (const auto& [edge, count] : std::map(directed)) ASSERT_EQ(count, (directed[{edge.second, edge.first}]));
+}
+
+TEST(CollisionScenes, DenseIsAMillionOfWhichAHundredthIsNear) {
+  const CollisionScene scene = collision_bench::dense();
+  EXPECT_EQ(scene.triangles(), 1000000u);
+  const auto counts = true_counts(scene);
+  EXPECT_NEAR(double(counts.near), 10000, 2000);
+  EXPECT_GT(counts.crossing, 100u);
+}
+
+TEST(CollisionScenes, FullHasEveryTriangleAcrossTheBorder) {
+  const CollisionScene scene = collision_bench::full();
+  const auto counts = true_counts(scene);
+  EXPECT_EQ(counts.crossing_border, counts.triangles);
+  EXPECT_EQ(counts.triangles, 80u);
+}
+
+TEST(CollisionScenes, ThinHasFingersOfTwoMillimetresAndTrianglesOfTwoCentimetres) {
+  const CollisionScene scene = collision_bench::thin();
+  for (const Capsule& c : scene.real_objects) EXPECT_EQ(c.radius_m, 0.001);
+  for (const Triangle& t : scene.objects_world_m[0]) EXPECT_NEAR((t[1] - t[0]).norm(), 0.02, 1e-9);
+  EXPECT_GE(true_counts(scene).crossing_border, scene.real_objects.size());
+}
+
+TEST(CollisionScenes, AreTheSameEveryTime) {
+  const CollisionScene one = collision_bench::payload(), two = collision_bench::payload();
+  EXPECT_EQ(one.objects_world_m, two.objects_world_m);
+  EXPECT_EQ(one.silhouettes[0].pixels, two.silhouettes[0].pixels);
+}
+
+// --- truth -----------------------------------------------------------------------------------------------------------
+
+// What a backend says is judged right: a ball's hull by a plate through its middle.
+TEST(SampledTruth, KnowsDepthAndJudges) {
+  CollisionScene scene{"ball", {{Vector3d::Zero(), Vector3d::Zero(), 0.05}}, {}, {}, {}, {}};
+  for (const Vector3d& eye : {Vector3d(2, 0, 0.1), Vector3d(-1, 1.7, 0.1), Vector3d(-1, -1.7, 0.1), Vector3d(0, 0, 2)})
+    scene.silhouettes.push_back({{pinhole_from_fov(400, 400, 0.1), look_at(eye, Vector3d::Zero(), Vector3d(1, 2, 3))}, {}});
+  for (Silhouette& s : scene.silhouettes) s.pixels = true_object_pixels(scene.real_objects, s.camera, PixelRule::touched);
+  const double reach_m = 0.02;  // well inside
+  scene.objects_world_m = {{{Vector3d(-1, -1, 0), Vector3d(1, -1, 0), Vector3d(0, 1.5, 0)},
+                            {Vector3d(-reach_m, 0, 0), Vector3d(reach_m, 0, 0), Vector3d(0, reach_m, 0)},
+                            {Vector3d(1, 1, 1), Vector3d(1.1, 1, 1), Vector3d(1, 1.1, 1)}}};
+  WorkerPool pool(1);
+  const auto truth = sampled_truth(scene, 100, pool);
+  EXPECT_TRUE(truth[0][0].crosses_border() && truth[0][1].crosses && !truth[0][1].leaves && !truth[0][2].crosses && !truth[0][2].near);
+  // The plate's deepest point is the ball's centre: the hull is at least the ball, and not a tenth more. The certified radius is a lower bound, held to
+  // boxes of 33 of the map's pixels (0.5 mm) here.
+  EXPECT_GT(truth[0][0].deepest_m, 0.015);
+  EXPECT_LT(truth[0][0].deepest_m, 0.055);
+
+  std::vector<ObjectCollision> said(1);
+  said[0].triangles = {1, 2};
+  auto wrong = wrong_of(said, truth, scene);
+  EXPECT_EQ(wrong.missed, 1u);
+  EXPECT_EQ(wrong.deepest_missed_m, truth[0][0].deepest_m);
+  EXPECT_EQ(wrong.invented, 1u);
+  said[0].touching = {0};
+  said[0].points = {{Vector3d::Zero(), 2}};  // in the hull: the truth may have been too coarse
+  wrong = wrong_of(said, truth, scene);
+  EXPECT_EQ(wrong.missed, 0u);
+  EXPECT_EQ(wrong.invented, 0u);
+  EXPECT_EQ(wrong.touching, 1u);
+}
 
 }  // namespace
 }  // namespace fivepipe::rivals

@@ -56,20 +56,32 @@ struct FclState {
   rivals::HullPolygons polygons;
   std::string scene;  // that the trees are of
   std::unique_ptr<rivals::HullFcl> fcl;
-  FclState(int threads, double cell_m) : pool(threads), polygons(cell_m) {}
+  std::vector<Mesh> meshes_world_m;
+  Eigen::AlignedBox3d volume_world_m;  // of the hull, where there are objects
+  double cell_m;
+  FclState(int threads, double cell_m_) : pool(threads), polygons(cell_m_), cell_m(cell_m_) {}
 
   void build_trees(const CollisionScene& of) {
     if (scene == of.name) return;
-    fcl = std::make_unique<rivals::HullFcl>();
-    for (const SceneObject& object : of.objects) fcl->add(object.mesh);
     scene = of.name;
+    fcl = std::make_unique<rivals::HullFcl>();
+    meshes_world_m.clear();
+    Eigen::AlignedBox3d around;
+    for (const SceneObject& object : of.objects) {
+      meshes_world_m.push_back(object.mesh);
+      for (Eigen::Vector3d& v : meshes_world_m.back().vertices_m) around.extend(v = object.world_from_mesh * v);
+      fcl->add(meshes_world_m.back());
+    }
+    // Two cells more, so that where the polygons are cut off no object is.
+    const Eigen::Vector3d margin_m = Eigen::Vector3d::Constant(2 * cell_m);
+    volume_world_m = of.volume_world_m.intersection({around.min() - margin_m, around.max() + margin_m});
   }
 
   std::vector<ObjectCollision> query(const CollisionScene& of) {
     std::vector<ObjectCollision> found(of.objects.size());
     for (std::size_t i = 0; i < of.objects.size(); ++i)
-      if (of.objects[i].deforms) fcl->refit(i, of.objects[i].mesh.vertices_m);
-    pool.run(int(found.size()), [&](int i, int) { found[std::size_t(i)] = fcl->query(std::size_t(i), of.objects[std::size_t(i)].world_from_mesh); });
+      if (of.objects[i].deforms) fcl->refit(i, meshes_world_m[i].vertices_m);
+    pool.run(int(found.size()), [&](int i, int) { found[std::size_t(i)] = fcl->query(std::size_t(i)); });
     return found;
   }
 };
@@ -88,7 +100,7 @@ Method fcl_method(double cell_mm, int threads) {
               query.emplace(state->hull);
             });
             const Mesh* surface = nullptr;
-            const double polygonise_ms = timed_ms([&] { surface = &state->polygons.polygonise(*query, scene.volume_world_m); });
+            const double polygonise_ms = timed_ms([&] { surface = &state->polygons.polygonise(*query, state->volume_world_m); });
             const double tree_ms = timed_ms([&] { state->fcl->set_hull(*surface); });
             answer.times.build_ms = polygonise_ms + tree_ms;
             answer.times.query_ms = timed_ms([&] { answer.objects = state->query(scene); });

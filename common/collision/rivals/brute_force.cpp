@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kTogether = 256;  // triangles that a thread takes at a time
+constexpr std::size_t kTogether = 64;  // triangles that a thread takes at a time
 // A triangle lies beside the object pixels' bounds only if it does so by more than roundings in double [px].
 constexpr double kBeside_px = 1e-6;
 
@@ -111,35 +111,54 @@ void BruteForce::query(std::span<const Triangle> triangles, Piece& piece, Thread
     piece.samples += count;
     for (std::size_t n = 0; n < count; ++n) {
       if (thread.verdicts[n] == InHull::no) continue;
-      const Vector3d p_world_m = point_at(view, {thread.base[n], thread.side[n]});
-      if (thread.verdicts[n] == InHull::yes || in_hull(silhouettes_, p_world_m)) piece.points.push_back({p_world_m, std::uint32_t(piece.first + i)});
+      const TriangleSample sample{thread.base[n], thread.side[n]};
+      if (thread.verdicts[n] == InHull::yes || in_hull(silhouettes_, point_at(view, sample))) piece.hits.push_back({sample, std::uint32_t(piece.first + i)});
     }
   }
+}
+
+// Into pieces for the threads, without objects that are certified free; how many.
+std::size_t BruteForce::cut(std::span<const std::vector<Triangle>> objects_world_m) {
+  std::size_t pieces = 0;
+  for (std::size_t o = 0; o < objects_world_m.size(); ++o) {
+    Eigen::AlignedBox3d box_world_m;
+    for (const Triangle& t : objects_world_m[o])
+      for (const Vector3d& v : t) box_world_m.extend(v);
+    if (objects_world_m[o].empty() || is_certainly_free(silhouettes_, box_world_m)) continue;
+    for (std::size_t first = 0; first < objects_world_m[o].size(); first += kTogether) {
+      if (pieces == pieces_.size()) pieces_.emplace_back();
+      Piece& piece = pieces_[pieces++];
+      piece.object = o, piece.first = first, piece.count = std::min(kTogether, objects_world_m[o].size() - first), piece.samples = 0;
+      piece.hits.clear();
+    }
+  }
+  return pieces;
 }
 
 std::vector<ObjectCollision> BruteForce::detect(std::span<const std::vector<Triangle>> objects_world_m, WorkerPool& pool) {
   std::vector<ObjectCollision> objects(objects_world_m.size());
   samples_asked_ = 0;
   if (empty_) return objects;
-  std::vector<Piece> pieces;
-  for (std::size_t o = 0; o < objects_world_m.size(); ++o) {
-    Eigen::AlignedBox3d box_world_m;
-    for (const Triangle& t : objects_world_m[o])
-      for (const Vector3d& v : t) box_world_m.extend(v);
-    if (objects_world_m[o].empty() || is_certainly_free(silhouettes_, box_world_m)) continue;
-    for (std::size_t first = 0; first < objects_world_m[o].size(); first += kTogether) pieces.push_back({o, first, std::min(kTogether, objects_world_m[o].size() - first), {}});
-  }
+  const std::size_t pieces = cut(objects_world_m);
   std::vector<Thread> threads(std::size_t(pool.threads()));
-  pool.run(int(pieces.size()), [&](int i, int thread) {
-    Piece& piece = pieces[std::size_t(i)];
+  pool.run(int(pieces), [&](int i, int thread) {
+    Piece& piece = pieces_[std::size_t(i)];
     query(std::span(objects_world_m[piece.object]).subspan(piece.first, piece.count), piece, threads[std::size_t(thread)]);
   });
-  for (const Piece& piece : pieces) {
+  std::vector<std::size_t> points(objects.size());
+  for (const Piece& piece : std::span(pieces_).first(pieces)) points[piece.object] += piece.hits.size();
+  for (const Piece& piece : std::span(pieces_).first(pieces)) {
     ObjectCollision& object = objects[piece.object];
+    object.points.reserve(points[piece.object]);
     samples_asked_ += piece.samples;
-    for (const CollisionPoint& p : piece.points)
-      if (object.triangles.empty() || object.triangles.back() != p.triangle) object.triangles.push_back(p.triangle);
-    object.points.insert(object.points.end(), piece.points.begin(), piece.points.end());
+    TriangleView view;
+    for (const Hit& hit : piece.hits) {
+      if (object.triangles.empty() || object.triangles.back() != hit.triangle) {
+        object.triangles.push_back(hit.triangle);
+        view = view_of(objects_world_m[piece.object][hit.triangle]);
+      }
+      object.points.push_back({point_at(view, hit.sample), hit.triangle});
+    }
     if (!object.points.empty()) object.verdict = CollisionVerdict::colliding;
   }
   return objects;

@@ -39,11 +39,15 @@ class BruteForce {
 
  private:
   struct Thread;
-  struct Piece {
-    std::size_t object, first, count;
-    std::vector<CollisionPoint> points;
-    std::size_t samples = 0;
+  struct Hit {
+    TriangleSample sample;
+    std::uint32_t triangle;
   };
+  struct Piece {
+    std::size_t object, first, count, samples;
+    std::vector<Hit> hits;
+  };
+  std::size_t cut(std::span<const std::vector<Triangle>> objects_world_m);
   bool set_up(const TriangleView& view, Thread& thread) const;
   void query(std::span<const Triangle> triangles, Piece& piece, Thread& thread) const;
 
@@ -56,6 +60,7 @@ class BruteForce {
   };
   std::vector<Map> maps_;
   bool empty_ = true;
+  std::vector<Piece> pieces_;  // kept for their buffers
   std::size_t samples_asked_ = 0;
 };
 

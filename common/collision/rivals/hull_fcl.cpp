@@ -2,6 +2,8 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/detail/traversal/collision/mesh_collision_traversal_node.h>
+#include <fcl/narrowphase/detail/traversal/collision_node.h>
 
 #include <algorithm>
 #include <array>
@@ -11,13 +13,15 @@
 namespace fivepipe::rivals {
 namespace {
 
-using Model = fcl::BVHModel<fcl::OBB<double>>;
+using Boxes = fcl::AABB<double>;
+using Model = fcl::BVHModel<Boxes>;
 
 std::shared_ptr<Model> model_of(const Mesh& mesh) {
   std::vector<fcl::Triangle> triangles;
   triangles.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) triangles.emplace_back(a, b, c);
   auto model = std::make_shared<Model>();
+  model->bv_splitter = std::make_shared<fcl::detail::BVSplitter<Boxes>>(fcl::detail::SPLIT_METHOD_BV_CENTER);
   model->beginModel(int(mesh.triangles.size()), int(mesh.vertices_m.size()));
   model->addSubModel(mesh.vertices_m, triangles);
   model->endModel();
@@ -26,9 +30,9 @@ std::shared_ptr<Model> model_of(const Mesh& mesh) {
 
 using Corners = std::array<Eigen::Vector3d, 3>;
 
-Corners corners_of(const Model& model, std::intptr_t triangle, const Eigen::Isometry3d& pose) {
+Corners corners_of(const Model& model, std::intptr_t triangle) {
   const fcl::Triangle& t = model.tri_indices[triangle];
-  return {pose * model.vertices[t[0]], pose * model.vertices[t[1]], pose * model.vertices[t[2]]};
+  return {model.vertices[t[0]], model.vertices[t[1]], model.vertices[t[2]]};
 }
 
 // Where a triangle's border crosses another's plane: both ends, as parameters along the planes' common line. The triangles are known to meet.
@@ -68,30 +72,33 @@ struct HullFcl::Models {
 HullFcl::HullFcl() : models_(std::make_unique<Models>()) {}
 HullFcl::~HullFcl() = default;
 
-std::size_t HullFcl::add(const Mesh& mesh) {
-  models_->objects.push_back(model_of(mesh));
+std::size_t HullFcl::add(const Mesh& mesh_world_m) {
+  models_->objects.push_back(model_of(mesh_world_m));
   return models_->objects.size() - 1;
 }
 
-void HullFcl::refit(std::size_t object, std::span<const Eigen::Vector3d> vertices_m) {
+void HullFcl::refit(std::size_t object, std::span<const Eigen::Vector3d> vertices_world_m) {
   Model& model = *models_->objects[object];
   model.beginReplaceModel();
-  for (const Eigen::Vector3d& v : vertices_m) model.replaceVertex(v);
+  for (const Eigen::Vector3d& v : vertices_world_m) model.replaceVertex(v);
   model.endReplaceModel(true, true);
 }
 
 void HullFcl::set_hull(const Mesh& hull_world_m) { models_->hull = hull_world_m.triangles.empty() ? nullptr : model_of(hull_world_m); }
 
-ObjectCollision HullFcl::query(std::size_t object, const Eigen::Isometry3d& world_from_mesh) const {
+ObjectCollision HullFcl::query(std::size_t object) const {
   ObjectCollision found;
   if (!models_->hull) return found;
   fcl::CollisionRequest<double> request(std::numeric_limits<std::size_t>::max(), false);
   fcl::CollisionResult<double> result;
-  fcl::collide(models_->objects[object].get(), world_from_mesh, models_->hull.get(), Eigen::Isometry3d::Identity(), request, result);
+  auto still = fcl::Transform3<double>::Identity(), still_too = still;
+  fcl::detail::MeshCollisionTraversalNode<Boxes> traversal;
+  if (!fcl::detail::initialize(traversal, *models_->objects[object], still, *models_->hull, still_too, request, result)) return found;
+  fcl::detail::collide(&traversal);
   std::vector<fcl::Contact<double>> contacts;
   result.getContacts(contacts);
   for (const auto& contact : contacts)
-    found.points.push_back({shared_point(corners_of(*models_->objects[object], contact.b1, world_from_mesh), corners_of(*models_->hull, contact.b2, Eigen::Isometry3d::Identity())), std::uint32_t(contact.b1)});
+    found.points.push_back({shared_point(corners_of(*models_->objects[object], contact.b1), corners_of(*models_->hull, contact.b2)), std::uint32_t(contact.b1)});
   std::stable_sort(found.points.begin(), found.points.end(), [](const CollisionPoint& a, const CollisionPoint& b) { return a.triangle < b.triangle; });
   for (const CollisionPoint& p : found.points)
     if (found.triangles.empty() || found.triangles.back() != p.triangle) found.triangles.push_back(p.triangle);

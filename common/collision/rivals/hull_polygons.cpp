@@ -65,10 +65,11 @@ void HullPolygons::find_bricks(const HullQuery& query) {
       for (std::size_t i = std::size_t(piece) * 64; i < std::min(nodes.size(), std::size_t(piece + 1) * 64); ++i) {
         const double half_m = 4 * cell_m_ * nodes[i].size;
         const auto& [x, y, z] = nodes[i].brick;
+        const int end = 8 * nodes[i].size;
+        const auto all_axes = [&](const auto& holds) { return holds(8 * x, points_[0]) && holds(8 * y, points_[1]) && holds(8 * z, points_[2]); };
         const Vector3d center_world_m = point_m({8 * x, 8 * y, 8 * z}) + Vector3d::Constant(half_m);
-        if (query.free_radius_m(center_world_m) > std::sqrt(3.0) * half_m) kind[i] = kFree;
-        // The grid's least sides are outside by definition: never solid.
-        else if (x > 0 && y > 0 && z > 0 && query.solid_radius_m(center_world_m) > std::sqrt(3.0) * half_m) kind[i] = kSolid;
+        if (!all_axes([](int first, int points) { return first < points; }) || query.free_radius_m(center_world_m) > std::sqrt(3.0) * half_m) kind[i] = kFree;
+        else if (all_axes([&](int first, int points) { return first > 0 && first + end < points; }) && query.solid_radius_m(center_world_m) > std::sqrt(3.0) * half_m) kind[i] = kSolid;
       }
     });
     next.clear();
@@ -116,10 +117,12 @@ void HullPolygons::ask(const HullQuery& query, std::span<const PointLaneCamera> 
   contains_in_lanes(cameras, points_world_m, verdicts.data());
   for (std::size_t i = 0; i < 512; ++i) brick.inside[i] = verdicts[i] == InHull::unsettled ? query.contains(points_world_m[i]) : verdicts[i] == InHull::yes;
   // So that no edge of the grid that is crossed lacks a cell beside it.
-  for (int axis = 0; axis < 3; ++axis)
-    if (brick.brick[axis] == 0)
-      for (int i = 0; i < 512; ++i)
-        if ((i >> 3 * axis & 7) == 0) brick.inside[std::size_t(i)] = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int first = 8 * brick.brick[axis];
+    if (first > 0 && first + 8 <= points_[axis]) continue;
+    for (int i = 0; i < 512; ++i)
+      if (const int at = first + (i >> 3 * axis & 7); at == 0 || at >= points_[axis]) brick.inside[std::size_t(i)] = 0;
+  }
 }
 
 std::array<std::uint8_t, 729> HullPolygons::surroundings(const Brick& brick) const {
@@ -185,6 +188,8 @@ const Mesh& HullPolygons::polygonise(const HullQuery& query, const Eigen::Aligne
   const double bricks = std::ceil(volume_world_m.sizes().maxCoeff() / (8 * cell_m_)) + 1;
   if (!(bricks <= kMostBricks)) throw std::invalid_argument("more than " + std::to_string(kMostBricks) + " bricks along the volume");
   for (across_ = 1; across_ < bricks;) across_ *= 2;
+  // A point beyond the volume on each side.
+  for (int axis = 0; axis < 3; ++axis) points_[axis] = int(std::ceil(volume_world_m.sizes()[axis] / cell_m_)) + 2;
   corner_world_m_ = volume_world_m.min() - Vector3d::Constant(cell_m_);
   find_bricks(query);
   WorkerPool& pool = query.hull().pool();

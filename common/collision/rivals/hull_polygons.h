@@ -58,6 +58,7 @@ class HullPolygons {
   double cell_m_;
   Eigen::Vector3d corner_world_m_;
   int across_ = 0;  // bricks along an axis, a power of two
+  Cell points_{};   // grid points of the volume along each axis; those beyond, and the first, are outside by definition
   std::vector<Brick> bricks_;
   Cell index_least_{}, index_size_{};
   std::vector<int> index_;  // of bricks, or kFree, kSolid
