@@ -298,7 +298,7 @@ TEST(CollisionScenes, FullHasEveryTriangleAcrossTheBorder) {
 TEST(CollisionScenes, ThinHasFingersOfTwoMillimetresAndTrianglesOfTwoCentimetres) {
   const CollisionScene scene = collision_bench::thin();
   for (const Capsule& c : scene.real_objects) EXPECT_EQ(c.radius_m, 0.001);
-  for (const Triangle& t : scene.objects_world_m[0]) EXPECT_NEAR((t[1] - t[0]).norm(), 0.02, 1e-9);
+  for (const Triangle& t : scene.objects_world_m[0]) EXPECT_NEAR((t[1] - t[0]).cross(t[2] - t[0]).norm(), 0.02 * 0.02, 1e-12);
   EXPECT_GE(true_counts(scene).crossing_border, scene.real_objects.size());
 }
 
@@ -333,7 +333,14 @@ TEST(SampledTruth, KnowsDepthAndJudges) {
   auto wrong = wrong_of(said, truth, scene);
   EXPECT_EQ(wrong.missed, 1u);
   EXPECT_EQ(wrong.deepest_missed_m, truth[0][0].deepest_m);
+  EXPECT_EQ(wrong.missed_inside, 0u);
   EXPECT_EQ(wrong.invented, 1u);
+  said[0].triangles = {0};
+  wrong = wrong_of(said, truth, scene);
+  EXPECT_EQ(wrong.missed_inside, 1u);
+  EXPECT_EQ(wrong.deepest_missed_border_m, 0);
+  EXPECT_EQ(wrong.deepest_missed_m, truth[0][1].deepest_m);
+  said[0].triangles = {1, 2};
   said[0].touching = {0};
   said[0].points = {{Vector3d::Zero(), 2}};  // in the hull: the truth may have been too coarse
   wrong = wrong_of(said, truth, scene);

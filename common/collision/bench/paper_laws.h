@@ -10,6 +10,7 @@ namespace fivepipe::collision_bench {
 
 struct CostFit {
   double ns_per_transform = 0, ns_per_fill = 0, ns_per_read = 0;  // none below 0
+  double ns_per_point = 0, fixed_ms = 0;                          // terms that the paper has not: points confirmed in double; of each query
   double median_off = 0, worst_off = 0;                           // residual, relative to the measurement
   int measurements = 0;
 };
@@ -28,7 +29,7 @@ struct AccuracyFit {
   std::vector<Viewport> viewports;
 };
 struct PaperLaws {
-  CostFit cost;
+  CostFit cost, extended_cost;  // by the paper's terms; with ours
   ResponseFit response_by_area, response_by_lines;
   AccuracyFit accuracy;
 };

@@ -128,7 +128,9 @@ Wrong wrong_of(const std::vector<ObjectCollision>& said, const Truth& truth, con
       if (!t.known) continue;
       if (t.crosses && !colliding[i] && !touching[i]) {
         ++wrong.missed;
+        wrong.missed_inside += !t.leaves;
         wrong.deepest_missed_m = std::max(wrong.deepest_missed_m, t.deepest_m);
+        if (t.leaves) wrong.deepest_missed_border_m = std::max(wrong.deepest_missed_border_m, t.deepest_m);
       }
       wrong.invented += !t.crosses && colliding[i] && !proven[i];
     }

@@ -31,7 +31,8 @@ TruthCounts counts_of(const Truth& truth);
 // What a method said wrongly. Of known triangles.
 struct Wrong {
   std::size_t missed = 0;       // crosses, and the method says free
-  double deepest_missed_m = 0;
+  std::size_t missed_inside = 0;  // of those, wholly in the hull: what surfaces against surfaces can't find
+  double deepest_missed_m = 0, deepest_missed_border_m = 0;  // of all those; of those that cross the border
   std::size_t invented = 0;     // the method says colliding, truth says no, and none of its points there is in_hull(). 
   std::size_t touching = 0;     // neither said
 };
