@@ -38,11 +38,12 @@ std::vector<Triangle> random_triangles(test::Random& random, int count) {
   for (int i = 0; i < count; ++i) {
     const Vector3d middle = test::random_in_ball(random, 0.4);
     const double size_m = std::pow(10, test::uniform(random, -3, 0.7));  // up to 5 m: behind cameras too
-    triangles.push_back({middle + test::random_in_ball(random, size_m), middle + test::random_in_ball(random, size_m), middle + test::random_in_ball(random, size_m)});
+    triangles.push_back({middle + test::random_in_ball(random, size_m), middle + test::random_in_ball(random, size_m),
+                         middle + test::random_in_ball(random, size_m)});
   }
-  triangles[0][1] = triangles[0][0];                                    // degenerate
-  triangles[1][2] = 0.5 * (triangles[1][0] + triangles[1][1]);          // collinear
-  triangles[2] = {triangles[2][0], triangles[2][0], triangles[2][0]};   // a point
+  triangles[0][1] = triangles[0][0];  // degenerate
+  triangles[1][2] = 0.5 * (triangles[1][0] + triangles[1][1]);  // collinear
+  triangles[2] = {triangles[2][0], triangles[2][0], triangles[2][0]};  // a point
   return triangles;
 }
 
@@ -253,7 +254,8 @@ TEST(CollisionScenes, Curtain720IsThePapersWithAHandPressedThroughIt) {
   // The curtain hangs in y = 0; the real hand itself is on both sides of it.
   double beyond_m = 0, before_m = 0;
   for (const Capsule& c : scene.real_objects)
-    for (const Vector3d* end : {&c.a_world_m, &c.b_world_m}) beyond_m = std::max(beyond_m, end->y() + c.radius_m), before_m = std::min(before_m, end->y() - c.radius_m);
+    for (const Vector3d* end : {&c.a_world_m, &c.b_world_m})
+      beyond_m = std::max(beyond_m, end->y() + c.radius_m), before_m = std::min(before_m, end->y() - c.radius_m);
   EXPECT_GE(beyond_m, 0.05);
   EXPECT_LT(before_m, 0);
 }
@@ -263,7 +265,8 @@ TEST(CollisionScenes, BlocksAreADozenOfWhichSomeAreTouched) {
   ASSERT_EQ(scene.objects.size(), 12u);
   WorkerPool pool(1);
   int touched = 0;
-  for (const auto& object : sampled_truth(scene, 100000, pool)) touched += std::any_of(object.begin(), object.end(), [](const auto& t) { return t.crosses; });
+  for (const auto& object : sampled_truth(scene, 100000, pool))
+    touched += std::any_of(object.begin(), object.end(), [](const auto& t) { return t.crosses; });
   EXPECT_GE(touched, 3);
   EXPECT_LE(touched, 9);
 }

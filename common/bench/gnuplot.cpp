@@ -26,7 +26,8 @@ void Plots::add(const std::string& settings, const Series& series) {
 bool Plots::draw() const {
   const std::string terminal = file_.extension() == ".svg" ? "svg size 1500,1000 background 'white'" : "pngcairo size 1500,1000";
   write_file(beside(".dat"), blocks_.str());
-  write_file(beside(".gp"), "set terminal " + terminal + "\nset output '" + file_.filename().string() + "'\nset grid\nset multiplot layout 2,2\n" + text_.str() + "unset multiplot\n");
+  write_file(beside(".gp"), "set terminal " + terminal + "\nset output '" + file_.filename().string() + "'\nset grid\nset multiplot layout 2,2\n" +
+                                text_.str() + "unset multiplot\n");
   const std::filesystem::path folder = file_.has_parent_path() ? file_.parent_path() : ".";
   return std::system(("cd '" + folder.string() + "' && gnuplot '" + beside(".gp").filename().string() + "' >/dev/null 2>&1").c_str()) == 0;
 }

@@ -35,8 +35,9 @@ std::string machine_line(const std::string& renderer) {
 
 std::string suite_json(const std::string& suite, const std::string& renderer, const std::vector<std::string>& results, const std::string& more) {
   std::ostringstream out;
-  out << "{\"suite\": " << quoted(suite) << ", \"commit\": " << quoted(commit()) << ",\n \"machine\": {\"cpu\": " << quoted(cpu_name()) << ", \"cores\": " << std::thread::hardware_concurrency()
-      << ", \"gl_renderer\": " << quoted(renderer) << ", \"build_type\": " << quoted(build_type()) << "},\n \"results\": [";
+  out << "{\"suite\": " << quoted(suite) << ", \"commit\": " << quoted(commit()) << ",\n \"machine\": {\"cpu\": " << quoted(cpu_name())
+      << ", \"cores\": " << std::thread::hardware_concurrency() << ", \"gl_renderer\": " << quoted(renderer)
+      << ", \"build_type\": " << quoted(build_type()) << "},\n \"results\": [";
   for (const std::string& result : results) out << (&result == results.data() ? "\n" : ",\n") << result;
   out << "\n ]" << more << "}\n";
   return out.str();
@@ -44,8 +45,8 @@ std::string suite_json(const std::string& suite, const std::string& renderer, co
 
 std::string times_json(const std::vector<double>& time_ms) {
   std::ostringstream out;
-  out << "{\"best\": " << percentile(time_ms, 0) << ", \"median\": " << percentile(time_ms, 0.5) << ", \"p95\": " << percentile(time_ms, 0.95) << ", \"p99\": " << percentile(time_ms, 0.99)
-      << ", \"runs\": " << time_ms.size() << "}";
+  out << "{\"best\": " << percentile(time_ms, 0) << ", \"median\": " << percentile(time_ms, 0.5) << ", \"p95\": " << percentile(time_ms, 0.95)
+      << ", \"p99\": " << percentile(time_ms, 0.99) << ", \"runs\": " << time_ms.size() << "}";
   return out.str();
 }
 

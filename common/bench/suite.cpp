@@ -32,7 +32,8 @@ Args parsed(int argc, char** argv) {
 }  // namespace
 
 int run_suite(const std::string& name, const char* help, int argc, char** argv, const std::function<void(const Args&)>& run) {
-  if (std::any_of(argv + 1, argv + argc, [](const std::string& word) { return word == "--help" || word == "-h"; })) return std::fputs(help, stdout), 0;
+  if (std::any_of(argv + 1, argv + argc, [](const std::string& word) { return word == "--help" || word == "-h"; }))
+    return std::fputs(help, stdout), 0;
   Args args;
   try {
     args = parsed(argc, argv);

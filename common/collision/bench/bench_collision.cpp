@@ -70,8 +70,10 @@ std::vector<Result> measure(const CollisionScene& scene, const std::vector<Metho
 
 void describe(const CollisionScene& scene, const TruthCounts& counts) {
   const double all = double(counts.triangles);
-  std::printf("%-10s %zu objects, %zu triangles, %zu cameras; %.2f %% of the triangles cross the hull's border, %.2f %% have a point in the hull, %.2f %% are within %g mm of it\n", scene.name.c_str(), scene.objects.size(),
-              counts.triangles, scene.silhouettes.size(), 100 * double(counts.crossing_border) / all, 100 * double(counts.crossing) / all, 100 * double(counts.near) / all, 1000 * kNear_m);
+  std::printf(
+      "%-10s %zu objects, %zu triangles, %zu cameras; %.2f %% of the triangles cross the hull's border, %.2f %% have a point in the hull, %.2f %% are within %g mm of it\n",
+      scene.name.c_str(), scene.objects.size(), counts.triangles, scene.silhouettes.size(), 100 * double(counts.crossing_border) / all,
+      100 * double(counts.crossing) / all, 100 * double(counts.near) / all, 1000 * kNear_m);
 }
 
 class Suite {
@@ -95,7 +97,8 @@ class Suite {
     std::optional<PaperLaws> laws;
     if (std::string("laws").find(args_.only) != std::string::npos) print(laws.emplace(fit_paper_laws(args_.quick)));
     if (!args_.json_file.empty()) bench::write_file(args_.json_file, json(laws));
-    if (!args_.plot_file.empty() && !plot(results_, args_.plot_file)) std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n", args_.plot_file.c_str());
+    if (!args_.plot_file.empty() && !plot(results_, args_.plot_file))
+      std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n", args_.plot_file.c_str());
   }
 
  private:

@@ -37,7 +37,8 @@ Method brute_method(int across, int threads) {
     rivals::BruteForce brute;
     State(int n, int across_) : pool(n), brute(across_) {}
   };
-  return {"brute", std::to_string(across) + "x" + std::to_string(across), threads, [state = std::make_shared<State>(threads, across)](const CollisionScene& scene) {
+  return {"brute", std::to_string(across) + "x" + std::to_string(across), threads,
+          [state = std::make_shared<State>(threads, across)](const CollisionScene& scene) {
             Answer answer;
             answer.times.maps_ms = timed_ms([&] { state->brute.set_silhouettes(scene.silhouettes); });
             answer.times.query_ms = timed_ms([&] { answer.objects = state->brute.detect(scene.objects_world_m, state->pool); });
@@ -104,7 +105,10 @@ Method fcl_method(double cell_mm, int threads) {
             const double tree_ms = timed_ms([&] { state->fcl->set_hull(*surface); });
             answer.times.build_ms = polygonise_ms + tree_ms;
             answer.times.query_ms = timed_ms([&] { answer.objects = state->query(scene); });
-            answer.counts = {{"hull_triangles", double(surface->triangles.size())}, {"hull_points_asked", double(state->polygons.points_asked())}, {"polygonise_ms", polygonise_ms}, {"tree_ms", tree_ms}};
+            answer.counts = {{"hull_triangles", double(surface->triangles.size())},
+                             {"hull_points_asked", double(state->polygons.points_asked())},
+                             {"polygonise_ms", polygonise_ms},
+                             {"tree_ms", tree_ms}};
             return answer;
           }};
 }

@@ -75,7 +75,8 @@ std::vector<Measurement> measured_cost(const CollisionScene& scene, bool quick) 
         std::size_t points = 0;
         const double ms = best_ms(quick ? 2 : 9, [&] { points = query.query(triangles).points.size(); });
         const double rows = std::ceil(double(m) / (kWindow_px / viewport_px)), nm = double(cameras * m);
-        measured.push_back({Eigen::Vector<double, 5>(nm, 0.5 * nm * viewport_px * viewport_px, rows * viewport_px * kWindow_px, double(points), 1), ms});
+        measured.push_back(
+            {Eigen::Vector<double, 5>(nm, 0.5 * nm * viewport_px * viewport_px, rows * viewport_px * kWindow_px, double(points), 1), ms});
       }
     }
   }
@@ -88,7 +89,8 @@ CostFit fit_cost(std::vector<Measurement> measured, Eigen::Index terms) {
   Eigen::VectorXd all = Eigen::VectorXd::Zero(5);
   all.head(terms) = x;
   const auto off = residuals(measured, x);
-  return {1e6 * all[0], 1e6 * all[1], 1e6 * all[2], 1e6 * all[3], all[4], bench::percentile(off, 0.5), bench::percentile(off, 1), int(measured.size())};
+  return {1e6 * all[0],        1e6 * all[1], 1e6 * all[2], 1e6 * all[3], all[4], bench::percentile(off, 0.5), bench::percentile(off, 1),
+          int(measured.size())};
 }
 
 // A block that the hand is in, at several windows and cameras; by_area: terms x x n, else x n.
@@ -130,7 +132,7 @@ std::vector<Triangle> pierced_triangles(int count) {
 }
 
 struct Section {
-  double width_m;    // of a disc of its area
+  double width_m;  // of a disc of its area
   double spacing_m;  // at a viewport of one pixel: sqrt(x y)
 };
 
@@ -144,8 +146,10 @@ std::vector<Section> sections_of(const std::vector<Triangle>& triangles, std::sp
   for (const CollisionPoint& p : found[0].points) ++samples[p.triangle];
   std::vector<Section> sections;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const double base_m = (triangles[i][1] - triangles[i][0]).norm(), area_m2 = 0.5 * (triangles[i][1] - triangles[i][0]).cross(triangles[i][2] - triangles[i][0]).norm();
-    sections.push_back({std::sqrt(4 / std::numbers::pi * area_m2 * samples[i] / (0.5 * kAcross * kAcross)), std::sqrt(base_m * 2 * area_m2 / base_m)});
+    const double base_m = (triangles[i][1] - triangles[i][0]).norm(),
+                 area_m2 = 0.5 * (triangles[i][1] - triangles[i][0]).cross(triangles[i][2] - triangles[i][0]).norm();
+    sections.push_back(
+        {std::sqrt(4 / std::numbers::pi * area_m2 * samples[i] / (0.5 * kAcross * kAcross)), std::sqrt(base_m * 2 * area_m2 / base_m)});
   }
   return sections;
 }
@@ -202,34 +206,45 @@ PaperLaws fit_paper_laws(bool quick) {
 }
 
 void print(const PaperLaws& laws) {
-  std::printf("\nThe paper's cost model, fitted to its backend here (n cameras, m triangles, viewports u x u, %d measurements):\n", laws.cost.measurements);
+  std::printf("\nThe paper's cost model, fitted to its backend here (n cameras, m triangles, viewports u x u, %d measurements):\n",
+              laws.cost.measurements);
   for (const CostFit* c : {&laws.cost, &laws.extended_cost})
-    std::printf("  %.1f ns n m + %.3f ns n m u u / 2 + %.3f ns a pixel read back + %.1f ns a point confirmed + %.3f ms; off by %.0f %% (median), %.0f %% (worst)%s\n", c->ns_per_transform, c->ns_per_fill, c->ns_per_read,
-                c->ns_per_point, c->fixed_ms, 100 * c->median_off, 100 * c->worst_off, c == &laws.cost ? ": the paper's terms alone" : "");
-  std::printf("  response, as the paper has it: %.3f ms + %.4f ns x y n, off by %.0f %% (worst); as ours samples, by lines: %.3f ms + %.2f ns x n, off by %.0f %%\n", laws.response_by_area.fixed_ms,
-              laws.response_by_area.ns_per_unit, 100 * laws.response_by_area.worst_off, laws.response_by_lines.fixed_ms, laws.response_by_lines.ns_per_unit, 100 * laws.response_by_lines.worst_off);
-  std::printf("The paper's accuracy law, extent / u: sections of the hull are found from %.2f sqrt(x y) / u wide on; single viewports are off by %.0f %% at most:\n", laws.accuracy.found_from, 100 * laws.accuracy.worst_off);
+    std::printf(
+        "  %.1f ns n m + %.3f ns n m u u / 2 + %.3f ns a pixel read back + %.1f ns a point confirmed + %.3f ms; off by %.0f %% (median), %.0f %% (worst)%s\n",
+        c->ns_per_transform, c->ns_per_fill, c->ns_per_read, c->ns_per_point, c->fixed_ms, 100 * c->median_off, 100 * c->worst_off,
+        c == &laws.cost ? ": the paper's terms alone" : "");
+  std::printf(
+      "  response, as the paper has it: %.3f ms + %.4f ns x y n, off by %.0f %% (worst); as ours samples, by lines: %.3f ms + %.2f ns x n, off by %.0f %%\n",
+      laws.response_by_area.fixed_ms, laws.response_by_area.ns_per_unit, 100 * laws.response_by_area.worst_off, laws.response_by_lines.fixed_ms,
+      laws.response_by_lines.ns_per_unit, 100 * laws.response_by_lines.worst_off);
+  std::printf(
+      "The paper's accuracy law, extent / u: sections of the hull are found from %.2f sqrt(x y) / u wide on; single viewports are off by %.0f %% at most:\n",
+      laws.accuracy.found_from, 100 * laws.accuracy.worst_off);
   for (const auto& v : laws.accuracy.viewports)
-    std::printf("  %2dx%-2d found from %.2f spacings; the widest missed %.2f; %d missed, %d found\n", v.px, v.px, v.found_from, v.widest_missed, v.missed, v.found);
+    std::printf("  %2dx%-2d found from %.2f spacings; the widest missed %.2f; %d missed, %d found\n", v.px, v.px, v.found_from, v.widest_missed,
+                v.missed, v.found);
 }
 
 std::string json_of(const PaperLaws& laws) {
   std::ostringstream out;
   const auto cost = [&](const char* sep, const char* name, const CostFit& c) {
-    out << sep << quoted(name) << ": {\"ns_per_transform\": " << c.ns_per_transform << ", \"ns_per_fill\": " << c.ns_per_fill << ", \"ns_per_read\": " << c.ns_per_read << ", \"ns_per_point\": " << c.ns_per_point
-        << ", \"fixed_ms\": " << c.fixed_ms << ", \"median_off\": " << c.median_off << ", \"worst_off\": " << c.worst_off << ", \"measurements\": " << c.measurements << "}";
+    out << sep << quoted(name) << ": {\"ns_per_transform\": " << c.ns_per_transform << ", \"ns_per_fill\": " << c.ns_per_fill
+        << ", \"ns_per_read\": " << c.ns_per_read << ", \"ns_per_point\": " << c.ns_per_point << ", \"fixed_ms\": " << c.fixed_ms
+        << ", \"median_off\": " << c.median_off << ", \"worst_off\": " << c.worst_off << ", \"measurements\": " << c.measurements << "}";
   };
   cost("{", "cost", laws.cost);
   cost(", ", "extended_cost", laws.extended_cost);
   const auto response = [&](const char* name, const ResponseFit& r) {
-    out << ", \"" << name << "\": {\"fixed_ms\": " << r.fixed_ms << ", \"ns_per_unit\": " << r.ns_per_unit << ", \"worst_off\": " << r.worst_off << "}";
+    out << ", \"" << name << "\": {\"fixed_ms\": " << r.fixed_ms << ", \"ns_per_unit\": " << r.ns_per_unit << ", \"worst_off\": " << r.worst_off
+        << "}";
   };
   response("response_by_area", laws.response_by_area);
   response("response_by_lines", laws.response_by_lines);
   out << ", \"accuracy\": {\"found_from\": " << laws.accuracy.found_from << ", \"worst_off\": " << laws.accuracy.worst_off << ", \"viewports\": [";
   for (std::size_t i = 0; i < laws.accuracy.viewports.size(); ++i) {
     const auto& v = laws.accuracy.viewports[i];
-    out << (i ? ", " : "") << "{\"px\": " << v.px << ", \"found_from\": " << v.found_from << ", \"widest_missed\": " << v.widest_missed << ", \"missed\": " << v.missed << ", \"found\": " << v.found << "}";
+    out << (i ? ", " : "") << "{\"px\": " << v.px << ", \"found_from\": " << v.found_from << ", \"widest_missed\": " << v.widest_missed
+        << ", \"missed\": " << v.missed << ", \"found\": " << v.found << "}";
   }
   out << "]}}";
   return out.str();

@@ -10,8 +10,8 @@ namespace fivepipe::collision_bench {
 
 struct CostFit {
   double ns_per_transform = 0, ns_per_fill = 0, ns_per_read = 0;  // none below 0
-  double ns_per_point = 0, fixed_ms = 0;                          // terms that the paper has not: points confirmed in double; of each query
-  double median_off = 0, worst_off = 0;                           // residual, relative to the measurement
+  double ns_per_point = 0, fixed_ms = 0;  // terms that the paper has not: points confirmed in double; of each query
+  double median_off = 0, worst_off = 0;  // residual, relative to the measurement
   int measurements = 0;
 };
 struct ResponseFit {  // ms = fixed + per_pixel * x y n; and by lines, as our response samples: fixed + per_sample * x n

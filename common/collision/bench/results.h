@@ -15,11 +15,11 @@ struct Result {
   std::vector<double> maps_ms, build_ms, query_ms, own_ms, total_ms;  // of each run; own: build and query; total: maps too
   TruthCounts truth;
   Wrong wrong;
-  std::size_t colliding = 0, points = 0;    // said
-  std::map<std::string, double> counts;     // the method's own
-  std::string name() const;                 // "paper10/curtain720/400/1"
-  double triangles_per_s() const;           // of the scene, by the best own time
-  double contacting_per_s() const;          // of those that truly cross alone
+  std::size_t colliding = 0, points = 0;  // said
+  std::map<std::string, double> counts;  // the method's own
+  std::string name() const;  // "paper10/curtain720/400/1"
+  double triangles_per_s() const;  // of the scene, by the best own time
+  double contacting_per_s() const;  // of those that truly cross alone
 };
 
 void print(const std::vector<Result>& results);

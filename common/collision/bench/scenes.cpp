@@ -29,9 +29,12 @@ std::vector<Capsule> hand_at(const Vector3d& p_world_m, const Eigen::Quaterniond
 SceneObject rigid(Mesh mesh, const Isometry3d& pose) { return {std::move(mesh), pose, false}; }
 Isometry3d at(double x_m, double y_m, double z_m) { return Isometry3d(Translation3d(x_m, y_m, z_m)); }
 // A curtain laid down: its width along x, its height along y, its folds along z; centred.
-Isometry3d laid(double height_m, double z_m) { return Translation3d(0, -0.5 * height_m, z_m) * Isometry3d(AngleAxisd(90 * kRadians, Vector3d::UnitX())); }
+Isometry3d laid(double height_m, double z_m) {
+  return Translation3d(0, -0.5 * height_m, z_m) * Isometry3d(AngleAxisd(90 * kRadians, Vector3d::UnitX()));
+}
 
-CollisionScene scene_of(const std::string& name, std::vector<Capsule> real_objects, const std::vector<Camera>& cameras, std::vector<SceneObject> objects) {
+CollisionScene scene_of(const std::string& name, std::vector<Capsule> real_objects, const std::vector<Camera>& cameras,
+                        std::vector<SceneObject> objects) {
   CollisionScene scene{name, std::move(real_objects), {}, std::move(objects), {}, {Vector3d(-1, -1, -0.4), Vector3d(1, 1, 1.2)}};
   for (const Camera& camera : cameras) scene.silhouettes.push_back({camera, true_object_pixels(scene.real_objects, camera, PixelRule::touched)});
   for (const SceneObject& object : scene.objects) scene.objects_world_m.push_back(world_triangles(object.mesh, object.world_from_mesh));
@@ -48,7 +51,9 @@ std::size_t CollisionScene::triangles() const {
 
 std::vector<Camera> paper_cameras() {
   const Pinhole k = pinhole_from_fov(720, 486, 58 * kRadians);
-  return {{k, look_at({-2.05, 0.5, 1.5}, {0.0, 0.0, 0.3})}, {k, look_at({0.35, 2.05, 1.3}, {0.0, 0.0, 0.38})}, {k, look_at({2.0, -0.85, 1.5}, {0.0, 0.0, 0.28})}};
+  return {{k, look_at({-2.05, 0.5, 1.5}, {0.0, 0.0, 0.3})},
+          {k, look_at({0.35, 2.05, 1.3}, {0.0, 0.0, 0.38})},
+          {k, look_at({2.0, -0.85, 1.5}, {0.0, 0.0, 0.28})}};
 }
 
 std::vector<Camera> table_cameras() {
@@ -61,21 +66,26 @@ std::vector<Camera> table_cameras() {
 
 CollisionScene curtain720() {
   // The back of the hand leads; up along the curtain and a little across.
-  const Eigen::Quaterniond rotation = AngleAxisd(60 * kRadians, -Vector3d::UnitY()) * Eigen::Quaterniond(AngleAxisd(90 * kRadians, Vector3d::UnitX()));
-  return scene_of("curtain720", hand_at({0.02, 0.03, 0.35}, rotation), paper_cameras(), {{curtain_mesh(0.6, 0.6, 20, 18, 0.015, 4), at(0, 0, 0.62), true}});
+  const Eigen::Quaterniond rotation =
+      AngleAxisd(60 * kRadians, -Vector3d::UnitY()) * Eigen::Quaterniond(AngleAxisd(90 * kRadians, Vector3d::UnitX()));
+  return scene_of("curtain720", hand_at({0.02, 0.03, 0.35}, rotation), paper_cameras(),
+                  {{curtain_mesh(0.6, 0.6, 20, 18, 0.015, 4), at(0, 0, 0.62), true}});
 }
 
 CollisionScene blocks() {
   std::vector<SceneObject> objects;
   for (int i = 0; i < 12; ++i) {
     const Vector3d size_m(0.06 + 0.02 * (i % 3), 0.05 + 0.015 * (i % 4), 0.04 + 0.03 * (i % 3));
-    objects.push_back(rigid(box_mesh(size_m), at(-0.2 + 0.13 * (i % 4), -0.13 + 0.12 * (i / 4), 0.5 * size_m.z()) * AngleAxisd(0.5 * i, Vector3d::UnitZ())));
+    objects.push_back(
+        rigid(box_mesh(size_m), at(-0.2 + 0.13 * (i % 4), -0.13 + 0.12 * (i / 4), 0.5 * size_m.z()) * AngleAxisd(0.5 * i, Vector3d::UnitZ())));
   }
-  return scene_of("blocks", hand_at({0.0, -0.02, 0.06}, Eigen::Quaterniond(AngleAxisd(20 * kRadians, Vector3d::UnitZ()))), table_cameras(), std::move(objects));
+  return scene_of("blocks", hand_at({0.0, -0.02, 0.06}, Eigen::Quaterniond(AngleAxisd(20 * kRadians, Vector3d::UnitZ()))), table_cameras(),
+                  std::move(objects));
 }
 
 CollisionScene payload() {
-  const Eigen::Quaterniond rotation = AngleAxisd(100 * kRadians, Vector3d::UnitZ()) * Eigen::Quaterniond(AngleAxisd(15 * kRadians, Vector3d::UnitY()));
+  const Eigen::Quaterniond rotation =
+      AngleAxisd(100 * kRadians, Vector3d::UnitZ()) * Eigen::Quaterniond(AngleAxisd(15 * kRadians, Vector3d::UnitY()));
   return scene_of("payload", hand_at({0.13, -0.14, 0.2}, rotation), table_cameras(), {rigid(payload_mesh(50000), at(0, 0, 0))});
 }
 
@@ -113,8 +123,11 @@ std::vector<CollisionScene> synthetic_scenes() { return {curtain720(), blocks(),
 
 CollisionScene real_scene(const std::filesystem::path& folder) {
   const bench::HullScene maps = bench::real_scene(folder);
-  if (maps.name != "seated4cam") throw std::runtime_error(folder.string() + ": no chairs and table stand in maps of this name; they do in seated4cam");
-  CollisionScene scene = scene_of("real", {}, {}, {rigid(chair_mesh(), at(0.35, 0.45, 0)), rigid(chair_mesh(), at(1.1, 0.5, 0)), rigid(table_mesh(1.2, 0.7, 0.72), at(0.35, -0.1, 0))});
+  if (maps.name != "seated4cam")
+    throw std::runtime_error(folder.string() + ": no chairs and table stand in maps of this name; they do in seated4cam");
+  CollisionScene scene =
+      scene_of("real", {}, {},
+               {rigid(chair_mesh(), at(0.35, 0.45, 0)), rigid(chair_mesh(), at(1.1, 0.5, 0)), rigid(table_mesh(1.2, 0.7, 0.72), at(0.35, -0.1, 0))});
   scene.silhouettes = maps.silhouettes;
   scene.volume_world_m = maps.volume_world_m;
   return scene;

@@ -21,7 +21,7 @@ struct CollisionScene {
   std::vector<Silhouette> silhouettes;
   std::vector<SceneObject> objects;
   std::vector<std::vector<Triangle>> objects_world_m;  // the same, as triangles
-  Eigen::AlignedBox3d volume_world_m;                  // holds the hull: for methods that need to know
+  Eigen::AlignedBox3d volume_world_m;  // holds the hull: for methods that need to know
   std::size_t triangles() const;
 };
 

@@ -25,7 +25,8 @@ struct Ball {
 // About the middle of the longest edge or the centroid, whichever is smaller.
 Ball ball_around(const Triangle& t) {
   Ball smallest{{}, std::numeric_limits<double>::infinity()};
-  for (const Vector3d& c : {Vector3d((t[0] + t[1] + t[2]) / 3), Vector3d(0.5 * (t[0] + t[1])), Vector3d(0.5 * (t[1] + t[2])), Vector3d(0.5 * (t[2] + t[0]))}) {
+  for (const Vector3d& c :
+       {Vector3d((t[0] + t[1] + t[2]) / 3), Vector3d(0.5 * (t[0] + t[1])), Vector3d(0.5 * (t[1] + t[2])), Vector3d(0.5 * (t[2] + t[0]))}) {
     const double radius_m = std::max({(t[0] - c).norm(), (t[1] - c).norm(), (t[2] - c).norm()});
     if (radius_m < smallest.radius_m) smallest = {c, radius_m};
   }

@@ -29,7 +29,8 @@ std::vector<TriangleSample> triangle_samples(const TriangleView& view, int acros
 }
 
 Vector3d point_at(const TriangleView& view, const TriangleSample& sample) {
-  return view.base0_world_m + double(sample.base) * (view.base1_world_m - view.base0_world_m) + double(sample.side) * (view.apex_world_m - view.base0_world_m);
+  return view.base0_world_m + double(sample.base) * (view.base1_world_m - view.base0_world_m) +
+         double(sample.side) * (view.apex_world_m - view.base0_world_m);
 }
 
 struct BruteForce::Thread {
@@ -72,12 +73,16 @@ bool BruteForce::set_up(const TriangleView& view, Thread& thread) const {
                                 map.pixel_from_world * view.apex_world_m.homogeneous()};
     const bool in_front = corners[0].z() > 0 && corners[1].z() > 0 && corners[2].z() > 0;
     const auto all = [&](const auto& beside) { return beside(corners[0]) && beside(corners[1]) && beside(corners[2]); };
-    if (in_front && (all([&](const Vector3d& c) { return c.x() < (map.bounds.u0_px - kBeside_px) * c.z(); }) || all([&](const Vector3d& c) { return c.x() > (map.bounds.u1_px + kBeside_px) * c.z(); }) ||
-                     all([&](const Vector3d& c) { return c.y() < (map.bounds.v0_px - kBeside_px) * c.z(); }) || all([&](const Vector3d& c) { return c.y() > (map.bounds.v1_px + kBeside_px) * c.z(); })))
+    if (in_front && (all([&](const Vector3d& c) { return c.x() < (map.bounds.u0_px - kBeside_px) * c.z(); }) ||
+                     all([&](const Vector3d& c) { return c.x() > (map.bounds.u1_px + kBeside_px) * c.z(); }) ||
+                     all([&](const Vector3d& c) { return c.y() < (map.bounds.v0_px - kBeside_px) * c.z(); }) ||
+                     all([&](const Vector3d& c) { return c.y() > (map.bounds.v1_px + kBeside_px) * c.z(); })))
       return false;
     // The reference pixel lies in the bounds, so that its bit is one of the map's.
-    const double u_px = in_front ? std::clamp(std::floor(corners[0].x() / corners[0].z()), double(map.bounds.u0_px), double(map.bounds.u1_px)) : map.bounds.u0_px;
-    const double v_px = in_front ? std::clamp(std::floor(corners[0].y() / corners[0].z()), double(map.bounds.v0_px), double(map.bounds.v1_px)) : map.bounds.v0_px;
+    const double u_px =
+        in_front ? std::clamp(std::floor(corners[0].x() / corners[0].z()), double(map.bounds.u0_px), double(map.bounds.u1_px)) : map.bounds.u0_px;
+    const double v_px =
+        in_front ? std::clamp(std::floor(corners[0].y() / corners[0].z()), double(map.bounds.v0_px), double(map.bounds.v1_px)) : map.bounds.v0_px;
     SampledMap m;
     const auto relative = [&](const Vector3d& c) { return Vector3d(c.x() - u_px * c.z(), c.y() - v_px * c.z(), c.z()); };
     const Vector3d of_1 = relative(corners[0]), of_base = relative(corners[1]) - of_1, of_side = relative(corners[2]) - of_1;
@@ -112,7 +117,8 @@ void BruteForce::query(std::span<const Triangle> triangles, Piece& piece, Thread
     for (std::size_t n = 0; n < count; ++n) {
       if (thread.verdicts[n] == InHull::no) continue;
       const TriangleSample sample{thread.base[n], thread.side[n]};
-      if (thread.verdicts[n] == InHull::yes || in_hull(silhouettes_, point_at(view, sample))) piece.hits.push_back({sample, std::uint32_t(piece.first + i)});
+      if (thread.verdicts[n] == InHull::yes || in_hull(silhouettes_, point_at(view, sample)))
+        piece.hits.push_back({sample, std::uint32_t(piece.first + i)});
     }
   }
 }

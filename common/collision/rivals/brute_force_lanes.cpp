@@ -43,13 +43,20 @@ void in_hull(std::span<const SampledMap> maps, const float* base, const float* s
     const V b = hn::LoadU(d, base + first), s = hn::LoadU(d, side + first);
     auto in = hn::FirstN(d, count - first), unsettled = hn::Lt(zero, zero);
     for (const SampledMap& m : maps) {
-      const auto at = [&](int i) { return hn::Add(hn::Set(d, m.of_1[i]), hn::Add(hn::Mul(b, hn::Set(d, m.of_base[i])), hn::Mul(s, hn::Set(d, m.of_side[i])))); };
+      const auto at = [&](int i) {
+        return hn::Add(hn::Set(d, m.of_1[i]), hn::Add(hn::Mul(b, hn::Set(d, m.of_base[i])), hn::Mul(s, hn::Set(d, m.of_side[i]))));
+      };
       const V w = at(2), per_w = hn::Div(one, w);
       const auto far = hn::Gt(w, hn::Set(d, kLeastDepth * m.size[2]));
       // Position on one axis, and how far it may be off [px].
-      const auto error = [&](V px, int i) { return hn::Mul(hn::Set(d, kRoundings), hn::Add(hn::Mul(hn::Add(hn::Set(d, m.size[i]), hn::Mul(hn::Abs(px), hn::Set(d, m.size[2]))), per_w), hn::Abs(px))); };
+      const auto error = [&](V px, int i) {
+        return hn::Mul(hn::Set(d, kRoundings),
+                       hn::Add(hn::Mul(hn::Add(hn::Set(d, m.size[i]), hn::Mul(hn::Abs(px), hn::Set(d, m.size[2]))), per_w), hn::Abs(px)));
+      };
       const V u = hn::Mul(at(0), per_w), v = hn::Mul(at(1), per_w), eu = error(u, 0), ev = error(v, 1);
-      const auto beyond = [&](V px, V e, float low, float high) { return hn::Or(hn::Lt(hn::Add(px, e), hn::Set(d, low)), hn::Gt(hn::Sub(px, e), hn::Set(d, high))); };
+      const auto beyond = [&](V px, V e, float low, float high) {
+        return hn::Or(hn::Lt(hn::Add(px, e), hn::Set(d, low)), hn::Gt(hn::Sub(px, e), hn::Set(d, high)));
+      };
       const auto out = hn::And(far, hn::Or(beyond(u, eu, m.u0_px, m.u1_px), beyond(v, ev, m.v0_px, m.v1_px)));
       in = hn::AndNot(out, in);
       if (hn::AllFalse(d, in)) break;
@@ -60,7 +67,8 @@ void in_hull(std::span<const SampledMap> maps, const float* base, const float* s
       in = hn::And(in, certain);
       if (hn::AllFalse(d, in)) continue;
       // In bounds, for certain; the others look at the map's first word.
-      const auto bit = hn::Add(hn::Add(hn::ConvertTo(di, whole_u), hn::Mul(hn::ConvertTo(di, whole_v), hn::Set(di, m.row_bits))), hn::Set(di, m.first_bit));
+      const auto bit =
+          hn::Add(hn::Add(hn::ConvertTo(di, whole_u), hn::Mul(hn::ConvertTo(di, whole_v), hn::Set(di, m.row_bits))), hn::Set(di, m.first_bit));
       const auto safe = hn::IfThenElseZero(hn::RebindMask(di, in), bit);
       const auto words = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(m.bits), hn::ShiftRight<5>(safe));
       const auto set = hn::TestBit(words, hn::Shl(hn::Set(di, 1), hn::And(safe, hn::Set(di, 31))));

@@ -14,7 +14,7 @@ struct SampledMap {
   float of_1[3], of_base[3], of_side[3];
   float size[3];  // sums of the three's absolute values
   float u0_px, u1_px, v0_px, v1_px;  // the object pixels' bounds, less the reference pixel
-  std::int32_t first_bit;            // of the reference pixel, in the map's bits
+  std::int32_t first_bit;  // of the reference pixel, in the map's bits
   std::int32_t row_bits;
   const std::uint32_t* bits;
 };

@@ -98,8 +98,10 @@ ObjectCollision HullFcl::query(std::size_t object) const {
   std::vector<fcl::Contact<double>> contacts;
   result.getContacts(contacts);
   for (const auto& contact : contacts)
-    found.points.push_back({shared_point(corners_of(*models_->objects[object], contact.b1), corners_of(*models_->hull, contact.b2)), std::uint32_t(contact.b1)});
-  std::stable_sort(found.points.begin(), found.points.end(), [](const CollisionPoint& a, const CollisionPoint& b) { return a.triangle < b.triangle; });
+    found.points.push_back(
+        {shared_point(corners_of(*models_->objects[object], contact.b1), corners_of(*models_->hull, contact.b2)), std::uint32_t(contact.b1)});
+  std::stable_sort(found.points.begin(), found.points.end(),
+                   [](const CollisionPoint& a, const CollisionPoint& b) { return a.triangle < b.triangle; });
   for (const CollisionPoint& p : found.points)
     if (found.triangles.empty() || found.triangles.back() != p.triangle) found.triangles.push_back(p.triangle);
   if (!found.points.empty()) found.verdict = CollisionVerdict::colliding;

@@ -18,9 +18,9 @@ class HullFcl {
   HullFcl();
   ~HullFcl();
 
-  std::size_t add(const Mesh& mesh_world_m);                                         // its tree is built; the object's number
+  std::size_t add(const Mesh& mesh_world_m);  // its tree is built; the object's number
   void refit(std::size_t object, std::span<const Eigen::Vector3d> vertices_world_m);  // the mesh has deformed, or moved
-  void set_hull(const Mesh& hull_world_m);                                           // its tree is built
+  void set_hull(const Mesh& hull_world_m);  // its tree is built
 
   // Which of the object's triangles meet triangles of the hull's surface, and for each such pair a point: the middle of what they share (FCL's own
   // contact points are the corners that lie deepest behind the other's plane, often far from the contact). A triangle, or object, wholly

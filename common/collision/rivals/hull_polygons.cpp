@@ -46,7 +46,9 @@ HullPolygons::HullPolygons(double cell_m) : cell_m_(cell_m) {
 }
 
 int& HullPolygons::index_at(const Cell& b) {
-  return index_[(std::size_t(b[2] - index_least_[2]) * std::size_t(index_size_[1]) + std::size_t(b[1] - index_least_[1])) * std::size_t(index_size_[0]) + std::size_t(b[0] - index_least_[0])];
+  return index_[(std::size_t(b[2] - index_least_[2]) * std::size_t(index_size_[1]) + std::size_t(b[1] - index_least_[1])) *
+                    std::size_t(index_size_[0]) +
+                std::size_t(b[0] - index_least_[0])];
 }
 
 int HullPolygons::index_at(const Cell& b) const {
@@ -68,8 +70,11 @@ void HullPolygons::find_bricks(const HullQuery& query) {
         const int end = 8 * nodes[i].size;
         const auto all_axes = [&](const auto& holds) { return holds(8 * x, points_[0]) && holds(8 * y, points_[1]) && holds(8 * z, points_[2]); };
         const Vector3d center_world_m = point_m({8 * x, 8 * y, 8 * z}) + Vector3d::Constant(half_m);
-        if (!all_axes([](int first, int points) { return first < points; }) || query.free_radius_m(center_world_m) > std::sqrt(3.0) * half_m) kind[i] = kFree;
-        else if (all_axes([&](int first, int points) { return first > 0 && first + end < points; }) && query.solid_radius_m(center_world_m) > std::sqrt(3.0) * half_m) kind[i] = kSolid;
+        if (!all_axes([](int first, int points) { return first < points; }) || query.free_radius_m(center_world_m) > std::sqrt(3.0) * half_m)
+          kind[i] = kFree;
+        else if (all_axes([&](int first, int points) { return first > 0 && first + end < points; }) &&
+                 query.solid_radius_m(center_world_m) > std::sqrt(3.0) * half_m)
+          kind[i] = kSolid;
       }
     });
     next.clear();
@@ -113,9 +118,11 @@ void HullPolygons::ask(const HullQuery& query, std::span<const PointLaneCamera> 
   std::array<InHull, 512> verdicts;
   for (int z = 0; z < 8; ++z)
     for (int y = 0; y < 8; ++y)
-      for (int x = 0; x < 8; ++x) points_world_m[std::size_t(in_brick(x, y, z))] = point_m({8 * brick.brick[0] + x, 8 * brick.brick[1] + y, 8 * brick.brick[2] + z});
+      for (int x = 0; x < 8; ++x)
+        points_world_m[std::size_t(in_brick(x, y, z))] = point_m({8 * brick.brick[0] + x, 8 * brick.brick[1] + y, 8 * brick.brick[2] + z});
   contains_in_lanes(cameras, points_world_m, verdicts.data());
-  for (std::size_t i = 0; i < 512; ++i) brick.inside[i] = verdicts[i] == InHull::unsettled ? query.contains(points_world_m[i]) : verdicts[i] == InHull::yes;
+  for (std::size_t i = 0; i < 512; ++i)
+    brick.inside[i] = verdicts[i] == InHull::unsettled ? query.contains(points_world_m[i]) : verdicts[i] == InHull::yes;
   // So that no edge of the grid that is crossed lacks a cell beside it.
   for (int axis = 0; axis < 3; ++axis) {
     const int first = 8 * brick.brick[axis];
@@ -134,7 +141,8 @@ std::array<std::uint8_t, 729> HullPolygons::surroundings(const Brick& brick) con
     for (int z = 0; z < (dz ? 1 : 8); ++z)
       for (int y = 0; y < (dy ? 1 : 8); ++y)
         for (int x = 0; x < (dx ? 1 : 8); ++x)
-          inside[std::size_t(in_surroundings(x + 8 * dx, y + 8 * dy, z + 8 * dz))] = neighbour ? neighbour->inside[std::size_t(in_brick(x, y, z))] : of == kSolid;
+          inside[std::size_t(in_surroundings(x + 8 * dx, y + 8 * dy, z + 8 * dz))] =
+              neighbour ? neighbour->inside[std::size_t(in_brick(x, y, z))] : of == kSolid;
   }
   return inside;
 }

@@ -37,7 +37,7 @@ class HullPolygons {
   };
   struct Brick {
     Cell brick;
-    std::array<std::uint8_t, 512> inside;           // of its grid points
+    std::array<std::uint8_t, 512> inside;  // of its grid points
     std::array<std::uint16_t, 512> vertex_of_cell;  // counted from first_vertex; kNoVertex
     std::uint32_t vertices, quads, first_vertex, first_quad;
   };
@@ -58,7 +58,7 @@ class HullPolygons {
   double cell_m_;
   Eigen::Vector3d corner_world_m_;
   int across_ = 0;  // bricks along an axis, a power of two
-  Cell points_{};   // grid points of the volume along each axis; those beyond, and the first, are outside by definition
+  Cell points_{};  // grid points of the volume along each axis; those beyond, and the first, are outside by definition
   std::vector<Brick> bricks_;
   Cell index_least_{}, index_size_{};
   std::vector<int> index_;  // of bricks, or kFree, kSolid
