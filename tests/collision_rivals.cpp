@@ -73,6 +73,35 @@ TEST(BruteForce, FindsWhatAScalarLoopOverTheSameSamplesFinds) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
+// Where every pixel's border counts, the image's too, and triangles reach behind the camera: what rounding in float would get wrong.
+TEST(BruteForce, IsRightAtThePixelsBordersAndBehindTheCamera) {
+  test::Random random(42);
+  std::vector<Silhouette> silhouettes;
+  for (const Camera& camera : test::random_cameras(random, 1)) silhouettes.push_back({camera, test::random_pixels(random, 160, 121, 0.5)});
+  struct Case {
+    int across, triangles;
+    double size_m;
+  };
+  for (const Case& c : {Case{300, 60, 0.4}, {300, 30, 6}, {3, 20000, 0.003}}) {
+    std::vector<std::vector<Triangle>> objects(1);
+    for (int i = 0; i < c.triangles; ++i) {
+      const Vector3d middle = test::random_in_ball(random, 0.6);
+      const auto corner = [&] { return Vector3d(middle + test::random_in_ball(random, c.size_m)); };
+      objects[0].push_back({corner(), corner(), corner()});
+    }
+    const ObjectCollision expected = by_scalar_loop(objects[0], silhouettes, c.across);
+    ASSERT_GT(expected.points.size(), 10000u);
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+      hwy::SetSupportedTargetsForTest(target);
+      WorkerPool pool(1);
+      BruteForce brute(c.across);
+      brute.set_silhouettes(silhouettes);
+      EXPECT_TRUE(brute.detect(objects, pool)[0].points == expected.points) << hwy::TargetName(target) << " " << c.size_m;
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  }
+}
+
 TEST(BruteForce, SamplesLieInTheTriangleAndHalfOfTheViewportIsCovered) {
   test::Random random(7);
   for (const Triangle& t : random_triangles(random, 200)) {
@@ -220,6 +249,9 @@ TEST(HullFcl, FindsTheTrianglesThatCrossAndTheirPoints) {
   for (const CollisionPoint& p : found.points) {
     EXPECT_NEAR(p.p_world_m.cwiseAbs().maxCoeff(), 0.1, 1e-9);
     EXPECT_NEAR(p.p_world_m.y(), 0.01, 1e-9);
+    const Triangle& t = triangles[p.triangle];
+    const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
+    for (int i = 0; i < 3; ++i) EXPECT_GE((t[(i + 1) % 3] - t[i]).cross(p.p_world_m - t[i]).dot(normal), -1e-12);
   }
 }
 

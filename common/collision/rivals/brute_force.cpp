@@ -71,18 +71,17 @@ bool BruteForce::set_up(const TriangleView& view, Thread& thread) const {
     const Map& map = maps_[i];
     const Vector3d corners[] = {map.pixel_from_world * view.base0_world_m.homogeneous(), map.pixel_from_world * view.base1_world_m.homogeneous(),
                                 map.pixel_from_world * view.apex_world_m.homogeneous()};
-    const bool in_front = corners[0].z() > 0 && corners[1].z() > 0 && corners[2].z() > 0;
-    const auto all = [&](const auto& beside) { return beside(corners[0]) && beside(corners[1]) && beside(corners[2]); };
-    if (in_front && (all([&](const Vector3d& c) { return c.x() < (map.bounds.u0_px - kBeside_px) * c.z(); }) ||
-                     all([&](const Vector3d& c) { return c.x() > (map.bounds.u1_px + kBeside_px) * c.z(); }) ||
-                     all([&](const Vector3d& c) { return c.y() < (map.bounds.v0_px - kBeside_px) * c.z(); }) ||
-                     all([&](const Vector3d& c) { return c.y() > (map.bounds.v1_px + kBeside_px) * c.z(); })))
+    // Beside a line of the image by all three corners' homogeneous coordinates: so is what lies between, wherever it is before the camera.
+    const auto beside = [&](int axis, double sign, double border_px) {
+      return std::all_of(corners, corners + 3, [&](const Vector3d& c) { return sign * (c[axis] - (border_px + sign * kBeside_px) * c.z()) > 0; });
+    };
+    if (beside(0, -1, map.bounds.u0_px) || beside(0, 1, map.bounds.u1_px) || beside(1, -1, map.bounds.v0_px) || beside(1, 1, map.bounds.v1_px))
       return false;
     // The reference pixel lies in the bounds, so that its bit is one of the map's.
-    const double u_px =
-        in_front ? std::clamp(std::floor(corners[0].x() / corners[0].z()), double(map.bounds.u0_px), double(map.bounds.u1_px)) : map.bounds.u0_px;
-    const double v_px =
-        in_front ? std::clamp(std::floor(corners[0].y() / corners[0].z()), double(map.bounds.v0_px), double(map.bounds.v1_px)) : map.bounds.v0_px;
+    const auto reference_px = [&](int axis, int low_px, int high_px) {
+      return corners[0].z() > 0 ? std::clamp(std::floor(corners[0][axis] / corners[0].z()), double(low_px), double(high_px)) : double(low_px);
+    };
+    const double u_px = reference_px(0, map.bounds.u0_px, map.bounds.u1_px), v_px = reference_px(1, map.bounds.v0_px, map.bounds.v1_px);
     SampledMap m;
     const auto relative = [&](const Vector3d& c) { return Vector3d(c.x() - u_px * c.z(), c.y() - v_px * c.z(), c.z()); };
     const Vector3d of_1 = relative(corners[0]), of_base = relative(corners[1]) - of_1, of_side = relative(corners[2]) - of_1;
