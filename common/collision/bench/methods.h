@@ -36,7 +36,8 @@ struct Method {
 Method paper_method(int viewport_px, int window_px, int threads);
 // Rivals.
 Method brute_method(int across, int threads);
-Method fcl_method(double cell_mm, int threads);  // the hull, where there are objects, polygonised and its tree built each frame
+Method fcl_method(double cell_mm, int threads);  // the hull, where there are objects, polygonised and its tree built each frame; rigid objects stand still,
+                                                 // so that their trees stay as they are
 // What is missing here for fcl_method; empty: nothing.
 std::string why_no_fcl();
 

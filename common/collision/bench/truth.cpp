@@ -50,8 +50,8 @@ void take_row(std::span<const Vector3d> row_world_m, bool with_depth, const Hull
       continue;
     }
     truth.crosses = true;
-    // Neighbours' depths differ by less than their distance: one in sixteen is asked.
-    if (with_depth && i % 4 == 0) truth.deepest_m = std::max(truth.deepest_m, hull.query.solid_radius_m(row_world_m[i]));
+    // Neighbours' depths differ by less than their distance: one in sixteen is asked, and each until one is deep.
+    if (truth.deepest_m == 0 || (with_depth && i % 4 == 0)) truth.deepest_m = std::max(truth.deepest_m, hull.query.solid_radius_m(row_world_m[i]));
   }
 }
 
