@@ -17,7 +17,7 @@ int run(int argc, char** argv) {
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
       "  fivepipe top            what runs, refreshed each second\n"
       "  fivepipe doctor         whether this machine is ready\n"
-      "  fivepipe bench hull     how fast the visual hull is here");
+      "  fivepipe bench hull     how fast the visual hull is here, bench collision what collides with it");
   app.set_version_flag("--version", std::string("fivepipe ") + version() + " (" + commit() + ", " + build_type() + ")");
   app.require_subcommand(1);
   Command command;

@@ -45,7 +45,7 @@ int run_bench(std::vector<std::string> words) {
 
 void add_bench(CLI::App& app, Command& command) {
   CLI::App* bench = app.add_subcommand("bench", "Run a benchmark suite; what follows its name goes to it: bench SUITE [OPTIONS of the suite]");
-  bench->footer("Examples:\n  fivepipe bench hull --json out/hull.json\n  fivepipe bench hull --help");
+  bench->footer("Examples:\n  fivepipe bench hull --json out/hull.json\n  fivepipe bench collision --plot out/collision.png\n  fivepipe bench hull --help");
   bench->prefix_command();
   bench->callback([bench, &command] { command = [words = bench->remaining()] { return run_bench(words); }; });
 }

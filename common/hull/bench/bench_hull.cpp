@@ -1,13 +1,12 @@
 // fivepipe bench hull: how fast, and how right, the hull's depth is from a novel viewpoint: ours and what could be picked instead.
-// Methods of one scene and size run in turn within one process, so that the machine's mood meets all alike.
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <fstream>
-#include <stdexcept>
+#include <optional>
 
+#include "common/bench/report.h"
+#include "common/bench/suite.h"
+#include "common/bench/timing.h"
 #include "common/gl/context.h"
 #include "common/hull/bench/methods.h"
 #include "common/hull/bench/report.h"
@@ -15,21 +14,8 @@
 namespace fivepipe::bench {
 namespace {
 
-struct Args {
-  std::string json_file, plot_file, only;
-  std::vector<std::string> maps;
-  int threads = 2;
-  bool quick = false, full = false;
-};
-
 struct Size {
   int width_px, height_px;
-};
-
-// A method is timed so often, or until it has taken so long, but so often at least.
-struct Budget {
-  int runs, least;
-  double s;
 };
 
 double timed_ms(const Method& method, const HullScene& scene, const View& view, std::span<float> depth_m) {
@@ -38,24 +24,15 @@ double timed_ms(const Method& method, const HullScene& scene, const View& view, 
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-void time_in_turn(const HullScene& scene, const View& view, std::span<const Method> methods, const Budget& budget, std::vector<std::vector<float>>& depths, std::vector<Result>& results) {
-  std::vector<double> spent_s(methods.size());
-  for (int round = -1; round < budget.runs; ++round)  // the first, uncounted, warms up
-    for (std::size_t n = 0; n < methods.size(); ++n) {
-      const std::size_t m = (n + std::size_t(round + 1)) % methods.size();  // nobody always runs after the same other
-      if (round >= budget.least && spent_s[m] > budget.s) continue;
-      const double ms = timed_ms(methods[m], scene, view, depths[m]);
-      if (round < 0) continue;
-      results[m].time_ms.push_back(ms);
-      spent_s[m] += 1e-3 * ms;
-    }
-}
-
 std::vector<Result> measure(const HullScene& scene, const Size& size, std::span<const Method> methods, const Budget& budget, int rays) {
   const View view = view_of(scene, size.width_px, size.height_px);
   std::vector<Result> results(methods.size());
   std::vector<std::vector<float>> depths(methods.size(), std::vector<float>(std::size_t(size.width_px) * size.height_px));
-  time_in_turn(scene, view, methods, budget, depths, results);
+  time_in_turn(methods.size(), budget, [&](std::size_t m, bool counted) {
+    const double ms = timed_ms(methods[m], scene, view, depths[m]);
+    if (counted) results[m].time_ms.push_back(ms);
+    return ms;
+  });
   std::vector<float> by_cpu(depths.front().size());
   cpu_method(1).depth(scene, view, by_cpu);
   const int surface_rays = scene.silhouettes.size() <= 4 ? 200 : 0;  // dear: many cameras' true silhouettes
@@ -137,11 +114,7 @@ class Suite {
 
   void leave_files() const {
     std::fputs("\r", stderr);
-    if (!args_.json_file.empty()) {
-      std::ofstream file(args_.json_file);
-      file << json_of(results_, context_->renderer());
-      if (!file.flush()) throw std::runtime_error("cannot write " + args_.json_file);
-    }
+    if (!args_.json_file.empty()) write_file(args_.json_file, json_of(results_, context_->renderer()));
     if (!args_.plot_file.empty() && !plot(results_, args_.plot_file)) std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n", args_.plot_file.c_str());
   }
 
@@ -161,45 +134,10 @@ constexpr const char* kHelp =
     "  --quick        that it runs at all\n"
     "Example: fivepipe bench hull --json out/hull.json --plot out/hull.png\n";
 
-Args parsed(int argc, char** argv) {
-  Args args;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    const auto value = [&] {
-      if (++i == argc) throw std::invalid_argument(word + " needs a value");
-      return std::string(argv[i]);
-    };
-    if (word == "--quick") args.quick = true;
-    else if (word == "--full") args.full = true;
-    else if (word == "--json") args.json_file = value();
-    else if (word == "--plot") args.plot_file = value();
-    else if (word == "--only") args.only = value();
-    else if (word == "--maps") args.maps.push_back(value());
-    else if (word == "--threads") args.threads = std::atoi(value().c_str());
-    else throw std::invalid_argument("unknown argument " + word);
-  }
-  if (args.threads < 1 || args.threads > 256) throw std::invalid_argument("--threads must be 1 to 256");
-  return args;
-}
-
 }  // namespace
 }  // namespace fivepipe::bench
 
 int main(int argc, char** argv) {
   using namespace fivepipe::bench;
-  if (std::any_of(argv + 1, argv + argc, [](const std::string& word) { return word == "--help" || word == "-h"; })) return std::fputs(kHelp, stdout), 0;
-  Args args;
-  try {
-    args = parsed(argc, argv);
-  } catch (const std::invalid_argument& e) {
-    return std::fprintf(stderr, "bench hull: %s\n%s", e.what(), kHelp), 2;
-  }
-  setenv("LP_NUM_THREADS", std::to_string(args.threads).c_str(), 1);  // llvmpipe's: the same for all methods
-  try {
-    Suite(args).run();
-    return 0;
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "bench hull: %s\n", e.what());
-    return 1;
-  }
+  return run_suite("hull", kHelp, argc, argv, [](const Args& args) { Suite(args).run(); });
 }

@@ -3,30 +3,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <map>
 #include <sstream>
-#include <thread>
 
-#include "common/version/version.h"
+#include "common/bench/report.h"
+#include "common/bench/timing.h"
 
 namespace fivepipe::bench {
 namespace {
-
-std::string quoted(const std::string& text) {
-  std::string json = "\"";
-  for (const char c : text)
-    if (c == '"' || c == '\\') (json += '\\') += c;
-    else if (std::uint8_t(c) >= 0x20) json += c;
-  return json + "\"";
-}
-
-std::string cpu_name() {
-  std::ifstream cpuinfo("/proc/cpuinfo");
-  for (std::string line; std::getline(cpuinfo, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  return "unknown";
-}
 
 double best(const Result& r) { return percentile(r.time_ms, 0); }
 
@@ -44,10 +27,6 @@ std::uint64_t checksum(std::span<const float> depths) {  // FNV-1a over the bits
     for (int shift = 0; shift < 32; shift += 8) hash = (hash ^ (bits >> shift & 0xff)) * 0x100000001b3;
   }
   return hash;
-}
-
-std::string machine_line(const std::string& renderer) {
-  return cpu_name() + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores, " + renderer + ", build " + build_type() + " " + commit();
 }
 
 void print(const std::vector<Result>& results) {
@@ -91,22 +70,20 @@ void print_ratios(const std::vector<Result>& results) {
 }
 
 std::string json_of(const std::vector<Result>& results, const std::string& renderer) {
-  std::ostringstream out;
-  out << "{\"suite\": \"hull\", \"commit\": " << quoted(commit()) << ",\n \"machine\": {\"cpu\": " << quoted(cpu_name()) << ", \"cores\": " << std::thread::hardware_concurrency()
-      << ", \"gl_renderer\": " << quoted(renderer) << ", \"build_type\": " << quoted(build_type()) << "},\n \"results\": [";
+  std::vector<std::string> lines;
   for (const Result& r : results) {
     const Errors& e = r.errors;
-    out << (&r == results.data() ? "\n" : ",\n") << "  {\"name\": " << quoted(r.name()) << ", \"time_ms\": {\"best\": " << best(r) << ", \"median\": " << percentile(r.time_ms, 0.5)
-        << ", \"p95\": " << percentile(r.time_ms, 0.95) << ", \"p99\": " << percentile(r.time_ms, 0.99) << ", \"runs\": " << r.time_ms.size() << "},\n   \"error\": {\"depth_mean_mm\": "
+    std::ostringstream out;
+    out << "  {\"name\": " << quoted(r.name()) << ", \"time_ms\": " << times_json(r.time_ms) << ",\n   \"error\": {\"depth_mean_mm\": "
         << mean(e.depth_mm) << ", \"depth_median_mm\": " << percentile(e.depth_mm, 0.5) << ", \"depth_p99_mm\": " << percentile(e.depth_mm, 0.99) << ", \"depth_p999_mm\": "
         << percentile(e.depth_mm, 0.999) << ", \"depth_max_mm\": " << percentile(e.depth_mm, 1) << ", \"depth_any_piece_p99_mm\": " << percentile(e.all_mm, 0.99)
         << ", \"other_depth_relative\": " << e.other_depth << ", \"surface_median_mm\": " << percentile(e.surface_mm, 0.5) << ", \"surface_p95_mm\": " << percentile(e.surface_mm, 0.95)
         << ", \"pixel_footprint_mm\": " << r.footprint_mm << "},\n   \"counts\": {\"cameras\": " << r.cameras << ", \"hits\": " << r.hits << ", \"reference_rays\": " << e.rays
         << ", \"reference_hits\": " << e.reference_hits << ", \"wrong_hits\": " << e.wrong_hits << ", \"wrong_misses\": " << e.wrong_misses << ", \"wrong_pieces\": " << e.wrong_pieces
-        << ", \"other_pixels\": " << e.other_pixels << ", \"maps_covered_percent\": " << 100 * r.maps_covered << "}, \"checksum\": \"" << std::hex << r.checksum << std::dec << "\"}";
+        << ", \"other_pixels\": " << e.other_pixels << ", \"maps_covered_percent\": " << 100 * r.maps_covered << "}, \"checksum\": \"" << std::hex << r.checksum << "\"}";
+    lines.push_back(out.str());
   }
-  out << "\n ]}\n";
-  return out.str();
+  return suite_json("hull", renderer, lines);
 }
 
 }  // namespace fivepipe::bench

@@ -27,9 +27,7 @@ void print(const std::vector<Result>& results);
 void print_ratios(const std::vector<Result>& results);
 inline constexpr double kFairError_mm = 2;
 
-// The project's benchmark format. By hand, not by a library: this benchmark also builds where hardly one is.
 std::string json_of(const std::vector<Result>& results, const std::string& renderer);
-std::string machine_line(const std::string& renderer);
 
 // Speed against error, and cost against cameras, view size and coverage, by gnuplot: writes `file` (.png or .svg) and the script and numbers
 // beside it. False where gnuplot is not there; the script can be run elsewhere. Throws std::runtime_error where files can't be written.

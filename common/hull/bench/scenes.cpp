@@ -16,19 +16,6 @@ using Eigen::Vector3d;
 constexpr double kRadians = std::numbers::pi / 180;
 constexpr double kCameraDistance_m = 1.4, kCameraElevation_rad = 40 * kRadians;
 
-// Sizes of an adult's hand and forearm [m], wrist at the origin, fingers along x, 10 cm above the table.
-std::vector<Capsule> hand_and_forearm() {
-  std::vector<Capsule> object{{{-0.02, 0, 0.1}, {-0.27, 0.02, 0.12}, 0.038}};
-  for (const double y : {-0.03, -0.01, 0.01, 0.03}) object.push_back({{0, 0.8 * y, 0.1}, {0.075, y, 0.1}, 0.014});
-  const double lengths_m[] = {0.06, 0.075, 0.08, 0.07};
-  for (int i = 0; i < 4; ++i) {
-    const double y = -0.035 + 0.0233 * i;
-    object.push_back({{0.08, y, 0.1}, {0.08 + lengths_m[i], 1.5 * y, 0.085 + 0.005 * i}, 0.009});
-  }
-  object.push_back({{0.02, -0.035, 0.1}, {0.07, -0.085, 0.09}, 0.011});
-  return object;
-}
-
 Silhouette seen(const std::vector<Capsule>& object, const Camera& camera) { return {camera, true_object_pixels(object, camera, PixelRule::touched)}; }
 
 Vector3d direction(double azimuth_rad, double elevation_rad) {
@@ -56,6 +43,18 @@ Silhouette read_camera(const std::string& line, const std::filesystem::path& fol
 }
 
 }  // namespace
+
+std::vector<Capsule> hand_and_forearm() {
+  std::vector<Capsule> object{{{-0.02, 0, 0.1}, {-0.27, 0.02, 0.12}, 0.038}};
+  for (const double y : {-0.03, -0.01, 0.01, 0.03}) object.push_back({{0, 0.8 * y, 0.1}, {0.075, y, 0.1}, 0.014});
+  const double lengths_m[] = {0.06, 0.075, 0.08, 0.07};
+  for (int i = 0; i < 4; ++i) {
+    const double y = -0.035 + 0.0233 * i;
+    object.push_back({{0.08, y, 0.1}, {0.08 + lengths_m[i], 1.5 * y, 0.085 + 0.005 * i}, 0.009});
+  }
+  object.push_back({{0.02, -0.035, 0.1}, {0.07, -0.085, 0.09}, 0.011});
+  return object;
+}
 
 HullScene hand_scene(const std::string& name, double map_fov_rad, double view_fov_rad) {
   HullScene scene = without_cameras(name, view_fov_rad);

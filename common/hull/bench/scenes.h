@@ -17,7 +17,10 @@ struct HullScene {
   Eigen::AlignedBox3d volume_world_m;        // holds the hull: for methods that need to know
 };
 
-// A hand with forearm over a table, four cameras of 720x486 around it (rig table4: 40 degrees above the table), an eye beside them:
+// An adult's hand and forearm [m]: wrist at the origin, fingers along x, 10 cm above the table.
+std::vector<Capsule> hand_and_forearm();
+
+// Hand and forearm over a table, four cameras of 720x486 around it (rig table4: 40 degrees above the table), an eye beside them:
 //   hand4        object pixels cover 5 % of the maps, the hull 8 % of the view
 //   hand4-near   the cameras' lenses are longer: 15 % of the maps
 //   sparse       the eye's lens is wider: 1 % of the view

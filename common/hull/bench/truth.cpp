@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <random>
 
 namespace fivepipe::bench {
@@ -25,14 +24,6 @@ std::optional<double> analytic_depth_m(const HullScene& scene, const std::vector
 }
 
 }  // namespace
-
-double percentile(std::vector<double> values, double p) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, std::size_t(std::ceil(p * double(values.size()))) - (p > 0))];
-}
-
-double mean(const std::vector<double>& values) { return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / double(values.size()); }
 
 Truth::Truth(const HullScene& scene, const View& view, std::vector<float> cpu_depth_m, int rays, int surface_rays) : cpu_depth_m_(std::move(cpu_depth_m)) {
   std::vector<Camera> cameras;

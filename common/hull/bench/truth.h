@@ -38,7 +38,4 @@ class Truth {
   std::vector<float> cpu_depth_m_;
 };
 
-double percentile(std::vector<double> values, double p);  // p in 0..1; 0 of none
-double mean(const std::vector<double>& values);
-
 }  // namespace fivepipe::bench

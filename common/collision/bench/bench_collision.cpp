@@ -1,0 +1,147 @@
+// fivepipe bench collision: how fast, and how right, virtual objects are collided with the hull: the paper's way, ours, and what could be picked
+// instead.
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+
+#include "common/bench/report.h"
+#include "common/bench/suite.h"
+#include "common/bench/timing.h"
+#include "common/collision/bench/methods.h"
+#include "common/collision/bench/paper_laws.h"
+#include "common/collision/bench/results.h"
+#include "common/gl/context.h"
+
+namespace fivepipe::collision_bench {
+namespace {
+
+using bench::Args;
+using bench::Budget;
+
+// More triangles than that, and methods that ask each of them take seconds a frame: only with --full.
+constexpr std::size_t kMany = 200000;
+// Triangles near the hull whose truth is asked.
+constexpr std::size_t kMostAsked = 20000;
+
+std::vector<Method> methods_for(const CollisionScene& scene, const Args& args) {
+  const bool all = args.full || scene.triangles() < kMany;
+  std::vector<Method> methods;
+  for (const int viewport_px : all ? std::vector{5, 10, 20, 40} : std::vector{10}) methods.push_back(paper_method(viewport_px, 400, args.threads));
+  for (const int threads : args.threads > 1 ? std::vector{1, args.threads} : std::vector{1}) {
+    for (const int across : {10, 60}) methods.push_back(brute_method(across, threads));
+    if (why_no_fcl().empty())
+      for (const double cell_mm : {4.0, 2.0}) methods.push_back(fcl_method(cell_mm, threads));
+  }
+  return methods;
+}
+
+void take(const Answer& answer, Result& result) {
+  const Times& t = answer.times;
+  result.maps_ms.push_back(t.maps_ms);
+  result.build_ms.push_back(t.build_ms);
+  result.query_ms.push_back(t.query_ms);
+  result.own_ms.push_back(t.own_ms());
+  result.total_ms.push_back(t.maps_ms + t.own_ms());
+}
+
+std::vector<Result> measure(const CollisionScene& scene, const std::vector<Method>& methods, const Truth& truth, const Budget& budget) {
+  std::vector<Result> results(methods.size());
+  std::vector<Answer> answers(methods.size());
+  bench::time_in_turn(methods.size(), budget, [&](std::size_t m, bool counted) {
+    answers[m] = methods[m].run(scene);
+    if (counted) take(answers[m], results[m]);
+    return answers[m].times.maps_ms + answers[m].times.own_ms();
+  });
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    Result& r = results[m];
+    r.method = methods[m].name;
+    r.scene = scene.name;
+    r.setting = methods[m].setting;
+    r.threads = methods[m].threads;
+    r.cameras = int(scene.silhouettes.size());
+    r.objects = int(scene.objects.size());
+    r.truth = counts_of(truth);
+    r.wrong = wrong_of(answers[m].objects, truth, scene);
+    r.counts = answers[m].counts;
+    for (const ObjectCollision& object : answers[m].objects) r.colliding += object.triangles.size(), r.points += object.points.size();
+  }
+  return results;
+}
+
+void describe(const CollisionScene& scene, const TruthCounts& counts) {
+  const double all = double(counts.triangles);
+  std::printf(
+      "%-10s %zu objects, %zu triangles, %zu cameras; %.2f %% of the triangles cross the hull's border, %.2f %% have a point in the hull, %.2f %% are within %g mm of it\n",
+      scene.name.c_str(), scene.objects.size(), counts.triangles, scene.silhouettes.size(), 100 * double(counts.crossing_border) / all,
+      100 * double(counts.crossing) / all, 100 * double(counts.near) / all, 1000 * kNear_m);
+}
+
+class Suite {
+ public:
+  explicit Suite(const Args& args) : args_(args) {
+    context_.emplace();
+    std::printf("%s\n", bench::machine_line(context_->renderer()).c_str());
+    if (!why_no_fcl().empty()) std::printf("fcl: skipped, %s\n", why_no_fcl().c_str());
+  }
+
+  void run() {
+    std::vector<CollisionScene> real;
+    for (const std::string& folder : args_.maps) real.push_back(real_scene(folder));  // what is wrong with one is said at once
+    for (const auto& make : {curtain720, blocks, payload, dense, full, thin}) add(make());
+    for (const CollisionScene& scene : real) add(scene);
+    if (real.empty()) std::puts("real       skipped, no --maps FOLDER (made by `fivepipe maps`)");
+    std::fputs("\r", stderr);
+    std::puts("");
+    print(results_);
+    print_ratios(results_);
+    std::optional<PaperLaws> laws;
+    if (std::string("laws").find(args_.only) != std::string::npos) print(laws.emplace(fit_paper_laws(args_.quick)));
+    if (!args_.json_file.empty()) bench::write_file(args_.json_file, json(laws));
+    if (!args_.plot_file.empty() && !plot(results_, args_.plot_file))
+      std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n", args_.plot_file.c_str());
+  }
+
+ private:
+  void add(const CollisionScene& scene) {
+    std::vector<Method> methods = methods_for(scene, args_);
+    std::erase_if(methods, [&](const Method& m) { return (m.name + "/" + scene.name + "/" + m.setting).find(args_.only) == std::string::npos; });
+    if (methods.empty()) return;
+    std::fprintf(stderr, "\r%-20s", scene.name.c_str());
+    WorkerPool pool(args_.threads);
+    const Truth truth = sampled_truth(scene, kMostAsked, pool);
+    std::fputs("\r", stderr);
+    describe(scene, counts_of(truth));
+    const Budget budget = args_.quick ? Budget{2, 1, 0.05} : args_.full ? Budget{301, 5, 4.0} : Budget{101, 3, 1.0};
+    for (Result& r : measure(scene, methods, truth, budget)) results_.push_back(std::move(r));
+  }
+
+  std::string json(const std::optional<PaperLaws>& laws) const {
+    std::vector<std::string> lines;
+    for (const Result& r : results_) lines.push_back(json_of(r));
+    return bench::suite_json("collision", context_->renderer(), lines, laws ? ",\n \"paper_laws\": " + json_of(*laws) : "");
+  }
+
+  Args args_;
+  std::optional<GlContext> context_;
+  std::vector<Result> results_;
+};
+
+constexpr const char* kHelp =
+    "fivepipe bench collision [--json FILE] [--plot FILE.png|.svg] [--maps FOLDER] [--threads N] [--only TEXT] [--full | --quick]\n"
+    "Time and error of the collision of virtual meshes with the hull of one frame's maps: the paper's backend (viewports in a stencil window);\n"
+    "every triangle sampled by brute force in vector lanes; the hull polygonised and given to the Flexible Collision Library (where installed).\n"
+    "Then the paper's cost model and accuracy law, fitted to its backend. Some two minutes.\n"
+    "  --maps FOLDER  real maps as well: the folder seated4cam that `fivepipe maps` made\n"
+    "  --threads N    of each method (2); those on the CPU on one thread as well\n"
+    "  --only TEXT    results whose method/scene/setting has this in it: --only paper, --only /curtain720; --only laws: the fits alone\n"
+    "  --full         more runs, and the scene of a million triangles at every setting\n"
+    "  --quick        that it runs at all\n"
+    "Example: fivepipe bench collision --json out/collision.json --plot out/collision.png\n";
+
+}  // namespace
+}  // namespace fivepipe::collision_bench
+
+int main(int argc, char** argv) {
+  using namespace fivepipe;
+  return bench::run_suite("collision", collision_bench::kHelp, argc, argv, [](const bench::Args& args) { collision_bench::Suite(args).run(); });
+}

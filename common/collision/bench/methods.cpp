@@ -1,0 +1,125 @@
+#include "common/collision/bench/methods.h"
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+
+#include "common/collision/detection.h"
+#include "common/collision/rivals/brute_force.h"
+#include "common/collision/rivals/hull_fcl.h"
+#include "common/collision/rivals/hull_polygons.h"
+
+namespace fivepipe::collision_bench {
+
+double timed_ms(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+Method paper_method(int viewport_px, int window_px, int threads) {
+  return {"paper" + std::to_string(viewport_px), std::to_string(window_px), threads,
+          [query = std::make_shared<TriangleVolumeQuery>(window_px, viewport_px)](const CollisionScene& scene) {
+            Answer answer;
+            answer.times.maps_ms = timed_ms([&] { query->set_silhouettes(scene.silhouettes); });
+            Detection detection;
+            answer.times.query_ms = timed_ms([&] { detection = detect(*query, scene.objects_world_m); });
+            answer.objects = std::move(detection.objects);
+            answer.counts["triangles_queried"] = double(detection.counts.triangles_queried);
+            return answer;
+          }};
+}
+
+Method brute_method(int across, int threads) {
+  struct State {
+    WorkerPool pool;
+    rivals::BruteForce brute;
+    State(int n, int across_) : pool(n), brute(across_) {}
+  };
+  return {"brute", std::to_string(across) + "x" + std::to_string(across), threads,
+          [state = std::make_shared<State>(threads, across)](const CollisionScene& scene) {
+            Answer answer;
+            answer.times.maps_ms = timed_ms([&] { state->brute.set_silhouettes(scene.silhouettes); });
+            answer.times.query_ms = timed_ms([&] { answer.objects = state->brute.detect(scene.objects_world_m, state->pool); });
+            answer.counts["samples"] = double(state->brute.samples_asked());
+            return answer;
+          }};
+}
+
+#ifdef FIVEPIPE_FCL
+
+namespace {
+
+struct FclState {
+  WorkerPool pool;
+  CpuHull hull{pool};
+  rivals::HullPolygons polygons;
+  std::string scene;  // that the trees are of
+  std::unique_ptr<rivals::HullFcl> fcl;
+  std::vector<Mesh> meshes_world_m;
+  Eigen::AlignedBox3d volume_world_m;  // of the hull, where there are objects
+  double cell_m;
+  FclState(int threads, double cell_m_) : pool(threads), polygons(cell_m_), cell_m(cell_m_) {}
+
+  void build_trees(const CollisionScene& of) {
+    if (scene == of.name) return;
+    scene = of.name;
+    fcl = std::make_unique<rivals::HullFcl>();
+    meshes_world_m.clear();
+    Eigen::AlignedBox3d around;
+    for (const SceneObject& object : of.objects) {
+      meshes_world_m.push_back(object.mesh);
+      for (Eigen::Vector3d& v : meshes_world_m.back().vertices_m) around.extend(v = object.world_from_mesh * v);
+      fcl->add(meshes_world_m.back());
+    }
+    // Two cells more, so that where the polygons are cut off no object is.
+    const Eigen::Vector3d margin_m = Eigen::Vector3d::Constant(2 * cell_m);
+    volume_world_m = of.volume_world_m.intersection({around.min() - margin_m, around.max() + margin_m});
+  }
+
+  std::vector<ObjectCollision> query(const CollisionScene& of) {
+    std::vector<ObjectCollision> found(of.objects.size());
+    for (std::size_t i = 0; i < of.objects.size(); ++i)
+      if (of.objects[i].deforms) fcl->refit(i, meshes_world_m[i].vertices_m);
+    pool.run(int(found.size()), [&](int i, int) { found[std::size_t(i)] = fcl->query(std::size_t(i)); });
+    return found;
+  }
+};
+
+}  // namespace
+
+Method fcl_method(double cell_mm, int threads) {
+  char setting[32];
+  std::snprintf(setting, sizeof setting, "%gmm", cell_mm);
+  return {"fcl", setting, threads, [state = std::make_shared<FclState>(threads, 1e-3 * cell_mm)](const CollisionScene& scene) {
+            Answer answer;
+            state->build_trees(scene);
+            std::optional<HullQuery> query;
+            answer.times.maps_ms = timed_ms([&] {
+              state->hull.assign(scene.silhouettes);
+              query.emplace(state->hull);
+            });
+            const Mesh* surface = nullptr;
+            const double polygonise_ms = timed_ms([&] { surface = &state->polygons.polygonise(*query, state->volume_world_m); });
+            const double tree_ms = timed_ms([&] { state->fcl->set_hull(*surface); });
+            answer.times.build_ms = polygonise_ms + tree_ms;
+            answer.times.query_ms = timed_ms([&] { answer.objects = state->query(scene); });
+            answer.counts = {{"hull_triangles", double(surface->triangles.size())},
+                             {"hull_points_asked", double(state->polygons.points_asked())},
+                             {"polygonise_ms", polygonise_ms},
+                             {"tree_ms", tree_ms}};
+            return answer;
+          }};
+}
+
+std::string why_no_fcl() { return {}; }
+
+#else
+
+Method fcl_method(double, int) { throw std::logic_error(why_no_fcl()); }
+std::string why_no_fcl() { return "built without the Flexible Collision Library (Debian: libfcl-dev)"; }
+
+#endif
+
+}  // namespace fivepipe::collision_bench

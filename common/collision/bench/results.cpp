@@ -1,0 +1,91 @@
+#include "common/collision/bench/results.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <sstream>
+
+#include "common/bench/gnuplot.h"
+#include "common/bench/report.h"
+#include "common/bench/timing.h"
+
+namespace fivepipe::collision_bench {
+namespace {
+
+using bench::percentile;
+using bench::quoted;
+using bench::times_json;
+
+// Where nothing is missed it is drawn here: a logarithm has no zero [mm].
+constexpr double kLeastDrawn_mm = 0.01;
+
+double best(const std::vector<double>& times) { return percentile(times, 0); }
+double per_s(std::size_t count, const std::vector<double>& times_ms) { return best(times_ms) > 0 ? 1000 * double(count) / best(times_ms) : 0; }
+
+}  // namespace
+
+std::string Result::name() const { return method + "/" + scene + "/" + setting + "/" + std::to_string(threads); }
+double Result::triangles_per_s() const { return per_s(truth.triangles, own_ms); }
+double Result::contacting_per_s() const { return per_s(truth.crossing, own_ms); }
+
+void print(const std::vector<Result>& results) {
+  std::printf("%-30s %9s %9s %9s %4s | %8s %9s | %9s %9s | %8s %8s %8s %7s %7s %8s %8s %6s %6s %8s\n", "method/scene/setting/threads", "ms best",
+              "median", "p99", "runs", "maps ms", "total ms", "ktri/s", "contact", "tri", "crossing", "collide", "missed", "inside", "deepest",
+              "border", "false", "touch", "points");
+  for (const Result& r : results)
+    std::printf("%-30s %9.3f %9.3f %9.3f %4zu | %8.3f %9.3f | %9.1f %9.2f | %8zu %8zu %8zu %7zu %7zu %8.3f %8.3f %6zu %6zu %8zu\n", r.name().c_str(),
+                best(r.own_ms), percentile(r.own_ms, 0.5), percentile(r.own_ms, 0.99), r.own_ms.size(), percentile(r.maps_ms, 0.5),
+                percentile(r.total_ms, 0.5), 1e-3 * r.triangles_per_s(), 1e-3 * r.contacting_per_s(), r.truth.triangles, r.truth.crossing,
+                r.colliding, r.wrong.missed, r.wrong.missed_inside, 1000 * r.wrong.deepest_missed_m, 1000 * r.wrong.deepest_missed_border_m,
+                r.wrong.invented, r.wrong.touching, r.points);
+  std::puts(
+      "ms: the method's own time, beyond the maps' preparation (its median beside, and in the total's median); ktri/s: thousands of triangles a second by the best own time,\n"
+      "contact: of those alone that truly collide; crossing: triangles with a point in the hull, by truth; collide: said to; missed: crossing, and called free; inside: of those,\n"
+      "the ones wholly in the hull; deepest: the deepest point of those missed below the hull's border [mm], by a lower bound; border: of those missed that cross the border;\n"
+      "false: said to collide, truth says no, and no point of theirs is in the hull; touch: neither said.");
+}
+
+void print_ratios(const std::vector<Result>& results) {
+  std::printf("\n%-30s | %14s %14s\n", "method/scene/setting/threads", "x paper10 here", "x paper's own");
+  for (const Result& r : results) {
+    const auto paper = std::find_if(results.begin(), results.end(), [&](const Result& p) { return p.method == "paper10" && p.scene == r.scene; });
+    char ratio[32] = "-";
+    if (paper != results.end()) std::snprintf(ratio, sizeof ratio, "%.1f", r.triangles_per_s() / paper->triangles_per_s());
+    std::printf("%-30s | %14s %14.1f\n", r.name().c_str(), ratio, r.triangles_per_s() / kPaperTriangles_per_s);
+  }
+  std::puts(
+      "triangles a second, beside the paper's backend in this run (on all threads) and beside the paper's 4,320 a second on its machine (13,000 with its three cameras counted).");
+}
+
+std::string json_of(const Result& r) {
+  std::ostringstream out;
+  out << "  {\"name\": " << quoted(r.name()) << ", \"time_ms\": " << times_json(r.own_ms) << ",\n   \"maps_ms\": " << times_json(r.maps_ms)
+      << ", \"build_ms\": " << times_json(r.build_ms) << ", \"query_ms\": " << times_json(r.query_ms) << ", \"total_ms\": " << times_json(r.total_ms)
+      << ",\n   \"triangles_per_s\": " << r.triangles_per_s() << ", \"contacting_per_s\": " << r.contacting_per_s()
+      << ", \"error\": {\"deepest_missed_mm\": " << 1000 * r.wrong.deepest_missed_m
+      << ", \"deepest_missed_border_mm\": " << 1000 * r.wrong.deepest_missed_border_m << "},\n   \"counts\": {\"cameras\": " << r.cameras
+      << ", \"objects\": " << r.objects << ", \"triangles\": " << r.truth.triangles << ", \"known\": " << r.truth.known
+      << ", \"near\": " << r.truth.near << ", \"crossing\": " << r.truth.crossing << ", \"crossing_border\": " << r.truth.crossing_border
+      << ", \"colliding\": " << r.colliding << ", \"missed\": " << r.wrong.missed << ", \"missed_inside\": " << r.wrong.missed_inside
+      << ", \"false\": " << r.wrong.invented << ", \"touching\": " << r.wrong.touching << ", \"points\": " << r.points;
+  for (const auto& [name, value] : r.counts) out << ", " << quoted(name) << ": " << value;
+  out << "}}";
+  return out.str();
+}
+
+bool plot(const std::vector<Result>& results, const std::filesystem::path& file) {
+  bench::Plots plots(file);
+  for (const char* scene : {"curtain720", "payload", "thin", "real"}) {
+    bench::Series series;
+    for (const Result& r : results)
+      if (r.scene == scene)
+        series[r.method.substr(0, r.method.find_first_of("0123456789")) + ", " + std::to_string(r.threads)].push_back(
+            {best(r.own_ms), std::max(kLeastDrawn_mm, 1000 * r.wrong.deepest_missed_border_m)});
+    plots.add(
+        std::string("set title '") + scene +
+            "'; set xlabel 'ms (best, beyond the maps)'; set ylabel 'deepest missed contact across the border, mm (none: at 0.01)'; set logscale xy; set yrange [0.008:]; set key outside right\n",
+        series);
+  }
+  return plots.draw();
+}
+
+}  // namespace fivepipe::collision_bench
