@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "common/collision/cpu_detection.h"
 #include "common/collision/detection.h"
 #include "common/collision/rivals/brute_force.h"
 #include "common/collision/rivals/hull_fcl.h"
@@ -16,6 +17,55 @@ double timed_ms(const std::function<void()>& work) {
   const auto start = std::chrono::steady_clock::now();
   work();
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+namespace {
+
+struct CpuState {
+  WorkerPool pool;
+  CpuHull hull{pool};
+  std::string scene;  // that the trees are of
+  std::vector<MeshTree> trees;
+  explicit CpuState(int threads) : pool(threads) {}
+
+  void build_trees(const CollisionScene& of) {
+    if (scene == of.name) return;
+    scene = of.name;
+    trees.clear();
+    for (const SceneObject& object : of.objects) trees.emplace_back(object.mesh);
+  }
+
+  std::vector<ObjectCollision> query(const CollisionScene& of, const HullQuery& query, const DetectionOptions& options, CpuDetectionCounts& counts) {
+    std::vector<DetectionObject> objects;
+    for (std::size_t i = 0; i < of.objects.size(); ++i) {
+      if (of.objects[i].deforms) trees[i].refit(of.objects[i].mesh.vertices_m);
+      objects.push_back({&trees[i], of.objects[i].world_from_mesh, of.objects[i].world_from_mesh * trees[i].origin_m()});
+    }
+    return detect(query, objects, options, &counts);
+  }
+};
+
+constexpr std::size_t kAllPoints = std::size_t{1} << 24;
+
+}  // namespace
+
+Method cpu_method(double eps_mm, bool points, int threads) {
+  char setting[32];
+  std::snprintf(setting, sizeof setting, "eps%gmm", eps_mm);
+  const DetectionOptions options{.eps_m = 1e-3 * eps_mm, .spacing_m = points ? 1e-3 * eps_mm : 0, .max_points = kAllPoints};
+  return {points ? "cpu" : "cpuverdict", setting, threads, [options, state = std::make_shared<CpuState>(threads)](const CollisionScene& scene) {
+            Answer answer;
+            state->build_trees(scene);
+            std::optional<HullQuery> query;
+            answer.times.maps_ms = timed_ms([&] {
+              state->hull.assign(scene.silhouettes);
+              query.emplace(state->hull);
+            });
+            CpuDetectionCounts counts;
+            answer.times.query_ms = timed_ms([&] { answer.objects = state->query(scene, *query, options, counts); });
+            answer.counts = {{"boxes", double(counts.boxes)}, {"triangles_looked_at", double(counts.triangles_looked_at)}, {"triangles_walked", double(counts.triangles_walked)}, {"points_in_double", double(counts.points_in_double)}};
+            return answer;
+          }};
 }
 
 Method paper_method(int viewport_px, int window_px, int threads) {

@@ -32,6 +32,8 @@ struct Method {
   std::function<Answer(const CollisionScene&)> run;
 };
 
+// Ours (cpu_detection.h): verdicts within eps, with CP_i no farther apart than eps, or the verdict alone.
+Method cpu_method(double eps_mm, bool points, int threads);
 // The paper's (TriangleVolumeQuery and detect), on OpenGL: needs a current context; threads are llvmpipe's.
 Method paper_method(int viewport_px, int window_px, int threads);
 // Rivals.
