@@ -273,7 +273,7 @@ TEST(HullFcl, FollowsADeformedMeshAndMissesWhatIsWhollyInside) {
 
 collision_bench::TruthCounts true_counts(const CollisionScene& scene) {
   WorkerPool pool(1);
-  return counts_of(sampled_truth(scene, 100000, pool));
+  return counts_of(exact_truth(scene, 100000, pool));
 }
 
 TEST(CollisionScenes, Curtain720IsThePapersWithAHandPressedThroughIt) {
@@ -297,7 +297,7 @@ TEST(CollisionScenes, BlocksAreADozenOfWhichSomeAreTouched) {
   ASSERT_EQ(scene.objects.size(), 12u);
   WorkerPool pool(1);
   int touched = 0;
-  for (const auto& object : sampled_truth(scene, 100000, pool))
+  for (const auto& object : exact_truth(scene, 100000, pool))
     touched += std::any_of(object.begin(), object.end(), [](const auto& t) { return t.crosses; });
   EXPECT_GE(touched, 3);
   EXPECT_LE(touched, 9);
@@ -346,7 +346,7 @@ TEST(CollisionScenes, AreTheSameEveryTime) {
 // --- truth -----------------------------------------------------------------------------------------------------------
 
 // What a backend says is judged right: a ball's hull by a plate through its middle.
-TEST(SampledTruth, KnowsDepthAndJudges) {
+TEST(CollisionTruth, KnowsDepthAndJudges) {
   CollisionScene scene{"ball", {{Vector3d::Zero(), Vector3d::Zero(), 0.05}}, {}, {}, {}, {}};
   for (const Vector3d& eye : {Vector3d(2, 0, 0.1), Vector3d(-1, 1.7, 0.1), Vector3d(-1, -1.7, 0.1), Vector3d(0, 0, 2)})
     scene.silhouettes.push_back({{pinhole_from_fov(400, 400, 0.1), look_at(eye, Vector3d::Zero(), Vector3d(1, 2, 3))}, {}});
@@ -356,11 +356,10 @@ TEST(SampledTruth, KnowsDepthAndJudges) {
                             {Vector3d(-reach_m, 0, 0), Vector3d(reach_m, 0, 0), Vector3d(0, reach_m, 0)},
                             {Vector3d(1, 1, 1), Vector3d(1.1, 1, 1), Vector3d(1, 1.1, 1)}}};
   WorkerPool pool(1);
-  const auto truth = sampled_truth(scene, 100, pool);
+  const auto truth = exact_truth(scene, 100, pool);
   EXPECT_TRUE(truth[0][0].crosses_border() && truth[0][1].crosses && !truth[0][1].leaves && !truth[0][2].crosses && !truth[0][2].near);
-  // The plate's deepest point is the ball's centre: the hull is at least the ball, and not a tenth more. The certified radius is a lower bound, held to
-  // boxes of 33 of the map's pixels (0.5 mm) here.
-  EXPECT_GT(truth[0][0].deepest_m, 0.015);
+  // The plate's deepest point is the ball's centre: the hull is at least the ball, and not a tenth more.
+  EXPECT_GT(truth[0][0].deepest_m, 0.0494);
   EXPECT_LT(truth[0][0].deepest_m, 0.055);
 
   std::vector<ObjectCollision> said(1);

@@ -5,8 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "common/collision/triangle_reference.h"
 #include "common/hull/hull_query.h"
-#include "common/hull/point_lanes.h"
 
 namespace fivepipe::collision_bench {
 namespace {
@@ -33,58 +33,22 @@ Ball ball_around(const Triangle& t) {
   return smallest;
 }
 
-struct Hull {
-  CpuHull cpu;
-  HullQuery query{cpu};
-  std::vector<PointLaneCamera> lanes{point_lane_cameras(cpu)};
-  Hull(WorkerPool& pool, std::span<const Silhouette> silhouettes) : cpu(pool, silhouettes) {}
-};
-
-// One row of samples parallel to the longest edge.
-void take_row(std::span<const Vector3d> row_world_m, bool with_depth, const Hull& hull, std::vector<InHull>& verdicts, TriangleTruth& truth) {
-  verdicts.resize(row_world_m.size());
-  contains_in_lanes(hull.lanes, row_world_m, verdicts.data());
-  for (std::size_t i = 0; i < row_world_m.size(); ++i) {
-    if (!(verdicts[i] == InHull::unsettled ? hull.query.contains(row_world_m[i]) : verdicts[i] == InHull::yes)) {
-      truth.leaves = true;
-      continue;
-    }
-    truth.crosses = true;
-    // Neighbours' depths differ by less than their distance: one in sixteen is asked, and each until one is deep.
-    if (truth.deepest_m == 0 || (with_depth && i % 4 == 0)) truth.deepest_m = std::max(truth.deepest_m, hull.query.solid_radius_m(row_world_m[i]));
-  }
-}
-
-// Border included.
-TriangleTruth sampled(const Triangle& triangle, const Hull& hull) {
-  const TriangleView view = view_of(triangle);
-  const Vector3d base_m = view.base1_world_m - view.base0_world_m, side_m = view.apex_world_m - view.base0_world_m;
-  const double height_m = base_m.norm() > 0 ? base_m.cross(side_m).norm() / base_m.norm() : 0;
-  const int rows = std::max(2, int(std::ceil(height_m / kTruthSpacing_m)));
-  TriangleTruth truth{.leaves = false};
-  std::vector<Vector3d> row_world_m;
-  std::vector<InHull> verdicts;
-  for (int r = 0; r <= rows; ++r) {
-    const double y = double(r) / rows;
-    const int columns = std::max(2, int(std::ceil((1 - y) * base_m.norm() / kTruthSpacing_m)));
-    row_world_m.clear();
-    for (int c = 0; c <= columns; ++c) row_world_m.push_back(view.base0_world_m + y * side_m + (1 - y) * c / columns * base_m);
-    take_row(row_world_m, r % 4 == 0, hull, verdicts, truth);
-  }
-  return truth;
-}
+// Less deep than this is rounding.
+constexpr double kRounding_m = 1e-9;
 
 }  // namespace
 
-Truth sampled_truth(const CollisionScene& scene, std::size_t most, WorkerPool& pool) {
-  const Hull hull(pool, scene.silhouettes);
+Truth exact_truth(const CollisionScene& scene, std::size_t most, WorkerPool& pool) {
+  CpuHull hull(pool, scene.silhouettes);
+  const HullQuery query(hull);
+  const HullDistance distance(scene.silhouettes);
   Truth truth;
   std::vector<Asked> asked;
   for (std::size_t o = 0; o < scene.objects_world_m.size(); ++o) {
     truth.emplace_back(scene.objects_world_m[o].size());
     for (std::size_t i = 0; i < truth[o].size(); ++i) {
       const Ball ball = ball_around(scene.objects_world_m[o][i]);
-      const double free_m = hull.query.free_radius_m(ball.center_world_m);
+      const double free_m = query.free_radius_m(ball.center_world_m);
       truth[o][i].near = !(free_m >= ball.radius_m + kNear_m);
       if (!(free_m > ball.radius_m)) asked.push_back({o, i});
     }
@@ -95,9 +59,10 @@ Truth sampled_truth(const CollisionScene& scene, std::size_t most, WorkerPool& p
   asked.resize(std::min(most, asked.size()));
   pool.run(int(asked.size()), [&](int i, int) {
     TriangleTruth& t = truth[asked[i].object][asked[i].triangle];
-    const bool near = t.near;
-    t = sampled(scene.objects_world_m[asked[i].object][asked[i].triangle], hull);
-    t.near = near;
+    const fivepipe::TriangleTruth exact = triangle_truth(distance, scene.objects_world_m[asked[i].object][asked[i].triangle]);
+    t.crosses = exact.deepest_m > kRounding_m;
+    t.leaves = !exact.inside;
+    t.deepest_m = exact.deepest_m;
   });
   return truth;
 }

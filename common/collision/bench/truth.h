@@ -11,17 +11,16 @@ namespace fivepipe::collision_bench {
 struct TriangleTruth {
   bool crosses = false;  // some of it is in the hull
   bool leaves = true;  // some of it is not
-  double deepest_m = 0;  // of its points in the hull, the depth of the deepest: a lower bound
+  double deepest_m = 0;  // of its points in the hull, the depth of the deepest: a lower bound, 10 um and 1 % below at most
   bool near = false;  // some of it is in the hull or nearer to it than kNear_m, by a bound that may say so of a triangle farther off
   bool known = true;  // false: not asked (large scenes)
   bool crosses_border() const { return crosses && leaves; }
 };
 using Truth = std::vector<std::vector<TriangleTruth>>;  // by object, triangle
 
-// By samples, kTruthSpacing_m apart at most, of in_hull() and the solid radius; triangles that one ball certifies free or solid need none. Of
-// the others `most` are asked, drawn by seed. What is thinner than the spacing may be missed: `crosses` errs to one side only.
-Truth sampled_truth(const CollisionScene& scene, std::size_t most, WorkerPool& pool);
-inline constexpr double kTruthSpacing_m = 0.25e-3;
+// By the exact reference (triangle_reference.h); triangles that one ball certifies free need none. Of the others `most` are asked, drawn by
+// seed. What merely touches the hull, without a point deeper than rounding, does not cross.
+Truth exact_truth(const CollisionScene& scene, std::size_t most, WorkerPool& pool);
 
 struct TruthCounts {
   std::size_t triangles = 0, known = 0, crossing = 0, crossing_border = 0, near = 0;
