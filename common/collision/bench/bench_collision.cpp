@@ -133,7 +133,7 @@ constexpr const char* kHelp =
     "fivepipe bench collision [--json FILE] [--plot FILE.png|.svg] [--maps FOLDER] [--threads N] [--only TEXT] [--full | --quick]\n"
     "Time and error of the collision of virtual meshes with the hull of one frame's maps: backend cpu, certified; the paper's backend (viewports in a stencil window);\n"
     "every triangle sampled by brute force in vector lanes; the hull polygonised and given to the Flexible Collision Library (where installed).\n"
-    "Then the paper's cost model and accuracy law, fitted to its backend. Some two minutes.\n"
+    "Then the paper's cost model and accuracy law, fitted to its backend. Some three minutes.\n"
     "  --maps FOLDER  real maps as well: the folder seated4cam that `fivepipe maps` made\n"
     "  --threads N    of each method (2); those on the CPU on one thread as well\n"
     "  --only TEXT    results whose method/scene/setting has this in it: --only paper, --only /curtain720; --only laws: the fits alone\n"

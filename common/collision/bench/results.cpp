@@ -82,7 +82,7 @@ bool plot(const std::vector<Result>& results, const std::filesystem::path& file)
             {best(r.own_ms), std::max(kLeastDrawn_mm, 1000 * r.wrong.deepest_missed_border_m)});
     plots.add(
         std::string("set title '") + scene +
-            "'; set xlabel 'ms (best, beyond the maps)'; set ylabel 'deepest missed contact across the border, mm (none: at 0.01)'; set logscale xy; set yrange [0.008:]; set key outside right\n",
+            "'; set xlabel 'ms (best, beyond the maps)'; set ylabel 'deepest missed across the border, mm (none: 0.01)'; set logscale xy; set yrange [0.008:]; set key outside right\n",
         series);
   }
   return plots.draw();
