@@ -12,6 +12,7 @@
 #include "common/bench/timing.h"
 #include "common/collision/bench/methods.h"
 #include "common/collision/response.h"
+#include "common/collision/detection.h"
 #include "common/collision/rivals/brute_force.h"
 
 namespace fivepipe::collision_bench {
@@ -99,14 +100,25 @@ ResponseFit fit_response(const CollisionScene& scene, bool by_area, bool quick) 
   TriangleVolumeQuery query(kWindow_px, 10);
   for (const std::size_t cameras : {2, 3, 4}) {
     query.set_silhouettes(std::span(scene.silhouettes).first(cameras));
+    WorkerPool pool(1);
+    CpuHull hull(pool, query.silhouettes());
+    const HullQuery hull_query(hull);
     const Detection detection = detect(query, scene.objects_world_m);
     const auto hit = std::find_if(detection.objects.begin(), detection.objects.end(), [](const ObjectCollision& o) { return o.colliding(); });
     if (hit == detection.objects.end()) continue;
     const std::size_t object = std::size_t(hit - detection.objects.begin());
     for (const int window_px : {100, 200, 400, 800}) {
-      const ResponseConfig config{.window_px = window_px};
-      const ResponseRequest request{scene.objects[object].world_from_mesh.translation() - Vector3d(0, 0, 0.01), std::nullopt, true};
-      const double ms = best_ms(quick ? 2 : 15, [&] { respond(query, scene.objects_world_m[object], *hit, request, config); });
+      const ResponseConfig config{.search = HullSearch::sampled, .window_px = window_px};
+      const ResponseRequest request{.rp_object_world_m = scene.objects[object].world_from_mesh.translation() - Vector3d(0, 0, 0.01),
+                                    .v_rec_world = std::nullopt,
+                                    .normals = {.four_points = true, .closed_form = false}};
+      const Requery requery = [&](const Vector3d& move_world_m) {
+        std::vector<Triangle> moved = scene.objects_world_m[object];
+        for (Triangle& t : moved)
+          for (Vector3d& v : t) v += move_world_m;
+        return detect(query, std::vector<std::vector<Triangle>>{moved}).objects.front();
+      };
+      const double ms = best_ms(quick ? 2 : 15, [&] { respond(hull_query, *hit, request, requery, config); });
       measured.push_back({Eigen::Vector2d(1, double(window_px) * double(cameras) * (by_area ? window_px : 1)), ms});
     }
   }
