@@ -122,7 +122,6 @@ void gather_points(std::span<const std::pair<const Found*, const Found::Triangle
   std::size_t count = 0;
   for (const auto& [found, t] : triangles) count += t->points;
   collision.truncated |= count > max_points;
-  const CollisionPoint* farthest = nullptr;
   std::vector<CollisionPoint> all;
   all.reserve(count);
   for (const auto& [found, t] : triangles)
@@ -131,6 +130,7 @@ void gather_points(std::span<const std::pair<const Found*, const Found::Triangle
     collision.points = std::move(all);
     return;
   }
+  const CollisionPoint* farthest = nullptr;
   double farthest_m = -1;
   for (const CollisionPoint& p : all)
     if (const double m = (p.p_world_m - object.rp_object_world_m).norm(); m > farthest_m) farthest_m = m, farthest = &p;

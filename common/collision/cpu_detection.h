@@ -20,7 +20,7 @@ namespace fivepipe {
 
 struct DetectionOptions {
   double eps_m = 0.5e-3;
-  double spacing_m = 3e-3;         // at most, of CP_i along a triangle's edges; 0: the verdict alone, with one CP_i a triangle
+  double spacing_m = 3e-3;         // at most, from a CP_i to the next on its triangle; 0: the verdict alone, with one CP_i a triangle
   std::size_t max_points = 4096;   // of an object; of more, these are spread evenly over what was found
 };
 

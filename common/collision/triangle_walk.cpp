@@ -20,6 +20,8 @@ constexpr std::size_t kMostCells = 1 << 16;
 constexpr std::size_t kMostAsked = 1024;
 // Parts of at most so many samples an edge are not looked at, but sampled.
 constexpr double kSampledTogether = 4;
+// Samples are the middles of the parts: neighbours are two thirds of a part's median apart, which is no longer than its longest edge.
+constexpr double kSampleDistance = 2.0 / 3;
 // The first glance at a triangle, where only the verdict is wanted: so many parts an edge, sixteen in all, one vector.
 constexpr int kGlance = 4;
 
@@ -100,7 +102,7 @@ void TriangleWalk::choose_grid() {
   const double longest_m = std::max({(vertices_[1] - vertices_[0]).norm(), (vertices_[2] - vertices_[0]).norm(), (vertices_[2] - vertices_[1]).norm()});
   start_ = 1, divisions_ = 1;
   if (options_.spacing_m > 0) {
-    const double most = std::max(1.0, std::floor(std::sqrt(double(options_.max_points)))), needed = longest_m / options_.spacing_m;
+    const double most = std::max(1.0, std::floor(std::sqrt(double(options_.max_points)))), needed = kSampleDistance * longest_m / options_.spacing_m;
     if (needed > most) contact_.coarser = true;
     while (divisions_ < std::min(needed, most)) {
       if (start_ == 1 && divisions_ >= 2 && 3 * (divisions_ / 2) >= std::min(needed, most)) start_ = 3, divisions_ = 3 * (divisions_ / 2);
@@ -109,6 +111,7 @@ void TriangleWalk::choose_grid() {
   }
   units_ = divisions_;
   while (units_ <= kMostUnits && longest_m / units_ > options_.eps_m / kFinest) units_ *= 2;
+  per_a_m_ = (vertices_[1] - vertices_[0]) / units_, per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
 }
 
 // free: the part is behind a camera. some: of the others there is no map for all.
@@ -228,16 +231,19 @@ void TriangleWalk::take_solid(double h, double sample_h) {
   points_world_m_->reserve(points_world_m_->size() + solid_.count * std::size_t(rows) * std::size_t(rows));
   for (std::size_t i = 0; i < solid_.count; ++i) {
     const double a = solid_.a[i], b = solid_.b[i], step = solid_.sigma[i] * sample_h;
-    for (int row = 0; row < rows; ++row)
+    const Vector3d to_next = step * per_a_m_, between = (to_next + step * per_b_m_) / 3;  // from a part's middle to that of the one beside it
+    for (int row = 0; row < rows; ++row) {
+      const Vector3d first = point(a + step / 3, b + (row + 1.0 / 3) * step);
       for (int column = 0; column + row < rows; ++column) {
-        points_world_m_->push_back(point(a + (column + 1.0 / 3) * step, b + (row + 1.0 / 3) * step));
-        if (column + row + 1 < rows) points_world_m_->push_back(point(a + (column + 2.0 / 3) * step, b + (row + 2.0 / 3) * step));
+        points_world_m_->push_back(first + column * to_next);
+        if (column + row + 1 < rows) points_world_m_->push_back(first + column * to_next + between);
       }
+    }
     for (const Vector3d& corner : {point(a, b), point(a + rows * step, b), point(a, b + rows * step)}) consider(corner);
   }
 }
 
-Vector3d TriangleWalk::point(double a, double b) const { return vertices_[0] + a / units_ * (vertices_[1] - vertices_[0]) + b / units_ * (vertices_[2] - vertices_[0]); }
+Vector3d TriangleWalk::point(double a, double b) const { return vertices_[0] + a * per_a_m_ + b * per_b_m_; }
 
 Vector3d TriangleWalk::middle(const Cells& cells, std::size_t i, double h) const {
   const double third = cells.sigma[i] * h / 3;

@@ -56,6 +56,7 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
   std::vector<PixelFromWorld> pixels_from_world_;  // as the hull's cameras
   TriangleContact contact_;
   Triangle vertices_;         // of the part at hand
+  Eigen::Vector3d per_a_m_, per_b_m_;  // along its edges, a unit
   std::vector<TriangleMap> maps_;
   int divisions_ = 1;         // of an edge, by the samples' grid: start_ times a power of two
   int start_ = 1;             // into so many an edge is divided first
