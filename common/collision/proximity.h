@@ -1,0 +1,63 @@
+// How near the visual hull is: the distance from points and triangles of virtual objects to it, up to a cap, with certified bounds
+// (the paper's distance-field primitives): clearance maps, early warning, fields such as a real hand that warms a virtual plate.
+#pragma once
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/collision/triangle.h"
+#include "common/hull/hull_query.h"
+
+namespace fivepipe {
+
+// least_m <= distance <= most_m [m]. Where less was asked or is known than that, infinity is an upper bound and 0 a lower one.
+//   {0, 0}                 in the hull: a point that contains() confirms
+//   {cap, infinity}        at least the cap away
+//   {infinity, infinity}   there is no hull
+//   {0, infinity}          nothing is known: not finite, or a camera is not
+struct Proximity {
+  double least_m, most_m;
+  bool operator==(const Proximity&) const = default;
+};
+
+struct ProximityOptions {
+  double cap_m;        // finite, > 0
+  double tolerance_m;  // > 0: most_m - least_m where the distance is below the cap
+};
+
+// Searches the cubes around each point or triangle from the nearest on (proximity_cells.h), until what is left lies no more than the tolerance
+// nearer than a hull point already found. Answers depend on the hull, the options and the point or triangle alone, to the bit: not on
+// the others, their order, what was asked before, or threads.
+class HullProximity {
+ public:
+  // Borrows the query, which must outlive it. Keeps the cubes that it has asked about: best used for all objects of a frame. Throws
+  // std::invalid_argument where the options are not as said.
+  HullProximity(const HullQuery& query, const ProximityOptions& options);
+  ~HullProximity();
+
+  // In the hull's pool; of the size given. One call at a time.
+  void of_points(std::span<const Eigen::Vector3d> p_world_m, std::span<Proximity> proximity);
+  // Of a triangle's nearest point; for degenerate triangles too. The same for all orders of its vertices.
+  void of_triangles(std::span<const Triangle> triangles, std::span<Proximity> proximity);
+
+  // Cubes asked about so far: what its memory goes by, 16 bytes each.
+  std::size_t cubes_asked() const;
+
+ private:
+  struct Search;
+  std::unique_ptr<Search> search_;
+};
+
+// Of each vertex and each triangle of a mesh, as attributes.
+struct MeshProximity {
+  std::vector<Proximity> vertices, triangles;
+};
+MeshProximity mesh_proximity(HullProximity& hull, const Mesh& mesh, const Eigen::Isometry3d& world_from_object);
+
+// A cube is split no further below this fraction of the tolerance, nor are more cubes opened for one point or piece of a triangle: where
+// the hull is thinner, or its borders meet in a needle's point, the gap between the bounds stays wider than the tolerance.
+inline constexpr double kFinestCube = 1.0 / 64;
+inline constexpr int kMostCubesOpened = 4096;
+
+}  // namespace fivepipe
