@@ -1,6 +1,7 @@
 #include "common/collision/proximity.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <stdexcept>
 
@@ -42,15 +43,15 @@ void for_many(WorkerPool& pool, std::size_t count, const Work& work) {
   });
 }
 
+// What is asked of: a box around it, its nearest point to another, and, where the box is not all, how near a cube may come to it.
 struct PointShape {
   Vector3d p_world_m;
 
   const Vector3d& middle() const { return p_world_m; }
+  Vector3d half_extents_m() const { return Vector3d::Zero(); }
   const Vector3d& nearest_to(const Vector3d&) const { return p_world_m; }
   double rounding_m(double reach_m) const { return kRoundings * (p_world_m.cwiseAbs().sum() + reach_m); }
-  double to_cube_m(const Vector3d& center_world_m, double half_edge_m) const {
-    return ((p_world_m - center_world_m).cwiseAbs().array() - half_edge_m).max(0.0).matrix().norm();
-  }
+  double to_cube_m2(const Vector3d&, double, double to_box_m2) const { return to_box_m2; }
 };
 
 // (Ericson, Real-Time Collision Detection, 2005, 5.1.) All candidates are points of the triangle, whatever rounding does to their weights.
@@ -58,7 +59,7 @@ struct TriangleShape {
   Triangle t;
 
   Vector3d middle() const { return t[0].cwiseMin(t[1]).cwiseMin(t[2]) / 2 + t[0].cwiseMax(t[1]).cwiseMax(t[2]) / 2; }
-  double half_extent_m() const { return (t[0].cwiseMax(t[1]).cwiseMax(t[2]) / 2 - t[0].cwiseMin(t[1]).cwiseMin(t[2]) / 2).maxCoeff(); }
+  Vector3d half_extents_m() const { return t[0].cwiseMax(t[1]).cwiseMax(t[2]) / 2 - t[0].cwiseMin(t[1]).cwiseMin(t[2]) / 2; }
   Vector3d nearest_to(const Vector3d& p) const {
     Vector3d nearest = t[0];
     const auto consider = [&](const Vector3d& q) {
@@ -75,19 +76,31 @@ struct TriangleShape {
     return nearest;
   }
   // The triangle's edges and distance count: see kTriangleRounding.
-  double rounding_m(double reach_m) const { return kRoundings * (t[0].cwiseAbs().sum() + reach_m) + kTriangleRounding * (2 * half_extent_m() + reach_m); }
-  double to_cube_m(const Vector3d& center_world_m, double half_edge_m) const {
-    return (nearest_to(center_world_m) - center_world_m).norm() - std::sqrt(3.0) * half_edge_m;
+  double rounding_m(double reach_m) const { return kRoundings * (t[0].cwiseAbs().sum() + reach_m) + kTriangleRounding * (2 * half_extents_m().sum() + reach_m); }
+  double to_cube_m2(const Vector3d& center_world_m, double half_edge_m, double to_box_m2) const {
+    const double to_m = (nearest_to(center_world_m) - center_world_m).norm() - std::sqrt(3.0) * half_edge_m;
+    return to_m > 0 ? std::max(to_box_m2, to_m * to_m) : to_box_m2;
   }
 };
 
-// The best bounds so far, and the cubes that may hold nearer hull points.
+// A cube that may hold nearer hull points than those found.
 struct Candidate {
-  double to_m;  // no point of it is nearer
-  ProximityCells::Cell* cell;
-  Vector3d center_world_m;
+  double to_m2;  // no point of it is nearer
+  ProximityCells::Cube cube;
   double half_edge_m;
-  bool operator<(const Candidate& other) const { return to_m > other.to_m; }  // the nearest is a heap's first
+  bool operator<(const Candidate& other) const { return to_m2 > other.to_m2; }  // the nearest is a heap's first
+};
+
+// Squared distances along one axis between a shape's box and the lower and upper half of a cube.
+struct Gaps {
+  double m2[2];
+  Gaps(double from_center_m, double half_extent_m, double half_edge_m) {
+    const double quarter_m = half_edge_m / 2;
+    for (int i = 0; i < 2; ++i) {
+      const double gap_m = std::max(0.0, std::abs(from_center_m + (i ? -quarter_m : quarter_m)) - (quarter_m + half_extent_m));
+      m2[i] = gap_m * gap_m;
+    }
+  }
 };
 
 }  // namespace
@@ -104,22 +117,22 @@ struct HullProximity::Search {
   template <class Shape>
   Proximity nearest(const Shape& shape, double most_m, int thread);
   template <class Shape>
-  void approach(const Shape& shape, const Vector3d& p_world_m, double least_m, double rounding_m, double& most_m) const;
+  bool approach(const Shape& shape, const Vector3d& p_world_m, double least_m, double rounding_m, double& most_m) const;
   std::optional<Proximity> without_search(const Vector3d& p_world_m) const;
   Proximity of_point(const Vector3d& p_world_m, int thread);
   Proximity of_triangle(Triangle triangle, double most_m, int thread);
   Proximity of_piece(const TriangleShape& piece, double most_m, int thread);
 };
 
-// Where p is in the hull: most_m becomes its distance from the shape, or that of a hull point on the way there.
+// Where p is in the hull, and nearer than most_m: that becomes its distance from the shape, or that of a hull point on the way there.
 template <class Shape>
-void HullProximity::Search::approach(const Shape& shape, const Vector3d& p_world_m, double least_m, double rounding_m, double& most_m) const {
+bool HullProximity::Search::approach(const Shape& shape, const Vector3d& p_world_m, double least_m, double rounding_m, double& most_m) const {
   const Vector3d to = shape.nearest_to(p_world_m), way = p_world_m - to;
   const double length_m = way.norm();
-  if (!(length_m + rounding_m < most_m) || !query.contains(p_world_m)) return;
+  if (!(length_m + rounding_m < most_m) || !query.contains(p_world_m)) return false;
   if (query.contains(to)) {
     most_m = 0;
-    return;
+    return true;
   }
   double outside_m = std::min(least_m, length_m), inside_m = length_m;
   while (inside_m - outside_m > kNearEnough * options.tolerance_m) {
@@ -128,6 +141,7 @@ void HullProximity::Search::approach(const Shape& shape, const Vector3d& p_world
     (query.contains(to + between_m / length_m * way) ? inside_m : outside_m) = between_m;
   }
   most_m = inside_m + rounding_m;
+  return true;
 }
 
 // Best first. The shape lies, with the cap around it, in the cubes around its middle.
@@ -135,34 +149,46 @@ template <class Shape>
 Proximity HullProximity::Search::nearest(const Shape& shape, double most_m, int thread) {
   std::vector<Candidate>& heap = heaps[std::size_t(thread)];
   heap.clear();
+  const Vector3d middle = shape.middle(), half_extents_m = shape.half_extents_m();
   const double rounding_m = shape.rounding_m(kRootEdge_caps * options.cap_m), finest_m = kFinestCube * options.tolerance_m / 2;
-  double left_out_m = kInfinity;  // the nearest of the cubes that are not looked into
-  const auto add = [&](const ProximityCells::Cube& cube, double half_edge_m) {
-    const double to_m = std::max(0.0, shape.to_cube_m(cube.center_world_m, half_edge_m) - rounding_m);
-    if (to_m >= std::min(options.cap_m, most_m - options.tolerance_m) || half_edge_m < finest_m) {
-      left_out_m = std::min(left_out_m, to_m);
-    } else {
-      heap.push_back({to_m, cube.cell, cube.center_world_m, half_edge_m});
-      std::push_heap(heap.begin(), heap.end());
-    }
+  double left_out_m2 = kInfinity;  // the nearest of the cubes that are not looked into
+  double enough_m2 = 0;            // what is not nearer need not be
+  const auto set_enough = [&] {
+    const double enough_m = std::min(options.cap_m, most_m - options.tolerance_m) + rounding_m;
+    enough_m2 = enough_m > 0 ? enough_m * enough_m : 0;
   };
-  for (const ProximityCells::Cube& cube : cells.around(shape.middle(), thread))
-    if (!cube.cell->answer.free) add(cube, cells.root_edge_m() / 2);
-  for (int opened = 0; !heap.empty() && heap.front().to_m < most_m - options.tolerance_m && opened < kMostCubesOpened; ++opened) {
+  set_enough();
+  for (const ProximityCells::Cube& cube : cells.around(middle, thread)) {
+    const double half_edge_m = cells.root_edge_m() / 2;
+    const double to_m2 = ((middle - cube.center_world_m).cwiseAbs() - half_extents_m - Vector3d::Constant(half_edge_m)).cwiseMax(0).squaredNorm();
+    if (to_m2 < enough_m2) heap.push_back({to_m2, cube, half_edge_m});
+    else left_out_m2 = std::min(left_out_m2, to_m2);
+  }
+  std::make_heap(heap.begin(), heap.end());
+  for (int opened = 0; !heap.empty() && heap.front().to_m2 < enough_m2 && opened < kMostCubesOpened; ++opened) {
     const Candidate next = heap.front();
     std::pop_heap(heap.begin(), heap.end());
     heap.pop_back();
-    auto& eighths = cells.eighths({next.cell, next.center_world_m}, next.half_edge_m, thread).cells;
-    for (int i = 0; i < 8; ++i) {
-      ProximityCells::Cell& cell = eighths[std::size_t(i)];
-      if (cell.answer.free) continue;
-      const Vector3d center_world_m = ProximityCells::center_of_eighth(next.center_world_m, next.half_edge_m, i);
-      if (cell.answer.center_in_hull) approach(shape, center_world_m, next.to_m, rounding_m, most_m);
-      add({&cell, center_world_m}, next.half_edge_m / 2);
+    ProximityCells::Eighths& eighths = cells.eighths(next.cube, next.half_edge_m, thread);
+    const Vector3d from_center_m = middle - next.cube.center_world_m;
+    const Gaps x(from_center_m.x(), half_extents_m.x(), next.half_edge_m), y(from_center_m.y(), half_extents_m.y(), next.half_edge_m), z(from_center_m.z(), half_extents_m.z(), next.half_edge_m);
+    for (unsigned left = eighths.not_free; left; left &= left - 1) {
+      const int i = std::countr_zero(left);
+      double to_m2 = x.m2[i & 1] + y.m2[i >> 1 & 1] + z.m2[i >> 2];
+      const Vector3d center_world_m = ProximityCells::center_of_eighth(next.cube.center_world_m, next.half_edge_m, i);
+      if ((eighths.in_hull >> i & 1) && approach(shape, center_world_m, std::sqrt(next.to_m2), rounding_m, most_m)) set_enough();
+      if (to_m2 < enough_m2) to_m2 = shape.to_cube_m2(center_world_m, next.half_edge_m / 2, to_m2);
+      if (to_m2 < enough_m2 && next.half_edge_m / 2 >= finest_m) {
+        heap.push_back({to_m2, {&eighths.inside[std::size_t(i)], center_world_m}, next.half_edge_m / 2});
+        std::push_heap(heap.begin(), heap.end());
+      } else {
+        left_out_m2 = std::min(left_out_m2, to_m2);
+      }
     }
   }
   if (!(most_m > 0)) return kInHull;
-  const double least_m = std::min({left_out_m, heap.empty() ? kInfinity : heap.front().to_m, most_m});
+  const double to_rest_m = std::sqrt(std::min(left_out_m2, heap.empty() ? kInfinity : heap.front().to_m2)) - rounding_m;
+  const double least_m = std::clamp(to_rest_m, 0.0, most_m);
   if (least_m >= options.cap_m) return {options.cap_m, kInfinity};
   return {least_m, most_m};
 }
@@ -180,7 +206,7 @@ std::optional<Proximity> HullProximity::Search::without_search(const Vector3d& p
 Proximity HullProximity::Search::of_point(const Vector3d& p_world_m, int thread) {
   if (const auto said = without_search(p_world_m)) return *said;
   const auto& around = cells.around(p_world_m, thread);
-  if (std::all_of(around.begin(), around.end(), [](const ProximityCells::Cube& cube) { return cube.cell->answer.free; })) return {options.cap_m, kInfinity};
+  if (around.empty()) return {options.cap_m, kInfinity};
   if (query.contains(p_world_m)) return kInHull;
   return nearest(PointShape{p_world_m}, kInfinity, thread);
 }
@@ -188,7 +214,7 @@ Proximity HullProximity::Search::of_point(const Vector3d& p_world_m, int thread)
 // Pieces that the cubes around their middles hold; of those beyond the cap by their circumscribed ball, none.
 Proximity HullProximity::Search::of_piece(const TriangleShape& piece, double most_m, int thread) {
   const Vector3d middle = piece.middle();
-  const double half_m = piece.half_extent_m();
+  const double half_m = piece.half_extents_m().maxCoeff();
   if (half_m <= kPiece_caps * options.cap_m) return nearest(piece, most_m, thread);
   if (query.free_radius_m(middle) >= options.cap_m + std::sqrt(3.0) * half_m * (1 + kRoundings)) return {options.cap_m, kInfinity};
   Proximity whole{options.cap_m, kInfinity};

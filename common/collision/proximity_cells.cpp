@@ -116,13 +116,12 @@ const ProximityCells::Around& ProximityCells::around(const Vector3d& p_world_m, 
     for (std::size_t i = 0; i < 8; ++i) {
       const Place place = {first[0] + std::int64_t(i & 1), first[1] + std::int64_t(i >> 1 & 1), first[2] + std::int64_t(i >> 2)};
       const Vector3d center_world_m = root_edge_m_ * (Vector3d(double(place[0]), double(place[1]), double(place[2])) + Vector3d::Constant(0.5));
-      Cell*& root = root_at_[place];
-      if (!root) {
-        root = &roots_.emplace_back();
-        root->answer = query_.ask(center_world_m, root_edge_m_ / 2);
+      const auto [root, is_first] = root_at_.try_emplace(place);
+      if (is_first) {
         ++own.asked;
+        if (!query_.ask(center_world_m, root_edge_m_ / 2).free) root->second = std::make_unique<Inside>(nullptr);
       }
-      found->second[i] = {root, center_world_m};
+      if (root->second) found->second.push_back({root->second.get(), center_world_m});
     }
   }
   own.last = &found->second;
@@ -139,13 +138,18 @@ ProximityCells::Eighths& ProximityCells::spare(Own& own) {
 }
 
 ProximityCells::Eighths& ProximityCells::eighths(const Cube& cube, double half_edge_m, int thread) {
-  if (Eighths* there = cube.cell->eighths.load(std::memory_order_acquire)) return *there;
+  if (Eighths* there = cube.inside->load(std::memory_order_acquire)) return *there;
   Own& own = own_[std::size_t(thread)];
   Eighths& made = spare(own);
-  for (int i = 0; i < 8; ++i) made.cells[std::size_t(i)].answer = query_.ask(center_of_eighth(cube.center_world_m, half_edge_m, i), half_edge_m / 2);
+  made.not_free = made.in_hull = 0;
+  for (int i = 0; i < 8; ++i) {
+    const CubeAnswer answer = query_.ask(center_of_eighth(cube.center_world_m, half_edge_m, i), half_edge_m / 2);
+    made.not_free = std::uint8_t(made.not_free | !answer.free << i);
+    made.in_hull = std::uint8_t(made.in_hull | answer.center_in_hull << i);
+  }
   own.asked += 8;
   Eighths* first = nullptr;
-  if (!cube.cell->eighths.compare_exchange_strong(first, &made, std::memory_order_acq_rel)) return *first;  // another was faster: the same answers; ours stays spare
+  if (!cube.inside->compare_exchange_strong(first, &made, std::memory_order_acq_rel)) return *first;  // another was faster: the same answers; ours stays spare
   --own.left;
   return made;
 }

@@ -7,7 +7,6 @@
 #pragma once
 #include <array>
 #include <atomic>
-#include <deque>
 #include <memory>
 #include <mutex>
 #include <unordered_map>
@@ -49,24 +48,23 @@ class CubeQuery {
 class ProximityCells {
  public:
   struct Eighths;
-  struct Cell {
-    std::atomic<Eighths*> eighths = nullptr;  // owned by the thread that was first
-    CubeAnswer answer;
-  };
+  // Where a cube's eighths are, once they were asked for; owned by the thread that was first.
+  using Inside = std::atomic<Eighths*>;
   struct Eighths {
-    std::array<Cell, 8> cells;  // bit 0, 1, 2 of the index: towards +x, +y, +z
+    std::array<Inside, 8> inside{};            // bit 0, 1, 2 of the index: towards +x, +y, +z
+    std::uint8_t not_free = 0, in_hull = 0;  // bits by index: what CubeAnswer says
   };
+  // A cube that may hold hull points.
   struct Cube {
-    Cell* cell;
+    Inside* inside;
     Eigen::Vector3d center_world_m;
   };
-  using Around = std::array<Cube, 8>;
+  using Around = std::vector<Cube>;  // up to eight; none: all of it is free
 
   ProximityCells(const HullQuery& query, double root_edge_m, int threads);
 
-  // The eight lattice cubes of root_edge_m that hold all that lies within half an edge of p. `thread`: as in WorkerPool.
+  // Of the lattice cubes of root_edge_m those that may hold hull points within half an edge of p. `thread`: as in WorkerPool.
   const Around& around(const Eigen::Vector3d& p_world_m, int thread);
-  // Of a cube that is not free.
   Eighths& eighths(const Cube& cube, double half_edge_m, int thread);
   static Eigen::Vector3d center_of_eighth(const Eigen::Vector3d& center_world_m, double half_edge_m, int eighth) {
     const double quarter_m = half_edge_m / 2;
@@ -96,8 +94,7 @@ class ProximityCells {
   double root_edge_m_;
   std::vector<Own> own_;
   std::mutex roots_mutex_;
-  std::deque<Cell> roots_;
-  std::unordered_map<Place, Cell*, PlaceHash> root_at_;
+  std::unordered_map<Place, std::unique_ptr<Inside>, PlaceHash> root_at_;  // null: free
 };
 
 }  // namespace fivepipe
