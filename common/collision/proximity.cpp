@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "common/collision/proximity_cells.h"
+#include "common/collision/proximity_shapes.h"
 
 namespace fivepipe {
 namespace {
@@ -18,22 +19,18 @@ constexpr Proximity kInHull{0, 0}, kNoHullAtAll{kInfinity, kInfinity}, kUnknown{
 // Points that a thread takes together.
 constexpr int kTogether = 64;
 
-// Of distances between points, in the sizes of their coordinates: fewer than 20 roundings.
-constexpr double kRoundings = 32 * std::numeric_limits<double>::epsilon();
-
 // Farther out than so many caps, lattice cubes have no exact coordinates any more: free_radius_m alone is said.
 constexpr double kFarthest_caps = 1e9;
 
 // A hull point is moved towards the asked one until it is so near to the first that may be one, as a fraction of the tolerance.
 constexpr double kNearEnough = 0.125;
 
+// Cubes down to this size, as a fraction of the tolerance, are opened at once.
+constexpr double kFirstSmallest = 1;
+
 // Edge of the lattice's cubes, and the half extent of the pieces that triangles are cut into: a piece and the cap around it lie within half
 // an edge of the piece's middle.
 constexpr double kRootEdge_caps = 4, kPiece_caps = 0.9;
-
-// The nearest point of a sliver is told only to about the square root of what double tells, of the lengths that take part: where its
-// height is below that, weights are noise and one of its edges stands for it.
-constexpr double kTriangleRounding = 1e-7;
 
 template <class Work>
 void for_many(WorkerPool& pool, std::size_t count, const Work& work) {
@@ -43,52 +40,15 @@ void for_many(WorkerPool& pool, std::size_t count, const Work& work) {
   });
 }
 
-// What is asked of: a box around it, its nearest point to another, and, where the box is not all, how near a cube may come to it.
-struct PointShape {
-  Vector3d p_world_m;
-
-  const Vector3d& middle() const { return p_world_m; }
-  Vector3d half_extents_m() const { return Vector3d::Zero(); }
-  const Vector3d& nearest_to(const Vector3d&) const { return p_world_m; }
-  double rounding_m(double reach_m) const { return kRoundings * (p_world_m.cwiseAbs().sum() + reach_m); }
-  double to_cube_m2(const Vector3d&, double, double to_box_m2) const { return to_box_m2; }
-};
-
-// (Ericson, Real-Time Collision Detection, 2005, 5.1.) All candidates are points of the triangle, whatever rounding does to their weights.
-struct TriangleShape {
-  Triangle t;
-
-  Vector3d middle() const { return t[0].cwiseMin(t[1]).cwiseMin(t[2]) / 2 + t[0].cwiseMax(t[1]).cwiseMax(t[2]) / 2; }
-  Vector3d half_extents_m() const { return t[0].cwiseMax(t[1]).cwiseMax(t[2]) / 2 - t[0].cwiseMin(t[1]).cwiseMin(t[2]) / 2; }
-  Vector3d nearest_to(const Vector3d& p) const {
-    Vector3d nearest = t[0];
-    const auto consider = [&](const Vector3d& q) {
-      if ((q - p).squaredNorm() < (nearest - p).squaredNorm()) nearest = q;
-    };
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vector3d &a = t[i], ab = t[(i + 1) % 3] - a;
-      const double length2 = ab.squaredNorm();
-      consider(length2 > 0 ? Vector3d(a + std::clamp(ab.dot(p - a) / length2, 0.0, 1.0) * ab) : a);
-    }
-    const Vector3d ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0], normal = ab.cross(ac);
-    const double weight_b = ap.cross(ac).dot(normal), weight_c = ab.cross(ap).dot(normal), sum = normal.squaredNorm();
-    if (weight_b >= 0 && weight_c >= 0 && sum > 0 && weight_b + weight_c <= sum) consider(t[0] + weight_b / sum * ab + weight_c / sum * ac);
-    return nearest;
-  }
-  // The triangle's edges and distance count: see kTriangleRounding.
-  double rounding_m(double reach_m) const { return kRoundings * (t[0].cwiseAbs().sum() + reach_m) + kTriangleRounding * (2 * half_extents_m().sum() + reach_m); }
-  double to_cube_m2(const Vector3d& center_world_m, double half_edge_m, double to_box_m2) const {
-    const double to_m = (nearest_to(center_world_m) - center_world_m).norm() - std::sqrt(3.0) * half_edge_m;
-    return to_m > 0 ? std::max(to_box_m2, to_m * to_m) : to_box_m2;
-  }
-};
-
 // A cube that may hold nearer hull points than those found.
 struct Candidate {
   double to_m2;  // no point of it is nearer
   ProximityCells::Cube cube;
   double half_edge_m;
-  bool operator<(const Candidate& other) const { return to_m2 > other.to_m2; }  // the nearest is a heap's first
+  bool operator<(const Candidate& other) const { return to_m2 > other.to_m2; }  // the nearest stands last, and is the next
+};
+struct Candidates {
+  std::vector<Candidate> now, later;
 };
 
 // Squared distances along one axis between a shape's box and the lower and upper half of a cube.
@@ -109,86 +69,110 @@ struct HullProximity::Search {
   const HullQuery& query;
   ProximityOptions options;
   ProximityCells cells;
-  std::vector<std::vector<Candidate>> heaps;  // one per thread
+  std::vector<Candidates> candidates;  // one per thread
 
   Search(const HullQuery& q, const ProximityOptions& o)
-      : query(q), options(o), cells(q, kRootEdge_caps * o.cap_m, q.hull().pool().threads()), heaps(std::size_t(q.hull().pool().threads())) {}
+      : query(q), options(o), cells(q, kRootEdge_caps * o.cap_m, q.hull().pool().threads()), candidates(std::size_t(q.hull().pool().threads())) {}
 
   template <class Shape>
   Proximity nearest(const Shape& shape, double most_m, int thread);
   template <class Shape>
-  bool approach(const Shape& shape, const Vector3d& p_world_m, double least_m, double rounding_m, double& most_m) const;
+  bool approach(const Shape& shape, const Vector3d& p_world_m, double step_m, double rounding_m, double& most_m) const;
   std::optional<Proximity> without_search(const Vector3d& p_world_m) const;
   Proximity of_point(const Vector3d& p_world_m, int thread);
-  Proximity of_triangle(Triangle triangle, double most_m, int thread);
+  Proximity of_triangle(Triangle triangle, const Proximity& known, int thread);
   Proximity of_piece(const TriangleShape& piece, double most_m, int thread);
 };
 
-// Where p is in the hull, and nearer than most_m: that becomes its distance from the shape, or that of a hull point on the way there.
+// Where p is in the hull, and nearer than most_m: that becomes its distance from the shape, or that of a hull point on the way there,
+// looked for in growing steps.
 template <class Shape>
-bool HullProximity::Search::approach(const Shape& shape, const Vector3d& p_world_m, double least_m, double rounding_m, double& most_m) const {
+bool HullProximity::Search::approach(const Shape& shape, const Vector3d& p_world_m, double step_m, double rounding_m, double& most_m) const {
   const Vector3d to = shape.nearest_to(p_world_m), way = p_world_m - to;
-  const double length_m = way.norm();
+  const double length_m2 = way.squaredNorm();
+  if (!(length_m2 < most_m * most_m)) return false;
+  const double length_m = std::sqrt(length_m2);
   if (!(length_m + rounding_m < most_m) || !query.contains(p_world_m)) return false;
   if (query.contains(to)) {
     most_m = 0;
     return true;
   }
-  double outside_m = std::min(least_m, length_m), inside_m = length_m;
+  const Vector3d direction = way / length_m;
+  double inside_m = length_m, outside_m = length_m - step_m;
+  for (; outside_m > 0 && query.contains(to + outside_m * direction); outside_m -= 2 * (length_m - outside_m)) inside_m = outside_m;
+  outside_m = std::max(outside_m, 0.0);
   while (inside_m - outside_m > kNearEnough * options.tolerance_m) {
     const double between_m = (inside_m + outside_m) / 2;
     if (!(between_m > outside_m && between_m < inside_m)) break;
-    (query.contains(to + between_m / length_m * way) ? inside_m : outside_m) = between_m;
+    (query.contains(to + between_m * direction) ? inside_m : outside_m) = between_m;
   }
   most_m = inside_m + rounding_m;
   return true;
 }
 
-// Best first. The shape lies, with the cap around it, in the cubes around its middle.
+// Depth first, the nearest first, down to a size of cubes; then those left, to half that size, and so on: a cube small enough to tell the
+// tolerance is worth its opening only once hull points are known. The shape lies, with the cap around it, in the cubes around its middle.
 template <class Shape>
 Proximity HullProximity::Search::nearest(const Shape& shape, double most_m, int thread) {
-  std::vector<Candidate>& heap = heaps[std::size_t(thread)];
-  heap.clear();
-  const Vector3d middle = shape.middle(), half_extents_m = shape.half_extents_m();
+  auto& [now, later] = candidates[std::size_t(thread)];
+  now.clear();
+  later.clear();
+  const Vector3d &middle = shape.middle, &half_extents_m = shape.half_extents_m;
   const double rounding_m = shape.rounding_m(kRootEdge_caps * options.cap_m), finest_m = kFinestCube * options.tolerance_m / 2;
-  double left_out_m2 = kInfinity;  // the nearest of the cubes that are not looked into
-  double enough_m2 = 0;            // what is not nearer need not be
+  double enough_m = 0, enough_m2 = 0;  // hull points that are not nearer than this need not be told apart from those found
   const auto set_enough = [&] {
-    const double enough_m = std::min(options.cap_m, most_m - options.tolerance_m) + rounding_m;
-    enough_m2 = enough_m > 0 ? enough_m * enough_m : 0;
+    enough_m = std::min(options.cap_m, most_m - options.tolerance_m);
+    enough_m2 = enough_m > 0 ? (enough_m + rounding_m) * (enough_m + rounding_m) : 0;
   };
   set_enough();
   for (const ProximityCells::Cube& cube : cells.around(middle, thread)) {
     const double half_edge_m = cells.root_edge_m() / 2;
-    const double to_m2 = ((middle - cube.center_world_m).cwiseAbs() - half_extents_m - Vector3d::Constant(half_edge_m)).cwiseMax(0).squaredNorm();
-    if (to_m2 < enough_m2) heap.push_back({to_m2, cube, half_edge_m});
-    else left_out_m2 = std::min(left_out_m2, to_m2);
+    now.push_back({((middle - cube.center_world_m).cwiseAbs() - half_extents_m - Vector3d::Constant(half_edge_m)).cwiseMax(0).squaredNorm(), cube, half_edge_m});
   }
-  std::make_heap(heap.begin(), heap.end());
-  for (int opened = 0; !heap.empty() && heap.front().to_m2 < enough_m2 && opened < kMostCubesOpened; ++opened) {
-    const Candidate next = heap.front();
-    std::pop_heap(heap.begin(), heap.end());
-    heap.pop_back();
-    ProximityCells::Eighths& eighths = cells.eighths(next.cube, next.half_edge_m, thread);
-    const Vector3d from_center_m = middle - next.cube.center_world_m;
-    const Gaps x(from_center_m.x(), half_extents_m.x(), next.half_edge_m), y(from_center_m.y(), half_extents_m.y(), next.half_edge_m), z(from_center_m.z(), half_extents_m.z(), next.half_edge_m);
-    for (unsigned left = eighths.not_free; left; left &= left - 1) {
-      const int i = std::countr_zero(left);
-      double to_m2 = x.m2[i & 1] + y.m2[i >> 1 & 1] + z.m2[i >> 2];
-      const Vector3d center_world_m = ProximityCells::center_of_eighth(next.cube.center_world_m, next.half_edge_m, i);
-      if ((eighths.in_hull >> i & 1) && approach(shape, center_world_m, std::sqrt(next.to_m2), rounding_m, most_m)) set_enough();
-      if (to_m2 < enough_m2) to_m2 = shape.to_cube_m2(center_world_m, next.half_edge_m / 2, to_m2);
-      if (to_m2 < enough_m2 && next.half_edge_m / 2 >= finest_m) {
-        heap.push_back({to_m2, {&eighths.inside[std::size_t(i)], center_world_m}, next.half_edge_m / 2});
-        std::push_heap(heap.begin(), heap.end());
-      } else {
-        left_out_m2 = std::min(left_out_m2, to_m2);
+  std::sort(now.begin(), now.end());
+  double left_out_m2 = kInfinity;  // the nearest of the cubes that are too small to be opened
+  int opened = 0;
+  for (double smallest_m = kFirstSmallest * options.tolerance_m / 2; !now.empty(); smallest_m /= 2) {
+    while (!now.empty()) {
+      const Candidate next = now.back();
+      now.pop_back();
+      if (!(next.to_m2 < enough_m2)) continue;
+      if (next.half_edge_m < smallest_m) {
+        later.push_back(next);
+        continue;
+      }
+      if (next.half_edge_m < finest_m || opened == kMostCubesOpened) {
+        left_out_m2 = std::min(left_out_m2, next.to_m2);
+        continue;
+      }
+      ++opened;
+      const ProximityCells::Eighths& eighths = cells.eighths(next.cube, next.half_edge_m, thread);
+      const Vector3d from_center_m = middle - next.cube.center_world_m;
+      const auto center_of = [&](int i) { return ProximityCells::center_of_eighth(next.cube.center_world_m, next.half_edge_m, i); };
+      for (unsigned left = eighths.in_hull; left; left &= left - 1)
+        if (approach(shape, center_of(std::countr_zero(left)), next.half_edge_m, rounding_m, most_m)) set_enough();
+      const Gaps x(from_center_m.x(), half_extents_m.x(), next.half_edge_m), y(from_center_m.y(), half_extents_m.y(), next.half_edge_m), z(from_center_m.z(), half_extents_m.z(), next.half_edge_m);
+      double to_m2[8];
+      unsigned near = 0;
+      for (int i = 0; i < 8; ++i) {
+        to_m2[i] = x.m2[i & 1] + y.m2[i >> 1 & 1] + z.m2[i >> 2];
+        near |= unsigned(to_m2[i] < enough_m2) << i;
+      }
+      const std::size_t before = now.size();
+      for (unsigned left = near & eighths.not_free; left; left &= left - 1) {
+        const int i = std::countr_zero(left);
+        const Vector3d center_world_m = center_of(i);
+        const double nearer_m2 = shape.to_cube_m2(center_world_m, next.half_edge_m / 2, to_m2[i]);
+        if (!(nearer_m2 < enough_m2)) continue;
+        now.push_back({nearer_m2, {const_cast<ProximityCells::Inside*>(&eighths.inside[std::size_t(i)]), center_world_m}, next.half_edge_m / 2});
+        for (std::size_t k = now.size() - 1; k > before && now[k - 1].to_m2 < now[k].to_m2; --k) std::swap(now[k - 1], now[k]);
       }
     }
+    std::sort(later.begin(), later.end());
+    std::swap(now, later);
   }
   if (!(most_m > 0)) return kInHull;
-  const double to_rest_m = std::sqrt(std::min(left_out_m2, heap.empty() ? kInfinity : heap.front().to_m2)) - rounding_m;
-  const double least_m = std::clamp(to_rest_m, 0.0, most_m);
+  const double least_m = std::max(0.0, std::min(enough_m, std::sqrt(left_out_m2) - rounding_m));
   if (least_m >= options.cap_m) return {options.cap_m, kInfinity};
   return {least_m, most_m};
 }
@@ -213,28 +197,28 @@ Proximity HullProximity::Search::of_point(const Vector3d& p_world_m, int thread)
 
 // Pieces that the cubes around their middles hold; of those beyond the cap by their circumscribed ball, none.
 Proximity HullProximity::Search::of_piece(const TriangleShape& piece, double most_m, int thread) {
-  const Vector3d middle = piece.middle();
-  const double half_m = piece.half_extents_m().maxCoeff();
+  const double half_m = piece.half_extents_m.maxCoeff();
   if (half_m <= kPiece_caps * options.cap_m) return nearest(piece, most_m, thread);
-  if (query.free_radius_m(middle) >= options.cap_m + std::sqrt(3.0) * half_m * (1 + kRoundings)) return {options.cap_m, kInfinity};
+  if (query.free_radius_m(piece.middle) >= options.cap_m + std::sqrt(3.0) * half_m + piece.rounding_m(options.cap_m)) return {options.cap_m, kInfinity};
   Proximity whole{options.cap_m, kInfinity};
   const auto& [a, b, c] = piece.t;
   const Vector3d ab = (a + b) / 2, bc = (b + c) / 2, ca = (c + a) / 2;
-  for (const TriangleShape& part : {TriangleShape{{a, ab, ca}}, TriangleShape{{ab, b, bc}}, TriangleShape{{ca, bc, c}}, TriangleShape{{ab, bc, ca}}}) {
-    const Proximity p = of_piece(part, std::min(most_m, whole.most_m), thread);
+  for (const Triangle& part : {Triangle{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) {
+    const Proximity p = of_piece(TriangleShape(part), std::min(most_m, whole.most_m), thread);
     if (!(p.most_m > 0)) return kInHull;
     whole = {std::min(whole.least_m, p.least_m), std::min(whole.most_m, p.most_m)};
   }
   return whole;
 }
 
-Proximity HullProximity::Search::of_triangle(Triangle triangle, double most_m, int thread) {
+Proximity HullProximity::Search::of_triangle(Triangle triangle, const Proximity& known, int thread) {
   for (const Vector3d& vertex : triangle)
     if (!vertex.allFinite()) return kUnknown;
   for (const Vector3d& vertex : triangle)
     if (const auto said = without_search(vertex)) return said->least_m == kInfinity ? kNoHullAtAll : kUnknown;
+  if (known.most_m - known.least_m <= options.tolerance_m) return known;
   std::sort(triangle.begin(), triangle.end(), [](const Vector3d& a, const Vector3d& b) { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); });
-  return of_piece({triangle}, most_m, thread);
+  return of_piece(TriangleShape(triangle), known.most_m, thread);
 }
 
 HullProximity::HullProximity(const HullQuery& query, const ProximityOptions& options) {
@@ -248,19 +232,35 @@ void HullProximity::of_points(std::span<const Vector3d> p_world_m, std::span<Pro
 }
 
 void HullProximity::of_triangles(std::span<const Triangle> triangles, std::span<Proximity> proximity) {
-  for_many(search_->query.hull().pool(), triangles.size(), [&](std::size_t i, int thread) { proximity[i] = search_->of_triangle(triangles[i], kInfinity, thread); });
+  for_many(search_->query.hull().pool(), triangles.size(), [&](std::size_t i, int thread) { proximity[i] = search_->of_triangle(triangles[i], kUnknown, thread); });
 }
 
-std::size_t HullProximity::cubes_asked() const { return search_->cells.asked(); }
+// Distance changes by no more than one moves: what the vertices say of their triangle.
+static Proximity known_from_vertices(const Triangle& triangle, const std::array<Proximity, 3>& vertices) {
+  Proximity known = kUnknown;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3d& vertex = triangle[i];
+    const double reach_m = std::sqrt(std::max((triangle[(i + 1) % 3] - vertex).squaredNorm(), (triangle[(i + 2) % 3] - vertex).squaredNorm()));
+    known.least_m = std::max(known.least_m, vertices[i].least_m - reach_m - kDistanceRoundings * (vertex.cwiseAbs().sum() + reach_m));
+    known.most_m = std::min(known.most_m, vertices[i].most_m);
+  }
+  return {std::min(known.least_m, known.most_m), known.most_m};
+}
 
-MeshProximity mesh_proximity(HullProximity& hull, const Mesh& mesh, const Eigen::Isometry3d& world_from_object) {
+MeshProximity HullProximity::of_mesh(const Mesh& mesh, const Eigen::Isometry3d& world_from_object) {
   std::vector<Vector3d> vertices_world_m;
   vertices_world_m.reserve(mesh.vertices_m.size());
   for (const Vector3d& v : mesh.vertices_m) vertices_world_m.push_back(world_from_object * v);
   MeshProximity found{std::vector<Proximity>(mesh.vertices_m.size()), std::vector<Proximity>(mesh.triangles.size())};
-  hull.of_points(vertices_world_m, found.vertices);
-  hull.of_triangles(world_triangles(mesh, world_from_object), found.triangles);
+  of_points(vertices_world_m, found.vertices);
+  for_many(search_->query.hull().pool(), mesh.triangles.size(), [&](std::size_t i, int thread) {
+    const auto& [a, b, c] = mesh.triangles[i];
+    const Triangle triangle = {vertices_world_m[a], vertices_world_m[b], vertices_world_m[c]};
+    found.triangles[i] = search_->of_triangle(triangle, known_from_vertices(triangle, {found.vertices[a], found.vertices[b], found.vertices[c]}), thread);
+  });
   return found;
 }
+
+std::size_t HullProximity::cubes_asked() const { return search_->cells.asked(); }
 
 }  // namespace fivepipe

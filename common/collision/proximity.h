@@ -26,6 +26,11 @@ struct ProximityOptions {
   double tolerance_m;  // > 0: most_m - least_m where the distance is below the cap
 };
 
+// Of each vertex and each triangle of a mesh, as attributes.
+struct MeshProximity {
+  std::vector<Proximity> vertices, triangles;
+};
+
 // Searches the cubes around each point or triangle from the nearest on (proximity_cells.h), until what is left lies no more than the tolerance
 // nearer than a hull point already found. Answers depend on the hull, the options and the point or triangle alone, to the bit: not on
 // the others, their order, what was asked before, or threads.
@@ -41,19 +46,16 @@ class HullProximity {
   // Of a triangle's nearest point; for degenerate triangles too. The same for all orders of its vertices.
   void of_triangles(std::span<const Triangle> triangles, std::span<Proximity> proximity);
 
-  // Cubes asked about so far: what its memory goes by, 16 bytes each.
+  // The vertices' as of_points() has them; triangles start from their vertices', and stand within the tolerance of what of_triangles() says.
+  MeshProximity of_mesh(const Mesh& mesh, const Eigen::Isometry3d& world_from_object);
+
+  // Cubes asked about so far: what its memory goes by, 9 bytes each.
   std::size_t cubes_asked() const;
 
  private:
   struct Search;
   std::unique_ptr<Search> search_;
 };
-
-// Of each vertex and each triangle of a mesh, as attributes.
-struct MeshProximity {
-  std::vector<Proximity> vertices, triangles;
-};
-MeshProximity mesh_proximity(HullProximity& hull, const Mesh& mesh, const Eigen::Isometry3d& world_from_object);
 
 // A cube is split no further below this fraction of the tolerance, nor are more cubes opened for one point or piece of a triangle: where
 // the hull is thinner, or its borders meet in a needle's point, the gap between the bounds stays wider than the tolerance.
