@@ -1,4 +1,4 @@
-foreach(part query detection response)
+foreach(part query detection response proximity)
   fivepipe_test(collision_${part}_test collision_${part}.cpp LINK fivepipe_collision fivepipe_gl_context)
 endforeach()
 if(FIVEPIPE_NODES)
