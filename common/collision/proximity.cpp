@@ -172,7 +172,8 @@ Proximity HullProximity::Search::nearest(const Shape& shape, double most_m, int 
     std::swap(now, later);
   }
   if (!(most_m > 0)) return kInHull;
-  const double least_m = std::max(0.0, std::min(enough_m, std::sqrt(left_out_m2) - rounding_m));
+  double least_m = std::max(0.0, std::min(enough_m, std::sqrt(left_out_m2) - rounding_m));
+  if (least_m < enough_m) least_m = std::clamp(query.free_radius_m(middle) - half_extents_m.norm() - rounding_m, least_m, most_m);
   if (least_m >= options.cap_m) return {options.cap_m, kInfinity};
   return {least_m, most_m};
 }

@@ -54,6 +54,19 @@ CubeQuery::CubeQuery(const HullQuery& query) : rule_(query.hull().rule()) {
   }
 }
 
+// Whether some point of the cube around p, which has parts behind the camera, may be in the pyramid of the object's bounds: for a pixel
+// column b beyond the principal point, the pyramid is where fx X - b Z > 0, or < 0.
+bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, double half_edge_m, double rounding_m) {
+  const auto reaches = [&](int axis, double focal_px, double border_px, double side) {
+    const Eigen::RowVector3d across = focal_px * c.r.row(axis) - border_px * c.r.row(2);
+    const double at = focal_px * p_camera_m[axis] - border_px * p_camera_m.z();
+    return side * at + half_edge_m * across.cwiseAbs().sum() + rounding_m * (focal_px + std::abs(border_px)) >= 0;
+  };
+  const PixelRect& object = c.reach->bounds();
+  return reaches(0, c.fx_px, object.u0_px - 0.5 - c.cx_px, 1) && reaches(0, c.fx_px, object.u1_px - 0.5 - c.cx_px, -1) &&
+         reaches(1, c.fy_px, object.v0_px - 0.5 - c.cy_px, 1) && reaches(1, c.fy_px, object.v1_px - 0.5 - c.cy_px, -1);
+}
+
 // A point d away from the centre has its pixel, along u, fx (r_x - x r_z) d / (Z + r_z d) away, where x = X / Z: bounded by the sums of the
 // rows' sizes for all d in the cube.
 CubeQuery::Look CubeQuery::look(const CubeCamera& c, const Vector3d& center_world_m, double half_edge_m) {
@@ -61,11 +74,14 @@ CubeQuery::Look CubeQuery::look(const CubeCamera& c, const Vector3d& center_worl
   const double rounding_m = c.rounding * (center_world_m.cwiseAbs().sum() + 3 * half_edge_m + c.translation_m);
   const double ahead_m = half_edge_m * c.axis_z + rounding_m;
   Look look;
-  if (!(p.z() + ahead_m > 0)) {
+  if (c.reach->bounds().empty() || !(p.z() + ahead_m > 0)) {
     look.may_hold = false;
     return look;
   }
-  if (!(p.z() - ahead_m > 0)) return look;  // the projection is unbounded
+  if (!(p.z() - ahead_m > 0)) {
+    look.may_hold = meets_pyramid(c, p, half_edge_m, rounding_m);
+    return look;
+  }
   const double x = p.x() / p.z(), y = p.y() / p.z(), per_nearest_z = 1 / (p.z() - ahead_m);
   const double across_m = half_edge_m * (c.r.row(0) - x * c.r.row(2)).cwiseAbs().sum() + rounding_m * (1 + std::abs(x));
   const double down_m = half_edge_m * (c.r.row(1) - y * c.r.row(2)).cwiseAbs().sum() + rounding_m * (1 + std::abs(y));

@@ -39,6 +39,7 @@ class CubeQuery {
     const BoxReach* reach;
   };
   struct Look;
+  static bool meets_pyramid(const CubeCamera& camera, const Eigen::Vector3d& p_camera_m, double half_edge_m, double rounding_m);
   static Look look(const CubeCamera& camera, const Eigen::Vector3d& center_world_m, double half_edge_m);
 
   std::vector<CubeCamera> cameras_;
