@@ -7,6 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "common/collision/proximity_cells.h"
 #include "common/hull/reference.h"
 #include "tests/hull_queries.h"
 
@@ -224,21 +225,55 @@ TEST(Proximity, NoPointOfAFineGridIsNearerAndNoneIsMissed) {
   EXPECT_LT(excess_m / compared, 0.5 * std::sqrt(3.0) * kStep_m);
 }
 
-// One to five cameras with small maps, of an object or of noise, by either rule.
+// One to five cameras with small maps, of an object or of noise.
+std::vector<Silhouette> random_rig(Random& random, bool noise) {
+  const auto object = random_object(random, 1 + int(uniform(random, 0, 3)));
+  std::vector<Silhouette> silhouettes;
+  for (int i = int(uniform(random, 0, 5)); i >= 0; --i) {
+    const int width = 1 + int(uniform(random, 0, 40)), height = 1 + int(uniform(random, 0, 30));
+    Camera camera = random_camera(random, width, height, std::pow(10.0, uniform(random, -0.7, 1)));
+    camera.pinhole.fy_px *= uniform(random, 0.7, 1.4);
+    camera.pinhole.cx_px += uniform(random, -5, 5);
+    silhouettes.push_back({camera, noise ? random_pixels(random, width, height, uniform(random, 0, 1)) : true_object_pixels(object, camera, PixelRule::touched)});
+  }
+  return silhouettes;
+}
+
+TEST(ProximityCubes, HoldNoHullPointWhereFree) {
+  int free = 0, near = 0;
+  for (int seed = 1; seed <= 400; ++seed) {
+    Random random(seed);
+    const auto silhouettes = random_rig(random, seed % 5 == 0);
+    const HullRule rule = kRules[seed % 4];
+    const Queries q(silhouettes, rule);
+    if (q.hull.empty()) continue;
+    const CubeQuery cubes(q.query);
+    for (int i = 0; i < 40; ++i) {
+      const Vector3d center = random_in_ball(random, i % 2 ? 0.2 : 1.0);
+      // As large as is just free, to a hundredth: where the promise is nearest to being broken.
+      double half_edge_m = 1;
+      while (half_edge_m > 1e-4 && !cubes.ask(center, half_edge_m).free) half_edge_m *= 0.99;
+      ASSERT_EQ(cubes.ask(center, half_edge_m).center_in_hull && cubes.ask(center, half_edge_m).free, false);
+      if (!cubes.ask(center, half_edge_m).free) continue;
+      ++free;
+      near += half_edge_m < 0.2;
+      for (int k = 0; k < 120; ++k) {
+        Vector3d p(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1));
+        if (k % 3) p /= p.cwiseAbs().maxCoeff();  // on a face
+        ASSERT_FALSE(in_hull(silhouettes, center + half_edge_m * p, rule)) << "seed " << seed << ", " << half_edge_m << " m around " << center.transpose();
+      }
+    }
+  }
+  EXPECT_GT(free, 5000);
+  EXPECT_GT(near, 2000);
+}
+
 TEST(Proximity, KeepsItsPromisesOnEveryRig) {
   int near = 0, wide = 0;
   for (int seed = 1; seed <= 150; ++seed) {
     Random random(seed);
-    const auto object = random_object(random, 1 + seed % 3);
-    std::vector<Silhouette> silhouettes;
-    for (int i = int(uniform(random, 0, 5)); i >= 0; --i) {
-      const int width = 1 + int(uniform(random, 0, 40)), height = 1 + int(uniform(random, 0, 30));
-      Camera camera = random_camera(random, width, height, std::pow(10.0, uniform(random, -0.7, 1)));
-      camera.pinhole.fy_px *= uniform(random, 0.7, 1.4);
-      camera.pinhole.cx_px += uniform(random, -5, 5);
-      silhouettes.push_back({camera, seed % 4 ? true_object_pixels(object, camera, PixelRule::touched) : random_pixels(random, width, height, uniform(random, 0, 1))});
-    }
-    const HullRule rule = kRules[seed % 4];
+    const auto silhouettes = random_rig(random, seed % 4 == 0);
+    const HullRule rule = kRules[seed / 4 % 4];
     const Queries q(silhouettes, rule);
     const ProximityOptions options{0.2, 0.004};
     const auto points = random_points(random, 12, 0.6);
