@@ -435,6 +435,13 @@ TEST(Proximity, FarOutAndAtTheCameras) {
   }
 }
 
+TEST(Proximity, EndsWhereTheToleranceIsBeyondRounding) {
+  const Queries q(hand());
+  Random random(12);
+  for (const double tolerance_m : {1e-9, 1e-15, 1e-300})
+    for (const Proximity& p : of_points(q.query, {0.05, tolerance_m}, random_points(random, 20, 0.12))) EXPECT_LE(p.least_m, p.most_m);
+}
+
 TEST(Proximity, RefusesOptionsThatMakeNoSense) {
   const Queries q(hand());
   for (const ProximityOptions& options : {ProximityOptions{0, 0.001}, {-1, 0.001}, {kNaN, 0.001}, {kInfinity, 0.001}, {0.05, 0}, {0.05, -1}, {0.05, kNaN}})

@@ -74,109 +74,123 @@ struct HullProximity::Search {
   Search(const HullQuery& q, const ProximityOptions& o)
       : query(q), options(o), cells(q, kRootEdge_caps * o.cap_m, q.hull().pool().threads()), candidates(std::size_t(q.hull().pool().threads())) {}
 
-  template <class Shape>
-  Proximity nearest(const Shape& shape, double most_m, int thread);
-  template <class Shape>
-  bool approach(const Shape& shape, const Vector3d& p_world_m, double step_m, double rounding_m, double& most_m) const;
   std::optional<Proximity> without_search(const Vector3d& p_world_m) const;
   Proximity of_point(const Vector3d& p_world_m, int thread);
   Proximity of_triangle(Triangle triangle, const Proximity& known, int thread);
   Proximity of_piece(const TriangleShape& piece, double most_m, int thread);
+  template <class Shape>
+  class Nearest;
 };
 
-// Where p is in the hull, and nearer than most_m: that becomes its distance from the shape, or that of a hull point on the way there,
-// looked for in growing steps.
+// The search for the hull's nearest point to one shape, which lies, with the cap around it, in the lattice's cubes around its middle.
 template <class Shape>
-bool HullProximity::Search::approach(const Shape& shape, const Vector3d& p_world_m, double step_m, double rounding_m, double& most_m) const {
-  const Vector3d to = shape.nearest_to(p_world_m), way = p_world_m - to;
-  const double length_m2 = way.squaredNorm();
-  if (!(length_m2 < most_m * most_m)) return false;
-  const double length_m = std::sqrt(length_m2);
-  if (!(length_m + rounding_m < most_m) || !query.contains(p_world_m)) return false;
-  if (query.contains(to)) {
-    most_m = 0;
-    return true;
+class HullProximity::Search::Nearest {
+ public:
+  Nearest(Search& search, const Shape& shape, double most_m, int thread)
+      : search_(search), query_(search.query), options_(search.options), shape_(shape), thread_(thread), rounding_m_(shape.rounding_m(kRootEdge_caps * search.options.cap_m)), now_(search.candidates[std::size_t(thread)].now),
+        later_(search.candidates[std::size_t(thread)].later) {
+    set_most(most_m);
   }
-  const Vector3d direction = way / length_m;
-  double inside_m = length_m, outside_m = length_m - step_m;
-  for (; outside_m > 0 && query.contains(to + outside_m * direction); outside_m -= 2 * (length_m - outside_m)) inside_m = outside_m;
-  outside_m = std::max(outside_m, 0.0);
-  while (inside_m - outside_m > kNearEnough * options.tolerance_m) {
-    const double between_m = (inside_m + outside_m) / 2;
-    if (!(between_m > outside_m && between_m < inside_m)) break;
-    (query.contains(to + between_m * direction) ? inside_m : outside_m) = between_m;
-  }
-  most_m = inside_m + rounding_m;
-  return true;
-}
 
-// Depth first, the nearest first, down to a size of cubes; then those left, to half that size, and so on: a cube small enough to tell the
-// tolerance is worth its opening only once hull points are known. The shape lies, with the cap around it, in the cubes around its middle.
-template <class Shape>
-Proximity HullProximity::Search::nearest(const Shape& shape, double most_m, int thread) {
-  auto& [now, later] = candidates[std::size_t(thread)];
-  now.clear();
-  later.clear();
-  const Vector3d &middle = shape.middle, &half_extents_m = shape.half_extents_m;
-  const double rounding_m = shape.rounding_m(kRootEdge_caps * options.cap_m), finest_m = kFinestCube * options.tolerance_m / 2;
-  double enough_m = 0, enough_m2 = 0;  // hull points that are not nearer than this need not be told apart from those found
-  const auto set_enough = [&] {
-    enough_m = std::min(options.cap_m, most_m - options.tolerance_m);
-    enough_m2 = enough_m > 0 ? (enough_m + rounding_m) * (enough_m + rounding_m) : 0;
-  };
-  set_enough();
-  for (const ProximityCells::Cube& cube : cells.around(middle, thread)) {
-    const double half_edge_m = cells.root_edge_m() / 2;
-    now.push_back({((middle - cube.center_world_m).cwiseAbs() - half_extents_m - Vector3d::Constant(half_edge_m)).cwiseMax(0).squaredNorm(), cube, half_edge_m});
-  }
-  std::sort(now.begin(), now.end());
-  double left_out_m2 = kInfinity;  // the nearest of the cubes that are too small to be opened
-  int opened = 0;
-  for (double smallest_m = kFirstSmallest * options.tolerance_m / 2; !now.empty(); smallest_m /= 2) {
-    while (!now.empty()) {
-      const Candidate next = now.back();
-      now.pop_back();
-      if (!(next.to_m2 < enough_m2)) continue;
-      if (next.half_edge_m < smallest_m) {
-        later.push_back(next);
-        continue;
+  // Depth first, the nearest first, down to a size of cubes; then those left, to half that size, and so on: a cube small enough to tell
+  // the tolerance is worth its opening only once hull points are known.
+  Proximity operator()() {
+    const double finest_m = kFinestCube * options_.tolerance_m / 2, root_m = search_.cells.root_edge_m() / 2;
+    double left_out_m2 = kInfinity;  // the nearest of the cubes that are too small to be opened
+    int opened = 0;
+    now_.clear();
+    later_.clear();
+    for (const ProximityCells::Cube& cube : search_.cells.around(shape_.middle, thread_))
+      now_.push_back({((shape_.middle - cube.center_world_m).cwiseAbs() - shape_.half_extents_m - Vector3d::Constant(root_m)).cwiseMax(0).squaredNorm(), cube, root_m});
+    std::sort(now_.begin(), now_.end());
+    for (double smallest_m = kFirstSmallest * options_.tolerance_m / 2; !now_.empty(); smallest_m /= 2) {
+      while (!now_.empty()) {
+        const Candidate next = now_.back();
+        now_.pop_back();
+        if (!(next.to_m2 < enough_m2_)) continue;
+        if (next.half_edge_m < smallest_m) {
+          later_.push_back(next);
+        } else if (next.half_edge_m < finest_m || opened == kMostCubesOpened) {
+          left_out_m2 = std::min(left_out_m2, next.to_m2);
+        } else {
+          ++opened;
+          open(next);
+        }
       }
-      if (next.half_edge_m < finest_m || opened == kMostCubesOpened) {
-        left_out_m2 = std::min(left_out_m2, next.to_m2);
-        continue;
-      }
-      ++opened;
-      const ProximityCells::Eighths& eighths = cells.eighths(next.cube, next.half_edge_m, thread);
-      const Vector3d from_center_m = middle - next.cube.center_world_m;
-      const auto center_of = [&](int i) { return ProximityCells::center_of_eighth(next.cube.center_world_m, next.half_edge_m, i); };
-      for (unsigned left = eighths.in_hull; left; left &= left - 1)
-        if (approach(shape, center_of(std::countr_zero(left)), next.half_edge_m, rounding_m, most_m)) set_enough();
-      const Gaps x(from_center_m.x(), half_extents_m.x(), next.half_edge_m), y(from_center_m.y(), half_extents_m.y(), next.half_edge_m), z(from_center_m.z(), half_extents_m.z(), next.half_edge_m);
-      double to_m2[8];
-      unsigned near = 0;
-      for (int i = 0; i < 8; ++i) {
-        to_m2[i] = x.m2[i & 1] + y.m2[i >> 1 & 1] + z.m2[i >> 2];
-        near |= unsigned(to_m2[i] < enough_m2) << i;
-      }
-      const std::size_t before = now.size();
-      for (unsigned left = near & eighths.not_free; left; left &= left - 1) {
-        const int i = std::countr_zero(left);
-        const Vector3d center_world_m = center_of(i);
-        const double nearer_m2 = shape.to_cube_m2(center_world_m, next.half_edge_m / 2, to_m2[i]);
-        if (!(nearer_m2 < enough_m2)) continue;
-        now.push_back({nearer_m2, {const_cast<ProximityCells::Inside*>(&eighths.inside[std::size_t(i)]), center_world_m}, next.half_edge_m / 2});
-        for (std::size_t k = now.size() - 1; k > before && now[k - 1].to_m2 < now[k].to_m2; --k) std::swap(now[k - 1], now[k]);
-      }
+      std::sort(later_.begin(), later_.end());
+      std::swap(now_, later_);
     }
-    std::sort(later.begin(), later.end());
-    std::swap(now, later);
+    return answer(left_out_m2);
   }
-  if (!(most_m > 0)) return kInHull;
-  double least_m = std::max(0.0, std::min(enough_m, std::sqrt(left_out_m2) - rounding_m));
-  if (least_m < enough_m) least_m = std::clamp(query.free_radius_m(middle) - half_extents_m.norm() - rounding_m, least_m, most_m);
-  if (least_m >= options.cap_m) return {options.cap_m, kInfinity};
-  return {least_m, most_m};
-}
+
+ private:
+  void set_most(double most_m) {
+    most_m_ = most_m;
+    enough_m_ = std::min(options_.cap_m, most_m - options_.tolerance_m);
+    enough_m2_ = enough_m_ > 0 ? (enough_m_ + rounding_m_) * (enough_m_ + rounding_m_) : 0;
+  }
+
+  void open(const Candidate& cube) {
+    ProximityCells::Eighths& eighths = search_.cells.eighths(cube.cube, cube.half_edge_m, thread_);
+    const auto center_of = [&](int i) { return ProximityCells::center_of_eighth(cube.cube.center_world_m, cube.half_edge_m, i); };
+    for (unsigned left = eighths.in_hull; left; left &= left - 1) approach(center_of(std::countr_zero(left)), cube.half_edge_m);
+    const Vector3d off_m = shape_.middle - cube.cube.center_world_m, &half_m = shape_.half_extents_m;
+    const Gaps x(off_m.x(), half_m.x(), cube.half_edge_m), y(off_m.y(), half_m.y(), cube.half_edge_m), z(off_m.z(), half_m.z(), cube.half_edge_m);
+    double to_m2[8];
+    unsigned near = 0;
+    for (int i = 0; i < 8; ++i) {
+      to_m2[i] = x.m2[i & 1] + y.m2[i >> 1 & 1] + z.m2[i >> 2];
+      near |= unsigned(to_m2[i] < enough_m2_) << i;
+    }
+    const std::size_t before = now_.size();
+    for (unsigned left = near & eighths.not_free; left; left &= left - 1) {
+      const int i = std::countr_zero(left);
+      const Vector3d center_world_m = center_of(i);
+      const double nearer_m2 = shape_.to_cube_m2(center_world_m, cube.half_edge_m / 2, to_m2[i]);
+      if (!(nearer_m2 < enough_m2_)) continue;
+      now_.push_back({nearer_m2, {&eighths.inside[std::size_t(i)], center_world_m}, cube.half_edge_m / 2});
+      for (std::size_t k = now_.size() - 1; k > before && now_[k - 1].to_m2 < now_[k].to_m2; --k) std::swap(now_[k - 1], now_[k]);
+    }
+  }
+
+  // Where p is in the hull, and nearer than most_m: that becomes its distance from the shape, or that of a hull point on the way there,
+  // looked for in growing steps.
+  void approach(const Vector3d& p_world_m, double step_m) {
+    const Vector3d to = shape_.nearest_to(p_world_m), way = p_world_m - to;
+    const double length_m2 = way.squaredNorm();
+    if (!(length_m2 < most_m_ * most_m_)) return;
+    const double length_m = std::sqrt(length_m2);
+    if (!(length_m + rounding_m_ < most_m_) || !query_.contains(p_world_m)) return;
+    if (query_.contains(to)) return set_most(0);
+    const Vector3d direction = way / length_m;
+    double inside_m = length_m, outside_m = length_m - step_m;
+    for (; outside_m > 0 && query_.contains(to + outside_m * direction); outside_m -= 2 * (length_m - outside_m)) inside_m = outside_m;
+    outside_m = std::max(outside_m, 0.0);
+    while (inside_m - outside_m > kNearEnough * options_.tolerance_m) {
+      const double between_m = (inside_m + outside_m) / 2;
+      if (!(between_m > outside_m && between_m < inside_m)) break;
+      (query_.contains(to + between_m * direction) ? inside_m : outside_m) = between_m;
+    }
+    set_most(inside_m + rounding_m_);
+  }
+
+  Proximity answer(double left_out_m2) const {
+    if (!(most_m_ > 0)) return kInHull;
+    double least_m = std::max(0.0, std::min(enough_m_, std::sqrt(left_out_m2) - rounding_m_));
+    if (least_m < enough_m_) least_m = std::clamp(query_.free_radius_m(shape_.middle) - shape_.half_extents_m.norm() - rounding_m_, least_m, most_m_);
+    if (least_m >= options_.cap_m) return {options_.cap_m, kInfinity};
+    return {least_m, most_m_};
+  }
+
+  Search& search_;
+  const HullQuery& query_;
+  const ProximityOptions& options_;
+  const Shape& shape_;
+  int thread_;
+  double rounding_m_;
+  std::vector<Candidate>&now_, &later_;
+  double most_m_, enough_m_, enough_m2_;  // what is not nearer than `enough` need not be told apart from what was found at `most`
+};
 
 // What needs no search: what is not finite or has no hull, and what is too far out for cubes.
 std::optional<Proximity> HullProximity::Search::without_search(const Vector3d& p_world_m) const {
@@ -193,13 +207,13 @@ Proximity HullProximity::Search::of_point(const Vector3d& p_world_m, int thread)
   const auto& around = cells.around(p_world_m, thread);
   if (around.empty()) return {options.cap_m, kInfinity};
   if (query.contains(p_world_m)) return kInHull;
-  return nearest(PointShape{p_world_m}, kInfinity, thread);
+  return Nearest(*this, PointShape{p_world_m}, kInfinity, thread)();
 }
 
 // Pieces that the cubes around their middles hold; of those beyond the cap by their circumscribed ball, none.
 Proximity HullProximity::Search::of_piece(const TriangleShape& piece, double most_m, int thread) {
   const double half_m = piece.half_extents_m.maxCoeff();
-  if (half_m <= kPiece_caps * options.cap_m) return nearest(piece, most_m, thread);
+  if (half_m <= kPiece_caps * options.cap_m) return Nearest(*this, piece, most_m, thread)();
   if (query.free_radius_m(piece.middle) >= options.cap_m + std::sqrt(3.0) * half_m + piece.rounding_m(options.cap_m)) return {options.cap_m, kInfinity};
   Proximity whole{options.cap_m, kInfinity};
   const auto& [a, b, c] = piece.t;
