@@ -1,5 +1,25 @@
 // How near the visual hull is: the distance from points and triangles of virtual objects to it, up to a cap, with certified bounds
 // (the paper's distance-field primitives): clearance maps, early warning, fields such as a real hand that warms a virtual plate.
+//
+//        .---. cap        Branch and bound over cubes of space (proximity_cells.h). A cube that one camera certifies free is left out; what
+//       /     \           stays is split, the nearest first. A cube whose centre is in the hull gives a hull point, and, stepping from it
+//      |   p   |  ____    towards p, a nearer one. Done when no cube is left that is more than the tolerance nearer than that point.
+//       \  [][]/ /hull
+//        '-[][]-'         The hull is an intersection of cones: HullQuery::free_radius_m, one camera's word, ends 1 to
+//             []          11 mm below least_m in the mean of the points below.
+//
+// Measured on one thread of a busy machine, the least of several runs, in CPU time: hand4 of the hull benchmark (four maps of 720x486), cap
+// 5 cm, 10,000 points, cubes asked anew, microseconds a point:
+//
+//     tolerance [mm]                      5      2      0.5
+//     a plate, 2 to 3 mm apart, over it   3.4    7.4    17      2.4, 9, 44 cubes asked a point
+//     a sphere of 6 cm about the fingers  2.8    5.6    13      its 20,480 triangles (1.6 mm), vertices included: 2.9, 6.2, 23 a triangle
+//     anywhere in the scene's box         4.6    9.2    32
+//
+// Asked again, over cubes already there: 10 to 60 % less. What else was tried: best first, by a heap over all cubes: as many cubes, 1.04 to
+// 1.8 times the time. Depth first down to the finest at once: about as fast, 1.2 to 2.1 times the cubes asked, and on a few points it
+// runs out of them. HullQuery::first_entry in place of steps towards p: 1 to 1.5 times the time. The true distance known beforehand would
+// save a quarter to a third of the cubes opened: it is certifying that costs.
 #pragma once
 #include <limits>
 #include <memory>
