@@ -87,7 +87,8 @@ template <class Shape>
 class HullProximity::Search::Nearest {
  public:
   Nearest(Search& search, const Shape& shape, double most_m, int thread)
-      : search_(search), query_(search.query), options_(search.options), shape_(shape), thread_(thread), rounding_m_(shape.rounding_m(kRootEdge_caps * search.options.cap_m)), now_(search.candidates[std::size_t(thread)].now),
+      : search_(search), query_(search.query), options_(search.options), shape_(shape), thread_(thread),
+        rounding_m_(shape.rounding_m(kRootEdge_caps * search.options.cap_m)), now_(search.candidates[std::size_t(thread)].now),
         later_(search.candidates[std::size_t(thread)].later) {
     set_most(most_m);
   }
@@ -100,8 +101,10 @@ class HullProximity::Search::Nearest {
     int opened = 0;
     now_.clear();
     later_.clear();
-    for (const ProximityCells::Cube& cube : search_.cells.around(shape_.middle, thread_))
-      now_.push_back({((shape_.middle - cube.center_world_m).cwiseAbs() - shape_.half_extents_m - Vector3d::Constant(root_m)).cwiseMax(0).squaredNorm(), cube, root_m});
+    for (const ProximityCells::Cube& cube : search_.cells.around(shape_.middle, thread_)) {
+      const Vector3d beyond_m = (shape_.middle - cube.center_world_m).cwiseAbs() - shape_.half_extents_m - Vector3d::Constant(root_m);
+      now_.push_back({beyond_m.cwiseMax(0).squaredNorm(), cube, root_m});
+    }
     std::sort(now_.begin(), now_.end());
     for (double smallest_m = kFirstSmallest * options_.tolerance_m / 2; !now_.empty(); smallest_m /= 2) {
       while (!now_.empty()) {
