@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <memory>
+#include <iterator>
 #include <stdexcept>
 
 #include "common/collision/contact_lanes.h"
@@ -117,28 +117,26 @@ void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, TriangleWalk& walk, 
   }
 }
 
+using FoundTriangle = std::pair<const Found*, const Found::Triangle*>;
+
 // The points of one object, by triangle, from those of all tasks; spread evenly where there are too many, with the farthest kept.
-void gather_points(std::span<const std::pair<const Found*, const Found::Triangle*>> triangles, const DetectionObject& object, std::size_t max_points, ObjectCollision& collision) {
+void gather_points(std::span<const FoundTriangle> triangles, const DetectionObject& object, std::size_t max_points, ObjectCollision& collision) {
+  std::vector<CollisionPoint>& points = collision.points;
   std::size_t count = 0;
   for (const auto& [found, t] : triangles) count += t->points;
-  collision.truncated |= count > max_points;
-  std::vector<CollisionPoint> all;
-  all.reserve(count);
+  points.reserve(count);
   for (const auto& [found, t] : triangles)
-    for (std::size_t i = 0; i < t->points; ++i) all.push_back({found->points_world_m[t->first_point + i], t->triangle});
-  if (count <= max_points) {
-    collision.points = std::move(all);
-    return;
-  }
-  const CollisionPoint* farthest = nullptr;
-  double farthest_m = -1;
-  for (const CollisionPoint& p : all)
-    if (const double m = (p.p_world_m - object.rp_object_world_m).norm(); m > farthest_m) farthest_m = m, farthest = &p;
+    for (std::size_t i = 0; i < t->points; ++i) points.push_back({found->points_world_m[t->first_point + i], t->triangle});
+  if (count <= max_points) return;
+  collision.truncated = true;
+  std::size_t farthest = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    if ((points[i].p_world_m - object.rp_object_world_m).squaredNorm() > (points[farthest].p_world_m - object.rp_object_world_m).squaredNorm()) farthest = i;
   for (std::size_t i = 0; i < max_points; ++i) {
-    const CollisionPoint* begin = &all[i * count / max_points];
-    const CollisionPoint* end = i + 1 < max_points ? &all[(i + 1) * count / max_points] : all.data() + count;
-    collision.points.push_back(farthest >= begin && farthest < end ? *farthest : *begin);
+    const std::size_t begin = i * count / max_points, end = (i + 1) * count / max_points;
+    points[i] = points[begin <= farthest && farthest < end ? farthest : begin];
   }
+  points.resize(max_points);
 }
 
 void check(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options) {
@@ -152,34 +150,49 @@ void check(const HullQuery& query, std::span<const DetectionObject> objects, con
 
 }  // namespace
 
-std::vector<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options, CpuDetectionCounts* counts) {
-  check(query, objects, options);
-  std::vector<ObjectCollision> collisions(objects.size());
-  if (query.hull().empty()) return collisions;
-  std::vector<ObjectAtHand> at(objects.size());
+struct CpuDetection::Work {
+  std::vector<ObjectAtHand> objects;
   std::vector<OpenLeaf> leaves;
-  CpuDetectionCounts sum;
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    if (objects[i].tree->empty()) continue;
-    at[i] = at_hand(query, objects[i]);
-    open_leaves(at[i], i, leaves, sum.boxes);
+  std::vector<Found> found;
+  std::vector<FoundTriangle> triangles;
+  std::vector<ObjectCollision> collisions;
+  CpuDetectionCounts counts;
+
+  void clear(std::size_t count) {
+    objects.assign(count, {});
+    collisions.resize(count);
+    for (ObjectCollision& c : collisions) {
+      c.verdict = CollisionVerdict::free;
+      c.triangles.clear(), c.touching.clear(), c.points.clear();
+      c.truncated = c.hull_in_box = false;
+    }
+    leaves.clear();
+    triangles.clear();
+    counts = {};
   }
+  void walk_leaves(const HullQuery& query, const DetectionOptions& options);
+  void gather(std::span<const DetectionObject> of, const DetectionOptions& options);
+};
+
+void CpuDetection::Work::walk_leaves(const HullQuery& query, const DetectionOptions& options) {
   WorkerPool& pool = query.hull().pool();
   const int tasks = (int(leaves.size()) + kLeavesATask - 1) / kLeavesATask;
-  std::vector<Found> found(static_cast<std::size_t>(tasks));
+  if (found.size() < std::size_t(tasks)) found.resize(std::size_t(tasks));
+  for (Found& f : found) f.triangles.clear(), f.points_world_m.clear(), f.counts = {};
   std::vector<TriangleWalk> walks(std::size_t(pool.threads()), TriangleWalk(query, {options.eps_m, options.spacing_m, options.max_points}));
   pool.run(tasks, [&](int task, int thread) {
     for (std::size_t i = std::size_t(task) * kLeavesATask; i < std::min(leaves.size(), std::size_t(task + 1) * kLeavesATask); ++i)
-      walk_leaf(at[leaves[i].object], leaves[i], walks[std::size_t(thread)], found[std::size_t(task)]);
+      walk_leaf(objects[leaves[i].object], leaves[i], walks[std::size_t(thread)], found[std::size_t(task)]);
   });
+}
 
-  std::vector<std::pair<const Found*, const Found::Triangle*>> triangles;
+void CpuDetection::Work::gather(std::span<const DetectionObject> of, const DetectionOptions& options) {
   for (const Found& f : found) {
     for (const Found::Triangle& t : f.triangles) triangles.emplace_back(&f, &t);
-    sum.triangles_looked_at += f.counts.triangles_looked_at, sum.triangles_walked += f.counts.triangles_walked;
-    sum.points_in_double += f.counts.points_in_double, sum.undecided += f.counts.undecided;
+    counts.triangles_looked_at += f.counts.triangles_looked_at, counts.triangles_walked += f.counts.triangles_walked;
+    counts.points_in_double += f.counts.points_in_double, counts.undecided += f.counts.undecided;
   }
-  std::sort(triangles.begin(), triangles.end(), [](const auto& a, const auto& b) { return std::pair(a.second->object, a.second->triangle) < std::pair(b.second->object, b.second->triangle); });
+  std::sort(triangles.begin(), triangles.end(), [](const FoundTriangle& a, const FoundTriangle& b) { return std::pair(a.second->object, a.second->triangle) < std::pair(b.second->object, b.second->triangle); });
   for (std::size_t first = 0, last; first < triangles.size(); first = last) {
     const std::size_t object = triangles[first].second->object;
     ObjectCollision& collision = collisions[object];
@@ -189,12 +202,38 @@ std::vector<ObjectCollision> detect(const HullQuery& query, std::span<const Dete
       collision.verdict = std::max(collision.verdict, t.verdict);
       collision.truncated |= t.coarser && t.points > 0;
     }
-    gather_points({triangles.data() + first, last - first}, objects[object], options.max_points, collision);
+    gather_points(std::span(triangles).subspan(first, last - first), of[object], options.max_points, collision);
   }
-  for (std::size_t i = 0; i < objects.size(); ++i)
-    if (!objects[i].tree->empty() && !collisions[i].colliding()) collisions[i].hull_in_box = may_hold_hull(at[i]);
-  if (counts) *counts = sum;
-  return collisions;
+}
+
+CpuDetection::CpuDetection() : work_(std::make_unique<Work>()) {}
+CpuDetection::~CpuDetection() = default;
+CpuDetection::CpuDetection(CpuDetection&&) noexcept = default;
+CpuDetection& CpuDetection::operator=(CpuDetection&&) noexcept = default;
+
+std::span<ObjectCollision> CpuDetection::detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options, CpuDetectionCounts* counts) {
+  check(query, objects, options);
+  Work& w = *work_;
+  w.clear(objects.size());
+  if (!query.hull().empty()) {
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      if (objects[i].tree->empty()) continue;
+      w.objects[i] = at_hand(query, objects[i]);
+      open_leaves(w.objects[i], i, w.leaves, w.counts.boxes);
+    }
+    w.walk_leaves(query, options);
+    w.gather(objects, options);
+    for (std::size_t i = 0; i < objects.size(); ++i)
+      if (!objects[i].tree->empty() && !w.collisions[i].colliding()) w.collisions[i].hull_in_box = may_hold_hull(w.objects[i]);
+  }
+  if (counts) *counts = w.counts;
+  return w.collisions;
+}
+
+std::vector<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options, CpuDetectionCounts* counts) {
+  CpuDetection detection;
+  const std::span<ObjectCollision> found = detection.detect(query, objects, options, counts);
+  return {std::make_move_iterator(found.begin()), std::make_move_iterator(found.end())};
 }
 
 }  // namespace fivepipe

@@ -10,6 +10,7 @@
 // So `free` has no point in the hull, deep or not; `colliding` has at least one; `touching` has, if any, a part in the hull that is thinner
 // than eps. Nothing is carried over from frame to frame.
 #pragma once
+#include <memory>
 #include <span>
 
 #include "common/collision/collision.h"
@@ -34,8 +35,25 @@ struct CpuDetectionCounts {
   std::size_t boxes = 0, triangles_looked_at = 0, triangles_walked = 0, points_in_double = 0, undecided = 0;  // cut off by kMostCells
 };
 
-// By object as given. In the hull's pool; the same bits for any number of threads and order of a triangle's vertices. A hull of no object
-// pixels: all free. Throws std::invalid_argument where eps is not positive, a number is not finite, or the hull's rule is not Limits::all.
+// Keeps its memory from call to call: for who asks every frame.
+class CpuDetection {
+ public:
+  CpuDetection();
+  ~CpuDetection();
+  CpuDetection(CpuDetection&&) noexcept;
+  CpuDetection& operator=(CpuDetection&&) noexcept;
+
+  // By object as given; valid until the next call. In the hull's pool; the same bits for any number of threads and order of a triangle's
+  // vertices. A hull of no object pixels: all free. Throws std::invalid_argument where eps is not positive, a number is not finite, or the
+  // hull's rule is not Limits::all.
+  std::span<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options = {}, CpuDetectionCounts* counts = nullptr);
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+// The same, once.
 std::vector<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options = {}, CpuDetectionCounts* counts = nullptr);
 
 }  // namespace fivepipe

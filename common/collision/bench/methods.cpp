@@ -26,6 +26,7 @@ struct CpuState {
   CpuHull hull{pool};
   std::string scene;  // that the trees are of
   std::vector<MeshTree> trees;
+  CpuDetection detection;
   explicit CpuState(int threads) : pool(threads) {}
 
   void build_trees(const CollisionScene& of) {
@@ -35,13 +36,13 @@ struct CpuState {
     for (const SceneObject& object : of.objects) trees.emplace_back(object.mesh);
   }
 
-  std::vector<ObjectCollision> query(const CollisionScene& of, const HullQuery& query, const DetectionOptions& options, CpuDetectionCounts& counts) {
+  std::span<const ObjectCollision> query(const CollisionScene& of, const HullQuery& query, const DetectionOptions& options, CpuDetectionCounts& counts) {
     std::vector<DetectionObject> objects;
     for (std::size_t i = 0; i < of.objects.size(); ++i) {
       if (of.objects[i].deforms) trees[i].refit(of.objects[i].mesh.vertices_m);
       objects.push_back({&trees[i], of.objects[i].world_from_mesh, of.objects[i].world_from_mesh * trees[i].origin_m()});
     }
-    return detect(query, objects, options, &counts);
+    return detection.detect(query, objects, options, &counts);
   }
 };
 
@@ -62,7 +63,9 @@ Method cpu_method(double eps_mm, bool points, int threads) {
               query.emplace(state->hull);
             });
             CpuDetectionCounts counts;
-            answer.times.query_ms = timed_ms([&] { answer.objects = state->query(scene, *query, options, counts); });
+            std::span<const ObjectCollision> found;
+            answer.times.query_ms = timed_ms([&] { found = state->query(scene, *query, options, counts); });
+            answer.objects.assign(found.begin(), found.end());
             answer.counts = {{"boxes", double(counts.boxes)}, {"triangles_looked_at", double(counts.triangles_looked_at)}, {"triangles_walked", double(counts.triangles_walked)}, {"points_in_double", double(counts.points_in_double)}};
             return answer;
           }};
