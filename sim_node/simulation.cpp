@@ -46,6 +46,8 @@ void thin(std::vector<CollisionPoint>& points, std::size_t most) {
 const Scene& checked(const Scene& scene, const SimConfig& config) {
   if (!(config.step_s > 0 && std::isfinite(config.step_s))) throw std::invalid_argument("step_s is not positive and finite");
   if (!(config.max_points >= 0)) throw std::invalid_argument("max_points is negative");
+  if (!(config.eps_m >= kLeastEps_m && std::isfinite(config.eps_m))) throw std::invalid_argument("eps_m is less than a micrometre, or not finite");
+  if (!(config.spacing_m > 0 && std::isfinite(config.spacing_m))) throw std::invalid_argument("spacing_m is not positive and finite");
   return scene;
 }
 

@@ -160,7 +160,6 @@ TEST(CpuDetection, ThreadsAndOrderOfObjectsChangeNothing) {
   }
 }
 
-// Rounding may move what lies on a pixel's border: such triangles are few.
 TEST(CpuDetection, RigidMotionOfEverythingTogetherChangesNothing) {
   Random random(4);
   const std::vector<Silhouette> silhouettes = hand_like();
@@ -235,6 +234,66 @@ TEST(CpuDetection, NoMorePointsThanAllowedAndTheFarthestIsKept) {
   EXPECT_NEAR(farthest_m(some), farthest_m(all), 2e-3);  // 50 points: those of a triangle are farther apart, too
 }
 
+// However fine the spacing: what would be found is not all kept, and no triangle is lost.
+TEST(CpuDetection, ManyPointsAreNotHeldInMemory) {
+  const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
+  const MeshTree tree(sphere_mesh(0.05, 4));
+  const DetectionObject object{&tree};
+  for (const std::size_t max_points : {std::size_t{1}, std::size_t{50}, std::size_t{4096}}) {
+    CpuDetectionCounts counts;
+    const ObjectCollision found = detect(hull.query, {&object, 1}, {.spacing_m = 2e-5, .max_points = max_points}, &counts)[0];
+    EXPECT_EQ(found.triangles.size(), 5120u);
+    EXPECT_EQ(found.points.size(), max_points);
+    EXPECT_TRUE(found.truncated);
+  }
+  EXPECT_EQ(hull.ask(tree, {.spacing_m = 0, .max_points = 1}).triangles.size(), 5120u);
+}
+
+// Far beside a camera, and just in front of its plane: its image is further off than float can tell, and plainly nowhere near the object.
+TEST(CpuDetection, BesideACameraIsFreeAtOnce) {
+  ObjectPixels block(640, 480), all(640, 480);
+  for (int v = 0; v < 480; ++v)
+    for (int u = 0; u < 640; ++u) {
+      all.set(u, v);
+      if (u > 280 && u < 360 && v > 200 && v < 280) block.set(u, v);
+    }
+  const Pinhole pinhole{640, 480, 500, 500, 319.5, 239.5};
+  const Camera ahead{pinhole, look_at(kOrigin, {1, 0, 0})}, other{pinhole, look_at({0, 1, 0}, {0, 4, 0})};
+  const Hull hull({{ahead, block}, {other, all}});
+  for (const double in_front_m : {0.07, 0.05, 0.02, 1e-4, 0.0}) {
+    const Vector3d p(in_front_m, 4, 0);
+    const MeshTree tree(Hull::mesh_of({{p, p + Vector3d(0, 0.01, 0), p + Vector3d(0, 0, 0.01)}}));
+    const DetectionObject object{&tree};
+    for (const double spacing_m : {0.0, 3e-3}) {
+      CpuDetectionCounts counts;
+      const ObjectCollision found = detect(hull.query, {&object, 1}, {.spacing_m = spacing_m}, &counts)[0];
+      if (in_front_m > 0) EXPECT_EQ(found.verdict, CollisionVerdict::free) << in_front_m;
+      EXPECT_LT(counts.points_in_double, 20000u);
+    }
+  }
+}
+
+// A triangle that is a point on a pixel's corner: lanes and in_hull() may round it into different pixels, and then it is not free.
+TEST(CpuDetection, APointOnAPixelsCornerIsNotFreeWhereInHullSaysOtherwise) {
+  Random random(12);
+  int in = 0, wrong = 0;
+  for (int scene = 0; scene < 40; ++scene) {
+    const Camera camera = random_camera(random, 160, 121);
+    const Hull hull({{camera, random_pixels(random, 160, 121, 0.5)}});
+    const Vector3d eye = camera_center_world_m(camera);
+    for (int i = 0; i < 60; ++i) {
+      const double u = std::floor(uniform(random, 1, 159)) - 0.5, v = std::floor(uniform(random, 1, 120)) - 0.5;
+      const Vector3d sight = camera.camera_from_world.linear().transpose() * Vector3d((u - camera.pinhole.cx_px) / camera.pinhole.fx_px, (v - camera.pinhole.cy_px) / camera.pinhole.fy_px, 1);
+      const Vector3d p = eye + uniform(random, 0.5, 2) * sight;
+      if (!in_hull(hull.silhouettes, p)) continue;
+      ++in;
+      wrong += hull.ask(Triangle{p, p, p}) == CollisionVerdict::free;
+    }
+  }
+  EXPECT_GT(in, 500);
+  EXPECT_EQ(wrong, 0);
+}
+
 TEST(CpuDetection, ADeformedMeshIsRefitted) {
   const Hull hull(hand_like());
   Mesh mesh = curtain_mesh(0.3, 0.3, 20, 18, 0.02, 3);
@@ -267,6 +326,7 @@ TEST(CpuDetection, BadQuestionsAreRefused) {
   const MeshTree tree(mesh);
   EXPECT_THROW(hull.ask(tree, {.eps_m = 0}), std::invalid_argument);
   EXPECT_THROW(hull.ask(tree, {.eps_m = kNaN}), std::invalid_argument);
+  EXPECT_THROW(hull.ask(tree, {.eps_m = 1e-9}), std::invalid_argument);
   EXPECT_THROW(hull.ask(tree, {.spacing_m = -1}), std::invalid_argument);
   EXPECT_THROW(hull.ask(tree, {.max_points = 0}), std::invalid_argument);
   EXPECT_THROW(hull.ask(tree, {}, at({kNaN, 0, 0})), std::invalid_argument);
@@ -364,6 +424,7 @@ TEST(HardTriangle, VertexThatIsNotANumberIsRefused) {
     EXPECT_THROW(MeshTree{broken}, std::invalid_argument);
     MeshTree tree(mesh);
     EXPECT_THROW(tree.refit(broken.vertices_m), std::invalid_argument);
+    EXPECT_TRUE(tree.mesh().vertices_m[3].allFinite());  // refused, it changes nothing
   }
 }
 

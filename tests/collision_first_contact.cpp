@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 #include "common/collision/first_contact.h"
@@ -122,6 +123,38 @@ TEST(FirstContact, APlateThatMovesAgainstAThingAtRest) {
   ASSERT_TRUE(contact);
   EXPECT_NEAR(contact->time_s, (0.1 - 0.0125) / 0.2, 0.02);
   EXPECT_LT(contact->time_error_s, 1e-3);
+}
+
+// A ball and a plate that both turn by a quarter about the world's middle, the plate about its own origin there: at the ends they are as far
+// apart as in the beginning, half way the ball has passed the plate's place.
+TEST(FirstContact, WhatTurnsGoesALongerWayThanItsEndsAreApart) {
+  const std::vector<Camera> cameras = ring(4, 1.5, 0.6, 400, 1.2);
+  const std::vector<Capsule> before = {ball({0.3, 0, 0}, 0.02)}, after = {ball({0, 0.3, 0}, 0.02)};
+  const Frame first(before, cameras, around(before), 0.004), second(after, cameras, around(after), 0.004);
+  Mesh plate = box_mesh({0.005, 0.4, 0.4});
+  for (Vector3d& v : plate.vertices_m) v.x() += 0.25;
+  const MeshTree tree(plate);
+  Isometry3d turned = Isometry3d::Identity();
+  turned.linear() = Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitZ()).toRotationMatrix();
+  const auto contact = first_contact({&first.query, 0, first.parts[0]}, {&second.query, 1, second.parts[0]}, {&tree, Isometry3d::Identity(), turned},
+                                     {.turned_world_rad = Vector3d(0, 0, std::numbers::pi / 2)});
+  ASSERT_TRUE(contact);
+  EXPECT_GT(contact->time_s, 0);
+  EXPECT_LT(contact->time_s, 0.5);
+}
+
+TEST(FirstContact, AContactThatIsThereAlreadySaysSoAndStepsThatAreTooFewAreTold) {
+  const std::vector<Camera> cameras = lab_cameras();
+  const std::vector<Capsule> object = {ball(kOrigin, 0.01)};
+  const Frame frame(object, cameras, around(object));
+  const MeshTree plate(box_mesh({0.005, 0.3, 0.3}));
+  const auto already = first_contact({&frame.query, 3, frame.parts[0]}, {&frame.query, 4, frame.parts[0]}, {&plate, at({0.005, 0, 0}), at({0.1, 0, 0})});
+  ASSERT_TRUE(already);
+  EXPECT_EQ(already->time_s, 3);
+  EXPECT_EQ(already->time_error_s, 0);
+  const auto coarse = first_contact({&frame.query, 0, frame.parts[0]}, {&frame.query, 1, frame.parts[0]}, {&plate, at({-0.1, 0, 0}), at({0, 0, 0})}, {.most_steps = 4});
+  ASSERT_TRUE(coarse);
+  EXPECT_TRUE(coarse->coarse);
 }
 
 TEST(FirstContact, OtherPartsOfTheHullAreNotTheOneThatMoved) {

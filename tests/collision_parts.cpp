@@ -94,6 +94,7 @@ TEST(HullParts, NothingThereAndBadQuestions) {
   EXPECT_TRUE(parts_of(silhouettes, 0.005, 1, {Vector3d(0.2, 0.2, 0.2), Vector3d(0.3, 0.3, 0.3)}).empty());
   EXPECT_THROW(parts_of(silhouettes, 0), std::invalid_argument);
   EXPECT_THROW(parts_of(silhouettes, 1e-6), std::invalid_argument);
+  EXPECT_THROW(parts_of(silhouettes, std::numeric_limits<double>::infinity()), std::invalid_argument);
   EXPECT_THROW(parts_of(silhouettes, 0.005, 1, {}), std::invalid_argument);
   EXPECT_THROW(parts_of(silhouettes, 0.005, 1, {Vector3d(0, 0, std::numeric_limits<double>::quiet_NaN()), Vector3d(1, 1, 1)}), std::invalid_argument);
 }

@@ -75,7 +75,7 @@ HWY_INLINE MF everything() {
   return hn::Eq(hn::Zero(d), hn::Zero(d));
 }
 
-// Above the rounding of a box's extent in the image, as a fraction.
+// A box's extent in the image, as a fraction more: the rounding of reciprocals, of its middle's image included, which errs with U and W alike.
 constexpr float kOffSlack = 1 + 0x1p-18f;
 
 // --- boxes and triangles of an object ----------------------------------------------------------------------------------
@@ -212,7 +212,7 @@ void look_at_middles(std::span<const TriangleMap> cameras, const Cells& cells, f
       const VF off_u = hn::Sub(u, fu), off_v = hn::Sub(v, fv);
       const MF near = hn::Or(hn::Lt(hn::Min(off_u, off_v), eps), hn::Gt(hn::Max(off_u, off_v), hn::Sub(one, eps)));
       const VF inside_by = reach_at(c, fu, fv);
-      // Near a border the pixel beyond it may differ, unless the box ahead says that it doesn't: then only what lies behind is in doubt.
+      // Near a border the pixel beyond it may be another.
       doubtful = hn::Or(doubtful, hn::And(in, near));
       in = hn::And(in, hn::Or(near, hn::Lt(inside_by, zero)));
       if (hn::AllFalse(d, in)) break;
@@ -230,7 +230,9 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace fivepipe {
 namespace {
@@ -246,8 +248,15 @@ using Eigen::Vector3d;
 constexpr double kOfForm = 10 * 0x1p-24;
 // Of an image, beside: the reciprocal and a product.
 constexpr double kOfImage = 0x1p-21;
-// How far images may lie from the base pixel [px]: farther, float has no room for the certainty asked for.
-constexpr double kFarthestImage_px = 16000;
+// Roundings of double on a point's way to its pixel, here and in in_hull() together: fewer than 30, of half an epsilon each.
+constexpr double kOfProjection = 32 * std::numeric_limits<double>::epsilon();
+// Images this far beside the object pixels are so for every rounding [px].
+constexpr double kBeside_px = 1;
+
+// All of what is in front of the camera, with these corners, lies beside the object pixels.
+bool beside(const PixelRect& bounds, const Eigen::Array2d& least_px, const Eigen::Array2d& most_px) {
+  return most_px.x() < bounds.u0_px - kBeside_px || least_px.x() > bounds.u1_px + kBeside_px || most_px.y() < bounds.v0_px - kBeside_px || least_px.y() > bounds.v1_px + kBeside_px;
+}
 
 // (U, V, W) of a point in the camera's frame: pixel p covers [p, p + 1).
 Eigen::Matrix3d pixel_from_camera(const Pinhole& k) {
@@ -257,6 +266,7 @@ Eigen::Matrix3d pixel_from_camera(const Pinhole& k) {
 }
 
 void set_map(const BoxReach& reach, int base_u, int base_v, ContactMap& map) {
+  assert(reach.box_bytes() < std::size_t(std::numeric_limits<std::int32_t>::max()));  // places are counted in 32 bits
   const PixelRect &stored = reach.stored(), &bounds = reach.bounds();
   map.least_u = float(stored.u0_px - base_u), map.most_u = float(stored.u1_px - 1 - base_u);
   map.least_v = float(stored.v0_px - base_v), map.most_v = float(stored.v1_px - 1 - base_v);
@@ -282,14 +292,19 @@ std::optional<ObjectMap> object_map(const CpuHull::MapCamera& camera, const Eige
   const Vector3d terms = at.cwiseAbs() + radius_m * of.cwiseAbs().rowwise().sum();
   const double farthest_px = 0.5 * std::max(bounds.width_px(), bounds.height_px()) + 1;
   const double room_px = kMostContactEps_px - kOfImage * farthest_px;
-  if (!(room_px > 0) || !terms.allFinite()) return std::nullopt;
+  if (!(room_px > 0) || !terms.cast<float>().allFinite()) return std::nullopt;
+  // In the world, where in_hull() projects, numbers may be larger than about the tree's origin.
+  const PixelFromWorld pixel = pixel_from_world(camera.camera);
+  const Vector3d world_terms = pixel.cwiseAbs().leftCols<3>() * (world_from_tree.translation().cwiseAbs() + Vector3d::Constant(radius_m)) + pixel.col(3).cwiseAbs();
+  const double image_px = std::max(std::abs(base_u), std::abs(base_v)) + farthest_px;
+  const double of_projection = kOfProjection * (std::max(world_terms.x(), world_terms.y()) + image_px * world_terms.z());
   for (int row = 0; row < 3; ++row) {
     map.at[row] = float(at[row]);
     for (int k = 0; k < 3; ++k) map.of[row][k] = float(of(row, k));
   }
   map.eps_px = float(kMostContactEps_px);
-  map.least_w = float(kOfForm * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) / room_px * (1 + kOfImage));
-  map.most_behind_w = float(-2 * kOfForm * terms.z());
+  map.least_w = float((kOfForm * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) + of_projection) / room_px * (1 + kOfImage));
+  map.most_behind_w = float(-2 * (kOfForm * terms.z() + of_projection));
   return map;
 }
 
@@ -302,20 +317,30 @@ Facing triangle_map(const PixelFromWorld& pixel, const BoxReach& reach, const st
     images[k] = pixel.leftCols<3>() * vertices_world_m[k] + pixel.col(3);
     least_w = std::min(least_w, images[k].z()), most_w = std::max(most_w, images[k].z());
   }
-  if (most_w < 0) return Facing::behind;
+  Vector3d world_terms = Vector3d::Zero();
+  for (const Vector3d& v : vertices_world_m) world_terms = world_terms.cwiseMax(pixel.cwiseAbs().leftCols<3>() * v.cwiseAbs() + pixel.col(3).cwiseAbs());
+  if (most_w < -kOfProjection * world_terms.z()) return Facing::aside;
   if (!(least_w > 0)) return Facing::unsure;
+  Eigen::Array2d least_px = Eigen::Array2d::Constant(std::numeric_limits<double>::infinity()), most_px = -least_px;
+  for (const Vector3d& image : images) {
+    const Eigen::Array2d px = image.head<2>().array() / image.z();
+    least_px = least_px.min(px), most_px = most_px.max(px);
+  }
+  const bool sure_of_w = least_w > kMostContactEps_px * kMostContactEps_px * world_terms.z();  // far above rounding
+  if (sure_of_w && beside(reach.bounds(), least_px, most_px)) return Facing::aside;
   const Vector3d middle = images[0] / images[0].z() + images[1] / images[1].z() + images[2] / images[2].z();
   const PixelRect& stored = reach.stored();
   const int base_u = within(middle.x() / 3, stored.u0_px, stored.u1_px - 1), base_v = within(middle.y() / 3, stored.v0_px, stored.v1_px - 1);
-  double farthest_px = 0;
+  double farthest_px = 1;  // so that an error of W by itself is an error of the image
   for (Vector3d& image : images) {
     image.head<2>() -= Eigen::Vector2d(base_u, base_v) * image.z();
     farthest_px = std::max(farthest_px, image.head<2>().cwiseAbs().maxCoeff() / image.z());
   }
   const double per_unit = 1 / units;
   const Vector3d by_a = images[1] - images[0], by_b = images[2] - images[0], terms = images[0].cwiseAbs() + by_a.cwiseAbs() + by_b.cwiseAbs();
-  const double eps_px = kOfForm * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) / least_w + kOfImage * farthest_px;
-  if (!(farthest_px < kFarthestImage_px && eps_px < kMostContactEps_px)) return Facing::unsure;
+  const double of_projection = kOfProjection * (std::max(world_terms.x(), world_terms.y()) + std::max(least_px.abs().maxCoeff(), most_px.abs().maxCoeff()) * world_terms.z());
+  const double eps_px = (kOfForm * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) + of_projection) / least_w + kOfImage * farthest_px;
+  if (!(eps_px < kMostContactEps_px)) return Facing::unsure;
   set_map(reach, base_u, base_v, map);
   map.eps_px = float(eps_px * (1 + kOfImage));
   for (int row = 0; row < 3; ++row) map.at[row] = float(images[0][row]), map.by_a[row] = float(by_a[row] * per_unit), map.by_b[row] = float(by_b[row] * per_unit);

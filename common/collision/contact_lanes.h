@@ -46,7 +46,9 @@ ContactBits look_at_leaf(std::span<const ObjectMap> cameras, const MeshTree::Lea
 struct TriangleMap : ContactMap {
   float at[3], by_a[3], by_b[3];
 };
-enum class Facing { in_front, behind, unsure };  // unsure: it comes too near to the camera's plane, or is too large, for float
+// aside: behind the camera, or beside the object pixels; certainly free. unsure: it comes too near to the camera's plane, or is too large, for
+// float.
+enum class Facing { in_front, aside, unsure };
 // (U, V, W) of a point of the world; pixel p covers [p, p + 1) of U / W.
 using PixelFromWorld = Eigen::Matrix<double, 3, 4>;
 PixelFromWorld pixel_from_world(const Camera& camera);

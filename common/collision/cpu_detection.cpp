@@ -1,9 +1,11 @@
 #include "common/collision/cpu_detection.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <stdexcept>
 
 #include "common/collision/contact_lanes.h"
@@ -18,6 +20,8 @@ using Eigen::Vector3d;
 constexpr int kBoxCells = 8;
 constexpr double kCellSlack = 1e-6;
 static_assert(kBoxCells * kBoxCells % MeshTree::kFan == 0);
+// However far apart samples are, a triangle has no more points than this: its middle, a corner, and one more for each of rounding.
+constexpr std::size_t kLeastPointsATriangle = 4;
 // Leaves handed to a thread together.
 constexpr int kLeavesATask = 4;
 
@@ -44,10 +48,14 @@ struct ObjectAtHand {
   const DetectionObject* object;
   std::vector<ObjectMap> maps;
   bool mapped;  // by all cameras; else its boxes say nothing
+  double spacing_m;
+  std::size_t most_points;  // more, and it is sampled anew, less finely
 };
 
-ObjectAtHand at_hand(const HullQuery& query, const DetectionObject& object) {
-  ObjectAtHand o{&object, {}, true};
+ObjectAtHand at_hand(const HullQuery& query, const DetectionObject& object, const DetectionOptions& options) {
+  const std::size_t triangles = object.tree->mesh().triangles.size();
+  ObjectAtHand o{&object, {}, true, options.spacing_m, options.max_points * kMostFoundPerPoint + kLeastPointsATriangle * triangles};
+  if (!(options.spacing_m > 0)) o.most_points = std::numeric_limits<std::size_t>::max();
   Eigen::Isometry3d world_from_tree = object.world_from_object;
   world_from_tree.translation() = object.world_from_object * object.tree->origin_m();
   for (const CpuHull::MapCamera& camera : query.hull().cameras()) {
@@ -97,7 +105,8 @@ bool may_hold_hull(const ObjectAtHand& o) {
   return false;
 }
 
-void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, TriangleWalk& walk, Found& found) {
+// Until the object has too many points; `points` counts them.
+void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, std::atomic<std::size_t>& points, TriangleWalk& walk, Found& found) {
   const MeshTree& tree = *o.object->tree;
   const auto triangles = tree.triangles_of(open.leaf);
   ContactBits bits = look_at_leaf(o.maps, tree.leaf(open.leaf), int(triangles.size()));
@@ -105,10 +114,12 @@ void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, TriangleWalk& walk, 
   found.counts.triangles_looked_at += triangles.size();
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (bits.free >> i & 1) continue;
+    if (points.load(std::memory_order_relaxed) > o.most_points) return;
     Triangle world;
     for (std::size_t k = 0; k < 3; ++k) world[k] = o.object->world_from_object * tree.mesh().vertices_m[tree.mesh().triangles[triangles[i]][k]];
     const std::size_t first = found.points_world_m.size();
-    const TriangleContact contact = walk.walk(world, bits.solid >> i & 1, o.object->rp_object_world_m, found.points_world_m);
+    const TriangleContact contact = walk.walk(world, bits.solid >> i & 1, {o.spacing_m, o.object->rp_object_world_m}, found.points_world_m);
+    points.fetch_add(found.points_world_m.size() - first, std::memory_order_relaxed);
     ++found.counts.triangles_walked;
     found.counts.points_in_double += contact.points_in_double;
     found.counts.undecided += contact.cut_off;
@@ -141,7 +152,7 @@ void gather_points(std::span<const FoundTriangle> triangles, const DetectionObje
 
 void check(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options) {
   if (query.hull().rule().limits != Limits::all) throw std::invalid_argument("collision is detected where all cameras limit the hull, not with limits: seen");
-  if (!(options.eps_m > 0 && std::isfinite(options.eps_m))) throw std::invalid_argument("eps of the detection is not positive");
+  if (!(options.eps_m >= kLeastEps_m && std::isfinite(options.eps_m))) throw std::invalid_argument("eps of the detection is less than a micrometre, or not finite");
   if (!(options.spacing_m >= 0 && std::isfinite(options.spacing_m))) throw std::invalid_argument("spacing of collision points is negative or not finite");
   if (options.max_points == 0) throw std::invalid_argument("no collision point is allowed; spacing 0 asks for the verdict alone");
   for (const DetectionObject& o : objects)
@@ -170,20 +181,30 @@ struct CpuDetection::Work {
     triangles.clear();
     counts = {};
   }
-  void walk_leaves(const HullQuery& query, const DetectionOptions& options);
+  bool walk_leaves(const HullQuery& query, const DetectionOptions& options);
   void gather(std::span<const DetectionObject> of, const DetectionOptions& options);
 };
 
-void CpuDetection::Work::walk_leaves(const HullQuery& query, const DetectionOptions& options) {
+// False where some object has too many points; its spacing is doubled then.
+bool CpuDetection::Work::walk_leaves(const HullQuery& query, const DetectionOptions& options) {
   WorkerPool& pool = query.hull().pool();
   const int tasks = (int(leaves.size()) + kLeavesATask - 1) / kLeavesATask;
   if (found.size() < std::size_t(tasks)) found.resize(std::size_t(tasks));
   for (Found& f : found) f.triangles.clear(), f.points_world_m.clear(), f.counts = {};
-  std::vector<TriangleWalk> walks(std::size_t(pool.threads()), TriangleWalk(query, {options.eps_m, options.spacing_m, options.max_points}));
+  std::vector<TriangleWalk> walks(std::size_t(pool.threads()), TriangleWalk(query, {options.eps_m, options.max_points}));
+  std::vector<std::atomic<std::size_t>> points(objects.size());
   pool.run(tasks, [&](int task, int thread) {
     for (std::size_t i = std::size_t(task) * kLeavesATask; i < std::min(leaves.size(), std::size_t(task + 1) * kLeavesATask); ++i)
-      walk_leaf(objects[leaves[i].object], leaves[i], walks[std::size_t(thread)], found[std::size_t(task)]);
+      walk_leaf(objects[leaves[i].object], leaves[i], points[leaves[i].object], walks[std::size_t(thread)], found[std::size_t(task)]);
   });
+  bool all = true;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (!(points[i] > objects[i].most_points)) continue;
+    objects[i].spacing_m *= 2;
+    collisions[i].truncated = true;
+    all = false;
+  }
+  return all;
 }
 
 void CpuDetection::Work::gather(std::span<const DetectionObject> of, const DetectionOptions& options) {
@@ -192,7 +213,9 @@ void CpuDetection::Work::gather(std::span<const DetectionObject> of, const Detec
     counts.triangles_looked_at += f.counts.triangles_looked_at, counts.triangles_walked += f.counts.triangles_walked;
     counts.points_in_double += f.counts.points_in_double, counts.undecided += f.counts.undecided;
   }
-  std::sort(triangles.begin(), triangles.end(), [](const FoundTriangle& a, const FoundTriangle& b) { return std::pair(a.second->object, a.second->triangle) < std::pair(b.second->object, b.second->triangle); });
+  std::sort(triangles.begin(), triangles.end(), [](const FoundTriangle& a, const FoundTriangle& b) {
+    return std::pair(a.second->object, a.second->triangle) < std::pair(b.second->object, b.second->triangle);
+  });
   for (std::size_t first = 0, last; first < triangles.size(); first = last) {
     const std::size_t object = triangles[first].second->object;
     ObjectCollision& collision = collisions[object];
@@ -218,10 +241,10 @@ std::span<ObjectCollision> CpuDetection::detect(const HullQuery& query, std::spa
   if (!query.hull().empty()) {
     for (std::size_t i = 0; i < objects.size(); ++i) {
       if (objects[i].tree->empty()) continue;
-      w.objects[i] = at_hand(query, objects[i]);
+      w.objects[i] = at_hand(query, objects[i], options);
       open_leaves(w.objects[i], i, w.leaves, w.counts.boxes);
     }
-    w.walk_leaves(query, options);
+    while (!w.walk_leaves(query, options)) {}
     w.gather(objects, options);
     for (std::size_t i = 0; i < objects.size(); ++i)
       if (!objects[i].tree->empty() && !w.collisions[i].colliding()) w.collisions[i].hull_in_box = may_hold_hull(w.objects[i]);

@@ -8,7 +8,7 @@
 //                  the hull either: touching.
 //
 // So `free` has no point in the hull, deep or not; `colliding` has at least one; `touching` has, if any, a part in the hull that is thinner
-// than eps. Nothing is carried over from frame to frame.
+// than eps, unless there were too many parts to look at all (counted: undecided). Nothing is carried over from frame to frame.
 #pragma once
 #include <memory>
 #include <span>
@@ -20,9 +20,10 @@
 namespace fivepipe {
 
 struct DetectionOptions {
-  double eps_m = 0.5e-3;
+  double eps_m = 0.5e-3;           // >= kLeastEps_m
   double spacing_m = 3e-3;         // at most, from a CP_i to the next on its triangle; 0: the verdict alone, with one CP_i a triangle
-  std::size_t max_points = 4096;   // of an object; of more, these are spread evenly over what was found
+  std::size_t max_points = 4096;   // of an object; of more, these are spread evenly over what was found. Where that is more than
+                                   // kMostFoundPerPoint times as many, samples are farther apart than asked for
 };
 
 struct DetectionObject {
@@ -31,8 +32,11 @@ struct DetectionObject {
   Eigen::Vector3d rp_object_world_m = Eigen::Vector3d::Zero();  // the CP_i farthest from it is among the points, last of its triangle
 };
 
+inline constexpr double kLeastEps_m = 1e-6;  // what maps resolve, by a thousand
+inline constexpr std::size_t kMostFoundPerPoint = 64;
+
 struct CpuDetectionCounts {
-  std::size_t boxes = 0, triangles_looked_at = 0, triangles_walked = 0, points_in_double = 0, undecided = 0;  // cut off by kMostCells
+  std::size_t boxes = 0, triangles_looked_at = 0, triangles_walked = 0, points_in_double = 0, undecided = 0;  // undecided: triangles
 };
 
 // Keeps its memory from call to call: for who asks every frame.
@@ -44,7 +48,7 @@ class CpuDetection {
   CpuDetection& operator=(CpuDetection&&) noexcept;
 
   // By object as given; valid until the next call. In the hull's pool; the same bits for any number of threads and order of a triangle's
-  // vertices. A hull of no object pixels: all free. Throws std::invalid_argument where eps is not positive, a number is not finite, or the
+  // vertices. A hull of no object pixels: all free. Throws std::invalid_argument where eps is too small, a number is not finite, or the
   // hull's rule is not Limits::all.
   std::span<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options = {}, CpuDetectionCounts* counts = nullptr);
 

@@ -39,15 +39,17 @@ class Meeting {
     return motion;
   }
 
-  // The farthest way of a corner of the part's box against the object.
+  // No point of the part goes a longer way against the object: both go straight, at even speed, and turn about their middles.
   double way_m() const {
-    double most_m = 0;
-    const Isometry3d motion = moved(before_, 1), object = object_.world_from_object_before * object_.world_from_object_after.inverse();
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vector3d p = before_.part.box_world_m.corner(Eigen::AlignedBox3d::CornerType(corner));
-      most_m = std::max(most_m, (object * motion * p - p).norm());
-    }
-    return most_m * (1 + 0.25 * options_.turned_world_rad.squaredNorm());  // a turn's way is longer than its chord
+    const Isometry3d &from = object_.world_from_object_before, &to = object_.world_from_object_after;
+    double part_m = 0, apart_m = 0;
+    for (const HullAt* frame : {&before_, &after_})
+      for (int corner = 0; corner < 8; ++corner) part_m = std::max(part_m, (frame->part.box_world_m.corner(Eigen::AlignedBox3d::CornerType(corner)) - frame->part.middle_world_m).norm());
+    for (const Isometry3d* pose : {&from, &to})
+      for (const HullAt* frame : {&before_, &after_}) apart_m = std::max(apart_m, (pose->translation() - frame->part.middle_world_m).norm());
+    const Vector3d moved = after_.part.middle_world_m - before_.part.middle_world_m, object_moved = to.translation() - from.translation();
+    const double object_turned_rad = Eigen::AngleAxisd(from.linear().transpose() * to.linear()).angle();
+    return (moved - object_moved).norm() + options_.turned_world_rad.norm() * part_m + object_turned_rad * (apart_m + part_m);
   }
 
   std::optional<CollisionPoint> at(double t) const {
@@ -71,7 +73,7 @@ void check(const HullAt& before, const HullAt& after, const MovingObject& object
   if (!(after.time_s > before.time_s && std::isfinite(before.time_s) && std::isfinite(after.time_s))) throw std::invalid_argument("first contact between frames that do not follow each other");
   if (!(options.step_m > 0 && std::isfinite(options.step_m)) || options.most_steps < 1) throw std::invalid_argument("steps of the first contact are not positive");
   if (!options.turned_world_rad.allFinite() || !object.world_from_object_before.matrix().allFinite() || !object.world_from_object_after.matrix().allFinite() ||
-      !before.part.middle_world_m.allFinite() || !after.part.middle_world_m.allFinite())
+      !before.part.middle_world_m.allFinite() || !after.part.middle_world_m.allFinite() || before.part.box_world_m.isEmpty() || after.part.box_world_m.isEmpty())
     throw std::invalid_argument("motion of the first contact is not finite");
 }
 
@@ -80,6 +82,7 @@ void check(const HullAt& before, const HullAt& after, const MovingObject& object
 std::optional<FirstContact> first_contact(const HullAt& before, const HullAt& after, const MovingObject& object, const FirstContactOptions& options) {
   check(before, after, object, options);
   const Meeting meeting(before, after, object, options);
+  if (const auto at_once = meeting.at(0)) return FirstContact{before.time_s, 0, at_once->p_world_m, at_once->triangle, false};
   const double needed = std::max(1.0, std::ceil(meeting.way_m() / options.step_m));
   const int steps = int(std::min(needed, double(options.most_steps)));
   for (int step = 1; step <= steps; ++step) {

@@ -49,8 +49,10 @@ class CellSearch {
   CellSearch(const HullQuery& query, const HullPartsOptions& options, CellGrid& grid) : query_(query), options_(options), grid_(grid) {
     Eigen::Isometry3d world_from_box = Eigen::Isometry3d::Identity();
     world_from_box.translation() = options.within_world_m.center();
+    // The first cell, from the box's least corner, reaches over its other sides.
+    const double reach_m = options.within_world_m.diagonal().norm() + 2 * options.cell_m * std::bit_ceil(unsigned(grid.size().maxCoeff()));
     for (const CpuHull::MapCamera& camera : query.hull().cameras()) {
-      const auto map = object_map(camera, world_from_box, options.within_world_m.diagonal().norm());
+      const auto map = object_map(camera, world_from_box, reach_m);
       if (map) maps_.push_back(*map);
       else all_mapped_ = false;
     }
@@ -93,8 +95,10 @@ class CellSearch {
         boxes.half_m[axis][i] = -1, boxes.middle_m[axis][i] = 0;
         if (int(i) >= count) continue;
         const double size_m = options_.cell_m * (1 << batch[i].level);
-        boxes.middle_m[axis][i] = float(options_.within_world_m.min()[Eigen::Index(axis)] + options_.cell_m * batch[i].at[Eigen::Index(axis)] + 0.5 * size_m - middle[Eigen::Index(axis)]);
-        boxes.half_m[axis][i] = float(0.5 * size_m * (1 + kHalfSlack));
+        const double first_m = options_.within_world_m.min()[Eigen::Index(axis)] - middle[Eigen::Index(axis)];
+        const double middle_m = first_m + options_.cell_m * batch[i].at[Eigen::Index(axis)] + 0.5 * size_m;
+        boxes.middle_m[axis][i] = float(middle_m);
+        boxes.half_m[axis][i] = float(0.5 * size_m + kSlack * (size_m + std::abs(middle_m)));
       }
     const ContactBits bits = look_at_boxes(maps_, boxes);
     for (int i = 0; i < count; ++i) {
@@ -110,7 +114,7 @@ class CellSearch {
     }
   }
 
-  static constexpr double kHalfSlack = 1e-5;  // above the rounding of a cell's middle to float
+  static constexpr double kSlack = 0x1p-22;  // above the rounding of a cell's middle and half size to float
   const HullQuery& query_;
   const HullPartsOptions& options_;
   CellGrid& grid_;
@@ -209,7 +213,7 @@ bool at_an_image_border(const HullQuery& query, const Eigen::AlignedBox3d& box_w
 Vector3i checked_size(const HullQuery& query, const HullPartsOptions& options) {
   const Eigen::AlignedBox3d& box = options.within_world_m;
   if (query.hull().rule().limits != Limits::all) throw std::invalid_argument("parts of the hull are found where all cameras limit it, not with limits: seen");
-  if (!(options.cell_m > 0)) throw std::invalid_argument("cell of the hull's parts is not positive");
+  if (!(options.cell_m > 0 && std::isfinite(options.cell_m))) throw std::invalid_argument("cell of the hull's parts is not positive, or not finite");
   if (!(box.min().allFinite() && box.max().allFinite() && (box.sizes().array() > 0).all())) throw std::invalid_argument("box of the hull's parts is empty or not finite");
   const Vector3d cells = (box.sizes() / options.cell_m).array().ceil();
   if (!(cells.prod() <= double(kMostPartCells))) throw std::invalid_argument("too many cells in the box of the hull's parts: larger cells, or a smaller box");

@@ -23,12 +23,17 @@ std::uint64_t spread(std::uint64_t x) {  // bit i to bit 3 i
   return (x | x << 2) & 0x1249249249249249;
 }
 
+void check(std::span<const Vector3d> vertices_m) {
+  for (std::size_t i = 0; i < vertices_m.size(); ++i)
+    if (!vertices_m[i].allFinite()) throw std::invalid_argument("mesh: vertex " + std::to_string(i) + " is not finite");
+}
+
 void check(const Mesh& mesh) {
-  for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i)
-    if (!mesh.vertices_m[i].allFinite()) throw std::invalid_argument("mesh: vertex " + std::to_string(i) + " is not finite");
+  check(std::span(mesh.vertices_m));
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (const std::uint32_t v : mesh.triangles[i])
-      if (!(v < mesh.vertices_m.size())) throw std::invalid_argument("mesh: triangle " + std::to_string(i) + " names vertex " + std::to_string(v) + " of " + std::to_string(mesh.vertices_m.size()));
+      if (!(v < mesh.vertices_m.size()))
+        throw std::invalid_argument("mesh: triangle " + std::to_string(i) + " names vertex " + std::to_string(v) + " of " + std::to_string(mesh.vertices_m.size()));
 }
 
 // Rounded away from zero by two units: a float's rounding of a difference, and of what it is the difference of.
@@ -63,8 +68,8 @@ MeshTree::MeshTree(Mesh mesh) : mesh_(std::move(mesh)) {
 
 void MeshTree::refit(std::span<const Vector3d> vertices_m) {
   if (vertices_m.size() != mesh_.vertices_m.size()) throw std::invalid_argument("mesh: " + std::to_string(vertices_m.size()) + " vertices, not " + std::to_string(mesh_.vertices_m.size()));
+  check(vertices_m);  // before: a refused one changes nothing
   mesh_.vertices_m.assign(vertices_m.begin(), vertices_m.end());
-  check(mesh_);
   if (!leaves_.empty()) fit();
 }
 

@@ -130,7 +130,9 @@ void PartTracker::extend(Track& track, double time_s, const HullPart& part) cons
     const Eigen::Array3d defined = sample.defined * last.defined;
     for (int k = 0; k < 3; ++k) {
       if (sample.axes.col(k).dot(last.axes.col(k)) < 0) sample.axes.col(k) *= -1;
-      turn += defined[k] * last.axes.col(k).cross(sample.axes.col(k));
+      const Vector3d across = last.axes.col(k).cross(sample.axes.col(k));
+      const double sine = across.norm();
+      if (sine > 0) turn += defined[k] * std::atan2(sine, last.axes.col(k).dot(sample.axes.col(k))) / sine * across;
     }
     // Each axis tells of the two turns across it: three of them tell everything twice.
     sample.turned_rad = last.turned_rad + (defined.sum() > 1 ? 0.5 : 1.0) * turn;

@@ -14,6 +14,8 @@ constexpr double kFinest = 16;
 constexpr double kMostUnits = 1 << 22;
 // A triangle that float has no room for, or that comes near to a camera's plane, is cut in four so often.
 constexpr int kMostCuts = 10;
+// And into so many parts at most.
+constexpr int kMostParts = 4096;
 // Parts of one triangle looked at together at most: hulls as ragged as that are noise.
 constexpr std::size_t kMostCells = 1 << 16;
 // Of those that are open at last, so many are asked in double.
@@ -33,10 +35,11 @@ TriangleWalk::TriangleWalk(const HullQuery& query, const TriangleWalkOptions& op
   for (const CpuHull::MapCamera& camera : query.hull().cameras()) pixels_from_world_.push_back(pixel_from_world(camera.camera));
 }
 
-TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid, const Vector3d& farthest_from_world_m, std::vector<Vector3d>& points_world_m) {
+TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted, std::vector<Vector3d>& points_world_m) {
   contact_ = {};
   points_world_m_ = &points_world_m;
-  farthest_from_world_m_ = farthest_from_world_m;
+  wanted_ = wanted;
+  parts_ = 0;
   farthest_m2_ = -1;
   Triangle sorted = triangle_world_m;
   std::sort(sorted.begin(), sorted.end(), before);
@@ -54,21 +57,22 @@ CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
   if (maps == Maps::some || too_large) {
     begin_cells(1);
     mixed_.clear(), solid_.clear();
-    if (!too_large) look_at_cells(maps_, cells_, float(units_), mixed_, solid_);
-    if (!too_large && mixed_.count + solid_.count == 0) return CollisionVerdict::free;
-    return depth < kMostCuts ? split_part(vertices, depth) : ask_corners(vertices);
+    look_at_cells(maps_, cells_, float(units_), mixed_, solid_);
+    if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
+    return depth < kMostCuts && parts_ < kMostParts ? split_part(vertices, depth) : ask_corners(vertices);
   }
-  const bool found = options_.spacing_m > 0 ? sample() : glance();
+  const bool found = wanted_.spacing_m > 0 ? sample() : glance();
   return found ? CollisionVerdict::colliding : decide();
 }
 
 CollisionVerdict TriangleWalk::take_all(const Triangle& vertices) {
-  if (!(options_.spacing_m > 0)) {
+  if (!(wanted_.spacing_m > 0)) {
     add((vertices[0] + vertices[1] + vertices[2]) / 3);
     return CollisionVerdict::colliding;
   }
   vertices_ = vertices;
   choose_grid();
+  contact_.coarser |= coarser_;
   begin_cells(1);
   std::swap(cells_, solid_);
   take_solid(units_, units_ / divisions_);
@@ -78,21 +82,23 @@ CollisionVerdict TriangleWalk::take_all(const Triangle& vertices) {
 CollisionVerdict TriangleWalk::split_part(const Triangle& v, int depth) {
   const Vector3d m01 = 0.5 * (v[0] + v[1]), m02 = 0.5 * (v[0] + v[2]), m12 = 0.5 * (v[1] + v[2]);
   CollisionVerdict worst = CollisionVerdict::free;
+  parts_ += 4;
   for (const Triangle& part : {Triangle{v[0], m01, m02}, Triangle{m01, v[1], m12}, Triangle{m02, m12, v[2]}, Triangle{m01, m12, m02}}) {
     worst = std::max(worst, walk_part(part, depth + 1));
-    if (worst == CollisionVerdict::colliding && !(options_.spacing_m > 0)) break;
+    if (worst == CollisionVerdict::colliding && !(wanted_.spacing_m > 0)) break;
   }
   return worst;
 }
 
 CollisionVerdict TriangleWalk::ask_corners(const Triangle& vertices) {
+  contact_.cut_off = true;
   bool any = false;
   for (const Vector3d& v : vertices) {
     ++contact_.points_in_double;
     if (!query_->contains(v)) continue;
     any = true;
     add(v);
-    if (!(options_.spacing_m > 0)) break;
+    if (!(wanted_.spacing_m > 0)) break;
   }
   return any ? CollisionVerdict::colliding : CollisionVerdict::touching;
 }
@@ -101,27 +107,27 @@ CollisionVerdict TriangleWalk::ask_corners(const Triangle& vertices) {
 void TriangleWalk::choose_grid() {
   const double longest_m = std::max({(vertices_[1] - vertices_[0]).norm(), (vertices_[2] - vertices_[0]).norm(), (vertices_[2] - vertices_[1]).norm()});
   start_ = 1, divisions_ = 1;
-  if (options_.spacing_m > 0) {
-    const double most = std::max(1.0, std::floor(std::sqrt(double(options_.max_points)))), needed = kSampleDistance * longest_m / options_.spacing_m;
-    if (needed > most) contact_.coarser = true;
-    while (divisions_ < std::min(needed, most)) {
-      if (start_ == 1 && divisions_ >= 2 && 3 * (divisions_ / 2) >= std::min(needed, most)) start_ = 3, divisions_ = 3 * (divisions_ / 2);
+  if (wanted_.spacing_m > 0) {
+    const double most = std::max(1.0, std::floor(std::sqrt(double(options_.max_points)))), needed = kSampleDistance * longest_m / wanted_.spacing_m;
+    while (divisions_ < needed && 2 * divisions_ <= most) {
+      if (start_ == 1 && divisions_ >= 2 && 3 * (divisions_ / 2) >= needed) start_ = 3, divisions_ = 3 * (divisions_ / 2);
       else divisions_ *= 2;
     }
+    coarser_ = divisions_ < needed;
   }
   units_ = divisions_;
   while (units_ <= kMostUnits && longest_m / units_ > options_.eps_m / kFinest) units_ *= 2;
   per_a_m_ = (vertices_[1] - vertices_[0]) / units_, per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
 }
 
-// free: the part is behind a camera. some: of the others there is no map for all.
+// free: the part is behind a camera, or beside its object pixels. some: of the others there is no map for all.
 TriangleWalk::Maps TriangleWalk::set_maps() {
   maps_.clear();
   bool all = true;
   for (std::size_t i = 0; i < pixels_from_world_.size(); ++i) {
     TriangleMap map;
     const Facing facing = triangle_map(pixels_from_world_[i], query_->hull().cameras()[i].reach, vertices_, units_, map);
-    if (facing == Facing::behind) return Maps::free;
+    if (facing == Facing::aside) return Maps::free;
     if (facing == Facing::in_front) maps_.push_back(map);
     else all = false;
   }
@@ -154,6 +160,7 @@ void TriangleWalk::split_cells(const Cells& cells, double h) {
 }
 
 bool TriangleWalk::sample() {
+  contact_.coarser |= coarser_;
   const double sample_h = units_ / divisions_;
   const std::size_t before = points_world_m_->size();
   begin_cells(start_);
@@ -195,14 +202,15 @@ CollisionVerdict TriangleWalk::decide() {
       add(middle(solid_.count > 0 ? solid_ : inside_, 0, h));
       return CollisionVerdict::colliding;
     }
-    contact_.cut_off = mixed_.count > kMostCells;
-    if (h <= start_ || contact_.cut_off) return settle(h);
+    contact_.cut_off |= mixed_.count > kMostCells;
+    if (h <= 1 || contact_.cut_off) return settle(h);
     split_cells(mixed_, h);
   }
 }
 
 // What is open at last, in double.
 CollisionVerdict TriangleWalk::settle(double h) {
+  contact_.cut_off |= mixed_.count > kMostAsked;
   for (std::size_t i = 0; i < std::min(mixed_.count, kMostAsked); ++i) {
     const double a = mixed_.a[i], b = mixed_.b[i], step = mixed_.sigma[i] * h;
     for (const Vector3d& p : {point(a, b), point(a + step, b), point(a, b + step), middle(mixed_, i, h)}) {
@@ -215,20 +223,18 @@ CollisionVerdict TriangleWalk::settle(double h) {
   return CollisionVerdict::touching;
 }
 
-bool TriangleWalk::take_inside(double h) {
+void TriangleWalk::take_inside(double h) {
   for (std::size_t i = 0; i < inside_.count; ++i) add(middle(inside_, i, h));
   for (std::size_t i = 0; i < unsure_.count; ++i) {
     const Vector3d p = middle(unsure_, i, h);
     ++contact_.points_in_double;
     if (query_->contains(p)) add(p);
   }
-  return true;
 }
 
 // Every sample of the solid cells; of their points, a corner is farthest from anywhere.
 void TriangleWalk::take_solid(double h, double sample_h) {
   const int rows = int(std::lround(h / sample_h));
-  points_world_m_->reserve(points_world_m_->size() + solid_.count * std::size_t(rows) * std::size_t(rows));
   for (std::size_t i = 0; i < solid_.count; ++i) {
     const double a = solid_.a[i], b = solid_.b[i], step = solid_.sigma[i] * sample_h;
     const Vector3d to_next = step * per_a_m_, between = (to_next + step * per_b_m_) / 3;  // from a part's middle to that of the one beside it
@@ -256,7 +262,7 @@ void TriangleWalk::add(const Vector3d& p_world_m) {
 }
 
 void TriangleWalk::consider(const Vector3d& p_world_m) {
-  const double m2 = (p_world_m - farthest_from_world_m_).squaredNorm();
+  const double m2 = (p_world_m - wanted_.farthest_from_world_m).squaredNorm();
   if (!(m2 > farthest_m2_)) return;
   farthest_m2_ = m2;
   farthest_world_m_ = p_world_m;

@@ -10,15 +10,20 @@
 namespace fivepipe {
 
 struct TriangleWalkOptions {
-  double eps_m, spacing_m;   // spacing_m 0: the verdict alone, and one point
+  double eps_m;
   std::size_t max_points;    // of a triangle; where the spacing would give more samples than that, they are farther apart
+};
+
+struct PointsWanted {
+  double spacing_m;          // 0: the verdict alone, and one point
+  Eigen::Vector3d farthest_from_world_m;
 };
 
 struct TriangleContact {
   CollisionVerdict verdict = CollisionVerdict::free;
   bool coarser = false;  // samples are farther apart than asked for
   std::size_t points_in_double = 0;
-  bool cut_off = false;  // touching, for there were too many parts to look at
+  bool cut_off = false;  // there were too many parts to look at: if touching, of nothing is known how thin it is
 };
 
 class TriangleWalk {  // of one thread; keeps its buffers. The query must outlive it.
@@ -28,7 +33,7 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
   // Appends the triangle's points in the hull; the one farthest from the reference is the last. The same for every order of the vertices,
   // which are finite.
   // solid: known to lie in the hull, all of it.
-  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const Eigen::Vector3d& farthest_from_world_m, std::vector<Eigen::Vector3d>& points_world_m);
+  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted, std::vector<Eigen::Vector3d>& points_world_m);
 
  private:
   enum class Maps { free, all, some };
@@ -44,7 +49,7 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
   bool glance();
   CollisionVerdict decide();
   CollisionVerdict settle(double h);
-  bool take_inside(double h);
+  void take_inside(double h);
   void take_solid(double h, double sample_h);
   Eigen::Vector3d point(double a, double b) const;
   Eigen::Vector3d middle(const Cells& cells, std::size_t i, double h) const;
@@ -63,7 +68,10 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
   double units_ = 1;          // of an edge: the finest division
   Cells cells_, mixed_, solid_, inside_, unsure_;
   std::vector<Eigen::Vector3d>* points_world_m_ = nullptr;
-  Eigen::Vector3d farthest_from_world_m_, farthest_world_m_;
+  PointsWanted wanted_{};
+  bool coarser_ = false;      // the grid of the part at hand
+  int parts_ = 0;             // of the triangle, cut so far
+  Eigen::Vector3d farthest_world_m_;
   double farthest_m2_ = -1;
 };
 

@@ -66,7 +66,9 @@ Method cpu_method(double eps_mm, bool points, int threads) {
             std::span<const ObjectCollision> found;
             answer.times.query_ms = timed_ms([&] { found = state->query(scene, *query, options, counts); });
             answer.objects.assign(found.begin(), found.end());
-            answer.counts = {{"boxes", double(counts.boxes)}, {"triangles_looked_at", double(counts.triangles_looked_at)}, {"triangles_walked", double(counts.triangles_walked)}, {"points_in_double", double(counts.points_in_double)}};
+            answer.counts = {{"boxes", double(counts.boxes)},
+                             {"triangles_looked_at", double(counts.triangles_looked_at)},
+                             {"triangles_walked", double(counts.triangles_walked)}, {"points_in_double", double(counts.points_in_double)}, {"undecided", double(counts.undecided)}};
             return answer;
           }};
 }
