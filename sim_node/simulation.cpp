@@ -57,8 +57,9 @@ Simulation::Simulation(const Scene& scene, const SimConfig& config)
     : scene_(checked(scene, config)),
       config_(config),
       bodies_(scene),
-      detector_(config.collision == CollisionBackend::cpu ? cpu_detector({.eps_m = config.eps_m, .spacing_m = config.spacing_m, .max_points = kPointsForResponse})
-                                                          : paper_detector(config.window_px, config.viewport_px)),
+      detector_(config.collision == CollisionBackend::cpu
+                    ? cpu_detector({.eps_m = config.eps_m, .spacing_m = config.spacing_m, .max_points = kPointsForResponse})
+                    : paper_detector(config.window_px, config.viewport_px)),
       steps_per_query_(std::uint64_t(std::max(1.0, std::round(kHullQueryPeriodS / config.step_s)))) {
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
     const SceneObject& object = scene_.objects[i];

@@ -83,7 +83,9 @@ TEST(CpuDetection, AgreesWithDenseSamplingAndItsPointsAreInTheHull) {
         EXPECT_TRUE(holds(found->triangles, p.triangle));
       }
       for (std::size_t i = 0; i < triangles.size(); ++i)
-        if (sampled(hull.silhouettes, triangles[i], 24)) EXPECT_TRUE(holds(found->triangles, i)) << scene << ' ' << i;
+        if (sampled(hull.silhouettes, triangles[i], 24)) {
+          EXPECT_TRUE(holds(found->triangles, i)) << scene << ' ' << i;
+        }
       for (const std::uint32_t t : found->triangles) EXPECT_TRUE(std::any_of(found->points.begin(), found->points.end(), [&](const CollisionPoint& p) { return p.triangle == t; }));
     }
     colliding += int(alone.triangles.size()), touching += int(alone.touching.size());
@@ -106,9 +108,15 @@ TEST(CpuDetection, AgreesWithTheExactReference) {
     for (std::size_t i = 0; i < triangles.size(); ++i) {
       const TriangleTruth truth = triangle_truth(distance, triangles[i]);
       crossing += truth.crosses, touching += holds(found.touching, i);
-      if (truth.deepest_m > 1e-9) EXPECT_FALSE(!holds(found.triangles, i) && !holds(found.touching, i)) << scene << ' ' << i << ' ' << truth.deepest_m;
-      if (truth.deepest_m > kVerdictAlone.eps_m) EXPECT_TRUE(holds(found.triangles, i));
-      if (!truth.crosses) EXPECT_FALSE(holds(found.triangles, i)) << scene << ' ' << i;
+      if (truth.deepest_m > 1e-9) {
+        EXPECT_FALSE(!holds(found.triangles, i) && !holds(found.touching, i)) << scene << ' ' << i << ' ' << truth.deepest_m;
+      }
+      if (truth.deepest_m > kVerdictAlone.eps_m) {
+        EXPECT_TRUE(holds(found.triangles, i));
+      }
+      if (!truth.crosses) {
+        EXPECT_FALSE(holds(found.triangles, i)) << scene << ' ' << i;
+      }
     }
   }
   EXPECT_GT(crossing, 100);
@@ -267,7 +275,9 @@ TEST(CpuDetection, BesideACameraIsFreeAtOnce) {
     for (const double spacing_m : {0.0, 3e-3}) {
       CpuDetectionCounts counts;
       const ObjectCollision found = detect(hull.query, {&object, 1}, {.spacing_m = spacing_m}, &counts)[0];
-      if (in_front_m > 0) EXPECT_EQ(found.verdict, CollisionVerdict::free) << in_front_m;
+      if (in_front_m > 0) {
+        EXPECT_EQ(found.verdict, CollisionVerdict::free) << in_front_m;
+      }
       EXPECT_LT(counts.points_in_double, 20000u);
     }
   }
@@ -461,7 +471,9 @@ TEST(HardTriangle, ReachesBehindTheCameras) {
     EXPECT_EQ(hull.ask(Triangle{a, b, -a - b}), CollisionVerdict::colliding);  // through the origin
     const Vector3d off = a.cross(b).normalized() * 0.2;
     const Triangle beside = {off + a, off + b, off - a - b};
-    if (!sampled(hull.silhouettes, beside, 400)) EXPECT_NE(hull.ask(beside), CollisionVerdict::colliding);
+    if (!sampled(hull.silhouettes, beside, 400)) {
+      EXPECT_NE(hull.ask(beside), CollisionVerdict::colliding);
+    }
   }
 }
 
@@ -490,7 +502,9 @@ TEST(HardTriangle, AgainstNoise) {
   const std::vector<Triangle> triangles = random_triangles(random, 60);
   const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of(triangles)));
   for (std::size_t i = 0; i < triangles.size(); ++i)
-    if (sampled(silhouettes, triangles[i], 30)) EXPECT_TRUE(holds(found.triangles, i));
+    if (sampled(silhouettes, triangles[i], 30)) {
+      EXPECT_TRUE(holds(found.triangles, i));
+    }
 }
 
 }  // namespace

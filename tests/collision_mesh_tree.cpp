@@ -29,7 +29,9 @@ void expect_boxes_hold(const MeshTree& tree) {
       }
     }
   EXPECT_EQ(seen.size(), tree.mesh().triangles.size());
-  if (!tree.empty()) EXPECT_EQ(tree.leaves() <= MeshTree::kFan ? 1 : tree.levels() > 1, true);
+  if (!tree.empty()) {
+    EXPECT_EQ(tree.leaves() <= MeshTree::kFan ? 1 : tree.levels() > 1, true);
+  }
 }
 
 TEST(MeshTree, EveryBoxHoldsItsTriangles) {

@@ -169,7 +169,9 @@ TEST(PartTracker, AFastPartIsFollowedFurtherThanItsSize) {
   for (int frame = 0; frame < 6; ++frame) {
     const auto& parts = tracker.add(1 + frame * kFrame_s, {at_place(frame * kFrame_s * Vector3d(5, 0, 0))});
     EXPECT_EQ(parts[0].id, 1u);
-    if (frame >= 2) EXPECT_LT((parts[0].motion->velocity_world_m_s - Vector3d(5, 0, 0)).norm(), 1e-9);
+    if (frame >= 2) {
+      EXPECT_LT((parts[0].motion->velocity_world_m_s - Vector3d(5, 0, 0)).norm(), 1e-9);
+    }
   }
   EXPECT_EQ(tracker.add(1.2, {at_place({3, 0, 0})})[0].origin, PartOrigin::appeared);  // nothing moves that fast
 }

@@ -47,7 +47,9 @@ TEST(HullParts, MomentsAreThoseOfTheCellsInTheHull) {
     for (const HullPart& part : parts) found += double(part.cells), found_sum += double(part.cells) * part.middle_world_m;
     // Parts of one cell are left out.
     EXPECT_NEAR(found, count, 3 + 0.01 * count);
-    if (found == count) EXPECT_LT((found_sum - sum).norm() / count, 1e-9);
+    if (found == count) {
+      EXPECT_LT((found_sum - sum).norm() / count, 1e-9);
+    }
   }
 }
 

@@ -35,7 +35,8 @@ HWY_INLINE VF reciprocal(VF x) {
 HWY_INLINE VF reach_at(const ContactMap& c, VF& fu, VF& fv) {
   const DF d;
   const DI di;
-  fu = hn::Min(hn::Max(fu, hn::Set(d, c.least_u)), hn::Set(d, c.most_u)), fv = hn::Min(hn::Max(fv, hn::Set(d, c.least_v)), hn::Set(d, c.most_v));
+  fu = hn::Min(hn::Max(fu, hn::Set(d, c.least_u)), hn::Set(d, c.most_u));
+  fv = hn::Min(hn::Max(fv, hn::Set(d, c.least_v)), hn::Set(d, c.most_v));
   const VI place = hn::Add(hn::Mul(hn::ConvertTo(di, fv), hn::Set(di, c.stride)), hn::ConvertTo(di, fu));
   const VI word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(c.at_base), place);
   return hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
@@ -50,7 +51,8 @@ HWY_INLINE Look look(const ContactMap& c, VF low_u, VF high_u, VF low_v, VF high
   const DF d;
   const VF eps = hn::Set(d, c.eps_px), zero = hn::Zero(d);
   low_u = hn::Sub(low_u, eps), high_u = hn::Add(high_u, eps), low_v = hn::Sub(low_v, eps), high_v = hn::Add(high_v, eps);
-  const MF beside = hn::Or(hn::Or(hn::Lt(high_u, hn::Set(d, c.begin_u)), hn::Gt(low_u, hn::Set(d, c.end_u))), hn::Or(hn::Lt(high_v, hn::Set(d, c.begin_v)), hn::Gt(low_v, hn::Set(d, c.end_v))));
+  const MF beside = hn::Or(hn::Or(hn::Lt(high_u, hn::Set(d, c.begin_u)), hn::Gt(low_u, hn::Set(d, c.end_u))),
+                           hn::Or(hn::Lt(high_v, hn::Set(d, c.begin_v)), hn::Gt(low_v, hn::Set(d, c.end_v))));
   VF fu = hn::Floor(low_u), fv = hn::Floor(low_v);
   const VF last_u = hn::Floor(high_u), last_v = hn::Floor(high_v), reach = reach_at(c, fu, fv);
   const VF one = hn::Set(d, 1.0f), width = hn::Add(hn::Sub(last_u, fu), one), height = hn::Add(hn::Sub(last_v, fv), one);
@@ -59,7 +61,8 @@ HWY_INLINE Look look(const ContactMap& c, VF low_u, VF high_u, VF low_v, VF high
   MF alike = hn::Ge(hn::Abs(reach), side);
   const MF object = hn::Lt(reach, zero), two = hn::And(alike, hn::Lt(side, longer));
   if (!hn::AllFalse(d, two)) {
-    VF next_u = hn::Add(fu, hn::IfThenElseZero(hn::Gt(width, height), hn::Sub(width, side))), next_v = hn::Add(fv, hn::IfThenElseZero(hn::Gt(height, width), hn::Sub(height, side)));
+    VF next_u = hn::Add(fu, hn::IfThenElseZero(hn::Gt(width, height), hn::Sub(width, side)));
+    VF next_v = hn::Add(fv, hn::IfThenElseZero(hn::Gt(height, width), hn::Sub(height, side)));
     const VF next = reach_at(c, next_u, next_v);
     alike = hn::And(alike, hn::Or(hn::Not(two), hn::And(hn::Ge(hn::Abs(next), side), hn::Not(hn::Xor(object, hn::Lt(next, zero))))));
   }
@@ -133,7 +136,8 @@ ContactBits look_at_leaf(std::span<const ObjectMap> cameras, const MeshTree::Lea
       for (int k = 0; k < 3; ++k) {
         const VF w = form(c, 2, p[k][0], p[k][1], p[k][2]), per_w = reciprocal(w);
         const VF u = hn::Mul(form(c, 0, p[k][0], p[k][1], p[k][2]), per_w), v = hn::Mul(form(c, 1, p[k][0], p[k][1], p[k][2]), per_w);
-        low_u = k ? hn::Min(low_u, u) : u, high_u = k ? hn::Max(high_u, u) : u, low_v = k ? hn::Min(low_v, v) : v, high_v = k ? hn::Max(high_v, v) : v;
+        low_u = k ? hn::Min(low_u, u) : u, high_u = k ? hn::Max(high_u, u) : u;
+        low_v = k ? hn::Min(low_v, v) : v, high_v = k ? hn::Max(high_v, v) : v;
         least_w = k ? hn::Min(least_w, w) : w, most_w = k ? hn::Max(most_w, w) : w;
       }
       const MF sure = hn::Gt(least_w, hn::Set(d, c.least_w));
@@ -185,7 +189,8 @@ void look_at_cells(std::span<const TriangleMap> cameras, const Cells& cells, flo
         const VF per_w = reciprocal(corner[2][k]);
         u[k] = hn::Mul(corner[0][k], per_w), v[k] = hn::Mul(corner[1][k], per_w);
       }
-      const Look l = look(c, hn::Min(u[0], hn::Min(u[1], u[2])), hn::Max(u[0], hn::Max(u[1], u[2])), hn::Min(v[0], hn::Min(v[1], v[2])), hn::Max(v[0], hn::Max(v[1], v[2])));
+      const Look l = look(c, hn::Min(u[0], hn::Min(u[1], u[2])), hn::Max(u[0], hn::Max(u[1], u[2])),
+                          hn::Min(v[0], hn::Min(v[1], v[2])), hn::Max(v[0], hn::Max(v[1], v[2])));
       free = hn::Or(free, l.free);
       all = hn::And(all, l.solid);
       if (hn::AllTrue(d, free)) break;
@@ -255,7 +260,8 @@ constexpr double kBeside_px = 1;
 
 // All of what is in front of the camera, with these corners, lies beside the object pixels.
 bool beside(const PixelRect& bounds, const Eigen::Array2d& least_px, const Eigen::Array2d& most_px) {
-  return most_px.x() < bounds.u0_px - kBeside_px || least_px.x() > bounds.u1_px + kBeside_px || most_px.y() < bounds.v0_px - kBeside_px || least_px.y() > bounds.v1_px + kBeside_px;
+  return most_px.x() < bounds.u0_px - kBeside_px || least_px.x() > bounds.u1_px + kBeside_px ||
+         most_px.y() < bounds.v0_px - kBeside_px || least_px.y() > bounds.v1_px + kBeside_px;
 }
 
 // (U, V, W) of a point in the camera's frame: pixel p covers [p, p + 1).
@@ -343,13 +349,18 @@ Facing triangle_map(const PixelFromWorld& pixel, const BoxReach& reach, const st
   if (!(eps_px < kMostContactEps_px)) return Facing::unsure;
   set_map(reach, base_u, base_v, map);
   map.eps_px = float(eps_px * (1 + kOfImage));
-  for (int row = 0; row < 3; ++row) map.at[row] = float(images[0][row]), map.by_a[row] = float(by_a[row] * per_unit), map.by_b[row] = float(by_b[row] * per_unit);
+  for (int row = 0; row < 3; ++row)
+    map.at[row] = float(images[0][row]), map.by_a[row] = float(by_a[row] * per_unit), map.by_b[row] = float(by_b[row] * per_unit);
   return Facing::in_front;
 }
 
 ContactBits look_at_boxes(std::span<const ObjectMap> cameras, const MeshTree::Boxes& boxes) { return HWY_DYNAMIC_DISPATCH(look_at_boxes)(cameras, boxes); }
-ContactBits look_at_leaf(std::span<const ObjectMap> cameras, const MeshTree::Leaf& leaf, int triangles) { return HWY_DYNAMIC_DISPATCH(look_at_leaf)(cameras, leaf, triangles); }
-void look_at_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed, Cells& solid) { HWY_DYNAMIC_DISPATCH(look_at_cells)(cameras, cells, h, mixed, solid); }
+ContactBits look_at_leaf(std::span<const ObjectMap> cameras, const MeshTree::Leaf& leaf, int triangles) {
+  return HWY_DYNAMIC_DISPATCH(look_at_leaf)(cameras, leaf, triangles);
+}
+void look_at_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed, Cells& solid) {
+  HWY_DYNAMIC_DISPATCH(look_at_cells)(cameras, cells, h, mixed, solid);
+}
 void look_at_middles(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& inside, Cells& unsure) {
   HWY_DYNAMIC_DISPATCH(look_at_middles)(cameras, cells, h, inside, unsure);
 }

@@ -131,7 +131,8 @@ void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, std::atomic<std::siz
 using FoundTriangle = std::pair<const Found*, const Found::Triangle*>;
 
 // The points of one object, by triangle, from those of all tasks; spread evenly where there are too many, with the farthest kept.
-void gather_points(std::span<const FoundTriangle> triangles, const DetectionObject& object, std::size_t max_points, ObjectCollision& collision) {
+void gather_points(std::span<const FoundTriangle> triangles, const DetectionObject& object, std::size_t max_points,
+                   ObjectCollision& collision) {
   std::vector<CollisionPoint>& points = collision.points;
   std::size_t count = 0;
   for (const auto& [found, t] : triangles) count += t->points;
@@ -140,9 +141,10 @@ void gather_points(std::span<const FoundTriangle> triangles, const DetectionObje
     for (std::size_t i = 0; i < t->points; ++i) points.push_back({found->points_world_m[t->first_point + i], t->triangle});
   if (count <= max_points) return;
   collision.truncated = true;
+  const auto squared_m2 = [&](std::size_t i) { return (points[i].p_world_m - object.rp_object_world_m).squaredNorm(); };
   std::size_t farthest = 0;
   for (std::size_t i = 0; i < count; ++i)
-    if ((points[i].p_world_m - object.rp_object_world_m).squaredNorm() > (points[farthest].p_world_m - object.rp_object_world_m).squaredNorm()) farthest = i;
+    if (squared_m2(i) > squared_m2(farthest)) farthest = i;
   for (std::size_t i = 0; i < max_points; ++i) {
     const std::size_t begin = i * count / max_points, end = (i + 1) * count / max_points;
     points[i] = points[begin <= farthest && farthest < end ? farthest : begin];
@@ -151,12 +153,16 @@ void gather_points(std::span<const FoundTriangle> triangles, const DetectionObje
 }
 
 void check(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options) {
-  if (query.hull().rule().limits != Limits::all) throw std::invalid_argument("collision is detected where all cameras limit the hull, not with limits: seen");
-  if (!(options.eps_m >= kLeastEps_m && std::isfinite(options.eps_m))) throw std::invalid_argument("eps of the detection is less than a micrometre, or not finite");
-  if (!(options.spacing_m >= 0 && std::isfinite(options.spacing_m))) throw std::invalid_argument("spacing of collision points is negative or not finite");
+  if (query.hull().rule().limits != Limits::all)
+    throw std::invalid_argument("collision is detected where all cameras limit the hull, not with limits: seen");
+  if (!(options.eps_m >= kLeastEps_m && std::isfinite(options.eps_m)))
+    throw std::invalid_argument("eps of the detection is less than a micrometre, or not finite");
+  if (!(options.spacing_m >= 0 && std::isfinite(options.spacing_m)))
+    throw std::invalid_argument("spacing of collision points is negative or not finite");
   if (options.max_points == 0) throw std::invalid_argument("no collision point is allowed; spacing 0 asks for the verdict alone");
   for (const DetectionObject& o : objects)
-    if (!o.world_from_object.matrix().allFinite() || !o.rp_object_world_m.allFinite()) throw std::invalid_argument("an object's pose or reference point is not finite");
+    if (!o.world_from_object.matrix().allFinite() || !o.rp_object_world_m.allFinite())
+      throw std::invalid_argument("an object's pose or reference point is not finite");
 }
 
 }  // namespace
@@ -234,7 +240,8 @@ CpuDetection::~CpuDetection() = default;
 CpuDetection::CpuDetection(CpuDetection&&) noexcept = default;
 CpuDetection& CpuDetection::operator=(CpuDetection&&) noexcept = default;
 
-std::span<ObjectCollision> CpuDetection::detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options, CpuDetectionCounts* counts) {
+std::span<ObjectCollision> CpuDetection::detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options,
+                                                CpuDetectionCounts* counts) {
   check(query, objects, options);
   Work& w = *work_;
   w.clear(objects.size());
@@ -253,7 +260,8 @@ std::span<ObjectCollision> CpuDetection::detect(const HullQuery& query, std::spa
   return w.collisions;
 }
 
-std::vector<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options, CpuDetectionCounts* counts) {
+std::vector<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options,
+                                    CpuDetectionCounts* counts) {
   CpuDetection detection;
   const std::span<ObjectCollision> found = detection.detect(query, objects, options, counts);
   return {std::make_move_iterator(found.begin()), std::make_move_iterator(found.end())};

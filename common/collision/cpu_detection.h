@@ -50,7 +50,8 @@ class CpuDetection {
   // By object as given; valid until the next call. In the hull's pool; the same bits for any number of threads and order of a triangle's
   // vertices. A hull of no object pixels: all free. Throws std::invalid_argument where eps is too small, a number is not finite, or the
   // hull's rule is not Limits::all.
-  std::span<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options = {}, CpuDetectionCounts* counts = nullptr);
+  std::span<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options = {},
+                                    CpuDetectionCounts* counts = nullptr);
 
  private:
   struct Work;
@@ -58,6 +59,7 @@ class CpuDetection {
 };
 
 // The same, once.
-std::vector<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options = {}, CpuDetectionCounts* counts = nullptr);
+std::vector<ObjectCollision> detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options = {},
+                                    CpuDetectionCounts* counts = nullptr);
 
 }  // namespace fivepipe

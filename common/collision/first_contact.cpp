@@ -27,7 +27,8 @@ Isometry3d between(const Isometry3d& a, const Isometry3d& b, double t) {
 
 class Meeting {
  public:
-  Meeting(const HullAt& before, const HullAt& after, const MovingObject& object, const FirstContactOptions& options) : before_(before), after_(after), object_(object), options_(options) {}
+  Meeting(const HullAt& before, const HullAt& after, const MovingObject& object, const FirstContactOptions& options)
+      : before_(before), after_(after), object_(object), options_(options) {}
 
   // Where the part of a frame has moved to, at a fraction of the time between.
   Isometry3d moved(const HullAt& frame, double t) const {
@@ -44,7 +45,10 @@ class Meeting {
     const Isometry3d &from = object_.world_from_object_before, &to = object_.world_from_object_after;
     double part_m = 0, apart_m = 0;
     for (const HullAt* frame : {&before_, &after_})
-      for (int corner = 0; corner < 8; ++corner) part_m = std::max(part_m, (frame->part.box_world_m.corner(Eigen::AlignedBox3d::CornerType(corner)) - frame->part.middle_world_m).norm());
+      for (int corner = 0; corner < 8; ++corner) {
+        const Vector3d p = frame->part.box_world_m.corner(Eigen::AlignedBox3d::CornerType(corner));
+        part_m = std::max(part_m, (p - frame->part.middle_world_m).norm());
+      }
     for (const Isometry3d* pose : {&from, &to})
       for (const HullAt* frame : {&before_, &after_}) apart_m = std::max(apart_m, (pose->translation() - frame->part.middle_world_m).norm());
     const Vector3d moved = after_.part.middle_world_m - before_.part.middle_world_m, object_moved = to.translation() - from.translation();
@@ -55,8 +59,10 @@ class Meeting {
   std::optional<CollisionPoint> at(double t) const {
     const HullAt& frame = t <= 0.5 ? before_ : after_;
     const Isometry3d motion = moved(frame, t);
-    const DetectionObject object{object_.tree, motion.inverse() * between(object_.world_from_object_before, object_.world_from_object_after, t), frame.part.middle_world_m};
-    const ObjectCollision found = detect(*frame.query, {&object, 1}, {.eps_m = options_.step_m, .spacing_m = options_.step_m, .max_points = kMostPoints})[0];
+    const Isometry3d object_pose = between(object_.world_from_object_before, object_.world_from_object_after, t);
+    const DetectionObject object{object_.tree, motion.inverse() * object_pose, frame.part.middle_world_m};
+    const DetectionOptions options{.eps_m = options_.step_m, .spacing_m = options_.step_m, .max_points = kMostPoints};
+    const ObjectCollision found = detect(*frame.query, {&object, 1}, options)[0];
     for (const CollisionPoint& p : found.points)
       if (frame.part.box_world_m.contains(p.p_world_m)) return CollisionPoint{motion * p.p_world_m, p.triangle};
     return std::nullopt;
@@ -70,8 +76,10 @@ class Meeting {
 };
 
 void check(const HullAt& before, const HullAt& after, const MovingObject& object, const FirstContactOptions& options) {
-  if (!(after.time_s > before.time_s && std::isfinite(before.time_s) && std::isfinite(after.time_s))) throw std::invalid_argument("first contact between frames that do not follow each other");
-  if (!(options.step_m > 0 && std::isfinite(options.step_m)) || options.most_steps < 1) throw std::invalid_argument("steps of the first contact are not positive");
+  if (!(after.time_s > before.time_s && std::isfinite(before.time_s) && std::isfinite(after.time_s)))
+    throw std::invalid_argument("first contact between frames that do not follow each other");
+  if (!(options.step_m >= kLeastEps_m && std::isfinite(options.step_m)) || options.most_steps < 1)
+    throw std::invalid_argument("steps of the first contact are less than a micrometre, or none");
   if (!options.turned_world_rad.allFinite() || !object.world_from_object_before.matrix().allFinite() || !object.world_from_object_after.matrix().allFinite() ||
       !before.part.middle_world_m.allFinite() || !after.part.middle_world_m.allFinite() || before.part.box_world_m.isEmpty() || after.part.box_world_m.isEmpty())
     throw std::invalid_argument("motion of the first contact is not finite");

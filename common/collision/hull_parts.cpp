@@ -22,7 +22,8 @@ constexpr int kWordBits = 64;
 // Cells in the hull, a bit each, x fastest; rows are whole words.
 class CellGrid {
  public:
-  explicit CellGrid(const Vector3i& size) : size_(size), words_per_row_((size.x() + kWordBits - 1) / kWordBits), bits_(std::size_t(words_per_row_) * size.y() * size.z(), 0) {}
+  explicit CellGrid(const Vector3i& size)
+      : size_(size), words_per_row_((size.x() + kWordBits - 1) / kWordBits), bits_(std::size_t(words_per_row_) * size.y() * size.z(), 0) {}
   const Vector3i& size() const { return size_; }
   void set_run(int x0, int x1, int y, int z) {
     for (int x = x0; x < x1; ++x) row(y, z)[x / kWordBits] |= std::uint64_t{1} << (x % kWordBits);
@@ -214,7 +215,8 @@ Vector3i checked_size(const HullQuery& query, const HullPartsOptions& options) {
   const Eigen::AlignedBox3d& box = options.within_world_m;
   if (query.hull().rule().limits != Limits::all) throw std::invalid_argument("parts of the hull are found where all cameras limit it, not with limits: seen");
   if (!(options.cell_m > 0 && std::isfinite(options.cell_m))) throw std::invalid_argument("cell of the hull's parts is not positive, or not finite");
-  if (!(box.min().allFinite() && box.max().allFinite() && (box.sizes().array() > 0).all())) throw std::invalid_argument("box of the hull's parts is empty or not finite");
+  if (!(box.min().allFinite() && box.max().allFinite() && (box.sizes().array() > 0).all()))
+    throw std::invalid_argument("box of the hull's parts is empty or not finite");
   const Vector3d cells = (box.sizes() / options.cell_m).array().ceil();
   if (!(cells.prod() <= double(kMostPartCells))) throw std::invalid_argument("too many cells in the box of the hull's parts: larger cells, or a smaller box");
   return cells.cast<int>();
@@ -238,7 +240,8 @@ std::vector<HullPart> hull_parts(const HullQuery& query, const HullPartsOptions&
     const Run& r = runs[i];
     add_run(r, origin, moments[part_of[i]]);
     HullPart& part = parts[part_of[i]];
-    for (const Vector3d& corner : {Vector3d(r.x0, r.y, r.z), Vector3d(r.x1, r.y + 1, r.z + 1)}) part.box_world_m.extend(options.within_world_m.min() + options.cell_m * corner);
+    for (const Vector3d& corner : {Vector3d(r.x0, r.y, r.z), Vector3d(r.x1, r.y + 1, r.z + 1)})
+      part.box_world_m.extend(options.within_world_m.min() + options.cell_m * corner);
     part.cut |= r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() || r.z == 0 || r.z + 1 == size.z();
   }
   std::vector<HullPart> found;

@@ -56,18 +56,23 @@ MeshTree::MeshTree(Mesh mesh) : mesh_(std::move(mesh)) {
     const auto& [a, b, c] = mesh_.triangles[i];
     const Vector3d middle = (mesh_.vertices_m[a] + mesh_.vertices_m[b] + mesh_.vertices_m[c]) / 3;
     std::uint64_t key = 0;
-    for (int axis = 0; axis < 3; ++axis) key |= spread(std::uint64_t(std::clamp((middle[axis] - box.min()[axis]) / largest_m, 0.0, 1.0) * ((1 << kMortonBits) - 1))) << axis;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double fraction = std::clamp((middle[axis] - box.min()[axis]) / largest_m, 0.0, 1.0);
+      key |= spread(std::uint64_t(fraction * ((1 << kMortonBits) - 1))) << axis;
+    }
     keys.emplace_back(key, i);
   }
   std::sort(keys.begin(), keys.end());
   for (const auto& [key, triangle] : keys) order_.push_back(triangle);
   leaves_.resize((order_.size() + kFan - 1) / kFan);
-  for (std::size_t below = leaves_.size(); levels_.empty() || below > 1; below = levels_.back().size()) levels_.emplace_back((below + kFan - 1) / kFan);
+  for (std::size_t below = leaves_.size(); levels_.empty() || below > 1; below = levels_.back().size())
+    levels_.emplace_back((below + kFan - 1) / kFan);
   fit();
 }
 
 void MeshTree::refit(std::span<const Vector3d> vertices_m) {
-  if (vertices_m.size() != mesh_.vertices_m.size()) throw std::invalid_argument("mesh: " + std::to_string(vertices_m.size()) + " vertices, not " + std::to_string(mesh_.vertices_m.size()));
+  if (vertices_m.size() != mesh_.vertices_m.size())
+    throw std::invalid_argument("mesh: " + std::to_string(vertices_m.size()) + " vertices, not " + std::to_string(mesh_.vertices_m.size()));
   check(vertices_m);  // before: a refused one changes nothing
   mesh_.vertices_m.assign(vertices_m.begin(), vertices_m.end());
   if (!leaves_.empty()) fit();

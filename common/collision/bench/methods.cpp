@@ -36,7 +36,8 @@ struct CpuState {
     for (const SceneObject& object : of.objects) trees.emplace_back(object.mesh);
   }
 
-  std::span<const ObjectCollision> query(const CollisionScene& of, const HullQuery& query, const DetectionOptions& options, CpuDetectionCounts& counts) {
+  std::span<const ObjectCollision> query(const CollisionScene& of, const HullQuery& query, const DetectionOptions& options,
+                                         CpuDetectionCounts& counts) {
     std::vector<DetectionObject> objects;
     for (std::size_t i = 0; i < of.objects.size(); ++i) {
       if (of.objects[i].deforms) trees[i].refit(of.objects[i].mesh.vertices_m);
