@@ -33,6 +33,7 @@ void count_new(NodeStatusReporter& status, const SimulationCounters& now, Simula
   tell("objects_put_back", now.put_back, told.put_back);
   tell("stamps_went_back", now.stamps_went_back, told.stamps_went_back);
   tell("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s), std::uint64_t(1e3 * told.skipped_s));
+  tell("objects_touching", now.detection.touching, told.detection.touching);
   tell("points_unconfirmed", now.detection.points_unconfirmed, told.detection.points_unconfirmed);
   told = now;
 }

@@ -477,6 +477,19 @@ TEST(HardTriangle, ReachesBehindTheCameras) {
   }
 }
 
+// Cut where it passes a camera's plane: each part has samples of its own, however few points are allowed.
+TEST(HardTriangle, CutAtACamerasPlaneWithHardlyAPointAllowed) {
+  std::vector<Silhouette> silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, ring(2, 1.2, 0.6, 300, 0.5));
+  for (Silhouette& s : silhouettes)  // all of both images: the hull reaches up to the cameras
+    for (int v = 0; v < 300; ++v)
+      for (int u = 0; u < 300; ++u) s.pixels.set(u, v);
+  const Hull hull(silhouettes);
+  const Vector3d eye = camera_center_world_m(silhouettes[0].camera);
+  const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}})), {.spacing_m = 1e-5, .max_points = 1});
+  EXPECT_EQ(found.verdict, CollisionVerdict::colliding);
+  EXPECT_EQ(found.points.size(), 1u);
+}
+
 TEST(HardTriangle, ThroughACamerasCentre) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const Vector3d eye = camera_center_world_m(hull.silhouettes[0].camera);

@@ -207,6 +207,8 @@ bool CpuDetection::Work::walk_leaves(const HullQuery& query, const DetectionOpti
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (!(points[i] > objects[i].most_points)) continue;
     objects[i].spacing_m *= 2;
+    // A triangle that is cut may have more than that many at any spacing: then they stay.
+    if (objects[i].spacing_m > 2 * objects[i].object->tree->radius_m()) objects[i].most_points = std::numeric_limits<std::size_t>::max();
     collisions[i].truncated = true;
     all = false;
   }

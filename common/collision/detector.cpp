@@ -11,9 +11,13 @@ class CpuDetector : public CollisionDetector {
   void set_hull(const HullQuery& query, std::span<const Silhouette>) override { query_ = &query; }
 
  private:
-  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects, DetectorCounts&) override { return fivepipe::detect(*query_, objects, options_); }
+  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects, DetectorCounts&) override {
+    const std::span<const ObjectCollision> found = detection_.detect(*query_, objects, options_);
+    return {found.begin(), found.end()};
+  }
 
   DetectionOptions options_;
+  CpuDetection detection_;
   const HullQuery* query_ = nullptr;
 };
 
