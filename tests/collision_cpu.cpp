@@ -477,7 +477,7 @@ TEST(HardTriangle, ReachesBehindTheCameras) {
   }
 }
 
-// Cut where it passes a camera's plane: each part has samples of its own, however few points are allowed.
+// Cut, for a camera's plane and for its size: each part has samples of its own, however few points are allowed.
 TEST(HardTriangle, CutAtACamerasPlaneWithHardlyAPointAllowed) {
   std::vector<Silhouette> silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, ring(2, 1.2, 0.6, 300, 0.5));
   for (Silhouette& s : silhouettes)  // all of both images: the hull reaches up to the cameras
@@ -485,7 +485,7 @@ TEST(HardTriangle, CutAtACamerasPlaneWithHardlyAPointAllowed) {
       for (int u = 0; u < 300; ++u) s.pixels.set(u, v);
   const Hull hull(silhouettes);
   const Vector3d eye = camera_center_world_m(silhouettes[0].camera);
-  const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}})), {.spacing_m = 1e-5, .max_points = 1});
+  const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}})), {.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1});
   EXPECT_EQ(found.verdict, CollisionVerdict::colliding);
   EXPECT_EQ(found.points.size(), 1u);
 }
