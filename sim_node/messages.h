@@ -1,4 +1,4 @@
-// VirtualState and CollisionResult out, Command in.
+// VirtualState out, Command in.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -9,22 +9,15 @@
 
 namespace fivepipe {
 
-// A VirtualState with the storage that it refers to. Only objects that move are in it: the others stand in the scene.
+// A VirtualState with the storage that it refers to. Only objects that move, or are warmed, are in it: the others stand in the scene.
 struct OutgoingState {
   fivepipe_v1_VirtualState header{};
   std::vector<fivepipe_v1_ObjectState> objects;
-  std::vector<std::vector<float>> vertices_m;  // by object
+  std::vector<std::vector<float>> vertices_m, warmth;  // by object
   const fivepipe_v1_VirtualState& message();
 };
 OutgoingState state_message(const std::string& simulation, std::uint64_t frame, std::int64_t capture_stamp_ns, double simulation_time_s,
                             const Scene& scene, const std::vector<ObjectState>& states);
-
-struct OutgoingCollision {
-  fivepipe_v1_CollisionResult header{};
-  std::vector<fivepipe_v1_Vec3> points_m;
-  const fivepipe_v1_CollisionResult& message();
-};
-OutgoingCollision collision_message(std::uint64_t frame, std::int64_t capture_stamp_ns, const CollisionReport& report);
 
 // Does what the command says where it is meant for this node, by name or for all.
 void apply(const fivepipe_v1_Command& command, const std::string& node, Simulation& simulation);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 #include "sim_node/bounce.h"
 
@@ -53,7 +54,7 @@ const Scene& checked(const Scene& scene, const SimConfig& config) {
 
 }  // namespace
 
-Simulation::Simulation(const Scene& scene, const SimConfig& config)
+Simulation::Simulation(const Scene& scene, const SimConfig& config, const Eigen::AlignedBox3d& real_volume_world_m)
     : scene_(checked(scene, config)),
       config_(config),
       bodies_(scene),
@@ -70,7 +71,9 @@ Simulation::Simulation(const Scene& scene, const SimConfig& config)
     for (const Eigen::Vector3d& v : mesh.vertices_m) playground_m_.extend(object.world_from_object * v);
     if (object.reaction != Reaction::none) reacting_.push_back(i);
     if (bounces(i)) bouncing_.push_back(i);
+    warmth_.push_back(object.warming ? std::optional<Warmth>(std::in_place, *object.warming, mesh.vertices_m.size()) : std::nullopt);
   }
+  if (scene_.history) history_.emplace(*scene_.history, real_volume_world_m, pool_);
   playground_m_ = {playground_m_.min().array() - kLostM, playground_m_.max().array() + kLostM};
   contacts_.resize(bouncing_.size());
 }
@@ -82,6 +85,9 @@ bool Simulation::bounces(std::size_t object) const {
 void Simulation::reset() {
   bodies_ = RigidBodies(scene_);
   steps_since_query_ = 0;
+  world_from_objects_before_.clear();
+  for (auto& warmth : warmth_)
+    if (warmth) warmth->reset();
 }
 
 void Simulation::anchor_at(double time_s) {
@@ -104,14 +110,29 @@ void Simulation::catch_up(double time_s) {
   while (anchor_s_ + double(steps_since_anchor_ + 1) * config_.step_s <= time_s + kStampResolutionS) step();
 }
 
+void Simulation::set_hull(double time_s, std::span<const Silhouette> silhouettes) {
+  proximities_.clear();
+  query_ = nullptr;
+  own_query_.reset();
+  if (history_) {
+    history_->add(time_s, silhouettes);
+    query_ = &history_->query();
+  } else if (!reacting_.empty() || std::any_of(warmth_.begin(), warmth_.end(), [](const auto& w) { return w.has_value(); })) {
+    hull_.assign(silhouettes);
+    query_ = &own_query_.emplace(hull_);
+  }
+  if (query_) detector_->set_hull(*query_, silhouettes);
+  is_new_hull_ = true;
+}
+
 void Simulation::advance_to(double time_s, std::span<const Silhouette> silhouettes) {
   if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
-  query_.reset();
-  if (!reacting_.empty()) {
-    hull_.assign(silhouettes);
-    query_.emplace(hull_);
-    detector_->set_hull(*query_, silhouettes);
-  }
+  set_hull(time_s, silhouettes);
+  advance_to(time_s);
+}
+
+void Simulation::advance_to(double time_s) {
+  if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
   std::fill(contacts_.begin(), contacts_.end(), CollisionReport{});
   catch_up(time_s);
   report();
@@ -146,14 +167,24 @@ std::vector<ObjectCollision> Simulation::detected(std::span<const std::size_t> o
 }
 
 void Simulation::bounce_off_hull() {
-  if (bouncing_.empty()) return;
+  if (bouncing_.empty() || !query_) return;
   std::vector<ObjectCollision> collisions = detected(bouncing_);
   for (std::size_t i = 0; i < bouncing_.size(); ++i) {
     if (!collisions[i].colliding()) continue;
     ++counters_.contacts;
     contacts_[i] = {.object = bouncing_[i], .collision = std::move(collisions[i])};
+    add_details(contacts_[i]);
     contacts_[i].response = recover(bouncing_[i], contacts_[i].collision);
   }
+}
+
+Requery Simulation::requery_of(std::size_t object) {
+  return [this, object](const Eigen::Vector3d& move_world_m) {
+    DetectionObject moved = detection_object(object);
+    moved.world_from_object = Eigen::Translation3d(move_world_m) * moved.world_from_object;
+    moved.rp_object_world_m += move_world_m;
+    return std::move(detector_->detect({&moved, 1}).front());
+  };
 }
 
 Response Simulation::recover(std::size_t object, ObjectCollision collision) {
@@ -167,13 +198,7 @@ Response Simulation::recover(std::size_t object, ObjectCollision collision) {
                                   .v_rec_world = std::nullopt,
                                   .normals = {.four_points = true, .closed_form = false},
                                   .equally_far_m = flatness_m_[object]};
-    const Requery requery = [&](const Eigen::Vector3d& move_world_m) {
-      DetectionObject moved = detection_object(object);
-      moved.world_from_object = Eigen::Translation3d(move_world_m) * moved.world_from_object;
-      moved.rp_object_world_m += move_world_m;
-      return std::move(detector_->detect({&moved, 1}).front());
-    };
-    const Response response = respond(*query_, collision, request, requery, config);
+    const Response response = respond(*query_, collision, request, requery_of(object), config);
     status = response.status;
     if (response.has_way_out()) {
       const Bounce after = bounce(response, bodies_.velocity_m_s(object), scene_.objects[object].restitution, scene_.gravity_m_s2, resting_speed_m_s);
@@ -188,27 +213,69 @@ Response Simulation::recover(std::size_t object, ObjectCollision collision) {
   return *first;
 }
 
+// Of the object as it is now.
+void Simulation::add_details(CollisionReport& report) {
+  add_response(report.details, *query_, report.collision, bodies_.center_world_m(report.object), requery_of(report.object), scene_.objects[report.object].wishes);
+}
+
+HullProximity& Simulation::proximity_to(double cap_m, double tolerance_m) {
+  for (SharedProximity& shared : proximities_)
+    if (shared.cap_m == cap_m && shared.tolerance_m == tolerance_m) return *shared.proximity;
+  proximities_.push_back({cap_m, tolerance_m, std::make_unique<HullProximity>(*query_, ProximityOptions{cap_m, tolerance_m})});
+  return *proximities_.back().proximity;
+}
+
+void Simulation::add_proximity() {
+  for (CollisionReport& report : reports_)
+    if (const auto& asked = scene_.objects[report.object].wishes.proximity)
+      report.details.proximity = proximity_of(proximity_to(asked->cap_m, asked->tolerance_m), meshes_[report.object].mesh(),
+                                              bodies_.world_from_object(report.object), asked->of);
+  const double elapsed_s = double(counters_.steps - steps_warmed_) * config_.step_s;
+  steps_warmed_ = counters_.steps;
+  for (std::size_t i = 0; i < warmth_.size() && elapsed_s > 0; ++i) {
+    if (!warmth_[i]) continue;
+    const Warming& warming = *scene_.objects[i].warming;
+    warmth_[i]->follow(elapsed_s, proximity_of(proximity_to(warming.cap_m, warming.tolerance_m), meshes_[i].mesh(), bodies_.world_from_object(i), ProximityOf::vertices));
+  }
+}
+
+void Simulation::add_first_contacts() {
+  if (!history_ || !is_new_hull_) return;
+  for (CollisionReport& report : reports_) {
+    if (!scene_.objects[report.object].wishes.first_contact || world_from_objects_before_.empty()) continue;
+    const auto met = history_->first_contact({&meshes_[report.object], world_from_objects_before_[report.object], bodies_.world_from_object(report.object)});
+    if (met) std::tie(report.details.first_contact, report.details.first_contact_part) = *met;
+  }
+  world_from_objects_before_.clear();
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i) world_from_objects_before_.push_back(bodies_.world_from_object(i));
+}
+
 void Simulation::report() {
   reports_.clear();
-  if (reacting_.empty()) return;
+  if (!query_) return;
   std::vector<ObjectCollision> collisions = detected(reacting_);
   for (std::size_t i = 0; i < reacting_.size(); ++i) {
     const std::size_t object = reacting_[i];
     CollisionReport report{.object = object, .collision = std::move(collisions[i])};
     const auto bouncing = std::find(bouncing_.begin(), bouncing_.end(), object);
-    if (bouncing != bouncing_.end())
-      if (CollisionReport& contact = contacts_[std::size_t(bouncing - bouncing_.begin())]; contact.response) report = std::move(contact);
+    const auto contact = bouncing == bouncing_.end() ? contacts_.end() : contacts_.begin() + (bouncing - bouncing_.begin());
+    if (contact != contacts_.end() && contact->response) report = std::move(*contact);
+    else add_details(report);
     report.name = scene_.objects[object].name;
     report.truncated = report.collision.truncated || report.collision.points.size() > std::size_t(config_.max_points);
     thin(report.collision.points, std::size_t(config_.max_points));
     reports_.push_back(std::move(report));
   }
+  add_proximity();
+  add_first_contacts();
+  is_new_hull_ = false;
 }
 
 std::vector<ObjectState> Simulation::states() const {
   std::vector<ObjectState> states;
   for (std::size_t i = 0; i < scene_.objects.size(); ++i)
-    states.push_back({scene_.objects[i].name, bodies_.world_from_object(i), bodies_.velocity_m_s(i), {}});
+    states.push_back({scene_.objects[i].name, bodies_.world_from_object(i), bodies_.velocity_m_s(i), {},
+                      warmth_[i] ? warmth_[i]->vertices() : std::vector<float>{}});
   return states;
 }
 

@@ -3,9 +3,11 @@
 #include <optional>
 
 #include "common/collision/detector.h"
-#include "common/collision/response.h"
 #include "common/scene/deployment.h"
+#include "sim_node/collision_details.h"
+#include "sim_node/hull_history.h"
 #include "sim_node/rigid_bodies.h"
+#include "sim_node/warmth.h"
 
 namespace fivepipe {
 
@@ -14,6 +16,7 @@ struct ObjectState {
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> vertices_m;  // in the object's frame, where they deform; empty: rigid, the mesh as loaded
+  std::vector<float> warmth;                // by vertex, where the object is warmed
 };
 
 // An object against the hull. For Reaction::bounce it tells of the last contact since the advance_to before, as the object
@@ -24,6 +27,7 @@ struct CollisionReport {
   ObjectCollision collision = {};  // points: the first SimConfig::max_points
   bool truncated = false;          // there were more points
   std::optional<Response> response = std::nullopt;  // Reaction::bounce in contact: the first move out
+  CollisionDetails details = {};   // what the scene asks for; proximity and first contact always of the state reached
 };
 
 struct SimulationCounters {
@@ -40,13 +44,17 @@ struct SimulationCounters {
 // Needs a current OpenGL context for construction, use and destruction where collisions are found the paper's way. Deterministic: the same calls give the same bits.
 class Simulation {
  public:
-  Simulation(const Scene& scene, const SimConfig& config);
+  // Real objects are expected in this box (Rig::volume_m); a scene that asks for history needs it. Throws std::invalid_argument where
+  // something is out of range.
+  Simulation(const Scene& scene, const SimConfig& config, const Eigen::AlignedBox3d& real_volume_world_m = {});
 
-  // Substeps of config.step_s up to time_s [s, any epoch], at most kMaxCatchUpS of them, against this hull; then reports.
-  // The first call only sets the clock. Where no new set has come, call with the last one: the hull is held. No silhouettes:
-  // no hull. A time a little back changes nothing; one that lies back by more than kMaxCatchUpS (a recording that started over)
-  // sets the clock. Throws std::invalid_argument where the time is not finite.
+  // Substeps of config.step_s up to time_s [s, any epoch], at most kMaxCatchUpS of them, against the hull of this frame set; then reports.
+  // The first call only sets the clock. No silhouettes: no hull. A time a little back changes nothing; one that lies back by more than
+  // kMaxCatchUpS (a recording that started over) sets the clock. Silhouettes must stay until the next call with others. Throws
+  // std::invalid_argument where the time is not finite.
   void advance_to(double time_s, std::span<const Silhouette> silhouettes);
+  // The same where no new set has come: the last hull is held.
+  void advance_to(double time_s);
 
   // Paused, advance_to moves the clock and reports, and nothing moves; the pause is not caught up afterwards.
   void pause() { paused_ = true; }
@@ -57,14 +65,21 @@ class Simulation {
   double time_s() const { return anchor_s_ + double(steps_since_anchor_) * config_.step_s; }
   std::vector<ObjectState> states() const;                                   // all objects, in the scene's order
   const std::vector<CollisionReport>& collisions() const { return reports_; }  // those that react, in the scene's order
+  const std::vector<FollowedPart>* hull_parts() const { return history_ ? &history_->parts() : nullptr; }  // where the scene asks for history
   const SimulationCounters& counters() const { return counters_; }
 
  private:
+  void set_hull(double time_s, std::span<const Silhouette> silhouettes);
   void anchor_at(double time_s);
   void catch_up(double time_s);
   void step();
   void bounce_off_hull();
   Response recover(std::size_t object, ObjectCollision collision);
+  Requery requery_of(std::size_t object);
+  void add_details(CollisionReport& report);
+  void add_proximity();
+  void add_first_contacts();
+  HullProximity& proximity_to(double cap_m, double tolerance_m);
   void put_back_the_lost();
   void report();
   std::vector<ObjectCollision> detected(std::span<const std::size_t> objects);
@@ -75,8 +90,19 @@ class Simulation {
   SimConfig config_;
   RigidBodies bodies_;
   WorkerPool pool_{1};
-  CpuHull hull_{pool_};
-  std::optional<HullQuery> query_;         // of the hull at hand
+  CpuHull hull_{pool_};                    // where there is no history, which has the hulls otherwise
+  std::optional<HullQuery> own_query_;
+  std::optional<HullHistory> history_;
+  const HullQuery* query_ = nullptr;       // of the hull at hand; none before the first, or where nothing asks for it
+  struct SharedProximity {
+    double cap_m, tolerance_m;
+    std::unique_ptr<HullProximity> proximity;
+  };
+  std::vector<SharedProximity> proximities_;  // to the hull at hand, for all who ask with these
+  std::vector<std::optional<Warmth>> warmth_; // by object
+  std::uint64_t steps_warmed_ = 0;
+  std::vector<Eigen::Isometry3d> world_from_objects_before_;  // by object, at the frame before; empty: there was none
+  bool is_new_hull_ = false;               // since the last report
   std::unique_ptr<CollisionDetector> detector_;
   std::vector<MeshTree> meshes_;           // by object
   std::vector<double> radii_m_;            // by object: of the smallest ball round its centre and its mesh

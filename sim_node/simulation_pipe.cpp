@@ -4,6 +4,7 @@
 
 #include "common/node/frame_set_reader.h"
 #include "sim_node/messages.h"
+#include "sim_node/messages_collision.h"
 
 namespace fivepipe {
 namespace {
@@ -17,6 +18,7 @@ constexpr auto kSilence = 100ms;
 constexpr auto kHoldHull = 1s;
 
 void count(NodeStatusReporter& status, const CollisionReport& report) {
+  if (report.details.first_contact) status.count("first_contacts/" + report.name);
   if (!report.collision.colliding()) return;
   status.count("collisions/" + report.name);
   status.count("collision_points/" + report.name, report.collision.points.size());
@@ -43,11 +45,13 @@ class SimulationPipe {
   explicit SimulationPipe(NodeContext& node)
       : node_(node),
         scene_(node.deployment.scene),
-        simulation_(scene_, config_of<SimConfig>(node)),
+        simulation_(scene_, config_of<SimConfig>(node), node.deployment.rig.volume_m),
         sets_(node.bus, node.deployment.rig, node.status),
         commands_(node.bus.reader<topics::Command>()),
         states_(node.bus.writer<topics::VirtualState>()),
-        collisions_(node.bus.writer<topics::CollisionResult>()) {}
+        collisions_(node.bus.writer<topics::CollisionResult>()) {
+    if (scene_.history) parts_.emplace(node.bus.writer<topics::HullParts>());
+  }
 
   void run() {
     while (running()) {
@@ -65,9 +69,14 @@ class SimulationPipe {
     if (!first_stamp_ns_) first_stamp_ns_ = set.capture_stamp_ns;
     held_ = std::move(set);
     held_since_ = Clock::now();
-    advance(0);
+    {
+      const StageTimer timer(node_.status, "simulate");
+      simulation_.advance_to(stamp_s(), held_->silhouettes);
+    }
+    count_new(node_.status, simulation_.counters(), told_);
     for (const CollisionReport& report : simulation_.collisions()) count(node_.status, report);
     publish();
+    if (parts_) parts_->write(parts_message(node_.node.name, result_frame(), *simulation_.hull_parts()).message());
     node_.status.frame_handled(held_->frame);
   }
 
@@ -75,20 +84,21 @@ class SimulationPipe {
     if (!held_) return;
     const auto silent = Clock::now() - held_since_;
     if (silent < kSilence || silent > kHoldHull) return;
-    advance(std::chrono::duration<double>(silent).count());
+    {
+      const StageTimer timer(node_.status, "simulate");
+      simulation_.advance_to(stamp_s() + std::chrono::duration<double>(silent).count());
+    }
+    count_new(node_.status, simulation_.counters(), told_);
     publish();
   }
 
-  void advance(double since_stamp_s) {
-    const StageTimer timer(node_.status, "simulate");
-    simulation_.advance_to(1e-9 * double(held_->capture_stamp_ns - *first_stamp_ns_) + since_stamp_s, held_->silhouettes);
-    count_new(node_.status, simulation_.counters(), told_);
-  }
+  double stamp_s() const { return 1e-9 * double(held_->capture_stamp_ns - *first_stamp_ns_); }
+  ResultFrame result_frame() const { return {held_->frame, held_->capture_stamp_ns, stamp_s(), held_->cameras}; }
 
   // Collisions first: who has a frame's state then has them too.
   void publish() {
     for (const CollisionReport& report : simulation_.collisions())
-      collisions_.write(collision_message(held_->frame, held_->capture_stamp_ns, report).message());
+      collisions_.write(collision_message(result_frame(), report, scene_.objects[report.object].wishes).message());
     states_.write(state_message(node_.node.name, held_->frame, held_->capture_stamp_ns, simulation_.time_s(), scene_, simulation_.states()).message());
   }
 
@@ -99,6 +109,7 @@ class SimulationPipe {
   Reader<topics::Command> commands_;
   Writer<topics::VirtualState> states_;
   Writer<topics::CollisionResult> collisions_;
+  std::optional<Writer<topics::HullParts>> parts_;  // where the scene asks for history
   std::optional<std::int64_t> first_stamp_ns_;
   std::optional<FrameSet> held_;
   Clock::time_point held_since_;

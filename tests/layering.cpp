@@ -47,7 +47,7 @@ std::vector<Source> all_sources() {
 
 bool is_wiring(const Source& source) {
   const std::string name = fs::path(source.path).filename();
-  return name == "main.cpp" || name.starts_with("messages.") || name.find("_pipe.") != std::string::npos;
+  return name == "main.cpp" || name.starts_with("messages") || name.find("_pipe.") != std::string::npos;
 }
 bool is_node_folder(const std::string& folder) { return folder.ends_with("_node"); }
 bool is_pure(const Source& source) {

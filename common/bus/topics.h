@@ -25,6 +25,7 @@ FIVEPIPE_TOPIC(HullTile, stream);
 FIVEPIPE_TOPIC(TileCosts, event);
 FIVEPIPE_TOPIC(VirtualState, stream);
 FIVEPIPE_TOPIC(CollisionResult, stream);
+FIVEPIPE_TOPIC(HullParts, stream);
 FIVEPIPE_TOPIC(FrameComposited, event);
 FIVEPIPE_TOPIC(Command, event);
 FIVEPIPE_TOPIC(NodeStatus, event);

@@ -36,6 +36,7 @@ FrameSet FrameSets::finished(std::uint64_t frame, Incomplete set) const {
     latest_ns = result.silhouettes.empty() ? map.capture_stamp_ns : std::max(latest_ns, map.capture_stamp_ns);
     if (map.pixels.count() == 0) result.empty_cameras.push_back(rig_.cameras[camera].name);
     result.silhouettes.push_back({published_camera(rig_.cameras[camera]), std::move(map.pixels)});
+    result.cameras.push_back(rig_.cameras[camera].name);
   }
   result.skew_ns = latest_ns - result.capture_stamp_ns;
   return result;

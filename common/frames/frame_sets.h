@@ -26,6 +26,7 @@ struct FrameSet {
   std::int64_t capture_stamp_ns;       // the earliest of its maps
   std::int64_t skew_ns;                // latest less earliest
   std::vector<Silhouette> silhouettes;  // in the rig's order
+  std::vector<std::string> cameras;     // whose they are
   std::vector<std::string> empty_cameras;  // without one object pixel: why the hull is empty
   std::vector<std::string> lost_cameras;   // left out: nothing came from them for kLostAfterFrames
 };

@@ -6,8 +6,38 @@
 
 namespace fivepipe {
 
-Mesh box_mesh(const Eigen::Vector3d& size_m) {
+namespace {
+
+// Two opposite faces across `axis`, on the lattice that divides the box into `cells`.
+void append_faces(Mesh& mesh, std::map<std::array<int, 3>, std::uint32_t>& vertex_at, const Eigen::Vector3d& size_m, const Eigen::Array3i& cells, int axis) {
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  const auto vertex = [&](int end, int i, int j) {
+    std::array<int, 3> at{};
+    at[std::size_t(axis)] = end * cells[axis], at[std::size_t(u)] = i, at[std::size_t(v)] = j;
+    const auto [it, is_new] = vertex_at.try_emplace(at, std::uint32_t(mesh.vertices_m.size()));
+    if (is_new) mesh.vertices_m.push_back(size_m.cwiseProduct((Eigen::Array3d(at[0], at[1], at[2]) / cells.cast<double>() - 0.5).matrix()));
+    return it->second;
+  };
+  for (const int end : {0, 1})
+    for (int i = 0; i < cells[u]; ++i)
+      for (int j = 0; j < cells[v]; ++j) {
+        std::uint32_t a = vertex(end, i, j), b = vertex(end, i + 1, j), c = vertex(end, i, j + 1);
+        const std::uint32_t d = vertex(end, i + 1, j + 1);
+        if (end == 0) std::swap(b, c);
+        mesh.triangles.insert(mesh.triangles.end(), {{a, b, c}, {b, d, c}});
+      }
+}
+
+}  // namespace
+
+Mesh box_mesh(const Eigen::Vector3d& size_m, double cell_m) {
   Mesh mesh;
+  if (cell_m > 0) {
+    const Eigen::Array3i cells = (size_m.array() / cell_m).ceil().max(1).cast<int>();
+    std::map<std::array<int, 3>, std::uint32_t> vertex_at;
+    for (int axis = 0; axis < 3; ++axis) append_faces(mesh, vertex_at, size_m, cells, axis);
+    return mesh;
+  }
   for (int corner = 0; corner < 8; ++corner)
     mesh.vertices_m.push_back(0.5 * size_m.cwiseProduct(Eigen::Vector3d(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1)));
   mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},

@@ -14,8 +14,8 @@ struct Mesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-// Box centred on the origin, edges along the axes.
-Mesh box_mesh(const Eigen::Vector3d& size_m);
+// Box centred on the origin, edges along the axes. Its faces are divided into cells with edges of cell_m at most; 0: into none, 12 triangles.
+Mesh box_mesh(const Eigen::Vector3d& size_m, double cell_m = 0);
 
 // Icosphere centred on the origin: 20 * 4^subdivisions triangles, vertices on the sphere.
 Mesh sphere_mesh(double radius_m, int subdivisions);

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "common/scene/collision_wishes_reader.h"
 #include "common/scene/read_files.h"
 #include "common/scene/yaml_reader.h"
 
@@ -18,11 +19,16 @@ constexpr Range kSize_m{0, 1e4, true};
 constexpr Range kPart{0, 1};
 constexpr Range kSubdivisions{0, 6};     // 20 * 4^6 = 81 920 triangles
 constexpr Range kCurtainCells{1, 1000};  // a million cells at most
+constexpr double kMostBoxCells = 1e6;
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
 BoxShape read_box(YamlMap map) {
-  const BoxShape box{map.vector3("size_m", kSize_m)};
+  const BoxShape box{map.vector3("size_m", kSize_m), map.number("cell_m", kSize_m, 0)};
   map.finish();
+  if (!(box.cell_m > 0)) return box;
+  const Eigen::Array3d cells = (box.size_m.array() / box.cell_m).ceil();
+  if (!(2 * (cells.x() * cells.y() + cells.y() * cells.z() + cells.z() * cells.x()) <= kMostBoxCells))
+    map.problem_at("cell_m", "cell_m divides the box's faces into more than a million cells");
   return box;
 }
 
@@ -90,6 +96,8 @@ void check_behaviour(YamlMap& map, const SceneObject& object) {
     map.problem_at("reaction", "reaction bounce needs motion dynamic: a fixed object can't be moved out");
   for (const std::string key : {"mass_kg", "restitution"})
     if (!is_dynamic && map.given(key)) map.problem_at(key, key + " has no effect without motion dynamic");
+  if (object.reaction == Reaction::none && object.wishes.any())
+    map.problem_at("report", "report has no effect with reaction none: the object is not queried");
   if (object.pattern == Pattern::plain && map.given("pattern_size_m"))
     map.problem_at("pattern_size_m", "pattern_size_m has no effect on a plain object");
 }
@@ -107,6 +115,8 @@ SceneObject read_object(YamlMap map) {
   object.colour_rgb = read_colour(map, "colour_rgb", object.colour_rgb);
   object.pattern = map.choice<Pattern>("pattern", {{"plain", Pattern::plain}, {"checker", Pattern::checker}}, Pattern::plain);
   object.pattern_size_m = map.number("pattern_size_m", kSize_m, object.pattern_size_m);
+  if (map.given("report")) object.wishes = read_collision_wishes(map.map("report"));
+  if (map.given("warmth")) object.warming = read_warming(map.map("warmth"));
   check_behaviour(map, object);
   map.finish();
   return object;
@@ -122,6 +132,7 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
   scene.gravity_m_s2 = map.number("gravity_m_s2", {0, 1000}, scene.gravity_m_s2);
   scene.light_world_m = map.vector3("light_m", kAny, scene.light_world_m);
   scene.background_rgb = read_colour(map, "background_rgb", scene.background_rgb);
+  if (map.given("history")) scene.history = read_history_wishes(map.map("history"));
   std::map<std::string, int> line_of_name;
   for (YamlMap& object_map : map.maps("objects")) {
     scene.objects.push_back(read_object(object_map));
@@ -129,6 +140,8 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
     const auto [first, is_new] = line_of_name.try_emplace(name, object_map.place_of("name").line);
     if (!is_new && !name.empty())
       object_map.problem_at("name", "two objects are called " + name + ", the first in line " + std::to_string(first->second));
+    if (scene.objects.back().wishes.first_contact && !scene.history)
+      object_map.problem_at("report", "first_contact is found between two frames: the scene must keep a history, `history: {}`");
   }
   map.finish();
   return scene;
@@ -159,7 +172,7 @@ std::vector<std::string> size_doubts(const Scene& scene) {
 
 Mesh mesh_of(const SceneObject& object) {
   struct Mesher {
-    Mesh operator()(const BoxShape& s) const { return box_mesh(s.size_m); }
+    Mesh operator()(const BoxShape& s) const { return box_mesh(s.size_m, s.cell_m); }
     Mesh operator()(const SphereShape& s) const { return sphere_mesh(s.radius_m, s.subdivisions); }
     Mesh operator()(const CurtainShape& s) const { return curtain_mesh(s.width_m, s.height_m, s.columns, s.rows, s.fold_depth_m, s.fold_count); }
     Mesh operator()(const MeshShape& s) const { return s.mesh; }

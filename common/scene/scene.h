@@ -2,15 +2,17 @@
 #pragma once
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "common/geometry/mesh.h"
+#include "common/scene/collision_wishes.h"
 
 namespace fivepipe {
 
-struct BoxShape { Eigen::Vector3d size_m; };
+struct BoxShape { Eigen::Vector3d size_m; double cell_m = 0; };  // cell_m: faces are divided into cells no larger; 0: into none
 struct SphereShape { double radius_m; int subdivisions = 2; };
 struct CurtainShape { double width_m, height_m; int columns, rows; double fold_depth_m, fold_count; };
 struct MeshShape { std::filesystem::path file; double unit_m; Mesh mesh; };  // loaded; vertices already in metres
@@ -32,6 +34,8 @@ struct SceneObject {
   std::array<double, 3> colour_rgb = {0.8, 0.8, 0.8};  // 0..1, sRGB
   Pattern pattern = Pattern::plain;
   double pattern_size_m = 0.1;  // edge of a checker field
+  CollisionWishes wishes = {};        // what its collision results tell
+  std::optional<Warming> warming = {};  // it is warmed by real objects
 };
 
 struct Scene {
@@ -40,6 +44,7 @@ struct Scene {
   Eigen::Vector3d light_world_m = {0, 0, 3};
   std::array<double, 3> background_rgb = {0.1, 0.12, 0.15};
   std::vector<SceneObject> objects;
+  std::optional<HistoryWishes> history = {};  // nothing is kept from frame to frame unless asked for
 };
 
 // The object's surface in its own frame.

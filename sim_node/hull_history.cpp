@@ -1,0 +1,48 @@
+#include "sim_node/hull_history.h"
+
+#include <algorithm>
+
+namespace fivepipe {
+
+HullHistory::HullHistory(const HistoryWishes& wishes, const Eigen::AlignedBox3d& within_world_m, WorkerPool& pool)
+    : options_{.within_world_m = within_world_m, .cell_m = wishes.cell_m},
+      tracker_({.window_frames = wishes.window_frames, .fastest_m_s = wishes.fastest_m_s}),
+      frames_{Frame(pool), Frame(pool)} {
+  CpuHull nothing(pool);
+  hull_parts(HullQuery(nothing), options_);  // refuses what can't be
+}
+
+void HullHistory::add(double time_s, std::span<const Silhouette> silhouettes) {
+  has_before_ = has_now_ && time_s > frames_[now_].time_s;
+  now_ = 1 - now_;
+  Frame& now = frames_[now_];
+  now.query.reset();
+  now.hull.assign(silhouettes);
+  now.query.emplace(now.hull);
+  now.time_s = time_s;
+  now.parts = tracker_.add(time_s, hull_parts(*now.query, options_));
+  has_now_ = true;
+}
+
+const FollowedPart* HullHistory::part_before(std::uint64_t id) const {
+  for (const FollowedPart& part : frames_[1 - now_].parts)
+    if (part.id == id) return &part;
+  return nullptr;
+}
+
+std::optional<std::pair<FirstContact, std::uint64_t>> HullHistory::first_contact(const MovingObject& object) const {
+  std::optional<std::pair<FirstContact, std::uint64_t>> earliest;
+  if (!has_before_) return earliest;
+  const Frame &before = frames_[1 - now_], &now = frames_[now_];
+  for (const FollowedPart& part : now.parts) {
+    const FollowedPart* was = part.origin == PartOrigin::followed ? part_before(part.id) : nullptr;
+    if (!was) continue;
+    FirstContactOptions options;
+    if (part.motion) options.turned_world_rad = (now.time_s - before.time_s) * part.motion->angular_velocity_world_rad_s;
+    const auto met = fivepipe::first_contact({&*before.query, before.time_s, was->part}, {&*now.query, now.time_s, part.part}, object, options);
+    if (met && met->time_s > before.time_s && (!earliest || met->time_s < earliest->first.time_s)) earliest = {*met, part.id};
+  }
+  return earliest;
+}
+
+}  // namespace fivepipe

@@ -1,0 +1,44 @@
+// CollisionResult and HullParts out.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/messages/wire.h"
+#include "sim_node/simulation.h"
+
+namespace fivepipe {
+
+// What a frame's results have in common.
+struct ResultFrame {
+  std::uint64_t frame;
+  std::int64_t capture_stamp_ns;
+  double time_s;                         // of the simulation, at the stamp
+  const std::vector<std::string>& cameras;  // of its silhouettes
+};
+
+// A CollisionResult with the storage that it refers to.
+struct OutgoingCollision {
+  fivepipe_v1_CollisionResult header{};
+  std::vector<fivepipe_v1_Vec3> points_m;
+  std::vector<std::uint32_t> triangles, triangles_touching;
+  std::vector<fivepipe_v1_HullNormal> normals;
+  std::vector<std::vector<fivepipe_v1_LimitingNormal>> cameras;  // by normal
+  std::vector<fivepipe_v1_ShorterWay> shorter_way;
+  std::vector<fivepipe_v1_Contact> contacts;
+  std::vector<fivepipe_v1_ProximityField> proximity;
+  std::vector<float> least_m, most_m;
+  std::vector<fivepipe_v1_FirstContact> first_contact;
+  const fivepipe_v1_CollisionResult& message();
+};
+OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report, const CollisionWishes& wishes);
+
+struct OutgoingParts {
+  fivepipe_v1_HullParts header{};
+  std::vector<fivepipe_v1_HullPart> parts;
+  std::vector<std::vector<std::uint64_t>> from;  // by part
+  const fivepipe_v1_HullParts& message();
+};
+OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame, const std::vector<FollowedPart>& parts);
+
+}  // namespace fivepipe

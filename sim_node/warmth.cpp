@@ -1,0 +1,27 @@
+#include "sim_node/warmth.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace fivepipe {
+namespace {
+
+bool nothing_known(const Proximity& p) { return p.least_m == 0 && std::isinf(p.most_m); }
+
+}  // namespace
+
+void Warmth::follow(double elapsed_s, std::span<const Proximity> vertices) {
+  assert(vertices.size() == warmth_.size() && elapsed_s >= 0);
+  const float heated = float(1 - std::exp(-elapsed_s / warming_.heating_s)), cooled = float(1 - std::exp(-elapsed_s / warming_.cooling_s));
+  for (std::size_t i = 0; i < warmth_.size(); ++i) {
+    if (nothing_known(vertices[i])) continue;
+    const double distance_m = 0.5 * (vertices[i].least_m + vertices[i].most_m);  // infinite from the cap on
+    const float goal = float(std::max(0.0, 1 - distance_m / warming_.cap_m));
+    warmth_[i] += (goal > warmth_[i] ? heated : cooled) * (goal - warmth_[i]);
+  }
+}
+
+void Warmth::reset() { std::fill(warmth_.begin(), warmth_.end(), 0.0f); }
+
+}  // namespace fivepipe
