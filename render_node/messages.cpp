@@ -25,8 +25,8 @@ Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& mes
   for (const fivepipe_v1_ObjectState& object : span_of(message.objects)) {
     const auto pose = pure(object.world_from_object);
     if (!pose) return BadMessage{"bad_state: " + std::string(object.object) + ": pose is not finite or not a rotation"};
-    const auto vertices = span_of(object.vertices_m);
-    poses.push_back({object.object, *pose, {vertices.begin(), vertices.end()}});
+    const auto vertices = span_of(object.vertices_m), warmth = span_of(object.warmth);
+    poses.push_back({object.object, *pose, {vertices.begin(), vertices.end()}, {warmth.begin(), warmth.end()}});
   }
   return poses;
 }

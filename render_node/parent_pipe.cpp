@@ -49,7 +49,7 @@ class ParentPipe {
  private:
   void take_collisions() {
     for (const auto& sample : collisions_.take())
-      if (sample.valid() && sample->verdict == fivepipe_v1_colliding && highlighted_.contains(sample->object))
+      if (sample.valid() && (sample->verdict == fivepipe_v1_colliding || !span_of(sample->first_contact).empty()) && highlighted_.contains(sample->object))
         virtual_frames_.add_collision(sample->frame, sample->capture_stamp_ns, sample->object);
   }
 

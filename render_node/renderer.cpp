@@ -49,6 +49,10 @@ Renderer::Drawn::Drawn(const SceneObject& o) : object(o), surface(o), bounds_m(f
   vertex_array.attribute(0, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, p_object_m));
   vertex_array.attribute(1, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, normal));
   vertex_array.attribute(2, corners, 2, sizeof(SurfaceCorner), offsetof(SurfaceCorner, pattern_m));
+  if (!object.warming) return;  // the attribute is 0 then
+  const std::vector<float> cold(rest.size(), 0.0f);
+  warmth.upload(cold.data(), cold.size() * sizeof(float), GL_STREAM_DRAW);
+  vertex_array.attribute(3, warmth, 1, sizeof(float), 0);
 }
 
 Renderer::Renderer(const Scene& scene, const Viewer& viewer)
@@ -97,9 +101,14 @@ std::optional<std::string> Renderer::why_undrawable(const ObjectPose& pose) cons
   const auto found = index_of_object_.find(pose.object);
   if (found == index_of_object_.end()) return "not in the scene";
   if (!pose.world_from_object.matrix().allFinite()) return "pose not finite";
+  const Drawn& drawn = objects_[found->second];
+  if (!pose.warmth.empty() && !drawn.object.warming) return "warmth of an object that is not warmed";
+  if (!pose.warmth.empty() && pose.warmth.size() != drawn.surface.vertices())
+    return std::to_string(pose.warmth.size()) + " values of warmth for a mesh of " + std::to_string(drawn.surface.vertices()) + " vertices";
+  if (!finite(pose.warmth)) return "warmth not finite";
   if (pose.vertices_m.empty()) return {};
-  if (pose.vertices_m.size() != 3 * objects_[found->second].surface.vertices())
-    return std::to_string(pose.vertices_m.size()) + " vertex coordinates for a mesh of " + std::to_string(objects_[found->second].surface.vertices()) + " vertices";
+  if (pose.vertices_m.size() != 3 * drawn.surface.vertices())
+    return std::to_string(pose.vertices_m.size()) + " vertex coordinates for a mesh of " + std::to_string(drawn.surface.vertices()) + " vertices";
   if (!finite(pose.vertices_m)) return "vertex not finite";
   return {};
 }
@@ -107,6 +116,10 @@ std::optional<std::string> Renderer::why_undrawable(const ObjectPose& pose) cons
 void Renderer::place(const ObjectPose& pose) {
   Drawn& drawn = objects_[index_of_object_.at(pose.object)];
   drawn.world_from_object = pose.world_from_object;
+  if (!pose.warmth.empty()) {
+    const std::vector<float> corners = drawn.surface.at_corners(pose.warmth);
+    drawn.warmth.upload(corners.data(), corners.size() * sizeof(float), GL_STREAM_DRAW);
+  }
   if (pose.vertices_m.empty()) return;
   const std::vector<SurfaceCorner> moved = drawn.surface.corners(pose.vertices_m);
   drawn.corners.upload(moved.data(), moved.size() * sizeof(SurfaceCorner), GL_STREAM_DRAW);
@@ -169,6 +182,7 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::
     object_program_.set("eye_from_object", Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
     object_program_.set("albedo", Eigen::Vector3f(albedo.cast<float>()));
     object_program_.set("albedo_of_odd_cells", Eigen::Vector3f((kOddCells * albedo).cast<float>()));
+    object_program_.set("warm_albedo", Eigen::Vector3f((drawn.object.warming ? linear_from_srgb(drawn.object.warming->colour_rgb) : albedo).cast<float>()));
     object_program_.set("checker", int(drawn.object.pattern == Pattern::checker));
     object_program_.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
     drawn.vertex_array.bind();

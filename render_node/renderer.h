@@ -21,6 +21,7 @@ struct ObjectPose {
   std::string object;
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
   std::vector<float> vertices_m;  // x y z per vertex of its mesh, object frame; empty: rigid
+  std::vector<float> warmth;      // 0 .. 1 per vertex of its mesh; empty: as it was
 };
 
 // Needs a current GL context for its whole life.
@@ -29,7 +30,7 @@ class Renderer {
   Renderer(const Scene& scene, const Viewer& viewer);
 
   // Draws one frame as seen from hull.eye_from_world. Objects stay where the last pose put them. What can't be drawn (unknown object,
-  // wrong number of vertices, non-finite pose or vertex) leaves its object as it was and is said in the answer, one line each.
+  // wrong number of vertices, non-finite pose or vertex, warmth of what is not warmed) leaves its object as it was and is said in the answer, one line each.
   // Colliding objects are tinted red. Virtual and real surfaces occlude each other pixel by pixel; at equal depth the virtual one is seen.
   std::vector<std::string> draw(const HullFrame& hull, std::span<const ObjectPose> poses, const std::set<std::string>& colliding);
 
@@ -45,7 +46,7 @@ class Renderer {
     Surface surface;
     Eigen::AlignedBox3d bounds_m;  // of the mesh as loaded, object frame
     Eigen::Isometry3d world_from_object;
-    GlBuffer corners;
+    GlBuffer corners, warmth;  // per corner; warmth: where the object is warmed
     GlVertexArray vertex_array;
   };
 

@@ -29,13 +29,16 @@ inline constexpr const char* kObjectVertex = R"(#version 450 core
 layout(location = 0) in vec3 p_object_m;
 layout(location = 1) in vec3 normal_object;
 layout(location = 2) in vec2 pattern_m;
+layout(location = 3) in float vertex_warmth;
 uniform mat4 eye_from_object;
 uniform mat4 clip_from_eye;
 uniform float cells_per_m;
 out vec3 p_eye_m;
 out vec3 normal_eye;
 out vec2 cell;
+out float warmth;
 void main() {
+  warmth = vertex_warmth;
   vec4 p = eye_from_object * vec4(p_object_m, 1.0);
   p_eye_m = p.xyz;
   normal_eye = mat3(eye_from_object) * normal_object;
@@ -50,6 +53,8 @@ inline constexpr const char* kObjectFragment = R"(
 in vec3 p_eye_m;
 in vec3 normal_eye;
 in vec2 cell;
+in float warmth;
+uniform vec3 warm_albedo;  // at warmth 1; it glows in this colour, too
 uniform vec3 albedo;
 uniform vec3 albedo_of_odd_cells;
 uniform int checker;
@@ -61,7 +66,8 @@ float odd() {
 }
 void main() {
   vec3 n = normalize(gl_FrontFacing ? normal_eye : -normal_eye);
-  colour = vec4(srgb(lit(checker != 0 ? mix(albedo, albedo_of_odd_cells, odd()) : albedo, n, p_eye_m)), 1.0);
+  vec3 cold = checker != 0 ? mix(albedo, albedo_of_odd_cells, odd()) : albedo;
+  colour = vec4(srgb(lit(mix(cold, warm_albedo, warmth), n, p_eye_m) + 0.4 * warmth * warm_albedo), 1.0);
 }
 )";
 

@@ -49,6 +49,14 @@ std::vector<SurfaceCorner> Surface::corners(std::span<const float> vertices_m) c
   return shaded(positions_m);
 }
 
+std::vector<float> Surface::at_corners(std::span<const float> of_vertices) const {
+  std::vector<float> values;
+  values.reserve(3 * triangles_.size());
+  for (const auto& triangle : triangles_)
+    for (const std::uint32_t v : triangle) values.push_back(of_vertices[v]);
+  return values;
+}
+
 std::vector<SurfaceCorner> Surface::shaded(const std::vector<Eigen::Vector3f>& positions_m) const {
   static const float smallest_cosine = float(std::cos(kCrease_rad));
   std::vector<Eigen::Vector3f> area_normals, units;  // of the triangles

@@ -26,6 +26,8 @@ class Surface {
   // finite, 3 * vertices() of them). Normals are smooth over edges of less than kCrease_rad and broken at sharper ones.
   std::vector<SurfaceCorner> corners() const;
   std::vector<SurfaceCorner> corners(std::span<const float> vertices_m) const;
+  // One value a vertex, as the corners need it.
+  std::vector<float> at_corners(std::span<const float> of_vertices) const;
 
  private:
   std::vector<SurfaceCorner> shaded(const std::vector<Eigen::Vector3f>& positions_m) const;

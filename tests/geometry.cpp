@@ -112,6 +112,16 @@ double signed_volume_m3(const Mesh& mesh) {
 }
 
 // Positive volume: every triangle is counter-clockwise seen from outside.
+TEST(Mesh, ABoxInCellsIsTheSameBoxClosedAndNoCellIsLargerThanAsked) {
+  const Mesh mesh = box_mesh({0.2, 0.31, 0.5}, 0.06);
+  EXPECT_NEAR(signed_volume_m3(mesh), 0.031, 1e-12);
+  EXPECT_EQ(mesh.triangles.size(), 4u * (4 * 6 + 6 * 9 + 9 * 4));
+  // Euler: a closed surface without holes.
+  EXPECT_EQ(mesh.vertices_m.size(), mesh.triangles.size() / 2 + 2);
+  for (const auto& [a, b, c] : mesh.triangles)
+    EXPECT_LE((mesh.vertices_m[b] - mesh.vertices_m[a]).cwiseAbs().maxCoeff(), 0.06 + 1e-12);
+}
+
 TEST(Mesh, BoxHasItsVolumeWithOutwardFaces) { EXPECT_NEAR(signed_volume_m3(box_mesh({0.2, 0.3, 0.5})), 0.03, 1e-12); }
 
 TEST(Mesh, SphereApproachesItsVolumeFromInside) {

@@ -227,7 +227,7 @@ TEST_F(Composite, AHullWithoutColourIsShadedByItsShape) {
 
 TEST_F(Composite, PosesMoveObjectsAndStay) {
   Renderer renderer(scene_of({plate("plate", 1, 0.1, 0.1)}), viewer_);
-  ObjectPose moved{"plate", Eigen::Isometry3d::Identity(), {}};
+  ObjectPose moved{"plate", Eigen::Isometry3d::Identity(), {}, {}};
   moved.world_from_object.translation() = Eigen::Vector3d(0.3, 2, 0);
   const auto depth_at = [&](double x_m, double y_m) {
     const auto uv = project({render_pinhole(viewer_), eye_}, {x_m, y_m, 0});
@@ -243,7 +243,7 @@ TEST_F(Composite, PosesMoveObjectsAndStay) {
 TEST_F(Composite, DeformedVerticesMoveAndAreShadedAnew) {
   const SceneObject curtain = object("curtain", CurtainShape{0.6, 0.6, 12, 12, 0, 1}, {0, 1, 0.3}, {0.8, 0.8, 0.8});
   Renderer renderer(scene_of({curtain}, {-1, 0, 0}), viewer_);
-  ObjectPose pose{"curtain", curtain.world_from_object, {}};
+  ObjectPose pose{"curtain", curtain.world_from_object, {}, {}};
   const auto bend = [&](double slope) {  // depth grows to the right, or to the left where slope < 0
     pose.vertices_m.clear();
     for (const Eigen::Vector3d& v : mesh_of(curtain).vertices_m) pose.vertices_m.insert(pose.vertices_m.end(), {float(v.x()), float(slope * v.x()), float(v.z())});
@@ -258,12 +258,42 @@ TEST_F(Composite, DeformedVerticesMoveAndAreShadedAnew) {
   EXPECT_GT(std::abs(towards - away), 100);
 }
 
+TEST_F(Composite, AWarmedObjectGlowsWhereItIsWarm) {
+  SceneObject warmed = object("plate", BoxShape{{0.6, 0.001, 0.6}, 0.05}, {0, 1, 0}, {0.3, 0.4, 0.6});
+  const cv::Mat unwarmed = image(scene_of({warmed}), nothing_);
+  warmed.warming = Warming{};
+  EXPECT_EQ(cv::norm(unwarmed, image(scene_of({warmed}), nothing_), cv::NORM_INF), 0) << "cold";
+  Renderer renderer(scene_of({warmed}), viewer_);
+  ObjectPose pose{"plate", warmed.world_from_object, {}, {}};
+  for (const Eigen::Vector3d& v : mesh_of(warmed).vertices_m) pose.warmth.push_back(v.x() > 0 ? 1.0f : 0.0f);
+  EXPECT_TRUE(renderer.draw(nothing_, std::vector{pose}, {}).empty());
+  const cv::Mat drawn = renderer.image_bgr();
+  const cv::Vec3b cold = drawn.at<cv::Vec3b>(240, 220), warm = drawn.at<cv::Vec3b>(240, 420);
+  EXPECT_EQ(cold, unwarmed.at<cv::Vec3b>(240, 220));
+  EXPECT_GT(warm[2], 2 * warm[0]);
+  EXPECT_GT(warm[2], cold[2] + 50);
+  EXPECT_TRUE(renderer.draw(nothing_, {}, {}).empty());
+  EXPECT_EQ(cv::norm(drawn, renderer.image_bgr(), cv::NORM_INF), 0) << "it stays";
+}
+
+TEST_F(Composite, WarmthThatDoesNotFitIsRefused) {
+  SceneObject warmed = object("plate", BoxShape{{0.6, 0.001, 0.6}}, {0, 1, 0}, {0.3, 0.4, 0.6});
+  warmed.warming = Warming{};
+  Renderer renderer(scene_of({warmed, object("cold", BoxShape{{0.1, 0.1, 0.1}}, {0, 2, 0}, {0.5, 0.5, 0.5})}), viewer_);
+  std::vector<ObjectPose> bad(3, {"plate", warmed.world_from_object, {}, std::vector<float>(8, 0.5f)});
+  bad[0].warmth.pop_back();
+  bad[1].warmth[3] = std::numeric_limits<float>::quiet_NaN();
+  bad[2].object = "cold";
+  EXPECT_EQ(renderer.draw(nothing_, bad, {}),
+            (std::vector<std::string>{"plate: 7 values of warmth for a mesh of 8 vertices", "plate: warmth not finite", "cold: warmth of an object that is not warmed"}));
+}
+
 TEST_F(Composite, WhatCantBeDrawnIsSaidAndLeavesThePictureAsItWas) {
   const SceneObject curtain = object("curtain", CurtainShape{0.6, 0.6, 2, 2, 0, 1}, {0, 1, 0.3}, {0.8, 0.8, 0.8});
   Renderer renderer(scene_of({curtain}), viewer_);
   renderer.draw(nothing_, {}, {});
   const cv::Mat before = renderer.image_bgr();
-  std::vector<ObjectPose> bad(4, {"curtain", curtain.world_from_object, std::vector<float>(27, 0.1f)});
+  std::vector<ObjectPose> bad(4, {"curtain", curtain.world_from_object, std::vector<float>(27, 0.1f), {}});
   bad[0].object = "curtian";
   bad[1].vertices_m.pop_back();
   bad[2].vertices_m[5] = std::numeric_limits<float>::quiet_NaN();

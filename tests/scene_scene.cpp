@@ -155,6 +155,70 @@ TEST_F(SceneFile, MeshInTheWrongUnitIsDoubted) {
   EXPECT_EQ(size_doubts(load(mesh_scene("file: part.obj, unit: mm"))).size(), 1u) << "0.12 mm";
 }
 
+const std::string kWishes = R"(
+name: wishes
+history: {cell_m: 0.01, window_frames: 12}
+objects:
+  - name: plate
+    box: {size_m: [0.4, 0.4, 0.01], cell_m: 0.1}
+    position_m: [0, 0, 0]
+    warmth: {cap_m: 0.2, cooling_s: 9, colour_rgb: [1, 0, 0]}
+    report:
+      triangles: true
+      response: {search: outward, apex_angle_deg: 60, height_m: 0.1, v_rec: [0, 0, 2], four_point_normal: true, shorter_way: true}
+      contacts: 6
+      proximity: {of: triangles, cap_m: 0.3, tolerance_m: 0.001}
+      first_contact: true
+)";
+
+TEST_F(SceneFile, ReadsWhatCollisionResultsShouldTell) {
+  const Scene scene = load(kWishes);
+  ASSERT_TRUE(scene.history);
+  EXPECT_EQ(scene.history->cell_m, 0.01);
+  EXPECT_EQ(scene.history->window_frames, 12);
+  const SceneObject& plate = scene.objects.at(0);
+  EXPECT_EQ(mesh_of(plate).triangles.size(), 2u * 2 * (16 + 4 + 4));
+  ASSERT_TRUE(plate.warming);
+  EXPECT_EQ(plate.warming->cap_m, 0.2);
+  EXPECT_EQ(plate.warming->cooling_s, 9);
+  EXPECT_EQ(plate.warming->colour_rgb, (std::array<double, 3>{1, 0, 0}));
+  const CollisionWishes& wishes = plate.wishes;
+  EXPECT_TRUE(wishes.triangles && wishes.first_contact);
+  EXPECT_EQ(wishes.contacts, 6);
+  ASSERT_TRUE(wishes.response && wishes.proximity);
+  EXPECT_EQ(wishes.response->search, RecoverySearch::outward);
+  EXPECT_NEAR(wishes.response->apex_angle_rad, 1.0471975512, 1e-9);
+  EXPECT_EQ(wishes.response->height_m, 0.1);
+  EXPECT_EQ(wishes.response->v_rec_world, Eigen::Vector3d(0, 0, 2));
+  EXPECT_TRUE(wishes.response->four_points && wishes.response->shorter_way);
+  EXPECT_FALSE(wishes.response->closed_form);
+  EXPECT_EQ(wishes.proximity->of, ProximityOf::triangles);
+  EXPECT_EQ(wishes.proximity->cap_m, 0.3);
+  EXPECT_EQ(wishes.proximity->tolerance_m, 0.001);
+}
+
+TEST_F(SceneFile, NothingIsAskedForUnlessItIsWritten) {
+  const Scene scene = load(kGoodScene);
+  EXPECT_FALSE(scene.history || scene.objects[0].warming || scene.objects[0].wishes.any());
+}
+
+TEST_F(SceneFile, WishesThatCantBeAreProblems) {
+  const auto problems_with = [&](const std::string& what, const std::string& instead) {
+    std::string text = kWishes;
+    text.replace(text.find(what), what.size(), instead);
+    return problems(text);
+  };
+  EXPECT_THAT(problems_with("    report:", "    reaction: none\n    report:"),
+              ElementsAre("scene.yaml:10:7: report has no effect with reaction none: the object is not queried"));
+  EXPECT_THAT(problems_with("history: {cell_m: 0.01, window_frames: 12}\n", ""),
+              ElementsAre("scene.yaml:8:7: first_contact is found between two frames: the scene must keep a history, `history: {}`"));
+  EXPECT_THAT(problems_with("v_rec: [0, 0, 2]", "v_rec: [0, 0, 0]"), ElementsAre("scene.yaml:10:77: v_rec is zero: it is the direction in which the object is moved out"));
+  EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.5"), ElementsAre("scene.yaml:12:59: tolerance_m must not exceed cap_m"));
+  EXPECT_THAT(problems_with("cell_m: 0.1}", "cell_m: 0.0001}"), ElementsAre("scene.yaml:5:45: cell_m divides the box's faces into more than a million cells"));
+  EXPECT_EQ(problems_with("contacts: 6", "contacts: -1").size(), 1u);
+  EXPECT_EQ(problems_with("shorter_way: true", "shortest_way: true").size(), 1u);
+}
+
 TEST_F(SceneFile, BadMeshesAreProblemsOfTheScene) {
   write("part.obj", kTetrahedronObj);
   write("points.obj", "v 0 0 0\nv 1 0 0\n");

@@ -18,16 +18,28 @@ constexpr std::size_t kMostPoints = 48;
 // The ring of directions: first so far from the best, then halved; below the last, ways differ by 1 - cos, less than a thousandth.
 constexpr double kFirstTilt_rad = 0.7, kLastTilt_rad = 0.03;
 constexpr int kRing = 8;
-// Where others are left after a way, it is made longer by what they need, so often.
-constexpr int kMostExtensions = 2;
+// Where points are left after a way, it is made longer by what they need, so often; and by a slack, as those between the points asked for
+// reach a little farther.
+constexpr int kMostExtensions = 2, kMostExtensionsOfResponse = 4;
+double slack_m(int extension) { return kMostRounding_m * std::pow(8.0, extension); }  // to 0.5 mm, less than a pixel
 
 class Descent {
  public:
   Descent(const HullQuery& query, std::vector<Vector3d> points_m, const Requery& requery, const ShorterWayConfig& config)
       : query_(query), points_m_(std::move(points_m)), requery_(requery), config_(config) {}
 
-  // No way is longer than this.
-  void start(const Vector3d& direction, double length_m) { best_ = {direction, length_m}; }
+  // The response's way, which none is longer than; verified, if need be longer by most_more_m.
+  void start(const Vector3d& direction, double length_m, bool is_free, double most_more_m) {
+    best_ = {direction, length_m};
+    free = is_free;
+    for (int i = 0; i <= kMostExtensionsOfResponse && !free && may_ask() && length_m <= best_.length_m + most_more_m; ++i) {
+      ++requeries;
+      const auto left = requery_(length_m * direction).points;
+      free = left.empty();
+      if (!free) length_m += residual_m(query_, left, direction, length_m) + slack_m(i);
+    }
+    if (free) best_.length_m = length_m;
+  }
   bool try_way(const Vector3d& direction, double length_m) {
     for (int i = 0; i <= kMostExtensions && may_ask(); ++i) {
       ++requeries;
@@ -36,7 +48,7 @@ class Descent {
         best_ = {direction, length_m};
         return free = true;
       }
-      length_m += residual_m(query_, left, direction, best_.length_m) + kMostRounding_m;
+      length_m += residual_m(query_, left, direction, best_.length_m) + slack_m(i);
       if (!shorter(length_m)) return false;
     }
     return false;
@@ -119,14 +131,10 @@ ShorterWay shorter_way_out(const HullQuery& query, const ObjectCollision& collis
   if (!response.has_way_out()) throw std::invalid_argument("a response without a way out has no shorter one");
   if (!(config.most_requeries > 0 && config.least_gain_m > 0) || !requery) throw std::invalid_argument("requeries or gain out of range");
   ShorterWay result;
-  result.response_length_m = response.clear_distance_m() + (response.points_left.empty() ? 0 : response.residual_m + kMostRounding_m);
   Descent descent(query, points_to_move(collision, response), requery, config);
-  descent.start(response.v_rec_world, result.response_length_m);
-  if (response.points_left.empty()) descent.free = true;
-  else {
-    ++descent.requeries;
-    descent.free = requery(result.response_length_m * response.v_rec_world).points.empty();
-  }
+  const bool is_free = response.points_left.empty();
+  descent.start(response.v_rec_world, response.clear_distance_m() + (is_free ? 0 : response.residual_m + kMostRounding_m), is_free, response.pixel_footprint_m);
+  result.response_length_m = descent.best().length_m;
   bool shortened = false;
   while (descent.may_ask() && descent.try_directions(descent.normals())) shortened = true;
   for (double tilt_rad = kFirstTilt_rad; tilt_rad >= kLastTilt_rad && descent.may_ask();)

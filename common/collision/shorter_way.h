@@ -23,7 +23,7 @@ struct ShorterWay {
   ShorterWayStatus status = ShorterWayStatus::not_free;
   Eigen::Vector3d move_world_m = Eigen::Vector3d::Zero();  // found, none_found: after it no collision point is left
   double length_m = 0;           // of it
-  double response_length_m = 0;  // clear_distance_m() + residual_m, and what rounding asks for
+  double response_length_m = 0;  // clear_distance_m() + residual_m, and, where points between those asked for reach farther, up to a pixel's footprint
   int requeries = 0;
 };
 
