@@ -206,6 +206,39 @@ TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
 }
 
 // A map that no capture_node would send: dropped, counted, named; the pipeline goes on.
+// Over the wire, from live maps: warmth, proximity, contacts, response with the cameras' names, the hull's parts; and no more than asked for.
+TEST_F(Pipeline, CollisionResultsTellWhatTheSceneAsksFor) {
+  auto states = bus_.reader<topics::VirtualState>();
+  auto collisions = bus_.reader<topics::CollisionResult>();
+  auto hull_parts = bus_.reader<topics::HullParts>();
+  Deployed deployed(changed_deployment(out_ / "files", "scenes/demo/scene.yaml", "scenes/warm_plate/scene.yaml"), domain_, out_);
+  bool warm = false, near = false, told = false, moving = false;
+  EXPECT_TRUE(eventually(bus_, kStart, [&] {
+    for (const auto& sample : states.take())
+      for (std::uint32_t i = 0; sample.valid() && i < sample->objects._length; ++i) {
+        const auto warmth = span_of(sample->objects._buffer[i].warmth);
+        warm |= std::any_of(warmth.begin(), warmth.end(), [](float w) { return w > 0.2f && w <= 1; });
+      }
+    for (const auto& sample : hull_parts.take())
+      for (std::uint32_t i = 0; sample.valid() && i < sample->parts._length; ++i) moving |= sample->parts._buffer[i].frames >= 3;
+    for (const auto& sample : collisions.take()) {
+      if (!sample.valid()) continue;
+      const bool is_plate = std::string(sample->object) == "plate";
+      EXPECT_EQ(sample->proximity._length, is_plate ? 1u : 0u);
+      if (is_plate) {
+        EXPECT_EQ(sample->contacts._length + sample->normals._length + sample->triangles._length, 0u);
+        for (const float most_m : span_of(sample->proximity._buffer[0].most_m)) near |= most_m < 0.15f;
+      } else if (sample->verdict == fivepipe_v1_colliding && sample->normals._length == 2) {
+        EXPECT_EQ(sample->triangles._length, sample->triangles_colliding);
+        EXPECT_EQ(sample->shorter_way._length, 1u);
+        const auto& closed_form = sample->normals._buffer[1];
+        told |= sample->contacts._length > 0 && closed_form.cameras._length > 0 && closed_form.cameras._buffer[0].camera[0] != '\0';
+      }
+    }
+    return warm && near && told && moving;
+  })) << warm << near << told << moving << log();
+}
+
 TEST_F(Pipeline, MalformedMapsAreDroppedCountedAndNamed) {
   Deployed deployed(kDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();
