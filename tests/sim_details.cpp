@@ -160,6 +160,29 @@ TEST(History, AFastHandDoesNotTunnelThroughAThinPlateUnseen) {
   EXPECT_EQ(met, 1);
 }
 
+TEST(History, AnObjectThatFallsThroughAHandBetweenFramesMeetsIt) {
+  Scene scene = scene_with_history(true);
+  scene.objects[0] = virtual_box("plate", {0, 0, 0.5}, {0.2, 0.2, 0.005}, Reaction::highlight);
+  scene.objects[0].motion = Motion::dynamic;
+  scene.objects[0].wishes.first_contact = true;
+  Simulation simulation(scene, {}, kSpace);
+  constexpr double kSlowFrame_s = 0.1;
+  int met = 0;
+  for (int frame = 0; frame <= 5; ++frame) {
+    const double z_before_m = simulation.states()[0].world_from_object.translation().z();
+    simulation.advance_to(frame * kSlowFrame_s, hand_at(0));
+    const double z_m = simulation.states()[0].world_from_object.translation().z();
+    const auto& contact = simulation.collisions().at(0).details.first_contact;
+    if (!contact) continue;
+    ++met;
+    EXPECT_EQ(frame, 4);
+    // At even speed from where it was to where it is, its lower face comes to the hull's top: 2 cm, and what cameras from above add.
+    const double down_m = z_before_m - 0.0025 - 0.02;
+    EXPECT_NEAR(contact->time_s, (3 + down_m / (z_before_m - z_m)) * kSlowFrame_s, 0.01 / (z_before_m - z_m) * kSlowFrame_s);
+  }
+  EXPECT_EQ(met, 1);
+}
+
 TEST(History, WhatTouchedAlreadyHasNoFirstContact) {
   Simulation simulation(scene_with_history(true), {}, kSpace);
   for (int frame = 0; frame <= 3; ++frame) {

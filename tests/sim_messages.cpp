@@ -71,7 +71,7 @@ TEST(CollisionMessage, NormalsNameTheCamerasThatLimit) {
 TEST(CollisionMessage, BoundsOfProximityStayBoundsInFloat) {
   CollisionReport report = report_of(CollisionVerdict::free);
   const double third = 1.0 / 3, inf = std::numeric_limits<double>::infinity();
-  report.details.proximity = {{third, third}, {0.1, inf}, {0, 0}, {0, inf}, {inf, inf}};
+  report.details.proximity = {{third, third}, {0.7, 0.7}, {0, 0}, {0, inf}, {inf, inf}};  // a third is larger in float, 0.7 less
   CollisionWishes wishes;
   wishes.proximity = ProximityWishes{ProximityOf::triangles, 0.1, 0.01};
   OutgoingCollision out = collision_message(kFrame, report, wishes);
