@@ -23,6 +23,12 @@ constexpr std::size_t kMany = 200000;
 // Triangles near the hull whose truth is asked.
 constexpr std::size_t kMostAsked = 2000;
 
+// Polygonised more finely, a frame takes seconds. The finger of the thin scene is 2 mm thick.
+double finest_cell_mm(const CollisionScene& scene, const Args& args) {
+  if (scene.name == "thin") return 0.5;
+  return scene.name == "real" && !args.full ? 2.0 : 1.0;
+}
+
 std::vector<Method> methods_for(const CollisionScene& scene, const Args& args) {
   const bool all = args.full || scene.triangles() < kMany;
   std::vector<Method> methods;
@@ -32,8 +38,9 @@ std::vector<Method> methods_for(const CollisionScene& scene, const Args& args) {
       for (const double eps_mm : {3.0, 0.5, 0.1})
         if (!points || eps_mm > 0.2 || args.full) methods.push_back(cpu_method(eps_mm, points, threads));
     for (const int across : {10, 60}) methods.push_back(brute_method(across, threads));
-    if (why_no_fcl().empty())
-      for (const double cell_mm : {4.0, 2.0}) methods.push_back(fcl_method(cell_mm, threads));
+    if (!why_no_fcl().empty()) continue;
+    for (const double cell_mm : {4.0, 2.0, 1.0, 0.5})
+      if (cell_mm >= (threads == 1 || args.full ? finest_cell_mm(scene, args) : 2.0)) methods.push_back(fcl_method(cell_mm, threads));
   }
   return methods;
 }
