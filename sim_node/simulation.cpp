@@ -46,6 +46,7 @@ void thin(std::vector<CollisionPoint>& points, std::size_t most) {
 
 const Scene& checked(const Scene& scene, const SimConfig& config) {
   if (!(config.step_s > 0 && std::isfinite(config.step_s))) throw std::invalid_argument("step_s is not positive and finite");
+  if (!(config.threads >= 1)) throw std::invalid_argument("threads is less than one");
   if (!(config.max_points >= 0)) throw std::invalid_argument("max_points is negative");
   if (!(config.eps_m >= kLeastEps_m && std::isfinite(config.eps_m))) throw std::invalid_argument("eps_m is less than a micrometre, or not finite");
   if (!(config.spacing_m > 0 && std::isfinite(config.spacing_m))) throw std::invalid_argument("spacing_m is not positive and finite");
@@ -58,6 +59,7 @@ Simulation::Simulation(const Scene& scene, const SimConfig& config, const Eigen:
     : scene_(checked(scene, config)),
       config_(config),
       bodies_(scene),
+      pool_(config.threads),
       detector_(config.collision == CollisionBackend::cpu
                     ? cpu_detector({.eps_m = config.eps_m, .spacing_m = config.spacing_m, .max_points = kPointsForResponse})
                     : paper_detector(config.window_px, config.viewport_px)),

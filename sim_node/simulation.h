@@ -89,7 +89,7 @@ class Simulation {
   Scene scene_;
   SimConfig config_;
   RigidBodies bodies_;
-  WorkerPool pool_{1};
+  WorkerPool pool_;
   CpuHull hull_{pool_};                    // where there is no history, which has the hulls otherwise
   std::optional<HullQuery> own_query_;
   std::optional<HullHistory> history_;

@@ -194,18 +194,26 @@ TEST_F(SimulationBounce, TheLastHullHeldCarriesTheBall) {
   EXPECT_EQ(simulation.counters().put_back, 0u);
 }
 
-TEST_F(SimulationBounce, TwoRunsAreBitEqual) {
+TEST_F(SimulationBounce, TwoRunsAreBitEqualWithOneAndTwoThreads) {
   const auto silhouettes = seen({{{0.01, -0.15, 0}, {0, 0.15, 0.02}, 0.03}});
-  const Scene scene = scene_of({virtual_ball({0, 0, 0.3}), virtual_box("floor", {0, 0, -0.2}, {2, 2, 0.1}, Reaction::highlight)});
-  Simulation first(scene, {}), second(scene, {});
+  Scene scene = scene_of({virtual_ball({0, 0, 0.3}), virtual_box("floor", {0, 0, -0.2}, {2, 2, 0.1}, Reaction::highlight)});
+  scene.objects[0].wishes.proximity = ProximityWishes{ProximityOf::triangles, 0.2, 0.002};
+  scene.objects[0].wishes.response = ResponseWishes{.closed_form = true, .shorter_way = true};
+  scene.objects[0].wishes.contacts = 4;
+  Simulation first(scene, {}), second(scene, {.threads = 2});
   for (int frame = 0; frame <= 60; ++frame) {
     for (Simulation* simulation : {&first, &second}) simulation->advance_to(100 + frame * kFrameS, silhouettes);
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
       ASSERT_EQ(first.states()[i].world_from_object.matrix(), second.states()[i].world_from_object.matrix());
       ASSERT_EQ(first.states()[i].velocity_world_m_s, second.states()[i].velocity_world_m_s);
     }
-    for (std::size_t i = 0; i < first.collisions().size(); ++i)
-      ASSERT_EQ(first.collisions()[i].collision.points, second.collisions()[i].collision.points);
+    for (std::size_t i = 0; i < first.collisions().size(); ++i) {
+      const CollisionReport &one = first.collisions()[i], &two = second.collisions()[i];
+      ASSERT_EQ(one.collision.points, two.collision.points);
+      ASSERT_EQ(one.details.proximity, two.details.proximity);
+      ASSERT_EQ(one.details.contacts.has_value(), two.details.contacts.has_value());
+      if (one.details.shorter_way) ASSERT_EQ(one.details.shorter_way->move_world_m, two.details.shorter_way->move_world_m);
+    }
   }
   EXPECT_GT(first.counters().contacts, 0u);
 }

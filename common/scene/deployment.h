@@ -84,6 +84,7 @@ enum class CollisionBackend { cpu, paper };
 
 struct SimConfig {
   CollisionBackend collision = CollisionBackend::cpu;
+  int threads = 1;          // of all that asks the hull; the bits are the same for any number
   double eps_m = 0.5e-3;    // cpu: a part of a triangle in the hull that is thinner may be left undecided (`touching`)
   double spacing_m = 3e-3;  // cpu: of collision points, at most
   int viewport_px = 10;  // paper: each triangle is volume-queried in viewport_px x viewport_px (paper, section 4.2.4)
