@@ -1,6 +1,7 @@
 // Parts of the hull followed over frames.
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
@@ -63,57 +64,109 @@ std::vector<HullPart> parts_of(const std::vector<Capsule>& object, const std::ve
     for (Silhouette& s : silhouettes) {
       const ObjectPixels before = s.pixels;
       std::bernoulli_distribution flips(0.25);
-      for (int v = 1; v + 1 < before.height_px(); ++v)
-        for (int u = 1; u + 1 < before.width_px(); ++u) {
+      const PixelRect bounds = before.bounds();
+      for (int v = std::max(bounds.v0_px - 1, 0); v < std::min(bounds.v1_px + 1, before.height_px()); ++v)
+        for (int u = std::max(bounds.u0_px - 1, 0); u < std::min(bounds.u1_px + 1, before.width_px()); ++u) {
           const bool here = before.contains(u, v);
-          if ((before.contains(u - 1, v) != here || before.contains(u + 1, v) != here || before.contains(u, v - 1) != here || before.contains(u, v + 1) != here) && flips(*noise)) s.pixels.set(u, v, !here);
+          const auto other = [&](int du, int dv) { return before.contains(u + du, v + dv) != here; };
+          const bool at_border = other(-1, 0) || other(1, 0) || other(0, -1) || other(0, 1);
+          if (at_border && flips(*noise)) s.pixels.set(u, v, !here);
         }
     }
   WorkerPool pool(2);
   CpuHull hull(pool, silhouettes);
-  return hull_parts(HullQuery(hull), {kSpace, cell_m, 20});
+  return hull_parts(HullQuery(hull), {kSpace, cell_m, 20, true});
+}
+
+struct Script {  // of a thing that passes the origin in the middle of the time, by what it is turned then
+  Vector3d velocity_m_s, turn_rad_s;
+  Eigen::Matrix3d turned;
+  Eigen::Isometry3d pose(double t_s) const {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = AngleAxisd(turn_rad_s.norm() * t_s, turn_rad_s.normalized()).toRotationMatrix() * turned;
+    pose.translation() = t_s * velocity_m_s;
+    return pose;
+  }
+  // A pipe's turn about itself is not determined: what is left, on average from one time to another.
+  Vector3d turn_across_x_rad_s(double from_s, double to_s) const {
+    Vector3d sum = Vector3d::Zero();
+    for (int i = 0; i <= 100; ++i) {
+      const Vector3d axis = pose(from_s + 0.01 * i * (to_s - from_s)).linear().col(0);
+      sum += (turn_rad_s - turn_rad_s.dot(axis) * axis) / 101;
+    }
+    return sum;
+  }
+};
+
+// The first passes level, as a hand does over a table; others any way.
+Script script_of(int number, double speed_m_s) {
+  const double rad_m = 3;  // 1.5 rad/s at 0.5 m/s
+  if (number == 0) {
+    const Vector3d way(0.6, 0.7, -0.39), axis(0, 0.25, 1);
+    return {speed_m_s * way.normalized(), rad_m * speed_m_s * axis.normalized(), AngleAxisd(0.3, Vector3d::UnitY()).toRotationMatrix()};
+  }
+  Random random{std::uint64_t(number)};
+  const Vector3d way = random_direction(random), axis = random_direction(random), lying = random_direction(random);
+  return {speed_m_s * way, rad_m * speed_m_s * axis, AngleAxisd(uniform(random, -1, 1), lying).toRotationMatrix()};
+}
+
+struct Off {  // as a fraction
+  double velocity = 0, turn = 0;
+};
+
+// At worst over a few frames, after the window has filled.
+Off worst_of(bool is_hand, double speed_m_s, int number) {
+  static const std::vector<Camera> cameras = lab_cameras();
+  static const std::vector<Capsule> objects[] = {centred(pipe()), centred(hand())};
+  const Script script = script_of(number, speed_m_s);
+  const int window = speed_m_s < 0.3 ? 48 : speed_m_s < 0.8 ? 20 : speed_m_s < 1.5 ? 12 : 8, frames = window + 4;
+  Random noise{std::uint64_t(number + 1)};
+  PartTracker tracker({.window_frames = window});
+  Off worst;
+  int judged = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    const double t_s = (frame - 0.5 * frames) * kFrame_s;
+    const auto& parts = tracker.add(frame * kFrame_s, parts_of(moved(objects[is_hand], script.pose(t_s)), cameras, 0.004, &noise));
+    if (parts.size() != 1 || parts[0].id != 1) return ADD_FAILURE() << parts.size() << " parts", Off{1, 1};
+    if (!parts[0].motion || parts[0].motion->frames < window) continue;
+    ++judged;
+    EXPECT_EQ(parts[0].motion->determined_axes, is_hand ? 3 : 2);
+    const Vector3d turn = is_hand ? script.turn_rad_s : script.turn_across_x_rad_s(t_s - (window - 1) * kFrame_s, t_s);
+    worst.velocity = std::max(worst.velocity, (parts[0].motion->velocity_world_m_s - script.velocity_m_s).norm() / speed_m_s);
+    worst.turn = std::max(worst.turn, (parts[0].motion->angular_velocity_world_rad_s - turn).norm() / turn.norm());
+  }
+  EXPECT_GT(judged, 3);
+  return worst;
 }
 
 TEST(PartTracker, VelocityAndRotationOfAHandAndAPipe) {
-  const std::vector<Camera> cameras = lab_cameras();
-  Random random(1);
+  const bool all = std::getenv("FIVEPIPE_LONG") != nullptr;  // 20 motions instead of 3, five speeds instead of three
   for (const bool is_hand : {false, true})
-    for (const double speed_m_s : {0.1, 0.5, 2.0}) {
-      const std::vector<Capsule> object = centred(is_hand ? hand() : pipe());
-      const Vector3d velocity = speed_m_s * Vector3d(0.6, 0.7, -0.39).normalized(), turn_rate = 1.5 * speed_m_s / 0.5 * Vector3d(0, 0.25, 1).normalized();
-      const int window = speed_m_s < 0.3 ? 48 : speed_m_s < 1 ? 20 : 8;
-      PartTracker tracker({.window_frames = window});
-      double worst = 0, worst_turn = 0;
-      int judged = 0;
-      const int frames = window + 8;
-      for (int frame = 0; frame < frames; ++frame) {
-        const double t_s = (frame - 0.5 * frames) * kFrame_s;
-        Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-        pose.linear() = AngleAxisd(turn_rate.norm() * t_s, turn_rate.normalized()).toRotationMatrix() * AngleAxisd(0.3, Vector3d::UnitY()).toRotationMatrix();
-        pose.translation() = t_s * velocity;
-        const auto& parts = tracker.add(frame * kFrame_s, parts_of(moved(object, pose), cameras, 0.004, &random));
-        ASSERT_EQ(parts.size(), 1u);
-        EXPECT_EQ(parts[0].id, 1u);
-        if (!parts[0].motion || parts[0].motion->frames < window) continue;
-        ++judged;
-        worst = std::max(worst, (parts[0].motion->velocity_world_m_s - velocity).norm() / speed_m_s);
-        // A pipe's turn about itself is not determined: what is left, on average over the window.
-        Vector3d expected = turn_rate;
-        if (parts[0].motion->determined_axes == 2) {
-          expected.setZero();
-          for (int i = 0; i <= 100; ++i) {
-            const Vector3d axis = AngleAxisd(-turn_rate.norm() * i / 100.0 * (window - 1) * kFrame_s, turn_rate.normalized()) * (pose.linear() * Vector3d::UnitX());
-            expected += (turn_rate - turn_rate.dot(axis) * axis) / 101;
-          }
-        }
-        worst_turn = std::max(worst_turn, (parts[0].motion->angular_velocity_world_rad_s - expected).norm() / expected.norm());
+    for (const double speed_m_s : all ? std::vector{0.1, 0.2, 0.5, 1.0, 2.0} : std::vector{0.1, 0.5, 2.0}) {
+      Off worst;
+      for (int number = 0; number < (all ? 20 : 3); ++number) {
+        const Off off = worst_of(is_hand, speed_m_s, number);
+        worst.velocity = std::max(worst.velocity, off.velocity), worst.turn = std::max(worst.turn, off.turn);
       }
-      EXPECT_GT(judged, 5);
-      std::printf("%s at %.1f m/s, window %d frames: velocity off by %.1f %% at most, rotation by %.1f %%\n", is_hand ? "hand" : "pipe", speed_m_s, window, 100 * worst, 100 * worst_turn);
-      EXPECT_LT(worst, 0.05);
-      // The hull of a hand that turns slowly changes with its pose by more than the noise: measured 0.062 over 48 frames, without noise as well.
-      EXPECT_LT(worst_turn, is_hand && speed_m_s < 0.3 ? 0.08 : 0.05);
+      std::printf("%s at %.1f m/s: velocity off by %.1f %% at most, rotation by %.1f %%\n", is_hand ? "hand" : "pipe", speed_m_s, 100 * worst.velocity,
+                  100 * worst.turn);
+      EXPECT_LT(worst.velocity, 0.05);
+      EXPECT_LT(worst.turn, 0.05);
     }
+}
+
+TEST(PartTracker, WithoutOutlinesNothingIsSaidOfRotation) {
+  PartTracker tracker;
+  const Script script{Vector3d::UnitX(), Vector3d::UnitZ(), Eigen::Matrix3d::Identity()};
+  for (int frame = 0; frame < 6; ++frame) {
+    auto parts = parts_of(moved(hand(), script.pose(frame * kFrame_s)), lab_cameras(), 0.01);
+    parts[0].outlines.clear();
+    tracker.add(frame * kFrame_s, parts);
+  }
+  ASSERT_TRUE(tracker.parts()[0].motion);
+  EXPECT_EQ(tracker.parts()[0].motion->determined_axes, 0);
+  EXPECT_EQ(tracker.parts()[0].motion->angular_velocity_world_rad_s, kOrigin);
+  EXPECT_LT((tracker.parts()[0].motion->velocity_world_m_s - Vector3d::UnitX()).norm(), 0.1);
 }
 
 TEST(PartTracker, IdentityThroughAJoinAndASplitIsStated) {

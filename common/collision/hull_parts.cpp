@@ -245,9 +245,11 @@ std::vector<HullPart> hull_parts(const HullQuery& query, const HullPartsOptions&
     part.cut |= r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() || r.z == 0 || r.z + 1 == size.z();
   }
   std::vector<HullPart> found;
+  std::vector<std::size_t> number(runs.size(), runs.size());  // in found, of a part's first run
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const Moments& m = moments[i];
     if (!(m.count >= double(std::max<std::size_t>(options.least_cells, 1)))) continue;
+    number[i] = found.size();
     HullPart& part = parts[i];
     const Vector3d mean = m.sum / m.count;
     part.cells = std::size_t(m.count);
@@ -256,6 +258,16 @@ std::vector<HullPart> hull_parts(const HullQuery& query, const HullPartsOptions&
     part.covariance_world_m2 = options.cell_m * options.cell_m * (m.products / m.count - mean * mean.transpose() + Eigen::Matrix3d::Identity() / 12);
     part.cut |= at_an_image_border(query, part.box_world_m);
     found.push_back(part);
+  }
+  if (options.outlines) {
+    std::vector<std::vector<Vector3d>> points_world_m(found.size());
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      if (number[part_of[i]] == runs.size()) continue;
+      const Vector3d first_cell = Vector3d(runs[i].x0, runs[i].y, runs[i].z) + Vector3d::Constant(0.5);
+      points_world_m[number[part_of[i]]].push_back(options.within_world_m.min() + options.cell_m * first_cell);
+    }
+    auto outlines = part_outlines(query, points_world_m);
+    for (std::size_t i = 0; i < found.size(); ++i) found[i].outlines = std::move(outlines[i]);
   }
   std::stable_sort(found.begin(), found.end(), [](const HullPart& a, const HullPart& b) { return a.cells > b.cells; });
   return found;

@@ -5,6 +5,7 @@
 #pragma once
 #include <vector>
 
+#include "common/collision/part_outlines.h"
 #include "common/hull/hull_query.h"
 
 namespace fivepipe {
@@ -16,12 +17,14 @@ struct HullPart {
   Eigen::AlignedBox3d box_world_m;
   std::size_t cells = 0;
   bool cut = false;  // it reaches the border of the box looked at, or of a camera's image: there may be more of it
+  std::vector<PartOutline> outlines;  // where asked for
 };
 
 struct HullPartsOptions {
   Eigen::AlignedBox3d within_world_m;  // not empty
   double cell_m = 0.005;               // edge of the smallest cells: what lies that near to each other is one part
   std::size_t least_cells = 2;         // smaller parts are left out
+  bool outlines = false;               // wanted as well: what PartTracker tells rotations by
 };
 
 // Largest part first. The same for every number of threads. Throws std::invalid_argument where the box is empty or not finite, the cell is

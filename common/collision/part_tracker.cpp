@@ -1,6 +1,5 @@
 #include "common/collision/part_tracker.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,12 +10,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Two variances that differ by less than this part of their sum don't tell which way a part lies about the third axis. Of a hand's hull, which
-// is thicker than the hand where no camera looks in, they say little about its roll: with 0.2 the rotation is off by 16 % instead of 5.
-constexpr double kRound = 0.6;
 // A part that is another one may be larger or smaller by this factor, not more: what it is seen of changes.
 constexpr double kSameVolume = 2;
-constexpr int kLeastSamples = 3;
+constexpr int kLeastFrames = 3;
 
 double distance_m(const Vector3d& a, const Vector3d& b) { return (a - b).norm(); }
 
@@ -27,20 +23,20 @@ bool boxes_meet(const Eigen::AlignedBox3d& a, const Vector3d& moved_m, const Eig
   return Eigen::AlignedBox3d(moved.min() - slack, moved.max() + slack).intersects(b);
 }
 
-// Slopes over time of the line through the samples.
-template <class Samples, class Value>
-Vector3d slope_of(const Samples& samples, const Value& value) {
-  double mean_s = 0, spread = 0;
-  Vector3d mean = Vector3d::Zero(), slope = Vector3d::Zero();
-  for (const auto& s : samples) mean_s += s.time_s / double(samples.size()), mean += value(s) / double(samples.size());
-  for (const auto& s : samples) spread += (s.time_s - mean_s) * (s.time_s - mean_s), slope += (s.time_s - mean_s) * (value(s) - mean);
-  return slope / spread;
+// Of the line through the middles over time.
+Vector3d slope_m_s(const std::deque<OutlinesAt>& window) {
+  double mean_s = 0, spread_s2 = 0;
+  Vector3d mean_m = Vector3d::Zero(), slope = Vector3d::Zero();
+  for (const OutlinesAt& at : window) mean_s += at.time_s / double(window.size()), mean_m += at.middle_world_m / double(window.size());
+  for (const OutlinesAt& at : window)
+    spread_s2 += (at.time_s - mean_s) * (at.time_s - mean_s), slope += (at.time_s - mean_s) * (at.middle_world_m - mean_m);
+  return slope / spread_s2;
 }
 
 }  // namespace
 
 PartTracker::PartTracker(const PartTrackerOptions& options) : options_(options) {
-  if (options.window_frames < kLeastSamples) throw std::invalid_argument("window of followed parts is shorter than three frames");
+  if (options.window_frames < kLeastFrames) throw std::invalid_argument("window of followed parts is shorter than three frames");
   if (!(options.fastest_m_s > 0)) throw std::invalid_argument("fastest speed of followed parts is not positive");
 }
 
@@ -107,8 +103,9 @@ const std::vector<FollowedPart>& PartTracker::add(double time_s, const std::vect
     else if (matches[now]) f.origin = PartOrigin::followed, f.id = parts_[*matches[now]].id, track = tracks_[*matches[now]];
     else f.from.clear();
     if (f.id == 0) f.id = next_id_++;
-    extend(track, time_s, parts[now]);
-    f.motion = motion_of(track);
+    track.window.push_back({time_s, parts[now].middle_world_m, parts[now].outlines});
+    if (int(track.window.size()) > options_.window_frames) track.window.pop_front();
+    f.motion = motion_of(track, parts[now]);
     followed.push_back(std::move(f));
     tracks.push_back(std::move(track));
   }
@@ -118,39 +115,20 @@ const std::vector<FollowedPart>& PartTracker::add(double time_s, const std::vect
   return parts_;
 }
 
-void PartTracker::extend(Track& track, double time_s, const HullPart& part) const {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(part.covariance_world_m2);
-  Sample sample{time_s, part.middle_world_m, Vector3d::Zero(), principal.eigenvectors(), Eigen::Array3d::Zero()};
-  const Vector3d& l = principal.eigenvalues();
-  const auto differ = [&](int a, int b) { return std::abs(l[a] - l[b]) > kRound * (l[a] + l[b]); };
-  for (int k = 0; k < 3; ++k) sample.defined[k] = differ(k, (k + 1) % 3) && differ(k, (k + 2) % 3);
-  if (!track.samples.empty()) {
-    const Sample& last = track.samples.back();
-    Vector3d turn = Vector3d::Zero();
-    const Eigen::Array3d defined = sample.defined * last.defined;
-    for (int k = 0; k < 3; ++k) {
-      if (sample.axes.col(k).dot(last.axes.col(k)) < 0) sample.axes.col(k) *= -1;
-      const Vector3d across = last.axes.col(k).cross(sample.axes.col(k));
-      const double sine = across.norm();
-      if (sine > 0) turn += defined[k] * std::atan2(sine, last.axes.col(k).dot(sample.axes.col(k))) / sine * across;
-    }
-    // Each axis tells of the two turns across it: three of them tell everything twice.
-    sample.turned_rad = last.turned_rad + (defined.sum() > 1 ? 0.5 : 1.0) * turn;
-  }
-  track.samples.push_back(sample);
-  if (int(track.samples.size()) > options_.window_frames) track.samples.pop_front();
-}
-
-std::optional<PartMotion> PartTracker::motion_of(const Track& track) const {
-  if (int(track.samples.size()) < kLeastSamples) return std::nullopt;
+std::optional<PartMotion> PartTracker::motion_of(Track& track, const HullPart& part) const {
+  if (int(track.window.size()) < kLeastFrames) return std::nullopt;
   PartMotion motion;
-  motion.velocity_world_m_s = slope_of(track.samples, [](const Sample& s) { return s.middle_world_m; });
-  motion.angular_velocity_world_rad_s = slope_of(track.samples, [](const Sample& s) { return s.turned_rad; });
-  Eigen::Array3d defined = Eigen::Array3d::Ones();
-  for (const Sample& s : track.samples) defined *= s.defined;
-  motion.determined_axes = defined.sum() > 1 ? 3 : defined.sum() > 0 ? 2 : 0;
-  motion.frames = int(track.samples.size());
-  motion.window_s = track.samples.back().time_s - track.samples.front().time_s;
+  motion.frames = int(track.window.size());
+  motion.window_s = track.window.back().time_s - track.window.front().time_s;
+  motion.velocity_world_m_s = slope_m_s(track.window);
+  const double size_m = std::sqrt(part.covariance_world_m2.trace());
+  const auto fit = outline_motion(track.window, track.guess.value_or(EvenMotion{motion.velocity_world_m_s, Vector3d::Zero()}), size_m);
+  if (!fit) return motion;
+  track.guess = fit->motion;
+  motion.velocity_world_m_s = fit->motion.velocity_world_m_s;
+  motion.angular_velocity_world_rad_s = fit->motion.angular_velocity_world_rad_s;
+  motion.determined_axes = fit->determined_axes;
+  motion.residual_m = fit->residual_m;
   return motion;
 }
 

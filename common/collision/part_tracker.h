@@ -3,16 +3,15 @@
 // A part is the one of the frame before that it lies nearest to, if that lies nearest to it, too, and both by a factor of kClearly; the part
 // before is taken to have gone on as it moved. What met, or came apart, has new numbers, and says of whom.
 //
-// Velocity: the line through the middles over the last frames (least squares). Rotation: that of the principal axes (the covariance's), summed
-// over the frames and fitted likewise; about an axis across which the part is round the shape tells nothing, and nothing is said. Both are those
-// of the hull, whose excess over the object changes with its pose; docs/collision.md says by how much.
+// Velocity and rotation: the even motion that fits the part's outlines over the last frames best (outline_motion.h). Where a part comes without
+// outlines, or too few cameras see it by itself: the line through its middles, which are the hull's, and no rotation.
 #pragma once
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <vector>
 
 #include "common/collision/hull_parts.h"
+#include "common/collision/outline_motion.h"
 
 namespace fivepipe {
 
@@ -26,7 +25,8 @@ enum class PartOrigin {
 struct PartMotion {
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_world_rad_s = Eigen::Vector3d::Zero();  // of what the shape determines
-  int determined_axes = 0;   // 0, 2 or 3: about none; about those across its long, or short, axis; about all
+  int determined_axes = 0;   // 3: about all; 2: about those across its long, or short, axis; 0: about none, or nothing is known
+  double residual_m = 0;     // of the outlines' fit, root mean square; 0 without one
   double window_s = 0;       // that it is an average over
   int frames = 0;            // in the window
 };
@@ -53,20 +53,13 @@ class PartTracker {
   void reset();
 
  private:
-  struct Sample {
-    double time_s;
-    Eigen::Vector3d middle_world_m;
-    Eigen::Vector3d turned_rad;  // sum of the turns since the part appeared
-    Eigen::Matrix3d axes;        // columns: principal, least first; signs as in the sample before
-    Eigen::Array3d defined;      // 1 where the axis is: its variance differs from both others
-  };
   struct Track {
-    std::deque<Sample> samples;
+    std::deque<OutlinesAt> window;
+    std::optional<EvenMotion> guess;  // of the frame before
   };
   Eigen::Vector3d expected_m(std::size_t i, double time_s) const;
   std::vector<std::optional<std::size_t>> match(double time_s, const std::vector<HullPart>& parts) const;
-  void extend(Track& track, double time_s, const HullPart& part) const;
-  std::optional<PartMotion> motion_of(const Track& track) const;
+  std::optional<PartMotion> motion_of(Track& track, const HullPart& part) const;
 
   PartTrackerOptions options_;
   std::uint64_t next_id_ = 1;
