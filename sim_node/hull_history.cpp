@@ -5,7 +5,7 @@
 namespace fivepipe {
 
 HullHistory::HullHistory(const HistoryWishes& wishes, const Eigen::AlignedBox3d& within_world_m, WorkerPool& pool)
-    : options_{.within_world_m = within_world_m, .cell_m = wishes.cell_m},
+    : options_{.within_world_m = within_world_m, .cell_m = wishes.cell_m, .outlines = true},
       tracker_({.window_frames = wishes.window_frames, .fastest_m_s = wishes.fastest_m_s}),
       frames_{Frame(pool), Frame(pool)} {
   CpuHull nothing(pool);

@@ -186,6 +186,7 @@ OutgoingParts parts_message(const std::string& simulation, const ResultFrame& fr
     message.velocity_m_s = wire(part.motion->velocity_world_m_s);
     message.angular_velocity_rad_s = wire(part.motion->angular_velocity_world_rad_s);
     message.determined_axes = std::uint8_t(part.motion->determined_axes);
+    message.residual_m = part.motion->residual_m;
   }
   return out;
 }

@@ -198,6 +198,7 @@ TEST(History, PartsAreFollowedAndAHeldHullIsNoNewFrame) {
   ASSERT_EQ(simulation.hull_parts()->size(), 1u);
   const FollowedPart before = simulation.hull_parts()->at(0);
   ASSERT_TRUE(before.motion);
+  EXPECT_FALSE(before.part.outlines.empty()) << "rotations are told by them";
   EXPECT_EQ(before.motion->frames, 5);
   EXPECT_NEAR(before.motion->velocity_world_m_s.x(), 0.5, 0.025);
   simulation.advance_to(4.5 * kFrameS);
