@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "common/collision/cpu_detection.h"
+#include "common/collision/found_points.h"
 #include "common/collision/triangle_reference.h"
 #include "tests/collision_scene.h"
 
@@ -316,6 +317,58 @@ TEST(CpuDetection, ADeformedMeshIsRefitted) {
   EXPECT_EQ(refitted.triangles, anew.triangles);
   mesh.vertices_m.pop_back();
   EXPECT_THROW(tree.refit(mesh.vertices_m), std::invalid_argument);
+}
+
+// Its memory is kept, and none of what was in it.
+TEST(CpuDetection, OneThatIsAskedAgainGivesWhatANewOneDoes) {
+  const Hull hull(hand_like()), other(silhouettes_of({ball({0.05, 0, 0}, 0.03)}, ring(4, 1.2, 0.6, 300, 0.5)), 3), none({});
+  const MeshTree large(sphere_mesh(0.05, 4)), small(sphere_mesh(0.02, 2));
+  const std::vector<std::vector<DetectionObject>> asked{{{&large}, {&small}}, {{&small}, {&large, at({1, 0, 0})}}, {{&small, at({0, 1, 0})}}, {{&large, at({0.03, 0, 0})}}};
+  CpuDetection kept;
+  for (const double spacing_m : {5e-4, 0.0, 2e-3})
+    for (const std::size_t max_points : {std::size_t{1} << 20, std::size_t{100}})
+      for (const Hull* h : {&hull, &other, &none})
+        for (const auto& objects : asked) {
+          const DetectionOptions options{.spacing_m = spacing_m, .max_points = max_points};
+          const auto found = kept.detect(h->query, objects, options);
+          const auto anew = detect(h->query, objects, options);
+          ASSERT_EQ(found.size(), anew.size());
+          for (std::size_t i = 0; i < anew.size(); ++i) {
+            EXPECT_EQ(found[i].points, anew[i].points);
+            EXPECT_EQ(found[i].triangles, anew[i].triangles);
+            EXPECT_EQ(found[i].verdict, anew[i].verdict);
+          }
+        }
+}
+
+// All samples of a part, one after the other as it is divided.
+TEST(FoundPoints, SamplesOfAPartAreTheMiddlesOfItsCells) {
+  const Triangle t{Vector3d(1, 2, 3), Vector3d(1.4, 2, 3.1), Vector3d(0.9, 2.5, 3)};
+  for (const int n : {1, 2, 3, 12}) {
+    const double step = 1.0 / n;
+    const Vector3d u = t[1] - t[0], v = t[2] - t[0];
+    FoundPoints points;
+    points.add(Vector3d(7, 7, 7));
+    points.begin_triangle();
+    points.add(SampledPart{t[0] + step / 3 * u, v, 0, step, step * u, step * (u + v) / 3, n});
+    const Vector3d top = points.back();
+    points.add(Vector3d(8, 8, 8));
+    const auto count = std::size_t(n * n + 1);
+    ASSERT_EQ(points.size(), count + 1);
+    std::vector<CollisionPoint> written(count + 1, {Vector3d::Zero(), 5});
+    points.write(points.first_run(), 3, written.data(), count);
+    std::size_t i = 0;
+    for (int row = 0; row < n; ++row)
+      for (int column = 0; column + row < n; ++column)
+        for (const double off : {1.0 / 3, 2.0 / 3}) {
+          if (off > 0.5 && column + row + 1 == n) continue;
+          EXPECT_LT((written[i].p_world_m - (t[0] + (column + off) * step * u + (row + off) * step * v)).norm(), 1e-14);
+          EXPECT_EQ(written[i++].triangle, 3u);
+        }
+    EXPECT_EQ(top, written[i - 1].p_world_m);
+    EXPECT_EQ(written[i], (CollisionPoint{Vector3d(8, 8, 8), 3}));
+    EXPECT_EQ(written[i + 1].triangle, 5u);  // and no more
+  }
 }
 
 TEST(CpuDetection, NothingIsThere) {

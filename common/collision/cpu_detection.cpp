@@ -24,6 +24,8 @@ static_assert(kBoxCells * kBoxCells % MeshTree::kFan == 0);
 constexpr std::size_t kLeastPointsATriangle = 4;
 // Leaves handed to a thread together.
 constexpr int kLeavesATask = 4;
+// Triangles whose points a thread writes together.
+constexpr int kTrianglesATask = 16;
 
 struct OpenLeaf {
   std::size_t object;
@@ -37,10 +39,10 @@ struct Found {
     std::uint32_t triangle;
     CollisionVerdict verdict;
     bool coarser;
-    std::size_t first_point, points;
+    std::size_t first_run, points;
   };
   std::vector<Triangle> triangles;
-  std::vector<Vector3d> points_world_m;
+  FoundPoints points;
   CpuDetectionCounts counts;
 };
 
@@ -117,28 +119,34 @@ void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, std::atomic<std::siz
     if (points.load(std::memory_order_relaxed) > o.most_points) return;
     Triangle world;
     for (std::size_t k = 0; k < 3; ++k) world[k] = o.object->world_from_object * tree.mesh().vertices_m[tree.mesh().triangles[triangles[i]][k]];
-    const std::size_t first = found.points_world_m.size();
-    const TriangleContact contact = walk.walk(world, bits.solid >> i & 1, {o.spacing_m, o.object->rp_object_world_m}, found.points_world_m);
-    points.fetch_add(found.points_world_m.size() - first, std::memory_order_relaxed);
+    const std::size_t before = found.points.size();
+    const TriangleContact contact = walk.walk(world, bits.solid >> i & 1, {o.spacing_m, o.object->rp_object_world_m}, found.points);
+    const std::size_t count = found.points.size() - before;
+    points.fetch_add(count, std::memory_order_relaxed);
     ++found.counts.triangles_walked;
     found.counts.points_in_double += contact.points_in_double;
     found.counts.undecided += contact.cut_off;
     if (contact.verdict != CollisionVerdict::free)
-      found.triangles.push_back({open.object, triangles[i], contact.verdict, contact.coarser, first, found.points_world_m.size() - first});
+      found.triangles.push_back({open.object, triangles[i], contact.verdict, contact.coarser, found.points.first_run(), count});
   }
 }
 
 using FoundTriangle = std::pair<const Found*, const Found::Triangle*>;
 
 // The points of one object, by triangle, from those of all tasks; spread evenly where there are too many, with the farthest kept.
-void gather_points(std::span<const FoundTriangle> triangles, const DetectionObject& object, std::size_t max_points,
+void gather_points(WorkerPool& pool, std::span<const FoundTriangle> triangles, const DetectionObject& object, std::size_t max_points,
                    ObjectCollision& collision) {
   std::vector<CollisionPoint>& points = collision.points;
   std::size_t count = 0;
-  for (const auto& [found, t] : triangles) count += t->points;
-  points.reserve(count);
-  for (const auto& [found, t] : triangles)
-    for (std::size_t i = 0; i < t->points; ++i) points.push_back({found->points_world_m[t->first_point + i], t->triangle});
+  std::vector<std::size_t> first;
+  for (const auto& [found, t] : triangles) first.push_back(count), count += t->points;
+  points.resize(count);  // of the frame before: what is overwritten is not cleared first
+  pool.run((int(triangles.size()) + kTrianglesATask - 1) / kTrianglesATask, [&](int task, int) {
+    for (std::size_t i = std::size_t(task) * kTrianglesATask; i < std::min(triangles.size(), std::size_t(task + 1) * kTrianglesATask); ++i) {
+      const auto& [found, t] = triangles[i];
+      found->points.write(t->first_run, t->triangle, points.data() + first[i], t->points);
+    }
+  });
   if (count <= max_points) return;
   collision.truncated = true;
   const auto squared_m2 = [&](std::size_t i) { return (points[i].p_world_m - object.rp_object_world_m).squaredNorm(); };
@@ -180,7 +188,7 @@ struct CpuDetection::Work {
     collisions.resize(count);
     for (ObjectCollision& c : collisions) {
       c.verdict = CollisionVerdict::free;
-      c.triangles.clear(), c.touching.clear(), c.points.clear();
+      c.triangles.clear(), c.touching.clear();
       c.truncated = c.hull_in_box = false;
     }
     leaves.clear();
@@ -188,7 +196,7 @@ struct CpuDetection::Work {
     counts = {};
   }
   bool walk_leaves(const HullQuery& query, const DetectionOptions& options);
-  void gather(std::span<const DetectionObject> of, const DetectionOptions& options);
+  void gather(WorkerPool& pool, std::span<const DetectionObject> of, const DetectionOptions& options);
 };
 
 // False where some object has too many points; its spacing is doubled then.
@@ -196,7 +204,7 @@ bool CpuDetection::Work::walk_leaves(const HullQuery& query, const DetectionOpti
   WorkerPool& pool = query.hull().pool();
   const int tasks = (int(leaves.size()) + kLeavesATask - 1) / kLeavesATask;
   if (found.size() < std::size_t(tasks)) found.resize(std::size_t(tasks));
-  for (Found& f : found) f.triangles.clear(), f.points_world_m.clear(), f.counts = {};
+  for (Found& f : found) f.triangles.clear(), f.points.clear(), f.counts = {};
   std::vector<TriangleWalk> walks(std::size_t(pool.threads()), TriangleWalk(query, {options.eps_m, options.max_points}));
   std::vector<std::atomic<std::size_t>> points(objects.size());
   pool.run(tasks, [&](int task, int thread) {
@@ -215,7 +223,7 @@ bool CpuDetection::Work::walk_leaves(const HullQuery& query, const DetectionOpti
   return all;
 }
 
-void CpuDetection::Work::gather(std::span<const DetectionObject> of, const DetectionOptions& options) {
+void CpuDetection::Work::gather(WorkerPool& pool, std::span<const DetectionObject> of, const DetectionOptions& options) {
   for (const Found& f : found) {
     for (const Found::Triangle& t : f.triangles) triangles.emplace_back(&f, &t);
     counts.triangles_looked_at += f.counts.triangles_looked_at, counts.triangles_walked += f.counts.triangles_walked;
@@ -224,8 +232,7 @@ void CpuDetection::Work::gather(std::span<const DetectionObject> of, const Detec
   std::sort(triangles.begin(), triangles.end(), [](const FoundTriangle& a, const FoundTriangle& b) {
     return std::pair(a.second->object, a.second->triangle) < std::pair(b.second->object, b.second->triangle);
   });
-  for (std::size_t first = 0, last; first < triangles.size(); first = last) {
-    const std::size_t object = triangles[first].second->object;
+  for (std::size_t object = 0, first = 0, last; object < of.size(); ++object, first = last) {
     ObjectCollision& collision = collisions[object];
     for (last = first; last < triangles.size() && triangles[last].second->object == object; ++last) {
       const Found::Triangle& t = *triangles[last].second;
@@ -233,7 +240,7 @@ void CpuDetection::Work::gather(std::span<const DetectionObject> of, const Detec
       collision.verdict = std::max(collision.verdict, t.verdict);
       collision.truncated |= t.coarser && t.points > 0;
     }
-    gather_points(std::span(triangles).subspan(first, last - first), of[object], options.max_points, collision);
+    gather_points(pool, std::span(triangles).subspan(first, last - first), of[object], options.max_points, collision);
   }
 }
 
@@ -247,14 +254,16 @@ std::span<ObjectCollision> CpuDetection::detect(const HullQuery& query, std::spa
   check(query, objects, options);
   Work& w = *work_;
   w.clear(objects.size());
-  if (!query.hull().empty()) {
+  if (query.hull().empty()) {
+    for (ObjectCollision& c : w.collisions) c.points.clear();
+  } else {
     for (std::size_t i = 0; i < objects.size(); ++i) {
       if (objects[i].tree->empty()) continue;
       w.objects[i] = at_hand(query, objects[i], options);
       open_leaves(w.objects[i], i, w.leaves, w.counts.boxes);
     }
     while (!w.walk_leaves(query, options)) {}
-    w.gather(objects, options);
+    w.gather(query.hull().pool(), objects, options);
     for (std::size_t i = 0; i < objects.size(); ++i)
       if (!objects[i].tree->empty() && !w.collisions[i].colliding()) w.collisions[i].hull_in_box = may_hold_hull(w.objects[i]);
   }

@@ -35,16 +35,17 @@ TriangleWalk::TriangleWalk(const HullQuery& query, const TriangleWalkOptions& op
   for (const CpuHull::MapCamera& camera : query.hull().cameras()) pixels_from_world_.push_back(pixel_from_world(camera.camera));
 }
 
-TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted, std::vector<Vector3d>& points_world_m) {
+TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted, FoundPoints& points) {
   contact_ = {};
-  points_world_m_ = &points_world_m;
+  points_ = &points;
+  points.begin_triangle();
   wanted_ = wanted;
   parts_ = 0;
   farthest_m2_ = -1;
   Triangle sorted = triangle_world_m;
   std::sort(sorted.begin(), sorted.end(), before);
   contact_.verdict = solid ? take_all(sorted) : walk_part(sorted, 0);
-  if (farthest_m2_ >= 0 && (points_world_m.empty() || points_world_m.back() != farthest_world_m_)) points_world_m.push_back(farthest_world_m_);
+  if (farthest_m2_ >= 0 && points.back() != farthest_world_m_) points.add(farthest_world_m_);
   return contact_;
 }
 
@@ -162,7 +163,7 @@ void TriangleWalk::split_cells(const Cells& cells, double h) {
 bool TriangleWalk::sample() {
   contact_.coarser |= coarser_;
   const double sample_h = units_ / divisions_;
-  const std::size_t before = points_world_m_->size();
+  const std::size_t before = points_->size();
   begin_cells(start_);
   double h = units_ / start_;
   for (; h > kSampledTogether * sample_h && cells_.count > 0; h *= 0.5) {
@@ -178,7 +179,7 @@ bool TriangleWalk::sample() {
   inside_.clear(), unsure_.clear();
   look_at_middles(maps_, cells_, float(h), inside_, unsure_);
   take_inside(h);
-  return points_world_m_->size() > before;
+  return points_->size() > before;
 }
 
 // One sample a part of a coarse division: most triangles that collide have one in the hull.
@@ -224,7 +225,19 @@ CollisionVerdict TriangleWalk::settle(double h) {
 }
 
 void TriangleWalk::take_inside(double h) {
-  for (std::size_t i = 0; i < inside_.count; ++i) add(middle(inside_, i, h));
+  // As middle() and add(), without their calls: these are many.
+  const Vector3d origin = vertices_[0], per_a_m = per_a_m_, per_b_m = per_b_m_, reference = wanted_.farthest_from_world_m;
+  const std::span<Vector3d> to = inside_.count > 0 ? points_->add(inside_.count) : std::span<Vector3d>();
+  double farthest_m2 = -1;
+  std::size_t farthest = 0;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    const double third = inside_.sigma[i] * h / 3;
+    const Vector3d p = origin + (inside_.a[i] + third) * per_a_m + (inside_.b[i] + third) * per_b_m;
+    const double m2 = (p - reference).squaredNorm();
+    if (m2 > farthest_m2) farthest_m2 = m2, farthest = i;
+    to[i] = p;
+  }
+  if (!to.empty()) consider(to[farthest]);
   for (std::size_t i = 0; i < unsure_.count; ++i) {
     const Vector3d p = middle(unsure_, i, h);
     ++contact_.points_in_double;
@@ -238,13 +251,7 @@ void TriangleWalk::take_solid(double h, double sample_h) {
   for (std::size_t i = 0; i < solid_.count; ++i) {
     const double a = solid_.a[i], b = solid_.b[i], step = solid_.sigma[i] * sample_h;
     const Vector3d to_next = step * per_a_m_, between = (to_next + step * per_b_m_) / 3;  // from a part's middle to that of the one beside it
-    for (int row = 0; row < rows; ++row) {
-      const Vector3d first = point(a + step / 3, b + (row + 1.0 / 3) * step);
-      for (int column = 0; column + row < rows; ++column) {
-        points_world_m_->push_back(first + column * to_next);
-        if (column + row + 1 < rows) points_world_m_->push_back(first + column * to_next + between);
-      }
-    }
+    points_->add(SampledPart{vertices_[0] + (a + step / 3) * per_a_m_, per_b_m_, b, step, to_next, between, rows});
     for (const Vector3d& corner : {point(a, b), point(a + rows * step, b), point(a, b + rows * step)}) consider(corner);
   }
 }
@@ -257,7 +264,7 @@ Vector3d TriangleWalk::middle(const Cells& cells, std::size_t i, double h) const
 }
 
 void TriangleWalk::add(const Vector3d& p_world_m) {
-  points_world_m_->push_back(p_world_m);
+  points_->add(p_world_m);
   consider(p_world_m);
 }
 

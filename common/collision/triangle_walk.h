@@ -2,8 +2,8 @@
 #pragma once
 #include <vector>
 
-#include "common/collision/collision.h"
 #include "common/collision/contact_lanes.h"
+#include "common/collision/found_points.h"
 #include "common/collision/triangle.h"
 #include "common/hull/hull_query.h"
 
@@ -30,10 +30,10 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
  public:
   TriangleWalk(const HullQuery& query, const TriangleWalkOptions& options);
 
-  // Appends the triangle's points in the hull; the one farthest from the reference is the last. The same for every order of the vertices,
-  // which are finite.
+  // Adds the triangle's points in the hull, as one more triangle; the one farthest from the reference is the last. The same for every order
+  // of the vertices, which are finite.
   // solid: known to lie in the hull, all of it.
-  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted, std::vector<Eigen::Vector3d>& points_world_m);
+  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted, FoundPoints& points);
 
  private:
   enum class Maps { free, all, some };
@@ -67,7 +67,7 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
   int start_ = 1;             // into so many an edge is divided first
   double units_ = 1;          // of an edge: the finest division
   Cells cells_, mixed_, solid_, inside_, unsure_;
-  std::vector<Eigen::Vector3d>* points_world_m_ = nullptr;
+  FoundPoints* points_ = nullptr;
   PointsWanted wanted_{};
   bool coarser_ = false;      // the grid of the part at hand
   int parts_ = 0;             // of the triangle, cut so far
