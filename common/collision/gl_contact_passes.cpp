@@ -1,0 +1,287 @@
+#include "common/collision/gl_contact_passes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <tuple>
+
+#include "common/collision/contact_lanes.h"
+
+namespace fivepipe {
+
+using namespace gl_contact;
+using Eigen::Vector3d;
+
+namespace {
+
+// Roundings of float, each at most 2^-24 of a sum of the terms' sizes. Of a point of a triangle: vertices from double, edges, two fractions and
+// their products, sums, a third added: fewer than 20. Of a form: coefficients from double, products, sums: fewer than 12. GLSL rounds as IEEE
+// does in sums and products that are `precise`; it may take numbers below float's normal range for zero, which is far below kLeastMargin_px.
+constexpr double kOfForm = 32 * 0x1p-24;
+constexpr double kLeastMargin_px = 0x1p-20;
+// Of an image, beside: a quotient is 2.5 units in the last place off at most, 5 * 2^-24, and is rounded with its margin.
+constexpr double kOfImage = 0x1p-20;
+// Of the margin itself: W is off, by less than a part in 64 where the margin is small enough, and the margin's own roundings.
+constexpr double kMarginSlack = 1 + 1.0 / 32;
+// Roundings of double on a point's way to its pixel, here and in in_hull() together: as contact_lanes.cpp.
+constexpr double kOfProjection = 32 * std::numeric_limits<double>::epsilon();
+
+enum Binding { kReaches = 0, kCameras = 1, kObjects = 2, kTrees = 3, kDescent = 4, kIn = 5, kOut = 6, kLeaves = 7 };
+enum RefineBinding { kTriangles = 2, kRefinement = 3, kPartsIn = 4, kPartsOut = 5, kFound = 6, kStates = 7 };
+
+std::uint32_t groups_of(std::size_t invocations) { return std::uint32_t(std::min<std::size_t>((invocations + kGroup - 1) / kGroup, kMostGroups)); }
+
+constexpr std::size_t kBoxWords = sizeof(MeshTree::Boxes) / sizeof(float), kLeafWords = sizeof(MeshTree::Leaf) / sizeof(float);
+static_assert(kBoxWords == 6 * MeshTree::kFan && kLeafWords == 9 * MeshTree::kFan);
+
+// Leaves first, then level by level, as they lie in the tree.
+std::size_t words_of(const MeshTree& tree, Object& object) {
+  std::size_t words = std::size_t(tree.leaves()) * kLeafWords;
+  for (int level = 0, below = tree.leaves(); level < tree.levels(); ++level) {
+    below = (below + MeshTree::kFan - 1) / MeshTree::kFan;
+    object.first_box_word[std::size_t(level)] = std::uint32_t(words);
+    words += std::size_t(below) * kBoxWords;
+  }
+  return words;
+}
+
+void write_tree(const MeshTree& tree, const Object& object, std::size_t words, const GlBuffer& buffer) {
+  const auto write = [&](std::size_t first_word, std::size_t count, const void* from) {
+    glNamedBufferSubData(buffer.get(), GLintptr(first_word * sizeof(float)), GLsizeiptr(count * sizeof(float)), from);
+  };
+  write(object.first_leaf_word, std::size_t(tree.leaves()) * kLeafWords, &tree.leaf(0));
+  for (int level = 0; level < tree.levels(); ++level) {
+    const std::size_t first = object.first_box_word[std::size_t(level)];
+    const std::size_t end = level + 1 < tree.levels() ? object.first_box_word[std::size_t(level + 1)] : object.first_leaf_word + words;
+    write(first, end - first, &tree.boxes(level, 0));
+  }
+}
+
+}  // namespace
+
+std::optional<ObjectCamera> gl_object_camera(const CpuHull::MapCamera& camera, const Eigen::Isometry3d& world_from_tree, double radius_m) {
+  const PixelRect &bounds = camera.reach.bounds(), &stored = camera.reach.stored();
+  const int base_u = (bounds.u0_px + bounds.u1_px) / 2, base_v = (bounds.v0_px + bounds.v1_px) / 2;
+  const PixelFromWorld pixel = pixel_from_world(camera.camera);
+  Eigen::Matrix3d to_base = Eigen::Matrix3d::Identity();
+  to_base(0, 2) = -base_u, to_base(1, 2) = -base_v;
+  const Vector3d at = to_base * (pixel.leftCols<3>() * world_from_tree.translation() + pixel.col(3));
+  const Eigen::Matrix3d of = to_base * pixel.leftCols<3>() * world_from_tree.linear();
+  const Vector3d terms = at.cwiseAbs() + radius_m * of.cwiseAbs().rowwise().sum();
+  const double farthest_px = 0.5 * std::max(bounds.width_px(), bounds.height_px()) + 1;
+  if (!(kOfImage * farthest_px < 0.5 * kMostContactEps_px) || !terms.cast<float>().allFinite()) return std::nullopt;
+  // In the world, where in_hull() projects, numbers may be larger than about the tree's origin.
+  const Vector3d world_terms = pixel.cwiseAbs().leftCols<3>() * (world_from_tree.translation().cwiseAbs() + Vector3d::Constant(radius_m)) + pixel.col(3).cwiseAbs();
+  const double image_px = std::max(std::abs(base_u), std::abs(base_v)) + farthest_px;
+  const double of_projection = kOfProjection * (std::max(world_terms.x(), world_terms.y()) + image_px * world_terms.z());
+  ObjectCamera c{};
+  float* const columns[] = {c.of_x, c.of_y, c.of_z};
+  for (int row = 0; row < 3; ++row) {
+    c.at[row] = float(at[row]);
+    for (int k = 0; k < 3; ++k) columns[k][row] = float(of(row, k));
+  }
+  c.of_x[3] = float((kOfForm * std::max(terms.x(), terms.y()) + of_projection) * kMarginSlack);
+  c.of_y[3] = float(kOfForm * terms.z() * kMarginSlack);
+  c.of_z[3] = float(kOfImage + kLeastMargin_px / farthest_px);
+  c.at[3] = float(-2 * (kOfForm * terms.z() + of_projection));
+  const int lines[2][4] = {{stored.u0_px - base_u, stored.u1_px - 1 - base_u, stored.v0_px - base_v, stored.v1_px - 1 - base_v},
+                           {bounds.u0_px - base_u, bounds.u1_px - base_u, bounds.v0_px - base_v, bounds.v1_px - base_v}};
+  for (int i = 0; i < 4; ++i) c.stored[i] = float(lines[0][i]), c.bounds[i] = float(lines[1][i]);
+  c.farthest_px = float(farthest_px);
+  return c;
+}
+
+GlContactPasses::GlContactPasses()
+    : boxes_("contacts: boxes", boxes_source()), triangles_("contacts: triangles", triangles_source()), refine_("contacts: parts", refine_source()) {
+  GLint64 most = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
+  // Words and bytes are counted in 31 bits.
+  most_bytes_ = std::min(std::size_t(most), std::size_t{1} << 31);
+}
+
+bool GlContactPasses::set_maps(const CpuHull& hull) {
+  maps_.clear();
+  std::size_t bytes = 0;
+  for (const CpuHull::MapCamera& c : hull.cameras()) {
+    const PixelRect &bounds = c.reach.bounds(), &stored = c.reach.stored();
+    const int base_u = (bounds.u0_px + bounds.u1_px) / 2, base_v = (bounds.v0_px + bounds.v1_px) / 2;
+    maps_.push_back({bytes + std::size_t(base_v - stored.v0_px) * std::size_t(c.reach.stride()) + std::size_t(base_u - stored.u0_px), c.reach.stride()});
+    bytes += std::size_t(c.reach.stride()) * std::size_t(stored.height_px());
+  }
+  if (!(bytes < most_bytes_)) return false;
+  reach_buffer_.reserve(bytes);
+  bytes = 0;
+  for (const CpuHull::MapCamera& c : hull.cameras()) {
+    const std::size_t size = std::size_t(c.reach.stride()) * std::size_t(c.reach.stored().height_px());  // a row is whole words
+    glNamedBufferSubData(reach_buffer_.get(), GLintptr(bytes), GLsizeiptr(size), c.reach.bytes(Box::right_down));
+    bytes += size;
+  }
+  return true;
+}
+
+std::vector<char> GlContactPasses::set_objects(const CpuHull& hull, std::span<const DetectionObject> objects) {
+  std::vector<char> fits(objects.size(), 0);
+  std::vector<ObjectCamera> cameras;
+  objects_.assign(objects.size(), {});
+  roots_.clear();
+  nodes_ = leaves_ = all_triangles_ = 0, levels_ = 0;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const MeshTree& tree = *objects[i].tree;
+    if (tree.empty() || tree.levels() > kMostTreeLevels) continue;
+    Eigen::Isometry3d world_from_tree = objects[i].world_from_object;
+    world_from_tree.translation() = objects[i].world_from_object * tree.origin_m();
+    objects_[i].first_camera = std::uint32_t(cameras.size());
+    objects_[i].triangles = std::uint32_t(tree.mesh().triangles.size());
+    fits[i] = 1;
+    for (std::size_t c = 0; c < maps_.size() && fits[i]; ++c) {
+      std::optional<ObjectCamera> camera = gl_object_camera(hull.cameras()[c], world_from_tree, tree.radius_m());
+      if (!camera) fits[i] = 0;
+      else camera->first_byte = std::int32_t(maps_[c].first_byte), camera->stride = maps_[c].stride, cameras.push_back(*camera);
+    }
+    if (!fits[i]) cameras.resize(objects_[i].first_camera);
+  }
+  place_trees(objects, fits);
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (!fits[i]) continue;
+    const MeshTree& tree = *objects[i].tree;
+    roots_.push_back({std::uint32_t(i << 8 | std::size_t(tree.levels() - 1)), 0});
+    levels_ = std::max(levels_, tree.levels());
+    leaves_ += std::size_t(tree.leaves()), all_triangles_ += tree.mesh().triangles.size();
+    nodes_ += (std::size_t(tree.leaves()) + MeshTree::kFan - 1) / MeshTree::kFan;
+  }
+  if (roots_.empty()) return fits;
+  camera_buffer_.write(cameras.data(), cameras.size() * sizeof(ObjectCamera));
+  object_buffer_.write(objects_.data(), objects_.size() * sizeof(Object));
+  return fits;
+}
+
+// One after the other, each tree once.
+void GlContactPasses::place_trees(std::span<const DetectionObject> objects, std::vector<char>& fits) {
+  std::vector<PlacedTree> placed;
+  std::vector<std::size_t> number(objects.size()), words_each;
+  std::size_t words = 0;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    if (!fits[i]) continue;
+    const std::uint64_t content = objects[i].tree->content();
+    std::size_t n = 0;
+    while (n < placed.size() && placed[n].content != content) ++n;
+    const std::size_t own = words_of(*objects[i].tree, objects_[i]);
+    if (n == placed.size()) {
+      if ((words + own) * sizeof(float) > most_bytes_) {
+        fits[i] = 0;
+        continue;
+      }
+      placed.push_back({content, words});
+      words_each.push_back(own);
+      words += own;
+    }
+    number[i] = n;
+    objects_[i].first_leaf_word = std::uint32_t(placed[n].first_word);
+    for (std::uint32_t& word : objects_[i].first_box_word) word += std::uint32_t(placed[n].first_word);
+  }
+  if (words > tree_words_) {
+    placed_.clear();
+    tree_buffer_.reserve(words * sizeof(float));
+    tree_words_ = words;
+  }
+  for (std::size_t i = 0, next = 0; i < objects.size() && next < placed.size(); ++i) {
+    if (!fits[i] || number[i] != next) continue;
+    const PlacedTree& here = placed[next];
+    const bool there = next < placed_.size() && placed_[next].content == here.content && placed_[next].first_word == here.first_word;
+    if (!there) write_tree(*objects[i].tree, objects_[i], words_each[next], tree_buffer_);
+    ++next;
+  }
+  placed_ = std::move(placed);
+}
+
+void GlContactPasses::use(const GlProgram& program) const {
+  glProgramUniform1i(program.get(), 0, GLint(maps_.size()));
+  glProgramUniform1f(program.get(), 1, float(kMostContactEps_px));
+  reach_buffer_.bind_storage(kReaches);
+  camera_buffer_.bind_storage(kCameras);
+  program.use();
+}
+
+std::vector<OpenTriangle> GlContactPasses::open_triangles() {
+  if (roots_.empty()) return {};
+  Descent descent;
+  descent.nodes[0] = {{groups_of(roots_.size() * MeshTree::kFan), 1, 1}, std::uint32_t(roots_.size())};
+  descent_buffer_.write(&descent, sizeof descent);
+  for (GlBuffer& nodes : node_buffers_) nodes.reserve(nodes_ * sizeof(Node));
+  node_buffers_[0].write(roots_.data(), roots_.size() * sizeof(Node));
+  leaf_buffer_.reserve(leaves_ * sizeof(Node));
+  open_buffer_.reserve(all_triangles_ * sizeof(OpenTriangle));
+  descent_timer_.begin();
+  use(boxes_);
+  object_buffer_.bind_storage(kObjects);
+  tree_buffer_.bind_storage(kTrees);
+  descent_buffer_.bind_storage(kDescent);
+  leaf_buffer_.bind_storage(kLeaves);
+  glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, descent_buffer_.get());
+  for (int pass = 0; pass < levels_; ++pass) {
+    glProgramUniform1i(boxes_.get(), 2, pass);
+    node_buffers_[pass % 2].bind_storage(kIn);
+    node_buffers_[1 - pass % 2].bind_storage(kOut);
+    glDispatchComputeIndirect(GLintptr(offsetof(Descent, nodes) + std::size_t(pass) * sizeof(Dispatch)));
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+  }
+  use(triangles_);
+  leaf_buffer_.bind_storage(kIn);
+  open_buffer_.bind_storage(kOut);
+  glDispatchComputeIndirect(GLintptr(offsetof(Descent, leaves)));
+  glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+  descent_timer_.end();
+  std::uint32_t count = 0;
+  glGetNamedBufferSubData(descent_buffer_.get(), offsetof(Descent, open), sizeof count, &count);
+  std::vector<OpenTriangle> open(count);
+  if (count > 0) glGetNamedBufferSubData(open_buffer_.get(), 0, GLsizeiptr(count * sizeof(OpenTriangle)), open.data());
+  const auto key = [](const OpenTriangle& t) { return std::uint64_t{t.object} << 32 | (t.place & ~kSolid); };
+  std::sort(open.begin(), open.end(), [&](const OpenTriangle& a, const OpenTriangle& b) { return key(a) < key(b); });
+  return open;
+}
+
+std::optional<GlContactPasses::Refined> GlContactPasses::refine(std::span<const RefinedTriangle> triangles, std::span<const Part> first, std::size_t room) {
+  Refined refined;
+  if (first.empty()) return refined;
+  if (first.size() > room) return std::nullopt;
+  int finest = 0;
+  for (const RefinedTriangle& t : triangles) finest = std::max(finest, int(t.finest));
+  Refinement refinement;
+  refinement.levels[0] = {{groups_of(first.size()), 1, 1}, std::uint32_t(first.size())};
+  refinement_buffer_.write(&refinement, sizeof refinement);
+  triangle_buffer_.write(triangles.data(), triangles.size() * sizeof(RefinedTriangle));
+  for (GlBuffer& parts : part_buffers_) parts.reserve(room * sizeof(Part));
+  part_buffers_[0].write(first.data(), first.size() * sizeof(Part));
+  found_buffer_.reserve(room * sizeof(Part));
+  refined.states.assign(triangles.size(), {kNever, kNever});
+  state_buffer_.write(refined.states.data(), refined.states.size() * sizeof(State));
+  refine_timer_.begin();
+  use(refine_);
+  glProgramUniform1ui(refine_.get(), 4, GLuint(room));
+  triangle_buffer_.bind_storage(kTriangles);
+  refinement_buffer_.bind_storage(kRefinement);
+  found_buffer_.bind_storage(kFound);
+  state_buffer_.bind_storage(kStates);
+  glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, refinement_buffer_.get());
+  for (int level = 0; level <= finest; ++level) {
+    glProgramUniform1i(refine_.get(), 2, level);
+    glProgramUniform1f(refine_.get(), 3, std::ldexp(1.0f, -level));
+    part_buffers_[level % 2].bind_storage(kPartsIn);
+    part_buffers_[1 - level % 2].bind_storage(kPartsOut);
+    glDispatchComputeIndirect(GLintptr(offsetof(Refinement, levels) + std::size_t(level) * sizeof(Dispatch)));
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+  }
+  refine_timer_.end();
+  glGetNamedBufferSubData(refinement_buffer_.get(), 0, sizeof refinement, &refinement);
+  if (refinement.overflow) return std::nullopt;
+  for (const Dispatch& level : refinement.levels) refined.parts += level.items;
+  refined.found.resize(refinement.found);
+  if (refinement.found > 0) glGetNamedBufferSubData(found_buffer_.get(), 0, GLsizeiptr(refinement.found * sizeof(Part)), refined.found.data());
+  glGetNamedBufferSubData(state_buffer_.get(), 0, GLsizeiptr(refined.states.size() * sizeof(State)), refined.states.data());
+  std::sort(refined.found.begin(), refined.found.end(),
+            [](const Part& a, const Part& b) { return std::tuple(a.triangle, a.b >> kLevelShift, a.b, a.a) < std::tuple(b.triangle, b.b >> kLevelShift, b.b, b.a); });
+  return refined;
+}
+
+}  // namespace fivepipe
