@@ -42,7 +42,7 @@ class GlDetecting : public GlTest {
   static std::vector<ObjectCollision> ask(GlDetection& detection, const Hull& hull, std::span<const DetectionObject> objects, const DetectionOptions& options) {
     detection.set_hull(hull.query);
     const std::span<const ObjectCollision> found = detection.detect(objects, options, &counts_);
-    EXPECT_EQ(counts_.points_unconfirmed, 0u);
+    EXPECT_EQ(counts_.unconfirmed, 0u);
     return {found.begin(), found.end()};
   }
   static ObjectCollision ask(const Hull& hull, const MeshTree& tree, const DetectionOptions& options = kVerdictAlone, const Isometry3d& pose = Isometry3d::Identity(), const Vector3d& rp = kOrigin) {

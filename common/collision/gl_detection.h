@@ -26,7 +26,7 @@ struct GlDetectionRoom {
 struct GlDetectionCounts {
   std::size_t triangles_open = 0;      // not free after 1.
   std::size_t parts = 0, found = 0;    // looked at in 2.; of them, with something in the hull
-  std::size_t points_unconfirmed = 0;  // float was sure of them, and double says no: none on a driver that rounds as promised
+  std::size_t unconfirmed = 0;         // triangles: float was sure of a point, and double confirms none. 0 on a driver that rounds as promised
   std::size_t triangles_on_cpu = 0;    // walked there
   std::size_t objects_on_cpu = 0;      // too large for float or for the GPU's memory: all of them was left to backend `cpu`
   std::size_t overflows = 0;           // of the room for parts
