@@ -279,18 +279,17 @@ TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
     ObjectPixels pixels(720, 486);
     pixels.set(int(uniform(random, 0, 700)), int(uniform(random, 0, 480))), pixels.set(int(uniform(random, 0, 700)), int(uniform(random, 0, 480)));
     camera.reach.assign(pixels);
-    const auto c = gl_object_camera(camera, pose, radius_m);
-    ASSERT_TRUE(c);
+    const gl_contact::GlCamera c = gl_camera(camera, pose, radius_m);
     const Vector3d p = random_in_ball(random, radius_m);
     const Eigen::Vector3f q = p.cast<float>();
-    const auto form = [&](int row) { return c->at[row] + q.x() * c->of_x[row] + q.y() * c->of_y[row] + q.z() * c->of_z[row]; };
-    const float w = form(2), margin_px = (c->of_x[3] + c->farthest_px * c->of_y[3]) / w + c->farthest_px * c->of_z[3];
+    const auto form = [&](int row) { return c.at[row] + q.x() * c.of_x[row] + q.y() * c.of_y[row] + q.z() * c.of_z[row]; };
+    const float w = form(2), margin_px = (c.of_x[3] + float(radius_m) * c.at[3]) / w + c.farthest_px * c.of_z[3];
     if (!(w > 0 && margin_px < kMostContactEps_px)) continue;
     const auto uv_px = project(camera.camera, pose * p);
     ASSERT_TRUE(uv_px);
     const PixelRect& bounds = camera.reach.bounds();
     const double off_u = form(0) / w + (bounds.u0_px + bounds.u1_px) / 2 - 0.5 - uv_px->x(), off_v = form(1) / w + (bounds.v0_px + bounds.v1_px) / 2 - 0.5 - uv_px->y();
-    if (std::abs(form(0) / w) > c->farthest_px || std::abs(form(1) / w) > c->farthest_px) continue;
+    if (std::abs(form(0) / w) > c.farthest_px || std::abs(form(1) / w) > c.farthest_px) continue;
     worst = std::max({worst, std::abs(off_u) / margin_px, std::abs(off_v) / margin_px});
   }
   EXPECT_LT(worst, 1);

@@ -26,9 +26,21 @@ constexpr double kOfImage = 0x1p-20;
 constexpr double kMarginSlack = 1 + 1.0 / 32;
 // Roundings of double on a point's way to its pixel, here and in in_hull() together: as contact_lanes.cpp.
 constexpr double kOfProjection = 32 * std::numeric_limits<double>::epsilon();
+// Sums of forms stay below [px m], far from float's largest, products of theirs with pixels included.
+constexpr double kMostOfForms = 1e30;
+// How much a camera's place weighs, where its line of sight does 1.
+constexpr double kTowardsCameras = 1e-3;
+
+struct Base {
+  int u, v;
+};
+Base base_of(const CpuHull::MapCamera& camera) {
+  const PixelRect& bounds = camera.reach.bounds();
+  return {(bounds.u0_px + bounds.u1_px) / 2, (bounds.v0_px + bounds.v1_px) / 2};
+}
 
 enum Binding { kReaches = 0, kCameras = 1, kObjects = 2, kTrees = 3, kDescent = 4, kIn = 5, kOut = 6, kLeaves = 7 };
-enum RefineBinding { kTriangles = 2, kRefinement = 3, kPartsIn = 4, kPartsOut = 5, kFound = 6, kStates = 7 };
+enum RefineBinding { kFrameCameras = 0, kTriangles = 2, kRefinement = 3, kPartsIn = 4, kPartsOut = 5, kFound = 6, kStates = 7 };
 
 std::uint32_t groups_of(std::size_t invocations) { return std::uint32_t(std::min<std::size_t>((invocations + kGroup - 1) / kGroup, kMostGroups)); }
 
@@ -60,40 +72,67 @@ void write_tree(const MeshTree& tree, const Object& object, std::size_t words, c
 
 }  // namespace
 
-std::optional<ObjectCamera> gl_object_camera(const CpuHull::MapCamera& camera, const Eigen::Isometry3d& world_from_tree, double radius_m) {
+GlCamera gl_camera(const CpuHull::MapCamera& camera, const Eigen::Isometry3d& world_from_frame, double radius_m) {
   const PixelRect &bounds = camera.reach.bounds(), &stored = camera.reach.stored();
-  const int base_u = (bounds.u0_px + bounds.u1_px) / 2, base_v = (bounds.v0_px + bounds.v1_px) / 2;
+  const auto [base_u, base_v] = base_of(camera);
   const PixelFromWorld pixel = pixel_from_world(camera.camera);
   Eigen::Matrix3d to_base = Eigen::Matrix3d::Identity();
   to_base(0, 2) = -base_u, to_base(1, 2) = -base_v;
-  const Vector3d at = to_base * (pixel.leftCols<3>() * world_from_tree.translation() + pixel.col(3));
-  const Eigen::Matrix3d of = to_base * pixel.leftCols<3>() * world_from_tree.linear();
-  const Vector3d terms = at.cwiseAbs() + radius_m * of.cwiseAbs().rowwise().sum();
-  const double farthest_px = 0.5 * std::max(bounds.width_px(), bounds.height_px()) + 1;
-  if (!(kOfImage * farthest_px < 0.5 * kMostContactEps_px) || !terms.cast<float>().allFinite()) return std::nullopt;
-  // In the world, where in_hull() projects, numbers may be larger than about the tree's origin.
-  const Vector3d world_terms = pixel.cwiseAbs().leftCols<3>() * (world_from_tree.translation().cwiseAbs() + Vector3d::Constant(radius_m)) + pixel.col(3).cwiseAbs();
-  const double image_px = std::max(std::abs(base_u), std::abs(base_v)) + farthest_px;
-  const double of_projection = kOfProjection * (std::max(world_terms.x(), world_terms.y()) + image_px * world_terms.z());
-  ObjectCamera c{};
+  const Vector3d at = to_base * (pixel.leftCols<3>() * world_from_frame.translation() + pixel.col(3));
+  const Eigen::Matrix3d of = to_base * pixel.leftCols<3>() * world_from_frame.linear();
+  const Vector3d at_terms = at.cwiseAbs(), terms_per_m = of.cwiseAbs().rowwise().sum();
+  const double farthest_px = 0.5 * std::max(bounds.width_px(), bounds.height_px()) + 1, image_px = std::max(std::abs(base_u), std::abs(base_v)) + farthest_px;
+  // Of U - u W, from the sizes of their terms.
+  const auto error = [](double of_each, const Vector3d& terms, double u) { return of_each * (std::max(terms.x(), terms.y()) + u * terms.z()) * kMarginSlack; };
+  // In the world, where in_hull() projects, numbers may be larger than about the frame's origin.
+  const Vector3d world_at_terms = pixel.cwiseAbs().leftCols<3>() * world_from_frame.translation().cwiseAbs() + pixel.col(3).cwiseAbs();
+  const Vector3d world_terms_per_m = pixel.cwiseAbs().leftCols<3>().rowwise().sum();
+  GlCamera c{};
   float* const columns[] = {c.of_x, c.of_y, c.of_z};
   for (int row = 0; row < 3; ++row) {
     c.at[row] = float(at[row]);
     for (int k = 0; k < 3; ++k) columns[k][row] = float(of(row, k));
   }
-  c.of_x[3] = float((kOfForm * std::max(terms.x(), terms.y()) + of_projection) * kMarginSlack);
-  c.of_y[3] = float(kOfForm * terms.z() * kMarginSlack);
+  c.of_x[3] = float(error(kOfForm, at_terms, farthest_px) + error(kOfProjection, world_at_terms, image_px));
+  c.at[3] = float(error(kOfForm, terms_per_m, farthest_px) + error(kOfProjection, world_terms_per_m, image_px));
+  c.of_y[3] = float(kOfForm * (at_terms.z() + radius_m * terms_per_m.z()) * kMarginSlack);
   c.of_z[3] = float(kOfImage + kLeastMargin_px / farthest_px);
-  c.at[3] = float(-2 * (kOfForm * terms.z() + of_projection));
   const int lines[2][4] = {{stored.u0_px - base_u, stored.u1_px - 1 - base_u, stored.v0_px - base_v, stored.v1_px - 1 - base_v},
                            {bounds.u0_px - base_u, bounds.u1_px - base_u, bounds.v0_px - base_v, bounds.v1_px - base_v}};
   for (int i = 0; i < 4; ++i) c.stored[i] = float(lines[0][i]), c.bounds[i] = float(lines[1][i]);
   c.farthest_px = float(farthest_px);
+  c.behind = float(-2 / farthest_px);  // of U - u W at u = farthest_px, no less than that many times W's own part is off
   return c;
 }
 
+namespace {
+
+// Float has room for all of them about the frame's origin.
+bool fits_float(const GlCamera& c, double radius_m) {
+  double most = 0;
+  for (int row = 0; row < 3; ++row) most = std::max(most, std::abs(c.at[row]) + radius_m * (std::abs(c.of_x[row]) + std::abs(c.of_y[row]) + std::abs(c.of_z[row])));
+  return most < kMostOfForms && c.farthest_px * kOfImage < 0.5 * kMostContactEps_px;
+}
+
+// Near what all cameras see: the lines of sight through the middles of their object pixels pass by it closest; where that leaves a
+// direction open, near the cameras.
+Vector3d middle_world_m(const CpuHull& hull) {
+  Eigen::Matrix3d across = Eigen::Matrix3d::Zero();
+  Vector3d at = Vector3d::Zero();
+  for (const CpuHull::MapCamera& c : hull.cameras()) {
+    const auto [u, v] = base_of(c);
+    const Ray ray = ray_through(c.camera, Eigen::Vector2d(u, v));
+    const Vector3d d = ray.direction_world.normalized();
+    const Eigen::Matrix3d off = Eigen::Matrix3d::Identity() * (1 + kTowardsCameras) - d * d.transpose();
+    across += off, at += off * ray.origin_world_m;
+  }
+  return across.ldlt().solve(at);
+}
+
+}  // namespace
+
 GlContactPasses::GlContactPasses()
-    : boxes_("contacts: boxes", boxes_source()), triangles_("contacts: triangles", triangles_source()), refine_("contacts: parts", refine_source()) {
+    : boxes_("contacts: boxes", boxes_source()), triangles_("contacts: triangles", triangles_source()) {
   GLint64 most = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
   // Words and bytes are counted in 31 bits.
@@ -102,10 +141,11 @@ GlContactPasses::GlContactPasses()
 
 bool GlContactPasses::set_maps(const CpuHull& hull) {
   maps_.clear();
+  if (hull.cameras().size() > kMostCameras) return false;
   std::size_t bytes = 0;
   for (const CpuHull::MapCamera& c : hull.cameras()) {
-    const PixelRect &bounds = c.reach.bounds(), &stored = c.reach.stored();
-    const int base_u = (bounds.u0_px + bounds.u1_px) / 2, base_v = (bounds.v0_px + bounds.v1_px) / 2;
+    const PixelRect& stored = c.reach.stored();
+    const auto [base_u, base_v] = base_of(c);
     maps_.push_back({bytes + std::size_t(base_v - stored.v0_px) * std::size_t(c.reach.stride()) + std::size_t(base_u - stored.u0_px), c.reach.stride()});
     bytes += std::size_t(c.reach.stride()) * std::size_t(stored.height_px());
   }
@@ -117,12 +157,24 @@ bool GlContactPasses::set_maps(const CpuHull& hull) {
     glNamedBufferSubData(reach_buffer_.get(), GLintptr(bytes), GLsizeiptr(size), c.reach.bytes(Box::right_down));
     bytes += size;
   }
-  return true;
+  origin_world_m_ = middle_world_m(hull);
+  Eigen::Isometry3d world_from_frame = Eigen::Isometry3d::Identity();
+  world_from_frame.translation() = origin_world_m_;
+  std::vector<GlCamera> cameras;
+  for (std::size_t i = 0; i < maps_.size(); ++i) cameras.push_back(placed(gl_camera(hull.cameras()[i], world_from_frame, 0), i));
+  frame_camera_buffer_.reserve(kMostCameras * sizeof(GlCamera));
+  frame_camera_buffer_.write(cameras.data(), cameras.size() * sizeof(GlCamera));
+  return std::all_of(cameras.begin(), cameras.end(), [](const GlCamera& c) { return fits_float(c, 0); });
+}
+
+GlCamera GlContactPasses::placed(GlCamera camera, std::size_t map) const {
+  camera.first_byte = std::int32_t(maps_[map].first_byte), camera.stride = maps_[map].stride;
+  return camera;
 }
 
 std::vector<char> GlContactPasses::set_objects(const CpuHull& hull, std::span<const DetectionObject> objects) {
   std::vector<char> fits(objects.size(), 0);
-  std::vector<ObjectCamera> cameras;
+  std::vector<GlCamera> cameras;
   objects_.assign(objects.size(), {});
   roots_.clear();
   nodes_ = leaves_ = all_triangles_ = 0, levels_ = 0;
@@ -135,9 +187,10 @@ std::vector<char> GlContactPasses::set_objects(const CpuHull& hull, std::span<co
     objects_[i].triangles = std::uint32_t(tree.mesh().triangles.size());
     fits[i] = 1;
     for (std::size_t c = 0; c < maps_.size() && fits[i]; ++c) {
-      std::optional<ObjectCamera> camera = gl_object_camera(hull.cameras()[c], world_from_tree, tree.radius_m());
-      if (!camera) fits[i] = 0;
-      else camera->first_byte = std::int32_t(maps_[c].first_byte), camera->stride = maps_[c].stride, cameras.push_back(*camera);
+      GlCamera camera = placed(gl_camera(hull.cameras()[c], world_from_tree, tree.radius_m()), c);
+      fits[i] = fits_float(camera, tree.radius_m());
+      camera.of_x[3] += camera.at[3] * float(tree.radius_m());  // all of its points are asked together
+      cameras.push_back(camera);
     }
     if (!fits[i]) cameras.resize(objects_[i].first_camera);
   }
@@ -151,7 +204,7 @@ std::vector<char> GlContactPasses::set_objects(const CpuHull& hull, std::span<co
     nodes_ += (std::size_t(tree.leaves()) + MeshTree::kFan - 1) / MeshTree::kFan;
   }
   if (roots_.empty()) return fits;
-  camera_buffer_.write(cameras.data(), cameras.size() * sizeof(ObjectCamera));
+  camera_buffer_.write(cameras.data(), cameras.size() * sizeof(GlCamera));
   object_buffer_.write(objects_.data(), objects_.size() * sizeof(Object));
   return fits;
 }
@@ -199,7 +252,6 @@ void GlContactPasses::use(const GlProgram& program) const {
   glProgramUniform1i(program.get(), 0, GLint(maps_.size()));
   glProgramUniform1f(program.get(), 1, float(kMostContactEps_px));
   reach_buffer_.bind_storage(kReaches);
-  camera_buffer_.bind_storage(kCameras);
   program.use();
 }
 
@@ -214,6 +266,7 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   open_buffer_.reserve(all_triangles_ * sizeof(OpenTriangle));
   descent_timer_.begin();
   use(boxes_);
+  camera_buffer_.bind_storage(kCameras);
   object_buffer_.bind_storage(kObjects);
   tree_buffer_.bind_storage(kTrees);
   descent_buffer_.bind_storage(kDescent);
@@ -257,16 +310,19 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(std::span<const 
   refined.states.assign(triangles.size(), {kNever, kNever});
   state_buffer_.write(refined.states.data(), refined.states.size() * sizeof(State));
   refine_timer_.begin();
-  use(refine_);
-  glProgramUniform1ui(refine_.get(), 4, GLuint(room));
+  std::unique_ptr<GlProgram>& program = maps_.size() <= kUnrolledCameras ? refine_few_ : refine_;
+  if (!program) program = std::make_unique<GlProgram>("contacts: parts", refine_source(maps_.size() <= kUnrolledCameras));
+  use(*program);
+  glProgramUniform1ui(program->get(), 4, GLuint(room));
+  frame_camera_buffer_.bind_uniform(kFrameCameras);
   triangle_buffer_.bind_storage(kTriangles);
   refinement_buffer_.bind_storage(kRefinement);
   found_buffer_.bind_storage(kFound);
   state_buffer_.bind_storage(kStates);
   glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, refinement_buffer_.get());
   for (int level = 0; level <= finest; ++level) {
-    glProgramUniform1i(refine_.get(), 2, level);
-    glProgramUniform1f(refine_.get(), 3, std::ldexp(1.0f, -level));
+    glProgramUniform1i(program->get(), 2, level);
+    glProgramUniform1f(program->get(), 3, std::ldexp(1.0f, -level));
     part_buffers_[level % 2].bind_storage(kPartsIn);
     part_buffers_[1 - level % 2].bind_storage(kPartsOut);
     glDispatchComputeIndirect(GLintptr(offsetof(Refinement, levels) + std::size_t(level) * sizeof(Dispatch)));

@@ -1,6 +1,7 @@
 // What backend `gl` of the detection (gl_detection.h) does on the GPU: maps and trees there, and the two questions asked of them.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -11,16 +12,15 @@
 
 namespace fivepipe {
 
-// None where float has no room for the object. `world_from_tree` takes points about the tree's origin into the world, `radius_m` far at most.
-// The bytes of the camera's map are left to who stores it.
-std::optional<gl_contact::ObjectCamera> gl_object_camera(const CpuHull::MapCamera& camera, const Eigen::Isometry3d& world_from_tree, double radius_m);
+// A camera that sees points of a frame, no farther than radius_m from its origin. The place of its map is left to who stores it.
+gl_contact::GlCamera gl_camera(const CpuHull::MapCamera& camera, const Eigen::Isometry3d& world_from_frame, double radius_m);
 
 // Needs a current OpenGL 4.5 context from construction to destruction; changes no state but bindings.
 class GlContactPasses {
  public:
   GlContactPasses();  // throws GlError
 
-  // False: the maps take more than the driver's largest storage block, and nothing may be asked.
+  // False: more than 64 cameras, or maps that take more than the driver's largest storage block, and nothing may be asked.
   bool set_maps(const CpuHull& hull);
 
   // Those that are asked from now on; trees are kept from call to call, and written anew where their contents changed. Returns which of them
@@ -36,15 +36,17 @@ class GlContactPasses {
     std::size_t parts = 0;                  // looked at
   };
   // Parts and what is found go into room for so many; nothing: it did not do. `first`: the parts to begin with, of level 0.
+  // In the world's axes about origin_world_m(), which lies near the hull.
   std::optional<Refined> refine(std::span<const gl_contact::RefinedTriangle> triangles, std::span<const gl_contact::Part> first, std::size_t room);
 
-  std::uint32_t first_camera(std::size_t object) const { return objects_[object].first_camera; }
+  const Eigen::Vector3d& origin_world_m() const { return origin_world_m_; }
   double descent_ms() const { return descent_timer_.elapsed_ms(); }  // GPU time of the last call of each; they wait for the GPU
   double refine_ms() const { return refine_timer_.elapsed_ms(); }
 
  private:
   void place_trees(std::span<const DetectionObject> objects, std::vector<char>& fits);
   void use(const GlProgram& program) const;
+  gl_contact::GlCamera placed(gl_contact::GlCamera camera, std::size_t map) const;
 
   struct PlacedTree {
     std::uint64_t content;
@@ -54,12 +56,14 @@ class GlContactPasses {
     std::size_t first_byte;  // of its base pixel
     std::int32_t stride;
   };
-  GlProgram boxes_, triangles_, refine_;
-  GlBuffer reach_buffer_, camera_buffer_, object_buffer_, tree_buffer_, descent_buffer_, node_buffers_[2], leaf_buffer_, open_buffer_;
+  GlProgram boxes_, triangles_;
+  std::unique_ptr<GlProgram> refine_few_, refine_;  // of few cameras, of more; made when first needed
+  GlBuffer reach_buffer_, frame_camera_buffer_, camera_buffer_, object_buffer_, tree_buffer_, descent_buffer_, node_buffers_[2], leaf_buffer_, open_buffer_;
   GlBuffer triangle_buffer_, refinement_buffer_, part_buffers_[2], found_buffer_, state_buffer_;
   GlTimer descent_timer_, refine_timer_;
   std::size_t most_bytes_ = 0, tree_words_ = 0;
   std::vector<PlacedMap> maps_;
+  Eigen::Vector3d origin_world_m_ = Eigen::Vector3d::Zero();
   std::vector<PlacedTree> placed_;
   std::vector<gl_contact::Object> objects_;
   std::vector<gl_contact::Node> roots_;

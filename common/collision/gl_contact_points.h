@@ -13,8 +13,7 @@ struct GlContact {
   std::size_t object;
   std::uint32_t triangle;              // of the mesh
   bool solid;                          // all of it is in the hull
-  std::array<std::size_t, 3> order;    // vertex_order()
-  Triangle vertices_world_m;           // in that order
+  Triangle vertices_world_m;           // in vertex_order()
   TriangleGrid grid;
   bool sampling;                       // points are asked for, not the verdict alone
 

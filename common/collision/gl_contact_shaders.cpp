@@ -7,28 +7,28 @@ namespace {
 // rounds sums and products as IEEE does; of a quotient it promises 2.5 units in the last place.
 const char* const kShared = R"(#version 450 core
 layout(local_size_x = 64) in;
-struct ObjectCamera { vec4 of_x, of_y, of_z, at, stored, bounds; int first_byte, stride; float farthest_px, unused; };
+struct Camera { vec4 of_x, of_y, of_z, at, stored, bounds; int first_byte, stride; float farthest_px, behind; };
 layout(std430, binding = 0) readonly buffer Reaches { uint reaches[]; };
-layout(std430, binding = 1) readonly buffer ObjectCameras { ObjectCamera object_cameras[]; };
 layout(location = 0) uniform int cameras;
 layout(location = 1) uniform float most_margin_px;
 struct Dispatch { uint groups_x, groups_y, groups_z, items; };
 const uint kFree = 0u, kMixed = 1u, kSolid = 2u, kUnsure = 3u;
 const uint kMostGroups = 32768u;
 
-vec3 image_of(ObjectCamera c, vec3 p) {  // (U, V, W)
+vec3 image_of(Camera c, vec3 p) {  // (U, V, W)
   precise vec3 uvw = c.at.xyz + p.x * c.of_x.xyz + p.y * c.of_y.xyz + p.z * c.of_z.xyz;
   return uvw;
 }
-// How far images are off where W is least_w or more, and they are that far from the base [px].
-float margin_px(ObjectCamera c, float least_w, float far_px) { return (c.of_x.w + far_px * c.of_y.w) / least_w + far_px * c.of_z.w; }
-float reach_at(ObjectCamera c, vec2 pixel) {  // of one in store
+float error_of(Camera c, float radius_m) { return c.of_x.w + radius_m * c.at.w; }
+// How far images are off where W is least_w or more [px].
+float margin_px(Camera c, float error, float least_w) { return error / least_w + c.farthest_px * c.of_z.w; }
+float reach_at(Camera c, vec2 pixel) {  // of one in store
   int i = c.first_byte + int(pixel.y) * c.stride + int(pixel.x);
   return float(bitfieldExtract(int(reaches[i >> 2]), 8 * (i & 3), 8));
 }
-vec2 in_store(ObjectCamera c, vec2 pixel) { return clamp(pixel, c.stored.xz, c.stored.yw); }
+vec2 in_store(Camera c, vec2 pixel) { return clamp(pixel, c.stored.xz, c.stored.yw); }
 // One square, or two along the longer side.
-uint look(ObjectCamera c, vec2 low, vec2 high, float margin) {
+uint look(Camera c, vec2 low, vec2 high, float margin) {
   low -= margin;
   high += margin;
   if (high.x < c.bounds.x || low.x > c.bounds.y || high.y < c.bounds.z || low.y > c.bounds.w) return kFree;
@@ -41,30 +41,23 @@ uint look(ObjectCamera c, vec2 low, vec2 high, float margin) {
   }
   return reach < 0.0 ? kSolid : kFree;
 }
-// What is convex, with these corners.
-uint look_at_triangle(uint first_camera, vec3 p0, vec3 p1, vec3 p2) {
-  uint all = kSolid;
-  bool unsure = false;
-  for (int i = 0; i < cameras; ++i) {
-    ObjectCamera c = object_cameras[first_camera + uint(i)];
-    vec3 q0 = image_of(c, p0), q1 = image_of(c, p1), q2 = image_of(c, p2);
-    if (max(q0.z, max(q1.z, q2.z)) < c.at.w) return kFree;  // behind
-    float least_w = min(q0.z, min(q1.z, q2.z)), margin = least_w > 0.0 ? margin_px(c, least_w, c.farthest_px) : 1.0;
-    if (!(margin < most_margin_px)) {
-      unsure = true;
-      continue;
-    }
-    vec2 uv0 = q0.xy / q0.z, uv1 = q1.xy / q1.z, uv2 = q2.xy / q2.z;
-    uint found = look(c, min(uv0, min(uv1, uv2)), max(uv0, max(uv1, uv2)), margin);
-    if (found == kFree) return kFree;
-    if (found == kMixed) all = kMixed;
-  }
-  return unsure ? kUnsure : all;
+// One camera's say on what is convex, with these corners, radius_m from the origin at most.
+uint ask(Camera c, float radius_m, vec3 p0, vec3 p1, vec3 p2) {
+  vec3 q0 = image_of(c, p0), q1 = image_of(c, p1), q2 = image_of(c, p2);
+  float error = error_of(c, radius_m), least_w = min(q0.z, min(q1.z, q2.z));
+  if (max(q0.z, max(q1.z, q2.z)) < c.behind * error) return kFree;
+  float margin = least_w > 0.0 ? margin_px(c, error, least_w) : 1.0;
+  if (!(margin < most_margin_px)) return kUnsure;
+  vec2 uv0 = q0.xy / q0.z, uv1 = q1.xy / q1.z, uv2 = q2.xy / q2.z;
+  return look(c, min(uv0, min(uv1, uv2)), max(uv0, max(uv1, uv2)), margin);
 }
+// Of one that says not free; kUnsure, kMixed, kSolid: the least certain counts.
+uint worse(uint a, uint b) { return a == kUnsure || b == kUnsure ? kUnsure : min(a, b); }
 )";
 
 const char* const kDescent = R"(
 struct Object { uint first_box_word[8]; uint first_leaf_word, triangles, first_camera, unused; };
+layout(std430, binding = 1) readonly buffer Cameras { Camera object_cameras[]; };
 layout(std430, binding = 2) readonly buffer Objects { Object objects[]; };
 layout(std430, binding = 3) readonly buffer Trees { float trees[]; };
 layout(std430, binding = 4) buffer Descent { Dispatch nodes[9]; Dispatch leaves; uint open; };
@@ -80,14 +73,15 @@ layout(location = 2) uniform int pass;
 const float kOffSlack = 1.0 + 1.0 / 262144.0;
 bool is_free(uint first_camera, vec3 middle, vec3 half_size) {
   for (int i = 0; i < cameras; ++i) {
-    ObjectCamera c = object_cameras[first_camera + uint(i)];
+    Camera c = object_cameras[first_camera + uint(i)];
     vec3 uvw = image_of(c, middle);
     float off_w = abs(c.of_x.z) * half_size.x + abs(c.of_y.z) * half_size.y + abs(c.of_z.z) * half_size.z, least_w = uvw.z - off_w;
-    if (uvw.z + off_w < c.at.w) return true;
+    if (uvw.z + off_w < c.behind * c.of_x.w) return true;
     if (!(least_w > 0.0)) continue;
     vec2 uv = uvw.xy / uvw.z;
-    // The middle's image may be far off, and the box reach from there to the object.
-    float margin = margin_px(c, least_w, max(c.farthest_px, max(abs(uv.x), abs(uv.y))));
+    // The middle's image may be farther off than the object pixels, and the box reach from there to them.
+    float beyond_px = max(0.0, max(abs(uv.x), abs(uv.y)) - c.farthest_px);
+    float margin = margin_px(c, c.of_x.w + beyond_px * c.of_y.w, least_w) + beyond_px * c.of_z.w;
     if (!(margin < most_margin_px)) continue;
     precise vec2 x = c.of_x.xy - uv * c.of_x.z, y = c.of_y.xy - uv * c.of_y.z, z = c.of_z.xy - uv * c.of_z.z;
     vec2 off = (abs(x) * half_size.x + abs(y) * half_size.y + abs(z) * half_size.z) * (kOffSlack / least_w);
@@ -122,6 +116,15 @@ const char* const kTriangles = R"(
 layout(std430, binding = 5) readonly buffer Leaves { uvec2 open_leaves[]; };
 layout(std430, binding = 6) writeonly buffer Open { uvec2 open_triangles[]; };
 vec3 vertex(uint word) { return vec3(trees[word], trees[word + 16u], trees[word + 32u]); }
+uint look_at_triangle(uint first_camera, vec3 p0, vec3 p1, vec3 p2) {
+  uint all = kSolid;
+  for (uint i = 0u; i < uint(cameras); ++i) {
+    uint found = ask(object_cameras[first_camera + i], 0.0, p0, p1, p2);
+    if (found == kFree) return kFree;
+    all = worse(all, found);
+  }
+  return all;
+}
 void main() {
   uint items = 16u * leaves.items, step = 64u * gl_NumWorkGroups.x;
   for (uint i = gl_GlobalInvocationID.x; i < items; i += step) {
@@ -136,9 +139,10 @@ void main() {
 // One invocation a part: it is dropped, taken, sampled, or split in four. What a pass does to a part does not depend on the order in which the
 // others come: only what earlier passes found of its triangle counts.
 const char* const kRefine = R"(
+layout(std140, binding = 0) uniform Cameras { Camera maps[64]; };
 struct Triangle {
   vec3 v0; float per_start;
-  vec3 v1; uint first_camera;
+  vec3 v1; float radius_m;
   vec3 v2; int sampled;
   int rows, finest; uint unused_a, unused_b;
 };
@@ -160,34 +164,41 @@ vec3 point(Triangle t, float a, float b) {  // in units of this level
   precise vec3 p = t.v0 + at_a * (t.v1 - t.v0) + at_b * (t.v2 - t.v0);
   return p;
 }
-// Of a part's samples, the middles of its rows * rows parts: those in the hull, and, 16 bits above, those of which float can't tell.
+uint look_at_part(float radius_m, vec3 p0, vec3 p1, vec3 p2) {
+  uint all = kSolid, found;
+  LOOK
+  return all;
+}
+// One camera's say on a part's samples, the middles of its rows * rows parts: of those in all, the ones that are in the hull for it or that it
+// can't tell.
+uint sampled_by(Camera c, Triangle t, float a, float b, float sigma, int rows, uint in_all, inout uint doubtful) {
+  float step = sigma / float(rows), error = error_of(c, t.radius_m);
+  uint bit = 1u;
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < 2 * (rows - row) - 1; ++column, bit <<= 1) {
+      if ((in_all & bit) == 0u) continue;
+      float third = (column & 1) == 1 ? 2.0 / 3.0 : 1.0 / 3.0;
+      vec3 uvw = image_of(c, point(t, a + step * (float(column >> 1) + third), b + step * (float(row) + third)));
+      float margin = uvw.z > 0.0 ? margin_px(c, error, uvw.z) : 1.0;
+      if (uvw.z < c.behind * error) {
+        in_all &= ~bit;
+        continue;
+      }
+      if (!(margin < most_margin_px)) {
+        doubtful |= bit;
+        continue;
+      }
+      vec2 uv = uvw.xy / uvw.z, pixel = floor(uv), off = uv - pixel;
+      // Near a border the pixel beyond it may be another.
+      if (min(off.x, off.y) < margin || max(off.x, off.y) > 1.0 - margin) doubtful |= bit;
+      else if (reach_at(c, in_store(c, pixel)) > 0.0) in_all &= ~bit;
+    }
+  return in_all;
+}
+// Those in the hull, and, 16 bits above, those of which float can't tell.
 uint sampled(Triangle t, float a, float b, float sigma, int rows) {
   uint in_all = rows == 4 ? 0xffffu : (1u << uint(rows * rows)) - 1u, doubtful = 0u;
-  float step = sigma / float(rows);
-  for (int i = 0; i < cameras && in_all != 0u; ++i) {
-    ObjectCamera c = object_cameras[t.first_camera + uint(i)];
-    uint bit = 1u;
-    for (int row = 0; row < rows; ++row)
-      for (int column = 0; column < 2 * (rows - row) - 1; ++column, bit <<= 1) {
-        if ((in_all & bit) == 0u) continue;
-        bool between = (column & 1) == 1;
-        float third = between ? 2.0 / 3.0 : 1.0 / 3.0;
-        vec3 uvw = image_of(c, point(t, a + step * (float(column >> 1) + third), b + step * (float(row) + third)));
-        if (uvw.z < c.at.w) {
-          in_all &= ~bit;
-          continue;
-        }
-        float margin = uvw.z > 0.0 ? margin_px(c, uvw.z, c.farthest_px) : 1.0;
-        if (!(margin < most_margin_px)) {
-          doubtful |= bit;
-          continue;
-        }
-        vec2 uv = uvw.xy / uvw.z, pixel = floor(uv), off = uv - pixel;
-        // Near a border the pixel beyond it may be another.
-        if (min(off.x, off.y) < margin || max(off.x, off.y) > 1.0 - margin) doubtful |= bit;
-        else if (reach_at(c, in_store(c, pixel)) > 0.0) in_all &= ~bit;
-      }
-  }
+  SAMPLE
   doubtful &= in_all;
   return in_all & ~doubtful | doubtful << 16;
 }
@@ -215,7 +226,7 @@ void refine(uvec4 part) {
   uvec2 state = states[part.x];
   if (state.y < uint(level) || level > t.sampled && state.x < uint(level)) return;
   float sigma = (part.y & kDown) != 0u ? -1.0 : 1.0, a = float(part.y & ~kDown), b = float(part.z);
-  uint found = look_at_triangle(t.first_camera, point(t, a, b), point(t, a + sigma, b), point(t, a, b + sigma));
+  uint found = look_at_part(t.radius_m, point(t, a, b), point(t, a + sigma, b), point(t, a, b + sigma));
   if (found == kFree) return;
   if (found == kUnsure) {  // near a camera's plane: a smaller part may be free in the image of another
     if (level < kMostUnsure && (t.sampled < 0 || level < t.sampled)) split(part);
@@ -241,6 +252,20 @@ void main() {
 
 std::string boxes_source() { return std::string(kShared) + kDescent + kBoxes; }
 std::string triangles_source() { return std::string(kShared) + kDescent + kTriangles; }
-std::string refine_source() { return std::string(kShared) + kRefine; }
+std::string refine_source(bool unrolled) {
+  const auto each_camera = [&](const std::string& statements) {  // with the camera's number as C
+    const std::string loop = "for (int C = 0; C < cameras; ++C) { " + statements + " }";
+    if (!unrolled) return loop;
+    std::string all;
+    for (std::size_t i = 0; i < kUnrolledCameras; ++i) {
+      std::string one = "if (C < cameras) { " + statements + " } ";
+      for (std::size_t at = 0; (at = one.find('C', at)) != std::string::npos;) one.replace(at, 1, std::to_string(i));
+      all += one;
+    }
+    return all;
+  };
+  return std::string(kShared) + "#define LOOK " + each_camera("found = ask(maps[C], radius_m, p0, p1, p2); if (found == 0u) return 0u; all = worse(all, found);") +
+         "\n#define SAMPLE " + each_camera("if (in_all != 0u) in_all = sampled_by(maps[C], t, a, b, sigma, rows, in_all, doubtful);") + "\n" + kRefine;
+}
 
 }  // namespace fivepipe::gl_contact

@@ -1,6 +1,7 @@
 // The compute shaders of backend `gl` of the detection (gl_detection.h), as GLSL 4.5 sources, and the buffers that they share with its C++ side.
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -13,15 +14,20 @@ inline constexpr int kMostRefinements = 24;  // halvings of an edge, and one: kM
 inline constexpr int kSampledHalvings = 2;   // parts of so many halvings to the samples' grid are sampled together: 4 rows, 16 samples
 
 // std430 layouts, as the shaders declare them.
-// An object's points (x, y, z) [m] about its tree's origin in a camera: (U, V, W) = at + x of_x + y of_y + z of_z, the image (U, V) / W, in
-// pixels from a base pixel, pixel p covering [p, p + 1). The fourth of each: how far U and V may be off [px m], W [m], the image's quotients, as
-// a fraction; and what W must be below for a point to be behind the camera.
-struct ObjectCamera {
+// Points (x, y, z) [m] of a frame in a camera: (U, V, W) = at + x of_x + y of_y + z of_z, the image (U, V) / W, in pixels from a base pixel,
+// pixel p covering [p, p + 1). The fourth of each says what may be off:
+//   of_x[3]   U - u W and V - v W of a point at the frame's origin [px m], for images (u, v) no farther than farthest_px from the base
+//   at[3]     the same, more for each metre from there
+//   of_y[3]   W [m], of all points that are asked
+//   of_z[3]   the image's quotients, as a fraction
+struct GlCamera {
   float of_x[4], of_y[4], of_z[4], at[4];
   float stored[4], bounds[4];         // least u, most u, least v, most v: of the pixels in store; of the object pixels' borders
   std::int32_t first_byte, stride;    // of the base pixel's reach
-  float farthest_px, unused;          // images farther than that from the base are beside the object pixels
+  float farthest_px;                  // images farther than that from the base are beside the object pixels
+  float behind;                       // a point with W below this times what U - u W may be off is behind the camera
 };
+inline constexpr std::size_t kMostCameras = 64;  // a block of them stays within the 16 KB of uniforms that every driver has
 struct Object {
   std::array<std::uint32_t, kMostTreeLevels> first_box_word;  // by level
   std::uint32_t first_leaf_word, triangles, first_camera, unused;
@@ -41,11 +47,11 @@ struct OpenTriangle {  // not free
   std::uint32_t object, place;  // 16 leaf + lane; kSolid: all of it is in the hull
 };
 
-// A triangle to refine: points v0 + s (v1 - v0) + t (v2 - v0). Level n: an edge is divided into start 2^n.
+// A triangle to refine, in the frame of the refinement: points v0 + s (v1 - v0) + t (v2 - v0). Level n: an edge is divided into start 2^n.
 struct RefinedTriangle {
   float v0[3], per_start;  // 1 / start
   float v1[3];
-  std::uint32_t first_camera;
+  float radius_m;  // of a ball around the origin that holds it
   float v2[3];
   std::int32_t sampled;   // the level whose parts are sampled together; -1: none is
   std::int32_t rows;      // of a part's samples there
@@ -72,6 +78,9 @@ struct Refinement {
 
 std::string boxes_source();      // a level of the trees: the boxes that are not free
 std::string triangles_source();  // of the leaves left, the triangles that are not free
-std::string refine_source();     // a level of their parts
+// A level of their parts. Up to kUnrolledCameras, cameras have code of their own, in which what is read of them is the same for all parts: on
+// llvmpipe, which else reads it part by part, several times as fast; on a GPU it comes from constant memory.
+inline constexpr std::size_t kUnrolledCameras = 4;
+std::string refine_source(bool unrolled);
 
 }  // namespace fivepipe::gl_contact

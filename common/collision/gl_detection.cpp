@@ -21,6 +21,9 @@ namespace {
 // Triangles handed to a thread together.
 constexpr std::size_t kTrianglesATask = 16;
 
+// Rounding to float, upward.
+constexpr double kNoLess = 1 + 0x1p-22;
+
 // What is known of a contact: its points lie together, in the hull each.
 struct Settled {
   CollisionVerdict verdict = CollisionVerdict::free;
@@ -33,15 +36,17 @@ struct Walked {  // by a task
   std::size_t undecided = 0;
 };
 
-RefinedTriangle refined_triangle(const GlContact& contact, const MeshTree& tree, std::uint32_t first_camera) {
+RefinedTriangle refined_triangle(const GlContact& contact, const Vector3d& origin_world_m) {
   RefinedTriangle t{};
   float* const vertices[] = {t.v0, t.v1, t.v2};
+  double radius_m = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vector3d p = tree.mesh().vertices_m[tree.mesh().triangles[contact.triangle][contact.order[k]]] - tree.origin_m();
+    const Vector3d p = contact.vertices_world_m[k] - origin_world_m;
+    radius_m = std::max(radius_m, p.norm());
     for (int axis = 0; axis < 3; ++axis) vertices[k][axis] = float(p[axis]);
   }
+  t.radius_m = float(radius_m * kNoLess);
   t.per_start = 1.0f / float(contact.grid.start);
-  t.first_camera = first_camera;
   t.sampled = contact.sampled(), t.rows = contact.rows(), t.finest = contact.finest();
   return t;
 }
@@ -64,7 +69,7 @@ struct GlDetection::Work {
   void leave_to_cpu(std::span<const DetectionObject> of, const std::vector<char>& fits, const DetectionOptions& options);
   void open_contacts(std::span<const DetectionObject> of);
   bool settle(std::span<const DetectionObject> of, const DetectionOptions& options);
-  void refine(std::span<const DetectionObject> of);
+  void refine();
   std::span<const Part> found_of(std::size_t contact) const;
   bool too_many_points(std::size_t object, std::size_t points, double radius_m);
   void add_candidates(std::span<const DetectionObject> of);
@@ -137,8 +142,8 @@ void GlDetection::Work::open_contacts(std::span<const DetectionObject> of) {
     const Mesh& mesh = of[t.object].tree->mesh();
     Triangle world;
     for (std::size_t k = 0; k < 3; ++k) world[k] = of[t.object].world_from_object * mesh.vertices_m[mesh.triangles[contact.triangle][k]];
-    contact.order = vertex_order(world);
-    for (std::size_t k = 0; k < 3; ++k) contact.vertices_world_m[k] = world[contact.order[k]];
+    const std::array<std::size_t, 3> order = vertex_order(world);
+    for (std::size_t k = 0; k < 3; ++k) contact.vertices_world_m[k] = world[order[k]];
     contacts.push_back(contact);
   }
 }
@@ -150,7 +155,7 @@ bool GlDetection::Work::settle(std::span<const DetectionObject> of, const Detect
     c.grid = triangle_grid(c.vertices_world_m, {options.eps_m, options.max_points}, spacing_m);
     c.sampling = spacing_m > 0;
   }
-  refine(of);
+  refine();
   std::vector<std::size_t> points(of.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const GlContact& c = contacts[i];
@@ -176,7 +181,7 @@ bool GlDetection::Work::too_many_points(std::size_t object, std::size_t points, 
   return true;
 }
 
-void GlDetection::Work::refine(std::span<const DetectionObject> of) {
+void GlDetection::Work::refine() {
   std::vector<RefinedTriangle> triangles;
   std::vector<Part> first;
   refined_number.assign(contacts.size(), kNotRefined);
@@ -185,7 +190,7 @@ void GlDetection::Work::refine(std::span<const DetectionObject> of) {
     if (c.solid || c.too_large()) continue;
     refined_number[i] = std::uint32_t(triangles.size());
     add_first_parts(refined_number[i], c.grid.start, first);
-    triangles.push_back(refined_triangle(c, *of[c.object].tree, passes.first_camera(c.object)));
+    triangles.push_back(refined_triangle(c, passes.origin_world_m()));
   }
   for (refined = passes.refine(triangles, first, parts_room); !refined; refined = passes.refine(triangles, first, parts_room)) {
     ++counts.overflows;
