@@ -40,7 +40,7 @@ Base base_of(const CpuHull::MapCamera& camera) {
 }
 
 enum Binding { kReaches = 0, kCameras = 1, kObjects = 2, kTrees = 3, kDescent = 4, kIn = 5, kOut = 6, kLeaves = 7 };
-enum RefineBinding { kFrameCameras = 0, kTriangles = 2, kRefinement = 3, kPartsIn = 4, kPartsOut = 5, kFound = 6, kStates = 7 };
+enum RefineBinding { kFrameCameras = 0, kBlocks = 1, kTriangles = 2, kRefinement = 3, kPartsIn = 4, kPartsOut = 5, kFound = 6, kStates = 7 };
 
 std::uint32_t groups_of(std::size_t invocations) { return std::uint32_t(std::min<std::size_t>((invocations + kGroup - 1) / kGroup, kMostGroups)); }
 
@@ -294,50 +294,71 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   return open;
 }
 
+const GlContactPasses::PartPrograms& GlContactPasses::part_programs() {
+  const bool few = maps_.size() <= kUnrolledCameras;
+  std::unique_ptr<PartPrograms>& programs = few ? of_few_ : of_many_;
+  if (!programs)
+    programs.reset(new PartPrograms{{"contacts: parts", refine_source(few)}, {"contacts: samples", sample_source(few)}, {"contacts: blocks", sort_source()}});
+  return *programs;
+}
+
 std::optional<GlContactPasses::Refined> GlContactPasses::refine(std::span<const RefinedTriangle> triangles, std::span<const Part> first, std::size_t room) {
   Refined refined;
   if (first.empty()) return refined;
   if (first.size() > room) return std::nullopt;
-  int finest = 0;
-  for (const RefinedTriangle& t : triangles) finest = std::max(finest, int(t.finest));
   Refinement refinement;
-  refinement.levels[0] = {{groups_of(first.size()), 1, 1}, std::uint32_t(first.size())};
+  refinement.parts[0] = {{groups_of(first.size()), 1, 1}, std::uint32_t(first.size())};
   refinement_buffer_.write(&refinement, sizeof refinement);
   triangle_buffer_.write(triangles.data(), triangles.size() * sizeof(RefinedTriangle));
   for (GlBuffer& parts : part_buffers_) parts.reserve(room * sizeof(Part));
   part_buffers_[0].write(first.data(), first.size() * sizeof(Part));
   found_buffer_.reserve(room * sizeof(Part));
+  block_buffer_.reserve(room * sizeof(Part));
   refined.states.assign(triangles.size(), {kNever, kNever});
   state_buffer_.write(refined.states.data(), refined.states.size() * sizeof(State));
-  refine_timer_.begin();
-  std::unique_ptr<GlProgram>& program = maps_.size() <= kUnrolledCameras ? refine_few_ : refine_;
-  if (!program) program = std::make_unique<GlProgram>("contacts: parts", refine_source(maps_.size() <= kUnrolledCameras));
-  use(*program);
-  glProgramUniform1ui(program->get(), 4, GLuint(room));
-  frame_camera_buffer_.bind_uniform(kFrameCameras);
-  triangle_buffer_.bind_storage(kTriangles);
-  refinement_buffer_.bind_storage(kRefinement);
-  found_buffer_.bind_storage(kFound);
-  state_buffer_.bind_storage(kStates);
-  glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, refinement_buffer_.get());
-  for (int level = 0; level <= finest; ++level) {
-    glProgramUniform1i(program->get(), 2, level);
-    glProgramUniform1f(program->get(), 3, std::ldexp(1.0f, -level));
-    part_buffers_[level % 2].bind_storage(kPartsIn);
-    part_buffers_[1 - level % 2].bind_storage(kPartsOut);
-    glDispatchComputeIndirect(GLintptr(offsetof(Refinement, levels) + std::size_t(level) * sizeof(Dispatch)));
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-  }
-  refine_timer_.end();
+  int sampled = -1, beyond = 0;  // levels up to the last that is sampled, and from there
+  for (const RefinedTriangle& t : triangles) sampled = std::max(sampled, int(t.sampled)), beyond = std::max(beyond, int(t.finest - t.sampled));
+  run_passes(sampled + 1, beyond, room);
   glGetNamedBufferSubData(refinement_buffer_.get(), 0, sizeof refinement, &refinement);
   if (refinement.overflow) return std::nullopt;
-  for (const Dispatch& level : refinement.levels) refined.parts += level.items;
+  for (const Dispatch& parts : refinement.parts) refined.parts += parts.items;
   refined.found.resize(refinement.found);
   if (refinement.found > 0) glGetNamedBufferSubData(found_buffer_.get(), 0, GLsizeiptr(refinement.found * sizeof(Part)), refined.found.data());
   glGetNamedBufferSubData(state_buffer_.get(), 0, GLsizeiptr(refined.states.size() * sizeof(State)), refined.states.data());
-  std::sort(refined.found.begin(), refined.found.end(),
-            [](const Part& a, const Part& b) { return std::tuple(a.triangle, a.b >> kLevelShift, a.b, a.a) < std::tuple(b.triangle, b.b >> kLevelShift, b.b, b.a); });
+  std::sort(refined.found.begin(), refined.found.end(), [](const Part& a, const Part& b) { return std::tuple(a.triangle, a.b, a.a) < std::tuple(b.triangle, b.b, b.a); });
   return refined;
+}
+
+// Parts up to those that are sampled, these, and what comes of them.
+void GlContactPasses::run_passes(int to_blocks, int beyond, std::size_t room) {
+  const PartPrograms& programs = part_programs();
+  const auto dispatch = [&](const GlProgram& program, int pass, std::size_t offset) {
+    use(program);
+    glProgramUniform1ui(program.get(), 2, GLuint(pass));
+    glProgramUniform1ui(program.get(), 3, GLuint(room));
+    part_buffers_[pass % 2].bind_storage(kPartsIn);
+    part_buffers_[1 - pass % 2].bind_storage(kPartsOut);
+    glDispatchComputeIndirect(GLintptr(offset));
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+  };
+  const auto parts_at = [](int pass) { return offsetof(Refinement, parts) + std::size_t(pass) * sizeof(Dispatch); };
+  refine_timer_.begin();
+  frame_camera_buffer_.bind_uniform(kFrameCameras);
+  triangle_buffer_.bind_storage(kTriangles);
+  refinement_buffer_.bind_storage(kRefinement);
+  block_buffer_.bind_storage(kBlocks);
+  found_buffer_.bind_storage(kFound);
+  state_buffer_.bind_storage(kStates);
+  glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, refinement_buffer_.get());
+  int pass = 0;
+  for (; pass < to_blocks; ++pass) dispatch(programs.refine, pass, parts_at(pass));
+  if (to_blocks > 0) {
+    dispatch(programs.sample, pass, offsetof(Refinement, samples));
+    dispatch(programs.sort, pass, offsetof(Refinement, blocks));
+    ++pass;
+  }
+  for (const int end = pass + beyond; pass < end; ++pass) dispatch(programs.refine, pass, parts_at(pass));
+  refine_timer_.end();
 }
 
 }  // namespace fivepipe

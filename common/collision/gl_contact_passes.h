@@ -44,8 +44,13 @@ class GlContactPasses {
   double refine_ms() const { return refine_timer_.elapsed_ms(); }
 
  private:
+  struct PartPrograms {
+    GlProgram refine, sample, sort;
+  };
   void place_trees(std::span<const DetectionObject> objects, std::vector<char>& fits);
   void use(const GlProgram& program) const;
+  const PartPrograms& part_programs();
+  void run_passes(int to_blocks, int beyond, std::size_t room);
   gl_contact::GlCamera placed(gl_contact::GlCamera camera, std::size_t map) const;
 
   struct PlacedTree {
@@ -57,9 +62,9 @@ class GlContactPasses {
     std::int32_t stride;
   };
   GlProgram boxes_, triangles_;
-  std::unique_ptr<GlProgram> refine_few_, refine_;  // of few cameras, of more; made when first needed
+  std::unique_ptr<PartPrograms> of_few_, of_many_;  // cameras; made when first needed
   GlBuffer reach_buffer_, frame_camera_buffer_, camera_buffer_, object_buffer_, tree_buffer_, descent_buffer_, node_buffers_[2], leaf_buffer_, open_buffer_;
-  GlBuffer triangle_buffer_, refinement_buffer_, part_buffers_[2], found_buffer_, state_buffer_;
+  GlBuffer triangle_buffer_, refinement_buffer_, part_buffers_[2], block_buffer_, found_buffer_, state_buffer_;
   GlTimer descent_timer_, refine_timer_;
   std::size_t most_bytes_ = 0, tree_words_ = 0;
   std::vector<PlacedMap> maps_;

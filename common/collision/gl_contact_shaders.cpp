@@ -12,7 +12,7 @@ layout(std430, binding = 0) readonly buffer Reaches { uint reaches[]; };
 layout(location = 0) uniform int cameras;
 layout(location = 1) uniform float most_margin_px;
 struct Dispatch { uint groups_x, groups_y, groups_z, items; };
-const uint kFree = 0u, kMixed = 1u, kSolid = 2u, kUnsure = 3u;
+const uint kFree = 0u, kUnsure = 1u, kMixed = 2u, kSolid = 3u;  // of several cameras, the least counts
 const uint kMostGroups = 32768u;
 
 vec3 image_of(Camera c, vec3 p) {  // (U, V, W)
@@ -51,8 +51,6 @@ uint ask(Camera c, float radius_m, vec3 p0, vec3 p1, vec3 p2) {
   vec2 uv0 = q0.xy / q0.z, uv1 = q1.xy / q1.z, uv2 = q2.xy / q2.z;
   return look(c, min(uv0, min(uv1, uv2)), max(uv0, max(uv1, uv2)), margin);
 }
-// Of one that says not free; kUnsure, kMixed, kSolid: the least certain counts.
-uint worse(uint a, uint b) { return a == kUnsure || b == kUnsure ? kUnsure : min(a, b); }
 )";
 
 const char* const kDescent = R"(
@@ -121,7 +119,7 @@ uint look_at_triangle(uint first_camera, vec3 p0, vec3 p1, vec3 p2) {
   for (uint i = 0u; i < uint(cameras); ++i) {
     uint found = ask(object_cameras[first_camera + i], 0.0, p0, p1, p2);
     if (found == kFree) return kFree;
-    all = worse(all, found);
+    all = min(all, found);
   }
   return all;
 }
@@ -136,9 +134,9 @@ void main() {
   }
 })";
 
-// One invocation a part: it is dropped, taken, sampled, or split in four. What a pass does to a part does not depend on the order in which the
-// others come: only what earlier passes found of its triangle counts.
-const char* const kRefine = R"(
+// What the passes over parts share. What a pass does to a part does not depend on the order in which the others come: only what earlier passes
+// found of its triangle counts.
+const char* const kParts = R"(
 layout(std140, binding = 0) uniform Cameras { Camera maps[64]; };
 struct Triangle {
   vec3 v0; float per_start;
@@ -147,125 +145,168 @@ struct Triangle {
   int rows, finest; uint unused_a, unused_b;
 };
 layout(std430, binding = 2) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 3) buffer Refinement { Dispatch levels[25]; uint found_count, overflow; };
-layout(std430, binding = 4) readonly buffer PartsIn { uvec4 parts_in[]; };
-layout(std430, binding = 5) writeonly buffer PartsOut { uvec4 parts_out[]; };
-layout(std430, binding = 6) writeonly buffer Found { uvec4 found_parts[]; };
-layout(std430, binding = 7) coherent buffer States { uvec2 states[]; };  // found, left
-layout(location = 2) uniform int level;
-layout(location = 3) uniform float scale;  // 2^-level
-layout(location = 4) uniform uint most_parts;
-const int kMostUnsure = 6;  // a part that float is too coarse for is halved so often, then left to the CPU
+layout(std430, binding = 3) buffer Refinement { Dispatch parts[48]; Dispatch blocks, samples; uint found_count, overflow; };
+layout(std430, binding = 7) coherent buffer States { uvec2 states[]; };  // when found, when left
+layout(location = 2) uniform uint pass;
+layout(location = 3) uniform uint room;
 const uint kDown = 0x80000000u, kAllOfIt = 0xffffffffu, kUndecided = 1000u;
 
-vec3 point(Triangle t, float a, float b) {  // in units of this level
-  float unit = t.per_start * scale;
+// In units of the part's level.
+struct Place { float a, b, sigma, unit; int level; };
+Place place_of(uvec4 part, Triangle t) {
+  uint level = part.z >> 24;
+  return Place(float(part.y & ~kDown), float(part.z & 0xffffffu), (part.y & kDown) != 0u ? -1.0 : 1.0, t.per_start * uintBitsToFloat(127u - level << 23), int(level));
+}
+vec3 point(Triangle t, float unit, float a, float b) {
   precise float at_a = a * unit, at_b = b * unit;
   precise vec3 p = t.v0 + at_a * (t.v1 - t.v0) + at_b * (t.v2 - t.v0);
   return p;
 }
-uint look_at_part(float radius_m, vec3 p0, vec3 p1, vec3 p2) {
-  uint all = kSolid, found;
-  LOOK
-  return all;
+// One camera's say on a point: kFree, kSolid, or kMixed: float can't tell.
+uint ask_point(Camera c, float radius_m, vec3 p) {
+  vec3 uvw = image_of(c, p);
+  float error = error_of(c, radius_m), margin = uvw.z > 0.0 ? margin_px(c, error, uvw.z) : 1.0;
+  if (uvw.z < c.behind * error) return kFree;
+  if (!(margin < most_margin_px)) return kMixed;
+  vec2 uv = uvw.xy / uvw.z, pixel = floor(uv), off = uv - pixel;
+  if (min(off.x, off.y) < margin || max(off.x, off.y) > 1.0 - margin) return kMixed;  // near a border the pixel beyond it may be another
+  return reach_at(c, in_store(c, pixel)) > 0.0 ? kFree : kSolid;
 }
-// One camera's say on a part's samples, the middles of its rows * rows parts: of those in all, the ones that are in the hull for it or that it
-// can't tell.
-uint sampled_by(Camera c, Triangle t, float a, float b, float sigma, int rows, uint in_all, inout uint doubtful) {
-  float step = sigma / float(rows), error = error_of(c, t.radius_m);
-  uint bit = 1u;
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < 2 * (rows - row) - 1; ++column, bit <<= 1) {
-      if ((in_all & bit) == 0u) continue;
-      float third = (column & 1) == 1 ? 2.0 / 3.0 : 1.0 / 3.0;
-      vec3 uvw = image_of(c, point(t, a + step * (float(column >> 1) + third), b + step * (float(row) + third)));
-      float margin = uvw.z > 0.0 ? margin_px(c, error, uvw.z) : 1.0;
-      if (uvw.z < c.behind * error) {
-        in_all &= ~bit;
-        continue;
-      }
-      if (!(margin < most_margin_px)) {
-        doubtful |= bit;
-        continue;
-      }
-      vec2 uv = uvw.xy / uvw.z, pixel = floor(uv), off = uv - pixel;
-      // Near a border the pixel beyond it may be another.
-      if (min(off.x, off.y) < margin || max(off.x, off.y) > 1.0 - margin) doubtful |= bit;
-      else if (reach_at(c, in_store(c, pixel)) > 0.0) in_all &= ~bit;
-    }
-  return in_all;
-}
-// Those in the hull, and, 16 bits above, those of which float can't tell.
-uint sampled(Triangle t, float a, float b, float sigma, int rows) {
-  uint in_all = rows == 4 ? 0xffffu : (1u << uint(rows * rows)) - 1u, doubtful = 0u;
-  SAMPLE
-  doubtful &= in_all;
-  return in_all & ~doubtful | doubtful << 16;
-}
+)";
+
+const char* const kOutputs = R"(
+layout(std430, binding = 5) writeonly buffer PartsOut { uvec4 parts_out[]; };
+layout(std430, binding = 6) writeonly buffer Found { uvec4 found_parts[]; };
 void take(uvec4 part, uint found) {
   uint at = atomicAdd(found_count, 1u);
-  if (at < most_parts) found_parts[at] = uvec4(part.xy, part.z | uint(level) << 24, found);
+  if (at < room) found_parts[at] = uvec4(part.xyz, found);
   else overflow = 1u;
 }
 void split(uvec4 part) {
-  uint at = atomicAdd(levels[level + 1].items, 4u);
-  if (at + 4u > most_parts) {
+  uint at = atomicAdd(parts[pass + 1u].items, 4u);
+  if (at + 4u > room) {
     overflow = 1u;
     return;
   }
   bool down = (part.y & kDown) != 0u;
-  uint turned = part.y & kDown, a = 2u * (part.y & ~kDown), b = 2u * part.z, next_a = down ? a - 1u : a + 1u, next_b = down ? b - 1u : b + 1u;
+  uint turned = part.y & kDown, a = 2u * (part.y & ~kDown), next_a = down ? a - 1u : a + 1u;
+  uint level = (part.z >> 24) + 1u << 24, b = 2u * (part.z & 0xffffffu), next_b = (down ? b - 1u : b + 1u) | level;
+  b |= level;
   parts_out[at] = uvec4(part.x, a | turned, b, 0u);
   parts_out[at + 1u] = uvec4(part.x, next_a | turned, b, 0u);
   parts_out[at + 2u] = uvec4(part.x, a | turned, next_b, 0u);
   parts_out[at + 3u] = uvec4(part.x, next_a | (turned ^ kDown), next_b, 0u);
-  if (at % 64u == 0u) atomicMax(levels[level + 1].groups_x, min(at / 64u + 1u, kMostGroups));
+  if (at % 64u == 0u) atomicMax(parts[pass + 1u].groups_x, min(at / 64u + 1u, kMostGroups));
 }
-void refine(uvec4 part) {
-  Triangle t = triangles[part.x];
-  uvec2 state = states[part.x];
-  if (state.y < uint(level) || level > t.sampled && state.x < uint(level)) return;
-  float sigma = (part.y & kDown) != 0u ? -1.0 : 1.0, a = float(part.y & ~kDown), b = float(part.z);
-  uint found = look_at_part(t.radius_m, point(t, a, b), point(t, a + sigma, b), point(t, a, b + sigma));
-  if (found == kFree) return;
-  if (found == kUnsure) {  // near a camera's plane: a smaller part may be free in the image of another
-    if (level < kMostUnsure && (t.sampled < 0 || level < t.sampled)) split(part);
-    else atomicMin(states[part.x].y, uint(level));
-    return;
-  }
-  uint taken = 0u;
-  if (found == kSolid) taken = kAllOfIt;
-  else if (level >= t.sampled) taken = sampled(t, a, b, sigma, level == t.sampled ? t.rows : 1);
-  bool sure = (taken & 0xffffu) != 0u;
-  if (sure) atomicMin(states[part.x].x, uint(level));
-  if (sure || level == t.sampled && taken != 0u) take(part, taken);
-  if (sure && level >= t.sampled || found == kSolid) return;
-  if (level >= t.finest) atomicMin(states[part.x].y, kUndecided);
+void split_or_end(uvec4 part, int level, int finest) {
+  if (level >= finest) atomicMin(states[part.x].y, kUndecided);
   else split(part);
 }
+)";
+
+// One invocation a part: it is dropped, taken, put among those to be sampled, or split in four.
+const char* const kRefine = R"(
+layout(std430, binding = 1) writeonly buffer Blocks { uvec4 blocks_out[]; };
+layout(std430, binding = 4) readonly buffer PartsIn { uvec4 parts_in[]; };
+const int kMostUnsure = 6;  // a part that float is too coarse for is halved so often, then left to the CPU
+void sample_later(uvec4 part) {
+  uint at = atomicAdd(blocks.items, 1u);
+  if (at >= room) {
+    overflow = 1u;
+    return;
+  }
+  blocks_out[at] = part;
+  if (at % 64u == 0u) atomicMax(blocks.groups_x, min(at / 64u + 1u, kMostGroups));
+  if (at % 4u == 0u) atomicMax(samples.groups_x, min(at / 4u + 1u, kMostGroups));
+}
+void refine(uvec4 part) {
+  uvec2 state = states[part.x];
+  Triangle t = triangles[part.x];
+  Place at = place_of(part, t);
+  if (state.y < pass || at.level > t.sampled && state.x < pass) return;
+  vec3 p0 = point(t, at.unit, at.a, at.b), p1 = point(t, at.unit, at.a + at.sigma, at.b), p2 = point(t, at.unit, at.a, at.b + at.sigma);
+  float third = at.sigma / 3.0;
+  vec3 middle = point(t, at.unit, at.a + third, at.b + third);
+  uint all = kSolid, middle_in = kSolid;
+  ASK
+  if (all == kFree) return;
+  if (all == kUnsure) {  // near a camera's plane: a smaller part may be free in the image of another
+    if (at.level < kMostUnsure && (t.sampled < 0 || at.level < t.sampled)) split(part);
+    else atomicMin(states[part.x].y, pass);
+  } else if (all == kSolid || at.level > t.sampled && middle_in == kSolid) {
+    atomicMin(states[part.x].x, pass);
+    take(part, all == kSolid ? kAllOfIt : 1u);
+  } else if (at.level == t.sampled) {
+    sample_later(part);
+  } else {
+    split_or_end(part, at.level, t.finest);
+  }
+}
 void main() {
-  uint items = min(levels[level].items, most_parts), step = 64u * gl_NumWorkGroups.x;
+  uint items = min(parts[pass].items, room), step = 64u * gl_NumWorkGroups.x;
   for (uint i = gl_GlobalInvocationID.x; i < items; i += step) refine(parts_in[i]);
 })";
+
+// One invocation a sample: the samples of a block are the middles of its rows * rows parts, sixteen at most. Bit i of what is found: sample i is in
+// the hull; bit 16 + i: float can't tell.
+const char* const kSample = R"(
+layout(std430, binding = 1) coherent buffer Blocks { uvec4 blocks_in[]; };
+void ask_sample(uint block, int number) {
+  uvec4 part = blocks_in[block];
+  Triangle t = triangles[part.x];
+  Place at = place_of(part, t);
+  int row = 0, column = number;
+  for (int i = 0; i < 3; ++i)
+    if (column >= 2 * (t.rows - row) - 1 && row < t.rows) column -= 2 * (t.rows - row++) - 1;
+  if (row >= t.rows || states[part.x].y < pass) return;
+  float step = at.sigma / float(t.rows), third = (column & 1) == 1 ? 2.0 / 3.0 : 1.0 / 3.0;
+  vec3 p = point(t, at.unit, at.a + step * (float(column >> 1) + third), at.b + step * (float(row) + third));
+  uint all = kSolid;
+  ASK
+  if (all != kFree) atomicOr(blocks_in[block].w, 1u << uint(all == kSolid ? number : 16 + number));
+}
+void main() {
+  uint items = 16u * min(blocks.items, room), step = 64u * gl_NumWorkGroups.x;
+  for (uint i = gl_GlobalInvocationID.x; i < items; i += step) ask_sample(i >> 4, int(i & 15u));
+})";
+
+// One invocation a block: it is taken where some of its samples were, and split further where none is surely in the hull.
+const char* const kSort = R"(
+layout(std430, binding = 1) readonly buffer Blocks { uvec4 blocks_in[]; };
+void sort(uvec4 part) {
+  if (part.w != 0u) take(part, part.w);
+  uvec2 state = states[part.x];
+  if ((part.w & 0xffffu) != 0u) atomicMin(states[part.x].x, pass);
+  else if (state.x >= pass && state.y >= pass) split_or_end(part, int(part.z >> 24), triangles[part.x].finest);
+}
+void main() {
+  uint items = min(blocks.items, room), step = 64u * gl_NumWorkGroups.x;
+  for (uint i = gl_GlobalInvocationID.x; i < items; i += step) sort(blocks_in[i]);
+})";
+
+// The statements for each camera, with its number as C.
+std::string each_camera(const std::string& statements, bool unrolled) {
+  if (!unrolled) return "#define ASK for (int C = 0; C < cameras && all != kFree; ++C) { " + statements + " }\n";
+  std::string all = "#define ASK ";
+  for (std::size_t i = 0; i < kUnrolledCameras; ++i) {
+    std::string one = "if (C < cameras) { " + statements + " } ";
+    for (std::size_t at = 0; (at = one.find('C', at)) != std::string::npos;) one.replace(at, 1, std::to_string(i));
+    all += one;
+  }
+  return all + "\n";
+}
 
 }  // namespace
 
 std::string boxes_source() { return std::string(kShared) + kDescent + kBoxes; }
 std::string triangles_source() { return std::string(kShared) + kDescent + kTriangles; }
 std::string refine_source(bool unrolled) {
-  const auto each_camera = [&](const std::string& statements) {  // with the camera's number as C
-    const std::string loop = "for (int C = 0; C < cameras; ++C) { " + statements + " }";
-    if (!unrolled) return loop;
-    std::string all;
-    for (std::size_t i = 0; i < kUnrolledCameras; ++i) {
-      std::string one = "if (C < cameras) { " + statements + " } ";
-      for (std::size_t at = 0; (at = one.find('C', at)) != std::string::npos;) one.replace(at, 1, std::to_string(i));
-      all += one;
-    }
-    return all;
-  };
-  return std::string(kShared) + "#define LOOK " + each_camera("found = ask(maps[C], radius_m, p0, p1, p2); if (found == 0u) return 0u; all = worse(all, found);") +
-         "\n#define SAMPLE " + each_camera("if (in_all != 0u) in_all = sampled_by(maps[C], t, a, b, sigma, rows, in_all, doubtful);") + "\n" + kRefine;
+  return std::string(kShared) + kParts + kOutputs +
+         each_camera("all = min(all, ask(maps[C], t.radius_m, p0, p1, p2)); middle_in = min(middle_in, ask_point(maps[C], t.radius_m, middle));", unrolled) + kRefine;
 }
+std::string sample_source(bool unrolled) {
+  return std::string(kShared) + kParts + each_camera("all = min(all, ask_point(maps[C], t.radius_m, p));", unrolled) + kSample;
+}
+std::string sort_source() { return std::string(kShared) + kParts + kOutputs + kSort; }
 
 }  // namespace fivepipe::gl_contact

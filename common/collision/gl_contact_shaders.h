@@ -10,7 +10,7 @@ namespace fivepipe::gl_contact {
 inline constexpr std::uint32_t kGroup = 64;          // invocations of a workgroup
 inline constexpr std::uint32_t kMostGroups = 32768;  // of a dispatch; each goes on to what the others leave. Every driver has twice as many
 inline constexpr int kMostTreeLevels = 8;
-inline constexpr int kMostRefinements = 24;  // halvings of an edge, and one: kMostUnits
+inline constexpr std::size_t kMostPasses = 48;  // over parts: an edge is halved 22 times at most (kMostUnits), twice
 inline constexpr int kSampledHalvings = 2;   // parts of so many halvings to the samples' grid are sampled together: 4 rows, 16 samples
 
 // std430 layouts, as the shaders declare them.
@@ -58,29 +58,31 @@ struct RefinedTriangle {
   std::int32_t finest;    // the last level
   std::uint32_t unused[2];
 };
-// A part of level n: corners (a, b), (a + sigma, b), (a, b + sigma), in units of that level.
+// A part of level n; of one to be sampled, a block; of one where something was found. Corners (a, b), (a + sigma, b), (a, b + sigma), in units of that level.
 inline constexpr std::uint32_t kDown = 1u << 31;    // of a: sigma is -1
-inline constexpr std::uint32_t kLevelShift = 24;    // of b: the level above it
+inline constexpr std::uint32_t kLevelShift = 24;    // of b: above it the level
 inline constexpr std::uint32_t kAllOfIt = ~0u;      // of what was found: all of the part is in the hull
 struct Part {
-  std::uint32_t triangle, a, b, found;  // found, of a sampled part: bit i: sample i is in the hull; bit 16 + i: float can't tell
+  std::uint32_t triangle, a, b, found;  // found, of a block: bit i: sample i is in the hull; bit 16 + i: float can't tell
 };
-// When the first was found of a triangle, and when it was left to the CPU; kNever where it was not.
+// The pass in which the first was found of a triangle, and the one in which it was left to the CPU; kNever where it was not.
 struct State {
-  std::uint32_t found_level, left_level;
+  std::uint32_t found_pass, left_pass;
 };
 inline constexpr std::uint32_t kNever = ~0u;
-inline constexpr std::uint32_t kUndecided = 1000;  // left at the finest level
+inline constexpr std::uint32_t kUndecided = 1000;  // left where it can't be divided further
 struct Refinement {
-  Dispatch levels[kMostRefinements + 1];
+  Dispatch parts[kMostPasses], blocks, samples;
   std::uint32_t found = 0, overflow = 0, unused[2] = {};
 };
 
 std::string boxes_source();      // a level of the trees: the boxes that are not free
 std::string triangles_source();  // of the leaves left, the triangles that are not free
-// A level of their parts. Up to kUnrolledCameras, cameras have code of their own, in which what is read of them is the same for all parts: on
+// Parts, pass by pass; samples of the blocks; blocks by what was found in them. Up to kUnrolledCameras, cameras have code of their own, in which what is read of them is the same for all parts: on
 // llvmpipe, which else reads it part by part, several times as fast; on a GPU it comes from constant memory.
 inline constexpr std::size_t kUnrolledCameras = 4;
 std::string refine_source(bool unrolled);
+std::string sample_source(bool unrolled);
+std::string sort_source();
 
 }  // namespace fivepipe::gl_contact
