@@ -132,7 +132,8 @@ Vector3d middle_world_m(const CpuHull& hull) {
 }  // namespace
 
 GlContactPasses::GlContactPasses()
-    : boxes_("contacts: boxes", boxes_source()), triangles_("contacts: triangles", triangles_source()) {
+    : boxes_("contacts: boxes", boxes_source()), triangles_("contacts: triangles", triangles_source()), refine_("contacts: parts", refine_source()),
+      sample_("contacts: samples", sample_source()), sort_("contacts: blocks", sort_source()) {
   GLint64 most = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
   // Words and bytes are counted in 31 bits.
@@ -294,14 +295,6 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   return open;
 }
 
-const GlContactPasses::PartPrograms& GlContactPasses::part_programs() {
-  const bool few = maps_.size() <= kUnrolledCameras;
-  std::unique_ptr<PartPrograms>& programs = few ? of_few_ : of_many_;
-  if (!programs)
-    programs.reset(new PartPrograms{{"contacts: parts", refine_source(few)}, {"contacts: samples", sample_source(few)}, {"contacts: blocks", sort_source()}});
-  return *programs;
-}
-
 std::optional<GlContactPasses::Refined> GlContactPasses::refine(std::span<const RefinedTriangle> triangles, std::span<const Part> first, std::size_t room) {
   Refined refined;
   if (first.empty()) return refined;
@@ -316,7 +309,7 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(std::span<const 
   block_buffer_.reserve(room * sizeof(Part));
   refined.states.assign(triangles.size(), {kNever, kNever});
   state_buffer_.write(refined.states.data(), refined.states.size() * sizeof(State));
-  int sampled = -1, beyond = 0;  // levels up to the last that is sampled, and from there
+  int sampled = 0, beyond = 0;  // levels up to the last that is sampled, and from there
   for (const RefinedTriangle& t : triangles) sampled = std::max(sampled, int(t.sampled)), beyond = std::max(beyond, int(t.finest - t.sampled));
   run_passes(sampled + 1, beyond, room);
   glGetNamedBufferSubData(refinement_buffer_.get(), 0, sizeof refinement, &refinement);
@@ -331,7 +324,6 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(std::span<const 
 
 // Parts up to those that are sampled, these, and what comes of them.
 void GlContactPasses::run_passes(int to_blocks, int beyond, std::size_t room) {
-  const PartPrograms& programs = part_programs();
   const auto dispatch = [&](const GlProgram& program, int pass, std::size_t offset) {
     use(program);
     glProgramUniform1ui(program.get(), 2, GLuint(pass));
@@ -351,13 +343,11 @@ void GlContactPasses::run_passes(int to_blocks, int beyond, std::size_t room) {
   state_buffer_.bind_storage(kStates);
   glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, refinement_buffer_.get());
   int pass = 0;
-  for (; pass < to_blocks; ++pass) dispatch(programs.refine, pass, parts_at(pass));
-  if (to_blocks > 0) {
-    dispatch(programs.sample, pass, offsetof(Refinement, samples));
-    dispatch(programs.sort, pass, offsetof(Refinement, blocks));
-    ++pass;
-  }
-  for (const int end = pass + beyond; pass < end; ++pass) dispatch(programs.refine, pass, parts_at(pass));
+  for (; pass < to_blocks; ++pass) dispatch(refine_, pass, parts_at(pass));
+  dispatch(sample_, pass, offsetof(Refinement, samples));
+  dispatch(sort_, pass, offsetof(Refinement, blocks));
+  ++pass;
+  for (const int end = pass + beyond; pass < end; ++pass) dispatch(refine_, pass, parts_at(pass));
   refine_timer_.end();
 }
 

@@ -1,7 +1,6 @@
 // What backend `gl` of the detection (gl_detection.h) does on the GPU: maps and trees there, and the two questions asked of them.
 #pragma once
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -44,12 +43,8 @@ class GlContactPasses {
   double refine_ms() const { return refine_timer_.elapsed_ms(); }
 
  private:
-  struct PartPrograms {
-    GlProgram refine, sample, sort;
-  };
   void place_trees(std::span<const DetectionObject> objects, std::vector<char>& fits);
   void use(const GlProgram& program) const;
-  const PartPrograms& part_programs();
   void run_passes(int to_blocks, int beyond, std::size_t room);
   gl_contact::GlCamera placed(gl_contact::GlCamera camera, std::size_t map) const;
 
@@ -61,8 +56,7 @@ class GlContactPasses {
     std::size_t first_byte;  // of its base pixel
     std::int32_t stride;
   };
-  GlProgram boxes_, triangles_;
-  std::unique_ptr<PartPrograms> of_few_, of_many_;  // cameras; made when first needed
+  GlProgram boxes_, triangles_, refine_, sample_, sort_;
   GlBuffer reach_buffer_, frame_camera_buffer_, camera_buffer_, object_buffer_, tree_buffer_, descent_buffer_, node_buffers_[2], leaf_buffer_, open_buffer_;
   GlBuffer triangle_buffer_, refinement_buffer_, part_buffers_[2], block_buffer_, found_buffer_, state_buffer_;
   GlTimer descent_timer_, refine_timer_;

@@ -48,8 +48,9 @@ std::uint32_t mask_of(const Part& part) { return part.found == kAllOfIt ? kAllOf
 
 }  // namespace
 
-int GlContact::sampled() const { return sampling ? std::max(0, halvings(grid.divisions, grid.start) - kSampledHalvings) : -1; }
-int GlContact::rows() const { return 1 << std::min(kSampledHalvings, halvings(grid.divisions, grid.start)); }
+// Where the verdict alone is asked, the first look is at a few samples too: most triangles that collide have one in the hull.
+int GlContact::sampled() const { return sampling ? std::max(0, halvings(grid.divisions, grid.start) - kSampledHalvings) : 0; }
+int GlContact::rows() const { return 1 << (sampling ? std::min(kSampledHalvings, halvings(grid.divisions, grid.start)) : kSampledHalvings); }
 int GlContact::finest() const { return halvings(grid.units, grid.start); }
 
 void add_points(const GlContact& contact, const Part& found, std::vector<Vector3d>& points_world_m) {

@@ -18,7 +18,7 @@ struct GlContact {
   bool sampling;                       // points are asked for, not the verdict alone
 
   bool too_large() const { return grid.units > kMostUnits; }
-  int sampled() const;  // the level whose parts are sampled together; -1: none is
+  int sampled() const;  // the level whose parts are sampled together
   int rows() const;     // of samples in one of them
   int finest() const;   // the last level
 };

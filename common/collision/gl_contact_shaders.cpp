@@ -208,7 +208,9 @@ void split_or_end(uvec4 part, int level, int finest) {
 const char* const kRefine = R"(
 layout(std430, binding = 1) writeonly buffer Blocks { uvec4 blocks_out[]; };
 layout(std430, binding = 4) readonly buffer PartsIn { uvec4 parts_in[]; };
-const int kMostUnsure = 6;  // a part that float is too coarse for is halved so often, then left to the CPU
+// Near a camera's plane float can't tell where images are. A smaller part may be free in the image of another camera: beyond the samples' grid
+// it is halved so often, then left to the CPU.
+const int kMostUnsure = 6;
 void sample_later(uvec4 part) {
   uint at = atomicAdd(blocks.items, 1u);
   if (at >= room) {
@@ -228,16 +230,18 @@ void refine(uvec4 part) {
   float third = at.sigma / 3.0;
   vec3 middle = point(t, at.unit, at.a + third, at.b + third);
   uint all = kSolid, middle_in = kSolid;
-  ASK
+  for (int i = 0; i < cameras && all != kFree; ++i) {
+    all = min(all, ask(maps[i], t.radius_m, p0, p1, p2));
+    middle_in = min(middle_in, ask_point(maps[i], t.radius_m, middle));
+  }
   if (all == kFree) return;
-  if (all == kUnsure) {  // near a camera's plane: a smaller part may be free in the image of another
-    if (at.level < kMostUnsure && (t.sampled < 0 || at.level < t.sampled)) split(part);
-    else atomicMin(states[part.x].y, pass);
-  } else if (all == kSolid || at.level > t.sampled && middle_in == kSolid) {
+  if (all == kSolid || at.level > t.sampled && middle_in == kSolid) {
     atomicMin(states[part.x].x, pass);
     take(part, all == kSolid ? kAllOfIt : 1u);
   } else if (at.level == t.sampled) {
     sample_later(part);
+  } else if (all == kUnsure && at.level >= t.sampled + kMostUnsure) {
+    atomicMin(states[part.x].y, pass);
   } else {
     split_or_end(part, at.level, t.finest);
   }
@@ -262,7 +266,7 @@ void ask_sample(uint block, int number) {
   float step = at.sigma / float(t.rows), third = (column & 1) == 1 ? 2.0 / 3.0 : 1.0 / 3.0;
   vec3 p = point(t, at.unit, at.a + step * (float(column >> 1) + third), at.b + step * (float(row) + third));
   uint all = kSolid;
-  ASK
+  for (int i = 0; i < cameras && all != kFree; ++i) all = min(all, ask_point(maps[i], t.radius_m, p));
   if (all != kFree) atomicOr(blocks_in[block].w, 1u << uint(all == kSolid ? number : 16 + number));
 }
 void main() {
@@ -284,29 +288,12 @@ void main() {
   for (uint i = gl_GlobalInvocationID.x; i < items; i += step) sort(blocks_in[i]);
 })";
 
-// The statements for each camera, with its number as C.
-std::string each_camera(const std::string& statements, bool unrolled) {
-  if (!unrolled) return "#define ASK for (int C = 0; C < cameras && all != kFree; ++C) { " + statements + " }\n";
-  std::string all = "#define ASK ";
-  for (std::size_t i = 0; i < kUnrolledCameras; ++i) {
-    std::string one = "if (C < cameras) { " + statements + " } ";
-    for (std::size_t at = 0; (at = one.find('C', at)) != std::string::npos;) one.replace(at, 1, std::to_string(i));
-    all += one;
-  }
-  return all + "\n";
-}
-
 }  // namespace
 
 std::string boxes_source() { return std::string(kShared) + kDescent + kBoxes; }
 std::string triangles_source() { return std::string(kShared) + kDescent + kTriangles; }
-std::string refine_source(bool unrolled) {
-  return std::string(kShared) + kParts + kOutputs +
-         each_camera("all = min(all, ask(maps[C], t.radius_m, p0, p1, p2)); middle_in = min(middle_in, ask_point(maps[C], t.radius_m, middle));", unrolled) + kRefine;
-}
-std::string sample_source(bool unrolled) {
-  return std::string(kShared) + kParts + each_camera("all = min(all, ask_point(maps[C], t.radius_m, p));", unrolled) + kSample;
-}
+std::string refine_source() { return std::string(kShared) + kParts + kOutputs + kRefine; }
+std::string sample_source() { return std::string(kShared) + kParts + kSample; }
 std::string sort_source() { return std::string(kShared) + kParts + kOutputs + kSort; }
 
 }  // namespace fivepipe::gl_contact

@@ -53,7 +53,7 @@ struct RefinedTriangle {
   float v1[3];
   float radius_m;  // of a ball around the origin that holds it
   float v2[3];
-  std::int32_t sampled;   // the level whose parts are sampled together; -1: none is
+  std::int32_t sampled;   // the level whose parts are sampled together
   std::int32_t rows;      // of a part's samples there
   std::int32_t finest;    // the last level
   std::uint32_t unused[2];
@@ -78,11 +78,8 @@ struct Refinement {
 
 std::string boxes_source();      // a level of the trees: the boxes that are not free
 std::string triangles_source();  // of the leaves left, the triangles that are not free
-// Parts, pass by pass; samples of the blocks; blocks by what was found in them. Up to kUnrolledCameras, cameras have code of their own, in which what is read of them is the same for all parts: on
-// llvmpipe, which else reads it part by part, several times as fast; on a GPU it comes from constant memory.
-inline constexpr std::size_t kUnrolledCameras = 4;
-std::string refine_source(bool unrolled);
-std::string sample_source(bool unrolled);
-std::string sort_source();
+std::string refine_source();     // parts, pass by pass
+std::string sample_source();     // samples of the blocks
+std::string sort_source();       // blocks, by what was found in them
 
 }  // namespace fivepipe::gl_contact

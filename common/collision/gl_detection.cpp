@@ -260,10 +260,9 @@ void GlDetection::Work::confirm(std::span<const DetectionObject> of) {
     for (std::size_t k = 0; k < s.points; ++k)
       if (confirmed[s.first_point + k]) first[std::ptrdiff_t(kept++)] = first[std::ptrdiff_t(k)];
     const State state = refined_number[i] == kNotRefined ? State{c.solid ? 0 : kNever, c.solid ? kNever : 0} : refined->states[refined_number[i]];
-    const bool sure = state.found_pass != kNever, unsure = state.left_pass < kUndecided;
+    const bool sure = state.found_pass != kNever;
     if (sure && kept == 0) ++counts.unconfirmed;
-    // Of a part that was not looked into there may be more.
-    s.walk = (unsure && (c.sampling || kept == 0)) || (kept == 0 && (sure || state.left_pass != kNever));
+    s.walk = kept == 0 && (sure || state.left_pass != kNever);
     s.points = s.walk ? 0 : kept;
     if (s.points == 0) continue;
     s.verdict = CollisionVerdict::colliding;
