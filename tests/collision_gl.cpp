@@ -380,6 +380,36 @@ TEST_F(GlDetecting, BehindAndThroughCameras) {
   EXPECT_LT(counts_.triangles_on_cpu, counts_.triangles_open);
 }
 
+// More cameras than the shaders have room for: all is left to backend `cpu`.
+TEST_F(GlDetecting, SixtyFourCamerasAndOneMore) {
+  Random random(15);
+  const MeshTree tree(mesh_of(random_triangles(random, 100)));
+  const DetectionObject object{&tree};
+  for (const int cameras : {64, 65}) {
+    const Hull hull(silhouettes_of({ball(kOrigin, 0.06)}, ring(cameras, 1.2, 0.6, 60, 0.5)));
+    expect_as_cpu(hull, {&object, 1}, kAllPoints);
+    EXPECT_EQ(counts_.objects_on_cpu, cameras > 64 ? 1u : 0u);
+  }
+}
+
+// Cut on the CPU into very many parts, with hardly a point allowed.
+TEST_F(GlDetecting, ThroughACamerasPlaneWithHardlyAPointAllowed) {
+  std::vector<Silhouette> silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, ring(2, 1.2, 0.6, 300, 0.5));
+  for (Silhouette& s : silhouettes)  // all of both images: the hull reaches up to the cameras
+    for (int v = 0; v < 300; ++v)
+      for (int u = 0; u < 300; ++u) s.pixels.set(u, v);
+  const Hull hull(silhouettes);
+  const Vector3d eye = camera_center_world_m(silhouettes[0].camera);
+  const MeshTree tree(mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}}));
+  for (const DetectionOptions& options : {DetectionOptions{.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1}, DetectionOptions{.spacing_m = 1e-3, .max_points = 100}}) {
+    const ObjectCollision found = ask(hull, tree, options);
+    EXPECT_EQ(found.verdict, CollisionVerdict::colliding);
+    EXPECT_GE(found.points.size(), 1u);
+    EXPECT_LE(found.points.size(), options.max_points);
+    EXPECT_TRUE(found.truncated);  // samples are farther apart than asked for
+  }
+}
+
 // About its own origin; and together with the cameras, a kilometre off; and so large that float has no room for it.
 TEST_F(GlDetecting, FarAway) {
   Random random(14);

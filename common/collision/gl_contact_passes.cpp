@@ -186,7 +186,8 @@ std::vector<char> GlContactPasses::set_objects(const CpuHull& hull, std::span<co
     world_from_tree.translation() = objects[i].world_from_object * tree.origin_m();
     objects_[i].first_camera = std::uint32_t(cameras.size());
     objects_[i].triangles = std::uint32_t(tree.mesh().triangles.size());
-    fits[i] = 1;
+    fits[i] = (all_triangles_ + objects_[i].triangles) * sizeof(OpenTriangle) <= most_bytes_;
+    all_triangles_ += fits[i] ? objects_[i].triangles : 0;
     for (std::size_t c = 0; c < maps_.size() && fits[i]; ++c) {
       GlCamera camera = placed(gl_camera(hull.cameras()[c], world_from_tree, tree.radius_m()), c);
       fits[i] = fits_float(camera, tree.radius_m());
@@ -201,7 +202,7 @@ std::vector<char> GlContactPasses::set_objects(const CpuHull& hull, std::span<co
     const MeshTree& tree = *objects[i].tree;
     roots_.push_back({std::uint32_t(i << 8 | std::size_t(tree.levels() - 1)), 0});
     levels_ = std::max(levels_, tree.levels());
-    leaves_ += std::size_t(tree.leaves()), all_triangles_ += tree.mesh().triangles.size();
+    leaves_ += std::size_t(tree.leaves());
     nodes_ += (std::size_t(tree.leaves()) + MeshTree::kFan - 1) / MeshTree::kFan;
   }
   if (roots_.empty()) return fits;

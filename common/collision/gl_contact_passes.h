@@ -38,6 +38,7 @@ class GlContactPasses {
   // In the world's axes about origin_world_m(), which lies near the hull.
   std::optional<Refined> refine(std::span<const gl_contact::RefinedTriangle> triangles, std::span<const gl_contact::Part> first, std::size_t room);
 
+  std::size_t most_room() const { return most_bytes_ / sizeof(gl_contact::Part) / gl_contact::kGroup * gl_contact::kGroup; }  // of the driver
   const Eigen::Vector3d& origin_world_m() const { return origin_world_m_; }
   double descent_ms() const { return descent_timer_.elapsed_ms(); }  // GPU time of the last call of each; they wait for the GPU
   double refine_ms() const { return refine_timer_.elapsed_ms(); }

@@ -74,7 +74,8 @@ struct GlDetection::Work {
   bool too_many_points(std::size_t object, std::size_t points, double radius_m);
   void add_candidates(std::span<const DetectionObject> of);
   void confirm(std::span<const DetectionObject> of);
-  void walk(std::span<const DetectionObject> of, const DetectionOptions& options);
+  std::vector<std::size_t> count_points() const;
+  bool walk(std::span<const DetectionObject> of, const DetectionOptions& options, std::span<const std::size_t> points_found);
   void gather(std::span<const DetectionObject> of, const DetectionOptions& options);
 
   GlContactPasses passes;
@@ -156,19 +157,24 @@ bool GlDetection::Work::settle(std::span<const DetectionObject> of, const Detect
     c.sampling = spacing_m > 0;
   }
   refine();
-  std::vector<std::size_t> points(of.size());
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const GlContact& c = contacts[i];
-    if (c.solid) points[c.object] += std::size_t(c.grid.divisions) * std::size_t(c.grid.divisions);
-    for (const Part& part : found_of(i)) points[c.object] += count_points(c, part);
-  }
+  const std::vector<std::size_t> points = count_points();
   bool all = true;
   for (std::size_t i = 0; i < of.size(); ++i) all &= !too_many_points(i, points[i], of[i].tree->radius_m());
   if (!all) return false;
   add_candidates(of);
   confirm(of);
-  walk(of, options);
-  return true;
+  return walk(of, options, points);
+}
+
+// By object, of what the GPU found.
+std::vector<std::size_t> GlDetection::Work::count_points() const {
+  std::vector<std::size_t> points(samplings.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const GlContact& c = contacts[i];
+    if (c.solid) points[c.object] += std::size_t(c.grid.divisions) * std::size_t(c.grid.divisions);
+    for (const Part& part : found_of(i)) points[c.object] += fivepipe::count_points(c, part);
+  }
+  return points;
 }
 
 bool GlDetection::Work::too_many_points(std::size_t object, std::size_t points, double radius_m) {
@@ -192,10 +198,11 @@ void GlDetection::Work::refine() {
     add_first_parts(refined_number[i], c.grid.start, first);
     triangles.push_back(refined_triangle(c, passes.origin_world_m()));
   }
+  const std::size_t most_room = std::min(room.most, passes.most_room());
   for (refined = passes.refine(triangles, first, parts_room); !refined; refined = passes.refine(triangles, first, parts_room)) {
     ++counts.overflows;
-    if (parts_room >= room.most) break;
-    parts_room = std::min(2 * parts_room, room.most);
+    if (parts_room >= most_room) break;
+    parts_room = std::min(2 * parts_room, most_room);
   }
   if (!refined) {
     refined.emplace();
@@ -273,7 +280,8 @@ void GlDetection::Work::confirm(std::span<const DetectionObject> of) {
   }
 }
 
-void GlDetection::Work::walk(std::span<const DetectionObject> of, const DetectionOptions& options) {
+// As settle(); points_found: of each object so far.
+bool GlDetection::Work::walk(std::span<const DetectionObject> of, const DetectionOptions& options, std::span<const std::size_t> points_found) {
   std::vector<std::size_t> left;
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (settled[i].walk) left.push_back(i);
@@ -282,19 +290,26 @@ void GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
   const std::size_t tasks = (left.size() + kTrianglesATask - 1) / kTrianglesATask;
   walked.assign(tasks, {});
   std::vector<TriangleWalk> walks(std::size_t(pool.threads()), TriangleWalk(*query, {options.eps_m, options.max_points}));
+  std::vector<std::atomic<std::size_t>> points(of.size());
+  for (std::size_t i = 0; i < of.size(); ++i) points[i] = points_found[i];
   pool.run(int(tasks), [&](int task, int thread) {
     Walked& to = walked[std::size_t(task)];
     for (std::size_t n = std::size_t(task) * kTrianglesATask; n < std::min(left.size(), std::size_t(task + 1) * kTrianglesATask); ++n) {
       const GlContact& c = contacts[left[n]];
       Settled& s = settled[left[n]];
+      if (points[c.object].load(std::memory_order_relaxed) > samplings[c.object].most_points) continue;
       s.first_point = to.points_world_m.size();
       const TriangleContact contact =
           walks[std::size_t(thread)].walk(c.vertices_world_m, false, {samplings[c.object].spacing_m, of[c.object].rp_object_world_m}, to.points_world_m);
       s.verdict = contact.verdict, s.coarser = contact.coarser;
       s.points = to.points_world_m.size() - s.first_point;
       to.undecided += contact.cut_off;
+      points[c.object].fetch_add(s.points, std::memory_order_relaxed);
     }
   });
+  bool all = true;
+  for (std::size_t i = 0; i < of.size(); ++i) all &= !too_many_points(i, points[i], of[i].tree->radius_m());
+  if (!all) return false;
   for (std::size_t n = 0; n < left.size(); ++n) {  // to the others
     Settled& s = settled[left[n]];
     const std::vector<Vector3d>& from = walked[n / kTrianglesATask].points_world_m;
@@ -303,6 +318,7 @@ void GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
     s.first_point = first;
   }
   for (const Walked& w : walked) counts.undecided += w.undecided;
+  return true;
 }
 
 void GlDetection::Work::gather(std::span<const DetectionObject> of, const DetectionOptions& options) {
