@@ -170,15 +170,17 @@ TEST_F(GlDetecting, EveryPermutationOfTheVerticesGivesTheSame) {
 TEST_F(GlDetecting, FindsAsManyPointsAsBackendCpu) {
   Random random(8);
   const Hull hull(hand_like());
-  const MeshTree tree(sphere_mesh(0.04, 3));
-  const DetectionObject object{&tree, at({-0.05, 0, 0}), {1, 0.3, 0.2}};
-  for (const double spacing_m : {10e-3, 3e-3, 1e-3}) {
-    const DetectionOptions options{.spacing_m = spacing_m, .max_points = 1u << 20};
-    const ObjectCollision gl = ask(*detection_, hull, {&object, 1}, options)[0], cpu = detect(hull.query, {&object, 1}, options)[0];
-    EXPECT_EQ(gl.triangles, cpu.triangles);
-    // Corners of solid parts, one a triangle, depend on how parts come.
-    EXPECT_NEAR(double(gl.points.size()), double(cpu.points.size()), double(gl.triangles.size()));
-    EXPECT_GT(gl.points.size(), gl.triangles.size());
+  for (const int subdivisions : {1, 3}) {
+    const MeshTree tree(sphere_mesh(0.04, subdivisions));
+    const DetectionObject object{&tree, at({-0.05, 0, 0}), {1, 0.3, 0.2}};
+    for (const double spacing_m : {10e-3, 3e-3, 0.5e-3}) {
+      const DetectionOptions options{.spacing_m = spacing_m, .max_points = 1u << 20};
+      const ObjectCollision gl = ask(*detection_, hull, {&object, 1}, options)[0], cpu = detect(hull.query, {&object, 1}, options)[0];
+      EXPECT_EQ(gl.triangles, cpu.triangles);
+      // Corners of solid parts, one a triangle, depend on how parts come.
+      EXPECT_NEAR(double(gl.points.size()), double(cpu.points.size()), double(gl.triangles.size()));
+      EXPECT_GT(gl.points.size(), gl.triangles.size());
+    }
   }
 }
 
@@ -280,7 +282,9 @@ TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
     pixels.set(int(uniform(random, 0, 700)), int(uniform(random, 0, 480))), pixels.set(int(uniform(random, 0, 700)), int(uniform(random, 0, 480)));
     camera.reach.assign(pixels);
     const gl_contact::GlCamera c = gl_camera(camera, pose, radius_m);
-    const Vector3d p = random_in_ball(random, radius_m);
+    const Eigen::Vector2d pixel_px(uniform(random, 0, 720), uniform(random, 0, 486));
+    const Vector3d p = pose.inverse() * (camera_center_world_m(camera.camera) + uniform(random, 0.1, 3) * ray_through(camera.camera, pixel_px).direction_world);
+    if (!(p.norm() < radius_m)) continue;
     const Eigen::Vector3f q = p.cast<float>();
     const auto form = [&](int row) { return c.at[row] + q.x() * c.of_x[row] + q.y() * c.of_y[row] + q.z() * c.of_z[row]; };
     const float w = form(2), margin_px = (c.of_x[3] + float(radius_m) * c.at[3]) / w + c.farthest_px * c.of_z[3];

@@ -291,8 +291,6 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   glGetNamedBufferSubData(descent_buffer_.get(), offsetof(Descent, open), sizeof count, &count);
   std::vector<OpenTriangle> open(count);
   if (count > 0) glGetNamedBufferSubData(open_buffer_.get(), 0, GLsizeiptr(count * sizeof(OpenTriangle)), open.data());
-  const auto key = [](const OpenTriangle& t) { return std::uint64_t{t.object} << 32 | (t.place & ~kSolid); };
-  std::sort(open.begin(), open.end(), [&](const OpenTriangle& a, const OpenTriangle& b) { return key(a) < key(b); });
   return open;
 }
 

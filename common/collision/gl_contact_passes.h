@@ -26,7 +26,7 @@ class GlContactPasses {
   // fit: the others (too large for float, or for the driver's largest storage block) take no part.
   std::vector<char> set_objects(const CpuHull& hull, std::span<const DetectionObject> objects);
 
-  // The triangles that are not free, by object and place.
+  // The triangles that are not free, in any order.
   std::vector<gl_contact::OpenTriangle> open_triangles();
 
   struct Refined {
