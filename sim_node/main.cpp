@@ -9,7 +9,7 @@ namespace {
 
 void run(NodeContext& node) {
   std::optional<GlContext> gl;
-  if (config_of<SimConfig>(node).collision == CollisionBackend::paper) {
+  if (config_of<SimConfig>(node).collision != CollisionBackend::cpu) {
     gl.emplace();
     node.status.remark("gl", "gl: " + gl->renderer());
   }

@@ -44,6 +44,12 @@ void thin(std::vector<CollisionPoint>& points, std::size_t most) {
   points.resize(most);
 }
 
+std::unique_ptr<CollisionDetector> detector_for(const SimConfig& config) {
+  if (config.collision == CollisionBackend::paper) return paper_detector(config.window_px, config.viewport_px);
+  const DetectionOptions options{.eps_m = config.eps_m, .spacing_m = config.spacing_m, .max_points = kPointsForResponse};
+  return config.collision == CollisionBackend::gl ? gl_detector(options) : cpu_detector(options);
+}
+
 const Scene& checked(const Scene& scene, const SimConfig& config) {
   if (!(config.step_s > 0 && std::isfinite(config.step_s))) throw std::invalid_argument("step_s is not positive and finite");
   if (!(config.threads >= 1)) throw std::invalid_argument("threads is less than one");
@@ -60,9 +66,7 @@ Simulation::Simulation(const Scene& scene, const SimConfig& config, const Eigen:
       config_(config),
       bodies_(scene),
       pool_(config.threads),
-      detector_(config.collision == CollisionBackend::cpu
-                    ? cpu_detector({.eps_m = config.eps_m, .spacing_m = config.spacing_m, .max_points = kPointsForResponse})
-                    : paper_detector(config.window_px, config.viewport_px)),
+      detector_(detector_for(config)),
       steps_per_query_(std::uint64_t(std::max(1.0, std::round(kHullQueryPeriodS / config.step_s)))) {
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
     const SceneObject& object = scene_.objects[i];

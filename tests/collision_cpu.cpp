@@ -7,7 +7,7 @@
 #include "common/collision/cpu_detection.h"
 #include "common/collision/found_points.h"
 #include "common/collision/triangle_reference.h"
-#include "tests/collision_scene.h"
+#include "tests/collision_triangles.h"
 
 namespace fivepipe::test {
 namespace {
@@ -31,44 +31,7 @@ struct Hull {
     return detect(query, {&object, 1}, options)[0];
   }
   CollisionVerdict ask(const Triangle& t, const DetectionOptions& options = kVerdictAlone) const { return ask(MeshTree(mesh_of({t})), options).verdict; }
-
-  static Mesh mesh_of(const std::vector<Triangle>& triangles) {
-    Mesh mesh;
-    for (const Triangle& t : triangles) {
-      const auto first = std::uint32_t(mesh.vertices_m.size());
-      mesh.vertices_m.insert(mesh.vertices_m.end(), t.begin(), t.end());
-      mesh.triangles.push_back({first, first + 1, first + 2});
-    }
-    return mesh;
-  }
 };
-
-std::vector<Silhouette> hand_like() {
-  std::vector<Capsule> object{{{-0.1, 0, 0}, {0, 0, 0.01}, 0.03}};
-  for (const double y : {-0.03, 0.0, 0.03}) object.push_back({{0, y, 0}, {0.08, 1.5 * y, 0.01}, 0.009});
-  return silhouettes_of(object, ring(4, 1.2, 0.6, 300, 0.5));
-}
-
-Triangle random_triangle(Random& random, double place_m, double size_m) {
-  const Vector3d p = random_in_ball(random, place_m);
-  return {p + random_in_ball(random, size_m), p + random_in_ball(random, size_m), p + random_in_ball(random, size_m)};
-}
-
-// A sample of the triangle in the hull, of n (n + 1) / 2.
-bool sampled(std::span<const Silhouette> silhouettes, const Triangle& t, int n) {
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; i + j < n; ++j)
-      if (in_hull(silhouettes, t[0] + double(i) / (n - 1) * (t[1] - t[0]) + double(j) / (n - 1) * (t[2] - t[0]))) return true;
-  return false;
-}
-
-bool holds(const std::vector<std::uint32_t>& numbers, std::size_t n) { return std::binary_search(numbers.begin(), numbers.end(), std::uint32_t(n)); }
-
-std::vector<Triangle> random_triangles(Random& random, int count) {
-  std::vector<Triangle> triangles;
-  for (int i = 0; i < count; ++i) triangles.push_back(random_triangle(random, 0.12, std::exp(uniform(random, std::log(0.002), std::log(0.3)))));
-  return triangles;
-}
 
 TEST(CpuDetection, AgreesWithDenseSamplingAndItsPointsAreInTheHull) {
   Random random(1);
@@ -76,7 +39,7 @@ TEST(CpuDetection, AgreesWithDenseSamplingAndItsPointsAreInTheHull) {
   for (int scene = 0; scene < 12; ++scene) {
     const Hull hull(scene == 0 ? hand_like() : silhouettes_of(random_object(random, 3), random_cameras(random, 1 + scene % 5)));
     const std::vector<Triangle> triangles = random_triangles(random, 150);
-    const MeshTree tree(Hull::mesh_of(triangles));
+    const MeshTree tree(mesh_of(triangles));
     const ObjectCollision alone = hull.ask(tree), with_points = hull.ask(tree, {.eps_m = 1e-3, .spacing_m = 2e-3, .max_points = 1u << 20});
     for (const ObjectCollision* found : {&alone, &with_points}) {
       for (const CollisionPoint& p : found->points) {
@@ -105,7 +68,7 @@ TEST(CpuDetection, AgreesWithTheExactReference) {
     const Hull hull(scene == 0 ? hand_like() : silhouettes_of(random_object(random, 3), random_cameras(random, 2 + scene)));
     const HullDistance distance(hull.silhouettes);
     const std::vector<Triangle> triangles = random_triangles(random, 90);
-    const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of(triangles)));
+    const ObjectCollision found = hull.ask(MeshTree(mesh_of(triangles)));
     for (std::size_t i = 0; i < triangles.size(); ++i) {
       const TriangleTruth truth = triangle_truth(distance, triangles[i]);
       crossing += truth.crosses, touching += holds(found.touching, i);
@@ -142,9 +105,9 @@ TEST(CpuDetection, EveryPermutationOfTheVerticesGivesTheSame) {
     Triangle t = random_triangle(random, 0.1, 0.05);
     std::array<int, 3> order = {0, 1, 2};
     const DetectionOptions options{.spacing_m = 4e-3};
-    const ObjectCollision first = hull.ask(MeshTree(Hull::mesh_of({t})), options);
+    const ObjectCollision first = hull.ask(MeshTree(mesh_of({t})), options);
     while (std::next_permutation(order.begin(), order.end())) {
-      const ObjectCollision again = hull.ask(MeshTree(Hull::mesh_of({{t[std::size_t(order[0])], t[std::size_t(order[1])], t[std::size_t(order[2])]}})), options);
+      const ObjectCollision again = hull.ask(MeshTree(mesh_of({{t[std::size_t(order[0])], t[std::size_t(order[1])], t[std::size_t(order[2])]}})), options);
       EXPECT_EQ(again.verdict, first.verdict);
       EXPECT_EQ(again.points, first.points);
     }
@@ -155,7 +118,7 @@ TEST(CpuDetection, ThreadsAndOrderOfObjectsChangeNothing) {
   Random random(3);
   std::vector<MeshTree> trees;
   std::vector<DetectionObject> objects;
-  for (int i = 0; i < 7; ++i) trees.emplace_back(Hull::mesh_of(random_triangles(random, 90)));
+  for (int i = 0; i < 7; ++i) trees.emplace_back(mesh_of(random_triangles(random, 90)));
   for (const MeshTree& tree : trees) objects.push_back({&tree});
   const Hull one(hand_like(), 1), three(hand_like(), 3);
   const DetectionOptions options{.spacing_m = 3e-3};
@@ -172,7 +135,7 @@ TEST(CpuDetection, ThreadsAndOrderOfObjectsChangeNothing) {
 TEST(CpuDetection, RigidMotionOfEverythingTogetherChangesNothing) {
   Random random(4);
   const std::vector<Silhouette> silhouettes = hand_like();
-  const MeshTree tree(Hull::mesh_of(random_triangles(random, 400)));
+  const MeshTree tree(mesh_of(random_triangles(random, 400)));
   const ObjectCollision at_rest = Hull(silhouettes).ask(tree);
   Isometry3d motion = Isometry3d::Identity();
   motion.linear() = Eigen::AngleAxisd(1.1, random_direction(random)).toRotationMatrix();
@@ -188,7 +151,7 @@ TEST(CpuDetection, SplittingATriangleChangesNoVerdict) {
   for (int i = 0; i < 200; ++i) {
     const Triangle t = random_triangle(random, 0.1, 0.08);
     const Vector3d a = 0.5 * (t[0] + t[1]), b = 0.5 * (t[0] + t[2]), c = 0.5 * (t[1] + t[2]);
-    const ObjectCollision parts = hull.ask(MeshTree(Hull::mesh_of({{t[0], a, b}, {a, t[1], c}, {b, c, t[2]}, {a, b, c}})));
+    const ObjectCollision parts = hull.ask(MeshTree(mesh_of({{t[0], a, b}, {a, t[1], c}, {b, c, t[2]}, {a, b, c}})));
     EXPECT_EQ(hull.ask(t) == CollisionVerdict::colliding, parts.colliding());
   }
 }
@@ -199,10 +162,10 @@ TEST(CpuDetection, AMeshOfTwoGivesTheResultsOfBoth) {
   const std::vector<Triangle> first = random_triangles(random, 100), second = random_triangles(random, 57);
   std::vector<Triangle> both = first;
   both.insert(both.end(), second.begin(), second.end());
-  const auto a = hull.ask(MeshTree(Hull::mesh_of(first))).triangles, b = hull.ask(MeshTree(Hull::mesh_of(second))).triangles;
+  const auto a = hull.ask(MeshTree(mesh_of(first))).triangles, b = hull.ask(MeshTree(mesh_of(second))).triangles;
   std::vector<std::uint32_t> expected = a;
   for (const std::uint32_t t : b) expected.push_back(t + 100);
-  EXPECT_EQ(hull.ask(MeshTree(Hull::mesh_of(both))).triangles, expected);
+  EXPECT_EQ(hull.ask(MeshTree(mesh_of(both))).triangles, expected);
 }
 
 TEST(CpuDetection, PointsAreNoFartherApartThanAskedForAndTheFarthestIsAmongThem) {
@@ -210,7 +173,7 @@ TEST(CpuDetection, PointsAreNoFartherApartThanAskedForAndTheFarthestIsAmongThem)
   const Triangle t = {Vector3d(-0.02, -0.02, 0), Vector3d(0.03, -0.01, 0.01), Vector3d(0, 0.03, 0)};
   const Vector3d rp(0.2, 0.1, 0.3);
   for (const double spacing_m : {0.02, 5e-3, 1.1e-3}) {
-    const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of({t})), {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
+    const ObjectCollision found = hull.ask(MeshTree(mesh_of({t})), {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
     for (int i = 0; i <= 40; ++i)
       for (int j = 0; i + j <= 40; ++j) {
         const Vector3d p = t[0] + i / 40.0 * (t[1] - t[0]) + j / 40.0 * (t[2] - t[0]);
@@ -271,7 +234,7 @@ TEST(CpuDetection, BesideACameraIsFreeAtOnce) {
   const Hull hull({{ahead, block}, {other, all}});
   for (const double in_front_m : {0.07, 0.05, 0.02, 1e-4, 0.0}) {
     const Vector3d p(in_front_m, 4, 0);
-    const MeshTree tree(Hull::mesh_of({{p, p + Vector3d(0, 0.01, 0), p + Vector3d(0, 0, 0.01)}}));
+    const MeshTree tree(mesh_of({{p, p + Vector3d(0, 0.01, 0), p + Vector3d(0, 0, 0.01)}}));
     const DetectionObject object{&tree};
     for (const double spacing_m : {0.0, 3e-3}) {
       CpuDetectionCounts counts;
@@ -430,7 +393,7 @@ TEST(HardTriangle, OfTenMetresAroundAHullOfOneCentimetre) {
   const auto triangle = [](double z) { return Triangle{Vector3d(-5, -3, z), Vector3d(5, -2, z), Vector3d(0.3, 6, z)}; };
   EXPECT_EQ(hull.ask(triangle(0.001)), CollisionVerdict::colliding);
   EXPECT_EQ(hull.ask(triangle(0.1)), CollisionVerdict::free);
-  EXPECT_EQ(hull.ask(MeshTree(Hull::mesh_of({triangle(0.001)})), {.spacing_m = 1e-3, .max_points = 10000}).verdict, CollisionVerdict::colliding);
+  EXPECT_EQ(hull.ask(MeshTree(mesh_of({triangle(0.001)})), {.spacing_m = 1e-3, .max_points = 10000}).verdict, CollisionVerdict::colliding);
 }
 
 TEST(HardTriangle, WhollyInsideTheHull) {
@@ -538,7 +501,7 @@ TEST(HardTriangle, CutAtACamerasPlaneWithHardlyAPointAllowed) {
       for (int u = 0; u < 300; ++u) s.pixels.set(u, v);
   const Hull hull(silhouettes);
   const Vector3d eye = camera_center_world_m(silhouettes[0].camera);
-  const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}})), {.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1});
+  const ObjectCollision found = hull.ask(MeshTree(mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}})), {.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1});
   EXPECT_EQ(found.verdict, CollisionVerdict::colliding);
   EXPECT_EQ(found.points.size(), 1u);
 }
@@ -566,7 +529,7 @@ TEST(HardTriangle, AgainstNoise) {
   for (const Camera& camera : random_cameras(random, 3)) silhouettes.push_back({camera, random_pixels(random, camera.pinhole.width_px, camera.pinhole.height_px, 0.3)});
   const Hull hull(silhouettes);
   const std::vector<Triangle> triangles = random_triangles(random, 60);
-  const ObjectCollision found = hull.ask(MeshTree(Hull::mesh_of(triangles)));
+  const ObjectCollision found = hull.ask(MeshTree(mesh_of(triangles)));
   for (std::size_t i = 0; i < triangles.size(); ++i)
     if (sampled(silhouettes, triangles[i], 30)) {
       EXPECT_TRUE(holds(found.triangles, i));

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
-#include <cmath>
 #include <iterator>
 #include <limits>
-#include <stdexcept>
 
-#include "common/collision/contact_lanes.h"
+#include "common/collision/detection_common.h"
 #include "common/collision/triangle_walk.h"
 
 namespace fivepipe {
@@ -16,12 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A box is looked at in so many cells an edge, where its surface is free; the rounding of a cell's middle to float, above it.
-constexpr int kBoxCells = 8;
-constexpr double kCellSlack = 1e-6;
-static_assert(kBoxCells * kBoxCells % MeshTree::kFan == 0);
-// However far apart samples are, a triangle has no more points than this: its middle, a corner, and one more for each of rounding.
-constexpr std::size_t kLeastPointsATriangle = 4;
 // Leaves handed to a thread together.
 constexpr int kLeavesATask = 4;
 // Triangles whose points a thread writes together.
@@ -56,15 +48,8 @@ struct ObjectAtHand {
 
 ObjectAtHand at_hand(const HullQuery& query, const DetectionObject& object, const DetectionOptions& options) {
   const std::size_t triangles = object.tree->mesh().triangles.size();
-  ObjectAtHand o{&object, {}, true, options.spacing_m, options.max_points * kMostFoundPerPoint + kLeastPointsATriangle * triangles};
-  if (!(options.spacing_m > 0)) o.most_points = std::numeric_limits<std::size_t>::max();
-  Eigen::Isometry3d world_from_tree = object.world_from_object;
-  world_from_tree.translation() = object.world_from_object * object.tree->origin_m();
-  for (const CpuHull::MapCamera& camera : query.hull().cameras()) {
-    const auto map = object_map(camera, world_from_tree, object.tree->radius_m());
-    if (map) o.maps.push_back(*map);
-    else o.mapped = false;
-  }
+  ObjectAtHand o{&object, object_maps(query, object), false, options.spacing_m, most_points_found(options, triangles)};
+  o.mapped = o.maps.size() == query.hull().cameras().size();
   return o;
 }
 
@@ -87,24 +72,6 @@ void open_leaves(const ObjectAtHand& o, std::size_t number, std::vector<OpenLeaf
       for (; left; left &= ~std::bit_floor(left)) open.push_back({node.level - 1, node.index * MeshTree::kFan + int(std::bit_width(left)) - 1});
     }
   }
-}
-
-// Some cell of the object's box, of an eighth of its edges, may hold a part of the hull.
-bool may_hold_hull(const ObjectAtHand& o) {
-  if (!o.mapped) return true;
-  const MeshTree& tree = *o.object->tree;
-  const Eigen::AlignedBox3d box = bounds_m(tree.mesh());
-  const Vector3d half_m = box.sizes() / (2 * kBoxCells), first_m = box.min() - tree.origin_m() + half_m;
-  MeshTree::Boxes cells;
-  for (int i = 0; i < kBoxCells * kBoxCells * kBoxCells; ++i) {
-    const int child = i % MeshTree::kFan, place[3] = {i % kBoxCells, i / kBoxCells % kBoxCells, i / (kBoxCells * kBoxCells)};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      cells.middle_m[axis][std::size_t(child)] = float(first_m[Eigen::Index(axis)] + 2 * place[axis] * half_m[Eigen::Index(axis)]);
-      cells.half_m[axis][std::size_t(child)] = float(half_m[Eigen::Index(axis)] * (1 + kCellSlack) + kCellSlack * tree.radius_m());
-    }
-    if (child == MeshTree::kFan - 1 && look_at_boxes(o.maps, cells).free != (1u << MeshTree::kFan) - 1) return true;
-  }
-  return false;
 }
 
 // Until the object has too many points; `points` counts them.
@@ -147,30 +114,7 @@ void gather_points(WorkerPool& pool, std::span<const FoundTriangle> triangles, c
       found->points.write(t->first_run, t->triangle, points.data() + first[i], t->points);
     }
   });
-  if (count <= max_points) return;
-  collision.truncated = true;
-  const auto squared_m2 = [&](std::size_t i) { return (points[i].p_world_m - object.rp_object_world_m).squaredNorm(); };
-  std::size_t farthest = 0;
-  for (std::size_t i = 0; i < count; ++i)
-    if (squared_m2(i) > squared_m2(farthest)) farthest = i;
-  for (std::size_t i = 0; i < max_points; ++i) {
-    const std::size_t begin = i * count / max_points, end = (i + 1) * count / max_points;
-    points[i] = points[begin <= farthest && farthest < end ? farthest : begin];
-  }
-  points.resize(max_points);
-}
-
-void check(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options) {
-  if (query.hull().rule().limits != Limits::all)
-    throw std::invalid_argument("collision is detected where all cameras limit the hull, not with limits: seen");
-  if (!(options.eps_m >= kLeastEps_m && std::isfinite(options.eps_m)))
-    throw std::invalid_argument("eps of the detection is less than a micrometre, or not finite");
-  if (!(options.spacing_m >= 0 && std::isfinite(options.spacing_m)))
-    throw std::invalid_argument("spacing of collision points is negative or not finite");
-  if (options.max_points == 0) throw std::invalid_argument("no collision point is allowed; spacing 0 asks for the verdict alone");
-  for (const DetectionObject& o : objects)
-    if (!o.world_from_object.matrix().allFinite() || !o.rp_object_world_m.allFinite())
-      throw std::invalid_argument("an object's pose or reference point is not finite");
+  collision.truncated |= thin_out(points, object.rp_object_world_m, max_points);
 }
 
 }  // namespace
@@ -251,7 +195,7 @@ CpuDetection& CpuDetection::operator=(CpuDetection&&) noexcept = default;
 
 std::span<ObjectCollision> CpuDetection::detect(const HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options,
                                                 CpuDetectionCounts* counts) {
-  check(query, objects, options);
+  check_question(query, objects, options);
   Work& w = *work_;
   w.clear(objects.size());
   if (query.hull().empty()) {
@@ -265,7 +209,7 @@ std::span<ObjectCollision> CpuDetection::detect(const HullQuery& query, std::spa
     while (!w.walk_leaves(query, options)) {}
     w.gather(query.hull().pool(), objects, options);
     for (std::size_t i = 0; i < objects.size(); ++i)
-      if (!objects[i].tree->empty() && !w.collisions[i].colliding()) w.collisions[i].hull_in_box = may_hold_hull(w.objects[i]);
+      if (!objects[i].tree->empty() && !w.collisions[i].colliding()) w.collisions[i].hull_in_box = !w.objects[i].mapped || may_hold_hull(w.objects[i].maps, *objects[i].tree);
   }
   if (counts) *counts = w.counts;
   return w.collisions;

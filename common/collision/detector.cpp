@@ -1,6 +1,7 @@
 #include "common/collision/detector.h"
 
 #include "common/collision/detection.h"
+#include "common/collision/gl_detection.h"
 
 namespace fivepipe {
 namespace {
@@ -19,6 +20,23 @@ class CpuDetector : public CollisionDetector {
   DetectionOptions options_;
   CpuDetection detection_;
   const HullQuery* query_ = nullptr;
+};
+
+class GlDetector : public CollisionDetector {
+ public:
+  explicit GlDetector(const DetectionOptions& options) : options_(options) {}
+  void set_hull(const HullQuery& query, std::span<const Silhouette>) override { detection_.set_hull(query); }
+
+ private:
+  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects, DetectorCounts& counts) override {
+    GlDetectionCounts own;
+    const std::span<const ObjectCollision> found = detection_.detect(objects, options_, &own);
+    counts.points_unconfirmed += own.unconfirmed;
+    return {found.begin(), found.end()};
+  }
+
+  DetectionOptions options_;
+  GlDetection detection_;
 };
 
 class PaperDetector : public CollisionDetector {
@@ -51,6 +69,7 @@ std::vector<ObjectCollision> CollisionDetector::detect(std::span<const Detection
 }
 
 std::unique_ptr<CollisionDetector> cpu_detector(const DetectionOptions& options) { return std::make_unique<CpuDetector>(options); }
+std::unique_ptr<CollisionDetector> gl_detector(const DetectionOptions& options) { return std::make_unique<GlDetector>(options); }
 std::unique_ptr<CollisionDetector> paper_detector(int window_px, int viewport_px) { return std::make_unique<PaperDetector>(window_px, viewport_px); }
 
 }  // namespace fivepipe

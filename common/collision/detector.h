@@ -8,7 +8,7 @@ namespace fivepipe {
 
 struct DetectorCounts {  // sums
   std::size_t objects = 0, colliding = 0, touching = 0;
-  std::size_t points_unconfirmed = 0;  // paper: samples that OpenGL found in the hull and in_hull() did not
+  std::size_t points_unconfirmed = 0;  // paper: samples that OpenGL found in the hull and in_hull() did not. gl: triangles for which that happened
 };
 
 class CollisionDetector {
@@ -29,6 +29,8 @@ class CollisionDetector {
 
 // Certified (cpu_detection.h).
 std::unique_ptr<CollisionDetector> cpu_detector(const DetectionOptions& options);
+// The same by compute shaders (gl_detection.h). Needs a current OpenGL 4.5 context for making, use and destruction. Throws GlError.
+std::unique_ptr<CollisionDetector> gl_detector(const DetectionOptions& options);
 // The paper's sampling in viewports (detection.h). Needs a current OpenGL context for making, use and destruction. Throws as
 // TriangleVolumeQuery does.
 std::unique_ptr<CollisionDetector> paper_detector(int window_px, int viewport_px);

@@ -1,6 +1,7 @@
 #include "common/collision/mesh_tree.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -84,6 +85,8 @@ std::span<const std::uint32_t> MeshTree::triangles_of(int leaf) const {
 }
 
 void MeshTree::fit() {
+  static std::atomic<std::uint64_t> contents{0};
+  content_ = ++contents;
   const Eigen::AlignedBox3d box = bounds_m(mesh_);
   origin_m_ = box.center();
   radius_m_ = 0.5 * box.diagonal().norm() * (1 + 4 * std::numeric_limits<double>::epsilon());

@@ -40,6 +40,8 @@ class MeshTree {
   int levels() const { return int(levels_.size()); }
   const Boxes& boxes(int level, int i) const { return levels_[std::size_t(level)][std::size_t(i)]; }
   bool empty() const { return leaves_.empty(); }
+  // Equal numbers, equal contents: anew with every construction and refit, in this process. 0: empty.
+  std::uint64_t content() const { return content_; }
 
  private:
   void fit();
@@ -47,6 +49,7 @@ class MeshTree {
   Mesh mesh_;
   Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
   double radius_m_ = 0;
+  std::uint64_t content_ = 0;
   std::vector<std::uint32_t> order_;
   std::vector<Leaf> leaves_;
   std::vector<std::vector<Boxes>> levels_;

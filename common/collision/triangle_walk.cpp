@@ -10,8 +10,6 @@ using Eigen::Vector3d;
 
 // Parts that are still mixed are split until they are this much smaller than eps: what is left open then is rare.
 constexpr double kFinest = 16;
-// Whole numbers up to here are float [units of an edge].
-constexpr double kMostUnits = 1 << 22;
 // A triangle that float has no room for, or that comes near to a camera's plane, is cut in four so often.
 constexpr int kMostCuts = 10;
 // And into so many parts at most.
@@ -31,6 +29,28 @@ bool before(const Vector3d& a, const Vector3d& b) { return std::lexicographical_
 
 }  // namespace
 
+std::array<std::size_t, 3> vertex_order(const Triangle& t) {
+  std::array<std::size_t, 3> order = {0, 1, 2};
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return before(t[a], t[b]); });
+  return order;
+}
+
+TriangleGrid triangle_grid(const Triangle& v, const TriangleWalkOptions& options, double spacing_m) {
+  const double longest_m = std::max({(v[1] - v[0]).norm(), (v[2] - v[0]).norm(), (v[2] - v[1]).norm()});
+  TriangleGrid grid;
+  if (spacing_m > 0) {
+    const double most = std::max(1.0, std::floor(std::sqrt(double(options.max_points)))), needed = kSampleDistance * longest_m / spacing_m;
+    while (grid.divisions < needed && 2 * grid.divisions <= most) {
+      if (grid.start == 1 && grid.divisions >= 2 && 3 * (grid.divisions / 2) >= needed) grid.start = 3, grid.divisions = 3 * (grid.divisions / 2);
+      else grid.divisions *= 2;
+    }
+    grid.coarser = grid.divisions < needed;
+  }
+  grid.units = grid.divisions;
+  while (grid.units <= kMostUnits && longest_m / grid.units > options.eps_m / kFinest) grid.units *= 2;
+  return grid;
+}
+
 TriangleWalk::TriangleWalk(const HullQuery& query, const TriangleWalkOptions& options) : query_(&query), options_(options) {
   for (const CpuHull::MapCamera& camera : query.hull().cameras()) pixels_from_world_.push_back(pixel_from_world(camera.camera));
 }
@@ -42,8 +62,8 @@ TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
   wanted_ = wanted;
   parts_ = 0;
   farthest_m2_ = -1;
-  Triangle sorted = triangle_world_m;
-  std::sort(sorted.begin(), sorted.end(), before);
+  const auto [first, second, third] = vertex_order(triangle_world_m);
+  const Triangle sorted = {triangle_world_m[first], triangle_world_m[second], triangle_world_m[third]};
   contact_.verdict = solid ? take_all(sorted) : walk_part(sorted, 0);
   if (farthest_m2_ >= 0 && points.back() != farthest_world_m_) points.add(farthest_world_m_);
   return contact_;
@@ -104,20 +124,9 @@ CollisionVerdict TriangleWalk::ask_corners(const Triangle& vertices) {
   return any ? CollisionVerdict::colliding : CollisionVerdict::touching;
 }
 
-// How finely an edge is divided: samples no farther apart than the spacing; the finest parts no larger than eps / kFinest.
 void TriangleWalk::choose_grid() {
-  const double longest_m = std::max({(vertices_[1] - vertices_[0]).norm(), (vertices_[2] - vertices_[0]).norm(), (vertices_[2] - vertices_[1]).norm()});
-  start_ = 1, divisions_ = 1;
-  if (wanted_.spacing_m > 0) {
-    const double most = std::max(1.0, std::floor(std::sqrt(double(options_.max_points)))), needed = kSampleDistance * longest_m / wanted_.spacing_m;
-    while (divisions_ < needed && 2 * divisions_ <= most) {
-      if (start_ == 1 && divisions_ >= 2 && 3 * (divisions_ / 2) >= needed) start_ = 3, divisions_ = 3 * (divisions_ / 2);
-      else divisions_ *= 2;
-    }
-    coarser_ = divisions_ < needed;
-  }
-  units_ = divisions_;
-  while (units_ <= kMostUnits && longest_m / units_ > options_.eps_m / kFinest) units_ *= 2;
+  const TriangleGrid grid = triangle_grid(vertices_, options_, wanted_.spacing_m);
+  start_ = grid.start, divisions_ = grid.divisions, units_ = grid.units, coarser_ = grid.coarser;
   per_a_m_ = (vertices_[1] - vertices_[0]) / units_, per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
 }
 

@@ -14,6 +14,20 @@ struct TriangleWalkOptions {
   std::size_t max_points;    // of a triangle; where the spacing would give more samples than that, they are farther apart
 };
 
+// Whole numbers up to here are float [units of an edge].
+inline constexpr double kMostUnits = 1 << 22;
+
+// How finely a triangle's edges are divided: samples no farther apart than the spacing, the finest parts no larger than eps over sixteen.
+struct TriangleGrid {
+  int start = 1;         // into so many an edge is divided first: 1 or 3
+  int divisions = 1;     // by the samples' grid: start times a power of two
+  double units = 1;      // the finest: divisions times a power of two; more than kMostUnits where that would not be fine enough
+  bool coarser = false;  // samples are farther apart than asked for
+};
+TriangleGrid triangle_grid(const Triangle& triangle_world_m, const TriangleWalkOptions& options, double spacing_m);
+// Which vertex comes first, second, third in an order that does not depend on the order given.
+std::array<std::size_t, 3> vertex_order(const Triangle& triangle_world_m);
+
 struct PointsWanted {
   double spacing_m;          // 0: the verdict alone, and one point
   Eigen::Vector3d farthest_from_world_m;
@@ -63,9 +77,8 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
   Triangle vertices_;         // of the part at hand
   Eigen::Vector3d per_a_m_, per_b_m_;  // along its edges, a unit
   std::vector<TriangleMap> maps_;
-  int divisions_ = 1;         // of an edge, by the samples' grid: start_ times a power of two
-  int start_ = 1;             // into so many an edge is divided first
-  double units_ = 1;          // of an edge: the finest division
+  int divisions_ = 1, start_ = 1;  // as TriangleGrid
+  double units_ = 1;
   Cells cells_, mixed_, solid_, inside_, unsure_;
   FoundPoints* points_ = nullptr;
   PointsWanted wanted_{};

@@ -79,14 +79,15 @@ struct ReconConfig {
   int share = 0;  // of shares, this node's
 };
 
-// How collisions with the hull are found: cpu, certified (common/collision/cpu_detection.h), or as the paper did, by sampling in OpenGL.
-enum class CollisionBackend { cpu, paper };
+// How collisions with the hull are found: cpu and gl, certified (common/collision/cpu_detection.h, gl_detection.h), or as the paper
+// did, by sampling in OpenGL.
+enum class CollisionBackend { cpu, gl, paper };
 
 struct SimConfig {
   CollisionBackend collision = CollisionBackend::cpu;
   int threads = 1;          // of all that asks the hull; the bits are the same for any number
-  double eps_m = 0.5e-3;    // cpu: a part of a triangle in the hull that is thinner may be left undecided (`touching`)
-  double spacing_m = 3e-3;  // cpu: of collision points, at most
+  double eps_m = 0.5e-3;    // cpu, gl: a part of a triangle in the hull that is thinner may be left undecided (`touching`)
+  double spacing_m = 3e-3;  // cpu, gl: of collision points, at most
   int viewport_px = 10;  // paper: each triangle is volume-queried in viewport_px x viewport_px (paper, section 4.2.4)
   int window_px = 400;   // paper: of a window_px x window_px window; every backend: samples along the lines of a response that samples
   double step_s = 1.0 / 240;

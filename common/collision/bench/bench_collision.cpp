@@ -33,6 +33,9 @@ std::vector<Method> methods_for(const CollisionScene& scene, const Args& args) {
   const bool all = args.full || scene.triangles() < kMany;
   std::vector<Method> methods;
   for (const int viewport_px : all ? std::vector{5, 10, 20, 40} : std::vector{10}) methods.push_back(paper_method(viewport_px, 400, args.threads));
+  for (const bool points : {false, true})
+    for (const double eps_mm : {3.0, 0.5, 0.1})
+      if (!points || eps_mm > 0.2 || args.full) methods.push_back(gl_method(eps_mm, points, args.threads));
   for (const int threads : args.threads > 1 ? std::vector{1, args.threads} : std::vector{1}) {
     for (const bool points : {false, true})
       for (const double eps_mm : {3.0, 0.5, 0.1})
@@ -138,7 +141,7 @@ class Suite {
 
 constexpr const char* kHelp =
     "fivepipe bench collision [--json FILE] [--plot FILE.png|.svg] [--maps FOLDER] [--threads N] [--only TEXT] [--full | --quick]\n"
-    "Time and error of the collision of virtual meshes with the hull of one frame's maps: backend cpu, certified; the paper's backend (viewports in a stencil window);\n"
+    "Time and error of the collision of virtual meshes with the hull of one frame's maps: backends cpu and gl, certified; the paper's backend (viewports in a stencil window);\n"
     "every triangle sampled by brute force in vector lanes; the hull polygonised and given to the Flexible Collision Library (where installed).\n"
     "Then the paper's cost model and accuracy law, fitted to its backend. Some three minutes.\n"
     "  --maps FOLDER  real maps as well: the folder seated4cam that `fivepipe maps` made\n"

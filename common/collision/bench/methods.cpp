@@ -7,6 +7,7 @@
 
 #include "common/collision/cpu_detection.h"
 #include "common/collision/detection.h"
+#include "common/collision/gl_detection.h"
 #include "common/collision/rivals/brute_force.h"
 #include "common/collision/rivals/hull_fcl.h"
 #include "common/collision/rivals/hull_polygons.h"
@@ -21,13 +22,12 @@ double timed_ms(const std::function<void()>& work) {
 
 namespace {
 
-struct CpuState {
+struct TreeState {
   WorkerPool pool;
   CpuHull hull{pool};
   std::string scene;  // that the trees are of
   std::vector<MeshTree> trees;
-  CpuDetection detection;
-  explicit CpuState(int threads) : pool(threads) {}
+  explicit TreeState(int threads) : pool(threads) {}
 
   void build_trees(const CollisionScene& of) {
     if (scene == of.name) return;
@@ -36,26 +36,36 @@ struct CpuState {
     for (const SceneObject& object : of.objects) trees.emplace_back(object.mesh);
   }
 
-  std::span<const ObjectCollision> query(const CollisionScene& of, const HullQuery& query, const DetectionOptions& options,
-                                         CpuDetectionCounts& counts) {
+  std::vector<DetectionObject> objects_at_hand(const CollisionScene& of) {
     std::vector<DetectionObject> objects;
     for (std::size_t i = 0; i < of.objects.size(); ++i) {
       if (of.objects[i].deforms) trees[i].refit(of.objects[i].mesh.vertices_m);
       objects.push_back({&trees[i], of.objects[i].world_from_mesh, of.objects[i].world_from_mesh * trees[i].origin_m()});
     }
-    return detection.detect(query, objects, options, &counts);
+    return objects;
   }
 };
 
 constexpr std::size_t kAllPoints = std::size_t{1} << 24;
 
+DetectionOptions options_for(double eps_mm, bool points) {
+  return {.eps_m = 1e-3 * eps_mm, .spacing_m = points ? 1e-3 * eps_mm : 0, .max_points = kAllPoints};
+}
+
+std::string eps_setting(double eps_mm) {
+  char setting[32];
+  std::snprintf(setting, sizeof setting, "eps%gmm", eps_mm);
+  return setting;
+}
+
 }  // namespace
 
 Method cpu_method(double eps_mm, bool points, int threads) {
-  char setting[32];
-  std::snprintf(setting, sizeof setting, "eps%gmm", eps_mm);
-  const DetectionOptions options{.eps_m = 1e-3 * eps_mm, .spacing_m = points ? 1e-3 * eps_mm : 0, .max_points = kAllPoints};
-  return {points ? "cpu" : "cpuverdict", setting, threads, [options, state = std::make_shared<CpuState>(threads)](const CollisionScene& scene) {
+  struct CpuState : TreeState {
+    using TreeState::TreeState;
+    CpuDetection detection;
+  };
+  return {points ? "cpu" : "cpuverdict", eps_setting(eps_mm), threads, [options = options_for(eps_mm, points), state = std::make_shared<CpuState>(threads)](const CollisionScene& scene) {
             Answer answer;
             state->build_trees(scene);
             std::optional<HullQuery> query;
@@ -65,11 +75,37 @@ Method cpu_method(double eps_mm, bool points, int threads) {
             });
             CpuDetectionCounts counts;
             std::span<const ObjectCollision> found;
-            answer.times.query_ms = timed_ms([&] { found = state->query(scene, *query, options, counts); });
+            answer.times.query_ms = timed_ms([&] { found = state->detection.detect(*query, state->objects_at_hand(scene), options, &counts); });
             answer.objects.assign(found.begin(), found.end());
             answer.counts = {{"boxes", double(counts.boxes)},
                              {"triangles_looked_at", double(counts.triangles_looked_at)},
                              {"triangles_walked", double(counts.triangles_walked)}, {"points_in_double", double(counts.points_in_double)}, {"undecided", double(counts.undecided)}};
+            return answer;
+          }};
+}
+
+Method gl_method(double eps_mm, bool points, int threads) {
+  struct GlState : TreeState {
+    using TreeState::TreeState;
+    GlDetection detection;
+  };
+  return {points ? "gl" : "glverdict", eps_setting(eps_mm), threads, [options = options_for(eps_mm, points), state = std::make_shared<GlState>(threads)](const CollisionScene& scene) {
+            Answer answer;
+            state->build_trees(scene);
+            std::optional<HullQuery> query;
+            answer.times.maps_ms = timed_ms([&] {
+              state->hull.assign(scene.silhouettes);
+              query.emplace(state->hull);
+            });
+            answer.times.build_ms = timed_ms([&] { state->detection.set_hull(*query); });
+            GlDetectionCounts counts;
+            std::span<const ObjectCollision> found;
+            answer.times.query_ms = timed_ms([&] { found = state->detection.detect(state->objects_at_hand(scene), options, &counts); });
+            answer.objects.assign(found.begin(), found.end());
+            answer.counts = {{"triangles_open", double(counts.triangles_open)}, {"triangles_on_cpu", double(counts.triangles_on_cpu)},
+                             {"parts", double(counts.parts)},                   {"found", double(counts.found)},
+                             {"unconfirmed", double(counts.unconfirmed)},       {"undecided", double(counts.undecided)},
+                             {"descent_ms", counts.descent_ms},                 {"refine_ms", counts.refine_ms}};
             return answer;
           }};
 }

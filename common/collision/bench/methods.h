@@ -34,6 +34,9 @@ struct Method {
 
 // Ours (cpu_detection.h): verdicts within eps, with CP_i no farther apart than eps, or the verdict alone.
 Method cpu_method(double eps_mm, bool points, int threads);
+// The same by compute shaders (gl_detection.h): needs a current OpenGL context; threads are llvmpipe's, and of what is left to the CPU. Its maps
+// and, where they moved, trees are written to the GPU in its own time.
+Method gl_method(double eps_mm, bool points, int threads);
 // The paper's (TriangleVolumeQuery and detect), on OpenGL: needs a current context; threads are llvmpipe's.
 Method paper_method(int viewport_px, int window_px, int threads);
 // Rivals.
