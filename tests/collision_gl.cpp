@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "common/collision/contact_lanes.h"
-#include "common/collision/gl_contact_passes.h"
+#include "common/collision/gl_contact_camera.h"
 #include "common/collision/gl_detection.h"
 #include "common/collision/triangle_reference.h"
 #include "tests/collision_triangles.h"
@@ -43,13 +43,17 @@ class GlDetecting : public GlTest {
     detection.set_hull(hull.query);
     const std::span<const ObjectCollision> found = detection.detect(objects, options, &counts_);
     EXPECT_EQ(counts_.unconfirmed, 0u);
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
     return {found.begin(), found.end()};
   }
-  static ObjectCollision ask(const Hull& hull, const MeshTree& tree, const DetectionOptions& options = kVerdictAlone, const Isometry3d& pose = Isometry3d::Identity(), const Vector3d& rp = kOrigin) {
+  static ObjectCollision ask(const Hull& hull, const MeshTree& tree, const DetectionOptions& options = kVerdictAlone,
+                             const Isometry3d& pose = Isometry3d::Identity(), const Vector3d& rp = kOrigin) {
     const DetectionObject object{&tree, pose, rp};
     return ask(*detection_, hull, {&object, 1}, options)[0];
   }
-  static CollisionVerdict ask(const Hull& hull, const Triangle& t, const DetectionOptions& options = kVerdictAlone) { return ask(hull, MeshTree(mesh_of({t})), options).verdict; }
+  static CollisionVerdict ask(const Hull& hull, const Triangle& t, const DetectionOptions& options = kVerdictAlone) {
+    return ask(hull, MeshTree(mesh_of({t})), options).verdict;
+  }
 
   // Free and colliding alike, but for what one of them calls touching.
   static void expect_as_cpu(const Hull& hull, std::span<const DetectionObject> objects, const DetectionOptions& options) {
@@ -279,7 +283,7 @@ TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
     CpuHull::MapCamera camera;
     camera.camera = random_camera(random, 720, 486);
     ObjectPixels pixels(720, 486);
-    pixels.set(int(uniform(random, 0, 700)), int(uniform(random, 0, 480))), pixels.set(int(uniform(random, 0, 700)), int(uniform(random, 0, 480)));
+    for (int k = 0; k < 2; ++k) pixels.set(int(uniform(random, 0, 720)), int(uniform(random, 0, 486)));
     camera.reach.assign(pixels);
     const gl_contact::GlCamera c = gl_camera(camera, pose, radius_m);
     const Eigen::Vector2d pixel_px(uniform(random, 0, 720), uniform(random, 0, 486));
@@ -291,8 +295,8 @@ TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
     if (!(w > 0 && margin_px < kMostContactEps_px)) continue;
     const auto uv_px = project(camera.camera, pose * p);
     ASSERT_TRUE(uv_px);
-    const PixelRect& bounds = camera.reach.bounds();
-    const double off_u = form(0) / w + (bounds.u0_px + bounds.u1_px) / 2 - 0.5 - uv_px->x(), off_v = form(1) / w + (bounds.v0_px + bounds.v1_px) / 2 - 0.5 - uv_px->y();
+    const BasePixel base = base_pixel(camera);
+    const double off_u = form(0) / w + base.u - 0.5 - uv_px->x(), off_v = form(1) / w + base.v - 0.5 - uv_px->y();
     if (std::abs(form(0) / w) > c.farthest_px || std::abs(form(1) / w) > c.farthest_px) continue;
     worst = std::max({worst, std::abs(off_u) / margin_px, std::abs(off_v) / margin_px});
   }
@@ -405,7 +409,8 @@ TEST_F(GlDetecting, ThroughACamerasPlaneWithHardlyAPointAllowed) {
   const Hull hull(silhouettes);
   const Vector3d eye = camera_center_world_m(silhouettes[0].camera);
   const MeshTree tree(mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}}));
-  for (const DetectionOptions& options : {DetectionOptions{.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1}, DetectionOptions{.spacing_m = 1e-3, .max_points = 100}}) {
+  for (const DetectionOptions& options : {DetectionOptions{.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1},
+                                          DetectionOptions{.spacing_m = 1e-3, .max_points = 100}}) {
     const ObjectCollision found = ask(hull, tree, options);
     EXPECT_EQ(found.verdict, CollisionVerdict::colliding);
     EXPECT_GE(found.points.size(), 1u);
@@ -451,7 +456,8 @@ TEST_F(GlDetecting, AMillionTriangles) {
 TEST_F(GlDetecting, AgainstNoise) {
   Random random(10);
   std::vector<Silhouette> silhouettes;
-  for (const Camera& camera : random_cameras(random, 3)) silhouettes.push_back({camera, random_pixels(random, camera.pinhole.width_px, camera.pinhole.height_px, 0.3)});
+  for (const Camera& camera : random_cameras(random, 3))
+    silhouettes.push_back({camera, random_pixels(random, camera.pinhole.width_px, camera.pinhole.height_px, 0.3)});
   const Hull hull(silhouettes);
   const MeshTree tree(mesh_of(random_triangles(random, 60)));
   const DetectionObject object{&tree};
@@ -470,8 +476,7 @@ TEST_F(GlDetecting, APointOnAPixelsCornerIsNotFreeWhereInHullSaysOtherwise) {
     std::vector<Triangle> points;
     for (int i = 0; i < 60; ++i) {
       const double u = std::floor(uniform(random, 1, 159)) - 0.5, v = std::floor(uniform(random, 1, 120)) - 0.5;
-      const Vector3d sight = camera.camera_from_world.linear().transpose() * Vector3d((u - camera.pinhole.cx_px) / camera.pinhole.fx_px, (v - camera.pinhole.cy_px) / camera.pinhole.fy_px, 1);
-      const Vector3d p = eye + uniform(random, 0.5, 2) * sight;
+      const Vector3d p = eye + uniform(random, 0.5, 2) * ray_through(camera, {u, v}).direction_world;
       points.push_back({p, p, p});
     }
     const ObjectCollision found = ask(hull, MeshTree(mesh_of(points)));

@@ -163,6 +163,15 @@ nodes:
   EXPECT_EQ(find_node(d, "x"), nullptr);
 }
 
+TEST_F(DeploymentFile, TheCollisionHasThreeBackends) {
+  const auto backend = [&](const std::string& name) {
+    return std::get<SimConfig>(load(with_nodes("  - {name: s, program: sim_node, collision: " + name + "}\n")).nodes[0].config).collision;
+  };
+  EXPECT_EQ(backend("cpu"), CollisionBackend::cpu);
+  EXPECT_EQ(backend("gl"), CollisionBackend::gl);
+  EXPECT_EQ(backend("paper"), CollisionBackend::paper);
+}
+
 TEST_F(DeploymentFile, HeadPathComesFromAFile) {
   write("head.csv", "t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m\n0,0,-1,0.5,0,0,0\n1,0.1,-1,0.5,0,0,0\n");
   const std::string text = "name: small\nrig: rig.yaml\nscene: scene.yaml\nviewer: {file: head.csv}\nnodes:\n  - {name: s, program: sim_node}\n";

@@ -253,8 +253,6 @@ using Eigen::Vector3d;
 constexpr double kOfForm = 10 * 0x1p-24;
 // Of an image, beside: the reciprocal and a product.
 constexpr double kOfImage = 0x1p-21;
-// Roundings of double on a point's way to its pixel, here and in in_hull() together: fewer than 30, of half an epsilon each.
-constexpr double kOfProjection = 32 * std::numeric_limits<double>::epsilon();
 // Images this far beside the object pixels are so for every rounding [px].
 constexpr double kBeside_px = 1;
 

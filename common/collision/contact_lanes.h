@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -18,6 +19,8 @@ namespace fivepipe {
 
 // Positions of images less certain than this are not used [px].
 inline constexpr double kMostContactEps_px = 1.0 / 64;
+// Roundings of double on a point's way to its pixel, there and in in_hull() together: fewer than 30, of half an epsilon each.
+inline constexpr double kOfProjection = 32 * std::numeric_limits<double>::epsilon();
 
 // What lanes read of a camera's map; pixel p covers [p, p + 1), counted from a base pixel near what is looked at.
 struct ContactMap {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <tuple>
 
 #include "common/collision/contact_lanes.h"
+#include "common/collision/gl_contact_camera.h"
 
 namespace fivepipe {
 
@@ -14,30 +14,6 @@ using namespace gl_contact;
 using Eigen::Vector3d;
 
 namespace {
-
-// Roundings of float, each at most 2^-24 of a sum of the terms' sizes. Of a point of a triangle: vertices from double, edges, two fractions and
-// their products, sums, a third added: fewer than 20. Of a form: coefficients from double, products, sums: fewer than 12. GLSL rounds as IEEE
-// does in sums and products that are `precise`; it may take numbers below float's normal range for zero, which is far below kLeastMargin_px.
-constexpr double kOfForm = 32 * 0x1p-24;
-constexpr double kLeastMargin_px = 0x1p-20;
-// Of an image, beside: a quotient is 2.5 units in the last place off at most, 5 * 2^-24, and is rounded with its margin.
-constexpr double kOfImage = 0x1p-20;
-// Of the margin itself: W is off, by less than a part in 64 where the margin is small enough, and the margin's own roundings.
-constexpr double kMarginSlack = 1 + 1.0 / 32;
-// Roundings of double on a point's way to its pixel, here and in in_hull() together: as contact_lanes.cpp.
-constexpr double kOfProjection = 32 * std::numeric_limits<double>::epsilon();
-// Sums of forms stay below [px m], far from float's largest, products of theirs with pixels included.
-constexpr double kMostOfForms = 1e30;
-// How much a camera's place weighs, where its line of sight does 1.
-constexpr double kTowardsCameras = 1e-3;
-
-struct Base {
-  int u, v;
-};
-Base base_of(const CpuHull::MapCamera& camera) {
-  const PixelRect& bounds = camera.reach.bounds();
-  return {(bounds.u0_px + bounds.u1_px) / 2, (bounds.v0_px + bounds.v1_px) / 2};
-}
 
 enum Binding { kReaches = 0, kCameras = 1, kObjects = 2, kTrees = 3, kDescent = 4, kIn = 5, kOut = 6, kLeaves = 7 };
 enum RefineBinding { kFrameCameras = 0, kBlocks = 1, kTriangles = 2, kRefinement = 3, kPartsIn = 4, kPartsOut = 5, kFound = 6, kStates = 7 };
@@ -72,65 +48,6 @@ void write_tree(const MeshTree& tree, const Object& object, std::size_t words, c
 
 }  // namespace
 
-GlCamera gl_camera(const CpuHull::MapCamera& camera, const Eigen::Isometry3d& world_from_frame, double radius_m) {
-  const PixelRect &bounds = camera.reach.bounds(), &stored = camera.reach.stored();
-  const auto [base_u, base_v] = base_of(camera);
-  const PixelFromWorld pixel = pixel_from_world(camera.camera);
-  Eigen::Matrix3d to_base = Eigen::Matrix3d::Identity();
-  to_base(0, 2) = -base_u, to_base(1, 2) = -base_v;
-  const Vector3d at = to_base * (pixel.leftCols<3>() * world_from_frame.translation() + pixel.col(3));
-  const Eigen::Matrix3d of = to_base * pixel.leftCols<3>() * world_from_frame.linear();
-  const Vector3d at_terms = at.cwiseAbs(), terms_per_m = of.cwiseAbs().rowwise().sum();
-  const double farthest_px = 0.5 * std::max(bounds.width_px(), bounds.height_px()) + 1, image_px = std::max(std::abs(base_u), std::abs(base_v)) + farthest_px;
-  // Of U - u W, from the sizes of their terms.
-  const auto error = [](double of_each, const Vector3d& terms, double u) { return of_each * (std::max(terms.x(), terms.y()) + u * terms.z()) * kMarginSlack; };
-  // In the world, where in_hull() projects, numbers may be larger than about the frame's origin.
-  const Vector3d world_at_terms = pixel.cwiseAbs().leftCols<3>() * world_from_frame.translation().cwiseAbs() + pixel.col(3).cwiseAbs();
-  const Vector3d world_terms_per_m = pixel.cwiseAbs().leftCols<3>().rowwise().sum();
-  GlCamera c{};
-  float* const columns[] = {c.of_x, c.of_y, c.of_z};
-  for (int row = 0; row < 3; ++row) {
-    c.at[row] = float(at[row]);
-    for (int k = 0; k < 3; ++k) columns[k][row] = float(of(row, k));
-  }
-  c.of_x[3] = float(error(kOfForm, at_terms, farthest_px) + error(kOfProjection, world_at_terms, image_px));
-  c.at[3] = float(error(kOfForm, terms_per_m, farthest_px) + error(kOfProjection, world_terms_per_m, image_px));
-  c.of_y[3] = float(kOfForm * (at_terms.z() + radius_m * terms_per_m.z()) * kMarginSlack);
-  c.of_z[3] = float(kOfImage + kLeastMargin_px / farthest_px);
-  const int lines[2][4] = {{stored.u0_px - base_u, stored.u1_px - 1 - base_u, stored.v0_px - base_v, stored.v1_px - 1 - base_v},
-                           {bounds.u0_px - base_u, bounds.u1_px - base_u, bounds.v0_px - base_v, bounds.v1_px - base_v}};
-  for (int i = 0; i < 4; ++i) c.stored[i] = float(lines[0][i]), c.bounds[i] = float(lines[1][i]);
-  c.farthest_px = float(farthest_px);
-  c.behind = float(-2 / farthest_px);  // of U - u W at u = farthest_px, no less than that many times W's own part is off
-  return c;
-}
-
-namespace {
-
-// Float has room for all of them about the frame's origin.
-bool fits_float(const GlCamera& c, double radius_m) {
-  double most = 0;
-  for (int row = 0; row < 3; ++row) most = std::max(most, std::abs(c.at[row]) + radius_m * (std::abs(c.of_x[row]) + std::abs(c.of_y[row]) + std::abs(c.of_z[row])));
-  return most < kMostOfForms && c.farthest_px * kOfImage < 0.5 * kMostContactEps_px;
-}
-
-// Near what all cameras see: the lines of sight through the middles of their object pixels pass by it closest; where that leaves a
-// direction open, near the cameras.
-Vector3d middle_world_m(const CpuHull& hull) {
-  Eigen::Matrix3d across = Eigen::Matrix3d::Zero();
-  Vector3d at = Vector3d::Zero();
-  for (const CpuHull::MapCamera& c : hull.cameras()) {
-    const auto [u, v] = base_of(c);
-    const Ray ray = ray_through(c.camera, Eigen::Vector2d(u, v));
-    const Vector3d d = ray.direction_world.normalized();
-    const Eigen::Matrix3d off = Eigen::Matrix3d::Identity() * (1 + kTowardsCameras) - d * d.transpose();
-    across += off, at += off * ray.origin_world_m;
-  }
-  return across.ldlt().solve(at);
-}
-
-}  // namespace
-
 GlContactPasses::GlContactPasses()
     : boxes_("contacts: boxes", boxes_source()), triangles_("contacts: triangles", triangles_source()), refine_("contacts: parts", refine_source()),
       sample_("contacts: samples", sample_source()), sort_("contacts: blocks", sort_source()) {
@@ -146,7 +63,7 @@ bool GlContactPasses::set_maps(const CpuHull& hull) {
   std::size_t bytes = 0;
   for (const CpuHull::MapCamera& c : hull.cameras()) {
     const PixelRect& stored = c.reach.stored();
-    const auto [base_u, base_v] = base_of(c);
+    const auto [base_u, base_v] = base_pixel(c);
     maps_.push_back({bytes + std::size_t(base_v - stored.v0_px) * std::size_t(c.reach.stride()) + std::size_t(base_u - stored.u0_px), c.reach.stride()});
     bytes += std::size_t(c.reach.stride()) * std::size_t(stored.height_px());
   }
@@ -317,7 +234,8 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(std::span<const 
   refined.found.resize(refinement.found);
   if (refinement.found > 0) glGetNamedBufferSubData(found_buffer_.get(), 0, GLsizeiptr(refinement.found * sizeof(Part)), refined.found.data());
   glGetNamedBufferSubData(state_buffer_.get(), 0, GLsizeiptr(refined.states.size() * sizeof(State)), refined.states.data());
-  std::sort(refined.found.begin(), refined.found.end(), [](const Part& a, const Part& b) { return std::tuple(a.triangle, a.b, a.a) < std::tuple(b.triangle, b.b, b.a); });
+  std::sort(refined.found.begin(), refined.found.end(),
+            [](const Part& a, const Part& b) { return std::tuple(a.triangle, a.b, a.a) < std::tuple(b.triangle, b.b, b.a); });
   return refined;
 }
 

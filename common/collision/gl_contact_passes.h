@@ -11,9 +11,6 @@
 
 namespace fivepipe {
 
-// A camera that sees points of a frame, no farther than radius_m from its origin. The place of its map is left to who stores it.
-gl_contact::GlCamera gl_camera(const CpuHull::MapCamera& camera, const Eigen::Isometry3d& world_from_frame, double radius_m);
-
 // Needs a current OpenGL 4.5 context from construction to destruction; changes no state but bindings.
 class GlContactPasses {
  public:

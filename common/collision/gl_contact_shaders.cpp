@@ -155,7 +155,8 @@ const uint kDown = 0x80000000u, kAllOfIt = 0xffffffffu, kUndecided = 1000u;
 struct Place { float a, b, sigma, unit; int level; };
 Place place_of(uvec4 part, Triangle t) {
   uint level = part.z >> 24;
-  return Place(float(part.y & ~kDown), float(part.z & 0xffffffu), (part.y & kDown) != 0u ? -1.0 : 1.0, t.per_start * uintBitsToFloat(127u - level << 23), int(level));
+  float unit = t.per_start * uintBitsToFloat(127u - level << 23);  // 2^-level, exactly
+  return Place(float(part.y & ~kDown), float(part.z & 0xffffffu), (part.y & kDown) != 0u ? -1.0 : 1.0, unit, int(level));
 }
 vec3 point(Triangle t, float unit, float a, float b) {
   precise float at_a = a * unit, at_b = b * unit;

@@ -274,7 +274,8 @@ void GlDetection::Work::confirm(std::span<const DetectionObject> of) {
     if (s.points == 0) continue;
     s.verdict = CollisionVerdict::colliding;
     const auto m2 = [&](const Vector3d& p) { return (p - of[c.object].rp_object_world_m).squaredNorm(); };
-    const auto last = first + std::ptrdiff_t(kept), farthest = std::max_element(first, last, [&](const Vector3d& a, const Vector3d& b) { return m2(a) < m2(b); });
+    const auto last = first + std::ptrdiff_t(kept);
+    const auto farthest = std::max_element(first, last, [&](const Vector3d& a, const Vector3d& b) { return m2(a) < m2(b); });
     if (c.sampling) std::rotate(farthest, farthest + 1, last);
     else s.points = 1;
   }
