@@ -1,4 +1,4 @@
-foreach(part query detection mesh_tree cpu gl proximity parts part_tracker outline_motion first_contact reference reference_distance response response_normals response_hard response_beyond response_recovery)
+foreach(part query detection mesh_tree contact_lanes cpu gl proximity parts part_tracker outline_motion first_contact reference reference_distance response response_normals response_hard response_beyond response_recovery)
   fivepipe_test(collision_${part}_test collision_${part}.cpp LINK fivepipe_collision fivepipe_gl_context)
 endforeach()
 # With capture's own cleaning of maps, which needs nothing of capture.

@@ -1,5 +1,9 @@
 // Backend `cpu` of the collision detection, and the hard cases of triangles and meshes.
+#include <unistd.h>
+
 #include <algorithm>
+#include <chrono>
+#include <fstream>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
@@ -513,13 +517,66 @@ TEST(HardTriangle, ThroughACamerasCentre) {
   EXPECT_NE(hull.ask(Triangle{eye, 1.1 * eye, eye + Vector3d(0.1, 0, 0)}), CollisionVerdict::colliding);
 }
 
-TEST(HardTriangle, AMillionOfThem) {
-  const Hull hull(hand_like());
+// A sheet of 2 m by 2 m, flat, through the hand.
+Isometry3d lying_flat() {
   Isometry3d flat = at({0, 1, 0.002});
   flat.linear() = Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3d::UnitX()).toRotationMatrix();
-  const ObjectCollision found = hull.ask(MeshTree(curtain_mesh(2, 2, 1000, 500, 0, 1)), kVerdictAlone, flat);
+  return flat;
+}
+
+TEST(HardTriangle, AMillionOfThem) {
+  const Hull hull(hand_like());
+  const ObjectCollision found = hull.ask(MeshTree(curtain_mesh(2, 2, 1000, 500, 0, 1)), kVerdictAlone, lying_flat());
   EXPECT_GT(found.triangles.size(), 500u);
   EXPECT_LT(found.touching.size(), 20u);
+}
+
+std::size_t resident_mb() {
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages >> pages;
+  return pages * std::size_t(sysconf(_SC_PAGESIZE)) >> 20;
+}
+
+// The same sheet; a triangle is 0.6 by 1.3 mm, less than a pixel. Measured: the tree 390 MB beside the mesh, 0.86 GB at the most in all; built in 3.1 s,
+// asked in 10 ms on one thread, 4.4 s together.
+TEST(HardTriangle, TenMillionOfThem) {
+  using Clock = std::chrono::steady_clock;
+  const auto seconds_since = [](Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  const Hull hull(hand_like());
+  Mesh mesh = curtain_mesh(2, 2, 3200, 1600, 0, 1);
+  const std::size_t count = mesh.triangles.size(), before_mb = resident_mb();
+  ASSERT_GT(count, 10'000'000u);
+  const auto start = Clock::now();
+  const MeshTree tree(std::move(mesh));
+  const double built_s = seconds_since(start);
+  const std::size_t tree_mb = resident_mb() - before_mb;
+  CpuDetection detection;
+  const DetectionObject object{&tree, lying_flat()};
+  ObjectCollision found;
+  double asked_s = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < 5; ++run) {
+    const auto asking = Clock::now();
+    const auto result = detection.detect(hull.query, {&object, 1}, kVerdictAlone);
+    asked_s = std::min(asked_s, seconds_since(asking));
+    found = result[0];
+  }
+  std::printf("%zu triangles: tree %zu MB beside the mesh, built in %.1f s, asked in %.2f ms; %zu collide, %zu touch\n", count, tree_mb, built_s,
+              1e3 * asked_s, found.triangles.size(), found.touching.size());
+  EXPECT_LT(tree_mb, 1024u);
+  EXPECT_GT(found.triangles.size(), 5000u);
+  EXPECT_LT(found.touching.size(), found.triangles.size() / 100);
+  // By every triangle's middle: where that is in the hull, the triangle collides; and nearly only there, as small as they are.
+  std::size_t middles = 0, missed = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    Vector3d middle = Vector3d::Zero();
+    for (const std::uint32_t v : tree.mesh().triangles[i]) middle += tree.mesh().vertices_m[v] / 3;
+    middle = object.world_from_object * middle;
+    if (std::abs(middle.x()) > 0.2 || std::abs(middle.y()) > 0.2 || !hull.query.contains(middle)) continue;
+    ++middles;
+    missed += !holds(found.triangles, std::uint32_t(i));
+  }
+  EXPECT_EQ(missed, 0u);
+  EXPECT_GT(middles, found.triangles.size() / 2);
 }
 
 // Salt and pepper, where nothing is smooth.

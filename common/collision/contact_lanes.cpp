@@ -23,7 +23,7 @@ HWY_INLINE std::uint32_t bits_of(MF mask) {
   return std::uint32_t(bytes[0]) | std::uint32_t(bytes[1]) << 8;
 }
 
-// To 2^-22 or better (Newton's step on the processor's estimate).
+// To 5.3 2^-24 or better: Newton's step on the processor's estimate, which is good to 1.5 2^-12, and three roundings.
 HWY_INLINE VF reciprocal(VF x) {
   const DF d;
   VF estimate = hn::ApproximateReciprocal(x);
@@ -78,7 +78,7 @@ HWY_INLINE MF everything() {
   return hn::Eq(hn::Zero(d), hn::Zero(d));
 }
 
-// A box's extent in the image, as a fraction more: the rounding of reciprocals, of its middle's image included, which errs with U and W alike.
+// A box's extent in the image, as a fraction more: the roundings of a reciprocal and of at most ten operations on it (2^-24 each).
 constexpr float kOffSlack = 1 + 0x1p-18f;
 
 // --- boxes and triangles of an object ----------------------------------------------------------------------------------
@@ -101,12 +101,13 @@ ContactBits look_at_boxes(std::span<const ObjectMap> cameras, const MeshTree::Bo
       const VF w = form(c, 2, middle[0], middle[1], middle[2]);
       VF off_w = hn::Zero(d);
       for (int k = 0; k < 3; ++k) off_w = hn::MulAdd(hn::Abs(hn::Set(d, c.of[2][k])), half[k], off_w);
-      const VF least_w = hn::Sub(w, off_w), per_w = reciprocal(w), per_least_w = reciprocal(least_w);
+      const VF slack_w = hn::Set(d, c.slack_w), least_w = hn::Sub(hn::Sub(w, off_w), slack_w), per_w = reciprocal(w), per_least_w = reciprocal(least_w);
       const MF sure = hn::Gt(least_w, hn::Set(d, c.least_w));
       const VF u = hn::Mul(form(c, 0, middle[0], middle[1], middle[2]), per_w), v = hn::Mul(form(c, 1, middle[0], middle[1], middle[2]), per_w);
-      // Away from the middle's image: of U - u W, over W at least.
+      // Away from the middle's image: of U - u W, over W at least. That the middle's W, and so u, is off as well, counts here: where the middle's
+      // image lies far outside, it is the larger part (kOfForm).
       const auto off = [&](int row, VF at) {
-        VF sum = hn::Zero(d);
+        VF sum = hn::Mul(hn::Abs(at), slack_w);
         for (int k = 0; k < 3; ++k) sum = hn::MulAdd(hn::Abs(hn::NegMulAdd(at, hn::Set(d, c.of[2][k]), hn::Set(d, c.of[row][k]))), half[k], sum);
         return hn::Mul(sum, hn::Mul(per_least_w, hn::Set(d, kOffSlack)));
       };
@@ -248,11 +249,30 @@ HWY_EXPORT(look_at_middles);
 
 using Eigen::Vector3d;
 
-// Roundings of float in a form, each at most 2^-24 of the sum of its terms' sizes: coefficients and coordinates from double, a step a term,
-// and as much again for corners taken from corners.
-constexpr double kOfForm = 10 * 0x1p-24;
-// Of an image, beside: the reciprocal and a product.
-constexpr double kOfImage = 0x1p-21;
+// Roundings of float in a form c0 x + c1 y + c2 z + at, as a part of T = |c0 x| + |c1 y| + |c2 z| + |at|, where x, y, z are as large as they get.
+// In units of e = 2^-24, products and sums rounded by themselves (fused, there are fewer), the innermost term, which goes through all sums:
+//
+//                                from double     product   sums     together
+//   a triangle's vertex          c0: 1, x: 1        1        3          6
+//   a box's middle               c0: 1              1        3          5      its numbers are floats, rounded outward when they were made
+//   a part's corner, first       c0: 1              1        2          4      a and b are whole numbers, exact; no third term
+//   the same, others             c0: 1              1        3          5      and 1 + 1 + 1 = 3 of the step's own term, as large again: 8
+//   a part's middle              c0: 1, x: 2        1        2          6
+//
+// So each of U, V, W is off by at most 8 e T. An image is off by at most (dU + |u| dW) / W, as U / W is: Û/Ŵ - U/W = (dU - u dW) / Ŵ. Where
+// |u| is at most that of the map's farthest border, that is less than kOfForm (T_U + |u| T_W) / W; beyond, the error grows by less than a
+// hundredth of |u|, so that what is beside stays beside.
+//
+// A box's corner, off the middle by d, has u + (sum of (c_U - u c_W) d) / W(corner), for the true u of the middle. With û instead this is
+// û + (U(m) - û W(m) + sum of (c_U - û c_W) d) / W(corner). Of it
+//   U(m) - û W(m) = -dU + û dW - 6.3 e U(m), for û's reciprocal and product: at most 11.3 e T_U and 5 e |û| T_W;
+//   c_U - û c_W has 3 e of rounding (from double, product, difference), but |d| is what the middle's coordinates fall short of T's: no more;
+//   W(corner) is at least w - off_w - dW.
+// So kOfBox T_U / W is in eps, and slack_w is taken off W and multiplied by |û|, which may be far beyond the map: look_at_boxes.
+constexpr double kOfForm = 10 * 0x1p-24, kOfBox = 12 * 0x1p-24;
+// Of an image, beside, as a part of it: the reciprocal (5.3 e), its product, and a difference that makes a rectangle of it; of a box's second,
+// there is room in kOfBox |u| T_W / W.
+constexpr double kOfImage = 8 * 0x1p-24;
 // Images this far beside the object pixels are so for every rounding [px].
 constexpr double kBeside_px = 1;
 
@@ -307,8 +327,9 @@ std::optional<ObjectMap> object_map(const CpuHull::MapCamera& camera, const Eige
     for (int k = 0; k < 3; ++k) map.of[row][k] = float(of(row, k));
   }
   map.eps_px = float(kMostContactEps_px);
-  map.least_w = float((kOfForm * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) + of_projection) / room_px * (1 + kOfImage));
-  map.most_behind_w = float(-2 * (kOfForm * terms.z() + of_projection));
+  map.least_w = float((kOfBox * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) + of_projection) / room_px * (1 + kOfImage));
+  map.slack_w = float((kOfBox * terms.z() + of_projection) * (1 + kOfImage));
+  map.most_behind_w = -2 * map.slack_w;
   return map;
 }
 

@@ -35,6 +35,7 @@ struct ContactMap {
 struct ObjectMap : ContactMap {
   float at[3], of[3][3];
   float least_w, most_behind_w;  // nearer than the one the image is too uncertain; below the other the point is behind the camera
+  float slack_w;                 // W may be off by this
 };
 // None where the object's extent is too large for float: `world_from_tree` takes points about the tree's origin into the world.
 std::optional<ObjectMap> object_map(const CpuHull::MapCamera& camera, const Eigen::Isometry3d& world_from_tree, double radius_m);
