@@ -152,7 +152,7 @@ bool plot(const std::vector<NormalsAt>& sweep, const std::filesystem::path& file
       series[std::string(c.title) + ", p95"].push_back({at.radius_px, (at.*c.error).p95_deg});
     }
   std::string settings = "set title 'N_{hull} against the hull of true silhouettes'; set xlabel 'radius of the silhouette, px'; set ylabel 'error, degrees'; "
-                         "set logscale xy; set xrange [1.8:90]; set yrange [0.05:180]; set key outside below center maxrows 2; "
+                         "set logscale xy; set xrange [1.8:90]; set yrange [0.05:180]; set key at graph 0.99,0.63 samplen 3; "
                          "set xtics (2,3,4,6,8,12,20,40,80); set ytics (0.1,0.2,0.5,1,2,5,10,20,45,90,180); ";
   // A colour a method; its median drawn through, its p95 dashed.
   const char* colours[] = {"#1f77b4", "#2ca02c", "#d62728"};
