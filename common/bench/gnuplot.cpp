@@ -9,6 +9,7 @@ namespace fivepipe::bench {
 
 void Plots::add(const std::string& settings, const Series& series) {
   text_ << settings;
+  ++plots_;
   std::string sep = "plot ";
   for (const auto& [name, points] : series) {
     text_ << sep << '\'' << beside(".dat").filename().string() << "' index " << index_++ << " with linespoints pt 7 title '" << name << '\'';
@@ -24,10 +25,11 @@ void Plots::add(const std::string& settings, const Series& series) {
 }
 
 bool Plots::draw() const {
-  const std::string terminal = file_.extension() == ".svg" ? "svg size 1500,1000 background 'white'" : "pngcairo size 1500,1000";
+  const std::string size = plots_ == 1 ? "1000,700" : "1500,1000", layout = plots_ == 1 ? "1,1" : "2,2";
+  const std::string terminal = file_.extension() == ".svg" ? "svg size " + size + " background 'white'" : "pngcairo size " + size;
   write_file(beside(".dat"), blocks_.str());
-  write_file(beside(".gp"), "set terminal " + terminal + "\nset output '" + file_.filename().string() + "'\nset grid\nset multiplot layout 2,2\n" +
-                                text_.str() + "unset multiplot\n");
+  write_file(beside(".gp"), "set terminal " + terminal + "\nset output '" + file_.filename().string() + "'\nset grid\nset multiplot layout " + layout +
+                                "\n" + text_.str() + "unset multiplot\n");
   const std::filesystem::path folder = file_.has_parent_path() ? file_.parent_path() : ".";
   return std::system(("cd '" + folder.string() + "' && gnuplot '" + beside(".gp").filename().string() + "' >/dev/null 2>&1").c_str()) == 0;
 }

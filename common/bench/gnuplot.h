@@ -13,7 +13,7 @@ struct PlotPoint {
 };
 using Series = std::map<std::string, std::vector<PlotPoint>>;  // by title
 
-// Four plots at most, in two columns.
+// Four plots at most, in two columns; one alone has the page.
 class Plots {
  public:
   explicit Plots(const std::filesystem::path& file) : file_(file) {}  // .png or .svg
@@ -26,7 +26,7 @@ class Plots {
   std::filesystem::path beside(const char* extension) const { return std::filesystem::path(file_).replace_extension(extension); }
   std::filesystem::path file_;
   std::ostringstream text_, blocks_;
-  int index_ = 0;
+  int index_ = 0, plots_ = 0;
 };
 
 }  // namespace fivepipe::bench

@@ -8,7 +8,9 @@
 #include "common/bench/suite.h"
 #include "common/bench/timing.h"
 #include "common/collision/bench/methods.h"
+#include "common/collision/bench/normals.h"
 #include "common/collision/bench/paper_laws.h"
+#include "common/collision/bench/proximities.h"
 #include "common/collision/bench/results.h"
 #include "common/gl/context.h"
 
@@ -48,22 +50,25 @@ std::vector<Method> methods_for(const CollisionScene& scene, const Args& args) {
   return methods;
 }
 
-void take(const Answer& answer, Result& result) {
+void take(const Answer& answer, const std::optional<double>& response_ms, Result& result) {
   const Times& t = answer.times;
   result.maps_ms.push_back(t.maps_ms);
   result.build_ms.push_back(t.build_ms);
   result.query_ms.push_back(t.query_ms);
   result.own_ms.push_back(t.own_ms());
-  result.total_ms.push_back(t.maps_ms + t.own_ms());
+  if (response_ms) result.response_ms.push_back(*response_ms);
+  result.total_ms.push_back(t.maps_ms + t.own_ms() + response_ms.value_or(0));
 }
 
 std::vector<Result> measure(const CollisionScene& scene, const std::vector<Method>& methods, const Truth& truth, const Budget& budget) {
   std::vector<Result> results(methods.size());
   std::vector<Answer> answers(methods.size());
+  Responses responses(scene);
   bench::time_in_turn(methods.size(), budget, [&](std::size_t m, bool counted) {
     answers[m] = methods[m].run(scene);
-    if (counted) take(answers[m], results[m]);
-    return answers[m].times.maps_ms + answers[m].times.own_ms();
+    const auto response_ms = responses.frame_ms(methods[m], answers[m].objects);
+    if (counted) take(answers[m], response_ms, results[m]);
+    return answers[m].times.maps_ms + answers[m].times.own_ms() + response_ms.value_or(0);
   });
   for (std::size_t m = 0; m < methods.size(); ++m) {
     Result& r = results[m];
@@ -76,6 +81,8 @@ std::vector<Result> measure(const CollisionScene& scene, const std::vector<Metho
     r.truth = counts_of(truth);
     r.wrong = wrong_of(answers[m].objects, truth, scene);
     r.counts = answers[m].counts;
+    r.refit_ms = responses.refit_ms(methods[m]);
+    r.response = responses.errors(methods[m]);
     for (const ObjectCollision& object : answers[m].objects) r.colliding += object.triangles.size(), r.points += object.points.size();
   }
   return results;
@@ -105,16 +112,24 @@ class Suite {
     if (real.empty()) std::puts("real       skipped, no --maps FOLDER (made by `fivepipe maps`)");
     std::fputs("\r", stderr);
     std::puts("");
-    print(results_);
-    print_ratios(results_);
+    if (!results_.empty()) print(results_), print_responses(results_), print_ratios(results_);
+    if (asked_for("proximity")) print(proximities_ = measure_proximities(args_.threads, args_.quick));
+    if (asked_for("normals")) print(normals_ = sweep_normals(args_.quick));
     std::optional<PaperLaws> laws;
-    if (std::string("laws").find(args_.only) != std::string::npos) print(laws.emplace(fit_paper_laws(args_.quick)));
+    if (asked_for("laws")) print(laws.emplace(fit_paper_laws(args_.quick)));
     if (!args_.json_file.empty()) bench::write_file(args_.json_file, json(laws));
-    if (!args_.plot_file.empty() && !plot(results_, args_.plot_file))
-      std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n", args_.plot_file.c_str());
+    if (args_.plot_file.empty()) return;
+    const std::filesystem::path file = args_.plot_file, of_normals = file.parent_path() / (file.stem().string() + "_normals" + file.extension().string());
+    if (!results_.empty()) drawn(plot(results_, file), file);
+    if (!normals_.empty()) drawn(plot(normals_, of_normals), of_normals);
   }
 
  private:
+  bool asked_for(const std::string& part) const { return part.find(args_.only) != std::string::npos; }
+  static void drawn(bool done, const std::filesystem::path& file) {
+    if (!done) std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n", file.c_str());
+  }
+
   void add(const CollisionScene& scene) {
     std::vector<Method> methods = methods_for(scene, args_);
     std::erase_if(methods, [&](const Method& m) { return (m.name + "/" + scene.name + "/" + m.setting).find(args_.only) == std::string::npos; });
@@ -131,22 +146,28 @@ class Suite {
   std::string json(const std::optional<PaperLaws>& laws) const {
     std::vector<std::string> lines;
     for (const Result& r : results_) lines.push_back(json_of(r));
+    for (const ProximityResult& r : proximities_) lines.push_back(json_of(r));
+    for (std::string& line : json_of(normals_)) lines.push_back(std::move(line));
     return bench::suite_json("collision", context_->renderer(), lines, laws ? ",\n \"paper_laws\": " + json_of(*laws) : "");
   }
 
   Args args_;
   std::optional<GlContext> context_;
   std::vector<Result> results_;
+  std::vector<ProximityResult> proximities_;
+  std::vector<NormalsAt> normals_;
 };
 
 constexpr const char* kHelp =
     "fivepipe bench collision [--json FILE] [--plot FILE.png|.svg] [--maps FOLDER] [--threads N] [--only TEXT] [--full | --quick]\n"
     "Time and error of the collision of virtual meshes with the hull of one frame's maps: backends cpu and gl, certified; the paper's backend (viewports in a stencil window);\n"
     "every triangle sampled by brute force in vector lanes; the hull polygonised and given to the Flexible Collision Library (where installed).\n"
-    "Then the paper's cost model and accuracy law, fitted to its backend. Some three minutes.\n"
+    "The response's stages, and its error for the same CP_obj and V_rec; distances to the hull against a distance transform of voxels; N_hull against the silhouettes' curvature.\n"
+    "Then the paper's cost model and accuracy law, fitted to its backend. Some four minutes.\n"
+    "  --plot FILE    beside it FILE_normals: N_hull\n"
     "  --maps FOLDER  real maps as well: the folder seated4cam that `fivepipe maps` made\n"
     "  --threads N    of each method (2); those on the CPU on one thread as well\n"
-    "  --only TEXT    results whose method/scene/setting has this in it: --only paper, --only /curtain720; --only laws: the fits alone\n"
+    "  --only TEXT    results whose method/scene/setting has this in it: --only paper, --only /curtain720; --only laws, proximity, normals: that alone\n"
     "  --full         more runs, and the scene of a million triangles at every setting\n"
     "  --quick        that it runs at all\n"
     "Example: fivepipe bench collision --json out/collision.json --plot out/collision.png\n";

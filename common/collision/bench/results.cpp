@@ -21,6 +21,37 @@ constexpr double kLeastDrawn_mm = 0.01;
 double best(const std::vector<double>& times) { return percentile(times, 0); }
 double per_s(std::size_t count, const std::vector<double>& times_ms) { return best(times_ms) > 0 ? 1000 * double(count) / best(times_ms) : 0; }
 
+std::string or_null(const std::optional<double>& value) {
+  if (!value) return "null";
+  std::ostringstream out;
+  out << *value;
+  return out.str();
+}
+std::string json_of(const Quantiles& q) {
+  if (q.count == 0) return "null";
+  std::ostringstream out;
+  out << "{\"median\": " << q.median << ", \"p95\": " << q.p95 << ", \"worst\": " << q.worst << ", \"count\": " << q.count << "}";
+  return out.str();
+}
+// Nulls where the method has no response, or its time was not taken, or the scene has no true silhouettes to hold normals against.
+std::string response_json(const Result& r) {
+  std::ostringstream out;
+  out << "\"refit_ms\": " << or_null(r.refit_ms) << ", \"response_ms\": " << (r.response_ms.empty() ? "null" : times_json(r.response_ms)) << ", \"response\": ";
+  if (!r.response) return out.str() + "null";
+  const ResponseErrors& e = *r.response;
+  out << "{\"cases\": " << e.cases << ", \"no_way\": " << e.no_way << ", \"cp_hull_error_mm\": " << json_of(e.cp_hull_mm)
+      << ", \"d_rec_error_mm\": " << json_of(e.d_rec_mm) << ", \"n_hull_error_deg\": " << json_of(e.n_hull_deg) << "}";
+  return out.str();
+}
+
+// "-" for what is not there.
+std::string cell(const std::optional<double>& value, const char* format = "%.4f") {
+  if (!value) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, format, *value);
+  return text;
+}
+
 }  // namespace
 
 std::string Result::name() const { return method + "/" + scene + "/" + setting + "/" + std::to_string(threads); }
@@ -38,10 +69,32 @@ void print(const std::vector<Result>& results) {
                 r.colliding, r.wrong.missed, r.wrong.missed_inside, 1000 * r.wrong.deepest_missed_m, 1000 * r.wrong.deepest_missed_border_m,
                 r.wrong.invented, r.wrong.touching, r.points);
   std::puts(
-      "ms: the method's own time, beyond the maps' preparation (its median beside, and in the total's median); ktri/s: thousands of triangles a second by the best own time,\n"
+      "ms: the method's own time, without the response and beyond the maps' preparation (its median beside; both are in the total's median); ktri/s: thousands of triangles a second by the best own time,\n"
       "contact: of those alone that truly collide; crossing: triangles with a point in the hull, by truth; collide: said to; missed: crossing, and called free; inside: of those,\n"
       "the ones wholly in the hull; deepest: the deepest point of those missed below the hull's border [mm], by a lower bound; border: of those missed that cross the border;\n"
       "false: said to collide, truth says no, and no point of theirs is in the hull; touch: neither said.");
+}
+
+void print_responses(const std::vector<Result>& results) {
+  std::printf("\n%-30s %9s %9s %9s %9s %9s | %5s %6s | %9s %9s | %9s %9s | %6s %8s %8s\n", "method/scene/setting/threads", "build ms", "refit", "detect", "response",
+              "all", "cases", "no way", "CP median", "worst", "D median", "worst", "N of", "median", "p95");
+  for (const Result& r : results) {
+    if (!r.response) continue;
+    const double build_ms = best(r.build_ms), query_ms = best(r.query_ms);
+    std::optional<double> response_ms, all_ms;
+    if (!r.response_ms.empty()) response_ms = best(r.response_ms), all_ms = best(r.own_ms) + best(r.response_ms);
+    const ResponseErrors& e = *r.response;
+    const auto of = [](const Quantiles& q, double Quantiles::* member) { return q.count ? std::optional(q.*member) : std::nullopt; };
+    std::printf("%-30s %9.4f %9s %9.4f %9s %9s | %5zu %6zu | %9s %9s | %9s %9s | %6zu %8s %8s\n", r.name().c_str(), build_ms, cell(r.refit_ms).c_str(),
+                query_ms - r.refit_ms.value_or(0), cell(response_ms).c_str(), cell(all_ms).c_str(), e.cases, e.no_way,
+                cell(of(e.cp_hull_mm, &Quantiles::median), "%.2g").c_str(), cell(of(e.cp_hull_mm, &Quantiles::worst), "%.2g").c_str(),
+                cell(of(e.d_rec_mm, &Quantiles::median), "%.2g").c_str(), cell(of(e.d_rec_mm, &Quantiles::worst), "%.2g").c_str(), e.n_hull_deg.count,
+                cell(of(e.n_hull_deg, &Quantiles::median), "%.2f").c_str(), cell(of(e.n_hull_deg, &Quantiles::p95), "%.2f").c_str());
+  }
+  std::puts(
+      "best ms, one frame beyond the maps' preparation: what the method builds of the maps; trees of deformed objects refitted; verdicts and CP_i; response of every object that\n"
+      "collides, without asking again after the move; all: their sum. Then errors of the response for the same CP_obj and V_rec: CP_hull and D_rec [mm] against the exact reference,\n"
+      "N_hull [degrees] against the hull of the true silhouettes, where that ends near CP_hull. no way: none found where there is one. -: not told apart, or none.");
 }
 
 void print_ratios(const std::vector<Result>& results) {
@@ -60,7 +113,7 @@ std::string json_of(const Result& r) {
   std::ostringstream out;
   out << "  {\"name\": " << quoted(r.name()) << ", \"time_ms\": " << times_json(r.own_ms) << ",\n   \"maps_ms\": " << times_json(r.maps_ms)
       << ", \"build_ms\": " << times_json(r.build_ms) << ", \"query_ms\": " << times_json(r.query_ms) << ", \"total_ms\": " << times_json(r.total_ms)
-      << ",\n   \"triangles_per_s\": " << r.triangles_per_s() << ", \"contacting_per_s\": " << r.contacting_per_s()
+      << ",\n   " << response_json(r) << ",\n   \"triangles_per_s\": " << r.triangles_per_s() << ", \"contacting_per_s\": " << r.contacting_per_s()
       << ", \"error\": {\"deepest_missed_mm\": " << 1000 * r.wrong.deepest_missed_m
       << ", \"deepest_missed_border_mm\": " << 1000 * r.wrong.deepest_missed_border_m << "},\n   \"counts\": {\"cameras\": " << r.cameras
       << ", \"objects\": " << r.objects << ", \"triangles\": " << r.truth.triangles << ", \"known\": " << r.truth.known
