@@ -29,7 +29,16 @@ std::optional<double> exact_d_rec_m(const CollisionScene& scene, const Vector3d&
   return in.back().leave;
 }
 
-// From the exact way's end back into the hull of the true silhouettes, two pixels at most: beyond that it is another part of it.
+// The silhouettes that end the maps' hull there.
+bool limits(const HullQuery& query, const ResponseCase& c, std::size_t camera) {
+  const auto exit = exit_from_base(query, c.cp_object_world_m, c.v_rec_world, c.reach_m);
+  if (!exit) return false;
+  const HullNormal normal = closed_form_normal(query, {c.cp_object_world_m, c.v_rec_world, c.reach_m, *exit});
+  return std::any_of(normal.cameras.begin(), normal.cameras.end(), [&](const LimitingCamera& l) { return l.camera == int(camera); });
+}
+
+// From the exact way's end back into the hull of the true silhouettes, two pixels at most: beyond that it is another part of it, as it is where another camera's
+// silhouette ends it.
 std::optional<ResponseCase::Surface> surface_at(const CollisionScene& scene, const HullQuery& query, const ResponseCase& c) {
   if (scene.real_objects.empty()) return std::nullopt;
   std::vector<Camera> cameras;
@@ -39,7 +48,7 @@ std::optional<ResponseCase::Surface> surface_at(const CollisionScene& scene, con
   const double least_m = c.d_rec_m - 2 * pixel_footprint_m(query, way.origin_world_m + c.d_rec_m * way.direction_world);
   for (double m = c.d_rec_m; m > least_m; m -= kStep_m)
     if (const auto exit = analytic_exit(scene.real_objects, cameras, way, m, std::min(m + kStep_m, c.d_rec_m + kMostRounding_m)))
-      return ResponseCase::Surface{exit->camera, exit->normal_world};
+      return limits(query, c, exit->camera) ? std::optional(ResponseCase::Surface{exit->camera, exit->normal_world}) : std::nullopt;
   return std::nullopt;
 }
 
@@ -82,9 +91,11 @@ struct Responses::Work {
   std::vector<ResponseCase> cases;
   std::map<std::string, ResponseErrors> errors;  // by kind of response
   std::optional<double> refit_ms;
+  std::vector<Vector3d> centers_world_m;  // of the objects
 
   explicit Work(const CollisionScene& of) : scene(of), hull(pool, of.silhouettes), query(hull), cases(response_cases(of)) {
     rendered.set_silhouettes(of.silhouettes);
+    for (const SceneObject& object : of.objects) centers_world_m.push_back(center_world_m(object));
   }
 
   // limiting: the camera whose normal is asked for, where more than one limit.
@@ -201,7 +212,7 @@ std::optional<double> Responses::frame_ms(const Method& method, std::span<const 
     for (std::size_t o = 0; o < found.size(); ++o) {
       if (found[o].points.empty()) continue;
       points = true;
-      const Vector3d center = center_world_m(work_->scene.objects[o]);
+      const Vector3d& center = work_->centers_world_m[o];
       const CollisionPoint& cp = cp_object(work_->query, found[o].points, center);
       const Triangle& t = work_->scene.objects_world_m[o][cp.triangle];
       // Where the centre is in the hull, or is CP_obj, the simulation has to give a direction: the triangle's normal.

@@ -20,7 +20,7 @@ struct ResponseCase {
     std::size_t camera;  // that limits
     Eigen::Vector3d normal_world;
   };
-  std::optional<Surface> surface;  // of the hull of the true silhouettes, where the scene has such and its border is near CP_hull
+  std::optional<Surface> surface;  // of the hull of the true silhouettes, where the scene has such and the same camera's ends both hulls near CP_hull
 };
 // For each colliding object the default: the farthest CP_i, towards the object's centre. And sixty CP_i drawn by seed, along their triangles' normals, towards the
 // side that is nearer. Those that have a way out, by the exact reference, within 5 cm.

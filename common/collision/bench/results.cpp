@@ -94,7 +94,7 @@ void print_responses(const std::vector<Result>& results) {
   std::puts(
       "best ms, one frame beyond the maps' preparation: what the method builds of the maps; trees of deformed objects refitted; verdicts and CP_i; response of every object that\n"
       "collides, without asking again after the move; all: their sum. Then errors of the response for the same CP_obj and V_rec: CP_hull and D_rec [mm] against the exact reference,\n"
-      "N_hull [degrees] against the hull of the true silhouettes, where that ends near CP_hull. no way: none found where there is one. -: not told apart, or none.");
+      "N_hull [degrees] against the hull of the true silhouettes, where the same camera's ends both near CP_hull (N of: so many). no way: none found where there is one. -: not told apart, or none.");
 }
 
 void print_ratios(const std::vector<Result>& results) {
