@@ -3,6 +3,29 @@
 #include <algorithm>
 
 namespace fivepipe {
+namespace {
+
+static_assert(kMostHistoryCells == double(kMostPartCells));
+
+// Around a ball on its way from one point to the other.
+Eigen::AlignedBox3d swept(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double radius_m) {
+  const Eigen::Vector3d radius = Eigen::Vector3d::Constant(radius_m);
+  return {from_m.cwiseMin(to_m) - radius, from_m.cwiseMax(to_m) + radius};
+}
+
+double radius_m(const HullPart& part) {
+  const Eigen::AlignedBox3d& box = part.box_world_m;
+  return (box.max() - part.middle_world_m).cwiseMax(part.middle_world_m - box.min()).norm();
+}
+
+// However both turn meanwhile: the part about its middle, the object about its frame's origin.
+bool may_meet(const HullPart& before, const HullPart& now, const MovingObject& object) {
+  const double object_radius_m = object.tree->origin_m().norm() + object.tree->radius_m();
+  return swept(before.middle_world_m, now.middle_world_m, std::max(radius_m(before), radius_m(now)))
+      .intersects(swept(object.world_from_object_before.translation(), object.world_from_object_after.translation(), object_radius_m));
+}
+
+}  // namespace
 
 HullHistory::HullHistory(const HistoryWishes& wishes, const Eigen::AlignedBox3d& within_world_m, WorkerPool& pool)
     : options_{.within_world_m = within_world_m, .cell_m = wishes.cell_m, .outlines = true},
@@ -13,7 +36,9 @@ HullHistory::HullHistory(const HistoryWishes& wishes, const Eigen::AlignedBox3d&
 }
 
 void HullHistory::add(double time_s, std::span<const Silhouette> silhouettes) {
-  has_before_ = has_now_ && time_s > frames_[now_].time_s;
+  const double gap_s = time_s - frames_[now_].time_s;
+  has_before_ = has_now_ && gap_s > 0 && gap_s <= kLongestGapS;
+  if (!has_before_) tracker_.reset();
   now_ = 1 - now_;
   Frame& now = frames_[now_];
   now.query.reset();
@@ -36,7 +61,7 @@ std::optional<std::pair<FirstContact, std::uint64_t>> HullHistory::first_contact
   const Frame &before = frames_[1 - now_], &now = frames_[now_];
   for (const FollowedPart& part : now.parts) {
     const FollowedPart* was = part.origin == PartOrigin::followed ? part_before(part.id) : nullptr;
-    if (!was) continue;
+    if (!was || !may_meet(was->part, part.part, object)) continue;
     FirstContactOptions options;
     if (part.motion) options.turned_world_rad = (now.time_s - before.time_s) * part.motion->angular_velocity_world_rad_s;
     const auto met = fivepipe::first_contact({&*before.query, before.time_s, was->part}, {&*now.query, now.time_s, part.part}, object, options);

@@ -16,7 +16,7 @@ class HullHistory {
   // Parts are looked for in this box of the world. Throws std::invalid_argument where it is empty, not finite, or holds too many cells.
   HullHistory(const HistoryWishes& wishes, const Eigen::AlignedBox3d& within_world_m, WorkerPool& pool);
 
-  // One more frame. A time that is not later than the last starts anew. The hull is at query() until the next.
+  // One more frame. A time that is not later than the last, or later by more than kLongestGapS, starts anew. The hull is at query() until the next.
   void add(double time_s, std::span<const Silhouette> silhouettes);
   const HullQuery& query() const { return *frames_[now_].query; }
   const std::vector<FollowedPart>& parts() const { return tracker_.parts(); }
@@ -42,5 +42,8 @@ class HullHistory {
   std::size_t now_ = 0;
   bool has_before_ = false, has_now_ = false;
 };
+
+// What a thing did in a longer time between two frames nobody can tell.
+inline constexpr double kLongestGapS = 0.25;
 
 }  // namespace fivepipe

@@ -82,6 +82,7 @@ Simulation::Simulation(const Scene& scene, const SimConfig& config, const Eigen:
   if (scene_.history) history_.emplace(*scene_.history, real_volume_world_m, pool_);
   playground_m_ = {playground_m_.min().array() - kLostM, playground_m_.max().array() + kLostM};
   contacts_.resize(bouncing_.size());
+  world_from_objects_before_.resize(scene_.objects.size());
 }
 
 bool Simulation::bounces(std::size_t object) const {
@@ -91,7 +92,7 @@ bool Simulation::bounces(std::size_t object) const {
 void Simulation::reset() {
   bodies_ = RigidBodies(scene_);
   steps_since_query_ = 0;
-  world_from_objects_before_.clear();
+  std::fill(world_from_objects_before_.begin(), world_from_objects_before_.end(), std::nullopt);
   for (auto& warmth : warmth_)
     if (warmth) warmth->reset();
 }
@@ -139,7 +140,7 @@ void Simulation::advance_to(double time_s, std::span<const Silhouette> silhouett
 
 void Simulation::advance_to(double time_s) {
   if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
-  std::fill(contacts_.begin(), contacts_.end(), CollisionReport{});
+  std::fill(contacts_.begin(), contacts_.end(), LastContact{});
   catch_up(time_s);
   report();
 }
@@ -158,6 +159,7 @@ void Simulation::put_back_the_lost() {
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
     if (scene_.objects[i].motion != Motion::dynamic || playground_m_.contains(bodies_.center_world_m(i))) continue;
     bodies_.put_back(i);
+    world_from_objects_before_[i].reset();
     ++counters_.put_back;
   }
 }
@@ -178,15 +180,14 @@ void Simulation::bounce_off_hull() {
   for (std::size_t i = 0; i < bouncing_.size(); ++i) {
     if (!collisions[i].colliding()) continue;
     ++counters_.contacts;
-    contacts_[i] = {.object = bouncing_[i], .collision = std::move(collisions[i])};
-    add_details(contacts_[i]);
-    contacts_[i].response = recover(bouncing_[i], contacts_[i].collision);
+    contacts_[i] = {{.object = bouncing_[i], .collision = std::move(collisions[i])}, detection_object(bouncing_[i])};
+    contacts_[i].report.response = recover(bouncing_[i], contacts_[i].report.collision);
   }
 }
 
-Requery Simulation::requery_of(std::size_t object) {
+Requery Simulation::requery_of(const DetectionObject& object) {
   return [this, object](const Eigen::Vector3d& move_world_m) {
-    DetectionObject moved = detection_object(object);
+    DetectionObject moved = object;
     moved.world_from_object = Eigen::Translation3d(move_world_m) * moved.world_from_object;
     moved.rp_object_world_m += move_world_m;
     return std::move(detector_->detect({&moved, 1}).front());
@@ -204,7 +205,7 @@ Response Simulation::recover(std::size_t object, ObjectCollision collision) {
                                   .v_rec_world = std::nullopt,
                                   .normals = {.four_points = true, .closed_form = false},
                                   .equally_far_m = flatness_m_[object]};
-    const Response response = respond(*query_, collision, request, requery_of(object), config);
+    const Response response = respond(*query_, collision, request, requery_of(detection_object(object)), config);
     status = response.status;
     if (response.has_way_out()) {
       const Bounce after = bounce(response, bodies_.velocity_m_s(object), scene_.objects[object].restitution, scene_.gravity_m_s2, resting_speed_m_s);
@@ -219,9 +220,8 @@ Response Simulation::recover(std::size_t object, ObjectCollision collision) {
   return *first;
 }
 
-// Of the object as it is now.
-void Simulation::add_details(CollisionReport& report) {
-  add_response(report.details, *query_, report.collision, bodies_.center_world_m(report.object), requery_of(report.object), scene_.objects[report.object].wishes);
+void Simulation::add_details(CollisionReport& report, const DetectionObject& object) {
+  add_response(report.details, *query_, report.collision, object.rp_object_world_m, requery_of(object), scene_.objects[report.object].wishes);
 }
 
 HullProximity& Simulation::proximity_to(double cap_m, double tolerance_m) {
@@ -248,12 +248,12 @@ void Simulation::add_proximity() {
 void Simulation::add_first_contacts() {
   if (!history_ || !is_new_hull_) return;
   for (CollisionReport& report : reports_) {
-    if (!scene_.objects[report.object].wishes.first_contact || world_from_objects_before_.empty()) continue;
-    const auto met = history_->first_contact({&meshes_[report.object], world_from_objects_before_[report.object], bodies_.world_from_object(report.object)});
+    const auto& before = world_from_objects_before_[report.object];
+    if (!scene_.objects[report.object].wishes.first_contact || !before) continue;
+    const auto met = history_->first_contact({&meshes_[report.object], *before, bodies_.world_from_object(report.object)});
     if (met) std::tie(report.details.first_contact, report.details.first_contact_part) = *met;
   }
-  world_from_objects_before_.clear();
-  for (std::size_t i = 0; i < scene_.objects.size(); ++i) world_from_objects_before_.push_back(bodies_.world_from_object(i));
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i) world_from_objects_before_[i] = bodies_.world_from_object(i);
 }
 
 void Simulation::report() {
@@ -265,8 +265,9 @@ void Simulation::report() {
     CollisionReport report{.object = object, .collision = std::move(collisions[i])};
     const auto bouncing = std::find(bouncing_.begin(), bouncing_.end(), object);
     const auto contact = bouncing == bouncing_.end() ? contacts_.end() : contacts_.begin() + (bouncing - bouncing_.begin());
-    if (contact != contacts_.end() && contact->response) report = std::move(*contact);
-    else add_details(report);
+    const bool bounced = contact != contacts_.end() && contact->report.response;
+    if (bounced) report = std::move(contact->report);
+    add_details(report, bounced ? contact->object : detection_object(object));
     report.name = scene_.objects[object].name;
     report.truncated = report.collision.truncated || report.collision.points.size() > std::size_t(config_.max_points);
     thin(report.collision.points, std::size_t(config_.max_points));

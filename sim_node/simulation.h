@@ -41,7 +41,7 @@ struct SimulationCounters {
   DetectorCounts detection;             // summed over all queries
 };
 
-// Needs a current OpenGL context for construction, use and destruction where collisions are found the paper's way. Deterministic: the same calls give the same bits.
+// Needs a current OpenGL context for construction, use and destruction where collisions are found the paper's way, or by backend gl. Deterministic: the same calls give the same bits.
 class Simulation {
  public:
   // Real objects are expected in this box (Rig::volume_m); a scene that asks for history needs it. Throws std::invalid_argument where
@@ -75,8 +75,8 @@ class Simulation {
   void step();
   void bounce_off_hull();
   Response recover(std::size_t object, ObjectCollision collision);
-  Requery requery_of(std::size_t object);
-  void add_details(CollisionReport& report);
+  Requery requery_of(const DetectionObject& object);
+  void add_details(CollisionReport& report, const DetectionObject& object);
   void add_proximity();
   void add_first_contacts();
   HullProximity& proximity_to(double cap_m, double tolerance_m);
@@ -101,7 +101,7 @@ class Simulation {
   std::vector<SharedProximity> proximities_;  // to the hull at hand, for all who ask with these
   std::vector<std::optional<Warmth>> warmth_; // by object
   std::uint64_t steps_warmed_ = 0;
-  std::vector<Eigen::Isometry3d> world_from_objects_before_;  // by object, at the frame before; empty: there was none
+  std::vector<std::optional<Eigen::Isometry3d>> world_from_objects_before_;  // by object, at the frame before; none: it was elsewhere, or there was none
   bool is_new_hull_ = false;               // since the last report
   std::unique_ptr<CollisionDetector> detector_;
   std::vector<MeshTree> meshes_;           // by object
@@ -114,7 +114,11 @@ class Simulation {
   std::uint64_t steps_since_anchor_ = 0;
   bool started_ = false, paused_ = false;
   std::vector<CollisionReport> reports_;
-  std::vector<CollisionReport> contacts_;  // by object of bouncing_, since the last report; collision free where none
+  struct LastContact {
+    CollisionReport report;   // collision free where there was none since the last report
+    DetectionObject object{}; // as it was then
+  };
+  std::vector<LastContact> contacts_;      // by object of bouncing_
   SimulationCounters counters_;
 };
 

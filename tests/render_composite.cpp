@@ -280,12 +280,14 @@ TEST_F(Composite, WarmthThatDoesNotFitIsRefused) {
   SceneObject warmed = object("plate", BoxShape{{0.6, 0.001, 0.6}}, {0, 1, 0}, {0.3, 0.4, 0.6});
   warmed.warming = Warming{};
   Renderer renderer(scene_of({warmed, object("cold", BoxShape{{0.1, 0.1, 0.1}}, {0, 2, 0}, {0.5, 0.5, 0.5})}), viewer_);
-  std::vector<ObjectPose> bad(3, {"plate", warmed.world_from_object, {}, std::vector<float>(8, 0.5f)});
+  std::vector<ObjectPose> bad(4, {"plate", warmed.world_from_object, {}, std::vector<float>(8, 0.5f)});
   bad[0].warmth.pop_back();
   bad[1].warmth[3] = std::numeric_limits<float>::quiet_NaN();
   bad[2].object = "cold";
+  bad[3].warmth[7] = 1.01f;
   EXPECT_EQ(renderer.draw(nothing_, bad, {}),
-            (std::vector<std::string>{"plate: 7 values of warmth for a mesh of 8 vertices", "plate: warmth not finite", "cold: warmth of an object that is not warmed"}));
+            (std::vector<std::string>{"plate: 7 values of warmth for a mesh of 8 vertices", "plate: warmth not in 0 .. 1", "cold: warmth of an object that is not warmed",
+                                      "plate: warmth not in 0 .. 1"}));
 }
 
 TEST_F(Composite, WhatCantBeDrawnIsSaidAndLeavesThePictureAsItWas) {

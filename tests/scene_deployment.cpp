@@ -294,7 +294,7 @@ TEST_F(DeploymentFile, EveryProblemOfNodesIsReportedWithItsPlace) {
                           "deployment.yaml:14:17: unknown key period_ms: period_s is expected",
                           "deployment.yaml:17:18: viewport_px must not exceed window_px (400)",
                           "deployment.yaml:18:13: step_s must be from 0.0001 to 0.1, is 1",
-                          "deployment.yaml:19:5: unknown key share; known keys: name host cores program collision eps_m spacing_m viewport_px window_px step_s max_points",
+                          "deployment.yaml:19:5: unknown key share; known keys: name host cores program collision threads eps_m spacing_m viewport_px window_px step_s max_points",
                           "deployment.yaml:20:5: program is missing: capture_node, recon_node, sim_node or render_node",
                           "deployment.yaml:20:5: name is missing in nodes[2]"));
 }

@@ -215,6 +215,9 @@ TEST_F(SceneFile, WishesThatCantBeAreProblems) {
   EXPECT_THAT(problems_with("v_rec: [0, 0, 2]", "v_rec: [0, 0, 0]"), ElementsAre("scene.yaml:10:77: v_rec is zero: it is the direction in which the object is moved out"));
   EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.5"), ElementsAre("scene.yaml:12:59: tolerance_m must not exceed cap_m"));
   EXPECT_THAT(problems_with("cell_m: 0.1}", "cell_m: 0.0001}"), ElementsAre("scene.yaml:5:45: cell_m divides the box's faces into more than a million cells"));
+  EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.0001"),
+              ElementsAre("scene.yaml:12:59: tolerance_m is less than a thousandth of cap_m: the search would take seconds"));
+  EXPECT_THAT(problems_with("name: plate", "name: " + std::string(65, 'a')), ElementsAre("scene.yaml:4:11: name has 65 characters, at most 64 are possible"));
   EXPECT_EQ(problems_with("contacts: 6", "contacts: -1").size(), 1u);
   EXPECT_EQ(problems_with("shorter_way: true", "shortest_way: true").size(), 1u);
 }

@@ -41,7 +41,8 @@ TEST(CollisionDetails, AFixedObjectTellsHowDeepAHandIsInIt) {
   EXPECT_GT(details.response->clear_distance_m() + details.response->residual_m, 0.008);
   EXPECT_LT(details.response->clear_distance_m() + details.response->residual_m, 0.020);
   EXPECT_NE(details.response->four_points.status, NormalStatus::not_asked);
-  EXPECT_NE(details.response->closed_form.status, NormalStatus::not_asked);
+  ASSERT_EQ(details.response->closed_form.status, NormalStatus::defined);
+  EXPECT_GT(details.response->closed_form.normal_world.x(), 0.5) << "the hand's front";
   ASSERT_TRUE(details.shorter_way);
   EXPECT_NE(details.shorter_way->status, ShorterWayStatus::not_free);
   ASSERT_TRUE(details.contacts);
@@ -181,6 +182,34 @@ TEST(History, AnObjectThatFallsThroughAHandBetweenFramesMeetsIt) {
     EXPECT_NEAR(contact->time_s, (3 + down_m / (z_before_m - z_m)) * kSlowFrame_s, 0.01 / (z_before_m - z_m) * kSlowFrame_s);
   }
   EXPECT_EQ(met, 1);
+}
+
+// Put back from 2.5 m below, it did not go through the hand on its way.
+TEST(History, WhatIsPutBackMeetsNothingOnTheWay) {
+  Scene scene = scene_with_history(true);
+  scene.objects[0] = virtual_box("plate", {0, 0, 0.5}, {0.2, 0.2, 0.005}, Reaction::highlight);
+  scene.objects[0].motion = Motion::dynamic;
+  scene.objects[0].wishes.first_contact = true;
+  Simulation simulation(scene, {}, kSpace);
+  constexpr double kSlowFrame_s = 0.05;
+  const auto hand = hand_at(0);
+  for (int frame = 0; frame <= 24 && simulation.counters().put_back == 0; ++frame) {
+    simulation.advance_to(frame * kSlowFrame_s, frame < 8 ? std::vector<Silhouette>{} : hand);  // the plate is gone when the hand comes
+    EXPECT_FALSE(simulation.collisions().at(0).details.first_contact) << frame;
+  }
+  EXPECT_EQ(simulation.counters().put_back, 1u);
+}
+
+TEST(History, WhatHappenedInALongGapNobodyKnows) {
+  for (const double gap_s : {0.2, 1.0, 60.0}) {
+    Simulation simulation(scene_with_history(true), {}, kSpace);
+    for (int frame = 0; frame <= 3; ++frame) simulation.advance_to(frame * kLabFrame_s, hand_at(-0.1));
+    const std::uint64_t id = simulation.hull_parts()->at(0).id;
+    simulation.advance_to(3 * kLabFrame_s + gap_s, hand_at(0.1));
+    const bool is_known = gap_s < kLongestGapS;
+    EXPECT_EQ(simulation.hull_parts()->at(0).id == id, is_known) << gap_s;
+    EXPECT_EQ(simulation.collisions().at(0).details.first_contact.has_value(), is_known) << gap_s;
+  }
 }
 
 TEST(History, WhatTouchedAlreadyHasNoFirstContact) {

@@ -132,7 +132,10 @@ TEST(CollisionMessage, TrianglesAndContactsWhereAskedFor) {
 TEST(PartsMessage, TellsWhoWasWhoAndHowTheyMove) {
   FollowedPart followed{.id = 3, .origin = PartOrigin::followed, .from = {3}};
   followed.part.box_world_m = {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 2, 3)};
-  followed.motion = PartMotion{.velocity_world_m_s = {0, 0.5, 0}, .determined_axes = 2, .window_s = 0.1, .frames = 6};
+  followed.part.middle_world_m = {0.4, 0.5, 0.6};
+  followed.part.volume_m3 = 0.002;
+  followed.part.cut = true;
+  followed.motion = PartMotion{.velocity_world_m_s = {0, 0.5, 0}, .angular_velocity_world_rad_s = {0, 0, 3}, .determined_axes = 2, .residual_m = 0.001, .window_s = 0.1, .frames = 6};
   const FollowedPart merged{.id = 4, .origin = PartOrigin::merged, .from = {1, 2}};
   OutgoingParts out = parts_message("simulation", kFrame, {followed, merged});
   const fivepipe_v1_HullParts& message = out.message();
@@ -143,6 +146,14 @@ TEST(PartsMessage, TellsWhoWasWhoAndHowTheyMove) {
   EXPECT_EQ(message.parts._buffer[0].velocity_m_s.y, 0.5);
   EXPECT_EQ(message.parts._buffer[0].determined_axes, 2);
   EXPECT_EQ(message.parts._buffer[0].box_max_m.z, 3);
+  EXPECT_EQ(message.parts._buffer[0].box_min_m.z, 0);
+  EXPECT_EQ(message.parts._buffer[0].middle_m.y, 0.5);
+  EXPECT_EQ(message.parts._buffer[0].volume_m3, 0.002);
+  EXPECT_TRUE(message.parts._buffer[0].cut);
+  EXPECT_FALSE(message.parts._buffer[1].cut);
+  EXPECT_EQ(message.parts._buffer[0].angular_velocity_rad_s.z, 3);
+  EXPECT_EQ(message.parts._buffer[0].residual_m, 0.001);
+  EXPECT_EQ(message.parts._buffer[0].window_s, 0.1);
   EXPECT_EQ(message.parts._buffer[1].origin, fivepipe_v1_part_merged);
   EXPECT_EQ(message.parts._buffer[1].frames, 0);
   ASSERT_EQ(message.parts._buffer[1].from._length, 2u);

@@ -44,8 +44,8 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
  public:
   TriangleWalk(const HullQuery& query, const TriangleWalkOptions& options);
 
-  // Adds the triangle's points in the hull, as one more triangle; the one farthest from the reference is the last. The same for every order
-  // of the vertices, which are finite.
+  // Adds the triangle's points in the hull, as one more triangle; the one farthest from the reference is the last, once more where it is a
+  // sample before. The same for every order of the vertices, which are finite.
   // solid: known to lie in the hull, all of it.
   TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted, FoundPoints& points);
 

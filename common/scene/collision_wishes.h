@@ -47,5 +47,7 @@ struct HistoryWishes {
   int window_frames = 8;     // velocities are averages over
   double fastest_m_s = 6;    // nothing moves faster
 };
+// Of the rig's volume.
+inline constexpr double kMostHistoryCells = 1 << 27;
 
 }  // namespace fivepipe

@@ -13,7 +13,8 @@ constexpr Range kTolerance_m{1e-5, 1};
 constexpr Range kContacts{0, 64};
 constexpr Range kTime_s{1e-3, 3600};
 constexpr Range kCell_m{5e-4, 1};
-constexpr Range kWindow{3, 1000};
+constexpr Range kWindow{3, 240};
+constexpr double kFinestTolerance = 1e-3;  // of the cap: a search costs with their ratio
 constexpr Range kSpeed_m_s{0.01, 1000};
 constexpr Range kAnyDirection{-1e6, 1e6};
 constexpr Range kPart{0, 1};
@@ -40,6 +41,7 @@ void read_cap(YamlMap& map, double& cap_m, double& tolerance_m) {
   cap_m = map.number("cap_m", kCap_m, cap_m);
   tolerance_m = map.number("tolerance_m", kTolerance_m, std::min(tolerance_m, cap_m));
   if (tolerance_m > cap_m) map.problem_at("tolerance_m", "tolerance_m must not exceed cap_m");
+  if (tolerance_m < kFinestTolerance * cap_m) map.problem_at("tolerance_m", "tolerance_m is less than a thousandth of cap_m: the search would take seconds");
 }
 
 ProximityWishes read_proximity(YamlMap map) {

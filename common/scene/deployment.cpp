@@ -3,6 +3,7 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <sstream>
 
 #include "common/scene/node_checks.h"
 #include "common/scene/node_reader.h"
@@ -93,6 +94,17 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_good, bool vie
   for (PlacedNode& placed : nodes) deployment.nodes.push_back(std::move(placed.node));
 }
 
+// Parts of the hull are looked for in the rig's volume.
+void check_history(YamlMap& map, const Deployment& deployment) {
+  if (!deployment.scene.history) return;
+  const double cells = (deployment.rig.volume_m.sizes() / deployment.scene.history->cell_m).array().ceil().prod();
+  if (cells <= kMostHistoryCells) return;
+  std::ostringstream what;
+  what << "history of the scene divides the rig's volume_m into " << cells << " cells, at most " << kMostHistoryCells
+       << " are possible: a larger cell_m in its history, or a smaller volume_m";
+  map.problem_at("scene", what.str());
+}
+
 Deployment read_deployment(const std::filesystem::path& file, const std::map<std::string, std::string>& overrides, Problems& problems) {
   YamlMap map = YamlMap::load(file, problems);
   Deployment deployment;
@@ -108,6 +120,7 @@ Deployment read_deployment(const std::filesystem::path& file, const std::map<std
   deployment.rig = read_named_file(map, "rig", read_rig);
   const bool rig_is_good = map.given("rig") && problems.count() == problems_before_rig;
   deployment.scene = read_named_file(map, "scene", read_scene);
+  if (rig_is_good) check_history(map, deployment);
   const std::size_t problems_before_viewer = problems.count();
   deployment.viewer = read_viewer(map.map("viewer"));
   const bool viewer_is_good = problems.count() == problems_before_viewer;

@@ -19,6 +19,7 @@ constexpr Range kSize_m{0, 1e4, true};
 constexpr Range kPart{0, 1};
 constexpr Range kSubdivisions{0, 6};     // 20 * 4^6 = 81 920 triangles
 constexpr Range kCurtainCells{1, 1000};  // a million cells at most
+constexpr std::size_t kLongestObjectName = 64;  // as messages have room for
 constexpr double kMostBoxCells = 1e6;
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -104,7 +105,7 @@ void check_behaviour(YamlMap& map, const SceneObject& object) {
 
 SceneObject read_object(YamlMap map) {
   SceneObject object;
-  object.name = map.name("name");
+  object.name = map.name("name", {}, kLongestObjectName);
   object.shape = read_shape(map);
   object.world_from_object = read_placement(map);
   object.motion = map.choice<Motion>("motion", {{"fixed", Motion::fixed}, {"dynamic", Motion::dynamic}}, Motion::fixed);

@@ -47,7 +47,7 @@ class YamlMap {
   std::int64_t integer64(const std::string& key, Range range, std::optional<std::int64_t> otherwise = {});
   bool flag(const std::string& key, std::optional<bool> otherwise = {});
   std::string text(const std::string& key, std::optional<std::string> otherwise = {});
-  std::string name(const std::string& key, std::optional<std::string> otherwise = {});  // [a-z0-9_]+
+  std::string name(const std::string& key, std::optional<std::string> otherwise = {}, std::size_t longest = 32);  // [a-z0-9_]+, as messages have room for
   Eigen::Vector3d vector3(const std::string& key, Range each, std::optional<Eigen::Vector3d> otherwise = {});
   Eigen::Matrix3d matrix3(const std::string& key);  // a list of three rows
   std::array<int, 2> size_px(const std::string& key, std::optional<std::array<int, 2>> otherwise = {});  // width, height
