@@ -59,7 +59,8 @@ GlCamera gl_camera(const CpuHull::MapCamera& camera, const Eigen::Isometry3d& wo
   }
   c.of_x[3] = float(error(kOfForm, at_terms, farthest_px) + error(kOfProjection, world_at_terms, image_px));
   c.at[3] = float(error(kOfForm, terms_per_m, farthest_px) + error(kOfProjection, world_terms_per_m, image_px));
-  c.of_y[3] = float(kOfForm * (at_terms.z() + radius_m * terms_per_m.z()) * kMarginSlack);
+  c.of_y[3] = float((kOfForm * (at_terms.z() + radius_m * terms_per_m.z()) +
+                     kOfProjection * (world_at_terms.z() + radius_m * world_terms_per_m.z())) * kMarginSlack);
   c.of_z[3] = float(kOfImage + kLeastMargin_px / farthest_px);
   const int lines[2][4] = {{stored.u0_px - base_u, stored.u1_px - 1 - base_u, stored.v0_px - base_v, stored.v1_px - 1 - base_v},
                            {bounds.u0_px - base_u, bounds.u1_px - base_u, bounds.v0_px - base_v, bounds.v1_px - base_v}};

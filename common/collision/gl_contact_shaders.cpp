@@ -67,19 +67,20 @@ layout(std430, binding = 5) readonly buffer NodesIn { uvec2 nodes_in[]; };  // o
 layout(std430, binding = 6) writeonly buffer NodesOut { uvec2 nodes_out[]; };
 layout(std430, binding = 7) writeonly buffer Leaves { uvec2 open_leaves[]; };
 layout(location = 2) uniform int pass;
-// A box's extent in the image, as a fraction more: the rounding of quotients, of its middle's image included, which errs with U and W alike.
+// A box's extent in the image, as a fraction more, for its rounding. From the middle's image uv a corner, dU and dW away, lies off by
+// (dU - uv dW) / W, and by U - uv W of the middle over the corner's W: that is what the forms and the quotient are off.
 const float kOffSlack = 1.0 + 1.0 / 262144.0;
 bool is_free(uint first_camera, vec3 middle, vec3 half_size) {
   for (int i = 0; i < cameras; ++i) {
     Camera c = object_cameras[first_camera + uint(i)];
     vec3 uvw = image_of(c, middle);
-    float off_w = abs(c.of_x.z) * half_size.x + abs(c.of_y.z) * half_size.y + abs(c.of_z.z) * half_size.z, least_w = uvw.z - off_w;
+    float off_w = abs(c.of_x.z) * half_size.x + abs(c.of_y.z) * half_size.y + abs(c.of_z.z) * half_size.z, least_w = uvw.z - off_w - c.of_y.w;
     if (uvw.z + off_w < c.behind * c.of_x.w) return true;
     if (!(least_w > 0.0)) continue;
     vec2 uv = uvw.xy / uvw.z;
     // The middle's image may be farther off than the object pixels, and the box reach from there to them.
-    float beyond_px = max(0.0, max(abs(uv.x), abs(uv.y)) - c.farthest_px);
-    float margin = margin_px(c, c.of_x.w + beyond_px * c.of_y.w, least_w) + beyond_px * c.of_z.w;
+    float far_px = max(c.farthest_px, max(abs(uv.x), abs(uv.y)));
+    float margin = (c.of_x.w + (far_px - c.farthest_px) * c.of_y.w + far_px * c.of_z.w * uvw.z) / least_w;
     if (!(margin < most_margin_px)) continue;
     precise vec2 x = c.of_x.xy - uv * c.of_x.z, y = c.of_y.xy - uv * c.of_y.z, z = c.of_z.xy - uv * c.of_z.z;
     vec2 off = (abs(x) * half_size.x + abs(y) * half_size.y + abs(z) * half_size.z) * (kOffSlack / least_w);
