@@ -55,11 +55,12 @@ class GlDetecting : public GlTest {
     return ask(hull, MeshTree(mesh_of({t})), options).verdict;
   }
 
-  // Free and colliding alike, but for what one of them calls touching.
+  // Free and colliding alike, but for what one of them calls touching: a hundredth of the triangles at most, and one.
   static void expect_as_cpu(const Hull& hull, std::span<const DetectionObject> objects, const DetectionOptions& options) {
     const std::vector<ObjectCollision> gl = ask(*detection_, hull, objects, options), cpu = detect(hull.query, objects, options);
     for (std::size_t i = 0; i < objects.size(); ++i) {
       for (std::size_t t = 0; t < objects[i].tree->mesh().triangles.size(); ++t) {
+        if (t == 0) EXPECT_LE(gl[i].touching.size() * 100, 100 + objects[i].tree->mesh().triangles.size());
         if (holds(gl[i].touching, t) || holds(cpu[i].touching, t)) continue;
         EXPECT_EQ(holds(gl[i].triangles, t), holds(cpu[i].triangles, t)) << i << ' ' << t;
       }
@@ -301,7 +302,7 @@ TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
     worst = std::max({worst, std::abs(off_u) / margin_px, std::abs(off_v) / margin_px});
   }
   EXPECT_LT(worst, 1);
-  EXPECT_GT(worst, 0.01);
+  EXPECT_GT(worst, 0.005);
 }
 
 TEST_F(GlDetecting, NothingIsThere) {

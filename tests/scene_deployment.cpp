@@ -28,6 +28,15 @@ class DeploymentFile : public SceneFiles {
   }
 };
 
+TEST_F(DeploymentFile, AHistoryOfTooManyCellsIsAProblem) {
+  write("scene.yaml", kGoodScene + "history: {cell_m: 0.0005}\n");
+  EXPECT_THAT(problems(with_nodes("  - {name: s, program: sim_node}\n")),
+              ElementsAre(testing::AllOf(testing::HasSubstr("deployment.yaml:3:8: history of the scene divides the rig's volume_m into"),
+                                         testing::HasSubstr("a larger cell_m in its history, or a smaller volume_m"))));
+  write("scene.yaml", kGoodScene + "history: {cell_m: 0.01}\n");
+  EXPECT_TRUE(problems(with_nodes("  - {name: s, program: sim_node}\n")).empty());
+}
+
 TEST_F(DeploymentFile, LeavesDefaultsWhereNothingIsSaid) {
   const Deployment d = load(kGoodDeployment);
   EXPECT_EQ(d.name, "small");

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 constexpr double kLabFrame_s = 1.0 / 60;
 const Eigen::AlignedBox3d kSpace(Vector3d(-0.3, -0.3, -0.3), Vector3d(0.3, 0.3, 0.3));
 
-// All tests find collisions on the CPU; only the paper's backend needs a context.
+// All tests find collisions on the CPU, which needs no context.
 SceneObject plate(double x_m = 0) { return virtual_box("plate", {x_m, 0, 0}, {0.005, 0.4, 0.4}, Reaction::highlight); }
 std::vector<Silhouette> hand_at(double x_m, double radius_m = 0.02) { return seen({{{x_m, -0.01, 0}, {x_m, 0.01, 0.005}, radius_m}}); }
 

@@ -12,10 +12,11 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Roundings of float, each at most 2^-24 of a sum of the terms' sizes. Of a point of a triangle: vertices from double, edges, two fractions and
-// their products, sums, a third added: fewer than 20. Of a form: coefficients from double, products, sums: fewer than 12. GLSL rounds as IEEE
-// does in sums and products that are `precise`; it may take numbers below float's normal range for zero, which is far below kLeastMargin_px.
-constexpr double kOfForm = 32 * 0x1p-24;
+// Roundings of float. Of a point of a triangle: vertices from double, edges, two fractions and their products, sums, a third added: fewer than
+// 20. Of a form: coefficients from double, products, sums: fewer than 12. GLSL rounds sums and products that are `precise` correctly, but
+// leaves open to which side (4.7.1): each is off by at most 2^-23 of a sum of the terms' sizes, twice what rounding to nearest is. It may take
+// numbers below float's normal range for zero, which is far below kLeastMargin_px.
+constexpr double kOfForm = 32 * 0x1p-23;
 constexpr double kLeastMargin_px = 0x1p-20;
 // Of an image, beside: a quotient is 2.5 units in the last place off at most, 5 * 2^-24, and is rounded with its margin.
 constexpr double kOfImage = 0x1p-20;

@@ -111,6 +111,7 @@ std::vector<char> GlContactPasses::set_objects(const CpuHull& hull, std::span<co
       camera.of_x[3] += camera.at[3] * float(tree.radius_m());  // all of its points are asked together
       cameras.push_back(camera);
     }
+    fits[i] = fits[i] && cameras.size() * sizeof(GlCamera) <= most_bytes_;
     if (!fits[i]) cameras.resize(objects_[i].first_camera);
   }
   place_trees(objects, fits);
@@ -214,7 +215,7 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
 std::optional<GlContactPasses::Refined> GlContactPasses::refine(std::span<const RefinedTriangle> triangles, std::span<const Part> first, std::size_t room) {
   Refined refined;
   if (first.empty()) return refined;
-  if (first.size() > room) return std::nullopt;
+  if (first.size() > room || triangles.size_bytes() > most_bytes_) return std::nullopt;
   Refinement refinement;
   refinement.parts[0] = {{groups_of(first.size()), 1, 1}, std::uint32_t(first.size())};
   refinement_buffer_.write(&refinement, sizeof refinement);

@@ -4,7 +4,7 @@ namespace fivepipe::gl_contact {
 namespace {
 
 // What all passes share: a rectangle of images looked up in a camera's map, as contact_lanes.h. What margins rest on is `precise`: GLSL then
-// rounds sums and products as IEEE does; of a quotient it promises 2.5 units in the last place.
+// rounds sums and products correctly, to whichever side; of a quotient it promises 2.5 units in the last place.
 const char* const kShared = R"(#version 450 core
 layout(local_size_x = 64) in;
 struct Camera { vec4 of_x, of_y, of_z, at, stored, bounds; int first_byte, stride; float farthest_px, behind; };

@@ -7,7 +7,7 @@
 //   3. on the CPU  every point that was found is asked in double. What the GPU left open, and what it found and double does not confirm, is
 //                  walked as backend `cpu` does (triangle_walk.h).
 //
-// The GPU's numbers are float; what they may be off is derived (gl_contact_passes.cpp) from what GLSL promises of them, and added to each look.
+// The GPU's numbers are float; what they may be off is derived (gl_contact_camera.cpp) from what GLSL promises of them, and added to each look.
 // So `free` is certified on every driver that keeps those promises; a point is in the hull on any.
 #pragma once
 #include <memory>
