@@ -73,6 +73,15 @@ TEST(Contour, NormalsOfDiscsWithinTheStatedError) {
   }
 }
 
+// Contours of fewer edges than the fit's window: it must not go on around them, and come back from behind.
+TEST(Contour, NormalsOfDiscsSmallerThanTheWindow) {
+  for (const auto& [radius_px, most_median_deg, most_worst_deg] : {std::tuple{1.5, 10.0, 70.0}, {2.0, 6.0, 60.0}, {2.5, 4.0, 45.0}, {3.5, 3.0, 45.0}}) {
+    const auto errors = normal_errors_deg(radius_px, 400);
+    EXPECT_LT(errors[errors.size() / 2], most_median_deg) << radius_px;
+    EXPECT_LT(errors.back(), most_worst_deg) << radius_px;
+  }
+}
+
 TEST(Contour, StraightBorders) {
   BoxReach reach;
   ObjectPixels half(64, 64);

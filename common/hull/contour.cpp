@@ -23,6 +23,7 @@ constexpr double kStaircaseVariance_px2 = 1.0 / 12;
 // An edge between a kept pixel and its neighbour that is not.
 struct Edge {
   Vector2i pixel, outward;
+  bool operator==(const Edge&) const = default;
   Vector2d middle() const { return pixel.cast<double>() + 0.5 * outward.cast<double>(); }
 };
 
@@ -45,32 +46,38 @@ Vector2i turned(const Edge& from, const Vector2i& along, const Edge& to) {
 // Edges' middles relative to uv, the starting edge's in the middle: kContourEdges before and after.
 using Middles = std::array<Vector2d, 2 * kContourEdges + 1>;
 
-Middles middles_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px) {
+// A closed contour has so many edges; 2 kContourEdges + 1 stand for that and more.
+Middles middles_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px, int& edges) {
   Middles middles;
+  edges = 2 * kContourEdges + 1;
   middles[kContourEdges] = start.middle() - uv_px;
-  for (const int sign : {-1, 1}) {
-    Edge edge = start;
-    Vector2i along = sign * Vector2i(-start.outward.y(), start.outward.x());
-    for (int n = 1; n <= kContourEdges; ++n) {
-      const Edge after = next(map, edge, along);
-      along = turned(edge, along, after);
-      edge = after;
-      middles[std::size_t(kContourEdges + sign * n)] = edge.middle() - uv_px;
+  std::array<Edge, 2> edge{start, start};  // on the way back, and forth
+  std::array<Vector2i, 2> along{Vector2i(start.outward.y(), -start.outward.x()), Vector2i(-start.outward.y(), start.outward.x())};
+  for (int n = 1; n <= kContourEdges; ++n)
+    for (const std::size_t way : {0u, 1u}) {
+      const Edge after = next(map, edge[way], along[way]);
+      along[way] = turned(edge[way], along[way], after);
+      edge[way] = after;
+      middles[std::size_t(kContourEdges + (way == 0 ? -n : n))] = after.middle() - uv_px;
+      if (edge[0] == edge[1]) edges = std::min(edges, way == 0 ? 2 * n - 1 : 2 * n);  // they meet on the far side
     }
-  }
   return middles;
 }
 
 // Windows up to this are tried edge by edge, larger ones by fours.
 constexpr int kFineWindow = 8;
 
-// Largest window about the middle in which the contour turns little enough.
-int window(const Middles& m) {
-  int n = kContourEdges;
-  for (; n > kFewestContourEdges; n -= n > kFineWindow ? 4 : 1) {
-    const Vector2d to = m[kContourEdges] - m[std::size_t(kContourEdges - n)], from = m[std::size_t(kContourEdges + n)] - m[kContourEdges];
-    if (std::abs(std::atan2(to.x() * from.y() - to.y() * from.x(), to.dot(from))) <= kMostTurn_rad) break;
-  }
+// By how much the contour turns from one side of the middle to the other.
+double turn_rad(const Middles& m, int n) {
+  const Vector2d to = m[kContourEdges] - m[std::size_t(kContourEdges - n)], from = m[std::size_t(kContourEdges + n)] - m[kContourEdges];
+  return std::abs(std::atan2(to.x() * from.y() - to.y() * from.x(), to.dot(from)));
+}
+
+// Largest window about the middle in which the contour turns little enough; else the smallest. Of a small thing no more than half the
+// contour: a window that goes on around it comes back from behind.
+int window(const Middles& m, int edges) {
+  int n = edges > 2 * kContourEdges ? kContourEdges : std::clamp(edges / 4, kFewestContourEdges, kContourEdges);
+  while (n > kFewestContourEdges && !(turn_rad(m, n) <= kMostTurn_rad)) n -= n > kFineWindow ? 4 : 1;
   return n;
 }
 
@@ -105,14 +112,17 @@ Slope slope_at_uv(const Middles& m, int n, const Vector2d& tangent, double chord
 
 ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px, const Vector2d& uv_px) {
   const Edge start{{u_px, v_px}, {du_px, dv_px}};
-  const Middles middles = middles_around(map, start, uv_px);
-  const int n = window(middles);
+  int edges = 0;
+  const Middles middles = middles_around(map, start, uv_px, edges);
+  const int n = window(middles, edges);
   const Vector2d chord = middles[std::size_t(kContourEdges + n)] - middles[std::size_t(kContourEdges - n)];
   if (!(chord.squaredNorm() > 0)) return {start.outward.cast<double>(), std::numbers::pi};  // all around one pixel: any
   const Vector2d tangent = chord.normalized();
   const Slope slope = slope_at_uv(middles, n, tangent, chord.norm());
   const Vector2d fitted = (tangent + slope.at_uv * Vector2d(-tangent.y(), tangent.x())).normalized();
-  return {{fitted.y(), -fitted.x()}, std::atan(slope.error)};  // tangent = outward turned by a quarter from x to y
+  // A corner, or a thing of a few pixels: the tangent is anywhere between both sides'.
+  const double turn = turn_rad(middles, n), between_rad = turn <= kMostTurn_rad ? 0 : 0.5 * turn;
+  return {{fitted.y(), -fitted.x()}, std::max(std::atan(slope.error), between_rad)};  // tangent = outward turned by a quarter from x to y
 }
 
 }  // namespace fivepipe

@@ -30,7 +30,8 @@ inline constexpr int kContourEdges = 16, kFewestContourEdges = 2;
 inline constexpr double kMostTurn_rad = 1.4;
 struct ContourFit {
   Eigen::Vector2d normal;
-  // Standard error of the fit, taken from its residuals; where too few edges are left for it, a pixel's over half the chord.
+  // Standard error of the fit, taken from its residuals; where too few edges are left for it, a pixel's over half the chord; half the turn
+  // where the contour turns by more than kMostTurn_rad even in the smallest window.
   double error_rad;
 };
 ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px, const Eigen::Vector2d& uv_px);
