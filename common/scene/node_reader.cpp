@@ -138,7 +138,8 @@ ReconConfig read_recon(YamlMap& map) {
 
 SimConfig read_sim(YamlMap& map) {
   SimConfig config;
-  config.collision = map.choice<CollisionBackend>("collision", {{"cpu", CollisionBackend::cpu}, {"gl", CollisionBackend::gl}, {"paper", CollisionBackend::paper}}, config.collision);
+  config.collision = map.choice<CollisionBackend>(
+      "collision", {{"cpu", CollisionBackend::cpu}, {"gl", CollisionBackend::gl}, {"paper", CollisionBackend::paper}}, config.collision);
   config.threads = map.integer("threads", {1, 256}, config.threads);
   config.eps_m = map.number("eps_m", {1e-6, 0.1}, config.eps_m);
   config.spacing_m = map.number("spacing_m", {1e-5, 1}, config.spacing_m);

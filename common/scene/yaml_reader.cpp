@@ -247,7 +247,8 @@ std::string YamlMap::name(const std::string& key, std::optional<std::string> oth
   if (!text) return otherwise.value_or("");
   if (text->text.empty() || text->text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
     report(place_of_mark(node.Mark()), key + " must consist of a-z, 0-9 and _, is \"" + text->text + '"');
-  if (text->text.size() > longest) report(place_of_mark(node.Mark()), key + " has " + std::to_string(text->text.size()) + " characters, at most " + std::to_string(longest) + " are possible");
+  if (text->text.size() > longest)
+    report(place_of_mark(node.Mark()), key + " has " + std::to_string(text->text.size()) + " characters, at most " + std::to_string(longest) + " are possible");
   return text->text;
 }
 
