@@ -142,9 +142,7 @@ std::optional<PartMotion> PartTracker::motion_of(Track& track, const HullPart& p
   motion.window_s = track.window.back().time_s - track.window.front().time_s;
   motion.velocity_world_m_s = slope_m_s(track.window);
   const double size_m = std::sqrt(part.covariance_world_m2.trace());
-  const EvenMotion by_middles{motion.velocity_world_m_s, Vector3d::Zero()};
-  auto fit = outline_motion(track.window, track.guess.value_or(by_middles), size_m);
-  if (!fit && track.guess) fit = outline_motion(track.window, by_middles, size_m);
+  const auto fit = outline_motion(track.window, track.guess.value_or(EvenMotion{motion.velocity_world_m_s, Vector3d::Zero()}), size_m);
   track.guess.reset();
   if (!fit) return motion;
   track.guess = fit->motion;
