@@ -1,5 +1,6 @@
 // Motion from outlines: against outlines without pixels, and what the outlines of parts are.
 #include <algorithm>
+#include <functional>
 #include <limits>
 
 #include "common/collision/hull_parts.h"
@@ -70,7 +71,7 @@ TEST(OutlineMotion, OfExactOutlinesIsExact) {
     const auto found = outline_motion(seen, guess, 0.08);
     ASSERT_TRUE(found) << scene;
     EXPECT_EQ(found->determined_axes, 3) << scene;
-    // The last step, which was not taken, turned by less than two milliradians over the window.
+    // The last step turned by less than two milliradians over the window.
     const double window_s = seen.back().time_s - seen.front().time_s;
     EXPECT_LT((found->motion.angular_velocity_world_rad_s - script.motion.angular_velocity_world_rad_s).norm() * window_s, 2e-3) << scene;
     EXPECT_LT((found->motion.velocity_world_m_s - script.motion.velocity_world_m_s).norm() * window_s, 1e-4) << scene;
@@ -95,6 +96,55 @@ TEST(OutlineMotion, RoundThingsTurnUnseen) {
     EXPECT_LT(std::abs(of_rod->motion.angular_velocity_world_rad_s.x()), 0.05);  // none about itself, which lies along x in the middle
     EXPECT_LT((of_rod->motion.angular_velocity_world_rad_s - script.motion.angular_velocity_world_rad_s).tail<2>().norm(), 0.05 * 3);
   }
+}
+
+// Of a perfect ball: each outline a circle of a cone round the eye.
+std::deque<OutlinesAt> outlines_of_ball(double radius_m, const std::vector<Camera>& cameras, int frames, const std::function<Vector3d(double)>& middle_m) {
+  std::deque<OutlinesAt> seen;
+  for (int i = 0; i < frames; ++i) {
+    const double t_s = (i - 0.5 * (frames - 1)) / 60;
+    OutlinesAt at{100 + t_s, middle_m(t_s), {}};
+    for (const Camera& camera : cameras) {
+      PartOutline outline{camera_center_world_m(camera), {}};
+      const Vector3d sight = at.middle_world_m - outline.eye_world_m, across = sight.unitOrthogonal();
+      const double tangent_m = std::sqrt(sight.squaredNorm() - radius_m * radius_m), sine = radius_m / sight.norm();
+      for (int k = 0; k < 200; ++k) {
+        const Vector3d out = AngleAxisd(2 * std::numbers::pi * k / 200, sight.normalized()) * across;
+        outline.corners_world.push_back(tangent_m * (std::sqrt(1 - sine * sine) * sight.normalized() + sine * out));
+      }
+      at.outlines.push_back(outline);
+    }
+    seen.push_back(at);
+  }
+  return seen;
+}
+
+TEST(OutlineMotion, AGuessThatIsOffTurnsNoBall) {
+  Random random(5);
+  const auto cameras = ring(6, 1.6, 0.5, 480, 1.1);
+  for (const double off_m_s : {0.1, 0.2, 0.3, 0.5, 0.7, 1.0})
+    for (const int frames : {6, 12, 20, 48}) {
+      const Script script = random_script(random, 0.3, 0);
+      const auto seen = outlines_of_ball(0.05, cameras, frames, [&](double t_s) { return Vector3d(script.middle_m + t_s * script.motion.velocity_world_m_s); });
+      const auto found = outline_motion(seen, {script.motion.velocity_world_m_s + off_m_s * random_direction(random), kOrigin}, 0.04);
+      ASSERT_TRUE(found) << off_m_s << " m/s, " << frames;
+      EXPECT_EQ(found->determined_axes, 0) << off_m_s << " m/s, " << frames;
+      EXPECT_EQ(found->motion.angular_velocity_world_rad_s, kOrigin);
+      EXPECT_LT(found->residual_m, 1e-4) << off_m_s << " m/s, " << frames;
+      EXPECT_LT((found->motion.velocity_world_m_s - script.motion.velocity_world_m_s).norm() * (frames - 1) / 60, 1e-4) << off_m_s << " m/s, " << frames;
+    }
+}
+
+TEST(OutlineMotion, ABallThatBrakesTurnsNot) {
+  const auto cameras = ring(6, 1.6, 0.5, 480, 1.1);
+  for (const int frames : {8, 20, 48})
+    for (const double stops_s : {-0.2, -0.1, -0.05, 0.0, 0.05, 0.1, 0.2}) {  // from the window's middle
+      const auto seen = outlines_of_ball(0.05, cameras, frames, [&](double t_s) { return Vector3d(std::min(t_s - stops_s, 0.0), 0, 0); });
+      for (const double guess_m_s : {0.0, 0.5, 1.0}) {
+        const auto found = outline_motion(seen, {guess_m_s * Vector3d::UnitX(), kOrigin}, 0.04);
+        EXPECT_EQ(found ? found->determined_axes : 0, 0) << frames << " frames, stops at " << stops_s << ", guess " << guess_m_s;
+      }
+    }
 }
 
 TEST(OutlineMotion, WhatIsTooLittleSaysNothing) {

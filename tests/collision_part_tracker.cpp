@@ -155,6 +155,40 @@ TEST(PartTracker, VelocityAndRotationOfAHandAndAPipe) {
     }
 }
 
+TEST(PartTracker, ABallThatBrakesIsNeverSaidToTurn) {
+  const std::vector<Camera> cameras = lab_cameras();
+  for (const int window : {8, 20}) {
+    PartTracker tracker({.window_frames = window});
+    for (int frame = 0; frame < 50; ++frame) {
+      const double t_s = (frame - 24.5) * kFrame_s;  // 1 m/s, then still
+      const auto& parts = tracker.add(frame * kFrame_s, parts_of({ball({std::min(t_s, 0.0) + 0.1, 0, 0}, 0.05)}, cameras, 0.004));
+      ASSERT_EQ(parts.size(), 1u);
+      EXPECT_EQ(parts[0].motion ? parts[0].motion->determined_axes : 0, 0) << "window " << window << ", frame " << frame;
+    }
+  }
+}
+
+TEST(PartTracker, APipeThatTurnsBackIsNeverSaidToTurnFasterOrAboutItself) {
+  const std::vector<Camera> cameras = lab_cameras();
+  constexpr double kRate_rad_s = 3;
+  constexpr int kWindow = 12;
+  PartTracker tracker({.window_frames = kWindow});
+  int determined = 0;
+  for (int frame = 0; frame < 48; ++frame) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = AngleAxisd(kRate_rad_s * kFrame_s * (24 - std::abs(frame - 24)), Vector3d(0, 0.25, 1).normalized()).toRotationMatrix();
+    const auto& parts = tracker.add(frame * kFrame_s, parts_of(moved(pipe(), pose), cameras, 0.004));
+    ASSERT_EQ(parts.size(), 1u);
+    if (!parts[0].motion || parts[0].motion->determined_axes == 0) continue;
+    EXPECT_EQ(parts[0].motion->determined_axes, 2) << frame;
+    EXPECT_LT(parts[0].motion->angular_velocity_world_rad_s.norm(), 1.05 * kRate_rad_s) << frame;
+    const bool even = frame >= kWindow && (frame <= 24 || frame >= 24 + kWindow);
+    determined += even;
+    EXPECT_GT(parts[0].motion->angular_velocity_world_rad_s.norm(), even ? 0.9 * kRate_rad_s : 0) << frame;
+  }
+  EXPECT_EQ(determined, 25);
+}
+
 TEST(PartTracker, WithoutOutlinesNothingIsSaidOfRotation) {
   PartTracker tracker;
   const Script script{Vector3d::UnitX(), Vector3d::UnitZ(), Eigen::Matrix3d::Identity()};
@@ -199,6 +233,37 @@ TEST(PartTracker, IdentityThroughAJoinAndASplitIsStated) {
   EXPECT_TRUE(was_joined && was_split);
 }
 
+TEST(PartTracker, ASpeckBesideARodIsNoneOfIt) {
+  const std::vector<Camera> cameras = lab_cameras();
+  const Capsule rod{{-0.15, -0.15, 0}, {0.15, 0.15, 0}, 0.02}, speck = ball(0.11 * Vector3d(1, -1, 0).normalized(), 0.008);
+  PartTracker tracker;
+  for (int frame = 0; frame < 40; ++frame) {
+    const bool is_there = frame % 4 == 3;
+    const auto& parts = tracker.add(frame * kFrame_s, parts_of(is_there ? std::vector{rod, speck} : std::vector{rod}, cameras, 0.002));
+    ASSERT_EQ(parts.size(), is_there ? 2u : 1u) << frame;
+    EXPECT_EQ(parts[0].id, 1u) << frame;
+    EXPECT_EQ(parts[0].origin, frame > 0 ? PartOrigin::followed : PartOrigin::appeared) << frame;
+    if (!is_there) continue;
+    EXPECT_EQ(parts[1].origin, PartOrigin::appeared) << frame;
+    EXPECT_TRUE(parts[1].from.empty());
+  }
+}
+
+// One that is a quarter of the other is clearly not it, and is said to join it and to leave it.
+TEST(PartTracker, WhatIsClearlyTheLargerOneStillIsOfTwo) {
+  const std::vector<Camera> cameras = lab_cameras();
+  PartTracker tracker;
+  int merged = 0, split = 0;
+  for (int frame = 0; frame < 40; ++frame) {
+    const double gap_m = std::abs(frame - 19.5) * 0.004 - 0.02;
+    const auto& parts = tracker.add(frame * kFrame_s, parts_of({ball({-0.05, 0, 0}, 0.05), ball({0.032 + gap_m, 0.01, 0}, 0.032)}, cameras, 0.004));
+    merged += parts[0].origin == PartOrigin::merged && parts[0].from == std::vector<std::uint64_t>{1, 2};
+    for (const FollowedPart& p : parts) split += p.origin == PartOrigin::split;
+  }
+  EXPECT_EQ(merged, 1);
+  EXPECT_EQ(split, 2);
+}
+
 HullPart at_place(const Vector3d& p, double volume_m3 = 1e-4) {
   HullPart part;
   part.middle_world_m = p;
@@ -233,6 +298,17 @@ TEST(PartTracker, AnotherSizeIsAnotherPart) {
   PartTracker tracker;
   tracker.add(0.01, {at_place({0, 0, 0})});
   EXPECT_NE(tracker.add(0.02, {at_place({0, 0, 0}, 5e-4)})[0].origin, PartOrigin::followed);
+}
+
+TEST(PartTracker, AfterAGapNobodyIsKnownAgain) {
+  PartTracker tracker({.longest_gap_s = 0.25});
+  tracker.add(1, {at_place({0, 0, 0})});
+  EXPECT_EQ(tracker.add(1.24, {at_place({0, 0, 0})})[0].id, 1u);
+  EXPECT_EQ(tracker.add(1.5, {at_place({0, 0, 0})})[0].id, 2u);
+  EXPECT_EQ(tracker.parts()[0].origin, PartOrigin::appeared);
+  EXPECT_EQ(tracker.add(3601.5, {at_place({4, 0, 0})})[0].id, 3u);
+  EXPECT_THROW(PartTracker({.longest_gap_s = 0}), std::invalid_argument);
+  EXPECT_THROW(PartTracker({.longest_gap_s = std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
 }
 
 TEST(PartTracker, TimeThatGoesBackStartsAnewAndNumbersAreNeverGivenTwice) {

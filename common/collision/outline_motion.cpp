@@ -24,17 +24,20 @@ constexpr double kFarthest = 3;
 constexpr int kLeastTouches = 24;
 // Which points touch changes from step to step: after the first few, half steps, lest they go to and fro.
 constexpr int kMostSteps = 12, kFullSteps = 4;
-// A step that turns less over the window ends the search [rad]: a tenth of a pixel at 10 cm.
+// A step that turns less over the window [rad], and moves less [sizes], ends the search: a tenth of a pixel at 10 cm.
 constexpr double kStill_rad = 2e-3;
 // To try whether the shape determines an axis it is turned by so much [rad], which moves what lies kLeastLever off by more than a pixel.
 constexpr double kTried_rad = 0.2;
 // It does, if the planes come apart as if they touched at least so far off the axis [sizes]. Measured with noise: round a pipe at most 0.07,
 // round a hand at least 0.27.
 constexpr double kLeastLever = 0.15;
-constexpr std::size_t kPairsTried = 4;
-// Axes that were judged by a guess farther off than this [rad over the window] are judged anew.
+// Axes that were judged by a motion farther off than this over the window [rad; sizes] are judged anew.
 constexpr double kFarOff_rad = 0.1;
 constexpr int kMostJudged = 3;
+// Pairs of outlines that a step looks at, and one on the way there: with them a fit takes the same time for any window and number of cameras.
+// Where there are more, times are left out evenly, while each keeps kLeastOfCameras pairs of cameras: with 16 of 64 at three times as many times
+// a hand's rotation was off by 4.2 % instead of 1.9.
+constexpr std::size_t kMostPairs = 1024, kPairsTried = 256, kLeastOfCameras = 64;
 
 Matrix3d rotation(const Vector3d& turn_rad) {
   const double angle = turn_rad.norm();
@@ -89,24 +92,40 @@ class Fit {
  public:
   Fit(const std::deque<OutlinesAt>& frames, double size_m) : frames_(frames), size_m_(size_m) {
     for (const OutlinesAt& f : frames) middle_s_ += f.time_s / double(frames.size()), middle_world_m_ += f.middle_world_m / double(frames.size());
+    for (const OutlinesAt& f : frames) most_cameras_ = std::max(most_cameras_, f.outlines.size());
   }
+  double size_m() const { return size_m_; }
+  double window_s() const { return frames_.back().time_s - frames_.front().time_s; }
 
   // more_rad_s: turned by that as well, about an axis that goes along with the thing.
   Equations equations(const EvenMotion& motion, std::size_t most_pairs, const Vector3d& more_rad_s = Vector3d::Zero()) const {
     Equations e;
-    const std::size_t apart = frames_.size() / 2, step = std::max<std::size_t>(1, (frames_.size() - apart) / most_pairs);
-    for (std::size_t i = 0; i + apart < frames_.size(); i += step) add_pair(frames_[i], frames_[i + apart], motion, more_rad_s, e);
+    const std::size_t apart = frames_.size() / 2, count = frames_.size() - apart, cameras2 = most_cameras_ * most_cameras_;
+    const std::size_t times = std::min(count, most_pairs / std::clamp<std::size_t>(cameras2, 1, kLeastOfCameras));
+    const std::size_t every = std::max<std::size_t>(1, (times * cameras2 + most_pairs - 1) / most_pairs);
+    for (std::size_t k = 0; k < times; ++k) {
+      const std::size_t i = (2 * k + 1) * count / (2 * times);
+      add_times(frames_[i], frames_[i + apart], {every, k, most_cameras_}, motion, more_rad_s, e);
+    }
     return e;
   }
 
  private:
-  void add_pair(const OutlinesAt& before, const OutlinesAt& after, const EvenMotion& motion, const Vector3d& more_rad_s, Equations& e) const {
+  struct Chosen {  // of the pairs of cameras, one in `every`
+    std::size_t every, first, cameras;
+    bool has(std::size_t a, std::size_t b) const { return (a * (cameras + 1) + b + first) % every == 0; }
+  };
+
+  void add_times(const OutlinesAt& before, const OutlinesAt& after, const Chosen& chosen, const EvenMotion& motion, const Vector3d& more_rad_s,
+                 Equations& e) const {
     const double seconds = after.time_s - before.time_s, before_s = before.time_s - middle_s_, after_s = after.time_s - middle_s_;
     const Matrix3d turned = rotation(after_s * motion.angular_velocity_world_rad_s);  // since the window's middle
     const Matrix3d turn = rotation(seconds * turned * more_rad_s) * rotation(seconds * motion.angular_velocity_world_rad_s);
     const Vector3d from = middle_world_m_ + before_s * motion.velocity_world_m_s, to = middle_world_m_ + after_s * motion.velocity_world_m_s;
-    for (const PartOutline& a : before.outlines)
-      for (const PartOutline& b : after.outlines) {
+    for (std::size_t of_before = 0; of_before < before.outlines.size(); ++of_before)
+      for (std::size_t of_after = 0; of_after < after.outlines.size(); ++of_after) {
+        if (!chosen.has(of_before, of_after)) continue;
+        const PartOutline &a = before.outlines[of_before], &b = after.outlines[of_after];
         const Vector3d eye = turn * (a.eye_world_m - from) + to, between = b.eye_world_m - eye, sight = to - eye;
         const double apart_m = between.norm();
         if (!(apart_m > kLeastSine * sight.norm())) continue;
@@ -140,15 +159,34 @@ class Fit {
 
   const std::deque<OutlinesAt>& frames_;
   double size_m_;
+  std::size_t most_cameras_ = 0;
   double middle_s_ = 0;
   Vector3d middle_world_m_ = Vector3d::Zero();
 };
 
-// The axes of turns that the shape determines, as columns; the others are zero.
-std::optional<Matrix3d> determined_axes(const Fit& fit, const EvenMotion& motion, double size_m) {
+// With the velocity that fits best; turns as before.
+std::optional<EvenMotion> with_fitted_velocity(const Fit& fit, EvenMotion motion) {
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Equations e = fit.equations(motion, kPairsTried);
+    if (e.count < kLeastTouches) return std::nullopt;
+    const Vector3d faster = (step < kFullSteps ? 1 : 0.5) * e.by_velocity().ldlt().solve(e.right.head<3>());
+    if (!faster.allFinite()) return std::nullopt;
+    motion.velocity_world_m_s += faster;
+    if (faster.norm() * fit.window_s() < kStill_rad * fit.size_m()) break;
+  }
+  return motion;
+}
+
+// By which the planes come apart, if the shape determines an axis.
+double least_apart_m(const Fit& fit) { return kLeastLever * fit.size_m() * kTried_rad; }
+
+// The axes of turns that the shape determines, as columns; the others are zero. The motion's velocity fits: planes that are apart as it is
+// come farther apart by any turn, of a ball, too.
+std::optional<Matrix3d> determined_axes(const Fit& fit, const EvenMotion& motion) {
   const Equations e = fit.equations(motion, kPairsTried);
   if (e.count < kLeastTouches) return std::nullopt;
   Matrix3d axes = Eigen::SelfAdjointEigenSolver<Matrix3d>(e.levers_m2()).eigenvectors();
+  int determined = 0;
   for (int k = 0; k < 3; ++k) {
     double apart_m2 = 0;
     for (const double sign : {-1.0, 1.0}) {
@@ -156,33 +194,42 @@ std::optional<Matrix3d> determined_axes(const Fit& fit, const EvenMotion& motion
       const EvenMotion tried{motion.velocity_world_m_s + e.velocity_with(more), motion.angular_velocity_world_rad_s};
       apart_m2 += 0.5 * (fit.equations(tried, kPairsTried, more).mean_square_m2() - e.mean_square_m2());
     }
-    const double least_m = kLeastLever * size_m * kTried_rad;
-    if (!(apart_m2 > least_m * least_m)) axes.col(k).setZero();
+    if (apart_m2 > least_apart_m(fit) * least_apart_m(fit)) ++determined;
+    else axes.col(k).setZero();
   }
+  if (determined == 1) axes.setZero();  // no shape is round about two axes and not about the third
   return axes;
 }
 
 // The motion about these axes that fits best, from a guess.
-std::optional<OutlineMotion> fitted(const Fit& fit, const EvenMotion& guess, const Matrix3d& axes, double window_s, double size_m) {
+std::optional<OutlineMotion> fitted(const Fit& fit, const EvenMotion& guess, const Matrix3d& axes, std::size_t most_pairs) {
   const Matrix3d kept = axes * axes.transpose(), held = Matrix3d::Identity() - kept;
   OutlineMotion found{guess, int(std::lround(kept.trace()))};
-  for (int step = 0; step < kMostSteps; ++step) {
-    const Equations e = fit.equations(found.motion, std::numeric_limits<std::size_t>::max());
+  bool still = false;
+  for (int step = 0; step <= kMostSteps; ++step) {
+    const Equations e = fit.equations(found.motion, most_pairs);
     if (e.count < kLeastTouches) return std::nullopt;
+    found.residual_m = std::sqrt(e.mean_square_m2());
+    if (still) return found;
     const Vector3d alone = e.by_velocity().ldlt().solve(e.right.head<3>());
     const Vector3d right = e.right.tail<3>() - e.matrix.bottomLeftCorner<3, 3>() * alone;
     // About what the shape doesn't determine: none, instead of an equation.
-    const double scale = size_m * size_m * e.seconds2;
+    const double scale = fit.size_m() * fit.size_m() * e.seconds2;
     const Matrix3d matrix = e.seconds2 * kept * e.levers_m2() * kept + scale * held;
-    const Vector3d turn = matrix.ldlt().solve(kept * right - scale * held * found.motion.angular_velocity_world_rad_s);
     const double part = step < kFullSteps ? 1 : 0.5;
-    found.motion.velocity_world_m_s += part * (alone + e.velocity_with(turn));
-    found.motion.angular_velocity_world_rad_s += part * turn;
-    found.residual_m = std::sqrt(e.mean_square_m2());
-    if (!turn.allFinite() || !found.motion.velocity_world_m_s.allFinite()) return std::nullopt;
-    if (part * turn.norm() * window_s < kStill_rad) return found;
+    const Vector3d turn = part * matrix.ldlt().solve(kept * right - scale * held * found.motion.angular_velocity_world_rad_s);
+    const Vector3d faster = part * alone + e.velocity_with(turn);
+    if (!turn.allFinite() || !faster.allFinite()) return std::nullopt;
+    found.motion.velocity_world_m_s += faster;
+    found.motion.angular_velocity_world_rad_s += turn;
+    still = turn.norm() * fit.window_s() < kStill_rad && faster.norm() * fit.window_s() < kStill_rad * fit.size_m();
   }
   return std::nullopt;
+}
+
+bool far_apart(const Fit& fit, const EvenMotion& a, const EvenMotion& b) {
+  const double turned_rad = (a.angular_velocity_world_rad_s - b.angular_velocity_world_rad_s).norm() * fit.window_s();
+  return !(turned_rad < kFarOff_rad && (a.velocity_world_m_s - b.velocity_world_m_s).norm() * fit.window_s() < kFarOff_rad * fit.size_m());
 }
 
 }  // namespace
@@ -190,15 +237,18 @@ std::optional<OutlineMotion> fitted(const Fit& fit, const EvenMotion& guess, con
 std::optional<OutlineMotion> outline_motion(const std::deque<OutlinesAt>& frames, const EvenMotion& guess, double size_m) {
   if (frames.size() < 2 || !(size_m > 0)) return std::nullopt;
   const Fit fit(frames, size_m);
-  const double window_s = frames.back().time_s - frames.front().time_s;
   EvenMotion from = guess;
   for (int judged = 0; judged < kMostJudged; ++judged) {
-    const auto axes = determined_axes(fit, from, size_m);
-    const auto found = axes ? fitted(fit, from, *axes, window_s, size_m) : std::nullopt;
-    if (!found) return std::nullopt;
-    const double off_rad = (found->motion.angular_velocity_world_rad_s - from.angular_velocity_world_rad_s).norm() * window_s;
-    if (off_rad < kFarOff_rad) return found;
-    from = found->motion;
+    const auto at = with_fitted_velocity(fit, from);
+    const auto axes = at ? determined_axes(fit, *at) : std::nullopt;
+    const auto about = axes ? fitted(fit, *at, *axes, kPairsTried) : std::nullopt;
+    if (!about) return std::nullopt;
+    from = about->motion;
+    if (far_apart(fit, from, *at)) continue;
+    const auto found = fitted(fit, from, *axes, kMostPairs);
+    // Planes that stay apart by as much as axes are judged by: it moved unevenly, and what it turned by is not known.
+    const bool uneven = found && found->determined_axes > 0 && !(found->residual_m < least_apart_m(fit));
+    return uneven ? fitted(fit, from, Matrix3d::Zero(), kMostPairs) : found;
   }
   return std::nullopt;
 }

@@ -13,8 +13,15 @@ using Eigen::Vector3d;
 // A part that is another one may be larger or smaller by this factor, not more: what it is seen of changes.
 constexpr double kSameVolume = 2;
 constexpr int kLeastFrames = 3;
+// Of a part's volume: below it, whether something joined or left is not to be told from how the hull's volume changes by itself.
+constexpr double kSpeck = 0.1;
+// Of its volume, so much a part that joins adds at least, and one that leaves takes away.
+constexpr double kAccounted = 0.5;
 
 double distance_m(const Vector3d& a, const Vector3d& b) { return (a - b).norm(); }
+
+// A part of volume whole_m3 that grew, or shrank, by change_m3: by another one of other_m3?
+bool accounts_for(double other_m3, double change_m3, double whole_m3) { return other_m3 >= kSpeck * whole_m3 && change_m3 >= kAccounted * other_m3; }
 
 bool boxes_meet(const Eigen::AlignedBox3d& a, const Vector3d& moved_m, const Eigen::AlignedBox3d& b, double slack_m) {
   Eigen::AlignedBox3d moved = a;
@@ -38,6 +45,7 @@ Vector3d slope_m_s(const std::deque<OutlinesAt>& window) {
 PartTracker::PartTracker(const PartTrackerOptions& options) : options_(options) {
   if (options.window_frames < kLeastFrames) throw std::invalid_argument("window of followed parts is shorter than three frames");
   if (!(options.fastest_m_s > 0)) throw std::invalid_argument("fastest speed of followed parts is not positive");
+  if (!(options.longest_gap_s > 0)) throw std::invalid_argument("longest gap of followed parts is not positive");
 }
 
 void PartTracker::reset() {
@@ -75,15 +83,27 @@ std::vector<std::optional<std::size_t>> PartTracker::match(double time_s, const 
 
 const std::vector<FollowedPart>& PartTracker::add(double time_s, const std::vector<HullPart>& parts) {
   if (!std::isfinite(time_s)) throw std::invalid_argument("time of followed parts is not finite");
-  if (!(time_s > time_s_)) reset();
+  if (!(time_s > time_s_ && time_s - time_s_ <= options_.longest_gap_s)) reset();
   const auto matches = match(time_s, parts);
-  std::vector<bool> taken(parts_.size(), false);
-  for (const auto& m : matches)
-    if (m) taken[*m] = true;
+  std::vector<std::optional<std::size_t>> went_on(parts_.size());  // as which one of this frame
+  for (std::size_t now = 0; now < parts.size(); ++now)
+    if (matches[now]) went_on[*matches[now]] = now;
   // Who of the frame before may have become part of this one, and the other way round, beside the matches.
   const auto met = [&](std::size_t before, std::size_t now) {
     const Vector3d moved = expected_m(before, time_s) - parts_[before].part.middle_world_m;
     return boxes_meet(parts_[before].part.box_world_m, moved, parts[now].box_world_m, 0.5 * moved.norm());
+  };
+  // Boxes meet that have nothing to do with each other: of a part that clearly went on, the volume must tell, too.
+  const auto joins = [&](std::size_t before, std::size_t now) {
+    if (went_on[before] || !met(before, now)) return false;
+    if (!matches[now]) return true;
+    const double was_m3 = parts_[*matches[now]].part.volume_m3;
+    return accounts_for(parts_[before].part.volume_m3, parts[now].volume_m3 - was_m3, was_m3);
+  };
+  const auto leaves = [&](std::size_t before, std::size_t now) {
+    if (matches[now] || !met(before, now)) return false;
+    const double was_m3 = parts_[before].part.volume_m3;
+    return !went_on[before] || accounts_for(parts[now].volume_m3, was_m3 - parts[*went_on[before]].volume_m3, was_m3);
   };
   std::vector<FollowedPart> followed;
   std::vector<Track> tracks;
@@ -92,11 +112,11 @@ const std::vector<FollowedPart>& PartTracker::add(double time_s, const std::vect
     Track track;
     std::vector<std::size_t> joined, came_apart;
     for (std::size_t before = 0; before < parts_.size(); ++before)
-      if (matches[now] == before || (!taken[before] && met(before, now))) joined.push_back(before);
+      if (matches[now] == before || joins(before, now)) joined.push_back(before);
     for (std::size_t other = 0; other < parts.size() && joined.size() == 1; ++other)
-      if (other != now && !matches[other] && met(joined[0], other)) came_apart.push_back(other);
+      if (other != now && leaves(joined[0], other)) came_apart.push_back(other);
     for (std::size_t before = 0; before < parts_.size() && joined.empty(); ++before)
-      if (met(before, now)) joined.push_back(before), came_apart.push_back(now);
+      if (leaves(before, now)) joined.push_back(before), came_apart.push_back(now);
     for (const std::size_t before : joined) f.from.push_back(parts_[before].id);
     if (joined.size() > 1) f.origin = PartOrigin::merged;
     else if (!came_apart.empty()) f.origin = PartOrigin::split;
@@ -123,6 +143,7 @@ std::optional<PartMotion> PartTracker::motion_of(Track& track, const HullPart& p
   motion.velocity_world_m_s = slope_m_s(track.window);
   const double size_m = std::sqrt(part.covariance_world_m2.trace());
   const auto fit = outline_motion(track.window, track.guess.value_or(EvenMotion{motion.velocity_world_m_s, Vector3d::Zero()}), size_m);
+  track.guess.reset();
   if (!fit) return motion;
   track.guess = fit->motion;
   motion.velocity_world_m_s = fit->motion.velocity_world_m_s;

@@ -42,6 +42,8 @@ struct FollowedPart {
 struct PartTrackerOptions {
   int window_frames = 8;          // >= 3
   double fastest_m_s = 6;         // nothing moves faster
+  // After a longer one tracking starts anew: a camera of 10 Hz may lose a frame; in more time the fastest gets anywhere in a room.
+  double longest_gap_s = 0.25;
 };
 
 class PartTracker {
