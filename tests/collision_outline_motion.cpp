@@ -147,6 +147,26 @@ TEST(OutlineMotion, ABallThatBrakesTurnsNot) {
     }
 }
 
+TEST(OutlineMotion, OfABoardThatStopsNoTurnIsGiven) {
+  Random random(6);
+  const auto cameras = ring(6, 1.6, 0.5, 480, 1.1);
+  int told = 0;
+  for (int scene = 0; scene < 10; ++scene) {
+    const auto points = random_board(random);
+    const Script script = random_script(random, 1, 3);
+    auto seen = outlines_of(points, script, cameras, 24);
+    const auto stopped = seen[12];
+    for (std::size_t i = 13; i < seen.size(); ++i) seen[i] = {seen[i].time_s, stopped.middle_world_m, stopped.outlines};
+    const auto found = outline_motion(seen, script.motion, 0.08);
+    if (!found) continue;
+    ++told;
+    EXPECT_EQ(found->determined_axes, 0) << scene;
+    EXPECT_EQ(found->motion.angular_velocity_world_rad_s, kOrigin) << scene;
+    EXPECT_GT(found->residual_m, 0.002) << scene;
+  }
+  EXPECT_GT(told, 0);
+}
+
 TEST(OutlineMotion, WhatIsTooLittleSaysNothing) {
   Random random(3);
   const auto points = random_board(random);

@@ -7,8 +7,8 @@
 //               \    (     )    /
 //                \    `---'    /             It is the thing that is asked, not its hull, whose excess changes with the pose.
 //
-// Least squares over pairs of times half the window apart, all pairs of cameras (Gauss and Newton). Whether the shape determines the turn about
-// an axis is tried: turned by a little more and less, the planes must come apart.
+// Least squares over pairs of times half the window apart and pairs of cameras, a thousand at most (Gauss and Newton). Whether the shape
+// determines the turn about an axis is tried where the velocity fits: turned by a little more and less, the planes must come apart.
 #pragma once
 #include <deque>
 #include <optional>
@@ -33,8 +33,8 @@ struct EvenMotion {
 
 struct OutlineMotion {
   EvenMotion motion;
-  int determined_axes = 0;  // of rotation; about the others none is reported
-  double residual_m = 0;    // by which the planes come apart, root mean square: a pixel's footprint, or the thing is not rigid
+  int determined_axes = 0;  // of rotation: 0, 2 or 3; about the others none is reported. 0, too, where it turned or moved too unevenly to tell
+  double residual_m = 0;    // by which the planes come apart with this motion, root mean square: a pixel's footprint; more: not rigid, or uneven
 };
 
 // The motion that fits best, from a first guess; times ascend. size_m: the thing's, root mean square from its middle. Nothing where cameras

@@ -1,7 +1,9 @@
 // Parts of the hull followed over frames: who is who, and how it moves. Nothing is guessed: where two could be the same, none is.
 //
 // A part is the one of the frame before that it lies nearest to, if that lies nearest to it, too, and both by a factor of kClearly; the part
-// before is taken to have gone on as it moved. What met, or came apart, has new numbers, and says of whom.
+// before is taken to have gone on as it moved. What met, or came apart, has new numbers, and says of whom: parts whose boxes meet, and that
+// nothing else was before, or is now. Of a part that clearly went on it is said only where its volume tells, too: it grew, or shrank, by half of
+// the other's at least, and the other is not below a tenth of its own. A smaller one it may take up, or lose, unsaid, and stays who it is.
 //
 // Velocity and rotation: the even motion that fits the part's outlines over the last frames best (outline_motion.h). Where a part comes without
 // outlines, or too few cameras see it by itself: the line through its middles, which are the hull's, and no rotation.
@@ -25,7 +27,7 @@ enum class PartOrigin {
 struct PartMotion {
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_world_rad_s = Eigen::Vector3d::Zero();  // of what the shape determines
-  int determined_axes = 0;   // 3: about all; 2: about those across its long, or short, axis; 0: about none, or nothing is known
+  int determined_axes = 0;   // 3: about all; 2: about those across its long, or short, axis; 0: about none, or none is known, as in braking
   double residual_m = 0;     // of the outlines' fit, root mean square; 0 without one
   double window_s = 0;       // that it is an average over
   int frames = 0;            // in the window
@@ -42,14 +44,15 @@ struct FollowedPart {
 struct PartTrackerOptions {
   int window_frames = 8;          // >= 3
   double fastest_m_s = 6;         // nothing moves faster
-  // After a longer one tracking starts anew: a camera of 10 Hz may lose a frame; in more time the fastest gets anywhere in a room.
+  // After a longer one tracking starts anew: a camera of 10 Hz may lose a frame; in more time the fastest gets across a room, and anyone is in reach.
   double longest_gap_s = 0.25;
 };
 
 class PartTracker {
  public:
   explicit PartTracker(const PartTrackerOptions& options = {});
-  // The parts of one more frame. A time that is not later than the last starts anew. Throws std::invalid_argument where it is not finite.
+  // The parts of one more frame. A time that is not later than the last, or by more than longest_gap_s, starts anew. Throws
+  // std::invalid_argument where it is not finite.
   const std::vector<FollowedPart>& add(double time_s, const std::vector<HullPart>& parts);
   const std::vector<FollowedPart>& parts() const { return parts_; }
   void reset();
