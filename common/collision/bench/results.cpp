@@ -125,12 +125,15 @@ std::string json_of(const Result& r) {
   return out.str();
 }
 
+// Drawn on one thread alone: as many series as there are colours.
+bool runs_on_one_thread(const std::string& method) { return method.starts_with("cpu") || method.starts_with("brute") || method.starts_with("fcl"); }
+
 bool plot(const std::vector<Result>& results, const std::filesystem::path& file) {
   bench::Plots plots(file);
   for (const char* scene : {"curtain720", "payload", "thin", "real"}) {
     bench::Series series;
     for (const Result& r : results)
-      if (r.scene == scene)
+      if (r.scene == scene && (r.threads == 1 || !runs_on_one_thread(r.method)))
         series[r.method.substr(0, r.method.find_first_of("0123456789")) + ", " + std::to_string(r.threads)].push_back(
             {best(r.own_ms), std::max(kLeastDrawn_mm, 1000 * r.wrong.deepest_missed_border_m)});
     plots.add(
