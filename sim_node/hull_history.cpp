@@ -29,7 +29,7 @@ bool may_meet(const HullPart& before, const HullPart& now, const MovingObject& o
 
 HullHistory::HullHistory(const HistoryWishes& wishes, const Eigen::AlignedBox3d& within_world_m, WorkerPool& pool)
     : options_{.within_world_m = within_world_m, .cell_m = wishes.cell_m, .outlines = true},
-      tracker_({.window_frames = wishes.window_frames, .fastest_m_s = wishes.fastest_m_s}),
+      tracker_({.window_frames = wishes.window_frames, .fastest_m_s = wishes.fastest_m_s, .longest_gap_s = kLongestGapS}),
       frames_{Frame(pool), Frame(pool)} {
   CpuHull nothing(pool);
   hull_parts(HullQuery(nothing), options_);  // refuses what can't be
@@ -38,7 +38,6 @@ HullHistory::HullHistory(const HistoryWishes& wishes, const Eigen::AlignedBox3d&
 void HullHistory::add(double time_s, std::span<const Silhouette> silhouettes) {
   const double gap_s = time_s - frames_[now_].time_s;
   has_before_ = has_now_ && gap_s > 0 && gap_s <= kLongestGapS;
-  if (!has_before_) tracker_.reset();
   now_ = 1 - now_;
   Frame& now = frames_[now_];
   now.query.reset();

@@ -1,5 +1,6 @@
 #include "common/scene/collision_wishes_reader.h"
 
+#include <algorithm>
 #include <numbers>
 
 namespace fivepipe {

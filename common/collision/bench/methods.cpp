@@ -22,6 +22,13 @@ double timed_ms(const std::function<void()>& work) {
 
 namespace {
 
+double timed_maps_ms(const CollisionScene& scene, CpuHull& hull, std::optional<HullQuery>& query) {
+  return timed_ms([&] {
+    hull.assign(scene.silhouettes);
+    query.emplace(hull);
+  });
+}
+
 struct TreeState {
   WorkerPool pool;
   CpuHull hull{pool};
@@ -69,10 +76,7 @@ Method cpu_method(double eps_mm, bool points, int threads) {
             Answer answer;
             state->build_trees(scene);
             std::optional<HullQuery> query;
-            answer.times.maps_ms = timed_ms([&] {
-              state->hull.assign(scene.silhouettes);
-              query.emplace(state->hull);
-            });
+            answer.times.maps_ms = timed_maps_ms(scene, state->hull, query);
             CpuDetectionCounts counts;
             std::span<const ObjectCollision> found;
             answer.times.query_ms = timed_ms([&] { found = state->detection.detect(*query, state->objects_at_hand(scene), options, &counts); });
@@ -93,10 +97,7 @@ Method gl_method(double eps_mm, bool points, int threads) {
             Answer answer;
             state->build_trees(scene);
             std::optional<HullQuery> query;
-            answer.times.maps_ms = timed_ms([&] {
-              state->hull.assign(scene.silhouettes);
-              query.emplace(state->hull);
-            });
+            answer.times.maps_ms = timed_maps_ms(scene, state->hull, query);
             answer.times.build_ms = timed_ms([&] { state->detection.set_hull(*query); });
             GlDetectionCounts counts;
             std::span<const ObjectCollision> found;
@@ -188,10 +189,7 @@ Method fcl_method(double cell_mm, int threads) {
             Answer answer;
             state->build_trees(scene);
             std::optional<HullQuery> query;
-            answer.times.maps_ms = timed_ms([&] {
-              state->hull.assign(scene.silhouettes);
-              query.emplace(state->hull);
-            });
+            answer.times.maps_ms = timed_maps_ms(scene, state->hull, query);
             const Mesh* surface = nullptr;
             const double polygonise_ms = timed_ms([&] { surface = &state->polygons.polygonise(*query, state->volume_world_m); });
             const double tree_ms = timed_ms([&] { state->fcl->set_hull(*surface); });
