@@ -233,19 +233,23 @@ TEST(PartTracker, IdentityThroughAJoinAndASplitIsStated) {
   EXPECT_TRUE(was_joined && was_split);
 }
 
-TEST(PartTracker, ASpeckBesideARodIsNoneOfIt) {
+// Their boxes meet, they don't: a speck, and a ball of a fifth of the rod's volume.
+TEST(PartTracker, WhatLiesBesideARodIsNoneOfIt) {
   const std::vector<Camera> cameras = lab_cameras();
-  const Capsule rod{{-0.15, -0.15, 0}, {0.15, 0.15, 0}, 0.02}, speck = ball(0.11 * Vector3d(1, -1, 0).normalized(), 0.008);
-  PartTracker tracker;
-  for (int frame = 0; frame < 40; ++frame) {
-    const bool is_there = frame % 4 == 3;
-    const auto& parts = tracker.add(frame * kFrame_s, parts_of(is_there ? std::vector{rod, speck} : std::vector{rod}, cameras, 0.002));
-    ASSERT_EQ(parts.size(), is_there ? 2u : 1u) << frame;
-    EXPECT_EQ(parts[0].id, 1u) << frame;
-    EXPECT_EQ(parts[0].origin, frame > 0 ? PartOrigin::followed : PartOrigin::appeared) << frame;
-    if (!is_there) continue;
-    EXPECT_EQ(parts[1].origin, PartOrigin::appeared) << frame;
-    EXPECT_TRUE(parts[1].from.empty());
+  const Capsule rod{{-0.15, -0.15, 0}, {0.15, 0.15, 0}, 0.02};
+  for (const double radius_m : {0.008, 0.03}) {
+    const Capsule beside = ball(0.11 * Vector3d(1, -1, 0).normalized(), radius_m);
+    PartTracker tracker;
+    for (int frame = 0; frame < 24; ++frame) {
+      const bool is_there = frame % 4 == 3;
+      const auto& parts = tracker.add(frame * kFrame_s, parts_of(is_there ? std::vector{rod, beside} : std::vector{rod}, cameras, 0.002));
+      ASSERT_EQ(parts.size(), is_there ? 2u : 1u) << frame;
+      EXPECT_EQ(parts[0].id, 1u) << frame;
+      EXPECT_EQ(parts[0].origin, frame > 0 ? PartOrigin::followed : PartOrigin::appeared) << frame;
+      if (!is_there) continue;
+      EXPECT_EQ(parts[1].origin, PartOrigin::appeared) << frame;
+      EXPECT_TRUE(parts[1].from.empty());
+    }
   }
 }
 
