@@ -27,6 +27,8 @@ FIVEPIPE_TOPIC(VirtualState, stream);
 FIVEPIPE_TOPIC(CollisionResult, stream);
 FIVEPIPE_TOPIC(HullParts, stream);
 FIVEPIPE_TOPIC(FrameComposited, event);
+FIVEPIPE_TOPIC(FrameTrace, event);
+FIVEPIPE_TOPIC(ReplaySession, latched);
 FIVEPIPE_TOPIC(Command, event);
 FIVEPIPE_TOPIC(NodeStatus, event);
 
