@@ -5,6 +5,7 @@ if(FIVEPIPE_NODES)
   fivepipe_test(frames_sets_test frames_sets.cpp LINK fivepipe_frames)
   fivepipe_test(frames_tile_shares_test frames_tile_shares.cpp LINK fivepipe_frames)
   fivepipe_test(bus_test bus.cpp LINK fivepipe_bus fivepipe_node)
+  fivepipe_test(bus_serialized_test bus_serialized.cpp LINK fivepipe_bus fivepipe_messages)
   # A peer whose type of the same name differs.
   idlc_generate(TARGET bus_other_version_idl FILES bus_other_version.idl FEATURES case-sensitive DEFAULT_EXTENSIBILITY final)
   add_executable(bus_other_version_writer bus_other_version_writer.cpp)

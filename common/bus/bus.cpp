@@ -6,6 +6,7 @@
 #include <map>
 #include <mutex>
 
+#include "common/bus/discovery.h"
 #include "common/bus/profile.h"
 
 namespace fivepipe {
@@ -23,7 +24,7 @@ std::int32_t checked(std::int32_t result, const std::string& what) {
 
 using Qos = std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)>;
 
-Qos qos_of(topics::Delivery delivery) {
+Qos qos_of(topics::Delivery delivery, bool keep_all) {
   Qos qos(dds_create_qos(), dds_delete_qos);
   dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
   dds_qset_writer_data_lifecycle(qos.get(), false);
@@ -35,6 +36,7 @@ Qos qos_of(topics::Delivery delivery) {
       dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
       break;
   }
+  if (keep_all) dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
   return qos;
 }
 
@@ -71,10 +73,12 @@ void return_loan(std::int32_t reader, Taken& taken) {
 
 void write(Entity& writer, const void* message, const char* topic) {
   const std::int32_t result = dds_write(writer.handle, message);
-  if (result == DDS_RETCODE_TIMEOUT)
-    ++writer.not_sent;
-  else
-    checked(result, std::string("writing ") + topic);
+  if (result == DDS_RETCODE_TIMEOUT) {
+    ++writer.written->not_sent;
+    return;
+  }
+  checked(result, std::string("writing ") + topic);
+  ++writer.written->sent;
 }
 
 bool wait_for_acks(std::int32_t writer, std::chrono::nanoseconds timeout) { return dds_wait_for_acks(writer, timeout.count()) == DDS_RETCODE_OK; }
@@ -96,6 +100,7 @@ struct Bus::Impl {
     std::weak_ptr<detail::Entity> entity;
     const char* topic;
     bool reads;
+    std::shared_ptr<detail::WriteCounts> written;
   };
   std::unique_ptr<detail::Entity> domain, participant, waitset;
   std::map<std::string, std::int32_t> topic_of_name;
@@ -119,8 +124,10 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   else if (domain != DDS_RETCODE_PRECONDITION_NOT_MET)
     throw BusError("DDS domain " + std::to_string(options.domain) + " can't be opened with network profile '" + options.profile +
                    "': " + dds_strretcode(-domain) + " (the lines above this one, from Cyclone DDS, say why)");
+  const Qos qos(dds_create_qos(), dds_delete_qos);
+  if (!options.participant.empty()) dds_qset_entity_name(qos.get(), options.participant.c_str());
   impl_->participant = std::make_unique<detail::Entity>(
-      checked(dds_create_participant(options.domain, nullptr, nullptr), "DDS participant in domain " + std::to_string(options.domain)));
+      checked(dds_create_participant(options.domain, qos.get(), nullptr), "DDS participant in domain " + std::to_string(options.domain)));
   impl_->waitset = std::make_unique<detail::Entity>(checked(dds_create_waitset(impl_->participant->handle), "waitset"));
 }
 
@@ -130,23 +137,23 @@ Bus::~Bus() {
   impl_->participant.reset();
 }
 
-std::shared_ptr<detail::Entity> Bus::make_reader(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery) {
+std::shared_ptr<detail::Entity> Bus::make_reader(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);
-  const Qos qos = qos_of(delivery);
+  const Qos qos = qos_of(delivery, keep_all);
   auto entity = std::make_shared<detail::Entity>(
       checked(dds_create_reader(impl_->participant->handle, impl_->topic(name, descriptor), qos.get(), nullptr), std::string("reader of ") + name));
   const std::int32_t condition = checked(dds_create_readcondition(entity->handle, DDS_ANY_STATE), "read condition");
   checked(dds_waitset_attach(impl_->waitset->handle, condition, 0), "waitset");
-  impl_->endpoints.push_back({entity, name, true});
+  impl_->endpoints.push_back({entity, name, true, entity->written});
   return entity;
 }
 
-std::shared_ptr<detail::Entity> Bus::make_writer(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery) {
+std::shared_ptr<detail::Entity> Bus::make_writer(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);
-  const Qos qos = qos_of(delivery);
+  const Qos qos = qos_of(delivery, keep_all);
   auto entity = std::make_shared<detail::Entity>(
       checked(dds_create_writer(impl_->participant->handle, impl_->topic(name, descriptor), qos.get(), nullptr), std::string("writer of ") + name));
-  impl_->endpoints.push_back({entity, name, false});
+  impl_->endpoints.push_back({entity, name, false, entity->written});
   return entity;
 }
 
@@ -154,12 +161,28 @@ bool Bus::wait(std::chrono::nanoseconds timeout) {
   return dds_waitset_wait(impl_->waitset->handle, nullptr, 0, timeout.count()) > 0;
 }
 
+std::int32_t Bus::participant() const { return impl_->participant->handle; }
+
+std::int32_t Bus::topic(const char* name, const dds_topic_descriptor_t* descriptor) {
+  const std::scoped_lock lock(impl_->mutex);
+  return impl_->topic(name, descriptor);
+}
+
+std::vector<EndpointDescription> Bus::endpoints() { return detail::endpoints_known_to(impl_->participant->handle); }
+
+std::map<std::string, std::uint64_t> Bus::sent() {
+  const std::scoped_lock lock(impl_->mutex);
+  std::map<std::string, std::uint64_t> by_topic;
+  for (const Impl::Endpoint& endpoint : impl_->endpoints)
+    if (!endpoint.reads) by_topic[endpoint.topic] += endpoint.written->sent;
+  return by_topic;
+}
+
 std::map<std::string, std::uint64_t> Bus::take_not_sent() {
   const std::scoped_lock lock(impl_->mutex);
   std::map<std::string, std::uint64_t> by_topic;
   for (const Impl::Endpoint& endpoint : impl_->endpoints)
-    if (const auto entity = endpoint.entity.lock())
-      if (const std::uint64_t count = entity->not_sent.exchange(0)) by_topic[endpoint.topic] += count;
+    if (const std::uint64_t count = endpoint.written->not_sent.exchange(0)) by_topic[endpoint.topic] += count;
   return by_topic;
 }
 

@@ -25,13 +25,16 @@ struct SampleInfo {
 };
 
 namespace detail {
+struct WriteCounts {
+  std::atomic<std::uint64_t> sent{0}, not_sent{0};  // samples written, and given up
+};
 struct Entity {  // a DDS entity handle, deleted with its owner
   explicit Entity(std::int32_t entity_handle) : handle(entity_handle) {}
   ~Entity();
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
   const std::int32_t handle;
-  std::atomic<std::uint64_t> not_sent{0};  // writers: samples given up
+  const std::shared_ptr<WriteCounts> written = std::make_shared<WriteCounts>();  // outlives a writer: its last samples count too
 };
 struct Taken {  // samples on loan from a reader
   std::vector<void*> samples;
@@ -117,6 +120,17 @@ class Writer {
 struct BusOptions {
   std::uint32_t domain = 0;
   std::string profile = "loopback";  // shipped in launch/profiles; CYCLONEDDS_URI in the environment wins
+  std::string participant = "";      // what others see it as: a node's name
+};
+
+// A reader or a writer anywhere on the network.
+struct EndpointDescription {
+  std::string topic, type;
+  bool writes;
+  bool own;                    // of this Bus
+  std::string guid, participant_guid;  // 32 hexadecimal digits each
+  std::string participant;     // the name it gives itself; empty: none
+  std::map<std::string, std::string> qos;  // "reliability": "reliable", "history": "keep_last 8", ..
 };
 
 // A participant with its readers and writers. Readers and writers must not outlive it.
@@ -143,13 +157,21 @@ class Bus {
   std::vector<std::string> problems();
   // Samples given up since the last call, by topic.
   std::map<std::string, std::uint64_t> take_not_sent();
+  // Samples written since the start, by topic: who reads them all must come to the same number.
+  std::map<std::string, std::uint64_t> sent();
+  // Whoever writes or reads on this network now, as discovery tells it; this process too. Empty right after the start: it takes a moment.
+  std::vector<EndpointDescription> endpoints();
   // Said once at start: a receive buffer smaller than the profile asks for, and what to set.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
+  friend class SerializedReader;
+  friend class SerializedWriter;
   struct Impl;
-  std::shared_ptr<detail::Entity> make_reader(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery);
-  std::shared_ptr<detail::Entity> make_writer(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery);
+  std::shared_ptr<detail::Entity> make_reader(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery, bool keep_all = false);
+  std::shared_ptr<detail::Entity> make_writer(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery, bool keep_all = false);
+  std::int32_t participant() const;
+  std::int32_t topic(const char* name, const dds_topic_descriptor_t* descriptor);
   std::unique_ptr<Impl> impl_;
   std::vector<std::string> warnings_;
 };

@@ -1,5 +1,7 @@
 // Every topic: its name, type and delivery, once.
 #pragma once
+#include <span>
+
 #include "fivepipe.h"
 
 namespace fivepipe::topics {
@@ -8,30 +10,47 @@ namespace fivepipe::topics {
 // who joins later. event: a longer history, for small messages of which none may be overwritten by a burst.
 enum class Delivery { stream, latched, event };
 
+#define FIVEPIPE_TOPICS(TOPIC)      \
+  TOPIC(CameraInfo, latched)        \
+  TOPIC(ObjectPixelMap, stream)     \
+  TOPIC(ObjectColour, stream)       \
+  TOPIC(ViewInfo, latched)          \
+  TOPIC(HeadPose, stream)           \
+  TOPIC(HullTile, stream)           \
+  TOPIC(TileCosts, event)           \
+  TOPIC(VirtualState, stream)       \
+  TOPIC(CollisionResult, stream)    \
+  TOPIC(HullParts, stream)          \
+  TOPIC(FrameComposited, event)     \
+  TOPIC(FrameTrace, event)          \
+  TOPIC(ReplaySession, latched)     \
+  TOPIC(Command, event)             \
+  TOPIC(NodeStatus, event)
+
 #define FIVEPIPE_TOPIC(NAME, DELIVERY)                                                             \
   struct NAME {                                                                                    \
     using Message = fivepipe_v1_##NAME;                                                            \
     static constexpr const char* name = "fivepipe/v1/" #NAME;                                      \
+    static constexpr const char* type = "fivepipe::v1::" #NAME;                                    \
     static constexpr const dds_topic_descriptor_t* descriptor = &fivepipe_v1_##NAME##_desc;        \
     static constexpr Delivery delivery = Delivery::DELIVERY;                                       \
-  }
-
-FIVEPIPE_TOPIC(CameraInfo, latched);
-FIVEPIPE_TOPIC(ObjectPixelMap, stream);
-FIVEPIPE_TOPIC(ObjectColour, stream);
-FIVEPIPE_TOPIC(ViewInfo, latched);
-FIVEPIPE_TOPIC(HeadPose, stream);
-FIVEPIPE_TOPIC(HullTile, stream);
-FIVEPIPE_TOPIC(TileCosts, event);
-FIVEPIPE_TOPIC(VirtualState, stream);
-FIVEPIPE_TOPIC(CollisionResult, stream);
-FIVEPIPE_TOPIC(HullParts, stream);
-FIVEPIPE_TOPIC(FrameComposited, event);
-FIVEPIPE_TOPIC(FrameTrace, event);
-FIVEPIPE_TOPIC(ReplaySession, latched);
-FIVEPIPE_TOPIC(Command, event);
-FIVEPIPE_TOPIC(NodeStatus, event);
-
+  };
+FIVEPIPE_TOPICS(FIVEPIPE_TOPIC)
 #undef FIVEPIPE_TOPIC
+
+// For who handles topics by name.
+struct Topic {
+  const char *name, *type;
+  const dds_topic_descriptor_t* descriptor;
+  Delivery delivery;
+};
+inline std::span<const Topic> all() {
+#define FIVEPIPE_TOPIC(NAME, DELIVERY) Topic{NAME::name, NAME::type, NAME::descriptor, NAME::delivery},
+  static const Topic topics[] = {FIVEPIPE_TOPICS(FIVEPIPE_TOPIC)};
+#undef FIVEPIPE_TOPIC
+  return topics;
+}
+
+#undef FIVEPIPE_TOPICS
 
 }  // namespace fivepipe::topics

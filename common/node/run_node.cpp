@@ -76,7 +76,7 @@ int run(const std::string& program, const Args& args, const std::function<void(N
   if (!node) throw ConfigError({{args.deployment, 0, 0, "no node named '" + args.node + "'"}});
   if (program_of(*node) != program)
     throw ConfigError({{args.deployment, node->line, 0, "node '" + args.node + "' is a " + program_of(*node) + ", not a " + program}});
-  Bus bus({args.domain.value_or(deployment.domain), deployment.network_profile});
+  Bus bus({args.domain.value_or(deployment.domain), deployment.network_profile, node->name});
   for (const std::string& warning : bus.warnings()) spdlog::warn("{}", warning);
   if (std::string(build_type()) != "Release") spdlog::warn("this is a {} build: expect it to be slow", build_type());
   NodeStatusReporter status(bus, node->name);

@@ -142,9 +142,10 @@ struct NodeStatusReporter::Impl {
     }
   }
 
-  void collect_not_sent() {
-    const auto not_sent = bus.take_not_sent();
+  void collect_sent() {
+    const auto not_sent = bus.take_not_sent(), sent = bus.sent();
     const std::scoped_lock lock(mutex);
+    for (const auto& [topic, count] : sent) counts["sent: " + topic] = count;
     for (const auto& [topic, count] : not_sent) drops["not_sent: " + topic] += count;
   }
 
@@ -153,7 +154,7 @@ struct NodeStatusReporter::Impl {
     while (!ending) {
       lock.unlock();
       for (const std::string& problem : bus.problems()) spdlog::error("{}", problem);
-      collect_not_sent();
+      collect_sent();
       publish(false);
       lock.lock();
       wake.wait_for(lock, kPublishPeriod, [this] { return ending; });
@@ -172,7 +173,7 @@ NodeStatusReporter::~NodeStatusReporter() {
   }
   impl_->wake.notify_all();
   impl_->publisher.join();
-  impl_->collect_not_sent();
+  impl_->collect_sent();
   impl_->publish(true);
 }
 
