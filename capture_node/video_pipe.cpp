@@ -8,6 +8,7 @@
 #include "common/messages/camera_messages.h"
 #include "common/frames/tile_shares.h"
 #include "common/messages/view_messages.h"
+#include "common/node/frame_trace.h"
 
 namespace fivepipe {
 namespace {
@@ -31,6 +32,7 @@ class VideoPipe {
         poses_(node.bus.writer<topics::HeadPose>()),
         colours_(node.bus.writer<topics::ObjectColour>()),
         maps_(node.bus.writer<topics::ObjectPixelMap>()),
+        traces_(node.bus, node.status, node.node.name),
         composited_(node.bus.reader<topics::FrameComposited>()),
         tile_costs_(node.bus.reader<topics::TileCosts>()),
         capture_(deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz, [this](std::string_view what, double share) { tell_progress(what, share); }) {
@@ -83,11 +85,14 @@ class VideoPipe {
   }
 
   void publish(std::int64_t frame) {
+    FrameSteps steps;
+    steps.begin("capture");
     std::vector<CapturedCamera> cameras = capture_.capture(frame, colours_.readers() > 0);
     const std::uint64_t number = std::uint64_t(frame);
     std::int64_t stamp_ns = 0;
     for (const CapturedCamera& camera : cameras)
       if (camera.image_stamp_ns && (!stamp_ns || camera.image_stamp_ns < stamp_ns)) stamp_ns = camera.image_stamp_ns;
+    steps.begin("publish");
     // Pose and colour first: who has all the maps of a frame then has these too.
     FramePose pose{number, stamp_ns, eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz), {}};
     published_ = number;
@@ -100,8 +105,8 @@ class VideoPipe {
     for (const CapturedCamera& camera : cameras)
       if (camera.pixels) maps_.write(map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels).message());
     node_.status.count("frames_captured");
-    node_.status.latency("publish", 1e-9 * double(now_realtime_ns() - stamp_ns));
-    node_.status.frame_handled(number);
+    node_.status.latency("capture_to_published", 1e-9 * double(now_realtime_ns() - stamp_ns));
+    traces_.handled(number, stamp_ns, {}, std::move(steps));
   }
 
   void tell(const CapturedCamera& camera) {
@@ -122,6 +127,7 @@ class VideoPipe {
   Writer<topics::HeadPose> poses_;
   Writer<topics::ObjectColour> colours_;
   Writer<topics::ObjectPixelMap> maps_;
+  FrameTracer traces_;
   Reader<topics::FrameComposited> composited_;
   Reader<topics::TileCosts> tile_costs_;
   std::optional<TileShares> tile_shares_ = shares_of(deployment_);

@@ -1,12 +1,15 @@
 #include "recon_node/reconstruction_pipe.h"
 
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <optional>
 
 #include "common/clock/realtime.h"
 #include "common/messages/view_messages.h"
 #include "common/node/frame_set_reader.h"
+#include "common/node/frame_trace.h"
+#include "common/node/replay_watch.h"
 #include "common/frames/tile_shares.h"
 #include "recon_node/messages.h"
 
@@ -15,6 +18,8 @@ namespace {
 
 // Poses and colours are kept for so many frames: more than can be in flight.
 constexpr std::size_t kFramesKept = 16;
+// Frame sets that wait for their head pose.
+constexpr std::size_t kMaxWaiting = 4;
 
 template <class Value>
 void keep_newest(std::map<std::uint64_t, Value>& by_frame) {
@@ -32,6 +37,8 @@ class ReconstructionPipe {
         view_infos_(node.bus.reader<topics::ViewInfo>()),
         poses_(node.bus.reader<topics::HeadPose>()),
         colours_(node.bus.reader<topics::ObjectColour>()),
+        replay_(node.bus),
+        traces_(node.bus, node.status, node.node.name),
         tiles_(node.bus.writer<topics::HullTile>()),
         costs_(node.bus.writer<topics::TileCosts>()) {}
 
@@ -39,10 +46,11 @@ class ReconstructionPipe {
     while (running()) {
       node_.bus.wait(kMaxWait);
       // capture_node sends pose and colour before the maps: taken after them, they are there.
-      const std::vector<FrameSet> sets = sets_.take();
+      replay_.update();
+      for (FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
       take_view();
       take_colours();
-      for (const FrameSet& set : sets) reconstruct(set);
+      reconstruct_those_with_a_pose();
     }
   }
 
@@ -95,6 +103,7 @@ class ReconstructionPipe {
   // This node's of a frame.
   std::vector<Tile> own_tiles(const FramePose& pose, const Pinhole& view) {
     std::vector<Tile> tiles = tiles_of(view.width_px, view.height_px, config_.tile_columns, config_.tile_rows);
+    if (config_.shares == 1) return tiles;  // whoever shared when it was recorded
     std::vector<std::uint8_t> owners = pose.tile_owners;
     const auto known = [&](int owner) { return owner < config_.shares; };
     if (owners.size() != tiles.size() || !std::all_of(owners.begin(), owners.end(), known)) {
@@ -113,29 +122,42 @@ class ReconstructionPipe {
     return colours;
   }
 
-  void reconstruct(const FrameSet& set) {
-    const auto pose = pose_of_frame_.find(set.frame);
-    if (pose == pose_of_frame_.end() || !geometry_) {
-      node_.status.drop(geometry_ ? "no_head_pose" : "no_view_info");
-      return;
+  // A pose that was overtaken by the maps is on its way, unless that of a later frame is here.
+  void reconstruct_those_with_a_pose() {
+    const auto has_pose = [&](const FrameSet& set) { return geometry_ && pose_of_frame_.contains(set.frame); };
+    while (!waiting_.empty()) {
+      const FrameSet& set = waiting_.front();
+      if (has_pose(set))
+        reconstruct(set, pose_of_frame_.at(set.frame));
+      else if (waiting_.size() > kMaxWaiting || std::any_of(waiting_.begin(), waiting_.end(), has_pose))
+        node_.status.drop(geometry_ ? "no_head_pose" : "no_view_info");
+      else
+        return;
+      waiting_.pop_front();
     }
-    const View view{{geometry_->recon, pose->second.eye_from_world}, geometry_->near_m, geometry_->far_m};
+  }
+
+  void reconstruct(const FrameSet& set, const FramePose& pose) {
+    const View view{{geometry_->recon, pose.eye_from_world}, geometry_->near_m, geometry_->far_m};
     const TileFrame frame{viewer_, set.frame, set.capture_stamp_ns, view, config_.tile_columns * config_.tile_rows, set.empty_cameras};
-    const std::vector<Tile> tiles = own_tiles(pose->second, view.camera.pinhole);
-    if (tiles.empty()) return node_.status.frame_handled(set.frame);
+    const std::vector<Tile> tiles = own_tiles(pose, view.camera.pinhole);
+    FrameSteps steps;
+    const InputTimes inputs{set.first_received_ns, set.last_received_ns};
+    if (tiles.empty()) return traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
     const std::vector<ColourRegion> colours = colours_of(set);
     // Colour is for who draws: nobody reads tiles, nobody gets colour.
     const bool want_colour = tiles_.readers() > 0 && !colours.empty();
     if (tiles_.readers() > 0 && colours.empty()) node_.status.count("frames_without_colour");
-    std::vector<ReconTile> made;
-    {
-      const StageTimer timer(node_.status, "reconstruct");
-      made = reconstructor_.reconstruct(set.silhouettes, view, tiles, colours, want_colour);
-    }
+    steps.begin("reconstruct");
+    std::vector<ReconTile> made = reconstructor_.reconstruct(set.silhouettes, view, tiles, colours, want_colour);
+    steps.begin("write_tiles");
     if (costs_.readers() > 0) costs_.write(costs_message(frame, config_.share, made).message());
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
-    node_.status.latency("capture_to_tiles", 1e-9 * double(now_realtime_ns() - set.capture_stamp_ns));
-    node_.status.frame_handled(set.frame);
+    if (replay_.replaying())
+      node_.status.latency("arrival_to_tiles", 1e-9 * double(now_realtime_ns() - inputs.first_ns));
+    else
+      node_.status.latency("capture_to_tiles", 1e-9 * double(now_realtime_ns() - set.capture_stamp_ns));
+    traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
     colours_of_frame_.erase(colours_of_frame_.begin(), colours_of_frame_.upper_bound(set.frame));
   }
 
@@ -147,8 +169,11 @@ class ReconstructionPipe {
   Reader<topics::ViewInfo> view_infos_;
   Reader<topics::HeadPose> poses_;
   Reader<topics::ObjectColour> colours_;
+  ReplayWatch replay_;
+  FrameTracer traces_;
   Writer<topics::HullTile> tiles_;
   Writer<topics::TileCosts> costs_;
+  std::deque<FrameSet> waiting_;  // for their poses
   std::optional<ViewGeometry> geometry_;
   FrameOrder order_;
   std::map<std::uint64_t, FramePose> pose_of_frame_;

@@ -3,6 +3,8 @@
 #include <optional>
 
 #include "common/clock/realtime.h"
+#include "common/node/frame_trace.h"
+#include "common/node/replay_watch.h"
 #include "render_node/messages.h"
 #include "render_node/presenter.h"
 #include "render_node/virtual_frames.h"
@@ -15,6 +17,8 @@ using Clock = std::chrono::steady_clock;
 
 // How long a complete hull waits for the simulation's state of the same frame; then it is shown with the state before it, and counted.
 constexpr auto kWaitForState = 40ms;
+// In a lossless replay the state does come; so long is waited before something is known to be wrong.
+constexpr auto kWaitForStateLossless = 5s;
 
 class ParentPipe {
  public:
@@ -27,6 +31,8 @@ class ParentPipe {
         tiles_(node.bus.reader<topics::HullTile>()),
         states_(node.bus.reader<topics::VirtualState>()),
         collisions_(node.bus.reader<topics::CollisionResult>()),
+        replay_(node.bus),
+        traces_(node.bus, node.status, node.node.name),
         composited_(node.bus.writer<topics::FrameComposited>()) {
     for (const SceneObject& object : node.deployment.scene.objects)
       if (object.reaction == Reaction::highlight) highlighted_.insert(object.name);
@@ -35,10 +41,11 @@ class ParentPipe {
   void run() {
     while (running()) {
       node_.bus.wait(pending_ ? 5ms : kMaxWait);
+      replay_.update();
       // A frame's collisions are sent before its state: taken after it, they are there.
       take_states();
       take_collisions();
-      take_tiles();
+      if (!(replay_.lossless() && pending_)) take_tiles();  // else its state might be overtaken
       if (pending_ && (virtual_frames_.has(pending_->frame) || states_.writers() == 0)) composite();
       if (pending_ && Clock::now() >= pending_until_) composite();
     }
@@ -65,18 +72,20 @@ class ParentPipe {
   }
 
   void take_tiles() {
+    const std::int64_t now_ns = now_realtime_ns();
     for (const auto& sample : tiles_.take()) {
       if (!sample.valid() || viewer_.name != sample->viewer) continue;
-      const auto tile = tile_from(*sample);
+      auto tile = tile_from(*sample);
       if (const BadMessage* bad = std::get_if<BadMessage>(&tile)) {
         node_.status.drop(bad->why);
         continue;
       }
+      std::get<ReceivedTile>(tile).received_ns = now_ns;
       auto hull = tile_sets_.add(std::get<ReceivedTile>(tile));
       if (!hull) continue;
       if (pending_) composite();
       pending_ = std::move(hull);
-      pending_until_ = Clock::now() + kWaitForState;
+      pending_until_ = Clock::now() + (replay_.lossless() ? Clock::duration(kWaitForStateLossless) : Clock::duration(kWaitForState));
     }
     report_drops();
   }
@@ -89,16 +98,19 @@ class ParentPipe {
     const VirtualFrame* found = virtual_frames_.best_for(hull.frame);
     const VirtualFrame& virtual_frame = found ? *found : kNothing;
     bool wanted = true;
-    {
-      const StageTimer timer(node_.status, "render");
-      for (const std::string& what : renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding)) node_.status.drop("bad_state: " + what);
-      wanted = presenter_.present(hull.frame, renderer_.image_bgr());
-    }
+    FrameSteps steps;
+    steps.begin("render");
+    for (const std::string& what : renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding)) node_.status.drop("bad_state: " + what);
+    wanted = presenter_.present(hull.frame, renderer_.image_bgr());
+    steps.end();
     const std::int64_t now_ns = now_realtime_ns();
     composited_.write(composited_message(viewer_.name, hull, now_ns));
-    node_.status.latency("capture_to_composite", 1e-9 * double(now_ns - hull.capture_stamp_ns));
+    if (replay_.replaying())
+      node_.status.latency("arrival_to_composite", 1e-9 * double(now_ns - hull.first_received_ns));
+    else
+      node_.status.latency("capture_to_composite", 1e-9 * double(now_ns - hull.capture_stamp_ns));
     node_.status.count("frames_composited");
-    node_.status.frame_handled(hull.frame);
+    traces_.handled(hull.frame, hull.capture_stamp_ns, {hull.first_received_ns, hull.last_received_ns}, std::move(steps));
     std::string empty;
     for (const std::string& camera : hull.empty_cameras) empty += (empty.empty() ? "" : ", ") + camera;
     node_.status.remark("empty hull", empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
@@ -130,6 +142,8 @@ class ParentPipe {
   Reader<topics::HullTile> tiles_;
   Reader<topics::VirtualState> states_;
   Reader<topics::CollisionResult> collisions_;
+  ReplayWatch replay_;
+  FrameTracer traces_;
   Writer<topics::FrameComposited> composited_;
 };
 

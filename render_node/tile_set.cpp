@@ -57,6 +57,7 @@ std::optional<HullFrame> TileSets::add(const ReceivedTile& tile) {
     ++counts_.duplicate;
     return {};
   }
+  open.hull.last_received_ns = tile.received_ns;
   open.rects[tile.tile] = tile.rect;
   open.area_px += tile.rect.area_px();
   ++open.tiles_here;
@@ -136,7 +137,7 @@ TileSets::OpenFrame* TileSets::open_for(const ReceivedTile& tile) {
     give_up_before(oldest + 1);
   }
   OpenFrame& open = open_[tile.frame];
-  open.hull = {tile.frame, tile.capture_stamp_ns, tile.eye_from_world, recon_, {}, {}, {}, {}};
+  open.hull = {tile.frame, tile.capture_stamp_ns, tile.received_ns, tile.received_ns, tile.eye_from_world, recon_, {}, {}, {}, {}};
   open.hull.depth_m.assign(std::size_t(recon_.width_px) * std::size_t(recon_.height_px), kNoHull);
   open.rects.resize(tile.tiles);
   return &open;

@@ -16,6 +16,7 @@ namespace fivepipe {
 struct ReceivedTile {
   std::uint64_t frame = 0;
   std::int64_t capture_stamp_ns = 0;
+  std::int64_t received_ns = 0;       // CLOCK_REALTIME, by this process
   std::uint32_t tile = 0, tiles = 0;  // index, and how many make the view
   Eigen::Isometry3d eye_from_world = Eigen::Isometry3d::Identity();
   Pinhole recon;
@@ -30,6 +31,7 @@ struct ReceivedTile {
 struct HullFrame {
   std::uint64_t frame = 0;
   std::int64_t capture_stamp_ns = 0;
+  std::int64_t first_received_ns = 0, last_received_ns = 0;  // of its tiles
   Eigen::Isometry3d eye_from_world = Eigen::Isometry3d::Identity();
   Pinhole recon;
   PixelRect covered;               // holds every hit; nothing outside it is hull

@@ -3,6 +3,8 @@
 #include <optional>
 
 #include "common/node/frame_set_reader.h"
+#include "common/node/frame_trace.h"
+#include "common/node/replay_watch.h"
 #include "sim_node/messages.h"
 #include "sim_node/messages_collision.h"
 
@@ -48,6 +50,8 @@ class SimulationPipe {
         simulation_(scene_, config_of<SimConfig>(node), node.deployment.rig.volume_m),
         sets_(node.bus, node.deployment.rig, node.status),
         commands_(node.bus.reader<topics::Command>()),
+        replay_(node.bus),
+        traces_(node.bus, node.status, node.node.name),
         states_(node.bus.writer<topics::VirtualState>()),
         collisions_(node.bus.writer<topics::CollisionResult>()) {
     if (scene_.history) parts_.emplace(node.bus.writer<topics::HullParts>());
@@ -56,10 +60,11 @@ class SimulationPipe {
   void run() {
     while (running()) {
       node_.bus.wait(std::min<Clock::duration>(kSilence, kMaxWait));
+      replay_.update();
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, simulation_);
       for (FrameSet& set : sets_.take()) follow(std::move(set));
-      go_on_by_the_clock();
+      if (!replay_.lossless()) go_on_by_the_clock();
     }
   }
 
@@ -69,15 +74,15 @@ class SimulationPipe {
     if (!first_stamp_ns_) first_stamp_ns_ = set.capture_stamp_ns;
     held_ = std::move(set);
     held_since_ = Clock::now();
-    {
-      const StageTimer timer(node_.status, "simulate");
-      simulation_.advance_to(stamp_s(), held_->silhouettes);
-    }
+    FrameSteps steps;
+    steps.begin("simulate");
+    simulation_.advance_to(stamp_s(), held_->silhouettes);
+    steps.begin("write_state");
     count_new(node_.status, simulation_.counters(), told_);
     for (const CollisionReport& report : simulation_.collisions()) count(node_.status, report);
     publish();
     if (parts_) parts_->write(parts_message(node_.node.name, result_frame(), *simulation_.hull_parts()).message());
-    node_.status.frame_handled(held_->frame);
+    traces_.handled(held_->frame, held_->capture_stamp_ns, {held_->first_received_ns, held_->last_received_ns}, std::move(steps));
   }
 
   void go_on_by_the_clock() {
@@ -85,7 +90,7 @@ class SimulationPipe {
     const auto silent = Clock::now() - held_since_;
     if (silent < kSilence || silent > kHoldHull) return;
     {
-      const StageTimer timer(node_.status, "simulate");
+      const StageTimer timer(node_.status, "simulate_held_hull");
       simulation_.advance_to(stamp_s() + std::chrono::duration<double>(silent).count());
     }
     count_new(node_.status, simulation_.counters(), told_);
@@ -107,6 +112,8 @@ class SimulationPipe {
   Simulation simulation_;
   FrameSetReader sets_;
   Reader<topics::Command> commands_;
+  ReplayWatch replay_;
+  FrameTracer traces_;
   Writer<topics::VirtualState> states_;
   Writer<topics::CollisionResult> collisions_;
   std::optional<Writer<topics::HullParts>> parts_;  // where the scene asks for history

@@ -23,7 +23,7 @@ void FrameSets::start_anew() {
 }
 
 FrameSet FrameSets::finished(std::uint64_t frame, Incomplete set) const {
-  FrameSet result{frame, 0, 0, {}, {}, {}};
+  FrameSet result{frame, 0, 0, INT64_MAX, INT64_MIN, {}, {}, {}, {}};
   std::int64_t latest_ns = 0;
   for (const std::size_t camera : shape_cameras_) {
     const auto found = set.map_of_camera.find(camera);
@@ -33,6 +33,8 @@ FrameSet FrameSets::finished(std::uint64_t frame, Incomplete set) const {
     }
     CameraMap& map = found->second;
     result.capture_stamp_ns = result.silhouettes.empty() ? map.capture_stamp_ns : std::min(result.capture_stamp_ns, map.capture_stamp_ns);
+    result.first_received_ns = std::min(result.first_received_ns, map.received_ns);
+    result.last_received_ns = std::max(result.last_received_ns, map.received_ns);
     latest_ns = result.silhouettes.empty() ? map.capture_stamp_ns : std::max(latest_ns, map.capture_stamp_ns);
     if (map.pixels.count() == 0) result.empty_cameras.push_back(rig_.cameras[camera].name);
     result.silhouettes.push_back({published_camera(rig_.cameras[camera]), std::move(map.pixels)});

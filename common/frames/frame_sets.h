@@ -19,12 +19,14 @@ struct CameraMap {
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;
   ObjectPixels pixels;
+  std::int64_t received_ns = 0;  // CLOCK_REALTIME, by this process
 };
 
 struct FrameSet {
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;       // the earliest of its maps
   std::int64_t skew_ns;                // latest less earliest
+  std::int64_t first_received_ns, last_received_ns;  // of its maps
   std::vector<Silhouette> silhouettes;  // in the rig's order
   std::vector<std::string> cameras;     // whose they are
   std::vector<std::string> empty_cameras;  // without one object pixel: why the hull is empty

@@ -1,5 +1,6 @@
 #include "common/node/frame_set_reader.h"
 
+#include "common/clock/realtime.h"
 #include "common/messages/camera_messages.h"
 
 namespace fivepipe {
@@ -22,6 +23,7 @@ void FrameSetReader::check_cameras() {
 std::vector<FrameSet> FrameSetReader::take() {
   check_cameras();
   std::vector<FrameSet> complete;
+  const std::int64_t now_ns = now_realtime_ns();
   for (const auto& sample : maps_.take()) {
     if (!sample.valid()) continue;
     if (disagreeing_cameras_.contains(sample->camera)) {
@@ -33,7 +35,9 @@ std::vector<FrameSet> FrameSetReader::take() {
       status_.drop(bad->why);
       continue;
     }
-    for (FrameSet& set : sets_.add(std::get<CameraMap>(std::move(received)))) complete.push_back(std::move(set));
+    CameraMap& map = std::get<CameraMap>(received);
+    map.received_ns = now_ns;
+    for (FrameSet& set : sets_.add(std::move(map))) complete.push_back(std::move(set));
   }
   for (const auto& [reason, n] : sets_.take_drops()) status_.drop(reason, n);
   for (const FrameSet& set : complete) {

@@ -1,0 +1,27 @@
+// Whether a replay feeds this node: what it gets then was captured long ago.
+#pragma once
+#include "common/bus/bus.h"
+
+namespace fivepipe {
+
+class ReplayWatch {
+ public:
+  explicit ReplayWatch(Bus& bus) : sessions_(bus.reader<topics::ReplaySession>()) {}
+
+  // Looks for news; to be asked before inputs are taken.
+  void update() {
+    for (const auto& sample : sessions_.take()) {
+      replaying_ = sample.valid() && !sample.writer_gone();
+      lossless_ = replaying_ && sample->lossless;
+    }
+  }
+  bool replaying() const { return replaying_; }
+  // Every frame is waited for: the node goes by frames alone, not by the clock.
+  bool lossless() const { return lossless_; }
+
+ private:
+  Reader<topics::ReplaySession> sessions_;
+  bool replaying_ = false, lossless_ = false;
+};
+
+}  // namespace fivepipe
