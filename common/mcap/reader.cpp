@@ -1,0 +1,50 @@
+#include "common/mcap/reader.h"
+
+#include "common/mcap/records.h"
+#include "common/mcap/summary_section.h"
+
+namespace fivepipe::mcap {
+
+Reader::Reader(const std::filesystem::path& path) : Reader(path, false) {}
+Reader Reader::scanning(const std::filesystem::path& path) { return {path, true}; }
+
+Reader::Reader(const std::filesystem::path& path, bool scans) : file_(std::make_shared<const File>(path)) {
+  check_magic(*file_);
+  std::string why_not;
+  try {
+    summary_ = read_summary(*file_);
+  } catch (const McapError& error) {
+    why_not = error.what();
+  }
+  if (!scans && why_not.empty()) return;
+  Scan found = scan(*file_);
+  summary_ = std::move(found.summary);
+  damage_ = std::move(found.damage);
+  damage_.summary = std::move(why_not);
+}
+
+Buffer Reader::content_of_record(std::uint64_t byte, std::uint64_t length_bytes, Op op) const {
+  const Buffer head = file_->read(byte, kRecordHeadBytes);
+  const Place place{file_->name(), byte};
+  Fields fields(head.view(), place);
+  if (Op(fields.take<std::uint8_t>()) != op || fields.take<std::uint64_t>() != length_bytes - kRecordHeadBytes) place.fail("no such record");
+  return file_->read(byte + kRecordHeadBytes, length_bytes - kRecordHeadBytes);
+}
+
+Attachment Reader::read(const AttachmentIndex& attachment) const {
+  const Buffer content = content_of_record(attachment.offset, attachment.length_bytes, Op::attachment);
+  return read_attachment({content.view(), {file_->name(), attachment.offset}});
+}
+
+Metadata Reader::read(const MetadataIndex& metadata) const {
+  const Buffer content = content_of_record(metadata.offset, metadata.length_bytes, Op::metadata);
+  return read_metadata({content.view(), {file_->name(), metadata.offset}});
+}
+
+Cursor Reader::messages(std::uint64_t start_ns, std::uint64_t end_ns, const std::optional<std::set<Id>>& only) const {
+  std::vector<bool> wanted(std::numeric_limits<Id>::max() + std::size_t(1), false);
+  for (const auto& [id, channel] : summary_.channels) wanted[id] = !only || only->contains(id);
+  return {file_, summary_.chunks, start_ns, end_ns, std::move(wanted)};
+}
+
+}  // namespace fivepipe::mcap

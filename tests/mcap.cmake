@@ -1,0 +1,1 @@
+fivepipe_test(mcap_round_trip_test mcap_round_trip.cpp LINK fivepipe_mcap)
