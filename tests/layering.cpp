@@ -51,7 +51,8 @@ bool is_wiring(const Source& source) {
 }
 bool is_node_folder(const std::string& folder) { return folder.ends_with("_node"); }
 bool is_pure(const Source& source) {
-  static const std::set<std::string> pure = {"common/geometry", "common/hull", "common/collision", "common/frames", "common/scene", "common/gl", "common/version", "common/workers", "common/mcap"};
+  static const std::set<std::string> pure = {"common/geometry", "common/hull", "common/collision", "common/frames", "common/scene", "common/gl",
+                                             "common/mcap", "common/recording", "common/schema", "common/version", "common/workers"};
   return pure.contains(source.folder) || (is_node_folder(source.folder) && !is_wiring(source));
 }
 

@@ -1,0 +1,2 @@
+fivepipe_test(schema_idl_test schema_idl.cpp LINK fivepipe_schema)
+fivepipe_test(schema_cyclone_test schema_cyclone.cpp LINK fivepipe_schema fivepipe_idl CycloneDDS::ddsc)
