@@ -12,6 +12,12 @@ using Command = std::function<int()>;
 // Each adds its subcommand to the application, and sets `command` when it is parsed.
 void add_up(CLI::App& app, Command& command);
 void add_top(CLI::App& app, Command& command);
+void add_record(CLI::App& app, Command& command);
+void add_replay(CLI::App& app, Command& command);
+void add_info(CLI::App& app, Command& command);
+void add_ls(CLI::App& app, Command& command);
+void add_echo(CLI::App& app, Command& command);
+void add_hz(CLI::App& app, Command& command);
 void add_simulation(CLI::App& app, Command& command);
 void add_doctor(CLI::App& app, Command& command);
 void add_bench(CLI::App& app, Command& command);

@@ -1,9 +1,7 @@
-#include <signal.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <iostream>
@@ -14,9 +12,12 @@
 #include "common/scene/deployment.h"
 #include "common/version/version.h"
 #include "launch/commands.h"
+#include "launch/interrupt.h"
 #include "launch/machine.h"
 #include "launch/messages.h"
 #include "launch/node_claims.h"
+#include "launch/options.h"
+#include "launch/recording/recorder_process.h"
 #include "launch/report.h"
 #include "launch/supervisor.h"
 
@@ -38,31 +39,12 @@ constexpr auto longest_wait_for_final_reports = 500ms;
 struct UpOptions {
   std::filesystem::path deployment, out;
   std::string host;
+  std::filesystem::path record;        // recording; empty: none
+  std::vector<std::string> record_options;
   double duration_s = 0;  // from the first composited frame; 0: until interrupted
   std::vector<std::string> settings;
   std::optional<std::uint32_t> domain;
 };
-
-volatile std::sig_atomic_t signals_received = 0, newest_signal = 0;
-void on_signal(int number) {
-  newest_signal = number;
-  signals_received = signals_received + 1;
-}
-
-void catch_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
-}
-
-std::map<std::string, std::string> settings_from(const std::vector<std::string>& assignments) {
-  std::map<std::string, std::string> settings;
-  for (const std::string& assignment : assignments) {
-    const std::size_t equals = assignment.find('=');
-    settings[assignment.substr(0, equals)] = assignment.substr(equals + 1);
-  }
-  return settings;
-}
 
 // Nodes without a host run wherever `up` is called without --host.
 std::vector<Node> nodes_of_host(const Deployment& deployment, const std::string& asked_host) {
@@ -102,9 +84,9 @@ SupervisorOutput spoken_output(const std::vector<Program>& programs) {
 class Run {
  public:
   Run(const UpOptions& options, const Deployment& deployment, const std::vector<Node>& nodes, std::uint32_t domain)
-      : options_(options), deployment_(deployment), nodes_(nodes), programs_(programs_of(nodes, options, domain)),
+      : options_(options), deployment_(deployment), nodes_(nodes), domain_(domain), programs_(programs_of(nodes, options, domain)),
         bus_({domain, deployment.network_profile}), statuses_in_(bus_.reader<topics::NodeStatus>()),
-        composited_in_(bus_.reader<topics::FrameComposited>()), start_stamp_ns_(now_realtime_ns()),
+        composited_in_(bus_.reader<topics::FrameComposited>()), recorder_(started_recorder()), start_stamp_ns_(now_realtime_ns()),
         supervisor_(programs_, RestartSettings{}, spoken_output(programs_)) {
     for (const Node& node : deployment.nodes) node_names_.insert(node.name);
     for (const std::string& warning : bus_.warnings()) spdlog::warn("{}", warning);
@@ -114,12 +96,14 @@ class Run {
     while (!supervisor_.all_gone()) {
       supervisor_.step(50ms);
       take_messages();
+      if (recorder_) recorder_->pass_on_output();
       if (const std::string why = reason_to_stop(); !why.empty()) stop(why);
-      if (signals_received > 0) supervisor_.stop(signals_received > 1 ? 0ms : grace_when_interrupted);  // a second Ctrl-C: at once
+      if (signals_received() > 0) supervisor_.stop(signals_received() > 1 ? 0ms : grace_when_interrupted);  // a second Ctrl-C: at once
       if (!supervisor_.stopping()) say_progress();
     }
     if (stop_stamp_ns_ == 0) note_stop("every node ended");
     wait_for_final_reports();
+    if (recorder_) recorder_exit_code_ = recorder_->finish();
     write_report();
     return exit_code();
   }
@@ -164,7 +148,7 @@ class Run {
   std::string reason_to_stop() {
     if (stop_stamp_ns_ != 0) return "";
     if (supervisor_.failure()) return supervisor_.failure()->node + " " + supervisor_.failure()->reason;
-    if (signals_received > 0) return std::string("SIG") + sigabbrev_np(newest_signal);
+    if (signals_received() > 0) return std::string("SIG") + sigabbrev_np(newest_signal());
     if (duration_is_over()) return "duration";
     if (all_ended_in_order("render_node")) return "every render_node ended";
     if (!all_ended_in_order("capture_node")) return "";
@@ -174,7 +158,7 @@ class Run {
 
   void stop(const std::string& why) {
     note_stop(why);
-    supervisor_.stop(signals_received > 0 ? grace_when_interrupted : grace_when_done);
+    supervisor_.stop(signals_received() > 0 ? grace_when_interrupted : grace_when_done);
   }
 
   void note_stop(const std::string& why) {
@@ -242,22 +226,35 @@ class Run {
       for (const std::string& line : failure->last_lines) std::cerr << "  " << line << '\n';
       return failure->exit_code;
     }
-    if (signals_received > 0) return 130;
+    if (recorder_exit_code_ != 0) std::cerr << "the recording is not complete: exit code " << recorder_exit_code_ << " of the recorder\n";
+    if (signals_received() > 0) return 130;
+    if (recorder_exit_code_ != 0) return 1;
     if (!supervisor_.killed().empty() || !supervisor_.ended_badly().empty()) return 1;
     if (!renders() || frames_composited(statuses_) > 0) return 0;
     std::cerr << "no frame was composited\n";
     return 1;
   }
 
+  std::unique_ptr<RecorderProcess> started_recorder() {
+    if (options_.record.empty()) return nullptr;
+    std::vector<std::string> arguments{"-o", options_.record, "--deployment", options_.deployment, "--domain", std::to_string(domain_)};
+    for (const std::string& setting : options_.settings) arguments.insert(arguments.end(), {"--set", setting});
+    arguments.insert(arguments.end(), options_.record_options.begin(), options_.record_options.end());
+    return std::make_unique<RecorderProcess>(bus_, arguments);
+  }
+
   const UpOptions& options_;
   const Deployment& deployment_;
   const std::vector<Node>& nodes_;
+  const std::uint32_t domain_;
   std::vector<Program> programs_;
   std::set<std::string> node_names_, doubled_said_;
   Bus bus_;
   Reader<topics::NodeStatus> statuses_in_;
   Reader<topics::FrameComposited> composited_in_;
   StatusBook statuses_;
+  std::unique_ptr<RecorderProcess> recorder_;  // before the first node
+  int recorder_exit_code_ = 0;
   std::int64_t start_stamp_ns_ = 0, stop_stamp_ns_ = 0;
   std::optional<std::int64_t> first_composited_stamp_ns_;
   std::string ended_by_;
@@ -293,11 +290,6 @@ int run_up(UpOptions options) {
   return Run(options, deployment, nodes, domain)();
 }
 
-std::string check_assignment(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  return equals == std::string::npos || equals == 0 ? "expected KEY=VALUE, got '" + text + "'" : "";
-}
-
 }  // namespace
 
 void add_up(CLI::App& app, Command& command) {
@@ -306,15 +298,16 @@ void add_up(CLI::App& app, Command& command) {
   up->footer(
       "Examples:\n"
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
+      "  fivepipe up launch/deployments/demo.yaml --record out/session.mcap\n"
       "  fivepipe up launch/deployments/seated4cam.yaml --set data=/data/seated4cam\n\n"
       "Exit codes: 0 done, 1 a node failed, 2 usage or configuration, 3 hardware missing, 130 interrupted.");
   up->add_option("DEPLOYMENT", options->deployment, "deployment file (YAML)")->required();
   up->add_option("--host", options->host, "start the nodes of this host; without it: this machine's name, and nodes that name no host");
   up->add_option("--duration", options->duration_s, "seconds from the first composited frame; without it: until Ctrl-C")->check(CLI::PositiveNumber);
   up->add_option("--out", options->out, "folder for composites, report.json and log/; without it: out/NAME of the deployment");
-  up->add_option("--set", options->settings, "KEY=VALUE for ${KEY} in the deployment; may be given several times")
-      ->allow_extra_args(false)
-      ->check(CLI::Validator(check_assignment, "KEY=VALUE"));
+  add_set_option(up, options->settings);
+  up->add_option("--record", options->record, "also record everything into this MCAP file (fivepipe record)");
+  up->add_option("--record-option", options->record_options, "an option for the recorder: --record-option=--no-colour; may be given several times")->allow_extra_args(false);
   up->add_option("--domain", options->domain, "DDS domain instead of the deployment's")->check(CLI::Range(0, 230));
   up->callback([options, &command] { command = [options] { return run_up(*options); }; });
 }

@@ -105,6 +105,16 @@ void check_history(YamlMap& map, const Deployment& deployment) {
   map.problem_at("scene", what.str());
 }
 
+std::vector<std::filesystem::path> files_of(YamlMap& map, const Deployment& deployment) {
+  std::vector<std::filesystem::path> files{deployment.file};
+  for (const char* key : {"rig", "scene"})
+    if (map.given(key)) files.push_back(map.path(key));
+  for (const SceneObject& object : deployment.scene.objects)
+    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) files.push_back(mesh->file);
+  if (!deployment.viewer.file.empty()) files.push_back(deployment.viewer.file);
+  return files;
+}
+
 Deployment read_deployment(const std::filesystem::path& file, const std::map<std::string, std::string>& overrides, Problems& problems) {
   YamlMap map = YamlMap::load(file, problems);
   Deployment deployment;
@@ -125,6 +135,7 @@ Deployment read_deployment(const std::filesystem::path& file, const std::map<std
   deployment.viewer = read_viewer(map.map("viewer"));
   const bool viewer_is_good = problems.count() == problems_before_viewer;
   read_nodes(map, deployment, rig_is_good, viewer_is_good);
+  deployment.files = files_of(map, deployment);
   map.finish();
   return deployment;
 }

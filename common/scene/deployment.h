@@ -135,6 +135,7 @@ Eigen::Isometry3d eye_from_world_at(const Viewer& viewer, double t_s);
 struct Deployment {
   std::string name;
   std::filesystem::path file;
+  std::vector<std::filesystem::path> files;  // all that it was read from, itself first: rig, scene, meshes, head path; footage apart
   std::uint32_t domain = 0;
   std::string network_profile = "loopback";
   double frame_rate_hz = 30;

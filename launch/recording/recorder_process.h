@@ -1,0 +1,26 @@
+// `fivepipe record` beside a deployment: there before the first node starts, gone after the last has ended.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/bus/bus.h"
+#include "launch/process.h"
+
+namespace fivepipe {
+
+class RecorderProcess {
+ public:
+  // What `fivepipe record` is to be called with. Waits until it listens. Throws std::runtime_error with what it said where it does not.
+  RecorderProcess(Bus& bus, std::vector<std::string> arguments);
+
+  void pass_on_output();
+  bool ended() { return child_.ended().has_value(); }
+  // Ends it and waits; what it said last goes to stderr and stdout. Its exit code; 1 where it had to be killed.
+  int finish();
+
+ private:
+  ChildProcess child_;
+};
+
+}  // namespace fivepipe
