@@ -46,7 +46,7 @@ class ReconstructionPipe {
     while (running()) {
       node_.bus.wait(kMaxWait);
       // capture_node sends pose and colour before the maps: taken after them, they are there.
-      replay_.update();
+      if (replay_.update()) start_anew();
       for (FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
       take_view();
       take_colours();
@@ -76,6 +76,14 @@ class ReconstructionPipe {
         take(std::get<FramePose>(pose));
     }
     keep_newest(pose_of_frame_);
+  }
+
+  void start_anew() {
+    sets_.start_anew();
+    waiting_.clear();
+    pose_of_frame_.clear();
+    colours_of_frame_.clear();
+    order_ = {};
   }
 
   void take(const FramePose& pose) {

@@ -41,7 +41,7 @@ class ParentPipe {
   void run() {
     while (running()) {
       node_.bus.wait(pending_ ? 5ms : kMaxWait);
-      replay_.update();
+      if (replay_.update()) start_anew();
       // A frame's collisions are sent before its state: taken after it, they are there.
       take_states();
       take_collisions();
@@ -54,6 +54,12 @@ class ParentPipe {
   }
 
  private:
+  void start_anew() {
+    pending_.reset();
+    tile_sets_.start_anew();
+    virtual_frames_ = {};
+  }
+
   void take_collisions() {
     for (const auto& sample : collisions_.take())
       if (sample.valid() && (sample->verdict == fivepipe_v1_colliding || !span_of(sample->first_contact).empty()) && highlighted_.contains(sample->object))

@@ -110,15 +110,20 @@ std::optional<std::string> TileSets::why_at_odds(const ReceivedTile& tile, const
   return {};
 }
 
+void TileSets::start_anew() {
+  counts_.incomplete += open_.size();
+  open_.clear();
+  first_wanted_ = 0;
+  newest_stamp_ns_ = INT64_MIN;
+  last_complete_.reset();
+}
+
 // A source that was restarted counts from 0 again: lower frame, but a later exposure than all that was shown.
 bool TileSets::is_late(const ReceivedTile& tile) {
   if (tile.frame >= first_wanted_) return false;
   if (tile.capture_stamp_ns > newest_stamp_ns_) {
     ++counts_.restarts;
-    counts_.incomplete += open_.size();
-    open_.clear();
-    first_wanted_ = 0;
-    last_complete_.reset();
+    start_anew();
     return false;
   }
   ++(last_complete_ == tile.frame ? counts_.duplicate : counts_.late);

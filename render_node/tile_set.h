@@ -61,6 +61,9 @@ class TileSets {
   // The frame that this tile completes, if it does.
   std::optional<HullFrame> add(const ReceivedTile& tile);
 
+  // Whatever comes next is of another time: open frames are given up.
+  void start_anew();
+
   const TileCounts& counts() const { return counts_; }
   const std::string& last_rejection() const { return last_rejection_; }  // for the log
   std::size_t open_frames() const { return open_.size(); }

@@ -60,7 +60,7 @@ class SimulationPipe {
   void run() {
     while (running()) {
       node_.bus.wait(std::min<Clock::duration>(kSilence, kMaxWait));
-      replay_.update();
+      if (replay_.update()) sets_.start_anew();
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, simulation_);
       for (FrameSet& set : sets_.take()) follow(std::move(set));

@@ -10,21 +10,22 @@ namespace fivepipe::topics {
 // who joins later. event: a longer history, for small messages of which none may be overwritten by a burst.
 enum class Delivery { stream, latched, event };
 
+// In the order in which a frame's messages are made: what a node needs of a frame stands before what it waits for.
 #define FIVEPIPE_TOPICS(TOPIC)      \
+  TOPIC(ReplaySession, latched)     \
   TOPIC(CameraInfo, latched)        \
-  TOPIC(ObjectPixelMap, stream)     \
-  TOPIC(ObjectColour, stream)       \
   TOPIC(ViewInfo, latched)          \
+  TOPIC(Command, event)             \
   TOPIC(HeadPose, stream)           \
-  TOPIC(HullTile, stream)           \
-  TOPIC(TileCosts, event)           \
-  TOPIC(VirtualState, stream)       \
+  TOPIC(ObjectColour, stream)       \
+  TOPIC(ObjectPixelMap, stream)     \
   TOPIC(CollisionResult, stream)    \
+  TOPIC(VirtualState, stream)       \
   TOPIC(HullParts, stream)          \
+  TOPIC(TileCosts, event)           \
+  TOPIC(HullTile, stream)           \
   TOPIC(FrameComposited, event)     \
   TOPIC(FrameTrace, event)          \
-  TOPIC(ReplaySession, latched)     \
-  TOPIC(Command, event)             \
   TOPIC(NodeStatus, event)
 
 #define FIVEPIPE_TOPIC(NAME, DELIVERY)                                                             \

@@ -16,6 +16,11 @@ bool FrameSets::is_complete(const Incomplete& set) const {
 }
 
 void FrameSets::start_anew() {
+  forget();
+  order_ = {};
+}
+
+void FrameSets::forget() {
   drops_["incomplete_set"] += incomplete_.size();
   incomplete_.clear();
   newest_frame_.reset();
@@ -47,7 +52,7 @@ FrameSet FrameSets::finished(std::uint64_t frame, Incomplete set) const {
 std::vector<FrameSet> FrameSets::add(CameraMap map) {
   const std::uint64_t frame = map.frame;
   const std::size_t camera = map.camera;
-  if (order_.starts_anew(frame, map.capture_stamp_ns)) start_anew();
+  if (order_.starts_anew(frame, map.capture_stamp_ns)) forget();
   if (newest_frame_ && frame > *newest_frame_)
     for (const std::size_t other : shape_cameras_) ++frames_missed_[other];
   newest_frame_ = std::max(newest_frame_.value_or(frame), frame);

@@ -52,12 +52,15 @@ class FrameSets {
   // captured long before the others of its number), repeated_map, incomplete_set.
   std::map<std::string, std::uint64_t> take_drops();
 
+  // Whatever comes next is of another time: what is incomplete is given up.
+  void start_anew();
+
  private:
   struct Incomplete {
     std::map<std::size_t, CameraMap> map_of_camera;
   };
   bool is_complete(const Incomplete& set) const;
-  void start_anew();
+  void forget();
   FrameSet finished(std::uint64_t frame, Incomplete set) const;
 
   Rig rig_;

@@ -17,6 +17,7 @@ class FrameSetReader {
 
   // Frame sets that have become complete, oldest first. Never waits.
   std::vector<FrameSet> take();
+  void start_anew() { sets_.start_anew(); }  // FrameSets
 
  private:
   void check_cameras();

@@ -8,12 +8,15 @@ class ReplayWatch {
  public:
   explicit ReplayWatch(Bus& bus) : sessions_(bus.reader<topics::ReplaySession>()) {}
 
-  // Looks for news; to be asked before inputs are taken.
-  void update() {
+  // Looks for news; to be asked before inputs are taken. True where a replay begins, or begins anew: what was before has nothing to do with what comes.
+  bool update() {
+    bool begins = false;
     for (const auto& sample : sessions_.take()) {
       replaying_ = sample.valid() && !sample.writer_gone();
       lossless_ = replaying_ && sample->lossless;
+      begins |= replaying_;
     }
+    return begins;
   }
   bool replaying() const { return replaying_; }
   // Every frame is waited for: the node goes by frames alone, not by the clock.

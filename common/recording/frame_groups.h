@@ -1,0 +1,59 @@
+// A recording's messages frame by frame, for a replay in which each frame is waited for: recorders take topic by topic, so that messages of
+// several frames stand among one another in the file.
+#pragma once
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "common/recording/recording.h"
+#include "common/schema/cdr.h"
+
+namespace fivepipe::recording {
+
+struct KeptMessage {
+  const RecordedChannel* channel = nullptr;
+  std::int64_t log_stamp_ns = 0, source_stamp_ns = 0;
+  std::optional<KeyChange> key_change;
+  std::vector<std::byte> cdr;
+};
+
+struct FrameGroup {
+  std::optional<std::uint64_t> frame;  // none: a message that is of no frame, alone
+  std::int64_t log_stamp_ns = 0;       // of its first message
+  std::vector<KeptMessage> messages;   // by rank of their topics, then in the file's order
+};
+
+class FrameGroups {
+ public:
+  // A frame's messages stand in the file before the first message of the frame that comes so many after it.
+  static constexpr std::size_t kFramesAhead = 24;
+  // Two messages of one frame number that lie farther apart are of two runs, [ns].
+  static constexpr std::int64_t kOneFrameTakes_ns = 2'000'000'000;
+
+  // rank: of a topic; what a frame needs first has the lower one. The recording must outlive it.
+  FrameGroups(const Recording& recording, Recording::Cursor cursor, std::function<int(const std::string& topic)> rank);
+
+  // In the order of the frames' first messages. Throws mcap::McapError as Recording::Cursor does.
+  std::optional<FrameGroup> next();
+  // Messages whose frame had been handed out: they came as groups of their own.
+  std::uint64_t late() const { return late_; }
+
+ private:
+  bool read_one();  // false at the end
+  std::optional<std::uint64_t> frame_of(const RecordedMessage& message);
+  FrameGroup handed_out();
+
+  const Recording& recording_;
+  Recording::Cursor cursor_;
+  std::function<int(const std::string&)> rank_;
+  std::map<mcap::Id, std::optional<schema::FieldReader>> frame_field_;
+  std::deque<FrameGroup> open_;
+  std::size_t open_frames_ = 0;
+  std::map<std::uint64_t, std::int64_t> handed_out_;  // frame -> log stamp
+  bool ended_ = false;
+  std::uint64_t late_ = 0;
+};
+
+}  // namespace fivepipe::recording

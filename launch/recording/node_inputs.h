@@ -1,0 +1,23 @@
+// What each program reads from the bus. A test holds it against what running nodes read.
+#pragma once
+#include <set>
+#include <string>
+
+#include "common/bus/topics.h"
+
+namespace fivepipe {
+
+// Topic names; none for a program that is not known.
+inline std::set<std::string> inputs_of(const std::string& program) {
+  using namespace topics;
+  if (program == "capture_node") return {TileCosts::name, FrameComposited::name};
+  if (program == "recon_node") return {ReplaySession::name, CameraInfo::name, ViewInfo::name, HeadPose::name, ObjectColour::name, ObjectPixelMap::name};
+  if (program == "sim_node") return {ReplaySession::name, CameraInfo::name, Command::name, ObjectPixelMap::name};
+  if (program == "render_node") return {ReplaySession::name, CollisionResult::name, VirtualState::name, HullTile::name};
+  return {};
+}
+
+// What of a frame the program waits for before it works: it must come after all else of the frame.
+inline bool sets_off_work(const std::string& topic) { return topic == topics::ObjectPixelMap::name || topic == topics::HullTile::name; }
+
+}  // namespace fivepipe

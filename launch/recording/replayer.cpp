@@ -1,0 +1,273 @@
+#include "launch/recording/replayer.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "common/clock/realtime.h"
+#include "common/messages/wire.h"
+#include "launch/recording/node_inputs.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace std::chrono_literals;
+using recording::FrameGroup;
+using recording::KeptMessage;
+using recording::KeyChange;
+using recording::RecordedChannel;
+
+// The caller is asked so often.
+constexpr auto kAskPeriod = 50ms;
+
+const topics::Topic* topic_named(const std::string& name) {
+  const auto found = std::find_if(topics::all().begin(), topics::all().end(), [&](const topics::Topic& topic) { return name == topic.name; });
+  return found == topics::all().end() ? nullptr : &*found;
+}
+
+int rank_of(const std::string& topic) {
+  const topics::Topic* found = topic_named(topic);
+  return found ? int(found - topics::all().data()) : int(topics::all().size());
+}
+
+bool is_latched(const RecordedChannel& channel) {
+  const topics::Topic* topic = topic_named(channel.topic);
+  return topic && topic->delivery == topics::Delivery::latched;
+}
+
+SampleKind kind_of(std::optional<KeyChange> change) {
+  if (!change) return SampleKind::data;
+  return *change == KeyChange::disposed ? SampleKind::disposed : SampleKind::unregistered;
+}
+
+std::size_t messages_of(const FrameGroup& group, const char* topic) {
+  return std::size_t(std::count_if(group.messages.begin(), group.messages.end(), [&](const KeptMessage& m) { return m.channel->topic == topic && !m.key_change; }));
+}
+
+}  // namespace
+
+Replayer::Replayer(Bus& bus, const recording::Recording& recording, const ReplayPlan& plan)
+    : bus_(bus), recording_(recording), plan_(plan), session_(bus.writer<topics::ReplaySession>()), traces_(bus.reader<topics::FrameTrace>()) {
+  std::string foreign;
+  for (const std::string& problem : recording.foreign_types(plan.channels)) foreign += (foreign.empty() ? "" : "\n") + problem;
+  if (!foreign.empty()) throw recording::RecordingError(foreign);
+  for (const RecordedChannel& channel : recording.channels()) {
+    const topics::Topic* topic = topic_named(channel.topic);
+    if (!plan.channels.contains(channel.id) || !topic) continue;
+    auto& writer = writers_[channel.topic + ' ' + channel.writer];
+    if (!writer) writer = std::make_unique<SerializedWriter>(bus, *topic, plan.lossless ? WriterHistory::keep_all : WriterHistory::topic);
+    writer_of_[channel.id] = writer.get();
+  }
+}
+
+std::vector<std::string> Replayer::conflicts() const {
+  std::set<std::string> ours, found;
+  for (const auto& [id, writer] : writer_of_) ours.insert(recording_.channel(id)->topic);
+  for (const EndpointDescription& endpoint : bus_.endpoints())
+    if (endpoint.writes && !endpoint.own && ours.contains(endpoint.topic) && endpoint.topic != topics::NodeStatus::name && endpoint.topic != topics::FrameTrace::name)
+      found.insert("'" + endpoint.participant + "' writes " + endpoint.topic);
+  return {found.begin(), found.end()};
+}
+
+std::string Replayer::missing_reader() const {
+  std::map<std::string, std::set<std::string>> read_by;  // participant -> topics
+  std::map<std::string, int> readers;                    // others', by topic
+  for (const EndpointDescription& endpoint : bus_.endpoints())
+    if (!endpoint.writes && !endpoint.own) {
+      read_by[endpoint.participant].insert(endpoint.topic);
+      ++readers[endpoint.topic];
+    }
+  for (const ReplayedNode& node : plan_.nodes)
+    for (const std::string& topic : inputs_of(node.program))
+      if (!read_by[node.name].contains(topic)) return "node '" + node.name + "' does not read " + topic + " yet";
+  // Discovery knows a reader before all writers have been matched with it.
+  bool any = false;
+  for (const auto& [id, writer] : writer_of_) {
+    const std::string& topic = recording_.channel(id)->topic;
+    if (writer->readers() < readers[topic]) return "a reader of " + topic + " is being matched";
+    any |= readers[topic] > 0;
+  }
+  return any ? "" : "nobody reads any of its topics";
+}
+
+recording::Recording::Cursor Replayer::cursor() const { return recording_.messages(plan_.start_ns, plan_.end_ns, plan_.channels); }
+
+void Replayer::announce() {
+  fivepipe_v1_ReplaySession message{};
+  set_text(message.replay, "replay");
+  message.lossless = plan_.lossless;
+  message.rate = plan_.rate;
+  session_.write(message);
+  session_.wait_for_delivery(plan_.longest_wait);
+}
+
+void Replayer::run(const std::function<ReplayControl()>& control) {
+  counts_ = {};
+  progress_.clear();
+  stopped_ = false;
+  for (const ReplayedNode& node : plan_.nodes) {
+    counts_.expected[node.name] = counts_.handled[node.name] = 0;
+    progress_[node.name];
+  }
+  announce();
+  traces_.take();  // of an earlier run
+  const Clock::time_point started = Clock::now();
+  wall_zero_ = started;
+  log_zero_ns_ = plan_.start_ns;
+  send_latched_before_start();
+  if (plan_.lossless && !plan_.nodes.empty())
+    send_frames(control);
+  else
+    send_as_they_stand(control);
+  if (plan_.lossless && !stopped_) {
+    wait_for_nodes(0, control);
+    for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.longest_wait);
+  }
+  counts_.seconds = std::chrono::duration<double>(Clock::now() - started).count();
+}
+
+void Replayer::send_latched_before_start() {
+  std::set<mcap::Id> latched;
+  for (const auto& [id, writer] : writer_of_)
+    if (is_latched(*recording_.channel(id))) latched.insert(id);
+  if (latched.empty() || plan_.start_ns <= recording_.start_ns()) return;
+  auto before = recording_.messages(0, plan_.start_ns - 1, latched);
+  while (const auto message = before.next())
+    if (!message->key_change) writer_of_.at(message->channel->id)->write({SampleKind::data, 0, message->source_stamp_ns, message->cdr});
+}
+
+// False: the caller wants an end.
+bool Replayer::may_go_on(const std::function<ReplayControl()>& control) {
+  last_control_ = control();
+  stopped_ |= last_control_ == ReplayControl::stop;
+  return !stopped_;
+}
+
+bool Replayer::wait_until(std::int64_t log_stamp_ns, const std::function<ReplayControl()>& control) {
+  if (!may_go_on(control)) return false;
+  while (last_control_ == ReplayControl::pause) {
+    const auto pause_start = Clock::now();
+    std::this_thread::sleep_for(kAskPeriod / 5);
+    if (!may_go_on(control)) return false;
+    wall_zero_ += Clock::now() - pause_start;
+  }
+  if (plan_.rate <= 0 || last_control_ == ReplayControl::one_frame) {
+    // A step is sent now: time goes on from here.
+    if (last_control_ == ReplayControl::one_frame)
+      wall_zero_ = Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1e-9 * double(log_stamp_ns - log_zero_ns_) / std::max(plan_.rate, 1e-9)));
+    return true;
+  }
+  const auto due = wall_zero_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1e-9 * double(log_stamp_ns - log_zero_ns_) / plan_.rate));
+  while (Clock::now() < due) {
+    std::this_thread::sleep_for(std::min<Clock::duration>(due - Clock::now(), kAskPeriod));
+    if (!may_go_on(control)) return false;
+    if (last_control_ != ReplayControl::go_on) return wait_until(log_stamp_ns, control);
+  }
+  return true;
+}
+
+void Replayer::write(const RecordedChannel& channel, std::optional<KeyChange> change, std::int64_t source_stamp_ns, std::span<const std::byte> cdr) {
+  const auto writer = writer_of_.find(channel.id);
+  if (writer == writer_of_.end()) return;
+  const SerializedSample sample{kind_of(change), 0, source_stamp_ns, cdr};
+  bool sent = writer->second->write(sample);
+  if (plan_.lossless)
+    for (const auto until = Clock::now() + plan_.longest_wait; !sent && Clock::now() < until;) sent = writer->second->write(sample);
+  if (change) return;
+  ++counts_.in_file[channel.topic];
+  counts_.sent[channel.topic] += sent;
+}
+
+void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control) {
+  auto messages = cursor();
+  while (const auto message = messages.next()) {
+    if (!wait_until(message->log_stamp_ns, control)) return;
+    write(*message->channel, message->key_change, message->source_stamp_ns, message->cdr);
+  }
+}
+
+void Replayer::send_frames(const std::function<ReplayControl()>& control) {
+  recording::FrameGroups groups(recording_, cursor(), rank_of);
+  while (const auto group = groups.next()) {
+    if (!wait_until(group->log_stamp_ns, control)) return;
+    if (group->frame && !wait_for_nodes(std::size_t(plan_.frames_in_flight) - 1, control)) return;
+    // What is of no frame takes effect between two frames, and always between the same two.
+    if (!group->frame && !is_latched(*group->messages.front().channel) && !wait_for_nodes(0, control)) return;
+    send_group(*group);
+    counts_.late = groups.late();
+  }
+}
+
+void Replayer::send_group(const FrameGroup& group) {
+  const std::int64_t start_ns = now_realtime_ns();
+  expect(group);
+  std::set<SerializedWriter*> before;
+  for (const KeptMessage& message : group.messages) {
+    if (sets_off_work(message.channel->topic) && !before.empty()) {
+      for (SerializedWriter* writer : before) writer->wait_for_delivery(plan_.longest_wait);
+      before.clear();
+    }
+    write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
+    if (!sets_off_work(message.channel->topic) && writer_of_.contains(message.channel->id)) before.insert(writer_of_.at(message.channel->id));
+  }
+  if (!group.frame) return;
+  ++counts_.frames;
+  if (on_frame_sent) on_frame_sent(*group.frame, start_ns, now_realtime_ns());
+}
+
+bool Replayer::is_complete_for(const ReplayedNode& node, const FrameGroup& group) const {
+  if (node.program == "render_node") {
+    const auto tile = std::find_if(group.messages.begin(), group.messages.end(), [](const KeptMessage& m) { return m.channel->topic == topics::HullTile::name; });
+    if (tile == group.messages.end()) return false;
+    const schema::FieldReader tiles(recording_.idl(*tile->channel), tile->channel->type, "tiles");
+    const auto all = tiles.read(tile->cdr);
+    return all && std::get_if<std::uint64_t>(&*all) && messages_of(group, topics::HullTile::name) == std::get<std::uint64_t>(*all);
+  }
+  const bool has_set = plan_.shape_cameras > 0 && messages_of(group, topics::ObjectPixelMap::name) == plan_.shape_cameras;
+  return has_set && (node.program != "recon_node" || messages_of(group, topics::HeadPose::name) > 0);
+}
+
+void Replayer::expect(const FrameGroup& group) {
+  if (!group.frame) return;
+  for (const ReplayedNode& node : plan_.nodes) {
+    if (!is_complete_for(node, group)) continue;
+    ++counts_.expected[node.name];
+    NodeProgress& progress = progress_[node.name];
+    if (progress.waited_for.empty()) progress.heard = Clock::now();
+    progress.waited_for.insert(*group.frame);
+  }
+}
+
+void Replayer::take_traces() {
+  for (const auto& sample : traces_.take()) {
+    if (!sample.valid()) continue;
+    const auto progress = progress_.find(sample->node);
+    if (progress == progress_.end()) continue;
+    if (progress->second.waited_for.erase(sample->frame)) ++counts_.handled[sample->node];
+    progress->second.heard = Clock::now();
+    if (on_trace) on_trace(*sample);
+  }
+}
+
+// Until each node has at most so many frames.
+bool Replayer::wait_for_nodes(std::size_t at_most_open, const std::function<ReplayControl()>& control) {
+  for (;;) {
+    take_traces();
+    bool waits = false;
+    for (auto& [name, progress] : progress_) {
+      if (progress.waited_for.size() <= at_most_open) continue;
+      if (Clock::now() - progress.heard > plan_.longest_wait) {
+        spdlog::error("node '{}' has not handled frame {} in {:.0f} s", name, *progress.waited_for.begin(), std::chrono::duration<double>(plan_.longest_wait).count());
+        progress.waited_for.clear();
+        continue;
+      }
+      waits = true;
+    }
+    if (!waits) return true;
+    bus_.wait(kAskPeriod);
+    if (!may_go_on(control)) return false;
+  }
+}
+
+}  // namespace fivepipe
