@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -33,6 +34,12 @@ const Idl& all_constructs() {
   return idl;
 }
 
+Bytes bytes_of(std::initializer_list<int> values) {
+  Bytes bytes;
+  for (int value : values) bytes.push_back(std::byte(value));
+  return bytes;
+}
+
 TEST(SchemaCdr, DecodesEveryConstructInBothByteOrders) {
   for (const std::endian order : {std::endian::little, std::endian::big})
     for (std::uint32_t seed = 1; seed <= 200; ++seed) {
@@ -41,10 +48,14 @@ TEST(SchemaCdr, DecodesEveryConstructInBothByteOrders) {
     }
 }
 
-Bytes bytes_of(std::initializer_list<int> values) {
-  Bytes bytes;
-  for (int value : values) bytes.push_back(std::byte(value));
-  return bytes;
+TEST(SchemaCdr, DecodesTheDeepestTypeThatIsRead) {
+  std::string text = "struct S1 { octet x; };";
+  for (int i = 2; i <= 64; ++i) text += "struct S" + std::to_string(i) + " { S" + std::to_string(i - 1) + " x[1][1][1][1][1][1][1][1]; };";
+  const Json deepest = decode(parse_idl(text), "S64", bytes_of({0, 1, 0, 0, 42}));
+  const std::string dumped = deepest.dump();
+  EXPECT_NE(dumped.find("{\"x\":42}"), std::string::npos);
+  EXPECT_EQ(std::count(dumped.begin(), dumped.end(), '['), 63 * 8);
+  EXPECT_THROW(parse_idl(text + "struct S65 { S64 x; };"), IdlError);
 }
 
 // By the tables of DDS-XTypes 7.4.1. Behind the header: o at 0, s at 2, e at 4, l at 8, t at 16, f at 24.
