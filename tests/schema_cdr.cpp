@@ -26,7 +26,7 @@ const Idl& all_constructs() {
     struct All {
       char c; int8 i8; uint8 u8; short s; octet o; unsigned short us; octet o2; long l; octet o3; unsigned long ul; octet o4; long long ll;
       boolean truth; unsigned long long ull; octet o5; float f; octet o6; double d; string text; octet o7; string<5> bounded; Colour colour;
-      Small small; octet o8; Small pair[2]; octet grid[2][3]; double wide[2]; string<3> names[2]; Colour colours[2];
+      Small small; octet o8; Small pair[2]; octet grid[2][3]; octet behind_grid; double wide[2]; string<3> names[2]; Colour colours[2];
       sequence<octet> octets; sequence<double> doubles; octet o9; sequence<short, 3> shorts; sequence<Small> smalls; sequence<string> texts;
       sequence<sequence<long long> > rows; sequence<Colour, 2> hues; sequence<boolean> truths; long long last;
     };
@@ -44,7 +44,8 @@ TEST(SchemaCdr, DecodesEveryConstructInBothByteOrders) {
   for (const std::endian order : {std::endian::little, std::endian::big})
     for (std::uint32_t seed = 1; seed <= 200; ++seed) {
       const test::Payload made = test::PayloadMaker(all_constructs(), order, seed).make("m::All");
-      EXPECT_EQ(decode(all_constructs(), "m::All", made.bytes), made.values) << "seed " << seed;
+      // As text: JSON's == takes 2^63 and the nearest double for the same.
+      EXPECT_EQ(decode(all_constructs(), "m::All", made.bytes).dump(), made.values.dump()) << "seed " << seed;
     }
 }
 
@@ -186,7 +187,7 @@ TEST(SchemaFieldReader, AgreesWithDecodeInEveryField) {
         const test::Payload made = test::PayloadMaker(*idl, seed % 2 ? std::endian::little : std::endian::big, seed).make(type);
         const auto value = reader.read(made.bytes);
         ASSERT_TRUE(value) << type << "." << member.name;
-        EXPECT_EQ(as_json(*value), made.values[member.name]) << type << "." << member.name;
+        EXPECT_EQ(as_json(*value).dump(), made.values[member.name].dump()) << type << "." << member.name;
       }
     }
   EXPECT_GT(fields, 100);
