@@ -33,7 +33,8 @@ TEST(SchemaIdl, ReadsEveryType) {
 }
 
 TEST(SchemaIdl, ReadsSeveralFieldsOfOneTypeAndReopenedModules) {
-  const Idl idl = parse_idl("module a { @final struct P { double x, y[2]; }; }; module a { module b { struct Q { P p; }; }; };\nstruct Top { a::b::Q q; };");
+  const Idl idl = parse_idl(
+      "module a { @final struct P { double x, y[2]; }; }; module a { module b { struct Q { P p; }; }; };\nstruct Top { a::b::Q q; };");
   ASSERT_EQ(idl.structs.size(), 3u);
   EXPECT_EQ(idl.at("a::P").members.at(1).name, "y");
   EXPECT_EQ(idl.at("a::P").members.at(0).dimensions.size(), 0u);
@@ -196,7 +197,9 @@ module a { struct Unused { long x; };
 }
 
 TEST(SchemaIdl, TypesOfOtherModulesAreWrittenScoped) {
-  const Idl idl = parse_idl("struct Free { long x; }; module a { struct P { Free x; }; module b { struct Q { P p; }; }; }; module c { struct R { a::b::Q q; Free f; }; };");
+  const Idl idl = parse_idl(R"(struct Free { long x; };
+    module a { struct P { Free x; }; module b { struct Q { P p; }; }; };
+    module c { struct R { a::b::Q q; Free f; }; };)");
   const std::string text = self_contained(idl, "c::R");
   EXPECT_TRUE(same_type(idl, parse_idl(text), "c::R")) << text;
   EXPECT_NE(text.find("a::b::Q q;"), std::string::npos) << text;

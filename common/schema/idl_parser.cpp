@@ -18,10 +18,10 @@ constexpr std::size_t kMostDimensions = 8;
 constexpr std::uint64_t kMostElements = 0xffffffff;  // of an array: what a length on the wire could say as well
 
 bool is_reserved(std::string_view name) {
-  static const std::set<std::string_view> reserved = {"module",  "struct",  "enum",    "union",   "switch",    "case",   "default",   "typedef", "const",  "bitmask",   "bitset",
-                                                      "map",     "any",     "fixed",   "wchar",   "wstring",   "native", "interface", "valuetype", "exception", "import", "boolean",
-                                                      "octet",   "char",    "short",   "long",    "unsigned",  "float",  "double",    "string",  "sequence", "int8",   "uint8",
-                                                      "int16",   "uint16",  "int32",   "uint32",  "int64",     "uint64"};
+  static const std::set<std::string_view> reserved = {
+      "module", "struct", "enum", "union", "switch", "case", "default", "typedef", "const", "bitmask", "bitset", "map", "any", "fixed",
+      "wchar", "wstring", "native", "interface", "valuetype", "exception", "import", "boolean", "octet", "char", "short", "long",
+      "unsigned", "float", "double", "string", "sequence", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"};
   return reserved.contains(name);
 }
 
@@ -65,7 +65,8 @@ class Parser {
     std::set<std::string_view> found;
     while (tokens_.take_if("@")) {
       const Token name = tokens_.expect_name("an annotation's name");
-      if (name.text == "appendable" || name.text == "mutable") refuse(name, "@" + std::string(name.text) + " is not read: its layout on the wire differs");
+      if (name.text == "appendable" || name.text == "mutable")
+        refuse(name, "@" + std::string(name.text) + " is not read: its layout on the wire differs");
       if (!allowed.contains(name.text)) refuse(name, "the annotation @" + std::string(name.text) + " is not read here");
       found.insert(name.text);
     }
@@ -94,7 +95,8 @@ class Parser {
     if (scoped("").size() > kLongestModule) refuse(name, "modules whose names make more than " + std::to_string(kLongestModule) + " characters");
     tokens_.expect("{");
     while (!tokens_.take_if("}")) {
-      if (tokens_.next().kind == Token::Kind::end) refuse(tokens_.next(), "expected '}' of module " + std::string(name.text) + ", found the end of the text");
+      const Token& next = tokens_.next();
+      if (next.kind == Token::Kind::end) refuse(next, "expected '}' of module " + std::string(name.text) + ", found " + shown(next));
       definition();
     }
     modules_.pop_back();

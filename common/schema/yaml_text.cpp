@@ -22,7 +22,8 @@ bool is_plain(const std::string& text) {
 
 std::string scalar(const Json& value) {
   if (value.is_string() && is_plain(value.get_ref<const std::string&>())) return value;
-  if (value.is_number_float() && !std::isfinite(value.get<double>())) return std::isnan(value.get<double>()) ? ".nan" : value.get<double>() > 0 ? ".inf" : "-.inf";
+  if (const double number = value.is_number_float() ? value.get<double>() : 0.0; !std::isfinite(number))
+    return std::isnan(number) ? ".nan" : number > 0 ? ".inf" : "-.inf";
   return value.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
