@@ -106,7 +106,8 @@ TYPED_TEST(SchemaCyclone, WritesWhatTheIdlAloneDecodes) {
     ASSERT_TRUE(sample) << "Cyclone refuses the payload of seed " << seed;
     const Bytes written = cyclone.written(*sample);
     EXPECT_EQ(written.at(1), std::byte{1});
-    EXPECT_EQ(decode(fivepipe_idl(), type, written), made.values) << "seed " << seed;
+    // As text: JSON's == takes 2^63 and the nearest double for the same.
+    EXPECT_EQ(decode(fivepipe_idl(), type, written).dump(), made.values.dump()) << "seed " << seed;
   }
 }
 

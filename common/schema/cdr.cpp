@@ -116,7 +116,9 @@ class Decoder {
   std::vector<PathStep> path_;
 };
 
-std::string place(const std::string& field, std::size_t offset) { return (field.empty() ? "" : field + " ") + "at byte " + std::to_string(offset) + ": "; }
+std::string place(const std::string& field, std::size_t offset) {
+  return (field.empty() ? "" : field + " ") + "at byte " + std::to_string(offset) + ": ";
+}
 
 }  // namespace
 

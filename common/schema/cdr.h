@@ -28,8 +28,8 @@ struct DecodeOptions {
 };
 
 // Fields in the type's order; enums by name, 64-bit integers exact, char as a string of one byte. Throws CdrError where the payload is
-// too short, or longer by more than its padding (3 bytes), a length is absurd or beyond its bound, a string is not closed, a boolean or an enum has no
-// such value; IdlError where there is no such type. Takes time and memory in proportion to the payload.
+// too short, or longer by more than its padding (3 bytes), a length is absurd or beyond its bound, a string is not closed, a boolean or
+// an enum has no such value; IdlError where there is no such type. Takes time and memory in proportion to the payload.
 nlohmann::ordered_json decode(const Idl& idl, std::string_view scoped_name, std::span<const std::byte> payload, const DecodeOptions& options = {});
 
 // One field of the top-level struct, without building what stands before it. Keeps what it needs of the types.

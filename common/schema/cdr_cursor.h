@@ -2,11 +2,11 @@
 // is aligned to its size from behind the header on.
 #pragma once
 #include <bit>
-#include <concepts>
 #include <cstring>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "common/schema/idl.h"
 
@@ -55,8 +55,7 @@ class CdrCursor {
   void skip_values(std::uint64_t count, std::size_t value_bytes) {
     if (count == 0) return;
     align(value_bytes);
-    if (count > left() / value_bytes)
-      throw CdrFault{at_, std::to_string(count) + " values of " + std::to_string(value_bytes) + " bytes, and " + std::to_string(left()) + " bytes are left"};
+    if (count > left() / value_bytes) beyond_end(at_, std::to_string(count) + " values of " + std::to_string(value_bytes) + " bytes");
     at_ += std::size_t(count) * value_bytes;
   }
 
@@ -65,8 +64,8 @@ class CdrCursor {
     const std::size_t start = at_;
     const auto length = take<std::uint32_t>();
     if (length == 0) throw CdrFault{start, "a string without its closing zero"};
-    if (bound && length - 1 > bound) throw CdrFault{start, "a string of " + std::to_string(length - 1) + " bytes, " + std::to_string(bound) + " at most"};
-    if (length > left()) throw CdrFault{start, "a string of " + std::to_string(length - 1) + " bytes, and " + std::to_string(left()) + " are left"};
+    if (bound && length - 1 > bound) beyond_bound(start, "a string of " + std::to_string(length - 1) + " bytes", bound);
+    if (length > left()) beyond_end(start, "a string of " + std::to_string(length - 1) + " bytes");
     const std::string_view text(reinterpret_cast<const char*>(take_bytes(length).data()), length - 1);
     if (text.data()[length - 1] != '\0') throw CdrFault{start, "a string that is not closed by a zero"};
     if (text.find('\0') != std::string_view::npos) throw CdrFault{start, "a string with a zero inside"};
@@ -77,8 +76,8 @@ class CdrCursor {
   std::uint32_t take_count(std::uint32_t bound) {
     const std::size_t start = at_;
     const auto count = take<std::uint32_t>();
-    if (bound && count > bound) throw CdrFault{start, "a sequence of " + std::to_string(count) + ", " + std::to_string(bound) + " at most"};
-    if (count > left()) throw CdrFault{start, "a sequence of " + std::to_string(count) + ", and " + std::to_string(left()) + " bytes are left"};
+    if (bound && count > bound) beyond_bound(start, "a sequence of " + std::to_string(count), bound);
+    if (count > left()) beyond_end(start, "a sequence of " + std::to_string(count));
     return count;
   }
 
@@ -99,6 +98,13 @@ class CdrCursor {
 
   [[noreturn]] void too_short(std::size_t needed) const {
     throw CdrFault{at_, std::to_string(needed) + " bytes needed, " + std::to_string(left()) + " left"};
+  }
+
+  [[noreturn]] void beyond_end(std::size_t offset, const std::string& what) const {
+    throw CdrFault{offset, what + ", and " + std::to_string(left()) + " bytes are left"};
+  }
+  [[noreturn]] static void beyond_bound(std::size_t offset, const std::string& what, std::uint32_t bound) {
+    throw CdrFault{offset, what + ", " + std::to_string(bound) + " at most"};
   }
 
   template <class T>

@@ -1,6 +1,6 @@
 // Message types as IDL text states them (OMG IDL 4.2), of any version and from any source. Pure: what a recording carries is enough
 // to decode it. Read are modules, structs, enums, @final, @key, the primitive types, string, sequence, arrays and references to what
-// stands before; every struct counts as final. All else is refused by its name. Hostile text costs no more than its length.
+// stands before; every struct counts as final. All else is refused by its name. Hostile text costs bounded time, memory and stack.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -53,7 +53,7 @@ struct Idl {
   const Struct& at(std::string_view scoped_name) const;        // throws IdlError
 };
 
-Idl parse_idl(std::string_view text);  // throws IdlError
+Idl parse_idl(std::string_view text);  // at most 1 MiB of it; throws IdlError
 
 // As IDL, for a reader inside `module` ("fivepipe::v1"): "sequence<string<32> >".
 std::string type_text(const Idl& idl, const Type& type, std::string_view module = "");

@@ -9,16 +9,19 @@
 namespace fivepipe::schema {
 namespace {
 
-// Of modules in modules, sequences of sequences and structs in structs, each: far more than types have, far less than a stack holds.
-constexpr std::size_t kDeepest = 64;
-// Elements of an array, all dimensions together: what a length on the wire could say as well.
-constexpr std::uint64_t kMostElements = 0xffffffff;
+// Far more than types need, and little enough that hostile text costs neither stack nor much memory.
+constexpr std::size_t kLongestText = 1 << 20;   // bytes
+constexpr std::size_t kLongestModule = 512;     // characters of the modules around a definition, which each of its names repeats
+constexpr std::size_t kDeepestStruct = 64;      // structs and sequences inside one another
+constexpr std::size_t kDeepestSequence = 8;     // sequences of sequences
+constexpr std::size_t kMostDimensions = 8;
+constexpr std::uint64_t kMostElements = 0xffffffff;  // of an array: what a length on the wire could say as well
 
 bool is_reserved(std::string_view name) {
-  static const std::set<std::string_view> reserved = {"module",  "struct",  "enum",    "union",   "switch",    "case",   "default",   "typedef", "const",  "bitmask",   "bitset",
-                                                      "map",     "any",     "fixed",   "wchar",   "wstring",   "native", "interface", "valuetype", "exception", "import", "boolean",
-                                                      "octet",   "char",    "short",   "long",    "unsigned",  "float",  "double",    "string",  "sequence", "int8",   "uint8",
-                                                      "int16",   "uint16",  "int32",   "uint32",  "int64",     "uint64"};
+  static const std::set<std::string_view> reserved = {
+      "module", "struct", "enum", "union", "switch", "case", "default", "typedef", "const", "bitmask", "bitset", "map", "any", "fixed",
+      "wchar", "wstring", "native", "interface", "valuetype", "exception", "import", "boolean", "octet", "char", "short", "long",
+      "unsigned", "float", "double", "string", "sequence", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"};
   return reserved.contains(name);
 }
 
@@ -62,7 +65,8 @@ class Parser {
     std::set<std::string_view> found;
     while (tokens_.take_if("@")) {
       const Token name = tokens_.expect_name("an annotation's name");
-      if (name.text == "appendable" || name.text == "mutable") refuse(name, "@" + std::string(name.text) + " is not read: its layout on the wire differs");
+      if (name.text == "appendable" || name.text == "mutable")
+        refuse(name, "@" + std::string(name.text) + " is not read: its layout on the wire differs");
       if (!allowed.contains(name.text)) refuse(name, "the annotation @" + std::string(name.text) + " is not read here");
       found.insert(name.text);
     }
@@ -87,11 +91,12 @@ class Parser {
 
   void module() {
     const Token name = new_name("a module's name");
-    if (modules_.size() == kDeepest) refuse(name, "modules more than " + std::to_string(kDeepest) + " deep");
     modules_.push_back(name.text);
+    if (scoped("").size() > kLongestModule) refuse(name, "modules whose names make more than " + std::to_string(kLongestModule) + " characters");
     tokens_.expect("{");
     while (!tokens_.take_if("}")) {
-      if (tokens_.next().kind == Token::Kind::end) refuse(tokens_.next(), "expected '}' of module " + std::string(name.text) + ", found the end of the text");
+      const Token& next = tokens_.next();
+      if (next.kind == Token::Kind::end) refuse(next, "expected '}' of module " + std::string(name.text) + ", found " + shown(next));
       definition();
     }
     modules_.pop_back();
@@ -123,7 +128,7 @@ class Parser {
     tokens_.expect("{");
     do depth = std::max(depth, members(result, seen));
     while (!tokens_.take_if("}"));
-    if (depth >= kDeepest) refuse(name, "structs more than " + std::to_string(kDeepest) + " deep");
+    if (depth >= kDeepestStruct) refuse(name, "structs more than " + std::to_string(kDeepestStruct) + " deep");
     declare(name, {Kind::structure, idl_.structs.size(), depth + 1});
     idl_.structs.push_back(std::move(result));
   }
@@ -150,7 +155,7 @@ class Parser {
       sizes.push_back(tokens_.expect_positive("an array's size"));
       elements *= sizes.back();
       if (elements > kMostElements) refuse(opening, "an array of more than " + std::to_string(kMostElements) + " elements");
-      if (sizes.size() > kDeepest) refuse(opening, "an array of more than " + std::to_string(kDeepest) + " dimensions");
+      if (sizes.size() > kMostDimensions) refuse(opening, "an array of more than " + std::to_string(kMostDimensions) + " dimensions");
       tokens_.expect("]");
     }
     return sizes;
@@ -186,7 +191,7 @@ class Parser {
   }
 
   Type sequence(const Token& word, std::size_t& depth) {
-    if (++open_sequences_ > kDeepest) refuse(word, "sequences more than " + std::to_string(kDeepest) + " deep");
+    if (++open_sequences_ > kDeepestSequence) refuse(word, "sequences more than " + std::to_string(kDeepestSequence) + " deep");
     Type result{Kind::sequence, 0, 0, {}};
     tokens_.expect("<");
     result.element.push_back(type(depth));
@@ -202,10 +207,7 @@ class Parser {
     if (!first) tokens_.take();
     const Token begin = first ? *first : tokens_.expect_name("a type");
     std::string name(begin.text);
-    for (std::size_t parts = 1; tokens_.take_if("::"); ++parts) {
-      if (parts > kDeepest) refuse(begin, "a name of more than " + std::to_string(kDeepest) + " parts");
-      name += "::" + std::string(tokens_.expect_name("a type").text);
-    }
+    while (tokens_.take_if("::")) name += "::" + std::string(tokens_.expect_name("a type").text);
     // From the innermost module outwards.
     for (std::size_t modules = from_outside ? 0 : modules_.size();; --modules) {
       std::string full;
@@ -227,6 +229,9 @@ class Parser {
 
 }  // namespace
 
-Idl parse_idl(std::string_view text) { return Parser(text).parse(); }
+Idl parse_idl(std::string_view text) {
+  if (text.size() > kLongestText) throw IdlError("a text of " + std::to_string(text.size()) + " bytes; " + std::to_string(kLongestText) + " at most");
+  return Parser(text).parse();
+}
 
 }  // namespace fivepipe::schema

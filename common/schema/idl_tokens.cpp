@@ -73,7 +73,8 @@ void Tokens::read_next() {
     next_.kind = Token::Kind::sign;
   }
   next_.text = text_.substr(begin, at_ - begin);
-  if (next_.text.size() > kLongestName) refuse(next_, "a name of " + std::to_string(next_.text.size()) + " characters; " + std::to_string(kLongestName) + " at most");
+  if (const std::size_t length = next_.text.size(); length > kLongestName)
+    refuse(next_, "a name of " + std::to_string(length) + " characters; " + std::to_string(kLongestName) + " at most");
   if (next_.kind == Token::Kind::sign && next_.text == "#") refuse(next_, "preprocessor lines are not read");
   if (next_.kind == Token::Kind::sign && next_.text != "::" && std::string_view("{};,<>[]()@:=").find(first) == std::string_view::npos)
     refuse(next_, "unexpected character " + shown(next_));
