@@ -24,6 +24,7 @@ int run(int argc, char** argv) {
   add_up(app, command);
   add_top(app, command);
   add_record(app, command);
+  add_replay(app, command);
   add_simulation(app, command);
   add_doctor(app, command);
   add_bench(app, command);

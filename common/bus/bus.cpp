@@ -17,6 +17,10 @@ constexpr std::int32_t kMaxTaken = 256;
 // Depth of each kind of delivery, in samples per key. stream: more than max_frames_in_flight, so that pacing, not the bus, drops.
 constexpr std::int32_t kStreamDepth = 8, kLatchedDepth = 1, kEventDepth = 64;
 
+// Readers acknowledge when a heartbeat asks them to. Cyclone takes several configurations, the later ones on top.
+constexpr const char* kFrequentHeartbeats =
+    R"(,<CycloneDDS><Domain><Internal><HeartbeatInterval min="1ms" minsched="1ms" max="10ms">2ms</HeartbeatInterval></Internal></Domain></CycloneDDS>)";
+
 std::int32_t checked(std::int32_t result, const std::string& what) {
   if (result < 0) throw BusError(what + ": " + dds_strretcode(-result));
   return result;
@@ -115,7 +119,8 @@ struct Bus::Impl {
 };
 
 Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
-  const FittedProfile profile = fitted_to_kernel(profile_xml(options.profile), kernel_rmem_max_bytes());
+  FittedProfile profile = fitted_to_kernel(profile_xml(options.profile), kernel_rmem_max_bytes());
+  if (options.asks_for_acks) profile.xml += kFrequentHeartbeats;
   if (!profile.warning.empty()) warnings_.push_back(profile.warning);
   // One domain of a number per process: a second Bus in it (tests, tools) shares the first one's configuration.
   const std::int32_t domain = dds_create_domain(options.domain, profile.xml.c_str());
@@ -162,11 +167,6 @@ bool Bus::wait(std::chrono::nanoseconds timeout) {
 }
 
 std::int32_t Bus::participant() const { return impl_->participant->handle; }
-
-std::int32_t Bus::topic(const char* name, const dds_topic_descriptor_t* descriptor) {
-  const std::scoped_lock lock(impl_->mutex);
-  return impl_->topic(name, descriptor);
-}
 
 std::vector<EndpointDescription> Bus::endpoints() { return detail::endpoints_known_to(impl_->participant->handle); }
 

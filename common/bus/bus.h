@@ -121,6 +121,7 @@ struct BusOptions {
   std::uint32_t domain = 0;
   std::string profile = "loopback";  // shipped in launch/profiles; CYCLONEDDS_URI in the environment wins
   std::string participant = "";      // what others see it as: a node's name
+  bool asks_for_acks = false;        // within milliseconds, not a tenth of a second: for who waits for delivery often
 };
 
 // A reader or a writer anywhere on the network.
@@ -171,7 +172,6 @@ class Bus {
   std::shared_ptr<detail::Entity> make_reader(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery, bool keep_all = false);
   std::shared_ptr<detail::Entity> make_writer(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery, bool keep_all = false);
   std::int32_t participant() const;
-  std::int32_t topic(const char* name, const dds_topic_descriptor_t* descriptor);
   std::unique_ptr<Impl> impl_;
   std::vector<std::string> warnings_;
 };

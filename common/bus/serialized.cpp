@@ -44,18 +44,14 @@ dds_entity_t checked(dds_return_t result, const std::string& what) {
   return result;
 }
 
-// How Cyclone serialises the topic's type. This version has no call for it: it is taken from a sample written to ourselves, in a partition that nobody else is in.
-ddsi_sertype* type_of(dds_entity_t participant, dds_entity_t topic, const topics::Topic& described) {
-  const std::string partition = "fivepipe-type-" + std::to_string(getpid());
-  const char* partitions[] = {partition.c_str()};
-  const std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)> qos(dds_create_qos(), dds_delete_qos);
-  dds_qset_partition(qos.get(), 1, partitions);
-  const detail::Entity subscriber(checked(dds_create_subscriber(participant, qos.get(), nullptr), described.name));
-  const detail::Entity publisher(checked(dds_create_publisher(participant, qos.get(), nullptr), described.name));
-  const detail::Entity reader(checked(dds_create_reader(subscriber.handle, topic, nullptr, nullptr), described.name));
-  const detail::Entity writer(checked(dds_create_writer(publisher.handle, topic, nullptr, nullptr), described.name));
+// How Cyclone serialises the topic's type. This version has no call for it: it is taken from a sample written to ourselves, on a topic that nobody else knows.
+ddsi_sertype* type_of(dds_entity_t participant, const topics::Topic& described) {
+  const std::string own_name = std::string(described.name) + "/type/" + std::to_string(getpid());
+  const detail::Entity topic(checked(dds_create_topic(participant, described.descriptor, own_name.c_str(), nullptr, nullptr), own_name));
+  const detail::Entity reader(checked(dds_create_reader(participant, topic.handle, nullptr, nullptr), own_name));
+  const detail::Entity writer(checked(dds_create_writer(participant, topic.handle, nullptr, nullptr), own_name));
   const std::vector<std::byte> zeros(described.descriptor->m_size);
-  checked(dds_write(writer.handle, zeros.data()), described.name);
+  checked(dds_write(writer.handle, zeros.data()), own_name);
   ddsi_serdata* taken = nullptr;
   dds_sample_info_t info;
   if (dds_takecdr(reader.handle, &taken, 1, &info, DDS_ANY_STATE) != 1) throw BusError(std::string(described.name) + ": how it is serialised can't be found out");
@@ -120,7 +116,7 @@ int SerializedReader::writers() const { return detail::matched_writers(entity_->
 SerializedWriter::SerializedWriter(Bus& bus, const topics::Topic& topic, WriterHistory history)
     : topic_(topic.name),
       entity_(bus.make_writer(topic.name, topic.descriptor, topic.delivery, history == WriterHistory::keep_all && topic.delivery != topics::Delivery::latched)),
-      type_(type_of(bus.participant(), bus.topic(topic.name, topic.descriptor), topic)) {}
+      type_(type_of(bus.participant(), topic)) {}
 
 SerializedWriter::~SerializedWriter() { ddsi_sertype_unref(type_); }
 

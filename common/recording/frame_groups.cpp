@@ -11,15 +11,15 @@ constexpr std::size_t kRemembered = 256;
 }  // namespace
 
 FrameGroups::FrameGroups(const Recording& recording, Recording::Cursor cursor, std::function<int(const std::string&)> rank)
-    : recording_(recording), cursor_(std::move(cursor)), rank_(std::move(rank)) {}
+    : cursor_(std::move(cursor)), rank_(std::move(rank)), frame_of_(recording) {}
 
-std::optional<std::uint64_t> FrameGroups::frame_of(const RecordedMessage& message) {
+std::optional<std::uint64_t> FrameOf::operator()(const RecordedMessage& message) {
   if (message.key_change) return std::nullopt;
-  auto field = frame_field_.find(message.channel->id);
-  if (field == frame_field_.end()) {
+  auto field = field_.find(message.channel->id);
+  if (field == field_.end()) {
     const schema::Idl& idl = recording_.idl(*message.channel);
     const schema::Struct* type = idl.find(message.channel->type);
-    field = frame_field_.emplace(message.channel->id, std::nullopt).first;
+    field = field_.emplace(message.channel->id, std::nullopt).first;
     // A node's status tells of a frame, but is not of it: it has no capture stamp.
     if (type && type->find("frame") && type->find("capture_stamp_ns")) field->second.emplace(idl, message.channel->type, "frame");
   }
@@ -34,7 +34,7 @@ bool FrameGroups::read_one() {
   const auto message = cursor_.next();
   if (!message) return false;
   KeptMessage kept{message->channel, message->log_stamp_ns, message->source_stamp_ns, message->key_change, {message->cdr.begin(), message->cdr.end()}};
-  const auto frame = frame_of(*message);
+  const auto frame = frame_of_(*message);
   if (frame) {
     const auto of_this_frame = [&](const FrameGroup& group) { return group.frame == frame && kept.log_stamp_ns - group.log_stamp_ns < kOneFrameTakes_ns; };
     if (const auto open = std::find_if(open_.rbegin(), open_.rend(), of_this_frame); open != open_.rend()) {

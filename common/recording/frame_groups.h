@@ -25,6 +25,18 @@ struct FrameGroup {
   std::vector<KeptMessage> messages;   // by rank of their topics, then in the file's order
 };
 
+// The frame that a message is of.
+class FrameOf {
+ public:
+  explicit FrameOf(const Recording& recording) : recording_(recording) {}
+  // Nothing where its type has no frame, or states one without being of it (a node's status), and of keys' states.
+  std::optional<std::uint64_t> operator()(const RecordedMessage& message);
+
+ private:
+  const Recording& recording_;
+  std::map<mcap::Id, std::optional<schema::FieldReader>> field_;
+};
+
 class FrameGroups {
  public:
   // A frame's messages stand in the file before the first message of the frame that comes so many after it.
@@ -42,13 +54,11 @@ class FrameGroups {
 
  private:
   bool read_one();  // false at the end
-  std::optional<std::uint64_t> frame_of(const RecordedMessage& message);
   FrameGroup handed_out();
 
-  const Recording& recording_;
   Recording::Cursor cursor_;
   std::function<int(const std::string&)> rank_;
-  std::map<mcap::Id, std::optional<schema::FieldReader>> frame_field_;
+  FrameOf frame_of_;
   std::deque<FrameGroup> open_;
   std::size_t open_frames_ = 0;
   std::map<std::uint64_t, std::int64_t> handed_out_;  // frame -> log stamp

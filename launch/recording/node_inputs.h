@@ -12,7 +12,7 @@ inline std::set<std::string> inputs_of(const std::string& program) {
   using namespace topics;
   if (program == "capture_node") return {TileCosts::name, FrameComposited::name};
   if (program == "recon_node") return {ReplaySession::name, CameraInfo::name, ViewInfo::name, HeadPose::name, ObjectColour::name, ObjectPixelMap::name};
-  if (program == "sim_node") return {ReplaySession::name, CameraInfo::name, Command::name, ObjectPixelMap::name};
+  if (program == "sim_node") return {ReplaySession::name, CameraInfo::name, topics::Command::name, ObjectPixelMap::name};
   if (program == "render_node") return {ReplaySession::name, CollisionResult::name, VirtualState::name, HullTile::name};
   return {};
 }

@@ -110,7 +110,7 @@ int run_replay(const ReplayOptions& options) {
     return 2;
   }
   catch_signals();
-  Bus bus({options.network.domain, options.network.profile, "replay"});
+  Bus bus({options.network.domain, options.network.profile, "replay", options.lossless});
   for (const auto until = Clock::now() + listening_time; Clock::now() < until;) bus.wait(20ms);
   Replayer replayer(bus, recording, plan);
   if (const auto conflicts = replayer.conflicts(); !conflicts.empty() && !options.force) {

@@ -181,8 +181,21 @@ void Replayer::write(const RecordedChannel& channel, std::optional<KeyChange> ch
 
 void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control) {
   auto messages = cursor();
+  recording::FrameOf frame_of(recording_);
+  std::optional<std::uint64_t> newest;
+  bool steps = false;
   while (const auto message = messages.next()) {
-    if (!wait_until(message->log_stamp_ns, control)) return;
+    const auto frame = frame_of(*message);
+    const bool begins_frame = frame && (!newest || *frame > *newest);
+    if (begins_frame) {
+      newest = frame;
+      ++counts_.frames;
+    }
+    // A step is everything up to the next frame's beginning.
+    if (!steps || begins_frame) {
+      if (!wait_until(message->log_stamp_ns, control)) return;
+      steps = last_control_ == ReplayControl::one_frame;
+    }
     write(*message->channel, message->key_change, message->source_stamp_ns, message->cdr);
   }
 }
