@@ -1,1 +1,2 @@
 fivepipe_test(mcap_round_trip_test mcap_round_trip.cpp LINK fivepipe_mcap)
+fivepipe_test(mcap_conformance_test mcap_conformance.cpp LINK fivepipe_mcap nlohmann_json::nlohmann_json)
