@@ -29,7 +29,9 @@ class Scanner {
       take(at, length_bytes);
       at += length_bytes;
     }
-    end_chunk(true);
+    end_chunk();
+    // Nothing good stands behind the last chunk's piece of an index.
+    if (unindexed_until_ == scan_.damage.whole_bytes) scan_.damage.whole_bytes = scan_.summary.chunks.back().offset + scan_.summary.chunks.back().length_bytes;
     scan_.damage.cut_bytes = file_.size_bytes() - scan_.damage.whole_bytes;
     count_records(scan_.summary);
     return std::move(scan_);
@@ -48,7 +50,7 @@ class Scanner {
   }
 
   void take(std::uint64_t at, std::uint64_t length_bytes) {
-    if (op_ != Op::message_index) end_chunk(false);
+    if (op_ != Op::message_index) end_chunk();
     try {
       switch (op_) {
         case Op::header: scan_.has_header = true; break;
@@ -115,16 +117,13 @@ class Scanner {
     index_missing_.erase(places);
   }
 
-  // An index that does not tell of all messages is none; that of the last chunk can be written again.
-  void end_chunk(bool is_last) {
+  // An index that does not tell of all messages is none.
+  void end_chunk() {
     if (index_missing_.empty()) return;
-    ChunkIndex& chunk = scan_.summary.chunks.back();
-    chunk.message_index_offsets.clear();
-    chunk.message_index_bytes = 0;
+    scan_.summary.chunks.back().message_index_offsets.clear();
+    scan_.summary.chunks.back().message_index_bytes = 0;
     index_missing_.clear();
-    if (!is_last) return;
-    scan_.index_missing = content_of(read_chunk(file_, chunk).view(), {file_.name(), chunk.offset}).messages;
-    scan_.damage.whole_bytes = chunk.offset + chunk.length_bytes;
+    unindexed_until_ = scan_.damage.whole_bytes;
   }
 
   void take_loose(std::uint64_t at, std::uint64_t length_bytes) {
@@ -173,6 +172,7 @@ class Scanner {
   Scan scan_;
   Op op_ = Op(0);
   MessagePlaces index_missing_;     // of the chunk just read
+  std::uint64_t unindexed_until_ = 0;  // where the records that belong to the last chunk without a whole index end
   bool damaged_ = false;            // the record just read, other than a message index
   bool loose_has_message_ = false;  // the piece of loose records at the end of the list
 };

@@ -15,12 +15,10 @@ struct Damage {
 };
 
 struct Scan {
-  Summary summary;
+  Summary summary;  // chunks without a whole and right index of their messages have none here
   Damage damage;
   bool has_header = false;
   std::vector<std::uint64_t> damaged_bytes;  // where damage.records stand
-  // Of the file's last chunk, if what stands behind it ends before all its message index records: these, for who writes them again.
-  MessagePlaces index_missing;
 };
 
 // McapError if the file does not begin with MCAP's magic bytes.
