@@ -179,6 +179,17 @@ TEST_P(McapConformance, AnotherReaderReadsAMendedFileWhoseLastIndexWasCut) {
   expect_all_things(path_);
 }
 
+// The same in the file's middle: that chunk is moved to the end.
+TEST_P(McapConformance, AnotherReaderReadsAMendedFileOneOfWhoseIndexesWasDamaged) {
+  write_things(path_, GetParam(), false);
+  Bytes bytes = file_bytes(path_);
+  const ChunkIndex chunk = Reader(path_).chunks()[1];
+  bytes[chunk.offset + chunk.length_bytes + chunk.message_index_bytes - 3] ^= std::byte(1);
+  write_file(path_, bytes);
+  EXPECT_EQ(recover(path_).damage.damaged_records, 0u);
+  expect_all_things(path_);
+}
+
 TEST_P(McapConformance, AnotherReaderSkipsADamagedChunkThatWasSetAside) {
   write_things(path_, GetParam(), false);
   Bytes bytes = file_bytes(path_);
@@ -186,7 +197,7 @@ TEST_P(McapConformance, AnotherReaderSkipsADamagedChunkThatWasSetAside) {
   bytes[damaged.offset + damaged.length_bytes - 10] ^= std::byte(1);
   write_file(path_, bytes);
   const Recovery recovery = recover(path_);
-  EXPECT_EQ(recovery.damage.records.size(), 1u);
+  EXPECT_EQ(recovery.damage.damaged_records, 1u);
   const CommandOutput output = read_with_npm(path_, "--summary");
   ASSERT_EQ(output.exit_code, 0) << output.text;
   const json summary = json::parse(output.text);

@@ -40,7 +40,7 @@ TEST_F(McapDamage, CutAnywhereAFileGivesEveryMessageOfItsWholeChunksAndCanBeMend
     const auto whole = std::vector(recording.messages.begin(), recording.messages.begin() + std::ptrdiff_t(messages_up_to(recording, chunks, cut_bytes)));
     const Reader reader(path_);
     EXPECT_FALSE(reader.is_finished());
-    EXPECT_TRUE(reader.damage().records.empty());
+    EXPECT_EQ(reader.damage().damaged_records, 0u);
     EXPECT_EQ(reader.damage().whole_bytes + reader.damage().cut_bytes, cut_bytes);
     EXPECT_EQ(all_messages(reader.messages()), whole) << "cut after " << cut_bytes << " of " << size_bytes;
     EXPECT_EQ(broken_promise(path_, other_), "");
@@ -101,9 +101,25 @@ TEST_F(McapDamage, ADamagedChunkOfAFinishedFileIsNamedAndPassed) {
 
     const Reader scanning = Reader::scanning(path_);
     EXPECT_TRUE(scanning.is_finished());
-    ASSERT_EQ(scanning.damage().records.size(), 1u);
-    EXPECT_NE(scanning.damage().records[0].find(std::to_string(chunk.offset)), std::string::npos);
+    ASSERT_EQ(scanning.damage().damaged_records, 1u);
+    EXPECT_NE(scanning.damage().damaged_names.at(0).find(std::to_string(chunk.offset)), std::string::npos);
     EXPECT_EQ(all_messages(scanning.messages()).size(), 40u);
+  }
+}
+
+// It is written again where it stood: the file is as if it had never been cut, down to the byte.
+TEST_F(McapDamage, TheLastChunksCutIndexIsWrittenAgain) {
+  Recording recording = made_up_recording(12, 2, 20);
+  write(recording, path_, Compression::lz4, false);
+  const ChunkIndex last = Reader(path_).chunks()[1];
+  const std::uint64_t index_end = last.offset + last.length_bytes + last.message_index_bytes;
+  std::filesystem::resize_file(path_, index_end);
+  recover(path_);
+  const Bytes uncut = file_bytes(path_);
+  for (std::uint64_t cut_bytes = last.offset + last.length_bytes; cut_bytes < index_end; ++cut_bytes) {
+    write_file(path_, ByteView(uncut).first(cut_bytes));
+    recover(path_);
+    ASSERT_EQ(file_bytes(path_), uncut) << cut_bytes;
   }
 }
 
@@ -155,7 +171,7 @@ TEST_F(McapDamage, AChunkThatClaimsMoreThanItCanHoldIsRefusedUnread) {
       write_file(path_, bytes);
       const Reader reader(path_);
       EXPECT_EQ(reader.statistics().messages, 0u);
-      EXPECT_EQ(reader.damage().records.size(), 1u);
+      EXPECT_EQ(reader.damage().damaged_records, 1u);
     }
 }
 

@@ -89,7 +89,7 @@ inline void write(Recording& recording, const std::filesystem::path& path, Compr
   builder.add_channel({schema, "things/a", "cdr", {{"qos", "reliable"}}});
   builder.add_channel({schema, "things/b", "cdr", {}});
   builder.add_channel({0, "notes", "json", {}});
-  FileWriter writer(path, compression, "fivepipe tests");
+  FileWriter writer(path, compression, "fivepipe tests", "made up");
   writer.attach(recording.attachment);
   recording.chunk_end_bytes.clear();
   std::size_t next = 0;

@@ -35,7 +35,8 @@ Cursor::~Cursor() = default;
 
 void Cursor::open(const ChunkIndex& chunk) {
   const Place place{file_->name(), chunk.offset};
-  if (chunk.uncompressed_bytes > kMostOpenBytes - open_bytes_) place.fail("too many chunks overlap in time");
+  const std::uint64_t records_bytes = chunk.loose ? chunk.length_bytes : chunk.uncompressed_bytes;
+  if (records_bytes > kMostOpenBytes - open_bytes_) place.fail("too many chunks overlap in time");
   auto opened = std::make_unique<OpenChunk>();
   opened->records = read_chunk(*file_, chunk);
   opened->offset = chunk.offset;

@@ -64,7 +64,8 @@ class Scanner {
         default: break;  // unknown, or set aside
       }
     } catch (const McapError& error) {
-      scan_.damage.records.push_back(error.what());
+      ++scan_.damage.damaged_records;
+      if (scan_.damage.damaged_names.size() < Damage::kMostNamed) scan_.damage.damaged_names.push_back(error.what());
       scan_.damaged_bytes.push_back(at);
       damaged_ = true;
       return;
@@ -184,9 +185,12 @@ Scan scan(const File& file) { return Scanner(file).run(); }
 ChunkContent content_of(ByteView records, const Place& place) {
   ChunkContent content;
   bool has_message = false;
+  std::uint64_t definition_bytes = 0;
   RecordSequence sequence(records, place);
   while (const auto record = sequence.next()) {
     const Fields fields(record->content, place);
+    if (record->op == Op::schema || record->op == Op::channel) definition_bytes += record->content.size();
+    if (definition_bytes > kMostDefinitionBytes) place.fail("a chunk has more schemas and channels than is sensible");
     if (record->op == Op::schema) {
       auto [id, schema] = read_schema(fields);
       if (id == 0) continue;  // the specification: invalid, to be ignored

@@ -9,7 +9,7 @@ namespace fivepipe::mcap {
 namespace {
 
 // 100 000 chunks of 10 channels take 30 MB.
-constexpr std::uint64_t kMostSummaryBytes = std::uint64_t(1) << 30;
+constexpr std::uint64_t kMostSummaryBytes = 256 << 20;
 
 // Appends the records of one kind that `append_all` appends, and a summary offset record for them unless there are none.
 template <typename AppendAll>
