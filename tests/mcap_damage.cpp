@@ -5,6 +5,7 @@
 #include <csignal>
 #include <system_error>
 
+#include "common/mcap/summary_section.h"
 #include "tests/mcap_mutations.h"
 
 namespace fivepipe::mcap {
@@ -53,7 +54,7 @@ TEST_F(McapDamage, CutAnywhereAFileGivesEveryMessageOfItsWholeChunksAndCanBeMend
 }
 
 TEST_F(McapDamage, EveryByteMayBeTheLast) {
-  Recording recording = made_up_recording(5, 3, 6);
+  Recording recording = made_up_recording(5, 2, 3);
   write(recording, path_, Compression::lz4);
   const std::vector<ChunkIndex> chunks = Reader(path_).chunks();
   for (std::uint64_t cut_bytes = std::filesystem::file_size(path_) - 1; cut_bytes >= kMagic.size(); --cut_bytes) {
@@ -160,7 +161,42 @@ TEST_F(McapDamage, ASummarysDamageIsFoundAndTheFileScanned) {
   EXPECT_EQ(all_messages(reader.messages()), recording.messages);
 }
 
-TEST_F(McapDamage, AChunkThatClaimsMoreThanItCanHoldIsRefusedUnread) {
+// A small file could else make its reader read for any time: by one chunk, named a million times.
+TEST_F(McapDamage, ASummaryThatPointsWhereNothingOfTheKindCanBeIsNotReliedOn) {
+  Recording recording = made_up_recording(13, 2, 10);
+  write(recording, path_, Compression::lz4, false);
+  const Bytes data = file_bytes(path_);
+  const Summary good = scan(File(path_)).summary;
+  const auto is_relied_on = [&](const Summary& summary) {
+    Bytes bytes = data;
+    append(bytes, ByteView(end_of_file(summary, data.size(), 0)));
+    write_file(path_, bytes);
+    const Reader reader(path_);
+    EXPECT_EQ(all_messages(reader.messages()), recording.messages);
+    return reader.is_finished();
+  };
+  EXPECT_TRUE(is_relied_on(good));
+  Summary twice = good;
+  twice.chunks.push_back(good.chunks[0]);
+  count_records(twice);
+  EXPECT_FALSE(is_relied_on(twice));
+  Summary beyond = good;
+  beyond.chunks[1].length_bytes += 100'000;
+  EXPECT_FALSE(is_relied_on(beyond));
+  Summary fewer = good;
+  fewer.chunks.pop_back();
+  EXPECT_FALSE(is_relied_on(fewer));
+}
+
+TEST_F(McapDamage, AChunkOfTooManySchemasIsDamaged) {
+  ChunkBuilder builder;
+  const Id schema = builder.add_schema({"S", "omgidl", std::string(kMostDefinitionBytes, ' ')});
+  builder.add({builder.add_channel({schema, "t", "cdr", {}}), 0, 0, 0, {}});
+  FileWriter(path_, Compression::lz4, "").write(builder.take());
+  EXPECT_EQ(Reader(path_).damage().damaged_records, 1u);
+}
+
+TEST_F(McapDamage, AChunkThatClaimsMoreThanItCanHoldIsRefused) {
   Recording recording = made_up_recording(10, 1, 10);
   for (const Compression compression : {Compression::none, Compression::lz4, Compression::zstd})
     for (const std::uint64_t claimed_bytes : {std::uint64_t(1) << 30, (std::uint64_t(1) << 30) + 1, std::uint64_t(1) << 62}) {
