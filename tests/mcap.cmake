@@ -2,6 +2,7 @@ fivepipe_test(mcap_round_trip_test mcap_round_trip.cpp LINK fivepipe_mcap)
 fivepipe_test(mcap_conformance_test mcap_conformance.cpp LINK fivepipe_mcap nlohmann_json::nlohmann_json)
 fivepipe_test(mcap_format_test mcap_format.cpp LINK fivepipe_mcap)
 fivepipe_test(mcap_order_test mcap_order.cpp LINK fivepipe_mcap)
+fivepipe_test(mcap_full_disk_test mcap_full_disk.cpp LINK fivepipe_mcap)
 fivepipe_test(mcap_damage_test mcap_damage.cpp LINK fivepipe_mcap)
 
 # Ten minutes where the sanitizers watch, else one.

@@ -46,14 +46,15 @@ std::string whole_file_by_hand() {
   const std::string data = kMagicText + kHeader + chunk + index + attachment + metadata;
   const std::string data_end = record(0x0F, u32(crc(data)));
   const std::string statistics = record(0x0B, u64(2) + u16(1) + u32(1) + u32(1) + u32(1) + u32(1) + u64(100) + u64(110) + text(u16(1) + u64(2)));
-  const std::string chunk_index = record(0x08, u64(100) + u64(110) + u64(chunk_at) + u64(chunk.size()) + text(u16(1) + u64(index_at)) + u64(index.size()) + text("") +
-                                                   u64(messages.size()) + u64(messages.size()));
+  const std::string chunk_index = record(0x08, u64(100) + u64(110) + u64(chunk_at) + u64(chunk.size()) + text(u16(1) + u64(index_at)) +
+                                                   u64(index.size()) + text("") + u64(messages.size()) + u64(messages.size()));
   const std::string attachment_index = record(0x0A, u64(attachment_at) + u64(attachment.size()) + u64(5) + u64(6) + u64(3) + text("n") + text("text/plain"));
   const std::string metadata_index = record(0x0D, u64(metadata_at) + u64(metadata.size()) + text("m"));
 
   const std::uint64_t summary_at = data.size() + data_end.size();
   std::string summary, offsets;
-  const std::vector<std::pair<int, std::string>> groups = {{0x03, kSchema}, {0x04, kChannel}, {0x0B, statistics}, {0x08, chunk_index}, {0x0A, attachment_index}, {0x0D, metadata_index}};
+  const std::vector<std::pair<int, std::string>> groups = {{0x03, kSchema},     {0x04, kChannel},         {0x0B, statistics},
+                                                           {0x08, chunk_index}, {0x0A, attachment_index}, {0x0D, metadata_index}};
   for (const auto& [op, group] : groups) {
     offsets += record(0x0E, char(op) + u64(summary_at + summary.size()) + u64(group.size()));
     summary += group;
@@ -87,8 +88,8 @@ TEST(McapFormat, ReadsAFileOfChunklessMessagesUnknownRecordsAndLongerOnes) {
   const TestFolder folder;
   const std::string longer_channel = record(0x04, u16(1) + u16(1) + text("t") + text("cdr") + text("") + "a later version's field");
   const std::string ignored_schema = record(0x03, u16(0) + text("none") + text("") + text(""));
-  const std::string bytes = kMagicText + kHeader + record(0x42, "future") + kSchema + ignored_schema + longer_channel + message(2, 30, 30, "late") + record(0x99, "private") +
-                            message(1, 20, 20, "early") + record(0x0F, u32(0)) + record(0x02, u64(0) + u64(0) + u32(0)) + kMagicText;
+  const std::string bytes = kMagicText + kHeader + record(0x42, "future") + kSchema + ignored_schema + longer_channel + message(2, 30, 30, "late") +
+                            record(0x99, "private") + message(1, 20, 20, "early") + record(0x0F, u32(0)) + record(0x02, u64(0) + u64(0) + u32(0)) + kMagicText;
   write_file(folder.path / "a.mcap", view(bytes));
   const Reader reader(folder.path / "a.mcap");
   EXPECT_FALSE(reader.is_finished());

@@ -122,6 +122,7 @@ inline std::string broken_promise(const std::filesystem::path& path, const std::
     std::vector<OwnMessage> scanned;
     return read_all(Reader::scanning(path), scanned);
   }
+  std::filesystem::remove(scratch);
   try {
     recover(path, scratch);
   } catch (const McapError&) {
@@ -134,7 +135,8 @@ inline std::string broken_promise(const std::filesystem::path& path, const std::
   if (const std::string broken = read_all(mended, of_mended); !broken.empty()) return "mended: " + broken;
   // A chunk that was moved stands behind others of the same stamps now.
   const auto by_all = [](const OwnMessage& a, const OwnMessage& b) {
-    return std::tie(a.log_stamp_ns, a.channel, a.sequence, a.publish_stamp_ns, a.payload) < std::tie(b.log_stamp_ns, b.channel, b.sequence, b.publish_stamp_ns, b.payload);
+    return std::tie(a.log_stamp_ns, a.channel, a.sequence, a.publish_stamp_ns, a.payload) <
+           std::tie(b.log_stamp_ns, b.channel, b.sequence, b.publish_stamp_ns, b.payload);
   };
   std::sort(messages.begin(), messages.end(), by_all);
   std::sort(of_mended.begin(), of_mended.end(), by_all);

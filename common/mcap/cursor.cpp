@@ -27,7 +27,8 @@ Cursor::Cursor(std::shared_ptr<const File> file, const std::vector<ChunkIndex>& 
   };
   for (const ChunkIndex& chunk : chunks)
     if (chunk.start_ns <= end_ns_ && chunk.end_ns >= start_ns_ && has_wanted(chunk)) pending_.push_back(chunk);
-  std::sort(pending_.begin(), pending_.end(), [](const ChunkIndex& a, const ChunkIndex& b) { return std::tuple(a.start_ns, a.offset) > std::tuple(b.start_ns, b.offset); });
+  std::sort(pending_.begin(), pending_.end(),
+            [](const ChunkIndex& a, const ChunkIndex& b) { return std::tuple(a.start_ns, a.offset) > std::tuple(b.start_ns, b.offset); });
 }
 Cursor::Cursor(Cursor&&) noexcept = default;
 Cursor& Cursor::operator=(Cursor&&) noexcept = default;

@@ -17,6 +17,15 @@ bool same_places(ByteView record, std::span<const MessagePlace> places) {
   return record.size() == head_bytes + expected.size() && std::equal(expected.begin(), expected.end(), record.begin() + std::ptrdiff_t(head_bytes));
 }
 
+// One of the same id is another.
+template <typename T>
+bool differ(const std::map<Id, T>& some, const std::map<Id, T>& others) {
+  return std::any_of(some.begin(), some.end(), [&](const auto& one) {
+    const auto found = others.find(one.first);
+    return found != others.end() && found->second != one.second;
+  });
+}
+
 class Scanner {
  public:
   explicit Scanner(const File& file) : file_(file) {}
@@ -79,10 +88,8 @@ class Scanner {
   // Adds what was read without an error, or nothing.
   void add(ChunkContent content, ChunkIndex index, const Place& place) {
     Summary& summary = scan_.summary;
-    for (const auto& [id, schema] : content.schemas)
-      if (const auto found = summary.schemas.find(id); found != summary.schemas.end() && found->second != schema) place.fail("a schema differs from an earlier one of the same id");
-    for (const auto& [id, channel] : content.channels)
-      if (const auto found = summary.channels.find(id); found != summary.channels.end() && found->second != channel) place.fail("a channel differs from an earlier one of the same id");
+    if (differ(content.schemas, summary.schemas)) place.fail("a schema differs from an earlier one of the same id");
+    if (differ(content.channels, summary.channels)) place.fail("a channel differs from an earlier one of the same id");
     summary.schemas.merge(content.schemas);
     summary.channels.merge(content.channels);
     for (const auto& [channel, messages] : content.messages) {
@@ -139,7 +146,8 @@ class Scanner {
     piece.start_ns = content.start_ns;
     piece.end_ns = content.end_ns;
     const bool has_message = !content.messages.empty();
-    if (!chunks.empty() && chunks.back().loose && chunks.back().offset + chunks.back().length_bytes == at && chunks.back().length_bytes + length_bytes <= kMostLooseBytes) {
+    if (!chunks.empty() && chunks.back().loose && chunks.back().offset + chunks.back().length_bytes == at &&
+        chunks.back().length_bytes + length_bytes <= kMostLooseBytes) {
       piece = chunks.back();
       if (has_message) {
         const bool first = !loose_has_message_;
