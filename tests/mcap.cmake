@@ -1,1 +1,17 @@
 fivepipe_test(mcap_round_trip_test mcap_round_trip.cpp LINK fivepipe_mcap)
+fivepipe_test(mcap_conformance_test mcap_conformance.cpp LINK fivepipe_mcap nlohmann_json::nlohmann_json)
+fivepipe_test(mcap_format_test mcap_format.cpp LINK fivepipe_mcap)
+fivepipe_test(mcap_order_test mcap_order.cpp LINK fivepipe_mcap)
+fivepipe_test(mcap_full_disk_test mcap_full_disk.cpp LINK fivepipe_mcap)
+fivepipe_test(mcap_damage_test mcap_damage.cpp LINK fivepipe_mcap)
+
+# Ten minutes where the sanitizers watch, else one.
+if(CMAKE_CXX_FLAGS MATCHES "-fsanitize")
+  set(fuzz_s 600)
+else()
+  set(fuzz_s 60)
+endif()
+add_executable(mcap_fuzz fuzz/mcap_fuzz.cpp)
+target_link_libraries(mcap_fuzz PRIVATE fivepipe_mcap)
+add_test(NAME McapFuzz COMMAND mcap_fuzz ${fuzz_s})
+set_tests_properties(McapFuzz PROPERTIES LABELS long TIMEOUT 700)

@@ -52,7 +52,9 @@ inline Bytes file_bytes(const std::filesystem::path& path) {
   const ByteView bytes = std::as_bytes(std::span(text));
   return {bytes.begin(), bytes.end()};
 }
+// Into a new file: ext4 waits for the disk when one is emptied and written again.
 inline void write_file(const std::filesystem::path& path, ByteView bytes) {
+  std::filesystem::remove(path);
   std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
 }
 
@@ -89,7 +91,8 @@ inline void write(Recording& recording, const std::filesystem::path& path, Compr
   builder.add_channel({schema, "things/a", "cdr", {{"qos", "reliable"}}});
   builder.add_channel({schema, "things/b", "cdr", {}});
   builder.add_channel({0, "notes", "json", {}});
-  FileWriter writer(path, compression, "fivepipe tests");
+  std::filesystem::remove(path);
+  FileWriter writer(path, compression, "fivepipe tests", "made up");
   writer.attach(recording.attachment);
   recording.chunk_end_bytes.clear();
   std::size_t next = 0;

@@ -19,6 +19,8 @@ TEST_P(McapRoundTrip, GivesBackMessagesSchemasChannelsAttachmentsAndMetadata) {
   write(recording, path_, GetParam());
   const Reader reader(path_);
   EXPECT_TRUE(reader.is_finished()) << reader.damage().summary;
+  EXPECT_EQ(reader.header().library, "fivepipe tests");
+  EXPECT_EQ(reader.header().profile, "made up");
   EXPECT_EQ(all_messages(reader.messages()), recording.messages);
   EXPECT_EQ(reader.schemas(), (std::map<Id, Schema>{{1, recording.schema}}));
   ASSERT_EQ(reader.channels().size(), 3u);

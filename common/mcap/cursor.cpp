@@ -27,7 +27,8 @@ Cursor::Cursor(std::shared_ptr<const File> file, const std::vector<ChunkIndex>& 
   };
   for (const ChunkIndex& chunk : chunks)
     if (chunk.start_ns <= end_ns_ && chunk.end_ns >= start_ns_ && has_wanted(chunk)) pending_.push_back(chunk);
-  std::sort(pending_.begin(), pending_.end(), [](const ChunkIndex& a, const ChunkIndex& b) { return std::tuple(a.start_ns, a.offset) > std::tuple(b.start_ns, b.offset); });
+  std::sort(pending_.begin(), pending_.end(),
+            [](const ChunkIndex& a, const ChunkIndex& b) { return std::tuple(a.start_ns, a.offset) > std::tuple(b.start_ns, b.offset); });
 }
 Cursor::Cursor(Cursor&&) noexcept = default;
 Cursor& Cursor::operator=(Cursor&&) noexcept = default;
@@ -35,7 +36,8 @@ Cursor::~Cursor() = default;
 
 void Cursor::open(const ChunkIndex& chunk) {
   const Place place{file_->name(), chunk.offset};
-  if (chunk.uncompressed_bytes > kMostOpenBytes - open_bytes_) place.fail("too many chunks overlap in time");
+  const std::uint64_t records_bytes = chunk.loose ? chunk.length_bytes : chunk.uncompressed_bytes;
+  if (records_bytes > kMostOpenBytes - open_bytes_) place.fail("too many chunks overlap in time");
   auto opened = std::make_unique<OpenChunk>();
   opened->records = read_chunk(*file_, chunk);
   opened->offset = chunk.offset;

@@ -5,11 +5,37 @@
 
 namespace fivepipe::mcap {
 
+namespace {
+
+// A library's name and version, with its profile, are shorter.
+constexpr std::uint64_t kMostHeaderBytes = 1 << 20;
+
+Header header_of(const File& file) {
+  const Place place{file.name(), kMagic.size()};
+  if (file.size_bytes() < kMagic.size() + kRecordHeadBytes) return {};
+  const Buffer head = file.read(place.byte, kRecordHeadBytes);
+  Fields fields(head.view(), place);
+  if (Op(fields.take<std::uint8_t>()) != Op::header) return {};
+  const std::uint64_t content_bytes = fields.take<std::uint64_t>();
+  if (content_bytes > kMostHeaderBytes || content_bytes > file.size_bytes() - place.byte - kRecordHeadBytes) return {};
+  const Buffer content = file.read(place.byte + kRecordHeadBytes, content_bytes);
+  try {
+    Fields texts(content.view(), place);
+    std::string profile = texts.text();
+    return {std::move(profile), texts.text()};
+  } catch (const McapError&) {
+    return {};  // messages are read without it
+  }
+}
+
+}  // namespace
+
 Reader::Reader(const std::filesystem::path& path) : Reader(path, false) {}
 Reader Reader::scanning(const std::filesystem::path& path) { return {path, true}; }
 
 Reader::Reader(const std::filesystem::path& path, bool scans) : file_(std::make_shared<const File>(path)) {
   check_magic(*file_);
+  header_ = header_of(*file_);
   std::string why_not;
   try {
     summary_ = read_summary(*file_);

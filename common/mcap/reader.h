@@ -12,6 +12,10 @@
 
 namespace fivepipe::mcap {
 
+struct Header {
+  std::string profile, library;  // what the whole file complies with; what wrote it
+};
+
 // Never loads more of a file than its summary and what is asked for. Of an unfinished file, opening it reads everything once, a chunk at a time.
 class Reader {
  public:
@@ -24,6 +28,7 @@ class Reader {
   bool is_finished() const { return damage_.summary.empty(); }
   const Damage& damage() const { return damage_; }  // beyond `summary`: what a scan found
 
+  const Header& header() const { return header_; }  // empty where it is damaged
   const std::map<Id, Schema>& schemas() const { return summary_.schemas; }
   const std::map<Id, Channel>& channels() const { return summary_.channels; }
   const Statistics& statistics() const { return summary_.statistics; }
@@ -43,6 +48,7 @@ class Reader {
   Buffer content_of_record(std::uint64_t byte, std::uint64_t length_bytes, Op op) const;
 
   std::shared_ptr<const File> file_;
+  Header header_;
   Summary summary_;
   Damage damage_;
 };

@@ -8,32 +8,59 @@
 
 namespace fivepipe::mcap {
 
+namespace {
+
+// McapError if the file can't be mended.
+Scan found_in(const File& file) {
+  Scan found = scan(file);
+  const auto& chunks = found.summary.chunks;
+  if (std::any_of(chunks.begin(), chunks.end(), [](const ChunkIndex& chunk) { return chunk.loose; }))
+    Place{file.name(), 0}.fail("has messages outside of chunks, which no summary finds");
+  return found;
+}
+
+// An index stands right behind its chunk: one that is not the file's last is moved there.
+void add_message_indexes(AppendFile& to, const File& from, std::vector<ChunkIndex>& chunks) {
+  for (ChunkIndex& chunk : chunks) {
+    if (!chunk.message_index_offsets.empty()) continue;
+    const std::uint64_t was_at = chunk.offset;
+    const MessagePlaces messages = content_of(read_chunk(from, chunk).view(), {from.name(), chunk.offset}).messages;
+    if (messages.empty()) continue;
+    Bytes moved;
+    if (chunk.offset + chunk.length_bytes != to.size_bytes()) {
+      append(moved, from.read(chunk.offset, chunk.length_bytes).view());
+      chunk.offset = to.size_bytes();
+    }
+    append_message_indexes(moved, messages, to.size_bytes() + moved.size(), chunk);
+    to.append(moved);
+    if (chunk.offset != was_at) to.overwrite(was_at, std::byte(Op::set_aside));
+  }
+  std::sort(chunks.begin(), chunks.end(), [](const ChunkIndex& a, const ChunkIndex& b) { return a.offset < b.offset; });
+}
+
+}  // namespace
+
 Recovery recover(const std::filesystem::path& path) {
   Recovery recovery;
-  Scan found;
-  {
-    const File file(path);
-    check_magic(file);
-    try {
-      recovery.statistics = read_summary(file).statistics;
-      recovery.was_finished = true;
-      return recovery;
-    } catch (const McapError& error) {
-      found = scan(file);
-      found.damage.summary = error.what();
-    }
-    Summary& summary = found.summary;
-    if (std::any_of(summary.chunks.begin(), summary.chunks.end(), [](const ChunkIndex& chunk) { return chunk.loose; }))
-      Place{file.name(), 0}.fail("has messages outside of chunks, which no summary finds");
+  const File from(path);
+  check_magic(from);
+  try {
+    recovery.statistics = read_summary(from).statistics;
+    recovery.was_finished = true;
+    return recovery;
+  } catch (const McapError& error) {
+    recovery.damage.summary = error.what();
   }
-  AppendFile file = AppendFile::reopen(path, found.damage.whole_bytes);
+  Scan found = found_in(from);
+  AppendFile to = AppendFile::reopen(path, found.damage.whole_bytes);
   for (const std::uint64_t byte : found.damaged_bytes)
-    if (byte < found.damage.whole_bytes) file.overwrite(byte, std::byte(Op::set_aside));
-  Bytes rest;
-  if (!found.has_header) append_header(rest, "", "");
-  if (!found.index_missing.empty()) append_message_indexes(rest, found.index_missing, file.size_bytes() + rest.size(), found.summary.chunks.back());
-  file.append(rest);
-  file.append(end_of_file(found.summary, file.size_bytes(), file.crc_of_whole_file()));
+    if (byte < found.damage.whole_bytes) to.overwrite(byte, std::byte(Op::set_aside));
+  Bytes header;
+  if (!found.has_header) append_header(header, "", "");
+  to.append(header);
+  add_message_indexes(to, from, found.summary.chunks);
+  to.append(end_of_file(found.summary, to.size_bytes(), to.crc_of_whole_file()));
+  found.damage.summary = std::move(recovery.damage.summary);
   recovery.statistics = found.summary.statistics;
   recovery.damage = std::move(found.damage);
   return recovery;

@@ -17,6 +17,15 @@ bool same_places(ByteView record, std::span<const MessagePlace> places) {
   return record.size() == head_bytes + expected.size() && std::equal(expected.begin(), expected.end(), record.begin() + std::ptrdiff_t(head_bytes));
 }
 
+// One of the same id is another.
+template <typename T>
+bool differ(const std::map<Id, T>& some, const std::map<Id, T>& others) {
+  return std::any_of(some.begin(), some.end(), [&](const auto& one) {
+    const auto found = others.find(one.first);
+    return found != others.end() && found->second != one.second;
+  });
+}
+
 class Scanner {
  public:
   explicit Scanner(const File& file) : file_(file) {}
@@ -29,7 +38,9 @@ class Scanner {
       take(at, length_bytes);
       at += length_bytes;
     }
-    end_chunk(true);
+    end_chunk();
+    // Nothing good stands behind the last chunk's piece of an index.
+    if (unindexed_until_ == scan_.damage.whole_bytes) scan_.damage.whole_bytes = scan_.summary.chunks.back().offset + scan_.summary.chunks.back().length_bytes;
     scan_.damage.cut_bytes = file_.size_bytes() - scan_.damage.whole_bytes;
     count_records(scan_.summary);
     return std::move(scan_);
@@ -48,7 +59,7 @@ class Scanner {
   }
 
   void take(std::uint64_t at, std::uint64_t length_bytes) {
-    if (op_ != Op::message_index) end_chunk(false);
+    if (op_ != Op::message_index) end_chunk();
     try {
       switch (op_) {
         case Op::header: scan_.has_header = true; break;
@@ -62,7 +73,8 @@ class Scanner {
         default: break;  // unknown, or set aside
       }
     } catch (const McapError& error) {
-      scan_.damage.records.push_back(error.what());
+      ++scan_.damage.damaged_records;
+      if (scan_.damage.damaged_names.size() < Damage::kMostNamed) scan_.damage.damaged_names.push_back(error.what());
       scan_.damaged_bytes.push_back(at);
       damaged_ = true;
       return;
@@ -76,10 +88,8 @@ class Scanner {
   // Adds what was read without an error, or nothing.
   void add(ChunkContent content, ChunkIndex index, const Place& place) {
     Summary& summary = scan_.summary;
-    for (const auto& [id, schema] : content.schemas)
-      if (const auto found = summary.schemas.find(id); found != summary.schemas.end() && found->second != schema) place.fail("a schema differs from an earlier one of the same id");
-    for (const auto& [id, channel] : content.channels)
-      if (const auto found = summary.channels.find(id); found != summary.channels.end() && found->second != channel) place.fail("a channel differs from an earlier one of the same id");
+    if (differ(content.schemas, summary.schemas)) place.fail("a schema differs from an earlier one of the same id");
+    if (differ(content.channels, summary.channels)) place.fail("a channel differs from an earlier one of the same id");
     summary.schemas.merge(content.schemas);
     summary.channels.merge(content.channels);
     for (const auto& [channel, messages] : content.messages) {
@@ -115,16 +125,13 @@ class Scanner {
     index_missing_.erase(places);
   }
 
-  // An index that does not tell of all messages is none; that of the last chunk can be written again.
-  void end_chunk(bool is_last) {
+  // An index that does not tell of all messages is none.
+  void end_chunk() {
     if (index_missing_.empty()) return;
-    ChunkIndex& chunk = scan_.summary.chunks.back();
-    chunk.message_index_offsets.clear();
-    chunk.message_index_bytes = 0;
+    scan_.summary.chunks.back().message_index_offsets.clear();
+    scan_.summary.chunks.back().message_index_bytes = 0;
     index_missing_.clear();
-    if (!is_last) return;
-    scan_.index_missing = content_of(read_chunk(file_, chunk).view(), {file_.name(), chunk.offset}).messages;
-    scan_.damage.whole_bytes = chunk.offset + chunk.length_bytes;
+    unindexed_until_ = scan_.damage.whole_bytes;
   }
 
   void take_loose(std::uint64_t at, std::uint64_t length_bytes) {
@@ -139,7 +146,8 @@ class Scanner {
     piece.start_ns = content.start_ns;
     piece.end_ns = content.end_ns;
     const bool has_message = !content.messages.empty();
-    if (!chunks.empty() && chunks.back().loose && chunks.back().offset + chunks.back().length_bytes == at && chunks.back().length_bytes + length_bytes <= kMostLooseBytes) {
+    if (!chunks.empty() && chunks.back().loose && chunks.back().offset + chunks.back().length_bytes == at &&
+        chunks.back().length_bytes + length_bytes <= kMostLooseBytes) {
       piece = chunks.back();
       if (has_message) {
         const bool first = !loose_has_message_;
@@ -173,6 +181,7 @@ class Scanner {
   Scan scan_;
   Op op_ = Op(0);
   MessagePlaces index_missing_;     // of the chunk just read
+  std::uint64_t unindexed_until_ = 0;  // where the records that belong to the last chunk without a whole index end
   bool damaged_ = false;            // the record just read, other than a message index
   bool loose_has_message_ = false;  // the piece of loose records at the end of the list
 };
@@ -184,9 +193,12 @@ Scan scan(const File& file) { return Scanner(file).run(); }
 ChunkContent content_of(ByteView records, const Place& place) {
   ChunkContent content;
   bool has_message = false;
+  std::uint64_t definition_bytes = 0;
   RecordSequence sequence(records, place);
   while (const auto record = sequence.next()) {
     const Fields fields(record->content, place);
+    if (record->op == Op::schema || record->op == Op::channel) definition_bytes += record->content.size();
+    if (definition_bytes > kMostDefinitionBytes) place.fail("a chunk has more schemas and channels than is sensible");
     if (record->op == Op::schema) {
       auto [id, schema] = read_schema(fields);
       if (id == 0) continue;  // the specification: invalid, to be ignored

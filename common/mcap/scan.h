@@ -10,17 +10,17 @@ struct Damage {
   std::string summary;                     // why there is no summary to rely on; empty if there is one
   std::uint64_t whole_bytes = 0;           // up to here stand whole records of the data section
   std::uint64_t cut_bytes = 0;             // what follows: the piece of a record or of a summary; the whole summary, if it is good
-  std::vector<std::string> records;        // chunks, attachments, metadata before that which are damaged: file, byte, what is wrong
+  std::uint64_t damaged_records = 0;       // chunks, attachments, metadata, loose records
+  std::vector<std::string> damaged_names;  // of the first kMostNamed of them: file, byte, what is wrong
   std::uint64_t messages_of_no_channel = 0;  // whose channel's record stands nowhere (any more); they are not counted otherwise
+  static constexpr std::size_t kMostNamed = 1000;
 };
 
 struct Scan {
-  Summary summary;
+  Summary summary;  // chunks without a whole and right index of their messages have none here
   Damage damage;
   bool has_header = false;
-  std::vector<std::uint64_t> damaged_bytes;  // where damage.records stand
-  // Of the file's last chunk, if what stands behind it ends before all its message index records: these, for who writes them again.
-  MessagePlaces index_missing;
+  std::vector<std::uint64_t> damaged_bytes;  // where the damaged records stand
 };
 
 // McapError if the file does not begin with MCAP's magic bytes.
@@ -33,7 +33,8 @@ struct ChunkContent {
   MessagePlaces messages;
   std::uint64_t start_ns = 0, end_ns = 0;  // 0 without messages
 };
-// McapError where the records are damaged.
+// McapError where the records are damaged, or have more than kMostDefinitionBytes of schemas and channels.
+inline constexpr std::uint64_t kMostDefinitionBytes = 64 << 20;
 ChunkContent content_of(ByteView records, const Place& place);
 
 }  // namespace fivepipe::mcap

@@ -9,7 +9,7 @@ namespace fivepipe::mcap {
 namespace {
 
 // 100 000 chunks of 10 channels take 30 MB.
-constexpr std::uint64_t kMostSummaryBytes = std::uint64_t(1) << 30;
+constexpr std::uint64_t kMostSummaryBytes = 256 << 20;
 
 // Appends the records of one kind that `append_all` appends, and a summary offset record for them unless there are none.
 template <typename AppendAll>
@@ -45,7 +45,8 @@ Footer footer_of(const File& file) {
   const Footer footer = read_footer(Fields(record->content, place));
   if (footer.summary_start == 0) place.fail("no summary");
   const std::uint64_t summary_end = footer.summary_offset_start == 0 ? at : footer.summary_offset_start;
-  if (footer.summary_start < kMagic.size() + kDataEndBytes || summary_end > at || footer.summary_start > summary_end || at - footer.summary_start > kMostSummaryBytes)
+  if (footer.summary_start < kMagic.size() + kDataEndBytes || summary_end > at || footer.summary_start > summary_end ||
+      at - footer.summary_start > kMostSummaryBytes)
     place.fail("the footer points to where no summary can be");
   const Buffer data_end = file.read(footer.summary_start - kDataEndBytes, kDataEndBytes);
   if (Op(std::uint8_t(data_end.view()[0])) != Op::data_end) place.fail("the footer points to where no summary can be");
