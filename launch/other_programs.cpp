@@ -4,6 +4,8 @@
 #include <iostream>
 #include <system_error>
 
+#include "launch/benchmark/benchmarks.h"
+#include "launch/benchmark/bus_ping.h"
 #include "launch/commands.h"
 
 namespace fivepipe {
@@ -29,11 +31,24 @@ std::vector<std::string> suites() {
   throw std::system_error(errno, std::generic_category(), words.front());
 }
 
+// With a recording: its nodes are measured.
+bool is_from_recording(const std::vector<std::string>& words) {
+  return std::any_of(words.begin(), words.end(), [](const std::string& word) { return word == "--from" || word.starts_with("--from="); });
+}
+
 int run_bench(std::vector<std::string> words) {
   const std::vector<std::string> known = suites();
+  if (!words.empty()) {
+    const std::vector<std::string> rest(words.begin() + 1, words.end());
+    if (words.front() == "compare") return bench_compare(rest);
+    if (words.front() == "bus-echo" && rest.size() == 2) return echo_on_bus(std::uint32_t(std::stoul(rest[0])), rest[1]);  // bench pipeline starts it
+    if (words.front() == "pipeline") return bench_pipeline(rest);
+    if (is_from_recording(rest) || words.front().ends_with("_node")) return bench_node(words.front(), rest);
+  }
   if (words.empty() || std::find(known.begin(), known.end(), words.front()) == known.end()) {
     std::cerr << (words.empty() ? std::string("which suite?") : "no suite '" + words.front() + "'") << " There are:";
     for (const std::string& name : known) std::cerr << ' ' << name;
+    std::cerr << " pipeline compare, and with --from FILE any node's name";
     std::cerr << (known.empty() ? " none beside " + program_folder().string() + "/fivepipe\n" : "\n");
     return 2;
   }
@@ -44,8 +59,15 @@ int run_bench(std::vector<std::string> words) {
 }  // namespace
 
 void add_bench(CLI::App& app, Command& command) {
-  CLI::App* bench = app.add_subcommand("bench", "Run a benchmark suite; what follows its name goes to it: bench SUITE [OPTIONS of the suite]");
-  bench->footer("Examples:\n  fivepipe bench hull --json out/hull.json\n  fivepipe bench collision --plot out/collision.png\n  fivepipe bench hull --help");
+  CLI::App* bench = app.add_subcommand("bench", "Measure: bench SUITE [OPTIONS of the suite], bench NODE --from FILE, bench pipeline --from FILE, bench compare A B");
+  bench->footer(
+      "Examples:\n"
+      "  fivepipe bench hull --json out/hull.json              suites: hull, collision\n"
+      "  fivepipe bench collision --plot out/collision.png\n"
+      "  fivepipe bench recon_node --from session.mcap         one node alone, from a recording\n"
+      "  fivepipe bench pipeline --from session.mcap           all of them, and where the time goes\n"
+      "  fivepipe bench compare before.json after.json --fail-above 5%\n"
+      "  fivepipe bench hull --help");
   bench->prefix_command();
   bench->callback([bench, &command] { command = [words = bench->remaining()] { return run_bench(words); }; });
 }

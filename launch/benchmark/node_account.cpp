@@ -1,0 +1,43 @@
+#include "launch/benchmark/node_account.h"
+
+#include <algorithm>
+
+#include "common/bench/timing.h"
+
+namespace fivepipe {
+namespace {
+
+double ms(std::int64_t ns) { return 1e-6 * double(ns); }
+
+void add_step(NodeAccount& account, const std::string& name, double time_ms) {
+  const auto known = std::find_if(account.steps.begin(), account.steps.end(), [&](const auto& step) { return step.first == name; });
+  auto& times = known == account.steps.end() ? account.steps.emplace_back(name, std::vector<double>{}).second : known->second;
+  times.push_back(time_ms);
+}
+
+}  // namespace
+
+NodeAccount account_of(const std::vector<FrameTimes>& frames, const std::string& node) {
+  NodeAccount account;
+  std::int64_t end_before_ns = 0;
+  for (const FrameTimes& frame : frames) {
+    const auto found = frame.nodes.find(node);
+    if (found == frame.nodes.end() || found->second.steps.empty()) continue;  // a frame of which the node makes nothing
+    const FrameAtNode& here = found->second;
+    const std::int64_t end_ns = here.steps.back().end_ns;
+    if (end_before_ns > 0) {
+      for (const StepTimes& step : here.steps) add_step(account, step.step, ms(step.end_ns - step.start_ns));
+      account.own.push_back(ms(end_ns - here.steps.front().start_ns));
+      account.period.push_back(ms(end_ns - end_before_ns));
+      account.transport.push_back(ms(std::max<std::int64_t>(0, here.last_input_ns - std::max(end_before_ns, frame.send_start_ns))));
+      account.latency.push_back(ms(end_ns - frame.send_start_ns));
+    }
+    end_before_ns = end_ns;
+  }
+  return account;
+}
+
+double NodeAccount::own_share() const { return period.empty() ? 0 : bench::mean(own) / bench::mean(period); }
+double NodeAccount::explained_share() const { return period.empty() ? 0 : (bench::mean(own) + bench::mean(transport)) / bench::mean(period); }
+
+}  // namespace fivepipe

@@ -1,0 +1,217 @@
+#include "launch/benchmark/node_run.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "launch/commands.h"
+#include "launch/interrupt.h"
+#include "launch/messages.h"
+#include "launch/process.h"
+#include "launch/recording/node_inputs.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+// Shaders, meshes and what else a node needs before it reads.
+constexpr auto longest_start = 30s;
+constexpr auto longest_end = 2s;
+
+// Domains of benchmarks: their ports lie below those that the kernel gives to others.
+std::uint32_t own_domain() { return 60 + std::uint32_t(getpid()) % 40; }
+
+// What tells of times differs from run to run.
+bool tells_of_times(const std::string& topic) {
+  static const std::set<std::string> timed = {topics::TileCosts::name, topics::FrameComposited::name, topics::FrameTrace::name, topics::NodeStatus::name,
+                                              topics::ReplaySession::name};
+  return timed.contains(topic);
+}
+
+// user + system [s].
+double cpu_s_of(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+  std::string skipped;
+  double user = 0, system = 0;
+  for (int i = 0; i < 11; ++i) fields >> skipped;
+  fields >> user >> system;
+  return (user + system) / double(sysconf(_SC_CLK_TCK));
+}
+
+double peak_memory_mb_of(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) * 1024e-6;
+  return 0;
+}
+
+class Nodes {
+ public:
+  Nodes(const NodeRunOptions& options, std::uint32_t domain) {
+    for (const std::string& name : options.nodes) {
+      const Node* node = find_node(*options.deployment, name);
+      std::vector<std::string> words{program_folder() / program_of(*node), "--deployment", options.file, "--node", name, "--domain", std::to_string(domain), "--out", options.out};
+      for (const auto& [key, value] : options.settings) words.insert(words.end(), {"--set", key + "=" + value});
+      children_.emplace(name, std::make_unique<ChildProcess>(words, node->cores));
+    }
+  }
+  ~Nodes() { stop(); }
+
+  // Throws where one has ended.
+  void check() {
+    for (auto& [name, child] : children_) {
+      for (std::string& line : child->read_lines()) said_[name] += "\n  " + line;
+      if (const auto exit = child->ended()) throw std::runtime_error("node '" + name + "' ended: " + to_string(*exit) + said_[name]);
+    }
+  }
+  std::map<std::string, ProcessUse> use() const {
+    std::map<std::string, ProcessUse> use;
+    for (const auto& [name, child] : children_) use[name] = {cpu_s_of(child->pid()), peak_memory_mb_of(child->pid())};
+    return use;
+  }
+  void stop() {
+    for (auto& [name, child] : children_) child->signal_group(SIGTERM);
+    const auto until = Clock::now() + longest_end;
+    const auto runs = [](auto& child) { return !child.second->ended(); };
+    while (Clock::now() < until && std::any_of(children_.begin(), children_.end(), runs)) std::this_thread::sleep_for(10ms);
+    children_.clear();  // kills what is left
+  }
+
+ private:
+  std::map<std::string, std::unique_ptr<ChildProcess>> children_;
+  std::map<std::string, std::string> said_;
+};
+
+// Reads what nodes write, for its checksum.
+class Outputs {
+ public:
+  Outputs(Bus& bus, const std::set<std::string>& replayed) : bus_(bus) {
+    for (const topics::Topic& topic : topics::all())
+      if (!tells_of_times(topic.name) && !replayed.contains(topic.name)) readers_.push_back({topic, SerializedReader(bus, topic)});
+  }
+  void take() {
+    for (auto& [topic, reader] : readers_)
+      reader.take([&, name = topic.name](const SerializedSample& sample) {
+        if (sample.kind != SampleKind::data) return;
+        OutputDigest& digest = digests_[name];
+        ++digest.messages;
+        digest.bytes += sample.cdr.size();
+        digest.checksum += XXH3_64bits(sample.cdr.data(), sample.cdr.size());
+      });
+  }
+  const std::map<std::string, OutputDigest>& digests() const { return digests_; }
+
+ private:
+  Bus& bus_;
+  std::vector<std::pair<topics::Topic, SerializedReader>> readers_;
+  std::map<std::string, OutputDigest> digests_;
+};
+
+ReplayPlan plan_of(const recording::Recording& recording, const NodeRunOptions& options) {
+  ReplayPlan plan;
+  std::set<std::string> read, written;
+  for (const std::string& name : options.nodes) {
+    const std::string program = program_of(*find_node(*options.deployment, name));
+    plan.nodes.push_back({name, program});
+    read.merge(inputs_of(program));
+  }
+  // What a started node writes itself is not replayed.
+  const std::set<std::string> started(options.nodes.begin(), options.nodes.end());
+  for (const recording::RecordedChannel& channel : recording.channels())
+    if (read.contains(channel.topic) && !started.contains(channel.node)) plan.channels.insert(channel.id);
+  plan.start_ns = recording.start_ns() + std::int64_t(1e9 * options.start_s);
+  plan.end_ns = options.end_s ? recording.start_ns() + std::int64_t(1e9 * *options.end_s) : recording.end_ns();
+  plan.rate = options.rate;
+  plan.lossless = true;
+  plan.frames_in_flight = options.frames_in_flight;
+  plan.shape_cameras = shape_cameras(options.deployment->rig).size();
+  return plan;
+}
+
+void wait_for_readers(Bus& bus, const Replayer& replayer, Nodes& nodes) {
+  for (const auto until = Clock::now() + longest_start;; bus.wait(20ms)) {
+    nodes.check();
+    const std::string missing = replayer.missing_reader();
+    if (missing.empty()) return;
+    if (signals_received() > 0) throw std::runtime_error("interrupted");
+    if (Clock::now() > until) throw std::runtime_error(missing);
+  }
+}
+
+FrameAtNode frame_at_node(const fivepipe_v1_FrameTrace& trace) {
+  FrameAtNode frame{trace.first_input_ns, trace.last_input_ns, {}};
+  for (std::uint32_t i = 0; i < trace.steps._length; ++i) {
+    const fivepipe_v1_FrameStep& step = trace.steps._buffer[i];
+    frame.steps.push_back({step.step, step.start_ns, step.end_ns});
+  }
+  return frame;
+}
+
+}  // namespace
+
+NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& options) {
+  const std::uint32_t domain = own_domain();
+  const ReplayPlan plan = plan_of(recording, options);
+  setenv("LP_NUM_THREADS", "1", 0);  // llvmpipe starts a thread per core in every process that draws
+  Nodes nodes(options, domain);
+  Bus bus({domain, options.deployment->network_profile, "replay", true});
+  auto statuses_in = bus.reader<topics::NodeStatus>();
+  StatusBook statuses;
+  auto composited_in = bus.reader<topics::FrameComposited>();
+  Replayer replayer(bus, recording, plan);
+  std::set<std::string> replayed;
+  for (const mcap::Id id : plan.channels) replayed.insert(recording.channel(id)->topic);
+  std::optional<Outputs> outputs;
+  if (options.checksums) outputs.emplace(bus, replayed);
+  wait_for_readers(bus, replayer, nodes);
+
+  std::map<std::uint64_t, FrameTimes> frames;
+  replayer.on_frame_sent = [&](std::uint64_t frame, std::int64_t start_ns, std::int64_t end_ns) {
+    FrameTimes& times = frames[frame];
+    times.frame = frame;
+    times.send_start_ns = start_ns;
+    times.send_end_ns = end_ns;
+  };
+  replayer.on_trace = [&](const fivepipe_v1_FrameTrace& trace) { frames[trace.frame].nodes[trace.node] = frame_at_node(trace); };
+  const auto before = nodes.use();
+  const auto take_outputs = [&] {
+    if (outputs) outputs->take();
+    for (const auto& composited : composited_in.take())
+      if (composited.valid()) frames[composited->frame].composited_ns = composited->composited_stamp_ns;
+  };
+  replayer.run([&] {
+    take_outputs();
+    return signals_received() > 0 ? ReplayControl::stop : ReplayControl::go_on;
+  });
+  NodeRun run;
+  run.use = nodes.use();
+  for (auto& [name, use] : run.use) use.cpu_s -= before.at(name).cpu_s;
+  nodes.check();
+  nodes.stop();
+  take_outputs();
+  take_statuses(statuses_in, statuses, {options.nodes.begin(), options.nodes.end()});
+  for (const auto& [name, processes] : statuses.processes()) {
+    run.drops[name] = processes.back().drops;
+    for (const std::string& remark : processes.back().remarks)
+      if (remark.starts_with("gl: ")) run.gl_renderer = remark.substr(4);
+  }
+  run.counts = replayer.counts();
+  if (outputs) run.outputs = outputs->digests();
+  for (auto& [frame, times] : frames)
+    if (times.send_start_ns > 0 && times.nodes.size() == options.nodes.size()) run.frames.push_back(std::move(times));
+  return run;
+}
+
+}  // namespace fivepipe

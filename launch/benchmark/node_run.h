@@ -1,0 +1,64 @@
+// Nodes of a recorded deployment, alone with a recording: started, fed losslessly, measured.
+#pragma once
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/recording/recording.h"
+#include "common/scene/deployment.h"
+#include "launch/recording/replayer.h"
+
+namespace fivepipe {
+
+struct NodeRunOptions {
+  const Deployment* deployment = nullptr;
+  std::filesystem::path file;                   // of the deployment
+  std::map<std::string, std::string> settings;  // of the deployment
+  std::vector<std::string> nodes;               // these are started; the recording stands for all others
+  double rate = 0;                              // 0: as fast as it goes
+  int frames_in_flight = 2;
+  double start_s = 0;                           // from the recording's start
+  std::optional<double> end_s;
+  bool checksums = true;                        // of what the nodes write; they are read for it
+  std::filesystem::path out;                    // for what nodes write and say
+};
+
+// All times CLOCK_REALTIME [ns].
+struct StepTimes {
+  std::string step;
+  std::int64_t start_ns = 0, end_ns = 0;
+};
+struct FrameAtNode {
+  std::int64_t first_input_ns = 0, last_input_ns = 0;
+  std::vector<StepTimes> steps;
+};
+struct FrameTimes {
+  std::uint64_t frame = 0;
+  std::int64_t send_start_ns = 0, send_end_ns = 0;  // of its recorded inputs
+  std::int64_t composited_ns = 0;                   // as FrameComposited tells; 0: no rendering node is measured
+  std::map<std::string, FrameAtNode> nodes;
+};
+
+// Of all messages of a topic, whatever their order.
+struct OutputDigest {
+  std::uint64_t messages = 0, bytes = 0, checksum = 0;
+};
+struct ProcessUse {
+  double cpu_s = 0, peak_memory_mb = 0;  // user and system during the replay; resident since the start
+};
+
+struct NodeRun {
+  std::vector<FrameTimes> frames;  // those that every node handled, in order
+  ReplayCounts counts;
+  std::map<std::string, std::map<std::string, std::uint64_t>> drops;  // by node, reason
+  std::map<std::string, ProcessUse> use;                              // by node
+  std::map<std::string, OutputDigest> outputs;                        // by topic; without what tells of times
+  std::string gl_renderer;                                            // as the nodes say; empty: none
+};
+
+// Throws std::runtime_error with a node's last words where one does not start, or ends.
+NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& options);
+
+}  // namespace fivepipe

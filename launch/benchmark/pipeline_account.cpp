@@ -1,0 +1,73 @@
+#include "launch/benchmark/pipeline_account.h"
+
+#include <algorithm>
+#include <cstdint>
+
+#include "common/bench/timing.h"
+
+namespace fivepipe {
+namespace {
+
+// Consecutive times: each stage begins where the one before ends, and none is negative.
+class Way {
+ public:
+  Way(PipelineAccount& account, std::int64_t start_ns) : account_(account), now_ns_(start_ns) {}
+  void until(const std::string& stage, std::int64_t end_ns) {
+    const std::int64_t end_or_now_ns = std::max(now_ns_, end_ns);
+    auto known = std::find_if(account_.stages.begin(), account_.stages.end(), [&](const auto& s) { return s.first == stage; });
+    if (known == account_.stages.end()) known = account_.stages.insert(account_.stages.end(), {stage, {}});
+    known->second.push_back(1e-6 * double(end_or_now_ns - now_ns_));
+    now_ns_ = end_or_now_ns;
+  }
+
+ private:
+  PipelineAccount& account_;
+  std::int64_t now_ns_;
+};
+
+std::int64_t end_of(const FrameAtNode& frame) { return frame.steps.empty() ? frame.last_input_ns : frame.steps.back().end_ns; }
+
+// The node's way of one frame: busy with frames before, on the bus, in its queue, its own steps. Nodes take inputs between frames: what lay there while
+// it was busy is not the bus's time.
+void through_node(Way& way, const FrameAtNode& frame, std::int64_t free_ns, const std::string& name, const std::string& wait) {
+  way.until(name + " busy with frames before", std::min(free_ns, frame.last_input_ns));
+  way.until("bus to " + name, frame.last_input_ns);
+  if (frame.steps.empty()) return;
+  way.until(wait, frame.steps.front().start_ns);
+  for (const StepTimes& step : frame.steps) way.until(step.step, step.end_ns);
+}
+
+}  // namespace
+
+PipelineAccount account_of(const std::vector<FrameTimes>& frames, const PipelineNodes& nodes) {
+  PipelineAccount account;
+  std::map<std::string, std::int64_t> free_ns;  // by node: done with the frame before
+  for (const FrameTimes& frame : frames) {
+    const std::string* slowest = nullptr;
+    for (const std::string& name : nodes.reconstruction)
+      if (const FrameAtNode& here = frame.nodes.at(name); !here.steps.empty() && (!slowest || end_of(here) > end_of(frame.nodes.at(*slowest)))) slowest = &name;
+    const FrameAtNode& rendering = frame.nodes.at(nodes.rendering);
+    if (slowest && !rendering.steps.empty() && frame.composited_ns > 0) {
+      Way way(account, frame.send_start_ns);
+      way.until("send inputs", frame.send_end_ns);
+      through_node(way, frame.nodes.at(*slowest), free_ns[*slowest], "reconstruction", "waiting for its pose");
+      through_node(way, rendering, free_ns[nodes.rendering], "rendering", "waiting for the simulation");
+      account.latency.push_back(1e-6 * double(frame.composited_ns - frame.send_start_ns));
+      if (!nodes.simulation.empty()) {
+        const FrameAtNode& simulation = frame.nodes.at(nodes.simulation);
+        account.simulation.push_back(1e-6 * double(end_of(simulation) - simulation.last_input_ns));
+        account.waited_for_state += end_of(simulation) > rendering.last_input_ns;
+      }
+    }
+    for (const auto& [name, here] : frame.nodes) free_ns[name] = end_of(here);
+  }
+  return account;
+}
+
+double PipelineAccount::stages_mean_ms() const {
+  double sum = 0;
+  for (const auto& [name, time_ms] : stages) sum += bench::mean(time_ms);
+  return sum;
+}
+
+}  // namespace fivepipe

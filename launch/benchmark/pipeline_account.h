@@ -1,0 +1,27 @@
+// Where the time between the first message of a frame and its composite goes, process by process. Pure.
+#pragma once
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "launch/benchmark/node_run.h"
+
+namespace fivepipe {
+
+struct PipelineNodes {
+  std::vector<std::string> reconstruction;
+  std::string simulation, rendering;
+};
+
+// By frame [ms].
+struct PipelineAccount {
+  // One after the other, on the way that took longest: of the reconstruction nodes, the one whose tiles came last.
+  std::vector<std::pair<std::string, std::vector<double>>> stages;
+  std::vector<double> latency;    // measured apart from the stages: from the first message sent to the time stamp of FrameComposited
+  std::vector<double> simulation; // beside it: from the simulation's last input to its state written
+  std::size_t waited_for_state = 0;  // frames whose tiles were there before the simulation's state
+  double stages_mean_ms() const;
+};
+PipelineAccount account_of(const std::vector<FrameTimes>& frames, const PipelineNodes& nodes);
+
+}  // namespace fivepipe
