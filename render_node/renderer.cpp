@@ -39,7 +39,8 @@ double light_reach_m(const Scene& scene) {
 
 // What the shaders are told of an object.
 std::string features_of(const SceneObject& object) {
-  return std::string(object.pattern == Pattern::checker ? "#define CHECKER\n" : "") + (object.warming ? "#define WARMED\n" : "");
+  const bool flat = std::holds_alternative<BoxShape>(object.shape);  // by triangles: every corner has its face's normal
+  return std::string(flat ? "#define FLAT\n" : "") + (object.pattern == Pattern::checker ? "#define CHECKER\n" : "") + (object.warming ? "#define WARMED\n" : "");
 }
 
 GlProgram program(const std::string& name, const std::string& features, const std::string& vertex_source, const std::string& fragment_source) {

@@ -4,7 +4,7 @@
 
 namespace fivepipe::shaders {
 
-// What the objects or hulls of a frame don't have (a pattern, warmth, colour) is left out of their program by a #define, not by a
+// What the objects or hulls of a frame don't have (curvature, a pattern, warmth, colour) is left out of their program by a #define, not by a
 // uniform: llvmpipe computes both sides of a branch.
 inline constexpr const char* kVersion = "#version 450 core\n";
 
@@ -34,8 +34,12 @@ uniform mat4 clip_from_eye;
 uniform vec3 light_eye_m;
 uniform vec3 up_eye;
 out vec3 to_light_m;
+#ifdef FLAT
+flat out vec2 towards_light_m_and_up;  // the same all over the triangle
+#else
 out vec3 normal_eye;
 out float normal_up;
+#endif
 #ifdef CHECKER
 uniform float cells_per_m;
 out vec2 cell;
@@ -46,8 +50,14 @@ out float warmth;
 void main() {
   vec4 p = eye_from_object * vec4(p_object_m, 1.0);
   to_light_m = light_eye_m - p.xyz;
-  normal_eye = mat3(eye_from_object) * normal_object;
-  normal_up = dot(normal_eye, up_eye);
+  vec3 n = mat3(eye_from_object) * normal_object;
+#ifdef FLAT
+  if (dot(n, p.xyz) > 0.0) n = -n;
+  towards_light_m_and_up = vec2(dot(n, to_light_m), dot(n, up_eye));
+#else
+  normal_eye = n;
+  normal_up = dot(n, up_eye);
+#endif
 #ifdef CHECKER
   cell = pattern_m * cells_per_m;
 #endif
@@ -62,8 +72,12 @@ void main() {
 // (Quilez, "Filtering the checkerboard pattern").
 inline constexpr const char* kObjectFragment = R"(
 in vec3 to_light_m;
+#ifdef FLAT
+flat in vec2 towards_light_m_and_up;
+#else
 in vec3 normal_eye;
 in float normal_up;
+#endif
 uniform vec3 albedo;
 out vec4 colour;
 #ifdef CHECKER
@@ -87,9 +101,11 @@ void main() {
 #ifdef WARMED
   surface = mix(surface, warm_albedo, warmth);
 #endif
+#ifndef FLAT
   // Between smooth corners a normal gets shorter.
-  float seen_side_by_length = (gl_FrontFacing ? 1.0 : -1.0) * inversesqrt(dot(normal_eye, normal_eye));
-  vec3 light = lit(surface, seen_side_by_length * dot(normal_eye, to_light_m), seen_side_by_length * normal_up, max(dot(to_light_m, to_light_m), 1e-6));
+  vec2 towards_light_m_and_up = (gl_FrontFacing ? 1.0 : -1.0) * inversesqrt(dot(normal_eye, normal_eye)) * vec2(dot(normal_eye, to_light_m), normal_up);
+#endif
+  vec3 light = lit(surface, towards_light_m_and_up.x, towards_light_m_and_up.y, max(dot(to_light_m, to_light_m), 1e-6));
 #ifdef WARMED
   light += 0.4 * warmth * warm_albedo;
 #endif
