@@ -49,6 +49,7 @@ class ParentPipe {
       if (pending_ && (virtual_frames_.has(pending_->frame) || states_.writers() == 0)) composite();
       if (pending_ && Clock::now() >= pending_until_) composite();
     }
+    if (unread_frame_ && presenter_.lacks_still()) presenter_.present(*unread_frame_, renderer_.image_bgr());
     presenter_.finish();
     report_drops();
   }
@@ -107,7 +108,7 @@ class ParentPipe {
     FrameSteps steps;
     steps.begin("render");
     for (const std::string& what : renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding)) node_.status.drop("bad_state: " + what);
-    wanted = presenter_.present(hull.frame, renderer_.image_bgr());
+    wanted = present(hull.frame);
     steps.end();
     const std::int64_t now_ns = now_realtime_ns();
     composited_.write(composited_message(viewer_.name, hull, now_ns));
@@ -121,6 +122,17 @@ class ParentPipe {
     for (const std::string& camera : hull.empty_cameras) empty += (empty.empty() ? "" : ", ") + camera;
     node_.status.remark("empty hull", empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
     if (!wanted) stop_running();
+  }
+
+  // What nobody wants to see is finished, but not read back. False once the window was closed.
+  bool present(std::uint64_t frame) {
+    if (presenter_.wants(frame)) {
+      unread_frame_.reset();
+      return presenter_.present(frame, renderer_.image_bgr());
+    }
+    unread_frame_ = frame;
+    renderer_.finish();
+    return true;
   }
 
   void report_drops() {
@@ -144,6 +156,7 @@ class ParentPipe {
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
   std::optional<HullFrame> pending_;
+  std::optional<std::uint64_t> unread_frame_;  // the frame drawn last, where it was not read back
   Clock::time_point pending_until_;
   Reader<topics::HullTile> tiles_;
   Reader<topics::VirtualState> states_;

@@ -35,7 +35,7 @@ void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr) {
 
 bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr) {
   if (video_) add_to_video(frame, image_bgr);
-  if (!out_.empty() && !still_written_ && std::int64_t(frame) >= config_.still_frame) {
+  if (lacks_still() && std::int64_t(frame) >= config_.still_frame) {
     write_png(out_ / "composite.png", image_bgr);
     still_written_ = true;
   }
@@ -45,7 +45,7 @@ bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr) {
 }
 
 void Presenter::finish() {
-  if (!out_.empty() && !still_written_ && !last_image_.empty()) write_png(out_ / "composite.png", last_image_);
+  if (lacks_still() && !last_image_.empty()) write_png(out_ / "composite.png", last_image_);
   if (video_) video_->finish();
 }
 

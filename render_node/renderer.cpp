@@ -37,6 +37,16 @@ double light_reach_m(const Scene& scene) {
   return std::max(kNearest_m, ((box.isEmpty() ? Eigen::Vector3d::Zero().eval() : box.center()) - scene.light_world_m).norm());
 }
 
+// What the shaders are told of an object.
+std::string features_of(const SceneObject& object) {
+  const bool flat = std::holds_alternative<BoxShape>(object.shape);  // by triangles: every corner has its face's normal
+  return std::string(flat ? "#define FLAT\n" : "") + (object.pattern == Pattern::checker ? "#define CHECKER\n" : "") + (object.warming ? "#define WARMED\n" : "");
+}
+
+GlProgram program(const std::string& name, const std::string& features, const std::string& vertex_source, const std::string& fragment_source) {
+  return {name, shaders::kVersion + features + vertex_source, shaders::kVersion + features + fragment_source};
+}
+
 bool finite(std::span<const float> values) {
   return std::all_of(values.begin(), values.end(), [](float x) { return std::isfinite(x); });
 }
@@ -63,14 +73,16 @@ Renderer::Renderer(const Scene& scene, const Viewer& viewer)
       light_world_m_(scene.light_world_m),
       light_reach_m_(light_reach_m(scene)),
       background_rgb_(scene.background_rgb),
-      object_program_("virtual object", shaders::kObjectVertex, std::string(shaders::kLight) + shaders::kObjectFragment),
-      hull_program_("hull", shaders::kHullVertex, std::string(shaders::kLight) + shaders::kHullFragment),
-      background_program_("background", shaders::kBackgroundVertex, shaders::kBackgroundFragment),
+      coloured_hull_program_(program("coloured hull", "#define COLOURED\n", shaders::kHullVertex, shaders::kHullFragment)),
+      grey_hull_program_(program("hull", "", shaders::kHullVertex, std::string(shaders::kLight) + shaders::kHullFragment)),
+      background_program_(program("background", "", shaders::kBackgroundVertex, shaders::kBackgroundFragment)),
       framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, true) {
   objects_.reserve(scene.objects.size());
   for (const SceneObject& object : scene.objects) {
     index_of_object_[object.name] = objects_.size();
     objects_.emplace_back(object);
+    if (const std::string features = features_of(object); !object_programs_.contains(features))
+      object_programs_.emplace(features, program("virtual object", features, shaders::kObjectVertex, std::string(shaders::kLight) + shaders::kObjectFragment));
   }
 }
 
@@ -125,7 +137,8 @@ void Renderer::place(const ObjectPose& pose) {
   drawn.corners.upload(moved.data(), moved.size() * sizeof(SurfaceCorner), GL_STREAM_DRAW);
 }
 
-void Renderer::set_light(const GlProgram& program, const Eigen::Isometry3d& eye_from_world) const {
+void Renderer::set_view(const GlProgram& program, const Eigen::Isometry3d& eye_from_world) const {
+  program.set("clip_from_eye", Eigen::Matrix4f(clip_from_eye_.cast<float>()));
   program.set("light_eye_m", Eigen::Vector3f((eye_from_world * light_world_m_).cast<float>()));
   program.set("up_eye", Eigen::Vector3f((eye_from_world.linear() * Eigen::Vector3d::UnitZ()).cast<float>()));
   program.set("light_reach_m", float(light_reach_m_));
@@ -134,19 +147,17 @@ void Renderer::set_light(const GlProgram& program, const Eigen::Isometry3d& eye_
 void Renderer::draw_hull(const HullFrame& hull) {
   upload(hull);
   const Pinhole& k = hull.recon;
-  const bool has_colour = !hull.bgr.empty();
-  hull_program_.use();
-  set_light(hull_program_, hull.eye_from_world);
-  hull_program_.set("clip_from_eye", Eigen::Matrix4f(clip_from_eye_.cast<float>()));
-  hull_program_.set("window_depth_terms", Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
-  hull_program_.set("covered_px", Eigen::Vector4f(float(hull.covered.u0_px), float(hull.covered.v0_px), float(hull.covered.u1_px), float(hull.covered.v1_px)));
-  hull_program_.set("focal_px", Eigen::Vector2f(float(k.fx_px), float(k.fy_px)));
-  hull_program_.set("centre_px", Eigen::Vector2f(float(k.cx_px), float(k.cy_px)));
-  hull_program_.set("steepest", kSteepestTilt);
-  hull_program_.set("grey", Eigen::Vector3f(kUncolouredHull.cast<float>()));
-  hull_program_.set("has_colour", int(has_colour));
-  hull_program_.set("depth_m", kDepthUnit);
-  hull_program_.set("bgr", kColourUnit);
+  const GlProgram& hull_program = hull.bgr.empty() ? grey_hull_program_ : coloured_hull_program_;
+  hull_program.use();
+  set_view(hull_program, hull.eye_from_world);
+  hull_program.set("window_depth_terms", Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
+  hull_program.set("covered_px", Eigen::Vector4f(float(hull.covered.u0_px), float(hull.covered.v0_px), float(hull.covered.u1_px), float(hull.covered.v1_px)));
+  hull_program.set("focal_px", Eigen::Vector2f(float(k.fx_px), float(k.fy_px)));
+  hull_program.set("centre_px", Eigen::Vector2f(float(k.cx_px), float(k.cy_px)));
+  hull_program.set("steepest", kSteepestTilt);
+  hull_program.set("grey", Eigen::Vector3f(kUncolouredHull.cast<float>()));
+  hull_program.set("depth_m", kDepthUnit);
+  hull_program.set("bgr", kColourUnit);
   hull_depth_->bind(kDepthUnit);
   hull_bgr_->bind(kColourUnit);
   no_attributes_.bind();
@@ -171,20 +182,21 @@ void Renderer::upload(const HullFrame& hull) {
 }
 
 void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::set<std::string>& colliding) const {
-  object_program_.use();
-  set_light(object_program_, eye_from_world);
-  object_program_.set("clip_from_eye", Eigen::Matrix4f(clip_from_eye_.cast<float>()));
+  for (const auto& [features, object_program] : object_programs_) set_view(object_program, eye_from_world);
   for (const std::size_t index : front_to_back(eye_from_world)) {
     const Drawn& drawn = objects_[index];
+    const GlProgram& object_program = object_programs_.at(features_of(drawn.object));
+    object_program.use();
     (hides_its_back(drawn, eye_from_world) ? glEnable : glDisable)(GL_CULL_FACE);
     Eigen::Vector3d albedo = linear_from_srgb(drawn.object.colour_rgb);
     if (colliding.contains(drawn.object.name)) albedo += kHighlightStrength * (kHighlight - albedo);
-    object_program_.set("eye_from_object", Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
-    object_program_.set("albedo", Eigen::Vector3f(albedo.cast<float>()));
-    object_program_.set("albedo_of_odd_cells", Eigen::Vector3f((kOddCells * albedo).cast<float>()));
-    object_program_.set("warm_albedo", Eigen::Vector3f((drawn.object.warming ? linear_from_srgb(drawn.object.warming->colour_rgb) : albedo).cast<float>()));
-    object_program_.set("checker", int(drawn.object.pattern == Pattern::checker));
-    object_program_.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
+    object_program.set("eye_from_object", Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
+    object_program.set("albedo", Eigen::Vector3f(albedo.cast<float>()));
+    if (drawn.object.pattern == Pattern::checker) {
+      object_program.set("albedo_of_odd_cells", Eigen::Vector3f((kOddCells * albedo).cast<float>()));
+      object_program.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
+    }
+    if (drawn.object.warming) object_program.set("warm_albedo", Eigen::Vector3f(linear_from_srgb(drawn.object.warming->colour_rgb).cast<float>()));
     drawn.vertex_array.bind();
     glDrawArrays(GL_TRIANGLES, 0, GLsizei(3 * drawn.surface.triangles()));
   }
@@ -221,6 +233,8 @@ void Renderer::draw_background() const {
   no_attributes_.bind();
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
+
+void Renderer::finish() const { glFinish(); }
 
 cv::Mat Renderer::image_bgr() const {
   cv::Mat rgba(pinhole_.height_px, pinhole_.width_px, CV_8UC4), image(rgba.size(), CV_8UC3);

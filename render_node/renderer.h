@@ -34,6 +34,8 @@ class Renderer {
   // Colliding objects are tinted red. Virtual and real surfaces occlude each other pixel by pixel; at equal depth the virtual one is seen.
   std::vector<std::string> draw(const HullFrame& hull, std::span<const ObjectPose> poses, const std::set<std::string>& colliding);
 
+  // Waits until the frame drawn last is finished.
+  void finish() const;
   // The frame drawn last, read back: 8-bit BGR (sRGB), row 0 at the top.
   cv::Mat image_bgr() const;
   // Its depth along the view's z [m], 32-bit float; far_m where there is nothing.
@@ -52,7 +54,7 @@ class Renderer {
 
   std::optional<std::string> why_undrawable(const ObjectPose& pose) const;
   void place(const ObjectPose& pose);
-  void set_light(const GlProgram& program, const Eigen::Isometry3d& eye_from_world) const;
+  void set_view(const GlProgram& program, const Eigen::Isometry3d& eye_from_world) const;
   void draw_hull(const HullFrame& hull);
   void upload(const HullFrame& hull);
   void draw_objects(const Eigen::Isometry3d& eye_from_world, const std::set<std::string>& colliding) const;
@@ -68,7 +70,8 @@ class Renderer {
   std::array<double, 3> background_rgb_;
   std::vector<Drawn> objects_;
   std::map<std::string, std::size_t> index_of_object_;
-  GlProgram object_program_, hull_program_, background_program_;
+  std::map<std::string, GlProgram> object_programs_;  // by what their objects have (features_of)
+  GlProgram coloured_hull_program_, grey_hull_program_, background_program_;
   GlFramebuffer framebuffer_;
   GlVertexArray no_attributes_;
   std::optional<GlTexture> hull_depth_, hull_bgr_;

@@ -175,6 +175,14 @@ TEST_F(Composite, TheInsideOfAnObjectThatHoldsTheEyeIsSeen) {
   EXPECT_GT(brightness(renderer.image_bgr().at<cv::Vec3b>(240, 320)), 150);
 }
 
+// Half a metre before the wall, and half a metre behind it.
+TEST_F(Composite, AWallSeenFromInsideIsLitFromInside) {
+  const auto wall_brightness = [&](double light_y_m) {
+    return brightness(image(scene_of({object("room", BoxShape{{2, 2, 2}}, {0, 0, 0}, {0.8, 0.8, 0.8})}, {0, light_y_m, 0}), nothing_).at<cv::Vec3b>(240, 320));
+  };
+  EXPECT_GT(wall_brightness(0.5), wall_brightness(1.5) + 150);
+}
+
 TEST_F(Composite, AnObjectCutByTheNearPlaneShowsItsBack) {
   Renderer renderer(scene_of({object("box", BoxShape{{0.5, 0.5, 0.5}}, {0, 0.2, 0}, {0.8, 0.8, 0.8})}), viewer_);
   renderer.draw(nothing_, {}, {});
