@@ -229,8 +229,13 @@ void Replayer::send_group(const FrameGroup& group) {
   if (on_frame_sent) on_frame_sent(*group.frame, start_ns, now_realtime_ns());
 }
 
+bool Replayer::replays(const std::string& topic) const {
+  return std::any_of(writer_of_.begin(), writer_of_.end(), [&](const auto& writer) { return recording_.channel(writer.first)->topic == topic; });
+}
+
 bool Replayer::is_complete_for(const ReplayedNode& node, const FrameGroup& group) const {
-  if (node.program == "render_node") {
+  // Tiles that are not replayed are made by the reconstruction nodes beside it, of the frames that are complete for them.
+  if (node.program == "render_node" && replays(topics::HullTile::name)) {
     const auto tile = std::find_if(group.messages.begin(), group.messages.end(), [](const KeptMessage& m) { return m.channel->topic == topics::HullTile::name; });
     if (tile == group.messages.end()) return false;
     const schema::FieldReader tiles(recording_.idl(*tile->channel), tile->channel->type, "tiles");
@@ -238,7 +243,7 @@ bool Replayer::is_complete_for(const ReplayedNode& node, const FrameGroup& group
     return all && std::get_if<std::uint64_t>(&*all) && messages_of(group, topics::HullTile::name) == std::get<std::uint64_t>(*all);
   }
   const bool has_set = plan_.shape_cameras > 0 && messages_of(group, topics::ObjectPixelMap::name) == plan_.shape_cameras;
-  return has_set && (node.program != "recon_node" || messages_of(group, topics::HeadPose::name) > 0);
+  return has_set && (node.program == "sim_node" || messages_of(group, topics::HeadPose::name) > 0);
 }
 
 void Replayer::expect(const FrameGroup& group) {

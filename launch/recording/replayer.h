@@ -79,6 +79,7 @@ class Replayer {
   void write(const recording::RecordedChannel& channel, std::optional<recording::KeyChange> change, std::int64_t source_stamp_ns, std::span<const std::byte> cdr);
   bool wait_until(std::int64_t log_stamp_ns, const std::function<ReplayControl()>& control);
   void expect(const recording::FrameGroup& group);
+  bool replays(const std::string& topic) const;
   bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group) const;
   void take_traces();
   bool wait_for_nodes(std::size_t at_most_open, const std::function<ReplayControl()>& control);
