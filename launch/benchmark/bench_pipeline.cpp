@@ -90,6 +90,7 @@ int bench_pipeline(const std::vector<std::string>& words) {
   if (!nodes.simulation.empty()) run_options.nodes.push_back(nodes.simulation);
   run_options.nodes.push_back(nodes.rendering);
   run_options.checksums = false;
+  run_options.order = SendOrder::as_captured;
   bool complete = true;
   std::string renderer;
   std::vector<std::string> results;

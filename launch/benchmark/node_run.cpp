@@ -136,6 +136,7 @@ ReplayPlan plan_of(const recording::Recording& recording, const NodeRunOptions& 
   plan.rate = options.rate;
   plan.lossless = true;
   plan.frames_in_flight = options.frames_in_flight;
+  plan.order = options.order;
   plan.shape_cameras = shape_cameras(options.deployment->rig).size();
   return plan;
 }

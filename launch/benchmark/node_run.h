@@ -19,6 +19,7 @@ struct NodeRunOptions {
   std::vector<std::string> nodes;               // these are started; the recording stands for all others
   double rate = 0;                              // 0: as fast as it goes
   int frames_in_flight = 2;
+  SendOrder order = SendOrder::needed_ahead;
   double start_s = 0;                           // from the recording's start
   std::optional<double> end_s;
   bool checksums = true;                        // of what the nodes write; they are read for it

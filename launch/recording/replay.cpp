@@ -74,6 +74,7 @@ ReplayPlan plan_of(const recording::Recording& recording, const ReplayOptions& o
   plan.nodes = selection.nodes;
   plan.shape_cameras = selection.shape_cameras;
   plan.frames_in_flight = options.frames_in_flight;
+  plan.order = SendOrder::needed_ahead;
   return plan;
 }
 

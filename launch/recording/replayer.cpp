@@ -7,6 +7,7 @@
 
 #include "common/clock/realtime.h"
 #include "common/messages/wire.h"
+#include "common/recording/groups_ahead.h"
 #include "launch/recording/node_inputs.h"
 
 namespace fivepipe {
@@ -112,8 +113,7 @@ void Replayer::run(const std::function<ReplayControl()>& control) {
   }
   announce();
   traces_.take();  // of an earlier run
-  const Clock::time_point started = Clock::now();
-  wall_zero_ = started;
+  counts_started_ = wall_zero_ = Clock::now();
   log_zero_ns_ = plan_.start_ns;
   send_latched_before_start();
   if (plan_.lossless && !plan_.nodes.empty())
@@ -124,7 +124,7 @@ void Replayer::run(const std::function<ReplayControl()>& control) {
     wait_for_nodes(0, control);
     for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.longest_wait);
   }
-  counts_.seconds = std::chrono::duration<double>(Clock::now() - started).count();
+  counts_.seconds = std::chrono::duration<double>(Clock::now() - counts_started_).count();
 }
 
 void Replayer::send_latched_before_start() {
@@ -201,32 +201,47 @@ void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control)
 }
 
 void Replayer::send_frames(const std::function<ReplayControl()>& control) {
-  recording::FrameGroups groups(recording_, cursor(), rank_of);
-  while (const auto group = groups.next()) {
+  recording::GroupsAhead ahead(recording::FrameGroups(recording_, cursor(), rank_of));
+  ahead.wait_until_ready();
+  counts_started_ = Clock::now();
+  wall_zero_ = counts_started_;
+  const bool sends_ahead = plan_.order == SendOrder::needed_ahead && plan_.rate <= 0;
+  auto group = ahead.next();
+  bool needed_is_sent = false;
+  while (group) {
     if (!wait_until(group->log_stamp_ns, control)) return;
+    if (group->frame && sends_ahead && !needed_is_sent) send_needed(*group);
     if (group->frame && !wait_for_nodes(std::size_t(plan_.frames_in_flight) - 1, control)) return;
     // What is of no frame takes effect between two frames, and always between the same two.
     if (!group->frame && !is_latched(*group->messages.front().channel) && !wait_for_nodes(0, control)) return;
-    send_group(*group);
-    counts_.late = groups.late();
+    if (!group->frame || !sends_ahead) send_needed(*group);
+    send_what_sets_off_work(*group);
+    group = ahead.next();
+    needed_is_sent = sends_ahead && group && group->frame;
+    if (needed_is_sent) send_needed(*group);
+  }
+  counts_.late = ahead.late();
+}
+
+void Replayer::send_needed(const FrameGroup& group) {
+  send_start_ns_ = now_realtime_ns();
+  for (const KeptMessage& message : group.messages) {
+    if (sets_off_work(message.channel->topic)) continue;
+    write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
+    if (const auto writer = writer_of_.find(message.channel->id); writer != writer_of_.end()) not_acknowledged_.insert(writer->second);
   }
 }
 
-void Replayer::send_group(const FrameGroup& group) {
-  const std::int64_t start_ns = now_realtime_ns();
+void Replayer::send_what_sets_off_work(const FrameGroup& group) {
+  if (plan_.order != SendOrder::as_captured)
+    for (SerializedWriter* writer : not_acknowledged_) writer->wait_for_delivery(plan_.longest_wait);
+  not_acknowledged_.clear();
   expect(group);
-  std::set<SerializedWriter*> before;
-  for (const KeptMessage& message : group.messages) {
-    if (sets_off_work(message.channel->topic) && !before.empty()) {
-      for (SerializedWriter* writer : before) writer->wait_for_delivery(plan_.longest_wait);
-      before.clear();
-    }
-    write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
-    if (!sets_off_work(message.channel->topic) && writer_of_.contains(message.channel->id)) before.insert(writer_of_.at(message.channel->id));
-  }
+  for (const KeptMessage& message : group.messages)
+    if (sets_off_work(message.channel->topic)) write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
   if (!group.frame) return;
   ++counts_.frames;
-  if (on_frame_sent) on_frame_sent(*group.frame, start_ns, now_realtime_ns());
+  if (on_frame_sent) on_frame_sent(*group.frame, send_start_ns_, now_realtime_ns());
 }
 
 bool Replayer::replays(const std::string& topic) const {

@@ -19,6 +19,13 @@ struct ReplayedNode {
   std::string name, program;
 };
 
+// How a frame's messages are sent to nodes that are waited for.
+enum class SendOrder {
+  needed_first,  // what a frame needs has arrived before what sets off work on it: the same output on every run
+  needed_ahead,  // and, as fast as it goes, is sent while the nodes still work on the frame before
+  as_captured,   // one after the other without waiting, as capture_node does
+};
+
 struct ReplayPlan {
   std::set<mcap::Id> channels;       // of the recording
   std::int64_t start_ns = 0, end_ns = 0;  // log stamps, both included; what is latched before the start is sent first
@@ -28,6 +35,7 @@ struct ReplayPlan {
   // Lossless: at most so many frames are with these nodes at a time. A frame has left a node when its FrameTrace says so.
   std::vector<ReplayedNode> nodes;
   int frames_in_flight = 2;
+  SendOrder order = SendOrder::needed_first;
   std::size_t shape_cameras = 0;     // maps that make a frame set, of nodes that wait for sets
   std::chrono::milliseconds longest_wait{5000};  // for a reader, or for a node to handle a frame; then it counts as not handled
 };
@@ -75,7 +83,8 @@ class Replayer {
   void send_latched_before_start();
   void send_frames(const std::function<ReplayControl()>& control);
   void send_as_they_stand(const std::function<ReplayControl()>& control);
-  void send_group(const recording::FrameGroup& group);
+  void send_needed(const recording::FrameGroup& group);
+  void send_what_sets_off_work(const recording::FrameGroup& group);
   void write(const recording::RecordedChannel& channel, std::optional<recording::KeyChange> change, std::int64_t source_stamp_ns, std::span<const std::byte> cdr);
   bool wait_until(std::int64_t log_stamp_ns, const std::function<ReplayControl()>& control);
   void expect(const recording::FrameGroup& group);
@@ -93,8 +102,10 @@ class Replayer {
   std::map<std::string, std::unique_ptr<SerializedWriter>> writers_;  // by topic and recorded writer
   std::map<mcap::Id, SerializedWriter*> writer_of_;
   std::map<std::string, NodeProgress> progress_;
+  std::set<SerializedWriter*> not_acknowledged_;  // of what the next frame needs
+  std::int64_t send_start_ns_ = 0;                // of that frame
   ReplayCounts counts_;
-  Clock::time_point wall_zero_{};
+  Clock::time_point counts_started_{}, wall_zero_{};
   std::int64_t log_zero_ns_ = 0;
   bool stopped_ = false;
   ReplayControl last_control_ = ReplayControl::go_on;
