@@ -19,7 +19,7 @@ constexpr std::int32_t kStreamDepth = 8, kLatchedDepth = 1, kEventDepth = 64;
 
 // Readers acknowledge when a heartbeat asks them to. Cyclone takes several configurations, the later ones on top.
 constexpr const char* kFrequentHeartbeats =
-    R"(,<CycloneDDS><Domain><Internal><HeartbeatInterval min="1ms" minsched="1ms" max="10ms">2ms</HeartbeatInterval></Internal></Domain></CycloneDDS>)";
+    R"(,<CycloneDDS><Domain><Internal><HeartbeatInterval min="100us" minsched="100us" max="10ms">200us</HeartbeatInterval></Internal></Domain></CycloneDDS>)";
 
 std::int32_t checked(std::int32_t result, const std::string& what) {
   if (result < 0) throw BusError(what + ": " + dds_strretcode(-result));

@@ -26,11 +26,12 @@ NodeAccount account_of(const std::vector<FrameTimes>& frames, const std::string&
     const FrameAtNode& here = found->second;
     const std::int64_t end_ns = here.steps.back().end_ns;
     if (end_before_ns > 0) {
+      add_step(account, "decode_inputs", ms(here.steps.front().start_ns - std::max(here.last_input_ns, end_before_ns)));
       for (const StepTimes& step : here.steps) add_step(account, step.step, ms(step.end_ns - step.start_ns));
-      account.own.push_back(ms(end_ns - here.steps.front().start_ns));
+      account.own.push_back(ms(end_ns - std::max(here.last_input_ns, end_before_ns)));
       account.period.push_back(ms(end_ns - end_before_ns));
-      account.transport.push_back(ms(std::max<std::int64_t>(0, here.last_input_ns - std::max(end_before_ns, frame.send_start_ns))));
-      account.latency.push_back(ms(end_ns - frame.send_start_ns));
+      account.transport.push_back(ms(std::max<std::int64_t>(0, here.last_input_ns - std::max(end_before_ns, frame.sent.release_ns))));
+      account.latency.push_back(ms(end_ns - frame.sent.start_ns));
     }
     end_before_ns = end_ns;
   }

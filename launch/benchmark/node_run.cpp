@@ -179,11 +179,9 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   wait_for_readers(bus, replayer, nodes);
 
   std::map<std::uint64_t, FrameTimes> frames;
-  replayer.on_frame_sent = [&](std::uint64_t frame, std::int64_t start_ns, std::int64_t end_ns) {
-    FrameTimes& times = frames[frame];
-    times.frame = frame;
-    times.send_start_ns = start_ns;
-    times.send_end_ns = end_ns;
+  replayer.on_frame_sent = [&](std::uint64_t frame, const SendTimes& sent) {
+    frames[frame].frame = frame;
+    frames[frame].sent = sent;
   };
   replayer.on_trace = [&](const fivepipe_v1_FrameTrace& trace) { frames[trace.frame].nodes[trace.node] = frame_at_node(trace); };
   const auto before = nodes.use();
@@ -211,7 +209,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   run.counts = replayer.counts();
   if (outputs) run.outputs = outputs->digests();
   for (auto& [frame, times] : frames)
-    if (times.send_start_ns > 0 && times.nodes.size() == options.nodes.size()) run.frames.push_back(std::move(times));
+    if (times.sent.start_ns > 0 && times.nodes.size() == options.nodes.size()) run.frames.push_back(std::move(times));
   return run;
 }
 

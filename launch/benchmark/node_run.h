@@ -37,7 +37,7 @@ struct FrameAtNode {
 };
 struct FrameTimes {
   std::uint64_t frame = 0;
-  std::int64_t send_start_ns = 0, send_end_ns = 0;  // of its recorded inputs
+  SendTimes sent;                                   // its recorded inputs
   std::int64_t composited_ns = 0;                   // as FrameComposited tells; 0: no rendering node is measured
   std::map<std::string, FrameAtNode> nodes;
 };

@@ -48,11 +48,11 @@ PipelineAccount account_of(const std::vector<FrameTimes>& frames, const Pipeline
       if (const FrameAtNode& here = frame.nodes.at(name); !here.steps.empty() && (!slowest || end_of(here) > end_of(frame.nodes.at(*slowest)))) slowest = &name;
     const FrameAtNode& rendering = frame.nodes.at(nodes.rendering);
     if (slowest && !rendering.steps.empty() && frame.composited_ns > 0) {
-      Way way(account, frame.send_start_ns);
-      way.until("send inputs", frame.send_end_ns);
+      Way way(account, frame.sent.start_ns);
+      way.until("send inputs", frame.sent.end_ns);
       through_node(way, frame.nodes.at(*slowest), free_ns[*slowest], "reconstruction", "waiting for its pose");
       through_node(way, rendering, free_ns[nodes.rendering], "rendering", "waiting for the simulation");
-      account.latency.push_back(1e-6 * double(frame.composited_ns - frame.send_start_ns));
+      account.latency.push_back(1e-6 * double(frame.composited_ns - frame.sent.start_ns));
       if (!nodes.simulation.empty()) {
         const FrameAtNode& simulation = frame.nodes.at(nodes.simulation);
         account.simulation.push_back(1e-6 * double(end_of(simulation) - simulation.last_input_ns));

@@ -237,11 +237,12 @@ void Replayer::send_what_sets_off_work(const FrameGroup& group) {
     for (SerializedWriter* writer : not_acknowledged_) writer->wait_for_delivery(plan_.longest_wait);
   not_acknowledged_.clear();
   expect(group);
+  const std::int64_t release_ns = now_realtime_ns();
   for (const KeptMessage& message : group.messages)
     if (sets_off_work(message.channel->topic)) write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
   if (!group.frame) return;
   ++counts_.frames;
-  if (on_frame_sent) on_frame_sent(*group.frame, send_start_ns_, now_realtime_ns());
+  if (on_frame_sent) on_frame_sent(*group.frame, {send_start_ns_, release_ns, now_realtime_ns()});
 }
 
 bool Replayer::replays(const std::string& topic) const {

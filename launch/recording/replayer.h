@@ -49,6 +49,11 @@ struct ReplayCounts {
   bool complete() const { return in_file == sent && expected == handled; }
 };
 
+// When a frame was sent [ns, CLOCK_REALTIME]: its first message, the first of those that set off work, and the last.
+struct SendTimes {
+  std::int64_t start_ns = 0, release_ns = 0, end_ns = 0;
+};
+
 // What the caller wants next.
 enum class ReplayControl { go_on, pause, one_frame, stop };
 
@@ -69,8 +74,8 @@ class Replayer {
   void run(const std::function<ReplayControl()>& control);
   const ReplayCounts& counts() const { return counts_; }
 
-  // For benchmarks. Times: CLOCK_REALTIME [ns].
-  std::function<void(std::uint64_t frame, std::int64_t start_ns, std::int64_t end_ns)> on_frame_sent;
+  // For benchmarks.
+  std::function<void(std::uint64_t frame, const SendTimes&)> on_frame_sent;
   std::function<void(const fivepipe_v1_FrameTrace&)> on_trace;
 
  private:
@@ -103,7 +108,7 @@ class Replayer {
   std::map<mcap::Id, SerializedWriter*> writer_of_;
   std::map<std::string, NodeProgress> progress_;
   std::set<SerializedWriter*> not_acknowledged_;  // of what the next frame needs
-  std::int64_t send_start_ns_ = 0;                // of that frame
+  std::int64_t send_start_ns_ = 0;                 // of that frame
   ReplayCounts counts_;
   Clock::time_point counts_started_{}, wall_zero_{};
   std::int64_t log_zero_ns_ = 0;
