@@ -1,6 +1,7 @@
 fivepipe_test(launch_restart_test launch_restart.cpp LINK fivepipe_supervisor)
 fivepipe_test(launch_supervisor_test launch_supervisor.cpp LINK fivepipe_supervisor)
 fivepipe_test(launch_report_test launch_report.cpp LINK fivepipe_report)
+fivepipe_test(launch_benchmark_test launch_benchmark.cpp LINK fivepipe_benchmark)
 fivepipe_test(launch_command_test launch_command.cpp)
 fivepipe_test(launch_up_test launch_up.cpp LINK nlohmann_json::nlohmann_json)
 add_dependencies(launch_command_test fivepipe fivepipe_maps)

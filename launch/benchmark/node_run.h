@@ -26,22 +26,6 @@ struct NodeRunOptions {
   std::filesystem::path out;                    // for what nodes write and say
 };
 
-// All times CLOCK_REALTIME [ns].
-struct StepTimes {
-  std::string step;
-  std::int64_t start_ns = 0, end_ns = 0;
-};
-struct FrameAtNode {
-  std::int64_t first_input_ns = 0, last_input_ns = 0;
-  std::vector<StepTimes> steps;
-};
-struct FrameTimes {
-  std::uint64_t frame = 0;
-  SendTimes sent;                                   // its recorded inputs
-  std::int64_t composited_ns = 0;                   // as FrameComposited tells; 0: no rendering node is measured
-  std::map<std::string, FrameAtNode> nodes;
-};
-
 // Of all messages of a topic, whatever their order.
 struct OutputDigest {
   std::uint64_t messages = 0, bytes = 0, checksum = 0;

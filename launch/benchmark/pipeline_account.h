@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "launch/benchmark/node_run.h"
+#include "launch/recording/frame_times.h"
 
 namespace fivepipe {
 

@@ -11,6 +11,7 @@
 #include "common/bus/serialized.h"
 #include "common/recording/frame_groups.h"
 #include "common/recording/recording.h"
+#include "launch/recording/frame_times.h"
 
 namespace fivepipe {
 
@@ -47,11 +48,6 @@ struct ReplayCounts {
   std::uint64_t late = 0;                                // messages that stand too far from their frame in the file
   double seconds = 0;                                    // from the first message to the last one handled
   bool complete() const { return in_file == sent && expected == handled; }
-};
-
-// When a frame was sent [ns, CLOCK_REALTIME]: its first message, the first of those that set off work, and the last.
-struct SendTimes {
-  std::int64_t start_ns = 0, release_ns = 0, end_ns = 0;
 };
 
 // What the caller wants next.
