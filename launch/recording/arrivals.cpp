@@ -90,36 +90,34 @@ std::string FrameGaps::missing_text(std::size_t most) const {
 }
 
 void ArrivalBook::add(const std::string& writer, const Arrival& arrival, std::optional<std::uint64_t> frame) {
-  for (Source* source : {&by_writer_[writer], &all_}) {
-    source->arrivals.push_back(arrival);
-    if (frame) source->frames.add(*frame);
-  }
+  by_writer_[writer].push_back(arrival);
+  all_.push_back(arrival);
+  if (frame) frames_.add(*frame);
 }
 
 void ArrivalBook::forget_before(std::int64_t stamp_ns) {
   const auto forget = [&](std::deque<Arrival>& arrivals) {
     while (!arrivals.empty() && arrivals.front().stamp_ns < stamp_ns) arrivals.pop_front();
   };
-  for (auto& [writer, source] : by_writer_) forget(source.arrivals);
-  forget(all_.arrivals);
+  for (auto& [writer, arrivals] : by_writer_) forget(arrivals);
+  forget(all_);
 }
 
 std::string ArrivalBook::text() const {
   TextTable table({{"writer"}, {"messages", true}, {"Hz", true}, {"MB/s", true}, {"interval ms: min", true}, {"median", true}, {"p95", true}, {"max", true},
-                   {"latency ms: median", true}, {"p95", true}, {"max", true}, {"frames", true}});
-  const auto add = [&](const std::string& writer, const Source& source) {
-    const ArrivalSummary summary = summary_of(source.arrivals);
+                   {"latency ms: median", true}, {"p95", true}, {"max", true}});
+  const auto add = [&](const std::string& writer, const std::deque<Arrival>& arrivals) {
+    const ArrivalSummary summary = summary_of(arrivals);
     const Spread &interval = summary.interval_ms, &latency = summary.latency_ms;
     table.add({writer, std::to_string(summary.messages), with_decimals(summary.rate_hz, 2), with_decimals(1e-6 * summary.bytes_per_s, 3),
                with_decimals(interval.least, 2), with_decimals(interval.median, 2), with_decimals(interval.p95, 2), with_decimals(interval.most, 2),
-               with_decimals(latency.median, 2), with_decimals(latency.p95, 2), with_decimals(latency.most, 2), source.frames.frames() ? std::to_string(source.frames.frames()) : "-"});
+               with_decimals(latency.median, 2), with_decimals(latency.p95, 2), with_decimals(latency.most, 2)});
   };
-  for (const auto& [writer, source] : by_writer_) add(writer, source);
+  for (const auto& [writer, arrivals] : by_writer_) add(writer, arrivals);
   if (by_writer_.size() > 1) add("all", all_);
-  std::string text = table.text();
-  if (all_.frames.frames() > 0 && all_.frames.missing() == 0) text += "no frame is missing\n";
-  if (all_.frames.missing() > 0) text += counted(all_.frames.missing(), "frame") + " missing: " + all_.frames.missing_text(kMostGapsShown) + "\n";
-  return text;
+  if (frames_.frames() == 0) return table.text();
+  return table.text() + counted(frames_.frames(), "frame") + ", " +
+         (frames_.missing() == 0 ? "none missing" : std::to_string(frames_.missing()) + " missing between them: " + frames_.missing_text(kMostGapsShown)) + "\n";
 }
 
 }  // namespace fivepipe

@@ -53,17 +53,14 @@ class ArrivalBook {
   void add(const std::string& writer, const Arrival& arrival, std::optional<std::uint64_t> frame);
   // Arrivals only: frames stay counted.
   void forget_before(std::int64_t stamp_ns);
-  std::uint64_t messages() const { return all_.arrivals.size(); }
-  // A table for 120 columns, and the frames that are missing.
+  std::uint64_t messages() const { return all_.size(); }
+  // A table for 120 columns, and which frames are missing among those of all writers.
   std::string text() const;
 
  private:
-  struct Source {
-    std::deque<Arrival> arrivals;
-    FrameGaps frames;
-  };
-  std::map<std::string, Source> by_writer_;
-  Source all_;
+  std::map<std::string, std::deque<Arrival>> by_writer_;
+  std::deque<Arrival> all_;
+  FrameGaps frames_;
 };
 
 }  // namespace fivepipe

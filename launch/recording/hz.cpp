@@ -92,7 +92,7 @@ int hz_live(const HzOptions& options) {
     if (signals_received() > 0) return once ? 130 : 0;
     if (!once) book.forget_before(now_realtime_ns() - window_s * 1'000'000'000);
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // home, clear
-    std::cout << topic.name << ", domain " << options.network.domain << (once ? "" : ", the last " + std::to_string(window_s) + " s") << "\n";
+    std::cout << topic.name << ", domain " << options.network.domain << (once ? "" : ", the last " + std::to_string(window_s) + " s; frames since the start") << "\n";
     if (book.messages() == 0)
       std::cout << "no message; writers: " << reader.writers() << "\n";
     else
