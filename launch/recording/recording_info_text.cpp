@@ -86,23 +86,30 @@ std::string content_text(const RecordingInfo& info) {
                                      megabytes(info.compressed_bytes) + " (" + with_decimals(ratio, 2) + " : 1)");
 }
 
+// By gaps in the sequence numbers: also what the recorder lost, and what stood in damaged chunks.
+std::string missing_text(const RecordingInfo& info, std::uint64_t missing) {
+  std::vector<std::string> by_topic;
+  for (const TopicInfo& topic : info.topics)
+    if (topic.missing) by_topic.push_back(last_part(topic.topic) + " " + std::to_string(topic.missing));
+  return line("LOST", counted(missing, "message") + ", by gaps in their sequence numbers:") + wrapped("", by_topic);
+}
+
 std::string losses_text(const RecordingInfo& info) {
   std::uint64_t missing = 0, received = 0, lost = 0;
-  std::vector<std::string> by_topic;
   for (const TopicInfo& topic : info.topics) missing += topic.missing;
-  if (!info.counts) {
-    if (missing == 0) return line("losses", info.read_all ? "none seen: sequence numbers have no gaps (the recorder's own counts are missing)" : "not known: the recorder's counts are missing");
-    for (const TopicInfo& topic : info.topics)
-      if (topic.missing) by_topic.push_back(topic.topic + " " + std::to_string(topic.missing));
-    return line("LOST", counted(missing, "message") + ", by gaps in their sequence numbers: " + joined(by_topic, ", "));
-  }
+  if (!info.counts && missing > 0) return missing_text(info, missing);
+  if (!info.counts)
+    return line("losses", info.read_all ? "none seen: sequence numbers have no gaps (the recorder's own counts are missing)" : "not known: the recorder's counts are missing");
+  std::vector<std::string> by_topic;
   for (const auto& [topic, count] : *info.counts) {
     received += count.received;
     lost += count.lost;
-    if (count.lost) by_topic.push_back(topic + " " + std::to_string(count.lost));
+    if (count.lost) by_topic.push_back(last_part(topic) + " " + std::to_string(count.lost));
   }
-  if (lost == 0) return line("losses", "none: " + std::to_string(received) + " received, all written");
-  return line("LOST", std::to_string(lost) + " of " + std::to_string(received) + " that the recorder received: the disk did not keep up") + lines("", by_topic);
+  if (lost > 0)
+    return line("LOST", std::to_string(lost) + " of " + std::to_string(received) + " that the recorder received: the disk did not keep up") + wrapped("", by_topic) +
+           (missing > lost ? missing_text(info, missing) : "");
+  return missing > 0 ? missing_text(info, missing) : line("losses", "none: " + std::to_string(received) + " received, all written");
 }
 
 std::string types_text(const RecordingInfo& info) {
