@@ -7,6 +7,7 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 #include <sstream>
 #include <thread>
@@ -351,6 +352,22 @@ TEST(RecordingCommandsLive, ShowWhoWritesWhatAndHowOften) {
   const Answer hz = fivepipe("hz FrameComposited --once 1.5" + in_domain);
   EXPECT_EQ(hz.exit_code, 0) << hz.text;
   EXPECT_TRUE(holds(hz, "render_x") && holds(hz, "frames, none missing")) << hz.text;
+}
+
+TEST(RecordingCommandsLive, EchoTellsThatAWriterWentAwayAndEndsWithItsReader) {
+  const std::uint32_t domain = test::own_domain();
+  auto writer = std::make_optional<LiveWriter>(domain);
+  FILE* echo = popen((program + "echo FrameComposited --json --domain " + std::to_string(domain)).c_str(), "r");
+  ASSERT_TRUE(echo);
+  char line[4096];
+  ASSERT_TRUE(fgets(line, sizeof line, echo));
+  writer.reset();
+  while (std::string(line).find("key_change") == std::string::npos) ASSERT_TRUE(fgets(line, sizeof line, echo));
+  const auto told = nlohmann::json::parse(line);
+  EXPECT_EQ(told["key_change"], "unregistered");
+  EXPECT_EQ(told["key"]["viewer"], "viewer");
+  EXPECT_EQ(told["writer"], "render_x");
+  EXPECT_EQ(pclose(echo), 0) << "nothing comes any more, but the pipe is closed";
 }
 
 TEST(RecordingCommandsLive, SayWhereNobodyIs) {
