@@ -72,12 +72,14 @@ constexpr const char* composited_type = "fivepipe::v1::FrameComposited";
 const std::string composited_topic = topics::FrameComposited::name, head_topic = topics::HeadPose::name;
 
 // 100 frames at 100 Hz less 17 and 40..42, each taken 2 ms after it was sent, a chunk every ten.
-void write_session(const fs::path& file, const recording::WriterOptions& options = {.chunk_bytes = 700}, const std::string& schema = schema::fivepipe_schema(composited_type)) {
+void write_session(const fs::path& file, const recording::WriterOptions& options = {.chunk_bytes = 700},
+                   const std::string& schema = schema::fivepipe_schema(composited_type)) {
   recording::RecordingWriter writer(file, "test", options);
   writer.attach({1, 1, "deployment/demo.yaml", "application/yaml", "name: demo\n"});
   writer.add(mcap::Metadata{"recording", {{"version", "0.1.0"}, {"commit", "abc"}, {"deployment", "demo"}, {"domain", "3"}}});
   writer.add(mcap::Metadata{"settings", {{"frames", "60"}}});
-  const auto render = writer.add_channel(composited_topic, composited_type, schema, {{"node", "render"}, {"writer", "0123"}, {"qos.history", "keep_last 64"}, {"qos.reliability", "reliable, blocks 100 ms"}});
+  const auto render = writer.add_channel(composited_topic, composited_type, schema,
+                                         {{"node", "render"}, {"writer", "0123"}, {"qos.history", "keep_last 64"}, {"qos.reliability", "reliable, blocks 100 ms"}});
   const auto head = writer.add_channel(head_topic, "fivepipe::v1::HeadPose", schema::fivepipe_schema("fivepipe::v1::HeadPose"), {{"node", "capture"}});
   // Zeros, but for the length of the empty viewer's name: two 64-bit integers, seven doubles, an empty sequence.
   std::vector<std::byte> head_cdr(4 + 8 + 9 * 8 + 4, std::byte{0});
@@ -120,8 +122,8 @@ class RecordingCommands : public testing::Test {
 TEST_F(RecordingCommands, InfoTellsWhatAWholeRecordingHolds) {
   const Answer answer = fivepipe("info " + session.string());
   EXPECT_EQ(answer.exit_code, 0) << answer.text;
-  for (const char* part : {"all of it was read, and is whole", "2023-11-14 22:13:20.002000 +0000   1700000000002000000 ns", "0.998 s", "98 in", "none: 98 received", "those of this build",
-                           "0.1.0 (abc", "frames=60", "deployment   demo", "key changes", "deployment/demo.yaml"})
+  for (const char* part : {"all of it was read, and is whole", "2023-11-14 22:13:20.002000 +0000   1700000000002000000 ns", "0.998 s", "98 in",
+                           "none: 98 received", "those of this build", "0.1.0 (abc", "frames=60", "deployment   demo", "key changes", "deployment/demo.yaml"})
     EXPECT_TRUE(holds(answer, part)) << part << "\n" << answer.text;
   EXPECT_LE(longest_line(answer.text), 120u) << answer.text;
 }
@@ -183,7 +185,8 @@ TEST_F(RecordingCommands, InfoFindsADamagedChunkOfAFinishedFile) {
   std::ofstream(session, std::ios::binary) << bytes;
   const Answer answer = fivepipe("info " + session.string());
   EXPECT_EQ(answer.exit_code, 1) << answer.text;
-  EXPECT_TRUE(holds(answer, "DAMAGED") && holds(answer, "by gaps in their sequence numbers:\n             FrameComposited ") && !holds(answer, "all written")) << answer.text;
+  EXPECT_TRUE(holds(answer, "DAMAGED") && holds(answer, "by gaps in their sequence numbers:\n             FrameComposited ") &&
+              !holds(answer, "all written")) << answer.text;
   EXPECT_EQ(fivepipe("info --quick " + session.string()).exit_code, 0) << "its index is whole";
   const Answer echo = fivepipe("echo FrameComposited --field frame --from " + session.string());
   EXPECT_EQ(echo.exit_code, 1) << echo.text;
@@ -198,7 +201,8 @@ TEST_F(RecordingCommands, InfoTellsWhatTheRecorderLost) {
 }
 
 TEST_F(RecordingCommands, OfTypesOfAnotherBuildInfoTellsTheDifferenceAndEchoShowsThem) {
-  write_session(session, {}, "module fivepipe { module v1 { struct FrameComposited { @key string<32> viewer; unsigned long long number; long long a; long long b; }; }; };");
+  write_session(session, {}, "module fivepipe { module v1 { struct FrameComposited {"
+                             " @key string<32> viewer; unsigned long long number; long long a; long long b; }; }; };");
   const Answer info = fivepipe("info " + session.string());
   EXPECT_EQ(info.exit_code, 0) << info.text;
   EXPECT_TRUE(holds(info, "types DIFFER") && holds(info, composited_topic) && holds(info, "number")) << info.text;
@@ -208,7 +212,8 @@ TEST_F(RecordingCommands, OfTypesOfAnotherBuildInfoTellsTheDifferenceAndEchoShow
 }
 
 TEST_F(RecordingCommands, WhatIsNoRecordingIsSaidByName) {
-  const fs::path empty = folder.path / "empty.mcap", text = folder.path / "text.mcap", no_schema = folder.path / "no_schema.mcap", no_message = folder.path / "no_message.mcap";
+  const fs::path empty = folder.path / "empty.mcap", text = folder.path / "text.mcap";
+  const fs::path no_schema = folder.path / "no_schema.mcap", no_message = folder.path / "no_message.mcap";
   std::ofstream(empty).close();
   std::ofstream(text) << "this is no recording";
   { recording::RecordingWriter writer(no_message, "test", {}); }
@@ -267,7 +272,8 @@ TEST_F(RecordingCommands, EchoShowsMessagesOfAFile) {
   const std::string from = " --from " + session.string();
   const Answer first = fivepipe("echo FrameComposited --count 1" + from);
   EXPECT_EQ(first.exit_code, 0);
-  EXPECT_EQ(first.text, "---  # 22:13:20.000000 render, latency 2.00 ms\nviewer: viewer\nframe: 0\ncapture_stamp_ns: 1700000000000000000\ncomposited_stamp_ns: 1700000000020000000\n");
+  EXPECT_EQ(first.text, "---  # 22:13:20.000000 render, latency 2.00 ms\n"
+                        "viewer: viewer\nframe: 0\ncapture_stamp_ns: 1700000000000000000\ncomposited_stamp_ns: 1700000000020000000\n");
   // Log stamps start at 2 ms: frames 50 and 51 are taken 0.5 and 0.51 s after the first.
   EXPECT_EQ(fivepipe("echo composited --field frame --start 0.5 --end 0.51" + from).text,
             "--- 50  # 22:13:20.500000 render, latency 2.00 ms\n--- 51  # 22:13:20.510000 render, latency 2.00 ms\n");
@@ -294,7 +300,8 @@ TEST_F(RecordingCommands, EchoRefusesWhatIsNotThereAndSaysWhatIs) {
 
 TEST_F(RecordingCommands, AClosedPipeEndsEchoQuietly) {
   for (const std::string options : {"", "--json "}) {
-    const Answer head = shell("bash -c 'set -o pipefail; " + program + "echo FrameComposited " + options + "--from " + session.string() + " 2>&1 | head -n 1'");
+    const std::string echo = program + "echo FrameComposited " + options + "--from " + session.string();
+    const Answer head = shell("bash -c 'set -o pipefail; " + echo + " 2>&1 | head -n 1'");
     EXPECT_EQ(head.exit_code, 0) << head.text;
     EXPECT_EQ(std::count(head.text.begin(), head.text.end(), '\n'), 1) << head.text;
   }

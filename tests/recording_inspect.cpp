@@ -92,7 +92,8 @@ struct Cdr {
 
 std::vector<std::byte> thing() {
   Cdr cdr;
-  cdr.put(std::string("ball")).put(std::uint64_t(12)).put(std::uint16_t(3)).put(1.5).put(std::nan("")).put(std::uint32_t(2)).put(1.0).put(2.0).put(3.0).put(4.0).put(std::uint32_t(20));
+  cdr.put(std::string("ball")).put(std::uint64_t(12)).put(std::uint16_t(3)).put(1.5).put(std::nan(""));
+  cdr.put(std::uint32_t(2)).put(1.0).put(2.0).put(3.0).put(4.0).put(std::uint32_t(20));
   for (int i = 0; i < 20; ++i) cdr.put(std::uint8_t(i));
   return cdr.bytes;
 }
@@ -118,7 +119,8 @@ TEST(MessageText, ShowsOneField) {
   EXPECT_EQ(field("points[1].y").substr(0, 7), "--- 4.0");
   EXPECT_EQ(field("points[2].y").substr(0, 8), "--- null");
   EXPECT_EQ(field("raw[19]").substr(0, 6), "--- 19");
-  EXPECT_EQ(field("p.y", true), "{\"topic\":\"t/Thing\",\"writer\":\"node_a\",\"source_stamp_ns\":1000000000,\"log_stamp_ns\":1002500000,\"value\":\"NaN\"}\n");
+  EXPECT_EQ(field("p.y", true),
+            "{\"topic\":\"t/Thing\",\"writer\":\"node_a\",\"source_stamp_ns\":1000000000,\"log_stamp_ns\":1002500000,\"value\":\"NaN\"}\n");
   EXPECT_NE(refused([&] { field("p.z"); }).find("there are: x, y"), std::string::npos);
   EXPECT_NE(refused([&] { field("frame.x"); }), "");
   EXPECT_NE(refused([&] { field("points.x"); }).find("[0]"), std::string::npos);
@@ -134,9 +136,11 @@ TEST(MessageText, ShowsKeyChangesByTheirKey) {
   message.key_change = recording::KeyChange::disposed;
   for (const int representation : {1, 7}) {
     key.bytes[1] = std::byte(representation);
-    EXPECT_NE(MessageText(made_up_idl(), "m::Thing", {})(message).find("\nkey_change: disposed\nkey: {name: ball, part: 3}\n"), std::string::npos) << representation;
+    const std::string text = MessageText(made_up_idl(), "m::Thing", {})(message);
+    EXPECT_NE(text.find("\nkey_change: disposed\nkey: {name: ball, part: 3}\n"), std::string::npos) << text;
   }
-  EXPECT_NE(MessageText(made_up_idl(), "m::Thing", {.json = true})(message).find("\"key_change\":\"disposed\",\"key\":{\"name\":\"ball\",\"part\":3}"), std::string::npos);
+  const std::string json = MessageText(made_up_idl(), "m::Thing", {.json = true})(message);
+  EXPECT_NE(json.find("\"key_change\":\"disposed\",\"key\":{\"name\":\"ball\",\"part\":3}"), std::string::npos);
 }
 
 TEST(MessageText, DoesNotGuessKeysThatAreLaidOutOtherwiseInCdr2) {
@@ -220,7 +224,8 @@ TEST(Arrivals, ForgetsWhatIsOldButNotItsFrames) {
 }
 
 TEST(TopicList, SaysShortlyWhichQosAndLeavesOutOnesOwn) {
-  EXPECT_EQ(short_qos({{"reliability", "reliable, blocks 100 ms"}, {"history", "keep_last 8"}, {"durability", "transient_local"}}), "reliable, last 8, latched");
+  EXPECT_EQ(short_qos({{"reliability", "reliable, blocks 100 ms"}, {"history", "keep_last 8"}, {"durability", "transient_local"}}),
+            "reliable, last 8, latched");
   EXPECT_EQ(short_qos({{"reliability", "best_effort"}, {"history", "keep_all"}, {"durability", "volatile"}}), "best_effort, all");
   EXPECT_EQ(short_qos({}), "");
   const std::vector<EndpointDescription> endpoints{{"v/T", "T", true, false, "g1", "0123456789ab", "", {}},  {"v/T", "T", true, false, "g2", "p2", "b", {}},

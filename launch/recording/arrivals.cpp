@@ -116,8 +116,9 @@ std::string ArrivalBook::text() const {
   for (const auto& [writer, arrivals] : by_writer_) add(writer, arrivals);
   if (by_writer_.size() > 1) add("all", all_);
   if (frames_.frames() == 0) return table.text();
-  return table.text() + counted(frames_.frames(), "frame") + ", " +
-         (frames_.missing() == 0 ? "none missing" : std::to_string(frames_.missing()) + " missing between them: " + frames_.missing_text(kMostGapsShown)) + "\n";
+  const std::string frames = table.text() + counted(frames_.frames(), "frame") + ", ";
+  if (frames_.missing() == 0) return frames + "none missing\n";
+  return frames + std::to_string(frames_.missing()) + " missing between them: " + frames_.missing_text(kMostGapsShown) + "\n";
 }
 
 }  // namespace fivepipe

@@ -74,11 +74,12 @@ int echo_live(const EchoOptions& options) {
     bus.wait(50ms);
     reader.take([&](const SerializedSample& sample) {
       if (options.count > 0 && shown == options.count) return;
-      const std::string text = text_of({topic.name, names.of(sample.writer), sample.source_stamp_ns, now_realtime_ns(), key_change_of(sample.kind), sample.cdr});
-      output.offer(text) ? ++shown : ++left_out;
+      const ShownMessage message{topic.name, names.of(sample.writer), sample.source_stamp_ns, now_realtime_ns(), key_change_of(sample.kind), sample.cdr};
+      output.offer(text_of(message)) ? ++shown : ++left_out;
     });
     if (!told_of_waiting && reader.writers() == 0 && Clock::now() - started > patience) {
-      std::cerr << "waiting: nobody writes " << topic.name << " in domain " << options.network.domain << "; `fivepipe ls` shows who is there, Ctrl-C ends this\n";
+      std::cerr << "waiting: nobody writes " << topic.name << " in domain " << options.network.domain
+                << "; `fivepipe ls` shows who is there, Ctrl-C ends this\n";
       told_of_waiting = true;
     }
   }

@@ -86,13 +86,15 @@ int hz_live(const HzOptions& options) {
       bus.wait(std::min<std::chrono::nanoseconds>(100ms, next - Clock::now()));
       reader.take([&](const SerializedSample& sample) {
         const std::int64_t now_ns = now_realtime_ns();
-        if (sample.kind == SampleKind::data) book.add(names.of(sample.writer), {now_ns, now_ns - sample.source_stamp_ns, sample.cdr.size()}, frame_of(sample.cdr));
+        const Arrival arrival{now_ns, now_ns - sample.source_stamp_ns, sample.cdr.size()};
+        if (sample.kind == SampleKind::data) book.add(names.of(sample.writer), arrival, frame_of(sample.cdr));
       });
     }
     if (signals_received() > 0) return once ? 130 : 0;
     if (!once) book.forget_before(now_realtime_ns() - window_s * 1'000'000'000);
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // home, clear
-    std::cout << topic.name << ", domain " << options.network.domain << (once ? "" : ", the last " + std::to_string(window_s) + " s; frames since the start") << "\n";
+    std::cout << topic.name << ", domain " << options.network.domain
+              << (once ? "" : ", the last " + std::to_string(window_s) + " s; frames since the start") << "\n";
     if (book.messages() == 0)
       std::cout << "no message; writers: " << reader.writers() << "\n";
     else

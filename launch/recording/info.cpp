@@ -31,7 +31,8 @@ bool is_being_written(const std::filesystem::path& path) {
 // The file that was mended: the copy, where there is one.
 mcap::Recovery recover(const InfoOptions& options) {
   if (options.output.empty()) {
-    if (is_being_written(options.file)) throw UsageError(options.file.string() + " is being written now: wait until its recorder has ended, or mend a copy with --output FILE");
+    if (is_being_written(options.file))
+      throw UsageError(options.file.string() + " is being written now: wait until its recorder has ended, or mend a copy with --output FILE");
     return mcap::recover(options.file);
   }
   if (std::filesystem::exists(options.output)) throw UsageError(options.output.string() + " is there already; choose another --output");
@@ -50,7 +51,8 @@ int run_info(const InfoOptions& options) {
     if (recovery) json["recovery"] = json_of(*recovery);
     std::cout << json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << "\n";
   } else {
-    if (recovery) std::cout << (recovery->was_finished ? file.string() + " was finished: there was nothing to mend\n" : text_of(*recovery, file.string())) << "\n";
+    if (recovery && recovery->was_finished) std::cout << file.string() << " was finished: there was nothing to mend\n\n";
+    if (recovery && !recovery->was_finished) std::cout << text_of(*recovery, file.string()) << "\n";
     std::cout << text_of(info);
   }
   std::cout << std::flush;

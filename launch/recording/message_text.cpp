@@ -32,7 +32,9 @@ std::vector<std::byte> as_cdr1(std::span<const std::byte> key, const schema::Str
     const schema::Kind kind = member.type.kind;
     return kind == schema::Kind::string || kind == schema::Kind::enumeration || (schema::is_primitive(kind) && schema::size_bytes(kind) <= 4);
   });
-  if (same_layout && bytes.size() > 1 && (bytes[1] == big_endian_2 || bytes[1] == little_endian_2)) bytes[1] = bytes[1] == big_endian_2 ? std::byte{0} : std::byte{1};
+  if (!same_layout || bytes.size() < 2) return bytes;
+  if (bytes[1] == big_endian_2) bytes[1] = std::byte{0};
+  if (bytes[1] == little_endian_2) bytes[1] = std::byte{1};
   return bytes;
 }
 
@@ -75,7 +77,8 @@ FieldPath::FieldPath(const std::string& text) : text_(text) {
     steps_.emplace_back(text.substr(start, at - start));
     if (at == text.size()) return;
   }
-  if (at != text.size() || steps_.empty() || text.back() != ']') throw UsageError("'" + text + "' is no field; expected as in frame, region.u0_px or objects[0].object");
+  if (at != text.size() || steps_.empty() || text.back() != ']')
+    throw UsageError("'" + text + "' is no field; expected as in frame, region.u0_px or objects[0].object");
 }
 
 bool FieldPath::has_index() const {
@@ -92,7 +95,8 @@ Json FieldPath::of(const Json& message) const {
       continue;
     }
     const auto& name = std::get<std::string>(step);
-    if (!value->is_object()) throw UsageError("--field " + text_ + ": " + name + " is asked of what has no fields" + (value->is_array() ? "; of a sequence say [0], [1] .." : ""));
+    if (!value->is_object())
+      throw UsageError("--field " + text_ + ": " + name + " is asked of what has no fields" + (value->is_array() ? "; of a sequence say [0], [1] .." : ""));
     const auto found = value->find(name);
     if (found == value->end()) throw UsageError("--field " + text_ + ": there is no " + name + "; there are: " + keys_of(*value));
     value = &*found;

@@ -66,7 +66,7 @@ std::map<std::string, std::string> metadata_of(const Recording& recording, const
   }
 }
 
-// "fivepipe/v1/HullTile received": "12"
+// By "TOPIC received" and so on.
 std::map<std::string, RecorderCounts> counts_from(const std::map<std::string, std::string>& values) {
   static const std::pair<std::string, std::uint64_t RecorderCounts::*> kinds[] = {
       {" received", &RecorderCounts::received}, {" written", &RecorderCounts::written}, {" lost", &RecorderCounts::lost}};

@@ -22,7 +22,8 @@ Json json_of(const mcap::Damage& damage) {
 }  // namespace
 
 Json json_of(const RecordingInfo& info) {
-  Json json{{"file", info.file}, {"file_bytes", info.file_bytes}, {"finished", info.finished()}, {"being_written", info.being_written}, {"whole", info.whole()}};
+  Json json{{"file", info.file}, {"file_bytes", info.file_bytes}, {"finished", info.finished()},
+            {"being_written", info.being_written}, {"whole", info.whole()}};
   if (!info.finished()) json["damage"] = json_of(info.damage);
   json["unreadable"] = info.unreadable;
   json.update({{"start_ns", info.start_ns}, {"end_ns", info.end_ns}, {"duration_s", info.duration_s()}, {"messages", info.messages}});
@@ -43,7 +44,8 @@ Json json_of(const RecordingInfo& info) {
 }
 
 Json json_of(const mcap::Recovery& recovery) {
-  return {{"was_finished", recovery.was_finished}, {"messages", recovery.statistics.messages}, {"chunks", recovery.statistics.chunks}, {"damage", json_of(recovery.damage)}};
+  return {{"was_finished", recovery.was_finished}, {"messages", recovery.statistics.messages}, {"chunks", recovery.statistics.chunks},
+          {"damage", json_of(recovery.damage)}};
 }
 
 }  // namespace fivepipe

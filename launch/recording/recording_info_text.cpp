@@ -65,9 +65,9 @@ std::string condition_text(const RecordingInfo& info) {
 std::string origin_text(const RecordingInfo& info) {
   const auto& header = info.header;
   if (header.empty()) return line("made by", "not by fivepipe, or its header is missing: neither version nor deployment are known");
-  std::string text = line("made by", "fivepipe " + value_or(header, "version", "?") + " (" + value_or(header, "commit", "?") + ", " + value_or(header, "build_type", "?") +
-                                         "), domain " + value_or(header, "domain", "?"));
-  text += line("on", value_or(header, "host", "?") + ", " + value_or(header, "cpu", "?") + ", " + value_or(header, "cores", "?") + " cores");
+  const auto known = [&](const char* key) { return value_or(header, key, "?"); };
+  std::string text = line("made by", "fivepipe " + known("version") + " (" + known("commit") + ", " + known("build_type") + "), domain " + known("domain"));
+  text += line("on", known("host") + ", " + known("cpu") + ", " + known("cores") + " cores");
   text += line("deployment", value_or(header, "deployment", "none: it can be replayed, but no node be started from it alone"));
   std::vector<std::string> settings;
   for (const auto& [key, value] : info.settings) settings.push_back(key + "=" + value);
@@ -80,10 +80,11 @@ std::string content_text(const RecordingInfo& info) {
   std::string text = line("start", local_date_and_time(info.start_ns) + "   " + std::to_string(info.start_ns) + " ns");
   text += line("duration", with_decimals(info.duration_s(), 3) + " s");
   std::vector<std::string> chunks;
-  for (const auto& [compression, count] : info.chunks) chunks.push_back(counted(count, "chunk") + " (" + (compression.empty() ? "not compressed" : compression) + ")");
+  for (const auto& [compression, count] : info.chunks)
+    chunks.push_back(counted(count, "chunk") + " (" + (compression.empty() ? "not compressed" : compression) + ")");
   const double ratio = double(info.uncompressed_bytes) / double(std::max<std::uint64_t>(info.compressed_bytes, 1));
-  return text + line("messages", std::to_string(info.messages) + " in " + joined(chunks, ", ") + ", " + megabytes(info.uncompressed_bytes) + " compressed to " +
-                                     megabytes(info.compressed_bytes) + " (" + with_decimals(ratio, 2) + " : 1)");
+  const std::string sizes = megabytes(info.uncompressed_bytes) + " compressed to " + megabytes(info.compressed_bytes) + " (" + with_decimals(ratio, 2) + " : 1)";
+  return text + line("messages", std::to_string(info.messages) + " in " + joined(chunks, ", ") + ", " + sizes);
 }
 
 // By gaps in the sequence numbers: also what the recorder lost, and what stood in damaged chunks.
@@ -99,7 +100,8 @@ std::string losses_text(const RecordingInfo& info) {
   for (const TopicInfo& topic : info.topics) missing += topic.missing;
   if (!info.counts && missing > 0) return missing_text(info, missing);
   if (!info.counts)
-    return line("losses", info.read_all ? "none seen: sequence numbers have no gaps (the recorder's own counts are missing)" : "not known: the recorder's counts are missing");
+    return line("losses", info.read_all ? "none seen: sequence numbers have no gaps (the recorder's own counts are missing)"
+                                        : "not known: the recorder's counts are missing");
   std::vector<std::string> by_topic;
   for (const auto& [topic, count] : *info.counts) {
     received += count.received;
@@ -107,8 +109,8 @@ std::string losses_text(const RecordingInfo& info) {
     if (count.lost) by_topic.push_back(last_part(topic) + " " + std::to_string(count.lost));
   }
   if (lost > 0)
-    return line("LOST", std::to_string(lost) + " of " + std::to_string(received) + " that the recorder received: the disk did not keep up") + wrapped("", by_topic) +
-           (missing > lost ? missing_text(info, missing) : "");
+    return line("LOST", std::to_string(lost) + " of " + std::to_string(received) + " that the recorder received: the disk did not keep up") +
+           wrapped("", by_topic) + (missing > lost ? missing_text(info, missing) : "");
   return missing > 0 ? missing_text(info, missing) : line("losses", "none: " + std::to_string(received) + " received, all written");
 }
 
@@ -133,15 +135,16 @@ std::string topics_text(const RecordingInfo& info) {
 std::string attachments_text(const RecordingInfo& info) {
   if (info.attachments.empty()) return "";
   TextTable table({{"attachment"}, {"bytes", true}, {"media type"}});
-  for (const mcap::AttachmentIndex& attachment : info.attachments) table.add({attachment.name, std::to_string(attachment.content_bytes), attachment.media_type});
+  for (const mcap::AttachmentIndex& attachment : info.attachments)
+    table.add({attachment.name, std::to_string(attachment.content_bytes), attachment.media_type});
   return "\n" + table.text();
 }
 
 }  // namespace
 
 std::string text_of(const RecordingInfo& info) {
-  return printable(info.file) + "\n" + condition_text(info) + content_text(info) + losses_text(info) + types_text(info) + origin_text(info) + topics_text(info) +
-         attachments_text(info);
+  return printable(info.file) + "\n" + condition_text(info) + content_text(info) + losses_text(info) + types_text(info) +
+         origin_text(info) + topics_text(info) + attachments_text(info);
 }
 
 std::string text_of(const mcap::Recovery& recovery, const std::string& file) {

@@ -11,7 +11,7 @@ namespace fivepipe {
 // upper and lower case alike ("hullt"). Throws UsageError where none or several fit.
 std::string topic_meant(const std::string& asked, const std::vector<std::string>& topics);
 
-// "fivepipe/v1/HullTile": "HullTile".
+// Behind the last slash.
 std::string last_part(const std::string& topic);
 
 }  // namespace fivepipe

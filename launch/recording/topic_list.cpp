@@ -10,7 +10,10 @@ constexpr std::size_t kPeersWidth = 15, kFileWritersWidth = 24, kNodeTopicsWidth
 // Of a GUID: tells apart what has no name.
 constexpr std::size_t kGuidDigits = 8;
 
-std::string name_or_guid(const std::string& name, const std::string& guid) { return !name.empty() ? name : guid.empty() ? "?" : "(" + guid.substr(0, kGuidDigits) + ")"; }
+std::string name_or_guid(const std::string& name, const std::string& guid) {
+  if (!name.empty()) return name;
+  return guid.empty() ? "?" : "(" + guid.substr(0, kGuidDigits) + ")";
+}
 
 std::string value_or_nothing(const std::map<std::string, std::string>& values, const std::string& key) {
   const auto found = values.find(key);
@@ -67,7 +70,8 @@ std::vector<ListedTopic> topics_of(const recording::Recording& recording) {
 
 std::string short_qos(const std::map<std::string, std::string>& qos) {
   std::vector<std::string> parts;
-  const std::string reliability = value_or_nothing(qos, "reliability"), history = value_or_nothing(qos, "history"), durability = value_or_nothing(qos, "durability");
+  const std::string reliability = value_or_nothing(qos, "reliability"), history = value_or_nothing(qos, "history"),
+                    durability = value_or_nothing(qos, "durability");
   if (!reliability.empty()) parts.push_back(reliability.substr(0, reliability.find(',')));
   if (!history.empty()) parts.push_back(history.starts_with("keep_") ? history.substr(5) : history);
   if (!durability.empty() && durability != "volatile") parts.push_back(durability == "transient_local" ? "latched" : durability);
@@ -79,7 +83,8 @@ std::string topics_text(const std::vector<ListedTopic>& topics, bool of_recordin
   TextTable table({{"topic"}, {"type"}, {"QoS"}, Column{"writers", false, of_recording ? kFileWritersWidth : kPeersWidth},
                    of_recording ? Column{"messages", true} : Column{"readers", false, kPeersWidth}});
   for (const ListedTopic& topic : topics)
-    table.add({topic.topic, text_of(topic.types), text_of(topic.qos), text_of(topic.writers), of_recording ? std::to_string(topic.messages) : text_of(topic.readers)});
+    table.add({topic.topic, text_of(topic.types), text_of(topic.qos), text_of(topic.writers),
+               of_recording ? std::to_string(topic.messages) : text_of(topic.readers)});
   return table.text();
 }
 
