@@ -16,6 +16,8 @@ int run(int argc, char** argv) {
       "Examples:\n"
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
       "  fivepipe top            what runs, refreshed each second\n"
+      "  fivepipe ls             the topics on the bus; echo TOPIC shows one, hz TOPIC how often it comes\n"
+      "  fivepipe info FILE      what a recording holds, and whether it is whole\n"
       "  fivepipe doctor         whether this machine is ready\n"
       "  fivepipe bench hull     how fast the visual hull is here, bench collision what collides with it");
   app.set_version_flag("--version", std::string("fivepipe ") + version() + " (" + commit() + ", " + build_type() + ")");
@@ -25,6 +27,10 @@ int run(int argc, char** argv) {
   add_top(app, command);
   add_record(app, command);
   add_replay(app, command);
+  add_info(app, command);
+  add_ls(app, command);
+  add_echo(app, command);
+  add_hz(app, command);
   add_simulation(app, command);
   add_doctor(app, command);
   add_bench(app, command);

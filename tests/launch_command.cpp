@@ -44,7 +44,7 @@ TEST(Command, AMissingDeploymentIsAConfigurationErrorThatNamesTheFile) {
 }
 
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
-  for (const char* subcommand : {"", "up ", "top ", "doctor ", "bench ", "maps "}) {
+  for (const char* subcommand : {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ", "hz ", "doctor ", "bench ", "maps "}) {
     const Answer answer = fivepipe(std::string(subcommand) + "--help");
     EXPECT_EQ(answer.exit_code, 0) << answer.text;
     EXPECT_NE(answer.text.find("Example"), std::string::npos) << subcommand << "\n" << answer.text;

@@ -15,7 +15,7 @@ inline constexpr const char* kSchemaEncoding = "omgidl";
 
 inline constexpr const char* kKeyStateSuffix = "/key_state";
 inline constexpr const char* kKeyStateType = "fivepipe::recording::KeyState";
-// key: the key's fields as plain CDR with 4 bytes of header, as DDS hands it out.
+// key: the key's fields with 4 bytes of header, as DDS hands it out: from Cyclone DDS as CDR 2 (header 0x0007).
 inline constexpr const char* kKeyStateIdl =
     "module fivepipe {\n"
     "  module recording {\n"
