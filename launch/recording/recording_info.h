@@ -44,7 +44,7 @@ struct RecordingInfo {
   std::vector<std::string> foreign_types;  // what differs from this build's types
 
   bool finished() const { return damage.summary.empty(); }
-  bool whole() const { return finished() && damage.records.empty() && unreadable.empty(); }
+  bool whole() const { return finished() && damage.damaged_names.empty() && unreadable.empty(); }
   double duration_s() const { return 1e-9 * double(end_ns - start_ns); }
 };
 

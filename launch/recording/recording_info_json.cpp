@@ -15,7 +15,7 @@ Json json_of(const TopicInfo& topic, bool read_all) {
 }
 
 Json json_of(const mcap::Damage& damage) {
-  return {{"summary", damage.summary}, {"whole_bytes", damage.whole_bytes}, {"cut_bytes", damage.cut_bytes}, {"records", damage.records},
+  return {{"summary", damage.summary}, {"whole_bytes", damage.whole_bytes}, {"cut_bytes", damage.cut_bytes}, {"damaged_records", damage.damaged_records}, {"damaged_names", damage.damaged_names},
           {"messages_of_no_channel", damage.messages_of_no_channel}};
 }
 

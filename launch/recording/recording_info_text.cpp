@@ -55,10 +55,10 @@ std::string condition_text(const RecordingInfo& info) {
     text += line("", info.damage.summary);
     text += line("", "`fivepipe info --recover " + info.file + "` mends it; what is told here can be read as it is");
   }
-  text += lines("DAMAGED", info.damage.records);
+  text += lines("DAMAGED", info.damage.damaged_names);
   text += lines("DAMAGED", info.unreadable);
   if (info.damage.messages_of_no_channel) text += line("", counted(info.damage.messages_of_no_channel, "message") + " of no known topic");
-  if (!info.damage.records.empty() || !info.unreadable.empty()) text += line("", "what stands there is lost; the rest can be read and replayed");
+  if (!info.damage.damaged_names.empty() || !info.unreadable.empty()) text += line("", "what stands there is lost; the rest can be read and replayed");
   return text;
 }
 
@@ -155,7 +155,7 @@ std::string text_of(const mcap::Recovery& recovery, const std::string& file) {
   text += line("saved", counted(recovery.statistics.messages, "message") + " in " + counted(recovery.statistics.chunks, "chunk") + ", " +
                             counted(recovery.statistics.attachments, "attachment"));
   text += line("lost", damage.cut_bytes == 0 ? "nothing at the end" : counted(damage.cut_bytes, "byte") + " at the end, which were no whole record");
-  text += lines("lost", damage.records);
+  text += lines("lost", damage.damaged_names);
   if (damage.messages_of_no_channel) text += line("lost", counted(damage.messages_of_no_channel, "message") + " of no known topic");
   return text;
 }
