@@ -12,7 +12,8 @@
 namespace fivepipe {
 namespace {
 
-constexpr std::int32_t kMaxTaken = 256;
+// Cyclone clears as many samples with each loan that it gets back: more than a view has tiles costs more than it saves.
+constexpr std::int32_t kMaxTaken = 64;
 
 // Depth of each kind of delivery, in samples per key. stream: more than max_frames_in_flight, so that pacing, not the bus, drops.
 constexpr std::int32_t kStreamDepth = 8, kLatchedDepth = 1, kEventDepth = 64;

@@ -93,7 +93,7 @@ template <class Topic>
 class Reader {
  public:
   explicit Reader(std::shared_ptr<detail::Entity> entity) : entity_(std::move(entity)) {}
-  // All that has arrived since the last take, at most 256; never waits.
+  // All that has arrived since the last take, at most 64 samples; never waits.
   Batch<Topic> take() { return Batch<Topic>(entity_->handle, detail::take(entity_->handle)); }
   int writers() const { return detail::matched_writers(entity_->handle); }
 
