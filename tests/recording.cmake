@@ -1,0 +1,2 @@
+fivepipe_test(recording_writer_test recording_writer.cpp LINK fivepipe_recording)
+fivepipe_test(recording_groups_test recording_groups.cpp LINK fivepipe_recording)
