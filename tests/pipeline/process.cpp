@@ -106,7 +106,7 @@ std::vector<pid_t> Deployed::all_children() const {
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     const pid_t pid = std::stoi(name);
     const Stat stat = stat_of(pid);
-    if (stat.parent == pid() && stat.state != 'Z') children.push_back(pid);
+    if (stat.parent == program_.pid() && stat.state != 'Z') children.push_back(pid);
   }
   return children;
 }

@@ -6,6 +6,7 @@
 
 #include "common/mcap/recover.h"
 #include "common/scene/deployment.h"
+#include "common/schema/cdr.h"
 #include "launch/recording/node_inputs.h"
 #include "tests/pipeline/replayed_nodes.h"
 
