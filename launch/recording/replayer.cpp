@@ -183,7 +183,7 @@ void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control)
   auto messages = cursor();
   recording::FrameOf frame_of(recording_);
   std::optional<std::uint64_t> newest;
-  bool steps = false;
+  bool steps = false, step_has_frame = false;
   while (const auto message = messages.next()) {
     const auto frame = frame_of(*message);
     const bool begins_frame = frame && (!newest || *frame > *newest);
@@ -191,11 +191,13 @@ void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control)
       newest = frame;
       ++counts_.frames;
     }
-    // A step is everything up to the next frame's beginning.
-    if (!steps || begins_frame) {
+    // A step is a frame, what stands before it, and everything up to the next one's beginning.
+    if (!steps || (begins_frame && step_has_frame)) {
       if (!wait_until(message->log_stamp_ns, control)) return;
       steps = last_control_ == ReplayControl::one_frame;
+      step_has_frame = false;
     }
+    step_has_frame |= begins_frame;
     write(*message->channel, message->key_change, message->source_stamp_ns, message->cdr);
   }
 }
