@@ -274,8 +274,8 @@ bool Replayer::wait_for_nodes(std::size_t at_most_open, const std::function<Repl
       if (progress.waited_for.size() <= at_most_open) continue;
       if (Clock::now() - progress.heard > plan_.longest_wait) {
         spdlog::error("node '{}' has not handled frame {} in {:.0f} s", name, *progress.waited_for.begin(), std::chrono::duration<double>(plan_.longest_wait).count());
-        progress.waited_for.clear();
-        continue;
+        stopped_ = true;
+        return false;
       }
       waits = true;
     }

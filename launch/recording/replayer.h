@@ -29,7 +29,7 @@ struct ReplayPlan {
   std::vector<ReplayedNode> nodes;
   int frames_in_flight = 2;
   std::size_t shape_cameras = 0;     // maps that make a frame set, of nodes that wait for sets
-  std::chrono::milliseconds longest_wait{5000};  // for a reader, or for a node to handle a frame; then it counts as not handled
+  std::chrono::milliseconds longest_wait{5000};  // for a reader, or for a node to handle a frame; then it ends: it is lossless no more
 };
 
 struct ReplayCounts {
