@@ -18,6 +18,8 @@ using recording::Recording;
 using test::eventually;
 using test::kSmallDeployment;
 
+constexpr std::uint64_t kCameras = 3, kTiles = 48;  // of the small deployment
+
 class RecordingPipeline : public test::ReplayedNodesTest {};
 
 TEST_F(RecordingPipeline, HasAllThatTheNodesSentAndTheirDeployment) {
@@ -36,7 +38,8 @@ TEST_F(RecordingPipeline, HasAllThatTheNodesSentAndTheirDeployment) {
   while (const auto message = cursor.next())
     if (message->channel->topic == topics::NodeStatus::name && !message->key_change) {
       auto status = schema::decode(recording.idl(*message->channel), message->channel->type, message->cdr);
-      last[status["node"]] = std::move(status);
+      const std::string node = status["node"];
+      last[node] = std::move(status);
     }
   EXPECT_EQ(last.size(), 5u);
   for (const auto& [node, status] : last) {
@@ -100,11 +103,12 @@ TEST_F(RecordingPipeline, EachNodeAloneHandlesEveryFrame) {
     EXPECT_NE(run.said.find("node " + node.name), std::string::npos) << run.said;
   };
   const auto counts = test::counts_by_topic(Recording(recording));
-  const std::uint64_t frame_sets = counts.at(topics::ObjectPixelMap::name) / 3;  // cameras
-  ASSERT_EQ(counts.at(topics::ObjectPixelMap::name) % 3, 0u);
+  const std::uint64_t frame_sets = counts.at(topics::ObjectPixelMap::name) / kCameras;
+  ASSERT_EQ(counts.at(topics::ObjectPixelMap::name) % kCameras, 0u);
   expect_all_handled({"recon_node", "recon_a"}, {topics::HullTile::name}, "frame_sets_complete", frame_sets);
   expect_all_handled({"sim_node", "simulation"}, {topics::VirtualState::name}, "frame_sets_complete", frame_sets);
-  expect_all_handled({"render_node", "rendering"}, {topics::FrameComposited::name}, "frames_composited", counts.at(topics::FrameComposited::name));
+  ASSERT_EQ(counts.at(topics::HullTile::name) % kTiles, 0u);
+  expect_all_handled({"render_node", "rendering"}, {topics::FrameComposited::name}, "frames_composited", counts.at(topics::HullTile::name) / kTiles);
 }
 
 }  // namespace

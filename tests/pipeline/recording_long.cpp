@@ -25,7 +25,8 @@ class LongRecording : public test::RecordingTest {
     while (const auto message = cursor.next())
       if (message->channel->topic == topics::NodeStatus::name && !message->key_change) {
         auto status = schema::decode(recording.idl(*message->channel), message->channel->type, message->cdr);
-        last[status["node"]] = std::move(status);
+        const std::string node = status["node"];
+        last[node] = std::move(status);
       }
     std::map<std::string, std::uint64_t> sent;
     for (const auto& [node, status] : last) {

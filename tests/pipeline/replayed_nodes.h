@@ -3,6 +3,7 @@
 #include <csignal>
 #include <string_view>
 
+#include "common/clock/realtime.h"
 #include "tests/pipeline/recordings.h"
 
 namespace fivepipe::test {
@@ -24,6 +25,7 @@ class ReplayedNodesTest : public RecordingTest {
                      const std::vector<std::string>& options, const std::string& deployment = kSmallDeployment) {
     using namespace std::chrono_literals;
     ReplayRun run;
+    const std::int64_t start_ns = now_realtime_ns();
     Outputs outputs(bus_, outputs_of);
     std::vector<std::unique_ptr<Program>> programs;
     std::vector<std::string> words = {"replay", recording.string(), "--lossless"};
@@ -43,7 +45,7 @@ class ReplayedNodesTest : public RecordingTest {
     for (const auto& program : programs) program->signal(SIGTERM);
     EXPECT_TRUE(eventually(bus_, 10s, [&] {
       outputs.take();
-      take_final_reports(run);
+      take_final_reports(run, start_ns);
       return run.counts.size() == nodes.size() && outputs.taken() >= sent(run, outputs_of);
     })) << outputs.taken() << " of " << sent(run, outputs_of) << " came";
     EXPECT_EQ(outputs.taken(), sent(run, outputs_of));
@@ -53,9 +55,10 @@ class ReplayedNodesTest : public RecordingTest {
   }
 
  private:
-  void take_final_reports(ReplayRun& run) {
+  // Of processes started since then: those that were recorded have ended.
+  void take_final_reports(ReplayRun& run, std::int64_t start_ns) {
     for (const auto& sample : statuses_.take()) {
-      if (!sample.valid() || !sample->final_report) continue;
+      if (!sample.valid() || !sample->final_report || sample->start_stamp_ns < start_ns) continue;
       auto& counts = run.counts[sample->node];
       for (std::uint32_t i = 0; i < sample->counts._length; ++i) counts[sample->counts._buffer[i].name] = sample->counts._buffer[i].count;
       for (std::uint32_t i = 0; i < sample->drops._length; ++i) run.drops[sample->node][sample->drops._buffer[i].name] = sample->drops._buffer[i].count;
