@@ -79,6 +79,37 @@ TEST_F(RecordingPipeline, ReplayedAndRecordedAgainIsTheSame) {
   }
 }
 
+// Whoever records is killed in the middle: up to the last chunk that was closed (half a second), all is there.
+TEST_F(RecordingPipeline, WhatAKilledRecorderLeftIsReadAndMended) {
+  const auto file = folder_ / "killed.mcap";
+  const auto recorder = this->recorder(file, {"--deployment", kSmallDeployment});
+  auto commands = bus_.writer<topics::Command>();
+  ASSERT_TRUE(eventually(bus_, 10s, [&] { return commands.readers() == 1; }));
+  std::uint64_t sent = 0;
+  // Until something of it is on the disk.
+  ASSERT_TRUE(eventually(bus_, 20s, [&] {
+    fivepipe_v1_Command message{};
+    message.kind = fivepipe_v1_resume_simulation;
+    commands.write(message);
+    ++sent;
+    return Recording(file).mcap().statistics().messages > 0;
+  }));
+  recorder->signal(SIGKILL);
+  EXPECT_EQ(recorder->wait_for_end(5s), 128 + SIGKILL);
+  const Recording unfinished(file);
+  EXPECT_FALSE(unfinished.mcap().is_finished());
+  const auto expected = test::messages_by_writer(unfinished);
+  const std::uint64_t kept = test::counts_by_topic(unfinished).at(topics::Command::name);
+  EXPECT_GT(kept, 0u);
+  EXPECT_LE(kept, sent);
+  EXPECT_EQ(expected.at(topics::Command::name).at(0).size(), kept);
+  ASSERT_TRUE(unfinished.extract_deployment(folder_ / "extracted"));
+  EXPECT_FALSE(mcap::recover(file).was_finished);
+  const Recording mended(file);
+  EXPECT_TRUE(mended.mcap().is_finished());
+  EXPECT_TRUE(test::messages_by_writer(mended) == expected);
+}
+
 // What a replay sends to a node is what the node reads.
 TEST_F(RecordingPipeline, NodesReadWhatTheirInputsSay) {
   for (const test::NodeUnderTest& under_test : {test::NodeUnderTest{"capture_node", "capture"}, {"recon_node", "recon_a"}, {"sim_node", "simulation"}, {"render_node", "rendering"}}) {
