@@ -60,7 +60,10 @@ class SimulationPipe {
   void run() {
     while (running()) {
       node_.bus.wait(std::min<Clock::duration>(kSilence, kMaxWait));
+      const bool was_lossless = replay_.lossless();
       if (replay_.update()) sets_.start_anew();
+      // What the frames made is all that comes of a lossless replay: nothing goes on from its last hull.
+      if (was_lossless && !replay_.lossless()) held_.reset();
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, simulation_);
       for (FrameSet& set : sets_.take()) follow(std::move(set));

@@ -55,6 +55,27 @@ fivepipe_v1_ObjectPixelMap map(const char* camera, std::uint64_t frame, std::vec
   return message;
 }
 
+// A process may write and end before its samples are taken.
+TEST(SerializedBus, TellsWhoWroteWhenTheWriterIsGone) {
+  Bus here({test::own_domain()});
+  SerializedReader reader(here, map_topic);
+  {
+    Bus there({test::own_domain()});
+    auto out = there.writer<topics::ObjectPixelMap>();
+    ASSERT_TRUE(eventually(here, [&] { return out.readers() == 1 && reader.writers() == 1; }));
+    std::vector<std::uint8_t> payload{1, 2, 3};
+    out.write(map("left", 1, payload));
+    ASSERT_TRUE(out.wait_for_delivery(10s));
+  }
+  ASSERT_TRUE(eventually(here, [&] { return reader.writers() == 0; }));
+  const auto kept = take_many(here, reader, 1);
+  ASSERT_FALSE(kept.empty());
+  const auto writer = reader.writer(kept[0].writer);
+  ASSERT_TRUE(writer);
+  EXPECT_EQ(writer->guid.size(), 32u);
+  EXPECT_EQ(writer->qos.at("history"), "keep_last 8");
+}
+
 TEST(SerializedBus, WritesAgainWhatWasWrittenToTheLastBitWithItsTime) {
   Bus from({test::own_domain()}), to({test::own_domain() + 1});
   auto typed_out = from.writer<topics::ObjectPixelMap>();

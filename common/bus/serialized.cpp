@@ -7,8 +7,10 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "common/bus/discovery.h"
@@ -61,7 +63,37 @@ ddsi_sertype* type_of(dds_entity_t participant, const topics::Topic& described) 
 
 }  // namespace
 
-SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic) : entity_(bus.make_reader(topic.name, topic.descriptor, topic.delivery, true)) {}
+// Who writes: noted when a writer is discovered, for its samples may be taken when it is gone.
+struct SerializedReader::Writers {
+  mutable std::mutex mutex;
+  std::map<std::uint64_t, WriterDescription> by_handle;
+
+  void note(dds_entity_t reader, dds_instance_handle_t handle) {
+    dds_builtintopic_endpoint_t* described = dds_get_matched_publication_data(reader, handle);
+    if (!described) return;
+    const WriterDescription writer{detail::guid_text(described->key), detail::guid_text(described->participant_key), detail::qos_text(described->qos)};
+    dds_builtintopic_free_endpoint(described);
+    const std::scoped_lock lock(mutex);
+    by_handle.insert_or_assign(handle, writer);
+  }
+  static void matched(dds_entity_t reader, dds_subscription_matched_status_t status, void* writers) {
+    if (status.current_count_change > 0) static_cast<Writers*>(writers)->note(reader, status.last_publication_handle);
+  }
+};
+
+SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
+    : writers_(std::make_unique<Writers>()), entity_(bus.make_reader(topic.name, topic.descriptor, topic.delivery, true)) {
+  const std::unique_ptr<dds_listener_t, void (*)(dds_listener_t*)> listener(dds_create_listener(writers_.get()), dds_delete_listener);
+  dds_lset_subscription_matched(listener.get(), Writers::matched);
+  checked(dds_set_listener(entity_->handle, listener.get()), topic.name);
+  // Those that were matched before it was told of them.
+  std::array<dds_instance_handle_t, kMaxTaken> matched{};
+  const dds_return_t count = dds_get_matched_publications(entity_->handle, matched.data(), matched.size());
+  for (dds_return_t i = 0; i < std::min(count, dds_return_t(kMaxTaken)); ++i) writers_->note(entity_->handle, matched[std::size_t(i)]);
+}
+
+SerializedReader::~SerializedReader() = default;
+SerializedReader::SerializedReader(SerializedReader&&) noexcept = default;
 
 namespace {
 
@@ -104,11 +136,9 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
 }
 
 std::optional<WriterDescription> SerializedReader::writer(std::uint64_t handle) const {
-  dds_builtintopic_endpoint_t* described = dds_get_matched_publication_data(entity_->handle, handle);
-  if (!described) return std::nullopt;
-  WriterDescription writer{detail::guid_text(described->key), detail::guid_text(described->participant_key), detail::qos_text(described->qos)};
-  dds_builtintopic_free_endpoint(described);
-  return writer;
+  const std::scoped_lock lock(writers_->mutex);
+  const auto known = writers_->by_handle.find(handle);
+  return known == writers_->by_handle.end() ? std::nullopt : std::optional(known->second);
 }
 
 int SerializedReader::writers() const { return detail::matched_writers(entity_->handle); }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -35,15 +36,19 @@ struct WriterDescription {
 class SerializedReader {
  public:
   SerializedReader(Bus& bus, const topics::Topic& topic);
+  ~SerializedReader();
+  SerializedReader(SerializedReader&&) noexcept;
 
   // All that has arrived since the last call, in the order that DDS hands it out (by key, each oldest first), changes of keys' states last;
   // never waits. Samples live during the call to `each` alone. How many there were.
   std::size_t take(const std::function<void(const SerializedSample&)>& each);
-  // None: it is gone, and was never asked for while it was there.
+  // Of any writer that was there since this reader is, even if it is gone by now.
   std::optional<WriterDescription> writer(std::uint64_t handle) const;
   int writers() const;
 
  private:
+  struct Writers;
+  std::unique_ptr<Writers> writers_;  // outlives the reader, whose listener fills it
   std::shared_ptr<detail::Entity> entity_;
 };
 

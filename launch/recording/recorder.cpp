@@ -109,6 +109,12 @@ void Recorder::take() {
   recording_.tick(now_realtime_ns());
 }
 
+bool Recorder::writes_statuses(const std::string& node) const {
+  const auto endpoints = bus_.endpoints();
+  return std::any_of(endpoints.begin(), endpoints.end(),
+                     [&](const EndpointDescription& e) { return e.writes && e.participant == node && e.topic == topics::NodeStatus::name; });
+}
+
 void Recorder::take_statuses() {
   for (const auto& sample : statuses_.take()) {
     if (!sample.valid()) continue;
@@ -120,7 +126,10 @@ void Recorder::take_statuses() {
     // The status itself is always one behind.
     sent.erase(topics::NodeStatus::name);
     const auto [process, is_new] = processes_.try_emplace(sample.writer(), sample->node, SentBy{});
-    if (is_new) process->second.second.from_the_start = std::all_of(sent.begin(), sent.end(), [](const auto& topic) { return topic.second == 0; });
+    // A replay sends the statuses of others.
+    if (is_new)
+      process->second.second.from_the_start =
+          writes_statuses(sample->node) && std::all_of(sent.begin(), sent.end(), [](const auto& topic) { return topic.second == 0; });
     process->second.second.sent = sent;
   }
 }

@@ -39,6 +39,7 @@ class Recorder {
   };
   std::optional<mcap::Id> channel(Source& source, std::uint64_t writer);
   void take_statuses();
+  bool writes_statuses(const std::string& node) const;
 
   Bus& bus_;
   recording::RecordingWriter& recording_;

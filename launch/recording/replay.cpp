@@ -140,7 +140,7 @@ int run_replay(const ReplayOptions& options) {
     replayer.run(control);
     print_counts(replayer.counts());
     complete &= replayer.counts().complete();
-  } while (options.loop && signals_received() == 0 && keys.control() != ReplayControl::stop);
+  } while (options.loop && (complete || !options.lossless) && signals_received() == 0 && keys.control() != ReplayControl::stop);
   if (signals_received() > 0) return 130;
   if (options.lossless && !complete) std::cerr << "not lossless: the counts above differ\n";
   return options.lossless && !complete ? 1 : 0;

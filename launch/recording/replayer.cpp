@@ -183,7 +183,7 @@ void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control)
   auto messages = cursor();
   recording::FrameOf frame_of(recording_);
   std::optional<std::uint64_t> newest;
-  bool steps = false;
+  bool steps = false, step_has_frame = false;
   while (const auto message = messages.next()) {
     const auto frame = frame_of(*message);
     const bool begins_frame = frame && (!newest || *frame > *newest);
@@ -191,11 +191,13 @@ void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control)
       newest = frame;
       ++counts_.frames;
     }
-    // A step is everything up to the next frame's beginning.
-    if (!steps || begins_frame) {
+    // A step is a frame, what stands before it, and everything up to the next one's beginning.
+    if (!steps || (begins_frame && step_has_frame)) {
       if (!wait_until(message->log_stamp_ns, control)) return;
       steps = last_control_ == ReplayControl::one_frame;
+      step_has_frame = false;
     }
+    step_has_frame |= begins_frame;
     write(*message->channel, message->key_change, message->source_stamp_ns, message->cdr);
   }
 }
@@ -293,8 +295,8 @@ bool Replayer::wait_for_nodes(std::size_t at_most_open, const std::function<Repl
       if (progress.waited_for.size() <= at_most_open) continue;
       if (Clock::now() - progress.heard > plan_.longest_wait) {
         spdlog::error("node '{}' has not handled frame {} in {:.0f} s", name, *progress.waited_for.begin(), std::chrono::duration<double>(plan_.longest_wait).count());
-        progress.waited_for.clear();
-        continue;
+        stopped_ = true;
+        return false;
       }
       waits = true;
     }

@@ -38,7 +38,7 @@ struct ReplayPlan {
   int frames_in_flight = 2;
   SendOrder order = SendOrder::needed_first;
   std::size_t shape_cameras = 0;     // maps that make a frame set, of nodes that wait for sets
-  std::chrono::milliseconds longest_wait{5000};  // for a reader, or for a node to handle a frame; then it counts as not handled
+  std::chrono::milliseconds longest_wait{5000};  // for a reader, or for a node to handle a frame; then it ends: it is lossless no more
 };
 
 struct ReplayCounts {

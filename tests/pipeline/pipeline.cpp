@@ -10,6 +10,7 @@
 
 #include "common/messages/camera_messages.h"
 #include "common/scene/deployment.h"
+#include "tests/pipeline/deployments.h"
 #include "tests/pipeline/process.h"
 #include "tests/test_domain.h"
 
@@ -21,7 +22,8 @@ using test::Deployed;
 using test::eventually;
 using Clock = std::chrono::steady_clock;
 
-const std::string kDeployment = FIVEPIPE_SOURCE_DIR "/tests/pipeline/deployment.yaml";
+using test::changed_deployment;
+using test::kSmallDeployment;
 const std::string kNodes[] = {"capture", "recon_a", "recon_b", "simulation", "rendering"};
 constexpr auto kStart = 60s;  // five processes, two of them compiling shaders, on a busy machine
 
@@ -60,7 +62,7 @@ class Pipeline : public testing::Test {
 };
 
 TEST_F(Pipeline, CompositesReportsAndEndsInOrder) {
-  Deployed deployed(kDeployment, domain_, out_, {"--duration", "8"});
+  Deployed deployed(kSmallDeployment, domain_, out_, {"--duration", "8"});
   ASSERT_TRUE(frames_go_on(20, kStart)) << log();
   ASSERT_EQ(deployed.wait_for_end(40s), 0) << log();
   const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
@@ -74,26 +76,6 @@ TEST_F(Pipeline, CompositesReportsAndEndsInOrder) {
   cv::VideoCapture video((out_ / "composite.mp4").string());
   ASSERT_TRUE(video.isOpened());
   EXPECT_GE(video.get(cv::CAP_PROP_FRAME_COUNT), 20);
-}
-
-std::string text_of(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
-}
-
-// The small deployment with something else instead, written to a folder of its own.
-std::string changed_deployment(const std::filesystem::path& folder, const std::string& from, const std::string& to, const std::string& rig_addition = "") {
-  std::filesystem::create_directories(folder);
-  std::ofstream(folder / "rig.yaml") << text_of(FIVEPIPE_SOURCE_DIR "/tests/pipeline/rig.yaml") << rig_addition;
-  std::string text = replaced(text_of(kDeployment), "../../scenes", FIVEPIPE_SOURCE_DIR "/scenes");
-  std::ofstream(folder / "deployment.yaml") << replaced(text, from, to);
-  return (folder / "deployment.yaml").string();
 }
 
 TEST_F(Pipeline, EmptyHullIsReportedWithTheCameraThatEmptiedIt) {
@@ -131,7 +113,7 @@ TEST_F(Pipeline, ConfigurationErrorsAreListedTogetherAndEndWithTwo) {
 
 // Each node is killed in turn: it is back and frames go on within five seconds.
 TEST_F(Pipeline, GoesOnAfterEachNodeIsKilled) {
-  Deployed deployed(kDeployment, domain_, out_);
+  Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(20, kStart)) << log();
   for (const std::string& node : kNodes) {
     const auto old_pid = deployed.pid_of(node);
@@ -155,7 +137,7 @@ TEST_F(Pipeline, GoesOnAfterEachNodeIsKilled) {
 }
 
 TEST_F(Pipeline, InterruptEndsEveryProcessWithinTwoSeconds) {
-  Deployed deployed(kDeployment, domain_, out_);
+  Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();
   const std::vector<pid_t> children = deployed.all_children();
   EXPECT_EQ(children.size(), 5u);
@@ -165,7 +147,7 @@ TEST_F(Pipeline, InterruptEndsEveryProcessWithinTwoSeconds) {
 }
 
 TEST_F(Pipeline, NothingIsLeftWhenTheSupervisorIsKilled) {
-  Deployed deployed(kDeployment, domain_, out_);
+  Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();
   const std::vector<pid_t> children = deployed.all_children();
   deployed.signal(SIGKILL);
@@ -174,7 +156,7 @@ TEST_F(Pipeline, NothingIsLeftWhenTheSupervisorIsKilled) {
 }
 
 TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
-  Deployed deployed(kDeployment, domain_, out_);
+  Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();
   auto states = bus_.reader<topics::VirtualState>();
   double height_m = 0;
@@ -240,7 +222,7 @@ TEST_F(Pipeline, CollisionResultsTellWhatTheSceneAsksFor) {
 }
 
 TEST_F(Pipeline, MalformedMapsAreDroppedCountedAndNamed) {
-  Deployed deployed(kDeployment, domain_, out_);
+  Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();
   auto writer = bus_.writer<topics::ObjectPixelMap>();
   ASSERT_TRUE(eventually(bus_, 10s, [&] { return writer.readers() >= 3; }));

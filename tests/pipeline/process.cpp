@@ -36,32 +36,68 @@ Stat stat_of(pid_t pid) {
 
 }  // namespace
 
-Deployed::Deployed(const std::string& deployment, std::uint32_t domain, const std::filesystem::path& out, const std::vector<std::string>& more) {
-  std::vector<std::string> words = {std::string(FIVEPIPE_BINARY_DIR) + "/fivepipe", "up", deployment, "--domain", std::to_string(domain), "--out", out.string()};
-  words.insert(words.end(), more.begin(), more.end());
-  std::filesystem::create_directories(out);
-  const std::string log = (out / "up.log").string();
+Program::Program(std::vector<std::string> words, const std::filesystem::path& log, bool typed_to) : log_(log) {
+  std::filesystem::create_directories(log.parent_path());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
+  int input[2] = {-1, -1};
+  if (typed_to && pipe2(input, O_CLOEXEC) != 0) return;
+  keyboard_ = input[1];
   pid_ = fork();
   if (pid_ == 0) {
-    const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    const int file = open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    dup2(typed_to ? input[0] : open("/dev/null", O_RDONLY), 0);
     dup2(file, 1);
     dup2(file, 2);
     execv(argv[0], argv.data());
     _exit(127);
   }
+  if (typed_to) close(input[0]);
 }
 
-Deployed::~Deployed() {
+Program::~Program() {
+  if (keyboard_ >= 0) close(keyboard_);
   if (exit_code_) return;
+  kill(pid_, SIGCONT);
   kill(pid_, SIGTERM);
   if (!wait_for_end(5s)) {
     kill(pid_, SIGKILL);
     wait_for_end(2s);
   }
 }
+
+void Program::type(const std::string& keys) const {
+  if (write(keyboard_, keys.data(), keys.size()) != ssize_t(keys.size())) perror("typing");
+}
+
+void Program::signal(int number) const { kill(pid_, number); }
+
+std::string Program::said() const { return file_text(log_); }
+
+std::optional<int> Program::wait_for_end(std::chrono::milliseconds timeout) {
+  const auto deadline = Clock::now() + timeout;
+  while (!exit_code_) {
+    int status = 0;
+    if (waitpid(pid_, &status, WNOHANG) == pid_) exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    if (Clock::now() >= deadline) break;
+    if (!exit_code_) usleep(5000);
+  }
+  return exit_code_;
+}
+
+namespace {
+
+std::vector<std::string> up_words(const std::string& deployment, std::uint32_t domain, const std::filesystem::path& out, const std::vector<std::string>& more) {
+  std::vector<std::string> words = {std::string(FIVEPIPE_BINARY_DIR) + "/fivepipe", "up", deployment, "--domain", std::to_string(domain), "--out", out.string()};
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+}  // namespace
+
+Deployed::Deployed(const std::string& deployment, std::uint32_t domain, const std::filesystem::path& out, const std::vector<std::string>& more)
+    : program_(up_words(deployment, domain, out, more), out / "up.log") {}
 
 std::vector<pid_t> Deployed::all_children() const {
   std::vector<pid_t> children;
@@ -70,7 +106,7 @@ std::vector<pid_t> Deployed::all_children() const {
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     const pid_t pid = std::stoi(name);
     const Stat stat = stat_of(pid);
-    if (stat.parent == pid_ && stat.state != 'Z') children.push_back(pid);
+    if (stat.parent == program_.pid() && stat.state != 'Z') children.push_back(pid);
   }
   return children;
 }
@@ -80,19 +116,6 @@ std::optional<pid_t> Deployed::pid_of(const std::string& node) const {
   for (const pid_t child : all_children())
     if (file_text("/proc/" + std::to_string(child) + "/cmdline").find(argument) != std::string::npos) return child;
   return std::nullopt;
-}
-
-void Deployed::signal(int number) const { kill(pid_, number); }
-
-std::optional<int> Deployed::wait_for_end(std::chrono::milliseconds timeout) {
-  const auto deadline = Clock::now() + timeout;
-  while (!exit_code_) {
-    int status = 0;
-    if (waitpid(pid_, &status, WNOHANG) == pid_) exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    if (Clock::now() >= deadline) break;
-    if (!exit_code_) usleep(5000);
-  }
-  return exit_code_;
 }
 
 bool eventually(Bus& bus, std::chrono::milliseconds timeout, const std::function<bool()>& condition) {

@@ -1,0 +1,34 @@
+// The deployments that the tests of real processes run.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace fivepipe::test {
+
+inline const std::string kSmallDeployment = FIVEPIPE_SOURCE_DIR "/tests/pipeline/deployment.yaml";
+
+inline std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+// The small deployment with something else instead, written to a folder of its own.
+inline std::string changed_deployment(const std::filesystem::path& folder, const std::string& from, const std::string& to, const std::string& rig_addition = "") {
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "rig.yaml") << text_of(FIVEPIPE_SOURCE_DIR "/tests/pipeline/rig.yaml") << rig_addition;
+  std::string text = replaced(text_of(kSmallDeployment), "../../scenes", FIVEPIPE_SOURCE_DIR "/scenes");
+  std::ofstream(folder / "deployment.yaml") << replaced(text, from, to);
+  return (folder / "deployment.yaml").string();
+}
+
+}  // namespace fivepipe::test

@@ -1,0 +1,87 @@
+// A minute of four cameras' maps and colours at 60 Hz, recorded while the pipeline runs: nothing is lost.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "common/schema/cdr.h"
+#include "tests/pipeline/recordings.h"
+
+namespace fivepipe {
+namespace {
+
+using namespace std::chrono_literals;
+using recording::Recording;
+
+constexpr std::size_t kCameras = 4;
+
+class LongRecording : public test::RecordingTest {
+ protected:
+  // Of the nodes' last statuses, by topic.
+  static std::map<std::string, std::uint64_t> sent(const Recording& recording, std::map<std::string, std::uint64_t>& drops_of_capture) {
+    std::map<std::string, nlohmann::ordered_json> last;
+    auto cursor = recording.messages();
+    while (const auto message = cursor.next())
+      if (message->channel->topic == topics::NodeStatus::name && !message->key_change) {
+        auto status = schema::decode(recording.idl(*message->channel), message->channel->type, message->cdr);
+        const std::string node = status["node"];
+        last[node] = std::move(status);
+      }
+    std::map<std::string, std::uint64_t> sent;
+    for (const auto& [node, status] : last) {
+      EXPECT_TRUE(status["final_report"]) << node;
+      for (const auto& count : status["counts"])
+        if (const std::string name = count["name"]; name.starts_with("sent: ")) sent[name.substr(6)] += count["count"].get<std::uint64_t>();
+      if (node == "capture")
+        for (const auto& drop : status["drops"]) drops_of_capture[drop["name"]] = drop["count"];
+    }
+    sent.erase(topics::NodeStatus::name);
+    return sent;
+  }
+};
+
+TEST_F(LongRecording, AMinuteOfFourCamerasAtSixtyHertzLosesNothing) {
+  const std::string duration_s = std::getenv("FIVEPIPE_LONG") ? "60" : "5";
+  const std::filesystem::path file = folder_ / "long.mcap";
+  auto statuses = bus_.reader<topics::NodeStatus>();
+  test::Deployed deployed(FIVEPIPE_SOURCE_DIR "/tests/pipeline/long_deployment.yaml", domain_, folder_ / "up", {"--duration", duration_s, "--record", file.string()});
+  double recorder_cpu_s = 0;
+  ASSERT_TRUE(test::eventually(bus_, 160s, [&] {
+    for (const auto& sample : statuses.take())
+      if (sample.valid() && std::string(sample->node) == "recorder") recorder_cpu_s = sample->cpu_s;
+    return deployed.wait_for_end(0ms).has_value();
+  }));
+  ASSERT_EQ(deployed.wait_for_end(0ms), 0) << deployed.said();
+
+  const Recording recording(file);
+  const auto in_file = test::counts_by_topic(recording);
+  const auto counts = recording.metadata("counts");
+  std::map<std::string, std::uint64_t> drops_of_capture;
+  for (const auto& [topic, count] : sent(recording, drops_of_capture)) {
+    EXPECT_EQ(in_file.at(topic), count) << topic;
+    EXPECT_EQ(counts.at(topic + " received"), std::to_string(count)) << topic;
+    EXPECT_EQ(counts.at(topic + " lost"), "0") << topic;
+  }
+  // Every frame that was captured is there four times, once a camera.
+  std::map<std::uint64_t, std::size_t> maps_of_frame;
+  auto cursor = recording.messages();
+  std::uint64_t payload_bytes = 0;
+  while (const auto message = cursor.next()) {
+    payload_bytes += message->cdr.size();
+    if (message->channel->topic != topics::ObjectPixelMap::name || message->key_change) continue;
+    const schema::FieldReader frame(recording.idl(*message->channel), message->channel->type, "frame");
+    ++maps_of_frame[std::get<std::uint64_t>(frame.read(message->cdr).value())];
+  }
+  for (const auto& [frame, maps] : maps_of_frame) EXPECT_EQ(maps, kCameras) << "frame " << frame;
+  const std::uint64_t frames = maps_of_frame.rbegin()->first - maps_of_frame.begin()->first + 1;
+  std::uint64_t dropped = 0;
+  for (const auto& [why, count] : drops_of_capture) dropped += count;
+  EXPECT_EQ(frames, maps_of_frame.size() + dropped);
+  const double seconds = 1e-9 * double(recording.end_ns() - recording.start_ns());
+  std::cout << maps_of_frame.size() << " frames of " << frames << " in " << seconds << " s, " << 1e-6 * double(payload_bytes) / seconds << " MB/s of payload, "
+            << 1e-6 * double(std::filesystem::file_size(file)) / seconds << " MB/s written, recorder " << recorder_cpu_s << " s CPU\n" << deployed.said();
+}
+
+}  // namespace
+}  // namespace fivepipe
