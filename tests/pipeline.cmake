@@ -6,7 +6,7 @@ add_dependencies(pipeline_test fivepipe capture_node recon_node sim_node render_
 # Recordings made and replayed by the real programs.
 if(FIVEPIPE_TESTS)
   add_library(fivepipe_recording_tests STATIC pipeline/process.cpp pipeline/recordings.cpp)
-  target_link_libraries(fivepipe_recording_tests PUBLIC fivepipe_options fivepipe_recording fivepipe_bus fivepipe_scene GTest::gtest)
+  target_link_libraries(fivepipe_recording_tests PUBLIC fivepipe_options fivepipe_recording fivepipe_bus fivepipe_scene nlohmann_json::nlohmann_json GTest::gtest)
   target_compile_definitions(fivepipe_recording_tests PUBLIC FIVEPIPE_SOURCE_DIR="${CMAKE_SOURCE_DIR}" FIVEPIPE_BINARY_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
   add_dependencies(fivepipe_recording_tests fivepipe capture_node recon_node sim_node render_node)
 endif()

@@ -2,11 +2,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include <nlohmann/json.hpp>
-
 #include "common/mcap/recover.h"
 #include "common/scene/deployment.h"
-#include "common/schema/cdr.h"
 #include "launch/recording/node_inputs.h"
 #include "tests/pipeline/replayed_nodes.h"
 
@@ -26,30 +23,18 @@ TEST_F(RecordingPipeline, HasAllThatTheNodesSentAndTheirDeployment) {
   const Recording recording(recorded(1));
   EXPECT_TRUE(recording.mcap().is_finished()) << recording.mcap().damage().summary;
   const auto counts = recording.metadata("counts");
-  std::map<std::string, std::uint64_t> in_file = test::counts_by_topic(recording), sent;
+  std::map<std::string, std::uint64_t> in_file = test::counts_by_topic(recording);
   for (const auto& [topic, count] : in_file) {
     EXPECT_EQ(counts.at(topic + " received"), std::to_string(count)) << topic;
     EXPECT_EQ(counts.at(topic + " written"), std::to_string(count)) << topic;
     EXPECT_EQ(counts.at(topic + " lost"), "0") << topic;
   }
-  // What the nodes' last statuses say.
-  auto cursor = recording.messages();
-  std::map<std::string, nlohmann::ordered_json> last;
-  while (const auto message = cursor.next())
-    if (message->channel->topic == topics::NodeStatus::name && !message->key_change) {
-      auto status = schema::decode(recording.idl(*message->channel), message->channel->type, message->cdr);
-      const std::string node = status["node"];
-      last[node] = std::move(status);
-    }
-  EXPECT_EQ(last.size(), 5u);
-  for (const auto& [node, status] : last) {
-    EXPECT_TRUE(status["final_report"]) << node;
-    for (const auto& count : status["counts"])
-      if (const std::string name = count["name"]; name.starts_with("sent: ")) sent[name.substr(6)] += count["count"].get<std::uint64_t>();
-  }
-  sent.erase(topics::NodeStatus::name);
+  const auto statuses = test::final_statuses(recording);
+  EXPECT_EQ(statuses.size(), 5u);
+  auto sent = test::sent_by_topic(statuses);
   for (const auto& [topic, count] : sent) EXPECT_EQ(in_file[topic], count) << topic;
-  for (const char* topic : {topics::CameraInfo::name, topics::ObjectPixelMap::name, topics::HullTile::name, topics::VirtualState::name, topics::FrameComposited::name})
+  for (const char* topic : {topics::CameraInfo::name, topics::ObjectPixelMap::name, topics::HullTile::name, topics::VirtualState::name,
+                            topics::FrameComposited::name})
     EXPECT_GT(sent[topic], 0u) << topic;
   const auto deployment = recording.extract_deployment(folder_ / "extracted");
   ASSERT_TRUE(deployment);
@@ -112,7 +97,8 @@ TEST_F(RecordingPipeline, WhatAKilledRecorderLeftIsReadAndMended) {
 
 // What a replay sends to a node is what the node reads.
 TEST_F(RecordingPipeline, NodesReadWhatTheirInputsSay) {
-  for (const test::NodeUnderTest& under_test : {test::NodeUnderTest{"capture_node", "capture"}, {"recon_node", "recon_a"}, {"sim_node", "simulation"}, {"render_node", "rendering"}}) {
+  const test::NodeUnderTest nodes[] = {{"capture_node", "capture"}, {"recon_node", "recon_a"}, {"sim_node", "simulation"}, {"render_node", "rendering"}};
+  for (const test::NodeUnderTest& under_test : nodes) {
     const auto program = node(under_test.program, under_test.name);
     std::set<std::string> reads;
     EXPECT_TRUE(eventually(bus_, test::kStart, [&] {

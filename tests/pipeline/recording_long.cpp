@@ -16,36 +16,14 @@ using recording::Recording;
 
 constexpr std::size_t kCameras = 4;
 
-class LongRecording : public test::RecordingTest {
- protected:
-  // Of the nodes' last statuses, by topic.
-  static std::map<std::string, std::uint64_t> sent(const Recording& recording, std::map<std::string, std::uint64_t>& drops_of_capture) {
-    std::map<std::string, nlohmann::ordered_json> last;
-    auto cursor = recording.messages();
-    while (const auto message = cursor.next())
-      if (message->channel->topic == topics::NodeStatus::name && !message->key_change) {
-        auto status = schema::decode(recording.idl(*message->channel), message->channel->type, message->cdr);
-        const std::string node = status["node"];
-        last[node] = std::move(status);
-      }
-    std::map<std::string, std::uint64_t> sent;
-    for (const auto& [node, status] : last) {
-      EXPECT_TRUE(status["final_report"]) << node;
-      for (const auto& count : status["counts"])
-        if (const std::string name = count["name"]; name.starts_with("sent: ")) sent[name.substr(6)] += count["count"].get<std::uint64_t>();
-      if (node == "capture")
-        for (const auto& drop : status["drops"]) drops_of_capture[drop["name"]] = drop["count"];
-    }
-    sent.erase(topics::NodeStatus::name);
-    return sent;
-  }
-};
+class LongRecording : public test::RecordingTest {};
 
 TEST_F(LongRecording, AMinuteOfFourCamerasAtSixtyHertzLosesNothing) {
   const std::string duration_s = std::getenv("FIVEPIPE_LONG") ? "60" : "5";
   const std::filesystem::path file = folder_ / "long.mcap";
   auto statuses = bus_.reader<topics::NodeStatus>();
-  test::Deployed deployed(FIVEPIPE_SOURCE_DIR "/tests/pipeline/long_deployment.yaml", domain_, folder_ / "up", {"--duration", duration_s, "--record", file.string()});
+  test::Deployed deployed(FIVEPIPE_SOURCE_DIR "/tests/pipeline/long_deployment.yaml", domain_, folder_ / "up",
+                          {"--duration", duration_s, "--record", file.string()});
   double recorder_cpu_s = 0;
   ASSERT_TRUE(test::eventually(bus_, 160s, [&] {
     for (const auto& sample : statuses.take())
@@ -57,8 +35,8 @@ TEST_F(LongRecording, AMinuteOfFourCamerasAtSixtyHertzLosesNothing) {
   const Recording recording(file);
   const auto in_file = test::counts_by_topic(recording);
   const auto counts = recording.metadata("counts");
-  std::map<std::string, std::uint64_t> drops_of_capture;
-  for (const auto& [topic, count] : sent(recording, drops_of_capture)) {
+  const auto last = test::final_statuses(recording);
+  for (const auto& [topic, count] : test::sent_by_topic(last)) {
     EXPECT_EQ(in_file.at(topic), count) << topic;
     EXPECT_EQ(counts.at(topic + " received"), std::to_string(count)) << topic;
     EXPECT_EQ(counts.at(topic + " lost"), "0") << topic;
@@ -76,7 +54,7 @@ TEST_F(LongRecording, AMinuteOfFourCamerasAtSixtyHertzLosesNothing) {
   for (const auto& [frame, maps] : maps_of_frame) EXPECT_EQ(maps, kCameras) << "frame " << frame;
   const std::uint64_t frames = maps_of_frame.rbegin()->first - maps_of_frame.begin()->first + 1;
   std::uint64_t dropped = 0;
-  for (const auto& [why, count] : drops_of_capture) dropped += count;
+  for (const auto& drop : last.at("capture")["drops"]) dropped += drop["count"].get<std::uint64_t>();
   EXPECT_EQ(frames, maps_of_frame.size() + dropped);
   const double seconds = 1e-9 * double(recording.end_ns() - recording.start_ns());
   std::cout << maps_of_frame.size() << " frames of " << frames << " in " << seconds << " s, " << 1e-6 * double(payload_bytes) / seconds << " MB/s of payload, "

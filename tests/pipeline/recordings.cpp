@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/schema/cdr.h"
+
 namespace fivepipe::test {
 namespace {
 
@@ -33,9 +35,9 @@ std::unique_ptr<Program> RecordingTest::fivepipe(const std::string& name, std::v
 }
 
 std::unique_ptr<Program> RecordingTest::node(const std::string& program, const std::string& name, const std::string& deployment) {
-  return std::make_unique<Program>(std::vector<std::string>{std::string(FIVEPIPE_BINARY_DIR) + "/" + program, "--deployment", deployment, "--node", name, "--domain",
-                                                            std::to_string(domain_), "--out", (folder_ / "out").string()},
-                                   folder_ / (name + std::to_string(++programs_) + ".log"));
+  const std::vector<std::string> words = {std::string(FIVEPIPE_BINARY_DIR) + "/" + program, "--deployment", deployment, "--node", name,
+                                          "--domain", std::to_string(domain_), "--out", (folder_ / "out").string()};
+  return std::make_unique<Program>(words, folder_ / (name + std::to_string(++programs_) + ".log"));
 }
 
 std::unique_ptr<Program> RecordingTest::recorder(const std::filesystem::path& file, const std::vector<std::string>& options) {
@@ -75,6 +77,29 @@ std::map<std::pair<std::string, Payload>, recording::KeyChange> last_key_changes
   while (const auto message = cursor.next())
     if (message->key_change) last[{message->channel->topic, Payload(message->cdr.begin(), message->cdr.end())}] = *message->key_change;
   return last;
+}
+
+std::map<std::string, nlohmann::ordered_json> final_statuses(const recording::Recording& recording) {
+  std::map<std::string, nlohmann::ordered_json> last;
+  auto cursor = recording.messages();
+  while (const auto message = cursor.next())
+    if (message->channel->topic == topics::NodeStatus::name && !message->key_change) {
+      auto status = schema::decode(recording.idl(*message->channel), message->channel->type, message->cdr);
+      const std::string node = status["node"];
+      last[node] = std::move(status);
+    }
+  for (const auto& [node, status] : last) EXPECT_TRUE(status["final_report"]) << node;
+  return last;
+}
+
+std::map<std::string, std::uint64_t> sent_by_topic(const std::map<std::string, nlohmann::ordered_json>& statuses) {
+  const std::string prefix = "sent: ";
+  std::map<std::string, std::uint64_t> sent;
+  for (const auto& [node, status] : statuses)
+    for (const auto& count : status["counts"])
+      if (const std::string name = count["name"]; name.starts_with(prefix)) sent[name.substr(prefix.size())] += count["count"].get<std::uint64_t>();
+  sent.erase(topics::NodeStatus::name);  // always one behind
+  return sent;
 }
 
 std::map<std::string, std::uint64_t> counts_by_topic(const recording::Recording& recording) {

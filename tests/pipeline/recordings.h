@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <utility>
@@ -54,6 +55,9 @@ using WrittenByOne = std::vector<Stamped>;
 std::map<std::string, std::vector<WrittenByOne>> messages_by_writer(const recording::Recording& recording);
 // The last that is told of each key: disposed, unregistered. By topic and key.
 std::map<std::pair<std::string, Payload>, recording::KeyChange> last_key_changes(const recording::Recording& recording);
+// Each node's last status, which must be its final one; and how many messages of each topic these say were sent, statuses apart.
+std::map<std::string, nlohmann::ordered_json> final_statuses(const recording::Recording& recording);
+std::map<std::string, std::uint64_t> sent_by_topic(const std::map<std::string, nlohmann::ordered_json>& statuses);
 std::map<std::string, std::uint64_t> counts_by_topic(const recording::Recording& recording);
 
 // Takes all that is written of these topics, from now on.
