@@ -36,36 +36,67 @@ double sixteenth_power(double x) {
   return x;
 }
 
+Eigen::Matrix<double, 3, 4> projection_of(const Camera& camera) {
+  Eigen::Matrix3d k;
+  k << camera.pinhole.fx_px, 0, camera.pinhole.cx_px, 0, camera.pinhole.fy_px, camera.pinhole.cy_px, 0, 0, 1;
+  return k * camera.camera_from_world.matrix().topRows<3>();
+}
+
 bool same_camera(const Camera& a, const Camera& b) { return a.pinhole == b.pinhole && a.camera_from_world.matrix() == b.camera_from_world.matrix(); }
 
 }  // namespace
 
 HullColour::HullColour(std::span<const Silhouette> silhouettes, std::span<const ColourRegion> regions) : silhouettes_(silhouettes) {
+  for (const Silhouette& s : silhouettes) projections_.push_back(projection_of(s.camera));
   for (const ColourRegion& region : regions) {
     assert(region.bgr.size() == region.region.area_px() * 3);
     const auto silhouette = std::find_if(silhouettes.begin(), silhouettes.end(), [&](const Silhouette& s) { return same_camera(s.camera, region.camera); });
-    images_.push_back({&region, silhouette == silhouettes.end() ? nullptr : &silhouette->pixels, camera_center_world_m(region.camera)});
+    Image image{&region, silhouette == silhouettes.end() ? nullptr : &silhouette->pixels, std::size_t(silhouette - silhouettes.begin()), camera_center_world_m(region.camera), {}};
+    for (const auto& projection : projections_) image.centre_seen.push_back(projection * image.centre_world_m.homogeneous());
+    images_.push_back(std::move(image));
   }
 }
 
-double HullColour::visibility(const Eigen::Vector3d& p_world_m, const Eigen::Vector3d& camera_world_m) const {
-  const Eigen::Vector3d way = camera_world_m - p_world_m;
-  const double length_m = way.norm();
-  const auto in_the_way = [&](double distance_m) { return distance_m < length_m && in_hull(silhouettes_, p_world_m + distance_m / length_m * way); };
+bool HullColour::is_in_silhouette(std::size_t silhouette, const Homogeneous& seen) const {
+  if (!(seen.z() > 0)) return false;
+  const ObjectPixels& pixels = silhouettes_[silhouette].pixels;
+  const double u_px = seen.x() / seen.z(), v_px = seen.y() / seen.z();
+  return pixels.holds(u_px, v_px) && pixels.contains_at(u_px, v_px);
+}
+
+// On its line of sight, the image's own silhouette says the same everywhere.
+double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world_m, std::span<const Homogeneous> p_seen) const {
+  if (image.object && !is_in_silhouette(image.silhouette, p_seen[image.silhouette])) return 1.0;
+  const double length_m = (image.centre_world_m - p_world_m).norm();
+  const auto in_the_way = [&](double distance_m) {
+    if (!(distance_m < length_m) || silhouettes_.empty()) return false;
+    const double share = distance_m / length_m;
+    for (std::size_t s = 0; s < silhouettes_.size(); ++s)
+      if (s != image.silhouette && !is_in_silhouette(s, (1 - share) * p_seen[s] + share * image.centre_seen[s])) return false;
+    return true;
+  };
   if (std::any_of(kOcclusionProbes_m.begin() + 1, kOcclusionProbes_m.end(), in_the_way)) return kHiddenWeight;
   return in_the_way(kOcclusionProbes_m.front()) ? kDoubtfulWeight : 1.0;
 }
 
 std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m, const Eigen::Vector3d& eye_world_m) const {
+  thread_local std::vector<Homogeneous> p_seen;                         // by silhouette; kept for their memory
+  thread_local std::vector<std::pair<double, const Image*>> by_weight;  // those that count most first
+  p_seen.clear();
+  for (const auto& projection : projections_) p_seen.push_back(projection * p_world_m.homogeneous());
+  by_weight.clear();
   const Eigen::Vector3d to_eye = (eye_world_m - p_world_m).normalized();
+  for (const Image& image : images_) by_weight.emplace_back(sixteenth_power(0.5 * (1 + (image.centre_world_m - p_world_m).normalized().dot(to_eye))), &image);
+  std::stable_sort(by_weight.begin(), by_weight.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   WeightedBgr sum;
-  for (const Image& image : images_) {
-    const auto uv_px = project(image.region->camera, p_world_m);
+  std::size_t left = by_weight.size();
+  for (const auto& [view_weight, image] : by_weight) {
+    if (view_weight * double(left--) < kNegligibleShare * sum.weight) break;
+    const auto uv_px = project(image->region->camera, p_world_m);
     if (!uv_px) continue;
-    const WeightedBgr sample = bilinear(*image.region, image.object, *uv_px);
+    const WeightedBgr sample = bilinear(*image->region, image->object, *uv_px);
     if (!(sample.weight > 0)) continue;
-    const double cosine = (image.centre_world_m - p_world_m).normalized().dot(to_eye);
-    const double weight = sixteenth_power(0.5 * (1 + cosine)) * visibility(p_world_m, image.centre_world_m);
+    const double weight = view_weight * visibility(*image, p_world_m, p_seen);
     sum.bgr += weight * sample.bgr;
     sum.weight += weight * sample.weight;
   }

@@ -18,6 +18,8 @@ namespace fivepipe {
 inline constexpr std::array<double, 4> kOcclusionProbes_m = {0.02, 0.04, 0.08, 0.16};
 // What an image counts where the first probe alone is in the hull, and where any other is: only if no image sees the point.
 inline constexpr double kDoubtfulWeight = 0.3, kHiddenWeight = 1e-9;
+// Images that together count less than this beside the others are not asked: a quarter of a grey level at most.
+inline constexpr double kNegligibleShare = 1.0 / 1024;
 // A point that no image holds.
 inline constexpr std::array<std::uint8_t, 3> kUnseenBgr = {128, 128, 128};
 
@@ -34,14 +36,19 @@ class HullColour {
   std::array<std::uint8_t, 3> at(const Eigen::Vector3d& p_world_m, const Eigen::Vector3d& eye_world_m) const;
 
  private:
+  using Homogeneous = Eigen::Vector3d;  // pixel times depth: linear along every line of points
   struct Image {
     const ColourRegion* region;
     const ObjectPixels* object;  // null: the image gives no shape
+    std::size_t silhouette;      // whose pixels these are; that many: none
     Eigen::Vector3d centre_world_m;
+    std::vector<Homogeneous> centre_seen;  // its centre, by silhouette
   };
-  double visibility(const Eigen::Vector3d& p_world_m, const Eigen::Vector3d& camera_world_m) const;
+  bool is_in_silhouette(std::size_t silhouette, const Homogeneous& seen) const;
+  double visibility(const Image& image, const Eigen::Vector3d& p_world_m, std::span<const Homogeneous> p_seen) const;
 
   std::span<const Silhouette> silhouettes_;
+  std::vector<Eigen::Matrix<double, 3, 4>> projections_;  // by silhouette
   std::vector<Image> images_;
 };
 
