@@ -6,6 +6,7 @@
 #include "common/scene/config_error.h"
 #include "common/version/version.h"
 #include "launch/commands.h"
+#include "launch/recording/usage_error.h"
 
 namespace {
 
@@ -51,6 +52,9 @@ int main(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const fivepipe::ConfigError& error) {
+    std::cerr << error.what() << '\n';
+    return 2;
+  } catch (const fivepipe::UsageError& error) {
     std::cerr << error.what() << '\n';
     return 2;
   } catch (const std::exception& error) {

@@ -1,5 +1,8 @@
 #include "launch/options.h"
 
+#include <regex>
+#include <stdexcept>
+
 #include "common/bus/profile.h"
 
 namespace fivepipe {
@@ -10,7 +13,35 @@ std::string check_assignment(const std::string& text) {
   return equals == std::string::npos || equals == 0 ? "expected KEY=VALUE, got '" + text + "'" : "";
 }
 
+std::string check_rate(const std::string& text) {
+  if (text == "max") return "";
+  try {
+    std::size_t end = 0;
+    if (const double rate = std::stod(text, &end); end == text.size() && rate > 0 && rate <= 1000) return "";
+  } catch (const std::logic_error&) {
+  }
+  return "expected max, or a number above 0, at most 1000; got '" + text + "'";
+}
+
+std::string check_regex(const std::string& text) {
+  try {
+    const std::regex parsed(text);
+  } catch (const std::regex_error& error) {
+    return "'" + text + "' is no regular expression: " + error.what();
+  }
+  return "";
+}
+
 }  // namespace
+
+CLI::Option* add_rate_option(CLI::App* app, std::string& rate) {
+  return app->add_option("--rate", rate, "1: as recorded, 0.5: half as fast, max: as fast as it goes")->check(CLI::Validator(check_rate, "R|max"))->capture_default_str();
+}
+double rate_from(const std::string& rate) { return rate == "max" ? 0 : std::stod(rate); }
+
+CLI::Option* add_topics_option(CLI::App* app, std::string& topics) {
+  return app->add_option("--topics", topics, "only topics whose name matches this regular expression")->check(CLI::Validator(check_regex, "RE"))->capture_default_str();
+}
 
 CLI::Option* add_set_option(CLI::App* app, std::vector<std::string>& assignments) {
   return app->add_option("--set", assignments, "KEY=VALUE for ${KEY} in the deployment; may be given several times")

@@ -12,6 +12,13 @@ namespace fivepipe {
 CLI::Option* add_set_option(CLI::App* app, std::vector<std::string>& assignments);
 std::map<std::string, std::string> settings_from(const std::vector<std::string>& assignments);
 
+// --rate R|max.
+CLI::Option* add_rate_option(CLI::App* app, std::string& rate);
+double rate_from(const std::string& rate);  // max: 0
+
+// --topics RE.
+CLI::Option* add_topics_option(CLI::App* app, std::string& topics);
+
 // --domain and --profile, of who joins a network without a deployment.
 struct NetworkOptions {
   std::uint32_t domain = 0;

@@ -7,6 +7,7 @@
 #include "launch/benchmark/benchmarks.h"
 #include "launch/benchmark/bus_ping.h"
 #include "launch/commands.h"
+#include "launch/interrupt.h"
 
 namespace fivepipe {
 namespace {
@@ -36,19 +37,29 @@ bool is_from_recording(const std::vector<std::string>& words) {
   return std::any_of(words.begin(), words.end(), [](const std::string& word) { return word == "--from" || word.starts_with("--from="); });
 }
 
+// What was interrupted has thrown on its way out.
+int interruptible(const std::function<int()>& run) {
+  try {
+    return run();
+  } catch (const std::exception&) {
+    if (signals_received() > 0) return 130;
+    throw;
+  }
+}
+
 int run_bench(std::vector<std::string> words) {
   const std::vector<std::string> known = suites();
   if (!words.empty()) {
     const std::vector<std::string> rest(words.begin() + 1, words.end());
     if (words.front() == "compare") return bench_compare(rest);
     if (words.front() == "bus-echo" && rest.size() == 2) return echo_on_bus(std::uint32_t(std::stoul(rest[0])), rest[1]);  // bench pipeline starts it
-    if (words.front() == "pipeline") return bench_pipeline(rest);
-    if (is_from_recording(rest) || words.front().ends_with("_node")) return bench_node(words.front(), rest);
+    if (words.front() == "pipeline") return interruptible([&] { return bench_pipeline(rest); });
+    if (is_from_recording(rest) || words.front().ends_with("_node")) return interruptible([&] { return bench_node(words.front(), rest); });
   }
   if (words.empty() || std::find(known.begin(), known.end(), words.front()) == known.end()) {
     std::cerr << (words.empty() ? std::string("which suite?") : "no suite '" + words.front() + "'") << " There are:";
     for (const std::string& name : known) std::cerr << ' ' << name;
-    std::cerr << " pipeline compare, and with --from FILE any node's name";
+    std::cerr << " pipeline compare, and any node by its name with --from FILE.mcap";
     std::cerr << (known.empty() ? " none beside " + program_folder().string() + "/fivepipe\n" : "\n");
     return 2;
   }

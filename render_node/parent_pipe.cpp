@@ -1,5 +1,6 @@
 #include "render_node/parent_pipe.h"
 
+#include <deque>
 #include <optional>
 
 #include "common/clock/realtime.h"
@@ -18,7 +19,7 @@ using Clock = std::chrono::steady_clock;
 // How long a complete hull waits for the simulation's state of the same frame; then it is shown with the state before it, and counted.
 constexpr auto kWaitForState = 40ms;
 // In a lossless replay the state does come; so long is waited before something is known to be wrong.
-constexpr auto kWaitForStateLossless = 5s;
+constexpr auto kWaitForStateLossless = 2s;
 
 class ParentPipe {
  public:
@@ -57,6 +58,7 @@ class ParentPipe {
  private:
   void start_anew() {
     pending_.reset();
+    after_pending_.clear();
     tile_sets_.start_anew();
     virtual_frames_ = {};
   }
@@ -90,16 +92,28 @@ class ParentPipe {
       std::get<ReceivedTile>(tile).received_ns = now_ns;
       auto hull = tile_sets_.add(std::get<ReceivedTile>(tile));
       if (!hull) continue;
+      if (pending_ && replay_.lossless()) {
+        after_pending_.push_back(std::move(*hull));  // none is shown before its state has come
+        continue;
+      }
       if (pending_) composite();
-      pending_ = std::move(hull);
-      pending_until_ = Clock::now() + (replay_.lossless() ? Clock::duration(kWaitForStateLossless) : Clock::duration(kWaitForState));
+      wait_for_state(std::move(*hull));
     }
     report_drops();
+  }
+
+  void wait_for_state(HullFrame hull) {
+    pending_ = std::move(hull);
+    pending_until_ = Clock::now() + (replay_.lossless() ? Clock::duration(kWaitForStateLossless) : Clock::duration(kWaitForState));
   }
 
   void composite() {
     const HullFrame hull = std::move(*pending_);
     pending_.reset();
+    if (!after_pending_.empty()) {
+      wait_for_state(std::move(after_pending_.front()));
+      after_pending_.pop_front();
+    }
     if (!virtual_frames_.has(hull.frame) && states_.writers() > 0) node_.status.drop("late_state");
     static const VirtualFrame kNothing;
     const VirtualFrame* found = virtual_frames_.best_for(hull.frame);
@@ -156,6 +170,7 @@ class ParentPipe {
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
   std::optional<HullFrame> pending_;
+  std::deque<HullFrame> after_pending_;  // lossless replays; as many as are in flight
   std::optional<std::uint64_t> unread_frame_;  // the frame drawn last, where it was not read back
   Clock::time_point pending_until_;
   Reader<topics::HullTile> tiles_;

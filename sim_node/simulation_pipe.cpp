@@ -1,5 +1,6 @@
 #include "sim_node/simulation_pipe.h"
 
+#include <memory>
 #include <optional>
 
 #include "common/node/frame_set_reader.h"
@@ -47,7 +48,7 @@ class SimulationPipe {
   explicit SimulationPipe(NodeContext& node)
       : node_(node),
         scene_(node.deployment.scene),
-        simulation_(scene_, config_of<SimConfig>(node), node.deployment.rig.volume_m),
+        simulation_(new_simulation()),
         sets_(node.bus, node.deployment.rig, node.status),
         commands_(node.bus.reader<topics::Command>()),
         replay_(node.bus),
@@ -61,17 +62,30 @@ class SimulationPipe {
     while (running()) {
       node_.bus.wait(std::min<Clock::duration>(kSilence, kMaxWait));
       const bool was_lossless = replay_.lossless();
-      if (replay_.update()) sets_.start_anew();
+      if (replay_.update()) start_anew();
       // What the frames made is all that comes of a lossless replay: nothing goes on from its last hull.
       if (was_lossless && !replay_.lossless()) held_.reset();
       for (const auto& command : commands_.take())
-        if (command.valid()) apply(*command, node_.node.name, simulation_);
+        if (command.valid()) apply(*command, node_.node.name, *simulation_);
       for (FrameSet& set : sets_.take()) follow(std::move(set));
       if (!replay_.lossless()) go_on_by_the_clock();
     }
   }
 
  private:
+  std::unique_ptr<Simulation> new_simulation() const {
+    return std::make_unique<Simulation>(scene_, config_of<SimConfig>(node_), node_.deployment.rig.volume_m);
+  }
+
+  // As if the process had just been started: a replay gives the same bits again.
+  void start_anew() {
+    sets_.start_anew();
+    simulation_ = new_simulation();
+    told_ = {};
+    held_.reset();
+    first_stamp_ns_.reset();
+  }
+
   void follow(FrameSet set) {
     // Seconds since the first stamp: those since 1970 leave a double too few digits.
     if (!first_stamp_ns_) first_stamp_ns_ = set.capture_stamp_ns;
@@ -79,12 +93,12 @@ class SimulationPipe {
     held_since_ = Clock::now();
     FrameSteps steps;
     steps.begin("simulate");
-    simulation_.advance_to(stamp_s(), held_->silhouettes);
+    simulation_->advance_to(stamp_s(), held_->silhouettes);
     steps.begin("write_state");
-    count_new(node_.status, simulation_.counters(), told_);
-    for (const CollisionReport& report : simulation_.collisions()) count(node_.status, report);
+    count_new(node_.status, simulation_->counters(), told_);
+    for (const CollisionReport& report : simulation_->collisions()) count(node_.status, report);
     publish();
-    if (parts_) parts_->write(parts_message(node_.node.name, result_frame(), *simulation_.hull_parts()).message());
+    if (parts_) parts_->write(parts_message(node_.node.name, result_frame(), *simulation_->hull_parts()).message());
     traces_.handled(held_->frame, held_->capture_stamp_ns, {held_->first_received_ns, held_->last_received_ns}, std::move(steps));
   }
 
@@ -94,9 +108,9 @@ class SimulationPipe {
     if (silent < kSilence || silent > kHoldHull) return;
     {
       const StageTimer timer(node_.status, "simulate_held_hull");
-      simulation_.advance_to(stamp_s() + std::chrono::duration<double>(silent).count());
+      simulation_->advance_to(stamp_s() + std::chrono::duration<double>(silent).count());
     }
-    count_new(node_.status, simulation_.counters(), told_);
+    count_new(node_.status, simulation_->counters(), told_);
     publish();
   }
 
@@ -105,14 +119,14 @@ class SimulationPipe {
 
   // Collisions first: who has a frame's state then has them too.
   void publish() {
-    for (const CollisionReport& report : simulation_.collisions())
+    for (const CollisionReport& report : simulation_->collisions())
       collisions_.write(collision_message(result_frame(), report, scene_.objects[report.object].wishes).message());
-    states_.write(state_message(node_.node.name, held_->frame, held_->capture_stamp_ns, simulation_.time_s(), scene_, simulation_.states()).message());
+    states_.write(state_message(node_.node.name, held_->frame, held_->capture_stamp_ns, simulation_->time_s(), scene_, simulation_->states()).message());
   }
 
   NodeContext& node_;
   const Scene& scene_;
-  Simulation simulation_;
+  std::unique_ptr<Simulation> simulation_;
   FrameSetReader sets_;
   Reader<topics::Command> commands_;
   ReplayWatch replay_;

@@ -40,7 +40,7 @@ class FrameOf {
 class FrameGroups {
  public:
   // A frame's messages stand in the file before the first message of the frame that comes so many after it.
-  static constexpr std::size_t kFramesAhead = 24;
+  static constexpr std::size_t kFramesAhead = 120;
   // Two messages of one frame number that lie farther apart are of two runs, [ns].
   static constexpr std::int64_t kOneFrameTakes_ns = 2'000'000'000;
 

@@ -32,15 +32,19 @@ void GroupsAhead::read() {
     lock.unlock();
     std::optional<FrameGroup> group;
     std::exception_ptr failure;
+    bool damaged = false;
     try {
       group = groups_.next();
+    } catch (const mcap::McapError&) {
+      damaged = true;
     } catch (...) {
       failure = std::current_exception();
     }
     lock.lock();
     late_ = groups_.late();
     failure_ = failure;
-    ended_ = !group;
+    damaged_ += damaged;
+    ended_ = !group && !damaged;
     if (group) {
       bytes_ += bytes_of(*group);
       ready_.push_back(std::move(*group));
@@ -72,6 +76,11 @@ std::optional<FrameGroup> GroupsAhead::next() {
 std::uint64_t GroupsAhead::late() const {
   const std::scoped_lock lock(mutex_);
   return late_;
+}
+
+std::uint64_t GroupsAhead::damaged() const {
+  const std::scoped_lock lock(mutex_);
+  return damaged_;
 }
 
 }  // namespace fivepipe::recording

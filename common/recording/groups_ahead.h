@@ -23,9 +23,10 @@ class GroupsAhead {
 
   // Until as much lies ready as may, or all that there is.
   void wait_until_ready();
-  // Waits for the next one; nothing at the end. Throws what reading threw.
+  // Waits for the next one; nothing at the end. Goes on behind damaged chunks; throws what else reading threw.
   std::optional<FrameGroup> next();
-  std::uint64_t late() const;  // FrameGroups::late
+  std::uint64_t late() const;     // FrameGroups::late
+  std::uint64_t damaged() const;  // chunks that could not be read
 
  private:
   void read();
@@ -37,7 +38,7 @@ class GroupsAhead {
   std::condition_variable changed_;
   std::deque<FrameGroup> ready_;
   std::size_t bytes_ = 0;
-  std::uint64_t late_ = 0;
+  std::uint64_t late_ = 0, damaged_ = 0;
   bool ended_ = false, stopping_ = false;
   std::exception_ptr failure_;
   std::thread reader_;

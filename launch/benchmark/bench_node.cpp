@@ -8,6 +8,7 @@
 #include "launch/benchmark/from_recording.h"
 #include "launch/benchmark/node_account.h"
 #include "launch/interrupt.h"
+#include "launch/recording/usage_error.h"
 
 namespace fivepipe {
 namespace {
@@ -20,7 +21,7 @@ const Node& node_meant(const Deployment& deployment, const std::string& word) {
     if (program_of(node) == word) return node;
     known += " " + node.name;
   }
-  throw recording::RecordingError("no node '" + word + "' in deployment " + deployment.name + "; there are:" + known);
+  throw UsageError("no node '" + word + "' in deployment " + deployment.name + "; there are:" + known);
 }
 
 void print_times(const std::string& name, const std::vector<double>& time_ms) {
@@ -33,10 +34,7 @@ nlohmann::ordered_json counts_of(const NodeRun& run, const std::string& node) {
   counts["handled"] = run.counts.handled.at(node);
   counts["cpu_percent"] = 100 * run.use.at(node).cpu_s / run.counts.seconds;
   counts["peak_memory_mb"] = run.use.at(node).peak_memory_mb;
-  std::uint64_t dropped = 0;
-  if (const auto drops = run.drops.find(node); drops != run.drops.end())
-    for (const auto& [reason, count] : drops->second) dropped += count;
-  counts["dropped"] = dropped;
+  counts["dropped"] = dropped_by(run, node);
   for (const auto& [topic, digest] : run.outputs) counts["outputs"][topic] = {{"messages", digest.messages}, {"bytes", digest.bytes}, {"checksum", checksum_text(digest.checksum)}};
   return counts;
 }
@@ -94,11 +92,11 @@ int bench_node(const std::string& word, const std::vector<std::string>& words) {
   bool complete = true;
   nlohmann::ordered_json counts;
   for (int i = 0; i < options.runs; ++i) {
-    const NodeRun run = run_nodes(recording, run_options);
+    const NodeRun run = run_nodes(recording, run_options);  // throws when interrupted, too
     if (signals_received() > 0) return 130;
     const NodeAccount account = account_of(run.frames, node.name);
     print(run, account, node.name);
-    complete &= run.counts.complete();
+    complete &= is_sound(run);
     if (i > 0 && checksum_of(run) != checksum) {
       std::cerr << "its output differs from that of the run before: " << checksum_text(checksum_of(run)) << "\n";
       complete = false;
@@ -128,7 +126,7 @@ int bench_node(const std::string& word, const std::vector<std::string>& words) {
     if (options.json.has_parent_path()) std::filesystem::create_directories(options.json.parent_path());
     bench::write_file(options.json, bench::suite_json(program_of(node), renderer, results));
   }
-  if (!complete) std::cerr << "not every frame was handled, or outputs differ: these times are not to be compared\n";
+  if (!complete) std::cerr << "not every frame was handled, some were dropped, or outputs differ: these times are not to be compared\n";
   return complete ? 0 : 1;
 }
 

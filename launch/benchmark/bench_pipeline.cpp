@@ -94,26 +94,31 @@ int bench_pipeline(const std::vector<std::string>& words) {
   bool complete = true;
   std::string renderer;
   std::vector<std::string> results;
+  PipelineAccount all;
+  std::uint64_t frames = 0;
+  double seconds = 0;
   const std::string prefix = "pipeline/" + measured.deployment().name + "/";
   for (int i = 0; i < options.runs; ++i) {
     const NodeRun run = run_nodes(recording, run_options);
     if (signals_received() > 0) return 130;
     const PipelineAccount account = account_of(run.frames, nodes);
     print(run, account, nodes);
-    complete &= run.counts.complete();
+    complete &= is_sound(run);
     renderer = run.gl_renderer;
-    results.clear();  // the last run stands in the file
-    for (const auto& [stage, time_ms] : account.stages) results.push_back(result_json(prefix + stage, time_ms, nlohmann::ordered_json::object(), nlohmann::ordered_json::object(), ""));
-    nlohmann::ordered_json counts{{"frames", run.frames.size()}, {"frames_per_s", double(run.counts.handled.at(nodes.rendering)) / run.counts.seconds}, {"in_flight", options.frames_in_flight},
-                                  {"stages_mean_ms", account.stages_mean_ms()}, {"measured_mean_ms", bench::mean(account.latency)}};
-    results.push_back(result_json(prefix + "latency", account.latency, nlohmann::ordered_json::object(), counts, ""));
+    all.add(account);
+    frames += run.counts.handled.at(nodes.rendering);
+    seconds += run.counts.seconds;
   }
+  for (const auto& [stage, time_ms] : all.stages) results.push_back(result_json(prefix + stage, time_ms, nlohmann::ordered_json::object(), nlohmann::ordered_json::object(), ""));
+  const nlohmann::ordered_json counts{{"frames", frames}, {"frames_per_s", double(frames) / seconds}, {"in_flight", options.frames_in_flight},
+                                      {"stages_mean_ms", all.stages_mean_ms()}, {"measured_mean_ms", bench::mean(all.latency)}};
+  results.push_back(result_json(prefix + "latency", all.latency, nlohmann::ordered_json::object(), counts, ""));
   if (!without_bus) add_bus(time_bus(sizes_of(recording), bus_rounds, measured.deployment().network_profile), results);
   if (!options.json.empty()) {
     if (options.json.has_parent_path()) std::filesystem::create_directories(options.json.parent_path());
     bench::write_file(options.json, bench::suite_json("pipeline", renderer, results));
   }
-  if (!complete) std::cerr << "not every frame was handled: these times are not to be compared\n";
+  if (!complete) std::cerr << "not every frame was handled, or some were dropped: these times are not to be compared\n";
   return complete ? 0 : 1;
 }
 

@@ -15,6 +15,7 @@
 #include "common/bus/bus.h"
 #include "common/bus/profile.h"
 #include "common/messages/wire.h"
+#include "launch/benchmark/free_domain.h"
 #include "launch/commands.h"
 #include "launch/interrupt.h"
 #include "launch/process.h"
@@ -31,6 +32,10 @@ constexpr int ddsperf_s = 3;
 // Of an ObjectPixelMap and an ObjectColour beside their payload, about.
 constexpr std::size_t kHeaderBytes = 128;
 
+void stop_if_interrupted() {
+  if (signals_received() > 0) throw std::runtime_error("interrupted");
+}
+
 // Its medians of half a round trip [us], without the first.
 std::vector<double> ddsperf_medians(std::uint32_t domain, std::size_t size_bytes, const std::string& mode) {
   const std::vector<std::string> common{"/usr/bin/env", "ddsperf", "-i", std::to_string(domain), "-D", std::to_string(ddsperf_s)};
@@ -42,6 +47,7 @@ std::vector<double> ddsperf_medians(std::uint32_t domain, std::size_t size_bytes
   std::string said;
   static const std::regex stats(" 50% ([0-9.]+)us");
   while (!asks.ended() || !answers.ended()) {
+    stop_if_interrupted();
     answers.read_lines();
     for (const std::string& line : asks.read_lines()) {
       std::smatch match;
@@ -62,13 +68,14 @@ void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
   auto maps = bus.writer<topics::ObjectPixelMap>();
   auto colours = bus.reader<topics::ObjectColour>();
   for (const auto until = Clock::now() + longest_match; maps.readers() == 0 || colours.writers() == 0; bus.wait(10ms))
-    if (Clock::now() > until) throw std::runtime_error("the other end of the bus does not answer");
+    if (stop_if_interrupted(); Clock::now() > until) throw std::runtime_error("the other end of the bus does not answer");
   std::vector<std::uint8_t> payload(times.size_bytes > kHeaderBytes ? times.size_bytes - kHeaderBytes : 0, 1);
   fivepipe_v1_ObjectPixelMap map{};
   set_text(map.camera, "ping");
   borrow(map.payload, payload);
   const auto end = Clock::now() + round_time;
   for (bool warm = false; Clock::now() < end; warm = true) {
+    stop_if_interrupted();
     const auto start = Clock::now();
     ++map.frame;
     maps.write(map);
@@ -109,7 +116,7 @@ std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int 
   setenv("CYCLONEDDS_URI", xml.c_str(), 1);
   std::vector<BusTimes> all;
   for (const std::size_t size_bytes : sizes_bytes) all.push_back({size_bytes, {}, {}, {}});
-  const std::uint32_t domain = 60 + std::uint32_t(getpid()) % 40;
+  const std::uint32_t domain = free_domain(profile);
   for (int round = 0; round < rounds; ++round)
     for (BusTimes& times : all) {
       ping(domain, profile, times);

@@ -13,7 +13,7 @@ void add_from_recording_options(CLI::App& app, FromRecordingOptions& options) {
   app.add_option("--from", options.recording, "recording (MCAP): the exact inputs")->required()->check(CLI::ExistingFile);
   app.add_option("--deployment", options.deployment, "deployment to measure instead of the recorded one")->check(CLI::ExistingFile);
   add_set_option(&app, options.settings);
-  app.add_option("--rate", options.rate, "max, or as a multiple of how it was recorded")->capture_default_str();
+  add_rate_option(&app, options.rate);
   app.add_option("--in-flight", options.frames_in_flight, "frames sent and not yet handled")->check(CLI::Range(1, 6))->capture_default_str();
   app.add_option("--runs", options.runs, "whole runs, each with new processes")->check(CLI::Range(1, 100))->capture_default_str();
   app.add_option("--start", options.start_s, "seconds after the recording's start")->check(CLI::NonNegativeNumber);
@@ -52,7 +52,7 @@ NodeRunOptions MeasuredDeployment::run_options(const FromRecordingOptions& optio
   run.deployment = &deployment();
   run.file = recorded_ ? recorded_->file() : options.deployment;
   run.settings = settings_;
-  run.rate = options.rate == "max" ? 0 : std::stod(options.rate);
+  run.rate = rate_from(options.rate);
   run.frames_in_flight = options.frames_in_flight;
   run.start_s = options.start_s;
   run.end_s = options.end_s;

@@ -8,15 +8,18 @@
 #include <chrono>
 #include <csignal>
 #include <fstream>
+#include <iostream>
 #include <set>
 #include <sstream>
 #include <thread>
 
 #include "launch/commands.h"
 #include "launch/interrupt.h"
+#include "launch/benchmark/free_domain.h"
 #include "launch/messages.h"
 #include "launch/process.h"
 #include "launch/recording/node_inputs.h"
+#include "launch/recording/usage_error.h"
 
 namespace fivepipe {
 namespace {
@@ -27,9 +30,6 @@ using Clock = std::chrono::steady_clock;
 // Shaders, meshes and what else a node needs before it reads.
 constexpr auto longest_start = 30s;
 constexpr auto longest_end = 2s;
-
-// Domains of benchmarks: their ports lie below those that the kernel gives to others.
-std::uint32_t own_domain() { return 60 + std::uint32_t(getpid()) % 40; }
 
 // What tells of times differs from run to run.
 bool tells_of_times(const std::string& topic) {
@@ -126,12 +126,13 @@ ReplayPlan plan_of(const recording::Recording& recording, const NodeRunOptions& 
     const std::string program = program_of(*find_node(*options.deployment, name));
     plan.nodes.push_back({name, program});
     read.merge(inputs_of(program));
+    written.merge(outputs_of(program));
   }
-  // What a started node writes itself is not replayed.
-  const std::set<std::string> started(options.nodes.begin(), options.nodes.end());
   for (const recording::RecordedChannel& channel : recording.channels())
-    if (read.contains(channel.topic) && !started.contains(channel.node)) plan.channels.insert(channel.id);
+    if (read.contains(channel.topic) && !written.contains(channel.topic))  // what a started node makes is not replayed
+      plan.channels.insert(channel.id);
   plan.start_ns = recording.start_ns() + std::int64_t(1e9 * options.start_s);
+  if (plan.start_ns > recording.end_ns() || (options.end_s && *options.end_s < options.start_s)) throw UsageError("nothing is recorded between --start and --end");
   plan.end_ns = options.end_s ? recording.start_ns() + std::int64_t(1e9 * *options.end_s) : recording.end_ns();
   plan.rate = options.rate;
   plan.lossless = true;
@@ -162,8 +163,27 @@ FrameAtNode frame_at_node(const fivepipe_v1_FrameTrace& trace) {
 
 }  // namespace
 
+std::uint64_t dropped_by(const NodeRun& run, const std::string& node) {
+  std::uint64_t dropped = 0;
+  if (const auto drops = run.drops.find(node); drops != run.drops.end())
+    for (const auto& [reason, count] : drops->second) dropped += reason == "video_frame" ? 0 : count;
+  return dropped;
+}
+
+bool is_sound(const NodeRun& run) {
+  bool sound = run.counts.complete();
+  for (const auto& [node, expected] : run.counts.expected) {
+    if (expected == 0) std::cerr << "no frame of the recording is complete for '" << node << "': what it reads was not recorded, or not in this range\n";
+    if (const std::uint64_t dropped = dropped_by(run, node)) std::cerr << "'" << node << "' dropped " << dropped << " of its inputs\n";
+    sound &= expected > 0 && dropped_by(run, node) == 0;
+  }
+  if (run.counts.late) std::cerr << run.counts.late << " messages stand too far from their frame in the file: the recorder had lagged\n";
+  if (run.counts.damaged) std::cerr << run.counts.damaged << " chunks of the file are damaged\n";
+  return sound;
+}
+
 NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& options) {
-  const std::uint32_t domain = own_domain();
+  const std::uint32_t domain = free_domain(options.deployment->network_profile);
   const ReplayPlan plan = plan_of(recording, options);
   setenv("LP_NUM_THREADS", "1", 0);  // llvmpipe starts a thread per core in every process that draws
   Nodes nodes(options, domain);
@@ -192,6 +212,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   };
   replayer.run([&] {
     take_outputs();
+    nodes.check();
     return signals_received() > 0 ? ReplayControl::stop : ReplayControl::go_on;
   });
   NodeRun run;

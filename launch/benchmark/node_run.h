@@ -43,6 +43,11 @@ struct NodeRun {
   std::string gl_renderer;                                            // as the nodes say; empty: none
 };
 
+// What a node dropped of its inputs. A video frame that its file has no time for is none.
+std::uint64_t dropped_by(const NodeRun& run, const std::string& node);
+// Every frame was handled, one at least, and nothing dropped: its times may be compared. Says what is not, on stderr.
+bool is_sound(const NodeRun& run);
+
 // Throws std::runtime_error with a node's last words where one does not start, or ends.
 NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& options);
 

@@ -8,15 +8,19 @@
 namespace fivepipe {
 namespace {
 
+std::vector<double>& times_of(std::vector<std::pair<std::string, std::vector<double>>>& stages, const std::string& stage) {
+  auto known = std::find_if(stages.begin(), stages.end(), [&](const auto& s) { return s.first == stage; });
+  if (known == stages.end()) known = stages.insert(stages.end(), {stage, {}});
+  return known->second;
+}
+
 // Consecutive times: each stage begins where the one before ends, and none is negative.
 class Way {
  public:
   Way(PipelineAccount& account, std::int64_t start_ns) : account_(account), now_ns_(start_ns) {}
   void until(const std::string& stage, std::int64_t end_ns) {
     const std::int64_t end_or_now_ns = std::max(now_ns_, end_ns);
-    auto known = std::find_if(account_.stages.begin(), account_.stages.end(), [&](const auto& s) { return s.first == stage; });
-    if (known == account_.stages.end()) known = account_.stages.insert(account_.stages.end(), {stage, {}});
-    known->second.push_back(1e-6 * double(end_or_now_ns - now_ns_));
+    times_of(account_.stages, stage).push_back(1e-6 * double(end_or_now_ns - now_ns_));
     now_ns_ = end_or_now_ns;
   }
 
@@ -62,6 +66,14 @@ PipelineAccount account_of(const std::vector<FrameTimes>& frames, const Pipeline
     for (const auto& [name, here] : frame.nodes) free_ns[name] = end_of(here);
   }
   return account;
+}
+
+void PipelineAccount::add(const PipelineAccount& other) {
+  const auto append = [](std::vector<double>& to, const std::vector<double>& times) { to.insert(to.end(), times.begin(), times.end()); };
+  for (const auto& [stage, times] : other.stages) append(times_of(stages, stage), times);
+  append(latency, other.latency);
+  append(simulation, other.simulation);
+  waited_for_state += other.waited_for_state;
 }
 
 double PipelineAccount::stages_mean_ms() const {

@@ -21,6 +21,7 @@ struct PipelineAccount {
   std::vector<double> simulation; // beside it: from the simulation's last input to its state written
   std::size_t waited_for_state = 0;  // frames whose tiles were there before the simulation's state
   double stages_mean_ms() const;
+  void add(const PipelineAccount& other);  // of another run
 };
 PipelineAccount account_of(const std::vector<FrameTimes>& frames, const PipelineNodes& nodes);
 

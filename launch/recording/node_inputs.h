@@ -17,6 +17,16 @@ inline std::set<std::string> inputs_of(const std::string& program) {
   return {};
 }
 
+// And what it makes of them.
+inline std::set<std::string> outputs_of(const std::string& program) {
+  using namespace topics;
+  if (program == "capture_node") return {CameraInfo::name, ViewInfo::name, HeadPose::name, ObjectColour::name, ObjectPixelMap::name};
+  if (program == "recon_node") return {HullTile::name, TileCosts::name};
+  if (program == "sim_node") return {CollisionResult::name, VirtualState::name, HullParts::name};
+  if (program == "render_node") return {FrameComposited::name};
+  return {};
+}
+
 // What of a frame the program waits for before it works: it must come after all else of the frame.
 inline bool sets_off_work(const std::string& topic) { return topic == topics::ObjectPixelMap::name || topic == topics::HullTile::name; }
 

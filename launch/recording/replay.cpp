@@ -13,6 +13,7 @@
 #include "launch/recording/recorded_deployment.h"
 #include "launch/recording/replay_keys.h"
 #include "launch/recording/replayer.h"
+#include "launch/recording/usage_error.h"
 
 namespace fivepipe {
 namespace {
@@ -53,7 +54,7 @@ Selection selected(const recording::Recording& recording, const ReplayOptions& o
     if (!node) {
       std::string known;
       for (const Node& other : recorded.deployment().nodes) known += " " + other.name;
-      throw recording::RecordingError("no node '" + name + "' in the recording's deployment; there are:" + known);
+      throw UsageError("no node '" + name + "' in the recording's deployment; there are:" + known);
     }
     selection.nodes.push_back({name, program_of(*node)});
     selection.topics.merge(inputs_of(program_of(*node)));
@@ -69,7 +70,7 @@ ReplayPlan plan_of(const recording::Recording& recording, const ReplayOptions& o
     if (std::regex_search(channel.topic, wanted) && (selection.nodes.empty() || selection.topics.contains(channel.topic))) plan.channels.insert(channel.id);
   plan.start_ns = recording.start_ns() + std::int64_t(1e9 * options.start_s);
   plan.end_ns = options.end_s ? recording.start_ns() + std::int64_t(1e9 * *options.end_s) : recording.end_ns();
-  plan.rate = options.rate == "max" ? 0 : std::stod(options.rate);
+  plan.rate = rate_from(options.rate);
   plan.lossless = options.lossless;
   plan.nodes = selection.nodes;
   plan.shape_cameras = selection.shape_cameras;
@@ -97,6 +98,7 @@ void print_counts(const ReplayCounts& counts) {
     std::printf("%-36s %10llu %10llu\n", topic.c_str(), static_cast<unsigned long long>(in_file), static_cast<unsigned long long>(counts.sent.at(topic)));
   for (const auto& [node, expected] : counts.expected)
     std::printf("node %-31s %10llu frames, handled %llu\n", node.c_str(), static_cast<unsigned long long>(expected), static_cast<unsigned long long>(counts.handled.at(node)));
+  if (counts.damaged) std::printf("%llu chunks of the file are damaged\n", static_cast<unsigned long long>(counts.damaged));
   if (counts.late) std::printf("%llu messages stand far from their frame in the file\n", static_cast<unsigned long long>(counts.late));
   std::printf("%.2f s\n", counts.seconds);
   std::fflush(stdout);
@@ -106,6 +108,10 @@ int run_replay(const ReplayOptions& options) {
   const recording::Recording recording(options.file);
   if (!recording.mcap().is_finished()) spdlog::warn("{}: {}; what is whole of it is replayed", options.file.string(), recording.mcap().damage().summary);
   const ReplayPlan plan = plan_of(recording, options);
+  if (plan.start_ns > plan.end_ns || plan.start_ns > recording.end_ns()) {
+    std::cerr << "nothing to replay: the recording lasts " << 1e-9 * double(recording.end_ns() - recording.start_ns()) << " s, and --start " << options.start_s << " is behind its end or --end\n";
+    return 2;
+  }
   if (plan.channels.empty()) {
     std::cerr << "nothing to replay: no topic of " << options.file.string() << " matches; `fivepipe info` shows them\n";
     return 2;
@@ -142,18 +148,8 @@ int run_replay(const ReplayOptions& options) {
     complete &= replayer.counts().complete();
   } while (options.loop && (complete || !options.lossless) && signals_received() == 0 && keys.control() != ReplayControl::stop);
   if (signals_received() > 0) return 130;
-  if (options.lossless && !complete) std::cerr << "not lossless: the counts above differ\n";
+  if (options.lossless && !complete) std::cerr << "not lossless: the counts above differ, or no frame was complete for the nodes\n";
   return options.lossless && !complete ? 1 : 0;
-}
-
-std::string check_rate(const std::string& text) {
-  if (text == "max") return "";
-  try {
-    std::size_t end = 0;
-    if (const double rate = std::stod(text, &end); end == text.size() && rate > 0 && rate <= 1000) return "";
-  } catch (const std::logic_error&) {
-  }
-  return "expected max, or a number above 0, at most 1000; got '" + text + "'";
 }
 
 }  // namespace
@@ -169,10 +165,10 @@ void add_replay(CLI::App& app, Command& command) {
       "  fivepipe replay session.mcap --paused                       then keys: space goes on and pauses, s steps a frame, q ends\n\n"
       "Exit codes: 0 done, 1 --lossless and something did not arrive or was not handled, 2 usage, or a deployment runs in the domain, 3 nobody reads, 130 interrupted.");
   replay->add_option("FILE", options->file, "recording (MCAP)")->required()->check(CLI::ExistingFile);
-  replay->add_option("--rate", options->rate, "1: as recorded, 0.5: half as fast, max: as fast as it goes")->check(CLI::Validator(check_rate, "R|max"))->capture_default_str();
+  add_rate_option(replay, options->rate);
   replay->add_option("--start", options->start_s, "seconds after the recording's start")->check(CLI::NonNegativeNumber);
   replay->add_option("--end", options->end_s, "seconds after the recording's start")->check(CLI::NonNegativeNumber);
-  replay->add_option("--topics", options->topics, "only topics whose name matches this regular expression")->capture_default_str();
+  add_topics_option(replay, options->topics);
   replay->add_option("--inputs-of", options->nodes, "only what this node reads, and wait for this node; may be given several times")->allow_extra_args(false);
   add_set_option(replay, options->settings);
   replay->add_flag("--lossless", options->lossless, "wait until readers have everything, and until the nodes of --inputs-of have handled each frame");

@@ -1,6 +1,7 @@
 #include "launch/recording/replay_keys.h"
 
 #include <poll.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 namespace fivepipe {
@@ -42,6 +43,11 @@ ReplayControl ReplayKeys::control() {
   read_keys();
   if (stopped_) return ReplayControl::stop;
   if (!paused_) return ReplayControl::go_on;
+  if (steps_ == 0 && at_end_) {
+    if (!stopped_) spdlog::warn("paused, and no key can come any more: stdin is at its end");
+    stopped_ = true;
+    return ReplayControl::stop;
+  }
   if (steps_ == 0) return ReplayControl::pause;
   --steps_;
   return ReplayControl::one_frame;

@@ -21,6 +21,12 @@ using recording::RecordedChannel;
 
 // The caller is asked so often.
 constexpr auto kAskPeriod = 50ms;
+// A node that waits for news has looked at what it got by then.
+constexpr auto kNodesTurn = 100ms;
+// Frames that no node waits for, one after the other: fewer than a reader holds.
+constexpr int kMostIncomplete = 4;
+// For frames under way when a replay is ended by its user.
+constexpr auto kLastFrames = 1s;
 
 const topics::Topic* topic_named(const std::string& name) {
   const auto found = std::find_if(topics::all().begin(), topics::all().end(), [&](const topics::Topic& topic) { return name == topic.name; });
@@ -40,6 +46,16 @@ bool is_latched(const RecordedChannel& channel) {
 SampleKind kind_of(std::optional<KeyChange> change) {
   if (!change) return SampleKind::data;
   return *change == KeyChange::disposed ? SampleKind::disposed : SampleKind::unregistered;
+}
+
+// Goes on behind damaged chunks, and counts them.
+std::optional<recording::RecordedMessage> next_readable(recording::Recording::Cursor& cursor, std::uint64_t& damaged) {
+  for (;;) try {
+      return cursor.next();
+    } catch (const mcap::McapError& error) {
+      spdlog::error("{}; what stands there is left out", error.what());
+      ++damaged;
+    }
 }
 
 std::size_t messages_of(const FrameGroup& group, const char* topic) {
@@ -101,12 +117,14 @@ void Replayer::announce() {
   message.rate = plan_.rate;
   session_.write(message);
   session_.wait_for_delivery(plan_.longest_wait);
+  std::this_thread::sleep_for(kNodesTurn);  // before the first frame: nodes begin anew when they look
 }
 
 void Replayer::run(const std::function<ReplayControl()>& control) {
   counts_ = {};
   progress_.clear();
-  stopped_ = false;
+  stopped_ = hung_ = false;
+  steps_owed_ = incomplete_in_a_row_ = 0;
   for (const ReplayedNode& node : plan_.nodes) {
     counts_.expected[node.name] = counts_.handled[node.name] = 0;
     progress_[node.name];
@@ -120,6 +138,7 @@ void Replayer::run(const std::function<ReplayControl()>& control) {
     send_frames(control);
   else
     send_as_they_stand(control);
+  if (plan_.lossless && stopped_ && !hung_) wait_for_those_under_way();
   if (plan_.lossless && !stopped_) {
     wait_for_nodes(0, control);
     for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.longest_wait);
@@ -140,31 +159,32 @@ void Replayer::send_latched_before_start() {
 // False: the caller wants an end.
 bool Replayer::may_go_on(const std::function<ReplayControl()>& control) {
   last_control_ = control();
+  steps_owed_ += last_control_ == ReplayControl::one_frame;
   stopped_ |= last_control_ == ReplayControl::stop;
   return !stopped_;
 }
 
-bool Replayer::wait_until(std::int64_t log_stamp_ns, const std::function<ReplayControl()>& control) {
+// is_step: a paused replay is stepped by what begins now; the rest goes along with the next step.
+bool Replayer::wait_until(std::int64_t log_stamp_ns, bool is_step, const std::function<ReplayControl()>& control) {
+  const auto due = [&] {
+    return wall_zero_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1e-9 * double(log_stamp_ns - log_zero_ns_) / plan_.rate));
+  };
+  was_step_ = false;
   if (!may_go_on(control)) return false;
-  while (last_control_ == ReplayControl::pause) {
-    const auto pause_start = Clock::now();
-    std::this_thread::sleep_for(kAskPeriod / 5);
+  for (;;) {
+    if (is_paused() && steps_owed_ > 0) {
+      was_step_ = true;
+      steps_owed_ -= is_step;
+      if (plan_.rate > 0) wall_zero_ += Clock::now() - due();  // time goes on from here
+      return true;
+    }
+    if (!is_paused() && (plan_.rate <= 0 || Clock::now() >= due())) return true;
+    const auto before = Clock::now();
+    const Clock::duration rest = is_paused() ? Clock::duration(kAskPeriod / 5) : due() - before;
+    std::this_thread::sleep_for(std::min<Clock::duration>(rest, kAskPeriod));
+    if (is_paused()) wall_zero_ += Clock::now() - before;
     if (!may_go_on(control)) return false;
-    wall_zero_ += Clock::now() - pause_start;
   }
-  if (plan_.rate <= 0 || last_control_ == ReplayControl::one_frame) {
-    // A step is sent now: time goes on from here.
-    if (last_control_ == ReplayControl::one_frame)
-      wall_zero_ = Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1e-9 * double(log_stamp_ns - log_zero_ns_) / std::max(plan_.rate, 1e-9)));
-    return true;
-  }
-  const auto due = wall_zero_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1e-9 * double(log_stamp_ns - log_zero_ns_) / plan_.rate));
-  while (Clock::now() < due) {
-    std::this_thread::sleep_for(std::min<Clock::duration>(due - Clock::now(), kAskPeriod));
-    if (!may_go_on(control)) return false;
-    if (last_control_ != ReplayControl::go_on) return wait_until(log_stamp_ns, control);
-  }
-  return true;
 }
 
 void Replayer::write(const RecordedChannel& channel, std::optional<KeyChange> change, std::int64_t source_stamp_ns, std::span<const std::byte> cdr) {
@@ -184,7 +204,7 @@ void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control)
   recording::FrameOf frame_of(recording_);
   std::optional<std::uint64_t> newest;
   bool steps = false, step_has_frame = false;
-  while (const auto message = messages.next()) {
+  while (const auto message = next_readable(messages, counts_.damaged)) {
     const auto frame = frame_of(*message);
     const bool begins_frame = frame && (!newest || *frame > *newest);
     if (begins_frame) {
@@ -193,8 +213,8 @@ void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control)
     }
     // A step is a frame, what stands before it, and everything up to the next one's beginning.
     if (!steps || (begins_frame && step_has_frame)) {
-      if (!wait_until(message->log_stamp_ns, control)) return;
-      steps = last_control_ == ReplayControl::one_frame;
+      if (!wait_until(message->log_stamp_ns, true, control)) return;
+      steps = was_step_;
       step_has_frame = false;
     }
     step_has_frame |= begins_frame;
@@ -211,18 +231,30 @@ void Replayer::send_frames(const std::function<ReplayControl()>& control) {
   auto group = ahead.next();
   bool needed_is_sent = false;
   while (group) {
-    if (!wait_until(group->log_stamp_ns, control)) return;
+    if (!wait_until(group->log_stamp_ns, group->frame.has_value(), control)) return;
     if (group->frame && sends_ahead && !needed_is_sent) send_needed(*group);
     if (group->frame && !wait_for_nodes(std::size_t(plan_.frames_in_flight) - 1, control)) return;
     // What is of no frame takes effect between two frames, and always between the same two.
     if (!group->frame && !is_latched(*group->messages.front().channel) && !wait_for_nodes(0, control)) return;
     if (!group->frame || !sends_ahead) send_needed(*group);
     send_what_sets_off_work(*group);
+    pace_incomplete(*group);
     group = ahead.next();
     needed_is_sent = sends_ahead && group && group->frame;
     if (needed_is_sent) send_needed(*group);
   }
   counts_.late = ahead.late();
+  counts_.damaged = ahead.damaged();
+}
+
+// Nobody tells of frames that are not complete: they must not push others out of the nodes' readers.
+void Replayer::pace_incomplete(const FrameGroup& group) {
+  const bool is_waited_for = std::any_of(progress_.begin(), progress_.end(), [&](const auto& node) { return group.frame && node.second.waited_for.contains(*group.frame); });
+  incomplete_in_a_row_ = is_waited_for || !group.frame ? 0 : incomplete_in_a_row_ + 1;
+  if (incomplete_in_a_row_ < kMostIncomplete) return;
+  incomplete_in_a_row_ = 0;
+  for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.longest_wait);
+  std::this_thread::sleep_for(kNodesTurn);
 }
 
 void Replayer::send_needed(const FrameGroup& group) {
@@ -286,6 +318,11 @@ void Replayer::take_traces() {
   }
 }
 
+void Replayer::wait_for_those_under_way() {
+  const auto open = [](const auto& node) { return !node.second.waited_for.empty(); };
+  for (const auto until = Clock::now() + kLastFrames; Clock::now() < until && std::any_of(progress_.begin(), progress_.end(), open); take_traces()) bus_.wait(kAskPeriod);
+}
+
 // Until each node has at most so many frames.
 bool Replayer::wait_for_nodes(std::size_t at_most_open, const std::function<ReplayControl()>& control) {
   for (;;) {
@@ -295,7 +332,7 @@ bool Replayer::wait_for_nodes(std::size_t at_most_open, const std::function<Repl
       if (progress.waited_for.size() <= at_most_open) continue;
       if (Clock::now() - progress.heard > plan_.longest_wait) {
         spdlog::error("node '{}' has not handled frame {} in {:.0f} s", name, *progress.waited_for.begin(), std::chrono::duration<double>(plan_.longest_wait).count());
-        stopped_ = true;
+        stopped_ = hung_ = true;
         return false;
       }
       waits = true;

@@ -46,8 +46,10 @@ struct ReplayCounts {
   std::uint64_t frames = 0;                              // sent
   std::map<std::string, std::uint64_t> expected, handled;  // by node: frames complete for it, and those that it has handled
   std::uint64_t late = 0;                                // messages that stand too far from their frame in the file
+  std::uint64_t damaged = 0;                             // chunks of the file that could not be read
   double seconds = 0;                                    // from the first message to the last one handled
-  bool complete() const { return in_file == sent && expected == handled; }
+  // Everything in the file arrived, and was handled: at least one frame.
+  bool complete() const { return in_file == sent && expected == handled && late == 0 && damaged == 0 && (expected.empty() || frames > 0); }
 };
 
 // What the caller wants next.
@@ -87,7 +89,10 @@ class Replayer {
   void send_needed(const recording::FrameGroup& group);
   void send_what_sets_off_work(const recording::FrameGroup& group);
   void write(const recording::RecordedChannel& channel, std::optional<recording::KeyChange> change, std::int64_t source_stamp_ns, std::span<const std::byte> cdr);
-  bool wait_until(std::int64_t log_stamp_ns, const std::function<ReplayControl()>& control);
+  bool wait_until(std::int64_t log_stamp_ns, bool is_step, const std::function<ReplayControl()>& control);
+  bool is_paused() const { return last_control_ == ReplayControl::pause || last_control_ == ReplayControl::one_frame; }
+  void pace_incomplete(const recording::FrameGroup& group);
+  void wait_for_those_under_way();
   void expect(const recording::FrameGroup& group);
   bool replays(const std::string& topic) const;
   bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group) const;
@@ -108,7 +113,8 @@ class Replayer {
   ReplayCounts counts_;
   Clock::time_point counts_started_{}, wall_zero_{};
   std::int64_t log_zero_ns_ = 0;
-  bool stopped_ = false;
+  bool stopped_ = false, hung_ = false, was_step_ = false;
+  int steps_owed_ = 0, incomplete_in_a_row_ = 0;
   ReplayControl last_control_ = ReplayControl::go_on;
 };
 
