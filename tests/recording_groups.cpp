@@ -18,6 +18,7 @@ struct Made {
   std::optional<std::uint64_t> frame;
   std::int64_t log_stamp_ns;
   std::uint32_t number = 0;  // its place in the file
+  std::int64_t capture_stamp_ns = 0;  // 0: as the log's
 };
 
 int rank_of(const std::string& topic) { return topic[0] - 'a'; }
@@ -40,7 +41,7 @@ class FrameGroupsTest : public testing::Test {
       std::uint32_t number = 0;
       for (Made& made : messages) {
         made.number = number++;
-        writer.add(channels.at(made.topic), made.log_stamp_ns, made.log_stamp_ns, made.frame ? framed(*made.frame, made.number) : frameless(7, made.number));
+        writer.add(channels.at(made.topic), made.log_stamp_ns, made.log_stamp_ns, made.frame ? framed(*made.frame, made.number, made.capture_stamp_ns ? made.capture_stamp_ns : made.log_stamp_ns) : frameless(7, made.number));
       }
     }
     recording_.emplace(path);
@@ -107,15 +108,16 @@ TEST_F(FrameGroupsTest, FramesComeWholeAndByRankHoweverTheyAreMixed) {
 }
 
 TEST_F(FrameGroupsTest, MessagesThatComeTooLateAreToldAndStandAlone) {
+  constexpr std::uint64_t kFrames = FrameGroups::kFramesAhead + 40;
   std::vector<Made> messages;
-  for (std::uint64_t frame = 0; frame < 60; ++frame)
+  for (std::uint64_t frame = 0; frame < kFrames; ++frame)
     for (const char* topic : {"a", "b"}) messages.push_back({topic, frame, kStart_ns + std::int64_t(frame) * kFrame_ns});
   const std::size_t at = 2 * (3 + FrameGroups::kFramesAhead + 2);
-  messages.insert(messages.begin() + std::ptrdiff_t(at), {"c", 3, messages[at].log_stamp_ns});
+  messages.insert(messages.begin() + std::ptrdiff_t(at), {"c", 3, messages[at].log_stamp_ns, 0, kStart_ns + 3 * kFrame_ns});
   std::uint64_t late = 0;
   const auto groups = groups_of(messages, &late);
   EXPECT_EQ(late, 1u);
-  EXPECT_EQ(groups.size(), 61u);
+  EXPECT_EQ(groups.size(), kFrames + 1);
   const auto alone = std::find_if(groups.begin(), groups.end(), [](const FrameGroup& group) { return !group.frame; });
   ASSERT_NE(alone, groups.end());
   EXPECT_EQ(alone->messages.at(0).channel->topic, "c");

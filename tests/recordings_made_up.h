@@ -27,10 +27,10 @@ void append_value(std::vector<std::byte>& to, Value value) {
 }
 inline std::vector<std::byte> cdr_header() { return {std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}}; }
 
-inline std::vector<std::byte> framed(std::uint64_t frame, std::uint32_t number) {
+inline std::vector<std::byte> framed(std::uint64_t frame, std::uint32_t number, std::int64_t capture_stamp_ns = 0) {
   std::vector<std::byte> cdr = cdr_header();
   append_value(cdr, frame);
-  append_value(cdr, std::int64_t(0));
+  append_value(cdr, capture_stamp_ns);
   append_value(cdr, number);
   return cdr;
 }

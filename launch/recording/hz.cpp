@@ -36,7 +36,8 @@ int hz_from_file(const HzOptions& options) {
   bool type_known = true;
   const auto frame_in = [&](const recording::RecordedMessage& message) -> std::optional<std::uint64_t> {
     if (type_known) try {
-        return frame_of(message);
+        const auto id = frame_of(message);
+        return id ? std::optional(id->frame) : std::nullopt;
       } catch (const recording::RecordingError& error) {
         type_known = false;
         std::cerr << error.what() << "; without frame numbers\n";

@@ -206,9 +206,9 @@ void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control)
   bool steps = false, step_has_frame = false;
   while (const auto message = next_readable(messages, counts_.damaged)) {
     const auto frame = frame_of(*message);
-    const bool begins_frame = frame && (!newest || *frame > *newest);
+    const bool begins_frame = frame && (!newest || frame->frame > *newest);
     if (begins_frame) {
-      newest = frame;
+      newest = frame->frame;
       ++counts_.frames;
     }
     // A step is a frame, what stands before it, and everything up to the next one's beginning.
