@@ -15,7 +15,7 @@ class SentTallyTest : public testing::Test {
   std::uint64_t sent_ = 0;
 
   static std::int64_t stamp(double s) { return kRecorderStarts_ns + std::int64_t(s * double(kSecond_ns)); }
-  void tell(double at_s, double start_s) { tally_.told({kNode, stamp(start_s), stamp(at_s), {{kTopic, sent_}}}); }
+  void tell(double at_s, double start_s) { tally_.told({kNode, stamp(start_s), stamp(at_s), {{kTopic, sent_}}, false}); }
   // From and to: seconds after the recorder's start. Heard: the recorder takes what comes.
   void run(double start_s, double from_s, double to_s, bool heard = true) {
     for (int i = int(from_s * 100); i < int(to_s * 100); ++i) {
@@ -36,7 +36,7 @@ TEST_F(SentTallyTest, NothingIsMissingOfWhoIsHeardFromItsStart) {
   tell(3, 1);
   EXPECT_EQ(only().sent, 200u);
   EXPECT_EQ(only().received, 200u);
-  EXPECT_TRUE(tally_.not_compared().empty());
+  EXPECT_TRUE(tally_.not_compared(stamp(4)).empty());
 }
 
 TEST_F(SentTallyTest, WhatIsMissingOfWhoStartedLaterIsCountedThoughItsFirstStatusesWereMissed) {
@@ -91,7 +91,14 @@ TEST_F(SentTallyTest, WhoToldNothingOrOnlyOnceIsNamed) {
   tally_.received("silent", kTopic, stamp(1));
   run(-10, 0, 0.4);
   EXPECT_TRUE(tally_.compared().empty());
-  EXPECT_EQ(tally_.not_compared(), (std::set<std::string>{"silent", kNode}));
+  EXPECT_EQ(tally_.not_compared(stamp(1)), (std::set<std::string>{"silent", kNode}));
+}
+
+TEST_F(SentTallyTest, WhoFellSilentWithoutAFinalStatusIsNamed) {
+  run(1, 1, 3);
+  EXPECT_EQ(tally_.not_compared(stamp(6)), std::set<std::string>{kNode});
+  tally_.told({kNode, stamp(1), stamp(3), {{kTopic, sent_}}, true});
+  EXPECT_TRUE(tally_.not_compared(stamp(6)).empty());
 }
 
 // Their stamps are those of the recording.

@@ -89,7 +89,7 @@ void note_sent(recording::RecordingWriter& recording, const Recorder& recorder) 
   }
   std::string unknown;
   for (const std::string& node : recorder.not_compared()) unknown += (unknown.empty() ? "" : ", ") + (node.empty() ? "somebody without a name" : node);
-  if (!unknown.empty()) std::cerr << "not known whether all came of what these sent, which did not count it: " << unknown << '\n';
+  if (!unknown.empty()) std::cerr << "not known whether all came of what these sent, which did not tell, or not lately, how much that was: " << unknown << '\n';
 }
 
 int conclude(const RecordOptions& options, const recording::RecordingWriter& recording, double elapsed_s) {

@@ -121,7 +121,7 @@ void Recorder::take_statuses() {
   const std::string_view prefix = kSentPrefix;
   for (const auto& sample : statuses_.take()) {
     if (!sample.valid()) continue;
-    SentStatus status{sample->node, sample->start_stamp_ns, sample.source_stamp_ns(), {}};
+    SentStatus status{sample->node, sample->start_stamp_ns, sample.source_stamp_ns(), {}, sample->final_report};
     for (std::uint32_t i = 0; i < sample->counts._length; ++i) {
       const fivepipe_v1_NamedCount& count = sample->counts._buffer[i];
       if (std::string_view(count.name).starts_with(prefix)) status.sent[std::string(count.name).substr(prefix.size())] = count.count;
@@ -129,6 +129,8 @@ void Recorder::take_statuses() {
     tally_.told(status);
   }
 }
+
+std::set<std::string> Recorder::not_compared() const { return tally_.not_compared(now_realtime_ns()); }
 
 std::vector<SentByNode> Recorder::compared() const {
   std::vector<SentByNode> all;

@@ -30,8 +30,8 @@ class Recorder {
   void take();
   // By node and topic that is recorded: what was sent and what came. To be asked after the last take().
   std::vector<SentByNode> compared() const;
-  // Whoever wrote something, but told nothing of what it sent.
-  std::set<std::string> not_compared() const { return tally_.not_compared(); }
+  // Whoever wrote something, but told nothing of what it sent, or nothing of late.
+  std::set<std::string> not_compared() const;
 
  private:
   struct Source {

@@ -8,6 +8,8 @@ namespace {
 // Between a node's counting what it sent and the stamp of the status that tells it (latencies are sorted in between). What it sent in that time is in
 // neither count: as much as this may stay unnoticed, once, of a process that ran before.
 constexpr std::int64_t kStatusTakes_ns = 100'000'000;
+// Statuses come twice a second.
+constexpr std::int64_t kMostSilence_ns = 2'000'000'000;
 
 }  // namespace
 
@@ -21,6 +23,7 @@ void SentTally::received(const std::string& name, const std::string& topic, std:
 void SentTally::told(const SentStatus& status) {
   if (status.source_stamp_ns < start_stamp_ns_) return;
   Node& node = nodes_[status.node];
+  node.newest = status;
   const auto [process, is_new] = node.processes.try_emplace(status.start_stamp_ns);
   process->second.sent = status.sent;
   if (status.start_stamp_ns >= start_stamp_ns_) {
@@ -61,10 +64,11 @@ std::vector<SentByNode> SentTally::compared() const {
   return all;
 }
 
-std::set<std::string> SentTally::not_compared() const {
+std::set<std::string> SentTally::not_compared(std::int64_t now_ns) const {
   std::set<std::string> names;
   for (const auto& [name, node] : nodes_)
-    if (!node.compares && !node.received.empty()) names.insert(name);
+    if (const bool is_current = node.newest.final_report || now_ns - node.newest.source_stamp_ns < kMostSilence_ns; !(node.compares && is_current) && !node.received.empty())
+      names.insert(name);
   return names;
 }
 

@@ -15,6 +15,7 @@ struct SentStatus {
   std::int64_t start_stamp_ns;   // of the process: tells it from one before it
   std::int64_t source_stamp_ns;  // when the status was written
   std::map<std::string, std::uint64_t> sent;  // messages since the start, by topic
+  bool final_report = false;
 };
 
 // One topic of a node, all its processes together, from where they could be compared.
@@ -36,14 +37,15 @@ class SentTally {
 
   // A node's count is as old as its last status: it never tells too much.
   std::vector<SentByNode> compared() const;
-  // Something came from these, but they told nothing to compare it with, or only once.
-  std::set<std::string> not_compared() const;
+  // Something came from these, but they told nothing to compare it with, or only once, or nothing of late, though none of them ended in order.
+  std::set<std::string> not_compared(std::int64_t now_ns) const;
 
  private:
   struct Process {
     std::map<std::string, std::uint64_t> sent_before, sent;
   };
   struct Node {
+    SentStatus newest;
     bool compares = false;  // `received` stands against what its processes sent
     std::int64_t from_ns = std::numeric_limits<std::int64_t>::min();  // counts what was sent later
     std::map<std::int64_t, Process> processes;  // by their start
