@@ -17,6 +17,7 @@
 #include "launch/messages.h"
 #include "launch/node_claims.h"
 #include "launch/options.h"
+#include "launch/recording/recorder.h"
 #include "launch/recording/recorder_process.h"
 #include "launch/report.h"
 #include "launch/supervisor.h"
@@ -263,7 +264,19 @@ class Run {
   Supervisor supervisor_;
 };
 
+// --record-option=--force is for the recorder, but it is better refused before anything is started.
+std::string recording_refused(const UpOptions& options) {
+  const auto& given = options.record_options;
+  if (options.record.empty() || std::find(given.begin(), given.end(), "--force") != given.end()) return "";
+  const std::string why = refusal_to_overwrite(options.record);
+  return why.empty() ? "" : why + " (--record-option=--force)";
+}
+
 int run_up(UpOptions options) {
+  if (const std::string why = recording_refused(options); !why.empty()) {
+    std::cerr << why << '\n';
+    return 2;
+  }
   const Deployment deployment = load_deployment(options.deployment, settings_from(options.settings));
   const std::vector<Node> nodes = nodes_of_host(deployment, options.host);
   const std::uint32_t domain = options.domain.value_or(deployment.domain);

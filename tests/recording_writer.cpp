@@ -129,6 +129,7 @@ TEST_F(RecordingWriterTest, AFullDiskEndsTheWritingAndLeavesWhatWasWritten) {
   writer.finish();
   setrlimit(RLIMIT_FSIZE, &before);
   EXPECT_FALSE(writer.failure().empty());
+  EXPECT_EQ(writer.loss_reason(), writer.failure());
   const TopicCounts counts = writer.counts().at("t");
   EXPECT_EQ(counts.received, 1000u);
   EXPECT_EQ(counts.written + counts.lost, counts.received);
@@ -150,6 +151,36 @@ TEST_F(RecordingWriterTest, AChunkThatIsOldIsOnTheDiskSoon) {
   EXPECT_EQ(writer.counts().at("t").written, 1u);
   // Not finished: it is a crash that this is for.
   EXPECT_EQ(all_of(Recording(path_)).size(), 1u);
+}
+
+// What waits is far more than a disk takes in between two questions.
+TEST_F(RecordingWriterTest, WhatIsGivenUpAtTheEndIsLostCountedAndSaidWhy) {
+  RecordingWriter writer(path_, "tests", {.compression = mcap::Compression::zstd, .chunk_bytes = 100'000});
+  const mcap::Id channel = writer.add_channel("t", kFramedType, kFramedIdl, {});
+  add(writer, channel, 100'000, 1000);
+  writer.finish([] { return true; });
+  const TopicCounts counts = writer.counts().at("t");
+  EXPECT_GT(counts.lost, 0u);
+  EXPECT_EQ(counts.written + counts.lost, counts.received);
+  EXPECT_EQ(writer.failure(), "");
+  const Recording recording(path_);
+  EXPECT_TRUE(recording.mcap().is_finished());
+  EXPECT_EQ(all_of(recording).size(), counts.written);
+  EXPECT_EQ(recording.metadata(kCountsMetadata).at(kLossReasonKey), writer.loss_reason());
+}
+
+TEST_F(RecordingWriterTest, WhatWasSentAndNeverReceivedIsInTheFile) {
+  {
+    RecordingWriter writer(path_, "tests", {});
+    add(writer, writer.add_channel("t", kFramedType, kFramedIdl, {}), 3, 100);
+    writer.add_sent("t", 4, 1);
+    writer.add_sent("t", 6, 0);
+    EXPECT_EQ(writer.loss_reason(), "");
+  }
+  const auto counts = Recording(path_).metadata(kCountsMetadata);
+  EXPECT_EQ(counts.at("t sent"), "10");
+  EXPECT_EQ(counts.at("t missing"), "1");
+  EXPECT_FALSE(counts.contains(kLossReasonKey));
 }
 
 TEST_F(RecordingWriterTest, AnAttachmentWhoseNameLeadsOutOfTheFolderIsRefused) {

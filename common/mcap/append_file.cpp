@@ -55,6 +55,12 @@ void AppendFile::append(ByteView bytes) {
   crc_ = crc32_of(bytes, crc_);
 }
 
+void AppendFile::sync() {
+  int result;
+  while ((result = fdatasync(file_)) != 0 && errno == EINTR) {}
+  if (result != 0 && errno != EINVAL && errno != EROFS) fail("can't be written to the disk");  // those two: a device or pipe that has none
+}
+
 void AppendFile::overwrite(std::uint64_t byte, std::byte value) { write_all(ByteView(&value, 1), byte); }
 
 std::uint32_t AppendFile::crc_of_whole_file() const {

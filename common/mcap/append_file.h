@@ -17,6 +17,8 @@ class AppendFile {
 
   // std::system_error (a full disk): the file ends where it ended before.
   void append(ByteView bytes);
+  // What was appended outlives a power cut when it returns. std::system_error where the disk failed.
+  void sync();
   void overwrite(std::uint64_t byte, std::byte value);
   std::uint64_t size_bytes() const { return size_bytes_; }
   std::uint32_t crc() const { return crc_; }  // of everything that was appended; reopen() starts anew

@@ -21,6 +21,8 @@ class FileWriter {
   void write(const Chunk& chunk);
   void attach(const Attachment& attachment);
   void add(const Metadata& metadata);
+  // What was written so far outlives a power cut too. std::system_error where the disk failed.
+  void sync() { file_.sync(); }
   // Writes the summary; nothing may be written after it.
   void finish();
   std::uint64_t bytes_written() const { return file_.size_bytes(); }

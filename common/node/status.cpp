@@ -145,7 +145,7 @@ struct NodeStatusReporter::Impl {
   void collect_sent() {
     const auto not_sent = bus.take_not_sent(), sent = bus.sent();
     const std::scoped_lock lock(mutex);
-    for (const auto& [topic, count] : sent) counts["sent: " + topic] = count;
+    for (const auto& [topic, count] : sent) counts[kSentPrefix + topic] = count;
     for (const auto& [topic, count] : not_sent) drops["not_sent: " + topic] += count;
   }
 

@@ -9,6 +9,9 @@
 
 namespace fivepipe {
 
+// Counts named so, with the topic behind it: messages written since the start.
+inline constexpr const char* kSentPrefix = "sent: ";
+
 class NodeStatusReporter {
  public:
   NodeStatusReporter(Bus& bus, std::string node);

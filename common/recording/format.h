@@ -4,7 +4,7 @@
 //   messages              `cdr`, to the byte as on the wire; log time: taken by the recorder; publish time: DDS's source time stamp
 //   .. of TOPIC/key_state changes of a key's state (its writer disposed it, or none is left), as KeyState
 //   attachments           the deployment's files, under deployment/
-//   metadata `recording`  versions, where from; `settings`: the deployment's; `counts`, last: received, written, lost by topic
+//   metadata `recording`  versions, where from; `settings`: the deployment's; `counts`, last: by topic
 #pragma once
 #include <string>
 
@@ -26,7 +26,9 @@ inline constexpr const char* kKeyStateIdl =
 
 inline constexpr const char* kRecordingMetadata = "recording";
 inline constexpr const char* kSettingsMetadata = "settings";
+// By "TOPIC received", "TOPIC written", "TOPIC lost"; where the writers told it, "TOPIC sent", "TOPIC missing" (sent, and never received).
 inline constexpr const char* kCountsMetadata = "counts";
+inline constexpr const char* kLossReasonKey = "loss_reason";  // in `counts`, where anything was lost
 
 inline constexpr const char* kDeploymentFolder = "deployment/";
 inline constexpr const char* kDeploymentFileKey = "deployment_file";  // in the metadata `recording`: which of them is the deployment

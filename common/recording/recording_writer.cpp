@@ -1,5 +1,6 @@
 #include "common/recording/recording_writer.h"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -107,32 +108,41 @@ void RecordingWriter::write_until_finished() {
     if (waiting_.empty()) return;
     Waiting next = std::move(waiting_.front());
     waiting_.pop_front();
+    const bool is_last = waiting_.empty();
     lock.unlock();
-    write(next);
+    write(next, is_last);
     lock.lock();
     waiting_bytes_ -= next.bytes;
   }
 }
 
-void RecordingWriter::write(Waiting& waiting) {
+void RecordingWriter::write(Waiting& waiting, bool is_last) {
+  using Clock = std::chrono::steady_clock;
   std::string why;
   try {
     const std::scoped_lock lock(file_mutex_);
     if (failure().empty()) {
       file_->write(waiting.chunk);
       bytes_written_ = file_->bytes_written();
+      // A disk that lags behind is not forced for every chunk.
+      if (options_.sync && (is_last || Clock::now() - synced_ >= std::chrono::duration<double>(options_.chunk_s))) {
+        file_->sync();
+        synced_ = Clock::now();
+      }
     } else {
-      why = "-";
+      why = failure();
     }
   } catch (const std::exception& error) {
     why = error.what();
   }
   const std::scoped_lock lock(mutex_);
-  if (failure_.empty() && !why.empty()) failure_ = why;
-  for (const auto& [channel, count] : waiting.messages) {
-    TopicCounts& counts = counts_[topic_of_channel_.at(channel)];
-    (why.empty() ? counts.written : counts.lost) += count;
-  }
+  if (failure_.empty()) failure_ = why;
+  if (!why.empty()) return lose(waiting);
+  for (const auto& [channel, count] : waiting.messages) counts_[topic_of_channel_.at(channel)].written += count;
+}
+
+void RecordingWriter::lose(const Waiting& waiting) {
+  for (const auto& [channel, count] : waiting.messages) counts_[topic_of_channel_.at(channel)].lost += count;
 }
 
 std::map<std::string, TopicCounts> RecordingWriter::counts() const {
@@ -145,25 +155,56 @@ std::string RecordingWriter::failure() const {
   return failure_;
 }
 
-void RecordingWriter::finish() {
+std::string RecordingWriter::loss_reason() const {
+  const std::scoped_lock lock(mutex_);
+  const bool none = std::all_of(counts_.begin(), counts_.end(), [](const auto& count) { return count.second.lost == 0; });
+  return none ? "" : !failure_.empty() ? failure_ : gave_up_ ? "it was ended before the disk had taken them" : "the disk did not keep up";
+}
+
+void RecordingWriter::add_sent(const std::string& topic, std::uint64_t sent, std::uint64_t missing) {
+  const std::scoped_lock lock(mutex_);
+  counts_[topic].sent += sent;
+  counts_[topic].missing += missing;
+}
+
+void RecordingWriter::add_counts() {
+  const std::string why = loss_reason();
+  mcap::Metadata counts{kCountsMetadata, {}};
+  for (const auto& [topic, count] : counts_) {
+    counts.values[topic + " received"] = std::to_string(count.received);
+    counts.values[topic + " written"] = std::to_string(count.written);
+    counts.values[topic + " lost"] = std::to_string(count.lost);
+    if (count.sent == 0) continue;
+    counts.values[topic + " sent"] = std::to_string(count.sent);
+    counts.values[topic + " missing"] = std::to_string(count.missing);
+  }
+  if (!why.empty()) counts.values[kLossReasonKey] = why;
+  file_->add(counts);
+}
+
+void RecordingWriter::finish(const std::function<bool()>& gives_up) {
+  constexpr std::chrono::milliseconds kAsksAgain{20};
   if (!disk_.joinable()) return;
   close_chunk();
   {
-    const std::scoped_lock lock(mutex_);
+    std::unique_lock lock(mutex_);
     finishing_ = true;
+    changed_.notify_all();
+    while (gives_up && !waiting_.empty()) {
+      if (gives_up()) {
+        gave_up_ = true;
+        for (const Waiting& waiting : std::exchange(waiting_, {})) lose(waiting);
+      } else {
+        changed_.wait_for(lock, kAsksAgain);
+      }
+    }
   }
-  changed_.notify_all();
   disk_.join();
   if (!failure_.empty()) return;
   try {
-    mcap::Metadata counts{kCountsMetadata, {}};
-    for (const auto& [topic, count] : counts_) {
-      counts.values[topic + " received"] = std::to_string(count.received);
-      counts.values[topic + " written"] = std::to_string(count.written);
-      counts.values[topic + " lost"] = std::to_string(count.lost);
-    }
-    file_->add(counts);
+    add_counts();
     file_->finish();
+    if (options_.sync) file_->sync();
     bytes_written_ = file_->bytes_written();
   } catch (const std::exception& error) {
     failure_ = error.what();

@@ -26,8 +26,8 @@ constexpr auto drain_time = 200ms;
 struct RecordOptions {
   std::filesystem::path file, deployment;
   std::vector<std::string> settings;
-  std::string topics = ".*", compression = "lz4", name = "recorder";
-  bool without_colour = false;
+  std::string topics = ".*", compression = "lz4", name = kRecorderName;
+  bool without_colour = false, force = false, without_sync = false;
   double duration_s = 0;
   NetworkOptions network;
   bool domain_given = false;
@@ -49,7 +49,7 @@ std::vector<topics::Topic> wanted_topics(const RecordOptions& options) {
 }
 
 struct Sum {
-  std::uint64_t received = 0, written = 0, lost = 0;
+  std::uint64_t received = 0, written = 0, lost = 0, missing = 0;
 };
 Sum sum_of(const std::map<std::string, recording::TopicCounts>& counts) {
   Sum sum;
@@ -57,6 +57,7 @@ Sum sum_of(const std::map<std::string, recording::TopicCounts>& counts) {
     sum.received += count.received;
     sum.written += count.written;
     sum.lost += count.lost;
+    sum.missing += count.missing;
   }
   return sum;
 }
@@ -80,24 +81,31 @@ void print_table(const std::map<std::string, recording::TopicCounts>& counts) {
   std::fflush(stdout);
 }
 
-int conclude(const RecordOptions& options, const recording::RecordingWriter& recording, const Recorder& recorder, double elapsed_s) {
+// Into the file, and to whoever watches.
+void note_sent(recording::RecordingWriter& recording, const Recorder& recorder) {
+  for (const SentByNode& by : recorder.compared()) {
+    recording.add_sent(by.topic, by.sent, by.missing());
+    if (by.missing() > 0) std::cerr << by.node << " sent " << by.sent << " of " << by.topic << ", " << by.received << " came\n";
+  }
+  std::string unknown;
+  for (const std::string& node : recorder.not_compared()) unknown += (unknown.empty() ? "" : ", ") + (node.empty() ? "somebody without a name" : node);
+  if (!unknown.empty()) std::cerr << "not known whether all came of what these sent, which did not tell, or not lately, how much that was: " << unknown << '\n';
+}
+
+int conclude(const RecordOptions& options, const recording::RecordingWriter& recording, double elapsed_s) {
   const auto counts = recording.counts();
   print_table(counts);
   const Sum sum = sum_of(counts);
   std::printf("%s: %llu messages, %.1f MB, %.1f s\n", options.file.c_str(), static_cast<unsigned long long>(sum.written), 1e-6 * double(recording.bytes_written()), elapsed_s);
   std::fflush(stdout);
-  bool complete = sum.lost == 0;
-  for (const Shortfall& shortfall : recorder.shortfalls()) {
-    complete = false;
-    std::cerr << shortfall.node << " sent " << shortfall.sent << " of " << shortfall.topic << ", " << shortfall.received << " came\n";
-  }
-  if (sum.lost > 0) std::cerr << sum.lost << " messages were lost: the disk did not keep up\n";
+  if (sum.lost > 0) std::cerr << sum.lost << " messages were lost: " << recording.loss_reason() << '\n';
   if (const std::string why = recording.failure(); !why.empty()) {
-    std::cerr << why << "\nThe file holds everything up to there; `fivepipe info --recover " << options.file.string() << "` mends its index.\n";
+    if (sum.lost == 0) std::cerr << why << '\n';
+    std::cerr << "The file holds everything up to there; `fivepipe info --recover " << options.file.string() << "` mends its index.\n";
     return 1;
   }
   if (sum.received == 0) std::cerr << "nothing was received; `fivepipe ls --domain " << options.network.domain << "` shows who writes there\n";
-  return complete && sum.received > 0 ? 0 : 1;
+  return sum.lost == 0 && sum.missing == 0 && sum.received > 0 ? 0 : 1;
 }
 
 int run_record(RecordOptions options) {
@@ -113,9 +121,13 @@ int run_record(RecordOptions options) {
     std::cerr << "no topic's name matches '" << options.topics << "'; `fivepipe ls` shows them\n";
     return 2;
   }
+  if (const std::string why = refusal_to_overwrite(options.file); !options.force && !why.empty()) {
+    std::cerr << why << '\n';
+    return 2;
+  }
   catch_signals();
   if (options.file.has_parent_path()) std::filesystem::create_directories(options.file.parent_path());
-  recording::RecordingWriter recording(options.file, std::string("fivepipe ") + version(), {.compression = compressions.at(options.compression)});
+  recording::RecordingWriter recording(options.file, std::string("fivepipe ") + version(), {.compression = compressions.at(options.compression), .sync = !options.without_sync});
   write_header(recording, deployment ? &*deployment : nullptr, settings, options.network.domain);
   Bus bus({options.network.domain, options.network.profile, options.name});
   for (const std::string& warning : bus.warnings()) spdlog::warn("{}", warning);
@@ -132,16 +144,21 @@ int run_record(RecordOptions options) {
     bus.wait(50ms);
     recorder.take();
     const bool over = signals_received() > 0 || (options.duration_s > 0 && elapsed_s() >= options.duration_s) || !recording.failure().empty();
-    if (over && !ends) ends = Clock::now() + drain_time;
+    if (over && !ends) {
+      ends = Clock::now() + drain_time;
+      if (const std::string why = recording.failure(); !why.empty()) spdlog::error("the recording ends: {}", why);
+    }
     if (Clock::now() < next_progress) continue;
     next_progress += progress_period;
     tell(status, recording.counts(), told);
     const Sum sum = sum_of(told);
     spdlog::info("{:.0f} s: {} messages, {:.1f} MB written, {} lost", elapsed_s(), sum.received, 1e-6 * double(recording.bytes_written()), sum.lost);
   }
-  recording.finish();
+  note_sent(recording, recorder);
+  // A second signal, or one while nothing but the disk is waited for.
+  recording.finish([before = signals_received()] { return signals_received() > before; });
   tell(status, recording.counts(), told);
-  return conclude(options, recording, recorder, elapsed_s());
+  return conclude(options, recording, elapsed_s());
 }
 
 std::string check_regex(const std::string& text) {
@@ -166,11 +183,13 @@ void add_record(CLI::App& app, Command& command) {
       "  fivepipe up launch/deployments/demo.yaml --record session.mcap    both at once\n\n"
       "Exit codes: 0 everything that was sent is in the file, 1 something is missing (said by topic), 2 usage or configuration.");
   record->add_option("-o,--output", options->file, "file to write (MCAP)")->required();
+  record->add_flag("--force", options->force, "overwrite a file that is there");
   record->add_option("--deployment", options->deployment, "deployment file: attached with all that it names, so that the recording can be replayed and measured anywhere");
   add_set_option(record, options->settings);
   record->add_option("--topics", options->topics, "only topics whose name matches this regular expression")->check(CLI::Validator(check_regex, "RE"))->capture_default_str();
   record->add_flag("--no-colour", options->without_colour, "no pictures of people: neither camera colours nor the coloured hull tiles");
   record->add_option("--compression", options->compression, "lz4, zstd (smaller, slower) or none")->check(CLI::IsMember(compressions))->capture_default_str();
+  record->add_flag("--no-sync", options->without_sync, "don't force the disk twice a second: a power cut then costs what the kernel had not written yet");
   record->add_option("--duration", options->duration_s, "seconds; without it: until Ctrl-C")->check(CLI::PositiveNumber);
   record->add_option("--name", options->name, "what it calls itself on the bus")->capture_default_str();
   add_network_options(record, options->network);

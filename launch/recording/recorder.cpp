@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "common/clock/realtime.h"
+#include "common/node/status.h"
 #include "common/recording/format.h"
 #include "common/schema/wire_types.h"
 #include "common/version/version.h"
@@ -14,9 +15,6 @@ namespace fivepipe {
 namespace {
 
 namespace fs = std::filesystem;
-
-// What a node's counts of sent messages begin with (common/node/status.cpp).
-constexpr std::string_view kSentPrefix = "sent: ";
 
 // The deepest folder that holds all of them.
 fs::path common_folder(const std::vector<fs::path>& files) {
@@ -47,6 +45,8 @@ const char* delivery_name(topics::Delivery delivery) {
 
 }  // namespace
 
+std::string refusal_to_overwrite(const fs::path& file) { return fs::exists(file) ? file.string() + " exists; --force overwrites it" : ""; }
+
 void write_header(recording::RecordingWriter& recording, const Deployment* deployment, const std::map<std::string, std::string>& settings, std::uint32_t domain) {
   const std::uint64_t now_ns = std::uint64_t(now_realtime_ns());
   mcap::Metadata header{recording::kRecordingMetadata,
@@ -66,8 +66,19 @@ void write_header(recording::RecordingWriter& recording, const Deployment* deplo
 }
 
 Recorder::Recorder(Bus& bus, recording::RecordingWriter& recording, const std::vector<topics::Topic>& topics)
-    : bus_(bus), recording_(recording), statuses_(bus.reader<topics::NodeStatus>()) {
+    : bus_(bus), recording_(recording), statuses_(bus.reader<topics::NodeStatus>()), tally_(now_realtime_ns()) {
   for (const topics::Topic& topic : topics) sources_.push_back(std::make_unique<Source>(Source{SerializedReader(bus, topic), topic, {}, {}}));
+}
+
+bool Recorder::is_own(const WriterDescription& writer) const {
+  const auto endpoints = bus_.endpoints();
+  return std::any_of(endpoints.begin(), endpoints.end(), [&](const EndpointDescription& endpoint) { return endpoint.own && endpoint.guid == writer.guid; });
+}
+
+std::string Recorder::node_of(const WriterDescription& writer) {
+  for (const EndpointDescription& endpoint : bus_.endpoints())
+    if (endpoint.participant_guid == writer.participant_guid && !endpoint.participant.empty()) return node_of_participant_[writer.participant_guid] = endpoint.participant;
+  return node_of_participant_[writer.participant_guid];
 }
 
 std::optional<mcap::Id> Recorder::channel(Source& source, std::uint64_t writer) {
@@ -76,11 +87,8 @@ std::optional<mcap::Id> Recorder::channel(Source& source, std::uint64_t writer) 
   std::map<std::string, std::string> metadata{{"delivery", delivery_name(source.topic.delivery)}};
   std::string node;
   if (const auto described = source.reader.writer(writer)) {
-    for (const EndpointDescription& endpoint : bus_.endpoints())
-      if (endpoint.guid == described->guid) {
-        if (endpoint.own) return source.channel_of_writer[writer] = std::nullopt;
-        node = endpoint.participant;
-      }
+    if (is_own(*described)) return source.channel_of_writer[writer] = std::nullopt;
+    node = node_of(*described);
     metadata["writer"] = described->guid;
     metadata["participant"] = described->participant_guid;
     for (const auto& [policy, value] : described->qos) metadata["qos." + policy] = value;
@@ -99,7 +107,7 @@ void Recorder::take() {
       const std::int64_t now_ns = now_realtime_ns();
       if (sample.kind == SampleKind::data) {
         recording_.add(*id, now_ns, sample.source_stamp_ns, sample.cdr);
-        ++received_[source->node_of_channel.at(*id)][source->topic.name];
+        tally_.received(source->node_of_channel.at(*id), source->topic.name, sample.source_stamp_ns);
       } else {
         const auto change = sample.kind == SampleKind::disposed ? recording::KeyChange::disposed : recording::KeyChange::unregistered;
         recording_.add(*id, now_ns, sample.source_stamp_ns, change, sample.cdr);
@@ -109,49 +117,27 @@ void Recorder::take() {
   recording_.tick(now_realtime_ns());
 }
 
-bool Recorder::writes_statuses(const std::string& node) const {
-  const auto endpoints = bus_.endpoints();
-  return std::any_of(endpoints.begin(), endpoints.end(),
-                     [&](const EndpointDescription& e) { return e.writes && e.participant == node && e.topic == topics::NodeStatus::name; });
-}
-
 void Recorder::take_statuses() {
+  const std::string_view prefix = kSentPrefix;
   for (const auto& sample : statuses_.take()) {
     if (!sample.valid()) continue;
-    std::map<std::string, std::uint64_t> sent;
+    SentStatus status{sample->node, sample->start_stamp_ns, sample.source_stamp_ns(), {}, sample->final_report};
     for (std::uint32_t i = 0; i < sample->counts._length; ++i) {
       const fivepipe_v1_NamedCount& count = sample->counts._buffer[i];
-      if (std::string_view(count.name).starts_with(kSentPrefix)) sent[std::string(count.name).substr(kSentPrefix.size())] = count.count;
+      if (std::string_view(count.name).starts_with(prefix)) status.sent[std::string(count.name).substr(prefix.size())] = count.count;
     }
-    // The status itself is always one behind.
-    sent.erase(topics::NodeStatus::name);
-    const auto [process, is_new] = processes_.try_emplace(sample.writer(), sample->node, SentBy{});
-    // A replay sends the statuses of others.
-    if (is_new)
-      process->second.second.from_the_start =
-          writes_statuses(sample->node) && std::all_of(sent.begin(), sent.end(), [](const auto& topic) { return topic.second == 0; });
-    process->second.second.sent = sent;
+    tally_.told(status);
   }
 }
 
-std::vector<Shortfall> Recorder::shortfalls() const {
-  std::map<std::string, SentBy> of_node;  // all its processes
-  for (const auto& [writer, process] : processes_) {
-    const auto [node, is_new] = of_node.try_emplace(process.first, SentBy{true, {}});
-    node->second.from_the_start &= process.second.from_the_start;
-    for (const auto& [topic, count] : process.second.sent) node->second.sent[topic] += count;
-  }
-  std::vector<Shortfall> all;
-  for (const auto& [node, by] : of_node) {
-    if (!by.from_the_start) continue;
-    for (const auto& source : sources_) {
-      const auto sent = by.sent.find(source->topic.name);
-      if (sent == by.sent.end()) continue;
-      std::uint64_t received = 0;
-      if (const auto topics = received_.find(node); topics != received_.end())
-        if (const auto count = topics->second.find(source->topic.name); count != topics->second.end()) received = count->second;
-      if (sent->second > received) all.push_back({node, source->topic.name, sent->second, received});
-    }
+std::set<std::string> Recorder::not_compared() const { return tally_.not_compared(now_realtime_ns()); }
+
+std::vector<SentByNode> Recorder::compared() const {
+  std::vector<SentByNode> all;
+  for (const SentByNode& sent : tally_.compared()) {
+    const bool is_recorded = std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) { return sent.topic == source->topic.name; });
+    // A status is always one behind.
+    if (is_recorded && sent.topic != topics::NodeStatus::name) all.push_back(sent);
   }
   return all;
 }

@@ -9,17 +9,18 @@
 #include "common/bus/serialized.h"
 #include "common/recording/recording_writer.h"
 #include "common/scene/deployment.h"
+#include "launch/recording/sent_tally.h"
 
 namespace fivepipe {
 
+// What `fivepipe record` calls itself on the bus, unless it is told otherwise.
+inline constexpr const char* kRecorderName = "recorder";
+
+// Why a recording is not to be written there without --force; empty: nothing is there.
+std::string refusal_to_overwrite(const std::filesystem::path& file);
+
 // Versions, deployment with its files, and settings, in front of all messages. `deployment` may be null: then there are no files.
 void write_header(recording::RecordingWriter& recording, const Deployment* deployment, const std::map<std::string, std::string>& settings, std::uint32_t domain);
-
-// Of a node that was heard from its start: how many messages it sent of a topic, by its own count, and how many of these came here.
-struct Shortfall {
-  std::string node, topic;
-  std::uint64_t sent = 0, received = 0;
-};
 
 class Recorder {
  public:
@@ -27,8 +28,10 @@ class Recorder {
 
   // Everything that has arrived, into the recording; to be called often. What this process itself publishes is left out.
   void take();
-  // Nodes that sent more than came. To be asked after the last take(): a node's count is as old as its last status.
-  std::vector<Shortfall> shortfalls() const;
+  // By node and topic that is recorded: what was sent and what came. To be asked after the last take().
+  std::vector<SentByNode> compared() const;
+  // Whoever wrote something, but told nothing of what it sent, or nothing of late.
+  std::set<std::string> not_compared() const;
 
  private:
   struct Source {
@@ -38,19 +41,16 @@ class Recorder {
     std::map<mcap::Id, std::string> node_of_channel;
   };
   std::optional<mcap::Id> channel(Source& source, std::uint64_t writer);
+  bool is_own(const WriterDescription& writer) const;
+  std::string node_of(const WriterDescription& writer);
   void take_statuses();
-  bool writes_statuses(const std::string& node) const;
 
   Bus& bus_;
   recording::RecordingWriter& recording_;
   std::vector<std::unique_ptr<Source>> sources_;
   Reader<topics::NodeStatus> statuses_;
-  struct SentBy {
-    bool from_the_start = false;  // its first status said that nothing had been sent yet
-    std::map<std::string, std::uint64_t> sent;  // by topic
-  };
-  std::map<std::uint64_t, std::pair<std::string, SentBy>> processes_;          // by writer: node and what it sent
-  std::map<std::string, std::map<std::string, std::uint64_t>> received_;       // by node and topic
+  std::map<std::string, std::string> node_of_participant_;  // by GUID: a process that is gone has left its name
+  SentTally tally_;
 };
 
 }  // namespace fivepipe

@@ -11,12 +11,13 @@ namespace fivepipe {
 
 class RecorderProcess {
  public:
-  // What `fivepipe record` is to be called with. Waits until it listens. Throws std::runtime_error with what it said where it does not.
+  // What `fivepipe record` is to be called with. Waits until it listens, or a signal asks to end. Throws std::runtime_error with what it said where it does not.
   RecorderProcess(Bus& bus, std::vector<std::string> arguments);
 
   void pass_on_output();
   bool ended() { return child_.ended().has_value(); }
-  // Ends it and waits; what it said last goes to stderr and stdout. Its exit code; 1 where it had to be killed.
+  // Ends it and waits, for 30 s at most, and hardly after a signal (launch/interrupt.h); then it is killed. What it said last goes to stderr.
+  // Its exit code; 1 where it had to be killed.
   int finish();
 
  private:

@@ -69,7 +69,8 @@ std::map<std::string, std::string> metadata_of(const Recording& recording, const
 // By "TOPIC received" and so on.
 std::map<std::string, RecorderCounts> counts_from(const std::map<std::string, std::string>& values) {
   static const std::pair<std::string, std::uint64_t RecorderCounts::*> kinds[] = {
-      {" received", &RecorderCounts::received}, {" written", &RecorderCounts::written}, {" lost", &RecorderCounts::lost}};
+      {" received", &RecorderCounts::received}, {" written", &RecorderCounts::written}, {" lost", &RecorderCounts::lost},
+      {" sent", &RecorderCounts::sent}, {" missing", &RecorderCounts::missing}};
   std::map<std::string, RecorderCounts> counts;
   for (const auto& [key, value] : values)
     for (const auto& [suffix, count] : kinds)
@@ -112,7 +113,10 @@ RecordingInfo inspect(const Recording& recording, bool reads_all) {
   info.attachments = reader.attachments();
   info.header = metadata_of(recording, recording::kRecordingMetadata, info.unreadable);
   info.settings = metadata_of(recording, recording::kSettingsMetadata, info.unreadable);
-  if (const auto counts = metadata_of(recording, recording::kCountsMetadata, info.unreadable); !counts.empty()) info.counts = counts_from(counts);
+  if (const auto counts = metadata_of(recording, recording::kCountsMetadata, info.unreadable); !counts.empty()) {
+    info.counts = counts_from(counts);
+    if (const auto why = counts.find(recording::kLossReasonKey); why != counts.end()) info.loss_reason = why->second;
+  }
   info.foreign_types = foreign_types_of(recording);
   auto topics = topics_of(recording, info.duration_s());
   if (reads_all) read_all(recording, topics, info.unreadable);

@@ -24,6 +24,7 @@ struct TopicInfo {
 // By the recorder's own count, of messages and key changes.
 struct RecorderCounts {
   std::uint64_t received = 0, written = 0, lost = 0;
+  std::uint64_t sent = 0, missing = 0;  // as far as writers told what they sent; missing: never received
 };
 
 struct RecordingInfo {
@@ -41,6 +42,7 @@ struct RecordingInfo {
   std::vector<mcap::AttachmentIndex> attachments;
   std::map<std::string, std::string> header, settings;  // version, commit, deployment, ..; the deployment's settings
   std::optional<std::map<std::string, RecorderCounts>> counts;  // by topic; none: the recorder did not get to writing them
+  std::string loss_reason;                 // of what was received and lost; empty: none was, or it is not known
   std::vector<std::string> foreign_types;  // what differs from this build's types
 
   bool finished() const { return damage.summary.empty(); }

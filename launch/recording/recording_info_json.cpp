@@ -33,7 +33,11 @@ Json json_of(const RecordingInfo& info) {
   for (const TopicInfo& topic : info.topics) json["topics"].push_back(json_of(topic, info.read_all));
   json["counts"] = nullptr;
   if (info.counts)
-    for (const auto& [topic, count] : *info.counts) json["counts"][topic] = {{"received", count.received}, {"written", count.written}, {"lost", count.lost}};
+    for (const auto& [topic, count] : *info.counts) {
+      json["counts"][topic] = {{"received", count.received}, {"written", count.written}, {"lost", count.lost}};
+      if (count.sent > 0) json["counts"][topic].update({{"sent", count.sent}, {"missing", count.missing}});
+    }
+  if (!info.loss_reason.empty()) json["loss_reason"] = info.loss_reason;
   json["foreign_types"] = info.foreign_types;
   json["recording"] = info.header;
   json["settings"] = info.settings;

@@ -95,23 +95,38 @@ std::string missing_text(const RecordingInfo& info, std::uint64_t missing) {
   return line("LOST", counted(missing, "message") + ", by gaps in their sequence numbers:") + wrapped("", by_topic);
 }
 
+// By one of the recorder's counts: "HullTile 3", ..
+std::string by_topic_text(const RecordingInfo& info, std::uint64_t RecorderCounts::*counted) {
+  std::vector<std::string> by_topic;
+  for (const auto& [topic, count] : *info.counts)
+    if (count.*counted) by_topic.push_back(last_part(topic) + " " + std::to_string(count.*counted));
+  return wrapped("", by_topic);
+}
+
 std::string losses_text(const RecordingInfo& info) {
-  std::uint64_t missing = 0, received = 0, lost = 0;
-  for (const TopicInfo& topic : info.topics) missing += topic.missing;
-  if (!info.counts && missing > 0) return missing_text(info, missing);
+  std::uint64_t gaps = 0;
+  for (const TopicInfo& topic : info.topics) gaps += topic.missing;
+  if (!info.counts && gaps > 0) return missing_text(info, gaps);
   if (!info.counts)
     return line("losses", info.read_all ? "none seen: sequence numbers have no gaps (the recorder's own counts are missing)"
                                         : "not known: the recorder's counts are missing");
-  std::vector<std::string> by_topic;
+  RecorderCounts all;
   for (const auto& [topic, count] : *info.counts) {
-    received += count.received;
-    lost += count.lost;
-    if (count.lost) by_topic.push_back(last_part(topic) + " " + std::to_string(count.lost));
+    all.received += count.received;
+    all.lost += count.lost;
+    all.sent += count.sent;
+    all.missing += count.missing;
   }
-  if (lost > 0)
-    return line("LOST", std::to_string(lost) + " of " + std::to_string(received) + " that the recorder received: the disk did not keep up") +
-           wrapped("", by_topic) + (missing > lost ? missing_text(info, missing) : "");
-  return missing > 0 ? missing_text(info, missing) : line("losses", "none: " + std::to_string(received) + " received, all written");
+  std::string text;
+  if (all.missing > 0)
+    text += line("LOST", std::to_string(all.missing) + " of " + std::to_string(all.sent) + " that nodes sent, by their own counts: the recorder never received them") +
+            by_topic_text(info, &RecorderCounts::missing);
+  if (all.lost > 0)
+    text += line("LOST", std::to_string(all.lost) + " of " + std::to_string(all.received) + " that the recorder received: " +
+                             (info.loss_reason.empty() ? "the disk did not keep up" : info.loss_reason)) +
+            by_topic_text(info, &RecorderCounts::lost);
+  if (gaps > all.lost) text += missing_text(info, gaps);
+  return text.empty() ? line("losses", "none: " + std::to_string(all.received) + " received, all written") : text;
 }
 
 std::string types_text(const RecordingInfo& info) {
