@@ -386,5 +386,29 @@ TEST(RecordingCommandsLive, SayWhereNobodyIs) {
   EXPECT_EQ(fivepipe("echo NoSuchTopic" + in_domain).exit_code, 2);
 }
 
+TEST_F(RecordingCommands, ARecordingThatIsThereIsNotOverwrittenUnlessForced) {
+  const std::string before = content_of(session), file = " " + session.string();
+  const std::string deployment = FIVEPIPE_SOURCE_DIR "/tests/pipeline/deployment.yaml";
+  for (const std::string& command : {"record -o" + file, "up " + deployment + " --out " + (folder.path / "out").string() + " --record" + file}) {
+    const Answer answer = fivepipe(command + " --domain " + std::to_string(test::own_domain()));
+    EXPECT_EQ(answer.exit_code, 2) << answer.text;
+    EXPECT_TRUE(holds(answer, "--force")) << answer.text;
+    EXPECT_EQ(content_of(session), before);
+  }
+  fivepipe("record --force --duration 0.1 -o" + file + " --domain " + std::to_string(test::own_domain()));
+  EXPECT_NE(content_of(session), before);
+}
+
+// Its counts of what nodes sent are shown.
+TEST_F(RecordingCommands, InfoShowsWhatWasSentAndNeverReceived) {
+  const fs::path file = folder.path / "missing.mcap";
+  {
+    recording::RecordingWriter writer(file, "test", {});
+    writer.add_sent(head_topic, 40, 7);
+  }
+  const Answer answer = fivepipe("info " + file.string());
+  EXPECT_TRUE(holds(answer, "LOST         7 of 40 that nodes sent") && holds(answer, "HeadPose 7")) << answer.text;
+}
+
 }  // namespace
 }  // namespace fivepipe

@@ -66,9 +66,10 @@ std::vector<SentByNode> SentTally::compared() const {
 
 std::set<std::string> SentTally::not_compared(std::int64_t now_ns) const {
   std::set<std::string> names;
-  for (const auto& [name, node] : nodes_)
-    if (const bool is_current = node.newest.final_report || now_ns - node.newest.source_stamp_ns < kMostSilence_ns; !(node.compares && is_current) && !node.received.empty())
-      names.insert(name);
+  for (const auto& [name, node] : nodes_) {
+    const bool is_current = node.newest.final_report || now_ns - node.newest.source_stamp_ns < kMostSilence_ns;
+    if (!(node.compares && is_current) && !node.received.empty()) names.insert(name);
+  }
   return names;
 }
 
