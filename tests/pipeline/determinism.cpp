@@ -55,5 +55,21 @@ TEST_F(Determinism, SimulationByTwoThreads) {
   EXPECT_TRUE(replayed(recording, {kSimulation}, kSimOutputs, {"--rate", "max"}, threads).outputs == by_one);
 }
 
+// Nodes that have handled a recording take it again as a new beginning.
+TEST_F(Determinism, ASecondRoundIntoTheSameProcessIsTheFirstAgain) {
+  const auto recording = recorded(0.5);
+  for (const auto& [node, topics] : {std::pair{kSimulation, kSimOutputs}, std::pair{kReconA, kReconOutputs}}) {
+    const auto once = replayed(recording, {node}, topics, {"--rate", "max"}).outputs;
+    const auto twice = replayed(recording, {node}, topics, {"--rate", "max"}, kSmallDeployment, 2).outputs;
+    for (const std::string& topic : topics) {
+      ASSERT_EQ(twice.at(topic).size(), 2 * once.at(topic).size()) << topic;
+      for (std::size_t i = 0; i < once.at(topic).size(); ++i) {
+        ASSERT_TRUE(twice.at(topic)[2 * i] == once.at(topic)[i]) << topic << " " << i;
+        ASSERT_TRUE(twice.at(topic)[2 * i + 1] == once.at(topic)[i]) << topic << " " << i;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace fivepipe

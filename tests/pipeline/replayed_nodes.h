@@ -20,9 +20,9 @@ struct ReplayRun {
 
 class ReplayedNodesTest : public RecordingTest {
  protected:
-  // Starts the nodes, replays what they read, ends them. Fails where a message or a frame is missing.
+  // Starts the nodes, replays what they read, so many times, ends them. Fails where a message or a frame is missing.
   ReplayRun replayed(const std::filesystem::path& recording, const std::vector<NodeUnderTest>& nodes, const std::vector<std::string>& outputs_of,
-                     const std::vector<std::string>& options, const std::string& deployment = kSmallDeployment) {
+                     const std::vector<std::string>& options, const std::string& deployment = kSmallDeployment, int rounds = 1) {
     using namespace std::chrono_literals;
     ReplayRun run;
     const std::int64_t start_ns = now_realtime_ns();
@@ -35,13 +35,15 @@ class ReplayedNodesTest : public RecordingTest {
     }
     words.insert(words.end(), options.begin(), options.end());
     EXPECT_TRUE(eventually(bus_, kStart, [&] { return outputs.has_writers(int(nodes.size())); })) << programs[0]->said();
-    const auto replay = fivepipe("replay", words);
-    EXPECT_TRUE(eventually(bus_, kStart, [&] {
-      outputs.take();
-      return replay->wait_for_end(0ms).has_value();
-    }));
-    run.said = replay->said();
-    EXPECT_EQ(replay->wait_for_end(0ms), 0) << run.said;
+    for (int round = 0; round < rounds; ++round) {
+      const auto replay = fivepipe("replay", words);
+      EXPECT_TRUE(eventually(bus_, kStart, [&] {
+        outputs.take();
+        return replay->wait_for_end(0ms).has_value();
+      }));
+      run.said = replay->said();
+      EXPECT_EQ(replay->wait_for_end(0ms), 0) << run.said;
+    }
     for (const auto& program : programs) program->signal(SIGTERM);
     EXPECT_TRUE(eventually(bus_, 10s, [&] {
       outputs.take();
