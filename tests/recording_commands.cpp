@@ -390,7 +390,7 @@ TEST_F(RecordingCommands, ARecordingThatIsThereIsNotOverwrittenUnlessForced) {
   const std::string before = content_of(session), file = " " + session.string();
   const std::string deployment = FIVEPIPE_SOURCE_DIR "/tests/pipeline/deployment.yaml";
   for (const std::string& command : {"record -o" + file, "up " + deployment + " --out " + (folder.path / "out").string() + " --record" + file}) {
-    const Answer answer = fivepipe(command + " --domain " + std::to_string(test::own_domain()));
+    const Answer answer = fivepipe(command + " --duration 0.1 --domain " + std::to_string(test::own_domain()));
     EXPECT_EQ(answer.exit_code, 2) << answer.text;
     EXPECT_TRUE(holds(answer, "--force")) << answer.text;
     EXPECT_EQ(content_of(session), before);
