@@ -3,9 +3,11 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <thread>
 
 #include "common/clock/realtime.h"
+#include "common/frames/frame_order.h"
 #include "common/messages/wire.h"
 #include "common/recording/groups_ahead.h"
 #include "launch/recording/node_inputs.h"
@@ -283,6 +285,21 @@ bool Replayer::replays(const std::string& topic) const {
   return std::any_of(writer_of_.begin(), writer_of_.end(), [&](const auto& writer) { return recording_.channel(writer.first)->topic == topic; });
 }
 
+// Maps of one frame number that were captured too far apart are no set (common/frames/frame_sets).
+bool Replayer::is_of_one_time(const FrameGroup& group) const {
+  std::optional<std::int64_t> first_ns;
+  for (const KeptMessage& message : group.messages) {
+    if (message.channel->topic != topics::ObjectPixelMap::name || message.key_change) continue;
+    const schema::FieldReader field(recording_.idl(*message.channel), message.channel->type, "capture_stamp_ns");
+    const auto stamp = field.read(message.cdr);
+    if (!stamp || !std::holds_alternative<std::int64_t>(*stamp)) return false;
+    const std::int64_t stamp_ns = std::get<std::int64_t>(*stamp);
+    if (!first_ns) first_ns = stamp_ns;
+    if (std::abs(stamp_ns - *first_ns) > FrameOrder::kRestartTakes_ns) return false;
+  }
+  return true;
+}
+
 bool Replayer::is_complete_for(const ReplayedNode& node, const FrameGroup& group) const {
   // Tiles that are not replayed are made by the reconstruction nodes beside it, of the frames that are complete for them.
   if (node.program == "render_node" && replays(topics::HullTile::name)) {
@@ -292,7 +309,7 @@ bool Replayer::is_complete_for(const ReplayedNode& node, const FrameGroup& group
     const auto all = tiles.read(tile->cdr);
     return all && std::get_if<std::uint64_t>(&*all) && messages_of(group, topics::HullTile::name) == std::get<std::uint64_t>(*all);
   }
-  const bool has_set = plan_.shape_cameras > 0 && messages_of(group, topics::ObjectPixelMap::name) == plan_.shape_cameras;
+  const bool has_set = plan_.shape_cameras > 0 && messages_of(group, topics::ObjectPixelMap::name) == plan_.shape_cameras && is_of_one_time(group);
   return has_set && (node.program == "sim_node" || messages_of(group, topics::HeadPose::name) > 0);
 }
 
