@@ -35,9 +35,10 @@ std::optional<FrameId> FrameOf::operator()(const RecordedMessage& message) {
 bool FrameGroups::read_one() {
   const auto message = cursor_.next();
   if (!message) return false;
-  KeptMessage kept{message->channel, message->log_stamp_ns, message->source_stamp_ns, message->key_change, {message->cdr.begin(), message->cdr.end()}};
+  KeptMessage kept{message->channel, message->log_stamp_ns, message->source_stamp_ns, message->key_change, {message->cdr.begin(), message->cdr.end()}, 0};
   const auto frame = frame_of_(*message);
   if (frame) {
+    kept.capture_stamp_ns = frame->capture_stamp_ns;
     const auto of_this_run = [&](std::int64_t capture_stamp_ns) { return std::abs(frame->capture_stamp_ns - capture_stamp_ns) < kOneFrameTakes_ns; };
     const auto of_this_frame = [&](const FrameGroup& group) { return group.frame == frame->frame && of_this_run(group.capture_stamp_ns); };
     if (const auto open = std::find_if(open_.rbegin(), open_.rend(), of_this_frame); open != open_.rend()) {

@@ -17,6 +17,7 @@ struct KeptMessage {
   std::int64_t log_stamp_ns = 0, source_stamp_ns = 0;
   std::optional<KeyChange> key_change;
   std::vector<std::byte> cdr;
+  std::int64_t capture_stamp_ns = 0;  // where it is of a frame
 };
 
 struct FrameGroup {

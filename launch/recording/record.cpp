@@ -161,15 +161,6 @@ int run_record(RecordOptions options) {
   return conclude(options, recording, elapsed_s());
 }
 
-std::string check_regex(const std::string& text) {
-  try {
-    const std::regex parsed(text);
-  } catch (const std::regex_error& error) {
-    return "'" + text + "' is no regular expression: " + error.what();
-  }
-  return "";
-}
-
 }  // namespace
 
 void add_record(CLI::App& app, Command& command) {
@@ -186,7 +177,7 @@ void add_record(CLI::App& app, Command& command) {
   record->add_flag("--force", options->force, "overwrite a file that is there");
   record->add_option("--deployment", options->deployment, "deployment file: attached with all that it names, so that the recording can be replayed and measured anywhere");
   add_set_option(record, options->settings);
-  record->add_option("--topics", options->topics, "only topics whose name matches this regular expression")->check(CLI::Validator(check_regex, "RE"))->capture_default_str();
+  add_topics_option(record, options->topics);
   record->add_flag("--no-colour", options->without_colour, "no pictures of people: neither camera colours nor the coloured hull tiles");
   record->add_option("--compression", options->compression, "lz4, zstd (smaller, slower) or none")->check(CLI::IsMember(compressions))->capture_default_str();
   record->add_flag("--no-sync", options->without_sync, "don't force the disk twice a second: a power cut then costs what the kernel had not written yet");

@@ -64,6 +64,17 @@ std::size_t messages_of(const FrameGroup& group, const char* topic) {
   return std::size_t(std::count_if(group.messages.begin(), group.messages.end(), [&](const KeptMessage& m) { return m.channel->topic == topic && !m.key_change; }));
 }
 
+// Maps of one frame number that were captured too far apart are no set (common/frames/frame_sets).
+bool is_of_one_time(const FrameGroup& group) {
+  const KeptMessage* first = nullptr;
+  for (const KeptMessage& message : group.messages) {
+    if (message.channel->topic != topics::ObjectPixelMap::name || message.key_change) continue;
+    if (!first) first = &message;
+    if (std::abs(message.capture_stamp_ns - first->capture_stamp_ns) > FrameOrder::kRestartTakes_ns) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Replayer::Replayer(Bus& bus, const recording::Recording& recording, const ReplayPlan& plan)
@@ -283,21 +294,6 @@ void Replayer::send_what_sets_off_work(const FrameGroup& group) {
 
 bool Replayer::replays(const std::string& topic) const {
   return std::any_of(writer_of_.begin(), writer_of_.end(), [&](const auto& writer) { return recording_.channel(writer.first)->topic == topic; });
-}
-
-// Maps of one frame number that were captured too far apart are no set (common/frames/frame_sets).
-bool Replayer::is_of_one_time(const FrameGroup& group) const {
-  std::optional<std::int64_t> first_ns;
-  for (const KeptMessage& message : group.messages) {
-    if (message.channel->topic != topics::ObjectPixelMap::name || message.key_change) continue;
-    const schema::FieldReader field(recording_.idl(*message.channel), message.channel->type, "capture_stamp_ns");
-    const auto stamp = field.read(message.cdr);
-    if (!stamp || !std::holds_alternative<std::int64_t>(*stamp)) return false;
-    const std::int64_t stamp_ns = std::get<std::int64_t>(*stamp);
-    if (!first_ns) first_ns = stamp_ns;
-    if (std::abs(stamp_ns - *first_ns) > FrameOrder::kRestartTakes_ns) return false;
-  }
-  return true;
 }
 
 bool Replayer::is_complete_for(const ReplayedNode& node, const FrameGroup& group) const {

@@ -95,7 +95,6 @@ class Replayer {
   void wait_for_those_under_way();
   void expect(const recording::FrameGroup& group);
   bool replays(const std::string& topic) const;
-  bool is_of_one_time(const recording::FrameGroup& group) const;
   bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group) const;
   void take_traces();
   bool wait_for_nodes(std::size_t at_most_open, const std::function<ReplayControl()>& control);
