@@ -15,7 +15,7 @@ constexpr int kDepthUnit = 0, kColourUnit = 1;
 // Neighbouring pixels of the reconstruction belong to one surface while it is tilted by less than 80 degrees.
 constexpr float kSteepestTilt = 5.7f;
 
-constexpr double kOddCells = 0.62;         // a checker's second colour, of the first, in linear light
+constexpr const char* kChecker = "#define CHECKER\n#define DARKER_ODD_CELLS 0.38\n";  // by so much of the other cells' linear light
 constexpr double kHighlightStrength = 0.8;  // how far a colliding object's colour goes to red
 const Eigen::Vector3d kHighlight(0.80, 0.02, 0.02);
 const Eigen::Vector3d kUncolouredHull(0.55, 0.55, 0.55);
@@ -24,6 +24,15 @@ const Eigen::Vector3d kUncolouredHull(0.55, 0.55, 0.55);
 Eigen::Vector3d linear_from_srgb(const std::array<double, 3>& srgb) {
   const auto one = [](double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
   return {one(srgb[0]), one(srgb[1]), one(srgb[2])};
+}
+
+// How far from the eye the near plane's farthest corner in the view is.
+double near_corner_m(const Pinhole& pinhole, double near_m) {
+  double farthest_m = 0;
+  for (const double u_px : {-0.5, pinhole.width_px - 0.5})
+    for (const double v_px : {-0.5, pinhole.height_px - 0.5})
+      farthest_m = std::max(farthest_m, near_m * Eigen::Vector3d((u_px - pinhole.cx_px) / pinhole.fx_px, (v_px - pinhole.cy_px) / pinhole.fy_px, 1).norm());
+  return farthest_m;
 }
 
 // The light has its nominal strength at the middle of the scene.
@@ -40,7 +49,7 @@ double light_reach_m(const Scene& scene) {
 // What the shaders are told of an object.
 std::string features_of(const SceneObject& object) {
   const bool flat = std::holds_alternative<BoxShape>(object.shape);  // by triangles: every corner has its face's normal
-  return std::string(flat ? "#define FLAT\n" : "") + (object.pattern == Pattern::checker ? "#define CHECKER\n" : "") + (object.warming ? "#define WARMED\n" : "");
+  return std::string(flat ? "#define FLAT\n" : "") + (object.pattern == Pattern::checker ? kChecker : "") + (object.warming ? "#define WARMED\n" : "");
 }
 
 GlProgram program(const std::string& name, const std::string& features, const std::string& vertex_source, const std::string& fragment_source) {
@@ -69,6 +78,7 @@ Renderer::Renderer(const Scene& scene, const Viewer& viewer)
     : pinhole_(render_pinhole(viewer)),
       near_m_(viewer.near_m),
       far_m_(viewer.far_m),
+      near_corner_m_(near_corner_m(pinhole_, near_m_)),
       clip_from_eye_(gl_clip_from_camera(pinhole_, near_m_, far_m_)),
       light_world_m_(scene.light_world_m),
       light_reach_m_(light_reach_m(scene)),
@@ -76,7 +86,7 @@ Renderer::Renderer(const Scene& scene, const Viewer& viewer)
       coloured_hull_program_(program("coloured hull", "#define COLOURED\n", shaders::kHullVertex, shaders::kHullFragment)),
       grey_hull_program_(program("hull", "", shaders::kHullVertex, std::string(shaders::kLight) + shaders::kHullFragment)),
       background_program_(program("background", "", shaders::kBackgroundVertex, shaders::kBackgroundFragment)),
-      framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, true) {
+      framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, DepthBuffer::depth) {
   objects_.reserve(scene.objects.size());
   for (const SceneObject& object : scene.objects) {
     index_of_object_[object.name] = objects_.size();
@@ -192,10 +202,7 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::
     if (colliding.contains(drawn.object.name)) albedo += kHighlightStrength * (kHighlight - albedo);
     object_program.set("eye_from_object", Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
     object_program.set("albedo", Eigen::Vector3f(albedo.cast<float>()));
-    if (drawn.object.pattern == Pattern::checker) {
-      object_program.set("albedo_of_odd_cells", Eigen::Vector3f((kOddCells * albedo).cast<float>()));
-      object_program.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
-    }
+    if (drawn.object.pattern == Pattern::checker) object_program.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
     if (drawn.object.warming) object_program.set("warm_albedo", Eigen::Vector3f(linear_from_srgb(drawn.object.warming->colour_rgb).cast<float>()));
     drawn.vertex_array.bind();
     glDrawArrays(GL_TRIANGLES, 0, GLsizei(3 * drawn.surface.triangles()));
@@ -203,11 +210,12 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::
   glDisable(GL_CULL_FACE);
 }
 
-// A closed surface that the near plane does not cut open: its far side need not be drawn, and would be shaded where it comes first.
+// A closed convex surface that the near plane does not cut open within the view: its far side need not be drawn, and would be shaded where
+// it comes first.
 bool Renderer::hides_its_back(const Drawn& drawn, const Eigen::Isometry3d& eye_from_world) const {
   if (!std::holds_alternative<BoxShape>(drawn.object.shape) && !std::holds_alternative<SphereShape>(drawn.object.shape)) return false;
-  const double centre_z_m = (eye_from_world * drawn.world_from_object * drawn.bounds_m.center()).z();
-  return centre_z_m - 0.5 * drawn.bounds_m.diagonal().norm() > near_m_;
+  const Eigen::Vector3d eye_object_m = (eye_from_world * drawn.world_from_object).inverse().translation();
+  return drawn.bounds_m.exteriorDistance(eye_object_m) > near_corner_m_;
 }
 
 // Objects that end nearest first: floors and walls, which most others hide parts of, come last.

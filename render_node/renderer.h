@@ -63,7 +63,7 @@ class Renderer {
   void draw_background() const;
 
   Pinhole pinhole_;
-  double near_m_, far_m_;
+  double near_m_, far_m_, near_corner_m_;
   Eigen::Matrix4d clip_from_eye_;
   Eigen::Vector3d light_world_m_;
   double light_reach_m_;

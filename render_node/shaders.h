@@ -5,21 +5,21 @@
 namespace fivepipe::shaders {
 
 // What the objects or hulls of a frame don't have (curvature, a pattern, warmth, colour) is left out of their program by a #define, not by a
-// uniform: llvmpipe computes both sides of a branch.
+// uniform: llvmpipe computes both sides of a branch. What is the same all over an object comes to the fragment shader from its vertices
+// (flat), not as a uniform, which llvmpipe gathers anew for every pixel.
 inline constexpr const char* kVersion = "#version 450 core\n";
 
 // One point light, dimmer with distance, over light from the sky that is stronger from above.
 inline constexpr const char* kLight = R"(
-uniform float light_reach_m;  // where the light has its nominal strength
-// sRGB's curve to within 0.4 of 255 levels, by square roots (Taylor, "sRGB approximations for HLSL").
+// sRGB's curve to within 0.41 of 255 levels: the minimax quotient of these degrees, found by linear programming.
 vec3 srgb(vec3 linear) {
-  vec3 c = clamp(linear, 0.0, 1.0), c2 = sqrt(c), c4 = sqrt(c2), c8 = sqrt(c4);
-  return 0.662002687 * c2 + 0.684122060 * c4 - 0.323583601 * c8 - 0.0225411470 * c;
+  vec3 c = clamp(linear, 0.0, 1.0);
+  return c * (15.17117 + c * (186.35132 + c * 62.08699)) / (1.0 + c * (69.73164 + c * 193.09235));
 }
-// towards_light: normal . to_light_m, for a unit normal; up: normal . up. One root and one quotient.
-vec3 lit(vec3 albedo, float towards_light_m, float up, float square_m2) {
-  float reach_m2 = light_reach_m * light_reach_m;
-  float diffuse = max(towards_light_m, 0.0) * (1.6 * reach_m2) / (sqrt(square_m2) * (reach_m2 + square_m2));
+// Lengths in units of the distance at which the light has its nominal strength. towards_light: normal . to_light, for a unit normal;
+// up: normal . up; square: to_light . to_light.
+vec3 lit(vec3 albedo, float towards_light, float up, float square) {
+  float diffuse = 1.6 * max(towards_light, 0.0) / (sqrt(square) * (1.0 + square));
   return albedo * (vec3(0.135, 0.1425, 0.155) + up * vec3(0.065, 0.0775, 0.095) + diffuse * vec3(1.0, 0.97, 0.92));
 }
 )";
@@ -33,33 +33,37 @@ uniform mat4 eye_from_object;
 uniform mat4 clip_from_eye;
 uniform vec3 light_eye_m;
 uniform vec3 up_eye;
-out vec3 to_light_m;
+uniform float light_reach_m;  // where the light has its nominal strength
+uniform vec3 albedo;
+out vec3 to_light;            // in units of it
+flat out vec3 surface_albedo;
 #ifdef FLAT
-flat out vec2 towards_light_m_and_up;  // the same all over the triangle
+flat out vec2 towards_light_and_up;  // the same all over the triangle
 #else
 out vec3 normal_eye;
 out float normal_up;
 #endif
 #ifdef CHECKER
 uniform float cells_per_m;
-out vec2 cell;
+out vec2 half_cell;
 #endif
 #ifdef WARMED
 out float warmth;
 #endif
 void main() {
   vec4 p = eye_from_object * vec4(p_object_m, 1.0);
-  to_light_m = light_eye_m - p.xyz;
+  to_light = (light_eye_m - p.xyz) / light_reach_m;
+  surface_albedo = albedo;
   vec3 n = mat3(eye_from_object) * normal_object;
 #ifdef FLAT
   if (dot(n, p.xyz) > 0.0) n = -n;
-  towards_light_m_and_up = vec2(dot(n, to_light_m), dot(n, up_eye));
+  towards_light_and_up = vec2(dot(n, to_light), dot(n, up_eye));
 #else
   normal_eye = n;
   normal_up = dot(n, up_eye);
 #endif
 #ifdef CHECKER
-  cell = pattern_m * cells_per_m;
+  half_cell = 0.5 * cells_per_m * pattern_m;
 #endif
 #ifdef WARMED
   warmth = vertex_warmth;
@@ -71,22 +75,22 @@ void main() {
 // Both sides are lit: a normal is turned to the side that is seen. The checker is averaged over the pixel's footprint
 // (Quilez, "Filtering the checkerboard pattern").
 inline constexpr const char* kObjectFragment = R"(
-in vec3 to_light_m;
+in vec3 to_light;
+flat in vec3 surface_albedo;
 #ifdef FLAT
-flat in vec2 towards_light_m_and_up;
+flat in vec2 towards_light_and_up;
 #else
 in vec3 normal_eye;
 in float normal_up;
 #endif
-uniform vec3 albedo;
 out vec4 colour;
 #ifdef CHECKER
-in vec2 cell;
-uniform vec3 albedo_of_odd_cells;
+in vec2 half_cell;
+// Which part of the pixel's footprint odd cells have.
 float odd() {
-  vec2 footprint = max(fwidth(cell), vec2(1e-4));
-  vec2 i = 2.0 * (abs(fract((cell - 0.5 * footprint) * 0.5) - 0.5) - abs(fract((cell + 0.5 * footprint) * 0.5) - 0.5)) / footprint;
-  return 0.5 - 0.5 * i.x * i.y;
+  vec2 footprint = max(fwidth(half_cell), vec2(5e-5));
+  vec2 i = abs(fract(half_cell - 0.5 * footprint) - 0.5) - abs(fract(half_cell + 0.5 * footprint) - 0.5);
+  return 0.5 - 0.5 * (i.x * i.y) / (footprint.x * footprint.y);
 }
 #endif
 #ifdef WARMED
@@ -94,18 +98,18 @@ in float warmth;
 uniform vec3 warm_albedo;  // at warmth 1; it glows in this colour, too
 #endif
 void main() {
-  vec3 surface = albedo;
+  vec3 surface = surface_albedo;
 #ifdef CHECKER
-  surface = mix(albedo, albedo_of_odd_cells, odd());
+  surface *= 1.0 - DARKER_ODD_CELLS * odd();
 #endif
 #ifdef WARMED
   surface = mix(surface, warm_albedo, warmth);
 #endif
 #ifndef FLAT
   // Between smooth corners a normal gets shorter.
-  vec2 towards_light_m_and_up = (gl_FrontFacing ? 1.0 : -1.0) * inversesqrt(dot(normal_eye, normal_eye)) * vec2(dot(normal_eye, to_light_m), normal_up);
+  vec2 towards_light_and_up = (gl_FrontFacing ? 1.0 : -1.0) * inversesqrt(dot(normal_eye, normal_eye)) * vec2(dot(normal_eye, to_light), normal_up);
 #endif
-  vec3 light = lit(surface, towards_light_m_and_up.x, towards_light_m_and_up.y, max(dot(to_light_m, to_light_m), 1e-6));
+  vec3 light = lit(surface, towards_light_and_up.x, towards_light_and_up.y, max(dot(to_light, to_light), 1e-6));
 #ifdef WARMED
   light += 0.4 * warmth * warm_albedo;
 #endif
@@ -148,6 +152,7 @@ uniform vec2 centre_px;
 uniform vec3 grey;
 uniform vec3 light_eye_m;
 uniform vec3 up_eye;
+uniform float light_reach_m;
 float slope(float before, float here, float after, float jump) {
   bool b = abs(before - here) < jump, a = abs(after - here) < jump;
   return a && b ? 0.5 * (1.0 / after - 1.0 / before) : a ? 1.0 / after - 1.0 / here : b ? 1.0 / here - 1.0 / before : 0.0;
@@ -174,8 +179,8 @@ void main() {
   vec2 c = one_surface ? f : to_nearest;
   colour = vec4(mix(mix(colour_at(first), colour_at(first + ivec2(1, 0)), c.x), mix(colour_at(first + ivec2(0, 1)), colour_at(first + ivec2(1, 1)), c.x), c.y), 1.0);
 #else
-  vec3 normal = normal_at(first + ivec2(to_nearest), z, jump), to_light_m = light_eye_m - vec3((from_first - centre_px) / focal_px, 1.0) / inverse_z;
-  colour = vec4(srgb(lit(grey, dot(normal, to_light_m), dot(normal, up_eye), max(dot(to_light_m, to_light_m), 1e-6))), 1.0);
+  vec3 normal = normal_at(first + ivec2(to_nearest), z, jump), to_light = (light_eye_m - vec3((from_first - centre_px) / focal_px, 1.0) / inverse_z) / light_reach_m;
+  colour = vec4(srgb(lit(grey, dot(normal, to_light), dot(normal, up_eye), max(dot(to_light, to_light), 1e-6))), 1.0);
 #endif
 }
 )";

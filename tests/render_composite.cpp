@@ -202,6 +202,30 @@ TEST_F(Composite, ACollidingObjectIsRedAndStillShaded) {
   EXPECT_EQ(cv::norm(plain, image(scene, nothing_, {"another"}), cv::NORM_INF), 0);
 }
 
+// Black to white, bright and dim: the shader's light in double, and sRGB's curve by IEC 61966-2-1. Half a level is rounding.
+TEST_F(Composite, LightAndSrgbAreRightToALevel) {
+  const Eigen::Vector3d light_m(0.5, -0.4, 0.3);
+  for (const double shade : {0.0, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0}) {
+    SceneObject wall = plate("wall", 1, 4, 4);
+    wall.colour_rgb = {shade, shade, shade};
+    const double albedo = shade <= 0.04045 ? shade / 12.92 : std::pow((shade + 0.055) / 1.055, 2.4);
+    const cv::Mat drawn = image(scene_of({wall}, light_m), nothing_);
+    const Pinhole pinhole = render_pinhole(viewer_);
+    const double reach_m = (wall.world_from_object.translation() - light_m).norm();
+    for (const int u : {2, 150, 320, 470, 637})
+      for (const int v : {3, 130, 240, 370, 476}) {
+        const Eigen::Vector3d p_m((u - pinhole.cx_px) / pinhole.fx_px, 1, -(v - pinhole.cy_px) / pinhole.fy_px);
+        const Eigen::Vector3d to_light = (light_m - p_m) / reach_m;
+        const double cosine = -to_light.y() / to_light.norm(), diffuse = 1.6 * cosine / (1 + to_light.squaredNorm());
+        const Eigen::Vector3d linear = albedo * (Eigen::Vector3d(0.135, 0.1425, 0.155) + diffuse * Eigen::Vector3d(1, 0.97, 0.92));
+        for (int channel = 0; channel < 3; ++channel) {
+          const double l = std::min(1.0, linear[channel]), level = 255 * (l <= 0.0031308 ? 12.92 * l : 1.055 * std::pow(l, 1 / 2.4) - 0.055);
+          EXPECT_NEAR(drawn.at<cv::Vec3b>(v, u)[2 - channel], level, 0.95) << shade << " at " << u << " " << v;
+        }
+      }
+  }
+}
+
 TEST_F(Composite, TheSideTowardsTheLightIsBrighter) {
   for (const double side : {-1.0, 1.0}) {
     const cv::Mat drawn = image(scene_of({object("ball", SphereShape{0.2, 3}, {0, 1, 0}, {0.8, 0.8, 0.8})}, {2 * side, 0.5, 0}), nothing_);

@@ -65,7 +65,7 @@ TEST(Window, ShowsTheImageUprightAndLeavesTheCallersContextAlone) {
   const VirtualDisplay display;
   if (display.display().empty()) GTEST_SKIP() << "Xvfb is not installed";
   GlContext context;
-  const GlFramebuffer framebuffer(8, 8, GL_RGBA8, false);
+  const GlFramebuffer framebuffer(8, 8, GL_RGBA8, DepthBuffer::none);
   cv::Mat image(240, 320, CV_8UC3, cv::Scalar(200, 30, 10));
   image.rowRange(0, 20).setTo(cv::Scalar(10, 20, 250));
   {

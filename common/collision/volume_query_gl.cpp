@@ -51,7 +51,7 @@ TriangleVolumeQuery::TriangleVolumeQuery(int window_px, int viewport_px)
     : window_px_(window_px),
       viewport_px_(checked_viewport(window_px, viewport_px)),
       program_("triangle volume query", kVertexShader, kFragmentShader),
-      window_(window_px, window_px, GL_R8, true) {}
+      window_(window_px, window_px, GL_R8, DepthBuffer::depth_and_stencil) {}
 
 void TriangleVolumeQuery::set_silhouettes(std::span<const Silhouette> silhouettes) {
   if (silhouettes.size() > kMaxCameras) throw std::invalid_argument("more than 255 cameras");

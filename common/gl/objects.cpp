@@ -153,12 +153,15 @@ double GlTimer::elapsed_ms() const {
   return double(end_ns - begin_ns) * 1e-6;
 }
 
-GlFramebuffer::GlFramebuffer(int width_px, int height_px, GLenum colour_format, bool depth_stencil)
+GlFramebuffer::GlFramebuffer(int width_px, int height_px, GLenum colour_format, DepthBuffer depth)
     : colour_(width_px, height_px, colour_format),
-      depth_stencil_(depth_stencil ? width_px : 1, depth_stencil ? height_px : 1, GL_DEPTH32F_STENCIL8),
       name_(created([](GLuint* n) { glCreateFramebuffers(1, n); })) {
   glNamedFramebufferTexture(get(), GL_COLOR_ATTACHMENT0, colour_.get(), 0);
-  if (depth_stencil) glNamedFramebufferTexture(get(), GL_DEPTH_STENCIL_ATTACHMENT, depth_stencil_.get(), 0);
+  if (depth != DepthBuffer::none) {
+    const bool stencil = depth == DepthBuffer::depth_and_stencil;
+    depth_.emplace(width_px, height_px, stencil ? GL_DEPTH32F_STENCIL8 : GL_DEPTH_COMPONENT32F);
+    glNamedFramebufferTexture(get(), stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, depth_->get(), 0);
+  }
   if (glCheckNamedFramebufferStatus(get(), GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     throw GlError("framebuffer of " + std::to_string(width_px) + "x" + std::to_string(height_px) + " is incomplete");
 }

@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -112,17 +113,20 @@ class GlTimer {
   bool used_ = false;
 };
 
-// One colour attachment and, where asked, depth (32 bit float) with 8 bits of stencil.
+// Depth is a 32 bit float, stencil 8 bits: with both a pixel takes 8 bytes, with depth alone 4.
+enum class DepthBuffer { none, depth, depth_and_stencil };
+
+// One colour attachment, and the depth buffer that is asked for.
 class GlFramebuffer {
  public:
-  GlFramebuffer(int width_px, int height_px, GLenum colour_format, bool depth_stencil);
+  GlFramebuffer(int width_px, int height_px, GLenum colour_format, DepthBuffer depth);
   void bind() const;  // and sets the viewport to all of it
   GLuint get() const { return name_.get(); }
   const GlTexture& colour() const { return colour_; }
-  const GlTexture& depth_stencil() const { return depth_stencil_; }
 
  private:
-  GlTexture colour_, depth_stencil_;
+  GlTexture colour_;
+  std::optional<GlTexture> depth_;
   GlName<delete_framebuffer> name_;
 };
 

@@ -72,7 +72,7 @@ SweepRange sweep_range(const View& view, const Eigen::AlignedBox3d& volume_world
 }
 
 PlaneSweep::PlaneSweep(int width_px, int height_px, int planes)
-    : planes_(planes), frame_(width_px, height_px, GL_R32F, true), count_("plane sweep: count", kPlaneVertex, kCountFragment),
+    : planes_(planes), frame_(width_px, height_px, GL_R32F, DepthBuffer::depth_and_stencil), count_("plane sweep: count", kPlaneVertex, kCountFragment),
       keep_("plane sweep: keep", kPlaneVertex, kKeepFragment) {
   assert(planes > 0);
 }
