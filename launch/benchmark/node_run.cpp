@@ -205,7 +205,9 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   };
   replayer.on_trace = [&](const fivepipe_v1_FrameTrace& trace) { frames[trace.frame].nodes[trace.node] = frame_at_node(trace); };
   const auto before = nodes.use();
+  // Everything that is read: a reader with samples left would end each wait at once.
   const auto take_outputs = [&] {
+    take_statuses(statuses_in, statuses, {options.nodes.begin(), options.nodes.end()});
     if (outputs) outputs->take();
     for (const auto& composited : composited_in.take())
       if (composited.valid()) frames[composited->frame].composited_ns = composited->composited_stamp_ns;
@@ -221,7 +223,6 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   nodes.check();
   nodes.stop();
   take_outputs();
-  take_statuses(statuses_in, statuses, {options.nodes.begin(), options.nodes.end()});
   for (const auto& [name, processes] : statuses.processes()) {
     run.drops[name] = processes.back().drops;
     for (const std::string& remark : processes.back().remarks)
