@@ -4,16 +4,17 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <exception>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
 #include <thread>
 
 #include "capture_node/image_source.h"
+#include "capture_node/object_colour.h"
 #include "capture_node/segmentation.h"
 #include "capture_node/synthetic_source.h"
 #include "common/clock/realtime.h"
+#include "common/hull/hull_bounds.h"
 
 namespace fivepipe {
 namespace {
@@ -47,33 +48,10 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-PixelRect grown(const PixelRect& rect, int by_px, const Pinhole& image) {
-  return intersection({rect.u0_px - by_px, rect.v0_px - by_px, rect.u1_px + by_px, rect.v1_px + by_px}, {0, 0, image.width_px, image.height_px});
-}
-
-ColourRegion colour_region(const Camera& camera, const Undistortion& undistortion, const cv::Mat& image, const PixelRect& region) {
-  ColourRegion colour{camera, region, std::vector<std::uint8_t>(3 * region.area_px())};
-  const cv::Mat bgr = undistortion.published(image, region);
-  const std::size_t row_bytes = 3 * std::size_t(region.width_px());
-  for (int v = 0; v < region.height_px(); ++v) std::memcpy(colour.bgr.data() + std::size_t(v) * row_bytes, bgr.ptr(v), row_bytes);
-  return colour;
-}
+// Of the hull's footprint: what is interpolated between pixels, and rounded, is still inside.
+constexpr int kColourMargin_px = 2;
 
 }  // namespace
-
-PixelRect projection_of(const Eigen::AlignedBox3d& box_m, const Camera& camera) {
-  const PixelRect image{0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
-  Eigen::AlignedBox2d bounds;
-  for (int corner = 0; corner < 8; ++corner) {
-    const std::optional<Eigen::Vector2d> uv = project(camera, box_m.corner(Eigen::AlignedBox3d::CornerType(corner)));
-    if (!uv) return image;
-    bounds.extend(*uv);
-  }
-  const Eigen::AlignedBox2d seen = bounds.intersection(Eigen::AlignedBox2d(Eigen::Vector2d(-0.5, -0.5), Eigen::Vector2d(image.u1_px, image.v1_px)));
-  if (seen.isEmpty()) return {};
-  return intersection(image, {int(std::floor(seen.min().x() + 0.5)), int(std::floor(seen.min().y() + 0.5)),
-                              int(std::floor(seen.max().x() + 0.5)) + 1, int(std::floor(seen.max().y() + 0.5)) + 1});
-}
 
 struct Capture::Channel {
   const RigCamera* camera;
@@ -167,48 +145,70 @@ void Capture::learn(Channel& channel) const {
   channel.segmenter = std::make_unique<Segmenter>(camera, learn_reference(empty_frames), config_.segmentation);
 }
 
-CapturedCamera Capture::capture_one(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const {
-  const RigCamera& camera = *channel.camera;
+// One camera's image of a frame.
+struct Capture::Shot {
   CapturedCamera result;
+  cv::Mat image;    // empty where there is none, or nobody wants anything of it
+  Camera published;
+};
+
+Capture::Shot Capture::shot(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const {
+  const RigCamera& camera = *channel.camera;
+  Shot shot;
+  CapturedCamera& result = shot.result;
   result.camera = camera.name;
-  want_colour = want_colour && camera.gives_colour;
-  if (!channel.segmenter && !want_colour) return result;
+  if (!channel.segmenter && !(want_colour && camera.gives_colour)) return shot;
   const auto start = std::chrono::steady_clock::now();
-  cv::Mat image;
-  const ReadStatus status = channel.source->read(index, image);
+  const ReadStatus status = channel.source->read(index, shot.image);
   result.read_s = seconds_since(start);
   result.image_stamp_ns = now_realtime_ns();
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason = status == ReadStatus::end ? "its file is at its end" : channel.source->trouble();
-    return result;
+    shot.image.release();
+    return shot;
   }
+  shot.published = published_camera(camera, eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
+  if (!channel.segmenter) return shot;
   const auto segment_start = std::chrono::steady_clock::now();
-  const Camera published = published_camera(camera, eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
-  PixelRect region = projection_of(rig_.volume_m, published);
-  const Undistortion& undistortion = channel.segmenter ? channel.segmenter->undistortion() : *channel.undistortion;
-  if (channel.segmenter) {
-    result.pixels = channel.segmenter->segment(image);
-    if (!result.pixels) {
-      result.status = CaptureStatus::missing;
-      result.reason = "the image is not 8-bit BGR of the rig's size";
-      return result;
-    }
-    result.remarks = remarks_on(*result.pixels);
-    region = result.pixels->bounds();
-    if (!region.empty()) region = grown(region, kColourMargin_px, camera.published);
-  }
-  if (want_colour && !region.empty()) result.colour = colour_region(published, undistortion, image, region);
+  result.pixels = channel.segmenter->segment(shot.image);
   result.segment_s = seconds_since(segment_start);
-  return result;
+  if (!result.pixels) {
+    result.status = CaptureStatus::missing;
+    result.reason = "the image is not 8-bit BGR of the rig's size";
+    shot.image.release();
+    return shot;
+  }
+  result.remarks = remarks_on(*result.pixels);
+  return shot;
+}
+
+void Capture::add_colours(std::vector<Shot>& shots) const {
+  std::vector<SeenPart> parts;
+  for (const Shot& shot : shots)
+    if (shot.result.pixels) parts.push_back({shot.published, shot.result.pixels->bounds()});
+  if (std::any_of(parts.begin(), parts.end(), [](const SeenPart& seen) { return seen.part.empty(); })) return;  // no hull
+  // Arms reach out of the volume in which objects are expected.
+  const Eigen::Vector3d beyond_m = rig_.volume_m.sizes();
+  const Eigen::AlignedBox3d box_m(rig_.volume_m.min() - beyond_m, rig_.volume_m.max() + beyond_m);
+  in_parallel(shots.size(), [&](std::size_t i) {
+    Shot& shot = shots[i];
+    const Channel& channel = *channels_[i];
+    if (!channel.camera->gives_colour || shot.image.empty()) return;
+    const auto start = std::chrono::steady_clock::now();
+    ObjectPixels pixels = shot.result.pixels ? *shot.result.pixels : footprint(parts, box_m, shot.published, kColourMargin_px);
+    const Undistortion& undistortion = channel.segmenter ? channel.segmenter->undistortion() : *channel.undistortion;
+    if (pixels.count() > 0) shot.result.colour = colours_of(std::move(pixels), shot.published, undistortion, shot.image);
+    shot.result.segment_s += seconds_since(start);
+  });
 }
 
 std::vector<CapturedCamera> Capture::captured_now(std::int64_t frame, bool want_colour) {
   if (frame < round_start_) round_start_ = 0;
-  std::vector<CapturedCamera> result(channels_.size());
+  std::vector<Shot> shots(channels_.size());
   const auto capture_all = [&] {
-    in_parallel(channels_.size(), [&](std::size_t i) { result[i] = capture_one(*channels_[i], frame, frame - round_start_, want_colour); });
-    return std::any_of(result.begin(), result.end(), [](const CapturedCamera& camera) { return camera.status == CaptureStatus::ended; });
+    in_parallel(channels_.size(), [&](std::size_t i) { shots[i] = shot(*channels_[i], frame, frame - round_start_, want_colour); });
+    return std::any_of(shots.begin(), shots.end(), [](const Shot& shot) { return shot.result.status == CaptureStatus::ended; });
   };
   ended_ = capture_all();
   // All start over together, with the shortest file: frames of different times are never combined.
@@ -216,6 +216,9 @@ std::vector<CapturedCamera> Capture::captured_now(std::int64_t frame, bool want_
     round_start_ = frame;
     ended_ = capture_all();
   }
+  if (want_colour) add_colours(shots);
+  std::vector<CapturedCamera> result;
+  for (Shot& shot : shots) result.push_back(std::move(shot.result));
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,7 +27,7 @@ struct CapturedCamera {
   CaptureStatus status = CaptureStatus::captured;
   std::string reason;                   // empty where captured
   std::optional<ObjectPixels> pixels;   // of cameras that give shape; published geometry
-  std::optional<ColourRegion> colour;   // of cameras that give colour, where it was wanted and something is there
+  std::optional<ColourRegion> colour;   // of cameras that give colour, where it was wanted and the hull may be seen: none where another sees no object
   std::int64_t image_stamp_ns = 0;      // CLOCK_REALTIME when the image was there; of premade sets: when they are handed out
   std::vector<std::string> remarks;     // what a person should know about this camera's object pixels
   double read_s = 0, segment_s = 0;     // time spent on the image, and on making pixels and colour of it
@@ -55,8 +56,10 @@ class Capture {
 
  private:
   struct Channel;
+  struct Shot;
   // index: of the image in its source; frame: of the head's time.
-  CapturedCamera capture_one(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const;
+  Shot shot(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const;
+  void add_colours(std::vector<Shot>& shots) const;
   std::vector<CapturedCamera> captured_now(std::int64_t frame, bool want_colour);
   void learn(Channel& channel) const;
 
@@ -70,11 +73,6 @@ class Capture {
   bool ended_ = false;
 };
 
-// Pixels of the camera's image onto which the box projects, as a rectangle; the whole image where the box reaches behind the camera.
-PixelRect projection_of(const Eigen::AlignedBox3d& box_m, const Camera& camera);
-
-// Colour goes this far beyond the object pixels: where the hull is seen from elsewhere, its border falls beside them.
-inline constexpr int kColourMargin_px = 2;
 // Frames of the empty synthetic room that the reference image is learnt from.
 inline constexpr int kSyntheticBackgroundFrames = 24;
 

@@ -13,7 +13,7 @@ struct WeightedBgr {
   double weight = 0;
 };
 
-// uv_px rounded towards the pixel centres to its lower left; the pixels beyond the region's border take no part.
+// uv_px rounded towards the pixel centres to its lower left; pixels whose colours are not there take no part.
 WeightedBgr bilinear(const ColourRegion& colour, const ObjectPixels* object, const Eigen::Vector2d& uv_px) {
   const PixelRect& r = colour.region;
   if (!(uv_px.x() >= r.u0_px - 0.5 && uv_px.y() >= r.v0_px - 0.5 && uv_px.x() < r.u1_px - 0.5 && uv_px.y() < r.v1_px - 0.5)) return {};
@@ -22,7 +22,7 @@ WeightedBgr bilinear(const ColourRegion& colour, const ObjectPixels* object, con
   WeightedBgr sum;
   for (int corner = 0; corner < 4; ++corner) {
     const int u = u0 + (corner & 1), v = v0 + (corner >> 1);
-    if (u < r.u0_px || v < r.v0_px || u >= r.u1_px || v >= r.v1_px || (object && !object->contains(u, v))) continue;
+    if (!colour.pixels.contains(u, v) || (object && !object->contains(u, v))) continue;
     const double weight = (corner & 1 ? right : 1 - right) * (corner >> 1 ? down : 1 - down);
     const std::uint8_t* bgr = &colour.bgr[3 * (std::size_t(v - r.v0_px) * std::size_t(r.width_px()) + std::size_t(u - r.u0_px))];
     sum.bgr += weight * Eigen::Vector3d(bgr[0], bgr[1], bgr[2]);

@@ -155,7 +155,7 @@ class ReconstructionPipe {
     const std::vector<ColourRegion> colours = colours_of(set);
     // Colour is for who draws: nobody reads tiles, nobody gets colour.
     const bool want_colour = tiles_.readers() > 0 && !colours.empty();
-    if (tiles_.readers() > 0 && colours.empty()) node_.status.count("frames_without_colour");
+    if (tiles_.readers() > 0 && colours.empty() && set.empty_cameras.empty()) node_.status.count("frames_without_colour");
     steps.begin("reconstruct");
     std::vector<ReconTile> made = reconstructor_.reconstruct(set.silhouettes, view, tiles, colours, want_colour);
     steps.begin("write_tiles");

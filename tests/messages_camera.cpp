@@ -119,7 +119,10 @@ TEST(CameraMessages, BadMapsAreNamed) {
 TEST(CameraMessages, ColourOfAFixedCameraHasThePoseOfItsMapsToTheBit) {
   Rig rig = one_camera_rig(720, 486);
   rig.cameras[0].camera_from_mount = look_at({1.3, -0.7, 0.9}, {0, 0.1, 0.2});
-  OutgoingColour out = colour_message("wall1", 1, 1, {published_camera(rig.cameras[0]), {10, 20, 12, 21}, {1, 2, 3, 4, 5, 6}});
+  ObjectPixels pixels(720, 486);
+  pixels.set_run(10, 12, 20);
+  const ColourRegion sent{published_camera(rig.cameras[0]), pixels, {10, 20, 12, 21}, {1, 2, 3, 4, 5, 6}};
+  OutgoingColour out = colour_message("wall1", 1, 1, sent);
   const auto received = colour_from(out.message(), rig);
   ASSERT_TRUE(std::holds_alternative<CameraColour>(received));
   const ColourRegion& colour = std::get<CameraColour>(received).colour;
@@ -127,8 +130,50 @@ TEST(CameraMessages, ColourOfAFixedCameraHasThePoseOfItsMapsToTheBit) {
   EXPECT_EQ(colour.bgr, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6}));
   out.header.camera_from_world.translation_m.x += 0.01;
   EXPECT_TRUE(std::holds_alternative<BadMessage>(colour_from(out.message(), rig)));
-  out.bgr.pop_back();
-  EXPECT_TRUE(std::holds_alternative<BadMessage>(colour_from(out.message(), rig)));
+}
+
+TEST(CameraMessages, ColoursOfScatteredPixelsSurvive) {
+  const Rig rig = one_camera_rig(720, 486);
+  for (const double share : {0.001, 0.5, 1.0}) {
+    const ObjectPixels pixels = random_pixels(720, 486, share, 11);
+    ColourRegion sent{published_camera(rig.cameras[0]), pixels, {0, 0, 720, 486}, {}};
+    for (unsigned i = 0; i < 3 * 720 * 486; ++i) sent.bgr.push_back(std::uint8_t(i * 7919u >> 5));
+    OutgoingColour out = colour_message("wall1", 1, 1, sent);
+    EXPECT_EQ(out.bgr.size(), 3 * pixels.count());
+    const auto received = colour_from(out.message(), rig);
+    ASSERT_TRUE(std::holds_alternative<CameraColour>(received));
+    const ColourRegion& colour = std::get<CameraColour>(received).colour;
+    EXPECT_EQ(colour.pixels, pixels);
+    EXPECT_EQ(colour.region, pixels.bounds());
+    const PixelRect& r = colour.region;
+    for (int v = r.v0_px; v < r.v1_px; ++v)
+      for (int u = r.u0_px; u < r.u1_px; ++u)
+        for (int c = 0; c < 3 && pixels.contains(u, v); ++c)
+          ASSERT_EQ(colour.bgr[std::size_t(3 * ((v - r.v0_px) * r.width_px() + u - r.u0_px) + c)], sent.bgr[std::size_t(3 * (v * 720 + u) + c)]);
+  }
+}
+
+TEST(CameraMessages, BadColoursAreNamed) {
+  const Rig rig = one_camera_rig(720, 486);
+  ColourRegion sent{published_camera(rig.cameras[0]), random_pixels(720, 486, 0.02, 5), {0, 0, 720, 486}, std::vector<std::uint8_t>(3 * 720 * 486, 9)};
+  OutgoingColour out = colour_message("wall1", 1, 1, sent);
+  const auto why = [&](const fivepipe_v1_ObjectColour& message) {
+    const auto received = colour_from(message, rig);
+    return std::holds_alternative<BadMessage>(received) ? std::get<BadMessage>(received).why : "";
+  };
+  auto message = out.message();
+  EXPECT_EQ(why(message), "");
+  message.bgr._length -= 3;
+  EXPECT_NE(why(message).find("not as many colours"), std::string::npos);
+  message = out.message();
+  message.pixels._length -= 1;
+  EXPECT_NE(why(message).find("truncated"), std::string::npos);
+  message = out.message();
+  message.encoding = fivepipe_v1_MapEncoding(7);
+  EXPECT_NE(why(message).find("undecodable"), std::string::npos);
+  message = out.message();
+  message.region.v0_px = -1;
+  EXPECT_NE(why(message).find("region outside"), std::string::npos);
 }
 
 TEST(CameraMessages, AnotherCalibrationIsToldByName) {

@@ -122,7 +122,8 @@ using Bgr = std::array<std::uint8_t, 3>;
 constexpr Bgr kBlue = {250, 0, 0}, kRed = {0, 0, 250};
 
 ColourRegion plain(const Camera& camera, const PixelRect& region, const Bgr& bgr) {
-  ColourRegion colour{camera, region, {}};
+  ColourRegion colour{camera, {camera.pinhole.width_px, camera.pinhole.height_px}, region, {}};
+  for (int v = region.v0_px; v < region.v1_px; ++v) colour.pixels.set_run(region.u0_px, region.u1_px, v);
   for (std::size_t i = 0; i < region.area_px(); ++i) colour.bgr.insert(colour.bgr.end(), bgr.begin(), bgr.end());
   return colour;
 }
@@ -180,7 +181,8 @@ TEST_F(Colour, CamerasFromWhichTheHullHidesThePointComeLast) {
 }
 
 TEST_F(Colour, IsInterpolatedBetweenPixelCentres) {
-  ColourRegion ramp{at_x, {90, 60, 110, 90}, {}};  // blue grows by 10 a pixel along u
+  ColourRegion ramp = plain(at_x, {90, 60, 110, 90}, {});  // blue grows by 10 a pixel along u
+  ramp.bgr.clear();
   for (int v = 60; v < 90; ++v)
     for (int u = 90; u < 110; ++u) ramp.bgr.insert(ramp.bgr.end(), {std::uint8_t((u - 90) * 10), 7, 9});
   const auto silhouettes = silhouettes_of(object, {at_x, at_y});

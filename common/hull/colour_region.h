@@ -1,4 +1,4 @@
-// The part of a camera's colour image that holds real objects.
+// The pixels of a camera's colour image that can show real objects.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -10,8 +10,9 @@ namespace fivepipe {
 
 struct ColourRegion {
   Camera camera;                  // published pinhole, pose at the exposure
-  PixelRect region;               // inside the image
-  std::vector<std::uint8_t> bgr;  // 3 bytes a pixel of `region`, row-major
+  ObjectPixels pixels;            // whose colours are here; of the image's size
+  PixelRect region;               // inside the image; holds them
+  std::vector<std::uint8_t> bgr;  // 3 bytes a pixel of `region`, row-major; of those that are not in `pixels`, anything
 };
 
 }  // namespace fivepipe

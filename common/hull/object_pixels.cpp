@@ -30,6 +30,26 @@ void ObjectPixels::set(int u_px, int v_px, bool object) {
   word = object ? word | bit : word & ~bit;
 }
 
+void ObjectPixels::set_run(int u_px, int end_px, int v_px) {
+  assert(u_px >= 0 && u_px <= end_px && end_px <= width_px_ && v_px >= 0 && v_px < height_px_);
+  std::uint64_t* row = words_.data() + std::size_t(v_px) * std::size_t(words_per_row_);
+  for (int u = u_px; u < end_px;) {
+    const int stop = std::min(end_px, (u | 63) + 1);
+    const std::uint64_t ones = stop - u == 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (stop - u)) - 1;
+    row[std::size_t(u) >> 6] |= ones << (u & 63);
+    u = stop;
+  }
+}
+
+int ObjectPixels::find(int u_px, int end_px, int v_px, bool object) const {
+  const std::uint64_t* row = words_.data() + std::size_t(v_px) * std::size_t(words_per_row_);
+  for (int u = u_px; u < end_px; u = (u | 63) + 1) {
+    const std::uint64_t word = (object ? row[std::size_t(u) >> 6] : ~row[std::size_t(u) >> 6]) >> (u & 63);
+    if (word) return std::min(end_px, u + std::countr_zero(word));
+  }
+  return end_px;
+}
+
 std::size_t ObjectPixels::count() const {
   std::size_t n = 0;
   for (const std::uint64_t word : words_) n += std::popcount(word);

@@ -44,6 +44,9 @@ class ObjectPixels {
     return holds(u_px, v_px) && contains(int(u_px + 0.5), int(v_px + 0.5));  // not negative: truncation is floor
   }
   void set(int u_px, int v_px, bool object = true);  // inside the image
+  void set_run(int u_px, int end_px, int v_px);      // [u, end) of row v, inside the image
+  // The first pixel of row v in [u, end) that is an object pixel, or is none; end where there is no such pixel.
+  int find(int u_px, int end_px, int v_px, bool object) const;
 
   std::span<const std::uint64_t> words() const { return words_; }
   // For bulk writers; they keep the invariant.
@@ -54,6 +57,16 @@ class ObjectPixels {
   std::vector<std::uint8_t> to_bytes() const;  // 0 or 255, row-major
 
   bool operator==(const ObjectPixels&) const = default;
+
+  // Calls f(v, begin, end) for each run of object pixels in `region`, which lies inside the image, row by row.
+  template <class F>
+  void for_each_run(const PixelRect& region, F f) const {
+    for (int v = region.v0_px; v < region.v1_px; ++v)
+      for (int begin = find(region.u0_px, region.u1_px, v, true), end; begin < region.u1_px; begin = find(end, region.u1_px, v, true)) {
+        end = find(begin, region.u1_px, v, false);
+        f(v, begin, end);
+      }
+  }
 
  private:
   int width_px_ = 0, height_px_ = 0, words_per_row_ = 0;

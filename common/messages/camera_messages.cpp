@@ -1,5 +1,6 @@
 #include "common/messages/camera_messages.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/messages/object_pixels_codec.h"
@@ -29,6 +30,11 @@ std::string misfit(const Message& message, const Rig& rig, std::optional<std::si
   return "";
 }
 
+// Of a pixel's colour in those of a region.
+std::ptrdiff_t bgr_offset(const PixelRect& region, int u_px, int v_px) {
+  return 3 * (std::ptrdiff_t(v_px - region.v0_px) * region.width_px() + (u_px - region.u0_px));
+}
+
 }  // namespace
 
 OutgoingMap map_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, const ObjectPixels& pixels) {
@@ -41,10 +47,9 @@ OutgoingMap map_message(const std::string& camera, std::uint64_t frame, std::int
   const PixelRect region = pixels.bounds();
   out.header.region = wire(region);
   out.header.object_pixels = std::uint32_t(pixels.count());
-  std::vector<std::uint8_t> packed = packed_bits(pixels, region), runs = run_lengths(pixels, region);
-  const bool runs_are_shorter = runs.size() < packed.size();
-  out.header.encoding = runs_are_shorter ? fivepipe_v1_run_lengths : fivepipe_v1_packed_bits;
-  out.payload = runs_are_shorter ? std::move(runs) : std::move(packed);
+  EncodedPixels code = encoded(pixels, region);
+  out.header.encoding = code.encoding;
+  out.payload = std::move(code.payload);
   return out;
 }
 
@@ -52,18 +57,13 @@ Received<CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message
   const auto index = camera_index(rig, message.camera);
   if (std::string why = misfit(message, rig, index); !why.empty()) return BadMessage{"bad_map: " + why};
   if (!rig.cameras[*index].gives_shape) return BadMessage{"bad_map: " + std::string(message.camera) + " gives no shape"};
-  std::optional<ObjectPixels> pixels;
-  const std::span<const std::uint8_t> payload = span_of(message.payload);
-  switch (message.encoding) {
-    case fivepipe_v1_packed_bits: pixels = from_packed_bits(message.image_width_px, message.image_height_px, pure(message.region), payload); break;
-    case fivepipe_v1_run_lengths: pixels = from_run_lengths(message.image_width_px, message.image_height_px, pure(message.region), payload); break;
-  }
+  auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px, pure(message.region), span_of(message.payload));
   if (!pixels) return BadMessage{"bad_map: " + std::string(message.camera) + ": payload truncated or undecodable"};
   if (pixels->count() != message.object_pixels) return BadMessage{"bad_map: " + std::string(message.camera) + ": count of object pixels differs"};
   return CameraMap{*index, message.frame, message.capture_stamp_ns, std::move(*pixels)};
 }
 
-OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, ColourRegion colour) {
+OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, const ColourRegion& colour) {
   OutgoingColour out;
   set_text(out.header.camera, camera);
   out.header.frame = frame;
@@ -71,8 +71,16 @@ OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, st
   out.header.image_width_px = colour.camera.pinhole.width_px;
   out.header.image_height_px = colour.camera.pinhole.height_px;
   out.header.camera_from_world = wire(colour.camera.camera_from_world);
-  out.header.region = wire(colour.region);
-  out.bgr = std::move(colour.bgr);
+  const PixelRect region = colour.pixels.bounds();
+  out.header.region = wire(region);
+  EncodedPixels code = encoded(colour.pixels, region);
+  out.header.encoding = code.encoding;
+  out.pixels = std::move(code.payload);
+  out.bgr.reserve(3 * colour.pixels.count());
+  colour.pixels.for_each_run(region, [&](int v, int begin, int end) {
+    const auto first = colour.bgr.begin() + bgr_offset(colour.region, begin, v);
+    out.bgr.insert(out.bgr.end(), first, first + 3 * (end - begin));
+  });
   return out;
 }
 
@@ -82,15 +90,24 @@ Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, cons
   const auto pose = pure(message.camera_from_world);
   if (!pose) return BadMessage{"bad_colour: " + std::string(message.camera) + ": pose is not finite or not a rotation"};
   const PixelRect region = pure(message.region);
-  if (message.bgr._length != 3 * region.area_px()) return BadMessage{"bad_colour: " + std::string(message.camera) + ": payload size differs from the region's"};
+  auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px, region, span_of(message.pixels));
+  if (!pixels) return BadMessage{"bad_colour: " + std::string(message.camera) + ": pixels truncated or undecodable"};
+  const auto sent = span_of(message.bgr);
+  if (sent.size() != 3 * pixels->count()) return BadMessage{"bad_colour: " + std::string(message.camera) + ": not as many colours as pixels"};
   Camera camera{rig.cameras[*index].published, *pose};
   if (rig.cameras[*index].mount == Mount::world) {
     camera = published_camera(rig.cameras[*index]);  // the very pose that the camera's maps have
     if (!((camera.camera_from_world.matrix() - pose->matrix()).cwiseAbs().maxCoeff() <= kSameModel))
       return BadMessage{"bad_colour: " + std::string(message.camera) + ": pose differs from this node's rig"};
   }
-  const auto bgr = span_of(message.bgr);
-  return CameraColour{*index, message.frame, message.capture_stamp_ns, ColourRegion{camera, region, {bgr.begin(), bgr.end()}}};
+  std::vector<std::uint8_t> bgr(3 * region.area_px());
+  auto next = sent.begin();
+  pixels->for_each_run(region, [&](int v, int begin, int end) {
+    const auto stop = next + 3 * (end - begin);
+    std::copy(next, stop, bgr.begin() + bgr_offset(region, begin, v));
+    next = stop;
+  });
+  return CameraColour{*index, message.frame, message.capture_stamp_ns, ColourRegion{camera, std::move(*pixels), region, std::move(bgr)}};
 }
 
 fivepipe_v1_CameraInfo camera_info_message(const RigCamera& camera) {

@@ -37,13 +37,14 @@ Received<CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message
 
 struct OutgoingColour {
   fivepipe_v1_ObjectColour header{};
-  std::vector<std::uint8_t> bgr;
+  std::vector<std::uint8_t> pixels, bgr;
   const fivepipe_v1_ObjectColour& message() {
+    borrow(header.pixels, pixels);
     borrow(header.bgr, bgr);
     return header;
   }
 };
-OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, ColourRegion colour);
+OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, const ColourRegion& colour);
 
 struct CameraColour {
   std::size_t camera;
@@ -51,7 +52,7 @@ struct CameraColour {
   std::int64_t capture_stamp_ns;
   ColourRegion colour;
 };
-// Bad: as for maps, or a pose that is not finite.
+// Bad: as for maps, colours for more or fewer pixels than stated, or a pose that is not finite or not that of this rig.
 Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, const Rig& rig);
 
 fivepipe_v1_CameraInfo camera_info_message(const RigCamera& camera);

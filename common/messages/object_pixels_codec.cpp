@@ -6,25 +6,6 @@
 namespace fivepipe {
 namespace {
 
-// First pixel at or after u whose state is `object`, at most `end`.
-int next_with_state(std::span<const std::uint64_t> row, int u, int end, bool object) {
-  while (u < end) {
-    const std::uint64_t word = (object ? row[std::size_t(u) >> 6] : ~row[std::size_t(u) >> 6]) >> (u & 63);
-    if (word) return std::min(end, u + std::countr_zero(word));
-    u = (u | 63) + 1;
-  }
-  return end;
-}
-
-void set_run(std::span<std::uint64_t> row, int begin, int end) {
-  for (int u = begin; u < end;) {
-    const int stop = std::min(end, (u | 63) + 1);
-    const std::uint64_t ones = stop - u == 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (stop - u)) - 1;
-    row[std::size_t(u) >> 6] |= ones << (u & 63);
-    u = stop;
-  }
-}
-
 template <class Words>
 auto row_of(Words words, const ObjectPixels& pixels, int v) {
   return words.subspan(std::size_t(v) * std::size_t(pixels.words_per_row()), std::size_t(pixels.words_per_row()));
@@ -62,19 +43,30 @@ std::vector<std::uint8_t> run_lengths(const ObjectPixels& pixels, const PixelRec
     payload.push_back(std::uint8_t(value >> 8));
   };
   for (int v = region.v0_px; v < region.v1_px; ++v) {
-    const auto row = row_of(pixels.words(), pixels, v);
-    for (int u = region.u0_px;;) {
-      const int begin = next_with_state(row, u, region.u1_px, true);
-      if (begin == region.u1_px) break;
-      const int end = next_with_state(row, begin, region.u1_px, false);
-      put(begin - u);
+    int after = region.u0_px;
+    pixels.for_each_run({region.u0_px, v, region.u1_px, v + 1}, [&](int, int begin, int end) {
+      put(begin - after);
       put(end - begin);
-      u = end;
-    }
+      after = end;
+    });
     put(0);
     put(0);
   }
   return payload;
+}
+
+EncodedPixels encoded(const ObjectPixels& pixels, const PixelRect& region) {
+  std::vector<std::uint8_t> packed = packed_bits(pixels, region), runs = run_lengths(pixels, region);
+  if (runs.size() < packed.size()) return {fivepipe_v1_run_lengths, std::move(runs)};
+  return {fivepipe_v1_packed_bits, std::move(packed)};
+}
+
+std::optional<ObjectPixels> decoded(fivepipe_v1_MapEncoding encoding, int width_px, int height_px, const PixelRect& region, std::span<const std::uint8_t> payload) {
+  switch (encoding) {
+    case fivepipe_v1_packed_bits: return from_packed_bits(width_px, height_px, region, payload);
+    case fivepipe_v1_run_lengths: return from_run_lengths(width_px, height_px, region, payload);
+  }
+  return std::nullopt;
 }
 
 std::optional<ObjectPixels> from_packed_bits(int width_px, int height_px, const PixelRect& region, std::span<const std::uint8_t> payload) {
@@ -107,7 +99,7 @@ std::optional<ObjectPixels> from_run_lengths(int width_px, int height_px, const 
       if (run == 0 && skipped == 0) break;
       // After the first run of a row something must be skipped, else two runs would be one.
       if (run == 0 || (skipped == 0 && u != region.u0_px) || skipped + run > region.u1_px - u) return std::nullopt;
-      set_run(row_of(pixels.mutable_words(), pixels, v), u + skipped, u + skipped + run);
+      pixels.set_run(u + skipped, u + skipped + run, v);
       u += skipped + run;
     }
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/hull/object_pixels.h"
+#include "fivepipe.h"
 
 namespace fivepipe {
 
@@ -15,9 +16,17 @@ std::vector<std::uint8_t> packed_bits(const ObjectPixels& pixels, const PixelRec
 // Images up to 65,535 pixels wide.
 std::vector<std::uint8_t> run_lengths(const ObjectPixels& pixels, const PixelRect& region);
 
+// The shorter of the two.
+struct EncodedPixels {
+  fivepipe_v1_MapEncoding encoding;
+  std::vector<std::uint8_t> payload;
+};
+EncodedPixels encoded(const ObjectPixels& pixels, const PixelRect& region);
+
 // Nothing where the payload is not exactly what the encoder makes for this region: too short, too long, runs beyond the row,
 // padding bits set. `region` must lie inside the image, or be empty.
 std::optional<ObjectPixels> from_packed_bits(int width_px, int height_px, const PixelRect& region, std::span<const std::uint8_t> payload);
 std::optional<ObjectPixels> from_run_lengths(int width_px, int height_px, const PixelRect& region, std::span<const std::uint8_t> payload);
+std::optional<ObjectPixels> decoded(fivepipe_v1_MapEncoding encoding, int width_px, int height_px, const PixelRect& region, std::span<const std::uint8_t> payload);
 
 }  // namespace fivepipe

@@ -33,6 +33,7 @@ nlohmann::ordered_json counts_of(const NodeRun& run, const std::string& node) {
   counts["frames"] = run.counts.expected.at(node);
   counts["handled"] = run.counts.handled.at(node);
   counts["cpu_percent"] = 100 * run.use.at(node).cpu_s / run.counts.seconds;
+  counts["replay_cpu_percent"] = 100 * run.replay_cpu_s / run.counts.seconds;
   counts["peak_memory_mb"] = run.use.at(node).peak_memory_mb;
   counts["dropped"] = dropped_by(run, node);
   for (const auto& [topic, digest] : run.outputs) counts["outputs"][topic] = {{"messages", digest.messages}, {"bytes", digest.bytes}, {"checksum", checksum_text(digest.checksum)}};
@@ -54,7 +55,8 @@ void print(const NodeRun& run, const NodeAccount& account, const std::string& no
   print_times("from sent to handled", account.latency);
   std::printf("  of the time from frame to frame: own %.1f %%, transport %.1f %%, rest %.1f %% (%.3f ms beyond its own)\n", 100 * account.own_share(),
               100 * (account.explained_share() - account.own_share()), 100 * (1 - account.explained_share()), bench::mean(account.period) - bench::mean(account.own));
-  std::printf("  CPU %.0f %%, %.0f MB at most\n", 100 * run.use.at(node).cpu_s / run.counts.seconds, run.use.at(node).peak_memory_mb);
+  std::printf("  CPU %.0f %%, %.0f MB at most; the replay itself CPU %.0f %%\n", 100 * run.use.at(node).cpu_s / run.counts.seconds, run.use.at(node).peak_memory_mb,
+              100 * run.replay_cpu_s / run.counts.seconds);
   if (const auto drops = run.drops.find(node); drops != run.drops.end())
     for (const auto& [reason, count] : drops->second) std::printf("  dropped %llu: %s\n", static_cast<unsigned long long>(count), reason.c_str());
   for (const auto& [topic, digest] : run.outputs)

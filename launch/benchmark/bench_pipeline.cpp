@@ -37,6 +37,7 @@ void print(const NodeRun& run, const PipelineAccount& account, const PipelineNod
   if (!account.simulation.empty())
     std::printf("  beside it, the simulation: %.2f ms, waited for in %zu of %zu frames\n", bench::mean(account.simulation), account.waited_for_state, account.latency.size());
   for (const auto& [node, use] : run.use) std::printf("  %-20s CPU %3.0f %%, %.0f MB at most\n", node.c_str(), 100 * use.cpu_s / run.counts.seconds, use.peak_memory_mb);
+  std::printf("  %-20s CPU %3.0f %%\n", "(the replay itself)", 100 * run.replay_cpu_s / run.counts.seconds);
   for (const auto& [node, drops] : run.drops)
     for (const auto& [reason, count] : drops) std::printf("  %s dropped %llu: %s\n", node.c_str(), static_cast<unsigned long long>(count), reason.c_str());
   std::fflush(stdout);
@@ -96,7 +97,7 @@ int bench_pipeline(const std::vector<std::string>& words) {
   std::vector<std::string> results;
   PipelineAccount all;
   std::uint64_t frames = 0;
-  double seconds = 0;
+  double seconds = 0, replay_cpu_s = 0;
   const std::string prefix = "pipeline/" + measured.deployment().name + "/";
   for (int i = 0; i < options.runs; ++i) {
     const NodeRun run = run_nodes(recording, run_options);
@@ -108,9 +109,10 @@ int bench_pipeline(const std::vector<std::string>& words) {
     all.add(account);
     frames += run.counts.handled.at(nodes.rendering);
     seconds += run.counts.seconds;
+    replay_cpu_s += run.replay_cpu_s;
   }
   for (const auto& [stage, time_ms] : all.stages) results.push_back(result_json(prefix + stage, time_ms, nlohmann::ordered_json::object(), nlohmann::ordered_json::object(), ""));
-  const nlohmann::ordered_json counts{{"frames", frames}, {"frames_per_s", double(frames) / seconds}, {"in_flight", options.frames_in_flight},
+  const nlohmann::ordered_json counts{{"frames", frames}, {"frames_per_s", double(frames) / seconds}, {"in_flight", options.frames_in_flight}, {"replay_cpu_percent", 100 * replay_cpu_s / seconds},
                                       {"stages_mean_ms", all.stages_mean_ms()}, {"measured_mean_ms", bench::mean(all.latency)}};
   results.push_back(result_json(prefix + "latency", all.latency, nlohmann::ordered_json::object(), counts, ""));
   if (!without_bus) add_bus(time_bus(sizes_of(recording), bus_rounds, measured.deployment().network_profile), results);

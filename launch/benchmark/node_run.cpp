@@ -1,6 +1,5 @@
 #include "launch/benchmark/node_run.h"
 
-#include <sys/resource.h>
 #include <unistd.h>
 #include <xxhash.h>
 
@@ -205,6 +204,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   };
   replayer.on_trace = [&](const fivepipe_v1_FrameTrace& trace) { frames[trace.frame].nodes[trace.node] = frame_at_node(trace); };
   const auto before = nodes.use();
+  const double own_before_s = cpu_s_of(getpid());
   // Everything that is read: a reader with samples left would end each wait at once.
   const auto take_outputs = [&] {
     take_statuses(statuses_in, statuses, {options.nodes.begin(), options.nodes.end()});
@@ -220,6 +220,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   NodeRun run;
   run.use = nodes.use();
   for (auto& [name, use] : run.use) use.cpu_s -= before.at(name).cpu_s;
+  run.replay_cpu_s = cpu_s_of(getpid()) - own_before_s;
   nodes.check();
   nodes.stop();
   take_outputs();

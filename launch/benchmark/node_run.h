@@ -39,6 +39,7 @@ struct NodeRun {
   ReplayCounts counts;
   std::map<std::string, std::map<std::string, std::uint64_t>> drops;  // by node, reason
   std::map<std::string, ProcessUse> use;                              // by node
+  double replay_cpu_s = 0;                                            // of this process: it takes its part of the cores, too
   std::map<std::string, OutputDigest> outputs;                        // by topic; without what tells of times
   std::string gl_renderer;                                            // as the nodes say; empty: none
 };
