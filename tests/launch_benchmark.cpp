@@ -94,6 +94,7 @@ std::vector<FrameTimes> random_frames(unsigned seed, int count) {
     const std::int64_t taken = std::max(tiles, rendering_free) + some() / 10, start = std::max(taken, simulated), end = start + some();
     frame.nodes["render"] = {taken - 1, taken, {{"render", start, end}}};
     frame.composited_ns = end;
+    frame.composite_heard_ns = end + ms;
     rendering_free = end;
     frames.push_back(frame);
   }
@@ -105,6 +106,7 @@ TEST(PipelineAccount, StagesAddUpToWhatWasMeasured) {
     const PipelineAccount account = account_of(random_frames(seed, 40), {{"a", "b"}, "sim", "render"});
     ASSERT_EQ(account.latency.size(), 40u);
     EXPECT_NEAR(account.stages_mean_ms(), bench::mean(account.latency), 1e-9) << seed;
+    EXPECT_NEAR(account.explained_share(), account.stages_mean_ms() / (account.stages_mean_ms() + 1), 1e-9);
     for (const auto& [stage, times] : account.stages) {
       ASSERT_EQ(times.size(), 40u) << stage;
       for (const double time : times) EXPECT_GE(time, 0) << stage;

@@ -33,7 +33,9 @@ void print(const NodeRun& run, const PipelineAccount& account, const PipelineNod
               "p95", "p99");
   for (const auto& [stage, time_ms] : account.stages) print_times(stage, time_ms);
   std::printf("  %-44s %8.2f\n", "all stages", account.stages_mean_ms());
-  print_times("measured, capture's messages to composite", account.latency);
+  print_times("capture's messages to composite", account.latency);
+  print_times("measured here, until it was heard of", account.heard);
+  std::printf("  the stages add up to %.1f %% of what was measured\n", 100 * account.explained_share());
   if (!account.simulation.empty())
     std::printf("  beside it, the simulation: %.2f ms, waited for in %zu of %zu frames\n", bench::mean(account.simulation), account.waited_for_state, account.latency.size());
   for (const auto& [node, use] : run.use) std::printf("  %-20s CPU %3.0f %%, %.0f MB at most\n", node.c_str(), 100 * use.cpu_s / run.counts.seconds, use.peak_memory_mb);
@@ -113,7 +115,7 @@ int bench_pipeline(const std::vector<std::string>& words) {
   }
   for (const auto& [stage, time_ms] : all.stages) results.push_back(result_json(prefix + stage, time_ms, nlohmann::ordered_json::object(), nlohmann::ordered_json::object(), ""));
   const nlohmann::ordered_json counts{{"frames", frames}, {"frames_per_s", double(frames) / seconds}, {"in_flight", options.frames_in_flight}, {"replay_cpu_percent", 100 * replay_cpu_s / seconds},
-                                      {"stages_mean_ms", all.stages_mean_ms()}, {"measured_mean_ms", bench::mean(all.latency)}};
+                                      {"stages_mean_ms", all.stages_mean_ms()}, {"measured_mean_ms", bench::mean(all.heard)}, {"explained_share", all.explained_share()}};
   results.push_back(result_json(prefix + "latency", all.latency, nlohmann::ordered_json::object(), counts, ""));
   if (!without_bus) add_bus(time_bus(sizes_of(recording), bus_rounds, measured.deployment().network_profile), results);
   if (!options.json.empty()) {

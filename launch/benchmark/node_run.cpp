@@ -12,6 +12,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/clock/realtime.h"
 #include "launch/commands.h"
 #include "launch/interrupt.h"
 #include "launch/benchmark/free_domain.h"
@@ -118,6 +119,34 @@ class Outputs {
   std::map<std::string, OutputDigest> digests_;
 };
 
+// Hears of composites in a thread of its own: the replay may be busy sending when one comes.
+class CompositeWatch {
+ public:
+  struct Heard {
+    std::int64_t composited_ns = 0, heard_ns = 0;
+  };
+  CompositeWatch(std::uint32_t domain, const std::string& profile)
+      : bus_({domain, profile, "replay_composites"}), composited_(bus_.reader<topics::FrameComposited>()), thread_([this](std::stop_token stop) {
+          while (!stop.stop_requested()) {
+            bus_.wait(20ms);
+            for (const auto& sample : composited_.take())
+              if (sample.valid()) heard_[sample->frame] = {sample->composited_stamp_ns, now_realtime_ns()};
+          }
+        }) {}
+  // By frame; nothing is heard any more.
+  const std::map<std::uint64_t, Heard>& end() {
+    thread_.request_stop();
+    if (thread_.joinable()) thread_.join();
+    return heard_;
+  }
+
+ private:
+  Bus bus_;
+  Reader<topics::FrameComposited> composited_;
+  std::map<std::uint64_t, Heard> heard_;  // the thread's, until it has ended
+  std::jthread thread_;
+};
+
 ReplayPlan plan_of(const recording::Recording& recording, const NodeRunOptions& options) {
   ReplayPlan plan;
   std::set<std::string> read, written;
@@ -189,7 +218,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   Bus bus({domain, options.deployment->network_profile, "replay", true});
   auto statuses_in = bus.reader<topics::NodeStatus>();
   StatusBook statuses;
-  auto composited_in = bus.reader<topics::FrameComposited>();
+  CompositeWatch composites(domain, options.deployment->network_profile);
   Replayer replayer(bus, recording, plan);
   std::set<std::string> replayed;
   for (const mcap::Id id : plan.channels) replayed.insert(recording.channel(id)->topic);
@@ -209,8 +238,6 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   const auto take_outputs = [&] {
     take_statuses(statuses_in, statuses, {options.nodes.begin(), options.nodes.end()});
     if (outputs) outputs->take();
-    for (const auto& composited : composited_in.take())
-      if (composited.valid()) frames[composited->frame].composited_ns = composited->composited_stamp_ns;
   };
   replayer.run([&] {
     take_outputs();
@@ -224,6 +251,10 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   nodes.check();
   nodes.stop();
   take_outputs();
+  for (const auto& [frame, heard] : composites.end()) {
+    frames[frame].composited_ns = heard.composited_ns;
+    frames[frame].composite_heard_ns = heard.heard_ns;
+  }
   for (const auto& [name, processes] : statuses.processes()) {
     run.drops[name] = processes.back().drops;
     for (const std::string& remark : processes.back().remarks)

@@ -57,6 +57,7 @@ PipelineAccount account_of(const std::vector<FrameTimes>& frames, const Pipeline
       through_node(way, frame.nodes.at(*slowest), free_ns[*slowest], "reconstruction", "waiting for its pose");
       through_node(way, rendering, free_ns[nodes.rendering], "rendering", "waiting for the simulation");
       account.latency.push_back(1e-6 * double(frame.composited_ns - frame.sent.start_ns));
+      if (frame.composite_heard_ns > 0) account.heard.push_back(1e-6 * double(frame.composite_heard_ns - frame.sent.start_ns));
       if (!nodes.simulation.empty()) {
         const FrameAtNode& simulation = frame.nodes.at(nodes.simulation);
         account.simulation.push_back(1e-6 * double(end_of(simulation) - simulation.last_input_ns));
@@ -72,6 +73,7 @@ void PipelineAccount::add(const PipelineAccount& other) {
   const auto append = [](std::vector<double>& to, const std::vector<double>& times) { to.insert(to.end(), times.begin(), times.end()); };
   for (const auto& [stage, times] : other.stages) append(times_of(stages, stage), times);
   append(latency, other.latency);
+  append(heard, other.heard);
   append(simulation, other.simulation);
   waited_for_state += other.waited_for_state;
 }
@@ -81,5 +83,7 @@ double PipelineAccount::stages_mean_ms() const {
   for (const auto& [name, time_ms] : stages) sum += bench::mean(time_ms);
   return sum;
 }
+
+double PipelineAccount::explained_share() const { return heard.empty() ? 0 : stages_mean_ms() / bench::mean(heard); }
 
 }  // namespace fivepipe
