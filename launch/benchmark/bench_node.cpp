@@ -7,6 +7,7 @@
 #include "launch/benchmark/benchmarks.h"
 #include "launch/benchmark/from_recording.h"
 #include "launch/benchmark/node_account.h"
+#include "launch/benchmark/times_table.h"
 #include "launch/interrupt.h"
 #include "launch/recording/usage_error.h"
 
@@ -22,10 +23,6 @@ const Node& node_meant(const Deployment& deployment, const std::string& word) {
     known += " " + node.name;
   }
   throw UsageError("no node '" + word + "' in deployment " + deployment.name + "; there are:" + known);
-}
-
-void print_times(const std::string& name, const std::vector<double>& time_ms) {
-  std::printf("  %-28s %9.3f %9.3f %9.3f\n", name.c_str(), bench::percentile(time_ms, 0.5), bench::percentile(time_ms, 0.95), bench::percentile(time_ms, 0.99));
 }
 
 nlohmann::ordered_json counts_of(const NodeRun& run, const std::string& node) {
@@ -47,8 +44,9 @@ std::uint64_t checksum_of(const NodeRun& run) {
 }
 
 void print(const NodeRun& run, const NodeAccount& account, const std::string& node) {
-  std::printf("%s: %llu frames, %llu handled, %.1f frames/s\n  %-28s %9s %9s %9s\n", node.c_str(), static_cast<unsigned long long>(run.counts.expected.at(node)),
-              static_cast<unsigned long long>(run.counts.handled.at(node)), double(run.counts.handled.at(node)) / run.counts.seconds, "ms", "median", "p95", "p99");
+  std::printf("%s: %llu frames, %llu handled, %.1f frames/s\n", node.c_str(), static_cast<unsigned long long>(run.counts.expected.at(node)),
+              static_cast<unsigned long long>(run.counts.handled.at(node)), double(run.counts.handled.at(node)) / run.counts.seconds);
+  print_times_header();
   for (const auto& [step, time_ms] : account.steps) print_times(step, time_ms);
   print_times("its own time", account.own);
   print_times("from frame to frame", account.period);

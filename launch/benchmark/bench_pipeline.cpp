@@ -7,6 +7,7 @@
 #include "launch/benchmark/bus_ping.h"
 #include "launch/benchmark/from_recording.h"
 #include "launch/benchmark/pipeline_account.h"
+#include "launch/benchmark/times_table.h"
 #include "launch/interrupt.h"
 
 namespace fivepipe {
@@ -24,15 +25,11 @@ PipelineNodes nodes_of(const Deployment& deployment) {
   return nodes;
 }
 
-void print_times(const std::string& name, const std::vector<double>& time_ms) {
-  std::printf("  %-44s %8.2f %8.2f %8.2f %8.2f\n", name.c_str(), bench::mean(time_ms), bench::percentile(time_ms, 0.5), bench::percentile(time_ms, 0.95), bench::percentile(time_ms, 0.99));
-}
-
 void print(const NodeRun& run, const PipelineAccount& account, const PipelineNodes& nodes) {
-  std::printf("%zu frames, %.1f frames/s\n  %-44s %8s %8s %8s %8s\n", run.frames.size(), double(run.counts.handled.at(nodes.rendering)) / run.counts.seconds, "ms", "mean", "median",
-              "p95", "p99");
+  std::printf("%zu frames, %.1f frames/s\n", run.frames.size(), double(run.counts.handled.at(nodes.rendering)) / run.counts.seconds);
+  print_times_header();
   for (const auto& [stage, time_ms] : account.stages) print_times(stage, time_ms);
-  std::printf("  %-44s %8.2f\n", "all stages", account.stages_mean_ms());
+  std::printf("  %-44s %9.3f\n", "all stages", account.stages_mean_ms());
   print_times("capture's messages to composite", account.latency);
   print_times("measured here, until it was heard of", account.heard);
   std::printf("  the stages add up to %.1f %% of what was measured\n", 100 * account.explained_share());

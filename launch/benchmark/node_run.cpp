@@ -159,9 +159,7 @@ ReplayPlan plan_of(const recording::Recording& recording, const NodeRunOptions& 
   for (const recording::RecordedChannel& channel : recording.channels())
     if (read.contains(channel.topic) && !written.contains(channel.topic))  // what a started node makes is not replayed
       plan.channels.insert(channel.id);
-  plan.start_ns = recording.start_ns() + std::int64_t(1e9 * options.start_s);
-  if (plan.start_ns > recording.end_ns() || (options.end_s && *options.end_s < options.start_s)) throw UsageError("nothing is recorded between --start and --end");
-  plan.end_ns = options.end_s ? recording.start_ns() + std::int64_t(1e9 * *options.end_s) : recording.end_ns();
+  set_range(plan, recording, options.start_s, options.end_s);
   plan.rate = options.rate;
   plan.lossless = true;
   plan.frames_in_flight = options.frames_in_flight;

@@ -68,8 +68,7 @@ ReplayPlan plan_of(const recording::Recording& recording, const ReplayOptions& o
   ReplayPlan plan;
   for (const recording::RecordedChannel& channel : recording.channels())
     if (std::regex_search(channel.topic, wanted) && (selection.nodes.empty() || selection.topics.contains(channel.topic))) plan.channels.insert(channel.id);
-  plan.start_ns = recording.start_ns() + std::int64_t(1e9 * options.start_s);
-  plan.end_ns = options.end_s ? recording.start_ns() + std::int64_t(1e9 * *options.end_s) : recording.end_ns();
+  set_range(plan, recording, options.start_s, options.end_s);
   plan.rate = rate_from(options.rate);
   plan.lossless = options.lossless;
   plan.nodes = selection.nodes;
@@ -108,10 +107,6 @@ int run_replay(const ReplayOptions& options) {
   const recording::Recording recording(options.file);
   if (!recording.mcap().is_finished()) spdlog::warn("{}: {}; what is whole of it is replayed", options.file.string(), recording.mcap().damage().summary);
   const ReplayPlan plan = plan_of(recording, options);
-  if (plan.start_ns > plan.end_ns || plan.start_ns > recording.end_ns()) {
-    std::cerr << "nothing to replay: the recording lasts " << 1e-9 * double(recording.end_ns() - recording.start_ns()) << " s, and --start " << options.start_s << " is behind its end or --end\n";
-    return 2;
-  }
   if (plan.channels.empty()) {
     std::cerr << "nothing to replay: no topic of " << options.file.string() << " matches; `fivepipe info` shows them\n";
     return 2;

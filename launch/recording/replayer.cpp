@@ -11,6 +11,7 @@
 #include "common/messages/wire.h"
 #include "common/recording/groups_ahead.h"
 #include "launch/recording/node_inputs.h"
+#include "launch/recording/usage_error.h"
 
 namespace fivepipe {
 namespace {
@@ -76,6 +77,14 @@ bool is_of_one_time(const FrameGroup& group) {
 }
 
 }  // namespace
+
+void set_range(ReplayPlan& plan, const recording::Recording& recording, double start_s, std::optional<double> end_s) {
+  plan.start_ns = recording.start_ns() + std::int64_t(1e9 * start_s);
+  plan.end_ns = end_s ? recording.start_ns() + std::int64_t(1e9 * *end_s) : recording.end_ns();
+  if (plan.start_ns > plan.end_ns || plan.start_ns > recording.end_ns())
+    throw UsageError("nothing to replay: the recording lasts " + std::to_string(1e-9 * double(recording.end_ns() - recording.start_ns())) + " s, and --start " + std::to_string(start_s) +
+                     " is behind its end or --end");
+}
 
 Replayer::Replayer(Bus& bus, const recording::Recording& recording, const ReplayPlan& plan)
     : bus_(bus), recording_(recording), plan_(plan), session_(bus.writer<topics::ReplaySession>()), traces_(bus.reader<topics::FrameTrace>()) {

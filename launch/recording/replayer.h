@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -40,6 +41,9 @@ struct ReplayPlan {
   std::size_t shape_cameras = 0;     // maps that make a frame set, of nodes that wait for sets
   std::chrono::milliseconds longest_wait{5000};  // for a reader, or for a node to handle a frame; then it ends: it is lossless no more
 };
+
+// Sets the plan's start and end, given in seconds after the recording's start. Throws UsageError where nothing is recorded between them.
+void set_range(ReplayPlan& plan, const recording::Recording& recording, double start_s, std::optional<double> end_s);
 
 struct ReplayCounts {
   std::map<std::string, std::uint64_t> in_file, sent;  // by topic
