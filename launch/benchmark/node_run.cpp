@@ -229,7 +229,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
     frames[frame].frame = frame;
     frames[frame].sent = sent;
   };
-  replayer.on_trace = [&](const fivepipe_v1_FrameTrace& trace) { frames[trace.frame].nodes[trace.node] = frame_at_node(trace); };
+  replayer.tell_traces_to([&](const fivepipe_v1_FrameTrace& trace) { frames[trace.frame].nodes[trace.node] = frame_at_node(trace); });
   const auto before = nodes.use();
   const double own_before_s = cpu_s_of(getpid());
   // Everything that is read: a reader with samples left would end each wait at once.

@@ -3,15 +3,12 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <thread>
 
 #include "common/clock/realtime.h"
-#include "common/frames/frame_order.h"
 #include "common/messages/wire.h"
 #include "common/recording/groups_ahead.h"
 #include "launch/recording/node_inputs.h"
-#include "launch/recording/usage_error.h"
 
 namespace fivepipe {
 namespace {
@@ -61,33 +58,16 @@ std::optional<recording::RecordedMessage> next_readable(recording::Recording::Cu
     }
 }
 
-std::size_t messages_of(const FrameGroup& group, const char* topic) {
-  return std::size_t(std::count_if(group.messages.begin(), group.messages.end(), [&](const KeptMessage& m) { return m.channel->topic == topic && !m.key_change; }));
-}
-
-// Maps of one frame number that were captured too far apart are no set (common/frames/frame_sets).
-bool is_of_one_time(const FrameGroup& group) {
-  const KeptMessage* first = nullptr;
-  for (const KeptMessage& message : group.messages) {
-    if (message.channel->topic != topics::ObjectPixelMap::name || message.key_change) continue;
-    if (!first) first = &message;
-    if (std::abs(message.capture_stamp_ns - first->capture_stamp_ns) > FrameOrder::kRestartTakes_ns) return false;
-  }
-  return true;
+std::set<std::string> topics_of(const recording::Recording& recording, const ReplayPlan& plan) {
+  std::set<std::string> topics;
+  for (const mcap::Id id : plan.channels) topics.insert(recording.channel(id)->topic);
+  return topics;
 }
 
 }  // namespace
 
-void set_range(ReplayPlan& plan, const recording::Recording& recording, double start_s, std::optional<double> end_s) {
-  plan.start_ns = recording.start_ns() + std::int64_t(1e9 * start_s);
-  plan.end_ns = end_s ? recording.start_ns() + std::int64_t(1e9 * *end_s) : recording.end_ns();
-  if (plan.start_ns > plan.end_ns || plan.start_ns > recording.end_ns())
-    throw UsageError("nothing to replay: the recording lasts " + std::to_string(1e-9 * double(recording.end_ns() - recording.start_ns())) + " s, and --start " + std::to_string(start_s) +
-                     " is behind its end or --end");
-}
-
 Replayer::Replayer(Bus& bus, const recording::Recording& recording, const ReplayPlan& plan)
-    : bus_(bus), recording_(recording), plan_(plan), session_(bus.writer<topics::ReplaySession>()), traces_(bus.reader<topics::FrameTrace>()) {
+    : bus_(bus), recording_(recording), plan_(plan), session_(bus.writer<topics::ReplaySession>()), nodes_(bus, recording, plan, topics_of(recording, plan)) {
   std::string foreign;
   for (const std::string& problem : recording.foreign_types(plan.channels)) foreign += (foreign.empty() ? "" : "\n") + problem;
   if (!foreign.empty()) throw recording::RecordingError(foreign);
@@ -144,15 +124,10 @@ void Replayer::announce() {
 
 void Replayer::run(const std::function<ReplayControl()>& control) {
   counts_ = {};
-  progress_.clear();
   stopped_ = hung_ = false;
   steps_owed_ = incomplete_in_a_row_ = 0;
-  for (const ReplayedNode& node : plan_.nodes) {
-    counts_.expected[node.name] = counts_.handled[node.name] = 0;
-    progress_[node.name];
-  }
   announce();
-  traces_.take();  // of an earlier run
+  nodes_.start_anew();
   counts_started_ = wall_zero_ = Clock::now();
   log_zero_ns_ = plan_.start_ns;
   send_latched_before_start();
@@ -165,6 +140,8 @@ void Replayer::run(const std::function<ReplayControl()>& control) {
     wait_for_nodes(0, control);
     for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.longest_wait);
   }
+  counts_.expected = nodes_.expected();
+  counts_.handled = nodes_.handled();
   counts_.seconds = std::chrono::duration<double>(Clock::now() - counts_started_).count();
 }
 
@@ -271,8 +248,7 @@ void Replayer::send_frames(const std::function<ReplayControl()>& control) {
 
 // Nobody tells of frames that are not complete: they must not push others out of the nodes' readers.
 void Replayer::pace_incomplete(const FrameGroup& group) {
-  const bool is_waited_for = std::any_of(progress_.begin(), progress_.end(), [&](const auto& node) { return group.frame && node.second.waited_for.contains(*group.frame); });
-  incomplete_in_a_row_ = is_waited_for || !group.frame ? 0 : incomplete_in_a_row_ + 1;
+  incomplete_in_a_row_ = !group.frame || nodes_.is_waited_for(*group.frame) ? 0 : incomplete_in_a_row_ + 1;
   if (incomplete_in_a_row_ < kMostIncomplete) return;
   incomplete_in_a_row_ = 0;
   for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.longest_wait);
@@ -292,7 +268,7 @@ void Replayer::send_what_sets_off_work(const FrameGroup& group) {
   if (plan_.order != SendOrder::as_captured)
     for (SerializedWriter* writer : not_acknowledged_) writer->wait_for_delivery(plan_.longest_wait);
   not_acknowledged_.clear();
-  expect(group);
+  nodes_.expect(group);
   const std::int64_t release_ns = now_realtime_ns();
   for (const KeptMessage& message : group.messages)
     if (sets_off_work(message.channel->topic)) write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
@@ -301,65 +277,20 @@ void Replayer::send_what_sets_off_work(const FrameGroup& group) {
   if (on_frame_sent) on_frame_sent(*group.frame, {send_start_ns_, release_ns, now_realtime_ns()});
 }
 
-bool Replayer::replays(const std::string& topic) const {
-  return std::any_of(writer_of_.begin(), writer_of_.end(), [&](const auto& writer) { return recording_.channel(writer.first)->topic == topic; });
-}
-
-bool Replayer::is_complete_for(const ReplayedNode& node, const FrameGroup& group) const {
-  // Tiles that are not replayed are made by the reconstruction nodes beside it, of the frames that are complete for them.
-  if (node.program == "render_node" && replays(topics::HullTile::name)) {
-    const auto tile = std::find_if(group.messages.begin(), group.messages.end(), [](const KeptMessage& m) { return m.channel->topic == topics::HullTile::name; });
-    if (tile == group.messages.end()) return false;
-    const schema::FieldReader tiles(recording_.idl(*tile->channel), tile->channel->type, "tiles");
-    const auto all = tiles.read(tile->cdr);
-    return all && std::get_if<std::uint64_t>(&*all) && messages_of(group, topics::HullTile::name) == std::get<std::uint64_t>(*all);
-  }
-  const bool has_set = plan_.shape_cameras > 0 && messages_of(group, topics::ObjectPixelMap::name) == plan_.shape_cameras && is_of_one_time(group);
-  return has_set && (node.program == "sim_node" || messages_of(group, topics::HeadPose::name) > 0);
-}
-
-void Replayer::expect(const FrameGroup& group) {
-  if (!group.frame) return;
-  for (const ReplayedNode& node : plan_.nodes) {
-    if (!is_complete_for(node, group)) continue;
-    ++counts_.expected[node.name];
-    NodeProgress& progress = progress_[node.name];
-    if (progress.waited_for.empty()) progress.heard = Clock::now();
-    progress.waited_for.insert(*group.frame);
-  }
-}
-
-void Replayer::take_traces() {
-  for (const auto& sample : traces_.take()) {
-    if (!sample.valid()) continue;
-    const auto progress = progress_.find(sample->node);
-    if (progress == progress_.end()) continue;
-    if (progress->second.waited_for.erase(sample->frame)) ++counts_.handled[sample->node];
-    progress->second.heard = Clock::now();
-    if (on_trace) on_trace(*sample);
-  }
-}
-
 void Replayer::wait_for_those_under_way() {
-  const auto open = [](const auto& node) { return !node.second.waited_for.empty(); };
-  for (const auto until = Clock::now() + kLastFrames; Clock::now() < until && std::any_of(progress_.begin(), progress_.end(), open); take_traces()) bus_.wait(kAskPeriod);
+  for (const auto until = Clock::now() + kLastFrames; Clock::now() < until && nodes_.most_open() > 0; nodes_.take_traces()) bus_.wait(kAskPeriod);
 }
 
 // Until each node has at most so many frames.
 bool Replayer::wait_for_nodes(std::size_t at_most_open, const std::function<ReplayControl()>& control) {
   for (;;) {
-    take_traces();
-    bool waits = false;
-    for (auto& [name, progress] : progress_) {
-      if (progress.waited_for.size() <= at_most_open) continue;
-      if (Clock::now() - progress.heard > plan_.longest_wait) {
-        spdlog::error("node '{}' has not handled frame {} in {:.0f} s", name, *progress.waited_for.begin(), std::chrono::duration<double>(plan_.longest_wait).count());
-        stopped_ = hung_ = true;
-        return false;
-      }
-      waits = true;
+    nodes_.take_traces();
+    if (nodes_.most_open() <= at_most_open) return true;
+    if (const std::string hung = nodes_.hung(at_most_open); !hung.empty()) {
+      spdlog::error(hung);
+      stopped_ = hung_ = true;
+      return false;
     }
-    if (!waits) return true;
     bus_.wait(kAskPeriod);
     if (!may_go_on(control)) return false;
   }

@@ -4,7 +4,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -13,37 +12,10 @@
 #include "common/recording/frame_groups.h"
 #include "common/recording/recording.h"
 #include "launch/recording/frame_times.h"
+#include "launch/recording/nodes_at_work.h"
+#include "launch/recording/replay_plan.h"
 
 namespace fivepipe {
-
-// Somebody whose inputs are replayed.
-struct ReplayedNode {
-  std::string name, program;
-};
-
-// How a frame's messages are sent to nodes that are waited for.
-enum class SendOrder {
-  needed_first,  // what a frame needs has arrived before what sets off work on it: the same output on every run
-  needed_ahead,  // and, as fast as it goes, is sent while the nodes still work on the frame before
-  as_captured,   // one after the other without waiting, as capture_node does
-};
-
-struct ReplayPlan {
-  std::set<mcap::Id> channels;       // of the recording
-  std::int64_t start_ns = 0, end_ns = 0;  // log stamps, both included; what is latched before the start is sent first
-  double rate = 1;                   // 1: as recorded; 0: as fast as it goes
-  // Writers block until their readers have everything, and each frame's messages go out together, in the order in which they are needed.
-  bool lossless = false;
-  // Lossless: at most so many frames are with these nodes at a time. A frame has left a node when its FrameTrace says so.
-  std::vector<ReplayedNode> nodes;
-  int frames_in_flight = 2;
-  SendOrder order = SendOrder::needed_first;
-  std::size_t shape_cameras = 0;     // maps that make a frame set, of nodes that wait for sets
-  std::chrono::milliseconds longest_wait{5000};  // for a reader, or for a node to handle a frame; then it ends: it is lossless no more
-};
-
-// Sets the plan's start and end, given in seconds after the recording's start. Throws UsageError where nothing is recorded between them.
-void set_range(ReplayPlan& plan, const recording::Recording& recording, double start_s, std::optional<double> end_s);
 
 struct ReplayCounts {
   std::map<std::string, std::uint64_t> in_file, sent;  // by topic
@@ -78,13 +50,9 @@ class Replayer {
 
   // For benchmarks.
   std::function<void(std::uint64_t frame, const SendTimes&)> on_frame_sent;
-  std::function<void(const fivepipe_v1_FrameTrace&)> on_trace;
+  void tell_traces_to(std::function<void(const fivepipe_v1_FrameTrace&)> listener) { nodes_.on_trace = std::move(listener); }
 
  private:
-  struct NodeProgress {
-    std::set<std::uint64_t> waited_for;  // sent, complete, and not handled yet
-    Clock::time_point heard{};
-  };
   bool may_go_on(const std::function<ReplayControl()>& control);
   void announce();
   void send_latched_before_start();
@@ -97,10 +65,6 @@ class Replayer {
   bool is_paused() const { return last_control_ == ReplayControl::pause || last_control_ == ReplayControl::one_frame; }
   void pace_incomplete(const recording::FrameGroup& group);
   void wait_for_those_under_way();
-  void expect(const recording::FrameGroup& group);
-  bool replays(const std::string& topic) const;
-  bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group) const;
-  void take_traces();
   bool wait_for_nodes(std::size_t at_most_open, const std::function<ReplayControl()>& control);
   recording::Recording::Cursor cursor() const;
 
@@ -108,10 +72,9 @@ class Replayer {
   const recording::Recording& recording_;
   ReplayPlan plan_;
   Writer<topics::ReplaySession> session_;
-  Reader<topics::FrameTrace> traces_;
   std::map<std::string, std::unique_ptr<SerializedWriter>> writers_;  // by topic and recorded writer
   std::map<mcap::Id, SerializedWriter*> writer_of_;
-  std::map<std::string, NodeProgress> progress_;
+  NodesAtWork nodes_;
   std::set<SerializedWriter*> not_acknowledged_;  // of what the next frame needs
   std::int64_t send_start_ns_ = 0;                 // of that frame
   ReplayCounts counts_;
