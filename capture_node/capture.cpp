@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <exception>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
@@ -48,7 +47,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Of the hull's footprint: what is interpolated between pixels, and rounded, is still inside.
+// Around the hull's footprint: a pixel for interpolation between neighbours, and one for what rounding moves.
 constexpr int kColourMargin_px = 2;
 
 }  // namespace
@@ -59,6 +58,7 @@ struct Capture::Channel {
   std::string background;     // file; empty where the source itself shows the empty scene first
   int background_frames = 0;  // then: how many of its images
   std::unique_ptr<Undistortion> undistortion;  // of cameras without a segmenter
+  ObjectPixels seen;                           // then: the published pixels that the captured image sees
   std::unique_ptr<Segmenter> segmenter;
 };
 
@@ -129,6 +129,11 @@ void Capture::learn(Channel& channel) const {
   const RigCamera& camera = *channel.camera;
   if (!camera.gives_shape) {
     channel.undistortion = std::make_unique<Undistortion>(camera);
+    const Pinhole& published = camera.published;
+    channel.seen = {published.width_px, published.height_px};
+    for (int v = 0; v < published.height_px; ++v)
+      for (int u = 0; u < published.width_px; ++u)
+        if (channel.undistortion->sees(u, v)) channel.seen.set(u, v);
     return;
   }
   std::vector<cv::Mat> empty_frames;
@@ -183,21 +188,21 @@ Capture::Shot Capture::shot(Channel& channel, std::int64_t frame, std::int64_t i
   return shot;
 }
 
-void Capture::add_colours(std::vector<Shot>& shots) const {
+void Capture::add_colours(std::int64_t frame, std::vector<Shot>& shots) const {
   std::vector<SeenPart> parts;
   for (const Shot& shot : shots)
     if (shot.result.pixels) parts.push_back({shot.published, shot.result.pixels->bounds()});
   if (std::any_of(parts.begin(), parts.end(), [](const SeenPart& seen) { return seen.part.empty(); })) return;  // no hull
-  // Arms reach out of the volume in which objects are expected.
-  const Eigen::Vector3d beyond_m = rig_.volume_m.sizes();
-  const Eigen::AlignedBox3d box_m(rig_.volume_m.min() - beyond_m, rig_.volume_m.max() + beyond_m);
+  const SeenByEye eye = seen_by_eye(viewer_, eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
+  parts.push_back(eye.part);
   in_parallel(shots.size(), [&](std::size_t i) {
     Shot& shot = shots[i];
     const Channel& channel = *channels_[i];
     if (!channel.camera->gives_colour || shot.image.empty()) return;
     const auto start = std::chrono::steady_clock::now();
-    ObjectPixels pixels = shot.result.pixels ? *shot.result.pixels : footprint(parts, box_m, shot.published, kColourMargin_px);
     const Undistortion& undistortion = channel.segmenter ? channel.segmenter->undistortion() : *channel.undistortion;
+    ObjectPixels pixels = shot.result.pixels ? *shot.result.pixels : footprint(parts, eye.box_m, shot.published, kColourMargin_px);
+    if (!shot.result.pixels) pixels.keep(channel.seen);
     if (pixels.count() > 0) shot.result.colour = colours_of(std::move(pixels), shot.published, undistortion, shot.image);
     shot.result.segment_s += seconds_since(start);
   });
@@ -216,7 +221,7 @@ std::vector<CapturedCamera> Capture::captured_now(std::int64_t frame, bool want_
     round_start_ = frame;
     ended_ = capture_all();
   }
-  if (want_colour) add_colours(shots);
+  if (want_colour) add_colours(frame, shots);
   std::vector<CapturedCamera> result;
   for (Shot& shot : shots) result.push_back(std::move(shot.result));
   return result;

@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -59,7 +58,7 @@ class Capture {
   struct Shot;
   // index: of the image in its source; frame: of the head's time.
   Shot shot(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const;
-  void add_colours(std::vector<Shot>& shots) const;
+  void add_colours(std::int64_t frame, std::vector<Shot>& shots) const;
   std::vector<CapturedCamera> captured_now(std::int64_t frame, bool want_colour);
   void learn(Channel& channel) const;
 

@@ -1,35 +1,68 @@
 #include "capture_node/object_colour.h"
 
+#include <algorithm>
+#include <cassert>
+#include <cmath>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
 namespace fivepipe {
 namespace {
 
-// cv::fillConvexPoly takes integers: so many binary places of a pixel.
-constexpr int kShift = 4;
 // Of what is nearer no camera has a picture.
 constexpr double kNearest_m = 0.01;
 
+// Pixels that the convex outline touches. Corners in pixels, in its order round.
+ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width_px, int height_px) {
+  struct Extent {
+    float least = INFINITY, most = -INFINITY;
+  };
+  std::vector<Extent> rows(static_cast<std::size_t>(height_px));
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    cv::Point2f top = outline[i], bottom = outline[(i + 1) % outline.size()];
+    if (top.y > bottom.y) std::swap(top, bottom);
+    const int first = std::max(0, int(std::floor(top.y + 0.5f))), last = std::min(height_px - 1, int(std::floor(bottom.y + 0.5f)));
+    for (int v = first; v <= last; ++v)
+      for (const float end : {std::max(top.y, float(v) - 0.5f), std::min(bottom.y, float(v) + 0.5f)}) {
+        // Of a side along the row, the other end is where the next side begins.
+        const float u = bottom.y > top.y ? top.x + std::clamp((end - top.y) / (bottom.y - top.y), 0.0f, 1.0f) * (bottom.x - top.x) : top.x;
+        rows[std::size_t(v)].least = std::min(rows[std::size_t(v)].least, u);
+        rows[std::size_t(v)].most = std::max(rows[std::size_t(v)].most, u);
+      }
+  }
+  ObjectPixels pixels(width_px, height_px);
+  for (int v = 0; v < height_px; ++v) {
+    const Extent& row = rows[std::size_t(v)];
+    if (!(row.most >= -0.5f && row.least < float(width_px) - 0.5f)) continue;
+    pixels.set_run(std::max(0, int(std::floor(row.least + 0.5f))), std::min(width_px, int(std::floor(row.most + 0.5f)) + 1), v);
+  }
+  return pixels;
+}
+
 }  // namespace
+
+SeenByEye seen_by_eye(const Viewer& viewer, const Eigen::Isometry3d& eye_from_world) {
+  const Camera eye{recon_pinhole(viewer), eye_from_world};
+  const Pinhole& k = eye.pinhole;
+  const double across = std::max(k.cx_px, k.width_px - k.cx_px) / k.fx_px, down = std::max(k.cy_px, k.height_px - k.cy_px) / k.fy_px;
+  const Eigen::Vector3d centre_m = camera_center_world_m(eye), reach_m = Eigen::Vector3d::Constant(viewer.far_m * Eigen::Vector3d(across, down, 1).norm());
+  return {{eye, {0, 0, k.width_px, k.height_px}}, {centre_m - reach_m, centre_m + reach_m}};
+}
 
 ObjectPixels footprint(std::vector<SeenPart> parts, const Eigen::AlignedBox3d& box_m, const Camera& camera, int margin_px) {
   const Pinhole& k = camera.pinhole;
-  parts.push_back({camera, {-margin_px, -margin_px, k.width_px + margin_px, k.height_px + margin_px}});  // what it sees; so all corners are near its image
-  std::vector<cv::Point> around;
+  // What the camera itself sees: so all corners are in front of it, and near its image.
+  parts.push_back({camera, {-margin_px, -margin_px, k.width_px + margin_px, k.height_px + margin_px}});
+  std::vector<cv::Point2f> around, outline;
   for (const Eigen::Vector3d& corner : corners_around_hull(parts, box_m, kNearest_m)) {
     const auto uv = project(camera, corner);
-    if (!uv) continue;  // not so: all are in front of it
+    assert(uv);
     for (const int du : {-margin_px, margin_px})
-      for (const int dv : {-margin_px, margin_px}) around.emplace_back(cvRound((uv->x() + du) * (1 << kShift)), cvRound((uv->y() + dv) * (1 << kShift)));
+      for (const int dv : {-margin_px, margin_px}) around.emplace_back(float(uv->x() + du), float(uv->y() + dv));
   }
   if (around.empty()) return {k.width_px, k.height_px};
-  std::vector<cv::Point> outline;
   cv::convexHull(around, outline);
-  std::vector<std::uint8_t> bytes(std::size_t(k.width_px) * std::size_t(k.height_px));
-  cv::Mat mask(k.height_px, k.width_px, CV_8U, bytes.data());
-  cv::fillConvexPoly(mask, outline, 255, cv::LINE_8, kShift);
-  return ObjectPixels::from_bytes(k.width_px, k.height_px, bytes);
+  return touched_by(outline, k.width_px, k.height_px);
 }
 
 ColourRegion colours_of(ObjectPixels pixels, const Camera& camera, const Undistortion& undistortion, const cv::Mat& captured_bgr) {

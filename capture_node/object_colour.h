@@ -6,11 +6,19 @@
 #include "capture_node/undistortion.h"
 #include "common/hull/colour_region.h"
 #include "common/hull/hull_bounds.h"
+#include "common/scene/deployment.h"
 
 namespace fivepipe {
 
-// Pixels of the camera's image onto which the hull can project, as far as it is in the box and 1 cm in front of the camera, and those up to
-// margin_px beside them: one convex part of the image, or none. `parts` are of the cameras that give shape.
+// What the viewer's eye can see of the hull: its whole image, and a box around what is nearer than its far plane.
+struct SeenByEye {
+  SeenPart part;
+  Eigen::AlignedBox3d box_m;
+};
+SeenByEye seen_by_eye(const Viewer& viewer, const Eigen::Isometry3d& eye_from_world);
+
+// Pixels of the camera's image onto which points of the box project that are in all these parts and 1 cm in front of each camera, this
+// one too; and those up to margin_px beside them. One convex part of the image, or none.
 ObjectPixels footprint(std::vector<SeenPart> parts, const Eigen::AlignedBox3d& box_m, const Camera& camera, int margin_px);
 
 // The colours of these pixels of the published image.

@@ -98,9 +98,9 @@ class VideoPipe {
     published_ = number;
     if (tile_shares_) pose.tile_owners = tile_shares_->next();
     poses_.write(head_pose_message(deployment_.viewer, std::move(pose)).message());
-    for (CapturedCamera& camera : cameras) {
+    for (const CapturedCamera& camera : cameras) {
       tell(camera);
-      if (camera.colour) colours_.write(colour_message(camera.camera, number, camera.image_stamp_ns, std::move(*camera.colour)).message());
+      if (camera.colour) colours_.write(colour_message(camera.camera, number, camera.image_stamp_ns, *camera.colour).message());
     }
     for (const CapturedCamera& camera : cameras)
       if (camera.pixels) maps_.write(map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels).message());

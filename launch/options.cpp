@@ -43,6 +43,13 @@ CLI::Option* add_topics_option(CLI::App* app, std::string& topics) {
   return app->add_option("--topics", topics, "only topics whose name matches this regular expression")->check(CLI::Validator(check_regex, "RE"))->capture_default_str();
 }
 
+RangeOptions add_range_options(CLI::App* app, double& start_s, std::optional<double>& end_s) {
+  constexpr double kLongestRecording_s = 1e8;  // three years: its nanoseconds fit into 64 bits beside a stamp
+  const auto in_recording = CLI::Range(0.0, kLongestRecording_s);
+  return {app->add_option("--start", start_s, "seconds after the recording's start")->check(in_recording),
+          app->add_option("--end", end_s, "seconds after the recording's start")->check(in_recording)};
+}
+
 CLI::Option* add_set_option(CLI::App* app, std::vector<std::string>& assignments) {
   return app->add_option("--set", assignments, "KEY=VALUE for ${KEY} in the deployment; may be given several times")
       ->allow_extra_args(false)

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,12 @@ double rate_from(const std::string& rate);  // max: 0
 
 // --topics RE.
 CLI::Option* add_topics_option(CLI::App* app, std::string& topics);
+
+// --start and --end, in seconds after a recording's start.
+struct RangeOptions {
+  CLI::Option *start, *end;
+};
+RangeOptions add_range_options(CLI::App* app, double& start_s, std::optional<double>& end_s);
 
 // --domain and --profile, of who joins a network without a deployment.
 struct NetworkOptions {

@@ -16,7 +16,8 @@ struct WeightedBgr {
 // uv_px rounded towards the pixel centres to its lower left; pixels whose colours are not there take no part.
 WeightedBgr bilinear(const ColourRegion& colour, const ObjectPixels* object, const Eigen::Vector2d& uv_px) {
   const PixelRect& r = colour.region;
-  if (!(uv_px.x() >= r.u0_px - 0.5 && uv_px.y() >= r.v0_px - 0.5 && uv_px.x() < r.u1_px - 0.5 && uv_px.y() < r.v1_px - 0.5)) return {};
+  // Hull that ends with the object's outermost pixels projects onto their border, half a pixel outside of their centres, or just beyond.
+  if (!(uv_px.x() > r.u0_px - 1 && uv_px.y() > r.v0_px - 1 && uv_px.x() < r.u1_px && uv_px.y() < r.v1_px)) return {};
   const int u0 = int(std::floor(uv_px.x())), v0 = int(std::floor(uv_px.y()));
   const double right = uv_px.x() - u0, down = uv_px.y() - v0;
   WeightedBgr sum;
@@ -49,7 +50,7 @@ bool same_camera(const Camera& a, const Camera& b) { return a.pinhole == b.pinho
 HullColour::HullColour(std::span<const Silhouette> silhouettes, std::span<const ColourRegion> regions) : silhouettes_(silhouettes) {
   for (const Silhouette& s : silhouettes) projections_.push_back(projection_of(s.camera));
   for (const ColourRegion& region : regions) {
-    assert(region.bgr.size() == region.region.area_px() * 3);
+    assert(region.bgr.size() == region.region.area_px() * 3 && intersection(region.region, region.pixels.bounds()) == region.pixels.bounds());
     const auto silhouette = std::find_if(silhouettes.begin(), silhouettes.end(), [&](const Silhouette& s) { return same_camera(s.camera, region.camera); });
     Image image{&region, silhouette == silhouettes.end() ? nullptr : &silhouette->pixels, std::size_t(silhouette - silhouettes.begin()), camera_center_world_m(region.camera), {}};
     for (const auto& projection : projections_) image.centre_seen.push_back(projection * image.centre_world_m.homogeneous());

@@ -155,9 +155,10 @@ class ReconstructionPipe {
     const std::vector<ColourRegion> colours = colours_of(set);
     // Colour is for who draws: nobody reads tiles, nobody gets colour.
     const bool want_colour = tiles_.readers() > 0 && !colours.empty();
-    if (tiles_.readers() > 0 && colours.empty() && set.empty_cameras.empty()) node_.status.count("frames_without_colour");
     steps.begin("reconstruct");
     std::vector<ReconTile> made = reconstructor_.reconstruct(set.silhouettes, view, tiles, colours, want_colour);
+    const bool is_seen = std::any_of(made.begin(), made.end(), [](const ReconTile& tile) { return !tile.covered.empty(); });
+    if (is_seen && tiles_.readers() > 0 && colours.empty()) node_.status.count("frames_without_colour");
     steps.begin("write_tiles");
     if (costs_.readers() > 0) costs_.write(costs_message(frame, config_.share, made).message());
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());

@@ -10,6 +10,7 @@
 #include "capture_node/object_colour.h"
 #include "capture_rig.h"
 #include "common/hull/analytic.h"
+#include "common/hull/cpu_hull.h"
 
 namespace fivepipe {
 namespace {
@@ -89,7 +90,25 @@ TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {
   }
   const Camera eye = published_camera(rig.cameras[2], eye_from_world_at(test_viewer(), 10 / 30.0));
   EXPECT_TRUE(set[2].colour->camera.camera_from_world.isApprox(eye.camera_from_world));
-  EXPECT_LT(set[2].colour->pixels.count(), 160u * 120u) << "two cameras leave little out";
+  // Every pixel that shows hull, as the two others' maps have it, and its neighbours; and less than either of them would leave.
+  WorkerPool pool(1);
+  const std::vector<Silhouette> silhouettes = {{published_camera(rig.cameras[0]), *set[0].pixels}, {published_camera(rig.cameras[1]), *set[1].pixels}};
+  const Viewer viewer = test_viewer();
+  const DepthTile hull = CpuHull(pool, silhouettes).depth({eye, viewer.near_m, viewer.far_m}, {0, 0, 160, 120});
+  const ObjectPixels& sent = set[2].colour->pixels;
+  int shown = 0;
+  for (int v = 0; v < 120; ++v)
+    for (int u = 0; u < 160; ++u) {
+      if (hull.depth_m[std::size_t(v * 160 + u)] == kNoHull) continue;
+      ++shown;
+      for (int dv = -1; dv <= 1; ++dv)
+        for (int du = -1; du <= 1; ++du)
+          if (u + du >= 0 && v + dv >= 0 && u + du < 160 && v + dv < 120) ASSERT_TRUE(sent.contains(u + du, v + dv)) << u << ' ' << v;
+    }
+  EXPECT_GT(shown, 500);
+  const SeenByEye by_eye = seen_by_eye(viewer, eye_from_world_at(viewer, 10 / 30.0));
+  for (const Silhouette& one : silhouettes)
+    EXPECT_LT(sent.count(), footprint({by_eye.part, {one.camera, one.pixels.bounds()}}, by_eye.box_m, eye, 2).count());
   for (const CapturedCamera& camera : capture.capture(11, false)) EXPECT_FALSE(camera.colour);
   EXPECT_FALSE(capture.ended());
 }
@@ -150,6 +169,20 @@ TEST(Capture, TellsEveryCameraThatCantBeHad) {
   config.sources.erase("cam1");
   EXPECT_THROW(
       try { Capture(rig, test_viewer(), config, 30); } catch (const HardwareMissing&) { FAIL() << "no hardware is concerned"; }, SourceError);
+}
+
+// An arm that reaches far out of the volume in which objects are expected is coloured as far as the viewer sees it.
+TEST(Footprint, OfTheViewIsAllThatTheEyeSees) {
+  const Viewer viewer = test_viewer();
+  const Eigen::Isometry3d eye_from_world = eye_from_world_at(viewer, 0.5);
+  const SeenByEye seen = seen_by_eye(viewer, eye_from_world);
+  const Camera narrower{pinhole_from_fov(200, 150, 0.5), eye_from_world};
+  EXPECT_EQ(footprint({seen.part}, seen.box_m, narrower, 2).count(), 200u * 150u);
+  for (const double u : {0.0, 319.0})
+    for (const double v : {0.0, 239.0}) {
+      const Ray ray = ray_through(seen.part.camera, {u, v});
+      EXPECT_TRUE(seen.box_m.contains(ray.origin_world_m + viewer.far_m * ray.direction_world));
+    }
 }
 
 TEST(Footprint, OfABoxIsTheImagesPartThatShowsIt) {

@@ -69,10 +69,41 @@ TEST(HullBounds, HoldEveryPointThatAllPartsShow) {
     for (const Vector3d& corner : corners) {
       EXPECT_LT(kBox.exteriorDistance(corner), 1e-9);
       for (const SeenPart& seen : parts)
-        if ((seen.camera.camera_from_world * corner).z() > kNearest_m + 1e-6) EXPECT_TRUE(is_in(seen, corner, 1 + 1e-6)) << round;
+        if ((seen.camera.camera_from_world * corner).z() > kNearest_m + 1e-6) EXPECT_TRUE(is_in(seen, corner, 0.01 + 1e-6)) << round;
     }
   }
   EXPECT_GT(held, 1000);
+}
+
+// On the very border between a part and what is beside it.
+TEST(HullBounds, HoldThePointsOnAPartsBorder) {
+  std::mt19937 random(5);
+  for (int round = 0; round < 100; ++round) {
+    const auto parts = random_parts(1, random);
+    const Camera& camera = parts[0].camera;
+    const PixelRect& r = parts[0].part;
+    const auto corners = corners_around_hull(parts, kBox, kNearest_m);
+    for (const double u : {r.u0_px - 0.5, r.u1_px - 0.5})
+      for (const double v : {r.v0_px - 0.5, r.v1_px - 0.5}) {
+        const Ray ray = ray_through(camera, {u, v});
+        const Vector3d p = ray.origin_world_m + 2.4 * ray.direction_world;
+        if (!kBox.contains(p)) continue;
+        // Across the side of the part's pyramid on which p is, outwards.
+        const double outwards = u < r.u0_px ? -1 : 1;
+        const Vector3d across = camera.camera_from_world.linear().transpose() * (outwards * Vector3d(camera.pinhole.fx_px, 0, camera.pinhole.cx_px - u));
+        ASSERT_GT(support(corners, across), across.dot(p)) << round;
+      }
+  }
+}
+
+TEST(HullBounds, EndBeforeEachCamera) {
+  std::mt19937 random(9);
+  for (int round = 0; round < 100; ++round) {
+    auto parts = random_parts(2, random);
+    parts[0].camera.camera_from_world = look_at(0.5 * random_in(kBox, random), {0.01, 0.02, 0.3});  // inside the box
+    for (const Vector3d& corner : corners_around_hull(parts, kBox, kNearest_m))
+      for (const SeenPart& seen : parts) EXPECT_GT((seen.camera.camera_from_world * corner).z(), kNearest_m - 1e-9) << round;
+  }
 }
 
 TEST(HullBounds, AreTheSameInWhateverOrder) {

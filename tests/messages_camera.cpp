@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -43,6 +44,33 @@ TEST(ObjectPixelsCodec, BothEncodingsRoundTripAtEveryWidth) {
       EXPECT_EQ(from_packed_bits(width, 13, region, packed_bits(pixels, region)), pixels) << width << ' ' << density;
       EXPECT_EQ(from_run_lengths(width, 13, region, run_lengths(pixels, region)), pixels) << width << ' ' << density;
     }
+}
+
+// Runs that begin and end at, before and behind the borders of words.
+TEST(ObjectPixels, RunsAreFoundWhereTheyWereSet) {
+  for (const int width : {1, 63, 64, 65, 127, 128, 129, 200})
+    for (const int begin : {0, 1, 62, 63, 64, 65, 127, 128, 199})
+      for (const int end : {1, 2, 63, 64, 65, 127, 128, 129, 200}) {
+        if (begin >= end || end > width) continue;
+        ObjectPixels pixels(width, 3);
+        pixels.set_run(begin, end, 1);
+        ASSERT_EQ(pixels.count(), std::size_t(end - begin));
+        EXPECT_EQ(pixels.find(0, width, 1, true), begin);
+        EXPECT_EQ(pixels.find(begin, width, 1, false), end);
+        EXPECT_EQ(pixels.find(end, width, 1, true), width);
+        EXPECT_EQ(pixels.find(0, width, 0, true), width);
+        std::vector<std::array<int, 3>> runs;
+        pixels.for_each_run({0, 0, width, 3}, [&](int v, int first, int last) { runs.push_back({v, first, last}); });
+        EXPECT_EQ(runs, (std::vector<std::array<int, 3>>{{1, begin, end}}));
+      }
+}
+
+TEST(ObjectPixels, KeepsWhatOthersHaveToo) {
+  const ObjectPixels a = random_pixels(130, 20, 0.5, 1), b = random_pixels(130, 20, 0.5, 2);
+  ObjectPixels both = a;
+  both.keep(b);
+  for (int v = 0; v < 20; ++v)
+    for (int u = 0; u < 130; ++u) ASSERT_EQ(both.contains(u, v), a.contains(u, v) && b.contains(u, v));
 }
 
 TEST(ObjectPixelsCodec, EmptyMapIsNoBytes) {

@@ -160,6 +160,49 @@ TEST_F(Colour, ComesFromObjectPixelsAlone) {
     }
 }
 
+// An image that gives no shape: what stands beside the pixels that were sent is nothing.
+TEST_F(Colour, ComesFromPixelsThatWereSentAlone) {
+  const auto silhouettes = silhouettes_of(object, {at_y, at_z});
+  ColourRegion region = plain(at_x, whole_image(at_x), kRed);
+  for (int v = 0; v < 150; ++v)
+    for (int u = 0; u < 200; ++u) {
+      const bool sent = (u - 100) * (u - 100) + (v - 75) * (v - 75) < 400;
+      region.pixels.set(u, v, sent);
+      if (sent) std::copy(kBlue.begin(), kBlue.end(), region.bgr.begin() + 3 * (v * 200 + u));
+    }
+  const HullColour colour(silhouettes, std::span(&region, 1));
+  int blue = 0;
+  for (int v = 0; v < 150; ++v)
+    for (int u = 0; u < 200; ++u) {
+      const Ray ray = ray_through(at_x, {u + 0.5, v + 0.5});
+      const Bgr bgr = colour.at(ray.origin_world_m + ray.direction_world, {1, 0, 0});
+      EXPECT_TRUE(bgr == kBlue || bgr == kUnseenBgr) << u << ' ' << v;
+      blue += bgr == kBlue;
+    }
+  EXPECT_GT(blue, 1200);
+}
+
+// As capture_node sends them: object pixels in their bounds. Hull is on the outermost pixels' border, where depth's rounding decides on which side.
+TEST_F(Colour, NoHullLacksColourAtTheBordersOfWhatWasSent) {
+  object.push_back({{-0.1, -0.08, -0.06}, {0.12, 0.1, 0.08}, 0.02});
+  const auto silhouettes = silhouettes_of(object, {at_x, at_y, at_z});
+  for (const Silhouette& sent : silhouettes) {
+    ColourRegion colour = plain(sent.camera, sent.pixels.bounds(), kBlue);
+    colour.pixels = sent.pixels;
+    const View view{{pinhole_from_fov(320, 240, 0.4), look_at({0.6, -0.6, 0.5}, {0, 0, 0})}, 0.05, 3};
+    Reconstructor reconstructor({.backend = HullBackend::cpu}, kVolume);
+    int hits = 0, unseen = 0;
+    for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, tiles_of(320, 240, 4, 3), std::span(&colour, 1), true))
+      for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
+        if (tile.depth_m[i] == kNoHull) continue;
+        ++hits;
+        unseen += Bgr{tile.bgr[3 * i], tile.bgr[3 * i + 1], tile.bgr[3 * i + 2]} != kBlue;
+      }
+    EXPECT_GT(hits, 3000);
+    EXPECT_EQ(unseen, 0);
+  }
+}
+
 TEST_F(Colour, RegionsThatDoNotHoldThePointTakeNoPart) {
   const auto silhouettes = silhouettes_of(object, {at_x, at_y, at_z});
   const Vector3d p = 0.05 * Vector3d(1, -1, 0).normalized(), eye(1, -0.1, 0);

@@ -189,6 +189,23 @@ TEST_F(Composite, AnObjectCutByTheNearPlaneShowsItsBack) {
   EXPECT_NEAR(renderer.depth_m().at<float>(240, 320), 0.45, kDepthRounding_m);
 }
 
+// The eye is outside, the near plane is not: straight ahead, and in a corner of the view, where the near plane is farther from the eye.
+TEST_F(Composite, AnObjectThatTheNearPlaneCutsOpenFromOutsideShowsItsBack) {
+  const auto depth_of = [&](const Eigen::Vector3d& min_m, int u, int v) {
+    const double side_m = 0.5;
+    Renderer renderer(scene_of({object("box", BoxShape{{side_m, side_m, side_m}}, min_m + Eigen::Vector3d::Constant(side_m / 2), {0.8, 0.8, 0.8})}), viewer_);
+    renderer.draw(nothing_, {}, {});
+    return renderer.depth_m().at<float>(v, u);
+  };
+  EXPECT_NEAR(depth_of({-0.25, 0.02, -0.25}, 320, 240), 0.52, kDepthRounding_m);
+  const Pinhole k = render_pinhole(viewer_);
+  const Eigen::Vector2d direction((630 - k.cx_px) / k.fx_px, -(10 - k.cy_px) / k.fy_px);  // up to the right
+  const Eigen::Vector3d corner_m(0.9 * 0.05 * direction.x(), 0.047, 0.9 * 0.05 * direction.y());
+  ASSERT_GT(corner_m.norm(), viewer_.near_m);
+  EXPECT_NEAR(depth_of(corner_m, 630, 10), 0.547, kDepthRounding_m);
+  EXPECT_NEAR(depth_of({-0.25, 0.06, -0.25}, 320, 240), 0.06, kDepthRounding_m);
+}
+
 TEST_F(Composite, ACollidingObjectIsRedAndStillShaded) {
   const Scene scene = scene_of({object("ball", SphereShape{0.2, 3}, {0, 1, 0}, {0.2, 0.5, 0.9})}, {-1, 0, 1.5});
   const cv::Mat plain = image(scene, nothing_), red = image(scene, nothing_, {"ball"});

@@ -9,7 +9,7 @@ using Vector3d = Eigen::Vector3d;
 using Plane = Eigen::Hyperplane<double, 3>;  // the side with signedDistance >= 0 is inside
 
 void add_planes(std::vector<Plane>& planes, const SeenPart& seen, double nearest_m) {
-  constexpr double kWider_px = 1;
+  constexpr double kWider_px = 0.01;
   const Pinhole& k = seen.camera.pinhole;
   const double left = seen.part.u0_px - 0.5 - kWider_px, right = seen.part.u1_px - 0.5 + kWider_px, top = seen.part.v0_px - 0.5 - kWider_px,
                bottom = seen.part.v1_px - 0.5 + kWider_px;

@@ -41,6 +41,11 @@ void ObjectPixels::set_run(int u_px, int end_px, int v_px) {
   }
 }
 
+void ObjectPixels::keep(const ObjectPixels& others) {
+  assert(others.width_px_ == width_px_ && others.height_px_ == height_px_);
+  for (std::size_t i = 0; i < words_.size(); ++i) words_[i] &= others.words_[i];
+}
+
 int ObjectPixels::find(int u_px, int end_px, int v_px, bool object) const {
   const std::uint64_t* row = words_.data() + std::size_t(v_px) * std::size_t(words_per_row_);
   for (int u = u_px; u < end_px; u = (u | 63) + 1) {

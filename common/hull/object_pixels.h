@@ -45,6 +45,7 @@ class ObjectPixels {
   }
   void set(int u_px, int v_px, bool object = true);  // inside the image
   void set_run(int u_px, int end_px, int v_px);      // [u, end) of row v, inside the image
+  void keep(const ObjectPixels& others);             // of the same size: those that are not in `others` are none any more
   // The first pixel of row v in [u, end) that is an object pixel, or is none; end where there is no such pixel.
   int find(int u_px, int end_px, int v_px, bool object) const;
 

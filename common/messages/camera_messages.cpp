@@ -1,6 +1,7 @@
 #include "common/messages/camera_messages.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "common/messages/object_pixels_codec.h"
@@ -72,6 +73,7 @@ OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, st
   out.header.image_height_px = colour.camera.pinhole.height_px;
   out.header.camera_from_world = wire(colour.camera.camera_from_world);
   const PixelRect region = colour.pixels.bounds();
+  assert(intersection(region, colour.region) == region);
   out.header.region = wire(region);
   EncodedPixels code = encoded(colour.pixels, region);
   out.header.encoding = code.encoding;

@@ -1,7 +1,6 @@
 #include "common/messages/object_pixels_codec.h"
 
 #include <algorithm>
-#include <bit>
 
 namespace fivepipe {
 namespace {

@@ -112,7 +112,7 @@ int bench_pipeline(const std::vector<std::string>& words) {
   }
   for (const auto& [stage, time_ms] : all.stages) results.push_back(result_json(prefix + stage, time_ms, nlohmann::ordered_json::object(), nlohmann::ordered_json::object(), ""));
   const nlohmann::ordered_json counts{{"frames", frames}, {"frames_per_s", double(frames) / seconds}, {"in_flight", options.frames_in_flight}, {"replay_cpu_percent", 100 * replay_cpu_s / seconds},
-                                      {"stages_mean_ms", all.stages_mean_ms()}, {"measured_mean_ms", bench::mean(all.heard)}, {"explained_share", all.explained_share()}};
+                                      {"stages_mean_ms", all.stages_mean_ms()}, {"heard_mean_ms", bench::mean(all.heard)}, {"explained_share", all.explained_share()}};
   results.push_back(result_json(prefix + "latency", all.latency, nlohmann::ordered_json::object(), counts, ""));
   if (!without_bus) add_bus(time_bus(sizes_of(recording), bus_rounds, measured.deployment().network_profile), results);
   if (!options.json.empty()) {

@@ -16,8 +16,7 @@ void add_from_recording_options(CLI::App& app, FromRecordingOptions& options) {
   add_rate_option(&app, options.rate);
   app.add_option("--in-flight", options.frames_in_flight, "frames sent and not yet handled")->check(CLI::Range(1, 6))->capture_default_str();
   app.add_option("--runs", options.runs, "whole runs, each with new processes")->check(CLI::Range(1, 100))->capture_default_str();
-  app.add_option("--start", options.start_s, "seconds after the recording's start")->check(CLI::NonNegativeNumber);
-  app.add_option("--end", options.end_s, "seconds after the recording's start")->check(CLI::NonNegativeNumber);
+  add_range_options(&app, options.start_s, options.end_s);
   app.add_option("--json", options.json, "write the results there");
   app.add_option("--out", options.out, "folder for what the nodes write; without it: none is kept");
 }

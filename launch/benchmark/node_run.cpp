@@ -127,10 +127,9 @@ class CompositeWatch {
   };
   CompositeWatch(std::uint32_t domain, const std::string& profile)
       : bus_({domain, profile, "replay_composites"}), composited_(bus_.reader<topics::FrameComposited>()), thread_([this](std::stop_token stop) {
-          while (!stop.stop_requested()) {
-            bus_.wait(20ms);
-            for (const auto& sample : composited_.take())
-              if (sample.valid()) heard_[sample->frame] = {sample->composited_stamp_ns, now_realtime_ns()};
+          for (bool last = false; !last; take()) {
+            last = stop.stop_requested();
+            bus_.wait(last ? 0ms : 20ms);
           }
         }) {}
   // By frame; nothing is heard any more.
@@ -141,6 +140,11 @@ class CompositeWatch {
   }
 
  private:
+  void take() {
+    for (const auto& sample : composited_.take())
+      if (sample.valid()) heard_[sample->frame] = {sample->composited_stamp_ns, now_realtime_ns()};
+  }
+
   Bus bus_;
   Reader<topics::FrameComposited> composited_;
   std::map<std::uint64_t, Heard> heard_;  // the thread's, until it has ended
@@ -216,7 +220,9 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   Bus bus({domain, options.deployment->network_profile, "replay", true});
   auto statuses_in = bus.reader<topics::NodeStatus>();
   StatusBook statuses;
-  CompositeWatch composites(domain, options.deployment->network_profile);
+  std::optional<CompositeWatch> composites;
+  if (std::any_of(plan.nodes.begin(), plan.nodes.end(), [](const ReplayedNode& node) { return outputs_of(node.program).contains(topics::FrameComposited::name); }))
+    composites.emplace(domain, options.deployment->network_profile);
   Replayer replayer(bus, recording, plan);
   std::set<std::string> replayed;
   for (const mcap::Id id : plan.channels) replayed.insert(recording.channel(id)->topic);
@@ -249,10 +255,11 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   nodes.check();
   nodes.stop();
   take_outputs();
-  for (const auto& [frame, heard] : composites.end()) {
-    frames[frame].composited_ns = heard.composited_ns;
-    frames[frame].composite_heard_ns = heard.heard_ns;
-  }
+  if (composites)
+    for (const auto& [frame, heard] : composites->end()) {
+      frames[frame].composited_ns = heard.composited_ns;
+      frames[frame].composite_heard_ns = heard.heard_ns;
+    }
   for (const auto& [name, processes] : statuses.processes()) {
     run.drops[name] = processes.back().drops;
     for (const std::string& remark : processes.back().remarks)

@@ -57,7 +57,7 @@ PipelineAccount account_of(const std::vector<FrameTimes>& frames, const Pipeline
       through_node(way, frame.nodes.at(*slowest), free_ns[*slowest], "reconstruction", "waiting for its pose");
       through_node(way, rendering, free_ns[nodes.rendering], "rendering", "waiting for the simulation");
       account.latency.push_back(1e-6 * double(frame.composited_ns - frame.sent.start_ns));
-      if (frame.composite_heard_ns > 0) account.heard.push_back(1e-6 * double(frame.composite_heard_ns - frame.sent.start_ns));
+      account.heard.push_back(1e-6 * double(frame.composite_heard_ns - frame.sent.start_ns));
       if (!nodes.simulation.empty()) {
         const FrameAtNode& simulation = frame.nodes.at(nodes.simulation);
         account.simulation.push_back(1e-6 * double(end_of(simulation) - simulation.last_input_ns));

@@ -18,7 +18,7 @@ struct PipelineAccount {
   // One after the other, on the way that took longest: of the reconstruction nodes, the one whose tiles came last.
   std::vector<std::pair<std::string, std::vector<double>>> stages;
   std::vector<double> latency;    // from the first message sent to the time stamp of FrameComposited
-  std::vector<double> heard;      // measured apart from what nodes tell: until FrameComposited was here, of the frames of which it was heard
+  std::vector<double> heard;      // measured apart from what nodes tell: until FrameComposited was here
   std::vector<double> simulation; // beside it: from the simulation's last input to its state written
   std::size_t waited_for_state = 0;  // frames whose tiles were there before the simulation's state
   double stages_mean_ms() const;

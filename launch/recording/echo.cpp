@@ -110,8 +110,9 @@ void add_echo(CLI::App& app, Command& command) {
   echo->add_option("TOPIC", options->topic, "HullTile, fivepipe/v1/HullTile, ..")->required();
   CLI::Option* file = echo->add_option("--from", options->file, "recording (MCAP); without it: the bus")->check(CLI::ExistingFile);
   echo->add_option("--count", options->count, "end after so many")->check(CLI::PositiveNumber);
-  echo->add_option("--start", options->start_s, "seconds after the recording's start")->check(CLI::Range(0.0, kLongestRecording_s))->needs(file);
-  echo->add_option("--end", options->end_s, "seconds after the recording's start")->check(CLI::Range(0.0, kLongestRecording_s))->needs(file);
+  const RangeOptions range = add_range_options(echo, options->start_s, options->end_s);
+  range.start->needs(file);
+  range.end->needs(file);
   echo->add_option("--field", options->field, "this field alone: frame, region.u0_px, objects[0].object");
   echo->add_flag("--full", options->full, "all values of long sequences of numbers, which are only counted otherwise");
   echo->add_flag("--json", options->json, "a line of JSON for each message");

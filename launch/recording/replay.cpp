@@ -161,8 +161,7 @@ void add_replay(CLI::App& app, Command& command) {
       "Exit codes: 0 done, 1 --lossless and something did not arrive or was not handled, 2 usage, or a deployment runs in the domain, 3 nobody reads, 130 interrupted.");
   replay->add_option("FILE", options->file, "recording (MCAP)")->required()->check(CLI::ExistingFile);
   add_rate_option(replay, options->rate);
-  replay->add_option("--start", options->start_s, "seconds after the recording's start")->check(CLI::NonNegativeNumber);
-  replay->add_option("--end", options->end_s, "seconds after the recording's start")->check(CLI::NonNegativeNumber);
+  add_range_options(replay, options->start_s, options->end_s);
   add_topics_option(replay, options->topics);
   replay->add_option("--inputs-of", options->nodes, "only what this node reads, and wait for this node; may be given several times")->allow_extra_args(false);
   add_set_option(replay, options->settings);

@@ -13,8 +13,6 @@
 
 namespace fivepipe {
 
-constexpr double kLongestRecording_s = 1e8;  // three years: its nanoseconds fit into 64 bits beside a stamp
-
 // Says on stderr where it was not finished. Throws as Recording does.
 recording::Recording opened(const std::filesystem::path& file);
 std::vector<std::string> topics_in(const recording::Recording& recording);
