@@ -107,6 +107,7 @@ TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {
     }
   EXPECT_GT(shown, 500);
   const SeenByEye by_eye = seen_by_eye(viewer, eye_from_world_at(viewer, 10 / 30.0));
+  EXPECT_EQ(sent, footprint({{silhouettes[0].camera, set[0].pixels->bounds()}, {silhouettes[1].camera, set[1].pixels->bounds()}, by_eye.part}, by_eye.box_m, eye, 2));
   for (const Silhouette& one : silhouettes)
     EXPECT_LT(sent.count(), footprint({by_eye.part, {one.camera, one.pixels.bounds()}}, by_eye.box_m, eye, 2).count());
   for (const CapturedCamera& camera : capture.capture(11, false)) EXPECT_FALSE(camera.colour);
