@@ -17,8 +17,8 @@ struct SeenPart {
 
 // Corners [m, world] of the convex body of all points in box_m that project into each of the parts, and are at least nearest_m in front of
 // each of their cameras: it holds the hull, as far as that lies there (rule Limits::all). Some corners come more than once. Empty: there
-// is no such point. Parts are taken a hundredth of a pixel wider than
-// they are: far more than rounding moves. Finite input; box_m not empty.
+// is no such point. Parts are taken a hundredth of a pixel wider than they are: far more than rounding moves. Finite input; box_m not
+// empty.
 std::vector<Eigen::Vector3d> corners_around_hull(std::span<const SeenPart> parts, const Eigen::AlignedBox3d& box_m, double nearest_m);
 
 }  // namespace fivepipe
