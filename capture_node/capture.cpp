@@ -8,14 +8,14 @@
 #include <opencv2/core/utility.hpp>
 #include <thread>
 
-#include "capture_node/image_source.h"
+#include "capture_node/sources/image_source.h"
 #include "capture_node/object_colour.h"
-#include "capture_node/segmentation.h"
-#include "capture_node/synthetic_source.h"
-#include "common/clock/realtime.h"
-#include "common/hull/hull_bounds.h"
+#include "capture_node/segmentation/segmentation.h"
+#include "capture_node/sources/synthetic_source.h"
+#include "common/base/realtime.h"
+#include "common/hull/silhouette_bounds.h"
 
-namespace fivepipe {
+namespace fivepipe::capture {
 namespace {
 
 constexpr unsigned kMostThreads = 2;  // the other cores are the other pipes'
@@ -53,26 +53,26 @@ constexpr int kColourMargin_px = 2;
 }  // namespace
 
 struct Capture::Channel {
-  const RigCamera* camera;
+  const config::RigCamera* camera;
   std::unique_ptr<ImageSource> source;
   std::string background;     // file; empty where the source itself shows the empty scene first
   int background_frames = 0;  // then: how many of its images
   std::unique_ptr<Undistortion> undistortion;  // of cameras without a segmenter
-  ObjectPixels seen;                           // then: the published pixels that the captured image sees
+  hull::ObjectPixels seen;                           // then: the published pixels that the captured image sees
   std::unique_ptr<Segmenter> segmenter;
 };
 
-Capture::Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& config, double frame_rate_hz, Progress progress)
+Capture::Capture(const config::Rig& rig, const config::Viewer& viewer, const config::CaptureConfig& config, double frame_rate_hz, Progress progress)
     : rig_(rig), viewer_(viewer), config_(config), frame_rate_hz_(frame_rate_hz) {
   cv::setNumThreads(1);
   std::shared_ptr<const Surroundings> surroundings;
-  const auto eye_at = [this](double t_s) { return eye_from_world_at(viewer_, t_s); };
-  for (const RigCamera& camera : rig_.cameras) {
+  const auto eye_at = [this](double t_s) { return config::eye_from_world_at(viewer_, t_s); };
+  for (const config::RigCamera& camera : rig_.cameras) {
     const auto source = config_.sources.find(camera.name);
     if (source == config_.sources.end()) continue;
     auto channel = std::make_unique<Channel>();
     channel->camera = &camera;
-    if (std::holds_alternative<SyntheticSource>(source->second) && !surroundings)
+    if (std::holds_alternative<config::SyntheticSource>(source->second) && !surroundings)
       surroundings = std::make_shared<const Surroundings>(config_.synthetic.seed);
     channels_.push_back(std::move(channel));
   }
@@ -87,13 +87,13 @@ Capture::Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& conf
   };
   in_parallel(channels_.size(), [&](std::size_t i) {
     Channel& channel = *channels_[i];
-    const RigCamera& camera = *channel.camera;
+    const config::RigCamera& camera = *channel.camera;
     try {
-      const CameraSource& source = config_.sources.at(camera.name);
-      if (const auto* video = std::get_if<VideoSource>(&source)) {
+      const config::CameraSource& source = config_.sources.at(camera.name);
+      if (const auto* video = std::get_if<config::VideoSource>(&source)) {
         channel.source = open_file_source(camera, *video);
         channel.background = video->background;
-      } else if (const auto* device = std::get_if<V4l2Source>(&source)) {
+      } else if (const auto* device = std::get_if<config::V4l2Source>(&source)) {
         channel.source = open_v4l2_source(camera, *device);
         channel.background = device->background;
         channel.background_frames = device->background_frames;
@@ -126,10 +126,10 @@ Capture::Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& conf
 Capture::~Capture() = default;
 
 void Capture::learn(Channel& channel) const {
-  const RigCamera& camera = *channel.camera;
+  const config::RigCamera& camera = *channel.camera;
   if (!camera.gives_shape) {
     channel.undistortion = std::make_unique<Undistortion>(camera);
-    const Pinhole& published = camera.published;
+    const geometry::Pinhole& published = camera.published;
     channel.seen = {published.width_px, published.height_px};
     for (int v = 0; v < published.height_px; ++v)
       for (int u = 0; u < published.width_px; ++u)
@@ -154,11 +154,11 @@ void Capture::learn(Channel& channel) const {
 struct Capture::Shot {
   CapturedCamera result;
   cv::Mat image;    // empty where there is none, or nobody wants anything of it
-  Camera published;
+  geometry::Camera published;
 };
 
 Capture::Shot Capture::shot(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const {
-  const RigCamera& camera = *channel.camera;
+  const config::RigCamera& camera = *channel.camera;
   Shot shot;
   CapturedCamera& result = shot.result;
   result.camera = camera.name;
@@ -166,14 +166,14 @@ Capture::Shot Capture::shot(Channel& channel, std::int64_t frame, std::int64_t i
   const auto start = std::chrono::steady_clock::now();
   const ReadStatus status = channel.source->read(index, shot.image);
   result.read_s = seconds_since(start);
-  result.image_stamp_ns = now_realtime_ns();
+  result.image_stamp_ns = base::now_realtime_ns();
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason = status == ReadStatus::end ? "its file is at its end" : channel.source->trouble();
     shot.image.release();
     return shot;
   }
-  shot.published = published_camera(camera, eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
+  shot.published = config::published_camera(camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
   if (!channel.segmenter) return shot;
   const auto segment_start = std::chrono::steady_clock::now();
   result.pixels = channel.segmenter->segment(shot.image);
@@ -189,11 +189,11 @@ Capture::Shot Capture::shot(Channel& channel, std::int64_t frame, std::int64_t i
 }
 
 void Capture::add_colours(std::int64_t frame, std::vector<Shot>& shots) const {
-  std::vector<SeenPart> parts;
+  std::vector<hull::SeenPart> parts;
   for (const Shot& shot : shots)
     if (shot.result.pixels) parts.push_back({shot.published, shot.result.pixels->bounds()});
-  if (std::any_of(parts.begin(), parts.end(), [](const SeenPart& seen) { return seen.part.empty(); })) return;  // no hull
-  const SeenByEye eye = seen_by_eye(viewer_, eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
+  if (std::any_of(parts.begin(), parts.end(), [](const hull::SeenPart& seen) { return seen.part.empty(); })) return;  // no hull
+  const SeenByEye eye = seen_by_eye(viewer_, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
   parts.push_back(eye.part);
   in_parallel(shots.size(), [&](std::size_t i) {
     Shot& shot = shots[i];
@@ -201,7 +201,7 @@ void Capture::add_colours(std::int64_t frame, std::vector<Shot>& shots) const {
     if (!channel.camera->gives_colour || shot.image.empty()) return;
     const auto start = std::chrono::steady_clock::now();
     const Undistortion& undistortion = channel.segmenter ? channel.segmenter->undistortion() : *channel.undistortion;
-    ObjectPixels pixels = shot.result.pixels ? *shot.result.pixels : footprint(parts, eye.box_m, shot.published, kColourMargin_px);
+    hull::ObjectPixels pixels = shot.result.pixels ? *shot.result.pixels : footprint(parts, eye.box_m, shot.published, kColourMargin_px);
     if (!shot.result.pixels) pixels.keep(channel.seen);
     if (pixels.count() > 0) shot.result.colour = colours_of(std::move(pixels), shot.published, undistortion, shot.image);
     shot.result.segment_s += seconds_since(start);
@@ -233,7 +233,7 @@ std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colou
   for (CapturedCamera& camera : result) {
     if (!want_colour) camera.colour.reset();
     camera.read_s = camera.segment_s = 0;
-    camera.image_stamp_ns = now_realtime_ns();
+    camera.image_stamp_ns = base::now_realtime_ns();
   }
   return result;
 }
@@ -244,4 +244,4 @@ std::vector<std::string> Capture::cameras() const {
   return names;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

@@ -8,12 +8,12 @@
 #include <string_view>
 #include <vector>
 
-#include "capture_node/source_error.h"
+#include "capture_node/sources/source_error.h"
 #include "common/hull/colour_region.h"
 #include "common/hull/object_pixels.h"
-#include "common/scene/deployment.h"
+#include "common/config/deployment.h"
 
-namespace fivepipe {
+namespace fivepipe::capture {
 
 enum class CaptureStatus {
   captured,
@@ -25,8 +25,8 @@ struct CapturedCamera {
   std::string camera;
   CaptureStatus status = CaptureStatus::captured;
   std::string reason;                   // empty where captured
-  std::optional<ObjectPixels> pixels;   // of cameras that give shape; published geometry
-  std::optional<ColourRegion> colour;   // of cameras that give colour, where it was wanted and the hull may be seen: none where another sees no object
+  std::optional<hull::ObjectPixels> pixels;   // of cameras that give shape; published geometry
+  std::optional<hull::ColourRegion> colour;   // of cameras that give colour, where it was wanted and the hull may be seen: none where another sees no object
   std::int64_t image_stamp_ns = 0;      // CLOCK_REALTIME when the image was there; of premade sets: when they are handed out
   std::vector<std::string> remarks;     // what a person should know about this camera's object pixels
   double read_s = 0, segment_s = 0;     // time spent on the image, and on making pixels and colour of it
@@ -40,7 +40,7 @@ class Capture {
   // Opens every source of the configuration, learns the reference images and segments config.premade_frames ahead. Throws
   // SourceError or HardwareMissing naming every camera that can't be had. Cameras of the configuration that the rig lacks are refused
   // where it is loaded. Sets OpenCV to one thread: the cameras are what is done in parallel.
-  Capture(const Rig& rig, const Viewer& viewer, const CaptureConfig& config, double frame_rate_hz, Progress progress = {});
+  Capture(const config::Rig& rig, const config::Viewer& viewer, const config::CaptureConfig& config, double frame_rate_hz, Progress progress = {});
   ~Capture();
 
   // The cameras of `frame` >= 0, in the rig's order. Rising frames are cheap, others reopen files. Synthetic images and the head are
@@ -62,9 +62,9 @@ class Capture {
   std::vector<CapturedCamera> captured_now(std::int64_t frame, bool want_colour);
   void learn(Channel& channel) const;
 
-  Rig rig_;
-  Viewer viewer_;
-  CaptureConfig config_;
+  config::Rig rig_;
+  config::Viewer viewer_;
+  config::CaptureConfig config_;
   double frame_rate_hz_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<std::vector<CapturedCamera>> premade_;  // by frame, by camera
@@ -75,4 +75,4 @@ class Capture {
 // Frames of the empty synthetic room that the reference image is learnt from.
 inline constexpr int kSyntheticBackgroundFrames = 24;
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

@@ -6,14 +6,14 @@
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
-namespace fivepipe {
+namespace fivepipe::capture {
 namespace {
 
 // Of what is nearer no camera has a picture.
 constexpr double kNearest_m = 0.01;
 
 // Pixels that the convex outline touches. Corners in pixels, in its order round.
-ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width_px, int height_px) {
+hull::ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width_px, int height_px) {
   struct Extent {
     float least = INFINITY, most = -INFINITY;
   };
@@ -30,7 +30,7 @@ ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width_px, i
         rows[std::size_t(v)].most = std::max(rows[std::size_t(v)].most, u);
       }
   }
-  ObjectPixels pixels(width_px, height_px);
+  hull::ObjectPixels pixels(width_px, height_px);
   for (int v = 0; v < height_px; ++v) {
     const Extent& row = rows[std::size_t(v)];
     if (!(row.most >= -0.5f && row.least < float(width_px) - 0.5f)) continue;
@@ -41,21 +41,21 @@ ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width_px, i
 
 }  // namespace
 
-SeenByEye seen_by_eye(const Viewer& viewer, const Eigen::Isometry3d& eye_from_world) {
-  const Camera eye{recon_pinhole(viewer), eye_from_world};
-  const Pinhole& k = eye.pinhole;
+SeenByEye seen_by_eye(const config::Viewer& viewer, const Eigen::Isometry3d& eye_from_world) {
+  const geometry::Camera eye{config::recon_pinhole(viewer), eye_from_world};
+  const geometry::Pinhole& k = eye.pinhole;
   const double across = std::max(k.cx_px, k.width_px - k.cx_px) / k.fx_px, down = std::max(k.cy_px, k.height_px - k.cy_px) / k.fy_px;
-  const Eigen::Vector3d centre_m = camera_center_world_m(eye), reach_m = Eigen::Vector3d::Constant(viewer.far_m * Eigen::Vector3d(across, down, 1).norm());
+  const Eigen::Vector3d centre_m = geometry::camera_center_world_m(eye), reach_m = Eigen::Vector3d::Constant(viewer.far_m * Eigen::Vector3d(across, down, 1).norm());
   return {{eye, {0, 0, k.width_px, k.height_px}}, {centre_m - reach_m, centre_m + reach_m}};
 }
 
-ObjectPixels footprint(std::vector<SeenPart> parts, const Eigen::AlignedBox3d& box_m, const Camera& camera, int margin_px) {
-  const Pinhole& k = camera.pinhole;
+hull::ObjectPixels footprint(std::vector<hull::SeenPart> parts, const Eigen::AlignedBox3d& box_m, const geometry::Camera& camera, int margin_px) {
+  const geometry::Pinhole& k = camera.pinhole;
   // What the camera itself sees: so all corners are in front of it, and near its image.
   parts.push_back({camera, {-margin_px, -margin_px, k.width_px + margin_px, k.height_px + margin_px}});
   std::vector<cv::Point2f> around, outline;
-  for (const Eigen::Vector3d& corner : corners_around_hull(parts, box_m, kNearest_m)) {
-    const auto uv = project(camera, corner);
+  for (const Eigen::Vector3d& corner : hull::corners_around_hull(parts, box_m, kNearest_m)) {
+    const auto uv = geometry::project(camera, corner);
     assert(uv);
     for (const int du : {-margin_px, margin_px})
       for (const int dv : {-margin_px, margin_px}) around.emplace_back(float(uv->x() + du), float(uv->y() + dv));
@@ -65,13 +65,13 @@ ObjectPixels footprint(std::vector<SeenPart> parts, const Eigen::AlignedBox3d& b
   return touched_by(outline, k.width_px, k.height_px);
 }
 
-ColourRegion colours_of(ObjectPixels pixels, const Camera& camera, const Undistortion& undistortion, const cv::Mat& captured_bgr) {
-  const PixelRect region = pixels.bounds();
-  ColourRegion colour{camera, std::move(pixels), region, std::vector<std::uint8_t>(3 * region.area_px())};
+hull::ColourRegion colours_of(hull::ObjectPixels pixels, const geometry::Camera& camera, const Undistortion& undistortion, const cv::Mat& captured_bgr) {
+  const hull::PixelRect region = pixels.bounds();
+  hull::ColourRegion colour{camera, std::move(pixels), region, std::vector<std::uint8_t>(3 * region.area_px())};
   const cv::Mat bgr = undistortion.published(captured_bgr, region);
   const std::size_t row_bytes = 3 * std::size_t(region.width_px());
   for (int v = 0; v < region.height_px(); ++v) std::memcpy(colour.bgr.data() + std::size_t(v) * row_bytes, bgr.ptr(v), row_bytes);
   return colour;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <utility>
 
-namespace fivepipe {
+namespace fivepipe::capture {
 
 Pacing::Pacing(double frame_rate_hz, int max_in_flight, Clock::time_point start)
     : frame_rate_hz_(frame_rate_hz), max_in_flight_(max_in_flight), start_(start), heard_(start) {}
@@ -49,4 +49,4 @@ void Pacing::composited(std::uint64_t frame, Clock::time_point now) {
 
 std::uint64_t Pacing::take_skipped() { return std::exchange(skipped_, 0); }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace fivepipe {
+namespace fivepipe::capture {
 
 class Pacing {
  public:
@@ -44,4 +44,4 @@ class Pacing {
   std::uint64_t named_count_ = 0, skipped_ = 0;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

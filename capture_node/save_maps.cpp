@@ -6,9 +6,9 @@
 
 #include "capture_node/capture.h"
 #include "common/hull/pbm.h"
-#include "common/scene/config_error.h"
+#include "common/config/yaml/config_error.h"
 
-namespace fivepipe {
+namespace fivepipe::capture {
 namespace {
 
 struct Options {
@@ -28,8 +28,8 @@ std::map<std::string, std::string> settings_from(const std::vector<std::string>&
 }
 
 // name, size, intrinsics, camera_from_world's three rows.
-std::string camera_line(const RigCamera& camera) {
-  const Pinhole& k = camera.published;
+std::string camera_line(const config::RigCamera& camera) {
+  const geometry::Pinhole& k = camera.published;
   char text[96];
   std::string line = camera.name + ' ' + std::to_string(k.width_px) + ' ' + std::to_string(k.height_px);
   const auto add = [&](double number) {
@@ -43,10 +43,10 @@ std::string camera_line(const RigCamera& camera) {
 }
 
 int run(const Options& options) {
-  const Deployment deployment = load_deployment(options.deployment, settings_from(options.settings));
-  const CaptureConfig* config = nullptr;
-  for (const Node& node : deployment.nodes)
-    if (!config) config = std::get_if<CaptureConfig>(&node.config);
+  const config::Deployment deployment = config::load_deployment(options.deployment, settings_from(options.settings));
+  const config::CaptureConfig* config = nullptr;
+  for (const config::Node& node : deployment.nodes)
+    if (!config) config = std::get_if<config::CaptureConfig>(&node.config);
   if (!config) throw std::runtime_error(options.deployment.string() + ": has no capture_node");
   Capture capture(deployment.rig, deployment.viewer, *config, deployment.frame_rate_hz,
                   [](std::string_view what, double share) { std::fprintf(stderr, "\r%.*s, %d %%   ", int(what.size()), what.data(), int(100 * share)); });
@@ -57,10 +57,10 @@ int run(const Options& options) {
   int written = 0;
   for (const CapturedCamera& captured : capture.capture(options.frame, false)) {
     if (!captured.pixels) continue;
-    write_pbm(options.out / (captured.camera + ".pbm"), *captured.pixels);
-    for (const RigCamera& camera : deployment.rig.cameras) {
+    hull::write_pbm(options.out / (captured.camera + ".pbm"), *captured.pixels);
+    for (const config::RigCamera& camera : deployment.rig.cameras) {
       if (camera.name != captured.camera) continue;
-      if (camera.mount != Mount::world) throw std::runtime_error("camera " + camera.name + " moves with the viewer: its pose is not of the rig");
+      if (camera.mount != config::Mount::world) throw std::runtime_error("camera " + camera.name + " moves with the viewer: its pose is not of the rig");
       cameras << camera_line(camera) << '\n';
       ++written;
     }
@@ -73,10 +73,10 @@ int run(const Options& options) {
 }
 
 }  // namespace
-}  // namespace fivepipe
+}  // namespace fivepipe::capture
 
 int main(int argc, char** argv) {
-  fivepipe::Options options;
+  fivepipe::capture::Options options;
   CLI::App app("fivepipe maps: writes the object-pixel maps of one frame as FOLDER/CAMERA.pbm, and FOLDER/cameras.txt.\n\n"
                "Example:\n  fivepipe maps launch/deployments/seated4cam.yaml --set data=recordings/seated4cam --frame 60 --out out/maps/seated4cam");
   app.add_option("deployment", options.deployment, "deployment file")->required();
@@ -85,12 +85,12 @@ int main(int argc, char** argv) {
   app.add_option("--set", options.settings, "KEY=VALUE: a setting of the deployment file")->allow_extra_args(false);
   try {
     app.parse(argc, argv);
-    return fivepipe::run(options);
+    return fivepipe::capture::run(options);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
-  } catch (const fivepipe::ConfigError& error) {
+  } catch (const fivepipe::config::ConfigError& error) {
     return std::cerr << error.what() << '\n', 2;
-  } catch (const fivepipe::HardwareMissing& missing) {
+  } catch (const fivepipe::capture::HardwareMissing& missing) {
     return std::cerr << "fivepipe maps: " << missing.what() << '\n', 3;
   } catch (const std::exception& error) {
     return std::cerr << "fivepipe maps: " << error.what() << '\n', 1;

@@ -4,13 +4,13 @@
 
 #include "capture_node/capture.h"
 #include "capture_node/pacing.h"
-#include "common/clock/realtime.h"
-#include "common/messages/camera_messages.h"
-#include "common/frames/tile_shares.h"
-#include "common/messages/view_messages.h"
-#include "common/node/frame_trace.h"
+#include "common/base/realtime.h"
+#include "common/pipeline/messages/camera_messages.h"
+#include "common/pipeline/frames/tile_shares.h"
+#include "common/pipeline/messages/view_messages.h"
+#include "common/pipeline/node/frame_trace.h"
 
-namespace fivepipe {
+namespace fivepipe::capture {
 namespace {
 
 using namespace std::chrono_literals;
@@ -23,28 +23,28 @@ constexpr std::uint64_t kCostsOfFrames = 64;
 
 class VideoPipe {
  public:
-  explicit VideoPipe(NodeContext& node)
+  explicit VideoPipe(node::NodeContext& node)
       : node_(node),
         deployment_(node.deployment),
-        config_(config_of<CaptureConfig>(node)),
-        infos_(node.bus.writer<topics::CameraInfo>()),
-        view_info_(node.bus.writer<topics::ViewInfo>()),
-        poses_(node.bus.writer<topics::HeadPose>()),
-        colours_(node.bus.writer<topics::ObjectColour>()),
-        maps_(node.bus.writer<topics::ObjectPixelMap>()),
+        config_(node::config_of<config::CaptureConfig>(node)),
+        infos_(node.bus.writer<bus::topics::CameraInfo>()),
+        view_info_(node.bus.writer<bus::topics::ViewInfo>()),
+        poses_(node.bus.writer<bus::topics::HeadPose>()),
+        colours_(node.bus.writer<bus::topics::ObjectColour>()),
+        maps_(node.bus.writer<bus::topics::ObjectPixelMap>()),
         traces_(node.bus, node.status, node.node.name),
-        composited_(node.bus.reader<topics::FrameComposited>()),
-        tile_costs_(node.bus.reader<topics::TileCosts>()),
+        composited_(node.bus.reader<bus::topics::FrameComposited>()),
+        tile_costs_(node.bus.reader<bus::topics::TileCosts>()),
         capture_(deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz, [this](std::string_view what, double share) { tell_progress(what, share); }) {
     node_.status.remark("start", "");
-    for (const RigCamera& camera : deployment_.rig.cameras)
-      if (config_.sources.contains(camera.name)) infos_.write(camera_info_message(camera));
-    view_info_.write(view_info_message(deployment_.viewer));
+    for (const config::RigCamera& camera : deployment_.rig.cameras)
+      if (config_.sources.contains(camera.name)) infos_.write(messages::camera_info_message(camera));
+    view_info_.write(messages::view_info_message(deployment_.viewer));
   }
 
   void run() {
     Pacing pacing(deployment_.frame_rate_hz, config_.max_frames_in_flight, Pacing::Clock::now());
-    while (running() && !capture_.ended()) {
+    while (node::running() && !capture_.ended()) {
       for (const auto& sample : composited_.take())
         if (sample.valid()) pacing.composited(sample->frame, Pacing::Clock::now());
       take_tile_costs();
@@ -55,15 +55,15 @@ class VideoPipe {
         continue;
       }
       const auto until_due = pacing.wake(now) - now;
-      node_.bus.wait(until_due > 0ns ? std::min<Pacing::Clock::duration>(until_due, kMaxWait) : kHeldUpWait);
+      node_.bus.wait(until_due > 0ns ? std::min<Pacing::Clock::duration>(until_due, node::kMaxWait) : kHeldUpWait);
     }
   }
 
  private:
   // That all reconstruction nodes are configured with; none: there is nothing to share.
-  static std::optional<TileShares> shares_of(const Deployment& deployment) {
-    for (const Node& node : deployment.nodes)
-      if (const auto* recon = std::get_if<ReconConfig>(&node.config)) return TileShares(*recon);
+  static std::optional<frames::TileShares> shares_of(const config::Deployment& deployment) {
+    for (const config::Node& node : deployment.nodes)
+      if (const auto* recon = std::get_if<config::ReconConfig>(&node.config)) return frames::TileShares(*recon);
     return std::nullopt;
   }
 
@@ -73,7 +73,7 @@ class VideoPipe {
   void take_tile_costs() {
     for (const auto& sample : tile_costs_.take())
       if (sample.valid() && tile_shares_ && deployment_.viewer.name == sample->viewer && is_of_this_run(sample->frame) &&
-          !tile_shares_->add(sample->frame, sample->share, span_of(sample->tiles), span_of(sample->cost_ms)))
+          !tile_shares_->add(sample->frame, sample->share, messages::span_of(sample->tiles), messages::span_of(sample->cost_ms)))
         node_.status.drop("bad_tile_costs");
   }
 
@@ -85,7 +85,7 @@ class VideoPipe {
   }
 
   void publish(std::int64_t frame) {
-    FrameSteps steps;
+    node::FrameSteps steps;
     steps.begin("capture");
     std::vector<CapturedCamera> cameras = capture_.capture(frame, colours_.readers() > 0);
     const std::uint64_t number = std::uint64_t(frame);
@@ -94,18 +94,18 @@ class VideoPipe {
       if (camera.image_stamp_ns && (!stamp_ns || camera.image_stamp_ns < stamp_ns)) stamp_ns = camera.image_stamp_ns;
     steps.begin("publish");
     // Pose and colour first: who has all the maps of a frame then has these too.
-    FramePose pose{number, stamp_ns, eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz), {}};
+    messages::FramePose pose{number, stamp_ns, config::eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz), {}};
     published_ = number;
     if (tile_shares_) pose.tile_owners = tile_shares_->next();
-    poses_.write(head_pose_message(deployment_.viewer, std::move(pose)).message());
+    poses_.write(messages::head_pose_message(deployment_.viewer, std::move(pose)).message());
     for (const CapturedCamera& camera : cameras) {
       tell(camera);
-      if (camera.colour) colours_.write(colour_message(camera.camera, number, camera.image_stamp_ns, *camera.colour).message());
+      if (camera.colour) colours_.write(messages::colour_message(camera.camera, number, camera.image_stamp_ns, *camera.colour).message());
     }
     for (const CapturedCamera& camera : cameras)
-      if (camera.pixels) maps_.write(map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels).message());
+      if (camera.pixels) maps_.write(messages::map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels).message());
     node_.status.count("frames_captured");
-    node_.status.latency("capture_to_published", 1e-9 * double(now_realtime_ns() - stamp_ns));
+    node_.status.latency("capture_to_published", 1e-9 * double(base::now_realtime_ns() - stamp_ns));
     traces_.handled(number, stamp_ns, {}, std::move(steps));
   }
 
@@ -118,33 +118,33 @@ class VideoPipe {
     node_.status.latency("segment", camera.segment_s);
   }
 
-  NodeContext& node_;
-  const Deployment& deployment_;
-  const CaptureConfig& config_;
+  node::NodeContext& node_;
+  const config::Deployment& deployment_;
+  const config::CaptureConfig& config_;
   int told_percent_ = -1;
-  Writer<topics::CameraInfo> infos_;
-  Writer<topics::ViewInfo> view_info_;
-  Writer<topics::HeadPose> poses_;
-  Writer<topics::ObjectColour> colours_;
-  Writer<topics::ObjectPixelMap> maps_;
-  FrameTracer traces_;
-  Reader<topics::FrameComposited> composited_;
-  Reader<topics::TileCosts> tile_costs_;
-  std::optional<TileShares> tile_shares_ = shares_of(deployment_);
+  bus::Writer<bus::topics::CameraInfo> infos_;
+  bus::Writer<bus::topics::ViewInfo> view_info_;
+  bus::Writer<bus::topics::HeadPose> poses_;
+  bus::Writer<bus::topics::ObjectColour> colours_;
+  bus::Writer<bus::topics::ObjectPixelMap> maps_;
+  node::FrameTracer traces_;
+  bus::Reader<bus::topics::FrameComposited> composited_;
+  bus::Reader<bus::topics::TileCosts> tile_costs_;
+  std::optional<frames::TileShares> tile_shares_ = shares_of(deployment_);
   std::optional<std::uint64_t> published_;  // the newest frame
   Capture capture_;
 };
 
 }  // namespace
 
-void run_video_pipe(NodeContext& node) {
+void run_video_pipe(node::NodeContext& node) {
   try {
     VideoPipe(node).run();
   } catch (const HardwareMissing& missing) {
-    throw NodeFailure(3, missing.what());
+    throw node::NodeFailure(3, missing.what());
   } catch (const SourceError& error) {
-    throw NodeFailure(2, error.what());
+    throw node::NodeFailure(2, error.what());
   }
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace fivepipe {
+namespace fivepipe::recon {
 namespace {
 
 // Colour times weight, and the weight: how much of the four pixels around the point are there and of the object.
@@ -14,8 +14,8 @@ struct WeightedBgr {
 };
 
 // uv_px rounded towards the pixel centres to its lower left; pixels whose colours are not there take no part.
-WeightedBgr bilinear(const ColourRegion& colour, const ObjectPixels* object, const Eigen::Vector2d& uv_px) {
-  const PixelRect& r = colour.region;
+WeightedBgr bilinear(const hull::ColourRegion& colour, const hull::ObjectPixels* object, const Eigen::Vector2d& uv_px) {
+  const hull::PixelRect& r = colour.region;
   // Hull that ends with the object's outermost pixels projects onto their border, half a pixel outside of their centres, or just beyond.
   if (!(uv_px.x() > r.u0_px - 1 && uv_px.y() > r.v0_px - 1 && uv_px.x() < r.u1_px && uv_px.y() < r.v1_px)) return {};
   const int u0 = int(std::floor(uv_px.x())), v0 = int(std::floor(uv_px.y()));
@@ -37,22 +37,22 @@ double sixteenth_power(double x) {
   return x;
 }
 
-Eigen::Matrix<double, 3, 4> projection_of(const Camera& camera) {
+Eigen::Matrix<double, 3, 4> projection_of(const geometry::Camera& camera) {
   Eigen::Matrix3d k;
   k << camera.pinhole.fx_px, 0, camera.pinhole.cx_px, 0, camera.pinhole.fy_px, camera.pinhole.cy_px, 0, 0, 1;
   return k * camera.camera_from_world.matrix().topRows<3>();
 }
 
-bool same_camera(const Camera& a, const Camera& b) { return a.pinhole == b.pinhole && a.camera_from_world.matrix() == b.camera_from_world.matrix(); }
+bool same_camera(const geometry::Camera& a, const geometry::Camera& b) { return a.pinhole == b.pinhole && a.camera_from_world.matrix() == b.camera_from_world.matrix(); }
 
 }  // namespace
 
-HullColour::HullColour(std::span<const Silhouette> silhouettes, std::span<const ColourRegion> regions) : silhouettes_(silhouettes) {
-  for (const Silhouette& s : silhouettes) projections_.push_back(projection_of(s.camera));
-  for (const ColourRegion& region : regions) {
-    assert(region.bgr.size() == region.region.area_px() * 3 && intersection(region.region, region.pixels.bounds()) == region.pixels.bounds());
-    const auto silhouette = std::find_if(silhouettes.begin(), silhouettes.end(), [&](const Silhouette& s) { return same_camera(s.camera, region.camera); });
-    Image image{&region, silhouette == silhouettes.end() ? nullptr : &silhouette->pixels, std::size_t(silhouette - silhouettes.begin()), camera_center_world_m(region.camera), {}};
+HullColour::HullColour(std::span<const hull::Silhouette> silhouettes, std::span<const hull::ColourRegion> regions) : silhouettes_(silhouettes) {
+  for (const hull::Silhouette& s : silhouettes) projections_.push_back(projection_of(s.camera));
+  for (const hull::ColourRegion& region : regions) {
+    assert(region.bgr.size() == region.region.area_px() * 3 && hull::intersection(region.region, region.pixels.bounds()) == region.pixels.bounds());
+    const auto silhouette = std::find_if(silhouettes.begin(), silhouettes.end(), [&](const hull::Silhouette& s) { return same_camera(s.camera, region.camera); });
+    Image image{&region, silhouette == silhouettes.end() ? nullptr : &silhouette->pixels, std::size_t(silhouette - silhouettes.begin()), geometry::camera_center_world_m(region.camera), {}};
     for (const auto& projection : projections_) image.centre_seen.push_back(projection * image.centre_world_m.homogeneous());
     images_.push_back(std::move(image));
   }
@@ -60,7 +60,7 @@ HullColour::HullColour(std::span<const Silhouette> silhouettes, std::span<const 
 
 bool HullColour::is_in_silhouette(std::size_t silhouette, const Homogeneous& seen) const {
   if (!(seen.z() > 0)) return false;
-  const ObjectPixels& pixels = silhouettes_[silhouette].pixels;
+  const hull::ObjectPixels& pixels = silhouettes_[silhouette].pixels;
   const double u_px = seen.x() / seen.z(), v_px = seen.y() / seen.z();
   return pixels.holds(u_px, v_px) && pixels.contains_at(u_px, v_px);
 }
@@ -93,7 +93,7 @@ std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m, con
   std::size_t left = by_weight.size();
   for (const auto& [view_weight, image] : by_weight) {
     if (view_weight * double(left--) < kNegligibleShare * sum.weight) break;
-    const auto uv_px = project(image->region->camera, p_world_m);
+    const auto uv_px = geometry::project(image->region->camera, p_world_m);
     if (!uv_px) continue;
     const WeightedBgr sample = bilinear(*image->region, image->object, *uv_px);
     if (!(sample.weight > 0)) continue;
@@ -107,4 +107,4 @@ std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m, con
   return bgr;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::recon

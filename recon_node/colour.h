@@ -10,7 +10,7 @@
 #include "common/hull/colour_region.h"
 #include "common/hull/hull.h"
 
-namespace fivepipe {
+namespace fivepipe::recon {
 
 // Points on the way from a hull point to a camera at which the hull is asked whether it hides the one from the other [m]. They
 // are sparse: what is thinner than their spacing may be missed, and the colour is then that of what stands before it. The first is
@@ -28,7 +28,7 @@ class HullColour {
  public:
   // Of an image whose camera is one of the silhouettes', object pixels alone give colour: at the hull's border the others show the
   // background.
-  HullColour(std::span<const Silhouette> silhouettes, std::span<const ColourRegion> regions);
+  HullColour(std::span<const hull::Silhouette> silhouettes, std::span<const hull::ColourRegion> regions);
 
   // B, G, R of a hull point as seen from the eye. Bilinear. An image whose line of sight is at angle a from the eye's counts
   // ((1 + cos a) / 2) ^ 16: a third at 30 degrees, a hundredth at 60. Blended, not chosen: pixels side by side on a ragged hull would
@@ -38,8 +38,8 @@ class HullColour {
  private:
   using Homogeneous = Eigen::Vector3d;  // pixel times depth: linear along every line of points
   struct Image {
-    const ColourRegion* region;
-    const ObjectPixels* object;  // null: the image gives no shape
+    const hull::ColourRegion* region;
+    const hull::ObjectPixels* object;  // null: the image gives no shape
     std::size_t silhouette;      // whose pixels these are; that many: none
     Eigen::Vector3d centre_world_m;
     std::vector<Homogeneous> centre_seen;  // its centre, by silhouette
@@ -47,9 +47,9 @@ class HullColour {
   bool is_in_silhouette(std::size_t silhouette, const Homogeneous& seen) const;
   double visibility(const Image& image, const Eigen::Vector3d& p_world_m, std::span<const Homogeneous> p_seen) const;
 
-  std::span<const Silhouette> silhouettes_;
+  std::span<const hull::Silhouette> silhouettes_;
   std::vector<Eigen::Matrix<double, 3, 4>> projections_;  // by silhouette
   std::vector<Image> images_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::recon

@@ -5,32 +5,32 @@
 #include "common/gl/gl_error.h"
 #include "recon_node/reconstruction_pipe.h"
 
-namespace fivepipe {
+namespace fivepipe::recon {
 namespace {
 
 // OpenGL on a processor is slower than our own code for it.
-HullBackend decide(NodeContext& node, std::optional<GlContext>& gl) {
+config::HullBackend decide(node::NodeContext& node, std::optional<gl::GlContext>& gl) {
   try {
     gl.emplace();
-    if (!gl->is_software()) return HullBackend::gl;
+    if (!gl->is_software()) return config::HullBackend::gl;
     node.status.remark("backend", "backend auto: cpu, for OpenGL is " + gl->renderer());
-  } catch (const GlError& e) {
+  } catch (const gl::GlError& e) {
     node.status.remark("backend", std::string("backend auto: cpu, for there is no OpenGL: ") + e.what());
   }
   gl.reset();
-  return HullBackend::cpu;
+  return config::HullBackend::cpu;
 }
 
-void run(NodeContext& node) {
-  std::optional<GlContext> gl;
-  HullBackend backend = config_of<ReconConfig>(node).backend;
-  if (backend == HullBackend::automatic) backend = decide(node, gl);
-  if (backend != HullBackend::cpu && !gl) gl.emplace();
+void run(node::NodeContext& node) {
+  std::optional<gl::GlContext> gl;
+  config::HullBackend backend = node::config_of<config::ReconConfig>(node).backend;
+  if (backend == config::HullBackend::automatic) backend = decide(node, gl);
+  if (backend != config::HullBackend::cpu && !gl) gl.emplace();
   if (gl) node.status.remark("gl", "gl: " + gl->renderer());
   run_reconstruction_pipe(node, backend);
 }
 
 }  // namespace
-}  // namespace fivepipe
+}  // namespace fivepipe::recon
 
-int main(int argc, char** argv) { return fivepipe::run_node("recon_node", argc, argv, fivepipe::run); }
+int main(int argc, char** argv) { return fivepipe::node::run_node("recon_node", argc, argv, fivepipe::recon::run); }

@@ -1,10 +1,10 @@
 #include "recon_node/messages.h"
 
-namespace fivepipe {
+namespace fivepipe::recon {
 
 const fivepipe_v1_HullTile& OutgoingTile::message() {
-  borrow(header.depth_m, depth_m);
-  borrow(header.bgr, bgr);
+  messages::borrow(header.depth_m, depth_m);
+  messages::borrow(header.bgr, bgr);
   header.empty_cameras._length = header.empty_cameras._maximum = std::uint32_t(empty_cameras.size());
   header.empty_cameras._buffer = empty_cameras.empty() ? nullptr : &empty_cameras.front().text;
   header.empty_cameras._release = false;
@@ -12,14 +12,14 @@ const fivepipe_v1_HullTile& OutgoingTile::message() {
 }
 
 const fivepipe_v1_TileCosts& OutgoingCosts::message() {
-  borrow(header.tiles, tiles);
-  borrow(header.cost_ms, cost_ms);
+  messages::borrow(header.tiles, tiles);
+  messages::borrow(header.cost_ms, cost_ms);
   return header;
 }
 
 OutgoingCosts costs_message(const TileFrame& frame, int share, std::span<const ReconTile> tiles) {
   OutgoingCosts out;
-  set_text(out.header.viewer, frame.viewer);
+  messages::set_text(out.header.viewer, frame.viewer);
   out.header.share = std::uint16_t(share);
   out.header.frame = frame.frame;
   out.header.capture_stamp_ns = frame.capture_stamp_ns;
@@ -32,19 +32,19 @@ OutgoingCosts costs_message(const TileFrame& frame, int share, std::span<const R
 
 OutgoingTile tile_message(const TileFrame& frame, ReconTile tile) {
   OutgoingTile out;
-  set_text(out.header.viewer, frame.viewer);
+  messages::set_text(out.header.viewer, frame.viewer);
   out.header.tile = std::uint16_t(tile.tile.index);
   out.header.tiles = std::uint16_t(frame.tiles);
   out.header.frame = frame.frame;
   out.header.capture_stamp_ns = frame.capture_stamp_ns;
-  out.header.eye_from_world = wire(frame.view.camera.camera_from_world);
-  out.header.recon = wire(frame.view.camera.pinhole);
-  out.header.rect = wire(tile.tile.rect);
-  out.header.covered = wire(tile.covered);
+  out.header.eye_from_world = messages::wire(frame.view.camera.camera_from_world);
+  out.header.recon = messages::wire(frame.view.camera.pinhole);
+  out.header.rect = messages::wire(tile.tile.rect);
+  out.header.covered = messages::wire(tile.covered);
   out.depth_m = std::move(tile.depth_m);
   out.bgr = std::move(tile.bgr);
-  for (const std::string& camera : frame.empty_cameras) set_text(out.empty_cameras.emplace_back().text, camera);
+  for (const std::string& camera : frame.empty_cameras) messages::set_text(out.empty_cameras.emplace_back().text, camera);
   return out;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::recon

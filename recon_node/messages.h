@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "common/messages/wire.h"
+#include "common/pipeline/messages/wire.h"
 #include "recon_node/reconstruct.h"
 
-namespace fivepipe {
+namespace fivepipe::recon {
 
 struct OutgoingTile {
   fivepipe_v1_HullTile header{};
@@ -22,7 +22,7 @@ struct TileFrame {
   std::string viewer;
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;
-  View view;
+  hull::View view;
   int tiles;  // of the whole view
   std::vector<std::string> empty_cameras;
 };
@@ -36,4 +36,4 @@ struct OutgoingCosts {
 };
 OutgoingCosts costs_message(const TileFrame& frame, int share, std::span<const ReconTile> tiles);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::recon

@@ -7,7 +7,7 @@
 
 #include "recon_node/colour.h"
 
-namespace fivepipe {
+namespace fivepipe::recon {
 namespace {
 
 class Stopwatch {
@@ -22,22 +22,22 @@ class Stopwatch {
 constexpr double kHitsOfAnEmptyTile = 100;
 
 // Time spent on all tiles together, by their hits.
-std::vector<double> by_hits(double all_s, const std::vector<DepthTile>& tiles) {
+std::vector<double> by_hits(double all_s, const std::vector<hull::DepthTile>& tiles) {
   std::vector<double> share;
-  for (const DepthTile& tile : tiles)
-    share.push_back(kHitsOfAnEmptyTile + double(std::count_if(tile.depth_m.begin(), tile.depth_m.end(), [](float d) { return d != kNoHull; })));
+  for (const hull::DepthTile& tile : tiles)
+    share.push_back(kHitsOfAnEmptyTile + double(std::count_if(tile.depth_m.begin(), tile.depth_m.end(), [](float d) { return d != hull::kNoHull; })));
   const double all = std::accumulate(share.begin(), share.end(), 0.0);
   for (double& s : share) s *= all_s / all;
   return share;
 }
 
-void colour_in(ReconTile& tile, const View& view, const HullColour& colour) {
+void colour_in(ReconTile& tile, const hull::View& view, const HullColour& colour) {
   tile.bgr.assign(tile.depth_m.size() * 3, 0);
-  const Eigen::Vector3d eye_world_m = camera_center_world_m(view.camera);
+  const Eigen::Vector3d eye_world_m = geometry::camera_center_world_m(view.camera);
   const int width = tile.covered.width_px();
   for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
-    if (tile.depth_m[i] == kNoHull) continue;
-    const Ray ray = ray_through(view.camera, Eigen::Vector2d(tile.covered.u0_px + int(i) % width, tile.covered.v0_px + int(i) / width));
+    if (tile.depth_m[i] == hull::kNoHull) continue;
+    const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(tile.covered.u0_px + int(i) % width, tile.covered.v0_px + int(i) / width));
     const auto bgr = colour.at(ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world, eye_world_m);
     std::copy(bgr.begin(), bgr.end(), tile.bgr.begin() + std::ptrdiff_t(i) * 3);
   }
@@ -45,12 +45,12 @@ void colour_in(ReconTile& tile, const View& view, const HullColour& colour) {
 
 }  // namespace
 
-ReconTile covered_part(const Tile& tile, const DepthTile& depths) {
+ReconTile covered_part(const Tile& tile, const hull::DepthTile& depths) {
   const int width = depths.rect.width_px(), height = depths.rect.height_px();
-  PixelRect hits{width, height, 0, 0};  // inside the tile
+  hull::PixelRect hits{width, height, 0, 0};  // inside the tile
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u)
-      if (depths.depth_m[std::size_t(v) * width + u] != kNoHull)
+      if (depths.depth_m[std::size_t(v) * width + u] != hull::kNoHull)
         hits = {std::min(hits.u0_px, u), std::min(hits.v0_px, v), std::max(hits.u1_px, u + 1), std::max(hits.v1_px, v + 1)};
   ReconTile part{tile, {}, {}, {}, 0};
   if (hits.empty()) return part;
@@ -63,28 +63,28 @@ ReconTile covered_part(const Tile& tile, const DepthTile& depths) {
   return part;
 }
 
-Reconstructor::Reconstructor(const ReconConfig& config, const Eigen::AlignedBox3d& volume_world_m)
-    : config_(config), volume_world_m_(volume_world_m), pool_(config.backend == HullBackend::cpu ? config.threads : 1), cpu_(pool_) {
-  assert(config.backend != HullBackend::automatic);
-  if (config.backend == HullBackend::gl) gl_.emplace();
+Reconstructor::Reconstructor(const config::ReconConfig& config, const Eigen::AlignedBox3d& volume_world_m)
+    : config_(config), volume_world_m_(volume_world_m), pool_(config.backend == config::HullBackend::cpu ? config.threads : 1), cpu_(pool_) {
+  assert(config.backend != config::HullBackend::automatic);
+  if (config.backend == config::HullBackend::gl) gl_.emplace();
 }
 
-std::vector<DepthTile> Reconstructor::depths_by_gl(std::span<const Silhouette> silhouettes, const View& view, std::span<const Tile> tiles) {
-  std::vector<PixelRect> rects;
+std::vector<hull::DepthTile> Reconstructor::depths_by_gl(std::span<const hull::Silhouette> silhouettes, const hull::View& view, std::span<const Tile> tiles) {
+  std::vector<hull::PixelRect> rects;
   for (const Tile& tile : tiles) rects.push_back(tile.rect);
   if (gl_) {
     gl_->set_silhouettes(silhouettes);
     return gl_->depth(view, rects);
   }
-  const Pinhole& k = view.camera.pinhole;
+  const geometry::Pinhole& k = view.camera.pinhole;
   if (!sweep_ || sweep_->width_px() != k.width_px || sweep_->height_px() != k.height_px) sweep_.emplace(k.width_px, k.height_px, config_.sweep_planes);
   sweep_->set_silhouettes(silhouettes);
-  return sweep_->depth(view, sweep_range(view, volume_world_m_), rects);
+  return sweep_->depth(view, hull::sweep_range(view, volume_world_m_), rects);
 }
 
-Reconstructor::Depths Reconstructor::depths(std::span<const Silhouette> silhouettes, const View& view, std::span<const Tile> tiles) {
+Reconstructor::Depths Reconstructor::depths(std::span<const hull::Silhouette> silhouettes, const hull::View& view, std::span<const Tile> tiles) {
   Depths made;
-  if (config_.backend != HullBackend::cpu) {
+  if (config_.backend != config::HullBackend::cpu) {
     const Stopwatch watch;
     made.tiles = depths_by_gl(silhouettes, view, tiles);
     made.cost_s = by_hits(watch.s(), made.tiles);
@@ -99,8 +99,8 @@ Reconstructor::Depths Reconstructor::depths(std::span<const Silhouette> silhouet
   return made;
 }
 
-std::vector<ReconTile> Reconstructor::reconstruct(std::span<const Silhouette> silhouettes, const View& view, std::span<const Tile> tiles,
-                                                  std::span<const ColourRegion> colours, bool want_colour) {
+std::vector<ReconTile> Reconstructor::reconstruct(std::span<const hull::Silhouette> silhouettes, const hull::View& view, std::span<const Tile> tiles,
+                                                  std::span<const hull::ColourRegion> colours, bool want_colour) {
   const Depths depth = depths(silhouettes, view, tiles);
   const HullColour colour(silhouettes, colours);
   std::vector<ReconTile> parts;
@@ -113,4 +113,4 @@ std::vector<ReconTile> Reconstructor::reconstruct(std::span<const Silhouette> si
   return parts;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::recon

@@ -5,15 +5,15 @@
 #include <map>
 #include <optional>
 
-#include "common/clock/realtime.h"
-#include "common/messages/view_messages.h"
-#include "common/node/frame_set_reader.h"
-#include "common/node/frame_trace.h"
-#include "common/node/replay_watch.h"
-#include "common/frames/tile_shares.h"
+#include "common/base/realtime.h"
+#include "common/pipeline/messages/view_messages.h"
+#include "common/pipeline/node/frame_set_reader.h"
+#include "common/pipeline/node/frame_trace.h"
+#include "common/pipeline/node/replay_watch.h"
+#include "common/pipeline/frames/tile_shares.h"
 #include "recon_node/messages.h"
 
-namespace fivepipe {
+namespace fivepipe::recon {
 namespace {
 
 // Poses and colours are kept for so many frames: more than can be in flight.
@@ -28,26 +28,26 @@ void keep_newest(std::map<std::uint64_t, Value>& by_frame) {
 
 class ReconstructionPipe {
  public:
-  ReconstructionPipe(NodeContext& node, HullBackend backend)
+  ReconstructionPipe(node::NodeContext& node, config::HullBackend backend)
       : node_(node),
         viewer_(node.deployment.viewer.name),
-        config_(decided(config_of<ReconConfig>(node), backend)),
+        config_(decided(node::config_of<config::ReconConfig>(node), backend)),
         reconstructor_(config_, node.deployment.rig.volume_m),
         sets_(node.bus, node.deployment.rig, node.status),
-        view_infos_(node.bus.reader<topics::ViewInfo>()),
-        poses_(node.bus.reader<topics::HeadPose>()),
-        colours_(node.bus.reader<topics::ObjectColour>()),
+        view_infos_(node.bus.reader<bus::topics::ViewInfo>()),
+        poses_(node.bus.reader<bus::topics::HeadPose>()),
+        colours_(node.bus.reader<bus::topics::ObjectColour>()),
         replay_(node.bus),
         traces_(node.bus, node.status, node.node.name),
-        tiles_(node.bus.writer<topics::HullTile>()),
-        costs_(node.bus.writer<topics::TileCosts>()) {}
+        tiles_(node.bus.writer<bus::topics::HullTile>()),
+        costs_(node.bus.writer<bus::topics::TileCosts>()) {}
 
   void run() {
-    while (running()) {
-      node_.bus.wait(kMaxWait);
+    while (node::running()) {
+      node_.bus.wait(node::kMaxWait);
       // capture_node sends pose and colour before the maps: taken after them, they are there.
       if (replay_.update()) start_anew();
-      for (FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
+      for (frames::FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
       take_view();
       take_colours();
       reconstruct_those_with_a_pose();
@@ -55,7 +55,7 @@ class ReconstructionPipe {
   }
 
  private:
-  static ReconConfig decided(ReconConfig config, HullBackend backend) {
+  static config::ReconConfig decided(config::ReconConfig config, config::HullBackend backend) {
     config.backend = backend;
     return config;
   }
@@ -63,17 +63,17 @@ class ReconstructionPipe {
   void take_view() {
     for (const auto& sample : view_infos_.take()) {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
-      if (const auto geometry = view_geometry_from(*sample); const BadMessage* bad = std::get_if<BadMessage>(&geometry))
+      if (const auto geometry = messages::view_geometry_from(*sample); const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&geometry))
         node_.status.drop(bad->why);
       else
-        geometry_ = std::get<ViewGeometry>(geometry);
+        geometry_ = std::get<messages::ViewGeometry>(geometry);
     }
     for (const auto& sample : poses_.take()) {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
-      if (const auto pose = head_pose_from(*sample); const BadMessage* bad = std::get_if<BadMessage>(&pose))
+      if (const auto pose = messages::head_pose_from(*sample); const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&pose))
         node_.status.drop(bad->why);
       else
-        take(std::get<FramePose>(pose));
+        take(std::get<messages::FramePose>(pose));
     }
     keep_newest(pose_of_frame_);
   }
@@ -86,7 +86,7 @@ class ReconstructionPipe {
     order_ = {};
   }
 
-  void take(const FramePose& pose) {
+  void take(const messages::FramePose& pose) {
     if (order_.starts_anew(pose.frame, pose.capture_stamp_ns)) {
       pose_of_frame_.clear();
       colours_of_frame_.clear();
@@ -97,44 +97,44 @@ class ReconstructionPipe {
   void take_colours() {
     for (const auto& sample : colours_.take()) {
       if (!sample.valid()) continue;
-      auto colour = colour_from(*sample, node_.deployment.rig);
-      if (const BadMessage* bad = std::get_if<BadMessage>(&colour)) {
+      auto colour = messages::colour_from(*sample, node_.deployment.rig);
+      if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&colour)) {
         node_.status.drop(bad->why);
         continue;
       }
-      CameraColour& received = std::get<CameraColour>(colour);
+      messages::CameraColour& received = std::get<messages::CameraColour>(colour);
       colours_of_frame_[received.frame].push_back(std::move(received));
     }
     keep_newest(colours_of_frame_);
   }
 
   // This node's of a frame.
-  std::vector<Tile> own_tiles(const FramePose& pose, const Pinhole& view) {
+  std::vector<Tile> own_tiles(const messages::FramePose& pose, const geometry::Pinhole& view) {
     std::vector<Tile> tiles = tiles_of(view.width_px, view.height_px, config_.tile_columns, config_.tile_rows);
     if (config_.shares == 1) return tiles;  // whoever shared when it was recorded
     std::vector<std::uint8_t> owners = pose.tile_owners;
     const auto known = [&](int owner) { return owner < config_.shares; };
     if (owners.size() != tiles.size() || !std::all_of(owners.begin(), owners.end(), known)) {
       if (!owners.empty()) node_.status.drop("bad_tile_owners");
-      owners = tiles_by_turns(config_.tile_columns, config_.tile_rows, config_.shares);
+      owners = frames::tiles_by_turns(config_.tile_columns, config_.tile_rows, config_.shares);
     }
     std::erase_if(tiles, [&](const Tile& tile) { return owners[std::size_t(tile.index)] != config_.share; });
     return tiles;
   }
 
   // Of this frame, and not of one of the same number before capture_node was started anew.
-  std::vector<ColourRegion> colours_of(const FrameSet& set) {
-    std::vector<ColourRegion> colours;
-    for (CameraColour& colour : colours_of_frame_[set.frame])
-      if (std::abs(colour.capture_stamp_ns - set.capture_stamp_ns) < FrameOrder::kRestartTakes_ns) colours.push_back(std::move(colour.colour));
+  std::vector<hull::ColourRegion> colours_of(const frames::FrameSet& set) {
+    std::vector<hull::ColourRegion> colours;
+    for (messages::CameraColour& colour : colours_of_frame_[set.frame])
+      if (std::abs(colour.capture_stamp_ns - set.capture_stamp_ns) < frames::FrameOrder::kRestartTakes_ns) colours.push_back(std::move(colour.colour));
     return colours;
   }
 
   // A pose that was overtaken by the maps is on its way, unless that of a later frame is here.
   void reconstruct_those_with_a_pose() {
-    const auto has_pose = [&](const FrameSet& set) { return geometry_ && pose_of_frame_.contains(set.frame); };
+    const auto has_pose = [&](const frames::FrameSet& set) { return geometry_ && pose_of_frame_.contains(set.frame); };
     while (!waiting_.empty()) {
-      const FrameSet& set = waiting_.front();
+      const frames::FrameSet& set = waiting_.front();
       if (has_pose(set))
         reconstruct(set, pose_of_frame_.at(set.frame));
       else if (waiting_.size() > kMaxWaiting || std::any_of(waiting_.begin(), waiting_.end(), has_pose))
@@ -145,14 +145,14 @@ class ReconstructionPipe {
     }
   }
 
-  void reconstruct(const FrameSet& set, const FramePose& pose) {
-    const View view{{geometry_->recon, pose.eye_from_world}, geometry_->near_m, geometry_->far_m};
+  void reconstruct(const frames::FrameSet& set, const messages::FramePose& pose) {
+    const hull::View view{{geometry_->recon, pose.eye_from_world}, geometry_->near_m, geometry_->far_m};
     const TileFrame frame{viewer_, set.frame, set.capture_stamp_ns, view, config_.tile_columns * config_.tile_rows, set.empty_cameras};
     const std::vector<Tile> tiles = own_tiles(pose, view.camera.pinhole);
-    FrameSteps steps;
-    const InputTimes inputs{set.first_received_ns, set.last_received_ns};
+    node::FrameSteps steps;
+    const node::InputTimes inputs{set.first_received_ns, set.last_received_ns};
     if (tiles.empty()) return traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
-    const std::vector<ColourRegion> colours = colours_of(set);
+    const std::vector<hull::ColourRegion> colours = colours_of(set);
     // Colour is for who draws: nobody reads tiles, nobody gets colour.
     const bool want_colour = tiles_.readers() > 0 && !colours.empty();
     steps.begin("reconstruct");
@@ -163,34 +163,34 @@ class ReconstructionPipe {
     if (costs_.readers() > 0) costs_.write(costs_message(frame, config_.share, made).message());
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
     if (replay_.replaying())
-      node_.status.latency("arrival_to_tiles", 1e-9 * double(now_realtime_ns() - inputs.first_ns));
+      node_.status.latency("arrival_to_tiles", 1e-9 * double(base::now_realtime_ns() - inputs.first_ns));
     else
-      node_.status.latency("capture_to_tiles", 1e-9 * double(now_realtime_ns() - set.capture_stamp_ns));
+      node_.status.latency("capture_to_tiles", 1e-9 * double(base::now_realtime_ns() - set.capture_stamp_ns));
     traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
     colours_of_frame_.erase(colours_of_frame_.begin(), colours_of_frame_.upper_bound(set.frame));
   }
 
-  NodeContext& node_;
+  node::NodeContext& node_;
   const std::string viewer_;
-  const ReconConfig config_;
+  const config::ReconConfig config_;
   Reconstructor reconstructor_;
-  FrameSetReader sets_;
-  Reader<topics::ViewInfo> view_infos_;
-  Reader<topics::HeadPose> poses_;
-  Reader<topics::ObjectColour> colours_;
-  ReplayWatch replay_;
-  FrameTracer traces_;
-  Writer<topics::HullTile> tiles_;
-  Writer<topics::TileCosts> costs_;
-  std::deque<FrameSet> waiting_;  // for their poses
-  std::optional<ViewGeometry> geometry_;
-  FrameOrder order_;
-  std::map<std::uint64_t, FramePose> pose_of_frame_;
-  std::map<std::uint64_t, std::vector<CameraColour>> colours_of_frame_;
+  node::FrameSetReader sets_;
+  bus::Reader<bus::topics::ViewInfo> view_infos_;
+  bus::Reader<bus::topics::HeadPose> poses_;
+  bus::Reader<bus::topics::ObjectColour> colours_;
+  node::ReplayWatch replay_;
+  node::FrameTracer traces_;
+  bus::Writer<bus::topics::HullTile> tiles_;
+  bus::Writer<bus::topics::TileCosts> costs_;
+  std::deque<frames::FrameSet> waiting_;  // for their poses
+  std::optional<messages::ViewGeometry> geometry_;
+  frames::FrameOrder order_;
+  std::map<std::uint64_t, messages::FramePose> pose_of_frame_;
+  std::map<std::uint64_t, std::vector<messages::CameraColour>> colours_of_frame_;
 };
 
 }  // namespace
 
-void run_reconstruction_pipe(NodeContext& node, HullBackend backend) { ReconstructionPipe(node, backend).run(); }
+void run_reconstruction_pipe(node::NodeContext& node, config::HullBackend backend) { ReconstructionPipe(node, backend).run(); }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::recon

@@ -2,7 +2,7 @@
 
 #include <cassert>
 
-namespace fivepipe {
+namespace fivepipe::recon {
 
 std::vector<Tile> tiles_of(int width_px, int height_px, int columns, int rows) {
   assert(width_px >= 0 && height_px >= 0 && columns > 0 && rows > 0);
@@ -13,4 +13,4 @@ std::vector<Tile> tiles_of(int width_px, int height_px, int columns, int rows) {
   return tiles;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::recon

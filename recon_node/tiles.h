@@ -4,11 +4,11 @@
 
 #include "common/hull/object_pixels.h"
 
-namespace fivepipe {
+namespace fivepipe::recon {
 
 struct Tile {
   int index;  // row * columns + column
-  PixelRect rect;
+  hull::PixelRect rect;
   bool operator==(const Tile&) const = default;
 };
 
@@ -16,4 +16,4 @@ struct Tile {
 // are empty where there are more of them than pixels. Sizes >= 0, columns and rows > 0.
 std::vector<Tile> tiles_of(int width_px, int height_px, int columns, int rows);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::recon

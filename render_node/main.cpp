@@ -2,16 +2,16 @@
 #include "common/gl/context.h"
 #include "render_node/parent_pipe.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 namespace {
 
-void run(NodeContext& node) {
-  const GlContext gl;
+void run(node::NodeContext& node) {
+  const gl::GlContext gl;
   node.status.remark("gl", "gl: " + gl.renderer());
   run_parent_pipe(node);
 }
 
 }  // namespace
-}  // namespace fivepipe
+}  // namespace fivepipe::render
 
-int main(int argc, char** argv) { return fivepipe::run_node("render_node", argc, argv, fivepipe::run); }
+int main(int argc, char** argv) { return fivepipe::node::run_node("render_node", argc, argv, fivepipe::render::run); }

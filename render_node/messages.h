@@ -4,19 +4,19 @@
 #include <string>
 #include <vector>
 
-#include "common/messages/camera_messages.h"
-#include "common/messages/wire.h"
+#include "common/pipeline/messages/camera_messages.h"
+#include "common/pipeline/messages/wire.h"
 #include "render_node/renderer.h"
 #include "render_node/tile_set.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 
 // Refers to the message's storage. Bad: a pose that is not finite; everything else is TileSets' to judge.
-Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message);
+messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message);
 
 // Bad: a pose that is not finite.
-Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message);
+messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message);
 
 fivepipe_v1_FrameComposited composited_message(const std::string& viewer, const HullFrame& hull, std::int64_t composited_stamp_ns);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

@@ -11,7 +11,7 @@
 #include <opencv2/videoio.hpp>
 #include <vector>
 
-namespace fivepipe {
+namespace fivepipe::render {
 namespace {
 
 // The encoder's threads run when nobody else wants the processor (Linux: priorities are per thread).
@@ -162,4 +162,4 @@ void write_png(const std::filesystem::path& file, const cv::Mat& image_bgr) {
   if (std::rename(part.c_str(), file.c_str()) != 0) fail("can't be put in its place");
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

@@ -12,7 +12,7 @@
 #include <string>
 #include <thread>
 
-namespace fivepipe {
+namespace fivepipe::render {
 
 // A file can't be written; what() names it and says why.
 struct OutputError : std::runtime_error {
@@ -72,4 +72,4 @@ class VideoFile {
 // A PNG that is either whole or not there: written beside its place, then renamed. Throws OutputError.
 void write_png(const std::filesystem::path& file, const cv::Mat& image_bgr);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

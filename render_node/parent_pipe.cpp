@@ -3,14 +3,14 @@
 #include <deque>
 #include <optional>
 
-#include "common/clock/realtime.h"
-#include "common/node/frame_trace.h"
-#include "common/node/replay_watch.h"
+#include "common/base/realtime.h"
+#include "common/pipeline/node/frame_trace.h"
+#include "common/pipeline/node/replay_watch.h"
 #include "render_node/messages.h"
 #include "render_node/presenter.h"
 #include "render_node/virtual_frames.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 namespace {
 
 using namespace std::chrono_literals;
@@ -23,25 +23,25 @@ constexpr auto kWaitForStateLossless = 2s;
 
 class ParentPipe {
  public:
-  explicit ParentPipe(NodeContext& node)
+  explicit ParentPipe(node::NodeContext& node)
       : node_(node),
         viewer_(node.deployment.viewer),
         renderer_(node.deployment.scene, viewer_),
-        presenter_(config_of<RenderConfig>(node), viewer_, node.deployment.frame_rate_hz, node.out),
-        tile_sets_(recon_pinhole(viewer_), viewer_.near_m, viewer_.far_m),
-        tiles_(node.bus.reader<topics::HullTile>()),
-        states_(node.bus.reader<topics::VirtualState>()),
-        collisions_(node.bus.reader<topics::CollisionResult>()),
+        presenter_(node::config_of<config::RenderConfig>(node), viewer_, node.deployment.frame_rate_hz, node.out),
+        tile_sets_(config::recon_pinhole(viewer_), viewer_.near_m, viewer_.far_m),
+        tiles_(node.bus.reader<bus::topics::HullTile>()),
+        states_(node.bus.reader<bus::topics::VirtualState>()),
+        collisions_(node.bus.reader<bus::topics::CollisionResult>()),
         replay_(node.bus),
         traces_(node.bus, node.status, node.node.name),
-        composited_(node.bus.writer<topics::FrameComposited>()) {
-    for (const SceneObject& object : node.deployment.scene.objects)
-      if (object.reaction == Reaction::highlight) highlighted_.insert(object.name);
+        composited_(node.bus.writer<bus::topics::FrameComposited>()) {
+    for (const config::SceneObject& object : node.deployment.scene.objects)
+      if (object.reaction == config::Reaction::highlight) highlighted_.insert(object.name);
   }
 
   void run() {
-    while (running()) {
-      node_.bus.wait(pending_ ? 5ms : kMaxWait);
+    while (node::running()) {
+      node_.bus.wait(pending_ ? 5ms : node::kMaxWait);
       if (replay_.update()) start_anew();
       // A frame's collisions are sent before its state: taken after it, they are there.
       take_states();
@@ -65,7 +65,7 @@ class ParentPipe {
 
   void take_collisions() {
     for (const auto& sample : collisions_.take())
-      if (sample.valid() && (sample->verdict == fivepipe_v1_colliding || !span_of(sample->first_contact).empty()) && highlighted_.contains(sample->object))
+      if (sample.valid() && (sample->verdict == fivepipe_v1_colliding || !messages::span_of(sample->first_contact).empty()) && highlighted_.contains(sample->object))
         virtual_frames_.add_collision(sample->frame, sample->capture_stamp_ns, sample->object);
   }
 
@@ -73,7 +73,7 @@ class ParentPipe {
     for (const auto& sample : states_.take()) {
       if (!sample.valid()) continue;
       auto poses = poses_from(*sample);
-      if (const BadMessage* bad = std::get_if<BadMessage>(&poses))
+      if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&poses))
         node_.status.drop(bad->why);
       else
         virtual_frames_.add_state(sample->frame, sample->capture_stamp_ns, std::get<0>(std::move(poses)));
@@ -81,11 +81,11 @@ class ParentPipe {
   }
 
   void take_tiles() {
-    const std::int64_t now_ns = now_realtime_ns();
+    const std::int64_t now_ns = base::now_realtime_ns();
     for (const auto& sample : tiles_.take()) {
       if (!sample.valid() || viewer_.name != sample->viewer) continue;
       auto tile = tile_from(*sample);
-      if (const BadMessage* bad = std::get_if<BadMessage>(&tile)) {
+      if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&tile)) {
         node_.status.drop(bad->why);
         continue;
       }
@@ -119,12 +119,12 @@ class ParentPipe {
     const VirtualFrame* found = virtual_frames_.best_for(hull.frame);
     const VirtualFrame& virtual_frame = found ? *found : kNothing;
     bool wanted = true;
-    FrameSteps steps;
+    node::FrameSteps steps;
     steps.begin("render");
     for (const std::string& what : renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding)) node_.status.drop("bad_state: " + what);
     wanted = present(hull.frame);
     steps.end();
-    const std::int64_t now_ns = now_realtime_ns();
+    const std::int64_t now_ns = base::now_realtime_ns();
     composited_.write(composited_message(viewer_.name, hull, now_ns));
     if (replay_.replaying())
       node_.status.latency("arrival_to_composite", 1e-9 * double(now_ns - hull.first_received_ns));
@@ -135,7 +135,7 @@ class ParentPipe {
     std::string empty;
     for (const std::string& camera : hull.empty_cameras) empty += (empty.empty() ? "" : ", ") + camera;
     node_.status.remark("empty hull", empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
-    if (!wanted) stop_running();
+    if (!wanted) node::stop_running();
   }
 
   // What nobody wants to see is finished, but not read back. False once the window was closed.
@@ -160,8 +160,8 @@ class ParentPipe {
     told_ = counts;
   }
 
-  NodeContext& node_;
-  const Viewer& viewer_;
+  node::NodeContext& node_;
+  const config::Viewer& viewer_;
   Renderer renderer_;
   Presenter presenter_;
   TileSets tile_sets_;
@@ -173,16 +173,16 @@ class ParentPipe {
   std::deque<HullFrame> after_pending_;  // lossless replays; as many as are in flight
   std::optional<std::uint64_t> unread_frame_;  // the frame drawn last, where it was not read back
   Clock::time_point pending_until_;
-  Reader<topics::HullTile> tiles_;
-  Reader<topics::VirtualState> states_;
-  Reader<topics::CollisionResult> collisions_;
-  ReplayWatch replay_;
-  FrameTracer traces_;
-  Writer<topics::FrameComposited> composited_;
+  bus::Reader<bus::topics::HullTile> tiles_;
+  bus::Reader<bus::topics::VirtualState> states_;
+  bus::Reader<bus::topics::CollisionResult> collisions_;
+  node::ReplayWatch replay_;
+  node::FrameTracer traces_;
+  bus::Writer<bus::topics::FrameComposited> composited_;
 };
 
 }  // namespace
 
-void run_parent_pipe(NodeContext& node) { ParentPipe(node).run(); }
+void run_parent_pipe(node::NodeContext& node) { ParentPipe(node).run(); }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

@@ -1,6 +1,6 @@
 #include "render_node/presenter.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 namespace {
 
 // A gap longer than this is a cut, not a pause: the video does not show a standing picture for it.
@@ -15,7 +15,7 @@ std::filesystem::path unused_name(const std::filesystem::path& folder, const std
 
 }  // namespace
 
-Presenter::Presenter(const RenderConfig& config, const Viewer& viewer, double frame_rate_hz, const std::filesystem::path& out)
+Presenter::Presenter(const config::RenderConfig& config, const config::Viewer& viewer, double frame_rate_hz, const std::filesystem::path& out)
     : config_(config), out_(out), frame_rate_hz_(frame_rate_hz) {
   if (!out_.empty()) std::filesystem::create_directories(out_);
   if (!out_.empty() && config_.video) {
@@ -49,4 +49,4 @@ void Presenter::finish() {
   if (video_) video_->finish();
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

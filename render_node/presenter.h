@@ -6,16 +6,16 @@
 #include <opencv2/core/mat.hpp>
 #include <string>
 
-#include "common/scene/deployment.h"
+#include "common/config/deployment.h"
 #include "render_node/outputs.h"
 #include "render_node/window.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 
 class Presenter {
  public:
   // Files go to `out` (made where missing); an empty path: none are written. Throws OutputError or WindowError.
-  Presenter(const RenderConfig& config, const Viewer& viewer, double frame_rate_hz, const std::filesystem::path& out);
+  Presenter(const config::RenderConfig& config, const config::Viewer& viewer, double frame_rate_hz, const std::filesystem::path& out);
 
   // Whether frames are looked at one and all, or this one is the still: otherwise nothing is made of it, and it need not be read back.
   bool wants(std::uint64_t frame) const { return video_ || window_ || (lacks_still() && std::int64_t(frame) >= config_.still_frame); }
@@ -33,7 +33,7 @@ class Presenter {
  private:
   void add_to_video(std::uint64_t frame, const cv::Mat& image_bgr);
 
-  RenderConfig config_;
+  config::RenderConfig config_;
   std::filesystem::path out_;
   double frame_rate_hz_;
   std::unique_ptr<VideoFile> video_;
@@ -43,4 +43,4 @@ class Presenter {
   cv::Mat last_image_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

@@ -7,7 +7,7 @@
 #include "common/geometry/gl_camera.h"
 #include "render_node/shaders.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 namespace {
 
 constexpr int kDepthUnit = 0, kColourUnit = 1;
@@ -27,7 +27,7 @@ Eigen::Vector3d linear_from_srgb(const std::array<double, 3>& srgb) {
 }
 
 // How far from the eye the near plane's farthest corner in the view is.
-double near_corner_m(const Pinhole& pinhole, double near_m) {
+double near_corner_m(const geometry::Pinhole& pinhole, double near_m) {
   double farthest_m = 0;
   for (const double u_px : {-0.5, pinhole.width_px - 0.5})
     for (const double v_px : {-0.5, pinhole.height_px - 0.5})
@@ -36,10 +36,10 @@ double near_corner_m(const Pinhole& pinhole, double near_m) {
 }
 
 // The light has its nominal strength at the middle of the scene.
-double light_reach_m(const Scene& scene) {
+double light_reach_m(const config::Scene& scene) {
   Eigen::AlignedBox3d box;
-  for (const SceneObject& object : scene.objects) {
-    const Eigen::AlignedBox3d local = bounds_m(mesh_of(object));
+  for (const config::SceneObject& object : scene.objects) {
+    const Eigen::AlignedBox3d local = bounds_m(config::mesh_of(object));
     if (!local.isEmpty()) box.extend(local.transformed(object.world_from_object));
   }
   constexpr double kNearest_m = 0.1;  // a light inside the only object still reaches something
@@ -47,12 +47,12 @@ double light_reach_m(const Scene& scene) {
 }
 
 // What the shaders are told of an object.
-std::string features_of(const SceneObject& object) {
-  const bool flat = std::holds_alternative<BoxShape>(object.shape);  // by triangles: every corner has its face's normal
-  return std::string(flat ? "#define FLAT\n" : "") + (object.pattern == Pattern::checker ? kChecker : "") + (object.warming ? "#define WARMED\n" : "");
+std::string features_of(const config::SceneObject& object) {
+  const bool flat = std::holds_alternative<config::BoxShape>(object.shape);  // by triangles: every corner has its face's normal
+  return std::string(flat ? "#define FLAT\n" : "") + (object.pattern == config::Pattern::checker ? kChecker : "") + (object.warming ? "#define WARMED\n" : "");
 }
 
-GlProgram program(const std::string& name, const std::string& features, const std::string& vertex_source, const std::string& fragment_source) {
+gl::GlProgram program(const std::string& name, const std::string& features, const std::string& vertex_source, const std::string& fragment_source) {
   return {name, shaders::kVersion + features + vertex_source, shaders::kVersion + features + fragment_source};
 }
 
@@ -62,7 +62,7 @@ bool finite(std::span<const float> values) {
 
 }  // namespace
 
-Renderer::Drawn::Drawn(const SceneObject& o) : object(o), surface(o), bounds_m(fivepipe::bounds_m(mesh_of(o))), world_from_object(o.world_from_object) {
+Renderer::Drawn::Drawn(const config::SceneObject& o) : object(o), surface(o), bounds_m(fivepipe::geometry::bounds_m(config::mesh_of(o))), world_from_object(o.world_from_object) {
   const std::vector<SurfaceCorner> rest = surface.corners();
   corners.upload(rest.data(), rest.size() * sizeof(SurfaceCorner), GL_STATIC_DRAW);
   vertex_array.attribute(0, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, p_object_m));
@@ -74,21 +74,21 @@ Renderer::Drawn::Drawn(const SceneObject& o) : object(o), surface(o), bounds_m(f
   vertex_array.attribute(3, warmth, 1, sizeof(float), 0);
 }
 
-Renderer::Renderer(const Scene& scene, const Viewer& viewer)
-    : pinhole_(render_pinhole(viewer)),
+Renderer::Renderer(const config::Scene& scene, const config::Viewer& viewer)
+    : pinhole_(config::render_pinhole(viewer)),
       near_m_(viewer.near_m),
       far_m_(viewer.far_m),
       near_corner_m_(near_corner_m(pinhole_, near_m_)),
-      clip_from_eye_(gl_clip_from_camera(pinhole_, near_m_, far_m_)),
+      clip_from_eye_(geometry::gl_clip_from_camera(pinhole_, near_m_, far_m_)),
       light_world_m_(scene.light_world_m),
       light_reach_m_(light_reach_m(scene)),
       background_rgb_(scene.background_rgb),
       coloured_hull_program_(program("coloured hull", "#define COLOURED\n", shaders::kHullVertex, shaders::kHullFragment)),
       grey_hull_program_(program("hull", "", shaders::kHullVertex, std::string(shaders::kLight) + shaders::kHullFragment)),
       background_program_(program("background", "", shaders::kBackgroundVertex, shaders::kBackgroundFragment)),
-      framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, DepthBuffer::depth) {
+      framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, gl::DepthBuffer::depth) {
   objects_.reserve(scene.objects.size());
-  for (const SceneObject& object : scene.objects) {
+  for (const config::SceneObject& object : scene.objects) {
     index_of_object_[object.name] = objects_.size();
     objects_.emplace_back(object);
     if (const std::string features = features_of(object); !object_programs_.contains(features))
@@ -147,7 +147,7 @@ void Renderer::place(const ObjectPose& pose) {
   drawn.corners.upload(moved.data(), moved.size() * sizeof(SurfaceCorner), GL_STREAM_DRAW);
 }
 
-void Renderer::set_view(const GlProgram& program, const Eigen::Isometry3d& eye_from_world) const {
+void Renderer::set_view(const gl::GlProgram& program, const Eigen::Isometry3d& eye_from_world) const {
   program.set("clip_from_eye", Eigen::Matrix4f(clip_from_eye_.cast<float>()));
   program.set("light_eye_m", Eigen::Vector3f((eye_from_world * light_world_m_).cast<float>()));
   program.set("up_eye", Eigen::Vector3f((eye_from_world.linear() * Eigen::Vector3d::UnitZ()).cast<float>()));
@@ -156,8 +156,8 @@ void Renderer::set_view(const GlProgram& program, const Eigen::Isometry3d& eye_f
 
 void Renderer::draw_hull(const HullFrame& hull) {
   upload(hull);
-  const Pinhole& k = hull.recon;
-  const GlProgram& hull_program = hull.bgr.empty() ? grey_hull_program_ : coloured_hull_program_;
+  const geometry::Pinhole& k = hull.recon;
+  const gl::GlProgram& hull_program = hull.bgr.empty() ? grey_hull_program_ : coloured_hull_program_;
   hull_program.use();
   set_view(hull_program, hull.eye_from_world);
   hull_program.set("window_depth_terms", Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
@@ -176,13 +176,13 @@ void Renderer::draw_hull(const HullFrame& hull) {
 
 // The covered part and one pixel around it, which is what the shader looks at.
 void Renderer::upload(const HullFrame& hull) {
-  const Pinhole& k = hull.recon;
+  const geometry::Pinhole& k = hull.recon;
   if (!hull_depth_ || hull_depth_->width_px() != k.width_px || hull_depth_->height_px() != k.height_px) {
     hull_depth_.emplace(k.width_px, k.height_px, GL_R32F);
     hull_bgr_.emplace(k.width_px, k.height_px, GL_RGB8);
   }
-  const PixelRect& c = hull.covered;
-  const PixelRect part = intersection({c.u0_px - 1, c.v0_px - 1, c.u1_px + 1, c.v1_px + 1}, {0, 0, k.width_px, k.height_px});
+  const hull::PixelRect& c = hull.covered;
+  const hull::PixelRect part = hull::intersection({c.u0_px - 1, c.v0_px - 1, c.u1_px + 1, c.v1_px + 1}, {0, 0, k.width_px, k.height_px});
   const std::size_t first = std::size_t(part.v0_px) * std::size_t(k.width_px) + std::size_t(part.u0_px);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, k.width_px);
   hull_depth_->upload(part.u0_px, part.v0_px, part.width_px(), part.height_px(), GL_RED, GL_FLOAT, hull.depth_m.data() + first);
@@ -195,14 +195,14 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::
   for (const auto& [features, object_program] : object_programs_) set_view(object_program, eye_from_world);
   for (const std::size_t index : front_to_back(eye_from_world)) {
     const Drawn& drawn = objects_[index];
-    const GlProgram& object_program = object_programs_.at(features_of(drawn.object));
+    const gl::GlProgram& object_program = object_programs_.at(features_of(drawn.object));
     object_program.use();
     (hides_its_back(drawn, eye_from_world) ? glEnable : glDisable)(GL_CULL_FACE);
     Eigen::Vector3d albedo = linear_from_srgb(drawn.object.colour_rgb);
     if (colliding.contains(drawn.object.name)) albedo += kHighlightStrength * (kHighlight - albedo);
     object_program.set("eye_from_object", Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
     object_program.set("albedo", Eigen::Vector3f(albedo.cast<float>()));
-    if (drawn.object.pattern == Pattern::checker) object_program.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
+    if (drawn.object.pattern == config::Pattern::checker) object_program.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
     if (drawn.object.warming) object_program.set("warm_albedo", Eigen::Vector3f(linear_from_srgb(drawn.object.warming->colour_rgb).cast<float>()));
     drawn.vertex_array.bind();
     glDrawArrays(GL_TRIANGLES, 0, GLsizei(3 * drawn.surface.triangles()));
@@ -213,7 +213,7 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::
 // A closed convex surface that the near plane does not cut open within the view: its far side need not be drawn, and would be shaded where
 // it comes first.
 bool Renderer::hides_its_back(const Drawn& drawn, const Eigen::Isometry3d& eye_from_world) const {
-  if (!std::holds_alternative<BoxShape>(drawn.object.shape) && !std::holds_alternative<SphereShape>(drawn.object.shape)) return false;
+  if (!std::holds_alternative<config::BoxShape>(drawn.object.shape) && !std::holds_alternative<config::SphereShape>(drawn.object.shape)) return false;
   const Eigen::Vector3d eye_object_m = (eye_from_world * drawn.world_from_object).inverse().translation();
   return drawn.bounds_m.exteriorDistance(eye_object_m) > near_corner_m_;
 }
@@ -263,8 +263,8 @@ cv::Mat Renderer::depth_m() const {
   glReadPixels(0, 0, depth.cols, depth.rows, GL_DEPTH_COMPONENT, GL_FLOAT, window_depth.data);
   for (int v = 0; v < depth.rows; ++v)
     std::transform(window_depth.ptr<float>(depth.rows - 1 - v), window_depth.ptr<float>(depth.rows - 1 - v) + depth.cols, depth.ptr<float>(v),
-                   [&](float window) { return float(depth_m_from_window_depth(window, near_m_, far_m_)); });
+                   [&](float window) { return float(geometry::depth_m_from_window_depth(window, near_m_, far_m_)); });
   return depth;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "common/gl/objects.h"
-#include "common/scene/deployment.h"
-#include "common/scene/scene.h"
+#include "common/config/deployment.h"
+#include "common/config/scene.h"
 #include "render_node/surface.h"
 #include "render_node/tile_set.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 
 // Where a virtual object is now.
 struct ObjectPose {
@@ -27,7 +27,7 @@ struct ObjectPose {
 // Needs a current GL context for its whole life.
 class Renderer {
  public:
-  Renderer(const Scene& scene, const Viewer& viewer);
+  Renderer(const config::Scene& scene, const config::Viewer& viewer);
 
   // Draws one frame as seen from hull.eye_from_world. Objects stay where the last pose put them. What can't be drawn (unknown object,
   // wrong number of vertices, non-finite pose or vertex, warmth of what is not warmed) leaves its object as it was and is said in the answer, one line each.
@@ -43,18 +43,18 @@ class Renderer {
 
  private:
   struct Drawn {
-    explicit Drawn(const SceneObject& object);
-    SceneObject object;
+    explicit Drawn(const config::SceneObject& object);
+    config::SceneObject object;
     Surface surface;
     Eigen::AlignedBox3d bounds_m;  // of the mesh as loaded, object frame
     Eigen::Isometry3d world_from_object;
-    GlBuffer corners, warmth;  // per corner; warmth: where the object is warmed
-    GlVertexArray vertex_array;
+    gl::GlBuffer corners, warmth;  // per corner; warmth: where the object is warmed
+    gl::GlVertexArray vertex_array;
   };
 
   std::optional<std::string> why_undrawable(const ObjectPose& pose) const;
   void place(const ObjectPose& pose);
-  void set_view(const GlProgram& program, const Eigen::Isometry3d& eye_from_world) const;
+  void set_view(const gl::GlProgram& program, const Eigen::Isometry3d& eye_from_world) const;
   void draw_hull(const HullFrame& hull);
   void upload(const HullFrame& hull);
   void draw_objects(const Eigen::Isometry3d& eye_from_world, const std::set<std::string>& colliding) const;
@@ -62,7 +62,7 @@ class Renderer {
   std::vector<std::size_t> front_to_back(const Eigen::Isometry3d& eye_from_world) const;
   void draw_background() const;
 
-  Pinhole pinhole_;
+  geometry::Pinhole pinhole_;
   double near_m_, far_m_, near_corner_m_;
   Eigen::Matrix4d clip_from_eye_;
   Eigen::Vector3d light_world_m_;
@@ -70,11 +70,11 @@ class Renderer {
   std::array<double, 3> background_rgb_;
   std::vector<Drawn> objects_;
   std::map<std::string, std::size_t> index_of_object_;
-  std::map<std::string, GlProgram> object_programs_;  // by what their objects have (features_of)
-  GlProgram coloured_hull_program_, grey_hull_program_, background_program_;
-  GlFramebuffer framebuffer_;
-  GlVertexArray no_attributes_;
-  std::optional<GlTexture> hull_depth_, hull_bgr_;
+  std::map<std::string, gl::GlProgram> object_programs_;  // by what their objects have (features_of)
+  gl::GlProgram coloured_hull_program_, grey_hull_program_, background_program_;
+  gl::GlFramebuffer framebuffer_;
+  gl::GlVertexArray no_attributes_;
+  std::optional<gl::GlTexture> hull_depth_, hull_bgr_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

@@ -2,7 +2,7 @@
 // as sRGB by the shader: llvmpipe takes 6 ms longer over 640x480 pixels of an sRGB framebuffer.
 #pragma once
 
-namespace fivepipe::shaders {
+namespace fivepipe::render::shaders {
 
 // What the objects or hulls of a frame don't have (curvature, a pattern, warmth, colour) is left out of their program by a #define, not by a
 // uniform: llvmpipe computes both sides of a branch. What is the same all over an object comes to the fragment shader from its vertices
@@ -201,4 +201,4 @@ out vec4 colour;
 void main() { colour = vec4(mix(bottom, top, height), 1.0); }
 )";
 
-}  // namespace fivepipe::shaders
+}  // namespace fivepipe::render::shaders

@@ -2,16 +2,16 @@
 
 #include <cmath>
 
-namespace fivepipe {
+namespace fivepipe::render {
 namespace {
 
 // A vertex shared by more triangles (the hub of a fan) is shaded flat: the work per vertex grows with the square of their number.
 constexpr std::uint32_t kMaxSmoothFaces = 64;
 
 // The two axes of the rest pose in which the pattern is laid out: a curtain hangs in its x z plane, other faces across their steepest axis.
-std::array<int, 2> pattern_axes(const Shape& shape, const Eigen::Vector3f& face_normal) {
+std::array<int, 2> pattern_axes(const config::Shape& shape, const Eigen::Vector3f& face_normal) {
   int across = 1;
-  if (!std::holds_alternative<CurtainShape>(shape)) face_normal.cwiseAbs().maxCoeff(&across);
+  if (!std::holds_alternative<config::CurtainShape>(shape)) face_normal.cwiseAbs().maxCoeff(&across);
   return {across == 0 ? 1 : 0, across == 2 ? 1 : 2};
 }
 
@@ -22,8 +22,8 @@ Eigen::Vector3f area_normal(const std::vector<Eigen::Vector3f>& p, const std::ar
 
 }  // namespace
 
-Surface::Surface(const SceneObject& object) {
-  const Mesh mesh = mesh_of(object);
+Surface::Surface(const config::SceneObject& object) {
+  const geometry::Mesh mesh = config::mesh_of(object);
   for (const Eigen::Vector3d& v : mesh.vertices_m) rest_m_.push_back(v.cast<float>());
   triangles_ = mesh.triangles;
   faces_begin_.assign(rest_m_.size() + 1, 0);
@@ -81,4 +81,4 @@ std::vector<SurfaceCorner> Surface::shaded(const std::vector<Eigen::Vector3f>& p
   return corners;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

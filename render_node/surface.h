@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "common/scene/scene.h"
+#include "common/config/scene.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 
 // One corner of a triangle; the layout is the vertex buffer's.
 struct SurfaceCorner {
@@ -17,7 +17,7 @@ struct SurfaceCorner {
 
 class Surface {
  public:
-  explicit Surface(const SceneObject& object);
+  explicit Surface(const config::SceneObject& object);
 
   std::size_t vertices() const { return rest_m_.size(); }
   std::size_t triangles() const { return triangles_.size(); }
@@ -40,4 +40,4 @@ class Surface {
 
 inline constexpr double kCrease_rad = 0.7;  // 40 degrees: above a coarse ball's and a curtain's folds, below a box's edges
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <utility>
 
-namespace fivepipe {
+namespace fivepipe::render {
 namespace {
 
 // More tiles than this is no tiling of a view but a broken message.
@@ -16,19 +16,19 @@ constexpr std::uint32_t kMaxTiles = 4096;
 constexpr double kPoseTolerance = 1e-6;
 
 // Both by comparison alone: a message may hold any coordinates, and their difference may overflow.
-bool no_pixels(const PixelRect& rect) { return rect.u0_px >= rect.u1_px || rect.v0_px >= rect.v1_px; }
-bool inside(const PixelRect& inner, const PixelRect& outer) {
+bool no_pixels(const hull::PixelRect& rect) { return rect.u0_px >= rect.u1_px || rect.v0_px >= rect.v1_px; }
+bool inside(const hull::PixelRect& inner, const hull::PixelRect& outer) {
   return inner.u0_px >= outer.u0_px && inner.v0_px >= outer.v0_px && inner.u1_px <= outer.u1_px && inner.v1_px <= outer.v1_px;
 }
 
-PixelRect united(const PixelRect& a, const PixelRect& b) {
+hull::PixelRect united(const hull::PixelRect& a, const hull::PixelRect& b) {
   if (a.empty()) return b;
   if (b.empty()) return a;
   return {std::min(a.u0_px, b.u0_px), std::min(a.v0_px, b.v0_px), std::max(a.u1_px, b.u1_px), std::max(a.v1_px, b.v1_px)};
 }
 
 // Copies the tile's pixels, `bytes_per_px` each, to their place in an image of width_px.
-void copy_rows(const PixelRect& rect, int width_px, std::size_t bytes_per_px, const void* from, void* to) {
+void copy_rows(const hull::PixelRect& rect, int width_px, std::size_t bytes_per_px, const void* from, void* to) {
   const std::size_t row_bytes = std::size_t(rect.width_px()) * bytes_per_px;
   for (int v = rect.v0_px; v < rect.v1_px; ++v)
     std::memcpy(static_cast<char*>(to) + (std::size_t(v) * std::size_t(width_px) + std::size_t(rect.u0_px)) * bytes_per_px,
@@ -37,7 +37,7 @@ void copy_rows(const PixelRect& rect, int width_px, std::size_t bytes_per_px, co
 
 }  // namespace
 
-TileSets::TileSets(const Pinhole& recon, double near_m, double far_m, std::size_t max_open_frames)
+TileSets::TileSets(const geometry::Pinhole& recon, double near_m, double far_m, std::size_t max_open_frames)
     : recon_(recon), near_m_(float(near_m)), far_m_(float(far_m)), max_open_frames_(std::max<std::size_t>(max_open_frames, 1)) {}
 
 std::optional<HullFrame> TileSets::add(const ReceivedTile& tile) {
@@ -85,14 +85,14 @@ std::optional<HullFrame> TileSets::add(const ReceivedTile& tile) {
 std::optional<std::string> TileSets::why_refused(const ReceivedTile& tile) const {
   if (tile.tiles == 0 || tile.tiles > kMaxTiles || tile.tile >= tile.tiles) return "bad tile number";
   if (!(tile.recon == recon_)) return "another view's pinhole";
-  if (why_unusable(Camera{tile.recon, tile.eye_from_world})) return "unusable pose";
+  if (geometry::why_unusable(geometry::Camera{tile.recon, tile.eye_from_world})) return "unusable pose";
   if (no_pixels(tile.rect) || !inside(tile.rect, {0, 0, recon_.width_px, recon_.height_px})) return "rect outside the view";
   const bool no_hits = no_pixels(tile.covered);
   if (!no_hits && !inside(tile.covered, tile.rect)) return "covered rect outside its tile";
   const std::size_t covered_px = no_hits ? 0 : tile.covered.area_px();
   if (tile.depth_m.size() != covered_px) return "wrong number of depths";
   if (!tile.bgr.empty() && tile.bgr.size() != 3 * covered_px) return "wrong number of colours";
-  const auto is_depth = [&](float z) { return z == kNoHull || (z >= near_m_ && z <= far_m_); };
+  const auto is_depth = [&](float z) { return z == hull::kNoHull || (z >= near_m_ && z <= far_m_); };
   if (!std::all_of(tile.depth_m.begin(), tile.depth_m.end(), is_depth)) return "depth not finite or outside near and far";
   return {};
 }
@@ -105,7 +105,7 @@ std::optional<std::string> TileSets::why_at_odds(const ReceivedTile& tile, const
   if (!(difference.cwiseAbs().maxCoeff() <= kPoseTolerance)) return "pose differs within the frame";
   for (std::size_t other = 0; other < open.rects.size(); ++other) {
     if (other == tile.tile && !open.rects[other].empty() && !(open.rects[other] == tile.rect)) return "tile came again with another rect";
-    if (other != tile.tile && !intersection(open.rects[other], tile.rect).empty()) return "rect overlaps another tile";
+    if (other != tile.tile && !hull::intersection(open.rects[other], tile.rect).empty()) return "rect overlaps another tile";
   }
   return {};
 }
@@ -143,7 +143,7 @@ TileSets::OpenFrame* TileSets::open_for(const ReceivedTile& tile) {
   }
   OpenFrame& open = open_[tile.frame];
   open.hull = {tile.frame, tile.capture_stamp_ns, tile.received_ns, tile.received_ns, tile.eye_from_world, recon_, {}, {}, {}, {}};
-  open.hull.depth_m.assign(std::size_t(recon_.width_px) * std::size_t(recon_.height_px), kNoHull);
+  open.hull.depth_m.assign(std::size_t(recon_.width_px) * std::size_t(recon_.height_px), hull::kNoHull);
   open.rects.resize(tile.tiles);
   return &open;
 }
@@ -176,4 +176,4 @@ void TileSets::reject(const ReceivedTile& tile, const std::string& reason) {
   last_rejection_ = "frame " + std::to_string(tile.frame) + ", tile " + std::to_string(tile.tile) + ": " + reason;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

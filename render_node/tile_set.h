@@ -10,7 +10,7 @@
 #include "common/geometry/camera.h"
 #include "common/hull/hull.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 
 // One tile as it arrived; the spans live as long as the message does.
 struct ReceivedTile {
@@ -19,9 +19,9 @@ struct ReceivedTile {
   std::int64_t received_ns = 0;       // CLOCK_REALTIME, by this process
   std::uint32_t tile = 0, tiles = 0;  // index, and how many make the view
   Eigen::Isometry3d eye_from_world = Eigen::Isometry3d::Identity();
-  Pinhole recon;
-  PixelRect rect;                     // the tile, in pixels of the reconstruction's image
-  PixelRect covered;                  // inside it, all that is sent; may be empty
+  geometry::Pinhole recon;
+  hull::PixelRect rect;                     // the tile, in pixels of the reconstruction's image
+  hull::PixelRect covered;                  // inside it, all that is sent; may be empty
   std::span<const float> depth_m;     // of `covered`, row-major, along the view's z; kNoHull where the ray misses
   std::span<const std::uint8_t> bgr;  // of `covered`, 3 bytes a pixel; may be empty
   std::vector<std::string> empty_cameras;
@@ -33,8 +33,8 @@ struct HullFrame {
   std::int64_t capture_stamp_ns = 0;
   std::int64_t first_received_ns = 0, last_received_ns = 0;  // of its tiles
   Eigen::Isometry3d eye_from_world = Eigen::Isometry3d::Identity();
-  Pinhole recon;
-  PixelRect covered;               // holds every hit; nothing outside it is hull
+  geometry::Pinhole recon;
+  hull::PixelRect covered;               // holds every hit; nothing outside it is hull
   std::vector<float> depth_m;      // recon's whole image, row-major; empty: no hull
   std::vector<std::uint8_t> bgr;   // the same, 3 bytes a pixel; empty unless every tile with hits has colour
   std::vector<std::string> empty_cameras;  // without one object pixel, sorted
@@ -56,7 +56,7 @@ class TileSets {
   static constexpr std::size_t kMaxOpenFrames = 4;
 
   // The view that the tiles must be of; depths outside [near_m, far_m] are refused.
-  TileSets(const Pinhole& recon, double near_m, double far_m, std::size_t max_open_frames = kMaxOpenFrames);
+  TileSets(const geometry::Pinhole& recon, double near_m, double far_m, std::size_t max_open_frames = kMaxOpenFrames);
 
   // The frame that this tile completes, if it does.
   std::optional<HullFrame> add(const ReceivedTile& tile);
@@ -71,7 +71,7 @@ class TileSets {
  private:
   struct OpenFrame {
     HullFrame hull;
-    std::vector<PixelRect> rects;  // by tile; empty: not here yet
+    std::vector<hull::PixelRect> rects;  // by tile; empty: not here yet
     std::size_t tiles_here = 0, area_px = 0;
     bool all_coloured = true;
   };
@@ -84,7 +84,7 @@ class TileSets {
   void give_up_before(std::uint64_t frame);
   void reject(const ReceivedTile& tile, const std::string& reason);
 
-  Pinhole recon_;
+  geometry::Pinhole recon_;
   float near_m_, far_m_;
   std::size_t max_open_frames_;
   std::map<std::uint64_t, OpenFrame> open_;
@@ -95,4 +95,4 @@ class TileSets {
   std::string last_rejection_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

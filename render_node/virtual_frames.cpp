@@ -1,6 +1,6 @@
 #include "render_node/virtual_frames.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 VirtualFrame& VirtualFrames::at(std::uint64_t frame, std::int64_t capture_stamp_ns) {
   if (order_.starts_anew(frame, capture_stamp_ns)) frames_.clear();
   // Older than all that is kept: nobody will ask for it.
@@ -35,4 +35,4 @@ const VirtualFrame* VirtualFrames::best_for(std::uint64_t frame) const {
   return best;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "common/frames/frame_order.h"
+#include "common/pipeline/frames/frame_order.h"
 #include "render_node/renderer.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 
 struct VirtualFrame {
   std::vector<ObjectPose> poses;
@@ -31,9 +31,9 @@ class VirtualFrames {
 
  private:
   VirtualFrame& at(std::uint64_t frame, std::int64_t capture_stamp_ns);
-  FrameOrder order_;
+  frames::FrameOrder order_;
   std::map<std::uint64_t, VirtualFrame> frames_;
   VirtualFrame too_old_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

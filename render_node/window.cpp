@@ -14,7 +14,7 @@
 
 #include "common/gl/objects.h"
 
-namespace fivepipe {
+namespace fivepipe::render {
 namespace {
 
 // How long a key press may wait for an answer while no frame comes.
@@ -54,8 +54,8 @@ GlfwWindow opened(const std::string& title, int width_px, int height_px) {
 }
 
 // The image as large as fits into the window, its shape kept, black around it.
-void blit(const GlTexture& image, int window_width_px, int window_height_px) {
-  GlName<delete_framebuffer> source([] {
+void blit(const gl::GlTexture& image, int window_width_px, int window_height_px) {
+  gl::GlName<gl::delete_framebuffer> source([] {
     GLuint name = 0;
     glCreateFramebuffers(1, &name);
     return name;
@@ -112,7 +112,7 @@ void Window::State::run(const std::string& title, int width_px, int height_px, s
 }
 
 void Window::State::show_frames(GLFWwindow* window) {
-  std::optional<GlTexture> texture;
+  std::optional<gl::GlTexture> texture;
   while (!glfwWindowShouldClose(window)) {
     cv::Mat image;
     std::optional<std::promise<cv::Mat>> screenshot;
@@ -180,4 +180,4 @@ cv::Mat Window::screenshot() const {
   return picture.get();
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace fivepipe {
+namespace fivepipe::render {
 
 struct WindowError : std::runtime_error {
   using std::runtime_error::runtime_error;
@@ -33,4 +33,4 @@ class Window {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::render

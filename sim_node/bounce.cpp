@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-namespace fivepipe {
+namespace fivepipe::sim {
 
-Bounce bounce(const Response& response, const Eigen::Vector3d& velocity_world_m_s, double restitution, double gravity_m_s2, double resting_speed_m_s) {
+Bounce bounce(const collision::Response& response, const Eigen::Vector3d& velocity_world_m_s, double restitution, double gravity_m_s2, double resting_speed_m_s) {
   // A residual below the maps' resolution is cleared with it; a larger one is another contact, which the next query answers.
-  const double way_m = response.clear_distance_m() + (response.status == RecoveryStatus::recovered ? response.residual_m : 0.0);
+  const double way_m = response.clear_distance_m() + (response.status == collision::RecoveryStatus::recovered ? response.residual_m : 0.0);
   Bounce result{way_m * response.v_rec_world, velocity_world_m_s};
-  const HullNormal& hull = response.normal();
-  const Eigen::Vector3d& normal = hull.status == NormalStatus::defined ? hull.normal_world : response.v_rec_world;
+  const collision::HullNormal& hull = response.normal();
+  const Eigen::Vector3d& normal = hull.status == collision::NormalStatus::defined ? hull.normal_world : response.v_rec_world;
   const double approach_m_s = -velocity_world_m_s.dot(normal);
   if (!(approach_m_s > 0)) return result;
   const double lift_m = std::max(0.0, result.move_world_m.z());
@@ -20,4 +20,4 @@ Bounce bounce(const Response& response, const Eigen::Vector3d& velocity_world_m_
   return result;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

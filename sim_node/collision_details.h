@@ -3,29 +3,29 @@
 #include <optional>
 #include <vector>
 
-#include "common/collision/contact_manifold.h"
-#include "common/collision/first_contact.h"
-#include "common/collision/proximity.h"
-#include "common/collision/response.h"
-#include "common/collision/shorter_way.h"
-#include "common/scene/collision_wishes.h"
+#include "common/collision/response/contact_manifold.h"
+#include "common/collision/tracking/first_contact.h"
+#include "common/collision/proximity/proximity.h"
+#include "common/collision/response/response.h"
+#include "common/collision/response/local_translation.h"
+#include "common/config/collision_requests.h"
 
-namespace fivepipe {
+namespace fivepipe::sim {
 
 struct CollisionDetails {
-  std::optional<Response> response;         // of an object that collides
-  std::optional<ShorterWay> shorter_way;    // where the response has a way out
-  std::optional<ContactManifold> contacts;  // of an object that collides
-  std::vector<Proximity> proximity;         // by vertex or by triangle
-  std::optional<FirstContact> first_contact;
+  std::optional<collision::Response> response;         // of an object that collides
+  std::optional<collision::ShorterWay> shorter_way;    // where the response has a way out
+  std::optional<collision::ContactManifold> contacts;  // of an object that collides
+  std::vector<collision::Proximity> proximity;         // by vertex or by triangle
+  std::optional<collision::FirstContact> first_contact;
   std::uint64_t first_contact_part = 0;     // FollowedPart::id
 };
 
 // Response, shorter way and contacts of an object that collides. rp_object_world_m: RP_obj; requery: response.h.
-void add_response(CollisionDetails& details, const HullQuery& query, const ObjectCollision& collision, const Eigen::Vector3d& rp_object_world_m,
-                  const Requery& requery, const CollisionWishes& wishes);
+void add_response(CollisionDetails& details, const hull::HullQuery& query, const collision::ObjectCollision& collision, const Eigen::Vector3d& rp_object_world_m,
+                  const collision::Requery& requery, const config::CollisionWishes& wishes);
 
 // By vertex or triangle, as asked for. The proximity has the wishes' cap and tolerance.
-std::vector<Proximity> proximity_of(HullProximity& proximity, const Mesh& mesh, const Eigen::Isometry3d& world_from_object, ProximityOf of);
+std::vector<collision::Proximity> proximity_of(collision::HullProximity& proximity, const geometry::Mesh& mesh, const Eigen::Isometry3d& world_from_object, config::ProximityOf of);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

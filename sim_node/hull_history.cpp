@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-namespace fivepipe {
+namespace fivepipe::sim {
 namespace {
 
-static_assert(kMostHistoryCells == double(kMostPartCells));
+static_assert(config::kMostHistoryCells == double(collision::kMostPartCells));
 
 // Around a ball on its way from one point to the other.
 Eigen::AlignedBox3d swept(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double radius_m) {
@@ -13,13 +13,13 @@ Eigen::AlignedBox3d swept(const Eigen::Vector3d& from_m, const Eigen::Vector3d& 
   return {from_m.cwiseMin(to_m) - radius, from_m.cwiseMax(to_m) + radius};
 }
 
-double radius_m(const HullPart& part) {
+double radius_m(const collision::HullPart& part) {
   const Eigen::AlignedBox3d& box = part.box_world_m;
   return (box.max() - part.middle_world_m).cwiseMax(part.middle_world_m - box.min()).norm();
 }
 
 // However both turn meanwhile: the part about its middle, the object about its frame's origin.
-bool may_meet(const HullPart& before, const HullPart& now, const MovingObject& object) {
+bool may_meet(const collision::HullPart& before, const collision::HullPart& now, const collision::MovingObject& object) {
   const double object_radius_m = object.tree->origin_m().norm() + object.tree->radius_m();
   return swept(before.middle_world_m, now.middle_world_m, std::max(radius_m(before), radius_m(now)))
       .intersects(swept(object.world_from_object_before.translation(), object.world_from_object_after.translation(), object_radius_m));
@@ -27,15 +27,15 @@ bool may_meet(const HullPart& before, const HullPart& now, const MovingObject& o
 
 }  // namespace
 
-HullHistory::HullHistory(const HistoryWishes& wishes, const Eigen::AlignedBox3d& within_world_m, WorkerPool& pool)
+HullHistory::HullHistory(const config::HistoryWishes& wishes, const Eigen::AlignedBox3d& within_world_m, base::WorkerPool& pool)
     : options_{.within_world_m = within_world_m, .cell_m = wishes.cell_m, .outlines = true},
       tracker_({.window_frames = wishes.window_frames, .fastest_m_s = wishes.fastest_m_s, .longest_gap_s = kLongestGapS}),
       frames_{Frame(pool), Frame(pool)} {
-  CpuHull nothing(pool);
-  hull_parts(HullQuery(nothing), options_);  // refuses what can't be
+  hull::CpuHull nothing(pool);
+  collision::hull_parts(hull::HullQuery(nothing), options_);  // refuses what can't be
 }
 
-void HullHistory::add(double time_s, std::span<const Silhouette> silhouettes) {
+void HullHistory::add(double time_s, std::span<const hull::Silhouette> silhouettes) {
   const double gap_s = time_s - frames_[now_].time_s;
   has_before_ = has_now_ && gap_s > 0 && gap_s <= kLongestGapS;
   now_ = 1 - now_;
@@ -44,29 +44,29 @@ void HullHistory::add(double time_s, std::span<const Silhouette> silhouettes) {
   now.hull.assign(silhouettes);
   now.query.emplace(now.hull);
   now.time_s = time_s;
-  now.parts = tracker_.add(time_s, hull_parts(*now.query, options_));
+  now.parts = tracker_.add(time_s, collision::hull_parts(*now.query, options_));
   has_now_ = true;
 }
 
-const FollowedPart* HullHistory::part_before(std::uint64_t id) const {
-  for (const FollowedPart& part : frames_[1 - now_].parts)
+const collision::FollowedPart* HullHistory::part_before(std::uint64_t id) const {
+  for (const collision::FollowedPart& part : frames_[1 - now_].parts)
     if (part.id == id) return &part;
   return nullptr;
 }
 
-std::optional<std::pair<FirstContact, std::uint64_t>> HullHistory::first_contact(const MovingObject& object) const {
-  std::optional<std::pair<FirstContact, std::uint64_t>> earliest;
+std::optional<std::pair<collision::FirstContact, std::uint64_t>> HullHistory::first_contact(const collision::MovingObject& object) const {
+  std::optional<std::pair<collision::FirstContact, std::uint64_t>> earliest;
   if (!has_before_) return earliest;
   const Frame &before = frames_[1 - now_], &now = frames_[now_];
-  for (const FollowedPart& part : now.parts) {
-    const FollowedPart* was = part.origin == PartOrigin::followed ? part_before(part.id) : nullptr;
+  for (const collision::FollowedPart& part : now.parts) {
+    const collision::FollowedPart* was = part.origin == collision::PartOrigin::followed ? part_before(part.id) : nullptr;
     if (!was || !may_meet(was->part, part.part, object)) continue;
-    FirstContactOptions options;
+    collision::FirstContactOptions options;
     if (part.motion) options.turned_world_rad = (now.time_s - before.time_s) * part.motion->angular_velocity_world_rad_s;
-    const auto met = fivepipe::first_contact({&*before.query, before.time_s, was->part}, {&*now.query, now.time_s, part.part}, object, options);
+    const auto met = fivepipe::collision::first_contact({&*before.query, before.time_s, was->part}, {&*now.query, now.time_s, part.part}, object, options);
     if (met && met->time_s > before.time_s && (!earliest || met->time_s < earliest->first.time_s)) earliest = {*met, part.id};
   }
   return earliest;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

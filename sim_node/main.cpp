@@ -4,12 +4,12 @@
 #include "common/gl/context.h"
 #include "sim_node/simulation_pipe.h"
 
-namespace fivepipe {
+namespace fivepipe::sim {
 namespace {
 
-void run(NodeContext& node) {
-  std::optional<GlContext> gl;
-  if (config_of<SimConfig>(node).collision != CollisionBackend::cpu) {
+void run(node::NodeContext& node) {
+  std::optional<gl::GlContext> gl;
+  if (node::config_of<config::SimConfig>(node).collision != config::CollisionBackend::cpu) {
     gl.emplace();
     node.status.remark("gl", "gl: " + gl->renderer());
   }
@@ -17,6 +17,6 @@ void run(NodeContext& node) {
 }
 
 }  // namespace
-}  // namespace fivepipe
+}  // namespace fivepipe::sim
 
-int main(int argc, char** argv) { return fivepipe::run_node("sim_node", argc, argv, fivepipe::run); }
+int main(int argc, char** argv) { return fivepipe::node::run_node("sim_node", argc, argv, fivepipe::sim::run); }

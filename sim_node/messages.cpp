@@ -1,27 +1,27 @@
 #include "sim_node/messages.h"
 
-namespace fivepipe {
+namespace fivepipe::sim {
 const fivepipe_v1_VirtualState& OutgoingState::message() {
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    borrow(objects[i].vertices_m, vertices_m[i]);
-    borrow(objects[i].warmth, warmth[i]);
+    messages::borrow(objects[i].vertices_m, vertices_m[i]);
+    messages::borrow(objects[i].warmth, warmth[i]);
   }
-  borrow(header.objects, objects);
+  messages::borrow(header.objects, objects);
   return header;
 }
 
 OutgoingState state_message(const std::string& simulation, std::uint64_t frame, std::int64_t capture_stamp_ns, double simulation_time_s,
-                            const Scene& scene, const std::vector<ObjectState>& states) {
+                            const config::Scene& scene, const std::vector<ObjectState>& states) {
   OutgoingState out;
-  set_text(out.header.simulation, simulation);
+  messages::set_text(out.header.simulation, simulation);
   out.header.frame = frame;
   out.header.capture_stamp_ns = capture_stamp_ns;
   out.header.simulation_time_s = simulation_time_s;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    if (scene.objects[i].motion == Motion::fixed && states[i].vertices_m.empty() && states[i].warmth.empty()) continue;
+    if (scene.objects[i].motion == config::Motion::fixed && states[i].vertices_m.empty() && states[i].warmth.empty()) continue;
     fivepipe_v1_ObjectState& object = out.objects.emplace_back();
-    set_text(object.object, states[i].name);
-    object.world_from_object = wire(states[i].world_from_object);
+    messages::set_text(object.object, states[i].name);
+    object.world_from_object = messages::wire(states[i].world_from_object);
     out.warmth.push_back(states[i].warmth);
     std::vector<float>& vertices = out.vertices_m.emplace_back();
     for (const Eigen::Vector3d& v : states[i].vertices_m) vertices.insert(vertices.end(), {float(v.x()), float(v.y()), float(v.z())});
@@ -38,4 +38,4 @@ void apply(const fivepipe_v1_Command& command, const std::string& node, Simulati
   }
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "common/messages/wire.h"
+#include "common/pipeline/messages/wire.h"
 #include "sim_node/simulation.h"
 
-namespace fivepipe {
+namespace fivepipe::sim {
 
 // A VirtualState with the storage that it refers to. Only objects that move, or are warmed, are in it: the others stand in the scene.
 struct OutgoingState {
@@ -17,9 +17,9 @@ struct OutgoingState {
   const fivepipe_v1_VirtualState& message();
 };
 OutgoingState state_message(const std::string& simulation, std::uint64_t frame, std::int64_t capture_stamp_ns, double simulation_time_s,
-                            const Scene& scene, const std::vector<ObjectState>& states);
+                            const config::Scene& scene, const std::vector<ObjectState>& states);
 
 // Does what the command says where it is meant for this node, by name or for all.
 void apply(const fivepipe_v1_Command& command, const std::string& node, Simulation& simulation);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

@@ -3,53 +3,53 @@
 #include <cmath>
 #include <limits>
 
-namespace fivepipe {
+namespace fivepipe::sim {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-fivepipe_v1_CollisionVerdict wire_verdict(const ObjectCollision& collision) {
-  const bool perhaps_inside = collision.verdict == CollisionVerdict::free && collision.hull_in_box;
-  if (perhaps_inside || collision.verdict == CollisionVerdict::touching) return fivepipe_v1_touching;
+fivepipe_v1_CollisionVerdict wire_verdict(const collision::ObjectCollision& collision) {
+  const bool perhaps_inside = collision.verdict == collision::CollisionVerdict::free && collision.hull_in_box;
+  if (perhaps_inside || collision.verdict == collision::CollisionVerdict::touching) return fivepipe_v1_touching;
   return collision.colliding() ? fivepipe_v1_colliding : fivepipe_v1_certainly_free;
 }
 
-fivepipe_v1_ResponseStatus wire_response(RecoveryStatus status) {
+fivepipe_v1_ResponseStatus wire_response(collision::RecoveryStatus status) {
   switch (status) {
-    case RecoveryStatus::recovered: return fivepipe_v1_recovered;
-    case RecoveryStatus::still_colliding: return fivepipe_v1_still_colliding;
-    case RecoveryStatus::reference_inside: return fivepipe_v1_reference_inside;
-    case RecoveryStatus::no_exit_within_reach: return fivepipe_v1_no_exit_within_reach;
-    case RecoveryStatus::direction_undefined: return fivepipe_v1_direction_undefined;
-    case RecoveryStatus::no_collision_point: break;
+    case collision::RecoveryStatus::recovered: return fivepipe_v1_recovered;
+    case collision::RecoveryStatus::still_colliding: return fivepipe_v1_still_colliding;
+    case collision::RecoveryStatus::reference_inside: return fivepipe_v1_reference_inside;
+    case collision::RecoveryStatus::no_exit_within_reach: return fivepipe_v1_no_exit_within_reach;
+    case collision::RecoveryStatus::direction_undefined: return fivepipe_v1_direction_undefined;
+    case collision::RecoveryStatus::no_collision_point: break;
   }
   return fivepipe_v1_no_response;
 }
 
-fivepipe_v1_ShorterWayStatus wire_shorter_way(ShorterWayStatus status) {
+fivepipe_v1_ShorterWayStatus wire_shorter_way(collision::ShorterWayStatus status) {
   switch (status) {
-    case ShorterWayStatus::found: return fivepipe_v1_shorter_way_found;
-    case ShorterWayStatus::none_found: return fivepipe_v1_none_shorter_found;
-    case ShorterWayStatus::not_free: break;
+    case collision::ShorterWayStatus::found: return fivepipe_v1_shorter_way_found;
+    case collision::ShorterWayStatus::none_found: return fivepipe_v1_none_shorter_found;
+    case collision::ShorterWayStatus::not_free: break;
   }
   return fivepipe_v1_no_way_found;
 }
 
-fivepipe_v1_ContactStatus wire_contact(ContactStatus status) {
+fivepipe_v1_ContactStatus wire_contact(collision::ContactStatus status) {
   switch (status) {
-    case ContactStatus::defined: return fivepipe_v1_contact_defined;
-    case ContactStatus::no_border: return fivepipe_v1_contact_without_border;
-    case ContactStatus::no_exit_within_reach: break;
+    case collision::ContactStatus::defined: return fivepipe_v1_contact_defined;
+    case collision::ContactStatus::no_border: return fivepipe_v1_contact_without_border;
+    case collision::ContactStatus::no_exit_within_reach: break;
   }
   return fivepipe_v1_contact_without_exit;
 }
 
-fivepipe_v1_PartOrigin wire_origin(PartOrigin origin) {
+fivepipe_v1_PartOrigin wire_origin(collision::PartOrigin origin) {
   switch (origin) {
-    case PartOrigin::appeared: return fivepipe_v1_part_appeared;
-    case PartOrigin::followed: return fivepipe_v1_part_followed;
-    case PartOrigin::merged: return fivepipe_v1_part_merged;
-    case PartOrigin::split: break;
+    case collision::PartOrigin::appeared: return fivepipe_v1_part_appeared;
+    case collision::PartOrigin::followed: return fivepipe_v1_part_followed;
+    case collision::PartOrigin::merged: return fivepipe_v1_part_merged;
+    case collision::PartOrigin::split: break;
   }
   return fivepipe_v1_part_split;
 }
@@ -59,27 +59,27 @@ float rounded_down(double value) { const float f = float(value); return double(f
 float rounded_up(double value) { const float f = float(value); return double(f) < value ? std::nextafter(f, kInfinity) : f; }
 
 void set_camera(char (&field)[33], int camera, const std::vector<std::string>& cameras) {
-  if (camera >= 0 && std::size_t(camera) < cameras.size()) set_text(field, cameras[std::size_t(camera)]);
+  if (camera >= 0 && std::size_t(camera) < cameras.size()) messages::set_text(field, cameras[std::size_t(camera)]);
 }
 
-void add_normal(OutgoingCollision& out, const HullNormal& normal, fivepipe_v1_NormalKind kind, const std::vector<std::string>& cameras) {
-  if (normal.status == NormalStatus::not_asked) return;
-  const bool defined = normal.status == NormalStatus::defined;
-  out.normals.push_back({kind, defined ? fivepipe_v1_normal_defined : fivepipe_v1_normal_undefined, wire(normal.normal_world), normal.error_rad, {}});
+void add_normal(OutgoingCollision& out, const collision::HullNormal& normal, fivepipe_v1_NormalKind kind, const std::vector<std::string>& cameras) {
+  if (normal.status == collision::NormalStatus::not_asked) return;
+  const bool defined = normal.status == collision::NormalStatus::defined;
+  out.normals.push_back({kind, defined ? fivepipe_v1_normal_defined : fivepipe_v1_normal_undefined, messages::wire(normal.normal_world), normal.error_rad, {}});
   out.cameras.emplace_back();
-  for (const LimitingCamera& limiting : normal.cameras) {
+  for (const hull::LimitingCamera& limiting : normal.cameras) {
     fivepipe_v1_LimitingNormal& one = out.cameras.back().emplace_back();
     set_camera(one.camera, limiting.camera, cameras);
-    one.normal = wire(limiting.normal_world);
+    one.normal = messages::wire(limiting.normal_world);
     one.error_rad = limiting.error_rad;
   }
 }
 
-void put_response(OutgoingCollision& out, const Response& response, const std::vector<std::string>& cameras) {
+void put_response(OutgoingCollision& out, const collision::Response& response, const std::vector<std::string>& cameras) {
   out.header.response = wire_response(response.status);
-  out.header.cp_object_m = wire(response.cp_object_world_m);
-  out.header.v_rec = wire(response.v_rec_world);
-  out.header.cp_hull_m = wire(response.cp_hull_world_m);
+  out.header.cp_object_m = messages::wire(response.cp_object_world_m);
+  out.header.v_rec = messages::wire(response.v_rec_world);
+  out.header.cp_hull_m = messages::wire(response.cp_hull_world_m);
   out.header.d_rec_m = response.d_rec_m;
   out.header.d_rec_error_m = response.d_rec_error_m;
   out.header.residual_m = response.residual_m;
@@ -87,13 +87,13 @@ void put_response(OutgoingCollision& out, const Response& response, const std::v
   add_normal(out, response.closed_form, fivepipe_v1_closed_form, cameras);
 }
 
-fivepipe_v1_Contact contact_message(const Contact& contact, const std::vector<std::string>& cameras) {
+fivepipe_v1_Contact contact_message(const collision::Contact& contact, const std::vector<std::string>& cameras) {
   fivepipe_v1_Contact message{};
   message.status = wire_contact(contact.status);
   message.triangle = contact.on_object.triangle;
-  message.on_object_m = wire(contact.on_object.p_world_m);
-  message.on_hull_m = wire(contact.on_hull_world_m);
-  message.normal = wire(contact.normal_world);
+  message.on_object_m = messages::wire(contact.on_object.p_world_m);
+  message.on_hull_m = messages::wire(contact.on_hull_world_m);
+  message.normal = messages::wire(contact.normal_world);
   message.depth_m = contact.depth_m;
   message.depth_error_m = contact.depth_error_m;
   message.normal_error_rad = contact.normal_error_rad;
@@ -101,21 +101,21 @@ fivepipe_v1_Contact contact_message(const Contact& contact, const std::vector<st
   return message;
 }
 
-void put_proximity(OutgoingCollision& out, const std::vector<Proximity>& proximity, const ProximityWishes& wishes) {
-  for (const Proximity& p : proximity) {
+void put_proximity(OutgoingCollision& out, const std::vector<collision::Proximity>& proximity, const config::ProximityWishes& wishes) {
+  for (const collision::Proximity& p : proximity) {
     out.least_m.push_back(rounded_down(p.least_m));
     out.most_m.push_back(rounded_up(p.most_m));
   }
-  out.proximity.push_back({wishes.of == ProximityOf::vertices ? fivepipe_v1_of_vertices : fivepipe_v1_of_triangles, wishes.cap_m, {}, {}});
+  out.proximity.push_back({wishes.of == config::ProximityOf::vertices ? fivepipe_v1_of_vertices : fivepipe_v1_of_triangles, wishes.cap_m, {}, {}});
 }
 
-void put_first_contact(OutgoingCollision& out, const FirstContact& contact, std::uint64_t part, const ResultFrame& frame) {
+void put_first_contact(OutgoingCollision& out, const collision::FirstContact& contact, std::uint64_t part, const ResultFrame& frame) {
   constexpr double kNanosecondsPerSecond = 1e9;
   fivepipe_v1_FirstContact& message = out.first_contact.emplace_back();
   message.part = part;
   message.stamp_ns = frame.capture_stamp_ns + std::llround(kNanosecondsPerSecond * (contact.time_s - frame.time_s));
   message.error_ns = std::uint64_t(std::ceil(kNanosecondsPerSecond * contact.time_error_s));
-  message.p_m = wire(contact.p_world_m);
+  message.p_m = messages::wire(contact.p_world_m);
   message.triangle = contact.triangle;
   message.coarse = contact.coarse;
 }
@@ -123,72 +123,72 @@ void put_first_contact(OutgoingCollision& out, const FirstContact& contact, std:
 }  // namespace
 
 const fivepipe_v1_CollisionResult& OutgoingCollision::message() {
-  for (std::size_t i = 0; i < normals.size(); ++i) borrow(normals[i].cameras, cameras[i]);
+  for (std::size_t i = 0; i < normals.size(); ++i) messages::borrow(normals[i].cameras, cameras[i]);
   for (fivepipe_v1_ProximityField& field : proximity) {
-    borrow(field.least_m, least_m);
-    borrow(field.most_m, most_m);
+    messages::borrow(field.least_m, least_m);
+    messages::borrow(field.most_m, most_m);
   }
-  borrow(header.points_m, points_m);
-  borrow(header.triangles, triangles);
-  borrow(header.triangles_touching, triangles_touching);
-  borrow(header.normals, normals);
-  borrow(header.shorter_way, shorter_way);
-  borrow(header.contacts, contacts);
-  borrow(header.proximity, proximity);
-  borrow(header.first_contact, first_contact);
+  messages::borrow(header.points_m, points_m);
+  messages::borrow(header.triangles, triangles);
+  messages::borrow(header.triangles_touching, triangles_touching);
+  messages::borrow(header.normals, normals);
+  messages::borrow(header.shorter_way, shorter_way);
+  messages::borrow(header.contacts, contacts);
+  messages::borrow(header.proximity, proximity);
+  messages::borrow(header.first_contact, first_contact);
   return header;
 }
 
-OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report, const CollisionWishes& wishes) {
+OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report, const config::CollisionWishes& wishes) {
   OutgoingCollision out;
-  set_text(out.header.object, report.name);
+  messages::set_text(out.header.object, report.name);
   out.header.frame = frame.frame;
   out.header.capture_stamp_ns = frame.capture_stamp_ns;
   out.header.verdict = wire_verdict(report.collision);
   out.header.triangles_colliding = std::uint32_t(report.collision.triangles.size());
   out.header.points_truncated = report.truncated;
-  for (const CollisionPoint& point : report.collision.points) out.points_m.push_back(wire(point.p_world_m));
+  for (const collision::CollisionPoint& point : report.collision.points) out.points_m.push_back(messages::wire(point.p_world_m));
   if (wishes.triangles) out.triangles = report.collision.triangles, out.triangles_touching = report.collision.touching;
   const CollisionDetails& details = report.details;
   if (const auto& response = details.response ? details.response : report.response) put_response(out, *response, frame.cameras);
-  if (details.shorter_way) out.shorter_way.push_back({wire_shorter_way(details.shorter_way->status), wire(details.shorter_way->move_world_m)});
+  if (details.shorter_way) out.shorter_way.push_back({wire_shorter_way(details.shorter_way->status), messages::wire(details.shorter_way->move_world_m)});
   if (details.contacts)
-    for (const Contact& contact : details.contacts->contacts) out.contacts.push_back(contact_message(contact, frame.cameras));
+    for (const collision::Contact& contact : details.contacts->contacts) out.contacts.push_back(contact_message(contact, frame.cameras));
   if (wishes.proximity) put_proximity(out, details.proximity, *wishes.proximity);
   if (details.first_contact) put_first_contact(out, *details.first_contact, details.first_contact_part, frame);
   return out;
 }
 
 const fivepipe_v1_HullParts& OutgoingParts::message() {
-  for (std::size_t i = 0; i < parts.size(); ++i) borrow(parts[i].from, from[i]);
-  borrow(header.parts, parts);
+  for (std::size_t i = 0; i < parts.size(); ++i) messages::borrow(parts[i].from, from[i]);
+  messages::borrow(header.parts, parts);
   return header;
 }
 
-OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame, const std::vector<FollowedPart>& parts) {
+OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame, const std::vector<collision::FollowedPart>& parts) {
   OutgoingParts out;
-  set_text(out.header.simulation, simulation);
+  messages::set_text(out.header.simulation, simulation);
   out.header.frame = frame.frame;
   out.header.capture_stamp_ns = frame.capture_stamp_ns;
-  for (const FollowedPart& part : parts) {
+  for (const collision::FollowedPart& part : parts) {
     fivepipe_v1_HullPart& message = out.parts.emplace_back();
     message.id = part.id;
     message.origin = wire_origin(part.origin);
     out.from.push_back(part.from);
-    message.middle_m = wire(part.part.middle_world_m);
+    message.middle_m = messages::wire(part.part.middle_world_m);
     message.volume_m3 = part.part.volume_m3;
-    message.box_min_m = wire(Eigen::Vector3d(part.part.box_world_m.min()));
-    message.box_max_m = wire(Eigen::Vector3d(part.part.box_world_m.max()));
+    message.box_min_m = messages::wire(Eigen::Vector3d(part.part.box_world_m.min()));
+    message.box_max_m = messages::wire(Eigen::Vector3d(part.part.box_world_m.max()));
     message.cut = part.part.cut;
     if (!part.motion) continue;
     message.frames = std::uint16_t(part.motion->frames);
     message.window_s = part.motion->window_s;
-    message.velocity_m_s = wire(part.motion->velocity_world_m_s);
-    message.angular_velocity_rad_s = wire(part.motion->angular_velocity_world_rad_s);
+    message.velocity_m_s = messages::wire(part.motion->velocity_world_m_s);
+    message.angular_velocity_rad_s = messages::wire(part.motion->angular_velocity_world_rad_s);
     message.determined_axes = std::uint8_t(part.motion->determined_axes);
     message.residual_m = part.motion->residual_m;
   }
   return out;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "common/messages/wire.h"
+#include "common/pipeline/messages/wire.h"
 #include "sim_node/simulation.h"
 
-namespace fivepipe {
+namespace fivepipe::sim {
 
 // What a frame's results have in common.
 struct ResultFrame {
@@ -31,7 +31,7 @@ struct OutgoingCollision {
   std::vector<fivepipe_v1_FirstContact> first_contact;
   const fivepipe_v1_CollisionResult& message();
 };
-OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report, const CollisionWishes& wishes);
+OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report, const config::CollisionWishes& wishes);
 
 struct OutgoingParts {
   fivepipe_v1_HullParts header{};
@@ -39,6 +39,6 @@ struct OutgoingParts {
   std::vector<std::vector<std::uint64_t>> from;  // by part
   const fivepipe_v1_HullParts& message();
 };
-OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame, const std::vector<FollowedPart>& parts);
+OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame, const std::vector<collision::FollowedPart>& parts);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

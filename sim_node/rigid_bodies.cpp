@@ -4,7 +4,7 @@
 
 #include <cassert>
 
-namespace fivepipe {
+namespace fivepipe::sim {
 namespace {
 
 // Smooth wood on wood; the scene states none.
@@ -42,19 +42,19 @@ struct Body {
   btTransform start_world_from_body;
 };
 
-void make_shape(const SceneObject& object, Body& body) {
-  if (const auto* box = std::get_if<BoxShape>(&object.shape)) {
+void make_shape(const config::SceneObject& object, Body& body) {
+  if (const auto* box = std::get_if<config::BoxShape>(&object.shape)) {
     body.shape = std::make_unique<btBoxShape>(bt(0.5 * box->size_m));
     return;
   }
-  if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
+  if (const auto* sphere = std::get_if<config::SphereShape>(&object.shape)) {
     body.shape = std::make_unique<btSphereShape>(sphere->radius_m);
     return;
   }
-  const Mesh mesh = mesh_of(object);
-  body.object_from_body.translation() = bounds_m(mesh).center();
+  const geometry::Mesh mesh = config::mesh_of(object);
+  body.object_from_body.translation() = geometry::bounds_m(mesh).center();
   const auto vertex = [&](std::size_t i) { return bt(Eigen::Vector3d(mesh.vertices_m[i] - body.object_from_body.translation())); };
-  if (object.motion == Motion::fixed) {
+  if (object.motion == config::Motion::fixed) {
     body.triangles = std::make_unique<btTriangleMesh>();
     for (const auto& [a, b, c] : mesh.triangles) body.triangles->addTriangle(vertex(a), vertex(b), vertex(c));
     body.shape = std::make_unique<btBvhTriangleMeshShape>(body.triangles.get(), true);
@@ -68,10 +68,10 @@ void make_shape(const SceneObject& object, Body& body) {
   body.shape = std::move(hull);
 }
 
-Body body_of(const SceneObject& object) {
+Body body_of(const config::SceneObject& object) {
   Body body;
   make_shape(object, body);
-  const bool dynamic = object.motion == Motion::dynamic;
+  const bool dynamic = object.motion == config::Motion::dynamic;
   const double mass_kg = dynamic ? object.mass_kg : 0.0;  // Bullet's sign for a body that does not move
   btVector3 inertia(0, 0, 0);
   if (dynamic) body.shape->calculateLocalInertia(mass_kg, inertia);
@@ -109,10 +109,10 @@ struct RigidBodies::World {
   }
 };
 
-RigidBodies::RigidBodies(const Scene& scene) : world_(std::make_unique<World>()) {
+RigidBodies::RigidBodies(const config::Scene& scene) : world_(std::make_unique<World>()) {
   world_->dynamics.setGravity({0, 0, -scene.gravity_m_s2});
   world_->bodies.reserve(scene.objects.size());
-  for (const SceneObject& object : scene.objects) {
+  for (const config::SceneObject& object : scene.objects) {
     world_->bodies.push_back(body_of(object));
     world_->dynamics.addRigidBody(world_->bodies.back().body.get());
   }
@@ -157,4 +157,4 @@ void RigidBodies::put_back(std::size_t object) {
   body.clearForces();
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

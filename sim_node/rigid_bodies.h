@@ -3,15 +3,15 @@
 #pragma once
 #include <memory>
 
-#include "common/scene/scene.h"
+#include "common/config/scene.h"
 
-namespace fivepipe {
+namespace fivepipe::sim {
 
 // Objects by their index in scene.objects. Boxes and spheres are exact; a fixed mesh or curtain is its triangles, a dynamic one
 // its convex hull, both 1 mm thicker. Restitution is that of the dynamic object (between two: the product). Velocities are those of the centre.
 class RigidBodies {
  public:
-  explicit RigidBodies(const Scene& scene);
+  explicit RigidBodies(const config::Scene& scene);
   ~RigidBodies();
   RigidBodies(RigidBodies&&) noexcept;
   RigidBodies& operator=(RigidBodies&&) noexcept;
@@ -32,4 +32,4 @@ class RigidBodies {
   std::unique_ptr<World> world_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

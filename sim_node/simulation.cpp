@@ -7,7 +7,7 @@
 
 #include "sim_node/bounce.h"
 
-namespace fivepipe {
+namespace fivepipe::sim {
 namespace {
 
 // Stamps are whole nanoseconds: a step that ends this little after the stamp belongs to it.
@@ -20,16 +20,16 @@ constexpr std::size_t kPointsForResponse = 4096;
 // An object at rest on the hull falls for one or two query periods at most before it is lifted again.
 constexpr double kRestingPeriods = 2.0;
 
-double radius_m(const Mesh& mesh) {
-  const Eigen::Vector3d center_m = bounds_m(mesh).center();
+double radius_m(const geometry::Mesh& mesh) {
+  const Eigen::Vector3d center_m = geometry::bounds_m(mesh).center();
   double radius_sq = 0;
   for (const Eigen::Vector3d& v : mesh.vertices_m) radius_sq = std::max(radius_sq, (v - center_m).squaredNorm());
   return std::sqrt(radius_sq);
 }
 
 // Of a ball: how far under its surface its triangles reach. Other meshes are their own surface.
-double flatness_m(const SceneObject& object, const Mesh& mesh) {
-  const auto* sphere = std::get_if<SphereShape>(&object.shape);
+double flatness_m(const config::SceneObject& object, const geometry::Mesh& mesh) {
+  const auto* sphere = std::get_if<config::SphereShape>(&object.shape);
   if (!sphere) return 0;
   double nearest_m = sphere->radius_m;
   for (const auto& [a, b, c] : mesh.triangles) nearest_m = std::min(nearest_m, (mesh.vertices_m[a] + mesh.vertices_m[b] + mesh.vertices_m[c]).norm() / 3);
@@ -37,31 +37,31 @@ double flatness_m(const SceneObject& object, const Mesh& mesh) {
 }
 
 // Evenly, where there are more than `most`.
-void thin(std::vector<CollisionPoint>& points, std::size_t most) {
+void thin(std::vector<collision::CollisionPoint>& points, std::size_t most) {
   const std::size_t count = points.size();
   if (count <= most) return;
   for (std::size_t i = 0; i < most; ++i) points[i] = points[i * count / most];
   points.resize(most);
 }
 
-std::unique_ptr<CollisionDetector> detector_for(const SimConfig& config) {
-  if (config.collision == CollisionBackend::paper) return paper_detector(config.window_px, config.viewport_px);
-  const DetectionOptions options{.eps_m = config.eps_m, .spacing_m = config.spacing_m, .max_points = kPointsForResponse};
-  return config.collision == CollisionBackend::gl ? gl_detector(options) : cpu_detector(options);
+std::unique_ptr<collision::CollisionDetector> detector_for(const config::SimConfig& config) {
+  if (config.collision == config::CollisionBackend::paper) return collision::paper_detector(config.window_px, config.viewport_px);
+  const collision::DetectionOptions options{.eps_m = config.eps_m, .spacing_m = config.spacing_m, .max_points = kPointsForResponse};
+  return config.collision == config::CollisionBackend::gl ? collision::gl_detector(options) : collision::cpu_detector(options);
 }
 
-const Scene& checked(const Scene& scene, const SimConfig& config) {
+const config::Scene& checked(const config::Scene& scene, const config::SimConfig& config) {
   if (!(config.step_s > 0 && std::isfinite(config.step_s))) throw std::invalid_argument("step_s is not positive and finite");
   if (!(config.threads >= 1)) throw std::invalid_argument("threads is less than one");
   if (!(config.max_points >= 0)) throw std::invalid_argument("max_points is negative");
-  if (!(config.eps_m >= kLeastEps_m && std::isfinite(config.eps_m))) throw std::invalid_argument("eps_m is less than a micrometre, or not finite");
+  if (!(config.eps_m >= collision::kLeastEps_m && std::isfinite(config.eps_m))) throw std::invalid_argument("eps_m is less than a micrometre, or not finite");
   if (!(config.spacing_m > 0 && std::isfinite(config.spacing_m))) throw std::invalid_argument("spacing_m is not positive and finite");
   return scene;
 }
 
 }  // namespace
 
-Simulation::Simulation(const Scene& scene, const SimConfig& config, const Eigen::AlignedBox3d& real_volume_world_m)
+Simulation::Simulation(const config::Scene& scene, const config::SimConfig& config, const Eigen::AlignedBox3d& real_volume_world_m)
     : scene_(checked(scene, config)),
       config_(config),
       bodies_(scene),
@@ -69,13 +69,13 @@ Simulation::Simulation(const Scene& scene, const SimConfig& config, const Eigen:
       detector_(detector_for(config)),
       steps_per_query_(std::uint64_t(std::max(1.0, std::round(kHullQueryPeriodS / config.step_s)))) {
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-    const SceneObject& object = scene_.objects[i];
-    meshes_.emplace_back(mesh_of(object));
-    const Mesh& mesh = meshes_.back().mesh();
+    const config::SceneObject& object = scene_.objects[i];
+    meshes_.emplace_back(config::mesh_of(object));
+    const geometry::Mesh& mesh = meshes_.back().mesh();
     radii_m_.push_back(radius_m(mesh));
     flatness_m_.push_back(flatness_m(object, mesh));
     for (const Eigen::Vector3d& v : mesh.vertices_m) playground_m_.extend(object.world_from_object * v);
-    if (object.reaction != Reaction::none) reacting_.push_back(i);
+    if (object.reaction != config::Reaction::none) reacting_.push_back(i);
     if (bounces(i)) bouncing_.push_back(i);
     warmth_.push_back(object.warming ? std::optional<Warmth>(std::in_place, *object.warming, mesh.vertices_m.size()) : std::nullopt);
   }
@@ -86,7 +86,7 @@ Simulation::Simulation(const Scene& scene, const SimConfig& config, const Eigen:
 }
 
 bool Simulation::bounces(std::size_t object) const {
-  return scene_.objects[object].reaction == Reaction::bounce && scene_.objects[object].motion == Motion::dynamic;
+  return scene_.objects[object].reaction == config::Reaction::bounce && scene_.objects[object].motion == config::Motion::dynamic;
 }
 
 void Simulation::reset() {
@@ -117,7 +117,7 @@ void Simulation::catch_up(double time_s) {
   while (anchor_s_ + double(steps_since_anchor_ + 1) * config_.step_s <= time_s + kStampResolutionS) step();
 }
 
-void Simulation::set_hull(double time_s, std::span<const Silhouette> silhouettes) {
+void Simulation::set_hull(double time_s, std::span<const hull::Silhouette> silhouettes) {
   proximities_.clear();
   query_ = nullptr;
   own_query_.reset();
@@ -132,7 +132,7 @@ void Simulation::set_hull(double time_s, std::span<const Silhouette> silhouettes
   is_new_hull_ = true;
 }
 
-void Simulation::advance_to(double time_s, std::span<const Silhouette> silhouettes) {
+void Simulation::advance_to(double time_s, std::span<const hull::Silhouette> silhouettes) {
   if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
   set_hull(time_s, silhouettes);
   advance_to(time_s);
@@ -157,26 +157,26 @@ void Simulation::step() {
 
 void Simulation::put_back_the_lost() {
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-    if (scene_.objects[i].motion != Motion::dynamic || playground_m_.contains(bodies_.center_world_m(i))) continue;
+    if (scene_.objects[i].motion != config::Motion::dynamic || playground_m_.contains(bodies_.center_world_m(i))) continue;
     bodies_.put_back(i);
     world_from_objects_before_[i].reset();
     ++counters_.put_back;
   }
 }
 
-DetectionObject Simulation::detection_object(std::size_t object) const { return {&meshes_[object], bodies_.world_from_object(object), bodies_.center_world_m(object)}; }
+collision::DetectionObject Simulation::detection_object(std::size_t object) const { return {&meshes_[object], bodies_.world_from_object(object), bodies_.center_world_m(object)}; }
 
-std::vector<ObjectCollision> Simulation::detected(std::span<const std::size_t> objects) {
-  std::vector<DetectionObject> asked;
+std::vector<collision::ObjectCollision> Simulation::detected(std::span<const std::size_t> objects) {
+  std::vector<collision::DetectionObject> asked;
   for (const std::size_t object : objects) asked.push_back(detection_object(object));
-  std::vector<ObjectCollision> collisions = detector_->detect(asked);
+  std::vector<collision::ObjectCollision> collisions = detector_->detect(asked);
   counters_.detection = detector_->counts();
   return collisions;
 }
 
 void Simulation::bounce_off_hull() {
   if (bouncing_.empty() || !query_) return;
-  std::vector<ObjectCollision> collisions = detected(bouncing_);
+  std::vector<collision::ObjectCollision> collisions = detected(bouncing_);
   for (std::size_t i = 0; i < bouncing_.size(); ++i) {
     if (!collisions[i].colliding()) continue;
     ++counters_.contacts;
@@ -185,27 +185,27 @@ void Simulation::bounce_off_hull() {
   }
 }
 
-Requery Simulation::requery_of(const DetectionObject& object) {
+collision::Requery Simulation::requery_of(const collision::DetectionObject& object) {
   return [this, object](const Eigen::Vector3d& move_world_m) {
-    DetectionObject moved = object;
+    collision::DetectionObject moved = object;
     moved.world_from_object = Eigen::Translation3d(move_world_m) * moved.world_from_object;
     moved.rp_object_world_m += move_world_m;
     return std::move(detector_->detect({&moved, 1}).front());
   };
 }
 
-Response Simulation::recover(std::size_t object, ObjectCollision collision) {
+collision::Response Simulation::recover(std::size_t object, collision::ObjectCollision collision) {
   const double resting_speed_m_s = kRestingPeriods * scene_.gravity_m_s2 * std::max(kHullQueryPeriodS, config_.step_s);
-  const ResponseConfig config{.height_m = radii_m_[object], .apex_angle_rad = kBounceAngleRad, .window_px = config_.window_px};
-  std::optional<Response> first;
-  RecoveryStatus status = RecoveryStatus::still_colliding;
-  for (int i = 0; i < kMaxRecoveries && status == RecoveryStatus::still_colliding; ++i) {
+  const collision::ResponseConfig config{.height_m = radii_m_[object], .apex_angle_rad = kBounceAngleRad, .window_px = config_.window_px};
+  std::optional<collision::Response> first;
+  collision::RecoveryStatus status = collision::RecoveryStatus::still_colliding;
+  for (int i = 0; i < kMaxRecoveries && status == collision::RecoveryStatus::still_colliding; ++i) {
     // Over the whole contact: where a ball lies between two parts of the hull, the normal of one camera's border would drive it to one side.
-    const ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object),
+    const collision::ResponseRequest request{.rp_object_world_m = bodies_.center_world_m(object),
                                   .v_rec_world = std::nullopt,
                                   .normals = {.four_points = true, .closed_form = false},
                                   .equally_far_m = flatness_m_[object]};
-    const Response response = respond(*query_, collision, request, requery_of(detection_object(object)), config);
+    const collision::Response response = collision::respond(*query_, collision, request, requery_of(detection_object(object)), config);
     status = response.status;
     if (response.has_way_out()) {
       const Bounce after = bounce(response, bodies_.velocity_m_s(object), scene_.objects[object].restitution, scene_.gravity_m_s2, resting_speed_m_s);
@@ -215,19 +215,19 @@ Response Simulation::recover(std::size_t object, ObjectCollision collision) {
     }
     if (!first) first = response;
   }
-  counters_.still_colliding += status == RecoveryStatus::still_colliding;
-  counters_.unrecovered += status != RecoveryStatus::still_colliding && status != RecoveryStatus::recovered;
+  counters_.still_colliding += status == collision::RecoveryStatus::still_colliding;
+  counters_.unrecovered += status != collision::RecoveryStatus::still_colliding && status != collision::RecoveryStatus::recovered;
   return *first;
 }
 
-void Simulation::add_details(CollisionReport& report, const DetectionObject& object) {
+void Simulation::add_details(CollisionReport& report, const collision::DetectionObject& object) {
   add_response(report.details, *query_, report.collision, object.rp_object_world_m, requery_of(object), scene_.objects[report.object].wishes);
 }
 
-HullProximity& Simulation::proximity_to(double cap_m, double tolerance_m) {
+collision::HullProximity& Simulation::proximity_to(double cap_m, double tolerance_m) {
   for (SharedProximity& shared : proximities_)
     if (shared.cap_m == cap_m && shared.tolerance_m == tolerance_m) return *shared.proximity;
-  proximities_.push_back({cap_m, tolerance_m, std::make_unique<HullProximity>(*query_, ProximityOptions{cap_m, tolerance_m})});
+  proximities_.push_back({cap_m, tolerance_m, std::make_unique<collision::HullProximity>(*query_, collision::ProximityOptions{cap_m, tolerance_m})});
   return *proximities_.back().proximity;
 }
 
@@ -240,8 +240,8 @@ void Simulation::add_proximity() {
   steps_warmed_ = counters_.steps;
   for (std::size_t i = 0; i < warmth_.size() && elapsed_s > 0; ++i) {
     if (!warmth_[i]) continue;
-    const Warming& warming = *scene_.objects[i].warming;
-    warmth_[i]->follow(elapsed_s, proximity_of(proximity_to(warming.cap_m, warming.tolerance_m), meshes_[i].mesh(), bodies_.world_from_object(i), ProximityOf::vertices));
+    const config::Warming& warming = *scene_.objects[i].warming;
+    warmth_[i]->follow(elapsed_s, proximity_of(proximity_to(warming.cap_m, warming.tolerance_m), meshes_[i].mesh(), bodies_.world_from_object(i), config::ProximityOf::vertices));
   }
 }
 
@@ -259,7 +259,7 @@ void Simulation::add_first_contacts() {
 void Simulation::report() {
   reports_.clear();
   if (!query_) return;
-  std::vector<ObjectCollision> collisions = detected(reacting_);
+  std::vector<collision::ObjectCollision> collisions = detected(reacting_);
   for (std::size_t i = 0; i < reacting_.size(); ++i) {
     const std::size_t object = reacting_[i];
     CollisionReport report{.object = object, .collision = std::move(collisions[i])};
@@ -286,4 +286,4 @@ std::vector<ObjectState> Simulation::states() const {
   return states;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

@@ -2,14 +2,16 @@
 #pragma once
 #include <optional>
 
-#include "common/collision/detector.h"
-#include "common/scene/deployment.h"
+#include "common/collision/detection/cpu/cpu_detector.h"
+#include "common/collision/detection/gl/gl_detector.h"
+#include "common/collision/detection/paper/paper_detector.h"
+#include "common/config/deployment.h"
 #include "sim_node/collision_details.h"
 #include "sim_node/hull_history.h"
 #include "sim_node/rigid_bodies.h"
 #include "sim_node/warmth.h"
 
-namespace fivepipe {
+namespace fivepipe::sim {
 
 struct ObjectState {
   std::string name;
@@ -24,9 +26,9 @@ struct ObjectState {
 struct CollisionReport {
   std::size_t object = 0;  // in the scene
   std::string name = {};
-  ObjectCollision collision = {};  // points: the first SimConfig::max_points
+  collision::ObjectCollision collision = {};  // points: the first SimConfig::max_points
   bool truncated = false;          // there were more points
-  std::optional<Response> response = std::nullopt;  // Reaction::bounce in contact: the first move out
+  std::optional<collision::Response> response = std::nullopt;  // Reaction::bounce in contact: the first move out
   CollisionDetails details = {};   // what the scene asks for; proximity and first contact always of the state reached
 };
 
@@ -38,7 +40,7 @@ struct SimulationCounters {
   std::uint64_t put_back = 0;           // objects that left the scene, or whose pose was not finite
   std::uint64_t stamps_went_back = 0;   // advance_to a time before the present one
   double skipped_s = 0;                 // not simulated: gaps longer than kMaxCatchUpS
-  DetectorCounts detection;             // summed over all queries
+  collision::DetectorCounts detection;             // summed over all queries
 };
 
 // Needs a current OpenGL context for construction, use and destruction where collisions are found the paper's way, or by backend gl. Deterministic: the same calls give the same bits.
@@ -46,13 +48,13 @@ class Simulation {
  public:
   // Real objects are expected in this box (Rig::volume_m); a scene that asks for history needs it. Throws std::invalid_argument where
   // something is out of range.
-  Simulation(const Scene& scene, const SimConfig& config, const Eigen::AlignedBox3d& real_volume_world_m = {});
+  Simulation(const config::Scene& scene, const config::SimConfig& config, const Eigen::AlignedBox3d& real_volume_world_m = {});
 
   // Substeps of config.step_s up to time_s [s, any epoch], at most kMaxCatchUpS of them, against the hull of this frame set; then reports.
   // The first call only sets the clock. No silhouettes: no hull. A time a little back changes nothing; one that lies back by more than
   // kMaxCatchUpS (a recording that started over) sets the clock. Silhouettes must stay until the next call with others. Throws
   // std::invalid_argument where the time is not finite.
-  void advance_to(double time_s, std::span<const Silhouette> silhouettes);
+  void advance_to(double time_s, std::span<const hull::Silhouette> silhouettes);
   // The same where no new set has come: the last hull is held.
   void advance_to(double time_s);
 
@@ -65,46 +67,46 @@ class Simulation {
   double time_s() const { return anchor_s_ + double(steps_since_anchor_) * config_.step_s; }
   std::vector<ObjectState> states() const;                                   // all objects, in the scene's order
   const std::vector<CollisionReport>& collisions() const { return reports_; }  // those that react, in the scene's order
-  const std::vector<FollowedPart>* hull_parts() const { return history_ ? &history_->parts() : nullptr; }  // where the scene asks for history
+  const std::vector<collision::FollowedPart>* hull_parts() const { return history_ ? &history_->parts() : nullptr; }  // where the scene asks for history
   const SimulationCounters& counters() const { return counters_; }
 
  private:
-  void set_hull(double time_s, std::span<const Silhouette> silhouettes);
+  void set_hull(double time_s, std::span<const hull::Silhouette> silhouettes);
   void anchor_at(double time_s);
   void catch_up(double time_s);
   void step();
   void bounce_off_hull();
-  Response recover(std::size_t object, ObjectCollision collision);
-  Requery requery_of(const DetectionObject& object);
-  void add_details(CollisionReport& report, const DetectionObject& object);
+  collision::Response recover(std::size_t object, collision::ObjectCollision collision);
+  collision::Requery requery_of(const collision::DetectionObject& object);
+  void add_details(CollisionReport& report, const collision::DetectionObject& object);
   void add_proximity();
   void add_first_contacts();
-  HullProximity& proximity_to(double cap_m, double tolerance_m);
+  collision::HullProximity& proximity_to(double cap_m, double tolerance_m);
   void put_back_the_lost();
   void report();
-  std::vector<ObjectCollision> detected(std::span<const std::size_t> objects);
-  DetectionObject detection_object(std::size_t object) const;
+  std::vector<collision::ObjectCollision> detected(std::span<const std::size_t> objects);
+  collision::DetectionObject detection_object(std::size_t object) const;
   bool bounces(std::size_t object) const;
 
-  Scene scene_;
-  SimConfig config_;
+  config::Scene scene_;
+  config::SimConfig config_;
   RigidBodies bodies_;
-  WorkerPool pool_;
-  CpuHull hull_{pool_};                    // where there is no history, which has the hulls otherwise
-  std::optional<HullQuery> own_query_;
+  base::WorkerPool pool_;
+  hull::CpuHull hull_{pool_};                    // where there is no history, which has the hulls otherwise
+  std::optional<hull::HullQuery> own_query_;
   std::optional<HullHistory> history_;
-  const HullQuery* query_ = nullptr;       // of the hull at hand; none before the first, or where nothing asks for it
+  const hull::HullQuery* query_ = nullptr;       // of the hull at hand; none before the first, or where nothing asks for it
   struct SharedProximity {
     double cap_m, tolerance_m;
-    std::unique_ptr<HullProximity> proximity;
+    std::unique_ptr<collision::HullProximity> proximity;
   };
   std::vector<SharedProximity> proximities_;  // to the hull at hand, for all who ask with these
   std::vector<std::optional<Warmth>> warmth_; // by object
   std::uint64_t steps_warmed_ = 0;
   std::vector<std::optional<Eigen::Isometry3d>> world_from_objects_before_;  // by object, at the frame before; none: it was elsewhere, or there was none
   bool is_new_hull_ = false;               // since the last report
-  std::unique_ptr<CollisionDetector> detector_;
-  std::vector<MeshTree> meshes_;           // by object
+  std::unique_ptr<collision::CollisionDetector> detector_;
+  std::vector<collision::MeshTree> meshes_;           // by object
   std::vector<double> radii_m_;            // by object: of the smallest ball round its centre and its mesh
   std::vector<double> flatness_m_;         // by object: how far its triangles lie under the surface that they stand for
   std::vector<std::size_t> reacting_, bouncing_;  // objects
@@ -116,7 +118,7 @@ class Simulation {
   std::vector<CollisionReport> reports_;
   struct LastContact {
     CollisionReport report;   // collision free where there was none since the last report
-    DetectionObject object{}; // as it was then
+    collision::DetectionObject object{}; // as it was then
   };
   std::vector<LastContact> contacts_;      // by object of bouncing_
   SimulationCounters counters_;
@@ -131,4 +133,4 @@ inline constexpr int kMaxRecoveries = 4;
 // A dynamic object this far outside the box of the scene's start is put back to its own.
 inline constexpr double kLostM = 3.0;
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

@@ -3,13 +3,13 @@
 #include <memory>
 #include <optional>
 
-#include "common/node/frame_set_reader.h"
-#include "common/node/frame_trace.h"
-#include "common/node/replay_watch.h"
+#include "common/pipeline/node/frame_set_reader.h"
+#include "common/pipeline/node/frame_trace.h"
+#include "common/pipeline/node/replay_watch.h"
 #include "sim_node/messages.h"
 #include "sim_node/messages_collision.h"
 
-namespace fivepipe {
+namespace fivepipe::sim {
 namespace {
 
 using namespace std::chrono_literals;
@@ -20,7 +20,7 @@ constexpr auto kSilence = 100ms;
 // and for this long at most: then the hull is too old to act on, and everything stands still until one comes.
 constexpr auto kHoldHull = 1s;
 
-void count(NodeStatusReporter& status, const CollisionReport& report) {
+void count(node::NodeStatusReporter& status, const CollisionReport& report) {
   if (report.details.first_contact) status.count("first_contacts/" + report.name);
   if (!report.collision.colliding()) return;
   status.count("collisions/" + report.name);
@@ -28,7 +28,7 @@ void count(NodeStatusReporter& status, const CollisionReport& report) {
 }
 
 // What the simulation could not do as it should, since the last call.
-void count_new(NodeStatusReporter& status, const SimulationCounters& now, SimulationCounters& told) {
+void count_new(node::NodeStatusReporter& status, const SimulationCounters& now, SimulationCounters& told) {
   const auto tell = [&](const char* name, std::uint64_t count, std::uint64_t before) {
     if (count > before) status.count(name, count - before);
   };
@@ -45,36 +45,36 @@ void count_new(NodeStatusReporter& status, const SimulationCounters& now, Simula
 
 class SimulationPipe {
  public:
-  explicit SimulationPipe(NodeContext& node)
+  explicit SimulationPipe(node::NodeContext& node)
       : node_(node),
         scene_(node.deployment.scene),
         simulation_(new_simulation()),
         sets_(node.bus, node.deployment.rig, node.status),
-        commands_(node.bus.reader<topics::Command>()),
+        commands_(node.bus.reader<bus::topics::Command>()),
         replay_(node.bus),
         traces_(node.bus, node.status, node.node.name),
-        states_(node.bus.writer<topics::VirtualState>()),
-        collisions_(node.bus.writer<topics::CollisionResult>()) {
-    if (scene_.history) parts_.emplace(node.bus.writer<topics::HullParts>());
+        states_(node.bus.writer<bus::topics::VirtualState>()),
+        collisions_(node.bus.writer<bus::topics::CollisionResult>()) {
+    if (scene_.history) parts_.emplace(node.bus.writer<bus::topics::HullParts>());
   }
 
   void run() {
-    while (running()) {
-      node_.bus.wait(std::min<Clock::duration>(kSilence, kMaxWait));
+    while (node::running()) {
+      node_.bus.wait(std::min<Clock::duration>(kSilence, node::kMaxWait));
       const bool was_lossless = replay_.lossless();
       if (replay_.update()) start_anew();
       // What the frames made is all that comes of a lossless replay: nothing goes on from its last hull.
       if (was_lossless && !replay_.lossless()) held_.reset();
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, *simulation_);
-      for (FrameSet& set : sets_.take()) follow(std::move(set));
+      for (frames::FrameSet& set : sets_.take()) follow(std::move(set));
       if (!replay_.lossless()) go_on_by_the_clock();
     }
   }
 
  private:
   std::unique_ptr<Simulation> new_simulation() const {
-    return std::make_unique<Simulation>(scene_, config_of<SimConfig>(node_), node_.deployment.rig.volume_m);
+    return std::make_unique<Simulation>(scene_, node::config_of<config::SimConfig>(node_), node_.deployment.rig.volume_m);
   }
 
   // As if the process had just been started: a replay gives the same bits again.
@@ -86,12 +86,12 @@ class SimulationPipe {
     first_stamp_ns_.reset();
   }
 
-  void follow(FrameSet set) {
+  void follow(frames::FrameSet set) {
     // Seconds since the first stamp: those since 1970 leave a double too few digits.
     if (!first_stamp_ns_) first_stamp_ns_ = set.capture_stamp_ns;
     held_ = std::move(set);
     held_since_ = Clock::now();
-    FrameSteps steps;
+    node::FrameSteps steps;
     steps.begin("simulate");
     simulation_->advance_to(stamp_s(), held_->silhouettes);
     steps.begin("write_state");
@@ -107,7 +107,7 @@ class SimulationPipe {
     const auto silent = Clock::now() - held_since_;
     if (silent < kSilence || silent > kHoldHull) return;
     {
-      const StageTimer timer(node_.status, "simulate_held_hull");
+      const node::StageTimer timer(node_.status, "simulate_held_hull");
       simulation_->advance_to(stamp_s() + std::chrono::duration<double>(silent).count());
     }
     count_new(node_.status, simulation_->counters(), told_);
@@ -124,24 +124,24 @@ class SimulationPipe {
     states_.write(state_message(node_.node.name, held_->frame, held_->capture_stamp_ns, simulation_->time_s(), scene_, simulation_->states()).message());
   }
 
-  NodeContext& node_;
-  const Scene& scene_;
+  node::NodeContext& node_;
+  const config::Scene& scene_;
   std::unique_ptr<Simulation> simulation_;
-  FrameSetReader sets_;
-  Reader<topics::Command> commands_;
-  ReplayWatch replay_;
-  FrameTracer traces_;
-  Writer<topics::VirtualState> states_;
-  Writer<topics::CollisionResult> collisions_;
-  std::optional<Writer<topics::HullParts>> parts_;  // where the scene asks for history
+  node::FrameSetReader sets_;
+  bus::Reader<bus::topics::Command> commands_;
+  node::ReplayWatch replay_;
+  node::FrameTracer traces_;
+  bus::Writer<bus::topics::VirtualState> states_;
+  bus::Writer<bus::topics::CollisionResult> collisions_;
+  std::optional<bus::Writer<bus::topics::HullParts>> parts_;  // where the scene asks for history
   std::optional<std::int64_t> first_stamp_ns_;
-  std::optional<FrameSet> held_;
+  std::optional<frames::FrameSet> held_;
   Clock::time_point held_since_;
   SimulationCounters told_;
 };
 
 }  // namespace
 
-void run_simulation_pipe(NodeContext& node) { SimulationPipe(node).run(); }
+void run_simulation_pipe(node::NodeContext& node) { SimulationPipe(node).run(); }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

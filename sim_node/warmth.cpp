@@ -4,14 +4,14 @@
 #include <cassert>
 #include <cmath>
 
-namespace fivepipe {
+namespace fivepipe::sim {
 namespace {
 
-bool nothing_known(const Proximity& p) { return p.least_m == 0 && std::isinf(p.most_m); }
+bool nothing_known(const collision::Proximity& p) { return p.least_m == 0 && std::isinf(p.most_m); }
 
 }  // namespace
 
-void Warmth::follow(double elapsed_s, std::span<const Proximity> vertices) {
+void Warmth::follow(double elapsed_s, std::span<const collision::Proximity> vertices) {
   assert(vertices.size() == warmth_.size() && elapsed_s >= 0);
   const float heated = float(1 - std::exp(-elapsed_s / warming_.heating_s)), cooled = float(1 - std::exp(-elapsed_s / warming_.cooling_s));
   for (std::size_t i = 0; i < warmth_.size(); ++i) {
@@ -24,4 +24,4 @@ void Warmth::follow(double elapsed_s, std::span<const Proximity> vertices) {
 
 void Warmth::reset() { std::fill(warmth_.begin(), warmth_.end(), 0.0f); }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::sim

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace fivepipe {
+namespace fivepipe::capture {
 
 // SplitMix64 (Steele, Lea, Flood 2014).
 inline std::uint64_t mixed(std::uint64_t x) {
@@ -42,4 +42,4 @@ inline float fractal_noise(std::uint64_t seed, float x, float y, float z = 0) {
   return sum / 0.9375f;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

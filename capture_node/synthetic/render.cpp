@@ -5,9 +5,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "capture_node/synthetic/noise.h"
-#include "capture_node/undistortion.h"
+#include "capture_node/lens/undistortion.h"
 
-namespace fivepipe {
+namespace fivepipe::capture {
 namespace {
 
 using Eigen::Vector2d;
@@ -20,7 +20,7 @@ const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(60, 140, 40), kPipe_bgr(38,
 
 // A surface's own colour at a point, from noise that moves with the part.
 Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {
-  const Capsule& capsule = part.capsule;
+  const hull::Capsule& capsule = part.capsule;
   const Vector3d axis = (capsule.b_world_m - capsule.a_world_m).normalized();
   const Vector3d side = (std::abs(axis.z()) < 0.9 ? axis.cross(Vector3d::UnitZ()) : axis.cross(Vector3d::UnitX())).normalized();
   const Vector3d from_a = p_world_m - capsule.a_world_m;
@@ -43,7 +43,7 @@ Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {
 }
 
 Vector3f shaded(const SyntheticPart& part, const Vector3d& p_world_m, const Vector3d& eye_world_m) {
-  const Capsule& capsule = part.capsule;
+  const hull::Capsule& capsule = part.capsule;
   const Vector3d segment = capsule.b_world_m - capsule.a_world_m;
   const double squared = segment.squaredNorm();
   const double along = squared > 0 ? std::clamp((p_world_m - capsule.a_world_m).dot(segment) / squared, 0.0, 1.0) : 0.0;
@@ -58,7 +58,7 @@ Vector3f shaded(const SyntheticPart& part, const Vector3d& p_world_m, const Vect
 
 // How much of the lamp a point sees past one capsule: from the closest approach of the line of sight to the capsule, over the width of
 // the half shadow there.
-float visibility_past(const Capsule& capsule, const Vector3f& p) {
+float visibility_past(const hull::Capsule& capsule, const Vector3f& p) {
   const Vector3f a = capsule.a_world_m.cast<float>(), d2 = (capsule.b_world_m - capsule.a_world_m).cast<float>();
   const Vector3f d1 = lamp::kPosition_world_m - p, r = p - a;
   // Closest points of the segments p + s d1 and a + t d2 (Ericson, Real-Time Collision Detection, 5.1.9).
@@ -76,7 +76,7 @@ float visibility_past(const Capsule& capsule, const Vector3f& p) {
 
 // Long capsules cut short, so that the rectangles about them hold little else. Together they are the same body.
 struct Piece {
-  Capsule capsule;
+  hull::Capsule capsule;
   const SyntheticPart* part;
 };
 
@@ -84,7 +84,7 @@ std::vector<Piece> pieces_of(std::span<const SyntheticPart> parts) {
   constexpr double kLongest_radii = 3;
   std::vector<Piece> pieces;
   for (const SyntheticPart& part : parts) {
-    const Capsule& whole = part.capsule;
+    const hull::Capsule& whole = part.capsule;
     const Vector3d segment = whole.b_world_m - whole.a_world_m;
     const int n = std::max(1, int(std::ceil(segment.norm() / (kLongest_radii * whole.radius_m))));
     for (int i = 0; i < n; ++i)
@@ -129,8 +129,8 @@ void SensorNoise::add(cv::Mat& bgr, std::uint64_t key) const {
   }
 }
 
-Vector2d undistorted(const RigCamera& camera, const Vector2d& uv_px) {
-  const Pinhole& k = camera.source;
+Vector2d undistorted(const config::RigCamera& camera, const Vector2d& uv_px) {
+  const geometry::Pinhole& k = camera.source;
   const Vector2d target((uv_px.x() - k.cx_px) / k.fx_px, (uv_px.y() - k.cy_px) / k.fy_px);
   if (camera.distortion.none()) return target;
   constexpr int kMostSteps = 60;
@@ -148,7 +148,7 @@ Vector2d undistorted(const RigCamera& camera, const Vector2d& uv_px) {
   return xy;
 }
 
-SyntheticCamera::SyntheticCamera(const SyntheticWorld& world, const RigCamera& camera, std::shared_ptr<const Surroundings> surroundings)
+SyntheticCamera::SyntheticCamera(const config::SyntheticWorld& world, const config::RigCamera& camera, std::shared_ptr<const Surroundings> surroundings)
     : world_(world), camera_(camera), surroundings_(std::move(surroundings)) {
   const int width = camera.source.width_px, height = camera.source.height_px;
   const std::size_t pixels = std::size_t(width) * height;
@@ -185,7 +185,7 @@ void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
   const Eigen::Matrix3f rotation = world_from_camera.linear();
   const Vector3f origin = world_from_camera.translation();
   const int width = camera_.source.width_px, height = camera_.source.height_px;
-  if (camera_.mount == Mount::viewer) {
+  if (camera_.mount == config::Mount::viewer) {
     cv::Mat half((height + 1) / 2, (width + 1) / 2, CV_8UC3);
     for (int v = 0; v < height; v += 2)
       for (int u = 0; u < width; u += 2) {
@@ -214,8 +214,8 @@ void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
 
 // The captured pixels that can see some of these spheres' convex hull: the hull of their exact bounds in the normalised plane, through
 // the lens. The whole image where one of them reaches the camera's plane.
-PixelRect SyntheticCamera::reach_of(std::span<const Vector3d> centres_world_m, std::span<const double> radii_m) const {
-  const PixelRect all{0, 0, camera_.source.width_px, camera_.source.height_px};
+hull::PixelRect SyntheticCamera::reach_of(std::span<const Vector3d> centres_world_m, std::span<const double> radii_m) const {
+  const hull::PixelRect all{0, 0, camera_.source.width_px, camera_.source.height_px};
   Eigen::AlignedBox2d bounds;
   for (std::size_t i = 0; i < centres_world_m.size(); ++i) {
     const Vector3d c = camera_from_world_ * centres_world_m[i];
@@ -230,7 +230,7 @@ PixelRect SyntheticCamera::reach_of(std::span<const Vector3d> centres_world_m, s
   }
   const Eigen::AlignedBox2d visible = bounds.intersection(seen_xy_);
   if (visible.isEmpty()) return {};
-  const Pinhole& k = camera_.source;
+  const geometry::Pinhole& k = camera_.source;
   Eigen::AlignedBox2d pixels;
   constexpr int kSteps = 8;  // along each side: what a lens bends between them is far below a pixel's margin
   for (int i = 0; i <= kSteps; ++i)
@@ -241,7 +241,7 @@ PixelRect SyntheticCamera::reach_of(std::span<const Vector3d> centres_world_m, s
       pixels.extend(Vector2d(xy.x() * k.fx_px + k.cx_px, xy.y() * k.fy_px + k.cy_px));
     }
   constexpr double kMargin_px = 2;
-  return intersection(all, {int(std::floor(pixels.min().x() - kMargin_px)), int(std::floor(pixels.min().y() - kMargin_px)),
+  return hull::intersection(all, {int(std::floor(pixels.min().x() - kMargin_px)), int(std::floor(pixels.min().y() - kMargin_px)),
                             int(std::ceil(pixels.max().x() + kMargin_px)) + 1, int(std::ceil(pixels.max().y() + kMargin_px)) + 1});
 }
 
@@ -251,14 +251,14 @@ void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat&
   const Vector3d eye = world_from_camera.translation();
   const std::size_t width = std::size_t(camera_.source.width_px);
   const auto ray_of = [&](std::size_t at) {
-    return Ray{eye, world_from_camera.linear() * Vector3d(double(xy_[at].x()), double(xy_[at].y()), 1)};
+    return geometry::Ray{eye, world_from_camera.linear() * Vector3d(double(xy_[at].x()), double(xy_[at].y()), 1)};
   };
   std::vector<Piece> pieces = pieces_of(parts);
   const auto nearest_depth = [&](const Piece& piece) {
     return std::min((camera_from_world_ * piece.capsule.a_world_m).z(), (camera_from_world_ * piece.capsule.b_world_m).z()) - piece.capsule.radius_m;
   };
   std::stable_sort(pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) { return nearest_depth(a) < nearest_depth(b); });
-  std::vector<PixelRect> rects;
+  std::vector<hull::PixelRect> rects;
   for (const auto& [capsule, part] : pieces) {
     const Vector3d ends[] = {capsule.a_world_m, capsule.b_world_m};
     const double radii[] = {capsule.radius_m, capsule.radius_m};
@@ -272,16 +272,16 @@ void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat&
       for (int u = rects[i].u0_px; u < rects[i].u1_px; ++u) {
         const std::size_t at = v * width + std::size_t(u);
         if (nearest_[at].depth_m <= from) continue;
-        const std::optional<double> depth = ray_entry(pieces[i].capsule, ray_of(at));
+        const std::optional<double> depth = hull::ray_entry(pieces[i].capsule, ray_of(at));
         if (depth && float(*depth) < nearest_[at].depth_m) nearest_[at] = {float(*depth), int(i)};
       }
   }
-  for (const PixelRect& rect : rects)
+  for (const hull::PixelRect& rect : rects)
     for (int v = rect.v0_px; v < rect.v1_px; ++v)
       for (int u = rect.u0_px; u < rect.u1_px; ++u) {
         Nearest& nearest = nearest_[v * width + std::size_t(u)];
         if (nearest.piece < 0) continue;
-        const Ray ray = ray_of(v * width + std::size_t(u));
+        const geometry::Ray ray = ray_of(v * width + std::size_t(u));
         put(bgr, u, v, shaded(*pieces[std::size_t(nearest.piece)].part, eye + double(nearest.depth_m) * ray.direction_world, eye));
         nearest.piece = -1;  // done, for the rectangles that overlap this one
       }
@@ -297,7 +297,7 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
   const std::size_t width = std::size_t(camera_.source.width_px);
   const std::vector<Piece> pieces = pieces_of(parts);
   for (const auto& [surface, z_m] : {std::pair{Surface::table_top, kTableTop_z_m}, std::pair{Surface::floor, kFloor_z_m}}) {
-    std::vector<PixelRect> rects;
+    std::vector<hull::PixelRect> rects;
     for (const auto& [capsule, part] : pieces) {
       std::vector<Vector3d> centres;
       std::vector<double> radii;
@@ -323,7 +323,7 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
           if (surface_[at] != surface || visibility_[at] == 0) continue;
           visibility_[at] = std::min(visibility_[at], visibility_past(pieces[i].capsule, seen_at(u, v)));
         }
-    for (const PixelRect& rect : rects)
+    for (const hull::PixelRect& rect : rects)
       for (int v = rect.v0_px; v < rect.v1_px; ++v)
         for (int u = rect.u0_px; u < rect.u1_px; ++u) {
           float& visible = visibility_[v * width + std::size_t(u)];
@@ -336,4 +336,4 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
   }
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

@@ -10,9 +10,9 @@
 
 #include "capture_node/synthetic/surroundings.h"
 #include "capture_node/synthetic/world.h"
-#include "common/scene/rig.h"
+#include "common/config/rig.h"
 
-namespace fivepipe {
+namespace fivepipe::capture {
 
 // Gaussian noise, rounded to levels: a table that every image reads from its own offsets.
 class SensorNoise {
@@ -27,7 +27,7 @@ class SensorNoise {
 
 class SyntheticCamera {
  public:
-  SyntheticCamera(const SyntheticWorld& world, const RigCamera& camera, std::shared_ptr<const Surroundings> surroundings);
+  SyntheticCamera(const config::SyntheticWorld& world, const config::RigCamera& camera, std::shared_ptr<const Surroundings> surroundings);
 
   // The image of `parts` (none: the empty room) without noise, 8-bit BGR of the captured size. The room is rendered anew where the pose
   // differs from the last one's.
@@ -37,11 +37,11 @@ class SyntheticCamera {
   void render_room(const Eigen::Isometry3d& camera_from_world);
   void draw_object(std::span<const SyntheticPart> parts, cv::Mat& bgr);
   void draw_shadow(std::span<const SyntheticPart> parts, cv::Mat& bgr);
-  PixelRect reach_of(std::span<const Eigen::Vector3d> centres_world_m, std::span<const double> radii_m) const;
+  hull::PixelRect reach_of(std::span<const Eigen::Vector3d> centres_world_m, std::span<const double> radii_m) const;
   Eigen::Vector3f direction_world(int u_px, int v_px, const Eigen::Matrix3f& world_from_camera) const;
 
-  SyntheticWorld world_;
-  RigCamera camera_;
+  config::SyntheticWorld world_;
+  config::RigCamera camera_;
   std::shared_ptr<const Surroundings> surroundings_;
   std::vector<Eigen::Vector2f> xy_;  // normalised undistorted coordinates per captured pixel
   Eigen::AlignedBox2d seen_xy_;      // their bounds
@@ -57,6 +57,6 @@ class SyntheticCamera {
 };
 
 // Normalised undistorted coordinates of a captured pixel: the lens model inverted by fixed-point iteration.
-Eigen::Vector2d undistorted(const RigCamera& camera, const Eigen::Vector2d& uv_px);
+Eigen::Vector2d undistorted(const config::RigCamera& camera, const Eigen::Vector2d& uv_px);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

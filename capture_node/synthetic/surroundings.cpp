@@ -7,7 +7,7 @@
 
 #include "capture_node/synthetic/noise.h"
 
-namespace fivepipe {
+namespace fivepipe::capture {
 namespace {
 
 using Eigen::Vector3f;
@@ -154,4 +154,4 @@ Surroundings::Seen Surroundings::look(const Vector3f& origin, const Vector3f& di
   return {Surface::other, light * sample(walls_[wall], room.leave_axis == 0 ? share.y() : share.x(), 1 - share.z())};
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 
-namespace fivepipe {
+namespace fivepipe::capture {
 
 // The lamp's place and size, and how its light adds up with what comes from everywhere; a level of 1 is a surface's own colour.
 namespace lamp {
@@ -37,4 +37,4 @@ class Surroundings {
   std::array<cv::Mat, 4> walls_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

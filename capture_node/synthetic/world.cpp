@@ -5,7 +5,7 @@
 
 #include "capture_node/synthetic/noise.h"
 
-namespace fivepipe {
+namespace fivepipe::capture {
 namespace {
 
 using Eigen::Vector3d;
@@ -24,7 +24,7 @@ struct Finger {
 };
 constexpr Finger kFingers[] = {{-0.032, 0.0090, 0.0335}, {-0.011, 0.0095, 0.0345}, {0.011, 0.0090, 0.0340}, {0.031, 0.0080, 0.0320}};
 
-double turns(const SyntheticWorld& world, double t_s) {
+double turns(const config::SyntheticWorld& world, double t_s) {
   const double n = t_s / world.period_s;
   return n - std::floor(n);
 }
@@ -61,7 +61,7 @@ void add_finger(std::vector<SyntheticPart>& parts, const Finger& finger, double 
 
 }  // namespace
 
-std::vector<SyntheticPart> synthetic_parts(const SyntheticWorld& world, double t_s) {
+std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, double t_s) {
   const double turn = turns(world, t_s), w = 2 * std::numbers::pi * turn;
   std::vector<SyntheticPart> parts;
   for (const Finger& finger : kFingers)  // palm
@@ -93,10 +93,10 @@ std::vector<SyntheticPart> synthetic_parts(const SyntheticWorld& world, double t
   return parts;
 }
 
-std::vector<Capsule> synthetic_object(const SyntheticWorld& world, double t_s) {
-  std::vector<Capsule> object;
+std::vector<hull::Capsule> synthetic_object(const config::SyntheticWorld& world, double t_s) {
+  std::vector<hull::Capsule> object;
   for (const SyntheticPart& part : synthetic_parts(world, t_s)) object.push_back(part.capsule);
   return object;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

@@ -3,21 +3,21 @@
 #pragma once
 #include <vector>
 
-#include "common/hull/analytic.h"
-#include "common/scene/deployment.h"
+#include "common/hull/oracle/analytic.h"
+#include "common/config/deployment.h"
 
-namespace fivepipe {
+namespace fivepipe::capture {
 
 enum class Material { skin, sleeve, pipe };
 
 struct SyntheticPart {
-  Capsule capsule;
+  hull::Capsule capsule;
   Material material;
 };
 
 // Always the same number of parts in the same order. Periodic in t_s with world.period_s; the seed shifts how the fingers move, never
 // where the hand is.
-std::vector<SyntheticPart> synthetic_parts(const SyntheticWorld& world, double t_s);
-std::vector<Capsule> synthetic_object(const SyntheticWorld& world, double t_s);
+std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, double t_s);
+std::vector<hull::Capsule> synthetic_object(const config::SyntheticWorld& world, double t_s);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::capture

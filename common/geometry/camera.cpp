@@ -3,7 +3,7 @@
 #include <Eigen/SVD>
 #include <cmath>
 
-namespace fivepipe {
+namespace fivepipe::geometry {
 
 Pinhole resized(const Pinhole& pinhole, int width_px, int height_px) {
   const double sx = double(width_px) / pinhole.width_px, sy = double(height_px) / pinhole.height_px;
@@ -62,4 +62,4 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix) {
   return svd.matrixU() * svd.matrixV().transpose();
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::geometry

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-namespace fivepipe {
+namespace fivepipe::geometry {
 
 // Intrinsics of an undistorted image. fx, fy > 0; no skew.
 struct Pinhole {
@@ -55,4 +55,4 @@ inline constexpr double kMaxRotationError = 1e-3;
 // The nearest rotation (SVD); for matrices that why_unusable accepts.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::geometry

@@ -1,6 +1,6 @@
 #include "common/geometry/gl_camera.h"
 
-namespace fivepipe {
+namespace fivepipe::geometry {
 
 Eigen::Matrix4d gl_clip_from_camera(const Pinhole& k, double near_m, double far_m) {
   Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
@@ -28,4 +28,4 @@ double depth_m_from_window_depth(double window_depth, double near_m, double far_
   return far_m * near_m / (far_m - window_depth * (far_m - near_m));
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::geometry

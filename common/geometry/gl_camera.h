@@ -2,7 +2,7 @@
 #pragma once
 #include "common/geometry/camera.h"
 
-namespace fivepipe {
+namespace fivepipe::geometry {
 
 // clip_from_camera for a framebuffer of the pinhole's size: camera pixel (u, v) with row 0 at the top lands on the
 // centre of the framebuffer pixel (u, height - 1 - v), GL's rows counting from the bottom. NDC depth -1 at near_m, +1 at far_m.
@@ -15,4 +15,4 @@ Eigen::Matrix<double, 3, 4> texture_from_camera(const Pinhole& pinhole);
 // Camera depth [m] of a window depth in [0, 1].
 double depth_m_from_window_depth(double window_depth, double near_m, double far_m);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::geometry

@@ -4,7 +4,7 @@
 #include <map>
 #include <numbers>
 
-namespace fivepipe {
+namespace fivepipe::geometry {
 
 namespace {
 
@@ -99,4 +99,4 @@ Eigen::AlignedBox3d bounds_m(const Mesh& mesh) {
   return box;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::geometry

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace fivepipe {
+namespace fivepipe::geometry {
 
 // Vertices in the object's own frame [m]; triangles by vertex index, counter-clockwise seen from outside.
 struct Mesh {
@@ -26,4 +26,4 @@ Mesh curtain_mesh(double width_m, double height_m, int columns, int rows, double
 
 Eigen::AlignedBox3d bounds_m(const Mesh& mesh);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::geometry

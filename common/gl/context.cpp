@@ -7,7 +7,7 @@
 #include <cstring>
 #include <vector>
 
-namespace fivepipe {
+namespace fivepipe::gl {
 namespace {
 
 std::string egl_error() {
@@ -75,4 +75,4 @@ bool GlContext::is_software() const {
   return renderer_.find("llvmpipe") != std::string::npos || renderer_.find("softpipe") != std::string::npos;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::gl

@@ -4,7 +4,7 @@
 
 #include "common/gl/gl_error.h"
 
-namespace fivepipe {
+namespace fivepipe::gl {
 
 // Owns the EGL display connection and context; current in the thread that made it until destroyed. One thread at a time.
 class GlContext {
@@ -23,4 +23,4 @@ class GlContext {
   std::string renderer_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::gl

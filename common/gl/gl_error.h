@@ -1,11 +1,11 @@
 #pragma once
 #include <stdexcept>
 
-namespace fivepipe {
+namespace fivepipe::gl {
 
 // OpenGL or EGL refused something; what() says what and why.
 struct GlError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::gl

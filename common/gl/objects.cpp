@@ -4,7 +4,7 @@
 
 #include "common/gl/gl_error.h"
 
-namespace fivepipe {
+namespace fivepipe::gl {
 
 void delete_texture(GLuint name) { glDeleteTextures(1, &name); }
 void delete_buffer(GLuint name) { glDeleteBuffers(1, &name); }
@@ -171,4 +171,4 @@ void GlFramebuffer::bind() const {
   glViewport(0, 0, colour_.width_px(), colour_.height_px());
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::gl

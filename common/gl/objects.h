@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-namespace fivepipe {
+namespace fivepipe::gl {
 
 // A GL object name with its deleter; moves, never copies.
 template <void (*Delete)(GLuint)>
@@ -130,4 +130,4 @@ class GlFramebuffer {
   GlName<delete_framebuffer> name_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::gl

@@ -6,11 +6,11 @@
 #include "common/geometry/camera.h"
 #include "common/hull/object_pixels.h"
 
-namespace fivepipe {
+namespace fivepipe::hull {
 
 // One camera's evidence: its object pixels have the size of its pinhole's image.
 struct Silhouette {
-  Camera camera;
+  geometry::Camera camera;
   ObjectPixels pixels;
 };
 
@@ -34,7 +34,7 @@ struct Interval {
 
 // A view of the hull: where rays start and end as depth along the view's z [m], 0 < near < far.
 struct View {
-  Camera camera;
+  geometry::Camera camera;
   double near_m = 0.05, far_m = 10.0;
 };
 
@@ -46,4 +46,4 @@ struct DepthTile {
 };
 inline constexpr float kNoHull = 0.0f;
 
-}  // namespace fivepipe
+}  // namespace fivepipe::hull

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace fivepipe {
+namespace fivepipe::hull {
 namespace {
 
 // Roundings of a point's way to the camera, to its pixel and to its distance from a plane, each at most half of epsilon of the lengths
@@ -22,25 +22,25 @@ double along(const Eigen::Vector2d& normal, double across_m, double z_m) { retur
 
 }  // namespace
 
-ImageCone::ImageCone(const Camera& camera) : camera_(camera) {
+ImageCone::ImageCone(const geometry::Camera& camera) : camera_(camera) {
   const Eigen::Matrix3d r = camera.camera_from_world.linear();
   const double largest2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(r.transpose() * r, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
   world_per_camera_ = 1 / std::sqrt(largest2);
   translation_m_ = camera.camera_from_world.translation().cwiseAbs().sum();
-  const Pinhole& k = camera.pinhole;
+  const geometry::Pinhole& k = camera.pinhole;
   // A pixel's rounding is that of the principal point too: seen from a camera with a short focal length, the farther.
   rounding_ = kRoundings * (2 + std::max(std::abs(k.cx_px) / k.fx_px, std::abs(k.cy_px) / k.fy_px));
 }
 
 SeenPoint ImageCone::see(const Eigen::Vector3d& p_world_m) const {
-  const Pinhole& k = camera_.pinhole;
+  const geometry::Pinhole& k = camera_.pinhole;
   const Eigen::Vector3d p = camera_.camera_from_world * p_world_m;
   const double per_z = 1 / p.z();
   return {p, rounding_ * (p_world_m.cwiseAbs().sum() + translation_m_), k.fx_px * p.x() * per_z + k.cx_px, k.fy_px * p.y() * per_z + k.cy_px};
 }
 
 Pyramid ImageCone::pyramid(const PixelRect& rect) const {
-  const Pinhole& k = camera_.pinhole;
+  const geometry::Pinhole& k = camera_.pinhole;
   return {normal_beyond(k.fx_px, k.cx_px, rect.u0_px - 0.5), -normal_beyond(k.fx_px, k.cx_px, rect.u1_px - 0.5), normal_beyond(k.fy_px, k.cy_px, rect.v0_px - 0.5),
           -normal_beyond(k.fy_px, k.cy_px, rect.v1_px - 0.5)};
 }
@@ -59,4 +59,4 @@ double ImageCone::outside_m(const SeenPoint& p, const Pyramid& pyramid) const {
   return (-std::min(std::min(sides_m, ends_m), q.z()) - p.rounding_m) * world_per_camera_;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::hull

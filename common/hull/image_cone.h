@@ -11,9 +11,9 @@
 #include "common/geometry/camera.h"
 #include "common/hull/object_pixels.h"
 
-namespace fivepipe {
+namespace fivepipe::hull {
 
-inline PixelRect image_of(const Camera& camera) { return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px}; }
+inline PixelRect image_of(const geometry::Camera& camera) { return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px}; }
 // As ObjectPixels::holds: the pixels' half-open squares.
 inline bool holds(const PixelRect& rect, double u_px, double v_px) {
   return u_px >= rect.u0_px - 0.5 && v_px >= rect.v0_px - 0.5 && u_px < rect.u1_px - 0.5 && v_px < rect.v1_px - 0.5;
@@ -33,7 +33,7 @@ struct Pyramid {
 
 class ImageCone {
  public:
-  explicit ImageCone(const Camera& camera);  // finite
+  explicit ImageCone(const geometry::Camera& camera);  // finite
 
   SeenPoint see(const Eigen::Vector3d& p_world_m) const;
   Pyramid pyramid(const PixelRect& rect) const;
@@ -43,10 +43,10 @@ class ImageCone {
   double outside_m(const SeenPoint& p, const Pyramid& pyramid) const;
 
  private:
-  Camera camera_;
+  geometry::Camera camera_;
   double world_per_camera_;  // a rotation that is not quite one stretches lengths: distances shrink by its largest singular value
   double rounding_;          // as a fraction of the point's and the camera's distance from the origin
   double translation_m_;     // sum of its parts' sizes
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::hull

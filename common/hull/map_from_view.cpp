@@ -3,20 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
-namespace fivepipe {
+namespace fivepipe::hull {
 
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-MapFromView map_from_view(const Camera& map_camera, const Camera& view) {
-  const Pinhole& m = map_camera.pinhole;
-  const Pinhole& k = view.pinhole;
+MapFromView map_from_view(const geometry::Camera& map_camera, const geometry::Camera& view) {
+  const geometry::Pinhole& m = map_camera.pinhole;
+  const geometry::Pinhole& k = view.pinhole;
   Matrix3d pixel_from_camera, sight_from_pixel;
   pixel_from_camera << m.fx_px, 0, m.cx_px + 0.5, 0, m.fy_px, m.cy_px + 0.5, 0, 0, 1;
   sight_from_pixel << 1 / k.fx_px, 0, -k.cx_px / k.fx_px, 0, 1 / k.fy_px, -k.cy_px / k.fy_px, 0, 0, 1;
   const Matrix3d pixel_from_world = pixel_from_camera * map_camera.camera_from_world.linear();
-  return {pixel_from_camera * (map_camera.camera_from_world * camera_center_world_m(view)),
+  return {pixel_from_camera * (map_camera.camera_from_world * geometry::camera_center_world_m(view)),
           pixel_from_world * view.camera_from_world.linear().transpose() * sight_from_pixel};
 }
 
@@ -52,10 +52,10 @@ PixelRect pixels_at_depth(const std::vector<HalfSpace>& half_spaces, double t, c
   return intersection(view, {pixel(box.min().x()) - 1, pixel(box.min().y()) - 1, pixel(box.max().x()) + 2, pixel(box.max().y()) + 2});
 }
 
-bool is_finite(const Camera& camera) {
-  const Pinhole& k = camera.pinhole;
+bool is_finite(const geometry::Camera& camera) {
+  const geometry::Pinhole& k = camera.pinhole;
   return std::isfinite(k.fx_px) && std::isfinite(k.fy_px) && std::isfinite(k.cx_px) && std::isfinite(k.cy_px) && k.fx_px > 0 && k.fy_px > 0 &&
          camera.camera_from_world.matrix().allFinite();
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::hull

@@ -6,7 +6,7 @@
 #include "common/geometry/camera.h"
 #include "common/hull/object_pixels.h"
 
-namespace fivepipe {
+namespace fivepipe::hull {
 
 // Rays start this far in front of a map's camera [m], so that its pixel is determined there: at 1e-9 m rounding (1e-16 m) moves
 // it by 1e-4 px; a hull point nearer to a camera's centre than that is no scene's business.
@@ -18,7 +18,7 @@ struct MapFromView {
   Eigen::Vector3d at_eye;
   Eigen::Matrix3d at_infinity;
 };
-MapFromView map_from_view(const Camera& map_camera, const Camera& view);
+MapFromView map_from_view(const geometry::Camera& map_camera, const geometry::Camera& view);
 
 // The points of a view's rays where offset + t * slope_at(u, v) >= 0.
 struct HalfSpace {
@@ -35,6 +35,6 @@ void add_half_spaces(const MapFromView& map, const PixelRect& bounds, std::vecto
 PixelRect pixels_at_depth(const std::vector<HalfSpace>& half_spaces, double t, const PixelRect& view);
 
 // Finite, with focal lengths > 0: has a projection to compute with.
-bool is_finite(const Camera& camera);
+bool is_finite(const geometry::Camera& camera);
 
-}  // namespace fivepipe
+}  // namespace fivepipe::hull

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace fivepipe {
+namespace fivepipe::hull {
 
 PixelRect intersection(const PixelRect& a, const PixelRect& b) {
   return {std::max(a.u0_px, b.u0_px), std::max(a.v0_px, b.v0_px), std::min(a.u1_px, b.u1_px), std::min(a.v1_px, b.v1_px)};
@@ -99,4 +99,4 @@ std::vector<std::uint8_t> ObjectPixels::to_bytes() const {
   return mask;
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::hull

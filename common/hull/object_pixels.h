@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace fivepipe {
+namespace fivepipe::hull {
 
 // Half-open rectangle of pixels [u0, u1) x [v0, v1); empty where u0 >= u1 or v0 >= v1.
 struct PixelRect {
@@ -74,4 +74,4 @@ class ObjectPixels {
   std::vector<std::uint64_t> words_;
 };
 
-}  // namespace fivepipe
+}  // namespace fivepipe::hull

@@ -3,7 +3,7 @@
 #include <fstream>
 #include <stdexcept>
 
-namespace fivepipe {
+namespace fivepipe::hull {
 
 ObjectPixels read_pbm(const std::filesystem::path& file, int width_px, int height_px) {
   std::ifstream in(file, std::ios::binary);
@@ -35,4 +35,4 @@ void write_pbm(const std::filesystem::path& file, const ObjectPixels& pixels) {
   if (!out.flush()) throw std::runtime_error(file.string() + ": can't be written");
 }
 
-}  // namespace fivepipe
+}  // namespace fivepipe::hull

@@ -1,0 +1,40 @@
+// Vectors of up to 16 floats or 32-bit integers, compiled once per instruction set by those who include it.
+#if defined(FIVEPIPE_RIVALS_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef FIVEPIPE_RIVALS_LANES_INL_H
+#undef FIVEPIPE_RIVALS_LANES_INL_H
+#else
+#define FIVEPIPE_RIVALS_LANES_INL_H
+#endif
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace fivepipe::baselines::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using D = HWY_CAPPED(float, 16);
+using DI = hn::RebindToSigned<D>;
+using V = hn::Vec<D>;
+using VI = hn::Vec<DI>;
+using M = hn::Mask<D>;
+constexpr D d;
+constexpr DI di;
+
+// To about two units in the last place: a third of a division's time.
+HWY_INLINE V reciprocal(V x) {
+#if HWY_ARCH_X86
+  const V near = hn::ApproximateReciprocal(x);
+  return hn::Mul(near, hn::NegMulAdd(x, near, hn::Set(d, 2.0f)));  // Newton's step
+#else
+  return hn::Div(hn::Set(d, 1.0f), x);
+#endif
+}
+
+HWY_INLINE M as_float_mask(hn::Mask<DI> m) { return hn::RebindMask(d, m); }
+
+// Rounding of float in images of some thousand pixels [px]: several units in the last place.
+constexpr float kRounding_px = 1.0f / 64;
+
+}  // namespace fivepipe::baselines::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

@@ -1,0 +1,87 @@
+#include "capture_node/lens/undistortion.h"
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+namespace fivepipe::capture {
+
+Eigen::Vector2d distorted(const config::LensDistortion& lens, const Eigen::Vector2d& xy) {
+  const double x = xy.x(), y = xy.y(), r2 = x * x + y * y;
+  const double radial = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3));
+  return {x * radial + 2 * lens.p1 * x * y + lens.p2 * (r2 + 2 * x * x), y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y};
+}
+
+double unfolded_radius(const config::LensDistortion& lens) {
+  constexpr double kStep = 0.005, kWidest = 20.0;  // 20: 87 degrees off the axis, wider than any pinhole image
+  for (double r = kStep; r < kWidest; r += kStep) {
+    const double r2 = r * r;
+    if (!(1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3)) > 0)) return r - kStep;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+Undistortion::Undistortion(const config::RigCamera& camera)
+    : identity_(camera.distortion.none() && camera.source == camera.published),
+      source_width_px_(camera.source.width_px), source_height_px_(camera.source.height_px),
+      width_px_(camera.published.width_px), height_px_(camera.published.height_px) {
+  if (identity_) return;
+  const geometry::Pinhole &from = camera.source, &to = camera.published;
+  const double radius = unfolded_radius(camera.distortion);
+  const int words = (width_px_ + 63) / 64, source_row_bits = (source_width_px_ + 63) / 64 * 64;
+  source_index_.assign(std::size_t(width_px_) * height_px_, kUnseen);
+  reach_.assign(std::size_t(words) * height_px_, {source_width_px_, source_height_px_, 0, 0});
+  cv::Mat map(height_px_, width_px_, CV_32FC2);
+  for (int v = 0; v < height_px_; ++v)
+    for (int u = 0; u < width_px_; ++u) {
+      map.at<cv::Vec2f>(v, u) = {-10, -10};
+      const Eigen::Vector2d xy((u - to.cx_px) / to.fx_px, (v - to.cy_px) / to.fy_px);
+      if (xy.norm() >= radius) continue;
+      const Eigen::Vector2d lens = distorted(camera.distortion, xy);
+      const double su = lens.x() * from.fx_px + from.cx_px, sv = lens.y() * from.fy_px + from.cy_px;
+      if (!(su >= -0.5 && sv >= -0.5 && su < source_width_px_ - 0.5 && sv < source_height_px_ - 0.5)) continue;
+      const int iu = int(std::floor(su + 0.5)), iv = int(std::floor(sv + 0.5));
+      source_index_[std::size_t(v) * width_px_ + u] = iv * source_row_bits + iu;
+      WordReach& reach = reach_[std::size_t(v) * words + (u >> 6)];
+      reach = {std::min(reach.u0, iu), std::min(reach.v0, iv), std::max(reach.u1, iu + 1), std::max(reach.v1, iv + 1)};
+      map.at<cv::Vec2f>(v, u) = {float(su), float(sv)};
+    }
+  cv::convertMaps(map, cv::noArray(), position_, fraction_, CV_16SC2);
+}
+
+bool Undistortion::sees(int u_px, int v_px) const {
+  return identity_ || source_index_[std::size_t(v_px) * width_px_ + u_px] != kUnseen;
+}
+
+hull::ObjectPixels Undistortion::published(const hull::ObjectPixels& source) const {
+  assert(source.width_px() == source_width_px_ && source.height_px() == source_height_px_);
+  if (identity_) return source;
+  const hull::PixelRect held = source.bounds();
+  hull::ObjectPixels result(width_px_, height_px_);
+  const int words = result.words_per_row();
+  const std::uint64_t* bits = source.words().data();
+  for (int v = 0; v < height_px_; ++v)
+    for (int w = 0; w < words; ++w) {
+      const WordReach& reach = reach_[std::size_t(v) * words + w];
+      if (reach.u0 >= held.u1_px || reach.u1 <= held.u0_px || reach.v0 >= held.v1_px || reach.v1 <= held.v0_px) continue;
+      const std::int32_t* index = source_index_.data() + std::size_t(v) * width_px_ + 64 * w;
+      const int n = std::min(64, width_px_ - 64 * w);
+      std::uint64_t word = 0;
+      for (int i = 0; i < n; ++i)
+        if (index[i] != kUnseen) word |= (bits[index[i] >> 6] >> (index[i] & 63) & 1) << i;
+      result.mutable_words()[std::size_t(v) * words + w] = word;
+    }
+  return result;
+}
+
+cv::Mat Undistortion::published(const cv::Mat& source_bgr, const hull::PixelRect& region) const {
+  const cv::Rect rect(region.u0_px, region.v0_px, region.width_px(), region.height_px());
+  if (rect.empty()) return {};
+  if (identity_) return source_bgr(rect).clone();
+  cv::Mat result;
+  cv::remap(source_bgr, result, position_(rect), fraction_(rect), cv::INTER_LINEAR, cv::BORDER_CONSTANT);
+  return result;
+}
+
+}  // namespace fivepipe::capture

@@ -1,0 +1,171 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <filesystem>
+#include <mutex>
+#include <opencv2/videoio.hpp>
+#include <thread>
+
+#include "capture_node/sources/image_source.h"
+
+namespace fivepipe::capture {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+constexpr auto kFirstImageWithin = 5s;   // USB cameras need seconds to start their stream
+constexpr auto kImageWithin = 500ms;     // ten periods of a slow camera; then the frame counts as missing
+constexpr auto kReaderEndsWithin = 1s;   // leaves time to end everything within two seconds of Ctrl-C
+
+std::string path_of(const std::string& device) {
+  const bool index = !device.empty() && device.find_first_not_of("0123456789") == std::string::npos;
+  return index ? "/dev/video" + device : device;
+}
+
+std::string devices_present() {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry("/dev/v4l/by-id", error), end; !error && entry != end; entry.increment(error))
+    names.push_back(entry->path().string());
+  for (fs::directory_iterator entry("/dev", error), end; !error && entry != end; entry.increment(error))
+    if (entry->path().filename().string().starts_with("video")) names.push_back(entry->path().string());
+  if (names.empty()) return "no V4L2 device is present";
+  std::sort(names.begin(), names.end());
+  std::string text = "present are";
+  for (const std::string& name : names) text += " " + name;
+  return text;
+}
+
+// What errno says about a device that does not deliver, in terms of what to do.
+std::string advice(int error) {
+  if (error == ENOSPC)
+    return "no space left on device: that is USB bandwidth; put cameras on separate controllers, or use MJPEG, a smaller size or a lower rate";
+  if (error == EBUSY) return "the device is in use by another program";
+  if (error == EACCES || error == EPERM) return "no permission to open it; is this user in group video?";
+  if (error == 0) return "the device does not answer as a camera";
+  return std::strerror(error);
+}
+
+// Shared with the thread that reads, which may outlive the source where the driver blocks.
+struct Stream {
+  cv::VideoCapture video;
+  std::mutex mutex;
+  std::condition_variable changed;
+  cv::Mat newest;
+  std::uint64_t images = 0;
+  int error = 0;
+  bool stop = false, ended = false;
+};
+
+void read_on(const std::shared_ptr<Stream>& stream) {
+  for (;;) {
+    cv::Mat image;
+    errno = 0;
+    const bool got = stream->video.read(image) && !image.empty();
+    const int error = errno;
+    const std::lock_guard lock(stream->mutex);
+    if (got) {
+      stream->newest = image;
+      ++stream->images;
+    } else {
+      stream->error = error;
+      stream->ended = true;
+    }
+    if (stream->stop) stream->ended = true;
+    stream->changed.notify_all();
+    if (stream->ended) return;
+  }
+}
+
+class V4l2ImageSource final : public ImageSource {
+ public:
+  V4l2ImageSource(const config::RigCamera& camera, const config::V4l2Source& source)
+      : name_(path_of(source.device)), width_px_(camera.source.width_px), height_px_(camera.source.height_px), stream_(std::make_shared<Stream>()) {
+    const auto fail = [&](SourceFault fault, const std::string& what) { throw_problems({{camera.name, fault, name_ + ": " + what}}); };
+    if (std::error_code error; !fs::is_character_file(name_, error)) fail(SourceFault::hardware_missing, "no such camera; " + devices_present());
+    if (const int descriptor = ::open(name_.c_str(), O_RDWR | O_NONBLOCK); descriptor >= 0)
+      ::close(descriptor);
+    else
+      fail(SourceFault::hardware_failed, advice(errno));
+    cv::VideoCapture& video = stream_->video;
+    errno = 0;
+    if (!video.open(name_, cv::CAP_V4L2)) fail(SourceFault::hardware_failed, advice(errno));
+    video.set(cv::CAP_PROP_FRAME_WIDTH, width_px_);
+    video.set(cv::CAP_PROP_FRAME_HEIGHT, height_px_);
+    video.set(cv::CAP_PROP_BUFFERSIZE, 1);  // the newest image, not the oldest queued
+    reader_ = std::thread(read_on, stream_);
+    if (!wait_for_new(kFirstImageWithin)) {
+      close();
+      const std::lock_guard lock(stream_->mutex);
+      const int error = stream_->error;
+      fail(SourceFault::hardware_failed, "delivers no image: " + advice(error));
+    }
+    if (const cv::Mat first = newest(); first.cols != width_px_ || first.rows != height_px_) {
+      close();
+      fail(SourceFault::wrong_size, "delivers " + std::to_string(first.cols) + "x" + std::to_string(first.rows) + ", the rig says " +
+                                        std::to_string(width_px_) + "x" + std::to_string(height_px_));
+    }
+  }
+  ~V4l2ImageSource() override { close(); }
+
+  ReadStatus read(std::int64_t, cv::Mat& bgr) override {
+    if (!wait_for_new(kImageWithin)) {
+      const std::lock_guard lock(stream_->mutex);
+      trouble_ = name_ + ": " + (stream_->ended ? "stopped delivering: " + advice(stream_->error) : "no image within half a second");
+      return ReadStatus::missing;
+    }
+    const cv::Mat image = newest();
+    if (image.cols != width_px_ || image.rows != height_px_) {
+      trouble_ = name_ + ": the image changed its size";
+      return ReadStatus::missing;
+    }
+    bgr = image;
+    return ReadStatus::image;
+  }
+  std::string trouble() const override { return trouble_; }
+
+ private:
+  bool wait_for_new(std::chrono::milliseconds limit) {
+    std::unique_lock lock(stream_->mutex);
+    stream_->changed.wait_for(lock, limit, [&] { return stream_->images > images_read_ || stream_->ended; });
+    return stream_->images > images_read_;
+  }
+  cv::Mat newest() {
+    const std::lock_guard lock(stream_->mutex);
+    images_read_ = stream_->images;
+    return stream_->newest;
+  }
+  void close() {
+    if (!reader_.joinable()) return;
+    bool ended;
+    {
+      std::unique_lock lock(stream_->mutex);
+      stream_->stop = true;
+      ended = stream_->changed.wait_for(lock, kReaderEndsWithin, [&] { return stream_->ended; });
+    }
+    if (ended)
+      reader_.join();
+    else
+      reader_.detach();  // blocked in the driver; it holds the stream and ends with its next image
+  }
+
+  std::string name_, trouble_;
+  int width_px_, height_px_;
+  std::shared_ptr<Stream> stream_;
+  std::uint64_t images_read_ = 0;
+  std::thread reader_;
+};
+
+}  // namespace
+
+std::unique_ptr<ImageSource> open_v4l2_source(const config::RigCamera& camera, const config::V4l2Source& source) {
+  return std::make_unique<V4l2ImageSource>(camera, source);
+}
+
+}  // namespace fivepipe::capture

@@ -1,0 +1,81 @@
+#include "common/base/worker_pool.h"
+
+#include <cassert>
+#include <chrono>
+
+namespace fivepipe::base {
+namespace {
+
+// How long a thread looks before it sleeps: what waking it would cost, several times over; a frame's phases follow each other
+// faster than that.
+constexpr std::chrono::microseconds kLooks{50};
+
+inline void relax() {
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_ia32_pause();
+#endif
+}
+
+template <class Done>
+bool look(const Done& done) {
+  const auto until = std::chrono::steady_clock::now() + kLooks;
+  do {
+    for (int i = 0; i < 64; ++i) {
+      if (done()) return true;
+      relax();
+    }
+  } while (std::chrono::steady_clock::now() < until);
+  return false;
+}
+
+}  // namespace
+
+WorkerPool::WorkerPool(int threads) {
+  assert(threads > 0);
+  for (int t = 1; t < threads; ++t) workers_.emplace_back([this, t] { serve(t); });
+}
+
+WorkerPool::~WorkerPool() {
+  stop_ = true;
+  run_.fetch_add(1, std::memory_order_release);
+  run_.notify_all();
+  for (std::thread& worker : workers_) worker.join();
+}
+
+void WorkerPool::work_through(int thread) {
+  for (;;) {
+    // Beyond the last piece the count must not go on: it would reach into the number of pieces.
+    Ticket ticket{ticket_.load(std::memory_order_acquire)};
+    do {
+      if (ticket.piece() >= ticket.pieces()) return;
+    } while (!ticket_.compare_exchange_weak(ticket.word, ticket.word + 1, std::memory_order_acq_rel, std::memory_order_acquire));
+    call_(work_, ticket.piece(), thread);  // the run, and so work_, lasts until this piece is done
+    done_.fetch_add(1, std::memory_order_release);
+  }
+}
+
+void WorkerPool::run_erased(int pieces, void* work, Call call) {
+  assert(pieces < 1 << Ticket::kBits);
+  if (pieces <= 0) return;
+  work_ = work;
+  call_ = call;
+  done_.store(0, std::memory_order_relaxed);
+  // A number of its own, so that a thread that was held up between look and exchange doesn't take a piece of another run for its own.
+  const std::uint64_t number = std::uint64_t(run_.load(std::memory_order_relaxed) & 0xffff) << (2 * Ticket::kBits);
+  ticket_.store(number | std::uint64_t(pieces) << Ticket::kBits, std::memory_order_release);
+  run_.fetch_add(1, std::memory_order_release);
+  if (!workers_.empty() && pieces > 1) run_.notify_all();
+  work_through(0);
+  while (!look([&] { return done_.load(std::memory_order_acquire) == pieces; })) std::this_thread::yield();
+}
+
+void WorkerPool::serve(int thread) {
+  for (std::uint32_t seen = 0;;) {
+    if (!look([&] { return run_.load(std::memory_order_acquire) != seen; })) run_.wait(seen);
+    seen = run_.load(std::memory_order_acquire);
+    if (stop_) return;
+    work_through(thread);
+  }
+}
+
+}  // namespace fivepipe::base

@@ -1,0 +1,287 @@
+#include "common/collision/detection/cpu/triangle_walk.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace fivepipe::collision {
+namespace {
+
+using Eigen::Vector3d;
+
+// Parts that are still mixed are split until they are this much smaller than eps: what is left open then is rare.
+constexpr double kFinest = 16;
+// A triangle that float has no room for, or that comes near to a camera's plane, is cut in four so often.
+constexpr int kMostCuts = 10;
+// And into so many parts at most.
+constexpr int kMostParts = 4096;
+// Parts of one triangle looked at together at most: hulls as ragged as that are noise.
+constexpr std::size_t kMostCells = 1 << 16;
+// Of those that are open at last, so many are asked in double.
+constexpr std::size_t kMostAsked = 1024;
+// Parts of at most so many samples an edge are not looked at, but sampled.
+constexpr double kSampledTogether = 4;
+// Samples are the middles of the parts: neighbours are two thirds of a part's median apart, which is no longer than its longest edge.
+constexpr double kSampleDistance = 2.0 / 3;
+// The first glance at a triangle, where only the verdict is wanted: so many parts an edge, sixteen in all, one vector.
+constexpr int kGlance = 4;
+
+bool before(const Vector3d& a, const Vector3d& b) { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); }
+
+}  // namespace
+
+std::array<std::size_t, 3> vertex_order(const Triangle& t) {
+  std::array<std::size_t, 3> order = {0, 1, 2};
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return before(t[a], t[b]); });
+  return order;
+}
+
+TriangleGrid triangle_grid(const Triangle& v, const TriangleWalkOptions& options, double spacing_m) {
+  const double longest_m = std::max({(v[1] - v[0]).norm(), (v[2] - v[0]).norm(), (v[2] - v[1]).norm()});
+  TriangleGrid grid;
+  if (spacing_m > 0) {
+    const double most = std::max(1.0, std::floor(std::sqrt(double(options.max_points)))), needed = kSampleDistance * longest_m / spacing_m;
+    while (grid.divisions < needed && 2 * grid.divisions <= most) {
+      if (grid.start == 1 && grid.divisions >= 2 && 3 * (grid.divisions / 2) >= needed) grid.start = 3, grid.divisions = 3 * (grid.divisions / 2);
+      else grid.divisions *= 2;
+    }
+    grid.coarser = grid.divisions < needed;
+  }
+  grid.units = grid.divisions;
+  while (grid.units <= kMostUnits && longest_m / grid.units > options.eps_m / kFinest) grid.units *= 2;
+  return grid;
+}
+
+TriangleWalk::TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptions& options) : query_(&query), options_(options) {
+  for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) pixels_from_world_.push_back(pixel_from_world(camera.camera));
+}
+
+TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted, FoundPoints& points) {
+  contact_ = {};
+  points_ = &points;
+  points.begin_triangle();
+  wanted_ = wanted;
+  parts_ = 0;
+  farthest_m2_ = -1;
+  const auto [first, second, third] = vertex_order(triangle_world_m);
+  const Triangle sorted = {triangle_world_m[first], triangle_world_m[second], triangle_world_m[third]};
+  contact_.verdict = solid ? take_all(sorted) : walk_part(sorted, 0);
+  if (farthest_m2_ >= 0 && points.back() != farthest_world_m_) points.add(farthest_world_m_);
+  return contact_;
+}
+
+CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
+  vertices_ = vertices;
+  choose_grid();
+  const Maps maps = set_maps();
+  if (maps == Maps::free) return CollisionVerdict::free;
+  const bool too_large = units_ > kMostUnits;
+  if (maps == Maps::some || too_large) {
+    begin_cells(1);
+    mixed_.clear(), solid_.clear();
+    look_at_cells(maps_, cells_, float(units_), mixed_, solid_);
+    if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
+    return depth < kMostCuts && parts_ < kMostParts ? split_part(vertices, depth) : ask_corners(vertices);
+  }
+  const bool found = wanted_.spacing_m > 0 ? sample() : glance();
+  return found ? CollisionVerdict::colliding : decide();
+}
+
+CollisionVerdict TriangleWalk::take_all(const Triangle& vertices) {
+  if (!(wanted_.spacing_m > 0)) {
+    add((vertices[0] + vertices[1] + vertices[2]) / 3);
+    return CollisionVerdict::colliding;
+  }
+  vertices_ = vertices;
+  choose_grid();
+  contact_.coarser |= coarser_;
+  begin_cells(1);
+  std::swap(cells_, solid_);
+  take_solid(units_, units_ / divisions_);
+  return CollisionVerdict::colliding;
+}
+
+CollisionVerdict TriangleWalk::split_part(const Triangle& v, int depth) {
+  const Vector3d m01 = 0.5 * (v[0] + v[1]), m02 = 0.5 * (v[0] + v[2]), m12 = 0.5 * (v[1] + v[2]);
+  CollisionVerdict worst = CollisionVerdict::free;
+  parts_ += 4;
+  for (const Triangle& part : {Triangle{v[0], m01, m02}, Triangle{m01, v[1], m12}, Triangle{m02, m12, v[2]}, Triangle{m01, m12, m02}}) {
+    worst = std::max(worst, walk_part(part, depth + 1));
+    if (worst == CollisionVerdict::colliding && !(wanted_.spacing_m > 0)) break;
+  }
+  return worst;
+}
+
+CollisionVerdict TriangleWalk::ask_corners(const Triangle& vertices) {
+  contact_.cut_off = true;
+  bool any = false;
+  for (const Vector3d& v : vertices) {
+    ++contact_.points_in_double;
+    if (!query_->contains(v)) continue;
+    any = true;
+    add(v);
+    if (!(wanted_.spacing_m > 0)) break;
+  }
+  return any ? CollisionVerdict::colliding : CollisionVerdict::touching;
+}
+
+void TriangleWalk::choose_grid() {
+  const TriangleGrid grid = triangle_grid(vertices_, options_, wanted_.spacing_m);
+  start_ = grid.start, divisions_ = grid.divisions, units_ = grid.units, coarser_ = grid.coarser;
+  per_a_m_ = (vertices_[1] - vertices_[0]) / units_, per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
+}
+
+// free: the part is behind a camera, or beside its object pixels. some: of the others there is no map for all.
+TriangleWalk::Maps TriangleWalk::set_maps() {
+  maps_.clear();
+  bool all = true;
+  for (std::size_t i = 0; i < pixels_from_world_.size(); ++i) {
+    TriangleMap map;
+    const Facing facing = triangle_map(pixels_from_world_[i], query_->hull().cameras()[i].reach, vertices_, units_, map);
+    if (facing == Facing::aside) return Maps::free;
+    if (facing == Facing::in_front) maps_.push_back(map);
+    else all = false;
+  }
+  return all ? Maps::all : Maps::some;
+}
+
+// The whole part, divided evenly.
+void TriangleWalk::begin_cells(int divisions) {
+  cells_.clear();
+  const double h = units_ / divisions;
+  for (int j = 0; j < divisions; ++j)
+    for (int i = 0; i + j < divisions; ++i) {
+      cells_.add(float(i * h), float(j * h), 1);
+      if (i + j + 1 < divisions) cells_.add(float((i + 1) * h), float((j + 1) * h), -1);
+    }
+}
+
+// Each in four: cells_ of half the size. Of three corners each has one part like it, and one the other way round in its middle.
+void TriangleWalk::split_cells(const Cells& cells, double h) {
+  const float half = float(0.5 * h);
+  cells_.clear();
+  cells_.make_room(4 * cells.count);
+  for (std::size_t i = 0; i < cells.count; ++i) {
+    const float a = cells.a[i], b = cells.b[i], sigma = cells.sigma[i], step = sigma * half;
+    cells_.add(a, b, sigma);
+    cells_.add(a + step, b, sigma);
+    cells_.add(a, b + step, sigma);
+    cells_.add(a + step, b + step, -sigma);
+  }
+}
+
+bool TriangleWalk::sample() {
+  contact_.coarser |= coarser_;
+  const double sample_h = units_ / divisions_;
+  const std::size_t before = points_->size();
+  begin_cells(start_);
+  double h = units_ / start_;
+  for (; h > kSampledTogether * sample_h && cells_.count > 0; h *= 0.5) {
+    mixed_.clear(), solid_.clear();
+    look_at_cells(maps_, cells_, float(h), mixed_, solid_);
+    take_solid(h, sample_h);
+    split_cells(mixed_, h);
+  }
+  for (; h > sample_h; h *= 0.5) {
+    std::swap(cells_, mixed_);
+    split_cells(mixed_, h);
+  }
+  inside_.clear(), unsure_.clear();
+  look_at_middles(maps_, cells_, float(h), inside_, unsure_);
+  take_inside(h);
+  return points_->size() > before;
+}
+
+// One sample a part of a coarse division: most triangles that collide have one in the hull.
+bool TriangleWalk::glance() {
+  if (units_ < kGlance) return false;
+  begin_cells(kGlance);
+  inside_.clear(), unsure_.clear();
+  look_at_middles(maps_, cells_, float(units_ / kGlance), inside_, unsure_);
+  if (inside_.count > 0) add(middle(inside_, 0, units_ / kGlance));
+  return inside_.count > 0;
+}
+
+CollisionVerdict TriangleWalk::decide() {
+  begin_cells(1);
+  for (double h = units_;; h *= 0.5) {
+    mixed_.clear(), solid_.clear(), inside_.clear(), unsure_.clear();
+    look_at_cells(maps_, cells_, float(h), mixed_, solid_);
+    if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
+    look_at_middles(maps_, mixed_, float(h), inside_, unsure_);
+    if (solid_.count + inside_.count > 0) {
+      add(middle(solid_.count > 0 ? solid_ : inside_, 0, h));
+      return CollisionVerdict::colliding;
+    }
+    contact_.cut_off |= mixed_.count > kMostCells;
+    if (h <= 1 || contact_.cut_off) return settle(h);
+    split_cells(mixed_, h);
+  }
+}
+
+// What is open at last, in double.
+CollisionVerdict TriangleWalk::settle(double h) {
+  contact_.cut_off |= mixed_.count > kMostAsked;
+  for (std::size_t i = 0; i < std::min(mixed_.count, kMostAsked); ++i) {
+    const double a = mixed_.a[i], b = mixed_.b[i], step = mixed_.sigma[i] * h;
+    for (const Vector3d& p : {point(a, b), point(a + step, b), point(a, b + step), middle(mixed_, i, h)}) {
+      ++contact_.points_in_double;
+      if (!query_->contains(p)) continue;
+      add(p);
+      return CollisionVerdict::colliding;
+    }
+  }
+  return CollisionVerdict::touching;
+}
+
+void TriangleWalk::take_inside(double h) {
+  // As middle() and add(), without their calls: these are many.
+  const Vector3d origin = vertices_[0], per_a_m = per_a_m_, per_b_m = per_b_m_, reference = wanted_.farthest_from_world_m;
+  const std::span<Vector3d> to = inside_.count > 0 ? points_->add(inside_.count) : std::span<Vector3d>();
+  double farthest_m2 = -1;
+  std::size_t farthest = 0;
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    const double third = inside_.sigma[i] * h / 3;
+    const Vector3d p = origin + (inside_.a[i] + third) * per_a_m + (inside_.b[i] + third) * per_b_m;
+    const double m2 = (p - reference).squaredNorm();
+    if (m2 > farthest_m2) farthest_m2 = m2, farthest = i;
+    to[i] = p;
+  }
+  if (!to.empty()) consider(to[farthest]);
+  for (std::size_t i = 0; i < unsure_.count; ++i) {
+    const Vector3d p = middle(unsure_, i, h);
+    ++contact_.points_in_double;
+    if (query_->contains(p)) add(p);
+  }
+}
+
+// Every sample of the solid cells; of their points, a corner is farthest from anywhere.
+void TriangleWalk::take_solid(double h, double sample_h) {
+  const int rows = int(std::lround(h / sample_h));
+  for (std::size_t i = 0; i < solid_.count; ++i) {
+    const double a = solid_.a[i], b = solid_.b[i], step = solid_.sigma[i] * sample_h;
+    const Vector3d to_next = step * per_a_m_, between = (to_next + step * per_b_m_) / 3;  // from a part's middle to that of the one beside it
+    points_->add(SampledPart{vertices_[0] + (a + step / 3) * per_a_m_, per_b_m_, b, step, to_next, between, rows});
+    for (const Vector3d& corner : {point(a, b), point(a + rows * step, b), point(a, b + rows * step)}) consider(corner);
+  }
+}
+
+Vector3d TriangleWalk::point(double a, double b) const { return vertices_[0] + a * per_a_m_ + b * per_b_m_; }
+
+Vector3d TriangleWalk::middle(const Cells& cells, std::size_t i, double h) const {
+  const double third = cells.sigma[i] * h / 3;
+  return point(cells.a[i] + third, cells.b[i] + third);
+}
+
+void TriangleWalk::add(const Vector3d& p_world_m) {
+  points_->add(p_world_m);
+  consider(p_world_m);
+}
+
+void TriangleWalk::consider(const Vector3d& p_world_m) {
+  const double m2 = (p_world_m - wanted_.farthest_from_world_m).squaredNorm();
+  if (!(m2 > farthest_m2_)) return;
+  farthest_m2_ = m2;
+  farthest_world_m_ = p_world_m;
+}
+
+}  // namespace fivepipe::collision

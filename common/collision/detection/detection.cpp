@@ -1,0 +1,15 @@
+#include "common/collision/detection/detection.h"
+
+namespace fivepipe::collision {
+
+std::vector<ObjectCollision> CollisionDetector::detect(std::span<const DetectionObject> objects) {
+  std::vector<ObjectCollision> collisions = find(objects, counts_);
+  counts_.objects += objects.size();
+  for (const ObjectCollision& c : collisions) {
+    counts_.colliding += c.colliding();
+    counts_.touching += c.verdict == CollisionVerdict::touching;
+  }
+  return collisions;
+}
+
+}  // namespace fivepipe::collision

@@ -1,0 +1,89 @@
+#include "common/config/collision_requests_reader.h"
+
+#include <algorithm>
+#include <numbers>
+
+namespace fivepipe::config {
+namespace {
+
+constexpr double kDegree_rad = std::numbers::pi / 180;
+constexpr Range kHeight_m{1e-4, 10};
+constexpr Range kAngle_deg{0.1, 179.9};
+constexpr Range kCap_m{1e-3, 10};
+constexpr Range kTolerance_m{1e-5, 1};
+constexpr Range kContacts{0, 64};
+constexpr Range kTime_s{1e-3, 3600};
+constexpr Range kCell_m{5e-4, 1};
+constexpr Range kWindow{3, 240};
+constexpr double kFinestTolerance = 1e-3;  // of the cap: a search costs with their ratio
+constexpr Range kSpeed_m_s{0.01, 1000};
+constexpr Range kAnyDirection{-1e6, 1e6};
+constexpr Range kPart{0, 1};
+
+ResponseWishes read_response(YamlMap map) {
+  ResponseWishes wishes;
+  wishes.search = map.choice<RecoverySearch>(
+      "search", {{"from_reference", RecoverySearch::from_reference}, {"outward", RecoverySearch::outward}, {"sampled", RecoverySearch::sampled}}, wishes.search);
+  wishes.height_m = map.number("height_m", kHeight_m, wishes.height_m);
+  wishes.apex_angle_rad = kDegree_rad * map.number("apex_angle_deg", kAngle_deg, wishes.apex_angle_rad / kDegree_rad);
+  if (map.given("v_rec")) {
+    wishes.v_rec_world = map.vector3("v_rec", kAnyDirection);
+    if (!(wishes.v_rec_world->norm() > 0)) map.problem_at("v_rec", "v_rec is zero: it is the direction in which the object is moved out");
+  }
+  wishes.four_points = map.flag("four_point_normal", wishes.four_points);
+  wishes.closed_form = map.flag("closed_form_normal", wishes.closed_form);
+  wishes.shorter_way = map.flag("shorter_way", wishes.shorter_way);
+  map.finish();
+  return wishes;
+}
+
+// The tolerance is that within which a distance below the cap is known.
+void read_cap(YamlMap& map, double& cap_m, double& tolerance_m) {
+  cap_m = map.number("cap_m", kCap_m, cap_m);
+  tolerance_m = map.number("tolerance_m", kTolerance_m, std::min(tolerance_m, cap_m));
+  if (tolerance_m > cap_m) map.problem_at("tolerance_m", "tolerance_m must not exceed cap_m");
+  if (tolerance_m < kFinestTolerance * cap_m) map.problem_at("tolerance_m", "tolerance_m is less than a thousandth of cap_m: the search would take seconds");
+}
+
+ProximityWishes read_proximity(YamlMap map) {
+  ProximityWishes wishes;
+  wishes.of = map.choice<ProximityOf>("of", {{"vertices", ProximityOf::vertices}, {"triangles", ProximityOf::triangles}}, wishes.of);
+  read_cap(map, wishes.cap_m, wishes.tolerance_m);
+  map.finish();
+  return wishes;
+}
+
+}  // namespace
+
+CollisionWishes read_collision_wishes(YamlMap map) {
+  CollisionWishes wishes;
+  wishes.triangles = map.flag("triangles", wishes.triangles);
+  if (map.given("response")) wishes.response = read_response(map.map("response"));
+  wishes.contacts = map.integer("contacts", kContacts, wishes.contacts);
+  if (map.given("proximity")) wishes.proximity = read_proximity(map.map("proximity"));
+  wishes.first_contact = map.flag("first_contact", wishes.first_contact);
+  map.finish();
+  return wishes;
+}
+
+Warming read_warming(YamlMap map) {
+  Warming warming;
+  read_cap(map, warming.cap_m, warming.tolerance_m);
+  warming.heating_s = map.number("heating_s", kTime_s, warming.heating_s);
+  warming.cooling_s = map.number("cooling_s", kTime_s, warming.cooling_s);
+  const Eigen::Vector3d rgb = map.vector3("colour_rgb", kPart, Eigen::Vector3d(warming.colour_rgb.data()));
+  warming.colour_rgb = {rgb.x(), rgb.y(), rgb.z()};
+  map.finish();
+  return warming;
+}
+
+HistoryWishes read_history_wishes(YamlMap map) {
+  HistoryWishes wishes;
+  wishes.cell_m = map.number("cell_m", kCell_m, wishes.cell_m);
+  wishes.window_frames = map.integer("window_frames", kWindow, wishes.window_frames);
+  wishes.fastest_m_s = map.number("fastest_m_s", kSpeed_m_s, wishes.fastest_m_s);
+  map.finish();
+  return wishes;
+}
+
+}  // namespace fivepipe::config

@@ -1,0 +1,168 @@
+#include "common/config/deployment.h"
+
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <sstream>
+
+#include "common/config/node_checks.h"
+#include "common/config/node_reader.h"
+#include "common/config/read_files.h"
+#include "common/config/yaml/yaml_reader.h"
+
+namespace fivepipe::config {
+
+namespace {
+
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+constexpr Range kAny{-kUnbounded, kUnbounded};
+constexpr Range kDomains{0, 232};  // DDSI-RTPS 2.5, section 9.6.2.3: ports of higher domains exceed 65535
+constexpr double kDegree_rad = std::numbers::pi / 180;
+
+Settings read_settings(YamlMap& map, const std::map<std::string, std::string>& overrides) {
+  std::map<std::string, Setting> defaults;
+  Place place{1, 1};
+  if (map.given("settings")) {
+    YamlMap settings = map.map("settings");
+    place = map.place_of("settings");
+    for (const std::string& key : settings.keys()) defaults[key] = {settings.text(key), false, settings.place_of(key)};
+    settings.finish();
+  }
+  return Settings(map.file(), place, std::move(defaults), overrides, map.problems());
+}
+
+std::vector<HeadKey> read_keys(YamlMap& map) {
+  const std::size_t problems_before = map.problem_count();
+  std::vector<HeadKey> path;
+  std::vector<YamlMap> keys = map.maps("path");
+  for (YamlMap& key : keys) {
+    const double t_s = key.number("t_s", {0, kUnbounded}, keys.size() == 1 ? std::optional(0.0) : std::nullopt);
+    path.push_back({t_s, key.vector3("eye_m", kAny), key.vector3("target_m", kAny)});
+    key.finish();
+  }
+  if (map.problem_count() == problems_before)
+    for (const HeadPathFault& fault : faults_of(path)) keys[fault.key].problem(fault.what);
+  return path;
+}
+
+Viewer read_viewer(YamlMap map) {
+  Viewer viewer;
+  if (map.is_void()) return viewer;
+  viewer.name = map.name("name", viewer.name);
+  if (map.given("path") && map.given("file")) map.problem_at("file", "path and file exclude each other");
+  if (map.given("file")) {
+    viewer.file = map.path("file");
+    if (!viewer.file.empty()) viewer.path = read_head_path(viewer.file, map.problems());
+  } else {
+    viewer.path = read_keys(map);
+  }
+  viewer.horizontal_fov_rad = map.number("horizontal_fov_deg", {1, 170}, viewer.horizontal_fov_rad / kDegree_rad) * kDegree_rad;
+  const auto [render_width_px, render_height_px] = map.size_px("render_size_px", std::array{viewer.render_width_px, viewer.render_height_px});
+  const auto [recon_width_px, recon_height_px] = map.size_px("recon_size_px", std::array{viewer.recon_width_px, viewer.recon_height_px});
+  viewer.render_width_px = render_width_px;
+  viewer.render_height_px = render_height_px;
+  viewer.recon_width_px = recon_width_px;
+  viewer.recon_height_px = recon_height_px;
+  viewer.near_m = map.number("near_m", {1e-3, 1e4}, viewer.near_m);
+  viewer.far_m = map.number("far_m", {1e-3, 1e5}, viewer.far_m);
+  if (!(viewer.near_m < viewer.far_m)) map.problem("near_m must be less than far_m");
+  map.finish();
+  return viewer;
+}
+
+// The file that a key names, read; with problems where it has some.
+template <typename Content>
+Content read_named_file(YamlMap& map, const std::string& key, Content (*read)(const std::filesystem::path&, Problems&)) {
+  const std::filesystem::path file = map.path(key);
+  if (file.empty()) return {};
+  if (const auto why = why_unreadable(file)) {
+    map.problem_at(key, key + ' ' + file.string() + ": " + *why);
+    return {};
+  }
+  return read(file, map.problems());
+}
+
+void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_good, bool viewer_is_good) {
+  const std::size_t problems_before = map.problem_count();
+  std::vector<PlacedNode> nodes;
+  for (YamlMap& node : map.maps("nodes")) nodes.push_back(read_node(node, deployment.rig));
+  const Place place = map.place_of("nodes");
+  check_names_and_counts(nodes, map.file(), map.problems());
+  const bool nodes_are_good = map.problem_count() == problems_before;
+  if (rig_is_good && !nodes.empty()) check_sources(nodes, deployment.rig, map.file(), place, map.problems());
+  if (nodes_are_good && viewer_is_good) check_shares(nodes, deployment.viewer, map.file(), map.problems());
+  for (PlacedNode& placed : nodes) deployment.nodes.push_back(std::move(placed.node));
+}
+
+// Parts of the hull are looked for in the rig's volume.
+void check_history(YamlMap& map, const Deployment& deployment) {
+  if (!deployment.scene.history) return;
+  const double cells = (deployment.rig.volume_m.sizes() / deployment.scene.history->cell_m).array().ceil().prod();
+  if (cells <= kMostHistoryCells) return;
+  std::ostringstream what;
+  what << "history of the scene divides the rig's volume_m into " << cells << " cells, at most " << kMostHistoryCells
+       << " are possible: a larger cell_m in its history, or a smaller volume_m";
+  map.problem_at("scene", what.str());
+}
+
+std::vector<std::filesystem::path> files_of(YamlMap& map, const Deployment& deployment) {
+  std::vector<std::filesystem::path> files{deployment.file};
+  for (const char* key : {"rig", "scene"})
+    if (map.given(key)) files.push_back(map.path(key));
+  for (const SceneObject& object : deployment.scene.objects)
+    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) files.push_back(mesh->file);
+  if (!deployment.viewer.file.empty()) files.push_back(deployment.viewer.file);
+  return files;
+}
+
+Deployment read_deployment(const std::filesystem::path& file, const std::map<std::string, std::string>& overrides, Problems& problems) {
+  YamlMap map = YamlMap::load(file, problems);
+  Deployment deployment;
+  deployment.file = file;
+  if (map.is_void()) return deployment;
+  Settings settings = read_settings(map, overrides);
+  map.use_settings(settings);
+  deployment.name = map.name("name");
+  deployment.domain = std::uint32_t(map.integer("domain", kDomains, 0));
+  deployment.network_profile = map.name("network_profile", deployment.network_profile);
+  deployment.frame_rate_hz = map.number("frame_rate_hz", {0, 1000, true}, deployment.frame_rate_hz);
+  const std::size_t problems_before_rig = problems.count();
+  deployment.rig = read_named_file(map, "rig", read_rig);
+  const bool rig_is_good = map.given("rig") && problems.count() == problems_before_rig;
+  deployment.scene = read_named_file(map, "scene", read_scene);
+  if (rig_is_good) check_history(map, deployment);
+  const std::size_t problems_before_viewer = problems.count();
+  deployment.viewer = read_viewer(map.map("viewer"));
+  const bool viewer_is_good = problems.count() == problems_before_viewer;
+  read_nodes(map, deployment, rig_is_good, viewer_is_good);
+  deployment.files = files_of(map, deployment);
+  map.finish();
+  return deployment;
+}
+
+}  // namespace
+
+Deployment load_deployment(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
+  Problems problems;
+  Deployment deployment = read_deployment(file, settings, problems);
+  problems.throw_if_any();
+  return deployment;
+}
+
+std::string program_of(const Node& node) {
+  struct Name {
+    std::string operator()(const CaptureConfig&) const { return "capture_node"; }
+    std::string operator()(const ReconConfig&) const { return "recon_node"; }
+    std::string operator()(const SimConfig&) const { return "sim_node"; }
+    std::string operator()(const RenderConfig&) const { return "render_node"; }
+  };
+  return std::visit(Name{}, node.config);
+}
+
+const Node* find_node(const Deployment& deployment, const std::string& name) {
+  for (const Node& node : deployment.nodes)
+    if (node.name == name) return &node;
+  return nullptr;
+}
+
+}  // namespace fivepipe::config

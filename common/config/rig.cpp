@@ -1,0 +1,171 @@
+#include "common/config/rig.h"
+
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "common/config/read_files.h"
+#include "common/config/visibility.h"
+#include "common/config/yaml/yaml_reader.h"
+
+namespace fivepipe::config {
+
+namespace {
+
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+constexpr Range kAny{-kUnbounded, kUnbounded};
+constexpr Range kPositive{0, kUnbounded, true};
+constexpr Range kFieldOfView_deg{0.01, 170};  // a pinhole image grows without bound towards 180 degrees
+// Below, the viewing direction and the image's up are one line for a camera that is given by look_at (sine of the angle).
+constexpr double kLeastSineToUp = 1e-4;
+constexpr double kDegree_rad = std::numbers::pi / 180;
+
+geometry::Pinhole read_pinhole(YamlMap& map) {
+  const auto [width_px, height_px] = map.size_px("image_size_px");
+  const bool by_angle = map.given("horizontal_fov_deg");
+  if (by_angle) {
+    for (const std::string key : {"fx_px", "fy_px", "cx_px", "cy_px"})
+      if (map.given(key)) map.problem_at(key, key + " and horizontal_fov_deg exclude each other");
+    const double fov_rad = map.number("horizontal_fov_deg", kFieldOfView_deg) * kDegree_rad;
+    return geometry::pinhole_from_fov(width_px, height_px, fov_rad);
+  }
+  if (!map.given("fx_px") && !map.given("fy_px") && !map.given("cx_px") && !map.given("cy_px")) {
+    map.problem("no focal length: horizontal_fov_deg, or fx_px, fy_px, cx_px and cy_px, is missing");
+    return {};
+  }
+  return {width_px, height_px, map.number("fx_px", kPositive), map.number("fy_px", kPositive), map.number("cx_px", kAny), map.number("cy_px", kAny)};
+}
+
+LensDistortion read_distortion(YamlMap map) {
+  LensDistortion d;
+  d.k1 = map.number("k1", kAny);
+  d.k2 = map.number("k2", kAny);
+  d.p1 = map.number("p1", kAny);
+  d.p2 = map.number("p2", kAny);
+  d.k3 = map.number("k3", kAny);
+  map.finish();
+  return d;
+}
+
+// look_at in the frame that the camera is mounted in, whose up is +z in the world and -y in the viewer's eye.
+Eigen::Isometry3d read_look_at(YamlMap map, Mount mount) {
+  const std::size_t problems_before = map.problem_count();
+  const Eigen::Vector3d eye_m = map.vector3("eye_m", kAny), target_m = map.vector3("target_m", kAny);
+  map.finish();
+  const Eigen::Vector3d up = mount == Mount::world ? Eigen::Vector3d(0, 0, 1) : Eigen::Vector3d(0, -1, 0);
+  if (map.is_void() || map.problem_count() > problems_before) return Eigen::Isometry3d::Identity();
+  const Eigen::Vector3d direction = (target_m - eye_m).normalized();
+  if (!(direction.cross(up).norm() > kLeastSineToUp)) {
+    map.problem("look_at has no upright image: eye_m and target_m are the same point, or one straight above the other; state the rotation instead");
+    return Eigen::Isometry3d::Identity();
+  }
+  return geometry::look_at(eye_m, target_m, up);
+}
+
+Eigen::Isometry3d read_pose(YamlMap map) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = map.matrix3("rotation");
+  pose.translation() = map.vector3("translation_m", kAny);
+  map.finish();
+  return pose;
+}
+
+// Exactly one of look_at and camera_from_world (camera_from_viewer for what the viewer carries).
+Eigen::Isometry3d read_camera_from_mount(YamlMap& map, Mount mount) {
+  const std::string key = mount == Mount::world ? "camera_from_world" : "camera_from_viewer";
+  const std::string wrong_key = mount == Mount::world ? "camera_from_viewer" : "camera_from_world";
+  if (map.given(wrong_key)) map.problem_at(wrong_key, wrong_key + " does not go with this camera's mount: " + key + " is expected");
+  const bool has_look_at = map.given("look_at"), has_pose = map.given(key);
+  if (has_look_at && has_pose) map.problem_at(key, key + " and look_at exclude each other");
+  if (has_pose) return read_pose(map.map(key));
+  if (has_look_at) return read_look_at(map.map("look_at"), mount);
+  if (!map.given(wrong_key)) map.problem("the camera has no pose: look_at or " + key + " is missing");
+  return Eigen::Isometry3d::Identity();
+}
+
+void check_usable(const YamlMap& map, RigCamera& camera) {
+  for (const auto& [pinhole, prefix] : {std::pair{camera.source, ""}, {camera.published, "published: "}})
+    if (const auto why = geometry::why_unusable({pinhole, camera.camera_from_mount})) {
+      map.problem("camera " + camera.name + ": " + prefix + *why);
+      return;
+    }
+  camera.camera_from_mount.linear() = geometry::nearest_rotation(camera.camera_from_mount.linear());
+}
+
+RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
+  const std::size_t problems_before = map.problem_count();
+  RigCamera camera;
+  camera.name = map.name("name");
+  camera.mount = map.choice<Mount>("mount", {{"world", Mount::world}, {"viewer", Mount::viewer}}, Mount::world);
+  const bool is_world = camera.mount == Mount::world;
+  camera.gives_shape = map.flag("gives_shape", is_world);
+  camera.gives_colour = map.flag("gives_colour", true);
+  camera.source = read_pinhole(map);
+  if (map.given("distortion")) camera.distortion = read_distortion(map.map("distortion"));
+  camera.published = camera.source;
+  if (map.given("published")) {
+    YamlMap published = map.map("published");
+    camera.published = read_pinhole(published);
+    published.finish();
+  }
+  camera.camera_from_mount = read_camera_from_mount(map, camera.mount);
+  if (camera.gives_shape && !is_world) map.problem_at("gives_shape", "gives_shape must be false for a camera that the viewer carries");
+  map.finish();
+  if (map.problem_count() > problems_before) return camera;
+  check_usable(map, camera);
+  if (map.problem_count() == problems_before && camera.gives_shape && !volume_m.isEmpty() && !sees_any_of(published_camera(camera), volume_m))
+    map.problem("camera " + camera.name + " sees nothing of volume_m");
+  return camera;
+}
+
+Eigen::AlignedBox3d read_volume(YamlMap map) {
+  const std::size_t problems_before = map.problem_count();
+  const Eigen::AlignedBox3d volume_m(map.vector3("min", kAny), map.vector3("max", kAny));
+  map.finish();
+  if (map.is_void() || map.problem_count() > problems_before) return {};
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(volume_m.min()[axis] < volume_m.max()[axis]))
+      map.problem_at("max", std::string("volume_m: max must be greater than min in ") + "xyz"[axis]);
+  return map.problem_count() > problems_before ? Eigen::AlignedBox3d() : volume_m;
+}
+
+}  // namespace
+
+Rig read_rig(const std::filesystem::path& file, Problems& problems) {
+  YamlMap map = YamlMap::load(file, problems);
+  Rig rig;
+  if (map.is_void()) return rig;
+  rig.name = map.name("name");
+  rig.volume_m = read_volume(map.map("volume_m"));
+  std::map<std::string, int> line_of_name;
+  for (YamlMap& camera_map : map.maps("cameras")) {
+    rig.cameras.push_back(read_camera(camera_map, rig.volume_m));
+    const std::string& name = rig.cameras.back().name;
+    const auto [first, is_new] = line_of_name.try_emplace(name, camera_map.place_of("name").line);
+    if (!is_new && !name.empty())
+      camera_map.problem_at("name", "two cameras are called " + name + ", the first in line " + std::to_string(first->second));
+  }
+  if (!rig.cameras.empty() && shape_cameras(rig).empty()) map.problem_at("cameras", "no camera gives shape");
+  map.finish();
+  return rig;
+}
+
+Rig load_rig(const std::filesystem::path& file) {
+  Problems problems;
+  Rig rig = read_rig(file, problems);
+  problems.throw_if_any();
+  return rig;
+}
+
+geometry::Camera published_camera(const RigCamera& camera, const Eigen::Isometry3d& eye_from_world) {
+  return {camera.published, camera.mount == Mount::world ? camera.camera_from_mount : camera.camera_from_mount * eye_from_world};
+}
+
+std::vector<std::size_t> shape_cameras(const Rig& rig) {
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i)
+    if (rig.cameras[i].gives_shape) indices.push_back(i);
+  return indices;
+}
+
+}  // namespace fivepipe::config

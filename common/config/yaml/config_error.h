@@ -1,0 +1,26 @@
+// All problems of a set of configuration files, reported together.
+#pragma once
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace fivepipe::config {
+
+// line and column count from 1; 0 where the problem has no place (a file that can't be opened).
+struct ConfigProblem {
+  std::string file;
+  int line = 0, column = 0;
+  std::string what;
+};
+
+// what() lists every problem, one a line, as file:line:column: what.
+class ConfigError : public std::runtime_error {
+ public:
+  explicit ConfigError(std::vector<ConfigProblem> problems);
+  const std::vector<ConfigProblem>& problems() const { return problems_; }
+
+ private:
+  std::vector<ConfigProblem> problems_;
+};
+
+}  // namespace fivepipe::config

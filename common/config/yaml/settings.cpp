@@ -1,0 +1,57 @@
+#include "common/config/yaml/settings.h"
+
+namespace fivepipe::config {
+
+Settings::Settings(std::filesystem::path file, Place place, std::map<std::string, Setting> defaults,
+                   const std::map<std::string, std::string>& overrides, Problems& problems)
+    : file_(std::move(file)), settings_(std::move(defaults)) {
+  for (const auto& [key, value] : overrides) {
+    const auto known = settings_.find(key);
+    if (known == settings_.end()) {
+      problems.add(file_, place, "--set " + key + ": there is no such setting; " + known_keys());
+      continue;
+    }
+    known->second.value = value;
+    known->second.from_command_line = true;
+  }
+}
+
+std::string Settings::known_keys() const {
+  if (settings_.empty()) return "this file has no settings";
+  std::string text = "known settings:";
+  for (const auto& [key, setting] : settings_) text += ' ' + key;
+  return text;
+}
+
+Settings::Expanded Settings::expand(const std::string& text, Place place, Problems& problems) {
+  Expanded result;
+  std::size_t at = 0;
+  while (true) {
+    const std::size_t open = text.find("${", at);
+    result.text += text.substr(at, open - at);
+    if (open == std::string::npos) return result;
+    const std::size_t close = text.find('}', open);
+    if (close == std::string::npos) {
+      problems.add(file_, place, "${ without }");
+      result.usable = false;
+      return result;
+    }
+    const std::string key = text.substr(open + 2, close - open - 2);
+    at = close + 1;
+    const auto known = settings_.find(key);
+    if (known == settings_.end()) {
+      problems.add(file_, place, "${" + key + "}: there is no such setting; " + known_keys());
+      result.usable = false;
+    } else if (known->second.value.empty()) {
+      const bool is_folder = at < text.size() && text[at] == '/';
+      if (reported_empty_.insert(key).second)
+        problems.add(file_, known->second.place, key + " is not set: pass --set " + key + (is_folder ? "=FOLDER" : "=VALUE"));
+      result.usable = false;
+    } else {
+      if (open == 0) result.starts_on_command_line = known->second.from_command_line;
+      result.text += known->second.value;
+    }
+  }
+}
+
+}  // namespace fivepipe::config

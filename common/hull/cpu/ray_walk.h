@@ -1,0 +1,102 @@
+// One ray through the maps, camera by camera, in double: what is exact in every volume query along a ray.
+//
+// Between two pixel borders a camera's verdict on the ray's points does not change. A walk through one map asks for the verdict just
+// after a parameter t and until when it holds; over a stretch of pixels that are all alike the walk goes in one step, to where the
+// ray's image leaves them: a parameter that follows from the projection in closed form (design, "Rays").
+#pragma once
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "common/hull/cpu/skip_map.h"
+#include "common/hull/hull.h"
+#include "common/hull/map_from_view.h"
+
+namespace fivepipe::hull {
+
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// Which way a ray's image moves is sure beyond this fraction of what it is the difference of: far above the rounding of float.
+inline constexpr double kUnsureWay = 1e-4;
+
+// Ray parameters [begin, end).
+struct RayRange {
+  double begin, end;
+  bool empty() const { return !(begin < end); }
+};
+
+// Parameter at which a ray's image crosses a pixel border of one axis. One formula, so that every backend gives the same bits.
+inline double border_crossing(double offset, double slope, double w_offset, double w_slope, double border) {
+  return (border * w_offset - offset) / (slope - border * w_slope);
+}
+
+// The image of one ray in one map: (U, V, W)(t) = offset + t * slope, pixel p covers [p, p + 1) of U / W.
+struct ImageLine {
+  double u_offset, u_slope, v_offset, v_slope, w_offset, w_slope;
+};
+inline ImageLine image_line(const MapFromView& map, double u_px, double v_px) {
+  const auto slope = [&](int row) { return map.at_infinity(row, 0) * u_px + (map.at_infinity(row, 1) * v_px + map.at_infinity(row, 2)); };
+  return {map.at_eye.x(), slope(0), map.at_eye.y(), slope(1), map.at_eye.z(), slope(2)};
+}
+
+ImageLine image_line(const geometry::Camera& camera, const geometry::Ray& ray);
+
+enum class Verdict { empty, object, unseen };
+struct Held {
+  Verdict verdict;
+  double until;  // ray parameter; kNever: to the end
+};
+
+// The part of a camera's map in which rays are walked.
+PixelRect walk_window(const geometry::Camera& camera, const BoxReach& reach, const HullRule& rule);
+// What a camera says of a ray outside that window.
+inline Verdict beyond_window(const HullRule& rule) { return rule.limits == Limits::seen ? Verdict::unseen : Verdict::empty; }
+
+class MapWalk {
+ public:
+  // Where the ray is outside `window` of the map, or not in front of its camera, the verdict is `beyond`. The window holds all
+  // object pixels. Borrows the reaches, in which the box ahead of the ray's image is made.
+  MapWalk(const ImageLine& line, const BoxReach& reach, const PixelRect& window, Verdict beyond, const RayRange& range);
+
+  // Just after t, which never decreases from call to call, and is in the range.
+  Held held(double t) {
+    if (!(t < held_.until)) walk_to(t);
+    return held_;
+  }
+
+ private:
+  void walk_to(double t);
+  void enter(double t);
+  double position(double offset, double slope, double t) const;
+
+  ImageLine line_;
+  const BoxReach* reach_;
+  PixelRect window_;
+  Verdict beyond_;
+  RayRange inside_window_;
+  bool right_, down_;
+  bool in_box_ = false;  // held_.until is where the ray leaves box_
+  bool leaves_by_u_ = false;
+  PixelRect box_;  // of pixels all alike
+  int u_ = 0, v_ = 0;
+  Held held_;
+};
+
+// The walks of all cameras, and the rule that joins them.
+class RayWalk {
+ public:
+  RayWalk(std::vector<MapWalk>& walks, const HullRule& rule) : walks_(walks), rule_(rule) {}
+
+  // First parameter >= t, before end, from which on the ray is in the hull; kNever if there is none. t as for MapWalk::held.
+  double next_entry(double t, double end);
+  // First parameter > t at which the ray is no more in the hull; end if that is not before. It is in the hull just after t.
+  double next_exit(double t, double end);
+
+ private:
+  double step_where_empty(double t);
+
+  std::vector<MapWalk>& walks_;
+  const HullRule& rule_;
+};
+
+}  // namespace fivepipe::hull

@@ -1,0 +1,264 @@
+#include "common/hull/gl/gl_hull.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "common/gl/gl_error.h"
+#include "common/hull/gl/gl_hull_shaders.h"
+#include "common/hull/map_from_view.h"
+
+namespace fivepipe::hull {
+namespace {
+
+using namespace gl_hull;
+
+// Bindings of the shaders' storage blocks; the preparation and a view share the distances.
+enum Binding { kBits = 0, kDistances = 1, kGrids = 2, kCandidates = 0, kStrips = 3, kTiles = 2, kWork = 3 };
+static_assert(kMostCameras == kMostGlCameras);
+constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as its shader
+
+int floor_to_multiple(int x, int of) { return x >= 0 ? x / of * of : -((-x + of - 1) / of * of); }
+
+GLuint groups_of(std::size_t invocations) { return GLuint((invocations + kGroup - 1) / kGroup); }
+
+struct Asked {
+  const Silhouette* silhouette;
+  PixelRect bounds;  // of its object pixels
+};
+
+// The order in which cameras are asked: smallest object first, it clears most; the rest only so that the given order never shows.
+bool asked_before(const Asked& a, const Asked& b) {
+  const auto key = [](const Asked& asked) {
+    const geometry::Pinhole& k = asked.silhouette->camera.pinhole;
+    const auto& m = asked.silhouette->camera.camera_from_world.matrix();
+    std::array<double, 21> numbers{double(asked.bounds.area_px()), k.fx_px, k.fy_px, k.cx_px, k.cy_px};
+    std::copy(m.data(), m.data() + m.size(), numbers.begin() + 5);
+    return numbers;
+  };
+  const auto key_a = key(a), key_b = key(b);
+  if (key_a != key_b) return key_a < key_b;
+  return std::ranges::lexicographical_compare(a.silhouette->pixels.words(), b.silhouette->pixels.words());
+}
+
+// Bits of the crop, rows of whole words; the crop may reach over the image, where nothing is set.
+void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t words, std::uint32_t rows, std::uint32_t* to) {
+  const int first = u0_px / 32, in_row = 2 * pixels.words_per_row();  // u0 is a multiple of 32
+  for (int row = 0; row < int(rows); ++row, to += words) {
+    const int v = v0_px + row;
+    if (v < 0 || v >= pixels.height_px()) continue;
+    const std::uint64_t* from = pixels.words().data() + std::size_t(v) * pixels.words_per_row();
+    for (int i = std::max(0, -first); i < int(words) && first + i < in_row; ++i)
+      to[i] = std::uint32_t(from[(first + i) / 2] >> (32 * ((first + i) % 2)));
+  }
+}
+
+}  // namespace
+
+GlHull::GlHull()
+    : cells_("hull: cells", cells_source()), strips_("hull: strips", strips_source()), distances_("hull: distances", distances_source()),
+      tiles_("hull: tiles", tiles_source()), settle_("hull: settle", settle_source()) {
+  for (const std::size_t most : {4, 16, 64}) rays_.push_back({most, nullptr});
+  const Work none{};
+  work_buffer_.write(&none, sizeof none);
+}
+
+void GlHull::set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule) {
+  if (silhouettes.size() > kMostGlCameras) throw std::invalid_argument("backend gl takes at most 64 cameras");
+  if (rule.limits != Limits::all) throw std::invalid_argument("backend gl knows only the rule `limits: all`");
+  maps_.clear();
+  bits_.clear();
+  std::vector<Asked> order;
+  empty_ = silhouettes.empty();
+  for (const Silhouette& s : silhouettes) {
+    order.push_back({&s, s.pixels.bounds()});
+    empty_ |= !is_finite(s.camera) || order.back().bounds.empty();
+  }
+  if (empty_) return;
+  std::sort(order.begin(), order.end(), asked_before);
+  for (const auto& [s, b] : order) {
+    Map map{s->camera, floor_to_multiple(b.u0_px - kPad_px, 32), b.v0_px - kPad_px, {}};
+    map.bounds = {b.u0_px - map.u0_px, b.v0_px - map.v0_px, b.u1_px - map.u0_px, b.v1_px - map.v0_px};
+    map.pixel_words = std::uint32_t(map.bounds.u1_px + kPad_px + 31) / 32;
+    map.pixel_rows = std::uint32_t(map.bounds.v1_px + kPad_px);
+    map.first_pixel_word = std::uint32_t(bits_.size());
+    bits_.resize(bits_.size() + std::size_t(map.pixel_words) * map.pixel_rows);
+    copy_bits(s->pixels, map.u0_px, map.v0_px, map.pixel_words, map.pixel_rows, bits_.data() + map.first_pixel_word);
+    maps_.push_back(map);
+  }
+  words_ = bits_.size();
+  for (Map& map : maps_) {
+    map.cell_words = (map.pixel_words + kCell_px - 1) / kCell_px;
+    map.cell_rows = (map.pixel_rows + kCell_px - 1) / kCell_px;
+    map.first_cell_word = std::uint32_t(words_);
+    words_ += std::size_t(map.cell_words) * map.cell_rows;
+  }
+  prepare();
+}
+
+void GlHull::prepare() {
+  std::vector<Grid> grids;
+  std::size_t most_cell_words = 0, all_strips = 0;
+  for (const Map& m : maps_) {
+    grids.push_back({m.first_pixel_word, m.pixel_words, m.pixel_rows, 0});
+    grids.push_back({m.first_cell_word, m.cell_words, m.cell_rows, 0});
+    most_cell_words = std::max(most_cell_words, std::size_t(m.cell_words) * m.cell_rows);
+    for (const Grid& g : {grids.end()[-2], grids.end()[-1]})
+      all_strips += std::size_t(g.words_per_row) * (32 / kStripWidth_px) * ((g.rows + kStripHeight_px - 1) / kStripHeight_px);
+  }
+  GLint64 most_bytes = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most_bytes);
+  if (words_ * 4 * sizeof(std::uint32_t) > std::size_t(most_bytes)) {
+    empty_ = true;
+    throw gl::GlError("the maps' object pixels take more than the driver's largest storage block");
+  }
+  bit_buffer_.reserve(words_ * sizeof(std::uint32_t));
+  bit_buffer_.write(bits_.data(), bits_.size() * sizeof(std::uint32_t));
+  distance_buffer_.reserve(words_ * 4 * sizeof(std::uint32_t));
+  grid_buffer_.write(grids.data(), grids.size() * sizeof(Grid));
+  const Strips none{{0, 1, 1}, 0};
+  strip_buffer_.reserve(sizeof none + all_strips * 2 * sizeof(std::uint32_t));
+  strip_buffer_.write(&none, sizeof none);
+  prepare_timer_.begin();
+  bit_buffer_.bind_storage(kBits);
+  distance_buffer_.bind_storage(kDistances);
+  grid_buffer_.bind_storage(kGrids);
+  strip_buffer_.bind_storage(kStrips);
+  glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, strip_buffer_.get());
+  cells_.use();
+  glDispatchCompute(groups_of(most_cell_words), GLuint(maps_.size()), 1);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+  strips_.use();
+  glDispatchCompute(groups_of(most_cell_words), GLuint(maps_.size()), 1);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+  distances_.use();
+  glDispatchComputeIndirect(offsetof(Strips, groups));
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+  prepare_timer_.end();
+}
+
+void GlHull::write_view(const View& view) {
+  ViewBlock block;
+  block.range_m[0] = view.near_m;
+  block.range_m[1] = view.far_m;
+  for (std::size_t i = 0; i < maps_.size(); ++i) {
+    const Map& m = maps_[i];
+    const MapFromView map = map_from_view(m.camera, view.camera);
+    Eigen::Matrix3d crop_from_map = Eigen::Matrix3d::Identity();
+    crop_from_map(0, 2) = -m.u0_px;
+    crop_from_map(1, 2) = -m.v0_px;
+    ViewMap& to = block.maps[i];
+    Eigen::Vector3d::Map(to.eye) = crop_from_map * map.at_eye;
+    const Eigen::Matrix3d at_infinity = crop_from_map * map.at_infinity;
+    Eigen::Vector3d::Map(to.column) = at_infinity.col(0);
+    Eigen::Vector3d::Map(to.row) = at_infinity.col(1);
+    Eigen::Vector3d::Map(to.constant) = at_infinity.col(2);
+    Eigen::Vector4i::Map(to.bounds) << m.bounds.u0_px, m.bounds.v0_px, m.bounds.u1_px, m.bounds.v1_px;
+    // Each word of bits has four of distances, and 32 columns.
+    Eigen::Vector4i::Map(to.pixels) << int(4 * m.first_pixel_word), int(4 * m.pixel_words), int(m.pixel_rows), int(32 * m.pixel_words);
+    Eigen::Vector4i::Map(to.cells) << int(4 * m.first_cell_word), int(4 * m.cell_words), int(m.cell_rows), int(32 * m.cell_words);
+  }
+  view_buffer_.reserve(sizeof block);
+  view_buffer_.write(&block, offsetof(ViewBlock, maps) + maps_.size() * sizeof(ViewMap));
+}
+
+// Tiles are aligned in the view, not in a rect: a ray's arithmetic is the same however the view is divided.
+void GlHull::write_candidates(std::span<const PixelRect> rects) {
+  std::vector<Candidate> candidates;
+  std::size_t rays = 0;
+  for (const PixelRect& r : rects) {
+    rays += r.area_px();
+    for (int v = r.v0_px / kTile_px * kTile_px; v < r.v1_px; v += kTile_px)
+      for (int u = r.u0_px / kTile_px * kTile_px; u < r.u1_px; u += kTile_px) {
+        const int first_u = std::max(r.u0_px - u, 0), last_u = std::min(r.u1_px - u, kTile_px) - 1;
+        const int first_v = std::max(r.v0_px - v, 0), last_v = std::min(r.v1_px - v, kTile_px) - 1;
+        candidates.push_back({std::uint32_t(u) | std::uint32_t(v) << 16, std::uint32_t(first_u | last_u << 4 | first_v << 8 | last_v << 12)});
+      }
+  }
+  candidates_ = candidates.size();
+  candidate_buffer_.write(candidates.data(), candidates.size() * sizeof(Candidate));
+  tile_buffer_.reserve(candidates.size() * sizeof(Tile));
+  const Work work{{kGroupsPerRow, 0, 1}, 0, {0, 1, 1}, 0};
+  work_buffer_.reserve(sizeof(Work) + rays * sizeof(std::uint32_t));
+  work_buffer_.write(&work, sizeof work);
+}
+
+const gl::GlProgram& GlHull::rays_program(std::size_t cameras) {
+  const auto rays = std::find_if(rays_.begin(), rays_.end(), [&](const RaysProgram& r) { return cameras <= r.most_cameras; });
+  if (!rays->program) rays->program = std::make_unique<gl::GlProgram>("hull: rays", rays_source(int(rays->most_cameras)));
+  return *rays->program;
+}
+
+void GlHull::run(std::size_t cameras) {
+  distance_buffer_.bind_storage(kDistances);
+  view_buffer_.bind_uniform(0);
+  candidate_buffer_.bind_storage(kCandidates);
+  tile_buffer_.bind_storage(kTiles);
+  work_buffer_.bind_storage(kWork);
+  glBindImageTexture(0, depth_->get(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
+  glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, work_buffer_.get());
+  const gl::GlProgram& rays = rays_program(cameras);
+  for (const GLuint program : {tiles_.get(), rays.get(), settle_.get()}) glProgramUniform1i(program, 0, GLint(cameras));
+  glProgramUniform1ui(tiles_.get(), 1, GLuint(candidates_));
+  tiles_.use();
+  glDispatchCompute(groups_of(candidates_), 1, 1);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+  rays.use();
+  glDispatchComputeIndirect(offsetof(Work, tile_groups));
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+  settle_.use();
+  glDispatchComputeIndirect(offsetof(Work, ray_groups));
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                  GL_TEXTURE_UPDATE_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+}
+
+void GlHull::trace(const View& view, std::span<const PixelRect> rects) {
+  const int width_px = view.camera.pinhole.width_px, height_px = view.camera.pinhole.height_px;
+  if (width_px <= 0 || height_px <= 0 || width_px > kMostViewSize_px || height_px > kMostViewSize_px) throw std::invalid_argument("view of an unusable size");
+  for (const PixelRect& r : rects)
+    if (!r.empty() && !(r == intersection(r, {0, 0, width_px, height_px}))) throw std::invalid_argument("rect outside the view's image");
+  if (!depth_ || depth_->width_px() != width_px || depth_->height_px() != height_px) depth_ = std::make_unique<gl::GlTexture>(width_px, height_px, GL_R32F);
+  for (const PixelRect& r : rects)
+    if (!r.empty()) glClearTexSubImage(depth_->get(), 0, r.u0_px, r.v0_px, 0, r.width_px(), r.height_px(), 1, GL_RED, GL_FLOAT, &kNoHull);
+  const bool usable = is_finite(view.camera) && view.near_m > 0 && view.far_m > view.near_m && std::isfinite(view.far_m);
+  const std::span<const PixelRect> asked = empty_ || !usable ? std::span<const PixelRect>() : rects;
+  write_candidates(asked);
+  trace_timer_.begin();
+  if (candidates_ > 0) {
+    write_view(view);
+    run(maps_.size());
+  }
+  trace_timer_.end();
+}
+
+const gl::GlTexture& GlHull::depth() const {
+  if (!depth_) throw std::logic_error("no depth before the first trace");
+  return *depth_;
+}
+
+DepthTile GlHull::read_back(const PixelRect& rect) const {
+  DepthTile tile{rect, std::vector<float>(rect.area_px())};
+  if (rect.empty()) return tile;
+  glPixelStorei(GL_PACK_ALIGNMENT, 4);
+  glGetTextureSubImage(depth().get(), 0, rect.u0_px, rect.v0_px, 0, rect.width_px(), rect.height_px(), 1, GL_RED, GL_FLOAT,
+                       GLsizei(tile.depth_m.size() * sizeof(float)), tile.depth_m.data());
+  return tile;
+}
+
+std::vector<DepthTile> GlHull::depth(const View& view, std::span<const PixelRect> rects) {
+  trace(view, rects);
+  std::vector<DepthTile> tiles;
+  for (const PixelRect& rect : rects) tiles.push_back(read_back(rect));
+  return tiles;
+}
+
+DepthTile GlHull::depth(const View& view, const PixelRect& rect) { return std::move(depth(view, std::span(&rect, 1)).front()); }
+
+GlHull::Counts GlHull::counts() const {
+  Work work;
+  glGetNamedBufferSubData(work_buffer_.get(), 0, sizeof work, &work);
+  return {candidates_, work.tiles, work.rays};
+}
+
+}  // namespace fivepipe::hull

@@ -1,0 +1,195 @@
+#include "common/hull/paper/plane_sweep.h"
+
+#include <algorithm>
+#include <cassert>
+#include <climits>
+#include <cmath>
+#include <stdexcept>
+
+#include "common/geometry/gl_camera.h"
+#include "common/hull/map_from_view.h"
+
+namespace fivepipe::hull {
+namespace {
+
+// The z-buffer's range is wider than the sweep's by this factor, so that no plane is clipped by rounding.
+constexpr double kClipSlack = 2.0;
+
+// The plane as one quad over the whole frustum; (s q, t q, q) is linear over it, so interpolation is exact to rounding.
+const char* const kPlaneVertex = R"(#version 450 core
+layout(location = 0) uniform float plane_depth_m;
+layout(location = 1) uniform mat4 clip_from_view;
+layout(location = 2) uniform mat4x3 texture_from_view;
+layout(location = 3) uniform vec4 sight_corners;  // x y of two opposite corners at depth 1
+out vec3 stq;
+void main() {
+  vec2 sight = mix(sight_corners.xy, sight_corners.zw, vec2(gl_VertexID & 1, gl_VertexID >> 1));
+  vec4 p_view = vec4(sight * plane_depth_m, plane_depth_m, 1.0);
+  gl_Position = clip_from_view * p_view;
+  stq = texture_from_view * p_view;
+})";
+
+// A projective texture also paints what lies behind its camera; q > 0 keeps to what lies in front.
+const char* const kCountFragment = R"(#version 450 core
+layout(binding = 0) uniform sampler2D object_pixels;
+in vec3 stq;
+void main() {
+  if (!(stq.z > 0.0)) discard;
+  if (textureLod(object_pixels, stq.xy / stq.z, 0.0).r < 0.5) discard;
+})";
+
+const char* const kKeepFragment = R"(#version 450 core
+layout(location = 0) uniform float plane_depth_m;
+out float depth_m;
+void main() { depth_m = plane_depth_m; })";
+
+PixelRect hull_of(std::span<const PixelRect> rects) {
+  PixelRect all{INT_MAX, INT_MAX, INT_MIN, INT_MIN};
+  for (const PixelRect& r : rects)
+    if (!r.empty()) all = {std::min(all.u0_px, r.u0_px), std::min(all.v0_px, r.v0_px), std::max(all.u1_px, r.u1_px), std::max(all.v1_px, r.v1_px)};
+  return all;
+}
+
+Eigen::Matrix<float, 3, 4> texture_from_view(const geometry::Camera& map_camera, const geometry::Camera& view) {
+  const Eigen::Matrix4d map_from_view = (map_camera.camera_from_world * view.camera_from_world.inverse()).matrix();
+  return (geometry::texture_from_camera(map_camera.pinhole) * map_from_view).cast<float>();
+}
+
+Eigen::Vector4f sight_corners(const geometry::Pinhole& k) {
+  return Eigen::Vector4d((-0.5 - k.cx_px) / k.fx_px, (-0.5 - k.cy_px) / k.fy_px, (k.width_px - 0.5 - k.cx_px) / k.fx_px, (k.height_px - 0.5 - k.cy_px) / k.fy_px).cast<float>();
+}
+
+}  // namespace
+
+SweepRange sweep_range(const View& view, const Eigen::AlignedBox3d& volume_world_m) {
+  double nearest = INFINITY, farthest = -INFINITY;
+  for (int corner = 0; corner < 8; ++corner) {
+    const double z = (view.camera.camera_from_world * volume_world_m.corner(Eigen::AlignedBox3d::CornerType(corner))).z();
+    nearest = std::min(nearest, z);
+    farthest = std::max(farthest, z);
+  }
+  return {std::max(view.near_m, nearest), std::min(view.far_m, farthest)};
+}
+
+PlaneSweep::PlaneSweep(int width_px, int height_px, int planes)
+    : planes_(planes), frame_(width_px, height_px, GL_R32F, gl::DepthBuffer::depth_and_stencil), count_("plane sweep: count", kPlaneVertex, kCountFragment),
+      keep_("plane sweep: keep", kPlaneVertex, kKeepFragment) {
+  assert(planes > 0);
+}
+
+void PlaneSweep::set_silhouettes(std::span<const Silhouette> silhouettes) {
+  if (silhouettes.size() > kMaxSweepCameras) throw std::invalid_argument("a plane sweep counts at most 255 cameras");
+  hull_is_empty_ = silhouettes.empty();
+  std::vector<MapTexture> previous = std::move(maps_);
+  maps_.clear();
+  for (std::size_t i = 0; i < silhouettes.size(); ++i) {
+    const Silhouette& s = silhouettes[i];
+    const PixelRect bounds = s.pixels.bounds();
+    if (bounds.empty() || !is_finite(s.camera)) {
+      hull_is_empty_ = true;
+      return;
+    }
+    const bool fits = i < previous.size() && previous[i].texture.width_px() == s.pixels.width_px() && previous[i].texture.height_px() == s.pixels.height_px();
+    maps_.push_back({s.camera, bounds, fits ? std::move(previous[i].texture) : gl::GlTexture(s.pixels.width_px(), s.pixels.height_px(), GL_R8)});
+    maps_.back().texture.upload(GL_RED, GL_UNSIGNED_BYTE, s.pixels.to_bytes().data());
+  }
+}
+
+// GL's rows count from the bottom.
+void PlaneSweep::scissor(const PixelRect& r) const { glScissor(r.u0_px, height_px() - r.v1_px, r.width_px(), r.height_px()); }
+
+// Depth 0 passes no plane: pixels of no rect are never asked.
+void PlaneSweep::clear(std::span<const PixelRect> rects, const PixelRect& around) const {
+  const auto clear_one = [&](const PixelRect& rect, float window_depth) {
+    const float no_hull[4] = {kNoHull, 0, 0, 0};
+    scissor(rect);
+    glClearBufferfi(GL_DEPTH_STENCIL, 0, window_depth, 0);
+    glClearBufferfv(GL_COLOR, 0, no_hull);
+  };
+  if (rects.size() > 1) clear_one(around, 0.0f);
+  for (const PixelRect& rect : rects)
+    if (!rect.empty()) clear_one(rect, 1.0f);
+}
+
+void PlaneSweep::sweep(const View& view, const SweepRange& range, const PixelRect& pixels) const {
+  std::vector<HalfSpace> half_spaces;
+  std::vector<Eigen::Matrix<float, 3, 4>> textures_from_view;
+  for (const MapTexture& m : maps_) {
+    add_half_spaces(map_from_view(m.camera, view.camera), m.bounds, half_spaces);
+    textures_from_view.push_back(texture_from_view(m.camera, view.camera));
+  }
+  const Eigen::Matrix4f clip_from_view = geometry::gl_clip_from_camera(view.camera.pinhole, range.near_m / kClipSlack, range.far_m * kClipSlack).cast<float>();
+  const Eigen::Vector4f corners = sight_corners(view.camera.pinhole);
+  for (const gl::GlProgram* program : {&count_, &keep_}) {
+    glProgramUniformMatrix4fv(program->get(), 1, 1, GL_FALSE, clip_from_view.data());
+    glProgramUniform4fv(program->get(), 3, 1, corners.data());
+  }
+  const GLint n = GLint(maps_.size());
+  for (int k = 0; k < planes_; ++k) {
+    const double depth_m = range.near_m + k * (range.far_m - range.near_m) / planes_;
+    const PixelRect reached = pixels_at_depth(half_spaces, depth_m, pixels);
+    if (reached.empty()) continue;
+    scissor(reached);
+    // Each camera counts on where all before it did; a pixel that one of them missed can't reach n.
+    count_.use();
+    glProgramUniform1f(count_.get(), 0, float(depth_m));
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    glDepthMask(GL_FALSE);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
+    for (GLint i = 0; i < n; ++i) {
+      glStencilFunc(GL_EQUAL, i, 0xff);
+      glProgramUniformMatrix4x3fv(count_.get(), 2, 1, GL_FALSE, textures_from_view[i].data());
+      maps_[i].texture.bind(0);
+      glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    }
+    // Counted by all: keep the plane's depth. Every count goes back to zero for the next plane.
+    keep_.use();
+    glProgramUniform1f(keep_.get(), 0, float(depth_m));
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthMask(GL_TRUE);
+    glStencilFunc(GL_EQUAL, n, 0xff);
+    glStencilOp(GL_ZERO, GL_ZERO, GL_ZERO);
+    glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+  }
+}
+
+DepthTile PlaneSweep::read_back(const PixelRect& rect) const {
+  DepthTile tile{rect, std::vector<float>(rect.area_px())};
+  if (rect.empty()) return tile;
+  glPixelStorei(GL_PACK_ALIGNMENT, 4);
+  glReadPixels(rect.u0_px, height_px() - rect.v1_px, rect.width_px(), rect.height_px(), GL_RED, GL_FLOAT, tile.depth_m.data());
+  const int width = rect.width_px(), height = rect.height_px();
+  for (int v = 0; v < height / 2; ++v)
+    std::swap_ranges(tile.depth_m.begin() + std::ptrdiff_t(v) * width, tile.depth_m.begin() + std::ptrdiff_t(v + 1) * width,
+                     tile.depth_m.begin() + std::ptrdiff_t(height - 1 - v) * width);
+  return tile;
+}
+
+std::vector<DepthTile> PlaneSweep::depth(const View& view, const SweepRange& range, std::span<const PixelRect> rects) const {
+  assert(view.camera.pinhole.width_px == width_px() && view.camera.pinhole.height_px == height_px());
+  std::vector<DepthTile> tiles;
+  const PixelRect around = hull_of(rects);
+  if (hull_is_empty_ || around.empty() || !is_finite(view.camera) || !(range.near_m > 0 && range.far_m > range.near_m && std::isfinite(range.far_m))) {
+    for (const PixelRect& rect : rects) tiles.push_back({rect, std::vector<float>(rect.area_px(), kNoHull)});
+    return tiles;
+  }
+  frame_.bind();
+  no_attributes_.bind();
+  glEnable(GL_SCISSOR_TEST);
+  glEnable(GL_DEPTH_TEST);
+  glEnable(GL_STENCIL_TEST);
+  glDepthFunc(GL_LESS);
+  clear(rects, around);
+  sweep(view, range, around);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_STENCIL_TEST);
+  for (const PixelRect& rect : rects) tiles.push_back(read_back(rect));
+  return tiles;
+}
+
+DepthTile PlaneSweep::depth(const View& view, const SweepRange& range, const PixelRect& rect) const {
+  return std::move(depth(view, range, std::span(&rect, 1)).front());
+}
+
+}  // namespace fivepipe::hull

@@ -1,0 +1,124 @@
+#include "common/hull/query/hull_query.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "common/hull/cpu/point_simd.h"
+#include "common/hull/cpu/ray_walk.h"
+
+namespace fivepipe::hull {
+namespace {
+
+using Eigen::Vector3d;
+
+
+// Queries that a thread takes together: enough that taking them costs nothing beside them.
+constexpr int kTogether = 256;
+
+// Calls part(begin, end).
+template <class Part>
+void in_parts(base::WorkerPool& pool, std::size_t count, const Part& part) {
+  pool.run(int((count + kTogether - 1) / kTogether), [&](int piece, int) {
+    const std::size_t begin = std::size_t(piece) * kTogether;
+    part(begin, std::min(begin + kTogether, count));
+  });
+}
+template <class Query>
+void for_many(base::WorkerPool& pool, std::size_t count, const Query& query) {
+  in_parts(pool, count, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) query(i);
+  });
+}
+
+}  // namespace
+
+HullQuery::HullQuery(CpuHull& hull) : hull_(&hull) {
+  hull.make_all_boxes();
+  for (const CpuHull::MapCamera& c : hull.cameras()) {
+    const ImageCone cone(c.camera);
+    cones_.push_back({cone, cone.pyramid(c.reach.bounds()), cone.pyramid(image_of(c.camera))});
+  }
+}
+
+bool HullQuery::contains(const Vector3d& p_world_m) const {
+  if (hull_->empty() || !p_world_m.allFinite()) return false;
+  const bool all = hull_->rule().limits == Limits::all;
+  int seen = 0;
+  for (const CpuHull::MapCamera& c : hull_->cameras()) {
+    const auto uv_px = geometry::project(c.camera, p_world_m);
+    const bool sees = uv_px && holds(image_of(c.camera), uv_px->x(), uv_px->y());
+    if (!sees && !all) continue;
+    if (!sees || c.reach.at(Box::right_down, int(uv_px->x() + 0.5), int(uv_px->y() + 0.5)) > 0) return false;
+    ++seen;
+  }
+  return all || seen >= hull_->rule().min_seen;
+}
+
+// Calls take(interval) until it returns false.
+template <class Take>
+void HullQuery::each_interval(const geometry::Ray& ray, double near, double far, const Take& take) const {
+  if (hull_->empty() || !(near < far) || !std::isfinite(near) || !std::isfinite(far) || !ray.origin_world_m.allFinite() || !ray.direction_world.allFinite()) return;
+  const HullRule& rule = hull_->rule();
+  std::vector<MapWalk> walks;
+  walks.reserve(cones_.size());
+  for (const CpuHull::MapCamera& c : hull_->cameras()) {
+    walks.emplace_back(image_line(c.camera, ray), c.reach, walk_window(c.camera, c.reach, rule), beyond_window(rule), RayRange{near, far});
+  }
+  RayWalk walk(walks, rule);
+  for (double t = near; t < far;) {
+    Interval found{walk.next_entry(t, far), 0};
+    if (!(found.enter < far)) return;
+    found.leave = walk.next_exit(found.enter, far);
+    if (found.enter < found.leave && !take(found)) return;
+    t = found.leave;
+  }
+}
+
+std::vector<Interval> HullQuery::intervals(const geometry::Ray& ray, double near, double far) const {
+  std::vector<Interval> found;
+  each_interval(ray, near, far, [&](const Interval& i) {
+    if (!found.empty() && found.back().leave == i.enter) found.back().leave = i.leave;
+    else found.push_back(i);
+    return true;
+  });
+  return found;
+}
+
+std::optional<double> HullQuery::first_entry(const geometry::Ray& ray, double near, double far) const {
+  std::optional<double> entry;
+  each_interval(ray, near, far, [&](const Interval& i) {
+    entry = i.enter;
+    return false;
+  });
+  return entry;
+}
+
+void HullQuery::contains(std::span<const Vector3d> p_world_m, std::span<std::uint8_t> inside) const {
+  assert(inside.size() == p_world_m.size());
+  if (hull_->empty() || hull_->rule().limits == Limits::seen) return for_many(hull_->pool(), p_world_m.size(), [&](std::size_t i) { inside[i] = contains(p_world_m[i]); });
+  const std::vector<PointLaneCamera> cameras = point_lane_cameras(*hull_);
+  in_parts(hull_->pool(), p_world_m.size(), [&](std::size_t begin, std::size_t end) {
+    InHull verdicts[kTogether];
+    contains_in_lanes(cameras, p_world_m.subspan(begin, end - begin), verdicts);
+    for (std::size_t i = begin; i < end; ++i) inside[i] = verdicts[i - begin] == InHull::unsettled ? contains(p_world_m[i]) : verdicts[i - begin] == InHull::yes;
+  });
+}
+
+void HullQuery::free_radius_m(std::span<const Vector3d> p_world_m, std::span<double> radius_m) const {
+  assert(radius_m.size() == p_world_m.size());
+  for_many(hull_->pool(), p_world_m.size(), [&](std::size_t i) { radius_m[i] = free_radius_m(p_world_m[i]); });
+}
+
+void HullQuery::solid_radius_m(std::span<const Vector3d> p_world_m, std::span<double> radius_m) const {
+  assert(radius_m.size() == p_world_m.size());
+  for_many(hull_->pool(), p_world_m.size(), [&](std::size_t i) { radius_m[i] = solid_radius_m(p_world_m[i]); });
+}
+
+void HullQuery::first_entry(std::span<const geometry::Ray> rays, double near, double far, std::span<double> entry) const {
+  assert(entry.size() == rays.size());
+  for_many(hull_->pool(), rays.size(), [&](std::size_t i) { entry[i] = first_entry(rays[i], near, far).value_or(kNever); });
+}
+
+}  // namespace fivepipe::hull

@@ -1,0 +1,162 @@
+#include "common/hull/silhouette/coverage_walk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace fivepipe::hull {
+namespace {
+
+// An image this close to a cell's border is on it [px]: 1000 times the rounding of a 10,000 px image.
+constexpr double kOnBorder_px = 1e-8;
+
+// The part of the range in which offset + t * slope >= 0.
+void clip(RayRange& range, double offset, double slope) {
+  const bool in_at_begin = offset + range.begin * slope >= 0, in_at_end = offset + range.end * slope >= 0;
+  if (in_at_begin && in_at_end) return;
+  if (in_at_end) range.begin = std::max(range.begin, -offset / slope);
+  else if (in_at_begin) range.end = std::min(range.end, -offset / slope);
+  else range.end = range.begin;
+}
+
+// In front of the camera, and half a cell within the cells' outer borders: that is the image's.
+RayRange within_image(const ImageLine& l, const CoverageMap& map, RayRange range) {
+  clip(range, l.w_offset - kNearestToCamera_m, l.w_slope);
+  const auto axis = [&](double offset, double slope, int size_px) {
+    const double low = 0.5, high = size_px + 0.5;
+    clip(range, offset - low * l.w_offset, slope - low * l.w_slope);
+    clip(range, high * l.w_offset - offset, high * l.w_slope - slope);
+  };
+  axis(l.u_offset, l.u_slope, map.width_px());
+  axis(l.v_offset, l.v_slope, map.height_px());
+  return range;
+}
+
+int floored(double x, int most) { return !(x > 0) ? 0 : x >= most ? most : int(std::floor(x)); }
+
+// Parameter >= t at which the image crosses `border` of one axis; t itself where it is on it already; never where it has passed it.
+double crossing(double offset, double slope, double w_offset, double w_slope, int border, double t) {
+  const double at = border_crossing(offset, slope, w_offset, w_slope, border);
+  if (at > t) return at;
+  const double w = w_offset + t * w_slope;
+  return std::abs(offset + t * slope - border * w) <= kOnBorder_px * w ? t : kNever;
+}
+
+}  // namespace
+
+geometry::Camera cell_camera(const geometry::Camera& camera) {
+  geometry::Camera cells = camera;
+  ++cells.pinhole.width_px;
+  ++cells.pinhole.height_px;
+  cells.pinhole.cx_px += 0.5;
+  cells.pinhole.cy_px += 0.5;
+  return cells;
+}
+
+ObjectPixels cells_with_object(const CoverageMap& map) {
+  ObjectPixels cells(map.width_px() + 1, map.height_px() + 1);
+  for (int v = 0; v < map.height_px(); ++v)
+    for (int u = 0; u < map.width_px(); ++u) {
+      if (side_of_border(map.at(u, v)) < 0) continue;
+      for (const int dv : {0, 1})
+        for (const int du : {0, 1}) cells.set(u + du, v + dv);
+    }
+  return cells;
+}
+
+CoverageWalk::CoverageWalk(const ImageLine& line, const CoverageMap& map, const BoxReach& reach, const RayRange& range)
+    : line_(line), map_(&map), reach_(&reach), inside_image_(within_image(line, map, range)), right_(line.u_slope * line.w_offset > line.u_offset * line.w_slope),
+      down_(line.v_slope * line.w_offset > line.v_offset * line.w_slope), held_{false, inside_image_.empty() ? kNever : inside_image_.begin} {}
+
+CoverageWalk::ImagePoint CoverageWalk::at(double t) const {
+  const double w = line_.w_offset + t * line_.w_slope;
+  return {(line_.u_offset + t * line_.u_slope) / w, (line_.v_offset + t * line_.v_slope) / w, w};
+}
+
+void CoverageWalk::walk_to(double t) {
+  if (!(t < inside_image_.end)) {
+    held_ = {false, kNever};
+  } else if (cuts_ > 0 && t < cut_t_[cuts_ - 1]) {
+    take_piece(t);
+  } else if (t == leaves_box_) {
+    step_over_border(t);
+  } else {
+    const ImagePoint p = at(t);
+    u_ = floored(p.u, map_->width_px());
+    v_ = floored(p.v, map_->height_px());
+    enter(t);
+  }
+}
+
+// Where the box ends: by index, for rounding may say before or behind.
+void CoverageWalk::step_over_border(double t) {
+  const ImagePoint p = at(t);
+  if (leaves_by_u_) {
+    u_ = right_ ? box_.u1_px : box_.u0_px - 1;
+    v_ = std::clamp(floored(p.v, map_->height_px()), box_.v0_px, box_.v1_px - 1);
+  } else {
+    v_ = down_ ? box_.v1_px : box_.v0_px - 1;
+    u_ = std::clamp(floored(p.u, map_->width_px()), box_.u0_px, box_.u1_px - 1);
+  }
+  if (u_ < 0 || v_ < 0 || u_ > map_->width_px() || v_ > map_->height_px()) {
+    inside_image_.end = t;
+    held_ = {false, kNever};
+  } else {
+    enter(t);
+  }
+}
+
+void CoverageWalk::enter(double t) {
+  const Box ahead = box_ahead(!right_, !down_);
+  const int reach = reach_->at(ahead, u_, v_);
+  box_ = box_of(ahead, u_, v_, std::max(reach, 1));
+  const double at_u = crossing(line_.u_offset, line_.u_slope, line_.w_offset, line_.w_slope, right_ ? box_.u1_px : box_.u0_px, t);
+  const double at_v = crossing(line_.v_offset, line_.v_slope, line_.w_offset, line_.w_slope, down_ ? box_.v1_px : box_.v0_px, t);
+  leaves_by_u_ = at_u <= at_v;
+  leaves_box_ = std::min(at_u, at_v);
+  cuts_ = 0;
+  if (reach > 0 || leaves_box_ == t) held_ = {false, leaves_box_};
+  else cut_cell(t);
+}
+
+// With image points p0 where the cell is entered and p1 where it is left, p0 + x (p1 - p0) is the image of the parameter
+// t0 + (t1 - t0) x w0 / ((1 - x) w1 + x w0).
+void CoverageWalk::cut_cell(double t) {
+  const double s00 = side_of_border(map_->at_nearest(u_ - 1, v_ - 1)), s10 = side_of_border(map_->at_nearest(u_, v_ - 1));
+  const double s01 = side_of_border(map_->at_nearest(u_ - 1, v_)), s11 = side_of_border(map_->at_nearest(u_, v_));
+  const double end = std::min(leaves_box_, inside_image_.end);
+  if (s00 > 0 && s10 > 0 && s01 > 0 && s11 > 0) {
+    held_ = {true, end};
+    return;
+  }
+  const ImagePoint p0 = at(t), p1 = at(end);
+  const double x = p0.u - u_, y = p0.v - v_, dx = p1.u - p0.u, dy = p1.v - p0.v, by_u = s10 - s00, by_v = s01 - s00, by_uv = s00 - s10 - s01 + s11;
+  constant_ = s00 + by_u * x + by_v * y + by_uv * x * y;
+  linear_ = by_u * dx + by_v * dy + by_uv * (x * dy + y * dx);
+  square_ = by_uv * dx * dy;
+  cut_at_[0] = 0;
+  cut_t_[0] = t;
+  cuts_ = 1;
+  const double discriminant = linear_ * linear_ - 4 * square_ * constant_;
+  const double q = -0.5 * (linear_ + std::copysign(std::sqrt(std::max(discriminant, 0.0)), linear_));
+  double roots[2] = {q / square_, constant_ / q};
+  if (roots[0] > roots[1]) std::swap(roots[0], roots[1]);
+  for (const double root : roots)
+    if (discriminant > 0 && root > 0 && root < 1) {
+      cut_at_[cuts_] = root;
+      cut_t_[cuts_++] = t + (end - t) * (root * p0.w / ((1 - root) * p1.w + root * p0.w));
+    }
+  cut_at_[cuts_] = 1;
+  cut_t_[cuts_++] = end;
+  take_piece(t);
+}
+
+// The sign in a piece's middle: at its ends it is rounding.
+void CoverageWalk::take_piece(double t) {
+  int piece = 0;
+  while (piece + 2 < cuts_ && !(t < cut_t_[piece + 1])) ++piece;
+  const double x = 0.5 * (cut_at_[piece] + cut_at_[piece + 1]);
+  held_ = {constant_ + x * (linear_ + x * square_) >= 0, cut_t_[piece + 1]};
+}
+
+}  // namespace fivepipe::hull

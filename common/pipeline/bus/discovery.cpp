@@ -1,0 +1,77 @@
+#include "common/pipeline/bus/discovery.h"
+
+#include <array>
+#include <cstring>
+#include <memory>
+
+namespace fivepipe::bus::detail {
+namespace {
+
+constexpr std::int32_t kMaxKnown = 1024;  // of a kind
+
+// Everything alive that a built-in topic holds, in turn.
+template <class Described, class Each>
+void for_each_known(dds_entity_t participant, dds_entity_t builtin_topic, const Each& each) {
+  const dds_entity_t reader = dds_create_reader(participant, builtin_topic, nullptr, nullptr);
+  if (reader < 0) throw BusError(std::string("reading discovery: ") + dds_strretcode(-reader));
+  const Entity owner(reader);
+  std::vector<void*> samples(kMaxKnown, nullptr);
+  std::vector<dds_sample_info_t> infos(kMaxKnown);
+  const dds_return_t count = dds_read(reader, samples.data(), infos.data(), kMaxKnown, kMaxKnown);
+  for (dds_return_t i = 0; i < count; ++i)
+    if (infos[std::size_t(i)].valid_data && infos[std::size_t(i)].instance_state == DDS_IST_ALIVE) each(*static_cast<const Described*>(samples[std::size_t(i)]));
+  if (count > 0) dds_return_loan(reader, samples.data(), count);
+}
+
+std::string duration_text(dds_duration_t duration_ns) {
+  return duration_ns == DDS_INFINITY ? "infinite" : std::to_string(duration_ns / 1'000'000) + " ms";
+}
+
+}  // namespace
+
+std::string guid_text(const dds_guid_t& guid) {
+  static constexpr char digits[] = "0123456789abcdef";
+  std::string text;
+  for (const std::uint8_t byte : guid.v) text += {digits[byte >> 4], digits[byte & 15]};
+  return text;
+}
+
+std::map<std::string, std::string> qos_text(const dds_qos_t* qos) {
+  std::map<std::string, std::string> text;
+  dds_reliability_kind_t reliability;
+  dds_durability_kind_t durability;
+  dds_history_kind_t history;
+  dds_duration_t blocking_ns = 0;
+  std::int32_t depth = 0;
+  if (dds_qget_reliability(qos, &reliability, &blocking_ns))
+    text["reliability"] = reliability == DDS_RELIABILITY_RELIABLE ? "reliable, blocks " + duration_text(blocking_ns) : "best_effort";
+  if (dds_qget_durability(qos, &durability)) {
+    static constexpr const char* names[] = {"volatile", "transient_local", "transient", "persistent"};
+    text["durability"] = names[durability];
+  }
+  if (dds_qget_history(qos, &history, &depth))
+    text["history"] = history == DDS_HISTORY_KEEP_ALL ? "keep_all" : "keep_last " + std::to_string(depth);
+  return text;
+}
+
+std::vector<EndpointDescription> endpoints_known_to(dds_entity_t participant) {
+  dds_guid_t own{};
+  dds_get_guid(participant, &own);
+  std::map<std::string, std::string> name_of_participant;
+  for_each_known<dds_builtintopic_participant_t>(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, [&](const auto& known) {
+    char* name = nullptr;
+    if (dds_qget_entity_name(known.qos, &name) && name) name_of_participant[guid_text(known.key)] = name;
+    dds_free(name);
+  });
+  std::vector<EndpointDescription> endpoints;
+  const auto add = [&](const dds_builtintopic_endpoint_t& known, bool writes) {
+    const std::string participant_guid = guid_text(known.participant_key);
+    endpoints.push_back({known.topic_name, known.type_name, writes, participant_guid == guid_text(own), guid_text(known.key), participant_guid,
+                         name_of_participant[participant_guid], qos_text(known.qos)});
+  };
+  for_each_known<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, [&](const auto& known) { add(known, true); });
+  for_each_known<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, [&](const auto& known) { add(known, false); });
+  return endpoints;
+}
+
+}  // namespace fivepipe::bus::detail

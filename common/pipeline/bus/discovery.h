@@ -1,0 +1,18 @@
+// What discovery tells of readers and writers, in words. Internal to bus.
+#pragma once
+#include <dds/dds.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/pipeline/bus/bus.h"
+
+namespace fivepipe::bus::detail {
+
+std::string guid_text(const dds_guid_t& guid);
+std::map<std::string, std::string> qos_text(const dds_qos_t* qos);
+// Of every endpoint that this participant knows, its own too.
+std::vector<EndpointDescription> endpoints_known_to(dds_entity_t participant);
+
+}  // namespace fivepipe::bus::detail

@@ -1,0 +1,63 @@
+#include "common/pipeline/bus/profile.h"
+
+#include <cstdlib>
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include "common/pipeline/bus/bus.h"
+#include "common/pipeline/bus/shipped_profiles.h"
+
+namespace fivepipe::bus {
+namespace {
+
+std::string file_text(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw BusError("CYCLONEDDS_URI names " + path + ", which can't be read");
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+}  // namespace
+
+std::vector<std::string> profile_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, xml] : kShippedProfiles) names.push_back(name);
+  return names;
+}
+
+std::string profile_xml(const std::string& name) {
+  if (const char* uri = std::getenv("CYCLONEDDS_URI"); uri && *uri) {
+    const std::string text = uri;
+    return text.starts_with("file://") ? file_text(text.substr(7)) : text;
+  }
+  std::string known;
+  for (const auto& [shipped, xml] : kShippedProfiles) {
+    if (shipped == name) return xml;
+    known += (known.empty() ? "" : ", ") + std::string(shipped);
+  }
+  throw BusError("no network profile '" + name + "'; there are: " + known);
+}
+
+FittedProfile fitted_to_kernel(const std::string& xml, std::size_t rmem_max_bytes) {
+  static const std::regex minimum("(SocketReceiveBufferSize[^>]*min=\")([0-9.]+) *([kM]i?B|B)?\"");
+  std::smatch match;
+  if (rmem_max_bytes == 0 || !std::regex_search(xml, match, minimum)) return {xml, ""};
+  const std::string unit = match[3];
+  const double scale = unit.starts_with("M") ? 1 << 20 : unit.starts_with("k") ? 1 << 10 : 1;
+  const double wanted_bytes = std::stod(match[2]) * scale;
+  if (wanted_bytes <= double(rmem_max_bytes)) return {xml, ""};
+  const std::string wanted = std::to_string(std::size_t(wanted_bytes));
+  return {match.prefix().str() + match[1].str() + std::to_string(rmem_max_bytes) + "B\"" + match.suffix().str(),
+          "the kernel grants receive buffers of " + std::to_string(rmem_max_bytes) + " bytes, the network profile asks for " + wanted +
+              "; large samples may be lost. Set it: sysctl -w net.core.rmem_max=" + wanted};
+}
+
+std::size_t kernel_rmem_max_bytes() {
+  std::ifstream file("/proc/sys/net/core/rmem_max");
+  std::size_t bytes = 0;
+  return file >> bytes ? bytes : 0;
+}
+
+}  // namespace fivepipe::bus

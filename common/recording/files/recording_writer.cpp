@@ -1,0 +1,214 @@
+#include "common/recording/files/recording_writer.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "common/recording/files/format.h"
+
+namespace fivepipe::recording {
+namespace {
+
+void append_uint32(std::vector<std::byte>& to, std::uint32_t value) {
+  for (int shift = 0; shift < 32; shift += 8) to.push_back(std::byte(value >> shift));
+}
+
+// As plain CDR, little endian.
+std::vector<std::byte> key_state_cdr(KeyChange change, std::span<const std::byte> key) {
+  std::vector<std::byte> cdr{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
+  append_uint32(cdr, change == KeyChange::disposed ? 0 : 1);
+  append_uint32(cdr, std::uint32_t(key.size()));
+  cdr.insert(cdr.end(), key.begin(), key.end());
+  return cdr;
+}
+
+}  // namespace
+
+RecordingWriter::RecordingWriter(const std::filesystem::path& file, const std::string& library, const WriterOptions& options) : options_(options) {
+  file_.emplace(file, options.compression, library);
+  disk_ = std::thread([this] { write_until_finished(); });
+}
+
+RecordingWriter::~RecordingWriter() { finish(); }
+
+void RecordingWriter::attach(mcap::Attachment attachment) {
+  const std::scoped_lock lock(file_mutex_);
+  file_->attach(attachment);
+}
+
+void RecordingWriter::add(mcap::Metadata metadata) {
+  const std::scoped_lock lock(file_mutex_);
+  file_->add(metadata);
+}
+
+mcap::Id RecordingWriter::schema_of(const std::string& type, const std::string& text) {
+  const auto [known, is_new] = schemas_.try_emplace(type, mcap::Id(0));
+  if (is_new) known->second = open_.add_schema({type, kSchemaEncoding, text});
+  return known->second;
+}
+
+mcap::Id RecordingWriter::add_channel(const std::string& topic, const std::string& type, const std::string& schema, const std::map<std::string, std::string>& metadata) {
+  const mcap::Id id = open_.add_channel({schema_of(type, schema), topic, kMessageEncoding, metadata});
+  channels_[id] = {topic, 0, std::nullopt, metadata};
+  const std::scoped_lock lock(mutex_);
+  topic_of_channel_[id] = topic;
+  counts_[topic];
+  return id;
+}
+
+void RecordingWriter::add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns, std::span<const std::byte> cdr) {
+  add_counted(channel, log_stamp_ns, source_stamp_ns, cdr);
+}
+
+void RecordingWriter::add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns, KeyChange change, std::span<const std::byte> key_cdr) {
+  ChannelState& of = channels_.at(channel);
+  if (!of.key_states) of.key_states = add_channel(of.topic + kKeyStateSuffix, kKeyStateType, kKeyStateIdl, of.metadata);
+  add_counted(*of.key_states, log_stamp_ns, source_stamp_ns, key_state_cdr(change, key_cdr));
+}
+
+void RecordingWriter::add_counted(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns, std::span<const std::byte> payload) {
+  ChannelState& state = channels_.at(channel);
+  {
+    const std::scoped_lock lock(mutex_);
+    TopicCounts& counts = counts_[state.topic];
+    ++counts.received;
+    counts.bytes += payload.size();
+    if (!failure_.empty() || waiting_bytes_ + open_.size_bytes() + payload.size() > options_.most_waiting_bytes) {
+      ++counts.lost;
+      ++state.next_sequence;  // the gap is seen in the file
+      return;
+    }
+  }
+  if (open_.empty()) open_since_ns_ = log_stamp_ns;
+  open_.add({channel, state.next_sequence++, std::uint64_t(log_stamp_ns), std::uint64_t(source_stamp_ns), payload});
+  ++open_messages_[channel];
+  if (open_.size_bytes() >= options_.chunk_bytes) close_chunk();
+}
+
+void RecordingWriter::tick(std::int64_t now_ns) {
+  if (!open_.empty() && 1e-9 * double(now_ns - open_since_ns_) >= options_.chunk_s) close_chunk();
+}
+
+void RecordingWriter::close_chunk() {
+  if (open_.empty()) return;
+  const std::size_t bytes = open_.size_bytes();
+  Waiting waiting{open_.take(), bytes, std::exchange(open_messages_, {})};
+  {
+    const std::scoped_lock lock(mutex_);
+    waiting_bytes_ += bytes;
+    waiting_.push_back(std::move(waiting));
+  }
+  changed_.notify_all();
+}
+
+void RecordingWriter::write_until_finished() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    changed_.wait(lock, [this] { return finishing_ || !waiting_.empty(); });
+    if (waiting_.empty()) return;
+    Waiting next = std::move(waiting_.front());
+    waiting_.pop_front();
+    const bool is_last = waiting_.empty();
+    lock.unlock();
+    write(next, is_last);
+    lock.lock();
+    waiting_bytes_ -= next.bytes;
+  }
+}
+
+void RecordingWriter::write(Waiting& waiting, bool is_last) {
+  using Clock = std::chrono::steady_clock;
+  std::string why;
+  try {
+    const std::scoped_lock lock(file_mutex_);
+    if (failure().empty()) {
+      file_->write(waiting.chunk);
+      bytes_written_ = file_->bytes_written();
+      // A disk that lags behind is not forced for every chunk.
+      if (options_.sync && (is_last || Clock::now() - synced_ >= std::chrono::duration<double>(options_.chunk_s))) {
+        file_->sync();
+        synced_ = Clock::now();
+      }
+    } else {
+      why = failure();
+    }
+  } catch (const std::exception& error) {
+    why = error.what();
+  }
+  const std::scoped_lock lock(mutex_);
+  if (failure_.empty()) failure_ = why;
+  if (!why.empty()) return lose(waiting);
+  for (const auto& [channel, count] : waiting.messages) counts_[topic_of_channel_.at(channel)].written += count;
+}
+
+void RecordingWriter::lose(const Waiting& waiting) {
+  for (const auto& [channel, count] : waiting.messages) counts_[topic_of_channel_.at(channel)].lost += count;
+}
+
+std::map<std::string, TopicCounts> RecordingWriter::counts() const {
+  const std::scoped_lock lock(mutex_);
+  return counts_;
+}
+
+std::string RecordingWriter::failure() const {
+  const std::scoped_lock lock(mutex_);
+  return failure_;
+}
+
+std::string RecordingWriter::loss_reason() const {
+  const std::scoped_lock lock(mutex_);
+  const bool none = std::all_of(counts_.begin(), counts_.end(), [](const auto& count) { return count.second.lost == 0; });
+  return none ? "" : !failure_.empty() ? failure_ : gave_up_ ? "it was ended before the disk had taken them" : "the disk did not keep up";
+}
+
+void RecordingWriter::add_sent(const std::string& topic, std::uint64_t sent, std::uint64_t missing) {
+  const std::scoped_lock lock(mutex_);
+  counts_[topic].sent += sent;
+  counts_[topic].missing += missing;
+}
+
+void RecordingWriter::add_counts() {
+  const std::string why = loss_reason();
+  mcap::Metadata counts{kCountsMetadata, {}};
+  for (const auto& [topic, count] : counts_) {
+    counts.values[topic + " received"] = std::to_string(count.received);
+    counts.values[topic + " written"] = std::to_string(count.written);
+    counts.values[topic + " lost"] = std::to_string(count.lost);
+    if (count.sent == 0) continue;
+    counts.values[topic + " sent"] = std::to_string(count.sent);
+    counts.values[topic + " missing"] = std::to_string(count.missing);
+  }
+  if (!why.empty()) counts.values[kLossReasonKey] = why;
+  file_->add(counts);
+}
+
+void RecordingWriter::finish(const std::function<bool()>& gives_up) {
+  constexpr std::chrono::milliseconds kAsksAgain{20};
+  if (!disk_.joinable()) return;
+  close_chunk();
+  {
+    std::unique_lock lock(mutex_);
+    finishing_ = true;
+    changed_.notify_all();
+    while (gives_up && !waiting_.empty()) {
+      if (gives_up()) {
+        gave_up_ = true;
+        for (const Waiting& waiting : std::exchange(waiting_, {})) lose(waiting);
+      } else {
+        changed_.wait_for(lock, kAsksAgain);
+      }
+    }
+  }
+  disk_.join();
+  if (!failure_.empty()) return;
+  try {
+    add_counts();
+    file_->finish();
+    if (options_.sync) file_->sync();
+    bytes_written_ = file_->bytes_written();
+  } catch (const std::exception& error) {
+    failure_ = error.what();
+  }
+}
+
+}  // namespace fivepipe::recording

@@ -1,0 +1,75 @@
+// Little-endian fields of records: appended to bytes, taken from bytes. Nothing is read beyond the end.
+#pragma once
+#include <bit>
+#include <concepts>
+#include <cstring>
+#include <memory>
+#include <string_view>
+
+#include "common/recording/mcap/format/mcap.h"
+
+namespace fivepipe::mcap {
+
+static_assert(std::endian::native == std::endian::little, "fields are copied as they lie in memory");
+
+using Bytes = std::vector<std::byte>;
+using ByteView = std::span<const std::byte>;
+
+// Memory that is not zeroed first, as it is filled at once: a length that a damaged file claims costs no pages.
+class Buffer {
+ public:
+  Buffer() = default;
+  explicit Buffer(std::size_t size_bytes) : bytes_(std::make_unique_for_overwrite<std::byte[]>(size_bytes)), size_bytes_(size_bytes) {}
+  std::span<std::byte> all() { return {bytes_.get(), size_bytes_}; }
+  ByteView view() const { return {bytes_.get(), size_bytes_}; }
+
+ private:
+  std::unique_ptr<std::byte[]> bytes_;
+  std::size_t size_bytes_ = 0;
+};
+
+void append(Bytes& to, ByteView raw);
+template <std::unsigned_integral T>
+void append(Bytes& to, T value) {
+  const std::size_t at = to.size();
+  to.resize(at + sizeof(T));
+  std::memcpy(to.data() + at, &value, sizeof(T));
+}
+// With its length in front. Throws std::length_error above 4 GiB, which no record can hold.
+void append(Bytes& to, std::string_view text);
+void append(Bytes& to, const std::map<std::string, std::string>& map);
+
+// Where in which file something was read: what stands inside a chunk has the chunk's byte.
+struct Place {
+  std::string_view file;
+  std::uint64_t byte = 0;
+  [[noreturn]] void fail(std::string_view what) const;  // McapError
+};
+
+// Takes fields off the front of a record's content. A field that goes beyond the end is an McapError.
+class Fields {
+ public:
+  Fields(ByteView content, Place place) : rest_(content), place_(place) {}
+  template <std::unsigned_integral T>
+  T take() {
+    T value;
+    std::memcpy(&value, raw(sizeof(T)).data(), sizeof(T));
+    return value;
+  }
+  ByteView raw(std::uint64_t size_bytes);
+  std::string text();
+  std::map<std::string, std::string> text_map();
+  Fields part();  // an array's or a map's content, with its 32-bit length in front
+  ByteView rest() const { return rest_; }
+  bool empty() const { return rest_.empty(); }
+  const Place& place() const { return place_; }
+
+ private:
+  ByteView rest_;
+  Place place_;
+};
+
+// IEEE 802.3 CRC-32, as everywhere in the format; `so_far` is the CRC of what stands in front.
+std::uint32_t crc32_of(ByteView bytes, std::uint32_t so_far = 0);
+
+}  // namespace fivepipe::mcap

@@ -1,0 +1,53 @@
+#include "common/recording/mcap/format/chunk_builder.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace fivepipe::mcap {
+namespace {
+
+template <typename T>
+Id added(std::vector<T>& list, const T& element) {
+  if (list.size() == std::numeric_limits<Id>::max()) throw std::length_error("an MCAP file has at most 65535 schemas and 65535 channels");
+  list.push_back(element);
+  return Id(list.size());
+}
+
+}  // namespace
+
+Id ChunkBuilder::add_schema(const Schema& schema) { return added(schemas_, schema); }
+
+Id ChunkBuilder::add_channel(const Channel& channel) {
+  if (channel.schema > schemas_.size()) throw std::invalid_argument("channel " + channel.topic + " has a schema that was not added");
+  return added(channels_, channel);
+}
+
+void ChunkBuilder::introduce(Id id) {
+  const Channel& channel = channels_.at(id - std::size_t(1));
+  if (channel.schema != 0 && open_.schemas.try_emplace(channel.schema, schemas_[channel.schema - 1]).second)
+    append_schema(open_.records, channel.schema, schemas_[channel.schema - 1]);
+  open_.channels.emplace(id, channel);
+  append_channel(open_.records, id, channel);
+}
+
+void ChunkBuilder::add(const Message& message) {
+  auto places = open_.index.find(message.channel);
+  if (places == open_.index.end()) {
+    introduce(message.channel);
+    places = open_.index.emplace(message.channel, std::vector<MessagePlace>()).first;
+  }
+  const bool first = open_.index.size() == 1 && places->second.empty();
+  open_.start_ns = first ? message.log_stamp_ns : std::min(open_.start_ns, message.log_stamp_ns);
+  open_.end_ns = first ? message.log_stamp_ns : std::max(open_.end_ns, message.log_stamp_ns);
+  places->second.push_back({message.log_stamp_ns, open_.records.size()});
+  append_message(open_.records, message);
+}
+
+Chunk ChunkBuilder::take() {
+  Chunk next;
+  next.records.reserve(open_.records.capacity());  // else it would be copied as it grows
+  return std::exchange(open_, std::move(next));
+}
+
+}  // namespace fivepipe::mcap

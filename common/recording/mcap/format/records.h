@@ -1,0 +1,104 @@
+// The records of the format (https://mcap.dev/spec#records), one by one, as bytes. What each means stands in mcap.h and summary.h.
+#pragma once
+#include <array>
+#include <optional>
+
+#include "common/recording/mcap/format/bytes.h"
+#include "common/recording/mcap/format/summary.h"
+
+namespace fivepipe::mcap {
+
+enum class Op : std::uint8_t {
+  header = 0x01, footer, schema, channel, message, chunk, message_index, chunk_index, attachment, attachment_index, statistics, metadata,
+  metadata_index, summary_offset, data_end,
+  set_aside = 0xFF  // private: what recover() makes of a damaged chunk, so that every reader skips it
+};
+
+inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
+inline constexpr std::uint64_t kRecordHeadBytes = 1 + 8;                       // opcode, length of the content
+inline constexpr std::uint64_t kMessageHeadBytes = 2 + 4 + 8 + 8;              // channel, sequence, both stamps
+inline constexpr std::uint64_t kFooterBytes = kRecordHeadBytes + 8 + 8 + 4;
+inline constexpr std::uint64_t kDataEndBytes = kRecordHeadBytes + 4;
+
+// Appends a record's opcode at once, and its length when the content has been appended: at the end of this object's life.
+class OpenRecord {
+ public:
+  OpenRecord(Bytes& to, Op op) : to_(to), start_(to.size()) {
+    append(to, std::uint8_t(op));
+    append(to, std::uint64_t(0));
+  }
+  ~OpenRecord() {
+    const std::uint64_t content_bytes = to_.size() - start_ - kRecordHeadBytes;
+    std::memcpy(to_.data() + start_ + 1, &content_bytes, sizeof content_bytes);
+  }
+  OpenRecord(const OpenRecord&) = delete;
+  OpenRecord& operator=(const OpenRecord&) = delete;
+
+ private:
+  Bytes& to_;
+  std::size_t start_;
+};
+
+struct ChunkHead {
+  std::uint64_t start_ns = 0, end_ns = 0, uncompressed_bytes = 0;
+  std::uint32_t uncompressed_crc = 0;
+  std::string compression;
+  std::uint64_t records_bytes = 0;  // as they stand in the file
+};
+// Everything of a chunk record in front of its records, with a compression's name as long as ours or a stranger's may sensibly be.
+inline constexpr std::uint64_t kMostChunkHeadBytes = 8 + 8 + 8 + 4 + 4 + 64 + 8;
+
+struct Footer {
+  std::uint64_t summary_start = 0, summary_offset_start = 0;
+  std::uint32_t summary_crc = 0;
+};
+
+// Where a message stands: `offset` counts from the start of its chunk's uncompressed records.
+struct MessagePlace {
+  std::uint64_t log_stamp_ns = 0, offset = 0;
+};
+using MessagePlaces = std::map<Id, std::vector<MessagePlace>>;
+
+void append_magic(Bytes& to);
+void append_header(Bytes& to, std::string_view profile, std::string_view library);
+void append_schema(Bytes& to, Id id, const Schema& schema);
+void append_channel(Bytes& to, Id id, const Channel& channel);
+void append_message(Bytes& to, const Message& message);
+void append_message_index(Bytes& to, Id channel, std::span<const MessagePlace> places);
+void append_attachment(Bytes& to, const Attachment& attachment);  // with its CRC
+void append_metadata(Bytes& to, const Metadata& metadata);
+void append_chunk_index(Bytes& to, const ChunkIndex& chunk);
+void append_attachment_index(Bytes& to, const AttachmentIndex& attachment);
+void append_metadata_index(Bytes& to, const MetadataIndex& metadata);
+void append_statistics(Bytes& to, const Statistics& statistics);
+
+// Of records' contents; McapError where a field goes beyond the end. More fields than are known here are let pass, as the spec says.
+std::pair<Id, Schema> read_schema(Fields fields);
+std::pair<Id, Channel> read_channel(Fields fields);
+Message read_message(Fields fields);  // its payload lies in the fields' memory
+ChunkHead read_chunk_head(Fields fields);
+Attachment read_attachment(Fields fields);  // checks its CRC
+Metadata read_metadata(Fields fields);
+ChunkIndex read_chunk_index(Fields fields);
+AttachmentIndex read_attachment_index(Fields fields);
+MetadataIndex read_metadata_index(Fields fields);
+Statistics read_statistics(Fields fields);
+Footer read_footer(Fields fields);
+
+struct Record {
+  Op op;
+  std::uint64_t offset = 0;  // of its opcode, from the start of the sequence
+  ByteView content;
+};
+// A sequence of records in memory, one after the other; McapError where one goes beyond the end.
+class RecordSequence {
+ public:
+  RecordSequence(ByteView records, Place place) : fields_(records, place), size_bytes_(records.size()) {}
+  std::optional<Record> next();
+
+ private:
+  Fields fields_;
+  std::size_t size_bytes_;
+};
+
+}  // namespace fivepipe::mcap

@@ -1,0 +1,76 @@
+#include "common/recording/mcap/reader.h"
+
+#include "common/recording/mcap/format/records.h"
+#include "common/recording/mcap/format/summary_section.h"
+
+namespace fivepipe::mcap {
+
+namespace {
+
+// A library's name and version, with its profile, are shorter.
+constexpr std::uint64_t kMostHeaderBytes = 1 << 20;
+
+Header header_of(const File& file) {
+  const Place place{file.name(), kMagic.size()};
+  if (file.size_bytes() < kMagic.size() + kRecordHeadBytes) return {};
+  const Buffer head = file.read(place.byte, kRecordHeadBytes);
+  Fields fields(head.view(), place);
+  if (Op(fields.take<std::uint8_t>()) != Op::header) return {};
+  const std::uint64_t content_bytes = fields.take<std::uint64_t>();
+  if (content_bytes > kMostHeaderBytes || content_bytes > file.size_bytes() - place.byte - kRecordHeadBytes) return {};
+  const Buffer content = file.read(place.byte + kRecordHeadBytes, content_bytes);
+  try {
+    Fields texts(content.view(), place);
+    std::string profile = texts.text();
+    return {std::move(profile), texts.text()};
+  } catch (const McapError&) {
+    return {};  // messages are read without it
+  }
+}
+
+}  // namespace
+
+Reader::Reader(const std::filesystem::path& path) : Reader(path, false) {}
+Reader Reader::scanning(const std::filesystem::path& path) { return {path, true}; }
+
+Reader::Reader(const std::filesystem::path& path, bool scans) : file_(std::make_shared<const File>(path)) {
+  check_magic(*file_);
+  header_ = header_of(*file_);
+  std::string why_not;
+  try {
+    summary_ = read_summary(*file_);
+  } catch (const McapError& error) {
+    why_not = error.what();
+  }
+  if (!scans && why_not.empty()) return;
+  Scan found = scan(*file_);
+  summary_ = std::move(found.summary);
+  damage_ = std::move(found.damage);
+  damage_.summary = std::move(why_not);
+}
+
+Buffer Reader::content_of_record(std::uint64_t byte, std::uint64_t length_bytes, Op op) const {
+  const Buffer head = file_->read(byte, kRecordHeadBytes);
+  const Place place{file_->name(), byte};
+  Fields fields(head.view(), place);
+  if (Op(fields.take<std::uint8_t>()) != op || fields.take<std::uint64_t>() != length_bytes - kRecordHeadBytes) place.fail("no such record");
+  return file_->read(byte + kRecordHeadBytes, length_bytes - kRecordHeadBytes);
+}
+
+Attachment Reader::read(const AttachmentIndex& attachment) const {
+  const Buffer content = content_of_record(attachment.offset, attachment.length_bytes, Op::attachment);
+  return read_attachment({content.view(), {file_->name(), attachment.offset}});
+}
+
+Metadata Reader::read(const MetadataIndex& metadata) const {
+  const Buffer content = content_of_record(metadata.offset, metadata.length_bytes, Op::metadata);
+  return read_metadata({content.view(), {file_->name(), metadata.offset}});
+}
+
+Cursor Reader::messages(std::uint64_t start_ns, std::uint64_t end_ns, const std::optional<std::set<Id>>& only) const {
+  std::vector<bool> wanted(std::numeric_limits<Id>::max() + std::size_t(1), false);
+  for (const auto& [id, channel] : summary_.channels) wanted[id] = !only || only->contains(id);
+  return {file_, summary_.chunks, start_ns, end_ns, std::move(wanted)};
+}
+
+}  // namespace fivepipe::mcap

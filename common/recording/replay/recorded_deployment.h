@@ -1,0 +1,30 @@
+// The deployment that a recording carries, put into a folder of its own for as long as this lives.
+#pragma once
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "common/recording/files/recording.h"
+#include "common/config/deployment.h"
+
+namespace fivepipe::replay {
+
+class RecordedDeployment {
+ public:
+  // `changes` go over the settings that it was recorded with. Throws recording::RecordingError where none is attached, ConfigError where it can't be loaded.
+  RecordedDeployment(const recording::Recording& recording, const std::map<std::string, std::string>& changes);
+  ~RecordedDeployment();  // removes the folder
+  RecordedDeployment(const RecordedDeployment&) = delete;
+  RecordedDeployment& operator=(const RecordedDeployment&) = delete;
+
+  const config::Deployment& deployment() const { return deployment_; }
+  const std::filesystem::path& file() const { return file_; }
+  const std::map<std::string, std::string>& settings() const { return settings_; }
+
+ private:
+  std::filesystem::path folder_, file_;
+  std::map<std::string, std::string> settings_;
+  config::Deployment deployment_;
+};
+
+}  // namespace fivepipe::replay

@@ -1,0 +1,88 @@
+// Sends a recording's messages again: verbatim, by as many writers as there were, with their source time stamps.
+#pragma once
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/pipeline/bus/serialized.h"
+#include "common/recording/files/frame_groups.h"
+#include "common/recording/files/recording.h"
+#include "common/recording/replay/frame_times.h"
+#include "common/recording/replay/in_flight_tracker.h"
+#include "common/recording/replay/replay_plan.h"
+
+namespace fivepipe::replay {
+
+struct ReplayCounts {
+  std::map<std::string, std::uint64_t> in_file, sent;  // by topic
+  std::uint64_t frames = 0;                              // sent
+  std::map<std::string, std::uint64_t> expected, handled;  // by node: frames complete for it, and those that it has handled
+  std::uint64_t late = 0;                                // messages that stand too far from their frame in the file
+  std::uint64_t damaged = 0;                             // chunks of the file that could not be read
+  double seconds = 0;                                    // from the first message to the last one handled
+  // Everything in the file arrived, and was handled: at least one frame.
+  bool complete() const { return in_file == sent && expected == handled && late == 0 && damaged == 0 && (expected.empty() || frames > 0); }
+};
+
+// What the caller wants next.
+enum class ReplayControl { go_on, pause, one_frame, stop };
+
+class Replayer {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  // Makes the writers. Throws recording::RecordingError where types differ from this build's.
+  Replayer(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan);
+
+  // For people: who else writes what this replay would; empty: nobody that is known yet.
+  std::vector<std::string> conflicts() const;
+  // For people: which reader is not there yet; empty: all that are expected. Without nodes: somebody that reads any of it.
+  std::string missing_reader() const;
+
+  // Announces the session, sends everything that is due, waits for the nodes. `control` is asked at least ten times a second. May be
+  // called again, from the start.
+  void run(const std::function<ReplayControl()>& control);
+  const ReplayCounts& counts() const { return counts_; }
+
+  // For benchmarks.
+  std::function<void(std::uint64_t frame, const SendTimes&)> on_frame_sent;
+  void tell_traces_to(std::function<void(const fivepipe_v1_FrameTrace&)> listener) { nodes_.on_trace = std::move(listener); }
+
+ private:
+  bool may_go_on(const std::function<ReplayControl()>& control);
+  void announce();
+  void send_latched_before_start();
+  void send_frames(const std::function<ReplayControl()>& control);
+  void send_as_they_stand(const std::function<ReplayControl()>& control);
+  void send_needed(const recording::FrameGroup& group);
+  void send_what_sets_off_work(const recording::FrameGroup& group);
+  void write(const recording::RecordedChannel& channel, std::optional<recording::KeyChange> change, std::int64_t source_stamp_ns, std::span<const std::byte> cdr);
+  bool wait_until(std::int64_t log_stamp_ns, bool is_step, const std::function<ReplayControl()>& control);
+  bool is_paused() const { return last_control_ == ReplayControl::pause || last_control_ == ReplayControl::one_frame; }
+  void pace_incomplete(const recording::FrameGroup& group);
+  void wait_for_those_under_way();
+  bool wait_for_nodes(std::size_t at_most_open, const std::function<ReplayControl()>& control);
+  recording::Recording::Cursor cursor() const;
+
+  bus::Bus& bus_;
+  const recording::Recording& recording_;
+  ReplayPlan plan_;
+  bus::Writer<bus::topics::ReplaySession> session_;
+  std::map<std::string, std::unique_ptr<bus::SerializedWriter>> writers_;  // by topic and recorded writer
+  std::map<mcap::Id, bus::SerializedWriter*> writer_of_;
+  NodesAtWork nodes_;
+  std::set<bus::SerializedWriter*> not_acknowledged_;  // of what the next frame needs
+  std::int64_t send_start_ns_ = 0;                 // of that frame
+  ReplayCounts counts_;
+  Clock::time_point counts_started_{}, wall_zero_{};
+  std::int64_t log_zero_ns_ = 0;
+  bool stopped_ = false, hung_ = false, was_step_ = false;
+  int steps_owed_ = 0, incomplete_in_a_row_ = 0;
+  ReplayControl last_control_ = ReplayControl::go_on;
+};
+
+}  // namespace fivepipe::replay

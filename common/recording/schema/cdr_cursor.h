@@ -1,0 +1,124 @@
+// Walks a payload of plain CDR (XCDR1; DDS-RTPS 10.5, DDS-XTypes 7.4.1): a header of 4 bytes states the byte order, every primitive
+// is aligned to its size from behind the header on.
+#pragma once
+#include <bit>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "common/recording/schema/idl.h"
+
+namespace fivepipe::schema {
+
+struct CdrFault {
+  std::size_t offset;  // bytes from the start of the payload, its header included
+  std::string what;
+};
+
+// Throws CdrFault where the payload does not hold what is asked for. The payload must outlive it.
+class CdrCursor {
+ public:
+  explicit CdrCursor(std::span<const std::byte> payload) : payload_(payload) {
+    if (payload.size() < kHeaderBytes) throw CdrFault{0, "a payload of " + std::to_string(payload.size()) + " bytes holds no header"};
+    if (payload[0] != std::byte{0} || payload[1] > std::byte{1})
+      throw CdrFault{0, "representation " + std::to_string(256 * int(payload[0]) + int(payload[1])) + " is not plain CDR (0 or 1)"};
+    swaps_ = (payload[1] == std::byte{1}) != (std::endian::native == std::endian::little);
+  }
+
+  std::size_t at() const { return at_; }
+  std::size_t left() const { return payload_.size() - at_; }
+
+  template <class T>
+  T take() {
+    align(sizeof(T));
+    T value;
+    const std::span<const std::byte> bytes = take_bytes(sizeof(T));
+    std::memcpy(&value, bytes.data(), sizeof(T));
+    return swaps_ ? swapped(value) : value;
+  }
+
+  // The alignment's padding may be cut off with what would follow it.
+  void align(std::size_t to_bytes) {
+    const std::size_t aligned = kHeaderBytes + ((at_ - kHeaderBytes + to_bytes - 1) & ~(to_bytes - 1));
+    if (aligned > payload_.size()) too_short(aligned - at_);
+    at_ = aligned;
+  }
+
+  std::span<const std::byte> take_bytes(std::size_t count) {
+    if (count > left()) too_short(count);
+    at_ += count;
+    return payload_.subspan(at_ - count, count);
+  }
+
+  void skip_values(std::uint64_t count, std::size_t value_bytes) {
+    if (count == 0) return;
+    align(value_bytes);
+    if (count > left() / value_bytes) beyond_end(at_, std::to_string(count) + " values of " + std::to_string(value_bytes) + " bytes");
+    at_ += std::size_t(count) * value_bytes;
+  }
+
+  // Without its closing zero.
+  std::string_view take_string(std::uint32_t bound) {
+    const std::size_t start = at_;
+    const auto length = take<std::uint32_t>();
+    if (length == 0) throw CdrFault{start, "a string without its closing zero"};
+    if (bound && length - 1 > bound) beyond_bound(start, "a string of " + std::to_string(length - 1) + " bytes", bound);
+    if (length > left()) beyond_end(start, "a string of " + std::to_string(length - 1) + " bytes");
+    const std::string_view text(reinterpret_cast<const char*>(take_bytes(length).data()), length - 1);
+    if (text.data()[length - 1] != '\0') throw CdrFault{start, "a string that is not closed by a zero"};
+    if (text.find('\0') != std::string_view::npos) throw CdrFault{start, "a string with a zero inside"};
+    return text;
+  }
+
+  // Elements are counted: each takes a byte at least.
+  std::uint32_t take_count(std::uint32_t bound) {
+    const std::size_t start = at_;
+    const auto count = take<std::uint32_t>();
+    if (bound && count > bound) beyond_bound(start, "a sequence of " + std::to_string(count), bound);
+    if (count > left()) beyond_end(start, "a sequence of " + std::to_string(count));
+    return count;
+  }
+
+  bool take_boolean() {
+    const auto value = take<std::uint8_t>();
+    if (value > 1) throw CdrFault{at_ - 1, "a boolean of " + std::to_string(value)};
+    return value == 1;
+  }
+
+  const std::string& take_enumerator(const Enum& type) {
+    const auto value = take<std::uint32_t>();
+    if (value >= type.enumerators.size()) throw CdrFault{at_ - 4, type.name + " has no value " + std::to_string(value)};
+    return type.enumerators[value];
+  }
+
+ private:
+  static constexpr std::size_t kHeaderBytes = 4;
+
+  [[noreturn]] void too_short(std::size_t needed) const {
+    throw CdrFault{at_, std::to_string(needed) + " bytes needed, " + std::to_string(left()) + " left"};
+  }
+
+  [[noreturn]] void beyond_end(std::size_t offset, const std::string& what) const {
+    throw CdrFault{offset, what + ", and " + std::to_string(left()) + " bytes are left"};
+  }
+  [[noreturn]] static void beyond_bound(std::size_t offset, const std::string& what, std::uint32_t bound) {
+    throw CdrFault{offset, what + ", " + std::to_string(bound) + " at most"};
+  }
+
+  template <class T>
+  static T swapped(T value) {
+    std::byte bytes[sizeof(T)];
+    std::memcpy(bytes, &value, sizeof(T));
+    for (std::size_t i = 0; i < sizeof(T) / 2; ++i) std::swap(bytes[i], bytes[sizeof(T) - 1 - i]);
+    std::memcpy(&value, bytes, sizeof(T));
+    return value;
+  }
+
+  std::span<const std::byte> payload_;
+  std::size_t at_ = kHeaderBytes;
+  bool swaps_ = false;
+};
+
+}  // namespace fivepipe::schema

@@ -1,9 +1,0 @@
-#pragma once
-
-namespace fivepipe {
-
-const char* version();  // of the project, "0.1.0"
-const char* commit();   // short hash of the tree that was built, "+" appended where it had changes; "unknown" outside a checkout
-const char* build_type();
-
-}  // namespace fivepipe

@@ -1,0 +1,64 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <iostream>
+
+#include "common/config/yaml/config_error.h"
+#include "common/base/version.h"
+#include "launch/cli/commands.h"
+#include "common/base/usage_error.h"
+
+namespace {
+
+int run(int argc, char** argv) {
+  using namespace fivepipe;
+  CLI::App app(
+      "fivepipe: real, moving objects in a virtual environment.\n\n"
+      "Examples:\n"
+      "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
+      "  fivepipe top            what runs, refreshed each second\n"
+      "  fivepipe ls             the topics on the bus; echo TOPIC shows one, hz TOPIC how often it comes\n"
+      "  fivepipe info FILE      what a recording holds, and whether it is whole\n"
+      "  fivepipe doctor         whether this machine is ready\n"
+      "  fivepipe bench hull     how fast the visual hull is here, bench collision what collides with it");
+  app.set_version_flag("--version", std::string("fivepipe ") + base::version() + " (" + base::commit() + ", " + base::build_type() + ")");
+  app.require_subcommand(1);
+  launch::Command command;
+  launch::add_up(app, command);
+  launch::add_top(app, command);
+  launch::add_record(app, command);
+  launch::add_replay(app, command);
+  launch::add_info(app, command);
+  launch::add_ls(app, command);
+  launch::add_echo(app, command);
+  launch::add_hz(app, command);
+  launch::add_simulation(app, command);
+  launch::add_doctor(app, command);
+  launch::add_bench(app, command);
+  launch::add_maps(app, command);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;  // --help and --version come here too
+  }
+  return command();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("fivepipe"));
+  spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
+  try {
+    return run(argc, argv);
+  } catch (const fivepipe::config::ConfigError& error) {
+    std::cerr << error.what() << '\n';
+    return 2;
+  } catch (const fivepipe::base::UsageError& error) {
+    std::cerr << error.what() << '\n';
+    return 2;
+  } catch (const std::exception& error) {
+    spdlog::critical("{}", error.what());
+    return 1;
+  }
+}

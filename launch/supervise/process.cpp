@@ -1,0 +1,154 @@
+#include "launch/supervise/process.h"
+
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+namespace fivepipe::launch {
+namespace {
+
+// A line longer than this is cut into several, so that a child can't make the supervisor grow.
+constexpr std::size_t longest_line_bytes = 64 * 1024;
+
+struct Pipe {
+  int read_fd = -1, write_fd = -1;
+  Pipe() {
+    std::array<int, 2> fds;
+    if (pipe2(fds.data(), O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
+    read_fd = fds[0];
+    write_fd = fds[1];
+  }
+  ~Pipe() {
+    close_read();
+    close_write();
+  }
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
+  void close_read() { close_once(read_fd); }
+  void close_write() { close_once(write_fd); }
+  int release_read() { return std::exchange(read_fd, -1); }
+
+ private:
+  static void close_once(int& fd) {
+    if (fd >= 0) close(fd);
+    fd = -1;
+  }
+};
+
+// Everything the child does between fork and exec; only async-signal-safe calls, as DDS threads may have held locks at the fork.
+[[noreturn]] void become_program(char* const* argv, const cpu_set_t* cores, pid_t parent, int output_fd, int error_fd) {
+  setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);  // the parent died before prctl took effect
+  if (cores) sched_setaffinity(0, sizeof *cores, cores);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  for (const int number : {SIGINT, SIGTERM, SIGPIPE}) signal(number, SIG_DFL);
+  const int null_fd = open("/dev/null", O_RDONLY | O_CLOEXEC);
+  dup2(null_fd, STDIN_FILENO);
+  dup2(output_fd, STDOUT_FILENO);
+  dup2(output_fd, STDERR_FILENO);
+  close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);  // sockets of libraries that don't mark them
+  execv(argv[0], argv);
+  const int error = errno;
+  (void)!write(error_fd, &error, sizeof error);
+  _exit(127);
+}
+
+}  // namespace
+
+std::string to_string(const ProcessExit& exit) {
+  if (exit.by_signal) {
+    const char* name = sigabbrev_np(exit.number);
+    return "killed by signal " + std::to_string(exit.number) + (name ? " (SIG" + std::string(name) + ")" : "");
+  }
+  const std::string code = "exit code " + std::to_string(exit.number);
+  switch (exit.number) {
+    case 0: return code + " (ended in order)";
+    case 1: return code + " (failed)";
+    case 2: return code + " (usage or configuration)";
+    case 3: return code + " (hardware or peer missing)";
+    case 130: return code + " (interrupted)";
+    default: return code;
+  }
+}
+
+ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::vector<int>& cores) {
+  std::vector<char*> raw_argv;
+  for (const std::string& word : argv) raw_argv.push_back(const_cast<char*>(word.c_str()));
+  raw_argv.push_back(nullptr);
+  cpu_set_t core_set;
+  CPU_ZERO(&core_set);
+  for (const int core : cores)
+    if (core >= 0 && core < CPU_SETSIZE) CPU_SET(core, &core_set);
+
+  Pipe output, exec_error;
+  const pid_t parent = getpid();
+  pid_ = fork();
+  if (pid_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
+  if (pid_ == 0) become_program(raw_argv.data(), cores.empty() ? nullptr : &core_set, parent, output.write_fd, exec_error.write_fd);
+
+  setpgid(pid_, pid_);  // in both processes: whichever is first, the group is there before a signal is sent to it
+  exec_error.close_write();
+  int error = 0;
+  ssize_t got;
+  while ((got = read(exec_error.read_fd, &error, sizeof error)) < 0 && errno == EINTR) {}
+  if (got == ssize_t(sizeof error)) {
+    waitpid(pid_, nullptr, 0);
+    throw std::system_error(error, std::generic_category(), "can't execute " + argv[0]);
+  }
+  output_fd_ = output.release_read();
+  fcntl(output_fd_, F_SETFL, O_NONBLOCK);
+}
+
+ChildProcess::~ChildProcess() {
+  signal_group(SIGKILL);
+  if (!exit_) waitpid(pid_, nullptr, 0);
+  if (output_fd_ >= 0) close(output_fd_);
+}
+
+std::vector<std::string> ChildProcess::read_lines(bool flush) {
+  std::array<char, 16 * 1024> buffer;
+  std::vector<std::string> lines;
+  // Bounded, so that one chatty child can't keep the supervisor from the others.
+  for (int chunk = 0; chunk < 16 && output_fd_ >= 0; ++chunk) {
+    const ssize_t got = read(output_fd_, buffer.data(), buffer.size());
+    if (got > 0) {
+      unfinished_.append(buffer.data(), std::size_t(got));
+    } else if (got < 0 && (errno == EAGAIN || errno == EINTR)) {
+      break;
+    } else {
+      close(output_fd_);
+      output_fd_ = -1;
+      flush = true;
+    }
+    std::size_t begin = 0;
+    for (std::size_t end; (end = unfinished_.find('\n', begin)) != std::string::npos; begin = end + 1)
+      lines.push_back(unfinished_.substr(begin, end - begin));
+    unfinished_.erase(0, begin);
+    if (unfinished_.size() > longest_line_bytes) lines.push_back(std::exchange(unfinished_, {}));
+  }
+  if (flush && !unfinished_.empty()) lines.push_back(std::exchange(unfinished_, {}));
+  return lines;
+}
+
+std::optional<ProcessExit> ChildProcess::ended() {
+  int status = 0;
+  if (!exit_ && waitpid(pid_, &status, WNOHANG) == pid_)
+    exit_ = WIFSIGNALED(status) ? ProcessExit{true, WTERMSIG(status)} : ProcessExit{false, WEXITSTATUS(status)};
+  return exit_;
+}
+
+void ChildProcess::signal_group(int signal) const { kill(-pid_, signal); }
+
+}  // namespace fivepipe::launch

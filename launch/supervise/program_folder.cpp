@@ -1,0 +1,7 @@
+#include "launch/cli/commands.h"
+
+namespace fivepipe::launch {
+
+std::filesystem::path program_folder() { return std::filesystem::read_symlink("/proc/self/exe").parent_path(); }
+
+}  // namespace fivepipe::launch

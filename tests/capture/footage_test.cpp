@@ -1,0 +1,76 @@
+// Real footage: four cameras around a seated person. Skipped where the recording is absent.
+#include <filesystem>
+#include <opencv2/core.hpp>
+
+#include "tests/support/capture_rig.h"
+
+namespace fivepipe::capture {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kFootage = fs::path(FIVEPIPE_SOURCE_DIR) / ".." / "shared" / "data" / "seated4cam";
+
+// The settings that launch/deployments/seated4cam.yaml uses.
+config::SegmentationConfig footage_settings() {
+  config::SegmentationConfig config;
+  config.threshold_floor_levels = 16;
+  config.opening_px = 1;
+  config.closing_px = 3;
+  return config;
+}
+
+struct Footage {
+  config::RigCamera camera;
+  std::vector<cv::Mat> background;
+  cv::Mat image;
+};
+
+// In the image as captured: positions below are its pixels.
+Footage footage(const std::string& name, int frame) {
+  Footage result;
+  result.camera = test::table_camera(name, {0, -1, 1}, 644, 486);
+  result.background = read_background(result.camera, (kFootage / name / "background.avi").string());
+  open_file_source(result.camera, {(kFootage / name / "video.avi").string(), "", 0})->read(frame, result.image);
+  return result;
+}
+
+// Where they are in the image of cam1: the middle of the chest, and floor beside the chair that darkens when he sits there.
+constexpr hull::PixelRect kTorso{376, 200, 408, 236};
+constexpr hull::PixelRect kFloorShadow{396, 306, 414, 328};
+
+double share_in(const hull::ObjectPixels& pixels, const hull::PixelRect& rect) {
+  std::size_t n = 0;
+  for (int v = rect.v0_px; v < rect.v1_px; ++v)
+    for (int u = rect.u0_px; u < rect.u1_px; ++u) n += pixels.contains(u, v);
+  return double(n) / double(rect.area_px());
+}
+
+TEST(Footage, SeatedPersonIsFoundInEveryCamera) {
+  if (!fs::exists(kFootage)) GTEST_SKIP() << "the recording is absent: " << kFootage;
+  for (const char* name : {"cam1", "cam2", "cam3", "cam4"}) {
+    const Footage shot = footage(name, 200);
+    const hull::ObjectPixels pixels = Segmenter(shot.camera, learn_reference(shot.background), footage_settings()).segment(shot.image).value();
+    const double share = double(pixels.count()) / (644.0 * 486.0);
+    // A person of 1.7 m, seated, 3 to 4 m away at f = 490 px fills about 70 x 190 to 120 x 270 pixels.
+    EXPECT_GT(share, 0.02) << name;
+    EXPECT_LT(share, 0.10) << name;
+    EXPECT_TRUE(remarks_on(pixels).empty());
+  }
+}
+
+TEST(Footage, PersonIsWholeAndTheFloorShadowIsNotTaken) {
+  if (!fs::exists(kFootage)) GTEST_SKIP() << "the recording is absent: " << kFootage;
+  const Footage shot = footage("cam1", 200);
+  const ReferenceImage reference = learn_reference(shot.background);
+  config::SegmentationConfig with_shadow = footage_settings();
+  with_shadow.shadow_darkest = 1;
+  const hull::ObjectPixels pixels = Segmenter(shot.camera, reference, footage_settings()).segment(shot.image).value();
+  const hull::ObjectPixels shadow_too = Segmenter(shot.camera, reference, with_shadow).segment(shot.image).value();
+  EXPECT_GT(share_in(pixels, kTorso), 0.98) << "holes in the torso";
+  EXPECT_GT(share_in(shadow_too, kFloorShadow), 0.5) << "no shadow lies there";
+  EXPECT_LT(share_in(pixels, kFloorShadow), 0.1) << "the shadow is taken for an object";
+}
+
+}  // namespace
+}  // namespace fivepipe::capture

@@ -1,0 +1,72 @@
+#include <gtest/gtest.h>
+
+#include "capture_node/pacing.h"
+
+namespace fivepipe::capture {
+namespace {
+
+using namespace std::chrono_literals;
+const Pacing::Clock::time_point kStart{};
+
+TEST(Pacing, NamesEachFrameOnceAtItsTime) {
+  Pacing pacing(100, 0, kStart);
+  EXPECT_EQ(pacing.next(kStart, true), 0);
+  EXPECT_EQ(pacing.next(kStart + 9ms, true), std::nullopt);
+  EXPECT_EQ(pacing.wake(kStart + 9ms), kStart + 10ms);
+  EXPECT_EQ(pacing.next(kStart + 10ms, true), 1);
+  EXPECT_EQ(pacing.next(kStart + 11ms, true), std::nullopt);
+  EXPECT_EQ(pacing.take_skipped(), 0u);
+}
+
+TEST(Pacing, SkipsAndCountsWhatABusyNodeMissed) {
+  Pacing pacing(100, 0, kStart);
+  pacing.next(kStart, true);
+  EXPECT_EQ(pacing.next(kStart + 55ms, true), 5);
+  EXPECT_EQ(pacing.take_skipped(), 4u);
+  EXPECT_EQ(pacing.take_skipped(), 0u);
+}
+
+TEST(Pacing, HoldsBackWhileTooManyFramesAreInFlight) {
+  Pacing pacing(100, 2, kStart);
+  EXPECT_EQ(pacing.next(kStart, true), 0);
+  EXPECT_EQ(pacing.next(kStart + 10ms, true), 1);
+  EXPECT_EQ(pacing.next(kStart + 20ms, true), std::nullopt);
+  pacing.composited(0, kStart + 35ms);
+  EXPECT_EQ(pacing.next(kStart + 35ms, true), 3);
+  EXPECT_EQ(pacing.take_skipped(), 1u);
+  EXPECT_EQ(pacing.next(kStart + 40ms, true), std::nullopt);
+}
+
+TEST(Pacing, CompositingANewerFrameFreesTheOlderOnes) {
+  Pacing pacing(100, 2, kStart);
+  pacing.next(kStart, true);
+  pacing.next(kStart + 10ms, true);
+  pacing.composited(1, kStart + 12ms);
+  EXPECT_EQ(pacing.next(kStart + 20ms, true), 2);
+  EXPECT_EQ(pacing.next(kStart + 30ms, true), 3);
+}
+
+TEST(Pacing, GoesOnByTheClockWhenNobodyComposites) {
+  Pacing pacing(100, 1, kStart);
+  for (int frame = 0; frame < 20; ++frame) EXPECT_EQ(pacing.next(kStart + frame * 10ms, false), frame);
+}
+
+TEST(Pacing, GivesUpFramesOfWhichNothingComesAndSendsAsManyAgain) {
+  Pacing pacing(100, 2, kStart);
+  EXPECT_EQ(pacing.next(kStart, true), 0);
+  EXPECT_EQ(pacing.next(kStart + 10ms, true), 1);
+  EXPECT_EQ(pacing.next(kStart + 490ms, true), std::nullopt);
+  EXPECT_EQ(pacing.next(kStart + 500ms, true), 50);
+  EXPECT_EQ(pacing.next(kStart + 510ms, true), 51);
+  EXPECT_EQ(pacing.next(kStart + 520ms, true), std::nullopt);
+}
+
+TEST(Pacing, WordOfFramesThatAnEarlierProcessNamedIsIgnored) {
+  Pacing pacing(100, 1, kStart);
+  EXPECT_EQ(pacing.next(kStart, true), 0);
+  pacing.composited(5000, kStart + 5ms);
+  EXPECT_EQ(pacing.next(kStart + 10ms, true), std::nullopt);
+}
+
+}  // namespace
+}  // namespace fivepipe::capture

@@ -1,0 +1,131 @@
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+#include "tests/support/capture_rig.h"
+
+namespace fivepipe::capture {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Sources : public ::testing::Test {
+ protected:
+  Sources() {
+    std::string name = (fs::temp_directory_path() / "fivepipe_capture_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    folder_ = name;
+  }
+  ~Sources() override { fs::remove_all(folder_); }
+
+  // Frame f is a plain image of level 20 f.
+  static cv::Mat picture(int f, int width_px = 64, int height_px = 48) { return {height_px, width_px, CV_8UC3, cv::Scalar::all(20.0 * f)}; }
+  std::string video(const std::string& name, int frames, int width_px = 64, int height_px = 48) {
+    const std::string file = (folder_ / name).string();
+    cv::VideoWriter writer(file, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 30, {width_px, height_px});
+    for (int f = 0; f < frames; ++f) writer.write(picture(f, width_px, height_px));
+    return file;
+  }
+  static config::RigCamera camera() { return test::table_camera("cam", {0, -1, 1}, 64, 48); }
+  // The level shown, in steps of 20; -1 missing, -2 end.
+  static int shown(ImageSource& source, std::int64_t frame) {
+    cv::Mat image;
+    const ReadStatus status = source.read(frame, image);
+    if (status != ReadStatus::image) return status == ReadStatus::missing ? -1 : -2;
+    return int(std::lround(cv::mean(image)[1] / 20));
+  }
+  template <class Open>
+  static SourceProblem problem_of(Open open) {
+    try {
+      open();
+    } catch (const SourceError& error) {
+      EXPECT_EQ(error.problems().size(), 1u);
+      return error.problems()[0];
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return {};
+  }
+  fs::path folder_;
+};
+
+TEST_F(Sources, VideoPlaysToItsEnd) {
+  const auto source = open_file_source(camera(), {video("a.avi", 6), "", 0});
+  std::vector<int> levels;
+  for (int f = 0; f < 8; ++f) levels.push_back(shown(*source, f));
+  EXPECT_EQ(levels, (std::vector<int>{0, 1, 2, 3, 4, 5, -2, -2}));
+}
+
+TEST_F(Sources, VideoSkipsAndGoesBack) {
+  const auto source = open_file_source(camera(), {video("a.avi", 6), "", 2});
+  std::vector<int> levels;
+  for (const int f : {0, 1, 3, 4, 1, 400, 0}) levels.push_back(shown(*source, f));
+  EXPECT_EQ(levels, (std::vector<int>{2, 3, 5, -2, 3, -2, 2}));
+}
+
+TEST_F(Sources, SequenceTellsItsMissingFrames) {
+  for (const int f : {10, 11, 13, 14}) cv::imwrite((folder_ / ("frame_00" + std::to_string(f) + ".png")).string(), picture(f - 10));
+  std::ofstream(folder_ / "frame_0014.png") << "no picture";
+  std::ofstream(folder_ / "frame_x.png") << "another file";
+  const auto source = open_file_source(camera(), {(folder_ / "frame_%04d.png").string(), "", 0});
+  std::vector<int> levels;
+  for (int f = 0; f < 7; ++f) levels.push_back(shown(*source, f));
+  EXPECT_EQ(levels, (std::vector<int>{0, 1, -1, 3, -1, -2, -2}));
+  EXPECT_NE(source->trouble().find("frame_%04d.png"), std::string::npos);
+}
+
+TEST_F(Sources, NoSuchFileIsNamed) {
+  const SourceProblem problem = problem_of([&] { open_file_source(camera(), {(folder_ / "none.avi").string(), "", 0}); });
+  EXPECT_EQ(problem.fault, SourceFault::not_found);
+  EXPECT_EQ(problem.camera, "cam");
+  EXPECT_NE(problem.what.find("none.avi"), std::string::npos);
+  EXPECT_EQ(problem_of([&] { open_file_source(camera(), {(folder_ / "none_%d.png").string(), "", 0}); }).fault, SourceFault::not_found);
+}
+
+TEST_F(Sources, TextCalledAviIsNotDecodable) {
+  std::ofstream(folder_ / "text.avi") << "this is not a video\n";
+  const SourceProblem problem = problem_of([&] { open_file_source(camera(), {(folder_ / "text.avi").string(), "", 0}); });
+  EXPECT_EQ(problem.fault, SourceFault::not_decodable);
+  EXPECT_NE(problem.what.find("text.avi"), std::string::npos);
+}
+
+TEST_F(Sources, VideoOfAnotherSizeNamesBothSizes) {
+  const std::string file = video("wide.avi", 3, 80, 48);
+  const SourceProblem problem = problem_of([&] { open_file_source(camera(), {file, "", 0}); });
+  EXPECT_EQ(problem.fault, SourceFault::wrong_size);
+  EXPECT_NE(problem.what.find("80x48"), std::string::npos);
+  EXPECT_NE(problem.what.find("64x48"), std::string::npos);
+}
+
+TEST_F(Sources, FirstFrameBeyondTheEndIsNoFrame) {
+  const std::string file = video("short.avi", 3);
+  EXPECT_EQ(problem_of([&] { open_file_source(camera(), {file, "", 3}); }).fault, SourceFault::no_frames);
+}
+
+TEST_F(Sources, BackgroundIsSpreadOverAVideoASequenceOrAPlate) {
+  EXPECT_EQ(read_background(camera(), video("few.avi", 5)).size(), 5u);
+  EXPECT_EQ(int(read_background(camera(), video("many.avi", 100)).size()), kMostBackgroundFrames);
+  cv::imwrite((folder_ / "plate.png").string(), picture(4));
+  EXPECT_EQ(read_background(camera(), (folder_ / "plate.png").string()).size(), 1u);
+  for (int f = 0; f < 40; ++f) cv::imwrite((folder_ / ("empty" + std::to_string(f) + ".png")).string(), picture(f % 3));
+  EXPECT_EQ(int(read_background(camera(), (folder_ / "empty%d.png").string()).size()), kMostBackgroundFrames);
+}
+
+TEST_F(Sources, MissingDeviceIsHardwareMissingAndNamed) {
+  for (const std::string device : {"97", "/dev/v4l/by-id/usb-no-such-camera"}) {
+    try {
+      open_v4l2_source(camera(), {device, "", 30});
+      FAIL() << "nothing was thrown";
+    } catch (const HardwareMissing& missing) {
+      EXPECT_EQ(missing.problems()[0].fault, SourceFault::hardware_missing);
+      EXPECT_NE(std::string(missing.what()).find(device == "97" ? "/dev/video97" : device), std::string::npos);
+      EXPECT_NE(std::string(missing.what()).find("present"), std::string::npos);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace fivepipe::capture

@@ -1,0 +1,139 @@
+// The parts of recovery.h on random scenes against the exact reference and in_hull(); CP_obj by definition.
+#include <iostream>
+
+#include "common/collision/response/hull_normal.h"
+#include "common/collision/response/recovery.h"
+#include "common/hull/oracle/reference.h"
+#include "tests/support/hull_queries.h"
+
+namespace fivepipe::test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kExact_m = 1e-5;  // 0.01 mm, of issue 4
+constexpr double kReach_m = 0.5;
+
+TEST(Recovery, ExitsAreThoseOfTheExactReferenceOnRandomScenes) {
+  Random random(41);
+  int ways = 0, unconfirmed = 0;
+  double worst_m = 0;
+  for (int scene = 0; scene < 90; ++scene) {
+    const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
+    for (const hull::HullRule& rule : kRules) {
+      const Queries hull(silhouettes, rule);
+      for (int i = 0; i < 40; ++i) {
+        const Vector3d p = random_in_ball(random, 0.25), direction = random_direction(random);
+        if (!hull::in_hull(silhouettes, p, rule)) continue;
+        const auto way = hull::reference_intervals(silhouettes, {p, direction}, 0, kReach_m, rule);
+        ASSERT_FALSE(way.empty());
+        const auto outward = collision::exit_outward(hull.query, p, direction, kReach_m), from_base = collision::exit_from_base(hull.query, p, direction, kReach_m);
+        ASSERT_EQ(outward.has_value(), way.front().leave < kReach_m);
+        ASSERT_EQ(from_base.has_value(), way.back().leave < kReach_m);
+        for (const auto& [exit, exact_m] : {std::pair{outward, way.front().leave}, std::pair{from_base, way.back().leave}}) {
+          if (!exit) continue;
+          ++ways;
+          worst_m = std::max(worst_m, std::abs(exit->distance_m - exact_m));
+          if (exit->error_m < collision::kMostRounding_m) {
+            EXPECT_FALSE(hull::in_hull(silhouettes, p + (exit->distance_m + exit->error_m) * direction, rule));
+            EXPECT_TRUE(hull::in_hull(silhouettes, p + (exit->distance_m - exit->error_m) * direction, rule));
+          } else {
+            ++unconfirmed;
+          }
+        }
+      }
+    }
+  }
+  std::cout << ways << " exits, " << worst_m * 1000 << " mm from the exact reference at most, " << unconfirmed << " not confirmed by in_hull() within a micrometre\n";
+  EXPECT_GT(ways, 2000);
+  EXPECT_LT(worst_m, kExact_m);
+  EXPECT_LE(unconfirmed, ways / 1000);
+}
+
+TEST(Recovery, SampledExitIsBeforeTheExactOneByItsStepAtMostOrMissesAPart) {
+  Random random(42);
+  const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
+  const Queries hull(silhouettes);
+  int missed = 0, ways = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Vector3d p = random_in_ball(random, 0.25), direction = random_direction(random);
+    if (!hull::in_hull(silhouettes, p)) continue;
+    const auto exact = collision::exit_from_base(hull.query, p, direction, kReach_m), sampled = collision::exit_sampled(hull.query, p, direction, kReach_m, 400);
+    ASSERT_EQ(exact.has_value(), sampled.has_value());
+    if (!exact) continue;
+    ++ways;
+    EXPECT_LE(sampled->distance_m, exact->distance_m + exact->error_m);
+    missed += exact->distance_m > sampled->distance_m + sampled->error_m;
+  }
+  EXPECT_GT(ways, 20);
+  EXPECT_LE(missed, ways / 10);  // parts of the hull thinner than a step
+}
+
+TEST(Recovery, CpObjectIsTheFarthestOrTheDeepestOfThoseNearlyAsFar) {
+  Random random(43);
+  const auto silhouettes = silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.1}}, random_cameras(random, 5));
+  const Queries hull(silhouettes);
+  for (int i = 0; i < 50; ++i) {
+    std::vector<collision::CollisionPoint> points;
+    for (int n = 0; n < 40; ++n) points.push_back({random_in_ball(random, 0.08), std::uint32_t(random() % 10)});
+    const Vector3d rp = 0.2 * random_direction(random);
+    const auto distance_m = [&](const collision::CollisionPoint& point) { return (point.p_world_m - rp).norm(); };
+    const collision::CollisionPoint &farthest = collision::cp_object(hull.query, points, rp), &deepest = collision::cp_object(hull.query, points, rp, 0.02);
+    const auto depth_m = [&](const collision::CollisionPoint& point) {
+      return hull::reference_intervals(silhouettes, {point.p_world_m, (rp - point.p_world_m).normalized()}, 0, distance_m(point)).front().leave;
+    };
+    for (const collision::CollisionPoint& point : points) {
+      EXPECT_LE(distance_m(point), distance_m(farthest));
+      if (distance_m(point) >= distance_m(farthest) - 0.02) {
+        EXPECT_LE(depth_m(point), depth_m(deepest) + 1e-9);
+      }
+    }
+    EXPECT_GE(distance_m(deepest), distance_m(farthest) - 0.02);
+  }
+}
+
+TEST(Recovery, FromOutsideOrNowhereTheWayIsZeroOrThereIsNone) {
+  Random random(44);
+  const auto silhouettes = silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.1}}, random_cameras(random, 5));
+  const Queries hull(silhouettes);
+  const Vector3d outside(0, 0, 0.4), up(0, 0, 1);
+  const auto outward = collision::exit_outward(hull.query, outside, up, 0.1), from_base = collision::exit_from_base(hull.query, outside, up, 0.1);
+  for (const auto& exit : {outward, from_base, collision::exit_sampled(hull.query, outside, up, 0.1, 10)}) {
+    ASSERT_TRUE(exit);
+    EXPECT_EQ(exit->distance_m, 0);
+  }
+  EXPECT_FALSE(collision::exit_outward(hull.query, {0, 0, 0}, up, 0.05));
+  EXPECT_FALSE(collision::exit_from_base(hull.query, {0, 0, 0}, up, 0.05));
+  EXPECT_EQ(collision::residual_m(hull.query, {}, up, 0.1), 0);
+  const std::vector<collision::CollisionPoint> points{{{0, 0, 0.4}, 0}, {{0, 0, 0}, 1}};
+  EXPECT_EQ(collision::residual_m(hull.query, points, up, 0.05), 0.05);
+  const auto nan = collision::exit_outward(hull.query, {kNaN, 0, 0}, up, 0.05);
+  EXPECT_TRUE(!nan || nan->distance_m == 0);
+}
+
+// By `seen`, a camera that sees the whole scene limits as by `all`; one that does not see a point does not.
+TEST(Recovery, ClosedFormBySeenIsThatByAllWhereAllSeeEverything) {
+  Random random(45);
+  int compared = 0;
+  for (int i = 0; i < 40; ++i) {
+    std::vector<geometry::Camera> cameras = random_cameras(random, 4);
+    const auto silhouettes = silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.05}}, cameras);
+    const Queries all(silhouettes), seen(silhouettes, {hull::Limits::seen, 4});
+    const Vector3d direction = random_direction(random);
+    if (!hull::in_hull(silhouettes, Vector3d::Zero())) continue;
+    const auto exit_all = collision::exit_from_base(all.query, Vector3d::Zero(), direction, 0.2);
+    const auto exit_seen = collision::exit_from_base(seen.query, Vector3d::Zero(), direction, 0.2);
+    ASSERT_EQ(exit_all.has_value(), exit_seen.has_value());
+    if (!exit_all) continue;
+    const collision::HullNormal a = collision::closed_form_normal(all.query, {Vector3d::Zero(), direction, 0.2, *exit_all});
+    const collision::HullNormal b = collision::closed_form_normal(seen.query, {Vector3d::Zero(), direction, 0.2, *exit_seen});
+    ASSERT_EQ(a.status, collision::NormalStatus::defined);
+    EXPECT_EQ(b.status, a.status);
+    EXPECT_LT((a.normal_world - b.normal_world).norm(), 1e-12);
+    ++compared;
+  }
+  EXPECT_GT(compared, 20);
+}
+
+}  // namespace
+}  // namespace fivepipe::test

@@ -1,0 +1,312 @@
+#include "common/config/scene.h"
+
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#include "common/config/yaml/key_advice.h"
+#include "tests/support/scene_files.h"
+
+namespace fivepipe::config {
+namespace {
+
+using ::testing::ElementsAre;
+
+// A tetrahedron with one corner at the origin and edges of length 1 (in the file's unit) along the axes.
+const std::string kTetrahedronObj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+const std::string kTetrahedronPly =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\nproperty list uchar int vertex_indices\n"
+    "end_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+const std::string kTriangleStl =
+    "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid one\n";
+
+std::string base64(const std::string& bytes) {
+  const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t j = 0; j < 3; ++j) group = group << 8 | (i + j < bytes.size() ? std::uint8_t(bytes[i + j]) : 0u);
+    for (int j = 0; j < 4; ++j) text += i + j <= bytes.size() ? digits[group >> (18 - 6 * j) & 63] : '=';
+  }
+  return text;
+}
+
+// One triangle; glTF's axes are x right, y up, z towards the viewer.
+std::string triangle_gltf(float last_coordinate) {
+  const float positions[9] = {0, 0, 0, 1, 0, 0, 0, 2, last_coordinate};
+  std::string bytes(sizeof positions, '\0');
+  std::memcpy(bytes.data(), positions, sizeof positions);
+  return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+ "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+ "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 2, 3]}],
+ "bufferViews": [{"buffer": 0, "byteLength": 36}],
+ "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,)" +
+         base64(bytes) + "\"}]}";
+}
+
+class SceneFile : public test::SceneFiles {
+ protected:
+  Scene load(const std::string& text) { return load_scene(write("scene.yaml", text)); }
+  std::vector<std::string> problems(const std::string& text) {
+    return problems_of([&] { load(text); });
+  }
+  static std::string mesh_scene(const std::string& mesh) { return "name: m\nobjects:\n  - name: part\n    position_m: [0, 0, 0]\n    mesh: {" + mesh + "}\n"; }
+};
+
+TEST_F(SceneFile, ReadsWhatIsWritten) {
+  const Scene scene = load(R"(
+name: all
+gravity_m_s2: 1.62
+light_m: [1, 2, 3]
+background_rgb: [0, 0.5, 1]
+objects:
+  - name: box
+    box: {size_m: [0.1, 0.2, 0.3]}
+    position_m: [1, 2, 3]
+    rotation_deg: [0, 0, 90]
+    reaction: none
+    colour_rgb: [0.25, 0.5, 0.75]
+    pattern: checker
+    pattern_size_m: 0.05
+  - name: ball
+    sphere: {radius_m: 0.5, subdivisions: 1}
+    position_m: [0, 0, 1]
+    motion: dynamic
+    reaction: bounce
+    mass_kg: 0.25
+    restitution: 0.75
+  - name: curtain
+    curtain: {width_m: 0.6, height_m: 0.4, columns: 20, rows: 18, fold_depth_m: 0.01, fold_count: 3}
+    position_m: [0, 0, 1]
+    reaction: bounce
+)");
+  EXPECT_EQ(scene.name, "all");
+  EXPECT_EQ(scene.gravity_m_s2, 1.62);
+  EXPECT_EQ(scene.light_world_m, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(scene.background_rgb, (std::array{0.0, 0.5, 1.0}));
+  ASSERT_EQ(scene.objects.size(), 3u);
+
+  const SceneObject &box = scene.objects[0], &ball = scene.objects[1], &curtain = scene.objects[2];
+  EXPECT_EQ(std::get<BoxShape>(box.shape).size_m, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_TRUE((box.world_from_object * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3), 1e-12)) << "x turns into y about z";
+  EXPECT_EQ(box.motion, Motion::fixed);
+  EXPECT_EQ(box.reaction, Reaction::none);
+  EXPECT_EQ(box.colour_rgb, (std::array{0.25, 0.5, 0.75}));
+  EXPECT_EQ(box.pattern, Pattern::checker);
+  EXPECT_EQ(box.pattern_size_m, 0.05);
+  EXPECT_EQ(mesh_of(box).triangles.size(), 12u);
+
+  EXPECT_EQ(std::get<SphereShape>(ball.shape).radius_m, 0.5);
+  EXPECT_EQ(mesh_of(ball).triangles.size(), 80u);
+  EXPECT_EQ(ball.motion, Motion::dynamic);
+  EXPECT_EQ(ball.reaction, Reaction::bounce);
+  EXPECT_EQ(ball.mass_kg, 0.25);
+  EXPECT_EQ(ball.restitution, 0.75);
+
+  EXPECT_EQ(std::get<CurtainShape>(curtain.shape).fold_count, 3);
+  EXPECT_EQ(mesh_of(curtain).triangles.size(), 720u) << "the paper's curtain";
+}
+
+TEST_F(SceneFile, RotationTurnsAboutXThenYThenZ) {
+  const Scene scene = load(test::kGoodScene + "    rotation_deg: [90, 90, 0]\n");
+  // z -> -y about x; -y stays about y.
+  EXPECT_TRUE((scene.objects[0].world_from_object.linear() * Eigen::Vector3d(0, 0, 1)).isApprox(Eigen::Vector3d(0, -1, 0), 1e-12));
+  // x stays about x; x -> -z about y.
+  EXPECT_TRUE((scene.objects[0].world_from_object.linear() * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(0, 0, -1), 1e-12));
+}
+
+TEST_F(SceneFile, MeshesComeInMetresWhateverTheirUnit) {
+  write("part.obj", kTetrahedronObj);
+  write("part.ply", kTetrahedronPly);
+  write("part.stl", kTriangleStl);
+  for (const auto& [unit, unit_m] : {std::pair{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}})
+    for (const std::string file : {"part.obj", "part.ply"}) {
+      const geometry::Mesh mesh = mesh_of(load(mesh_scene("file: " + file + ", unit: " + unit)).objects[0]);
+      EXPECT_EQ(mesh.vertices_m.size(), 4u) << "corners are shared";
+      EXPECT_EQ(mesh.triangles.size(), 4u);
+      EXPECT_TRUE(geometry::bounds_m(mesh).max().isApprox(Eigen::Vector3d::Constant(unit_m), 1e-9)) << file << ' ' << unit;
+      EXPECT_TRUE(geometry::bounds_m(mesh).min().isZero());
+    }
+  EXPECT_EQ(mesh_of(load(mesh_scene("file: part.stl, unit: mm")).objects[0]).triangles.size(), 1u);
+}
+
+TEST_F(SceneFile, GltfIsInMetresWithItsYAxisUp) {
+  write("part.gltf", triangle_gltf(3));
+  const geometry::Mesh mesh = mesh_of(load(mesh_scene("file: part.gltf")).objects[0]);
+  ASSERT_EQ(mesh.triangles.size(), 1u);
+  EXPECT_TRUE(geometry::bounds_m(mesh).max().isApprox(Eigen::Vector3d(1, 0, 2))) << "2 m of height become z";
+  EXPECT_TRUE(geometry::bounds_m(mesh).min().isApprox(Eigen::Vector3d(0, -3, 0))) << "3 m towards the viewer become -y";
+}
+
+TEST_F(SceneFile, MeshWindingStays) {
+  write("part.obj", kTetrahedronObj);
+  const geometry::Mesh mesh = mesh_of(load(mesh_scene("file: part.obj, unit: m")).objects[0]);
+  double volume_m3 = 0;  // by the divergence theorem: positive where the surface faces outwards
+  for (const auto& [a, b, c] : mesh.triangles) volume_m3 += mesh.vertices_m[a].dot(mesh.vertices_m[b].cross(mesh.vertices_m[c])) / 6;
+  EXPECT_NEAR(volume_m3, 1.0 / 6, 1e-12);
+}
+
+TEST_F(SceneFile, MeshInTheWrongUnitIsDoubted) {
+  write("part.obj", "v 0 0 0\nv 120 0 0\nv 0 80 0\nv 0 0 60\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_TRUE(size_doubts(load(mesh_scene("file: part.obj, unit: mm"))).empty()) << "12 cm";
+  EXPECT_EQ(size_doubts(load(mesh_scene("file: part.obj, unit: m"))),
+            std::vector<std::string>{"part is 12000 x 8000 x 6000 cm: is the unit of " + (folder() / "part.obj").string() + " right?"});
+  write("part.obj", "v 0 0 0\nv 0.12 0 0\nv 0 0.08 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  EXPECT_EQ(size_doubts(load(mesh_scene("file: part.obj, unit: mm"))).size(), 1u) << "0.12 mm";
+}
+
+const std::string kWishes = R"(
+name: wishes
+history: {cell_m: 0.01, window_frames: 12}
+objects:
+  - name: plate
+    box: {size_m: [0.4, 0.4, 0.01], cell_m: 0.1}
+    position_m: [0, 0, 0]
+    warmth: {cap_m: 0.2, cooling_s: 9, colour_rgb: [1, 0, 0]}
+    report:
+      triangles: true
+      response: {search: outward, apex_angle_deg: 60, height_m: 0.1, v_rec: [0, 0, 2], four_point_normal: true, shorter_way: true}
+      contacts: 6
+      proximity: {of: triangles, cap_m: 0.3, tolerance_m: 0.001}
+      first_contact: true
+)";
+
+TEST_F(SceneFile, ReadsWhatCollisionResultsShouldTell) {
+  const Scene scene = load(kWishes);
+  ASSERT_TRUE(scene.history);
+  EXPECT_EQ(scene.history->cell_m, 0.01);
+  EXPECT_EQ(scene.history->window_frames, 12);
+  const SceneObject& plate = scene.objects.at(0);
+  EXPECT_EQ(mesh_of(plate).triangles.size(), 2u * 2 * (16 + 4 + 4));
+  ASSERT_TRUE(plate.warming);
+  EXPECT_EQ(plate.warming->cap_m, 0.2);
+  EXPECT_EQ(plate.warming->cooling_s, 9);
+  EXPECT_EQ(plate.warming->colour_rgb, (std::array<double, 3>{1, 0, 0}));
+  const CollisionWishes& wishes = plate.wishes;
+  EXPECT_TRUE(wishes.triangles && wishes.first_contact);
+  EXPECT_EQ(wishes.contacts, 6);
+  ASSERT_TRUE(wishes.response && wishes.proximity);
+  EXPECT_EQ(wishes.response->search, RecoverySearch::outward);
+  EXPECT_NEAR(wishes.response->apex_angle_rad, 1.0471975512, 1e-9);
+  EXPECT_EQ(wishes.response->height_m, 0.1);
+  EXPECT_EQ(wishes.response->v_rec_world, Eigen::Vector3d(0, 0, 2));
+  EXPECT_TRUE(wishes.response->four_points && wishes.response->shorter_way);
+  EXPECT_FALSE(wishes.response->closed_form);
+  EXPECT_EQ(wishes.proximity->of, ProximityOf::triangles);
+  EXPECT_EQ(wishes.proximity->cap_m, 0.3);
+  EXPECT_EQ(wishes.proximity->tolerance_m, 0.001);
+}
+
+TEST_F(SceneFile, NothingIsAskedForUnlessItIsWritten) {
+  const Scene scene = load(test::kGoodScene);
+  EXPECT_FALSE(scene.history || scene.objects[0].warming || scene.objects[0].wishes.any());
+}
+
+TEST_F(SceneFile, WishesThatCantBeAreProblems) {
+  const auto problems_with = [&](const std::string& what, const std::string& instead) {
+    std::string text = kWishes;
+    text.replace(text.find(what), what.size(), instead);
+    return problems(text);
+  };
+  EXPECT_THAT(problems_with("    report:", "    reaction: none\n    report:"),
+              ElementsAre("scene.yaml:10:7: report has no effect with reaction none: the object is not queried"));
+  EXPECT_THAT(problems_with("history: {cell_m: 0.01, window_frames: 12}\n", ""),
+              ElementsAre("scene.yaml:8:7: first_contact is found between two frames: the scene must keep a history, `history: {}`"));
+  EXPECT_THAT(problems_with("v_rec: [0, 0, 2]", "v_rec: [0, 0, 0]"), ElementsAre("scene.yaml:10:77: v_rec is zero: it is the direction in which the object is moved out"));
+  EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.5"), ElementsAre("scene.yaml:12:59: tolerance_m must not exceed cap_m"));
+  EXPECT_THAT(problems_with("cell_m: 0.1}", "cell_m: 0.0001}"), ElementsAre("scene.yaml:5:45: cell_m divides the box's faces into more than a million cells"));
+  EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.0001"),
+              ElementsAre("scene.yaml:12:59: tolerance_m is less than a thousandth of cap_m: the search would take seconds"));
+  EXPECT_THAT(problems_with("name: plate", "name: " + std::string(65, 'a')), ElementsAre("scene.yaml:4:11: name has 65 characters, at most 64 are possible"));
+  EXPECT_EQ(problems_with("contacts: 6", "contacts: -1").size(), 1u);
+  EXPECT_EQ(problems_with("shorter_way: true", "shortest_way: true").size(), 1u);
+}
+
+TEST_F(SceneFile, BadMeshesAreProblemsOfTheScene) {
+  write("part.obj", kTetrahedronObj);
+  write("points.obj", "v 0 0 0\nv 1 0 0\n");
+  write("junk.stl", "this is no mesh");
+  write("empty.ply", "");
+  write("nan.gltf", triangle_gltf(std::numeric_limits<float>::quiet_NaN()));
+  write("nan.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
+                   "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n");
+  write("part.step", kTetrahedronObj);
+  std::filesystem::create_directory(folder() / "folder.obj");
+  const auto problem = [&](const std::string& mesh) { return problems(mesh_scene(mesh)); };
+  EXPECT_THAT(problem("file: part.obj"), ElementsAre("scene.yaml:5:11: unit is missing in mesh"));
+  EXPECT_TRUE(test::contains(problem("file: part.obj, unit: parsec"), "scene.yaml:5:34: unit must be one of m, cm, mm, in; is \"parsec\""));
+  EXPECT_TRUE(test::contains(problem("file: absent.obj, unit: m"), "scene.yaml:5:18: mesh " + (folder() / "absent.obj").string() + ": there is no such file"));
+  EXPECT_TRUE(test::contains(problem("file: folder.obj, unit: m"), "is a directory"));
+  EXPECT_EQ(problem("file: points.obj, unit: m").size(), 1u);
+  EXPECT_EQ(problem("file: junk.stl, unit: m").size(), 1u);
+  EXPECT_EQ(problem("file: empty.ply, unit: m").size(), 1u);
+  EXPECT_TRUE(test::contains(problem("file: nan.gltf"), "vertex 2 of the mesh is not finite"));
+  EXPECT_TRUE(test::contains(problem("file: nan.ply, unit: m"), "vertex 1 of the mesh is not finite"));
+  EXPECT_TRUE(test::contains(problem("file: part.step, unit: mm"), "its name must end in .gltf, .glb, .obj, .stl or .ply"));
+}
+
+TEST_F(SceneFile, EveryProblemIsReportedWithItsPlace) {
+  EXPECT_THAT(problems(R"(
+name: bad
+gravity_m_s2: -1
+light_m: [0, 0, .inf]
+background_rgb: [0, 0, 255]
+objects:
+  - name: a
+    box: {size_cm: [10, 20, 30]}
+    position: [0, 0, 0]
+  - name: b
+    sphere: {radius_m: 0, subdivisions: 9}
+    position_m: [0, 0]
+    motion: floating
+    colur_rgb: [1, 1, 1]
+  - name: b
+    position_m: [0, 0, 0]
+  - name: c
+    box: {size_m: [1, 1, 1]}
+    sphere: {radius_m: 1}
+    position_m: [0, 0, 0]
+  - name: d
+    curtain: {width_m: 1, height_m: 1, columns: 0, rows: 2.5}
+    position_m: [0, 0, 0]
+    motion: dynamic
+  - name: e
+    box: {size_m: [1, 0, 1]}
+    position_m: [0, 0, 0]
+    reaction: bounce
+    mass_kg: 2
+    pattern_size_m: 0.1
+)"),
+              ElementsAre("scene.yaml:2:15: gravity_m_s2 must be from 0 to 1000, is -1", "scene.yaml:3:17: light_m[2] must be finite, is .inf",
+                          "scene.yaml:4:24: background_rgb[2] must be from 0 to 1, is 255", "scene.yaml:7:11: unknown key size_cm: size_m is expected",
+                          "scene.yaml:8:5: unknown key position: position_m is expected",
+                          "scene.yaml:10:24: radius_m must be greater than 0 and at most 10000, is 0",
+                          "scene.yaml:10:41: subdivisions must be from 0 to 6, is 9", "scene.yaml:11:17: position_m must be a list of 3, is a list of 2",
+                          "scene.yaml:12:13: motion must be one of fixed, dynamic; is \"floating\"",
+                          "scene.yaml:13:5: unknown key colur_rgb: did you mean colour_rgb?",
+                          "scene.yaml:14:5: the object has no shape: box, sphere, curtain or mesh is missing",
+                          "scene.yaml:14:11: two objects are called b, the first in line 9",
+                          "scene.yaml:18:13: box and sphere: an object has one shape",
+                          "scene.yaml:21:49: columns must be from 1 to 1000, is 0", "scene.yaml:21:58: rows must be a whole number, is 2.5",
+                          "scene.yaml:23:13: a curtain hangs from its upper edge and moves as cloth: motion dynamic is for rigid objects",
+                          "scene.yaml:25:23: size_m[1] must be greater than 0 and at most 10000, is 0",
+                          "scene.yaml:27:15: reaction bounce needs motion dynamic: a fixed object can't be moved out",
+                          "scene.yaml:28:14: mass_kg has no effect without motion dynamic",
+                          "scene.yaml:29:21: pattern_size_m has no effect on a plain object"));
+}
+
+TEST(KeyAdvice, KnowsUnitsAndSlips) {
+  const std::vector<std::string> known = {"size_m", "frame_rate_hz", "horizontal_fov_deg", "gives_shape"};
+  EXPECT_EQ(advice_on_key("size_cm", known)->meant, "size_m");
+  EXPECT_TRUE(advice_on_key("size_cm", known)->unit_differs);
+  EXPECT_EQ(advice_on_key("size", known)->meant, "size_m");
+  EXPECT_EQ(advice_on_key("frame_rate_fps", known)->meant, "frame_rate_hz");
+  EXPECT_EQ(advice_on_key("horizontal_fov_rad", known)->meant, "horizontal_fov_deg");
+  EXPECT_EQ(advice_on_key("give_shape", known)->meant, "gives_shape");
+  EXPECT_FALSE(advice_on_key("give_shape", known)->unit_differs);
+  EXPECT_FALSE(advice_on_key("pattern", known));
+  EXPECT_FALSE(advice_on_key("x", {}));
+}
+
+}  // namespace
+}  // namespace fivepipe::config

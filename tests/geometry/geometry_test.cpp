@@ -1,0 +1,144 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "common/geometry/camera.h"
+#include "common/geometry/gl_camera.h"
+#include "common/geometry/mesh.h"
+
+namespace fivepipe::geometry {
+namespace {
+
+Camera test_camera() { return {{640, 480, 500, 510, 310.5, 245.25}, look_at({1.2, -2.0, 1.1}, {0, 0, 0.3})}; }
+
+TEST(Camera, ProjectsTheRayThroughAPixelBackToIt) {
+  const Camera camera = test_camera();
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> u(-0.5, 639.5), v(-0.5, 479.5), depth_m(0.01, 20);
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Vector2d uv_px(u(random), v(random));
+    const Ray ray = ray_through(camera, uv_px);
+    const double z_m = depth_m(random);
+    const Eigen::Vector3d p_world_m = ray.origin_world_m + z_m * ray.direction_world;
+    EXPECT_LT((*project(camera, p_world_m) - uv_px).norm(), 1e-8);
+    EXPECT_NEAR((camera.camera_from_world * p_world_m).z(), z_m, 1e-12 * (1 + z_m));
+  }
+}
+
+TEST(Camera, PointBehindOrAtTheCameraHasNoPixel) {
+  const Camera camera{{640, 480, 500, 500, 319.5, 239.5}, Eigen::Isometry3d::Identity()};
+  EXPECT_FALSE(project(camera, {0, 0, 0}));
+  EXPECT_FALSE(project(camera, {0.1, 0.1, -1e-9}));
+  EXPECT_TRUE(project(camera, {0, 0, 1e-9}));
+  EXPECT_FALSE(project(camera, {0, 0, std::numeric_limits<double>::quiet_NaN()}));
+}
+
+TEST(Camera, LookAtPutsTheTargetOnThePrincipalPointWithUpTowardsSmallerV) {
+  const Camera camera = test_camera();
+  const Eigen::Vector2d center = *project(camera, {0, 0, 0.3});
+  EXPECT_NEAR(center.x(), 310.5, 1e-9);
+  EXPECT_NEAR(center.y(), 245.25, 1e-9);
+  EXPECT_LT(project(camera, {0, 0, 0.4})->y(), center.y());
+  EXPECT_NEAR(camera.camera_from_world.linear().determinant(), 1, 1e-12);
+}
+
+TEST(Camera, ResizedImageSeesTheSameEdges) {
+  const Pinhole full{640, 480, 500, 510, 310.5, 245.25}, half = resized(full, 320, 240);
+  const auto u_of = [](const Pinhole& k, double x_over_z) { return k.fx_px * x_over_z + k.cx_px; };
+  const double left = (-0.5 - full.cx_px) / full.fx_px, right = (639.5 - full.cx_px) / full.fx_px;
+  EXPECT_NEAR(u_of(half, left), -0.5, 1e-12);
+  EXPECT_NEAR(u_of(half, right), 319.5, 1e-12);
+}
+
+TEST(Camera, UnusableCalibrationsAreNamed) {
+  Camera camera = test_camera();
+  EXPECT_FALSE(why_unusable(camera));
+  camera.pinhole.fx_px = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(why_unusable(camera)->find("focal"), std::string::npos);
+  camera = test_camera();
+  camera.camera_from_world.translation().x() = std::numeric_limits<double>::infinity();
+  EXPECT_NE(why_unusable(camera)->find("not finite"), std::string::npos);
+  camera = test_camera();
+  camera.camera_from_world.linear().row(0) *= -1;
+  EXPECT_NE(why_unusable(camera)->find("mirrored"), std::string::npos);
+  camera = test_camera();
+  camera.camera_from_world.linear() *= 1.01;
+  EXPECT_NE(why_unusable(camera)->find("orthonormal"), std::string::npos);
+}
+
+TEST(Camera, SlightlyOffRotationIsAcceptedAndMadeExact) {
+  Camera camera = test_camera();
+  camera.camera_from_world.linear()(0, 1) += 1e-6;
+  EXPECT_FALSE(why_unusable(camera));
+  const Eigen::Matrix3d r = nearest_rotation(camera.camera_from_world.linear());
+  EXPECT_LT((r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-14);
+}
+
+// A pixel's centre must land on the centre of the framebuffer's pixel, rows counted from the bottom: off by half a pixel fails.
+TEST(GlCamera, PixelCentresLandOnFramebufferPixelCentres) {
+  const Pinhole k{640, 480, 500, 510, 310.5, 245.25};
+  const Eigen::Matrix4d clip_from_camera = gl_clip_from_camera(k, 0.1, 5);
+  for (const Eigen::Vector2d& uv_px : {Eigen::Vector2d(0, 0), Eigen::Vector2d(639, 479), Eigen::Vector2d(100, 300)}) {
+    const Eigen::Vector4d p_camera((uv_px.x() - k.cx_px) / k.fx_px * 2, (uv_px.y() - k.cy_px) / k.fy_px * 2, 2, 1);
+    const Eigen::Vector4d clip = clip_from_camera * p_camera;
+    const double x_window = (clip.x() / clip.w() + 1) / 2 * k.width_px, y_window = (clip.y() / clip.w() + 1) / 2 * k.height_px;
+    EXPECT_NEAR(x_window, uv_px.x() + 0.5, 1e-9);
+    EXPECT_NEAR(y_window, k.height_px - 1 - uv_px.y() + 0.5, 1e-9);
+    EXPECT_NEAR(depth_m_from_window_depth((clip.z() / clip.w() + 1) / 2, 0.1, 5), 2, 1e-9);
+  }
+}
+
+TEST(GlCamera, NearAndFarAreTheEndsOfTheDepthRange) {
+  const Eigen::Matrix4d m = gl_clip_from_camera({640, 480, 500, 500, 319.5, 239.5}, 0.1, 5);
+  const Eigen::Vector4d at_near = m * Eigen::Vector4d(0, 0, 0.1, 1), at_far = m * Eigen::Vector4d(0, 0, 5, 1);
+  EXPECT_NEAR(at_near.z() / at_near.w(), -1, 1e-12);
+  EXPECT_NEAR(at_far.z() / at_far.w(), 1, 1e-12);
+}
+
+TEST(GlCamera, TextureCoordinatesHitTexelCentres) {
+  const Pinhole k{720, 486, 600, 610, 350, 240};
+  const Eigen::Vector4d p_camera((17 - k.cx_px) / k.fx_px * 3, (400 - k.cy_px) / k.fy_px * 3, 3, 1);
+  const Eigen::Vector3d stq = texture_from_camera(k) * p_camera;
+  EXPECT_NEAR(stq.x() / stq.z() * k.width_px, 17.5, 1e-9);
+  EXPECT_NEAR(stq.y() / stq.z() * k.height_px, 400.5, 1e-9);
+}
+
+double signed_volume_m3(const Mesh& mesh) {
+  double volume = 0;
+  for (const auto& [a, b, c] : mesh.triangles) volume += mesh.vertices_m[a].dot(mesh.vertices_m[b].cross(mesh.vertices_m[c])) / 6;
+  return volume;
+}
+
+// Positive volume: every triangle is counter-clockwise seen from outside.
+TEST(Mesh, ABoxInCellsIsTheSameBoxClosedAndNoCellIsLargerThanAsked) {
+  const Mesh mesh = box_mesh({0.2, 0.31, 0.5}, 0.06);
+  EXPECT_NEAR(signed_volume_m3(mesh), 0.031, 1e-12);
+  EXPECT_EQ(mesh.triangles.size(), 4u * (4 * 6 + 6 * 9 + 9 * 4));
+  // Euler: a closed surface without holes.
+  EXPECT_EQ(mesh.vertices_m.size(), mesh.triangles.size() / 2 + 2);
+  for (const auto& [a, b, c] : mesh.triangles)
+    EXPECT_LE((mesh.vertices_m[b] - mesh.vertices_m[a]).cwiseAbs().maxCoeff(), 0.06 + 1e-12);
+}
+
+TEST(Mesh, BoxHasItsVolumeWithOutwardFaces) { EXPECT_NEAR(signed_volume_m3(box_mesh({0.2, 0.3, 0.5})), 0.03, 1e-12); }
+
+TEST(Mesh, SphereApproachesItsVolumeFromInside) {
+  const double exact = 4.0 / 3 * M_PI * 0.001;
+  const double v2 = signed_volume_m3(sphere_mesh(0.1, 2)), v3 = signed_volume_m3(sphere_mesh(0.1, 3));
+  EXPECT_EQ(sphere_mesh(0.1, 2).triangles.size(), 320u);
+  EXPECT_GT(v2, 0.95 * exact);
+  EXPECT_GT(v3, v2);
+  EXPECT_LT(v3, exact);
+}
+
+TEST(Mesh, CurtainOfThePaperHas720Triangles) {
+  const Mesh mesh = curtain_mesh(0.7, 0.6, 18, 20, 0.02, 5);
+  EXPECT_EQ(mesh.triangles.size(), 720u);
+  EXPECT_NEAR(bounds_m(mesh).min().z(), -0.6, 1e-12);
+  EXPECT_NEAR(bounds_m(mesh).max().x(), 0.35, 1e-12);
+}
+
+}  // namespace
+}  // namespace fivepipe::geometry

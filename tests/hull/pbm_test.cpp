@@ -1,0 +1,45 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "common/hull/pbm.h"
+#include "tests/support/hull_scenes.h"
+
+namespace fivepipe::hull {
+namespace {
+
+struct Pbm : ::testing::Test {
+  std::filesystem::path file = std::filesystem::temp_directory_path() / ("fivepipe_pbm_" + std::to_string(getpid()) + ".pbm");
+  ~Pbm() override { std::filesystem::remove(file); }
+  std::string why_not(int width, int height) const {
+    try {
+      read_pbm(file, width, height);
+    } catch (const std::runtime_error& e) {
+      return e.what();
+    }
+    return "";
+  }
+};
+
+TEST_F(Pbm, ComesBackToTheBit) {
+  test::Random random(1);
+  for (const auto& [width, height] : {std::pair{1, 1}, {7, 3}, {8, 8}, {65, 9}, {200, 30}}) {
+    const ObjectPixels pixels = test::random_pixels(random, width, height, 0.4);
+    write_pbm(file, pixels);
+    EXPECT_EQ(read_pbm(file, width, height), pixels);
+  }
+}
+
+TEST_F(Pbm, RefusesByName) {
+  EXPECT_NE(why_not(4, 4).find(file.string()), std::string::npos);  // not there
+  std::ofstream(file) << "P4\n4 4\nab";
+  EXPECT_NE(why_not(4, 4).find("ends in row 2"), std::string::npos);
+  EXPECT_NE(why_not(5, 4).find("5x4"), std::string::npos);
+  std::ofstream(file) << "P1\n4 4\n";
+  EXPECT_NE(why_not(4, 4).find("binary PBM"), std::string::npos);
+  EXPECT_THROW(write_pbm("/no/such/folder/x.pbm", ObjectPixels(3, 3)), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace fivepipe::hull

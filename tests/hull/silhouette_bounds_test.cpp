@@ -1,0 +1,148 @@
+#include "common/hull/silhouette_bounds.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <random>
+
+namespace fivepipe::hull {
+namespace {
+
+using Vector3d = Eigen::Vector3d;
+constexpr double kNearest_m = 0.01;
+
+const Eigen::AlignedBox3d kBox(Vector3d(-1, -1, -0.5), Vector3d(1, 1, 1.5));
+
+Vector3d random_in(const Eigen::AlignedBox3d& box, std::mt19937& random) {
+  std::uniform_real_distribution<double> share(0, 1);
+  return box.min() + Vector3d(share(random), share(random), share(random)).cwiseProduct(box.sizes());
+}
+
+bool is_in(const SeenPart& seen, const Vector3d& p_m, double slack_px) {
+  const auto uv = geometry::project(seen.camera, p_m);
+  return uv && (seen.camera.camera_from_world * p_m).z() >= kNearest_m && uv->x() >= seen.part.u0_px - 0.5 - slack_px && uv->x() < seen.part.u1_px - 0.5 + slack_px &&
+         uv->y() >= seen.part.v0_px - 0.5 - slack_px && uv->y() < seen.part.v1_px - 0.5 + slack_px;
+}
+
+double support(const std::vector<Vector3d>& points, const Vector3d& direction) {
+  double most = -std::numeric_limits<double>::infinity();
+  for (const Vector3d& p : points) most = std::max(most, direction.dot(p));
+  return most;
+}
+
+std::vector<SeenPart> random_parts(int count, std::mt19937& random) {
+  std::vector<SeenPart> parts;
+  std::uniform_int_distribution<int> column(0, 719), row(0, 485);
+  while (int(parts.size()) < count) {
+    const Vector3d eye_m = 2.5 * random_in({Vector3d(-1, -1, 0.2), Vector3d(1, 1, 1)}, random).normalized();
+    int u0 = column(random), u1 = column(random), v0 = row(random), v1 = row(random);
+    if (u0 > u1) std::swap(u0, u1);
+    if (v0 > v1) std::swap(v0, v1);
+    parts.push_back({{geometry::pinhole_from_fov(720, 486, 1.0), geometry::look_at(eye_m, {0, 0, 0.3})}, {u0, v0, u1 + 1, v1 + 1}});
+  }
+  return parts;
+}
+
+TEST(HullBounds, WithoutPartsAreTheBox) {
+  const auto corners = corners_around_hull({}, kBox, kNearest_m);
+  Eigen::AlignedBox3d found;
+  for (const Vector3d& corner : corners) found.extend(corner);
+  EXPECT_TRUE(found.isApprox(kBox, 1e-12));
+}
+
+// In every direction the corners reach at least as far as each point that all parts show, and none is where no such point can be.
+TEST(HullBounds, HoldEveryPointThatAllPartsShow) {
+  std::mt19937 random(7);
+  int held = 0;
+  for (int round = 0; round < 60; ++round) {
+    const auto parts = random_parts(1 + round % 5, random);
+    const auto corners = corners_around_hull(parts, kBox, kNearest_m);
+    std::vector<Vector3d> inside;
+    for (int i = 0; i < 2000; ++i)
+      if (const Vector3d p = random_in(kBox, random); std::all_of(parts.begin(), parts.end(), [&](const SeenPart& seen) { return is_in(seen, p, 0); })) inside.push_back(p);
+    held += int(inside.size());
+    for (int i = 0; i < 100 && !inside.empty(); ++i) {
+      const Vector3d direction = Vector3d::Random().normalized();
+      ASSERT_GE(support(corners, direction), support(inside, direction)) << round;
+    }
+    for (const Vector3d& corner : corners) {
+      EXPECT_LT(kBox.exteriorDistance(corner), 1e-9);
+      for (const SeenPart& seen : parts)
+        if ((seen.camera.camera_from_world * corner).z() > kNearest_m + 1e-6) EXPECT_TRUE(is_in(seen, corner, 0.01 + 1e-6)) << round;
+    }
+  }
+  EXPECT_GT(held, 1000);
+}
+
+// On the very border between a part and what is beside it.
+TEST(HullBounds, HoldThePointsOnAPartsBorder) {
+  std::mt19937 random(5);
+  for (int round = 0; round < 100; ++round) {
+    const auto parts = random_parts(1, random);
+    const geometry::Camera& camera = parts[0].camera;
+    const PixelRect& r = parts[0].part;
+    const auto corners = corners_around_hull(parts, kBox, kNearest_m);
+    for (const double u : {r.u0_px - 0.5, r.u1_px - 0.5})
+      for (const double v : {r.v0_px - 0.5, r.v1_px - 0.5}) {
+        const geometry::Ray ray = geometry::ray_through(camera, {u, v});
+        const Vector3d p = ray.origin_world_m + 2.4 * ray.direction_world;
+        if (!kBox.contains(p)) continue;
+        // Across the side of the part's pyramid on which p is, outwards.
+        const double outwards = u < r.u0_px ? -1 : 1;
+        const Vector3d across = camera.camera_from_world.linear().transpose() * (outwards * Vector3d(camera.pinhole.fx_px, 0, camera.pinhole.cx_px - u));
+        ASSERT_GT(support(corners, across), across.dot(p)) << round;
+      }
+  }
+}
+
+TEST(HullBounds, EndBeforeEachCamera) {
+  std::mt19937 random(9);
+  for (int round = 0; round < 100; ++round) {
+    auto parts = random_parts(2, random);
+    parts[0].camera.camera_from_world = geometry::look_at(0.5 * random_in(kBox, random), {0.01, 0.02, 0.3});  // inside the box
+    for (const Vector3d& corner : corners_around_hull(parts, kBox, kNearest_m))
+      for (const SeenPart& seen : parts) EXPECT_GT((seen.camera.camera_from_world * corner).z(), kNearest_m - 1e-9) << round;
+  }
+}
+
+TEST(HullBounds, AreTheSameInWhateverOrder) {
+  std::mt19937 random(3);
+  auto parts = random_parts(4, random);
+  for (SeenPart& seen : parts) seen.part = {100, 80, 600, 420};
+  const auto once = corners_around_hull(parts, kBox, kNearest_m);
+  ASSERT_FALSE(once.empty());
+  parts.push_back(parts.front());  // and twice
+  std::shuffle(parts.begin(), parts.end(), random);
+  const auto again = corners_around_hull(parts, kBox, kNearest_m);
+  for (int i = 0; i < 100; ++i) {
+    const Vector3d direction = Vector3d::Random().normalized();
+    EXPECT_NEAR(support(once, direction), support(again, direction), 1e-9);
+  }
+}
+
+TEST(HullBounds, AreEmptyWherePartsHaveNoPointInCommon) {
+  const geometry::Camera left{geometry::pinhole_from_fov(720, 486, 1.0), geometry::look_at({-2, 0, 0.5}, {0, 0, 0.5})}, right{left.pinhole, geometry::look_at({2, 0, 0.5}, {0, 0, 0.5})};
+  const std::vector<SeenPart> top_and_bottom = {{left, {300, 0, 400, 50}}, {right, {300, 436, 400, 486}}};
+  EXPECT_TRUE(corners_around_hull(top_and_bottom, kBox, kNearest_m).empty());
+  const geometry::Camera away{left.pinhole, geometry::look_at({-2, 0, 0.5}, {-4, 0, 0.5})};
+  EXPECT_TRUE(corners_around_hull(std::vector<SeenPart>{{away, {0, 0, 720, 486}}}, kBox, kNearest_m).empty());
+}
+
+// One pixel of each of two cameras: a millimetre wide, and still there.
+TEST(HullBounds, OfOnePixelEachHoldThePointInIt) {
+  const Vector3d p(0.21, -0.13, 0.4);
+  std::vector<SeenPart> parts;
+  for (const Vector3d& eye_m : {Vector3d(-2, 0.3, 1), Vector3d(0.1, -2, 1.2)}) {
+    const geometry::Camera camera{geometry::pinhole_from_fov(720, 486, 1.0), geometry::look_at(eye_m, {0, 0, 0.3})};
+    const auto uv = geometry::project(camera, p);
+    const int u = int(std::lround(uv->x())), v = int(std::lround(uv->y()));
+    parts.push_back({camera, {u, v, u + 1, v + 1}});
+  }
+  const auto corners = corners_around_hull(parts, kBox, kNearest_m);
+  ASSERT_FALSE(corners.empty());
+  for (const Vector3d& corner : corners) EXPECT_LT((corner - p).norm(), 0.05);
+}
+
+}  // namespace
+}  // namespace fivepipe::hull

@@ -1,0 +1,130 @@
+// The skipping structure's promises, held against every pixel around.
+#include <gtest/gtest.h>
+
+#include "common/hull/cpu/skip_map.h"
+#include "tests/support/hull_scenes.h"
+
+namespace fivepipe::hull {
+namespace {
+
+using namespace test;
+
+// Pixels ahead: column and row steps of each box.
+PixelRect pixels_of_box(Box box, int u, int v, int r) {
+  switch (box) {
+    case Box::right_down: return {u, v, u + r, v + r};
+    case Box::left_down: return {u - r + 1, v, u + 1, v + r};
+    case Box::right_up: return {u, v - r + 1, u + r, v + 1};
+    default: return {u - r + 1, v - r + 1, u + 1, v + 1};
+  }
+}
+
+// All pixels of the rectangle are like `object`; what is outside the image is no object pixel.
+bool all_alike(const ObjectPixels& pixels, const PixelRect& rect, bool object) {
+  for (int v = rect.v0_px; v < rect.v1_px; ++v)
+    for (int u = rect.u0_px; u < rect.u1_px; ++u)
+      if (pixels.contains(u, v) != object) return false;
+  return true;
+}
+
+void expect_promises_kept(const ObjectPixels& pixels, int step = 1) {
+  BoxReach reach;
+  reach.assign(pixels);
+  reach.make_all();
+  ASSERT_EQ(reach.bounds(), pixels.bounds());
+  const PixelRect& stored = reach.stored();
+  for (int kind = 0; kind < kBoxes; ++kind)
+    for (int v = stored.v0_px - 3; v < stored.v1_px + 3; ++v)
+      for (int u = stored.u0_px - 3; u < stored.u1_px + 3; u += step) {
+        const Box box = Box(kind);
+        const int r = reach.at(box, u, v);
+        const bool object = pixels.contains(u, v), in_store = intersection(stored, {u, v, u + 1, v + 1}).area_px() == 1;
+        ASSERT_NE(r, 0);
+        ASSERT_EQ(r < 0, object) << u << ", " << v;
+        ASSERT_TRUE(all_alike(pixels, pixels_of_box(box, u, v, std::abs(r)), object)) << "box " << kind << " at " << u << ", " << v << " reach " << r;
+        const auto next = std::upper_bound(kReaches_px.begin(), kReaches_px.end(), std::abs(r));
+        if (in_store && next != kReaches_px.end()) {
+          ASSERT_FALSE(all_alike(pixels, pixels_of_box(box, u, v, *next), object)) << "box " << kind << " at " << u << ", " << v << " reaches further than " << r;
+        }
+      }
+}
+
+TEST(BoxReach, KeepsItsPromisesOnNoise) {
+  for (const double fraction : {0.001, 0.05, 0.5, 0.95, 0.999}) {
+    test::Random random(int(1000 * fraction));
+    expect_promises_kept(test::random_pixels(random, 130, 40, fraction));
+  }
+}
+
+TEST(BoxReach, KeepsItsPromisesOnObjects) {
+  for (int seed = 1; seed <= 2; ++seed) {
+    test::Random random(seed);
+    expect_promises_kept(true_object_pixels(test::random_object(random, 3), test::random_camera(random, 333, 241), PixelRule::centre), 7);
+  }
+}
+
+TEST(BoxReach, SizesThatAreNoMultipleOfAWord) {
+  for (const auto& [width, height] : std::vector<std::pair<int, int>>{{1, 1}, {1, 40}, {63, 2}, {64, 3}, {65, 9}, {7, 7}, {129, 17}, {257, 5}, {519, 11}}) {
+    SCOPED_TRACE(width);
+    ObjectPixels all(width, height), one(width, height);
+    for (int v = 0; v < height; ++v)
+      for (int u = 0; u < width; ++u) all.set(u, v);
+    one.set(width - 1, height - 1);
+    expect_promises_kept(all);
+    expect_promises_kept(one);
+  }
+}
+
+TEST(BoxReach, AroundIsTheLeastOfTheFour) {
+  test::Random random(5);
+  const ObjectPixels pixels = test::random_pixels(random, 100, 60, 0.02);
+  BoxReach reach;
+  reach.assign(pixels);
+  reach.make_all();
+  for (int v = -10; v < 70; ++v)
+    for (int u = -10; u < 110; ++u) {
+      const int r = reach.around(u, v), n = std::abs(r);
+      ASSERT_EQ(r < 0, pixels.contains(u, v));
+      ASSERT_TRUE(all_alike(pixels, {u - n + 1, v - n + 1, u + n, v + n}, r < 0));
+    }
+}
+
+TEST(BoxReach, ReachesFarWhereThereIsRoom) {  // or rays would crawl
+  ObjectPixels pixels(700, 300);
+  for (int v = 0; v < 300; ++v) pixels.set(0, v), pixels.set(699, v);
+  BoxReach reach;
+  reach.assign(pixels);
+  reach.make_all();
+  EXPECT_EQ(reach.around(350, 150), kReaches_px.back());
+  for (int v = 0; v < 300; ++v)
+    for (int u = 1; u < 699; ++u) pixels.set(u, v);
+  reach.assign(pixels);
+  reach.make_all();
+  EXPECT_EQ(reach.around(350, 150), -kReaches_px.back());
+}
+
+TEST(BoxReach, NoObjectPixel) {
+  for (const ObjectPixels& none : {ObjectPixels(), ObjectPixels(0, 5), ObjectPixels(90, 60)}) {
+    BoxReach reach;
+    reach.assign(none);
+    reach.make_all();
+    EXPECT_TRUE(reach.bounds().empty() && reach.stored().empty());
+    EXPECT_GT(reach.around(3, 4), 0);
+  }
+}
+
+TEST(BoxReach, MemoryIsReusedAcrossSizes) {
+  test::Random random(3);
+  BoxReach reach;
+  for (const int size : {200, 30, 90, 200}) {
+    const ObjectPixels pixels = test::random_pixels(random, size, size / 2, 0.3);
+    BoxReach fresh;
+    for (BoxReach* r : {&reach, &fresh}) r->assign(pixels), r->make_all();
+    for (int v = 0; v < size / 2; ++v)
+      for (int u = 0; u < size; ++u)
+        for (int box = 0; box < kBoxes; ++box) ASSERT_EQ(reach.at(Box(box), u, v), fresh.at(Box(box), u, v));
+  }
+}
+
+}  // namespace
+}  // namespace fivepipe::hull

@@ -1,0 +1,283 @@
+// What `fivepipe info`, `ls`, `echo` and `hz` are made of.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+
+#include "launch/inspect/arrivals.h"
+#include "launch/inspect/message_text.h"
+#include "common/base/output_queue.h"
+#include "common/base/timestamp_text.h"
+#include "common/base/text_table.h"
+#include "launch/inspect/topic_choice.h"
+#include "launch/inspect/topic_list.h"
+
+namespace fivepipe::launch {
+namespace {
+
+std::string refused(const std::function<void()>& run) {
+  try {
+    run();
+  } catch (const base::UsageError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(TopicChoice, FindsATopicByItsNameItsLastPartOrWhatFitsItAlone) {
+  const std::vector<std::string> topics{"a/HullTile", "a/HullParts", "a/HeadPose", "b/HullTile/more", "a/Hull"};
+  EXPECT_EQ(topic_meant("a/HullTile", topics), "a/HullTile");
+  EXPECT_EQ(topic_meant("HullTile", topics), "a/HullTile");  // though found in b/HullTile/more as well
+  EXPECT_EQ(topic_meant("Hull", topics), "a/Hull");
+  EXPECT_EQ(topic_meant("hullp", topics), "a/HullParts");
+  EXPECT_EQ(topic_meant("^b/", topics), "b/HullTile/more");
+}
+
+TEST(TopicChoice, RefusesWhatFitsSeveralOrNoneAndSaysWhichThereAre) {
+  const std::vector<std::string> topics{"a/HullTile", "a/HullParts", "a/HeadPose"};
+  const std::string several = refused([&] { topic_meant("hull", topics); });
+  EXPECT_NE(several.find("a/HullTile, a/HullParts"), std::string::npos) << several;
+  EXPECT_EQ(several.find("HeadPose"), std::string::npos) << several;
+  const std::string none = refused([&] { topic_meant("Foot", topics); });
+  EXPECT_NE(none.find("a/HeadPose"), std::string::npos) << none;
+  EXPECT_NE(refused([&] { topic_meant("(", topics); }).find("regular expression"), std::string::npos);
+  EXPECT_NE(refused([&] { topic_meant("x", {}); }), "");
+}
+
+TEST(TextTable, WrapsLongCellsAndAlignsNumbers) {
+  base::TextTable table({{"name"}, {"n", true}, {"who", false, 10}});
+  table.add({"a", "5", "one, two, three"});
+  table.add({"bcd\x1b[2J", "1234", "x"});
+  EXPECT_EQ(table.text(),
+            "name        n  who\n"
+            "a           5  one, two,\n"
+            "               three\n"
+            "bcd?[2J  1234  x\n");
+}
+
+TEST(StampText, ShowsMicrosecondsBeforeAndAfter1970) {
+  setenv("TZ", "UTC", 1);
+  tzset();
+  EXPECT_EQ(base::local_date_and_time(1'000'000'000'123'456'789), "2001-09-09 01:46:40.123456 +0000");
+  EXPECT_EQ(base::local_time_of_day(-1'000), "23:59:59.999999");
+}
+
+const schema::Idl& made_up_idl() {
+  static const schema::Idl idl = schema::parse_idl(R"(module m {
+    struct Point { double x; double y; };
+    struct Thing { @key string name; unsigned long long frame; @key unsigned short part; Point p; sequence<Point> points; sequence<octet> raw; };
+  };)");
+  return idl;
+}
+
+// Little-endian CDR.
+struct Cdr {
+  std::vector<std::byte> bytes{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
+  template <class T>
+  Cdr& put(T value) {
+    while ((bytes.size() - 4) % sizeof(T)) bytes.push_back(std::byte{0});
+    const auto* raw = reinterpret_cast<const std::byte*>(&value);
+    bytes.insert(bytes.end(), raw, raw + sizeof(T));
+    return *this;
+  }
+  Cdr& put(const std::string& text) {
+    put(std::uint32_t(text.size() + 1));
+    for (const char c : text) put(c);
+    return put('\0');
+  }
+};
+
+std::vector<std::byte> thing() {
+  Cdr cdr;
+  cdr.put(std::string("ball")).put(std::uint64_t(12)).put(std::uint16_t(3)).put(1.5).put(std::nan(""));
+  cdr.put(std::uint32_t(2)).put(1.0).put(2.0).put(3.0).put(4.0).put(std::uint32_t(20));
+  for (int i = 0; i < 20; ++i) cdr.put(std::uint8_t(i));
+  return cdr.bytes;
+}
+ShownMessage shown(std::span<const std::byte> cdr) { return {"t/Thing", "node_a", 1'000'000'000, 1'002'500'000, std::nullopt, cdr}; }
+
+std::string text_of_thing(const TextOptions& options) {
+  const auto cdr = thing();
+  return MessageText(made_up_idl(), "m::Thing", options)(shown(cdr));
+}
+
+TEST(MessageText, IsAYamlDocumentWithTimeWriterAndLatency) {
+  setenv("TZ", "UTC", 1);
+  tzset();
+  EXPECT_EQ(text_of_thing({}),
+            "---  # 00:00:01.000000 node_a, latency 2.50 ms\n"
+            "name: ball\nframe: 12\npart: 3\np: {x: 1.5, y: .nan}\npoints:\n  - {x: 1.0, y: 2.0}\n  - {x: 3.0, y: 4.0}\nraw: {sequence<octet>: 20}\n");
+  EXPECT_NE(text_of_thing({.full = true}).find("raw: [0, 1, 2,"), std::string::npos);
+}
+
+TEST(MessageText, ShowsOneField) {
+  const auto field = [](const char* path, bool json = false) { return text_of_thing({.json = json, .full = false, .field = FieldPath(path)}); };
+  EXPECT_EQ(field("frame"), "--- 12  # 00:00:01.000000 node_a, latency 2.50 ms\n");
+  EXPECT_EQ(field("points[1].y").substr(0, 7), "--- 4.0");
+  EXPECT_EQ(field("points[2].y").substr(0, 8), "--- null");
+  EXPECT_EQ(field("raw[19]").substr(0, 6), "--- 19");
+  EXPECT_EQ(field("p.y", true),
+            "{\"topic\":\"t/Thing\",\"writer\":\"node_a\",\"source_stamp_ns\":1000000000,\"log_stamp_ns\":1002500000,\"value\":\"NaN\"}\n");
+  EXPECT_NE(refused([&] { field("p.z"); }).find("there are: x, y"), std::string::npos);
+  EXPECT_NE(refused([&] { field("frame.x"); }), "");
+  EXPECT_NE(refused([&] { field("points.x"); }).find("[0]"), std::string::npos);
+  for (const char* bad : {"", ".", "a.", ".a", "a[", "a[]", "a[x]", "a[1", "[1]", "a[1]b", "a b", "a..b", "a[-1]", "a[99999999999999999999]"})
+    EXPECT_NE(refused([&] { FieldPath path(bad); }), "") << bad;
+  for (const char* good : {"a", "a.b", "a[1]", "a[1][2].b", "a[0].b[3]"}) EXPECT_EQ(refused([&] { FieldPath path(good); }), "") << good;
+}
+
+TEST(MessageText, ShowsKeyChangesByTheirKey) {
+  Cdr key;
+  key.put(std::string("ball")).put(std::uint16_t(3));
+  ShownMessage message = shown(key.bytes);
+  message.key_change = recording::KeyChange::disposed;
+  for (const int representation : {1, 7}) {
+    key.bytes[1] = std::byte(representation);
+    const std::string text = MessageText(made_up_idl(), "m::Thing", {})(message);
+    EXPECT_NE(text.find("\nkey_change: disposed\nkey: {name: ball, part: 3}\n"), std::string::npos) << text;
+  }
+  const std::string json = MessageText(made_up_idl(), "m::Thing", {.json = true})(message);
+  EXPECT_NE(json.find("\"key_change\":\"disposed\",\"key\":{\"name\":\"ball\",\"part\":3}"), std::string::npos);
+}
+
+TEST(MessageText, DoesNotGuessKeysThatAreLaidOutOtherwiseInCdr2) {
+  const schema::Idl idl = schema::parse_idl("struct Wide { @key octet a; @key unsigned long long b; };");
+  Cdr key;
+  key.put(std::uint8_t(1)).put(std::uint64_t(2));
+  ShownMessage message = shown(key.bytes);
+  message.key_change = recording::KeyChange::unregistered;
+  EXPECT_NE(MessageText(idl, "Wide", {})(message).find("key: {a: 1, b: 2}"), std::string::npos);
+  key.bytes[1] = std::byte{7};
+  EXPECT_NE(MessageText(idl, "Wide", {})(message).find("key: \""), std::string::npos);
+}
+
+TEST(MessageText, TellsThatAPayloadCannotBeDecoded) {
+  const auto cdr = thing();
+  for (std::size_t bytes = 0; bytes < cdr.size(); ++bytes) {
+    const ShownMessage cut = shown(std::span(cdr).first(bytes));
+    EXPECT_NE(MessageText(made_up_idl(), "m::Thing", {})(cut).find("not_decoded: "), std::string::npos) << bytes;
+    EXPECT_NE(MessageText(made_up_idl(), "m::Thing", {.json = true})(cut).find("\"error\":"), std::string::npos) << bytes;
+  }
+}
+
+TEST(Arrivals, SpreadIsOfTheSortedValues) {
+  std::vector<double> values;
+  for (int i = 100; i >= 1; --i) values.push_back(i);
+  const Spread spread = spread_of(values);
+  EXPECT_EQ(spread.least, 1);
+  EXPECT_EQ(spread.median, 50.5);
+  EXPECT_EQ(spread.p95, 95);
+  EXPECT_EQ(spread.most, 100);
+  EXPECT_EQ(spread_of({7}).p95, 7);
+  EXPECT_TRUE(std::isnan(spread_of({}).median));
+}
+
+TEST(Arrivals, RateIsOfIntervalsNotOfMessages) {
+  std::deque<Arrival> arrivals;
+  for (int i = 0; i < 11; ++i) arrivals.push_back({1'000'000'000 + i * 100'000'000, 2'000'000 + i * 1'000'000, 1000});
+  const ArrivalSummary summary = summary_of(arrivals);
+  EXPECT_EQ(summary.messages, 11u);
+  EXPECT_NEAR(summary.rate_hz, 10, 1e-9);
+  EXPECT_NEAR(summary.bytes_per_s, 10'000, 1e-6);
+  EXPECT_NEAR(summary.interval_ms.median, 100, 1e-9);
+  EXPECT_NEAR(summary.latency_ms.most, 12, 1e-9);
+  arrivals.resize(1);
+  EXPECT_TRUE(std::isnan(summary_of(arrivals).rate_hz));
+  EXPECT_EQ(summary_of({}).messages, 0u);
+}
+
+TEST(Arrivals, FindsFramesThatAreMissingInAnyOrderOfArrival) {
+  std::mt19937 random(7);
+  for (int repeat = 0; repeat < 200; ++repeat) {
+    std::vector<std::uint64_t> came;
+    for (std::uint64_t frame = 50; frame < 150; ++frame)
+      if (random() % 5) came.insert(came.end(), 1 + random() % 2, frame);
+    if (came.empty()) continue;
+    const std::set<std::uint64_t> distinct(came.begin(), came.end());
+    // Disordered by less than frames may be: ten messages are of fewer than 24 frames, but for one run of gaps in 10^7.
+    for (std::size_t i = 0; i + 10 <= came.size(); i += 10) std::shuffle(came.begin() + std::ptrdiff_t(i), came.begin() + std::ptrdiff_t(i) + 10, random);
+    FrameGaps gaps;
+    for (const std::uint64_t frame : came) gaps.add(frame);
+    ASSERT_EQ(gaps.frames(), distinct.size());
+    ASSERT_EQ(gaps.missing(), *distinct.rbegin() - *distinct.begin() + 1 - distinct.size());
+  }
+}
+
+TEST(Arrivals, NamesGapsAndTakesLowNumbersForANewStart) {
+  FrameGaps gaps;
+  for (const std::uint64_t frame : {1000, 1001, 1003, 1006, 0, 1, 2, 4}) gaps.add(frame);
+  EXPECT_EQ(gaps.missing(), 4u);
+  EXPECT_EQ(gaps.missing_text(12), "1002, 1004..1005, 3");
+  EXPECT_EQ(gaps.missing_text(2), "1002, 1004..1005, ..");
+  EXPECT_EQ(FrameGaps().missing(), 0u);
+}
+
+TEST(Arrivals, ForgetsWhatIsOldButNotItsFrames) {
+  ArrivalBook book;
+  for (int i = 0; i < 10; ++i) book.add(i % 2 ? "odd" : "even", {i * 1'000'000, 0, 1}, i == 5 ? 6 : std::uint64_t(i));
+  book.forget_before(8'000'000);
+  EXPECT_EQ(book.messages(), 2u);
+  EXPECT_NE(book.text().find("9 frames, 1 missing between them: 5\n"), std::string::npos) << book.text();
+}
+
+TEST(TopicList, SaysShortlyWhichQosAndLeavesOutOnesOwn) {
+  EXPECT_EQ(short_qos({{"reliability", "reliable, blocks 100 ms"}, {"history", "keep_last 8"}, {"durability", "transient_local"}}),
+            "reliable, last 8, latched");
+  EXPECT_EQ(short_qos({{"reliability", "best_effort"}, {"history", "keep_all"}, {"durability", "volatile"}}), "best_effort, all");
+  EXPECT_EQ(short_qos({}), "");
+  const std::vector<bus::EndpointDescription> endpoints{{"v/T", "T", true, false, "g1", "0123456789ab", "", {}},  {"v/T", "T", true, false, "g2", "p2", "b", {}},
+                                                   {"v/T", "T", false, false, "g3", "p3", "b", {}},           {"v/T", "T", false, true, "g4", "p4", "me", {}},
+                                                   {"v/U", "U", true, true, "g5", "p4", "me", {}},            {"v/T", "T", true, false, "g6", "p6", "b", {}}};
+  const auto topics = topics_of(endpoints);
+  ASSERT_EQ(topics.size(), 1u);
+  EXPECT_EQ(topics[0].writers, (std::map<std::string, int>{{"(01234567)", 1}, {"b", 2}}));
+  EXPECT_EQ(topics[0].readers, (std::map<std::string, int>{{"b", 1}}));
+  EXPECT_NE(topics_text(topics, false).find("b x2"), std::string::npos);
+  EXPECT_EQ(nodes_text(topics, false), "node        writes  reads\n(01234567)  T       -\nb           T x2    T\n");
+}
+
+// Both ends of a pipe.
+struct Pipe {
+  int ends[2];
+  Pipe() { EXPECT_EQ(pipe(ends), 0); }
+  ~Pipe() {
+    close_reader();
+    close(ends[1]);
+  }
+  void close_reader() {
+    if (ends[0] >= 0) close(ends[0]);
+    ends[0] = -1;
+  }
+};
+
+TEST(OutputQueue, NeverWaitsForAReaderThatStandsStill) {
+  Pipe pipe;
+  {
+    base::OutputQueue output(pipe.ends[1]);
+    EXPECT_FALSE(output.closed());
+    std::size_t taken = 0;
+    while (taken < 100 && output.offer(std::string(std::size_t(1) << 20, 'x'))) ++taken;
+    EXPECT_GE(taken, 16u);
+    EXPECT_LE(taken, 18u);
+    pipe.close_reader();
+    EXPECT_TRUE(output.closed());
+  }
+}
+
+TEST(OutputQueue, WritesEverythingBeforeItEnds) {
+  Pipe pipe;
+  {
+    base::OutputQueue output(pipe.ends[1]);
+    for (int i = 0; i < 1000; ++i) output.put(std::to_string(i) + "\n");
+  }
+  std::string expected, got(10'000, '\0');
+  for (int i = 0; i < 1000; ++i) expected += std::to_string(i) + "\n";
+  got.resize(std::size_t(read(pipe.ends[0], got.data(), got.size())));
+  EXPECT_EQ(got, expected);
+}
+
+}  // namespace
+}  // namespace fivepipe::launch

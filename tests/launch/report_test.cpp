@@ -1,0 +1,154 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "launch/supervise/report.h"
+
+using namespace fivepipe;
+
+namespace {
+
+constexpr std::int64_t s = 1'000'000'000;
+
+launch::ProcessStatus status(const std::string& node, std::uint64_t writer, std::int64_t start_stamp_ns) {
+  launch::ProcessStatus status;
+  status.node = node;
+  status.writer = writer;
+  status.start_stamp_ns = start_stamp_ns;
+  return status;
+}
+
+// Ten seconds of a pipeline at 30 Hz; the first frame is composited after half a second. recon_b was killed once.
+launch::ReportInput ten_seconds() {
+  launch::ReportInput input;
+  input.start_stamp_ns = 100 * s;
+  input.stop_stamp_ns = 110 * s;
+  input.first_composited_stamp_ns = 100 * s + s / 2;
+  input.programs = {{"capture", "capture_node", {{11, 100 * s, "exit code 0 (ended in order)"}}},
+                    {"recon_a", "recon_node", {{12, 100 * s, "exit code 0 (ended in order)"}}},
+                    {"recon_b", "recon_node", {{13, 100 * s, "killed by signal 9 (SIGKILL)"}, {17, 104 * s, "exit code 0 (ended in order)"}}},
+                    {"sim", "sim_node", {{14, 100 * s, "exit code 0 (ended in order)"}}},
+                    {"render", "render_node", {{15, 100 * s, "exit code 0 (ended in order)"}}}};
+  auto capture = status("capture", 1, 100 * s);
+  capture.counts = {{"frames_captured", 300}};
+  capture.drops = {{"pipeline_busy", 4}};
+  auto recon_a = status("recon_a", 2, 100 * s);
+  recon_a.counts = {{"frame_sets_complete", 295}};
+  recon_a.drops = {{"incomplete_set", 2}};
+  auto recon_b_dead = status("recon_b", 3, 100 * s), recon_b = status("recon_b", 7, 104 * s);
+  recon_b_dead.counts = {{"frame_sets_complete", 110}};
+  recon_b_dead.latencies["reconstruct"] = {1, 2, 3, 4, 110};
+  recon_b.counts = {{"frame_sets_complete", 175}};
+  recon_b.drops = {{"incomplete_set", 1}};
+  recon_b.latencies["reconstruct"] = {1.5, 2.5, 3.5, 4.5, 175};
+  recon_b.counts["empty_hull/left"] = 3;
+  recon_a.counts["empty_hull/right"] = 1;
+  auto sim = status("sim", 4, 100 * s);
+  sim.counts = {{"frame_sets_complete", 3}, {"collisions/ball", 42}, {"collision_points/ball", 4200}, {"collisions/box", 0}};
+  auto render = status("render", 5, 100 * s);
+  render.counts = {{"frames_composited", 286}};
+  render.latencies["capture_to_composite"] = {12, 20, 31, 50, 286};
+  render.remarks = {"gl: llvmpipe, OpenGL 4.5"};
+  render.cpu_s = 5;
+  for (auto* of : {&capture, &recon_a, &recon_b, &sim, &render}) of->final_report = true;
+  for (const auto& of : {capture, recon_a, recon_b_dead, recon_b, sim, render}) input.statuses.add(of, 110 * s);
+  return input;
+}
+
+}  // namespace
+
+TEST(Report, CountsFramesOverAllProcessesOfANode) {
+  const auto report = launch::report_from(ten_seconds());
+  EXPECT_EQ(report["frames"]["captured"], 300);
+  EXPECT_EQ(report["frames"]["complete"], 285) << "recon_b's two processes together; the simulation's own sets don't count";
+  EXPECT_EQ(report["frames"]["composited"], 286);
+  EXPECT_EQ(report["frames"]["dropped"], (nlohmann::json{{"pipeline_busy", 4}, {"incomplete_set", 3}}));
+  EXPECT_EQ(report["nodes"]["recon_b"]["counts"]["frame_sets_complete"], 285);
+}
+
+TEST(Report, FrameRateIsMeasuredFromTheFirstCompositedFrame) {
+  EXPECT_DOUBLE_EQ(launch::report_from(ten_seconds())["frame_rate_hz"].get<double>(), 285 / 9.5);
+  EXPECT_DOUBLE_EQ(launch::report_from(ten_seconds())["duration_s"].get<double>(), 10);
+}
+
+TEST(Report, LatencyIsTheRenderersCaptureToComposite) {
+  const auto latency = launch::report_from(ten_seconds())["latency_ms"];
+  EXPECT_EQ(latency["p50"], 12);
+  EXPECT_EQ(latency["p95"], 20);
+  EXPECT_EQ(latency["p99"], 31);
+  EXPECT_EQ(latency["max"], 50);
+}
+
+TEST(Report, RestartsComeWithTheirCauses) {
+  const auto node = launch::report_from(ten_seconds())["nodes"]["recon_b"];
+  EXPECT_EQ(node["pids"], (nlohmann::json{13, 17}));
+  ASSERT_EQ(node["restarts"].size(), 1u);
+  EXPECT_EQ(node["restarts"][0]["cause"], "killed by signal 9 (SIGKILL)");
+  EXPECT_EQ(node["latencies_ms"]["reconstruct"]["p50"], 1.5) << "of the process that handled most frames";
+}
+
+TEST(Report, CollisionsAndEmptyHullsAreNamed) {
+  const auto report = launch::report_from(ten_seconds());
+  EXPECT_EQ(report["collisions"]["ball"], (nlohmann::json{{"frames", 42}, {"points", 4200}}));
+  EXPECT_EQ(report["collisions"]["box"]["frames"], 0);
+  EXPECT_EQ(report["empty_hull_cameras"], (nlohmann::json{"left", "right"}));
+  EXPECT_EQ(report["machine"]["gl_renderer"], "llvmpipe, OpenGL 4.5");
+}
+
+TEST(Report, SaysWhichStatusesAreNotFinal) {
+  launch::ReportInput input = ten_seconds();
+  input.statuses = {};
+  auto sim = status("sim", 4, 100 * s);
+  input.statuses.add(sim, 103 * s);
+  const auto report = launch::report_from(input);
+  EXPECT_EQ(report["nodes"]["sim"]["status"], "last status before it died");
+  EXPECT_EQ(report["nodes"]["render"]["status"], "none received");
+}
+
+TEST(Report, WithoutAFrameThereIsNoLatencyAndNoRate) {
+  launch::ReportInput input = ten_seconds();
+  input.statuses = {};
+  input.first_composited_stamp_ns.reset();
+  const auto report = launch::report_from(input);
+  EXPECT_TRUE(report["latency_ms"].is_null());
+  EXPECT_EQ(report["frame_rate_hz"], 0);
+  EXPECT_EQ(report["frames"]["composited"], 0);
+  EXPECT_FALSE(launch::table_of(report).empty());
+}
+
+TEST(Report, CpuPercentIsOverTheProcessesLife) { EXPECT_DOUBLE_EQ(launch::report_from(ten_seconds())["nodes"]["render"]["cpu_percent"].get<double>(), 50); }
+
+TEST(Report, TableShowsWhatAPersonAsksFirst) {
+  const std::string table = launch::table_of(launch::report_from(ten_seconds()));
+  for (const char* part : {"30.0 frames/s", "286 composited", "incomplete_set", "p99 31.0", "camera left", "SIGKILL", "ball"})
+    EXPECT_NE(table.find(part), std::string::npos) << part << " is not in\n" << table;
+}
+
+TEST(StatusBook, TwoLivingProcessesOfOneNameAreNoticed) {
+  launch::StatusBook book;
+  book.add(status("sim", 1, 1 * s), 10 * s);
+  book.add(status("sim", 2, 9 * s), 11 * s);
+  EXPECT_TRUE(book.doubled().empty()) << "the first may have died";
+  book.add(status("sim", 1, 1 * s), 13 * s);
+  EXPECT_EQ(book.doubled(), std::vector<std::string>{"sim"});
+}
+
+TEST(StatusBook, ARestartIsNotADoubledNode) {
+  launch::StatusBook book;
+  book.add(status("sim", 1, 1 * s), 10 * s);
+  book.add(status("sim", 2, 9 * s), 11 * s);
+  book.add(status("sim", 1, 1 * s), 11 * s + s / 2);  // was under way when its process died
+  for (int i = 12; i < 60; ++i) book.add(status("sim", 2, 9 * s), i * s);
+  EXPECT_TRUE(book.doubled().empty());
+}
+
+TEST(StatusBook, CpuPercentIsBetweenTheTwoNewestStatuses) {
+  launch::StatusBook book;
+  auto one = status("sim", 1, 0);
+  one.cpu_s = 100;
+  book.add(one, 10 * s);
+  EXPECT_EQ(book.cpu_percent("sim"), 0);
+  one.cpu_s = 100.5;
+  book.add(one, 11 * s);
+  EXPECT_DOUBLE_EQ(book.cpu_percent("sim"), 50);
+}

@@ -1,0 +1,254 @@
+// Over real processes: small shell scripts stand in for the nodes.
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "launch/supervise/node_claims.h"
+#include "launch/supervise/supervisor.h"
+
+using namespace fivepipe;
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+// For what should happen at once; generous, as test machines are busy.
+constexpr auto patience = 30s;
+
+class SupervisorTest : public ::testing::Test {
+ protected:
+  fs::path folder = make_folder();
+  std::vector<std::string> events, lines;
+
+  ~SupervisorTest() override { fs::remove_all(folder); }
+
+  static fs::path make_folder() {
+    std::string pattern = fs::temp_directory_path() / "fivepipe-launch-XXXXXX";
+    return mkdtemp(pattern.data());
+  }
+
+  launch::Program node(const std::string& name, const std::string& script) { return {name, {"/bin/sh", "-c", script}, {}, folder / "log" / (name + ".log")}; }
+
+  launch::SupervisorOutput output() {
+    return {.line = [this](const std::string& name, const std::string& line) { lines.push_back(name + ": " + line); },
+            .event = [this](const std::string& text) { events.push_back(text); }};
+  }
+
+  bool said(const std::string& part) const {
+    return std::any_of(events.begin(), events.end(), [&](const std::string& text) { return text.find(part) != std::string::npos; });
+  }
+  bool printed(const std::string& line) const { return std::find(lines.begin(), lines.end(), line) != lines.end(); }
+
+  // Steps until the condition holds; false where patience runs out.
+  template <class Condition>
+  static bool step_until(launch::Supervisor& supervisor, Condition condition) {
+    const auto until = Clock::now() + patience;
+    while (!condition()) {
+      if (Clock::now() > until) return false;
+      supervisor.step(20ms);
+    }
+    return true;
+  }
+};
+
+// exec: the shell is replaced, so that signals reach the sleep itself, and nothing outlives it.
+const std::string runs_on = "echo up; exec sleep 1000";
+const std::string ignores_sigterm = "trap '' TERM; echo up; exec sleep 1000";
+
+bool exists(pid_t pid) { return kill(pid, 0) == 0; }
+
+}  // namespace
+
+TEST_F(SupervisorTest, OutputIsPassedOnByNodeAndLogged) {
+  launch::Supervisor supervisor({node("capture", "echo to stdout; echo to stderr >&2; printf unfinished")}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  EXPECT_EQ(lines, (std::vector<std::string>{"capture: to stdout", "capture: to stderr", "capture: unfinished"}));
+  std::stringstream log;
+  log << std::ifstream(folder / "log" / "capture.log").rdbuf();
+  EXPECT_EQ(log.str(), "to stdout\nto stderr\nunfinished\n");
+  EXPECT_TRUE(supervisor.ended_in_order("capture"));
+}
+
+TEST_F(SupervisorTest, ANodeKilledIsStartedAgainWithItsCauseStated) {
+  launch::Supervisor supervisor({node("recon_a", runs_on), node("recon_b", runs_on)}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return printed("recon_a: up") && printed("recon_b: up"); }));
+  const pid_t first = supervisor.history()[0].processes[0].pid, other = supervisor.history()[1].processes[0].pid;
+  lines.clear();
+  kill(first, SIGKILL);
+  ASSERT_TRUE(step_until(supervisor, [&] { return printed("recon_a: up"); }));
+  EXPECT_TRUE(said("recon_a died: killed by signal 9 (SIGKILL), restart 1 in 0.25 s"));
+  const auto history = supervisor.history();
+  ASSERT_EQ(history[0].processes.size(), 2u);
+  EXPECT_EQ(history[0].processes[0].end, "killed by signal 9 (SIGKILL)");
+  EXPECT_GE(history[0].processes[1].start_stamp_ns - history[0].processes[0].start_stamp_ns, 250'000'000);
+  ASSERT_EQ(history[1].processes.size(), 1u);
+  EXPECT_TRUE(exists(other));
+}
+
+TEST_F(SupervisorTest, ANodeThatCantStartStopsTheRestWithItsReasonAndLastWords) {
+  launch::Supervisor supervisor({node("sim", runs_on), node("render", "echo scene.yaml:3:5: no such key; exit 2")}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  ASSERT_TRUE(supervisor.failure());
+  EXPECT_EQ(supervisor.failure()->node, "render");
+  EXPECT_EQ(supervisor.failure()->exit_code, 2);
+  EXPECT_EQ(supervisor.failure()->last_lines, std::vector<std::string>{"scene.yaml:3:5: no such key"});
+  EXPECT_EQ(supervisor.history()[0].processes[0].end, "killed by signal 15 (SIGTERM)");
+  EXPECT_EQ(supervisor.history()[1].processes.size(), 1u);
+}
+
+TEST_F(SupervisorTest, QuickDeathsInARowStopTheDeployment) {
+  launch::RestartSettings fast;
+  fast.first_delay_s = fast.longest_delay_s = 0.01;
+  launch::Supervisor supervisor({node("sim", "kill -SEGV $$")}, fast, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  ASSERT_TRUE(supervisor.failure());
+  EXPECT_EQ(supervisor.failure()->exit_code, 1);
+  EXPECT_NE(supervisor.failure()->reason.find("SIGSEGV"), std::string::npos) << supervisor.failure()->reason;
+  EXPECT_EQ(supervisor.history()[0].processes.size(), 5u);
+}
+
+TEST_F(SupervisorTest, AMissingProgramIsNamed) {
+  launch::Supervisor supervisor({{"capture", {(folder / "capture_node").string()}, {}, {}}}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  ASSERT_TRUE(supervisor.failure());
+  EXPECT_NE(supervisor.failure()->reason.find((folder / "capture_node").string() + ": No such file"), std::string::npos) << supervisor.failure()->reason;
+}
+
+TEST_F(SupervisorTest, AfterItsFirstStatusANodeWithoutHardwareIsRestarted) {
+  const std::string gone_on_demand = "echo up; while [ ! -e " + (folder / "unplugged").string() + " ]; do sleep 0.02; done; exit 3";
+  launch::Supervisor supervisor({node("capture", gone_on_demand)}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return printed("capture: up"); }));
+  supervisor.works("capture", supervisor.history()[0].processes[0].start_stamp_ns + 1);
+  std::ofstream(folder / "unplugged") << '\n';
+  ASSERT_TRUE(step_until(supervisor, [&] { return said("restart 1"); }));
+  EXPECT_FALSE(supervisor.failure());
+}
+
+TEST_F(SupervisorTest, AStatusFromBeforeTheDeploymentDoesNotCount) {
+  launch::Supervisor supervisor({node("capture", "exit 3")}, {}, output());
+  supervisor.works("capture", supervisor.history()[0].processes[0].start_stamp_ns - 1);
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  ASSERT_TRUE(supervisor.failure());
+  EXPECT_EQ(supervisor.failure()->exit_code, 3);
+}
+
+TEST_F(SupervisorTest, StopEndsAllWithinTwoSecondsAndNamesThoseItHadToKill) {
+  launch::Supervisor supervisor({node("sim", runs_on), node("render", ignores_sigterm)}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return printed("sim: up") && printed("render: up"); }));
+  const auto begin = Clock::now();
+  supervisor.stop(1500ms);
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  EXPECT_LT(Clock::now() - begin, 2s);
+  EXPECT_EQ(supervisor.killed(), std::vector<std::string>{"render"});
+  EXPECT_TRUE(supervisor.ended_badly().empty());
+  for (const launch::ProgramHistory& program : supervisor.history()) EXPECT_FALSE(exists(program.processes[0].pid)) << program.name;
+}
+
+TEST_F(SupervisorTest, ACrashWhileStoppingIsNotTakenForAnOrderlyEnd) {
+  launch::Supervisor supervisor({node("render", "trap 'kill -ABRT $$' TERM; echo up; while :; do sleep 0.05; done")}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return printed("render: up"); }));
+  supervisor.stop(10s);
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  EXPECT_EQ(supervisor.ended_badly(), std::vector<std::string>{"render"});
+}
+
+TEST_F(SupervisorTest, NothingIsStartedOnceStopping) {
+  launch::RestartSettings settings;
+  settings.first_delay_s = 1000;
+  launch::Supervisor supervisor({node("sim", "exit 1")}, settings, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return said("restart 1"); }));
+  EXPECT_FALSE(supervisor.all_gone());
+  supervisor.stop(0ms);
+  EXPECT_TRUE(supervisor.all_gone());
+}
+
+TEST_F(SupervisorTest, WhatANodeStartedEndsWithIt) {
+  launch::Supervisor supervisor({node("capture", "sleep 1000 & echo $!; exit 1")}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return said("restart 1"); }));
+  ASSERT_FALSE(lines.empty());
+  const pid_t grandchild = std::stoi(lines.front().substr(lines.front().find(": ") + 2));
+  supervisor.stop(0ms);
+  // An orphan that nobody reaps stays as a zombie: dead is then state Z.
+  EXPECT_TRUE(step_until(supervisor, [&] {
+    std::ifstream stat("/proc/" + std::to_string(grandchild) + "/stat");
+    std::string pid, name, state;
+    return !(stat >> pid >> name >> state) || state == "Z";
+  }));
+}
+
+TEST_F(SupervisorTest, ANodeIsPinnedToItsCores) {
+  const int core = [] {
+    cpu_set_t allowed;
+    CPU_ZERO(&allowed);
+    sched_getaffinity(0, sizeof allowed, &allowed);
+    int last = 0;
+    for (int i = 0; i < CPU_SETSIZE; ++i)
+      if (CPU_ISSET(i, &allowed)) last = i;
+    return last;
+  }();
+  launch::Program pinned = node("recon_a", "grep Cpus_allowed_list /proc/self/status");
+  pinned.cores = {core};
+  launch::Supervisor supervisor({pinned}, {}, output());
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  EXPECT_EQ(lines, std::vector<std::string>{"recon_a: Cpus_allowed_list:\t" + std::to_string(core)});
+}
+
+TEST_F(SupervisorTest, ACoreThatIsNotThereIsSaid) {
+  launch::Program pinned = node("recon_a", "exit 0");
+  pinned.cores = {CPU_SETSIZE + 5};
+  launch::Supervisor supervisor({pinned}, {}, output());
+  EXPECT_TRUE(said("recon_a: core " + std::to_string(CPU_SETSIZE + 5) + " is not available"));
+}
+
+TEST_F(SupervisorTest, NothingIsLeftWhenTheSupervisorIsKilled) {
+  prctl(PR_SET_CHILD_SUBREAPER, 1);  // orphans come to this process, which can then see their end
+  const fs::path pid_file = folder / "pid";
+  const pid_t supervisor_pid = fork();
+  if (supervisor_pid == 0) {
+    launch::Supervisor supervisor({node("render", "trap '' TERM; echo $$ > " + pid_file.string() + ".new; mv " + pid_file.string() + ".new " +
+                                             pid_file.string() + "; exec sleep 1000")},
+                          {}, {});
+    for (;;) supervisor.step(20ms);
+  }
+  const auto until = Clock::now() + patience;
+  while (!fs::exists(pid_file) && Clock::now() < until) sched_yield();
+  pid_t node_pid = 0;
+  ASSERT_TRUE(std::ifstream(pid_file) >> node_pid);
+  kill(supervisor_pid, SIGKILL);
+  ASSERT_EQ(waitpid(supervisor_pid, nullptr, 0), supervisor_pid);
+  int status = 0;
+  pid_t reaped = 0;
+  while ((reaped = waitpid(node_pid, &status, WNOHANG)) <= 0 && Clock::now() < until) sched_yield();
+  ASSERT_EQ(reaped, node_pid);
+  EXPECT_TRUE(WIFSIGNALED(status));
+}
+
+TEST(NodeClaims, ATakenNameIsRefusedWithItsHolder) {
+  const std::uint32_t domain = 100000 + std::uint32_t(getpid());  // nobody else's
+  launch::NodeClaims first(domain, {"capture", "sim"});
+  try {
+    launch::NodeClaims second(domain, {"render", "sim"});
+    FAIL() << "the second claim was granted";
+  } catch (const launch::NodeTaken& taken) {
+    const std::string what = taken.what();
+    EXPECT_NE(what.find("'sim'"), std::string::npos) << what;
+    EXPECT_NE(what.find("process " + std::to_string(getpid())), std::string::npos) << what;
+    EXPECT_EQ(what.find("'render'"), std::string::npos) << what;
+  }
+  launch::NodeClaims free_name(domain, {"render"});  // not kept by the refused claim
+  launch::NodeClaims other_domain(domain + 1'000'000'000, {"sim"});
+}
+
+TEST(NodeClaims, ANameIsFreeOnceItsHolderIsGone) {
+  const std::uint32_t domain = 100000 + std::uint32_t(getpid());
+  { launch::NodeClaims first(domain, {"sim"}); }
+  EXPECT_NO_THROW(launch::NodeClaims(domain, {"sim"}));
+}

@@ -1,0 +1,169 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+
+#include "common/pipeline/bus/bus.h"
+#include "common/pipeline/bus/profile.h"
+#include "common/pipeline/node/status.h"
+#include "tests/support/test_domain.h"
+
+namespace fivepipe::bus {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Waits on the bus until the condition holds; false after ten seconds.
+bool eventually(Bus& bus, const std::function<bool()>& condition) {
+  const auto deadline = std::chrono::steady_clock::now() + 10s;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    bus.wait(20ms);
+  }
+  return true;
+}
+
+fivepipe_v1_FrameComposited composited(std::uint64_t frame) {
+  fivepipe_v1_FrameComposited message{};
+  std::snprintf(message.viewer, sizeof message.viewer, "eye");
+  message.frame = frame;
+  return message;
+}
+
+TEST(Bus, DeliversWhatIsWrittenWithItsWriter) {
+  Bus bus({test::own_domain()});
+  auto writer = bus.writer<topics::FrameComposited>();
+  auto reader = bus.reader<topics::FrameComposited>();
+  ASSERT_TRUE(eventually(bus, [&] { return writer.readers() == 1; }));
+  for (std::uint64_t frame = 1; frame <= 20; ++frame) writer.write(composited(frame));
+  std::uint64_t next = 1, first_writer = 0;
+  ASSERT_TRUE(eventually(bus, [&] {
+    for (const auto& sample : reader.take()) {
+      EXPECT_TRUE(sample.valid());
+      EXPECT_EQ(sample->frame, next++);
+      if (!first_writer) first_writer = sample.writer();
+      EXPECT_EQ(sample.writer(), first_writer);
+    }
+    return next == 21;
+  }));
+}
+
+TEST(Bus, RestartedWriterIsToldFromItsPredecessor) {
+  Bus bus({test::own_domain()});
+  auto reader = bus.reader<topics::FrameComposited>();
+  std::vector<std::uint64_t> writers;
+  for (int start = 0; start < 2; ++start) {
+    auto writer = bus.writer<topics::FrameComposited>();
+    ASSERT_TRUE(eventually(bus, [&] { return writer.readers() == 1; }));
+    writer.write(composited(1));
+    ASSERT_TRUE(eventually(bus, [&] {
+      for (const auto& sample : reader.take())
+        if (sample.valid()) writers.push_back(sample.writer());
+      return writers.size() == std::size_t(start) + 1;
+    }));
+  }
+  EXPECT_NE(writers[0], writers[1]);
+}
+
+TEST(Bus, LatchedTopicReachesALateJoiner) {
+  Bus bus({test::own_domain()});
+  auto writer = bus.writer<topics::CameraInfo>();
+  fivepipe_v1_CameraInfo info{};
+  std::snprintf(info.camera, sizeof info.camera, "wall1");
+  info.pinhole.width_px = 720;
+  writer.write(info);
+  auto reader = bus.reader<topics::CameraInfo>();
+  bool seen = false;
+  EXPECT_TRUE(eventually(bus, [&] {
+    for (const auto& sample : reader.take()) seen |= sample.valid() && sample->pinhole.width_px == 720;
+    return seen;
+  }));
+}
+
+TEST(Bus, NewestWinsWhenAReaderFallsBehind) {
+  Bus bus({test::own_domain()});
+  auto writer = bus.writer<topics::HeadPose>();
+  auto reader = bus.reader<topics::HeadPose>();
+  ASSERT_TRUE(eventually(bus, [&] { return writer.readers() == 1; }));
+  fivepipe_v1_HeadPose message{};
+  for (message.frame = 1; message.frame <= 1000; ++message.frame) writer.write(message);
+  std::uint64_t newest = 0;
+  EXPECT_TRUE(eventually(bus, [&] {
+    const auto waiting = reader.take();
+    EXPECT_LE(waiting.size(), 8u) << "more than the stream's depth has been kept";
+    for (const auto& sample : waiting) newest = sample->frame;
+    return newest == 1000;
+  }));
+}
+
+TEST(Bus, PeerOfAnotherTypeVersionIsRefusedByName) {
+  const std::uint32_t domain = test::own_domain();
+  setenv("CYCLONEDDS_URI", profile_xml("loopback").c_str(), 1);
+  Bus bus({domain});
+  auto reader = bus.reader<topics::FrameComposited>();
+  std::FILE* peer = popen((std::string(FIVEPIPE_BINARY_DIR) + "/bus_other_version_writer " + std::to_string(domain)).c_str(), "w");
+  ASSERT_NE(peer, nullptr);
+  std::string told;
+  EXPECT_TRUE(eventually(bus, [&] {
+    for (const std::string& problem : bus.problems()) told = problem;
+    return !told.empty();
+  }));
+  EXPECT_NE(told.find("fivepipe/v1/FrameComposited"), std::string::npos) << told;
+  EXPECT_NE(told.find("another version of the message type"), std::string::npos) << told;
+  EXPECT_EQ(pclose(peer), 0);
+}
+
+TEST(Profile, ReceiveBufferIsFittedToTheKernelWithAWarning) {
+  const std::string xml = profile_xml("loopback");
+  EXPECT_EQ(fitted_to_kernel(xml, 8 << 20).xml, xml);
+  EXPECT_TRUE(fitted_to_kernel(xml, 8 << 20).warning.empty());
+  const FittedProfile fitted = fitted_to_kernel(xml, 212992);
+  EXPECT_NE(fitted.xml.find("min=\"212992B\""), std::string::npos);
+  EXPECT_NE(fitted.warning.find("sysctl -w net.core.rmem_max=4194304"), std::string::npos);
+}
+
+TEST(Profile, UnknownNameListsThoseThereAre) {
+  unsetenv("CYCLONEDDS_URI");
+  try {
+    profile_xml("wifi");
+    FAIL();
+  } catch (const BusError& error) {
+    EXPECT_NE(std::string(error.what()).find("loopback"), std::string::npos);
+  }
+}
+
+TEST(NodeStatusReporter, TellsCountsDropsAndLatenciesAndItsEnd) {
+  Bus bus({test::own_domain()});
+  auto reader = bus.reader<topics::NodeStatus>();
+  {
+    node::NodeStatusReporter status(bus, "node_under_test");
+    status.count("frames_captured", 3);
+    status.drop("late_map", 2);
+    for (int i = 1; i <= 100; ++i) status.latency("capture", 1e-3 * i);
+    status.frame_handled(17);
+    status.remark("gl", "gl: test renderer");
+    // Discovery first: a volatile writer's last word is heard by who is matched.
+    ASSERT_TRUE(eventually(bus, [&] { return reader.writers() == 1; }));
+  }
+  bool final_seen = false;
+  ASSERT_TRUE(eventually(bus, [&] {
+    for (const auto& sample : reader.take()) {
+      if (!sample.valid() || !sample->final_report) continue;
+      final_seen = true;
+      EXPECT_STREQ(sample->node, "node_under_test");
+      EXPECT_EQ(sample->frame, 17u);
+      EXPECT_STREQ(sample->counts._buffer[0].name, "frames_captured");
+      EXPECT_EQ(sample->counts._buffer[0].count, 3u);
+      EXPECT_EQ(sample->drops._buffer[0].count, 2u);
+      EXPECT_NEAR(sample->latencies._buffer[0].p50_ms, 51, 1);
+      EXPECT_NEAR(sample->latencies._buffer[0].p99_ms, 100, 1);
+      EXPECT_STREQ(sample->remarks._buffer[0], "gl: test renderer");
+    }
+    return final_seen;
+  }));
+}
+
+}  // namespace
+}  // namespace fivepipe::bus

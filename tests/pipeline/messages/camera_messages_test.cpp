@@ -1,0 +1,240 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "common/pipeline/messages/camera_messages.h"
+#include "common/pipeline/messages/object_pixels_codec.h"
+#include "common/pipeline/messages/view_messages.h"
+
+namespace fivepipe::messages {
+namespace {
+
+hull::ObjectPixels random_pixels(int width_px, int height_px, double density, unsigned seed) {
+  std::mt19937 random(seed);
+  std::bernoulli_distribution starts(density), stays(0.9);
+  hull::ObjectPixels pixels(width_px, height_px);
+  for (int v = 0; v < height_px; ++v) {
+    bool object = false;
+    for (int u = 0; u < width_px; ++u) {
+      object = object ? stays(random) : starts(random);
+      if (object) pixels.set(u, v);
+    }
+  }
+  return pixels;
+}
+
+config::Rig one_camera_rig(int width_px, int height_px) {
+  config::Rig rig;
+  rig.name = "test";
+  config::RigCamera camera;
+  camera.name = "wall1";
+  camera.published = camera.source = {width_px, height_px, 500, 500, 0.5 * width_px, 0.5 * height_px};
+  rig.cameras.push_back(camera);
+  return rig;
+}
+
+TEST(ObjectPixelsCodec, BothEncodingsRoundTripAtEveryWidth) {
+  for (const int width : {1, 7, 8, 9, 63, 64, 65, 127, 128, 130, 720})
+    for (const double density : {0.0, 0.01, 0.3, 1.0}) {
+      const hull::ObjectPixels pixels = random_pixels(width, 13, density, unsigned(width));
+      const hull::PixelRect region = pixels.bounds();
+      EXPECT_EQ(from_packed_bits(width, 13, region, packed_bits(pixels, region)), pixels) << width << ' ' << density;
+      EXPECT_EQ(from_run_lengths(width, 13, region, run_lengths(pixels, region)), pixels) << width << ' ' << density;
+    }
+}
+
+// Runs that begin and end at, before and behind the borders of words.
+TEST(ObjectPixels, RunsAreFoundWhereTheyWereSet) {
+  for (const int width : {1, 63, 64, 65, 127, 128, 129, 200})
+    for (const int begin : {0, 1, 62, 63, 64, 65, 127, 128, 199})
+      for (const int end : {1, 2, 63, 64, 65, 127, 128, 129, 200}) {
+        if (begin >= end || end > width) continue;
+        hull::ObjectPixels pixels(width, 3);
+        pixels.set_run(begin, end, 1);
+        ASSERT_EQ(pixels.count(), std::size_t(end - begin));
+        EXPECT_EQ(pixels.find(0, width, 1, true), begin);
+        EXPECT_EQ(pixels.find(begin, width, 1, false), end);
+        EXPECT_EQ(pixels.find(end, width, 1, true), width);
+        EXPECT_EQ(pixels.find(0, width, 0, true), width);
+        std::vector<std::array<int, 3>> runs;
+        pixels.for_each_run({0, 0, width, 3}, [&](int v, int first, int last) { runs.push_back({v, first, last}); });
+        EXPECT_EQ(runs, (std::vector<std::array<int, 3>>{{1, begin, end}}));
+      }
+}
+
+TEST(ObjectPixels, KeepsWhatOthersHaveToo) {
+  const hull::ObjectPixels a = random_pixels(130, 20, 0.5, 1), b = random_pixels(130, 20, 0.5, 2);
+  hull::ObjectPixels both = a;
+  both.keep(b);
+  for (int v = 0; v < 20; ++v)
+    for (int u = 0; u < 130; ++u) ASSERT_EQ(both.contains(u, v), a.contains(u, v) && b.contains(u, v));
+}
+
+TEST(ObjectPixelsCodec, EmptyMapIsNoBytes) {
+  const hull::ObjectPixels none(720, 486);
+  EXPECT_TRUE(packed_bits(none, none.bounds()).empty());
+  EXPECT_EQ(from_run_lengths(720, 486, {}, {}), none);
+}
+
+TEST(ObjectPixelsCodec, TruncatedOrOverlongPayloadIsRefused) {
+  const hull::ObjectPixels pixels = random_pixels(100, 20, 0.05, 3);
+  const hull::PixelRect region = pixels.bounds();
+  for (const auto& payload : {packed_bits(pixels, region), run_lengths(pixels, region)}) {
+    auto shorter = payload, longer = payload;
+    shorter.pop_back();
+    longer.push_back(0);
+    EXPECT_FALSE(from_packed_bits(100, 20, region, shorter));
+    EXPECT_FALSE(from_run_lengths(100, 20, region, shorter));
+    EXPECT_FALSE(from_packed_bits(100, 20, region, longer));
+    EXPECT_FALSE(from_run_lengths(100, 20, region, longer));
+  }
+}
+
+TEST(ObjectPixelsCodec, RandomBytesNeverWriteOutsideTheRegion) {
+  std::mt19937 random(7);
+  std::uniform_int_distribution<int> byte(0, 255), length(0, 80);
+  const hull::PixelRect region{3, 2, 61, 9};
+  for (int i = 0; i < 20000; ++i) {
+    std::vector<std::uint8_t> payload(std::size_t(length(random)));
+    for (auto& b : payload) b = std::uint8_t(i % 2 ? byte(random) : byte(random) % 4);
+    for (const auto& pixels : {from_packed_bits(64, 12, region, payload), from_run_lengths(64, 12, region, payload)}) {
+      if (!pixels || pixels->count() == 0) continue;
+      EXPECT_EQ(hull::intersection(pixels->bounds(), region), pixels->bounds());
+    }
+  }
+}
+
+TEST(CameraMessages, MapArrivesAsItWasSent) {
+  const config::Rig rig = one_camera_rig(720, 486);
+  const hull::ObjectPixels pixels = random_pixels(720, 486, 0.02, 5);
+  OutgoingMap out = map_message("wall1", 42, 123456789, pixels);
+  const auto received = object_pixels_from(out.message(), rig);
+  ASSERT_TRUE(std::holds_alternative<frames::CameraMap>(received));
+  EXPECT_EQ(std::get<frames::CameraMap>(received).pixels, pixels);
+  EXPECT_EQ(std::get<frames::CameraMap>(received).frame, 42u);
+  EXPECT_EQ(std::get<frames::CameraMap>(received).capture_stamp_ns, 123456789);
+}
+
+std::string why_bad(const fivepipe_v1_ObjectPixelMap& message, const config::Rig& rig) {
+  const auto received = object_pixels_from(message, rig);
+  return std::holds_alternative<BadMessage>(received) ? std::get<BadMessage>(received).why : "";
+}
+
+TEST(CameraMessages, BadMapsAreNamed) {
+  const config::Rig rig = one_camera_rig(720, 486);
+  OutgoingMap out = map_message("wall1", 1, 1, random_pixels(720, 486, 0.02, 5));
+  auto message = out.message();
+  EXPECT_EQ(why_bad(message, rig), "");
+  set_text(message.camera, "wall9");
+  EXPECT_NE(why_bad(message, rig).find("unknown camera 'wall9'"), std::string::npos);
+  message = out.message();
+  message.image_width_px = 640;
+  EXPECT_NE(why_bad(message, rig).find("wrong image size"), std::string::npos);
+  message = out.message();
+  message.region.u1_px = 721;
+  EXPECT_NE(why_bad(message, rig).find("region outside"), std::string::npos);
+  message = out.message();
+  message.payload._length -= 1;
+  EXPECT_NE(why_bad(message, rig).find("truncated"), std::string::npos);
+  message = out.message();
+  message.object_pixels += 1;
+  EXPECT_NE(why_bad(message, rig).find("count"), std::string::npos);
+}
+
+TEST(CameraMessages, ColourOfAFixedCameraHasThePoseOfItsMapsToTheBit) {
+  config::Rig rig = one_camera_rig(720, 486);
+  rig.cameras[0].camera_from_mount = geometry::look_at({1.3, -0.7, 0.9}, {0, 0.1, 0.2});
+  hull::ObjectPixels pixels(720, 486);
+  pixels.set_run(10, 12, 20);
+  const hull::ColourRegion sent{config::published_camera(rig.cameras[0]), pixels, {10, 20, 12, 21}, {1, 2, 3, 4, 5, 6}};
+  OutgoingColour out = colour_message("wall1", 1, 1, sent);
+  const auto received = colour_from(out.message(), rig);
+  ASSERT_TRUE(std::holds_alternative<CameraColour>(received));
+  const hull::ColourRegion& colour = std::get<CameraColour>(received).colour;
+  EXPECT_EQ(colour.camera.camera_from_world.matrix(), config::published_camera(rig.cameras[0]).camera_from_world.matrix());
+  EXPECT_EQ(colour.bgr, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6}));
+  out.header.camera_from_world.translation_m.x += 0.01;
+  EXPECT_TRUE(std::holds_alternative<BadMessage>(colour_from(out.message(), rig)));
+}
+
+TEST(CameraMessages, ColoursOfScatteredPixelsSurvive) {
+  const config::Rig rig = one_camera_rig(720, 486);
+  for (const double share : {0.001, 0.5, 1.0}) {
+    const hull::ObjectPixels pixels = random_pixels(720, 486, share, 11);
+    hull::ColourRegion sent{config::published_camera(rig.cameras[0]), pixels, {0, 0, 720, 486}, {}};
+    for (unsigned i = 0; i < 3 * 720 * 486; ++i) sent.bgr.push_back(std::uint8_t(i * 7919u >> 5));
+    OutgoingColour out = colour_message("wall1", 1, 1, sent);
+    EXPECT_EQ(out.bgr.size(), 3 * pixels.count());
+    const auto received = colour_from(out.message(), rig);
+    ASSERT_TRUE(std::holds_alternative<CameraColour>(received));
+    const hull::ColourRegion& colour = std::get<CameraColour>(received).colour;
+    EXPECT_EQ(colour.pixels, pixels);
+    EXPECT_EQ(colour.region, pixels.bounds());
+    const hull::PixelRect& r = colour.region;
+    for (int v = r.v0_px; v < r.v1_px; ++v)
+      for (int u = r.u0_px; u < r.u1_px; ++u)
+        for (int c = 0; c < 3 && pixels.contains(u, v); ++c)
+          ASSERT_EQ(colour.bgr[std::size_t(3 * ((v - r.v0_px) * r.width_px() + u - r.u0_px) + c)], sent.bgr[std::size_t(3 * (v * 720 + u) + c)]);
+  }
+}
+
+TEST(CameraMessages, BadColoursAreNamed) {
+  const config::Rig rig = one_camera_rig(720, 486);
+  hull::ColourRegion sent{config::published_camera(rig.cameras[0]), random_pixels(720, 486, 0.02, 5), {0, 0, 720, 486}, std::vector<std::uint8_t>(3 * 720 * 486, 9)};
+  OutgoingColour out = colour_message("wall1", 1, 1, sent);
+  const auto why = [&](const fivepipe_v1_ObjectColour& message) {
+    const auto received = colour_from(message, rig);
+    return std::holds_alternative<BadMessage>(received) ? std::get<BadMessage>(received).why : "";
+  };
+  auto message = out.message();
+  EXPECT_EQ(why(message), "");
+  message.bgr._length -= 3;
+  EXPECT_NE(why(message).find("not as many colours"), std::string::npos);
+  message = out.message();
+  message.pixels._length -= 1;
+  EXPECT_NE(why(message).find("truncated"), std::string::npos);
+  message = out.message();
+  message.encoding = fivepipe_v1_MapEncoding(7);
+  EXPECT_NE(why(message).find("undecodable"), std::string::npos);
+  message = out.message();
+  message.region.v0_px = -1;
+  EXPECT_NE(why(message).find("region outside"), std::string::npos);
+}
+
+TEST(CameraMessages, AnotherCalibrationIsToldByName) {
+  const config::Rig rig = one_camera_rig(720, 486);
+  auto info = camera_info_message(rig.cameras[0]);
+  EXPECT_EQ(disagreement(info, rig), "");
+  for (double fivepipe_v1_Pinhole::*field : {&fivepipe_v1_Pinhole::fx_px, &fivepipe_v1_Pinhole::fy_px, &fivepipe_v1_Pinhole::cx_px, &fivepipe_v1_Pinhole::cy_px}) {
+    auto broken = info;
+    broken.pinhole.*field = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_NE(disagreement(broken, rig), "");
+  }
+  info.pinhole.fx_px += 0.5;
+  EXPECT_NE(disagreement(info, rig).find("wall1"), std::string::npos);
+  info = camera_info_message(rig.cameras[0]);
+  info.camera_from_mount.translation_m.x += 0.01;
+  EXPECT_NE(disagreement(info, rig).find("pose"), std::string::npos);
+}
+
+TEST(ViewMessages, PosesKeepTheirMeaningAndNanIsRefused) {
+  config::Viewer viewer;
+  const Eigen::Isometry3d pose = geometry::look_at({0, -0.75, 0.55}, {0, 0.05, 0.2});
+  auto out = head_pose_message(viewer, {9, 1, pose, {1, 0, 1}});
+  fivepipe_v1_HeadPose message = out.message();
+  const auto received = head_pose_from(message);
+  ASSERT_TRUE(std::holds_alternative<FramePose>(received));
+  EXPECT_LT((std::get<FramePose>(received).eye_from_world.matrix() - pose.matrix()).cwiseAbs().maxCoeff(), 1e-14);
+  message.eye_from_world.rotation.w = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::holds_alternative<BadMessage>(head_pose_from(message)));
+  EXPECT_EQ(std::get<FramePose>(received).tile_owners, (std::vector<std::uint8_t>{1, 0, 1}));
+  message = out.message();
+  message.eye_from_world.rotation.w *= 1.1;
+  EXPECT_TRUE(std::holds_alternative<BadMessage>(head_pose_from(message)));
+}
+
+}  // namespace
+}  // namespace fivepipe::messages

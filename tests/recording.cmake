@@ -1,6 +1,0 @@
-fivepipe_test(recording_inspect_test recording_inspect.cpp LINK fivepipe_inspect)
-fivepipe_test(recording_sent_tally_test recording_sent_tally.cpp LINK fivepipe_inspect)
-fivepipe_test(recording_commands_test recording_commands.cpp LINK fivepipe_recording fivepipe_bus nlohmann_json::nlohmann_json)
-add_dependencies(recording_commands_test fivepipe)
-fivepipe_test(recording_writer_test recording_writer.cpp LINK fivepipe_recording)
-fivepipe_test(recording_groups_test recording_groups.cpp LINK fivepipe_recording)

@@ -1,0 +1,73 @@
+// What happens to an MCAP file that can't be written to.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <system_error>
+
+#include "tests/support/mcap_files.h"
+
+namespace fivepipe::mcap {
+namespace {
+
+// What a full disk does: the limit is this process's.
+class FileLimit {
+ public:
+  explicit FileLimit(std::uint64_t most_bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = most_bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST(McapFullDisk, AFullDiskLeavesTheFileWithItsWholeChunks) {
+  const test::TestFolder folder;
+  const std::filesystem::path path = folder.path / "a.mcap";
+  const std::uint64_t room_bytes = 20'000;
+  ChunkBuilder builder;
+  const Id channel = builder.add_channel({0, "t", "cdr", {}});
+  const Bytes payload(3'000);
+  FileWriter writer(path, Compression::none, "");
+  std::uint32_t written = 0;
+  {
+    const FileLimit limit(room_bytes);
+    try {
+      for (;; ++written) {
+        builder.add({channel, written, written, written, payload});
+        writer.write(builder.take());
+      }
+    } catch (const std::system_error& error) {
+      EXPECT_EQ(error.code().value(), EFBIG);
+      EXPECT_NE(std::string(error.what()).find(path.string()), std::string::npos) << error.what();
+    }
+    EXPECT_EQ(written, 6u);
+    EXPECT_EQ(std::filesystem::file_size(path), writer.bytes_written());
+    EXPECT_EQ(test::all_messages(Reader(path).messages()).size(), written);
+  }
+  // There is room again: what failed is not in the file, the rest is.
+  writer.finish();
+  const Reader reader(path);
+  EXPECT_TRUE(reader.is_finished()) << reader.damage().summary;
+  EXPECT_EQ(reader.statistics().messages, written);
+  EXPECT_EQ(test::all_messages(reader.messages()).size(), written);
+}
+
+TEST(McapFullDisk, AFileThatCannotBeWrittenIsNamed) {
+  const test::TestFolder folder;
+  try {
+    FileWriter(folder.path / "none" / "a.mcap", Compression::none, "");
+    FAIL();
+  } catch (const std::system_error& error) {
+    EXPECT_NE(std::string(error.what()).find("none/a.mcap"), std::string::npos);
+  }
+  EXPECT_THROW(FileWriter("/dev/full", Compression::none, ""), std::system_error);
+}
+
+}  // namespace
+}  // namespace fivepipe::mcap

@@ -1,0 +1,88 @@
+// Messages come by log stamp, of the channels and the time asked for; other chunks are left alone.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/mcap_files.h"
+
+namespace fivepipe::mcap {
+namespace {
+
+// Chunks overlap, stamps repeat, within a chunk they come in any order.
+test::Recording shuffled_recording(std::uint32_t seed) {
+  std::mt19937 random(seed);
+  test::Recording recording = test::made_up_recording(seed, 1 + random() % 8, 1 + random() % 40);
+  const std::uint64_t span_ns = 1 + random() % 400;
+  std::uint64_t base_ns = 0;
+  for (std::size_t i = 0; i < recording.messages.size(); ++i) {
+    if (random() % 20 == 0) base_ns += random() % 300;
+    recording.messages[i].log_stamp_ns = base_ns + random() % span_ns;
+  }
+  return recording;
+}
+
+std::vector<test::OwnMessage> expected_of(const test::Recording& recording, std::uint64_t start_ns, std::uint64_t end_ns, const std::set<Id>& channels) {
+  std::vector<test::OwnMessage> expected;
+  for (const test::OwnMessage& message : recording.messages)
+    if (message.log_stamp_ns >= start_ns && message.log_stamp_ns <= end_ns && channels.contains(message.channel)) expected.push_back(message);
+  std::stable_sort(expected.begin(), expected.end(), [](const test::OwnMessage& a, const test::OwnMessage& b) { return a.log_stamp_ns < b.log_stamp_ns; });
+  return expected;
+}
+
+TEST(McapOrder, GivesWhatIsAskedForByStampOfOverlappingChunksToo) {
+  const test::TestFolder folder;
+  std::mt19937 random(11);
+  for (std::uint32_t seed = 0; seed < 200; ++seed) {
+    test::Recording recording = shuffled_recording(seed);
+    test::write(recording, folder.path / "a.mcap", Compression(seed % 3), seed % 2 == 0);
+    const Reader reader(folder.path / "a.mcap");
+    EXPECT_EQ(test::all_messages(reader.messages()), expected_of(recording, 0, ~std::uint64_t(0), {1, 2, 3})) << seed;
+    for (int i = 0; i < 5; ++i) {
+      const std::uint64_t start_ns = random() % 1000, end_ns = start_ns + random() % 500;
+      const std::set<Id> channels = {Id(1 + random() % 3), Id(1 + random() % 3)};
+      EXPECT_EQ(test::all_messages(reader.messages(start_ns, end_ns, channels)), expected_of(recording, start_ns, end_ns, channels)) << seed;
+    }
+  }
+}
+
+TEST(McapOrder, NoChannelsGiveNoMessages) {
+  const test::TestFolder folder;
+  test::Recording recording = test::made_up_recording(1, 2, 10);
+  test::write(recording, folder.path / "a.mcap", Compression::lz4);
+  const Reader reader(folder.path / "a.mcap");
+  EXPECT_FALSE(reader.messages(0, ~std::uint64_t(0), std::set<Id>{}).next());
+  EXPECT_FALSE(reader.messages(0, ~std::uint64_t(0), std::set<Id>{77}).next());
+  const std::uint64_t last_ns = recording.messages.back().log_stamp_ns;
+  EXPECT_FALSE(reader.messages(last_ns + 1).next());
+  EXPECT_TRUE(reader.messages(last_ns).next());
+  EXPECT_FALSE(reader.messages(2, 1).next());
+}
+
+TEST(McapOrder, ACursorOutlivesItsReader) {
+  const test::TestFolder folder;
+  test::Recording recording = test::made_up_recording(1, 2, 10);
+  test::write(recording, folder.path / "a.mcap", Compression::zstd);
+  Cursor cursor = Reader(folder.path / "a.mcap").messages();
+  EXPECT_EQ(test::all_messages(std::move(cursor)), recording.messages);
+}
+
+// If they were read, their damage would be found.
+TEST(McapOrder, ChunksOfOtherTimesAndOtherChannelsAreNotRead) {
+  const test::TestFolder folder;
+  const std::filesystem::path path = folder.path / "a.mcap";
+  test::Recording recording = test::made_up_recording(2, 4, 20);
+  for (std::size_t i = 0; i < recording.messages.size(); ++i) recording.messages[i].channel = Id(1 + i / 40);  // the first two chunks' and the last two chunks'
+  test::write(recording, path, Compression::lz4);
+  const std::vector<ChunkIndex> chunks = Reader(path).chunks();
+  Bytes bytes = test::file_bytes(path);
+  for (const std::size_t damaged : {0, 1, 3}) std::fill_n(bytes.begin() + std::ptrdiff_t(chunks[damaged].offset), chunks[damaged].length_bytes, std::byte(0));
+  test::write_file(path, bytes);
+  const Reader reader(path);
+  ASSERT_TRUE(reader.is_finished());
+  EXPECT_EQ(test::all_messages(reader.messages(chunks[2].start_ns, chunks[2].end_ns)).size(), 20u);
+  EXPECT_EQ(test::all_messages(reader.messages(0, chunks[2].end_ns, std::set<Id>{2})).size(), 20u);
+  EXPECT_THROW(test::all_messages(reader.messages(0, chunks[2].end_ns)), McapError);
+}
+
+}  // namespace
+}  // namespace fivepipe::mcap

@@ -1,0 +1,68 @@
+// What is written to an MCAP file is what is read from it.
+#include <gtest/gtest.h>
+
+#include "common/recording/mcap/format/compression.h"
+#include "common/recording/mcap/recover.h"
+#include "tests/support/mcap_files.h"
+
+namespace fivepipe::mcap {
+namespace {
+
+class McapRoundTrip : public testing::TestWithParam<Compression> {
+ protected:
+  test::TestFolder folder_;
+  const std::filesystem::path path_ = folder_.path / "a.mcap";
+};
+
+TEST_P(McapRoundTrip, GivesBackMessagesSchemasChannelsAttachmentsAndMetadata) {
+  test::Recording recording = test::made_up_recording(1, 5, 100);
+  test::write(recording, path_, GetParam());
+  const Reader reader(path_);
+  EXPECT_TRUE(reader.is_finished()) << reader.damage().summary;
+  EXPECT_EQ(reader.header().library, "fivepipe tests");
+  EXPECT_EQ(reader.header().profile, "made up");
+  EXPECT_EQ(test::all_messages(reader.messages()), recording.messages);
+  EXPECT_EQ(reader.schemas(), (std::map<Id, Schema>{{1, recording.schema}}));
+  ASSERT_EQ(reader.channels().size(), 3u);
+  EXPECT_EQ(reader.channels().at(1), (Channel{1, "things/a", "cdr", {{"qos", "reliable"}}}));
+  EXPECT_EQ(reader.channels().at(3), (Channel{0, "notes", "json", {}}));
+  ASSERT_EQ(reader.attachments().size(), 1u);
+  const Attachment attachment = reader.read(reader.attachments()[0]);
+  EXPECT_EQ(attachment.name, "rig.yaml");
+  EXPECT_EQ(attachment.media_type, "text/yaml");
+  EXPECT_EQ(attachment.content, recording.attachment.content);
+  EXPECT_EQ(attachment.log_stamp_ns, 5u);
+  EXPECT_EQ(attachment.create_stamp_ns, 6u);
+  EXPECT_EQ(reader.attachments()[0].content_bytes, recording.attachment.content.size());
+  ASSERT_EQ(reader.metadata().size(), 1u);
+  EXPECT_EQ(reader.read(reader.metadata()[0]).values, recording.metadata.values);
+}
+
+TEST_P(McapRoundTrip, StatisticsCountWhatIsThere) {
+  test::Recording recording = test::made_up_recording(2, 4, 50);
+  test::write(recording, path_, GetParam());
+  const Reader reader(path_);
+  Statistics expected{200, 1, 3, 1, 1, 4, recording.messages.front().log_stamp_ns, recording.messages.back().log_stamp_ns, {}};
+  for (const test::OwnMessage& message : recording.messages) ++expected.channel_messages[message.channel];
+  EXPECT_EQ(reader.statistics(), expected);
+  EXPECT_EQ(Reader::scanning(path_).statistics(), expected);
+}
+
+TEST_P(McapRoundTrip, AnUnfinishedFileIsReadAndMended) {
+  test::Recording recording = test::made_up_recording(3, 4, 50);
+  test::write(recording, path_, GetParam(), false);
+  const Reader unfinished(path_);
+  EXPECT_FALSE(unfinished.is_finished());
+  EXPECT_EQ(test::all_messages(unfinished.messages()), recording.messages);
+  EXPECT_FALSE(recover(path_).was_finished);
+  const Reader mended(path_);
+  EXPECT_TRUE(mended.is_finished()) << mended.damage().summary;
+  EXPECT_EQ(test::all_messages(mended.messages()), recording.messages);
+  EXPECT_EQ(mended.statistics(), unfinished.statistics());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, McapRoundTrip, testing::Values(Compression::none, Compression::lz4, Compression::zstd),
+                         [](const auto& test) { return test.param == Compression::none ? "None" : "With_" + std::string(name_of(test.param)); });
+
+}  // namespace
+}  // namespace fivepipe::mcap

@@ -1,0 +1,156 @@
+#include "render_node/outputs.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+
+namespace fivepipe::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Outputs : public testing::Test {
+ protected:
+  Outputs() {
+    std::string pattern = (fs::temp_directory_path() / "fivepipe_outputs_XXXXXX").string();
+    folder_ = mkdtemp(pattern.data());
+  }
+  ~Outputs() override { fs::remove_all(folder_); }
+  fs::path folder_;
+};
+
+const cv::Size kSize(160, 120);
+
+// A bright bar on grey whose place says the frame's number.
+cv::Mat frame_image(int number) {
+  cv::Mat image(kSize, CV_8UC3, cv::Scalar(90, 90, 90));
+  image.colRange(4 * number, 4 * number + 4).setTo(cv::Scalar(230, 230, 230));
+  return image;
+}
+
+template <typename Act>
+std::string error_of(Act act) {
+  try {
+    act();
+  } catch (const OutputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+VideoOptions roomy() {
+  VideoOptions options;
+  options.queue_frames = 100;
+  options.min_free_bytes = 1;
+  return options;
+}
+
+TEST_F(Outputs, AVideoHoldsEveryFrameInOrder) {
+  constexpr int kFrames = 40;
+  VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  for (int i = 0; i < kFrames; ++i) EXPECT_TRUE(video.add(frame_image(i)));
+  video.finish(std::chrono::seconds(20));
+  EXPECT_EQ(video.written(), std::uint64_t(kFrames));
+  EXPECT_EQ(video.dropped(), 0u);
+
+  cv::VideoCapture capture((folder_ / "v.mp4").string());
+  ASSERT_TRUE(capture.isOpened()) << "codec " << video.codec();
+  EXPECT_NEAR(capture.get(cv::CAP_PROP_FPS), 30, 0.01);
+  int frames = 0;
+  for (cv::Mat image; capture.read(image); ++frames) {
+    ASSERT_EQ(image.size(), kSize);
+    // Lossy coding; the bar stands 140 levels above its surroundings.
+    EXPECT_GT(image.at<cv::Vec3b>(60, 4 * frames + 2)[1], 160) << frames;
+    EXPECT_LT(image.at<cv::Vec3b>(60, (4 * frames + 80) % 160)[1], 160) << frames;
+  }
+  EXPECT_EQ(frames, kFrames);
+}
+
+TEST_F(Outputs, AFullQueueRefusesTheNewestAndNeverWaits) {
+  VideoOptions options = roomy();
+  options.queue_frames = 2;
+  const cv::Size large(1280, 960);  // takes the encoder milliseconds; handing over takes microseconds
+  VideoFile video(folder_ / "v.mp4", large, options);
+  cv::Mat noise(large, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  std::uint64_t taken = 0;
+  constexpr std::uint64_t kFrames = 50;
+  for (std::uint64_t i = 0; i < kFrames; ++i) taken += video.add(noise);
+  EXPECT_LT(taken, kFrames);
+  video.finish(std::chrono::seconds(20));
+  EXPECT_EQ(video.written(), taken);
+  EXPECT_EQ(video.dropped(), kFrames - taken);
+}
+
+TEST_F(Outputs, AVideoIsCompleteWhenItsOwnerGoes) {
+  { VideoFile(folder_ / "v.mp4", kSize, roomy()).add(frame_image(1)); }
+  cv::VideoCapture capture((folder_ / "v.mp4").string());
+  cv::Mat image;
+  EXPECT_TRUE(capture.read(image));
+}
+
+TEST_F(Outputs, FinishAgainDoesNothingAndLaterFramesAreCountedAsDropped) {
+  VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  video.finish(std::chrono::seconds(20));
+  video.finish(std::chrono::seconds(20));
+  EXPECT_FALSE(video.add(frame_image(0)));
+  EXPECT_EQ(video.dropped(), 1u);
+}
+
+TEST_F(Outputs, AFrameOfAnotherSizeOrTypeIsDropped) {
+  VideoFile video(folder_ / "v.mp4", kSize, roomy());
+  EXPECT_FALSE(video.add(cv::Mat(100, 100, CV_8UC3)));
+  EXPECT_FALSE(video.add(cv::Mat(kSize, CV_8UC1)));
+  EXPECT_FALSE(video.add(cv::Mat()));
+  EXPECT_EQ(video.dropped(), 3u);
+}
+
+TEST_F(Outputs, AVideoThatCantBeMadeSaysWhy) {
+  const auto message = [&](const fs::path& file, cv::Size size, const VideoOptions& options = roomy()) { return error_of([&] { VideoFile(file, size, options); }); };
+  EXPECT_NE(message(folder_ / "missing" / "v.mp4", kSize).find("missing does not exist"), std::string::npos);
+  EXPECT_NE(message(folder_ / "v.mp4", {161, 120}).find("even, not 161x120"), std::string::npos);
+  VideoOptions no_room = roomy();
+  no_room.min_free_bytes = std::uintmax_t(1) << 60;
+  EXPECT_NE(message(folder_ / "v.mp4", kSize, no_room).find("disk full"), std::string::npos);
+  fs::create_directory(folder_ / "folder.mp4");
+  EXPECT_NE(message(folder_ / "folder.mp4", kSize).find("folder.mp4"), std::string::npos);
+}
+
+TEST_F(Outputs, AStillIsExact) {
+  const fs::path file = folder_ / "still.png";
+  for (int number : {3, 7}) {  // the second replaces the first
+    write_png(file, frame_image(number));
+    EXPECT_EQ(cv::norm(cv::imread(file.string()), frame_image(number), cv::NORM_INF), 0);
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1) << "no temporary file is left";
+}
+
+TEST_F(Outputs, AStillThatCantBeWrittenSaysWhyAndLeavesTheOldOne) {
+  EXPECT_NE(error_of([&] { write_png(folder_ / "missing" / "s.png", frame_image(0)); }).find("missing does not exist"), std::string::npos);
+  EXPECT_NE(error_of([&] { write_png(folder_ / "s.png", cv::Mat()); }).find("s.png: not an image"), std::string::npos);
+
+  write_png(folder_ / "s.png", frame_image(1));
+  // A limit on file sizes fails like a full disk.
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before;
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit tiny{100, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &tiny);
+  cv::Mat noise(kSize, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  const std::string message = error_of([&] { write_png(folder_ / "s.png", noise); });
+  setrlimit(RLIMIT_FSIZE, &before);
+  EXPECT_NE(message.find("s.png: can't be written: File too large"), std::string::npos) << message;
+  EXPECT_EQ(cv::norm(cv::imread((folder_ / "s.png").string()), frame_image(1), cv::NORM_INF), 0);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+}  // namespace
+}  // namespace fivepipe::render

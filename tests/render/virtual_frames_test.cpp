@@ -1,0 +1,59 @@
+#include "render_node/virtual_frames.h"
+
+#include <gtest/gtest.h>
+
+namespace fivepipe::render {
+namespace {
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+std::vector<ObjectPose> ball_at(double x_m) {
+  ObjectPose pose{"ball", Eigen::Isometry3d::Identity(), {}};
+  pose.world_from_object.translation().x() = x_m;
+  return {pose};
+}
+double x_of(const VirtualFrame* frame) { return frame->poses.at(0).world_from_object.translation().x(); }
+
+TEST(VirtualFrames, BestIsTheSameFrameElseTheOneBeforeElseTheOldest) {
+  VirtualFrames frames;
+  EXPECT_EQ(frames.best_for(5), nullptr);
+  frames.add_state(4, 4, ball_at(4));
+  frames.add_state(6, 6, ball_at(6));
+  EXPECT_TRUE(frames.has(4));
+  EXPECT_FALSE(frames.has(5));
+  EXPECT_EQ(x_of(frames.best_for(6)), 6);
+  EXPECT_EQ(x_of(frames.best_for(5)), 4);
+  EXPECT_EQ(x_of(frames.best_for(9)), 6);
+  EXPECT_EQ(x_of(frames.best_for(1)), 4);
+}
+
+TEST(VirtualFrames, CollisionsBelongToTheirFrameAndAloneMakeNoState) {
+  VirtualFrames frames;
+  frames.add_collision(7, 7, "block");
+  EXPECT_FALSE(frames.has(7));
+  EXPECT_EQ(frames.best_for(7), nullptr);
+  frames.add_state(7, 7, ball_at(0));
+  frames.add_state(8, 8, ball_at(0));
+  EXPECT_TRUE(frames.best_for(7)->colliding.contains("block"));
+  EXPECT_TRUE(frames.best_for(8)->colliding.empty());
+}
+
+TEST(VirtualFrames, StayBoundedAndKeepTheNewest) {
+  VirtualFrames frames;
+  for (std::uint64_t frame = 0; frame < 100; ++frame) frames.add_state(frame, std::int64_t(frame), ball_at(double(frame)));
+  EXPECT_TRUE(frames.has(99));
+  EXPECT_FALSE(frames.has(99 - VirtualFrames::kMaxFrames));
+  frames.add_state(3, 3, ball_at(3));
+  EXPECT_FALSE(frames.has(3));
+  EXPECT_TRUE(frames.has(100 - VirtualFrames::kMaxFrames));
+}
+
+TEST(VirtualFrames, FollowACaptureStartedAnew) {
+  VirtualFrames frames;
+  frames.add_state(50, 10 * kSecond_ns, ball_at(50));
+  frames.add_state(0, 11 * kSecond_ns, ball_at(0));
+  EXPECT_EQ(x_of(frames.best_for(1)), 0);
+  EXPECT_FALSE(frames.has(50));
+}
+
+}  // namespace
+}  // namespace fivepipe::render

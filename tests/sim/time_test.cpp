@@ -1,0 +1,162 @@
+// The clock of the simulation, bodies among themselves, and what leaves the scene.
+#include <limits>
+#include <stdexcept>
+
+#include "tests/support/sim_scene.h"
+
+namespace fivepipe::test {
+namespace {
+
+class SimulationTime : public GlTest {};
+
+config::Scene ball_over_floor() {
+  return scene_of({virtual_ball({0, 0, 0.5}), virtual_box("floor", {0, 0, -0.05}, {2, 2, 0.1})});
+}
+
+Eigen::Vector3d ball_position_m(const sim::Simulation& simulation) { return simulation.states()[0].world_from_object.translation(); }
+
+void run_frames(sim::Simulation& simulation, int first, int last, std::span<const hull::Silhouette> silhouettes, double frame_s = kFrameS) {
+  for (int frame = first; frame <= last; ++frame) simulation.advance_to(frame * frame_s, silhouettes);
+}
+
+TEST_F(SimulationTime, FirstCallOnlySetsTheClock) {
+  sim::Simulation simulation(ball_over_floor(), {});
+  simulation.advance_to(1e6, {});
+  EXPECT_EQ(simulation.counters().steps, 0u);
+  EXPECT_EQ(simulation.time_s(), 1e6);
+  simulation.advance_to(1e6 + 0.1, {});
+  EXPECT_EQ(simulation.counters().steps, 24u);
+  EXPECT_NEAR(simulation.time_s(), 1e6 + 0.1, 1e-6);
+}
+
+TEST_F(SimulationTime, FallsAsAStoneFalls) {
+  sim::Simulation simulation(scene_of({virtual_ball({0, 0, 1})}), {});
+  run_frames(simulation, 0, 12, {});
+  const double t_s = 0.4, g = 9.80665, step_s = 1.0 / 240;
+  // Semi-implicit Euler: exactly g t (t + step) / 2, that is g t step / 2 below the parabola.
+  EXPECT_NEAR(ball_position_m(simulation).z(), 1 - 0.5 * g * t_s * (t_s + step_s), 1e-6);
+  EXPECT_NEAR(simulation.states()[0].velocity_world_m_s.z(), -g * t_s, 1e-6);
+}
+
+TEST_F(SimulationTime, StepsOfAllSizesComeToTheSameRest) {
+  for (const double step_s : {1.0 / 240, 1.0 / 120, 1.0 / 60, 1.0 / 30}) {
+    sim::Simulation simulation(ball_over_floor(), {.step_s = step_s});
+    run_frames(simulation, 0, 300, {});
+    const Eigen::Vector3d p_m = ball_position_m(simulation);
+    // A body at rest sinks by what gravity moves it in one step before the contact stops it: g step^2, 11 mm at 1/30 s; Bullet
+    // pushes it out over some steps.
+    EXPECT_NEAR(p_m.z(), kBallRadiusM, 1e-3 + 9.81 * step_s * step_s) << step_s;
+    EXPECT_NEAR(p_m.head<2>().norm(), 0, 1e-3) << step_s;
+    EXPECT_LT(simulation.states()[0].velocity_world_m_s.norm(), 0.02) << step_s;
+  }
+}
+
+TEST_F(SimulationTime, RestsFiveMinutesWhereItLies) {
+  sim::Simulation simulation(ball_over_floor(), {.step_s = 1.0 / 60});
+  run_frames(simulation, 0, 150, {}, 0.1);
+  const Eigen::Vector3d before_m = ball_position_m(simulation);
+  run_frames(simulation, 151, 3150, {}, 0.1);
+  EXPECT_LT((ball_position_m(simulation) - before_m).norm(), 1e-3);
+}
+
+TEST_F(SimulationTime, WhatIsNotCaughtUpIsSkippedAndCounted) {
+  sim::Simulation simulation(ball_over_floor(), {});
+  simulation.advance_to(0, {});
+  simulation.advance_to(5, {});
+  EXPECT_EQ(simulation.counters().steps, 60u);  // a quarter of a second
+  EXPECT_NEAR(simulation.counters().skipped_s, 4.75, 1e-9);
+  EXPECT_NEAR(simulation.time_s(), 5, 1e-9);
+}
+
+TEST_F(SimulationTime, PauseIsNotCaughtUp) {
+  sim::Simulation simulation(ball_over_floor(), {});
+  run_frames(simulation, 0, 5, {});
+  const Eigen::Vector3d before_m = ball_position_m(simulation);
+  simulation.pause();
+  run_frames(simulation, 6, 305, {});  // ten seconds
+  EXPECT_TRUE(simulation.paused());
+  EXPECT_EQ(ball_position_m(simulation), before_m);
+  simulation.resume();
+  const std::uint64_t steps = simulation.counters().steps;
+  simulation.advance_to(306 * kFrameS, {});
+  EXPECT_EQ(simulation.counters().steps - steps, 8u);
+  EXPECT_EQ(simulation.counters().skipped_s, 0);
+  EXPECT_NEAR(simulation.time_s(), 306 * kFrameS, 1e-9);
+}
+
+TEST_F(SimulationTime, AStampALittleBackChangesNothingARecordingStartedOverSetsTheClock) {
+  sim::Simulation simulation(ball_over_floor(), {});
+  run_frames(simulation, 0, 30, {});
+  const Eigen::Vector3d before_m = ball_position_m(simulation);
+  simulation.advance_to(29 * kFrameS, {});
+  EXPECT_NEAR(simulation.time_s(), 1, 1e-9);
+  simulation.advance_to(0, {});
+  EXPECT_EQ(simulation.time_s(), 0);
+  EXPECT_EQ(ball_position_m(simulation), before_m);
+  EXPECT_EQ(simulation.counters().stamps_went_back, 2u);
+  simulation.advance_to(kFrameS, {});
+  EXPECT_NEAR(simulation.time_s(), kFrameS, 1e-9);
+}
+
+TEST_F(SimulationTime, ResetPutsEverythingToItsStart) {
+  sim::Simulation simulation(ball_over_floor(), {}), fresh(ball_over_floor(), {});
+  run_frames(simulation, 0, 20, {});
+  simulation.reset();
+  EXPECT_EQ(ball_position_m(simulation), Eigen::Vector3d(0, 0, 0.5));
+  run_frames(simulation, 20, 60, {});
+  run_frames(fresh, 20, 60, {});
+  EXPECT_EQ(ball_position_m(simulation), ball_position_m(fresh));
+}
+
+TEST_F(SimulationTime, WhatLeavesTheSceneIsPutBackAndCounted) {
+  sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.2})}), {});
+  run_frames(simulation, 0, 60, {});  // two seconds: 19 m
+  EXPECT_GE(simulation.counters().put_back, 1u);
+  EXPECT_GT(ball_position_m(simulation).z(), 0.2 - 3 - 0.5);
+}
+
+TEST_F(SimulationTime, AStackAndAnOddMeshStand) {
+  std::vector<config::SceneObject> objects = {virtual_box("floor", {0, 0, -0.05}, {2, 2, 0.1})};
+  for (int i = 0; i < 4; ++i) {
+    objects.push_back(virtual_box("box" + std::to_string(i), {0, 0, 0.05 + 0.1 * i}, {0.1, 0.1, 0.1}));
+    objects.back().motion = config::Motion::dynamic;
+  }
+  // A mesh whose own origin is far from its middle.
+  config::MeshShape wedge{.file = "", .unit_m = 1, .mesh = geometry::box_mesh({0.1, 0.1, 0.1})};
+  for (Eigen::Vector3d& v : wedge.mesh.vertices_m) v += Eigen::Vector3d(1, 0, 0);
+  objects.push_back({.name = "wedge", .shape = wedge, .world_from_object = at({-0.5, 0, 0.2}), .motion = config::Motion::dynamic});
+  sim::Simulation simulation(scene_of(objects), {});
+  run_frames(simulation, 0, 90, {});
+  const auto states = simulation.states();
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(states[std::size_t(i) + 1].world_from_object.translation().z(), 0.05 + 0.1 * i, 0.01);
+  // It may tumble; it comes to lie on a face, its own middle at half its height and Bullet's millimetre.
+  EXPECT_NEAR((states[5].world_from_object * Eigen::Vector3d(1, 0, 0)).z(), 0.051, 0.002);
+  EXPECT_LT((states[5].world_from_object * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.5, 0, 0)).norm(), 0.2);
+}
+
+// Twice its own size in a step of 1/240 s: without a sweep it would be over the plate in one step and under it in the next.
+TEST_F(SimulationTime, AFallingBallDoesNotPassAPlateOfFiveMillimetres) {
+  for (const double start_m : {20.0, 20.02, 20.04, 20.06}) {  // within one step's way, 8 cm
+    config::SceneObject small_ball = virtual_ball({0, 0, start_m}, 0);
+    small_ball.shape = config::SphereShape{0.02};
+    sim::Simulation simulation(scene_of({small_ball, virtual_box("plate", {0, 0, 0}, {2, 2, 0.005})}), {});
+    double lowest_m = start_m;
+    for (int step = 0; step <= 3 * 240; ++step) {
+      simulation.advance_to(step / 240.0, {});
+      lowest_m = std::min(lowest_m, ball_position_m(simulation).z());
+    }
+    EXPECT_LT(lowest_m, 0.04) << start_m;  // it came down, at 19.8 m/s
+    EXPECT_GT(lowest_m, 0) << start_m;
+    EXPECT_EQ(simulation.counters().put_back, 0u) << start_m;
+  }
+}
+
+TEST_F(SimulationTime, RefusesTimesAndStepsThatAreNone) {
+  sim::Simulation simulation(ball_over_floor(), {});
+  EXPECT_THROW(simulation.advance_to(std::numeric_limits<double>::quiet_NaN(), {}), std::invalid_argument);
+  EXPECT_THROW(sim::Simulation(ball_over_floor(), {.step_s = 0}), std::invalid_argument);
+  EXPECT_THROW(sim::Simulation(ball_over_floor(), {.step_s = std::numeric_limits<double>::infinity()}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace fivepipe::test

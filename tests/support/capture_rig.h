@@ -1,0 +1,58 @@
+// Cameras about the table for the capture tests, and what their maps are compared by.
+#pragma once
+#include <gtest/gtest.h>
+
+#include "capture_node/segmentation/bit_morphology.h"
+#include "capture_node/segmentation/segmentation.h"
+#include "capture_node/sources/synthetic_source.h"
+
+namespace fivepipe::test {
+
+inline config::RigCamera table_camera(const std::string& name, const Eigen::Vector3d& eye_world_m, int width_px = 720, int height_px = 486) {
+  config::RigCamera camera;
+  camera.name = name;
+  camera.source = camera.published = geometry::pinhole_from_fov(width_px, height_px, 0.75);
+  camera.camera_from_mount = geometry::look_at(eye_world_m, {0, 0, 0.2});
+  return camera;
+}
+
+inline std::vector<config::RigCamera> table_cameras() {
+  std::vector<config::RigCamera> cameras{table_camera("left", {-1.5, 0.9, 1.3}), table_camera("right", {1.5, 0.9, 1.3}),
+                                 table_camera("top", {0.1, -0.2, 2.0})};
+  cameras[1].distortion = {-0.25, 0.08, 0.0005, -0.0003, 0};
+  return cameras;
+}
+
+// Built once: its textures take longer than most tests.
+inline std::shared_ptr<const capture::Surroundings> test_room() {
+  static const auto room = std::make_shared<const capture::Surroundings>(1);
+  return room;
+}
+
+inline hull::ObjectPixels both(const hull::ObjectPixels& a, const hull::ObjectPixels& b) {
+  hull::ObjectPixels result = a;
+  for (std::size_t i = 0; i < result.words().size(); ++i) result.mutable_words()[i] &= b.words()[i];
+  return result;
+}
+inline std::size_t count_not_in(const hull::ObjectPixels& a, const hull::ObjectPixels& b) { return a.count() - both(a, b).count(); }
+
+// A synthetic camera with its reference learnt.
+struct TestCamera {
+  TestCamera(const config::RigCamera& rig_camera, const config::SyntheticWorld& world, const config::SegmentationConfig& config, int background_frames = 24)
+      : camera(rig_camera), source(world, rig_camera, 30, {}, test_room()), segmenter(rig_camera, reference(background_frames), config) {}
+  capture::ReferenceImage reference(int frames) {
+    std::vector<cv::Mat> empty;
+    for (int i = 0; i < frames; ++i) empty.push_back(source.background(i));
+    return capture::learn_reference(empty);
+  }
+  hull::ObjectPixels segment(std::int64_t frame) {
+    cv::Mat image;
+    EXPECT_EQ(source.read(frame, image), capture::ReadStatus::image);
+    return segmenter.segment(image).value();
+  }
+  config::RigCamera camera;
+  capture::SyntheticImageSource source;
+  capture::Segmenter segmenter;
+};
+
+}  // namespace fivepipe::test

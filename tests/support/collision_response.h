@@ -1,0 +1,89 @@
+// A real ball seen by cameras on its horizon, virtual objects against it: what the tests of the response share.
+#pragma once
+#include "common/collision/response/response.h"
+#include "tests/support/collision_scene.h"
+#include "tests/support/hull_queries.h"
+
+namespace fivepipe::test {
+
+inline constexpr double kRealRadiusM = 0.05, kVirtualRadiusM = 0.04;
+inline constexpr double kFlatnessM = 0.02 * kVirtualRadiusM;
+inline constexpr double kFieldM = 0.16;
+inline constexpr int kImagePx = 320;
+inline constexpr double kScanM = 1e-5;  // of what is called exact, in issue 4
+inline constexpr double kFootprintM = kFieldM / kImagePx;
+
+// A hull that ends at z = 0, and far below and beside: all cameras are on the plane, which they see edge-on at the middle of their images.
+inline std::vector<hull::Silhouette> plane_silhouettes() {
+  std::vector<hull::Silhouette> silhouettes;
+  for (const geometry::Camera& camera : ring(6, 1.0, 0, kImagePx, kFieldM)) {
+    hull::Silhouette s{camera, hull::ObjectPixels(kImagePx, kImagePx)};
+    for (int v = kImagePx / 2; v < kImagePx; ++v)
+      for (int u = 0; u < kImagePx; ++u) s.pixels.set(u, v);
+    silhouettes.push_back(std::move(s));
+  }
+  return silhouettes;
+}
+
+// A real ball at the origin seen by nine cameras on its horizon (18 directions of silhouettes), a virtual ball above it.
+class Responding : public GlTest {
+ protected:
+  Responding() { see({ball(kOrigin, kRealRadiusM)}); }
+
+  void see(const std::vector<hull::Capsule>& real, int image_px = kImagePx) {
+    real_ = real;
+    see(silhouettes_of(real, ring(9, 1.0, 0, image_px, kFieldM)));
+  }
+  void see(std::vector<hull::Silhouette> silhouettes) {
+    silhouettes_ = std::move(silhouettes);
+    detector_.set_silhouettes(silhouettes_);
+    queries_.emplace(silhouettes_);
+  }
+  void place(std::vector<collision::Triangle> object, const Eigen::Vector3d& rp_object_m) {
+    object_ = std::move(object);
+    rp_object_m_ = rp_object_m;
+    collision_ = moved(kOrigin);
+  }
+  void place(const Eigen::Vector3d& center_m) { place(collision::world_triangles(geometry::sphere_mesh(kVirtualRadiusM, 2), at(center_m)), center_m); }
+
+  collision::ObjectCollision moved(const Eigen::Vector3d& move_m) {
+    std::vector<collision::Triangle> object = object_;
+    for (collision::Triangle& triangle : object)
+      for (Eigen::Vector3d& v : triangle) v += move_m;
+    return collision::detect(detector_, std::vector<std::vector<collision::Triangle>>{object}).objects[0];
+  }
+  collision::Requery requery() {
+    return [this](const Eigen::Vector3d& move_m) { return moved(move_m); };
+  }
+  const hull::HullQuery& query() const { return queries_->query; }
+  bool inside(const Eigen::Vector3d& p_world_m) const { return hull::in_hull(silhouettes_, p_world_m); }
+
+  collision::Response respond_to(const collision::ResponseRequest& request, const collision::ResponseConfig& config = {}) { return collision::respond(query(), collision_, request, requery(), config); }
+  // Towards the ball's centre from the middle of the contact; the icosphere of 320 triangles lies up to kFlatnessM under its ball.
+  collision::Response respond_by_default(const collision::ResponseConfig& config = {}) { return respond_to({rp_object_m_, std::nullopt, {true, true}, kFlatnessM}, config); }
+
+  // Farthest point that is inside, up to reach_m from CP_obj along V_rec, at steps of kScanM.
+  template <typename Inside>
+  double exit_m(const collision::Response& response, double reach_m, Inside inside) const {
+    for (double t_m = reach_m; t_m > 0; t_m -= kScanM)
+      if (inside(response.cp_object_world_m + t_m * response.v_rec_world)) return t_m;
+    return 0;
+  }
+
+  std::vector<hull::Capsule> real_;
+  std::vector<hull::Silhouette> silhouettes_;
+  std::optional<Queries> queries_;
+  collision::TriangleVolumeQuery detector_{400, 20};
+  Eigen::Vector3d rp_object_m_;
+  std::vector<collision::Triangle> object_;
+  collision::ObjectCollision collision_;
+};
+
+// Centres round the real ball at this distance from its own.
+inline Eigen::Vector3d above(double distance_m, double tilt_rad, double azimuth_rad) {
+  return distance_m * Eigen::Vector3d(std::sin(tilt_rad) * std::cos(azimuth_rad), std::sin(tilt_rad) * std::sin(azimuth_rad), std::cos(tilt_rad));
+}
+
+inline double angle_rad(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+
+}  // namespace fivepipe::test

@@ -1,0 +1,98 @@
+// Configuration files for tests, in a folder of their own that goes away with the test.
+#pragma once
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "common/config/yaml/config_error.h"
+
+namespace fivepipe::test {
+
+class SceneFiles : public ::testing::Test {
+ protected:
+  SceneFiles() {
+    std::string name = (std::filesystem::temp_directory_path() / "fivepipe_scene_XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    folder_ = name;
+  }
+  ~SceneFiles() override { std::filesystem::remove_all(folder_); }
+
+  // Tests' texts begin with a line break after R"( ; it is not part of the file.
+  std::filesystem::path write(const std::string& name, std::string text) {
+    if (text.starts_with('\n')) text.erase(0, 1);
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+  const std::filesystem::path& folder() const { return folder_; }
+
+  // Each problem as "name:line:column: what", the file without its folder.
+  template <typename Load>
+  static std::vector<std::string> problems_of(Load load) {
+    try {
+      load();
+    } catch (const config::ConfigError& error) {
+      std::vector<std::string> problems;
+      for (const config::ConfigProblem& p : error.problems())
+        problems.push_back(std::filesystem::path(p.file).filename().string() + ':' + std::to_string(p.line) + ':' + std::to_string(p.column) + ": " + p.what);
+      return problems;
+    }
+    return {};
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+inline bool contains(const std::vector<std::string>& problems, const std::string& part) {
+  for (const std::string& problem : problems)
+    if (problem.find(part) != std::string::npos) return true;
+  return false;
+}
+
+inline const std::string kGoodRig = R"(
+name: two
+volume_m: {min: [-0.5, -0.5, 0], max: [0.5, 0.5, 1]}
+cameras:
+  - name: left
+    image_size_px: [320, 240]
+    horizontal_fov_deg: 60
+    look_at: {eye_m: [-2, 0, 1], target_m: [0, 0, 0.5]}
+  - name: right
+    image_size_px: [320, 240]
+    fx_px: 300
+    fy_px: 301
+    cx_px: 160
+    cy_px: 121
+    look_at: {eye_m: [2, 0, 1], target_m: [0, 0, 0.5]}
+)";
+
+inline const std::string kGoodScene = R"(
+name: block
+objects:
+  - name: block
+    box: {size_m: [0.1, 0.2, 0.3]}
+    position_m: [0, 0, 0.15]
+)";
+
+inline const std::string kGoodDeployment = R"(
+name: small
+rig: rig.yaml
+scene: scene.yaml
+viewer:
+  path:
+    - {t_s: 0, eye_m: [0, -1, 0.5], target_m: [0, 0, 0.2]}
+nodes:
+  - name: capture
+    program: capture_node
+    sources: synthetic
+  - name: recon
+    program: recon_node
+)";
+
+}  // namespace fivepipe::test

@@ -1,0 +1,132 @@
+// What real processes write is in the recording, all of it, and a replay of it is the same again.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include "common/recording/mcap/recover.h"
+#include "common/config/deployment.h"
+#include "common/recording/replay/node_inputs.h"
+#include "tests/support/replayed_nodes.h"
+
+namespace fivepipe::test {
+namespace {
+
+using namespace std::chrono_literals;
+using recording::Recording;
+using test::eventually;
+using test::kSmallDeployment;
+
+constexpr std::uint64_t kCameras = 3, kTiles = 48;  // of the small deployment
+
+class RecordingPipeline : public test::ReplayedNodesTest {};
+
+TEST_F(RecordingPipeline, HasAllThatTheNodesSentAndTheirDeployment) {
+  const recording::Recording recording(recorded(1));
+  EXPECT_TRUE(recording.mcap().is_finished()) << recording.mcap().damage().summary;
+  const auto counts = recording.metadata("counts");
+  std::map<std::string, std::uint64_t> in_file = test::counts_by_topic(recording);
+  for (const auto& [topic, count] : in_file) {
+    EXPECT_EQ(counts.at(topic + " received"), std::to_string(count)) << topic;
+    EXPECT_EQ(counts.at(topic + " written"), std::to_string(count)) << topic;
+    EXPECT_EQ(counts.at(topic + " lost"), "0") << topic;
+  }
+  const auto statuses = test::final_statuses(recording);
+  EXPECT_EQ(statuses.size(), 5u);
+  auto sent = test::sent_by_topic(statuses);
+  for (const auto& [topic, count] : sent) EXPECT_EQ(in_file[topic], count) << topic;
+  for (const char* topic : {bus::topics::CameraInfo::name, bus::topics::ObjectPixelMap::name, bus::topics::HullTile::name, bus::topics::VirtualState::name,
+                            bus::topics::FrameComposited::name})
+    EXPECT_GT(sent[topic], 0u) << topic;
+  const auto deployment = recording.extract_deployment(folder_ / "extracted");
+  ASSERT_TRUE(deployment);
+  EXPECT_EQ(config::load_deployment(*deployment).nodes.size(), 5u);
+  EXPECT_EQ(test::text_of(*deployment), test::text_of(kSmallDeployment));
+}
+
+TEST_F(RecordingPipeline, ReplayedAndRecordedAgainIsTheSame) {
+  const auto first = recorded(1), second = folder_ / "again.mcap";
+  const auto recorder = this->recorder(second);
+  const auto replay = fivepipe("replay", {"replay", first.string(), "--lossless", "--rate", "max"});
+  ASSERT_EQ(replay->wait_for_end(30s), 0) << replay->said();
+  recorder->signal(SIGTERM);
+  ASSERT_EQ(recorder->wait_for_end(10s), 0) << recorder->said();
+  const recording::Recording was(first), is(second);
+  EXPECT_EQ(test::counts_by_topic(was), test::counts_by_topic(is));
+  const auto expected = test::messages_by_writer(was), found = test::messages_by_writer(is);
+  for (const auto& [topic, writers] : expected) {
+    ASSERT_TRUE(found.contains(topic)) << topic;
+    EXPECT_TRUE(found.at(topic) == writers) << topic << ": " << found.at(topic).size() << " writers, " << writers.size() << " expected";
+  }
+  // At its end a replay leaves no writer of any key: what had not ended when the recording did ends then.
+  const auto changes = test::last_key_changes(is);
+  for (const auto& [key, change] : test::last_key_changes(was)) {
+    ASSERT_TRUE(changes.contains(key)) << key.first;
+    EXPECT_EQ(changes.at(key), change) << key.first;
+  }
+}
+
+// Whoever records is killed in the middle: up to the last chunk that was closed (half a second), all is there.
+TEST_F(RecordingPipeline, WhatAKilledRecorderLeftIsReadAndMended) {
+  const auto file = folder_ / "killed.mcap";
+  const auto recorder = this->recorder(file, {"--deployment", kSmallDeployment});
+  auto commands = bus_.writer<bus::topics::Command>();
+  ASSERT_TRUE(eventually(bus_, 10s, [&] { return commands.readers() == 1; }));
+  std::uint64_t sent = 0;
+  // Until something of it is on the disk.
+  ASSERT_TRUE(eventually(bus_, 20s, [&] {
+    fivepipe_v1_Command message{};
+    message.kind = fivepipe_v1_resume_simulation;
+    commands.write(message);
+    ++sent;
+    return recording::Recording(file).mcap().statistics().messages > 0;
+  }));
+  recorder->signal(SIGKILL);
+  EXPECT_EQ(recorder->wait_for_end(5s), 128 + SIGKILL);
+  const recording::Recording unfinished(file);
+  EXPECT_FALSE(unfinished.mcap().is_finished());
+  const auto expected = test::messages_by_writer(unfinished);
+  const std::uint64_t kept = test::counts_by_topic(unfinished).at(bus::topics::Command::name);
+  EXPECT_GT(kept, 0u);
+  EXPECT_LE(kept, sent);
+  EXPECT_EQ(expected.at(bus::topics::Command::name).at(0).size(), kept);
+  ASSERT_TRUE(unfinished.extract_deployment(folder_ / "extracted"));
+  EXPECT_FALSE(mcap::recover(file).was_finished);
+  const recording::Recording mended(file);
+  EXPECT_TRUE(mended.mcap().is_finished());
+  EXPECT_TRUE(test::messages_by_writer(mended) == expected);
+}
+
+// What a replay sends to a node is what the node reads.
+TEST_F(RecordingPipeline, NodesReadWhatTheirInputsSay) {
+  const test::NodeUnderTest nodes[] = {{"capture_node", "capture"}, {"recon_node", "recon_a"}, {"sim_node", "simulation"}, {"render_node", "rendering"}};
+  for (const test::NodeUnderTest& under_test : nodes) {
+    const auto program = node(under_test.program, under_test.name);
+    std::set<std::string> reads;
+    EXPECT_TRUE(eventually(bus_, test::kStart, [&] {
+      reads.clear();
+      for (const bus::EndpointDescription& endpoint : bus_.endpoints())
+        if (endpoint.participant == under_test.name && !endpoint.writes) reads.insert(endpoint.topic);
+      return reads == replay::inputs_of(under_test.program);
+    })) << under_test.name << " reads " << testing::PrintToString(reads) << '\n' << program->said();
+  }
+}
+
+// Lossless: every frame is handled, nothing is dropped.
+TEST_F(RecordingPipeline, EachNodeAloneHandlesEveryFrame) {
+  const auto recording = recorded(0.5);
+  const auto expect_all_handled = [&](const test::NodeUnderTest& node, const std::vector<std::string>& outputs, const char* counted, std::uint64_t frames) {
+    const auto run = replayed(recording, {node}, outputs, {"--rate", "max"});
+    EXPECT_EQ(run.counts.at(node.name).at(counted), frames) << node.name << '\n' << run.said;
+    EXPECT_TRUE(!run.drops.contains(node.name) || run.drops.at(node.name).empty()) << node.name << ": " << run.drops.at(node.name).begin()->first;
+    EXPECT_NE(run.said.find("node " + node.name), std::string::npos) << run.said;
+  };
+  const auto counts = test::counts_by_topic(recording::Recording(recording));
+  const std::uint64_t frame_sets = counts.at(bus::topics::ObjectPixelMap::name) / kCameras;
+  ASSERT_EQ(counts.at(bus::topics::ObjectPixelMap::name) % kCameras, 0u);
+  expect_all_handled({"recon_node", "recon_a"}, {bus::topics::HullTile::name}, "frame_sets_complete", frame_sets);
+  expect_all_handled({"sim_node", "simulation"}, {bus::topics::VirtualState::name}, "frame_sets_complete", frame_sets);
+  ASSERT_EQ(counts.at(bus::topics::HullTile::name) % kTiles, 0u);
+  expect_all_handled({"render_node", "rendering"}, {bus::topics::FrameComposited::name}, "frames_composited", counts.at(bus::topics::HullTile::name) / kTiles);
+}
+
+}  // namespace
+}  // namespace fivepipe::test
