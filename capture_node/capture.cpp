@@ -8,9 +8,9 @@
 #include <opencv2/core/utility.hpp>
 #include <thread>
 
-#include "capture_node/sources/image_source.h"
 #include "capture_node/object_colour.h"
 #include "capture_node/segmentation/segmentation.h"
+#include "capture_node/sources/image_source.h"
 #include "capture_node/sources/synthetic_source.h"
 #include "common/base/realtime.h"
 #include "common/hull/silhouette_bounds.h"
@@ -20,7 +20,8 @@ namespace {
 
 constexpr unsigned kMostThreads = 2;  // the other cores are the other pipes'
 
-// Calls `work(i)` for i < count, on up to kMostThreads threads; the caller's is one of them. Rethrows the first exception once all are done.
+// Calls `work(i)` for i < count, on up to kMostThreads threads; the caller's is one of them.
+// Rethrows the first exception once all are done.
 template <class Work>
 void in_parallel(std::size_t count, const Work& work) {
   std::atomic<std::size_t> next = 0;
@@ -36,7 +37,8 @@ void in_parallel(std::size_t count, const Work& work) {
   };
   {
     std::vector<std::jthread> others;
-    const std::size_t threads = std::min<std::size_t>({count, kMostThreads, std::max(1u, std::thread::hardware_concurrency())});
+    const std::size_t threads = std::min<std::size_t>(
+        {count, kMostThreads, std::max(1u, std::thread::hardware_concurrency())});
     for (std::size_t i = 1; i < threads; ++i) others.emplace_back(run);
     run();
   }
@@ -47,7 +49,8 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Around the hull's footprint: a pixel for interpolation between neighbours, and one for what rounding moves.
+// Around the hull's footprint: a pixel for interpolation between neighbours, and one for what
+// rounding moves.
 constexpr int kColourMargin_px = 2;
 
 }  // namespace
@@ -58,11 +61,12 @@ struct Capture::Channel {
   std::string background;     // file; empty where the source itself shows the empty scene first
   int background_frames = 0;  // then: how many of its images
   std::unique_ptr<Undistortion> undistortion;  // of cameras without a segmenter
-  hull::ObjectPixels seen;                           // then: the published pixels that the captured image sees
+  hull::ObjectPixels seen;  // then: the published pixels that the captured image sees
   std::unique_ptr<Segmenter> segmenter;
 };
 
-Capture::Capture(const config::Rig& rig, const config::Viewer& viewer, const config::CaptureConfig& config, double frame_rate_hz, Progress progress)
+Capture::Capture(const config::Rig& rig, const config::Viewer& viewer,
+                 const config::CaptureConfig& config, double frame_rate_hz, Progress progress)
     : rig_(rig), viewer_(viewer), config_(config), frame_rate_hz_(frame_rate_hz) {
   cv::setNumThreads(1);
   std::shared_ptr<const Surroundings> surroundings;
@@ -98,8 +102,10 @@ Capture::Capture(const config::Rig& rig, const config::Viewer& viewer, const con
         channel.background = device->background;
         channel.background_frames = device->background_frames;
       } else {
-        auto synthetic = std::make_unique<SyntheticImageSource>(config_.synthetic, camera, frame_rate_hz_, eye_at, surroundings);
-        if (config_.synthetic.render_ahead && config_.premade_frames <= 0) synthetic->render_ahead();
+        auto synthetic = std::make_unique<SyntheticImageSource>(
+            config_.synthetic, camera, frame_rate_hz_, eye_at, surroundings);
+        if (config_.synthetic.render_ahead && config_.premade_frames <= 0)
+          synthetic->render_ahead();
         channel.source = std::move(synthetic);
       }
       learn(channel);
@@ -140,24 +146,29 @@ void Capture::learn(Channel& channel) const {
   if (!channel.background.empty()) {
     empty_frames = read_background(camera, channel.background);
   } else if (auto* synthetic = dynamic_cast<SyntheticImageSource*>(channel.source.get())) {
-    for (int i = 0; i < kSyntheticBackgroundFrames; ++i) empty_frames.push_back(synthetic->background(i));
+    for (int i = 0; i < kSyntheticBackgroundFrames; ++i)
+      empty_frames.push_back(synthetic->background(i));
   } else {
     for (int i = 0; i < channel.background_frames; ++i)
-      if (cv::Mat image; channel.source->read(i, image) == ReadStatus::image) empty_frames.push_back(image);
+      if (cv::Mat image; channel.source->read(i, image) == ReadStatus::image)
+        empty_frames.push_back(image);
     if (empty_frames.empty())
-      throw_problems({{camera.name, SourceFault::no_frames, "no image to learn the empty scene from; " + channel.source->trouble()}});
+      throw_problems({{camera.name, SourceFault::no_frames,
+                       "no image to learn the empty scene from; " + channel.source->trouble()}});
   }
-  channel.segmenter = std::make_unique<Segmenter>(camera, learn_reference(empty_frames), config_.segmentation);
+  channel.segmenter =
+      std::make_unique<Segmenter>(camera, learn_reference(empty_frames), config_.segmentation);
 }
 
 // One camera's image of a frame.
 struct Capture::Shot {
   CapturedCamera result;
-  cv::Mat image;    // empty where there is none, or nobody wants anything of it
+  cv::Mat image;  // empty where there is none, or nobody wants anything of it
   geometry::Camera published;
 };
 
-Capture::Shot Capture::shot(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const {
+Capture::Shot Capture::shot(Channel& channel, std::int64_t frame, std::int64_t index,
+                            bool want_colour) const {
   const config::RigCamera& camera = *channel.camera;
   Shot shot;
   CapturedCamera& result = shot.result;
@@ -169,11 +180,13 @@ Capture::Shot Capture::shot(Channel& channel, std::int64_t frame, std::int64_t i
   result.image_stamp_ns = base::now_realtime_ns();
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
-    result.reason = status == ReadStatus::end ? "its file is at its end" : channel.source->trouble();
+    result.reason =
+        status == ReadStatus::end ? "its file is at its end" : channel.source->trouble();
     shot.image.release();
     return shot;
   }
-  shot.published = config::published_camera(camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
+  shot.published = config::published_camera(
+      camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
   if (!channel.segmenter) return shot;
   const auto segment_start = std::chrono::steady_clock::now();
   result.pixels = channel.segmenter->segment(shot.image);
@@ -192,18 +205,25 @@ void Capture::add_colours(std::int64_t frame, std::vector<Shot>& shots) const {
   std::vector<hull::SeenPart> parts;
   for (const Shot& shot : shots)
     if (shot.result.pixels) parts.push_back({shot.published, shot.result.pixels->bounds()});
-  if (std::any_of(parts.begin(), parts.end(), [](const hull::SeenPart& seen) { return seen.part.empty(); })) return;  // no hull
-  const SeenByEye eye = seen_by_eye(viewer_, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
+  if (std::any_of(parts.begin(), parts.end(),
+                  [](const hull::SeenPart& seen) { return seen.part.empty(); }))
+    return;  // no hull
+  const SeenByEye eye =
+      seen_by_eye(viewer_, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
   parts.push_back(eye.part);
   in_parallel(shots.size(), [&](std::size_t i) {
     Shot& shot = shots[i];
     const Channel& channel = *channels_[i];
     if (!channel.camera->gives_colour || shot.image.empty()) return;
     const auto start = std::chrono::steady_clock::now();
-    const Undistortion& undistortion = channel.segmenter ? channel.segmenter->undistortion() : *channel.undistortion;
-    hull::ObjectPixels pixels = shot.result.pixels ? *shot.result.pixels : footprint(parts, eye.box_m, shot.published, kColourMargin_px);
+    const Undistortion& undistortion =
+        channel.segmenter ? channel.segmenter->undistortion() : *channel.undistortion;
+    hull::ObjectPixels pixels = shot.result.pixels
+                                    ? *shot.result.pixels
+                                    : footprint(parts, eye.box_m, shot.published, kColourMargin_px);
     if (!shot.result.pixels) pixels.keep(channel.seen);
-    if (pixels.count() > 0) shot.result.colour = colours_of(std::move(pixels), shot.published, undistortion, shot.image);
+    if (pixels.count() > 0)
+      shot.result.colour = colours_of(std::move(pixels), shot.published, undistortion, shot.image);
     shot.result.segment_s += seconds_since(start);
   });
 }
@@ -212,8 +232,11 @@ std::vector<CapturedCamera> Capture::captured_now(std::int64_t frame, bool want_
   if (frame < round_start_) round_start_ = 0;
   std::vector<Shot> shots(channels_.size());
   const auto capture_all = [&] {
-    in_parallel(channels_.size(), [&](std::size_t i) { shots[i] = shot(*channels_[i], frame, frame - round_start_, want_colour); });
-    return std::any_of(shots.begin(), shots.end(), [](const Shot& shot) { return shot.result.status == CaptureStatus::ended; });
+    in_parallel(channels_.size(), [&](std::size_t i) {
+      shots[i] = shot(*channels_[i], frame, frame - round_start_, want_colour);
+    });
+    return std::any_of(shots.begin(), shots.end(),
+                       [](const Shot& shot) { return shot.result.status == CaptureStatus::ended; });
   };
   ended_ = capture_all();
   // All start over together, with the shortest file: frames of different times are never combined.

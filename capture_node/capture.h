@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "capture_node/sources/source_error.h"
+#include "common/config/deployment.h"
 #include "common/hull/colour_region.h"
 #include "common/hull/object_pixels.h"
-#include "common/config/deployment.h"
 
 namespace fivepipe::capture {
 
@@ -24,28 +24,36 @@ enum class CaptureStatus {
 struct CapturedCamera {
   std::string camera;
   CaptureStatus status = CaptureStatus::captured;
-  std::string reason;                   // empty where captured
-  std::optional<hull::ObjectPixels> pixels;   // of cameras that give shape; published geometry
-  std::optional<hull::ColourRegion> colour;   // of cameras that give colour, where it was wanted and the hull may be seen: none where another sees no object
-  std::int64_t image_stamp_ns = 0;      // CLOCK_REALTIME when the image was there; of premade sets: when they are handed out
-  std::vector<std::string> remarks;     // what a person should know about this camera's object pixels
-  double read_s = 0, segment_s = 0;     // time spent on the image, and on making pixels and colour of it
+  std::string reason;                        // empty where captured
+  std::optional<hull::ObjectPixels> pixels;  // of cameras that give shape; published geometry
+  std::optional<hull::ColourRegion>
+      colour;  // of cameras that give colour, where it was wanted and the hull may be seen: none
+               // where another sees no object
+  std::int64_t image_stamp_ns =
+      0;  // CLOCK_REALTIME when the image was there; of premade sets: when they are handed out
+  std::vector<std::string> remarks;  // what a person should know about this camera's object pixels
+  double read_s = 0,
+         segment_s = 0;  // time spent on the image, and on making pixels and colour of it
 };
 
 class Capture {
  public:
-  // What is being done, and how much of it is done (0..1). Called from the constructor, one call at a time, from several threads.
+  // What is being done, and how much of it is done (0..1). Called from the constructor, one call at
+  // a time, from several threads.
   using Progress = std::function<void(std::string_view what, double share)>;
 
-  // Opens every source of the configuration, learns the reference images and segments config.premade_frames ahead. Throws
-  // SourceError or HardwareMissing naming every camera that can't be had. Cameras of the configuration that the rig lacks are refused
-  // where it is loaded. Sets OpenCV to one thread: the cameras are what is done in parallel.
-  Capture(const config::Rig& rig, const config::Viewer& viewer, const config::CaptureConfig& config, double frame_rate_hz, Progress progress = {});
+  // Opens every source of the configuration, learns the reference images and segments
+  // config.premade_frames ahead. Throws SourceError or HardwareMissing naming every camera that
+  // can't be had. Cameras of the configuration that the rig lacks are refused where it is loaded.
+  // Sets OpenCV to one thread: the cameras are what is done in parallel.
+  Capture(const config::Rig& rig, const config::Viewer& viewer, const config::CaptureConfig& config,
+          double frame_rate_hz, Progress progress = {});
   ~Capture();
 
-  // The cameras of `frame` >= 0, in the rig's order. Rising frames are cheap, others reopen files. Synthetic images and the head are
-  // those of the time frame / frame_rate_hz. With premade frames the stored set frame % premade_frames.
-  // With loop, all sources start over together when the first of them ends.
+  // The cameras of `frame` >= 0, in the rig's order. Rising frames are cheap, others reopen files.
+  // Synthetic images and the head are those of the time frame / frame_rate_hz. With premade frames
+  // the stored set frame % premade_frames. With loop, all sources start over together when the
+  // first of them ends.
   std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour);
 
   // Some camera's file has ended: no complete set follows.
@@ -68,7 +76,7 @@ class Capture {
   double frame_rate_hz_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<std::vector<CapturedCamera>> premade_;  // by frame, by camera
-  std::int64_t round_start_ = 0;  // frame at which the files started over last
+  std::int64_t round_start_ = 0;                      // frame at which the files started over last
   bool ended_ = false;
 };
 

@@ -1,4 +1,6 @@
 // The video pipe: captures the cameras, segments object pixels, tells the head's pose.
 #include "capture_node/video_pipe.h"
 
-int main(int argc, char** argv) { return fivepipe::node::run_node("capture_node", argc, argv, fivepipe::capture::run_video_pipe); }
+int main(int argc, char** argv) {
+  return fivepipe::node::run_node("capture_node", argc, argv, fivepipe::capture::run_video_pipe);
+}

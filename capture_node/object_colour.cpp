@@ -13,7 +13,8 @@ namespace {
 constexpr double kNearest_m = 0.01;
 
 // Pixels that the convex outline touches. Corners in pixels, in its order round.
-hull::ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width_px, int height_px) {
+hull::ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width_px,
+                              int height_px) {
   struct Extent {
     float least = INFINITY, most = -INFINITY;
   };
@@ -21,11 +22,16 @@ hull::ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width
   for (std::size_t i = 0; i < outline.size(); ++i) {
     cv::Point2f top = outline[i], bottom = outline[(i + 1) % outline.size()];
     if (top.y > bottom.y) std::swap(top, bottom);
-    const int first = std::max(0, int(std::floor(top.y + 0.5f))), last = std::min(height_px - 1, int(std::floor(bottom.y + 0.5f)));
+    const int first = std::max(0, int(std::floor(top.y + 0.5f))),
+              last = std::min(height_px - 1, int(std::floor(bottom.y + 0.5f)));
     for (int v = first; v <= last; ++v)
-      for (const float end : {std::max(top.y, float(v) - 0.5f), std::min(bottom.y, float(v) + 0.5f)}) {
+      for (const float end :
+           {std::max(top.y, float(v) - 0.5f), std::min(bottom.y, float(v) + 0.5f)}) {
         // Of a side along the row, the other end is where the next side begins.
-        const float u = bottom.y > top.y ? top.x + std::clamp((end - top.y) / (bottom.y - top.y), 0.0f, 1.0f) * (bottom.x - top.x) : top.x;
+        const float u = bottom.y > top.y
+                            ? top.x + std::clamp((end - top.y) / (bottom.y - top.y), 0.0f, 1.0f) *
+                                          (bottom.x - top.x)
+                            : top.x;
         rows[std::size_t(v)].least = std::min(rows[std::size_t(v)].least, u);
         rows[std::size_t(v)].most = std::max(rows[std::size_t(v)].most, u);
       }
@@ -34,7 +40,8 @@ hull::ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width
   for (int v = 0; v < height_px; ++v) {
     const Extent& row = rows[std::size_t(v)];
     if (!(row.most >= -0.5f && row.least < float(width_px) - 0.5f)) continue;
-    pixels.set_run(std::max(0, int(std::floor(row.least + 0.5f))), std::min(width_px, int(std::floor(row.most + 0.5f)) + 1), v);
+    pixels.set_run(std::max(0, int(std::floor(row.least + 0.5f))),
+                   std::min(width_px, int(std::floor(row.most + 0.5f)) + 1), v);
   }
   return pixels;
 }
@@ -44,33 +51,42 @@ hull::ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width
 SeenByEye seen_by_eye(const config::Viewer& viewer, const Eigen::Isometry3d& eye_from_world) {
   const geometry::Camera eye{config::recon_pinhole(viewer), eye_from_world};
   const geometry::Pinhole& k = eye.pinhole;
-  const double across = std::max(k.cx_px, k.width_px - k.cx_px) / k.fx_px, down = std::max(k.cy_px, k.height_px - k.cy_px) / k.fy_px;
-  const Eigen::Vector3d centre_m = geometry::camera_center_world_m(eye), reach_m = Eigen::Vector3d::Constant(viewer.far_m * Eigen::Vector3d(across, down, 1).norm());
+  const double across = std::max(k.cx_px, k.width_px - k.cx_px) / k.fx_px,
+               down = std::max(k.cy_px, k.height_px - k.cy_px) / k.fy_px;
+  const Eigen::Vector3d centre_m = geometry::camera_center_world_m(eye),
+                        reach_m = Eigen::Vector3d::Constant(
+                            viewer.far_m * Eigen::Vector3d(across, down, 1).norm());
   return {{eye, {0, 0, k.width_px, k.height_px}}, {centre_m - reach_m, centre_m + reach_m}};
 }
 
-hull::ObjectPixels footprint(std::vector<hull::SeenPart> parts, const Eigen::AlignedBox3d& box_m, const geometry::Camera& camera, int margin_px) {
+hull::ObjectPixels footprint(std::vector<hull::SeenPart> parts, const Eigen::AlignedBox3d& box_m,
+                             const geometry::Camera& camera, int margin_px) {
   const geometry::Pinhole& k = camera.pinhole;
   // What the camera itself sees: so all corners are in front of it, and near its image.
-  parts.push_back({camera, {-margin_px, -margin_px, k.width_px + margin_px, k.height_px + margin_px}});
+  parts.push_back(
+      {camera, {-margin_px, -margin_px, k.width_px + margin_px, k.height_px + margin_px}});
   std::vector<cv::Point2f> around, outline;
   for (const Eigen::Vector3d& corner : hull::corners_around_hull(parts, box_m, kNearest_m)) {
     const auto uv = geometry::project(camera, corner);
     assert(uv);
     for (const int du : {-margin_px, margin_px})
-      for (const int dv : {-margin_px, margin_px}) around.emplace_back(float(uv->x() + du), float(uv->y() + dv));
+      for (const int dv : {-margin_px, margin_px})
+        around.emplace_back(float(uv->x() + du), float(uv->y() + dv));
   }
   if (around.empty()) return {k.width_px, k.height_px};
   cv::convexHull(around, outline);
   return touched_by(outline, k.width_px, k.height_px);
 }
 
-hull::ColourRegion colours_of(hull::ObjectPixels pixels, const geometry::Camera& camera, const Undistortion& undistortion, const cv::Mat& captured_bgr) {
+hull::ColourRegion colours_of(hull::ObjectPixels pixels, const geometry::Camera& camera,
+                              const Undistortion& undistortion, const cv::Mat& captured_bgr) {
   const hull::PixelRect region = pixels.bounds();
-  hull::ColourRegion colour{camera, std::move(pixels), region, std::vector<std::uint8_t>(3 * region.area_px())};
+  hull::ColourRegion colour{camera, std::move(pixels), region,
+                            std::vector<std::uint8_t>(3 * region.area_px())};
   const cv::Mat bgr = undistortion.published(captured_bgr, region);
   const std::size_t row_bytes = 3 * std::size_t(region.width_px());
-  for (int v = 0; v < region.height_px(); ++v) std::memcpy(colour.bgr.data() + std::size_t(v) * row_bytes, bgr.ptr(v), row_bytes);
+  for (int v = 0; v < region.height_px(); ++v)
+    std::memcpy(colour.bgr.data() + std::size_t(v) * row_bytes, bgr.ptr(v), row_bytes);
   return colour;
 }
 

@@ -11,17 +11,20 @@ Pacing::Pacing(double frame_rate_hz, int max_in_flight, Clock::time_point start)
     : frame_rate_hz_(frame_rate_hz), max_in_flight_(max_in_flight), start_(start), heard_(start) {}
 
 std::int64_t Pacing::frame_at(Clock::time_point now) const {
-  return std::int64_t(std::floor(std::chrono::duration<double>(now - start_).count() * frame_rate_hz_));
+  return std::int64_t(
+      std::floor(std::chrono::duration<double>(now - start_).count() * frame_rate_hz_));
 }
 
 Pacing::Clock::time_point Pacing::time_of(std::int64_t frame) const {
-  return start_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(double(frame) / frame_rate_hz_));
+  return start_ + std::chrono::duration_cast<Clock::duration>(
+                      std::chrono::duration<double>(double(frame) / frame_rate_hz_));
 }
 
 int Pacing::in_flight() const {
   const std::uint64_t kept = std::min<std::uint64_t>(named_count_, std::size(named_));
   int count = 0;
-  for (std::uint64_t i = 0; i < kept; ++i) count += named_[(named_count_ - 1 - i) % std::size(named_)] > composited_;
+  for (std::uint64_t i = 0; i < kept; ++i)
+    count += named_[(named_count_ - 1 - i) % std::size(named_)] > composited_;
   return count;
 }
 
@@ -39,7 +42,9 @@ std::optional<std::int64_t> Pacing::next(Clock::time_point now, bool somebody_co
   return frame;
 }
 
-Pacing::Clock::time_point Pacing::wake(Clock::time_point now) const { return std::max(time_of(last_ + 1), now); }
+Pacing::Clock::time_point Pacing::wake(Clock::time_point now) const {
+  return std::max(time_of(last_ + 1), now);
+}
 
 void Pacing::composited(std::uint64_t frame, Clock::time_point now) {
   if (std::int64_t(frame) > last_) return;  // named by a process before this one

@@ -1,12 +1,13 @@
-// fivepipe maps: the object-pixel maps of one frame of a deployment, as files: to look at, and for `fivepipe bench hull --maps`.
+// fivepipe maps: the object-pixel maps of one frame of a deployment, as files: to look at, and for
+// `fivepipe bench hull --maps`.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
 
 #include "capture_node/capture.h"
-#include "common/hull/pbm.h"
 #include "common/config/yaml/config_error.h"
+#include "common/hull/pbm.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -21,7 +22,8 @@ std::map<std::string, std::string> settings_from(const std::vector<std::string>&
   std::map<std::string, std::string> settings;
   for (const std::string& word : words) {
     const auto equals = word.find('=');
-    if (equals == std::string::npos) throw CLI::ValidationError("--set", "expected KEY=VALUE, not " + word);
+    if (equals == std::string::npos)
+      throw CLI::ValidationError("--set", "expected KEY=VALUE, not " + word);
     settings[word.substr(0, equals)] = word.substr(equals + 1);
   }
   return settings;
@@ -31,7 +33,8 @@ std::map<std::string, std::string> settings_from(const std::vector<std::string>&
 std::string camera_line(const config::RigCamera& camera) {
   const geometry::Pinhole& k = camera.published;
   char text[96];
-  std::string line = camera.name + ' ' + std::to_string(k.width_px) + ' ' + std::to_string(k.height_px);
+  std::string line =
+      camera.name + ' ' + std::to_string(k.width_px) + ' ' + std::to_string(k.height_px);
   const auto add = [&](double number) {
     std::snprintf(text, sizeof text, " %.17g", number);
     line += text;
@@ -43,32 +46,43 @@ std::string camera_line(const config::RigCamera& camera) {
 }
 
 int run(const Options& options) {
-  const config::Deployment deployment = config::load_deployment(options.deployment, settings_from(options.settings));
+  const config::Deployment deployment =
+      config::load_deployment(options.deployment, settings_from(options.settings));
   const config::CaptureConfig* config = nullptr;
   for (const config::Node& node : deployment.nodes)
     if (!config) config = std::get_if<config::CaptureConfig>(&node.config);
   if (!config) throw std::runtime_error(options.deployment.string() + ": has no capture_node");
   Capture capture(deployment.rig, deployment.viewer, *config, deployment.frame_rate_hz,
-                  [](std::string_view what, double share) { std::fprintf(stderr, "\r%.*s, %d %%   ", int(what.size()), what.data(), int(100 * share)); });
+                  [](std::string_view what, double share) {
+                    std::fprintf(stderr, "\r%.*s, %d %%   ", int(what.size()), what.data(),
+                                 int(100 * share));
+                  });
   std::fputs("\n", stderr);
   std::filesystem::create_directories(options.out);
   std::ofstream cameras(options.out / "cameras.txt");
-  cameras << "# name width height fx fy cx cy [px], camera_from_world's three rows [m]: " << deployment.name << ", frame " << options.frame << '\n';
+  cameras << "# name width height fx fy cx cy [px], camera_from_world's three rows [m]: "
+          << deployment.name << ", frame " << options.frame << '\n';
   int written = 0;
   for (const CapturedCamera& captured : capture.capture(options.frame, false)) {
     if (!captured.pixels) continue;
     hull::write_pbm(options.out / (captured.camera + ".pbm"), *captured.pixels);
     for (const config::RigCamera& camera : deployment.rig.cameras) {
       if (camera.name != captured.camera) continue;
-      if (camera.mount != config::Mount::world) throw std::runtime_error("camera " + camera.name + " moves with the viewer: its pose is not of the rig");
+      if (camera.mount != config::Mount::world)
+        throw std::runtime_error("camera " + camera.name +
+                                 " moves with the viewer: its pose is not of the rig");
       cameras << camera_line(camera) << '\n';
       ++written;
     }
-    const double share = double(captured.pixels->count()) / (double(captured.pixels->width_px()) * captured.pixels->height_px());
+    const double share = double(captured.pixels->count()) /
+                         (double(captured.pixels->width_px()) * captured.pixels->height_px());
     std::printf("%s: %.1f %% object pixels\n", captured.camera.c_str(), 100 * share);
   }
-  if (written == 0) throw std::runtime_error("no camera has an image of frame " + std::to_string(options.frame) + " that gives shape");
-  if (!cameras.flush()) throw std::runtime_error((options.out / "cameras.txt").string() + ": can't be written");
+  if (written == 0)
+    throw std::runtime_error("no camera has an image of frame " + std::to_string(options.frame) +
+                             " that gives shape");
+  if (!cameras.flush())
+    throw std::runtime_error((options.out / "cameras.txt").string() + ": can't be written");
   return 0;
 }
 
@@ -77,12 +91,16 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   fivepipe::capture::Options options;
-  CLI::App app("fivepipe maps: writes the object-pixel maps of one frame as FOLDER/CAMERA.pbm, and FOLDER/cameras.txt.\n\n"
-               "Example:\n  fivepipe maps launch/deployments/seated4cam.yaml --set data=recordings/seated4cam --frame 60 --out out/maps/seated4cam");
+  CLI::App app(
+      "fivepipe maps: writes the object-pixel maps of one frame as FOLDER/CAMERA.pbm, and "
+      "FOLDER/cameras.txt.\n\n"
+      "Example:\n  fivepipe maps launch/deployments/seated4cam.yaml --set "
+      "data=recordings/seated4cam --frame 60 --out out/maps/seated4cam");
   app.add_option("deployment", options.deployment, "deployment file")->required();
   app.add_option("--out", options.out, "folder to write to")->required();
   app.add_option("--frame", options.frame, "which frame (0)")->check(CLI::NonNegativeNumber);
-  app.add_option("--set", options.settings, "KEY=VALUE: a setting of the deployment file")->allow_extra_args(false);
+  app.add_option("--set", options.settings, "KEY=VALUE: a setting of the deployment file")
+      ->allow_extra_args(false);
   try {
     app.parse(argc, argv);
     return fivepipe::capture::run(options);

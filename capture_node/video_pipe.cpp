@@ -5,8 +5,8 @@
 #include "capture_node/capture.h"
 #include "capture_node/pacing.h"
 #include "common/base/realtime.h"
-#include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/frames/tile_shares.h"
+#include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/frame_trace.h"
 
@@ -15,7 +15,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// While frames in flight hold capture up, it wakes with the next composited one, or after this to look at the clock.
+// While frames in flight hold capture up, it wakes with the next composited one, or after this to
+// look at the clock.
 constexpr auto kHeldUpWait = 20ms;
 
 // Costs of older frames come too late to tell anything.
@@ -35,10 +36,12 @@ class VideoPipe {
         traces_(node.bus, node.status, node.node.name),
         composited_(node.bus.reader<bus::topics::FrameComposited>()),
         tile_costs_(node.bus.reader<bus::topics::TileCosts>()),
-        capture_(deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz, [this](std::string_view what, double share) { tell_progress(what, share); }) {
+        capture_(deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz,
+                 [this](std::string_view what, double share) { tell_progress(what, share); }) {
     node_.status.remark("start", "");
     for (const config::RigCamera& camera : deployment_.rig.cameras)
-      if (config_.sources.contains(camera.name)) infos_.write(messages::camera_info_message(camera));
+      if (config_.sources.contains(camera.name))
+        infos_.write(messages::camera_info_message(camera));
     view_info_.write(messages::view_info_message(deployment_.viewer));
   }
 
@@ -55,7 +58,8 @@ class VideoPipe {
         continue;
       }
       const auto until_due = pacing.wake(now) - now;
-      node_.bus.wait(until_due > 0ns ? std::min<Pacing::Clock::duration>(until_due, node::kMaxWait) : kHeldUpWait);
+      node_.bus.wait(until_due > 0ns ? std::min<Pacing::Clock::duration>(until_due, node::kMaxWait)
+                                     : kHeldUpWait);
     }
   }
 
@@ -63,17 +67,22 @@ class VideoPipe {
   // That all reconstruction nodes are configured with; none: there is nothing to share.
   static std::optional<frames::TileShares> shares_of(const config::Deployment& deployment) {
     for (const config::Node& node : deployment.nodes)
-      if (const auto* recon = std::get_if<config::ReconConfig>(&node.config)) return frames::TileShares(*recon);
+      if (const auto* recon = std::get_if<config::ReconConfig>(&node.config))
+        return frames::TileShares(*recon);
     return std::nullopt;
   }
 
   // Costs of frames that a predecessor sent don't count: their numbers mean nothing here.
-  bool is_of_this_run(std::uint64_t frame) const { return published_ && frame <= *published_ && *published_ - frame < kCostsOfFrames; }
+  bool is_of_this_run(std::uint64_t frame) const {
+    return published_ && frame <= *published_ && *published_ - frame < kCostsOfFrames;
+  }
 
   void take_tile_costs() {
     for (const auto& sample : tile_costs_.take())
-      if (sample.valid() && tile_shares_ && deployment_.viewer.name == sample->viewer && is_of_this_run(sample->frame) &&
-          !tile_shares_->add(sample->frame, sample->share, messages::span_of(sample->tiles), messages::span_of(sample->cost_ms)))
+      if (sample.valid() && tile_shares_ && deployment_.viewer.name == sample->viewer &&
+          is_of_this_run(sample->frame) &&
+          !tile_shares_->add(sample->frame, sample->share, messages::span_of(sample->tiles),
+                             messages::span_of(sample->cost_ms)))
         node_.status.drop("bad_tile_costs");
   }
 
@@ -81,7 +90,8 @@ class VideoPipe {
     const int percent = int(100 * share);
     if (percent / 10 == told_percent_ / 10 && percent != 100) return;
     told_percent_ = percent;
-    node_.status.remark("start", "starting: " + std::string(what) + ", " + std::to_string(percent) + " %");
+    node_.status.remark("start",
+                        "starting: " + std::string(what) + ", " + std::to_string(percent) + " %");
   }
 
   void publish(std::int64_t frame) {
@@ -91,29 +101,43 @@ class VideoPipe {
     const std::uint64_t number = std::uint64_t(frame);
     std::int64_t stamp_ns = 0;
     for (const CapturedCamera& camera : cameras)
-      if (camera.image_stamp_ns && (!stamp_ns || camera.image_stamp_ns < stamp_ns)) stamp_ns = camera.image_stamp_ns;
+      if (camera.image_stamp_ns && (!stamp_ns || camera.image_stamp_ns < stamp_ns))
+        stamp_ns = camera.image_stamp_ns;
     steps.begin("publish");
     // Pose and colour first: who has all the maps of a frame then has these too.
-    messages::FramePose pose{number, stamp_ns, config::eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz), {}};
+    messages::FramePose pose{
+        number,
+        stamp_ns,
+        config::eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz),
+        {}};
     published_ = number;
     if (tile_shares_) pose.tile_owners = tile_shares_->next();
     poses_.write(messages::head_pose_message(deployment_.viewer, std::move(pose)).message());
     for (const CapturedCamera& camera : cameras) {
       tell(camera);
-      if (camera.colour) colours_.write(messages::colour_message(camera.camera, number, camera.image_stamp_ns, *camera.colour).message());
+      if (camera.colour)
+        colours_.write(
+            messages::colour_message(camera.camera, number, camera.image_stamp_ns, *camera.colour)
+                .message());
     }
     for (const CapturedCamera& camera : cameras)
-      if (camera.pixels) maps_.write(messages::map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels).message());
+      if (camera.pixels)
+        maps_.write(
+            messages::map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels)
+                .message());
     node_.status.count("frames_captured");
     node_.status.latency("capture_to_published", 1e-9 * double(base::now_realtime_ns() - stamp_ns));
     traces_.handled(number, stamp_ns, {}, std::move(steps));
   }
 
   void tell(const CapturedCamera& camera) {
-    if (camera.status == CaptureStatus::missing) node_.status.drop("missing_image: " + camera.camera);
+    if (camera.status == CaptureStatus::missing)
+      node_.status.drop("missing_image: " + camera.camera);
     std::string remarks = camera.reason;
-    for (const std::string& remark : camera.remarks) remarks += (remarks.empty() ? "" : "; ") + remark;
-    node_.status.remark("camera " + camera.camera, remarks.empty() ? "" : camera.camera + ": " + remarks);
+    for (const std::string& remark : camera.remarks)
+      remarks += (remarks.empty() ? "" : "; ") + remark;
+    node_.status.remark("camera " + camera.camera,
+                        remarks.empty() ? "" : camera.camera + ": " + remarks);
     node_.status.latency("read", camera.read_s);
     node_.status.latency("segment", camera.segment_s);
   }

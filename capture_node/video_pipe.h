@@ -4,8 +4,8 @@
 
 namespace fivepipe::capture {
 
-// Runs until the node is told to stop or a file that is not looped has ended. Throws NodeFailure with exit code 3 where a camera
-// is not there, SourceError where a file can't be used.
+// Runs until the node is told to stop or a file that is not looped has ended. Throws NodeFailure
+// with exit code 3 where a camera is not there, SourceError where a file can't be used.
 void run_video_pipe(node::NodeContext& node);
 
 }  // namespace fivepipe::capture

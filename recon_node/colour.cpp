@@ -7,17 +7,23 @@
 namespace fivepipe::recon {
 namespace {
 
-// Colour times weight, and the weight: how much of the four pixels around the point are there and of the object.
+// Colour times weight, and the weight: how much of the four pixels around the point are there and
+// of the object.
 struct WeightedBgr {
   Eigen::Vector3d bgr = Eigen::Vector3d::Zero();
   double weight = 0;
 };
 
-// uv_px rounded towards the pixel centres to its lower left; pixels whose colours are not there take no part.
-WeightedBgr bilinear(const hull::ColourRegion& colour, const hull::ObjectPixels* object, const Eigen::Vector2d& uv_px) {
+// uv_px rounded towards the pixel centres to its lower left; pixels whose colours are not there
+// take no part.
+WeightedBgr bilinear(const hull::ColourRegion& colour, const hull::ObjectPixels* object,
+                     const Eigen::Vector2d& uv_px) {
   const hull::PixelRect& r = colour.region;
-  // Hull that ends with the object's outermost pixels projects onto their border, half a pixel outside of their centres, or just beyond.
-  if (!(uv_px.x() > r.u0_px - 1 && uv_px.y() > r.v0_px - 1 && uv_px.x() < r.u1_px && uv_px.y() < r.v1_px)) return {};
+  // Hull that ends with the object's outermost pixels projects onto their border, half a pixel
+  // outside of their centres, or just beyond.
+  if (!(uv_px.x() > r.u0_px - 1 && uv_px.y() > r.v0_px - 1 && uv_px.x() < r.u1_px &&
+        uv_px.y() < r.v1_px))
+    return {};
   const int u0 = int(std::floor(uv_px.x())), v0 = int(std::floor(uv_px.y()));
   const double right = uv_px.x() - u0, down = uv_px.y() - v0;
   WeightedBgr sum;
@@ -25,7 +31,9 @@ WeightedBgr bilinear(const hull::ColourRegion& colour, const hull::ObjectPixels*
     const int u = u0 + (corner & 1), v = v0 + (corner >> 1);
     if (!colour.pixels.contains(u, v) || (object && !object->contains(u, v))) continue;
     const double weight = (corner & 1 ? right : 1 - right) * (corner >> 1 ? down : 1 - down);
-    const std::uint8_t* bgr = &colour.bgr[3 * (std::size_t(v - r.v0_px) * std::size_t(r.width_px()) + std::size_t(u - r.u0_px))];
+    const std::uint8_t* bgr =
+        &colour.bgr[3 * (std::size_t(v - r.v0_px) * std::size_t(r.width_px()) +
+                         std::size_t(u - r.u0_px))];
     sum.bgr += weight * Eigen::Vector3d(bgr[0], bgr[1], bgr[2]);
     sum.weight += weight;
   }
@@ -39,21 +47,34 @@ double sixteenth_power(double x) {
 
 Eigen::Matrix<double, 3, 4> projection_of(const geometry::Camera& camera) {
   Eigen::Matrix3d k;
-  k << camera.pinhole.fx_px, 0, camera.pinhole.cx_px, 0, camera.pinhole.fy_px, camera.pinhole.cy_px, 0, 0, 1;
+  k << camera.pinhole.fx_px, 0, camera.pinhole.cx_px, 0, camera.pinhole.fy_px, camera.pinhole.cy_px,
+      0, 0, 1;
   return k * camera.camera_from_world.matrix().topRows<3>();
 }
 
-bool same_camera(const geometry::Camera& a, const geometry::Camera& b) { return a.pinhole == b.pinhole && a.camera_from_world.matrix() == b.camera_from_world.matrix(); }
+bool same_camera(const geometry::Camera& a, const geometry::Camera& b) {
+  return a.pinhole == b.pinhole && a.camera_from_world.matrix() == b.camera_from_world.matrix();
+}
 
 }  // namespace
 
-HullColour::HullColour(std::span<const hull::Silhouette> silhouettes, std::span<const hull::ColourRegion> regions) : silhouettes_(silhouettes) {
+HullColour::HullColour(std::span<const hull::Silhouette> silhouettes,
+                       std::span<const hull::ColourRegion> regions)
+    : silhouettes_(silhouettes) {
   for (const hull::Silhouette& s : silhouettes) projections_.push_back(projection_of(s.camera));
   for (const hull::ColourRegion& region : regions) {
-    assert(region.bgr.size() == region.region.area_px() * 3 && hull::intersection(region.region, region.pixels.bounds()) == region.pixels.bounds());
-    const auto silhouette = std::find_if(silhouettes.begin(), silhouettes.end(), [&](const hull::Silhouette& s) { return same_camera(s.camera, region.camera); });
-    Image image{&region, silhouette == silhouettes.end() ? nullptr : &silhouette->pixels, std::size_t(silhouette - silhouettes.begin()), geometry::camera_center_world_m(region.camera), {}};
-    for (const auto& projection : projections_) image.centre_seen.push_back(projection * image.centre_world_m.homogeneous());
+    assert(region.bgr.size() == region.region.area_px() * 3 &&
+           hull::intersection(region.region, region.pixels.bounds()) == region.pixels.bounds());
+    const auto silhouette = std::find_if(
+        silhouettes.begin(), silhouettes.end(),
+        [&](const hull::Silhouette& s) { return same_camera(s.camera, region.camera); });
+    Image image{&region,
+                silhouette == silhouettes.end() ? nullptr : &silhouette->pixels,
+                std::size_t(silhouette - silhouettes.begin()),
+                geometry::camera_center_world_m(region.camera),
+                {}};
+    for (const auto& projection : projections_)
+      image.centre_seen.push_back(projection * image.centre_world_m.homogeneous());
     images_.push_back(std::move(image));
   }
 }
@@ -66,29 +87,40 @@ bool HullColour::is_in_silhouette(std::size_t silhouette, const Homogeneous& see
 }
 
 // On its line of sight, the image's own silhouette says the same everywhere.
-double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world_m, std::span<const Homogeneous> p_seen) const {
+double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world_m,
+                              std::span<const Homogeneous> p_seen) const {
   if (image.object && !is_in_silhouette(image.silhouette, p_seen[image.silhouette])) return 1.0;
   const double length_m = (image.centre_world_m - p_world_m).norm();
   const auto in_the_way = [&](double distance_m) {
     if (!(distance_m < length_m) || silhouettes_.empty()) return false;
     const double share = distance_m / length_m;
     for (std::size_t s = 0; s < silhouettes_.size(); ++s)
-      if (s != image.silhouette && !is_in_silhouette(s, (1 - share) * p_seen[s] + share * image.centre_seen[s])) return false;
+      if (s != image.silhouette &&
+          !is_in_silhouette(s, (1 - share) * p_seen[s] + share * image.centre_seen[s]))
+        return false;
     return true;
   };
-  if (std::any_of(kOcclusionProbes_m.begin() + 1, kOcclusionProbes_m.end(), in_the_way)) return kHiddenWeight;
+  if (std::any_of(kOcclusionProbes_m.begin() + 1, kOcclusionProbes_m.end(), in_the_way))
+    return kHiddenWeight;
   return in_the_way(kOcclusionProbes_m.front()) ? kDoubtfulWeight : 1.0;
 }
 
-std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m, const Eigen::Vector3d& eye_world_m) const {
-  thread_local std::vector<Homogeneous> p_seen;                         // by silhouette; kept for their memory
-  thread_local std::vector<std::pair<double, const Image*>> by_weight;  // those that count most first
+std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m,
+                                           const Eigen::Vector3d& eye_world_m) const {
+  thread_local std::vector<Homogeneous> p_seen;  // by silhouette; kept for their memory
+  thread_local std::vector<std::pair<double, const Image*>>
+      by_weight;  // those that count most first
   p_seen.clear();
-  for (const auto& projection : projections_) p_seen.push_back(projection * p_world_m.homogeneous());
+  for (const auto& projection : projections_)
+    p_seen.push_back(projection * p_world_m.homogeneous());
   by_weight.clear();
   const Eigen::Vector3d to_eye = (eye_world_m - p_world_m).normalized();
-  for (const Image& image : images_) by_weight.emplace_back(sixteenth_power(0.5 * (1 + (image.centre_world_m - p_world_m).normalized().dot(to_eye))), &image);
-  std::stable_sort(by_weight.begin(), by_weight.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  for (const Image& image : images_)
+    by_weight.emplace_back(
+        sixteenth_power(0.5 * (1 + (image.centre_world_m - p_world_m).normalized().dot(to_eye))),
+        &image);
+  std::stable_sort(by_weight.begin(), by_weight.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
   WeightedBgr sum;
   std::size_t left = by_weight.size();
   for (const auto& [view_weight, image] : by_weight) {
@@ -103,7 +135,9 @@ std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m, con
   }
   if (!(sum.weight > 0)) return kUnseenBgr;
   std::array<std::uint8_t, 3> bgr;
-  for (int c = 0; c < 3; ++c) bgr[std::size_t(c)] = std::uint8_t(std::lround(std::clamp(sum.bgr[c] / sum.weight, 0.0, 255.0)));
+  for (int c = 0; c < 3; ++c)
+    bgr[std::size_t(c)] =
+        std::uint8_t(std::lround(std::clamp(sum.bgr[c] / sum.weight, 0.0, 255.0)));
   return bgr;
 }
 

@@ -15,7 +15,8 @@ config::HullBackend decide(node::NodeContext& node, std::optional<gl::GlContext>
     if (!gl->is_software()) return config::HullBackend::gl;
     node.status.remark("backend", "backend auto: cpu, for OpenGL is " + gl->renderer());
   } catch (const gl::GlError& e) {
-    node.status.remark("backend", std::string("backend auto: cpu, for there is no OpenGL: ") + e.what());
+    node.status.remark("backend",
+                       std::string("backend auto: cpu, for there is no OpenGL: ") + e.what());
   }
   gl.reset();
   return config::HullBackend::cpu;
@@ -33,4 +34,6 @@ void run(node::NodeContext& node) {
 }  // namespace
 }  // namespace fivepipe::recon
 
-int main(int argc, char** argv) { return fivepipe::node::run_node("recon_node", argc, argv, fivepipe::recon::run); }
+int main(int argc, char** argv) {
+  return fivepipe::node::run_node("recon_node", argc, argv, fivepipe::recon::run);
+}

@@ -5,7 +5,8 @@ namespace fivepipe::recon {
 const fivepipe_v1_HullTile& OutgoingTile::message() {
   messages::borrow(header.depth_m, depth_m);
   messages::borrow(header.bgr, bgr);
-  header.empty_cameras._length = header.empty_cameras._maximum = std::uint32_t(empty_cameras.size());
+  header.empty_cameras._length = header.empty_cameras._maximum =
+      std::uint32_t(empty_cameras.size());
   header.empty_cameras._buffer = empty_cameras.empty() ? nullptr : &empty_cameras.front().text;
   header.empty_cameras._release = false;
   return header;
@@ -43,7 +44,8 @@ OutgoingTile tile_message(const TileFrame& frame, ReconTile tile) {
   out.header.covered = messages::wire(tile.covered);
   out.depth_m = std::move(tile.depth_m);
   out.bgr = std::move(tile.bgr);
-  for (const std::string& camera : frame.empty_cameras) messages::set_text(out.empty_cameras.emplace_back().text, camera);
+  for (const std::string& camera : frame.empty_cameras)
+    messages::set_text(out.empty_cameras.emplace_back().text, camera);
   return out;
 }
 

@@ -13,7 +13,9 @@ struct OutgoingTile {
   fivepipe_v1_HullTile header{};
   std::vector<float> depth_m;
   std::vector<std::uint8_t> bgr;
-  struct CameraName { char text[33]; };
+  struct CameraName {
+    char text[33];
+  };
   std::vector<CameraName> empty_cameras;
   const fivepipe_v1_HullTile& message();
 };

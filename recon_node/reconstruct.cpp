@@ -12,7 +12,9 @@ namespace {
 
 class Stopwatch {
  public:
-  double s() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  double s() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -25,7 +27,9 @@ constexpr double kHitsOfAnEmptyTile = 100;
 std::vector<double> by_hits(double all_s, const std::vector<hull::DepthTile>& tiles) {
   std::vector<double> share;
   for (const hull::DepthTile& tile : tiles)
-    share.push_back(kHitsOfAnEmptyTile + double(std::count_if(tile.depth_m.begin(), tile.depth_m.end(), [](float d) { return d != hull::kNoHull; })));
+    share.push_back(kHitsOfAnEmptyTile +
+                    double(std::count_if(tile.depth_m.begin(), tile.depth_m.end(),
+                                         [](float d) { return d != hull::kNoHull; })));
   const double all = std::accumulate(share.begin(), share.end(), 0.0);
   for (double& s : share) s *= all_s / all;
   return share;
@@ -37,8 +41,11 @@ void colour_in(ReconTile& tile, const hull::View& view, const HullColour& colour
   const int width = tile.covered.width_px();
   for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
     if (tile.depth_m[i] == hull::kNoHull) continue;
-    const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(tile.covered.u0_px + int(i) % width, tile.covered.v0_px + int(i) / width));
-    const auto bgr = colour.at(ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world, eye_world_m);
+    const geometry::Ray ray = geometry::ray_through(
+        view.camera,
+        Eigen::Vector2d(tile.covered.u0_px + int(i) % width, tile.covered.v0_px + int(i) / width));
+    const auto bgr =
+        colour.at(ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world, eye_world_m);
     std::copy(bgr.begin(), bgr.end(), tile.bgr.begin() + std::ptrdiff_t(i) * 3);
   }
 }
@@ -51,10 +58,12 @@ ReconTile covered_part(const Tile& tile, const hull::DepthTile& depths) {
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u)
       if (depths.depth_m[std::size_t(v) * width + u] != hull::kNoHull)
-        hits = {std::min(hits.u0_px, u), std::min(hits.v0_px, v), std::max(hits.u1_px, u + 1), std::max(hits.v1_px, v + 1)};
+        hits = {std::min(hits.u0_px, u), std::min(hits.v0_px, v), std::max(hits.u1_px, u + 1),
+                std::max(hits.v1_px, v + 1)};
   ReconTile part{tile, {}, {}, {}, 0};
   if (hits.empty()) return part;
-  part.covered = {tile.rect.u0_px + hits.u0_px, tile.rect.v0_px + hits.v0_px, tile.rect.u0_px + hits.u1_px, tile.rect.v0_px + hits.v1_px};
+  part.covered = {tile.rect.u0_px + hits.u0_px, tile.rect.v0_px + hits.v0_px,
+                  tile.rect.u0_px + hits.u1_px, tile.rect.v0_px + hits.v1_px};
   part.depth_m.reserve(part.covered.area_px());
   for (int v = hits.v0_px; v < hits.v1_px; ++v) {
     const auto row = depths.depth_m.begin() + std::ptrdiff_t(v) * width;
@@ -63,13 +72,19 @@ ReconTile covered_part(const Tile& tile, const hull::DepthTile& depths) {
   return part;
 }
 
-Reconstructor::Reconstructor(const config::ReconConfig& config, const Eigen::AlignedBox3d& volume_world_m)
-    : config_(config), volume_world_m_(volume_world_m), pool_(config.backend == config::HullBackend::cpu ? config.threads : 1), cpu_(pool_) {
+Reconstructor::Reconstructor(const config::ReconConfig& config,
+                             const Eigen::AlignedBox3d& volume_world_m)
+    : config_(config),
+      volume_world_m_(volume_world_m),
+      pool_(config.backend == config::HullBackend::cpu ? config.threads : 1),
+      cpu_(pool_) {
   assert(config.backend != config::HullBackend::automatic);
   if (config.backend == config::HullBackend::gl) gl_.emplace();
 }
 
-std::vector<hull::DepthTile> Reconstructor::depths_by_gl(std::span<const hull::Silhouette> silhouettes, const hull::View& view, std::span<const Tile> tiles) {
+std::vector<hull::DepthTile> Reconstructor::depths_by_gl(
+    std::span<const hull::Silhouette> silhouettes, const hull::View& view,
+    std::span<const Tile> tiles) {
   std::vector<hull::PixelRect> rects;
   for (const Tile& tile : tiles) rects.push_back(tile.rect);
   if (gl_) {
@@ -77,12 +92,14 @@ std::vector<hull::DepthTile> Reconstructor::depths_by_gl(std::span<const hull::S
     return gl_->depth(view, rects);
   }
   const geometry::Pinhole& k = view.camera.pinhole;
-  if (!sweep_ || sweep_->width_px() != k.width_px || sweep_->height_px() != k.height_px) sweep_.emplace(k.width_px, k.height_px, config_.sweep_planes);
+  if (!sweep_ || sweep_->width_px() != k.width_px || sweep_->height_px() != k.height_px)
+    sweep_.emplace(k.width_px, k.height_px, config_.sweep_planes);
   sweep_->set_silhouettes(silhouettes);
   return sweep_->depth(view, hull::sweep_range(view, volume_world_m_), rects);
 }
 
-Reconstructor::Depths Reconstructor::depths(std::span<const hull::Silhouette> silhouettes, const hull::View& view, std::span<const Tile> tiles) {
+Reconstructor::Depths Reconstructor::depths(std::span<const hull::Silhouette> silhouettes,
+                                            const hull::View& view, std::span<const Tile> tiles) {
   Depths made;
   if (config_.backend != config::HullBackend::cpu) {
     const Stopwatch watch;
@@ -99,8 +116,11 @@ Reconstructor::Depths Reconstructor::depths(std::span<const hull::Silhouette> si
   return made;
 }
 
-std::vector<ReconTile> Reconstructor::reconstruct(std::span<const hull::Silhouette> silhouettes, const hull::View& view, std::span<const Tile> tiles,
-                                                  std::span<const hull::ColourRegion> colours, bool want_colour) {
+std::vector<ReconTile> Reconstructor::reconstruct(std::span<const hull::Silhouette> silhouettes,
+                                                  const hull::View& view,
+                                                  std::span<const Tile> tiles,
+                                                  std::span<const hull::ColourRegion> colours,
+                                                  bool want_colour) {
   const Depths depth = depths(silhouettes, view, tiles);
   const HullColour colour(silhouettes, colours);
   std::vector<ReconTile> parts;

@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "common/base/realtime.h"
+#include "common/pipeline/frames/tile_shares.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/frame_set_reader.h"
 #include "common/pipeline/node/frame_trace.h"
 #include "common/pipeline/node/replay_watch.h"
-#include "common/pipeline/frames/tile_shares.h"
 #include "recon_node/messages.h"
 
 namespace fivepipe::recon {
@@ -63,14 +63,16 @@ class ReconstructionPipe {
   void take_view() {
     for (const auto& sample : view_infos_.take()) {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
-      if (const auto geometry = messages::view_geometry_from(*sample); const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&geometry))
+      if (const auto geometry = messages::view_geometry_from(*sample);
+          const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&geometry))
         node_.status.drop(bad->why);
       else
         geometry_ = std::get<messages::ViewGeometry>(geometry);
     }
     for (const auto& sample : poses_.take()) {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
-      if (const auto pose = messages::head_pose_from(*sample); const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&pose))
+      if (const auto pose = messages::head_pose_from(*sample);
+          const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&pose))
         node_.status.drop(bad->why);
       else
         take(std::get<messages::FramePose>(pose));
@@ -110,7 +112,8 @@ class ReconstructionPipe {
 
   // This node's of a frame.
   std::vector<Tile> own_tiles(const messages::FramePose& pose, const geometry::Pinhole& view) {
-    std::vector<Tile> tiles = tiles_of(view.width_px, view.height_px, config_.tile_columns, config_.tile_rows);
+    std::vector<Tile> tiles =
+        tiles_of(view.width_px, view.height_px, config_.tile_columns, config_.tile_rows);
     if (config_.shares == 1) return tiles;  // whoever shared when it was recorded
     std::vector<std::uint8_t> owners = pose.tile_owners;
     const auto known = [&](int owner) { return owner < config_.shares; };
@@ -118,7 +121,8 @@ class ReconstructionPipe {
       if (!owners.empty()) node_.status.drop("bad_tile_owners");
       owners = frames::tiles_by_turns(config_.tile_columns, config_.tile_rows, config_.shares);
     }
-    std::erase_if(tiles, [&](const Tile& tile) { return owners[std::size_t(tile.index)] != config_.share; });
+    std::erase_if(
+        tiles, [&](const Tile& tile) { return owners[std::size_t(tile.index)] != config_.share; });
     return tiles;
   }
 
@@ -126,18 +130,23 @@ class ReconstructionPipe {
   std::vector<hull::ColourRegion> colours_of(const frames::FrameSet& set) {
     std::vector<hull::ColourRegion> colours;
     for (messages::CameraColour& colour : colours_of_frame_[set.frame])
-      if (std::abs(colour.capture_stamp_ns - set.capture_stamp_ns) < frames::FrameOrder::kRestartTakes_ns) colours.push_back(std::move(colour.colour));
+      if (std::abs(colour.capture_stamp_ns - set.capture_stamp_ns) <
+          frames::FrameOrder::kRestartTakes_ns)
+        colours.push_back(std::move(colour.colour));
     return colours;
   }
 
   // A pose that was overtaken by the maps is on its way, unless that of a later frame is here.
   void reconstruct_those_with_a_pose() {
-    const auto has_pose = [&](const frames::FrameSet& set) { return geometry_ && pose_of_frame_.contains(set.frame); };
+    const auto has_pose = [&](const frames::FrameSet& set) {
+      return geometry_ && pose_of_frame_.contains(set.frame);
+    };
     while (!waiting_.empty()) {
       const frames::FrameSet& set = waiting_.front();
       if (has_pose(set))
         reconstruct(set, pose_of_frame_.at(set.frame));
-      else if (waiting_.size() > kMaxWaiting || std::any_of(waiting_.begin(), waiting_.end(), has_pose))
+      else if (waiting_.size() > kMaxWaiting ||
+               std::any_of(waiting_.begin(), waiting_.end(), has_pose))
         node_.status.drop(geometry_ ? "no_head_pose" : "no_view_info");
       else
         return;
@@ -146,26 +155,38 @@ class ReconstructionPipe {
   }
 
   void reconstruct(const frames::FrameSet& set, const messages::FramePose& pose) {
-    const hull::View view{{geometry_->recon, pose.eye_from_world}, geometry_->near_m, geometry_->far_m};
-    const TileFrame frame{viewer_, set.frame, set.capture_stamp_ns, view, config_.tile_columns * config_.tile_rows, set.empty_cameras};
+    const hull::View view{
+        {geometry_->recon, pose.eye_from_world}, geometry_->near_m, geometry_->far_m};
+    const TileFrame frame{viewer_,
+                          set.frame,
+                          set.capture_stamp_ns,
+                          view,
+                          config_.tile_columns * config_.tile_rows,
+                          set.empty_cameras};
     const std::vector<Tile> tiles = own_tiles(pose, view.camera.pinhole);
     node::FrameSteps steps;
     const node::InputTimes inputs{set.first_received_ns, set.last_received_ns};
-    if (tiles.empty()) return traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
+    if (tiles.empty())
+      return traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
     const std::vector<hull::ColourRegion> colours = colours_of(set);
     // Colour is for who draws: nobody reads tiles, nobody gets colour.
     const bool want_colour = tiles_.readers() > 0 && !colours.empty();
     steps.begin("reconstruct");
-    std::vector<ReconTile> made = reconstructor_.reconstruct(set.silhouettes, view, tiles, colours, want_colour);
-    const bool is_seen = std::any_of(made.begin(), made.end(), [](const ReconTile& tile) { return !tile.covered.empty(); });
-    if (is_seen && tiles_.readers() > 0 && colours.empty()) node_.status.count("frames_without_colour");
+    std::vector<ReconTile> made =
+        reconstructor_.reconstruct(set.silhouettes, view, tiles, colours, want_colour);
+    const bool is_seen = std::any_of(made.begin(), made.end(),
+                                     [](const ReconTile& tile) { return !tile.covered.empty(); });
+    if (is_seen && tiles_.readers() > 0 && colours.empty())
+      node_.status.count("frames_without_colour");
     steps.begin("write_tiles");
     if (costs_.readers() > 0) costs_.write(costs_message(frame, config_.share, made).message());
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
     if (replay_.replaying())
-      node_.status.latency("arrival_to_tiles", 1e-9 * double(base::now_realtime_ns() - inputs.first_ns));
+      node_.status.latency("arrival_to_tiles",
+                           1e-9 * double(base::now_realtime_ns() - inputs.first_ns));
     else
-      node_.status.latency("capture_to_tiles", 1e-9 * double(base::now_realtime_ns() - set.capture_stamp_ns));
+      node_.status.latency("capture_to_tiles",
+                           1e-9 * double(base::now_realtime_ns() - set.capture_stamp_ns));
     traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
     colours_of_frame_.erase(colours_of_frame_.begin(), colours_of_frame_.upper_bound(set.frame));
   }
@@ -191,6 +212,8 @@ class ReconstructionPipe {
 
 }  // namespace
 
-void run_reconstruction_pipe(node::NodeContext& node, config::HullBackend backend) { ReconstructionPipe(node, backend).run(); }
+void run_reconstruction_pipe(node::NodeContext& node, config::HullBackend backend) {
+  ReconstructionPipe(node, backend).run();
+}
 
 }  // namespace fivepipe::recon

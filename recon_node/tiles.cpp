@@ -9,7 +9,9 @@ std::vector<Tile> tiles_of(int width_px, int height_px, int columns, int rows) {
   std::vector<Tile> tiles;
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column)
-      tiles.push_back({row * columns + column, {width_px * column / columns, height_px * row / rows, width_px * (column + 1) / columns, height_px * (row + 1) / rows}});
+      tiles.push_back({row * columns + column,
+                       {width_px * column / columns, height_px * row / rows,
+                        width_px * (column + 1) / columns, height_px * (row + 1) / rows}});
   return tiles;
 }
 

@@ -12,8 +12,9 @@ struct Tile {
   bool operator==(const Tile&) const = default;
 };
 
-// columns x rows tiles of an image, of sizes that differ by a pixel at most, row by row. Disjoint, they cover the image; tiles
-// are empty where there are more of them than pixels. Sizes >= 0, columns and rows > 0.
+// columns x rows tiles of an image, of sizes that differ by a pixel at most, row by row. Disjoint,
+// they cover the image; tiles are empty where there are more of them than pixels. Sizes >= 0,
+// columns and rows > 0.
 std::vector<Tile> tiles_of(int width_px, int height_px, int columns, int rows);
 
 }  // namespace fivepipe::recon

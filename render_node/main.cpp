@@ -1,4 +1,5 @@
-// The parent pipe: puts the reconstruction's tiles and the simulation's state of one frame together and composites them.
+// The parent pipe: puts the reconstruction's tiles and the simulation's state of one frame together
+// and composites them.
 #include "common/gl/context.h"
 #include "render_node/parent_pipe.h"
 
@@ -14,4 +15,6 @@ void run(node::NodeContext& node) {
 }  // namespace
 }  // namespace fivepipe::render
 
-int main(int argc, char** argv) { return fivepipe::node::run_node("render_node", argc, argv, fivepipe::render::run); }
+int main(int argc, char** argv) {
+  return fivepipe::node::run_node("render_node", argc, argv, fivepipe::render::run);
+}

@@ -4,7 +4,8 @@ namespace fivepipe::render {
 
 messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message) {
   const auto eye_from_world = messages::pure(message.eye_from_world);
-  if (!eye_from_world) return messages::BadMessage{"bad_tile: pose is not finite or not a rotation"};
+  if (!eye_from_world)
+    return messages::BadMessage{"bad_tile: pose is not finite or not a rotation"};
   ReceivedTile tile;
   tile.frame = message.frame;
   tile.capture_stamp_ns = message.capture_stamp_ns;
@@ -16,7 +17,8 @@ messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message) 
   tile.covered = messages::pure(message.covered);
   tile.depth_m = messages::span_of(message.depth_m);
   tile.bgr = messages::span_of(message.bgr);
-  for (const auto& camera : messages::span_of(message.empty_cameras)) tile.empty_cameras.emplace_back(camera);
+  for (const auto& camera : messages::span_of(message.empty_cameras))
+    tile.empty_cameras.emplace_back(camera);
   return tile;
 }
 
@@ -24,14 +26,19 @@ messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_Virtual
   std::vector<ObjectPose> poses;
   for (const fivepipe_v1_ObjectState& object : messages::span_of(message.objects)) {
     const auto pose = messages::pure(object.world_from_object);
-    if (!pose) return messages::BadMessage{"bad_state: " + std::string(object.object) + ": pose is not finite or not a rotation"};
-    const auto vertices = messages::span_of(object.vertices_m), warmth = messages::span_of(object.warmth);
-    poses.push_back({object.object, *pose, {vertices.begin(), vertices.end()}, {warmth.begin(), warmth.end()}});
+    if (!pose)
+      return messages::BadMessage{"bad_state: " + std::string(object.object) +
+                                  ": pose is not finite or not a rotation"};
+    const auto vertices = messages::span_of(object.vertices_m),
+               warmth = messages::span_of(object.warmth);
+    poses.push_back(
+        {object.object, *pose, {vertices.begin(), vertices.end()}, {warmth.begin(), warmth.end()}});
   }
   return poses;
 }
 
-fivepipe_v1_FrameComposited composited_message(const std::string& viewer, const HullFrame& hull, std::int64_t composited_stamp_ns) {
+fivepipe_v1_FrameComposited composited_message(const std::string& viewer, const HullFrame& hull,
+                                               std::int64_t composited_stamp_ns) {
   fivepipe_v1_FrameComposited message{};
   messages::set_text(message.viewer, viewer);
   message.frame = hull.frame;

@@ -14,46 +14,61 @@
 namespace fivepipe::render {
 namespace {
 
-// The encoder's threads run when nobody else wants the processor (Linux: priorities are per thread).
+// The encoder's threads run when nobody else wants the processor (Linux: priorities are per
+// thread).
 constexpr int kEncoderNiceness = 10;
 
 void check_folder(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   std::error_code error;
-  if (!std::filesystem::is_directory(folder, error)) throw OutputError(file.string() + ": folder " + folder.string() + " does not exist");
-  if (access(folder.c_str(), W_OK) != 0) throw OutputError(file.string() + ": folder " + folder.string() + " may not be written: " + std::strerror(errno));
+  if (!std::filesystem::is_directory(folder, error))
+    throw OutputError(file.string() + ": folder " + folder.string() + " does not exist");
+  if (access(folder.c_str(), W_OK) != 0)
+    throw OutputError(file.string() + ": folder " + folder.string() +
+                      " may not be written: " + std::strerror(errno));
 }
 
 // Empty where there is enough room. OpenCV's writer does not say when a disk is full.
 std::string why_no_room(const std::filesystem::path& file, std::uintmax_t min_free_bytes) {
   std::error_code error;
-  const auto space = std::filesystem::space(file.has_parent_path() ? file.parent_path() : ".", error);
+  const auto space =
+      std::filesystem::space(file.has_parent_path() ? file.parent_path() : ".", error);
   if (error) return file.string() + ": " + error.message();
   if (space.available >= min_free_bytes) return {};
-  return file.string() + ": disk full: " + std::to_string(space.available >> 20) + " MB left, " + std::to_string(min_free_bytes >> 20) + " MB are kept free";
+  return file.string() + ": disk full: " + std::to_string(space.available >> 20) + " MB left, " +
+         std::to_string(min_free_bytes >> 20) + " MB are kept free";
 }
 
-bool open(cv::VideoWriter& writer, const std::filesystem::path& file, const std::string& codec, double frame_rate_hz, cv::Size size_px) {
-  return writer.open(file.string(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]), frame_rate_hz, size_px);
+bool open(cv::VideoWriter& writer, const std::filesystem::path& file, const std::string& codec,
+          double frame_rate_hz, cv::Size size_px) {
+  return writer.open(file.string(), cv::CAP_FFMPEG,
+                     cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]), frame_rate_hz,
+                     size_px);
 }
 
 }  // namespace
 
-VideoFile::VideoFile(const std::filesystem::path& file, cv::Size size_px, const VideoOptions& options)
+VideoFile::VideoFile(const std::filesystem::path& file, cv::Size size_px,
+                     const VideoOptions& options)
     : file_(file), size_px_(size_px), options_(options) {
   check_folder(file);
-  if (!(options.frame_rate_hz > 0)) throw OutputError(file.string() + ": frame rate must be above 0");
+  if (!(options.frame_rate_hz > 0))
+    throw OutputError(file.string() + ": frame rate must be above 0");
   // YUV 4:2:0, which every player shows, halves the image in both directions.
   if (size_px.width < 2 || size_px.height < 2 || size_px.width % 2 || size_px.height % 2)
-    throw OutputError(file.string() + ": a video's width and height must be even, not " + std::to_string(size_px.width) + "x" + std::to_string(size_px.height));
-  if (const std::string full = why_no_room(file, options.min_free_bytes); !full.empty()) throw OutputError(full);
+    throw OutputError(file.string() + ": a video's width and height must be even, not " +
+                      std::to_string(size_px.width) + "x" + std::to_string(size_px.height));
+  if (const std::string full = why_no_room(file, options.min_free_bytes); !full.empty())
+    throw OutputError(full);
   std::promise<std::string> opened;
   std::future<std::string> codec = opened.get_future();
-  encoder_ = std::thread([this, promise = std::move(opened)]() mutable { encode(std::move(promise)); });
+  encoder_ =
+      std::thread([this, promise = std::move(opened)]() mutable { encode(std::move(promise)); });
   codec_ = codec.get();
   if (codec_.empty()) {
     encoder_.join();
-    throw OutputError(file.string() + ": OpenCV can't write it, neither as H.264 (avc1) nor as MPEG-4 (mp4v)");
+    throw OutputError(file.string() +
+                      ": OpenCV can't write it, neither as H.264 (avc1) nor as MPEG-4 (mp4v)");
   }
 }
 
@@ -61,7 +76,8 @@ VideoFile::~VideoFile() { close(kFinishPatience); }
 
 bool VideoFile::add(const cv::Mat& image_bgr) {
   const std::lock_guard lock(mutex_);
-  if (ending_ || !failure_.empty() || queue_.size() >= options_.queue_frames || image_bgr.size() != size_px_ || image_bgr.type() != CV_8UC3) {
+  if (ending_ || !failure_.empty() || queue_.size() >= options_.queue_frames ||
+      image_bgr.size() != size_px_ || image_bgr.type() != CV_8UC3) {
     ++dropped_;
     return false;
   }
@@ -70,13 +86,15 @@ bool VideoFile::add(const cv::Mat& image_bgr) {
   return true;
 }
 
-// The encoder's thread, from opening to closing the file: the codec's own threads inherit its priority.
+// The encoder's thread, from opening to closing the file: the codec's own threads inherit its
+// priority.
 void VideoFile::encode(std::promise<std::string> opened) {
   setpriority(PRIO_PROCESS, id_t(gettid()), kEncoderNiceness);
   cv::VideoWriter writer;
   std::string codec;
   for (const char* candidate : {"avc1", "mp4v"})
-    if (codec.empty() && open(writer, file_, candidate, options_.frame_rate_hz, size_px_)) codec = candidate;
+    if (codec.empty() && open(writer, file_, candidate, options_.frame_rate_hz, size_px_))
+      codec = candidate;
   opened.set_value(codec);
   if (codec.empty()) return;
   for (;;) {
@@ -125,7 +143,8 @@ void VideoFile::finish(std::chrono::milliseconds patience) {
   if (!failure_.empty()) throw OutputError(failure_);
   std::error_code error;
   if (written_ > 0 && (std::filesystem::file_size(file_, error) == 0 || error))
-    throw OutputError(file_.string() + ": nothing was written" + (error ? ": " + error.message() : std::string()));
+    throw OutputError(file_.string() + ": nothing was written" +
+                      (error ? ": " + error.message() : std::string()));
 }
 
 std::uint64_t VideoFile::written() const {
@@ -146,7 +165,8 @@ std::string VideoFile::failure() const {
 void write_png(const std::filesystem::path& file, const cv::Mat& image_bgr) {
   check_folder(file);
   std::vector<std::uint8_t> png;
-  if (image_bgr.empty() || !cv::imencode(".png", image_bgr, png)) throw OutputError(file.string() + ": not an image that PNG can hold");
+  if (image_bgr.empty() || !cv::imencode(".png", image_bgr, png))
+    throw OutputError(file.string() + ": not an image that PNG can hold");
   const std::filesystem::path part = file.string() + ".part";
   const auto fail = [&](const std::string& what) {
     const std::string reason = std::strerror(errno);

@@ -16,9 +16,11 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// How long a complete hull waits for the simulation's state of the same frame; then it is shown with the state before it, and counted.
+// How long a complete hull waits for the simulation's state of the same frame; then it is shown
+// with the state before it, and counted.
 constexpr auto kWaitForState = 40ms;
-// In a lossless replay the state does come; so long is waited before something is known to be wrong.
+// In a lossless replay the state does come; so long is waited before something is known to be
+// wrong.
 constexpr auto kWaitForStateLossless = 2s;
 
 class ParentPipe {
@@ -27,7 +29,8 @@ class ParentPipe {
       : node_(node),
         viewer_(node.deployment.viewer),
         renderer_(node.deployment.scene, viewer_),
-        presenter_(node::config_of<config::RenderConfig>(node), viewer_, node.deployment.frame_rate_hz, node.out),
+        presenter_(node::config_of<config::RenderConfig>(node), viewer_,
+                   node.deployment.frame_rate_hz, node.out),
         tile_sets_(config::recon_pinhole(viewer_), viewer_.near_m, viewer_.far_m),
         tiles_(node.bus.reader<bus::topics::HullTile>()),
         states_(node.bus.reader<bus::topics::VirtualState>()),
@@ -50,7 +53,8 @@ class ParentPipe {
       if (pending_ && (virtual_frames_.has(pending_->frame) || states_.writers() == 0)) composite();
       if (pending_ && Clock::now() >= pending_until_) composite();
     }
-    if (unread_frame_ && presenter_.lacks_still()) presenter_.present(*unread_frame_, renderer_.image_bgr());
+    if (unread_frame_ && presenter_.lacks_still())
+      presenter_.present(*unread_frame_, renderer_.image_bgr());
     presenter_.finish();
     report_drops();
   }
@@ -65,7 +69,10 @@ class ParentPipe {
 
   void take_collisions() {
     for (const auto& sample : collisions_.take())
-      if (sample.valid() && (sample->verdict == fivepipe_v1_colliding || !messages::span_of(sample->first_contact).empty()) && highlighted_.contains(sample->object))
+      if (sample.valid() &&
+          (sample->verdict == fivepipe_v1_colliding ||
+           !messages::span_of(sample->first_contact).empty()) &&
+          highlighted_.contains(sample->object))
         virtual_frames_.add_collision(sample->frame, sample->capture_stamp_ns, sample->object);
   }
 
@@ -76,7 +83,8 @@ class ParentPipe {
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&poses))
         node_.status.drop(bad->why);
       else
-        virtual_frames_.add_state(sample->frame, sample->capture_stamp_ns, std::get<0>(std::move(poses)));
+        virtual_frames_.add_state(sample->frame, sample->capture_stamp_ns,
+                                  std::get<0>(std::move(poses)));
     }
   }
 
@@ -104,7 +112,8 @@ class ParentPipe {
 
   void wait_for_state(HullFrame hull) {
     pending_ = std::move(hull);
-    pending_until_ = Clock::now() + (replay_.lossless() ? Clock::duration(kWaitForStateLossless) : Clock::duration(kWaitForState));
+    pending_until_ = Clock::now() + (replay_.lossless() ? Clock::duration(kWaitForStateLossless)
+                                                        : Clock::duration(kWaitForState));
   }
 
   void composite() {
@@ -121,7 +130,9 @@ class ParentPipe {
     bool wanted = true;
     node::FrameSteps steps;
     steps.begin("render");
-    for (const std::string& what : renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding)) node_.status.drop("bad_state: " + what);
+    for (const std::string& what :
+         renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding))
+      node_.status.drop("bad_state: " + what);
     wanted = present(hull.frame);
     steps.end();
     const std::int64_t now_ns = base::now_realtime_ns();
@@ -131,10 +142,13 @@ class ParentPipe {
     else
       node_.status.latency("capture_to_composite", 1e-9 * double(now_ns - hull.capture_stamp_ns));
     node_.status.count("frames_composited");
-    traces_.handled(hull.frame, hull.capture_stamp_ns, {hull.first_received_ns, hull.last_received_ns}, std::move(steps));
+    traces_.handled(hull.frame, hull.capture_stamp_ns,
+                    {hull.first_received_ns, hull.last_received_ns}, std::move(steps));
     std::string empty;
-    for (const std::string& camera : hull.empty_cameras) empty += (empty.empty() ? "" : ", ") + camera;
-    node_.status.remark("empty hull", empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
+    for (const std::string& camera : hull.empty_cameras)
+      empty += (empty.empty() ? "" : ", ") + camera;
+    node_.status.remark(
+        "empty hull", empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
     if (!wanted) node::stop_running();
   }
 
@@ -154,7 +168,8 @@ class ParentPipe {
     node_.status.drop("incomplete_hull", counts.incomplete - told_.incomplete);
     node_.status.drop("late_tile", counts.late - told_.late);
     node_.status.drop("repeated_tile", counts.duplicate - told_.duplicate);
-    for (const auto& [reason, n] : counts.rejected) node_.status.drop("bad_tile: " + reason, n - told_.rejected[reason]);
+    for (const auto& [reason, n] : counts.rejected)
+      node_.status.drop("bad_tile: " + reason, n - told_.rejected[reason]);
     node_.status.drop("video_frame", presenter_.video_frames_dropped() - video_frames_told_);
     video_frames_told_ = presenter_.video_frames_dropped();
     told_ = counts;
@@ -170,7 +185,7 @@ class ParentPipe {
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
   std::optional<HullFrame> pending_;
-  std::deque<HullFrame> after_pending_;  // lossless replays; as many as are in flight
+  std::deque<HullFrame> after_pending_;        // lossless replays; as many as are in flight
   std::optional<std::uint64_t> unread_frame_;  // the frame drawn last, where it was not read back
   Clock::time_point pending_until_;
   bus::Reader<bus::topics::HullTile> tiles_;

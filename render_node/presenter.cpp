@@ -6,30 +6,38 @@ namespace {
 // A gap longer than this is a cut, not a pause: the video does not show a standing picture for it.
 constexpr double kLongestRepeat_s = 1.0;
 
-// composite.mp4, or composite-2.mp4 and so on where this process was started anew: a video holds what one process drew.
-std::filesystem::path unused_name(const std::filesystem::path& folder, const std::string& stem, const std::string& extension) {
+// composite.mp4, or composite-2.mp4 and so on where this process was started anew: a video holds
+// what one process drew.
+std::filesystem::path unused_name(const std::filesystem::path& folder, const std::string& stem,
+                                  const std::string& extension) {
   std::filesystem::path file = folder / (stem + extension);
-  for (int number = 2; std::filesystem::exists(file); ++number) file = folder / (stem + "-" + std::to_string(number) + extension);
+  for (int number = 2; std::filesystem::exists(file); ++number)
+    file = folder / (stem + "-" + std::to_string(number) + extension);
   return file;
 }
 
 }  // namespace
 
-Presenter::Presenter(const config::RenderConfig& config, const config::Viewer& viewer, double frame_rate_hz, const std::filesystem::path& out)
+Presenter::Presenter(const config::RenderConfig& config, const config::Viewer& viewer,
+                     double frame_rate_hz, const std::filesystem::path& out)
     : config_(config), out_(out), frame_rate_hz_(frame_rate_hz) {
   if (!out_.empty()) std::filesystem::create_directories(out_);
   if (!out_.empty() && config_.video) {
     VideoOptions options;
     options.frame_rate_hz = frame_rate_hz;
-    video_ = std::make_unique<VideoFile>(unused_name(out_, "composite", ".mp4"), cv::Size(viewer.render_width_px, viewer.render_height_px), options);
+    video_ = std::make_unique<VideoFile>(unused_name(out_, "composite", ".mp4"),
+                                         cv::Size(viewer.render_width_px, viewer.render_height_px),
+                                         options);
   }
-  if (config_.window) window_ = std::make_unique<Window>("fivepipe", viewer.render_width_px, viewer.render_height_px);
+  if (config_.window)
+    window_ = std::make_unique<Window>("fivepipe", viewer.render_width_px, viewer.render_height_px);
 }
 
 void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr) {
   const double gap_s = double(frame - last_frame_) / frame_rate_hz_;
   if (!last_image_.empty() && frame > last_frame_ && gap_s <= kLongestRepeat_s)
-    for (std::uint64_t missing = last_frame_ + 1; missing < frame; ++missing) video_->add(last_image_);
+    for (std::uint64_t missing = last_frame_ + 1; missing < frame; ++missing)
+      video_->add(last_image_);
   video_->add(image_bgr);
 }
 

@@ -12,17 +12,22 @@ namespace {
 
 constexpr int kDepthUnit = 0, kColourUnit = 1;
 
-// Neighbouring pixels of the reconstruction belong to one surface while it is tilted by less than 80 degrees.
+// Neighbouring pixels of the reconstruction belong to one surface while it is tilted by less than
+// 80 degrees.
 constexpr float kSteepestTilt = 5.7f;
 
-constexpr const char* kChecker = "#define CHECKER\n#define DARKER_ODD_CELLS 0.38\n";  // by so much of the other cells' linear light
+constexpr const char* kChecker =
+    "#define CHECKER\n#define DARKER_ODD_CELLS 0.38\n";  // by so much of the other cells' linear
+                                                         // light
 constexpr double kHighlightStrength = 0.8;  // how far a colliding object's colour goes to red
 const Eigen::Vector3d kHighlight(0.80, 0.02, 0.02);
 const Eigen::Vector3d kUncolouredHull(0.55, 0.55, 0.55);
 
 // IEC 61966-2-1.
 Eigen::Vector3d linear_from_srgb(const std::array<double, 3>& srgb) {
-  const auto one = [](double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
+  const auto one = [](double c) {
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+  };
   return {one(srgb[0]), one(srgb[1]), one(srgb[2])};
 }
 
@@ -31,7 +36,10 @@ double near_corner_m(const geometry::Pinhole& pinhole, double near_m) {
   double farthest_m = 0;
   for (const double u_px : {-0.5, pinhole.width_px - 0.5})
     for (const double v_px : {-0.5, pinhole.height_px - 0.5})
-      farthest_m = std::max(farthest_m, near_m * Eigen::Vector3d((u_px - pinhole.cx_px) / pinhole.fx_px, (v_px - pinhole.cy_px) / pinhole.fy_px, 1).norm());
+      farthest_m =
+          std::max(farthest_m, near_m * Eigen::Vector3d((u_px - pinhole.cx_px) / pinhole.fx_px,
+                                                        (v_px - pinhole.cy_px) / pinhole.fy_px, 1)
+                                            .norm());
   return farthest_m;
 }
 
@@ -43,17 +51,24 @@ double light_reach_m(const config::Scene& scene) {
     if (!local.isEmpty()) box.extend(local.transformed(object.world_from_object));
   }
   constexpr double kNearest_m = 0.1;  // a light inside the only object still reaches something
-  return std::max(kNearest_m, ((box.isEmpty() ? Eigen::Vector3d::Zero().eval() : box.center()) - scene.light_world_m).norm());
+  return std::max(kNearest_m, ((box.isEmpty() ? Eigen::Vector3d::Zero().eval() : box.center()) -
+                               scene.light_world_m)
+                                  .norm());
 }
 
 // What the shaders are told of an object.
 std::string features_of(const config::SceneObject& object) {
-  const bool flat = std::holds_alternative<config::BoxShape>(object.shape);  // by triangles: every corner has its face's normal
-  return std::string(flat ? "#define FLAT\n" : "") + (object.pattern == config::Pattern::checker ? kChecker : "") + (object.warming ? "#define WARMED\n" : "");
+  const bool flat = std::holds_alternative<config::BoxShape>(
+      object.shape);  // by triangles: every corner has its face's normal
+  return std::string(flat ? "#define FLAT\n" : "") +
+         (object.pattern == config::Pattern::checker ? kChecker : "") +
+         (object.warming ? "#define WARMED\n" : "");
 }
 
-gl::GlProgram program(const std::string& name, const std::string& features, const std::string& vertex_source, const std::string& fragment_source) {
-  return {name, shaders::kVersion + features + vertex_source, shaders::kVersion + features + fragment_source};
+gl::GlProgram program(const std::string& name, const std::string& features,
+                      const std::string& vertex_source, const std::string& fragment_source) {
+  return {name, shaders::kVersion + features + vertex_source,
+          shaders::kVersion + features + fragment_source};
 }
 
 bool finite(std::span<const float> values) {
@@ -62,7 +77,11 @@ bool finite(std::span<const float> values) {
 
 }  // namespace
 
-Renderer::Drawn::Drawn(const config::SceneObject& o) : object(o), surface(o), bounds_m(fivepipe::geometry::bounds_m(config::mesh_of(o))), world_from_object(o.world_from_object) {
+Renderer::Drawn::Drawn(const config::SceneObject& o)
+    : object(o),
+      surface(o),
+      bounds_m(fivepipe::geometry::bounds_m(config::mesh_of(o))),
+      world_from_object(o.world_from_object) {
   const std::vector<SurfaceCorner> rest = surface.corners();
   corners.upload(rest.data(), rest.size() * sizeof(SurfaceCorner), GL_STATIC_DRAW);
   vertex_array.attribute(0, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, p_object_m));
@@ -83,20 +102,26 @@ Renderer::Renderer(const config::Scene& scene, const config::Viewer& viewer)
       light_world_m_(scene.light_world_m),
       light_reach_m_(light_reach_m(scene)),
       background_rgb_(scene.background_rgb),
-      coloured_hull_program_(program("coloured hull", "#define COLOURED\n", shaders::kHullVertex, shaders::kHullFragment)),
-      grey_hull_program_(program("hull", "", shaders::kHullVertex, std::string(shaders::kLight) + shaders::kHullFragment)),
-      background_program_(program("background", "", shaders::kBackgroundVertex, shaders::kBackgroundFragment)),
+      coloured_hull_program_(program("coloured hull", "#define COLOURED\n", shaders::kHullVertex,
+                                     shaders::kHullFragment)),
+      grey_hull_program_(program("hull", "", shaders::kHullVertex,
+                                 std::string(shaders::kLight) + shaders::kHullFragment)),
+      background_program_(
+          program("background", "", shaders::kBackgroundVertex, shaders::kBackgroundFragment)),
       framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, gl::DepthBuffer::depth) {
   objects_.reserve(scene.objects.size());
   for (const config::SceneObject& object : scene.objects) {
     index_of_object_[object.name] = objects_.size();
     objects_.emplace_back(object);
     if (const std::string features = features_of(object); !object_programs_.contains(features))
-      object_programs_.emplace(features, program("virtual object", features, shaders::kObjectVertex, std::string(shaders::kLight) + shaders::kObjectFragment));
+      object_programs_.emplace(features,
+                               program("virtual object", features, shaders::kObjectVertex,
+                                       std::string(shaders::kLight) + shaders::kObjectFragment));
   }
 }
 
-std::vector<std::string> Renderer::draw(const HullFrame& hull, std::span<const ObjectPose> poses, const std::set<std::string>& colliding) {
+std::vector<std::string> Renderer::draw(const HullFrame& hull, std::span<const ObjectPose> poses,
+                                        const std::set<std::string>& colliding) {
   std::vector<std::string> refused;
   for (const ObjectPose& pose : poses)
     if (auto reason = why_undrawable(pose))
@@ -124,13 +149,18 @@ std::optional<std::string> Renderer::why_undrawable(const ObjectPose& pose) cons
   if (found == index_of_object_.end()) return "not in the scene";
   if (!pose.world_from_object.matrix().allFinite()) return "pose not finite";
   const Drawn& drawn = objects_[found->second];
-  if (!pose.warmth.empty() && !drawn.object.warming) return "warmth of an object that is not warmed";
+  if (!pose.warmth.empty() && !drawn.object.warming)
+    return "warmth of an object that is not warmed";
   if (!pose.warmth.empty() && pose.warmth.size() != drawn.surface.vertices())
-    return std::to_string(pose.warmth.size()) + " values of warmth for a mesh of " + std::to_string(drawn.surface.vertices()) + " vertices";
-  if (!std::all_of(pose.warmth.begin(), pose.warmth.end(), [](float w) { return w >= 0 && w <= 1; })) return "warmth not in 0 .. 1";
+    return std::to_string(pose.warmth.size()) + " values of warmth for a mesh of " +
+           std::to_string(drawn.surface.vertices()) + " vertices";
+  if (!std::all_of(pose.warmth.begin(), pose.warmth.end(),
+                   [](float w) { return w >= 0 && w <= 1; }))
+    return "warmth not in 0 .. 1";
   if (pose.vertices_m.empty()) return {};
   if (pose.vertices_m.size() != 3 * drawn.surface.vertices())
-    return std::to_string(pose.vertices_m.size()) + " vertex coordinates for a mesh of " + std::to_string(drawn.surface.vertices()) + " vertices";
+    return std::to_string(pose.vertices_m.size()) + " vertex coordinates for a mesh of " +
+           std::to_string(drawn.surface.vertices()) + " vertices";
   if (!finite(pose.vertices_m)) return "vertex not finite";
   return {};
 }
@@ -147,21 +177,27 @@ void Renderer::place(const ObjectPose& pose) {
   drawn.corners.upload(moved.data(), moved.size() * sizeof(SurfaceCorner), GL_STREAM_DRAW);
 }
 
-void Renderer::set_view(const gl::GlProgram& program, const Eigen::Isometry3d& eye_from_world) const {
+void Renderer::set_view(const gl::GlProgram& program,
+                        const Eigen::Isometry3d& eye_from_world) const {
   program.set("clip_from_eye", Eigen::Matrix4f(clip_from_eye_.cast<float>()));
   program.set("light_eye_m", Eigen::Vector3f((eye_from_world * light_world_m_).cast<float>()));
-  program.set("up_eye", Eigen::Vector3f((eye_from_world.linear() * Eigen::Vector3d::UnitZ()).cast<float>()));
+  program.set("up_eye",
+              Eigen::Vector3f((eye_from_world.linear() * Eigen::Vector3d::UnitZ()).cast<float>()));
   program.set("light_reach_m", float(light_reach_m_));
 }
 
 void Renderer::draw_hull(const HullFrame& hull) {
   upload(hull);
   const geometry::Pinhole& k = hull.recon;
-  const gl::GlProgram& hull_program = hull.bgr.empty() ? grey_hull_program_ : coloured_hull_program_;
+  const gl::GlProgram& hull_program =
+      hull.bgr.empty() ? grey_hull_program_ : coloured_hull_program_;
   hull_program.use();
   set_view(hull_program, hull.eye_from_world);
-  hull_program.set("window_depth_terms", Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
-  hull_program.set("covered_px", Eigen::Vector4f(float(hull.covered.u0_px), float(hull.covered.v0_px), float(hull.covered.u1_px), float(hull.covered.v1_px)));
+  hull_program.set("window_depth_terms",
+                   Eigen::Vector2f(float(clip_from_eye_(2, 2)), float(clip_from_eye_(2, 3))));
+  hull_program.set("covered_px",
+                   Eigen::Vector4f(float(hull.covered.u0_px), float(hull.covered.v0_px),
+                                   float(hull.covered.u1_px), float(hull.covered.v1_px)));
   hull_program.set("focal_px", Eigen::Vector2f(float(k.fx_px), float(k.fy_px)));
   hull_program.set("centre_px", Eigen::Vector2f(float(k.cx_px), float(k.cy_px)));
   hull_program.set("steepest", kSteepestTilt);
@@ -177,22 +213,29 @@ void Renderer::draw_hull(const HullFrame& hull) {
 // The covered part and one pixel around it, which is what the shader looks at.
 void Renderer::upload(const HullFrame& hull) {
   const geometry::Pinhole& k = hull.recon;
-  if (!hull_depth_ || hull_depth_->width_px() != k.width_px || hull_depth_->height_px() != k.height_px) {
+  if (!hull_depth_ || hull_depth_->width_px() != k.width_px ||
+      hull_depth_->height_px() != k.height_px) {
     hull_depth_.emplace(k.width_px, k.height_px, GL_R32F);
     hull_bgr_.emplace(k.width_px, k.height_px, GL_RGB8);
   }
   const hull::PixelRect& c = hull.covered;
-  const hull::PixelRect part = hull::intersection({c.u0_px - 1, c.v0_px - 1, c.u1_px + 1, c.v1_px + 1}, {0, 0, k.width_px, k.height_px});
-  const std::size_t first = std::size_t(part.v0_px) * std::size_t(k.width_px) + std::size_t(part.u0_px);
+  const hull::PixelRect part = hull::intersection(
+      {c.u0_px - 1, c.v0_px - 1, c.u1_px + 1, c.v1_px + 1}, {0, 0, k.width_px, k.height_px});
+  const std::size_t first =
+      std::size_t(part.v0_px) * std::size_t(k.width_px) + std::size_t(part.u0_px);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, k.width_px);
-  hull_depth_->upload(part.u0_px, part.v0_px, part.width_px(), part.height_px(), GL_RED, GL_FLOAT, hull.depth_m.data() + first);
+  hull_depth_->upload(part.u0_px, part.v0_px, part.width_px(), part.height_px(), GL_RED, GL_FLOAT,
+                      hull.depth_m.data() + first);
   if (!hull.bgr.empty())
-    hull_bgr_->upload(part.u0_px, part.v0_px, part.width_px(), part.height_px(), GL_BGR, GL_UNSIGNED_BYTE, hull.bgr.data() + 3 * first);
+    hull_bgr_->upload(part.u0_px, part.v0_px, part.width_px(), part.height_px(), GL_BGR,
+                      GL_UNSIGNED_BYTE, hull.bgr.data() + 3 * first);
   glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
 }
 
-void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::set<std::string>& colliding) const {
-  for (const auto& [features, object_program] : object_programs_) set_view(object_program, eye_from_world);
+void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world,
+                            const std::set<std::string>& colliding) const {
+  for (const auto& [features, object_program] : object_programs_)
+    set_view(object_program, eye_from_world);
   for (const std::size_t index : front_to_back(eye_from_world)) {
     const Drawn& drawn = objects_[index];
     const gl::GlProgram& object_program = object_programs_.at(features_of(drawn.object));
@@ -200,21 +243,30 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world, const std::
     (hides_its_back(drawn, eye_from_world) ? glEnable : glDisable)(GL_CULL_FACE);
     Eigen::Vector3d albedo = linear_from_srgb(drawn.object.colour_rgb);
     if (colliding.contains(drawn.object.name)) albedo += kHighlightStrength * (kHighlight - albedo);
-    object_program.set("eye_from_object", Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
+    object_program.set(
+        "eye_from_object",
+        Eigen::Matrix4f((eye_from_world * drawn.world_from_object).matrix().cast<float>()));
     object_program.set("albedo", Eigen::Vector3f(albedo.cast<float>()));
-    if (drawn.object.pattern == config::Pattern::checker) object_program.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
-    if (drawn.object.warming) object_program.set("warm_albedo", Eigen::Vector3f(linear_from_srgb(drawn.object.warming->colour_rgb).cast<float>()));
+    if (drawn.object.pattern == config::Pattern::checker)
+      object_program.set("cells_per_m", float(1 / drawn.object.pattern_size_m));
+    if (drawn.object.warming)
+      object_program.set(
+          "warm_albedo",
+          Eigen::Vector3f(linear_from_srgb(drawn.object.warming->colour_rgb).cast<float>()));
     drawn.vertex_array.bind();
     glDrawArrays(GL_TRIANGLES, 0, GLsizei(3 * drawn.surface.triangles()));
   }
   glDisable(GL_CULL_FACE);
 }
 
-// A closed convex surface that the near plane does not cut open within the view: its far side need not be drawn, and would be shaded where
-// it comes first.
+// A closed convex surface that the near plane does not cut open within the view: its far side need
+// not be drawn, and would be shaded where it comes first.
 bool Renderer::hides_its_back(const Drawn& drawn, const Eigen::Isometry3d& eye_from_world) const {
-  if (!std::holds_alternative<config::BoxShape>(drawn.object.shape) && !std::holds_alternative<config::SphereShape>(drawn.object.shape)) return false;
-  const Eigen::Vector3d eye_object_m = (eye_from_world * drawn.world_from_object).inverse().translation();
+  if (!std::holds_alternative<config::BoxShape>(drawn.object.shape) &&
+      !std::holds_alternative<config::SphereShape>(drawn.object.shape))
+    return false;
+  const Eigen::Vector3d eye_object_m =
+      (eye_from_world * drawn.world_from_object).inverse().translation();
   return drawn.bounds_m.exteriorDistance(eye_object_m) > near_corner_m_;
 }
 
@@ -223,7 +275,8 @@ std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_fr
   std::vector<std::pair<double, std::size_t>> by_end;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     const Drawn& drawn = objects_[i];
-    const Eigen::Vector3d centre_eye_m = eye_from_world * drawn.world_from_object * drawn.bounds_m.center();
+    const Eigen::Vector3d centre_eye_m =
+        eye_from_world * drawn.world_from_object * drawn.bounds_m.center();
     by_end.emplace_back(centre_eye_m.norm() + 0.5 * drawn.bounds_m.diagonal().norm(), i);
   }
   std::sort(by_end.begin(), by_end.end());
@@ -257,13 +310,17 @@ cv::Mat Renderer::image_bgr() const {
 }
 
 cv::Mat Renderer::depth_m() const {
-  cv::Mat window_depth(pinhole_.height_px, pinhole_.width_px, CV_32F), depth(window_depth.size(), CV_32F);
+  cv::Mat window_depth(pinhole_.height_px, pinhole_.width_px, CV_32F),
+      depth(window_depth.size(), CV_32F);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.get());
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, depth.cols, depth.rows, GL_DEPTH_COMPONENT, GL_FLOAT, window_depth.data);
   for (int v = 0; v < depth.rows; ++v)
-    std::transform(window_depth.ptr<float>(depth.rows - 1 - v), window_depth.ptr<float>(depth.rows - 1 - v) + depth.cols, depth.ptr<float>(v),
-                   [&](float window) { return float(geometry::depth_m_from_window_depth(window, near_m_, far_m_)); });
+    std::transform(window_depth.ptr<float>(depth.rows - 1 - v),
+                   window_depth.ptr<float>(depth.rows - 1 - v) + depth.cols, depth.ptr<float>(v),
+                   [&](float window) {
+                     return float(geometry::depth_m_from_window_depth(window, near_m_, far_m_));
+                   });
   return depth;
 }
 

@@ -1,4 +1,5 @@
-// Draws the virtual scene and composites the reconstruction into it by depth (paper, sections 3.3 and 4.4.1: the parent pipe).
+// Draws the virtual scene and composites the reconstruction into it by depth (paper, sections 3.3
+// and 4.4.1: the parent pipe).
 #pragma once
 #include <map>
 #include <opencv2/core/mat.hpp>
@@ -8,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "common/gl/objects.h"
 #include "common/config/deployment.h"
 #include "common/config/scene.h"
+#include "common/gl/objects.h"
 #include "render_node/surface.h"
 #include "render_node/tile_set.h"
 
@@ -29,10 +30,13 @@ class Renderer {
  public:
   Renderer(const config::Scene& scene, const config::Viewer& viewer);
 
-  // Draws one frame as seen from hull.eye_from_world. Objects stay where the last pose put them. What can't be drawn (unknown object,
-  // wrong number of vertices, non-finite pose or vertex, warmth of what is not warmed) leaves its object as it was and is said in the answer, one line each.
-  // Colliding objects are tinted red. Virtual and real surfaces occlude each other pixel by pixel; at equal depth the virtual one is seen.
-  std::vector<std::string> draw(const HullFrame& hull, std::span<const ObjectPose> poses, const std::set<std::string>& colliding);
+  // Draws one frame as seen from hull.eye_from_world. Objects stay where the last pose put them.
+  // What can't be drawn (unknown object, wrong number of vertices, non-finite pose or vertex,
+  // warmth of what is not warmed) leaves its object as it was and is said in the answer, one line
+  // each. Colliding objects are tinted red. Virtual and real surfaces occlude each other pixel by
+  // pixel; at equal depth the virtual one is seen.
+  std::vector<std::string> draw(const HullFrame& hull, std::span<const ObjectPose> poses,
+                                const std::set<std::string>& colliding);
 
   // Waits until the frame drawn last is finished.
   void finish() const;
@@ -57,7 +61,8 @@ class Renderer {
   void set_view(const gl::GlProgram& program, const Eigen::Isometry3d& eye_from_world) const;
   void draw_hull(const HullFrame& hull);
   void upload(const HullFrame& hull);
-  void draw_objects(const Eigen::Isometry3d& eye_from_world, const std::set<std::string>& colliding) const;
+  void draw_objects(const Eigen::Isometry3d& eye_from_world,
+                    const std::set<std::string>& colliding) const;
   bool hides_its_back(const Drawn& drawn, const Eigen::Isometry3d& eye_from_world) const;
   std::vector<std::size_t> front_to_back(const Eigen::Isometry3d& eye_from_world) const;
   void draw_background() const;
@@ -70,7 +75,8 @@ class Renderer {
   std::array<double, 3> background_rgb_;
   std::vector<Drawn> objects_;
   std::map<std::string, std::size_t> index_of_object_;
-  std::map<std::string, gl::GlProgram> object_programs_;  // by what their objects have (features_of)
+  std::map<std::string, gl::GlProgram>
+      object_programs_;  // by what their objects have (features_of)
   gl::GlProgram coloured_hull_program_, grey_hull_program_, background_program_;
   gl::GlFramebuffer framebuffer_;
   gl::GlVertexArray no_attributes_;

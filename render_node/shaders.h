@@ -1,12 +1,14 @@
-// The renderer's shaders. All light is computed in linear light, in the eye's frame (x right, y down, z forward, metres), and written
-// as sRGB by the shader: llvmpipe takes 6 ms longer over 640x480 pixels of an sRGB framebuffer.
+// The renderer's shaders. All light is computed in linear light, in the eye's frame (x right, y
+// down, z forward, metres), and written as sRGB by the shader: llvmpipe takes 6 ms longer over
+// 640x480 pixels of an sRGB framebuffer.
 #pragma once
 
 namespace fivepipe::render::shaders {
 
-// What the objects or hulls of a frame don't have (curvature, a pattern, warmth, colour) is left out of their program by a #define, not by a
-// uniform: llvmpipe computes both sides of a branch. What is the same all over an object comes to the fragment shader from its vertices
-// (flat), not as a uniform, which llvmpipe gathers anew for every pixel.
+// What the objects or hulls of a frame don't have (curvature, a pattern, warmth, colour) is left
+// out of their program by a #define, not by a uniform: llvmpipe computes both sides of a branch.
+// What is the same all over an object comes to the fragment shader from its vertices (flat), not as
+// a uniform, which llvmpipe gathers anew for every pixel.
 inline constexpr const char* kVersion = "#version 450 core\n";
 
 // One point light, dimmer with distance, over light from the sky that is stronger from above.
@@ -72,8 +74,8 @@ void main() {
 }
 )";
 
-// Both sides are lit: a normal is turned to the side that is seen. The checker is averaged over the pixel's footprint
-// (Quilez, "Filtering the checkerboard pattern").
+// Both sides are lit: a normal is turned to the side that is seen. The checker is averaged over the
+// pixel's footprint (Quilez, "Filtering the checkerboard pattern").
 inline constexpr const char* kObjectFragment = R"(
 in vec3 to_light;
 flat in vec3 surface_albedo;
@@ -117,8 +119,9 @@ void main() {
 }
 )";
 
-// The part of the view that holds the hull, as a rectangle of the reconstruction's pixels carried into the view by
-// its pinhole and the one conversion to GL's camera; depth comes from the fragment.
+// The part of the view that holds the hull, as a rectangle of the reconstruction's pixels carried
+// into the view by its pinhole and the one conversion to GL's camera; depth comes from the
+// fragment.
 inline constexpr const char* kHullVertex = R"(
 uniform mat4 clip_from_eye;
 uniform vec4 covered_px;  // u0 v0 u1 v1, half-open
@@ -132,9 +135,10 @@ void main() {
 }
 )";
 
-// Whether there is hull is the nearest texel's answer. Within one surface depth and colour are interpolated between the four texels
-// around, 1 / z linearly, which is exact for planes; across a silhouette never.
-// Where nobody sent colour: grey, lit by the normal that the gradient of 1 / z gives (for a plane n . p = d: 1 / z = n . ray / d).
+// Whether there is hull is the nearest texel's answer. Within one surface depth and colour are
+// interpolated between the four texels around, 1 / z linearly, which is exact for planes; across a
+// silhouette never. Where nobody sent colour: grey, lit by the normal that the gradient of 1 / z
+// gives (for a plane n . p = d: 1 / z = n . ray / d).
 inline constexpr const char* kHullFragment = R"(
 in vec2 texel;
 uniform sampler2D depth_m;

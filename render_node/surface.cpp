@@ -5,18 +5,22 @@
 namespace fivepipe::render {
 namespace {
 
-// A vertex shared by more triangles (the hub of a fan) is shaded flat: the work per vertex grows with the square of their number.
+// A vertex shared by more triangles (the hub of a fan) is shaded flat: the work per vertex grows
+// with the square of their number.
 constexpr std::uint32_t kMaxSmoothFaces = 64;
 
-// The two axes of the rest pose in which the pattern is laid out: a curtain hangs in its x z plane, other faces across their steepest axis.
+// The two axes of the rest pose in which the pattern is laid out: a curtain hangs in its x z plane,
+// other faces across their steepest axis.
 std::array<int, 2> pattern_axes(const config::Shape& shape, const Eigen::Vector3f& face_normal) {
   int across = 1;
-  if (!std::holds_alternative<config::CurtainShape>(shape)) face_normal.cwiseAbs().maxCoeff(&across);
+  if (!std::holds_alternative<config::CurtainShape>(shape))
+    face_normal.cwiseAbs().maxCoeff(&across);
   return {across == 0 ? 1 : 0, across == 2 ? 1 : 2};
 }
 
 // Twice the area long; zero for a degenerate triangle.
-Eigen::Vector3f area_normal(const std::vector<Eigen::Vector3f>& p, const std::array<std::uint32_t, 3>& t) {
+Eigen::Vector3f area_normal(const std::vector<Eigen::Vector3f>& p,
+                            const std::array<std::uint32_t, 3>& t) {
   return (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]);
 }
 
@@ -45,7 +49,9 @@ std::vector<SurfaceCorner> Surface::corners() const { return shaded(rest_m_); }
 
 std::vector<SurfaceCorner> Surface::corners(std::span<const float> vertices_m) const {
   std::vector<Eigen::Vector3f> positions_m(rest_m_.size());
-  for (std::size_t v = 0; v < positions_m.size(); ++v) positions_m[v] = Eigen::Vector3f(vertices_m[3 * v], vertices_m[3 * v + 1], vertices_m[3 * v + 2]);
+  for (std::size_t v = 0; v < positions_m.size(); ++v)
+    positions_m[v] =
+        Eigen::Vector3f(vertices_m[3 * v], vertices_m[3 * v + 1], vertices_m[3 * v + 2]);
   return shaded(positions_m);
 }
 
@@ -64,7 +70,8 @@ std::vector<SurfaceCorner> Surface::shaded(const std::vector<Eigen::Vector3f>& p
     area_normals.push_back(area_normal(positions_m, triangle));
     const float length = area_normals.back().norm();
     // A degenerate triangle covers no pixel; any unit normal does.
-    units.push_back(length > 0 ? Eigen::Vector3f(area_normals.back() / length) : Eigen::Vector3f::UnitZ());
+    units.push_back(length > 0 ? Eigen::Vector3f(area_normals.back() / length)
+                               : Eigen::Vector3f::UnitZ());
   }
   std::vector<SurfaceCorner> corners;
   corners.reserve(3 * triangles_.size());
@@ -74,9 +81,11 @@ std::vector<SurfaceCorner> Surface::shaded(const std::vector<Eigen::Vector3f>& p
       Eigen::Vector3f sum = area_normals[t];
       if (faces_begin_[v + 1] - faces_begin_[v] <= kMaxSmoothFaces)
         for (std::uint32_t i = faces_begin_[v]; i < faces_begin_[v + 1]; ++i)
-          if (faces_[i] != t && units[faces_[i]].dot(units[t]) >= smallest_cosine) sum += area_normals[faces_[i]];
+          if (faces_[i] != t && units[faces_[i]].dot(units[t]) >= smallest_cosine)
+            sum += area_normals[faces_[i]];
       const float length = sum.norm();
-      corners.push_back({positions_m[v], length > 0 ? Eigen::Vector3f(sum / length) : units[t], pattern_m_[3 * t + std::size_t(corner)]});
+      corners.push_back({positions_m[v], length > 0 ? Eigen::Vector3f(sum / length) : units[t],
+                         pattern_m_[3 * t + std::size_t(corner)]});
     }
   return corners;
 }

@@ -10,11 +10,13 @@ VirtualFrame& VirtualFrames::at(std::uint64_t frame, std::int64_t capture_stamp_
   return found;
 }
 
-void VirtualFrames::add_collision(std::uint64_t frame, std::int64_t capture_stamp_ns, const std::string& object) {
+void VirtualFrames::add_collision(std::uint64_t frame, std::int64_t capture_stamp_ns,
+                                  const std::string& object) {
   at(frame, capture_stamp_ns).colliding.insert(object);
 }
 
-void VirtualFrames::add_state(std::uint64_t frame, std::int64_t capture_stamp_ns, std::vector<ObjectPose> poses) {
+void VirtualFrames::add_state(std::uint64_t frame, std::int64_t capture_stamp_ns,
+                              std::vector<ObjectPose> poses) {
   VirtualFrame& found = at(frame, capture_stamp_ns);
   found.poses = std::move(poses);
   found.complete = true;

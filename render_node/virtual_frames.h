@@ -1,4 +1,5 @@
-// The simulation's word on each frame: where virtual objects are and which collide. Pure; bounded; newest wins.
+// The simulation's word on each frame: where virtual objects are and which collide. Pure; bounded;
+// newest wins.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -26,7 +27,8 @@ class VirtualFrames {
   void add_state(std::uint64_t frame, std::int64_t capture_stamp_ns, std::vector<ObjectPose> poses);
 
   bool has(std::uint64_t frame) const;
-  // The newest complete one at or before this frame, else the oldest complete one; nothing where no state has come yet.
+  // The newest complete one at or before this frame, else the oldest complete one; nothing where no
+  // state has come yet.
   const VirtualFrame* best_for(std::uint64_t frame) const;
 
  private:

@@ -8,8 +8,8 @@
 #include <chrono>
 #include <future>
 #include <mutex>
-#include <optional>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <thread>
 
 #include "common/gl/objects.h"
@@ -48,7 +48,8 @@ GlfwWindow opened(const std::string& title, int width_px, int height_px) {
   glfwMakeContextCurrent(window.get());
   glfwSwapInterval(1);
   glfwSetKeyCallback(window.get(), [](GLFWwindow* w, int key, int, int action, int) {
-    if (action == GLFW_PRESS && (key == GLFW_KEY_Q || key == GLFW_KEY_ESCAPE)) glfwSetWindowShouldClose(w, GLFW_TRUE);
+    if (action == GLFW_PRESS && (key == GLFW_KEY_Q || key == GLFW_KEY_ESCAPE))
+      glfwSetWindowShouldClose(w, GLFW_TRUE);
   });
   return window;
 }
@@ -61,13 +62,16 @@ void blit(const gl::GlTexture& image, int window_width_px, int window_height_px)
     return name;
   }());
   glNamedFramebufferTexture(source.get(), GL_COLOR_ATTACHMENT0, image.get(), 0);
-  const double scale = std::min(double(window_width_px) / image.width_px(), double(window_height_px) / image.height_px());
-  const int width = int(image.width_px() * scale + 0.5), height = int(image.height_px() * scale + 0.5);
+  const double scale = std::min(double(window_width_px) / image.width_px(),
+                                double(window_height_px) / image.height_px());
+  const int width = int(image.width_px() * scale + 0.5),
+            height = int(image.height_px() * scale + 0.5);
   const int left = (window_width_px - width) / 2, bottom = (window_height_px - height) / 2;
   const float black[] = {0, 0, 0, 1};
   glClearNamedFramebufferfv(0, GL_COLOR, 0, black);
   // The texture's first row is the image's top, the window's first row its bottom.
-  glBlitNamedFramebuffer(source.get(), 0, 0, image.height_px(), image.width_px(), 0, left, bottom, left + width, bottom + height, GL_COLOR_BUFFER_BIT,
+  glBlitNamedFramebuffer(source.get(), 0, 0, image.height_px(), image.width_px(), 0, left, bottom,
+                         left + width, bottom + height, GL_COLOR_BUFFER_BIT,
                          scale == 1 ? GL_NEAREST : GL_LINEAR);
 }
 
@@ -95,7 +99,8 @@ struct Window::State {
   void show_frames(GLFWwindow* window);
 };
 
-void Window::State::run(const std::string& title, int width_px, int height_px, std::promise<void> ready) {
+void Window::State::run(const std::string& title, int width_px, int height_px,
+                        std::promise<void> ready) {
   GlfwWindow window;
   try {
     window = opened(title, width_px, height_px);
@@ -125,7 +130,8 @@ void Window::State::show_frames(GLFWwindow* window) {
     int width_px = 0, height_px = 0;
     glfwGetFramebufferSize(window, &width_px, &height_px);
     if (!image.empty() && width_px > 0 && height_px > 0) {
-      if (!texture || texture->width_px() != image.cols || texture->height_px() != image.rows) texture.emplace(image.cols, image.rows, GL_RGB8);
+      if (!texture || texture->width_px() != image.cols || texture->height_px() != image.rows)
+        texture.emplace(image.cols, image.rows, GL_RGB8);
       texture->upload(GL_BGR, GL_UNSIGNED_BYTE, image.data);
     }
     if (texture && (!image.empty() || screenshot)) {
@@ -139,12 +145,14 @@ void Window::State::show_frames(GLFWwindow* window) {
   }
 }
 
-Window::Window(const std::string& title, int width_px, int height_px) : state_(std::make_unique<State>()) {
+Window::Window(const std::string& title, int width_px, int height_px)
+    : state_(std::make_unique<State>()) {
   std::promise<void> ready;
   std::future<void> opened_or_not = ready.get_future();
-  state_->thread = std::thread([state = state_.get(), title, width_px, height_px, promise = std::move(ready)]() mutable {
-    state->run(title, width_px, height_px, std::move(promise));
-  });
+  state_->thread = std::thread(
+      [state = state_.get(), title, width_px, height_px, promise = std::move(ready)]() mutable {
+        state->run(title, width_px, height_px, std::move(promise));
+      });
   try {
     opened_or_not.get();
   } catch (...) {

@@ -14,25 +14,38 @@ collision::HullSearch search_of(config::RecoverySearch search) {
 
 }  // namespace
 
-void add_response(CollisionDetails& details, const hull::HullQuery& query, const collision::ObjectCollision& collision, const Eigen::Vector3d& rp_object_world_m,
-                  const collision::Requery& requery, const config::CollisionWishes& wishes) {
+void add_response(CollisionDetails& details, const hull::HullQuery& query,
+                  const collision::ObjectCollision& collision,
+                  const Eigen::Vector3d& rp_object_world_m, const collision::Requery& requery,
+                  const config::CollisionWishes& wishes) {
   if (!collision.colliding()) return;
   if (wishes.contacts > 0)
-    details.contacts = collision::contact_manifold(query, collision, {.rp_object_world_m = rp_object_world_m, .most_contacts = wishes.contacts});
+    details.contacts = collision::contact_manifold(
+        query, collision,
+        {.rp_object_world_m = rp_object_world_m, .most_contacts = wishes.contacts});
   if (!wishes.response) return;
   const config::ResponseWishes& asked = *wishes.response;
-  const collision::ResponseRequest request{.rp_object_world_m = rp_object_world_m,
-                                .v_rec_world = asked.v_rec_world,
-                                .normals = {.four_points = asked.four_points, .closed_form = asked.closed_form}};
-  const collision::ResponseConfig config{.search = search_of(asked.search), .height_m = asked.height_m, .apex_angle_rad = asked.apex_angle_rad};
+  const collision::ResponseRequest request{
+      .rp_object_world_m = rp_object_world_m,
+      .v_rec_world = asked.v_rec_world,
+      .normals = {.four_points = asked.four_points, .closed_form = asked.closed_form}};
+  const collision::ResponseConfig config{.search = search_of(asked.search),
+                                         .height_m = asked.height_m,
+                                         .apex_angle_rad = asked.apex_angle_rad};
   details.response = collision::respond(query, collision, request, requery, config);
-  if (asked.shorter_way && details.response->has_way_out()) details.shorter_way = collision::shorter_way_out(query, collision, *details.response, requery);
+  if (asked.shorter_way && details.response->has_way_out())
+    details.shorter_way = collision::shorter_way_out(query, collision, *details.response, requery);
 }
 
-std::vector<collision::Proximity> proximity_of(collision::HullProximity& proximity, const geometry::Mesh& mesh, const Eigen::Isometry3d& world_from_object, config::ProximityOf of) {
-  if (of == config::ProximityOf::triangles) return proximity.of_mesh(mesh, world_from_object).triangles;
+std::vector<collision::Proximity> proximity_of(collision::HullProximity& proximity,
+                                               const geometry::Mesh& mesh,
+                                               const Eigen::Isometry3d& world_from_object,
+                                               config::ProximityOf of) {
+  if (of == config::ProximityOf::triangles)
+    return proximity.of_mesh(mesh, world_from_object).triangles;
   std::vector<Eigen::Vector3d> vertices_world_m;
-  for (const Eigen::Vector3d& v : mesh.vertices_m) vertices_world_m.push_back(world_from_object * v);
+  for (const Eigen::Vector3d& v : mesh.vertices_m)
+    vertices_world_m.push_back(world_from_object * v);
   std::vector<collision::Proximity> result(vertices_world_m.size());
   proximity.of_points(vertices_world_m, result);
   return result;

@@ -8,7 +8,8 @@ namespace {
 static_assert(config::kMostHistoryCells == double(collision::kMostPartCells));
 
 // Around a ball on its way from one point to the other.
-Eigen::AlignedBox3d swept(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m, double radius_m) {
+Eigen::AlignedBox3d swept(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
+                          double radius_m) {
   const Eigen::Vector3d radius = Eigen::Vector3d::Constant(radius_m);
   return {from_m.cwiseMin(to_m) - radius, from_m.cwiseMax(to_m) + radius};
 }
@@ -19,17 +20,22 @@ double radius_m(const collision::HullPart& part) {
 }
 
 // However both turn meanwhile: the part about its middle, the object about its frame's origin.
-bool may_meet(const collision::HullPart& before, const collision::HullPart& now, const collision::MovingObject& object) {
+bool may_meet(const collision::HullPart& before, const collision::HullPart& now,
+              const collision::MovingObject& object) {
   const double object_radius_m = object.tree->origin_m().norm() + object.tree->radius_m();
   return swept(before.middle_world_m, now.middle_world_m, std::max(radius_m(before), radius_m(now)))
-      .intersects(swept(object.world_from_object_before.translation(), object.world_from_object_after.translation(), object_radius_m));
+      .intersects(swept(object.world_from_object_before.translation(),
+                        object.world_from_object_after.translation(), object_radius_m));
 }
 
 }  // namespace
 
-HullHistory::HullHistory(const config::HistoryWishes& wishes, const Eigen::AlignedBox3d& within_world_m, base::WorkerPool& pool)
+HullHistory::HullHistory(const config::HistoryWishes& wishes,
+                         const Eigen::AlignedBox3d& within_world_m, base::WorkerPool& pool)
     : options_{.within_world_m = within_world_m, .cell_m = wishes.cell_m, .outlines = true},
-      tracker_({.window_frames = wishes.window_frames, .fastest_m_s = wishes.fastest_m_s, .longest_gap_s = kLongestGapS}),
+      tracker_({.window_frames = wishes.window_frames,
+                .fastest_m_s = wishes.fastest_m_s,
+                .longest_gap_s = kLongestGapS}),
       frames_{Frame(pool), Frame(pool)} {
   hull::CpuHull nothing(pool);
   collision::hull_parts(hull::HullQuery(nothing), options_);  // refuses what can't be
@@ -54,17 +60,24 @@ const collision::FollowedPart* HullHistory::part_before(std::uint64_t id) const 
   return nullptr;
 }
 
-std::optional<std::pair<collision::FirstContact, std::uint64_t>> HullHistory::first_contact(const collision::MovingObject& object) const {
+std::optional<std::pair<collision::FirstContact, std::uint64_t>> HullHistory::first_contact(
+    const collision::MovingObject& object) const {
   std::optional<std::pair<collision::FirstContact, std::uint64_t>> earliest;
   if (!has_before_) return earliest;
   const Frame &before = frames_[1 - now_], &now = frames_[now_];
   for (const collision::FollowedPart& part : now.parts) {
-    const collision::FollowedPart* was = part.origin == collision::PartOrigin::followed ? part_before(part.id) : nullptr;
+    const collision::FollowedPart* was =
+        part.origin == collision::PartOrigin::followed ? part_before(part.id) : nullptr;
     if (!was || !may_meet(was->part, part.part, object)) continue;
     collision::FirstContactOptions options;
-    if (part.motion) options.turned_world_rad = (now.time_s - before.time_s) * part.motion->angular_velocity_world_rad_s;
-    const auto met = fivepipe::collision::first_contact({&*before.query, before.time_s, was->part}, {&*now.query, now.time_s, part.part}, object, options);
-    if (met && met->time_s > before.time_s && (!earliest || met->time_s < earliest->first.time_s)) earliest = {*met, part.id};
+    if (part.motion)
+      options.turned_world_rad =
+          (now.time_s - before.time_s) * part.motion->angular_velocity_world_rad_s;
+    const auto met =
+        fivepipe::collision::first_contact({&*before.query, before.time_s, was->part},
+                                           {&*now.query, now.time_s, part.part}, object, options);
+    if (met && met->time_s > before.time_s && (!earliest || met->time_s < earliest->first.time_s))
+      earliest = {*met, part.id};
   }
   return earliest;
 }

@@ -1,4 +1,5 @@
-// The simulation pipe: collides the scene's virtual objects with the hull of each frame set and moves them on.
+// The simulation pipe: collides the scene's virtual objects with the hull of each frame set and
+// moves them on.
 #include <optional>
 
 #include "common/gl/context.h"
@@ -19,4 +20,6 @@ void run(node::NodeContext& node) {
 }  // namespace
 }  // namespace fivepipe::sim
 
-int main(int argc, char** argv) { return fivepipe::node::run_node("sim_node", argc, argv, fivepipe::sim::run); }
+int main(int argc, char** argv) {
+  return fivepipe::node::run_node("sim_node", argc, argv, fivepipe::sim::run);
+}

@@ -10,7 +10,8 @@ const fivepipe_v1_VirtualState& OutgoingState::message() {
   return header;
 }
 
-OutgoingState state_message(const std::string& simulation, std::uint64_t frame, std::int64_t capture_stamp_ns, double simulation_time_s,
+OutgoingState state_message(const std::string& simulation, std::uint64_t frame,
+                            std::int64_t capture_stamp_ns, double simulation_time_s,
                             const config::Scene& scene, const std::vector<ObjectState>& states) {
   OutgoingState out;
   messages::set_text(out.header.simulation, simulation);
@@ -18,13 +19,16 @@ OutgoingState state_message(const std::string& simulation, std::uint64_t frame, 
   out.header.capture_stamp_ns = capture_stamp_ns;
   out.header.simulation_time_s = simulation_time_s;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    if (scene.objects[i].motion == config::Motion::fixed && states[i].vertices_m.empty() && states[i].warmth.empty()) continue;
+    if (scene.objects[i].motion == config::Motion::fixed && states[i].vertices_m.empty() &&
+        states[i].warmth.empty())
+      continue;
     fivepipe_v1_ObjectState& object = out.objects.emplace_back();
     messages::set_text(object.object, states[i].name);
     object.world_from_object = messages::wire(states[i].world_from_object);
     out.warmth.push_back(states[i].warmth);
     std::vector<float>& vertices = out.vertices_m.emplace_back();
-    for (const Eigen::Vector3d& v : states[i].vertices_m) vertices.insert(vertices.end(), {float(v.x()), float(v.y()), float(v.z())});
+    for (const Eigen::Vector3d& v : states[i].vertices_m)
+      vertices.insert(vertices.end(), {float(v.x()), float(v.y()), float(v.z())});
   }
   return out;
 }

@@ -9,8 +9,10 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 fivepipe_v1_CollisionVerdict wire_verdict(const collision::ObjectCollision& collision) {
-  const bool perhaps_inside = collision.verdict == collision::CollisionVerdict::free && collision.hull_in_box;
-  if (perhaps_inside || collision.verdict == collision::CollisionVerdict::touching) return fivepipe_v1_touching;
+  const bool perhaps_inside =
+      collision.verdict == collision::CollisionVerdict::free && collision.hull_in_box;
+  if (perhaps_inside || collision.verdict == collision::CollisionVerdict::touching)
+    return fivepipe_v1_touching;
   return collision.colliding() ? fivepipe_v1_colliding : fivepipe_v1_certainly_free;
 }
 
@@ -55,17 +57,29 @@ fivepipe_v1_PartOrigin wire_origin(collision::PartOrigin origin) {
 }
 
 // Bounds stay bounds.
-float rounded_down(double value) { const float f = float(value); return double(f) > value ? std::nextafter(f, -kInfinity) : f; }
-float rounded_up(double value) { const float f = float(value); return double(f) < value ? std::nextafter(f, kInfinity) : f; }
-
-void set_camera(char (&field)[33], int camera, const std::vector<std::string>& cameras) {
-  if (camera >= 0 && std::size_t(camera) < cameras.size()) messages::set_text(field, cameras[std::size_t(camera)]);
+float rounded_down(double value) {
+  const float f = float(value);
+  return double(f) > value ? std::nextafter(f, -kInfinity) : f;
+}
+float rounded_up(double value) {
+  const float f = float(value);
+  return double(f) < value ? std::nextafter(f, kInfinity) : f;
 }
 
-void add_normal(OutgoingCollision& out, const collision::HullNormal& normal, fivepipe_v1_NormalKind kind, const std::vector<std::string>& cameras) {
+void set_camera(char (&field)[33], int camera, const std::vector<std::string>& cameras) {
+  if (camera >= 0 && std::size_t(camera) < cameras.size())
+    messages::set_text(field, cameras[std::size_t(camera)]);
+}
+
+void add_normal(OutgoingCollision& out, const collision::HullNormal& normal,
+                fivepipe_v1_NormalKind kind, const std::vector<std::string>& cameras) {
   if (normal.status == collision::NormalStatus::not_asked) return;
   const bool defined = normal.status == collision::NormalStatus::defined;
-  out.normals.push_back({kind, defined ? fivepipe_v1_normal_defined : fivepipe_v1_normal_undefined, messages::wire(normal.normal_world), normal.error_rad, {}});
+  out.normals.push_back({kind,
+                         defined ? fivepipe_v1_normal_defined : fivepipe_v1_normal_undefined,
+                         messages::wire(normal.normal_world),
+                         normal.error_rad,
+                         {}});
   out.cameras.emplace_back();
   for (const hull::LimitingCamera& limiting : normal.cameras) {
     fivepipe_v1_LimitingNormal& one = out.cameras.back().emplace_back();
@@ -75,7 +89,8 @@ void add_normal(OutgoingCollision& out, const collision::HullNormal& normal, fiv
   }
 }
 
-void put_response(OutgoingCollision& out, const collision::Response& response, const std::vector<std::string>& cameras) {
+void put_response(OutgoingCollision& out, const collision::Response& response,
+                  const std::vector<std::string>& cameras) {
   out.header.response = wire_response(response.status);
   out.header.cp_object_m = messages::wire(response.cp_object_world_m);
   out.header.v_rec = messages::wire(response.v_rec_world);
@@ -87,7 +102,8 @@ void put_response(OutgoingCollision& out, const collision::Response& response, c
   add_normal(out, response.closed_form, fivepipe_v1_closed_form, cameras);
 }
 
-fivepipe_v1_Contact contact_message(const collision::Contact& contact, const std::vector<std::string>& cameras) {
+fivepipe_v1_Contact contact_message(const collision::Contact& contact,
+                                    const std::vector<std::string>& cameras) {
   fivepipe_v1_Contact message{};
   message.status = wire_contact(contact.status);
   message.triangle = contact.on_object.triangle;
@@ -101,19 +117,26 @@ fivepipe_v1_Contact contact_message(const collision::Contact& contact, const std
   return message;
 }
 
-void put_proximity(OutgoingCollision& out, const std::vector<collision::Proximity>& proximity, const config::ProximityWishes& wishes) {
+void put_proximity(OutgoingCollision& out, const std::vector<collision::Proximity>& proximity,
+                   const config::ProximityWishes& wishes) {
   for (const collision::Proximity& p : proximity) {
     out.least_m.push_back(rounded_down(p.least_m));
     out.most_m.push_back(rounded_up(p.most_m));
   }
-  out.proximity.push_back({wishes.of == config::ProximityOf::vertices ? fivepipe_v1_of_vertices : fivepipe_v1_of_triangles, wishes.cap_m, {}, {}});
+  out.proximity.push_back({wishes.of == config::ProximityOf::vertices ? fivepipe_v1_of_vertices
+                                                                      : fivepipe_v1_of_triangles,
+                           wishes.cap_m,
+                           {},
+                           {}});
 }
 
-void put_first_contact(OutgoingCollision& out, const collision::FirstContact& contact, std::uint64_t part, const ResultFrame& frame) {
+void put_first_contact(OutgoingCollision& out, const collision::FirstContact& contact,
+                       std::uint64_t part, const ResultFrame& frame) {
   constexpr double kNanosecondsPerSecond = 1e9;
   fivepipe_v1_FirstContact& message = out.first_contact.emplace_back();
   message.part = part;
-  message.stamp_ns = frame.capture_stamp_ns + std::llround(kNanosecondsPerSecond * (contact.time_s - frame.time_s));
+  message.stamp_ns = frame.capture_stamp_ns +
+                     std::llround(kNanosecondsPerSecond * (contact.time_s - frame.time_s));
   message.error_ns = std::uint64_t(std::ceil(kNanosecondsPerSecond * contact.time_error_s));
   message.p_m = messages::wire(contact.p_world_m);
   message.triangle = contact.triangle;
@@ -139,7 +162,8 @@ const fivepipe_v1_CollisionResult& OutgoingCollision::message() {
   return header;
 }
 
-OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report, const config::CollisionWishes& wishes) {
+OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report,
+                                    const config::CollisionWishes& wishes) {
   OutgoingCollision out;
   messages::set_text(out.header.object, report.name);
   out.header.frame = frame.frame;
@@ -147,15 +171,22 @@ OutgoingCollision collision_message(const ResultFrame& frame, const CollisionRep
   out.header.verdict = wire_verdict(report.collision);
   out.header.triangles_colliding = std::uint32_t(report.collision.triangles.size());
   out.header.points_truncated = report.truncated;
-  for (const collision::CollisionPoint& point : report.collision.points) out.points_m.push_back(messages::wire(point.p_world_m));
-  if (wishes.triangles) out.triangles = report.collision.triangles, out.triangles_touching = report.collision.touching;
+  for (const collision::CollisionPoint& point : report.collision.points)
+    out.points_m.push_back(messages::wire(point.p_world_m));
+  if (wishes.triangles)
+    out.triangles = report.collision.triangles, out.triangles_touching = report.collision.touching;
   const CollisionDetails& details = report.details;
-  if (const auto& response = details.response ? details.response : report.response) put_response(out, *response, frame.cameras);
-  if (details.shorter_way) out.shorter_way.push_back({wire_shorter_way(details.shorter_way->status), messages::wire(details.shorter_way->move_world_m)});
+  if (const auto& response = details.response ? details.response : report.response)
+    put_response(out, *response, frame.cameras);
+  if (details.shorter_way)
+    out.shorter_way.push_back({wire_shorter_way(details.shorter_way->status),
+                               messages::wire(details.shorter_way->move_world_m)});
   if (details.contacts)
-    for (const collision::Contact& contact : details.contacts->contacts) out.contacts.push_back(contact_message(contact, frame.cameras));
+    for (const collision::Contact& contact : details.contacts->contacts)
+      out.contacts.push_back(contact_message(contact, frame.cameras));
   if (wishes.proximity) put_proximity(out, details.proximity, *wishes.proximity);
-  if (details.first_contact) put_first_contact(out, *details.first_contact, details.first_contact_part, frame);
+  if (details.first_contact)
+    put_first_contact(out, *details.first_contact, details.first_contact_part, frame);
   return out;
 }
 
@@ -165,7 +196,8 @@ const fivepipe_v1_HullParts& OutgoingParts::message() {
   return header;
 }
 
-OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame, const std::vector<collision::FollowedPart>& parts) {
+OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame,
+                            const std::vector<collision::FollowedPart>& parts) {
   OutgoingParts out;
   messages::set_text(out.header.simulation, simulation);
   out.header.frame = frame.frame;

@@ -13,7 +13,7 @@ namespace fivepipe::sim {
 struct ResultFrame {
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;
-  double time_s;                         // of the simulation, at the stamp
+  double time_s;                            // of the simulation, at the stamp
   const std::vector<std::string>& cameras;  // of its silhouettes
 };
 
@@ -31,7 +31,8 @@ struct OutgoingCollision {
   std::vector<fivepipe_v1_FirstContact> first_contact;
   const fivepipe_v1_CollisionResult& message();
 };
-OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report, const config::CollisionWishes& wishes);
+OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report,
+                                    const config::CollisionWishes& wishes);
 
 struct OutgoingParts {
   fivepipe_v1_HullParts header{};
@@ -39,6 +40,7 @@ struct OutgoingParts {
   std::vector<std::vector<std::uint64_t>> from;  // by part
   const fivepipe_v1_HullParts& message();
 };
-OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame, const std::vector<collision::FollowedPart>& parts);
+OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame,
+                            const std::vector<collision::FollowedPart>& parts);
 
 }  // namespace fivepipe::sim

@@ -9,11 +9,13 @@ namespace {
 
 // Smooth wood on wood; the scene states none.
 constexpr double kFriction = 0.5;
-// A body that moves more than this part of its smallest half extent in a step is swept, so that it does not pass a thin plate
-// between two steps; swept as a sphere of half that extent, well inside the body.
+// A body that moves more than this part of its smallest half extent in a step is swept, so that it
+// does not pass a thin plate between two steps; swept as a sphere of half that extent, well inside
+// the body.
 constexpr double kSweptFromExtents = 1.0, kSweptSphereExtents = 0.5;
 
-// Bullet thickens meshes and convex hulls by a margin, 4 cm if not told; boxes and balls keep their size.
+// Bullet thickens meshes and convex hulls by a margin, 4 cm if not told; boxes and balls keep their
+// size.
 constexpr double kMeshMarginM = 0.001;
 
 btVector3 bt(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -21,19 +23,22 @@ Eigen::Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
 
 btTransform bt(const Eigen::Isometry3d& b_from_a) {
   const Eigen::Matrix3d& r = b_from_a.linear();
-  const btMatrix3x3 basis(r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1), r(2, 2));
+  const btMatrix3x3 basis(r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1),
+                          r(2, 2));
   return btTransform(basis, bt(Eigen::Vector3d(b_from_a.translation())));
 }
 
 Eigen::Isometry3d eigen(const btTransform& b_from_a) {
   Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
   for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column) result.linear()(row, column) = b_from_a.getBasis()[row][column];
+    for (int column = 0; column < 3; ++column)
+      result.linear()(row, column) = b_from_a.getBasis()[row][column];
   result.translation() = eigen(b_from_a.getOrigin());
   return result;
 }
 
-// A body with what it refers to. Bullet puts a body's origin into its centre of mass: object_from_body moves it there.
+// A body with what it refers to. Bullet puts a body's origin into its centre of mass:
+// object_from_body moves it there.
 struct Body {
   std::unique_ptr<btTriangleMesh> triangles;
   std::unique_ptr<btCollisionShape> shape;
@@ -53,10 +58,13 @@ void make_shape(const config::SceneObject& object, Body& body) {
   }
   const geometry::Mesh mesh = config::mesh_of(object);
   body.object_from_body.translation() = geometry::bounds_m(mesh).center();
-  const auto vertex = [&](std::size_t i) { return bt(Eigen::Vector3d(mesh.vertices_m[i] - body.object_from_body.translation())); };
+  const auto vertex = [&](std::size_t i) {
+    return bt(Eigen::Vector3d(mesh.vertices_m[i] - body.object_from_body.translation()));
+  };
   if (object.motion == config::Motion::fixed) {
     body.triangles = std::make_unique<btTriangleMesh>();
-    for (const auto& [a, b, c] : mesh.triangles) body.triangles->addTriangle(vertex(a), vertex(b), vertex(c));
+    for (const auto& [a, b, c] : mesh.triangles)
+      body.triangles->addTriangle(vertex(a), vertex(b), vertex(c));
     body.shape = std::make_unique<btBvhTriangleMeshShape>(body.triangles.get(), true);
     body.shape->setMargin(kMeshMarginM);
     return;
@@ -72,7 +80,8 @@ Body body_of(const config::SceneObject& object) {
   Body body;
   make_shape(object, body);
   const bool dynamic = object.motion == config::Motion::dynamic;
-  const double mass_kg = dynamic ? object.mass_kg : 0.0;  // Bullet's sign for a body that does not move
+  const double mass_kg =
+      dynamic ? object.mass_kg : 0.0;  // Bullet's sign for a body that does not move
   btVector3 inertia(0, 0, 0);
   if (dynamic) body.shape->calculateLocalInertia(mass_kg, inertia);
   body.start_world_from_body = bt(object.world_from_object * body.object_from_body);
@@ -132,8 +141,12 @@ Eigen::Isometry3d RigidBodies::world_from_object(std::size_t object) const {
   return eigen(body.body->getWorldTransform()) * body.object_from_body.inverse();
 }
 
-Eigen::Vector3d RigidBodies::center_world_m(std::size_t object) const { return eigen(world_->bodies[object].body->getWorldTransform().getOrigin()); }
-Eigen::Vector3d RigidBodies::velocity_m_s(std::size_t object) const { return eigen(world_->bodies[object].body->getLinearVelocity()); }
+Eigen::Vector3d RigidBodies::center_world_m(std::size_t object) const {
+  return eigen(world_->bodies[object].body->getWorldTransform().getOrigin());
+}
+Eigen::Vector3d RigidBodies::velocity_m_s(std::size_t object) const {
+  return eigen(world_->bodies[object].body->getLinearVelocity());
+}
 
 void RigidBodies::set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s) {
   world_->bodies[object].body->setLinearVelocity(bt(velocity_world_m_s));
@@ -151,7 +164,8 @@ void RigidBodies::put_back(std::size_t object) {
   btRigidBody& body = *world_->bodies[object].body;
   body.setWorldTransform(world_->bodies[object].start_world_from_body);
   body.setInterpolationWorldTransform(body.getWorldTransform());
-  for (const auto set : {&btRigidBody::setLinearVelocity, &btRigidBody::setAngularVelocity}) (body.*set)({0, 0, 0});
+  for (const auto set : {&btRigidBody::setLinearVelocity, &btRigidBody::setAngularVelocity})
+    (body.*set)({0, 0, 0});
   body.setInterpolationLinearVelocity({0, 0, 0});
   body.setInterpolationAngularVelocity({0, 0, 0});
   body.clearForces();

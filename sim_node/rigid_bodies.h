@@ -1,5 +1,5 @@
-// The scene's objects as rigid bodies under gravity, in contact with each other; no hull. Bullet does the work, in double and
-// in one thread: the same calls give the same bits.
+// The scene's objects as rigid bodies under gravity, in contact with each other; no hull. Bullet
+// does the work, in double and in one thread: the same calls give the same bits.
 #pragma once
 #include <memory>
 
@@ -7,8 +7,9 @@
 
 namespace fivepipe::sim {
 
-// Objects by their index in scene.objects. Boxes and spheres are exact; a fixed mesh or curtain is its triangles, a dynamic one
-// its convex hull, both 1 mm thicker. Restitution is that of the dynamic object (between two: the product). Velocities are those of the centre.
+// Objects by their index in scene.objects. Boxes and spheres are exact; a fixed mesh or curtain is
+// its triangles, a dynamic one its convex hull, both 1 mm thicker. Restitution is that of the
+// dynamic object (between two: the product). Velocities are those of the centre.
 class RigidBodies {
  public:
   explicit RigidBodies(const config::Scene& scene);
@@ -19,7 +20,8 @@ class RigidBodies {
   void step(double step_s);  // > 0; one step of the whole scene
 
   Eigen::Isometry3d world_from_object(std::size_t object) const;
-  Eigen::Vector3d center_world_m(std::size_t object) const;  // of the object's box in its own frame; its centre of mass
+  Eigen::Vector3d center_world_m(
+      std::size_t object) const;  // of the object's box in its own frame; its centre of mass
   Eigen::Vector3d velocity_m_s(std::size_t object) const;
 
   // Dynamic objects only.

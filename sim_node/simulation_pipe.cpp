@@ -17,7 +17,8 @@ using Clock = std::chrono::steady_clock;
 
 // Without a frame set for this long, the simulation goes on by the clock, against the last hull;
 constexpr auto kSilence = 100ms;
-// and for this long at most: then the hull is too old to act on, and everything stands still until one comes.
+// and for this long at most: then the hull is too old to act on, and everything stands still until
+// one comes.
 constexpr auto kHoldHull = 1s;
 
 void count(node::NodeStatusReporter& status, const CollisionReport& report) {
@@ -28,7 +29,8 @@ void count(node::NodeStatusReporter& status, const CollisionReport& report) {
 }
 
 // What the simulation could not do as it should, since the last call.
-void count_new(node::NodeStatusReporter& status, const SimulationCounters& now, SimulationCounters& told) {
+void count_new(node::NodeStatusReporter& status, const SimulationCounters& now,
+               SimulationCounters& told) {
   const auto tell = [&](const char* name, std::uint64_t count, std::uint64_t before) {
     if (count > before) status.count(name, count - before);
   };
@@ -37,7 +39,8 @@ void count_new(node::NodeStatusReporter& status, const SimulationCounters& now, 
   tell("contacts_still_colliding", now.still_colliding, told.still_colliding);
   tell("objects_put_back", now.put_back, told.put_back);
   tell("stamps_went_back", now.stamps_went_back, told.stamps_went_back);
-  tell("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s), std::uint64_t(1e3 * told.skipped_s));
+  tell("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s),
+       std::uint64_t(1e3 * told.skipped_s));
   tell("objects_touching", now.detection.touching, told.detection.touching);
   tell("points_unconfirmed", now.detection.points_unconfirmed, told.detection.points_unconfirmed);
   told = now;
@@ -63,7 +66,8 @@ class SimulationPipe {
       node_.bus.wait(std::min<Clock::duration>(kSilence, node::kMaxWait));
       const bool was_lossless = replay_.lossless();
       if (replay_.update()) start_anew();
-      // What the frames made is all that comes of a lossless replay: nothing goes on from its last hull.
+      // What the frames made is all that comes of a lossless replay: nothing goes on from its last
+      // hull.
       if (was_lossless && !replay_.lossless()) held_.reset();
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, *simulation_);
@@ -74,7 +78,8 @@ class SimulationPipe {
 
  private:
   std::unique_ptr<Simulation> new_simulation() const {
-    return std::make_unique<Simulation>(scene_, node::config_of<config::SimConfig>(node_), node_.deployment.rig.volume_m);
+    return std::make_unique<Simulation>(scene_, node::config_of<config::SimConfig>(node_),
+                                        node_.deployment.rig.volume_m);
   }
 
   // As if the process had just been started: a replay gives the same bits again.
@@ -98,8 +103,11 @@ class SimulationPipe {
     count_new(node_.status, simulation_->counters(), told_);
     for (const CollisionReport& report : simulation_->collisions()) count(node_.status, report);
     publish();
-    if (parts_) parts_->write(parts_message(node_.node.name, result_frame(), *simulation_->hull_parts()).message());
-    traces_.handled(held_->frame, held_->capture_stamp_ns, {held_->first_received_ns, held_->last_received_ns}, std::move(steps));
+    if (parts_)
+      parts_->write(
+          parts_message(node_.node.name, result_frame(), *simulation_->hull_parts()).message());
+    traces_.handled(held_->frame, held_->capture_stamp_ns,
+                    {held_->first_received_ns, held_->last_received_ns}, std::move(steps));
   }
 
   void go_on_by_the_clock() {
@@ -115,13 +123,19 @@ class SimulationPipe {
   }
 
   double stamp_s() const { return 1e-9 * double(held_->capture_stamp_ns - *first_stamp_ns_); }
-  ResultFrame result_frame() const { return {held_->frame, held_->capture_stamp_ns, stamp_s(), held_->cameras}; }
+  ResultFrame result_frame() const {
+    return {held_->frame, held_->capture_stamp_ns, stamp_s(), held_->cameras};
+  }
 
   // Collisions first: who has a frame's state then has them too.
   void publish() {
     for (const CollisionReport& report : simulation_->collisions())
-      collisions_.write(collision_message(result_frame(), report, scene_.objects[report.object].wishes).message());
-    states_.write(state_message(node_.node.name, held_->frame, held_->capture_stamp_ns, simulation_->time_s(), scene_, simulation_->states()).message());
+      collisions_.write(
+          collision_message(result_frame(), report, scene_.objects[report.object].wishes)
+              .message());
+    states_.write(state_message(node_.node.name, held_->frame, held_->capture_stamp_ns,
+                                simulation_->time_s(), scene_, simulation_->states())
+                      .message());
   }
 
   node::NodeContext& node_;

@@ -1,4 +1,5 @@
-// The simulation pipe's wiring: frame sets and commands in, collision results and virtual states out.
+// The simulation pipe's wiring: frame sets and commands in, collision results and virtual states
+// out.
 #pragma once
 #include "common/pipeline/node/run_node.h"
 

@@ -13,10 +13,12 @@ bool nothing_known(const collision::Proximity& p) { return p.least_m == 0 && std
 
 void Warmth::follow(double elapsed_s, std::span<const collision::Proximity> vertices) {
   assert(vertices.size() == warmth_.size() && elapsed_s >= 0);
-  const float heated = float(1 - std::exp(-elapsed_s / warming_.heating_s)), cooled = float(1 - std::exp(-elapsed_s / warming_.cooling_s));
+  const float heated = float(1 - std::exp(-elapsed_s / warming_.heating_s)),
+              cooled = float(1 - std::exp(-elapsed_s / warming_.cooling_s));
   for (std::size_t i = 0; i < warmth_.size(); ++i) {
     if (nothing_known(vertices[i])) continue;
-    const double distance_m = 0.5 * (vertices[i].least_m + vertices[i].most_m);  // infinite from the cap on
+    const double distance_m =
+        0.5 * (vertices[i].least_m + vertices[i].most_m);  // infinite from the cap on
     const float goal = float(std::max(0.0, 1 - distance_m / warming_.cap_m));
     warmth_[i] += (goal > warmth_[i] ? heated : cooled) * (goal - warmth_[i]);
   }

@@ -9,7 +9,8 @@ namespace fivepipe::collision_bench {
 
 using Eigen::Vector3d;
 
-Vector3d cone_normal(std::span<const hull::Capsule> object, const Vector3d& eye_world_m, const Vector3d& p_world_m) {
+Vector3d cone_normal(std::span<const hull::Capsule> object, const Vector3d& eye_world_m,
+                     const Vector3d& p_world_m) {
   const Vector3d sight = (p_world_m - eye_world_m).normalized();
   const auto across = [&](const Vector3d& v) { return Vector3d(v - v.dot(sight) * sight); };
   double least_m = std::numeric_limits<double>::infinity();
@@ -17,7 +18,8 @@ Vector3d cone_normal(std::span<const hull::Capsule> object, const Vector3d& eye_
   for (const hull::Capsule& c : object) {
     const Vector3d a = across(c.a_world_m - eye_world_m), along = across(c.b_world_m - c.a_world_m);
     const double length2 = along.squaredNorm();
-    const Vector3d nearest = a + (length2 > 0 ? std::clamp(-a.dot(along) / length2, 0.0, 1.0) : 0.0) * along;
+    const Vector3d nearest =
+        a + (length2 > 0 ? std::clamp(-a.dot(along) / length2, 0.0, 1.0) : 0.0) * along;
     if (!(nearest.norm() - c.radius_m < least_m)) continue;
     least_m = nearest.norm() - c.radius_m;
     normal = -nearest.normalized();
@@ -25,10 +27,14 @@ Vector3d cone_normal(std::span<const hull::Capsule> object, const Vector3d& eye_
   return normal;
 }
 
-std::optional<AnalyticExit> analytic_exit(std::span<const hull::Capsule> object, std::span<const geometry::Camera> cameras, const geometry::Ray& way, double inside_m,
+std::optional<AnalyticExit> analytic_exit(std::span<const hull::Capsule> object,
+                                          std::span<const geometry::Camera> cameras,
+                                          const geometry::Ray& way, double inside_m,
                                           double outside_m) {
   const auto at = [&](double m) { return Vector3d(way.origin_world_m + m * way.direction_world); };
-  if (!hull::in_analytic_hull(object, cameras, at(inside_m)) || hull::in_analytic_hull(object, cameras, at(outside_m))) return std::nullopt;
+  if (!hull::in_analytic_hull(object, cameras, at(inside_m)) ||
+      hull::in_analytic_hull(object, cameras, at(outside_m)))
+    return std::nullopt;
   constexpr double kRounding_m = 1e-12;
   while (std::abs(outside_m - inside_m) > kRounding_m) {
     const double middle_m = 0.5 * (inside_m + outside_m);
@@ -36,10 +42,14 @@ std::optional<AnalyticExit> analytic_exit(std::span<const hull::Capsule> object,
   }
   for (std::size_t i = 0; i < cameras.size(); ++i)
     if (!hull::in_analytic_hull(object, {&cameras[i], 1}, at(outside_m)))
-      return AnalyticExit{inside_m, i, cone_normal(object, geometry::camera_center_world_m(cameras[i]), at(outside_m))};
+      return AnalyticExit{
+          inside_m, i,
+          cone_normal(object, geometry::camera_center_world_m(cameras[i]), at(outside_m))};
   return std::nullopt;
 }
 
-double angle_deg(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi; }
+double angle_deg(const Vector3d& a, const Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
+}
 
 }  // namespace fivepipe::collision_bench

@@ -1,4 +1,5 @@
-// Everything that the collision benchmark times: one frame's maps against a scene's virtual objects.
+// Everything that the collision benchmark times: one frame's maps against a scene's virtual
+// objects.
 #pragma once
 #include <functional>
 #include <map>
@@ -10,8 +11,9 @@
 
 namespace fivepipe::collision_bench {
 
-// Of one frame. maps: what is made of the maps alone and serves every other query of the frame too. build: what the method makes of it for
-// itself. query: the rest, refit of deformed objects included.
+// Of one frame. maps: what is made of the maps alone and serves every other query of the frame too.
+// build: what the method makes of it for itself. query: the rest, refit of deformed objects
+// included.
 struct Times {
   double maps_ms = 0, build_ms = 0, query_ms = 0;
   double own_ms() const { return build_ms + query_ms; }
@@ -27,22 +29,27 @@ struct Answer {
 struct Method {
   std::string name, setting;  // "paper10", "400": paper10/curtain720/400/1
   int threads;
-  // One frame. Buffers, and trees over objects in their own frames, may be kept from call to call; results may not. The next call may be
-  // of another scene.
+  // One frame. Buffers, and trees over objects in their own frames, may be kept from call to call;
+  // results may not. The next call may be of another scene.
   std::function<Answer(const CollisionScene&)> run;
 };
 
-// Ours (cpu_detection.h): verdicts within eps, with CP_i no farther apart than eps, or the verdict alone.
+// Ours (cpu_detection.h): verdicts within eps, with CP_i no farther apart than eps, or the verdict
+// alone.
 Method cpu_method(double eps_mm, bool points, int threads);
-// The same by compute shaders (gl_detection.h): needs a current OpenGL context; threads are llvmpipe's, and of what is left to the CPU. Its maps
-// and, where they moved, trees are written to the GPU in its own time.
+// The same by compute shaders (gl_detection.h): needs a current OpenGL context; threads are
+// llvmpipe's, and of what is left to the CPU. Its maps and, where they moved, trees are written to
+// the GPU in its own time.
 Method gl_method(double eps_mm, bool points, int threads);
-// The paper's (TriangleVolumeQuery and detect), on OpenGL: needs a current context; threads are llvmpipe's.
+// The paper's (TriangleVolumeQuery and detect), on OpenGL: needs a current context; threads are
+// llvmpipe's.
 Method paper_method(int viewport_px, int window_px, int threads);
 // Rivals.
 Method brute_method(int across, int threads);
-Method fcl_method(double cell_mm, int threads);  // the hull, where there are objects, polygonised and its tree built each frame; rigid objects stand still,
-                                                 // so that their trees stay as they are
+Method fcl_method(
+    double cell_mm,
+    int threads);  // the hull, where there are objects, polygonised and its tree built each frame;
+                   // rigid objects stand still, so that their trees stay as they are
 // What is missing here for fcl_method; empty: nothing.
 std::string why_no_fcl();
 

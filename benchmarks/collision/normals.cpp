@@ -6,10 +6,10 @@
 #include <random>
 #include <sstream>
 
+#include "benchmarks/collision/analytic_normal.h"
 #include "benchmarks/support/gnuplot.h"
 #include "common/base/result_file.h"
 #include "common/base/timing.h"
-#include "benchmarks/collision/analytic_normal.h"
 #include "common/collision/response/hull_normal.h"
 #include "common/hull/silhouette/coverage_hull.h"
 
@@ -23,10 +23,13 @@ constexpr int kCameras = 6, kWaysPerRig = 10;
 
 class Random {
  public:
-  double between(double low, double high) { return low + (high - low) * double(random_()) / double(std::mt19937::max()); }
+  double between(double low, double high) {
+    return low + (high - low) * double(random_()) / double(std::mt19937::max());
+  }
   Vector3d in_ball() {
     for (;;)
-      if (const Vector3d v(between(-1, 1), between(-1, 1), between(-1, 1)); v.squaredNorm() < 1) return v;
+      if (const Vector3d v(between(-1, 1), between(-1, 1), between(-1, 1)); v.squaredNorm() < 1)
+        return v;
   }
   Vector3d direction() { return in_ball().normalized(); }
 
@@ -43,18 +46,30 @@ struct BallRig {
   BallRig(Random& random, double radius_px) {
     const int size_px = int(2.6 * radius_px) + 12;
     for (int i = 0; i < kCameras; ++i) {
-      const double distance_m = random.between(1.2, 1.8), f_px = radius_px * distance_m / kBallRadius_m;
-      const geometry::Pinhole pinhole{size_px, size_px, f_px, f_px, 0.5 * size_px + random.between(-0.5, 0.5), 0.5 * size_px + random.between(-0.5, 0.5)};
-      cameras.push_back({pinhole, geometry::look_at(distance_m * random.direction(), Vector3d::Zero(), random.direction())});
-      binary.push_back({cameras.back(), hull::true_object_pixels(ball, cameras.back(), hull::PixelRule::centre)});
+      const double distance_m = random.between(1.2, 1.8),
+                   f_px = radius_px * distance_m / kBallRadius_m;
+      const geometry::Pinhole pinhole{size_px,
+                                      size_px,
+                                      f_px,
+                                      f_px,
+                                      0.5 * size_px + random.between(-0.5, 0.5),
+                                      0.5 * size_px + random.between(-0.5, 0.5)};
+      cameras.push_back({pinhole, geometry::look_at(distance_m * random.direction(),
+                                                    Vector3d::Zero(), random.direction())});
+      binary.push_back({cameras.back(),
+                        hull::true_object_pixels(ball, cameras.back(), hull::PixelRule::centre)});
       coverage.push_back({cameras.back(), hull::true_coverage(ball, cameras.back())});
     }
   }
 };
 
-// At the last point of the way in the hull of the coverage maps, of the camera that limits the true one; this hull is as good as convex.
-std::optional<Vector3d> coverage_normal(const BallRig& rig, const geometry::Ray& way, std::size_t limiting) {
-  const auto inside = [&](double m) { return hull::in_hull(rig.coverage, way.origin_world_m + m * way.direction_world); };
+// At the last point of the way in the hull of the coverage maps, of the camera that limits the true
+// one; this hull is as good as convex.
+std::optional<Vector3d> coverage_normal(const BallRig& rig, const geometry::Ray& way,
+                                        std::size_t limiting) {
+  const auto inside = [&](double m) {
+    return hull::in_hull(rig.coverage, way.origin_world_m + m * way.direction_world);
+  };
   if (!inside(0) || inside(kReach_m)) return std::nullopt;
   double in_m = 0, out_m = kReach_m;
   while (out_m - in_m > collision::kLeastRounding_m) {
@@ -62,10 +77,13 @@ std::optional<Vector3d> coverage_normal(const BallRig& rig, const geometry::Ray&
     if (middle_m == in_m || middle_m == out_m) break;
     (inside(middle_m) ? in_m : out_m) = middle_m;
   }
-  return hull::outward_normal_world(rig.coverage[limiting], way.origin_world_m + in_m * way.direction_world);
+  return hull::outward_normal_world(rig.coverage[limiting],
+                                    way.origin_world_m + in_m * way.direction_world);
 }
 
-NormalError error_of(std::vector<double>& deg) { return {base::percentile(deg, 0.5), base::percentile(deg, 0.95), int(deg.size())}; }
+NormalError error_of(std::vector<double>& deg) {
+  return {base::percentile(deg, 0.5), base::percentile(deg, 0.95), int(deg.size())};
+}
 
 NormalsAt measure(double radius_px, int rigs) {
   Random random;
@@ -81,26 +99,35 @@ NormalsAt measure(double radius_px, int rigs) {
       const Vector3d v_rec = (p.normalized() + 0.5 * random.in_ball()).normalized();
       const auto truth = analytic_exit(rig.ball, rig.cameras, {p, v_rec}, 0, kReach_m);
       const auto exit = collision::exit_from_base(query, p, v_rec, kReach_m);
-      if (!truth || !exit || !query.contains(p)) continue;  // so small a map may have lost the point
+      if (!truth || !exit || !query.contains(p))
+        continue;  // so small a map may have lost the point
       ++at.ways;
       const collision::Recovery recovery{p, v_rec, kReach_m, *exit};
-      if (const collision::HullNormal n = collision::closed_form_normal(query, recovery); n.status != collision::NormalStatus::no_border) {
-        const auto same = std::find_if(n.cameras.begin(), n.cameras.end(), [&](const hull::LimitingCamera& c) { return c.camera == int(truth->camera); });
-        binary_deg.push_back(angle_deg(same == n.cameras.end() ? n.normal_world : same->normal_world, truth->normal_world));
+      if (const collision::HullNormal n = collision::closed_form_normal(query, recovery);
+          n.status != collision::NormalStatus::no_border) {
+        const auto same = std::find_if(
+            n.cameras.begin(), n.cameras.end(),
+            [&](const hull::LimitingCamera& c) { return c.camera == int(truth->camera); });
+        binary_deg.push_back(angle_deg(
+            same == n.cameras.end() ? n.normal_world : same->normal_world, truth->normal_world));
       }
-      if (const auto n = coverage_normal(rig, {p, v_rec}, truth->camera)) coverage_deg.push_back(angle_deg(*n, truth->normal_world));
-      const collision::HullNormal four = collision::four_point_normal(query, recovery, {.search = collision::HullSearch::sampled});
-      if (four.normal_world.squaredNorm() > 0) four_deg.push_back(angle_deg(four.normal_world, truth->normal_world));
+      if (const auto n = coverage_normal(rig, {p, v_rec}, truth->camera))
+        coverage_deg.push_back(angle_deg(*n, truth->normal_world));
+      const collision::HullNormal four =
+          collision::four_point_normal(query, recovery, {.search = collision::HullSearch::sampled});
+      if (four.normal_world.squaredNorm() > 0)
+        four_deg.push_back(angle_deg(four.normal_world, truth->normal_world));
       at.four_points_defined += four.status == collision::NormalStatus::defined;
     }
   }
-  at.binary = error_of(binary_deg), at.coverage = error_of(coverage_deg), at.four_points = error_of(four_deg);
+  at.binary = error_of(binary_deg), at.coverage = error_of(coverage_deg),
+  at.four_points = error_of(four_deg);
   return at;
 }
 
 struct Curve {
   const char *name, *title;
-  NormalError NormalsAt::* error;
+  NormalError NormalsAt::*error;
 };
 // Titles in the order in which plots draw them.
 constexpr Curve kCurves[] = {{"closed-binary", "closed form, binary maps", &NormalsAt::binary},
@@ -111,14 +138,20 @@ constexpr Curve kCurves[] = {{"closed-binary", "closed form, binary maps", &Norm
 
 std::vector<NormalsAt> sweep_normals(bool quick) {
   std::vector<NormalsAt> sweep;
-  for (const double radius_px : quick ? std::vector<double>{3, 20, 80} : std::vector<double>{2, 3, 4, 6, 8, 12, 16, 20, 28, 40, 56, 80})
-    sweep.push_back(measure(radius_px, quick ? 6 : radius_px < 30 ? 40 : 15));  // large maps take long to draw
+  for (const double radius_px :
+       quick ? std::vector<double>{3, 20, 80}
+             : std::vector<double>{2, 3, 4, 6, 8, 12, 16, 20, 28, 40, 56, 80})
+    sweep.push_back(measure(radius_px, quick            ? 6
+                                       : radius_px < 30 ? 40
+                                                        : 15));  // large maps take long to draw
   return sweep;
 }
 
 void print(const std::vector<NormalsAt>& sweep) {
-  std::printf("\nN_hull's error against the hull of true silhouettes, balls seen by %d cameras [degrees]: median p95 (of all ways)\n%9s | %-27s | %-27s | %-27s %s\n",
-              kCameras, "radius px", kCurves[0].title, kCurves[1].title, kCurves[2].title, "trusted");
+  std::printf(
+      "\nN_hull's error against the hull of true silhouettes, balls seen by %d cameras [degrees]: "
+      "median p95 (of all ways)\n%9s | %-27s | %-27s | %-27s %s\n",
+      kCameras, "radius px", kCurves[0].title, kCurves[1].title, kCurves[2].title, "trusted");
   for (const NormalsAt& at : sweep) {
     std::printf("%9g ", at.radius_px);
     for (const Curve& c : kCurves) {
@@ -136,8 +169,10 @@ std::vector<std::string> json_of(const std::vector<NormalsAt>& sweep) {
     for (const Curve& c : kCurves) {
       const NormalError& e = at.*c.error;
       std::ostringstream out;
-      out << "  {\"name\": \"normals/" << c.name << "/" << at.radius_px << "px/1\", \"error\": {\"n_hull_median_deg\": " << e.median_deg
-          << ", \"n_hull_p95_deg\": " << e.p95_deg << "}, \"counts\": {\"ways\": " << at.ways << ", \"given\": " << e.given << "}}";
+      out << "  {\"name\": \"normals/" << c.name << "/" << at.radius_px
+          << "px/1\", \"error\": {\"n_hull_median_deg\": " << e.median_deg
+          << ", \"n_hull_p95_deg\": " << e.p95_deg << "}, \"counts\": {\"ways\": " << at.ways
+          << ", \"given\": " << e.given << "}}";
       lines.push_back(out.str());
     }
   return lines;
@@ -151,13 +186,17 @@ bool plot(const std::vector<NormalsAt>& sweep, const std::filesystem::path& file
       series[std::string(c.title) + ", median"].push_back({at.radius_px, (at.*c.error).median_deg});
       series[std::string(c.title) + ", p95"].push_back({at.radius_px, (at.*c.error).p95_deg});
     }
-  std::string settings = "set title 'N_{hull} against the hull of true silhouettes'; set xlabel 'radius of the silhouette, px'; set ylabel 'error, degrees'; "
-                         "set logscale xy; set xrange [1.8:90]; set yrange [0.05:180]; set key at graph 0.99,0.63 samplen 3; "
-                         "set xtics (2,3,4,6,8,12,20,40,80); set ytics (0.1,0.2,0.5,1,2,5,10,20,45,90,180); ";
+  std::string settings =
+      "set title 'N_{hull} against the hull of true silhouettes'; set xlabel 'radius of the "
+      "silhouette, px'; set ylabel 'error, degrees'; "
+      "set logscale xy; set xrange [1.8:90]; set yrange [0.05:180]; set key at graph 0.99,0.63 "
+      "samplen 3; "
+      "set xtics (2,3,4,6,8,12,20,40,80); set ytics (0.1,0.2,0.5,1,2,5,10,20,45,90,180); ";
   // A colour a method; its median drawn through, its p95 dashed.
   const char* colours[] = {"#1f77b4", "#2ca02c", "#d62728"};
   for (int i = 0; i < 6; ++i)
-    settings += "set linetype " + std::to_string(i + 1) + " lc rgb '" + colours[i / 2] + "' lw 2 dt " + (i % 2 ? "2" : "1") + "; ";
+    settings += "set linetype " + std::to_string(i + 1) + " lc rgb '" + colours[i / 2] +
+                "' lw 2 dt " + (i % 2 ? "2" : "1") + "; ";
   bench::Plots plots(file);
   plots.add(settings + "\n", series);
   return plots.draw();

@@ -1,5 +1,5 @@
-// N_hull's error against the radius of the silhouette's curvature: the closed form, from binary maps and from 8-bit coverage, and the paper's
-// four points.
+// N_hull's error against the radius of the silhouette's curvature: the closed form, from binary
+// maps and from 8-bit coverage, and the paper's four points.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -19,9 +19,11 @@ struct NormalsAt {
   int four_points_defined = 0;  // whose own error estimate stays below kMaxNormalErrorRad
 };
 
-// Balls seen by six cameras from anywhere: 40 rigs a radius, 15 above 30 px, ten ways each, always the same. Maps by pixel centres, and the true coverage of the
-// same. CP_obj 0.8 to 0.9 radii from the middle, V_rec up to 30 degrees off the outward normal; the four points as the paper: angle 10 degrees, height
-// 5 cm, which is the ball's radius, 400 samples a line. Some seconds; quick: three radii, few rigs.
+// Balls seen by six cameras from anywhere: 40 rigs a radius, 15 above 30 px, ten ways each, always
+// the same. Maps by pixel centres, and the true coverage of the same. CP_obj 0.8 to 0.9 radii from
+// the middle, V_rec up to 30 degrees off the outward normal; the four points as the paper: angle 10
+// degrees, height 5 cm, which is the ball's radius, 400 samples a line. Some seconds; quick: three
+// radii, few rigs.
 std::vector<NormalsAt> sweep_normals(bool quick);
 
 void print(const std::vector<NormalsAt>& sweep);

@@ -4,16 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <random>
 #include <numbers>
+#include <random>
 #include <sstream>
 
+#include "benchmarks/collision/baselines/brute_force.h"
+#include "benchmarks/collision/methods.h"
 #include "common/base/result_file.h"
 #include "common/base/timing.h"
-#include "benchmarks/collision/methods.h"
-#include "common/collision/response/response.h"
 #include "common/collision/detection/paper/paper_detection.h"
-#include "benchmarks/collision/baselines/brute_force.h"
+#include "common/collision/response/response.h"
 
 namespace fivepipe::collision_bench {
 namespace {
@@ -36,7 +36,8 @@ double best_ms(int runs, const std::function<void()>& work) {
   return best;
 }
 
-// Least squares of relative residuals; terms whose coefficient comes out below 0 are left out, the worst first.
+// Least squares of relative residuals; terms whose coefficient comes out below 0 are left out, the
+// worst first.
 Eigen::VectorXd fitted(const std::vector<Measurement>& measured) {
   const Eigen::Index terms = measured.front().terms.size();
   std::vector<Eigen::Index> kept;
@@ -45,7 +46,8 @@ Eigen::VectorXd fitted(const std::vector<Measurement>& measured) {
   while (!kept.empty()) {
     Eigen::MatrixXd a(Eigen::Index(measured.size()), Eigen::Index(kept.size()));
     for (std::size_t i = 0; i < measured.size(); ++i)
-      for (std::size_t k = 0; k < kept.size(); ++k) a(Eigen::Index(i), Eigen::Index(k)) = measured[i].terms[kept[k]] / measured[i].ms;
+      for (std::size_t k = 0; k < kept.size(); ++k)
+        a(Eigen::Index(i), Eigen::Index(k)) = measured[i].terms[kept[k]] / measured[i].ms;
     const Eigen::VectorXd x = a.colPivHouseholderQr().solve(Eigen::VectorXd::Ones(a.rows()));
     Eigen::Index least = 0;
     if (x.minCoeff(&least) >= 0) {
@@ -57,9 +59,11 @@ Eigen::VectorXd fitted(const std::vector<Measurement>& measured) {
   return coefficients;
 }
 
-std::vector<double> residuals(const std::vector<Measurement>& measured, const Eigen::VectorXd& coefficients) {
+std::vector<double> residuals(const std::vector<Measurement>& measured,
+                              const Eigen::VectorXd& coefficients) {
   std::vector<double> off;
-  for (const Measurement& m : measured) off.push_back(std::abs(m.terms.dot(coefficients) / m.ms - 1));
+  for (const Measurement& m : measured)
+    off.push_back(std::abs(m.terms.dot(coefficients) / m.ms - 1));
   return off;
 }
 
@@ -70,14 +74,21 @@ std::vector<Measurement> measured_cost(const CollisionScene& scene, bool quick) 
     collision::TriangleVolumeQuery query(kWindow_px, viewport_px);
     for (const std::size_t cameras : {1, 2, 3}) {
       query.set_silhouettes(std::span(scene.silhouettes).first(cameras));
-      for (const std::size_t m : quick ? std::vector<std::size_t>{180, 720} : std::vector<std::size_t>{180, 720, 2880}) {
+      for (const std::size_t m :
+           quick ? std::vector<std::size_t>{180, 720} : std::vector<std::size_t>{180, 720, 2880}) {
         std::vector<collision::Triangle> triangles;
-        while (triangles.size() < m) triangles.push_back(scene.objects_world_m[0][triangles.size() % scene.objects_world_m[0].size()]);
+        while (triangles.size() < m)
+          triangles.push_back(
+              scene.objects_world_m[0][triangles.size() % scene.objects_world_m[0].size()]);
         std::size_t points = 0;
-        const double ms = best_ms(quick ? 2 : 9, [&] { points = query.query(triangles).points.size(); });
-        const double rows = std::ceil(double(m) / (kWindow_px / viewport_px)), nm = double(cameras * m);
+        const double ms =
+            best_ms(quick ? 2 : 9, [&] { points = query.query(triangles).points.size(); });
+        const double rows = std::ceil(double(m) / (kWindow_px / viewport_px)),
+                     nm = double(cameras * m);
         measured.push_back(
-            {Eigen::Vector<double, 5>(nm, 0.5 * nm * viewport_px * viewport_px, rows * viewport_px * kWindow_px, double(points), 1), ms});
+            {Eigen::Vector<double, 5>(nm, 0.5 * nm * viewport_px * viewport_px,
+                                      rows * viewport_px * kWindow_px, double(points), 1),
+             ms});
       }
     }
   }
@@ -90,7 +101,13 @@ CostFit fit_cost(std::vector<Measurement> measured, Eigen::Index terms) {
   Eigen::VectorXd all = Eigen::VectorXd::Zero(5);
   all.head(terms) = x;
   const auto off = residuals(measured, x);
-  return {1e6 * all[0],        1e6 * all[1], 1e6 * all[2], 1e6 * all[3], all[4], base::percentile(off, 0.5), base::percentile(off, 1),
+  return {1e6 * all[0],
+          1e6 * all[1],
+          1e6 * all[2],
+          1e6 * all[3],
+          all[4],
+          base::percentile(off, 0.5),
+          base::percentile(off, 1),
           int(measured.size())};
 }
 
@@ -104,22 +121,31 @@ ResponseFit fit_response(const CollisionScene& scene, bool by_area, bool quick) 
     hull::CpuHull hull(pool, query.silhouettes());
     const hull::HullQuery hull_query(hull);
     const collision::Detection detection = collision::detect(query, scene.objects_world_m);
-    const auto hit = std::find_if(detection.objects.begin(), detection.objects.end(), [](const collision::ObjectCollision& o) { return o.colliding(); });
+    const auto hit =
+        std::find_if(detection.objects.begin(), detection.objects.end(),
+                     [](const collision::ObjectCollision& o) { return o.colliding(); });
     if (hit == detection.objects.end()) continue;
     const std::size_t object = std::size_t(hit - detection.objects.begin());
     for (const int window_px : {100, 200, 400, 800}) {
-      const collision::ResponseConfig config{.search = collision::HullSearch::sampled, .window_px = window_px};
-      const collision::ResponseRequest request{.rp_object_world_m = scene.objects[object].world_from_mesh.translation() - Vector3d(0, 0, 0.01),
-                                    .v_rec_world = std::nullopt,
-                                    .normals = {.four_points = true, .closed_form = false}};
+      const collision::ResponseConfig config{.search = collision::HullSearch::sampled,
+                                             .window_px = window_px};
+      const collision::ResponseRequest request{
+          .rp_object_world_m =
+              scene.objects[object].world_from_mesh.translation() - Vector3d(0, 0, 0.01),
+          .v_rec_world = std::nullopt,
+          .normals = {.four_points = true, .closed_form = false}};
       const collision::Requery requery = [&](const Vector3d& move_world_m) {
         std::vector<collision::Triangle> moved = scene.objects_world_m[object];
         for (collision::Triangle& t : moved)
           for (Vector3d& v : t) v += move_world_m;
-        return collision::detect(query, std::vector<std::vector<collision::Triangle>>{moved}).objects.front();
+        return collision::detect(query, std::vector<std::vector<collision::Triangle>>{moved})
+            .objects.front();
       };
-      const double ms = best_ms(quick ? 2 : 15, [&] { collision::respond(hull_query, *hit, request, requery, config); });
-      measured.push_back({Eigen::Vector2d(1, double(window_px) * double(cameras) * (by_area ? window_px : 1)), ms});
+      const double ms = best_ms(
+          quick ? 2 : 15, [&] { collision::respond(hull_query, *hit, request, requery, config); });
+      measured.push_back(
+          {Eigen::Vector2d(1, double(window_px) * double(cameras) * (by_area ? window_px : 1)),
+           ms});
     }
   }
   if (measured.empty()) return {};
@@ -130,25 +156,34 @@ ResponseFit fit_response(const CollisionScene& scene, bool by_area, bool quick) 
 // Triangles of all sizes that a small ball's hull passes through, or nearly.
 std::vector<collision::Triangle> pierced_triangles(int count) {
   std::mt19937 random(9);
-  const auto between = [&](double low, double high) { return low + (high - low) * double(random()) / double(std::mt19937::max()); };
+  const auto between = [&](double low, double high) {
+    return low + (high - low) * double(random()) / double(std::mt19937::max());
+  };
   std::vector<collision::Triangle> triangles;
   for (int i = 0; i < count; ++i) {
-    const Eigen::Quaterniond turn = Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)).normalized();
-    const double base_m = std::pow(10, between(-1.7, -0.2)), height_m = base_m * between(0.4, 0.86), apex = between(0.3, 0.7);
+    const Eigen::Quaterniond turn =
+        Eigen::Quaterniond(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1))
+            .normalized();
+    const double base_m = std::pow(10, between(-1.7, -0.2)), height_m = base_m * between(0.4, 0.86),
+                 apex = between(0.3, 0.7);
     // The origin lies at (b, h) of the triangle, `off` beside its plane.
-    const double h = between(0.15, 0.6), b = h * apex + (1 - h) * between(0.15, 0.85), off_m = between(-0.008, 0.008);
-    const auto corner = [&](double x, double y) { return Vector3d(turn * Vector3d((x - b) * base_m, (y - h) * height_m, off_m)); };
+    const double h = between(0.15, 0.6), b = h * apex + (1 - h) * between(0.15, 0.85),
+                 off_m = between(-0.008, 0.008);
+    const auto corner = [&](double x, double y) {
+      return Vector3d(turn * Vector3d((x - b) * base_m, (y - h) * height_m, off_m));
+    };
     triangles.push_back({corner(0, 0), corner(1, 0), corner(apex, 1)});
   }
   return triangles;
 }
 
 struct Section {
-  double width_m;  // of a disc of its area
+  double width_m;    // of a disc of its area
   double spacing_m;  // at a viewport of one pixel: sqrt(x y)
 };
 
-std::vector<Section> sections_of(const std::vector<collision::Triangle>& triangles, std::span<const hull::Silhouette> silhouettes) {
+std::vector<Section> sections_of(const std::vector<collision::Triangle>& triangles,
+                                 std::span<const hull::Silhouette> silhouettes) {
   constexpr int kAcross = 400;
   base::WorkerPool pool(1);
   baselines::BruteForce brute(kAcross);
@@ -159,15 +194,19 @@ std::vector<Section> sections_of(const std::vector<collision::Triangle>& triangl
   std::vector<Section> sections;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const double base_m = (triangles[i][1] - triangles[i][0]).norm(),
-                 area_m2 = 0.5 * (triangles[i][1] - triangles[i][0]).cross(triangles[i][2] - triangles[i][0]).norm();
+                 area_m2 = 0.5 * (triangles[i][1] - triangles[i][0])
+                                     .cross(triangles[i][2] - triangles[i][0])
+                                     .norm();
     sections.push_back(
-        {std::sqrt(4 / std::numbers::pi * area_m2 * samples[i] / (0.5 * kAcross * kAcross)), std::sqrt(base_m * 2 * area_m2 / base_m)});
+        {std::sqrt(4 / std::numbers::pi * area_m2 * samples[i] / (0.5 * kAcross * kAcross)),
+         std::sqrt(base_m * 2 * area_m2 / base_m)});
   }
   return sections;
 }
 
 // The width, in spacings, that best parts the found from the missed.
-AccuracyFit::Viewport parted(int viewport_px, const std::vector<Section>& sections, const std::vector<char>& found) {
+AccuracyFit::Viewport parted(int viewport_px, const std::vector<Section>& sections,
+                             const std::vector<char>& found) {
   std::vector<std::pair<double, bool>> widths;
   AccuracyFit::Viewport v{viewport_px, 0, 0, 0, 0};
   for (std::size_t i = 0; i < sections.size(); ++i) {
@@ -188,9 +227,12 @@ AccuracyFit::Viewport parted(int viewport_px, const std::vector<Section>& sectio
 AccuracyFit fit_accuracy(bool quick) {
   const std::vector<hull::Capsule> ball{{Vector3d::Zero(), Vector3d::Zero(), 0.006}};
   std::vector<hull::Silhouette> silhouettes;
-  for (const Vector3d& eye : {Vector3d(1, 0, 0.3), Vector3d(-0.5, 0.9, 0.5), Vector3d(-0.3, -0.8, 0.9)}) {
-    const geometry::Camera camera{geometry::pinhole_from_fov(200, 200, 0.05), geometry::look_at(eye, Vector3d::Zero())};
-    silhouettes.push_back({camera, hull::true_object_pixels(ball, camera, hull::PixelRule::touched)});
+  for (const Vector3d& eye :
+       {Vector3d(1, 0, 0.3), Vector3d(-0.5, 0.9, 0.5), Vector3d(-0.3, -0.8, 0.9)}) {
+    const geometry::Camera camera{geometry::pinhole_from_fov(200, 200, 0.05),
+                                  geometry::look_at(eye, Vector3d::Zero())};
+    silhouettes.push_back(
+        {camera, hull::true_object_pixels(ball, camera, hull::PixelRule::touched)});
   }
   const std::vector<collision::Triangle> triangles = pierced_triangles(quick ? 300 : 3000);
   const std::vector<Section> sections = sections_of(triangles, silhouettes);
@@ -205,7 +247,8 @@ AccuracyFit fit_accuracy(bool quick) {
     sum_of_logs += std::log(fit.viewports.back().found_from);
   }
   fit.found_from = std::exp(sum_of_logs / double(fit.viewports.size()));
-  for (const auto& v : fit.viewports) fit.worst_off = std::max(fit.worst_off, std::abs(v.found_from / fit.found_from - 1));
+  for (const auto& v : fit.viewports)
+    fit.worst_off = std::max(fit.worst_off, std::abs(v.found_from / fit.found_from - 1));
   return fit;
 }
 
@@ -214,49 +257,62 @@ AccuracyFit fit_accuracy(bool quick) {
 PaperLaws fit_paper_laws(bool quick) {
   const CollisionScene curtain = curtain720(), boxes = blocks();
   const std::vector<Measurement> cost = measured_cost(curtain, quick);
-  return {fit_cost(cost, 3), fit_cost(cost, 5), fit_response(boxes, true, quick), fit_response(boxes, false, quick), fit_accuracy(quick)};
+  return {fit_cost(cost, 3), fit_cost(cost, 5), fit_response(boxes, true, quick),
+          fit_response(boxes, false, quick), fit_accuracy(quick)};
 }
 
 void print(const PaperLaws& laws) {
-  std::printf("\nThe paper's cost model, fitted to its backend here (n cameras, m triangles, viewports u x u, %d measurements):\n",
-              laws.cost.measurements);
+  std::printf(
+      "\nThe paper's cost model, fitted to its backend here (n cameras, m triangles, viewports u x "
+      "u, %d measurements):\n",
+      laws.cost.measurements);
   for (const CostFit* c : {&laws.cost, &laws.extended_cost})
     std::printf(
-        "  %.1f ns n m + %.3f ns n m u u / 2 + %.3f ns a pixel read back + %.1f ns a point confirmed + %.3f ms; off by %.0f %% (median), %.0f %% (worst)%s\n",
-        c->ns_per_transform, c->ns_per_fill, c->ns_per_read, c->ns_per_point, c->fixed_ms, 100 * c->median_off, 100 * c->worst_off,
+        "  %.1f ns n m + %.3f ns n m u u / 2 + %.3f ns a pixel read back + %.1f ns a point "
+        "confirmed + %.3f ms; off by %.0f %% (median), %.0f %% (worst)%s\n",
+        c->ns_per_transform, c->ns_per_fill, c->ns_per_read, c->ns_per_point, c->fixed_ms,
+        100 * c->median_off, 100 * c->worst_off,
         c == &laws.cost ? ": the paper's terms alone" : "");
   std::printf(
-      "  response, as the paper has it: %.3f ms + %.4f ns x y n, off by %.0f %% (worst); as ours samples, by lines: %.3f ms + %.2f ns x n, off by %.0f %%\n",
-      laws.response_by_area.fixed_ms, laws.response_by_area.ns_per_unit, 100 * laws.response_by_area.worst_off, laws.response_by_lines.fixed_ms,
+      "  response, as the paper has it: %.3f ms + %.4f ns x y n, off by %.0f %% (worst); as ours "
+      "samples, by lines: %.3f ms + %.2f ns x n, off by %.0f %%\n",
+      laws.response_by_area.fixed_ms, laws.response_by_area.ns_per_unit,
+      100 * laws.response_by_area.worst_off, laws.response_by_lines.fixed_ms,
       laws.response_by_lines.ns_per_unit, 100 * laws.response_by_lines.worst_off);
   std::printf(
-      "The paper's accuracy law, extent / u: sections of the hull are found from %.2f sqrt(x y) / u wide on; single viewports are off by %.0f %% at most:\n",
+      "The paper's accuracy law, extent / u: sections of the hull are found from %.2f sqrt(x y) / "
+      "u wide on; single viewports are off by %.0f %% at most:\n",
       laws.accuracy.found_from, 100 * laws.accuracy.worst_off);
   for (const auto& v : laws.accuracy.viewports)
-    std::printf("  %2dx%-2d found from %.2f spacings; the widest missed %.2f; %d missed, %d found\n", v.px, v.px, v.found_from, v.widest_missed,
-                v.missed, v.found);
+    std::printf(
+        "  %2dx%-2d found from %.2f spacings; the widest missed %.2f; %d missed, %d found\n", v.px,
+        v.px, v.found_from, v.widest_missed, v.missed, v.found);
 }
 
 std::string json_of(const PaperLaws& laws) {
   std::ostringstream out;
   const auto cost = [&](const char* sep, const char* name, const CostFit& c) {
-    out << sep << base::quoted(name) << ": {\"ns_per_transform\": " << c.ns_per_transform << ", \"ns_per_fill\": " << c.ns_per_fill
-        << ", \"ns_per_read\": " << c.ns_per_read << ", \"ns_per_point\": " << c.ns_per_point << ", \"fixed_ms\": " << c.fixed_ms
-        << ", \"median_off\": " << c.median_off << ", \"worst_off\": " << c.worst_off << ", \"measurements\": " << c.measurements << "}";
+    out << sep << base::quoted(name) << ": {\"ns_per_transform\": " << c.ns_per_transform
+        << ", \"ns_per_fill\": " << c.ns_per_fill << ", \"ns_per_read\": " << c.ns_per_read
+        << ", \"ns_per_point\": " << c.ns_per_point << ", \"fixed_ms\": " << c.fixed_ms
+        << ", \"median_off\": " << c.median_off << ", \"worst_off\": " << c.worst_off
+        << ", \"measurements\": " << c.measurements << "}";
   };
   cost("{", "cost", laws.cost);
   cost(", ", "extended_cost", laws.extended_cost);
   const auto response = [&](const char* name, const ResponseFit& r) {
-    out << ", \"" << name << "\": {\"fixed_ms\": " << r.fixed_ms << ", \"ns_per_unit\": " << r.ns_per_unit << ", \"worst_off\": " << r.worst_off
-        << "}";
+    out << ", \"" << name << "\": {\"fixed_ms\": " << r.fixed_ms
+        << ", \"ns_per_unit\": " << r.ns_per_unit << ", \"worst_off\": " << r.worst_off << "}";
   };
   response("response_by_area", laws.response_by_area);
   response("response_by_lines", laws.response_by_lines);
-  out << ", \"accuracy\": {\"found_from\": " << laws.accuracy.found_from << ", \"worst_off\": " << laws.accuracy.worst_off << ", \"viewports\": [";
+  out << ", \"accuracy\": {\"found_from\": " << laws.accuracy.found_from
+      << ", \"worst_off\": " << laws.accuracy.worst_off << ", \"viewports\": [";
   for (std::size_t i = 0; i < laws.accuracy.viewports.size(); ++i) {
     const auto& v = laws.accuracy.viewports[i];
-    out << (i ? ", " : "") << "{\"px\": " << v.px << ", \"found_from\": " << v.found_from << ", \"widest_missed\": " << v.widest_missed
-        << ", \"missed\": " << v.missed << ", \"found\": " << v.found << "}";
+    out << (i ? ", " : "") << "{\"px\": " << v.px << ", \"found_from\": " << v.found_from
+        << ", \"widest_missed\": " << v.widest_missed << ", \"missed\": " << v.missed
+        << ", \"found\": " << v.found << "}";
   }
   out << "]}}";
   return out.str();

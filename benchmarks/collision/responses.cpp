@@ -5,12 +5,12 @@
 #include <cstdlib>
 #include <random>
 
-#include "common/base/timing.h"
 #include "benchmarks/collision/analytic_normal.h"
-#include "common/collision/detection/cpu/cpu_detection.h"
-#include "common/collision/response/hull_normal.h"
 #include "benchmarks/collision/baselines/hull_polygons.h"
 #include "benchmarks/collision/baselines/rendered_response.h"
+#include "common/base/timing.h"
+#include "common/collision/detection/cpu/cpu_detection.h"
+#include "common/collision/response/hull_normal.h"
 #include "common/hull/oracle/reference.h"
 
 namespace fivepipe::collision_bench {
@@ -21,9 +21,12 @@ using Eigen::Vector3d;
 constexpr collision::ResponseConfig kPaper;  // 5 cm, 10 degrees, 400 px
 constexpr std::size_t kDrawn = 60;
 
-Vector3d center_world_m(const SceneObject& object) { return object.world_from_mesh * geometry::bounds_m(object.mesh).center(); }
+Vector3d center_world_m(const SceneObject& object) {
+  return object.world_from_mesh * geometry::bounds_m(object.mesh).center();
+}
 
-std::optional<double> exact_d_rec_m(const CollisionScene& scene, const Vector3d& p, const Vector3d& direction, double reach_m) {
+std::optional<double> exact_d_rec_m(const CollisionScene& scene, const Vector3d& p,
+                                    const Vector3d& direction, double reach_m) {
   const auto in = hull::reference_intervals(scene.silhouettes, {p, direction}, 0, reach_m);
   if (in.empty() || !(in.back().leave < reach_m)) return std::nullopt;
   return in.back().leave;
@@ -33,22 +36,32 @@ std::optional<double> exact_d_rec_m(const CollisionScene& scene, const Vector3d&
 bool limits(const hull::HullQuery& query, const ResponseCase& c, std::size_t camera) {
   const auto exit = collision::exit_from_base(query, c.cp_object_world_m, c.v_rec_world, c.reach_m);
   if (!exit) return false;
-  const collision::HullNormal normal = collision::closed_form_normal(query, {c.cp_object_world_m, c.v_rec_world, c.reach_m, *exit});
-  return std::any_of(normal.cameras.begin(), normal.cameras.end(), [&](const hull::LimitingCamera& l) { return l.camera == int(camera); });
+  const collision::HullNormal normal =
+      collision::closed_form_normal(query, {c.cp_object_world_m, c.v_rec_world, c.reach_m, *exit});
+  return std::any_of(normal.cameras.begin(), normal.cameras.end(),
+                     [&](const hull::LimitingCamera& l) { return l.camera == int(camera); });
 }
 
-// From the exact way's end back into the hull of the true silhouettes, two pixels at most: beyond that it is another part of it, as it is where another camera's
-// silhouette ends it.
-std::optional<ResponseCase::Surface> surface_at(const CollisionScene& scene, const hull::HullQuery& query, const ResponseCase& c) {
+// From the exact way's end back into the hull of the true silhouettes, two pixels at most: beyond
+// that it is another part of it, as it is where another camera's silhouette ends it.
+std::optional<ResponseCase::Surface> surface_at(const CollisionScene& scene,
+                                                const hull::HullQuery& query,
+                                                const ResponseCase& c) {
   if (scene.real_objects.empty()) return std::nullopt;
   std::vector<geometry::Camera> cameras;
   for (const hull::Silhouette& s : scene.silhouettes) cameras.push_back(s.camera);
   constexpr double kStep_m = 1e-4;
   const geometry::Ray way{c.cp_object_world_m, c.v_rec_world};
-  const double least_m = c.d_rec_m - 2 * collision::pixel_footprint_m(query, way.origin_world_m + c.d_rec_m * way.direction_world);
+  const double least_m =
+      c.d_rec_m -
+      2 * collision::pixel_footprint_m(query, way.origin_world_m + c.d_rec_m * way.direction_world);
   for (double m = c.d_rec_m; m > least_m; m -= kStep_m)
-    if (const auto exit = analytic_exit(scene.real_objects, cameras, way, m, std::min(m + kStep_m, c.d_rec_m + collision::kMostRounding_m)))
-      return limits(query, c, exit->camera) ? std::optional(ResponseCase::Surface{exit->camera, exit->normal_world}) : std::nullopt;
+    if (const auto exit =
+            analytic_exit(scene.real_objects, cameras, way, m,
+                          std::min(m + kStep_m, c.d_rec_m + collision::kMostRounding_m)))
+      return limits(query, c, exit->camera)
+                 ? std::optional(ResponseCase::Surface{exit->camera, exit->normal_world})
+                 : std::nullopt;
   return std::nullopt;
 }
 
@@ -57,21 +70,26 @@ struct MeshExit {
   double distance_m;
   Vector3d normal_world;
 };
-std::optional<MeshExit> mesh_exit(const geometry::Mesh& mesh, const Vector3d& p, const Vector3d& direction, double reach_m) {
+std::optional<MeshExit> mesh_exit(const geometry::Mesh& mesh, const Vector3d& p,
+                                  const Vector3d& direction, double reach_m) {
   MeshExit exit{-1, Vector3d::Zero()};
   for (const auto& [a, b, c] : mesh.triangles) {  // Moeller and Trumbore 1997
-    const Vector3d ab = mesh.vertices_m[b] - mesh.vertices_m[a], ac = mesh.vertices_m[c] - mesh.vertices_m[a], h = direction.cross(ac), s = p - mesh.vertices_m[a];
-    const double det = ab.dot(h), u = s.dot(h) / det, v = direction.dot(s.cross(ab)) / det, t = ac.dot(s.cross(ab)) / det;
+    const Vector3d ab = mesh.vertices_m[b] - mesh.vertices_m[a],
+                   ac = mesh.vertices_m[c] - mesh.vertices_m[a], h = direction.cross(ac),
+                   s = p - mesh.vertices_m[a];
+    const double det = ab.dot(h), u = s.dot(h) / det, v = direction.dot(s.cross(ab)) / det,
+                 t = ac.dot(s.cross(ab)) / det;
     if (!(u >= 0 && v >= 0 && u + v <= 1 && t >= 0 && t < reach_m && t > exit.distance_m)) continue;
     exit = {t, ab.cross(ac).normalized()};
   }
-  if (exit.distance_m < 0) return MeshExit{0, Vector3d::Zero()};  // p is not in it
+  if (exit.distance_m < 0) return MeshExit{0, Vector3d::Zero()};     // p is not in it
   if (!(exit.normal_world.dot(direction) > 0)) return std::nullopt;  // the base is in it
   return exit;
 }
 
 Quantiles quantiles(std::vector<double> values) {
-  return {base::percentile(values, 0.5), base::percentile(values, 0.95), base::percentile(values, 1), values.size()};
+  return {base::percentile(values, 0.5), base::percentile(values, 0.95),
+          base::percentile(values, 1), values.size()};
 }
 
 struct Way {
@@ -93,17 +111,20 @@ struct Responses::Work {
   std::optional<double> refit_ms;
   std::vector<Vector3d> centers_world_m;  // of the objects
 
-  explicit Work(const CollisionScene& of) : scene(of), hull(pool, of.silhouettes), query(hull), cases(response_cases(of)) {
+  explicit Work(const CollisionScene& of)
+      : scene(of), hull(pool, of.silhouettes), query(hull), cases(response_cases(of)) {
     rendered.set_silhouettes(of.silhouettes);
     for (const SceneObject& object : of.objects) centers_world_m.push_back(center_world_m(object));
   }
 
   // limiting: the camera whose normal is asked for, where more than one limit.
-  std::optional<Way> exact(const Vector3d& cp, const Vector3d& v_rec, double reach_m, std::optional<std::size_t> limiting) const {
+  std::optional<Way> exact(const Vector3d& cp, const Vector3d& v_rec, double reach_m,
+                           std::optional<std::size_t> limiting) const {
     const auto exit = collision::exit_from_base(query, cp, v_rec, reach_m);
     if (!exit) return std::nullopt;
     Way way{exit->distance_m, cp + exit->distance_m * v_rec, std::nullopt};
-    const collision::HullNormal normal = collision::closed_form_normal(query, {cp, v_rec, reach_m, *exit});
+    const collision::HullNormal normal =
+        collision::closed_form_normal(query, {cp, v_rec, reach_m, *exit});
     if (normal.status != collision::NormalStatus::defined) return way;
     way.normal_world = normal.normal_world;
     for (const hull::LimitingCamera& c : normal.cameras)
@@ -126,11 +147,14 @@ struct Responses::Work {
         ++e.no_way;
         continue;
       }
-      cp_hull_mm.push_back(1000 * (way->cp_hull_world_m - (c.cp_object_world_m + c.d_rec_m * c.v_rec_world)).norm());
+      cp_hull_mm.push_back(
+          1000 * (way->cp_hull_world_m - (c.cp_object_world_m + c.d_rec_m * c.v_rec_world)).norm());
       d_rec_mm.push_back(1000 * std::abs(way->d_rec_m - c.d_rec_m));
-      if (c.surface && way->normal_world) n_hull_deg.push_back(angle_deg(*way->normal_world, c.surface->normal_world));
+      if (c.surface && way->normal_world)
+        n_hull_deg.push_back(angle_deg(*way->normal_world, c.surface->normal_world));
     }
-    e.cp_hull_mm = quantiles(cp_hull_mm), e.d_rec_mm = quantiles(d_rec_mm), e.n_hull_deg = quantiles(n_hull_deg);
+    e.cp_hull_mm = quantiles(cp_hull_mm), e.d_rec_mm = quantiles(d_rec_mm),
+    e.n_hull_deg = quantiles(n_hull_deg);
     return e;
   }
 
@@ -139,9 +163,11 @@ struct Responses::Work {
     Eigen::AlignedBox3d around;
     for (const ResponseCase& c : cases) around.extend(c.cp_object_world_m);
     const Vector3d margin_m = Vector3d::Constant(kPaper.height_m + 2 * cell_m);
-    const Eigen::AlignedBox3d volume = scene.volume_world_m.intersection({around.min() - margin_m, around.max() + margin_m});
+    const Eigen::AlignedBox3d volume =
+        scene.volume_world_m.intersection({around.min() - margin_m, around.max() + margin_m});
     baselines::HullPolygons polygons(cell_m);
-    const geometry::Mesh& mesh = cases.empty() ? geometry::Mesh{} : polygons.polygonise(query, volume);
+    const geometry::Mesh& mesh =
+        cases.empty() ? geometry::Mesh{} : polygons.polygonise(query, volume);
     return errors_of([&](const ResponseCase& c) -> std::optional<Way> {
       const auto exit = mesh_exit(mesh, c.cp_object_world_m, c.v_rec_world, c.reach_m);
       if (!exit) return std::nullopt;
@@ -157,7 +183,8 @@ struct Responses::Work {
       if (!object.deforms) continue;
       collision::MeshTree tree(object.mesh);
       std::vector<double> ms;
-      for (int i = 0; i < 20; ++i) ms.push_back(timed_ms([&] { tree.refit(object.mesh.vertices_m); }));
+      for (int i = 0; i < 20; ++i)
+        ms.push_back(timed_ms([&] { tree.refit(object.mesh.vertices_m); }));
       best_ms += base::percentile(ms, 0);
     }
     return best_ms;
@@ -172,7 +199,8 @@ std::vector<ResponseCase> response_cases(const CollisionScene& scene) {
   trees.reserve(scene.objects.size());
   std::vector<collision::DetectionObject> objects;
   for (const SceneObject& object : scene.objects)
-    objects.push_back({&trees.emplace_back(object.mesh), object.world_from_mesh, center_world_m(object)});
+    objects.push_back(
+        {&trees.emplace_back(object.mesh), object.world_from_mesh, center_world_m(object)});
   collision::CpuDetection detection;
   const auto found = detection.detect(query, objects);
   std::vector<ResponseCase> cases;
@@ -186,8 +214,11 @@ std::vector<ResponseCase> response_cases(const CollisionScene& scene) {
   for (std::size_t o = 0; o < found.size(); ++o) {
     for (const collision::CollisionPoint& p : found[o].points) all.emplace_back(o, p);
     if (found[o].points.empty()) continue;
-    const Vector3d cp = collision::cp_object(query, found[o].points, objects[o].rp_object_world_m).p_world_m, to_center_m = objects[o].rp_object_world_m - cp;
-    if (to_center_m.norm() > 0) add(cp, to_center_m.normalized(), std::min(kPaper.height_m, to_center_m.norm()));
+    const Vector3d cp = collision::cp_object(query, found[o].points, objects[o].rp_object_world_m)
+                            .p_world_m,
+                   to_center_m = objects[o].rp_object_world_m - cp;
+    if (to_center_m.norm() > 0)
+      add(cp, to_center_m.normalized(), std::min(kPaper.height_m, to_center_m.norm()));
   }
   std::mt19937 random(4);
   for (std::size_t i = 0; i < std::min(kDrawn, all.size()); ++i) {
@@ -195,8 +226,11 @@ std::vector<ResponseCase> response_cases(const CollisionScene& scene) {
     const auto& [o, p] = all[i];
     const collision::Triangle& t = scene.objects_world_m[o][p.triangle];
     const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
-    const auto up_m = exact_d_rec_m(scene, p.p_world_m, normal, kPaper.height_m), down_m = exact_d_rec_m(scene, p.p_world_m, -normal, kPaper.height_m);
-    if (up_m || down_m) add(p.p_world_m, !down_m || (up_m && *up_m <= *down_m) ? normal : Vector3d(-normal), kPaper.height_m);
+    const auto up_m = exact_d_rec_m(scene, p.p_world_m, normal, kPaper.height_m),
+               down_m = exact_d_rec_m(scene, p.p_world_m, -normal, kPaper.height_m);
+    if (up_m || down_m)
+      add(p.p_world_m, !down_m || (up_m && *up_m <= *down_m) ? normal : Vector3d(-normal),
+          kPaper.height_m);
   }
   return cases;
 }
@@ -204,7 +238,8 @@ std::vector<ResponseCase> response_cases(const CollisionScene& scene) {
 Responses::Responses(const CollisionScene& scene) : work_(std::make_unique<Work>(scene)) {}
 Responses::~Responses() = default;
 
-std::optional<double> Responses::frame_ms(const Method& method, std::span<const collision::ObjectCollision> found) {
+std::optional<double> Responses::frame_ms(const Method& method,
+                                          std::span<const collision::ObjectCollision> found) {
   if (method.name == "fcl") return std::nullopt;
   const bool paper = method.name.starts_with("paper");
   bool points = false;
@@ -213,14 +248,19 @@ std::optional<double> Responses::frame_ms(const Method& method, std::span<const 
       if (found[o].points.empty()) continue;
       points = true;
       const Vector3d& center = work_->centers_world_m[o];
-      const collision::CollisionPoint& cp = collision::cp_object(work_->query, found[o].points, center);
+      const collision::CollisionPoint& cp =
+          collision::cp_object(work_->query, found[o].points, center);
       const collision::Triangle& t = work_->scene.objects_world_m[o][cp.triangle];
-      // Where the centre is in the hull, or is CP_obj, the simulation has to give a direction: the triangle's normal.
+      // Where the centre is in the hull, or is CP_obj, the simulation has to give a direction: the
+      // triangle's normal.
       const bool by_default = !work_->query.contains(center);
-      const Vector3d to_m = by_default ? Vector3d(center - cp.p_world_m) : Vector3d((t[1] - t[0]).cross(t[2] - t[0]));
+      const Vector3d to_m =
+          by_default ? Vector3d(center - cp.p_world_m) : Vector3d((t[1] - t[0]).cross(t[2] - t[0]));
       const double reach_m = by_default ? std::min(kPaper.height_m, to_m.norm()) : kPaper.height_m;
-      if (paper) work_->by_window(cp.p_world_m, to_m.normalized(), reach_m);
-      else work_->exact(cp.p_world_m, to_m.normalized(), reach_m, std::nullopt);
+      if (paper)
+        work_->by_window(cp.p_world_m, to_m.normalized(), reach_m);
+      else
+        work_->exact(cp.p_world_m, to_m.normalized(), reach_m, std::nullopt);
     }
   });
   if (!points || method.name.ends_with("verdict")) return std::nullopt;
@@ -233,11 +273,16 @@ std::optional<ResponseErrors> Responses::errors(const Method& method) {
   const std::string kind = paper ? "window" : fcl ? method.setting : "exact";
   const auto [at, first] = work_->errors.try_emplace(kind);
   if (!first) return at->second;
-  if (paper) at->second = work_->errors_of([&](const ResponseCase& c) { return work_->by_window(c.cp_object_world_m, c.v_rec_world, c.reach_m); });
-  else if (fcl) at->second = work_->errors_of_polygons(1e-3 * std::atof(method.setting.c_str()));
+  if (paper)
+    at->second = work_->errors_of([&](const ResponseCase& c) {
+      return work_->by_window(c.cp_object_world_m, c.v_rec_world, c.reach_m);
+    });
+  else if (fcl)
+    at->second = work_->errors_of_polygons(1e-3 * std::atof(method.setting.c_str()));
   else
     at->second = work_->errors_of([&](const ResponseCase& c) {
-      return work_->exact(c.cp_object_world_m, c.v_rec_world, c.reach_m, c.surface ? std::optional(c.surface->camera) : std::nullopt);
+      return work_->exact(c.cp_object_world_m, c.v_rec_world, c.reach_m,
+                          c.surface ? std::optional(c.surface->camera) : std::nullopt);
     });
   return at->second;
 }

@@ -25,8 +25,8 @@ struct Ball {
 // About the middle of the longest edge or the centroid, whichever is smaller.
 Ball ball_around(const collision::Triangle& t) {
   Ball smallest{{}, std::numeric_limits<double>::infinity()};
-  for (const Vector3d& c :
-       {Vector3d((t[0] + t[1] + t[2]) / 3), Vector3d(0.5 * (t[0] + t[1])), Vector3d(0.5 * (t[1] + t[2])), Vector3d(0.5 * (t[2] + t[0]))}) {
+  for (const Vector3d& c : {Vector3d((t[0] + t[1] + t[2]) / 3), Vector3d(0.5 * (t[0] + t[1])),
+                            Vector3d(0.5 * (t[1] + t[2])), Vector3d(0.5 * (t[2] + t[0]))}) {
     const double radius_m = std::max({(t[0] - c).norm(), (t[1] - c).norm(), (t[2] - c).norm()});
     if (radius_m < smallest.radius_m) smallest = {c, radius_m};
   }
@@ -54,12 +54,15 @@ Truth exact_truth(const CollisionScene& scene, std::size_t most, base::WorkerPoo
     }
   }
   std::mt19937 random(1);
-  for (std::size_t i = 0; i < asked.size() && asked.size() > most; ++i) std::swap(asked[i], asked[i + random() % (asked.size() - i)]);
-  for (std::size_t i = most; i < asked.size(); ++i) truth[asked[i].object][asked[i].triangle].known = false;
+  for (std::size_t i = 0; i < asked.size() && asked.size() > most; ++i)
+    std::swap(asked[i], asked[i + random() % (asked.size() - i)]);
+  for (std::size_t i = most; i < asked.size(); ++i)
+    truth[asked[i].object][asked[i].triangle].known = false;
   asked.resize(std::min(most, asked.size()));
   pool.run(int(asked.size()), [&](int i, int) {
     TriangleTruth& t = truth[asked[i].object][asked[i].triangle];
-    const collision::TriangleTruth exact = collision::triangle_truth(distance, scene.objects_world_m[asked[i].object][asked[i].triangle]);
+    const collision::TriangleTruth exact = collision::triangle_truth(
+        distance, scene.objects_world_m[asked[i].object][asked[i].triangle]);
     t.crosses = exact.deepest_m > kRounding_m;
     t.leaves = !exact.inside;
     t.deepest_m = exact.deepest_m;
@@ -80,10 +83,12 @@ TruthCounts counts_of(const Truth& truth) {
   return counts;
 }
 
-Wrong wrong_of(const std::vector<collision::ObjectCollision>& said, const Truth& truth, const CollisionScene& scene) {
+Wrong wrong_of(const std::vector<collision::ObjectCollision>& said, const Truth& truth,
+               const CollisionScene& scene) {
   Wrong wrong;
   for (std::size_t o = 0; o < truth.size(); ++o) {
-    std::vector<char> colliding(truth[o].size()), touching(truth[o].size()), proven(truth[o].size());
+    std::vector<char> colliding(truth[o].size()), touching(truth[o].size()),
+        proven(truth[o].size());
     for (const std::uint32_t i : said[o].triangles) colliding[i] = true;
     for (const std::uint32_t i : said[o].touching) touching[i] = true;
     for (const collision::CollisionPoint& p : said[o].points)
@@ -96,7 +101,8 @@ Wrong wrong_of(const std::vector<collision::ObjectCollision>& said, const Truth&
         ++wrong.missed;
         wrong.missed_inside += !t.leaves;
         wrong.deepest_missed_m = std::max(wrong.deepest_missed_m, t.deepest_m);
-        if (t.leaves) wrong.deepest_missed_border_m = std::max(wrong.deepest_missed_border_m, t.deepest_m);
+        if (t.leaves)
+          wrong.deepest_missed_border_m = std::max(wrong.deepest_missed_border_m, t.deepest_m);
       }
       wrong.invented += !t.crosses && colliding[i] && !proven[i];
     }

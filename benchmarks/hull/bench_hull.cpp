@@ -1,15 +1,16 @@
-// fivepipe bench hull: how fast, and how right, the hull's depth is from a novel viewpoint: ours and what could be picked instead.
+// fivepipe bench hull: how fast, and how right, the hull's depth is from a novel viewpoint: ours
+// and what could be picked instead.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <optional>
 
-#include "common/base/result_file.h"
+#include "benchmarks/hull/hull_report.h"
+#include "benchmarks/hull/methods.h"
 #include "benchmarks/support/suite.h"
+#include "common/base/result_file.h"
 #include "common/base/timing.h"
 #include "common/gl/context.h"
-#include "benchmarks/hull/methods.h"
-#include "benchmarks/hull/hull_report.h"
 
 namespace fivepipe::hull_bench {
 namespace {
@@ -18,16 +19,20 @@ struct Size {
   int width_px, height_px;
 };
 
-double timed_ms(const Method& method, const HullScene& scene, const hull::View& view, std::span<float> depth_m) {
+double timed_ms(const Method& method, const HullScene& scene, const hull::View& view,
+                std::span<float> depth_m) {
   const auto start = std::chrono::steady_clock::now();
   method.depth(scene, view, depth_m);
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
 }
 
-std::vector<Result> measure(const HullScene& scene, const Size& size, std::span<const Method> methods, const base::Budget& budget, int rays) {
+std::vector<Result> measure(const HullScene& scene, const Size& size,
+                            std::span<const Method> methods, const base::Budget& budget, int rays) {
   const hull::View view = view_of(scene, size.width_px, size.height_px);
   std::vector<Result> results(methods.size());
-  std::vector<std::vector<float>> depths(methods.size(), std::vector<float>(std::size_t(size.width_px) * size.height_px));
+  std::vector<std::vector<float>> depths(
+      methods.size(), std::vector<float>(std::size_t(size.width_px) * size.height_px));
   base::time_in_turn(methods.size(), budget, [&](std::size_t m, bool counted) {
     const double ms = timed_ms(methods[m], scene, view, depths[m]);
     if (counted) results[m].time_ms.push_back(ms);
@@ -35,7 +40,8 @@ std::vector<Result> measure(const HullScene& scene, const Size& size, std::span<
   });
   std::vector<float> by_cpu(depths.front().size());
   cpu_method(1).depth(scene, view, by_cpu);
-  const int surface_rays = scene.silhouettes.size() <= 4 ? 200 : 0;  // dear: many cameras' true silhouettes
+  const int surface_rays =
+      scene.silhouettes.size() <= 4 ? 200 : 0;  // dear: many cameras' true silhouettes
   const Truth truth(scene, view, by_cpu, rays, surface_rays);
   for (std::size_t m = 0; m < methods.size(); ++m) {
     Result& r = results[m];
@@ -45,7 +51,8 @@ std::vector<Result> measure(const HullScene& scene, const Size& size, std::span<
     r.height_px = size.height_px;
     r.threads = methods[m].threads;
     r.cameras = int(scene.silhouettes.size());
-    r.hits = int(std::count_if(depths[m].begin(), depths[m].end(), [](float d) { return d != hull::kNoHull; }));
+    r.hits = int(std::count_if(depths[m].begin(), depths[m].end(),
+                               [](float d) { return d != hull::kNoHull; }));
     r.errors = truth.errors_of(depths[m], methods[m].spacing_mm(view), methods[m].exact);
     r.checksum = checksum(depths[m]);
     r.maps_covered = covered_fraction(scene);
@@ -63,9 +70,11 @@ class Suite {
 
   void run() {
     std::vector<HullScene> scenes = synthetic_scenes();
-    for (const std::string& folder : args_.maps) scenes.push_back(real_scene(folder));  // what is wrong with one is said at once
+    for (const std::string& folder : args_.maps)
+      scenes.push_back(real_scene(folder));  // what is wrong with one is said at once
     for (const HullScene& scene : scenes) run_scene(scene, sizes_of(scene));
-    if (args_.maps.empty()) std::puts("seated4cam, balance4cam: skipped, no --maps FOLDER (made by `fivepipe maps`)");
+    if (args_.maps.empty())
+      std::puts("seated4cam, balance4cam: skipped, no --maps FOLDER (made by `fivepipe maps`)");
     if (!args_.quick) run_series();
     std::puts("");
     print(results_);
@@ -76,7 +85,8 @@ class Suite {
  private:
   std::vector<Size> sizes_of(const HullScene& scene) const {
     if (args_.quick) return {{160, 120}};
-    if (args_.full || scene.name == "hand4" || scene.name == "hand4-near") return {{320, 240}, {640, 480}, {1920, 1080}};
+    if (args_.full || scene.name == "hand4" || scene.name == "hand4-near")
+      return {{320, 240}, {640, 480}, {1920, 1080}};
     return {{640, 480}};
   }
 
@@ -84,14 +94,22 @@ class Suite {
     for (const Size& size : sizes) {
       const bool large = size.width_px > 640;
       std::vector<Method> methods{cpu_method(args_.threads), image_based_method(args_.threads)};
-      if (args_.threads > 1 && !large) methods.push_back(cpu_method(1)), methods.push_back(image_based_method(1));
+      if (args_.threads > 1 && !large)
+        methods.push_back(cpu_method(1)), methods.push_back(image_based_method(1));
       methods.push_back(gl_method(args_.threads));
-      for (const int planes : args_.full ? std::vector{64, 128, 256, 320, 512} : std::vector{64, 320}) methods.push_back(cpu_sweep_method(planes, false, args_.threads));
-      for (const int planes : args_.full ? std::vector{64, 128, 144, 160, 256} : std::vector{64, 160}) methods.push_back(cpu_sweep_method(planes, true, args_.threads));
+      for (const int planes :
+           args_.full ? std::vector{64, 128, 256, 320, 512} : std::vector{64, 320})
+        methods.push_back(cpu_sweep_method(planes, false, args_.threads));
+      for (const int planes :
+           args_.full ? std::vector{64, 128, 144, 160, 256} : std::vector{64, 160})
+        methods.push_back(cpu_sweep_method(planes, true, args_.threads));
       methods.push_back(plain_sweep_method(160, args_.threads));
-      for (const double voxel_mm : args_.full ? std::vector{8.0, 5.0, 4.5, 4.0, 2.0, 1.0} : std::vector{8.0, 4.5, 2.0}) methods.push_back(carving_method(voxel_mm, args_.threads));
+      for (const double voxel_mm :
+           args_.full ? std::vector{8.0, 5.0, 4.5, 4.0, 2.0, 1.0} : std::vector{8.0, 4.5, 2.0})
+        methods.push_back(carving_method(voxel_mm, args_.threads));
       if (scene.silhouettes.size() <= 4 && !large)
-        for (const int planes : args_.full ? std::vector{64, 256} : std::vector{64}) methods.push_back(gl_sweep_method(planes, args_.threads));
+        for (const int planes : args_.full ? std::vector{64, 256} : std::vector{64})
+          methods.push_back(gl_sweep_method(planes, args_.threads));
       add(scene, size, methods);
     }
   }
@@ -99,23 +117,42 @@ class Suite {
   // Cost against cameras, view size and coverage.
   void run_series() {
     const std::vector<Method> methods{cpu_method(args_.threads), image_based_method(args_.threads)};
-    for (const int cameras : {4, 8, 16, 32, 64}) add(ring_scene("ring" + std::to_string(cameras), cameras, 720, 486, 0.5), {640, 480}, methods);
-    for (const Size& size : {Size{160, 120}, {1280, 960}}) add(hand_scene("hand4", 0.68, 1.0), size, methods);
-    for (const double fov_rad : {2.2, 1.6, 1.0, 0.7, 0.46}) add(hand_scene("cover" + std::to_string(int(100 * fov_rad)), 0.68, fov_rad), {640, 480}, methods);
+    for (const int cameras : {4, 8, 16, 32, 64})
+      add(ring_scene("ring" + std::to_string(cameras), cameras, 720, 486, 0.5), {640, 480},
+          methods);
+    for (const Size& size : {Size{160, 120}, {1280, 960}})
+      add(hand_scene("hand4", 0.68, 1.0), size, methods);
+    for (const double fov_rad : {2.2, 1.6, 1.0, 0.7, 0.46})
+      add(hand_scene("cover" + std::to_string(int(100 * fov_rad)), 0.68, fov_rad), {640, 480},
+          methods);
   }
 
   void add(const HullScene& scene, const Size& size, std::vector<Method> methods) {
-    std::erase_if(methods, [&](const Method& m) { return !m.takes(scene) || (m.name + "/" + scene.name).find(args_.only) == std::string::npos; });
+    std::erase_if(methods, [&](const Method& m) {
+      return !m.takes(scene) || (m.name + "/" + scene.name).find(args_.only) == std::string::npos;
+    });
     if (methods.empty()) return;
-    std::fprintf(stderr, "\r%-40s", (scene.name + " " + std::to_string(size.width_px) + "x" + std::to_string(size.height_px)).c_str());
-    const base::Budget budget = args_.quick ? base::Budget{3, 1, 0.05} : args_.full ? base::Budget{101, 5, 4.0} : base::Budget{31, 3, 1.0};
-    for (Result& r : measure(scene, size, methods, budget, args_.quick ? 200 : scene.silhouettes.size() > 16 ? 600 : 2000)) results_.push_back(std::move(r));
+    std::fprintf(
+        stderr, "\r%-40s",
+        (scene.name + " " + std::to_string(size.width_px) + "x" + std::to_string(size.height_px))
+            .c_str());
+    const base::Budget budget = args_.quick  ? base::Budget{3, 1, 0.05}
+                                : args_.full ? base::Budget{101, 5, 4.0}
+                                             : base::Budget{31, 3, 1.0};
+    for (Result& r : measure(scene, size, methods, budget,
+                             args_.quick                     ? 200
+                             : scene.silhouettes.size() > 16 ? 600
+                                                             : 2000))
+      results_.push_back(std::move(r));
   }
 
   void leave_files() const {
     std::fputs("\r", stderr);
-    if (!args_.json_file.empty()) base::write_file(args_.json_file, json_of(results_, context_->renderer()));
-    if (!args_.plot_file.empty() && !plot(results_, args_.plot_file)) std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n", args_.plot_file.c_str());
+    if (!args_.json_file.empty())
+      base::write_file(args_.json_file, json_of(results_, context_->renderer()));
+    if (!args_.plot_file.empty() && !plot(results_, args_.plot_file))
+      std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n",
+                   args_.plot_file.c_str());
   }
 
   bench::Args args_;
@@ -124,13 +161,18 @@ class Suite {
 };
 
 constexpr const char* kHelp =
-    "fivepipe bench hull [--json FILE] [--plot FILE.png|.svg] [--maps FOLDER]... [--threads N] [--only TEXT] [--full | --quick]\n"
-    "Time and error of the visual hull's depth from a novel viewpoint, everything from packed maps to depth: backends cpu and gl; the paper's stencil\n"
-    "sweep on OpenGL and the same planes on the CPU; image-based visual hulls; voxel carving. Some three minutes.\n"
-    "  --maps FOLDER  real maps as well: a folder that `fivepipe maps` made, named seated4cam or balance4cam\n"
+    "fivepipe bench hull [--json FILE] [--plot FILE.png|.svg] [--maps FOLDER]... [--threads N] "
+    "[--only TEXT] [--full | --quick]\n"
+    "Time and error of the visual hull's depth from a novel viewpoint, everything from packed maps "
+    "to depth: backends cpu and gl; the paper's stencil\n"
+    "sweep on OpenGL and the same planes on the CPU; image-based visual hulls; voxel carving. Some "
+    "three minutes.\n"
+    "  --maps FOLDER  real maps as well: a folder that `fivepipe maps` made, named seated4cam or "
+    "balance4cam\n"
     "  --threads N    of each method (2); cpu and ibvh on one thread as well\n"
     "  --only TEXT    results whose method/scene has this in it: --only cpu/, --only /hand4\n"
-    "  --full         the whole matrix: every scene at 320x240, 640x480 and 1920x1080, more planes and voxels, more runs\n"
+    "  --full         the whole matrix: every scene at 320x240, 640x480 and 1920x1080, more planes "
+    "and voxels, more runs\n"
     "  --quick        that it runs at all\n"
     "Example: fivepipe bench hull --json out/hull.json --plot out/hull.png\n";
 
@@ -139,5 +181,6 @@ constexpr const char* kHelp =
 
 int main(int argc, char** argv) {
   using namespace fivepipe;
-  return bench::run_suite("hull", hull_bench::kHelp, argc, argv, [](const bench::Args& args) { hull_bench::Suite(args).run(); });
+  return bench::run_suite("hull", hull_bench::kHelp, argc, argv,
+                          [](const bench::Args& args) { hull_bench::Suite(args).run(); });
 }

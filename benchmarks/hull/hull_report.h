@@ -23,14 +23,16 @@ struct Result {
 std::uint64_t checksum(std::span<const float> depths);
 
 void print(const std::vector<Result>& results);
-// What the best of ours gains over each rival's cheapest setting whose mean error is at most kFairError_mm, in each view.
+// What the best of ours gains over each rival's cheapest setting whose mean error is at most
+// kFairError_mm, in each view.
 void print_ratios(const std::vector<Result>& results);
 inline constexpr double kFairError_mm = 2;
 
 std::string json_of(const std::vector<Result>& results, const std::string& renderer);
 
-// Speed against error, and cost against cameras, view size and coverage, by gnuplot: writes `file` (.png or .svg) and the script and numbers
-// beside it. False where gnuplot is not there; the script can be run elsewhere. Throws std::runtime_error where files can't be written.
+// Speed against error, and cost against cameras, view size and coverage, by gnuplot: writes `file`
+// (.png or .svg) and the script and numbers beside it. False where gnuplot is not there; the script
+// can be run elsewhere. Throws std::runtime_error where files can't be written.
 bool plot(const std::vector<Result>& results, const std::filesystem::path& file);
 
 }  // namespace fivepipe::hull_bench

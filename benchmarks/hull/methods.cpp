@@ -3,18 +3,22 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "common/hull/cpu/cpu_hull.h"
-#include "common/hull/gl/gl_hull.h"
-#include "common/hull/paper/plane_sweep.h"
 #include "benchmarks/hull/baselines/cpu_plane_sweep.h"
 #include "benchmarks/hull/baselines/image_based_hull.h"
 #include "benchmarks/hull/baselines/voxel_carving.h"
+#include "common/hull/cpu/cpu_hull.h"
+#include "common/hull/gl/gl_hull.h"
+#include "common/hull/paper/plane_sweep.h"
 
 namespace fivepipe::hull_bench {
 namespace {
 
-hull::PixelRect whole(const hull::View& view) { return {0, 0, view.camera.pinhole.width_px, view.camera.pinhole.height_px}; }
-double plane_spacing_mm(const hull::View& view, int planes) { return (view.far_m - view.near_m) * 1000 / planes; }
+hull::PixelRect whole(const hull::View& view) {
+  return {0, 0, view.camera.pinhole.width_px, view.camera.pinhole.height_px};
+}
+double plane_spacing_mm(const hull::View& view, int planes) {
+  return (view.far_m - view.near_m) * 1000 / planes;
+}
 
 }  // namespace
 
@@ -24,14 +28,18 @@ Method cpu_method(int threads) {
     hull::CpuHull hull{pool};
     explicit State(int n) : pool(n) {}
   };
-  return {"cpu", threads, true, [state = std::make_shared<State>(threads)](const HullScene& scene, const hull::View& view, std::span<float> depth_m) {
+  return {"cpu", threads, true,
+          [state = std::make_shared<State>(threads)](const HullScene& scene, const hull::View& view,
+                                                     std::span<float> depth_m) {
             state->hull.assign(scene.silhouettes);
             state->hull.depth(view, whole(view), depth_m);
           }};
 }
 
 Method gl_method(int threads) {
-  return {"gl", threads, true, [hull = std::make_shared<hull::GlHull>()](const HullScene& scene, const hull::View& view, std::span<float> depth_m) {
+  return {"gl", threads, true,
+          [hull = std::make_shared<hull::GlHull>()](const HullScene& scene, const hull::View& view,
+                                                    std::span<float> depth_m) {
             hull->set_silhouettes(scene.silhouettes);
             const hull::DepthTile tile = hull->depth(view, whole(view));
             std::copy(tile.depth_m.begin(), tile.depth_m.end(), depth_m.begin());
@@ -44,21 +52,26 @@ Method image_based_method(int threads) {
     baselines::ImageBasedHull hull;
     explicit State(int n) : pool(n) {}
   };
-  return {"ibvh", threads, false, [state = std::make_shared<State>(threads)](const HullScene& scene, const hull::View& view, std::span<float> depth_m) {
+  return {"ibvh", threads, false,
+          [state = std::make_shared<State>(threads)](const HullScene& scene, const hull::View& view,
+                                                     std::span<float> depth_m) {
             state->hull.depth(scene.silhouettes, view, state->pool, depth_m);
           }};
 }
 
 namespace {
 
-Method sweep_method(const std::string& name, int planes, baselines::SweptDepth depth, baselines::SweptPlanes swept, int threads) {
+Method sweep_method(const std::string& name, int planes, baselines::SweptDepth depth,
+                    baselines::SweptPlanes swept, int threads) {
   struct State {
     base::WorkerPool pool;
     baselines::CpuPlaneSweep sweep;
-    State(int p, baselines::SweptDepth d, baselines::SweptPlanes s, int n) : pool(n), sweep(p, d, s) {}
+    State(int p, baselines::SweptDepth d, baselines::SweptPlanes s, int n)
+        : pool(n), sweep(p, d, s) {}
   };
   return {name + std::to_string(planes), threads, false,
-          [state = std::make_shared<State>(planes, depth, swept, threads)](const HullScene& scene, const hull::View& view, std::span<float> depth_m) {
+          [state = std::make_shared<State>(planes, depth, swept, threads)](
+              const HullScene& scene, const hull::View& view, std::span<float> depth_m) {
             state->sweep.depth(scene.silhouettes, view, state->pool, depth_m);
           },
           [planes](const hull::View& view) { return plane_spacing_mm(view, planes); }};
@@ -67,10 +80,15 @@ Method sweep_method(const std::string& name, int planes, baselines::SweptDepth d
 }  // namespace
 
 Method cpu_sweep_method(int planes, bool middle, int threads) {
-  return sweep_method(middle ? "cpusweepmid" : "cpusweep", planes, middle ? baselines::SweptDepth::middle : baselines::SweptDepth::plane, baselines::SweptPlanes::by_counts, threads);
+  return sweep_method(middle ? "cpusweepmid" : "cpusweep", planes,
+                      middle ? baselines::SweptDepth::middle : baselines::SweptDepth::plane,
+                      baselines::SweptPlanes::by_counts, threads);
 }
 
-Method plain_sweep_method(int planes, int threads) { return sweep_method("plainsweep", planes, baselines::SweptDepth::middle, baselines::SweptPlanes::by_bounds, threads); }
+Method plain_sweep_method(int planes, int threads) {
+  return sweep_method("plainsweep", planes, baselines::SweptDepth::middle,
+                      baselines::SweptPlanes::by_bounds, threads);
+}
 
 Method carving_method(double voxel_mm, int threads) {
   struct State {
@@ -81,12 +99,21 @@ Method carving_method(double voxel_mm, int threads) {
   };
   char name[32];
   std::snprintf(name, sizeof name, "carve%gmm", voxel_mm);
-  return {name, threads, false,
-          [state = std::make_shared<State>(threads), voxel_mm](const HullScene& scene, const hull::View& view, std::span<float> depth_m) {
-            if (state->scene != scene.name) state->carver = std::make_unique<baselines::VoxelCarving>(scene.volume_world_m, 1e-3 * voxel_mm), state->scene = scene.name;
+  return {name,
+          threads,
+          false,
+          [state = std::make_shared<State>(threads), voxel_mm](
+              const HullScene& scene, const hull::View& view, std::span<float> depth_m) {
+            if (state->scene != scene.name)
+              state->carver =
+                  std::make_unique<baselines::VoxelCarving>(scene.volume_world_m, 1e-3 * voxel_mm),
+              state->scene = scene.name;
             state->carver->depth(scene.silhouettes, view, state->pool, depth_m);
           },
-          [voxel_mm](const hull::View&) { return 2 * voxel_mm; }, [](const HullScene& scene) { return scene.silhouettes.size() <= baselines::kMaxCarvingCameras; }};
+          [voxel_mm](const hull::View&) { return 2 * voxel_mm; },
+          [](const HullScene& scene) {
+            return scene.silhouettes.size() <= baselines::kMaxCarvingCameras;
+          }};
 }
 
 Method gl_sweep_method(int planes, int threads) {
@@ -94,9 +121,12 @@ Method gl_sweep_method(int planes, int threads) {
     std::unique_ptr<hull::PlaneSweep> sweep;  // of the last view's size
   };
   return {"glsweep" + std::to_string(planes), threads, false,
-          [state = std::make_shared<State>(), planes](const HullScene& scene, const hull::View& view, std::span<float> depth_m) {
+          [state = std::make_shared<State>(), planes](
+              const HullScene& scene, const hull::View& view, std::span<float> depth_m) {
             const hull::PixelRect rect = whole(view);
-            if (!state->sweep || state->sweep->width_px() != rect.u1_px || state->sweep->height_px() != rect.v1_px) state->sweep = std::make_unique<hull::PlaneSweep>(rect.u1_px, rect.v1_px, planes);
+            if (!state->sweep || state->sweep->width_px() != rect.u1_px ||
+                state->sweep->height_px() != rect.v1_px)
+              state->sweep = std::make_unique<hull::PlaneSweep>(rect.u1_px, rect.v1_px, planes);
             state->sweep->set_silhouettes(scene.silhouettes);
             const hull::DepthTile tile = state->sweep->depth(view, {view.near_m, view.far_m}, rect);
             std::copy(tile.depth_m.begin(), tile.depth_m.end(), depth_m.begin());

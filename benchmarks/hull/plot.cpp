@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <functional>
 
+#include "benchmarks/hull/hull_report.h"
 #include "benchmarks/support/gnuplot.h"
 #include "common/base/timing.h"
-#include "benchmarks/hull/hull_report.h"
 
 namespace fivepipe::hull_bench {
 namespace {
@@ -19,15 +19,23 @@ bench::Series speed_against_error(const std::vector<Result>& results) {
   bench::Series series;
   for (const Result& r : results)
     if (r.scene == "hand4-near" && r.width_px == 640)
-      series[family(r.method) + ", " + std::to_string(r.threads) + (r.threads > 1 ? " threads" : " thread")].push_back({base::percentile(r.time_ms, 0), std::max(kLeastDrawn_mm, base::mean(r.errors.depth_mm))});
+      series[family(r.method) + ", " + std::to_string(r.threads) +
+             (r.threads > 1 ? " threads" : " thread")]
+          .push_back({base::percentile(r.time_ms, 0),
+                      std::max(kLeastDrawn_mm, base::mean(r.errors.depth_mm))});
   return series;
 }
 
-// Series of one thread count of backend cpu and its nearest rival over what changes from scene to scene.
-bench::Series over(const std::vector<Result>& results, const std::function<double(const Result&)>& x, const std::function<bool(const Result&)>& wanted) {
+// Series of one thread count of backend cpu and its nearest rival over what changes from scene to
+// scene.
+bench::Series over(const std::vector<Result>& results,
+                   const std::function<double(const Result&)>& x,
+                   const std::function<bool(const Result&)>& wanted) {
   bench::Series series;
   for (const Result& r : results)
-    if (wanted(r) && (r.method == "cpu" || r.method == "ibvh")) series[r.method + ", " + std::to_string(r.threads)].push_back({x(r), base::percentile(r.time_ms, 0)});
+    if (wanted(r) && (r.method == "cpu" || r.method == "ibvh"))
+      series[r.method + ", " + std::to_string(r.threads)].push_back(
+          {x(r), base::percentile(r.time_ms, 0)});
   return series;
 }
 
@@ -35,13 +43,28 @@ bench::Series over(const std::vector<Result>& results, const std::function<doubl
 
 bool plot(const std::vector<Result>& results, const std::filesystem::path& file) {
   bench::Plots plots(file);
-  plots.add("set title 'hand, maps 15 % covered, 640x480'; set xlabel 'ms (best)'; set ylabel 'mean depth error, mm (below 1e-5: at 1e-5)'; set logscale xy; set key outside right\n", speed_against_error(results));
-  plots.add("set title 'cost against cameras (720x486, 640x480)'; set xlabel 'cameras'; set ylabel 'ms (best)'\n",
-             over(results, [](const Result& r) { return double(r.cameras); }, [](const Result& r) { return r.scene.starts_with("ring") && r.width_px == 640; }));
-  plots.add("set title 'cost against view size (hand4)'; set xlabel 'pixels of the view'; set ylabel 'ms (best)'\n",
-             over(results, [](const Result& r) { return double(r.width_px) * r.height_px; }, [](const Result& r) { return r.scene == "hand4"; }));
-  plots.add("set title 'cost against coverage (640x480)'; set xlabel 'pixels of the view with hull'; set ylabel 'ms (best)'\n",
-             over(results, [](const Result& r) { return double(r.hits); }, [](const Result& r) { return r.scene.starts_with("cover") && r.width_px == 640; }));
+  plots.add(
+      "set title 'hand, maps 15 % covered, 640x480'; set xlabel 'ms (best)'; set ylabel 'mean "
+      "depth error, mm (below 1e-5: at 1e-5)'; set logscale xy; set key outside right\n",
+      speed_against_error(results));
+  plots.add(
+      "set title 'cost against cameras (720x486, 640x480)'; set xlabel 'cameras'; set ylabel 'ms "
+      "(best)'\n",
+      over(
+          results, [](const Result& r) { return double(r.cameras); },
+          [](const Result& r) { return r.scene.starts_with("ring") && r.width_px == 640; }));
+  plots.add(
+      "set title 'cost against view size (hand4)'; set xlabel 'pixels of the view'; set ylabel 'ms "
+      "(best)'\n",
+      over(
+          results, [](const Result& r) { return double(r.width_px) * r.height_px; },
+          [](const Result& r) { return r.scene == "hand4"; }));
+  plots.add(
+      "set title 'cost against coverage (640x480)'; set xlabel 'pixels of the view with hull'; set "
+      "ylabel 'ms (best)'\n",
+      over(
+          results, [](const Result& r) { return double(r.hits); },
+          [](const Result& r) { return r.scene.starts_with("cover") && r.width_px == 640; }));
   return plots.draw();
 }
 

@@ -16,19 +16,26 @@ using Eigen::Vector3d;
 constexpr double kRadians = std::numbers::pi / 180;
 constexpr double kCameraDistance_m = 1.4, kCameraElevation_rad = 40 * kRadians;
 
-hull::Silhouette seen(const std::vector<hull::Capsule>& object, const geometry::Camera& camera) { return {camera, hull::true_object_pixels(object, camera, hull::PixelRule::touched)}; }
+hull::Silhouette seen(const std::vector<hull::Capsule>& object, const geometry::Camera& camera) {
+  return {camera, hull::true_object_pixels(object, camera, hull::PixelRule::touched)};
+}
 
 Vector3d direction(double azimuth_rad, double elevation_rad) {
-  return {std::cos(elevation_rad) * std::cos(azimuth_rad), std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
+  return {std::cos(elevation_rad) * std::cos(azimuth_rad),
+          std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
 }
 
 const Vector3d kMiddle(-0.06, 0, 0.1);  // of hand and forearm
 
 HullScene without_cameras(const std::string& name, double view_fov_rad) {
-  return {name, hand_and_forearm(), {}, geometry::look_at({0.25, -0.45, 0.55}, {0, 0, 0.1}), view_fov_rad, 0.2, 1.2, {Vector3d(-0.45, -0.25, -0.05), Vector3d(0.25, 0.25, 0.25)}};
+  return {name,         hand_and_forearm(),
+          {},           geometry::look_at({0.25, -0.45, 0.55}, {0, 0, 0.1}),
+          view_fov_rad, 0.2,
+          1.2,          {Vector3d(-0.45, -0.25, -0.05), Vector3d(0.25, 0.25, 0.25)}};
 }
 
-// What `fivepipe maps` writes: a line a camera, "name width height fx fy cx cy" and camera_from_world's three rows.
+// What `fivepipe maps` writes: a line a camera, "name width height fx fy cx cy" and
+// camera_from_world's three rows.
 hull::Silhouette read_camera(const std::string& line, const std::filesystem::path& folder) {
   std::istringstream words(line);
   std::string name;
@@ -36,7 +43,9 @@ hull::Silhouette read_camera(const std::string& line, const std::filesystem::pat
   Eigen::Matrix<double, 3, 4> rows;
   words >> name >> k.width_px >> k.height_px >> k.fx_px >> k.fy_px >> k.cx_px >> k.cy_px;
   for (int i = 0; i < 12; ++i) words >> rows(i / 4, i % 4);
-  if (!words) throw std::runtime_error((folder / "cameras.txt").string() + ": expected a name and 18 numbers: " + line);
+  if (!words)
+    throw std::runtime_error((folder / "cameras.txt").string() +
+                             ": expected a name and 18 numbers: " + line);
   geometry::Camera camera{k, Eigen::Isometry3d::Identity()};
   camera.camera_from_world.matrix().topRows<3>() = rows;
   return {camera, hull::read_pbm(folder / (name + ".pbm"), k.width_px, k.height_px)};
@@ -46,7 +55,8 @@ hull::Silhouette read_camera(const std::string& line, const std::filesystem::pat
 
 std::vector<hull::Capsule> hand_and_forearm() {
   std::vector<hull::Capsule> object{{{-0.02, 0, 0.1}, {-0.27, 0.02, 0.12}, 0.038}};
-  for (const double y : {-0.03, -0.01, 0.01, 0.03}) object.push_back({{0, 0.8 * y, 0.1}, {0.075, y, 0.1}, 0.014});
+  for (const double y : {-0.03, -0.01, 0.01, 0.03})
+    object.push_back({{0, 0.8 * y, 0.1}, {0.075, y, 0.1}, 0.014});
   const double lengths_m[] = {0.06, 0.075, 0.08, 0.07};
   for (int i = 0; i < 4; ++i) {
     const double y = -0.035 + 0.0233 * i;
@@ -59,23 +69,39 @@ std::vector<hull::Capsule> hand_and_forearm() {
 HullScene hand_scene(const std::string& name, double map_fov_rad, double view_fov_rad) {
   HullScene scene = without_cameras(name, view_fov_rad);
   for (const double azimuth_deg : {35.0, 125.0, 215.0, 305.0})
-    scene.silhouettes.push_back(seen(scene.object, {geometry::pinhole_from_fov(720, 486, map_fov_rad), geometry::look_at(kMiddle + kCameraDistance_m * direction(azimuth_deg * kRadians, kCameraElevation_rad), kMiddle)}));
+    scene.silhouettes.push_back(seen(
+        scene.object,
+        {geometry::pinhole_from_fov(720, 486, map_fov_rad),
+         geometry::look_at(
+             kMiddle + kCameraDistance_m * direction(azimuth_deg * kRadians, kCameraElevation_rad),
+             kMiddle)}));
   return scene;
 }
 
-HullScene ring_scene(const std::string& name, int cameras, int width_px, int height_px, double map_fov_rad) {
+HullScene ring_scene(const std::string& name, int cameras, int width_px, int height_px,
+                     double map_fov_rad) {
   HullScene scene = without_cameras(name, 1.0);
   for (int i = 0; i < cameras; ++i) {
     const double elevation_rad = (25 + 20 * (i % 3)) * kRadians;
-    scene.silhouettes.push_back(seen(scene.object, {geometry::pinhole_from_fov(width_px, height_px, map_fov_rad), geometry::look_at(kMiddle + kCameraDistance_m * direction((35 + 360.0 * i / cameras) * kRadians, elevation_rad), kMiddle)}));
+    scene.silhouettes.push_back(
+        seen(scene.object,
+             {geometry::pinhole_from_fov(width_px, height_px, map_fov_rad),
+              geometry::look_at(
+                  kMiddle + kCameraDistance_m *
+                                direction((35 + 360.0 * i / cameras) * kRadians, elevation_rad),
+                  kMiddle)}));
   }
   return scene;
 }
 
 // Fields of view at which the object covers what the header says.
 std::vector<HullScene> synthetic_scenes() {
-  return {hand_scene("hand4", 0.68, 1.0), hand_scene("hand4-near", 0.395, 1.0), hand_scene("sparse", 0.68, 2.0), hand_scene("dense", 0.68, 0.46),
-          ring_scene("hand16", 16, 1280, 720, 0.41), ring_scene("hand64", 64, 640, 480, 0.37)};
+  return {hand_scene("hand4", 0.68, 1.0),
+          hand_scene("hand4-near", 0.395, 1.0),
+          hand_scene("sparse", 0.68, 2.0),
+          hand_scene("dense", 0.68, 0.46),
+          ring_scene("hand16", 16, 1280, 720, 0.41),
+          ring_scene("hand64", 64, 640, 480, 0.37)};
 }
 
 HullScene real_scene(const std::filesystem::path& folder) {
@@ -88,18 +114,27 @@ HullScene real_scene(const std::filesystem::path& folder) {
     scene.camera_from_world_of_eye = geometry::look_at({0.6, -2.6, 1.6}, {-1.0, 0.0, 0.85});
     scene.volume_world_m = {Vector3d(-2.2, -1.0, 0.0), Vector3d(0.4, 1.0, 2.0)};
   } else {
-    throw std::runtime_error(folder.string() + ": no eye is known for maps of this name; there are seated4cam and balance4cam");
+    throw std::runtime_error(
+        folder.string() +
+        ": no eye is known for maps of this name; there are seated4cam and balance4cam");
   }
   std::ifstream cameras(folder / "cameras.txt");
-  if (!cameras) throw std::runtime_error((folder / "cameras.txt").string() + ": can't be read; `fivepipe maps` makes it");
+  if (!cameras)
+    throw std::runtime_error((folder / "cameras.txt").string() +
+                             ": can't be read; `fivepipe maps` makes it");
   for (std::string line; std::getline(cameras, line);)
-    if (!line.empty() && line.front() != '#') scene.silhouettes.push_back(read_camera(line, folder));
-  if (scene.silhouettes.empty()) throw std::runtime_error((folder / "cameras.txt").string() + ": names no camera");
+    if (!line.empty() && line.front() != '#')
+      scene.silhouettes.push_back(read_camera(line, folder));
+  if (scene.silhouettes.empty())
+    throw std::runtime_error((folder / "cameras.txt").string() + ": names no camera");
   return scene;
 }
 
 hull::View view_of(const HullScene& scene, int width_px, int height_px) {
-  return {{geometry::pinhole_from_fov(width_px, height_px, scene.horizontal_fov_rad), scene.camera_from_world_of_eye}, scene.near_m, scene.far_m};
+  return {{geometry::pinhole_from_fov(width_px, height_px, scene.horizontal_fov_rad),
+           scene.camera_from_world_of_eye},
+          scene.near_m,
+          scene.far_m};
 }
 
 double covered_fraction(const HullScene& scene) {
@@ -113,7 +148,9 @@ double covered_fraction(const HullScene& scene) {
 
 double pixel_footprint_m(const HullScene& scene) {
   double sum = 0;
-  for (const hull::Silhouette& s : scene.silhouettes) sum += (geometry::camera_center_world_m(s.camera) - scene.volume_world_m.center()).norm() / s.camera.pinhole.fx_px;
+  for (const hull::Silhouette& s : scene.silhouettes)
+    sum += (geometry::camera_center_world_m(s.camera) - scene.volume_world_m.center()).norm() /
+           s.camera.pinhole.fx_px;
   return sum / double(scene.silhouettes.size());
 }
 

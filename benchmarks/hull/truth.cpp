@@ -7,13 +7,20 @@
 namespace fivepipe::hull_bench {
 namespace {
 
-// In which the analytic hull's first point is bracketed before bisection [m]; what is thinner may be missed.
+// In which the analytic hull's first point is bracketed before bisection [m]; what is thinner may
+// be missed.
 constexpr double kSurfaceStep_m = 0.5e-3;
-// How far before and behind the exact hull's point the analytic one is looked for [m]: many pixels' footprints.
+// How far before and behind the exact hull's point the analytic one is looked for [m]: many pixels'
+// footprints.
 constexpr double kSurfaceReach_m = 0.1;
 
-std::optional<double> analytic_depth_m(const HullScene& scene, const std::vector<geometry::Camera>& cameras, const geometry::Ray& ray, double near_m, double far_m) {
-  const auto inside = [&](double t) { return hull::in_analytic_hull(scene.object, cameras, ray.origin_world_m + t * ray.direction_world); };
+std::optional<double> analytic_depth_m(const HullScene& scene,
+                                       const std::vector<geometry::Camera>& cameras,
+                                       const geometry::Ray& ray, double near_m, double far_m) {
+  const auto inside = [&](double t) {
+    return hull::in_analytic_hull(scene.object, cameras,
+                                  ray.origin_world_m + t * ray.direction_world);
+  };
   for (double t = near_m; t < far_m; t += kSurfaceStep_m) {
     if (!inside(t)) continue;
     double out = t - kSurfaceStep_m, in = t;
@@ -25,7 +32,9 @@ std::optional<double> analytic_depth_m(const HullScene& scene, const std::vector
 
 }  // namespace
 
-Truth::Truth(const HullScene& scene, const hull::View& view, std::vector<float> cpu_depth_m, int rays, int surface_rays) : cpu_depth_m_(std::move(cpu_depth_m)) {
+Truth::Truth(const HullScene& scene, const hull::View& view, std::vector<float> cpu_depth_m,
+             int rays, int surface_rays)
+    : cpu_depth_m_(std::move(cpu_depth_m)) {
   std::vector<geometry::Camera> cameras;
   for (const hull::Silhouette& s : scene.silhouettes) cameras.push_back(s.camera);
   std::vector<std::size_t> seen;
@@ -35,12 +44,17 @@ Truth::Truth(const HullScene& scene, const hull::View& view, std::vector<float> 
   std::mt19937_64 random(1);
   for (int n = 0; n < rays; ++n) {
     const bool where_seen = n % 2 && !seen.empty();
-    TrueRay ray{where_seen ? seen[random() % seen.size()] : random() % cpu_depth_m_.size(), std::nullopt, std::nullopt};
-    const geometry::Ray line = geometry::ray_through(view.camera, Eigen::Vector2d(double(ray.pixel % std::size_t(width)), double(ray.pixel / std::size_t(width))));
+    TrueRay ray{where_seen ? seen[random() % seen.size()] : random() % cpu_depth_m_.size(),
+                std::nullopt, std::nullopt};
+    const geometry::Ray line =
+        geometry::ray_through(view.camera, Eigen::Vector2d(double(ray.pixel % std::size_t(width)),
+                                                           double(ray.pixel / std::size_t(width))));
     const auto pieces = hull::reference_intervals(scene.silhouettes, line, view.near_m, view.far_m);
     if (!pieces.empty()) ray.first = pieces.front();
     if (where_seen && ray.first && !scene.object.empty() && surface_rays-- > 0)
-      ray.surface_m = analytic_depth_m(scene, cameras, line, std::max(view.near_m, ray.first->enter - kSurfaceReach_m), std::min(view.far_m, ray.first->enter + kSurfaceReach_m));
+      ray.surface_m = analytic_depth_m(scene, cameras, line,
+                                       std::max(view.near_m, ray.first->enter - kSurfaceReach_m),
+                                       std::min(view.far_m, ray.first->enter + kSurfaceReach_m));
     rays_.push_back(ray);
   }
 }
@@ -54,16 +68,22 @@ Errors Truth::errors_of(std::span<const float> depth_m, double spacing_mm, bool 
     errors.reference_hits += expected;
     errors.wrong_hits += hit && !expected;
     errors.wrong_misses += !hit && expected;
-    if (hit && ray.surface_m) errors.surface_mm.push_back(std::abs(double(depth) - *ray.surface_m) * 1000);
+    if (hit && ray.surface_m)
+      errors.surface_mm.push_back(std::abs(double(depth) - *ray.surface_m) * 1000);
     if (!hit || !expected) continue;
     const double error_mm = std::abs(double(depth) - ray.first->enter) * 1000;
     errors.all_mm.push_back(error_mm);
-    if (spacing_mm > 0 && float(ray.first->leave) < depth && error_mm > spacing_mm) ++errors.wrong_pieces;
-    else errors.depth_mm.push_back(error_mm);
+    if (spacing_mm > 0 && float(ray.first->leave) < depth && error_mm > spacing_mm)
+      ++errors.wrong_pieces;
+    else
+      errors.depth_mm.push_back(error_mm);
   }
   for (std::size_t i = 0; exact && i < depth_m.size(); ++i) {
-    if ((depth_m[i] == hull::kNoHull) != (cpu_depth_m_[i] == hull::kNoHull)) ++errors.other_pixels;
-    else if (depth_m[i] != hull::kNoHull) errors.other_depth = std::max(errors.other_depth, std::abs(double(depth_m[i]) / double(cpu_depth_m_[i]) - 1));
+    if ((depth_m[i] == hull::kNoHull) != (cpu_depth_m_[i] == hull::kNoHull))
+      ++errors.other_pixels;
+    else if (depth_m[i] != hull::kNoHull)
+      errors.other_depth =
+          std::max(errors.other_depth, std::abs(double(depth_m[i]) / double(cpu_depth_m_[i]) - 1));
   }
   return errors;
 }

@@ -13,10 +13,10 @@
 #include <stdexcept>
 #include <thread>
 
+#include "benchmarks/nodes/free_domain.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/messages/wire.h"
-#include "benchmarks/nodes/free_domain.h"
 #include "launch/cli/commands.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/process.h"
@@ -27,7 +27,8 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds longest_match = 10s, longest_round_trip = 1s, round_time = 1500ms;
+constexpr std::chrono::milliseconds longest_match = 10s, longest_round_trip = 1s,
+                                    round_time = 1500ms;
 // ddsperf tells of whole seconds; the first is of its start.
 constexpr int ddsperf_s = 3;
 // Of an ObjectPixelMap and an ObjectColour beside their payload, about.
@@ -38,8 +39,10 @@ void stop_if_interrupted() {
 }
 
 // Its medians of half a round trip [us], without the first.
-std::vector<double> ddsperf_medians(std::uint32_t domain, std::size_t size_bytes, const std::string& mode) {
-  const std::vector<std::string> common{"/usr/bin/env", "ddsperf", "-i", std::to_string(domain), "-D", std::to_string(ddsperf_s)};
+std::vector<double> ddsperf_medians(std::uint32_t domain, std::size_t size_bytes,
+                                    const std::string& mode) {
+  const std::vector<std::string> common{
+      "/usr/bin/env", "ddsperf", "-i", std::to_string(domain), "-D", std::to_string(ddsperf_s)};
   std::vector<std::string> pong = common, ping = common;
   pong.insert(pong.end(), {"pong", mode});
   ping.insert(ping.end(), {"ping", "size", std::to_string(size_bytes), mode});
@@ -58,19 +61,26 @@ std::vector<double> ddsperf_medians(std::uint32_t domain, std::size_t size_bytes
     std::this_thread::sleep_for(10ms);
   }
   for (const std::string& line : asks.read_lines(true))
-    if (std::smatch match; std::regex_search(line, match, stats)) medians_us.push_back(std::stod(match[1]));
-  if (medians_us.empty()) throw std::runtime_error("ddsperf (package cyclonedds-tools) told no round-trip times" + said);
+    if (std::smatch match; std::regex_search(line, match, stats))
+      medians_us.push_back(std::stod(match[1]));
+  if (medians_us.empty())
+    throw std::runtime_error("ddsperf (package cyclonedds-tools) told no round-trip times" + said);
   return medians_us;
 }
 
 void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
-  launch::ChildProcess answers({launch::program_folder() / "fivepipe", "bench", "bus-echo", std::to_string(domain), profile}, {});
+  launch::ChildProcess answers(
+      {launch::program_folder() / "fivepipe", "bench", "bus-echo", std::to_string(domain), profile},
+      {});
   bus::Bus bus({domain, profile, "ping"});
   auto maps = bus.writer<bus::topics::ObjectPixelMap>();
   auto colours = bus.reader<bus::topics::ObjectColour>();
-  for (const auto until = Clock::now() + longest_match; maps.readers() == 0 || colours.writers() == 0; bus.wait(10ms))
-    if (stop_if_interrupted(); Clock::now() > until) throw std::runtime_error("the other end of the bus does not answer");
-  std::vector<std::uint8_t> payload(times.size_bytes > kHeaderBytes ? times.size_bytes - kHeaderBytes : 0, 1);
+  for (const auto until = Clock::now() + longest_match;
+       maps.readers() == 0 || colours.writers() == 0; bus.wait(10ms))
+    if (stop_if_interrupted(); Clock::now() > until)
+      throw std::runtime_error("the other end of the bus does not answer");
+  std::vector<std::uint8_t> payload(
+      times.size_bytes > kHeaderBytes ? times.size_bytes - kHeaderBytes : 0, 1);
   fivepipe_v1_ObjectPixelMap map{};
   messages::set_text(map.camera, "ping");
   messages::borrow(map.payload, payload);
@@ -80,9 +90,12 @@ void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
     const auto start = Clock::now();
     ++map.frame;
     maps.write(map);
-    std::optional<Clock::time_point> back;  // when it was read: what a reader does with the loan afterwards is not the bus's
+    std::optional<Clock::time_point>
+        back;  // when it was read: what a reader does with the loan afterwards is not the bus's
     while (!back) {
-      if (Clock::now() - start > longest_round_trip) throw std::runtime_error("a message of " + std::to_string(times.size_bytes) + " bytes did not come back");
+      if (Clock::now() - start > longest_round_trip)
+        throw std::runtime_error("a message of " + std::to_string(times.size_bytes) +
+                                 " bytes did not come back");
       bus.wait(10ms);
       for (const auto& sample : colours.take())
         if (sample.valid() && sample->frame == map.frame) back = Clock::now();
@@ -113,9 +126,11 @@ int echo_on_bus(std::uint32_t domain, const std::string& profile) {
   return 0;
 }
 
-std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int rounds, const std::string& profile) {
+std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int rounds,
+                               const std::string& profile) {
   // The same network settings, whoever measures.
-  const std::string xml = bus::fitted_to_kernel(bus::profile_xml(profile), bus::kernel_rmem_max_bytes()).xml;
+  const std::string xml =
+      bus::fitted_to_kernel(bus::profile_xml(profile), bus::kernel_rmem_max_bytes()).xml;
   setenv("CYCLONEDDS_URI", xml.c_str(), 1);
   std::vector<BusTimes> all;
   for (const std::size_t size_bytes : sizes_bytes) all.push_back({size_bytes, {}, {}, {}});
@@ -123,8 +138,10 @@ std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int 
   for (int round = 0; round < rounds; ++round)
     for (BusTimes& times : all) {
       ping(domain, profile, times);
-      for (const double us : ddsperf_medians(domain, times.size_bytes, "waitset")) times.ddsperf_us.push_back(us);
-      for (const double us : ddsperf_medians(domain, times.size_bytes, "listener")) times.ddsperf_listener_us.push_back(us);
+      for (const double us : ddsperf_medians(domain, times.size_bytes, "waitset"))
+        times.ddsperf_us.push_back(us);
+      for (const double us : ddsperf_medians(domain, times.size_bytes, "listener"))
+        times.ddsperf_listener_us.push_back(us);
     }
   return all;
 }

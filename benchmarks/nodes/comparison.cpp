@@ -9,19 +9,23 @@ namespace {
 using nlohmann::json;
 
 const json& results_of(const json& suite, const char* which) {
-  if (!suite.is_object() || !suite.contains("results") || !suite["results"].is_array()) throw std::runtime_error(std::string(which) + " has no list of results");
+  if (!suite.is_object() || !suite.contains("results") || !suite["results"].is_array())
+    throw std::runtime_error(std::string(which) + " has no list of results");
   return suite["results"];
 }
 
 double median_of(const json& result, const char* which) {
   const auto time = result.find("time_ms");
-  if (!result.is_object() || time == result.end() || !time->contains("median") || !(*time)["median"].is_number())
-    throw std::runtime_error(std::string(which) + ": a result without time_ms.median: " + result.dump().substr(0, 120));
+  if (!result.is_object() || time == result.end() || !time->contains("median") ||
+      !(*time)["median"].is_number())
+    throw std::runtime_error(std::string(which) +
+                             ": a result without time_ms.median: " + result.dump().substr(0, 120));
   return (*time)["median"].get<double>();
 }
 
 std::string name_of(const json& result, const char* which) {
-  if (!result.is_object() || !result.contains("name") || !result["name"].is_string()) throw std::runtime_error(std::string(which) + ": a result without a name");
+  if (!result.is_object() || !result.contains("name") || !result["name"].is_string())
+    throw std::runtime_error(std::string(which) + ": a result without a name");
   return result["name"].get<std::string>();
 }
 
@@ -31,7 +35,8 @@ std::vector<std::string> worse_errors(const json& before, const json& after) {
   const json& then = before.contains("error") ? before["error"] : none;
   const json& now = after.contains("error") ? after["error"] : none;
   for (const auto& [figure, value] : now.items())
-    if (then.contains(figure) && value.is_number() && then[figure].is_number() && value.get<double>() > then[figure].get<double>())
+    if (then.contains(figure) && value.is_number() && then[figure].is_number() &&
+        value.get<double>() > then[figure].get<double>())
       worse.push_back(figure + ": " + value.dump() + " instead of " + then[figure].dump());
   return worse;
 }
@@ -40,7 +45,8 @@ std::vector<std::string> worse_errors(const json& before, const json& after) {
 
 Comparison compared(const json& before, const json& after) {
   std::map<std::string, const json*> of_name;
-  for (const json& result : results_of(after, "the second")) of_name[name_of(result, "the second")] = &result;
+  for (const json& result : results_of(after, "the second"))
+    of_name[name_of(result, "the second")] = &result;
   Comparison comparison;
   for (const json& result : results_of(before, "the first")) {
     const std::string name = name_of(result, "the first");
@@ -51,11 +57,14 @@ Comparison compared(const json& before, const json& after) {
     }
     const json& now = *found->second;
     const std::string then_sum = result.value("checksum", ""), now_sum = now.value("checksum", "");
-    comparison.results.push_back({name, median_of(result, "the first"), median_of(now, "the second"), !then_sum.empty() && !now_sum.empty() && then_sum != now_sum, worse_errors(result, now)});
+    comparison.results.push_back(
+        {name, median_of(result, "the first"), median_of(now, "the second"),
+         !then_sum.empty() && !now_sum.empty() && then_sum != now_sum, worse_errors(result, now)});
     of_name.erase(found);
   }
   for (const auto& [name, result] : of_name) comparison.only_after.push_back(name);
-  if (before.contains("machine") && after.contains("machine") && before["machine"] != after["machine"])
+  if (before.contains("machine") && after.contains("machine") &&
+      before["machine"] != after["machine"])
     comparison.machines = before["machine"].dump() + "\n  and " + after["machine"].dump();
   return comparison;
 }

@@ -10,12 +10,20 @@
 namespace fivepipe::node_bench {
 
 void add_from_recording_options(CLI::App& app, FromRecordingOptions& options) {
-  app.add_option("--from", options.recording, "recording (MCAP): the exact inputs")->required()->check(CLI::ExistingFile);
-  app.add_option("--deployment", options.deployment, "deployment to measure instead of the recorded one")->check(CLI::ExistingFile);
+  app.add_option("--from", options.recording, "recording (MCAP): the exact inputs")
+      ->required()
+      ->check(CLI::ExistingFile);
+  app.add_option("--deployment", options.deployment,
+                 "deployment to measure instead of the recorded one")
+      ->check(CLI::ExistingFile);
   launch::add_set_option(&app, options.settings);
   launch::add_rate_option(&app, options.rate);
-  app.add_option("--in-flight", options.frames_in_flight, "frames sent and not yet handled")->check(CLI::Range(1, 6))->capture_default_str();
-  app.add_option("--runs", options.runs, "whole runs, each with new processes")->check(CLI::Range(1, 100))->capture_default_str();
+  app.add_option("--in-flight", options.frames_in_flight, "frames sent and not yet handled")
+      ->check(CLI::Range(1, 6))
+      ->capture_default_str();
+  app.add_option("--runs", options.runs, "whole runs, each with new processes")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
   launch::add_range_options(&app, options.start_s, options.end_s);
   app.add_option("--json", options.json, "write the results there");
   app.add_option("--out", options.out, "folder for what the nodes write; without it: none is kept");
@@ -31,14 +39,18 @@ std::optional<int> parsed(CLI::App& app, const std::vector<std::string>& words) 
   return std::nullopt;
 }
 
-MeasuredDeployment::MeasuredDeployment(const recording::Recording& recording, const FromRecordingOptions& options) : settings_(launch::settings_from(options.settings)) {
+MeasuredDeployment::MeasuredDeployment(const recording::Recording& recording,
+                                       const FromRecordingOptions& options)
+    : settings_(launch::settings_from(options.settings)) {
   if (options.deployment.empty()) {
     recorded_.emplace(recording, settings_);
     settings_ = recorded_->settings();
   } else {
     own_ = config::load_deployment(options.deployment, settings_);
   }
-  if (options.out.empty()) passing_out_ = std::filesystem::temp_directory_path() / ("fivepipe-bench-" + std::to_string(getpid()));
+  if (options.out.empty())
+    passing_out_ =
+        std::filesystem::temp_directory_path() / ("fivepipe-bench-" + std::to_string(getpid()));
 }
 
 MeasuredDeployment::~MeasuredDeployment() {
@@ -66,9 +78,11 @@ std::string checksum_text(std::uint64_t checksum) {
   return text;
 }
 
-std::string result_json(const std::string& name, const std::vector<double>& time_ms, const nlohmann::ordered_json& error, const nlohmann::ordered_json& counts,
+std::string result_json(const std::string& name, const std::vector<double>& time_ms,
+                        const nlohmann::ordered_json& error, const nlohmann::ordered_json& counts,
                         const std::string& checksum) {
-  return "  {\"name\": " + base::quoted(name) + ", \"time_ms\": " + base::times_json(time_ms) + ", \"error\": " + error.dump() + ", \"counts\": " + counts.dump() +
+  return "  {\"name\": " + base::quoted(name) + ", \"time_ms\": " + base::times_json(time_ms) +
+         ", \"error\": " + error.dump() + ", \"counts\": " + counts.dump() +
          ", \"checksum\": " + base::quoted(checksum) + "}";
 }
 

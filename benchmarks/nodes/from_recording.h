@@ -1,4 +1,5 @@
-// What benchmarks from a recording have in common: their options, the deployment, the JSON of times.
+// What benchmarks from a recording have in common: their options, the deployment, the JSON of
+// times.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -33,7 +34,9 @@ class MeasuredDeployment {
   MeasuredDeployment(const MeasuredDeployment&) = delete;
   MeasuredDeployment& operator=(const MeasuredDeployment&) = delete;
   NodeRunOptions run_options(const FromRecordingOptions& options) const;
-  const config::Deployment& deployment() const { return recorded_ ? recorded_->deployment() : *own_; }
+  const config::Deployment& deployment() const {
+    return recorded_ ? recorded_->deployment() : *own_;
+  }
 
  private:
   std::optional<replay::RecordedDeployment> recorded_;
@@ -43,7 +46,8 @@ class MeasuredDeployment {
 };
 
 // One entry of the results of a benchmark's JSON.
-std::string result_json(const std::string& name, const std::vector<double>& time_ms, const nlohmann::ordered_json& error, const nlohmann::ordered_json& counts,
+std::string result_json(const std::string& name, const std::vector<double>& time_ms,
+                        const nlohmann::ordered_json& error, const nlohmann::ordered_json& counts,
                         const std::string& checksum);
 std::string checksum_text(std::uint64_t checksum);
 

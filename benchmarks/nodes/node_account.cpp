@@ -10,8 +10,11 @@ namespace {
 double ms(std::int64_t ns) { return 1e-6 * double(ns); }
 
 void add_step(NodeAccount& account, const std::string& name, double time_ms) {
-  const auto known = std::find_if(account.steps.begin(), account.steps.end(), [&](const auto& step) { return step.first == name; });
-  auto& times = known == account.steps.end() ? account.steps.emplace_back(name, std::vector<double>{}).second : known->second;
+  const auto known = std::find_if(account.steps.begin(), account.steps.end(),
+                                  [&](const auto& step) { return step.first == name; });
+  auto& times = known == account.steps.end()
+                    ? account.steps.emplace_back(name, std::vector<double>{}).second
+                    : known->second;
   times.push_back(time_ms);
 }
 
@@ -22,15 +25,19 @@ NodeAccount account_of(const std::vector<replay::FrameTimes>& frames, const std:
   std::int64_t end_before_ns = 0;
   for (const replay::FrameTimes& frame : frames) {
     const auto found = frame.nodes.find(node);
-    if (found == frame.nodes.end() || found->second.steps.empty()) continue;  // a frame of which the node makes nothing
+    if (found == frame.nodes.end() || found->second.steps.empty())
+      continue;  // a frame of which the node makes nothing
     const replay::FrameAtNode& here = found->second;
     const std::int64_t end_ns = here.steps.back().end_ns;
     if (end_before_ns > 0) {
-      add_step(account, "decode_inputs", ms(here.steps.front().start_ns - std::max(here.last_input_ns, end_before_ns)));
-      for (const replay::StepTimes& step : here.steps) add_step(account, step.step, ms(step.end_ns - step.start_ns));
+      add_step(account, "decode_inputs",
+               ms(here.steps.front().start_ns - std::max(here.last_input_ns, end_before_ns)));
+      for (const replay::StepTimes& step : here.steps)
+        add_step(account, step.step, ms(step.end_ns - step.start_ns));
       account.own.push_back(ms(end_ns - std::max(here.last_input_ns, end_before_ns)));
       account.period.push_back(ms(end_ns - end_before_ns));
-      account.transport.push_back(ms(std::max<std::int64_t>(0, here.last_input_ns - std::max(end_before_ns, frame.sent.release_ns))));
+      account.transport.push_back(ms(std::max<std::int64_t>(
+          0, here.last_input_ns - std::max(end_before_ns, frame.sent.release_ns))));
       account.latency.push_back(ms(end_ns - frame.sent.start_ns));
     }
     end_before_ns = end_ns;
@@ -38,7 +45,11 @@ NodeAccount account_of(const std::vector<replay::FrameTimes>& frames, const std:
   return account;
 }
 
-double NodeAccount::own_share() const { return period.empty() ? 0 : base::mean(own) / base::mean(period); }
-double NodeAccount::explained_share() const { return period.empty() ? 0 : (base::mean(own) + base::mean(transport)) / base::mean(period); }
+double NodeAccount::own_share() const {
+  return period.empty() ? 0 : base::mean(own) / base::mean(period);
+}
+double NodeAccount::explained_share() const {
+  return period.empty() ? 0 : (base::mean(own) + base::mean(transport)) / base::mean(period);
+}
 
 }  // namespace fivepipe::node_bench

@@ -12,14 +12,14 @@
 #include <sstream>
 #include <thread>
 
+#include "benchmarks/nodes/free_domain.h"
 #include "common/base/realtime.h"
+#include "common/base/usage_error.h"
+#include "common/recording/replay/node_inputs.h"
 #include "launch/cli/commands.h"
 #include "launch/supervise/interrupt.h"
-#include "benchmarks/nodes/free_domain.h"
-#include "launch/supervise/status_messages.h"
 #include "launch/supervise/process.h"
-#include "common/recording/replay/node_inputs.h"
-#include "common/base/usage_error.h"
+#include "launch/supervise/status_messages.h"
 
 namespace fivepipe::node_bench {
 namespace {
@@ -33,8 +33,10 @@ constexpr auto longest_end = 2s;
 
 // What tells of times differs from run to run.
 bool tells_of_times(const std::string& topic) {
-  static const std::set<std::string> timed = {bus::topics::TileCosts::name, bus::topics::FrameComposited::name, bus::topics::FrameTrace::name, bus::topics::NodeStatus::name,
-                                              bus::topics::ReplaySession::name};
+  static const std::set<std::string> timed = {
+      bus::topics::TileCosts::name, bus::topics::FrameComposited::name,
+      bus::topics::FrameTrace::name, bus::topics::NodeStatus::name,
+      bus::topics::ReplaySession::name};
   return timed.contains(topic);
 }
 
@@ -62,8 +64,17 @@ class Nodes {
   Nodes(const NodeRunOptions& options, std::uint32_t domain) {
     for (const std::string& name : options.nodes) {
       const config::Node* node = config::find_node(*options.deployment, name);
-      std::vector<std::string> words{launch::program_folder() / config::program_of(*node), "--deployment", options.file, "--node", name, "--domain", std::to_string(domain), "--out", options.out};
-      for (const auto& [key, value] : options.settings) words.insert(words.end(), {"--set", key + "=" + value});
+      std::vector<std::string> words{launch::program_folder() / config::program_of(*node),
+                                     "--deployment",
+                                     options.file,
+                                     "--node",
+                                     name,
+                                     "--domain",
+                                     std::to_string(domain),
+                                     "--out",
+                                     options.out};
+      for (const auto& [key, value] : options.settings)
+        words.insert(words.end(), {"--set", key + "=" + value});
       children_.emplace(name, std::make_unique<launch::ChildProcess>(words, node->cores));
     }
   }
@@ -73,19 +84,23 @@ class Nodes {
   void check() {
     for (auto& [name, child] : children_) {
       for (std::string& line : child->read_lines()) said_[name] += "\n  " + line;
-      if (const auto exit = child->ended()) throw std::runtime_error("node '" + name + "' ended: " + launch::to_string(*exit) + said_[name]);
+      if (const auto exit = child->ended())
+        throw std::runtime_error("node '" + name + "' ended: " + launch::to_string(*exit) +
+                                 said_[name]);
     }
   }
   std::map<std::string, ProcessUse> use() const {
     std::map<std::string, ProcessUse> use;
-    for (const auto& [name, child] : children_) use[name] = {cpu_s_of(child->pid()), peak_memory_mb_of(child->pid())};
+    for (const auto& [name, child] : children_)
+      use[name] = {cpu_s_of(child->pid()), peak_memory_mb_of(child->pid())};
     return use;
   }
   void stop() {
     for (auto& [name, child] : children_) child->signal_group(SIGTERM);
     const auto until = Clock::now() + longest_end;
     const auto runs = [](auto& child) { return !child.second->ended(); };
-    while (Clock::now() < until && std::any_of(children_.begin(), children_.end(), runs)) std::this_thread::sleep_for(10ms);
+    while (Clock::now() < until && std::any_of(children_.begin(), children_.end(), runs))
+      std::this_thread::sleep_for(10ms);
     children_.clear();  // kills what is left
   }
 
@@ -99,7 +114,8 @@ class Outputs {
  public:
   Outputs(bus::Bus& bus, const std::set<std::string>& replayed) : bus_(bus) {
     for (const bus::topics::Topic& topic : bus::topics::all())
-      if (!tells_of_times(topic.name) && !replayed.contains(topic.name)) readers_.push_back({topic, bus::SerializedReader(bus, topic)});
+      if (!tells_of_times(topic.name) && !replayed.contains(topic.name))
+        readers_.push_back({topic, bus::SerializedReader(bus, topic)});
   }
   void take() {
     for (auto& [topic, reader] : readers_)
@@ -126,7 +142,9 @@ class CompositeWatch {
     std::int64_t composited_ns = 0, heard_ns = 0;
   };
   CompositeWatch(std::uint32_t domain, const std::string& profile)
-      : bus_({domain, profile, "replay_composites"}), composited_(bus_.reader<bus::topics::FrameComposited>()), thread_([this](std::stop_token stop) {
+      : bus_({domain, profile, "replay_composites"}),
+        composited_(bus_.reader<bus::topics::FrameComposited>()),
+        thread_([this](std::stop_token stop) {
           for (bool last = false; !last; take()) {
             last = stop.stop_requested();
             bus_.wait(last ? 0ms : 20ms);
@@ -142,7 +160,8 @@ class CompositeWatch {
  private:
   void take() {
     for (const auto& sample : composited_.take())
-      if (sample.valid()) heard_[sample->frame] = {sample->composited_stamp_ns, base::now_realtime_ns()};
+      if (sample.valid())
+        heard_[sample->frame] = {sample->composited_stamp_ns, base::now_realtime_ns()};
   }
 
   bus::Bus bus_;
@@ -161,7 +180,8 @@ replay::ReplayPlan plan_of(const recording::Recording& recording, const NodeRunO
     written.merge(replay::outputs_of(program));
   }
   for (const recording::RecordedChannel& channel : recording.channels())
-    if (read.contains(channel.topic) && !written.contains(channel.topic))  // what a started node makes is not replayed
+    if (read.contains(channel.topic) &&
+        !written.contains(channel.topic))  // what a started node makes is not replayed
       plan.channels.insert(channel.id);
   replay::set_range(plan, recording, options.start_s, options.end_s);
   plan.rate = options.rate;
@@ -196,18 +216,24 @@ replay::FrameAtNode frame_at_node(const fivepipe_v1_FrameTrace& trace) {
 std::uint64_t dropped_by(const NodeRun& run, const std::string& node) {
   std::uint64_t dropped = 0;
   if (const auto drops = run.drops.find(node); drops != run.drops.end())
-    for (const auto& [reason, count] : drops->second) dropped += reason == "video_frame" ? 0 : count;
+    for (const auto& [reason, count] : drops->second)
+      dropped += reason == "video_frame" ? 0 : count;
   return dropped;
 }
 
 bool is_sound(const NodeRun& run) {
   bool sound = run.counts.complete();
   for (const auto& [node, expected] : run.counts.expected) {
-    if (expected == 0) std::cerr << "no frame of the recording is complete for '" << node << "': what it reads was not recorded, or not in this range\n";
-    if (const std::uint64_t dropped = dropped_by(run, node)) std::cerr << "'" << node << "' dropped " << dropped << " of its inputs\n";
+    if (expected == 0)
+      std::cerr << "no frame of the recording is complete for '" << node
+                << "': what it reads was not recorded, or not in this range\n";
+    if (const std::uint64_t dropped = dropped_by(run, node))
+      std::cerr << "'" << node << "' dropped " << dropped << " of its inputs\n";
     sound &= expected > 0 && dropped_by(run, node) == 0;
   }
-  if (run.counts.late) std::cerr << run.counts.late << " messages stand too far from their frame in the file: the recorder had lagged\n";
+  if (run.counts.late)
+    std::cerr << run.counts.late
+              << " messages stand too far from their frame in the file: the recorder had lagged\n";
   if (run.counts.damaged) std::cerr << run.counts.damaged << " chunks of the file are damaged\n";
   return sound;
 }
@@ -215,13 +241,16 @@ bool is_sound(const NodeRun& run) {
 NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& options) {
   const std::uint32_t domain = free_domain(options.deployment->network_profile);
   const replay::ReplayPlan plan = plan_of(recording, options);
-  setenv("LP_NUM_THREADS", "1", 0);  // llvmpipe starts a thread per core in every process that draws
+  setenv("LP_NUM_THREADS", "1",
+         0);  // llvmpipe starts a thread per core in every process that draws
   Nodes nodes(options, domain);
   bus::Bus bus({domain, options.deployment->network_profile, "replay", true});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
   launch::StatusBook statuses;
   std::optional<CompositeWatch> composites;
-  if (std::any_of(plan.nodes.begin(), plan.nodes.end(), [](const replay::ReplayedNode& node) { return replay::outputs_of(node.program).contains(bus::topics::FrameComposited::name); }))
+  if (std::any_of(plan.nodes.begin(), plan.nodes.end(), [](const replay::ReplayedNode& node) {
+        return replay::outputs_of(node.program).contains(bus::topics::FrameComposited::name);
+      }))
     composites.emplace(domain, options.deployment->network_profile);
   replay::Replayer replayer(bus, recording, plan);
   std::set<std::string> replayed;
@@ -235,7 +264,9 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
     frames[frame].frame = frame;
     frames[frame].sent = sent;
   };
-  replayer.tell_traces_to([&](const fivepipe_v1_FrameTrace& trace) { frames[trace.frame].nodes[trace.node] = frame_at_node(trace); });
+  replayer.tell_traces_to([&](const fivepipe_v1_FrameTrace& trace) {
+    frames[trace.frame].nodes[trace.node] = frame_at_node(trace);
+  });
   const auto before = nodes.use();
   const double own_before_s = cpu_s_of(getpid());
   // Everything that is read: a reader with samples left would end each wait at once.
@@ -246,7 +277,8 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   replayer.run([&] {
     take_outputs();
     nodes.check();
-    return launch::signals_received() > 0 ? replay::ReplayControl::stop : replay::ReplayControl::go_on;
+    return launch::signals_received() > 0 ? replay::ReplayControl::stop
+                                          : replay::ReplayControl::go_on;
   });
   NodeRun run;
   run.use = nodes.use();
@@ -268,7 +300,8 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   run.counts = replayer.counts();
   if (outputs) run.outputs = outputs->digests();
   for (auto& [frame, times] : frames)
-    if (times.sent.start_ns > 0 && times.nodes.size() == options.nodes.size()) run.frames.push_back(std::move(times));
+    if (times.sent.start_ns > 0 && times.nodes.size() == options.nodes.size())
+      run.frames.push_back(std::move(times));
   return run;
 }
 

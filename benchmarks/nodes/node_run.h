@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/recording/files/recording.h"
 #include "common/config/deployment.h"
+#include "common/recording/files/recording.h"
 #include "common/recording/replay/replayer.h"
 
 namespace fivepipe::node_bench {
@@ -16,14 +16,14 @@ struct NodeRunOptions {
   const config::Deployment* deployment = nullptr;
   std::filesystem::path file;                   // of the deployment
   std::map<std::string, std::string> settings;  // of the deployment
-  std::vector<std::string> nodes;               // these are started; the recording stands for all others
-  double rate = 0;                              // 0: as fast as it goes
+  std::vector<std::string> nodes;  // these are started; the recording stands for all others
+  double rate = 0;                 // 0: as fast as it goes
   int frames_in_flight = 2;
   replay::SendOrder order = replay::SendOrder::needed_ahead;
-  double start_s = 0;                           // from the recording's start
+  double start_s = 0;  // from the recording's start
   std::optional<double> end_s;
-  bool checksums = true;                        // of what the nodes write; they are read for it
-  std::filesystem::path out;                    // for what nodes write and say
+  bool checksums = true;      // of what the nodes write; they are read for it
+  std::filesystem::path out;  // for what nodes write and say
 };
 
 // Of all messages of a topic, whatever their order.
@@ -31,7 +31,8 @@ struct OutputDigest {
   std::uint64_t messages = 0, bytes = 0, checksum = 0;
 };
 struct ProcessUse {
-  double cpu_s = 0, peak_memory_mb = 0;  // user and system during the replay; resident since the start
+  double cpu_s = 0,
+         peak_memory_mb = 0;  // user and system during the replay; resident since the start
 };
 
 struct NodeRun {
@@ -39,14 +40,15 @@ struct NodeRun {
   replay::ReplayCounts counts;
   std::map<std::string, std::map<std::string, std::uint64_t>> drops;  // by node, reason
   std::map<std::string, ProcessUse> use;                              // by node
-  double replay_cpu_s = 0;                                            // of this process: it takes its part of the cores, too
-  std::map<std::string, OutputDigest> outputs;                        // by topic; without what tells of times
-  std::string gl_renderer;                                            // as the nodes say; empty: none
+  double replay_cpu_s = 0;  // of this process: it takes its part of the cores, too
+  std::map<std::string, OutputDigest> outputs;  // by topic; without what tells of times
+  std::string gl_renderer;                      // as the nodes say; empty: none
 };
 
 // What a node dropped of its inputs. A video frame that its file has no time for is none.
 std::uint64_t dropped_by(const NodeRun& run, const std::string& node);
-// Every frame was handled, one at least, and nothing dropped: its times may be compared. Says what is not, on stderr.
+// Every frame was handled, one at least, and nothing dropped: its times may be compared. Says what
+// is not, on stderr.
 bool is_sound(const NodeRun& run);
 
 // Throws std::runtime_error with a node's last words where one does not start, or ends.

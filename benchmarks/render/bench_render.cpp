@@ -1,15 +1,16 @@
-// fivepipe bench render: how long the parent pipe takes for a frame at the paper's sizes, drawing and reading it back.
+// fivepipe bench render: how long the parent pipe takes for a frame at the paper's sizes, drawing
+// and reading it back.
 #include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <opencv2/core.hpp>
 #include <sstream>
 
-#include "common/base/result_file.h"
+#include "benchmarks/hull/scenes.h"
 #include "benchmarks/support/suite.h"
+#include "common/base/result_file.h"
 #include "common/base/timing.h"
 #include "common/gl/context.h"
-#include "benchmarks/hull/scenes.h"
 #include "common/hull/cpu/cpu_hull.h"
 #include "render_node/renderer.h"
 
@@ -25,25 +26,30 @@ double cpu_ms() {
   return 1e3 * double(t.tv_sec) + 1e-6 * double(t.tv_nsec);
 }
 
-double ms_since(Clock::time_point start) { return std::chrono::duration<double, std::milli>(Clock::now() - start).count(); }
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
 
 // The hand goes round above the table once in these frames, and the view with it.
 constexpr int kFrames = 30;
 constexpr double kSecondsPerFrame = 8.0 / kFrames;
 
-// What the reconstruction nodes send of frame f: exact depth, and a colour that differs from pixel to pixel.
+// What the reconstruction nodes send of frame f: exact depth, and a colour that differs from pixel
+// to pixel.
 render::HullFrame hull_of(const config::Deployment& deployment, int f, bool coloured) {
   const double angle = 2 * M_PI * f / kFrames;
   const Eigen::Vector3d hand_world_m(0.15 * std::sin(angle), 0.05 + 0.1 * std::cos(angle), 0.12);
   std::vector<hull::Capsule> object = hull_bench::hand_and_forearm();
   const Eigen::AngleAxisd forwards(M_PI / 2, Eigen::Vector3d::UnitZ());  // from the person's side
   for (hull::Capsule& part : object)
-    for (Eigen::Vector3d* end : {&part.a_world_m, &part.b_world_m}) *end = forwards * *end + hand_world_m;
+    for (Eigen::Vector3d* end : {&part.a_world_m, &part.b_world_m})
+      *end = forwards * *end + hand_world_m;
   std::vector<hull::Silhouette> silhouettes;
   for (const config::RigCamera& camera : deployment.rig.cameras) {
     if (camera.mount != config::Mount::world) continue;
     const geometry::Camera placed = config::published_camera(camera);
-    silhouettes.push_back({placed, hull::true_object_pixels(object, placed, hull::PixelRule::touched)});
+    silhouettes.push_back(
+        {placed, hull::true_object_pixels(object, placed, hull::PixelRule::touched)});
   }
   render::HullFrame hull;
   hull.frame = std::uint64_t(f);
@@ -52,33 +58,46 @@ render::HullFrame hull_of(const config::Deployment& deployment, int f, bool colo
   base::WorkerPool pool(1);
   hull::CpuHull query(pool, silhouettes);
   const int width = hull.recon.width_px, height = hull.recon.height_px;
-  hull.depth_m = query.depth({{hull.recon, hull.eye_from_world}, deployment.viewer.near_m, deployment.viewer.far_m}, {0, 0, width, height}).depth_m;
+  hull.depth_m = query
+                     .depth({{hull.recon, hull.eye_from_world},
+                             deployment.viewer.near_m,
+                             deployment.viewer.far_m},
+                            {0, 0, width, height})
+                     .depth_m;
   hull.covered = {width, height, 0, 0};
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u)
       if (hull.depth_m[std::size_t(v * width + u)] != hull::kNoHull)
-        hull.covered = {std::min(hull.covered.u0_px, u), std::min(hull.covered.v0_px, v), std::max(hull.covered.u1_px, u + 1), std::max(hull.covered.v1_px, v + 1)};
+        hull.covered = {std::min(hull.covered.u0_px, u), std::min(hull.covered.v0_px, v),
+                        std::max(hull.covered.u1_px, u + 1), std::max(hull.covered.v1_px, v + 1)};
   if (!coloured) return hull;
-  for (int i = 0; i < width * height; ++i) hull.bgr.insert(hull.bgr.end(), {std::uint8_t(i % width), std::uint8_t(i / width), std::uint8_t(200 - i % 7)});
+  for (int i = 0; i < width * height; ++i)
+    hull.bgr.insert(hull.bgr.end(),
+                    {std::uint8_t(i % width), std::uint8_t(i / width), std::uint8_t(200 - i % 7)});
   return hull;
 }
 
 // FNV-1a, 64 bits.
 std::uint64_t mixed(std::uint64_t sum, const cv::Mat& image) {
   for (int v = 0; v < image.rows; ++v)
-    for (const std::uint8_t* byte = image.ptr(v); byte < image.ptr(v) + image.cols * int(image.elemSize()); ++byte) sum = (sum ^ *byte) * 0x100000001b3;
+    for (const std::uint8_t* byte = image.ptr(v);
+         byte < image.ptr(v) + image.cols * int(image.elemSize()); ++byte)
+      sum = (sum ^ *byte) * 0x100000001b3;
   return sum;
 }
 
 struct Times {
   std::vector<double> draw_ms, read_ms, frame_ms;
-  std::vector<double> cpu_ms;  // of the whole process, OpenGL's threads on a CPU included: what others do on the machine counts less
+  std::vector<double> cpu_ms;  // of the whole process, OpenGL's threads on a CPU included: what
+                               // others do on the machine counts less
 };
 
-Times measure(const config::Deployment& deployment, const std::vector<render::HullFrame>& hulls, int rounds, std::uint64_t& sum) {
+Times measure(const config::Deployment& deployment, const std::vector<render::HullFrame>& hulls,
+              int rounds, std::uint64_t& sum) {
   render::Renderer renderer(deployment.scene, deployment.viewer);
   Times times;
-  for (int i = -kFrames; i < rounds * kFrames; ++i) {  // the first round warms up, and is what the checksum is of
+  for (int i = -kFrames; i < rounds * kFrames;
+       ++i) {  // the first round warms up, and is what the checksum is of
     const double cpu_before_ms = cpu_ms();
     const Clock::time_point start = Clock::now();
     renderer.draw(hulls[std::size_t((i + kFrames) % kFrames)], {}, {"touched_block"});
@@ -98,35 +117,49 @@ Times measure(const config::Deployment& deployment, const std::vector<render::Hu
   return times;
 }
 
-std::string measured(const config::Deployment& deployment, const std::string& name, bool coloured, const bench::Args& args) {
+std::string measured(const config::Deployment& deployment, const std::string& name, bool coloured,
+                     const bench::Args& args) {
   std::vector<render::HullFrame> hulls;
   for (int f = 0; f < kFrames; ++f) hulls.push_back(hull_of(deployment, f, coloured));
   std::uint64_t sum = 0xcbf29ce484222325;
   const Times times = measure(deployment, hulls, args.quick ? 1 : 5, sum);
-  const auto ms = [](const std::vector<double>& values, double p) { return base::percentile(values, p); };
-  std::printf("%-18s draw %6.2f  read %5.2f  both %6.2f  p95 %6.2f  p99 %6.2f  cpu %6.2f ms\n", name.c_str(), ms(times.draw_ms, 0.5), ms(times.read_ms, 0.5),
-              ms(times.frame_ms, 0.5), ms(times.frame_ms, 0.95), ms(times.frame_ms, 0.99), ms(times.cpu_ms, 0.5));
+  const auto ms = [](const std::vector<double>& values, double p) {
+    return base::percentile(values, p);
+  };
+  std::printf("%-18s draw %6.2f  read %5.2f  both %6.2f  p95 %6.2f  p99 %6.2f  cpu %6.2f ms\n",
+              name.c_str(), ms(times.draw_ms, 0.5), ms(times.read_ms, 0.5), ms(times.frame_ms, 0.5),
+              ms(times.frame_ms, 0.95), ms(times.frame_ms, 0.99), ms(times.cpu_ms, 0.5));
   std::ostringstream json;
-  json << "  {\"name\": " << base::quoted("render/" + name + "/" + std::to_string(args.threads)) << ", \"time_ms\": " << base::times_json(times.frame_ms)
-       << ", \"draw_ms\": " << base::times_json(times.draw_ms) << ", \"read_back_ms\": " << base::times_json(times.read_ms)
-       << ", \"cpu_ms\": " << base::times_json(times.cpu_ms) << ", \"checksum\": \"" << std::hex << sum << "\"}";
+  json << "  {\"name\": " << base::quoted("render/" + name + "/" + std::to_string(args.threads))
+       << ", \"time_ms\": " << base::times_json(times.frame_ms)
+       << ", \"draw_ms\": " << base::times_json(times.draw_ms)
+       << ", \"read_back_ms\": " << base::times_json(times.read_ms)
+       << ", \"cpu_ms\": " << base::times_json(times.cpu_ms) << ", \"checksum\": \"" << std::hex
+       << sum << "\"}";
   return json.str();
 }
 
 constexpr const char* kHelp =
     "fivepipe bench render [--json FILE] [--threads N] [--quick]\n"
-    "How long the parent pipe draws, and reads back, a frame of deployment paper: with a coloured hull, and with one that nobody gave colour.\n";
+    "How long the parent pipe draws, and reads back, a frame of deployment paper: with a coloured "
+    "hull, and with one that nobody gave colour.\n";
 
 void run(const bench::Args& args) {
-  const config::Deployment deployment = config::load_deployment(std::string(FIVEPIPE_SOURCE_DIR) + "/launch/deployments/paper.yaml");
+  const config::Deployment deployment =
+      config::load_deployment(std::string(FIVEPIPE_SOURCE_DIR) + "/launch/deployments/paper.yaml");
   const gl::GlContext gl;
   std::puts(base::machine_line(gl.renderer()).c_str());
   std::vector<std::string> results;
-  for (const bool coloured : {true, false}) results.push_back(measured(deployment, coloured ? "coloured" : "grey", coloured, args));
-  if (!args.json_file.empty()) base::write_file(args.json_file, base::suite_json("render", gl.renderer(), results));
+  for (const bool coloured : {true, false})
+    results.push_back(measured(deployment, coloured ? "coloured" : "grey", coloured, args));
+  if (!args.json_file.empty())
+    base::write_file(args.json_file, base::suite_json("render", gl.renderer(), results));
 }
 
 }  // namespace
 }  // namespace fivepipe::render_bench
 
-int main(int argc, char** argv) { return fivepipe::bench::run_suite("render", fivepipe::render_bench::kHelp, argc, argv, fivepipe::render_bench::run); }
+int main(int argc, char** argv) {
+  return fivepipe::bench::run_suite("render", fivepipe::render_bench::kHelp, argc, argv,
+                                    fivepipe::render_bench::run);
+}

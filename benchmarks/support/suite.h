@@ -13,7 +13,9 @@ struct Args {
   bool quick = false, full = false;
 };
 
-// The whole of main(). 0: done; 1: run threw; 2: wrong arguments, said with the help. OpenGL's threads on a CPU (llvmpipe) are set to `threads`.
-int run_suite(const std::string& name, const char* help, int argc, char** argv, const std::function<void(const Args&)>& run);
+// The whole of main(). 0: done; 1: run threw; 2: wrong arguments, said with the help. OpenGL's
+// threads on a CPU (llvmpipe) are set to `threads`.
+int run_suite(const std::string& name, const char* help, int argc, char** argv,
+              const std::function<void(const Args&)>& run);
 
 }  // namespace fivepipe::bench

@@ -10,11 +10,13 @@ namespace fivepipe::capture {
 Eigen::Vector2d distorted(const config::LensDistortion& lens, const Eigen::Vector2d& xy) {
   const double x = xy.x(), y = xy.y(), r2 = x * x + y * y;
   const double radial = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3));
-  return {x * radial + 2 * lens.p1 * x * y + lens.p2 * (r2 + 2 * x * x), y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y};
+  return {x * radial + 2 * lens.p1 * x * y + lens.p2 * (r2 + 2 * x * x),
+          y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y};
 }
 
 double unfolded_radius(const config::LensDistortion& lens) {
-  constexpr double kStep = 0.005, kWidest = 20.0;  // 20: 87 degrees off the axis, wider than any pinhole image
+  constexpr double kStep = 0.005,
+                   kWidest = 20.0;  // 20: 87 degrees off the axis, wider than any pinhole image
   for (double r = kStep; r < kWidest; r += kStep) {
     const double r2 = r * r;
     if (!(1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3)) > 0)) return r - kStep;
@@ -24,8 +26,10 @@ double unfolded_radius(const config::LensDistortion& lens) {
 
 Undistortion::Undistortion(const config::RigCamera& camera)
     : identity_(camera.distortion.none() && camera.source == camera.published),
-      source_width_px_(camera.source.width_px), source_height_px_(camera.source.height_px),
-      width_px_(camera.published.width_px), height_px_(camera.published.height_px) {
+      source_width_px_(camera.source.width_px),
+      source_height_px_(camera.source.height_px),
+      width_px_(camera.published.width_px),
+      height_px_(camera.published.height_px) {
   if (identity_) return;
   const geometry::Pinhole &from = camera.source, &to = camera.published;
   const double radius = unfolded_radius(camera.distortion);
@@ -40,11 +44,14 @@ Undistortion::Undistortion(const config::RigCamera& camera)
       if (xy.norm() >= radius) continue;
       const Eigen::Vector2d lens = distorted(camera.distortion, xy);
       const double su = lens.x() * from.fx_px + from.cx_px, sv = lens.y() * from.fy_px + from.cy_px;
-      if (!(su >= -0.5 && sv >= -0.5 && su < source_width_px_ - 0.5 && sv < source_height_px_ - 0.5)) continue;
+      if (!(su >= -0.5 && sv >= -0.5 && su < source_width_px_ - 0.5 &&
+            sv < source_height_px_ - 0.5))
+        continue;
       const int iu = int(std::floor(su + 0.5)), iv = int(std::floor(sv + 0.5));
       source_index_[std::size_t(v) * width_px_ + u] = iv * source_row_bits + iu;
       WordReach& reach = reach_[std::size_t(v) * words + (u >> 6)];
-      reach = {std::min(reach.u0, iu), std::min(reach.v0, iv), std::max(reach.u1, iu + 1), std::max(reach.v1, iv + 1)};
+      reach = {std::min(reach.u0, iu), std::min(reach.v0, iv), std::max(reach.u1, iu + 1),
+               std::max(reach.v1, iv + 1)};
       map.at<cv::Vec2f>(v, u) = {float(su), float(sv)};
     }
   cv::convertMaps(map, cv::noArray(), position_, fraction_, CV_16SC2);
@@ -64,7 +71,9 @@ hull::ObjectPixels Undistortion::published(const hull::ObjectPixels& source) con
   for (int v = 0; v < height_px_; ++v)
     for (int w = 0; w < words; ++w) {
       const WordReach& reach = reach_[std::size_t(v) * words + w];
-      if (reach.u0 >= held.u1_px || reach.u1 <= held.u0_px || reach.v0 >= held.v1_px || reach.v1 <= held.v0_px) continue;
+      if (reach.u0 >= held.u1_px || reach.u1 <= held.u0_px || reach.v0 >= held.v1_px ||
+          reach.v1 <= held.v0_px)
+        continue;
       const std::int32_t* index = source_index_.data() + std::size_t(v) * width_px_ + 64 * w;
       const int n = std::min(64, width_px_ - 64 * w);
       std::uint64_t word = 0;
@@ -80,7 +89,8 @@ cv::Mat Undistortion::published(const cv::Mat& source_bgr, const hull::PixelRect
   if (rect.empty()) return {};
   if (identity_) return source_bgr(rect).clone();
   cv::Mat result;
-  cv::remap(source_bgr, result, position_(rect), fraction_(rect), cv::INTER_LINEAR, cv::BORDER_CONSTANT);
+  cv::remap(source_bgr, result, position_(rect), fraction_(rect), cv::INTER_LINEAR,
+            cv::BORDER_CONSTANT);
   return result;
 }
 

@@ -22,7 +22,9 @@ std::uint64_t combine(std::uint64_t a, std::uint64_t b, std::uint64_t c) {
 template <Step step>
 void row_of_three(const std::uint64_t* in, std::uint64_t* out, int words, std::uint64_t last_mask) {
   constexpr std::uint64_t outside = step == Step::erode ? ~std::uint64_t(0) : 0;
-  const auto word = [&](int w) { return w + 1 == words ? (in[w] & last_mask) | (outside & ~last_mask) : in[w]; };
+  const auto word = [&](int w) {
+    return w + 1 == words ? (in[w] & last_mask) | (outside & ~last_mask) : in[w];
+  };
   std::uint64_t before = outside, here = word(0);
   for (int w = 0; w < words; ++w) {
     const std::uint64_t after = w + 1 < words ? word(w + 1) : outside;
@@ -66,7 +68,11 @@ hull::ObjectPixels dilated(hull::ObjectPixels pixels, int radius_px) {
   return pixels;
 }
 
-hull::ObjectPixels opened(hull::ObjectPixels pixels, int radius_px) { return dilated(eroded(std::move(pixels), radius_px), radius_px); }
-hull::ObjectPixels closed(hull::ObjectPixels pixels, int radius_px) { return eroded(dilated(std::move(pixels), radius_px), radius_px); }
+hull::ObjectPixels opened(hull::ObjectPixels pixels, int radius_px) {
+  return dilated(eroded(std::move(pixels), radius_px), radius_px);
+}
+hull::ObjectPixels closed(hull::ObjectPixels pixels, int radius_px) {
+  return eroded(dilated(std::move(pixels), radius_px), radius_px);
+}
 
 }  // namespace fivepipe::capture

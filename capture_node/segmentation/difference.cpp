@@ -45,7 +45,8 @@ Bits16 sixteen_pixels(const std::uint8_t* bgr, const RowTables& tables, int u) {
 
 }  // namespace
 
-DifferenceTables difference_tables(const ReferenceImage& reference, double sigmas, double floor_levels) {
+DifferenceTables difference_tables(const ReferenceImage& reference, double sigmas,
+                                   double floor_levels) {
   const std::size_t pixels = std::size_t(reference.width_px) * reference.height_px;
   DifferenceTables tables{reference.width_px, reference.height_px, {}, {}};
   for (int c = 0; c < 3; ++c) {
@@ -62,9 +63,11 @@ DifferenceTables difference_tables(const ReferenceImage& reference, double sigma
 }
 
 Difference difference(const cv::Mat& image_bgr, const DifferenceTables& tables) {
-  assert(image_bgr.type() == CV_8UC3 && image_bgr.cols == tables.width_px && image_bgr.rows == tables.height_px);
+  assert(image_bgr.type() == CV_8UC3 && image_bgr.cols == tables.width_px &&
+         image_bgr.rows == tables.height_px);
   const int width = tables.width_px;
-  Difference result{hull::ObjectPixels(width, tables.height_px), hull::ObjectPixels(width, tables.height_px)};
+  Difference result{hull::ObjectPixels(width, tables.height_px),
+                    hull::ObjectPixels(width, tables.height_px)};
   const std::size_t words = std::size_t(result.differs.words_per_row());
   for (int v = 0; v < tables.height_px; ++v) {
     RowTables row;

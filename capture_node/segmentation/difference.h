@@ -1,5 +1,5 @@
-// The difference image (paper, section 3.1), decided by table: per pixel and channel the lowest and highest level that still is the
-// empty scene.
+// The difference image (paper, section 3.1), decided by table: per pixel and channel the lowest and
+// highest level that still is the empty scene.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,12 +13,15 @@ namespace fivepipe::capture {
 
 struct DifferenceTables {
   int width_px = 0, height_px = 0;
-  // Planes b, g, r, row-major: loaded as they are, while the interleaved image is taken apart in registers.
+  // Planes b, g, r, row-major: loaded as they are, while the interleaved image is taken apart in
+  // registers.
   std::array<std::vector<std::uint8_t>, 3> low, high;
 };
 
-// A level is the empty scene's where it is within max(floor_levels, sigmas * measured sigma) of the mean.
-DifferenceTables difference_tables(const ReferenceImage& reference, double sigmas, double floor_levels);
+// A level is the empty scene's where it is within max(floor_levels, sigmas * measured sigma) of the
+// mean.
+DifferenceTables difference_tables(const ReferenceImage& reference, double sigmas,
+                                   double floor_levels);
 
 struct Difference {
   hull::ObjectPixels differs;  // some channel is below low or above high

@@ -21,11 +21,14 @@ void exchange_elements(std::uint8_t* __restrict low, std::uint8_t* __restrict hi
   }
 }
 
-// Sorts rows[0..n) element by element: afterwards rows[0] holds each element's lowest. Batcher's merge exchange (Knuth, The Art of
-// Computer Programming 3, 5.2.2 M): the order of comparisons is the same for all, so whole rows are compared at a time.
+// Sorts rows[0..n) element by element: afterwards rows[0] holds each element's lowest. Batcher's
+// merge exchange (Knuth, The Art of Computer Programming 3, 5.2.2 M): the order of comparisons is
+// the same for all, so whole rows are compared at a time.
 void sort_elements(std::vector<Row>& rows) {
   const std::size_t n = rows.size();
-  const auto exchange = [&](std::size_t i, std::size_t j) { exchange_elements(rows[i].data(), rows[j].data(), rows[i].size()); };
+  const auto exchange = [&](std::size_t i, std::size_t j) {
+    exchange_elements(rows[i].data(), rows[j].data(), rows[i].size());
+  };
   const std::size_t top = n > 1 ? std::bit_ceil(n) / 2 : 0;
   for (std::size_t p = top; p > 0; p /= 2) {
     std::size_t q = top, r = 0, d = p;
@@ -65,25 +68,30 @@ ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames) {
   const int width = empty_frames[0].cols, height = empty_frames[0].rows;
   const std::size_t row_bytes = std::size_t(width) * 3, middle = empty_frames.size() / 2;
   const bool measures_noise = int(empty_frames.size()) >= kFewestForNoise;
-  ReferenceImage reference{width, height, std::vector<float>(row_bytes * height), std::vector<float>(row_bytes * height)};
+  ReferenceImage reference{width, height, std::vector<float>(row_bytes * height),
+                           std::vector<float>(row_bytes * height)};
   std::vector<Row> samples(empty_frames.size()), deviations(empty_frames.size());
   for (int v = 0; v < height; ++v) {
     for (std::size_t f = 0; f < samples.size(); ++f) {
-      assert(empty_frames[f].type() == CV_8UC3 && empty_frames[f].cols == width && empty_frames[f].rows == height);
+      assert(empty_frames[f].type() == CV_8UC3 && empty_frames[f].cols == width &&
+             empty_frames[f].rows == height);
       samples[f].assign(empty_frames[f].ptr(v), empty_frames[f].ptr(v) + row_bytes);
     }
     sort_elements(samples);
     const Row& median = samples[middle];
     for (std::size_t f = 0; f < samples.size(); ++f) {
       deviations[f].resize(row_bytes);
-      for (std::size_t k = 0; k < row_bytes; ++k) deviations[f][k] = std::uint8_t(std::abs(samples[f][k] - median[k]));
+      for (std::size_t k = 0; k < row_bytes; ++k)
+        deviations[f][k] = std::uint8_t(std::abs(samples[f][k] - median[k]));
     }
     sort_elements(deviations);
     for (std::size_t k = 0; k < row_bytes; ++k) {
-      const double reach = std::max(kTrimFloorLevels, kTrimSigmas * kSigmaOfMedianDeviation * deviations[middle][k]);
+      const double reach =
+          std::max(kTrimFloorLevels, kTrimSigmas * kSigmaOfMedianDeviation * deviations[middle][k]);
       const MeanSigma value = trimmed(samples, k, median[k], int(reach));
       reference.mean_levels[v * row_bytes + k] = value.mean;
-      reference.sigma_levels[v * row_bytes + k] = measures_noise ? value.sigma : float(kPlateSigmaLevels);
+      reference.sigma_levels[v * row_bytes + k] =
+          measures_noise ? value.sigma : float(kPlateSigmaLevels);
     }
   }
   return reference;

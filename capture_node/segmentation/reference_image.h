@@ -1,4 +1,5 @@
-// What a camera sees while the scene is empty (paper, section 3.1: the reference image), with its noise.
+// What a camera sees while the scene is empty (paper, section 3.1: the reference image), with its
+// noise.
 #pragma once
 #include <opencv2/core.hpp>
 #include <span>
@@ -12,16 +13,19 @@ struct ReferenceImage {
   std::vector<float> mean_levels, sigma_levels;
 };
 
-// From frames of the empty scene, all 8-bit BGR of one size, at least one. Median first, then mean and deviation of the samples near it:
-// someone crossing a minority of the frames leaves no trace. Fewer than kFewestForNoise frames: the noise is kPlateSigmaLevels.
+// From frames of the empty scene, all 8-bit BGR of one size, at least one. Median first, then mean
+// and deviation of the samples near it: someone crossing a minority of the frames leaves no trace.
+// Fewer than kFewestForNoise frames: the noise is kPlateSigmaLevels.
 ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames);
 
 // From a single picture of the empty scene: no noise can be measured, kPlateSigmaLevels is assumed.
 ReferenceImage reference_from_plate(const cv::Mat& plate);
 
-inline constexpr int kFewestForNoise = 8;            // below, a deviation is off by more than a quarter
-inline constexpr double kPlateSigmaLevels = 2.0;     // noise of an ordinary camera in room light
-inline constexpr double kTrimSigmas = 4.0;           // samples farther from the median than this are not the empty scene
-inline constexpr double kTrimFloorLevels = 4.0;      // 8-bit rounding makes the median deviation of quiet pixels zero
+inline constexpr int kFewestForNoise = 8;  // below, a deviation is off by more than a quarter
+inline constexpr double kPlateSigmaLevels = 2.0;  // noise of an ordinary camera in room light
+inline constexpr double kTrimSigmas =
+    4.0;  // samples farther from the median than this are not the empty scene
+inline constexpr double kTrimFloorLevels =
+    4.0;  // 8-bit rounding makes the median deviation of quiet pixels zero
 
 }  // namespace fivepipe::capture

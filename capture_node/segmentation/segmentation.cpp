@@ -8,18 +8,23 @@
 
 namespace fivepipe::capture {
 
-Segmenter::Segmenter(const config::RigCamera& camera, const ReferenceImage& reference, const config::SegmentationConfig& config)
+Segmenter::Segmenter(const config::RigCamera& camera, const ReferenceImage& reference,
+                     const config::SegmentationConfig& config)
     : config_(config),
       tables_(difference_tables(reference, config.threshold_sigmas, config.threshold_floor_levels)),
       reference_bgr_(reference.height_px, reference.width_px, CV_8UC3),
       undistortion_(camera) {
-  assert(reference.width_px == camera.source.width_px && reference.height_px == camera.source.height_px);
-  std::transform(reference.mean_levels.begin(), reference.mean_levels.end(), reference_bgr_.data,
-                 [](float level) { return std::uint8_t(std::clamp(std::lround(level), 0L, 255L)); });
+  assert(reference.width_px == camera.source.width_px &&
+         reference.height_px == camera.source.height_px);
+  std::transform(
+      reference.mean_levels.begin(), reference.mean_levels.end(), reference_bgr_.data,
+      [](float level) { return std::uint8_t(std::clamp(std::lround(level), 0L, 255L)); });
 }
 
 std::optional<hull::ObjectPixels> Segmenter::segment(const cv::Mat& source_bgr) const {
-  if (source_bgr.type() != CV_8UC3 || source_bgr.cols != tables_.width_px || source_bgr.rows != tables_.height_px) return std::nullopt;
+  if (source_bgr.type() != CV_8UC3 || source_bgr.cols != tables_.width_px ||
+      source_bgr.rows != tables_.height_px)
+    return std::nullopt;
   Difference found = difference(source_bgr, tables_);
   if (config_.shadow_darkest < 1) drop_shadow(source_bgr, found);
   hull::ObjectPixels pixels = opened(std::move(found.differs), config_.opening_px);
@@ -35,7 +40,9 @@ void Segmenter::drop_shadow(const cv::Mat& source_bgr, Difference& found) const 
       for (std::uint64_t left = found.darker.words()[v * words + w]; left != 0; left &= left - 1) {
         const int bit = std::countr_zero(left);
         const std::size_t u = 64 * w + std::size_t(bit);
-        shadow |= std::uint64_t(is_shadow(source_bgr.ptr(v) + 3 * u, reference_bgr_.ptr(v) + 3 * u, config_.shadow_darkest)) << bit;
+        shadow |= std::uint64_t(is_shadow(source_bgr.ptr(v) + 3 * u, reference_bgr_.ptr(v) + 3 * u,
+                                          config_.shadow_darkest))
+                  << bit;
       }
       found.differs.mutable_words()[v * words + w] &= ~shadow;
     }
@@ -50,7 +57,8 @@ bool is_shadow(const std::uint8_t* pixel_bgr, const std::uint8_t* reference_bgr,
   }
   if (!(float(xr) >= float(darkest) * float(rr))) return false;
   const float along = rr > 0 ? float(xr) / float(rr) * float(xr) : 0.0f;  // (s|r|)^2
-  const float reach = std::max(kShadowColourLevels * kShadowColourLevels, kShadowColourShare * kShadowColourShare * along);
+  const float reach = std::max(kShadowColourLevels * kShadowColourLevels,
+                               kShadowColourShare * kShadowColourShare * along);
   return float(xx) - along <= reach;
 }
 
@@ -59,7 +67,8 @@ std::vector<std::string> remarks_on(const hull::ObjectPixels& pixels) {
   const std::size_t set = pixels.count();
   if (set == 0) return {"sees no object pixels: the hull is empty"};
   if (double(set) > kImplausibleShare * double(all))
-    return {std::to_string(100 * set / all) + " % of the image are object pixels: exposure or light changed, or the camera moved?"};
+    return {std::to_string(100 * set / all) +
+            " % of the image are object pixels: exposure or light changed, or the camera moved?"};
   return {};
 }
 

@@ -12,7 +12,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string size_text(int width_px, int height_px) { return std::to_string(width_px) + "x" + std::to_string(height_px); }
+std::string size_text(int width_px, int height_px) {
+  return std::to_string(width_px) + "x" + std::to_string(height_px);
+}
 
 // Frames of one file or sequence by index, without looping.
 class Frames {
@@ -27,7 +29,9 @@ class Frames {
 
 class VideoFrames final : public Frames {
  public:
-  explicit VideoFrames(std::string file) : file_(std::move(file)) { opened_ = video_.open(file_, cv::CAP_FFMPEG); }
+  explicit VideoFrames(std::string file) : file_(std::move(file)) {
+    opened_ = video_.open(file_, cv::CAP_FFMPEG);
+  }
   bool opened() const { return opened_; }
 
   // Decoders seek to key frames only, or wrongly: frames are reached by decoding up to them.
@@ -47,7 +51,9 @@ class VideoFrames final : public Frames {
     return image;
   }
   std::optional<std::int64_t> count() const override { return count_; }
-  std::int64_t count_guess() const override { return count_ ? *count_ : std::int64_t(video_.get(cv::CAP_PROP_FRAME_COUNT)); }
+  std::int64_t count_guess() const override {
+    return count_ ? *count_ : std::int64_t(video_.get(cv::CAP_PROP_FRAME_COUNT));
+  }
 
  private:
   std::string file_;
@@ -68,29 +74,38 @@ class SequenceFrames final : public Frames {
     if (image.empty()) return std::nullopt;
     return image;
   }
-  std::optional<std::int64_t> count() const override { return files_.rbegin()->first - files_.begin()->first + 1; }
+  std::optional<std::int64_t> count() const override {
+    return files_.rbegin()->first - files_.begin()->first + 1;
+  }
   std::int64_t count_guess() const override { return *count(); }
 
  private:
   std::map<std::int64_t, fs::path> files_;
 };
 
-// Files of `pattern`'s folder that it could have written, by number. The pattern's name holds one %d, perhaps %0Nd.
+// Files of `pattern`'s folder that it could have written, by number. The pattern's name holds one
+// %d, perhaps %0Nd.
 std::map<std::int64_t, fs::path> files_of_pattern(const fs::path& pattern) {
   const std::string name = pattern.filename().string();
   const std::size_t percent = name.find('%');
-  const std::size_t conversion = percent == std::string::npos ? percent : name.find_first_not_of("0123456789", percent + 1);
+  const std::size_t conversion =
+      percent == std::string::npos ? percent : name.find_first_not_of("0123456789", percent + 1);
   std::map<std::int64_t, fs::path> files;
   if (conversion == std::string::npos || name[conversion] != 'd') return files;
   const std::string before = name.substr(0, percent), after = name.substr(conversion + 1);
   std::error_code error;
   const fs::path folder = pattern.has_parent_path() ? pattern.parent_path() : fs::path(".");
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
     const std::string candidate = entry->path().filename().string();
-    if (candidate.size() <= before.size() + after.size() || !candidate.starts_with(before) || !candidate.ends_with(after)) continue;
-    const std::string digits = candidate.substr(before.size(), candidate.size() - before.size() - after.size());
+    if (candidate.size() <= before.size() + after.size() || !candidate.starts_with(before) ||
+        !candidate.ends_with(after))
+      continue;
+    const std::string digits =
+        candidate.substr(before.size(), candidate.size() - before.size() - after.size());
     constexpr std::size_t kMostDigits = 15;
-    if (digits.size() > kMostDigits || digits.find_first_not_of("0123456789") != std::string::npos) continue;
+    if (digits.size() > kMostDigits || digits.find_first_not_of("0123456789") != std::string::npos)
+      continue;
     files.emplace(std::stoll(digits), entry->path());
   }
   return files;
@@ -98,13 +113,17 @@ std::map<std::int64_t, fs::path> files_of_pattern(const fs::path& pattern) {
 
 bool is_picture(const fs::path& file) {
   std::string suffix = file.extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg" || suffix == ".bmp" || suffix == ".tif" || suffix == ".tiff" || suffix == ".ppm";
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return char(std::tolower(c)); });
+  return suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg" || suffix == ".bmp" ||
+         suffix == ".tif" || suffix == ".tiff" || suffix == ".ppm";
 }
 
 // Throws SourceError where the file can't be used at all.
 std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::string& file) {
-  const auto fail = [&](SourceFault fault, const std::string& what) { throw_problems({{camera.name, fault, file + ": " + what}}); };
+  const auto fail = [&](SourceFault fault, const std::string& what) {
+    throw_problems({{camera.name, fault, file + ": " + what}});
+  };
   std::unique_ptr<Frames> frames;
   if (file.find('%') != std::string::npos) {
     std::map<std::int64_t, fs::path> files = files_of_pattern(file);
@@ -125,17 +144,22 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
 class FileSource final : public ImageSource {
  public:
   FileSource(const config::RigCamera& camera, const config::VideoSource& source)
-      : file_(source.file), width_px_(camera.source.width_px), height_px_(camera.source.height_px),
-        first_(source.first_frame), frames_(open_frames(camera, source.file)) {
+      : file_(source.file),
+        width_px_(camera.source.width_px),
+        height_px_(camera.source.height_px),
+        first_(source.first_frame),
+        frames_(open_frames(camera, source.file)) {
     const std::optional<cv::Mat> first = frames_->at(first_);
     if (!first) {
       const bool none = frames_->count() && *frames_->count() <= first_;
       throw_problems({{camera.name, none ? SourceFault::no_frames : SourceFault::not_decodable,
-                       file_ + (none ? ": has no frame " : ": can't decode frame ") + std::to_string(first_)}});
+                       file_ + (none ? ": has no frame " : ": can't decode frame ") +
+                           std::to_string(first_)}});
     }
     if (first->cols != width_px_ || first->rows != height_px_)
-      throw_problems({{camera.name, SourceFault::wrong_size, file_ + ": images are " + size_text(first->cols, first->rows) +
-                                                                 ", the rig says " + size_text(width_px_, height_px_)}});
+      throw_problems({{camera.name, SourceFault::wrong_size,
+                       file_ + ": images are " + size_text(first->cols, first->rows) +
+                           ", the rig says " + size_text(width_px_, height_px_)}});
   }
 
   ReadStatus read(std::int64_t frame, cv::Mat& bgr) override {
@@ -145,10 +169,12 @@ class FileSource final : public ImageSource {
         bgr = *image;
         return ReadStatus::image;
       }
-      trouble_ = file_ + ": frame " + std::to_string(index) + " is " + size_text(image->cols, image->rows);
+      trouble_ =
+          file_ + ": frame " + std::to_string(index) + " is " + size_text(image->cols, image->rows);
       return ReadStatus::missing;
     }
-    if (frames_->count() && index >= *frames_->count()) return ReadStatus::end;  // known at the latest now
+    if (frames_->count() && index >= *frames_->count())
+      return ReadStatus::end;  // known at the latest now
     trouble_ = file_ + ": frame " + std::to_string(index) + " is missing or can't be decoded";
     return ReadStatus::missing;
   }
@@ -163,13 +189,15 @@ class FileSource final : public ImageSource {
 
 }  // namespace
 
-std::unique_ptr<ImageSource> open_file_source(const config::RigCamera& camera, const config::VideoSource& source) {
+std::unique_ptr<ImageSource> open_file_source(const config::RigCamera& camera,
+                                              const config::VideoSource& source) {
   return std::make_unique<FileSource>(camera, source);
 }
 
 std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file) {
   const std::unique_ptr<Frames> frames = open_frames(camera, file);
-  const std::int64_t step = std::max<std::int64_t>(1, frames->count_guess() / kMostBackgroundFrames);
+  const std::int64_t step =
+      std::max<std::int64_t>(1, frames->count_guess() / kMostBackgroundFrames);
   std::vector<cv::Mat> images;
   for (std::int64_t index = 0; int(images.size()) < kMostBackgroundFrames; index += step) {
     std::optional<cv::Mat> image = frames->at(index);
@@ -178,11 +206,14 @@ std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std:
       continue;
     }
     if (image->cols != camera.source.width_px || image->rows != camera.source.height_px)
-      throw_problems({{camera.name, SourceFault::wrong_size, file + ": images are " + size_text(image->cols, image->rows) + ", the rig says " +
-                                                                 size_text(camera.source.width_px, camera.source.height_px)}});
+      throw_problems(
+          {{camera.name, SourceFault::wrong_size,
+            file + ": images are " + size_text(image->cols, image->rows) + ", the rig says " +
+                size_text(camera.source.width_px, camera.source.height_px)}});
     images.push_back(*image);
   }
-  if (images.empty()) throw_problems({{camera.name, SourceFault::no_frames, file + ": no frame can be decoded"}});
+  if (images.empty())
+    throw_problems({{camera.name, SourceFault::no_frames, file + ": no frame can be decoded"}});
   return images;
 }
 

@@ -6,7 +6,14 @@
 
 namespace fivepipe::capture {
 
-enum class SourceFault { not_found, not_decodable, wrong_size, no_frames, hardware_missing, hardware_failed };
+enum class SourceFault {
+  not_found,
+  not_decodable,
+  wrong_size,
+  no_frames,
+  hardware_missing,
+  hardware_failed
+};
 
 struct SourceProblem {
   std::string camera;

@@ -8,24 +8,34 @@
 namespace fivepipe::capture {
 namespace {
 
-// How far a period may be from a whole number of frames: what rounding of rate and period leaves. [frames]
+// How far a period may be from a whole number of frames: what rounding of rate and period leaves.
+// [frames]
 constexpr double kWholePeriod = 1e-6;
 
 std::uint64_t key_of(std::uint64_t seed, const std::string& camera) {
   std::uint64_t key = mixed(seed);
-  for (const char letter : camera) key = mixed(key, std::uint64_t(static_cast<unsigned char>(letter)));
+  for (const char letter : camera)
+    key = mixed(key, std::uint64_t(static_cast<unsigned char>(letter)));
   return key;
 }
 
 }  // namespace
 
-SyntheticImageSource::SyntheticImageSource(const config::SyntheticWorld& world, const config::RigCamera& camera, double frame_rate_hz, EyePath eye,
+SyntheticImageSource::SyntheticImageSource(const config::SyntheticWorld& world,
+                                           const config::RigCamera& camera, double frame_rate_hz,
+                                           EyePath eye,
                                            std::shared_ptr<const Surroundings> surroundings)
-    : world_(world), camera_(camera), frame_rate_hz_(frame_rate_hz), eye_(std::move(eye)),
-      renderer_(world, camera, std::move(surroundings)), noise_(world.noise_sigma_levels), noise_key_(key_of(world.seed, camera.name)) {}
+    : world_(world),
+      camera_(camera),
+      frame_rate_hz_(frame_rate_hz),
+      eye_(std::move(eye)),
+      renderer_(world, camera, std::move(surroundings)),
+      noise_(world.noise_sigma_levels),
+      noise_key_(key_of(world.seed, camera.name)) {}
 
 Eigen::Isometry3d SyntheticImageSource::pose_at(double t_s) const {
-  return camera_.mount == config::Mount::world ? camera_.camera_from_mount : camera_.camera_from_mount * eye_(t_s);
+  return camera_.mount == config::Mount::world ? camera_.camera_from_mount
+                                               : camera_.camera_from_mount * eye_(t_s);
 }
 
 cv::Mat SyntheticImageSource::rendered(std::int64_t frame) {
@@ -35,7 +45,9 @@ cv::Mat SyntheticImageSource::rendered(std::int64_t frame) {
 
 void SyntheticImageSource::render_ahead() {
   const double frames = world_.period_s * frame_rate_hz_;
-  if (camera_.mount == config::Mount::viewer || std::abs(frames - std::round(frames)) > kWholePeriod) return;
+  if (camera_.mount == config::Mount::viewer ||
+      std::abs(frames - std::round(frames)) > kWholePeriod)
+    return;
   room_bgr_ = renderer_.image({}, pose_at(0));
   std::vector<Ahead> ahead;
   for (std::int64_t frame = 0; frame < std::llround(frames); ++frame) {
@@ -63,7 +75,8 @@ ReadStatus SyntheticImageSource::read(std::int64_t frame, cv::Mat& bgr) {
 
 cv::Mat SyntheticImageSource::background(int index) {
   cv::Mat bgr = renderer_.image({}, pose_at(0));
-  noise_.add(bgr, mixed(noise_key_, 2 * std::uint64_t(index) + 1));  // odd: frames have the even ones
+  noise_.add(bgr,
+             mixed(noise_key_, 2 * std::uint64_t(index) + 1));  // odd: frames have the even ones
   return bgr;
 }
 

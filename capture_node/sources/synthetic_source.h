@@ -12,13 +12,15 @@ class SyntheticImageSource final : public ImageSource {
  public:
   // eye_from_world at a time [s]: for cameras that the viewer carries.
   using EyePath = std::function<Eigen::Isometry3d(double t_s)>;
-  SyntheticImageSource(const config::SyntheticWorld& world, const config::RigCamera& camera, double frame_rate_hz, EyePath eye,
+  SyntheticImageSource(const config::SyntheticWorld& world, const config::RigCamera& camera,
+                       double frame_rate_hz, EyePath eye,
                        std::shared_ptr<const Surroundings> surroundings);
 
-  // Frame f shows the world at f / frame_rate_hz. The same seed, camera and frame give the same bits. Never missing, never ends.
+  // Frame f shows the world at f / frame_rate_hz. The same seed, camera and frame give the same
+  // bits. Never missing, never ends.
   ReadStatus read(std::int64_t frame, cv::Mat& bgr) override;
-  // Renders one period of the world ahead; read() then puts these images together. Does nothing for cameras that the viewer carries,
-  // and where a period is not a whole number of frames.
+  // Renders one period of the world ahead; read() then puts these images together. Does nothing for
+  // cameras that the viewer carries, and where a period is not a whole number of frames.
   void render_ahead();
   // The empty room, with other noise for each index; only for cameras fixed in the world.
   cv::Mat background(int index);
@@ -37,8 +39,8 @@ class SyntheticImageSource final : public ImageSource {
   SyntheticCamera renderer_;
   SensorNoise noise_;
   std::uint64_t noise_key_;
-  cv::Mat room_bgr_;           // of `ahead_`
-  std::vector<Ahead> ahead_;   // by frame of the period; empty: nothing is rendered ahead
+  cv::Mat room_bgr_;          // of `ahead_`
+  std::vector<Ahead> ahead_;  // by frame of the period; empty: nothing is rendered ahead
 };
 
 }  // namespace fivepipe::capture

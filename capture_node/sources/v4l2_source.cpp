@@ -19,9 +19,11 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr auto kFirstImageWithin = 5s;   // USB cameras need seconds to start their stream
-constexpr auto kImageWithin = 500ms;     // ten periods of a slow camera; then the frame counts as missing
-constexpr auto kReaderEndsWithin = 1s;   // leaves time to end everything within two seconds of Ctrl-C
+constexpr auto kFirstImageWithin = 5s;  // USB cameras need seconds to start their stream
+constexpr auto kImageWithin =
+    500ms;  // ten periods of a slow camera; then the frame counts as missing
+constexpr auto kReaderEndsWithin =
+    1s;  // leaves time to end everything within two seconds of Ctrl-C
 
 std::string path_of(const std::string& device) {
   const bool index = !device.empty() && device.find_first_not_of("0123456789") == std::string::npos;
@@ -31,10 +33,13 @@ std::string path_of(const std::string& device) {
 std::string devices_present() {
   std::vector<std::string> names;
   std::error_code error;
-  for (fs::directory_iterator entry("/dev/v4l/by-id", error), end; !error && entry != end; entry.increment(error))
+  for (fs::directory_iterator entry("/dev/v4l/by-id", error), end; !error && entry != end;
+       entry.increment(error))
     names.push_back(entry->path().string());
-  for (fs::directory_iterator entry("/dev", error), end; !error && entry != end; entry.increment(error))
-    if (entry->path().filename().string().starts_with("video")) names.push_back(entry->path().string());
+  for (fs::directory_iterator entry("/dev", error), end; !error && entry != end;
+       entry.increment(error))
+    if (entry->path().filename().string().starts_with("video"))
+      names.push_back(entry->path().string());
   if (names.empty()) return "no V4L2 device is present";
   std::sort(names.begin(), names.end());
   std::string text = "present are";
@@ -45,9 +50,11 @@ std::string devices_present() {
 // What errno says about a device that does not deliver, in terms of what to do.
 std::string advice(int error) {
   if (error == ENOSPC)
-    return "no space left on device: that is USB bandwidth; put cameras on separate controllers, or use MJPEG, a smaller size or a lower rate";
+    return "no space left on device: that is USB bandwidth; put cameras on separate controllers, "
+           "or use MJPEG, a smaller size or a lower rate";
   if (error == EBUSY) return "the device is in use by another program";
-  if (error == EACCES || error == EPERM) return "no permission to open it; is this user in group video?";
+  if (error == EACCES || error == EPERM)
+    return "no permission to open it; is this user in group video?";
   if (error == 0) return "the device does not answer as a camera";
   return std::strerror(error);
 }
@@ -86,9 +93,15 @@ void read_on(const std::shared_ptr<Stream>& stream) {
 class V4l2ImageSource final : public ImageSource {
  public:
   V4l2ImageSource(const config::RigCamera& camera, const config::V4l2Source& source)
-      : name_(path_of(source.device)), width_px_(camera.source.width_px), height_px_(camera.source.height_px), stream_(std::make_shared<Stream>()) {
-    const auto fail = [&](SourceFault fault, const std::string& what) { throw_problems({{camera.name, fault, name_ + ": " + what}}); };
-    if (std::error_code error; !fs::is_character_file(name_, error)) fail(SourceFault::hardware_missing, "no such camera; " + devices_present());
+      : name_(path_of(source.device)),
+        width_px_(camera.source.width_px),
+        height_px_(camera.source.height_px),
+        stream_(std::make_shared<Stream>()) {
+    const auto fail = [&](SourceFault fault, const std::string& what) {
+      throw_problems({{camera.name, fault, name_ + ": " + what}});
+    };
+    if (std::error_code error; !fs::is_character_file(name_, error))
+      fail(SourceFault::hardware_missing, "no such camera; " + devices_present());
     if (const int descriptor = ::open(name_.c_str(), O_RDWR | O_NONBLOCK); descriptor >= 0)
       ::close(descriptor);
     else
@@ -108,8 +121,9 @@ class V4l2ImageSource final : public ImageSource {
     }
     if (const cv::Mat first = newest(); first.cols != width_px_ || first.rows != height_px_) {
       close();
-      fail(SourceFault::wrong_size, "delivers " + std::to_string(first.cols) + "x" + std::to_string(first.rows) + ", the rig says " +
-                                        std::to_string(width_px_) + "x" + std::to_string(height_px_));
+      fail(SourceFault::wrong_size,
+           "delivers " + std::to_string(first.cols) + "x" + std::to_string(first.rows) +
+               ", the rig says " + std::to_string(width_px_) + "x" + std::to_string(height_px_));
     }
   }
   ~V4l2ImageSource() override { close(); }
@@ -117,7 +131,9 @@ class V4l2ImageSource final : public ImageSource {
   ReadStatus read(std::int64_t, cv::Mat& bgr) override {
     if (!wait_for_new(kImageWithin)) {
       const std::lock_guard lock(stream_->mutex);
-      trouble_ = name_ + ": " + (stream_->ended ? "stopped delivering: " + advice(stream_->error) : "no image within half a second");
+      trouble_ = name_ + ": " +
+                 (stream_->ended ? "stopped delivering: " + advice(stream_->error)
+                                 : "no image within half a second");
       return ReadStatus::missing;
     }
     const cv::Mat image = newest();
@@ -133,7 +149,8 @@ class V4l2ImageSource final : public ImageSource {
  private:
   bool wait_for_new(std::chrono::milliseconds limit) {
     std::unique_lock lock(stream_->mutex);
-    stream_->changed.wait_for(lock, limit, [&] { return stream_->images > images_read_ || stream_->ended; });
+    stream_->changed.wait_for(lock, limit,
+                              [&] { return stream_->images > images_read_ || stream_->ended; });
     return stream_->images > images_read_;
   }
   cv::Mat newest() {
@@ -164,7 +181,8 @@ class V4l2ImageSource final : public ImageSource {
 
 }  // namespace
 
-std::unique_ptr<ImageSource> open_v4l2_source(const config::RigCamera& camera, const config::V4l2Source& source) {
+std::unique_ptr<ImageSource> open_v4l2_source(const config::RigCamera& camera,
+                                              const config::V4l2Source& source) {
   return std::make_unique<V4l2ImageSource>(camera, source);
 }
 

@@ -1,4 +1,5 @@
-// Deterministic randomness: integer hashes and the value noise made of them. Same bits on every machine.
+// Deterministic randomness: integer hashes and the value noise made of them. Same bits on every
+// machine.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -17,7 +18,8 @@ inline std::uint64_t mixed(std::uint64_t a, std::uint64_t b) { return mixed(mixe
 // 0 to 1.
 inline float unit_hash(std::uint64_t key) { return float(mixed(key) >> 40) * (1.0f / 16777216.0f); }
 inline float lattice(std::uint64_t seed, std::int64_t x, std::int64_t y, std::int64_t z) {
-  return unit_hash(seed + std::uint64_t(x) * 0x8da6b343u + std::uint64_t(y) * 0xd8163841u + std::uint64_t(z) * 0xcb1ab31fu);
+  return unit_hash(seed + std::uint64_t(x) * 0x8da6b343u + std::uint64_t(y) * 0xd8163841u +
+                   std::uint64_t(z) * 0xcb1ab31fu);
 }
 
 // Smooth noise of wavelength 1, 0 to 1.

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "capture_node/synthetic/noise.h"
 #include "capture_node/lens/undistortion.h"
+#include "capture_node/synthetic/noise.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -22,13 +22,18 @@ const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(60, 140, 40), kPipe_bgr(38,
 Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {
   const hull::Capsule& capsule = part.capsule;
   const Vector3d axis = (capsule.b_world_m - capsule.a_world_m).normalized();
-  const Vector3d side = (std::abs(axis.z()) < 0.9 ? axis.cross(Vector3d::UnitZ()) : axis.cross(Vector3d::UnitX())).normalized();
+  const Vector3d side =
+      (std::abs(axis.z()) < 0.9 ? axis.cross(Vector3d::UnitZ()) : axis.cross(Vector3d::UnitX()))
+          .normalized();
   const Vector3d from_a = p_world_m - capsule.a_world_m;
-  const Vector3f p(float(from_a.dot(axis)), float(from_a.dot(side)), float(from_a.dot(axis.cross(side))));
+  const Vector3f p(float(from_a.dot(axis)), float(from_a.dot(side)),
+                   float(from_a.dot(axis.cross(side))));
   switch (part.material) {
     case Material::skin: {
-      const float flush = value_noise(17, 60 * p.x(), 60 * p.y(), 60 * p.z()), fine = value_noise(19, 400 * p.x(), 400 * p.y(), 400 * p.z());
-      return kSkin_bgr + (flush - 0.5f) * Vector3f(-26, -20, 12) + Vector3f::Constant(14 * (fine - 0.5f));
+      const float flush = value_noise(17, 60 * p.x(), 60 * p.y(), 60 * p.z()),
+                  fine = value_noise(19, 400 * p.x(), 400 * p.y(), 400 * p.z());
+      return kSkin_bgr + (flush - 0.5f) * Vector3f(-26, -20, 12) +
+             Vector3f::Constant(14 * (fine - 0.5f));
     }
     case Material::sleeve: {
       const float weave = value_noise(29, 300 * p.x(), 300 * p.y(), 300 * p.z());
@@ -36,7 +41,11 @@ Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {
     }
     case Material::pipe: {
       const bool ring = std::abs(std::abs(p.x() - 0.05f) - 0.045f) < 0.004f;
-      return ring ? Vector3f(24, 84, 156) : Vector3f(kPipe_bgr + Vector3f::Constant(16 * (value_noise(23, 30 * p.x(), 300 * p.y(), 300 * p.z()) - 0.5f)));
+      return ring ? Vector3f(24, 84, 156)
+                  : Vector3f(
+                        kPipe_bgr +
+                        Vector3f::Constant(
+                            16 * (value_noise(23, 30 * p.x(), 300 * p.y(), 300 * p.z()) - 0.5f)));
     }
   }
   return kSkin_bgr;
@@ -46,23 +55,32 @@ Vector3f shaded(const SyntheticPart& part, const Vector3d& p_world_m, const Vect
   const hull::Capsule& capsule = part.capsule;
   const Vector3d segment = capsule.b_world_m - capsule.a_world_m;
   const double squared = segment.squaredNorm();
-  const double along = squared > 0 ? std::clamp((p_world_m - capsule.a_world_m).dot(segment) / squared, 0.0, 1.0) : 0.0;
-  const Vector3f normal = (p_world_m - capsule.a_world_m - along * segment).normalized().cast<float>(), p = p_world_m.cast<float>();
+  const double along =
+      squared > 0 ? std::clamp((p_world_m - capsule.a_world_m).dot(segment) / squared, 0.0, 1.0)
+                  : 0.0;
+  const Vector3f normal =
+                     (p_world_m - capsule.a_world_m - along * segment).normalized().cast<float>(),
+                 p = p_world_m.cast<float>();
   Vector3f bgr = own_colour(part, p_world_m) * brightness(p, normal, 1);
   const Vector3f to_eye = (eye_world_m - p_world_m).normalized().cast<float>();
   const Vector3f half_way = ((lamp::kPosition_world_m - p).normalized() + to_eye).normalized();
   const float shine = std::max(0.0f, normal.dot(half_way));
-  const float strength = part.material == Material::pipe ? 60.0f : part.material == Material::skin ? 14.0f : 0.0f;
+  const float strength = part.material == Material::pipe   ? 60.0f
+                         : part.material == Material::skin ? 14.0f
+                                                           : 0.0f;
   return bgr + Vector3f::Constant(strength * std::pow(shine, 24.0f));
 }
 
-// How much of the lamp a point sees past one capsule: from the closest approach of the line of sight to the capsule, over the width of
-// the half shadow there.
+// How much of the lamp a point sees past one capsule: from the closest approach of the line of
+// sight to the capsule, over the width of the half shadow there.
 float visibility_past(const hull::Capsule& capsule, const Vector3f& p) {
-  const Vector3f a = capsule.a_world_m.cast<float>(), d2 = (capsule.b_world_m - capsule.a_world_m).cast<float>();
+  const Vector3f a = capsule.a_world_m.cast<float>(),
+                 d2 = (capsule.b_world_m - capsule.a_world_m).cast<float>();
   const Vector3f d1 = lamp::kPosition_world_m - p, r = p - a;
-  // Closest points of the segments p + s d1 and a + t d2 (Ericson, Real-Time Collision Detection, 5.1.9).
-  const float aa = d1.squaredNorm(), e = d2.squaredNorm(), f = d2.dot(r), c = d1.dot(r), b = d1.dot(d2), denominator = aa * e - b * b;
+  // Closest points of the segments p + s d1 and a + t d2 (Ericson, Real-Time Collision
+  // Detection, 5.1.9).
+  const float aa = d1.squaredNorm(), e = d2.squaredNorm(), f = d2.dot(r), c = d1.dot(r),
+              b = d1.dot(d2), denominator = aa * e - b * b;
   float s = denominator > 0 ? std::clamp((b * f - c * e) / denominator, 0.0f, 1.0f) : 0.0f;
   float t = e > 0 ? (b * s + f) / e : 0.0f;
   if (!(t >= 0 && t <= 1)) {
@@ -70,11 +88,14 @@ float visibility_past(const hull::Capsule& capsule, const Vector3f& p) {
     s = std::clamp((b * t - c) / aa, 0.0f, 1.0f);
   }
   const float clearance = (r + s * d1 - t * d2).norm() - float(capsule.radius_m);
-  const float half_shadow = lamp::kRadius_m * s + 1e-4f;  // 0.1 mm: where the capsule touches the table its shadow is sharp
+  const float half_shadow =
+      lamp::kRadius_m * s +
+      1e-4f;  // 0.1 mm: where the capsule touches the table its shadow is sharp
   return std::clamp(0.5f + 0.5f * clearance / half_shadow, 0.0f, 1.0f);
 }
 
-// Long capsules cut short, so that the rectangles about them hold little else. Together they are the same body.
+// Long capsules cut short, so that the rectangles about them hold little else. Together they are
+// the same body.
 struct Piece {
   hull::Capsule capsule;
   const SyntheticPart* part;
@@ -88,7 +109,9 @@ std::vector<Piece> pieces_of(std::span<const SyntheticPart> parts) {
     const Vector3d segment = whole.b_world_m - whole.a_world_m;
     const int n = std::max(1, int(std::ceil(segment.norm() / (kLongest_radii * whole.radius_m))));
     for (int i = 0; i < n; ++i)
-      pieces.push_back({{whole.a_world_m + (double(i) / n) * segment, whole.a_world_m + (double(i + 1) / n) * segment, whole.radius_m}, &part});
+      pieces.push_back({{whole.a_world_m + (double(i) / n) * segment,
+                         whole.a_world_m + (double(i + 1) / n) * segment, whole.radius_m},
+                        &part});
   }
   return pieces;
 }
@@ -100,7 +123,8 @@ void put(cv::Mat& bgr, int u, int v, const Vector3f& levels) {
 
 }  // namespace
 
-// The sum of twelve uniform numbers, less its mean, is normal to within its 6 sigma range (Irwin-Hall), and needs no libm.
+// The sum of twelve uniform numbers, less its mean, is normal to within its 6 sigma range
+// (Irwin-Hall), and needs no libm.
 SensorNoise::SensorNoise(double sigma_levels) {
   if (!(sigma_levels > 0)) return;
   table_.resize(kNoiseTable);
@@ -108,7 +132,8 @@ SensorNoise::SensorNoise(double sigma_levels) {
     std::int64_t sum = 0;
     for (std::uint64_t draw = 0; draw < 3; ++draw) {
       const std::uint64_t bits = mixed(3 * i + draw);
-      sum += std::int64_t((bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) + (bits >> 48));
+      sum += std::int64_t((bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) +
+                          (bits >> 48));
     }
     const double normal = (double(sum) - 6.0 * 65535.0) / 65536.0;
     table_[i] = std::int8_t(std::clamp(std::floor(normal * sigma_levels + 0.5), -127.0, 127.0));
@@ -120,10 +145,13 @@ void SensorNoise::add(cv::Mat& bgr, std::uint64_t key) const {
   const std::size_t row_bytes = std::size_t(bgr.cols) * 3;
   for (int v = 0; v < bgr.rows; ++v) {
     std::uint8_t* row = bgr.ptr(v);
-    for (std::size_t done = 0; done < row_bytes;) {  // images wider than the table take several stretches of it
+    for (std::size_t done = 0;
+         done < row_bytes;) {  // images wider than the table take several stretches of it
       const std::size_t n = std::min(row_bytes - done, kNoiseTable / 2);
-      const std::int8_t* noise = table_.data() + mixed(mixed(key, std::uint64_t(v)), done) % (kNoiseTable - n);
-      for (std::size_t i = 0; i < n; ++i) row[done + i] = std::uint8_t(std::clamp(row[done + i] + noise[i], 0, 255));
+      const std::int8_t* noise =
+          table_.data() + mixed(mixed(key, std::uint64_t(v)), done) % (kNoiseTable - n);
+      for (std::size_t i = 0; i < n; ++i)
+        row[done + i] = std::uint8_t(std::clamp(row[done + i] + noise[i], 0, 255));
       done += n;
     }
   }
@@ -138,7 +166,8 @@ Vector2d undistorted(const config::RigCamera& camera, const Vector2d& uv_px) {
   Vector2d xy = target;
   for (int i = 0; i < kMostSteps; ++i) {
     const double r2 = xy.squaredNorm();
-    const double radial = 1 + r2 * (camera.distortion.k1 + r2 * (camera.distortion.k2 + r2 * camera.distortion.k3));
+    const double radial =
+        1 + r2 * (camera.distortion.k1 + r2 * (camera.distortion.k2 + r2 * camera.distortion.k3));
     const Vector2d tangential = distorted(camera.distortion, xy) - radial * xy;
     const Vector2d next = (target - tangential) / radial;
     const double change = (next - xy).norm();
@@ -148,7 +177,9 @@ Vector2d undistorted(const config::RigCamera& camera, const Vector2d& uv_px) {
   return xy;
 }
 
-SyntheticCamera::SyntheticCamera(const config::SyntheticWorld& world, const config::RigCamera& camera, std::shared_ptr<const Surroundings> surroundings)
+SyntheticCamera::SyntheticCamera(const config::SyntheticWorld& world,
+                                 const config::RigCamera& camera,
+                                 std::shared_ptr<const Surroundings> surroundings)
     : world_(world), camera_(camera), surroundings_(std::move(surroundings)) {
   const int width = camera.source.width_px, height = camera.source.height_px;
   const std::size_t pixels = std::size_t(width) * height;
@@ -164,24 +195,29 @@ SyntheticCamera::SyntheticCamera(const config::SyntheticWorld& world, const conf
   visibility_.resize(pixels);
 }
 
-cv::Mat SyntheticCamera::image(std::span<const SyntheticPart> parts, const Eigen::Isometry3d& camera_from_world) {
-  if (room_.empty() || camera_from_world_.matrix() != camera_from_world.matrix()) render_room(camera_from_world);
+cv::Mat SyntheticCamera::image(std::span<const SyntheticPart> parts,
+                               const Eigen::Isometry3d& camera_from_world) {
+  if (room_.empty() || camera_from_world_.matrix() != camera_from_world.matrix())
+    render_room(camera_from_world);
   cv::Mat bgr = room_.clone();
   if (world_.cast_shadow) draw_shadow(parts, bgr);
   draw_object(parts, bgr);
   return bgr;
 }
 
-Vector3f SyntheticCamera::direction_world(int u_px, int v_px, const Eigen::Matrix3f& world_from_camera) const {
+Vector3f SyntheticCamera::direction_world(int u_px, int v_px,
+                                          const Eigen::Matrix3f& world_from_camera) const {
   const Eigen::Vector2f& xy = xy_[std::size_t(v_px) * camera_.source.width_px + u_px];
-  return world_from_camera.col(0) * xy.x() + world_from_camera.col(1) * xy.y() + world_from_camera.col(2);
+  return world_from_camera.col(0) * xy.x() + world_from_camera.col(1) * xy.y() +
+         world_from_camera.col(2);
 }
 
-// A fixed camera's room is rendered once: four samples a pixel. One that the viewer carries sees another room every frame: one sample
-// for four pixels.
+// A fixed camera's room is rendered once: four samples a pixel. One that the viewer carries sees
+// another room every frame: one sample for four pixels.
 void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
   camera_from_world_ = camera_from_world;
-  const Eigen::Isometry3f world_from_camera = camera_from_world.inverse(Eigen::Isometry).cast<float>();
+  const Eigen::Isometry3f world_from_camera =
+      camera_from_world.inverse(Eigen::Isometry).cast<float>();
   const Eigen::Matrix3f rotation = world_from_camera.linear();
   const Vector3f origin = world_from_camera.translation();
   const int width = camera_.source.width_px, height = camera_.source.height_px;
@@ -190,38 +226,45 @@ void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
     for (int v = 0; v < height; v += 2)
       for (int u = 0; u < width; u += 2) {
         const int right = std::min(u + 1, width - 1), lower = std::min(v + 1, height - 1);
-        const Surroundings::Seen seen =
-            surroundings_->look(origin, 0.5f * (direction_world(u, v, rotation) + direction_world(right, lower, rotation)));
+        const Surroundings::Seen seen = surroundings_->look(
+            origin,
+            0.5f * (direction_world(u, v, rotation) + direction_world(right, lower, rotation)));
         for (const int row : {v, lower})
-          for (const int column : {u, right}) surface_[std::size_t(row) * width + column] = seen.surface;
+          for (const int column : {u, right})
+            surface_[std::size_t(row) * width + column] = seen.surface;
         put(half, u / 2, v / 2, seen.bgr);
       }
     cv::resize(half, room_, {width, height}, 0, 0, cv::INTER_LINEAR);
     return;
   }
-  const Vector3f dx = rotation.col(0) * float(0.25 / camera_.source.fx_px), dy = rotation.col(1) * float(0.25 / camera_.source.fy_px);
+  const Vector3f dx = rotation.col(0) * float(0.25 / camera_.source.fx_px),
+                 dy = rotation.col(1) * float(0.25 / camera_.source.fy_px);
   room_.create(height, width, CV_8UC3);
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u) {
       const Vector3f direction = direction_world(u, v, rotation);
       surface_[std::size_t(v) * width + u] = surroundings_->look(origin, direction).surface;
       Vector3f sum = Vector3f::Zero();
-      for (const Vector3f& offset : {Vector3f(-dx - dy), Vector3f(dx - dy), Vector3f(dy - dx), Vector3f(dx + dy)})
+      for (const Vector3f& offset :
+           {Vector3f(-dx - dy), Vector3f(dx - dy), Vector3f(dy - dx), Vector3f(dx + dy)})
         sum += surroundings_->look(origin, direction + offset).bgr;
       put(room_, u, v, 0.25f * sum);
     }
 }
 
-// The captured pixels that can see some of these spheres' convex hull: the hull of their exact bounds in the normalised plane, through
-// the lens. The whole image where one of them reaches the camera's plane.
-hull::PixelRect SyntheticCamera::reach_of(std::span<const Vector3d> centres_world_m, std::span<const double> radii_m) const {
+// The captured pixels that can see some of these spheres' convex hull: the hull of their exact
+// bounds in the normalised plane, through the lens. The whole image where one of them reaches the
+// camera's plane.
+hull::PixelRect SyntheticCamera::reach_of(std::span<const Vector3d> centres_world_m,
+                                          std::span<const double> radii_m) const {
   const hull::PixelRect all{0, 0, camera_.source.width_px, camera_.source.height_px};
   Eigen::AlignedBox2d bounds;
   for (std::size_t i = 0; i < centres_world_m.size(); ++i) {
     const Vector3d c = camera_from_world_ * centres_world_m[i];
     if (!(c.z() > 1.05 * radii_m[i])) return all;
     for (int axis = 0; axis < 2; ++axis) {
-      const double middle = std::atan2(c[axis], c.z()), half = std::asin(radii_m[i] / std::hypot(c[axis], c.z()));
+      const double middle = std::atan2(c[axis], c.z()),
+                   half = std::asin(radii_m[i] / std::hypot(c[axis], c.z()));
       Vector2d low = bounds.min(), high = bounds.max();
       low[axis] = std::min(low[axis], std::tan(middle - half));
       high[axis] = std::max(high[axis], std::tan(middle + half));
@@ -232,17 +275,21 @@ hull::PixelRect SyntheticCamera::reach_of(std::span<const Vector3d> centres_worl
   if (visible.isEmpty()) return {};
   const geometry::Pinhole& k = camera_.source;
   Eigen::AlignedBox2d pixels;
-  constexpr int kSteps = 8;  // along each side: what a lens bends between them is far below a pixel's margin
+  constexpr int kSteps =
+      8;  // along each side: what a lens bends between them is far below a pixel's margin
   for (int i = 0; i <= kSteps; ++i)
     for (int side = 0; side < 4; ++side) {
       const double share = double(i) / kSteps;
       const Vector2d at(side < 2 ? share : side - 2.0, side < 2 ? double(side) : share);
-      const Vector2d xy = distorted(camera_.distortion, visible.min() + at.cwiseProduct(visible.sizes()));
+      const Vector2d xy =
+          distorted(camera_.distortion, visible.min() + at.cwiseProduct(visible.sizes()));
       pixels.extend(Vector2d(xy.x() * k.fx_px + k.cx_px, xy.y() * k.fy_px + k.cy_px));
     }
   constexpr double kMargin_px = 2;
-  return hull::intersection(all, {int(std::floor(pixels.min().x() - kMargin_px)), int(std::floor(pixels.min().y() - kMargin_px)),
-                            int(std::ceil(pixels.max().x() + kMargin_px)) + 1, int(std::ceil(pixels.max().y() + kMargin_px)) + 1});
+  return hull::intersection(all, {int(std::floor(pixels.min().x() - kMargin_px)),
+                                  int(std::floor(pixels.min().y() - kMargin_px)),
+                                  int(std::ceil(pixels.max().x() + kMargin_px)) + 1,
+                                  int(std::ceil(pixels.max().y() + kMargin_px)) + 1});
 }
 
 // Nearest piece of each pixel first, piece by piece from the front; then each pixel shaded once.
@@ -251,20 +298,26 @@ void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat&
   const Vector3d eye = world_from_camera.translation();
   const std::size_t width = std::size_t(camera_.source.width_px);
   const auto ray_of = [&](std::size_t at) {
-    return geometry::Ray{eye, world_from_camera.linear() * Vector3d(double(xy_[at].x()), double(xy_[at].y()), 1)};
+    return geometry::Ray{
+        eye, world_from_camera.linear() * Vector3d(double(xy_[at].x()), double(xy_[at].y()), 1)};
   };
   std::vector<Piece> pieces = pieces_of(parts);
   const auto nearest_depth = [&](const Piece& piece) {
-    return std::min((camera_from_world_ * piece.capsule.a_world_m).z(), (camera_from_world_ * piece.capsule.b_world_m).z()) - piece.capsule.radius_m;
+    return std::min((camera_from_world_ * piece.capsule.a_world_m).z(),
+                    (camera_from_world_ * piece.capsule.b_world_m).z()) -
+           piece.capsule.radius_m;
   };
-  std::stable_sort(pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) { return nearest_depth(a) < nearest_depth(b); });
+  std::stable_sort(pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) {
+    return nearest_depth(a) < nearest_depth(b);
+  });
   std::vector<hull::PixelRect> rects;
   for (const auto& [capsule, part] : pieces) {
     const Vector3d ends[] = {capsule.a_world_m, capsule.b_world_m};
     const double radii[] = {capsule.radius_m, capsule.radius_m};
     rects.push_back(reach_of(ends, radii));
     for (int v = rects.back().v0_px; v < rects.back().v1_px; ++v)
-      std::fill_n(nearest_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px), rects.back().width_px(), Nearest{});
+      std::fill_n(nearest_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px),
+                  rects.back().width_px(), Nearest{});
   }
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const auto from = float(nearest_depth(pieces[i]));
@@ -282,35 +335,43 @@ void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat&
         Nearest& nearest = nearest_[v * width + std::size_t(u)];
         if (nearest.piece < 0) continue;
         const geometry::Ray ray = ray_of(v * width + std::size_t(u));
-        put(bgr, u, v, shaded(*pieces[std::size_t(nearest.piece)].part, eye + double(nearest.depth_m) * ray.direction_world, eye));
+        put(bgr, u, v,
+            shaded(*pieces[std::size_t(nearest.piece)].part,
+                   eye + double(nearest.depth_m) * ray.direction_world, eye));
         nearest.piece = -1;  // done, for the rectangles that overlap this one
       }
 }
 
-// For the table and for the floor: where each capsule's shadow can lie, how much of the lamp is left there, and then the image darkened
-// by it.
+// For the table and for the floor: where each capsule's shadow can lie, how much of the lamp is
+// left there, and then the image darkened by it.
 void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat& bgr) {
-  const Eigen::Isometry3f world_from_camera = camera_from_world_.inverse(Eigen::Isometry).cast<float>();
+  const Eigen::Isometry3f world_from_camera =
+      camera_from_world_.inverse(Eigen::Isometry).cast<float>();
   const Eigen::Matrix3f rotation = world_from_camera.linear();
   const Vector3f eye = world_from_camera.translation();
   const Vector3d lamp_m = lamp::kPosition_world_m.cast<double>();
   const std::size_t width = std::size_t(camera_.source.width_px);
   const std::vector<Piece> pieces = pieces_of(parts);
-  for (const auto& [surface, z_m] : {std::pair{Surface::table_top, kTableTop_z_m}, std::pair{Surface::floor, kFloor_z_m}}) {
+  for (const auto& [surface, z_m] :
+       {std::pair{Surface::table_top, kTableTop_z_m}, std::pair{Surface::floor, kFloor_z_m}}) {
     std::vector<hull::PixelRect> rects;
     for (const auto& [capsule, part] : pieces) {
       std::vector<Vector3d> centres;
       std::vector<double> radii;
       for (const Vector3d& end : {capsule.a_world_m, capsule.b_world_m}) {
         const Vector3d down = end - lamp_m;
-        const double scale = std::max(1.0, (double(z_m) - lamp_m.z()) / down.z());  // 1: it lies on the surface
+        const double scale =
+            std::max(1.0, (double(z_m) - lamp_m.z()) / down.z());  // 1: it lies on the surface
         centres.push_back(lamp_m + scale * down);
-        // A sphere's shadow on the surface is an ellipse: longer than wide by the slant of the light; half shadow included.
-        radii.push_back((scale * capsule.radius_m + (scale - 1) * lamp::kRadius_m) * down.norm() / -down.z() * 1.1);
+        // A sphere's shadow on the surface is an ellipse: longer than wide by the slant of the
+        // light; half shadow included.
+        radii.push_back((scale * capsule.radius_m + (scale - 1) * lamp::kRadius_m) * down.norm() /
+                        -down.z() * 1.1);
       }
       rects.push_back(reach_of(centres, radii));
       for (int v = rects.back().v0_px; v < rects.back().v1_px; ++v)
-        std::fill_n(visibility_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px), rects.back().width_px(), 1.0f);
+        std::fill_n(visibility_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px),
+                    rects.back().width_px(), 1.0f);
     }
     const auto seen_at = [&](int u, int v) {
       const Vector3f direction = direction_world(u, v, rotation);
@@ -321,7 +382,8 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
         for (int u = rects[i].u0_px; u < rects[i].u1_px; ++u) {
           const std::size_t at = v * width + std::size_t(u);
           if (surface_[at] != surface || visibility_[at] == 0) continue;
-          visibility_[at] = std::min(visibility_[at], visibility_past(pieces[i].capsule, seen_at(u, v)));
+          visibility_[at] =
+              std::min(visibility_[at], visibility_past(pieces[i].capsule, seen_at(u, v)));
         }
     for (const hull::PixelRect& rect : rects)
       for (int v = rect.v0_px; v < rect.v1_px; ++v)
@@ -330,7 +392,9 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
           if (visible == 1) continue;
           const Vector3f p = seen_at(u, v), up = Vector3f::UnitZ();
           const std::uint8_t* lit = room_.ptr(v) + 3 * u;
-          put(bgr, u, v, Vector3f(lit[0], lit[1], lit[2]) * (brightness(p, up, visible) / brightness(p, up, 1)));
+          put(bgr, u, v,
+              Vector3f(lit[0], lit[1], lit[2]) *
+                  (brightness(p, up, visible) / brightness(p, up, 1)));
           visible = 1;  // done, for the rectangles that overlap this one
         }
   }

@@ -1,6 +1,7 @@
-// Images of the synthetic world as a camera would capture them: lens distortion, shading, cast shadow, sensor noise.
-// Rendered by rays through the captured image's pixel centres. What does not change (the room as seen from a fixed camera) is rendered
-// once; per frame only where the object and its shadow can be.
+// Images of the synthetic world as a camera would capture them: lens distortion, shading, cast
+// shadow, sensor noise. Rendered by rays through the captured image's pixel centres. What does not
+// change (the room as seen from a fixed camera) is rendered once; per frame only where the object
+// and its shadow can be.
 #pragma once
 #include <limits>
 #include <memory>
@@ -27,18 +28,21 @@ class SensorNoise {
 
 class SyntheticCamera {
  public:
-  SyntheticCamera(const config::SyntheticWorld& world, const config::RigCamera& camera, std::shared_ptr<const Surroundings> surroundings);
+  SyntheticCamera(const config::SyntheticWorld& world, const config::RigCamera& camera,
+                  std::shared_ptr<const Surroundings> surroundings);
 
-  // The image of `parts` (none: the empty room) without noise, 8-bit BGR of the captured size. The room is rendered anew where the pose
-  // differs from the last one's.
+  // The image of `parts` (none: the empty room) without noise, 8-bit BGR of the captured size. The
+  // room is rendered anew where the pose differs from the last one's.
   cv::Mat image(std::span<const SyntheticPart> parts, const Eigen::Isometry3d& camera_from_world);
 
  private:
   void render_room(const Eigen::Isometry3d& camera_from_world);
   void draw_object(std::span<const SyntheticPart> parts, cv::Mat& bgr);
   void draw_shadow(std::span<const SyntheticPart> parts, cv::Mat& bgr);
-  hull::PixelRect reach_of(std::span<const Eigen::Vector3d> centres_world_m, std::span<const double> radii_m) const;
-  Eigen::Vector3f direction_world(int u_px, int v_px, const Eigen::Matrix3f& world_from_camera) const;
+  hull::PixelRect reach_of(std::span<const Eigen::Vector3d> centres_world_m,
+                           std::span<const double> radii_m) const;
+  Eigen::Vector3f direction_world(int u_px, int v_px,
+                                  const Eigen::Matrix3f& world_from_camera) const;
 
   config::SyntheticWorld world_;
   config::RigCamera camera_;
@@ -56,7 +60,8 @@ class SyntheticCamera {
   std::vector<float> visibility_;  // and of the shadow's
 };
 
-// Normalised undistorted coordinates of a captured pixel: the lens model inverted by fixed-point iteration.
+// Normalised undistorted coordinates of a captured pixel: the lens model inverted by fixed-point
+// iteration.
 Eigen::Vector2d undistorted(const config::RigCamera& camera, const Eigen::Vector2d& uv_px);
 
 }  // namespace fivepipe::capture

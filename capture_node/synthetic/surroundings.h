@@ -1,4 +1,5 @@
-// The room that synthetic cameras stand in: a table with things printed on it, floor, walls; one lamp and light from all sides.
+// The room that synthetic cameras stand in: a table with things printed on it, floor, walls; one
+// lamp and light from all sides.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -7,7 +8,8 @@
 
 namespace fivepipe::capture {
 
-// The lamp's place and size, and how its light adds up with what comes from everywhere; a level of 1 is a surface's own colour.
+// The lamp's place and size, and how its light adds up with what comes from everywhere; a level of
+// 1 is a surface's own colour.
 namespace lamp {
 inline const Eigen::Vector3f kPosition_world_m(0.5f, -0.35f, 1.9f);
 inline constexpr float kRadius_m = 0.05f;
@@ -15,7 +17,8 @@ inline constexpr float kAmbient = 0.62f, kDirect = 0.40f;
 }  // namespace lamp
 
 // Brightness of a surface; visibility of the lamp 0..1.
-float brightness(const Eigen::Vector3f& p_world_m, const Eigen::Vector3f& normal_world, float visibility);
+float brightness(const Eigen::Vector3f& p_world_m, const Eigen::Vector3f& normal_world,
+                 float visibility);
 
 inline constexpr float kTableTop_z_m = 0.0f, kFloor_z_m = -0.75f;
 

@@ -1,4 +1,5 @@
-// Standard output for who must not wait for it: behind a pager that stands still, or a slow terminal.
+// Standard output for who must not wait for it: behind a pager that stands still, or a slow
+// terminal.
 #pragma once
 #include <atomic>
 #include <condition_variable>
@@ -25,7 +26,8 @@ class OutputQueue {
   void put(std::string text);
   // Nobody reads it any more, or it can't be written: what is put in from now on is gone.
   bool closed() const;
-  // Writes what is waiting. The error number of what could not be written; 0: all was, or nobody reads it any more.
+  // Writes what is waiting. The error number of what could not be written; 0: all was, or nobody
+  // reads it any more.
   int finish();
 
  private:

@@ -6,7 +6,9 @@ namespace fivepipe::base {
 
 // CLOCK_REALTIME [ns since 1970]: what every stamp is in.
 inline std::int64_t now_realtime_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
 }
 
 }  // namespace fivepipe::base

@@ -31,7 +31,8 @@ std::vector<std::string> lines_of(const std::string& cell, std::size_t most_widt
 
 void TextTable::add(std::vector<std::string> cells) {
   std::vector<std::vector<std::string>> row;
-  for (std::size_t i = 0; i < columns_.size(); ++i) row.push_back(lines_of(printable(std::move(cells.at(i))), columns_[i].most_width));
+  for (std::size_t i = 0; i < columns_.size(); ++i)
+    row.push_back(lines_of(printable(std::move(cells.at(i))), columns_[i].most_width));
   rows_.push_back(std::move(row));
 }
 
@@ -56,13 +57,15 @@ std::string TextTable::text() const {
   for (const auto& row : rows_) {
     std::size_t lines = 1;
     for (const auto& cell : row) lines = std::max(lines, cell.size());
-    for (std::size_t n = 0; n < lines; ++n) add_line([&](std::size_t i) { return n < row[i].size() ? row[i][n] : std::string(); });
+    for (std::size_t n = 0; n < lines; ++n)
+      add_line([&](std::size_t i) { return n < row[i].size() ? row[i][n] : std::string(); });
   }
   return text;
 }
 
 std::string printable(std::string text) {
-  std::replace_if(text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, '?');
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, '?');
   return text;
 }
 
@@ -79,6 +82,8 @@ std::string joined(const std::vector<std::string>& parts, const std::string& bet
   return text;
 }
 
-std::string counted(std::uint64_t count, const std::string& what) { return std::to_string(count) + " " + what + (count == 1 ? "" : "s"); }
+std::string counted(std::uint64_t count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
 
 }  // namespace fivepipe::base

@@ -11,8 +11,9 @@ class TextTable {
  public:
   struct Column {
     std::string head;
-    bool right = false;           // numbers
-    std::size_t most_width = 0;   // a longer cell goes on in further lines, behind ", "; 0: as wide as it is
+    bool right = false;  // numbers
+    std::size_t most_width =
+        0;  // a longer cell goes on in further lines, behind ", "; 0: as wide as it is
   };
   explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}
 

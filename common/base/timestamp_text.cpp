@@ -27,7 +27,9 @@ std::string formatted(std::int64_t stamp_ns, const char* before, const char* aft
 
 }  // namespace
 
-std::string local_date_and_time(std::int64_t stamp_ns) { return formatted(stamp_ns, "%Y-%m-%d %H:%M:%S", " %z"); }
+std::string local_date_and_time(std::int64_t stamp_ns) {
+  return formatted(stamp_ns, "%Y-%m-%d %H:%M:%S", " %z");
+}
 std::string local_time_of_day(std::int64_t stamp_ns) { return formatted(stamp_ns, "%H:%M:%S", ""); }
 
 }  // namespace fivepipe::base

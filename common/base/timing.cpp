@@ -9,14 +9,18 @@ namespace fivepipe::base {
 double percentile(std::vector<double> values, double p) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, std::size_t(std::ceil(p * double(values.size()))) - (p > 0))];
+  return values[std::min(values.size() - 1,
+                         std::size_t(std::ceil(p * double(values.size()))) - (p > 0))];
 }
 
 double mean(const std::vector<double>& values) {
-  return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
+  return values.empty()
+             ? 0
+             : std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
-void time_in_turn(std::size_t methods, const Budget& budget, const std::function<double(std::size_t, bool)>& run) {
+void time_in_turn(std::size_t methods, const Budget& budget,
+                  const std::function<double(std::size_t, bool)>& run) {
   std::vector<double> spent_s(methods);
   for (int round = -1; round < budget.runs; ++round)
     for (std::size_t n = 0; n < methods; ++n) {

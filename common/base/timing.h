@@ -1,4 +1,5 @@
-// How benchmark suites time: methods in turn within one process, so that the machine's mood meets all alike.
+// How benchmark suites time: methods in turn within one process, so that the machine's mood meets
+// all alike.
 #pragma once
 #include <functional>
 #include <vector>
@@ -14,7 +15,9 @@ struct Budget {
   double s;
 };
 
-// run(method, counted) gives the milliseconds that it took. The first round, not counted, warms up; nobody always runs after the same other.
-void time_in_turn(std::size_t methods, const Budget& budget, const std::function<double(std::size_t method, bool counted)>& run);
+// run(method, counted) gives the milliseconds that it took. The first round, not counted, warms up;
+// nobody always runs after the same other.
+void time_in_turn(std::size_t methods, const Budget& budget,
+                  const std::function<double(std::size_t method, bool counted)>& run);
 
 }  // namespace fivepipe::base

@@ -10,7 +10,8 @@ struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Runs it, and gives its exit code. A UsageError is told on stderr, with exit code 2; what else is thrown (a file that can't be read) with 1.
+// Runs it, and gives its exit code. A UsageError is told on stderr, with exit code 2; what else is
+// thrown (a file that can't be read) with 1.
 int told(const std::function<int()>& run);
 
 }  // namespace fivepipe::base

@@ -6,8 +6,8 @@
 namespace fivepipe::base {
 namespace {
 
-// How long a thread looks before it sleeps: what waking it would cost, several times over; a frame's phases follow each other
-// faster than that.
+// How long a thread looks before it sleeps: what waking it would cost, several times over; a
+// frame's phases follow each other faster than that.
 constexpr std::chrono::microseconds kLooks{50};
 
 inline void relax() {
@@ -48,7 +48,8 @@ void WorkerPool::work_through(int thread) {
     Ticket ticket{ticket_.load(std::memory_order_acquire)};
     do {
       if (ticket.piece() >= ticket.pieces()) return;
-    } while (!ticket_.compare_exchange_weak(ticket.word, ticket.word + 1, std::memory_order_acq_rel, std::memory_order_acquire));
+    } while (!ticket_.compare_exchange_weak(ticket.word, ticket.word + 1, std::memory_order_acq_rel,
+                                            std::memory_order_acquire));
     call_(work_, ticket.piece(), thread);  // the run, and so work_, lasts until this piece is done
     done_.fetch_add(1, std::memory_order_release);
   }
@@ -60,13 +61,16 @@ void WorkerPool::run_erased(int pieces, void* work, Call call) {
   work_ = work;
   call_ = call;
   done_.store(0, std::memory_order_relaxed);
-  // A number of its own, so that a thread that was held up between look and exchange doesn't take a piece of another run for its own.
-  const std::uint64_t number = std::uint64_t(run_.load(std::memory_order_relaxed) & 0xffff) << (2 * Ticket::kBits);
+  // A number of its own, so that a thread that was held up between look and exchange doesn't take a
+  // piece of another run for its own.
+  const std::uint64_t number = std::uint64_t(run_.load(std::memory_order_relaxed) & 0xffff)
+                               << (2 * Ticket::kBits);
   ticket_.store(number | std::uint64_t(pieces) << Ticket::kBits, std::memory_order_release);
   run_.fetch_add(1, std::memory_order_release);
   if (!workers_.empty() && pieces > 1) run_.notify_all();
   work_through(0);
-  while (!look([&] { return done_.load(std::memory_order_acquire) == pieces; })) std::this_thread::yield();
+  while (!look([&] { return done_.load(std::memory_order_acquire) == pieces; }))
+    std::this_thread::yield();
 }
 
 void WorkerPool::serve(int thread) {

@@ -1,4 +1,5 @@
-// Threads that share one piece of work after another with their caller: a frame's cameras, then its tiles.
+// Threads that share one piece of work after another with their caller: a frame's cameras, then its
+// tiles.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -8,8 +9,8 @@
 
 namespace fivepipe::base {
 
-// Kept for many runs: starting a thread takes longer than many a query. Between runs the threads look for work for a few
-// microseconds, then sleep.
+// Kept for many runs: starting a thread takes longer than many a query. Between runs the threads
+// look for work for a few microseconds, then sleep.
 class WorkerPool {
  public:
   explicit WorkerPool(int threads);  // > 0; the caller counts as one of them
@@ -18,13 +19,16 @@ class WorkerPool {
   WorkerPool& operator=(const WorkerPool&) = delete;
   int threads() const { return int(workers_.size()) + 1; }
 
-  // Calls work(piece, thread) once for each piece in [0, pieces), at most 16 million, thread in [0, threads()), in ascending order of their start;
-  // returns when all are done. Pieces go to whichever thread is free: results must not depend on `thread`. One run at a
-  // time; work must neither throw nor call run.
+  // Calls work(piece, thread) once for each piece in [0, pieces), at most 16 million, thread in [0,
+  // threads()), in ascending order of their start; returns when all are done. Pieces go to
+  // whichever thread is free: results must not depend on `thread`. One run at a time; work must
+  // neither throw nor call run.
   template <class Work>
   void run(int pieces, Work&& work) {
     run_erased(pieces, const_cast<void*>(static_cast<const void*>(&work)),
-               [](void* w, int piece, int thread) { (*static_cast<std::remove_reference_t<Work>*>(w))(piece, thread); });
+               [](void* w, int piece, int thread) {
+                 (*static_cast<std::remove_reference_t<Work>*>(w))(piece, thread);
+               });
   }
 
  private:
@@ -36,7 +40,8 @@ class WorkerPool {
   std::vector<std::thread> workers_;
   void* work_ = nullptr;
   Call call_ = nullptr;
-  // The next piece and how many there are, in one word: who comes late finds nothing left, and need not be waited for.
+  // The next piece and how many there are, in one word: who comes late finds nothing left, and need
+  // not be waited for.
   struct Ticket {
     static constexpr int kBits = 24;
     std::uint64_t word;
@@ -44,8 +49,8 @@ class WorkerPool {
     int pieces() const { return int(word >> kBits & ((1u << kBits) - 1)); }
   };
   alignas(64) std::atomic<std::uint64_t> ticket_ = 0;
-  alignas(64) std::atomic<int> done_ = 0;            // pieces of the present run
-  alignas(64) std::atomic<std::uint32_t> run_ = 0;   // counts runs; woken through it
+  alignas(64) std::atomic<int> done_ = 0;           // pieces of the present run
+  alignas(64) std::atomic<std::uint32_t> run_ = 0;  // counts runs; woken through it
   std::atomic<bool> stop_ = false;
 };
 

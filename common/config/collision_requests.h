@@ -1,5 +1,5 @@
-// What a scene asks of the collisions with real objects, beyond each object's verdict and collision points. What is not asked for is neither
-// computed nor sent.
+// What a scene asks of the collisions with real objects, beyond each object's verdict and collision
+// points. What is not asked for is neither computed nor sent.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -12,9 +12,10 @@ enum class RecoverySearch { from_reference, outward, sampled };
 
 struct ResponseWishes {
   RecoverySearch search = RecoverySearch::from_reference;
-  double height_m = 0.05;                      // of triangle ABC
-  double apex_angle_rad = 0.1745329252;        // BAC: 10 degrees
-  std::optional<Eigen::Vector3d> v_rec_world;  // direction, not zero; else towards the object's centre
+  double height_m = 0.05;                // of triangle ABC
+  double apex_angle_rad = 0.1745329252;  // BAC: 10 degrees
+  std::optional<Eigen::Vector3d>
+      v_rec_world;  // direction, not zero; else towards the object's centre
   bool four_points = false, closed_form = false;  // N_hull
   bool shorter_way = false;
 };
@@ -26,15 +27,16 @@ struct ProximityWishes {
 };
 
 struct CollisionWishes {
-  bool triangles = false;                    // which collide, which touch
+  bool triangles = false;  // which collide, which touch
   std::optional<ResponseWishes> response;
-  int contacts = 0;                          // at most so many, for a rigid-body solver
+  int contacts = 0;  // at most so many, for a rigid-body solver
   std::optional<ProximityWishes> proximity;
-  bool first_contact = false;                // with what moves between two frames; needs HistoryWishes
+  bool first_contact = false;  // with what moves between two frames; needs HistoryWishes
   bool any() const { return triangles || response || contacts > 0 || proximity || first_contact; }
 };
 
-// Each vertex takes on the warmth of what is near: 1 in the hull, 0 from the cap on, with these time constants.
+// Each vertex takes on the warmth of what is near: 1 in the hull, 0 from the cap on, with these
+// time constants.
 struct Warming {
   double cap_m = 0.06, tolerance_m = 0.005;
   double heating_s = 0.5, cooling_s = 4.0;
@@ -43,9 +45,9 @@ struct Warming {
 
 // The hull's connected parts, followed from frame to frame.
 struct HistoryWishes {
-  double cell_m = 0.005;     // what lies nearer together than this is one part
-  int window_frames = 8;     // velocities are averages over
-  double fastest_m_s = 6;    // nothing moves faster
+  double cell_m = 0.005;   // what lies nearer together than this is one part
+  int window_frames = 8;   // velocities are averages over
+  double fastest_m_s = 6;  // nothing moves faster
 };
 // Of the rig's volume.
 inline constexpr double kMostHistoryCells = 1 << 27;

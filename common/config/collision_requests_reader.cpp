@@ -22,13 +22,19 @@ constexpr Range kPart{0, 1};
 
 ResponseWishes read_response(YamlMap map) {
   ResponseWishes wishes;
-  wishes.search = map.choice<RecoverySearch>(
-      "search", {{"from_reference", RecoverySearch::from_reference}, {"outward", RecoverySearch::outward}, {"sampled", RecoverySearch::sampled}}, wishes.search);
+  wishes.search = map.choice<RecoverySearch>("search",
+                                             {{"from_reference", RecoverySearch::from_reference},
+                                              {"outward", RecoverySearch::outward},
+                                              {"sampled", RecoverySearch::sampled}},
+                                             wishes.search);
   wishes.height_m = map.number("height_m", kHeight_m, wishes.height_m);
-  wishes.apex_angle_rad = kDegree_rad * map.number("apex_angle_deg", kAngle_deg, wishes.apex_angle_rad / kDegree_rad);
+  wishes.apex_angle_rad =
+      kDegree_rad * map.number("apex_angle_deg", kAngle_deg, wishes.apex_angle_rad / kDegree_rad);
   if (map.given("v_rec")) {
     wishes.v_rec_world = map.vector3("v_rec", kAnyDirection);
-    if (!(wishes.v_rec_world->norm() > 0)) map.problem_at("v_rec", "v_rec is zero: it is the direction in which the object is moved out");
+    if (!(wishes.v_rec_world->norm() > 0))
+      map.problem_at("v_rec",
+                     "v_rec is zero: it is the direction in which the object is moved out");
   }
   wishes.four_points = map.flag("four_point_normal", wishes.four_points);
   wishes.closed_form = map.flag("closed_form_normal", wishes.closed_form);
@@ -42,12 +48,16 @@ void read_cap(YamlMap& map, double& cap_m, double& tolerance_m) {
   cap_m = map.number("cap_m", kCap_m, cap_m);
   tolerance_m = map.number("tolerance_m", kTolerance_m, std::min(tolerance_m, cap_m));
   if (tolerance_m > cap_m) map.problem_at("tolerance_m", "tolerance_m must not exceed cap_m");
-  if (tolerance_m < kFinestTolerance * cap_m) map.problem_at("tolerance_m", "tolerance_m is less than a thousandth of cap_m: the search would take seconds");
+  if (tolerance_m < kFinestTolerance * cap_m)
+    map.problem_at("tolerance_m",
+                   "tolerance_m is less than a thousandth of cap_m: the search would take seconds");
 }
 
 ProximityWishes read_proximity(YamlMap map) {
   ProximityWishes wishes;
-  wishes.of = map.choice<ProximityOf>("of", {{"vertices", ProximityOf::vertices}, {"triangles", ProximityOf::triangles}}, wishes.of);
+  wishes.of = map.choice<ProximityOf>(
+      "of", {{"vertices", ProximityOf::vertices}, {"triangles", ProximityOf::triangles}},
+      wishes.of);
   read_cap(map, wishes.cap_m, wishes.tolerance_m);
   map.finish();
   return wishes;
@@ -71,7 +81,8 @@ Warming read_warming(YamlMap map) {
   read_cap(map, warming.cap_m, warming.tolerance_m);
   warming.heating_s = map.number("heating_s", kTime_s, warming.heating_s);
   warming.cooling_s = map.number("cooling_s", kTime_s, warming.cooling_s);
-  const Eigen::Vector3d rgb = map.vector3("colour_rgb", kPart, Eigen::Vector3d(warming.colour_rgb.data()));
+  const Eigen::Vector3d rgb =
+      map.vector3("colour_rgb", kPart, Eigen::Vector3d(warming.colour_rgb.data()));
   warming.colour_rgb = {rgb.x(), rgb.y(), rgb.z()};
   map.finish();
   return warming;

@@ -16,7 +16,8 @@ namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kAny{-kUnbounded, kUnbounded};
-constexpr Range kDomains{0, 232};  // DDSI-RTPS 2.5, section 9.6.2.3: ports of higher domains exceed 65535
+constexpr Range kDomains{
+    0, 232};  // DDSI-RTPS 2.5, section 9.6.2.3: ports of higher domains exceed 65535
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
 Settings read_settings(YamlMap& map, const std::map<std::string, std::string>& overrides) {
@@ -25,7 +26,8 @@ Settings read_settings(YamlMap& map, const std::map<std::string, std::string>& o
   if (map.given("settings")) {
     YamlMap settings = map.map("settings");
     place = map.place_of("settings");
-    for (const std::string& key : settings.keys()) defaults[key] = {settings.text(key), false, settings.place_of(key)};
+    for (const std::string& key : settings.keys())
+      defaults[key] = {settings.text(key), false, settings.place_of(key)};
     settings.finish();
   }
   return Settings(map.file(), place, std::move(defaults), overrides, map.problems());
@@ -36,7 +38,8 @@ std::vector<HeadKey> read_keys(YamlMap& map) {
   std::vector<HeadKey> path;
   std::vector<YamlMap> keys = map.maps("path");
   for (YamlMap& key : keys) {
-    const double t_s = key.number("t_s", {0, kUnbounded}, keys.size() == 1 ? std::optional(0.0) : std::nullopt);
+    const double t_s =
+        key.number("t_s", {0, kUnbounded}, keys.size() == 1 ? std::optional(0.0) : std::nullopt);
     path.push_back({t_s, key.vector3("eye_m", kAny), key.vector3("target_m", kAny)});
     key.finish();
   }
@@ -49,16 +52,21 @@ Viewer read_viewer(YamlMap map) {
   Viewer viewer;
   if (map.is_void()) return viewer;
   viewer.name = map.name("name", viewer.name);
-  if (map.given("path") && map.given("file")) map.problem_at("file", "path and file exclude each other");
+  if (map.given("path") && map.given("file"))
+    map.problem_at("file", "path and file exclude each other");
   if (map.given("file")) {
     viewer.file = map.path("file");
     if (!viewer.file.empty()) viewer.path = read_head_path(viewer.file, map.problems());
   } else {
     viewer.path = read_keys(map);
   }
-  viewer.horizontal_fov_rad = map.number("horizontal_fov_deg", {1, 170}, viewer.horizontal_fov_rad / kDegree_rad) * kDegree_rad;
-  const auto [render_width_px, render_height_px] = map.size_px("render_size_px", std::array{viewer.render_width_px, viewer.render_height_px});
-  const auto [recon_width_px, recon_height_px] = map.size_px("recon_size_px", std::array{viewer.recon_width_px, viewer.recon_height_px});
+  viewer.horizontal_fov_rad =
+      map.number("horizontal_fov_deg", {1, 170}, viewer.horizontal_fov_rad / kDegree_rad) *
+      kDegree_rad;
+  const auto [render_width_px, render_height_px] =
+      map.size_px("render_size_px", std::array{viewer.render_width_px, viewer.render_height_px});
+  const auto [recon_width_px, recon_height_px] =
+      map.size_px("recon_size_px", std::array{viewer.recon_width_px, viewer.recon_height_px});
   viewer.render_width_px = render_width_px;
   viewer.render_height_px = render_height_px;
   viewer.recon_width_px = recon_width_px;
@@ -72,7 +80,8 @@ Viewer read_viewer(YamlMap map) {
 
 // The file that a key names, read; with problems where it has some.
 template <typename Content>
-Content read_named_file(YamlMap& map, const std::string& key, Content (*read)(const std::filesystem::path&, Problems&)) {
+Content read_named_file(YamlMap& map, const std::string& key,
+                        Content (*read)(const std::filesystem::path&, Problems&)) {
   const std::filesystem::path file = map.path(key);
   if (file.empty()) return {};
   if (const auto why = why_unreadable(file)) {
@@ -89,18 +98,22 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_good, bool vie
   const Place place = map.place_of("nodes");
   check_names_and_counts(nodes, map.file(), map.problems());
   const bool nodes_are_good = map.problem_count() == problems_before;
-  if (rig_is_good && !nodes.empty()) check_sources(nodes, deployment.rig, map.file(), place, map.problems());
-  if (nodes_are_good && viewer_is_good) check_shares(nodes, deployment.viewer, map.file(), map.problems());
+  if (rig_is_good && !nodes.empty())
+    check_sources(nodes, deployment.rig, map.file(), place, map.problems());
+  if (nodes_are_good && viewer_is_good)
+    check_shares(nodes, deployment.viewer, map.file(), map.problems());
   for (PlacedNode& placed : nodes) deployment.nodes.push_back(std::move(placed.node));
 }
 
 // Parts of the hull are looked for in the rig's volume.
 void check_history(YamlMap& map, const Deployment& deployment) {
   if (!deployment.scene.history) return;
-  const double cells = (deployment.rig.volume_m.sizes() / deployment.scene.history->cell_m).array().ceil().prod();
+  const double cells =
+      (deployment.rig.volume_m.sizes() / deployment.scene.history->cell_m).array().ceil().prod();
   if (cells <= kMostHistoryCells) return;
   std::ostringstream what;
-  what << "history of the scene divides the rig's volume_m into " << cells << " cells, at most " << kMostHistoryCells
+  what << "history of the scene divides the rig's volume_m into " << cells << " cells, at most "
+       << kMostHistoryCells
        << " are possible: a larger cell_m in its history, or a smaller volume_m";
   map.problem_at("scene", what.str());
 }
@@ -115,7 +128,9 @@ std::vector<std::filesystem::path> files_of(YamlMap& map, const Deployment& depl
   return files;
 }
 
-Deployment read_deployment(const std::filesystem::path& file, const std::map<std::string, std::string>& overrides, Problems& problems) {
+Deployment read_deployment(const std::filesystem::path& file,
+                           const std::map<std::string, std::string>& overrides,
+                           Problems& problems) {
   YamlMap map = YamlMap::load(file, problems);
   Deployment deployment;
   deployment.file = file;
@@ -142,7 +157,8 @@ Deployment read_deployment(const std::filesystem::path& file, const std::map<std
 
 }  // namespace
 
-Deployment load_deployment(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
+Deployment load_deployment(const std::filesystem::path& file,
+                           const std::map<std::string, std::string>& settings) {
   Problems problems;
   Deployment deployment = read_deployment(file, settings, problems);
   problems.throw_if_any();

@@ -10,7 +10,8 @@ namespace fivepipe::config {
 
 namespace {
 
-constexpr std::array<const char*, 7> kColumns = {"t_s", "eye_x_m", "eye_y_m", "eye_z_m", "target_x_m", "target_y_m", "target_z_m"};
+constexpr std::array<const char*, 7> kColumns = {"t_s",        "eye_x_m",    "eye_y_m",   "eye_z_m",
+                                                 "target_x_m", "target_y_m", "target_z_m"};
 
 struct Cell {
   std::string text;
@@ -35,25 +36,32 @@ void check_header(const std::filesystem::path& file, const std::string& line, Pr
   for (std::size_t i = 0; i < kColumns.size(); ++i)
     if (i >= cells.size() || cells[i].text != kColumns[i]) {
       std::string expected;
-      for (const char* name : kColumns) expected += (expected.empty() ? "" : ",") + std::string(name);
-      problems.add(file, {1, i < cells.size() ? cells[i].column : int(line.size()) + 1}, "the first line must be " + expected);
+      for (const char* name : kColumns)
+        expected += (expected.empty() ? "" : ",") + std::string(name);
+      problems.add(file, {1, i < cells.size() ? cells[i].column : int(line.size()) + 1},
+                   "the first line must be " + expected);
       return;
     }
-  if (cells.size() > kColumns.size()) problems.add(file, {1, cells[kColumns.size()].column}, "one column too many");
+  if (cells.size() > kColumns.size())
+    problems.add(file, {1, cells[kColumns.size()].column}, "one column too many");
 }
 
 // Nothing where the line has a problem.
-std::optional<HeadKey> read_key(const std::filesystem::path& file, int line_number, const std::string& line, Problems& problems) {
+std::optional<HeadKey> read_key(const std::filesystem::path& file, int line_number,
+                                const std::string& line, Problems& problems) {
   const std::size_t problems_before = problems.count();
   const std::vector<Cell> cells = cells_of(line);
   if (cells.size() != kColumns.size())
-    problems.add(file, {line_number, 1}, "must have " + std::to_string(kColumns.size()) + " columns, has " + std::to_string(cells.size()));
+    problems.add(file, {line_number, 1},
+                 "must have " + std::to_string(kColumns.size()) + " columns, has " +
+                     std::to_string(cells.size()));
   std::array<double, kColumns.size()> values = {};
   for (std::size_t i = 0; i < std::min(cells.size(), kColumns.size()); ++i) {
     const std::string& text = cells[i].text;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
     if (end != text.data() + text.size() || error != std::errc() || !std::isfinite(values[i]))
-      problems.add(file, {line_number, cells[i].column}, std::string(kColumns[i]) + " must be a finite number, is \"" + text + '"');
+      problems.add(file, {line_number, cells[i].column},
+                   std::string(kColumns[i]) + " must be a finite number, is \"" + text + '"');
   }
   if (problems.count() > problems_before) return std::nullopt;
   return HeadKey{values[0], {values[1], values[2], values[3]}, {values[4], values[5], values[6]}};
@@ -84,7 +92,8 @@ std::vector<HeadKey> read_head_path(const std::filesystem::path& file, Problems&
   }
   if (problems.count() > problems_before) return path;
   if (path.empty()) problems.add(file, {1, 1}, "there is no key in the file");
-  for (const HeadPathFault& fault : faults_of(path)) problems.add(file, {line_of_key[fault.key], 1}, fault.what);
+  for (const HeadPathFault& fault : faults_of(path))
+    problems.add(file, {line_of_key[fault.key], 1}, fault.what);
   return path;
 }
 

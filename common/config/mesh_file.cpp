@@ -26,36 +26,47 @@ std::optional<std::size_t> not_finite_vertex(const aiScene& scene) {
   return std::nullopt;
 }
 
-// Positions only: equal corners become one vertex, whatever normals and texture coordinates the file gives them.
+// Positions only: equal corners become one vertex, whatever normals and texture coordinates the
+// file gives them.
 const aiScene* simplified(Assimp::Importer& importer) {
-  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
-                                                          aiComponent_TEXCOORDS | aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
-                                                          aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  return importer.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices |
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
+                              aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
+                                  aiComponent_COLORS | aiComponent_TEXCOORDS |
+                                  aiComponent_BONEWEIGHTS | aiComponent_ANIMATIONS |
+                                  aiComponent_TEXTURES | aiComponent_LIGHTS | aiComponent_CAMERAS);
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
+                              aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  return importer.ApplyPostProcessing(aiProcess_RemoveComponent | aiProcess_Triangulate |
+                                      aiProcess_SortByPType | aiProcess_PreTransformVertices |
                                       aiProcess_JoinIdenticalVertices);
 }
 
-void append(geometry::Mesh& mesh, const aiMesh& part, double unit_m, bool y_is_up) {  // y up: glTF 2.0, section 3.4
+void append(geometry::Mesh& mesh, const aiMesh& part, double unit_m,
+            bool y_is_up) {  // y up: glTF 2.0, section 3.4
   const auto first = std::uint32_t(mesh.vertices_m.size());
   for (unsigned i = 0; i < part.mNumVertices; ++i) {
     const aiVector3D& v = part.mVertices[i];
-    mesh.vertices_m.push_back(unit_m * (y_is_up ? Eigen::Vector3d(v.x, -v.z, v.y) : Eigen::Vector3d(v.x, v.y, v.z)));
+    mesh.vertices_m.push_back(
+        unit_m * (y_is_up ? Eigen::Vector3d(v.x, -v.z, v.y) : Eigen::Vector3d(v.x, v.y, v.z)));
   }
   for (unsigned i = 0; i < part.mNumFaces; ++i)
     if (const aiFace& face = part.mFaces[i]; face.mNumIndices == 3)
-      mesh.triangles.push_back({first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
+      mesh.triangles.push_back(
+          {first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
 }
 
 }  // namespace
 
 static std::string mesh_extension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   return extension;
 }
 
-bool is_gltf(const std::filesystem::path& file) { return mesh_extension(file) == ".gltf" || mesh_extension(file) == ".glb"; }
+bool is_gltf(const std::filesystem::path& file) {
+  return mesh_extension(file) == ".gltf" || mesh_extension(file) == ".glb";
+}
 
 MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
   if (const auto why = why_unreadable(file)) return {{}, *why};
@@ -66,17 +77,21 @@ MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   // Looked for before joining, which takes NaN for equal to every vertex.
   if (scene != nullptr)
-    if (const auto vertex = not_finite_vertex(*scene)) return {{}, "vertex " + std::to_string(*vertex) + " of the mesh is not finite"};
+    if (const auto vertex = not_finite_vertex(*scene))
+      return {{}, "vertex " + std::to_string(*vertex) + " of the mesh is not finite"};
   if (scene != nullptr) scene = simplified(importer);
-  if (scene == nullptr) return {{}, std::string("not a readable mesh: ") + importer.GetErrorString()};
+  if (scene == nullptr)
+    return {{}, std::string("not a readable mesh: ") + importer.GetErrorString()};
   MeshOrReason result;
-  for (unsigned i = 0; i < scene->mNumMeshes; ++i) append(result.mesh, *scene->mMeshes[i], unit_m, is_gltf(file));
+  for (unsigned i = 0; i < scene->mNumMeshes; ++i)
+    append(result.mesh, *scene->mMeshes[i], unit_m, is_gltf(file));
   if (result.mesh.triangles.empty()) return {{}, "the mesh has no triangles"};
   for (const Eigen::Vector3d& v : result.mesh.vertices_m)
     if (!v.allFinite()) return {{}, "the mesh's transformations are not finite"};
   for (const auto& triangle : result.mesh.triangles)
     for (const std::uint32_t index : triangle)
-      if (index >= result.mesh.vertices_m.size()) return {{}, "the mesh has a triangle with a vertex that does not exist"};
+      if (index >= result.mesh.vertices_m.size())
+        return {{}, "the mesh has a triangle with a vertex that does not exist"};
   return result;
 }
 

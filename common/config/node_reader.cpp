@@ -30,7 +30,8 @@ std::string frame_of_sequence(const std::string& pattern, int index) {
   if (!std::regex_search(pattern, match, kIndex)) return pattern;
   std::string digits = std::to_string(index);
   const std::size_t width = match[2].length() > 0 ? std::size_t(match[2].str()[0] - '0') : 0;
-  if (digits.size() < width) digits.insert(0, width - digits.size(), match[1].length() > 0 ? '0' : ' ');
+  if (digits.size() < width)
+    digits.insert(0, width - digits.size(), match[1].length() > 0 ? '0' : ' ');
   return match.prefix().str() + digits + match.suffix().str();
 }
 
@@ -39,17 +40,20 @@ std::string read_image_path(YamlMap& map, const std::string& key, int first_fram
   if (path.empty() || !is_here) return path;
   // Sequences are counted from 0 or from 1.
   auto why = why_unreadable(frame_of_sequence(path, first_frame));
-  if (why && why_unreadable(frame_of_sequence(path, first_frame + 1))) map.problem_at(key, key + ' ' + path + ": " + *why);
+  if (why && why_unreadable(frame_of_sequence(path, first_frame + 1)))
+    map.problem_at(key, key + ' ' + path + ": " + *why);
   return path;
 }
 
 CameraSource read_source(YamlMap map, bool is_here) {
-  if (map.given("video") && map.given("v4l2")) map.problem_at("v4l2", "video and v4l2: a camera has one source");
+  if (map.given("video") && map.given("v4l2"))
+    map.problem_at("v4l2", "video and v4l2: a camera has one source");
   if (map.given("v4l2")) {
     V4l2Source source;
     source.device = map.text("v4l2");
     if (map.given("background")) source.background = read_image_path(map, "background", 0, is_here);
-    source.background_frames = map.integer("background_frames", {1, 10000}, source.background_frames);
+    source.background_frames =
+        map.integer("background_frames", {1, 10000}, source.background_frames);
     map.finish();
     return source;
   }
@@ -61,7 +65,8 @@ CameraSource read_source(YamlMap map, bool is_here) {
   return source;
 }
 
-// Either `sources: synthetic` (all cameras of the rig that give anything), or by camera: synthetic, or a mapping.
+// Either `sources: synthetic` (all cameras of the rig that give anything), or by camera: synthetic,
+// or a mapping.
 std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, PlacedNode& placed) {
   std::map<std::string, CameraSource> sources;
   if (map.is_text("sources")) {
@@ -101,7 +106,8 @@ SegmentationConfig read_segmentation(YamlMap map) {
   constexpr Range kRadius_px{0, 64};
   SegmentationConfig config;
   config.threshold_sigmas = map.number("threshold_sigmas", {0, 1000}, config.threshold_sigmas);
-  config.threshold_floor_levels = map.number("threshold_floor_levels", kLevels, config.threshold_floor_levels);
+  config.threshold_floor_levels =
+      map.number("threshold_floor_levels", kLevels, config.threshold_floor_levels);
   config.shadow_darkest = map.number("shadow_darkest", {0, 1, true}, config.shadow_darkest);
   config.opening_px = map.integer("opening_px", kRadius_px, config.opening_px);
   config.closing_px = map.integer("closing_px", kRadius_px, config.closing_px);
@@ -115,31 +121,42 @@ CaptureConfig read_capture(YamlMap& map, const Rig& rig, PlacedNode& placed) {
   if (map.given("synthetic")) config.synthetic = read_synthetic_world(map.map("synthetic"));
   if (map.given("segmentation")) config.segmentation = read_segmentation(map.map("segmentation"));
   config.loop = map.flag("loop", config.loop);
-  config.max_frames_in_flight = map.integer("max_frames_in_flight", {0, 1000}, config.max_frames_in_flight);
+  config.max_frames_in_flight =
+      map.integer("max_frames_in_flight", {0, 1000}, config.max_frames_in_flight);
   config.premade_frames = map.integer("premade_frames", {0, 100000}, config.premade_frames);
   return config;
 }
 
 ReconConfig read_recon(YamlMap& map) {
   ReconConfig config;
-  config.backend = map.choice<HullBackend>("backend", {{"auto", HullBackend::automatic}, {"cpu", HullBackend::cpu}, {"gl", HullBackend::gl}, {"sweep", HullBackend::sweep}}, config.backend);
+  config.backend = map.choice<HullBackend>("backend",
+                                           {{"auto", HullBackend::automatic},
+                                            {"cpu", HullBackend::cpu},
+                                            {"gl", HullBackend::gl},
+                                            {"sweep", HullBackend::sweep}},
+                                           config.backend);
   config.threads = map.integer("threads", {1, 256}, config.threads);
   config.sweep_planes = map.integer("sweep_planes", {2, 4096}, config.sweep_planes);
   config.tile_columns = map.integer("tile_columns", {1, 256}, config.tile_columns);
   config.tile_rows = map.integer("tile_rows", {1, 256}, config.tile_rows);
-  config.split = map.choice<ReconSplit>("split", {{"tiles", ReconSplit::tiles}, {"frames", ReconSplit::frames}}, config.split);
+  config.split = map.choice<ReconSplit>(
+      "split", {{"tiles", ReconSplit::tiles}, {"frames", ReconSplit::frames}}, config.split);
   config.balance = map.flag("balance", config.balance);
   config.share = map.integer("share", kCount, config.share);
   config.shares = map.integer("shares", kAtLeastOne, config.shares);
   if (config.share >= config.shares && config.shares > 0)
-    map.problem_at("share", "share must be less than shares: they count from 0 to " + std::to_string(config.shares - 1));
+    map.problem_at("share", "share must be less than shares: they count from 0 to " +
+                                std::to_string(config.shares - 1));
   return config;
 }
 
 SimConfig read_sim(YamlMap& map) {
   SimConfig config;
-  config.collision = map.choice<CollisionBackend>(
-      "collision", {{"cpu", CollisionBackend::cpu}, {"gl", CollisionBackend::gl}, {"paper", CollisionBackend::paper}}, config.collision);
+  config.collision = map.choice<CollisionBackend>("collision",
+                                                  {{"cpu", CollisionBackend::cpu},
+                                                   {"gl", CollisionBackend::gl},
+                                                   {"paper", CollisionBackend::paper}},
+                                                  config.collision);
   config.threads = map.integer("threads", {1, 256}, config.threads);
   config.eps_m = map.number("eps_m", {1e-6, 0.1}, config.eps_m);
   config.spacing_m = map.number("spacing_m", {1e-5, 1}, config.spacing_m);
@@ -148,7 +165,8 @@ SimConfig read_sim(YamlMap& map) {
   config.step_s = map.number("step_s", {1e-4, 0.1}, config.step_s);
   config.max_points = map.integer("max_points", {1, 1000000}, config.max_points);
   if (config.viewport_px > config.window_px)
-    map.problem_at("viewport_px", "viewport_px must not exceed window_px (" + std::to_string(config.window_px) + ')');
+    map.problem_at("viewport_px", "viewport_px must not exceed window_px (" +
+                                      std::to_string(config.window_px) + ')');
   return config;
 }
 
@@ -164,7 +182,8 @@ std::vector<int> read_cores(YamlMap& map) {
   std::vector<int> cores = map.integers("cores", kCores);
   std::vector<int> sorted = cores;
   std::sort(sorted.begin(), sorted.end());
-  if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) map.problem_at("cores", "cores names one core twice");
+  if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
+    map.problem_at("cores", "cores names one core twice");
   return cores;
 }
 
@@ -181,16 +200,22 @@ PlacedNode read_node(YamlMap map, const Rig& rig) {
   placed.place_of_share = map.place_of("share");
   placed.node.host = map.text("host", "");
   placed.node.cores = read_cores(map);
-  const Program program = map.choice<Program>(
-      "program", {{"capture_node", Program::capture}, {"recon_node", Program::recon}, {"sim_node", Program::sim}, {"render_node", Program::render}},
-      Program::unknown);
-  if (!map.given("program")) map.problem("program is missing: capture_node, recon_node, sim_node or render_node");
+  const Program program = map.choice<Program>("program",
+                                              {{"capture_node", Program::capture},
+                                               {"recon_node", Program::recon},
+                                               {"sim_node", Program::sim},
+                                               {"render_node", Program::render}},
+                                              Program::unknown);
+  if (!map.given("program"))
+    map.problem("program is missing: capture_node, recon_node, sim_node or render_node");
   switch (program) {
     case Program::capture: placed.node.config = read_capture(map, rig, placed); break;
     case Program::recon: placed.node.config = read_recon(map); break;
     case Program::sim: placed.node.config = read_sim(map); break;
     case Program::render: placed.node.config = read_render(map); break;
-    case Program::unknown: map.report_missing(); return placed;  // the other keys depend on the program
+    case Program::unknown:
+      map.report_missing();
+      return placed;  // the other keys depend on the program
   }
   map.finish();
   return placed;

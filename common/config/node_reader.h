@@ -1,4 +1,5 @@
-// The nodes of a deployment file, one by one; what concerns several of them is checked in node_checks.h.
+// The nodes of a deployment file, one by one; what concerns several of them is checked in
+// node_checks.h.
 #pragma once
 #include <map>
 #include <string>

@@ -15,8 +15,10 @@ namespace {
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kAny{-kUnbounded, kUnbounded};
 constexpr Range kPositive{0, kUnbounded, true};
-constexpr Range kFieldOfView_deg{0.01, 170};  // a pinhole image grows without bound towards 180 degrees
-// Below, the viewing direction and the image's up are one line for a camera that is given by look_at (sine of the angle).
+constexpr Range kFieldOfView_deg{0.01,
+                                 170};  // a pinhole image grows without bound towards 180 degrees
+// Below, the viewing direction and the image's up are one line for a camera that is given by
+// look_at (sine of the angle).
 constexpr double kLeastSineToUp = 1e-4;
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -30,10 +32,16 @@ geometry::Pinhole read_pinhole(YamlMap& map) {
     return geometry::pinhole_from_fov(width_px, height_px, fov_rad);
   }
   if (!map.given("fx_px") && !map.given("fy_px") && !map.given("cx_px") && !map.given("cy_px")) {
-    map.problem("no focal length: horizontal_fov_deg, or fx_px, fy_px, cx_px and cy_px, is missing");
+    map.problem(
+        "no focal length: horizontal_fov_deg, or fx_px, fy_px, cx_px and cy_px, is missing");
     return {};
   }
-  return {width_px, height_px, map.number("fx_px", kPositive), map.number("fy_px", kPositive), map.number("cx_px", kAny), map.number("cy_px", kAny)};
+  return {width_px,
+          height_px,
+          map.number("fx_px", kPositive),
+          map.number("fy_px", kPositive),
+          map.number("cx_px", kAny),
+          map.number("cy_px", kAny)};
 }
 
 LensDistortion read_distortion(YamlMap map) {
@@ -47,16 +55,21 @@ LensDistortion read_distortion(YamlMap map) {
   return d;
 }
 
-// look_at in the frame that the camera is mounted in, whose up is +z in the world and -y in the viewer's eye.
+// look_at in the frame that the camera is mounted in, whose up is +z in the world and -y in the
+// viewer's eye.
 Eigen::Isometry3d read_look_at(YamlMap map, Mount mount) {
   const std::size_t problems_before = map.problem_count();
-  const Eigen::Vector3d eye_m = map.vector3("eye_m", kAny), target_m = map.vector3("target_m", kAny);
+  const Eigen::Vector3d eye_m = map.vector3("eye_m", kAny),
+                        target_m = map.vector3("target_m", kAny);
   map.finish();
-  const Eigen::Vector3d up = mount == Mount::world ? Eigen::Vector3d(0, 0, 1) : Eigen::Vector3d(0, -1, 0);
+  const Eigen::Vector3d up =
+      mount == Mount::world ? Eigen::Vector3d(0, 0, 1) : Eigen::Vector3d(0, -1, 0);
   if (map.is_void() || map.problem_count() > problems_before) return Eigen::Isometry3d::Identity();
   const Eigen::Vector3d direction = (target_m - eye_m).normalized();
   if (!(direction.cross(up).norm() > kLeastSineToUp)) {
-    map.problem("look_at has no upright image: eye_m and target_m are the same point, or one straight above the other; state the rotation instead");
+    map.problem(
+        "look_at has no upright image: eye_m and target_m are the same point, or one straight "
+        "above the other; state the rotation instead");
     return Eigen::Isometry3d::Identity();
   }
   return geometry::look_at(eye_m, target_m, up);
@@ -74,17 +87,21 @@ Eigen::Isometry3d read_pose(YamlMap map) {
 Eigen::Isometry3d read_camera_from_mount(YamlMap& map, Mount mount) {
   const std::string key = mount == Mount::world ? "camera_from_world" : "camera_from_viewer";
   const std::string wrong_key = mount == Mount::world ? "camera_from_viewer" : "camera_from_world";
-  if (map.given(wrong_key)) map.problem_at(wrong_key, wrong_key + " does not go with this camera's mount: " + key + " is expected");
+  if (map.given(wrong_key))
+    map.problem_at(wrong_key,
+                   wrong_key + " does not go with this camera's mount: " + key + " is expected");
   const bool has_look_at = map.given("look_at"), has_pose = map.given(key);
   if (has_look_at && has_pose) map.problem_at(key, key + " and look_at exclude each other");
   if (has_pose) return read_pose(map.map(key));
   if (has_look_at) return read_look_at(map.map("look_at"), mount);
-  if (!map.given(wrong_key)) map.problem("the camera has no pose: look_at or " + key + " is missing");
+  if (!map.given(wrong_key))
+    map.problem("the camera has no pose: look_at or " + key + " is missing");
   return Eigen::Isometry3d::Identity();
 }
 
 void check_usable(const YamlMap& map, RigCamera& camera) {
-  for (const auto& [pinhole, prefix] : {std::pair{camera.source, ""}, {camera.published, "published: "}})
+  for (const auto& [pinhole, prefix] :
+       {std::pair{camera.source, ""}, {camera.published, "published: "}})
     if (const auto why = geometry::why_unusable({pinhole, camera.camera_from_mount})) {
       map.problem("camera " + camera.name + ": " + prefix + *why);
       return;
@@ -96,7 +113,8 @@ RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   const std::size_t problems_before = map.problem_count();
   RigCamera camera;
   camera.name = map.name("name");
-  camera.mount = map.choice<Mount>("mount", {{"world", Mount::world}, {"viewer", Mount::viewer}}, Mount::world);
+  camera.mount = map.choice<Mount>("mount", {{"world", Mount::world}, {"viewer", Mount::viewer}},
+                                   Mount::world);
   const bool is_world = camera.mount == Mount::world;
   camera.gives_shape = map.flag("gives_shape", is_world);
   camera.gives_colour = map.flag("gives_colour", true);
@@ -109,11 +127,13 @@ RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
     published.finish();
   }
   camera.camera_from_mount = read_camera_from_mount(map, camera.mount);
-  if (camera.gives_shape && !is_world) map.problem_at("gives_shape", "gives_shape must be false for a camera that the viewer carries");
+  if (camera.gives_shape && !is_world)
+    map.problem_at("gives_shape", "gives_shape must be false for a camera that the viewer carries");
   map.finish();
   if (map.problem_count() > problems_before) return camera;
   check_usable(map, camera);
-  if (map.problem_count() == problems_before && camera.gives_shape && !volume_m.isEmpty() && !sees_any_of(published_camera(camera), volume_m))
+  if (map.problem_count() == problems_before && camera.gives_shape && !volume_m.isEmpty() &&
+      !sees_any_of(published_camera(camera), volume_m))
     map.problem("camera " + camera.name + " sees nothing of volume_m");
   return camera;
 }
@@ -125,7 +145,8 @@ Eigen::AlignedBox3d read_volume(YamlMap map) {
   if (map.is_void() || map.problem_count() > problems_before) return {};
   for (int axis = 0; axis < 3; ++axis)
     if (!(volume_m.min()[axis] < volume_m.max()[axis]))
-      map.problem_at("max", std::string("volume_m: max must be greater than min in ") + "xyz"[axis]);
+      map.problem_at("max",
+                     std::string("volume_m: max must be greater than min in ") + "xyz"[axis]);
   return map.problem_count() > problems_before ? Eigen::AlignedBox3d() : volume_m;
 }
 
@@ -143,9 +164,11 @@ Rig read_rig(const std::filesystem::path& file, Problems& problems) {
     const std::string& name = rig.cameras.back().name;
     const auto [first, is_new] = line_of_name.try_emplace(name, camera_map.place_of("name").line);
     if (!is_new && !name.empty())
-      camera_map.problem_at("name", "two cameras are called " + name + ", the first in line " + std::to_string(first->second));
+      camera_map.problem_at("name", "two cameras are called " + name + ", the first in line " +
+                                        std::to_string(first->second));
   }
-  if (!rig.cameras.empty() && shape_cameras(rig).empty()) map.problem_at("cameras", "no camera gives shape");
+  if (!rig.cameras.empty() && shape_cameras(rig).empty())
+    map.problem_at("cameras", "no camera gives shape");
   map.finish();
   return rig;
 }
@@ -157,8 +180,11 @@ Rig load_rig(const std::filesystem::path& file) {
   return rig;
 }
 
-geometry::Camera published_camera(const RigCamera& camera, const Eigen::Isometry3d& eye_from_world) {
-  return {camera.published, camera.mount == Mount::world ? camera.camera_from_mount : camera.camera_from_mount * eye_from_world};
+geometry::Camera published_camera(const RigCamera& camera,
+                                  const Eigen::Isometry3d& eye_from_world) {
+  return {camera.published, camera.mount == Mount::world
+                                ? camera.camera_from_mount
+                                : camera.camera_from_mount * eye_from_world};
 }
 
 std::vector<std::size_t> shape_cameras(const Rig& rig) {

@@ -17,13 +17,15 @@ struct LensDistortion {
 enum class Mount { world, viewer };
 
 struct RigCamera {
-  std::string name;           // unique in the rig, [a-z0-9_]+
-  geometry::Pinhole source;             // intrinsics of the image as captured
-  LensDistortion distortion;  // of the image as captured
-  geometry::Pinhole published;          // undistorted model that maps and colour are published in; the source's own unless stated
+  std::string name;             // unique in the rig, [a-z0-9_]+
+  geometry::Pinhole source;     // intrinsics of the image as captured
+  LensDistortion distortion;    // of the image as captured
+  geometry::Pinhole published;  // undistorted model that maps and colour are published in; the
+                                // source's own unless stated
   Mount mount = Mount::world;
-  Eigen::Isometry3d camera_from_mount = Eigen::Isometry3d::Identity();  // from the world, or from the viewer's eye (a camera frame)
-  bool gives_shape = true;   // object-pixel maps; never for cameras that the viewer carries
+  Eigen::Isometry3d camera_from_mount =
+      Eigen::Isometry3d::Identity();  // from the world, or from the viewer's eye (a camera frame)
+  bool gives_shape = true;  // object-pixel maps; never for cameras that the viewer carries
   bool gives_colour = true;
 };
 
@@ -33,8 +35,10 @@ struct Rig {
   std::vector<RigCamera> cameras;
 };
 
-// The published pinhole at the camera's pose; eye_from_world is used by cameras that the viewer carries.
-geometry::Camera published_camera(const RigCamera& camera, const Eigen::Isometry3d& eye_from_world = Eigen::Isometry3d::Identity());
+// The published pinhole at the camera's pose; eye_from_world is used by cameras that the viewer
+// carries.
+geometry::Camera published_camera(const RigCamera& camera, const Eigen::Isometry3d& eye_from_world =
+                                                               Eigen::Isometry3d::Identity());
 
 // Indices into rig.cameras of those that give shape, in the rig's order.
 std::vector<std::size_t> shape_cameras(const Rig& rig);

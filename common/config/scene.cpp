@@ -17,8 +17,8 @@ constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kAny{-kUnbounded, kUnbounded};
 constexpr Range kSize_m{0, 1e4, true};
 constexpr Range kPart{0, 1};
-constexpr Range kSubdivisions{0, 6};     // 20 * 4^6 = 81 920 triangles
-constexpr Range kCurtainCells{1, 1000};  // a million cells at most
+constexpr Range kSubdivisions{0, 6};            // 20 * 4^6 = 81 920 triangles
+constexpr Range kCurtainCells{1, 1000};         // a million cells at most
 constexpr std::size_t kLongestObjectName = 64;  // as messages have room for
 constexpr double kMostBoxCells = 1e6;
 constexpr double kDegree_rad = std::numbers::pi / 180;
@@ -28,21 +28,24 @@ BoxShape read_box(YamlMap map) {
   map.finish();
   if (!(box.cell_m > 0)) return box;
   const Eigen::Array3d cells = (box.size_m.array() / box.cell_m).ceil();
-  if (!(2 * (cells.x() * cells.y() + cells.y() * cells.z() + cells.z() * cells.x()) <= kMostBoxCells))
+  if (!(2 * (cells.x() * cells.y() + cells.y() * cells.z() + cells.z() * cells.x()) <=
+        kMostBoxCells))
     map.problem_at("cell_m", "cell_m divides the box's faces into more than a million cells");
   return box;
 }
 
 SphereShape read_sphere(YamlMap map) {
-  const SphereShape sphere{map.number("radius_m", kSize_m), map.integer("subdivisions", kSubdivisions, 2)};
+  const SphereShape sphere{map.number("radius_m", kSize_m),
+                           map.integer("subdivisions", kSubdivisions, 2)};
   map.finish();
   return sphere;
 }
 
 CurtainShape read_curtain(YamlMap map) {
-  const CurtainShape curtain{map.number("width_m", kSize_m),        map.number("height_m", kSize_m),
-                             map.integer("columns", kCurtainCells), map.integer("rows", kCurtainCells),
-                             map.number("fold_depth_m", {0, 10}, 0), map.number("fold_count", {0, 1000}, 0)};
+  const CurtainShape curtain{
+      map.number("width_m", kSize_m),         map.number("height_m", kSize_m),
+      map.integer("columns", kCurtainCells),  map.integer("rows", kCurtainCells),
+      map.number("fold_depth_m", {0, 10}, 0), map.number("fold_count", {0, 1000}, 0)};
   map.finish();
   return curtain;
 }
@@ -51,12 +54,15 @@ CurtainShape read_curtain(YamlMap map) {
 MeshShape read_mesh_shape(YamlMap map) {
   MeshShape shape;
   shape.file = map.path("file");
-  const std::vector<std::pair<std::string, double>> units = {{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}};
-  shape.unit_m = map.choice<double>("unit", units, is_gltf(shape.file) ? std::optional(1.0) : std::nullopt);
+  const std::vector<std::pair<std::string, double>> units = {
+      {"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}};
+  shape.unit_m =
+      map.choice<double>("unit", units, is_gltf(shape.file) ? std::optional(1.0) : std::nullopt);
   map.finish();
   if (shape.file.empty()) return shape;
   MeshOrReason mesh = read_mesh(shape.file, shape.unit_m);
-  if (!mesh.reason.empty()) map.problem_at("file", "mesh " + shape.file.string() + ": " + mesh.reason);
+  if (!mesh.reason.empty())
+    map.problem_at("file", "mesh " + shape.file.string() + ": " + mesh.reason);
   shape.mesh = std::move(mesh.mesh);
   return shape;
 }
@@ -65,7 +71,8 @@ Shape read_shape(YamlMap& map) {
   std::vector<std::string> given;
   for (const std::string key : {"box", "sphere", "curtain", "mesh"})
     if (map.given(key)) given.push_back(key);
-  if (given.size() > 1) map.problem_at(given[1], given[0] + " and " + given[1] + ": an object has one shape");
+  if (given.size() > 1)
+    map.problem_at(given[1], given[0] + " and " + given[1] + ": an object has one shape");
   if (given.empty()) {
     map.problem("the object has no shape: box, sphere, curtain or mesh is missing");
     return BoxShape{Eigen::Vector3d::Ones()};
@@ -78,25 +85,34 @@ Shape read_shape(YamlMap& map) {
 
 // Turned about the world's x, then y, then z axis; then moved.
 Eigen::Isometry3d read_placement(YamlMap& map) {
-  const Eigen::Vector3d angles_rad = kDegree_rad * map.vector3("rotation_deg", kAny, Eigen::Vector3d::Zero());
-  return Eigen::Translation3d(map.vector3("position_m", kAny)) * Eigen::AngleAxisd(angles_rad.z(), Eigen::Vector3d::UnitZ()) *
-         Eigen::AngleAxisd(angles_rad.y(), Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(angles_rad.x(), Eigen::Vector3d::UnitX());
+  const Eigen::Vector3d angles_rad =
+      kDegree_rad * map.vector3("rotation_deg", kAny, Eigen::Vector3d::Zero());
+  return Eigen::Translation3d(map.vector3("position_m", kAny)) *
+         Eigen::AngleAxisd(angles_rad.z(), Eigen::Vector3d::UnitZ()) *
+         Eigen::AngleAxisd(angles_rad.y(), Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(angles_rad.x(), Eigen::Vector3d::UnitX());
 }
 
-std::array<double, 3> read_colour(YamlMap& map, const std::string& key, const std::array<double, 3>& otherwise) {
+std::array<double, 3> read_colour(YamlMap& map, const std::string& key,
+                                  const std::array<double, 3>& otherwise) {
   const Eigen::Vector3d rgb = map.vector3(key, kPart, Eigen::Vector3d(otherwise.data()));
   return {rgb.x(), rgb.y(), rgb.z()};
 }
 
 // What would be ignored is refused, and what can't work.
 void check_behaviour(YamlMap& map, const SceneObject& object) {
-  const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape), is_dynamic = object.motion == Motion::dynamic;
+  const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape),
+             is_dynamic = object.motion == Motion::dynamic;
   if (is_curtain && is_dynamic)
-    map.problem_at("motion", "a curtain hangs from its upper edge and moves as cloth: motion dynamic is for rigid objects");
+    map.problem_at("motion",
+                   "a curtain hangs from its upper edge and moves as cloth: motion dynamic is for "
+                   "rigid objects");
   if (!is_curtain && !is_dynamic && object.reaction == Reaction::bounce)
-    map.problem_at("reaction", "reaction bounce needs motion dynamic: a fixed object can't be moved out");
+    map.problem_at("reaction",
+                   "reaction bounce needs motion dynamic: a fixed object can't be moved out");
   for (const std::string key : {"mass_kg", "restitution"})
-    if (!is_dynamic && map.given(key)) map.problem_at(key, key + " has no effect without motion dynamic");
+    if (!is_dynamic && map.given(key))
+      map.problem_at(key, key + " has no effect without motion dynamic");
   if (object.reaction == Reaction::none && object.wishes.any())
     map.problem_at("report", "report has no effect with reaction none: the object is not queried");
   if (object.pattern == Pattern::plain && map.given("pattern_size_m"))
@@ -108,13 +124,17 @@ SceneObject read_object(YamlMap map) {
   object.name = map.name("name", {}, kLongestObjectName);
   object.shape = read_shape(map);
   object.world_from_object = read_placement(map);
-  object.motion = map.choice<Motion>("motion", {{"fixed", Motion::fixed}, {"dynamic", Motion::dynamic}}, Motion::fixed);
+  object.motion = map.choice<Motion>(
+      "motion", {{"fixed", Motion::fixed}, {"dynamic", Motion::dynamic}}, Motion::fixed);
   object.reaction = map.choice<Reaction>(
-      "reaction", {{"none", Reaction::none}, {"highlight", Reaction::highlight}, {"bounce", Reaction::bounce}}, Reaction::highlight);
+      "reaction",
+      {{"none", Reaction::none}, {"highlight", Reaction::highlight}, {"bounce", Reaction::bounce}},
+      Reaction::highlight);
   object.mass_kg = map.number("mass_kg", {0, 1e6, true}, object.mass_kg);
   object.restitution = map.number("restitution", kPart, object.restitution);
   object.colour_rgb = read_colour(map, "colour_rgb", object.colour_rgb);
-  object.pattern = map.choice<Pattern>("pattern", {{"plain", Pattern::plain}, {"checker", Pattern::checker}}, Pattern::plain);
+  object.pattern = map.choice<Pattern>(
+      "pattern", {{"plain", Pattern::plain}, {"checker", Pattern::checker}}, Pattern::plain);
   object.pattern_size_m = map.number("pattern_size_m", kSize_m, object.pattern_size_m);
   if (map.given("report")) object.wishes = read_collision_wishes(map.map("report"));
   if (map.given("warmth")) object.warming = read_warming(map.map("warmth"));
@@ -140,9 +160,12 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
     const std::string& name = scene.objects.back().name;
     const auto [first, is_new] = line_of_name.try_emplace(name, object_map.place_of("name").line);
     if (!is_new && !name.empty())
-      object_map.problem_at("name", "two objects are called " + name + ", the first in line " + std::to_string(first->second));
+      object_map.problem_at("name", "two objects are called " + name + ", the first in line " +
+                                        std::to_string(first->second));
     if (scene.objects.back().wishes.first_contact && !scene.history)
-      object_map.problem_at("report", "first_contact is found between two frames: the scene must keep a history, `history: {}`");
+      object_map.problem_at("report",
+                            "first_contact is found between two frames: the scene must keep a "
+                            "history, `history: {}`");
   }
   map.finish();
   return scene;
@@ -164,8 +187,8 @@ std::vector<std::string> size_doubts(const Scene& scene) {
     const Eigen::Vector3d size_m = geometry::bounds_m(shape->mesh).sizes();
     if (size_m.maxCoeff() >= kSmallestLikely_m && size_m.maxCoeff() <= kLargestLikely_m) continue;
     std::ostringstream line;
-    line << object.name << " is " << kCmPerM * size_m.x() << " x " << kCmPerM * size_m.y() << " x " << kCmPerM * size_m.z() << " cm: is the unit of "
-         << shape->file.string() << " right?";
+    line << object.name << " is " << kCmPerM * size_m.x() << " x " << kCmPerM * size_m.y() << " x "
+         << kCmPerM * size_m.z() << " cm: is the unit of " << shape->file.string() << " right?";
     doubts.push_back(line.str());
   }
   return doubts;
@@ -173,9 +196,16 @@ std::vector<std::string> size_doubts(const Scene& scene) {
 
 geometry::Mesh mesh_of(const SceneObject& object) {
   struct Mesher {
-    geometry::Mesh operator()(const BoxShape& s) const { return geometry::box_mesh(s.size_m, s.cell_m); }
-    geometry::Mesh operator()(const SphereShape& s) const { return geometry::sphere_mesh(s.radius_m, s.subdivisions); }
-    geometry::Mesh operator()(const CurtainShape& s) const { return geometry::curtain_mesh(s.width_m, s.height_m, s.columns, s.rows, s.fold_depth_m, s.fold_count); }
+    geometry::Mesh operator()(const BoxShape& s) const {
+      return geometry::box_mesh(s.size_m, s.cell_m);
+    }
+    geometry::Mesh operator()(const SphereShape& s) const {
+      return geometry::sphere_mesh(s.radius_m, s.subdivisions);
+    }
+    geometry::Mesh operator()(const CurtainShape& s) const {
+      return geometry::curtain_mesh(s.width_m, s.height_m, s.columns, s.rows, s.fold_depth_m,
+                                    s.fold_count);
+    }
     geometry::Mesh operator()(const MeshShape& s) const { return s.mesh; }
   };
   return std::visit(Mesher{}, object.shape);

@@ -9,7 +9,8 @@ namespace fivepipe::config {
 
 namespace {
 
-// Sine of the angle between viewing direction and up below which an image has no upright (a twentieth of a pixel's angle and less).
+// Sine of the angle between viewing direction and up below which an image has no upright (a
+// twentieth of a pixel's angle and less).
 constexpr double kLeastSineToUp = 1e-4;
 constexpr int kChecksPerSegment = 64;
 // Keys closer than this are one pose: the path goes round without a stop.
@@ -19,21 +20,24 @@ struct EyeAndTarget {
   Eigen::Vector3d eye_world_m, target_world_m;
 };
 
-EyeAndTarget operator-(const HeadKey& a, const HeadKey& b) { return {a.eye_world_m - b.eye_world_m, a.target_world_m - b.target_world_m}; }
+EyeAndTarget operator-(const HeadKey& a, const HeadKey& b) {
+  return {a.eye_world_m - b.eye_world_m, a.target_world_m - b.target_world_m};
+}
 
 bool is_closed(const std::vector<HeadKey>& path) {
   const EyeAndTarget gap = path.back() - path.front();
   return gap.eye_world_m.norm() < kSamePose_m && gap.target_world_m.norm() < kSamePose_m;
 }
 
-// Catmull and Rom's tangent [m/s] at a key, for keys at any times: the chord between its neighbours. A closed path's neighbours go
-// round; an open one's ends have one neighbour.
+// Catmull and Rom's tangent [m/s] at a key, for keys at any times: the chord between its
+// neighbours. A closed path's neighbours go round; an open one's ends have one neighbour.
 EyeAndTarget velocity_at(const std::vector<HeadKey>& path, std::size_t key) {
   const std::size_t last = path.size() - 1;
   const bool goes_round = is_closed(path) && (key == 0 || key == last) && last >= 2;
   const HeadKey& before = goes_round ? path[last - 1] : path[key == 0 ? 0 : key - 1];
   const HeadKey& after = goes_round ? path[1] : path[std::min(key + 1, last)];
-  const double duration_s = goes_round ? (path[last].t_s - before.t_s) + (after.t_s - path[0].t_s) : after.t_s - before.t_s;
+  const double duration_s = goes_round ? (path[last].t_s - before.t_s) + (after.t_s - path[0].t_s)
+                                       : after.t_s - before.t_s;
   const EyeAndTarget chord = after - before;
   return {chord.eye_world_m / duration_s, chord.target_world_m / duration_s};
 }
@@ -42,30 +46,41 @@ EyeAndTarget velocity_at(const std::vector<HeadKey>& path, std::size_t key) {
 EyeAndTarget pose_in_segment(const std::vector<HeadKey>& path, std::size_t key, double t_s) {
   const HeadKey &a = path[key], &b = path[key + 1];
   const double duration_s = b.t_s - a.t_s, u = (t_s - a.t_s) / duration_s;
-  const double at_b = u * u * (3 - 2 * u), at_a = 1 - at_b, along_a_s = u * (1 - u) * (1 - u) * duration_s, along_b_s = u * u * (u - 1) * duration_s;
+  const double at_b = u * u * (3 - 2 * u), at_a = 1 - at_b,
+               along_a_s = u * (1 - u) * (1 - u) * duration_s,
+               along_b_s = u * u * (u - 1) * duration_s;
   const EyeAndTarget va = velocity_at(path, key), vb = velocity_at(path, key + 1);
-  return {at_a * a.eye_world_m + at_b * b.eye_world_m + along_a_s * va.eye_world_m + along_b_s * vb.eye_world_m,
-          at_a * a.target_world_m + at_b * b.target_world_m + along_a_s * va.target_world_m + along_b_s * vb.target_world_m};
+  return {at_a * a.eye_world_m + at_b * b.eye_world_m + along_a_s * va.eye_world_m +
+              along_b_s * vb.eye_world_m,
+          at_a * a.target_world_m + at_b * b.target_world_m + along_a_s * va.target_world_m +
+              along_b_s * vb.target_world_m};
 }
 
 bool has_upright_image(const EyeAndTarget& pose) {
-  return (pose.target_world_m - pose.eye_world_m).normalized().cross(Eigen::Vector3d::UnitZ()).norm() > kLeastSineToUp;
+  return (pose.target_world_m - pose.eye_world_m)
+             .normalized()
+             .cross(Eigen::Vector3d::UnitZ())
+             .norm() > kLeastSineToUp;
 }
 
 }  // namespace
 
 geometry::Pinhole render_pinhole(const Viewer& viewer) {
-  return geometry::pinhole_from_fov(viewer.render_width_px, viewer.render_height_px, viewer.horizontal_fov_rad);
+  return geometry::pinhole_from_fov(viewer.render_width_px, viewer.render_height_px,
+                                    viewer.horizontal_fov_rad);
 }
 
-geometry::Pinhole recon_pinhole(const Viewer& viewer) { return geometry::resized(render_pinhole(viewer), viewer.recon_width_px, viewer.recon_height_px); }
+geometry::Pinhole recon_pinhole(const Viewer& viewer) {
+  return geometry::resized(render_pinhole(viewer), viewer.recon_width_px, viewer.recon_height_px);
+}
 
 Eigen::Isometry3d eye_from_world_at(const Viewer& viewer, double t_s) {
   const std::vector<HeadKey>& path = viewer.path;
   if (path.size() == 1) return geometry::look_at(path[0].eye_world_m, path[0].target_world_m);
   const double period_s = path.back().t_s;
   const double in_period_s = t_s - period_s * std::floor(t_s / period_s);
-  const auto after = std::upper_bound(path.begin() + 1, path.end() - 1, in_period_s, [](double t, const HeadKey& key) { return t < key.t_s; });
+  const auto after = std::upper_bound(path.begin() + 1, path.end() - 1, in_period_s,
+                                      [](double t, const HeadKey& key) { return t < key.t_s; });
   const EyeAndTarget pose = pose_in_segment(path, after - path.begin() - 1, in_period_s);
   return geometry::look_at(pose.eye_world_m, pose.target_world_m);
 }
@@ -74,15 +89,20 @@ std::vector<HeadPathFault> faults_of(const std::vector<HeadKey>& path) {
   std::vector<HeadPathFault> faults;
   for (std::size_t i = 0; i < path.size(); ++i) {
     if (i == 0 && path[i].t_s != 0) faults.push_back({i, "the first key's t_s must be 0"});
-    if (i > 0 && !(path[i].t_s > path[i - 1].t_s)) faults.push_back({i, "t_s must be greater than that of the key before"});
+    if (i > 0 && !(path[i].t_s > path[i - 1].t_s))
+      faults.push_back({i, "t_s must be greater than that of the key before"});
     if (!has_upright_image({path[i].eye_world_m, path[i].target_world_m}))
-      faults.push_back({i, "the eye looks nowhere, or straight up or down: the view has no upright image"});
+      faults.push_back(
+          {i, "the eye looks nowhere, or straight up or down: the view has no upright image"});
   }
   if (!faults.empty()) return faults;
   for (std::size_t i = 0; i + 1 < path.size(); ++i)
     for (int step = 1; step < kChecksPerSegment; ++step)
-      if (!has_upright_image(pose_in_segment(path, i, path[i].t_s + (path[i + 1].t_s - path[i].t_s) * step / kChecksPerSegment))) {
-        faults.push_back({i, "between this key and the next the eye looks straight up or down: the view has no upright image"});
+      if (!has_upright_image(pose_in_segment(
+              path, i, path[i].t_s + (path[i + 1].t_s - path[i].t_s) * step / kChecksPerSegment))) {
+        faults.push_back({i,
+                          "between this key and the next the eye looks straight up or down: the "
+                          "view has no upright image"});
         break;
       }
   return faults;

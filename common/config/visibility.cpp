@@ -21,7 +21,8 @@ Polygon clipped(const Polygon& polygon, const Eigen::Vector3d& normal) {
   return result;
 }
 
-// Inward normals, in the camera's frame, of the planes through its centre and its image's edges; the first is Z >= 0.
+// Inward normals, in the camera's frame, of the planes through its centre and its image's edges;
+// the first is Z >= 0.
 std::array<Eigen::Vector3d, 5> pyramid_of(const geometry::Pinhole& k) {
   const double left = (-0.5 - k.cx_px) / k.fx_px, right = (k.width_px - 0.5 - k.cx_px) / k.fx_px;
   const double top = (-0.5 - k.cy_px) / k.fy_px, bottom = (k.height_px - 0.5 - k.cy_px) / k.fy_px;
@@ -31,7 +32,8 @@ std::array<Eigen::Vector3d, 5> pyramid_of(const geometry::Pinhole& k) {
 }  // namespace
 
 bool sees_any_of(const geometry::Camera& camera, const Eigen::AlignedBox3d& box_world_m) {
-  // A pyramid without an end that meets a box meets its surface: six faces suffice, also for a camera inside the box.
+  // A pyramid without an end that meets a box meets its surface: six faces suffice, also for a
+  // camera inside the box.
   const auto pyramid = pyramid_of(camera.pinhole);
   for (int axis = 0; axis < 3; ++axis)
     for (const Eigen::Vector3d& end : {box_world_m.min(), box_world_m.max()}) {

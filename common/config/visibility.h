@@ -4,8 +4,9 @@
 
 namespace fivepipe::config {
 
-// True where some point of the box lies in front of the camera and projects into its image, [-0.5, width - 0.5) x [-0.5, height - 0.5).
-// Exact but for rounding: the box's faces are clipped against the camera's pyramid (Sutherland and Hodgman 1974).
+// True where some point of the box lies in front of the camera and projects into its image, [-0.5,
+// width - 0.5) x [-0.5, height - 0.5). Exact but for rounding: the box's faces are clipped against
+// the camera's pyramid (Sutherland and Hodgman 1974).
 bool sees_any_of(const geometry::Camera& camera, const Eigen::AlignedBox3d& box_world_m);
 
 }  // namespace fivepipe::config

@@ -7,8 +7,12 @@ namespace fivepipe::geometry {
 
 Pinhole resized(const Pinhole& pinhole, int width_px, int height_px) {
   const double sx = double(width_px) / pinhole.width_px, sy = double(height_px) / pinhole.height_px;
-  return {width_px, height_px, pinhole.fx_px * sx, pinhole.fy_px * sy,
-          (pinhole.cx_px + 0.5) * sx - 0.5, (pinhole.cy_px + 0.5) * sy - 0.5};
+  return {width_px,
+          height_px,
+          pinhole.fx_px * sx,
+          pinhole.fy_px * sy,
+          (pinhole.cx_px + 0.5) * sx - 0.5,
+          (pinhole.cy_px + 0.5) * sy - 0.5};
 }
 
 Pinhole pinhole_from_fov(int width_px, int height_px, double horizontal_fov_rad) {
@@ -20,7 +24,8 @@ std::optional<Eigen::Vector2d> project(const Camera& camera, const Eigen::Vector
   const Eigen::Vector3d p_camera = camera.camera_from_world * p_world_m;
   if (!(p_camera.z() > 0)) return std::nullopt;
   const Pinhole& k = camera.pinhole;
-  return Eigen::Vector2d(k.fx_px * p_camera.x() / p_camera.z() + k.cx_px, k.fy_px * p_camera.y() / p_camera.z() + k.cy_px);
+  return Eigen::Vector2d(k.fx_px * p_camera.x() / p_camera.z() + k.cx_px,
+                         k.fy_px * p_camera.y() / p_camera.z() + k.cy_px);
 }
 
 Eigen::Vector3d camera_center_world_m(const Camera& camera) {
@@ -29,7 +34,8 @@ Eigen::Vector3d camera_center_world_m(const Camera& camera) {
 
 Ray ray_through(const Camera& camera, const Eigen::Vector2d& uv_px) {
   const Pinhole& k = camera.pinhole;
-  const Eigen::Vector3d d_camera((uv_px.x() - k.cx_px) / k.fx_px, (uv_px.y() - k.cy_px) / k.fy_px, 1.0);
+  const Eigen::Vector3d d_camera((uv_px.x() - k.cx_px) / k.fx_px, (uv_px.y() - k.cy_px) / k.fy_px,
+                                 1.0);
   return {camera_center_world_m(camera), camera.camera_from_world.linear().transpose() * d_camera};
 }
 
@@ -48,11 +54,14 @@ Eigen::Isometry3d look_at(const Eigen::Vector3d& eye_world_m, const Eigen::Vecto
 std::optional<std::string> why_unusable(const Camera& camera) {
   const Pinhole& k = camera.pinhole;
   if (!(k.width_px > 0 && k.height_px > 0)) return "image size is not positive";
-  if (!(std::isfinite(k.fx_px) && std::isfinite(k.fy_px) && k.fx_px > 0 && k.fy_px > 0)) return "focal length is not positive and finite";
+  if (!(std::isfinite(k.fx_px) && std::isfinite(k.fy_px) && k.fx_px > 0 && k.fy_px > 0))
+    return "focal length is not positive and finite";
   if (!(std::isfinite(k.cx_px) && std::isfinite(k.cy_px))) return "principal point is not finite";
   if (!camera.camera_from_world.matrix().allFinite()) return "pose is not finite";
   const Eigen::Matrix3d r = camera.camera_from_world.linear();
-  if (!((r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= kMaxRotationError)) return "rotation is not orthonormal";
+  if (!((r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <=
+        kMaxRotationError))
+    return "rotation is not orthonormal";
   if (!(r.determinant() > 0)) return "rotation is mirrored (determinant -1)";
   return std::nullopt;
 }

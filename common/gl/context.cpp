@@ -17,23 +17,30 @@ std::string egl_error() {
 }
 
 bool has_word(const char* words, const char* word) {
-  return words && (" " + std::string(words) + " ").find(" " + std::string(word) + " ") != std::string::npos;
+  return words &&
+         (" " + std::string(words) + " ").find(" " + std::string(word) + " ") != std::string::npos;
 }
 
 // Displays worth trying, best first, each with a name for messages.
 std::vector<std::pair<EGLDisplay, std::string>> candidate_displays() {
   std::vector<std::pair<EGLDisplay, std::string>> displays;
   const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-  if (has_word(client, "EGL_EXT_device_enumeration") && has_word(client, "EGL_EXT_platform_device")) {
+  if (has_word(client, "EGL_EXT_device_enumeration") &&
+      has_word(client, "EGL_EXT_platform_device")) {
     std::array<EGLDeviceEXT, 16> devices;
     EGLint count = 0;
     if (eglQueryDevicesEXT(EGLint(devices.size()), devices.data(), &count))
       for (EGLint i = 0; i < count; ++i)
-        if (!has_word(eglQueryDeviceStringEXT(devices[i], EGL_EXTENSIONS), "EGL_MESA_device_software"))
-          displays.emplace_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr), "EGL device " + std::to_string(i));
+        if (!has_word(eglQueryDeviceStringEXT(devices[i], EGL_EXTENSIONS),
+                      "EGL_MESA_device_software"))
+          displays.emplace_back(
+              eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr),
+              "EGL device " + std::to_string(i));
   }
   if (has_word(client, "EGL_MESA_platform_surfaceless"))
-    displays.emplace_back(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr), "Mesa surfaceless");
+    displays.emplace_back(
+        eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr),
+        "Mesa surfaceless");
   return displays;
 }
 
@@ -47,22 +54,32 @@ GlContext::GlContext() {
       tried += "; " + name + ": no display (" + egl_error() + ")";
       continue;
     }
-    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
-                                 EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                 4,
+                                 EGL_CONTEXT_MINOR_VERSION,
+                                 5,
+                                 EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                 EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                 EGL_NONE};
     EGLContext context = EGL_NO_CONTEXT;
-    if (eglBindAPI(EGL_OPENGL_API)) context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
-    if (context != EGL_NO_CONTEXT && eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
+    if (eglBindAPI(EGL_OPENGL_API))
+      context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
+    if (context != EGL_NO_CONTEXT &&
+        eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
       display_ = display;
       context_ = context;
-      renderer_ = std::string(reinterpret_cast<const char*>(glGetString(GL_RENDERER))) + ", OpenGL " +
-                  reinterpret_cast<const char*>(glGetString(GL_VERSION));
+      renderer_ = std::string(reinterpret_cast<const char*>(glGetString(GL_RENDERER))) +
+                  ", OpenGL " + reinterpret_cast<const char*>(glGetString(GL_VERSION));
       return;
     }
     tried += "; " + name + ": no OpenGL 4.5 core context (" + egl_error() + ")";
     if (context != EGL_NO_CONTEXT) eglDestroyContext(display, context);
     eglTerminate(display);
   }
-  throw GlError("no OpenGL context" + (tried.empty() ? std::string("; EGL knows neither a device nor Mesa's surfaceless platform") : tried) +
+  throw GlError("no OpenGL context" +
+                (tried.empty()
+                     ? std::string("; EGL knows neither a device nor Mesa's surfaceless platform")
+                     : tried) +
                 ". Install Mesa (libegl1 libgl1-mesa-dri) or the GPU's driver.");
 }
 
@@ -72,7 +89,8 @@ GlContext::~GlContext() {
 }
 
 bool GlContext::is_software() const {
-  return renderer_.find("llvmpipe") != std::string::npos || renderer_.find("softpipe") != std::string::npos;
+  return renderer_.find("llvmpipe") != std::string::npos ||
+         renderer_.find("softpipe") != std::string::npos;
 }
 
 }  // namespace fivepipe::gl

@@ -1,4 +1,5 @@
-// An OpenGL 4.5 core context without a window, through EGL: a hardware device where there is one, else Mesa's surfaceless platform.
+// An OpenGL 4.5 core context without a window, through EGL: a hardware device where there is one,
+// else Mesa's surfaceless platform.
 #pragma once
 #include <string>
 
@@ -6,7 +7,8 @@
 
 namespace fivepipe::gl {
 
-// Owns the EGL display connection and context; current in the thread that made it until destroyed. One thread at a time.
+// Owns the EGL display connection and context; current in the thread that made it until destroyed.
+// One thread at a time.
 class GlContext {
  public:
   GlContext();  // throws GlError saying what was tried and what each attempt answered
@@ -15,7 +17,7 @@ class GlContext {
   GlContext& operator=(const GlContext&) = delete;
 
   const std::string& renderer() const { return renderer_; }  // GL_RENDERER and GL_VERSION
-  bool is_software() const;                                   // llvmpipe or softpipe
+  bool is_software() const;                                  // llvmpipe or softpipe
 
  private:
   void* display_ = nullptr;

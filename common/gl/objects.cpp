@@ -67,7 +67,9 @@ GLuint linked(const std::string& name, std::initializer_list<Stage> stages) {
 }  // namespace
 
 GlTexture::GlTexture(int width_px, int height_px, GLenum internal_format)
-    : name_(created([](GLuint* n) { glCreateTextures(GL_TEXTURE_2D, 1, n); })), width_px_(width_px), height_px_(height_px) {
+    : name_(created([](GLuint* n) { glCreateTextures(GL_TEXTURE_2D, 1, n); })),
+      width_px_(width_px),
+      height_px_(height_px) {
   glTextureStorage2D(get(), 1, internal_format, width_px, height_px);
   glTextureParameteri(get(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTextureParameteri(get(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
@@ -75,9 +77,12 @@ GlTexture::GlTexture(int width_px, int height_px, GLenum internal_format)
   glTextureParameteri(get(), GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
 }
 
-void GlTexture::upload(GLenum format, GLenum type, const void* pixels) const { upload(0, 0, width_px_, height_px_, format, type, pixels); }
+void GlTexture::upload(GLenum format, GLenum type, const void* pixels) const {
+  upload(0, 0, width_px_, height_px_, format, type, pixels);
+}
 
-void GlTexture::upload(int x_px, int y_px, int width_px, int height_px, GLenum format, GLenum type, const void* pixels) const {
+void GlTexture::upload(int x_px, int y_px, int width_px, int height_px, GLenum format, GLenum type,
+                       const void* pixels) const {
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glTextureSubImage2D(get(), 0, x_px, y_px, width_px, height_px, format, type, pixels);
 }
@@ -102,14 +107,19 @@ void GlBuffer::write(const void* bytes, std::size_t size_bytes) {
   glNamedBufferSubData(get(), 0, GLsizeiptr(size_bytes), bytes);
 }
 
-void GlBuffer::bind_storage(int binding) const { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, GLuint(binding), get()); }
-void GlBuffer::bind_uniform(int binding) const { glBindBufferBase(GL_UNIFORM_BUFFER, GLuint(binding), get()); }
+void GlBuffer::bind_storage(int binding) const {
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, GLuint(binding), get());
+}
+void GlBuffer::bind_uniform(int binding) const {
+  glBindBufferBase(GL_UNIFORM_BUFFER, GLuint(binding), get());
+}
 
 GlVertexArray::GlVertexArray() : name_(created([](GLuint* n) { glCreateVertexArrays(1, n); })) {}
 
 void GlVertexArray::bind() const { glBindVertexArray(get()); }
 
-void GlVertexArray::attribute(int location, const GlBuffer& buffer, int components, int stride_bytes, int offset_bytes) const {
+void GlVertexArray::attribute(int location, const GlBuffer& buffer, int components,
+                              int stride_bytes, int offset_bytes) const {
   const GLuint index = GLuint(location);
   glVertexArrayVertexBuffer(get(), index, buffer.get(), offset_bytes, stride_bytes);
   glVertexArrayAttribFormat(get(), index, components, GL_FLOAT, GL_FALSE, 0);
@@ -117,26 +127,41 @@ void GlVertexArray::attribute(int location, const GlBuffer& buffer, int componen
   glEnableVertexArrayAttrib(get(), index);
 }
 
-GlProgram::GlProgram(const std::string& name, const std::string& vertex_source, const std::string& fragment_source)
-    : name_(linked(name, {{GL_VERTEX_SHADER, vertex_source}, {GL_FRAGMENT_SHADER, fragment_source}})) {}
+GlProgram::GlProgram(const std::string& name, const std::string& vertex_source,
+                     const std::string& fragment_source)
+    : name_(linked(name,
+                   {{GL_VERTEX_SHADER, vertex_source}, {GL_FRAGMENT_SHADER, fragment_source}})) {}
 
-GlProgram::GlProgram(const std::string& name, const std::string& compute_source) : name_(linked(name, {{GL_COMPUTE_SHADER, compute_source}})) {}
+GlProgram::GlProgram(const std::string& name, const std::string& compute_source)
+    : name_(linked(name, {{GL_COMPUTE_SHADER, compute_source}})) {}
 
 void GlProgram::use() const { glUseProgram(get()); }
-void GlProgram::set(const char* uniform, int value) const { glProgramUniform1i(get(), glGetUniformLocation(get(), uniform), value); }
-void GlProgram::set(const char* uniform, float value) const { glProgramUniform1f(get(), glGetUniformLocation(get(), uniform), value); }
-void GlProgram::set(const char* uniform, const Eigen::Vector2f& value) const { glProgramUniform2fv(get(), glGetUniformLocation(get(), uniform), 1, value.data()); }
-void GlProgram::set(const char* uniform, const Eigen::Vector3f& value) const { glProgramUniform3fv(get(), glGetUniformLocation(get(), uniform), 1, value.data()); }
-void GlProgram::set(const char* uniform, const Eigen::Vector4f& value) const { glProgramUniform4fv(get(), glGetUniformLocation(get(), uniform), 1, value.data()); }
+void GlProgram::set(const char* uniform, int value) const {
+  glProgramUniform1i(get(), glGetUniformLocation(get(), uniform), value);
+}
+void GlProgram::set(const char* uniform, float value) const {
+  glProgramUniform1f(get(), glGetUniformLocation(get(), uniform), value);
+}
+void GlProgram::set(const char* uniform, const Eigen::Vector2f& value) const {
+  glProgramUniform2fv(get(), glGetUniformLocation(get(), uniform), 1, value.data());
+}
+void GlProgram::set(const char* uniform, const Eigen::Vector3f& value) const {
+  glProgramUniform3fv(get(), glGetUniformLocation(get(), uniform), 1, value.data());
+}
+void GlProgram::set(const char* uniform, const Eigen::Vector4f& value) const {
+  glProgramUniform4fv(get(), glGetUniformLocation(get(), uniform), 1, value.data());
+}
 void GlProgram::set(const char* uniform, const Eigen::Matrix4f& value) const {
   glProgramUniformMatrix4fv(get(), glGetUniformLocation(get(), uniform), 1, GL_FALSE, value.data());
 }
 void GlProgram::set(const char* uniform, const Eigen::Matrix<float, 3, 4>& value) const {
-  glProgramUniformMatrix4x3fv(get(), glGetUniformLocation(get(), uniform), 1, GL_FALSE, value.data());
+  glProgramUniformMatrix4x3fv(get(), glGetUniformLocation(get(), uniform), 1, GL_FALSE,
+                              value.data());
 }
 
 GlTimer::GlTimer()
-    : begin_(created([](GLuint* n) { glCreateQueries(GL_TIMESTAMP, 1, n); })), end_(created([](GLuint* n) { glCreateQueries(GL_TIMESTAMP, 1, n); })) {}
+    : begin_(created([](GLuint* n) { glCreateQueries(GL_TIMESTAMP, 1, n); })),
+      end_(created([](GLuint* n) { glCreateQueries(GL_TIMESTAMP, 1, n); })) {}
 
 void GlTimer::begin() { glQueryCounter(begin_.get(), GL_TIMESTAMP); }
 
@@ -160,10 +185,12 @@ GlFramebuffer::GlFramebuffer(int width_px, int height_px, GLenum colour_format, 
   if (depth != DepthBuffer::none) {
     const bool stencil = depth == DepthBuffer::depth_and_stencil;
     depth_.emplace(width_px, height_px, stencil ? GL_DEPTH32F_STENCIL8 : GL_DEPTH_COMPONENT32F);
-    glNamedFramebufferTexture(get(), stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, depth_->get(), 0);
+    glNamedFramebufferTexture(get(), stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT,
+                              depth_->get(), 0);
   }
   if (glCheckNamedFramebufferStatus(get(), GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-    throw GlError("framebuffer of " + std::to_string(width_px) + "x" + std::to_string(height_px) + " is incomplete");
+    throw GlError("framebuffer of " + std::to_string(width_px) + "x" + std::to_string(height_px) +
+                  " is incomplete");
 }
 
 void GlFramebuffer::bind() const {

@@ -34,7 +34,8 @@ void delete_vertex_array(GLuint name);
 void delete_program(GLuint name);
 void delete_query(GLuint name);
 
-// Immutable storage, one level, nearest sampling, clamped to a border of zeros: outside the image nothing is set.
+// Immutable storage, one level, nearest sampling, clamped to a border of zeros: outside the image
+// nothing is set.
 class GlTexture {
  public:
   GlTexture(int width_px, int height_px, GLenum internal_format);
@@ -44,7 +45,8 @@ class GlTexture {
   // Whole image, rows tightly packed, row 0 first.
   void upload(GLenum format, GLenum type, const void* pixels) const;
   // A rectangle of it.
-  void upload(int x_px, int y_px, int width_px, int height_px, GLenum format, GLenum type, const void* pixels) const;
+  void upload(int x_px, int y_px, int width_px, int height_px, GLenum format, GLenum type,
+              const void* pixels) const;
   void bind(int unit) const;
 
  private:
@@ -75,16 +77,19 @@ class GlVertexArray {
   GLuint get() const { return name_.get(); }
   void bind() const;
   // Attribute `location`: `components` floats at offset_bytes of each stride_bytes of buffer.
-  void attribute(int location, const GlBuffer& buffer, int components, int stride_bytes, int offset_bytes) const;
+  void attribute(int location, const GlBuffer& buffer, int components, int stride_bytes,
+                 int offset_bytes) const;
 
  private:
   GlName<delete_vertex_array> name_;
 };
 
-// Vertex and fragment shader, or one compute shader, linked. Throws GlError with the compiler's log and the program's name.
+// Vertex and fragment shader, or one compute shader, linked. Throws GlError with the compiler's log
+// and the program's name.
 class GlProgram {
  public:
-  GlProgram(const std::string& name, const std::string& vertex_source, const std::string& fragment_source);
+  GlProgram(const std::string& name, const std::string& vertex_source,
+            const std::string& fragment_source);
   GlProgram(const std::string& name, const std::string& compute_source);
   GLuint get() const { return name_.get(); }
   void use() const;

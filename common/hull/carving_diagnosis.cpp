@@ -20,12 +20,14 @@ CameraVerdict verdict_on(const Silhouette& s, const Vector3d& p_world_m) {
   const auto uv_px = geometry::project(s.camera, p_world_m);
   if (!uv_px) return CameraVerdict::behind;
   if (!s.pixels.holds(uv_px->x(), uv_px->y())) return CameraVerdict::outside_image;
-  return s.pixels.contains_at(uv_px->x(), uv_px->y()) ? CameraVerdict::object : CameraVerdict::empty;
+  return s.pixels.contains_at(uv_px->x(), uv_px->y()) ? CameraVerdict::object
+                                                      : CameraVerdict::empty;
 }
 
 bool sees(CameraVerdict v) { return v == CameraVerdict::object || v == CameraVerdict::empty; }
 bool removes(CameraVerdict v, const HullRule& rule) {
-  return v == CameraVerdict::empty || v == CameraVerdict::unusable || (rule.limits == Limits::all && v != CameraVerdict::object);
+  return v == CameraVerdict::empty || v == CameraVerdict::unusable ||
+         (rule.limits == Limits::all && v != CameraVerdict::object);
 }
 
 // What the cameras together say of a point.
@@ -35,8 +37,12 @@ struct Votes {
     removing += removes(v, rule);
     object += v == CameraVerdict::object;
   }
-  bool keep(const HullRule& rule) const { return removing == 0 && object >= (rule.limits == Limits::seen ? rule.min_seen : 1); }
-  Votes without(CameraVerdict v, const HullRule& rule) const { return {removing - removes(v, rule), object - (v == CameraVerdict::object)}; }
+  bool keep(const HullRule& rule) const {
+    return removing == 0 && object >= (rule.limits == Limits::seen ? rule.min_seen : 1);
+  }
+  Votes without(CameraVerdict v, const HullRule& rule) const {
+    return {removing - removes(v, rule), object - (v == CameraVerdict::object)};
+  }
 };
 
 double squared_gap(double x, double low, double high) {
@@ -44,7 +50,8 @@ double squared_gap(double x, double low, double high) {
   return gap * gap;
 }
 
-// From uv to the nearest object pixel's square: rows that may still be nearer, searched outward from uv's column.
+// From uv to the nearest object pixel's square: rows that may still be nearer, searched outward
+// from uv's column.
 double distance_to_object_px(const ObjectPixels& pixels, const Vector2d& uv_px) {
   const PixelRect bounds = pixels.bounds();
   double nearest2 = kInfinity;
@@ -64,7 +71,8 @@ double distance_to_object_px(const ObjectPixels& pixels, const Vector2d& uv_px) 
   return std::sqrt(nearest2);
 }
 
-// Evenly distributed in [0, 1), a number of its own for each index: SplitMix64 (Steele, Lea and Flood, 2014).
+// Evenly distributed in [0, 1), a number of its own for each index: SplitMix64 (Steele, Lea and
+// Flood, 2014).
 double random_number(std::uint64_t seed, std::uint64_t index) {
   std::uint64_t z = seed * 0xd1342543de82ef95u + (index + 1) * 0x9e3779b97f4a7c15u;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -80,17 +88,22 @@ struct Counts {
   std::vector<OfCamera> cameras;
 };
 
-void count_point(std::span<const Silhouette> silhouettes, const Vector3d& p_world_m, const HullRule& rule, std::vector<CameraVerdict>& verdicts, Counts& counts) {
+void count_point(std::span<const Silhouette> silhouettes, const Vector3d& p_world_m,
+                 const HullRule& rule, std::vector<CameraVerdict>& verdicts, Counts& counts) {
   Votes votes;
-  for (std::size_t i = 0; i < silhouettes.size(); ++i) votes.add(verdicts[i] = verdict_on(silhouettes[i], p_world_m), rule);
+  for (std::size_t i = 0; i < silhouettes.size(); ++i)
+    votes.add(verdicts[i] = verdict_on(silhouettes[i], p_world_m), rule);
   counts.hull += votes.keep(rule);
   counts.too_few += votes.removing == 0 && !votes.keep(rule);
   for (std::size_t i = 0; i < silhouettes.size(); ++i) {
-    const bool removed = removes(verdicts[i], rule), others_keep = votes.without(verdicts[i], rule).keep(rule);
+    const bool removed = removes(verdicts[i], rule),
+               others_keep = votes.without(verdicts[i], rule).keep(rule);
     Counts::OfCamera& c = counts.cameras[i];
     c.removed += removed;
     c.alone += removed && others_keep;
-    c.not_seeing += removed && others_keep && (verdicts[i] == CameraVerdict::behind || verdicts[i] == CameraVerdict::outside_image);
+    c.not_seeing +=
+        removed && others_keep &&
+        (verdicts[i] == CameraVerdict::behind || verdicts[i] == CameraVerdict::outside_image);
     c.kept_by_others += others_keep;
   }
 }
@@ -98,21 +111,27 @@ void count_point(std::span<const Silhouette> silhouettes, const Vector3d& p_worl
 // Standard error of a fraction of n points; of none or all of them, the "rule of three".
 SampledVolume sampled(std::int64_t count, int points, double box_m3) {
   const double fraction = double(count) / points;
-  const double error = count == 0 || count == points ? 3.0 / points : std::sqrt(fraction * (1 - fraction) / points);
+  const double error =
+      count == 0 || count == points ? 3.0 / points : std::sqrt(fraction * (1 - fraction) / points);
   return {fraction * box_m3, std::min(error, 1.0) * box_m3};
 }
 
 // Points that a thread takes together.
 constexpr int kTogether = 2048;
 
-Counts count_points(std::span<const Silhouette> silhouettes, const Eigen::AlignedBox3d& box, base::WorkerPool& pool, const HullRule& rule, const BlameSampling& sampling) {
+Counts count_points(std::span<const Silhouette> silhouettes, const Eigen::AlignedBox3d& box,
+                    base::WorkerPool& pool, const HullRule& rule, const BlameSampling& sampling) {
   std::vector<Counts> of_threads(std::size_t(pool.threads()));
   for (Counts& c : of_threads) c.cameras.resize(silhouettes.size());
   pool.run((sampling.points + kTogether - 1) / kTogether, [&](int piece, int thread) {
     std::vector<CameraVerdict> verdicts(silhouettes.size());
-    for (std::uint64_t i = std::uint64_t(piece) * kTogether; i < std::min(std::uint64_t(piece + 1) * kTogether, std::uint64_t(sampling.points)); ++i) {
-      const Vector3d at(random_number(sampling.seed, 3 * i), random_number(sampling.seed, 3 * i + 1), random_number(sampling.seed, 3 * i + 2));
-      count_point(silhouettes, box.min() + at.cwiseProduct(box.sizes()), rule, verdicts, of_threads[std::size_t(thread)]);
+    for (std::uint64_t i = std::uint64_t(piece) * kTogether;
+         i < std::min(std::uint64_t(piece + 1) * kTogether, std::uint64_t(sampling.points)); ++i) {
+      const Vector3d at(random_number(sampling.seed, 3 * i),
+                        random_number(sampling.seed, 3 * i + 1),
+                        random_number(sampling.seed, 3 * i + 2));
+      count_point(silhouettes, box.min() + at.cwiseProduct(box.sizes()), rule, verdicts,
+                  of_threads[std::size_t(thread)]);
     }
   });
   Counts sum = of_threads.front();
@@ -141,7 +160,8 @@ const char* to_string(CameraVerdict verdict) {
   }
 }
 
-PointBlame blame_point(std::span<const Silhouette> silhouettes, const Vector3d& p_world_m, const HullRule& rule) {
+PointBlame blame_point(std::span<const Silhouette> silhouettes, const Vector3d& p_world_m,
+                       const HullRule& rule) {
   PointBlame blame{false, {}, {}, 0, false};
   if (!p_world_m.allFinite()) return blame;
   Votes votes;
@@ -149,17 +169,24 @@ PointBlame blame_point(std::span<const Silhouette> silhouettes, const Vector3d& 
     const CameraVerdict v = verdict_on(s, p_world_m);
     votes.add(v, rule);
     const bool has_pixel = v != CameraVerdict::behind && v != CameraVerdict::unusable;
-    blame.cameras.push_back({v, removes(v, rule), has_pixel ? distance_to_object_px(s.pixels, *geometry::project(s.camera, p_world_m)) : kInfinity});
+    blame.cameras.push_back(
+        {v, removes(v, rule),
+         has_pixel ? distance_to_object_px(s.pixels, *geometry::project(s.camera, p_world_m))
+                   : kInfinity});
     blame.seen_by += sees(v);
   }
   blame.in_hull = votes.keep(rule);
   blame.too_few = votes.removing == 0 && !blame.in_hull;
   for (int i = 0; i < int(blame.cameras.size()); ++i)
-    if (blame.cameras[std::size_t(i)].removes && votes.without(blame.cameras[std::size_t(i)].verdict, rule).keep(rule)) blame.alone.push_back(i);
+    if (blame.cameras[std::size_t(i)].removes &&
+        votes.without(blame.cameras[std::size_t(i)].verdict, rule).keep(rule))
+      blame.alone.push_back(i);
   return blame;
 }
 
-VolumeBlame blame_volume(std::span<const Silhouette> silhouettes, const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool, const HullRule& rule, const BlameSampling& sampling) {
+VolumeBlame blame_volume(std::span<const Silhouette> silhouettes,
+                         const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool,
+                         const HullRule& rule, const BlameSampling& sampling) {
   assert(sampling.points > 0);
   VolumeBlame blame{box_world_m, sampling.points, {}, {}, {}};
   for (const Silhouette& s : silhouettes) {

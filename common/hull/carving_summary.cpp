@@ -8,7 +8,8 @@
 namespace fivepipe::hull {
 namespace {
 
-// Cameras that remove less alone than this, as a fraction of what the others keep, are not worth a sentence.
+// Cameras that remove less alone than this, as a fraction of what the others keep, are not worth a
+// sentence.
 constexpr double kWorthSaying = 0.01;
 
 std::string litres(double volume_m3) {
@@ -29,7 +30,8 @@ std::string percent(double part, double whole) {
 
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) text += (i == 0 ? "" : i + 1 == words.size() ? " and " : ", ") + words[i];
+  for (std::size_t i = 0; i < words.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == words.size() ? " and " : ", ") + words[i];
   return text;
 }
 
@@ -37,19 +39,28 @@ std::string joined(const std::vector<std::string>& words) {
 std::string of_the_blind(const VolumeBlame& blame, const std::vector<std::string>& names) {
   std::vector<std::string> blind, unusable;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (blame.cameras[i].unusable) unusable.push_back(names[i]);
-    else if (blame.cameras[i].no_object_pixel) blind.push_back(names[i]);
+    if (blame.cameras[i].unusable)
+      unusable.push_back(names[i]);
+    else if (blame.cameras[i].no_object_pixel)
+      blind.push_back(names[i]);
   }
   std::string text;
-  if (!unusable.empty()) text += " The calibration of " + joined(unusable) + " is not finite: no hull can be made with it.";
-  if (!blind.empty()) text += " No object pixel in " + joined(blind) + ": whatever the hull would hold in " + (blind.size() > 1 ? "their views" : "its view") + " is removed.";
+  if (!unusable.empty())
+    text +=
+        " The calibration of " + joined(unusable) + " is not finite: no hull can be made with it.";
+  if (!blind.empty())
+    text += " No object pixel in " + joined(blind) + ": whatever the hull would hold in " +
+            (blind.size() > 1 ? "their views" : "its view") + " is removed.";
   return text;
 }
 
 std::string of_one(const CameraShare& share, const std::string& name) {
-  std::string text = " " + name + " alone removes " + percent(share.removed_alone.volume_m3, share.kept_by_others.volume_m3) + " of what the others keep: " +
-                     litres(share.removed_alone) + " of " + litres(share.kept_by_others);
-  if (share.alone_not_seeing.volume_m3 > 0.5 * share.removed_alone.volume_m3) text += "; most of that lies outside its image or behind it";
+  std::string text = " " + name + " alone removes " +
+                     percent(share.removed_alone.volume_m3, share.kept_by_others.volume_m3) +
+                     " of what the others keep: " + litres(share.removed_alone) + " of " +
+                     litres(share.kept_by_others);
+  if (share.alone_not_seeing.volume_m3 > 0.5 * share.removed_alone.volume_m3)
+    text += "; most of that lies outside its image or behind it";
   return text + ".";
 }
 
@@ -57,16 +68,25 @@ std::string of_one(const CameraShare& share, const std::string& name) {
 
 std::string summary(const VolumeBlame& blame, std::span<const std::string> given_names) {
   if (blame.cameras.empty()) return "There is no camera, hence no hull.";
-  if (!(blame.box_world_m.sizes().minCoeff() > 0)) return "The box is empty: nothing was looked at.";
+  if (!(blame.box_world_m.sizes().minCoeff() > 0))
+    return "The box is empty: nothing was looked at.";
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < blame.cameras.size(); ++i) names.push_back(i < given_names.size() && !given_names[i].empty() ? given_names[i] : "camera " + std::to_string(i));
+  for (std::size_t i = 0; i < blame.cameras.size(); ++i)
+    names.push_back(i < given_names.size() && !given_names[i].empty()
+                        ? given_names[i]
+                        : "camera " + std::to_string(i));
   const double box_m3 = blame.box_world_m.sizes().prod();
-  std::string text = blame.hull.volume_m3 > 0 ? "The hull fills " + litres(blame.hull) + ", " + percent(blame.hull.volume_m3, box_m3) + " of the box."
-                                              : "The hull is empty in this box (less than " + litres(blame.hull.error_m3) + ").";
+  std::string text =
+      blame.hull.volume_m3 > 0
+          ? "The hull fills " + litres(blame.hull) + ", " + percent(blame.hull.volume_m3, box_m3) +
+                " of the box."
+          : "The hull is empty in this box (less than " + litres(blame.hull.error_m3) + ").";
   text += of_the_blind(blame, names);
   std::vector<std::size_t> order(names.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return blame.cameras[a].removed_alone.volume_m3 > blame.cameras[b].removed_alone.volume_m3; });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return blame.cameras[a].removed_alone.volume_m3 > blame.cameras[b].removed_alone.volume_m3;
+  });
   bool said = false;
   for (const std::size_t i : order) {
     const CameraShare& share = blame.cameras[i];
@@ -74,9 +94,12 @@ std::string summary(const VolumeBlame& blame, std::span<const std::string> given
     text += of_one(share, names[i]);
     said = true;
   }
-  if (!said && blame.cameras.size() > 1) text += blame.hull.volume_m3 > 0 ? " No camera alone removes much of what the others keep."
-                                                                         : " No camera does it alone: what one removes another does too.";
-  if (blame.too_few.volume_m3 > 0) text += " " + litres(blame.too_few) + " that no camera removes are seen by too few cameras.";
+  if (!said && blame.cameras.size() > 1)
+    text += blame.hull.volume_m3 > 0
+                ? " No camera alone removes much of what the others keep."
+                : " No camera does it alone: what one removes another does too.";
+  if (blame.too_few.volume_m3 > 0)
+    text += " " + litres(blame.too_few) + " that no camera removes are seen by too few cameras.";
   return text;
 }
 

@@ -2,7 +2,8 @@
 
 namespace fivepipe::hull {
 
-bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m, const HullRule& rule) {
+bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m,
+             const HullRule& rule) {
   if (!p_world_m.allFinite()) return false;
   int seen = 0;
   for (const Silhouette& s : silhouettes) {

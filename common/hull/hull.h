@@ -1,4 +1,5 @@
-// The visual hull (paper, section 3.2): every point that projects onto an object pixel of every camera.
+// The visual hull (paper, section 3.2): every point that projects onto an object pixel of every
+// camera.
 #pragma once
 #include <span>
 #include <vector>
@@ -15,16 +16,19 @@ struct Silhouette {
 };
 
 // Which cameras limit the hull at a point.
-//   all:  every camera: what is behind one, or outside its image, is not in the hull (the paper's rule, equation 1).
-//   seen: those that have the point in front of them and in their image; at least min_seen of them.
+//   all:  every camera: what is behind one, or outside its image, is not in the hull (the paper's
+//   rule, equation 1). seen: those that have the point in front of them and in their image; at
+//   least min_seen of them.
 enum class Limits { all, seen };
 struct HullRule {
   Limits limits = Limits::all;
   int min_seen = 2;  // > 0; of `seen` alone
 };
 
-// In the hull: on an object pixel of every camera that limits it there. False where there is no camera, and for NaN. In double.
-bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m, const HullRule& rule = {});
+// In the hull: on an object pixel of every camera that limits it there. False where there is no
+// camera, and for NaN. In double.
+bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m,
+             const HullRule& rule = {});
 
 // Part of a ray: parameters [enter, leave), enter < leave.
 struct Interval {
@@ -38,8 +42,9 @@ struct View {
   double near_m = 0.05, far_m = 10.0;
 };
 
-// Depth along the view's z [m] of the first hull point on the ray through each pixel centre of `rect`, row-major;
-// kNoHull where the ray meets none between near and far. near_m itself where the eye, or the near plane, is inside the hull.
+// Depth along the view's z [m] of the first hull point on the ray through each pixel centre of
+// `rect`, row-major; kNoHull where the ray meets none between near and far. near_m itself where the
+// eye, or the near plane, is inside the hull.
 struct DepthTile {
   PixelRect rect;
   std::vector<float> depth_m;

@@ -14,15 +14,19 @@ MapFromView map_from_view(const geometry::Camera& map_camera, const geometry::Ca
   const geometry::Pinhole& k = view.pinhole;
   Matrix3d pixel_from_camera, sight_from_pixel;
   pixel_from_camera << m.fx_px, 0, m.cx_px + 0.5, 0, m.fy_px, m.cy_px + 0.5, 0, 0, 1;
-  sight_from_pixel << 1 / k.fx_px, 0, -k.cx_px / k.fx_px, 0, 1 / k.fy_px, -k.cy_px / k.fy_px, 0, 0, 1;
+  sight_from_pixel << 1 / k.fx_px, 0, -k.cx_px / k.fx_px, 0, 1 / k.fy_px, -k.cy_px / k.fy_px, 0, 0,
+      1;
   const Matrix3d pixel_from_world = pixel_from_camera * map_camera.camera_from_world.linear();
-  return {pixel_from_camera * (map_camera.camera_from_world * geometry::camera_center_world_m(view)),
-          pixel_from_world * view.camera_from_world.linear().transpose() * sight_from_pixel};
+  return {
+      pixel_from_camera * (map_camera.camera_from_world * geometry::camera_center_world_m(view)),
+      pixel_from_world * view.camera_from_world.linear().transpose() * sight_from_pixel};
 }
 
-void add_half_spaces(const MapFromView& map, const PixelRect& bounds, std::vector<HalfSpace>& half_spaces) {
+void add_half_spaces(const MapFromView& map, const PixelRect& bounds,
+                     std::vector<HalfSpace>& half_spaces) {
   const auto add = [&](const Vector3d& of_pixel, double constant) {
-    half_spaces.push_back({of_pixel.dot(map.at_eye) + constant, map.at_infinity.transpose() * of_pixel});
+    half_spaces.push_back(
+        {of_pixel.dot(map.at_eye) + constant, map.at_infinity.transpose() * of_pixel});
   };
   add({0, 0, 1}, -kNearestToCamera_m);
   add({1, 0, -double(bounds.u0_px)}, 0);
@@ -31,15 +35,19 @@ void add_half_spaces(const MapFromView& map, const PixelRect& bounds, std::vecto
   add({0, -1, double(bounds.v1_px)}, 0);
 }
 
-PixelRect pixels_at_depth(const std::vector<HalfSpace>& half_spaces, double t, const PixelRect& view) {
-  std::vector<Vector2d> polygon{{view.u0_px - 0.5, view.v0_px - 0.5}, {view.u1_px - 0.5, view.v0_px - 0.5},
-                                {view.u1_px - 0.5, view.v1_px - 0.5}, {view.u0_px - 0.5, view.v1_px - 0.5}};
+PixelRect pixels_at_depth(const std::vector<HalfSpace>& half_spaces, double t,
+                          const PixelRect& view) {
+  std::vector<Vector2d> polygon{{view.u0_px - 0.5, view.v0_px - 0.5},
+                                {view.u1_px - 0.5, view.v0_px - 0.5},
+                                {view.u1_px - 0.5, view.v1_px - 0.5},
+                                {view.u0_px - 0.5, view.v1_px - 0.5}};
   std::vector<Vector2d> kept;
   for (const HalfSpace& h : half_spaces) {  // Sutherland and Hodgman, 1974
     kept.clear();
     for (std::size_t i = 0; i < polygon.size(); ++i) {
       const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-      const double side_a = h.offset + t * h.slope_at(a.x(), a.y()), side_b = h.offset + t * h.slope_at(b.x(), b.y());
+      const double side_a = h.offset + t * h.slope_at(a.x(), a.y()),
+                   side_b = h.offset + t * h.slope_at(b.x(), b.y());
       if (side_a >= 0) kept.push_back(a);
       if ((side_a >= 0) != (side_b >= 0)) kept.push_back(a + side_a / (side_a - side_b) * (b - a));
     }
@@ -49,12 +57,14 @@ PixelRect pixels_at_depth(const std::vector<HalfSpace>& half_spaces, double t, c
   Eigen::AlignedBox2d box;
   for (const Vector2d& p : polygon) box.extend(p);
   const auto pixel = [](double x) { return int(std::lround(x)); };
-  return intersection(view, {pixel(box.min().x()) - 1, pixel(box.min().y()) - 1, pixel(box.max().x()) + 2, pixel(box.max().y()) + 2});
+  return intersection(view, {pixel(box.min().x()) - 1, pixel(box.min().y()) - 1,
+                             pixel(box.max().x()) + 2, pixel(box.max().y()) + 2});
 }
 
 bool is_finite(const geometry::Camera& camera) {
   const geometry::Pinhole& k = camera.pinhole;
-  return std::isfinite(k.fx_px) && std::isfinite(k.fy_px) && std::isfinite(k.cx_px) && std::isfinite(k.cy_px) && k.fx_px > 0 && k.fy_px > 0 &&
+  return std::isfinite(k.fx_px) && std::isfinite(k.fy_px) && std::isfinite(k.cx_px) &&
+         std::isfinite(k.cy_px) && k.fx_px > 0 && k.fy_px > 0 &&
          camera.camera_from_world.matrix().allFinite();
 }
 

@@ -6,20 +6,26 @@
 namespace fivepipe::hull {
 
 PixelRect intersection(const PixelRect& a, const PixelRect& b) {
-  return {std::max(a.u0_px, b.u0_px), std::max(a.v0_px, b.v0_px), std::min(a.u1_px, b.u1_px), std::min(a.v1_px, b.v1_px)};
+  return {std::max(a.u0_px, b.u0_px), std::max(a.v0_px, b.v0_px), std::min(a.u1_px, b.u1_px),
+          std::min(a.v1_px, b.v1_px)};
 }
 
 ObjectPixels::ObjectPixels(int width_px, int height_px)
-    : width_px_(width_px), height_px_(height_px), words_per_row_((width_px + 63) / 64), words_(std::size_t(words_per_row_) * height_px) {
+    : width_px_(width_px),
+      height_px_(height_px),
+      words_per_row_((width_px + 63) / 64),
+      words_(std::size_t(words_per_row_) * height_px) {
   assert(width_px >= 0 && height_px >= 0);
 }
 
-ObjectPixels ObjectPixels::from_bytes(int width_px, int height_px, std::span<const std::uint8_t> mask) {
+ObjectPixels ObjectPixels::from_bytes(int width_px, int height_px,
+                                      std::span<const std::uint8_t> mask) {
   assert(mask.size() == std::size_t(width_px) * height_px);
   ObjectPixels pixels(width_px, height_px);
   for (int v = 0; v < height_px; ++v)
     for (int u = 0; u < width_px; ++u)
-      pixels.words_[std::size_t(v) * pixels.words_per_row_ + (u >> 6)] |= std::uint64_t(mask[std::size_t(v) * width_px + u] != 0) << (u & 63);
+      pixels.words_[std::size_t(v) * pixels.words_per_row_ + (u >> 6)] |=
+          std::uint64_t(mask[std::size_t(v) * width_px + u] != 0) << (u & 63);
   return pixels;
 }
 
@@ -35,7 +41,8 @@ void ObjectPixels::set_run(int u_px, int end_px, int v_px) {
   std::uint64_t* row = words_.data() + std::size_t(v_px) * std::size_t(words_per_row_);
   for (int u = u_px; u < end_px;) {
     const int stop = std::min(end_px, (u | 63) + 1);
-    const std::uint64_t ones = stop - u == 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (stop - u)) - 1;
+    const std::uint64_t ones =
+        stop - u == 64 ? ~std::uint64_t(0) : (std::uint64_t(1) << (stop - u)) - 1;
     row[std::size_t(u) >> 6] |= ones << (u & 63);
     u = stop;
   }
@@ -49,7 +56,8 @@ void ObjectPixels::keep(const ObjectPixels& others) {
 int ObjectPixels::find(int u_px, int end_px, int v_px, bool object) const {
   const std::uint64_t* row = words_.data() + std::size_t(v_px) * std::size_t(words_per_row_);
   for (int u = u_px; u < end_px; u = (u | 63) + 1) {
-    const std::uint64_t word = (object ? row[std::size_t(u) >> 6] : ~row[std::size_t(u) >> 6]) >> (u & 63);
+    const std::uint64_t word =
+        (object ? row[std::size_t(u) >> 6] : ~row[std::size_t(u) >> 6]) >> (u & 63);
     if (word) return std::min(end_px, u + std::countr_zero(word));
   }
   return end_px;
@@ -89,13 +97,15 @@ PixelRect ObjectPixels::bounds() const {
   int first = 0, last = words_per_row_ - 1;
   while (!columns[first]) ++first;
   while (!columns[last]) --last;
-  return {first * 64 + std::countr_zero(columns[first]), v0, last * 64 + 64 - std::countl_zero(columns[last]), v1};
+  return {first * 64 + std::countr_zero(columns[first]), v0,
+          last * 64 + 64 - std::countl_zero(columns[last]), v1};
 }
 
 std::vector<std::uint8_t> ObjectPixels::to_bytes() const {
   std::vector<std::uint8_t> mask(std::size_t(width_px_) * height_px_);
   for (int v = 0; v < height_px_; ++v)
-    for (int u = 0; u < width_px_; ++u) mask[std::size_t(v) * width_px_ + u] = contains(u, v) ? 255 : 0;
+    for (int u = 0; u < width_px_; ++u)
+      mask[std::size_t(v) * width_px_ + u] = contains(u, v) ? 255 : 0;
   return mask;
 }
 

@@ -1,4 +1,5 @@
-// The object pixels of one camera image: which pixels a newly introduced real object covers (paper, section 3.1).
+// The object pixels of one camera image: which pixels a newly introduced real object covers (paper,
+// section 3.1).
 #pragma once
 #include <bit>
 #include <cstddef>
@@ -26,7 +27,8 @@ class ObjectPixels {
  public:
   ObjectPixels() = default;
   ObjectPixels(int width_px, int height_px);  // none set; sizes >= 0
-  // From one byte per pixel, row-major without padding, non-zero meaning object. mask.size() == width * height.
+  // From one byte per pixel, row-major without padding, non-zero meaning object. mask.size() ==
+  // width * height.
   static ObjectPixels from_bytes(int width_px, int height_px, std::span<const std::uint8_t> mask);
 
   int width_px() const { return width_px_; }
@@ -37,16 +39,22 @@ class ObjectPixels {
     return u_px >= 0 && v_px >= 0 && u_px < width_px_ && v_px < height_px_ &&
            (words_[std::size_t(v_px) * words_per_row_ + (u_px >> 6)] >> (u_px & 63) & 1);
   }
-  // uv lies in the image: on the half-open square [u - 0.5, u + 0.5) x [v - 0.5, v + 0.5) of one of its pixels. NaN does not.
-  bool holds(double u_px, double v_px) const { return u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5; }
+  // uv lies in the image: on the half-open square [u - 0.5, u + 0.5) x [v - 0.5, v + 0.5) of one of
+  // its pixels. NaN does not.
+  bool holds(double u_px, double v_px) const {
+    return u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5;
+  }
   // That pixel is an object pixel.
   bool contains_at(double u_px, double v_px) const {
-    return holds(u_px, v_px) && contains(int(u_px + 0.5), int(v_px + 0.5));  // not negative: truncation is floor
+    return holds(u_px, v_px) &&
+           contains(int(u_px + 0.5), int(v_px + 0.5));  // not negative: truncation is floor
   }
   void set(int u_px, int v_px, bool object = true);  // inside the image
   void set_run(int u_px, int end_px, int v_px);      // [u, end) of row v, inside the image
-  void keep(const ObjectPixels& others);             // of the same size: those that are not in `others` are none any more
-  // The first pixel of row v in [u, end) that is an object pixel, or is none; end where there is no such pixel.
+  void keep(const ObjectPixels&
+                others);  // of the same size: those that are not in `others` are none any more
+  // The first pixel of row v in [u, end) that is an object pixel, or is none; end where there is no
+  // such pixel.
   int find(int u_px, int end_px, int v_px, bool object) const;
 
   std::span<const std::uint64_t> words() const { return words_; }
@@ -54,16 +62,18 @@ class ObjectPixels {
   std::span<std::uint64_t> mutable_words() { return words_; }
 
   std::size_t count() const;
-  PixelRect bounds() const;  // smallest rectangle holding every object pixel
+  PixelRect bounds() const;                    // smallest rectangle holding every object pixel
   std::vector<std::uint8_t> to_bytes() const;  // 0 or 255, row-major
 
   bool operator==(const ObjectPixels&) const = default;
 
-  // Calls f(v, begin, end) for each run of object pixels in `region`, which lies inside the image, row by row.
+  // Calls f(v, begin, end) for each run of object pixels in `region`, which lies inside the image,
+  // row by row.
   template <class F>
   void for_each_run(const PixelRect& region, F f) const {
     for (int v = region.v0_px; v < region.v1_px; ++v)
-      for (int begin = find(region.u0_px, region.u1_px, v, true), end; begin < region.u1_px; begin = find(end, region.u1_px, v, true)) {
+      for (int begin = find(region.u0_px, region.u1_px, v, true), end; begin < region.u1_px;
+           begin = find(end, region.u1_px, v, true)) {
         end = find(begin, region.u1_px, v, false);
         f(v, begin, end);
       }

@@ -12,11 +12,13 @@ ObjectPixels read_pbm(const std::filesystem::path& file, int width_px, int heigh
   in >> magic >> width >> height;
   in.get();
   if (!in || magic != "P4" || width != width_px || height != height_px)
-    throw std::runtime_error(file.string() + ": not a binary PBM of " + std::to_string(width_px) + "x" + std::to_string(height_px));
+    throw std::runtime_error(file.string() + ": not a binary PBM of " + std::to_string(width_px) +
+                             "x" + std::to_string(height_px));
   ObjectPixels pixels(width_px, height_px);
   std::vector<char> row(std::size_t(width_px + 7) / 8);
   for (int v = 0; v < height_px; ++v) {
-    if (!in.read(row.data(), std::streamsize(row.size()))) throw std::runtime_error(file.string() + ": ends in row " + std::to_string(v));
+    if (!in.read(row.data(), std::streamsize(row.size())))
+      throw std::runtime_error(file.string() + ": ends in row " + std::to_string(v));
     for (int u = 0; u < width_px; ++u)
       if (row[std::size_t(u) / 8] >> (7 - u % 8) & 1) pixels.set(u, v);
   }

@@ -1,4 +1,5 @@
-// Object-pixel maps as binary PBM (P4), the netpbm format of one bit a pixel: 1 is an object pixel. Any image viewer shows them.
+// Object-pixel maps as binary PBM (P4), the netpbm format of one bit a pixel: 1 is an object pixel.
+// Any image viewer shows them.
 #pragma once
 #include <filesystem>
 

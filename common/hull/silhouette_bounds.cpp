@@ -11,13 +11,16 @@ using Plane = Eigen::Hyperplane<double, 3>;  // the side with signedDistance >= 
 void add_planes(std::vector<Plane>& planes, const SeenPart& seen, double nearest_m) {
   constexpr double kWider_px = 0.01;
   const geometry::Pinhole& k = seen.camera.pinhole;
-  const double left = seen.part.u0_px - 0.5 - kWider_px, right = seen.part.u1_px - 0.5 + kWider_px, top = seen.part.v0_px - 0.5 - kWider_px,
-               bottom = seen.part.v1_px - 0.5 + kWider_px;
+  const double left = seen.part.u0_px - 0.5 - kWider_px, right = seen.part.u1_px - 0.5 + kWider_px,
+               top = seen.part.v0_px - 0.5 - kWider_px, bottom = seen.part.v1_px - 0.5 + kWider_px;
   // Of fx x / z + cx >= left, times z.
-  const std::array<Vector3d, 4> normals_camera = {Vector3d(k.fx_px, 0, k.cx_px - left), Vector3d(-k.fx_px, 0, right - k.cx_px), Vector3d(0, k.fy_px, k.cy_px - top),
-                                                  Vector3d(0, -k.fy_px, bottom - k.cy_px)};
+  const std::array<Vector3d, 4> normals_camera = {
+      Vector3d(k.fx_px, 0, k.cx_px - left), Vector3d(-k.fx_px, 0, right - k.cx_px),
+      Vector3d(0, k.fy_px, k.cy_px - top), Vector3d(0, -k.fy_px, bottom - k.cy_px)};
   const Vector3d centre_world_m = geometry::camera_center_world_m(seen.camera);
-  for (const Vector3d& normal : normals_camera) planes.emplace_back((seen.camera.camera_from_world.linear().transpose() * normal).normalized(), centre_world_m);
+  for (const Vector3d& normal : normals_camera)
+    planes.emplace_back((seen.camera.camera_from_world.linear().transpose() * normal).normalized(),
+                        centre_world_m);
   const Vector3d forward = seen.camera.camera_from_world.linear().row(2);
   planes.emplace_back(forward, Vector3d(centre_world_m + nearest_m * forward));
 }
@@ -36,8 +39,10 @@ std::vector<Vector3d> clipped(const std::vector<Vector3d>& polygon, const Plane&
 
 }  // namespace
 
-// A face of the body lies in each plane: a square of it that is larger than the box, cut by all the other planes.
-std::vector<Vector3d> corners_around_hull(std::span<const SeenPart> parts, const Eigen::AlignedBox3d& box_m, double nearest_m) {
+// A face of the body lies in each plane: a square of it that is larger than the box, cut by all the
+// other planes.
+std::vector<Vector3d> corners_around_hull(std::span<const SeenPart> parts,
+                                          const Eigen::AlignedBox3d& box_m, double nearest_m) {
   std::vector<Plane> planes;
   for (int axis = 0; axis < 3; ++axis) {
     planes.emplace_back(Vector3d::Unit(axis), box_m.min());
@@ -48,7 +53,8 @@ std::vector<Vector3d> corners_around_hull(std::span<const SeenPart> parts, const
   std::vector<Vector3d> corners;
   for (std::size_t i = 0; i < planes.size(); ++i) {
     const Vector3d middle = planes[i].projection(box_m.center());
-    const Vector3d along = reach_m * planes[i].normal().unitOrthogonal(), across = planes[i].normal().cross(along);
+    const Vector3d along = reach_m * planes[i].normal().unitOrthogonal(),
+                   across = planes[i].normal().cross(along);
     std::vector<Vector3d> face = {middle + along, middle + across, middle - along, middle - across};
     for (std::size_t j = 0; j < planes.size() && !face.empty(); ++j)
       if (j != i) face = clipped(face, planes[j]);

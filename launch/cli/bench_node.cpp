@@ -2,14 +2,14 @@
 #include <cstdio>
 #include <iostream>
 
-#include "common/base/result_file.h"
-#include "common/base/timing.h"
-#include "launch/cli/benchmarks.h"
 #include "benchmarks/nodes/from_recording.h"
 #include "benchmarks/nodes/node_account.h"
 #include "benchmarks/nodes/times_table.h"
-#include "launch/supervise/interrupt.h"
+#include "common/base/result_file.h"
+#include "common/base/timing.h"
 #include "common/base/usage_error.h"
+#include "launch/cli/benchmarks.h"
+#include "launch/supervise/interrupt.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -22,7 +22,8 @@ const config::Node& node_meant(const config::Deployment& deployment, const std::
     if (config::program_of(node) == word) return node;
     known += " " + node.name;
   }
-  throw base::UsageError("no node '" + word + "' in deployment " + deployment.name + "; there are:" + known);
+  throw base::UsageError("no node '" + word + "' in deployment " + deployment.name +
+                         "; there are:" + known);
 }
 
 nlohmann::ordered_json counts_of(const node_bench::NodeRun& run, const std::string& node) {
@@ -33,7 +34,10 @@ nlohmann::ordered_json counts_of(const node_bench::NodeRun& run, const std::stri
   counts["replay_cpu_percent"] = 100 * run.replay_cpu_s / run.counts.seconds;
   counts["peak_memory_mb"] = run.use.at(node).peak_memory_mb;
   counts["dropped"] = node_bench::dropped_by(run, node);
-  for (const auto& [topic, digest] : run.outputs) counts["outputs"][topic] = {{"messages", digest.messages}, {"bytes", digest.bytes}, {"checksum", node_bench::checksum_text(digest.checksum)}};
+  for (const auto& [topic, digest] : run.outputs)
+    counts["outputs"][topic] = {{"messages", digest.messages},
+                                {"bytes", digest.bytes},
+                                {"checksum", node_bench::checksum_text(digest.checksum)}};
   return counts;
 }
 
@@ -43,22 +47,32 @@ std::uint64_t checksum_of(const node_bench::NodeRun& run) {
   return checksum;
 }
 
-void print(const node_bench::NodeRun& run, const node_bench::NodeAccount& account, const std::string& node) {
-  std::printf("%s: %llu frames, %llu handled, %.1f frames/s\n", node.c_str(), static_cast<unsigned long long>(run.counts.expected.at(node)),
-              static_cast<unsigned long long>(run.counts.handled.at(node)), double(run.counts.handled.at(node)) / run.counts.seconds);
+void print(const node_bench::NodeRun& run, const node_bench::NodeAccount& account,
+           const std::string& node) {
+  std::printf("%s: %llu frames, %llu handled, %.1f frames/s\n", node.c_str(),
+              static_cast<unsigned long long>(run.counts.expected.at(node)),
+              static_cast<unsigned long long>(run.counts.handled.at(node)),
+              double(run.counts.handled.at(node)) / run.counts.seconds);
   node_bench::print_times_header();
   for (const auto& [step, time_ms] : account.steps) node_bench::print_times(step, time_ms);
   node_bench::print_times("its own time", account.own);
   node_bench::print_times("from frame to frame", account.period);
   node_bench::print_times("from sent to handled", account.latency);
-  std::printf("  of the time from frame to frame: own %.1f %%, transport %.1f %%, rest %.1f %% (%.3f ms beyond its own)\n", 100 * account.own_share(),
-              100 * (account.explained_share() - account.own_share()), 100 * (1 - account.explained_share()), base::mean(account.period) - base::mean(account.own));
-  std::printf("  CPU %.0f %%, %.0f MB at most; the replay itself CPU %.0f %%\n", 100 * run.use.at(node).cpu_s / run.counts.seconds, run.use.at(node).peak_memory_mb,
+  std::printf(
+      "  of the time from frame to frame: own %.1f %%, transport %.1f %%, rest %.1f %% (%.3f ms "
+      "beyond its own)\n",
+      100 * account.own_share(), 100 * (account.explained_share() - account.own_share()),
+      100 * (1 - account.explained_share()), base::mean(account.period) - base::mean(account.own));
+  std::printf("  CPU %.0f %%, %.0f MB at most; the replay itself CPU %.0f %%\n",
+              100 * run.use.at(node).cpu_s / run.counts.seconds, run.use.at(node).peak_memory_mb,
               100 * run.replay_cpu_s / run.counts.seconds);
   if (const auto drops = run.drops.find(node); drops != run.drops.end())
-    for (const auto& [reason, count] : drops->second) std::printf("  dropped %llu: %s\n", static_cast<unsigned long long>(count), reason.c_str());
+    for (const auto& [reason, count] : drops->second)
+      std::printf("  dropped %llu: %s\n", static_cast<unsigned long long>(count), reason.c_str());
   for (const auto& [topic, digest] : run.outputs)
-    std::printf("  %s: %llu messages, %.1f MB, checksum %s\n", topic.c_str(), static_cast<unsigned long long>(digest.messages), 1e-6 * double(digest.bytes), node_bench::checksum_text(digest.checksum).c_str());
+    std::printf("  %s: %llu messages, %.1f MB, checksum %s\n", topic.c_str(),
+                static_cast<unsigned long long>(digest.messages), 1e-6 * double(digest.bytes),
+                node_bench::checksum_text(digest.checksum).c_str());
   std::fflush(stdout);
 }
 
@@ -67,10 +81,12 @@ void print(const node_bench::NodeRun& run, const node_bench::NodeAccount& accoun
 int bench_node(const std::string& word, const std::vector<std::string>& words) {
   node_bench::FromRecordingOptions options;
   bool without_checksum = false;
-  CLI::App app("One node alone, fed from a recording without loss: time by step, what the replay adds, CPU, memory, checksum of its output.\n\nExamples:\n"
-               "  fivepipe bench recon_node --from session.mcap\n"
-               "  fivepipe bench simulation --from session.mcap --json out/simulation.json --runs 5",
-               "fivepipe bench " + word);
+  CLI::App app(
+      "One node alone, fed from a recording without loss: time by step, what the replay adds, CPU, "
+      "memory, checksum of its output.\n\nExamples:\n"
+      "  fivepipe bench recon_node --from session.mcap\n"
+      "  fivepipe bench simulation --from session.mcap --json out/simulation.json --runs 5",
+      "fivepipe bench " + word);
   node_bench::add_from_recording_options(app, options);
   app.add_flag("--no-checksum", without_checksum, "don't read what the node writes");
   if (const auto exit_code = node_bench::parsed(app, words)) return *exit_code;
@@ -82,7 +98,8 @@ int bench_node(const std::string& word, const std::vector<std::string>& words) {
   run_options.nodes = {node.name};
   run_options.checksums = !without_checksum;
   if (config::program_of(node) == "capture_node") {
-    std::cerr << "capture_node's inputs are cameras and files, not messages: a recording holds what it makes of them. `fivepipe up` runs it; its report has its times\n";
+    std::cerr << "capture_node's inputs are cameras and files, not messages: a recording holds "
+                 "what it makes of them. `fivepipe up` runs it; its report has its times\n";
     return 2;
   }
   node_bench::NodeAccount all;
@@ -92,20 +109,23 @@ int bench_node(const std::string& word, const std::vector<std::string>& words) {
   bool complete = true;
   nlohmann::ordered_json counts;
   for (int i = 0; i < options.runs; ++i) {
-    const node_bench::NodeRun run = node_bench::run_nodes(recording, run_options);  // throws when interrupted, too
+    const node_bench::NodeRun run =
+        node_bench::run_nodes(recording, run_options);  // throws when interrupted, too
     if (signals_received() > 0) return 130;
     const node_bench::NodeAccount account = node_bench::account_of(run.frames, node.name);
     print(run, account, node.name);
     complete &= node_bench::is_sound(run);
     if (i > 0 && checksum_of(run) != checksum) {
-      std::cerr << "its output differs from that of the run before: " << node_bench::checksum_text(checksum_of(run)) << "\n";
+      std::cerr << "its output differs from that of the run before: "
+                << node_bench::checksum_text(checksum_of(run)) << "\n";
       complete = false;
     }
     checksum = checksum_of(run);
     renderer = run.gl_renderer.empty() ? "no OpenGL" : run.gl_renderer;
     counts = counts_of(run, node.name);
     for (const auto& [step, time_ms] : account.steps) {
-      auto known = std::find_if(all.steps.begin(), all.steps.end(), [&](const auto& s) { return s.first == step; });
+      auto known = std::find_if(all.steps.begin(), all.steps.end(),
+                                [&](const auto& s) { return s.first == step; });
       if (known == all.steps.end()) known = all.steps.insert(all.steps.end(), {step, {}});
       known->second.insert(known->second.end(), time_ms.begin(), time_ms.end());
     }
@@ -115,18 +135,30 @@ int bench_node(const std::string& word, const std::vector<std::string>& words) {
     all.latency.insert(all.latency.end(), account.latency.begin(), account.latency.end());
   }
   if (!options.json.empty()) {
-    const std::string prefix = config::program_of(node) + "/" + measured.deployment().name + "/" + node.name + "/";
+    const std::string prefix =
+        config::program_of(node) + "/" + measured.deployment().name + "/" + node.name + "/";
     const std::string text = without_checksum ? "" : node_bench::checksum_text(checksum);
     counts["own_share"] = all.own_share();
     counts["explained_share"] = all.explained_share();
-    for (const auto& [step, time_ms] : all.steps) results.push_back(node_bench::result_json(prefix + step, time_ms, nlohmann::ordered_json::object(), nlohmann::ordered_json::object(), ""));
-    results.push_back(node_bench::result_json(prefix + "own", all.own, nlohmann::ordered_json::object(), counts, text));
-    results.push_back(node_bench::result_json(prefix + "period", all.period, nlohmann::ordered_json::object(), nlohmann::ordered_json::object(), ""));
-    results.push_back(node_bench::result_json(prefix + "latency", all.latency, nlohmann::ordered_json::object(), nlohmann::ordered_json::object(), ""));
-    if (options.json.has_parent_path()) std::filesystem::create_directories(options.json.parent_path());
+    for (const auto& [step, time_ms] : all.steps)
+      results.push_back(node_bench::result_json(prefix + step, time_ms,
+                                                nlohmann::ordered_json::object(),
+                                                nlohmann::ordered_json::object(), ""));
+    results.push_back(node_bench::result_json(prefix + "own", all.own,
+                                              nlohmann::ordered_json::object(), counts, text));
+    results.push_back(node_bench::result_json(prefix + "period", all.period,
+                                              nlohmann::ordered_json::object(),
+                                              nlohmann::ordered_json::object(), ""));
+    results.push_back(node_bench::result_json(prefix + "latency", all.latency,
+                                              nlohmann::ordered_json::object(),
+                                              nlohmann::ordered_json::object(), ""));
+    if (options.json.has_parent_path())
+      std::filesystem::create_directories(options.json.parent_path());
     base::write_file(options.json, base::suite_json(config::program_of(node), renderer, results));
   }
-  if (!complete) std::cerr << "not every frame was handled, some were dropped, or outputs differ: these times are not to be compared\n";
+  if (!complete)
+    std::cerr << "not every frame was handled, some were dropped, or outputs differ: these times "
+                 "are not to be compared\n";
   return complete ? 0 : 1;
 }
 

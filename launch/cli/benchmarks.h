@@ -1,4 +1,5 @@
-// `fivepipe bench NODE --from FILE`, `bench pipeline --from FILE`, `bench compare A B`: each gets the words that follow its name. Exit codes as everywhere.
+// `fivepipe bench NODE --from FILE`, `bench pipeline --from FILE`, `bench compare A B`: each gets
+// the words that follow its name. Exit codes as everywhere.
 #pragma once
 #include <string>
 #include <vector>

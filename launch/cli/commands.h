@@ -1,4 +1,5 @@
-// The subcommands of `fivepipe`, each in a file of its own name; bench and maps are programs of their own, in other_programs.cpp.
+// The subcommands of `fivepipe`, each in a file of its own name; bench and maps are programs of
+// their own, in other_programs.cpp.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <filesystem>

@@ -5,12 +5,12 @@
 #include <fstream>
 #include <iostream>
 
+#include "common/base/machine.h"
+#include "common/base/version.h"
+#include "common/gl/context.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/profile.h"
-#include "common/gl/context.h"
-#include "common/base/version.h"
 #include "launch/cli/commands.h"
-#include "common/base/machine.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -36,23 +36,27 @@ constexpr double free_disk_wanted_gb = 1.0;
 Finding check_build() {
   const std::string type = base::build_type();
   if (type == "Release") return {Verdict::ok, "build: " + type, ""};
-  return {Verdict::warn, "build: " + type + ", many times slower than Release", "launch/build release"};
+  return {Verdict::warn, "build: " + type + ", many times slower than Release",
+          "launch/build release"};
 }
 
 Finding check_gl() {
   try {
     const gl::GlContext context;
     if (!context.is_software()) return {Verdict::ok, "GL: " + context.renderer(), ""};
-    return {Verdict::warn, "GL: " + context.renderer() + ", in software", "for speed, install the graphics card's driver with EGL"};
+    return {Verdict::warn, "GL: " + context.renderer() + ", in software",
+            "for speed, install the graphics card's driver with EGL"};
   } catch (const gl::GlError& error) {
-    return {Verdict::fail, std::string("GL: ") + error.what(), "apt-get install libegl1 libgl1-mesa-dri"};
+    return {Verdict::fail, std::string("GL: ") + error.what(),
+            "apt-get install libegl1 libgl1-mesa-dri"};
   }
 }
 
 Finding check_receive_buffer(const std::string& profile) {
   const std::size_t granted_bytes = bus::kernel_rmem_max_bytes();
   const bus::FittedProfile fitted = bus::fitted_to_kernel(bus::profile_xml(profile), granted_bytes);
-  const std::string what = "kernel receive buffers: up to " + std::to_string(granted_bytes) + " bytes";
+  const std::string what =
+      "kernel receive buffers: up to " + std::to_string(granted_bytes) + " bytes";
   if (fitted.warning.empty()) return {Verdict::ok, what, ""};
   return {Verdict::warn, what, fitted.warning};
 }
@@ -61,7 +65,8 @@ Finding check_loopback() {
   ifaddrs* list = nullptr;
   if (getifaddrs(&list) != 0) return {Verdict::warn, "network interfaces can't be listed", ""};
   bool up = false;
-  for (const ifaddrs* i = list; i; i = i->ifa_next) up = up || ((i->ifa_flags & IFF_LOOPBACK) && (i->ifa_flags & IFF_UP));
+  for (const ifaddrs* i = list; i; i = i->ifa_next)
+    up = up || ((i->ifa_flags & IFF_LOOPBACK) && (i->ifa_flags & IFF_UP));
   freeifaddrs(list);
   if (up) return {Verdict::ok, "loopback interface: up", ""};
   return {Verdict::fail, "loopback interface: down", "ip link set lo up"};
@@ -70,9 +75,13 @@ Finding check_loopback() {
 Finding check_dds(const DoctorOptions& options) {
   try {
     const bus::Bus bus({options.domain, options.profile});
-    return {Verdict::ok, "DDS: participant in domain " + std::to_string(options.domain) + " with profile " + options.profile, ""};
+    return {Verdict::ok,
+            "DDS: participant in domain " + std::to_string(options.domain) + " with profile " +
+                options.profile,
+            ""};
   } catch (const bus::BusError& error) {
-    return {Verdict::fail, std::string("DDS: ") + error.what(), "check the network profile and CYCLONEDDS_URI"};
+    return {Verdict::fail, std::string("DDS: ") + error.what(),
+            "check the network profile and CYCLONEDDS_URI"};
   }
 }
 
@@ -80,7 +89,8 @@ Finding check_cores() {
   const int cores = base::core_count();
   const std::string what = "cores: " + std::to_string(cores) + ", " + base::cpu_name();
   if (cores >= cores_for_the_demo) return {Verdict::ok, what, ""};
-  return {Verdict::warn, what, "the demo runs five processes; with fewer cores they share, and the frame rate falls"};
+  return {Verdict::warn, what,
+          "the demo runs five processes; with fewer cores they share, and the frame rate falls"};
 }
 
 // Names under by-id outlive reboots; /dev/videoN doesn't.
@@ -92,9 +102,11 @@ std::vector<Finding> check_cameras() {
     if (access(path.c_str(), R_OK | W_OK) == 0)
       findings.push_back({Verdict::ok, "camera: " + path, ""});
     else
-      findings.push_back({Verdict::warn, "camera: " + path + " may not be opened", "sudo usermod -aG video $USER, then log in again"});
+      findings.push_back({Verdict::warn, "camera: " + path + " may not be opened",
+                          "sudo usermod -aG video $USER, then log in again"});
   }
-  if (findings.empty()) findings.push_back({Verdict::ok, "cameras: none at /dev/v4l/by-id (the demo needs none)", ""});
+  if (findings.empty())
+    findings.push_back({Verdict::ok, "cameras: none at /dev/v4l/by-id (the demo needs none)", ""});
   return findings;
 }
 
@@ -103,22 +115,31 @@ Finding check_disk() {
   const fs::space_info space = fs::space(".", error);
   if (error) return {Verdict::warn, "disk: " + error.message(), ""};
   const double free_gb = double(space.available) / 1e9;
-  const std::string what = "disk: " + std::to_string(long(free_gb)) + " GB free in the working folder";
+  const std::string what =
+      "disk: " + std::to_string(long(free_gb)) + " GB free in the working folder";
   if (free_gb >= free_disk_wanted_gb) return {Verdict::ok, what, ""};
-  return {Verdict::warn, what, "composites and recordings need room: free some, or choose another --out"};
+  return {Verdict::warn, what,
+          "composites and recordings need room: free some, or choose another --out"};
 }
 
 int run_doctor(const DoctorOptions& options) {
-  std::vector<Finding> findings = {check_build(), check_gl(), check_receive_buffer(options.profile), check_loopback(), check_dds(options), check_cores(), check_disk()};
+  std::vector<Finding> findings = {
+      check_build(),    check_gl(),         check_receive_buffer(options.profile),
+      check_loopback(), check_dds(options), check_cores(),
+      check_disk()};
   for (Finding& camera : check_cameras()) findings.push_back(std::move(camera));
   int failures = 0, warnings = 0;
   for (const Finding& finding : findings) {
     failures += finding.verdict == Verdict::fail;
     warnings += finding.verdict == Verdict::warn;
-    std::cout << (finding.verdict == Verdict::ok ? "ok    " : finding.verdict == Verdict::warn ? "warn  " : "FAIL  ") << finding.what << '\n';
+    std::cout << (finding.verdict == Verdict::ok     ? "ok    "
+                  : finding.verdict == Verdict::warn ? "warn  "
+                                                     : "FAIL  ")
+              << finding.what << '\n';
     if (!finding.advice.empty()) std::cout << "      -> " << finding.advice << '\n';
   }
-  std::cout << "fivepipe " << base::version() << " (" << base::commit() << "): " << failures << " failed, " << warnings << " warnings\n";
+  std::cout << "fivepipe " << base::version() << " (" << base::commit() << "): " << failures
+            << " failed, " << warnings << " warnings\n";
   return failures ? 3 : 0;
 }
 
@@ -126,10 +147,16 @@ int run_doctor(const DoctorOptions& options) {
 
 void add_doctor(CLI::App& app, Command& command) {
   auto options = std::make_shared<DoctorOptions>();
-  CLI::App* doctor = app.add_subcommand("doctor", "Say whether this machine is ready, and what to do where it isn't");
-  doctor->footer("Example:\n  fivepipe doctor\n\nExit codes: 0 ready (warnings may stand), 3 something needed is missing.");
-  doctor->add_option("--domain", options->domain, "DDS domain to try")->check(CLI::Range(0, 230))->capture_default_str();
-  doctor->add_option("--profile", options->profile, "network profile to try")->capture_default_str();
+  CLI::App* doctor = app.add_subcommand(
+      "doctor", "Say whether this machine is ready, and what to do where it isn't");
+  doctor->footer(
+      "Example:\n  fivepipe doctor\n\nExit codes: 0 ready (warnings may stand), 3 something needed "
+      "is missing.");
+  doctor->add_option("--domain", options->domain, "DDS domain to try")
+      ->check(CLI::Range(0, 230))
+      ->capture_default_str();
+  doctor->add_option("--profile", options->profile, "network profile to try")
+      ->capture_default_str();
   doctor->callback([options, &command] { command = [options] { return run_doctor(*options); }; });
 }
 

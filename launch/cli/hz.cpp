@@ -7,10 +7,10 @@
 #include "common/recording/files/frame_groups.h"
 #include "common/recording/schema/wire_types.h"
 #include "launch/cli/commands.h"
-#include "launch/supervise/interrupt.h"
 #include "launch/cli/options.h"
 #include "launch/inspect/arrivals.h"
 #include "launch/inspect/topic_source.h"
+#include "launch/supervise/interrupt.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -34,7 +34,8 @@ int hz_from_file(const HzOptions& options) {
   const std::string topic = topic_meant(options.topic, topics_in(recording));
   recording::FrameOf frame_of(recording);
   bool type_known = true;
-  const auto frame_in = [&](const recording::RecordedMessage& message) -> std::optional<std::uint64_t> {
+  const auto frame_in =
+      [&](const recording::RecordedMessage& message) -> std::optional<std::uint64_t> {
     if (type_known) try {
         const auto id = frame_of(message);
         return id ? std::optional(id->frame) : std::nullopt;
@@ -45,11 +46,15 @@ int hz_from_file(const HzOptions& options) {
     return std::nullopt;
   };
   ArrivalBook book;
-  const int result = each_message(recording, topic, 0, std::nullopt, [&](const recording::RecordedMessage& message) {
-    if (!message.key_change)
-      book.add(message.channel->node, {message.log_stamp_ns, message.log_stamp_ns - message.source_stamp_ns, message.cdr.size()}, frame_in(message));
-    return signals_received() == 0;
-  });
+  const int result = each_message(
+      recording, topic, 0, std::nullopt, [&](const recording::RecordedMessage& message) {
+        if (!message.key_change)
+          book.add(message.channel->node,
+                   {message.log_stamp_ns, message.log_stamp_ns - message.source_stamp_ns,
+                    message.cdr.size()},
+                   frame_in(message));
+        return signals_received() == 0;
+      });
   if (signals_received() > 0) return 130;
   std::cout << topic << ", as it was recorded\n" << book.text() << std::flush;
   return result;
@@ -61,7 +66,8 @@ class LiveFrame {
   explicit LiveFrame(const bus::topics::Topic& topic) {
     const schema::Struct& type = schema::fivepipe_idl().at(topic.type);
     // A node's status tells of a frame, but is not of it: it has no capture stamp.
-    if (type.find("frame") && type.find("capture_stamp_ns")) field_.emplace(schema::fivepipe_idl(), topic.type, "frame");
+    if (type.find("frame") && type.find("capture_stamp_ns"))
+      field_.emplace(schema::fivepipe_idl(), topic.type, "frame");
   }
   std::optional<std::uint64_t> operator()(std::span<const std::byte> cdr) const {
     const auto value = field_ ? field_->read(cdr) : std::nullopt;
@@ -81,21 +87,26 @@ int hz_live(const HzOptions& options) {
   WriterNames names(bus, reader);
   ArrivalBook book;
   const bool once = options.once_s > 0, on_terminal = isatty(STDOUT_FILENO) && !once;
-  const auto period = once ? std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.once_s)) : Clock::duration(refresh_period);
+  const auto period = once ? std::chrono::duration_cast<Clock::duration>(
+                                 std::chrono::duration<double>(options.once_s))
+                           : Clock::duration(refresh_period);
   for (auto next = Clock::now() + period;; next += period) {
     while (Clock::now() < next && signals_received() == 0) {
       bus.wait(std::min<std::chrono::nanoseconds>(100ms, next - Clock::now()));
       reader.take([&](const bus::SerializedSample& sample) {
         const std::int64_t now_ns = base::now_realtime_ns();
         const Arrival arrival{now_ns, now_ns - sample.source_stamp_ns, sample.cdr.size()};
-        if (sample.kind == bus::SampleKind::data) book.add(names.of(sample.writer), arrival, frame_of(sample.cdr));
+        if (sample.kind == bus::SampleKind::data)
+          book.add(names.of(sample.writer), arrival, frame_of(sample.cdr));
       });
     }
     if (signals_received() > 0) return once ? 130 : 0;
     if (!once) book.forget_before(base::now_realtime_ns() - window_s * 1'000'000'000);
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // home, clear
     std::cout << topic.name << ", domain " << options.network.domain
-              << (once ? "" : ", the last " + std::to_string(window_s) + " s; frames since the start") << "\n";
+              << (once ? ""
+                       : ", the last " + std::to_string(window_s) + " s; frames since the start")
+              << "\n";
     if (book.messages() == 0)
       std::cout << "no message; writers: " << reader.writers() << "\n";
     else
@@ -115,21 +126,31 @@ int run_hz(const HzOptions& options) {
 
 void add_hz(CLI::App& app, Command& command) {
   auto options = std::make_shared<HzOptions>();
-  CLI::App* hz = app.add_subcommand("hz", "Measure how often and how regularly a topic's messages come, by writer");
+  CLI::App* hz = app.add_subcommand(
+      "hz", "Measure how often and how regularly a topic's messages come, by writer");
   hz->footer(
       "Examples:\n"
-      "  fivepipe hz HeadPose                       from the bus, refreshed each second; Ctrl-C ends it\n"
+      "  fivepipe hz HeadPose                       from the bus, refreshed each second; Ctrl-C "
+      "ends it\n"
       "  fivepipe hz HullTile --domain 7 --once 10\n"
       "  fivepipe hz ObjectPixelMap --from session.mcap\n\n"
-      "Intervals are those at which messages were taken, here or by the recorder; latencies run from the source's time stamp to there.\n"
-      "Exit codes: 0 done, 1 the file is damaged or can't be read, 2 usage, 3 nothing came within --once, 130 interrupted before.");
+      "Intervals are those at which messages were taken, here or by the recorder; latencies run "
+      "from the source's time stamp to there.\n"
+      "Exit codes: 0 done, 1 the file is damaged or can't be read, 2 usage, 3 nothing came within "
+      "--once, 130 interrupted before.");
   hz->add_option("TOPIC", options->topic, "HullTile, fivepipe/v1/HullTile, ..")->required();
-  CLI::Option* file = hz->add_option("--from", options->file, "recording (MCAP); without it: the bus")->check(CLI::ExistingFile);
-  hz->add_option("--once", options->once_s, "one table, of so many seconds, then end")->check(CLI::Range(0.1, 86400.0))->excludes(file);
+  CLI::Option* file =
+      hz->add_option("--from", options->file, "recording (MCAP); without it: the bus")
+          ->check(CLI::ExistingFile);
+  hz->add_option("--once", options->once_s, "one table, of so many seconds, then end")
+      ->check(CLI::Range(0.1, 86400.0))
+      ->excludes(file);
   add_network_options(hz, options->network);
   hz->get_option("--domain")->excludes(file);
   hz->get_option("--profile")->excludes(file);
-  hz->callback([options, &command] { command = [options] { return base::told([&] { return run_hz(*options); }); }; });
+  hz->callback([options, &command] {
+    command = [options] { return base::told([&] { return run_hz(*options); }); };
+  });
 }
 
 }  // namespace fivepipe::launch

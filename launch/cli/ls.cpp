@@ -1,10 +1,10 @@
 #include <chrono>
 #include <iostream>
 
+#include "common/base/usage_error.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
 #include "launch/inspect/topic_list.h"
-#include "common/base/usage_error.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -33,11 +33,14 @@ int run_ls(const LsOptions& options) {
   }
   if (topics.empty()) {
     std::cerr << (of_recording ? options.file.string() + " holds no topic\n"
-                               : "nobody in domain " + std::to_string(options.network.domain) + " (profile " + options.network.profile +
+                               : "nobody in domain " + std::to_string(options.network.domain) +
+                                     " (profile " + options.network.profile +
                                      "); `fivepipe up` starts nodes, --domain looks elsewhere\n");
     return of_recording ? 0 : 3;
   }
-  std::cout << (options.nodes ? nodes_text(topics, of_recording) : topics_text(topics, of_recording)) << std::flush;
+  std::cout << (options.nodes ? nodes_text(topics, of_recording)
+                              : topics_text(topics, of_recording))
+            << std::flush;
   return 0;
 }
 
@@ -45,19 +48,23 @@ int run_ls(const LsOptions& options) {
 
 void add_ls(CLI::App& app, Command& command) {
   auto options = std::make_shared<LsOptions>();
-  CLI::App* ls = app.add_subcommand("ls", "List the topics of a recording, or those on the bus, with who writes and reads them");
+  CLI::App* ls = app.add_subcommand(
+      "ls", "List the topics of a recording, or those on the bus, with who writes and reads them");
   ls->footer(
       "Examples:\n"
       "  fivepipe ls                       what is on the bus now, heard within 1.5 s\n"
       "  fivepipe ls --domain 7 --nodes    by node: what it writes and reads\n"
       "  fivepipe ls session.mcap\n\n"
       "Exit codes: 0 done, 1 the file can't be read, 2 usage, 3 nobody is there.");
-  CLI::Option* file = ls->add_option("FILE", options->file, "recording (MCAP); without it: the bus")->check(CLI::ExistingFile);
+  CLI::Option* file = ls->add_option("FILE", options->file, "recording (MCAP); without it: the bus")
+                          ->check(CLI::ExistingFile);
   ls->add_flag("--nodes", options->nodes, "by node instead of by topic");
   add_network_options(ls, options->network);
   ls->get_option("--domain")->excludes(file);
   ls->get_option("--profile")->excludes(file);
-  ls->callback([options, &command] { command = [options] { return base::told([&] { return run_ls(*options); }); }; });
+  ls->callback([options, &command] {
+    command = [options] { return base::told([&] { return run_ls(*options); }); };
+  });
 }
 
 }  // namespace fivepipe::launch

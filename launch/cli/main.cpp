@@ -3,10 +3,10 @@
 
 #include <iostream>
 
-#include "common/config/yaml/config_error.h"
-#include "common/base/version.h"
-#include "launch/cli/commands.h"
 #include "common/base/usage_error.h"
+#include "common/base/version.h"
+#include "common/config/yaml/config_error.h"
+#include "launch/cli/commands.h"
 
 namespace {
 
@@ -17,11 +17,14 @@ int run(int argc, char** argv) {
       "Examples:\n"
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
       "  fivepipe top            what runs, refreshed each second\n"
-      "  fivepipe ls             the topics on the bus; echo TOPIC shows one, hz TOPIC how often it comes\n"
+      "  fivepipe ls             the topics on the bus; echo TOPIC shows one, hz TOPIC how often "
+      "it comes\n"
       "  fivepipe info FILE      what a recording holds, and whether it is whole\n"
       "  fivepipe doctor         whether this machine is ready\n"
-      "  fivepipe bench hull     how fast the visual hull is here, bench collision what collides with it");
-  app.set_version_flag("--version", std::string("fivepipe ") + base::version() + " (" + base::commit() + ", " + base::build_type() + ")");
+      "  fivepipe bench hull     how fast the visual hull is here, bench collision what collides "
+      "with it");
+  app.set_version_flag("--version", std::string("fivepipe ") + base::version() + " (" +
+                                        base::commit() + ", " + base::build_type() + ")");
   app.require_subcommand(1);
   launch::Command command;
   launch::add_up(app, command);

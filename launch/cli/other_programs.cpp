@@ -4,8 +4,8 @@
 #include <iostream>
 #include <system_error>
 
-#include "launch/cli/benchmarks.h"
 #include "benchmarks/nodes/bus_ping.h"
+#include "launch/cli/benchmarks.h"
 #include "launch/cli/commands.h"
 #include "launch/supervise/interrupt.h"
 
@@ -17,7 +17,8 @@ constexpr const char* bench_prefix = "fivepipe_bench_";
 std::vector<std::string> suites() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(program_folder()))
-    if (const std::string file = entry.path().filename(); file.starts_with(bench_prefix) && entry.is_regular_file())
+    if (const std::string file = entry.path().filename();
+        file.starts_with(bench_prefix) && entry.is_regular_file())
       names.push_back(file.substr(std::string(bench_prefix).size()));
   std::sort(names.begin(), names.end());
   return names;
@@ -34,7 +35,9 @@ std::vector<std::string> suites() {
 
 // With a recording: its nodes are measured.
 bool is_from_recording(const std::vector<std::string>& words) {
-  return std::any_of(words.begin(), words.end(), [](const std::string& word) { return word == "--from" || word.starts_with("--from="); });
+  return std::any_of(words.begin(), words.end(), [](const std::string& word) {
+    return word == "--from" || word.starts_with("--from=");
+  });
 }
 
 // What was interrupted has thrown on its way out.
@@ -52,15 +55,20 @@ int run_bench(std::vector<std::string> words) {
   if (!words.empty()) {
     const std::vector<std::string> rest(words.begin() + 1, words.end());
     if (words.front() == "compare") return bench_compare(rest);
-    if (words.front() == "bus-echo" && rest.size() == 2) return node_bench::echo_on_bus(std::uint32_t(std::stoul(rest[0])), rest[1]);  // bench pipeline starts it
+    if (words.front() == "bus-echo" && rest.size() == 2)
+      return node_bench::echo_on_bus(std::uint32_t(std::stoul(rest[0])),
+                                     rest[1]);  // bench pipeline starts it
     if (words.front() == "pipeline") return interruptible([&] { return bench_pipeline(rest); });
-    if (is_from_recording(rest) || words.front().ends_with("_node")) return interruptible([&] { return bench_node(words.front(), rest); });
+    if (is_from_recording(rest) || words.front().ends_with("_node"))
+      return interruptible([&] { return bench_node(words.front(), rest); });
   }
   if (words.empty() || std::find(known.begin(), known.end(), words.front()) == known.end()) {
-    std::cerr << (words.empty() ? std::string("which suite?") : "no suite '" + words.front() + "'") << " There are:";
+    std::cerr << (words.empty() ? std::string("which suite?") : "no suite '" + words.front() + "'")
+              << " There are:";
     for (const std::string& name : known) std::cerr << ' ' << name;
     std::cerr << " pipeline compare, and any node by its name with --from FILE.mcap";
-    std::cerr << (known.empty() ? " none beside " + program_folder().string() + "/fivepipe\n" : "\n");
+    std::cerr << (known.empty() ? " none beside " + program_folder().string() + "/fivepipe\n"
+                                : "\n");
     return 2;
   }
   words.front() = program_folder() / (bench_prefix + words.front());
@@ -70,21 +78,28 @@ int run_bench(std::vector<std::string> words) {
 }  // namespace
 
 void add_bench(CLI::App& app, Command& command) {
-  CLI::App* bench = app.add_subcommand("bench", "Measure: bench SUITE [OPTIONS of the suite], bench NODE --from FILE, bench pipeline --from FILE, bench compare A B");
+  CLI::App* bench =
+      app.add_subcommand("bench",
+                         "Measure: bench SUITE [OPTIONS of the suite], bench NODE --from FILE, "
+                         "bench pipeline --from FILE, bench compare A B");
   bench->footer(
       "Examples:\n"
       "  fivepipe bench hull --json out/hull.json              suites: hull, collision\n"
       "  fivepipe bench collision --plot out/collision.png\n"
       "  fivepipe bench recon_node --from session.mcap         one node alone, from a recording\n"
-      "  fivepipe bench pipeline --from session.mcap           all of them, and where the time goes\n"
+      "  fivepipe bench pipeline --from session.mcap           all of them, and where the time "
+      "goes\n"
       "  fivepipe bench compare before.json after.json --fail-above 5%\n"
       "  fivepipe bench hull --help");
   bench->prefix_command();
-  bench->callback([bench, &command] { command = [words = bench->remaining()] { return run_bench(words); }; });
+  bench->callback(
+      [bench, &command] { command = [words = bench->remaining()] { return run_bench(words); }; });
 }
 
 void add_maps(CLI::App& app, Command& command) {
-  CLI::App* maps = app.add_subcommand("maps", "Write one frame's object-pixel maps as images: maps DEPLOYMENT --out FOLDER [--frame N] [--set KEY=VALUE]");
+  CLI::App* maps = app.add_subcommand("maps",
+                                      "Write one frame's object-pixel maps as images: maps "
+                                      "DEPLOYMENT --out FOLDER [--frame N] [--set KEY=VALUE]");
   maps->set_help_flag();  // the program has its own
   maps->prefix_command();
   maps->callback([maps, &command] {

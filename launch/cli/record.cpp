@@ -6,12 +6,12 @@
 #include <regex>
 
 #include "common/base/realtime.h"
-#include "common/pipeline/node/status.h"
 #include "common/base/version.h"
-#include "launch/cli/commands.h"
-#include "launch/supervise/interrupt.h"
-#include "launch/cli/options.h"
+#include "common/pipeline/node/status.h"
 #include "common/recording/replay/recorder.h"
+#include "launch/cli/commands.h"
+#include "launch/cli/options.h"
+#include "launch/supervise/interrupt.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -33,17 +33,24 @@ struct RecordOptions {
   bool domain_given = false;
 };
 
-const std::map<std::string, mcap::Compression> compressions = {{"none", mcap::Compression::none}, {"lz4", mcap::Compression::lz4}, {"zstd", mcap::Compression::zstd}};
+const std::map<std::string, mcap::Compression> compressions = {{"none", mcap::Compression::none},
+                                                               {"lz4", mcap::Compression::lz4},
+                                                               {"zstd", mcap::Compression::zstd}};
 
 // Topics that carry pictures: hull tiles are coloured.
-bool has_pictures(const bus::topics::Topic& topic) { return std::string(topic.name) == bus::topics::ObjectColour::name || std::string(topic.name) == bus::topics::HullTile::name; }
+bool has_pictures(const bus::topics::Topic& topic) {
+  return std::string(topic.name) == bus::topics::ObjectColour::name ||
+         std::string(topic.name) == bus::topics::HullTile::name;
+}
 
 std::vector<bus::topics::Topic> wanted_topics(const RecordOptions& options) {
   const std::regex wanted(options.topics);
   std::vector<bus::topics::Topic> chosen;
   for (const bus::topics::Topic& topic : bus::topics::all()) {
-    if (std::string(topic.name) == bus::topics::ReplaySession::name) continue;  // of whoever replays, not of what is replayed
-    if (std::regex_search(topic.name, wanted) && !(options.without_colour && has_pictures(topic))) chosen.push_back(topic);
+    if (std::string(topic.name) == bus::topics::ReplaySession::name)
+      continue;  // of whoever replays, not of what is replayed
+    if (std::regex_search(topic.name, wanted) && !(options.without_colour && has_pictures(topic)))
+      chosen.push_back(topic);
   }
   return chosen;
 }
@@ -63,11 +70,15 @@ Sum sum_of(const std::map<std::string, recording::TopicCounts>& counts) {
 }
 
 // Counts since the last call, into the status that everybody can read.
-void tell(node::NodeStatusReporter& status, const std::map<std::string, recording::TopicCounts>& now, std::map<std::string, recording::TopicCounts>& told) {
+void tell(node::NodeStatusReporter& status,
+          const std::map<std::string, recording::TopicCounts>& now,
+          std::map<std::string, recording::TopicCounts>& told) {
   for (const auto& [topic, count] : now) {
     recording::TopicCounts& before = told[topic];
-    if (count.received > before.received) status.count("received: " + topic, count.received - before.received);
-    if (count.written > before.written) status.count("written: " + topic, count.written - before.written);
+    if (count.received > before.received)
+      status.count("received: " + topic, count.received - before.received);
+    if (count.written > before.written)
+      status.count("written: " + topic, count.written - before.written);
     if (count.lost > before.lost) status.drop("lost: " + topic, count.lost - before.lost);
     before = count;
   }
@@ -76,8 +87,10 @@ void tell(node::NodeStatusReporter& status, const std::map<std::string, recordin
 void print_table(const std::map<std::string, recording::TopicCounts>& counts) {
   std::printf("%-36s %10s %10s %8s %10s\n", "topic", "received", "written", "lost", "MB");
   for (const auto& [topic, count] : counts)
-    std::printf("%-36s %10llu %10llu %8llu %10.1f\n", topic.c_str(), static_cast<unsigned long long>(count.received),
-                static_cast<unsigned long long>(count.written), static_cast<unsigned long long>(count.lost), 1e-6 * double(count.bytes));
+    std::printf("%-36s %10llu %10llu %8llu %10.1f\n", topic.c_str(),
+                static_cast<unsigned long long>(count.received),
+                static_cast<unsigned long long>(count.written),
+                static_cast<unsigned long long>(count.lost), 1e-6 * double(count.bytes));
   std::fflush(stdout);
 }
 
@@ -85,26 +98,39 @@ void print_table(const std::map<std::string, recording::TopicCounts>& counts) {
 void note_sent(recording::RecordingWriter& recording, const replay::Recorder& recorder) {
   for (const replay::SentByNode& by : recorder.compared()) {
     recording.add_sent(by.topic, by.sent, by.missing());
-    if (by.missing() > 0) std::cerr << by.node << " sent " << by.sent << " of " << by.topic << ", " << by.received << " came\n";
+    if (by.missing() > 0)
+      std::cerr << by.node << " sent " << by.sent << " of " << by.topic << ", " << by.received
+                << " came\n";
   }
   std::string unknown;
-  for (const std::string& node : recorder.not_compared()) unknown += (unknown.empty() ? "" : ", ") + (node.empty() ? "somebody without a name" : node);
-  if (!unknown.empty()) std::cerr << "not known whether all came of what these sent, which did not tell, or not lately, how much that was: " << unknown << '\n';
+  for (const std::string& node : recorder.not_compared())
+    unknown += (unknown.empty() ? "" : ", ") + (node.empty() ? "somebody without a name" : node);
+  if (!unknown.empty())
+    std::cerr << "not known whether all came of what these sent, which did not tell, or not "
+                 "lately, how much that was: "
+              << unknown << '\n';
 }
 
-int conclude(const RecordOptions& options, const recording::RecordingWriter& recording, double elapsed_s) {
+int conclude(const RecordOptions& options, const recording::RecordingWriter& recording,
+             double elapsed_s) {
   const auto counts = recording.counts();
   print_table(counts);
   const Sum sum = sum_of(counts);
-  std::printf("%s: %llu messages, %.1f MB, %.1f s\n", options.file.c_str(), static_cast<unsigned long long>(sum.written), 1e-6 * double(recording.bytes_written()), elapsed_s);
+  std::printf("%s: %llu messages, %.1f MB, %.1f s\n", options.file.c_str(),
+              static_cast<unsigned long long>(sum.written),
+              1e-6 * double(recording.bytes_written()), elapsed_s);
   std::fflush(stdout);
-  if (sum.lost > 0) std::cerr << sum.lost << " messages were lost: " << recording.loss_reason() << '\n';
+  if (sum.lost > 0)
+    std::cerr << sum.lost << " messages were lost: " << recording.loss_reason() << '\n';
   if (const std::string why = recording.failure(); !why.empty()) {
     if (sum.lost == 0) std::cerr << why << '\n';
-    std::cerr << "The file holds everything up to there; `fivepipe info --recover " << options.file.string() << "` mends its index.\n";
+    std::cerr << "The file holds everything up to there; `fivepipe info --recover "
+              << options.file.string() << "` mends its index.\n";
     return 1;
   }
-  if (sum.received == 0) std::cerr << "nothing was received; `fivepipe ls --domain " << options.network.domain << "` shows who writes there\n";
+  if (sum.received == 0)
+    std::cerr << "nothing was received; `fivepipe ls --domain " << options.network.domain
+              << "` shows who writes there\n";
   return sum.lost == 0 && sum.missing == 0 && sum.received > 0 ? 0 : 1;
 }
 
@@ -121,38 +147,50 @@ int run_record(RecordOptions options) {
     std::cerr << "no topic's name matches '" << options.topics << "'; `fivepipe ls` shows them\n";
     return 2;
   }
-  if (const std::string why = replay::refusal_to_overwrite(options.file); !options.force && !why.empty()) {
+  if (const std::string why = replay::refusal_to_overwrite(options.file);
+      !options.force && !why.empty()) {
     std::cerr << why << '\n';
     return 2;
   }
   catch_signals();
-  if (options.file.has_parent_path()) std::filesystem::create_directories(options.file.parent_path());
-  recording::RecordingWriter recording(options.file, std::string("fivepipe ") + base::version(), {.compression = compressions.at(options.compression), .sync = !options.without_sync});
-  replay::write_header(recording, deployment ? &*deployment : nullptr, settings, options.network.domain);
+  if (options.file.has_parent_path())
+    std::filesystem::create_directories(options.file.parent_path());
+  recording::RecordingWriter recording(
+      options.file, std::string("fivepipe ") + base::version(),
+      {.compression = compressions.at(options.compression), .sync = !options.without_sync});
+  replay::write_header(recording, deployment ? &*deployment : nullptr, settings,
+                       options.network.domain);
   bus::Bus bus({options.network.domain, options.network.profile, options.name});
   for (const std::string& warning : bus.warnings()) spdlog::warn("{}", warning);
   replay::Recorder recorder(bus, recording, topics);
   node::NodeStatusReporter status(bus, options.name);
-  spdlog::info("recording {} topics of domain {} into {}; Ctrl-C ends it", topics.size(), options.network.domain, options.file.string());
+  spdlog::info("recording {} topics of domain {} into {}; Ctrl-C ends it", topics.size(),
+               options.network.domain, options.file.string());
 
   const auto started = Clock::now();
   auto next_progress = started + progress_period;
   std::map<std::string, recording::TopicCounts> told;
-  const auto elapsed_s = [&] { return std::chrono::duration<double>(Clock::now() - started).count(); };
+  const auto elapsed_s = [&] {
+    return std::chrono::duration<double>(Clock::now() - started).count();
+  };
   std::optional<Clock::time_point> ends;
   while (!ends || Clock::now() < *ends) {
     bus.wait(50ms);
     recorder.take();
-    const bool over = signals_received() > 0 || (options.duration_s > 0 && elapsed_s() >= options.duration_s) || !recording.failure().empty();
+    const bool over = signals_received() > 0 ||
+                      (options.duration_s > 0 && elapsed_s() >= options.duration_s) ||
+                      !recording.failure().empty();
     if (over && !ends) {
       ends = Clock::now() + drain_time;
-      if (const std::string why = recording.failure(); !why.empty()) spdlog::error("the recording ends: {}", why);
+      if (const std::string why = recording.failure(); !why.empty())
+        spdlog::error("the recording ends: {}", why);
     }
     if (Clock::now() < next_progress) continue;
     next_progress += progress_period;
     tell(status, recording.counts(), told);
     const Sum sum = sum_of(told);
-    spdlog::info("{:.0f} s: {} messages, {:.1f} MB written, {} lost", elapsed_s(), sum.received, 1e-6 * double(recording.bytes_written()), sum.lost);
+    spdlog::info("{:.0f} s: {} messages, {:.1f} MB written, {} lost", elapsed_s(), sum.received,
+                 1e-6 * double(recording.bytes_written()), sum.lost);
   }
   note_sent(recording, recorder);
   // A second signal, or one while nothing but the disk is waited for.
@@ -165,24 +203,35 @@ int run_record(RecordOptions options) {
 
 void add_record(CLI::App& app, Command& command) {
   auto options = std::make_shared<RecordOptions>();
-  CLI::App* record = app.add_subcommand("record", "Record what is on the bus into an MCAP file until --duration is over or Ctrl-C");
+  CLI::App* record = app.add_subcommand(
+      "record", "Record what is on the bus into an MCAP file until --duration is over or Ctrl-C");
   record->footer(
       "Examples:\n"
       "  fivepipe record -o session.mcap --deployment launch/deployments/demo.yaml\n"
       "  fivepipe record -o shapes.mcap --no-colour --duration 60 --compression zstd\n"
       "  fivepipe record -o maps.mcap --topics 'ObjectPixelMap|HeadPose|Info'\n"
       "  fivepipe up launch/deployments/demo.yaml --record session.mcap    both at once\n\n"
-      "Exit codes: 0 everything that was sent is in the file, 1 something is missing (said by topic), 2 usage or configuration.");
+      "Exit codes: 0 everything that was sent is in the file, 1 something is missing (said by "
+      "topic), 2 usage or configuration.");
   record->add_option("-o,--output", options->file, "file to write (MCAP)")->required();
   record->add_flag("--force", options->force, "overwrite a file that is there");
-  record->add_option("--deployment", options->deployment, "deployment file: attached with all that it names, so that the recording can be replayed and measured anywhere");
+  record->add_option("--deployment", options->deployment,
+                     "deployment file: attached with all that it names, so that the recording can "
+                     "be replayed and measured anywhere");
   add_set_option(record, options->settings);
   add_topics_option(record, options->topics);
-  record->add_flag("--no-colour", options->without_colour, "no pictures of people: neither camera colours nor the coloured hull tiles");
-  record->add_option("--compression", options->compression, "lz4, zstd (smaller, slower) or none")->check(CLI::IsMember(compressions))->capture_default_str();
-  record->add_flag("--no-sync", options->without_sync, "don't force the disk twice a second: a power cut then costs what the kernel had not written yet");
-  record->add_option("--duration", options->duration_s, "seconds; without it: until Ctrl-C")->check(CLI::PositiveNumber);
-  record->add_option("--name", options->name, "what it calls itself on the bus")->capture_default_str();
+  record->add_flag("--no-colour", options->without_colour,
+                   "no pictures of people: neither camera colours nor the coloured hull tiles");
+  record->add_option("--compression", options->compression, "lz4, zstd (smaller, slower) or none")
+      ->check(CLI::IsMember(compressions))
+      ->capture_default_str();
+  record->add_flag("--no-sync", options->without_sync,
+                   "don't force the disk twice a second: a power cut then costs what the kernel "
+                   "had not written yet");
+  record->add_option("--duration", options->duration_s, "seconds; without it: until Ctrl-C")
+      ->check(CLI::PositiveNumber);
+  record->add_option("--name", options->name, "what it calls itself on the bus")
+      ->capture_default_str();
   add_network_options(record, options->network);
   record->callback([record, options, &command] {
     options->domain_given = record->count("--domain") > 0;

@@ -8,7 +8,8 @@
 
 namespace fivepipe::launch {
 
-// space: pause, go on; s: one frame; q: stop. While it lives, the terminal hands out keys without return, and does not show them.
+// space: pause, go on; s: one frame; q: stop. While it lives, the terminal hands out keys without
+// return, and does not show them.
 class ReplayKeys {
  public:
   explicit ReplayKeys(bool paused);

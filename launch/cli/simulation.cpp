@@ -14,7 +14,9 @@ using namespace std::chrono_literals;
 constexpr auto longest_wait_for_simulation = 3s, longest_wait_for_delivery = 1s;
 
 const std::map<std::string, fivepipe_v1_CommandKind> kinds = {
-    {"pause", fivepipe_v1_pause_simulation}, {"resume", fivepipe_v1_resume_simulation}, {"reset", fivepipe_v1_reset_simulation}};
+    {"pause", fivepipe_v1_pause_simulation},
+    {"resume", fivepipe_v1_resume_simulation},
+    {"reset", fivepipe_v1_reset_simulation}};
 
 struct SimulationOptions {
   std::string what, node;
@@ -27,7 +29,8 @@ int run_simulation(const SimulationOptions& options) {
   const auto deadline = std::chrono::steady_clock::now() + longest_wait_for_simulation;
   while (commands.readers() == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
-      std::cerr << "no simulation heard in domain " << options.domain << "; `fivepipe top --domain " << options.domain << "` shows what runs\n";
+      std::cerr << "no simulation heard in domain " << options.domain << "; `fivepipe top --domain "
+                << options.domain << "` shows what runs\n";
       return 3;
     }
     bus.wait(20ms);
@@ -47,12 +50,21 @@ int run_simulation(const SimulationOptions& options) {
 
 void add_simulation(CLI::App& app, Command& command) {
   auto options = std::make_shared<SimulationOptions>();
-  CLI::App* simulation = app.add_subcommand("simulation", "Pause, resume or reset the running simulation");
-  simulation->footer("Examples:\n  fivepipe simulation pause\n  fivepipe simulation reset --node simulation --domain 7");
-  simulation->add_option("what", options->what, "pause, resume or reset (every object to its start)")->required()->check(CLI::IsMember(kinds));
+  CLI::App* simulation =
+      app.add_subcommand("simulation", "Pause, resume or reset the running simulation");
+  simulation->footer(
+      "Examples:\n  fivepipe simulation pause\n  fivepipe simulation reset --node simulation "
+      "--domain 7");
+  simulation
+      ->add_option("what", options->what, "pause, resume or reset (every object to its start)")
+      ->required()
+      ->check(CLI::IsMember(kinds));
   simulation->add_option("--node", options->node, "only this node; without it: every simulation");
-  simulation->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 230))->capture_default_str();
-  simulation->callback([options, &command] { command = [options] { return run_simulation(*options); }; });
+  simulation->add_option("--domain", options->domain, "DDS domain")
+      ->check(CLI::Range(0, 230))
+      ->capture_default_str();
+  simulation->callback(
+      [options, &command] { command = [options] { return run_simulation(*options); }; });
 }
 
 }  // namespace fivepipe::launch

@@ -29,7 +29,8 @@ std::string latency_text(const ProcessStatus& status) {
   std::string text;
   for (const auto& [name, latency] : status.latencies) {
     char part[128];
-    std::snprintf(part, sizeof part, "%s%s %.1f/%.1f", text.empty() ? "" : ", ", name.c_str(), latency.p50_ms, latency.p99_ms);
+    std::snprintf(part, sizeof part, "%s%s %.1f/%.1f", text.empty() ? "" : ", ", name.c_str(),
+                  latency.p50_ms, latency.p99_ms);
     text += part;
   }
   return text;
@@ -39,23 +40,34 @@ std::string row(const ProcessStatus& status, double cpu_percent, bool alive) {
   std::uint64_t drops = 0;
   for (const auto& [reason, count] : status.drops) drops += count;
   char text[160];
-  std::snprintf(text, sizeof text, "%-14s %8llu %6.1f %6.0f %9.0f %7llu  ", status.node.c_str(), static_cast<unsigned long long>(status.frame),
-                status.frame_rate_hz, cpu_percent, status.memory_mb, static_cast<unsigned long long>(drops));
-  std::string lines = text + latency_text(status) + (alive ? "" : status.final_report ? "  (ended)" : "  (silent)") + "\n";
-  for (const auto& [reason, count] : status.drops) lines += "    dropped " + std::to_string(count) + ": " + reason + "\n";
+  std::snprintf(text, sizeof text, "%-14s %8llu %6.1f %6.0f %9.0f %7llu  ", status.node.c_str(),
+                static_cast<unsigned long long>(status.frame), status.frame_rate_hz, cpu_percent,
+                status.memory_mb, static_cast<unsigned long long>(drops));
+  std::string lines = text + latency_text(status) +
+                      (alive                 ? ""
+                       : status.final_report ? "  (ended)"
+                                             : "  (silent)") +
+                      "\n";
+  for (const auto& [reason, count] : status.drops)
+    lines += "    dropped " + std::to_string(count) + ": " + reason + "\n";
   for (const std::string& remark : status.remarks) lines += "    " + remark + "\n";
   return lines;
 }
 
 std::string table_of(const StatusBook& book) {
-  const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                  std::chrono::system_clock::now().time_since_epoch())
+                                  .count();
   const std::vector<std::string> alive = book.alive(now_ns, silent_after_ns);
   char head[160];
-  std::snprintf(head, sizeof head, "%-14s %8s %6s %6s %9s %7s  %s\n", "node", "frame", "Hz", "CPU %", "memory MB", "drops", "latencies p50/p99 ms");
+  std::snprintf(head, sizeof head, "%-14s %8s %6s %6s %9s %7s  %s\n", "node", "frame", "Hz",
+                "CPU %", "memory MB", "drops", "latencies p50/p99 ms");
   std::string table = head;
   for (const auto& [node, processes] : book.processes())
-    table += row(processes.back(), book.cpu_percent(node), std::find(alive.begin(), alive.end(), node) != alive.end());
-  for (const std::string& node : book.doubled()) table += "two processes publish as node '" + node + "'\n";
+    table += row(processes.back(), book.cpu_percent(node),
+                 std::find(alive.begin(), alive.end(), node) != alive.end());
+  for (const std::string& node : book.doubled())
+    table += "two processes publish as node '" + node + "'\n";
   return table;
 }
 
@@ -64,9 +76,12 @@ int run_top(const TopOptions& options) {
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
   StatusBook book;
   const bool on_terminal = isatty(STDOUT_FILENO) && !options.once;
-  for (auto next = Clock::now() + (options.once ? Clock::duration(time_to_hear_everyone) : Clock::duration(refresh_period));; next += refresh_period) {
+  for (auto next = Clock::now() + (options.once ? Clock::duration(time_to_hear_everyone)
+                                                : Clock::duration(refresh_period));
+       ; next += refresh_period) {
     while (Clock::now() < next) {
-      if (bus.wait(std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now()))) take_statuses(statuses_in, book);
+      if (bus.wait(std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now())))
+        take_statuses(statuses_in, book);
     }
     const bool nobody = book.processes().empty();
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // home, clear
@@ -84,10 +99,17 @@ int run_top(const TopOptions& options) {
 
 void add_top(CLI::App& app, Command& command) {
   auto options = std::make_shared<TopOptions>();
-  CLI::App* top = app.add_subcommand("top", "Show the running nodes, refreshed each second; Ctrl-C ends it");
-  top->footer("Examples:\n  fivepipe top\n  fivepipe top --domain 7 --once\n\nWith --once: exit code 3 where no node was heard.");
-  top->add_option("--domain", options->domain, "DDS domain")->check(CLI::Range(0, 230))->capture_default_str();
-  top->add_option("--profile", options->profile, "network profile; CYCLONEDDS_URI in the environment wins")->capture_default_str();
+  CLI::App* top =
+      app.add_subcommand("top", "Show the running nodes, refreshed each second; Ctrl-C ends it");
+  top->footer(
+      "Examples:\n  fivepipe top\n  fivepipe top --domain 7 --once\n\nWith --once: exit code 3 "
+      "where no node was heard.");
+  top->add_option("--domain", options->domain, "DDS domain")
+      ->check(CLI::Range(0, 230))
+      ->capture_default_str();
+  top->add_option("--profile", options->profile,
+                  "network profile; CYCLONEDDS_URI in the environment wins")
+      ->capture_default_str();
   top->add_flag("--once", options->once, "one table, then end");
   top->callback([options, &command] { command = [options] { return run_top(*options); }; });
 }

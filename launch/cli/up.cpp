@@ -8,18 +8,18 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "common/base/realtime.h"
-#include "common/config/deployment.h"
-#include "common/base/version.h"
-#include "launch/cli/commands.h"
-#include "launch/supervise/interrupt.h"
 #include "common/base/machine.h"
-#include "launch/supervise/status_messages.h"
-#include "launch/supervise/node_claims.h"
-#include "launch/cli/options.h"
+#include "common/base/realtime.h"
+#include "common/base/version.h"
+#include "common/config/deployment.h"
 #include "common/recording/replay/recorder.h"
+#include "launch/cli/commands.h"
+#include "launch/cli/options.h"
+#include "launch/supervise/interrupt.h"
+#include "launch/supervise/node_claims.h"
 #include "launch/supervise/recorder_process.h"
 #include "launch/supervise/report.h"
+#include "launch/supervise/status_messages.h"
 #include "launch/supervise/supervisor.h"
 
 namespace fivepipe::launch {
@@ -28,19 +28,21 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// Ctrl-C must have everything gone within two seconds; at the end of --duration nobody waits, and a video may take long to close.
+// Ctrl-C must have everything gone within two seconds; at the end of --duration nobody waits, and a
+// video may take long to close.
 constexpr std::chrono::milliseconds grace_when_interrupted = 1300ms, grace_when_done = 10s;
 // What the last frames of footage need to pass through the pipeline.
 constexpr auto drain_after_input = 1s;
 constexpr auto progress_period = 5s;
-// Reference images and shaders come first: --duration counts from the first composited frame, at the latest from here.
+// Reference images and shaders come first: --duration counts from the first composited frame, at
+// the latest from here.
 constexpr auto longest_start_up = 20s;
 constexpr auto longest_wait_for_final_reports = 500ms;
 
 struct UpOptions {
   std::filesystem::path deployment, out;
   std::string host;
-  std::filesystem::path record;        // recording; empty: none
+  std::filesystem::path record;  // recording; empty: none
   std::vector<std::string> record_options;
   double duration_s = 0;  // from the first composited frame; 0: until interrupted
   std::vector<std::string> settings;
@@ -48,7 +50,8 @@ struct UpOptions {
 };
 
 // Nodes without a host run wherever `up` is called without --host.
-std::vector<config::Node> nodes_of_host(const config::Deployment& deployment, const std::string& asked_host) {
+std::vector<config::Node> nodes_of_host(const config::Deployment& deployment,
+                                        const std::string& asked_host) {
   const std::string host = asked_host.empty() ? base::host_name() : asked_host;
   std::vector<config::Node> here;
   std::set<std::string> hosts;
@@ -59,15 +62,24 @@ std::vector<config::Node> nodes_of_host(const config::Deployment& deployment, co
   if (!here.empty()) return here;
   std::string known;
   for (const std::string& name : hosts) known += " " + name;
-  throw config::ConfigError({{deployment.file, 0, 0, "no node for host '" + host + "'; the deployment's hosts:" + (known.empty() ? " none" : known) + " (choose with --host)"}});
+  throw config::ConfigError({{deployment.file, 0, 0,
+                              "no node for host '" + host + "'; the deployment's hosts:" +
+                                  (known.empty() ? " none" : known) + " (choose with --host)"}});
 }
 
-std::vector<Program> programs_of(const std::vector<config::Node>& nodes, const UpOptions& options, std::uint32_t domain) {
+std::vector<Program> programs_of(const std::vector<config::Node>& nodes, const UpOptions& options,
+                                 std::uint32_t domain) {
   std::vector<Program> programs;
   for (const config::Node& node : nodes) {
-    Program program{node.name, {program_folder() / config::program_of(node)}, node.cores, options.out / "log" / (node.name + ".log")};
-    program.argv.insert(program.argv.end(), {"--deployment", options.deployment, "--node", node.name, "--out", options.out, "--domain", std::to_string(domain)});
-    for (const std::string& setting : options.settings) program.argv.insert(program.argv.end(), {"--set", setting});
+    Program program{node.name,
+                    {program_folder() / config::program_of(node)},
+                    node.cores,
+                    options.out / "log" / (node.name + ".log")};
+    program.argv.insert(program.argv.end(),
+                        {"--deployment", options.deployment, "--node", node.name, "--out",
+                         options.out, "--domain", std::to_string(domain)});
+    for (const std::string& setting : options.settings)
+      program.argv.insert(program.argv.end(), {"--set", setting});
     programs.push_back(std::move(program));
   }
   return programs;
@@ -76,18 +88,29 @@ std::vector<Program> programs_of(const std::vector<config::Node>& nodes, const U
 SupervisorOutput spoken_output(const std::vector<Program>& programs) {
   std::size_t width = 0;
   for (const Program& program : programs) width = std::max(width, program.name.size());
-  return {.line = [width](const std::string& node,
-                          const std::string& line) { std::cerr << '[' << node << ']' << std::string(width - node.size() + 1, ' ') << line << '\n'; },
+  return {.line =
+              [width](const std::string& node, const std::string& line) {
+                std::cerr << '[' << node << ']' << std::string(width - node.size() + 1, ' ') << line
+                          << '\n';
+              },
           .event = [](const std::string& text) { spdlog::warn("{}", text); }};
 }
 
 // One run of `up`, from the first process to the report.
 class Run {
  public:
-  Run(const UpOptions& options, const config::Deployment& deployment, const std::vector<config::Node>& nodes, std::uint32_t domain)
-      : options_(options), deployment_(deployment), nodes_(nodes), domain_(domain), programs_(programs_of(nodes, options, domain)),
-        bus_({domain, deployment.network_profile}), statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
-        composited_in_(bus_.reader<bus::topics::FrameComposited>()), recorder_(started_recorder()), start_stamp_ns_(base::now_realtime_ns()),
+  Run(const UpOptions& options, const config::Deployment& deployment,
+      const std::vector<config::Node>& nodes, std::uint32_t domain)
+      : options_(options),
+        deployment_(deployment),
+        nodes_(nodes),
+        domain_(domain),
+        programs_(programs_of(nodes, options, domain)),
+        bus_({domain, deployment.network_profile}),
+        statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
+        composited_in_(bus_.reader<bus::topics::FrameComposited>()),
+        recorder_(started_recorder()),
+        start_stamp_ns_(base::now_realtime_ns()),
         supervisor_(programs_, RestartSettings{}, spoken_output(programs_)) {
     for (const config::Node& node : deployment.nodes) node_names_.insert(node.name);
     for (const std::string& warning : bus_.warnings()) spdlog::warn("{}", warning);
@@ -99,7 +122,9 @@ class Run {
       take_messages();
       if (recorder_) recorder_->pass_on_output();
       if (const std::string why = reason_to_stop(); !why.empty()) stop(why);
-      if (signals_received() > 0) supervisor_.stop(signals_received() > 1 ? 0ms : grace_when_interrupted);  // a second Ctrl-C: at once
+      if (signals_received() > 0)
+        supervisor_.stop(
+            signals_received() > 1 ? 0ms : grace_when_interrupted);  // a second Ctrl-C: at once
       if (!supervisor_.stopping()) say_progress();
     }
     if (stop_stamp_ns_ == 0) note_stop("every node ended");
@@ -113,7 +138,8 @@ class Run {
   void take_messages() {
     take_statuses(statuses_in_, statuses_, node_names_);
     for (const auto& [name, processes] : statuses_.processes())
-      if (processes.back().has_handled_frame) supervisor_.works(name, processes.back().start_stamp_ns);
+      if (processes.back().has_handled_frame)
+        supervisor_.works(name, processes.back().start_stamp_ns);
     for (const auto& frame : composited_in_.take())
       if (frame.valid() && !first_composited_stamp_ns_) {
         first_composited_stamp_ns_ = frame->composited_stamp_ns;
@@ -122,7 +148,10 @@ class Run {
     for (const std::string& problem : bus_.problems()) spdlog::error("{}", problem);
     for (const std::string& name : statuses_.doubled())
       if (doubled_said_.insert(name).second)
-        spdlog::error("two processes publish as node '{}': another deployment runs in this domain; their frames mix", name);
+        spdlog::error(
+            "two processes publish as node '{}': another deployment runs in this domain; their "
+            "frames mix",
+            name);
   }
 
   bool all_ended_in_order(const std::string& program) const {
@@ -136,19 +165,24 @@ class Run {
   }
 
   bool renders() const {
-    return std::any_of(nodes_.begin(), nodes_.end(), [](const config::Node& node) { return config::program_of(node) == "render_node"; });
+    return std::any_of(nodes_.begin(), nodes_.end(), [](const config::Node& node) {
+      return config::program_of(node) == "render_node";
+    });
   }
 
   bool duration_is_over() const {
     if (!(options_.duration_s > 0)) return false;
-    const auto counts_from = first_composited_seen_ ? *first_composited_seen_ : renders() ? started_ + longest_start_up : started_;
+    const auto counts_from = first_composited_seen_ ? *first_composited_seen_
+                             : renders()            ? started_ + longest_start_up
+                                                    : started_;
     return Clock::now() - counts_from >= std::chrono::duration<double>(options_.duration_s);
   }
 
   // Empty: go on.
   std::string reason_to_stop() {
     if (stop_stamp_ns_ != 0) return "";
-    if (supervisor_.failure()) return supervisor_.failure()->node + " " + supervisor_.failure()->reason;
+    if (supervisor_.failure())
+      return supervisor_.failure()->node + " " + supervisor_.failure()->reason;
     if (signals_received() > 0) return std::string("SIG") + sigabbrev_np(newest_signal());
     if (duration_is_over()) return "duration";
     if (all_ended_in_order("render_node")) return "every render_node ended";
@@ -173,9 +207,11 @@ class Run {
     const double elapsed_s = std::chrono::duration<double>(Clock::now() - started_).count();
     double rate_hz = 0;
     for (const config::Node& node : nodes_)
-      if (const auto processes = statuses_.processes(); config::program_of(node) == "render_node" && processes.contains(node.name))
+      if (const auto processes = statuses_.processes();
+          config::program_of(node) == "render_node" && processes.contains(node.name))
         rate_hz = processes.at(node.name).back().frame_rate_hz;
-    spdlog::info("{:.0f} s: {} frames composited, now {:.1f} frames/s", elapsed_s, frames_composited(statuses_), rate_hz);
+    spdlog::info("{:.0f} s: {} frames composited, now {:.1f} frames/s", elapsed_s,
+                 frames_composited(statuses_), rate_hz);
   }
 
   // The last statuses of processes that ended in order may still be on their way.
@@ -188,9 +224,12 @@ class Run {
   }
   bool all_reports_final() const {
     const auto processes = statuses_.processes();
-    const auto is_in = [](const std::vector<std::string>& names, const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+    const auto is_in = [](const std::vector<std::string>& names, const std::string& name) {
+      return std::find(names.begin(), names.end(), name) != names.end();
+    };
     return std::all_of(nodes_.begin(), nodes_.end(), [&](const config::Node& node) {
-      if (is_in(supervisor_.killed(), node.name) || is_in(supervisor_.ended_badly(), node.name)) return true;  // none will come
+      if (is_in(supervisor_.killed(), node.name) || is_in(supervisor_.ended_badly(), node.name))
+        return true;  // none will come
       const auto of_node = processes.find(node.name);
       return of_node == processes.end() || of_node->second.back().final_report;
     });
@@ -209,16 +248,22 @@ class Run {
     input.first_composited_stamp_ns = first_composited_stamp_ns_;
     input.ended_by = ended_by_;
     input.programs = supervisor_.history();
-    for (const config::Node& node : deployment_.nodes)  // those of other hosts: known by their statuses alone
-      if (std::none_of(nodes_.begin(), nodes_.end(), [&](const config::Node& ours) { return ours.name == node.name; }))
+    for (const config::Node& node :
+         deployment_.nodes)  // those of other hosts: known by their statuses alone
+      if (std::none_of(nodes_.begin(), nodes_.end(),
+                       [&](const config::Node& ours) { return ours.name == node.name; }))
         input.programs.push_back({node.name, config::program_of(node), {}});
     input.statuses = statuses_;
     const nlohmann::json report = report_from(input);
     const std::filesystem::path file = options_.out / "report.json";
     std::ofstream written(file);
-    written << report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n' << std::flush;
-    if (!written) throw std::runtime_error(file.string() + " can't be written: " + std::strerror(errno));
-    std::cout << table_of(report) << "report: " << file.string() << ", logs: " << (options_.out / "log").string() << "/\n" << std::flush;
+    written << report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n'
+            << std::flush;
+    if (!written)
+      throw std::runtime_error(file.string() + " can't be written: " + std::strerror(errno));
+    std::cout << table_of(report) << "report: " << file.string()
+              << ", logs: " << (options_.out / "log").string() << "/\n"
+              << std::flush;
   }
 
   int exit_code() const {
@@ -227,7 +272,9 @@ class Run {
       for (const std::string& line : failure->last_lines) std::cerr << "  " << line << '\n';
       return failure->exit_code;
     }
-    if (recorder_exit_code_ != 0) std::cerr << "the recording is not complete: exit code " << recorder_exit_code_ << " of the recorder\n";
+    if (recorder_exit_code_ != 0)
+      std::cerr << "the recording is not complete: exit code " << recorder_exit_code_
+                << " of the recorder\n";
     if (signals_received() > 0) return 130;
     if (recorder_exit_code_ != 0) return 1;
     if (!supervisor_.killed().empty() || !supervisor_.ended_badly().empty()) return 1;
@@ -238,9 +285,13 @@ class Run {
 
   std::unique_ptr<RecorderProcess> started_recorder() {
     if (options_.record.empty()) return nullptr;
-    std::vector<std::string> arguments{"-o", options_.record, "--deployment", options_.deployment, "--domain", std::to_string(domain_)};
-    for (const std::string& setting : options_.settings) arguments.insert(arguments.end(), {"--set", setting});
-    arguments.insert(arguments.end(), options_.record_options.begin(), options_.record_options.end());
+    std::vector<std::string> arguments{"-o",           options_.record,
+                                       "--deployment", options_.deployment,
+                                       "--domain",     std::to_string(domain_)};
+    for (const std::string& setting : options_.settings)
+      arguments.insert(arguments.end(), {"--set", setting});
+    arguments.insert(arguments.end(), options_.record_options.begin(),
+                     options_.record_options.end());
     return std::make_unique<RecorderProcess>(bus_, arguments);
   }
 
@@ -267,7 +318,8 @@ class Run {
 // --record-option=--force is for the recorder, but it is better refused before anything is started.
 std::string recording_refused(const UpOptions& options) {
   const auto& given = options.record_options;
-  if (options.record.empty() || std::find(given.begin(), given.end(), "--force") != given.end()) return "";
+  if (options.record.empty() || std::find(given.begin(), given.end(), "--force") != given.end())
+    return "";
   const std::string why = replay::refusal_to_overwrite(options.record);
   return why.empty() ? "" : why + " (--record-option=--force)";
 }
@@ -277,15 +329,19 @@ int run_up(UpOptions options) {
     std::cerr << why << '\n';
     return 2;
   }
-  const config::Deployment deployment = config::load_deployment(options.deployment, settings_from(options.settings));
+  const config::Deployment deployment =
+      config::load_deployment(options.deployment, settings_from(options.settings));
   const std::vector<config::Node> nodes = nodes_of_host(deployment, options.host);
   const std::uint32_t domain = options.domain.value_or(deployment.domain);
   if (options.out.empty()) options.out = std::filesystem::path("out") / deployment.name;
   std::filesystem::create_directories(options.out);
   // What an earlier run left must not pass for this one's.
   for (const auto& entry : std::filesystem::directory_iterator(options.out))
-    if (const std::string name = entry.path().filename(); name == "report.json" || name.starts_with("composite")) std::filesystem::remove(entry.path());
-  if (std::string(base::build_type()) != "Release") spdlog::warn("this is a {} build: expect it to be slow", base::build_type());
+    if (const std::string name = entry.path().filename();
+        name == "report.json" || name.starts_with("composite"))
+      std::filesystem::remove(entry.path());
+  if (std::string(base::build_type()) != "Release")
+    spdlog::warn("this is a {} build: expect it to be slow", base::build_type());
   for (const std::string& doubt : config::size_doubts(deployment.scene)) spdlog::warn("{}", doubt);
 
   std::vector<std::string> names;
@@ -297,7 +353,8 @@ int run_up(UpOptions options) {
     std::cerr << taken.what() << '\n';
     return 2;
   }
-  // llvmpipe starts a thread per core in every process that draws; several such processes on few cores then wait for one another.
+  // llvmpipe starts a thread per core in every process that draws; several such processes on few
+  // cores then wait for one another.
   setenv("LP_NUM_THREADS", "1", 0);
   catch_signals();
   return Run(options, deployment, nodes, domain)();
@@ -307,21 +364,35 @@ int run_up(UpOptions options) {
 
 void add_up(CLI::App& app, Command& command) {
   auto options = std::make_shared<UpOptions>();
-  CLI::App* up = app.add_subcommand("up", "Start the nodes of a deployment and supervise them until --duration is over or Ctrl-C");
+  CLI::App* up = app.add_subcommand(
+      "up",
+      "Start the nodes of a deployment and supervise them until --duration is over or Ctrl-C");
   up->footer(
       "Examples:\n"
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
       "  fivepipe up launch/deployments/demo.yaml --record out/session.mcap\n"
       "  fivepipe up launch/deployments/seated4cam.yaml --set data=/data/seated4cam\n\n"
-      "Exit codes: 0 done, 1 a node failed, 2 usage or configuration, 3 hardware missing, 130 interrupted.");
+      "Exit codes: 0 done, 1 a node failed, 2 usage or configuration, 3 hardware missing, 130 "
+      "interrupted.");
   up->add_option("DEPLOYMENT", options->deployment, "deployment file (YAML)")->required();
-  up->add_option("--host", options->host, "start the nodes of this host; without it: this machine's name, and nodes that name no host");
-  up->add_option("--duration", options->duration_s, "seconds from the first composited frame; without it: until Ctrl-C")->check(CLI::PositiveNumber);
-  up->add_option("--out", options->out, "folder for composites, report.json and log/; without it: out/NAME of the deployment");
+  up->add_option(
+      "--host", options->host,
+      "start the nodes of this host; without it: this machine's name, and nodes that name no host");
+  up->add_option("--duration", options->duration_s,
+                 "seconds from the first composited frame; without it: until Ctrl-C")
+      ->check(CLI::PositiveNumber);
+  up->add_option(
+      "--out", options->out,
+      "folder for composites, report.json and log/; without it: out/NAME of the deployment");
   add_set_option(up, options->settings);
-  up->add_option("--record", options->record, "also record everything into this MCAP file (fivepipe record)");
-  up->add_option("--record-option", options->record_options, "an option for the recorder: --record-option=--no-colour; may be given several times")->allow_extra_args(false);
-  up->add_option("--domain", options->domain, "DDS domain instead of the deployment's")->check(CLI::Range(0, 230));
+  up->add_option("--record", options->record,
+                 "also record everything into this MCAP file (fivepipe record)");
+  up->add_option(
+        "--record-option", options->record_options,
+        "an option for the recorder: --record-option=--no-colour; may be given several times")
+      ->allow_extra_args(false);
+  up->add_option("--domain", options->domain, "DDS domain instead of the deployment's")
+      ->check(CLI::Range(0, 230));
   up->callback([options, &command] { command = [options] { return run_up(*options); }; });
 }
 

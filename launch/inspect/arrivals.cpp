@@ -18,7 +18,8 @@ Spread spread_of(std::vector<double> values) {
   if (values.empty()) return {kNothing, kNothing, kNothing, kNothing};
   std::sort(values.begin(), values.end());
   const std::size_t count = values.size();
-  const double median = count % 2 == 1 ? values[count / 2] : 0.5 * (values[count / 2 - 1] + values[count / 2]);
+  const double median =
+      count % 2 == 1 ? values[count / 2] : 0.5 * (values[count / 2 - 1] + values[count / 2]);
   return {values.front(), median, values[(95 * count + 99) / 100 - 1], values.back()};
 }
 
@@ -89,7 +90,8 @@ std::string FrameGaps::missing_text(std::size_t most) const {
   return base::joined(parts, ", ");
 }
 
-void ArrivalBook::add(const std::string& writer, const Arrival& arrival, std::optional<std::uint64_t> frame) {
+void ArrivalBook::add(const std::string& writer, const Arrival& arrival,
+                      std::optional<std::uint64_t> frame) {
   by_writer_[writer].push_back(arrival);
   all_.push_back(arrival);
   if (frame) frames_.add(*frame);
@@ -104,21 +106,34 @@ void ArrivalBook::forget_before(std::int64_t stamp_ns) {
 }
 
 std::string ArrivalBook::text() const {
-  base::TextTable table({{"writer"}, {"messages", true}, {"Hz", true}, {"MB/s", true}, {"interval ms: min", true}, {"median", true}, {"p95", true}, {"max", true},
-                   {"latency ms: median", true}, {"p95", true}, {"max", true}});
+  base::TextTable table({{"writer"},
+                         {"messages", true},
+                         {"Hz", true},
+                         {"MB/s", true},
+                         {"interval ms: min", true},
+                         {"median", true},
+                         {"p95", true},
+                         {"max", true},
+                         {"latency ms: median", true},
+                         {"p95", true},
+                         {"max", true}});
   const auto add = [&](const std::string& writer, const std::deque<Arrival>& arrivals) {
     const ArrivalSummary summary = summary_of(arrivals);
     const Spread &interval = summary.interval_ms, &latency = summary.latency_ms;
-    table.add({writer, std::to_string(summary.messages), base::with_decimals(summary.rate_hz, 2), base::with_decimals(1e-6 * summary.bytes_per_s, 3),
-               base::with_decimals(interval.least, 2), base::with_decimals(interval.median, 2), base::with_decimals(interval.p95, 2), base::with_decimals(interval.most, 2),
-               base::with_decimals(latency.median, 2), base::with_decimals(latency.p95, 2), base::with_decimals(latency.most, 2)});
+    table.add({writer, std::to_string(summary.messages), base::with_decimals(summary.rate_hz, 2),
+               base::with_decimals(1e-6 * summary.bytes_per_s, 3),
+               base::with_decimals(interval.least, 2), base::with_decimals(interval.median, 2),
+               base::with_decimals(interval.p95, 2), base::with_decimals(interval.most, 2),
+               base::with_decimals(latency.median, 2), base::with_decimals(latency.p95, 2),
+               base::with_decimals(latency.most, 2)});
   };
   for (const auto& [writer, arrivals] : by_writer_) add(writer, arrivals);
   if (by_writer_.size() > 1) add("all", all_);
   if (frames_.frames() == 0) return table.text();
   const std::string frames = table.text() + base::counted(frames_.frames(), "frame") + ", ";
   if (frames_.missing() == 0) return frames + "none missing\n";
-  return frames + std::to_string(frames_.missing()) + " missing between them: " + frames_.missing_text(kMostGapsShown) + "\n";
+  return frames + std::to_string(frames_.missing()) +
+         " missing between them: " + frames_.missing_text(kMostGapsShown) + "\n";
 }
 
 }  // namespace fivepipe::launch

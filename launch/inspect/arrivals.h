@@ -23,27 +23,29 @@ Spread spread_of(std::vector<double> values);
 
 struct ArrivalSummary {
   std::uint64_t messages = 0;
-  double rate_hz = 0;          // intervals over the time from the first to the last; NaN below two messages
-  double bytes_per_s = 0;      // likewise, without the first message; NaN
+  double rate_hz = 0;  // intervals over the time from the first to the last; NaN below two messages
+  double bytes_per_s = 0;  // likewise, without the first message; NaN
   Spread interval_ms{}, latency_ms{};
 };
 ArrivalSummary summary_of(const std::deque<Arrival>& arrivals);
 
-// Frame numbers between the first and the last that never came. A number that is much lower than the newest is of a new start.
+// Frame numbers between the first and the last that never came. A number that is much lower than
+// the newest is of a new start.
 class FrameGaps {
  public:
   // Messages of so many frames may come interleaved.
   static constexpr std::uint64_t kFramesAhead = 24;
 
   void add(std::uint64_t frame);
-  std::uint64_t frames() const;   // different ones
+  std::uint64_t frames() const;  // different ones
   std::uint64_t missing() const;
   // For people: "17, 40..42"; at most `most` of them, then "..".
   std::string missing_text(std::size_t most) const;
 
  private:
-  using Ranges = std::map<std::uint64_t, std::uint64_t>;  // first -> last of frames that came, apart from one another
-  std::vector<Ranges> runs_;  // by start
+  using Ranges = std::map<std::uint64_t, std::uint64_t>;  // first -> last of frames that came,
+                                                          // apart from one another
+  std::vector<Ranges> runs_;                              // by start
 };
 
 // Of one topic, by writer and of all together.

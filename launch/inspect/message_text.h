@@ -19,7 +19,8 @@ class FieldPath {
   // Throws UsageError where it can't be one.
   explicit FieldPath(const std::string& text);
   bool has_index() const;
-  // Null where an index is beyond the end. Throws UsageError, with the fields that there are, where there is no such field.
+  // Null where an index is beyond the end. Throws UsageError, with the fields that there are, where
+  // there is no such field.
   nlohmann::ordered_json of(const nlohmann::ordered_json& message) const;
 
  private:
@@ -29,14 +30,15 @@ class FieldPath {
 
 struct TextOptions {
   bool json = false;
-  bool full = false;                // long sequences of numbers with all their values
+  bool full = false;                              // long sequences of numbers with all their values
   std::optional<FieldPath> field = std::nullopt;  // this one alone
 };
 
 struct ShownMessage {
   std::string topic, writer;
-  std::int64_t source_stamp_ns = 0, log_stamp_ns = 0;  // log: when it was taken, here or by the recorder
-  std::optional<recording::KeyChange> key_change;      // `cdr` then holds the key alone
+  std::int64_t source_stamp_ns = 0,
+               log_stamp_ns = 0;  // log: when it was taken, here or by the recorder
+  std::optional<recording::KeyChange> key_change;  // `cdr` then holds the key alone
   std::span<const std::byte> cdr;
 };
 
@@ -46,8 +48,9 @@ class MessageText {
   // Throws schema::IdlError where `idl` has no such type.
   MessageText(const schema::Idl& idl, const std::string& type, const TextOptions& options);
 
-  // A YAML document whose first line states source time, writer and latency, or one line of JSON. A payload that can't be decoded is told
-  // as such, with its reason. Throws UsageError as FieldPath::of().
+  // A YAML document whose first line states source time, writer and latency, or one line of JSON. A
+  // payload that can't be decoded is told as such, with its reason. Throws UsageError as
+  // FieldPath::of().
   std::string operator()(const ShownMessage& message) const;
 
  private:

@@ -11,9 +11,12 @@ namespace {
 using recording::RecordedChannel;
 using recording::Recording;
 
-std::string writer_name(const recording::RecordedChannel& channel) { return !channel.node.empty() ? channel.node : !channel.writer.empty() ? channel.writer : "?"; }
+std::string writer_name(const recording::RecordedChannel& channel) {
+  return !channel.node.empty() ? channel.node : !channel.writer.empty() ? channel.writer : "?";
+}
 
-std::map<std::string, TopicInfo> topics_of(const recording::Recording& recording, double duration_s) {
+std::map<std::string, TopicInfo> topics_of(const recording::Recording& recording,
+                                           double duration_s) {
   std::map<std::string, TopicInfo> topics;
   for (const recording::RecordedChannel& channel : recording.channels()) {
     TopicInfo& topic = topics[channel.topic];
@@ -42,7 +45,8 @@ struct SequenceSpan {
   }
 };
 
-void read_all(const recording::Recording& recording, std::map<std::string, TopicInfo>& topics, std::vector<std::string>& unreadable) {
+void read_all(const recording::Recording& recording, std::map<std::string, TopicInfo>& topics,
+              std::vector<std::string>& unreadable) {
   std::map<mcap::Id, SequenceSpan> spans;
   auto cursor = recording.messages();
   for (bool more = true; more;) try {
@@ -54,10 +58,13 @@ void read_all(const recording::Recording& recording, std::map<std::string, Topic
     } catch (const mcap::McapError& error) {
       unreadable.push_back(error.what());
     }
-  for (const auto& [id, span] : spans) topics.at(recording.channel(id)->topic).missing += span.missing();
+  for (const auto& [id, span] : spans)
+    topics.at(recording.channel(id)->topic).missing += span.missing();
 }
 
-std::map<std::string, std::string> metadata_of(const recording::Recording& recording, const char* name, std::vector<std::string>& unreadable) {
+std::map<std::string, std::string> metadata_of(const recording::Recording& recording,
+                                               const char* name,
+                                               std::vector<std::string>& unreadable) {
   try {
     return recording.metadata(name);
   } catch (const mcap::McapError& error) {
@@ -67,14 +74,20 @@ std::map<std::string, std::string> metadata_of(const recording::Recording& recor
 }
 
 // By "TOPIC received" and so on.
-std::map<std::string, RecorderCounts> counts_from(const std::map<std::string, std::string>& values) {
+std::map<std::string, RecorderCounts> counts_from(
+    const std::map<std::string, std::string>& values) {
   static const std::pair<std::string, std::uint64_t RecorderCounts::*> kinds[] = {
-      {" received", &RecorderCounts::received}, {" written", &RecorderCounts::written}, {" lost", &RecorderCounts::lost},
-      {" sent", &RecorderCounts::sent}, {" missing", &RecorderCounts::missing}};
+      {" received", &RecorderCounts::received},
+      {" written", &RecorderCounts::written},
+      {" lost", &RecorderCounts::lost},
+      {" sent", &RecorderCounts::sent},
+      {" missing", &RecorderCounts::missing}};
   std::map<std::string, RecorderCounts> counts;
   for (const auto& [key, value] : values)
     for (const auto& [suffix, count] : kinds)
-      if (key.ends_with(suffix)) std::from_chars(value.data(), value.data() + value.size(), counts[key.substr(0, key.size() - suffix.size())].*count);
+      if (key.ends_with(suffix))
+        std::from_chars(value.data(), value.data() + value.size(),
+                        counts[key.substr(0, key.size() - suffix.size())].*count);
   return counts;
 }
 
@@ -88,7 +101,8 @@ std::vector<std::string> foreign_types_of(const recording::Recording& recording)
     } catch (const recording::RecordingError& error) {
       found = {error.what()};
     }
-    for (const std::string& problem : found) problems.insert(problem.starts_with(file) ? problem.substr(file.size()) : problem);
+    for (const std::string& problem : found)
+      problems.insert(problem.starts_with(file) ? problem.substr(file.size()) : problem);
   }
   return {problems.begin(), problems.end()};
 }
@@ -113,9 +127,11 @@ RecordingInfo inspect(const recording::Recording& recording, bool reads_all) {
   info.attachments = reader.attachments();
   info.header = metadata_of(recording, recording::kRecordingMetadata, info.unreadable);
   info.settings = metadata_of(recording, recording::kSettingsMetadata, info.unreadable);
-  if (const auto counts = metadata_of(recording, recording::kCountsMetadata, info.unreadable); !counts.empty()) {
+  if (const auto counts = metadata_of(recording, recording::kCountsMetadata, info.unreadable);
+      !counts.empty()) {
     info.counts = counts_from(counts);
-    if (const auto why = counts.find(recording::kLossReasonKey); why != counts.end()) info.loss_reason = why->second;
+    if (const auto why = counts.find(recording::kLossReasonKey); why != counts.end())
+      info.loss_reason = why->second;
   }
   info.foreign_types = foreign_types_of(recording);
   auto topics = topics_of(recording, info.duration_s());

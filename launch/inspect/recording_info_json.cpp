@@ -8,34 +8,52 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json json_of(const TopicInfo& topic, bool read_all) {
-  Json json{{"topic", topic.topic}, {"type", topic.type}, {"messages", topic.messages}, {"key_changes", topic.key_changes}, {"rate_hz", topic.rate_hz}};
+  Json json{{"topic", topic.topic},
+            {"type", topic.type},
+            {"messages", topic.messages},
+            {"key_changes", topic.key_changes},
+            {"rate_hz", topic.rate_hz}};
   if (read_all) json.update({{"bytes", topic.bytes}, {"missing_sequence_numbers", topic.missing}});
   json["writers"] = topic.writers;
   return json;
 }
 
 Json json_of(const mcap::Damage& damage) {
-  return {{"summary", damage.summary}, {"whole_bytes", damage.whole_bytes}, {"cut_bytes", damage.cut_bytes}, {"damaged_records", damage.damaged_records}, {"damaged_names", damage.damaged_names},
+  return {{"summary", damage.summary},
+          {"whole_bytes", damage.whole_bytes},
+          {"cut_bytes", damage.cut_bytes},
+          {"damaged_records", damage.damaged_records},
+          {"damaged_names", damage.damaged_names},
           {"messages_of_no_channel", damage.messages_of_no_channel}};
 }
 
 }  // namespace
 
 Json json_of(const RecordingInfo& info) {
-  Json json{{"file", info.file}, {"file_bytes", info.file_bytes}, {"finished", info.finished()},
-            {"being_written", info.being_written}, {"whole", info.whole()}};
+  Json json{{"file", info.file},
+            {"file_bytes", info.file_bytes},
+            {"finished", info.finished()},
+            {"being_written", info.being_written},
+            {"whole", info.whole()}};
   if (!info.finished()) json["damage"] = json_of(info.damage);
   json["unreadable"] = info.unreadable;
-  json.update({{"start_ns", info.start_ns}, {"end_ns", info.end_ns}, {"duration_s", info.duration_s()}, {"messages", info.messages}});
+  json.update({{"start_ns", info.start_ns},
+               {"end_ns", info.end_ns},
+               {"duration_s", info.duration_s()},
+               {"messages", info.messages}});
   json["chunks"] = info.chunks;
-  json.update({{"compressed_bytes", info.compressed_bytes}, {"uncompressed_bytes", info.uncompressed_bytes}});
+  json.update({{"compressed_bytes", info.compressed_bytes},
+               {"uncompressed_bytes", info.uncompressed_bytes}});
   json["topics"] = Json::array();
-  for (const TopicInfo& topic : info.topics) json["topics"].push_back(json_of(topic, info.read_all));
+  for (const TopicInfo& topic : info.topics)
+    json["topics"].push_back(json_of(topic, info.read_all));
   json["counts"] = nullptr;
   if (info.counts)
     for (const auto& [topic, count] : *info.counts) {
-      json["counts"][topic] = {{"received", count.received}, {"written", count.written}, {"lost", count.lost}};
-      if (count.sent > 0) json["counts"][topic].update({{"sent", count.sent}, {"missing", count.missing}});
+      json["counts"][topic] = {
+          {"received", count.received}, {"written", count.written}, {"lost", count.lost}};
+      if (count.sent > 0)
+        json["counts"][topic].update({{"sent", count.sent}, {"missing", count.missing}});
     }
   if (!info.loss_reason.empty()) json["loss_reason"] = info.loss_reason;
   json["foreign_types"] = info.foreign_types;
@@ -43,12 +61,16 @@ Json json_of(const RecordingInfo& info) {
   json["settings"] = info.settings;
   json["attachments"] = Json::array();
   for (const mcap::AttachmentIndex& attachment : info.attachments)
-    json["attachments"].push_back({{"name", attachment.name}, {"bytes", attachment.content_bytes}, {"media_type", attachment.media_type}});
+    json["attachments"].push_back({{"name", attachment.name},
+                                   {"bytes", attachment.content_bytes},
+                                   {"media_type", attachment.media_type}});
   return json;
 }
 
 Json json_of(const mcap::Recovery& recovery) {
-  return {{"was_finished", recovery.was_finished}, {"messages", recovery.statistics.messages}, {"chunks", recovery.statistics.chunks},
+  return {{"was_finished", recovery.was_finished},
+          {"messages", recovery.statistics.messages},
+          {"chunks", recovery.statistics.chunks},
           {"damage", json_of(recovery.damage)}};
 }
 

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "launch/inspect/recording_info.h"
-#include "common/base/timestamp_text.h"
 #include "common/base/text_table.h"
+#include "common/base/timestamp_text.h"
+#include "launch/inspect/recording_info.h"
 #include "launch/inspect/topic_choice.h"
 
 namespace fivepipe::launch {
@@ -13,16 +13,21 @@ constexpr std::size_t kLabelWidth = 13, kWritersWidth = 24, kLineWidth = 120;
 // Of one kind; more are only counted.
 constexpr std::size_t kMostShown = 10;
 
-std::string megabytes(std::uint64_t bytes) { return base::with_decimals(1e-6 * double(bytes), bytes < 100'000 ? 3 : 1) + " MB"; }
+std::string megabytes(std::uint64_t bytes) {
+  return base::with_decimals(1e-6 * double(bytes), bytes < 100'000 ? 3 : 1) + " MB";
+}
 
 std::string line(const std::string& label, const std::string& value) {
-  return label + std::string(std::max(label.size() + 1, kLabelWidth) - label.size(), ' ') + base::printable(value) + "\n";
+  return label + std::string(std::max(label.size() + 1, kLabelWidth) - label.size(), ' ') +
+         base::printable(value) + "\n";
 }
 // The first with the label, the others below it.
 std::string lines(const std::string& label, const std::vector<std::string>& values) {
   std::string text;
-  for (std::size_t i = 0; i < std::min(values.size(), kMostShown); ++i) text += line(i == 0 ? label : "", values[i]);
-  if (values.size() > kMostShown) text += line("", "and " + std::to_string(values.size() - kMostShown) + " more");
+  for (std::size_t i = 0; i < std::min(values.size(), kMostShown); ++i)
+    text += line(i == 0 ? label : "", values[i]);
+  if (values.size() > kMostShown)
+    text += line("", "and " + std::to_string(values.size() - kMostShown) + " more");
   return text;
 }
 
@@ -34,11 +39,13 @@ std::string wrapped(const std::string& label, const std::vector<std::string>& va
     all.back() += value + (&value == &values.back() ? "" : ", ");
   }
   std::string text;
-  for (std::size_t i = 0; i < all.size(); ++i) text += line(i == 0 ? label : "", all[i].substr(0, all[i].find_last_not_of(' ') + 1));
+  for (std::size_t i = 0; i < all.size(); ++i)
+    text += line(i == 0 ? label : "", all[i].substr(0, all[i].find_last_not_of(' ') + 1));
   return text;
 }
 
-std::string value_or(const std::map<std::string, std::string>& values, const std::string& key, const std::string& otherwise) {
+std::string value_or(const std::map<std::string, std::string>& values, const std::string& key,
+                     const std::string& otherwise) {
   const auto found = values.find(key);
   return found == values.end() || found->second.empty() ? otherwise : found->second;
 }
@@ -46,29 +53,45 @@ std::string value_or(const std::map<std::string, std::string>& values, const std
 std::string condition_text(const RecordingInfo& info) {
   std::string text;
   if (info.finished()) {
-    text += line("file", megabytes(info.file_bytes) + ", finished" + (info.read_all && info.whole() ? "; all of it was read, and is whole" : ""));
+    text += line("file",
+                 megabytes(info.file_bytes) + ", finished" +
+                     (info.read_all && info.whole() ? "; all of it was read, and is whole" : ""));
   } else if (info.being_written) {
-    text += line("file", megabytes(info.file_bytes) + ", BEING WRITTEN by a process that has it open; what it holds so far:");
+    text +=
+        line("file", megabytes(info.file_bytes) +
+                         ", BEING WRITTEN by a process that has it open; what it holds so far:");
   } else {
-    text += line("file", megabytes(info.file_bytes) + ", NOT FINISHED: no index, " + base::counted(info.damage.cut_bytes, "byte") + " at its end " +
+    text += line("file", megabytes(info.file_bytes) + ", NOT FINISHED: no index, " +
+                             base::counted(info.damage.cut_bytes, "byte") + " at its end " +
                              (info.damage.cut_bytes == 1 ? "is" : "are") + " no whole record");
     text += line("", info.damage.summary);
-    text += line("", "`fivepipe info --recover " + info.file + "` mends it; what is told here can be read as it is");
+    text += line("", "`fivepipe info --recover " + info.file +
+                         "` mends it; what is told here can be read as it is");
   }
   text += lines("DAMAGED", info.damage.damaged_names);
   text += lines("DAMAGED", info.unreadable);
-  if (info.damage.messages_of_no_channel) text += line("", base::counted(info.damage.messages_of_no_channel, "message") + " of no known topic");
-  if (!info.damage.damaged_names.empty() || !info.unreadable.empty()) text += line("", "what stands there is lost; the rest can be read and replayed");
+  if (info.damage.messages_of_no_channel)
+    text += line(
+        "", base::counted(info.damage.messages_of_no_channel, "message") + " of no known topic");
+  if (!info.damage.damaged_names.empty() || !info.unreadable.empty())
+    text += line("", "what stands there is lost; the rest can be read and replayed");
   return text;
 }
 
 std::string origin_text(const RecordingInfo& info) {
   const auto& header = info.header;
-  if (header.empty()) return line("made by", "not by fivepipe, or its header is missing: neither version nor deployment are known");
+  if (header.empty())
+    return line(
+        "made by",
+        "not by fivepipe, or its header is missing: neither version nor deployment are known");
   const auto known = [&](const char* key) { return value_or(header, key, "?"); };
-  std::string text = line("made by", "fivepipe " + known("version") + " (" + known("commit") + ", " + known("build_type") + "), domain " + known("domain"));
+  std::string text =
+      line("made by", "fivepipe " + known("version") + " (" + known("commit") + ", " +
+                          known("build_type") + "), domain " + known("domain"));
   text += line("on", known("host") + ", " + known("cpu") + ", " + known("cores") + " cores");
-  text += line("deployment", value_or(header, "deployment", "none: it can be replayed, but no node be started from it alone"));
+  text += line("deployment",
+               value_or(header, "deployment",
+                        "none: it can be replayed, but no node be started from it alone"));
   std::vector<std::string> settings;
   for (const auto& [key, value] : info.settings) settings.push_back(key + "=" + value);
   if (!settings.empty()) text += wrapped("settings", settings);
@@ -77,22 +100,30 @@ std::string origin_text(const RecordingInfo& info) {
 
 std::string content_text(const RecordingInfo& info) {
   if (info.messages == 0) return line("messages", "none");
-  std::string text = line("start", base::local_date_and_time(info.start_ns) + "   " + std::to_string(info.start_ns) + " ns");
+  std::string text = line("start", base::local_date_and_time(info.start_ns) + "   " +
+                                       std::to_string(info.start_ns) + " ns");
   text += line("duration", base::with_decimals(info.duration_s(), 3) + " s");
   std::vector<std::string> chunks;
   for (const auto& [compression, count] : info.chunks)
-    chunks.push_back(base::counted(count, "chunk") + " (" + (compression.empty() ? "not compressed" : compression) + ")");
-  const double ratio = double(info.uncompressed_bytes) / double(std::max<std::uint64_t>(info.compressed_bytes, 1));
-  const std::string sizes = megabytes(info.uncompressed_bytes) + " compressed to " + megabytes(info.compressed_bytes) + " (" + base::with_decimals(ratio, 2) + " : 1)";
-  return text + line("messages", std::to_string(info.messages) + " in " + base::joined(chunks, ", ") + ", " + sizes);
+    chunks.push_back(base::counted(count, "chunk") + " (" +
+                     (compression.empty() ? "not compressed" : compression) + ")");
+  const double ratio =
+      double(info.uncompressed_bytes) / double(std::max<std::uint64_t>(info.compressed_bytes, 1));
+  const std::string sizes = megabytes(info.uncompressed_bytes) + " compressed to " +
+                            megabytes(info.compressed_bytes) + " (" +
+                            base::with_decimals(ratio, 2) + " : 1)";
+  return text + line("messages", std::to_string(info.messages) + " in " +
+                                     base::joined(chunks, ", ") + ", " + sizes);
 }
 
 // By gaps in the sequence numbers: also what the recorder lost, and what stood in damaged chunks.
 std::string missing_text(const RecordingInfo& info, std::uint64_t missing) {
   std::vector<std::string> by_topic;
   for (const TopicInfo& topic : info.topics)
-    if (topic.missing) by_topic.push_back(last_part(topic.topic) + " " + std::to_string(topic.missing));
-  return line("LOST", base::counted(missing, "message") + ", by gaps in their sequence numbers:") + wrapped("", by_topic);
+    if (topic.missing)
+      by_topic.push_back(last_part(topic.topic) + " " + std::to_string(topic.missing));
+  return line("LOST", base::counted(missing, "message") + ", by gaps in their sequence numbers:") +
+         wrapped("", by_topic);
 }
 
 // By one of the recorder's counts: "HullTile 3", ..
@@ -108,8 +139,11 @@ std::string losses_text(const RecordingInfo& info) {
   for (const TopicInfo& topic : info.topics) gaps += topic.missing;
   if (!info.counts && gaps > 0) return missing_text(info, gaps);
   if (!info.counts)
-    return line("losses", info.read_all ? "none seen: sequence numbers have no gaps (the recorder's own counts are missing)"
-                                        : "not known: the recorder's counts are missing");
+    return line(
+        "losses",
+        info.read_all
+            ? "none seen: sequence numbers have no gaps (the recorder's own counts are missing)"
+            : "not known: the recorder's counts are missing");
   RecorderCounts all;
   for (const auto& [topic, count] : *info.counts) {
     all.received += count.received;
@@ -119,32 +153,48 @@ std::string losses_text(const RecordingInfo& info) {
   }
   std::string text;
   if (all.missing > 0)
-    text += line("LOST", std::to_string(all.missing) + " of " + std::to_string(all.sent) + " that nodes sent, by their own counts: the recorder never received them") +
+    text += line("LOST",
+                 std::to_string(all.missing) + " of " + std::to_string(all.sent) +
+                     " that nodes sent, by their own counts: the recorder never received them") +
             by_topic_text(info, &RecorderCounts::missing);
   if (all.lost > 0)
-    text += line("LOST", std::to_string(all.lost) + " of " + std::to_string(all.received) + " that the recorder received: " +
-                             (info.loss_reason.empty() ? "the disk did not keep up" : info.loss_reason)) +
+    text += line("LOST",
+                 std::to_string(all.lost) + " of " + std::to_string(all.received) +
+                     " that the recorder received: " +
+                     (info.loss_reason.empty() ? "the disk did not keep up" : info.loss_reason)) +
             by_topic_text(info, &RecorderCounts::lost);
   if (gaps > all.lost) text += missing_text(info, gaps);
-  return text.empty() ? line("losses", "none: " + std::to_string(all.received) + " received, all written") : text;
+  return text.empty()
+             ? line("losses", "none: " + std::to_string(all.received) + " received, all written")
+             : text;
 }
 
 std::string types_text(const RecordingInfo& info) {
   if (info.topics.empty()) return "";
   if (info.foreign_types.empty()) return line("types", "those of this build");
-  return lines("types DIFFER", info.foreign_types) + line("", "such topics can be read (`fivepipe echo`), but not be replayed by this build");
+  return lines("types DIFFER", info.foreign_types) +
+         line("", "such topics can be read (`fivepipe echo`), but not be replayed by this build");
 }
 
 std::string topics_text(const RecordingInfo& info) {
   if (info.topics.empty()) return "";
-  base::TextTable table({{"topic"}, {"type"}, {"messages", true}, {"Hz", true}, {"MB", true}, {"writers", false, kWritersWidth}});
+  base::TextTable table({{"topic"},
+                         {"type"},
+                         {"messages", true},
+                         {"Hz", true},
+                         {"MB", true},
+                         {"writers", false, kWritersWidth}});
   std::vector<std::string> key_changes;
   for (const TopicInfo& topic : info.topics) {
-    table.add({topic.topic, topic.type, std::to_string(topic.messages), info.duration_s() > 0 ? base::with_decimals(topic.rate_hz, 2) : "-",
-               info.read_all ? base::with_decimals(1e-6 * double(topic.bytes), 3) : "-", base::joined({topic.writers.begin(), topic.writers.end()}, ", ")});
-    if (topic.key_changes) key_changes.push_back(last_part(topic.topic) + " " + std::to_string(topic.key_changes));
+    table.add({topic.topic, topic.type, std::to_string(topic.messages),
+               info.duration_s() > 0 ? base::with_decimals(topic.rate_hz, 2) : "-",
+               info.read_all ? base::with_decimals(1e-6 * double(topic.bytes), 3) : "-",
+               base::joined({topic.writers.begin(), topic.writers.end()}, ", ")});
+    if (topic.key_changes)
+      key_changes.push_back(last_part(topic.topic) + " " + std::to_string(topic.key_changes));
   }
-  return "\n" + table.text() + (key_changes.empty() ? "" : "\n" + wrapped("key changes", key_changes));
+  return "\n" + table.text() +
+         (key_changes.empty() ? "" : "\n" + wrapped("key changes", key_changes));
 }
 
 std::string attachments_text(const RecordingInfo& info) {
@@ -158,8 +208,9 @@ std::string attachments_text(const RecordingInfo& info) {
 }  // namespace
 
 std::string text_of(const RecordingInfo& info) {
-  return base::printable(info.file) + "\n" + condition_text(info) + content_text(info) + losses_text(info) + types_text(info) +
-         origin_text(info) + topics_text(info) + attachments_text(info);
+  return base::printable(info.file) + "\n" + condition_text(info) + content_text(info) +
+         losses_text(info) + types_text(info) + origin_text(info) + topics_text(info) +
+         attachments_text(info);
 }
 
 std::string text_of(const mcap::Recovery& recovery, const std::string& file) {
@@ -167,11 +218,16 @@ std::string text_of(const mcap::Recovery& recovery, const std::string& file) {
   const mcap::Damage& damage = recovery.damage;
   std::string text = base::printable(file) + " was mended\n";
   text += line("it was", damage.summary);
-  text += line("saved", base::counted(recovery.statistics.messages, "message") + " in " + base::counted(recovery.statistics.chunks, "chunk") + ", " +
+  text += line("saved", base::counted(recovery.statistics.messages, "message") + " in " +
+                            base::counted(recovery.statistics.chunks, "chunk") + ", " +
                             base::counted(recovery.statistics.attachments, "attachment"));
-  text += line("lost", damage.cut_bytes == 0 ? "nothing at the end" : base::counted(damage.cut_bytes, "byte") + " at the end, which were no whole record");
+  text += line("lost", damage.cut_bytes == 0 ? "nothing at the end"
+                                             : base::counted(damage.cut_bytes, "byte") +
+                                                   " at the end, which were no whole record");
   text += lines("lost", damage.damaged_names);
-  if (damage.messages_of_no_channel) text += line("lost", base::counted(damage.messages_of_no_channel, "message") + " of no known topic");
+  if (damage.messages_of_no_channel)
+    text += line("lost",
+                 base::counted(damage.messages_of_no_channel, "message") + " of no known topic");
   return text;
 }
 

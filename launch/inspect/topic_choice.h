@@ -7,8 +7,9 @@
 
 namespace fivepipe::launch {
 
-// In this order: the whole name; the part behind the last slash ("HullTile"); a regular expression that is found in one name alone,
-// upper and lower case alike ("hullt"). Throws UsageError where none or several fit.
+// In this order: the whole name; the part behind the last slash ("HullTile"); a regular expression
+// that is found in one name alone, upper and lower case alike ("hullt"). Throws UsageError where
+// none or several fit.
 std::string topic_meant(const std::string& asked, const std::vector<std::string>& topics);
 
 // Behind the last slash.

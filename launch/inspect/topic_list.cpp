@@ -15,7 +15,8 @@ std::string name_or_guid(const std::string& name, const std::string& guid) {
   return guid.empty() ? "?" : "(" + guid.substr(0, kGuidDigits) + ")";
 }
 
-std::string value_or_nothing(const std::map<std::string, std::string>& values, const std::string& key) {
+std::string value_or_nothing(const std::map<std::string, std::string>& values,
+                             const std::string& key) {
   const auto found = values.find(key);
   return found == values.end() ? "" : found->second;
 }
@@ -31,11 +32,14 @@ std::vector<ListedTopic> values_of(std::map<std::string, ListedTopic> by_name) {
 
 std::string text_of(const std::map<std::string, int>& peers) {
   std::vector<std::string> parts;
-  for (const auto& [name, count] : peers) parts.push_back(count == 1 ? name : name + " x" + std::to_string(count));
+  for (const auto& [name, count] : peers)
+    parts.push_back(count == 1 ? name : name + " x" + std::to_string(count));
   return parts.empty() ? "-" : base::joined(parts, ", ");
 }
 
-std::string text_of(const std::set<std::string>& values) { return values.empty() ? "-" : base::joined({values.begin(), values.end()}, " / "); }
+std::string text_of(const std::set<std::string>& values) {
+  return values.empty() ? "-" : base::joined({values.begin(), values.end()}, " / ");
+}
 
 }  // namespace
 
@@ -47,7 +51,9 @@ std::vector<ListedTopic> topics_of(const std::vector<bus::EndpointDescription>& 
     topic.types.insert(endpoint.type);
     // Readers ask for less than they get; the writer's is what is on the topic.
     if (endpoint.writes) topic.qos.insert(short_qos(endpoint.qos));
-    ++(endpoint.writes ? topic.writers : topic.readers)[name_or_guid(endpoint.participant, endpoint.participant_guid)];
+    ++(endpoint.writes
+           ? topic.writers
+           : topic.readers)[name_or_guid(endpoint.participant, endpoint.participant_guid)];
   }
   return values_of(std::move(topics));
 }
@@ -70,18 +76,24 @@ std::vector<ListedTopic> topics_of(const recording::Recording& recording) {
 
 std::string short_qos(const std::map<std::string, std::string>& qos) {
   std::vector<std::string> parts;
-  const std::string reliability = value_or_nothing(qos, "reliability"), history = value_or_nothing(qos, "history"),
+  const std::string reliability = value_or_nothing(qos, "reliability"),
+                    history = value_or_nothing(qos, "history"),
                     durability = value_or_nothing(qos, "durability");
   if (!reliability.empty()) parts.push_back(reliability.substr(0, reliability.find(',')));
   if (!history.empty()) parts.push_back(history.starts_with("keep_") ? history.substr(5) : history);
-  if (!durability.empty() && durability != "volatile") parts.push_back(durability == "transient_local" ? "latched" : durability);
+  if (!durability.empty() && durability != "volatile")
+    parts.push_back(durability == "transient_local" ? "latched" : durability);
   return base::joined(parts, ", ");
 }
 
 std::string topics_text(const std::vector<ListedTopic>& topics, bool of_recording) {
   using Column = base::TextTable::Column;
-  base::TextTable table({{"topic"}, {"type"}, {"QoS"}, Column{"writers", false, of_recording ? kFileWritersWidth : kPeersWidth},
-                   of_recording ? Column{"messages", true} : Column{"readers", false, kPeersWidth}});
+  base::TextTable table(
+      {{"topic"},
+       {"type"},
+       {"QoS"},
+       Column{"writers", false, of_recording ? kFileWritersWidth : kPeersWidth},
+       of_recording ? Column{"messages", true} : Column{"readers", false, kPeersWidth}});
   for (const ListedTopic& topic : topics)
     table.add({topic.topic, text_of(topic.types), text_of(topic.qos), text_of(topic.writers),
                of_recording ? std::to_string(topic.messages) : text_of(topic.readers)});
@@ -91,7 +103,8 @@ std::string topics_text(const std::vector<ListedTopic>& topics, bool of_recordin
 std::string nodes_text(const std::vector<ListedTopic>& topics, bool of_recording) {
   std::map<std::string, std::map<std::string, int>> written, read;
   std::set<std::string> nodes;
-  const auto add = [&](const ListedTopic& topic, const std::map<std::string, int>& peers, auto& by_node) {
+  const auto add = [&](const ListedTopic& topic, const std::map<std::string, int>& peers,
+                       auto& by_node) {
     for (const auto& [node, count] : peers) {
       nodes.insert(node);
       by_node[node][last_part(topic.topic)] += count;

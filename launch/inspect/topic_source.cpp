@@ -8,30 +8,38 @@ namespace fivepipe::launch {
 
 recording::Recording opened(const std::filesystem::path& file) {
   recording::Recording recording(file);
-  if (!recording.mcap().is_finished()) std::cerr << file.string() << " is not finished; what is whole of it is read (`fivepipe info` tells more)\n";
+  if (!recording.mcap().is_finished())
+    std::cerr << file.string()
+              << " is not finished; what is whole of it is read (`fivepipe info` tells more)\n";
   return recording;
 }
 
 std::vector<std::string> topics_in(const recording::Recording& recording) {
   std::set<std::string> names;
-  for (const recording::RecordedChannel& channel : recording.channels()) names.insert(channel.topic);
+  for (const recording::RecordedChannel& channel : recording.channels())
+    names.insert(channel.topic);
   return {names.begin(), names.end()};
 }
 
-const recording::RecordedChannel& data_channel(const recording::Recording& recording, const recording::RecordedChannel& channel) {
+const recording::RecordedChannel& data_channel(const recording::Recording& recording,
+                                               const recording::RecordedChannel& channel) {
   if (!channel.key_states) return channel;
   for (const recording::RecordedChannel& other : recording.channels())
     if (!other.key_states && other.topic == channel.topic) return other;
-  throw recording::RecordingError(recording.file().string() + ": of " + channel.topic + " there are key changes, but no type");
+  throw recording::RecordingError(recording.file().string() + ": of " + channel.topic +
+                                  " there are key changes, but no type");
 }
 
-int each_message(const recording::Recording& recording, const std::string& topic, double start_s, std::optional<double> end_s,
+int each_message(const recording::Recording& recording, const std::string& topic, double start_s,
+                 std::optional<double> end_s,
                  const std::function<bool(const recording::RecordedMessage&)>& each) {
   std::set<mcap::Id> channels;
   for (const recording::RecordedChannel& channel : recording.channels())
     if (channel.topic == topic) channels.insert(channel.id);
-  const std::int64_t end_ns = end_s ? recording.start_ns() + std::int64_t(1e9 * *end_s) : recording.end_ns();
-  auto cursor = recording.messages(recording.start_ns() + std::int64_t(1e9 * start_s), end_ns, channels);
+  const std::int64_t end_ns =
+      end_s ? recording.start_ns() + std::int64_t(1e9 * *end_s) : recording.end_ns();
+  auto cursor =
+      recording.messages(recording.start_ns() + std::int64_t(1e9 * start_s), end_ns, channels);
   int result = 0;
   for (;;) try {
       const auto message = cursor.next();
@@ -46,12 +54,14 @@ bus::topics::Topic live_topic(const std::string& asked) {
   std::vector<std::string> names;
   for (const bus::topics::Topic& topic : bus::topics::all()) names.push_back(topic.name);
   const std::string name = topic_meant(asked, names);
-  return *std::find_if(bus::topics::all().begin(), bus::topics::all().end(), [&](const bus::topics::Topic& topic) { return name == topic.name; });
+  return *std::find_if(bus::topics::all().begin(), bus::topics::all().end(),
+                       [&](const bus::topics::Topic& topic) { return name == topic.name; });
 }
 
 std::optional<recording::KeyChange> key_change_of(bus::SampleKind kind) {
   if (kind == bus::SampleKind::data) return std::nullopt;
-  return kind == bus::SampleKind::disposed ? recording::KeyChange::disposed : recording::KeyChange::unregistered;
+  return kind == bus::SampleKind::disposed ? recording::KeyChange::disposed
+                                           : recording::KeyChange::unregistered;
 }
 
 const std::string& WriterNames::of(std::uint64_t writer) {

@@ -38,7 +38,8 @@ std::string holder_of(const Address& address) {
   const int fd = new_socket();
   ucred holder{};
   socklen_t size = sizeof holder;
-  const bool known = connect(fd, address.get(), address.length) == 0 && getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &holder, &size) == 0 && holder.pid > 0;
+  const bool known = connect(fd, address.get(), address.length) == 0 &&
+                     getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &holder, &size) == 0 && holder.pid > 0;
   close(fd);
   return known ? "process " + std::to_string(holder.pid) : "another process";
 }
@@ -52,7 +53,8 @@ NodeClaims::NodeClaims(std::uint32_t domain, const std::vector<std::string>& nod
     const int fd = new_socket();
     sockets_.push_back(fd);
     if (bind(fd, address.get(), address.length) == 0 && listen(fd, 8) == 0) continue;
-    taken += "node '" + node + "' already runs in domain " + std::to_string(domain) + ", started by " + holder_of(address) + "\n";
+    taken += "node '" + node + "' already runs in domain " + std::to_string(domain) +
+             ", started by " + holder_of(address) + "\n";
   }
   if (taken.empty()) return;
   release();

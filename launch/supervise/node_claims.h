@@ -11,8 +11,9 @@ struct NodeTaken : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Holds the names until destroyed, or until the process dies however it dies. A claim is a listening socket in the kernel's abstract
-// namespace: no file is left behind, and it reaches exactly as far as the loopback interface, over users and containers.
+// Holds the names until destroyed, or until the process dies however it dies. A claim is a
+// listening socket in the kernel's abstract namespace: no file is left behind, and it reaches
+// exactly as far as the loopback interface, over users and containers.
 class NodeClaims {
  public:
   // Throws NodeTaken listing every name that is taken and by which process.

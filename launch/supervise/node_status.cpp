@@ -16,7 +16,8 @@ void StatusBook::add(ProcessStatus status, std::int64_t arrived_stamp_ns) {
   if (is_new)
     entry.first_arrived_ns = arrived_stamp_ns;
   else if (arrived_stamp_ns > entry.arrived_ns)
-    entry.cpu_percent = 100 * (status.cpu_s - entry.newest.cpu_s) / (1e-9 * double(arrived_stamp_ns - entry.arrived_ns));
+    entry.cpu_percent = 100 * (status.cpu_s - entry.newest.cpu_s) /
+                        (1e-9 * double(arrived_stamp_ns - entry.arrived_ns));
   entry.arrived_ns = arrived_stamp_ns;
   entry.gone = status.final_report;
   entry.newest = std::move(status);
@@ -32,7 +33,9 @@ std::map<std::string, std::vector<ProcessStatus>> StatusBook::processes() const 
     if (writers.empty()) continue;
     auto& processes = by_node[node];
     for (const auto& [writer, entry] : writers) processes.push_back(entry.newest);
-    std::stable_sort(processes.begin(), processes.end(), [](const auto& a, const auto& b) { return a.start_stamp_ns < b.start_stamp_ns; });
+    std::stable_sort(processes.begin(), processes.end(), [](const auto& a, const auto& b) {
+      return a.start_stamp_ns < b.start_stamp_ns;
+    });
   }
   return by_node;
 }
@@ -43,7 +46,8 @@ std::vector<std::string> StatusBook::doubled() const {
     const Entry* newest = newest_entry(node);
     const bool another_lives = std::any_of(writers.begin(), writers.end(), [&](const auto& pair) {
       const Entry& entry = pair.second;
-      return &entry != newest && !entry.newest.final_report && entry.arrived_ns > newest->first_arrived_ns + late_status_ns;
+      return &entry != newest && !entry.newest.final_report &&
+             entry.arrived_ns > newest->first_arrived_ns + late_status_ns;
     });
     if (another_lives) nodes.push_back(node);
   }
@@ -58,7 +62,9 @@ double StatusBook::cpu_percent(const std::string& node) const {
 std::vector<std::string> StatusBook::alive(std::int64_t now_ns, std::int64_t max_age_ns) const {
   std::vector<std::string> nodes;
   for (const auto& [node, writers] : entries_)
-    if (const Entry* newest = newest_entry(node); newest && !newest->gone && now_ns - newest->arrived_ns <= max_age_ns) nodes.push_back(node);
+    if (const Entry* newest = newest_entry(node);
+        newest && !newest->gone && now_ns - newest->arrived_ns <= max_age_ns)
+      nodes.push_back(node);
   return nodes;
 }
 

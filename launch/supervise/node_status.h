@@ -19,7 +19,8 @@ struct ProcessStatus {
   std::string version;
   std::int64_t start_stamp_ns = 0;  // CLOCK_REALTIME
   bool has_handled_frame = false;   // it could start, and works
-  bool final_report = false;        // the process ended in order; otherwise this is the last status before it died
+  bool final_report =
+      false;  // the process ended in order; otherwise this is the last status before it died
   std::uint64_t frame = 0;
   double frame_rate_hz = 0;
   double cpu_s = 0, memory_mb = 0;
@@ -37,9 +38,11 @@ class StatusBook {
 
   // By node, each node's processes in the order they started.
   std::map<std::string, std::vector<ProcessStatus>> processes() const;
-  // Nodes of which two processes publish at the same time, for longer than it takes to notice that one of them died.
+  // Nodes of which two processes publish at the same time, for longer than it takes to notice that
+  // one of them died.
   std::vector<std::string> doubled() const;
-  // CPU in use by the newest process of a node between its two newest statuses [% of one core]; 0 before the second one.
+  // CPU in use by the newest process of a node between its two newest statuses [% of one core]; 0
+  // before the second one.
   double cpu_percent(const std::string& node) const;
   // Nodes whose newest status is younger than max_age_ns at this time.
   std::vector<std::string> alive(std::int64_t now_ns, std::int64_t max_age_ns) const;

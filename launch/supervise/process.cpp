@@ -23,7 +23,8 @@ struct Pipe {
   int read_fd = -1, write_fd = -1;
   Pipe() {
     std::array<int, 2> fds;
-    if (pipe2(fds.data(), O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
+    if (pipe2(fds.data(), O_CLOEXEC) != 0)
+      throw std::system_error(errno, std::generic_category(), "pipe");
     read_fd = fds[0];
     write_fd = fds[1];
   }
@@ -44,8 +45,10 @@ struct Pipe {
   }
 };
 
-// Everything the child does between fork and exec; only async-signal-safe calls, as DDS threads may have held locks at the fork.
-[[noreturn]] void become_program(char* const* argv, const cpu_set_t* cores, pid_t parent, int output_fd, int error_fd) {
+// Everything the child does between fork and exec; only async-signal-safe calls, as DDS threads may
+// have held locks at the fork.
+[[noreturn]] void become_program(char* const* argv, const cpu_set_t* cores, pid_t parent,
+                                 int output_fd, int error_fd) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);  // the parent died before prctl took effect
@@ -70,7 +73,8 @@ struct Pipe {
 std::string to_string(const ProcessExit& exit) {
   if (exit.by_signal) {
     const char* name = sigabbrev_np(exit.number);
-    return "killed by signal " + std::to_string(exit.number) + (name ? " (SIG" + std::string(name) + ")" : "");
+    return "killed by signal " + std::to_string(exit.number) +
+           (name ? " (SIG" + std::string(name) + ")" : "");
   }
   const std::string code = "exit code " + std::to_string(exit.number);
   switch (exit.number) {
@@ -96,13 +100,17 @@ ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::vect
   const pid_t parent = getpid();
   pid_ = fork();
   if (pid_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
-  if (pid_ == 0) become_program(raw_argv.data(), cores.empty() ? nullptr : &core_set, parent, output.write_fd, exec_error.write_fd);
+  if (pid_ == 0)
+    become_program(raw_argv.data(), cores.empty() ? nullptr : &core_set, parent, output.write_fd,
+                   exec_error.write_fd);
 
-  setpgid(pid_, pid_);  // in both processes: whichever is first, the group is there before a signal is sent to it
+  setpgid(pid_, pid_);  // in both processes: whichever is first, the group is there before a signal
+                        // is sent to it
   exec_error.close_write();
   int error = 0;
   ssize_t got;
-  while ((got = read(exec_error.read_fd, &error, sizeof error)) < 0 && errno == EINTR) {}
+  while ((got = read(exec_error.read_fd, &error, sizeof error)) < 0 && errno == EINTR) {
+  }
   if (got == ssize_t(sizeof error)) {
     waitpid(pid_, nullptr, 0);
     throw std::system_error(error, std::generic_category(), "can't execute " + argv[0]);
@@ -133,7 +141,8 @@ std::vector<std::string> ChildProcess::read_lines(bool flush) {
       flush = true;
     }
     std::size_t begin = 0;
-    for (std::size_t end; (end = unfinished_.find('\n', begin)) != std::string::npos; begin = end + 1)
+    for (std::size_t end; (end = unfinished_.find('\n', begin)) != std::string::npos;
+         begin = end + 1)
       lines.push_back(unfinished_.substr(begin, end - begin));
     unfinished_.erase(0, begin);
     if (unfinished_.size() > longest_line_bytes) lines.push_back(std::exchange(unfinished_, {}));
@@ -145,7 +154,8 @@ std::vector<std::string> ChildProcess::read_lines(bool flush) {
 std::optional<ProcessExit> ChildProcess::ended() {
   int status = 0;
   if (!exit_ && waitpid(pid_, &status, WNOHANG) == pid_)
-    exit_ = WIFSIGNALED(status) ? ProcessExit{true, WTERMSIG(status)} : ProcessExit{false, WEXITSTATUS(status)};
+    exit_ = WIFSIGNALED(status) ? ProcessExit{true, WTERMSIG(status)}
+                                : ProcessExit{false, WEXITSTATUS(status)};
   return exit_;
 }
 

@@ -15,12 +15,14 @@ struct ProcessExit {
 // "killed by signal 9 (SIGKILL)", "exit code 3 (hardware or peer missing)".
 std::string to_string(const ProcessExit& exit);
 
-// A process in a process group of its own, so that whatever it starts ends with it. Its stdin is /dev/null; stdout and stderr are
-// one pipe, in the order written. The kernel kills it when the thread that started it dies (PR_SET_PDEATHSIG): start children from
-// the main thread only. The destructor kills the group and reaps.
+// A process in a process group of its own, so that whatever it starts ends with it. Its stdin is
+// /dev/null; stdout and stderr are one pipe, in the order written. The kernel kills it when the
+// thread that started it dies (PR_SET_PDEATHSIG): start children from the main thread only. The
+// destructor kills the group and reaps.
 class ChildProcess {
  public:
-  // argv[0] is the path of the program. Pinned to `cores` unless empty. Throws std::system_error where it can't be executed.
+  // argv[0] is the path of the program. Pinned to `cores` unless empty. Throws std::system_error
+  // where it can't be executed.
   ChildProcess(const std::vector<std::string>& argv, const std::vector<int>& cores);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
@@ -29,7 +31,8 @@ class ChildProcess {
   pid_t pid() const { return pid_; }
   int output_fd() const { return output_fd_; }  // for poll(); -1 after its end
 
-  // Whole lines written since the last call, without their ends. `flush` also gives an unfinished last line.
+  // Whole lines written since the last call, without their ends. `flush` also gives an unfinished
+  // last line.
   std::vector<std::string> read_lines(bool flush = false);
   // Set once it has ended; never blocks.
   std::optional<ProcessExit> ended();

@@ -2,15 +2,15 @@
 
 #include <unistd.h>
 
-#include <csignal>
 #include <chrono>
+#include <csignal>
 #include <iostream>
 #include <stdexcept>
 #include <thread>
 
+#include "common/recording/replay/recorder.h"
 #include "launch/cli/commands.h"
 #include "launch/supervise/interrupt.h"
-#include "common/recording/replay/recorder.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -20,14 +20,20 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto longest_start = 10s;
 
-// For what waits for the disk when it is told to end. Who interrupts does not wait, and who does so again not at all: the file can be read up to its last chunk.
-std::chrono::milliseconds grace(int signals) { return signals == 0 ? 30s : signals == 1 ? 1500ms : 0ms; }
+// For what waits for the disk when it is told to end. Who interrupts does not wait, and who does so
+// again not at all: the file can be read up to its last chunk.
+std::chrono::milliseconds grace(int signals) {
+  return signals == 0 ? 30s : signals == 1 ? 1500ms : 0ms;
+}
 
 // Another recorder may be in the domain.
-std::string own_recorder_name() { return std::string(replay::kRecorderName) + "_" + std::to_string(getpid()); }
+std::string own_recorder_name() {
+  return std::string(replay::kRecorderName) + "_" + std::to_string(getpid());
+}
 
 std::vector<std::string> command_line(const std::vector<std::string>& arguments) {
-  std::vector<std::string> words{program_folder() / "fivepipe", "record", "--name", own_recorder_name()};
+  std::vector<std::string> words{program_folder() / "fivepipe", "record", "--name",
+                                 own_recorder_name()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   return words;
 }
@@ -36,14 +42,18 @@ std::vector<std::string> command_line(const std::vector<std::string>& arguments)
 bool listens(bus::Bus& bus) {
   const std::string name = own_recorder_name();
   for (const bus::EndpointDescription& endpoint : bus.endpoints())
-    if (endpoint.participant == name && endpoint.writes && endpoint.topic == bus::topics::NodeStatus::name) return true;
+    if (endpoint.participant == name && endpoint.writes &&
+        endpoint.topic == bus::topics::NodeStatus::name)
+      return true;
   return false;
 }
 
 }  // namespace
 
-RecorderProcess::RecorderProcess(bus::Bus& bus, std::vector<std::string> arguments) : child_(command_line(arguments), {}) {
-  for (const auto until = Clock::now() + longest_start; !listens(bus) && signals_received() == 0; bus.wait(20ms)) {
+RecorderProcess::RecorderProcess(bus::Bus& bus, std::vector<std::string> arguments)
+    : child_(command_line(arguments), {}) {
+  for (const auto until = Clock::now() + longest_start; !listens(bus) && signals_received() == 0;
+       bus.wait(20ms)) {
     if (!ended() && Clock::now() < until) continue;
     std::string said;
     for (const std::string& line : child_.read_lines(true)) said += "\n  " + line;
@@ -52,7 +62,8 @@ RecorderProcess::RecorderProcess(bus::Bus& bus, std::vector<std::string> argumen
 }
 
 void RecorderProcess::pass_on_output() {
-  for (const std::string& line : child_.read_lines(ended())) std::cerr << "[recorder] " << line << '\n';
+  for (const std::string& line : child_.read_lines(ended()))
+    std::cerr << "[recorder] " << line << '\n';
 }
 
 int RecorderProcess::finish() {
@@ -65,7 +76,8 @@ int RecorderProcess::finish() {
     if (signals_received() != signals) until = Clock::now() + grace(signals = signals_received());
   }
   if (!ended()) {
-    std::cerr << "the recorder did not end and is killed; `fivepipe info --recover` mends its file\n";
+    std::cerr
+        << "the recorder did not end and is killed; `fivepipe info --recover` mends its file\n";
     child_.signal_group(SIGKILL);
     while (!ended()) std::this_thread::sleep_for(1ms);
   }

@@ -13,7 +13,8 @@ AfterDeath RestartPolicy::died(const ProcessExit& exit, double lived_s) {
   const int deployment_code = says_why ? exit.number : 1;
   if (says_why && !has_worked_) return GiveUp{deployment_code, "can't start: " + to_string(exit)};
 
-  // A camera unplugged from a node that ran: it exits with 3 until the camera is back, and that may take long.
+  // A camera unplugged from a node that ran: it exits with 3 until the camera is back, and that may
+  // take long.
   const bool waits_for_hardware = has_code && exit.number == 3;
   if (lived_s >= settings_.healthy_after_s) deaths_in_row_ = 0;
   ++deaths_in_row_;
@@ -22,9 +23,11 @@ AfterDeath RestartPolicy::died(const ProcessExit& exit, double lived_s) {
   else if (!waits_for_hardware)
     ++quick_deaths_in_row_;
   if (quick_deaths_in_row_ >= settings_.quick_deaths)
-    return GiveUp{deployment_code, "can't start: died " + std::to_string(quick_deaths_in_row_) + " times in a row, last by " + to_string(exit)};
+    return GiveUp{deployment_code, "can't start: died " + std::to_string(quick_deaths_in_row_) +
+                                       " times in a row, last by " + to_string(exit)};
 
-  const double delay_s = std::min(settings_.longest_delay_s, settings_.first_delay_s * std::exp2(deaths_in_row_ - 1));
+  const double delay_s =
+      std::min(settings_.longest_delay_s, settings_.first_delay_s * std::exp2(deaths_in_row_ - 1));
   return Restart{delay_s, ++restarts_};
 }
 

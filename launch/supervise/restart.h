@@ -1,4 +1,5 @@
-// Whether a node that died is started again, and when it is given up. No clock, no process: a pure decision.
+// Whether a node that died is started again, and when it is given up. No clock, no process: a pure
+// decision.
 #pragma once
 #include <string>
 #include <variant>
@@ -8,23 +9,30 @@
 namespace fivepipe::launch {
 
 struct RestartSettings {
-  double first_delay_s = 0.25;    // doubles with each death in a row
+  double first_delay_s = 0.25;  // doubles with each death in a row
   double longest_delay_s = 4.0;
   double healthy_after_s = 10.0;  // a process that lived this long starts the row anew
   double quick_death_s = 2.0;     // dying sooner counts as not starting
   int quick_deaths = 5;           // so many in a row: the node can't start
 };
 
-struct Restart { double delay_s; int number; };                   // number: the how manieth restart of this node
-struct GiveUp { int exit_code; std::string reason; };             // the deployment's exit code
-struct Ended {};                                                   // exit code 0: done, nothing to restart
+struct Restart {
+  double delay_s;
+  int number;
+};  // number: the how manieth restart of this node
+struct GiveUp {
+  int exit_code;
+  std::string reason;
+};                // the deployment's exit code
+struct Ended {};  // exit code 0: done, nothing to restart
 using AfterDeath = std::variant<Restart, GiveUp, Ended>;
 
 class RestartPolicy {
  public:
   explicit RestartPolicy(RestartSettings settings = {}) : settings_(settings) {}
 
-  // The node has handled a frame: it could start, so that later on missing hardware is worth waiting for.
+  // The node has handled a frame: it could start, so that later on missing hardware is worth
+  // waiting for.
   void works() { has_worked_ = true; }
   AfterDeath died(const ProcessExit& exit, double lived_s);
 

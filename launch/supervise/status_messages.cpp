@@ -5,7 +5,8 @@
 namespace fivepipe::launch {
 namespace {
 
-std::map<std::string, std::uint64_t> counts_from(const fivepipe_v1_NamedCount* counts, std::uint32_t length) {
+std::map<std::string, std::uint64_t> counts_from(const fivepipe_v1_NamedCount* counts,
+                                                 std::uint32_t length) {
   std::map<std::string, std::uint64_t> by_name;
   for (std::uint32_t i = 0; i < length; ++i) by_name[counts[i].name] += counts[i].count;
   return by_name;
@@ -29,18 +30,24 @@ ProcessStatus status_from(const fivepipe_v1_NodeStatus& message, std::uint64_t w
   status.drops = counts_from(message.drops._buffer, message.drops._length);
   for (std::uint32_t i = 0; i < message.latencies._length; ++i) {
     const fivepipe_v1_LatencySummary& latency = message.latencies._buffer[i];
-    status.latencies[latency.name] = {latency.p50_ms, latency.p95_ms, latency.p99_ms, latency.max_ms, latency.count};
+    status.latencies[latency.name] = {latency.p50_ms, latency.p95_ms, latency.p99_ms,
+                                      latency.max_ms, latency.count};
   }
-  for (std::uint32_t i = 0; i < message.remarks._length; ++i) status.remarks.emplace_back(message.remarks._buffer[i]);
+  for (std::uint32_t i = 0; i < message.remarks._length; ++i)
+    status.remarks.emplace_back(message.remarks._buffer[i]);
   return status;
 }
 
-void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusBook& book, const std::set<std::string>& nodes) {
-  const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusBook& book,
+                   const std::set<std::string>& nodes) {
+  const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                  std::chrono::system_clock::now().time_since_epoch())
+                                  .count();
   for (const auto& sample : reader.take()) {
     if (!nodes.empty() && !nodes.contains(sample->node)) continue;
     if (sample.valid()) book.add(status_from(*sample, sample.writer()), now_ns);
-    if (sample.writer_gone()) book.writer_gone(sample->node);  // the key is there in samples without data too
+    if (sample.writer_gone())
+      book.writer_gone(sample->node);  // the key is there in samples without data too
   }
 }
 

@@ -10,6 +10,7 @@ namespace fivepipe::launch {
 ProcessStatus status_from(const fivepipe_v1_NodeStatus& message, std::uint64_t writer);
 
 // Everything that has arrived, into the book; of these nodes alone, unless `nodes` is empty.
-void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusBook& book, const std::set<std::string>& nodes = {});
+void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusBook& book,
+                   const std::set<std::string>& nodes = {});
 
 }  // namespace fivepipe::launch

@@ -29,8 +29,9 @@ std::vector<int> cores_not_there(const std::vector<int>& cores) {
   CPU_ZERO(&allowed);
   sched_getaffinity(0, sizeof allowed, &allowed);
   std::vector<int> missing;
-  std::copy_if(cores.begin(), cores.end(), std::back_inserter(missing),
-               [&](int core) { return core < 0 || core >= CPU_SETSIZE || !CPU_ISSET(core, &allowed); });
+  std::copy_if(cores.begin(), cores.end(), std::back_inserter(missing), [&](int core) {
+    return core < 0 || core >= CPU_SETSIZE || !CPU_ISSET(core, &allowed);
+  });
   return missing;
 }
 
@@ -40,14 +41,17 @@ bool asked_for(const ProcessExit& exit) {
 
 }  // namespace
 
-Supervisor::Supervisor(const std::vector<Program>& programs, RestartSettings settings, SupervisorOutput output) : output_(std::move(output)) {
+Supervisor::Supervisor(const std::vector<Program>& programs, RestartSettings settings,
+                       SupervisorOutput output)
+    : output_(std::move(output)) {
   nodes_.reserve(programs.size());
   for (const Program& program : programs) {
     Supervised& node = nodes_.emplace_back();
     node.program = program;
     node.policy = RestartPolicy(settings);
     for (const int core : cores_not_there(program.cores))
-      output_.event(program.name + ": core " + std::to_string(core) + " is not available here, not pinned to it");
+      output_.event(program.name + ": core " + std::to_string(core) +
+                    " is not available here, not pinned to it");
     if (!program.log.empty()) {
       std::filesystem::create_directories(program.log.parent_path());
       node.log.open(program.log);
@@ -73,7 +77,8 @@ void Supervisor::start(Supervised& node) {
 void Supervisor::works(const std::string& name, std::int64_t process_start_stamp_ns) {
   for (Supervised& node : nodes_)
     // A status of a process from before this deployment says nothing about ours.
-    if (node.program.name == name && !node.processes.empty() && process_start_stamp_ns >= node.processes.front().start_stamp_ns)
+    if (node.program.name == name && !node.processes.empty() &&
+        process_start_stamp_ns >= node.processes.front().start_stamp_ns)
       node.policy.works();
 }
 
@@ -81,7 +86,8 @@ void Supervisor::step(std::chrono::milliseconds wait) {
   poll_outputs(wait);
   for (Supervised& node : nodes_) {
     if (node.child) {
-      const auto exit = node.child->ended();  // before reading: what it wrote last is then in the pipe
+      const auto exit =
+          node.child->ended();  // before reading: what it wrote last is then in the pipe
       pass_on_output(node, exit.has_value());
       if (exit) handle_death(node, *exit);
     } else if (node.start_due && Clock::now() >= *node.start_due) {
@@ -96,7 +102,8 @@ void Supervisor::poll_outputs(std::chrono::milliseconds wait) const {
   auto until = Clock::now() + wait;
   if (stop_deadline_) until = std::min(until, std::max(*stop_deadline_, Clock::now() + 10ms));
   for (const Supervised& node : nodes_) {
-    if (node.child && node.child->output_fd() >= 0) fds.push_back({node.child->output_fd(), POLLIN, 0});
+    if (node.child && node.child->output_fd() >= 0)
+      fds.push_back({node.child->output_fd(), POLLIN, 0});
     // Its output is closed, so nothing would wake us at its end.
     if (node.child && node.child->output_fd() < 0) until = std::min(until, Clock::now() + 10ms);
     if (node.start_due) until = std::min(until, *node.start_due);
@@ -120,7 +127,8 @@ void Supervisor::handle_death(Supervised& node, const ProcessExit& exit) {
   node.processes.back().end = to_string(exit);
   node.child.reset();  // also ends whatever it left in its group
   if (stopping()) {
-    const bool killed_by_us = std::find(killed_.begin(), killed_.end(), node.program.name) != killed_.end();
+    const bool killed_by_us =
+        std::find(killed_.begin(), killed_.end(), node.program.name) != killed_.end();
     if (!asked_for(exit) && !killed_by_us) {
       ended_badly_.push_back(node.program.name);
       output_.event(node.program.name + " died while being stopped: " + to_string(exit));
@@ -129,9 +137,10 @@ void Supervisor::handle_death(Supervised& node, const ProcessExit& exit) {
   }
   const AfterDeath after = node.policy.died(exit, lived_s);
   if (const auto* restart = std::get_if<Restart>(&after)) {
-    output_.event(node.program.name + " died: " + to_string(exit) + ", restart " + std::to_string(restart->number) + " in " +
-                  seconds(restart->delay_s));
-    node.start_due = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(restart->delay_s));
+    output_.event(node.program.name + " died: " + to_string(exit) + ", restart " +
+                  std::to_string(restart->number) + " in " + seconds(restart->delay_s));
+    node.start_due = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                        std::chrono::duration<double>(restart->delay_s));
   } else if (const auto* why = std::get_if<GiveUp>(&after)) {
     give_up(node, *why);
   } else {
@@ -141,7 +150,11 @@ void Supervisor::handle_death(Supervised& node, const ProcessExit& exit) {
 }
 
 void Supervisor::give_up(Supervised& node, const GiveUp& why) {
-  if (!failure_) failure_ = Failure{node.program.name, why.reason, {node.last_lines.begin(), node.last_lines.end()}, why.exit_code};
+  if (!failure_)
+    failure_ = Failure{node.program.name,
+                       why.reason,
+                       {node.last_lines.begin(), node.last_lines.end()},
+                       why.exit_code};
   output_.event(node.program.name + " " + why.reason + "; stopping the deployment");
   stop(grace_after_failure);
 }
@@ -160,7 +173,9 @@ void Supervisor::stop(std::chrono::milliseconds grace) {
 void Supervisor::kill_those_left() {
   if (!stop_deadline_ || Clock::now() < *stop_deadline_) return;
   for (Supervised& node : nodes_) {
-    if (!node.child || std::find(killed_.begin(), killed_.end(), node.program.name) != killed_.end()) continue;
+    if (!node.child ||
+        std::find(killed_.begin(), killed_.end(), node.program.name) != killed_.end())
+      continue;
     killed_.push_back(node.program.name);
     output_.event(node.program.name + " did not end on SIGTERM in time: killed");
     node.child->signal_group(SIGKILL);
@@ -168,17 +183,22 @@ void Supervisor::kill_those_left() {
 }
 
 bool Supervisor::all_gone() const {
-  return std::none_of(nodes_.begin(), nodes_.end(), [](const Supervised& node) { return node.child || node.start_due; });
+  return std::none_of(nodes_.begin(), nodes_.end(),
+                      [](const Supervised& node) { return node.child || node.start_due; });
 }
 
 bool Supervisor::ended_in_order(const std::string& name) const {
-  return std::any_of(nodes_.begin(), nodes_.end(), [&](const Supervised& node) { return node.program.name == name && node.ended_in_order; });
+  return std::any_of(nodes_.begin(), nodes_.end(), [&](const Supervised& node) {
+    return node.program.name == name && node.ended_in_order;
+  });
 }
 
 std::vector<ProgramHistory> Supervisor::history() const {
   std::vector<ProgramHistory> history;
   for (const Supervised& node : nodes_)
-    history.push_back({node.program.name, std::filesystem::path(node.program.argv.front()).filename(), node.processes});
+    history.push_back({node.program.name,
+                       std::filesystem::path(node.program.argv.front()).filename(),
+                       node.processes});
   return history;
 }
 

@@ -1,4 +1,5 @@
-// Starts the processes of a deployment, restarts those that die, ends them all. Knows neither DDS nor deployments.
+// Starts the processes of a deployment, restarts those that die, ends them all. Knows neither DDS
+// nor deployments.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -41,32 +42,43 @@ struct Failure {
 
 // Where the supervisor speaks: a node's line of output, and what happened to a node.
 struct SupervisorOutput {
-  std::function<void(const std::string& node, const std::string& line)> line = [](auto&&, auto&&) {};
+  std::function<void(const std::string& node, const std::string& line)> line = [](auto&&, auto&&) {
+  };
   std::function<void(const std::string& text)> event = [](auto&&) {};
 };
 
-// One thread, which must outlive the supervisor (see ChildProcess). The destructor kills what still runs.
+// One thread, which must outlive the supervisor (see ChildProcess). The destructor kills what still
+// runs.
 class Supervisor {
  public:
   using Clock = std::chrono::steady_clock;
 
-  Supervisor(const std::vector<Program>& programs, RestartSettings settings, SupervisorOutput output);
+  Supervisor(const std::vector<Program>& programs, RestartSettings settings,
+             SupervisorOutput output);
 
   // The node's process that started at this time [ns, CLOCK_REALTIME] has handled a frame.
   void works(const std::string& node, std::int64_t process_start_stamp_ns);
 
-  // Passes on output, notices deaths, starts what is due; waits at most this long for something to happen.
+  // Passes on output, notices deaths, starts what is due; waits at most this long for something to
+  // happen.
   void step(std::chrono::milliseconds wait);
 
-  // SIGTERM to every process; what is left after `grace` is killed and named. Goes on in step(). A second call can only shorten.
+  // SIGTERM to every process; what is left after `grace` is killed and named. Goes on in step(). A
+  // second call can only shorten.
   void stop(std::chrono::milliseconds grace);
   bool stopping() const { return stop_deadline_.has_value(); }
 
-  bool all_gone() const;                       // no process runs and none will be started
+  bool all_gone() const;                               // no process runs and none will be started
   bool ended_in_order(const std::string& node) const;  // ended by itself with exit code 0
-  const std::optional<Failure>& failure() const { return failure_; }     // a node that can't start; the rest is being stopped
-  const std::vector<std::string>& killed() const { return killed_; }     // those that outlived the grace
-  const std::vector<std::string>& ended_badly() const { return ended_badly_; }  // died while being stopped, by crash or exit code
+  const std::optional<Failure>& failure() const {
+    return failure_;
+  }  // a node that can't start; the rest is being stopped
+  const std::vector<std::string>& killed() const {
+    return killed_;
+  }  // those that outlived the grace
+  const std::vector<std::string>& ended_badly() const {
+    return ended_badly_;
+  }  // died while being stopped, by crash or exit code
   std::vector<ProgramHistory> history() const;
 
  private:

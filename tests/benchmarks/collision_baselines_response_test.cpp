@@ -1,8 +1,9 @@
-// What the benchmark holds the response and the distances against: the paper's window, a voxel grid's distances, normals in closed form.
+// What the benchmark holds the response and the distances against: the paper's window, a voxel
+// grid's distances, normals in closed form.
 #include "benchmarks/collision/analytic_normal.h"
-#include "common/collision/response/recovery.h"
 #include "benchmarks/collision/baselines/distance_grid.h"
 #include "benchmarks/collision/baselines/rendered_response.h"
+#include "common/collision/response/recovery.h"
 #include "tests/support/collision_response.h"
 
 namespace fivepipe::test {
@@ -10,11 +11,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kHeight_m = 0.05, kApex_rad = 10 * std::numbers::pi / 180, kDegree = std::numbers::pi / 180;
+constexpr double kHeight_m = 0.05, kApex_rad = 10 * std::numbers::pi / 180,
+                 kDegree = std::numbers::pi / 180;
 
 class RenderedResponse : public GlTest {};
 
-// Its accuracy law: height over window; but for parts of the hull thinner than a step, and where V_rec leaves it along its surface.
+// Its accuracy law: height over window; but for parts of the hull thinner than a step, and where
+// V_rec leaves it along its surface.
 TEST_F(RenderedResponse, LeavesTheHullWithinAPixelOfItsWindow) {
   for (const int window_px : {100, 400}) {
     Random random(21);
@@ -38,7 +41,8 @@ TEST_F(RenderedResponse, LeavesTheHullWithinAPixelOfItsWindow) {
         ++ways;
         off += !found || std::abs(found->d_rec_m - exact->distance_m) > 1.05 * step_m;
         if (found) {
-          EXPECT_LE((found->cp_hull_world_m - p - found->d_rec_m * v_rec).norm(), 0.1 * step_m);  // half a row: 8.7 mm / 2 over the window
+          EXPECT_LE((found->cp_hull_world_m - p - found->d_rec_m * v_rec).norm(),
+                    0.1 * step_m);  // half a row: 8.7 mm / 2 over the window
         }
       }
     }
@@ -48,7 +52,8 @@ TEST_F(RenderedResponse, LeavesTheHullWithinAPixelOfItsWindow) {
   }
 }
 
-// The hull ends at z = 0; over 5 cm of V_rec the four points span some millimetres, of which a step of the window is a hundredth.
+// The hull ends at z = 0; over 5 cm of V_rec the four points span some millimetres, of which a step
+// of the window is a hundredth.
 TEST_F(RenderedResponse, GivesAPlanesNormal) {
   const auto silhouettes = plane_silhouettes();
   baselines::RenderedResponse rendered(400);
@@ -93,22 +98,28 @@ TEST(DistanceGrid, WithoutAHullAllIsInfinitelyFarAndSizesAreChecked) {
   EXPECT_EQ(grid.distance_m({0.5, 0.5, 0.5}), kInfinity);
   EXPECT_THROW(baselines::DistanceGrid(0.0), std::invalid_argument);
   EXPECT_THROW(baselines::DistanceGrid{kNaN}, std::invalid_argument);
-  EXPECT_THROW(baselines::DistanceGrid(1e-4).build(empty.query, {Vector3d::Zero(), Vector3d::Ones()}), std::invalid_argument);
+  EXPECT_THROW(
+      baselines::DistanceGrid(1e-4).build(empty.query, {Vector3d::Zero(), Vector3d::Ones()}),
+      std::invalid_argument);
 }
 
-// Along the surface, across the line of sight, the way to it grows with the square alone: a degree off would show tenfold.
+// Along the surface, across the line of sight, the way to it grows with the square alone: a degree
+// off would show tenfold.
 TEST(AnalyticExit, NormalIsThatOfTheConeOfSight) {
   Random random(23);
   constexpr double kAside_m = 1e-4;
   int checked = 0;
   for (int i = 0; i < 200; ++i) {
-    const std::vector<hull::Capsule> object{{random_in_ball(random, 0.1), random_in_ball(random, 0.1), 0.05}};
+    const std::vector<hull::Capsule> object{
+        {random_in_ball(random, 0.1), random_in_ball(random, 0.1), 0.05}};
     const auto cameras = random_cameras(random, 3);
-    const Vector3d p = 0.5 * (object[0].a_world_m + object[0].b_world_m), v = random_direction(random);
+    const Vector3d p = 0.5 * (object[0].a_world_m + object[0].b_world_m),
+                   v = random_direction(random);
     const auto exit = collision_bench::analytic_exit(object, cameras, {p, v}, 0, 1);
     ASSERT_TRUE(exit);
     const Vector3d border = p + exit->distance_m * v, n = exit->normal_world;
-    const Vector3d sight = (border - geometry::camera_center_world_m(cameras[exit->camera])).normalized();
+    const Vector3d sight =
+        (border - geometry::camera_center_world_m(cameras[exit->camera])).normalized();
     EXPECT_NEAR(n.norm(), 1, 1e-12);
     EXPECT_NEAR(n.dot(sight), 0, 1e-9);
     EXPECT_GT(n.dot(v), 0);
@@ -122,7 +133,8 @@ TEST(AnalyticExit, NormalIsThatOfTheConeOfSight) {
   EXPECT_EQ(checked, 200);
   const auto cameras = random_cameras(random, 3);
   const std::vector<hull::Capsule> ball_here{ball(kOrigin, 0.05)};
-  EXPECT_FALSE(collision_bench::analytic_exit(ball_here, cameras, {Vector3d(0.3, 0, 0), Vector3d(1, 0, 0)}, 0, 1));  // starts outside
+  EXPECT_FALSE(collision_bench::analytic_exit(
+      ball_here, cameras, {Vector3d(0.3, 0, 0), Vector3d(1, 0, 0)}, 0, 1));  // starts outside
 }
 
 }  // namespace

@@ -1,14 +1,15 @@
-// The benchmark's scenes are what they say, and its rivals give what they claim: a comparison with something wrong is worth nothing.
+// The benchmark's scenes are what they say, and its rivals give what they claim: a comparison with
+// something wrong is worth nothing.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 #include <algorithm>
 #include <map>
 
-#include "benchmarks/collision/truth.h"
 #include "benchmarks/collision/baselines/brute_force.h"
 #include "benchmarks/collision/baselines/hull_fcl.h"
 #include "benchmarks/collision/baselines/hull_polygons.h"
+#include "benchmarks/collision/truth.h"
 #include "tests/support/hull_scenes.h"
 
 namespace fivepipe::baselines {
@@ -17,9 +18,12 @@ namespace {
 using collision_bench::CollisionScene;
 using Eigen::Vector3d;
 
-// --- brute force -----------------------------------------------------------------------------------------------------
+// --- brute force
+// -----------------------------------------------------------------------------------------------------
 
-collision::ObjectCollision by_scalar_loop(const std::vector<collision::Triangle>& triangles, std::span<const hull::Silhouette> silhouettes, int across) {
+collision::ObjectCollision by_scalar_loop(const std::vector<collision::Triangle>& triangles,
+                                          std::span<const hull::Silhouette> silhouettes,
+                                          int across) {
   collision::ObjectCollision object;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const collision::TriangleView view = collision::view_of(triangles[i]);
@@ -27,7 +31,8 @@ collision::ObjectCollision by_scalar_loop(const std::vector<collision::Triangle>
       const Vector3d p_world_m = point_at(view, sample);
       if (!hull::in_hull(silhouettes, p_world_m)) continue;
       object.points.push_back({p_world_m, std::uint32_t(i)});
-      if (object.triangles.empty() || object.triangles.back() != i) object.triangles.push_back(std::uint32_t(i));
+      if (object.triangles.empty() || object.triangles.back() != i)
+        object.triangles.push_back(std::uint32_t(i));
     }
   }
   return object;
@@ -37,12 +42,14 @@ std::vector<collision::Triangle> random_triangles(test::Random& random, int coun
   std::vector<collision::Triangle> triangles;
   for (int i = 0; i < count; ++i) {
     const Vector3d middle = test::random_in_ball(random, 0.4);
-    const double size_m = std::pow(10, test::uniform(random, -3, 0.7));  // up to 5 m: behind cameras too
-    triangles.push_back({middle + test::random_in_ball(random, size_m), middle + test::random_in_ball(random, size_m),
+    const double size_m =
+        std::pow(10, test::uniform(random, -3, 0.7));  // up to 5 m: behind cameras too
+    triangles.push_back({middle + test::random_in_ball(random, size_m),
+                         middle + test::random_in_ball(random, size_m),
                          middle + test::random_in_ball(random, size_m)});
   }
-  triangles[0][1] = triangles[0][0];  // degenerate
-  triangles[1][2] = 0.5 * (triangles[1][0] + triangles[1][1]);  // collinear
+  triangles[0][1] = triangles[0][0];                                   // degenerate
+  triangles[1][2] = 0.5 * (triangles[1][0] + triangles[1][1]);         // collinear
   triangles[2] = {triangles[2][0], triangles[2][0], triangles[2][0]};  // a point
   return triangles;
 }
@@ -53,8 +60,10 @@ TEST(BruteForce, FindsWhatAScalarLoopOverTheSameSamplesFinds) {
     std::size_t points = 0;
     for (const int across : {1, 3, 10, 37}) {
       test::Random random(std::uint64_t(100 + across));
-      const auto silhouettes = test::silhouettes_of(test::random_object(random, 5), test::random_cameras(random, 3));
-      const std::vector<std::vector<collision::Triangle>> objects{random_triangles(random, 150), {}, random_triangles(random, 300)};
+      const auto silhouettes =
+          test::silhouettes_of(test::random_object(random, 5), test::random_cameras(random, 3));
+      const std::vector<std::vector<collision::Triangle>> objects{
+          random_triangles(random, 150), {}, random_triangles(random, 300)};
       BruteForce brute(across);
       brute.set_silhouettes(silhouettes);
       base::WorkerPool one(1), three(3);
@@ -73,11 +82,13 @@ TEST(BruteForce, FindsWhatAScalarLoopOverTheSameSamplesFinds) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
-// Where every pixel's border counts, the image's too, and triangles reach behind the camera: what rounding in float would get wrong.
+// Where every pixel's border counts, the image's too, and triangles reach behind the camera: what
+// rounding in float would get wrong.
 TEST(BruteForce, IsRightAtThePixelsBordersAndBehindTheCamera) {
   test::Random random(42);
   std::vector<hull::Silhouette> silhouettes;
-  for (const geometry::Camera& camera : test::random_cameras(random, 1)) silhouettes.push_back({camera, test::random_pixels(random, 160, 121, 0.5)});
+  for (const geometry::Camera& camera : test::random_cameras(random, 1))
+    silhouettes.push_back({camera, test::random_pixels(random, 160, 121, 0.5)});
   struct Case {
     int across, triangles;
     double size_m;
@@ -96,7 +107,8 @@ TEST(BruteForce, IsRightAtThePixelsBordersAndBehindTheCamera) {
       base::WorkerPool pool(1);
       BruteForce brute(c.across);
       brute.set_silhouettes(silhouettes);
-      EXPECT_TRUE(brute.detect(objects, pool)[0].points == expected.points) << hwy::TargetName(target) << " " << c.size_m;
+      EXPECT_TRUE(brute.detect(objects, pool)[0].points == expected.points)
+          << hwy::TargetName(target) << " " << c.size_m;
     }
     hwy::SetSupportedTargetsForTest(0);
   }
@@ -107,25 +119,29 @@ TEST(BruteForce, SamplesLieInTheTriangleAndHalfOfTheViewportIsCovered) {
   for (const collision::Triangle& t : random_triangles(random, 200)) {
     const collision::TriangleView view = collision::view_of(t);
     const auto samples = triangle_samples(view, 60);
-    for (const TriangleSample& s : samples) EXPECT_TRUE(s.base >= 0 && s.side > 0 && s.base + s.side <= 1 + 1e-6f);
+    for (const TriangleSample& s : samples)
+      EXPECT_TRUE(s.base >= 0 && s.side > 0 && s.base + s.side <= 1 + 1e-6f);
     EXPECT_NEAR(double(samples.size()), 1800, 60);  // the border's pixels, half of a row's two
   }
 }
 
 TEST(BruteForce, NothingIsInTheHullOfAnEmptyMapOrOfNoMap) {
   test::Random random(3);
-  auto silhouettes = test::silhouettes_of(test::random_object(random, 5), test::random_cameras(random, 2));
+  auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 5), test::random_cameras(random, 2));
   const std::vector<std::vector<collision::Triangle>> objects{random_triangles(random, 50)};
   base::WorkerPool pool(1);
   BruteForce brute(10);
   brute.set_silhouettes({});
   EXPECT_FALSE(brute.detect(objects, pool)[0].colliding());
-  silhouettes[1].pixels = hull::ObjectPixels(silhouettes[1].pixels.width_px(), silhouettes[1].pixels.height_px());
+  silhouettes[1].pixels =
+      hull::ObjectPixels(silhouettes[1].pixels.width_px(), silhouettes[1].pixels.height_px());
   brute.set_silhouettes(silhouettes);
   EXPECT_FALSE(brute.detect(objects, pool)[0].colliding());
 }
 
-// --- the hull's polygons ---------------------------------------------------------------------------------------------
+// --- the hull's polygons
+// ---------------------------------------------------------------------------------------------
 
 const Eigen::AlignedBox3d kVolume(Vector3d::Constant(-0.6), Vector3d::Constant(0.6));
 
@@ -135,7 +151,9 @@ struct Polygonised {
 };
 Polygonised random_polygons(std::uint64_t seed, double cell_m, int threads = 1) {
   test::Random random(seed);
-  Polygonised p{test::silhouettes_of(test::random_object(random, 4, 0.15), test::random_cameras(random, 3)), {}};
+  Polygonised p{
+      test::silhouettes_of(test::random_object(random, 4, 0.15), test::random_cameras(random, 3)),
+      {}};
   base::WorkerPool pool(threads);
   hull::CpuHull hull(pool, p.silhouettes);
   p.mesh = HullPolygons(cell_m).polygonise(hull::HullQuery(hull), kVolume);
@@ -146,7 +164,8 @@ Polygonised random_polygons(std::uint64_t seed, double cell_m, int threads = 1) 
 int winding(const geometry::Mesh& mesh, const Vector3d& p_m) {
   int count = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
-    const Vector3d v[3] = {mesh.vertices_m[a] - p_m, mesh.vertices_m[b] - p_m, mesh.vertices_m[c] - p_m};
+    const Vector3d v[3] = {mesh.vertices_m[a] - p_m, mesh.vertices_m[b] - p_m,
+                           mesh.vertices_m[c] - p_m};
     const auto cross = [&](int i, int j) { return v[i].x() * v[j].y() - v[i].y() * v[j].x(); };
     const double ab = cross(0, 1), bc = cross(1, 2), ca = cross(2, 0), area = ab + bc + ca;
     if (!((ab > 0 && bc > 0 && ca > 0) || (ab < 0 && bc < 0 && ca < 0))) continue;
@@ -159,13 +178,16 @@ TEST(HullPolygons, AreClosedAndTurnOutwards) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const geometry::Mesh mesh = random_polygons(seed, 0.011).mesh;
     ASSERT_GT(mesh.triangles.size(), 500u);
-    std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;  // each edge is gone along both ways equally often
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int>
+        directed;  // each edge is gone along both ways equally often
     double volume_m3 = 0;
     for (const auto& t : mesh.triangles) {
       for (int i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
-      volume_m3 += mesh.vertices_m[t[0]].dot(mesh.vertices_m[t[1]].cross(mesh.vertices_m[t[2]])) / 6;
+      volume_m3 +=
+          mesh.vertices_m[t[0]].dot(mesh.vertices_m[t[1]].cross(mesh.vertices_m[t[2]])) / 6;
     }
-    for (const auto& [edge, count] : directed) EXPECT_EQ(count, (directed[{edge.second, edge.first}]));
+    for (const auto& [edge, count] : directed)
+      EXPECT_EQ(count, (directed[{edge.second, edge.first}]));
     EXPECT_GT(volume_m3, 0);
   }
 }
@@ -181,7 +203,8 @@ TEST(HullPolygons, TellInFromOutBeyondACellFromTheBorder) {
     test::Random random(seed);
     int inside = 0, outside = 0;
     for (int i = 0; i < 1000; ++i) {
-      const Vector3d q = p.mesh.vertices_m[random() % p.mesh.vertices_m.size()] + test::random_in_ball(random, 5 * reach_m);
+      const Vector3d q = p.mesh.vertices_m[random() % p.mesh.vertices_m.size()] +
+                         test::random_in_ball(random, 5 * reach_m);
       const bool deep = query.solid_radius_m(q) > reach_m, clear = query.free_radius_m(q) > reach_m;
       if (!deep && !clear) continue;
       (deep ? inside : outside)++;
@@ -189,12 +212,14 @@ TEST(HullPolygons, TellInFromOutBeyondACellFromTheBorder) {
     }
     EXPECT_GT(inside, 10);
     EXPECT_GT(outside, 100);
-    for (const Vector3d& v : p.mesh.vertices_m) EXPECT_TRUE(query.solid_radius_m(v) <= reach_m && query.free_radius_m(v) <= reach_m);
+    for (const Vector3d& v : p.mesh.vertices_m)
+      EXPECT_TRUE(query.solid_radius_m(v) <= reach_m && query.free_radius_m(v) <= reach_m);
   }
 }
 
 TEST(HullPolygons, DoNotDependOnThreadsAndAreNoneWithoutAHull) {
-  const geometry::Mesh one = random_polygons(5, 0.01).mesh, three = random_polygons(5, 0.01, 3).mesh;
+  const geometry::Mesh one = random_polygons(5, 0.01).mesh,
+                       three = random_polygons(5, 0.01, 3).mesh;
   EXPECT_EQ(one.triangles, three.triangles);
   EXPECT_EQ(one.vertices_m, three.vertices_m);
   base::WorkerPool pool(1);
@@ -205,7 +230,8 @@ TEST(HullPolygons, DoNotDependOnThreadsAndAreNoneWithoutAHull) {
 // A hull that reaches out of the volume is cut off there, and still closed.
 TEST(HullPolygons, AreCutOffAtTheVolume) {
   test::Random random(8);
-  const auto silhouettes = test::silhouettes_of({{Vector3d(-0.5, 0, 0), Vector3d(0.5, 0.1, 0), 0.06}}, test::random_cameras(random, 3));
+  const auto silhouettes = test::silhouettes_of(
+      {{Vector3d(-0.5, 0, 0), Vector3d(0.5, 0.1, 0), 0.06}}, test::random_cameras(random, 3));
   base::WorkerPool pool(1);
   hull::CpuHull hull(pool, silhouettes);
   const hull::HullQuery query(hull);
@@ -215,18 +241,25 @@ TEST(HullPolygons, AreCutOffAtTheVolume) {
   // A grid point and a half beyond at most.
   EXPECT_GT(geometry::bounds_m(mesh).min().x(), -0.015);
   EXPECT_LT(geometry::bounds_m(mesh).max().x(), 0.215);
-  for (const double x_m : {0.01, 0.1, 0.19}) EXPECT_EQ(winding(mesh, {x_m, 0.05 + 0.1 * x_m, 0.001}), 1) << x_m;
-  for (const double x_m : {-0.03, 0.23}) EXPECT_EQ(winding(mesh, {x_m, 0.05 + 0.1 * x_m, 0.001}), 0) << x_m;
+  for (const double x_m : {0.01, 0.1, 0.19})
+    EXPECT_EQ(winding(mesh, {x_m, 0.05 + 0.1 * x_m, 0.001}), 1) << x_m;
+  for (const double x_m : {-0.03, 0.23})
+    EXPECT_EQ(winding(mesh, {x_m, 0.05 + 0.1 * x_m, 0.001}), 0) << x_m;
 }
 
-// --- FCL -------------------------------------------------------------------------------------------------------------
+// --- FCL
+// -------------------------------------------------------------------------------------------------------------
 
 #ifdef FIVEPIPE_FCL
 TEST(HullFcl, FindsTheTrianglesThatCrossAndTheirPoints) {
   HullFcl fcl;
   fcl.set_hull(geometry::box_mesh({0.2, 0.2, 0.2}));
-  geometry::Mesh sheet = geometry::curtain_mesh(0.6, 0.6, 6, 6, 0, 0);  // in its plane cells of 10 cm, through the box
-  for (Vector3d& v : sheet.vertices_m) v += Vector3d(0.05, 0.01, 0.35);  // cells' borders at 0.05 + 0.1 k: those at -0.05 to 0.05 are wholly inside
+  geometry::Mesh sheet =
+      geometry::curtain_mesh(0.6, 0.6, 6, 6, 0, 0);  // in its plane cells of 10 cm, through the box
+  for (Vector3d& v : sheet.vertices_m)
+    v +=
+        Vector3d(0.05, 0.01,
+                 0.35);  // cells' borders at 0.05 + 0.1 k: those at -0.05 to 0.05 are wholly inside
   const collision::ObjectCollision found = fcl.query(fcl.add(sheet));
   ASSERT_TRUE(found.colliding());
   const auto triangles = collision::world_triangles(sheet, Eigen::Isometry3d::Identity());
@@ -234,11 +267,13 @@ TEST(HullFcl, FindsTheTrianglesThatCrossAndTheirPoints) {
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     Eigen::AlignedBox2d box;
     for (const Vector3d& v : triangles[i]) box.extend(Eigen::Vector2d(v.x(), v.z()));
-    // Cells around the square from -0.1 to 0.1: the right angle's own half decides where only a corner of the cell is in it.
+    // Cells around the square from -0.1 to 0.1: the right angle's own half decides where only a
+    // corner of the cell is in it.
     bool in = false, out = false;
     for (int a = 0; a <= 50; ++a)
       for (int b = 0; a + b <= 50; ++b) {
-        const Vector3d p = triangles[i][0] + a / 50.0 * (triangles[i][1] - triangles[i][0]) + b / 50.0 * (triangles[i][2] - triangles[i][0]);
+        const Vector3d p = triangles[i][0] + a / 50.0 * (triangles[i][1] - triangles[i][0]) +
+                           b / 50.0 * (triangles[i][2] - triangles[i][0]);
         (p.cwiseAbs().maxCoeff() < 0.1 ? in : out) = true;
       }
     if (in && out) crossing.push_back(i);
@@ -251,7 +286,8 @@ TEST(HullFcl, FindsTheTrianglesThatCrossAndTheirPoints) {
     EXPECT_NEAR(p.p_world_m.y(), 0.01, 1e-9);
     const collision::Triangle& t = triangles[p.triangle];
     const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
-    for (int i = 0; i < 3; ++i) EXPECT_GE((t[(i + 1) % 3] - t[i]).cross(p.p_world_m - t[i]).dot(normal), -1e-12);
+    for (int i = 0; i < 3; ++i)
+      EXPECT_GE((t[(i + 1) % 3] - t[i]).cross(p.p_world_m - t[i]).dot(normal), -1e-12);
   }
 }
 
@@ -269,7 +305,8 @@ TEST(HullFcl, FollowsADeformedMeshAndMissesWhatIsWhollyInside) {
 }
 #endif
 
-// --- the benchmark's scenes ------------------------------------------------------------------------------------------
+// --- the benchmark's scenes
+// ------------------------------------------------------------------------------------------
 
 collision_bench::TruthCounts true_counts(const collision_bench::CollisionScene& scene) {
   base::WorkerPool pool(1);
@@ -287,7 +324,8 @@ TEST(CollisionScenes, Curtain720IsThePapersWithAHandPressedThroughIt) {
   double beyond_m = 0, before_m = 0;
   for (const hull::Capsule& c : scene.real_objects)
     for (const Vector3d* end : {&c.a_world_m, &c.b_world_m})
-      beyond_m = std::max(beyond_m, end->y() + c.radius_m), before_m = std::min(before_m, end->y() - c.radius_m);
+      beyond_m = std::max(beyond_m, end->y() + c.radius_m),
+      before_m = std::min(before_m, end->y() - c.radius_m);
   EXPECT_GE(beyond_m, 0.05);
   EXPECT_LT(before_m, 0);
 }
@@ -312,7 +350,8 @@ TEST(CollisionScenes, PayloadIsAnAssemblyOfFiftyThousand) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;
   for (const auto& t : scene.objects[0].mesh.triangles)
     for (int i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
-  for (const auto& [edge, count] : std::map(directed)) ASSERT_EQ(count, (directed[{edge.second, edge.first}]));
+  for (const auto& [edge, count] : std::map(directed))
+    ASSERT_EQ(count, (directed[{edge.second, edge.first}]));
 }
 
 TEST(CollisionScenes, DenseIsAMillionOfWhichAHundredthIsNear) {
@@ -333,32 +372,43 @@ TEST(CollisionScenes, FullHasEveryTriangleAcrossTheBorder) {
 TEST(CollisionScenes, ThinHasFingersOfTwoMillimetresAndTrianglesOfTwoCentimetres) {
   const collision_bench::CollisionScene scene = collision_bench::thin();
   for (const hull::Capsule& c : scene.real_objects) EXPECT_EQ(c.radius_m, 0.001);
-  for (const collision::Triangle& t : scene.objects_world_m[0]) EXPECT_NEAR((t[1] - t[0]).cross(t[2] - t[0]).norm(), 0.02 * 0.02, 1e-12);
+  for (const collision::Triangle& t : scene.objects_world_m[0])
+    EXPECT_NEAR((t[1] - t[0]).cross(t[2] - t[0]).norm(), 0.02 * 0.02, 1e-12);
   EXPECT_GE(true_counts(scene).crossing_border, scene.real_objects.size());
 }
 
 TEST(CollisionScenes, AreTheSameEveryTime) {
-  const collision_bench::CollisionScene one = collision_bench::payload(), two = collision_bench::payload();
+  const collision_bench::CollisionScene one = collision_bench::payload(),
+                                        two = collision_bench::payload();
   EXPECT_EQ(one.objects_world_m, two.objects_world_m);
   EXPECT_EQ(one.silhouettes[0].pixels, two.silhouettes[0].pixels);
 }
 
-// --- truth -----------------------------------------------------------------------------------------------------------
+// --- truth
+// -----------------------------------------------------------------------------------------------------------
 
 // What a backend says is judged right: a ball's hull by a plate through its middle.
 TEST(CollisionTruth, KnowsDepthAndJudges) {
-  collision_bench::CollisionScene scene{"ball", {{Vector3d::Zero(), Vector3d::Zero(), 0.05}}, {}, {}, {}, {}};
-  for (const Vector3d& eye : {Vector3d(2, 0, 0.1), Vector3d(-1, 1.7, 0.1), Vector3d(-1, -1.7, 0.1), Vector3d(0, 0, 2)})
-    scene.silhouettes.push_back({{geometry::pinhole_from_fov(400, 400, 0.1), geometry::look_at(eye, Vector3d::Zero(), Vector3d(1, 2, 3))}, {}});
-  for (hull::Silhouette& s : scene.silhouettes) s.pixels = hull::true_object_pixels(scene.real_objects, s.camera, hull::PixelRule::touched);
+  collision_bench::CollisionScene scene{
+      "ball", {{Vector3d::Zero(), Vector3d::Zero(), 0.05}}, {}, {}, {}, {}};
+  for (const Vector3d& eye :
+       {Vector3d(2, 0, 0.1), Vector3d(-1, 1.7, 0.1), Vector3d(-1, -1.7, 0.1), Vector3d(0, 0, 2)})
+    scene.silhouettes.push_back({{geometry::pinhole_from_fov(400, 400, 0.1),
+                                  geometry::look_at(eye, Vector3d::Zero(), Vector3d(1, 2, 3))},
+                                 {}});
+  for (hull::Silhouette& s : scene.silhouettes)
+    s.pixels = hull::true_object_pixels(scene.real_objects, s.camera, hull::PixelRule::touched);
   const double reach_m = 0.02;  // well inside
-  scene.objects_world_m = {{{Vector3d(-1, -1, 0), Vector3d(1, -1, 0), Vector3d(0, 1.5, 0)},
-                            {Vector3d(-reach_m, 0, 0), Vector3d(reach_m, 0, 0), Vector3d(0, reach_m, 0)},
-                            {Vector3d(1, 1, 1), Vector3d(1.1, 1, 1), Vector3d(1, 1.1, 1)}}};
+  scene.objects_world_m = {
+      {{Vector3d(-1, -1, 0), Vector3d(1, -1, 0), Vector3d(0, 1.5, 0)},
+       {Vector3d(-reach_m, 0, 0), Vector3d(reach_m, 0, 0), Vector3d(0, reach_m, 0)},
+       {Vector3d(1, 1, 1), Vector3d(1.1, 1, 1), Vector3d(1, 1.1, 1)}}};
   base::WorkerPool pool(1);
   const auto truth = collision_bench::exact_truth(scene, 100, pool);
-  EXPECT_TRUE(truth[0][0].crosses_border() && truth[0][1].crosses && !truth[0][1].leaves && !truth[0][2].crosses && !truth[0][2].near);
-  // The plate's deepest point is the ball's centre: the hull is at least the ball, and not a tenth more.
+  EXPECT_TRUE(truth[0][0].crosses_border() && truth[0][1].crosses && !truth[0][1].leaves &&
+              !truth[0][2].crosses && !truth[0][2].near);
+  // The plate's deepest point is the ball's centre: the hull is at least the ball, and not a tenth
+  // more.
   EXPECT_GT(truth[0][0].deepest_m, 0.0494);
   EXPECT_LT(truth[0][0].deepest_m, 0.055);
 

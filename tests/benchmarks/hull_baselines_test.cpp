@@ -9,10 +9,10 @@
 #include <functional>
 #include <optional>
 
-#include "common/hull/oracle/reference.h"
 #include "benchmarks/hull/baselines/cpu_plane_sweep.h"
 #include "benchmarks/hull/baselines/image_based_hull.h"
 #include "benchmarks/hull/baselines/voxel_carving.h"
+#include "common/hull/oracle/reference.h"
 #include "tests/support/hull_scenes.h"
 
 namespace fivepipe::baselines {
@@ -29,38 +29,49 @@ struct Case {
   hull::View view;
   geometry::Ray ray(std::size_t i) const {
     const int width = view.camera.pinhole.width_px;
-    return geometry::ray_through(view.camera, Eigen::Vector2d(double(int(i) % width), double(int(i) / width)));
+    return geometry::ray_through(view.camera,
+                                 Eigen::Vector2d(double(int(i) % width), double(int(i) / width)));
   }
 };
 
 // Sizes that are no multiple of any tile or of the lanes.
 Case random_case(std::uint64_t seed, int cameras) {
   test::Random random(seed);
-  Case c{test::silhouettes_of(test::random_object(random, 5), test::random_cameras(random, cameras)), {}};
+  Case c{
+      test::silhouettes_of(test::random_object(random, 5), test::random_cameras(random, cameras)),
+      {}};
   c.view = {test::random_camera(random, 83, 67), kNear_m, kFar_m};
   return c;
 }
 
-Depths depths_of(const Case& c, int threads, const std::function<void(base::WorkerPool&, std::span<float>)>& method) {
+Depths depths_of(const Case& c, int threads,
+                 const std::function<void(base::WorkerPool&, std::span<float>)>& method) {
   base::WorkerPool pool(threads);
-  Depths depths(std::size_t(c.view.camera.pinhole.width_px) * c.view.camera.pinhole.height_px, -1.0f);
+  Depths depths(std::size_t(c.view.camera.pinhole.width_px) * c.view.camera.pinhole.height_px,
+                -1.0f);
   method(pool, depths);
   return depths;
 }
 
 Depths image_based(const Case& c, int threads = 1) {
-  return depths_of(c, threads, [&](base::WorkerPool& pool, std::span<float> depths) { ImageBasedHull().depth(c.silhouettes, c.view, pool, depths); });
+  return depths_of(c, threads, [&](base::WorkerPool& pool, std::span<float> depths) {
+    ImageBasedHull().depth(c.silhouettes, c.view, pool, depths);
+  });
 }
 
-bool same_bits(const Depths& a, const Depths& b) { return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0; }
+bool same_bits(const Depths& a, const Depths& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
 
-// --- image-based visual hulls ----------------------------------------------------------------------------------------
+// --- image-based visual hulls
+// ----------------------------------------------------------------------------------------
 
-// Rounding of float in map coordinates: positions of up to a few hundred pixels, eight roundings, hence 1e-4 px, seen at angles
-// that make it up to twenty times as long in depth, at less than 20 mm a pixel.
+// Rounding of float in map coordinates: positions of up to a few hundred pixels, eight roundings,
+// hence 1e-4 px, seen at angles that make it up to twenty times as long in depth, at less than 20
+// mm a pixel.
 constexpr double kRounding_m = 4e-5;
-// Rays that touch a corner or a thin end of the hull within that rounding, and so have or miss a piece that the reference
-// misses or has.
+// Rays that touch a corner or a thin end of the hull within that rounding, and so have or miss a
+// piece that the reference misses or has.
 constexpr double kTies = 1e-4;
 
 struct Agreement {
@@ -68,11 +79,14 @@ struct Agreement {
 };
 void compare(const Case& c, const Depths& depths, Agreement& agreement) {
   for (std::size_t i = 0; i < depths.size(); ++i) {
-    const auto pieces = hull::reference_intervals(c.silhouettes, c.ray(i), c.view.near_m, c.view.far_m);
+    const auto pieces =
+        hull::reference_intervals(c.silhouettes, c.ray(i), c.view.near_m, c.view.far_m);
     const bool hit = depths[i] != hull::kNoHull;
     ++agreement.rays;
     agreement.hits += hit;
-    if (hit != !pieces.empty() || (hit && !(std::abs(depths[i] - pieces.front().enter) <= kRounding_m))) ++agreement.others;
+    if (hit != !pieces.empty() ||
+        (hit && !(std::abs(depths[i] - pieces.front().enter) <= kRounding_m)))
+      ++agreement.others;
   }
 }
 void expect_agreement(const Agreement& agreement) {
@@ -94,22 +108,30 @@ TEST(ImageBasedHull, AgreesWhereMapsAreNoise) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     test::Random random(seed);
     Case c = random_case(seed, 3);
-    for (hull::Silhouette& s : c.silhouettes) s.pixels = test::random_pixels(random, s.pixels.width_px(), s.pixels.height_px(), 0.7);
+    for (hull::Silhouette& s : c.silhouettes)
+      s.pixels = test::random_pixels(random, s.pixels.width_px(), s.pixels.height_px(), 0.7);
     compare(c, image_based(c), agreement);
   }
   expect_agreement(agreement);
 }
 
-// The eye in the middle of each map in turn, before and behind its camera, and beside it, where epipoles are at infinity.
+// The eye in the middle of each map in turn, before and behind its camera, and beside it, where
+// epipoles are at infinity.
 TEST(ImageBasedHull, AgreesWhereverTheEpipolesLie) {
   Agreement agreement;
   for (std::uint64_t seed = 0; seed < 24; ++seed) {
     test::Random random(seed);
     Case c = random_case(seed, 3);
-    const Eigen::Isometry3d world_from_camera = c.silhouettes[seed % 3].camera.camera_from_world.inverse();
+    const Eigen::Isometry3d world_from_camera =
+        c.silhouettes[seed % 3].camera.camera_from_world.inverse();
     const double sideways = seed % 4 == 3 ? 1 : 0;
-    const Eigen::Vector3d in_camera(0.1 * sideways + test::uniform(random, -0.02, 0.02), test::uniform(random, -0.02, 0.02), sideways ? 0 : seed % 2 ? 0.4 : -0.4);
-    c.view.camera.camera_from_world = geometry::look_at(world_from_camera * in_camera, Eigen::Vector3d::Zero(), test::random_direction(random));
+    const Eigen::Vector3d in_camera(0.1 * sideways + test::uniform(random, -0.02, 0.02),
+                                    test::uniform(random, -0.02, 0.02),
+                                    sideways   ? 0
+                                    : seed % 2 ? 0.4
+                                               : -0.4);
+    c.view.camera.camera_from_world = geometry::look_at(
+        world_from_camera * in_camera, Eigen::Vector3d::Zero(), test::random_direction(random));
     compare(c, image_based(c), agreement);
   }
   expect_agreement(agreement);
@@ -142,17 +164,22 @@ TEST(ImageBasedHull, DoesNotDependOnThreads) {
   for (const int threads : {2, 5}) EXPECT_TRUE(same_bits(one, image_based(c, threads)));
 }
 
-// --- plane sweep -------------------------------------------------------------------------------------------------------
+// --- plane sweep
+// -------------------------------------------------------------------------------------------------------
 
 Depths plane_sweep(const Case& c, int planes, int threads = 1) {
-  return depths_of(c, threads, [&](base::WorkerPool& pool, std::span<float> depths) { CpuPlaneSweep(planes).depth(c.silhouettes, c.view, pool, depths); });
+  return depths_of(c, threads, [&](base::WorkerPool& pool, std::span<float> depths) {
+    CpuPlaneSweep(planes).depth(c.silhouettes, c.view, pool, depths);
+  });
 }
 
-// A plane this near, as a share of the spacing, to where a ray enters or leaves a piece is on either side of it by rounding. Float
-// tells depths of 3 m apart to 2e-7 m, positions in maps to 1e-4 px: some 1e-6 m, at grazing angles twenty times as much.
+// A plane this near, as a share of the spacing, to where a ray enters or leaves a piece is on
+// either side of it by rounding. Float tells depths of 3 m apart to 2e-7 m, positions in maps to
+// 1e-4 px: some 1e-6 m, at grazing angles twenty times as much.
 constexpr double kPlaneRounding_m = 2e-5;
 
-std::optional<double> first_plane_in(const std::vector<hull::Interval>& pieces, double near_m, double spacing_m) {
+std::optional<double> first_plane_in(const std::vector<hull::Interval>& pieces, double near_m,
+                                     double spacing_m) {
   for (const hull::Interval& piece : pieces) {
     const double plane = near_m + std::ceil((piece.enter - near_m) / spacing_m) * spacing_m;
     if (plane < piece.leave) return plane;
@@ -168,14 +195,17 @@ TEST(CpuPlaneSweep, FindsTheFirstPlaneInTheHull) {
     const double spacing_m = (kFar_m - kNear_m) / planes;
     const Depths depths = plane_sweep(c, planes);
     for (std::size_t i = 0; i < depths.size(); ++i) {
-      const auto expected = first_plane_in(hull::reference_intervals(c.silhouettes, c.ray(i), kNear_m, kFar_m), kNear_m, spacing_m);
+      const auto expected = first_plane_in(
+          hull::reference_intervals(c.silhouettes, c.ray(i), kNear_m, kFar_m), kNear_m, spacing_m);
       ++rays;
       hits += depths[i] != hull::kNoHull;
-      others += expected ? !(std::abs(depths[i] - *expected) <= kPlaneRounding_m) : depths[i] != hull::kNoHull;
+      others += expected ? !(std::abs(depths[i] - *expected) <= kPlaneRounding_m)
+                         : depths[i] != hull::kNoHull;
     }
   }
   EXPECT_GT(hits, rays / 100);
-  // Planes that meet a piece's end within kPlaneRounding_m: of spacings of 10 to 70 mm, less than 1 in 500; two ends a piece.
+  // Planes that meet a piece's end within kPlaneRounding_m: of spacings of 10 to 70 mm, less than 1
+  // in 500; two ends a piece.
   EXPECT_LE(double(others), 4e-3 * double(hits));
 }
 
@@ -187,7 +217,9 @@ TEST(CpuPlaneSweep, IsWithinASpacingWhereAPlaneMeetsTheFirstPiece) {
   std::size_t met = 0;
   for (std::size_t i = 0; i < depths.size(); ++i) {
     const auto pieces = hull::reference_intervals(c.silhouettes, c.ray(i), kNear_m, kFar_m);
-    if (pieces.empty() || pieces.front().leave - pieces.front().enter < spacing_m + kPlaneRounding_m) continue;
+    if (pieces.empty() ||
+        pieces.front().leave - pieces.front().enter < spacing_m + kPlaneRounding_m)
+      continue;
     ++met;
     EXPECT_GE(depths[i], pieces.front().enter - kPlaneRounding_m);
     EXPECT_LE(depths[i], pieces.front().enter + spacing_m + kPlaneRounding_m);
@@ -199,8 +231,13 @@ TEST(CpuPlaneSweep, MiddlesLieHalfASpacingBeforeThePlanes) {
   const Case c = random_case(9, 3);
   const double spacing_m = (kFar_m - kNear_m) / 100;
   const Depths planes = plane_sweep(c, 100);
-  const Depths middles = depths_of(c, 1, [&](base::WorkerPool& pool, std::span<float> depths) { CpuPlaneSweep(100, SweptDepth::middle).depth(c.silhouettes, c.view, pool, depths); });
-  for (std::size_t i = 0; i < planes.size(); ++i) EXPECT_NEAR(middles[i], planes[i] == hull::kNoHull ? hull::kNoHull : planes[i] - 0.5 * spacing_m, kPlaneRounding_m);
+  const Depths middles = depths_of(c, 1, [&](base::WorkerPool& pool, std::span<float> depths) {
+    CpuPlaneSweep(100, SweptDepth::middle).depth(c.silhouettes, c.view, pool, depths);
+  });
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    EXPECT_NEAR(middles[i],
+                planes[i] == hull::kNoHull ? hull::kNoHull : planes[i] - 0.5 * spacing_m,
+                kPlaneRounding_m);
 }
 
 TEST(CpuPlaneSweep, DoesNotDependOnThreads) {
@@ -209,15 +246,20 @@ TEST(CpuPlaneSweep, DoesNotDependOnThreads) {
   for (const int threads : {2, 5}) EXPECT_TRUE(same_bits(one, plane_sweep(c, 100, threads)));
 }
 
-// --- voxels ------------------------------------------------------------------------------------------------------------
+// --- voxels
+// ------------------------------------------------------------------------------------------------------------
 
-const Eigen::AlignedBox3d kVolume_world_m(Eigen::Vector3d(-0.3, -0.25, -0.2), Eigen::Vector3d(0.25, 0.3, 0.3));
+const Eigen::AlignedBox3d kVolume_world_m(Eigen::Vector3d(-0.3, -0.25, -0.2),
+                                          Eigen::Vector3d(0.25, 0.3, 0.3));
 
 Depths carving(VoxelCarving& voxels, const Case& c, int threads = 1) {
-  return depths_of(c, threads, [&](base::WorkerPool& pool, std::span<float> depths) { voxels.depth(c.silhouettes, c.view, pool, depths); });
+  return depths_of(c, threads, [&](base::WorkerPool& pool, std::span<float> depths) {
+    voxels.depth(c.silhouettes, c.view, pool, depths);
+  });
 }
 
-// Centres at a pixel's border within the rounding of float go either way: 1e-4 px of a pixel's 1 px, on two axes and some cameras.
+// Centres at a pixel's border within the rounding of float go either way: 1e-4 px of a pixel's 1
+// px, on two axes and some cameras.
 constexpr double kVoxelTies = 2e-3;
 
 TEST(VoxelCarving, LeavesVoxelsWhoseCentresAreInTheHull) {
@@ -225,7 +267,8 @@ TEST(VoxelCarving, LeavesVoxelsWhoseCentresAreInTheHull) {
     Case c = random_case(seed, 1 + int(seed % 5));
     test::Random random(seed);
     if (seed % 4 == 3)
-      for (hull::Silhouette& s : c.silhouettes) s.pixels = test::random_pixels(random, 160, 121, 0.6);
+      for (hull::Silhouette& s : c.silhouettes)
+        s.pixels = test::random_pixels(random, 160, 121, 0.6);
     VoxelCarving voxels(kVolume_world_m, 0.006);
     carving(voxels, c);
     const VoxelGrid& grid = voxels.grid();
@@ -233,7 +276,9 @@ TEST(VoxelCarving, LeavesVoxelsWhoseCentresAreInTheHull) {
     for (int z = 0; z < grid.bricks[2] * kBrick_voxels; ++z)
       for (int y = 0; y < grid.bricks[1] * kBrick_voxels; ++y)
         for (int x = 0; x < grid.bricks[0] * kBrick_voxels; ++x) {
-          const bool in = hull::in_hull(c.silhouettes, grid.corner_world_m + grid.voxel_m * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
+          const bool in = hull::in_hull(
+              c.silhouettes,
+              grid.corner_world_m + grid.voxel_m * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
           occupied += in;
           others += in != grid.occupied(x, y, z);
         }
@@ -243,35 +288,43 @@ TEST(VoxelCarving, LeavesVoxelsWhoseCentresAreInTheHull) {
 }
 
 // The first occupied voxel's entry, by slabs over all voxels near the ray.
-std::optional<double> first_voxel_m(const VoxelGrid& grid, const geometry::Ray& ray, double near_m, double far_m) {
-  const Eigen::Vector3d eye = (ray.origin_world_m - grid.corner_world_m) / grid.voxel_m, slope = ray.direction_world / grid.voxel_m;
+std::optional<double> first_voxel_m(const VoxelGrid& grid, const geometry::Ray& ray, double near_m,
+                                    double far_m) {
+  const Eigen::Vector3d eye = (ray.origin_world_m - grid.corner_world_m) / grid.voxel_m,
+                        slope = ray.direction_world / grid.voxel_m;
   std::vector<double> crossings{near_m, far_m};
   for (int axis = 0; axis < 3; ++axis)
     for (int border = 0; border <= grid.bricks[std::size_t(axis)] * kBrick_voxels; ++border)
-      if (const double t = (border - eye[axis]) / slope[axis]; t > near_m && t < far_m) crossings.push_back(t);
+      if (const double t = (border - eye[axis]) / slope[axis]; t > near_m && t < far_m)
+        crossings.push_back(t);
   std::sort(crossings.begin(), crossings.end());
   for (std::size_t i = 1; i < crossings.size(); ++i) {
     const Eigen::Vector3d middle = eye + 0.5 * (crossings[i - 1] + crossings[i]) * slope;
-    if (grid.occupied(int(std::floor(middle.x())), int(std::floor(middle.y())), int(std::floor(middle.z())))) return crossings[i - 1];
+    if (grid.occupied(int(std::floor(middle.x())), int(std::floor(middle.y())),
+                      int(std::floor(middle.z()))))
+      return crossings[i - 1];
   }
   return std::nullopt;
 }
 
 TEST(VoxelCarving, DrawsTheFirstOccupiedVoxelOfEveryRay) {
-  // Rounding of float in voxels: 1e-5 voxels of some 6 mm, at grazing angles a hundred times as much in depth; rays that touch an
-  // edge of a voxel within it may miss it or hit it.
+  // Rounding of float in voxels: 1e-5 voxels of some 6 mm, at grazing angles a hundred times as
+  // much in depth; rays that touch an edge of a voxel within it may miss it or hit it.
   constexpr double kDepthRounding_m = 1e-5, kTouching = 2e-3;
   std::size_t hits = 0, others = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
     Case c = random_case(seed, 3);
-    if (seed % 3 == 2) c.view.camera.camera_from_world = geometry::look_at({0.05, 0.02, 0.01}, {0.2, 0.1, 0.02});  // from within the volume
+    if (seed % 3 == 2)
+      c.view.camera.camera_from_world =
+          geometry::look_at({0.05, 0.02, 0.01}, {0.2, 0.1, 0.02});  // from within the volume
     if (seed % 3 == 2) c.view.near_m = 0.01;
     VoxelCarving voxels(kVolume_world_m, seed % 2 ? 0.004 : 0.011);
     const Depths depths = carving(voxels, c);
     for (std::size_t i = 0; i < depths.size(); ++i) {
       const auto expected = first_voxel_m(voxels.grid(), c.ray(i), c.view.near_m, c.view.far_m);
       hits += depths[i] != hull::kNoHull;
-      others += expected ? !(std::abs(depths[i] - *expected) <= kDepthRounding_m) : depths[i] != hull::kNoHull;
+      others += expected ? !(std::abs(depths[i] - *expected) <= kDepthRounding_m)
+                         : depths[i] != hull::kNoHull;
     }
   }
   EXPECT_GT(hits, 5000u);
@@ -289,7 +342,8 @@ TEST(VoxelCarving, TakesAsManyCamerasAsItSays) {
   Case c = random_case(3, 2);
   VoxelCarving voxels(kVolume_world_m, 0.01);
   const Depths two = carving(voxels, c);
-  while (c.silhouettes.size() < kMaxCarvingCameras) c.silhouettes.push_back(c.silhouettes[c.silhouettes.size() % 2]);
+  while (c.silhouettes.size() < kMaxCarvingCameras)
+    c.silhouettes.push_back(c.silhouettes[c.silhouettes.size() % 2]);
   EXPECT_TRUE(same_bits(two, carving(voxels, c)));
   c.silhouettes.push_back(c.silhouettes.front());
   EXPECT_THROW(carving(voxels, c), std::invalid_argument);
@@ -297,7 +351,8 @@ TEST(VoxelCarving, TakesAsManyCamerasAsItSays) {
 
 TEST(VoxelCarving, RefusesWhatIsNoVolume) {
   EXPECT_THROW(VoxelCarving({}, 0.01), std::invalid_argument);
-  for (const double voxel_m : {0.0, -1.0, std::nan(""), 1e-9}) EXPECT_THROW(VoxelCarving(kVolume_world_m, voxel_m), std::invalid_argument);
+  for (const double voxel_m : {0.0, -1.0, std::nan(""), 1e-9})
+    EXPECT_THROW(VoxelCarving(kVolume_world_m, voxel_m), std::invalid_argument);
 }
 
 TEST(Rivals, AreEmptyWithoutCamerasOrObjectPixels) {
@@ -305,16 +360,21 @@ TEST(Rivals, AreEmptyWithoutCamerasOrObjectPixels) {
   const Depths none(83 * 67, hull::kNoHull);
   VoxelCarving voxels(kVolume_world_m, 0.01);
   c.silhouettes[1].pixels = hull::ObjectPixels(160, 121);
-  for (const Depths& depths : {image_based(c), plane_sweep(c, 64), carving(voxels, c)}) EXPECT_TRUE(same_bits(depths, none));
+  for (const Depths& depths : {image_based(c), plane_sweep(c, 64), carving(voxels, c)})
+    EXPECT_TRUE(same_bits(depths, none));
   c.silhouettes.clear();
-  for (const Depths& depths : {image_based(c), plane_sweep(c, 64), carving(voxels, c)}) EXPECT_TRUE(same_bits(depths, none));
+  for (const Depths& depths : {image_based(c), plane_sweep(c, 64), carving(voxels, c)})
+    EXPECT_TRUE(same_bits(depths, none));
 }
 
-// Vectors of 4, 8 and 16 lanes: the same answers but for rounding, which differs with fused multiply-adds and reciprocals.
+// Vectors of 4, 8 and 16 lanes: the same answers but for rounding, which differs with fused
+// multiply-adds and reciprocals.
 TEST(Rivals, AgreeInVectorsOfEveryWidth) {
   const Case c = random_case(5, 4);
   VoxelCarving voxels(kVolume_world_m, 0.005);
-  const auto all = [&] { return std::array{image_based(c), plane_sweep(c, 200), carving(voxels, c)}; };
+  const auto all = [&] {
+    return std::array{image_based(c), plane_sweep(c, 200), carving(voxels, c)};
+  };
   const auto widest = all();
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
@@ -322,8 +382,10 @@ TEST(Rivals, AgreeInVectorsOfEveryWidth) {
     const auto here = all();
     for (std::size_t method = 0; method < here.size(); ++method) {
       std::size_t others = 0;
-      for (std::size_t i = 0; i < here[method].size(); ++i) others += !(std::abs(here[method][i] - widest[method][i]) <= kRounding_m);
-      EXPECT_LE(double(others), kVoxelTies * double(here[method].size())) << hwy::TargetName(target) << ", method " << method;
+      for (std::size_t i = 0; i < here[method].size(); ++i)
+        others += !(std::abs(here[method][i] - widest[method][i]) <= kRounding_m);
+      EXPECT_LE(double(others), kVoxelTies * double(here[method].size()))
+          << hwy::TargetName(target) << ", method " << method;
     }
   }
   hwy::SetSupportedTargetsForTest(0);

@@ -1,26 +1,29 @@
-// What benchmarks from a recording make of the times: where a frame's time goes, and whether a result is slower than another.
+// What benchmarks from a recording make of the times: where a frame's time goes, and whether a
+// result is slower than another.
 #include <gtest/gtest.h>
 
 #include <numeric>
 #include <random>
 
-#include "common/base/timing.h"
 #include "benchmarks/nodes/comparison.h"
 #include "benchmarks/nodes/node_account.h"
 #include "benchmarks/nodes/pipeline_account.h"
+#include "common/base/timing.h"
 
 namespace fivepipe::node_bench {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 
-std::vector<double> of_step(const std::vector<std::pair<std::string, std::vector<double>>>& steps, const std::string& name) {
+std::vector<double> of_step(const std::vector<std::pair<std::string, std::vector<double>>>& steps,
+                            const std::string& name) {
   for (const auto& [step, times] : steps)
     if (step == name) return times;
   return {};
 }
 
-// A node that gets a frame each 10 ms: released at 1, taken at 2, decoded till 3, computed till 7, written till 8.
+// A node that gets a frame each 10 ms: released at 1, taken at 2, decoded till 3, computed till 7,
+// written till 8.
 std::vector<replay::FrameTimes> regular_frames(int count) {
   std::vector<replay::FrameTimes> frames;
   for (int i = 0; i < count; ++i) {
@@ -28,7 +31,10 @@ std::vector<replay::FrameTimes> regular_frames(int count) {
     replay::FrameTimes frame;
     frame.frame = std::uint64_t(i);
     frame.sent = {t0, t0 + 1 * ms, t0 + 2 * ms};
-    frame.nodes["recon"] = {t0 + ms, t0 + 2 * ms, {{"reconstruct", t0 + 3 * ms, t0 + 7 * ms}, {"write_tiles", t0 + 7 * ms, t0 + 8 * ms}}};
+    frame.nodes["recon"] = {
+        t0 + ms,
+        t0 + 2 * ms,
+        {{"reconstruct", t0 + 3 * ms, t0 + 7 * ms}, {"write_tiles", t0 + 7 * ms, t0 + 8 * ms}}};
     frames.push_back(frame);
   }
   return frames;
@@ -85,13 +91,19 @@ std::vector<replay::FrameTimes> random_frames(unsigned seed, int count) {
     frame.sent.end_ns = frame.sent.release_ns + some();
     std::int64_t tiles = 0;
     for (const char* name : {"a", "b"}) {
-      const std::int64_t last = frame.sent.end_ns + some() - ms, start = last + some(), written = start + some();
-      frame.nodes[name] = {last - 1, last, {{"reconstruct", start, written - 1}, {"write_tiles", written - 1, written}}};
+      const std::int64_t last = frame.sent.end_ns + some() - ms, start = last + some(),
+                         written = start + some();
+      frame.nodes[name] = {
+          last - 1,
+          last,
+          {{"reconstruct", start, written - 1}, {"write_tiles", written - 1, written}}};
       tiles = std::max(tiles, written);
     }
     const std::int64_t simulated = frame.sent.end_ns + some() + some();
-    frame.nodes["sim"] = {frame.sent.end_ns, frame.sent.end_ns, {{"simulate", frame.sent.end_ns, simulated}}};
-    const std::int64_t taken = std::max(tiles, rendering_free) + some() / 10, start = std::max(taken, simulated), end = start + some();
+    frame.nodes["sim"] = {
+        frame.sent.end_ns, frame.sent.end_ns, {{"simulate", frame.sent.end_ns, simulated}}};
+    const std::int64_t taken = std::max(tiles, rendering_free) + some() / 10,
+                       start = std::max(taken, simulated), end = start + some();
     frame.nodes["render"] = {taken - 1, taken, {{"render", start, end}}};
     frame.composited_ns = end;
     frame.composite_heard_ns = end + ms;
@@ -103,10 +115,12 @@ std::vector<replay::FrameTimes> random_frames(unsigned seed, int count) {
 
 TEST(PipelineAccount, StagesAddUpToWhatWasMeasured) {
   for (unsigned seed = 0; seed < 50; ++seed) {
-    const PipelineAccount account = account_of(random_frames(seed, 40), {{"a", "b"}, "sim", "render"});
+    const PipelineAccount account =
+        account_of(random_frames(seed, 40), {{"a", "b"}, "sim", "render"});
     ASSERT_EQ(account.latency.size(), 40u);
     EXPECT_NEAR(account.stages_mean_ms(), base::mean(account.latency), 1e-9) << seed;
-    EXPECT_NEAR(account.explained_share(), account.stages_mean_ms() / (account.stages_mean_ms() + 1), 1e-9);
+    EXPECT_NEAR(account.explained_share(),
+                account.stages_mean_ms() / (account.stages_mean_ms() + 1), 1e-9);
     for (const auto& [stage, times] : account.stages) {
       ASSERT_EQ(times.size(), 40u) << stage;
       for (const double time : times) EXPECT_GE(time, 0) << stage;
@@ -118,7 +132,10 @@ TEST(PipelineAccount, FollowsTheReconstructionNodeWhoseTilesCameLast) {
   std::vector<replay::FrameTimes> frames = random_frames(3, 1);
   auto& slow = frames[0].nodes["b"];
   slow.steps.back().end_ns += 100 * ms;
-  frames[0].nodes["render"] = {slow.steps.back().end_ns, slow.steps.back().end_ns, {{"render", slow.steps.back().end_ns, slow.steps.back().end_ns + ms}}};
+  frames[0].nodes["render"] = {
+      slow.steps.back().end_ns,
+      slow.steps.back().end_ns,
+      {{"render", slow.steps.back().end_ns, slow.steps.back().end_ns + ms}}};
   frames[0].composited_ns = slow.steps.back().end_ns + ms;
   const PipelineAccount account = account_of(frames, {{"a", "b"}, "sim", "render"});
   EXPECT_GT(of_step(account.stages, "write_tiles")[0], 99);
@@ -128,8 +145,10 @@ TEST(PipelineAccount, FollowsTheReconstructionNodeWhoseTilesCameLast) {
 TEST(PipelineAccount, WhatLayThereWhileTheNodeWasBusyIsNotTheBussTime) {
   std::vector<replay::FrameTimes> frames = random_frames(5, 2);
   auto& render = frames[1].nodes["render"];
-  const std::int64_t busy_until = frames[0].nodes["render"].steps.back().end_ns = render.last_input_ns - ms / 4;
-  frames[1].nodes["a"].steps.back().end_ns = frames[1].nodes["b"].steps.back().end_ns = busy_until - 2 * ms;
+  const std::int64_t busy_until = frames[0].nodes["render"].steps.back().end_ns =
+      render.last_input_ns - ms / 4;
+  frames[1].nodes["a"].steps.back().end_ns = frames[1].nodes["b"].steps.back().end_ns =
+      busy_until - 2 * ms;
   const PipelineAccount account = account_of(frames, {{"a", "b"}, "sim", "render"});
   EXPECT_NEAR(of_step(account.stages, "rendering busy with frames before")[1], 2, 1e-9);
   EXPECT_NEAR(of_step(account.stages, "bus to rendering")[1], 0.25, 1e-9);
@@ -137,12 +156,17 @@ TEST(PipelineAccount, WhatLayThereWhileTheNodeWasBusyIsNotTheBussTime) {
 
 nlohmann::json suite(std::initializer_list<std::pair<const char*, double>> medians) {
   nlohmann::json results = nlohmann::json::array();
-  for (const auto& [name, median] : medians) results.push_back({{"name", name}, {"time_ms", {{"median", median}}}, {"error", {{"max_mm", 0.5}}}, {"checksum", "12"}});
+  for (const auto& [name, median] : medians)
+    results.push_back({{"name", name},
+                       {"time_ms", {{"median", median}}},
+                       {"error", {{"max_mm", 0.5}}},
+                       {"checksum", "12"}});
   return {{"suite", "s"}, {"machine", {{"cpu", "x"}}}, {"results", results}};
 }
 
 TEST(Comparison, IsByNameAndRatio) {
-  const Comparison comparison = compared(suite({{"a", 2}, {"b", 4}, {"gone", 1}}), suite({{"b", 3}, {"a", 2.5}, {"new", 1}}));
+  const Comparison comparison =
+      compared(suite({{"a", 2}, {"b", 4}, {"gone", 1}}), suite({{"b", 3}, {"a", 2.5}, {"new", 1}}));
   ASSERT_EQ(comparison.results.size(), 2u);
   EXPECT_EQ(comparison.results[0].name, "a");
   EXPECT_DOUBLE_EQ(comparison.results[0].ratio(), 1.25);
@@ -160,14 +184,18 @@ TEST(Comparison, TellsOfOtherOutputGreaterErrorsAndOtherMachines) {
   after["machine"]["cpu"] = "y";
   const Comparison comparison = compared(suite({{"a", 2}}), after);
   EXPECT_TRUE(comparison.results[0].output_differs);
-  EXPECT_EQ(comparison.results[0].worse_errors, std::vector<std::string>{"max_mm: 0.75 instead of 0.5"});
+  EXPECT_EQ(comparison.results[0].worse_errors,
+            std::vector<std::string>{"max_mm: 0.75 instead of 0.5"});
   EXPECT_NE(comparison.machines.find("\"y\""), std::string::npos);
 }
 
 TEST(Comparison, RefusesWhatIsNoResult) {
   const nlohmann::json good = suite({{"a", 1}});
-  for (const nlohmann::json& bad : {nlohmann::json(3), nlohmann::json::object(), nlohmann::json{{"results", 5}}, nlohmann::json{{"results", {5}}}, nlohmann::json{{"results", {{{"name", 7}}}}},
-                                    nlohmann::json{{"results", {{{"name", "a"}}}}}, nlohmann::json{{"results", {{{"name", "a"}, {"time_ms", {{"median", "fast"}}}}}}}}) {
+  for (const nlohmann::json& bad :
+       {nlohmann::json(3), nlohmann::json::object(), nlohmann::json{{"results", 5}},
+        nlohmann::json{{"results", {5}}}, nlohmann::json{{"results", {{{"name", 7}}}}},
+        nlohmann::json{{"results", {{{"name", "a"}}}}},
+        nlohmann::json{{"results", {{{"name", "a"}, {"time_ms", {{"median", "fast"}}}}}}}}) {
     EXPECT_THROW(compared(bad, good), std::runtime_error) << bad;
     EXPECT_THROW(compared(good, bad), std::runtime_error) << bad;
   }

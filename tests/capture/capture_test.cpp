@@ -8,9 +8,9 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture_node/object_colour.h"
-#include "tests/support/capture_rig.h"
-#include "common/hull/oracle/analytic.h"
 #include "common/hull/cpu/cpu_hull.h"
+#include "common/hull/oracle/analytic.h"
+#include "tests/support/capture_rig.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -18,9 +18,12 @@ namespace {
 config::Rig table_rig() {
   config::Rig rig;
   rig.name = "test";
-  rig.volume_m = Eigen::AlignedBox3d(Eigen::Vector3d(-0.75, -0.6, 0), Eigen::Vector3d(0.75, 0.6, 0.9));
-  for (const Eigen::Vector3d& eye : {Eigen::Vector3d(-1.5, 0.9, 1.3), Eigen::Vector3d(1.5, 0.9, 1.3)})
-    rig.cameras.push_back(test::table_camera("cam" + std::to_string(rig.cameras.size()), eye, 240, 162));
+  rig.volume_m =
+      Eigen::AlignedBox3d(Eigen::Vector3d(-0.75, -0.6, 0), Eigen::Vector3d(0.75, 0.6, 0.9));
+  for (const Eigen::Vector3d& eye :
+       {Eigen::Vector3d(-1.5, 0.9, 1.3), Eigen::Vector3d(1.5, 0.9, 1.3)})
+    rig.cameras.push_back(
+        test::table_camera("cam" + std::to_string(rig.cameras.size()), eye, 240, 162));
   config::RigCamera carried = test::table_camera("hmd", {0, 0, 0}, 160, 120);
   carried.camera_from_mount.setIdentity();
   carried.mount = config::Mount::viewer;
@@ -37,13 +40,16 @@ config::Viewer test_viewer() {
 
 config::CaptureConfig synthetic_config(const config::Rig& rig) {
   config::CaptureConfig config;
-  for (const config::RigCamera& camera : rig.cameras) config.sources[camera.name] = config::SyntheticSource{};
+  for (const config::RigCamera& camera : rig.cameras)
+    config.sources[camera.name] = config::SyntheticSource{};
   return config;
 }
 
-// Two files of three and five frames: when the first is at its end both start over, and never show different frames together.
+// Two files of three and five frames: when the first is at its end both start over, and never show
+// different frames together.
 TEST(Capture, FilesOfUnequalLengthStartOverTogether) {
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("fivepipe_loop_" + std::to_string(getpid()));
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("fivepipe_loop_" + std::to_string(getpid()));
   config::Rig rig = table_rig();
   rig.cameras.pop_back();  // the carried one
   for (const int premade : {0, 7}) {
@@ -52,18 +58,22 @@ TEST(Capture, FilesOfUnequalLengthStartOverTogether) {
     for (std::size_t i = 0; i < 2; ++i) {
       const std::filesystem::path of_camera = folder / rig.cameras[i].name;
       std::filesystem::create_directories(of_camera);
-      cv::imwrite((of_camera / "empty.png").string(), cv::Mat(162, 240, CV_8UC3, cv::Scalar::all(60)));
+      cv::imwrite((of_camera / "empty.png").string(),
+                  cv::Mat(162, 240, CV_8UC3, cv::Scalar::all(60)));
       for (int frame = 0; frame < (i == 0 ? 3 : 5); ++frame) {  // frame k shows a square at 40 k px
         cv::Mat image(162, 240, CV_8UC3, cv::Scalar::all(60));
         image(cv::Rect(40 * frame, 50, 30, 30)).setTo(cv::Scalar(0, 0, 250));
         cv::imwrite((of_camera / ("f" + std::to_string(frame) + ".png")).string(), image);
       }
-      config.sources[rig.cameras[i].name] = config::VideoSource{(of_camera / "f%d.png").string(), (of_camera / "empty.png").string(), 0};
+      config.sources[rig.cameras[i].name] = config::VideoSource{
+          (of_camera / "f%d.png").string(), (of_camera / "empty.png").string(), 0};
     }
     Capture capture(rig, test_viewer(), config, 30);
     for (int frame = 0; frame < 7; ++frame) {
       const auto set = capture.capture(frame, false);
-      for (const CapturedCamera& camera : set) EXPECT_EQ(camera.pixels.value().bounds().u0_px / 40, frame % 3) << camera.camera << " at " << frame;
+      for (const CapturedCamera& camera : set)
+        EXPECT_EQ(camera.pixels.value().bounds().u0_px / 40, frame % 3)
+            << camera.camera << " at " << frame;
     }
     EXPECT_FALSE(capture.ended());
   }
@@ -73,7 +83,8 @@ TEST(Capture, FilesOfUnequalLengthStartOverTogether) {
 TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {
   const config::Rig rig = table_rig();
   std::vector<double> shares;
-  Capture capture(rig, test_viewer(), synthetic_config(rig), 30, [&](std::string_view, double share) { shares.push_back(share); });
+  Capture capture(rig, test_viewer(), synthetic_config(rig), 30,
+                  [&](std::string_view, double share) { shares.push_back(share); });
   ASSERT_EQ(shares.size(), 3u);
   EXPECT_EQ(shares.back(), 1.0);
   const std::vector<CapturedCamera> set = capture.capture(10, true);
@@ -88,13 +99,18 @@ TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {
     if (set[i].pixels) EXPECT_EQ(set[i].colour->pixels, *set[i].pixels);
     EXPECT_TRUE(set[i].remarks.empty());
   }
-  const geometry::Camera eye = config::published_camera(rig.cameras[2], config::eye_from_world_at(test_viewer(), 10 / 30.0));
+  const geometry::Camera eye =
+      config::published_camera(rig.cameras[2], config::eye_from_world_at(test_viewer(), 10 / 30.0));
   EXPECT_TRUE(set[2].colour->camera.camera_from_world.isApprox(eye.camera_from_world));
-  // Every pixel that shows hull, as the two others' maps have it, and its neighbours; and less than either of them would leave.
+  // Every pixel that shows hull, as the two others' maps have it, and its neighbours; and less than
+  // either of them would leave.
   base::WorkerPool pool(1);
-  const std::vector<hull::Silhouette> silhouettes = {{config::published_camera(rig.cameras[0]), *set[0].pixels}, {config::published_camera(rig.cameras[1]), *set[1].pixels}};
+  const std::vector<hull::Silhouette> silhouettes = {
+      {config::published_camera(rig.cameras[0]), *set[0].pixels},
+      {config::published_camera(rig.cameras[1]), *set[1].pixels}};
   const config::Viewer viewer = test_viewer();
-  const hull::DepthTile hull = hull::CpuHull(pool, silhouettes).depth({eye, viewer.near_m, viewer.far_m}, {0, 0, 160, 120});
+  const hull::DepthTile hull =
+      hull::CpuHull(pool, silhouettes).depth({eye, viewer.near_m, viewer.far_m}, {0, 0, 160, 120});
   const hull::ObjectPixels& sent = set[2].colour->pixels;
   int shown = 0;
   for (int v = 0; v < 120; ++v)
@@ -103,20 +119,27 @@ TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {
       ++shown;
       for (int dv = -1; dv <= 1; ++dv)
         for (int du = -1; du <= 1; ++du)
-          if (u + du >= 0 && v + dv >= 0 && u + du < 160 && v + dv < 120) ASSERT_TRUE(sent.contains(u + du, v + dv)) << u << ' ' << v;
+          if (u + du >= 0 && v + dv >= 0 && u + du < 160 && v + dv < 120)
+            ASSERT_TRUE(sent.contains(u + du, v + dv)) << u << ' ' << v;
     }
   EXPECT_GT(shown, 500);
   const SeenByEye by_eye = seen_by_eye(viewer, config::eye_from_world_at(viewer, 10 / 30.0));
-  EXPECT_EQ(sent, footprint({{silhouettes[0].camera, set[0].pixels->bounds()}, {silhouettes[1].camera, set[1].pixels->bounds()}, by_eye.part}, by_eye.box_m, eye, 2));
+  EXPECT_EQ(sent, footprint({{silhouettes[0].camera, set[0].pixels->bounds()},
+                             {silhouettes[1].camera, set[1].pixels->bounds()},
+                             by_eye.part},
+                            by_eye.box_m, eye, 2));
   for (const hull::Silhouette& one : silhouettes)
-    EXPECT_LT(sent.count(), footprint({by_eye.part, {one.camera, one.pixels.bounds()}}, by_eye.box_m, eye, 2).count());
+    EXPECT_LT(
+        sent.count(),
+        footprint({by_eye.part, {one.camera, one.pixels.bounds()}}, by_eye.box_m, eye, 2).count());
   for (const CapturedCamera& camera : capture.capture(11, false)) EXPECT_FALSE(camera.colour);
   EXPECT_FALSE(capture.ended());
 }
 
 TEST(Capture, IsTheSameWhateverWasCapturedBefore) {
   const config::Rig rig = table_rig();
-  Capture a(rig, test_viewer(), synthetic_config(rig), 30), b(rig, test_viewer(), synthetic_config(rig), 30);
+  Capture a(rig, test_viewer(), synthetic_config(rig), 30),
+      b(rig, test_viewer(), synthetic_config(rig), 30);
   b.capture(3, true);
   b.capture(90, false);
   const auto one = a.capture(44, true), two = b.capture(44, true);
@@ -144,13 +167,15 @@ TEST(Capture, HandsOutPremadeSetsOverAndOver) {
 
 TEST(Capture, SaysWhichCameraSeesNoObject) {
   config::Rig rig = table_rig();
-  rig.cameras[1].camera_from_mount = geometry::look_at({1.5, 0.9, 1.3}, {3, 3, 1});  // away from the table
+  rig.cameras[1].camera_from_mount =
+      geometry::look_at({1.5, 0.9, 1.3}, {3, 3, 1});  // away from the table
   Capture capture(rig, test_viewer(), synthetic_config(rig), 30);
   const auto set = capture.capture(0, true);
   EXPECT_TRUE(set[0].remarks.empty());
   ASSERT_EQ(set[1].remarks.size(), 1u);
   EXPECT_EQ(set[1].pixels->count(), 0u);
-  for (const CapturedCamera& camera : set) EXPECT_FALSE(camera.colour) << "there is no hull to colour";
+  for (const CapturedCamera& camera : set)
+    EXPECT_FALSE(camera.colour) << "there is no hull to colour";
 }
 
 TEST(Capture, TellsEveryCameraThatCantBeHad) {
@@ -169,10 +194,14 @@ TEST(Capture, TellsEveryCameraThatCantBeHad) {
   }
   config.sources.erase("cam1");
   EXPECT_THROW(
-      try { Capture(rig, test_viewer(), config, 30); } catch (const HardwareMissing&) { FAIL() << "no hardware is concerned"; }, SourceError);
+      try { Capture(rig, test_viewer(), config, 30); } catch (const HardwareMissing&) {
+        FAIL() << "no hardware is concerned";
+      },
+      SourceError);
 }
 
-// An arm that reaches far out of the volume in which objects are expected is coloured as far as the viewer sees it.
+// An arm that reaches far out of the volume in which objects are expected is coloured as far as the
+// viewer sees it.
 TEST(Footprint, OfTheViewIsAllThatTheEyeSees) {
   const config::Viewer viewer = test_viewer();
   const Eigen::Isometry3d eye_from_world = config::eye_from_world_at(viewer, 0.5);
@@ -187,30 +216,46 @@ TEST(Footprint, OfTheViewIsAllThatTheEyeSees) {
 }
 
 TEST(Footprint, OfABoxIsTheImagesPartThatShowsIt) {
-  const geometry::Camera camera{geometry::pinhole_from_fov(200, 100, 1.0), geometry::look_at({0, -2, 0}, {0, 0, 0})};
+  const geometry::Camera camera{geometry::pinhole_from_fov(200, 100, 1.0),
+                                geometry::look_at({0, -2, 0}, {0, 0, 0})};
   const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.1, -0.1, -0.1), Eigen::Vector3d(0.1, 0.1, 0.1));
   const hull::PixelRect rect = footprint({}, box, camera, 0).bounds();
   const double half_px = camera.pinhole.fx_px * 0.1 / 1.9;
   EXPECT_NEAR(rect.width_px(), 2 * half_px, 2);
   EXPECT_NEAR(0.5 * (rect.u0_px + rect.u1_px), 100, 1);
   EXPECT_EQ(footprint({}, box, camera, 3).bounds().width_px(), rect.width_px() + 6);
-  EXPECT_EQ(footprint({}, {Eigen::Vector3d(-1, -3, -1), Eigen::Vector3d(1, 3, 1)}, camera, 0).count(), 200u * 100u) << "holds the camera";
-  EXPECT_EQ(footprint({}, {Eigen::Vector3d(50, 0, 0), Eigen::Vector3d(51, 1, 1)}, camera, 0).count(), 0u);
-  EXPECT_EQ(footprint({}, {Eigen::Vector3d(-1, -5, -1), Eigen::Vector3d(1, -3, 1)}, camera, 0).count(), 0u) << "behind";
+  EXPECT_EQ(
+      footprint({}, {Eigen::Vector3d(-1, -3, -1), Eigen::Vector3d(1, 3, 1)}, camera, 0).count(),
+      200u * 100u)
+      << "holds the camera";
+  EXPECT_EQ(
+      footprint({}, {Eigen::Vector3d(50, 0, 0), Eigen::Vector3d(51, 1, 1)}, camera, 0).count(), 0u);
+  EXPECT_EQ(
+      footprint({}, {Eigen::Vector3d(-1, -5, -1), Eigen::Vector3d(1, -3, 1)}, camera, 0).count(),
+      0u)
+      << "behind";
 }
 
-// A forearm that comes from behind the camera, seen by two others: no pixel of it is left out, and not much is added.
+// A forearm that comes from behind the camera, seen by two others: no pixel of it is left out, and
+// not much is added.
 TEST(Footprint, HoldsEveryPixelThatShowsTheObject) {
-  const std::vector<hull::Capsule> object = {{{0, -1.5, 0.3}, {0.05, 0, 0.1}, 0.05}, {{0.05, 0, 0.1}, {0.15, 0.1, 0.12}, 0.02}};
+  const std::vector<hull::Capsule> object = {{{0, -1.5, 0.3}, {0.05, 0, 0.1}, 0.05},
+                                             {{0.05, 0, 0.1}, {0.15, 0.1, 0.12}, 0.02}};
   const Eigen::AlignedBox3d box(Eigen::Vector3d(-2, -2, -1), Eigen::Vector3d(2, 2, 2));
   std::vector<hull::SeenPart> parts;
-  for (const Eigen::Vector3d& eye_m : {Eigen::Vector3d(-2, 0.5, 1.5), Eigen::Vector3d(1.8, -0.7, 1.4)}) {
-    const geometry::Camera camera{geometry::pinhole_from_fov(720, 486, 1.0), geometry::look_at(eye_m, {0, 0, 0.2})};
-    parts.push_back({camera, hull::true_object_pixels(object, camera, hull::PixelRule::touched).bounds()});
+  for (const Eigen::Vector3d& eye_m :
+       {Eigen::Vector3d(-2, 0.5, 1.5), Eigen::Vector3d(1.8, -0.7, 1.4)}) {
+    const geometry::Camera camera{geometry::pinhole_from_fov(720, 486, 1.0),
+                                  geometry::look_at(eye_m, {0, 0, 0.2})};
+    parts.push_back(
+        {camera, hull::true_object_pixels(object, camera, hull::PixelRule::touched).bounds()});
   }
   for (const double x_m : {-0.2, 0.0, 0.3}) {
-    const geometry::Camera carried{geometry::pinhole_from_fov(640, 480, 1.05), geometry::look_at({x_m, -0.8, 0.6}, {0, 0, 0.2})};
-    const hull::ObjectPixels truth = hull::true_object_pixels(object, carried, hull::PixelRule::touched), found = footprint(parts, box, carried, 2);
+    const geometry::Camera carried{geometry::pinhole_from_fov(640, 480, 1.05),
+                                   geometry::look_at({x_m, -0.8, 0.6}, {0, 0, 0.2})};
+    const hull::ObjectPixels truth = hull::true_object_pixels(object, carried,
+                                                              hull::PixelRule::touched),
+                             found = footprint(parts, box, carried, 2);
     ASSERT_GT(truth.count(), 5000u);
     for (int v = 0; v < 480; ++v)
       for (int u = 0; u < 640; ++u)

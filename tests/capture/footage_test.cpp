@@ -31,11 +31,13 @@ Footage footage(const std::string& name, int frame) {
   Footage result;
   result.camera = test::table_camera(name, {0, -1, 1}, 644, 486);
   result.background = read_background(result.camera, (kFootage / name / "background.avi").string());
-  open_file_source(result.camera, {(kFootage / name / "video.avi").string(), "", 0})->read(frame, result.image);
+  open_file_source(result.camera, {(kFootage / name / "video.avi").string(), "", 0})
+      ->read(frame, result.image);
   return result;
 }
 
-// Where they are in the image of cam1: the middle of the chest, and floor beside the chair that darkens when he sits there.
+// Where they are in the image of cam1: the middle of the chest, and floor beside the chair that
+// darkens when he sits there.
 constexpr hull::PixelRect kTorso{376, 200, 408, 236};
 constexpr hull::PixelRect kFloorShadow{396, 306, 414, 328};
 
@@ -50,9 +52,13 @@ TEST(Footage, SeatedPersonIsFoundInEveryCamera) {
   if (!fs::exists(kFootage)) GTEST_SKIP() << "the recording is absent: " << kFootage;
   for (const char* name : {"cam1", "cam2", "cam3", "cam4"}) {
     const Footage shot = footage(name, 200);
-    const hull::ObjectPixels pixels = Segmenter(shot.camera, learn_reference(shot.background), footage_settings()).segment(shot.image).value();
+    const hull::ObjectPixels pixels =
+        Segmenter(shot.camera, learn_reference(shot.background), footage_settings())
+            .segment(shot.image)
+            .value();
     const double share = double(pixels.count()) / (644.0 * 486.0);
-    // A person of 1.7 m, seated, 3 to 4 m away at f = 490 px fills about 70 x 190 to 120 x 270 pixels.
+    // A person of 1.7 m, seated, 3 to 4 m away at f = 490 px fills about 70 x 190 to 120 x 270
+    // pixels.
     EXPECT_GT(share, 0.02) << name;
     EXPECT_LT(share, 0.10) << name;
     EXPECT_TRUE(remarks_on(pixels).empty());
@@ -65,8 +71,10 @@ TEST(Footage, PersonIsWholeAndTheFloorShadowIsNotTaken) {
   const ReferenceImage reference = learn_reference(shot.background);
   config::SegmentationConfig with_shadow = footage_settings();
   with_shadow.shadow_darkest = 1;
-  const hull::ObjectPixels pixels = Segmenter(shot.camera, reference, footage_settings()).segment(shot.image).value();
-  const hull::ObjectPixels shadow_too = Segmenter(shot.camera, reference, with_shadow).segment(shot.image).value();
+  const hull::ObjectPixels pixels =
+      Segmenter(shot.camera, reference, footage_settings()).segment(shot.image).value();
+  const hull::ObjectPixels shadow_too =
+      Segmenter(shot.camera, reference, with_shadow).segment(shot.image).value();
   EXPECT_GT(share_in(pixels, kTorso), 0.98) << "holes in the torso";
   EXPECT_GT(share_in(shadow_too, kFloorShadow), 0.5) << "no shadow lies there";
   EXPECT_LT(share_in(pixels, kFloorShadow), 0.1) << "the shadow is taken for an object";

@@ -48,7 +48,8 @@ TEST(Pacing, CompositingANewerFrameFreesTheOlderOnes) {
 
 TEST(Pacing, GoesOnByTheClockWhenNobodyComposites) {
   Pacing pacing(100, 1, kStart);
-  for (int frame = 0; frame < 20; ++frame) EXPECT_EQ(pacing.next(kStart + frame * 10ms, false), frame);
+  for (int frame = 0; frame < 20; ++frame)
+    EXPECT_EQ(pacing.next(kStart + frame * 10ms, false), frame);
 }
 
 TEST(Pacing, GivesUpFramesOfWhichNothingComesAndSendsAsManyAgain) {

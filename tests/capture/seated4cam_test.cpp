@@ -13,13 +13,17 @@ const std::filesystem::path kData = FIVEPIPE_SOURCE_DIR "/../shared/data/seated4
 
 TEST(Seated4cam, HullsTopIsAtTheHeightOfASeatedPerson) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "the footage is not at " << kData;
-  const config::Deployment deployment = config::load_deployment(FIVEPIPE_SOURCE_DIR "/launch/deployments/seated4cam.yaml", {{"data", kData.string()}});
-  const config::CaptureConfig& config = std::get<config::CaptureConfig>(deployment.nodes.front().config);
+  const config::Deployment deployment = config::load_deployment(
+      FIVEPIPE_SOURCE_DIR "/launch/deployments/seated4cam.yaml", {{"data", kData.string()}});
+  const config::CaptureConfig& config =
+      std::get<config::CaptureConfig>(deployment.nodes.front().config);
   Capture capture(deployment.rig, deployment.viewer, config, deployment.frame_rate_hz);
   for (const std::int64_t frame : {0, 60, 200}) {
     std::vector<hull::Silhouette> silhouettes;
     const auto cameras = capture.capture(frame, false);
-    for (std::size_t i = 0; i < cameras.size(); ++i) silhouettes.push_back({config::published_camera(deployment.rig.cameras[i]), cameras[i].pixels.value()});
+    for (std::size_t i = 0; i < cameras.size(); ++i)
+      silhouettes.push_back(
+          {config::published_camera(deployment.rig.cameras[i]), cameras[i].pixels.value()});
     constexpr double kStep_m = 0.02;
     const Eigen::AlignedBox3d& volume = deployment.rig.volume_m;
     double top_m = -1, hull_m3 = 0;

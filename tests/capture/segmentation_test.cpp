@@ -24,7 +24,8 @@ cv::Mat random_image(int width_px, int height_px, unsigned seed) {
 TEST(BitMorphology, IsThatOfPixelByPixel) {
   for (const int width : {1, 2, 7, 63, 64, 65, 128, 130})
     for (const int height : {1, 2, 9}) {
-      const hull::ObjectPixels pixels = random_pixels(width, height, 0.7, unsigned(width * 100 + height));
+      const hull::ObjectPixels pixels =
+          random_pixels(width, height, 0.7, unsigned(width * 100 + height));
       hull::ObjectPixels smaller(width, height), larger(width, height);
       for (int v = 0; v < height; ++v)
         for (int u = 0; u < width; ++u) {
@@ -71,8 +72,10 @@ TEST(ReferenceImage, HasMeanAndNoiseOfTheEmptySceneDespiteAPasserBy) {
   std::vector<cv::Mat> frames;
   for (int f = 0; f < 32; ++f) {
     cv::Mat frame(40, 50, CV_8UC3, cv::Scalar(100, 120, 140));
-    for (int i = 0; i < 3 * 40 * 50; ++i) frame.data[i] = cv::saturate_cast<std::uint8_t>(frame.data[i] + noise(random));
-    if (f % 8 == 0) frame(cv::Rect(10, 10, 20, 20)).setTo(cv::Scalar(10, 240, 10));  // four frames of 32
+    for (int i = 0; i < 3 * 40 * 50; ++i)
+      frame.data[i] = cv::saturate_cast<std::uint8_t>(frame.data[i] + noise(random));
+    if (f % 8 == 0)
+      frame(cv::Rect(10, 10, 20, 20)).setTo(cv::Scalar(10, 240, 10));  // four frames of 32
     frames.push_back(frame);
   }
   const ReferenceImage reference = learn_reference(frames);
@@ -82,7 +85,8 @@ TEST(ReferenceImage, HasMeanAndNoiseOfTheEmptySceneDespiteAPasserBy) {
     ASSERT_NEAR(reference.mean_levels[i], 100 + 20 * double(i % 3), 6 * 3 / std::sqrt(28.0)) << i;
     sigma_sum += reference.sigma_levels[i];
   }
-  // Rounding adds 1/12 to the variance; the median deviation of few samples cuts off a few of them here and there.
+  // Rounding adds 1/12 to the variance; the median deviation of few samples cuts off a few of them
+  // here and there.
   EXPECT_NEAR(sigma_sum / double(reference.sigma_levels.size()), std::sqrt(9 + 1 / 12.0), 0.15);
 }
 
@@ -98,14 +102,16 @@ TEST(ReferenceImage, IsTheTrimmedMeanOfAnyNumberOfFrames) {
       const int median = levels[std::size_t(n / 2)];
       for (const int level : levels) deviations.push_back(std::abs(level - median));
       std::sort(deviations.begin(), deviations.end());
-      const double reach = std::max(kTrimFloorLevels, kTrimSigmas * 1.4826 * deviations[std::size_t(n / 2)]);
+      const double reach =
+          std::max(kTrimFloorLevels, kTrimSigmas * 1.4826 * deviations[std::size_t(n / 2)]);
       double sum = 0, kept = 0;
       for (const int level : levels)
         if (std::abs(level - median) <= reach) {
           sum += level;
           ++kept;
         }
-      ASSERT_NEAR(reference.mean_levels[std::size_t(i)], sum / kept, 1e-4) << n << " frames, element " << i;  // float
+      ASSERT_NEAR(reference.mean_levels[std::size_t(i)], sum / kept, 1e-4)
+          << n << " frames, element " << i;  // float
     }
   }
 }
@@ -120,7 +126,8 @@ TEST(ReferenceImage, OfAPlateIsThePlateWithTheStatedNoise) {
 }
 
 TEST(Shadow, KeepsColourAndIsNotTooDark) {
-  const std::uint8_t table[] = {160, 170, 150}, half[] = {96, 102, 90}, quarter[] = {40, 43, 38}, skin[] = {70, 86, 112}, black[] = {0, 0, 0};
+  const std::uint8_t table[] = {160, 170, 150}, half[] = {96, 102, 90}, quarter[] = {40, 43, 38},
+                     skin[] = {70, 86, 112}, black[] = {0, 0, 0};
   EXPECT_TRUE(is_shadow(half, table, 0.5));
   EXPECT_FALSE(is_shadow(quarter, table, 0.5));
   EXPECT_TRUE(is_shadow(quarter, table, 0.2));
@@ -128,9 +135,11 @@ TEST(Shadow, KeepsColourAndIsNotTooDark) {
   EXPECT_FALSE(is_shadow(black, table, 0.5));
 }
 
-// 24 levels of contrast in one channel suffice to be found (6 sigmas of 2, and as much for the noise of the image itself); a pixel deeper
-// than 2 px lies whole inside the object, and opening by 1 px keeps it. What may be missed are single pixels whose colour happens to be
-// the room's (0 to 8 in 10,000 measured): at most two in a thousand. Outside, 6 sigmas are never passed by chance, and what a shadow leaves are specks that opening removes.
+// 24 levels of contrast in one channel suffice to be found (6 sigmas of 2, and as much for the
+// noise of the image itself); a pixel deeper than 2 px lies whole inside the object, and opening by
+// 1 px keeps it. What may be missed are single pixels whose colour happens to be the room's (0 to 8
+// in 10,000 measured): at most two in a thousand. Outside, 6 sigmas are never passed by chance, and
+// what a shadow leaves are specks that opening removes.
 void expect_like_truth(const hull::ObjectPixels& found, const hull::ObjectPixels& touched) {
   const hull::ObjectPixels inner = eroded(touched, 2);
   ASSERT_GT(inner.count(), 3000u);
@@ -144,8 +153,10 @@ TEST(Segmentation, FindsTheObjectAndNotItsShadowInEveryCamera) {
     test::TestCamera eye(camera, world, {});
     for (const int frame : {0, 37, 80}) {
       SCOPED_TRACE(camera.name + " " + std::to_string(frame));
-      expect_like_truth(eye.segment(frame),
-                        hull::true_object_pixels(synthetic_object(world, frame / 30.0), config::published_camera(camera), hull::PixelRule::touched));
+      expect_like_truth(
+          eye.segment(frame),
+          hull::true_object_pixels(synthetic_object(world, frame / 30.0),
+                                   config::published_camera(camera), hull::PixelRule::touched));
     }
   }
 }
@@ -154,19 +165,26 @@ TEST(Segmentation, TakesShadowForObjectOnlyWhenSuppressionIsOff) {
   const config::SyntheticWorld world;
   config::SegmentationConfig keeps_shadow;
   keeps_shadow.shadow_darkest = 1;
-  test::TestCamera without(test::table_cameras()[0], world, {}), with(test::table_cameras()[0], world, keeps_shadow);
+  test::TestCamera without(test::table_cameras()[0], world, {}),
+      with(test::table_cameras()[0], world, keeps_shadow);
   EXPECT_GT(with.segment(20).count(), without.segment(20).count() + 3000);
   config::SyntheticWorld no_shadow;
   no_shadow.cast_shadow = false;
   test::TestCamera none(test::table_cameras()[0], no_shadow, keeps_shadow);
-  expect_like_truth(none.segment(20), hull::true_object_pixels(synthetic_object(no_shadow, 20 / 30.0), config::published_camera(none.camera), hull::PixelRule::touched));
+  expect_like_truth(
+      none.segment(20),
+      hull::true_object_pixels(synthetic_object(no_shadow, 20 / 30.0),
+                               config::published_camera(none.camera), hull::PixelRule::touched));
 }
 
 TEST(Segmentation, WorksFromAPlate) {
   const config::SyntheticWorld world;
   test::TestCamera eye(test::table_cameras()[0], world, {}, 1);
-  // The plate's own noise of 2 levels adds to the image's: 12 levels are then 4.2 sigmas, and specks of one pixel go by opening.
-  expect_like_truth(eye.segment(20), hull::true_object_pixels(synthetic_object(world, 20 / 30.0), config::published_camera(eye.camera), hull::PixelRule::touched));
+  // The plate's own noise of 2 levels adds to the image's: 12 levels are then 4.2 sigmas, and
+  // specks of one pixel go by opening.
+  expect_like_truth(eye.segment(20), hull::true_object_pixels(synthetic_object(world, 20 / 30.0),
+                                                              config::published_camera(eye.camera),
+                                                              hull::PixelRule::touched));
 }
 
 TEST(Segmentation, OpeningRemovesSaltAndPepper) {
@@ -176,12 +194,18 @@ TEST(Segmentation, OpeningRemovesSaltAndPepper) {
   eye.source.read(20, image);
   std::mt19937 random(5);
   for (int i = 0; i < image.rows * image.cols / 100; ++i)
-    image.at<cv::Vec3b>(int(random() % unsigned(image.rows)), int(random() % unsigned(image.cols))) = i % 2 ? cv::Vec3b(255, 255, 255) : cv::Vec3b(0, 0, 0);
-  // Nine of a 3x3 square at once: 1e-18 a pixel. Beside the object specks may stick to it, at most as far as a square reaches.
-  const hull::ObjectPixels touched = hull::true_object_pixels(synthetic_object(world, 20 / 30.0), config::published_camera(eye.camera), hull::PixelRule::touched);
+    image.at<cv::Vec3b>(int(random() % unsigned(image.rows)),
+                        int(random() % unsigned(image.cols))) =
+        i % 2 ? cv::Vec3b(255, 255, 255) : cv::Vec3b(0, 0, 0);
+  // Nine of a 3x3 square at once: 1e-18 a pixel. Beside the object specks may stick to it, at most
+  // as far as a square reaches.
+  const hull::ObjectPixels touched =
+      hull::true_object_pixels(synthetic_object(world, 20 / 30.0),
+                               config::published_camera(eye.camera), hull::PixelRule::touched);
   EXPECT_EQ(test::count_not_in(eye.segmenter.segment(image).value(), dilated(touched, 3)), 0u);
   // Pepper on an object of any colour but black stays object; white too.
-  EXPECT_LE(test::count_not_in(eroded(touched, 2), eye.segmenter.segment(image).value()), touched.count() / 500);
+  EXPECT_LE(test::count_not_in(eroded(touched, 2), eye.segmenter.segment(image).value()),
+            touched.count() / 500);
 }
 
 TEST(Segmentation, ClosingFillsHoles) {
@@ -192,14 +216,17 @@ TEST(Segmentation, ClosingFillsHoles) {
   image(cv::Rect(10, 10, 40, 20)).setTo(cv::Scalar(200, 100, 100));
   image(cv::Rect(30, 20, 4, 4)).setTo(cv::Scalar(100, 100, 100));
   const config::RigCamera camera = test::table_camera("any", {0, -1, 1}, 70, 40);
-  EXPECT_EQ(Segmenter(camera, reference_from_plate(plate), config).segment(image)->count(), 800u - 16u);
+  EXPECT_EQ(Segmenter(camera, reference_from_plate(plate), config).segment(image)->count(),
+            800u - 16u);
   config.closing_px = 2;
   EXPECT_EQ(Segmenter(camera, reference_from_plate(plate), config).segment(image)->count(), 800u);
 }
 
 TEST(Segmentation, AllPixelsObjectAndNone) {
-  const cv::Mat plate(33, 71, CV_8UC3, cv::Scalar(100, 100, 100)), other(33, 71, CV_8UC3, cv::Scalar(10, 220, 100));
-  const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 71, 33), reference_from_plate(plate), {});
+  const cv::Mat plate(33, 71, CV_8UC3, cv::Scalar(100, 100, 100)),
+      other(33, 71, CV_8UC3, cv::Scalar(10, 220, 100));
+  const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 71, 33),
+                            reference_from_plate(plate), {});
   EXPECT_EQ(segmenter.segment(other)->count(), 71u * 33u);
   EXPECT_EQ(remarks_on(*segmenter.segment(other)).size(), 1u);
   EXPECT_EQ(segmenter.segment(plate)->count(), 0u);
@@ -208,7 +235,8 @@ TEST(Segmentation, AllPixelsObjectAndNone) {
 
 TEST(Segmentation, RefusesImagesOfAnotherSizeOrKind) {
   const cv::Mat plate(33, 71, CV_8UC3, cv::Scalar(100, 100, 100));
-  const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 71, 33), reference_from_plate(plate), {});
+  const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 71, 33),
+                            reference_from_plate(plate), {});
   EXPECT_FALSE(segmenter.segment(cv::Mat(71, 33, CV_8UC3)));
   EXPECT_FALSE(segmenter.segment(cv::Mat(33, 71, CV_8UC1)));
   EXPECT_FALSE(segmenter.segment(cv::Mat()));
@@ -218,7 +246,8 @@ TEST(Segmentation, KeepsAnObjectCutByTheImageBorder) {
   const cv::Mat plate(30, 65, CV_8UC3, cv::Scalar(100, 100, 100));
   cv::Mat image = plate.clone();
   image(cv::Rect(60, 0, 5, 12)).setTo(cv::Scalar(10, 220, 100));
-  const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 65, 30), reference_from_plate(plate), {});
+  const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 65, 30),
+                            reference_from_plate(plate), {});
   EXPECT_EQ(segmenter.segment(image)->count(), 60u);
   EXPECT_EQ(segmenter.segment(image)->bounds(), (hull::PixelRect{60, 0, 65, 12}));
 }

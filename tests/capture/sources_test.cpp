@@ -23,10 +23,13 @@ class Sources : public ::testing::Test {
   ~Sources() override { fs::remove_all(folder_); }
 
   // Frame f is a plain image of level 20 f.
-  static cv::Mat picture(int f, int width_px = 64, int height_px = 48) { return {height_px, width_px, CV_8UC3, cv::Scalar::all(20.0 * f)}; }
+  static cv::Mat picture(int f, int width_px = 64, int height_px = 48) {
+    return {height_px, width_px, CV_8UC3, cv::Scalar::all(20.0 * f)};
+  }
   std::string video(const std::string& name, int frames, int width_px = 64, int height_px = 48) {
     const std::string file = (folder_ / name).string();
-    cv::VideoWriter writer(file, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 30, {width_px, height_px});
+    cv::VideoWriter writer(file, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 30,
+                           {width_px, height_px});
     for (int f = 0; f < frames; ++f) writer.write(picture(f, width_px, height_px));
     return file;
   }
@@ -67,7 +70,8 @@ TEST_F(Sources, VideoSkipsAndGoesBack) {
 }
 
 TEST_F(Sources, SequenceTellsItsMissingFrames) {
-  for (const int f : {10, 11, 13, 14}) cv::imwrite((folder_ / ("frame_00" + std::to_string(f) + ".png")).string(), picture(f - 10));
+  for (const int f : {10, 11, 13, 14})
+    cv::imwrite((folder_ / ("frame_00" + std::to_string(f) + ".png")).string(), picture(f - 10));
   std::ofstream(folder_ / "frame_0014.png") << "no picture";
   std::ofstream(folder_ / "frame_x.png") << "another file";
   const auto source = open_file_source(camera(), {(folder_ / "frame_%04d.png").string(), "", 0});
@@ -78,16 +82,23 @@ TEST_F(Sources, SequenceTellsItsMissingFrames) {
 }
 
 TEST_F(Sources, NoSuchFileIsNamed) {
-  const SourceProblem problem = problem_of([&] { open_file_source(camera(), {(folder_ / "none.avi").string(), "", 0}); });
+  const SourceProblem problem = problem_of([&] {
+    open_file_source(camera(), {(folder_ / "none.avi").string(), "", 0});
+  });
   EXPECT_EQ(problem.fault, SourceFault::not_found);
   EXPECT_EQ(problem.camera, "cam");
   EXPECT_NE(problem.what.find("none.avi"), std::string::npos);
-  EXPECT_EQ(problem_of([&] { open_file_source(camera(), {(folder_ / "none_%d.png").string(), "", 0}); }).fault, SourceFault::not_found);
+  EXPECT_EQ(problem_of([&] {
+              open_file_source(camera(), {(folder_ / "none_%d.png").string(), "", 0});
+            }).fault,
+            SourceFault::not_found);
 }
 
 TEST_F(Sources, TextCalledAviIsNotDecodable) {
   std::ofstream(folder_ / "text.avi") << "this is not a video\n";
-  const SourceProblem problem = problem_of([&] { open_file_source(camera(), {(folder_ / "text.avi").string(), "", 0}); });
+  const SourceProblem problem = problem_of([&] {
+    open_file_source(camera(), {(folder_ / "text.avi").string(), "", 0});
+  });
   EXPECT_EQ(problem.fault, SourceFault::not_decodable);
   EXPECT_NE(problem.what.find("text.avi"), std::string::npos);
 }
@@ -102,7 +113,10 @@ TEST_F(Sources, VideoOfAnotherSizeNamesBothSizes) {
 
 TEST_F(Sources, FirstFrameBeyondTheEndIsNoFrame) {
   const std::string file = video("short.avi", 3);
-  EXPECT_EQ(problem_of([&] { open_file_source(camera(), {file, "", 3}); }).fault, SourceFault::no_frames);
+  EXPECT_EQ(problem_of([&] {
+              open_file_source(camera(), {file, "", 3});
+            }).fault,
+            SourceFault::no_frames);
 }
 
 TEST_F(Sources, BackgroundIsSpreadOverAVideoASequenceOrAPlate) {
@@ -110,8 +124,10 @@ TEST_F(Sources, BackgroundIsSpreadOverAVideoASequenceOrAPlate) {
   EXPECT_EQ(int(read_background(camera(), video("many.avi", 100)).size()), kMostBackgroundFrames);
   cv::imwrite((folder_ / "plate.png").string(), picture(4));
   EXPECT_EQ(read_background(camera(), (folder_ / "plate.png").string()).size(), 1u);
-  for (int f = 0; f < 40; ++f) cv::imwrite((folder_ / ("empty" + std::to_string(f) + ".png")).string(), picture(f % 3));
-  EXPECT_EQ(int(read_background(camera(), (folder_ / "empty%d.png").string()).size()), kMostBackgroundFrames);
+  for (int f = 0; f < 40; ++f)
+    cv::imwrite((folder_ / ("empty" + std::to_string(f) + ".png")).string(), picture(f % 3));
+  EXPECT_EQ(int(read_background(camera(), (folder_ / "empty%d.png").string()).size()),
+            kMostBackgroundFrames);
 }
 
 TEST_F(Sources, MissingDeviceIsHardwareMissingAndNamed) {
@@ -121,7 +137,8 @@ TEST_F(Sources, MissingDeviceIsHardwareMissingAndNamed) {
       FAIL() << "nothing was thrown";
     } catch (const HardwareMissing& missing) {
       EXPECT_EQ(missing.problems()[0].fault, SourceFault::hardware_missing);
-      EXPECT_NE(std::string(missing.what()).find(device == "97" ? "/dev/video97" : device), std::string::npos);
+      EXPECT_NE(std::string(missing.what()).find(device == "97" ? "/dev/video97" : device),
+                std::string::npos);
       EXPECT_NE(std::string(missing.what()).find("present"), std::string::npos);
     }
   }

@@ -1,17 +1,19 @@
 #include <cmath>
 #include <cstring>
 
-#include "tests/support/capture_rig.h"
 #include "common/hull/hull.h"
+#include "tests/support/capture_rig.h"
 
 namespace fivepipe::capture {
 namespace {
 
 bool same_bits(const cv::Mat& a, const cv::Mat& b) {
-  return a.size() == b.size() && a.type() == b.type() && std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
+  return a.size() == b.size() && a.type() == b.type() &&
+         std::memcmp(a.data, b.data, a.total() * a.elemSize()) == 0;
 }
 
-cv::Mat image_of(const config::SyntheticWorld& world, const config::RigCamera& camera, std::int64_t frame) {
+cv::Mat image_of(const config::SyntheticWorld& world, const config::RigCamera& camera,
+                 std::int64_t frame) {
   SyntheticImageSource source(world, camera, 30, {}, test::test_room());
   cv::Mat image;
   source.read(frame, image);
@@ -22,7 +24,8 @@ TEST(SyntheticWorld, RepeatsExactlyWithItsPeriod) {
   config::SyntheticWorld world;
   world.period_s = 4.0;
   for (int i = 0; i < 64; ++i) {  // dyadic times: adding the period is exact
-    const auto one = synthetic_object(world, i / 16.0), later = synthetic_object(world, i / 16.0 + 12.0);
+    const auto one = synthetic_object(world, i / 16.0),
+               later = synthetic_object(world, i / 16.0 + 12.0);
     ASSERT_EQ(one.size(), later.size());
     for (std::size_t k = 0; k < one.size(); ++k) {
       EXPECT_EQ(one[k].a_world_m, later[k].a_world_m);
@@ -38,8 +41,11 @@ TEST(SyntheticWorld, MovesSmoothlyWhereThePersonReaches) {
   for (int i = 0; i <= 400; ++i) {
     const std::vector<hull::Capsule> object = synthetic_object(world, 0.01 * i);
     for (std::size_t k = 0; k < object.size(); ++k) {
-      EXPECT_GT(std::min(object[k].a_world_m.z(), object[k].b_world_m.z()) - object[k].radius_m, 0.0) << "in the table";
-      // The palm's path: at most 2 pi (0.25, 0.15, 2 x 0.14) m / 4 s, and turning on top of it: 1.5 m/s bounds both.
+      EXPECT_GT(std::min(object[k].a_world_m.z(), object[k].b_world_m.z()) - object[k].radius_m,
+                0.0)
+          << "in the table";
+      // The palm's path: at most 2 pi (0.25, 0.15, 2 x 0.14) m / 4 s, and turning on top of it: 1.5
+      // m/s bounds both.
       EXPECT_LT((object[k].a_world_m - before[k].a_world_m).norm(), 0.015);
     }
     before = object;
@@ -55,7 +61,9 @@ TEST(SyntheticWorld, MovesSmoothlyWhereThePersonReaches) {
 TEST(SyntheticWorld, HoldsThePipeOfThePaper) {
   for (const SyntheticPart& part : synthetic_parts({}, 1.3))
     if (part.material == Material::pipe) {
-      EXPECT_NEAR((part.capsule.a_world_m - part.capsule.b_world_m).norm() + 2 * part.capsule.radius_m, 0.14, 1e-12);
+      EXPECT_NEAR(
+          (part.capsule.a_world_m - part.capsule.b_world_m).norm() + 2 * part.capsule.radius_m,
+          0.14, 1e-12);
       EXPECT_DOUBLE_EQ(part.capsule.radius_m, 0.02);
     }
 }
@@ -78,7 +86,8 @@ TEST(SyntheticImage, RenderedAheadIsTheSame) {
   config::SyntheticWorld world;
   world.period_s = 0.2;  // six frames
   const config::RigCamera camera = test::table_cameras()[1];
-  SyntheticImageSource live(world, camera, 30, {}, test::test_room()), ahead(world, camera, 30, {}, test::test_room());
+  SyntheticImageSource live(world, camera, 30, {}, test::test_room()),
+      ahead(world, camera, 30, {}, test::test_room());
   ahead.render_ahead();
   cv::Mat live_image, ahead_image;
   for (const int frame : {0, 5, 2}) {
@@ -98,13 +107,15 @@ TEST(SyntheticImage, HasTheNoiseThatWasAskedFor) {
       sum += image.data[i] - 128;
       squares += (image.data[i] - 128.0) * (image.data[i] - 128.0);
     }
-    const double expected = sigma > 0 ? std::sqrt(sigma * sigma + 1 / 12.0) : 0;  // rounding adds 1/12
+    const double expected =
+        sigma > 0 ? std::sqrt(sigma * sigma + 1 / 12.0) : 0;  // rounding adds 1/12
     EXPECT_NEAR(sum / n, 0, 6 * expected / std::sqrt(n) + 1e-12);
     EXPECT_NEAR(std::sqrt(squares / n), expected, 6 * expected / std::sqrt(2 * n) + 1e-12);
   }
 }
 
-// Without noise and shadow the image differs from the empty room only at true object pixels of the rule `centre`, and at nearly all.
+// Without noise and shadow the image differs from the empty room only at true object pixels of the
+// rule `centre`, and at nearly all.
 TEST(SyntheticImage, ShowsTheObjectAtItsTruePixels) {
   config::SyntheticWorld world;
   world.noise_sigma_levels = 0;
@@ -115,11 +126,15 @@ TEST(SyntheticImage, ShowsTheObjectAtItsTruePixels) {
     cv::Mat image;
     source.read(frame, image);
     const cv::Mat room = source.background(0);
-    const hull::ObjectPixels truth = hull::true_object_pixels(synthetic_object(world, frame / 30.0), config::published_camera(camera), hull::PixelRule::centre);
+    const hull::ObjectPixels truth =
+        hull::true_object_pixels(synthetic_object(world, frame / 30.0),
+                                 config::published_camera(camera), hull::PixelRule::centre);
     hull::ObjectPixels differs(720, 486);
     for (int v = 0; v < 486; ++v)
-      for (int u = 0; u < 720; ++u) differs.set(u, v, image.at<cv::Vec3b>(v, u) != room.at<cv::Vec3b>(v, u));
-    // The image's rays are rounded to float: 1e-4 px at the silhouette, a pixel or two of a contour of a thousand.
+      for (int u = 0; u < 720; ++u)
+        differs.set(u, v, image.at<cv::Vec3b>(v, u) != room.at<cv::Vec3b>(v, u));
+    // The image's rays are rounded to float: 1e-4 px at the silhouette, a pixel or two of a contour
+    // of a thousand.
     EXPECT_LE(test::count_not_in(differs, truth), 2u);
     EXPECT_LE(test::count_not_in(truth, differs), truth.count() / 1000);
   }
@@ -134,34 +149,44 @@ TEST(SyntheticImage, OfAnObjectCutByTheImageBorderIsTrueToo) {
   test::TestCamera eye(camera, world, {}, 1);
   bool cut = false;
   for (int frame = 0; frame < 120; frame += 15) {
-    const hull::ObjectPixels touched = hull::true_object_pixels(synthetic_object(world, frame / 30.0), config::published_camera(camera), hull::PixelRule::touched);
+    const hull::ObjectPixels touched =
+        hull::true_object_pixels(synthetic_object(world, frame / 30.0),
+                                 config::published_camera(camera), hull::PixelRule::touched);
     const hull::PixelRect bounds = touched.bounds();
-    cut = cut || bounds.u0_px == 0 || bounds.v0_px == 0 || bounds.u1_px == 333 || bounds.v1_px == 250;
+    cut =
+        cut || bounds.u0_px == 0 || bounds.v0_px == 0 || bounds.u1_px == 333 || bounds.v1_px == 250;
     EXPECT_EQ(test::count_not_in(eye.segment(frame), dilated(touched, 2)), 0u);
     EXPECT_LE(test::count_not_in(eroded(touched, 2), eye.segment(frame)), touched.count() / 200);
   }
   EXPECT_TRUE(cut);
 }
 
-// The promise of `touched`: whatever point of the object the cameras see is in the hull of their maps.
+// The promise of `touched`: whatever point of the object the cameras see is in the hull of their
+// maps.
 TEST(SyntheticWorld, IsInsideTheHullOfItsTouchedMaps) {
   const config::SyntheticWorld world;
   for (const double t_s : {0.4, 1.9, 3.3}) {
     const std::vector<hull::Capsule> object = synthetic_object(world, t_s);
     std::vector<hull::Silhouette> silhouettes;
     for (const config::RigCamera& camera : test::table_cameras())
-      silhouettes.push_back({config::published_camera(camera), hull::true_object_pixels(object, config::published_camera(camera), hull::PixelRule::touched)});
+      silhouettes.push_back({config::published_camera(camera),
+                             hull::true_object_pixels(object, config::published_camera(camera),
+                                                      hull::PixelRule::touched)});
     int checked = 0;
     for (const hull::Capsule& capsule : object)
       for (int i = 0; i < 60; ++i) {
         const double along = i / 59.0, turn = 2.4 * i;  // points on the surface, and inside
-        const Eigen::Vector3d axis = (capsule.b_world_m - capsule.a_world_m).normalized(), side = axis.unitOrthogonal();
-        const Eigen::Vector3d p = capsule.a_world_m + along * (capsule.b_world_m - capsule.a_world_m) +
-                                  capsule.radius_m * (i % 3) / 2.0 * (std::cos(turn) * side + std::sin(turn) * axis.cross(side));
+        const Eigen::Vector3d axis = (capsule.b_world_m - capsule.a_world_m).normalized(),
+                              side = axis.unitOrthogonal();
+        const Eigen::Vector3d p = capsule.a_world_m +
+                                  along * (capsule.b_world_m - capsule.a_world_m) +
+                                  capsule.radius_m * (i % 3) / 2.0 *
+                                      (std::cos(turn) * side + std::sin(turn) * axis.cross(side));
         bool in_all = true;
         for (const hull::Silhouette& s : silhouettes) {
           const auto uv = geometry::project(s.camera, p);
-          in_all = in_all && uv && uv->x() >= -0.5 && uv->y() >= -0.5 && uv->x() < 719.5 && uv->y() < 485.5;
+          in_all = in_all && uv && uv->x() >= -0.5 && uv->y() >= -0.5 && uv->x() < 719.5 &&
+                   uv->y() < 485.5;
         }
         if (!in_all) continue;
         ++checked;

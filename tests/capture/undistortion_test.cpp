@@ -20,8 +20,10 @@ config::RigCamera lens_camera() {
 Eigen::Vector2d captured_uv(const config::RigCamera& camera, const Eigen::Vector3d& p_world_m) {
   const Eigen::Vector3d p = camera.camera_from_mount * p_world_m;
   const std::vector<cv::Point3d> points{{p.x(), p.y(), p.z()}};
-  const cv::Matx33d k(camera.source.fx_px, 0, camera.source.cx_px, 0, camera.source.fy_px, camera.source.cy_px, 0, 0, 1);
-  const std::vector<double> lens{camera.distortion.k1, camera.distortion.k2, camera.distortion.p1, camera.distortion.p2, camera.distortion.k3};
+  const cv::Matx33d k(camera.source.fx_px, 0, camera.source.cx_px, 0, camera.source.fy_px,
+                      camera.source.cy_px, 0, 0, 1);
+  const std::vector<double> lens{camera.distortion.k1, camera.distortion.k2, camera.distortion.p1,
+                                 camera.distortion.p2, camera.distortion.k3};
   std::vector<cv::Point2d> uv;
   cv::projectPoints(points, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), k, lens, uv);
   return {uv[0].x, uv[0].y};
@@ -34,44 +36,56 @@ TEST(Undistortion, PutsAPointWhereThePinholeHasIt) {
   for (double x = -0.9; x <= 0.9; x += 0.15)
     for (double y = -0.5; y <= 0.5; y += 0.25) {
       const Eigen::Vector3d p(x, y, 0.2);
-      const Eigen::Vector2d from = captured_uv(camera, p), to = geometry::project(config::published_camera(camera), p).value();
-      if (!(from.x() > 3 && from.y() > 3 && from.x() < 641 && from.y() < 482 && to.x() > 3 && to.y() > 3 && to.x() < 641 && to.y() < 482)) continue;
-      // A smooth spot about the point in the captured image; its centre of mass in the published one.
+      const Eigen::Vector2d from = captured_uv(camera, p),
+                            to = geometry::project(config::published_camera(camera), p).value();
+      if (!(from.x() > 3 && from.y() > 3 && from.x() < 641 && from.y() < 482 && to.x() > 3 &&
+            to.y() > 3 && to.x() < 641 && to.y() < 482))
+        continue;
+      // A smooth spot about the point in the captured image; its centre of mass in the published
+      // one.
       cv::Mat image(486, 645, CV_8UC3, cv::Scalar(0, 0, 0));
       for (int v = std::max(0, int(from.y()) - 12); v < std::min(486, int(from.y()) + 13); ++v)
         for (int u = std::max(0, int(from.x()) - 12); u < std::min(645, int(from.x()) + 13); ++u)
-          image.at<cv::Vec3b>(v, u)[1] = std::uint8_t(250 * std::exp(-0.5 * (Eigen::Vector2d(u, v) - from).squaredNorm() / 4.0) + 0.5);
+          image.at<cv::Vec3b>(v, u)[1] = std::uint8_t(
+              250 * std::exp(-0.5 * (Eigen::Vector2d(u, v) - from).squaredNorm() / 4.0) + 0.5);
       const cv::Mat flat = undistortion.published(image, {0, 0, 645, 486});
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
       for (int v = 0; v < flat.rows; ++v)
-        for (int u = 0; u < flat.cols; ++u) sum += double(flat.at<cv::Vec3b>(v, u)[1]) * Eigen::Vector3d(u, v, 1);
-      const bool whole = from.x() > 12 && from.y() > 12 && from.x() < 632 && from.y() < 473 && to.x() > 16 && to.y() > 16 && to.x() < 628 && to.y() < 469;
+        for (int u = 0; u < flat.cols; ++u)
+          sum += double(flat.at<cv::Vec3b>(v, u)[1]) * Eigen::Vector3d(u, v, 1);
+      const bool whole = from.x() > 12 && from.y() > 12 && from.x() < 632 && from.y() < 473 &&
+                         to.x() > 16 && to.y() > 16 && to.x() < 628 && to.y() < 469;
       if (!whole) continue;
       ++seen;
       // 1/32 px of the fixed-point map and the spot's own bending.
-      EXPECT_LT((sum.head<2>() / sum.z() - to).norm(), 0.1) << from.transpose() << " -> " << to.transpose();
+      EXPECT_LT((sum.head<2>() / sum.z() - to).norm(), 0.1)
+          << from.transpose() << " -> " << to.transpose();
     }
   EXPECT_GT(seen, 20);
 }
 
 TEST(Undistortion, MakesAStraightEdgeStraight) {
-  // A world edge between object and empty: the half of the table plane's points with x < 0.3 m, seen through the lens.
+  // A world edge between object and empty: the half of the table plane's points with x < 0.3 m,
+  // seen through the lens.
   const config::RigCamera camera = lens_camera();
   hull::ObjectPixels captured(645, 486);
   const Eigen::Isometry3d world_from_camera = camera.camera_from_mount.inverse();
   for (int v = 0; v < 486; ++v)
     for (int u = 0; u < 645; ++u) {
       const Eigen::Vector2d xy = undistorted(camera, {u, v});
-      const Eigen::Vector3d d = world_from_camera.linear() * Eigen::Vector3d(xy.x(), xy.y(), 1), eye = world_from_camera.translation();
+      const Eigen::Vector3d d = world_from_camera.linear() * Eigen::Vector3d(xy.x(), xy.y(), 1),
+                            eye = world_from_camera.translation();
       if (d.z() < 0 && (eye - eye.z() / d.z() * d).x() < 0.3) captured.set(u, v);
     }
   const hull::ObjectPixels flat = Undistortion(camera).published(captured);
   int rows = 0;
   for (double y = -0.4; y < 0.6; y += 0.01) {
-    const Eigen::Vector2d uv = geometry::project(config::published_camera(camera), {0.3, y, 0}).value();
+    const Eigen::Vector2d uv =
+        geometry::project(config::published_camera(camera), {0.3, y, 0}).value();
     if (!(uv.x() > 5 && uv.x() < 640 && uv.y() > 5 && uv.y() < 480)) continue;
     ++rows;
-    // Half a captured pixel by sampling, times the scale between the images (1.5 at most here), and half a published one.
+    // Half a captured pixel by sampling, times the scale between the images (1.5 at most here), and
+    // half a published one.
     const auto at = [&](double offset_px) { return flat.contains_at(uv.x() + offset_px, uv.y()); };
     EXPECT_TRUE(at(-2)) << uv.transpose();
     EXPECT_FALSE(at(2)) << uv.transpose();
@@ -90,9 +104,11 @@ TEST(Undistortion, LeavesAnImageAloneThatNeedsNothing) {
 
 TEST(Undistortion, PixelsThatTheSourceDoesNotSeeAreNotObject) {
   config::RigCamera camera = test::table_camera("narrow", {0, -1, 1}, 100, 80);
-  camera.published = geometry::pinhole_from_fov(200, 160, 1.6);  // far wider than the source's 0.75 rad
+  camera.published =
+      geometry::pinhole_from_fov(200, 160, 1.6);  // far wider than the source's 0.75 rad
   const Undistortion undistortion(camera);
-  const hull::ObjectPixels all = hull::ObjectPixels::from_bytes(100, 80, std::vector<std::uint8_t>(8000, 1));
+  const hull::ObjectPixels all =
+      hull::ObjectPixels::from_bytes(100, 80, std::vector<std::uint8_t>(8000, 1));
   const hull::ObjectPixels seen = undistortion.published(all);
   EXPECT_FALSE(seen.contains(0, 0));
   EXPECT_TRUE(seen.contains(100, 80));
@@ -111,7 +127,8 @@ TEST(Undistortion, DoesNotShowTheFoldedSideOfTheLensModel) {
   const Undistortion undistortion(camera);
   for (int v = 0; v < 160; ++v)
     for (int u = 0; u < 200; ++u) {
-      const double r = std::hypot((u - camera.published.cx_px) / camera.published.fx_px, (v - camera.published.cy_px) / camera.published.fy_px);
+      const double r = std::hypot((u - camera.published.cx_px) / camera.published.fx_px,
+                                  (v - camera.published.cy_px) / camera.published.fy_px);
       ASSERT_FALSE(r > 0.92 && undistortion.sees(u, v)) << u << " " << v;
     }
 }

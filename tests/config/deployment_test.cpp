@@ -16,23 +16,29 @@ class DeploymentFile : public test::SceneFiles {
     write("rig.yaml", test::kGoodRig);
     write("scene.yaml", test::kGoodScene);
   }
-  Deployment load(const std::string& text, const std::map<std::string, std::string>& settings = {}) {
+  Deployment load(const std::string& text,
+                  const std::map<std::string, std::string>& settings = {}) {
     return load_deployment(write("deployment.yaml", text), settings);
   }
-  std::vector<std::string> problems(const std::string& text, const std::map<std::string, std::string>& settings = {}) {
+  std::vector<std::string> problems(const std::string& text,
+                                    const std::map<std::string, std::string>& settings = {}) {
     return problems_of([&] { load(text, settings); });
   }
   // A deployment with these nodes; the first is in line 7.
   static std::string with_nodes(const std::string& nodes) {
-    return "name: small\nrig: rig.yaml\nscene: scene.yaml\nviewer:\n  path: [{eye_m: [0, -1, 0.5], target_m: [0, 0, 0.2]}]\nnodes:\n" + nodes;
+    return "name: small\nrig: rig.yaml\nscene: scene.yaml\nviewer:\n  path: [{eye_m: [0, -1, 0.5], "
+           "target_m: [0, 0, 0.2]}]\nnodes:\n" +
+           nodes;
   }
 };
 
 TEST_F(DeploymentFile, AHistoryOfTooManyCellsIsAProblem) {
   write("scene.yaml", test::kGoodScene + "history: {cell_m: 0.0005}\n");
   EXPECT_THAT(problems(with_nodes("  - {name: s, program: sim_node}\n")),
-              ElementsAre(testing::AllOf(testing::HasSubstr("deployment.yaml:3:8: history of the scene divides the rig's volume_m into"),
-                                         testing::HasSubstr("a larger cell_m in its history, or a smaller volume_m"))));
+              ElementsAre(testing::AllOf(
+                  testing::HasSubstr(
+                      "deployment.yaml:3:8: history of the scene divides the rig's volume_m into"),
+                  testing::HasSubstr("a larger cell_m in its history, or a smaller volume_m"))));
   write("scene.yaml", test::kGoodScene + "history: {cell_m: 0.01}\n");
   EXPECT_TRUE(problems(with_nodes("  - {name: s, program: sim_node}\n")).empty());
 }
@@ -138,8 +144,10 @@ nodes:
   EXPECT_EQ(std::get<V4l2Source>(files.sources.at("left")).device, "/dev/v4l/by-id/some-camera");
   EXPECT_EQ(std::get<V4l2Source>(files.sources.at("left")).background_frames, 12);
   const auto& film = std::get<CaptureConfig>(d.nodes[1].config);
-  EXPECT_EQ(std::get<VideoSource>(film.sources.at("right")).file, (folder() / "film_%04d.png").string());
-  EXPECT_EQ(std::get<VideoSource>(film.sources.at("right")).background, (folder() / "plate.png").string());
+  EXPECT_EQ(std::get<VideoSource>(film.sources.at("right")).file,
+            (folder() / "film_%04d.png").string());
+  EXPECT_EQ(std::get<VideoSource>(film.sources.at("right")).background,
+            (folder() / "plate.png").string());
   EXPECT_EQ(std::get<VideoSource>(film.sources.at("right")).first_frame, 3);
   EXPECT_EQ(film.segmentation.threshold_sigmas, 5);
   EXPECT_EQ(film.segmentation.closing_px, 2);
@@ -174,7 +182,11 @@ nodes:
 
 TEST_F(DeploymentFile, TheCollisionHasThreeBackends) {
   const auto backend = [&](const std::string& name) {
-    return std::get<SimConfig>(load(with_nodes("  - {name: s, program: sim_node, collision: " + name + "}\n")).nodes[0].config).collision;
+    return std::get<SimConfig>(
+               load(with_nodes("  - {name: s, program: sim_node, collision: " + name + "}\n"))
+                   .nodes[0]
+                   .config)
+        .collision;
   };
   EXPECT_EQ(backend("cpu"), CollisionBackend::cpu);
   EXPECT_EQ(backend("gl"), CollisionBackend::gl);
@@ -182,20 +194,32 @@ TEST_F(DeploymentFile, TheCollisionHasThreeBackends) {
 }
 
 TEST_F(DeploymentFile, HeadPathComesFromAFile) {
-  write("head.csv", "t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m\n0,0,-1,0.5,0,0,0\n1,0.1,-1,0.5,0,0,0\n");
-  const std::string text = "name: small\nrig: rig.yaml\nscene: scene.yaml\nviewer: {file: head.csv}\nnodes:\n  - {name: s, program: sim_node}\n";
+  write("head.csv",
+        "t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m\n0,0,-1,0.5,0,0,0\n1,0.1,-1,"
+        "0.5,0,0,0\n");
+  const std::string text =
+      "name: small\nrig: rig.yaml\nscene: scene.yaml\nviewer: {file: head.csv}\nnodes:\n  - {name: "
+      "s, program: sim_node}\n";
   EXPECT_EQ(load(text).viewer.path.size(), 2u);
   write("head.csv", "t_s\n");
   EXPECT_TRUE(test::contains(problems(text), "head.csv:1:4: the first line must be"));
 }
 
 TEST_F(DeploymentFile, SettingsFillInAndTheCommandLineWins) {
-  const std::string text = "settings: {rate: 12, place: .}\n" + test::kGoodDeployment.substr(1) + "frame_rate_hz: ${rate}\n";
+  const std::string text = "settings: {rate: 12, place: .}\n" + test::kGoodDeployment.substr(1) +
+                           "frame_rate_hz: ${rate}\n";
   EXPECT_EQ(load(text).frame_rate_hz, 12);
   EXPECT_EQ(load(text, {{"rate", "15"}}).frame_rate_hz, 15);
-  EXPECT_THAT(problems(text, {{"rate", "fast"}}), ElementsAre("deployment.yaml:14:16: frame_rate_hz must be a number, is \"fast\""));
-  EXPECT_THAT(problems(text, {{"rat", "15"}}), ElementsAre("deployment.yaml:1:11: --set rat: there is no such setting; known settings: place rate"));
-  EXPECT_THAT(problems(test::kGoodDeployment, {{"rate", "15"}}), ElementsAre("deployment.yaml:1:1: --set rate: there is no such setting; this file has no settings"));
+  EXPECT_THAT(problems(text, {{"rate", "fast"}}),
+              ElementsAre("deployment.yaml:14:16: frame_rate_hz must be a number, is \"fast\""));
+  EXPECT_THAT(
+      problems(text, {{"rat", "15"}}),
+      ElementsAre(
+          "deployment.yaml:1:11: --set rat: there is no such setting; known settings: place rate"));
+  EXPECT_THAT(
+      problems(test::kGoodDeployment, {{"rate", "15"}}),
+      ElementsAre(
+          "deployment.yaml:1:1: --set rate: there is no such setting; this file has no settings"));
 }
 
 TEST_F(DeploymentFile, PathsAreRelativeToTheFileOrForSetToTheWorkingDirectory) {
@@ -208,7 +232,9 @@ TEST_F(DeploymentFile, PathsAreRelativeToTheFileOrForSetToTheWorkingDirectory) {
   const std::filesystem::path from_here = std::filesystem::relative(folder() / "sub");
   EXPECT_EQ(load(text, {{"where", from_here.string()}}).rig.name, "two");
   EXPECT_THAT(problems(text, {{"where", "nowhere"}}),
-              ElementsAre("deployment.yaml:3:6: rig " + (std::filesystem::current_path() / "nowhere/rig.yaml").string() + ": there is no such file"));
+              ElementsAre("deployment.yaml:3:6: rig " +
+                          (std::filesystem::current_path() / "nowhere/rig.yaml").string() +
+                          ": there is no such file"));
 }
 
 TEST_F(DeploymentFile, EmptySettingThatIsNeededSaysWhatToPassOnce) {
@@ -218,68 +244,111 @@ TEST_F(DeploymentFile, EmptySettingThatIsNeededSaysWhatToPassOnce) {
       left: {video: "${data}/l.avi", background: "${data}/lb.avi"}
       right: {video: "${data}/r.avi", background: "${data}/rb.avi"}
 )");
-  EXPECT_THAT(problems(text), ElementsAre("deployment.yaml:2:9: data is not set: pass --set data=FOLDER"));
-  EXPECT_TRUE(test::contains(problems(text + "    host: ${dat}\n"), "${dat}: there is no such setting; known settings: data"));
+  EXPECT_THAT(problems(text),
+              ElementsAre("deployment.yaml:2:9: data is not set: pass --set data=FOLDER"));
+  EXPECT_TRUE(test::contains(problems(text + "    host: ${dat}\n"),
+                             "${dat}: there is no such setting; known settings: data"));
 }
 
 TEST_F(DeploymentFile, ProblemsOfAllFilesComeTogether) {
   write("rig.yaml", "name: r\nvolume_m: {min: [0, 0, 0], max: [1, 1, .nan]}\ncameras: []\n");
   write("scene.yaml", "name: s\nobjcts: []\n");
-  EXPECT_THAT(problems("name: d\nrig: rig.yaml\nscene: scene.yaml\nframe_rate_hz: 0\nviewer: {path: []}\nnodes: [{name: x, program: recon}]\n"),
-              ElementsAre("deployment.yaml:4:16: frame_rate_hz must be greater than 0 and at most 1000, is 0",
-                          "deployment.yaml:5:16: path must be a list of at least one, is a list of 0",
-                          "deployment.yaml:6:28: program must be one of capture_node, recon_node, sim_node, render_node; is \"recon\"",
-                          "rig.yaml:2:40: max[2] must be finite, is .nan", "rig.yaml:3:10: cameras must be a list of at least one, is a list of 0",
-                          "scene.yaml:2:1: unknown key objcts: did you mean objects?"));
+  EXPECT_THAT(
+      problems("name: d\nrig: rig.yaml\nscene: scene.yaml\nframe_rate_hz: 0\nviewer: {path: "
+               "[]}\nnodes: [{name: x, program: recon}]\n"),
+      ElementsAre(
+          "deployment.yaml:4:16: frame_rate_hz must be greater than 0 and at most 1000, is 0",
+          "deployment.yaml:5:16: path must be a list of at least one, is a list of 0",
+          "deployment.yaml:6:28: program must be one of capture_node, recon_node, sim_node, "
+          "render_node; is \"recon\"",
+          "rig.yaml:2:40: max[2] must be finite, is .nan",
+          "rig.yaml:3:10: cameras must be a list of at least one, is a list of 0",
+          "scene.yaml:2:1: unknown key objcts: did you mean objects?"));
 }
 
 TEST_F(DeploymentFile, MissingFilesAreNamedWhereTheyAreNamed) {
-  EXPECT_EQ(problems_of([&] { load_deployment(folder() / "none.yaml"); }), std::vector<std::string>{"none.yaml:0:0: there is no such file"});
-  const auto found = problems("name: d\nrig: norig.yaml\nscene: .\nviewer: {path: [{eye_m: [0, -1, 0.5], target_m: [0, 0, 0.2]}]}\nnodes: [{name: s, program: sim_node}]\n");
+  EXPECT_EQ(problems_of([&] { load_deployment(folder() / "none.yaml"); }),
+            std::vector<std::string>{"none.yaml:0:0: there is no such file"});
+  const auto found = problems(
+      "name: d\nrig: norig.yaml\nscene: .\nviewer: {path: [{eye_m: [0, -1, 0.5], target_m: [0, 0, "
+      "0.2]}]}\nnodes: [{name: s, program: sim_node}]\n");
   ASSERT_EQ(found.size(), 2u);
-  EXPECT_TRUE(test::contains(found, "deployment.yaml:2:6: rig " + (folder() / "norig.yaml").string() + ": there is no such file"));
+  EXPECT_TRUE(test::contains(found, "deployment.yaml:2:6: rig " +
+                                        (folder() / "norig.yaml").string() +
+                                        ": there is no such file"));
   EXPECT_TRUE(test::contains(found, "deployment.yaml:3:8: scene "));
   EXPECT_TRUE(test::contains(found, ": is a directory, not a file"));
-  EXPECT_THAT(problems("name: d\n"), ElementsAre("deployment.yaml:1:1: nodes is missing in the file", "deployment.yaml:1:1: rig is missing in the file",
-                                                 "deployment.yaml:1:1: scene is missing in the file", "deployment.yaml:1:1: viewer is missing in the file"));
+  EXPECT_THAT(problems("name: d\n"),
+              ElementsAre("deployment.yaml:1:1: nodes is missing in the file",
+                          "deployment.yaml:1:1: rig is missing in the file",
+                          "deployment.yaml:1:1: scene is missing in the file",
+                          "deployment.yaml:1:1: viewer is missing in the file"));
 }
 
 TEST_F(DeploymentFile, EveryCameraHasOneSource) {
-  EXPECT_THAT(problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic}}\n")),
-              ElementsAre("deployment.yaml:7:3: camera right of rig two has no source in any capture node"));
-  EXPECT_THAT(problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic, rihgt: synthetic, right: synthetic}}\n"
-                                  "  - {name: d, program: capture_node, sources: {left: synthetic}}\n")),
-              ElementsAre("deployment.yaml:7:72: rig two has no camera rihgt: did you mean right?", "deployment.yaml:8:54: camera left is read by c already"));
-  EXPECT_TRUE(problems(with_nodes("  - {name: r, program: recon_node}\n")).empty()) << "without a capture node maps come from a replay";
+  EXPECT_THAT(
+      problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic}}\n")),
+      ElementsAre(
+          "deployment.yaml:7:3: camera right of rig two has no source in any capture node"));
+  EXPECT_THAT(
+      problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic, rihgt: "
+                          "synthetic, right: synthetic}}\n"
+                          "  - {name: d, program: capture_node, sources: {left: synthetic}}\n")),
+      ElementsAre("deployment.yaml:7:72: rig two has no camera rihgt: did you mean right?",
+                  "deployment.yaml:8:54: camera left is read by c already"));
+  EXPECT_TRUE(problems(with_nodes("  - {name: r, program: recon_node}\n")).empty())
+      << "without a capture node maps come from a replay";
 }
 
 TEST_F(DeploymentFile, SyntheticCamerasSeeOneWorld) {
-  EXPECT_THAT(problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic}, synthetic: {seed: 1}}\n"
-                                  "  - {name: d, program: capture_node, sources: {right: synthetic}, synthetic: {seed: 2}}\n")),
-              ElementsAre("deployment.yaml:8:5: d: synthetic (seed, period_s, cast_shadow) differs from that of another capture node"));
+  EXPECT_THAT(
+      problems(with_nodes(
+          "  - {name: c, program: capture_node, sources: {left: synthetic}, synthetic: {seed: 1}}\n"
+          "  - {name: d, program: capture_node, sources: {right: synthetic}, synthetic: {seed: "
+          "2}}\n")),
+      ElementsAre("deployment.yaml:8:5: d: synthetic (seed, period_s, cast_shadow) differs from "
+                  "that of another capture node"));
 }
 
 TEST_F(DeploymentFile, SharesCoverTheViewOnce) {
-  const auto recon = [](const std::string& name, const std::string& config) { return "  - {name: " + name + ", program: recon_node, " + config + "}\n"; };
-  EXPECT_TRUE(problems(with_nodes(recon("a", "share: 1, shares: 2") + recon("b", "share: 0, shares: 2"))).empty());
-  EXPECT_THAT(problems(with_nodes(recon("a", "share: 1, shares: 2") + recon("b", "share: 1, shares: 2"))),
-              ElementsAre("deployment.yaml:7:5: no reconstruction node has share 0 of 2", "deployment.yaml:8:43: share 1 is that of a already"));
-  EXPECT_THAT(problems(with_nodes(recon("a", "share: 0, shares: 2") + recon("b", "share: 1, shares: 3"))),
-              ElementsAre("deployment.yaml:8:5: b: tile_columns, tile_rows, shares, split and balance must be the same in all reconstruction nodes"));
-  EXPECT_THAT(problems(with_nodes(recon("a", "share: 2, shares: 2"))), ElementsAre("deployment.yaml:7:43: share must be less than shares: they count from 0 to 1"));
-  EXPECT_TRUE(test::contains(problems(with_nodes(recon("a", "tile_columns: 1, tile_rows: 1, share: 0, shares: 2") + recon("b", "tile_columns: 1, tile_rows: 1, share: 1, shares: 2"))),
-                       "some shares would own no tile"));
+  const auto recon = [](const std::string& name, const std::string& config) {
+    return "  - {name: " + name + ", program: recon_node, " + config + "}\n";
+  };
+  EXPECT_TRUE(
+      problems(with_nodes(recon("a", "share: 1, shares: 2") + recon("b", "share: 0, shares: 2")))
+          .empty());
+  EXPECT_THAT(
+      problems(with_nodes(recon("a", "share: 1, shares: 2") + recon("b", "share: 1, shares: 2"))),
+      ElementsAre("deployment.yaml:7:5: no reconstruction node has share 0 of 2",
+                  "deployment.yaml:8:43: share 1 is that of a already"));
+  EXPECT_THAT(
+      problems(with_nodes(recon("a", "share: 0, shares: 2") + recon("b", "share: 1, shares: 3"))),
+      ElementsAre("deployment.yaml:8:5: b: tile_columns, tile_rows, shares, split and balance must "
+                  "be the same in all reconstruction nodes"));
+  EXPECT_THAT(
+      problems(with_nodes(recon("a", "share: 2, shares: 2"))),
+      ElementsAre("deployment.yaml:7:43: share must be less than shares: they count from 0 to 1"));
+  EXPECT_TRUE(test::contains(
+      problems(with_nodes(recon("a", "tile_columns: 1, tile_rows: 1, share: 0, shares: 2") +
+                          recon("b", "tile_columns: 1, tile_rows: 1, share: 1, shares: 2"))),
+      "some shares would own no tile"));
 }
 
 TEST_F(DeploymentFile, NamesAreUniqueAndThereIsOneSimulationAndOneRenderer) {
-  EXPECT_THAT(problems(with_nodes("  - {name: s, program: sim_node}\n  - {name: s, program: sim_node}\n  - {name: r, program: render_node}\n  - {name: q, program: render_node}\n")),
-              ElementsAre("deployment.yaml:8:5: a second sim_node, the first is in line 7: at most one is allowed",
-                          "deployment.yaml:8:12: two nodes are called s, the first in line 7",
-                          "deployment.yaml:10:5: a second render_node, the first is in line 9: at most one is allowed"));
+  EXPECT_THAT(
+      problems(
+          with_nodes("  - {name: s, program: sim_node}\n  - {name: s, program: sim_node}\n  - "
+                     "{name: r, program: render_node}\n  - {name: q, program: render_node}\n")),
+      ElementsAre(
+          "deployment.yaml:8:5: a second sim_node, the first is in line 7: at most one is allowed",
+          "deployment.yaml:8:12: two nodes are called s, the first in line 7",
+          "deployment.yaml:10:5: a second render_node, the first is in line 9: at most one is "
+          "allowed"));
 }
 
 TEST_F(DeploymentFile, EveryProblemOfNodesIsReportedWithItsPlace) {
-  EXPECT_THAT(problems(with_nodes(R"(  - name: c
+  EXPECT_THAT(
+      problems(with_nodes(R"(  - name: c
     program: capture_node
     cores: [0, -1, 0]
     sources:
@@ -294,35 +363,49 @@ TEST_F(DeploymentFile, EveryProblemOfNodesIsReportedWithItsPlace) {
     share: 1
   - host: here
 )")),
-              ElementsAre("deployment.yaml:9:12: cores names one core twice", "deployment.yaml:9:16: cores[1] must be from 0 to 1023, is -1",
-                          "deployment.yaml:11:13: background is missing in left",
-                          "deployment.yaml:11:21: video " + (folder() / "absent.avi").string() + ": there is no such file",
-                          "deployment.yaml:12:43: background_frames must be from 1 to 10000, is 0",
-                          "deployment.yaml:13:20: unknown key threshold: threshold_sigmas is expected",
-                          "deployment.yaml:13:50: shadow_darkest must be greater than 0 and at most 1, is 0",
-                          "deployment.yaml:14:17: unknown key period_ms: period_s is expected",
-                          "deployment.yaml:17:18: viewport_px must not exceed window_px (400)",
-                          "deployment.yaml:18:13: step_s must be from 0.0001 to 0.1, is 1",
-                          "deployment.yaml:19:5: unknown key share; known keys: name host cores program collision threads eps_m spacing_m viewport_px window_px step_s max_points",
-                          "deployment.yaml:20:5: program is missing: capture_node, recon_node, sim_node or render_node",
-                          "deployment.yaml:20:5: name is missing in nodes[2]"));
+      ElementsAre(
+          "deployment.yaml:9:12: cores names one core twice",
+          "deployment.yaml:9:16: cores[1] must be from 0 to 1023, is -1",
+          "deployment.yaml:11:13: background is missing in left",
+          "deployment.yaml:11:21: video " + (folder() / "absent.avi").string() +
+              ": there is no such file",
+          "deployment.yaml:12:43: background_frames must be from 1 to 10000, is 0",
+          "deployment.yaml:13:20: unknown key threshold: threshold_sigmas is expected",
+          "deployment.yaml:13:50: shadow_darkest must be greater than 0 and at most 1, is 0",
+          "deployment.yaml:14:17: unknown key period_ms: period_s is expected",
+          "deployment.yaml:17:18: viewport_px must not exceed window_px (400)",
+          "deployment.yaml:18:13: step_s must be from 0.0001 to 0.1, is 1",
+          "deployment.yaml:19:5: unknown key share; known keys: name host cores program collision "
+          "threads eps_m spacing_m viewport_px window_px step_s max_points",
+          "deployment.yaml:20:5: program is missing: capture_node, recon_node, sim_node or "
+          "render_node",
+          "deployment.yaml:20:5: name is missing in nodes[2]"));
 }
 
 TEST_F(DeploymentFile, ViewerIsChecked) {
   std::string text = test::kGoodDeployment;
-  text.replace(text.find("nodes:"), 0, "  horizontal_fov_deg: 180\n  render_size_px: [640]\n  recon_size_px: [0, 240]\n  near_m: 2\n  far_m: 1\n");
-  EXPECT_THAT(problems(text), ElementsAre("deployment.yaml:5:3: near_m must be less than far_m", "deployment.yaml:7:23: horizontal_fov_deg must be from 1 to 170, is 180",
-                                          "deployment.yaml:8:19: render_size_px must be a list of 2, is a list of 1",
-                                          "deployment.yaml:9:19: recon_size_px[0] must be from 1 to 16384, is 0"));
+  text.replace(text.find("nodes:"), 0,
+               "  horizontal_fov_deg: 180\n  render_size_px: [640]\n  recon_size_px: [0, 240]\n  "
+               "near_m: 2\n  far_m: 1\n");
+  EXPECT_THAT(
+      problems(text),
+      ElementsAre("deployment.yaml:5:3: near_m must be less than far_m",
+                  "deployment.yaml:7:23: horizontal_fov_deg must be from 1 to 170, is 180",
+                  "deployment.yaml:8:19: render_size_px must be a list of 2, is a list of 1",
+                  "deployment.yaml:9:19: recon_size_px[0] must be from 1 to 16384, is 0"));
   text = test::kGoodDeployment;
   text.replace(text.find("- {t_s: 0"), 9, "- {t_s: 1");
   EXPECT_THAT(problems(text), ElementsAre("deployment.yaml:6:7: the first key's t_s must be 0"));
 }
 
 TEST_F(DeploymentFile, FilesOfAnotherHostAreNotLookedForHere) {
-  const std::string sources = "sources: {left: {video: /there/l.avi, background: /there/b.avi}, right: synthetic}";
-  EXPECT_EQ(problems(with_nodes("  - {name: c, program: capture_node, " + sources + "}\n")).size(), 2u);
-  EXPECT_TRUE(problems(with_nodes("  - {name: c, program: capture_node, host: another_machine, " + sources + "}\n")).empty());
+  const std::string sources =
+      "sources: {left: {video: /there/l.avi, background: /there/b.avi}, right: synthetic}";
+  EXPECT_EQ(problems(with_nodes("  - {name: c, program: capture_node, " + sources + "}\n")).size(),
+            2u);
+  EXPECT_TRUE(problems(with_nodes("  - {name: c, program: capture_node, host: another_machine, " +
+                                  sources + "}\n"))
+                  .empty());
 }
 
 TEST_F(DeploymentFile, WhatListsEveryProblemOneALine) {
@@ -331,8 +414,12 @@ TEST_F(DeploymentFile, WhatListsEveryProblemOneALine) {
     FAIL() << "no problem found";
   } catch (const ConfigError& error) {
     const std::string text = error.what();
-    EXPECT_NE(text.find((folder() / "deployment.yaml").string() + ":1:7: name must consist of a-z, 0-9 and _, is \"Bad\""), std::string::npos) << text;
-    EXPECT_EQ(std::count(text.begin(), text.end(), '\n') + 1, std::ptrdiff_t(error.problems().size()));
+    EXPECT_NE(text.find((folder() / "deployment.yaml").string() +
+                        ":1:7: name must consist of a-z, 0-9 and _, is \"Bad\""),
+              std::string::npos)
+        << text;
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n') + 1,
+              std::ptrdiff_t(error.problems().size()));
   }
 }
 

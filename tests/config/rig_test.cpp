@@ -13,7 +13,8 @@ using ::testing::ElementsAre;
 
 // "the camera at eye looks at target" in the file's words, or another pose.
 std::string rig_with(const std::string& pose, const std::string& more = "") {
-  return "name: one\nvolume_m: {min: [-1, -1, 0], max: [1, 1, 1]}\ncameras:\n  - name: cam\n    image_size_px: [320, 240]\n    horizontal_fov_deg: 60\n" +
+  return "name: one\nvolume_m: {min: [-1, -1, 0], max: [1, 1, 1]}\ncameras:\n  - name: cam\n    "
+         "image_size_px: [320, 240]\n    horizontal_fov_deg: 60\n" +
          pose + more;
 }
 
@@ -65,7 +66,8 @@ cameras:
   EXPECT_TRUE(wall.gives_shape);
   EXPECT_FALSE(wall.gives_colour);
   EXPECT_TRUE(wall.camera_from_mount.translation().isApprox(Eigen::Vector3d(0.1, 0.5, 2)));
-  EXPECT_TRUE((wall.camera_from_mount.linear() * Eigen::Vector3d(0, 1, 0)).isApprox(Eigen::Vector3d(0, 0, 1)));
+  EXPECT_TRUE((wall.camera_from_mount.linear() * Eigen::Vector3d(0, 1, 0))
+                  .isApprox(Eigen::Vector3d(0, 0, 1)));
 
   const RigCamera& hmd = rig.cameras[1];
   EXPECT_EQ(hmd.mount, Mount::viewer);
@@ -98,40 +100,52 @@ cameras:
     mount: viewer
     look_at: {eye_m: [0, -0.06, 0], target_m: [0, -0.06, 1]}
 )");
-  const Eigen::Isometry3d eye_from_world = geometry::look_at({0, -1, 0.5}, {0, 0, 0.5});  // level, towards +y
-  EXPECT_TRUE(geometry::camera_center_world_m(published_camera(rig.cameras[1], eye_from_world)).isApprox(Eigen::Vector3d(0, -1, 0.56), 1e-12))
+  const Eigen::Isometry3d eye_from_world =
+      geometry::look_at({0, -1, 0.5}, {0, 0, 0.5});  // level, towards +y
+  EXPECT_TRUE(geometry::camera_center_world_m(published_camera(rig.cameras[1], eye_from_world))
+                  .isApprox(Eigen::Vector3d(0, -1, 0.56), 1e-12))
       << "6 cm above the eye: the eye's frame has y down";
-  EXPECT_TRUE(published_camera(rig.cameras[0], eye_from_world).camera_from_world.isApprox(rig.cameras[0].camera_from_mount)) << "wall cameras stay";
+  EXPECT_TRUE(published_camera(rig.cameras[0], eye_from_world)
+                  .camera_from_world.isApprox(rig.cameras[0].camera_from_mount))
+      << "wall cameras stay";
 }
 
 TEST_F(RigFile, RotationSlightlyOffOrthonormalIsMadeOrthonormal) {
   // Six digits, as calibration files have them.
-  const Rig rig = load(rig_with("    camera_from_world: {rotation: [[0.707107, 0.707107, 0], [0, 0, -1], [-0.707107, 0.707107, 0]], translation_m: [0, 0.5, 3]}\n"));
+  const Rig rig =
+      load(rig_with("    camera_from_world: {rotation: [[0.707107, 0.707107, 0], [0, 0, -1], "
+                    "[-0.707107, 0.707107, 0]], translation_m: [0, 0.5, 3]}\n"));
   const Eigen::Matrix3d r = rig.cameras[0].camera_from_mount.linear();
   EXPECT_LT((r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-14);
   EXPECT_NEAR(r(0, 0), std::sqrt(0.5), 1e-6);
 }
 
 TEST_F(RigFile, RotationFarOffOrthonormalIsRefused) {
-  EXPECT_THAT(problems(rig_with("    camera_from_world: {rotation: [[1, 0.1, 0], [0, 0, -1], [0, 1, 0]], translation_m: [0, 0.5, 3]}\n")),
+  EXPECT_THAT(problems(rig_with("    camera_from_world: {rotation: [[1, 0.1, 0], [0, 0, -1], [0, "
+                                "1, 0]], translation_m: [0, 0.5, 3]}\n")),
               ElementsAre("rig.yaml:4:5: camera cam: rotation is not orthonormal"));
 }
 
 TEST_F(RigFile, MirroredRotationIsRefused) {
-  EXPECT_THAT(problems(rig_with("    camera_from_world: {rotation: [[-1, 0, 0], [0, 0, -1], [0, 1, 0]], translation_m: [0, 0.5, 3]}\n")),
+  EXPECT_THAT(problems(rig_with("    camera_from_world: {rotation: [[-1, 0, 0], [0, 0, -1], [0, 1, "
+                                "0]], translation_m: [0, 0.5, 3]}\n")),
               ElementsAre("rig.yaml:4:5: camera cam: rotation is mirrored (determinant -1)"));
 }
 
 TEST_F(RigFile, NaNAndInfinityAreRefused) {
-  EXPECT_THAT(problems(rig_with("    camera_from_world: {rotation: [[1, .nan, 0], [0, 0, -1], [0, 1, 0]], translation_m: [0, -.inf, 1e999]}\n",
+  EXPECT_THAT(problems(rig_with("    camera_from_world: {rotation: [[1, .nan, 0], [0, 0, -1], [0, "
+                                "1, 0]], translation_m: [0, -.inf, 1e999]}\n",
                                 "    distortion: {k1: nan, k2: 0, p1: 0, p2: 0, k3: inf}\n")),
-              ElementsAre("rig.yaml:7:40: rotation[0][1] must be finite, is .nan", "rig.yaml:7:93: translation_m[1] must be finite, is -.inf",
-                          "rig.yaml:7:100: translation_m[2] must be finite, is 1e999", "rig.yaml:8:22: k1 must be finite, is nan",
+              ElementsAre("rig.yaml:7:40: rotation[0][1] must be finite, is .nan",
+                          "rig.yaml:7:93: translation_m[1] must be finite, is -.inf",
+                          "rig.yaml:7:100: translation_m[2] must be finite, is 1e999",
+                          "rig.yaml:8:22: k1 must be finite, is nan",
                           "rig.yaml:8:52: k3 must be finite, is inf"));
 }
 
 TEST_F(RigFile, EveryProblemIsReportedWithItsPlace) {
-  EXPECT_THAT(problems(R"(
+  EXPECT_THAT(
+      problems(R"(
 name: Bad Name
 volume_m: {min: [0, 0, 0], max: [1, -1, 1]}
 colour: red
@@ -152,61 +166,84 @@ cameras:
     mount: ceiling
     mount: world
 )"),
-              ElementsAre("rig.yaml:1:7: name must consist of a-z, 0-9 and _, is \"Bad Name\"",
-                          "rig.yaml:2:33: volume_m: max must be greater than min in y",
-                          "rig.yaml:3:1: unknown key colour; known keys: name volume_m cameras",
-                          "rig.yaml:6:5: unknown key image_size: image_size_px is expected",
-                          "rig.yaml:7:25: horizontal_fov_deg must be from 0.01 to 170, is 200",
-                          "rig.yaml:8:14: look_at has no upright image: eye_m and target_m are the same point, or one straight above the other; state the "
-                          "rotation instead",
-                          "rig.yaml:9:5: no focal length: horizontal_fov_deg, or fx_px, fy_px, cx_px and cy_px, is missing",
-                          "rig.yaml:10:26: image_size_px[1] must be a whole number, is 240.5",
-                          "rig.yaml:11:5: unknown key horizontal_fov_rad: horizontal_fov_deg is expected",
-                          "rig.yaml:12:22: eye_m must be a list of 3, is a list of 2",
-                          "rig.yaml:12:44: target_m[1] must be a number, is \"zero\"",
-                          "rig.yaml:13:18: gives_shape must be true or false, is \"yes\"",
-                          "rig.yaml:14:5: the camera has no pose: look_at or camera_from_world is missing",
-                          "rig.yaml:14:11: two cameras are called a, the first in line 5",
-                          "rig.yaml:17:12: fx_px and horizontal_fov_deg exclude each other",
-                          "rig.yaml:18:12: mount must be one of world, viewer; is \"ceiling\"",
-                          "rig.yaml:19:5: mount is there twice, first in line 18"));
+      ElementsAre("rig.yaml:1:7: name must consist of a-z, 0-9 and _, is \"Bad Name\"",
+                  "rig.yaml:2:33: volume_m: max must be greater than min in y",
+                  "rig.yaml:3:1: unknown key colour; known keys: name volume_m cameras",
+                  "rig.yaml:6:5: unknown key image_size: image_size_px is expected",
+                  "rig.yaml:7:25: horizontal_fov_deg must be from 0.01 to 170, is 200",
+                  "rig.yaml:8:14: look_at has no upright image: eye_m and target_m are the same "
+                  "point, or one straight above the other; state the "
+                  "rotation instead",
+                  "rig.yaml:9:5: no focal length: horizontal_fov_deg, or fx_px, fy_px, cx_px and "
+                  "cy_px, is missing",
+                  "rig.yaml:10:26: image_size_px[1] must be a whole number, is 240.5",
+                  "rig.yaml:11:5: unknown key horizontal_fov_rad: horizontal_fov_deg is expected",
+                  "rig.yaml:12:22: eye_m must be a list of 3, is a list of 2",
+                  "rig.yaml:12:44: target_m[1] must be a number, is \"zero\"",
+                  "rig.yaml:13:18: gives_shape must be true or false, is \"yes\"",
+                  "rig.yaml:14:5: the camera has no pose: look_at or camera_from_world is missing",
+                  "rig.yaml:14:11: two cameras are called a, the first in line 5",
+                  "rig.yaml:17:12: fx_px and horizontal_fov_deg exclude each other",
+                  "rig.yaml:18:12: mount must be one of world, viewer; is \"ceiling\"",
+                  "rig.yaml:19:5: mount is there twice, first in line 18"));
 }
 
 TEST_F(RigFile, PoseMustGoWithTheMount) {
-  EXPECT_TRUE(test::contains(problems(rig_with("    mount: viewer\n    camera_from_world: {rotation: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], translation_m: [0, 0, 0]}\n")),
-                       "rig.yaml:8:24: camera_from_world does not go with this camera's mount: camera_from_viewer is expected"));
-  EXPECT_TRUE(test::contains(problems(rig_with("    mount: viewer\n    gives_shape: true\n    look_at: {eye_m: [0, 0, 0], target_m: [0, 0, 1]}\n")),
-                       "rig.yaml:8:18: gives_shape must be false for a camera that the viewer carries"));
+  EXPECT_TRUE(test::contains(
+      problems(rig_with("    mount: viewer\n    camera_from_world: {rotation: [[1, 0, 0], [0, 1, "
+                        "0], [0, 0, 1]], translation_m: [0, 0, 0]}\n")),
+      "rig.yaml:8:24: camera_from_world does not go with this camera's mount: camera_from_viewer "
+      "is expected"));
+  EXPECT_TRUE(test::contains(
+      problems(rig_with("    mount: viewer\n    gives_shape: true\n    look_at: {eye_m: [0, 0, 0], "
+                        "target_m: [0, 0, 1]}\n")),
+      "rig.yaml:8:18: gives_shape must be false for a camera that the viewer carries"));
 }
 
 TEST_F(RigFile, CameraThatSeesNothingOfTheVolumeIsNamed) {
-  EXPECT_THAT(problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [6, 0, 0.5]}\n")), ElementsAre("rig.yaml:4:5: camera cam sees nothing of volume_m"));
+  EXPECT_THAT(problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [6, 0, 0.5]}\n")),
+              ElementsAre("rig.yaml:4:5: camera cam sees nothing of volume_m"));
 }
 
 TEST_F(RigFile, RigWithoutShapeIsRefused) {
-  EXPECT_TRUE(test::contains(problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [0, 0, 0.5]}\n", "    gives_shape: false\n")), "no camera gives shape"));
-  EXPECT_TRUE(test::contains(problems("name: none\nvolume_m: {min: [0, 0, 0], max: [1, 1, 1]}\ncameras: []\n"), "cameras must be a list of at least one"));
+  EXPECT_TRUE(
+      test::contains(problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [0, 0, 0.5]}\n",
+                                       "    gives_shape: false\n")),
+                     "no camera gives shape"));
+  EXPECT_TRUE(test::contains(
+      problems("name: none\nvolume_m: {min: [0, 0, 0], max: [1, 1, 1]}\ncameras: []\n"),
+      "cameras must be a list of at least one"));
 }
 
 TEST_F(RigFile, UnreadableFilesSayWhy) {
-  EXPECT_THAT(problems_of([&] { load_rig(folder() / "absent.yaml"); }), ElementsAre("absent.yaml:0:0: there is no such file"));
+  EXPECT_THAT(problems_of([&] { load_rig(folder() / "absent.yaml"); }),
+              ElementsAre("absent.yaml:0:0: there is no such file"));
   std::filesystem::create_directory(folder() / "dir.yaml");
-  EXPECT_THAT(problems_of([&] { load_rig(folder() / "dir.yaml"); }), ElementsAre("dir.yaml:0:0: is a directory, not a file"));
+  EXPECT_THAT(problems_of([&] { load_rig(folder() / "dir.yaml"); }),
+              ElementsAre("dir.yaml:0:0: is a directory, not a file"));
   EXPECT_TRUE(test::contains(problems("name: [a, b\nvolume_m: 3\n"), ": not YAML: "));
   EXPECT_THAT(problems(""), ElementsAre("rig.yaml:1:1: a mapping of keys to values is expected"));
-  EXPECT_THAT(problems("- 1\n"), ElementsAre("rig.yaml:1:1: a mapping of keys to values is expected"));
-  EXPECT_TRUE(test::contains(problems(test::kGoodRig + "---\nname: second\n"), "a second YAML document"));
-  EXPECT_TRUE(test::contains(problems(std::string(100000, '[')), ": not YAML: ")) << "nested deeper than any reader goes";
+  EXPECT_THAT(problems("- 1\n"),
+              ElementsAre("rig.yaml:1:1: a mapping of keys to values is expected"));
+  EXPECT_TRUE(
+      test::contains(problems(test::kGoodRig + "---\nname: second\n"), "a second YAML document"));
+  EXPECT_TRUE(test::contains(problems(std::string(100000, '[')), ": not YAML: "))
+      << "nested deeper than any reader goes";
 }
 
 TEST_F(RigFile, EmptyValueAndNestedWrongTypesAreProblemsNotCrashes) {
-  EXPECT_TRUE(test::contains(problems("name: a\nvolume_m:\ncameras: 3\n"), "rig.yaml:2:1: volume_m has no value"));
-  EXPECT_TRUE(test::contains(problems("name: a\nvolume_m:\ncameras: 3\n"), "rig.yaml:3:10: cameras must be a list of at least one, is \"3\""));
-  EXPECT_TRUE(test::contains(problems("name: {a: 1}\nvolume_m: [1]\ncameras: [1, {name: [x]}]\n"), "rig.yaml:3:11: cameras[0] must be a mapping of keys to values, is \"1\""));
+  EXPECT_TRUE(test::contains(problems("name: a\nvolume_m:\ncameras: 3\n"),
+                             "rig.yaml:2:1: volume_m has no value"));
+  EXPECT_TRUE(test::contains(problems("name: a\nvolume_m:\ncameras: 3\n"),
+                             "rig.yaml:3:10: cameras must be a list of at least one, is \"3\""));
+  EXPECT_TRUE(
+      test::contains(problems("name: {a: 1}\nvolume_m: [1]\ncameras: [1, {name: [x]}]\n"),
+                     "rig.yaml:3:11: cameras[0] must be a mapping of keys to values, is \"1\""));
   EXPECT_TRUE(test::contains(problems("? [a, b]\n: 3\n"), "a key must be a word"));
 }
 
-// Files cut off anywhere, or with any byte replaced, load or list problems; nothing else leaves load_rig.
+// Files cut off anywhere, or with any byte replaced, load or list problems; nothing else leaves
+// load_rig.
 TEST_F(RigFile, DamagedFilesLoadOrListProblems) {
   const std::string good = test::kGoodRig.substr(1);
   for (std::size_t length = 0; length < good.size(); ++length) problems(good.substr(0, length));
@@ -221,12 +258,18 @@ TEST_F(RigFile, DamagedFilesLoadOrListProblems) {
 // A telescope sees a pixel's worth of the box between any sample points.
 TEST(SeesAnyOf, HoldsForLongFocalLengthsAndCamerasInsideTheBox) {
   const Eigen::AlignedBox3d box_m(Eigen::Vector3d(-1, -1, 0), Eigen::Vector3d(1, 1, 1));
-  const geometry::Pinhole telescope{720, 486, 50000, 50000, 359.5, 242.5}, fisheye_like{720, 486, 50, 50, 359.5, 242.5};
-  EXPECT_TRUE(sees_any_of({telescope, geometry::look_at({3, 0.123, 0.456}, {0, 0.1234, 0.4567})}, box_m));
-  EXPECT_FALSE(sees_any_of({telescope, geometry::look_at({3, 0, 0.5}, {0, 3, 0.5})}, box_m)) << "past the box";
-  EXPECT_TRUE(sees_any_of({fisheye_like, geometry::look_at({3, 0, 0.5}, {3, 3, 0.5})}, box_m)) << "164 degrees wide: the box is at the image's edge";
-  EXPECT_TRUE(sees_any_of({telescope, geometry::look_at({0, 0, 0.5}, {1, 0, 0.5})}, box_m)) << "from inside";
-  EXPECT_FALSE(sees_any_of({fisheye_like, geometry::look_at({3, 0, 0.5}, {6, 0, 0.5})}, box_m)) << "behind the camera";
+  const geometry::Pinhole telescope{720, 486, 50000, 50000, 359.5, 242.5},
+      fisheye_like{720, 486, 50, 50, 359.5, 242.5};
+  EXPECT_TRUE(
+      sees_any_of({telescope, geometry::look_at({3, 0.123, 0.456}, {0, 0.1234, 0.4567})}, box_m));
+  EXPECT_FALSE(sees_any_of({telescope, geometry::look_at({3, 0, 0.5}, {0, 3, 0.5})}, box_m))
+      << "past the box";
+  EXPECT_TRUE(sees_any_of({fisheye_like, geometry::look_at({3, 0, 0.5}, {3, 3, 0.5})}, box_m))
+      << "164 degrees wide: the box is at the image's edge";
+  EXPECT_TRUE(sees_any_of({telescope, geometry::look_at({0, 0, 0.5}, {1, 0, 0.5})}, box_m))
+      << "from inside";
+  EXPECT_FALSE(sees_any_of({fisheye_like, geometry::look_at({3, 0, 0.5}, {6, 0, 0.5})}, box_m))
+      << "behind the camera";
 }
 
 }  // namespace

@@ -12,21 +12,27 @@ namespace {
 
 using ::testing::ElementsAre;
 
-// A tetrahedron with one corner at the origin and edges of length 1 (in the file's unit) along the axes.
-const std::string kTetrahedronObj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+// A tetrahedron with one corner at the origin and edges of length 1 (in the file's unit) along the
+// axes.
+const std::string kTetrahedronObj =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const std::string kTetrahedronPly =
-    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\nproperty list uchar int vertex_indices\n"
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+    "z\nelement face 4\nproperty list uchar int vertex_indices\n"
     "end_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 const std::string kTriangleStl =
-    "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid one\n";
+    "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+    "0\nendloop\nendfacet\nendsolid one\n";
 
 std::string base64(const std::string& bytes) {
   const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string text;
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     std::uint32_t group = 0;
-    for (std::size_t j = 0; j < 3; ++j) group = group << 8 | (i + j < bytes.size() ? std::uint8_t(bytes[i + j]) : 0u);
-    for (int j = 0; j < 4; ++j) text += i + j <= bytes.size() ? digits[group >> (18 - 6 * j) & 63] : '=';
+    for (std::size_t j = 0; j < 3; ++j)
+      group = group << 8 | (i + j < bytes.size() ? std::uint8_t(bytes[i + j]) : 0u);
+    for (int j = 0; j < 4; ++j)
+      text += i + j <= bytes.size() ? digits[group >> (18 - 6 * j) & 63] : '=';
   }
   return text;
 }
@@ -50,7 +56,10 @@ class SceneFile : public test::SceneFiles {
   std::vector<std::string> problems(const std::string& text) {
     return problems_of([&] { load(text); });
   }
-  static std::string mesh_scene(const std::string& mesh) { return "name: m\nobjects:\n  - name: part\n    position_m: [0, 0, 0]\n    mesh: {" + mesh + "}\n"; }
+  static std::string mesh_scene(const std::string& mesh) {
+    return "name: m\nobjects:\n  - name: part\n    position_m: [0, 0, 0]\n    mesh: {" + mesh +
+           "}\n";
+  }
 };
 
 TEST_F(SceneFile, ReadsWhatIsWritten) {
@@ -88,7 +97,9 @@ objects:
 
   const SceneObject &box = scene.objects[0], &ball = scene.objects[1], &curtain = scene.objects[2];
   EXPECT_EQ(std::get<BoxShape>(box.shape).size_m, Eigen::Vector3d(0.1, 0.2, 0.3));
-  EXPECT_TRUE((box.world_from_object * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3), 1e-12)) << "x turns into y about z";
+  EXPECT_TRUE(
+      (box.world_from_object * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3), 1e-12))
+      << "x turns into y about z";
   EXPECT_EQ(box.motion, Motion::fixed);
   EXPECT_EQ(box.reaction, Reaction::none);
   EXPECT_EQ(box.colour_rgb, (std::array{0.25, 0.5, 0.75}));
@@ -110,21 +121,26 @@ objects:
 TEST_F(SceneFile, RotationTurnsAboutXThenYThenZ) {
   const Scene scene = load(test::kGoodScene + "    rotation_deg: [90, 90, 0]\n");
   // z -> -y about x; -y stays about y.
-  EXPECT_TRUE((scene.objects[0].world_from_object.linear() * Eigen::Vector3d(0, 0, 1)).isApprox(Eigen::Vector3d(0, -1, 0), 1e-12));
+  EXPECT_TRUE((scene.objects[0].world_from_object.linear() * Eigen::Vector3d(0, 0, 1))
+                  .isApprox(Eigen::Vector3d(0, -1, 0), 1e-12));
   // x stays about x; x -> -z about y.
-  EXPECT_TRUE((scene.objects[0].world_from_object.linear() * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(0, 0, -1), 1e-12));
+  EXPECT_TRUE((scene.objects[0].world_from_object.linear() * Eigen::Vector3d(1, 0, 0))
+                  .isApprox(Eigen::Vector3d(0, 0, -1), 1e-12));
 }
 
 TEST_F(SceneFile, MeshesComeInMetresWhateverTheirUnit) {
   write("part.obj", kTetrahedronObj);
   write("part.ply", kTetrahedronPly);
   write("part.stl", kTriangleStl);
-  for (const auto& [unit, unit_m] : {std::pair{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}})
+  for (const auto& [unit, unit_m] :
+       {std::pair{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}})
     for (const std::string file : {"part.obj", "part.ply"}) {
-      const geometry::Mesh mesh = mesh_of(load(mesh_scene("file: " + file + ", unit: " + unit)).objects[0]);
+      const geometry::Mesh mesh =
+          mesh_of(load(mesh_scene("file: " + file + ", unit: " + unit)).objects[0]);
       EXPECT_EQ(mesh.vertices_m.size(), 4u) << "corners are shared";
       EXPECT_EQ(mesh.triangles.size(), 4u);
-      EXPECT_TRUE(geometry::bounds_m(mesh).max().isApprox(Eigen::Vector3d::Constant(unit_m), 1e-9)) << file << ' ' << unit;
+      EXPECT_TRUE(geometry::bounds_m(mesh).max().isApprox(Eigen::Vector3d::Constant(unit_m), 1e-9))
+          << file << ' ' << unit;
       EXPECT_TRUE(geometry::bounds_m(mesh).min().isZero());
     }
   EXPECT_EQ(mesh_of(load(mesh_scene("file: part.stl, unit: mm")).objects[0]).triangles.size(), 1u);
@@ -134,15 +150,18 @@ TEST_F(SceneFile, GltfIsInMetresWithItsYAxisUp) {
   write("part.gltf", triangle_gltf(3));
   const geometry::Mesh mesh = mesh_of(load(mesh_scene("file: part.gltf")).objects[0]);
   ASSERT_EQ(mesh.triangles.size(), 1u);
-  EXPECT_TRUE(geometry::bounds_m(mesh).max().isApprox(Eigen::Vector3d(1, 0, 2))) << "2 m of height become z";
-  EXPECT_TRUE(geometry::bounds_m(mesh).min().isApprox(Eigen::Vector3d(0, -3, 0))) << "3 m towards the viewer become -y";
+  EXPECT_TRUE(geometry::bounds_m(mesh).max().isApprox(Eigen::Vector3d(1, 0, 2)))
+      << "2 m of height become z";
+  EXPECT_TRUE(geometry::bounds_m(mesh).min().isApprox(Eigen::Vector3d(0, -3, 0)))
+      << "3 m towards the viewer become -y";
 }
 
 TEST_F(SceneFile, MeshWindingStays) {
   write("part.obj", kTetrahedronObj);
   const geometry::Mesh mesh = mesh_of(load(mesh_scene("file: part.obj, unit: m")).objects[0]);
   double volume_m3 = 0;  // by the divergence theorem: positive where the surface faces outwards
-  for (const auto& [a, b, c] : mesh.triangles) volume_m3 += mesh.vertices_m[a].dot(mesh.vertices_m[b].cross(mesh.vertices_m[c])) / 6;
+  for (const auto& [a, b, c] : mesh.triangles)
+    volume_m3 += mesh.vertices_m[a].dot(mesh.vertices_m[b].cross(mesh.vertices_m[c])) / 6;
   EXPECT_NEAR(volume_m3, 1.0 / 6, 1e-12);
 }
 
@@ -150,8 +169,10 @@ TEST_F(SceneFile, MeshInTheWrongUnitIsDoubted) {
   write("part.obj", "v 0 0 0\nv 120 0 0\nv 0 80 0\nv 0 0 60\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   EXPECT_TRUE(size_doubts(load(mesh_scene("file: part.obj, unit: mm"))).empty()) << "12 cm";
   EXPECT_EQ(size_doubts(load(mesh_scene("file: part.obj, unit: m"))),
-            std::vector<std::string>{"part is 12000 x 8000 x 6000 cm: is the unit of " + (folder() / "part.obj").string() + " right?"});
-  write("part.obj", "v 0 0 0\nv 0.12 0 0\nv 0 0.08 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+            std::vector<std::string>{"part is 12000 x 8000 x 6000 cm: is the unit of " +
+                                     (folder() / "part.obj").string() + " right?"});
+  write("part.obj",
+        "v 0 0 0\nv 0.12 0 0\nv 0 0.08 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   EXPECT_EQ(size_doubts(load(mesh_scene("file: part.obj, unit: mm"))).size(), 1u) << "0.12 mm";
 }
 
@@ -208,16 +229,28 @@ TEST_F(SceneFile, WishesThatCantBeAreProblems) {
     text.replace(text.find(what), what.size(), instead);
     return problems(text);
   };
-  EXPECT_THAT(problems_with("    report:", "    reaction: none\n    report:"),
-              ElementsAre("scene.yaml:10:7: report has no effect with reaction none: the object is not queried"));
+  EXPECT_THAT(
+      problems_with("    report:", "    reaction: none\n    report:"),
+      ElementsAre(
+          "scene.yaml:10:7: report has no effect with reaction none: the object is not queried"));
   EXPECT_THAT(problems_with("history: {cell_m: 0.01, window_frames: 12}\n", ""),
-              ElementsAre("scene.yaml:8:7: first_contact is found between two frames: the scene must keep a history, `history: {}`"));
-  EXPECT_THAT(problems_with("v_rec: [0, 0, 2]", "v_rec: [0, 0, 0]"), ElementsAre("scene.yaml:10:77: v_rec is zero: it is the direction in which the object is moved out"));
-  EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.5"), ElementsAre("scene.yaml:12:59: tolerance_m must not exceed cap_m"));
-  EXPECT_THAT(problems_with("cell_m: 0.1}", "cell_m: 0.0001}"), ElementsAre("scene.yaml:5:45: cell_m divides the box's faces into more than a million cells"));
+              ElementsAre("scene.yaml:8:7: first_contact is found between two frames: the scene "
+                          "must keep a history, `history: {}`"));
+  EXPECT_THAT(
+      problems_with("v_rec: [0, 0, 2]", "v_rec: [0, 0, 0]"),
+      ElementsAre(
+          "scene.yaml:10:77: v_rec is zero: it is the direction in which the object is moved out"));
+  EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.5"),
+              ElementsAre("scene.yaml:12:59: tolerance_m must not exceed cap_m"));
+  EXPECT_THAT(
+      problems_with("cell_m: 0.1}", "cell_m: 0.0001}"),
+      ElementsAre(
+          "scene.yaml:5:45: cell_m divides the box's faces into more than a million cells"));
   EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.0001"),
-              ElementsAre("scene.yaml:12:59: tolerance_m is less than a thousandth of cap_m: the search would take seconds"));
-  EXPECT_THAT(problems_with("name: plate", "name: " + std::string(65, 'a')), ElementsAre("scene.yaml:4:11: name has 65 characters, at most 64 are possible"));
+              ElementsAre("scene.yaml:12:59: tolerance_m is less than a thousandth of cap_m: the "
+                          "search would take seconds"));
+  EXPECT_THAT(problems_with("name: plate", "name: " + std::string(65, 'a')),
+              ElementsAre("scene.yaml:4:11: name has 65 characters, at most 64 are possible"));
   EXPECT_EQ(problems_with("contacts: 6", "contacts: -1").size(), 1u);
   EXPECT_EQ(problems_with("shorter_way: true", "shortest_way: true").size(), 1u);
 }
@@ -228,25 +261,33 @@ TEST_F(SceneFile, BadMeshesAreProblemsOfTheScene) {
   write("junk.stl", "this is no mesh");
   write("empty.ply", "");
   write("nan.gltf", triangle_gltf(std::numeric_limits<float>::quiet_NaN()));
-  write("nan.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
-                   "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n");
+  write("nan.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+        "float z\nelement face 1\n"
+        "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n");
   write("part.step", kTetrahedronObj);
   std::filesystem::create_directory(folder() / "folder.obj");
   const auto problem = [&](const std::string& mesh) { return problems(mesh_scene(mesh)); };
   EXPECT_THAT(problem("file: part.obj"), ElementsAre("scene.yaml:5:11: unit is missing in mesh"));
-  EXPECT_TRUE(test::contains(problem("file: part.obj, unit: parsec"), "scene.yaml:5:34: unit must be one of m, cm, mm, in; is \"parsec\""));
-  EXPECT_TRUE(test::contains(problem("file: absent.obj, unit: m"), "scene.yaml:5:18: mesh " + (folder() / "absent.obj").string() + ": there is no such file"));
+  EXPECT_TRUE(test::contains(problem("file: part.obj, unit: parsec"),
+                             "scene.yaml:5:34: unit must be one of m, cm, mm, in; is \"parsec\""));
+  EXPECT_TRUE(test::contains(
+      problem("file: absent.obj, unit: m"),
+      "scene.yaml:5:18: mesh " + (folder() / "absent.obj").string() + ": there is no such file"));
   EXPECT_TRUE(test::contains(problem("file: folder.obj, unit: m"), "is a directory"));
   EXPECT_EQ(problem("file: points.obj, unit: m").size(), 1u);
   EXPECT_EQ(problem("file: junk.stl, unit: m").size(), 1u);
   EXPECT_EQ(problem("file: empty.ply, unit: m").size(), 1u);
   EXPECT_TRUE(test::contains(problem("file: nan.gltf"), "vertex 2 of the mesh is not finite"));
-  EXPECT_TRUE(test::contains(problem("file: nan.ply, unit: m"), "vertex 1 of the mesh is not finite"));
-  EXPECT_TRUE(test::contains(problem("file: part.step, unit: mm"), "its name must end in .gltf, .glb, .obj, .stl or .ply"));
+  EXPECT_TRUE(
+      test::contains(problem("file: nan.ply, unit: m"), "vertex 1 of the mesh is not finite"));
+  EXPECT_TRUE(test::contains(problem("file: part.step, unit: mm"),
+                             "its name must end in .gltf, .glb, .obj, .stl or .ply"));
 }
 
 TEST_F(SceneFile, EveryProblemIsReportedWithItsPlace) {
-  EXPECT_THAT(problems(R"(
+  EXPECT_THAT(
+      problems(R"(
 name: bad
 gravity_m_s2: -1
 light_m: [0, 0, .inf]
@@ -277,26 +318,34 @@ objects:
     mass_kg: 2
     pattern_size_m: 0.1
 )"),
-              ElementsAre("scene.yaml:2:15: gravity_m_s2 must be from 0 to 1000, is -1", "scene.yaml:3:17: light_m[2] must be finite, is .inf",
-                          "scene.yaml:4:24: background_rgb[2] must be from 0 to 1, is 255", "scene.yaml:7:11: unknown key size_cm: size_m is expected",
-                          "scene.yaml:8:5: unknown key position: position_m is expected",
-                          "scene.yaml:10:24: radius_m must be greater than 0 and at most 10000, is 0",
-                          "scene.yaml:10:41: subdivisions must be from 0 to 6, is 9", "scene.yaml:11:17: position_m must be a list of 3, is a list of 2",
-                          "scene.yaml:12:13: motion must be one of fixed, dynamic; is \"floating\"",
-                          "scene.yaml:13:5: unknown key colur_rgb: did you mean colour_rgb?",
-                          "scene.yaml:14:5: the object has no shape: box, sphere, curtain or mesh is missing",
-                          "scene.yaml:14:11: two objects are called b, the first in line 9",
-                          "scene.yaml:18:13: box and sphere: an object has one shape",
-                          "scene.yaml:21:49: columns must be from 1 to 1000, is 0", "scene.yaml:21:58: rows must be a whole number, is 2.5",
-                          "scene.yaml:23:13: a curtain hangs from its upper edge and moves as cloth: motion dynamic is for rigid objects",
-                          "scene.yaml:25:23: size_m[1] must be greater than 0 and at most 10000, is 0",
-                          "scene.yaml:27:15: reaction bounce needs motion dynamic: a fixed object can't be moved out",
-                          "scene.yaml:28:14: mass_kg has no effect without motion dynamic",
-                          "scene.yaml:29:21: pattern_size_m has no effect on a plain object"));
+      ElementsAre(
+          "scene.yaml:2:15: gravity_m_s2 must be from 0 to 1000, is -1",
+          "scene.yaml:3:17: light_m[2] must be finite, is .inf",
+          "scene.yaml:4:24: background_rgb[2] must be from 0 to 1, is 255",
+          "scene.yaml:7:11: unknown key size_cm: size_m is expected",
+          "scene.yaml:8:5: unknown key position: position_m is expected",
+          "scene.yaml:10:24: radius_m must be greater than 0 and at most 10000, is 0",
+          "scene.yaml:10:41: subdivisions must be from 0 to 6, is 9",
+          "scene.yaml:11:17: position_m must be a list of 3, is a list of 2",
+          "scene.yaml:12:13: motion must be one of fixed, dynamic; is \"floating\"",
+          "scene.yaml:13:5: unknown key colur_rgb: did you mean colour_rgb?",
+          "scene.yaml:14:5: the object has no shape: box, sphere, curtain or mesh is missing",
+          "scene.yaml:14:11: two objects are called b, the first in line 9",
+          "scene.yaml:18:13: box and sphere: an object has one shape",
+          "scene.yaml:21:49: columns must be from 1 to 1000, is 0",
+          "scene.yaml:21:58: rows must be a whole number, is 2.5",
+          "scene.yaml:23:13: a curtain hangs from its upper edge and moves as cloth: motion "
+          "dynamic is for rigid objects",
+          "scene.yaml:25:23: size_m[1] must be greater than 0 and at most 10000, is 0",
+          "scene.yaml:27:15: reaction bounce needs motion dynamic: a fixed object can't be moved "
+          "out",
+          "scene.yaml:28:14: mass_kg has no effect without motion dynamic",
+          "scene.yaml:29:21: pattern_size_m has no effect on a plain object"));
 }
 
 TEST(KeyAdvice, KnowsUnitsAndSlips) {
-  const std::vector<std::string> known = {"size_m", "frame_rate_hz", "horizontal_fov_deg", "gives_shape"};
+  const std::vector<std::string> known = {"size_m", "frame_rate_hz", "horizontal_fov_deg",
+                                          "gives_shape"};
   EXPECT_EQ(advice_on_key("size_cm", known)->meant, "size_m");
   EXPECT_TRUE(advice_on_key("size_cm", known)->unit_differs);
   EXPECT_EQ(advice_on_key("size", known)->meant, "size_m");

@@ -16,10 +16,12 @@ using Eigen::Vector3d;
 const std::filesystem::path kSource = FIVEPIPE_SOURCE_DIR;
 const std::filesystem::path kRecording = kSource / ".." / "shared" / "data" / "seated4cam";
 
-std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder, const std::string& name_ends_in) {
+std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
+                                            const std::string& name_ends_in) {
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
-    if (entry.is_regular_file() && entry.path().string().ends_with(name_ends_in)) files.push_back(entry.path());
+    if (entry.is_regular_file() && entry.path().string().ends_with(name_ends_in))
+      files.push_back(entry.path());
   return files;
 }
 
@@ -30,8 +32,12 @@ double seen_share(const geometry::Camera& camera, const Eigen::AlignedBox3d& box
   for (int i = 0; i <= kSteps; ++i)
     for (int j = 0; j <= kSteps; ++j)
       for (int k = 0; k <= kSteps; ++k) {
-        const auto uv_px = geometry::project(camera, box_m.min() + box_m.sizes().cwiseProduct(Vector3d(i, j, k)) / kSteps);
-        if (uv_px && uv_px->x() >= -0.5 && uv_px->y() >= -0.5 && uv_px->x() < camera.pinhole.width_px - 0.5 && uv_px->y() < camera.pinhole.height_px - 0.5) ++seen;
+        const auto uv_px = geometry::project(
+            camera, box_m.min() + box_m.sizes().cwiseProduct(Vector3d(i, j, k)) / kSteps);
+        if (uv_px && uv_px->x() >= -0.5 && uv_px->y() >= -0.5 &&
+            uv_px->x() < camera.pinhole.width_px - 0.5 &&
+            uv_px->y() < camera.pinhole.height_px - 0.5)
+          ++seen;
       }
   return double(seen) / ((kSteps + 1) * (kSteps + 1) * (kSteps + 1));
 }
@@ -55,12 +61,14 @@ TEST(ShippedRigs, LoadAndSeeTheirWholeVolume) {
     const Rig rig = load_rig(file);
     EXPECT_EQ(rig.name, file.stem().string());
     for (const std::size_t i : shape_cameras(rig))
-      EXPECT_GT(seen_share(published_camera(rig.cameras[i]), rig.volume_m), 0.99) << file << ' ' << rig.cameras[i].name;
+      EXPECT_GT(seen_share(published_camera(rig.cameras[i]), rig.volume_m), 0.99)
+          << file << ' ' << rig.cameras[i].name;
   }
 }
 
 TEST(ShippedRigs, AreThoseOfTheirNames) {
-  const Rig paper = load_rig(kSource / "scenes/rigs/paper.yaml"), table4 = load_rig(kSource / "scenes/rigs/table4.yaml");
+  const Rig paper = load_rig(kSource / "scenes/rigs/paper.yaml"),
+            table4 = load_rig(kSource / "scenes/rigs/table4.yaml");
   EXPECT_EQ(shape_cameras(paper).size(), 3u);
   EXPECT_EQ(paper.cameras.back().mount, Mount::viewer);
   EXPECT_TRUE(paper.cameras.back().gives_colour);
@@ -74,14 +82,16 @@ TEST(ShippedRigs, AreThoseOfTheirNames) {
 TEST(ShippedScenes, Load) {
   const auto scenes = files_in(kSource / "scenes", "scene.yaml");
   ASSERT_GE(scenes.size(), 2u);
-  for (const auto& file : scenes) EXPECT_EQ(load_scene(file).name, file.parent_path().filename().string());
+  for (const auto& file : scenes)
+    EXPECT_EQ(load_scene(file).name, file.parent_path().filename().string());
 }
 
 TEST(DemoScene, HasThePapersCurtainOnATableAtZeroHeight) {
   const Scene demo = load_scene(kSource / "scenes/demo/scene.yaml");
   EXPECT_EQ(mesh_of(object_called(demo, "curtain")).triangles.size(), 720u);
   EXPECT_NEAR(world_bounds_m(object_called(demo, "table_top")).max().z(), 0, 1e-12);
-  EXPECT_GT(world_bounds_m(object_called(demo, "curtain")).min().z(), 0) << "hangs free of the table";
+  EXPECT_GT(world_bounds_m(object_called(demo, "curtain")).min().z(), 0)
+      << "hangs free of the table";
 }
 
 TEST(DemoScene, BlocksNeitherMeetEachOtherNorSinkIntoTheTable) {
@@ -91,7 +101,9 @@ TEST(DemoScene, BlocksNeitherMeetEachOtherNorSinkIntoTheTable) {
     if (object.reaction != Reaction::none) blocks.emplace_back(object.name, world_bounds_m(object));
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     EXPECT_GE(blocks[i].second.min().z(), -1e-12) << blocks[i].first;
-    for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(blocks[i].second.intersects(blocks[j].second)) << blocks[i].first << ' ' << blocks[j].first;
+    for (std::size_t j = 0; j < i; ++j)
+      EXPECT_FALSE(blocks[i].second.intersects(blocks[j].second))
+          << blocks[i].first << ' ' << blocks[j].first;
   }
 }
 
@@ -104,16 +116,19 @@ TEST(ShippedDeployments, SyntheticOnesLoad) {
     names.insert(deployment.name);
     const Node* renderer = find_node(deployment, "rendering");
     EXPECT_NE(renderer, nullptr) << file;
-    for (double t_s = 0; t_s < 20; t_s += 0.1) EXPECT_TRUE(eye_from_world_at(deployment.viewer, t_s).matrix().allFinite());
+    for (double t_s = 0; t_s < 20; t_s += 0.1)
+      EXPECT_TRUE(eye_from_world_at(deployment.viewer, t_s).matrix().allFinite());
   }
   EXPECT_THAT(names, ::testing::IsSupersetOf({"demo", "paper", "ring16"}));
 }
 
 TEST(ShippedDeployments, PaperHasThePapersSettings) {
-  const Deployment paper = load_deployment(kSource / "launch/deployments/paper.yaml", {{"backend", "sweep"}, {"planes", "96"}});
+  const Deployment paper = load_deployment(kSource / "launch/deployments/paper.yaml",
+                                           {{"backend", "sweep"}, {"planes", "96"}});
   EXPECT_EQ(recon_pinhole(paper.viewer).width_px, 320);
   EXPECT_EQ(render_pinhole(paper.viewer).width_px, 640);
-  EXPECT_EQ(std::get<SimConfig>(find_node(paper, "simulation")->config).collision, CollisionBackend::paper);
+  EXPECT_EQ(std::get<SimConfig>(find_node(paper, "simulation")->config).collision,
+            CollisionBackend::paper);
   EXPECT_EQ(std::get<SimConfig>(find_node(paper, "simulation")->config).viewport_px, 10);
   EXPECT_EQ(std::get<SimConfig>(find_node(paper, "simulation")->config).window_px, 400);
   EXPECT_EQ(std::get<ReconConfig>(find_node(paper, "recon_a")->config).backend, HullBackend::sweep);
@@ -131,37 +146,51 @@ TEST(Seated4cam, NeedsItsRecordingAndSaysSo) {
 }
 
 TEST(Seated4cam, LoadsWithTheRecording) {
-  if (!std::filesystem::exists(kRecording)) GTEST_SKIP() << "the recording is not at " << kRecording;
-  const Deployment deployment = load_deployment(kSource / "launch/deployments/seated4cam.yaml", {{"data", kRecording.string()}});
+  if (!std::filesystem::exists(kRecording))
+    GTEST_SKIP() << "the recording is not at " << kRecording;
+  const Deployment deployment = load_deployment(kSource / "launch/deployments/seated4cam.yaml",
+                                                {{"data", kRecording.string()}});
   EXPECT_EQ(std::get<CaptureConfig>(find_node(deployment, "capture")->config).sources.size(), 4u);
 }
 
 TEST(Balance4cam, LoadsWithTheRecordingAndHasItsCalibration) {
   const auto recording = kRecording.parent_path() / "balance4cam";
   if (!std::filesystem::exists(recording)) GTEST_SKIP() << "the recording is not at " << recording;
-  const Deployment deployment = load_deployment(kSource / "launch/deployments/balance4cam.yaml", {{"data", recording.string()}});
+  const Deployment deployment = load_deployment(kSource / "launch/deployments/balance4cam.yaml",
+                                                {{"data", recording.string()}});
   EXPECT_EQ(std::get<CaptureConfig>(find_node(deployment, "capture")->config).sources.size(), 4u);
-  const YAML::Node calibration = YAML::LoadFile((recording / "calibration.json").string());  // JSON is YAML
+  const YAML::Node calibration =
+      YAML::LoadFile((recording / "calibration.json").string());  // JSON is YAML
   for (const RigCamera& camera : deployment.rig.cameras)
-    for (int row = 0; row < 3; ++row) EXPECT_EQ(camera.camera_from_mount.translation()[row], calibration[camera.name]["t_m"][row].as<double>()) << camera.name;
+    for (int row = 0; row < 3; ++row)
+      EXPECT_EQ(camera.camera_from_mount.translation()[row],
+                calibration[camera.name]["t_m"][row].as<double>())
+          << camera.name;
 }
 
 TEST(Seated4cam, RigIsTheCalibrationToTheLastDigit) {
-  if (!std::filesystem::exists(kRecording)) GTEST_SKIP() << "the recording is not at " << kRecording;
-  const YAML::Node calibration = YAML::LoadFile((kRecording / "calibration.json").string());  // JSON is YAML
+  if (!std::filesystem::exists(kRecording))
+    GTEST_SKIP() << "the recording is not at " << kRecording;
+  const YAML::Node calibration =
+      YAML::LoadFile((kRecording / "calibration.json").string());  // JSON is YAML
   const Rig rig = load_rig(kSource / "scenes/seated4cam/rig.yaml");
   ASSERT_EQ(rig.cameras.size(), calibration.size());
   for (const RigCamera& camera : rig.cameras) {
     const YAML::Node figures = calibration[camera.name];
-    const YAML::Node k = figures["K"], d = figures["dist_k1k2p1p2k3"], t = figures["t_m"], r = figures["R_world_to_cam"];
-    EXPECT_EQ(camera.source, (geometry::Pinhole{figures["width"].as<int>(), figures["height"].as<int>(), k[0][0].as<double>(), k[1][1].as<double>(),
-                                      k[0][2].as<double>(), k[1][2].as<double>()}));
+    const YAML::Node k = figures["K"], d = figures["dist_k1k2p1p2k3"], t = figures["t_m"],
+                     r = figures["R_world_to_cam"];
+    EXPECT_EQ(camera.source,
+              (geometry::Pinhole{figures["width"].as<int>(), figures["height"].as<int>(),
+                                 k[0][0].as<double>(), k[1][1].as<double>(), k[0][2].as<double>(),
+                                 k[1][2].as<double>()}));
     const LensDistortion& lens = camera.distortion;
     const double read[5] = {lens.k1, lens.k2, lens.p1, lens.p2, lens.k3};
     for (int i = 0; i < 5; ++i) EXPECT_EQ(read[i], d[i].as<double>());
     for (int i = 0; i < 3; ++i) {
       EXPECT_EQ(camera.camera_from_mount.translation()[i], t[i].as<double>());
-      for (int j = 0; j < 3; ++j) EXPECT_NEAR(camera.camera_from_mount.linear()(i, j), r[i][j].as<double>(), 1e-14) << "made orthonormal in the last digits";
+      for (int j = 0; j < 3; ++j)
+        EXPECT_NEAR(camera.camera_from_mount.linear()(i, j), r[i][j].as<double>(), 1e-14)
+            << "made orthonormal in the last digits";
     }
   }
 }
@@ -171,7 +200,8 @@ TEST(Seated4cam, EveryCameraSeesThePersonWhole) {
   const Eigen::AlignedBox3d person_m(Vector3d(0.04, 0.04, 0.0), Vector3d(0.66, 0.96, 1.36));
   EXPECT_TRUE(rig.volume_m.contains(person_m));
   // One lower corner of the box, where nothing of person or chair is, lies beyond cam3's image.
-  for (const RigCamera& camera : rig.cameras) EXPECT_GT(seen_share(published_camera(camera), person_m), 0.999) << camera.name;
+  for (const RigCamera& camera : rig.cameras)
+    EXPECT_GT(seen_share(published_camera(camera), person_m), 0.999) << camera.name;
 }
 
 }  // namespace

@@ -13,7 +13,9 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::ElementsAre;
 
-Vector3d eye_at(const Viewer& viewer, double t_s) { return geometry::camera_center_world_m({recon_pinhole(viewer), eye_from_world_at(viewer, t_s)}); }
+Vector3d eye_at(const Viewer& viewer, double t_s) {
+  return geometry::camera_center_world_m({recon_pinhole(viewer), eye_from_world_at(viewer, t_s)});
+}
 
 TEST(ViewerPinholes, ShareTheFieldOfView) {
   Viewer viewer;
@@ -28,44 +30,60 @@ TEST(ViewerPinholes, ShareTheFieldOfView) {
 TEST(EyePath, OneKeyIsAFixedView) {
   Viewer viewer;
   viewer.path = {{0, {0, -1, 0.5}, {0, 0, 0.5}}};
-  for (const double t_s : {-3.0, 0.0, 1.0, 1e6}) EXPECT_TRUE(eye_from_world_at(viewer, t_s).isApprox(geometry::look_at({0, -1, 0.5}, {0, 0, 0.5})));
+  for (const double t_s : {-3.0, 0.0, 1.0, 1e6})
+    EXPECT_TRUE(
+        eye_from_world_at(viewer, t_s).isApprox(geometry::look_at({0, -1, 0.5}, {0, 0, 0.5})));
 }
 
 TEST(EyePath, PassesThroughItsKeysAndLooksAtTheirTargets) {
   Viewer viewer;
-  viewer.path = {{0, {0, -1, 0.5}, {0, 0, 0}}, {0.7, {0.3, -1, 0.6}, {0.1, 0, 0}}, {2, {-0.2, -1.1, 0.4}, {0, 0.1, 0.2}}, {3, {0, -1, 0.5}, {0, 0, 0}}};
+  viewer.path = {{0, {0, -1, 0.5}, {0, 0, 0}},
+                 {0.7, {0.3, -1, 0.6}, {0.1, 0, 0}},
+                 {2, {-0.2, -1.1, 0.4}, {0, 0.1, 0.2}},
+                 {3, {0, -1, 0.5}, {0, 0, 0}}};
   for (const HeadKey& key : viewer.path) {
     EXPECT_TRUE(eye_at(viewer, key.t_s).isApprox(key.eye_world_m, 1e-12)) << key.t_s;
-    EXPECT_TRUE(eye_from_world_at(viewer, key.t_s).isApprox(geometry::look_at(key.eye_world_m, key.target_world_m), 1e-9)) << key.t_s;
+    EXPECT_TRUE(eye_from_world_at(viewer, key.t_s)
+                    .isApprox(geometry::look_at(key.eye_world_m, key.target_world_m), 1e-9))
+        << key.t_s;
   }
 }
 
 TEST(EyePath, UniformMotionStaysUniformWhateverTheKeysTimes) {
   const Vector3d start(0, -1, 0.5), velocity_m_s(0.1, 0.02, -0.03);
   Viewer viewer;
-  for (const double t_s : {0.0, 0.3, 1.0, 1.1, 4.0}) viewer.path.push_back({t_s, start + t_s * velocity_m_s, {0, 1, 0.5}});
-  for (double t_s = 0; t_s < 4; t_s += 0.01) EXPECT_TRUE(eye_at(viewer, t_s).isApprox(start + t_s * velocity_m_s, 1e-12)) << t_s;
+  for (const double t_s : {0.0, 0.3, 1.0, 1.1, 4.0})
+    viewer.path.push_back({t_s, start + t_s * velocity_m_s, {0, 1, 0.5}});
+  for (double t_s = 0; t_s < 4; t_s += 0.01)
+    EXPECT_TRUE(eye_at(viewer, t_s).isApprox(start + t_s * velocity_m_s, 1e-12)) << t_s;
 }
 
 // Catmull and Rom's basis at the middle of equidistant keys: (-p0 + 9 p1 + 9 p2 - p3) / 16.
 TEST(EyePath, IsCatmullAndRomsSpline) {
   Viewer viewer;
-  const Vector3d p[5] = {{0, -1, 0.5}, {0.4, -1.2, 0.6}, {0.1, -0.9, 0.7}, {-0.3, -1, 0.2}, {0, -1, 0.5}};
+  const Vector3d p[5] = {
+      {0, -1, 0.5}, {0.4, -1.2, 0.6}, {0.1, -0.9, 0.7}, {-0.3, -1, 0.2}, {0, -1, 0.5}};
   for (int i = 0; i < 5; ++i) viewer.path.push_back({double(i), p[i], {0, 1, 0.5}});
   EXPECT_TRUE(eye_at(viewer, 1.5).isApprox((-p[0] + 9 * p[1] + 9 * p[2] - p[3]) / 16, 1e-12));
-  EXPECT_TRUE(eye_at(viewer, 0.5).isApprox((-p[3] + 9 * p[0] + 9 * p[1] - p[2]) / 16, 1e-12)) << "a closed path goes round: the key before p0 is p3";
+  EXPECT_TRUE(eye_at(viewer, 0.5).isApprox((-p[3] + 9 * p[0] + 9 * p[1] - p[2]) / 16, 1e-12))
+      << "a closed path goes round: the key before p0 is p3";
 }
 
 TEST(EyePath, RepeatsWithThePeriodOfItsLastKeyWithoutAStop) {
   Viewer viewer;
-  viewer.path = {{0, {0, -1, 0.5}, {0, 0, 0}}, {1, {0.3, -1, 0.6}, {0, 0, 0}}, {2, {-0.3, -1, 0.6}, {0, 0, 0}}, {4, {0, -1, 0.5}, {0, 0, 0}}};
+  viewer.path = {{0, {0, -1, 0.5}, {0, 0, 0}},
+                 {1, {0.3, -1, 0.6}, {0, 0, 0}},
+                 {2, {-0.3, -1, 0.6}, {0, 0, 0}},
+                 {4, {0, -1, 0.5}, {0, 0, 0}}};
   for (double t_s = 0.05; t_s < 4; t_s += 0.1) {
     EXPECT_TRUE(eye_at(viewer, t_s + 8).isApprox(eye_at(viewer, t_s), 1e-9));
     EXPECT_TRUE(eye_at(viewer, t_s - 4).isApprox(eye_at(viewer, t_s), 1e-9));
   }
   const double h_s = 1e-5;
-  const Vector3d before_m_s = (eye_at(viewer, 4) - eye_at(viewer, 4 - h_s)) / h_s, after_m_s = (eye_at(viewer, 4 + h_s) - eye_at(viewer, 4)) / h_s;
-  EXPECT_LT((before_m_s - after_m_s).norm(), 1e-4) << "acceleration times h: the velocity is continuous over the seam";
+  const Vector3d before_m_s = (eye_at(viewer, 4) - eye_at(viewer, 4 - h_s)) / h_s,
+                 after_m_s = (eye_at(viewer, 4 + h_s) - eye_at(viewer, 4)) / h_s;
+  EXPECT_LT((before_m_s - after_m_s).norm(), 1e-4)
+      << "acceleration times h: the velocity is continuous over the seam";
   EXPECT_GT(after_m_s.norm(), 0.05);
 }
 
@@ -79,12 +97,16 @@ TEST(EyePath, EndsAfterTheLastKeyWhereItIsNotClosed) {
 TEST(EyePath, FaultsAreNamedByKey) {
   const Vector3d target(0, 0, 0);
   EXPECT_TRUE(faults_of({{0, {0, -1, 0}, target}}).empty());
-  const auto fault = [](const std::vector<HeadKey>& path) { return faults_of(path).empty() ? "none" : std::to_string(faults_of(path)[0].key); };
+  const auto fault = [](const std::vector<HeadKey>& path) {
+    return faults_of(path).empty() ? "none" : std::to_string(faults_of(path)[0].key);
+  };
   EXPECT_EQ(fault({{1, {0, -1, 0}, target}}), "0") << "does not begin at 0";
-  EXPECT_EQ(fault({{0, {0, -1, 0}, target}, {1, {0, -1, 0}, target}, {1, {0, -1, 0}, target}}), "2") << "time stands still";
+  EXPECT_EQ(fault({{0, {0, -1, 0}, target}, {1, {0, -1, 0}, target}, {1, {0, -1, 0}, target}}), "2")
+      << "time stands still";
   EXPECT_EQ(fault({{0, {0, -1, 0}, target}, {1, {0, 0, 1}, target}}), "1") << "straight down";
   EXPECT_EQ(fault({{0, {0, -1, 0}, target}, {1, target, target}}), "1") << "nowhere";
-  EXPECT_EQ(fault({{0, {-1, 0, 1}, target}, {2, {1, 0, 1}, target}}), "0") << "straight down half-way";
+  EXPECT_EQ(fault({{0, {-1, 0, 1}, target}, {2, {1, 0, 1}, target}}), "0")
+      << "straight down half-way";
   EXPECT_EQ(fault({{0, {std::numeric_limits<double>::quiet_NaN(), -1, 0}, target}}), "0");
 }
 
@@ -103,7 +125,8 @@ class HeadFile : public test::SceneFiles {
 };
 
 TEST_F(HeadFile, ReadsWhatIsWritten) {
-  const std::vector<HeadKey> path = read(header_ + "0,0,-1,0.5,0,0,0\r\n 0.5 , 1e-1,-1,0.5, 0,0.25,0\n\n");
+  const std::vector<HeadKey> path =
+      read(header_ + "0,0,-1,0.5,0,0,0\r\n 0.5 , 1e-1,-1,0.5, 0,0.25,0\n\n");
   ASSERT_EQ(path.size(), 2u);
   EXPECT_EQ(path[1].t_s, 0.5);
   EXPECT_EQ(path[1].eye_world_m, Vector3d(0.1, -1, 0.5));
@@ -111,11 +134,15 @@ TEST_F(HeadFile, ReadsWhatIsWritten) {
 }
 
 TEST_F(HeadFile, EveryProblemIsReportedWithItsPlace) {
-  EXPECT_THAT(problems("t_s,eye_x_cm,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m\n0,0,-1,0.5,0,0,0\n1,0,-1,nan,0,0,0x\n2,0,-1\n"),
-              ElementsAre("head.csv:1:5: the first line must be t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m",
-                          "head.csv:3:8: eye_z_m must be a finite number, is \"nan\"", "head.csv:3:16: target_z_m must be a finite number, is \"0x\"",
+  EXPECT_THAT(problems("t_s,eye_x_cm,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m\n0,0,-1,0.5,"
+                       "0,0,0\n1,0,-1,nan,0,0,0x\n2,0,-1\n"),
+              ElementsAre("head.csv:1:5: the first line must be "
+                          "t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m",
+                          "head.csv:3:8: eye_z_m must be a finite number, is \"nan\"",
+                          "head.csv:3:16: target_z_m must be a finite number, is \"0x\"",
                           "head.csv:4:1: must have 7 columns, has 3"));
-  EXPECT_THAT(problems(header_ + "0,0,-1,0.5,0,0,0\n\n0,0,-1,0.5,0,0,0\n"), ElementsAre("head.csv:4:1: t_s must be greater than that of the key before"));
+  EXPECT_THAT(problems(header_ + "0,0,-1,0.5,0,0,0\n\n0,0,-1,0.5,0,0,0\n"),
+              ElementsAre("head.csv:4:1: t_s must be greater than that of the key before"));
   EXPECT_THAT(problems(header_), ElementsAre("head.csv:1:1: there is no key in the file"));
   EXPECT_THAT(problems(""), ElementsAre("head.csv:1:1: there is no key in the file"));
 }

@@ -11,7 +11,9 @@
 namespace fivepipe::geometry {
 namespace {
 
-Camera test_camera() { return {{640, 480, 500, 510, 310.5, 245.25}, look_at({1.2, -2.0, 1.1}, {0, 0, 0.3})}; }
+Camera test_camera() {
+  return {{640, 480, 500, 510, 310.5, 245.25}, look_at({1.2, -2.0, 1.1}, {0, 0, 0.3})};
+}
 
 TEST(Camera, ProjectsTheRayThroughAPixelBackToIt) {
   const Camera camera = test_camera();
@@ -76,14 +78,18 @@ TEST(Camera, SlightlyOffRotationIsAcceptedAndMadeExact) {
   EXPECT_LT((r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-14);
 }
 
-// A pixel's centre must land on the centre of the framebuffer's pixel, rows counted from the bottom: off by half a pixel fails.
+// A pixel's centre must land on the centre of the framebuffer's pixel, rows counted from the
+// bottom: off by half a pixel fails.
 TEST(GlCamera, PixelCentresLandOnFramebufferPixelCentres) {
   const Pinhole k{640, 480, 500, 510, 310.5, 245.25};
   const Eigen::Matrix4d clip_from_camera = gl_clip_from_camera(k, 0.1, 5);
-  for (const Eigen::Vector2d& uv_px : {Eigen::Vector2d(0, 0), Eigen::Vector2d(639, 479), Eigen::Vector2d(100, 300)}) {
-    const Eigen::Vector4d p_camera((uv_px.x() - k.cx_px) / k.fx_px * 2, (uv_px.y() - k.cy_px) / k.fy_px * 2, 2, 1);
+  for (const Eigen::Vector2d& uv_px :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(639, 479), Eigen::Vector2d(100, 300)}) {
+    const Eigen::Vector4d p_camera((uv_px.x() - k.cx_px) / k.fx_px * 2,
+                                   (uv_px.y() - k.cy_px) / k.fy_px * 2, 2, 1);
     const Eigen::Vector4d clip = clip_from_camera * p_camera;
-    const double x_window = (clip.x() / clip.w() + 1) / 2 * k.width_px, y_window = (clip.y() / clip.w() + 1) / 2 * k.height_px;
+    const double x_window = (clip.x() / clip.w() + 1) / 2 * k.width_px,
+                 y_window = (clip.y() / clip.w() + 1) / 2 * k.height_px;
     EXPECT_NEAR(x_window, uv_px.x() + 0.5, 1e-9);
     EXPECT_NEAR(y_window, k.height_px - 1 - uv_px.y() + 0.5, 1e-9);
     EXPECT_NEAR(depth_m_from_window_depth((clip.z() / clip.w() + 1) / 2, 0.1, 5), 2, 1e-9);
@@ -92,7 +98,8 @@ TEST(GlCamera, PixelCentresLandOnFramebufferPixelCentres) {
 
 TEST(GlCamera, NearAndFarAreTheEndsOfTheDepthRange) {
   const Eigen::Matrix4d m = gl_clip_from_camera({640, 480, 500, 500, 319.5, 239.5}, 0.1, 5);
-  const Eigen::Vector4d at_near = m * Eigen::Vector4d(0, 0, 0.1, 1), at_far = m * Eigen::Vector4d(0, 0, 5, 1);
+  const Eigen::Vector4d at_near = m * Eigen::Vector4d(0, 0, 0.1, 1),
+                        at_far = m * Eigen::Vector4d(0, 0, 5, 1);
   EXPECT_NEAR(at_near.z() / at_near.w(), -1, 1e-12);
   EXPECT_NEAR(at_far.z() / at_far.w(), 1, 1e-12);
 }
@@ -107,7 +114,8 @@ TEST(GlCamera, TextureCoordinatesHitTexelCentres) {
 
 double signed_volume_m3(const Mesh& mesh) {
   double volume = 0;
-  for (const auto& [a, b, c] : mesh.triangles) volume += mesh.vertices_m[a].dot(mesh.vertices_m[b].cross(mesh.vertices_m[c])) / 6;
+  for (const auto& [a, b, c] : mesh.triangles)
+    volume += mesh.vertices_m[a].dot(mesh.vertices_m[b].cross(mesh.vertices_m[c])) / 6;
   return volume;
 }
 
@@ -122,11 +130,14 @@ TEST(Mesh, ABoxInCellsIsTheSameBoxClosedAndNoCellIsLargerThanAsked) {
     EXPECT_LE((mesh.vertices_m[b] - mesh.vertices_m[a]).cwiseAbs().maxCoeff(), 0.06 + 1e-12);
 }
 
-TEST(Mesh, BoxHasItsVolumeWithOutwardFaces) { EXPECT_NEAR(signed_volume_m3(box_mesh({0.2, 0.3, 0.5})), 0.03, 1e-12); }
+TEST(Mesh, BoxHasItsVolumeWithOutwardFaces) {
+  EXPECT_NEAR(signed_volume_m3(box_mesh({0.2, 0.3, 0.5})), 0.03, 1e-12);
+}
 
 TEST(Mesh, SphereApproachesItsVolumeFromInside) {
   const double exact = 4.0 / 3 * M_PI * 0.001;
-  const double v2 = signed_volume_m3(sphere_mesh(0.1, 2)), v3 = signed_volume_m3(sphere_mesh(0.1, 3));
+  const double v2 = signed_volume_m3(sphere_mesh(0.1, 2)),
+               v3 = signed_volume_m3(sphere_mesh(0.1, 3));
   EXPECT_EQ(sphere_mesh(0.1, 2).triangles.size(), 320u);
   EXPECT_GT(v2, 0.95 * exact);
   EXPECT_GT(v3, v2);

@@ -27,7 +27,9 @@ Vector3d random_surface_point(test::Random& random, const Capsule& c) {
 
 double distance_to_axis(const Capsule& c, const Vector3d& p) {
   const Vector3d ab = c.b_world_m - c.a_world_m;
-  const double s = ab.squaredNorm() > 0 ? std::clamp((p - c.a_world_m).dot(ab) / ab.squaredNorm(), 0.0, 1.0) : 0.0;
+  const double s = ab.squaredNorm() > 0
+                       ? std::clamp((p - c.a_world_m).dot(ab) / ab.squaredNorm(), 0.0, 1.0)
+                       : 0.0;
   return (p - c.a_world_m - s * ab).norm();
 }
 
@@ -37,10 +39,13 @@ TEST(RayEntry, LiesOnTheSurfaceAndNothingBeforeItIsInside) {
   for (int i = 0; i < 3000; ++i) {
     const Capsule c = test::random_object(random, 1)[0];
     const Vector3d origin = test::random_in_ball(random, 1);
-    const geometry::Ray ray{origin, (test::random_in_ball(random, 0.2) - origin) * test::uniform(random, 0.3, 3)};
+    const geometry::Ray ray{
+        origin, (test::random_in_ball(random, 0.2) - origin) * test::uniform(random, 0.3, 3)};
     const auto t = ray_entry(c, ray);
     if (!t) {
-      for (int k = 0; k <= 200; ++k) EXPECT_GT(distance_to_axis(c, ray.origin_world_m + k * 0.05 * ray.direction_world), c.radius_m * (1 - 1e-9));
+      for (int k = 0; k <= 200; ++k)
+        EXPECT_GT(distance_to_axis(c, ray.origin_world_m + k * 0.05 * ray.direction_world),
+                  c.radius_m * (1 - 1e-9));
       continue;
     }
     ++hits;
@@ -48,8 +53,11 @@ TEST(RayEntry, LiesOnTheSurfaceAndNothingBeforeItIsInside) {
       EXPECT_LE(distance_to_axis(c, ray.origin_world_m), c.radius_m * (1 + 1e-12));
       continue;
     }
-    EXPECT_NEAR(distance_to_axis(c, ray.origin_world_m + *t * ray.direction_world), c.radius_m, 1e-9);
-    for (int k = 0; k < 50; ++k) EXPECT_GT(distance_to_axis(c, ray.origin_world_m + *t * k / 50 * ray.direction_world), c.radius_m * (1 - 1e-9));
+    EXPECT_NEAR(distance_to_axis(c, ray.origin_world_m + *t * ray.direction_world), c.radius_m,
+                1e-9);
+    for (int k = 0; k < 50; ++k)
+      EXPECT_GT(distance_to_axis(c, ray.origin_world_m + *t * k / 50 * ray.direction_world),
+                c.radius_m * (1 - 1e-9));
   }
   EXPECT_GT(hits, 200);
 }
@@ -57,7 +65,8 @@ TEST(RayEntry, LiesOnTheSurfaceAndNothingBeforeItIsInside) {
 TEST(RayEntry, SphereInClosedForm) {
   const Capsule sphere{{0, 0, 5}, {0, 0, 5}, 2};
   EXPECT_DOUBLE_EQ(ray_entry(sphere, {{0, 0, 0}, {0, 0, 1}}).value(), 3);
-  EXPECT_DOUBLE_EQ(ray_entry(sphere, {{0, 0, 0}, {0, 0, 2}}).value(), 1.5);  // the parameter, not the distance
+  EXPECT_DOUBLE_EQ(ray_entry(sphere, {{0, 0, 0}, {0, 0, 2}}).value(),
+                   1.5);  // the parameter, not the distance
   EXPECT_EQ(ray_entry(sphere, {{0, 0, 4}, {1, 0, 0}}), 0.0);
   EXPECT_FALSE(ray_entry(sphere, {{0, 0, 8}, {0, 0, 1}}));
   EXPECT_FALSE(ray_entry(sphere, {{0, 2.0001, 0}, {0, 0, 1}}));
@@ -70,9 +79,12 @@ TEST(TrueObjectPixels, TouchedHoldsEveryProjectedSurfacePoint) {
     const geometry::Camera camera = test::random_camera(random, 131, 90, 0.9);
     const ObjectPixels touched = true_object_pixels(object, camera, PixelRule::touched);
     for (int i = 0; i < 2000; ++i) {
-      const auto uv = geometry::project(camera, random_surface_point(random, object[i % object.size()]));
-      if (!uv || !(uv->x() >= -0.5 && uv->y() >= -0.5 && uv->x() < 130.5 && uv->y() < 89.5)) continue;
-      ASSERT_TRUE(touched.contains_at(uv->x(), uv->y())) << "seed " << seed << ", " << uv->transpose();
+      const auto uv =
+          geometry::project(camera, random_surface_point(random, object[i % object.size()]));
+      if (!uv || !(uv->x() >= -0.5 && uv->y() >= -0.5 && uv->x() < 130.5 && uv->y() < 89.5))
+        continue;
+      ASSERT_TRUE(touched.contains_at(uv->x(), uv->y()))
+          << "seed " << seed << ", " << uv->transpose();
     }
   }
 }
@@ -82,16 +94,21 @@ TEST(TrueObjectPixels, CentreIsExactlyTheCentresInTheSilhouetteAndTouchedHoldsIt
     test::Random random(seed);
     const auto object = test::random_object(random, 2, 0.4);
     const geometry::Camera camera = test::random_camera(random, 131, 90, 0.9);
-    const ObjectPixels centre = true_object_pixels(object, camera, PixelRule::centre), touched = true_object_pixels(object, camera, PixelRule::touched);
+    const ObjectPixels centre = true_object_pixels(object, camera, PixelRule::centre),
+                       touched = true_object_pixels(object, camera, PixelRule::touched);
     for (int v = 0; v < 90; ++v)
       for (int u = 0; u < 131; ++u) {
-        ASSERT_EQ(centre.contains(u, v), in_silhouette(object, camera, Eigen::Vector2d(u, v))) << seed << ": " << u << ", " << v;
-        if (centre.contains(u, v)) { ASSERT_TRUE(touched.contains(u, v)); }
+        ASSERT_EQ(centre.contains(u, v), in_silhouette(object, camera, Eigen::Vector2d(u, v)))
+            << seed << ": " << u << ", " << v;
+        if (centre.contains(u, v)) {
+          ASSERT_TRUE(touched.contains(u, v));
+        }
       }
   }
 }
 
-TEST(TrueObjectPixels, TouchedPixelsAreTouched) {  // each set pixel has a point of the silhouette: on a fine grid over it, but for grazing ones
+TEST(TrueObjectPixels, TouchedPixelsAreTouched) {  // each set pixel has a point of the silhouette:
+                                                   // on a fine grid over it, but for grazing ones
   test::Random random(4);
   const auto object = test::random_object(random, 2, 0.3);
   const geometry::Camera camera = test::random_camera(random, 131, 90, 0.9);
@@ -103,52 +120,79 @@ TEST(TrueObjectPixels, TouchedPixelsAreTouched) {  // each set pixel has a point
       ++set;
       bool meets = false;
       for (int i = 0; i <= 32 && !meets; ++i)
-        for (int j = 0; j <= 32 && !meets; ++j) meets = in_silhouette(object, camera, Eigen::Vector2d(u - 0.5 + i / 32.0, v - 0.5 + j / 32.0));
+        for (int j = 0; j <= 32 && !meets; ++j)
+          meets = in_silhouette(object, camera,
+                                Eigen::Vector2d(u - 0.5 + i / 32.0, v - 0.5 + j / 32.0));
       found += meets;
     }
   EXPECT_GT(set, 100);
-  EXPECT_GE(found, set - 3);  // a corner cut by less than 1/32 px is not found: about one in a thousand border pixels
+  EXPECT_GE(found, set - 3);  // a corner cut by less than 1/32 px is not found: about one in a
+                              // thousand border pixels
 }
 
 TEST(TrueObjectPixels, SphereSmallerThanAPixel) {
-  const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8), geometry::look_at({0, -1, 0}, {0, 0, 0})};
+  const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
+                                geometry::look_at({0, -1, 0}, {0, 0, 0})};
   test::Random random(6);
   for (int i = 0; i < 200; ++i) {
     const Vector3d p = test::random_in_ball(random, 0.2);
     const auto uv = geometry::project(camera, p);
-    const ObjectPixels touched = true_object_pixels(std::vector<Capsule>{{p, p, 1e-7}}, camera, PixelRule::touched);
+    const ObjectPixels touched =
+        true_object_pixels(std::vector<Capsule>{{p, p, 1e-7}}, camera, PixelRule::touched);
     EXPECT_TRUE(touched.contains_at(uv->x(), uv->y()));
     EXPECT_LE(touched.count(), 4u);
   }
 }
 
 TEST(TrueObjectPixels, BehindTheCameraNothing) {
-  const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8), Eigen::Isometry3d::Identity()};
-  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -1}, {0.3, 0, -2}, 0.2}}, camera, PixelRule::touched).count(), 0u);
-  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -0.3}, {0, 0, -0.3}, 0.25}}, camera, PixelRule::touched).count(), 0u);  // close behind
+  const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
+                                Eigen::Isometry3d::Identity()};
+  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -1}, {0.3, 0, -2}, 0.2}}, camera,
+                               PixelRule::touched)
+                .count(),
+            0u);
+  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -0.3}, {0, 0, -0.3}, 0.25}}, camera,
+                               PixelRule::touched)
+                .count(),
+            0u);  // close behind
   // Sidewards of it and half in front, but outside the field of view.
-  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{-1, 0, 0}, {-1, 0, -2}, 0.2}}, camera, PixelRule::touched).count(), 0u);
+  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{-1, 0, 0}, {-1, 0, -2}, 0.2}}, camera,
+                               PixelRule::touched)
+                .count(),
+            0u);
 }
 
 TEST(TrueObjectPixels, CapsuleFromBehindTheCameraIntoItsView) {
-  const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8), Eigen::Isometry3d::Identity()};
+  const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
+                                Eigen::Isometry3d::Identity()};
   const std::vector<Capsule> object{{{0.3, 0, -1}, {0.1, 0, 1}, 0.05}};
   const ObjectPixels centre = true_object_pixels(object, camera, PixelRule::centre);
   EXPECT_GT(centre.count(), 100u);
   for (int v = 0; v < 80; ++v)
-    for (int u = 0; u < 100; ++u) ASSERT_EQ(centre.contains(u, v), in_silhouette(object, camera, Eigen::Vector2d(u, v)));
+    for (int u = 0; u < 100; ++u)
+      ASSERT_EQ(centre.contains(u, v), in_silhouette(object, camera, Eigen::Vector2d(u, v)));
 }
 
 TEST(TrueObjectPixels, CameraInsideTheCapsuleSeesItEverywhere) {
-  const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8), Eigen::Isometry3d::Identity()};
+  const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
+                                Eigen::Isometry3d::Identity()};
   for (const PixelRule rule : {PixelRule::centre, PixelRule::touched})
-    EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -1}, {0, 0, 1}, 0.05}}, camera, rule).count(), 8000u);
+    EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -1}, {0, 0, 1}, 0.05}}, camera, rule)
+                  .count(),
+              8000u);
 }
 
 TEST(TrueObjectPixels, EmptyImageAndNoObject) {
-  EXPECT_EQ(true_object_pixels({}, {geometry::pinhole_from_fov(10, 8, 0.8), Eigen::Isometry3d::Identity()}, PixelRule::touched).count(), 0u);
+  EXPECT_EQ(true_object_pixels(
+                {}, {geometry::pinhole_from_fov(10, 8, 0.8), Eigen::Isometry3d::Identity()},
+                PixelRule::touched)
+                .count(),
+            0u);
   const geometry::Camera none{{0, 0, 100, 100, 0, 0}, Eigen::Isometry3d::Identity()};
-  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, 1}, {0, 0, 1}, 0.1}}, none, PixelRule::touched).count(), 0u);
+  EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, 1}, {0, 0, 1}, 0.1}}, none,
+                               PixelRule::touched)
+                .count(),
+            0u);
 }
 
 TEST(AnalyticHull, ContainsTheObjectAndLiesInTheTouchedHull) {
@@ -159,19 +203,28 @@ TEST(AnalyticHull, ContainsTheObjectAndLiesInTheTouchedHull) {
     const auto silhouettes = test::silhouettes_of(object, cameras);
     for (int i = 0; i < 2000; ++i) {
       const Vector3d p = test::random_in_ball(random, 0.3);
-      const bool in_object = std::any_of(object.begin(), object.end(), [&](const Capsule& c) { return distance_to_axis(c, p) < c.radius_m; });
-      const bool in_every_image = std::all_of(cameras.begin(), cameras.end(), [&](const geometry::Camera& c) {
-        const auto uv = geometry::project(c, p);
-        return uv && uv->x() > -0.5 && uv->y() > -0.5 && uv->x() < c.pinhole.width_px - 0.5 && uv->y() < c.pinhole.height_px - 0.5;
+      const bool in_object = std::any_of(object.begin(), object.end(), [&](const Capsule& c) {
+        return distance_to_axis(c, p) < c.radius_m;
       });
-      if (in_object && in_every_image) { EXPECT_TRUE(in_analytic_hull(object, cameras, p)); }
-      if (in_analytic_hull(object, cameras, p)) { EXPECT_TRUE(in_hull(silhouettes, p)); }
+      const bool in_every_image =
+          std::all_of(cameras.begin(), cameras.end(), [&](const geometry::Camera& c) {
+            const auto uv = geometry::project(c, p);
+            return uv && uv->x() > -0.5 && uv->y() > -0.5 && uv->x() < c.pinhole.width_px - 0.5 &&
+                   uv->y() < c.pinhole.height_px - 0.5;
+          });
+      if (in_object && in_every_image) {
+        EXPECT_TRUE(in_analytic_hull(object, cameras, p));
+      }
+      if (in_analytic_hull(object, cameras, p)) {
+        EXPECT_TRUE(in_hull(silhouettes, p));
+      }
     }
   }
 }
 
 TEST(AnalyticHull, NotANumberIsNotInside) {
-  const std::vector<geometry::Camera> cameras{{geometry::pinhole_from_fov(10, 8, 0.8), Eigen::Isometry3d::Identity()}};
+  const std::vector<geometry::Camera> cameras{
+      {geometry::pinhole_from_fov(10, 8, 0.8), Eigen::Isometry3d::Identity()}};
   const std::vector<Capsule> object{{{0, 0, 0}, {0, 0, 0}, 5}};
   EXPECT_TRUE(in_analytic_hull(object, cameras, {0, 0, 1}));
   EXPECT_FALSE(in_analytic_hull(object, cameras, {NAN, 0, 1}));

@@ -1,4 +1,5 @@
-// Who removes a point or a volume: against in_hull() of the other cameras, and on scenes whose answer is known.
+// Who removes a point or a volume: against in_hull() of the other cameras, and on scenes whose
+// answer is known.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +21,8 @@ base::WorkerPool& test_pool() {
   return pool;
 }
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(),
+                 kInfinity = std::numeric_limits<double>::infinity();
 const HullRule kRules[] = {{}, {Limits::seen, 1}, {Limits::seen, 2}, {Limits::seen, 3}};
 
 std::vector<Silhouette> without(std::vector<Silhouette> silhouettes, int camera) {
@@ -32,7 +34,9 @@ double distance_of_every_pixel(const ObjectPixels& pixels, const Eigen::Vector2d
   double nearest = kInfinity;
   for (int v = 0; v < pixels.height_px(); ++v)
     for (int u = 0; u < pixels.width_px(); ++u)
-      if (pixels.contains(u, v)) nearest = std::min(nearest, std::hypot(std::max(0.0, std::abs(uv.x() - u) - 0.5), std::max(0.0, std::abs(uv.y() - v) - 0.5)));
+      if (pixels.contains(u, v))
+        nearest = std::min(nearest, std::hypot(std::max(0.0, std::abs(uv.x() - u) - 0.5),
+                                               std::max(0.0, std::abs(uv.y() - v) - 0.5)));
   return nearest;
 }
 
@@ -40,7 +44,8 @@ TEST(BlamePoint, SaysWhatInHullSaysOfAllAndOfTheOthers) {
   int alone = 0, too_few = 0;
   for (int seed = 1; seed <= 15; ++seed) {
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 1 + seed % 5, 60, 45));
+    const auto silhouettes = test::silhouettes_of(
+        test::random_object(random, 3), test::random_cameras(random, 1 + seed % 5, 60, 45));
     for (const HullRule& rule : kRules)
       for (int i = 0; i < 60; ++i) {
         const Vector3d p = test::random_in_ball(random, i % 2 ? 0.25 : 2.0);
@@ -52,11 +57,17 @@ TEST(BlamePoint, SaysWhatInHullSaysOfAllAndOfTheOthers) {
         for (int c = 0; c < int(silhouettes.size()); ++c) {
           const CameraBlame& camera = blame.cameras[std::size_t(c)];
           removing += camera.removes;
-          if (!blame.in_hull && camera.removes && in_hull(without(silhouettes, c), p, rule)) expected.push_back(c);
+          if (!blame.in_hull && camera.removes && in_hull(without(silhouettes, c), p, rule))
+            expected.push_back(c);
           const auto uv = geometry::project(silhouettes[std::size_t(c)].camera, p);
           EXPECT_EQ(camera.verdict == CameraVerdict::behind, !uv.has_value());
-          if (uv) { EXPECT_NEAR(camera.to_object_px, distance_of_every_pixel(silhouettes[std::size_t(c)].pixels, *uv), 1e-9 * (1 + uv->norm())); }
-          else { EXPECT_EQ(camera.to_object_px, kInfinity); }
+          if (uv) {
+            EXPECT_NEAR(camera.to_object_px,
+                        distance_of_every_pixel(silhouettes[std::size_t(c)].pixels, *uv),
+                        1e-9 * (1 + uv->norm()));
+          } else {
+            EXPECT_EQ(camera.to_object_px, kInfinity);
+          }
         }
         EXPECT_EQ(blame.alone, expected);
         EXPECT_EQ(blame.too_few, !blame.in_hull && removing == 0);
@@ -69,11 +80,24 @@ TEST(BlamePoint, SaysWhatInHullSaysOfAllAndOfTheOthers) {
 
 TEST(BlamePoint, HardPoints) {
   test::Random random(1);
-  auto silhouettes = test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 2, 60, 45));
+  auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 2, 60, 45));
   const geometry::Camera& camera = silhouettes[0].camera;
-  EXPECT_EQ(blame_point(silhouettes, geometry::camera_center_world_m(camera) - camera.camera_from_world.linear().row(2).transpose(), {}).cameras[0].verdict, CameraVerdict::behind);
-  EXPECT_EQ(blame_point(silhouettes, camera.camera_from_world.inverse() * Vector3d(0, 0, 1000)).cameras[0].verdict == CameraVerdict::outside_image, false);
-  EXPECT_EQ(blame_point(silhouettes, camera.camera_from_world.inverse() * Vector3d(1, 0, 1e-9)).cameras[0].verdict, CameraVerdict::outside_image);
+  EXPECT_EQ(blame_point(silhouettes,
+                        geometry::camera_center_world_m(camera) -
+                            camera.camera_from_world.linear().row(2).transpose(),
+                        {})
+                .cameras[0]
+                .verdict,
+            CameraVerdict::behind);
+  EXPECT_EQ(blame_point(silhouettes, camera.camera_from_world.inverse() * Vector3d(0, 0, 1000))
+                    .cameras[0]
+                    .verdict == CameraVerdict::outside_image,
+            false);
+  EXPECT_EQ(blame_point(silhouettes, camera.camera_from_world.inverse() * Vector3d(1, 0, 1e-9))
+                .cameras[0]
+                .verdict,
+            CameraVerdict::outside_image);
   const PointBlame nan = blame_point(silhouettes, {kNaN, 0, 0});
   EXPECT_FALSE(nan.in_hull || nan.too_few);
   EXPECT_TRUE(nan.cameras.empty() && nan.alone.empty());
@@ -84,34 +108,42 @@ TEST(BlamePoint, HardPoints) {
     EXPECT_EQ(unusable.cameras[1].verdict, CameraVerdict::unusable);
     EXPECT_TRUE(unusable.cameras[1].removes && !unusable.in_hull);
   }
-  silhouettes[1] = {{{0, 0, 10, 10, 0, 0}, silhouettes[0].camera.camera_from_world}, ObjectPixels(0, 0)};
+  silhouettes[1] = {{{0, 0, 10, 10, 0, 0}, silhouettes[0].camera.camera_from_world},
+                    ObjectPixels(0, 0)};
   EXPECT_EQ(blame_point(silhouettes, {0, 0, 0}).cameras[1].verdict, CameraVerdict::outside_image);
   EXPECT_EQ(blame_point(silhouettes, {0, 0, 0}).cameras[1].to_object_px, kInfinity);
 }
 
-// Opposed pairs of cameras so far away that their pixels' pyramids are all but prisms: volumes as of boxes.
+// Opposed pairs of cameras so far away that their pixels' pyramids are all but prisms: volumes as
+// of boxes.
 struct Prisms : ::testing::Test {
   static constexpr double kFar_m = 1000;
   const AlignedBox3d box{Vector3d(-0.5, -0.5, -0.5), Vector3d(0.5, 0.5, 0.5)};
   std::vector<Silhouette> silhouettes;
   Prisms() {  // 100 pixels a metre; along x, y and z
-    for (const Vector3d& eye : {Vector3d(kFar_m, 0, 0), Vector3d(0, kFar_m, 0), Vector3d(0, 0, kFar_m)})
-      silhouettes.push_back({{{200, 200, 100 * kFar_m, 100 * kFar_m, 99.5, 99.5}, geometry::look_at(eye, {0, 0, 0}, eye.z() > 0 ? Vector3d(0, 1, 0) : Vector3d(0, 0, 1))}, ObjectPixels(200, 200)});
+    for (const Vector3d& eye :
+         {Vector3d(kFar_m, 0, 0), Vector3d(0, kFar_m, 0), Vector3d(0, 0, kFar_m)})
+      silhouettes.push_back(
+          {{{200, 200, 100 * kFar_m, 100 * kFar_m, 99.5, 99.5},
+            geometry::look_at(eye, {0, 0, 0}, eye.z() > 0 ? Vector3d(0, 1, 0) : Vector3d(0, 0, 1))},
+           ObjectPixels(200, 200)});
   }
   void fill(int camera, const PixelRect& r) {
     for (int v = r.v0_px; v < r.v1_px; ++v)
       for (int u = r.u0_px; u < r.u1_px; ++u) silhouettes[std::size_t(camera)].pixels.set(u, v);
   }
   static void expect_volume(const SampledVolume& v, double expected_m3) {
-    EXPECT_NEAR(v.volume_m3, expected_m3, 4 * v.error_m3 + 2e-3 * expected_m3);  // a pyramid's sides are 1 in 2000 off a prism's
+    EXPECT_NEAR(
+        v.volume_m3, expected_m3,
+        4 * v.error_m3 + 2e-3 * expected_m3);  // a pyramid's sides are 1 in 2000 off a prism's
     EXPECT_LT(v.error_m3, 0.01);
   }
 };
 
 TEST_F(Prisms, VolumesInClosedForm) {
   fill(0, {0, 0, 200, 200});
-  fill(1, {0, 0, 200, 110});    // leaves 60 % of the box: rows count downward, z upward
-  fill(2, {90, 0, 200, 200});   // leaves 60 % of the box
+  fill(1, {0, 0, 200, 110});   // leaves 60 % of the box: rows count downward, z upward
+  fill(2, {90, 0, 200, 200});  // leaves 60 % of the box
   const VolumeBlame blame = blame_volume(silhouettes, box, test_pool());
   expect_volume(blame.hull, 0.36);
   EXPECT_EQ(blame.too_few.volume_m3, 0);
@@ -124,13 +156,18 @@ TEST_F(Prisms, VolumesInClosedForm) {
     expect_volume(blame.cameras[std::size_t(c)].alone_not_seeing, 0);
   }
   const std::string words = summary(blame, std::vector<std::string>{"left", "right"});
-  EXPECT_NE(words.find("right alone removes 40 % of what the others keep"), std::string::npos) << words;
-  EXPECT_NE(words.find("camera 2 alone removes 40 % of what the others keep"), std::string::npos) << words;
+  EXPECT_NE(words.find("right alone removes 40 % of what the others keep"), std::string::npos)
+      << words;
+  EXPECT_NE(words.find("camera 2 alone removes 40 % of what the others keep"), std::string::npos)
+      << words;
   EXPECT_EQ(words.find("left"), std::string::npos) << words;
 }
 
-TEST_F(Prisms, PointsAreIndependentAlongEachPairOfAxes) {  // each camera limits one axis: half of the box, twice, is a quarter
-  for (const auto& [a, b] : {std::pair{PixelRect{100, 0, 200, 200}, PixelRect{100, 0, 200, 200}}, {{100, 0, 200, 200}, {0, 100, 200, 200}}, {{0, 100, 200, 200}, {100, 0, 200, 200}}}) {
+TEST_F(Prisms, PointsAreIndependentAlongEachPairOfAxes) {  // each camera limits one axis: half of
+                                                           // the box, twice, is a quarter
+  for (const auto& [a, b] : {std::pair{PixelRect{100, 0, 200, 200}, PixelRect{100, 0, 200, 200}},
+                             {{100, 0, 200, 200}, {0, 100, 200, 200}},
+                             {{0, 100, 200, 200}, {100, 0, 200, 200}}}) {
     auto rig = silhouettes;
     fill(0, a), fill(1, b), fill(2, {0, 0, 200, 200});
     expect_volume(blame_volume(silhouettes, box, test_pool()).hull, 0.25);
@@ -145,7 +182,8 @@ TEST_F(Prisms, ErrorsAreBinomial) {  // over many seeds, the spread is the state
   double sum2 = 0, stated2 = 0;
   const int seeds = 200;
   for (int seed = 1; seed <= seeds; ++seed) {
-    const VolumeBlame blame = blame_volume(silhouettes, box, test_pool(), {}, {500, std::uint64_t(seed)});
+    const VolumeBlame blame =
+        blame_volume(silhouettes, box, test_pool(), {}, {500, std::uint64_t(seed)});
     sum2 += std::pow(blame.hull.volume_m3 - 0.6, 2);
     stated2 += std::pow(blame.hull.error_m3, 2);
   }
@@ -176,29 +214,38 @@ TEST_F(Prisms, ACameraThatLooksAwayAndOneThatIsNotFinite) {
   silhouettes[2].camera.camera_from_world = geometry::look_at({0, 0, 10}, {0, 0, 20}, {0, 1, 0});
   VolumeBlame blame = blame_volume(silhouettes, box, test_pool());
   EXPECT_NEAR(blame.cameras[2].alone_not_seeing.volume_m3, 1, 1e-12);
-  EXPECT_NE(summary(blame).find("lies outside its image or behind it"), std::string::npos) << summary(blame);
-  EXPECT_NEAR(blame_volume(silhouettes, box, test_pool(), {Limits::seen, 2}).hull.volume_m3, 1, 0.01);
-  EXPECT_NE(summary(blame_volume(silhouettes, box, test_pool(), {Limits::seen, 3})).find("seen by too few cameras"), std::string::npos);
+  EXPECT_NE(summary(blame).find("lies outside its image or behind it"), std::string::npos)
+      << summary(blame);
+  EXPECT_NEAR(blame_volume(silhouettes, box, test_pool(), {Limits::seen, 2}).hull.volume_m3, 1,
+              0.01);
+  EXPECT_NE(summary(blame_volume(silhouettes, box, test_pool(), {Limits::seen, 3}))
+                .find("seen by too few cameras"),
+            std::string::npos);
   silhouettes[2].camera.pinhole.fx_px = kNaN;
   blame = blame_volume(silhouettes, box, test_pool(), {Limits::seen, 2});
   EXPECT_TRUE(blame.cameras[2].unusable);
   EXPECT_EQ(blame.hull.volume_m3, 0);
-  EXPECT_NE(summary(blame).find("The calibration of camera 2 is not finite"), std::string::npos) << summary(blame);
+  EXPECT_NE(summary(blame).find("The calibration of camera 2 is not finite"), std::string::npos)
+      << summary(blame);
 }
 
 TEST_F(Prisms, TheSameOnAnyNumberOfThreadsAndInNoOrder) {
   test::Random random(8);
-  auto rig = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 5, 60, 45));
+  auto rig =
+      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 5, 60, 45));
   base::WorkerPool one(1), five(5);
   for (const HullRule& rule : kRules) {
-    const VolumeBlame a = blame_volume(rig, box, one, rule, {30'000, 7}), b = blame_volume(rig, box, five, rule, {30'000, 7});
+    const VolumeBlame a = blame_volume(rig, box, one, rule, {30'000, 7}),
+                      b = blame_volume(rig, box, five, rule, {30'000, 7});
     auto turned = rig;
     std::reverse(turned.begin(), turned.end());
     const VolumeBlame c = blame_volume(turned, box, five, rule, {30'000, 7});
     EXPECT_EQ(a.hull.volume_m3, b.hull.volume_m3);
     EXPECT_EQ(a.hull.volume_m3, c.hull.volume_m3);
     for (std::size_t i = 0; i < rig.size(); ++i)
-      for (const SampledVolume CameraShare::*part : {&CameraShare::removed, &CameraShare::removed_alone, &CameraShare::alone_not_seeing, &CameraShare::kept_by_others}) {
+      for (const SampledVolume CameraShare::*part :
+           {&CameraShare::removed, &CameraShare::removed_alone, &CameraShare::alone_not_seeing,
+            &CameraShare::kept_by_others}) {
         EXPECT_EQ((a.cameras[i].*part).volume_m3, (b.cameras[i].*part).volume_m3);
         EXPECT_EQ((a.cameras[i].*part).volume_m3, (c.cameras[rig.size() - 1 - i].*part).volume_m3);
       }
@@ -208,7 +255,10 @@ TEST_F(Prisms, TheSameOnAnyNumberOfThreadsAndInNoOrder) {
 TEST_F(Prisms, NoCameraAndNoBox) {
   EXPECT_EQ(blame_volume({}, box, test_pool()).hull.volume_m3, 0);
   EXPECT_EQ(summary(blame_volume({}, box, test_pool())), "There is no camera, hence no hull.");
-  for (const AlignedBox3d& none : {AlignedBox3d(), AlignedBox3d(Vector3d(0, 0, 0), Vector3d(1, 0, 1)), AlignedBox3d(Vector3d(0, 0, 0), Vector3d(kInfinity, 1, 1)), AlignedBox3d(Vector3d(kNaN, 0, 0), Vector3d(1, 1, 1))}) {
+  for (const AlignedBox3d& none :
+       {AlignedBox3d(), AlignedBox3d(Vector3d(0, 0, 0), Vector3d(1, 0, 1)),
+        AlignedBox3d(Vector3d(0, 0, 0), Vector3d(kInfinity, 1, 1)),
+        AlignedBox3d(Vector3d(kNaN, 0, 0), Vector3d(1, 1, 1))}) {
     const VolumeBlame blame = blame_volume(silhouettes, none, test_pool());
     EXPECT_EQ(blame.hull.volume_m3, 0);
     EXPECT_EQ(blame.cameras.size(), 3u);
@@ -216,14 +266,23 @@ TEST_F(Prisms, NoCameraAndNoBox) {
   }
 }
 
-TEST(BlameVolume, GhostsOfTwoPeopleAreNobodysFault) {  // the fifth camera, from above, removes them alone
-  const std::vector<Capsule> people{{{-0.6, 0, 0.2}, {-0.6, 0, 1.5}, 0.2}, {{0.6, 0, 0.2}, {0.6, 0, 1.5}, 0.2}};
+TEST(BlameVolume,
+     GhostsOfTwoPeopleAreNobodysFault) {  // the fifth camera, from above, removes them alone
+  const std::vector<Capsule> people{{{-0.6, 0, 0.2}, {-0.6, 0, 1.5}, 0.2},
+                                    {{0.6, 0, 0.2}, {0.6, 0, 1.5}, 0.2}};
   std::vector<geometry::Camera> cameras;
-  for (const double angle : {0.25, 0.75, 1.25, 1.75}) cameras.push_back({geometry::pinhole_from_fov(160, 121, 1.0), geometry::look_at({4 * std::cos(angle * std::numbers::pi), 4 * std::sin(angle * std::numbers::pi), 1.0}, {0, 0, 0.9})});
-  cameras.push_back({geometry::pinhole_from_fov(160, 121, 0.8), geometry::look_at({0, 0, 6}, {0, 0, 0}, {0, 1, 0})});
+  for (const double angle : {0.25, 0.75, 1.25, 1.75})
+    cameras.push_back({geometry::pinhole_from_fov(160, 121, 1.0),
+                       geometry::look_at({4 * std::cos(angle * std::numbers::pi),
+                                          4 * std::sin(angle * std::numbers::pi), 1.0},
+                                         {0, 0, 0.9})});
+  cameras.push_back({geometry::pinhole_from_fov(160, 121, 0.8),
+                     geometry::look_at({0, 0, 6}, {0, 0, 0}, {0, 1, 0})});
   const auto silhouettes = test::silhouettes_of(people, cameras);
   const AlignedBox3d around_a_ghost(Vector3d(-0.1, -0.7, 0.5), Vector3d(0.1, -0.5, 1.2));
-  const VolumeBlame four = blame_volume(std::span(silhouettes).first(4), around_a_ghost, test_pool(), {}, {5000, 1}), five = blame_volume(silhouettes, around_a_ghost, test_pool(), {}, {5000, 1});
+  const VolumeBlame four = blame_volume(std::span(silhouettes).first(4), around_a_ghost,
+                                        test_pool(), {}, {5000, 1}),
+                    five = blame_volume(silhouettes, around_a_ghost, test_pool(), {}, {5000, 1});
   EXPECT_GT(four.hull.volume_m3, 0.5 * around_a_ghost.volume());
   EXPECT_EQ(five.hull.volume_m3, 0);
   EXPECT_EQ(five.cameras[4].removed_alone.volume_m3, four.hull.volume_m3);

@@ -1,5 +1,5 @@
-// How much nearer to the object the hull of coverage maps is than that of binary maps: surface and normals of analytic spheres and
-// capsules, from 1.5 to 30 px in radius, four to eight cameras.
+// How much nearer to the object the hull of coverage maps is than that of binary maps: surface and
+// normals of analytic spheres and capsules, from 1.5 to 30 px in radius, four to eight cameras.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -27,14 +27,22 @@ double focal_px() { return geometry::pinhole_from_fov(kWidth_px, kHeight_px, kFo
 std::vector<geometry::Camera> rig(test::Random& random, int count) {
   std::vector<geometry::Camera> cameras;
   for (int i = 0; i < count; ++i)
-    cameras.push_back({geometry::pinhole_from_fov(kWidth_px, kHeight_px, kFov_rad), geometry::look_at(kDistance_m * test::random_direction(random), test::random_in_ball(random, 0.01), test::random_direction(random))});
+    cameras.push_back(
+        {geometry::pinhole_from_fov(kWidth_px, kHeight_px, kFov_rad),
+         geometry::look_at(kDistance_m * test::random_direction(random),
+                           test::random_in_ball(random, 0.01), test::random_direction(random))});
   return cameras;
 }
 
-// First point of the hull of the true silhouettes along a ray, between near and far; steps of a tenth of the radius.
-std::optional<double> true_depth_m(const std::vector<Capsule>& object, const std::vector<geometry::Camera>& cameras, const geometry::Ray& ray, double near_m, double far_m) {
+// First point of the hull of the true silhouettes along a ray, between near and far; steps of a
+// tenth of the radius.
+std::optional<double> true_depth_m(const std::vector<Capsule>& object,
+                                   const std::vector<geometry::Camera>& cameras,
+                                   const geometry::Ray& ray, double near_m, double far_m) {
   const double step_m = object.front().radius_m / 10;
-  const auto inside = [&](double t) { return in_analytic_hull(object, cameras, ray.origin_world_m + t * ray.direction_world); };
+  const auto inside = [&](double t) {
+    return in_analytic_hull(object, cameras, ray.origin_world_m + t * ray.direction_world);
+  };
   for (double t = near_m; t < far_m; t += step_m) {
     if (!inside(t)) continue;
     double out = t - step_m, in = t;
@@ -44,20 +52,25 @@ std::optional<double> true_depth_m(const std::vector<Capsule>& object, const std
   return std::nullopt;
 }
 
-// Normal of the capsule where the line of sight to p passes it nearest, square to that line: of the tangent plane through the camera,
-// where p is on the border of the true silhouette.
-Vector3d true_normal(const Capsule& capsule, const geometry::Camera& camera, const Vector3d& p_world_m) {
-  const Vector3d eye = geometry::camera_center_world_m(camera), sight = (p_world_m - eye).normalized();
+// Normal of the capsule where the line of sight to p passes it nearest, square to that line: of the
+// tangent plane through the camera, where p is on the border of the true silhouette.
+Vector3d true_normal(const Capsule& capsule, const geometry::Camera& camera,
+                     const Vector3d& p_world_m) {
+  const Vector3d eye = geometry::camera_center_world_m(camera),
+                 sight = (p_world_m - eye).normalized();
   const Vector3d a = capsule.a_world_m - eye, axis = capsule.b_world_m - capsule.a_world_m;
   const auto across = [&](const Vector3d& x) { return Vector3d(x - x.dot(sight) * sight); };
   const Vector3d a2 = across(a), d2 = across(axis);
-  const double s = d2.squaredNorm() > 0 ? std::clamp(-a2.dot(d2) / d2.squaredNorm(), 0.0, 1.0) : 0.0;
+  const double s =
+      d2.squaredNorm() > 0 ? std::clamp(-a2.dot(d2) / d2.squaredNorm(), 0.0, 1.0) : 0.0;
   return -(a2 + s * d2).normalized();
 }
 
-// --- normals of binary maps ------------------------------------------------------------------------------------
+// --- normals of binary maps
+// ------------------------------------------------------------------------------------
 
-// Sides between object pixels and others, as segments of the corner lattice (corner (u, v) is the pixel (u, v)'s upper left).
+// Sides between object pixels and others, as segments of the corner lattice (corner (u, v) is the
+// pixel (u, v)'s upper left).
 struct Side {
   Vector2d from, to, outward;
   Vector2d middle() const { return 0.5 * (from + to); }
@@ -65,54 +78,69 @@ struct Side {
 
 std::vector<Side> sides_near(const ObjectPixels& pixels, const Vector2d& uv, double window_px) {
   std::vector<Side> sides;
-  const int reach = int(window_px) + 2, u0 = int(std::lround(uv.x())), v0 = int(std::lround(uv.y()));
+  const int reach = int(window_px) + 2, u0 = int(std::lround(uv.x())),
+            v0 = int(std::lround(uv.y()));
   for (int v = v0 - reach; v <= v0 + reach; ++v)
     for (int u = u0 - reach; u <= u0 + reach; ++u) {
       if (!pixels.contains(u, v)) continue;
       for (const auto& [du, dv] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
         if (pixels.contains(u + du, v + dv)) continue;
         const Vector2d outward(du, dv), along(-dv, du), middle = Vector2d(u, v) + 0.5 * outward;
-        if ((middle - uv).norm() <= window_px) sides.push_back({middle - 0.5 * along, middle + 0.5 * along, outward});
+        if ((middle - uv).norm() <= window_px)
+          sides.push_back({middle - 0.5 * along, middle + 0.5 * along, outward});
       }
     }
   return sides;
 }
 
-// Least squares: the line nearest to the middles of the sides within the window that hang together with the one nearest to uv.
-std::optional<Vector2d> fitted_outward(const ObjectPixels& pixels, const Vector2d& uv, double window_px) {
+// Least squares: the line nearest to the middles of the sides within the window that hang together
+// with the one nearest to uv.
+std::optional<Vector2d> fitted_outward(const ObjectPixels& pixels, const Vector2d& uv,
+                                       double window_px) {
   std::vector<Side> sides = sides_near(pixels, uv, window_px);
   if (sides.empty()) return std::nullopt;
-  std::vector<Side> linked{*std::min_element(sides.begin(), sides.end(), [&](const Side& a, const Side& b) { return (a.middle() - uv).norm() < (b.middle() - uv).norm(); })};
-  std::erase_if(sides, [&](const Side& s) { return s.from == linked[0].from && s.to == linked[0].to; });
+  std::vector<Side> linked{
+      *std::min_element(sides.begin(), sides.end(), [&](const Side& a, const Side& b) {
+        return (a.middle() - uv).norm() < (b.middle() - uv).norm();
+      })};
+  std::erase_if(sides,
+                [&](const Side& s) { return s.from == linked[0].from && s.to == linked[0].to; });
   for (std::size_t i = 0; i < linked.size(); ++i)
     for (std::size_t j = 0; j < sides.size();) {
       if (sides[j].from == linked[i].to || sides[j].to == linked[i].from) {
         linked.push_back(sides[j]);
         sides.erase(sides.begin() + std::ptrdiff_t(j));
-      } else ++j;
+      } else
+        ++j;
     }
   Vector2d mean = Vector2d::Zero(), outward = Vector2d::Zero();
   for (const Side& s : linked) mean += s.middle() / double(linked.size()), outward += s.outward;
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   for (const Side& s : linked) spread += (s.middle() - mean) * (s.middle() - mean).transpose();
-  const Vector2d normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvectors().col(0);
+  const Vector2d normal =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvectors().col(0);
   return normal.dot(outward) >= 0 ? normal : Vector2d(-normal);
 }
 
-Vector3d normal_world(const geometry::Camera& camera, const Vector2d& uv_px, const Vector2d& outward) {
+Vector3d normal_world(const geometry::Camera& camera, const Vector2d& uv_px,
+                      const Vector2d& outward) {
   const geometry::Pinhole& k = camera.pinhole;
-  const Vector3d n(k.fx_px * outward.x(), k.fy_px * outward.y(), outward.dot(Vector2d(k.cx_px, k.cy_px) - uv_px));
+  const Vector3d n(k.fx_px * outward.x(), k.fy_px * outward.y(),
+                   outward.dot(Vector2d(k.cx_px, k.cy_px) - uv_px));
   return (camera.camera_from_world.linear().transpose() * n).normalized();
 }
 
-// --- measurement -----------------------------------------------------------------------------------------------
+// --- measurement
+// -----------------------------------------------------------------------------------------------
 
 double percentile(std::vector<double> values, double p) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
   return values[std::min(values.size() - 1, std::size_t(p * double(values.size())))];
 }
-double degrees_between(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi; }
+double degrees_between(const Vector3d& a, const Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / std::numbers::pi;
+}
 
 struct Errors {
   std::vector<double> surface_px, normal_deg;
@@ -124,75 +152,104 @@ base::WorkerPool& test_pool() {
 }
 
 // Surface in footprints of a map pixel at the object, along the ray.
-void add_surface(Errors& e, float depth_m, double truth_m) { e.surface_px.push_back(std::abs(depth_m - truth_m) * focal_px() / kDistance_m); }
+void add_surface(Errors& e, float depth_m, double truth_m) {
+  e.surface_px.push_back(std::abs(depth_m - truth_m) * focal_px() / kDistance_m);
+}
 
 // The camera whose map is left a nanometre before the border point.
-int limiting_camera(const std::vector<Silhouette>& silhouettes, const geometry::Ray& ray, double depth_m) {
+int limiting_camera(const std::vector<Silhouette>& silhouettes, const geometry::Ray& ray,
+                    double depth_m) {
   const Vector3d before = ray.origin_world_m + (depth_m - 1e-6) * ray.direction_world;
   for (std::size_t i = 0; i < silhouettes.size(); ++i)
     if (!in_hull(std::span(silhouettes).subspan(i, 1), before)) return int(i);
   return -1;
 }
 
-void measure_binary(Errors& e, const std::vector<Silhouette>& silhouettes, const Capsule& capsule, const geometry::Ray& ray, float depth_m, double window_px) {
+void measure_binary(Errors& e, const std::vector<Silhouette>& silhouettes, const Capsule& capsule,
+                    const geometry::Ray& ray, float depth_m, double window_px) {
   const int camera = limiting_camera(silhouettes, ray, depth_m);
   if (camera < 0) return;
   const Silhouette& s = silhouettes[std::size_t(camera)];
   const Vector3d p = ray.origin_world_m + double(depth_m) * ray.direction_world;
   const Vector2d uv = *geometry::project(s.camera, p);
-  if (const auto outward = fitted_outward(s.pixels, uv, window_px)) e.normal_deg.push_back(degrees_between(normal_world(s.camera, uv, *outward), true_normal(capsule, s.camera, p)));
+  if (const auto outward = fitted_outward(s.pixels, uv, window_px))
+    e.normal_deg.push_back(
+        degrees_between(normal_world(s.camera, uv, *outward), true_normal(capsule, s.camera, p)));
 }
 
-// Window of the binary maps' fit, by the radius: near the best of 2, 3, 4, 5, 7 and 10 px for spheres and capsules both (they differ), so that the
-// comparison is not with a bad fit.
-double window_px(double radius_px) { return radius_px < 2 ? 2 : radius_px < 5 ? 3 : radius_px < 10 ? 4 : radius_px < 20 ? 6 : 9; }
+// Window of the binary maps' fit, by the radius: near the best of 2, 3, 4, 5, 7 and 10 px for
+// spheres and capsules both (they differ), so that the comparison is not with a bad fit.
+double window_px(double radius_px) {
+  return radius_px < 2 ? 2 : radius_px < 5 ? 3 : radius_px < 10 ? 4 : radius_px < 20 ? 6 : 9;
+}
 
 struct Compared {
   Errors coverage, centre, touched;
 };
 
-void compare(Compared& all, test::Random& random, double radius_px, bool long_one, int cameras_count) {
+void compare(Compared& all, test::Random& random, double radius_px, bool long_one,
+             int cameras_count) {
   const double radius_m = radius_px * kDistance_m / focal_px();
-  const Vector3d half = (long_one ? 1.5 * radius_m : 0.0) * test::random_direction(random), middle = test::random_in_ball(random, 0.02);
+  const Vector3d half = (long_one ? 1.5 * radius_m : 0.0) * test::random_direction(random),
+                 middle = test::random_in_ball(random, 0.02);
   const std::vector<Capsule> object{{middle - half, middle + half, radius_m}};
   const auto cameras = rig(random, cameras_count);
   std::vector<CoverageSilhouette> covered;
   for (const geometry::Camera& c : cameras) covered.push_back({c, true_coverage(object, c)});
-  const auto centre = test::silhouettes_of(object, cameras, PixelRule::centre), touched = test::silhouettes_of(object, cameras, PixelRule::touched);
+  const auto centre = test::silhouettes_of(object, cameras, PixelRule::centre),
+             touched = test::silhouettes_of(object, cameras, PixelRule::touched);
   const double reach_m = radius_m + half.norm(), eye_m = 8 * reach_m + 0.1;
-  const View view{{geometry::pinhole_from_fov(24, 24, 2.2 * reach_m / eye_m), geometry::look_at(middle + eye_m * test::random_direction(random), middle, test::random_direction(random))}, eye_m - 4 * reach_m, eye_m + 4 * reach_m};
+  const View view{{geometry::pinhole_from_fov(24, 24, 2.2 * reach_m / eye_m),
+                   geometry::look_at(middle + eye_m * test::random_direction(random), middle,
+                                     test::random_direction(random))},
+                  eye_m - 4 * reach_m,
+                  eye_m + 4 * reach_m};
   const PixelRect rect = test::whole_image(view.camera);
   const SurfaceTile tile = CoverageHull(test_pool(), covered).surface(view, rect);
-  const DepthTile by_centre = CpuHull(test_pool(), centre).depth(view, rect), by_touched = CpuHull(test_pool(), touched).depth(view, rect);
+  const DepthTile by_centre = CpuHull(test_pool(), centre).depth(view, rect),
+                  by_touched = CpuHull(test_pool(), touched).depth(view, rect);
   for (int i = 0; i < int(rect.area_px()); ++i) {
     const geometry::Ray ray = geometry::ray_through(view.camera, Vector2d(i % 24, i / 24));
     const auto truth_m = true_depth_m(object, cameras, ray, view.near_m, view.far_m);
-    if (!truth_m || tile.depth_m[i] == kNoHull || by_centre.depth_m[i] == kNoHull || by_touched.depth_m[i] == kNoHull) continue;
+    if (!truth_m || tile.depth_m[i] == kNoHull || by_centre.depth_m[i] == kNoHull ||
+        by_touched.depth_m[i] == kNoHull)
+      continue;
     add_surface(all.coverage, tile.depth_m[i], *truth_m);
     add_surface(all.centre, by_centre.depth_m[i], *truth_m);
     add_surface(all.touched, by_touched.depth_m[i], *truth_m);
     measure_binary(all.centre, centre, object[0], ray, by_centre.depth_m[i], window_px(radius_px));
-    measure_binary(all.touched, touched, object[0], ray, by_touched.depth_m[i], window_px(radius_px));
+    measure_binary(all.touched, touched, object[0], ray, by_touched.depth_m[i],
+                   window_px(radius_px));
     if (tile.limiting[i] < 0) continue;
     const geometry::Camera& limiting = cameras[std::size_t(tile.limiting[i])];
-    all.coverage.normal_deg.push_back(degrees_between(tile.normal_world[i].cast<double>(), true_normal(object[0], limiting, ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world)));
+    all.coverage.normal_deg.push_back(degrees_between(
+        tile.normal_world[i].cast<double>(),
+        true_normal(object[0], limiting,
+                    ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world)));
   }
 }
 
 void print(const char* what, double radius_px, const Compared& all) {
   std::printf("%-8s %4.1f px %6zu rays |", what, radius_px, all.coverage.surface_px.size());
-  for (const Errors* e : {&all.coverage, &all.centre, &all.touched}) std::printf(" %6.3f %6.3f |", percentile(e->surface_px, 0.5), percentile(e->surface_px, 0.95));
-  for (const Errors* e : {&all.coverage, &all.centre, &all.touched}) std::printf(" %6.2f %6.2f |", percentile(e->normal_deg, 0.5), percentile(e->normal_deg, 0.95));
+  for (const Errors* e : {&all.coverage, &all.centre, &all.touched})
+    std::printf(" %6.3f %6.3f |", percentile(e->surface_px, 0.5), percentile(e->surface_px, 0.95));
+  for (const Errors* e : {&all.coverage, &all.centre, &all.touched})
+    std::printf(" %6.2f %6.2f |", percentile(e->normal_deg, 0.5), percentile(e->normal_deg, 0.95));
   std::printf("\n");
 }
 
-// Least factors measured here: surface 1.85 in the median, 2.5 in the 95th percentile; normals 1.3 and 1.1 where the object is 3 px thin, so
-// that its other side is in the window, 2.1 and 1.68 from a radius of 3 px on. Asserted with some room for other rounding.
+// Least factors measured here: surface 1.85 in the median, 2.5 in the 95th percentile; normals 1.3
+// and 1.1 where the object is 3 px thin, so that its other side is in the window, 2.1 and 1.68 from
+// a radius of 3 px on. Asserted with some room for other rounding.
 constexpr double kSurfaceGain = 1.7, kNormalGain = 1.05, kNormalGainFrom3px = 1.5;
 
 TEST(CoverageAccuracy, SurfaceAndNormalsAreNearerThanThoseOfBinaryMaps) {
-  std::printf("median and 95th percentile: of depth against the hull of the true silhouettes, in footprints of a map pixel; of normals in degrees\n%-27s | %-13s | %-13s | %-13s | %-13s | %-13s | %-13s |\n",
-              "", "cover depth", "centre depth", "touched depth", "cover normal", "centre normal", "touched norm.");
+  std::printf(
+      "median and 95th percentile: of depth against the hull of the true silhouettes, in "
+      "footprints of a map pixel; of normals in degrees\n%-27s | %-13s | %-13s | %-13s | %-13s | "
+      "%-13s | %-13s |\n",
+      "", "cover depth", "centre depth", "touched depth", "cover normal", "centre normal",
+      "touched norm.");
   for (const bool capsule : {false, true})
     for (const double radius_px : {1.5, 3.0, 6.0, 12.0, 30.0}) {
       test::Random random(unsigned(radius_px * 10) + capsule);
@@ -204,8 +261,11 @@ TEST(CoverageAccuracy, SurfaceAndNormalsAreNearerThanThoseOfBinaryMaps) {
       EXPECT_GT(all.coverage.surface_px.size(), 1000u);
       for (const Errors* binary : {&all.centre, &all.touched})
         for (const double p : {0.5, 0.95}) {
-          EXPECT_LT(kSurfaceGain * percentile(all.coverage.surface_px, p), percentile(binary->surface_px, p));
-          EXPECT_LT((radius_px < 3 ? kNormalGain : kNormalGainFrom3px) * percentile(all.coverage.normal_deg, p), percentile(binary->normal_deg, p));
+          EXPECT_LT(kSurfaceGain * percentile(all.coverage.surface_px, p),
+                    percentile(binary->surface_px, p));
+          EXPECT_LT((radius_px < 3 ? kNormalGain : kNormalGainFrom3px) *
+                        percentile(all.coverage.normal_deg, p),
+                    percentile(binary->normal_deg, p));
         }
     }
 }

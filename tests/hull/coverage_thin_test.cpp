@@ -1,4 +1,5 @@
-// Things thinner than a pixel in coverage maps: wires of 0.2 to 2 px at all angles and offsets are kept without gaps.
+// Things thinner than a pixel in coverage maps: wires of 0.2 to 2 px at all angles and offsets are
+// kept without gaps.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,42 +23,52 @@ constexpr int kSize_px = 64;
 constexpr double kLength_px = 44;
 constexpr double kEnd_px = 3.0;
 
-// One camera before a wire in the plane z = 1 m square to it: a pixel is a millimetre there, and the wire a strip with round ends.
+// One camera before a wire in the plane z = 1 m square to it: a pixel is a millimetre there, and
+// the wire a strip with round ends.
 struct Wire {
   double width_px, angle_rad;
   Vector2d middle_px;
   Vector2d along() const { return {std::cos(angle_rad), std::sin(angle_rad)}; }
   CoverageMap map() const {
-    const geometry::Camera camera{{kSize_px, kSize_px, 1000, 1000, 0, 0}, Eigen::Isometry3d::Identity()};
-    const Vector2d a = (middle_px - 0.5 * kLength_px * along()) / 1000, b = (middle_px + 0.5 * kLength_px * along()) / 1000;
+    const geometry::Camera camera{{kSize_px, kSize_px, 1000, 1000, 0, 0},
+                                  Eigen::Isometry3d::Identity()};
+    const Vector2d a = (middle_px - 0.5 * kLength_px * along()) / 1000,
+                   b = (middle_px + 0.5 * kLength_px * along()) / 1000;
     const Capsule capsule{{a.x(), a.y(), 1}, {b.x(), b.y(), 1}, width_px / 2000};
     return true_coverage({&capsule, 1}, camera);
   }
 };
 Wire random_wire(test::Random& random, double width_px) {
-  return {width_px, test::uniform(random, 0, std::numbers::pi), Vector2d(32 + test::uniform(random, -0.5, 0.5), 32 + test::uniform(random, -0.5, 0.5))};
+  return {width_px, test::uniform(random, 0, std::numbers::pi),
+          Vector2d(32 + test::uniform(random, -0.5, 0.5), 32 + test::uniform(random, -0.5, 0.5))};
 }
 
-// Inside pixels that hang together: 4-neighbours by an edge of the interpolant, diagonal ones where its saddle is above one half.
+// Inside pixels that hang together: 4-neighbours by an edge of the interpolant, diagonal ones where
+// its saddle is above one half.
 bool joined(const CoverageMap& m, int u, int v, int du, int dv) {
   if (side_of_border(m.at(u, v)) < 0 || side_of_border(m.at(u + du, v + dv)) < 0) return false;
   if (du == 0 || dv == 0) return true;
   const int a = side_of_border(m.at(u + du, v)), b = side_of_border(m.at(u, v + dv));
-  return a > 0 || b > 0 || side_of_border(m.at(u, v)) * side_of_border(m.at(u + du, v + dv)) > a * b;
+  return a > 0 || b > 0 ||
+         side_of_border(m.at(u, v)) * side_of_border(m.at(u + du, v + dv)) > a * b;
 }
 
 // The wire's level set runs from one end, but for kEnd_px, to the other.
 bool unbroken(const CoverageMap& m, const Wire& wire) {
-  const auto along = [&](int u, int v) { return (Vector2d(u, v) - wire.middle_px).dot(wire.along()); };
+  const auto along = [&](int u, int v) {
+    return (Vector2d(u, v) - wire.middle_px).dot(wire.along());
+  };
   std::vector<char> seen(kSize_px * kSize_px);
   std::queue<std::pair<int, int>> queue;
   for (int v = 1; v < kSize_px - 1; ++v)
     for (int u = 1; u < kSize_px - 1; ++u)
-      if (side_of_border(m.at(u, v)) > 0 && along(u, v) < -0.5 * kLength_px + kEnd_px) queue.push({u, v});
+      if (side_of_border(m.at(u, v)) > 0 && along(u, v) < -0.5 * kLength_px + kEnd_px)
+        queue.push({u, v});
   while (!queue.empty()) {
     const auto [u, v] = queue.front();
     queue.pop();
-    if (u < 1 || v < 1 || u >= kSize_px - 1 || v >= kSize_px - 1 || seen[v * kSize_px + u]) continue;
+    if (u < 1 || v < 1 || u >= kSize_px - 1 || v >= kSize_px - 1 || seen[v * kSize_px + u])
+      continue;
     seen[v * kSize_px + u] = 1;
     if (along(u, v) > 0.5 * kLength_px - kEnd_px) return true;
     for (int dv = -1; dv <= 1; ++dv)
@@ -68,7 +79,8 @@ bool unbroken(const CoverageMap& m, const Wire& wire) {
 }
 
 struct Level {
-  double width_px, farthest_px;  // mean, over the wire but for its ends; of the level set from the axis
+  double width_px,
+      farthest_px;  // mean, over the wire but for its ends; of the level set from the axis
 };
 Level level_of(const CoverageMap& m, const Wire& wire) {
   constexpr int kPerPixel = 8;
@@ -76,9 +88,12 @@ Level level_of(const CoverageMap& m, const Wire& wire) {
   Level level{0, 0};
   for (int j = 0; j < kSize_px * kPerPixel; ++j)
     for (int i = 0; i < kSize_px * kPerPixel; ++i) {
-      const Vector2d uv((i + 0.5) / kPerPixel - 0.5, (j + 0.5) / kPerPixel - 0.5), d = uv - wire.middle_px;
+      const Vector2d uv((i + 0.5) / kPerPixel - 0.5, (j + 0.5) / kPerPixel - 0.5),
+          d = uv - wire.middle_px;
       const double across = std::abs(d.x() * wire.along().y() - d.y() * wire.along().x());
-      if (across > 3 || std::abs(d.dot(wire.along())) > half || m.interpolated(uv.x(), uv.y()) < 0.5) continue;
+      if (across > 3 || std::abs(d.dot(wire.along())) > half ||
+          m.interpolated(uv.x(), uv.y()) < 0.5)
+        continue;
       level.width_px += 1.0 / (kPerPixel * kPerPixel) / (2 * half);
       level.farthest_px = std::max(level.farthest_px, across);
     }
@@ -90,18 +105,22 @@ double percentile(std::vector<double> values, double p) {
   return values[std::size_t(p * double(values.size() - 1))];
 }
 
-// At any angle; every fourth within 2 degrees of a diagonal or exactly on it, every eighth along rows or columns.
+// At any angle; every fourth within 2 degrees of a diagonal or exactly on it, every eighth along
+// rows or columns.
 std::vector<Wire> wires(double width_px, int count) {
   test::Random random(unsigned(width_px * 1000));
   std::vector<Wire> all;
   for (int i = 0; i < count; ++i) {
     all.push_back(random_wire(random, width_px));
-    if (i % 4 == 0) all.back().angle_rad = std::numbers::pi / 4 * (1 + i % 8 / 2) + (i % 3 == 0 ? 0 : test::uniform(random, -0.035, 0.035));
+    if (i % 4 == 0)
+      all.back().angle_rad = std::numbers::pi / 4 * (1 + i % 8 / 2) +
+                             (i % 3 == 0 ? 0 : test::uniform(random, -0.035, 0.035));
     if (i % 8 == 1) all.back().angle_rad = std::numbers::pi / 2 * (i % 16 / 8);
   }
   return all;
 }
-const double kWidths_px[] = {0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.5, 1.7, 2.0};
+const double kWidths_px[] = {0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8,
+                             0.9, 1.0,  1.1, 1.2, 1.3, 1.5, 1.7, 2.0};
 
 TEST(ThinCoverage, WiresAreKeptWithoutGaps) {
   int broken_before = 0;
@@ -110,7 +129,8 @@ TEST(ThinCoverage, WiresAreKeptWithoutGaps) {
       const CoverageMap map = wire.map();
       broken_before += !unbroken(map, wire);
       for (const ThinRule rule : {ThinRule::contained, ThinRule::as_wide})
-        EXPECT_TRUE(unbroken(keep_thin(map, {.rule = rule}), wire)) << width_px << " px, " << wire.angle_rad << " rad at " << wire.middle_px.transpose();
+        EXPECT_TRUE(unbroken(keep_thin(map, {.rule = rule}), wire))
+            << width_px << " px, " << wire.angle_rad << " rad at " << wire.middle_px.transpose();
     }
   EXPECT_GT(broken_before, 500);
 }
@@ -121,13 +141,16 @@ TEST(ThinCoverage, ContainedHoldsTheAxis) {
       const CoverageMap kept = keep_thin(wire.map());
       for (double t = -0.5 * kLength_px + kEnd_px; t <= 0.5 * kLength_px - kEnd_px; t += 0.05) {
         const Vector2d uv = wire.middle_px + t * wire.along();
-        EXPECT_GE(kept.interpolated(uv.x(), uv.y()), 0.5) << width_px << " px, " << wire.angle_rad << " rad at " << wire.middle_px.transpose() << ", " << t;
+        EXPECT_GE(kept.interpolated(uv.x(), uv.y()), 0.5)
+            << width_px << " px, " << wire.angle_rad << " rad at " << wire.middle_px.transpose()
+            << ", " << t;
       }
     }
 }
 
 TEST(ThinCoverage, WidthsAndPlacesOfWires) {
-  std::printf("%5s | %-17s | %-26s | %-26s\n", "wire", "no rule: width px", "contained: width, beyond", "as wide: width, beyond");
+  std::printf("%5s | %-17s | %-26s | %-26s\n", "wire", "no rule: width px",
+              "contained: width, beyond", "as wide: width, beyond");
   for (const double width_px : {0.2, 0.3, 0.5, 0.7, 0.9, 1.0, 1.2, 1.5, 2.0}) {
     std::vector<double> before, widths[2], beyond[2];
     for (const Wire& wire : wires(width_px, 48)) {
@@ -139,12 +162,18 @@ TEST(ThinCoverage, WidthsAndPlacesOfWires) {
         beyond[int(rule)].push_back(level.farthest_px - width_px / 2);
       }
     }
-    std::printf("%5.2f | %5.2f %5.2f %5.2f", width_px, percentile(before, 0.05), percentile(before, 0.5), percentile(before, 0.95));
-    for (int rule = 0; rule < 2; ++rule) std::printf(" | %5.2f %5.2f %5.2f, %5.2f %5.2f", percentile(widths[rule], 0.05), percentile(widths[rule], 0.5), percentile(widths[rule], 0.95), percentile(beyond[rule], 0.5), percentile(beyond[rule], 1));
+    std::printf("%5.2f | %5.2f %5.2f %5.2f", width_px, percentile(before, 0.05),
+                percentile(before, 0.5), percentile(before, 0.95));
+    for (int rule = 0; rule < 2; ++rule)
+      std::printf(" | %5.2f %5.2f %5.2f, %5.2f %5.2f", percentile(widths[rule], 0.05),
+                  percentile(widths[rule], 0.5), percentile(widths[rule], 0.95),
+                  percentile(beyond[rule], 0.5), percentile(beyond[rule], 1));
     std::printf("\n");
     // A join at a corner widens what is very thin; eight samples a pixel tell 1/16 px.
     EXPECT_NEAR(percentile(widths[1], 0.5), width_px, 0.11);
-    EXPECT_LE(percentile(beyond[1], 1), std::max(0.0, 1 - width_px) / 2 + 0.25);  // moved to the row, and joined at corners; 0.09 px is the interpolant's own error
+    EXPECT_LE(percentile(beyond[1], 1),
+              std::max(0.0, 1 - width_px) / 2 + 0.25);  // moved to the row, and joined at corners;
+                                                        // 0.09 px is the interpolant's own error
     EXPECT_GE(percentile(widths[0], 0.05), std::min(1.0, width_px) - 0.4);
     EXPECT_LE(percentile(beyond[0], 1), std::max(0.0, 1 - width_px) / 2 + 0.5);
   }
@@ -154,22 +183,28 @@ TEST(ThinCoverage, StripsAlongARowHaveTheirOwnWidthOrHoldItsBorders) {
   for (int c = 40; c < 255; ++c) {  // within the row
     CoverageMap map(9, 9);
     for (int u = 0; u < 9; ++u) map.set(u, 4, std::uint8_t(c));
-    const double w = c / 255.0, half = 0.5 * w, quantum = 1.0 / 255;  // of coverage: moves a border by at most as much in pixels
-    const CoverageMap as_wide = keep_thin(map, {.rule = ThinRule::as_wide}), contained = keep_thin(map);
+    const double w = c / 255.0, half = 0.5 * w,
+                 quantum = 1.0 / 255;  // of coverage: moves a border by at most as much in pixels
+    const CoverageMap as_wide = keep_thin(map, {.rule = ThinRule::as_wide}),
+                      contained = keep_thin(map);
     for (const double side : {-1.0, 1.0}) {
       EXPECT_GE(as_wide.interpolated(4, 4 + side * (half - 1e-9)), 0.5);
       EXPECT_LT(as_wide.interpolated(4, 4 + side * (half + 3 * quantum)), 0.5);
       EXPECT_GE(contained.interpolated(4, 4 + side * 0.4999), 0.5);
     }
   }
-  for (int above = 1; above < 127; above += 7)  // across the border of two rows: [1/2 - above, 1/2 + below] of it
+  for (int above = 1; above < 127;
+       above += 7)  // across the border of two rows: [1/2 - above, 1/2 + below] of it
     for (int below = above; below < 127; below += 7) {
       if (above + below < 45) continue;
       CoverageMap map(9, 9);
-      for (int u = 0; u < 9; ++u) map.set(u, 3, std::uint8_t(above)), map.set(u, 4, std::uint8_t(below));
+      for (int u = 0; u < 9; ++u)
+        map.set(u, 3, std::uint8_t(above)), map.set(u, 4, std::uint8_t(below));
       const CoverageMap contained = keep_thin(map);
-      EXPECT_GE(contained.interpolated(4, 3.5 - above / 255.0 + 1e-9), 0.5) << above << ' ' << below;
-      EXPECT_GE(contained.interpolated(4, 3.5 + below / 255.0 - 1e-9), 0.5) << above << ' ' << below;
+      EXPECT_GE(contained.interpolated(4, 3.5 - above / 255.0 + 1e-9), 0.5)
+          << above << ' ' << below;
+      EXPECT_GE(contained.interpolated(4, 3.5 + below / 255.0 - 1e-9), 0.5)
+          << above << ' ' << below;
     }
 }
 
@@ -187,7 +222,8 @@ TEST(ThinCoverage, DotsAreKeptAndNoiseIsNot) {
   std::normal_distribution<double> noise(0, 0.02 * 255);
   CoverageMap noisy(300, 300);
   for (int v = 0; v < 300; ++v)
-    for (int u = 0; u < 300; ++u) noisy.set(u, v, std::uint8_t(std::clamp(noise(random), 0.0, 255.0)));
+    for (int u = 0; u < 300; ++u)
+      noisy.set(u, v, std::uint8_t(std::clamp(noise(random), 0.0, 255.0)));
   const CoverageMap kept = keep_thin(noisy);
   int wrong = 0;
   for (const std::uint8_t c : kept.bytes()) wrong += c >= 128;
@@ -205,10 +241,13 @@ TEST(ThinCoverage, GapsBinaryMapsAndWholeThingsStay) {
     }
   const CoverageMap binary = CoverageMap::from_pixels(test::random_pixels(random, 90, 67, 0.3));
   const geometry::Camera camera{{64, 64, 1000, 1000, 32, 32}, Eigen::Isometry3d::Identity()};
-  const Capsule ball{{0, 0, 1}, {0, 0, 1}, 0.0123}, bar{{-0.02, -0.013, 1}, {0.02, 0.011, 1}, 0.002};
+  const Capsule ball{{0, 0, 1}, {0, 0, 1}, 0.0123},
+      bar{{-0.02, -0.013, 1}, {0.02, 0.011, 1}, 0.002};
   const std::vector<Capsule> both{ball, bar};
   for (const ThinRule rule : {ThinRule::contained, ThinRule::as_wide})
-    for (const CoverageMap& map : {gap, diagonal, binary, true_coverage(both, camera), CoverageMap(), CoverageMap(1, 1)}) EXPECT_EQ(keep_thin(map, {.rule = rule}), map);
+    for (const CoverageMap& map :
+         {gap, diagonal, binary, true_coverage(both, camera), CoverageMap(), CoverageMap(1, 1)})
+      EXPECT_EQ(keep_thin(map, {.rule = rule}), map);
 }
 
 // A wire in space, of some pixels' width in all images.
@@ -219,22 +258,30 @@ struct WireRig {
 WireRig wire_rig(test::Random& random, int cameras, double width_px, ThinRule rule) {
   WireRig rig{test::random_in_ball(random, 0.05), 0.15 * test::random_direction(random), {}};
   for (int i = 0; i < cameras; ++i) {
-    const geometry::Camera camera{geometry::pinhole_from_fov(160, 160, 0.5), geometry::look_at(1.5 * test::random_direction(random), test::random_in_ball(random, 0.02), test::random_direction(random))};
-    const Capsule wire{rig.middle - rig.half, rig.middle + rig.half, 0.5 * width_px * 1.5 / camera.pinhole.fx_px};
-    rig.silhouettes.push_back({camera, keep_thin(true_coverage({&wire, 1}, camera), {.rule = rule})});
+    const geometry::Camera camera{
+        geometry::pinhole_from_fov(160, 160, 0.5),
+        geometry::look_at(1.5 * test::random_direction(random), test::random_in_ball(random, 0.02),
+                          test::random_direction(random))};
+    const Capsule wire{rig.middle - rig.half, rig.middle + rig.half,
+                       0.5 * width_px * 1.5 / camera.pinhole.fx_px};
+    rig.silhouettes.push_back(
+        {camera, keep_thin(true_coverage({&wire, 1}, camera), {.rule = rule})});
   }
   return rig;
 }
 // More than kEnd_px from the wire's ends in every image.
 bool well_within(const WireRig& rig, const Vector3d& p_world_m) {
-  return std::all_of(rig.silhouettes.begin(), rig.silhouettes.end(), [&](const CoverageSilhouette& s) {
-    const auto uv = [&](const Vector3d& p) { return *geometry::project(s.camera, p); };
-    return (uv(p_world_m) - uv(rig.middle + rig.half)).norm() > kEnd_px && (uv(p_world_m) - uv(rig.middle - rig.half)).norm() > kEnd_px;
-  });
+  return std::all_of(
+      rig.silhouettes.begin(), rig.silhouettes.end(), [&](const CoverageSilhouette& s) {
+        const auto uv = [&](const Vector3d& p) { return *geometry::project(s.camera, p); };
+        return (uv(p_world_m) - uv(rig.middle + rig.half)).norm() > kEnd_px &&
+               (uv(p_world_m) - uv(rig.middle - rig.half)).norm() > kEnd_px;
+      });
 }
 
 TEST(ThinCoverage, HullOfAWireIsConnectedAlongIt) {  // it holds the axis
-  std::printf("share of a wire's axis in the hull\n%7s %5s %9s %7s\n", "cameras", "px", "contained", "as wide");
+  std::printf("share of a wire's axis in the hull\n%7s %5s %9s %7s\n", "cameras", "px", "contained",
+              "as wide");
   for (const int cameras : {2, 3, 4, 6})
     for (const double width_px : {0.2, 0.3, 0.4, 0.7, 1.0, 1.5, 2.0}) {
       double in[2] = {}, all = 0;

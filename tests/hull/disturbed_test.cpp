@@ -1,13 +1,14 @@
-// What live systems meet: calibrations that are off, frames that are late, shadows, lost cameras. The hull must change as its
-// definition says, no more; and backend cpu must not show on what it runs.
+// What live systems meet: calibrations that are off, frames that are late, shadows, lost cameras.
+// The hull must change as its definition says, no more; and backend cpu must not show on what it
+// runs.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
 #include <algorithm>
 
 #include "common/hull/carving_diagnosis.h"
-#include "common/hull/query/hull_query.h"
 #include "common/hull/oracle/reference.h"
+#include "common/hull/query/hull_query.h"
 #include "tests/support/hull_scenes.h"
 
 namespace fivepipe::hull {
@@ -21,14 +22,28 @@ constexpr float kTie_m = 1e-6f;  // of borders that coincide
 // Four cameras about an upright figure; a view from between two of them.
 struct Disturbed : ::testing::Test {
   std::vector<geometry::Camera> cameras;
-  View view{{geometry::pinhole_from_fov(96, 72, 0.5), geometry::look_at({1.3, 0.9, 0.5}, {0, 0, 0.1})}, 0.1, 4};
+  View view{
+      {geometry::pinhole_from_fov(96, 72, 0.5), geometry::look_at({1.3, 0.9, 0.5}, {0, 0, 0.1})},
+      0.1,
+      4};
   base::WorkerPool pool{2};
   Disturbed() {
-    for (int i = 0; i < 4; ++i) cameras.push_back({geometry::pinhole_from_fov(180, 140, 0.7), geometry::look_at({1.5 * std::cos(1.6 * i), 1.5 * std::sin(1.6 * i), 0.6 + 0.1 * i}, {0, 0, 0.1})});
+    for (int i = 0; i < 4; ++i)
+      cameras.push_back(
+          {geometry::pinhole_from_fov(180, 140, 0.7),
+           geometry::look_at({1.5 * std::cos(1.6 * i), 1.5 * std::sin(1.6 * i), 0.6 + 0.1 * i},
+                             {0, 0, 0.1})});
   }
-  static std::vector<Capsule> figure(const Vector3d& at = Vector3d::Zero()) { return {{at, at + Vector3d(0, 0, 0.2), 0.05}, {at + Vector3d(0, 0, 0.12), at + Vector3d(0.1, 0.05, 0.18), 0.02}}; }
-  std::vector<Silhouette> seen(const std::vector<Capsule>& object) const { return test::silhouettes_of(object, cameras); }
-  std::vector<float> depth(std::span<const Silhouette> silhouettes) { return CpuHull(pool, silhouettes).depth(view, test::whole_image(view.camera)).depth_m; }
+  static std::vector<Capsule> figure(const Vector3d& at = Vector3d::Zero()) {
+    return {{at, at + Vector3d(0, 0, 0.2), 0.05},
+            {at + Vector3d(0, 0, 0.12), at + Vector3d(0.1, 0.05, 0.18), 0.02}};
+  }
+  std::vector<Silhouette> seen(const std::vector<Capsule>& object) const {
+    return test::silhouettes_of(object, cameras);
+  }
+  std::vector<float> depth(std::span<const Silhouette> silhouettes) {
+    return CpuHull(pool, silhouettes).depth(view, test::whole_image(view.camera)).depth_m;
+  }
 };
 
 int hits(const std::vector<float>& depth) {
@@ -37,7 +52,9 @@ int hits(const std::vector<float>& depth) {
 
 // Whatever the inner hull's ray meets, the outer's meets no later.
 void expect_within(const std::vector<float>& inner, const std::vector<float>& outer) {
-  for (std::size_t i = 0; i < inner.size(); ++i) EXPECT_TRUE(inner[i] == kNoHull || (outer[i] != kNoHull && outer[i] <= inner[i] + kTie_m)) << "ray " << i;
+  for (std::size_t i = 0; i < inner.size(); ++i)
+    EXPECT_TRUE(inner[i] == kNoHull || (outer[i] != kNoHull && outer[i] <= inner[i] + kTie_m))
+        << "ray " << i;
 }
 
 // Object pixels and all their neighbours; or those whose neighbours all are.
@@ -53,11 +70,13 @@ ObjectPixels grown(const ObjectPixels& pixels, bool shrink) {
   return out;
 }
 
-TEST_F(Disturbed, CameraMovedByOnePixelOfCalibrationError) {  // no more than maps grown and shrunk by a pixel
+TEST_F(Disturbed,
+       CameraMovedByOnePixelOfCalibrationError) {  // no more than maps grown and shrunk by a pixel
   auto right = seen(figure()), wrong = right, wide = right, narrow = right;
   wrong[0].camera.pinhole.cx_px += 1;
   wrong[2].camera.pinhole.cy_px -= 1;
-  for (const int i : {0, 2}) wide[i].pixels = grown(right[i].pixels, false), narrow[i].pixels = grown(right[i].pixels, true);
+  for (const int i : {0, 2})
+    wide[i].pixels = grown(right[i].pixels, false), narrow[i].pixels = grown(right[i].pixels, true);
   const auto off = depth(wrong);
   EXPECT_NE(off, depth(right));
   EXPECT_GT(hits(off), 200);
@@ -75,23 +94,28 @@ TEST_F(Disturbed, OneFrameLate) {  // the hull is what the late map leaves of th
   expect_within(late, others);
 }
 
-TEST_F(Disturbed, OneCameraFrozen) {  // nothing while the figure is elsewhere, which the blame says; all again when it is back
+TEST_F(Disturbed, OneCameraFrozen) {  // nothing while the figure is elsewhere, which the blame
+                                      // says; all again when it is back
   const auto frozen = seen(figure())[0];
   const auto at_start = depth(seen(figure()));
   auto away = seen(figure({0.25, -0.2, 0}));
   EXPECT_GT(hits(depth(away)), 100);
   away[0] = frozen;
   EXPECT_EQ(hits(depth(away)), 0);
-  const auto blame = blame_volume(away, {Vector3d(-0.1, -0.4, -0.1), Vector3d(0.5, 0.2, 0.4)}, pool, {}, {20000, 1});
+  const auto blame = blame_volume(away, {Vector3d(-0.1, -0.4, -0.1), Vector3d(0.5, 0.2, 0.4)}, pool,
+                                  {}, {20000, 1});
   EXPECT_EQ(blame.hull.volume_m3, 0);
   EXPECT_GT(blame.cameras[0].removed_alone.volume_m3, 1e-3);
-  for (int i = 1; i < 4; ++i) EXPECT_LT(2 * blame.cameras[std::size_t(i)].removed_alone.volume_m3, blame.cameras[0].removed_alone.volume_m3);
+  for (int i = 1; i < 4; ++i)
+    EXPECT_LT(2 * blame.cameras[std::size_t(i)].removed_alone.volume_m3,
+              blame.cameras[0].removed_alone.volume_m3);
   auto back = seen(figure());
   back[0] = frozen;
   EXPECT_EQ(depth(back), at_start);
 }
 
-TEST_F(Disturbed, ShadowTakenForAnObject) {  // adds at most what the others leave, and removes nothing
+TEST_F(Disturbed,
+       ShadowTakenForAnObject) {  // adds at most what the others leave, and removes nothing
   const auto clean = seen(figure());
   auto shadowed = clean;
   const auto shadow = test::silhouettes_of({{{0, 0, -0.05}, {-0.2, 0.15, -0.05}, 0.04}}, cameras);
@@ -111,39 +135,51 @@ TEST_F(Disturbed, CameraLostAndBack) {
     hull.assign(silhouettes);
     return hull.depth(view, test::whole_image(view.camera)).depth_m;
   };
-  const auto before = depth_now(all), without = depth_now(std::span(all).first(3)), after = depth_now(all);
+  const auto before = depth_now(all), without = depth_now(std::span(all).first(3)),
+             after = depth_now(all);
   EXPECT_EQ(before, after);
   EXPECT_GT(hits(without), hits(before));
   expect_within(before, without);
 }
 
-// --- where float is least sure ----------------------------------------------------------------------------------
+// --- where float is least sure
+// ----------------------------------------------------------------------------------
 
-void expect_reference(const std::vector<Silhouette>& silhouettes, const View& view, int step, int least_hits) {
+void expect_reference(const std::vector<Silhouette>& silhouettes, const View& view, int step,
+                      int least_hits) {
   const auto depth = test::cpu_depth(silhouettes, view, test::whole_image(view.camera)).depth_m;
   int hit = 0;
   for (int i = 0; i < int(depth.size()); i += step) {
-    const auto pieces = reference_intervals(silhouettes, geometry::ray_through(view.camera, Eigen::Vector2d(i % view.camera.pinhole.width_px, i / view.camera.pinhole.width_px)), view.near_m, view.far_m);
+    const auto pieces = reference_intervals(
+        silhouettes,
+        geometry::ray_through(view.camera, Eigen::Vector2d(i % view.camera.pinhole.width_px,
+                                                           i / view.camera.pinhole.width_px)),
+        view.near_m, view.far_m);
     const float d = depth[std::size_t(i)];
     bool agrees = pieces.empty() && d == kNoHull;
     for (const Interval& piece : pieces) {
       if (d != kNoHull && std::abs(d - piece.enter) <= std::max(kTie_m, 2e-6f * d)) agrees = true;
       if (piece.leave - piece.enter > 1e-9) break;  // a tie's piece may be found or not
     }
-    EXPECT_TRUE(agrees) << "ray " << i << ": " << d << ", reference " << (pieces.empty() ? 0 : pieces.front().enter);
+    EXPECT_TRUE(agrees) << "ray " << i << ": " << d << ", reference "
+                        << (pieces.empty() ? 0 : pieces.front().enter);
     hit += d != kNoHull;
   }
   EXPECT_GE(hit, least_hits);
 }
 
-TEST(LanesAtTheirLimits, EyeAtOrNextToACamerasCentre) {  // images that stand still, or move a little any way
+TEST(LanesAtTheirLimits,
+     EyeAtOrNextToACamerasCentre) {  // images that stand still, or move a little any way
   for (int seed = 1; seed <= 6; ++seed)
     for (const double off_m : {0.0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2}) {
       SCOPED_TRACE(seed);
       SCOPED_TRACE(off_m);
       test::Random random(seed);
-      const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3));
-      View view{{geometry::pinhole_from_fov(48, 36, 0.6), silhouettes[0].camera.camera_from_world}, 0.05, 5};
+      const auto silhouettes =
+          test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3));
+      View view{{geometry::pinhole_from_fov(48, 36, 0.6), silhouettes[0].camera.camera_from_world},
+                0.05,
+                5};
       view.camera.camera_from_world.translation() += off_m * test::random_direction(random);
       expect_reference(silhouettes, view, 3, 10);
       for (const int axis : {0, 1}) {  // along one axis only: that way is sure, the other is not
@@ -154,7 +190,8 @@ TEST(LanesAtTheirLimits, EyeAtOrNextToACamerasCentre) {  // images that stand st
     }
 }
 
-// Every ray of many views of noise, where every border is near another: without its margins float decides some of them otherwise.
+// Every ray of many views of noise, where every border is near another: without its margins float
+// decides some of them otherwise.
 TEST(LanesAtTheirLimits, DecideAsDoubleDoesOnNoise) {
   base::WorkerPool pool(2);
   int rays = 0, hit = 0;
@@ -162,13 +199,16 @@ TEST(LanesAtTheirLimits, DecideAsDoubleDoesOnNoise) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
     std::vector<Silhouette> silhouettes;
-    for (const geometry::Camera& camera : test::random_cameras(random, 2 + seed % 3, 700, 500)) silhouettes.push_back({camera, test::random_pixels(random, 700, 500, seed % 2 ? 0.3 : 0.02)});
+    for (const geometry::Camera& camera : test::random_cameras(random, 2 + seed % 3, 700, 500))
+      silhouettes.push_back({camera, test::random_pixels(random, 700, 500, seed % 2 ? 0.3 : 0.02)});
     const View view{test::random_camera(random, 160, 120, 0.9), 0.05, 4};
     CpuHull hull(pool, silhouettes);
     const auto depth = hull.depth(view, test::whole_image(view.camera)).depth_m;
     const HullQuery query(hull);
     for (int i = 0; i < int(depth.size()); ++i) {
-      const auto entry = query.first_entry(geometry::ray_through(view.camera, Eigen::Vector2d(i % 160, i / 160)), view.near_m, view.far_m);
+      const auto entry =
+          query.first_entry(geometry::ray_through(view.camera, Eigen::Vector2d(i % 160, i / 160)),
+                            view.near_m, view.far_m);
       const double d = depth[std::size_t(i)];
       ++rays;
       hit += entry.has_value();
@@ -187,24 +227,37 @@ TEST(LanesAtTheirLimits, CameraRightBeforeTheEyeSeesDepthsFarApart) {
     test::Random random(seed);
     const Eigen::Isometry3d eye = geometry::look_at({0, -1.2, 0.1}, {0, 0, 0});
     std::vector<geometry::Camera> cameras = test::random_cameras(random, 2);
-    cameras.push_back({geometry::pinhole_from_fov(120, 90, 1.2), geometry::look_at({0.03 * test::uniform(random, -1, 1), -1.1, 0.1}, {0, 0, 0})});  // coarse, 10 cm before the eye
-    expect_reference(test::silhouettes_of(test::random_object(random, 3), cameras), {{geometry::pinhole_from_fov(160, 120, 0.4), eye}, 0.12, 6}, 7, 20);
+    cameras.push_back({geometry::pinhole_from_fov(120, 90, 1.2),
+                       geometry::look_at({0.03 * test::uniform(random, -1, 1), -1.1, 0.1},
+                                         {0, 0, 0})});  // coarse, 10 cm before the eye
+    expect_reference(test::silhouettes_of(test::random_object(random, 3), cameras),
+                     {{geometry::pinhole_from_fov(160, 120, 0.4), eye}, 0.12, 6}, 7, 20);
   }
 }
 
-TEST(LanesAtTheirLimits, MapOfMoreBytesThanFloatCounts) {  // 25 million: objects in opposite corners, so that all of it is in use
+TEST(LanesAtTheirLimits, MapOfMoreBytesThanFloatCounts) {  // 25 million: objects in opposite
+                                                           // corners, so that all of it is in use
   const int size = 5000;
   std::vector<Silhouette> silhouettes;
   for (const Vector3d& at : {Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {
-    silhouettes.push_back({{geometry::pinhole_from_fov(size, size, 0.5), geometry::look_at(at, {0, 0, 0})}, ObjectPixels(size, size)});
+    silhouettes.push_back(
+        {{geometry::pinhole_from_fov(size, size, 0.5), geometry::look_at(at, {0, 0, 0})},
+         ObjectPixels(size, size)});
     for (int v = 0; v < size; ++v)
       for (int u = 0; u < size; u += 1 + (v % 3 != 0))
-        if ((u + v) % 1400 < 200 || (u < 9 && v < 9) || (u > size - 9 && v > size - 9)) silhouettes.back().pixels.set(u, v);
+        if ((u + v) % 1400 < 200 || (u < 9 && v < 9) || (u > size - 9 && v > size - 9))
+          silhouettes.back().pixels.set(u, v);
   }
-  expect_reference(silhouettes, {{geometry::pinhole_from_fov(40, 30, 0.3), geometry::look_at({1.2, 1.5, 0.3}, {0, 0, 0})}, 0.05, 5}, 23, 5);
+  expect_reference(
+      silhouettes,
+      {{geometry::pinhole_from_fov(40, 30, 0.3), geometry::look_at({1.2, 1.5, 0.3}, {0, 0, 0})},
+       0.05,
+       5},
+      23, 5);
 }
 
-// --- what it runs on -------------------------------------------------------------------------------------------
+// --- what it runs on
+// -------------------------------------------------------------------------------------------
 
 TEST_F(Disturbed, ThreadsNeverShowInTheBits) {
   const auto set = seen(figure());
@@ -212,7 +265,8 @@ TEST_F(Disturbed, ThreadsNeverShowInTheBits) {
     std::vector<float> first;
     for (const int threads : {1, 2, 3, 8}) {
       base::WorkerPool some(threads);
-      const auto depth_m = CpuHull(some, set, rule).depth(view, test::whole_image(view.camera)).depth_m;
+      const auto depth_m =
+          CpuHull(some, set, rule).depth(view, test::whole_image(view.camera)).depth_m;
       if (first.empty()) first = depth_m;
       EXPECT_EQ(depth_m, first);
     }
@@ -252,13 +306,17 @@ TEST(LimitsSeen, DepthEqualsTheReference) {
   for (int seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3, 0.35), test::random_cameras(random, 2 + seed % 4, 60, 45));
+    const auto silhouettes = test::silhouettes_of(
+        test::random_object(random, 3, 0.35), test::random_cameras(random, 2 + seed % 4, 60, 45));
     const HullRule rule{Limits::seen, 1 + seed % 3};
     const View view{test::random_camera(random, 32, 24, 1.0), 0.05, 4.0};
     base::WorkerPool pool(2);
-    const auto depth = CpuHull(pool, silhouettes, rule).depth(view, test::whole_image(view.camera)).depth_m;
+    const auto depth =
+        CpuHull(pool, silhouettes, rule).depth(view, test::whole_image(view.camera)).depth_m;
     for (int i = 0; i < 32 * 24; i += 3) {
-      const auto pieces = reference_intervals(silhouettes, geometry::ray_through(view.camera, Eigen::Vector2d(i % 32, i / 32)), view.near_m, view.far_m, rule);
+      const auto pieces = reference_intervals(
+          silhouettes, geometry::ray_through(view.camera, Eigen::Vector2d(i % 32, i / 32)),
+          view.near_m, view.far_m, rule);
       ASSERT_EQ(depth[std::size_t(i)] == kNoHull, pieces.empty()) << "ray " << i;
       if (pieces.empty()) continue;
       EXPECT_NEAR(depth[std::size_t(i)], pieces.front().enter, 2e-6 * pieces.front().enter);

@@ -10,7 +10,8 @@ namespace fivepipe::hull {
 namespace {
 
 struct Pbm : ::testing::Test {
-  std::filesystem::path file = std::filesystem::temp_directory_path() / ("fivepipe_pbm_" + std::to_string(getpid()) + ".pbm");
+  std::filesystem::path file = std::filesystem::temp_directory_path() /
+                               ("fivepipe_pbm_" + std::to_string(getpid()) + ".pbm");
   ~Pbm() override { std::filesystem::remove(file); }
   std::string why_not(int width, int height) const {
     try {

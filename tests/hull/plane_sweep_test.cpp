@@ -1,12 +1,13 @@
-// The paper's plane sweep against the reference: its depth is the first plane that lies in the hull.
+// The paper's plane sweep against the reference: its depth is the first plane that lies in the
+// hull.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "common/gl/context.h"
-#include "common/hull/paper/plane_sweep.h"
 #include "common/hull/oracle/reference.h"
+#include "common/hull/paper/plane_sweep.h"
 #include "tests/support/hull_scenes.h"
 
 namespace fivepipe::hull {
@@ -14,14 +15,16 @@ namespace {
 
 using namespace test;
 
-// Texture coordinates are interpolated in float: 2^-24 of 1000 px, some ten operations. Nearer to a border either side may win.
+// Texture coordinates are interpolated in float: 2^-24 of 1000 px, some ten operations. Nearer to a
+// border either side may win.
 constexpr double kFloatRounding_px = 0.005;
 
 struct Sweep : ::testing::Test {
   gl::GlContext context;
 };
 
-// Whether the point is in the hull with its pixels moved by at most kFloatRounding_px: certainly, perhaps.
+// Whether the point is in the hull with its pixels moved by at most kFloatRounding_px: certainly,
+// perhaps.
 struct Membership {
   bool certainly = true, perhaps = true;
 };
@@ -49,23 +52,30 @@ TEST_F(Sweep, DepthIsThatOfTheFirstPlaneInTheHull) {
   for (int seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 1 + seed % 5));
+    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
+                                                  test::random_cameras(random, 1 + seed % 5));
     const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
     const SweepRange range{0.2, 1.6};
     sweep.set_silhouettes(silhouettes);
     const DepthTile tile = sweep.depth(view, range, test::whole_image(view.camera));
     for (int i = 0; i < 64 * 48; ++i) {
       const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(i % 64, i / 64));
-      const double index = (tile.depth_m[i] - range.near_m) / (range.far_m - range.near_m) * kPlanes;
+      const double index =
+          (tile.depth_m[i] - range.near_m) / (range.far_m - range.near_m) * kPlanes;
       const int kept = tile.depth_m[i] == kNoHull ? kPlanes : int(std::lround(index));
       if (kept < kPlanes) {
         ++hits;
         ASSERT_NEAR(index, kept, 1e-4) << "not the depth of a plane";
-        EXPECT_TRUE(membership(silhouettes, ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world).perhaps) << i;
+        EXPECT_TRUE(membership(silhouettes,
+                               ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world)
+                        .perhaps)
+            << i;
       }
       for (int k = 0; k < kept; ++k) {
         const double t = range.near_m + k * (range.far_m - range.near_m) / kPlanes;
-        EXPECT_FALSE(membership(silhouettes, ray.origin_world_m + t * ray.direction_world).certainly) << "ray " << i << " passed plane " << k;
+        EXPECT_FALSE(
+            membership(silhouettes, ray.origin_world_m + t * ray.direction_world).certainly)
+            << "ray " << i << " passed plane " << k;
       }
     }
   }
@@ -81,15 +91,19 @@ TEST_F(Sweep, WithinOnePlaneSpacingOfTheReferenceWhereTheHullIsThicker) {
   int wrong_hits = 0, wrong_misses = 0;
   for (int seed = 1; seed <= 5; ++seed) {
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3, 0.15), test::random_cameras(random, 4));
+    const auto silhouettes =
+        test::silhouettes_of(test::random_object(random, 3, 0.15), test::random_cameras(random, 4));
     const View view{test::random_camera(random, 96, 72, 0.8), range.near_m, range.far_m};
     sweep.set_silhouettes(silhouettes);
     const DepthTile tile = sweep.depth(view, range, test::whole_image(view.camera));
     for (int i = 0; i < 96 * 72; i += 3) {
-      const auto pieces = reference_intervals(silhouettes, geometry::ray_through(view.camera, Eigen::Vector2d(i % 96, i / 96)), range.near_m, range.far_m);
+      const auto pieces = reference_intervals(
+          silhouettes, geometry::ray_through(view.camera, Eigen::Vector2d(i % 96, i / 96)),
+          range.near_m, range.far_m);
       const bool hit = tile.depth_m[i] != kNoHull;
       wrong_hits += hit && pieces.empty();
-      if (pieces.empty() || pieces[0].leave - pieces[0].enter < spacing_m) continue;  // may pass between planes
+      if (pieces.empty() || pieces[0].leave - pieces[0].enter < spacing_m)
+        continue;  // may pass between planes
       wrong_misses += !hit;
       if (hit) errors_m.push_back(tile.depth_m[i] - pieces[0].enter);
     }
@@ -98,11 +112,11 @@ TEST_F(Sweep, WithinOnePlaneSpacingOfTheReferenceWhereTheHullIsThicker) {
   std::sort(errors_m.begin(), errors_m.end());
   EXPECT_LE(errors_m[errors_m.size() * 99 / 100], spacing_m);
   EXPECT_GE(errors_m[errors_m.size() / 100], -1e-6);  // never before the hull
-  EXPECT_LE(wrong_hits + wrong_misses, 3);             // ties of float rounding on pixel borders
+  EXPECT_LE(wrong_hits + wrong_misses, 3);            // ties of float rounding on pixel borders
 }
 
-// The view is the map's own camera: each ray is one map pixel, sampled at its centre. Half a pixel of shift in either
-// conversion to GL, or an image upside down, and neighbours are hit.
+// The view is the map's own camera: each ray is one map pixel, sampled at its centre. Half a pixel
+// of shift in either conversion to GL, or an image upside down, and neighbours are hit.
 TEST_F(Sweep, PixelCentresMeetWhereViewAndMapAreOneCamera) {
   test::Random random(2);
   PlaneSweep sweep(75, 52, 4);
@@ -112,35 +126,54 @@ TEST_F(Sweep, PixelCentresMeetWhereViewAndMapAreOneCamera) {
   sweep.set_silhouettes(silhouettes);
   const DepthTile tile = sweep.depth({camera, 0.5, 2.0}, {0.5, 2.0}, test::whole_image(camera));
   for (int v = 0; v < 52; ++v)
-    for (int u = 0; u < 75; ++u) ASSERT_EQ(tile.depth_m[v * 75 + u], silhouettes[0].pixels.contains(u, v) ? 0.5f : kNoHull) << u << ", " << v;
+    for (int u = 0; u < 75; ++u)
+      ASSERT_EQ(tile.depth_m[v * 75 + u], silhouettes[0].pixels.contains(u, v) ? 0.5f : kNoHull)
+          << u << ", " << v;
 }
 
-TEST_F(Sweep, NothingBehindACamera) {  // the texture's mirror image behind its centre is not painted
+TEST_F(Sweep,
+       NothingBehindACamera) {  // the texture's mirror image behind its centre is not painted
   PlaneSweep sweep(40, 30, 16);
   ObjectPixels all(20, 20);
   for (int i = 0; i < 400; ++i) all.set(i % 20, i / 20);
-  const std::vector<Silhouette> silhouettes{{{geometry::pinhole_from_fov(20, 20, 1.0), geometry::look_at({0, 0, 0}, {1, 0, 0})}, all}};
+  const std::vector<Silhouette> silhouettes{
+      {{geometry::pinhole_from_fov(20, 20, 1.0), geometry::look_at({0, 0, 0}, {1, 0, 0})}, all}};
   sweep.set_silhouettes(silhouettes);
-  const View before{{geometry::pinhole_from_fov(40, 30, 1.0), geometry::look_at({1, -2, 0}, {1, 0, 0})}, 0.1, 4}, behind{{geometry::pinhole_from_fov(40, 30, 0.4), geometry::look_at({-1, -2, 0}, {-1, 0, 0})}, 0.1, 4};
-  const DepthTile seen = sweep.depth(before, {0.1, 4}, test::whole_image(before.camera)), unseen = sweep.depth(behind, {0.1, 4}, test::whole_image(behind.camera));
-  EXPECT_GT(std::count_if(seen.depth_m.begin(), seen.depth_m.end(), [](float d) { return d != kNoHull; }), 300);
+  const View before{
+      {geometry::pinhole_from_fov(40, 30, 1.0), geometry::look_at({1, -2, 0}, {1, 0, 0})}, 0.1, 4},
+      behind{{geometry::pinhole_from_fov(40, 30, 0.4), geometry::look_at({-1, -2, 0}, {-1, 0, 0})},
+             0.1,
+             4};
+  const DepthTile seen = sweep.depth(before, {0.1, 4}, test::whole_image(before.camera)),
+                  unseen = sweep.depth(behind, {0.1, 4}, test::whole_image(behind.camera));
+  EXPECT_GT(
+      std::count_if(seen.depth_m.begin(), seen.depth_m.end(), [](float d) { return d != kNoHull; }),
+      300);
   for (const float d : unseen.depth_m) EXPECT_EQ(d, kNoHull);
 }
 
-TEST_F(Sweep, NothingBehindACameraThatStandsInThePlane) {  // which cuts its field of view and the mirror image of that
+TEST_F(Sweep, NothingBehindACameraThatStandsInThePlane) {  // which cuts its field of view and the
+                                                           // mirror image of that
   PlaneSweep sweep(80, 60, 3);
   ObjectPixels all(20, 20);
   for (int i = 0; i < 400; ++i) all.set(i % 20, i / 20);
-  const std::vector<Silhouette> silhouettes{{{geometry::pinhole_from_fov(20, 20, 2.4), geometry::look_at({0, 0, 0}, {1, 0, 1})}, all}};
+  const std::vector<Silhouette> silhouettes{
+      {{geometry::pinhole_from_fov(20, 20, 2.4), geometry::look_at({0, 0, 0}, {1, 0, 1})}, all}};
   sweep.set_silhouettes(silhouettes);
-  const View view{{geometry::pinhole_from_fov(80, 60, 1.0), geometry::look_at({0, -1, 0}, {0, 0, 0})}, 0.9, 1.2};
+  const View view{
+      {geometry::pinhole_from_fov(80, 60, 1.0), geometry::look_at({0, -1, 0}, {0, 0, 0})},
+      0.9,
+      1.2};
   const DepthTile tile = sweep.depth(view, {0.9, 1.2}, test::whole_image(view.camera));
   int hits = 0;
   for (int i = 0; i < 80 * 60; ++i) {
     if (tile.depth_m[i] == kNoHull) continue;
     ++hits;
     const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(i % 80, i / 80));
-    EXPECT_TRUE(membership(silhouettes, ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world).perhaps) << i;
+    EXPECT_TRUE(
+        membership(silhouettes, ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world)
+            .perhaps)
+        << i;
   }
   EXPECT_GT(hits, 500);
 }
@@ -148,28 +181,34 @@ TEST_F(Sweep, NothingBehindACameraThatStandsInThePlane) {  // which cuts its fie
 TEST_F(Sweep, RectanglesTogetherGiveTheWholeViewBitForBit) {
   test::Random random(5);
   PlaneSweep sweep(97, 61, 50);
-  const auto silhouettes = test::silhouettes_of(test::random_object(random, 4), test::random_cameras(random, 3));
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 4), test::random_cameras(random, 3));
   sweep.set_silhouettes(silhouettes);
   for (int seed = 1; seed <= 5; ++seed) {
     const View view{test::random_camera(random, 97, 61, 0.7), 0.05, 5.0};
     const SweepRange range{0.2, 1.5};
     const DepthTile whole = sweep.depth(view, range, test::whole_image(view.camera));
     const int u = int(test::uniform(random, 1, 96)), v = int(test::uniform(random, 1, 60));
-    const std::vector<PixelRect> quarters{{0, 0, u, v}, {u, 0, 97, v}, {0, v, u, 61}, {u, v, 97, 61}};
+    const std::vector<PixelRect> quarters{
+        {0, 0, u, v}, {u, 0, 97, v}, {0, v, u, 61}, {u, v, 97, 61}};
     auto tiles = sweep.depth(view, range, quarters);
-    for (const auto& two : {std::vector{quarters[0], quarters[3]}, std::vector{quarters[1]}})  // not all of the view
+    for (const auto& two :
+         {std::vector{quarters[0], quarters[3]}, std::vector{quarters[1]}})  // not all of the view
       for (const DepthTile& tile : sweep.depth(view, range, two)) tiles.push_back(tile);
     for (const DepthTile& tile : tiles)
       for (int y = tile.rect.v0_px; y < tile.rect.v1_px; ++y)
         for (int x = tile.rect.u0_px; x < tile.rect.u1_px; ++x)
-          ASSERT_EQ(tile.depth_m[(y - tile.rect.v0_px) * tile.rect.width_px() + x - tile.rect.u0_px], whole.depth_m[y * 97 + x]);
+          ASSERT_EQ(
+              tile.depth_m[(y - tile.rect.v0_px) * tile.rect.width_px() + x - tile.rect.u0_px],
+              whole.depth_m[y * 97 + x]);
   }
 }
 
 TEST_F(Sweep, OrderOfCamerasNeverShows) {
   test::Random random(7);
   PlaneSweep sweep(64, 48, 40);
-  auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
+  auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
   const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
   sweep.set_silhouettes(silhouettes);
   const auto expected = sweep.depth(view, {0.2, 1.5}, test::whole_image(view.camera)).depth_m;
@@ -182,10 +221,12 @@ TEST_F(Sweep, ManyCamerasCountToEightBitsAndNoFurther) {
   test::Random random(3);
   PlaneSweep sweep(16, 12, 8);
   const geometry::Camera camera = test::random_camera(random, 16, 12);
-  std::vector<Silhouette> silhouettes(kMaxSweepCameras, {camera, test::random_pixels(random, 16, 12, 0.5)});
+  std::vector<Silhouette> silhouettes(kMaxSweepCameras,
+                                      {camera, test::random_pixels(random, 16, 12, 0.5)});
   sweep.set_silhouettes(silhouettes);
   const DepthTile tile = sweep.depth({camera, 0.5, 2.0}, {0.5, 2.0}, test::whole_image(camera));
-  for (int i = 0; i < 16 * 12; ++i) EXPECT_EQ(tile.depth_m[i] != kNoHull, silhouettes[0].pixels.contains(i % 16, i / 16));
+  for (int i = 0; i < 16 * 12; ++i)
+    EXPECT_EQ(tile.depth_m[i] != kNoHull, silhouettes[0].pixels.contains(i % 16, i / 16));
   silhouettes.push_back(silhouettes[0]);
   EXPECT_THROW(sweep.set_silhouettes(silhouettes), std::invalid_argument);
 }
@@ -217,11 +258,17 @@ TEST_F(Sweep, NoCameraNoObjectPixelOrNotANumberHasNoHull) {
 }
 
 TEST(SweepRange, IsTheVolumesDepthWithinTheViews) {
-  const View view{{geometry::pinhole_from_fov(16, 12, 1.0), geometry::look_at({0, -2, 0}, {0, 0, 0})}, 0.05, 2.25};
-  const SweepRange range = sweep_range(view, Eigen::AlignedBox3d(Eigen::Vector3d(-1, -0.5, 0), Eigen::Vector3d(1, 0.5, 1)));
+  const View view{
+      {geometry::pinhole_from_fov(16, 12, 1.0), geometry::look_at({0, -2, 0}, {0, 0, 0})},
+      0.05,
+      2.25};
+  const SweepRange range = sweep_range(
+      view, Eigen::AlignedBox3d(Eigen::Vector3d(-1, -0.5, 0), Eigen::Vector3d(1, 0.5, 1)));
   EXPECT_DOUBLE_EQ(range.near_m, 1.5);
   EXPECT_DOUBLE_EQ(range.far_m, 2.25);
-  EXPECT_TRUE(sweep_range(view, Eigen::AlignedBox3d(Eigen::Vector3d(-1, -9, 0), Eigen::Vector3d(1, -5, 1))).empty());
+  EXPECT_TRUE(
+      sweep_range(view, Eigen::AlignedBox3d(Eigen::Vector3d(-1, -9, 0), Eigen::Vector3d(1, -5, 1)))
+          .empty());
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// What must hold on every rig: 10,000 random ones, with small maps, from seeds. Each property has 2,000 of its own.
+// What must hold on every rig: 10,000 random ones, with small maps, from seeds. Each property has
+// 2,000 of its own.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +22,8 @@ base::WorkerPool& test_pool() {
   return pool;
 }
 
-// One to six cameras, near and far, with long and short lenses, of an object or of noise, by either rule.
+// One to six cameras, near and far, with long and short lenses, of an object or of noise, by either
+// rule.
 struct Rig {
   std::vector<Silhouette> silhouettes;
   HullRule rule;
@@ -34,13 +36,18 @@ Rig random_rig(test::Random& random) {
   const bool noise = test::uniform(random, 0, 1) < 0.3;
   const double filled = test::uniform(random, 0, 1);
   for (int i = int(test::uniform(random, 0, 6)); i >= 0; --i) {
-    const int width = 1 + int(test::uniform(random, 0, 40)), height = 1 + int(test::uniform(random, 0, 30));
-    geometry::Camera camera = test::random_camera(random, width, height, std::pow(10.0, test::uniform(random, -0.7, 1)));
+    const int width = 1 + int(test::uniform(random, 0, 40)),
+              height = 1 + int(test::uniform(random, 0, 30));
+    geometry::Camera camera =
+        test::random_camera(random, width, height, std::pow(10.0, test::uniform(random, -0.7, 1)));
     camera.pinhole.fy_px *= test::uniform(random, 0.7, 1.4);
     camera.pinhole.cx_px += test::uniform(random, -5, 5);
-    rig.silhouettes.push_back({camera, noise ? test::random_pixels(random, width, height, filled) : true_object_pixels(object, camera, PixelRule::touched)});
+    rig.silhouettes.push_back(
+        {camera, noise ? test::random_pixels(random, width, height, filled)
+                       : true_object_pixels(object, camera, PixelRule::touched)});
   }
-  if (test::uniform(random, 0, 1) < 0.5) rig.rule = {Limits::seen, 1 + int(test::uniform(random, 0, 3))};
+  if (test::uniform(random, 0, 1) < 0.5)
+    rig.rule = {Limits::seen, 1 + int(test::uniform(random, 0, 3))};
   rig.view = {test::random_camera(random, 12, 9, 0.8), 0.05, 4.0};
   return rig;
 }
@@ -49,10 +56,14 @@ struct Queries {
   CpuHull hull;
   HullQuery query;
   explicit Queries(const Rig& rig) : hull(test_pool(), rig.silhouettes, rig.rule), query(hull) {}
-  std::vector<float> depths(const View& view) { return hull.depth(view, test::whole_image(view.camera)).depth_m; }
+  std::vector<float> depths(const View& view) {
+    return hull.depth(view, test::whole_image(view.camera)).depth_m;
+  }
 };
 
-Vector3d random_point(test::Random& random) { return test::random_in_ball(random, std::pow(10.0, test::uniform(random, -1.5, 0.7))); }
+Vector3d random_point(test::Random& random) {
+  return test::random_in_ball(random, std::pow(10.0, test::uniform(random, -1.5, 0.7)));
+}
 
 TEST(HullProperties, BallsKeepTheirPromises) {
   int free = 0, solid = 0;
@@ -64,12 +75,17 @@ TEST(HullProperties, BallsKeepTheirPromises) {
       const Vector3d p = random_point(random);
       const double free_m = q.query.free_radius_m(p), solid_m = q.query.solid_radius_m(p);
       ASSERT_FALSE(free_m > 0 && solid_m > 0);
-      const double radius_m = std::min(std::max(free_m, solid_m), 100.0);  // infinite where there is no hull
+      const double radius_m =
+          std::min(std::max(free_m, solid_m), 100.0);  // infinite where there is no hull
       if (!(radius_m > 0)) continue;
       ++(solid_m > 0 ? solid : free);
       for (int k = 0; k < 60; ++k) {
-        const Vector3d inside = p + radius_m * (k % 3 ? 1 - 1e-12 : std::cbrt(test::uniform(random, 0, 1))) * test::random_direction(random);
-        ASSERT_EQ(in_hull(rig.silhouettes, inside, rig.rule), solid_m > 0) << "seed " << seed << ", " << (solid_m > 0 ? "solid " : "free ") << radius_m << " m around " << p.transpose();
+        const Vector3d inside =
+            p + radius_m * (k % 3 ? 1 - 1e-12 : std::cbrt(test::uniform(random, 0, 1))) *
+                    test::random_direction(random);
+        ASSERT_EQ(in_hull(rig.silhouettes, inside, rig.rule), solid_m > 0)
+            << "seed " << seed << ", " << (solid_m > 0 ? "solid " : "free ") << radius_m
+            << " m around " << p.transpose();
       }
     }
   }
@@ -111,7 +127,10 @@ TEST(HullProperties, AnotherCameraNeverAddsVolume) {
       ASSERT_LE(b.query.solid_radius_m(p), a.query.solid_radius_m(p));
     }
     const auto before = a.depths(more.view), after = b.depths(more.view);
-    for (std::size_t i = 0; i < after.size(); ++i) ASSERT_TRUE(after[i] == kNoHull || (before[i] != kNoHull && after[i] >= before[i] * (1 - 4e-6f))) << "seed " << seed << " ray " << i;
+    for (std::size_t i = 0; i < after.size(); ++i)
+      ASSERT_TRUE(after[i] == kNoHull ||
+                  (before[i] != kNoHull && after[i] >= before[i] * (1 - 4e-6f)))
+          << "seed " << seed << " ray " << i;
   }
 }
 
@@ -120,34 +139,46 @@ geometry::Camera scaled(geometry::Camera camera, double factor) {
   return camera;
 }
 
-// A length in another unit. Powers of two change no digit; other factors only by rounding: what is near a pixel's border may then fall
-// to its other side, hence of radii that are not tiny, and with a distance as slack.
+// A length in another unit. Powers of two change no digit; other factors only by rounding: what is
+// near a pixel's border may then fall to its other side, hence of radii that are not tiny, and with
+// a distance as slack.
 TEST(HullProperties, AnotherUnitOfLengthScalesDepthsAndRadii) {
   int compared = 0, hits = 0, moved = 0;
   for (int seed = 1; seed <= kRigs; ++seed) {
     test::Random random(3 * kRigs + seed);
     const Rig rig = random_rig(random);
     const bool power_of_two = seed % 2;
-    const double factor = power_of_two ? std::ldexp(1.0, int(test::uniform(random, -6, 7))) : std::pow(10.0, test::uniform(random, -2, 2));
+    const double factor = power_of_two ? std::ldexp(1.0, int(test::uniform(random, -6, 7)))
+                                       : std::pow(10.0, test::uniform(random, -2, 2));
     Rig other = rig;
     for (Silhouette& s : other.silhouettes) s.camera = scaled(s.camera, factor);
-    other.view = {scaled(rig.view.camera, factor), rig.view.near_m * factor, rig.view.far_m * factor};
+    other.view = {scaled(rig.view.camera, factor), rig.view.near_m * factor,
+                  rig.view.far_m * factor};
     Queries a(rig), b(other);
     for (int i = 0; i < 10; ++i) {
       const Vector3d p = random_point(random);
-      const double solid_m = a.query.solid_radius_m(p), free_m = a.query.free_radius_m(p), slack_m = power_of_two ? 0 : 1e-9;
-      for (const auto& [mine, its] : {std::pair{solid_m, b.query.solid_radius_m(factor * p)}, {free_m, b.query.free_radius_m(factor * p)}}) {
-        if (std::isinf(mine)) { ASSERT_EQ(mine, its); }
-        else { ASSERT_NEAR(its, mine * factor, slack_m * factor) << "seed " << seed; }
+      const double solid_m = a.query.solid_radius_m(p), free_m = a.query.free_radius_m(p),
+                   slack_m = power_of_two ? 0 : 1e-9;
+      for (const auto& [mine, its] : {std::pair{solid_m, b.query.solid_radius_m(factor * p)},
+                                      {free_m, b.query.free_radius_m(factor * p)}}) {
+        if (std::isinf(mine)) {
+          ASSERT_EQ(mine, its);
+        } else {
+          ASSERT_NEAR(its, mine * factor, slack_m * factor) << "seed " << seed;
+        }
       }
-      if (power_of_two) { ASSERT_EQ(a.query.contains(p), b.query.contains(factor * p)); }
+      if (power_of_two) {
+        ASSERT_EQ(a.query.contains(p), b.query.contains(factor * p));
+      }
       ++compared;
     }
     const auto depths = a.depths(rig.view), its = b.depths(other.view);
     for (std::size_t i = 0; i < depths.size(); ++i) {
       hits += depths[i] != kNoHull;
-      if (power_of_two) { ASSERT_EQ(its[i], float(depths[i] * factor)) << "seed " << seed << " ray " << i; }
-      else moved += !(std::abs(its[i] - depths[i] * factor) <= 4e-6 * depths[i] * factor);
+      if (power_of_two) {
+        ASSERT_EQ(its[i], float(depths[i] * factor)) << "seed " << seed << " ray " << i;
+      } else
+        moved += !(std::abs(its[i] - depths[i] * factor) <= 4e-6 * depths[i] * factor);
     }
   }
   EXPECT_GT(hits, 2000);
@@ -167,7 +198,9 @@ TEST(HullProperties, PointsAgreeWithIntervalsAndWithInHull) {
       for (int k = 0; k < 20; ++k) {
         const double t = test::uniform(random, -1, 2);
         const Vector3d p = ray.origin_world_m + t * ray.direction_world;
-        const bool expected = std::any_of(found.begin(), found.end(), [&](const Interval& x) { return x.enter <= t && t < x.leave; });
+        const bool expected = std::any_of(found.begin(), found.end(), [&](const Interval& x) {
+          return x.enter <= t && t < x.leave;
+        });
         ASSERT_EQ(q.query.contains(p), expected) << "seed " << seed;
         ASSERT_EQ(in_hull(rig.silhouettes, p, rig.rule), expected);
         inside += expected;

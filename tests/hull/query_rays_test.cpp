@@ -14,30 +14,40 @@ namespace {
 using namespace test;
 using Eigen::Vector3d;
 
-// Pieces of a ray shorter than this are ties of pixel borders: rounding decides whether they exist. In units of the parameter.
+// Pieces of a ray shorter than this are ties of pixel borders: rounding decides whether they exist.
+// In units of the parameter.
 constexpr double kTie = 1e-9;
-// How far an interval's end may be from the reference's, where the ray's image does not creep along a border.
+// How far an interval's end may be from the reference's, where the ray's image does not creep along
+// a border.
 constexpr double kAgree = 1e-8;
 
 // Both without pieces that are ties.
 std::vector<Interval> without_ties(std::vector<Interval> pieces, double tie) {
   std::vector<Interval> joined;
   for (const Interval& i : pieces)
-    if (!joined.empty() && i.enter - joined.back().leave <= tie) joined.back().leave = i.leave;
-    else joined.push_back(i);
+    if (!joined.empty() && i.enter - joined.back().leave <= tie)
+      joined.back().leave = i.leave;
+    else
+      joined.push_back(i);
   std::erase_if(joined, [tie](const Interval& i) { return i.leave - i.enter <= tie; });
   return joined;
 }
 
-void expect_reference(std::span<const Silhouette> silhouettes, const HullQuery& query, const geometry::Ray& ray, double near, double far, double scale = 1) {
+void expect_reference(std::span<const Silhouette> silhouettes, const HullQuery& query,
+                      const geometry::Ray& ray, double near, double far, double scale = 1) {
   const HullRule& rule = query.hull().rule();
   const auto found = query.intervals(ray, near, far);
   for (std::size_t i = 0; i < found.size(); ++i) {
     EXPECT_LT(found[i].enter, found[i].leave);
-    if (i > 0) { EXPECT_LT(found[i - 1].leave, found[i].enter); }
+    if (i > 0) {
+      EXPECT_LT(found[i - 1].leave, found[i].enter);
+    }
   }
-  EXPECT_EQ(query.first_entry(ray, near, far), found.empty() ? std::nullopt : std::optional(found.front().enter));
-  const auto mine = without_ties(found, kTie * scale), expected = without_ties(reference_intervals(silhouettes, ray, near, far, rule), kTie * scale);
+  EXPECT_EQ(query.first_entry(ray, near, far),
+            found.empty() ? std::nullopt : std::optional(found.front().enter));
+  const auto mine = without_ties(found, kTie * scale),
+             expected =
+                 without_ties(reference_intervals(silhouettes, ray, near, far, rule), kTie * scale);
   ASSERT_EQ(mine.size(), expected.size());
   for (std::size_t i = 0; i < mine.size(); ++i) {
     EXPECT_NEAR(mine[i].enter, expected[i].enter, kAgree * scale);
@@ -45,17 +55,20 @@ void expect_reference(std::span<const Silhouette> silhouettes, const HullQuery& 
   }
 }
 
-TEST(HullQueryRay, IsTheReferenceOnRandomRigs) {  // any direction and length, origins behind cameras and inside the hull
+TEST(HullQueryRay, IsTheReferenceOnRandomRigs) {  // any direction and length, origins behind
+                                                  // cameras and inside the hull
   for (int seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 1 + seed % 6, 96, 67));
+    const auto silhouettes = test::silhouettes_of(
+        test::random_object(random, 3), test::random_cameras(random, 1 + seed % 6, 96, 67));
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
       for (int i = 0; i < 25; ++i) {
         const double length = std::pow(10.0, test::uniform(random, -3, 3));
         const Vector3d from = test::random_point(random, i), to = test::random_in_ball(random, 0.3);
-        expect_reference(silhouettes, q.query, {from, length * (to - from).normalized()}, i % 2 ? 0 : -1 / length, 4 / length, 1 / length);
+        expect_reference(silhouettes, q.query, {from, length * (to - from).normalized()},
+                         i % 2 ? 0 : -1 / length, 4 / length, 1 / length);
         expect_reference(silhouettes, q.query, segment(from, to), 0, 1);
       }
     }
@@ -67,10 +80,15 @@ TEST(HullQueryRay, IsTheReferenceOnNoise) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
     std::vector<Silhouette> silhouettes;
-    for (const geometry::Camera& camera : test::random_cameras(random, 3, 90, 67)) silhouettes.push_back({camera, test::random_pixels(random, 90, 67, std::vector{0.05, 0.4, 0.9}[seed % 3])});
+    for (const geometry::Camera& camera : test::random_cameras(random, 3, 90, 67))
+      silhouettes.push_back(
+          {camera, test::random_pixels(random, 90, 67, std::vector{0.05, 0.4, 0.9}[seed % 3])});
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
-      for (int i = 0; i < 40; ++i) expect_reference(silhouettes, q.query, segment(test::random_in_ball(random, 2), test::random_in_ball(random, 0.3)), 0, 2);
+      for (int i = 0; i < 40; ++i)
+        expect_reference(
+            silhouettes, q.query,
+            segment(test::random_in_ball(random, 2), test::random_in_ball(random, 0.3)), 0, 2);
     }
   }
 }
@@ -79,15 +97,19 @@ TEST(HullQueryRay, AgreesWithPoints) {
   int inside = 0;
   for (int seed = 1; seed <= 20; ++seed) {
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 1 + seed % 5));
+    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
+                                                  test::random_cameras(random, 1 + seed % 5));
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
       for (int i = 0; i < 20; ++i) {
-        const geometry::Ray ray = segment(test::random_in_ball(random, 2), test::random_in_ball(random, 0.2));
+        const geometry::Ray ray =
+            segment(test::random_in_ball(random, 2), test::random_in_ball(random, 0.2));
         const auto found = q.query.intervals(ray, 0, 1.5);
         for (int k = 0; k < 60; ++k) {
           const double t = test::uniform(random, 0, 1.5);
-          const bool expected = std::any_of(found.begin(), found.end(), [&](const Interval& x) { return x.enter <= t && t < x.leave; });
+          const bool expected = std::any_of(found.begin(), found.end(), [&](const Interval& x) {
+            return x.enter <= t && t < x.leave;
+          });
           EXPECT_EQ(q.query.contains(ray.origin_world_m + t * ray.direction_world), expected);
           inside += expected;
         }
@@ -101,7 +123,10 @@ TEST(HullQueryRay, AgreesWithPoints) {
 struct SquareQuery : ::testing::Test {
   std::vector<Silhouette> silhouettes;
   SquareQuery() {
-    for (const Vector3d& eye : {Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) silhouettes.push_back({{geometry::pinhole_from_fov(100, 75, 0.5), geometry::look_at(eye, {0, 0, 0})}, ObjectPixels(100, 75)});
+    for (const Vector3d& eye : {Vector3d(2, 0, 0), Vector3d(0, 2, 0)})
+      silhouettes.push_back(
+          {{geometry::pinhole_from_fov(100, 75, 0.5), geometry::look_at(eye, {0, 0, 0})},
+           ObjectPixels(100, 75)});
   }
   void fill(int camera, const PixelRect& r) {
     for (int v = r.v0_px; v < r.v1_px; ++v)
@@ -114,25 +139,36 @@ TEST_F(SquareQuery, RayThroughACameraCentre) {
   fill(1, {10, 10, 90, 70});
   for (const HullRule& rule : test::kRules) {
     const test::Queries q(silhouettes, rule);
-    for (const Vector3d& direction : {Vector3d(-1, 0.001, 0.002), Vector3d(-1, 0.1, 0.3), Vector3d(1, 0.1, 0.3), Vector3d(0.3, 1, 0.1)})
+    for (const Vector3d& direction : {Vector3d(-1, 0.001, 0.002), Vector3d(-1, 0.1, 0.3),
+                                      Vector3d(1, 0.1, 0.3), Vector3d(0.3, 1, 0.1)})
       expect_reference(silhouettes, q.query, {Vector3d(2, 0, 0) - direction, direction}, 0, 5);
   }
 }
 
-TEST_F(SquareQuery, RayTangentToASilhouette) {  // in the plane of a row's upper border: one side or the other, without a gap
+TEST_F(SquareQuery, RayTangentToASilhouette) {  // in the plane of a row's upper border: one side or
+                                                // the other, without a gap
   fill(0, {20, 20, 80, 60});
   fill(1, {20, 20, 80, 60});
   const geometry::Camera& c = silhouettes[0].camera;
   const test::Queries q(silhouettes);
-  const auto on = [&](double u_px, double v_px, double z_m) { return test::point_in_world(c, {(u_px - c.pinhole.cx_px) / c.pinhole.fx_px * z_m, (v_px - c.pinhole.cy_px) / c.pinhole.fy_px * z_m, z_m}); };
+  const auto on = [&](double u_px, double v_px, double z_m) {
+    return test::point_in_world(c, {(u_px - c.pinhole.cx_px) / c.pinhole.fx_px * z_m,
+                                    (v_px - c.pinhole.cy_px) / c.pinhole.fy_px * z_m, z_m});
+  };
   for (const double off_px : {-1e-6, 0.0, 1e-6}) {
-    const auto found = q.query.intervals(segment(on(10, 19.5 + off_px, 1.9), on(90, 19.5 + off_px, 2.05)), 0, 1);
+    const auto found =
+        q.query.intervals(segment(on(10, 19.5 + off_px, 1.9), on(90, 19.5 + off_px, 2.05)), 0, 1);
     EXPECT_LE(found.size(), 1u);
-    if (off_px < 0) { EXPECT_TRUE(found.empty()); }
-    if (off_px > 0) { EXPECT_EQ(found.size(), 1u); }
+    if (off_px < 0) {
+      EXPECT_TRUE(found.empty());
+    }
+    if (off_px > 0) {
+      EXPECT_EQ(found.size(), 1u);
+    }
   }
   // A line of sight on a pixel's edge stands still in the image.
-  for (const double u_px : {19.5, 20.0, 50.5, 79.5}) EXPECT_LE(q.query.intervals(segment(on(u_px, 40, 0.5), on(u_px, 40, 4)), 0, 1).size(), 1u);
+  for (const double u_px : {19.5, 20.0, 50.5, 79.5})
+    EXPECT_LE(q.query.intervals(segment(on(u_px, 40, 0.5), on(u_px, 40, 4)), 0, 1).size(), 1u);
   EXPECT_EQ(q.query.intervals(segment(on(20, 40, 0.5), on(20, 40, 4)), 0, 1).size(), 1u);
 }
 
@@ -141,7 +177,8 @@ TEST_F(SquareQuery, NoPieceOfLengthZeroAtACorner) {  // touches the corner pixel
   silhouettes[0] = {{{11, 11, 10, 10, 5, 5}, Eigen::Isometry3d::Identity()}, ObjectPixels(11, 11)};
   silhouettes[0].pixels.set(5, 5);
   const test::Queries q(silhouettes);
-  const geometry::Ray touching{{-0.1, 0, 1}, {0.1, 0.1, 0}};  // u + v = 9 + 2t... through (4.5, 5.5) at t = 0.5
+  const geometry::Ray touching{{-0.1, 0, 1},
+                               {0.1, 0.1, 0}};  // u + v = 9 + 2t... through (4.5, 5.5) at t = 0.5
   for (const Interval& i : q.query.intervals(touching, 0, 1)) EXPECT_LT(i.enter, i.leave);
   const geometry::Ray through{{-3, 0, 1}, {1, 0, 0}};
   const auto found = q.query.intervals(through, 0.5, 10);
@@ -151,11 +188,13 @@ TEST_F(SquareQuery, NoPieceOfLengthZeroAtACorner) {  // touches the corner pixel
   EXPECT_TRUE(q.query.intervals({{-3, 0, -1}, {1, 0, 0}}, 0.5, 10).empty());
 }
 
-TEST(HullQueryRay, OnePieceThroughCornersOfPixels) {  // pixels that touch at a corner; every number is exact in binary
+TEST(HullQueryRay, OnePieceThroughCornersOfPixels) {  // pixels that touch at a corner; every number
+                                                      // is exact in binary
   Silhouette s{{{16, 16, 16, 16, 8, 8}, Eigen::Isometry3d::Identity()}, ObjectPixels(16, 16)};
   for (int i = 4; i < 12; ++i) s.pixels.set(i, i);
   const test::Queries q(std::vector{s});
-  const auto found = q.query.intervals({{-0.53125, -0.53125, 1}, {1, 1, 0}}, 0, 1);  // u = v = -0.5 + 16 t
+  const auto found =
+      q.query.intervals({{-0.53125, -0.53125, 1}, {1, 1, 0}}, 0, 1);  // u = v = -0.5 + 16 t
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0], (Interval{0.25, 0.75}));
 }
@@ -200,20 +239,34 @@ TEST_F(SquareQuery, ExtremeFocalLengthsAndAKilometre) {
 
 TEST_F(SquareQuery, AllCamerasInOnePlane) {
   for (const double angle : {0.4, 1.1, 2.5})
-    silhouettes.push_back({{geometry::pinhole_from_fov(100, 75, 0.5), geometry::look_at(2 * Vector3d(std::cos(angle), std::sin(angle), 0), {0, 0, 0})}, ObjectPixels(100, 75)});
+    silhouettes.push_back(
+        {{geometry::pinhole_from_fov(100, 75, 0.5),
+          geometry::look_at(2 * Vector3d(std::cos(angle), std::sin(angle), 0), {0, 0, 0})},
+         ObjectPixels(100, 75)});
   for (int i = 0; i < int(silhouettes.size()); ++i) fill(i, {35, 25, 65, 50});
   const test::Queries q(silhouettes);
   test::Random random(1);
   for (int i = 0; i < 100; ++i) {
-    expect_reference(silhouettes, q.query, segment(test::random_in_ball(random, 1), test::random_in_ball(random, 0.1)), 0, 2);
-    expect_reference(silhouettes, q.query, {{test::uniform(random, -0.3, 0.3), test::uniform(random, -0.3, 0.3), -1}, {0, 0, 1}}, 0, 2);
+    expect_reference(silhouettes, q.query,
+                     segment(test::random_in_ball(random, 1), test::random_in_ball(random, 0.1)), 0,
+                     2);
+    expect_reference(
+        silhouettes, q.query,
+        {{test::uniform(random, -0.3, 0.3), test::uniform(random, -0.3, 0.3), -1}, {0, 0, 1}}, 0,
+        2);
   }
 }
 
-TEST(HullQueryRay, GhostVolumes) {  // two people, four cameras at the corners: the ray through all parts counts them
-  std::vector<Capsule> people{{{-0.6, 0, 0.2}, {-0.6, 0, 1.5}, 0.2}, {{0.6, 0, 0.2}, {0.6, 0, 1.5}, 0.2}};
+TEST(HullQueryRay, GhostVolumes) {  // two people, four cameras at the corners: the ray through all
+                                    // parts counts them
+  std::vector<Capsule> people{{{-0.6, 0, 0.2}, {-0.6, 0, 1.5}, 0.2},
+                              {{0.6, 0, 0.2}, {0.6, 0, 1.5}, 0.2}};
   std::vector<geometry::Camera> cameras;
-  for (const double angle : {0.25, 0.75, 1.25, 1.75}) cameras.push_back({geometry::pinhole_from_fov(160, 121, 1.0), geometry::look_at({4 * std::cos(angle * std::numbers::pi), 4 * std::sin(angle * std::numbers::pi), 1.0}, {0, 0, 0.9})});
+  for (const double angle : {0.25, 0.75, 1.25, 1.75})
+    cameras.push_back({geometry::pinhole_from_fov(160, 121, 1.0),
+                       geometry::look_at({4 * std::cos(angle * std::numbers::pi),
+                                          4 * std::sin(angle * std::numbers::pi), 1.0},
+                                         {0, 0, 0.9})});
   const auto silhouettes = test::silhouettes_of(people, cameras);
   const test::Queries q(silhouettes);
   const geometry::Ray along_y{{0, -2, 0.9}, {0, 1, 0}}, along_x{{-2, 0, 0.9}, {1, 0, 0}};
@@ -224,7 +277,10 @@ TEST(HullQueryRay, GhostVolumes) {  // two people, four cameras at the corners: 
   EXPECT_TRUE(q.query.contains({0, -0.6, 0.9}));
   for (int i = 0; i < 200; ++i) {
     test::Random random(i + 1);
-    expect_reference(silhouettes, q.query, segment({test::uniform(random, -2, 2), -2, 0.9}, {test::uniform(random, -2, 2), 2, 1.0}), 0, 1);
+    expect_reference(
+        silhouettes, q.query,
+        segment({test::uniform(random, -2, 2), -2, 0.9}, {test::uniform(random, -2, 2), 2, 1.0}), 0,
+        1);
   }
 }
 

@@ -1,4 +1,5 @@
-// Points, balls, and many queries at once, against in_hull() and objects in closed form; and the hard cases of each.
+// Points, balls, and many queries at once, against in_hull() and objects in closed form; and the
+// hard cases of each.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,15 +15,24 @@ namespace {
 using namespace test;
 using Eigen::Vector3d;
 
-// Points that decide a pixel: on its borders and centre, at depths from hardly in front to far, and behind.
+// Points that decide a pixel: on its borders and centre, at depths from hardly in front to far, and
+// behind.
 std::vector<Vector3d> hard_points(const geometry::Camera& camera, test::Random& random) {
   const geometry::Pinhole& k = camera.pinhole;
-  std::vector<Vector3d> points{geometry::camera_center_world_m(camera), {test::kNaN, 0, 0}, {0, kInfinity, 0}, {1e200, 0, 0}, {1000, 20, -30}, {0, 0, 1000}};
+  std::vector<Vector3d> points{geometry::camera_center_world_m(camera),
+                               {test::kNaN, 0, 0},
+                               {0, kInfinity, 0},
+                               {1e200, 0, 0},
+                               {1000, 20, -30},
+                               {0, 0, 1000}};
   for (const double z_m : {1e-9, -1e-9, 0.0, 0.5, 1.0, -1.0, 1000.0}) {
     points.push_back(test::point_in_world(camera, {0, 0, z_m}));
     for (int i = 0; i < 12; ++i) {
-      const double u_px = std::floor(test::uniform(random, -2, k.width_px + 2)) + 0.5 * (i % 2), v_px = std::floor(test::uniform(random, -2, k.height_px + 2)) + 0.5 * (i / 2 % 2);
-      points.push_back(test::point_in_world(camera, {(u_px - k.cx_px) / k.fx_px * z_m, (v_px - k.cy_px) / k.fy_px * z_m, z_m}));
+      const double u_px = std::floor(test::uniform(random, -2, k.width_px + 2)) + 0.5 * (i % 2),
+                   v_px =
+                       std::floor(test::uniform(random, -2, k.height_px + 2)) + 0.5 * (i / 2 % 2);
+      points.push_back(test::point_in_world(
+          camera, {(u_px - k.cx_px) / k.fx_px * z_m, (v_px - k.cy_px) / k.fy_px * z_m, z_m}));
     }
   }
   return points;
@@ -32,7 +42,8 @@ TEST(HullQueryPoint, IsInHullOnRandomRigs) {
   int inside = 0;
   for (int seed = 1; seed <= 40; ++seed) {
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 1 + seed % 6));
+    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
+                                                  test::random_cameras(random, 1 + seed % 6));
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
       for (int i = 0; i < 2000; ++i) {
@@ -50,22 +61,25 @@ TEST(HullQueryPoint, HardPointsAreInHullToTheBit) {
   for (int seed = 1; seed <= 20; ++seed) {
     test::Random random(seed);
     std::vector<Silhouette> silhouettes;
-    for (const geometry::Camera& camera : test::random_cameras(random, 1 + seed % 4, 40, 31)) silhouettes.push_back({camera, test::random_pixels(random, 40, 31, 0.5)});
+    for (const geometry::Camera& camera : test::random_cameras(random, 1 + seed % 4, 40, 31))
+      silhouettes.push_back({camera, test::random_pixels(random, 40, 31, 0.5)});
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
       for (const Silhouette& s : silhouettes) {
         const auto points = hard_points(s.camera, random);
         std::vector<std::uint8_t> together(points.size());
         q.query.contains(points, together);
-        for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(together[i], in_hull(silhouettes, points[i], rule)) << points[i].transpose();
+        for (std::size_t i = 0; i < points.size(); ++i)
+          EXPECT_EQ(together[i], in_hull(silhouettes, points[i], rule)) << points[i].transpose();
         for (const Vector3d& p : points) {
           EXPECT_EQ(q.query.contains(p), in_hull(silhouettes, p, rule)) << p.transpose();
           const double free_m = q.query.free_radius_m(p), solid_m = q.query.solid_radius_m(p);
           EXPECT_GE(free_m, 0);
           EXPECT_GE(solid_m, 0);
           EXPECT_FALSE(free_m > 0 && solid_m > 0);
-          if (!p.allFinite()) { EXPECT_TRUE(free_m == 0 && solid_m == 0); }
-          else if (p.norm() < 1e6) {
+          if (!p.allFinite()) {
+            EXPECT_TRUE(free_m == 0 && solid_m == 0);
+          } else if (p.norm() < 1e6) {
             test::expect_ball_kept(silhouettes, rule, p, free_m, false, random, 6);
             test::expect_ball_kept(silhouettes, rule, p, solid_m, true, random, 6);
           }
@@ -80,7 +94,8 @@ TEST(HullQueryPoint, MapsOfSizeZeroAndOne) {
   for (const int size : {0, 1})
     for (const bool object : {false, true}) {
       if (size == 0 && object) continue;
-      Silhouette s{{{size, size, 100, 100, 0, 0}, geometry::look_at({2, 0, 0}, {0, 0, 0})}, ObjectPixels(size, size)};
+      Silhouette s{{{size, size, 100, 100, 0, 0}, geometry::look_at({2, 0, 0}, {0, 0, 0})},
+                   ObjectPixels(size, size)};
       if (object) s.pixels.set(0, 0);
       const std::vector<Silhouette> silhouettes{s, s};
       for (const HullRule& rule : test::kRules) {
@@ -106,7 +121,8 @@ TEST(HullQueryPoint, NoCameraAndNoObjectPixel) {
   EXPECT_EQ(none.query.solid_radius_m({0, 0, 0}), 0);
   EXPECT_TRUE(none.query.intervals({{0, 0, 0}, {1, 0, 0}}, 0, 1).empty());
   test::Random random(2);
-  auto silhouettes = test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 3));
+  auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 3));
   silhouettes[1].pixels = ObjectPixels(160, 121);
   const test::Queries blind(silhouettes);
   EXPECT_EQ(blind.query.free_radius_m({0, 0, 0}), kInfinity);
@@ -117,7 +133,8 @@ TEST(HullQueryBall, PromisesAreKeptOnEveryNumberOfCameras) {
   for (const int cameras : {1, 2, 3, 4, 16, 64}) {
     SCOPED_TRACE(cameras);
     test::Random random(cameras);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, cameras, 80, 60));
+    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
+                                                  test::random_cameras(random, cameras, 80, 60));
     for (const HullRule& rule : test::kRules) {
       const test::Queries q(silhouettes, rule);
       int free = 0, solid = 0;
@@ -134,11 +151,14 @@ TEST(HullQueryBall, PromisesAreKeptOnEveryNumberOfCameras) {
   }
 }
 
-// To rounding within a pixel; farther away at least half of it, for the reaches that are told apart double. Or a sphere tracer would crawl.
+// To rounding within a pixel; farther away at least half of it, for the reaches that are told apart
+// double. Or a sphere tracer would crawl.
 TEST(HullQueryBall, ReachesToTheBorderOfAPixel) {
-  Silhouette s{{{101, 101, 100, 100, 50, 50}, Eigen::Isometry3d::Identity()}, ObjectPixels(101, 101)};
+  Silhouette s{{{101, 101, 100, 100, 50, 50}, Eigen::Isometry3d::Identity()},
+               ObjectPixels(101, 101)};
   for (int v = 0; v < 101; ++v)
-    for (int u = 50; u < 101; ++u) s.pixels.set(u, v);  // the half-space right of the plane u = 49.5: x = -z / 200
+    for (int u = 50; u < 101; ++u)
+      s.pixels.set(u, v);  // the half-space right of the plane u = 49.5: x = -z / 200
   const test::Queries q(std::vector{s});
   for (const double across_m : {1e-10, 1e-6, 1e-3, 0.05, 0.2}) {
     const Vector3d normal = Vector3d(200, 0, 1).normalized(), on_plane(-1.0 / 200, 0, 1);
@@ -155,7 +175,8 @@ TEST(HullQueryBall, ReachesToTheBorderOfAPixel) {
 }
 
 TEST(HullQueryBall, BehindACameraItsPlaneIsFreeUpTo) {
-  Silhouette s{{{11, 11, 1, 1, 5, 5}, Eigen::Isometry3d::Identity()}, ObjectPixels(11, 11)};  // so wide that the sides say little
+  Silhouette s{{{11, 11, 1, 1, 5, 5}, Eigen::Isometry3d::Identity()},
+               ObjectPixels(11, 11)};  // so wide that the sides say little
   for (int v = 0; v < 11; ++v)
     for (int u = 0; u < 11; ++u) s.pixels.set(u, v);
   const test::Queries q(std::vector{s});
@@ -167,7 +188,8 @@ TEST(HullQueryBall, SphereTracingComesToTheEntry) {
   int hits = 0;
   for (int seed = 1; seed <= 10; ++seed) {
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
+    const auto silhouettes =
+        test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
     const test::Queries q(silhouettes);
     const View view{test::random_camera(random, 30, 20, 0.8), 0.05, 3.0};
     for (int i = 0; i < 600; ++i) {
@@ -175,9 +197,12 @@ TEST(HullQueryBall, SphereTracingComesToTheEntry) {
       const auto entry = q.query.first_entry(ray, view.near_m, view.far_m);
       const double length = ray.direction_world.norm();
       double t = view.near_m;
-      for (int step = 0; step < 400 && t < view.far_m; ++step) t += q.query.free_radius_m(ray.origin_world_m + t * ray.direction_world) / length;
+      for (int step = 0; step < 400 && t < view.far_m; ++step)
+        t += q.query.free_radius_m(ray.origin_world_m + t * ray.direction_world) / length;
       EXPECT_LE(t, entry.value_or(kInfinity) + 1e-12);
-      if (entry) { EXPECT_GT(t, *entry - 0.01); }  // grazing rays crawl; most are there
+      if (entry) {
+        EXPECT_GT(t, *entry - 0.01);
+      }  // grazing rays crawl; most are there
       hits += entry && t > *entry - 1e-6;
     }
   }
@@ -186,7 +211,8 @@ TEST(HullQueryBall, SphereTracingComesToTheEntry) {
 
 TEST(HullQueryBall, RotationOffOrthonormalStretchesNothing) {
   test::Random random(6);
-  auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 2));
+  auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 2));
   for (Silhouette& s : silhouettes) s.camera.camera_from_world.linear() *= 1.0004;
   const test::Queries q(silhouettes);
   for (int i = 0; i < 300; ++i) {
@@ -196,32 +222,46 @@ TEST(HullQueryBall, RotationOffOrthonormalStretchesNothing) {
   }
 }
 
-// What the hull of touched maps surely holds, and does not: the object, and what a camera sees two pixels beside it.
+// What the hull of touched maps surely holds, and does not: the object, and what a camera sees two
+// pixels beside it.
 TEST(HullQueryBall, CapsulesInClosedForm) {
   const std::vector<Capsule> ball{{{0, 0, 0}, {0, 0, 0}, 0.1}};
   std::vector<geometry::Camera> cameras;
-  for (const double angle : {0.3, 1.5, 2.9}) cameras.push_back({geometry::pinhole_from_fov(800, 800, 0.4), geometry::look_at(1.5 * Vector3d(std::cos(angle), std::sin(angle), 0.5), {0, 0, 0})});
+  for (const double angle : {0.3, 1.5, 2.9})
+    cameras.push_back(
+        {geometry::pinhole_from_fov(800, 800, 0.4),
+         geometry::look_at(1.5 * Vector3d(std::cos(angle), std::sin(angle), 0.5), {0, 0, 0})});
   const test::Queries q(test::silhouettes_of(ball, cameras));
   const double footprint_m = 1.7 / cameras[0].pinhole.fx_px;
   test::Random random(3);
   EXPECT_GT(q.query.solid_radius_m({0, 0, 0}), 0.05);  // 65 px of 0.9 mm
   for (int i = 0; i < 2000; ++i) {
     const Vector3d p = test::random_in_ball(random, 0.4);
-    if (p.norm() < 0.1 - 1e-9) { EXPECT_TRUE(q.query.contains(p)); }
-    if (q.query.free_radius_m(p) > 0) { EXPECT_GT(p.norm(), 0.1 - 1e-9); }
+    if (p.norm() < 0.1 - 1e-9) {
+      EXPECT_TRUE(q.query.contains(p));
+    }
+    if (q.query.free_radius_m(p) > 0) {
+      EXPECT_GT(p.norm(), 0.1 - 1e-9);
+    }
     const double solid_m = q.query.solid_radius_m(p);
-    for (int k = 0; k < 10 && solid_m > 2 * footprint_m; ++k) EXPECT_TRUE(in_analytic_hull(ball, cameras, p + (solid_m - 2 * footprint_m) * test::random_direction(random)));
+    for (int k = 0; k < 10 && solid_m > 2 * footprint_m; ++k)
+      EXPECT_TRUE(in_analytic_hull(
+          ball, cameras, p + (solid_m - 2 * footprint_m) * test::random_direction(random)));
   }
 }
 
-// --- many --------------------------------------------------------------------------------------------------------
+// --- many
+// --------------------------------------------------------------------------------------------------------
 
 TEST(HullQueryMany, TheSameBitsAsOneByOneOnAnyNumberOfThreads) {
   test::Random random(12);
-  const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
   std::vector<Vector3d> points;
   std::vector<geometry::Ray> rays;
-  for (int i = 0; i < 5000; ++i) points.push_back(test::random_point(random, i)), rays.push_back(segment(test::random_point(random, i), test::random_in_ball(random, 0.2)));
+  for (int i = 0; i < 5000; ++i)
+    points.push_back(test::random_point(random, i)),
+        rays.push_back(segment(test::random_point(random, i), test::random_in_ball(random, 0.2)));
   points[17].x() = test::kNaN;
   for (const HullRule& rule : test::kRules)
     for (const int threads : {1, 2, 5}) {
@@ -246,7 +286,8 @@ TEST(HullQueryMany, TheSameBitsAsOneByOneOnAnyNumberOfThreads) {
 
 TEST(HullQueryMany, SeveralThreadsMayAskAtOnce) {
   test::Random random(13);
-  const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
   const test::Queries q(silhouettes);
   std::vector<int> wrong(4, 0);
   std::vector<std::thread> threads;
@@ -256,7 +297,9 @@ TEST(HullQueryMany, SeveralThreadsMayAskAtOnce) {
       for (int i = 0; i < 3000; ++i) {
         const Vector3d p = test::random_point(mine, i);
         const bool expected = in_hull(silhouettes, p);
-        wrong[std::size_t(t)] += q.query.contains(p) != expected || (expected ? q.query.free_radius_m(p) : q.query.solid_radius_m(p)) > 0;
+        wrong[std::size_t(t)] +=
+            q.query.contains(p) != expected ||
+            (expected ? q.query.free_radius_m(p) : q.query.solid_radius_m(p)) > 0;
       }
     });
   for (std::thread& t : threads) t.join();

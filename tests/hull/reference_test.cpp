@@ -15,27 +15,34 @@ TEST(Reference, IntervalsAreWhereInHullSaysSo) {
   int inside = 0;
   for (int seed = 1; seed <= 30; ++seed) {
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 1 + seed % 4));
+    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
+                                                  test::random_cameras(random, 1 + seed % 4));
     const View view{test::random_camera(random, 40, 30, 0.8), 0.05, 4.0};
     for (int i = 0; i < 100; ++i) {
-      const geometry::Ray ray = geometry::ray_through(view.camera, {test::uniform(random, 0, 39), test::uniform(random, 0, 29)});
+      const geometry::Ray ray = geometry::ray_through(
+          view.camera, {test::uniform(random, 0, 39), test::uniform(random, 0, 29)});
       const auto intervals = reference_intervals(silhouettes, ray, view.near_m, view.far_m);
       for (int k = 0; k < 100; ++k) {
         const double t = test::uniform(random, view.near_m, view.far_m);
-        const bool expected = std::any_of(intervals.begin(), intervals.end(), [&](const Interval& x) { return t > x.enter && t < x.leave; });
+        const bool expected =
+            std::any_of(intervals.begin(), intervals.end(),
+                        [&](const Interval& x) { return t > x.enter && t < x.leave; });
         EXPECT_EQ(in_hull(silhouettes, ray.origin_world_m + t * ray.direction_world), expected);
         inside += expected;
       }
       for (std::size_t k = 0; k < intervals.size(); ++k) {
         EXPECT_LT(intervals[k].enter, intervals[k].leave);
-        if (k > 0) { EXPECT_LT(intervals[k - 1].leave, intervals[k].enter); }
+        if (k > 0) {
+          EXPECT_LT(intervals[k - 1].leave, intervals[k].enter);
+        }
       }
     }
   }
   EXPECT_GT(inside, 1000);
 }
 
-TEST(Reference, OnePixelInClosedForm) {  // a ray across the pyramid of pixel (0, 0): half a pixel to each side at depth 1
+TEST(Reference, OnePixelInClosedForm) {  // a ray across the pyramid of pixel (0, 0): half a pixel
+                                         // to each side at depth 1
   Silhouette s{{{11, 11, 10, 10, 5, 5}, Eigen::Isometry3d::Identity()}, ObjectPixels(11, 11)};
   s.pixels.set(5, 5);
   const auto intervals = reference_intervals(s, {{-3, 0, 1}, {1, 0, 0}}, 0.5, 10);
@@ -54,23 +61,33 @@ TEST(Reference, NothingBehindTheCamera) {
   EXPECT_EQ(through_the_centre[0].leave, 10);
 }
 
-// With ever finer pixels the hull of the maps goes to that of the true silhouettes: the entry along a ray that does not graze is
-// nearer than two pixel footprints, divided by the sine of the angle (here at least 0.2) between ray and silhouette cone.
+// With ever finer pixels the hull of the maps goes to that of the true silhouettes: the entry along
+// a ray that does not graze is nearer than two pixel footprints, divided by the sine of the angle
+// (here at least 0.2) between ray and silhouette cone.
 TEST(Reference, FineMapsGiveTheAnalyticHull) {
   test::Random random(9);
   const std::vector<Capsule> ball{{{0, 0, 0}, {0, 0, 0}, 0.1}};
   std::vector<geometry::Camera> cameras;
-  for (const double angle : {0.3, 1.5, 2.9}) cameras.push_back({geometry::pinhole_from_fov(1600, 1600, 0.3), geometry::look_at(1.5 * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.5), {0, 0, 0})});
+  for (const double angle : {0.3, 1.5, 2.9})
+    cameras.push_back(
+        {geometry::pinhole_from_fov(1600, 1600, 0.3),
+         geometry::look_at(1.5 * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.5),
+                           {0, 0, 0})});
   const auto silhouettes = test::silhouettes_of(ball, cameras);
   const double footprint_m = 1.7 / cameras[0].pinhole.fx_px;
-  const View view{{geometry::pinhole_from_fov(40, 40, 0.1), geometry::look_at({0.2, -1, 0.3}, {0, 0, 0})}, 0.05, 4.0};  // sees the ball's middle only
+  const View view{
+      {geometry::pinhole_from_fov(40, 40, 0.1), geometry::look_at({0.2, -1, 0.3}, {0, 0, 0})},
+      0.05,
+      4.0};  // sees the ball's middle only
   for (int i = 0; i < 1600; i += 7) {
     const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(i % 40, i / 40));
     const auto depth = reference_depth_m(silhouettes, view, i % 40, i / 40);
     ASSERT_TRUE(depth);
     const double margin = 2 * footprint_m / 0.2;
-    EXPECT_TRUE(in_analytic_hull(ball, cameras, ray.origin_world_m + (*depth + margin) * ray.direction_world));
-    EXPECT_FALSE(in_analytic_hull(ball, cameras, ray.origin_world_m + (*depth - 1e-9) * ray.direction_world));
+    EXPECT_TRUE(in_analytic_hull(ball, cameras,
+                                 ray.origin_world_m + (*depth + margin) * ray.direction_world));
+    EXPECT_FALSE(in_analytic_hull(ball, cameras,
+                                  ray.origin_world_m + (*depth - 1e-9) * ray.direction_world));
   }
 }
 

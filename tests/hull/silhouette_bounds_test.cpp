@@ -16,12 +16,15 @@ const Eigen::AlignedBox3d kBox(Vector3d(-1, -1, -0.5), Vector3d(1, 1, 1.5));
 
 Vector3d random_in(const Eigen::AlignedBox3d& box, std::mt19937& random) {
   std::uniform_real_distribution<double> share(0, 1);
-  return box.min() + Vector3d(share(random), share(random), share(random)).cwiseProduct(box.sizes());
+  return box.min() +
+         Vector3d(share(random), share(random), share(random)).cwiseProduct(box.sizes());
 }
 
 bool is_in(const SeenPart& seen, const Vector3d& p_m, double slack_px) {
   const auto uv = geometry::project(seen.camera, p_m);
-  return uv && (seen.camera.camera_from_world * p_m).z() >= kNearest_m && uv->x() >= seen.part.u0_px - 0.5 - slack_px && uv->x() < seen.part.u1_px - 0.5 + slack_px &&
+  return uv && (seen.camera.camera_from_world * p_m).z() >= kNearest_m &&
+         uv->x() >= seen.part.u0_px - 0.5 - slack_px &&
+         uv->x() < seen.part.u1_px - 0.5 + slack_px &&
          uv->y() >= seen.part.v0_px - 0.5 - slack_px && uv->y() < seen.part.v1_px - 0.5 + slack_px;
 }
 
@@ -35,11 +38,14 @@ std::vector<SeenPart> random_parts(int count, std::mt19937& random) {
   std::vector<SeenPart> parts;
   std::uniform_int_distribution<int> column(0, 719), row(0, 485);
   while (int(parts.size()) < count) {
-    const Vector3d eye_m = 2.5 * random_in({Vector3d(-1, -1, 0.2), Vector3d(1, 1, 1)}, random).normalized();
+    const Vector3d eye_m =
+        2.5 * random_in({Vector3d(-1, -1, 0.2), Vector3d(1, 1, 1)}, random).normalized();
     int u0 = column(random), u1 = column(random), v0 = row(random), v1 = row(random);
     if (u0 > u1) std::swap(u0, u1);
     if (v0 > v1) std::swap(v0, v1);
-    parts.push_back({{geometry::pinhole_from_fov(720, 486, 1.0), geometry::look_at(eye_m, {0, 0, 0.3})}, {u0, v0, u1 + 1, v1 + 1}});
+    parts.push_back(
+        {{geometry::pinhole_from_fov(720, 486, 1.0), geometry::look_at(eye_m, {0, 0, 0.3})},
+         {u0, v0, u1 + 1, v1 + 1}});
   }
   return parts;
 }
@@ -51,7 +57,8 @@ TEST(HullBounds, WithoutPartsAreTheBox) {
   EXPECT_TRUE(found.isApprox(kBox, 1e-12));
 }
 
-// In every direction the corners reach at least as far as each point that all parts show, and none is where no such point can be.
+// In every direction the corners reach at least as far as each point that all parts show, and none
+// is where no such point can be.
 TEST(HullBounds, HoldEveryPointThatAllPartsShow) {
   std::mt19937 random(7);
   int held = 0;
@@ -60,7 +67,9 @@ TEST(HullBounds, HoldEveryPointThatAllPartsShow) {
     const auto corners = corners_around_hull(parts, kBox, kNearest_m);
     std::vector<Vector3d> inside;
     for (int i = 0; i < 2000; ++i)
-      if (const Vector3d p = random_in(kBox, random); std::all_of(parts.begin(), parts.end(), [&](const SeenPart& seen) { return is_in(seen, p, 0); })) inside.push_back(p);
+      if (const Vector3d p = random_in(kBox, random); std::all_of(
+              parts.begin(), parts.end(), [&](const SeenPart& seen) { return is_in(seen, p, 0); }))
+        inside.push_back(p);
     held += int(inside.size());
     for (int i = 0; i < 100 && !inside.empty(); ++i) {
       const Vector3d direction = Vector3d::Random().normalized();
@@ -69,7 +78,8 @@ TEST(HullBounds, HoldEveryPointThatAllPartsShow) {
     for (const Vector3d& corner : corners) {
       EXPECT_LT(kBox.exteriorDistance(corner), 1e-9);
       for (const SeenPart& seen : parts)
-        if ((seen.camera.camera_from_world * corner).z() > kNearest_m + 1e-6) EXPECT_TRUE(is_in(seen, corner, 0.01 + 1e-6)) << round;
+        if ((seen.camera.camera_from_world * corner).z() > kNearest_m + 1e-6)
+          EXPECT_TRUE(is_in(seen, corner, 0.01 + 1e-6)) << round;
     }
   }
   EXPECT_GT(held, 1000);
@@ -90,7 +100,9 @@ TEST(HullBounds, HoldThePointsOnAPartsBorder) {
         if (!kBox.contains(p)) continue;
         // Across the side of the part's pyramid on which p is, outwards.
         const double outwards = u < r.u0_px ? -1 : 1;
-        const Vector3d across = camera.camera_from_world.linear().transpose() * (outwards * Vector3d(camera.pinhole.fx_px, 0, camera.pinhole.cx_px - u));
+        const Vector3d across =
+            camera.camera_from_world.linear().transpose() *
+            (outwards * Vector3d(camera.pinhole.fx_px, 0, camera.pinhole.cx_px - u));
         ASSERT_GT(support(corners, across), across.dot(p)) << round;
       }
   }
@@ -100,9 +112,11 @@ TEST(HullBounds, EndBeforeEachCamera) {
   std::mt19937 random(9);
   for (int round = 0; round < 100; ++round) {
     auto parts = random_parts(2, random);
-    parts[0].camera.camera_from_world = geometry::look_at(0.5 * random_in(kBox, random), {0.01, 0.02, 0.3});  // inside the box
+    parts[0].camera.camera_from_world =
+        geometry::look_at(0.5 * random_in(kBox, random), {0.01, 0.02, 0.3});  // inside the box
     for (const Vector3d& corner : corners_around_hull(parts, kBox, kNearest_m))
-      for (const SeenPart& seen : parts) EXPECT_GT((seen.camera.camera_from_world * corner).z(), kNearest_m - 1e-9) << round;
+      for (const SeenPart& seen : parts)
+        EXPECT_GT((seen.camera.camera_from_world * corner).z(), kNearest_m - 1e-9) << round;
   }
 }
 
@@ -122,11 +136,15 @@ TEST(HullBounds, AreTheSameInWhateverOrder) {
 }
 
 TEST(HullBounds, AreEmptyWherePartsHaveNoPointInCommon) {
-  const geometry::Camera left{geometry::pinhole_from_fov(720, 486, 1.0), geometry::look_at({-2, 0, 0.5}, {0, 0, 0.5})}, right{left.pinhole, geometry::look_at({2, 0, 0.5}, {0, 0, 0.5})};
-  const std::vector<SeenPart> top_and_bottom = {{left, {300, 0, 400, 50}}, {right, {300, 436, 400, 486}}};
+  const geometry::Camera left{geometry::pinhole_from_fov(720, 486, 1.0),
+                              geometry::look_at({-2, 0, 0.5}, {0, 0, 0.5})},
+      right{left.pinhole, geometry::look_at({2, 0, 0.5}, {0, 0, 0.5})};
+  const std::vector<SeenPart> top_and_bottom = {{left, {300, 0, 400, 50}},
+                                                {right, {300, 436, 400, 486}}};
   EXPECT_TRUE(corners_around_hull(top_and_bottom, kBox, kNearest_m).empty());
   const geometry::Camera away{left.pinhole, geometry::look_at({-2, 0, 0.5}, {-4, 0, 0.5})};
-  EXPECT_TRUE(corners_around_hull(std::vector<SeenPart>{{away, {0, 0, 720, 486}}}, kBox, kNearest_m).empty());
+  EXPECT_TRUE(corners_around_hull(std::vector<SeenPart>{{away, {0, 0, 720, 486}}}, kBox, kNearest_m)
+                  .empty());
 }
 
 // One pixel of each of two cameras: a millimetre wide, and still there.
@@ -134,7 +152,8 @@ TEST(HullBounds, OfOnePixelEachHoldThePointInIt) {
   const Vector3d p(0.21, -0.13, 0.4);
   std::vector<SeenPart> parts;
   for (const Vector3d& eye_m : {Vector3d(-2, 0.3, 1), Vector3d(0.1, -2, 1.2)}) {
-    const geometry::Camera camera{geometry::pinhole_from_fov(720, 486, 1.0), geometry::look_at(eye_m, {0, 0, 0.3})};
+    const geometry::Camera camera{geometry::pinhole_from_fov(720, 486, 1.0),
+                                  geometry::look_at(eye_m, {0, 0, 0.3})};
     const auto uv = geometry::project(camera, p);
     const int u = int(std::lround(uv->x())), v = int(std::lround(uv->y()));
     parts.push_back({camera, {u, v, u + 1, v + 1}});

@@ -38,13 +38,16 @@ void expect_promises_kept(const ObjectPixels& pixels, int step = 1) {
       for (int u = stored.u0_px - 3; u < stored.u1_px + 3; u += step) {
         const Box box = Box(kind);
         const int r = reach.at(box, u, v);
-        const bool object = pixels.contains(u, v), in_store = intersection(stored, {u, v, u + 1, v + 1}).area_px() == 1;
+        const bool object = pixels.contains(u, v),
+                   in_store = intersection(stored, {u, v, u + 1, v + 1}).area_px() == 1;
         ASSERT_NE(r, 0);
         ASSERT_EQ(r < 0, object) << u << ", " << v;
-        ASSERT_TRUE(all_alike(pixels, pixels_of_box(box, u, v, std::abs(r)), object)) << "box " << kind << " at " << u << ", " << v << " reach " << r;
+        ASSERT_TRUE(all_alike(pixels, pixels_of_box(box, u, v, std::abs(r)), object))
+            << "box " << kind << " at " << u << ", " << v << " reach " << r;
         const auto next = std::upper_bound(kReaches_px.begin(), kReaches_px.end(), std::abs(r));
         if (in_store && next != kReaches_px.end()) {
-          ASSERT_FALSE(all_alike(pixels, pixels_of_box(box, u, v, *next), object)) << "box " << kind << " at " << u << ", " << v << " reaches further than " << r;
+          ASSERT_FALSE(all_alike(pixels, pixels_of_box(box, u, v, *next), object))
+              << "box " << kind << " at " << u << ", " << v << " reaches further than " << r;
         }
       }
 }
@@ -59,12 +62,16 @@ TEST(BoxReach, KeepsItsPromisesOnNoise) {
 TEST(BoxReach, KeepsItsPromisesOnObjects) {
   for (int seed = 1; seed <= 2; ++seed) {
     test::Random random(seed);
-    expect_promises_kept(true_object_pixels(test::random_object(random, 3), test::random_camera(random, 333, 241), PixelRule::centre), 7);
+    expect_promises_kept(
+        true_object_pixels(test::random_object(random, 3), test::random_camera(random, 333, 241),
+                           PixelRule::centre),
+        7);
   }
 }
 
 TEST(BoxReach, SizesThatAreNoMultipleOfAWord) {
-  for (const auto& [width, height] : std::vector<std::pair<int, int>>{{1, 1}, {1, 40}, {63, 2}, {64, 3}, {65, 9}, {7, 7}, {129, 17}, {257, 5}, {519, 11}}) {
+  for (const auto& [width, height] : std::vector<std::pair<int, int>>{
+           {1, 1}, {1, 40}, {63, 2}, {64, 3}, {65, 9}, {7, 7}, {129, 17}, {257, 5}, {519, 11}}) {
     SCOPED_TRACE(width);
     ObjectPixels all(width, height), one(width, height);
     for (int v = 0; v < height; ++v)
@@ -122,7 +129,8 @@ TEST(BoxReach, MemoryIsReusedAcrossSizes) {
     for (BoxReach* r : {&reach, &fresh}) r->assign(pixels), r->make_all();
     for (int v = 0; v < size / 2; ++v)
       for (int u = 0; u < size; ++u)
-        for (int box = 0; box < kBoxes; ++box) ASSERT_EQ(reach.at(Box(box), u, v), fresh.at(Box(box), u, v));
+        for (int box = 0; box < kBoxes; ++box)
+          ASSERT_EQ(reach.at(Box(box), u, v), fresh.at(Box(box), u, v));
   }
 }
 

@@ -1,4 +1,5 @@
-// Limiting cameras and normals of a view's surface: on discs, planes, hard cases; and the contour's fit with its errors.
+// Limiting cameras and normals of a view's surface: on discs, planes, hard cases; and the contour's
+// fit with its errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,8 +28,11 @@ constexpr double kDegree = std::numbers::pi / 180;
 struct Scene {
   CpuHull hull;
   HullQuery query;
-  Scene(std::span<const Silhouette> silhouettes, const HullRule& rule = {}) : hull(test_pool(), silhouettes, rule), query(hull) {}
-  HullSurface surface(const View& view) { return hull_surface(query, view, hull.depth(view, test::whole_image(view.camera))); }
+  Scene(std::span<const Silhouette> silhouettes, const HullRule& rule = {})
+      : hull(test_pool(), silhouettes, rule), query(hull) {}
+  HullSurface surface(const View& view) {
+    return hull_surface(query, view, hull.depth(view, test::whole_image(view.camera)));
+  }
 };
 
 ObjectPixels disc(double radius_px, const Vector2d& centre_px, int size_px) {
@@ -39,7 +43,8 @@ ObjectPixels disc(double radius_px, const Vector2d& centre_px, int size_px) {
   return pixels;
 }
 
-// Angles [degrees] between the contour's normal and a disc's, at every pixel edge of discs with random centres, at a random place on it.
+// Angles [degrees] between the contour's normal and a disc's, at every pixel edge of discs with
+// random centres, at a random place on it.
 std::vector<double> normal_errors_deg(double radius_px, int discs) {
   test::Random random(5);
   std::vector<double> errors;
@@ -53,8 +58,10 @@ std::vector<double> normal_errors_deg(double radius_px, int discs) {
       for (int u = 0; u < 80; ++u)
         for (const auto& [du, dv] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
           if (!map.keeps(u, v) || map.keeps(u + du, v + dv)) continue;
-          const Vector2d uv = Vector2d(u + 0.5 * du, v + 0.5 * dv) + test::uniform(random, -0.5, 0.5) * Vector2d(dv, du);
-          const Vector2d normal = contour_normal(map, u, v, du, dv, uv), truth = (uv - centre).normalized();
+          const Vector2d uv = Vector2d(u + 0.5 * du, v + 0.5 * dv) +
+                              test::uniform(random, -0.5, 0.5) * Vector2d(dv, du);
+          const Vector2d normal = contour_normal(map, u, v, du, dv, uv),
+                         truth = (uv - centre).normalized();
           EXPECT_NEAR(normal.norm(), 1, 1e-12);
           errors.push_back(std::acos(std::clamp(normal.dot(truth), -1.0, 1.0)) / kDegree);
         }
@@ -64,18 +71,22 @@ std::vector<double> normal_errors_deg(double radius_px, int discs) {
 }
 
 TEST(Contour, NormalsOfDiscsWithinTheStatedError) {
-  for (const auto& [radius_px, most_median_deg, most_p95_deg] : {std::tuple{20.0, 0.4, 1.2}, {3.0, 3.0, 8.0}}) {
+  for (const auto& [radius_px, most_median_deg, most_p95_deg] :
+       {std::tuple{20.0, 0.4, 1.2}, {3.0, 3.0, 8.0}}) {
     const auto errors = normal_errors_deg(radius_px, 200);
     const double median = errors[errors.size() / 2], p95 = errors[errors.size() * 95 / 100];
-    std::cout << "radius " << radius_px << " px: median " << median << " deg, p95 " << p95 << " deg, worst " << errors.back() << " deg, edges " << errors.size() << "\n";
+    std::cout << "radius " << radius_px << " px: median " << median << " deg, p95 " << p95
+              << " deg, worst " << errors.back() << " deg, edges " << errors.size() << "\n";
     EXPECT_LT(median, most_median_deg);
     EXPECT_LT(p95, most_p95_deg);
   }
 }
 
-// Contours of fewer edges than the fit's window: it must not go on around them, and come back from behind.
+// Contours of fewer edges than the fit's window: it must not go on around them, and come back from
+// behind.
 TEST(Contour, NormalsOfDiscsSmallerThanTheWindow) {
-  for (const auto& [radius_px, most_median_deg, most_worst_deg] : {std::tuple{1.5, 10.0, 70.0}, {2.0, 6.0, 60.0}, {2.5, 4.0, 45.0}, {3.5, 3.0, 45.0}}) {
+  for (const auto& [radius_px, most_median_deg, most_worst_deg] :
+       {std::tuple{1.5, 10.0, 70.0}, {2.0, 6.0, 60.0}, {2.5, 4.0, 45.0}, {3.5, 3.0, 45.0}}) {
     const auto errors = normal_errors_deg(radius_px, 400);
     EXPECT_LT(errors[errors.size() / 2], most_median_deg) << radius_px;
     EXPECT_LT(errors.back(), most_worst_deg) << radius_px;
@@ -91,13 +102,17 @@ TEST(Contour, StraightBorders) {
   reach.make_all();
   const ContourMap map{&reach, {0, 0, 64, 64}, Kept::object};
   EXPECT_LT((contour_normal(map, 30, 32, -1, 0, {29.5, 32.2}) - Vector2d(-1, 0)).norm(), 1e-12);
-  EXPECT_LT((contour_normal(map, 63, 32, 1, 0, {63.5, 32.2}) - Vector2d(1, 0)).norm(), 1e-12);  // cut by the image
+  EXPECT_LT((contour_normal(map, 63, 32, 1, 0, {63.5, 32.2}) - Vector2d(1, 0)).norm(),
+            1e-12);  // cut by the image
   ObjectPixels diagonal(64, 64);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u <= v; ++u) diagonal.set(u, v);
   reach.assign(diagonal);
   reach.make_all();
-  EXPECT_LT((contour_normal({&reach, {0, 0, 64, 64}, Kept::object}, 32, 32, 1, 0, {32.5, 32.0}) - Vector2d(1, -1).normalized()).norm(), 0.02);
+  EXPECT_LT((contour_normal({&reach, {0, 0, 64, 64}, Kept::object}, 32, 32, 1, 0, {32.5, 32.0}) -
+             Vector2d(1, -1).normalized())
+                .norm(),
+            0.02);
 }
 
 TEST(Contour, OnePixelAndNoise) {  // unit, whatever the contour
@@ -112,7 +127,10 @@ TEST(Contour, OnePixelAndNoise) {  // unit, whatever the contour
       for (int v = -1; v <= 50; ++v)
         for (int u = -1; u <= 70; ++u)
           for (const auto& [du, dv] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
-            if (map.keeps(u, v) && !map.keeps(u + du, v + dv)) { EXPECT_NEAR(contour_normal(map, u, v, du, dv, {u + 0.5 * du, v + 0.5 * dv}).norm(), 1, 1e-12); }
+            if (map.keeps(u, v) && !map.keeps(u + du, v + dv)) {
+              EXPECT_NEAR(contour_normal(map, u, v, du, dv, {u + 0.5 * du, v + 0.5 * dv}).norm(), 1,
+                          1e-12);
+            }
     }
   }
 }
@@ -121,10 +139,16 @@ TEST(Contour, OnePixelAndNoise) {  // unit, whatever the contour
 TEST(HullSurface, NormalsOfABall) {
   const std::vector<Capsule> ball{{{0, 0, 0}, {0, 0, 0}, 0.1}};
   std::vector<geometry::Camera> cameras;
-  for (const double angle : {0.3, 1.5, 2.9, 4.4}) cameras.push_back({geometry::pinhole_from_fov(400, 400, 0.4), geometry::look_at(1.5 * Vector3d(std::cos(angle), std::sin(angle), 0.5), {0, 0, 0})});
+  for (const double angle : {0.3, 1.5, 2.9, 4.4})
+    cameras.push_back(
+        {geometry::pinhole_from_fov(400, 400, 0.4),
+         geometry::look_at(1.5 * Vector3d(std::cos(angle), std::sin(angle), 0.5), {0, 0, 0})});
   const auto silhouettes = test::silhouettes_of(ball, cameras, PixelRule::centre);
   Scene scene(silhouettes);
-  const View view{{geometry::pinhole_from_fov(160, 120, 0.3), geometry::look_at({0.2, -1, 0.3}, {0, 0, 0})}, 0.05, 4.0};
+  const View view{
+      {geometry::pinhole_from_fov(160, 120, 0.3), geometry::look_at({0.2, -1, 0.3}, {0, 0, 0})},
+      0.05,
+      4.0};
   const DepthTile tile = scene.hull.depth(view, test::whole_image(view.camera));
   const HullSurface surface = hull_surface(scene.query, view, tile);
   std::vector<double> errors_deg;
@@ -133,10 +157,14 @@ TEST(HullSurface, NormalsOfABall) {
     if (tile.depth_m[i] == kNoHull) continue;
     ASSERT_GE(surface.limiting_camera[i], 0);
     const geometry::Camera& camera = cameras[std::size_t(surface.limiting_camera[i])];
-    const geometry::Ray ray = geometry::ray_through(view.camera, {double(i % 160), double(i / 160)});
-    const Vector3d p = ray.origin_world_m + tile.depth_m[i] * ray.direction_world, eye = geometry::camera_center_world_m(camera);
-    // A cone's normal lies in the plane of its axis and the point, at right angles to the line of sight.
-    const Vector3d sight = (p - eye).normalized(), away = p - (p.dot(eye) / eye.squaredNorm()) * eye;
+    const geometry::Ray ray =
+        geometry::ray_through(view.camera, {double(i % 160), double(i / 160)});
+    const Vector3d p = ray.origin_world_m + tile.depth_m[i] * ray.direction_world,
+                   eye = geometry::camera_center_world_m(camera);
+    // A cone's normal lies in the plane of its axis and the point, at right angles to the line of
+    // sight.
+    const Vector3d sight = (p - eye).normalized(),
+                   away = p - (p.dot(eye) / eye.squaredNorm()) * eye;
     const Vector3d truth = (away - away.dot(sight) * sight).normalized();
     const Vector3d n = surface.normal_world[i].cast<double>();
     EXPECT_NEAR(n.norm(), 1, 1e-6);
@@ -149,13 +177,15 @@ TEST(HullSurface, NormalsOfABall) {
   EXPECT_LT(errors_deg[errors_deg.size() * 95 / 100], 2.0);
 }
 
-// The limiting camera sees the surface's point on its silhouette's border, empty just before and object just after.
+// The limiting camera sees the surface's point on its silhouette's border, empty just before and
+// object just after.
 TEST(HullSurface, TheLimitingCameraIsTheOneWhoseObjectBegins) {
   int hits = 0;
   for (int seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
-    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 2 + seed % 4));
+    const auto silhouettes = test::silhouettes_of(test::random_object(random, 3),
+                                                  test::random_cameras(random, 2 + seed % 4));
     Scene scene(silhouettes);
     const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
     const HullSurface surface = scene.surface(view);
@@ -165,10 +195,13 @@ TEST(HullSurface, TheLimitingCameraIsTheOneWhoseObjectBegins) {
       const geometry::Ray ray = geometry::ray_through(view.camera, Vector2d(i % 64, i / 64));
       const double entry = scene.query.first_entry(ray, view.near_m, view.far_m).value();
       const auto one = std::span(silhouettes).subspan(std::size_t(camera), 1);
-      const Vector3d p = ray.origin_world_m + entry * ray.direction_world, eye = geometry::camera_center_world_m(one.front().camera);
+      const Vector3d p = ray.origin_world_m + entry * ray.direction_world,
+                     eye = geometry::camera_center_world_m(one.front().camera);
       EXPECT_FALSE(in_hull(one, p - 1e-9 * ray.direction_world));
       const Vector3d normal = surface.normal_world[std::size_t(i)].cast<double>();
-      if (normal.dot(ray.direction_world) < -1e-6) { EXPECT_NEAR(normal.dot(p - eye), 0, 1e-6); }  // unless turned to the eye, the plane holds the camera
+      if (normal.dot(ray.direction_world) < -1e-6) {
+        EXPECT_NEAR(normal.dot(p - eye), 0, 1e-6);
+      }  // unless turned to the eye, the plane holds the camera
       ++hits;
     }
   }
@@ -177,7 +210,8 @@ TEST(HullSurface, TheLimitingCameraIsTheOneWhoseObjectBegins) {
 
 TEST(HullSurface, ADepthThatIsOffIsSetRight) {
   test::Random random(4);
-  Scene scene(test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3)));
+  Scene scene(
+      test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3)));
   const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
   DepthTile tile = scene.hull.depth(view, test::whole_image(view.camera));
   const HullSurface expected = hull_surface(scene.query, view, tile);
@@ -190,7 +224,8 @@ TEST(HullSurface, ADepthThatIsOffIsSetRight) {
 TEST(HullSurface, OrderOfCamerasChangesTheirNumbersAlone) {
   for (int seed = 1; seed <= 6; ++seed) {
     test::Random random(seed);
-    auto silhouettes = test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
+    auto silhouettes =
+        test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
     const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
     for (const HullRule& rule : {HullRule{}, HullRule{Limits::seen, 2}}) {
       const HullSurface a = Scene(silhouettes, rule).surface(view);
@@ -198,13 +233,15 @@ TEST(HullSurface, OrderOfCamerasChangesTheirNumbersAlone) {
       const HullSurface b = Scene(silhouettes, rule).surface(view);
       for (std::size_t i = 0; i < a.limiting_camera.size(); ++i) {
         EXPECT_EQ(a.normal_world[i], b.normal_world[i]);
-        EXPECT_EQ(a.limiting_camera[i], b.limiting_camera[i] < 0 ? b.limiting_camera[i] : 3 - b.limiting_camera[i]);
+        EXPECT_EQ(a.limiting_camera[i],
+                  b.limiting_camera[i] < 0 ? b.limiting_camera[i] : 3 - b.limiting_camera[i]);
       }
     }
   }
 }
 
-TEST(HullSurface, BySeenAnImageBorderLimits) {  // every pixel object: the hull is where enough images meet
+TEST(HullSurface,
+     BySeenAnImageBorderLimits) {  // every pixel object: the hull is where enough images meet
   test::Random random(3);
   std::vector<Silhouette> silhouettes;
   for (const geometry::Camera& camera : test::random_cameras(random, 3, 40, 30)) {
@@ -214,7 +251,10 @@ TEST(HullSurface, BySeenAnImageBorderLimits) {  // every pixel object: the hull 
     silhouettes.push_back({camera, all});
   }
   Scene scene(silhouettes, {Limits::seen, 2});
-  const View view{{geometry::pinhole_from_fov(64, 48, 0.9), geometry::look_at({0, -4, 0.4}, {0, 0, 0})}, 0.05, 10.0};
+  const View view{
+      {geometry::pinhole_from_fov(64, 48, 0.9), geometry::look_at({0, -4, 0.4}, {0, 0, 0})},
+      0.05,
+      10.0};
   const DepthTile tile = scene.hull.depth(view, test::whole_image(view.camera));
   const HullSurface surface = hull_surface(scene.query, view, tile);
   int limited = 0;
@@ -227,15 +267,22 @@ TEST(HullSurface, BySeenAnImageBorderLimits) {  // every pixel object: the hull 
   EXPECT_GT(limited, 100);
 }
 
-TEST(HullSurface, BySeenTheHullMayBeginWhereACameraSeesNoMore) {  // the first has no object pixel: its image is carved out of the others'
+TEST(HullSurface,
+     BySeenTheHullMayBeginWhereACameraSeesNoMore) {  // the first has no object pixel: its image is
+                                                     // carved out of the others'
   std::vector<Silhouette> silhouettes;
   for (const Vector3d& eye : {Vector3d(0.2, -2, 0.1), Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {
-    silhouettes.push_back({{geometry::pinhole_from_fov(100, 75, eye.y() < 0 ? 0.1 : 0.5), geometry::look_at(eye, {0, 0, 0})}, ObjectPixels(100, 75)});
+    silhouettes.push_back({{geometry::pinhole_from_fov(100, 75, eye.y() < 0 ? 0.1 : 0.5),
+                            geometry::look_at(eye, {0, 0, 0})},
+                           ObjectPixels(100, 75)});
     for (int v = 0; v < 75 && eye.y() >= 0; ++v)
       for (int u = 0; u < 100; ++u) silhouettes.back().pixels.set(u, v);
   }
   Scene scene(silhouettes, {Limits::seen, 2});
-  const View view{{geometry::pinhole_from_fov(64, 48, 0.4), geometry::look_at({0.03, -0.3, 0.015}, {1, -0.25, 0.05})}, 0.01, 10.0};  // the eye is in that image
+  const View view{{geometry::pinhole_from_fov(64, 48, 0.4),
+                   geometry::look_at({0.03, -0.3, 0.015}, {1, -0.25, 0.05})},
+                  0.01,
+                  10.0};  // the eye is in that image
   const DepthTile tile = scene.hull.depth(view, test::whole_image(view.camera));
   const HullSurface surface = hull_surface(scene.query, view, tile);
   int by_the_first = 0;
@@ -244,8 +291,11 @@ TEST(HullSurface, BySeenTheHullMayBeginWhereACameraSeesNoMore) {  // the first h
     if (surface.limiting_camera[i] != 0) continue;
     ++by_the_first;
     const geometry::Ray ray = geometry::ray_through(view.camera, Vector2d(i % 64, i / 64));
-    const Vector3d normal = surface.normal_world[i].cast<double>(), p = ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world;
-    if (normal.dot(ray.direction_world) < -1e-6) { EXPECT_NEAR(normal.dot(p - geometry::camera_center_world_m(silhouettes[0].camera)), 0, 1e-5); }
+    const Vector3d normal = surface.normal_world[i].cast<double>(),
+                   p = ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world;
+    if (normal.dot(ray.direction_world) < -1e-6) {
+      EXPECT_NEAR(normal.dot(p - geometry::camera_center_world_m(silhouettes[0].camera)), 0, 1e-5);
+    }
   }
   EXPECT_GT(by_the_first, 20);
 }
@@ -253,22 +303,39 @@ TEST(HullSurface, BySeenTheHullMayBeginWhereACameraSeesNoMore) {  // the first h
 TEST(HullSurface, NearPlaneInsideTheHullAndNoHull) {
   std::vector<Silhouette> silhouettes;
   for (const Vector3d& eye : {Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {
-    silhouettes.push_back({{geometry::pinhole_from_fov(100, 75, 0.5), geometry::look_at(eye, {0, 0, 0})}, ObjectPixels(100, 75)});
+    silhouettes.push_back(
+        {{geometry::pinhole_from_fov(100, 75, 0.5), geometry::look_at(eye, {0, 0, 0})},
+         ObjectPixels(100, 75)});
     for (int v = 10; v < 70; ++v)
       for (int u = 10; u < 90; ++u) silhouettes.back().pixels.set(u, v);
   }
   Scene scene(silhouettes);
-  const View view{{geometry::pinhole_from_fov(64, 48, 0.5), geometry::look_at({0.01, 0, 0.02}, {1, 1, 0})}, 0.05, 10.0};
+  const View view{
+      {geometry::pinhole_from_fov(64, 48, 0.5), geometry::look_at({0.01, 0, 0.02}, {1, 1, 0})},
+      0.05,
+      10.0};
   const HullSurface inside = scene.surface(view);
   for (std::size_t i = 0; i < inside.limiting_camera.size(); ++i) {
     EXPECT_EQ(inside.limiting_camera[i], kNearPlane);
-    EXPECT_LT((inside.normal_world[i].cast<double>() + view.camera.camera_from_world.linear().row(2).transpose()).norm(), 1e-6);
+    EXPECT_LT((inside.normal_world[i].cast<double>() +
+               view.camera.camera_from_world.linear().row(2).transpose())
+                  .norm(),
+              1e-6);
   }
   silhouettes[1].pixels = ObjectPixels(100, 75);
   const HullSurface none = Scene(silhouettes).surface(view);
-  EXPECT_TRUE(std::all_of(none.limiting_camera.begin(), none.limiting_camera.end(), [](int c) { return c == kNoSurface; }));
-  DepthTile nonsense{{0, 0, 2, 1}, {std::numeric_limits<float>::quiet_NaN(), 3.0f}};  // no depths of this hull
-  EXPECT_EQ(hull_surface(scene.query, {{geometry::pinhole_from_fov(64, 48, 0.5), geometry::look_at({5, 5, 5}, {9, 9, 9})}, 0.05, 10}, nonsense).limiting_camera, (std::vector<int>{kNoSurface, kNoSurface}));
+  EXPECT_TRUE(std::all_of(none.limiting_camera.begin(), none.limiting_camera.end(),
+                          [](int c) { return c == kNoSurface; }));
+  DepthTile nonsense{{0, 0, 2, 1},
+                     {std::numeric_limits<float>::quiet_NaN(), 3.0f}};  // no depths of this hull
+  EXPECT_EQ(hull_surface(
+                scene.query,
+                {{geometry::pinhole_from_fov(64, 48, 0.5), geometry::look_at({5, 5, 5}, {9, 9, 9})},
+                 0.05,
+                 10},
+                nonsense)
+                .limiting_camera,
+            (std::vector<int>{kNoSurface, kNoSurface}));
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ Answer fivepipe(const std::string& arguments) {
   FILE* pipe = popen((FIVEPIPE_BINARY_DIR "/fivepipe " + arguments + " 2>&1").c_str(), "r");
   if (!pipe) return answer;
   char buffer[4096];
-  while (const std::size_t got = fread(buffer, 1, sizeof buffer, pipe)) answer.text.append(buffer, got);
+  while (const std::size_t got = fread(buffer, 1, sizeof buffer, pipe))
+    answer.text.append(buffer, got);
   const int status = pclose(pipe);
   if (WIFEXITED(status)) answer.exit_code = WEXITSTATUS(status);
   return answer;
@@ -29,8 +30,10 @@ Answer fivepipe(const std::string& arguments) {
 }  // namespace
 
 TEST(Command, BadCommandLinesExitWithTwo) {
-  for (const char* arguments : {"", "fly", "up", "up demo.yaml --duration -3", "up demo.yaml --set novalue", "up demo.yaml --set =x", "up demo.yaml --domain 9999",
-                                "top --surely-not", "bench", "bench no_such_suite"}) {
+  for (const char* arguments :
+       {"", "fly", "up", "up demo.yaml --duration -3", "up demo.yaml --set novalue",
+        "up demo.yaml --set =x", "up demo.yaml --domain 9999", "top --surely-not", "bench",
+        "bench no_such_suite"}) {
     const Answer answer = fivepipe(arguments);
     EXPECT_EQ(answer.exit_code, 2) << arguments << "\n" << answer.text;
     EXPECT_FALSE(answer.text.empty()) << arguments;
@@ -44,17 +47,22 @@ TEST(Command, AMissingDeploymentIsAConfigurationErrorThatNamesTheFile) {
 }
 
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
-  for (const char* subcommand : {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ", "hz ", "doctor ", "bench ", "maps "}) {
+  for (const char* subcommand : {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ",
+                                 "hz ", "doctor ", "bench ", "maps "}) {
     const Answer answer = fivepipe(std::string(subcommand) + "--help");
     EXPECT_EQ(answer.exit_code, 0) << answer.text;
     EXPECT_NE(answer.text.find("Example"), std::string::npos) << subcommand << "\n" << answer.text;
-    EXPECT_NE(answer.text.find("fivepipe " + std::string(subcommand)), std::string::npos) << answer.text;
+    EXPECT_NE(answer.text.find("fivepipe " + std::string(subcommand)), std::string::npos)
+        << answer.text;
   }
 }
 
 TEST(Command, MapsOfOneFrameAreImagesAndCameras) {
-  const auto folder = std::filesystem::temp_directory_path() / ("fivepipe_maps_" + std::to_string(getpid()));
-  const Answer answer = fivepipe("maps " FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml --frame 30 --out " + folder.string());
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("fivepipe_maps_" + std::to_string(getpid()));
+  const Answer answer =
+      fivepipe("maps " FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml --frame 30 --out " +
+               folder.string());
   EXPECT_EQ(answer.exit_code, 0) << answer.text;
   std::ifstream cameras(folder / "cameras.txt");
   int count = 0;
@@ -88,6 +96,7 @@ TEST(Command, TopOnceSaysWhereNobodyIsHeard) {
 TEST(Command, DoctorFindsThisMachineReady) {
   const Answer answer = fivepipe("doctor --domain 198");
   EXPECT_EQ(answer.exit_code, 0) << answer.text;
-  for (const char* part : {"build:", "GL:", "receive buffers", "loopback", "DDS", "cores", "disk", "camera"})
+  for (const char* part :
+       {"build:", "GL:", "receive buffers", "loopback", "DDS", "cores", "disk", "camera"})
     EXPECT_NE(answer.text.find(part), std::string::npos) << part << " is not in\n" << answer.text;
 }

@@ -7,11 +7,11 @@
 #include <random>
 #include <set>
 
+#include "common/base/output_queue.h"
+#include "common/base/text_table.h"
+#include "common/base/timestamp_text.h"
 #include "launch/inspect/arrivals.h"
 #include "launch/inspect/message_text.h"
-#include "common/base/output_queue.h"
-#include "common/base/timestamp_text.h"
-#include "common/base/text_table.h"
 #include "launch/inspect/topic_choice.h"
 #include "launch/inspect/topic_list.h"
 
@@ -28,9 +28,11 @@ std::string refused(const std::function<void()>& run) {
 }
 
 TEST(TopicChoice, FindsATopicByItsNameItsLastPartOrWhatFitsItAlone) {
-  const std::vector<std::string> topics{"a/HullTile", "a/HullParts", "a/HeadPose", "b/HullTile/more", "a/Hull"};
+  const std::vector<std::string> topics{"a/HullTile", "a/HullParts", "a/HeadPose",
+                                        "b/HullTile/more", "a/Hull"};
   EXPECT_EQ(topic_meant("a/HullTile", topics), "a/HullTile");
-  EXPECT_EQ(topic_meant("HullTile", topics), "a/HullTile");  // though found in b/HullTile/more as well
+  EXPECT_EQ(topic_meant("HullTile", topics),
+            "a/HullTile");  // though found in b/HullTile/more as well
   EXPECT_EQ(topic_meant("Hull", topics), "a/Hull");
   EXPECT_EQ(topic_meant("hullp", topics), "a/HullParts");
   EXPECT_EQ(topic_meant("^b/", topics), "b/HullTile/more");
@@ -43,7 +45,8 @@ TEST(TopicChoice, RefusesWhatFitsSeveralOrNoneAndSaysWhichThereAre) {
   EXPECT_EQ(several.find("HeadPose"), std::string::npos) << several;
   const std::string none = refused([&] { topic_meant("Foot", topics); });
   EXPECT_NE(none.find("a/HeadPose"), std::string::npos) << none;
-  EXPECT_NE(refused([&] { topic_meant("(", topics); }).find("regular expression"), std::string::npos);
+  EXPECT_NE(refused([&] { topic_meant("(", topics); }).find("regular expression"),
+            std::string::npos);
   EXPECT_NE(refused([&] { topic_meant("x", {}); }), "");
 }
 
@@ -61,7 +64,8 @@ TEST(TextTable, WrapsLongCellsAndAlignsNumbers) {
 TEST(StampText, ShowsMicrosecondsBeforeAndAfter1970) {
   setenv("TZ", "UTC", 1);
   tzset();
-  EXPECT_EQ(base::local_date_and_time(1'000'000'000'123'456'789), "2001-09-09 01:46:40.123456 +0000");
+  EXPECT_EQ(base::local_date_and_time(1'000'000'000'123'456'789),
+            "2001-09-09 01:46:40.123456 +0000");
   EXPECT_EQ(base::local_time_of_day(-1'000), "23:59:59.999999");
 }
 
@@ -92,12 +96,18 @@ struct Cdr {
 
 std::vector<std::byte> thing() {
   Cdr cdr;
-  cdr.put(std::string("ball")).put(std::uint64_t(12)).put(std::uint16_t(3)).put(1.5).put(std::nan(""));
+  cdr.put(std::string("ball"))
+      .put(std::uint64_t(12))
+      .put(std::uint16_t(3))
+      .put(1.5)
+      .put(std::nan(""));
   cdr.put(std::uint32_t(2)).put(1.0).put(2.0).put(3.0).put(4.0).put(std::uint32_t(20));
   for (int i = 0; i < 20; ++i) cdr.put(std::uint8_t(i));
   return cdr.bytes;
 }
-ShownMessage shown(std::span<const std::byte> cdr) { return {"t/Thing", "node_a", 1'000'000'000, 1'002'500'000, std::nullopt, cdr}; }
+ShownMessage shown(std::span<const std::byte> cdr) {
+  return {"t/Thing", "node_a", 1'000'000'000, 1'002'500'000, std::nullopt, cdr};
+}
 
 std::string text_of_thing(const TextOptions& options) {
   const auto cdr = thing();
@@ -109,24 +119,31 @@ TEST(MessageText, IsAYamlDocumentWithTimeWriterAndLatency) {
   tzset();
   EXPECT_EQ(text_of_thing({}),
             "---  # 00:00:01.000000 node_a, latency 2.50 ms\n"
-            "name: ball\nframe: 12\npart: 3\np: {x: 1.5, y: .nan}\npoints:\n  - {x: 1.0, y: 2.0}\n  - {x: 3.0, y: 4.0}\nraw: {sequence<octet>: 20}\n");
+            "name: ball\nframe: 12\npart: 3\np: {x: 1.5, y: .nan}\npoints:\n  - {x: 1.0, y: 2.0}\n "
+            " - {x: 3.0, y: 4.0}\nraw: {sequence<octet>: 20}\n");
   EXPECT_NE(text_of_thing({.full = true}).find("raw: [0, 1, 2,"), std::string::npos);
 }
 
 TEST(MessageText, ShowsOneField) {
-  const auto field = [](const char* path, bool json = false) { return text_of_thing({.json = json, .full = false, .field = FieldPath(path)}); };
+  const auto field = [](const char* path, bool json = false) {
+    return text_of_thing({.json = json, .full = false, .field = FieldPath(path)});
+  };
   EXPECT_EQ(field("frame"), "--- 12  # 00:00:01.000000 node_a, latency 2.50 ms\n");
   EXPECT_EQ(field("points[1].y").substr(0, 7), "--- 4.0");
   EXPECT_EQ(field("points[2].y").substr(0, 8), "--- null");
   EXPECT_EQ(field("raw[19]").substr(0, 6), "--- 19");
   EXPECT_EQ(field("p.y", true),
-            "{\"topic\":\"t/Thing\",\"writer\":\"node_a\",\"source_stamp_ns\":1000000000,\"log_stamp_ns\":1002500000,\"value\":\"NaN\"}\n");
+            "{\"topic\":\"t/"
+            "Thing\",\"writer\":\"node_a\",\"source_stamp_ns\":1000000000,\"log_stamp_ns\":"
+            "1002500000,\"value\":\"NaN\"}\n");
   EXPECT_NE(refused([&] { field("p.z"); }).find("there are: x, y"), std::string::npos);
   EXPECT_NE(refused([&] { field("frame.x"); }), "");
   EXPECT_NE(refused([&] { field("points.x"); }).find("[0]"), std::string::npos);
-  for (const char* bad : {"", ".", "a.", ".a", "a[", "a[]", "a[x]", "a[1", "[1]", "a[1]b", "a b", "a..b", "a[-1]", "a[99999999999999999999]"})
+  for (const char* bad : {"", ".", "a.", ".a", "a[", "a[]", "a[x]", "a[1", "[1]", "a[1]b", "a b",
+                          "a..b", "a[-1]", "a[99999999999999999999]"})
     EXPECT_NE(refused([&] { FieldPath path(bad); }), "") << bad;
-  for (const char* good : {"a", "a.b", "a[1]", "a[1][2].b", "a[0].b[3]"}) EXPECT_EQ(refused([&] { FieldPath path(good); }), "") << good;
+  for (const char* good : {"a", "a.b", "a[1]", "a[1][2].b", "a[0].b[3]"})
+    EXPECT_EQ(refused([&] { FieldPath path(good); }), "") << good;
 }
 
 TEST(MessageText, ShowsKeyChangesByTheirKey) {
@@ -137,14 +154,17 @@ TEST(MessageText, ShowsKeyChangesByTheirKey) {
   for (const int representation : {1, 7}) {
     key.bytes[1] = std::byte(representation);
     const std::string text = MessageText(made_up_idl(), "m::Thing", {})(message);
-    EXPECT_NE(text.find("\nkey_change: disposed\nkey: {name: ball, part: 3}\n"), std::string::npos) << text;
+    EXPECT_NE(text.find("\nkey_change: disposed\nkey: {name: ball, part: 3}\n"), std::string::npos)
+        << text;
   }
   const std::string json = MessageText(made_up_idl(), "m::Thing", {.json = true})(message);
-  EXPECT_NE(json.find("\"key_change\":\"disposed\",\"key\":{\"name\":\"ball\",\"part\":3}"), std::string::npos);
+  EXPECT_NE(json.find("\"key_change\":\"disposed\",\"key\":{\"name\":\"ball\",\"part\":3}"),
+            std::string::npos);
 }
 
 TEST(MessageText, DoesNotGuessKeysThatAreLaidOutOtherwiseInCdr2) {
-  const schema::Idl idl = schema::parse_idl("struct Wide { @key octet a; @key unsigned long long b; };");
+  const schema::Idl idl =
+      schema::parse_idl("struct Wide { @key octet a; @key unsigned long long b; };");
   Cdr key;
   key.put(std::uint8_t(1)).put(std::uint64_t(2));
   ShownMessage message = shown(key.bytes);
@@ -158,8 +178,12 @@ TEST(MessageText, TellsThatAPayloadCannotBeDecoded) {
   const auto cdr = thing();
   for (std::size_t bytes = 0; bytes < cdr.size(); ++bytes) {
     const ShownMessage cut = shown(std::span(cdr).first(bytes));
-    EXPECT_NE(MessageText(made_up_idl(), "m::Thing", {})(cut).find("not_decoded: "), std::string::npos) << bytes;
-    EXPECT_NE(MessageText(made_up_idl(), "m::Thing", {.json = true})(cut).find("\"error\":"), std::string::npos) << bytes;
+    EXPECT_NE(MessageText(made_up_idl(), "m::Thing", {})(cut).find("not_decoded: "),
+              std::string::npos)
+        << bytes;
+    EXPECT_NE(MessageText(made_up_idl(), "m::Thing", {.json = true})(cut).find("\"error\":"),
+              std::string::npos)
+        << bytes;
   }
 }
 
@@ -177,7 +201,8 @@ TEST(Arrivals, SpreadIsOfTheSortedValues) {
 
 TEST(Arrivals, RateIsOfIntervalsNotOfMessages) {
   std::deque<Arrival> arrivals;
-  for (int i = 0; i < 11; ++i) arrivals.push_back({1'000'000'000 + i * 100'000'000, 2'000'000 + i * 1'000'000, 1000});
+  for (int i = 0; i < 11; ++i)
+    arrivals.push_back({1'000'000'000 + i * 100'000'000, 2'000'000 + i * 1'000'000, 1000});
   const ArrivalSummary summary = summary_of(arrivals);
   EXPECT_EQ(summary.messages, 11u);
   EXPECT_NEAR(summary.rate_hz, 10, 1e-9);
@@ -197,8 +222,10 @@ TEST(Arrivals, FindsFramesThatAreMissingInAnyOrderOfArrival) {
       if (random() % 5) came.insert(came.end(), 1 + random() % 2, frame);
     if (came.empty()) continue;
     const std::set<std::uint64_t> distinct(came.begin(), came.end());
-    // Disordered by less than frames may be: ten messages are of fewer than 24 frames, but for one run of gaps in 10^7.
-    for (std::size_t i = 0; i + 10 <= came.size(); i += 10) std::shuffle(came.begin() + std::ptrdiff_t(i), came.begin() + std::ptrdiff_t(i) + 10, random);
+    // Disordered by less than frames may be: ten messages are of fewer than 24 frames, but for one
+    // run of gaps in 10^7.
+    for (std::size_t i = 0; i + 10 <= came.size(); i += 10)
+      std::shuffle(came.begin() + std::ptrdiff_t(i), came.begin() + std::ptrdiff_t(i) + 10, random);
     FrameGaps gaps;
     for (const std::uint64_t frame : came) gaps.add(frame);
     ASSERT_EQ(gaps.frames(), distinct.size());
@@ -217,26 +244,38 @@ TEST(Arrivals, NamesGapsAndTakesLowNumbersForANewStart) {
 
 TEST(Arrivals, ForgetsWhatIsOldButNotItsFrames) {
   ArrivalBook book;
-  for (int i = 0; i < 10; ++i) book.add(i % 2 ? "odd" : "even", {i * 1'000'000, 0, 1}, i == 5 ? 6 : std::uint64_t(i));
+  for (int i = 0; i < 10; ++i)
+    book.add(i % 2 ? "odd" : "even", {i * 1'000'000, 0, 1}, i == 5 ? 6 : std::uint64_t(i));
   book.forget_before(8'000'000);
   EXPECT_EQ(book.messages(), 2u);
-  EXPECT_NE(book.text().find("9 frames, 1 missing between them: 5\n"), std::string::npos) << book.text();
+  EXPECT_NE(book.text().find("9 frames, 1 missing between them: 5\n"), std::string::npos)
+      << book.text();
 }
 
 TEST(TopicList, SaysShortlyWhichQosAndLeavesOutOnesOwn) {
-  EXPECT_EQ(short_qos({{"reliability", "reliable, blocks 100 ms"}, {"history", "keep_last 8"}, {"durability", "transient_local"}}),
+  EXPECT_EQ(short_qos({{"reliability", "reliable, blocks 100 ms"},
+                       {"history", "keep_last 8"},
+                       {"durability", "transient_local"}}),
             "reliable, last 8, latched");
-  EXPECT_EQ(short_qos({{"reliability", "best_effort"}, {"history", "keep_all"}, {"durability", "volatile"}}), "best_effort, all");
+  EXPECT_EQ(
+      short_qos(
+          {{"reliability", "best_effort"}, {"history", "keep_all"}, {"durability", "volatile"}}),
+      "best_effort, all");
   EXPECT_EQ(short_qos({}), "");
-  const std::vector<bus::EndpointDescription> endpoints{{"v/T", "T", true, false, "g1", "0123456789ab", "", {}},  {"v/T", "T", true, false, "g2", "p2", "b", {}},
-                                                   {"v/T", "T", false, false, "g3", "p3", "b", {}},           {"v/T", "T", false, true, "g4", "p4", "me", {}},
-                                                   {"v/U", "U", true, true, "g5", "p4", "me", {}},            {"v/T", "T", true, false, "g6", "p6", "b", {}}};
+  const std::vector<bus::EndpointDescription> endpoints{
+      {"v/T", "T", true, false, "g1", "0123456789ab", "", {}},
+      {"v/T", "T", true, false, "g2", "p2", "b", {}},
+      {"v/T", "T", false, false, "g3", "p3", "b", {}},
+      {"v/T", "T", false, true, "g4", "p4", "me", {}},
+      {"v/U", "U", true, true, "g5", "p4", "me", {}},
+      {"v/T", "T", true, false, "g6", "p6", "b", {}}};
   const auto topics = topics_of(endpoints);
   ASSERT_EQ(topics.size(), 1u);
   EXPECT_EQ(topics[0].writers, (std::map<std::string, int>{{"(01234567)", 1}, {"b", 2}}));
   EXPECT_EQ(topics[0].readers, (std::map<std::string, int>{{"b", 1}}));
   EXPECT_NE(topics_text(topics, false).find("b x2"), std::string::npos);
-  EXPECT_EQ(nodes_text(topics, false), "node        writes  reads\n(01234567)  T       -\nb           T x2    T\n");
+  EXPECT_EQ(nodes_text(topics, false),
+            "node        writes  reads\n(01234567)  T       -\nb           T x2    T\n");
 }
 
 // Both ends of a pipe.

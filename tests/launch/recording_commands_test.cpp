@@ -1,4 +1,5 @@
-// `fivepipe info`, `ls`, `echo` and `hz` as a user calls them, on small recordings that are written here, and on the bus.
+// `fivepipe info`, `ls`, `echo` and `hz` as a user calls them, on small recordings that are written
+// here, and on the bus.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -34,15 +35,20 @@ Answer shell(const std::string& line) {
   FILE* pipe = popen(line.c_str(), "r");
   if (!pipe) return answer;
   char buffer[4096];
-  while (const std::size_t got = fread(buffer, 1, sizeof buffer, pipe)) answer.text.append(buffer, got);
+  while (const std::size_t got = fread(buffer, 1, sizeof buffer, pipe))
+    answer.text.append(buffer, got);
   const int status = pclose(pipe);
   if (WIFEXITED(status) && WEXITSTATUS(status) < 128) answer.exit_code = WEXITSTATUS(status);
   return answer;
 }
 const std::string program = FIVEPIPE_BINARY_DIR "/fivepipe ";
-Answer fivepipe(const std::string& arguments) { return shell("TZ=UTC " + program + arguments + " 2>&1"); }
+Answer fivepipe(const std::string& arguments) {
+  return shell("TZ=UTC " + program + arguments + " 2>&1");
+}
 
-bool holds(const Answer& answer, const std::string& part) { return answer.text.find(part) != std::string::npos; }
+bool holds(const Answer& answer, const std::string& part) {
+  return answer.text.find(part) != std::string::npos;
+}
 
 constexpr std::int64_t start_ns = 1'700'000'000'000'000'000, ms = 1'000'000;
 
@@ -69,19 +75,29 @@ std::vector<std::byte> key_cdr(const std::string& key) {
 }
 
 constexpr const char* composited_type = "fivepipe::v1::FrameComposited";
-const std::string composited_topic = bus::topics::FrameComposited::name, head_topic = bus::topics::HeadPose::name;
+const std::string composited_topic = bus::topics::FrameComposited::name,
+                  head_topic = bus::topics::HeadPose::name;
 
 // 100 frames at 100 Hz less 17 and 40..42, each taken 2 ms after it was sent, a chunk every ten.
-void write_session(const fs::path& file, const recording::WriterOptions& options = {.chunk_bytes = 700},
+void write_session(const fs::path& file,
+                   const recording::WriterOptions& options = {.chunk_bytes = 700},
                    const std::string& schema = schema::fivepipe_schema(composited_type)) {
   recording::RecordingWriter writer(file, "test", options);
   writer.attach({1, 1, "deployment/demo.yaml", "application/yaml", "name: demo\n"});
-  writer.add(mcap::Metadata{"recording", {{"version", "0.1.0"}, {"commit", "abc"}, {"deployment", "demo"}, {"domain", "3"}}});
+  writer.add(mcap::Metadata{
+      "recording",
+      {{"version", "0.1.0"}, {"commit", "abc"}, {"deployment", "demo"}, {"domain", "3"}}});
   writer.add(mcap::Metadata{"settings", {{"frames", "60"}}});
   const auto render = writer.add_channel(composited_topic, composited_type, schema,
-                                         {{"node", "render"}, {"writer", "0123"}, {"qos.history", "keep_last 64"}, {"qos.reliability", "reliable, blocks 100 ms"}});
-  const auto head = writer.add_channel(head_topic, "fivepipe::v1::HeadPose", schema::fivepipe_schema("fivepipe::v1::HeadPose"), {{"node", "capture"}});
-  // Zeros, but for the length of the empty viewer's name: two 64-bit integers, seven doubles, an empty sequence.
+                                         {{"node", "render"},
+                                          {"writer", "0123"},
+                                          {"qos.history", "keep_last 64"},
+                                          {"qos.reliability", "reliable, blocks 100 ms"}});
+  const auto head =
+      writer.add_channel(head_topic, "fivepipe::v1::HeadPose",
+                         schema::fivepipe_schema("fivepipe::v1::HeadPose"), {{"node", "capture"}});
+  // Zeros, but for the length of the empty viewer's name: two 64-bit integers, seven doubles, an
+  // empty sequence.
   std::vector<std::byte> head_cdr(4 + 8 + 9 * 8 + 4, std::byte{0});
   head_cdr[1] = head_cdr[4] = std::byte{1};
   for (int frame = 0; frame < 100; ++frame) {
@@ -90,7 +106,8 @@ void write_session(const fs::path& file, const recording::WriterOptions& options
     writer.add(render, sent_ns + 2 * ms, sent_ns, frame_cdr("viewer", std::uint64_t(frame)));
     if (frame == 50) writer.add(head, sent_ns + 3 * ms, sent_ns, head_cdr);
   }
-  writer.add(render, start_ns + 1000 * ms, start_ns + 999 * ms, recording::KeyChange::unregistered, key_cdr("viewer"));
+  writer.add(render, start_ns + 1000 * ms, start_ns + 999 * ms, recording::KeyChange::unregistered,
+             key_cdr("viewer"));
   writer.finish();
 }
 
@@ -122,8 +139,10 @@ class RecordingCommands : public testing::Test {
 TEST_F(RecordingCommands, InfoTellsWhatAWholeRecordingHolds) {
   const Answer answer = fivepipe("info " + session.string());
   EXPECT_EQ(answer.exit_code, 0) << answer.text;
-  for (const char* part : {"all of it was read, and is whole", "2023-11-14 22:13:20.002000 +0000   1700000000002000000 ns", "0.998 s", "98 in",
-                           "none: 98 received", "those of this build", "0.1.0 (abc", "frames=60", "deployment   demo", "key changes", "deployment/demo.yaml"})
+  for (const char* part : {"all of it was read, and is whole",
+                           "2023-11-14 22:13:20.002000 +0000   1700000000002000000 ns", "0.998 s",
+                           "98 in", "none: 98 received", "those of this build", "0.1.0 (abc",
+                           "frames=60", "deployment   demo", "key changes", "deployment/demo.yaml"})
     EXPECT_TRUE(holds(answer, part)) << part << "\n" << answer.text;
   EXPECT_LE(longest_line(answer.text), 120u) << answer.text;
 }
@@ -151,13 +170,16 @@ TEST_F(RecordingCommands, InfoNamesTheCommandThatMendsAnUnfinishedRecordingAndTh
   const Answer unfinished = fivepipe("info " + cut.string());
   EXPECT_EQ(unfinished.exit_code, 1) << unfinished.text;
   EXPECT_TRUE(holds(unfinished, "NOT FINISHED")) << unfinished.text;
-  EXPECT_TRUE(holds(unfinished, "`fivepipe info --recover " + cut.string() + "`")) << unfinished.text;
+  EXPECT_TRUE(holds(unfinished, "`fivepipe info --recover " + cut.string() + "`"))
+      << unfinished.text;
 
   const Answer copy = fivepipe("info --recover " + cut.string() + " --output " + mended);
   EXPECT_EQ(copy.exit_code, 0) << copy.text;
-  EXPECT_TRUE(holds(copy, "saved") && holds(copy, "lost") && holds(copy, "was mended")) << copy.text;
+  EXPECT_TRUE(holds(copy, "saved") && holds(copy, "lost") && holds(copy, "was mended"))
+      << copy.text;
   EXPECT_EQ(content_of(cut), before);
-  EXPECT_EQ(fivepipe("info --recover " + cut.string() + " --output " + mended).exit_code, 2) << "what is there would be replaced";
+  EXPECT_EQ(fivepipe("info --recover " + cut.string() + " --output " + mended).exit_code, 2)
+      << "what is there would be replaced";
   EXPECT_EQ(fivepipe("info --recover " + cut.string()).exit_code, 0);
   EXPECT_EQ(content_of(cut), content_of(mended));
   const Answer again = fivepipe("info --recover " + cut.string());
@@ -185,27 +207,35 @@ TEST_F(RecordingCommands, InfoFindsADamagedChunkOfAFinishedFile) {
   std::ofstream(session, std::ios::binary) << bytes;
   const Answer answer = fivepipe("info " + session.string());
   EXPECT_EQ(answer.exit_code, 1) << answer.text;
-  EXPECT_TRUE(holds(answer, "DAMAGED") && holds(answer, "by gaps in their sequence numbers:\n             FrameComposited ") &&
-              !holds(answer, "all written")) << answer.text;
+  EXPECT_TRUE(holds(answer, "DAMAGED") &&
+              holds(answer, "by gaps in their sequence numbers:\n             FrameComposited ") &&
+              !holds(answer, "all written"))
+      << answer.text;
   EXPECT_EQ(fivepipe("info --quick " + session.string()).exit_code, 0) << "its index is whole";
   const Answer echo = fivepipe("echo FrameComposited --field frame --from " + session.string());
   EXPECT_EQ(echo.exit_code, 1) << echo.text;
-  EXPECT_TRUE(holds(echo, "--- 0 ") && holds(echo, "--- 99 ") && holds(echo, "passed over")) << echo.text;
+  EXPECT_TRUE(holds(echo, "--- 0 ") && holds(echo, "--- 99 ") && holds(echo, "passed over"))
+      << echo.text;
 }
 
 TEST_F(RecordingCommands, InfoTellsWhatTheRecorderLost) {
   write_session(session, {.chunk_bytes = 100'000, .most_waiting_bytes = 2000});
   const Answer answer = fivepipe("info " + session.string());
-  EXPECT_TRUE(holds(answer, "LOST") && holds(answer, "of 98 that the recorder received") && holds(answer, "FrameComposited ")) << answer.text;
+  EXPECT_TRUE(holds(answer, "LOST") && holds(answer, "of 98 that the recorder received") &&
+              holds(answer, "FrameComposited "))
+      << answer.text;
   EXPECT_LE(longest_line(answer.text), 120u) << answer.text;
 }
 
 TEST_F(RecordingCommands, OfTypesOfAnotherBuildInfoTellsTheDifferenceAndEchoShowsThem) {
-  write_session(session, {}, "module fivepipe { module v1 { struct FrameComposited {"
-                             " @key string<32> viewer; unsigned long long number; long long a; long long b; }; }; };");
+  write_session(
+      session, {},
+      "module fivepipe { module v1 { struct FrameComposited {"
+      " @key string<32> viewer; unsigned long long number; long long a; long long b; }; }; };");
   const Answer info = fivepipe("info " + session.string());
   EXPECT_EQ(info.exit_code, 0) << info.text;
-  EXPECT_TRUE(holds(info, "types DIFFER") && holds(info, composited_topic) && holds(info, "number")) << info.text;
+  EXPECT_TRUE(holds(info, "types DIFFER") && holds(info, composited_topic) && holds(info, "number"))
+      << info.text;
   const Answer echo = fivepipe("echo FrameComposited --count 1 --from " + session.string());
   EXPECT_EQ(echo.exit_code, 0) << echo.text;
   EXPECT_TRUE(holds(echo, "number: 0\n")) << echo.text;
@@ -213,16 +243,19 @@ TEST_F(RecordingCommands, OfTypesOfAnotherBuildInfoTellsTheDifferenceAndEchoShow
 
 TEST_F(RecordingCommands, WhatIsNoRecordingIsSaidByName) {
   const fs::path empty = folder.path / "empty.mcap", text = folder.path / "text.mcap";
-  const fs::path no_schema = folder.path / "no_schema.mcap", no_message = folder.path / "no_message.mcap";
+  const fs::path no_schema = folder.path / "no_schema.mcap",
+                 no_message = folder.path / "no_message.mcap";
   std::ofstream(empty).close();
   std::ofstream(text) << "this is no recording";
   { recording::RecordingWriter writer(no_message, "test", {}); }
   write_session(no_schema, {}, "struct {");
-  for (const std::string command : {"info ", "ls ", "echo FrameComposited --from ", "hz FrameComposited --from "}) {
+  for (const std::string command :
+       {"info ", "ls ", "echo FrameComposited --from ", "hz FrameComposited --from "}) {
     for (const fs::path& file : {empty, text}) {
       const Answer answer = fivepipe(command + file.string());
       EXPECT_EQ(answer.exit_code, 1) << command << answer.text;
-      EXPECT_TRUE(holds(answer, file.string()) && holds(answer, "no MCAP file")) << command << answer.text;
+      EXPECT_TRUE(holds(answer, file.string()) && holds(answer, "no MCAP file"))
+          << command << answer.text;
     }
     EXPECT_EQ(fivepipe(command + "/no/such.mcap").exit_code, 2) << command;
     EXPECT_EQ(fivepipe(command + folder.path.string()).exit_code, 2) << command;
@@ -245,9 +278,12 @@ TEST_F(RecordingCommands, CutAndGarbledFilesAreReadAsFarAsTheyAreGood) {
     else
       for (int n = 0; n < 3; ++n) bytes[random() % bytes.size()] = char(random());
     std::ofstream(file, std::ios::binary) << bytes;
-    for (const std::string command : {"info ", "info --json ", "ls ", "echo FrameComposited --from ", "hz FrameComposited --from "}) {
+    for (const std::string command :
+         {"info ", "info --json ", "ls ", "echo FrameComposited --from ",
+          "hz FrameComposited --from "}) {
       const Answer answer = fivepipe(command + file.string());
-      EXPECT_TRUE(answer.exit_code >= 0 && answer.exit_code <= 2) << command << i << "\n" << answer.text;
+      EXPECT_TRUE(answer.exit_code >= 0 && answer.exit_code <= 2) << command << i << "\n"
+                                                                  << answer.text;
       EXPECT_FALSE(answer.text.empty()) << command << i;
       const bool is_cut = i % 2;
       if (is_cut && command.starts_with("info")) {
@@ -260,7 +296,9 @@ TEST_F(RecordingCommands, CutAndGarbledFilesAreReadAsFarAsTheyAreGood) {
 TEST_F(RecordingCommands, LsListsTopicsOrNodesOfAFile) {
   const Answer topics = fivepipe("ls " + session.string());
   EXPECT_EQ(topics.exit_code, 0) << topics.text;
-  EXPECT_TRUE(holds(topics, composited_topic) && holds(topics, "reliable, last 64") && holds(topics, "render") && holds(topics, "96")) << topics.text;
+  EXPECT_TRUE(holds(topics, composited_topic) && holds(topics, "reliable, last 64") &&
+              holds(topics, "render") && holds(topics, "96"))
+      << topics.text;
   EXPECT_FALSE(holds(topics, "key_state")) << topics.text;
   EXPECT_LE(longest_line(topics.text), 120u);
   const Answer nodes = fivepipe("ls --nodes " + session.string());
@@ -272,11 +310,14 @@ TEST_F(RecordingCommands, EchoShowsMessagesOfAFile) {
   const std::string from = " --from " + session.string();
   const Answer first = fivepipe("echo FrameComposited --count 1" + from);
   EXPECT_EQ(first.exit_code, 0);
-  EXPECT_EQ(first.text, "---  # 22:13:20.000000 render, latency 2.00 ms\n"
-                        "viewer: viewer\nframe: 0\ncapture_stamp_ns: 1700000000000000000\ncomposited_stamp_ns: 1700000000020000000\n");
+  EXPECT_EQ(first.text,
+            "---  # 22:13:20.000000 render, latency 2.00 ms\n"
+            "viewer: viewer\nframe: 0\ncapture_stamp_ns: 1700000000000000000\ncomposited_stamp_ns: "
+            "1700000000020000000\n");
   // Log stamps start at 2 ms: frames 50 and 51 are taken 0.5 and 0.51 s after the first.
   EXPECT_EQ(fivepipe("echo composited --field frame --start 0.5 --end 0.51" + from).text,
-            "--- 50  # 22:13:20.500000 render, latency 2.00 ms\n--- 51  # 22:13:20.510000 render, latency 2.00 ms\n");
+            "--- 50  # 22:13:20.500000 render, latency 2.00 ms\n--- 51  # 22:13:20.510000 render, "
+            "latency 2.00 ms\n");
   const Answer last = fivepipe("echo FrameComposited --json --start 0.99" + from + " | tail -n 1");
   const auto line = nlohmann::json::parse(last.text);
   EXPECT_EQ(line["key_change"], "unregistered");
@@ -300,7 +341,8 @@ TEST_F(RecordingCommands, EchoRefusesWhatIsNotThereAndSaysWhatIs) {
 
 TEST_F(RecordingCommands, AClosedPipeEndsEchoQuietly) {
   for (const std::string options : {"", "--json "}) {
-    const std::string echo = program + "echo FrameComposited " + options + "--from " + session.string();
+    const std::string echo =
+        program + "echo FrameComposited " + options + "--from " + session.string();
     const Answer head = shell("bash -c 'set -o pipefail; " + echo + " 2>&1 | head -n 1'");
     EXPECT_EQ(head.exit_code, 0) << head.text;
     EXPECT_EQ(std::count(head.text.begin(), head.text.end(), '\n'), 1) << head.text;
@@ -308,7 +350,8 @@ TEST_F(RecordingCommands, AClosedPipeEndsEchoQuietly) {
 }
 
 TEST_F(RecordingCommands, AFullDiskIsAnError) {
-  for (const std::string command : {"echo FrameComposited --from ", "hz FrameComposited --from ", "ls ", "info "}) {
+  for (const std::string command :
+       {"echo FrameComposited --from ", "hz FrameComposited --from ", "ls ", "info "}) {
     const Answer answer = shell(program + command + session.string() + " 2>&1 >/dev/full");
     EXPECT_EQ(answer.exit_code, 1) << command;
     EXPECT_TRUE(holds(answer, "standard output")) << command << answer.text;
@@ -320,7 +363,9 @@ TEST_F(RecordingCommands, HzFindsRateAndMissingFrames) {
   EXPECT_EQ(answer.exit_code, 0) << answer.text;
   EXPECT_TRUE(holds(answer, "96 frames, 4 missing between them: 17, 40..42")) << answer.text;
   // 95 intervals in 990 ms.
-  EXPECT_TRUE(holds(answer, "render") && holds(answer, "95.96") && holds(answer, "10.00") && holds(answer, "40.00") && holds(answer, "2.00")) << answer.text;
+  EXPECT_TRUE(holds(answer, "render") && holds(answer, "95.96") && holds(answer, "10.00") &&
+              holds(answer, "40.00") && holds(answer, "2.00"))
+      << answer.text;
   EXPECT_LE(longest_line(answer.text), 120u);
 }
 
@@ -328,10 +373,13 @@ TEST_F(RecordingCommands, HzFindsRateAndMissingFrames) {
 class LiveWriter {
  public:
   explicit LiveWriter(std::uint32_t domain)
-      : bus_({domain, "loopback", "render_x"}), writer_(bus_.writer<bus::topics::FrameComposited>()), thread_([this](std::stop_token stop) {
+      : bus_({domain, "loopback", "render_x"}),
+        writer_(bus_.writer<bus::topics::FrameComposited>()),
+        thread_([this](std::stop_token stop) {
           fivepipe_v1_FrameComposited message{};
           std::snprintf(message.viewer, sizeof message.viewer, "viewer");
-          for (; !stop.stop_requested(); ++message.frame, std::this_thread::sleep_for(10ms)) writer_.write(message);
+          for (; !stop.stop_requested(); ++message.frame, std::this_thread::sleep_for(10ms))
+            writer_.write(message);
         }) {}
 
  private:
@@ -346,14 +394,19 @@ TEST(RecordingCommandsLive, ShowWhoWritesWhatAndHowOften) {
   const std::string in_domain = " --domain " + std::to_string(domain);
   const Answer ls = fivepipe("ls" + in_domain);
   EXPECT_EQ(ls.exit_code, 0) << ls.text;
-  EXPECT_TRUE(holds(ls, composited_topic + "  " + composited_type) && holds(ls, "reliable, last") && holds(ls, "render_x")) << ls.text;
-  EXPECT_EQ(fivepipe("ls --nodes" + in_domain).text, "node      writes           reads\nrender_x  FrameComposited  -\n");
+  EXPECT_TRUE(holds(ls, composited_topic + "  " + composited_type) && holds(ls, "reliable, last") &&
+              holds(ls, "render_x"))
+      << ls.text;
+  EXPECT_EQ(fivepipe("ls --nodes" + in_domain).text,
+            "node      writes           reads\nrender_x  FrameComposited  -\n");
 
   const Answer echo = fivepipe("echo FrameComposited --field viewer --count 3" + in_domain);
   EXPECT_EQ(echo.exit_code, 0) << echo.text;
   EXPECT_EQ(std::count(echo.text.begin(), echo.text.end(), '\n'), 3) << echo.text;
-  EXPECT_TRUE(echo.text.starts_with("--- viewer  # ") && holds(echo, " render_x, latency ")) << echo.text;
-  const Answer head = shell("bash -c 'set -o pipefail; " + program + "echo FrameComposited" + in_domain + " | head -n 2'");
+  EXPECT_TRUE(echo.text.starts_with("--- viewer  # ") && holds(echo, " render_x, latency "))
+      << echo.text;
+  const Answer head = shell("bash -c 'set -o pipefail; " + program + "echo FrameComposited" +
+                            in_domain + " | head -n 2'");
   EXPECT_EQ(head.exit_code, 0) << head.text;
 
   const Answer hz = fivepipe("hz FrameComposited --once 1.5" + in_domain);
@@ -364,12 +417,14 @@ TEST(RecordingCommandsLive, ShowWhoWritesWhatAndHowOften) {
 TEST(RecordingCommandsLive, EchoTellsThatAWriterWentAwayAndEndsWithItsReader) {
   const std::uint32_t domain = test::own_domain();
   auto writer = std::make_optional<LiveWriter>(domain);
-  FILE* echo = popen((program + "echo FrameComposited --json --domain " + std::to_string(domain)).c_str(), "r");
+  FILE* echo = popen(
+      (program + "echo FrameComposited --json --domain " + std::to_string(domain)).c_str(), "r");
   ASSERT_TRUE(echo);
   char line[4096];
   ASSERT_TRUE(fgets(line, sizeof line, echo));
   writer.reset();
-  while (std::string(line).find("key_change") == std::string::npos) ASSERT_TRUE(fgets(line, sizeof line, echo));
+  while (std::string(line).find("key_change") == std::string::npos)
+    ASSERT_TRUE(fgets(line, sizeof line, echo));
   const auto told = nlohmann::json::parse(line);
   EXPECT_EQ(told["key_change"], "unregistered");
   EXPECT_EQ(told["key"]["viewer"], "viewer");
@@ -389,13 +444,17 @@ TEST(RecordingCommandsLive, SayWhereNobodyIs) {
 TEST_F(RecordingCommands, ARecordingThatIsThereIsNotOverwrittenUnlessForced) {
   const std::string before = content_of(session), file = " " + session.string();
   const std::string deployment = FIVEPIPE_SOURCE_DIR "/tests/pipeline/deployment.yaml";
-  for (const std::string& command : {"record -o" + file, "up " + deployment + " --out " + (folder.path / "out").string() + " --record" + file}) {
-    const Answer answer = fivepipe(command + " --duration 0.1 --domain " + std::to_string(test::own_domain()));
+  for (const std::string& command :
+       {"record -o" + file,
+        "up " + deployment + " --out " + (folder.path / "out").string() + " --record" + file}) {
+    const Answer answer =
+        fivepipe(command + " --duration 0.1 --domain " + std::to_string(test::own_domain()));
     EXPECT_EQ(answer.exit_code, 2) << answer.text;
     EXPECT_TRUE(holds(answer, "--force")) << answer.text;
     EXPECT_EQ(content_of(session), before);
   }
-  fivepipe("record --force --duration 0.1 -o" + file + " --domain " + std::to_string(test::own_domain()));
+  fivepipe("record --force --duration 0.1 -o" + file + " --domain " +
+           std::to_string(test::own_domain()));
   EXPECT_NE(content_of(session), before);
 }
 
@@ -407,7 +466,8 @@ TEST_F(RecordingCommands, InfoShowsWhatWasSentAndNeverReceived) {
     writer.add_sent(head_topic, 40, 7);
   }
   const Answer answer = fivepipe("info " + file.string());
-  EXPECT_TRUE(holds(answer, "LOST         7 of 40 that nodes sent") && holds(answer, "HeadPose 7")) << answer.text;
+  EXPECT_TRUE(holds(answer, "LOST         7 of 40 that nodes sent") && holds(answer, "HeadPose 7"))
+      << answer.text;
 }
 
 }  // namespace

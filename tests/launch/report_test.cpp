@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::int64_t s = 1'000'000'000;
 
-launch::ProcessStatus status(const std::string& node, std::uint64_t writer, std::int64_t start_stamp_ns) {
+launch::ProcessStatus status(const std::string& node, std::uint64_t writer,
+                             std::int64_t start_stamp_ns) {
   launch::ProcessStatus status;
   status.node = node;
   status.writer = writer;
@@ -18,7 +19,8 @@ launch::ProcessStatus status(const std::string& node, std::uint64_t writer, std:
   return status;
 }
 
-// Ten seconds of a pipeline at 30 Hz; the first frame is composited after half a second. recon_b was killed once.
+// Ten seconds of a pipeline at 30 Hz; the first frame is composited after half a second. recon_b
+// was killed once.
 launch::ReportInput ten_seconds() {
   launch::ReportInput input;
   input.start_stamp_ns = 100 * s;
@@ -26,7 +28,10 @@ launch::ReportInput ten_seconds() {
   input.first_composited_stamp_ns = 100 * s + s / 2;
   input.programs = {{"capture", "capture_node", {{11, 100 * s, "exit code 0 (ended in order)"}}},
                     {"recon_a", "recon_node", {{12, 100 * s, "exit code 0 (ended in order)"}}},
-                    {"recon_b", "recon_node", {{13, 100 * s, "killed by signal 9 (SIGKILL)"}, {17, 104 * s, "exit code 0 (ended in order)"}}},
+                    {"recon_b",
+                     "recon_node",
+                     {{13, 100 * s, "killed by signal 9 (SIGKILL)"},
+                      {17, 104 * s, "exit code 0 (ended in order)"}}},
                     {"sim", "sim_node", {{14, 100 * s, "exit code 0 (ended in order)"}}},
                     {"render", "render_node", {{15, 100 * s, "exit code 0 (ended in order)"}}}};
   auto capture = status("capture", 1, 100 * s);
@@ -44,14 +49,18 @@ launch::ReportInput ten_seconds() {
   recon_b.counts["empty_hull/left"] = 3;
   recon_a.counts["empty_hull/right"] = 1;
   auto sim = status("sim", 4, 100 * s);
-  sim.counts = {{"frame_sets_complete", 3}, {"collisions/ball", 42}, {"collision_points/ball", 4200}, {"collisions/box", 0}};
+  sim.counts = {{"frame_sets_complete", 3},
+                {"collisions/ball", 42},
+                {"collision_points/ball", 4200},
+                {"collisions/box", 0}};
   auto render = status("render", 5, 100 * s);
   render.counts = {{"frames_composited", 286}};
   render.latencies["capture_to_composite"] = {12, 20, 31, 50, 286};
   render.remarks = {"gl: llvmpipe, OpenGL 4.5"};
   render.cpu_s = 5;
   for (auto* of : {&capture, &recon_a, &recon_b, &sim, &render}) of->final_report = true;
-  for (const auto& of : {capture, recon_a, recon_b_dead, recon_b, sim, render}) input.statuses.add(of, 110 * s);
+  for (const auto& of : {capture, recon_a, recon_b_dead, recon_b, sim, render})
+    input.statuses.add(of, 110 * s);
   return input;
 }
 
@@ -60,9 +69,11 @@ launch::ReportInput ten_seconds() {
 TEST(Report, CountsFramesOverAllProcessesOfANode) {
   const auto report = launch::report_from(ten_seconds());
   EXPECT_EQ(report["frames"]["captured"], 300);
-  EXPECT_EQ(report["frames"]["complete"], 285) << "recon_b's two processes together; the simulation's own sets don't count";
+  EXPECT_EQ(report["frames"]["complete"], 285)
+      << "recon_b's two processes together; the simulation's own sets don't count";
   EXPECT_EQ(report["frames"]["composited"], 286);
-  EXPECT_EQ(report["frames"]["dropped"], (nlohmann::json{{"pipeline_busy", 4}, {"incomplete_set", 3}}));
+  EXPECT_EQ(report["frames"]["dropped"],
+            (nlohmann::json{{"pipeline_busy", 4}, {"incomplete_set", 3}}));
   EXPECT_EQ(report["nodes"]["recon_b"]["counts"]["frame_sets_complete"], 285);
 }
 
@@ -84,7 +95,8 @@ TEST(Report, RestartsComeWithTheirCauses) {
   EXPECT_EQ(node["pids"], (nlohmann::json{13, 17}));
   ASSERT_EQ(node["restarts"].size(), 1u);
   EXPECT_EQ(node["restarts"][0]["cause"], "killed by signal 9 (SIGKILL)");
-  EXPECT_EQ(node["latencies_ms"]["reconstruct"]["p50"], 1.5) << "of the process that handled most frames";
+  EXPECT_EQ(node["latencies_ms"]["reconstruct"]["p50"], 1.5)
+      << "of the process that handled most frames";
 }
 
 TEST(Report, CollisionsAndEmptyHullsAreNamed) {
@@ -116,11 +128,15 @@ TEST(Report, WithoutAFrameThereIsNoLatencyAndNoRate) {
   EXPECT_FALSE(launch::table_of(report).empty());
 }
 
-TEST(Report, CpuPercentIsOverTheProcessesLife) { EXPECT_DOUBLE_EQ(launch::report_from(ten_seconds())["nodes"]["render"]["cpu_percent"].get<double>(), 50); }
+TEST(Report, CpuPercentIsOverTheProcessesLife) {
+  EXPECT_DOUBLE_EQ(
+      launch::report_from(ten_seconds())["nodes"]["render"]["cpu_percent"].get<double>(), 50);
+}
 
 TEST(Report, TableShowsWhatAPersonAsksFirst) {
   const std::string table = launch::table_of(launch::report_from(ten_seconds()));
-  for (const char* part : {"30.0 frames/s", "286 composited", "incomplete_set", "p99 31.0", "camera left", "SIGKILL", "ball"})
+  for (const char* part : {"30.0 frames/s", "286 composited", "incomplete_set", "p99 31.0",
+                           "camera left", "SIGKILL", "ball"})
     EXPECT_NE(table.find(part), std::string::npos) << part << " is not in\n" << table;
 }
 

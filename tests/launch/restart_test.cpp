@@ -6,18 +6,21 @@ using namespace fivepipe;
 
 namespace {
 
-const launch::ProcessExit sigkill{true, 9}, failed{false, 1}, bad_configuration{false, 2}, no_hardware{false, 3}, in_order{false, 0};
+const launch::ProcessExit sigkill{true, 9}, failed{false, 1}, bad_configuration{false, 2},
+    no_hardware{false, 3}, in_order{false, 0};
 
 double delay_s(const launch::AfterDeath& after) {
   EXPECT_TRUE(std::holds_alternative<launch::Restart>(after));
-  return std::holds_alternative<launch::Restart>(after) ? std::get<launch::Restart>(after).delay_s : -1;
+  return std::holds_alternative<launch::Restart>(after) ? std::get<launch::Restart>(after).delay_s
+                                                        : -1;
 }
 
 }  // namespace
 
 TEST(RestartPolicy, DelayDoublesUpToItsLimit) {
   launch::RestartPolicy policy;
-  for (const double expected_s : {0.25, 0.5, 1.0, 2.0, 4.0, 4.0, 4.0}) EXPECT_EQ(delay_s(policy.died(sigkill, 5.0)), expected_s);
+  for (const double expected_s : {0.25, 0.5, 1.0, 2.0, 4.0, 4.0, 4.0})
+    EXPECT_EQ(delay_s(policy.died(sigkill, 5.0)), expected_s);
 }
 
 TEST(RestartPolicy, TenSecondsOfHealthResetTheDelay) {
@@ -34,13 +37,15 @@ TEST(RestartPolicy, RestartsAreNumberedOverAllDeaths) {
 }
 
 TEST(RestartPolicy, ConfigurationAndHardwareErrorsBeforeTheFirstStatusEndTheDeployment) {
-  EXPECT_EQ(std::get<launch::GiveUp>(launch::RestartPolicy().died(bad_configuration, 0.1)).exit_code, 2);
+  EXPECT_EQ(
+      std::get<launch::GiveUp>(launch::RestartPolicy().died(bad_configuration, 0.1)).exit_code, 2);
   EXPECT_EQ(std::get<launch::GiveUp>(launch::RestartPolicy().died(no_hardware, 8.0)).exit_code, 3);
 }
 
 TEST(RestartPolicy, FiveQuickDeathsInARowEndTheDeployment) {
   launch::RestartPolicy policy;
-  for (int i = 0; i < 4; ++i) EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.died(failed, 1.99)));
+  for (int i = 0; i < 4; ++i)
+    EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.died(failed, 1.99)));
   const auto after = policy.died(failed, 1.99);
   ASSERT_TRUE(std::holds_alternative<launch::GiveUp>(after));
   EXPECT_EQ(std::get<launch::GiveUp>(after).exit_code, 1);
@@ -51,17 +56,21 @@ TEST(RestartPolicy, OneSlowDeathStartsTheRowOfQuickOnesAnew) {
   launch::RestartPolicy policy;
   for (int i = 0; i < 4; ++i) policy.died(failed, 0.1);
   EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.died(failed, 2.0)));
-  for (int i = 0; i < 4; ++i) EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.died(failed, 0.1)));
+  for (int i = 0; i < 4; ++i)
+    EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.died(failed, 0.1)));
 }
 
 // A camera unplugged and plugged in again minutes later.
 TEST(RestartPolicy, MissingHardwareIsWaitedForOnceTheNodeRan) {
   launch::RestartPolicy policy;
   policy.works();
-  for (int i = 0; i < 50; ++i) ASSERT_TRUE(std::holds_alternative<launch::Restart>(policy.died(no_hardware, 0.1)));
+  for (int i = 0; i < 50; ++i)
+    ASSERT_TRUE(std::holds_alternative<launch::Restart>(policy.died(no_hardware, 0.1)));
 }
 
-TEST(RestartPolicy, NothingIsRestartedThatEndedInOrder) { EXPECT_TRUE(std::holds_alternative<launch::Ended>(launch::RestartPolicy().died(in_order, 0.1))); }
+TEST(RestartPolicy, NothingIsRestartedThatEndedInOrder) {
+  EXPECT_TRUE(std::holds_alternative<launch::Ended>(launch::RestartPolicy().died(in_order, 0.1)));
+}
 
 TEST(ProcessExit, IsNamedForPeople) {
   EXPECT_EQ(launch::to_string(sigkill), "killed by signal 9 (SIGKILL)");

@@ -35,17 +35,24 @@ class SupervisorTest : public ::testing::Test {
     return mkdtemp(pattern.data());
   }
 
-  launch::Program node(const std::string& name, const std::string& script) { return {name, {"/bin/sh", "-c", script}, {}, folder / "log" / (name + ".log")}; }
+  launch::Program node(const std::string& name, const std::string& script) {
+    return {name, {"/bin/sh", "-c", script}, {}, folder / "log" / (name + ".log")};
+  }
 
   launch::SupervisorOutput output() {
-    return {.line = [this](const std::string& name, const std::string& line) { lines.push_back(name + ": " + line); },
+    return {.line = [this](const std::string& name,
+                           const std::string& line) { lines.push_back(name + ": " + line); },
             .event = [this](const std::string& text) { events.push_back(text); }};
   }
 
   bool said(const std::string& part) const {
-    return std::any_of(events.begin(), events.end(), [&](const std::string& text) { return text.find(part) != std::string::npos; });
+    return std::any_of(events.begin(), events.end(), [&](const std::string& text) {
+      return text.find(part) != std::string::npos;
+    });
   }
-  bool printed(const std::string& line) const { return std::find(lines.begin(), lines.end(), line) != lines.end(); }
+  bool printed(const std::string& line) const {
+    return std::find(lines.begin(), lines.end(), line) != lines.end();
+  }
 
   // Steps until the condition holds; false where patience runs out.
   template <class Condition>
@@ -68,9 +75,11 @@ bool exists(pid_t pid) { return kill(pid, 0) == 0; }
 }  // namespace
 
 TEST_F(SupervisorTest, OutputIsPassedOnByNodeAndLogged) {
-  launch::Supervisor supervisor({node("capture", "echo to stdout; echo to stderr >&2; printf unfinished")}, {}, output());
+  launch::Supervisor supervisor(
+      {node("capture", "echo to stdout; echo to stderr >&2; printf unfinished")}, {}, output());
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
-  EXPECT_EQ(lines, (std::vector<std::string>{"capture: to stdout", "capture: to stderr", "capture: unfinished"}));
+  EXPECT_EQ(lines, (std::vector<std::string>{"capture: to stdout", "capture: to stderr",
+                                             "capture: unfinished"}));
   std::stringstream log;
   log << std::ifstream(folder / "log" / "capture.log").rdbuf();
   EXPECT_EQ(log.str(), "to stdout\nto stderr\nunfinished\n");
@@ -79,8 +88,10 @@ TEST_F(SupervisorTest, OutputIsPassedOnByNodeAndLogged) {
 
 TEST_F(SupervisorTest, ANodeKilledIsStartedAgainWithItsCauseStated) {
   launch::Supervisor supervisor({node("recon_a", runs_on), node("recon_b", runs_on)}, {}, output());
-  ASSERT_TRUE(step_until(supervisor, [&] { return printed("recon_a: up") && printed("recon_b: up"); }));
-  const pid_t first = supervisor.history()[0].processes[0].pid, other = supervisor.history()[1].processes[0].pid;
+  ASSERT_TRUE(
+      step_until(supervisor, [&] { return printed("recon_a: up") && printed("recon_b: up"); }));
+  const pid_t first = supervisor.history()[0].processes[0].pid,
+              other = supervisor.history()[1].processes[0].pid;
   lines.clear();
   kill(first, SIGKILL);
   ASSERT_TRUE(step_until(supervisor, [&] { return printed("recon_a: up"); }));
@@ -88,18 +99,22 @@ TEST_F(SupervisorTest, ANodeKilledIsStartedAgainWithItsCauseStated) {
   const auto history = supervisor.history();
   ASSERT_EQ(history[0].processes.size(), 2u);
   EXPECT_EQ(history[0].processes[0].end, "killed by signal 9 (SIGKILL)");
-  EXPECT_GE(history[0].processes[1].start_stamp_ns - history[0].processes[0].start_stamp_ns, 250'000'000);
+  EXPECT_GE(history[0].processes[1].start_stamp_ns - history[0].processes[0].start_stamp_ns,
+            250'000'000);
   ASSERT_EQ(history[1].processes.size(), 1u);
   EXPECT_TRUE(exists(other));
 }
 
 TEST_F(SupervisorTest, ANodeThatCantStartStopsTheRestWithItsReasonAndLastWords) {
-  launch::Supervisor supervisor({node("sim", runs_on), node("render", "echo scene.yaml:3:5: no such key; exit 2")}, {}, output());
+  launch::Supervisor supervisor(
+      {node("sim", runs_on), node("render", "echo scene.yaml:3:5: no such key; exit 2")}, {},
+      output());
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
   ASSERT_TRUE(supervisor.failure());
   EXPECT_EQ(supervisor.failure()->node, "render");
   EXPECT_EQ(supervisor.failure()->exit_code, 2);
-  EXPECT_EQ(supervisor.failure()->last_lines, std::vector<std::string>{"scene.yaml:3:5: no such key"});
+  EXPECT_EQ(supervisor.failure()->last_lines,
+            std::vector<std::string>{"scene.yaml:3:5: no such key"});
   EXPECT_EQ(supervisor.history()[0].processes[0].end, "killed by signal 15 (SIGTERM)");
   EXPECT_EQ(supervisor.history()[1].processes.size(), 1u);
 }
@@ -111,19 +126,25 @@ TEST_F(SupervisorTest, QuickDeathsInARowStopTheDeployment) {
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
   ASSERT_TRUE(supervisor.failure());
   EXPECT_EQ(supervisor.failure()->exit_code, 1);
-  EXPECT_NE(supervisor.failure()->reason.find("SIGSEGV"), std::string::npos) << supervisor.failure()->reason;
+  EXPECT_NE(supervisor.failure()->reason.find("SIGSEGV"), std::string::npos)
+      << supervisor.failure()->reason;
   EXPECT_EQ(supervisor.history()[0].processes.size(), 5u);
 }
 
 TEST_F(SupervisorTest, AMissingProgramIsNamed) {
-  launch::Supervisor supervisor({{"capture", {(folder / "capture_node").string()}, {}, {}}}, {}, output());
+  launch::Supervisor supervisor({{"capture", {(folder / "capture_node").string()}, {}, {}}}, {},
+                                output());
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
   ASSERT_TRUE(supervisor.failure());
-  EXPECT_NE(supervisor.failure()->reason.find((folder / "capture_node").string() + ": No such file"), std::string::npos) << supervisor.failure()->reason;
+  EXPECT_NE(
+      supervisor.failure()->reason.find((folder / "capture_node").string() + ": No such file"),
+      std::string::npos)
+      << supervisor.failure()->reason;
 }
 
 TEST_F(SupervisorTest, AfterItsFirstStatusANodeWithoutHardwareIsRestarted) {
-  const std::string gone_on_demand = "echo up; while [ ! -e " + (folder / "unplugged").string() + " ]; do sleep 0.02; done; exit 3";
+  const std::string gone_on_demand = "echo up; while [ ! -e " + (folder / "unplugged").string() +
+                                     " ]; do sleep 0.02; done; exit 3";
   launch::Supervisor supervisor({node("capture", gone_on_demand)}, {}, output());
   ASSERT_TRUE(step_until(supervisor, [&] { return printed("capture: up"); }));
   supervisor.works("capture", supervisor.history()[0].processes[0].start_stamp_ns + 1);
@@ -141,7 +162,8 @@ TEST_F(SupervisorTest, AStatusFromBeforeTheDeploymentDoesNotCount) {
 }
 
 TEST_F(SupervisorTest, StopEndsAllWithinTwoSecondsAndNamesThoseItHadToKill) {
-  launch::Supervisor supervisor({node("sim", runs_on), node("render", ignores_sigterm)}, {}, output());
+  launch::Supervisor supervisor({node("sim", runs_on), node("render", ignores_sigterm)}, {},
+                                output());
   ASSERT_TRUE(step_until(supervisor, [&] { return printed("sim: up") && printed("render: up"); }));
   const auto begin = Clock::now();
   supervisor.stop(1500ms);
@@ -149,11 +171,14 @@ TEST_F(SupervisorTest, StopEndsAllWithinTwoSecondsAndNamesThoseItHadToKill) {
   EXPECT_LT(Clock::now() - begin, 2s);
   EXPECT_EQ(supervisor.killed(), std::vector<std::string>{"render"});
   EXPECT_TRUE(supervisor.ended_badly().empty());
-  for (const launch::ProgramHistory& program : supervisor.history()) EXPECT_FALSE(exists(program.processes[0].pid)) << program.name;
+  for (const launch::ProgramHistory& program : supervisor.history())
+    EXPECT_FALSE(exists(program.processes[0].pid)) << program.name;
 }
 
 TEST_F(SupervisorTest, ACrashWhileStoppingIsNotTakenForAnOrderlyEnd) {
-  launch::Supervisor supervisor({node("render", "trap 'kill -ABRT $$' TERM; echo up; while :; do sleep 0.05; done")}, {}, output());
+  launch::Supervisor supervisor(
+      {node("render", "trap 'kill -ABRT $$' TERM; echo up; while :; do sleep 0.05; done")}, {},
+      output());
   ASSERT_TRUE(step_until(supervisor, [&] { return printed("render: up"); }));
   supervisor.stop(10s);
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
@@ -198,7 +223,8 @@ TEST_F(SupervisorTest, ANodeIsPinnedToItsCores) {
   pinned.cores = {core};
   launch::Supervisor supervisor({pinned}, {}, output());
   ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
-  EXPECT_EQ(lines, std::vector<std::string>{"recon_a: Cpus_allowed_list:\t" + std::to_string(core)});
+  EXPECT_EQ(lines,
+            std::vector<std::string>{"recon_a: Cpus_allowed_list:\t" + std::to_string(core)});
 }
 
 TEST_F(SupervisorTest, ACoreThatIsNotThereIsSaid) {
@@ -213,9 +239,10 @@ TEST_F(SupervisorTest, NothingIsLeftWhenTheSupervisorIsKilled) {
   const fs::path pid_file = folder / "pid";
   const pid_t supervisor_pid = fork();
   if (supervisor_pid == 0) {
-    launch::Supervisor supervisor({node("render", "trap '' TERM; echo $$ > " + pid_file.string() + ".new; mv " + pid_file.string() + ".new " +
-                                             pid_file.string() + "; exec sleep 1000")},
-                          {}, {});
+    launch::Supervisor supervisor(
+        {node("render", "trap '' TERM; echo $$ > " + pid_file.string() + ".new; mv " +
+                            pid_file.string() + ".new " + pid_file.string() + "; exec sleep 1000")},
+        {}, {});
     for (;;) supervisor.step(20ms);
   }
   const auto until = Clock::now() + patience;

@@ -23,7 +23,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr auto patience = 30s;
-const std::vector<std::string> nodes = {"capture", "recon_a", "recon_b", "simulation", "rendering"};  // of demo.yaml
+const std::vector<std::string> nodes = {"capture", "recon_a", "recon_b", "simulation",
+                                        "rendering"};  // of demo.yaml
 
 std::string text_of(const fs::path& file) {
   std::stringstream text;
@@ -51,7 +52,8 @@ class Up : public ::testing::Test {
   // `up` looks for the nodes beside itself.
   void SetUp() override {
     fs::copy_file(FIVEPIPE_BINARY_DIR "/fivepipe", folder / "fivepipe");
-    for (const char* program : {"capture_node", "recon_node", "sim_node", "render_node"}) write_program(program, "echo pid $$ args \"$@\"\nexec sleep 1000\n");
+    for (const char* program : {"capture_node", "recon_node", "sim_node", "render_node"})
+      write_program(program, "echo pid $$ args \"$@\"\nexec sleep 1000\n");
   }
   ~Up() override {
     for (const pid_t pid : started) kill(pid, SIGKILL);
@@ -64,7 +66,12 @@ class Up : public ::testing::Test {
   }
 
   pid_t start_up(const std::string& out, std::vector<std::string> more = {}) {
-    std::vector<std::string> words = {folder / "fivepipe", "up", FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml", "--out", folder / out, "--domain",
+    std::vector<std::string> words = {folder / "fivepipe",
+                                      "up",
+                                      FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml",
+                                      "--out",
+                                      folder / out,
+                                      "--domain",
                                       std::to_string(fivepipe::test::own_domain())};
     words.insert(words.end(), more.begin(), more.end());
     std::vector<char*> argv;
@@ -85,10 +92,16 @@ class Up : public ::testing::Test {
 
   fs::path said_file(const std::string& out) const { return folder / (out + ".said"); }
   std::string said(const std::string& out = "out") const { return text_of(said_file(out)); }
-  std::string log_of(const std::string& node) const { return text_of(folder / "out" / "log" / (node + ".log")); }
+  std::string log_of(const std::string& node) const {
+    return text_of(folder / "out" / "log" / (node + ".log"));
+  }
 
   bool all_nodes_run() const {
-    return wait_for([&] { return std::all_of(nodes.begin(), nodes.end(), [&](const std::string& node) { return log_of(node).find('\n') != std::string::npos; }); });
+    return wait_for([&] {
+      return std::all_of(nodes.begin(), nodes.end(), [&](const std::string& node) {
+        return log_of(node).find('\n') != std::string::npos;
+      });
+    });
   }
   pid_t pid_of(const std::string& node) const { return std::stoi(log_of(node).substr(4)); }
 
@@ -106,8 +119,10 @@ TEST_F(Up, NodesAreToldWhatTheyNeedToKnow) {
   start_up("out");
   ASSERT_TRUE(all_nodes_run()) << said();
   const std::string args = log_of("recon_b");
-  for (const std::string& part : {std::string("--deployment " FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml"), std::string("--node recon_b"),
-                                  "--out " + (folder / "out").string(), "--domain " + std::to_string(fivepipe::test::own_domain())})
+  for (const std::string& part :
+       {std::string("--deployment " FIVEPIPE_SOURCE_DIR "/launch/deployments/demo.yaml"),
+        std::string("--node recon_b"), "--out " + (folder / "out").string(),
+        "--domain " + std::to_string(fivepipe::test::own_domain())})
     EXPECT_NE(args.find(part), std::string::npos) << part << " is not in " << args;
 }
 
@@ -144,7 +159,8 @@ TEST_F(Up, NothingIsLeftWhenItIsKilled) {
   EXPECT_EQ(exit_code_of(up), -SIGKILL);
   for (const std::string& node : nodes) {
     const pid_t pid = pid_of(node);
-    EXPECT_TRUE(wait_for([&] { return waitpid(pid, nullptr, WNOHANG) == pid; })) << node << " is left";
+    EXPECT_TRUE(wait_for([&] { return waitpid(pid, nullptr, WNOHANG) == pid; }))
+        << node << " is left";
   }
 }
 
@@ -152,13 +168,16 @@ TEST_F(Up, ASecondDeploymentOfTheSameNodesIsRefusedByName) {
   const pid_t first = start_up("out");
   ASSERT_TRUE(all_nodes_run()) << said();
   EXPECT_EQ(exit_code_of(start_up("second")), 2) << said("second");
-  EXPECT_NE(said("second").find("node 'rendering' already runs in domain"), std::string::npos) << said("second");
-  EXPECT_NE(said("second").find("process " + std::to_string(first)), std::string::npos) << said("second");
+  EXPECT_NE(said("second").find("node 'rendering' already runs in domain"), std::string::npos)
+      << said("second");
+  EXPECT_NE(said("second").find("process " + std::to_string(first)), std::string::npos)
+      << said("second");
 }
 
 TEST_F(Up, TheEndOfTheInputEndsItAndNothingCompositedIsAFailure) {
   write_program("capture_node", "echo end of footage\nexit 0\n");
   EXPECT_EQ(exit_code_of(start_up("out")), 1);
   EXPECT_NE(said().find("no frame was composited"), std::string::npos) << said();
-  EXPECT_EQ(nlohmann::json::parse(text_of(folder / "out" / "report.json"))["ended_by"], "every capture_node ended");
+  EXPECT_EQ(nlohmann::json::parse(text_of(folder / "out" / "report.json"))["ended_by"],
+            "every capture_node ended");
 }

@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "common/gl/context.h"
+#include "common/pipeline/frames/tile_shares.h"
 #include "recon_node/colour.h"
 #include "recon_node/reconstruct.h"
-#include "common/pipeline/frames/tile_shares.h"
 #include "tests/support/hull_scenes.h"
 
 namespace fivepipe::recon {
@@ -22,14 +22,16 @@ const Eigen::AlignedBox3d kVolume(Vector3d(-0.4, -0.4, -0.4), Vector3d(0.4, 0.4,
 TEST(Tiles, OfAnyGridAreDisjointAndCoverTheView) {
   test::Random random(1);
   for (int i = 0; i < 200; ++i) {
-    const int width = int(test::uniform(random, 1, 90)), height = int(test::uniform(random, 1, 70)), columns = int(test::uniform(random, 1, 12)), rows = int(test::uniform(random, 1, 12));
+    const int width = int(test::uniform(random, 1, 90)), height = int(test::uniform(random, 1, 70)),
+              columns = int(test::uniform(random, 1, 12)), rows = int(test::uniform(random, 1, 12));
     std::vector<int> covered(std::size_t(width) * height);
     const auto tiles = tiles_of(width, height, columns, rows);
     ASSERT_EQ(int(tiles.size()), columns * rows);
     for (const Tile& tile : tiles) {
       EXPECT_EQ(tile.index, &tile - tiles.data());
       for (int v = tile.rect.v0_px; v < tile.rect.v1_px; ++v)
-        for (int u = tile.rect.u0_px; u < tile.rect.u1_px; ++u) ++covered.at(std::size_t(v) * width + u);
+        for (int u = tile.rect.u0_px; u < tile.rect.u1_px; ++u)
+          ++covered.at(std::size_t(v) * width + u);
     }
     for (const int times : covered) ASSERT_EQ(times, 1);
   }
@@ -38,31 +40,43 @@ TEST(Tiles, OfAnyGridAreDisjointAndCoverTheView) {
 struct Recon : ::testing::TestWithParam<config::HullBackend> {
   gl::GlContext context;
 };
-INSTANTIATE_TEST_SUITE_P(Backends, Recon, ::testing::Values(config::HullBackend::cpu, config::HullBackend::gl, config::HullBackend::sweep),
-                         [](const auto& p) { return p.param == config::HullBackend::cpu ? "cpu" : p.param == config::HullBackend::gl ? "gl" : "sweep"; });
+INSTANTIATE_TEST_SUITE_P(Backends, Recon,
+                         ::testing::Values(config::HullBackend::cpu, config::HullBackend::gl,
+                                           config::HullBackend::sweep),
+                         [](const auto& p) {
+                           return p.param == config::HullBackend::cpu  ? "cpu"
+                                  : p.param == config::HullBackend::gl ? "gl"
+                                                                       : "sweep";
+                         });
 
 std::vector<float> assembled(const std::vector<ReconTile>& tiles, const hull::PixelRect& view) {
   std::vector<float> depth_m(view.area_px(), hull::kNoHull);
   for (const ReconTile& t : tiles)
     for (int v = t.covered.v0_px, i = 0; v < t.covered.v1_px; ++v)
-      for (int u = t.covered.u0_px; u < t.covered.u1_px; ++u, ++i) depth_m[std::size_t(v) * view.width_px() + u] = t.depth_m[i];
+      for (int u = t.covered.u0_px; u < t.covered.u1_px; ++u, ++i)
+        depth_m[std::size_t(v) * view.width_px() + u] = t.depth_m[i];
   return depth_m;
 }
 
 TEST_P(Recon, TilesTogetherGiveTheWholeViewBitForBitWhoeverMadeThem) {
   test::Random random(4);
-  const auto silhouettes = test::silhouettes_of(test::random_object(random, 3, 0.15), test::random_cameras(random, 3));
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3, 0.15), test::random_cameras(random, 3));
   const hull::View view{test::random_camera(random, 83, 57, 0.7), 0.05, 3.0};
   const hull::PixelRect all = test::whole_image(view.camera);
   Reconstructor reconstructor({.backend = GetParam()}, kVolume);
-  const auto whole = assembled(reconstructor.reconstruct(silhouettes, view, tiles_of(83, 57, 1, 1), {}, false), all);
-  EXPECT_GT(std::count_if(whole.begin(), whole.end(), [](float d) { return d != hull::kNoHull; }), 100);
-  for (const auto& [columns, rows, shares] : {std::array{4, 3, 2}, {7, 5, 3}, {1, 1, 1}, {2, 100, 2}}) {
+  const auto whole = assembled(
+      reconstructor.reconstruct(silhouettes, view, tiles_of(83, 57, 1, 1), {}, false), all);
+  EXPECT_GT(std::count_if(whole.begin(), whole.end(), [](float d) { return d != hull::kNoHull; }),
+            100);
+  for (const auto& [columns, rows, shares] :
+       {std::array{4, 3, 2}, {7, 5, 3}, {1, 1, 1}, {2, 100, 2}}) {
     const auto owners = frames::tiles_by_turns(columns, rows, shares);
     std::vector<ReconTile> made;
     for (int share = 0; share < shares; ++share) {
       std::vector<Tile> own = tiles_of(83, 57, columns, rows);
-      std::erase_if(own, [&](const Tile& tile) { return owners[std::size_t(tile.index)] != share; });
+      std::erase_if(own,
+                    [&](const Tile& tile) { return owners[std::size_t(tile.index)] != share; });
       for (auto& tile : reconstructor.reconstruct(silhouettes, view, own, {}, false)) {
         EXPECT_GE(tile.cost_s, 0);
         made.push_back(std::move(tile));
@@ -82,19 +96,32 @@ TEST_P(Recon, FollowsTheViewsSizeAndTheSilhouettes) {
   hull::View large = small;
   large.camera.pinhole = geometry::resized(small.camera.pinhole, 81, 61);
   const auto tiles = tiles_of(40, 30, 4, 3), large_tiles = tiles_of(81, 61, 4, 3);
-  const auto first = assembled(reconstructor.reconstruct(silhouettes, small, tiles, {}, false), test::whole_image(small.camera));
-  EXPECT_EQ(reconstructor.reconstruct(silhouettes, large, large_tiles, {}, false).back().tile.rect.u1_px, 81);
-  EXPECT_EQ(assembled(reconstructor.reconstruct(std::span(silhouettes).first(0), small, tiles, {}, false), test::whole_image(small.camera)), std::vector<float>(1200, hull::kNoHull));
-  EXPECT_EQ(assembled(reconstructor.reconstruct(silhouettes, small, tiles, {}, false), test::whole_image(small.camera)), first);
+  const auto first = assembled(reconstructor.reconstruct(silhouettes, small, tiles, {}, false),
+                               test::whole_image(small.camera));
+  EXPECT_EQ(
+      reconstructor.reconstruct(silhouettes, large, large_tiles, {}, false).back().tile.rect.u1_px,
+      81);
+  EXPECT_EQ(
+      assembled(reconstructor.reconstruct(std::span(silhouettes).first(0), small, tiles, {}, false),
+                test::whole_image(small.camera)),
+      std::vector<float>(1200, hull::kNoHull));
+  EXPECT_EQ(assembled(reconstructor.reconstruct(silhouettes, small, tiles, {}, false),
+                      test::whole_image(small.camera)),
+            first);
 }
 
 TEST(ReconBackends, ExactOnesGiveTheSameDepths) {
   const gl::GlContext context;
   test::Random random(11);
-  const auto silhouettes = test::silhouettes_of(test::random_object(random, 3, 0.15), test::random_cameras(random, 4));
+  const auto silhouettes =
+      test::silhouettes_of(test::random_object(random, 3, 0.15), test::random_cameras(random, 4));
   const hull::View view{test::random_camera(random, 83, 57, 0.7), 0.05, 3.0};
   const auto tiles = tiles_of(83, 57, 3, 2);
-  const auto depths = [&](const config::ReconConfig& config) { return assembled(Reconstructor(config, kVolume).reconstruct(silhouettes, view, tiles, {}, false), test::whole_image(view.camera)); };
+  const auto depths = [&](const config::ReconConfig& config) {
+    return assembled(
+        Reconstructor(config, kVolume).reconstruct(silhouettes, view, tiles, {}, false),
+        test::whole_image(view.camera));
+  };
   const auto cpu = depths({.backend = config::HullBackend::cpu});
   EXPECT_EQ(depths({.backend = config::HullBackend::cpu, .threads = 3}), cpu);
   const auto gl = depths({.backend = config::HullBackend::gl});
@@ -113,30 +140,40 @@ TEST(CoveredPart, IsTheSmallestRectangleWithEveryHit) {
   const ReconTile part = covered_part(tile, depths);
   EXPECT_EQ(part.tile, tile);
   EXPECT_EQ(part.covered, (hull::PixelRect{11, 21, 14, 23}));
-  EXPECT_EQ(part.depth_m, (std::vector<float>{hull::kNoHull, hull::kNoHull, 1.5f, 2.5f, hull::kNoHull, hull::kNoHull}));
+  EXPECT_EQ(part.depth_m, (std::vector<float>{hull::kNoHull, hull::kNoHull, 1.5f, 2.5f,
+                                              hull::kNoHull, hull::kNoHull}));
 }
 
-// --- colour ----------------------------------------------------------------------------------------------------
+// --- colour
+// ----------------------------------------------------------------------------------------------------
 
 using Bgr = std::array<std::uint8_t, 3>;
 constexpr Bgr kBlue = {250, 0, 0}, kRed = {0, 0, 250};
 
-hull::ColourRegion plain(const geometry::Camera& camera, const hull::PixelRect& region, const Bgr& bgr) {
-  hull::ColourRegion colour{camera, {camera.pinhole.width_px, camera.pinhole.height_px}, region, {}};
-  for (int v = region.v0_px; v < region.v1_px; ++v) colour.pixels.set_run(region.u0_px, region.u1_px, v);
-  for (std::size_t i = 0; i < region.area_px(); ++i) colour.bgr.insert(colour.bgr.end(), bgr.begin(), bgr.end());
+hull::ColourRegion plain(const geometry::Camera& camera, const hull::PixelRect& region,
+                         const Bgr& bgr) {
+  hull::ColourRegion colour{
+      camera, {camera.pinhole.width_px, camera.pinhole.height_px}, region, {}};
+  for (int v = region.v0_px; v < region.v1_px; ++v)
+    colour.pixels.set_run(region.u0_px, region.u1_px, v);
+  for (std::size_t i = 0; i < region.area_px(); ++i)
+    colour.bgr.insert(colour.bgr.end(), bgr.begin(), bgr.end());
   return colour;
 }
 
 struct Colour : ::testing::Test {  // a ball in the middle, a blue camera at +x, a red one at -y
   std::vector<hull::Capsule> object{{{0, 0, 0}, {0, 0, 0}, 0.05}};
-  geometry::Camera at_x{geometry::pinhole_from_fov(200, 150, 0.8), geometry::look_at({1, 0, 0}, {0, 0, 0})}, at_y{geometry::pinhole_from_fov(200, 150, 0.8), geometry::look_at({0, -1, 0}, {0, 0, 0})};
-  geometry::Camera at_z{geometry::pinhole_from_fov(200, 150, 0.8), geometry::look_at({0, 0, 1}, {0, 0, 0}, Vector3d::UnitX())};
+  geometry::Camera at_x{geometry::pinhole_from_fov(200, 150, 0.8),
+                        geometry::look_at({1, 0, 0}, {0, 0, 0})},
+      at_y{geometry::pinhole_from_fov(200, 150, 0.8), geometry::look_at({0, -1, 0}, {0, 0, 0})};
+  geometry::Camera at_z{geometry::pinhole_from_fov(200, 150, 0.8),
+                        geometry::look_at({0, 0, 1}, {0, 0, 0}, Vector3d::UnitX())};
 };
 
 TEST_F(Colour, IsMostOfTheCameraThatLooksMostAsTheEyeDoes) {
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
-  const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue), plain(at_y, test::whole_image(at_y), kRed)};
+  const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue),
+                                                plain(at_y, test::whole_image(at_y), kRed)};
   const HullColour colour(silhouettes, regions);
   const Vector3d p = 0.05 * Vector3d(1, -1, 0).normalized();
   const Bgr bluish = colour.at(p, {1, -0.5, 0}), reddish = colour.at(p, {0.5, -1, 0});
@@ -150,10 +187,12 @@ TEST_F(Colour, ComesFromObjectPixelsAlone) {
   hull::ColourRegion region = plain(at_x, test::whole_image(at_x), kRed);  // background
   for (int v = 0; v < 150; ++v)
     for (int u = 0; u < 200; ++u)
-      if (silhouettes[0].pixels.contains(u, v)) std::copy(kBlue.begin(), kBlue.end(), region.bgr.begin() + 3 * (v * 200 + u));
+      if (silhouettes[0].pixels.contains(u, v))
+        std::copy(kBlue.begin(), kBlue.end(), region.bgr.begin() + 3 * (v * 200 + u));
   const HullColour colour(silhouettes, std::span(&region, 1));
   for (int v = 0; v < 150; ++v)
-    for (int u = 0; u < 200; ++u) {  // half a pixel off the centres: the four pixels around it straddle the border
+    for (int u = 0; u < 200;
+         ++u) {  // half a pixel off the centres: the four pixels around it straddle the border
       const geometry::Ray ray = geometry::ray_through(at_x, {u + 0.5, v + 0.5});
       const Bgr bgr = colour.at(ray.origin_world_m + ray.direction_world, {1, 0, 0});
       EXPECT_TRUE(bgr == kBlue || bgr == kUnseenBgr) << u << ' ' << v;
@@ -182,17 +221,22 @@ TEST_F(Colour, ComesFromPixelsThatWereSentAlone) {
   EXPECT_GT(blue, 1200);
 }
 
-// As capture_node sends them: object pixels in their bounds. Hull is on the outermost pixels' border, where depth's rounding decides on which side.
+// As capture_node sends them: object pixels in their bounds. Hull is on the outermost pixels'
+// border, where depth's rounding decides on which side.
 TEST_F(Colour, NoHullLacksColourAtTheBordersOfWhatWasSent) {
   object.push_back({{-0.1, -0.08, -0.06}, {0.12, 0.1, 0.08}, 0.02});
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
   for (const hull::Silhouette& sent : silhouettes) {
     hull::ColourRegion colour = plain(sent.camera, sent.pixels.bounds(), kBlue);
     colour.pixels = sent.pixels;
-    const hull::View view{{geometry::pinhole_from_fov(320, 240, 0.4), geometry::look_at({0.6, -0.6, 0.5}, {0, 0, 0})}, 0.05, 3};
+    const hull::View view{
+        {geometry::pinhole_from_fov(320, 240, 0.4), geometry::look_at({0.6, -0.6, 0.5}, {0, 0, 0})},
+        0.05,
+        3};
     Reconstructor reconstructor({.backend = config::HullBackend::cpu}, kVolume);
     int hits = 0, unseen = 0;
-    for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, tiles_of(320, 240, 4, 3), std::span(&colour, 1), true))
+    for (const ReconTile& tile : reconstructor.reconstruct(
+             silhouettes, view, tiles_of(320, 240, 4, 3), std::span(&colour, 1), true))
       for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
         if (tile.depth_m[i] == hull::kNoHull) continue;
         ++hits;
@@ -206,7 +250,8 @@ TEST_F(Colour, NoHullLacksColourAtTheBordersOfWhatWasSent) {
 TEST_F(Colour, RegionsThatDoNotHoldThePointTakeNoPart) {
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
   const Vector3d p = 0.05 * Vector3d(1, -1, 0).normalized(), eye(1, -0.1, 0);
-  const std::vector<hull::ColourRegion> cut{plain(at_x, {0, 0, 60, 150}, kBlue), plain(at_y, test::whole_image(at_y), kRed)};
+  const std::vector<hull::ColourRegion> cut{plain(at_x, {0, 0, 60, 150}, kBlue),
+                                            plain(at_y, test::whole_image(at_y), kRed)};
   EXPECT_EQ(HullColour(silhouettes, cut).at(p, eye), kRed);
   EXPECT_EQ(HullColour(silhouettes, {}).at(p, eye), kUnseenBgr);
   EXPECT_EQ(HullColour(silhouettes, std::span(cut).first(1)).at(p, eye), kUnseenBgr);
@@ -217,34 +262,44 @@ TEST_F(Colour, RegionsThatDoNotHoldThePointTakeNoPart) {
 TEST_F(Colour, CamerasFromWhichTheHullHidesThePointComeLast) {
   object.push_back({{0.15, 0, 0}, {0.15, 0, 0}, 0.04});  // between the ball and the blue camera
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
-  const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue), plain(at_y, test::whole_image(at_y), kRed)};
+  const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue),
+                                                plain(at_y, test::whole_image(at_y), kRed)};
   const Vector3d p = 0.05 * Vector3d(1, -0.2, 0).normalized(), eye(1, -0.3, 0);
   EXPECT_EQ(HullColour(silhouettes, regions).at(p, eye), kRed);
-  EXPECT_EQ(HullColour(silhouettes, std::span(regions).first(1)).at(p, eye), kBlue);  // better than none
+  EXPECT_EQ(HullColour(silhouettes, std::span(regions).first(1)).at(p, eye),
+            kBlue);  // better than none
 }
 
 TEST_F(Colour, IsInterpolatedBetweenPixelCentres) {
   hull::ColourRegion ramp = plain(at_x, {90, 60, 110, 90}, {});  // blue grows by 10 a pixel along u
   ramp.bgr.clear();
   for (int v = 60; v < 90; ++v)
-    for (int u = 90; u < 110; ++u) ramp.bgr.insert(ramp.bgr.end(), {std::uint8_t((u - 90) * 10), 7, 9});
+    for (int u = 90; u < 110; ++u)
+      ramp.bgr.insert(ramp.bgr.end(), {std::uint8_t((u - 90) * 10), 7, 9});
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y});
   const geometry::Ray ray = geometry::ray_through(at_x, {97.3, 75});
-  EXPECT_EQ(HullColour(silhouettes, std::span(&ramp, 1)).at(ray.origin_world_m + 0.96 * ray.direction_world, {1, 0, 0}), (Bgr{73, 7, 9}));
+  EXPECT_EQ(HullColour(silhouettes, std::span(&ramp, 1))
+                .at(ray.origin_world_m + 0.96 * ray.direction_world, {1, 0, 0}),
+            (Bgr{73, 7, 9}));
 }
 
 TEST_F(Colour, OnlyOfHitsAndOnlyWhereWanted) {
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
   const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue)};
-  const hull::View view{{geometry::pinhole_from_fov(60, 45, 0.4), geometry::look_at({0.8, -0.3, 0.2}, {0, 0, 0})}, 0.05, 3};
+  const hull::View view{
+      {geometry::pinhole_from_fov(60, 45, 0.4), geometry::look_at({0.8, -0.3, 0.2}, {0, 0, 0})},
+      0.05,
+      3};
   Reconstructor reconstructor({.backend = config::HullBackend::cpu}, kVolume);
   const auto tiles = tiles_of(60, 45, 4, 3);
-  for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, tiles, regions, false)) EXPECT_TRUE(tile.bgr.empty());
+  for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, tiles, regions, false))
+    EXPECT_TRUE(tile.bgr.empty());
   int coloured = 0;
   for (const ReconTile& tile : reconstructor.reconstruct(silhouettes, view, tiles, regions, true)) {
     ASSERT_EQ(tile.bgr.size(), 3 * tile.depth_m.size());
     for (std::size_t i = 0; i < tile.depth_m.size(); ++i) {
-      EXPECT_EQ((Bgr{tile.bgr[3 * i], tile.bgr[3 * i + 1], tile.bgr[3 * i + 2]}), tile.depth_m[i] == hull::kNoHull ? Bgr{} : kBlue);
+      EXPECT_EQ((Bgr{tile.bgr[3 * i], tile.bgr[3 * i + 1], tile.bgr[3 * i + 2]}),
+                tile.depth_m[i] == hull::kNoHull ? Bgr{} : kBlue);
       coloured += tile.depth_m[i] != hull::kNoHull;
     }
   }

@@ -76,7 +76,8 @@ TEST_F(Outputs, AVideoHoldsEveryFrameInOrder) {
 TEST_F(Outputs, AFullQueueRefusesTheNewestAndNeverWaits) {
   VideoOptions options = roomy();
   options.queue_frames = 2;
-  const cv::Size large(1280, 960);  // takes the encoder milliseconds; handing over takes microseconds
+  const cv::Size large(1280,
+                       960);  // takes the encoder milliseconds; handing over takes microseconds
   VideoFile video(folder_ / "v.mp4", large, options);
   cv::Mat noise(large, CV_8UC3);
   cv::randu(noise, 0, 255);
@@ -113,8 +114,12 @@ TEST_F(Outputs, AFrameOfAnotherSizeOrTypeIsDropped) {
 }
 
 TEST_F(Outputs, AVideoThatCantBeMadeSaysWhy) {
-  const auto message = [&](const fs::path& file, cv::Size size, const VideoOptions& options = roomy()) { return error_of([&] { VideoFile(file, size, options); }); };
-  EXPECT_NE(message(folder_ / "missing" / "v.mp4", kSize).find("missing does not exist"), std::string::npos);
+  const auto message = [&](const fs::path& file, cv::Size size,
+                           const VideoOptions& options = roomy()) {
+    return error_of([&] { VideoFile(file, size, options); });
+  };
+  EXPECT_NE(message(folder_ / "missing" / "v.mp4", kSize).find("missing does not exist"),
+            std::string::npos);
   EXPECT_NE(message(folder_ / "v.mp4", {161, 120}).find("even, not 161x120"), std::string::npos);
   VideoOptions no_room = roomy();
   no_room.min_free_bytes = std::uintmax_t(1) << 60;
@@ -129,12 +134,17 @@ TEST_F(Outputs, AStillIsExact) {
     write_png(file, frame_image(number));
     EXPECT_EQ(cv::norm(cv::imread(file.string()), frame_image(number), cv::NORM_INF), 0);
   }
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1) << "no temporary file is left";
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1)
+      << "no temporary file is left";
 }
 
 TEST_F(Outputs, AStillThatCantBeWrittenSaysWhyAndLeavesTheOldOne) {
-  EXPECT_NE(error_of([&] { write_png(folder_ / "missing" / "s.png", frame_image(0)); }).find("missing does not exist"), std::string::npos);
-  EXPECT_NE(error_of([&] { write_png(folder_ / "s.png", cv::Mat()); }).find("s.png: not an image"), std::string::npos);
+  EXPECT_NE(error_of([&] {
+              write_png(folder_ / "missing" / "s.png", frame_image(0));
+            }).find("missing does not exist"),
+            std::string::npos);
+  EXPECT_NE(error_of([&] { write_png(folder_ / "s.png", cv::Mat()); }).find("s.png: not an image"),
+            std::string::npos);
 
   write_png(folder_ / "s.png", frame_image(1));
   // A limit on file sizes fails like a full disk.

@@ -20,24 +20,32 @@ TEST(Surface, ABoxKeepsItsEdges) {
   const auto corners = surface.corners();
   ASSERT_EQ(corners.size(), 36u);
   for (std::size_t t = 0; t < corners.size(); t += 3) {
-    const Eigen::Vector3f face = (corners[t + 1].p_object_m - corners[t].p_object_m).cross(corners[t + 2].p_object_m - corners[t].p_object_m).normalized();
+    const Eigen::Vector3f face = (corners[t + 1].p_object_m - corners[t].p_object_m)
+                                     .cross(corners[t + 2].p_object_m - corners[t].p_object_m)
+                                     .normalized();
     EXPECT_GT(face.dot(corners[t].p_object_m), 0) << "outward";
-    for (std::size_t c = t; c < t + 3; ++c) EXPECT_NEAR((corners[c].normal - face).norm(), 0, kRounding);
+    for (std::size_t c = t; c < t + 3; ++c)
+      EXPECT_NEAR((corners[c].normal - face).norm(), 0, kRounding);
   }
 }
 
 TEST(Surface, ABallIsSmooth) {
   const double radius_m = 0.3;
-  const Surface surface(test::object("ball", config::SphereShape{radius_m, 2}, {0, 0, 0}, {1, 1, 1}));
-  // An icosphere's faces are not all alike: the mean of those around a vertex is off the radius by a few degrees at most.
-  for (const SurfaceCorner& c : surface.corners()) EXPECT_GT(c.normal.dot(c.p_object_m.normalized()), std::cos(0.06));
+  const Surface surface(
+      test::object("ball", config::SphereShape{radius_m, 2}, {0, 0, 0}, {1, 1, 1}));
+  // An icosphere's faces are not all alike: the mean of those around a vertex is off the radius by
+  // a few degrees at most.
+  for (const SurfaceCorner& c : surface.corners())
+    EXPECT_GT(c.normal.dot(c.p_object_m.normalized()), std::cos(0.06));
 }
 
 TEST(Surface, PatternStaysOnTheClothThatMoves) {
-  const config::SceneObject curtain = test::object("curtain", config::CurtainShape{0.6, 0.4, 6, 4, 0.02, 2}, {0, 0, 0}, {1, 1, 1});
+  const config::SceneObject curtain =
+      test::object("curtain", config::CurtainShape{0.6, 0.4, 6, 4, 0.02, 2}, {0, 0, 0}, {1, 1, 1});
   const Surface surface(curtain);
   std::vector<float> moved;
-  for (const Eigen::Vector3d& v : config::mesh_of(curtain).vertices_m) {  // a quarter turn about z, then up
+  for (const Eigen::Vector3d& v :
+       config::mesh_of(curtain).vertices_m) {  // a quarter turn about z, then up
     moved.push_back(float(-v.y()));
     moved.push_back(float(v.x()));
     moved.push_back(float(v.z() + 1));
@@ -46,30 +54,44 @@ TEST(Surface, PatternStaysOnTheClothThatMoves) {
   ASSERT_EQ(before.size(), after.size());
   for (std::size_t c = 0; c < before.size(); ++c) {
     EXPECT_EQ(before[c].pattern_m, after[c].pattern_m);
-    EXPECT_NEAR((Eigen::Vector3f(-before[c].normal.y(), before[c].normal.x(), before[c].normal.z()) - after[c].normal).norm(), 0, 1e-4f);
+    EXPECT_NEAR(
+        (Eigen::Vector3f(-before[c].normal.y(), before[c].normal.x(), before[c].normal.z()) -
+         after[c].normal)
+            .norm(),
+        0, 1e-4f);
   }
 }
 
 TEST(Surface, DegenerateTrianglesHaveUnitNormals) {
   geometry::Mesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}};
-  mesh.triangles = {{0, 1, 2}, {0, 0, 0}, {0, 1, 3}, {1, 1, 2}, {0, 1, 2}, {2, 1, 0}};  // points, a line, a duplicate, one inside out
-  const auto corners = Surface(test::object("mesh", config::MeshShape{"", 1, mesh}, {0, 0, 0}, {1, 1, 1})).corners();
+  mesh.triangles = {{0, 1, 2}, {0, 0, 0}, {0, 1, 3}, {1, 1, 2},
+                    {0, 1, 2}, {2, 1, 0}};  // points, a line, a duplicate, one inside out
+  const auto corners =
+      Surface(test::object("mesh", config::MeshShape{"", 1, mesh}, {0, 0, 0}, {1, 1, 1})).corners();
   ASSERT_EQ(corners.size(), 18u);
   for (const SurfaceCorner& c : corners) EXPECT_NEAR(c.normal.norm(), 1, kRounding);
 }
 
 TEST(Surface, ManyTrianglesAtOneVertexTakeLinearTime) {
   geometry::Mesh fan;
-  constexpr std::uint32_t kTriangles = 200'000;  // each with each would be 4e10 steps, which the test's time limit ends
+  constexpr std::uint32_t kTriangles =
+      200'000;  // each with each would be 4e10 steps, which the test's time limit ends
   fan.vertices_m.emplace_back(0, 0, 0);
-  for (std::uint32_t i = 0; i <= kTriangles; ++i) fan.vertices_m.emplace_back(std::cos(i * 6.28 / kTriangles), std::sin(i * 6.28 / kTriangles), 0);
+  for (std::uint32_t i = 0; i <= kTriangles; ++i)
+    fan.vertices_m.emplace_back(std::cos(i * 6.28 / kTriangles), std::sin(i * 6.28 / kTriangles),
+                                0);
   for (std::uint32_t i = 1; i <= kTriangles; ++i) fan.triangles.push_back({0, i, i + 1});
-  EXPECT_EQ(Surface(test::object("fan", config::MeshShape{"", 1, fan}, {0, 0, 0}, {1, 1, 1})).corners().size(), 3u * kTriangles);
+  EXPECT_EQ(Surface(test::object("fan", config::MeshShape{"", 1, fan}, {0, 0, 0}, {1, 1, 1}))
+                .corners()
+                .size(),
+            3u * kTriangles);
 }
 
 TEST(Surface, AnEmptyMeshHasNoCorners) {
-  EXPECT_TRUE(Surface(test::object("nothing", config::MeshShape{}, {0, 0, 0}, {1, 1, 1})).corners().empty());
+  EXPECT_TRUE(Surface(test::object("nothing", config::MeshShape{}, {0, 0, 0}, {1, 1, 1}))
+                  .corners()
+                  .empty());
 }
 
 }  // namespace

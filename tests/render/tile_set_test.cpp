@@ -14,7 +14,8 @@ namespace {
 constexpr double kNear_m = 0.1, kFar_m = 4.0;
 const geometry::Pinhole kRecon = geometry::pinhole_from_fov(32, 24, 1.0);
 
-// A message with its payload: a view of 2 x 2 tiles of 16 x 12 pixels, each with hits in its middle 8 x 4.
+// A message with its payload: a view of 2 x 2 tiles of 16 x 12 pixels, each with hits in its middle
+// 8 x 4.
 struct Message {
   std::vector<float> depth_m;
   std::vector<std::uint8_t> bgr;
@@ -46,7 +47,9 @@ Message message(std::uint64_t frame, std::uint32_t index) {
 
 TileSets sets() { return {kRecon, kNear_m, kFar_m}; }
 
-std::optional<HullFrame> add(TileSets& sets, std::uint64_t frame, std::uint32_t index) { return sets.add(message(frame, index).get()); }
+std::optional<HullFrame> add(TileSets& sets, std::uint64_t frame, std::uint32_t index) {
+  return sets.add(message(frame, index).get());
+}
 
 TEST(TileSets, PutsEveryPixelInItsPlaceInAnyOrder) {
   std::array<std::uint32_t, 4> order = {0, 1, 2, 3};
@@ -64,7 +67,10 @@ TEST(TileSets, PutsEveryPixelInItsPlaceInAnyOrder) {
         const int index = v / 12 * 2 + u / 16, du = u % 16 - 4, dv = v % 12 - 4;
         const bool hit = du >= 0 && du < 8 && dv >= 0 && dv < 4;
         const std::size_t px = std::size_t(v) * 32 + std::size_t(u);
-        ASSERT_EQ(hull->depth_m[px], hit ? message(7, std::uint32_t(index)).depth_m[std::size_t(dv * 8 + du)] : hull::kNoHull) << u << ' ' << v;
+        ASSERT_EQ(hull->depth_m[px],
+                  hit ? message(7, std::uint32_t(index)).depth_m[std::size_t(dv * 8 + du)]
+                      : hull::kNoHull)
+            << u << ' ' << v;
         ASSERT_EQ(hull->bgr[3 * px + 2], hit ? index * 60 + dv * 8 + du : 0) << u << ' ' << v;
       }
   } while (std::next_permutation(order.begin(), order.end()));
@@ -168,7 +174,8 @@ struct Refusal {
 };
 class TileSetsRefuse : public testing::TestWithParam<Refusal> {};
 
-// Tile 3 of a frame of which 0 to 2 are there: refused by name, and the right tile still completes the frame.
+// Tile 3 of a frame of which 0 to 2 are there: refused by name, and the right tile still completes
+// the frame.
 TEST_P(TileSetsRefuse, ByNameAndGoOn) {
   TileSets tiles = sets();
   for (std::uint32_t i = 0; i < 3; ++i) ASSERT_FALSE(add(tiles, 1, i));
@@ -189,23 +196,38 @@ const Refusal kRefusals[] = {
     {"number of tiles differs within the frame", [](Message& m) { m.tile.tiles = 6; }},
     {"another view's pinhole", [](Message& m) { m.tile.recon.fx_px += 1; }},
     {"another view's pinhole", [](Message& m) { m.tile.recon.width_px = INT_MAX; }},
-    {"another view's pinhole", [](Message& m) { m.tile.recon.cx_px = std::numeric_limits<double>::quiet_NaN(); }},
-    {"unusable pose", [](Message& m) { m.tile.eye_from_world.translation().x() = std::numeric_limits<double>::quiet_NaN(); }},
+    {"another view's pinhole",
+     [](Message& m) { m.tile.recon.cx_px = std::numeric_limits<double>::quiet_NaN(); }},
+    {"unusable pose",
+     [](Message& m) {
+       m.tile.eye_from_world.translation().x() = std::numeric_limits<double>::quiet_NaN();
+     }},
     {"unusable pose", [](Message& m) { m.tile.eye_from_world.linear().col(0) *= -1; }},
-    {"pose differs within the frame", [](Message& m) { m.tile.eye_from_world.translation().x() += 1e-3; }},
+    {"pose differs within the frame",
+     [](Message& m) { m.tile.eye_from_world.translation().x() += 1e-3; }},
     {"capture stamp differs within the frame", [](Message& m) { m.tile.capture_stamp_ns += 1; }},
     {"rect outside the view", [](Message& m) { m.tile.rect.u1_px += 1; }},
     {"rect outside the view", [](Message& m) { m.tile.rect = {}; }},
-    {"rect outside the view", [](Message& m) { m.tile.rect = {INT_MIN, INT_MIN, INT_MAX, INT_MAX}; }},
+    {"rect outside the view",
+     [](Message& m) {
+       m.tile.rect = {INT_MIN, INT_MIN, INT_MAX, INT_MAX};
+     }},
     {"rect overlaps another tile", [](Message& m) { m.tile.rect.u0_px -= 1; }},
     {"covered rect outside its tile", [](Message& m) { m.tile.covered.v0_px = 11; }},
-    {"covered rect outside its tile", [](Message& m) { m.tile.covered = {INT_MIN, 13, INT_MAX, 14}; }},
+    {"covered rect outside its tile",
+     [](Message& m) {
+       m.tile.covered = {INT_MIN, 13, INT_MAX, 14};
+     }},
     {"wrong number of depths", [](Message& m) { m.depth_m.pop_back(); }},
     {"wrong number of depths", [](Message& m) { m.depth_m.clear(); }},
-    {"wrong number of depths", [](Message& m) { m.tile.covered = {INT_MAX, 0, INT_MIN, 1}; }},
+    {"wrong number of depths",
+     [](Message& m) {
+       m.tile.covered = {INT_MAX, 0, INT_MIN, 1};
+     }},
     {"wrong number of colours", [](Message& m) { m.bgr.pop_back(); }},
     {"depth not finite or outside near and far", [](Message& m) { m.depth_m[17] = kNaN; }},
-    {"depth not finite or outside near and far", [](Message& m) { m.depth_m[0] = std::numeric_limits<float>::infinity(); }},
+    {"depth not finite or outside near and far",
+     [](Message& m) { m.depth_m[0] = std::numeric_limits<float>::infinity(); }},
     {"depth not finite or outside near and far", [](Message& m) { m.depth_m[0] = -1; }},
     {"depth not finite or outside near and far", [](Message& m) { m.depth_m[0] = 0.05f; }},
     {"depth not finite or outside near and far", [](Message& m) { m.depth_m[0] = 4.01f; }},
@@ -232,7 +254,8 @@ TEST(TileSets, TilesThatLeaveAGapAreRefused) {
   EXPECT_EQ(tiles.open_frames(), 0u);
 }
 
-// Whatever arrives in whatever order: each tile is accounted for once, and complete frames come with growing numbers.
+// Whatever arrives in whatever order: each tile is accounted for once, and complete frames come
+// with growing numbers.
 TEST(TileSets, EveryTileIsCountedOnce) {
   std::mt19937 random(5);
   TileSets tiles = sets();

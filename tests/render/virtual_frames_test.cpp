@@ -11,7 +11,9 @@ std::vector<ObjectPose> ball_at(double x_m) {
   pose.world_from_object.translation().x() = x_m;
   return {pose};
 }
-double x_of(const VirtualFrame* frame) { return frame->poses.at(0).world_from_object.translation().x(); }
+double x_of(const VirtualFrame* frame) {
+  return frame->poses.at(0).world_from_object.translation().x();
+}
 
 TEST(VirtualFrames, BestIsTheSameFrameElseTheOneBeforeElseTheOldest) {
   VirtualFrames frames;
@@ -39,7 +41,8 @@ TEST(VirtualFrames, CollisionsBelongToTheirFrameAndAloneMakeNoState) {
 
 TEST(VirtualFrames, StayBoundedAndKeepTheNewest) {
   VirtualFrames frames;
-  for (std::uint64_t frame = 0; frame < 100; ++frame) frames.add_state(frame, std::int64_t(frame), ball_at(double(frame)));
+  for (std::uint64_t frame = 0; frame < 100; ++frame)
+    frames.add_state(frame, std::int64_t(frame), ball_at(double(frame)));
   EXPECT_TRUE(frames.has(99));
   EXPECT_FALSE(frames.has(99 - VirtualFrames::kMaxFrames));
   frames.add_state(3, 3, ball_at(3));

@@ -17,22 +17,27 @@ extern char** environ;
 namespace fivepipe::render {
 namespace {
 
-// A virtual X server for the life of a test, DISPLAY set to it; display() is empty where Xvfb is not installed.
+// A virtual X server for the life of a test, DISPLAY set to it; display() is empty where Xvfb is
+// not installed.
 class VirtualDisplay {
  public:
   VirtualDisplay() {
     int ends[2];
     if (pipe(ends) != 0) return;
     const std::string fd = std::to_string(ends[1]);
-    const char* arguments[] = {"Xvfb", "-displayfd", fd.c_str(), "-screen", "0", "1024x768x24", "-nolisten", "tcp", nullptr};
+    const char* arguments[] = {"Xvfb",        "-displayfd", fd.c_str(), "-screen", "0",
+                               "1024x768x24", "-nolisten",  "tcp",      nullptr};
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addclose(&actions, ends[0]);
     posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", 1, 0);
-    if (posix_spawnp(&process_, "Xvfb", &actions, nullptr, const_cast<char**>(arguments), environ) != 0) process_ = 0;
+    if (posix_spawnp(&process_, "Xvfb", &actions, nullptr, const_cast<char**>(arguments),
+                     environ) != 0)
+      process_ = 0;
     posix_spawn_file_actions_destroy(&actions);
     close(ends[1]);
-    std::string number;  // with a line's end, written apart: closing before it has come would end the server
+    std::string number;  // with a line's end, written apart: closing before it has come would end
+                         // the server
     for (char c = 0; process_ && c != '\n' && read(ends[0], &c, 1) == 1;) number += c;
     close(ends[0]);
     if (!number.empty()) display_ = ":" + std::to_string(std::atoi(number.c_str()));

@@ -9,8 +9,11 @@ constexpr double kGravity = 9.80665;
 
 class SimulationBounce : public GlTest {};
 
-// A real bar, 5 cm across its top, seen by cameras on its horizon: the ball falls on it from straight above.
-std::vector<hull::Silhouette> bar() { return silhouettes_of({{{0, -0.15, 0}, {0, 0.15, 0}, 0.03}}, ring(5, 1.5, 0, 300, 0.6)); }
+// A real bar, 5 cm across its top, seen by cameras on its horizon: the ball falls on it from
+// straight above.
+std::vector<hull::Silhouette> bar() {
+  return silhouettes_of({{{0, -0.15, 0}, {0, 0.15, 0}, 0.03}}, ring(5, 1.5, 0, 300, 0.6));
+}
 
 collision::Response response_up(double d_rec_m, double error_m = 0) {
   collision::Response response;
@@ -21,7 +24,9 @@ collision::Response response_up(double d_rec_m, double error_m = 0) {
   return response;
 }
 
-double energy_J_kg(const Eigen::Vector3d& velocity_m_s, double height_m) { return 0.5 * velocity_m_s.squaredNorm() + kGravity * height_m; }
+double energy_J_kg(const Eigen::Vector3d& velocity_m_s, double height_m) {
+  return 0.5 * velocity_m_s.squaredNorm() + kGravity * height_m;
+}
 
 TEST(Bounce, ReversesTheVelocityAlongTheNormalAlone) {
   collision::Response response = response_up(0.0);
@@ -34,8 +39,12 @@ TEST(Bounce, ReversesTheVelocityAlongTheNormalAlone) {
 }
 
 TEST(Bounce, LeavesWhatMovesAwayAlone) {
-  EXPECT_EQ(sim::bounce(response_up(0.01), {0, 0, 1}, 1.0, kGravity, 0.1).velocity_world_m_s, Eigen::Vector3d(0, 0, 1));
-  EXPECT_NEAR((sim::bounce(response_up(0.01, 0.002), {0, 0, 1}, 1.0, kGravity, 0.1).move_world_m - Eigen::Vector3d(0, 0, 0.012)).norm(), 0, 1e-15);
+  EXPECT_EQ(sim::bounce(response_up(0.01), {0, 0, 1}, 1.0, kGravity, 0.1).velocity_world_m_s,
+            Eigen::Vector3d(0, 0, 1));
+  EXPECT_NEAR((sim::bounce(response_up(0.01, 0.002), {0, 0, 1}, 1.0, kGravity, 0.1).move_world_m -
+               Eigen::Vector3d(0, 0, 0.012))
+                  .norm(),
+              0, 1e-15);
 }
 
 TEST(Bounce, EnergyGrowsByNoMoreThanTheLiftAndNotAtAllWhereItFellIn) {
@@ -48,12 +57,16 @@ TEST(Bounce, EnergyGrowsByNoMoreThanTheLiftAndNotAtAllWhereItFellIn) {
       response.four_points.normal_world = random_direction(random);
     }
     const Eigen::Vector3d before_m_s = uniform(random, 0, 4) * random_direction(random);
-    const sim::Bounce after = sim::bounce(response, before_m_s, uniform(random, 0, 1), kGravity, 0.1);
-    const double gain = energy_J_kg(after.velocity_world_m_s, after.move_world_m.z()) - energy_J_kg(before_m_s, 0);
+    const sim::Bounce after =
+        sim::bounce(response, before_m_s, uniform(random, 0, 1), kGravity, 0.1);
+    const double gain =
+        energy_J_kg(after.velocity_world_m_s, after.move_world_m.z()) - energy_J_kg(before_m_s, 0);
     EXPECT_LE(gain, kGravity * std::max(0.0, after.move_world_m.z()) + 1e-12);
-    const Eigen::Vector3d& normal = i % 2 ? response.four_points.normal_world : response.v_rec_world;
+    const Eigen::Vector3d& normal =
+        i % 2 ? response.four_points.normal_world : response.v_rec_world;
     const double approach_m_s = -before_m_s.dot(normal);
-    if (approach_m_s > 0 && approach_m_s * approach_m_s > 2 * kGravity * std::max(0.0, after.move_world_m.z())) {
+    if (approach_m_s > 0 &&
+        approach_m_s * approach_m_s > 2 * kGravity * std::max(0.0, after.move_world_m.z())) {
       EXPECT_LE(gain, 1e-12);
     }
   }
@@ -63,13 +76,15 @@ TEST_F(SimulationBounce, BallBouncesOffARealBarAndEnergyNeverGrows) {
   const auto silhouettes = bar();
   for (const double restitution : {0.0, 0.5, 1.0}) {
     sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.3}, restitution)}), {});
-    double energy = mechanical_energy_J_kg(simulation.states()[0], kGravity), lowest_m = 1, highest_after_m = 0;
+    double energy = mechanical_energy_J_kg(simulation.states()[0], kGravity), lowest_m = 1,
+           highest_after_m = 0;
     bool touched = false;
     for (int step = 0; step <= 240; ++step) {
       simulation.advance_to(step / 240.0, silhouettes);
       const sim::ObjectState state = simulation.states()[0];
       const double now = mechanical_energy_J_kg(state, kGravity);
-      // Where the ball fell in, the lift is paid for; at rest it is lifted by what it fell since the last query, two steps.
+      // Where the ball fell in, the lift is paid for; at rest it is lifted by what it fell since
+      // the last query, two steps.
       EXPECT_LE(now, energy + kGravity * 0.003) << "restitution " << restitution << " at " << step;
       energy = now;
       ASSERT_TRUE(all_finite(simulation));
@@ -79,7 +94,8 @@ TEST_F(SimulationBounce, BallBouncesOffARealBarAndEnergyNeverGrows) {
       }
       if (contact && !touched) {
         touched = true;
-        EXPECT_EQ(simulation.collisions()[0].response->status, collision::RecoveryStatus::recovered);
+        EXPECT_EQ(simulation.collisions()[0].response->status,
+                  collision::RecoveryStatus::recovered);
       }
       const double z_m = state.world_from_object.translation().z();
       lowest_m = std::min(lowest_m, z_m);
@@ -124,24 +140,31 @@ TEST_F(SimulationBounce, LightAndHeavyBallsBounceAlike) {
 TEST_F(SimulationBounce, OnTheGpuAsOnTheCpu) {
   const auto silhouettes = bar();
   std::vector<Eigen::Vector3d> places_m;
-  for (const config::CollisionBackend backend : {config::CollisionBackend::cpu, config::CollisionBackend::gl}) {
+  for (const config::CollisionBackend backend :
+       {config::CollisionBackend::cpu, config::CollisionBackend::gl}) {
     sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.2}, 0.5)}), {.collision = backend});
     for (int frame = 0; frame <= 15; ++frame) simulation.advance_to(frame * kFrameS, silhouettes);
     places_m.push_back(simulation.states()[0].world_from_object.translation());
     EXPECT_GT(simulation.counters().contacts, 0u);
     EXPECT_EQ(simulation.counters().detection.points_unconfirmed, 0u);
   }
-  EXPECT_LT((places_m[0] - places_m[1]).norm(), 1e-3);  // points of the two may differ by their spacing on a part
+  EXPECT_LT((places_m[0] - places_m[1]).norm(),
+            1e-3);  // points of the two may differ by their spacing on a part
 }
 
 TEST_F(SimulationBounce, RestsOnTheHullForAllSteps) {
-  // A gutter of two real bars, closed by virtual walls. One pair of cameras looks along it: from above alone it would be filled.
+  // A gutter of two real bars, closed by virtual walls. One pair of cameras looks along it: from
+  // above alone it would be filled.
   std::vector<geometry::Camera> cameras = ring(3, 1.5, 0.6, 300, 0.6);
   for (const double y_m : {-1.5, 1.5}) cameras.push_back(camera_at({0, y_m, 0}, 300, 0.6));
-  const auto silhouettes = silhouettes_of({{{-0.05, -0.15, 0}, {-0.05, 0.15, 0}, 0.03}, {{0.05, -0.15, 0}, {0.05, 0.15, 0}, 0.03}}, cameras);
+  const auto silhouettes = silhouettes_of(
+      {{{-0.05, -0.15, 0}, {-0.05, 0.15, 0}, 0.03}, {{0.05, -0.15, 0}, {0.05, 0.15, 0}, 0.03}},
+      cameras);
   for (const double step_s : {1.0 / 240, 1.0 / 120, 1.0 / 60}) {
-    sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.085}, 0.3), virtual_box("near", {0, -0.09, 0.1}, {0.2, 0.05, 0.2}),
-                                    virtual_box("far", {0, 0.09, 0.1}, {0.2, 0.05, 0.2})}), {.step_s = step_s});
+    sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.085}, 0.3),
+                                         virtual_box("near", {0, -0.09, 0.1}, {0.2, 0.05, 0.2}),
+                                         virtual_box("far", {0, 0.09, 0.1}, {0.2, 0.05, 0.2})}),
+                               {.step_s = step_s});
     double lowest_m = 1, highest_m = 0;
     for (int frame = 0; frame <= 60; ++frame) {
       simulation.advance_to(frame * kFrameS, silhouettes);
@@ -149,37 +172,47 @@ TEST_F(SimulationBounce, RestsOnTheHullForAllSteps) {
       if (frame > 30) lowest_m = std::min(lowest_m, z_m), highest_m = std::max(highest_m, z_m);
     }
     EXPECT_EQ(simulation.counters().put_back, 0u) << step_s;
-    // On bars and ball as they are it would rest at sqrt(0.09^2 - 0.05^2) m; touched pixels of 2 mm raise it, flat triangles and
-    // samples 2 mm apart lower it, and it falls for a step between queries.
+    // On bars and ball as they are it would rest at sqrt(0.09^2 - 0.05^2) m; touched pixels of 2 mm
+    // raise it, flat triangles and samples 2 mm apart lower it, and it falls for a step between
+    // queries.
     EXPECT_NEAR(lowest_m, 0.0748, 0.005) << step_s;
     EXPECT_LT(highest_m - lowest_m, 0.008) << step_s;
   }
 }
 
 TEST_F(SimulationBounce, AHullThatAppearsInsideTheBallDoesNothingAndIsNotFree) {
-  sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0}), virtual_box("floor", {0, 0, -0.11}, {1, 1, 0.1})}), {});
+  sim::Simulation simulation(
+      scene_of({virtual_ball({0, 0, 0}), virtual_box("floor", {0, 0, -0.11}, {1, 1, 0.1})}), {});
   for (int frame = 0; frame <= 5; ++frame) simulation.advance_to(frame * kFrameS, {});
   EXPECT_EQ(simulation.collisions()[0].collision.verdict, collision::CollisionVerdict::free);
   const auto silhouettes = seen({ball(kOrigin, 0.02)});
   for (int frame = 6; frame <= 20; ++frame) simulation.advance_to(frame * kFrameS, silhouettes);
   EXPECT_FALSE(simulation.collisions()[0].collision.colliding());
-  EXPECT_TRUE(simulation.collisions()[0].collision.hull_in_box);  // no point of the ball's surface is in the hull, and this is said
+  EXPECT_TRUE(
+      simulation.collisions()[0].collision.hull_in_box);  // no point of the ball's surface is in
+                                                          // the hull, and this is said
   EXPECT_TRUE(all_finite(simulation));
   EXPECT_NEAR(simulation.states()[0].world_from_object.translation().z(), 0, 0.002);
 }
 
 TEST_F(SimulationBounce, AHullThatSwallowsTheBallIsCountedAndGivesItNoEnergy) {
-  sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0}, 1.0), virtual_box("floor", {0, 0, -0.11}, {1, 1, 0.1})}), {});
+  sim::Simulation simulation(
+      scene_of({virtual_ball({0, 0, 0}, 1.0), virtual_box("floor", {0, 0, -0.11}, {1, 1, 0.1})}),
+      {});
   const auto silhouettes = seen({ball(kOrigin, 0.15)});
   for (int frame = 0; frame <= 20; ++frame) simulation.advance_to(frame * kFrameS, silhouettes);
   EXPECT_GT(simulation.counters().unrecovered, 0u);
-  EXPECT_EQ(simulation.collisions()[0].response->status, collision::RecoveryStatus::reference_inside);
+  EXPECT_EQ(simulation.collisions()[0].response->status,
+            collision::RecoveryStatus::reference_inside);
   EXPECT_LT(simulation.states()[0].velocity_world_m_s.norm(), 0.05);
 }
 
 TEST_F(SimulationBounce, HighlightReportsAndDoesNotMoveNoneIsNeverQueried) {
-  config::SceneObject curtain{.name = "curtain", .shape = config::CurtainShape{0.4, 0.3, 20, 18, 0.02, 3}, .world_from_object = at({0, 0, 0.15})};
-  sim::Simulation simulation(scene_of({curtain, virtual_box("ghost", kOrigin, {0.2, 0.2, 0.2})}), {.max_points = 5});
+  config::SceneObject curtain{.name = "curtain",
+                              .shape = config::CurtainShape{0.4, 0.3, 20, 18, 0.02, 3},
+                              .world_from_object = at({0, 0, 0.15})};
+  sim::Simulation simulation(scene_of({curtain, virtual_box("ghost", kOrigin, {0.2, 0.2, 0.2})}),
+                             {.max_points = 5});
   const auto silhouettes = seen({{{0, -0.1, 0}, {0, 0.1, 0}, 0.03}});
   for (int frame = 0; frame <= 3; ++frame) simulation.advance_to(frame * kFrameS, silhouettes);
   ASSERT_EQ(simulation.collisions().size(), 1u);
@@ -199,7 +232,8 @@ TEST_F(SimulationBounce, TheLastHullHeldCarriesTheBall) {
   sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.12}, 0)}), {});
   for (int frame = 0; frame <= 30; ++frame) {
     const double bar_z_m = 0.01 * double(frame / 6);  // a hand that rises
-    const auto held = silhouettes_of({{{-0.05, -0.15, bar_z_m}, {-0.05, 0.15, bar_z_m}, 0.03}, {{0.05, -0.15, bar_z_m}, {0.05, 0.15, bar_z_m}, 0.03}},
+    const auto held = silhouettes_of({{{-0.05, -0.15, bar_z_m}, {-0.05, 0.15, bar_z_m}, 0.03},
+                                      {{0.05, -0.15, bar_z_m}, {0.05, 0.15, bar_z_m}, 0.03}},
                                      ring(5, 1.5, 0, 300, 0.6));
     simulation.advance_to(frame * kFrameS, held);
   }
@@ -209,15 +243,21 @@ TEST_F(SimulationBounce, TheLastHullHeldCarriesTheBall) {
 
 TEST_F(SimulationBounce, TwoRunsAreBitEqualWithOneAndTwoThreads) {
   const auto silhouettes = seen({{{0.01, -0.15, 0}, {0, 0.15, 0.02}, 0.03}});
-  config::Scene scene = scene_of({virtual_ball({0, 0, 0.3}), virtual_box("floor", {0, 0, -0.2}, {2, 2, 0.1}, config::Reaction::highlight)});
-  scene.objects[0].wishes.proximity = config::ProximityWishes{config::ProximityOf::triangles, 0.2, 0.002};
-  scene.objects[0].wishes.response = config::ResponseWishes{.closed_form = true, .shorter_way = true};
+  config::Scene scene =
+      scene_of({virtual_ball({0, 0, 0.3}),
+                virtual_box("floor", {0, 0, -0.2}, {2, 2, 0.1}, config::Reaction::highlight)});
+  scene.objects[0].wishes.proximity =
+      config::ProximityWishes{config::ProximityOf::triangles, 0.2, 0.002};
+  scene.objects[0].wishes.response =
+      config::ResponseWishes{.closed_form = true, .shorter_way = true};
   scene.objects[0].wishes.contacts = 4;
   sim::Simulation first(scene, {}), second(scene, {.threads = 2});
   for (int frame = 0; frame <= 60; ++frame) {
-    for (sim::Simulation* simulation : {&first, &second}) simulation->advance_to(100 + frame * kFrameS, silhouettes);
+    for (sim::Simulation* simulation : {&first, &second})
+      simulation->advance_to(100 + frame * kFrameS, silhouettes);
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-      ASSERT_EQ(first.states()[i].world_from_object.matrix(), second.states()[i].world_from_object.matrix());
+      ASSERT_EQ(first.states()[i].world_from_object.matrix(),
+                second.states()[i].world_from_object.matrix());
       ASSERT_EQ(first.states()[i].velocity_world_m_s, second.states()[i].velocity_world_m_s);
     }
     for (std::size_t i = 0; i < first.collisions().size(); ++i) {
@@ -225,7 +265,8 @@ TEST_F(SimulationBounce, TwoRunsAreBitEqualWithOneAndTwoThreads) {
       ASSERT_EQ(one.collision.points, two.collision.points);
       ASSERT_EQ(one.details.proximity, two.details.proximity);
       ASSERT_EQ(one.details.contacts.has_value(), two.details.contacts.has_value());
-      if (one.details.shorter_way) ASSERT_EQ(one.details.shorter_way->move_world_m, two.details.shorter_way->move_world_m);
+      if (one.details.shorter_way)
+        ASSERT_EQ(one.details.shorter_way->move_world_m, two.details.shorter_way->move_world_m);
     }
   }
   EXPECT_GT(first.counters().contacts, 0u);

@@ -1,4 +1,5 @@
-// What a scene asks of collisions beyond verdict and points: computed where asked for, and nowhere else; history; warmth.
+// What a scene asks of collisions beyond verdict and points: computed where asked for, and nowhere
+// else; history; warmth.
 #include <limits>
 #include <random>
 #include <stdexcept>
@@ -15,29 +16,39 @@ constexpr double kLabFrame_s = 1.0 / 60;
 const Eigen::AlignedBox3d kSpace(Vector3d(-0.3, -0.3, -0.3), Vector3d(0.3, 0.3, 0.3));
 
 // All tests find collisions on the CPU, which needs no context.
-config::SceneObject plate(double x_m = 0) { return virtual_box("plate", {x_m, 0, 0}, {0.005, 0.4, 0.4}, config::Reaction::highlight); }
-std::vector<hull::Silhouette> hand_at(double x_m, double radius_m = 0.02) { return seen({{{x_m, -0.01, 0}, {x_m, 0.01, 0.005}, radius_m}}); }
+config::SceneObject plate(double x_m = 0) {
+  return virtual_box("plate", {x_m, 0, 0}, {0.005, 0.4, 0.4}, config::Reaction::highlight);
+}
+std::vector<hull::Silhouette> hand_at(double x_m, double radius_m = 0.02) {
+  return seen({{{x_m, -0.01, 0}, {x_m, 0.01, 0.005}, radius_m}});
+}
 
 TEST(CollisionDetails, NothingIsComputedThatNobodyAskedFor) {
   sim::Simulation simulation(scene_of({plate()}), {});
   simulation.advance_to(0, hand_at(0));
   const sim::CollisionReport& report = simulation.collisions().at(0);
   EXPECT_TRUE(report.collision.colliding());
-  EXPECT_FALSE(report.response || report.details.response || report.details.shorter_way || report.details.contacts || report.details.first_contact);
+  EXPECT_FALSE(report.response || report.details.response || report.details.shorter_way ||
+               report.details.contacts || report.details.first_contact);
   EXPECT_TRUE(report.details.proximity.empty());
   EXPECT_EQ(simulation.hull_parts(), nullptr);
   EXPECT_TRUE(simulation.states()[0].warmth.empty());
 }
 
 TEST(CollisionDetails, AFixedObjectTellsHowDeepAHandIsInIt) {
-  config::SceneObject object = virtual_box("block", {0.1, 0, 0}, {0.2, 0.2, 0.2}, config::Reaction::highlight);  // from x = 0 on
-  object.wishes.response = config::ResponseWishes{.v_rec_world = Vector3d::UnitX(), .four_points = true, .closed_form = true, .shorter_way = true};
+  config::SceneObject object = virtual_box("block", {0.1, 0, 0}, {0.2, 0.2, 0.2},
+                                           config::Reaction::highlight);  // from x = 0 on
+  object.wishes.response = config::ResponseWishes{.v_rec_world = Vector3d::UnitX(),
+                                                  .four_points = true,
+                                                  .closed_form = true,
+                                                  .shorter_way = true};
   object.wishes.contacts = 3;
   sim::Simulation simulation(scene_of({object}), {});
   simulation.advance_to(0, hand_at(-0.015, 0.025));  // 1 cm of it is in the block
   const sim::CollisionDetails& details = simulation.collisions().at(0).details;
   ASSERT_TRUE(details.response && details.response->has_way_out());
-  // Moved along x the block is free; the hull reaches farther than the ball by less than two pixels of 2 mm and what cameras from above add.
+  // Moved along x the block is free; the hull reaches farther than the ball by less than two pixels
+  // of 2 mm and what cameras from above add.
   EXPECT_GT(details.response->clear_distance_m() + details.response->residual_m, 0.008);
   EXPECT_LT(details.response->clear_distance_m() + details.response->residual_m, 0.020);
   EXPECT_NE(details.response->four_points.status, collision::NormalStatus::not_asked);
@@ -53,7 +64,8 @@ TEST(CollisionDetails, AFixedObjectTellsHowDeepAHandIsInIt) {
 TEST(CollisionDetails, OnlyTheNormalAskedForIsThere) {
   for (const bool four : {false, true}) {
     config::SceneObject object = plate(0.01);
-    object.wishes.response = config::ResponseWishes{.v_rec_world = Vector3d::UnitX(), .four_points = four, .closed_form = !four};
+    object.wishes.response = config::ResponseWishes{
+        .v_rec_world = Vector3d::UnitX(), .four_points = four, .closed_form = !four};
     sim::Simulation simulation(scene_of({object}), {});
     simulation.advance_to(0, hand_at(0));
     const sim::CollisionDetails& details = simulation.collisions().at(0).details;
@@ -68,24 +80,29 @@ TEST(CollisionDetails, ProximityHoldsTheExactDistance) {
   constexpr double kCap_m = 0.08, kTolerance_m = 0.002;
   const auto silhouettes = hand_at(-0.05);
   const collision::HullDistance exact(silhouettes);
-  for (const config::ProximityOf of : {config::ProximityOf::vertices, config::ProximityOf::triangles}) {
+  for (const config::ProximityOf of :
+       {config::ProximityOf::vertices, config::ProximityOf::triangles}) {
     config::SceneObject object = plate();
     object.shape = config::BoxShape{{0.005, 0.2, 0.2}, 0.04};
     object.wishes.proximity = config::ProximityWishes{of, kCap_m, kTolerance_m};
     sim::Simulation simulation(scene_of({object}), {});
     simulation.advance_to(0, silhouettes);
-    const std::vector<collision::Proximity>& proximity = simulation.collisions().at(0).details.proximity;
+    const std::vector<collision::Proximity>& proximity =
+        simulation.collisions().at(0).details.proximity;
     const geometry::Mesh mesh = config::mesh_of(object);
-    ASSERT_EQ(proximity.size(), of == config::ProximityOf::vertices ? mesh.vertices_m.size() : mesh.triangles.size());
+    ASSERT_EQ(proximity.size(),
+              of == config::ProximityOf::vertices ? mesh.vertices_m.size() : mesh.triangles.size());
     int within = 0;
     for (std::size_t i = 0; i < proximity.size(); ++i) {
       EXPECT_LE(proximity[i].least_m, proximity[i].most_m);
       within += std::isfinite(proximity[i].most_m);
       if (of == config::ProximityOf::triangles) continue;
-      const collision::Clearance truth = exact.clearance_m(mesh.vertices_m[i], kCap_m, kTolerance_m / 4);  // bounds themselves
+      const collision::Clearance truth =
+          exact.clearance_m(mesh.vertices_m[i], kCap_m, kTolerance_m / 4);  // bounds themselves
       EXPECT_LE(proximity[i].least_m, truth.most_m);
       EXPECT_GE(proximity[i].most_m, truth.least_m);
-      if (std::isfinite(truth.most_m)) EXPECT_LE(proximity[i].most_m - proximity[i].least_m, kTolerance_m + 1e-9);
+      if (std::isfinite(truth.most_m))
+        EXPECT_LE(proximity[i].most_m - proximity[i].least_m, kTolerance_m + 1e-9);
     }
     EXPECT_GT(within, 10);
     EXPECT_LT(within, int(proximity.size()));
@@ -96,7 +113,8 @@ TEST(Warmth, NearIsWarmerFarIsColdAndAllCools) {
   config::SceneObject object = plate();
   object.shape = config::BoxShape{{0.005, 0.4, 0.4}, 0.05};
   object.reaction = config::Reaction::none;  // it is warmed all the same
-  object.warming = config::Warming{.cap_m = 0.1, .tolerance_m = 0.002, .heating_s = 0.2, .cooling_s = 0.4};
+  object.warming =
+      config::Warming{.cap_m = 0.1, .tolerance_m = 0.002, .heating_s = 0.2, .cooling_s = 0.4};
   sim::Simulation simulation(scene_of({object}), {});
   const auto hand = hand_at(-0.06);  // 3 to 4 cm beside
   for (int frame = 0; frame <= 60; ++frame) simulation.advance_to(frame * kFrameS, hand);
@@ -107,7 +125,8 @@ TEST(Warmth, NearIsWarmerFarIsColdAndAllCools) {
     const double beside_m = mesh.vertices_m[i].tail<2>().norm();
     EXPECT_GE(warm[i], 0);
     EXPECT_LE(warm[i], 1);
-    if (beside_m < 0.01) EXPECT_GT(warm[i], 0.5);  // 1 - 0.04 / 0.1 and a bit, after five time constants
+    if (beside_m < 0.01)
+      EXPECT_GT(warm[i], 0.5);  // 1 - 0.04 / 0.1 and a bit, after five time constants
     if (beside_m > 0.16) EXPECT_EQ(warm[i], 0);
   }
   simulation.pause();
@@ -116,7 +135,8 @@ TEST(Warmth, NearIsWarmerFarIsColdAndAllCools) {
   simulation.resume();
   for (int frame = 101; frame <= 113; ++frame) simulation.advance_to(frame * kFrameS, {});
   const std::vector<float> cooler = simulation.states()[0].warmth;
-  for (std::size_t i = 0; i < warm.size(); ++i) EXPECT_NEAR(cooler[i], warm[i] * std::exp(-13 * kFrameS / 0.4), 0.02);
+  for (std::size_t i = 0; i < warm.size(); ++i)
+    EXPECT_NEAR(cooler[i], warm[i] * std::exp(-13 * kFrameS / 0.4), 0.02);
   simulation.reset();
   EXPECT_EQ(simulation.states()[0].warmth, std::vector<float>(warm.size(), 0.0f));
 }
@@ -145,14 +165,16 @@ TEST(History, AFastHandDoesNotTunnelThroughAThinPlateUnseen) {
   sim::Simulation simulation(scene_with_history(true), {}, kSpace);
   int met = 0;
   for (int frame = 0; frame <= 5; ++frame) {
-    const double x_m = -0.2067 + 5 * kLabFrame_s * frame;  // from -0.04 to 0.043 between frames 2 and 3
+    const double x_m =
+        -0.2067 + 5 * kLabFrame_s * frame;  // from -0.04 to 0.043 between frames 2 and 3
     simulation.advance_to(frame * kLabFrame_s, hand_at(x_m));
     const sim::CollisionReport& report = simulation.collisions().at(0);
     EXPECT_FALSE(report.collision.colliding()) << frame;
     if (!report.details.first_contact) continue;
     ++met;
     EXPECT_EQ(frame, 3);
-    // It touches when its front, 2 cm and a pixel or two ahead of its middle, is at the plate's face.
+    // It touches when its front, 2 cm and a pixel or two ahead of its middle, is at the plate's
+    // face.
     const double expected_s = (2 + (0.04 - 0.02 - 0.0025) / (5 * kLabFrame_s)) * kLabFrame_s;
     EXPECT_NEAR(report.details.first_contact->time_s, expected_s, 0.006 / 5);
     EXPECT_NEAR(report.details.first_contact->p_world_m.x(), 0, 0.004);
@@ -163,7 +185,8 @@ TEST(History, AFastHandDoesNotTunnelThroughAThinPlateUnseen) {
 
 TEST(History, AnObjectThatFallsThroughAHandBetweenFramesMeetsIt) {
   config::Scene scene = scene_with_history(true);
-  scene.objects[0] = virtual_box("plate", {0, 0, 0.5}, {0.2, 0.2, 0.005}, config::Reaction::highlight);
+  scene.objects[0] =
+      virtual_box("plate", {0, 0, 0.5}, {0.2, 0.2, 0.005}, config::Reaction::highlight);
   scene.objects[0].motion = config::Motion::dynamic;
   scene.objects[0].wishes.first_contact = true;
   sim::Simulation simulation(scene, {}, kSpace);
@@ -177,9 +200,11 @@ TEST(History, AnObjectThatFallsThroughAHandBetweenFramesMeetsIt) {
     if (!contact) continue;
     ++met;
     EXPECT_EQ(frame, 4);
-    // At even speed from where it was to where it is, its lower face comes to the hull's top: 2 cm, and what cameras from above add.
+    // At even speed from where it was to where it is, its lower face comes to the hull's top: 2 cm,
+    // and what cameras from above add.
     const double down_m = z_before_m - 0.0025 - 0.02;
-    EXPECT_NEAR(contact->time_s, (3 + down_m / (z_before_m - z_m)) * kSlowFrame_s, 0.01 / (z_before_m - z_m) * kSlowFrame_s);
+    EXPECT_NEAR(contact->time_s, (3 + down_m / (z_before_m - z_m)) * kSlowFrame_s,
+                0.01 / (z_before_m - z_m) * kSlowFrame_s);
   }
   EXPECT_EQ(met, 1);
 }
@@ -187,14 +212,17 @@ TEST(History, AnObjectThatFallsThroughAHandBetweenFramesMeetsIt) {
 // Put back from 2.5 m below, it did not go through the hand on its way.
 TEST(History, WhatIsPutBackMeetsNothingOnTheWay) {
   config::Scene scene = scene_with_history(true);
-  scene.objects[0] = virtual_box("plate", {0, 0, 0.5}, {0.2, 0.2, 0.005}, config::Reaction::highlight);
+  scene.objects[0] =
+      virtual_box("plate", {0, 0, 0.5}, {0.2, 0.2, 0.005}, config::Reaction::highlight);
   scene.objects[0].motion = config::Motion::dynamic;
   scene.objects[0].wishes.first_contact = true;
   sim::Simulation simulation(scene, {}, kSpace);
   constexpr double kSlowFrame_s = 0.05;
   const auto hand = hand_at(0);
   for (int frame = 0; frame <= 24 && simulation.counters().put_back == 0; ++frame) {
-    simulation.advance_to(frame * kSlowFrame_s, frame < 8 ? std::vector<hull::Silhouette>{} : hand);  // the plate is gone when the hand comes
+    simulation.advance_to(frame * kSlowFrame_s,
+                          frame < 8 ? std::vector<hull::Silhouette>{}
+                                    : hand);  // the plate is gone when the hand comes
     EXPECT_FALSE(simulation.collisions().at(0).details.first_contact) << frame;
   }
   EXPECT_EQ(simulation.counters().put_back, 1u);
@@ -203,7 +231,8 @@ TEST(History, WhatIsPutBackMeetsNothingOnTheWay) {
 TEST(History, WhatHappenedInALongGapNobodyKnows) {
   for (const double gap_s : {0.2, 1.0, 60.0}) {
     sim::Simulation simulation(scene_with_history(true), {}, kSpace);
-    for (int frame = 0; frame <= 3; ++frame) simulation.advance_to(frame * kLabFrame_s, hand_at(-0.1));
+    for (int frame = 0; frame <= 3; ++frame)
+      simulation.advance_to(frame * kLabFrame_s, hand_at(-0.1));
     const std::uint64_t id = simulation.hull_parts()->at(0).id;
     simulation.advance_to(3 * kLabFrame_s + gap_s, hand_at(0.1));
     const bool is_known = gap_s < sim::kLongestGapS;
@@ -223,7 +252,8 @@ TEST(History, WhatTouchedAlreadyHasNoFirstContact) {
 
 TEST(History, PartsAreFollowedAndAHeldHullIsNoNewFrame) {
   sim::Simulation simulation(scene_with_history(false), {}, kSpace);
-  for (int frame = 0; frame <= 4; ++frame) simulation.advance_to(frame * kFrameS, hand_at(-0.15 + 0.5 * kFrameS * frame));
+  for (int frame = 0; frame <= 4; ++frame)
+    simulation.advance_to(frame * kFrameS, hand_at(-0.15 + 0.5 * kFrameS * frame));
   ASSERT_EQ(simulation.hull_parts()->size(), 1u);
   const collision::FollowedPart before = simulation.hull_parts()->at(0);
   ASSERT_TRUE(before.motion);
@@ -239,7 +269,11 @@ TEST(History, PartsAreFollowedAndAHeldHullIsNoNewFrame) {
 
 TEST(History, NeedsABoxToLookIn) {
   EXPECT_THROW(sim::Simulation(scene_with_history(false), {}), std::invalid_argument);
-  EXPECT_THROW(sim::Simulation(scene_with_history(false), {}, Eigen::AlignedBox3d(Vector3d::Constant(-100), Vector3d::Constant(100))), std::invalid_argument) << "too many cells";
+  EXPECT_THROW(
+      sim::Simulation(scene_with_history(false), {},
+                      Eigen::AlignedBox3d(Vector3d::Constant(-100), Vector3d::Constant(100))),
+      std::invalid_argument)
+      << "too many cells";
 }
 
 TEST(History, OfNothingIsNothing) {

@@ -22,7 +22,8 @@ CollisionReport report_of(collision::CollisionVerdict verdict) {
 }
 
 TEST(CollisionMessage, HoldsNothingThatTheSceneDidNotAskFor) {
-  OutgoingCollision out = collision_message(kFrame, report_of(collision::CollisionVerdict::colliding), {});
+  OutgoingCollision out =
+      collision_message(kFrame, report_of(collision::CollisionVerdict::colliding), {});
   const fivepipe_v1_CollisionResult& message = out.message();
   EXPECT_STREQ(message.object, "plate");
   EXPECT_EQ(message.frame, 7u);
@@ -31,7 +32,8 @@ TEST(CollisionMessage, HoldsNothingThatTheSceneDidNotAskFor) {
   ASSERT_EQ(message.points_m._length, 1u);
   EXPECT_EQ(message.points_m._buffer[0].z, 3);
   EXPECT_EQ(message.response, fivepipe_v1_no_response);
-  EXPECT_EQ(message.triangles._length + message.triangles_touching._length + message.normals._length + message.shorter_way._length + message.contacts._length +
+  EXPECT_EQ(message.triangles._length + message.triangles_touching._length +
+                message.normals._length + message.shorter_way._length + message.contacts._length +
                 message.proximity._length + message.first_contact._length,
             0u);
 }
@@ -50,7 +52,8 @@ TEST(CollisionMessage, NormalsNameTheCamerasThatLimit) {
   response.d_rec_m = 0.01;
   response.closed_form.status = collision::NormalStatus::defined;
   response.closed_form.normal_world = Eigen::Vector3d::UnitX();
-  response.closed_form.cameras = {{1, Eigen::Vector3d::UnitX(), 0.01, 0}, {0, Eigen::Vector3d::UnitY(), 0.02, 0.5}};
+  response.closed_form.cameras = {{1, Eigen::Vector3d::UnitX(), 0.01, 0},
+                                  {0, Eigen::Vector3d::UnitY(), 0.02, 0.5}};
   response.four_points.status = collision::NormalStatus::too_uncertain;
   OutgoingCollision out = collision_message(kFrame, report, {});
   const fivepipe_v1_CollisionResult& message = out.message();
@@ -71,7 +74,11 @@ TEST(CollisionMessage, NormalsNameTheCamerasThatLimit) {
 TEST(CollisionMessage, BoundsOfProximityStayBoundsInFloat) {
   CollisionReport report = report_of(collision::CollisionVerdict::free);
   const double third = 1.0 / 3, inf = std::numeric_limits<double>::infinity();
-  report.details.proximity = {{third, third}, {0.7, 0.7}, {0, 0}, {0, inf}, {inf, inf}};  // a third is larger in float, 0.7 less
+  report.details.proximity = {{third, third},
+                              {0.7, 0.7},
+                              {0, 0},
+                              {0, inf},
+                              {inf, inf}};  // a third is larger in float, 0.7 less
   config::CollisionWishes wishes;
   wishes.proximity = config::ProximityWishes{config::ProximityOf::triangles, 0.1, 0.01};
   OutgoingCollision out = collision_message(kFrame, report, wishes);
@@ -85,7 +92,8 @@ TEST(CollisionMessage, BoundsOfProximityStayBoundsInFloat) {
   for (std::uint32_t i = 0; i < 5; ++i) {
     EXPECT_LE(double(field.least_m._buffer[i]), report.details.proximity[i].least_m);
     EXPECT_GE(double(field.most_m._buffer[i]), report.details.proximity[i].most_m);
-    if (std::isfinite(report.details.proximity[i].least_m)) EXPECT_NEAR(field.least_m._buffer[i], report.details.proximity[i].least_m, 1e-7);
+    if (std::isfinite(report.details.proximity[i].least_m))
+      EXPECT_NEAR(field.least_m._buffer[i], report.details.proximity[i].least_m, 1e-7);
   }
   EXPECT_EQ(field.least_m._buffer[2], 0);
   EXPECT_EQ(field.most_m._buffer[2], 0);
@@ -99,7 +107,8 @@ TEST(CollisionMessage, FirstContactIsStampedOnTheCamerasClock) {
   const fivepipe_v1_CollisionResult& message = out.message();
   ASSERT_EQ(message.first_contact._length, 1u);
   const fivepipe_v1_FirstContact& contact = message.first_contact._buffer[0];
-  EXPECT_NEAR(double(contact.stamp_ns - kFrame.capture_stamp_ns), -1e7, 2);  // 10 ms before the frame
+  EXPECT_NEAR(double(contact.stamp_ns - kFrame.capture_stamp_ns), -1e7,
+              2);  // 10 ms before the frame
   EXPECT_EQ(contact.error_ns, 500'000u);
   EXPECT_EQ(contact.part, 11u);
   EXPECT_EQ(contact.triangle, 4u);
@@ -108,9 +117,14 @@ TEST(CollisionMessage, FirstContactIsStampedOnTheCamerasClock) {
 
 TEST(CollisionMessage, TrianglesAndContactsWhereAskedFor) {
   CollisionReport report = report_of(collision::CollisionVerdict::colliding);
-  report.details.contacts.emplace().contacts.push_back({.status = collision::ContactStatus::defined, .on_object = {{1, 0, 0}, 3}, .depth_m = 0.004, .camera = 1});
-  report.details.contacts->contacts.push_back({.status = collision::ContactStatus::no_exit_within_reach, .on_object = {{0, 1, 0}, 5}});
-  report.details.shorter_way = collision::ShorterWay{.status = collision::ShorterWayStatus::found, .move_world_m = {0, 0, 0.02}};
+  report.details.contacts.emplace().contacts.push_back({.status = collision::ContactStatus::defined,
+                                                        .on_object = {{1, 0, 0}, 3},
+                                                        .depth_m = 0.004,
+                                                        .camera = 1});
+  report.details.contacts->contacts.push_back(
+      {.status = collision::ContactStatus::no_exit_within_reach, .on_object = {{0, 1, 0}, 5}});
+  report.details.shorter_way = collision::ShorterWay{.status = collision::ShorterWayStatus::found,
+                                                     .move_world_m = {0, 0, 0.02}};
   config::CollisionWishes wishes;
   wishes.triangles = true;
   OutgoingCollision out = collision_message(kFrame, report, wishes);
@@ -135,8 +149,14 @@ TEST(PartsMessage, TellsWhoWasWhoAndHowTheyMove) {
   followed.part.middle_world_m = {0.4, 0.5, 0.6};
   followed.part.volume_m3 = 0.002;
   followed.part.cut = true;
-  followed.motion = collision::PartMotion{.velocity_world_m_s = {0, 0.5, 0}, .angular_velocity_world_rad_s = {0, 0, 3}, .determined_axes = 2, .residual_m = 0.001, .window_s = 0.1, .frames = 6};
-  const collision::FollowedPart merged{.id = 4, .origin = collision::PartOrigin::merged, .from = {1, 2}};
+  followed.motion = collision::PartMotion{.velocity_world_m_s = {0, 0.5, 0},
+                                          .angular_velocity_world_rad_s = {0, 0, 3},
+                                          .determined_axes = 2,
+                                          .residual_m = 0.001,
+                                          .window_s = 0.1,
+                                          .frames = 6};
+  const collision::FollowedPart merged{
+      .id = 4, .origin = collision::PartOrigin::merged, .from = {1, 2}};
   OutgoingParts out = parts_message("simulation", kFrame, {followed, merged});
   const fivepipe_v1_HullParts& message = out.message();
   EXPECT_STREQ(message.simulation, "simulation");

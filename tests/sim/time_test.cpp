@@ -13,10 +13,14 @@ config::Scene ball_over_floor() {
   return scene_of({virtual_ball({0, 0, 0.5}), virtual_box("floor", {0, 0, -0.05}, {2, 2, 0.1})});
 }
 
-Eigen::Vector3d ball_position_m(const sim::Simulation& simulation) { return simulation.states()[0].world_from_object.translation(); }
+Eigen::Vector3d ball_position_m(const sim::Simulation& simulation) {
+  return simulation.states()[0].world_from_object.translation();
+}
 
-void run_frames(sim::Simulation& simulation, int first, int last, std::span<const hull::Silhouette> silhouettes, double frame_s = kFrameS) {
-  for (int frame = first; frame <= last; ++frame) simulation.advance_to(frame * frame_s, silhouettes);
+void run_frames(sim::Simulation& simulation, int first, int last,
+                std::span<const hull::Silhouette> silhouettes, double frame_s = kFrameS) {
+  for (int frame = first; frame <= last; ++frame)
+    simulation.advance_to(frame * frame_s, silhouettes);
 }
 
 TEST_F(SimulationTime, FirstCallOnlySetsTheClock) {
@@ -43,8 +47,8 @@ TEST_F(SimulationTime, StepsOfAllSizesComeToTheSameRest) {
     sim::Simulation simulation(ball_over_floor(), {.step_s = step_s});
     run_frames(simulation, 0, 300, {});
     const Eigen::Vector3d p_m = ball_position_m(simulation);
-    // A body at rest sinks by what gravity moves it in one step before the contact stops it: g step^2, 11 mm at 1/30 s; Bullet
-    // pushes it out over some steps.
+    // A body at rest sinks by what gravity moves it in one step before the contact stops it: g
+    // step^2, 11 mm at 1/30 s; Bullet pushes it out over some steps.
     EXPECT_NEAR(p_m.z(), kBallRadiusM, 1e-3 + 9.81 * step_s * step_s) << step_s;
     EXPECT_NEAR(p_m.head<2>().norm(), 0, 1e-3) << step_s;
     EXPECT_LT(simulation.states()[0].velocity_world_m_s.norm(), 0.02) << step_s;
@@ -118,28 +122,39 @@ TEST_F(SimulationTime, WhatLeavesTheSceneIsPutBackAndCounted) {
 TEST_F(SimulationTime, AStackAndAnOddMeshStand) {
   std::vector<config::SceneObject> objects = {virtual_box("floor", {0, 0, -0.05}, {2, 2, 0.1})};
   for (int i = 0; i < 4; ++i) {
-    objects.push_back(virtual_box("box" + std::to_string(i), {0, 0, 0.05 + 0.1 * i}, {0.1, 0.1, 0.1}));
+    objects.push_back(
+        virtual_box("box" + std::to_string(i), {0, 0, 0.05 + 0.1 * i}, {0.1, 0.1, 0.1}));
     objects.back().motion = config::Motion::dynamic;
   }
   // A mesh whose own origin is far from its middle.
   config::MeshShape wedge{.file = "", .unit_m = 1, .mesh = geometry::box_mesh({0.1, 0.1, 0.1})};
   for (Eigen::Vector3d& v : wedge.mesh.vertices_m) v += Eigen::Vector3d(1, 0, 0);
-  objects.push_back({.name = "wedge", .shape = wedge, .world_from_object = at({-0.5, 0, 0.2}), .motion = config::Motion::dynamic});
+  objects.push_back({.name = "wedge",
+                     .shape = wedge,
+                     .world_from_object = at({-0.5, 0, 0.2}),
+                     .motion = config::Motion::dynamic});
   sim::Simulation simulation(scene_of(objects), {});
   run_frames(simulation, 0, 90, {});
   const auto states = simulation.states();
-  for (int i = 0; i < 4; ++i) EXPECT_NEAR(states[std::size_t(i) + 1].world_from_object.translation().z(), 0.05 + 0.1 * i, 0.01);
-  // It may tumble; it comes to lie on a face, its own middle at half its height and Bullet's millimetre.
+  for (int i = 0; i < 4; ++i)
+    EXPECT_NEAR(states[std::size_t(i) + 1].world_from_object.translation().z(), 0.05 + 0.1 * i,
+                0.01);
+  // It may tumble; it comes to lie on a face, its own middle at half its height and Bullet's
+  // millimetre.
   EXPECT_NEAR((states[5].world_from_object * Eigen::Vector3d(1, 0, 0)).z(), 0.051, 0.002);
-  EXPECT_LT((states[5].world_from_object * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.5, 0, 0)).norm(), 0.2);
+  EXPECT_LT(
+      (states[5].world_from_object * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.5, 0, 0)).norm(),
+      0.2);
 }
 
-// Twice its own size in a step of 1/240 s: without a sweep it would be over the plate in one step and under it in the next.
+// Twice its own size in a step of 1/240 s: without a sweep it would be over the plate in one step
+// and under it in the next.
 TEST_F(SimulationTime, AFallingBallDoesNotPassAPlateOfFiveMillimetres) {
   for (const double start_m : {20.0, 20.02, 20.04, 20.06}) {  // within one step's way, 8 cm
     config::SceneObject small_ball = virtual_ball({0, 0, start_m}, 0);
     small_ball.shape = config::SphereShape{0.02};
-    sim::Simulation simulation(scene_of({small_ball, virtual_box("plate", {0, 0, 0}, {2, 2, 0.005})}), {});
+    sim::Simulation simulation(
+        scene_of({small_ball, virtual_box("plate", {0, 0, 0}, {2, 2, 0.005})}), {});
     double lowest_m = start_m;
     for (int step = 0; step <= 3 * 240; ++step) {
       simulation.advance_to(step / 240.0, {});
@@ -153,9 +168,12 @@ TEST_F(SimulationTime, AFallingBallDoesNotPassAPlateOfFiveMillimetres) {
 
 TEST_F(SimulationTime, RefusesTimesAndStepsThatAreNone) {
   sim::Simulation simulation(ball_over_floor(), {});
-  EXPECT_THROW(simulation.advance_to(std::numeric_limits<double>::quiet_NaN(), {}), std::invalid_argument);
+  EXPECT_THROW(simulation.advance_to(std::numeric_limits<double>::quiet_NaN(), {}),
+               std::invalid_argument);
   EXPECT_THROW(sim::Simulation(ball_over_floor(), {.step_s = 0}), std::invalid_argument);
-  EXPECT_THROW(sim::Simulation(ball_over_floor(), {.step_s = std::numeric_limits<double>::infinity()}), std::invalid_argument);
+  EXPECT_THROW(
+      sim::Simulation(ball_over_floor(), {.step_s = std::numeric_limits<double>::infinity()}),
+      std::invalid_argument);
 }
 
 }  // namespace

@@ -8,7 +8,8 @@
 
 namespace fivepipe::test {
 
-inline config::RigCamera table_camera(const std::string& name, const Eigen::Vector3d& eye_world_m, int width_px = 720, int height_px = 486) {
+inline config::RigCamera table_camera(const std::string& name, const Eigen::Vector3d& eye_world_m,
+                                      int width_px = 720, int height_px = 486) {
   config::RigCamera camera;
   camera.name = name;
   camera.source = camera.published = geometry::pinhole_from_fov(width_px, height_px, 0.75);
@@ -17,8 +18,9 @@ inline config::RigCamera table_camera(const std::string& name, const Eigen::Vect
 }
 
 inline std::vector<config::RigCamera> table_cameras() {
-  std::vector<config::RigCamera> cameras{table_camera("left", {-1.5, 0.9, 1.3}), table_camera("right", {1.5, 0.9, 1.3}),
-                                 table_camera("top", {0.1, -0.2, 2.0})};
+  std::vector<config::RigCamera> cameras{table_camera("left", {-1.5, 0.9, 1.3}),
+                                         table_camera("right", {1.5, 0.9, 1.3}),
+                                         table_camera("top", {0.1, -0.2, 2.0})};
   cameras[1].distortion = {-0.25, 0.08, 0.0005, -0.0003, 0};
   return cameras;
 }
@@ -34,12 +36,17 @@ inline hull::ObjectPixels both(const hull::ObjectPixels& a, const hull::ObjectPi
   for (std::size_t i = 0; i < result.words().size(); ++i) result.mutable_words()[i] &= b.words()[i];
   return result;
 }
-inline std::size_t count_not_in(const hull::ObjectPixels& a, const hull::ObjectPixels& b) { return a.count() - both(a, b).count(); }
+inline std::size_t count_not_in(const hull::ObjectPixels& a, const hull::ObjectPixels& b) {
+  return a.count() - both(a, b).count();
+}
 
 // A synthetic camera with its reference learnt.
 struct TestCamera {
-  TestCamera(const config::RigCamera& rig_camera, const config::SyntheticWorld& world, const config::SegmentationConfig& config, int background_frames = 24)
-      : camera(rig_camera), source(world, rig_camera, 30, {}, test_room()), segmenter(rig_camera, reference(background_frames), config) {}
+  TestCamera(const config::RigCamera& rig_camera, const config::SyntheticWorld& world,
+             const config::SegmentationConfig& config, int background_frames = 24)
+      : camera(rig_camera),
+        source(world, rig_camera, 30, {}, test_room()),
+        segmenter(rig_camera, reference(background_frames), config) {}
   capture::ReferenceImage reference(int frames) {
     std::vector<cv::Mat> empty;
     for (int i = 0; i < frames; ++i) empty.push_back(source.background(i));

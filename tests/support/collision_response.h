@@ -1,4 +1,5 @@
-// A real ball seen by cameras on its horizon, virtual objects against it: what the tests of the response share.
+// A real ball seen by cameras on its horizon, virtual objects against it: what the tests of the
+// response share.
 #pragma once
 #include "common/collision/response/response.h"
 #include "tests/support/collision_scene.h"
@@ -13,7 +14,8 @@ inline constexpr int kImagePx = 320;
 inline constexpr double kScanM = 1e-5;  // of what is called exact, in issue 4
 inline constexpr double kFootprintM = kFieldM / kImagePx;
 
-// A hull that ends at z = 0, and far below and beside: all cameras are on the plane, which they see edge-on at the middle of their images.
+// A hull that ends at z = 0, and far below and beside: all cameras are on the plane, which they see
+// edge-on at the middle of their images.
 inline std::vector<hull::Silhouette> plane_silhouettes() {
   std::vector<hull::Silhouette> silhouettes;
   for (const geometry::Camera& camera : ring(6, 1.0, 0, kImagePx, kFieldM)) {
@@ -25,7 +27,8 @@ inline std::vector<hull::Silhouette> plane_silhouettes() {
   return silhouettes;
 }
 
-// A real ball at the origin seen by nine cameras on its horizon (18 directions of silhouettes), a virtual ball above it.
+// A real ball at the origin seen by nine cameras on its horizon (18 directions of silhouettes), a
+// virtual ball above it.
 class Responding : public GlTest {
  protected:
   Responding() { see({ball(kOrigin, kRealRadiusM)}); }
@@ -44,23 +47,35 @@ class Responding : public GlTest {
     rp_object_m_ = rp_object_m;
     collision_ = moved(kOrigin);
   }
-  void place(const Eigen::Vector3d& center_m) { place(collision::world_triangles(geometry::sphere_mesh(kVirtualRadiusM, 2), at(center_m)), center_m); }
+  void place(const Eigen::Vector3d& center_m) {
+    place(collision::world_triangles(geometry::sphere_mesh(kVirtualRadiusM, 2), at(center_m)),
+          center_m);
+  }
 
   collision::ObjectCollision moved(const Eigen::Vector3d& move_m) {
     std::vector<collision::Triangle> object = object_;
     for (collision::Triangle& triangle : object)
       for (Eigen::Vector3d& v : triangle) v += move_m;
-    return collision::detect(detector_, std::vector<std::vector<collision::Triangle>>{object}).objects[0];
+    return collision::detect(detector_, std::vector<std::vector<collision::Triangle>>{object})
+        .objects[0];
   }
   collision::Requery requery() {
     return [this](const Eigen::Vector3d& move_m) { return moved(move_m); };
   }
   const hull::HullQuery& query() const { return queries_->query; }
-  bool inside(const Eigen::Vector3d& p_world_m) const { return hull::in_hull(silhouettes_, p_world_m); }
+  bool inside(const Eigen::Vector3d& p_world_m) const {
+    return hull::in_hull(silhouettes_, p_world_m);
+  }
 
-  collision::Response respond_to(const collision::ResponseRequest& request, const collision::ResponseConfig& config = {}) { return collision::respond(query(), collision_, request, requery(), config); }
-  // Towards the ball's centre from the middle of the contact; the icosphere of 320 triangles lies up to kFlatnessM under its ball.
-  collision::Response respond_by_default(const collision::ResponseConfig& config = {}) { return respond_to({rp_object_m_, std::nullopt, {true, true}, kFlatnessM}, config); }
+  collision::Response respond_to(const collision::ResponseRequest& request,
+                                 const collision::ResponseConfig& config = {}) {
+    return collision::respond(query(), collision_, request, requery(), config);
+  }
+  // Towards the ball's centre from the middle of the contact; the icosphere of 320 triangles lies
+  // up to kFlatnessM under its ball.
+  collision::Response respond_by_default(const collision::ResponseConfig& config = {}) {
+    return respond_to({rp_object_m_, std::nullopt, {true, true}, kFlatnessM}, config);
+  }
 
   // Farthest point that is inside, up to reach_m from CP_obj along V_rec, at steps of kScanM.
   template <typename Inside>
@@ -81,9 +96,13 @@ class Responding : public GlTest {
 
 // Centres round the real ball at this distance from its own.
 inline Eigen::Vector3d above(double distance_m, double tilt_rad, double azimuth_rad) {
-  return distance_m * Eigen::Vector3d(std::sin(tilt_rad) * std::cos(azimuth_rad), std::sin(tilt_rad) * std::sin(azimuth_rad), std::cos(tilt_rad));
+  return distance_m * Eigen::Vector3d(std::sin(tilt_rad) * std::cos(azimuth_rad),
+                                      std::sin(tilt_rad) * std::sin(azimuth_rad),
+                                      std::cos(tilt_rad));
 }
 
-inline double angle_rad(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+inline double angle_rad(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
 
 }  // namespace fivepipe::test

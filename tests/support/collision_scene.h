@@ -1,4 +1,5 @@
-// What the tests of collision and simulation share: a GL context, cameras round the origin, real objects as capsules.
+// What the tests of collision and simulation share: a GL context, cameras round the origin, real
+// objects as capsules.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -21,30 +22,44 @@ class GlTest : public testing::Test {
 
 inline const Eigen::Vector3d kOrigin = Eigen::Vector3d::Zero();
 
-// The image of size_px squared spans field_m at the target's distance: a pixel's footprint there is field_m / size_px.
-inline geometry::Camera camera_at(const Eigen::Vector3d& eye_m, int size_px, double field_m, const Eigen::Vector3d& target_m = kOrigin,
-                        const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
-  return {geometry::pinhole_from_fov(size_px, size_px, 2 * std::atan(0.5 * field_m / (target_m - eye_m).norm())), geometry::look_at(eye_m, target_m, up)};
+// The image of size_px squared spans field_m at the target's distance: a pixel's footprint there is
+// field_m / size_px.
+inline geometry::Camera camera_at(const Eigen::Vector3d& eye_m, int size_px, double field_m,
+                                  const Eigen::Vector3d& target_m = kOrigin,
+                                  const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
+  return {geometry::pinhole_from_fov(size_px, size_px,
+                                     2 * std::atan(0.5 * field_m / (target_m - eye_m).norm())),
+          geometry::look_at(eye_m, target_m, up)};
 }
 
-// `count` cameras at equal angles round the z axis, `elevation_rad` above the horizon of the target.
-inline std::vector<geometry::Camera> ring(int count, double distance_m, double elevation_rad, int size_px, double field_m, const Eigen::Vector3d& target_m = kOrigin) {
+// `count` cameras at equal angles round the z axis, `elevation_rad` above the horizon of the
+// target.
+inline std::vector<geometry::Camera> ring(int count, double distance_m, double elevation_rad,
+                                          int size_px, double field_m,
+                                          const Eigen::Vector3d& target_m = kOrigin) {
   std::vector<geometry::Camera> cameras;
   for (int i = 0; i < count; ++i) {
     const double a = 2 * std::numbers::pi * i / count;
-    const Eigen::Vector3d direction(std::cos(a) * std::cos(elevation_rad), std::sin(a) * std::cos(elevation_rad), std::sin(elevation_rad));
+    const Eigen::Vector3d direction(std::cos(a) * std::cos(elevation_rad),
+                                    std::sin(a) * std::cos(elevation_rad), std::sin(elevation_rad));
     cameras.push_back(camera_at(target_m + distance_m * direction, size_px, field_m, target_m));
   }
   return cameras;
 }
 
-inline hull::Capsule ball(const Eigen::Vector3d& center_m, double radius_m) { return {center_m, center_m, radius_m}; }
+inline hull::Capsule ball(const Eigen::Vector3d& center_m, double radius_m) {
+  return {center_m, center_m, radius_m};
+}
 
-// A forearm and a finger among cameras above them, all moved by shift_m; a pixel's footprint is 2.5 mm by 200 px.
-inline std::vector<hull::Silhouette> hand_among(int cameras = 4, int size_px = 200, const Eigen::Vector3d& shift_m = kOrigin) {
-  const Eigen::Vector3d elbow = shift_m + Eigen::Vector3d(-0.1, 0, 0), palm = shift_m + Eigen::Vector3d(0.02, 0.01, 0.03);
+// A forearm and a finger among cameras above them, all moved by shift_m; a pixel's footprint is 2.5
+// mm by 200 px.
+inline std::vector<hull::Silhouette> hand_among(int cameras = 4, int size_px = 200,
+                                                const Eigen::Vector3d& shift_m = kOrigin) {
+  const Eigen::Vector3d elbow = shift_m + Eigen::Vector3d(-0.1, 0, 0),
+                        palm = shift_m + Eigen::Vector3d(0.02, 0.01, 0.03);
   const Eigen::Vector3d finger = shift_m + Eigen::Vector3d(0.08, 0.05, 0.02);
-  return silhouettes_of({{elbow, palm, 0.03}, {palm, finger, 0.012}}, ring(cameras, 1.2, 0.6, size_px, 0.5, shift_m));
+  return silhouettes_of({{elbow, palm, 0.03}, {palm, finger, 0.012}},
+                        ring(cameras, 1.2, 0.6, size_px, 0.5, shift_m));
 }
 
 inline Eigen::Isometry3d at(const Eigen::Vector3d& p_world_m) {

@@ -23,10 +23,13 @@ inline std::string replaced(std::string text, const std::string& from, const std
 }
 
 // The small deployment with something else instead, written to a folder of its own.
-inline std::string changed_deployment(const std::filesystem::path& folder, const std::string& from, const std::string& to, const std::string& rig_addition = "") {
+inline std::string changed_deployment(const std::filesystem::path& folder, const std::string& from,
+                                      const std::string& to, const std::string& rig_addition = "") {
   std::filesystem::create_directories(folder);
-  std::ofstream(folder / "rig.yaml") << text_of(FIVEPIPE_SOURCE_DIR "/tests/pipeline/rig.yaml") << rig_addition;
-  std::string text = replaced(text_of(kSmallDeployment), "../../scenes", FIVEPIPE_SOURCE_DIR "/scenes");
+  std::ofstream(folder / "rig.yaml")
+      << text_of(FIVEPIPE_SOURCE_DIR "/tests/pipeline/rig.yaml") << rig_addition;
+  std::string text =
+      replaced(text_of(kSmallDeployment), "../../scenes", FIVEPIPE_SOURCE_DIR "/scenes");
   std::ofstream(folder / "deployment.yaml") << replaced(text, from, to);
   return (folder / "deployment.yaml").string();
 }

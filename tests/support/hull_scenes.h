@@ -3,14 +3,16 @@
 #include <random>
 #include <vector>
 
-#include "common/hull/oracle/analytic.h"
 #include "common/hull/cpu/cpu_hull.h"
+#include "common/hull/oracle/analytic.h"
 
 namespace fivepipe::test {
 
 using Random = std::mt19937_64;
 
-inline double uniform(Random& random, double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
+inline double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
 
 inline Eigen::Vector3d random_direction(Random& random) {
   std::normal_distribution<double> normal;
@@ -22,33 +24,44 @@ inline Eigen::Vector3d random_in_ball(Random& random, double radius_m) {
 }
 
 // Looks at a point near the origin from any side.
-inline geometry::Camera random_camera(Random& random, int width_px, int height_px, double distance_m = 1.5) {
+inline geometry::Camera random_camera(Random& random, int width_px, int height_px,
+                                      double distance_m = 1.5) {
   const Eigen::Vector3d eye = distance_m * uniform(random, 0.7, 1.3) * random_direction(random);
-  return {geometry::pinhole_from_fov(width_px, height_px, uniform(random, 0.4, 0.9)), geometry::look_at(eye, random_in_ball(random, 0.1), random_direction(random))};
+  return {geometry::pinhole_from_fov(width_px, height_px, uniform(random, 0.4, 0.9)),
+          geometry::look_at(eye, random_in_ball(random, 0.1), random_direction(random))};
 }
 
-inline std::vector<hull::Capsule> random_object(Random& random, int capsules, double extent_m = 0.2) {
+inline std::vector<hull::Capsule> random_object(Random& random, int capsules,
+                                                double extent_m = 0.2) {
   std::vector<hull::Capsule> object;
   for (int i = 0; i < capsules; ++i)
-    object.push_back({random_in_ball(random, extent_m), random_in_ball(random, extent_m), uniform(random, 0.005, 0.05)});
+    object.push_back({random_in_ball(random, extent_m), random_in_ball(random, extent_m),
+                      uniform(random, 0.005, 0.05)});
   return object;
 }
 
-inline std::vector<hull::Silhouette> silhouettes_of(const std::vector<hull::Capsule>& object, const std::vector<geometry::Camera>& cameras, hull::PixelRule rule = hull::PixelRule::touched) {
+inline std::vector<hull::Silhouette> silhouettes_of(
+    const std::vector<hull::Capsule>& object, const std::vector<geometry::Camera>& cameras,
+    hull::PixelRule rule = hull::PixelRule::touched) {
   std::vector<hull::Silhouette> silhouettes;
-  for (const geometry::Camera& camera : cameras) silhouettes.push_back({camera, hull::true_object_pixels(object, camera, rule)});
+  for (const geometry::Camera& camera : cameras)
+    silhouettes.push_back({camera, hull::true_object_pixels(object, camera, rule)});
   return silhouettes;
 }
 
-inline std::vector<geometry::Camera> random_cameras(Random& random, int count, int width_px = 160, int height_px = 121) {
+inline std::vector<geometry::Camera> random_cameras(Random& random, int count, int width_px = 160,
+                                                    int height_px = 121) {
   std::vector<geometry::Camera> cameras;
   for (int i = 0; i < count; ++i) cameras.push_back(random_camera(random, width_px, height_px));
   return cameras;
 }
 
-inline hull::PixelRect whole_image(const geometry::Camera& camera) { return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px}; }
+inline hull::PixelRect whole_image(const geometry::Camera& camera) {
+  return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
+}
 
-inline hull::ObjectPixels random_pixels(Random& random, int width_px, int height_px, double fraction) {
+inline hull::ObjectPixels random_pixels(Random& random, int width_px, int height_px,
+                                        double fraction) {
   hull::ObjectPixels pixels(width_px, height_px);
   std::bernoulli_distribution object(fraction);
   for (int v = 0; v < height_px; ++v)
@@ -58,7 +71,9 @@ inline hull::ObjectPixels random_pixels(Random& random, int width_px, int height
 }
 
 // Backend `cpu`, prepared for one view.
-inline hull::DepthTile cpu_depth(std::span<const hull::Silhouette> silhouettes, const hull::View& view, const hull::PixelRect& rect, int threads = 2) {
+inline hull::DepthTile cpu_depth(std::span<const hull::Silhouette> silhouettes,
+                                 const hull::View& view, const hull::PixelRect& rect,
+                                 int threads = 2) {
   base::WorkerPool pool(threads);
   return hull::CpuHull(pool, silhouettes).depth(view, rect);
 }

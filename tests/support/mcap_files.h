@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "common/recording/mcap/format/chunk_builder.h"
 #include "common/recording/mcap/file_writer.h"
+#include "common/recording/mcap/format/chunk_builder.h"
 #include "common/recording/mcap/reader.h"
 
 namespace fivepipe::test {
@@ -33,11 +33,14 @@ struct OwnMessage {
   std::uint64_t log_stamp_ns, publish_stamp_ns;
   mcap::Bytes payload;
   bool operator==(const OwnMessage&) const = default;
-  mcap::Message view() const { return {channel, sequence, log_stamp_ns, publish_stamp_ns, payload}; }
+  mcap::Message view() const {
+    return {channel, sequence, log_stamp_ns, publish_stamp_ns, payload};
+  }
 };
 
 inline OwnMessage own(const mcap::Message& message) {
-  return {message.channel, message.sequence, message.log_stamp_ns, message.publish_stamp_ns, mcap::Bytes(message.payload.begin(), message.payload.end())};
+  return {message.channel, message.sequence, message.log_stamp_ns, message.publish_stamp_ns,
+          mcap::Bytes(message.payload.begin(), message.payload.end())};
 }
 
 inline std::vector<OwnMessage> all_messages(mcap::Cursor cursor) {
@@ -55,27 +58,33 @@ inline mcap::Bytes file_bytes(const std::filesystem::path& path) {
 // Into a new file: ext4 waits for the disk when one is emptied and written again.
 inline void write_file(const std::filesystem::path& path, mcap::ByteView bytes) {
   std::filesystem::remove(path);
-  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
 }
 
-// Channel 1 and 2 of schema 1, channel 3 without one; stamps rise by 1..9 ns, payloads of 0..299 bytes that compress somewhat.
+// Channel 1 and 2 of schema 1, channel 3 without one; stamps rise by 1..9 ns, payloads of 0..299
+// bytes that compress somewhat.
 struct Recording {
-  std::vector<OwnMessage> messages;  // in the order of the file
-  std::vector<std::size_t> chunk_ends;       // message counts, by chunk
-  std::vector<std::uint64_t> chunk_end_bytes;  // where each chunk ends in the file, with its message indexes
+  std::vector<OwnMessage> messages;     // in the order of the file
+  std::vector<std::size_t> chunk_ends;  // message counts, by chunk
+  std::vector<std::uint64_t>
+      chunk_end_bytes;  // where each chunk ends in the file, with its message indexes
   mcap::Attachment attachment{5, 6, "rig.yaml", "text/yaml", "cameras: []\n"};
   mcap::Metadata metadata{"recording", {{"machine", "made up"}, {"commit", "0"}}};
-  mcap::Schema schema{"made_up::Thing", "omgidl", "module made_up { struct Thing { unsigned long n; }; };"};
+  mcap::Schema schema{"made_up::Thing", "omgidl",
+                      "module made_up { struct Thing { unsigned long n; }; };"};
 };
 
-inline Recording made_up_recording(std::uint32_t seed, std::size_t chunks, std::size_t messages_a_chunk) {
+inline Recording made_up_recording(std::uint32_t seed, std::size_t chunks,
+                                   std::size_t messages_a_chunk) {
   std::mt19937 random(seed);
   Recording recording;
   std::uint64_t stamp_ns = 1'000;
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
     for (std::size_t i = 0; i < messages_a_chunk; ++i) {
       stamp_ns += 1 + random() % 9;
-      OwnMessage message{mcap::Id(1 + random() % 3), std::uint32_t(recording.messages.size()), stamp_ns, stamp_ns - random() % 100, mcap::Bytes(random() % 300)};
+      OwnMessage message{mcap::Id(1 + random() % 3), std::uint32_t(recording.messages.size()),
+                         stamp_ns, stamp_ns - random() % 100, mcap::Bytes(random() % 300)};
       for (std::byte& byte : message.payload) byte = std::byte(random() % 4);
       recording.messages.push_back(std::move(message));
     }
@@ -85,7 +94,8 @@ inline Recording made_up_recording(std::uint32_t seed, std::size_t chunks, std::
 }
 
 // Leaves the file as a killed process does unless `finishes`.
-inline void write(Recording& recording, const std::filesystem::path& path, mcap::Compression compression, bool finishes = true) {
+inline void write(Recording& recording, const std::filesystem::path& path,
+                  mcap::Compression compression, bool finishes = true) {
   mcap::ChunkBuilder builder;
   const mcap::Id schema = builder.add_schema(recording.schema);
   builder.add_channel({schema, "things/a", "cdr", {{"qos", "reliable"}}});

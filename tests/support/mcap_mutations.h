@@ -1,10 +1,11 @@
-// MCAP files damaged at random, and what must hold of any file whatever: shared by the quick test and the fuzz driver.
+// MCAP files damaged at random, and what must hold of any file whatever: shared by the quick test
+// and the fuzz driver.
 #pragma once
 #include <algorithm>
 #include <optional>
 
-#include "common/recording/mcap/recover.h"
 #include "common/recording/mcap/format/records.h"
+#include "common/recording/mcap/recover.h"
 #include "tests/support/mcap_files.h"
 
 namespace fivepipe::test {
@@ -36,11 +37,15 @@ inline std::vector<std::size_t> record_starts(const mcap::Bytes& bytes) {
 inline void make_crcs_fit(mcap::Bytes& bytes) {
   constexpr std::size_t kChunkCrcAt = mcap::kRecordHeadBytes + 8 + 8 + 8;
   for (const std::size_t at : record_starts(bytes))
-    if (mcap::Op(get<std::uint8_t>(bytes, at)) == mcap::Op::chunk) put(bytes, at + kChunkCrcAt, std::uint32_t(0));  // none
+    if (mcap::Op(get<std::uint8_t>(bytes, at)) == mcap::Op::chunk)
+      put(bytes, at + kChunkCrcAt, std::uint32_t(0));  // none
   if (bytes.size() < mcap::kFooterBytes + mcap::kMagic.size()) return;
-  const std::size_t footer = bytes.size() - mcap::kMagic.size() - mcap::kFooterBytes, crc_at = footer + mcap::kFooterBytes - 4;
+  const std::size_t footer = bytes.size() - mcap::kMagic.size() - mcap::kFooterBytes,
+                    crc_at = footer + mcap::kFooterBytes - 4;
   const auto summary_start = get<std::uint64_t>(bytes, footer + mcap::kRecordHeadBytes);
-  if (summary_start < crc_at) put(bytes, crc_at, mcap::crc32_of(mcap::ByteView(bytes).subspan(summary_start, crc_at - summary_start)));
+  if (summary_start < crc_at)
+    put(bytes, crc_at,
+        mcap::crc32_of(mcap::ByteView(bytes).subspan(summary_start, crc_at - summary_start)));
 }
 
 inline std::uint64_t interesting_number(std::mt19937& random, std::uint64_t file_bytes) {
@@ -65,18 +70,25 @@ inline void mutate(mcap::Bytes& bytes, std::mt19937& random) {
     case 3: put(bytes, any_place(), interesting_number(random, bytes.size())); break;
     case 4: put(bytes, any_place(), std::uint32_t(interesting_number(random, bytes.size()))); break;
     case 5:  // a record's length
-      if (!starts.empty()) put(bytes, starts[random() % starts.size()] + 1, interesting_number(random, bytes.size()));
+      if (!starts.empty())
+        put(bytes, starts[random() % starts.size()] + 1, interesting_number(random, bytes.size()));
       break;
     case 6:  // a field near a record's start
-      if (!starts.empty()) put(bytes, starts[random() % starts.size()] + mcap::kRecordHeadBytes + random() % 48, interesting_number(random, bytes.size()));
+      if (!starts.empty())
+        put(bytes, starts[random() % starts.size()] + mcap::kRecordHeadBytes + random() % 48,
+            interesting_number(random, bytes.size()));
       break;
     default: {  // one piece over or in front of another
-      const std::size_t from = any_place(), size_bytes = std::min<std::size_t>(random() % 400, bytes.size() - from), to = any_place();
-      const mcap::Bytes piece(bytes.begin() + std::ptrdiff_t(from), bytes.begin() + std::ptrdiff_t(from + size_bytes));
+      const std::size_t from = any_place(),
+                        size_bytes = std::min<std::size_t>(random() % 400, bytes.size() - from),
+                        to = any_place();
+      const mcap::Bytes piece(bytes.begin() + std::ptrdiff_t(from),
+                              bytes.begin() + std::ptrdiff_t(from + size_bytes));
       if (random() % 2 == 0)
         bytes.insert(bytes.begin() + std::ptrdiff_t(to), piece.begin(), piece.end());
       else
-        std::copy_n(piece.begin(), std::min(piece.size(), bytes.size() - to), bytes.begin() + std::ptrdiff_t(to));
+        std::copy_n(piece.begin(), std::min(piece.size(), bytes.size() - to),
+                    bytes.begin() + std::ptrdiff_t(to));
     }
   }
 }
@@ -89,19 +101,22 @@ inline std::string read_all(const mcap::Reader& reader, std::vector<OwnMessage>&
       const auto message = cursor.next();
       if (!message) break;
       if (!reader.channels().contains(message->channel)) return "a message of no channel";
-      if (!messages.empty() && messages.back().log_stamp_ns > message->log_stamp_ns) return "messages out of order";
+      if (!messages.empty() && messages.back().log_stamp_ns > message->log_stamp_ns)
+        return "messages out of order";
       messages.push_back(own(*message));
     } catch (const mcap::McapError& error) {
-      if (!reader.is_finished()) return std::string("what a scan found is damaged: ") + error.what();
+      if (!reader.is_finished())
+        return std::string("what a scan found is damaged: ") + error.what();
       if (++damaged > reader.chunks().size()) return "a cursor does not get past a damaged chunk";
     }
   }
   return "";
 }
 
-// What was broken of these promises, empty if nothing: a file can be read or is an McapError; a mended one gives the messages that a scan of the
-// damaged one gave.
-inline std::string broken_promise(const std::filesystem::path& path, const std::filesystem::path& scratch) {
+// What was broken of these promises, empty if nothing: a file can be read or is an McapError; a
+// mended one gives the messages that a scan of the damaged one gave.
+inline std::string broken_promise(const std::filesystem::path& path,
+                                  const std::filesystem::path& scratch) {
   std::optional<mcap::Reader> reader;
   try {
     reader.emplace(path);
@@ -127,12 +142,16 @@ inline std::string broken_promise(const std::filesystem::path& path, const std::
     mcap::recover(path, scratch);
   } catch (const mcap::McapError&) {
     const auto& chunks = reader->chunks();
-    return std::any_of(chunks.begin(), chunks.end(), [](const mcap::ChunkIndex& chunk) { return chunk.loose; }) ? "" : "a file could not be mended";
+    return std::any_of(chunks.begin(), chunks.end(),
+                       [](const mcap::ChunkIndex& chunk) { return chunk.loose; })
+               ? ""
+               : "a file could not be mended";
   }
   const mcap::Reader mended(scratch);
   if (!mended.is_finished()) return "a mended file has no good summary: " + mended.damage().summary;
   std::vector<OwnMessage> of_mended;
-  if (const std::string broken = read_all(mended, of_mended); !broken.empty()) return "mended: " + broken;
+  if (const std::string broken = read_all(mended, of_mended); !broken.empty())
+    return "mended: " + broken;
   // A chunk that was moved stands behind others of the same stamps now.
   const auto by_all = [](const OwnMessage& a, const OwnMessage& b) {
     return std::tie(a.log_stamp_ns, a.channel, a.sequence, a.publish_stamp_ns, a.payload) <

@@ -19,18 +19,24 @@ inline CommandOutput output_of(const std::string& command) {
   FILE* pipe = popen(command.c_str(), "r");
   if (!pipe) return output;
   char piece[4096];
-  while (const std::size_t size_bytes = std::fread(piece, 1, sizeof piece, pipe)) output.text.append(piece, size_bytes);
+  while (const std::size_t size_bytes = std::fread(piece, 1, sizeof piece, pipe))
+    output.text.append(piece, size_bytes);
   const int status = pclose(pipe);
   if (WIFEXITED(status)) output.exit_code = WEXITSTATUS(status);
   return output;
 }
 
-// Installs it into the build folder unless it is there. Exit code 77: it can't be had here, the text says why.
-inline CommandOutput install_npm_reader() { return output_of(FIVEPIPE_SOURCE_DIR "/tests/npm/install " FIVEPIPE_BINARY_DIR "/../npm 2>&1"); }
+// Installs it into the build folder unless it is there. Exit code 77: it can't be had here, the
+// text says why.
+inline CommandOutput install_npm_reader() {
+  return output_of(FIVEPIPE_SOURCE_DIR "/tests/npm/install " FIVEPIPE_BINARY_DIR "/../npm 2>&1");
+}
 
 // What it prints (standard error included) about a file, whose name has no quotes.
-inline CommandOutput read_with_npm(const std::filesystem::path& file, const std::string& options = "") {
-  return output_of("node " FIVEPIPE_BINARY_DIR "/../npm/read_mcap.mjs " + options + " '" + file.string() + "' 2>&1");
+inline CommandOutput read_with_npm(const std::filesystem::path& file,
+                                   const std::string& options = "") {
+  return output_of("node " FIVEPIPE_BINARY_DIR "/../npm/read_mcap.mjs " + options + " '" +
+                   file.string() + "' 2>&1");
 }
 
 }  // namespace fivepipe::test

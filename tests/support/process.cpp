@@ -36,7 +36,8 @@ Stat stat_of(pid_t pid) {
 
 }  // namespace
 
-Program::Program(std::vector<std::string> words, const std::filesystem::path& log, bool typed_to) : log_(log) {
+Program::Program(std::vector<std::string> words, const std::filesystem::path& log, bool typed_to)
+    : log_(log) {
   std::filesystem::create_directories(log.parent_path());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -79,7 +80,8 @@ std::optional<int> Program::wait_for_end(std::chrono::milliseconds timeout) {
   const auto deadline = Clock::now() + timeout;
   while (!exit_code_) {
     int status = 0;
-    if (waitpid(pid_, &status, WNOHANG) == pid_) exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    if (waitpid(pid_, &status, WNOHANG) == pid_)
+      exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     if (Clock::now() >= deadline) break;
     if (!exit_code_) usleep(5000);
   }
@@ -88,15 +90,24 @@ std::optional<int> Program::wait_for_end(std::chrono::milliseconds timeout) {
 
 namespace {
 
-std::vector<std::string> up_words(const std::string& deployment, std::uint32_t domain, const std::filesystem::path& out, const std::vector<std::string>& more) {
-  std::vector<std::string> words = {std::string(FIVEPIPE_BINARY_DIR) + "/fivepipe", "up", deployment, "--domain", std::to_string(domain), "--out", out.string()};
+std::vector<std::string> up_words(const std::string& deployment, std::uint32_t domain,
+                                  const std::filesystem::path& out,
+                                  const std::vector<std::string>& more) {
+  std::vector<std::string> words = {std::string(FIVEPIPE_BINARY_DIR) + "/fivepipe",
+                                    "up",
+                                    deployment,
+                                    "--domain",
+                                    std::to_string(domain),
+                                    "--out",
+                                    out.string()};
   words.insert(words.end(), more.begin(), more.end());
   return words;
 }
 
 }  // namespace
 
-Deployed::Deployed(const std::string& deployment, std::uint32_t domain, const std::filesystem::path& out, const std::vector<std::string>& more)
+Deployed::Deployed(const std::string& deployment, std::uint32_t domain,
+                   const std::filesystem::path& out, const std::vector<std::string>& more)
     : program_(up_words(deployment, domain, out, more), out / "up.log") {}
 
 std::vector<pid_t> Deployed::all_children() const {
@@ -114,11 +125,14 @@ std::vector<pid_t> Deployed::all_children() const {
 std::optional<pid_t> Deployed::pid_of(const std::string& node) const {
   const std::string argument = std::string("--node") + '\0' + node + '\0';
   for (const pid_t child : all_children())
-    if (file_text("/proc/" + std::to_string(child) + "/cmdline").find(argument) != std::string::npos) return child;
+    if (file_text("/proc/" + std::to_string(child) + "/cmdline").find(argument) !=
+        std::string::npos)
+      return child;
   return std::nullopt;
 }
 
-bool eventually(bus::Bus& bus, std::chrono::milliseconds timeout, const std::function<bool()>& condition) {
+bool eventually(bus::Bus& bus, std::chrono::milliseconds timeout,
+                const std::function<bool()>& condition) {
   const auto deadline = Clock::now() + timeout;
   while (!condition()) {
     if (Clock::now() > deadline) return false;

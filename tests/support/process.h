@@ -1,4 +1,5 @@
-// Programs run for tests, always ended; and a deployment run by the real `fivepipe up`, in a domain of its own, watched through the bus.
+// Programs run for tests, always ended; and a deployment run by the real `fivepipe up`, in a domain
+// of its own, watched through the bus.
 #pragma once
 #include <sys/types.h>
 
@@ -15,7 +16,8 @@ namespace fivepipe::test {
 
 class Program {
  public:
-  // Starts it; standard output and errors go into the file `log`. It reads from nowhere, unless it is to be typed to.
+  // Starts it; standard output and errors go into the file `log`. It reads from nowhere, unless it
+  // is to be typed to.
   Program(std::vector<std::string> words, const std::filesystem::path& log, bool typed_to = false);
   ~Program();  // ends it, hard if need be
   Program(const Program&) = delete;
@@ -38,7 +40,8 @@ class Program {
 class Deployed {
  public:
   // Starts `fivepipe up DEPLOYMENT --domain DOMAIN --out OUT` with more arguments.
-  Deployed(const std::string& deployment, std::uint32_t domain, const std::filesystem::path& out, const std::vector<std::string>& more = {});
+  Deployed(const std::string& deployment, std::uint32_t domain, const std::filesystem::path& out,
+           const std::vector<std::string>& more = {});
 
   // The node's process now; nothing while it is down.
   std::optional<pid_t> pid_of(const std::string& node) const;
@@ -47,14 +50,17 @@ class Deployed {
 
   void signal(int number) const { program_.signal(number); }
   std::string said() const { return program_.said(); }
-  std::optional<int> wait_for_end(std::chrono::milliseconds timeout) { return program_.wait_for_end(timeout); }
+  std::optional<int> wait_for_end(std::chrono::milliseconds timeout) {
+    return program_.wait_for_end(timeout);
+  }
 
  private:
   Program program_;
 };
 
 // Waits on the bus until the condition holds; false when the time is up.
-bool eventually(bus::Bus& bus, std::chrono::milliseconds timeout, const std::function<bool()>& condition);
+bool eventually(bus::Bus& bus, std::chrono::milliseconds timeout,
+                const std::function<bool()>& condition);
 
 bool is_alive(pid_t pid);  // exists and is no zombie
 

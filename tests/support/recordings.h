@@ -34,14 +34,20 @@ class RecordingTest : public testing::Test {
   std::filesystem::path folder_;
   bus::Bus bus_;
 
-  // The deployment runs for so long from its first composited frame on, and is recorded from its start.
-  std::filesystem::path recorded(double duration_s, const std::string& deployment = kSmallDeployment, const std::vector<std::string>& options = {});
+  // The deployment runs for so long from its first composited frame on, and is recorded from its
+  // start.
+  std::filesystem::path recorded(double duration_s,
+                                 const std::string& deployment = kSmallDeployment,
+                                 const std::vector<std::string>& options = {});
   // `fivepipe WORDS..` in this test's domain. Its output is in the file NAME.log.
-  std::unique_ptr<Program> fivepipe(const std::string& name, std::vector<std::string> words, bool typed_to = false);
+  std::unique_ptr<Program> fivepipe(const std::string& name, std::vector<std::string> words,
+                                    bool typed_to = false);
   // One node alone.
-  std::unique_ptr<Program> node(const std::string& program, const std::string& name, const std::string& deployment = kSmallDeployment);
+  std::unique_ptr<Program> node(const std::string& program, const std::string& name,
+                                const std::string& deployment = kSmallDeployment);
   // A recorder that already listens.
-  std::unique_ptr<Program> recorder(const std::filesystem::path& file, const std::vector<std::string>& options = {});
+  std::unique_ptr<Program> recorder(const std::filesystem::path& file,
+                                    const std::vector<std::string>& options = {});
   // Somebody of that name writes, or reads, these topics.
   bool takes_part(const std::string& participant, bool writes, const std::set<std::string>& topics);
 
@@ -52,12 +58,16 @@ class RecordingTest : public testing::Test {
 // What one writer of a topic wrote, in the order of source stamps.
 using WrittenByOne = std::vector<Stamped>;
 // By topic: every writer's, in an order that does not depend on who was found first.
-std::map<std::string, std::vector<WrittenByOne>> messages_by_writer(const recording::Recording& recording);
+std::map<std::string, std::vector<WrittenByOne>> messages_by_writer(
+    const recording::Recording& recording);
 // The last that is told of each key: disposed, unregistered. By topic and key.
-std::map<std::pair<std::string, Payload>, recording::KeyChange> last_key_changes(const recording::Recording& recording);
-// Each node's last status, which must be its final one; and how many messages of each topic these say were sent, statuses apart.
+std::map<std::pair<std::string, Payload>, recording::KeyChange> last_key_changes(
+    const recording::Recording& recording);
+// Each node's last status, which must be its final one; and how many messages of each topic these
+// say were sent, statuses apart.
 std::map<std::string, nlohmann::ordered_json> final_statuses(const recording::Recording& recording);
-std::map<std::string, std::uint64_t> sent_by_topic(const std::map<std::string, nlohmann::ordered_json>& statuses);
+std::map<std::string, std::uint64_t> sent_by_topic(
+    const std::map<std::string, nlohmann::ordered_json>& statuses);
 std::map<std::string, std::uint64_t> counts_by_topic(const recording::Recording& recording);
 
 // Takes all that is written of these topics, from now on.

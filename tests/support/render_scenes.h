@@ -10,10 +10,15 @@
 namespace fivepipe::test {
 
 // At the origin, looking along world y; camera x is world x, camera z is world y.
-inline Eigen::Isometry3d eye_along_y() { return geometry::look_at(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()); }
+inline Eigen::Isometry3d eye_along_y() {
+  return geometry::look_at(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY());
+}
 
-inline config::SceneObject object(const std::string& name, const config::Shape& shape, const Eigen::Vector3d& center_world_m, const std::array<double, 3>& colour_rgb,
-                          config::Pattern pattern = config::Pattern::plain, double pattern_size_m = 0.1) {
+inline config::SceneObject object(const std::string& name, const config::Shape& shape,
+                                  const Eigen::Vector3d& center_world_m,
+                                  const std::array<double, 3>& colour_rgb,
+                                  config::Pattern pattern = config::Pattern::plain,
+                                  double pattern_size_m = 0.1) {
   config::SceneObject o;
   o.name = name;
   o.shape = shape;
@@ -24,16 +29,19 @@ inline config::SceneObject object(const std::string& name, const config::Shape& 
   return o;
 }
 
-inline render::HullFrame no_hull(const Eigen::Isometry3d& eye_from_world, const geometry::Pinhole& recon) {
+inline render::HullFrame no_hull(const Eigen::Isometry3d& eye_from_world,
+                                 const geometry::Pinhole& recon) {
   render::HullFrame hull;
   hull.eye_from_world = eye_from_world;
   hull.recon = recon;
   return hull;
 }
 
-// Depth from depth_at(u, v) [m, kNoHull: none] at every pixel of the reconstruction; one colour, or none where bgr is null.
+// Depth from depth_at(u, v) [m, kNoHull: none] at every pixel of the reconstruction; one colour, or
+// none where bgr is null.
 template <typename DepthAt>
-render::HullFrame hull_of(const Eigen::Isometry3d& eye_from_world, const geometry::Pinhole& recon, const std::array<std::uint8_t, 3>* bgr, DepthAt depth_at) {
+render::HullFrame hull_of(const Eigen::Isometry3d& eye_from_world, const geometry::Pinhole& recon,
+                          const std::array<std::uint8_t, 3>* bgr, DepthAt depth_at) {
   render::HullFrame hull = no_hull(eye_from_world, recon);
   hull.covered = {recon.width_px, recon.height_px, 0, 0};
   for (int v = 0; v < recon.height_px; ++v)
@@ -42,13 +50,15 @@ render::HullFrame hull_of(const Eigen::Isometry3d& eye_from_world, const geometr
       hull.depth_m.push_back(z);
       if (bgr) hull.bgr.insert(hull.bgr.end(), bgr->begin(), bgr->end());
       if (z == hull::kNoHull) continue;
-      hull.covered = {std::min(hull.covered.u0_px, u), std::min(hull.covered.v0_px, v), std::max(hull.covered.u1_px, u + 1), std::max(hull.covered.v1_px, v + 1)};
+      hull.covered = {std::min(hull.covered.u0_px, u), std::min(hull.covered.v0_px, v),
+                      std::max(hull.covered.u1_px, u + 1), std::max(hull.covered.v1_px, v + 1)};
     }
   return hull;
 }
 
 // Depth of the near side of a ball; kNoHull where the ray misses it.
-inline double ball_depth_m(const geometry::Camera& camera, int u_px, int v_px, const Eigen::Vector3d& center_world_m, double radius_m) {
+inline double ball_depth_m(const geometry::Camera& camera, int u_px, int v_px,
+                           const Eigen::Vector3d& center_world_m, double radius_m) {
   const geometry::Ray ray = geometry::ray_through(camera, Eigen::Vector2d(u_px, v_px));
   const Eigen::Vector3d to_center = center_world_m - ray.origin_world_m;
   const double a = ray.direction_world.squaredNorm(), b = ray.direction_world.dot(to_center);

@@ -14,15 +14,20 @@ struct NodeUnderTest {
 
 struct ReplayRun {
   std::map<std::string, std::vector<Payload>> outputs;  // Outputs::sorted
-  std::map<std::string, std::map<std::string, std::uint64_t>> counts, drops;  // at the nodes' end, by node
+  std::map<std::string, std::map<std::string, std::uint64_t>> counts,
+      drops;         // at the nodes' end, by node
   std::string said;  // by the replay
 };
 
 class ReplayedNodesTest : public RecordingTest {
  protected:
-  // Starts the nodes, replays what they read, so many times, ends them. Fails where a message or a frame is missing.
-  ReplayRun replayed(const std::filesystem::path& recording, const std::vector<NodeUnderTest>& nodes, const std::vector<std::string>& outputs_of,
-                     const std::vector<std::string>& options, const std::string& deployment = kSmallDeployment, int rounds = 1) {
+  // Starts the nodes, replays what they read, so many times, ends them. Fails where a message or a
+  // frame is missing.
+  ReplayRun replayed(const std::filesystem::path& recording,
+                     const std::vector<NodeUnderTest>& nodes,
+                     const std::vector<std::string>& outputs_of,
+                     const std::vector<std::string>& options,
+                     const std::string& deployment = kSmallDeployment, int rounds = 1) {
     using namespace std::chrono_literals;
     ReplayRun run;
     const std::int64_t start_ns = base::now_realtime_ns();
@@ -34,7 +39,8 @@ class ReplayedNodesTest : public RecordingTest {
       words.insert(words.end(), {"--inputs-of", under_test.name});
     }
     words.insert(words.end(), options.begin(), options.end());
-    EXPECT_TRUE(eventually(bus_, kStart, [&] { return outputs.has_writers(int(nodes.size())); })) << programs[0]->said();
+    EXPECT_TRUE(eventually(bus_, kStart, [&] { return outputs.has_writers(int(nodes.size())); }))
+        << programs[0]->said();
     for (int round = 0; round < rounds; ++round) {
       const auto replay = fivepipe("replay", words);
       EXPECT_TRUE(eventually(bus_, kStart, [&] {
@@ -45,13 +51,17 @@ class ReplayedNodesTest : public RecordingTest {
       EXPECT_EQ(replay->wait_for_end(0ms), 0) << run.said;
     }
     for (const auto& program : programs) program->signal(SIGTERM);
-    EXPECT_TRUE(eventually(bus_, 10s, [&] {
-      outputs.take();
-      take_final_reports(run, start_ns);
-      return run.counts.size() == nodes.size() && outputs.taken() >= sent(run, outputs_of);
-    })) << outputs.taken() << " of " << sent(run, outputs_of) << " came";
+    EXPECT_TRUE(eventually(bus_, 10s,
+                           [&] {
+                             outputs.take();
+                             take_final_reports(run, start_ns);
+                             return run.counts.size() == nodes.size() &&
+                                    outputs.taken() >= sent(run, outputs_of);
+                           }))
+        << outputs.taken() << " of " << sent(run, outputs_of) << " came";
     EXPECT_EQ(outputs.taken(), sent(run, outputs_of));
-    for (const auto& program : programs) EXPECT_EQ(program->wait_for_end(10s), 0) << program->said();
+    for (const auto& program : programs)
+      EXPECT_EQ(program->wait_for_end(10s), 0) << program->said();
     run.outputs = outputs.sorted();
     return run;
   }
@@ -62,15 +72,18 @@ class ReplayedNodesTest : public RecordingTest {
     for (const auto& sample : statuses_.take()) {
       if (!sample.valid() || !sample->final_report || sample->start_stamp_ns < start_ns) continue;
       auto& counts = run.counts[sample->node];
-      for (std::uint32_t i = 0; i < sample->counts._length; ++i) counts[sample->counts._buffer[i].name] = sample->counts._buffer[i].count;
-      for (std::uint32_t i = 0; i < sample->drops._length; ++i) run.drops[sample->node][sample->drops._buffer[i].name] = sample->drops._buffer[i].count;
+      for (std::uint32_t i = 0; i < sample->counts._length; ++i)
+        counts[sample->counts._buffer[i].name] = sample->counts._buffer[i].count;
+      for (std::uint32_t i = 0; i < sample->drops._length; ++i)
+        run.drops[sample->node][sample->drops._buffer[i].name] = sample->drops._buffer[i].count;
     }
   }
   static std::uint64_t sent(const ReplayRun& run, const std::vector<std::string>& topics) {
     std::uint64_t all = 0;
     for (const auto& [node, counts] : run.counts)
       for (const std::string& topic : topics)
-        if (const auto count = counts.find("sent: " + topic); count != counts.end()) all += count->second;
+        if (const auto count = counts.find("sent: " + topic); count != counts.end())
+          all += count->second;
     return all;
   }
 

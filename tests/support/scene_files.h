@@ -39,7 +39,8 @@ class SceneFiles : public ::testing::Test {
     } catch (const config::ConfigError& error) {
       std::vector<std::string> problems;
       for (const config::ConfigProblem& p : error.problems())
-        problems.push_back(std::filesystem::path(p.file).filename().string() + ':' + std::to_string(p.line) + ':' + std::to_string(p.column) + ": " + p.what);
+        problems.push_back(std::filesystem::path(p.file).filename().string() + ':' +
+                           std::to_string(p.line) + ':' + std::to_string(p.column) + ": " + p.what);
       return problems;
     }
     return {};

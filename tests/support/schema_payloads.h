@@ -25,10 +25,12 @@ struct Payload {
 
 class PayloadMaker {
  public:
-  PayloadMaker(const schema::Idl& idl, std::endian order, std::uint32_t seed) : idl_(idl), order_(order), random_(seed) {}
+  PayloadMaker(const schema::Idl& idl, std::endian order, std::uint32_t seed)
+      : idl_(idl), order_(order), random_(seed) {}
 
   Payload make(std::string_view scoped_name) {
-    bytes_ = {std::byte{0}, order_ == std::endian::little ? std::byte{1} : std::byte{0}, std::byte{0}, std::byte{0}};
+    bytes_ = {std::byte{0}, order_ == std::endian::little ? std::byte{1} : std::byte{0},
+              std::byte{0}, std::byte{0}};
     nlohmann::ordered_json values = members(idl_.at(scoped_name));
     // The header tells how many bytes are padding (DDS-XTypes 7.6.3.1.2).
     const std::size_t padding = (4 - bytes_.size() % 4) % 4;
@@ -61,14 +63,17 @@ class PayloadMaker {
 
   nlohmann::ordered_json members(const schema::Struct& type) {
     nlohmann::ordered_json object = nlohmann::ordered_json::object();
-    for (const schema::Member& member : type.members) object[member.name] = array(member.type, member.dimensions, 0);
+    for (const schema::Member& member : type.members)
+      object[member.name] = array(member.type, member.dimensions, 0);
     return object;
   }
 
-  nlohmann::ordered_json array(const schema::Type& type, const std::vector<std::uint32_t>& dimensions, std::size_t from) {
+  nlohmann::ordered_json array(const schema::Type& type,
+                               const std::vector<std::uint32_t>& dimensions, std::size_t from) {
     if (from == dimensions.size()) return value(type);
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (std::uint32_t i = 0; i < dimensions[from]; ++i) list.push_back(array(type, dimensions, from + 1));
+    for (std::uint32_t i = 0; i < dimensions[from]; ++i)
+      list.push_back(array(type, dimensions, from + 1));
     return list;
   }
 
@@ -89,12 +94,15 @@ class PayloadMaker {
     return list;
   }
 
-  nlohmann::ordered_json enumerator(const schema::Enum& type) { return type.enumerators[put(below(std::uint32_t(type.enumerators.size())))]; }
+  nlohmann::ordered_json enumerator(const schema::Enum& type) {
+    return type.enumerators[put(below(std::uint32_t(type.enumerators.size())))];
+  }
 
   nlohmann::ordered_json value(const schema::Type& type) {
     switch (type.kind) {
       case schema::Kind::boolean: return bool(put(std::uint8_t(below(2))));
-      case schema::Kind::octet: case schema::Kind::uint8: return put_random<std::uint8_t>();
+      case schema::Kind::octet:
+      case schema::Kind::uint8: return put_random<std::uint8_t>();
       case schema::Kind::character: return std::string(1, put(char('a' + below(26))));
       case schema::Kind::int8: return put_random<std::int8_t>();
       case schema::Kind::int16: return put_random<std::int16_t>();

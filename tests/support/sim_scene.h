@@ -8,13 +8,24 @@ namespace fivepipe::test {
 inline constexpr double kBallRadiusM = 0.06;
 inline constexpr double kFrameS = 1.0 / 30;
 
-inline config::SceneObject virtual_ball(const Eigen::Vector3d& center_m, double restitution = 0.5, double mass_kg = 0.2) {
-  return {.name = "ball", .shape = config::SphereShape{kBallRadiusM}, .world_from_object = at(center_m), .motion = config::Motion::dynamic,
-          .reaction = config::Reaction::bounce, .mass_kg = mass_kg, .restitution = restitution};
+inline config::SceneObject virtual_ball(const Eigen::Vector3d& center_m, double restitution = 0.5,
+                                        double mass_kg = 0.2) {
+  return {.name = "ball",
+          .shape = config::SphereShape{kBallRadiusM},
+          .world_from_object = at(center_m),
+          .motion = config::Motion::dynamic,
+          .reaction = config::Reaction::bounce,
+          .mass_kg = mass_kg,
+          .restitution = restitution};
 }
 
-inline config::SceneObject virtual_box(const std::string& name, const Eigen::Vector3d& center_m, const Eigen::Vector3d& size_m, config::Reaction reaction = config::Reaction::none) {
-  return {.name = name, .shape = config::BoxShape{size_m}, .world_from_object = at(center_m), .reaction = reaction};
+inline config::SceneObject virtual_box(const std::string& name, const Eigen::Vector3d& center_m,
+                                       const Eigen::Vector3d& size_m,
+                                       config::Reaction reaction = config::Reaction::none) {
+  return {.name = name,
+          .shape = config::BoxShape{size_m},
+          .world_from_object = at(center_m),
+          .reaction = reaction};
 }
 
 inline config::Scene scene_of(std::vector<config::SceneObject> objects) {
@@ -25,15 +36,19 @@ inline config::Scene scene_of(std::vector<config::SceneObject> objects) {
 }
 
 // Pixels of 2 mm, 60 cm of field.
-inline std::vector<hull::Silhouette> seen(const std::vector<hull::Capsule>& real) { return silhouettes_of(real, ring(5, 1.5, 0.35, 300, 0.6)); }
+inline std::vector<hull::Silhouette> seen(const std::vector<hull::Capsule>& real) {
+  return silhouettes_of(real, ring(5, 1.5, 0.35, 300, 0.6));
+}
 
 inline double mechanical_energy_J_kg(const sim::ObjectState& state, double gravity_m_s2) {
-  return 0.5 * state.velocity_world_m_s.squaredNorm() + gravity_m_s2 * state.world_from_object.translation().z();
+  return 0.5 * state.velocity_world_m_s.squaredNorm() +
+         gravity_m_s2 * state.world_from_object.translation().z();
 }
 
 inline bool all_finite(const sim::Simulation& simulation) {
   for (const sim::ObjectState& state : simulation.states())
-    if (!state.world_from_object.matrix().allFinite() || !state.velocity_world_m_s.allFinite()) return false;
+    if (!state.world_from_object.matrix().allFinite() || !state.velocity_world_m_s.allFinite())
+      return false;
   return true;
 }
 

@@ -15,19 +15,25 @@ using test::TestFolder;
 // Enough of a type to be of a frame; HeadPose and so on have more.
 inline constexpr const char* kFramedType = "made_up::Framed";
 inline constexpr const char* kFramedIdl =
-    "module made_up { @final struct Framed { unsigned long long frame; long long capture_stamp_ns; unsigned long number; }; };";
+    "module made_up { @final struct Framed { unsigned long long frame; long long capture_stamp_ns; "
+    "unsigned long number; }; };";
 inline constexpr const char* kFramelessType = "made_up::Frameless";
 // As a node's status: it tells of a frame, but is of none.
-inline constexpr const char* kFramelessIdl = "module made_up { @final struct Frameless { unsigned long long frame; unsigned long number; }; };";
+inline constexpr const char* kFramelessIdl =
+    "module made_up { @final struct Frameless { unsigned long long frame; unsigned long number; }; "
+    "};";
 
 template <class Value>
 void append_value(std::vector<std::byte>& to, Value value) {
   const auto bytes = std::as_bytes(std::span(&value, 1));
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
-inline std::vector<std::byte> cdr_header() { return {std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}}; }
+inline std::vector<std::byte> cdr_header() {
+  return {std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
+}
 
-inline std::vector<std::byte> framed(std::uint64_t frame, std::uint32_t number, std::int64_t capture_stamp_ns = 0) {
+inline std::vector<std::byte> framed(std::uint64_t frame, std::uint32_t number,
+                                     std::int64_t capture_stamp_ns = 0) {
   std::vector<std::byte> cdr = cdr_header();
   append_value(cdr, frame);
   append_value(cdr, capture_stamp_ns);

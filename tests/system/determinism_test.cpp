@@ -1,4 +1,5 @@
-// The same recording gives the same bits: on every run, at every rate, for any number of threads and of reconstruction nodes.
+// The same recording gives the same bits: on every run, at every rate, for any number of threads
+// and of reconstruction nodes.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,34 +14,51 @@ using test::NodeUnderTest;
 using test::Payload;
 
 const std::vector<std::string> kReconOutputs = {bus::topics::HullTile::name};
-const std::vector<std::string> kSimOutputs = {bus::topics::VirtualState::name, bus::topics::CollisionResult::name};
-const NodeUnderTest kReconA{"recon_node", "recon_a"}, kReconB{"recon_node", "recon_b"}, kSimulation{"sim_node", "simulation"};
+const std::vector<std::string> kSimOutputs = {bus::topics::VirtualState::name,
+                                              bus::topics::CollisionResult::name};
+const NodeUnderTest kReconA{"recon_node", "recon_a"}, kReconB{"recon_node", "recon_b"},
+    kSimulation{"sim_node", "simulation"};
 
 int runs() { return std::getenv("FIVEPIPE_LONG") ? 5 : 1; }
 
 class Determinism : public test::ReplayedNodesTest {
  protected:
   // At rates 0.5, 1 and as fast as it goes.
-  void expect_the_same_at_every_rate(const NodeUnderTest& node, const std::vector<std::string>& outputs) {
+  void expect_the_same_at_every_rate(const NodeUnderTest& node,
+                                     const std::vector<std::string>& outputs) {
     const auto recording = recorded(0.5);
     const auto expected = replayed(recording, {node}, outputs, {"--rate", "max"}).outputs;
     for (const std::string& topic : outputs) ASSERT_FALSE(expected.at(topic).empty()) << topic;
     for (int run = 0; run < runs(); ++run)
-      for (const char* rate : {"0.5", "1", "max"}) EXPECT_TRUE(replayed(recording, {node}, outputs, {"--rate", rate}).outputs == expected) << rate;
+      for (const char* rate : {"0.5", "1", "max"})
+        EXPECT_TRUE(replayed(recording, {node}, outputs, {"--rate", rate}).outputs == expected)
+            << rate;
   }
 };
 
-TEST_F(Determinism, ReconstructionAtEveryRate) { expect_the_same_at_every_rate(kReconA, kReconOutputs); }
-TEST_F(Determinism, SimulationAtEveryRate) { expect_the_same_at_every_rate(kSimulation, kSimOutputs); }
+TEST_F(Determinism, ReconstructionAtEveryRate) {
+  expect_the_same_at_every_rate(kReconA, kReconOutputs);
+}
+TEST_F(Determinism, SimulationAtEveryRate) {
+  expect_the_same_at_every_rate(kSimulation, kSimOutputs);
+}
 
 TEST_F(Determinism, ReconstructionByOneNodeOrTwoAndByTwoThreads) {
   const auto recording = recorded(0.5);
-  const auto by_two_nodes = replayed(recording, {kReconA, kReconB}, kReconOutputs, {"--rate", "max"}).outputs;
-  const std::string recon_a = "{name: recon_a, program: recon_node, share: 0, shares: 2}\n  - {name: recon_b, program: recon_node, share: 1, shares: 2}";
-  const std::string alone = test::changed_deployment(folder_ / "alone", recon_a, "{name: recon_a, program: recon_node}");
-  const auto by_one = replayed(recording, {kReconA}, kReconOutputs, {"--rate", "max"}, alone).outputs;
-  const std::string threads = test::changed_deployment(folder_ / "threads", recon_a, "{name: recon_a, program: recon_node, backend: cpu, threads: 2}");
-  const auto by_two_threads = replayed(recording, {kReconA}, kReconOutputs, {"--rate", "max"}, threads).outputs;
+  const auto by_two_nodes =
+      replayed(recording, {kReconA, kReconB}, kReconOutputs, {"--rate", "max"}).outputs;
+  const std::string recon_a =
+      "{name: recon_a, program: recon_node, share: 0, shares: 2}\n  - {name: recon_b, program: "
+      "recon_node, share: 1, shares: 2}";
+  const std::string alone =
+      test::changed_deployment(folder_ / "alone", recon_a, "{name: recon_a, program: recon_node}");
+  const auto by_one =
+      replayed(recording, {kReconA}, kReconOutputs, {"--rate", "max"}, alone).outputs;
+  const std::string threads =
+      test::changed_deployment(folder_ / "threads", recon_a,
+                               "{name: recon_a, program: recon_node, backend: cpu, threads: 2}");
+  const auto by_two_threads =
+      replayed(recording, {kReconA}, kReconOutputs, {"--rate", "max"}, threads).outputs;
   ASSERT_FALSE(by_one.at(bus::topics::HullTile::name).empty());
   EXPECT_TRUE(by_two_nodes == by_one);
   EXPECT_TRUE(by_two_threads == by_one);
@@ -50,17 +68,21 @@ TEST_F(Determinism, SimulationByTwoThreads) {
   const auto recording = recorded(0.5);
   const auto by_one = replayed(recording, {kSimulation}, kSimOutputs, {"--rate", "max"}).outputs;
   const std::string simulation = "{name: simulation, program: sim_node}";
-  const std::string threads = test::changed_deployment(folder_ / "threads", simulation, "{name: simulation, program: sim_node, threads: 2}");
+  const std::string threads = test::changed_deployment(
+      folder_ / "threads", simulation, "{name: simulation, program: sim_node, threads: 2}");
   ASSERT_FALSE(by_one.at(bus::topics::CollisionResult::name).empty());
-  EXPECT_TRUE(replayed(recording, {kSimulation}, kSimOutputs, {"--rate", "max"}, threads).outputs == by_one);
+  EXPECT_TRUE(replayed(recording, {kSimulation}, kSimOutputs, {"--rate", "max"}, threads).outputs ==
+              by_one);
 }
 
 // Nodes that have handled a recording take it again as a new beginning.
 TEST_F(Determinism, ASecondRoundIntoTheSameProcessIsTheFirstAgain) {
   const auto recording = recorded(0.5);
-  for (const auto& [node, topics] : {std::pair{kSimulation, kSimOutputs}, std::pair{kReconA, kReconOutputs}}) {
+  for (const auto& [node, topics] :
+       {std::pair{kSimulation, kSimOutputs}, std::pair{kReconA, kReconOutputs}}) {
     const auto once = replayed(recording, {node}, topics, {"--rate", "max"}).outputs;
-    const auto twice = replayed(recording, {node}, topics, {"--rate", "max"}, kSmallDeployment, 2).outputs;
+    const auto twice =
+        replayed(recording, {node}, topics, {"--rate", "max"}, kSmallDeployment, 2).outputs;
     for (const std::string& topic : topics) {
       ASSERT_EQ(twice.at(topic).size(), 2 * once.at(topic).size()) << topic;
       for (std::size_t i = 0; i < once.at(topic).size(); ++i) {

@@ -1,4 +1,5 @@
-// The recording that version 1 made (tests/recordings/make): every later version reads and replays it.
+// The recording that version 1 made (tests/recordings/make): every later version reads and replays
+// it.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -22,7 +23,9 @@ class KeptRecording : public test::ReplayedNodesTest {
   static ordered_json first_of(const recording::Recording& recording, const std::string& topic) {
     auto cursor = recording.messages();
     while (const auto message = cursor.next())
-      if (message->channel->topic == topic && !message->key_change) return schema::decode(recording.idl(*message->channel), message->channel->type, message->cdr);
+      if (message->channel->topic == topic && !message->key_change)
+        return schema::decode(recording.idl(*message->channel), message->channel->type,
+                              message->cdr);
     return nullptr;
   }
 };
@@ -42,10 +45,16 @@ class Checksum {
 TEST_F(KeptRecording, HasItsMessages) {
   const recording::Recording recording(kRecording);
   ASSERT_TRUE(recording.mcap().is_finished()) << recording.mcap().damage().summary;
-  EXPECT_EQ(test::counts_by_topic(recording),
-            (Counts{{"fivepipe/v1/CameraInfo", 3}, {"fivepipe/v1/CollisionResult", 119}, {"fivepipe/v1/FrameComposited", 16}, {"fivepipe/v1/FrameTrace", 84},
-                    {"fivepipe/v1/HeadPose", kFrames}, {"fivepipe/v1/NodeStatus", 15}, {"fivepipe/v1/ObjectPixelMap", 3 * kFrames}, {"fivepipe/v1/TileCosts", 34},
-                    {"fivepipe/v1/ViewInfo", 1}, {"fivepipe/v1/VirtualState", kFrames}}));
+  EXPECT_EQ(test::counts_by_topic(recording), (Counts{{"fivepipe/v1/CameraInfo", 3},
+                                                      {"fivepipe/v1/CollisionResult", 119},
+                                                      {"fivepipe/v1/FrameComposited", 16},
+                                                      {"fivepipe/v1/FrameTrace", 84},
+                                                      {"fivepipe/v1/HeadPose", kFrames},
+                                                      {"fivepipe/v1/NodeStatus", 15},
+                                                      {"fivepipe/v1/ObjectPixelMap", 3 * kFrames},
+                                                      {"fivepipe/v1/TileCosts", 34},
+                                                      {"fivepipe/v1/ViewInfo", 1},
+                                                      {"fivepipe/v1/VirtualState", kFrames}}));
   Counts key_changes;
   Checksum sum;
   auto cursor = recording.messages();
@@ -54,13 +63,22 @@ TEST_F(KeptRecording, HasItsMessages) {
     sum.add(std::as_bytes(std::span(&message->source_stamp_ns, 1)));
     sum.add(message->cdr);
   }
-  EXPECT_EQ(key_changes, (Counts{{"fivepipe/v1/CameraInfo", 3}, {"fivepipe/v1/CollisionResult", 7}, {"fivepipe/v1/FrameComposited", 1}, {"fivepipe/v1/FrameTrace", 5},
-                                 {"fivepipe/v1/HeadPose", 1}, {"fivepipe/v1/NodeStatus", 5}, {"fivepipe/v1/ObjectPixelMap", 3}, {"fivepipe/v1/TileCosts", 2},
-                                 {"fivepipe/v1/ViewInfo", 1}, {"fivepipe/v1/VirtualState", 1}}));
+  EXPECT_EQ(key_changes, (Counts{{"fivepipe/v1/CameraInfo", 3},
+                                 {"fivepipe/v1/CollisionResult", 7},
+                                 {"fivepipe/v1/FrameComposited", 1},
+                                 {"fivepipe/v1/FrameTrace", 5},
+                                 {"fivepipe/v1/HeadPose", 1},
+                                 {"fivepipe/v1/NodeStatus", 5},
+                                 {"fivepipe/v1/ObjectPixelMap", 3},
+                                 {"fivepipe/v1/TileCosts", 2},
+                                 {"fivepipe/v1/ViewInfo", 1},
+                                 {"fivepipe/v1/VirtualState", 1}}));
   EXPECT_EQ(sum.value(), 11897934861458532448u);
   std::set<std::string> writers;
-  for (const recording::RecordedChannel& channel : recording.channels()) writers.insert(channel.node);
-  EXPECT_EQ(writers, (std::set<std::string>{"capture", "recon_a", "recon_b", "simulation", "rendering"}));
+  for (const recording::RecordedChannel& channel : recording.channels())
+    writers.insert(channel.node);
+  EXPECT_EQ(writers,
+            (std::set<std::string>{"capture", "recon_a", "recon_b", "simulation", "rendering"}));
 }
 
 // As @foxglove/omgidl-serialization read them when it was made.
@@ -69,7 +87,8 @@ TEST_F(KeptRecording, DecodesToItsValues) {
   const auto map = first_of(recording, bus::topics::ObjectPixelMap::name);
   EXPECT_EQ(map["camera"], "left");
   EXPECT_EQ(map["capture_stamp_ns"], 1795326854435623836);
-  EXPECT_EQ(map["region"], (ordered_json{{"u0_px", 73}, {"v0_px", 51}, {"u1_px", 148}, {"v1_px", 64}}));
+  EXPECT_EQ(map["region"],
+            (ordered_json{{"u0_px", 73}, {"v0_px", 51}, {"u1_px", 148}, {"v1_px", 64}}));
   EXPECT_EQ(map["object_pixels"], 415);
   EXPECT_EQ(map["encoding"], "run_lengths");
   EXPECT_EQ(map["payload"].size(), 128u);
@@ -88,16 +107,19 @@ TEST_F(KeptRecording, HasTheTypesOfThisBuildAndItsDeployment) {
   EXPECT_EQ(recording.foreign_types(all), std::vector<std::string>{});
   const auto file = recording.extract_deployment(folder_ / "deployment");
   ASSERT_TRUE(file);
-  const config::Deployment deployment = config::load_deployment(*file, recording.metadata("settings"));
+  const config::Deployment deployment =
+      config::load_deployment(*file, recording.metadata("settings"));
   EXPECT_EQ(deployment.name, "small");
   EXPECT_EQ(deployment.nodes.size(), 5u);
   EXPECT_EQ(deployment.rig.cameras.size(), 3u);
 }
 
 TEST_F(KeptRecording, IsReplayedLosslessly) {
-  const auto recon = replayed(kRecording, {{"recon_node", "recon_a"}}, {bus::topics::HullTile::name}, {"--rate", "max"});
+  const auto recon = replayed(kRecording, {{"recon_node", "recon_a"}},
+                              {bus::topics::HullTile::name}, {"--rate", "max"});
   EXPECT_EQ(recon.counts.at("recon_a").at("frame_sets_complete"), kFrames);
-  const auto simulation = replayed(kRecording, {{"sim_node", "simulation"}}, {bus::topics::VirtualState::name}, {"--rate", "max"});
+  const auto simulation = replayed(kRecording, {{"sim_node", "simulation"}},
+                                   {bus::topics::VirtualState::name}, {"--rate", "max"});
   EXPECT_EQ(simulation.outputs.at(bus::topics::VirtualState::name).size(), kFrames);
 }
 

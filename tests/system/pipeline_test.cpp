@@ -8,8 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "common/pipeline/messages/camera_messages.h"
 #include "common/config/deployment.h"
+#include "common/pipeline/messages/camera_messages.h"
 #include "tests/support/deployments.h"
 #include "tests/support/process.h"
 #include "tests/support/test_domain.h"
@@ -30,9 +30,11 @@ constexpr auto kStart = 60s;  // five processes, two of them compiling shaders, 
 class Pipeline : public testing::Test {
  protected:
   std::uint32_t domain_ = test::own_domain();
-  std::filesystem::path out_ = std::filesystem::temp_directory_path() / ("fivepipe_test_" + std::to_string(getpid()));
+  std::filesystem::path out_ =
+      std::filesystem::temp_directory_path() / ("fivepipe_test_" + std::to_string(getpid()));
   bus::Bus bus_{{domain_}};
-  bus::Reader<bus::topics::FrameComposited> composited_ = bus_.reader<bus::topics::FrameComposited>();
+  bus::Reader<bus::topics::FrameComposited> composited_ =
+      bus_.reader<bus::topics::FrameComposited>();
   bus::Reader<bus::topics::NodeStatus> statuses_ = bus_.reader<bus::topics::NodeStatus>();
   std::uint64_t frames_seen_ = 0;
   std::map<std::string, std::map<std::string, std::uint64_t>> drops_;  // by node and reason
@@ -43,7 +45,8 @@ class Pipeline : public testing::Test {
     for (const auto& sample : composited_.take()) frames_seen_ += sample.valid();
     for (const auto& sample : statuses_.take()) {
       if (!sample.valid()) continue;
-      for (std::uint32_t i = 0; i < sample->drops._length; ++i) drops_[sample->node][sample->drops._buffer[i].name] = sample->drops._buffer[i].count;
+      for (std::uint32_t i = 0; i < sample->drops._length; ++i)
+        drops_[sample->node][sample->drops._buffer[i].name] = sample->drops._buffer[i].count;
     }
   }
   // So many more frames are composited within the time.
@@ -70,7 +73,8 @@ TEST_F(Pipeline, CompositesReportsAndEndsInOrder) {
   EXPECT_GE(report["frames"]["captured"].get<int>(), report["frames"]["composited"].get<int>());
   EXPECT_GT(report["latency_ms"]["p50"].get<double>(), 0);
   EXPECT_FALSE(report["collisions"].empty());
-  for (const std::string& node : kNodes) EXPECT_GT(report["nodes"][node]["cpu_s"].get<double>(), 0) << node;
+  for (const std::string& node : kNodes)
+    EXPECT_GT(report["nodes"][node]["cpu_s"].get<double>(), 0) << node;
   const cv::Mat still = cv::imread(out_ / "composite.png");
   EXPECT_EQ(still.size(), cv::Size(320, 240));
   cv::VideoCapture video((out_ / "composite.mp4").string());
@@ -80,8 +84,10 @@ TEST_F(Pipeline, CompositesReportsAndEndsInOrder) {
 
 TEST_F(Pipeline, EmptyHullIsReportedWithTheCameraThatEmptiedIt) {
   const std::string corner_camera =
-      "  - name: corner\n    image_size_px: [180, 122]\n    horizontal_fov_deg: 6\n    look_at: {eye_m: [2.0, 1.5, 1.0], target_m: [0.7, 0.55, 0.85]}\n";
-  Deployed deployed(changed_deployment(out_ / "files", "name: small", "name: small", corner_camera), domain_, out_, {"--duration", "2"});
+      "  - name: corner\n    image_size_px: [180, 122]\n    horizontal_fov_deg: 6\n    look_at: "
+      "{eye_m: [2.0, 1.5, 1.0], target_m: [0.7, 0.55, 0.85]}\n";
+  Deployed deployed(changed_deployment(out_ / "files", "name: small", "name: small", corner_camera),
+                    domain_, out_, {"--duration", "2"});
   ASSERT_EQ(deployed.wait_for_end(kStart), 0) << log();
   const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
   EXPECT_EQ(report["empty_hull_cameras"], nlohmann::json({"corner"})) << report.dump(1);
@@ -89,7 +95,8 @@ TEST_F(Pipeline, EmptyHullIsReportedWithTheCameraThatEmptiedIt) {
 
 TEST_F(Pipeline, MissingCameraIsNamedAndEndsWithThree) {
   const std::string sources = "sources: {left: {v4l2: \"57\"}, far: synthetic, right: synthetic}";
-  Deployed deployed(changed_deployment(out_ / "files", "sources: synthetic", sources), domain_, out_);
+  Deployed deployed(changed_deployment(out_ / "files", "sources: synthetic", sources), domain_,
+                    out_);
   EXPECT_EQ(deployed.wait_for_end(kStart), 3) << log();
   EXPECT_NE(log().find("57"), std::string::npos) << log();
   EXPECT_NE(log().find("left"), std::string::npos) << log();
@@ -99,16 +106,21 @@ TEST_F(Pipeline, UndecodableVideoIsNamedAndEndsWithTwo) {
   std::filesystem::create_directories(out_ / "files");
   const std::string video = out_ / "files" / "text.avi";
   std::ofstream(video) << "this is no video\n";
-  const std::string sources = "sources: {left: {video: " + video + ", background: " + video + "}, far: synthetic, right: synthetic}";
-  Deployed deployed(changed_deployment(out_ / "files", "sources: synthetic", sources), domain_, out_);
+  const std::string sources = "sources: {left: {video: " + video + ", background: " + video +
+                              "}, far: synthetic, right: synthetic}";
+  Deployed deployed(changed_deployment(out_ / "files", "sources: synthetic", sources), domain_,
+                    out_);
   EXPECT_EQ(deployed.wait_for_end(kStart), 2) << log();
   EXPECT_NE(log().find("text.avi"), std::string::npos) << log();
 }
 
 TEST_F(Pipeline, ConfigurationErrorsAreListedTogetherAndEndWithTwo) {
-  Deployed deployed(changed_deployment(out_ / "files", "frame_rate_hz: 20", "frame_rate_hz: -20\nframe_rat: 3", "  - {name: left}\n"), domain_, out_);
+  Deployed deployed(changed_deployment(out_ / "files", "frame_rate_hz: 20",
+                                       "frame_rate_hz: -20\nframe_rat: 3", "  - {name: left}\n"),
+                    domain_, out_);
   EXPECT_EQ(deployed.wait_for_end(kStart), 2) << log();
-  for (const char* problem : {"deployment.yaml:5:16:", "frame_rate_hz", "frame_rat", "rig.yaml"}) EXPECT_NE(log().find(problem), std::string::npos) << problem << '\n' << log();
+  for (const char* problem : {"deployment.yaml:5:16:", "frame_rate_hz", "frame_rat", "rig.yaml"})
+    EXPECT_NE(log().find(problem), std::string::npos) << problem << '\n' << log();
 }
 
 // Each node is killed in turn: it is back and frames go on within five seconds.
@@ -121,19 +133,28 @@ TEST_F(Pipeline, GoesOnAfterEachNodeIsKilled) {
     const auto killed_at = Clock::now();
     ASSERT_EQ(kill(*old_pid, SIGKILL), 0);
     std::optional<pid_t> new_pid;
-    ASSERT_TRUE(eventually(bus_, 5s, [&] {
-      listen();
-      new_pid = deployed.pid_of(node);
-      return new_pid && new_pid != old_pid;
-    })) << node << log();
-    // What was under way when it died may still come out: only frames of the time after its return count.
-    ASSERT_TRUE(frames_go_on(6, 5s - (Clock::now() - killed_at < 5s ? std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - killed_at) : 5000ms)))
-        << node << " was back, frames did not go on\n" << log();
+    ASSERT_TRUE(eventually(bus_, 5s,
+                           [&] {
+                             listen();
+                             new_pid = deployed.pid_of(node);
+                             return new_pid && new_pid != old_pid;
+                           }))
+        << node << log();
+    // What was under way when it died may still come out: only frames of the time after its return
+    // count.
+    ASSERT_TRUE(frames_go_on(6, 5s - (Clock::now() - killed_at < 5s
+                                          ? std::chrono::duration_cast<std::chrono::milliseconds>(
+                                                Clock::now() - killed_at)
+                                          : 5000ms)))
+        << node << " was back, frames did not go on\n"
+        << log();
   }
   deployed.signal(SIGTERM);
   EXPECT_TRUE(deployed.wait_for_end(15s));
   const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
-  for (const std::string& node : kNodes) EXPECT_EQ(report["nodes"][node]["restarts"].size(), 1u) << node << ": " << report["nodes"][node].dump();
+  for (const std::string& node : kNodes)
+    EXPECT_EQ(report["nodes"][node]["restarts"].size(), 1u)
+        << node << ": " << report["nodes"][node].dump();
 }
 
 TEST_F(Pipeline, InterruptEndsEveryProcessWithinTwoSeconds) {
@@ -152,7 +173,8 @@ TEST_F(Pipeline, NothingIsLeftWhenTheSupervisorIsKilled) {
   const std::vector<pid_t> children = deployed.all_children();
   deployed.signal(SIGKILL);
   ASSERT_TRUE(deployed.wait_for_end(2s));
-  EXPECT_TRUE(eventually(bus_, 2s, [&] { return std::none_of(children.begin(), children.end(), test::is_alive); }));
+  EXPECT_TRUE(eventually(
+      bus_, 2s, [&] { return std::none_of(children.begin(), children.end(), test::is_alive); }));
 }
 
 TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
@@ -175,7 +197,8 @@ TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
     }));
     return moved;
   };
-  const std::string command = std::string(FIVEPIPE_BINARY_DIR) + "/fivepipe simulation --domain " + std::to_string(domain_) + " ";
+  const std::string command = std::string(FIVEPIPE_BINARY_DIR) + "/fivepipe simulation --domain " +
+                              std::to_string(domain_) + " ";
   // The ball may have come to rest: it falls anew.
   ASSERT_EQ(std::system((command + "reset").c_str()), 0);
   EXPECT_TRUE(ball_moves_within(5));
@@ -188,37 +211,48 @@ TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
 }
 
 // A map that no capture_node would send: dropped, counted, named; the pipeline goes on.
-// Over the wire, from live maps: warmth, proximity, contacts, response with the cameras' names, the hull's parts; and no more than asked for.
+// Over the wire, from live maps: warmth, proximity, contacts, response with the cameras' names, the
+// hull's parts; and no more than asked for.
 TEST_F(Pipeline, CollisionResultsTellWhatTheSceneAsksFor) {
   auto states = bus_.reader<bus::topics::VirtualState>();
   auto collisions = bus_.reader<bus::topics::CollisionResult>();
   auto hull_parts = bus_.reader<bus::topics::HullParts>();
-  Deployed deployed(changed_deployment(out_ / "files", "scenes/demo/scene.yaml", "scenes/warm_plate/scene.yaml"), domain_, out_);
+  Deployed deployed(
+      changed_deployment(out_ / "files", "scenes/demo/scene.yaml", "scenes/warm_plate/scene.yaml"),
+      domain_, out_);
   bool warm = false, near = false, told = false, moving = false;
-  EXPECT_TRUE(eventually(bus_, kStart, [&] {
-    for (const auto& sample : states.take())
-      for (std::uint32_t i = 0; sample.valid() && i < sample->objects._length; ++i) {
-        const auto warmth = messages::span_of(sample->objects._buffer[i].warmth);
-        warm |= std::any_of(warmth.begin(), warmth.end(), [](float w) { return w > 0.2f && w <= 1; });
-      }
-    for (const auto& sample : hull_parts.take())
-      for (std::uint32_t i = 0; sample.valid() && i < sample->parts._length; ++i) moving |= sample->parts._buffer[i].frames >= 3;
-    for (const auto& sample : collisions.take()) {
-      if (!sample.valid()) continue;
-      const bool is_plate = std::string(sample->object) == "plate";
-      EXPECT_EQ(sample->proximity._length, is_plate ? 1u : 0u);
-      if (is_plate) {
-        EXPECT_EQ(sample->contacts._length + sample->normals._length + sample->triangles._length, 0u);
-        for (const float most_m : messages::span_of(sample->proximity._buffer[0].most_m)) near |= most_m < 0.15f;
-      } else if (sample->verdict == fivepipe_v1_colliding && sample->normals._length == 2) {
-        EXPECT_EQ(sample->triangles._length, sample->triangles_colliding);
-        EXPECT_EQ(sample->shorter_way._length, 1u);
-        const auto& closed_form = sample->normals._buffer[1];
-        told |= sample->contacts._length > 0 && closed_form.cameras._length > 0 && closed_form.cameras._buffer[0].camera[0] != '\0';
-      }
-    }
-    return warm && near && told && moving;
-  })) << warm << near << told << moving << log();
+  EXPECT_TRUE(eventually(
+      bus_, kStart,
+      [&] {
+        for (const auto& sample : states.take())
+          for (std::uint32_t i = 0; sample.valid() && i < sample->objects._length; ++i) {
+            const auto warmth = messages::span_of(sample->objects._buffer[i].warmth);
+            warm |= std::any_of(warmth.begin(), warmth.end(),
+                                [](float w) { return w > 0.2f && w <= 1; });
+          }
+        for (const auto& sample : hull_parts.take())
+          for (std::uint32_t i = 0; sample.valid() && i < sample->parts._length; ++i)
+            moving |= sample->parts._buffer[i].frames >= 3;
+        for (const auto& sample : collisions.take()) {
+          if (!sample.valid()) continue;
+          const bool is_plate = std::string(sample->object) == "plate";
+          EXPECT_EQ(sample->proximity._length, is_plate ? 1u : 0u);
+          if (is_plate) {
+            EXPECT_EQ(
+                sample->contacts._length + sample->normals._length + sample->triangles._length, 0u);
+            for (const float most_m : messages::span_of(sample->proximity._buffer[0].most_m))
+              near |= most_m < 0.15f;
+          } else if (sample->verdict == fivepipe_v1_colliding && sample->normals._length == 2) {
+            EXPECT_EQ(sample->triangles._length, sample->triangles_colliding);
+            EXPECT_EQ(sample->shorter_way._length, 1u);
+            const auto& closed_form = sample->normals._buffer[1];
+            told |= sample->contacts._length > 0 && closed_form.cameras._length > 0 &&
+                    closed_form.cameras._buffer[0].camera[0] != '\0';
+          }
+        }
+        return warm && near && told && moving;
+      }))
+      << warm << near << told << moving << log();
 }
 
 TEST_F(Pipeline, MalformedMapsAreDroppedCountedAndNamed) {
@@ -228,13 +262,15 @@ TEST_F(Pipeline, MalformedMapsAreDroppedCountedAndNamed) {
   ASSERT_TRUE(eventually(bus_, 10s, [&] { return writer.readers() >= 3; }));
   hull::ObjectPixels pixels(180, 122);
   pixels.set(90, 60);
-  messages::OutgoingMap truncated = messages::map_message("left", 1u << 30, 1, pixels), unknown = messages::map_message("nobody", 1, 1, pixels);
+  messages::OutgoingMap truncated = messages::map_message("left", 1u << 30, 1, pixels),
+                        unknown = messages::map_message("nobody", 1, 1, pixels);
   truncated.payload.pop_back();
   writer.write(truncated.message());
   writer.write(unknown.message());
   EXPECT_TRUE(eventually(bus_, 10s, [&] {
     listen();
-    return drops_["recon_a"].contains("bad_map: left: payload truncated or undecodable") && drops_["recon_b"].contains("bad_map: unknown camera 'nobody'") &&
+    return drops_["recon_a"].contains("bad_map: left: payload truncated or undecodable") &&
+           drops_["recon_b"].contains("bad_map: unknown camera 'nobody'") &&
            drops_["simulation"].contains("bad_map: unknown camera 'nobody'");
   })) << log();
   EXPECT_TRUE(frames_go_on(10, 5s)) << log();

@@ -1,4 +1,5 @@
-// A reader that nobody here wrote finds in a recording of the pipeline what our own reader finds, value for value.
+// A reader that nobody here wrote finds in a recording of the pipeline what our own reader finds,
+// value for value.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -7,8 +8,8 @@
 #include <sstream>
 #include <tuple>
 
-#include "common/recording/mcap/format/bytes.h"
 #include "common/recording/files/format.h"
+#include "common/recording/mcap/format/bytes.h"
 #include "common/recording/schema/cdr.h"
 #include "tests/support/npm_reader.h"
 #include "tests/support/recordings.h"
@@ -39,7 +40,8 @@ std::string printed_octets(const ordered_json& octets) {
   return hexadecimal;
 }
 
-// Our values as the other reader prints them: 64-bit integers as text, enums by number, octets in hexadecimal.
+// Our values as the other reader prints them: 64-bit integers as text, enums by number, octets in
+// hexadecimal.
 class Printer {
  public:
   explicit Printer(const schema::Idl& idl) : idl_(idl) {}
@@ -55,7 +57,8 @@ class Printer {
 
  private:
   ordered_json value(const schema::Type& type, const ordered_json& value) const {
-    if (type.kind == schema::Kind::structure) return structure(idl_.structs[type.definition], value);
+    if (type.kind == schema::Kind::structure)
+      return structure(idl_.structs[type.definition], value);
     if (type.kind == schema::Kind::int64) return std::to_string(value.get<std::int64_t>());
     if (type.kind == schema::Kind::uint64) return std::to_string(value.get<std::uint64_t>());
     if (type.kind == schema::Kind::enumeration) {
@@ -72,7 +75,8 @@ class Printer {
   const schema::Idl& idl_;
 };
 
-using Where = std::tuple<std::string, std::uint32_t, std::string, std::string>;  // topic, sequence, log stamp, publish stamp
+using Where = std::tuple<std::string, std::uint32_t, std::string,
+                         std::string>;  // topic, sequence, log stamp, publish stamp
 
 // By our own reader, key states as the messages that they are in the file.
 std::map<Where, ordered_json> read_by_us(const recording::Recording& recording) {
@@ -81,9 +85,13 @@ std::map<Where, ordered_json> read_by_us(const recording::Recording& recording) 
   while (const auto message = cursor.next()) {
     const recording::RecordedChannel& channel = *recording.channel(message->channel);
     const schema::Idl& idl = recording.idl(channel);
-    const ordered_json decoded = schema::decode(idl, channel.type, message->payload, {.longest_numbers = std::size_t(-1), .non_finite_as_text = true});
+    const ordered_json decoded =
+        schema::decode(idl, channel.type, message->payload,
+                       {.longest_numbers = std::size_t(-1), .non_finite_as_text = true});
     const std::string topic = recording.mcap().channels().at(message->channel).topic;
-    values[{topic, message->sequence, std::to_string(message->log_stamp_ns), std::to_string(message->publish_stamp_ns)}] = Printer(idl).structure(idl.at(channel.type), decoded);
+    values[{topic, message->sequence, std::to_string(message->log_stamp_ns),
+            std::to_string(message->publish_stamp_ns)}] =
+        Printer(idl).structure(idl.at(channel.type), decoded);
   }
   return values;
 }
@@ -108,7 +116,8 @@ TEST_F(RecordingConformance, AnotherReaderDecodesEveryTopicToTheSameValues) {
   std::map<std::string, std::size_t> compared;
   for (std::string line; std::getline(lines, line);) {
     const auto theirs = ordered_json::parse(line);
-    const auto found = ours.find({theirs["topic"], theirs["sequence"], theirs["log"], theirs["publish"]});
+    const auto found =
+        ours.find({theirs["topic"], theirs["sequence"], theirs["log"], theirs["publish"]});
     ASSERT_NE(found, ours.end()) << line.substr(0, 200);
     ASSERT_EQ(found->second, theirs["value"]) << theirs["topic"];
     ++compared[theirs["topic"]];
@@ -119,10 +128,13 @@ TEST_F(RecordingConformance, AnotherReaderDecodesEveryTopicToTheSameValues) {
   for (const bus::topics::Topic& topic : bus::topics::all()) {
     const std::string name = topic.name;
     // Nobody gives commands or replays, and this scene asks for no history of the hull's parts.
-    const bool is_written = name != bus::topics::Command::name && name != bus::topics::ReplaySession::name && name != bus::topics::HullParts::name;
+    const bool is_written = name != bus::topics::Command::name &&
+                            name != bus::topics::ReplaySession::name &&
+                            name != bus::topics::HullParts::name;
     EXPECT_EQ(compared.contains(name), is_written) << name;
   }
-  EXPECT_GT(compared[std::string(bus::topics::ObjectPixelMap::name) + recording::kKeyStateSuffix], 0u);
+  EXPECT_GT(compared[std::string(bus::topics::ObjectPixelMap::name) + recording::kKeyStateSuffix],
+            0u);
 }
 
 }  // namespace

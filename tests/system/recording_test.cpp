@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include "common/recording/mcap/recover.h"
 #include "common/config/deployment.h"
+#include "common/recording/mcap/recover.h"
 #include "common/recording/replay/node_inputs.h"
 #include "tests/support/replayed_nodes.h"
 
@@ -33,7 +33,8 @@ TEST_F(RecordingPipeline, HasAllThatTheNodesSentAndTheirDeployment) {
   EXPECT_EQ(statuses.size(), 5u);
   auto sent = test::sent_by_topic(statuses);
   for (const auto& [topic, count] : sent) EXPECT_EQ(in_file[topic], count) << topic;
-  for (const char* topic : {bus::topics::CameraInfo::name, bus::topics::ObjectPixelMap::name, bus::topics::HullTile::name, bus::topics::VirtualState::name,
+  for (const char* topic : {bus::topics::CameraInfo::name, bus::topics::ObjectPixelMap::name,
+                            bus::topics::HullTile::name, bus::topics::VirtualState::name,
                             bus::topics::FrameComposited::name})
     EXPECT_GT(sent[topic], 0u) << topic;
   const auto deployment = recording.extract_deployment(folder_ / "extracted");
@@ -54,9 +55,11 @@ TEST_F(RecordingPipeline, ReplayedAndRecordedAgainIsTheSame) {
   const auto expected = test::messages_by_writer(was), found = test::messages_by_writer(is);
   for (const auto& [topic, writers] : expected) {
     ASSERT_TRUE(found.contains(topic)) << topic;
-    EXPECT_TRUE(found.at(topic) == writers) << topic << ": " << found.at(topic).size() << " writers, " << writers.size() << " expected";
+    EXPECT_TRUE(found.at(topic) == writers)
+        << topic << ": " << found.at(topic).size() << " writers, " << writers.size() << " expected";
   }
-  // At its end a replay leaves no writer of any key: what had not ended when the recording did ends then.
+  // At its end a replay leaves no writer of any key: what had not ended when the recording did ends
+  // then.
   const auto changes = test::last_key_changes(is);
   for (const auto& [key, change] : test::last_key_changes(was)) {
     ASSERT_TRUE(changes.contains(key)) << key.first;
@@ -64,7 +67,8 @@ TEST_F(RecordingPipeline, ReplayedAndRecordedAgainIsTheSame) {
   }
 }
 
-// Whoever records is killed in the middle: up to the last chunk that was closed (half a second), all is there.
+// Whoever records is killed in the middle: up to the last chunk that was closed (half a second),
+// all is there.
 TEST_F(RecordingPipeline, WhatAKilledRecorderLeftIsReadAndMended) {
   const auto file = folder_ / "killed.mcap";
   const auto recorder = this->recorder(file, {"--deployment", kSmallDeployment});
@@ -97,35 +101,48 @@ TEST_F(RecordingPipeline, WhatAKilledRecorderLeftIsReadAndMended) {
 
 // What a replay sends to a node is what the node reads.
 TEST_F(RecordingPipeline, NodesReadWhatTheirInputsSay) {
-  const test::NodeUnderTest nodes[] = {{"capture_node", "capture"}, {"recon_node", "recon_a"}, {"sim_node", "simulation"}, {"render_node", "rendering"}};
+  const test::NodeUnderTest nodes[] = {{"capture_node", "capture"},
+                                       {"recon_node", "recon_a"},
+                                       {"sim_node", "simulation"},
+                                       {"render_node", "rendering"}};
   for (const test::NodeUnderTest& under_test : nodes) {
     const auto program = node(under_test.program, under_test.name);
     std::set<std::string> reads;
-    EXPECT_TRUE(eventually(bus_, test::kStart, [&] {
-      reads.clear();
-      for (const bus::EndpointDescription& endpoint : bus_.endpoints())
-        if (endpoint.participant == under_test.name && !endpoint.writes) reads.insert(endpoint.topic);
-      return reads == replay::inputs_of(under_test.program);
-    })) << under_test.name << " reads " << testing::PrintToString(reads) << '\n' << program->said();
+    EXPECT_TRUE(eventually(bus_, test::kStart,
+                           [&] {
+                             reads.clear();
+                             for (const bus::EndpointDescription& endpoint : bus_.endpoints())
+                               if (endpoint.participant == under_test.name && !endpoint.writes)
+                                 reads.insert(endpoint.topic);
+                             return reads == replay::inputs_of(under_test.program);
+                           }))
+        << under_test.name << " reads " << testing::PrintToString(reads) << '\n'
+        << program->said();
   }
 }
 
 // Lossless: every frame is handled, nothing is dropped.
 TEST_F(RecordingPipeline, EachNodeAloneHandlesEveryFrame) {
   const auto recording = recorded(0.5);
-  const auto expect_all_handled = [&](const test::NodeUnderTest& node, const std::vector<std::string>& outputs, const char* counted, std::uint64_t frames) {
+  const auto expect_all_handled = [&](const test::NodeUnderTest& node,
+                                      const std::vector<std::string>& outputs, const char* counted,
+                                      std::uint64_t frames) {
     const auto run = replayed(recording, {node}, outputs, {"--rate", "max"});
     EXPECT_EQ(run.counts.at(node.name).at(counted), frames) << node.name << '\n' << run.said;
-    EXPECT_TRUE(!run.drops.contains(node.name) || run.drops.at(node.name).empty()) << node.name << ": " << run.drops.at(node.name).begin()->first;
+    EXPECT_TRUE(!run.drops.contains(node.name) || run.drops.at(node.name).empty())
+        << node.name << ": " << run.drops.at(node.name).begin()->first;
     EXPECT_NE(run.said.find("node " + node.name), std::string::npos) << run.said;
   };
   const auto counts = test::counts_by_topic(recording::Recording(recording));
   const std::uint64_t frame_sets = counts.at(bus::topics::ObjectPixelMap::name) / kCameras;
   ASSERT_EQ(counts.at(bus::topics::ObjectPixelMap::name) % kCameras, 0u);
-  expect_all_handled({"recon_node", "recon_a"}, {bus::topics::HullTile::name}, "frame_sets_complete", frame_sets);
-  expect_all_handled({"sim_node", "simulation"}, {bus::topics::VirtualState::name}, "frame_sets_complete", frame_sets);
+  expect_all_handled({"recon_node", "recon_a"}, {bus::topics::HullTile::name},
+                     "frame_sets_complete", frame_sets);
+  expect_all_handled({"sim_node", "simulation"}, {bus::topics::VirtualState::name},
+                     "frame_sets_complete", frame_sets);
   ASSERT_EQ(counts.at(bus::topics::HullTile::name) % kTiles, 0u);
-  expect_all_handled({"render_node", "rendering"}, {bus::topics::FrameComposited::name}, "frames_composited", counts.at(bus::topics::HullTile::name) / kTiles);
+  expect_all_handled({"render_node", "rendering"}, {bus::topics::FrameComposited::name},
+                     "frames_composited", counts.at(bus::topics::HullTile::name) / kTiles);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// `fivepipe replay` from outside: who is asked, what is sent, how it is paused and ended. Of the kept recording.
+// `fivepipe replay` from outside: who is asked, what is sent, how it is paused and ended. Of the
+// kept recording.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -25,14 +26,16 @@ class Replay : public test::RecordingTest {
     return fivepipe("replay", options, typed_to);
   }
   // Takes what comes until the program has ended.
-  std::optional<int> end_of(test::Program& program, Outputs& outputs, std::chrono::milliseconds timeout = 20s) {
+  std::optional<int> end_of(test::Program& program, Outputs& outputs,
+                            std::chrono::milliseconds timeout = 20s) {
     eventually(bus_, timeout, [&] {
       outputs.take();
       return program.wait_for_end(0ms).has_value();
     });
     return program.wait_for_end(0ms);
   }
-  bool come(Outputs& outputs, const std::string& topic, std::size_t count, std::chrono::milliseconds timeout = 10s) {
+  bool come(Outputs& outputs, const std::string& topic, std::size_t count,
+            std::chrono::milliseconds timeout = 10s) {
     return eventually(bus_, timeout, [&] {
       outputs.take();
       return outputs.sorted()[topic].size() >= count;
@@ -42,10 +45,13 @@ class Replay : public test::RecordingTest {
 
 TEST_F(Replay, IsRefusedWhereADeploymentRunsUnlessItIsForced) {
   const auto capture = node("capture_node", "capture");
-  ASSERT_TRUE(eventually(bus_, test::kStart, [&] { return takes_part("capture", true, {bus::topics::ObjectPixelMap::name}); })) << capture->said();
+  ASSERT_TRUE(eventually(bus_, test::kStart, [&] {
+    return takes_part("capture", true, {bus::topics::ObjectPixelMap::name});
+  })) << capture->said();
   const auto refused = replay({"--no-wait"});
   EXPECT_EQ(refused->wait_for_end(10s), 2);
-  EXPECT_NE(refused->said().find("'capture' writes fivepipe/v1/ObjectPixelMap"), std::string::npos) << refused->said();
+  EXPECT_NE(refused->said().find("'capture' writes fivepipe/v1/ObjectPixelMap"), std::string::npos)
+      << refused->said();
   const auto forced = replay({"--no-wait", "--force", "--rate", "max"});
   EXPECT_EQ(forced->wait_for_end(10s), 0) << forced->said();
 }
@@ -61,7 +67,8 @@ TEST_F(Replay, EndsWithThreeWhereNobodyReads) {
 
 TEST_F(Replay, SigtermEndsItWithinTwoSeconds) {
   Outputs maps(bus_, {bus::topics::ObjectPixelMap::name});
-  for (const std::vector<std::string>& options : {std::vector<std::string>{"--rate", "0.01"}, {"--loop"}, {"--paused"}}) {
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"--rate", "0.01"}, {"--loop"}, {"--paused"}}) {
     const auto replay = this->replay(options);
     ASSERT_TRUE(eventually(bus_, 10s, [&] { return maps.has_writers(1); })) << replay->said();
     replay->signal(SIGTERM);
@@ -85,22 +92,30 @@ TEST_F(Replay, KeysPauseStepAndEndIt) {
   const auto goes_on = this->replay({"--paused"}, true);
   goes_on->type("s ");
   EXPECT_EQ(end_of(*goes_on, poses), 0) << goes_on->said();
-  EXPECT_EQ(poses.taken(), 4u + test::counts_by_topic(recording::Recording(kRecording)).at(bus::topics::HeadPose::name));
+  EXPECT_EQ(
+      poses.taken(),
+      4u + test::counts_by_topic(recording::Recording(kRecording)).at(bus::topics::HeadPose::name));
 }
 
 TEST_F(Replay, APartOfItComesWithWhatWasLatchedBefore) {
   const recording::Recording recording(kRecording);
   std::set<mcap::Id> pose_channels;
   for (const auto& channel : recording.channels())
-    if (channel.topic == bus::topics::HeadPose::name && !channel.key_states) pose_channels.insert(channel.id);
+    if (channel.topic == bus::topics::HeadPose::name && !channel.key_states)
+      pose_channels.insert(channel.id);
   std::vector<std::int64_t> stamps_ns;
   auto cursor = recording.messages(recording.start_ns(), recording.end_ns(), pose_channels);
   while (const auto message = cursor.next()) stamps_ns.push_back(message->log_stamp_ns);
   ASSERT_GT(stamps_ns.size(), 9u);
   // Between two poses, so that rounding to microseconds decides nothing.
-  const auto between = [&](std::size_t i) { return std::to_string(0.5e-9 * double(stamps_ns[i - 1] + stamps_ns[i] - 2 * recording.start_ns())); };
-  Outputs outputs(bus_, {bus::topics::HeadPose::name, bus::topics::CameraInfo::name, bus::topics::ViewInfo::name});
-  const auto replay = this->replay({"--start", between(3), "--end", between(7), "--rate", "max", "--lossless"});
+  const auto between = [&](std::size_t i) {
+    return std::to_string(0.5e-9 *
+                          double(stamps_ns[i - 1] + stamps_ns[i] - 2 * recording.start_ns()));
+  };
+  Outputs outputs(bus_, {bus::topics::HeadPose::name, bus::topics::CameraInfo::name,
+                         bus::topics::ViewInfo::name});
+  const auto replay =
+      this->replay({"--start", between(3), "--end", between(7), "--rate", "max", "--lossless"});
   EXPECT_EQ(end_of(*replay, outputs), 0) << replay->said();
   auto sent = outputs.sorted();
   EXPECT_EQ(sent[bus::topics::HeadPose::name].size(), 4u);
@@ -112,21 +127,26 @@ TEST_F(Replay, APartOfItComesWithWhatWasLatchedBefore) {
 TEST_F(Replay, LoopsIntoARunningNode) {
   Outputs tiles(bus_, {bus::topics::HullTile::name});
   const auto recon = node("recon_node", "recon_a");
-  ASSERT_TRUE(eventually(bus_, test::kStart, [&] { return tiles.has_writers(1); })) << recon->said();
-  const auto replay = this->replay({"--inputs-of", "recon_a", "--lossless", "--loop", "--rate", "max"});
+  ASSERT_TRUE(eventually(bus_, test::kStart, [&] { return tiles.has_writers(1); }))
+      << recon->said();
+  const auto replay =
+      this->replay({"--inputs-of", "recon_a", "--lossless", "--loop", "--rate", "max"});
   std::size_t a_round = 0;
-  ASSERT_TRUE(eventually(bus_, 20s, [&] {
-    tiles.take();
-    const auto sorted = tiles.sorted()[bus::topics::HullTile::name];
-    a_round = 0;
-    bool all_twice = !sorted.empty();
-    for (auto tile = sorted.begin(); tile != sorted.end(); ++a_round) {
-      const auto next = std::upper_bound(tile, sorted.end(), *tile);
-      all_twice &= next - tile >= 2;
-      tile = next;
-    }
-    return all_twice;
-  })) << a_round << '\n' << replay->said();
+  ASSERT_TRUE(eventually(bus_, 20s,
+                         [&] {
+                           tiles.take();
+                           const auto sorted = tiles.sorted()[bus::topics::HullTile::name];
+                           a_round = 0;
+                           bool all_twice = !sorted.empty();
+                           for (auto tile = sorted.begin(); tile != sorted.end(); ++a_round) {
+                             const auto next = std::upper_bound(tile, sorted.end(), *tile);
+                             all_twice &= next - tile >= 2;
+                             tile = next;
+                           }
+                           return all_twice;
+                         }))
+      << a_round << '\n'
+      << replay->said();
   replay->signal(SIGTERM);
   EXPECT_EQ(replay->wait_for_end(5s), 130) << replay->said();
   EXPECT_EQ(replay->said().find("has not handled"), std::string::npos) << replay->said();
@@ -135,12 +155,14 @@ TEST_F(Replay, LoopsIntoARunningNode) {
 TEST_F(Replay, LosslessToANodeThatHangsEndsWithOneAndNamesTheFrame) {
   Outputs tiles(bus_, {bus::topics::HullTile::name});
   const auto recon = node("recon_node", "recon_a");
-  ASSERT_TRUE(eventually(bus_, test::kStart, [&] { return tiles.has_writers(1); })) << recon->said();
+  ASSERT_TRUE(eventually(bus_, test::kStart, [&] { return tiles.has_writers(1); }))
+      << recon->said();
   const auto replay = this->replay({"--inputs-of", "recon_a", "--lossless", "--rate", "0.2"});
   ASSERT_TRUE(come(tiles, bus::topics::HullTile::name, 1, 20s)) << replay->said();
   recon->signal(SIGSTOP);
   EXPECT_EQ(end_of(*replay, tiles, 25s), 1) << replay->said();
-  EXPECT_NE(replay->said().find("node 'recon_a' has not handled frame"), std::string::npos) << replay->said();
+  EXPECT_NE(replay->said().find("node 'recon_a' has not handled frame"), std::string::npos)
+      << replay->said();
 }
 
 }  // namespace

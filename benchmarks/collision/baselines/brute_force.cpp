@@ -12,7 +12,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kTogether = 64;  // triangles that a thread takes at a time
-// A triangle lies beside the object pixels' bounds only if it does so by more than roundings in double [px].
+// A triangle lies beside the object pixels' bounds only if it does so by more than roundings in
+// double [px].
 constexpr double kBeside_px = 1e-6;
 
 }  // namespace
@@ -22,7 +23,8 @@ std::vector<TriangleSample> triangle_samples(const collision::TriangleView& view
   const float pixel = 1.0f / float(across), apex_x = float(view.apex_x);
   for (int row = 0; row < across; ++row)
     for (int column = 0; column < across; ++column) {
-      const float side = (float(row) + 0.5f) * pixel, product = side * apex_x, base = (float(column) + 0.5f) * pixel - product;
+      const float side = (float(row) + 0.5f) * pixel, product = side * apex_x,
+                  base = (float(column) + 0.5f) * pixel - product;
       if (base >= 0 && base <= 1 - side) samples.push_back({base, side});
     }
   return samples;
@@ -40,7 +42,8 @@ struct BruteForce::Thread {
 };
 
 BruteForce::BruteForce(int across) : across_(across) {
-  if (!(across > 0 && across <= 1024)) throw std::invalid_argument("1 to 1024 samples across a triangle");
+  if (!(across > 0 && across <= 1024))
+    throw std::invalid_argument("1 to 1024 samples across a triangle");
   const float pixel = 1.0f / float(across);
   for (int row = 0; row < across; ++row)
     for (int column = 0; column < across; ++column) {
@@ -59,7 +62,8 @@ void BruteForce::set_silhouettes(std::span<const hull::Silhouette> silhouettes) 
     const geometry::Pinhole& k = s.camera.pinhole;
     Eigen::Matrix3d pixel_from_camera;
     pixel_from_camera << k.fx_px, 0, k.cx_px + 0.5, 0, k.fy_px, k.cy_px + 0.5, 0, 0, 1;
-    maps_.push_back({pixel_from_camera * s.camera.camera_from_world.matrix().topRows<3>(), s.pixels.bounds()});
+    maps_.push_back(
+        {pixel_from_camera * s.camera.camera_from_world.matrix().topRows<3>(), s.pixels.bounds()});
     empty_ = empty_ || maps_.back().bounds.empty();
   }
 }
@@ -69,27 +73,39 @@ bool BruteForce::set_up(const collision::TriangleView& view, Thread& thread) con
   thread.maps.clear();
   for (std::size_t i = 0; i < maps_.size(); ++i) {
     const Map& map = maps_[i];
-    const Vector3d corners[] = {map.pixel_from_world * view.base0_world_m.homogeneous(), map.pixel_from_world * view.base1_world_m.homogeneous(),
+    const Vector3d corners[] = {map.pixel_from_world * view.base0_world_m.homogeneous(),
+                                map.pixel_from_world * view.base1_world_m.homogeneous(),
                                 map.pixel_from_world * view.apex_world_m.homogeneous()};
-    // Beside a line of the image by all three corners' homogeneous coordinates: so is what lies between, wherever it is before the camera.
+    // Beside a line of the image by all three corners' homogeneous coordinates: so is what lies
+    // between, wherever it is before the camera.
     const auto beside = [&](int axis, double sign, double border_px) {
-      return std::all_of(corners, corners + 3, [&](const Vector3d& c) { return sign * (c[axis] - (border_px + sign * kBeside_px) * c.z()) > 0; });
+      return std::all_of(corners, corners + 3, [&](const Vector3d& c) {
+        return sign * (c[axis] - (border_px + sign * kBeside_px) * c.z()) > 0;
+      });
     };
-    if (beside(0, -1, map.bounds.u0_px) || beside(0, 1, map.bounds.u1_px) || beside(1, -1, map.bounds.v0_px) || beside(1, 1, map.bounds.v1_px))
+    if (beside(0, -1, map.bounds.u0_px) || beside(0, 1, map.bounds.u1_px) ||
+        beside(1, -1, map.bounds.v0_px) || beside(1, 1, map.bounds.v1_px))
       return false;
     // The reference pixel lies in the bounds, so that its bit is one of the map's.
     const auto reference_px = [&](int axis, int low_px, int high_px) {
-      return corners[0].z() > 0 ? std::clamp(std::floor(corners[0][axis] / corners[0].z()), double(low_px), double(high_px)) : double(low_px);
+      return corners[0].z() > 0 ? std::clamp(std::floor(corners[0][axis] / corners[0].z()),
+                                             double(low_px), double(high_px))
+                                : double(low_px);
     };
-    const double u_px = reference_px(0, map.bounds.u0_px, map.bounds.u1_px), v_px = reference_px(1, map.bounds.v0_px, map.bounds.v1_px);
+    const double u_px = reference_px(0, map.bounds.u0_px, map.bounds.u1_px),
+                 v_px = reference_px(1, map.bounds.v0_px, map.bounds.v1_px);
     SampledMap m;
-    const auto relative = [&](const Vector3d& c) { return Vector3d(c.x() - u_px * c.z(), c.y() - v_px * c.z(), c.z()); };
-    const Vector3d of_1 = relative(corners[0]), of_base = relative(corners[1]) - of_1, of_side = relative(corners[2]) - of_1;
+    const auto relative = [&](const Vector3d& c) {
+      return Vector3d(c.x() - u_px * c.z(), c.y() - v_px * c.z(), c.z());
+    };
+    const Vector3d of_1 = relative(corners[0]), of_base = relative(corners[1]) - of_1,
+                   of_side = relative(corners[2]) - of_1;
     for (int axis = 0; axis < 3; ++axis) {
       m.of_1[axis] = float(of_1[axis]);
       m.of_base[axis] = float(of_base[axis]);
       m.of_side[axis] = float(of_side[axis]);
-      m.size[axis] = float(std::abs(of_1[axis]) + std::abs(of_base[axis]) + std::abs(of_side[axis]));
+      m.size[axis] =
+          float(std::abs(of_1[axis]) + std::abs(of_base[axis]) + std::abs(of_side[axis]));
     }
     m.u0_px = float(map.bounds.u0_px - u_px), m.u1_px = float(map.bounds.u1_px - u_px);
     m.v0_px = float(map.bounds.v0_px - v_px), m.v1_px = float(map.bounds.v1_px - v_px);
@@ -102,7 +118,8 @@ bool BruteForce::set_up(const collision::TriangleView& view, Thread& thread) con
   return true;
 }
 
-void BruteForce::query(std::span<const collision::Triangle> triangles, Piece& piece, Thread& thread) const {
+void BruteForce::query(std::span<const collision::Triangle> triangles, Piece& piece,
+                       Thread& thread) const {
   const std::size_t pixels = std::size_t(across_) * std::size_t(across_);
   thread.base.resize(pixels + 2 * kLanePadding);
   thread.side.resize(pixels + 2 * kLanePadding);
@@ -110,13 +127,16 @@ void BruteForce::query(std::span<const collision::Triangle> triangles, Piece& pi
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const collision::TriangleView view = collision::view_of(triangles[i]);
     if (!set_up(view, thread)) continue;
-    const std::size_t count = covered_samples(x_.data(), y_.data(), pixels, float(view.apex_x), thread.base.data(), thread.side.data());
-    samples_in_hull(thread.maps, thread.base.data(), thread.side.data(), count, thread.verdicts.data());
+    const std::size_t count = covered_samples(x_.data(), y_.data(), pixels, float(view.apex_x),
+                                              thread.base.data(), thread.side.data());
+    samples_in_hull(thread.maps, thread.base.data(), thread.side.data(), count,
+                    thread.verdicts.data());
     piece.samples += count;
     for (std::size_t n = 0; n < count; ++n) {
       if (thread.verdicts[n] == hull::InHull::no) continue;
       const TriangleSample sample{thread.base[n], thread.side[n]};
-      if (thread.verdicts[n] == hull::InHull::yes || hull::in_hull(silhouettes_, point_at(view, sample)))
+      if (thread.verdicts[n] == hull::InHull::yes ||
+          hull::in_hull(silhouettes_, point_at(view, sample)))
         piece.hits.push_back({sample, std::uint32_t(piece.first + i)});
     }
   }
@@ -129,18 +149,21 @@ std::size_t BruteForce::cut(std::span<const std::vector<collision::Triangle>> ob
     Eigen::AlignedBox3d box_world_m;
     for (const collision::Triangle& t : objects_world_m[o])
       for (const Vector3d& v : t) box_world_m.extend(v);
-    if (objects_world_m[o].empty() || collision::is_certainly_free(silhouettes_, box_world_m)) continue;
+    if (objects_world_m[o].empty() || collision::is_certainly_free(silhouettes_, box_world_m))
+      continue;
     for (std::size_t first = 0; first < objects_world_m[o].size(); first += kTogether) {
       if (pieces == pieces_.size()) pieces_.emplace_back();
       Piece& piece = pieces_[pieces++];
-      piece.object = o, piece.first = first, piece.count = std::min(kTogether, objects_world_m[o].size() - first), piece.samples = 0;
+      piece.object = o, piece.first = first,
+      piece.count = std::min(kTogether, objects_world_m[o].size() - first), piece.samples = 0;
       piece.hits.clear();
     }
   }
   return pieces;
 }
 
-std::vector<collision::ObjectCollision> BruteForce::detect(std::span<const std::vector<collision::Triangle>> objects_world_m, base::WorkerPool& pool) {
+std::vector<collision::ObjectCollision> BruteForce::detect(
+    std::span<const std::vector<collision::Triangle>> objects_world_m, base::WorkerPool& pool) {
   std::vector<collision::ObjectCollision> objects(objects_world_m.size());
   samples_asked_ = 0;
   if (empty_) return objects;
@@ -148,10 +171,12 @@ std::vector<collision::ObjectCollision> BruteForce::detect(std::span<const std::
   std::vector<Thread> threads(std::size_t(pool.threads()));
   pool.run(int(pieces), [&](int i, int thread) {
     Piece& piece = pieces_[std::size_t(i)];
-    query(std::span(objects_world_m[piece.object]).subspan(piece.first, piece.count), piece, threads[std::size_t(thread)]);
+    query(std::span(objects_world_m[piece.object]).subspan(piece.first, piece.count), piece,
+          threads[std::size_t(thread)]);
   });
   std::vector<std::size_t> points(objects.size());
-  for (const Piece& piece : std::span(pieces_).first(pieces)) points[piece.object] += piece.hits.size();
+  for (const Piece& piece : std::span(pieces_).first(pieces))
+    points[piece.object] += piece.hits.size();
   for (const Piece& piece : std::span(pieces_).first(pieces)) {
     collision::ObjectCollision& object = objects[piece.object];
     object.points.reserve(points[piece.object]);

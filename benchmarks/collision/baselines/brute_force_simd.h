@@ -8,13 +8,13 @@
 
 namespace fivepipe::baselines {
 
-// One triangle in one map. A sample's homogeneous pixel, less that of a reference pixel of the triangle's, is
-// of_1 + base * of_base + side * of_side; pixel p covers [p, p + 1).
+// One triangle in one map. A sample's homogeneous pixel, less that of a reference pixel of the
+// triangle's, is of_1 + base * of_base + side * of_side; pixel p covers [p, p + 1).
 struct SampledMap {
   float of_1[3], of_base[3], of_side[3];
-  float size[3];  // sums of the three's absolute values
+  float size[3];                     // sums of the three's absolute values
   float u0_px, u1_px, v0_px, v1_px;  // the object pixels' bounds, less the reference pixel
-  std::int32_t first_bit;  // of the reference pixel, in the map's bits
+  std::int32_t first_bit;            // of the reference pixel, in the map's bits
   std::int32_t row_bits;
   const std::uint32_t* bits;
 };
@@ -22,9 +22,12 @@ struct SampledMap {
 // Arrays that lanes read and write are this much longer than what is asked.
 inline constexpr std::size_t kLanePadding = 16;
 
-// Those of the positions (x, y) whose base = x - y * apex_x is in [0, 1 - y]: their base and side = y. How many there are.
-std::size_t covered_samples(const float* x, const float* y, std::size_t count, float apex_x, float* base, float* side);
+// Those of the positions (x, y) whose base = x - y * apex_x is in [0, 1 - y]: their base and side =
+// y. How many there are.
+std::size_t covered_samples(const float* x, const float* y, std::size_t count, float apex_x,
+                            float* base, float* side);
 
-void samples_in_hull(std::span<const SampledMap> maps, const float* base, const float* side, std::size_t count, hull::InHull* verdicts);
+void samples_in_hull(std::span<const SampledMap> maps, const float* base, const float* side,
+                     std::size_t count, hull::InHull* verdicts);
 
 }  // namespace fivepipe::baselines

@@ -21,7 +21,8 @@ std::shared_ptr<Model> model_of(const geometry::Mesh& mesh) {
   triangles.reserve(mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) triangles.emplace_back(a, b, c);
   auto model = std::make_shared<Model>();
-  model->bv_splitter = std::make_shared<fcl::detail::BVSplitter<Boxes>>(fcl::detail::SPLIT_METHOD_BV_CENTER);
+  model->bv_splitter =
+      std::make_shared<fcl::detail::BVSplitter<Boxes>>(fcl::detail::SPLIT_METHOD_BV_CENTER);
   model->beginModel(int(mesh.triangles.size()), int(mesh.vertices_m.size()));
   model->addSubModel(mesh.vertices_m, triangles);
   model->endModel();
@@ -35,11 +36,13 @@ Corners corners_of(const Model& model, std::intptr_t triangle) {
   return {model.vertices[t[0]], model.vertices[t[1]], model.vertices[t[2]]};
 }
 
-// Where a triangle's border crosses another's plane: both ends, as parameters along the planes' common line. The triangles are known to meet.
+// Where a triangle's border crosses another's plane: both ends, as parameters along the planes'
+// common line. The triangles are known to meet.
 struct Span {
   double from = std::numeric_limits<double>::infinity(), to = -from;
 };
-Span across(const Corners& t, const Eigen::Vector3d& normal, double offset, const Eigen::Vector3d& line) {
+Span across(const Corners& t, const Eigen::Vector3d& normal, double offset,
+            const Eigen::Vector3d& line) {
   Span span;
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d &a = t[i], &b = t[(i + 1) % 3];
@@ -54,7 +57,8 @@ Span across(const Corners& t, const Eigen::Vector3d& normal, double offset, cons
 
 // The middle of what two triangles share; a corner where they lie in one plane.
 Eigen::Vector3d shared_point(const Corners& a, const Corners& b) {
-  const Eigen::Vector3d na = (a[1] - a[0]).cross(a[2] - a[0]), nb = (b[1] - b[0]).cross(b[2] - b[0]), line = na.cross(nb);
+  const Eigen::Vector3d na = (a[1] - a[0]).cross(a[2] - a[0]),
+                        nb = (b[1] - b[0]).cross(b[2] - b[0]), line = na.cross(nb);
   const double oa = na.dot(a[0]), ob = nb.dot(b[0]), square = line.squaredNorm();
   const Span sa = across(a, nb, ob, line), sb = across(b, na, oa, line);
   const double from = std::max(sa.from, sb.from), to = std::min(sa.to, sb.to);
@@ -84,7 +88,9 @@ void HullFcl::refit(std::size_t object, std::span<const Eigen::Vector3d> vertice
   model.endReplaceModel(true, true);
 }
 
-void HullFcl::set_hull(const geometry::Mesh& hull_world_m) { models_->hull = hull_world_m.triangles.empty() ? nullptr : model_of(hull_world_m); }
+void HullFcl::set_hull(const geometry::Mesh& hull_world_m) {
+  models_->hull = hull_world_m.triangles.empty() ? nullptr : model_of(hull_world_m);
+}
 
 collision::ObjectCollision HullFcl::query(std::size_t object) const {
   collision::ObjectCollision found;
@@ -93,17 +99,23 @@ collision::ObjectCollision HullFcl::query(std::size_t object) const {
   fcl::CollisionResult<double> result;
   auto still = fcl::Transform3<double>::Identity(), still_too = still;
   fcl::detail::MeshCollisionTraversalNode<Boxes> traversal;
-  if (!fcl::detail::initialize(traversal, *models_->objects[object], still, *models_->hull, still_too, request, result)) return found;
+  if (!fcl::detail::initialize(traversal, *models_->objects[object], still, *models_->hull,
+                               still_too, request, result))
+    return found;
   fcl::detail::collide(&traversal);
   std::vector<fcl::Contact<double>> contacts;
   result.getContacts(contacts);
   for (const auto& contact : contacts)
-    found.points.push_back(
-        {shared_point(corners_of(*models_->objects[object], contact.b1), corners_of(*models_->hull, contact.b2)), std::uint32_t(contact.b1)});
+    found.points.push_back({shared_point(corners_of(*models_->objects[object], contact.b1),
+                                         corners_of(*models_->hull, contact.b2)),
+                            std::uint32_t(contact.b1)});
   std::stable_sort(found.points.begin(), found.points.end(),
-                   [](const collision::CollisionPoint& a, const collision::CollisionPoint& b) { return a.triangle < b.triangle; });
+                   [](const collision::CollisionPoint& a, const collision::CollisionPoint& b) {
+                     return a.triangle < b.triangle;
+                   });
   for (const collision::CollisionPoint& p : found.points)
-    if (found.triangles.empty() || found.triangles.back() != p.triangle) found.triangles.push_back(p.triangle);
+    if (found.triangles.empty() || found.triangles.back() != p.triangle)
+      found.triangles.push_back(p.triangle);
   if (!found.points.empty()) found.verdict = collision::CollisionVerdict::colliding;
   return found;
 }

@@ -9,11 +9,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Cells of a brick, or its grid points: 8 x 8 x 8; with their neighbours on the far sides 9 x 9 x 9.
+// Cells of a brick, or its grid points: 8 x 8 x 8; with their neighbours on the far sides 9 x 9
+// x 9.
 constexpr int in_brick(int x, int y, int z) { return (z * 8 + y) * 8 + x; }
 constexpr int in_surroundings(int x, int y, int z) { return (z * 9 + y) * 9 + x; }
 
-// Where a cell's vertex lies in it, by which of its corners are inside (bit x + 2 y + 4 z): the mean of its crossed edges' middles.
+// Where a cell's vertex lies in it, by which of its corners are inside (bit x + 2 y + 4 z): the
+// mean of its crossed edges' middles.
 std::array<Vector3d, 256> vertices_in_cell() {
   std::array<Vector3d, 256> table;
   for (int corners = 0; corners < 256; ++corners) {
@@ -33,11 +35,14 @@ std::array<Vector3d, 256> vertices_in_cell() {
 
 int corners_of(const std::array<std::uint8_t, 729>& inside, int x, int y, int z) {
   int corners = 0;
-  for (int c = 0; c < 8; ++c) corners |= inside[std::size_t(in_surroundings(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)))] << c;
+  for (int c = 0; c < 8; ++c)
+    corners |= inside[std::size_t(in_surroundings(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)))]
+               << c;
   return corners;
 }
 
-constexpr int kStep[3] = {in_surroundings(1, 0, 0), in_surroundings(0, 1, 0), in_surroundings(0, 0, 1)};
+constexpr int kStep[3] = {in_surroundings(1, 0, 0), in_surroundings(0, 1, 0),
+                          in_surroundings(0, 0, 1)};
 
 }  // namespace
 
@@ -46,14 +51,16 @@ HullPolygons::HullPolygons(double cell_m) : cell_m_(cell_m) {
 }
 
 int& HullPolygons::index_at(const Cell& b) {
-  return index_[(std::size_t(b[2] - index_least_[2]) * std::size_t(index_size_[1]) + std::size_t(b[1] - index_least_[1])) *
+  return index_[(std::size_t(b[2] - index_least_[2]) * std::size_t(index_size_[1]) +
+                 std::size_t(b[1] - index_least_[1])) *
                     std::size_t(index_size_[0]) +
                 std::size_t(b[0] - index_least_[0])];
 }
 
 int HullPolygons::index_at(const Cell& b) const {
   for (int axis = 0; axis < 3; ++axis)
-    if (b[axis] < index_least_[axis] || b[axis] >= index_least_[axis] + index_size_[axis]) return kFree;
+    if (b[axis] < index_least_[axis] || b[axis] >= index_least_[axis] + index_size_[axis])
+      return kFree;
   return const_cast<HullPolygons*>(this)->index_at(b);
 }
 
@@ -64,15 +71,20 @@ void HullPolygons::find_bricks(const hull::HullQuery& query) {
   for (bricks_.clear(); !nodes.empty(); nodes.swap(next)) {
     kind.assign(nodes.size(), 0);
     query.hull().pool().run(int((nodes.size() + 63) / 64), [&](int piece, int) {
-      for (std::size_t i = std::size_t(piece) * 64; i < std::min(nodes.size(), std::size_t(piece + 1) * 64); ++i) {
+      for (std::size_t i = std::size_t(piece) * 64;
+           i < std::min(nodes.size(), std::size_t(piece + 1) * 64); ++i) {
         const double half_m = 4 * cell_m_ * nodes[i].size;
         const auto& [x, y, z] = nodes[i].brick;
         const int end = 8 * nodes[i].size;
-        const auto all_axes = [&](const auto& holds) { return holds(8 * x, points_[0]) && holds(8 * y, points_[1]) && holds(8 * z, points_[2]); };
+        const auto all_axes = [&](const auto& holds) {
+          return holds(8 * x, points_[0]) && holds(8 * y, points_[1]) && holds(8 * z, points_[2]);
+        };
         const Vector3d center_world_m = point_m({8 * x, 8 * y, 8 * z}) + Vector3d::Constant(half_m);
-        if (!all_axes([](int first, int points) { return first < points; }) || query.free_radius_m(center_world_m) > std::sqrt(3.0) * half_m)
+        if (!all_axes([](int first, int points) { return first < points; }) ||
+            query.free_radius_m(center_world_m) > std::sqrt(3.0) * half_m)
           kind[i] = kFree;
-        else if (all_axes([&](int first, int points) { return first > 0 && first + end < points; }) &&
+        else if (all_axes(
+                     [&](int first, int points) { return first > 0 && first + end < points; }) &&
                  query.solid_radius_m(center_world_m) > std::sqrt(3.0) * half_m)
           kind[i] = kSolid;
       }
@@ -80,12 +92,17 @@ void HullPolygons::find_bricks(const hull::HullQuery& query) {
     next.clear();
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       if (kind[i] == kFree) continue;
-      if (kind[i] == kSolid) solid.push_back(nodes[i]);
-      else if (nodes[i].size == 1) bricks_.push_back({nodes[i].brick, {}, {}, 0, 0, 0, 0});
+      if (kind[i] == kSolid)
+        solid.push_back(nodes[i]);
+      else if (nodes[i].size == 1)
+        bricks_.push_back({nodes[i].brick, {}, {}, 0, 0, 0, 0});
       else
         for (int c = 0; c < 8; ++c) {
           const int half = nodes[i].size / 2;
-          next.push_back({{nodes[i].brick[0] + (c & 1) * half, nodes[i].brick[1] + (c >> 1 & 1) * half, nodes[i].brick[2] + (c >> 2) * half}, half});
+          next.push_back(
+              {{nodes[i].brick[0] + (c & 1) * half, nodes[i].brick[1] + (c >> 1 & 1) * half,
+                nodes[i].brick[2] + (c >> 2) * half},
+               half});
         }
     }
   }
@@ -104,7 +121,8 @@ void HullPolygons::make_index(const std::vector<Node>& solid) {
   for (const Node& n : solid) extend(n.brick, n.size);
   index_least_ = least;
   std::size_t size = 1;
-  for (int axis = 0; axis < 3; ++axis) size *= std::size_t(index_size_[axis] = std::max(0, greatest[axis] - least[axis] + 1));
+  for (int axis = 0; axis < 3; ++axis)
+    size *= std::size_t(index_size_[axis] = std::max(0, greatest[axis] - least[axis] + 1));
   index_.assign(size, kFree);
   for (std::size_t i = 0; i < bricks_.size(); ++i) index_at(bricks_[i].brick) = int(i);
   for (const Node& n : solid)
@@ -113,22 +131,26 @@ void HullPolygons::make_index(const std::vector<Node>& solid) {
         for (int x = n.brick[0]; x < n.brick[0] + n.size; ++x) index_at({x, y, z}) = kSolid;
 }
 
-void HullPolygons::ask(const hull::HullQuery& query, std::span<const hull::PointLaneCamera> cameras, Brick& brick) const {
+void HullPolygons::ask(const hull::HullQuery& query, std::span<const hull::PointLaneCamera> cameras,
+                       Brick& brick) const {
   std::array<Vector3d, 512> points_world_m;
   std::array<hull::InHull, 512> verdicts;
   for (int z = 0; z < 8; ++z)
     for (int y = 0; y < 8; ++y)
       for (int x = 0; x < 8; ++x)
-        points_world_m[std::size_t(in_brick(x, y, z))] = point_m({8 * brick.brick[0] + x, 8 * brick.brick[1] + y, 8 * brick.brick[2] + z});
+        points_world_m[std::size_t(in_brick(x, y, z))] =
+            point_m({8 * brick.brick[0] + x, 8 * brick.brick[1] + y, 8 * brick.brick[2] + z});
   hull::contains_in_lanes(cameras, points_world_m, verdicts.data());
   for (std::size_t i = 0; i < 512; ++i)
-    brick.inside[i] = verdicts[i] == hull::InHull::unsettled ? query.contains(points_world_m[i]) : verdicts[i] == hull::InHull::yes;
+    brick.inside[i] = verdicts[i] == hull::InHull::unsettled ? query.contains(points_world_m[i])
+                                                             : verdicts[i] == hull::InHull::yes;
   // So that no edge of the grid that is crossed lacks a cell beside it.
   for (int axis = 0; axis < 3; ++axis) {
     const int first = 8 * brick.brick[axis];
     if (first > 0 && first + 8 <= points_[axis]) continue;
     for (int i = 0; i < 512; ++i)
-      if (const int at = first + (i >> 3 * axis & 7); at == 0 || at >= points_[axis]) brick.inside[std::size_t(i)] = 0;
+      if (const int at = first + (i >> 3 * axis & 7); at == 0 || at >= points_[axis])
+        brick.inside[std::size_t(i)] = 0;
   }
 }
 
@@ -136,7 +158,8 @@ std::array<std::uint8_t, 729> HullPolygons::surroundings(const Brick& brick) con
   std::array<std::uint8_t, 729> inside;
   for (int c = 0; c < 8; ++c) {  // the brick and its neighbours on the far sides
     const int dx = c & 1, dy = c >> 1 & 1, dz = c >> 2;
-    const int of = c ? index_at({brick.brick[0] + dx, brick.brick[1] + dy, brick.brick[2] + dz}) : 0;
+    const int of =
+        c ? index_at({brick.brick[0] + dx, brick.brick[1] + dy, brick.brick[2] + dz}) : 0;
     const Brick* neighbour = c == 0 ? &brick : of >= 0 ? &bricks_[std::size_t(of)] : nullptr;
     for (int z = 0; z < (dz ? 1 : 8); ++z)
       for (int y = 0; y < (dy ? 1 : 8); ++y)
@@ -155,15 +178,18 @@ void HullPolygons::count(Brick& brick) const {
       for (int x = 0; x < 8; ++x) {
         const int corners = corners_of(inside, x, y, z);
         const bool crossed = corners != 0 && corners != 255;
-        brick.vertex_of_cell[std::size_t(in_brick(x, y, z))] = crossed ? std::uint16_t(brick.vertices++) : kNoVertex;
+        brick.vertex_of_cell[std::size_t(in_brick(x, y, z))] =
+            crossed ? std::uint16_t(brick.vertices++) : kNoVertex;
         if (!crossed) continue;
-        for (int axis = 0; axis < 3; ++axis) brick.quads += (corners & 1) != (corners >> (1 << axis) & 1);
+        for (int axis = 0; axis < 3; ++axis)
+          brick.quads += (corners & 1) != (corners >> (1 << axis) & 1);
       }
 }
 
 std::uint32_t HullPolygons::vertex_at(const Cell& cell) const {
   const Brick& brick = bricks_[std::size_t(index_at({cell[0] >> 3, cell[1] >> 3, cell[2] >> 3}))];
-  return brick.first_vertex + brick.vertex_of_cell[std::size_t(in_brick(cell[0] & 7, cell[1] & 7, cell[2] & 7))];
+  return brick.first_vertex +
+         brick.vertex_of_cell[std::size_t(in_brick(cell[0] & 7, cell[1] & 7, cell[2] & 7))];
 }
 
 void HullPolygons::write(const Brick& brick) {
@@ -176,10 +202,13 @@ void HullPolygons::write(const Brick& brick) {
         const std::uint16_t vertex = brick.vertex_of_cell[std::size_t(in_brick(x, y, z))];
         if (vertex == kNoVertex) continue;
         const Cell cell{8 * brick.brick[0] + x, 8 * brick.brick[1] + y, 8 * brick.brick[2] + z};
-        mesh_.vertices_m[brick.first_vertex + vertex] = point_m(cell) + cell_m_ * kVertices[std::size_t(corners_of(inside, x, y, z))];
+        mesh_.vertices_m[brick.first_vertex + vertex] =
+            point_m(cell) + cell_m_ * kVertices[std::size_t(corners_of(inside, x, y, z))];
         const int corner = in_surroundings(x, y, z);
-        for (int axis = 0; axis < 3; ++axis) {  // the edge from the cell's least corner, and the four cells around it
-          const bool from = inside[std::size_t(corner)], to = inside[std::size_t(corner + kStep[axis])];
+        for (int axis = 0; axis < 3;
+             ++axis) {  // the edge from the cell's least corner, and the four cells around it
+          const bool from = inside[std::size_t(corner)],
+                     to = inside[std::size_t(corner + kStep[axis])];
           if (from == to) continue;
           Cell b = cell, c = cell, d = cell;
           const int second = (axis + 1) % 3, third = (axis + 2) % 3;
@@ -192,12 +221,16 @@ void HullPolygons::write(const Brick& brick) {
       }
 }
 
-const geometry::Mesh& HullPolygons::polygonise(const hull::HullQuery& query, const Eigen::AlignedBox3d& volume_world_m) {
+const geometry::Mesh& HullPolygons::polygonise(const hull::HullQuery& query,
+                                               const Eigen::AlignedBox3d& volume_world_m) {
   const double bricks = std::ceil(volume_world_m.sizes().maxCoeff() / (8 * cell_m_)) + 1;
-  if (!(bricks <= kMostBricks)) throw std::invalid_argument("more than " + std::to_string(kMostBricks) + " bricks along the volume");
+  if (!(bricks <= kMostBricks))
+    throw std::invalid_argument("more than " + std::to_string(kMostBricks) +
+                                " bricks along the volume");
   for (across_ = 1; across_ < bricks;) across_ *= 2;
   // A point beyond the volume on each side.
-  for (int axis = 0; axis < 3; ++axis) points_[axis] = int(std::ceil(volume_world_m.sizes()[axis] / cell_m_)) + 2;
+  for (int axis = 0; axis < 3; ++axis)
+    points_[axis] = int(std::ceil(volume_world_m.sizes()[axis] / cell_m_)) + 2;
   corner_world_m_ = volume_world_m.min() - Vector3d::Constant(cell_m_);
   find_bricks(query);
   base::WorkerPool& pool = query.hull().pool();

@@ -1,4 +1,5 @@
-// The plane sweep in vector lanes: planes of a tile by counts, lanes being planes; then rays of a plane, lanes being rays.
+// The plane sweep in vector lanes: planes of a tile by counts, lanes being planes; then rays of a
+// plane, lanes being rays.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "benchmarks/hull/baselines/cpu_plane_sweep_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -14,7 +15,7 @@ namespace fivepipe::baselines::HWY_NAMESPACE {
 
 // Bit k: the plane of lane k.
 struct PlaneSet {
-  std::uint32_t possible;             // that may have hull
+  std::uint32_t possible;                // that may have hull
   std::uint32_t full[kMaxSweptCameras];  // by camera: that lie on its object pixels
 };
 
@@ -29,9 +30,11 @@ HWY_INLINE Contents contents_on_planes(const SweptCamera& c, const hull::PixelRe
   for (const int u : {rays.u0_px, rays.u1_px - 1})
     for (const int v : {rays.v0_px, rays.v1_px - 1}) {
       const auto coordinate = [&](std::size_t k) HWY_ATTR {
-        return hn::MulAdd(t, hn::Set(d, c.of_u[k] * float(u) + c.of_v[k] * float(v) + c.of_1[k]), hn::Set(d, c.at_eye[k]));
+        return hn::MulAdd(t, hn::Set(d, c.of_u[k] * float(u) + c.of_v[k] * float(v) + c.of_1[k]),
+                          hn::Set(d, c.at_eye[k]));
       };
-      const V w = coordinate(2), scale = reciprocal(w), x = hn::Mul(coordinate(0), scale), y = hn::Mul(coordinate(1), scale);
+      const V w = coordinate(2), scale = reciprocal(w), x = hn::Mul(coordinate(0), scale),
+              y = hn::Mul(coordinate(1), scale);
       x0 = hn::Min(x0, x);
       y0 = hn::Min(y0, y);
       x1 = hn::Max(x1, x);
@@ -39,12 +42,14 @@ HWY_INLINE Contents contents_on_planes(const SweptCamera& c, const hull::PixelRe
       least_w = hn::Min(least_w, w);
     }
   const V slack = hn::Set(d, kRounding_px);
-  const Contents contents = contents_of(c.map, hn::Sub(x0, slack), hn::Sub(y0, slack), hn::Add(x1, slack), hn::Add(y1, slack));
+  const Contents contents = contents_of(c.map, hn::Sub(x0, slack), hn::Sub(y0, slack),
+                                        hn::Add(x1, slack), hn::Add(y1, slack));
   const M in_front = hn::Gt(least_w, hn::Zero(d));
   return {hn::And(contents.none, in_front), hn::And(contents.all, in_front)};
 }
 
-HWY_INLINE void planes_of(std::span<const SweptCamera> cameras, const hull::PixelRect& rays, V t, std::uint32_t asked, PlaneSet& planes) {
+HWY_INLINE void planes_of(std::span<const SweptCamera> cameras, const hull::PixelRect& rays, V t,
+                          std::uint32_t asked, PlaneSet& planes) {
   planes.possible = asked;
   for (std::size_t i = 0; i < cameras.size() && planes.possible; ++i) {
     const Contents contents = contents_on_planes(cameras[i], rays, t);
@@ -62,7 +67,10 @@ struct Homography {
 // Which of the rays (u, v) hit object pixels of every camera in `homographies`.
 HWY_INLINE M hit(std::span<const Homography> homographies, V u, V v, M asked) {
   for (const Homography& h : homographies) {
-    const auto coordinate = [&](std::size_t k) HWY_ATTR { return hn::MulAdd(hn::Set(d, h.of_u[k]), u, hn::MulAdd(hn::Set(d, h.of_v[k]), v, hn::Set(d, h.of_1[k]))); };
+    const auto coordinate = [&](std::size_t k) HWY_ATTR {
+      return hn::MulAdd(hn::Set(d, h.of_u[k]), u,
+                        hn::MulAdd(hn::Set(d, h.of_v[k]), v, hn::Set(d, h.of_1[k])));
+    };
     const V w = coordinate(2), scale = reciprocal(w);
     const M on = on_object(*h.map, hn::Mul(coordinate(0), scale), hn::Mul(coordinate(1), scale));
     asked = hn::And(asked, hn::And(on, hn::Gt(w, hn::Zero(d))));
@@ -78,10 +86,13 @@ class Rays {
     for (int v = 0; v < tile.rays.height_px(); v += kHigh)
       for (int u = 0; u < tile.rays.width_px(); u += kWide, ++left_) {
         const VI i = hn::Iota(di, 0);
-        u_[left_] = hn::ConvertTo(d, hn::Add(hn::And(i, hn::Set(di, kWide - 1)), hn::Set(di, tile.rays.u0_px + u)));
-        v_[left_] = hn::ConvertTo(d, hn::Add(hn::ShiftRight<kWideBits>(i), hn::Set(di, tile.rays.v0_px + v)));
+        u_[left_] = hn::ConvertTo(
+            d, hn::Add(hn::And(i, hn::Set(di, kWide - 1)), hn::Set(di, tile.rays.u0_px + u)));
+        v_[left_] = hn::ConvertTo(
+            d, hn::Add(hn::ShiftRight<kWideBits>(i), hn::Set(di, tile.rays.v0_px + v)));
         order_[left_] = left_;
-        undecided_[left_] = hn::And(hn::Lt(u_[left_], hn::Set(d, float(tile.rays.u1_px))), hn::Lt(v_[left_], hn::Set(d, float(tile.rays.v1_px))));
+        undecided_[left_] = hn::And(hn::Lt(u_[left_], hn::Set(d, float(tile.rays.u1_px))),
+                                    hn::Lt(v_[left_], hn::Set(d, float(tile.rays.v1_px))));
         depths_[left_] = hn::Set(d, hull::kNoHull);
       }
   }
@@ -93,8 +104,10 @@ class Rays {
       const M hits = hit(homographies, u_[i], v_[i], undecided_[i]);
       depths_[i] = hn::IfThenElse(hits, hn::Set(d, depth_m), depths_[i]);
       undecided_[i] = hn::AndNot(hits, undecided_[i]);
-      if (hn::AllFalse(d, undecided_[i])) order_[n] = order_[--left_];
-      else ++n;
+      if (hn::AllFalse(d, undecided_[i]))
+        order_[n] = order_[--left_];
+      else
+        ++n;
     }
   }
 
@@ -105,16 +118,22 @@ class Rays {
       for (int u = 0; u < width; u += kWide, ++i) {
         hn::Store(depths_[i], d, block);
         for (int y = 0; y < kHigh && v + y < height; ++y)
-          std::copy_n(block + y * kWide, std::min(kWide, width - u), tile_.depth_m + std::size_t(v + y) * tile_.stride + u);
+          std::copy_n(block + y * kWide, std::min(kWide, width - u),
+                      tile_.depth_m + std::size_t(v + y) * tile_.stride + u);
       }
   }
 
  private:
-  static constexpr int kLanes = int(hn::MaxLanes(D())), kWideBits = kLanes >= 8 ? 3 : kLanes >= 4 ? 2 : 0, kWide = 1 << kWideBits, kHigh = kLanes / kWide;
+  static constexpr int kLanes = int(hn::MaxLanes(D())),
+                       kWideBits = kLanes >= 8   ? 3
+                                   : kLanes >= 4 ? 2
+                                                 : 0,
+                       kWide = 1 << kWideBits, kHigh = kLanes / kWide;
 
   const SweptTile& tile_;
   int left_ = 0;
-  static constexpr int kMostVectors = (kSweptTile_px + kWide - 1) / kWide * ((kSweptTile_px + kHigh - 1) / kHigh);
+  static constexpr int kMostVectors =
+      (kSweptTile_px + kWide - 1) / kWide * ((kSweptTile_px + kHigh - 1) / kHigh);
   int order_[kMostVectors];  // the first left_: vectors with undecided rays
   V u_[kMostVectors], v_[kMostVectors], depths_[kMostVectors];
   M undecided_[kMostVectors];
@@ -126,11 +145,14 @@ void sweep_tile(std::span<const SweptCamera> cameras, const SweptTile& tile) {
   PlaneSet planes;
   Homography homographies[kMaxSweptCameras];
   for (int first = tile.first_plane; first < tile.end_plane && !rays.done(); first += lanes) {
-    const V t = hn::MulAdd(hn::Iota(d, float(first)), hn::Set(d, tile.step_m), hn::Set(d, tile.near_m));
+    const V t =
+        hn::MulAdd(hn::Iota(d, float(first)), hn::Set(d, tile.step_m), hn::Set(d, tile.near_m));
     const int left = std::min(lanes, tile.end_plane - first);
     const std::uint32_t all = (1u << left) - 1;
-    if (tile.swept == SweptPlanes::by_counts) planes_of(cameras, tile.rays, t, all, planes);
-    else planes.possible = all, std::fill_n(planes.full, cameras.size(), 0);
+    if (tile.swept == SweptPlanes::by_counts)
+      planes_of(cameras, tile.rays, t, all, planes);
+    else
+      planes.possible = all, std::fill_n(planes.full, cameras.size(), 0);
     for (std::uint32_t set = planes.possible; set && !rays.done(); set &= set - 1) {
       const int k = hwy::Num0BitsBelowLS1Bit_Nonzero32(set);
       const float depth_m = tile.near_m + float(first + k) * tile.step_m;
@@ -158,6 +180,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace fivepipe::baselines {
 HWY_EXPORT(sweep_tile);
-void sweep_tile(std::span<const SweptCamera> cameras, const SweptTile& tile) { HWY_DYNAMIC_DISPATCH(sweep_tile)(cameras, tile); }
+void sweep_tile(std::span<const SweptCamera> cameras, const SweptTile& tile) {
+  HWY_DYNAMIC_DISPATCH(sweep_tile)(cameras, tile);
+}
 }  // namespace fivepipe::baselines
 #endif

@@ -10,16 +10,16 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Bins per pixel of the silhouette's width across the lines: so fine that few edges end in a ray's bin; finer, and filling
-// the lists takes longer than reading them.
+// Bins per pixel of the silhouette's width across the lines: so fine that few edges end in a ray's
+// bin; finer, and filling the lists takes longer than reading them.
 constexpr int kBinsPerPixel = 8;
 constexpr int kMostBins = 1 << 13;  // of a sector: four sectors' steps fit 32 bits
 
-// One pencil does for an epipole at least this many half sizes of the silhouette away: within it, lines are at most
-// 1 / (1 - 1/2) times as dense on the near side as in the middle.
+// One pencil does for an epipole at least this many half sizes of the silhouette away: within it,
+// lines are at most 1 / (1 - 1/2) times as dense on the near side as in the middle.
 constexpr double kFar = 2;
-// About a near epipole, edges are followed this far over a sector's diagonals: more than rounding, so that no line on a diagonal
-// misses an edge.
+// About a near epipole, edges are followed this far over a sector's diagonals: more than rounding,
+// so that no line on a diagonal misses an edge.
 constexpr float kOverDiagonal = 1.5f;
 
 // Where bits differ from the bit before; `carry` is the last bit of the word before.
@@ -31,7 +31,8 @@ std::uint64_t changes_of(std::uint64_t bits, std::uint64_t& carry) {
 
 }  // namespace
 
-void EpipolarBins::build(const hull::Silhouette& silhouette, const hull::PixelRect& bounds, const hull::MapFromView& map) {
+void EpipolarBins::build(const hull::Silhouette& silhouette, const hull::PixelRect& bounds,
+                         const hull::MapFromView& map) {
   origin_u_px_ = (bounds.u0_px + bounds.u1_px) / 2;
   origin_v_px_ = (bounds.v0_px + bounds.v1_px) / 2;
   Vector3d epipole = map.at_eye;
@@ -39,14 +40,16 @@ void EpipolarBins::build(const hull::Silhouette& silhouette, const hull::PixelRe
   epipole.y() -= origin_v_px_ * epipole.z();
   choose_sectors(bounds, epipole);
   ends_inside_ = epipole_is_near_ && epipole.z() < 0 &&
-                 silhouette.pixels.contains_at(map.at_eye.x() / map.at_eye.z() - 0.5, map.at_eye.y() / map.at_eye.z() - 0.5);
+                 silhouette.pixels.contains_at(map.at_eye.x() / map.at_eye.z() - 0.5,
+                                               map.at_eye.y() / map.at_eye.z() - 0.5);
   collect_edges(silhouette.pixels, bounds);
   fill();
   find_extents();
 }
 
-// Far epipoles, those at infinity among them: lines by where they cross the silhouette's middle, on the axis across their way.
-// Near ones: four quadrants about the epipole between the diagonals, lines by their slope.
+// Far epipoles, those at infinity among them: lines by where they cross the silhouette's middle, on
+// the axis across their way. Near ones: four quadrants about the epipole between the diagonals,
+// lines by their slope.
 void EpipolarBins::choose_sectors(const hull::PixelRect& bounds, const Vector3d& epipole) {
   const double half_u = 0.5 * bounds.width_px() + 1, half_v = 0.5 * bounds.height_px() + 1;
   const bool along_y = std::abs(epipole.y()) * half_u > std::abs(epipole.x()) * half_v;
@@ -72,41 +75,54 @@ void EpipolarBins::choose_sectors(const hull::PixelRect& bounds, const Vector3d&
         s_begin = std::min(s_begin, (b - slope * a) / (1 - w * a));
         s_end = std::max(s_end, (b - slope * a) / (1 - w * a));
       }
-    return add({along_y, 1, float(-w), 0, float(slope), e_a > 0 ? -1.0f : 1.0f, 0, 0, 0, 0, 0}, s_begin, s_end, 2 * half_b);
+    return add({along_y, 1, float(-w), 0, float(slope), e_a > 0 ? -1.0f : 1.0f, 0, 0, 0, 0, 0},
+               s_begin, s_end, 2 * half_b);
   }
   const float u = float(epipole.x() / epipole.z()), v = float(epipole.y() / epipole.z());
-  const float outward = epipole.z() > 0 ? 1.0f : -1.0f;  // images of rays that start behind the camera come in from infinity
+  const float outward =
+      epipole.z() > 0 ? 1.0f
+                      : -1.0f;  // images of rays that start behind the camera come in from infinity
   for (const bool y : {false, true})
     for (const float side : {1.0f, -1.0f})
-      add({y, y ? -side * v : -side * u, side, y ? u : v, 0, side * outward, 0, 0, 0, 0, 0}, -1, 1, half_u + half_v);
+      add({y, y ? -side * v : -side * u, side, y ? u : v, 0, side * outward, 0, 0, 0, 0, 0}, -1, 1,
+          half_u + half_v);
 }
 
-// Where rows differ from the row above, horizontal edges; where a pixel differs from the one to its left, vertical ones. Runs
-// in a line are one edge; where two squares meet at a corner the runs pass through, which crossings counted by parity allow.
+// Where rows differ from the row above, horizontal edges; where a pixel differs from the one to its
+// left, vertical ones. Runs in a line are one edge; where two squares meet at a corner the runs
+// pass through, which crossings counted by parity allow.
 void EpipolarBins::collect_edges(const hull::ObjectPixels& pixels, const hull::PixelRect& bounds) {
   placed_.clear();
-  const auto first_word = std::size_t(bounds.u0_px >> 6), words = std::size_t((bounds.u1_px - 1) >> 6) - first_word + 2;  // one behind, empty
+  const auto first_word = std::size_t(bounds.u0_px >> 6),
+             words = std::size_t((bounds.u1_px - 1) >> 6) - first_word + 2;  // one behind, empty
   run_begin_.resize(words * 64);
   above_.assign(words, 0);
   vertical_above_.assign(words, 0);
   const int u_of_bit = int(first_word) * 64 - origin_u_px_;
   for (int v = bounds.v0_px; v <= bounds.v1_px; ++v) {
-    const std::uint64_t* row = pixels.words().data() + std::size_t(v) * pixels.words_per_row() + first_word;  // one behind the last is not read
+    const std::uint64_t* row = pixels.words().data() + std::size_t(v) * pixels.words_per_row() +
+                               first_word;  // one behind the last is not read
     const int border = v - origin_v_px_;
     std::uint64_t carry = 0, horizontal_carry = 0;
     int begin = 0;
     for (std::size_t w = 0; w < words; ++w) {
-      const std::uint64_t bits = v < bounds.v1_px && w + 1 < words ? row[w] : 0, horizontal = bits ^ above_[w], vertical = changes_of(bits, carry);
-      for (std::uint64_t changes = changes_of(horizontal, horizontal_carry); changes; changes &= changes - 1) {
+      const std::uint64_t bits = v < bounds.v1_px && w + 1 < words ? row[w] : 0,
+                          horizontal = bits ^ above_[w], vertical = changes_of(bits, carry);
+      for (std::uint64_t changes = changes_of(horizontal, horizontal_carry); changes;
+           changes &= changes - 1) {
         const int bit = std::countr_zero(changes), u = u_of_bit + int(w) * 64 + bit;
-        if (horizontal >> bit & 1) begin = u;
-        else place(false, border, begin, u);
+        if (horizontal >> bit & 1)
+          begin = u;
+        else
+          place(false, border, begin, u);
       }
       for (std::uint64_t changes = vertical ^ vertical_above_[w]; changes; changes &= changes - 1) {
         const int bit = std::countr_zero(changes);
         int& run_begin = run_begin_[w * 64 + std::size_t(bit)];
-        if (vertical >> bit & 1) run_begin = border;
-        else place(true, u_of_bit + int(w) * 64 + bit, run_begin, border);
+        if (vertical >> bit & 1)
+          run_begin = border;
+        else
+          place(true, u_of_bit + int(w) * 64 + bit, run_begin, border);
       }
       above_[w] = bits;
       vertical_above_[w] = vertical;
@@ -118,8 +134,9 @@ void EpipolarBins::place(bool vertical, int border, int begin, int end) {
   for (const Sector& sector : sectors_) place(sector, vertical, border, begin, end);
 }
 
-// The lines that cross an edge are those between its ends', the first counted, the last not: as ends are shared by the edges
-// that meet there, and each end's s is computed in one way, every line crosses a closed border an even number of times.
+// The lines that cross an edge are those between its ends', the first counted, the last not: as
+// ends are shared by the edges that meet there, and each end's s is computed in one way, every line
+// crosses a closed border an even number of times.
 void EpipolarBins::place(const Sector& sector, bool vertical, int border, int begin, int end) {
   const bool across = vertical != sector.advances_along_y;
   float s0, s1;
@@ -131,7 +148,8 @@ void EpipolarBins::place(const Sector& sector, bool vertical, int border, int be
   } else {
     float a0 = float(begin), a1 = float(end);
     if (epipole_is_near_) {
-      const float nearest = std::abs(float(border) - sector.q0) / kOverDiagonal, limit = (nearest - sector.p0) * sector.p1;
+      const float nearest = std::abs(float(border) - sector.q0) / kOverDiagonal,
+                  limit = (nearest - sector.p0) * sector.p1;
       (sector.p1 > 0 ? a0 : a1) = sector.p1 > 0 ? std::max(a0, limit) : std::min(a1, limit);
       if (!(nearest > 0 && a0 < a1)) return;
     }
@@ -141,16 +159,26 @@ void EpipolarBins::place(const Sector& sector, bool vertical, int border, int be
   if (s0 > s1) std::swap(s0, s1);
   if (!(s0 < s1 && s1 > sector.s_begin && s0 < sector.s_end)) return;
   const std::int32_t first = sector.first_bin * kStepsPerBin, count = sector.bins * kStepsPerBin;
-  const auto step = [&](float s) { return s <= sector.s_begin ? 0 : s >= sector.s_end ? count : std::min(std::int32_t((s - sector.s_begin) * sector.steps_per_s), count); };
+  const auto step = [&](float s) {
+    return s <= sector.s_begin ? 0
+           : s >= sector.s_end
+               ? count
+               : std::min(std::int32_t((s - sector.s_begin) * sector.steps_per_s), count);
+  };
   const int edge = across ? border * int(sector.towards) * 2 : border * 2 + 1;
-  const float a0 = sector.towards * float(across ? border : begin), a1 = sector.towards * float(across ? border : end);
-  const Placed placed{PackedEdge(edge), first + step(s0), first + step(s1), std::min(a0, a1), std::max(a0, a1)};
+  const float a0 = sector.towards * float(across ? border : begin),
+              a1 = sector.towards * float(across ? border : end);
+  const Placed placed{PackedEdge(edge), first + step(s0), first + step(s1), std::min(a0, a1),
+                      std::max(a0, a1)};
   if (placed.begin < placed.end) placed_.push_back(placed);
 }
 
 void EpipolarBins::fill() {
-  // Bins from the first that the edge fills to the one after the last; before and after them, parts.
-  const auto whole_begin = [](const Placed& p) { return (p.begin + kStepsPerBin - 1) >> kStepBits; };
+  // Bins from the first that the edge fills to the one after the last; before and after them,
+  // parts.
+  const auto whole_begin = [](const Placed& p) {
+    return (p.begin + kStepsPerBin - 1) >> kStepBits;
+  };
   const auto whole_end = [](const Placed& p) { return p.end >> kStepBits; };
   whole_next_.assign(std::size_t(bins_) + 2, 0);
   part_next_.assign(std::size_t(bins_) + 2, 0);
@@ -189,8 +217,11 @@ void EpipolarBins::fill() {
   for (const Placed& p : placed_) {
     const int from = p.begin >> kStepBits, begin = whole_begin(p), end = whole_end(p);
     for (int k = begin; k < end; ++k) whole_[std::size_t(whole_next_[std::size_t(k)]++)] = p.edge;
-    if (from < begin) add_part(p.edge, from, p.begin & (kStepsPerBin - 1), end >= begin ? kStepsPerBin : p.end & (kStepsPerBin - 1));
-    if (end >= begin && (p.end & (kStepsPerBin - 1))) add_part(p.edge, end, 0, p.end & (kStepsPerBin - 1));
+    if (from < begin)
+      add_part(p.edge, from, p.begin & (kStepsPerBin - 1),
+               end >= begin ? kStepsPerBin : p.end & (kStepsPerBin - 1));
+    if (end >= begin && (p.end & (kStepsPerBin - 1)))
+      add_part(p.edge, end, 0, p.end & (kStepsPerBin - 1));
   }
 }
 
@@ -202,12 +233,15 @@ void EpipolarBins::find_extents() {
   farthest_.assign(groups * levels, -std::numeric_limits<float>::infinity());
   if (groups == 0) return;
   for (const Placed& p : placed_)
-    for (int group = p.begin >> (kStepBits + kGroupBits), last = (p.end - 1) >> (kStepBits + kGroupBits); group <= last; ++group) {
+    for (int group = p.begin >> (kStepBits + kGroupBits),
+             last = (p.end - 1) >> (kStepBits + kGroupBits);
+         group <= last; ++group) {
       nearest_[std::size_t(group)] = std::min(nearest_[std::size_t(group)], p.nearest);
       farthest_[std::size_t(group)] = std::max(farthest_[std::size_t(group)], p.farthest);
     }
   for (std::size_t level = 1; level < levels; ++level) {
-    const std::size_t half = std::size_t(1) << (level - 1), below = (level - 1) * groups, here = level * groups;
+    const std::size_t half = std::size_t(1) << (level - 1), below = (level - 1) * groups,
+                      here = level * groups;
     for (std::size_t g = 0; g < groups; ++g) {
       const std::size_t other = std::min(g + half, groups - 1);
       nearest_[here + g] = std::min(nearest_[below + g], nearest_[below + other]);

@@ -1,5 +1,6 @@
-// The edge bins of image-based visual hulls (Matusik, Buehler, Raskar, Gortler, McMillan 2000, section 3.1.2): a silhouette's
-// border edges, listed by the epipolar lines that they cross, so that a ray meets its candidates alone.
+// The edge bins of image-based visual hulls (Matusik, Buehler, Raskar, Gortler, McMillan 2000,
+// section 3.1.2): a silhouette's border edges, listed by the epipolar lines that they cross, so
+// that a ray meets its candidates alone.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -9,31 +10,37 @@
 
 namespace fivepipe::baselines {
 
-// Map coordinates here are pixels from a corner near the middle of the object pixels' bounds (a whole number of pixels, so that
-// borders are whole numbers). `a` is the axis along which a sector's lines advance (x or y), `b` the other.
+// Map coordinates here are pixels from a corner near the middle of the object pixels' bounds (a
+// whole number of pixels, so that borders are whole numbers). `a` is the axis along which a
+// sector's lines advance (x or y), `b` the other.
 //
-// A pencil of epipolar lines with one number each: its line s is b = s * (p0 + p1 a) + (q0 + q1 a), for p0 + p1 a > 0. With
-// b_h, a_h, w homogeneous, b_h - q0 w - q1 a_h and p0 w + p1 a_h vanish at the epipole; their quotient at the ray's vanishing point
-// is the ray's s, and the quotient at an edge's ends is what its bins follow from, wherever the epipole lies.
+// A pencil of epipolar lines with one number each: its line s is b = s * (p0 + p1 a) + (q0 + q1 a),
+// for p0 + p1 a > 0. With b_h, a_h, w homogeneous, b_h - q0 w - q1 a_h and p0 w + p1 a_h vanish at
+// the epipole; their quotient at the ray's vanishing point is the ray's s, and the quotient at an
+// edge's ends is what its bins follow from, wherever the epipole lies.
 struct Sector {
   bool advances_along_y;
   float p0, p1, q0, q1;
-  float towards;  // +1 or -1: the sign of da/dt, by which all positions along lines are multiplied, so that they grow with depth
+  float towards;  // +1 or -1: the sign of da/dt, by which all positions along lines are multiplied,
+                  // so that they grow with depth
   float s_begin, s_end, steps_per_s;
   int first_bin, bins;
 
   float s_of(float a, float b) const { return (b - q0 - q1 * a) / (p0 + p1 * a); }
 };
 
-// An edge as a list entry: border * 2 + (1 if it runs along the sector's axis a, else 0). The border of an edge across a is
-// multiplied by `towards`. 16 bits, so that one load has two: silhouettes are less than 32,000 px wide and high.
+// An edge as a list entry: border * 2 + (1 if it runs along the sector's axis a, else 0). The
+// border of an edge across a is multiplied by `towards`. 16 bits, so that one load has two:
+// silhouettes are less than 32,000 px wide and high.
 using PackedEdge = std::int16_t;
-// Nearer than any edge: fills up lists of an odd number. Positions along lines are taken to be at least kLeastPosition.
+// Nearer than any edge: fills up lists of an odd number. Positions along lines are taken to be at
+// least kLeastPosition.
 inline constexpr PackedEdge kNoEdge = -32768;
 inline constexpr float kLeastPosition = -16383;
 
-// Lines are told apart in steps of 1 / kStepsPerBin of a bin, a millionth of a pixel: as fine as float tells them apart. Ends of
-// edges and rays are rounded alike, so that no ray slips between two edges that meet.
+// Lines are told apart in steps of 1 / kStepsPerBin of a bin, a millionth of a pixel: as fine as
+// float tells them apart. Ends of edges and rays are rounded alike, so that no ray slips between
+// two edges that meet.
 inline constexpr int kStepBits = 15;
 inline constexpr std::int32_t kStepsPerBin = 1 << kStepBits;
 
@@ -43,9 +50,12 @@ inline constexpr int kGroupBits = 3, kGroupBins = 1 << kGroupBits;
 class EpipolarBins {
  public:
   // The object pixels are not empty; `map` is of the silhouette's camera. Keeps its buffers.
-  void build(const hull::Silhouette& silhouette, const hull::PixelRect& bounds, const hull::MapFromView& map);
+  void build(const hull::Silhouette& silhouette, const hull::PixelRect& bounds,
+             const hull::MapFromView& map);
 
-  int origin_u_px() const { return origin_u_px_; }  // border (pixel corner) at which map coordinates are 0
+  int origin_u_px() const {
+    return origin_u_px_;
+  }  // border (pixel corner) at which map coordinates are 0
   int origin_v_px() const { return origin_v_px_; }
   const std::vector<Sector>& sectors() const { return sectors_; }
   int empty_bin() const { return bins_; }
@@ -53,16 +63,17 @@ class EpipolarBins {
   // Edges that every line of bin k crosses: pairs whole_first[k] ... whole_first[k + 1] of whole.
   const std::vector<std::int32_t>& whole_first() const { return whole_first_; }
   const std::vector<PackedEdge>& whole() const { return whole_; }
-  // Edges that some lines of bin k cross: part_first[k] ... part_first[k + 1] of part, those from step part_steps & 0xffff of the
-  // bin up to, not including, part_steps >> 16.
+  // Edges that some lines of bin k cross: part_first[k] ... part_first[k + 1] of part, those from
+  // step part_steps & 0xffff of the bin up to, not including, part_steps >> 16.
   const std::vector<std::int32_t>& part_first() const { return part_first_; }
   const std::vector<std::int32_t>& part() const { return part_; }
   const std::vector<std::uint32_t>& part_steps() const { return part_steps_; }
   // All lists may be read to the length of the longest.
 
-  // For the lines of one far epipole: the positions between which all edges of kGroupBins bins lie, so that rays of a tile, a range of
-  // lines, are skipped or start late together. Level l, of groups() entries, has the extremes over 2^l groups from each on (over
-  // fewer at the end); infinite where there is no edge. groups() is 0 for a near epipole.
+  // For the lines of one far epipole: the positions between which all edges of kGroupBins bins lie,
+  // so that rays of a tile, a range of lines, are skipped or start late together. Level l, of
+  // groups() entries, has the extremes over 2^l groups from each on (over fewer at the end);
+  // infinite where there is no edge. groups() is 0 for a near epipole.
   int groups() const { return groups_; }
   const std::vector<float>& nearest() const { return nearest_; }
   const std::vector<float>& farthest() const { return farthest_; }

@@ -1,4 +1,5 @@
-// Rays of image-based visual hulls in vector lanes: a block of neighbouring rays, four wide, moves from camera to camera.
+// Rays of image-based visual hulls in vector lanes: a block of neighbouring rays, four wide, moves
+// from camera to camera.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "benchmarks/hull/baselines/image_based_hull_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -13,44 +14,65 @@
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe::baselines::HWY_NAMESPACE {
 constexpr float kNever = std::numeric_limits<float>::infinity();
-// The least step in depth, relative: an interval thinner than the rounding of its ends is left by it, not asked for again.
+// The least step in depth, relative: an interval thinner than the rounding of its ends is left by
+// it, not asked for again.
 constexpr float kLeastStep = 1 + 2 * std::numeric_limits<float>::epsilon();
 
-// A block's rays in one camera: which epipolar line each has, how it advances, the edges that it may cross.
+// A block's rays in one camera: which epipolar line each has, how it advances, the edges that it
+// may cross.
 struct Lines {
   V a_eye, a_far, w_eye, w_far;  // position on the line: (a_eye + t a_far) / (w_eye + t w_far)
   V towards;
-  V along_scale, along_offset;  // an edge along a, at border b: towards * a = b * along_scale + along_offset
+  V along_scale,
+      along_offset;  // an edge along a, at border b: towards * a = b * along_scale + along_offset
   VI whole_begin, whole_count, part_begin, part_count;
   VI step;  // of the bin
 };
 
 HWY_INLINE V homogeneous(const EpipolarCamera& c, std::size_t k, V u, V v) {
-  return hn::MulAdd(hn::Set(d, c.of_u[k]), u, hn::MulAdd(hn::Set(d, c.of_v[k]), v, hn::Set(d, c.of_1[k])));
+  return hn::MulAdd(hn::Set(d, c.of_u[k]), u,
+                    hn::MulAdd(hn::Set(d, c.of_v[k]), v, hn::Set(d, c.of_1[k])));
 }
 
 HWY_INLINE Lines lines_of(const EpipolarCamera& c, V u, V v) {
   const V x = homogeneous(c, 0, u, v), y = homogeneous(c, 1, u, v), w = homogeneous(c, 2, u, v);
   const V zero = hn::Zero(d);
-  Lines l{zero, zero, hn::Set(d, c.at_eye[2]), w, hn::Set(d, 1.0f), zero, zero, hn::Zero(di), hn::Zero(di), hn::Zero(di), hn::Zero(di), hn::Zero(di)};
+  Lines l{zero,
+          zero,
+          hn::Set(d, c.at_eye[2]),
+          w,
+          hn::Set(d, 1.0f),
+          zero,
+          zero,
+          hn::Zero(di),
+          hn::Zero(di),
+          hn::Zero(di),
+          hn::Zero(di),
+          hn::Zero(di)};
   VI all_steps = hn::Set(di, c.empty_bin * kStepsPerBin);
   for (const Sector& sector : c.sectors) {
     const V a = sector.advances_along_y ? y : x, b = sector.advances_along_y ? x : y;
-    const V p0 = hn::Set(d, sector.p0), p1 = hn::Set(d, sector.p1), q0 = hn::Set(d, sector.q0), q1 = hn::Set(d, sector.q1);
+    const V p0 = hn::Set(d, sector.p0), p1 = hn::Set(d, sector.p1), q0 = hn::Set(d, sector.q0),
+            q1 = hn::Set(d, sector.q1);
     const V ahead = hn::MulAdd(p1, a, hn::Mul(p0, w));
     const V s = hn::Mul(hn::NegMulAdd(q1, a, hn::NegMulAdd(q0, w, b)), reciprocal(ahead));
     const V from = hn::Sub(s, hn::Set(d, sector.s_begin));
-    const M here = hn::And(hn::Gt(ahead, zero), hn::And(hn::Ge(from, zero), hn::Lt(s, hn::Set(d, sector.s_end))));
+    const M here = hn::And(hn::Gt(ahead, zero),
+                           hn::And(hn::Ge(from, zero), hn::Lt(s, hn::Set(d, sector.s_end))));
     if (hn::AllFalse(d, here)) continue;
     const V towards = hn::Set(d, sector.towards);
     const V scale = hn::Mul(towards, reciprocal(hn::MulAdd(s, p1, q1)));
-    const VI steps = hn::Min(hn::ConvertTo(di, hn::Mul(from, hn::Set(d, sector.steps_per_s))), hn::Set(di, sector.bins * kStepsPerBin - 1));
-    all_steps = hn::IfThenElse(hn::RebindMask(di, here), hn::Add(steps, hn::Set(di, sector.first_bin * kStepsPerBin)), all_steps);
+    const VI steps = hn::Min(hn::ConvertTo(di, hn::Mul(from, hn::Set(d, sector.steps_per_s))),
+                             hn::Set(di, sector.bins * kStepsPerBin - 1));
+    all_steps =
+        hn::IfThenElse(hn::RebindMask(di, here),
+                       hn::Add(steps, hn::Set(di, sector.first_bin * kStepsPerBin)), all_steps);
     l.a_eye = hn::IfThenElse(here, hn::Set(d, c.at_eye[sector.advances_along_y ? 1 : 0]), l.a_eye);
     l.a_far = hn::IfThenElse(here, a, l.a_far);
     l.towards = hn::IfThenElse(here, towards, l.towards);
     l.along_scale = hn::IfThenElse(here, scale, l.along_scale);
-    l.along_offset = hn::IfThenElse(here, hn::Neg(hn::Mul(hn::MulAdd(s, p0, q0), scale)), l.along_offset);
+    l.along_offset =
+        hn::IfThenElse(here, hn::Neg(hn::Mul(hn::MulAdd(s, p0, q0), scale)), l.along_offset);
   }
   const VI bin = hn::ShiftRight<kStepBits>(all_steps);
   l.step = hn::And(all_steps, hn::Set(di, kStepsPerBin - 1));
@@ -61,7 +83,8 @@ HWY_INLINE Lines lines_of(const EpipolarCamera& c, V u, V v) {
   return l;
 }
 
-// What one pass over a ray's edges finds beyond a position: whether an odd number lies there, and the nearest two.
+// What one pass over a ray's edges finds beyond a position: whether an odd number lies there, and
+// the nearest two.
 struct Beyond {
   M odd;
   V first, second;
@@ -82,7 +105,8 @@ HWY_INLINE void meet(const Lines& l, V position, VI edge, M counted, Beyond& bey
 HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M asking, V position) {
   Beyond beyond{hn::Lt(hn::Zero(d), hn::Zero(d)), hn::Set(d, kNever), hn::Set(d, kNever)};
   const VI none = hn::Set(di, -1);
-  const VI whole_count = hn::IfThenElse(hn::RebindMask(di, asking), l.whole_count, none), part_count = hn::IfThenElse(hn::RebindMask(di, asking), l.part_count, none);
+  const VI whole_count = hn::IfThenElse(hn::RebindMask(di, asking), l.whole_count, none),
+           part_count = hn::IfThenElse(hn::RebindMask(di, asking), l.part_count, none);
   for (VI i = hn::Zero(di);; i = hn::Add(i, hn::Set(di, 1))) {
     const M has = as_float_mask(hn::Lt(i, whole_count));
     if (hn::AllFalse(d, has)) break;
@@ -93,22 +117,28 @@ HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M asking
   for (VI i = hn::Zero(di);; i = hn::Add(i, hn::Set(di, 1))) {
     const M has = as_float_mask(hn::Lt(i, part_count));
     if (hn::AllFalse(d, has)) break;
-    const VI at = hn::Add(l.part_begin, i), steps = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(c.part_steps), at);
+    const VI at = hn::Add(l.part_begin, i),
+             steps = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(c.part_steps), at);
     const VI edges = hn::GatherIndex(di, c.part, at);
-    // The upper half, at most kStepsPerBin = 1 << 15, has no sign: compared as unsigned numbers would be.
-    const VI begin = hn::And(steps, hn::Set(di, 0xffff)), end = hn::And(hn::ShiftRight<16>(steps), hn::Set(di, 0xffff));
+    // The upper half, at most kStepsPerBin = 1 << 15, has no sign: compared as unsigned numbers
+    // would be.
+    const VI begin = hn::And(steps, hn::Set(di, 0xffff)),
+             end = hn::And(hn::ShiftRight<16>(steps), hn::Set(di, 0xffff));
     const M crossed = as_float_mask(hn::AndNot(hn::Lt(l.step, begin), hn::Lt(l.step, end)));
     meet(l, position, edges, hn::And(has, crossed), beyond);
   }
   return beyond;
 }
 
-// Depth at which the image reaches a position on its line; never where that lies beyond the vanishing point.
+// Depth at which the image reaches a position on its line; never where that lies beyond the
+// vanishing point.
 HWY_INLINE V depth_at(const Lines& l, V position) {
   const V a = hn::Mul(position, l.towards);
-  const V ahead = hn::NegMulAdd(a, l.w_far, l.a_far);  // has the sign of `towards` before the vanishing point
+  const V ahead =
+      hn::NegMulAdd(a, l.w_far, l.a_far);  // has the sign of `towards` before the vanishing point
   const V t = hn::Mul(hn::MulSub(a, l.w_eye, l.a_eye), reciprocal(ahead));
-  const M reached = hn::And(hn::Gt(hn::Mul(ahead, l.towards), hn::Zero(d)), hn::Lt(position, hn::Set(d, kNever)));
+  const M reached =
+      hn::And(hn::Gt(hn::Mul(ahead, l.towards), hn::Zero(d)), hn::Lt(position, hn::Set(d, kNever)));
   return hn::IfThenElse(reached, t, hn::Set(d, kNever));
 }
 
@@ -120,7 +150,8 @@ HWY_INLINE Interval interval_from(const EpipolarCamera& c, const Lines& l, M ask
   const V w = hn::MulAdd(t, l.w_far, l.w_eye);
   const V a = hn::Mul(hn::MulAdd(t, l.a_far, l.a_eye), reciprocal(w));
   const V least = hn::Set(d, kLeastPosition);
-  const V position = hn::IfThenElse(hn::Gt(w, hn::Zero(d)), hn::Max(hn::Mul(a, l.towards), least), least);
+  const V position =
+      hn::IfThenElse(hn::Gt(w, hn::Zero(d)), hn::Max(hn::Mul(a, l.towards), least), least);
   const Beyond beyond = edges_beyond(c, l, asking, position);
   const M inside = c.ends_inside ? hn::Not(beyond.odd) : beyond.odd;
   const V enter = hn::IfThenElse(inside, t, hn::Max(t, depth_at(l, beyond.first)));
@@ -135,7 +166,8 @@ bool leaves_front(std::span<const EpipolarCamera> cameras, const EpipolarTile& t
     for (const int u : {tile.rays.u0_px, tile.rays.u1_px})
       for (const int v : {tile.rays.v0_px, tile.rays.v1_px}) {
         const float w_far = c.of_u[2] * float(u) + c.of_v[2] * float(v) + c.of_1[2];
-        if (!(c.at_eye[2] + tile.begin_m * w_far > 0 && c.at_eye[2] + tile.end_m * w_far > 0)) return true;
+        if (!(c.at_eye[2] + tile.begin_m * w_far > 0 && c.at_eye[2] + tile.end_m * w_far > 0))
+          return true;
       }
   return false;
 }
@@ -145,12 +177,14 @@ void clip_to_front(std::span<const EpipolarCamera> cameras, V u, V v, V& begin, 
   for (const EpipolarCamera& c : cameras) {
     const V w_eye = hn::Set(d, c.at_eye[2]), w_far = homogeneous(c, 2, u, v);
     const V turn = hn::Div(hn::Neg(w_eye), w_far);
-    begin = hn::IfThenElse(hn::And(hn::Gt(w_far, hn::Zero(d)), hn::Lt(w_eye, hn::Zero(d))), hn::Max(begin, turn), begin);
+    begin = hn::IfThenElse(hn::And(hn::Gt(w_far, hn::Zero(d)), hn::Lt(w_eye, hn::Zero(d))),
+                           hn::Max(begin, turn), begin);
     end = hn::IfThenElse(hn::Lt(w_far, hn::Zero(d)), hn::Min(end, turn), end);
   }
 }
 
-HWY_INLINE V trace_block(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile, bool clipped, V u, V v, M alive) {
+HWY_INLINE V trace_block(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile,
+                         bool clipped, V u, V v, M alive) {
   V t = hn::Set(d, tile.begin_m), end = hn::Set(d, tile.end_m);
   if (clipped) clip_to_front(cameras, u, v, t, end);
   V until[kRemembered];
@@ -164,7 +198,9 @@ HWY_INLINE V trace_block(std::span<const EpipolarCamera> cameras, const Epipolar
       const Interval interval = interval_from(cameras[c], lines_of(cameras[c], u, v), asking, t);
       const M on = hn::And(asking, hn::Gt(interval.enter, t));
       if (c < remembered) {
-        until[c] = hn::IfThenElse(asking, hn::Max(interval.leave, hn::Mul(interval.enter, hn::Set(d, kLeastStep))), until[c]);
+        until[c] = hn::IfThenElse(
+            asking, hn::Max(interval.leave, hn::Mul(interval.enter, hn::Set(d, kLeastStep))),
+            until[c]);
         moved = true;
       } else {
         moved |= !hn::AllFalse(d, on);
@@ -190,14 +226,18 @@ void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& til
         vs[i] = float(v0 + i / wide);
       }
       const V u = hn::Load(d, us), v = hn::Load(d, vs);
-      const M alive = hn::And(hn::Lt(u, hn::Set(d, float(rays.u1_px))), hn::Lt(v, hn::Set(d, float(rays.v1_px))));
+      const M alive = hn::And(hn::Lt(u, hn::Set(d, float(rays.u1_px))),
+                              hn::Lt(v, hn::Set(d, float(rays.v1_px))));
       hn::Store(trace_block(cameras, tile, clipped, u, v, alive), d, depths);
       for (int y = 0; y < high && v0 + y < rays.v1_px; ++y)
-        std::copy_n(depths + y * wide, std::min(wide, rays.u1_px - u0), tile.depth_m + std::size_t(v0 + y - rays.v0_px) * tile.stride + (u0 - rays.u0_px));
+        std::copy_n(
+            depths + y * wide, std::min(wide, rays.u1_px - u0),
+            tile.depth_m + std::size_t(v0 + y - rays.v0_px) * tile.stride + (u0 - rays.u0_px));
     }
 }
 
-// --- tiles: lanes are tiles --------------------------------------------------------------------------------------------
+// --- tiles: lanes are tiles
+// --------------------------------------------------------------------------------------------
 
 // Rounding of float in depths, relative.
 constexpr float kRounding = 1e-6f;
@@ -218,13 +258,17 @@ HWY_INLINE void narrow(const EpipolarCamera& c, const CornerRays& corners, V& be
     w_far[k] = homogeneous(c, 2, corners.u[k], corners.v[k]);
     a_far[k] = homogeneous(c, axis_a, corners.u[k], corners.v[k]);
     const V b = homogeneous(c, 1 - axis_a, corners.u[k], corners.v[k]);
-    const V den = hn::MulAdd(hn::Set(d, sector.p1), a_far[k], hn::Mul(hn::Set(d, sector.p0), w_far[k]));
-    const V s = hn::Mul(hn::NegMulAdd(hn::Set(d, sector.q1), a_far[k], hn::NegMulAdd(hn::Set(d, sector.q0), w_far[k], b)), reciprocal(den));
+    const V den =
+        hn::MulAdd(hn::Set(d, sector.p1), a_far[k], hn::Mul(hn::Set(d, sector.p0), w_far[k]));
+    const V s = hn::Mul(hn::NegMulAdd(hn::Set(d, sector.q1), a_far[k],
+                                      hn::NegMulAdd(hn::Set(d, sector.q0), w_far[k], b)),
+                        reciprocal(den));
     ahead = hn::And(ahead, hn::Gt(den, hn::Zero(d)));
     s_least = hn::Min(s_least, s);
     s_most = hn::Max(s_most, s);
   }
-  const V slack = hn::Set(d, kRounding_px), s_begin = hn::Set(d, sector.s_begin), groups_per_s = hn::Set(d, sector.steps_per_s / (kStepsPerBin * kGroupBins));
+  const V slack = hn::Set(d, kRounding_px), s_begin = hn::Set(d, sector.s_begin),
+          groups_per_s = hn::Set(d, sector.steps_per_s / (kStepsPerBin * kGroupBins));
   const auto group = [&](V s) HWY_ATTR {
     const V g = hn::Mul(hn::Sub(s, s_begin), groups_per_s);
     return hn::ConvertTo(di, hn::Min(hn::Max(g, hn::Zero(d)), hn::Set(d, float(c.groups - 1))));
@@ -232,12 +276,18 @@ HWY_INLINE void narrow(const EpipolarCamera& c, const CornerRays& corners, V& be
   s_least = hn::Sub(s_least, slack);
   s_most = hn::Add(s_most, slack);
   const M meets = hn::And(hn::Ge(s_most, s_begin), hn::Lt(s_least, hn::Set(d, sector.s_end)));
-  const VI one = hn::Set(di, 1), first = group(s_least), behind = hn::Add(hn::Max(group(s_most), first), one);
+  const VI one = hn::Set(di, 1), first = group(s_least),
+           behind = hn::Add(hn::Max(group(s_most), first), one);
   // The greatest power of two in the range: a float's exponent.
-  const VI level = hn::Sub(hn::ShiftRight<23>(hn::BitCast(di, hn::ConvertTo(d, hn::Sub(behind, first)))), hn::Set(di, 127));
-  const VI row = hn::Mul(level, hn::Set(di, c.groups)), at = hn::Add(row, first), also_at = hn::Add(row, hn::Sub(behind, hn::Shl(one, level)));
-  const V nearest = hn::Sub(hn::Min(hn::GatherIndex(d, c.nearest, at), hn::GatherIndex(d, c.nearest, also_at)), slack);
-  const V farthest = hn::Add(hn::Max(hn::GatherIndex(d, c.farthest, at), hn::GatherIndex(d, c.farthest, also_at)), slack);
+  const VI level =
+      hn::Sub(hn::ShiftRight<23>(hn::BitCast(di, hn::ConvertTo(d, hn::Sub(behind, first)))),
+              hn::Set(di, 127));
+  const VI row = hn::Mul(level, hn::Set(di, c.groups)), at = hn::Add(row, first),
+           also_at = hn::Add(row, hn::Sub(behind, hn::Shl(one, level)));
+  const V nearest = hn::Sub(
+      hn::Min(hn::GatherIndex(d, c.nearest, at), hn::GatherIndex(d, c.nearest, also_at)), slack);
+  const V farthest = hn::Add(
+      hn::Max(hn::GatherIndex(d, c.farthest, at), hn::GatherIndex(d, c.farthest, also_at)), slack);
   V least = never, most = hn::Zero(d);
   for (int k = 0; k < kCorners; ++k) {
     Lines l;
@@ -250,21 +300,30 @@ HWY_INLINE void narrow(const EpipolarCamera& c, const CornerRays& corners, V& be
     most = hn::Max(most, depth_at(l, farthest));
   }
   begin = hn::IfThenElse(ahead, hn::Max(begin, hn::Mul(least, hn::Set(d, 1 - kRounding))), begin);
-  end = hn::IfThenElse(ahead, hn::IfThenElseZero(meets, hn::Min(end, hn::Mul(most, hn::Set(d, 1 + kRounding)))), end);
+  end = hn::IfThenElse(
+      ahead, hn::IfThenElseZero(meets, hn::Min(end, hn::Mul(most, hn::Set(d, 1 + kRounding)))),
+      end);
 }
 
-void narrow_tiles(std::span<const EpipolarCamera> cameras, const hull::PixelRect& piece, float begin_m, float end_m, TileRanges& ranges) {
+void narrow_tiles(std::span<const EpipolarCamera> cameras, const hull::PixelRect& piece,
+                  float begin_m, float end_m, TileRanges& ranges) {
   const int lanes = int(hn::Lanes(d));
   for (int first = 0; first < kTilesAcross * kTilesAcross; first += lanes) {
     const VI i = hn::Iota(di, first);
-    const V u = hn::ConvertTo(d, hn::Add(hn::Mul(hn::And(i, hn::Set(di, kTilesAcross - 1)), hn::Set(di, kTile_px)), hn::Set(di, piece.u0_px)));
-    const V v = hn::ConvertTo(d, hn::Add(hn::Mul(hn::ShiftRight<kTilesAcrossBits>(i), hn::Set(di, kTile_px)), hn::Set(di, piece.v0_px)));
-    const V u_last = hn::Add(u, hn::Set(d, float(kTile_px - 1))), v_last = hn::Add(v, hn::Set(d, float(kTile_px - 1)));
+    const V u = hn::ConvertTo(
+        d, hn::Add(hn::Mul(hn::And(i, hn::Set(di, kTilesAcross - 1)), hn::Set(di, kTile_px)),
+                   hn::Set(di, piece.u0_px)));
+    const V v = hn::ConvertTo(
+        d, hn::Add(hn::Mul(hn::ShiftRight<kTilesAcrossBits>(i), hn::Set(di, kTile_px)),
+                   hn::Set(di, piece.v0_px)));
+    const V u_last = hn::Add(u, hn::Set(d, float(kTile_px - 1))),
+            v_last = hn::Add(v, hn::Set(d, float(kTile_px - 1)));
     const CornerRays corners{{u, u_last, u, u_last}, {v, v, v_last, v_last}};
     V begin = hn::Set(d, begin_m), end = hn::Set(d, end_m);
     for (const EpipolarCamera& c : cameras)
       if (c.groups > 0) narrow(c, corners, begin, end);
-    const M in_piece = hn::And(hn::Lt(u, hn::Set(d, float(piece.u1_px))), hn::Lt(v, hn::Set(d, float(piece.v1_px))));
+    const M in_piece = hn::And(hn::Lt(u, hn::Set(d, float(piece.u1_px))),
+                               hn::Lt(v, hn::Set(d, float(piece.v1_px))));
     hn::StoreU(begin, d, ranges.begin_m + first);
     hn::StoreU(hn::IfThenElseZero(in_piece, end), d, ranges.end_m + first);
   }
@@ -277,9 +336,12 @@ HWY_AFTER_NAMESPACE();
 namespace fivepipe::baselines {
 HWY_EXPORT(trace_tile);
 HWY_EXPORT(narrow_tiles);
-void narrow_tiles(std::span<const EpipolarCamera> cameras, const hull::PixelRect& piece, float begin_m, float end_m, TileRanges& ranges) {
+void narrow_tiles(std::span<const EpipolarCamera> cameras, const hull::PixelRect& piece,
+                  float begin_m, float end_m, TileRanges& ranges) {
   HWY_DYNAMIC_DISPATCH(narrow_tiles)(cameras, piece, begin_m, end_m, ranges);
 }
-void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile) { HWY_DYNAMIC_DISPATCH(trace_tile)(cameras, tile); }
+void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile) {
+  HWY_DYNAMIC_DISPATCH(trace_tile)(cameras, tile);
+}
 }  // namespace fivepipe::baselines
 #endif

@@ -1,4 +1,5 @@
-// Vectors of up to 16 floats or 32-bit integers, compiled once per instruction set by those who include it.
+// Vectors of up to 16 floats or 32-bit integers, compiled once per instruction set by those who
+// include it.
 #if defined(FIVEPIPE_RIVALS_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef FIVEPIPE_RIVALS_LANES_INL_H
 #undef FIVEPIPE_RIVALS_LANES_INL_H

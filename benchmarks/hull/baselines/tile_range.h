@@ -12,9 +12,10 @@ struct DepthRange {
   bool empty() const { return !(begin_m < end_m); }
 };
 
-// Holds, for every ray of the rectangle, the part of `within` that lies in all half-spaces, and a little more for rounding to
-// float; empty where no ray has such a part.
-DepthRange range_of_rays(std::span<const hull::HalfSpace> half_spaces, const hull::PixelRect& rays, const DepthRange& within);
+// Holds, for every ray of the rectangle, the part of `within` that lies in all half-spaces, and a
+// little more for rounding to float; empty where no ray has such a part.
+DepthRange range_of_rays(std::span<const hull::HalfSpace> half_spaces, const hull::PixelRect& rays,
+                         const DepthRange& within);
 
 // The squares of kPiece_px into which a view is dealt out to threads, row by row.
 inline constexpr int kPiece_px = 64;

@@ -13,24 +13,28 @@ inline constexpr std::size_t kWordsPerBrick = 16;  // of 32 bits
 // A brick's entry in the index: where its voxels begin, in bricks, or one of these.
 inline constexpr std::int32_t kEmptyBrick = -1, kFullBrick = -2;
 
-// Which bit of a brick a voxel is, its coordinates 0 to 7: blocks of 4, of 2 and voxels nested, each in the order x, y, z (Morton), so
-// that a block of 2 is a byte, and what is empty can be skipped by byte or word.
+// Which bit of a brick a voxel is, its coordinates 0 to 7: blocks of 4, of 2 and voxels nested,
+// each in the order x, y, z (Morton), so that a block of 2 is a byte, and what is empty can be
+// skipped by byte or word.
 constexpr int bit_in_brick(int x, int y, int z) {
   int bit = 0;
-  for (int level = 2; level >= 0; --level) bit = bit << 3 | (x >> level & 1) | (y >> level & 1) << 1 | (z >> level & 1) << 2;
+  for (int level = 2; level >= 0; --level)
+    bit = bit << 3 | (x >> level & 1) | (y >> level & 1) << 1 | (z >> level & 1) << 2;
   return bit;
 }
 
 struct VoxelGrid {
   Eigen::Vector3d corner_world_m;  // of voxel (0, 0, 0), whose axes are the world's
   double voxel_m;
-  std::array<int, 3> bricks;          // counts along x, y, z
+  std::array<int, 3> bricks;  // counts along x, y, z
   int y_shift, z_shift;
   std::vector<std::int32_t> index;    // of brick (x, y, z) at z << z_shift | y << y_shift | x
   std::vector<std::uint32_t> voxels;  // kWordsPerBrick each
   std::array<int, 3> begin, end;      // bricks, half-open: all others are empty
 
-  std::size_t at(int x, int y, int z) const { return std::size_t(z) << z_shift | std::size_t(y) << y_shift | std::size_t(x); }
+  std::size_t at(int x, int y, int z) const {
+    return std::size_t(z) << z_shift | std::size_t(y) << y_shift | std::size_t(x);
+  }
 
   bool occupied(int x, int y, int z) const {  // false outside
     const auto outside = [](int i, int count) { return i < 0 || i >= count * kBrick_voxels; };

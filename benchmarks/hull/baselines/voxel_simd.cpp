@@ -16,70 +16,96 @@ namespace fivepipe::baselines::HWY_NAMESPACE {
 using MI = hn::Mask<DI>;
 
 HWY_INLINE V homogeneous(const CarvingCamera& c, std::size_t k, V x, V y, V z) {
-  return hn::MulAdd(hn::Set(d, c.of_x[k]), x, hn::MulAdd(hn::Set(d, c.of_y[k]), y, hn::MulAdd(hn::Set(d, c.of_z[k]), z, hn::Set(d, c.of_1[k]))));
+  return hn::MulAdd(hn::Set(d, c.of_x[k]), x,
+                    hn::MulAdd(hn::Set(d, c.of_y[k]), y,
+                               hn::MulAdd(hn::Set(d, c.of_z[k]), z, hn::Set(d, c.of_1[k]))));
 }
 
-// Farthest that a point of the cube around a middle, whose image is at `position` in axis k, may be from it. With p the rows of the
-// projection, a point moved by m is moved by (p_k m - position p_w m) / (w + p_w m) in the image.
-HWY_INLINE V reach(const CarvingCamera& c, std::size_t k, V position, V half, V least_w_reciprocal) {
-  const auto part = [&](float of, float of_w) HWY_ATTR { return hn::Abs(hn::NegMulAdd(position, hn::Set(d, of_w), hn::Set(d, of))); };
-  const V sum = hn::Add(part(c.of_x[k], c.of_x[2]), hn::Add(part(c.of_y[k], c.of_y[2]), part(c.of_z[k], c.of_z[2])));
+// Farthest that a point of the cube around a middle, whose image is at `position` in axis k, may be
+// from it. With p the rows of the projection, a point moved by m is moved by (p_k m - position p_w
+// m) / (w + p_w m) in the image.
+HWY_INLINE V reach(const CarvingCamera& c, std::size_t k, V position, V half,
+                   V least_w_reciprocal) {
+  const auto part = [&](float of, float of_w) HWY_ATTR {
+    return hn::Abs(hn::NegMulAdd(position, hn::Set(d, of_w), hn::Set(d, of)));
+  };
+  const V sum = hn::Add(part(c.of_x[k], c.of_x[2]),
+                        hn::Add(part(c.of_y[k], c.of_y[2]), part(c.of_z[k], c.of_z[2])));
   return hn::MulAdd(hn::Mul(sum, half), least_w_reciprocal, hn::Set(d, kRounding_px));
 }
 
 // Of the cubes with these middles and half an edge.
 HWY_INLINE Contents contents_of_cubes(const CarvingCamera& c, V x, V y, V z, float half_voxels) {
   const V w = homogeneous(c, 2, x, y, z), scale = reciprocal(w), half = hn::Set(d, half_voxels);
-  const V u = hn::Mul(homogeneous(c, 0, x, y, z), scale), v = hn::Mul(homogeneous(c, 1, x, y, z), scale);
-  const V least_w = hn::Sub(w, hn::Set(d, half_voxels * (std::abs(c.of_x[2]) + std::abs(c.of_y[2]) + std::abs(c.of_z[2]))));
-  const V far = reciprocal(least_w), reach_u = reach(c, 0, u, half, far), reach_v = reach(c, 1, v, half, far);
-  const Contents contents = contents_of(c.map, hn::Sub(u, reach_u), hn::Sub(v, reach_v), hn::Add(u, reach_u), hn::Add(v, reach_v));
+  const V u = hn::Mul(homogeneous(c, 0, x, y, z), scale),
+          v = hn::Mul(homogeneous(c, 1, x, y, z), scale);
+  const V least_w = hn::Sub(w, hn::Set(d, half_voxels * (std::abs(c.of_x[2]) + std::abs(c.of_y[2]) +
+                                                         std::abs(c.of_z[2]))));
+  const V far = reciprocal(least_w), reach_u = reach(c, 0, u, half, far),
+          reach_v = reach(c, 1, v, half, far);
+  const Contents contents = contents_of(c.map, hn::Sub(u, reach_u), hn::Sub(v, reach_v),
+                                        hn::Add(u, reach_u), hn::Add(v, reach_v));
   const M in_front = hn::Gt(least_w, hn::Zero(d));
   return {hn::And(contents.none, in_front), hn::And(contents.all, in_front)};
 }
 
 // Takes the cameras that are full from `mixed`, and makes it kCarved where one is empty.
-HWY_INLINE VI test_cubes(std::span<const CarvingCamera> cameras, V x, V y, V z, float half_voxels, VI mixed) {
+HWY_INLINE VI test_cubes(std::span<const CarvingCamera> cameras, V x, V y, V z, float half_voxels,
+                         VI mixed) {
   const VI carved = hn::Set(di, kCarved);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const VI camera = hn::Set(di, std::int32_t(1) << i);
     const MI asked = hn::AndNot(hn::Eq(mixed, carved), hn::TestBit(mixed, camera));
     if (hn::AllFalse(di, asked)) continue;
     const Contents contents = contents_of_cubes(cameras[i], x, y, z, half_voxels);
-    mixed = hn::IfThenElse(hn::And(asked, hn::RebindMask(di, contents.all)), hn::AndNot(camera, mixed), mixed);
+    mixed = hn::IfThenElse(hn::And(asked, hn::RebindMask(di, contents.all)),
+                           hn::AndNot(camera, mixed), mixed);
     mixed = hn::IfThenElse(hn::And(asked, hn::RebindMask(di, contents.none)), carved, mixed);
   }
   return mixed;
 }
 
 void test_nodes(std::span<const CarvingCamera> cameras, int size_voxels, CarvedNodes& nodes) {
-  const std::size_t count = nodes.x.size(), lanes = hn::Lanes(d), padded = (count + lanes - 1) / lanes * lanes;
+  const std::size_t count = nodes.x.size(), lanes = hn::Lanes(d),
+                    padded = (count + lanes - 1) / lanes * lanes;
   for (auto* v : {&nodes.x, &nodes.y, &nodes.z}) v->resize(padded, 0);
   nodes.mixed.resize(padded, kCarved);
   const float half = 0.5f * float(size_voxels);
   const V to_middle = hn::Set(d, half);
   for (std::size_t i = 0; i < padded; i += lanes) {
-    const auto middle = [&](const std::vector<std::int32_t>& corner) HWY_ATTR { return hn::Add(hn::ConvertTo(d, hn::LoadU(di, corner.data() + i)), to_middle); };
+    const auto middle = [&](const std::vector<std::int32_t>& corner) HWY_ATTR {
+      return hn::Add(hn::ConvertTo(d, hn::LoadU(di, corner.data() + i)), to_middle);
+    };
     const VI mixed = hn::LoadU(di, nodes.mixed.data() + i);
-    hn::StoreU(test_cubes(cameras, middle(nodes.x), middle(nodes.y), middle(nodes.z), half, mixed), di, nodes.mixed.data() + i);
+    hn::StoreU(test_cubes(cameras, middle(nodes.x), middle(nodes.y), middle(nodes.z), half, mixed),
+               di, nodes.mixed.data() + i);
   }
   for (auto* v : {&nodes.x, &nodes.y, &nodes.z, &nodes.mixed}) v->resize(count);
 }
 
-// --- one brick -----------------------------------------------------------------------------------------------------
+// --- one brick
+// -----------------------------------------------------------------------------------------------------
 
-// Coordinate k (0: x) in the brick of the block of two with this number, in the brick's order of bits.
+// Coordinate k (0: x) in the brick of the block of two with this number, in the brick's order of
+// bits.
 HWY_INLINE VI block_coordinate(VI block, int k) {
   const VI one = hn::Set(di, 1);
-  const VI fours = hn::And(k == 0 ? hn::ShiftRight<3>(block) : k == 1 ? hn::ShiftRight<4>(block) : hn::ShiftRight<5>(block), one);
-  const VI twos = hn::And(k == 0 ? block : k == 1 ? hn::ShiftRight<1>(block) : hn::ShiftRight<2>(block), one);
+  const VI fours = hn::And(k == 0   ? hn::ShiftRight<3>(block)
+                           : k == 1 ? hn::ShiftRight<4>(block)
+                                    : hn::ShiftRight<5>(block),
+                           one);
+  const VI twos = hn::And(k == 0   ? block
+                          : k == 1 ? hn::ShiftRight<1>(block)
+                                   : hn::ShiftRight<2>(block),
+                          one);
   return hn::Add(hn::ShiftLeft<2>(fours), hn::ShiftLeft<1>(twos));
 }
 
 HWY_INLINE M centres_in_hull(std::span<const CarvingCamera> cameras, V x, V y, V z, M asked) {
   for (const CarvingCamera& c : cameras) {
     const V w = homogeneous(c, 2, x, y, z), scale = reciprocal(w);
-    const M on = on_object(c.map, hn::Mul(homogeneous(c, 0, x, y, z), scale), hn::Mul(homogeneous(c, 1, x, y, z), scale));
+    const M on = on_object(c.map, hn::Mul(homogeneous(c, 0, x, y, z), scale),
+                           hn::Mul(homogeneous(c, 1, x, y, z), scale));
     asked = hn::And(asked, hn::And(on, hn::Gt(w, hn::Zero(d))));
     if (hn::AllFalse(d, asked)) break;
   }
@@ -89,14 +115,17 @@ HWY_INLINE M centres_in_hull(std::span<const CarvingCamera> cameras, V x, V y, V
 constexpr int kBlocks = 64, kVoxelsPerBlock = 8;
 
 // Numbers of the blocks of two to be decided voxel by voxel; the others' bytes are written.
-int test_blocks(std::span<const CarvingCamera> cameras, const V (&corner)[3], std::uint8_t* bytes, std::int32_t* mixed_blocks) {
+int test_blocks(std::span<const CarvingCamera> cameras, const V (&corner)[3], std::uint8_t* bytes,
+                std::int32_t* mixed_blocks) {
   HWY_ALIGN std::int32_t mixed[16];
   const int lanes = int(hn::Lanes(d));
   const V one = hn::Set(d, 1.0f);  // from a block's corner to its middle
   int count = 0;
   for (int first = 0; first < kBlocks; first += lanes) {
     const VI block = hn::Iota(di, first);
-    const auto middle = [&](int k) HWY_ATTR { return hn::Add(hn::Add(corner[k], hn::ConvertTo(d, block_coordinate(block, k))), one); };
+    const auto middle = [&](int k) HWY_ATTR {
+      return hn::Add(hn::Add(corner[k], hn::ConvertTo(d, block_coordinate(block, k))), one);
+    };
     const VI all = hn::Set(di, std::int32_t((1u << cameras.size()) - 1));
     hn::Store(test_cubes(cameras, middle(0), middle(1), middle(2), 1.0f, all), di, mixed);
     for (int i = 0; i < lanes; ++i) {
@@ -108,35 +137,47 @@ int test_blocks(std::span<const CarvingCamera> cameras, const V (&corner)[3], st
   return count;
 }
 
-void carve_brick(std::span<const CarvingCamera> all_cameras, const std::array<int, 3>& corner_voxel, std::int32_t mixed, std::uint32_t* words) {
+void carve_brick(std::span<const CarvingCamera> all_cameras, const std::array<int, 3>& corner_voxel,
+                 std::int32_t mixed, std::uint32_t* words) {
   CarvingCamera cameras[32];
   std::size_t camera_count = 0;
   for (std::size_t i = 0; i < all_cameras.size(); ++i)
     if (mixed >> i & 1) cameras[camera_count++] = all_cameras[i];
   const std::span<const CarvingCamera> asked(cameras, camera_count);
 
-  const V corner[3] = {hn::Set(d, float(corner_voxel[0])), hn::Set(d, float(corner_voxel[1])), hn::Set(d, float(corner_voxel[2]))};
+  const V corner[3] = {hn::Set(d, float(corner_voxel[0])), hn::Set(d, float(corner_voxel[1])),
+                       hn::Set(d, float(corner_voxel[2]))};
   std::uint8_t bytes[kBlocks];
   std::int32_t blocks[kBlocks + 16];
-  const int count = test_blocks(asked, corner, bytes, blocks), lanes = int(hn::Lanes(d)), voxels = count * kVoxelsPerBlock;
+  const int count = test_blocks(asked, corner, bytes, blocks), lanes = int(hn::Lanes(d)),
+            voxels = count * kVoxelsPerBlock;
   std::fill_n(blocks + count, 16, 0);
   for (int first = 0; first < voxels; first += lanes) {
     const VI voxel = hn::Iota(di, first), one = hn::Set(di, 1);
     const VI block = hn::GatherIndex(di, blocks, hn::ShiftRight<3>(voxel));
     const auto centre = [&](int k) HWY_ATTR {
-      const VI in_block = hn::And(k == 0 ? voxel : k == 1 ? hn::ShiftRight<1>(voxel) : hn::ShiftRight<2>(voxel), one);
-      return hn::Add(hn::Add(corner[k], hn::ConvertTo(d, hn::Add(block_coordinate(block, k), in_block))), hn::Set(d, 0.5f));
+      const VI in_block = hn::And(k == 0   ? voxel
+                                  : k == 1 ? hn::ShiftRight<1>(voxel)
+                                           : hn::ShiftRight<2>(voxel),
+                                  one);
+      return hn::Add(
+          hn::Add(corner[k], hn::ConvertTo(d, hn::Add(block_coordinate(block, k), in_block))),
+          hn::Set(d, 0.5f));
     };
-    const M in = centres_in_hull(asked, centre(0), centre(1), centre(2), as_float_mask(hn::Lt(voxel, hn::Set(di, voxels))));
+    const M in = centres_in_hull(asked, centre(0), centre(1), centre(2),
+                                 as_float_mask(hn::Lt(voxel, hn::Set(di, voxels))));
     std::uint8_t in_bits[8] = {};
     hn::StoreMaskBits(d, in, in_bits);
     // Whole blocks, or, in narrow vectors, a part of one.
-    if (lanes < kVoxelsPerBlock) bytes[blocks[first / kVoxelsPerBlock]] |= std::uint8_t(in_bits[0] << first % kVoxelsPerBlock);
+    if (lanes < kVoxelsPerBlock)
+      bytes[blocks[first / kVoxelsPerBlock]] |= std::uint8_t(in_bits[0] << first % kVoxelsPerBlock);
     else
-      for (int i = 0; i < lanes / kVoxelsPerBlock && first + i * kVoxelsPerBlock < voxels; ++i) bytes[blocks[first / kVoxelsPerBlock + i]] = in_bits[i];
+      for (int i = 0; i < lanes / kVoxelsPerBlock && first + i * kVoxelsPerBlock < voxels; ++i)
+        bytes[blocks[first / kVoxelsPerBlock + i]] = in_bits[i];
   }
   for (std::size_t w = 0; w < kWordsPerBrick; ++w)
-    words[w] = bytes[4 * w] | std::uint32_t(bytes[4 * w + 1]) << 8 | std::uint32_t(bytes[4 * w + 2]) << 16 | std::uint32_t(bytes[4 * w + 3]) << 24;
+    words[w] = bytes[4 * w] | std::uint32_t(bytes[4 * w + 1]) << 8 |
+               std::uint32_t(bytes[4 * w + 2]) << 16 | std::uint32_t(bytes[4 * w + 3]) << 24;
 }
 
 }  // namespace fivepipe::baselines::HWY_NAMESPACE
@@ -146,8 +187,11 @@ HWY_AFTER_NAMESPACE();
 namespace fivepipe::baselines {
 HWY_EXPORT(test_nodes);
 HWY_EXPORT(carve_brick);
-void test_nodes(std::span<const CarvingCamera> cameras, int size_voxels, CarvedNodes& nodes) { HWY_DYNAMIC_DISPATCH(test_nodes)(cameras, size_voxels, nodes); }
-void carve_brick(std::span<const CarvingCamera> cameras, const std::array<int, 3>& corner_voxel, std::int32_t mixed, std::uint32_t* words) {
+void test_nodes(std::span<const CarvingCamera> cameras, int size_voxels, CarvedNodes& nodes) {
+  HWY_DYNAMIC_DISPATCH(test_nodes)(cameras, size_voxels, nodes);
+}
+void carve_brick(std::span<const CarvingCamera> cameras, const std::array<int, 3>& corner_voxel,
+                 std::int32_t mixed, std::uint32_t* words) {
   HWY_DYNAMIC_DISPATCH(carve_brick)(cameras, corner_voxel, mixed, words);
 }
 }  // namespace fivepipe::baselines

@@ -5,20 +5,21 @@
 #include <span>
 #include <vector>
 
-#include "common/hull/hull.h"
 #include "benchmarks/hull/baselines/object_pixel_lookup.h"
 #include "benchmarks/hull/baselines/voxel_grid.h"
+#include "common/hull/hull.h"
 
 namespace fivepipe::baselines {
 
-// The position, in a map's tables, of the point (x, y, z) [voxels from the grid's corner] is of_x x + of_y y + of_z z + of_1, homogeneous.
+// The position, in a map's tables, of the point (x, y, z) [voxels from the grid's corner] is of_x x
+// + of_y y + of_z z + of_1, homogeneous.
 struct CarvingCamera {
   std::array<float, 3> of_x, of_y, of_z, of_1;
   LookupTables map;
 };
 
-// Cubes of an octree's level, by their least corner [voxels]. mixed: the cameras (bit i: camera i) whose object pixels do not fill
-// the cube's image; kCarved where one has none there.
+// Cubes of an octree's level, by their least corner [voxels]. mixed: the cameras (bit i: camera i)
+// whose object pixels do not fill the cube's image; kCarved where one has none there.
 struct CarvedNodes {
   std::vector<std::int32_t> x, y, z, mixed;
   void clear() {
@@ -33,11 +34,13 @@ struct CarvedNodes {
 };
 inline constexpr std::int32_t kCarved = -1;
 
-// Tests the nodes, of edge size_voxels, against the cameras that are mixed in them, and writes what is left to `mixed`.
+// Tests the nodes, of edge size_voxels, against the cameras that are mixed in them, and writes what
+// is left to `mixed`.
 void test_nodes(std::span<const CarvingCamera> cameras, int size_voxels, CarvedNodes& nodes);
 
 // The voxels of a brick whose cameras in `mixed` are to be asked.
-void carve_brick(std::span<const CarvingCamera> cameras, const std::array<int, 3>& corner_voxel, std::int32_t mixed, std::uint32_t* words);
+void carve_brick(std::span<const CarvingCamera> cameras, const std::array<int, 3>& corner_voxel,
+                 std::int32_t mixed, std::uint32_t* words);
 
 // The ray through (u, v) is eye + t * (of_u u + of_v v + of_1) [voxels], t its depth [m].
 struct DrawnView {

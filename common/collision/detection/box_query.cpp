@@ -12,19 +12,26 @@ constexpr double kProjectionRoundingPx = 1e-6;
 bool any_object_pixel(const hull::ObjectPixels& pixels, const hull::PixelRect& rect) {
   if (rect.empty()) return false;
   const int first = rect.u0_px >> 6, last = (rect.u1_px - 1) >> 6;
-  const std::uint64_t first_mask = ~std::uint64_t(0) << (rect.u0_px & 63), last_mask = ~std::uint64_t(0) >> (63 - ((rect.u1_px - 1) & 63));
+  const std::uint64_t first_mask = ~std::uint64_t(0) << (rect.u0_px & 63),
+                      last_mask = ~std::uint64_t(0) >> (63 - ((rect.u1_px - 1) & 63));
   for (int v = rect.v0_px; v < rect.v1_px; ++v) {
-    const auto row = pixels.words().subspan(std::size_t(v) * pixels.words_per_row(), std::size_t(pixels.words_per_row()));
+    const auto row = pixels.words().subspan(std::size_t(v) * pixels.words_per_row(),
+                                            std::size_t(pixels.words_per_row()));
     for (int w = first; w <= last; ++w)
-      if (row[w] & (w == first ? first_mask : ~std::uint64_t(0)) & (w == last ? last_mask : ~std::uint64_t(0))) return true;
+      if (row[w] & (w == first ? first_mask : ~std::uint64_t(0)) &
+          (w == last ? last_mask : ~std::uint64_t(0)))
+        return true;
   }
   return false;
 }
 
 // Pixels from that of lowest_px to that of highest_px, cut to the image: [first, second).
 std::pair<int, int> pixel_range(double lowest_px, double highest_px, int size_px) {
-  const auto index = [&](double px) { return int(std::clamp(std::floor(px + 0.5), -1.0, double(size_px))); };
-  return {std::max(0, index(lowest_px - kProjectionRoundingPx)), std::min(size_px, index(highest_px + kProjectionRoundingPx) + 1)};
+  const auto index = [&](double px) {
+    return int(std::clamp(std::floor(px + 0.5), -1.0, double(size_px)));
+  };
+  return {std::max(0, index(lowest_px - kProjectionRoundingPx)),
+          std::min(size_px, index(highest_px + kProjectionRoundingPx) + 1)};
 }
 
 // False where the camera certifies that the box holds nothing of its hull.
@@ -32,26 +39,36 @@ bool may_see_object_in(const hull::Silhouette& s, const Eigen::AlignedBox3d& box
   Eigen::AlignedBox2d image_box_px;
   int behind = 0;
   for (int corner = 0; corner < 8; ++corner) {
-    const auto uv_px = geometry::project(s.camera, box_world_m.corner(Eigen::AlignedBox3d::CornerType(corner)));
+    const auto uv_px =
+        geometry::project(s.camera, box_world_m.corner(Eigen::AlignedBox3d::CornerType(corner)));
     uv_px ? void(image_box_px.extend(*uv_px)) : void(++behind);
   }
   if (behind == 8) return false;
   if (behind > 0) return true;  // the projection is unbounded
-  const auto [u0, u1] = pixel_range(image_box_px.min().x(), image_box_px.max().x(), s.pixels.width_px());
-  const auto [v0, v1] = pixel_range(image_box_px.min().y(), image_box_px.max().y(), s.pixels.height_px());
+  const auto [u0, u1] =
+      pixel_range(image_box_px.min().x(), image_box_px.max().x(), s.pixels.width_px());
+  const auto [v0, v1] =
+      pixel_range(image_box_px.min().y(), image_box_px.max().y(), s.pixels.height_px());
   return any_object_pixel(s.pixels, {u0, v0, u1, v1});
 }
 
 }  // namespace
 
-bool is_certainly_free(std::span<const hull::Silhouette> silhouettes, const Eigen::AlignedBox3d& box_world_m, int depth) {
+bool is_certainly_free(std::span<const hull::Silhouette> silhouettes,
+                       const Eigen::AlignedBox3d& box_world_m, int depth) {
   if (silhouettes.empty()) return true;
   for (const hull::Silhouette& s : silhouettes)
     if (!may_see_object_in(s, box_world_m)) return true;
   if (depth == 0) return false;
   for (int eighth = 0; eighth < 8; ++eighth) {
-    const Eigen::Vector3d corner_world_m = box_world_m.corner(Eigen::AlignedBox3d::CornerType(eighth)), center_world_m = box_world_m.center();
-    if (!is_certainly_free(silhouettes, {corner_world_m.cwiseMin(center_world_m), corner_world_m.cwiseMax(center_world_m)}, depth - 1)) return false;
+    const Eigen::Vector3d corner_world_m =
+                              box_world_m.corner(Eigen::AlignedBox3d::CornerType(eighth)),
+                          center_world_m = box_world_m.center();
+    if (!is_certainly_free(
+            silhouettes,
+            {corner_world_m.cwiseMin(center_world_m), corner_world_m.cwiseMax(center_world_m)},
+            depth - 1))
+      return false;
   }
   return true;
 }

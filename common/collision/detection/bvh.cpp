@@ -26,7 +26,8 @@ std::uint64_t spread(std::uint64_t x) {  // bit i to bit 3 i
 
 void check(std::span<const Vector3d> vertices_m) {
   for (std::size_t i = 0; i < vertices_m.size(); ++i)
-    if (!vertices_m[i].allFinite()) throw std::invalid_argument("mesh: vertex " + std::to_string(i) + " is not finite");
+    if (!vertices_m[i].allFinite())
+      throw std::invalid_argument("mesh: vertex " + std::to_string(i) + " is not finite");
 }
 
 void check(const geometry::Mesh& mesh) {
@@ -34,11 +35,17 @@ void check(const geometry::Mesh& mesh) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (const std::uint32_t v : mesh.triangles[i])
       if (!(v < mesh.vertices_m.size()))
-        throw std::invalid_argument("mesh: triangle " + std::to_string(i) + " names vertex " + std::to_string(v) + " of " + std::to_string(mesh.vertices_m.size()));
+        throw std::invalid_argument("mesh: triangle " + std::to_string(i) + " names vertex " +
+                                    std::to_string(v) + " of " +
+                                    std::to_string(mesh.vertices_m.size()));
 }
 
-// Rounded away from zero by two units: a float's rounding of a difference, and of what it is the difference of.
-float no_less(double x) { return std::nextafter(std::nextafter(float(x), std::numeric_limits<float>::infinity()), std::numeric_limits<float>::infinity()); }
+// Rounded away from zero by two units: a float's rounding of a difference, and of what it is the
+// difference of.
+float no_less(double x) {
+  return std::nextafter(std::nextafter(float(x), std::numeric_limits<float>::infinity()),
+                        std::numeric_limits<float>::infinity());
+}
 
 struct Bounds {
   double least, most;
@@ -66,14 +73,16 @@ MeshTree::MeshTree(geometry::Mesh mesh) : mesh_(std::move(mesh)) {
   std::sort(keys.begin(), keys.end());
   for (const auto& [key, triangle] : keys) order_.push_back(triangle);
   leaves_.resize((order_.size() + kFan - 1) / kFan);
-  for (std::size_t below = leaves_.size(); levels_.empty() || below > 1; below = levels_.back().size())
+  for (std::size_t below = leaves_.size(); levels_.empty() || below > 1;
+       below = levels_.back().size())
     levels_.emplace_back((below + kFan - 1) / kFan);
   fit();
 }
 
 void MeshTree::refit(std::span<const Vector3d> vertices_m) {
   if (vertices_m.size() != mesh_.vertices_m.size())
-    throw std::invalid_argument("mesh: " + std::to_string(vertices_m.size()) + " vertices, not " + std::to_string(mesh_.vertices_m.size()));
+    throw std::invalid_argument("mesh: " + std::to_string(vertices_m.size()) + " vertices, not " +
+                                std::to_string(mesh_.vertices_m.size()));
   check(vertices_m);  // before: a refused one changes nothing
   mesh_.vertices_m.assign(vertices_m.begin(), vertices_m.end());
   if (!leaves_.empty()) fit();
@@ -95,7 +104,8 @@ void MeshTree::fit() {
     Leaf& leaf = leaves_[n];
     for (auto& vertex : leaf.vertices_m)
       for (auto& axis : vertex) axis.fill(std::numeric_limits<float>::quiet_NaN());
-    below[n].fill({std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()});
+    below[n].fill(
+        {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()});
     const auto triangles = triangles_of(int(n));
     for (std::size_t t = 0; t < triangles.size(); ++t)
       for (std::size_t k = 0; k < 3; ++k) {
@@ -111,7 +121,8 @@ void MeshTree::fit() {
     above.assign(level.size(), {});
     for (std::size_t i = 0; i < level.size(); ++i)
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        Bounds all{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+        Bounds all{std::numeric_limits<double>::infinity(),
+                   -std::numeric_limits<double>::infinity()};
         for (std::size_t child = 0; child < kFan; ++child) {
           const std::size_t n = i * kFan + child;
           float &middle = level[i].middle_m[axis][child], &half = level[i].half_m[axis][child];

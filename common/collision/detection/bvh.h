@@ -1,7 +1,9 @@
-// A tree of boxes over a mesh's triangles, in the object's frame: built once for a rigid object, refitted where it deforms.
+// A tree of boxes over a mesh's triangles, in the object's frame: built once for a rigid object,
+// refitted where it deforms.
 //
-// Triangles in the order of a space-filling curve (Morton, 1966), sixteen a leaf, sixteen boxes a node: what one vector of lanes looks at.
-// Numbers are float, from the tree's origin; boxes are rounded outward, so that they hold their triangles.
+// Triangles in the order of a space-filling curve (Morton, 1966), sixteen a leaf, sixteen boxes a
+// node: what one vector of lanes looks at. Numbers are float, from the tree's origin; boxes are
+// rounded outward, so that they hold their triangles.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -15,7 +17,8 @@ namespace fivepipe::collision {
 class MeshTree {
  public:
   static constexpr int kFan = 16;
-  struct Boxes {  // of up to kFan children, side by side; those that are not there have a negative half size
+  struct Boxes {  // of up to kFan children, side by side; those that are not there have a negative
+                  // half size
     alignas(64) std::array<std::array<float, kFan>, 3> middle_m, half_m;
   };
   struct Leaf {  // kFan triangles: [vertex][axis][triangle]; those that are not there are NaN
@@ -23,9 +26,11 @@ class MeshTree {
   };
 
   MeshTree() = default;
-  // Copies the mesh. Throws std::invalid_argument where a vertex is not finite or a triangle names a vertex that is not there.
+  // Copies the mesh. Throws std::invalid_argument where a vertex is not finite or a triangle names
+  // a vertex that is not there.
   explicit MeshTree(geometry::Mesh mesh);
-  // New places for the same vertices; the order of triangles stays. Throws as above, and where their number differs.
+  // New places for the same vertices; the order of triangles stays. Throws as above, and where
+  // their number differs.
   void refit(std::span<const Eigen::Vector3d> vertices_m);
 
   const geometry::Mesh& mesh() const { return mesh_; }
@@ -36,11 +41,13 @@ class MeshTree {
   const Leaf& leaf(int i) const { return leaves_[std::size_t(i)]; }
   // The leaf's triangles, by number in the mesh.
   std::span<const std::uint32_t> triangles_of(int leaf) const;
-  // Level 0: boxes of leaves 16 i ... 16 i + 15; level n: of what boxes(n - 1, 16 i ...) hold together. The last level has one.
+  // Level 0: boxes of leaves 16 i ... 16 i + 15; level n: of what boxes(n - 1, 16 i ...) hold
+  // together. The last level has one.
   int levels() const { return int(levels_.size()); }
   const Boxes& boxes(int level, int i) const { return levels_[std::size_t(level)][std::size_t(i)]; }
   bool empty() const { return leaves_.empty(); }
-  // Equal numbers, equal contents: anew with every construction and refit, in this process. 0: empty.
+  // Equal numbers, equal contents: anew with every construction and refit, in this process. 0:
+  // empty.
   std::uint64_t content() const { return content_; }
 
  private:

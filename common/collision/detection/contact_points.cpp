@@ -5,9 +5,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d first_of_row(const SampledPart& part, int row) { return part.origin_world_m + (part.b + (row + 1.0 / 3) * part.step) * part.per_b_m; }
+Vector3d first_of_row(const SampledPart& part, int row) {
+  return part.origin_world_m + (part.b + (row + 1.0 / 3) * part.step) * part.per_b_m;
+}
 
-CollisionPoint* write_part(const SampledPart part, std::uint32_t triangle, CollisionPoint* to) {  // a copy: registers hold it
+CollisionPoint* write_part(const SampledPart part, std::uint32_t triangle,
+                           CollisionPoint* to) {  // a copy: registers hold it
   for (int row = 0; row < part.n; ++row) {
     const Vector3d first = first_of_row(part, row);
     const int last = part.n - 1 - row;
@@ -28,7 +31,8 @@ void FoundPoints::clear() {
 }
 
 std::span<Vector3d> FoundPoints::add(std::size_t count) {
-  if (runs_.size() == first_run_ || runs_.back().sampled) runs_.push_back({single_world_m_.size(), 0, false});
+  if (runs_.size() == first_run_ || runs_.back().sampled)
+    runs_.push_back({single_world_m_.size(), 0, false});
   single_world_m_.resize(single_world_m_.size() + count);
   runs_.back().count += count, size_ += count;
   return std::span(single_world_m_).last(count);
@@ -46,14 +50,16 @@ Vector3d FoundPoints::back() const {
   return first_of_row(parts_.back(), parts_.back().n - 1);
 }
 
-void FoundPoints::write(std::size_t first_run, std::uint32_t triangle, CollisionPoint* points, std::size_t count) const {
+void FoundPoints::write(std::size_t first_run, std::uint32_t triangle, CollisionPoint* points,
+                        std::size_t count) const {
   const CollisionPoint* end = points + count;
   for (std::size_t i = first_run; points < end; ++i) {
     const Run& run = runs_[i];
     if (run.sampled) {
       points = write_part(parts_[run.first], triangle, points);
     } else {
-      for (std::size_t k = run.first; k < run.first + run.count; ++k) points->p_world_m = single_world_m_[k], points->triangle = triangle, ++points;
+      for (std::size_t k = run.first; k < run.first + run.count; ++k)
+        points->p_world_m = single_world_m_[k], points->triangle = triangle, ++points;
     }
   }
 }

@@ -1,7 +1,9 @@
-// Entry point to collision detection: which triangles of virtual objects collide with the visual hull of one frame set, and where.
+// Entry point to collision detection: which triangles of virtual objects collide with the visual
+// hull of one frame set, and where.
 //
-// The backends make detectors: cpu_detector() (cpu/cpu_detector.h), gl_detector() (gl/gl_detector.h) and paper_detector()
-// (paper/paper_detector.h). Call set_hull() once per frame set, then detect().
+// The backends make detectors: cpu_detector() (cpu/cpu_detector.h), gl_detector()
+// (gl/gl_detector.h) and paper_detector() (paper/paper_detector.h). Call set_hull() once per frame
+// set, then detect().
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -21,10 +23,10 @@ namespace fivepipe::collision {
 class MeshTree;
 
 enum class CollisionVerdict {
-  free,       // no point of it is in the hull: certified
-  touching,   // undecided: none of its points that were asked is in the hull, and it was not certified free. What more is known, each
-              // backend says.
-  colliding   // some of its points are in the hull: the collision points
+  free,      // no point of it is in the hull: certified
+  touching,  // undecided: none of its points that were asked is in the hull, and it was not
+             // certified free. What more is known, each backend says.
+  colliding  // some of its points are in the hull: the collision points
 };
 
 // CP_i: a point of a triangle that lies in the hull, by in_hull().
@@ -37,25 +39,31 @@ struct CollisionPoint {
 struct ObjectCollision {
   CollisionVerdict verdict = CollisionVerdict::free;
   std::vector<std::uint32_t> triangles;  // those that collide; ascending
-  std::vector<std::uint32_t> touching;   // those that touch; ascending; where the backend tells them apart
-  std::vector<CollisionPoint> points;    // CP_i, by triangle
-  bool truncated = false;                // there were more points than asked for: some of them
-  // No point of the surface collides, but a part of the hull may lie in the object's box: where the object is closed, perhaps inside it.
+  std::vector<std::uint32_t>
+      touching;  // those that touch; ascending; where the backend tells them apart
+  std::vector<CollisionPoint> points;  // CP_i, by triangle
+  bool truncated = false;              // there were more points than asked for: some of them
+  // No point of the surface collides, but a part of the hull may lie in the object's box: where the
+  // object is closed, perhaps inside it.
   bool hull_in_box = false;
   bool colliding() const { return verdict == CollisionVerdict::colliding; }
 };
 
 struct DetectionOptions {
-  double eps_m = 0.5e-3;           // >= kLeastEps_m
-  double spacing_m = 3e-3;         // at most, from a CP_i to the next on its triangle; 0: the verdict alone, with one CP_i a triangle
-  std::size_t max_points = 4096;   // of an object; of more, these are spread evenly over what was found. Where that is more than
-                                   // kMostFoundPerPoint times as many, samples are farther apart than asked for
+  double eps_m = 0.5e-3;    // >= kLeastEps_m
+  double spacing_m = 3e-3;  // at most, from a CP_i to the next on its triangle; 0: the verdict
+                            // alone, with one CP_i a triangle
+  std::size_t max_points =
+      4096;  // of an object; of more, these are spread evenly over what was found. Where that is
+             // more than kMostFoundPerPoint times as many, samples are farther apart than asked for
 };
 
 struct DetectionObject {
   const MeshTree* tree;
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d rp_object_world_m = Eigen::Vector3d::Zero();  // the CP_i farthest from it is among the points, last of its triangle
+  Eigen::Vector3d rp_object_world_m =
+      Eigen::Vector3d::Zero();  // the CP_i farthest from it is among the points, last of its
+                                // triangle
 };
 
 inline constexpr double kLeastEps_m = 1e-6;  // what maps resolve, by a thousand
@@ -63,20 +71,24 @@ inline constexpr std::size_t kMostFoundPerPoint = 64;
 
 struct DetectorCounts {  // sums
   std::size_t objects = 0, colliding = 0, touching = 0;
-  std::size_t points_unconfirmed = 0;  // paper: samples that OpenGL found in the hull and in_hull() did not. gl: triangles for which that happened
+  std::size_t points_unconfirmed = 0;  // paper: samples that OpenGL found in the hull and in_hull()
+                                       // did not. gl: triangles for which that happened
 };
 
 class CollisionDetector {
  public:
   virtual ~CollisionDetector() = default;
-  // The hull that is asked from now on, and the silhouettes that it is of. Both must stay until the next.
-  virtual void set_hull(const hull::HullQuery& query, std::span<const hull::Silhouette> silhouettes) = 0;
+  // The hull that is asked from now on, and the silhouettes that it is of. Both must stay until the
+  // next.
+  virtual void set_hull(const hull::HullQuery& query,
+                        std::span<const hull::Silhouette> silhouettes) = 0;
   // A hull has been set.
   std::vector<ObjectCollision> detect(std::span<const DetectionObject> objects);
   const DetectorCounts& counts() const { return counts_; }
 
  protected:
-  virtual std::vector<ObjectCollision> find(std::span<const DetectionObject> objects, DetectorCounts& counts) = 0;
+  virtual std::vector<ObjectCollision> find(std::span<const DetectionObject> objects,
+                                            DetectorCounts& counts) = 0;
 
  private:
   DetectorCounts counts_;

@@ -1,5 +1,6 @@
-// Sources: the nearest point of a convex polyhedron lies on a face that looks at the point (Ericson, Real-Time Collision Detection, 5.1);
-// nearest of many by branch and bound, here over halved rectangles of pixels and over octants.
+// Sources: the nearest point of a convex polyhedron lies on a face that looks at the point
+// (Ericson, Real-Time Collision Detection, 5.1); nearest of many by branch and bound, here over
+// halved rectangles of pixels and over octants.
 #include "common/collision/oracle/distance_reference.h"
 
 #include <algorithm>
@@ -16,7 +17,8 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Radius of octants that are not split further, of the tolerance: one left open and the next in which the hull is found lie within it.
+// Radius of octants that are not split further, of the tolerance: one left open and the next in
+// which the hull is found lie within it.
 constexpr double kFinestOctant = 0.125;
 
 double to_half_line_m(const Vector3d& q, const Vector3d& direction) {
@@ -29,19 +31,24 @@ template <class Part>
 struct Candidate {
   double nearest_m;
   Part part;
-  bool operator<(const Candidate& other) const { return nearest_m > other.nearest_m; }  // the nearest on top of a priority_queue
+  bool operator<(const Candidate& other) const {
+    return nearest_m > other.nearest_m;
+  }  // the nearest on top of a priority_queue
 };
 
 struct Cube {
   Vector3d center_world_m;
   double half_m;
-  double distance_m(const Vector3d& p) const { return ((p - center_world_m).cwiseAbs().array() - half_m).max(0.0).matrix().norm(); }
+  double distance_m(const Vector3d& p) const {
+    return ((p - center_world_m).cwiseAbs().array() - half_m).max(0.0).matrix().norm();
+  }
 };
 
 }  // namespace
 
 HullDistance::Cone::Cone(const hull::Silhouette& s)
-    : silhouette(&s), world_from_camera(s.camera.camera_from_world.linear().inverse()),
+    : silhouette(&s),
+      world_from_camera(s.camera.camera_from_world.linear().inverse()),
       center_world_m(-(world_from_camera * s.camera.camera_from_world.translation())) {
   const int width = s.pixels.width_px(), height = s.pixels.height_px();
   objects_before.resize(std::size_t(width + 1) * (height + 1));
@@ -53,29 +60,40 @@ HullDistance::Cone::Cone(const hull::Silhouette& s)
     }
   const geometry::Pinhole& k = s.camera.pinhole;
   const Eigen::Matrix3d of_planes = s.camera.camera_from_world.linear().transpose();
-  for (int u = 0; u <= width; ++u) column_normals.push_back((of_planes * Vector3d(k.fx_px, 0, k.cx_px - (u - 0.5))).normalized());
-  for (int v = 0; v <= height; ++v) row_normals.push_back((of_planes * Vector3d(0, k.fy_px, k.cy_px - (v - 0.5))).normalized());
+  for (int u = 0; u <= width; ++u)
+    column_normals.push_back((of_planes * Vector3d(k.fx_px, 0, k.cx_px - (u - 0.5))).normalized());
+  for (int v = 0; v <= height; ++v)
+    row_normals.push_back((of_planes * Vector3d(0, k.fy_px, k.cy_px - (v - 0.5))).normalized());
 }
 
-HullDistance::HullDistance(std::span<const hull::Silhouette> silhouettes) : silhouettes_(silhouettes), usable_(!silhouettes.empty()) {
-  for (const hull::Silhouette& s : silhouettes) usable_ = usable_ && !geometry::why_unusable(s.camera);
+HullDistance::HullDistance(std::span<const hull::Silhouette> silhouettes)
+    : silhouettes_(silhouettes), usable_(!silhouettes.empty()) {
+  for (const hull::Silhouette& s : silhouettes)
+    usable_ = usable_ && !geometry::why_unusable(s.camera);
   if (!usable_) return;
   for (const hull::Silhouette& s : silhouettes) cones_.emplace_back(s);
 }
 
 std::size_t HullDistance::Cone::count(const hull::PixelRect& r) const {
-  const auto before = [&](int u, int v) { return objects_before[std::size_t(v) * (silhouette->pixels.width_px() + 1) + u]; };
-  return std::size_t(before(r.u1_px, r.v1_px) - before(r.u0_px, r.v1_px) - before(r.u1_px, r.v0_px) + before(r.u0_px, r.v0_px));
+  const auto before = [&](int u, int v) {
+    return objects_before[std::size_t(v) * (silhouette->pixels.width_px() + 1) + u];
+  };
+  return std::size_t(before(r.u1_px, r.v1_px) - before(r.u0_px, r.v1_px) -
+                     before(r.u1_px, r.v0_px) + before(r.u0_px, r.v0_px));
 }
 
 double HullDistance::Cone::to_pyramid_m(const Vector3d& q, const hull::PixelRect& r) const {
   const geometry::Pinhole& k = silhouette->camera.pinhole;
   const auto sight = [&](int u, int v) -> Vector3d {
-    return world_from_camera * Vector3d((u - 0.5 - k.cx_px) / k.fx_px, (v - 0.5 - k.cy_px) / k.fy_px, 1);
+    return world_from_camera *
+           Vector3d((u - 0.5 - k.cx_px) / k.fx_px, (v - 0.5 - k.cy_px) / k.fy_px, 1);
   };
   // Round the pyramid: left, up, right, down; edge i between faces i and i + 1.
-  const std::array<Vector3d, 4> inward = {column_normals[r.u0_px], row_normals[r.v0_px], -column_normals[r.u1_px], -row_normals[r.v1_px]};
-  const auto edge = [&](int i) { return sight(i == 0 || i == 3 ? r.u0_px : r.u1_px, i < 2 ? r.v0_px : r.v1_px); };
+  const std::array<Vector3d, 4> inward = {column_normals[r.u0_px], row_normals[r.v0_px],
+                                          -column_normals[r.u1_px], -row_normals[r.v1_px]};
+  const auto edge = [&](int i) {
+    return sight(i == 0 || i == 3 ? r.u0_px : r.u1_px, i < 2 ? r.v0_px : r.v1_px);
+  };
   double nearest_m = kInfinity;
   bool outside = false;
   for (int i = 0; i < 4; ++i) {
@@ -84,8 +102,11 @@ double HullDistance::Cone::to_pyramid_m(const Vector3d& q, const hull::PixelRect
     outside = true;
     const Vector3d foot = q - depth * inward[i];
     const bool on_face = inward[(i + 1) % 4].dot(foot) >= 0 && inward[(i + 3) % 4].dot(foot) >= 0;
-    if (on_face) nearest_m = std::min(nearest_m, -depth);
-    else nearest_m = std::min({nearest_m, to_half_line_m(q, edge(i)), to_half_line_m(q, edge((i + 3) % 4))});
+    if (on_face)
+      nearest_m = std::min(nearest_m, -depth);
+    else
+      nearest_m =
+          std::min({nearest_m, to_half_line_m(q, edge(i)), to_half_line_m(q, edge((i + 3) % 4))});
   }
   return outside ? nearest_m : 0;
 }
@@ -101,11 +122,14 @@ double HullDistance::Cone::to_pixels_m(const Vector3d& q, bool object, double at
     const auto [nearest_m, r] = rects.top();
     rects.pop();
     if (nearest_m >= at_most_m) break;
-    if (count(r) == (object ? r.area_px() : 0)) return nearest_m;  // all of it is wanted, and all else is farther
+    if (count(r) == (object ? r.area_px() : 0))
+      return nearest_m;  // all of it is wanted, and all else is farther
     const bool wide = r.width_px() >= r.height_px();
-    const int u = wide ? (r.u0_px + r.u1_px) / 2 : r.u1_px, v = wide ? r.v1_px : (r.v0_px + r.v1_px) / 2;
+    const int u = wide ? (r.u0_px + r.u1_px) / 2 : r.u1_px,
+              v = wide ? r.v1_px : (r.v0_px + r.v1_px) / 2;
     add({r.u0_px, r.v0_px, u, v});
-    add(wide ? hull::PixelRect{u, r.v0_px, r.u1_px, r.v1_px} : hull::PixelRect{r.u0_px, v, r.u1_px, r.v1_px});
+    add(wide ? hull::PixelRect{u, r.v0_px, r.u1_px, r.v1_px}
+             : hull::PixelRect{r.u0_px, v, r.u1_px, r.v1_px});
   }
   return at_most_m;
 }
@@ -113,18 +137,22 @@ double HullDistance::Cone::to_pixels_m(const Vector3d& q, bool object, double at
 bool HullDistance::Cone::contains(const Vector3d& p_world_m) const {
   const geometry::Pinhole& k = silhouette->camera.pinhole;
   const Vector3d p = silhouette->camera.camera_from_world * p_world_m;
-  return p.z() > 0 && silhouette->pixels.contains_at(k.fx_px * p.x() / p.z() + k.cx_px, k.fy_px * p.y() / p.z() + k.cy_px);
+  return p.z() > 0 && silhouette->pixels.contains_at(k.fx_px * p.x() / p.z() + k.cx_px,
+                                                     k.fy_px * p.y() / p.z() + k.cy_px);
 }
 
 // Out of the image's pyramid, and with it to all that is behind the camera; or to a pixel in it.
 double HullDistance::Cone::depth_m(const Vector3d& p_world_m, double at_most_m) const {
   const Vector3d q = p_world_m - center_world_m;
   const double columns_m = std::min(column_normals.front().dot(q), -column_normals.back().dot(q));
-  const double border_m = std::min({columns_m, row_normals.front().dot(q), -row_normals.back().dot(q)});
+  const double border_m =
+      std::min({columns_m, row_normals.front().dot(q), -row_normals.back().dot(q)});
   return to_pixels_m(q, false, std::clamp(border_m, 0.0, at_most_m));
 }
 
-double HullDistance::Cone::distance_m(const Vector3d& p_world_m) const { return to_pixels_m(p_world_m - center_world_m, true, kInfinity); }
+double HullDistance::Cone::distance_m(const Vector3d& p_world_m) const {
+  return to_pixels_m(p_world_m - center_world_m, true, kInfinity);
+}
 
 double HullDistance::signed_m(const Vector3d& p_world_m) const {
   if (!usable_ || !p_world_m.allFinite()) return -kInfinity;
@@ -141,16 +169,21 @@ double HullDistance::signed_m(const Vector3d& p_world_m) const {
   return depth_m;
 }
 
-double HullDistance::depth_m(const Vector3d& p_world_m) const { return std::max(0.0, signed_m(p_world_m)); }
+double HullDistance::depth_m(const Vector3d& p_world_m) const {
+  return std::max(0.0, signed_m(p_world_m));
+}
 
-// Octants of the cube round p, the nearest first. In a ball of the signed distance round an octant's centre there is nothing but hull, or
-// none of it.
-Clearance HullDistance::clearance_m(const Vector3d& p_world_m, double cap_m, double tolerance_m) const {
+// Octants of the cube round p, the nearest first. In a ball of the signed distance round an
+// octant's centre there is nothing but hull, or none of it.
+Clearance HullDistance::clearance_m(const Vector3d& p_world_m, double cap_m,
+                                    double tolerance_m) const {
   assert(tolerance_m > 0 && cap_m >= 0);
   if (!p_world_m.allFinite()) return {0, kInfinity};
   const double here_m = signed_m(p_world_m);
   if (here_m > 0) return {0, 0};
-  double found_m = kInfinity, open_m = kInfinity;  // the nearest hull point; the nearest octant too small to be split further
+  double found_m = kInfinity,
+         open_m =
+             kInfinity;  // the nearest hull point; the nearest octant too small to be split further
   std::priority_queue<Candidate<Cube>> cubes;
   if (-here_m <= cap_m) cubes.push({0, {p_world_m, cap_m}});
   for (int taken = 0; !cubes.empty(); ++taken) {
@@ -162,18 +195,23 @@ Clearance HullDistance::clearance_m(const Vector3d& p_world_m, double cap_m, dou
     cubes.pop();
     const double radius_m = std::sqrt(3.0) * cube.half_m, depth_m = signed_m(cube.center_world_m);
     if (depth_m < -radius_m) continue;
-    if (depth_m > 0) found_m = std::min(found_m, std::max(0.0, (cube.center_world_m - p_world_m).norm() - depth_m));
+    if (depth_m > 0)
+      found_m =
+          std::min(found_m, std::max(0.0, (cube.center_world_m - p_world_m).norm() - depth_m));
     if (radius_m <= kFinestOctant * tolerance_m) {
       open_m = std::min(open_m, nearest_m);
       continue;
     }
     for (int octant = 0; octant < 8; ++octant) {
       const double h = 0.5 * cube.half_m;
-      const Cube part{cube.center_world_m + Vector3d(octant & 1 ? h : -h, octant & 2 ? h : -h, octant & 4 ? h : -h), h};
+      const Cube part{cube.center_world_m +
+                          Vector3d(octant & 1 ? h : -h, octant & 2 ? h : -h, octant & 4 ? h : -h),
+                      h};
       cubes.push({part.distance_m(p_world_m), part});
     }
   }
-  return {std::min(cap_m, std::max({0.0, -here_m, std::min(open_m, found_m)})), found_m <= cap_m ? found_m : kInfinity};
+  return {std::min(cap_m, std::max({0.0, -here_m, std::min(open_m, found_m)})),
+          found_m <= cap_m ? found_m : kInfinity};
 }
 
 }  // namespace fivepipe::collision

@@ -1,8 +1,10 @@
-// Sources: homographies of planes (Hartley and Zisserman, Multiple View Geometry, 13.1); polygons cut by lines (Sutherland and Hodgman 1974).
+// Sources: homographies of planes (Hartley and Zisserman, Multiple View Geometry, 13.1); polygons
+// cut by lines (Sutherland and Hodgman 1974).
 //
-// Every border between pixels is a plane through the camera's centre, hence a line on the triangle: homogeneous pixels h are linear in
-// the barycentric weights, and where h_z > 0 a point is right of the border b where h_x - b h_z > 0. Nothing is divided by h_z to find
-// the line, so a triangle that is seen edge-on, whose homography has no inverse, is cut like any other.
+// Every border between pixels is a plane through the camera's centre, hence a line on the triangle:
+// homogeneous pixels h are linear in the barycentric weights, and where h_z > 0 a point is right of
+// the border b where h_x - b h_z > 0. Nothing is divided by h_z to find the line, so a triangle
+// that is seen edge-on, whose homography has no inverse, is cut like any other.
 #include "common/collision/oracle/triangle_reference.h"
 
 #include <algorithm>
@@ -30,8 +32,10 @@ Split split(const WeightPolygon& polygon, const Line& line) {
     any_below |= side.back() < 0;
     any_above |= side.back() > 0;
   }
-  if (!any_below) parts.above = polygon;
-  else if (!any_above) parts.below = polygon;
+  if (!any_below)
+    parts.above = polygon;
+  else if (!any_above)
+    parts.below = polygon;
   if (!any_below || !any_above) return parts;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const std::size_t next = (i + 1) % polygon.size();
@@ -57,8 +61,10 @@ std::vector<Run> runs(const hull::ObjectPixels& pixels, int v, int u0, int u1) {
   std::vector<Run> found;
   for (int u = u0; u < u1; ++u) {
     if (!pixels.contains(u, v)) continue;
-    if (!found.empty() && found.back().end_px == u) ++found.back().end_px;
-    else found.push_back({u, u + 1});
+    if (!found.empty() && found.back().end_px == u)
+      ++found.back().end_px;
+    else
+      found.push_back({u, u + 1});
   }
   return found;
 }
@@ -73,11 +79,16 @@ struct TriangleInImage {
     Eigen::Matrix3d intrinsics;
     intrinsics << k.fx_px, 0, k.cx_px, 0, k.fy_px, k.cy_px, 0, 0, 1;
     for (int i = 0; i < 3; ++i)
-      pixel_from_weights.col(i) = intrinsics * (s.camera.camera_from_world.linear() * triangle[i] + s.camera.camera_from_world.translation());
+      pixel_from_weights.col(i) = intrinsics * (s.camera.camera_from_world.linear() * triangle[i] +
+                                                s.camera.camera_from_world.translation());
   }
 
-  Line right_of(double u_px) const { return pixel_from_weights.row(0) - u_px * pixel_from_weights.row(2); }
-  Line beneath(double v_px) const { return pixel_from_weights.row(1) - v_px * pixel_from_weights.row(2); }
+  Line right_of(double u_px) const {
+    return pixel_from_weights.row(0) - u_px * pixel_from_weights.row(2);
+  }
+  Line beneath(double v_px) const {
+    return pixel_from_weights.row(1) - v_px * pixel_from_weights.row(2);
+  }
 
   WeightPolygon in_image(WeightPolygon polygon) const {
     polygon = split(polygon, pixel_from_weights.row(2) - kReferenceNearest_m * Line::Ones()).above;
@@ -93,14 +104,17 @@ struct TriangleInImage {
     for (const Vector3d& w : polygon) {
       const Vector3d h = pixel_from_weights * w;
       const int u = int(std::floor(std::clamp(h.x() / h.z() + 0.5, 0.0, pixels->width_px() - 1.0)));
-      const int v = int(std::floor(std::clamp(h.y() / h.z() + 0.5, 0.0, pixels->height_px() - 1.0)));
-      box = {std::min(box.u0_px, u), std::min(box.v0_px, v), std::max(box.u1_px, u + 1), std::max(box.v1_px, v + 1)};
+      const int v =
+          int(std::floor(std::clamp(h.y() / h.z() + 0.5, 0.0, pixels->height_px() - 1.0)));
+      box = {std::min(box.u0_px, u), std::min(box.v0_px, v), std::max(box.u1_px, u + 1),
+             std::max(box.v1_px, v + 1)};
     }
     return box;
   }
 
-  // Appends what of the polygon is on object pixels: sweeps down the rows, rows with the same runs as one. No cut at the box's own borders:
-  // a plane that the camera sees edge-on, right on a border between pixels, is on either side of it by rounding, and all of it counts.
+  // Appends what of the polygon is on object pixels: sweeps down the rows, rows with the same runs
+  // as one. No cut at the box's own borders: a plane that the camera sees edge-on, right on a
+  // border between pixels, is on either side of it by rounding, and all of it counts.
   void take_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& taken) const {
     WeightPolygon rest = in_image(polygon);
     const hull::PixelRect box = bounds(rest);
@@ -109,8 +123,10 @@ struct TriangleInImage {
       for (++v; v < box.v1_px && runs(*pixels, v, box.u0_px, box.u1_px) == row;) ++v;
       Split rows = v < box.v1_px ? split(rest, beneath(v - 0.5)) : Split{rest, {}};
       for (const Run& run : row) {
-        if (run.begin_px > box.u0_px) rows.below = split(rows.below, right_of(run.begin_px - 0.5)).above;
-        Split columns = run.end_px < box.u1_px ? split(rows.below, right_of(run.end_px - 0.5)) : Split{rows.below, {}};
+        if (run.begin_px > box.u0_px)
+          rows.below = split(rows.below, right_of(run.begin_px - 0.5)).above;
+        Split columns = run.end_px < box.u1_px ? split(rows.below, right_of(run.end_px - 0.5))
+                                               : Split{rows.below, {}};
         if (!columns.below.empty()) taken.push_back(std::move(columns.below));
         rows.below = std::move(columns.above);
       }
@@ -121,7 +137,8 @@ struct TriangleInImage {
 
 // As a fraction of the triangle's.
 double area_fraction(const WeightPolygon& polygon) {
-  double twice = 0;  // in the plane of the second and third weight, in which the triangle has area 1/2
+  double twice =
+      0;  // in the plane of the second and third weight, in which the triangle has area 1/2
   for (std::size_t i = 2; i < polygon.size(); ++i) {
     const Vector3d a = polygon[i - 1] - polygon[0], b = polygon[i] - polygon[0];
     twice += a.y() * b.z() - a.z() * b.y();
@@ -129,7 +146,9 @@ double area_fraction(const WeightPolygon& polygon) {
   return twice;
 }
 
-Vector3d point(const Triangle& t, const Vector3d& weights) { return t[0] + weights.y() * (t[1] - t[0]) + weights.z() * (t[2] - t[0]); }
+Vector3d point(const Triangle& t, const Vector3d& weights) {
+  return t[0] + weights.y() * (t[1] - t[0]) + weights.z() * (t[2] - t[0]);
+}
 
 // Part of the triangle, and how deep the deepest of its points may be.
 struct Cell {
@@ -144,7 +163,8 @@ std::array<Triangle, 2> halves(const Triangle& t) {
   const auto opposite = [&](int i) { return (t[(i + 1) % 3] - t[(i + 2) % 3]).squaredNorm(); };
   for (int i = 1; i < 3; ++i)
     if (opposite(i) > opposite(apex)) apex = i;
-  const Vector3d &a = t[apex], &b = t[(apex + 1) % 3], &c = t[(apex + 2) % 3], middle = 0.5 * (b + c);
+  const Vector3d &a = t[apex], &b = t[(apex + 1) % 3], &c = t[(apex + 2) % 3],
+                 middle = 0.5 * (b + c);
   return {Triangle{a, b, middle}, Triangle{a, middle, c}};
 }
 
@@ -164,7 +184,9 @@ void find_deepest(const HullDistance& hull, const Triangle& triangle, TriangleTr
     cells.push({t, here_m + radius_m});
   };
   add(triangle);
-  const auto settled = [&](double at_most_m) { return !(at_most_m > truth.deepest_m * (1 + kDepthToleranceFraction) + kDepthTolerance_m); };
+  const auto settled = [&](double at_most_m) {
+    return !(at_most_m > truth.deepest_m * (1 + kDepthToleranceFraction) + kDepthTolerance_m);
+  };
   for (int taken = 0; taken < kMostDepthCells && !settled(cells.top().at_most_m); ++taken) {
     const Cell cell = cells.top();
     cells.pop();
@@ -183,7 +205,8 @@ Triangle sorted(const Triangle& triangle) {
   return t;
 }
 
-std::vector<WeightPolygon> weights_in_hull(std::span<const hull::Silhouette> silhouettes, const Triangle& triangle) {
+std::vector<WeightPolygon> weights_in_hull(std::span<const hull::Silhouette> silhouettes,
+                                           const Triangle& triangle) {
   for (const Vector3d& vertex : triangle)
     if (!vertex.allFinite()) throw std::invalid_argument("a vertex of the triangle is not finite");
   if (silhouettes.empty()) return {};
@@ -199,7 +222,8 @@ std::vector<WeightPolygon> weights_in_hull(std::span<const hull::Silhouette> sil
   return inside;
 }
 
-std::vector<std::vector<Vector3d>> hull_on_triangle(std::span<const hull::Silhouette> silhouettes, const Triangle& triangle) {
+std::vector<std::vector<Vector3d>> hull_on_triangle(std::span<const hull::Silhouette> silhouettes,
+                                                    const Triangle& triangle) {
   const Triangle t = sorted(triangle);
   std::vector<std::vector<Vector3d>> polygons;
   for (const WeightPolygon& weights : weights_in_hull(silhouettes, triangle)) {

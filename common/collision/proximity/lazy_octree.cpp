@@ -15,7 +15,8 @@ constexpr double kRoundings = 64 * std::numeric_limits<double>::epsilon();
 // Blocks of eighths that a thread fetches together.
 constexpr std::size_t kChunk = 256;
 
-// No object pixel in the rectangle, which lies in the object's bounds. From one pixel to the first beyond the empty box ahead of it.
+// No object pixel in the rectangle, which lies in the object's bounds. From one pixel to the first
+// beyond the empty box ahead of it.
 bool holds_no_object(const hull::BoxReach& reach, const hull::PixelRect& rect) {
   for (int v = rect.v0_px; v < rect.v1_px;) {
     int rows = rect.v1_px - v;
@@ -32,15 +33,17 @@ bool holds_no_object(const hull::BoxReach& reach, const hull::PixelRect& rect) {
 
 // Pixels from that of low_px to that of high_px, cut to [begin, end).
 std::pair<int, int> pixels_between(double low_px, double high_px, int begin, int end) {
-  const auto pixel = [&](double px) { return int(std::floor(std::clamp(px + 0.5, begin - 1.0, double(end)))); };
+  const auto pixel = [&](double px) {
+    return int(std::floor(std::clamp(px + 0.5, begin - 1.0, double(end))));
+  };
   return {std::max(begin, pixel(low_px)), std::min(end, pixel(high_px) + 1)};
 }
 
 }  // namespace
 
 struct CubeQuery::Look {
-  bool sees_all = false;   // every point of the cube is in its image
-  bool may_hold = true;    // some point of the cube may be on its object
+  bool sees_all = false;  // every point of the cube is in its image
+  bool may_hold = true;   // some point of the cube may be on its object
   bool center_seen = false, center_on = false;
 };
 
@@ -49,29 +52,39 @@ CubeQuery::CubeQuery(const hull::HullQuery& query) : rule_(query.hull().rule()) 
     const geometry::Pinhole& k = c.camera.pinhole;
     const Eigen::Matrix3d r = c.camera.camera_from_world.linear();
     const Vector3d t = c.camera.camera_from_world.translation();
-    const double rounding = kRoundings * (2 + std::max(std::abs(k.cx_px) / k.fx_px, std::abs(k.cy_px) / k.fy_px));
-    cameras_.push_back({r, t, k.fx_px, k.fy_px, k.cx_px, k.cy_px, r.row(2).cwiseAbs().sum(), rounding, t.cwiseAbs().sum(), hull::image_of(c.camera), &c.reach});
+    const double rounding =
+        kRoundings * (2 + std::max(std::abs(k.cx_px) / k.fx_px, std::abs(k.cy_px) / k.fy_px));
+    cameras_.push_back({r, t, k.fx_px, k.fy_px, k.cx_px, k.cy_px, r.row(2).cwiseAbs().sum(),
+                        rounding, t.cwiseAbs().sum(), hull::image_of(c.camera), &c.reach});
   }
 }
 
-// Whether some point of the cube around p, which has parts behind the camera, may be in the pyramid of the object's bounds: for a pixel
-// column b beyond the principal point, the pyramid is where fx X - b Z > 0, or < 0.
-bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, double half_edge_m, double rounding_m) {
+// Whether some point of the cube around p, which has parts behind the camera, may be in the pyramid
+// of the object's bounds: for a pixel column b beyond the principal point, the pyramid is where fx
+// X - b Z > 0, or < 0.
+bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, double half_edge_m,
+                              double rounding_m) {
   const auto reaches = [&](int axis, double focal_px, double border_px, double side) {
     const Eigen::RowVector3d across = focal_px * c.r.row(axis) - border_px * c.r.row(2);
     const double at = focal_px * p_camera_m[axis] - border_px * p_camera_m.z();
-    return side * at + half_edge_m * across.cwiseAbs().sum() + rounding_m * (focal_px + std::abs(border_px)) >= 0;
+    return side * at + half_edge_m * across.cwiseAbs().sum() +
+               rounding_m * (focal_px + std::abs(border_px)) >=
+           0;
   };
   const hull::PixelRect& object = c.reach->bounds();
-  return reaches(0, c.fx_px, object.u0_px - 0.5 - c.cx_px, 1) && reaches(0, c.fx_px, object.u1_px - 0.5 - c.cx_px, -1) &&
-         reaches(1, c.fy_px, object.v0_px - 0.5 - c.cy_px, 1) && reaches(1, c.fy_px, object.v1_px - 0.5 - c.cy_px, -1);
+  return reaches(0, c.fx_px, object.u0_px - 0.5 - c.cx_px, 1) &&
+         reaches(0, c.fx_px, object.u1_px - 0.5 - c.cx_px, -1) &&
+         reaches(1, c.fy_px, object.v0_px - 0.5 - c.cy_px, 1) &&
+         reaches(1, c.fy_px, object.v1_px - 0.5 - c.cy_px, -1);
 }
 
-// A point d away from the centre has its pixel, along u, fx (r_x - x r_z) d / (Z + r_z d) away, where x = X / Z: bounded by the sums of the
-// rows' sizes for all d in the cube.
-CubeQuery::Look CubeQuery::look(const CubeCamera& c, const Vector3d& center_world_m, double half_edge_m) {
+// A point d away from the centre has its pixel, along u, fx (r_x - x r_z) d / (Z + r_z d) away,
+// where x = X / Z: bounded by the sums of the rows' sizes for all d in the cube.
+CubeQuery::Look CubeQuery::look(const CubeCamera& c, const Vector3d& center_world_m,
+                                double half_edge_m) {
   const Vector3d p = c.r * center_world_m + c.t;
-  const double rounding_m = c.rounding * (center_world_m.cwiseAbs().sum() + 3 * half_edge_m + c.translation_m);
+  const double rounding_m =
+      c.rounding * (center_world_m.cwiseAbs().sum() + 3 * half_edge_m + c.translation_m);
   const double ahead_m = half_edge_m * c.axis_z + rounding_m;
   Look look;
   if (c.reach->bounds().empty() || !(p.z() + ahead_m > 0)) {
@@ -83,13 +96,18 @@ CubeQuery::Look CubeQuery::look(const CubeCamera& c, const Vector3d& center_worl
     return look;
   }
   const double x = p.x() / p.z(), y = p.y() / p.z(), per_nearest_z = 1 / (p.z() - ahead_m);
-  const double across_m = half_edge_m * (c.r.row(0) - x * c.r.row(2)).cwiseAbs().sum() + rounding_m * (1 + std::abs(x));
-  const double down_m = half_edge_m * (c.r.row(1) - y * c.r.row(2)).cwiseAbs().sum() + rounding_m * (1 + std::abs(y));
-  const double u = c.fx_px * x + c.cx_px, v = c.fy_px * y + c.cy_px, du = c.fx_px * across_m * per_nearest_z, dv = c.fy_px * down_m * per_nearest_z;
+  const double across_m =
+      half_edge_m * (c.r.row(0) - x * c.r.row(2)).cwiseAbs().sum() + rounding_m * (1 + std::abs(x));
+  const double down_m =
+      half_edge_m * (c.r.row(1) - y * c.r.row(2)).cwiseAbs().sum() + rounding_m * (1 + std::abs(y));
+  const double u = c.fx_px * x + c.cx_px, v = c.fy_px * y + c.cy_px,
+               du = c.fx_px * across_m * per_nearest_z, dv = c.fy_px * down_m * per_nearest_z;
   const hull::PixelRect &image = c.image, &object = c.reach->bounds();
-  look.sees_all = u - du >= image.u0_px - 0.5 && u + du < image.u1_px - 0.5 && v - dv >= image.v0_px - 0.5 && v + dv < image.v1_px - 0.5;
+  look.sees_all = u - du >= image.u0_px - 0.5 && u + du < image.u1_px - 0.5 &&
+                  v - dv >= image.v0_px - 0.5 && v + dv < image.v1_px - 0.5;
   look.center_seen = look.sees_all || hull::holds(image, u, v);
-  look.center_on = hull::holds(object, u, v) && c.reach->at(hull::Box::right_down, int(u + 0.5), int(v + 0.5)) < 0;
+  look.center_on = hull::holds(object, u, v) &&
+                   c.reach->at(hull::Box::right_down, int(u + 0.5), int(v + 0.5)) < 0;
   if (look.center_on) return look;
   const auto [u0, u1] = pixels_between(u - du, u + du, object.u0_px, object.u1_px);
   const auto [v0, v1] = pixels_between(v - dv, v + dv, object.v0_px, object.v1_px);
@@ -113,7 +131,8 @@ CubeAnswer CubeQuery::ask(const Vector3d& center_world_m, double half_edge_m) co
   return {.free = false, .center_in_hull = !center_off && center_on >= needed};
 }
 
-ProximityCells::ProximityCells(const hull::HullQuery& query, double root_edge_m, int threads) : query_(query), root_edge_m_(root_edge_m), own_(std::size_t(threads)) {}
+ProximityCells::ProximityCells(const hull::HullQuery& query, double root_edge_m, int threads)
+    : query_(query), root_edge_m_(root_edge_m), own_(std::size_t(threads)) {}
 
 std::size_t ProximityCells::PlaceHash::operator()(const Place& place) const {
   std::uint64_t h = 0;
@@ -124,18 +143,23 @@ std::size_t ProximityCells::PlaceHash::operator()(const Place& place) const {
 const ProximityCells::Around& ProximityCells::around(const Vector3d& p_world_m, int thread) {
   Own& own = own_[std::size_t(thread)];
   Place first;  // of the eight, the lowest along each axis
-  for (int axis = 0; axis < 3; ++axis) first[std::size_t(axis)] = std::int64_t(std::floor(p_world_m[axis] / root_edge_m_ - 0.5));
+  for (int axis = 0; axis < 3; ++axis)
+    first[std::size_t(axis)] = std::int64_t(std::floor(p_world_m[axis] / root_edge_m_ - 0.5));
   if (own.last && own.last_place == first) return *own.last;
   const auto [found, is_new] = own.around.try_emplace(first);
   if (is_new) {
     const std::lock_guard lock(roots_mutex_);
     for (std::size_t i = 0; i < 8; ++i) {
-      const Place place = {first[0] + std::int64_t(i & 1), first[1] + std::int64_t(i >> 1 & 1), first[2] + std::int64_t(i >> 2)};
-      const Vector3d center_world_m = root_edge_m_ * (Vector3d(double(place[0]), double(place[1]), double(place[2])) + Vector3d::Constant(0.5));
+      const Place place = {first[0] + std::int64_t(i & 1), first[1] + std::int64_t(i >> 1 & 1),
+                           first[2] + std::int64_t(i >> 2)};
+      const Vector3d center_world_m =
+          root_edge_m_ * (Vector3d(double(place[0]), double(place[1]), double(place[2])) +
+                          Vector3d::Constant(0.5));
       const auto [root, is_first] = root_at_.try_emplace(place);
       if (is_first) {
         ++own.asked;
-        if (!query_.ask(center_world_m, root_edge_m_ / 2).free) root->second = std::make_unique<Inside>(nullptr);
+        if (!query_.ask(center_world_m, root_edge_m_ / 2).free)
+          root->second = std::make_unique<Inside>(nullptr);
       }
       if (root->second) found->second.push_back({root->second.get(), center_world_m});
     }
@@ -159,13 +183,15 @@ ProximityCells::Eighths& ProximityCells::eighths(const Cube& cube, double half_e
   Eighths& made = spare(own);
   made.not_free = made.in_hull = 0;
   for (int i = 0; i < 8; ++i) {
-    const CubeAnswer answer = query_.ask(center_of_eighth(cube.center_world_m, half_edge_m, i), half_edge_m / 2);
+    const CubeAnswer answer =
+        query_.ask(center_of_eighth(cube.center_world_m, half_edge_m, i), half_edge_m / 2);
     made.not_free = std::uint8_t(made.not_free | !answer.free << i);
     made.in_hull = std::uint8_t(made.in_hull | answer.center_in_hull << i);
   }
   own.asked += 8;
   Eighths* first = nullptr;
-  if (!cube.inside->compare_exchange_strong(first, &made, std::memory_order_acq_rel)) return *first;  // another was faster: the same answers; ours stays spare
+  if (!cube.inside->compare_exchange_strong(first, &made, std::memory_order_acq_rel))
+    return *first;  // another was faster: the same answers; ours stays spare
   --own.left;
   return made;
 }

@@ -1,9 +1,11 @@
-// Space around a hull in cubes, each asked once: is it certified free of the hull, and is its centre in it?
+// Space around a hull in cubes, each asked once: is it certified free of the hull, and is its
+// centre in it?
 //
-// A lattice of cubes through the world's origin, each split into eighths where a search needs it. What is said of a cube depends on the
-// hull and the cube alone: searches share the cubes, and whichever comes first makes no difference. (In the images a cube is free where
-// one camera has no object pixel in the rectangle that holds its projection; as is_certainly_free of box_query.h, but kept, for both
-// rules, and with rounding counted.)
+// A lattice of cubes through the world's origin, each split into eighths where a search needs it.
+// What is said of a cube depends on the hull and the cube alone: searches share the cubes, and
+// whichever comes first makes no difference. (In the images a cube is free where one camera has no
+// object pixel in the rectangle that holds its projection; as is_certainly_free of box_query.h, but
+// kept, for both rules, and with rounding counted.)
 #pragma once
 #include <array>
 #include <atomic>
@@ -18,8 +20,9 @@ namespace fivepipe::collision {
 
 // What every camera says of a cube.
 struct CubeAnswer {
-  bool free = false;            // no point of the closed cube is in the hull: certified
-  bool center_in_hull = false;  // by the very pixels that contains() would ask; a hint, not its answer
+  bool free = false;  // no point of the closed cube is in the hull: certified
+  bool center_in_hull =
+      false;  // by the very pixels that contains() would ask; a hint, not its answer
 };
 
 class CubeQuery {
@@ -32,15 +35,18 @@ class CubeQuery {
     Eigen::Matrix3d r;  // camera_from_world
     Eigen::Vector3d t;
     double fx_px, fy_px, cx_px, cy_px;
-    double axis_z;       // how far along z a step of 1 along each world axis leads at most
-    double rounding;     // of a point in the camera's frame and of its pixel, as a fraction of the lengths that take part
+    double axis_z;    // how far along z a step of 1 along each world axis leads at most
+    double rounding;  // of a point in the camera's frame and of its pixel, as a fraction of the
+                      // lengths that take part
     double translation_m;  // sum of its parts' sizes
     hull::PixelRect image;
     const hull::BoxReach* reach;
   };
   struct Look;
-  static bool meets_pyramid(const CubeCamera& camera, const Eigen::Vector3d& p_camera_m, double half_edge_m, double rounding_m);
-  static Look look(const CubeCamera& camera, const Eigen::Vector3d& center_world_m, double half_edge_m);
+  static bool meets_pyramid(const CubeCamera& camera, const Eigen::Vector3d& p_camera_m,
+                            double half_edge_m, double rounding_m);
+  static Look look(const CubeCamera& camera, const Eigen::Vector3d& center_world_m,
+                   double half_edge_m);
 
   std::vector<CubeCamera> cameras_;
   hull::HullRule rule_;
@@ -52,7 +58,7 @@ class ProximityCells {
   // Where a cube's eighths are, once they were asked for; owned by the thread that was first.
   using Inside = std::atomic<Eighths*>;
   struct Eighths {
-    std::array<Inside, 8> inside{};            // bit 0, 1, 2 of the index: towards +x, +y, +z
+    std::array<Inside, 8> inside{};          // bit 0, 1, 2 of the index: towards +x, +y, +z
     std::uint8_t not_free = 0, in_hull = 0;  // bits by index: what CubeAnswer says
   };
   // A cube that may hold hull points.
@@ -64,12 +70,16 @@ class ProximityCells {
 
   ProximityCells(const hull::HullQuery& query, double root_edge_m, int threads);
 
-  // Of the lattice cubes of root_edge_m those that may hold hull points within half an edge of p. `thread`: as in WorkerPool.
+  // Of the lattice cubes of root_edge_m those that may hold hull points within half an edge of p.
+  // `thread`: as in WorkerPool.
   const Around& around(const Eigen::Vector3d& p_world_m, int thread);
   Eighths& eighths(const Cube& cube, double half_edge_m, int thread);
-  static Eigen::Vector3d center_of_eighth(const Eigen::Vector3d& center_world_m, double half_edge_m, int eighth) {
+  static Eigen::Vector3d center_of_eighth(const Eigen::Vector3d& center_world_m, double half_edge_m,
+                                          int eighth) {
     const double quarter_m = half_edge_m / 2;
-    return center_world_m + Eigen::Vector3d(eighth & 1 ? quarter_m : -quarter_m, eighth & 2 ? quarter_m : -quarter_m, eighth & 4 ? quarter_m : -quarter_m);
+    return center_world_m + Eigen::Vector3d(eighth & 1 ? quarter_m : -quarter_m,
+                                            eighth & 2 ? quarter_m : -quarter_m,
+                                            eighth & 4 ? quarter_m : -quarter_m);
   }
 
   double root_edge_m() const { return root_edge_m_; }

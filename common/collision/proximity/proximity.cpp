@@ -19,17 +19,19 @@ constexpr Proximity kInHull{0, 0}, kNoHullAtAll{kInfinity, kInfinity}, kUnknown{
 // Points that a thread takes together.
 constexpr int kTogether = 64;
 
-// Farther out than so many caps, lattice cubes have no exact coordinates any more: free_radius_m alone is said.
+// Farther out than so many caps, lattice cubes have no exact coordinates any more: free_radius_m
+// alone is said.
 constexpr double kFarthest_caps = 1e9;
 
-// A hull point is moved towards the asked one until it is so near to the first that may be one, as a fraction of the tolerance.
+// A hull point is moved towards the asked one until it is so near to the first that may be one, as
+// a fraction of the tolerance.
 constexpr double kNearEnough = 0.125;
 
 // Cubes down to this size, as a fraction of the tolerance, are opened at once.
 constexpr double kFirstSmallest = 1;
 
-// Edge of the lattice's cubes, and the half extent of the pieces that triangles are cut into: a piece and the cap around it lie within half
-// an edge of the piece's middle.
+// Edge of the lattice's cubes, and the half extent of the pieces that triangles are cut into: a
+// piece and the cap around it lie within half an edge of the piece's middle.
 constexpr double kRootEdge_caps = 4, kPiece_caps = 0.9;
 
 template <class Work>
@@ -45,7 +47,9 @@ struct Candidate {
   double to_m2;  // no point of it is nearer
   ProximityCells::Cube cube;
   double half_edge_m;
-  bool operator<(const Candidate& other) const { return to_m2 > other.to_m2; }  // the nearest stands last, and is the next
+  bool operator<(const Candidate& other) const {
+    return to_m2 > other.to_m2;
+  }  // the nearest stands last, and is the next
 };
 struct Candidates {
   std::vector<Candidate> now, later;
@@ -57,7 +61,8 @@ struct Gaps {
   Gaps(double from_center_m, double half_extent_m, double half_edge_m) {
     const double quarter_m = half_edge_m / 2;
     for (int i = 0; i < 2; ++i) {
-      const double gap_m = std::max(0.0, std::abs(from_center_m + (i ? -quarter_m : quarter_m)) - (quarter_m + half_extent_m));
+      const double gap_m = std::max(0.0, std::abs(from_center_m + (i ? -quarter_m : quarter_m)) -
+                                             (quarter_m + half_extent_m));
       m2[i] = gap_m * gap_m;
     }
   }
@@ -72,7 +77,10 @@ struct HullProximity::Search {
   std::vector<Candidates> candidates;  // one per thread
 
   Search(const hull::HullQuery& q, const ProximityOptions& o)
-      : query(q), options(o), cells(q, kRootEdge_caps * o.cap_m, q.hull().pool().threads()), candidates(std::size_t(q.hull().pool().threads())) {}
+      : query(q),
+        options(o),
+        cells(q, kRootEdge_caps * o.cap_m, q.hull().pool().threads()),
+        candidates(std::size_t(q.hull().pool().threads())) {}
 
   std::optional<Proximity> without_search(const Vector3d& p_world_m) const;
   Proximity of_point(const Vector3d& p_world_m, int thread);
@@ -82,31 +90,41 @@ struct HullProximity::Search {
   class Nearest;
 };
 
-// The search for the hull's nearest point to one shape, which lies, with the cap around it, in the lattice's cubes around its middle.
+// The search for the hull's nearest point to one shape, which lies, with the cap around it, in the
+// lattice's cubes around its middle.
 template <class Shape>
 class HullProximity::Search::Nearest {
  public:
   Nearest(Search& search, const Shape& shape, double most_m, int thread)
-      : search_(search), query_(search.query), options_(search.options), shape_(shape), thread_(thread),
-        rounding_m_(shape.rounding_m(kRootEdge_caps * search.options.cap_m)), now_(search.candidates[std::size_t(thread)].now),
+      : search_(search),
+        query_(search.query),
+        options_(search.options),
+        shape_(shape),
+        thread_(thread),
+        rounding_m_(shape.rounding_m(kRootEdge_caps * search.options.cap_m)),
+        now_(search.candidates[std::size_t(thread)].now),
         later_(search.candidates[std::size_t(thread)].later) {
     set_most(most_m);
   }
 
-  // Depth first, the nearest first, down to a size of cubes; then those left, to half that size, and so on: a cube small enough to tell
-  // the tolerance is worth its opening only once hull points are known.
+  // Depth first, the nearest first, down to a size of cubes; then those left, to half that size,
+  // and so on: a cube small enough to tell the tolerance is worth its opening only once hull points
+  // are known.
   Proximity operator()() {
-    const double finest_m = kFinestCube * options_.tolerance_m / 2, root_m = search_.cells.root_edge_m() / 2;
+    const double finest_m = kFinestCube * options_.tolerance_m / 2,
+                 root_m = search_.cells.root_edge_m() / 2;
     double left_out_m2 = kInfinity;  // the nearest of the cubes that are too small to be opened
     int opened = 0;
     now_.clear();
     later_.clear();
     for (const ProximityCells::Cube& cube : search_.cells.around(shape_.middle, thread_)) {
-      const Vector3d beyond_m = (shape_.middle - cube.center_world_m).cwiseAbs() - shape_.half_extents_m - Vector3d::Constant(root_m);
+      const Vector3d beyond_m = (shape_.middle - cube.center_world_m).cwiseAbs() -
+                                shape_.half_extents_m - Vector3d::Constant(root_m);
       now_.push_back({beyond_m.cwiseMax(0).squaredNorm(), cube, root_m});
     }
     std::sort(now_.begin(), now_.end());
-    for (double smallest_m = kFirstSmallest * options_.tolerance_m / 2; !now_.empty(); smallest_m /= 2) {
+    for (double smallest_m = kFirstSmallest * options_.tolerance_m / 2; !now_.empty();
+         smallest_m /= 2) {
       while (!now_.empty()) {
         const Candidate next = now_.back();
         now_.pop_back();
@@ -135,10 +153,15 @@ class HullProximity::Search::Nearest {
 
   void open(const Candidate& cube) {
     ProximityCells::Eighths& eighths = search_.cells.eighths(cube.cube, cube.half_edge_m, thread_);
-    const auto center_of = [&](int i) { return ProximityCells::center_of_eighth(cube.cube.center_world_m, cube.half_edge_m, i); };
-    for (unsigned left = eighths.in_hull; left; left &= left - 1) approach(center_of(std::countr_zero(left)), cube.half_edge_m);
-    const Vector3d off_m = shape_.middle - cube.cube.center_world_m, &half_m = shape_.half_extents_m;
-    const Gaps x(off_m.x(), half_m.x(), cube.half_edge_m), y(off_m.y(), half_m.y(), cube.half_edge_m), z(off_m.z(), half_m.z(), cube.half_edge_m);
+    const auto center_of = [&](int i) {
+      return ProximityCells::center_of_eighth(cube.cube.center_world_m, cube.half_edge_m, i);
+    };
+    for (unsigned left = eighths.in_hull; left; left &= left - 1)
+      approach(center_of(std::countr_zero(left)), cube.half_edge_m);
+    const Vector3d off_m = shape_.middle - cube.cube.center_world_m,
+                   &half_m = shape_.half_extents_m;
+    const Gaps x(off_m.x(), half_m.x(), cube.half_edge_m),
+        y(off_m.y(), half_m.y(), cube.half_edge_m), z(off_m.z(), half_m.z(), cube.half_edge_m);
     double to_m2[8];
     unsigned near = 0;
     for (int i = 0; i < 8; ++i) {
@@ -151,13 +174,15 @@ class HullProximity::Search::Nearest {
       const Vector3d center_world_m = center_of(i);
       const double nearer_m2 = shape_.to_cube_m2(center_world_m, cube.half_edge_m / 2, to_m2[i]);
       if (!(nearer_m2 < enough_m2_)) continue;
-      now_.push_back({nearer_m2, {&eighths.inside[std::size_t(i)], center_world_m}, cube.half_edge_m / 2});
-      for (std::size_t k = now_.size() - 1; k > before && now_[k - 1].to_m2 < now_[k].to_m2; --k) std::swap(now_[k - 1], now_[k]);
+      now_.push_back(
+          {nearer_m2, {&eighths.inside[std::size_t(i)], center_world_m}, cube.half_edge_m / 2});
+      for (std::size_t k = now_.size() - 1; k > before && now_[k - 1].to_m2 < now_[k].to_m2; --k)
+        std::swap(now_[k - 1], now_[k]);
     }
   }
 
-  // Where p is in the hull, and nearer than most_m: that becomes its distance from the shape, or that of a hull point on the way there,
-  // looked for in growing steps.
+  // Where p is in the hull, and nearer than most_m: that becomes its distance from the shape, or
+  // that of a hull point on the way there, looked for in growing steps.
   void approach(const Vector3d& p_world_m, double step_m) {
     const Vector3d to = shape_.nearest_to(p_world_m), way = p_world_m - to;
     const double length_m2 = way.squaredNorm();
@@ -167,7 +192,9 @@ class HullProximity::Search::Nearest {
     if (query_.contains(to)) return set_most(0);
     const Vector3d direction = way / length_m;
     double inside_m = length_m, outside_m = length_m - step_m;
-    for (; outside_m > 0 && query_.contains(to + outside_m * direction); outside_m -= 2 * (length_m - outside_m)) inside_m = outside_m;
+    for (; outside_m > 0 && query_.contains(to + outside_m * direction);
+         outside_m -= 2 * (length_m - outside_m))
+      inside_m = outside_m;
     outside_m = std::max(outside_m, 0.0);
     while (inside_m - outside_m > kNearEnough * options_.tolerance_m) {
       const double between_m = (inside_m + outside_m) / 2;
@@ -180,7 +207,10 @@ class HullProximity::Search::Nearest {
   Proximity answer(double left_out_m2) const {
     if (!(most_m_ > 0)) return kInHull;
     double least_m = std::max(0.0, std::min(enough_m_, std::sqrt(left_out_m2) - rounding_m_));
-    if (least_m < enough_m_) least_m = std::clamp(query_.free_radius_m(shape_.middle) - shape_.half_extents_m.norm() - rounding_m_, least_m, most_m_);
+    if (least_m < enough_m_)
+      least_m = std::clamp(
+          query_.free_radius_m(shape_.middle) - shape_.half_extents_m.norm() - rounding_m_, least_m,
+          most_m_);
     if (least_m >= options_.cap_m) return {options_.cap_m, kInfinity};
     return {least_m, most_m_};
   }
@@ -192,7 +222,8 @@ class HullProximity::Search::Nearest {
   int thread_;
   double rounding_m_;
   std::vector<Candidate>&now_, &later_;
-  double most_m_, enough_m_, enough_m2_;  // what is not nearer than `enough` need not be told apart from what was found at `most`
+  double most_m_, enough_m_, enough_m2_;  // what is not nearer than `enough` need not be told apart
+                                          // from what was found at `most`
 };
 
 // What needs no search: what is not finite or has no hull, and what is too far out for cubes.
@@ -202,7 +233,8 @@ std::optional<Proximity> HullProximity::Search::without_search(const Vector3d& p
   if (p_world_m.cwiseAbs().maxCoeff() < kFarthest_caps * options.cap_m) return std::nullopt;
   if (query.contains(p_world_m)) return kInHull;
   const double free_m = query.free_radius_m(p_world_m);
-  return free_m >= options.cap_m ? Proximity{options.cap_m, kInfinity} : Proximity{free_m, kInfinity};
+  return free_m >= options.cap_m ? Proximity{options.cap_m, kInfinity}
+                                 : Proximity{free_m, kInfinity};
 }
 
 Proximity HullProximity::Search::of_point(const Vector3d& p_world_m, int thread) {
@@ -213,11 +245,14 @@ Proximity HullProximity::Search::of_point(const Vector3d& p_world_m, int thread)
   return Nearest(*this, PointShape{p_world_m}, kInfinity, thread)();
 }
 
-// Pieces that the cubes around their middles hold; of those beyond the cap by their circumscribed ball, none.
+// Pieces that the cubes around their middles hold; of those beyond the cap by their circumscribed
+// ball, none.
 Proximity HullProximity::Search::of_piece(const TriangleShape& piece, double most_m, int thread) {
   const double half_m = piece.half_extents_m.maxCoeff();
   if (half_m <= kPiece_caps * options.cap_m) return Nearest(*this, piece, most_m, thread)();
-  if (query.free_radius_m(piece.middle) >= options.cap_m + std::sqrt(3.0) * half_m + piece.rounding_m(options.cap_m)) return {options.cap_m, kInfinity};
+  if (query.free_radius_m(piece.middle) >=
+      options.cap_m + std::sqrt(3.0) * half_m + piece.rounding_m(options.cap_m))
+    return {options.cap_m, kInfinity};
   Proximity whole{options.cap_m, kInfinity};
   const auto& [a, b, c] = piece.t;
   const Vector3d ab = (a + b) / 2, bc = (b + c) / 2, ca = (c + a) / 2;
@@ -229,52 +264,71 @@ Proximity HullProximity::Search::of_piece(const TriangleShape& piece, double mos
   return whole;
 }
 
-Proximity HullProximity::Search::of_triangle(Triangle triangle, const Proximity& known, int thread) {
+Proximity HullProximity::Search::of_triangle(Triangle triangle, const Proximity& known,
+                                             int thread) {
   for (const Vector3d& vertex : triangle)
     if (!vertex.allFinite()) return kUnknown;
   for (const Vector3d& vertex : triangle)
-    if (const auto said = without_search(vertex)) return said->least_m == kInfinity ? kNoHullAtAll : kUnknown;
+    if (const auto said = without_search(vertex))
+      return said->least_m == kInfinity ? kNoHullAtAll : kUnknown;
   if (known.most_m - known.least_m <= options.tolerance_m) return known;
-  std::sort(triangle.begin(), triangle.end(), [](const Vector3d& a, const Vector3d& b) { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); });
+  std::sort(triangle.begin(), triangle.end(), [](const Vector3d& a, const Vector3d& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  });
   return of_piece(TriangleShape(triangle), known.most_m, thread);
 }
 
 HullProximity::HullProximity(const hull::HullQuery& query, const ProximityOptions& options) {
-  if (!(options.cap_m > 0 && std::isfinite(options.cap_m) && options.tolerance_m > 0)) throw std::invalid_argument("proximity: cap and tolerance must be above 0, the cap finite");
+  if (!(options.cap_m > 0 && std::isfinite(options.cap_m) && options.tolerance_m > 0))
+    throw std::invalid_argument("proximity: cap and tolerance must be above 0, the cap finite");
   search_ = std::make_unique<Search>(query, options);
 }
 HullProximity::~HullProximity() = default;
 
 void HullProximity::of_points(std::span<const Vector3d> p_world_m, std::span<Proximity> proximity) {
-  for_many(search_->query.hull().pool(), p_world_m.size(), [&](std::size_t i, int thread) { proximity[i] = search_->of_point(p_world_m[i], thread); });
+  for_many(search_->query.hull().pool(), p_world_m.size(), [&](std::size_t i, int thread) {
+    proximity[i] = search_->of_point(p_world_m[i], thread);
+  });
 }
 
-void HullProximity::of_triangles(std::span<const Triangle> triangles, std::span<Proximity> proximity) {
-  for_many(search_->query.hull().pool(), triangles.size(), [&](std::size_t i, int thread) { proximity[i] = search_->of_triangle(triangles[i], kUnknown, thread); });
+void HullProximity::of_triangles(std::span<const Triangle> triangles,
+                                 std::span<Proximity> proximity) {
+  for_many(search_->query.hull().pool(), triangles.size(), [&](std::size_t i, int thread) {
+    proximity[i] = search_->of_triangle(triangles[i], kUnknown, thread);
+  });
 }
 
 // Distance changes by no more than one moves: what the vertices say of their triangle.
-static Proximity known_from_vertices(const Triangle& triangle, const std::array<Proximity, 3>& vertices) {
+static Proximity known_from_vertices(const Triangle& triangle,
+                                     const std::array<Proximity, 3>& vertices) {
   Proximity known = kUnknown;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vector3d& vertex = triangle[i];
-    const double reach_m = std::sqrt(std::max((triangle[(i + 1) % 3] - vertex).squaredNorm(), (triangle[(i + 2) % 3] - vertex).squaredNorm()));
-    known.least_m = std::max(known.least_m, vertices[i].least_m - reach_m - kDistanceRoundings * (vertex.cwiseAbs().sum() + reach_m));
+    const double reach_m = std::sqrt(std::max((triangle[(i + 1) % 3] - vertex).squaredNorm(),
+                                              (triangle[(i + 2) % 3] - vertex).squaredNorm()));
+    known.least_m =
+        std::max(known.least_m, vertices[i].least_m - reach_m -
+                                    kDistanceRoundings * (vertex.cwiseAbs().sum() + reach_m));
     known.most_m = std::min(known.most_m, vertices[i].most_m);
   }
   return {std::min(known.least_m, known.most_m), known.most_m};
 }
 
-MeshProximity HullProximity::of_mesh(const geometry::Mesh& mesh, const Eigen::Isometry3d& world_from_object) {
+MeshProximity HullProximity::of_mesh(const geometry::Mesh& mesh,
+                                     const Eigen::Isometry3d& world_from_object) {
   std::vector<Vector3d> vertices_world_m;
   vertices_world_m.reserve(mesh.vertices_m.size());
   for (const Vector3d& v : mesh.vertices_m) vertices_world_m.push_back(world_from_object * v);
-  MeshProximity found{std::vector<Proximity>(mesh.vertices_m.size()), std::vector<Proximity>(mesh.triangles.size())};
+  MeshProximity found{std::vector<Proximity>(mesh.vertices_m.size()),
+                      std::vector<Proximity>(mesh.triangles.size())};
   of_points(vertices_world_m, found.vertices);
   for_many(search_->query.hull().pool(), mesh.triangles.size(), [&](std::size_t i, int thread) {
     const auto& [a, b, c] = mesh.triangles[i];
     const Triangle triangle = {vertices_world_m[a], vertices_world_m[b], vertices_world_m[c]};
-    found.triangles[i] = search_->of_triangle(triangle, known_from_vertices(triangle, {found.vertices[a], found.vertices[b], found.vertices[c]}), thread);
+    found.triangles[i] = search_->of_triangle(
+        triangle,
+        known_from_vertices(triangle, {found.vertices[a], found.vertices[b], found.vertices[c]}),
+        thread);
   });
   return found;
 }

@@ -1,4 +1,5 @@
-// What proximity asks of: points and triangles. A shape has a box around it, its nearest point to another, and how near it comes to a cube.
+// What proximity asks of: points and triangles. A shape has a box around it, its nearest point to
+// another, and how near it comes to a cube.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -11,8 +12,9 @@ namespace fivepipe::collision {
 // Of distances between points, in the sizes of their coordinates: fewer than 20 roundings.
 inline constexpr double kDistanceRoundings = 32 * std::numeric_limits<double>::epsilon();
 
-// The nearest point of a sliver is told only to about the square root of what double tells, of the lengths that take part: where its
-// height is below that, weights are noise and one of its edges stands for it.
+// The nearest point of a sliver is told only to about the square root of what double tells, of the
+// lengths that take part: where its height is below that, weights are noise and one of its edges
+// stands for it.
 inline constexpr double kTriangleRounding = 1e-7;
 
 struct PointShape {
@@ -21,7 +23,9 @@ struct PointShape {
 
   const Eigen::Vector3d& nearest_to(const Eigen::Vector3d&) const { return middle; }
   // Of its distances up to reach_m.
-  double rounding_m(double reach_m) const { return kDistanceRoundings * (middle.cwiseAbs().sum() + reach_m); }
+  double rounding_m(double reach_m) const {
+    return kDistanceRoundings * (middle.cwiseAbs().sum() + reach_m);
+  }
   // A lower bound of its squared distance to a cube; to_box_m2: that of its box.
   double to_cube_m2(const Eigen::Vector3d&, double, double to_box_m2) const { return to_box_m2; }
 };
@@ -31,12 +35,14 @@ struct TriangleShape {
   Eigen::Vector3d middle, half_extents_m;
 
   explicit TriangleShape(const Triangle& triangle) : t(triangle) {
-    const Eigen::Vector3d low = t[0].cwiseMin(t[1]).cwiseMin(t[2]), high = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
+    const Eigen::Vector3d low = t[0].cwiseMin(t[1]).cwiseMin(t[2]),
+                          high = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
     middle = low / 2 + high / 2;
     half_extents_m = high / 2 - low / 2;
   }
 
-  // (Ericson, Real-Time Collision Detection, 2005, 5.1.) All candidates are points of the triangle, whatever rounding does to their weights.
+  // (Ericson, Real-Time Collision Detection, 2005, 5.1.) All candidates are points of the triangle,
+  // whatever rounding does to their weights.
   Eigen::Vector3d nearest_to(const Eigen::Vector3d& p) const {
     Eigen::Vector3d nearest = t[0];
     const auto consider = [&](const Eigen::Vector3d& q) {
@@ -48,17 +54,22 @@ struct TriangleShape {
       if (length2 > 0) consider(a + std::clamp(ab.dot(p - a) / length2, 0.0, 1.0) * ab);
     }
     const Eigen::Vector3d ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0], normal = ab.cross(ac);
-    const double weight_b = ap.cross(ac).dot(normal), weight_c = ab.cross(ap).dot(normal), sum = normal.squaredNorm();
-    if (weight_b >= 0 && weight_c >= 0 && sum > 0 && weight_b + weight_c <= sum) consider(t[0] + weight_b / sum * ab + weight_c / sum * ac);
+    const double weight_b = ap.cross(ac).dot(normal), weight_c = ab.cross(ap).dot(normal),
+                 sum = normal.squaredNorm();
+    if (weight_b >= 0 && weight_c >= 0 && sum > 0 && weight_b + weight_c <= sum)
+      consider(t[0] + weight_b / sum * ab + weight_c / sum * ac);
     return nearest;
   }
   double rounding_m(double reach_m) const {
-    return kDistanceRoundings * (middle.cwiseAbs().sum() + reach_m) + kTriangleRounding * (2 * half_extents_m.sum() + reach_m);
+    return kDistanceRoundings * (middle.cwiseAbs().sum() + reach_m) +
+           kTriangleRounding * (2 * half_extents_m.sum() + reach_m);
   }
   // Its box says enough where that is not larger than the cube.
-  double to_cube_m2(const Eigen::Vector3d& center_world_m, double half_edge_m, double to_box_m2) const {
+  double to_cube_m2(const Eigen::Vector3d& center_world_m, double half_edge_m,
+                    double to_box_m2) const {
     if (half_extents_m.maxCoeff() <= half_edge_m) return to_box_m2;
-    const double to_m = (nearest_to(center_world_m) - center_world_m).norm() - std::sqrt(3.0) * half_edge_m;
+    const double to_m =
+        (nearest_to(center_world_m) - center_world_m).norm() - std::sqrt(3.0) * half_edge_m;
     return to_m > 0 ? std::max(to_box_m2, to_m * to_m) : to_box_m2;
   }
 };

@@ -17,13 +17,16 @@ using Eigen::Vector3d;
 constexpr int kMostDescents = 8;
 // Points whose depth is computed, to begin with the deepest: spread over all.
 constexpr std::size_t kCandidates = 64;
-// A way that is not shorter by this is the same way [m]: a hundredth of the finest that maps resolve.
+// A way that is not shorter by this is the same way [m]: a hundredth of the finest that maps
+// resolve.
 constexpr double kLeastGain_m = 1e-6;
 
 void check(const ObjectCollision& collision, const ManifoldRequest& request) {
   const auto finite = [](const CollisionPoint& point) { return point.p_world_m.allFinite(); };
-  if (!std::all_of(collision.points.begin(), collision.points.end(), finite)) throw std::invalid_argument("a collision point is not finite");
-  if (!request.rp_object_world_m.allFinite()) throw std::invalid_argument("the reference point is not finite");
+  if (!std::all_of(collision.points.begin(), collision.points.end(), finite))
+    throw std::invalid_argument("a collision point is not finite");
+  if (!request.rp_object_world_m.allFinite())
+    throw std::invalid_argument("the reference point is not finite");
   if (!(request.most_contacts > 0 && request.reach_m > 0 && std::isfinite(request.reach_m)))
     throw std::invalid_argument("number of contacts or reach out of range");
 }
@@ -37,7 +40,8 @@ std::vector<Vector3d> places_m(std::span<const CollisionPoint> points) {
 // No point is farther from the nearest of those taken by spread_out than the last of them was.
 double spacing_of(const std::vector<Vector3d>& places, const std::vector<std::size_t>& taken) {
   double spacing_m = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < taken.size(); ++i) spacing_m = std::min(spacing_m, (places[taken[i]] - places[taken.back()]).norm());
+  for (std::size_t i = 0; i + 1 < taken.size(); ++i)
+    spacing_m = std::min(spacing_m, (places[taken[i]] - places[taken.back()]).norm());
   return spacing_m;
 }
 
@@ -48,12 +52,15 @@ struct Way {
   std::vector<hull::LimitingCamera> limiting;
 };
 
-std::optional<Way> way_along(const hull::HullQuery& query, const Vector3d& p_world_m, const Vector3d& direction, double reach_m) {
+std::optional<Way> way_along(const hull::HullQuery& query, const Vector3d& p_world_m,
+                             const Vector3d& direction, double reach_m) {
   const auto exit = exit_outward(query, p_world_m, direction, reach_m);
   if (!exit) return std::nullopt;
   const double outside_m = exit->distance_m + exit->error_m;
-  auto limiting = hull::limiting_cameras(query, {p_world_m + outside_m * direction, -direction}, 0, outside_m);
-  return Way{direction, *exit, limiting ? std::move(limiting->cameras) : std::vector<hull::LimitingCamera>{}};
+  auto limiting =
+      hull::limiting_cameras(query, {p_world_m + outside_m * direction, -direction}, 0, outside_m);
+  return Way{direction, *exit,
+             limiting ? std::move(limiting->cameras) : std::vector<hull::LimitingCamera>{}};
 }
 
 // To a way that none of the normals at its end makes shorter.
@@ -63,7 +70,8 @@ Way descend(const hull::HullQuery& query, const Vector3d& p_world_m, Way way) {
     for (const hull::LimitingCamera& limiting : way.limiting) {
       const double best_m = (shorter ? shorter->exit : way.exit).distance_m - kLeastGain_m;
       if (!(best_m > 0)) break;
-      if (auto other = way_along(query, p_world_m, limiting.normal_world, best_m)) shorter = std::move(other);
+      if (auto other = way_along(query, p_world_m, limiting.normal_world, best_m))
+        shorter = std::move(other);
     }
     if (!shorter) break;
     way = std::move(*shorter);
@@ -71,19 +79,23 @@ Way descend(const hull::HullQuery& query, const Vector3d& p_world_m, Way way) {
   return way;
 }
 
-std::optional<Way> first_way(const hull::HullQuery& query, const Vector3d& p_world_m, const ManifoldRequest& request) {
+std::optional<Way> first_way(const hull::HullQuery& query, const Vector3d& p_world_m,
+                             const ManifoldRequest& request) {
   const Vector3d to_reference_m = request.rp_object_world_m - p_world_m;
   if (to_reference_m.norm() > 0)
-    if (auto way = way_along(query, p_world_m, to_reference_m.normalized(), request.reach_m)) return way;
+    if (auto way = way_along(query, p_world_m, to_reference_m.normalized(), request.reach_m))
+      return way;
   std::optional<Way> shortest;
   for (const int axis : {2, 0, 1})
     for (const double sign : {1.0, -1.0})
-      if (auto way = way_along(query, p_world_m, sign * Vector3d::Unit(axis), shortest ? shortest->exit.distance_m : request.reach_m))
+      if (auto way = way_along(query, p_world_m, sign * Vector3d::Unit(axis),
+                               shortest ? shortest->exit.distance_m : request.reach_m))
         shortest = std::move(way);
   return shortest;
 }
 
-Contact contact_at(const hull::HullQuery& query, const CollisionPoint& point, const ManifoldRequest& request) {
+Contact contact_at(const hull::HullQuery& query, const CollisionPoint& point,
+                   const ManifoldRequest& request) {
   Contact contact{.on_object = point};
   auto way = first_way(query, point.p_world_m, request);
   if (!way) return contact;
@@ -96,11 +108,13 @@ Contact contact_at(const hull::HullQuery& query, const CollisionPoint& point, co
   if (way->limiting.empty()) return contact;
   contact.camera = way->limiting.front().camera;
   contact.normal_error_rad = way->limiting.front().error_rad;
-  contact.settled = way->limiting.front().normal_world.dot(way->direction) >= std::cos(kSettled_rad);
+  contact.settled =
+      way->limiting.front().normal_world.dot(way->direction) >= std::cos(kSettled_rad);
   return contact;
 }
 
-double depth_to_reference_m(const hull::HullQuery& query, const Vector3d& p_world_m, const ManifoldRequest& request) {
+double depth_to_reference_m(const hull::HullQuery& query, const Vector3d& p_world_m,
+                            const ManifoldRequest& request) {
   const Vector3d way_m = request.rp_object_world_m - p_world_m;
   if (!(way_m.norm() > 0)) return request.reach_m;
   const auto exit = exit_outward(query, p_world_m, way_m.normalized(), request.reach_m);
@@ -108,13 +122,17 @@ double depth_to_reference_m(const hull::HullQuery& query, const Vector3d& p_worl
 }
 
 // Of some spread over all points, then of some around the deepest of those.
-std::size_t deepest_of(const hull::HullQuery& query, std::span<const CollisionPoint> points, const std::vector<Vector3d>& places, double least_m,
+std::size_t deepest_of(const hull::HullQuery& query, std::span<const CollisionPoint> points,
+                       const std::vector<Vector3d>& places, double least_m,
                        const ManifoldRequest& request) {
-  const std::size_t farthest = std::size_t(&cp_object(query, points, request.rp_object_world_m) - points.data());
+  const std::size_t farthest =
+      std::size_t(&cp_object(query, points, request.rp_object_world_m) - points.data());
   std::size_t deepest = farthest;
   double depth_m = 0;
   const auto take = [&](std::size_t i) {
-    if (const double candidate_m = depth_to_reference_m(query, places[i], request); candidate_m > depth_m) deepest = i, depth_m = candidate_m;
+    if (const double candidate_m = depth_to_reference_m(query, places[i], request);
+        candidate_m > depth_m)
+      deepest = i, depth_m = candidate_m;
   };
   const auto coarse = spread_out(places, farthest, kCandidates, least_m);
   for (const std::size_t i : coarse) take(i);
@@ -124,13 +142,15 @@ std::size_t deepest_of(const hull::HullQuery& query, std::span<const CollisionPo
   const Vector3d middle = places[deepest];
   for (std::size_t i = 0; i < places.size(); ++i)
     if ((places[i] - middle).norm() <= spacing_m) near.push_back(places[i]), index.push_back(i);
-  const std::size_t first = std::size_t(std::find(index.begin(), index.end(), deepest) - index.begin());
+  const std::size_t first =
+      std::size_t(std::find(index.begin(), index.end(), deepest) - index.begin());
   for (const std::size_t i : spread_out(near, first, kCandidates, least_m)) take(index[i]);
   return deepest;
 }
 
 // Ordered, so that their given order plays no part.
-std::vector<CollisionPoint> points_in_hull(const hull::HullQuery& query, std::span<const CollisionPoint> given) {
+std::vector<CollisionPoint> points_in_hull(const hull::HullQuery& query,
+                                           std::span<const CollisionPoint> given) {
   const std::vector<Vector3d> places = places_m(given);
   std::vector<std::uint8_t> inside(given.size());
   query.contains(places, inside);
@@ -143,7 +163,8 @@ std::vector<CollisionPoint> points_in_hull(const hull::HullQuery& query, std::sp
 
 }  // namespace
 
-ContactManifold contact_manifold(const hull::HullQuery& query, const ObjectCollision& collision, const ManifoldRequest& request) {
+ContactManifold contact_manifold(const hull::HullQuery& query, const ObjectCollision& collision,
+                                 const ManifoldRequest& request) {
   check(collision, request);
   const std::vector<CollisionPoint> points = points_in_hull(query, collision.points);
   ContactManifold manifold{.contacts = {}, .points_in_hull = points.size()};
@@ -151,7 +172,8 @@ ContactManifold contact_manifold(const hull::HullQuery& query, const ObjectColli
   const double footprint_m = pixel_footprint_m(query, points.front().p_world_m);
   const std::vector<Vector3d> places = places_m(points);
   const std::size_t deepest = deepest_of(query, points, places, footprint_m, request);
-  for (const std::size_t i : spread_out(places, deepest, std::size_t(request.most_contacts), footprint_m))
+  for (const std::size_t i :
+       spread_out(places, deepest, std::size_t(request.most_contacts), footprint_m))
     manifold.contacts.push_back(contact_at(query, points[i], request));
   return manifold;
 }

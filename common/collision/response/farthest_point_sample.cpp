@@ -6,18 +6,23 @@
 namespace fivepipe::collision {
 namespace {
 
-bool less(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); }
+bool less(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+}
 
 }  // namespace
 
-std::vector<std::size_t> spread_out(std::span<const Eigen::Vector3d> points_m, std::size_t first, std::size_t count, double least_m) {
+std::vector<std::size_t> spread_out(std::span<const Eigen::Vector3d> points_m, std::size_t first,
+                                    std::size_t count, double least_m) {
   std::vector<double> distance2(points_m.size(), std::numeric_limits<double>::infinity());
   std::vector<std::size_t> taken{first};
   while (taken.size() < count) {
     std::size_t farthest = first;
     for (std::size_t i = 0; i < points_m.size(); ++i) {
       distance2[i] = std::min(distance2[i], (points_m[i] - points_m[taken.back()]).squaredNorm());
-      if (distance2[i] > distance2[farthest] || (distance2[i] == distance2[farthest] && less(points_m[i], points_m[farthest]))) farthest = i;
+      if (distance2[i] > distance2[farthest] ||
+          (distance2[i] == distance2[farthest] && less(points_m[i], points_m[farthest])))
+        farthest = i;
     }
     if (!(distance2[farthest] > least_m * least_m)) break;
     taken.push_back(farthest);

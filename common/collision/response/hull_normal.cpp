@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Sine of the angle between IJ and KL below which they count as parallel: coordinates of metres at steps of 0.1 mm keep four digits.
+// Sine of the angle between IJ and KL below which they count as parallel: coordinates of metres at
+// steps of 0.1 mm keep four digits.
 constexpr double kParallelSine = 1e-4;
 
 // Across a unit vector, always the same one.
@@ -20,13 +21,17 @@ Vector3d unit_across(const Vector3d& v) {
   return v.cross(Vector3d::Unit(axis)).normalized();
 }
 
-NormalStatus certain_enough(double error_rad) { return error_rad <= kMaxNormalErrorRad ? NormalStatus::defined : NormalStatus::too_uncertain; }
+NormalStatus certain_enough(double error_rad) {
+  return error_rad <= kMaxNormalErrorRad ? NormalStatus::defined : NormalStatus::too_uncertain;
+}
 
 }  // namespace
 
-HullNormal four_point_normal(const hull::HullQuery& query, const Recovery& recovery, const ResponseConfig& config) {
+HullNormal four_point_normal(const hull::HullQuery& query, const Recovery& recovery,
+                             const ResponseConfig& config) {
   const Vector3d& a_world_m = recovery.cp_object_world_m;
-  const Vector3d across = unit_across(recovery.v_rec_world), across_too = recovery.v_rec_world.cross(across);
+  const Vector3d across = unit_across(recovery.v_rec_world),
+                 across_too = recovery.v_rec_world.cross(across);
   const double slope = std::tan(0.5 * config.apex_angle_rad);
   const double edge_m = recovery.reach_m * std::hypot(1.0, slope);
   std::array<Vector3d, 4> ijkl_world_m;
@@ -34,9 +39,11 @@ HullNormal four_point_normal(const hull::HullQuery& query, const Recovery& recov
   HullNormal found;
   for (int i = 0; i < 4; ++i) {
     const Vector3d& sideways = i < 2 ? across : across_too;
-    const Vector3d along_edge = (recovery.v_rec_world + (i % 2 ? slope : -slope) * sideways).normalized();
-    const auto exit = config.search == HullSearch::sampled ? exit_sampled(query, a_world_m, along_edge, edge_m, config.window_px)
-                                                           : exit_from_base(query, a_world_m, along_edge, edge_m);
+    const Vector3d along_edge =
+        (recovery.v_rec_world + (i % 2 ? slope : -slope) * sideways).normalized();
+    const auto exit = config.search == HullSearch::sampled
+                          ? exit_sampled(query, a_world_m, along_edge, edge_m, config.window_px)
+                          : exit_from_base(query, a_world_m, along_edge, edge_m);
     if (!exit) {
       found.status = NormalStatus::edge_starts_inside;
       return found;
@@ -51,16 +58,21 @@ HullNormal four_point_normal(const hull::HullQuery& query, const Recovery& recov
     return found;
   }
   found.normal_world = (normal.dot(recovery.v_rec_world) < 0 ? -normal : normal).normalized();
-  // Each difference of two points is uncertain by a step along the edges and by a pixel of the maps; two such tilts, across each other.
-  const double uncertain_m = step_m + pixel_footprint_m(query, a_world_m + recovery.exit.distance_m * recovery.v_rec_world);
-  found.error_rad = std::atan(std::numbers::sqrt2 * uncertain_m / std::min(ij_m.norm(), kl_m.norm()));
+  // Each difference of two points is uncertain by a step along the edges and by a pixel of the
+  // maps; two such tilts, across each other.
+  const double uncertain_m =
+      step_m +
+      pixel_footprint_m(query, a_world_m + recovery.exit.distance_m * recovery.v_rec_world);
+  found.error_rad =
+      std::atan(std::numbers::sqrt2 * uncertain_m / std::min(ij_m.norm(), kl_m.norm()));
   found.status = certain_enough(found.error_rad);
   return found;
 }
 
 HullNormal closed_form_normal(const hull::HullQuery& query, const Recovery& recovery) {
   const double outside_m = recovery.exit.distance_m + recovery.exit.error_m;
-  const geometry::Ray inward{recovery.cp_object_world_m + outside_m * recovery.v_rec_world, -recovery.v_rec_world};
+  const geometry::Ray inward{recovery.cp_object_world_m + outside_m * recovery.v_rec_world,
+                             -recovery.v_rec_world};
   HullNormal found;
   auto limiting = hull::limiting_cameras(query, inward, 0, outside_m);
   if (!limiting) {

@@ -12,10 +12,13 @@ struct Recovery {
   HullExit exit;
 };
 
-// The paper's: from the points I, J, K, L where the edges of ABC and DAE enter the hull; by rays, or sampled where config.search is.
-HullNormal four_point_normal(const hull::HullQuery& query, const Recovery& recovery, const ResponseConfig& config);
+// The paper's: from the points I, J, K, L where the edges of ABC and DAE enter the hull; by rays,
+// or sampled where config.search is.
+HullNormal four_point_normal(const hull::HullQuery& query, const Recovery& recovery,
+                             const ResponseConfig& config);
 
-// Closed form: the plane of the silhouette's tangent whose camera limits the hull there (design, "Response").
+// Closed form: the plane of the silhouette's tangent whose camera limits the hull there (design,
+// "Response").
 HullNormal closed_form_normal(const hull::HullQuery& query, const Recovery& recovery);
 
 // A normal more uncertain than this says less about the surface than V_rec does: 45 degrees.

@@ -13,26 +13,33 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Collision points whose exits are computed per direction: they find the way, the requery confirms it.
+// Collision points whose exits are computed per direction: they find the way, the requery confirms
+// it.
 constexpr std::size_t kMostPoints = 48;
-// The ring of directions: first so far from the best, then halved; below the last, ways differ by 1 - cos, less than a thousandth.
+// The ring of directions: first so far from the best, then halved; below the last, ways differ by 1
+// - cos, less than a thousandth.
 constexpr double kFirstTilt_rad = 0.7, kLastTilt_rad = 0.03;
 constexpr int kRing = 8;
-// Where points are left after a way, it is made longer by what they need, so often; and by a slack, as those between the points asked for
-// reach a little farther.
+// Where points are left after a way, it is made longer by what they need, so often; and by a slack,
+// as those between the points asked for reach a little farther.
 constexpr int kMostExtensions = 2, kMostExtensionsOfResponse = 4;
-double slack_m(int extension) { return kMostRounding_m * std::pow(8.0, extension); }  // to 0.5 mm, less than a pixel
+double slack_m(int extension) {
+  return kMostRounding_m * std::pow(8.0, extension);
+}  // to 0.5 mm, less than a pixel
 
 class Descent {
  public:
-  Descent(const hull::HullQuery& query, std::vector<Vector3d> points_m, const Requery& requery, const ShorterWayConfig& config)
+  Descent(const hull::HullQuery& query, std::vector<Vector3d> points_m, const Requery& requery,
+          const ShorterWayConfig& config)
       : query_(query), points_m_(std::move(points_m)), requery_(requery), config_(config) {}
 
   // The response's way, which none is longer than; verified, if need be longer by most_more_m.
   void start(const Vector3d& direction, double length_m, bool is_free, double most_more_m) {
     best_ = {direction, length_m};
     free = is_free;
-    for (int i = 0; i <= kMostExtensionsOfResponse && !free && may_ask() && length_m <= best_.length_m + most_more_m; ++i) {
+    for (int i = 0; i <= kMostExtensionsOfResponse && !free && may_ask() &&
+                    length_m <= best_.length_m + most_more_m;
+         ++i) {
       ++requeries;
       const auto left = requery_(length_m * direction).points;
       free = left.empty();
@@ -54,12 +61,15 @@ class Descent {
     return false;
   }
 
-  // Of those directions that may be shorter, in the order of their ways, the first that frees the object.
+  // Of those directions that may be shorter, in the order of their ways, the first that frees the
+  // object.
   bool try_directions(const std::vector<Vector3d>& directions) {
     std::vector<Way> ways;
     for (const Vector3d& direction : directions)
-      if (const double length_m = least_way_m(direction); shorter(length_m)) ways.push_back({direction, length_m});
-    std::stable_sort(ways.begin(), ways.end(), [](const Way& a, const Way& b) { return a.length_m < b.length_m; });
+      if (const double length_m = least_way_m(direction); shorter(length_m))
+        ways.push_back({direction, length_m});
+    std::stable_sort(ways.begin(), ways.end(),
+                     [](const Way& a, const Way& b) { return a.length_m < b.length_m; });
     for (const Way& way : ways)
       if (may_ask() && try_way(way.direction, way.length_m)) return true;
     return false;
@@ -72,17 +82,21 @@ class Descent {
       const auto exit = exit_outward(query_, p_world_m, best_.direction, 2 * best_.length_m);
       if (!exit) continue;
       const double outside_m = exit->distance_m + exit->error_m;
-      const auto limiting = hull::limiting_cameras(query_, {p_world_m + outside_m * best_.direction, -best_.direction}, 0, outside_m);
+      const auto limiting = hull::limiting_cameras(
+          query_, {p_world_m + outside_m * best_.direction, -best_.direction}, 0, outside_m);
       if (limiting) found.push_back(limiting->cameras.front().normal_world);
     }
     return found;
   }
   std::vector<Vector3d> ring(double tilt_rad) const {
-    const Vector3d across = best_.direction.unitOrthogonal(), across_too = best_.direction.cross(across);
+    const Vector3d across = best_.direction.unitOrthogonal(),
+                   across_too = best_.direction.cross(across);
     std::vector<Vector3d> directions;
     for (int i = 0; i < kRing; ++i) {
       const double a = 2 * std::numbers::pi * i / kRing;
-      directions.push_back((std::cos(tilt_rad) * best_.direction + std::sin(tilt_rad) * (std::cos(a) * across + std::sin(a) * across_too)).normalized());
+      directions.push_back((std::cos(tilt_rad) * best_.direction +
+                            std::sin(tilt_rad) * (std::cos(a) * across + std::sin(a) * across_too))
+                               .normalized());
     }
     return directions;
   }
@@ -98,7 +112,8 @@ class Descent {
 
  private:
   bool shorter(double length_m) const { return length_m <= best_.length_m - config_.least_gain_m; }
-  // Each point's first exit is a lower bound of the way, but for what rounding asks for; the best way's length where one has none before that.
+  // Each point's first exit is a lower bound of the way, but for what rounding asks for; the best
+  // way's length where one has none before that.
   double least_way_m(const Vector3d& direction) const {
     double way_m = 0;
     for (const Vector3d& p_world_m : points_m_) {
@@ -126,20 +141,27 @@ std::vector<Vector3d> points_to_move(const ObjectCollision& collision, const Res
 
 }  // namespace
 
-ShorterWay shorter_way_out(const hull::HullQuery& query, const ObjectCollision& collision, const Response& response, const Requery& requery,
+ShorterWay shorter_way_out(const hull::HullQuery& query, const ObjectCollision& collision,
+                           const Response& response, const Requery& requery,
                            const ShorterWayConfig& config) {
-  if (!response.has_way_out()) throw std::invalid_argument("a response without a way out has no shorter one");
-  if (!(config.most_requeries > 0 && config.least_gain_m > 0) || !requery) throw std::invalid_argument("requeries or gain out of range");
+  if (!response.has_way_out())
+    throw std::invalid_argument("a response without a way out has no shorter one");
+  if (!(config.most_requeries > 0 && config.least_gain_m > 0) || !requery)
+    throw std::invalid_argument("requeries or gain out of range");
   ShorterWay result;
   Descent descent(query, points_to_move(collision, response), requery, config);
   const bool is_free = response.points_left.empty();
-  descent.start(response.v_rec_world, response.clear_distance_m() + (is_free ? 0 : response.residual_m + kMostRounding_m), is_free, response.pixel_footprint_m);
+  descent.start(response.v_rec_world,
+                response.clear_distance_m() + (is_free ? 0 : response.residual_m + kMostRounding_m),
+                is_free, response.pixel_footprint_m);
   result.response_length_m = descent.best().length_m;
   bool shortened = false;
   while (descent.may_ask() && descent.try_directions(descent.normals())) shortened = true;
   for (double tilt_rad = kFirstTilt_rad; tilt_rad >= kLastTilt_rad && descent.may_ask();)
-    if (descent.try_directions(descent.ring(tilt_rad))) shortened = true;
-    else tilt_rad *= 0.5;
+    if (descent.try_directions(descent.ring(tilt_rad)))
+      shortened = true;
+    else
+      tilt_rad *= 0.5;
   result.requeries = descent.requeries;
   if (!descent.free) return result;
   result.status = shortened ? ShorterWayStatus::found : ShorterWayStatus::none_found;

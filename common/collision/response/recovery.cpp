@@ -9,14 +9,20 @@ namespace {
 using Eigen::Vector3d;
 
 // The exit, with the distance to either side at which in_hull() confirms it.
-HullExit verified(const hull::HullQuery& query, const Vector3d& p_world_m, const Vector3d& direction_world, double distance_m) {
+HullExit verified(const hull::HullQuery& query, const Vector3d& p_world_m,
+                  const Vector3d& direction_world, double distance_m) {
   double error_m = kLeastRounding_m;
-  const auto inside = [&](double way_m) { return query.contains(p_world_m + way_m * direction_world); };
-  while (error_m < kMostRounding_m && (inside(distance_m + error_m) || !inside(std::max(0.0, distance_m - error_m)))) error_m *= 2;
+  const auto inside = [&](double way_m) {
+    return query.contains(p_world_m + way_m * direction_world);
+  };
+  while (error_m < kMostRounding_m &&
+         (inside(distance_m + error_m) || !inside(std::max(0.0, distance_m - error_m))))
+    error_m *= 2;
   return {distance_m, std::min(error_m, kMostRounding_m)};
 }
 
-double way_out_m(const hull::HullQuery& query, const Vector3d& p_world_m, const Vector3d& direction_world, double reach_m) {
+double way_out_m(const hull::HullQuery& query, const Vector3d& p_world_m,
+                 const Vector3d& direction_world, double reach_m) {
   const auto found = query.intervals({p_world_m, direction_world}, 0, reach_m);
   // Where the first part begins later, p is outside.
   return found.empty() || found.front().enter > kMostRounding_m ? 0 : found.front().leave;
@@ -25,12 +31,19 @@ double way_out_m(const hull::HullQuery& query, const Vector3d& p_world_m, const 
 }  // namespace
 
 bool comes_before(const CollisionPoint& a, const CollisionPoint& b) {
-  const auto key = [](const CollisionPoint& point) { return std::tuple(point.triangle, point.p_world_m.x(), point.p_world_m.y(), point.p_world_m.z()); };
+  const auto key = [](const CollisionPoint& point) {
+    return std::tuple(point.triangle, point.p_world_m.x(), point.p_world_m.y(),
+                      point.p_world_m.z());
+  };
   return key(a) < key(b);
 }
 
-const CollisionPoint& cp_object(const hull::HullQuery& query, std::span<const CollisionPoint> points, const Vector3d& rp_world_m, double equally_far_m) {
-  const auto distance_m = [&](const CollisionPoint& point) { return (point.p_world_m - rp_world_m).norm(); };
+const CollisionPoint& cp_object(const hull::HullQuery& query,
+                                std::span<const CollisionPoint> points, const Vector3d& rp_world_m,
+                                double equally_far_m) {
+  const auto distance_m = [&](const CollisionPoint& point) {
+    return (point.p_world_m - rp_world_m).norm();
+  };
   const CollisionPoint* chosen = &points.front();
   for (const CollisionPoint& point : points) {
     const double more_m = distance_m(point) - distance_m(*chosen);
@@ -42,26 +55,33 @@ const CollisionPoint& cp_object(const hull::HullQuery& query, std::span<const Co
   for (const CollisionPoint& point : points) {
     const double way_m = distance_m(point);
     if (!(way_m >= least_m && way_m > 0)) continue;
-    const double point_depth_m = way_out_m(query, point.p_world_m, (rp_world_m - point.p_world_m) / way_m, way_m);
-    if (point_depth_m > depth_m || (point_depth_m == depth_m && depth_m > 0 && comes_before(point, *chosen))) chosen = &point, depth_m = point_depth_m;
+    const double point_depth_m =
+        way_out_m(query, point.p_world_m, (rp_world_m - point.p_world_m) / way_m, way_m);
+    if (point_depth_m > depth_m ||
+        (point_depth_m == depth_m && depth_m > 0 && comes_before(point, *chosen)))
+      chosen = &point, depth_m = point_depth_m;
   }
   return *chosen;
 }
 
-std::optional<HullExit> exit_outward(const hull::HullQuery& query, const Vector3d& p_world_m, const Vector3d& direction_world, double reach_m) {
+std::optional<HullExit> exit_outward(const hull::HullQuery& query, const Vector3d& p_world_m,
+                                     const Vector3d& direction_world, double reach_m) {
   const double distance_m = way_out_m(query, p_world_m, direction_world, reach_m);
   if (distance_m >= reach_m) return std::nullopt;
   return verified(query, p_world_m, direction_world, distance_m);
 }
 
-std::optional<HullExit> exit_from_base(const hull::HullQuery& query, const Vector3d& p_world_m, const Vector3d& direction_world, double reach_m) {
+std::optional<HullExit> exit_from_base(const hull::HullQuery& query, const Vector3d& p_world_m,
+                                       const Vector3d& direction_world, double reach_m) {
   const Vector3d base_world_m = p_world_m + reach_m * direction_world;
   if (query.contains(base_world_m)) return std::nullopt;
-  const double entry_m = query.first_entry({base_world_m, -direction_world}, 0, reach_m).value_or(reach_m);
+  const double entry_m =
+      query.first_entry({base_world_m, -direction_world}, 0, reach_m).value_or(reach_m);
   return verified(query, p_world_m, direction_world, reach_m - entry_m);
 }
 
-std::optional<HullExit> exit_sampled(const hull::HullQuery& query, const Vector3d& p_world_m, const Vector3d& direction_world, double reach_m, int samples) {
+std::optional<HullExit> exit_sampled(const hull::HullQuery& query, const Vector3d& p_world_m,
+                                     const Vector3d& direction_world, double reach_m, int samples) {
   if (query.contains(p_world_m + reach_m * direction_world)) return std::nullopt;
   const double step_m = reach_m / samples;
   for (int i = samples - 1; i >= 0; --i) {
@@ -71,16 +91,20 @@ std::optional<HullExit> exit_sampled(const hull::HullQuery& query, const Vector3
   return HullExit{0, step_m};
 }
 
-double residual_m(const hull::HullQuery& query, std::span<const CollisionPoint> points, const Vector3d& direction_world, double reach_m) {
+double residual_m(const hull::HullQuery& query, std::span<const CollisionPoint> points,
+                  const Vector3d& direction_world, double reach_m) {
   double farthest_m = 0;
-  for (const CollisionPoint& point : points) farthest_m = std::max(farthest_m, way_out_m(query, point.p_world_m, direction_world, reach_m));
+  for (const CollisionPoint& point : points)
+    farthest_m = std::max(farthest_m, way_out_m(query, point.p_world_m, direction_world, reach_m));
   return farthest_m;
 }
 
 double pixel_footprint_m(const hull::HullQuery& query, const Vector3d& p_world_m) {
   double footprint_m = 0;
   for (const hull::CpuHull::MapCamera& c : query.hull().cameras())
-    footprint_m = std::max(footprint_m, (c.camera.camera_from_world * p_world_m).z() / std::min(c.camera.pinhole.fx_px, c.camera.pinhole.fy_px));
+    footprint_m =
+        std::max(footprint_m, (c.camera.camera_from_world * p_world_m).z() /
+                                  std::min(c.camera.pinhole.fx_px, c.camera.pinhole.fy_px));
   return footprint_m;
 }
 

@@ -13,36 +13,46 @@ namespace {
 
 using Eigen::Vector3d;
 
-void check(const ObjectCollision& collision, const ResponseRequest& request, const Requery& requery, const ResponseConfig& config) {
+void check(const ObjectCollision& collision, const ResponseRequest& request, const Requery& requery,
+           const ResponseConfig& config) {
   const auto finite = [](const CollisionPoint& point) { return point.p_world_m.allFinite(); };
-  if (!std::all_of(collision.points.begin(), collision.points.end(), finite)) throw std::invalid_argument("a collision point is not finite");
-  if (!request.rp_object_world_m.allFinite()) throw std::invalid_argument("the reference point is not finite");
-  if (!(request.equally_far_m >= 0)) throw std::invalid_argument("equally_far_m is negative or not a number");
-  if (!(config.height_m > 0 && std::isfinite(config.height_m) && config.apex_angle_rad > 0 && config.apex_angle_rad < std::numbers::pi &&
-        config.window_px > 0))
+  if (!std::all_of(collision.points.begin(), collision.points.end(), finite))
+    throw std::invalid_argument("a collision point is not finite");
+  if (!request.rp_object_world_m.allFinite())
+    throw std::invalid_argument("the reference point is not finite");
+  if (!(request.equally_far_m >= 0))
+    throw std::invalid_argument("equally_far_m is negative or not a number");
+  if (!(config.height_m > 0 && std::isfinite(config.height_m) && config.apex_angle_rad > 0 &&
+        config.apex_angle_rad < std::numbers::pi && config.window_px > 0))
     throw std::invalid_argument("height, angle or window of the response out of range");
   if (!requery) throw std::invalid_argument("response without a requery");
 }
 
-std::optional<HullExit> find_exit(const hull::HullQuery& query, const Vector3d& cp_world_m, const Vector3d& v_rec, double reach_m,
+std::optional<HullExit> find_exit(const hull::HullQuery& query, const Vector3d& cp_world_m,
+                                  const Vector3d& v_rec, double reach_m,
                                   const ResponseConfig& config) {
   switch (config.search) {
     case HullSearch::from_reference: return exit_from_base(query, cp_world_m, v_rec, reach_m);
     case HullSearch::outward: return exit_outward(query, cp_world_m, v_rec, reach_m);
-    case HullSearch::sampled: return exit_sampled(query, cp_world_m, v_rec, reach_m, config.window_px);
+    case HullSearch::sampled:
+      return exit_sampled(query, cp_world_m, v_rec, reach_m, config.window_px);
   }
   return std::nullopt;
 }
 
-void query_moved(const hull::HullQuery& query, const Requery& requery, double height_m, Response& response) {
+void query_moved(const hull::HullQuery& query, const Requery& requery, double height_m,
+                 Response& response) {
   response.points_left = requery(response.clear_distance_m() * response.v_rec_world).points;
   response.residual_m = residual_m(query, response.points_left, response.v_rec_world, height_m);
-  response.status = response.residual_m <= response.indifferent_m() ? RecoveryStatus::recovered : RecoveryStatus::still_colliding;
+  response.status = response.residual_m <= response.indifferent_m()
+                        ? RecoveryStatus::recovered
+                        : RecoveryStatus::still_colliding;
 }
 
 }  // namespace
 
-Response respond(const hull::HullQuery& query, const ObjectCollision& collision, const ResponseRequest& request, const Requery& requery,
+Response respond(const hull::HullQuery& query, const ObjectCollision& collision,
+                 const ResponseRequest& request, const Requery& requery,
                  const ResponseConfig& config) {
   check(collision, request, requery, config);
   Response response;
@@ -50,20 +60,24 @@ Response respond(const hull::HullQuery& query, const ObjectCollision& collision,
     response.status = RecoveryStatus::no_collision_point;
     return response;
   }
-  const CollisionPoint& cp = cp_object(query, collision.points, request.rp_object_world_m, request.equally_far_m);
+  const CollisionPoint& cp =
+      cp_object(query, collision.points, request.rp_object_world_m, request.equally_far_m);
   response.cp_object_world_m = cp.p_world_m;
   response.cp_object_triangle = cp.triangle;
 
   const Vector3d to_reference_m = request.rp_object_world_m - cp.p_world_m;
-  if (!request.v_rec_world && config.search != HullSearch::outward && query.contains(request.rp_object_world_m)) {  // RP_obj = CP_obj among them
+  if (!request.v_rec_world && config.search != HullSearch::outward &&
+      query.contains(request.rp_object_world_m)) {  // RP_obj = CP_obj among them
     response.status = RecoveryStatus::reference_inside;
     return response;
   }
   const Vector3d direction = request.v_rec_world.value_or(to_reference_m);
   // Stable: the square of the given length must neither vanish nor overflow.
-  if (!direction.allFinite() || !(direction.stableNorm() > 0)) return response;  // direction_undefined
+  if (!direction.allFinite() || !(direction.stableNorm() > 0))
+    return response;  // direction_undefined
   response.v_rec_world = direction.stableNormalized();
-  const double reach_m = request.v_rec_world ? config.height_m : std::min(config.height_m, to_reference_m.norm());
+  const double reach_m =
+      request.v_rec_world ? config.height_m : std::min(config.height_m, to_reference_m.norm());
   const auto exit = find_exit(query, cp.p_world_m, response.v_rec_world, reach_m, config);
   if (!exit) {
     response.status = RecoveryStatus::no_exit_within_reach;
@@ -74,7 +88,8 @@ Response respond(const hull::HullQuery& query, const ObjectCollision& collision,
   response.cp_hull_world_m = cp.p_world_m + exit->distance_m * response.v_rec_world;
   response.pixel_footprint_m = pixel_footprint_m(query, response.cp_hull_world_m);
   const Recovery recovery{cp.p_world_m, response.v_rec_world, reach_m, *exit};
-  if (request.normals.four_points) response.four_points = four_point_normal(query, recovery, config);
+  if (request.normals.four_points)
+    response.four_points = four_point_normal(query, recovery, config);
   if (request.normals.closed_form) response.closed_form = closed_form_normal(query, recovery);
   query_moved(query, requery, reach_m, response);
   return response;

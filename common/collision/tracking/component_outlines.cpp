@@ -20,7 +20,8 @@ std::size_t root_of(std::vector<PixelRun>& runs, std::size_t i) {
   return i;
 }
 
-// The object pixels of an image, row by row, and which hang together, at corners too: `piece` is the first run's number.
+// The object pixels of an image, row by row, and which hang together, at corners too: `piece` is
+// the first run's number.
 class Pieces {
  public:
   explicit Pieces(const hull::BoxReach& reach) : bounds_(reach.bounds()) {
@@ -34,8 +35,10 @@ class Pieces {
           const std::size_t ra = root_of(runs_, a), rb = root_of(runs_, b);
           runs_[std::max(ra, rb)].piece = std::min(ra, rb);
         }
-        if (runs_[a].u1 < runs_[b].u1) ++a;
-        else ++b;
+        if (runs_[a].u1 < runs_[b].u1)
+          ++a;
+        else
+          ++b;
       }
       above = here;
     }
@@ -46,9 +49,12 @@ class Pieces {
   const std::vector<PixelRun>& runs() const { return runs_; }
   std::optional<std::size_t> piece_at(int u, int v) const {
     if (v < bounds_.v0_px || v >= bounds_.v1_px) return std::nullopt;
-    const auto begin = runs_.begin() + std::ptrdiff_t(first_of_row_[std::size_t(v - bounds_.v0_px)]);
-    const auto end = runs_.begin() + std::ptrdiff_t(first_of_row_[std::size_t(v - bounds_.v0_px) + 1]);
-    const auto run = std::find_if(begin, end, [&](const PixelRun& r) { return u >= r.u0 && u < r.u1; });
+    const auto begin =
+        runs_.begin() + std::ptrdiff_t(first_of_row_[std::size_t(v - bounds_.v0_px)]);
+    const auto end =
+        runs_.begin() + std::ptrdiff_t(first_of_row_[std::size_t(v - bounds_.v0_px) + 1]);
+    const auto run =
+        std::find_if(begin, end, [&](const PixelRun& r) { return u >= r.u0 && u < r.u1; });
     return run == end ? std::nullopt : std::optional(run->piece);
   }
 
@@ -70,7 +76,9 @@ class Pieces {
 };
 
 using Pixel = Eigen::Vector2i;
-long turn(const Pixel& a, const Pixel& b, const Pixel& c) { return long(b.x() - a.x()) * (c.y() - a.y()) - long(b.y() - a.y()) * (c.x() - a.x()); }
+long turn(const Pixel& a, const Pixel& b, const Pixel& c) {
+  return long(b.x() - a.x()) * (c.y() - a.y()) - long(b.y() - a.y()) * (c.x() - a.x());
+}
 
 // Corners of the convex hull (monotone chain, Andrew, 1979); pixels by row, then column.
 std::vector<Pixel> convex_hull(const std::vector<Pixel>& pixels) {
@@ -78,7 +86,9 @@ std::vector<Pixel> convex_hull(const std::vector<Pixel>& pixels) {
   const auto chain = [&](auto first, auto last) {
     const std::size_t begin = corners.size();
     for (; first != last; ++first) {
-      while (corners.size() >= begin + 2 && turn(corners[corners.size() - 2], corners.back(), *first) >= 0) corners.pop_back();
+      while (corners.size() >= begin + 2 &&
+             turn(corners[corners.size() - 2], corners.back(), *first) >= 0)
+        corners.pop_back();
       corners.push_back(*first);
     }
     corners.pop_back();
@@ -96,16 +106,21 @@ struct Owners {
   std::vector<bool> clear;            // by part: no piece of it is of several
 };
 
-Owners owners_of(const Pieces& pieces, const geometry::Camera& camera, std::span<const std::vector<Vector3d>> points_world_m) {
-  Owners owners{std::vector<std::size_t>(pieces.runs().size(), kNobody), std::vector<bool>(points_world_m.size(), true)};
+Owners owners_of(const Pieces& pieces, const geometry::Camera& camera,
+                 std::span<const std::vector<Vector3d>> points_world_m) {
+  Owners owners{std::vector<std::size_t>(pieces.runs().size(), kNobody),
+                std::vector<bool>(points_world_m.size(), true)};
   std::vector<std::pair<std::size_t, std::size_t>> claims;  // part, piece
   for (std::size_t part = 0; part < points_world_m.size(); ++part)
     for (const Vector3d& p : points_world_m[part]) {
       const auto uv_px = geometry::project(camera, p);
-      const auto piece = uv_px ? pieces.piece_at(int(std::floor(uv_px->x() + 0.5)), int(std::floor(uv_px->y() + 0.5))) : std::nullopt;
+      const auto piece = uv_px ? pieces.piece_at(int(std::floor(uv_px->x() + 0.5)),
+                                                 int(std::floor(uv_px->y() + 0.5)))
+                               : std::nullopt;
       if (!piece) continue;
       std::size_t& owner = owners.of_piece[*piece];
-      if (owner != part) claims.emplace_back(part, *piece), owner = owner == kNobody ? part : kSeveral;
+      if (owner != part)
+        claims.emplace_back(part, *piece), owner = owner == kNobody ? part : kSeveral;
     }
   for (const auto& [part, piece] : claims)
     if (owners.of_piece[piece] == kSeveral) owners.clear[part] = false;
@@ -114,7 +129,8 @@ Owners owners_of(const Pieces& pieces, const geometry::Camera& camera, std::span
 
 }  // namespace
 
-std::vector<std::vector<PartOutline>> part_outlines(const hull::HullQuery& query, std::span<const std::vector<Vector3d>> points_world_m) {
+std::vector<std::vector<PartOutline>> part_outlines(
+    const hull::HullQuery& query, std::span<const std::vector<Vector3d>> points_world_m) {
   std::vector<std::vector<PartOutline>> outlines(points_world_m.size());
   std::vector<std::vector<Pixel>> pixels(points_world_m.size());
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
@@ -125,7 +141,9 @@ std::vector<std::vector<PartOutline>> part_outlines(const hull::HullQuery& query
     for (const PixelRun& run : pieces.runs()) {
       const std::size_t part = owners.of_piece[run.piece];
       if (part == kNobody || part == kSeveral) continue;
-      if (run.u0 == image.u0_px || run.u1 == image.u1_px || run.v == image.v0_px || run.v + 1 == image.v1_px) owners.clear[part] = false;
+      if (run.u0 == image.u0_px || run.u1 == image.u1_px || run.v == image.v0_px ||
+          run.v + 1 == image.v1_px)
+        owners.clear[part] = false;
       pixels[part].emplace_back(run.u0, run.v);
       if (run.u1 - 1 > run.u0) pixels[part].emplace_back(run.u1 - 1, run.v);
     }
@@ -133,7 +151,8 @@ std::vector<std::vector<PartOutline>> part_outlines(const hull::HullQuery& query
       if (!owners.clear[part]) continue;
       PartOutline outline{geometry::camera_center_world_m(camera.camera), {}};
       for (const Pixel& corner : convex_hull(pixels[part]))
-        outline.corners_world.push_back(geometry::ray_through(camera.camera, corner.cast<double>()).direction_world);
+        outline.corners_world.push_back(
+            geometry::ray_through(camera.camera, corner.cast<double>()).direction_world);
       if (!outline.corners_world.empty()) outlines[part].push_back(std::move(outline));
     }
   }

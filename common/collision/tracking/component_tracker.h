@@ -1,12 +1,16 @@
-// Parts of the hull followed over frames: who is who, and how it moves. Nothing is guessed: where two could be the same, none is.
+// Parts of the hull followed over frames: who is who, and how it moves. Nothing is guessed: where
+// two could be the same, none is.
 //
-// A part is the one of the frame before that it lies nearest to, if that lies nearest to it, too, and both by a factor of kClearly; the part
-// before is taken to have gone on as it moved. What met, or came apart, has new numbers, and says of whom: parts whose boxes meet, and that
-// nothing else was before, or is now. Of a part that clearly went on it is said only where its volume tells, too: it grew, or shrank, by half of
-// the other's at least, and the other is not below a tenth of its own. A smaller one it may take up, or lose, unsaid, and stays who it is.
+// A part is the one of the frame before that it lies nearest to, if that lies nearest to it, too,
+// and both by a factor of kClearly; the part before is taken to have gone on as it moved. What met,
+// or came apart, has new numbers, and says of whom: parts whose boxes meet, and that nothing else
+// was before, or is now. Of a part that clearly went on it is said only where its volume tells,
+// too: it grew, or shrank, by half of the other's at least, and the other is not below a tenth of
+// its own. A smaller one it may take up, or lose, unsaid, and stays who it is.
 //
-// Velocity and rotation: the even motion that fits the part's outlines over the last frames best (outline_motion.h). Where a part comes without
-// outlines, or too few cameras see it by itself: the line through its middles, which are the hull's, and no rotation.
+// Velocity and rotation: the even motion that fits the part's outlines over the last frames best
+// (outline_motion.h). Where a part comes without outlines, or too few cameras see it by itself: the
+// line through its middles, which are the hull's, and no rotation.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -26,33 +30,36 @@ enum class PartOrigin {
 
 struct PartMotion {
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d angular_velocity_world_rad_s = Eigen::Vector3d::Zero();  // of what the shape determines
-  int determined_axes = 0;   // 3: about all; 2: about those across its long, or short, axis; 0: about none, or none is known, as in braking
-  double residual_m = 0;     // of the outlines' fit, root mean square; 0 without one
-  double window_s = 0;       // that it is an average over
-  int frames = 0;            // in the window
+  Eigen::Vector3d angular_velocity_world_rad_s =
+      Eigen::Vector3d::Zero();  // of what the shape determines
+  int determined_axes = 0;      // 3: about all; 2: about those across its long, or short, axis; 0:
+                                // about none, or none is known, as in braking
+  double residual_m = 0;        // of the outlines' fit, root mean square; 0 without one
+  double window_s = 0;          // that it is an average over
+  int frames = 0;               // in the window
 };
 
 struct FollowedPart {
-  std::uint64_t id = 0;      // never given twice
+  std::uint64_t id = 0;  // never given twice
   PartOrigin origin = PartOrigin::appeared;
-  std::vector<std::uint64_t> from;   // numbers of the frame before
+  std::vector<std::uint64_t> from;  // numbers of the frame before
   HullPart part;
   std::optional<PartMotion> motion;  // from the third frame on
 };
 
 struct PartTrackerOptions {
-  int window_frames = 8;          // >= 3
-  double fastest_m_s = 6;         // nothing moves faster
-  // After a longer one tracking starts anew: a camera of 10 Hz may lose a frame; in more time the fastest gets across a room, and anyone is in reach.
+  int window_frames = 8;   // >= 3
+  double fastest_m_s = 6;  // nothing moves faster
+  // After a longer one tracking starts anew: a camera of 10 Hz may lose a frame; in more time the
+  // fastest gets across a room, and anyone is in reach.
   double longest_gap_s = 0.25;
 };
 
 class PartTracker {
  public:
   explicit PartTracker(const PartTrackerOptions& options = {});
-  // The parts of one more frame. A time that is not later than the last, or by more than longest_gap_s, starts anew. Throws
-  // std::invalid_argument where it is not finite.
+  // The parts of one more frame. A time that is not later than the last, or by more than
+  // longest_gap_s, starts anew. Throws std::invalid_argument where it is not finite.
   const std::vector<FollowedPart>& add(double time_s, const std::vector<HullPart>& parts);
   const std::vector<FollowedPart>& parts() const { return parts_; }
   void reset();
@@ -63,7 +70,8 @@ class PartTracker {
     std::optional<EvenMotion> guess;  // of the frame before
   };
   Eigen::Vector3d expected_m(std::size_t i, double time_s) const;
-  std::vector<std::optional<std::size_t>> match(double time_s, const std::vector<HullPart>& parts) const;
+  std::vector<std::optional<std::size_t>> match(double time_s,
+                                                const std::vector<HullPart>& parts) const;
   std::optional<PartMotion> motion_of(Track& track, const HullPart& part) const;
 
   PartTrackerOptions options_;

@@ -14,20 +14,23 @@ constexpr int kBisections = 6;
 
 Eigen::Matrix3d turned(const Vector3d& rad) {
   const double angle = rad.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, rad / angle).toRotationMatrix() : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  return angle > 0 ? Eigen::AngleAxisd(angle, rad / angle).toRotationMatrix()
+                   : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 }
 
 // Poses between two: straight, and turning evenly.
 Isometry3d between(const Isometry3d& a, const Isometry3d& b, double t) {
   Isometry3d pose = Isometry3d::Identity();
-  pose.linear() = Eigen::Quaterniond(a.linear()).slerp(t, Eigen::Quaterniond(b.linear())).toRotationMatrix();
+  pose.linear() =
+      Eigen::Quaterniond(a.linear()).slerp(t, Eigen::Quaterniond(b.linear())).toRotationMatrix();
   pose.translation() = (1 - t) * a.translation() + t * b.translation();
   return pose;
 }
 
 class Meeting {
  public:
-  Meeting(const HullAt& before, const HullAt& after, const MovingObject& object, const FirstContactOptions& options)
+  Meeting(const HullAt& before, const HullAt& after, const MovingObject& object,
+          const FirstContactOptions& options)
       : before_(before), after_(after), object_(object), options_(options) {}
 
   // Where the part of a frame has moved to, at a fraction of the time between.
@@ -40,9 +43,11 @@ class Meeting {
     return motion;
   }
 
-  // No point of the part goes a longer way against the object: both go straight, at even speed, and turn about their middles.
+  // No point of the part goes a longer way against the object: both go straight, at even speed, and
+  // turn about their middles.
   double way_m() const {
-    const Isometry3d &from = object_.world_from_object_before, &to = object_.world_from_object_after;
+    const Isometry3d &from = object_.world_from_object_before,
+                     &to = object_.world_from_object_after;
     double part_m = 0, apart_m = 0;
     for (const HullAt* frame : {&before_, &after_})
       for (int corner = 0; corner < 8; ++corner) {
@@ -50,47 +55,64 @@ class Meeting {
         part_m = std::max(part_m, (p - frame->part.middle_world_m).norm());
       }
     for (const Isometry3d* pose : {&from, &to})
-      for (const HullAt* frame : {&before_, &after_}) apart_m = std::max(apart_m, (pose->translation() - frame->part.middle_world_m).norm());
-    const Vector3d moved = after_.part.middle_world_m - before_.part.middle_world_m, object_moved = to.translation() - from.translation();
-    const double object_turned_rad = Eigen::AngleAxisd(from.linear().transpose() * to.linear()).angle();
-    return (moved - object_moved).norm() + options_.turned_world_rad.norm() * part_m + object_turned_rad * (apart_m + part_m);
+      for (const HullAt* frame : {&before_, &after_})
+        apart_m = std::max(apart_m, (pose->translation() - frame->part.middle_world_m).norm());
+    const Vector3d moved = after_.part.middle_world_m - before_.part.middle_world_m,
+                   object_moved = to.translation() - from.translation();
+    const double object_turned_rad =
+        Eigen::AngleAxisd(from.linear().transpose() * to.linear()).angle();
+    return (moved - object_moved).norm() + options_.turned_world_rad.norm() * part_m +
+           object_turned_rad * (apart_m + part_m);
   }
 
   std::optional<CollisionPoint> at(double t) const {
     const HullAt& frame = t <= 0.5 ? before_ : after_;
     const Isometry3d motion = moved(frame, t);
-    const Isometry3d object_pose = between(object_.world_from_object_before, object_.world_from_object_after, t);
-    const DetectionObject object{object_.tree, motion.inverse() * object_pose, frame.part.middle_world_m};
-    const DetectionOptions options{.eps_m = options_.step_m, .spacing_m = options_.step_m, .max_points = kMostPoints};
+    const Isometry3d object_pose =
+        between(object_.world_from_object_before, object_.world_from_object_after, t);
+    const DetectionObject object{object_.tree, motion.inverse() * object_pose,
+                                 frame.part.middle_world_m};
+    const DetectionOptions options{
+        .eps_m = options_.step_m, .spacing_m = options_.step_m, .max_points = kMostPoints};
     const ObjectCollision found = detect(*frame.query, {&object, 1}, options)[0];
     for (const CollisionPoint& p : found.points)
-      if (frame.part.box_world_m.contains(p.p_world_m)) return CollisionPoint{motion * p.p_world_m, p.triangle};
+      if (frame.part.box_world_m.contains(p.p_world_m))
+        return CollisionPoint{motion * p.p_world_m, p.triangle};
     return std::nullopt;
   }
 
  private:
-  static constexpr std::size_t kMostPoints = 1 << 16;  // of all parts of the hull, of which one is asked about
+  static constexpr std::size_t kMostPoints =
+      1 << 16;  // of all parts of the hull, of which one is asked about
   const HullAt &before_, &after_;
   const MovingObject& object_;
   const FirstContactOptions& options_;
 };
 
-void check(const HullAt& before, const HullAt& after, const MovingObject& object, const FirstContactOptions& options) {
-  if (!(after.time_s > before.time_s && std::isfinite(before.time_s) && std::isfinite(after.time_s)))
+void check(const HullAt& before, const HullAt& after, const MovingObject& object,
+           const FirstContactOptions& options) {
+  if (!(after.time_s > before.time_s && std::isfinite(before.time_s) &&
+        std::isfinite(after.time_s)))
     throw std::invalid_argument("first contact between frames that do not follow each other");
   if (!(options.step_m >= kLeastEps_m && std::isfinite(options.step_m)) || options.most_steps < 1)
     throw std::invalid_argument("steps of the first contact are less than a micrometre, or none");
-  if (!options.turned_world_rad.allFinite() || !object.world_from_object_before.matrix().allFinite() || !object.world_from_object_after.matrix().allFinite() ||
-      !before.part.middle_world_m.allFinite() || !after.part.middle_world_m.allFinite() || before.part.box_world_m.isEmpty() || after.part.box_world_m.isEmpty())
+  if (!options.turned_world_rad.allFinite() ||
+      !object.world_from_object_before.matrix().allFinite() ||
+      !object.world_from_object_after.matrix().allFinite() ||
+      !before.part.middle_world_m.allFinite() || !after.part.middle_world_m.allFinite() ||
+      before.part.box_world_m.isEmpty() || after.part.box_world_m.isEmpty())
     throw std::invalid_argument("motion of the first contact is not finite");
 }
 
 }  // namespace
 
-std::optional<FirstContact> first_contact(const HullAt& before, const HullAt& after, const MovingObject& object, const FirstContactOptions& options) {
+std::optional<FirstContact> first_contact(const HullAt& before, const HullAt& after,
+                                          const MovingObject& object,
+                                          const FirstContactOptions& options) {
   check(before, after, object, options);
   const Meeting meeting(before, after, object, options);
-  if (const auto at_once = meeting.at(0)) return FirstContact{before.time_s, 0, at_once->p_world_m, at_once->triangle, false};
+  if (const auto at_once = meeting.at(0))
+    return FirstContact{before.time_s, 0, at_once->p_world_m, at_once->triangle, false};
   const double needed = std::max(1.0, std::ceil(meeting.way_m() / options.step_m));
   const int steps = int(std::min(needed, double(options.most_steps)));
   for (int step = 1; step <= steps; ++step) {
@@ -98,10 +120,13 @@ std::optional<FirstContact> first_contact(const HullAt& before, const HullAt& af
     std::optional<CollisionPoint> found = meeting.at(yes);
     if (!found) continue;
     for (int i = 0; i < kBisections; ++i)
-      if (const double middle = 0.5 * (no + yes); const auto sooner = meeting.at(middle)) yes = middle, found = sooner;
-      else no = middle;
+      if (const double middle = 0.5 * (no + yes); const auto sooner = meeting.at(middle))
+        yes = middle, found = sooner;
+      else
+        no = middle;
     const double span_s = after.time_s - before.time_s;
-    return FirstContact{before.time_s + yes * span_s, (yes - no) * span_s, found->p_world_m, found->triangle, needed > steps};
+    return FirstContact{before.time_s + yes * span_s, (yes - no) * span_s, found->p_world_m,
+                        found->triangle, needed > steps};
   }
   return std::nullopt;
 }

@@ -23,13 +23,19 @@ constexpr int kWordBits = 64;
 class CellGrid {
  public:
   explicit CellGrid(const Vector3i& size)
-      : size_(size), words_per_row_((size.x() + kWordBits - 1) / kWordBits), bits_(std::size_t(words_per_row_) * size.y() * size.z(), 0) {}
+      : size_(size),
+        words_per_row_((size.x() + kWordBits - 1) / kWordBits),
+        bits_(std::size_t(words_per_row_) * size.y() * size.z(), 0) {}
   const Vector3i& size() const { return size_; }
   void set_run(int x0, int x1, int y, int z) {
     for (int x = x0; x < x1; ++x) row(y, z)[x / kWordBits] |= std::uint64_t{1} << (x % kWordBits);
   }
-  std::uint64_t* row(int y, int z) { return bits_.data() + (std::size_t(z) * size_.y() + y) * words_per_row_; }
-  const std::uint64_t* row(int y, int z) const { return bits_.data() + (std::size_t(z) * size_.y() + y) * words_per_row_; }
+  std::uint64_t* row(int y, int z) {
+    return bits_.data() + (std::size_t(z) * size_.y() + y) * words_per_row_;
+  }
+  const std::uint64_t* row(int y, int z) const {
+    return bits_.data() + (std::size_t(z) * size_.y() + y) * words_per_row_;
+  }
   int words_per_row() const { return words_per_row_; }
 
  private:
@@ -38,7 +44,8 @@ class CellGrid {
   std::vector<std::uint64_t> bits_;
 };
 
-// --- which cells are in the hull ---------------------------------------------------------------------------------------
+// --- which cells are in the hull
+// ---------------------------------------------------------------------------------------
 
 struct Node {  // cells [at, at + 2^level)
   Vector3i at;
@@ -47,15 +54,19 @@ struct Node {  // cells [at, at + 2^level)
 
 class CellSearch {
  public:
-  CellSearch(const hull::HullQuery& query, const HullPartsOptions& options, CellGrid& grid) : query_(query), options_(options), grid_(grid) {
+  CellSearch(const hull::HullQuery& query, const HullPartsOptions& options, CellGrid& grid)
+      : query_(query), options_(options), grid_(grid) {
     Eigen::Isometry3d world_from_box = Eigen::Isometry3d::Identity();
     world_from_box.translation() = options.within_world_m.center();
     // The first cell, from the box's least corner, reaches over its other sides.
-    const double reach_m = options.within_world_m.diagonal().norm() + 2 * options.cell_m * std::bit_ceil(unsigned(grid.size().maxCoeff()));
+    const double reach_m = options.within_world_m.diagonal().norm() +
+                           2 * options.cell_m * std::bit_ceil(unsigned(grid.size().maxCoeff()));
     for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
       const auto map = object_map(camera, world_from_box, reach_m);
-      if (map) maps_.push_back(*map);
-      else all_mapped_ = false;
+      if (map)
+        maps_.push_back(*map);
+      else
+        all_mapped_ = false;
     }
   }
 
@@ -64,11 +75,14 @@ class CellSearch {
     std::vector<Node> nodes{{Vector3i::Zero(), level}}, next;
     for (int l = level; !nodes.empty() && l > 0; --l, nodes.swap(next)) split(nodes, next);
     std::vector<Vector3d> middles;
-    for (const Node& node : nodes) middles.push_back(options_.within_world_m.min() + options_.cell_m * (node.at.cast<double>().array() + 0.5).matrix());
+    for (const Node& node : nodes)
+      middles.push_back(options_.within_world_m.min() +
+                        options_.cell_m * (node.at.cast<double>().array() + 0.5).matrix());
     std::vector<std::uint8_t> inside(middles.size());
     query_.contains(middles, inside);
     for (std::size_t i = 0; i < nodes.size(); ++i)
-      if (inside[i]) grid_.set_run(nodes[i].at.x(), nodes[i].at.x() + 1, nodes[i].at.y(), nodes[i].at.z());
+      if (inside[i])
+        grid_.set_run(nodes[i].at.x(), nodes[i].at.x() + 1, nodes[i].at.y(), nodes[i].at.z());
   }
 
  private:
@@ -80,7 +94,8 @@ class CellSearch {
     for (const Node& node : nodes)
       for (int part = 0; part < 8; ++part) {
         const int half = 1 << (node.level - 1);
-        const Node child{node.at + half * Vector3i(part & 1, part >> 1 & 1, part >> 2), node.level - 1};
+        const Node child{node.at + half * Vector3i(part & 1, part >> 1 & 1, part >> 2),
+                         node.level - 1};
         if ((child.at.array() >= grid_.size().array()).any()) continue;
         batch[std::size_t(count++)] = child;
         if (count == MeshTree::kFan) look(batch, count, next), count = 0;
@@ -96,8 +111,10 @@ class CellSearch {
         boxes.half_m[axis][i] = -1, boxes.middle_m[axis][i] = 0;
         if (int(i) >= count) continue;
         const double size_m = options_.cell_m * (1 << batch[i].level);
-        const double first_m = options_.within_world_m.min()[Eigen::Index(axis)] - middle[Eigen::Index(axis)];
-        const double middle_m = first_m + options_.cell_m * batch[i].at[Eigen::Index(axis)] + 0.5 * size_m;
+        const double first_m =
+            options_.within_world_m.min()[Eigen::Index(axis)] - middle[Eigen::Index(axis)];
+        const double middle_m =
+            first_m + options_.cell_m * batch[i].at[Eigen::Index(axis)] + 0.5 * size_m;
         boxes.middle_m[axis][i] = float(middle_m);
         boxes.half_m[axis][i] = float(0.5 * size_m + kSlack * (size_m + std::abs(middle_m)));
       }
@@ -115,7 +132,8 @@ class CellSearch {
     }
   }
 
-  static constexpr double kSlack = 0x1p-22;  // above the rounding of a cell's middle and half size to float
+  static constexpr double kSlack =
+      0x1p-22;  // above the rounding of a cell's middle and half size to float
   const hull::HullQuery& query_;
   const HullPartsOptions& options_;
   CellGrid& grid_;
@@ -123,7 +141,8 @@ class CellSearch {
   bool all_mapped_ = true;
 };
 
-// --- parts ---------------------------------------------------------------------------------------------------------------
+// --- parts
+// ---------------------------------------------------------------------------------------------------------------
 
 struct Run {  // cells [x0, x1) of a row
   int x0, x1, y, z;
@@ -156,18 +175,22 @@ std::size_t root_of(std::vector<std::size_t>& parent, std::size_t i) {
 }
 
 // Joins the runs of two rows that touch, corners too.
-void join_rows(const std::vector<Run>& runs, std::size_t a, std::size_t a_end, std::size_t b, std::size_t b_end, std::vector<std::size_t>& parent) {
+void join_rows(const std::vector<Run>& runs, std::size_t a, std::size_t a_end, std::size_t b,
+               std::size_t b_end, std::vector<std::size_t>& parent) {
   while (a < a_end && b < b_end) {
     if (runs[a].x0 <= runs[b].x1 && runs[b].x0 <= runs[a].x1) {
       const std::size_t ra = root_of(parent, a), rb = root_of(parent, b);
       parent[std::max(ra, rb)] = std::min(ra, rb);
     }
-    if (runs[a].x1 < runs[b].x1) ++a;
-    else ++b;
+    if (runs[a].x1 < runs[b].x1)
+      ++a;
+    else
+      ++b;
   }
 }
 
-std::vector<std::size_t> joined(const CellGrid& grid, const std::vector<Run>& runs, const std::vector<std::size_t>& first_of_row) {
+std::vector<std::size_t> joined(const CellGrid& grid, const std::vector<Run>& runs,
+                                const std::vector<std::size_t>& first_of_row) {
   std::vector<std::size_t> parent(runs.size());
   std::iota(parent.begin(), parent.end(), std::size_t{0});
   const int rows = grid.size().y(), layers = grid.size().z();
@@ -176,7 +199,8 @@ std::vector<std::size_t> joined(const CellGrid& grid, const std::vector<Run>& ru
       for (const auto& [dy, dz] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) {
         if (y + dy < 0 || y + dy >= rows || z + dz < 0) continue;
         const auto here = std::size_t(z) * rows + y, there = std::size_t(z + dz) * rows + (y + dy);
-        join_rows(runs, first_of_row[here], first_of_row[here + 1], first_of_row[there], first_of_row[there + 1], parent);
+        join_rows(runs, first_of_row[here], first_of_row[here + 1], first_of_row[there],
+                  first_of_row[there + 1], parent);
       }
   for (std::size_t i = 0; i < runs.size(); ++i) parent[i] = root_of(parent, i);
   return parent;
@@ -202,10 +226,16 @@ void add_run(const Run& run, const Vector3d& origin, Moments& m) {
 bool at_an_image_border(const hull::HullQuery& query, const Eigen::AlignedBox3d& box_world_m) {
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
     const hull::PixelRect image = hull::image_of(camera.camera), &object = camera.reach.bounds();
-    if (object.u0_px > image.u0_px && object.v0_px > image.v0_px && object.u1_px < image.u1_px && object.v1_px < image.v1_px) continue;
+    if (object.u0_px > image.u0_px && object.v0_px > image.v0_px && object.u1_px < image.u1_px &&
+        object.v1_px < image.v1_px)
+      continue;
     for (int corner = 0; corner < 8; ++corner) {
-      const auto uv_px = geometry::project(camera.camera, box_world_m.corner(Eigen::AlignedBox3d::CornerType(corner)));
-      if (!uv_px || !hull::holds({image.u0_px + 1, image.v0_px + 1, image.u1_px - 1, image.v1_px - 1}, uv_px->x(), uv_px->y())) return true;
+      const auto uv_px = geometry::project(
+          camera.camera, box_world_m.corner(Eigen::AlignedBox3d::CornerType(corner)));
+      if (!uv_px ||
+          !hull::holds({image.u0_px + 1, image.v0_px + 1, image.u1_px - 1, image.v1_px - 1},
+                       uv_px->x(), uv_px->y()))
+        return true;
     }
   }
   return false;
@@ -213,12 +243,17 @@ bool at_an_image_border(const hull::HullQuery& query, const Eigen::AlignedBox3d&
 
 Vector3i checked_size(const hull::HullQuery& query, const HullPartsOptions& options) {
   const Eigen::AlignedBox3d& box = options.within_world_m;
-  if (query.hull().rule().limits != hull::Limits::all) throw std::invalid_argument("parts of the hull are found where all cameras limit it, not with limits: seen");
-  if (!(options.cell_m > 0 && std::isfinite(options.cell_m))) throw std::invalid_argument("cell of the hull's parts is not positive, or not finite");
+  if (query.hull().rule().limits != hull::Limits::all)
+    throw std::invalid_argument(
+        "parts of the hull are found where all cameras limit it, not with limits: seen");
+  if (!(options.cell_m > 0 && std::isfinite(options.cell_m)))
+    throw std::invalid_argument("cell of the hull's parts is not positive, or not finite");
   if (!(box.min().allFinite() && box.max().allFinite() && (box.sizes().array() > 0).all()))
     throw std::invalid_argument("box of the hull's parts is empty or not finite");
   const Vector3d cells = (box.sizes() / options.cell_m).array().ceil();
-  if (!(cells.prod() <= double(kMostPartCells))) throw std::invalid_argument("too many cells in the box of the hull's parts: larger cells, or a smaller box");
+  if (!(cells.prod() <= double(kMostPartCells)))
+    throw std::invalid_argument(
+        "too many cells in the box of the hull's parts: larger cells, or a smaller box");
   return cells.cast<int>();
 }
 
@@ -242,7 +277,8 @@ std::vector<HullPart> hull_parts(const hull::HullQuery& query, const HullPartsOp
     HullPart& part = parts[part_of[i]];
     for (const Vector3d& corner : {Vector3d(r.x0, r.y, r.z), Vector3d(r.x1, r.y + 1, r.z + 1)})
       part.box_world_m.extend(options.within_world_m.min() + options.cell_m * corner);
-    part.cut |= r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() || r.z == 0 || r.z + 1 == size.z();
+    part.cut |= r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() || r.z == 0 ||
+                r.z + 1 == size.z();
   }
   std::vector<HullPart> found;
   std::vector<std::size_t> number(runs.size(), runs.size());  // in found, of a part's first run
@@ -255,7 +291,9 @@ std::vector<HullPart> hull_parts(const hull::HullQuery& query, const HullPartsOp
     part.cells = std::size_t(m.count);
     part.volume_m3 = m.count * std::pow(options.cell_m, 3);
     part.middle_world_m = options.within_world_m.min() + options.cell_m * (mean + origin);
-    part.covariance_world_m2 = options.cell_m * options.cell_m * (m.products / m.count - mean * mean.transpose() + Eigen::Matrix3d::Identity() / 12);
+    part.covariance_world_m2 =
+        options.cell_m * options.cell_m *
+        (m.products / m.count - mean * mean.transpose() + Eigen::Matrix3d::Identity() / 12);
     part.cut |= at_an_image_border(query, part.box_world_m);
     found.push_back(part);
   }
@@ -263,13 +301,16 @@ std::vector<HullPart> hull_parts(const hull::HullQuery& query, const HullPartsOp
     std::vector<std::vector<Vector3d>> points_world_m(found.size());
     for (std::size_t i = 0; i < runs.size(); ++i) {
       if (number[part_of[i]] == runs.size()) continue;
-      const Vector3d first_cell = Vector3d(runs[i].x0, runs[i].y, runs[i].z) + Vector3d::Constant(0.5);
-      points_world_m[number[part_of[i]]].push_back(options.within_world_m.min() + options.cell_m * first_cell);
+      const Vector3d first_cell =
+          Vector3d(runs[i].x0, runs[i].y, runs[i].z) + Vector3d::Constant(0.5);
+      points_world_m[number[part_of[i]]].push_back(options.within_world_m.min() +
+                                                   options.cell_m * first_cell);
     }
     auto outlines = part_outlines(query, points_world_m);
     for (std::size_t i = 0; i < found.size(); ++i) found[i].outlines = std::move(outlines[i]);
   }
-  std::stable_sort(found.begin(), found.end(), [](const HullPart& a, const HullPart& b) { return a.cells > b.cells; });
+  std::stable_sort(found.begin(), found.end(),
+                   [](const HullPart& a, const HullPart& b) { return a.cells > b.cells; });
   return found;
 }
 

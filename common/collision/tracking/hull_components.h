@@ -1,7 +1,8 @@
 // The connected parts of the visual hull: where each is, how large, how it lies.
 //
-// A box of space is halved until each cell is certified free or certified in the hull (contact_lanes.h), or is of the size asked for: then its
-// middle decides. Parts are cells that touch at a face, an edge or a corner (connected components, Rosenfeld and Pfaltz, 1966).
+// A box of space is halved until each cell is certified free or certified in the hull
+// (contact_lanes.h), or is of the size asked for: then its middle decides. Parts are cells that
+// touch at a face, an edge or a corner (connected components, Rosenfeld and Pfaltz, 1966).
 #pragma once
 #include <vector>
 
@@ -11,24 +12,27 @@
 namespace fivepipe::collision {
 
 struct HullPart {
-  Eigen::Vector3d middle_world_m = Eigen::Vector3d::Zero();    // of mass, of even density
+  Eigen::Vector3d middle_world_m = Eigen::Vector3d::Zero();  // of mass, of even density
   double volume_m3 = 0;
   Eigen::Matrix3d covariance_world_m2 = Eigen::Matrix3d::Zero();  // of its points
   Eigen::AlignedBox3d box_world_m;
   std::size_t cells = 0;
-  bool cut = false;  // it reaches the border of the box looked at, or of a camera's image: there may be more of it
+  bool cut = false;  // it reaches the border of the box looked at, or of a camera's image: there
+                     // may be more of it
   std::vector<PartOutline> outlines;  // where asked for
 };
 
 struct HullPartsOptions {
   Eigen::AlignedBox3d within_world_m;  // not empty
-  double cell_m = 0.005;               // edge of the smallest cells: what lies that near to each other is one part
-  std::size_t least_cells = 2;         // smaller parts are left out
-  bool outlines = false;               // wanted as well: what PartTracker tells rotations by
+  double cell_m =
+      0.005;  // edge of the smallest cells: what lies that near to each other is one part
+  std::size_t least_cells = 2;  // smaller parts are left out
+  bool outlines = false;        // wanted as well: what PartTracker tells rotations by
 };
 
-// Largest part first. The same for every number of threads. Throws std::invalid_argument where the box is empty or not finite, the cell is
-// not positive, or there would be more than kMostPartCells cells in the box; or where the hull's rule is not Limits::all.
+// Largest part first. The same for every number of threads. Throws std::invalid_argument where the
+// box is empty or not finite, the cell is not positive, or there would be more than kMostPartCells
+// cells in the box; or where the hull's rule is not Limits::all.
 inline constexpr std::size_t kMostPartCells = std::size_t{1} << 27;
 std::vector<HullPart> hull_parts(const hull::HullQuery& query, const HullPartsOptions& options);
 

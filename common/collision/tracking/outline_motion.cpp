@@ -15,40 +15,48 @@ using Eigen::Vector3d;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// Planes through two cameras that are nearer to each other than this part of the thing's distance, or a ray nearer to the line through both
-// than this [sine], hang on the calibration's last digits.
+// Planes through two cameras that are nearer to each other than this part of the thing's distance,
+// or a ray nearer to the line through both than this [sine], hang on the calibration's last digits.
 constexpr double kLeastSine = 0.15;
-// Points that both cameras touch lie this near to the middle [sizes]; else the rays' meeting is no touch.
+// Points that both cameras touch lie this near to the middle [sizes]; else the rays' meeting is no
+// touch.
 constexpr double kFarthest = 3;
 // Unknowns are six; fewer touches than this are one camera, or two at two times.
 constexpr int kLeastTouches = 24;
-// Which points touch changes from step to step: after the first few, half steps, lest they go to and fro.
+// Which points touch changes from step to step: after the first few, half steps, lest they go to
+// and fro.
 constexpr int kMostSteps = 12, kFullSteps = 4;
-// A step that turns less over the window [rad], and moves less [sizes], ends the search: a tenth of a pixel at 10 cm.
+// A step that turns less over the window [rad], and moves less [sizes], ends the search: a tenth of
+// a pixel at 10 cm.
 constexpr double kStill_rad = 2e-3;
-// To try whether the shape determines an axis it is turned by so much [rad], which moves what lies kLeastLever off by more than a pixel.
+// To try whether the shape determines an axis it is turned by so much [rad], which moves what lies
+// kLeastLever off by more than a pixel.
 constexpr double kTried_rad = 0.2;
-// It does, if the planes come apart as if they touched at least so far off the axis [sizes]. Measured with noise: round a pipe at most 0.07,
-// round a hand at least 0.27.
+// It does, if the planes come apart as if they touched at least so far off the axis [sizes].
+// Measured with noise: round a pipe at most 0.07, round a hand at least 0.27.
 constexpr double kLeastLever = 0.15;
-// Axes that were judged by a motion farther off than this over the window [rad; sizes] are judged anew.
+// Axes that were judged by a motion farther off than this over the window [rad; sizes] are judged
+// anew.
 constexpr double kFarOff_rad = 0.1;
 constexpr int kMostJudged = 3;
-// Pairs of outlines that a step looks at, and one on the way there: with them a fit takes the same time for any window and number of cameras.
-// Where there are more, times are left out evenly, while each keeps kLeastOfCameras pairs of cameras: with half of 64 at ten times instead of all,
-// a hand's rotation was off by 4.2 % instead of 1.9.
+// Pairs of outlines that a step looks at, and one on the way there: with them a fit takes the same
+// time for any window and number of cameras. Where there are more, times are left out evenly, while
+// each keeps kLeastOfCameras pairs of cameras: with half of 64 at ten times instead of all, a
+// hand's rotation was off by 4.2 % instead of 1.9.
 constexpr std::size_t kMostPairs = 1024, kPairsTried = 256, kLeastOfCameras = 64;
 
 Matrix3d rotation(const Vector3d& turn_rad) {
   const double angle = turn_rad.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, turn_rad / angle).toRotationMatrix() : Matrix3d::Identity();
+  return angle > 0 ? Eigen::AngleAxisd(angle, turn_rad / angle).toRotationMatrix()
+                   : Matrix3d::Identity();
 }
 
 struct Frame {  // columns
   Vector3d across, up, axis;
 };
 
-// Where a plane about the axis touches an outline: the ray there, as (across, up, axis), across = 1.
+// Where a plane about the axis touches an outline: the ray there, as (across, up, axis), across
+// = 1.
 using Touch = Vector3d;
 
 // The outermost two; none where a ray comes too near to the axis.
@@ -63,14 +71,17 @@ std::optional<std::array<Touch, 2>> touches(const PartOutline& outline, const Fr
     if (slope > most) most = slope, at_most = &ray;
   }
   if (!at_least || !at_most) return std::nullopt;
-  const std::array<Touch, 2> ends{Touch(1, least, at_least->dot(frame.axis) / at_least->dot(frame.across)),
-                                  Touch(1, most, at_most->dot(frame.axis) / at_most->dot(frame.across))};
+  const std::array<Touch, 2> ends{
+      Touch(1, least, at_least->dot(frame.axis) / at_least->dot(frame.across)),
+      Touch(1, most, at_most->dot(frame.axis) / at_most->dot(frame.across))};
   for (const Touch& t : ends)
-    if (!(t.head<2>().squaredNorm() > kLeastSine * kLeastSine * t.squaredNorm())) return std::nullopt;
+    if (!(t.head<2>().squaredNorm() > kLeastSine * kLeastSine * t.squaredNorm()))
+      return std::nullopt;
   return ends;
 }
 
-// Normal equations; unknowns: velocity [m/s], then angular velocity [rad/s] as the thing has it at the window's middle.
+// Normal equations; unknowns: velocity [m/s], then angular velocity [rad/s] as the thing has it at
+// the window's middle.
 struct Equations {
   Matrix6d matrix = Matrix6d::Zero();
   Vector6d right = Vector6d::Zero();
@@ -80,29 +91,39 @@ struct Equations {
   double mean_square_m2() const { return squares_m2 / count; }
   Matrix3d by_velocity() const { return matrix.topLeftCorner<3, 3>(); }
   // The velocity that goes best with a turn.
-  Vector3d velocity_with(const Vector3d& turn_rad_s) const { return by_velocity().ldlt().solve(-matrix.topRightCorner<3, 3>() * turn_rad_s); }
+  Vector3d velocity_with(const Vector3d& turn_rad_s) const {
+    return by_velocity().ldlt().solve(-matrix.topRightCorner<3, 3>() * turn_rad_s);
+  }
   // Squared levers of the touches about axes through the middle, free to move.
   Matrix3d levers_m2() const {
     const Matrix3d mixed = matrix.topRightCorner<3, 3>();
-    return (matrix.bottomRightCorner<3, 3>() - mixed.transpose() * by_velocity().ldlt().solve(mixed)) / seconds2;
+    return (matrix.bottomRightCorner<3, 3>() -
+            mixed.transpose() * by_velocity().ldlt().solve(mixed)) /
+           seconds2;
   }
 };
 
 class Fit {
  public:
   Fit(const std::deque<OutlinesAt>& frames, double size_m) : frames_(frames), size_m_(size_m) {
-    for (const OutlinesAt& f : frames) middle_s_ += f.time_s / double(frames.size()), middle_world_m_ += f.middle_world_m / double(frames.size());
+    for (const OutlinesAt& f : frames)
+      middle_s_ += f.time_s / double(frames.size()),
+          middle_world_m_ += f.middle_world_m / double(frames.size());
     for (const OutlinesAt& f : frames) most_cameras_ = std::max(most_cameras_, f.outlines.size());
   }
   double size_m() const { return size_m_; }
   double window_s() const { return frames_.back().time_s - frames_.front().time_s; }
 
   // more_rad_s: turned by that as well, about an axis that goes along with the thing.
-  Equations equations(const EvenMotion& motion, std::size_t most_pairs, const Vector3d& more_rad_s = Vector3d::Zero()) const {
+  Equations equations(const EvenMotion& motion, std::size_t most_pairs,
+                      const Vector3d& more_rad_s = Vector3d::Zero()) const {
     Equations e;
-    const std::size_t apart = frames_.size() / 2, count = frames_.size() - apart, cameras2 = most_cameras_ * most_cameras_;
-    const std::size_t times = std::min(count, most_pairs / std::clamp<std::size_t>(cameras2, 1, kLeastOfCameras));
-    const std::size_t every = std::max<std::size_t>(1, (times * cameras2 + most_pairs - 1) / most_pairs);
+    const std::size_t apart = frames_.size() / 2, count = frames_.size() - apart,
+                      cameras2 = most_cameras_ * most_cameras_;
+    const std::size_t times =
+        std::min(count, most_pairs / std::clamp<std::size_t>(cameras2, 1, kLeastOfCameras));
+    const std::size_t every =
+        std::max<std::size_t>(1, (times * cameras2 + most_pairs - 1) / most_pairs);
     for (std::size_t k = 0; k < times; ++k) {
       const std::size_t i = (2 * k + 1) * count / (2 * times);
       add_times(frames_[i], frames_[i + apart], {every, k, most_cameras_}, motion, more_rad_s, e);
@@ -113,20 +134,27 @@ class Fit {
  private:
   struct Chosen {  // of the pairs of cameras, one in `every`
     std::size_t every, first, cameras;
-    bool has(std::size_t a, std::size_t b) const { return (a * (cameras + 1) + b + first) % every == 0; }
+    bool has(std::size_t a, std::size_t b) const {
+      return (a * (cameras + 1) + b + first) % every == 0;
+    }
   };
 
-  void add_times(const OutlinesAt& before, const OutlinesAt& after, const Chosen& chosen, const EvenMotion& motion, const Vector3d& more_rad_s,
-                 Equations& e) const {
-    const double seconds = after.time_s - before.time_s, before_s = before.time_s - middle_s_, after_s = after.time_s - middle_s_;
-    const Matrix3d turned = rotation(after_s * motion.angular_velocity_world_rad_s);  // since the window's middle
-    const Matrix3d turn = rotation(seconds * turned * more_rad_s) * rotation(seconds * motion.angular_velocity_world_rad_s);
-    const Vector3d from = middle_world_m_ + before_s * motion.velocity_world_m_s, to = middle_world_m_ + after_s * motion.velocity_world_m_s;
+  void add_times(const OutlinesAt& before, const OutlinesAt& after, const Chosen& chosen,
+                 const EvenMotion& motion, const Vector3d& more_rad_s, Equations& e) const {
+    const double seconds = after.time_s - before.time_s, before_s = before.time_s - middle_s_,
+                 after_s = after.time_s - middle_s_;
+    const Matrix3d turned =
+        rotation(after_s * motion.angular_velocity_world_rad_s);  // since the window's middle
+    const Matrix3d turn = rotation(seconds * turned * more_rad_s) *
+                          rotation(seconds * motion.angular_velocity_world_rad_s);
+    const Vector3d from = middle_world_m_ + before_s * motion.velocity_world_m_s,
+                   to = middle_world_m_ + after_s * motion.velocity_world_m_s;
     for (std::size_t of_before = 0; of_before < before.outlines.size(); ++of_before)
       for (std::size_t of_after = 0; of_after < after.outlines.size(); ++of_after) {
         if (!chosen.has(of_before, of_after)) continue;
         const PartOutline &a = before.outlines[of_before], &b = after.outlines[of_after];
-        const Vector3d eye = turn * (a.eye_world_m - from) + to, between = b.eye_world_m - eye, sight = to - eye;
+        const Vector3d eye = turn * (a.eye_world_m - from) + to, between = b.eye_world_m - eye,
+                       sight = to - eye;
         const double apart_m = between.norm();
         if (!(apart_m > kLeastSine * sight.norm())) continue;
         Frame frame{Vector3d::Zero(), Vector3d::Zero(), between / apart_m};
@@ -136,18 +164,22 @@ class Fit {
         frame.across = off / off_m, frame.up = frame.axis.cross(frame.across);
         const auto of_b = touches(b, frame);
         if (!of_b) continue;
-        const auto of_a = touches(a, {turn.transpose() * frame.across, turn.transpose() * frame.up, turn.transpose() * frame.axis});
+        const auto of_a = touches(a, {turn.transpose() * frame.across, turn.transpose() * frame.up,
+                                      turn.transpose() * frame.axis});
         if (!of_a) continue;
         for (std::size_t k = 0; k < 2; ++k) {
           const Touch &ray = (*of_a)[k], &other = (*of_b)[k];
-          const double across_m = apart_m / (ray.z() - other.z());  // where the two rays meet, seen along the planes
+          const double across_m =
+              apart_m / (ray.z() - other.z());  // where the two rays meet, seen along the planes
           if (!(std::abs(across_m - off_m) < kFarthest * size_m_)) continue;
           const double slope = 0.5 * (ray.y() + other.y()), stretch = std::sqrt(1 + slope * slope);
-          const Vector3d touch = eye - to + across_m * (frame.across + slope * frame.up + ray.z() * frame.axis);
+          const Vector3d touch =
+              eye - to + across_m * (frame.across + slope * frame.up + ray.z() * frame.axis);
           const Vector3d normal = (frame.up - slope * frame.across) / stretch;
           const double residual_m = across_m * (ray.y() - other.y()) / stretch;
           Vector6d row;
-          row << after_s * normal - before_s * (turn.transpose() * normal), seconds * (turned.transpose() * touch.cross(normal));
+          row << after_s * normal - before_s * (turn.transpose() * normal),
+              seconds * (turned.transpose() * touch.cross(normal));
           e.matrix += row * row.transpose();
           e.right -= residual_m * row;
           e.squares_m2 += residual_m * residual_m;
@@ -169,7 +201,8 @@ std::optional<EvenMotion> with_fitted_velocity(const Fit& fit, EvenMotion motion
   for (int step = 0; step < kMostSteps; ++step) {
     const Equations e = fit.equations(motion, kPairsTried);
     if (e.count < kLeastTouches) return std::nullopt;
-    const Vector3d faster = (step < kFullSteps ? 1 : 0.5) * e.by_velocity().ldlt().solve(e.right.head<3>());
+    const Vector3d faster =
+        (step < kFullSteps ? 1 : 0.5) * e.by_velocity().ldlt().solve(e.right.head<3>());
     if (!faster.allFinite()) return std::nullopt;
     motion.velocity_world_m_s += faster;
     if (faster.norm() * fit.window_s() < kStill_rad * fit.size_m()) break;
@@ -180,8 +213,8 @@ std::optional<EvenMotion> with_fitted_velocity(const Fit& fit, EvenMotion motion
 // By which the planes come apart, if the shape determines an axis.
 double least_apart_m(const Fit& fit) { return kLeastLever * fit.size_m() * kTried_rad; }
 
-// The axes of turns that the shape determines, as columns; the others are zero. The motion's velocity fits: planes that are apart as it is
-// come farther apart by any turn, of a ball, too.
+// The axes of turns that the shape determines, as columns; the others are zero. The motion's
+// velocity fits: planes that are apart as it is come farther apart by any turn, of a ball, too.
 std::optional<Matrix3d> determined_axes(const Fit& fit, const EvenMotion& motion) {
   const Equations e = fit.equations(motion, kPairsTried);
   if (e.count < kLeastTouches) return std::nullopt;
@@ -191,18 +224,23 @@ std::optional<Matrix3d> determined_axes(const Fit& fit, const EvenMotion& motion
     double apart_m2 = 0;
     for (const double sign : {-1.0, 1.0}) {
       const Vector3d more = sign * kTried_rad / std::sqrt(e.seconds2 / e.count) * axes.col(k);
-      const EvenMotion tried{motion.velocity_world_m_s + e.velocity_with(more), motion.angular_velocity_world_rad_s};
-      apart_m2 += 0.5 * (fit.equations(tried, kPairsTried, more).mean_square_m2() - e.mean_square_m2());
+      const EvenMotion tried{motion.velocity_world_m_s + e.velocity_with(more),
+                             motion.angular_velocity_world_rad_s};
+      apart_m2 +=
+          0.5 * (fit.equations(tried, kPairsTried, more).mean_square_m2() - e.mean_square_m2());
     }
-    if (apart_m2 > least_apart_m(fit) * least_apart_m(fit)) ++determined;
-    else axes.col(k).setZero();
+    if (apart_m2 > least_apart_m(fit) * least_apart_m(fit))
+      ++determined;
+    else
+      axes.col(k).setZero();
   }
   if (determined == 1) axes.setZero();  // no shape is round about two axes and not about the third
   return axes;
 }
 
 // The motion about these axes that fits best, from a guess.
-std::optional<OutlineMotion> fitted(const Fit& fit, const EvenMotion& guess, const Matrix3d& axes, std::size_t most_pairs) {
+std::optional<OutlineMotion> fitted(const Fit& fit, const EvenMotion& guess, const Matrix3d& axes,
+                                    std::size_t most_pairs) {
   const Matrix3d kept = axes * axes.transpose(), held = Matrix3d::Identity() - kept;
   OutlineMotion found{guess, int(std::lround(kept.trace()))};
   bool still = false;
@@ -217,24 +255,31 @@ std::optional<OutlineMotion> fitted(const Fit& fit, const EvenMotion& guess, con
     const double scale = fit.size_m() * fit.size_m() * e.seconds2;
     const Matrix3d matrix = e.seconds2 * kept * e.levers_m2() * kept + scale * held;
     const double part = step < kFullSteps ? 1 : 0.5;
-    const Vector3d turn = part * matrix.ldlt().solve(kept * right - scale * held * found.motion.angular_velocity_world_rad_s);
+    const Vector3d turn =
+        part * matrix.ldlt().solve(kept * right -
+                                   scale * held * found.motion.angular_velocity_world_rad_s);
     const Vector3d faster = part * alone + e.velocity_with(turn);
     if (!turn.allFinite() || !faster.allFinite()) return std::nullopt;
     found.motion.velocity_world_m_s += faster;
     found.motion.angular_velocity_world_rad_s += turn;
-    still = turn.norm() * fit.window_s() < kStill_rad && faster.norm() * fit.window_s() < kStill_rad * fit.size_m();
+    still = turn.norm() * fit.window_s() < kStill_rad &&
+            faster.norm() * fit.window_s() < kStill_rad * fit.size_m();
   }
   return std::nullopt;
 }
 
 bool far_apart(const Fit& fit, const EvenMotion& a, const EvenMotion& b) {
-  const double turned_rad = (a.angular_velocity_world_rad_s - b.angular_velocity_world_rad_s).norm() * fit.window_s();
-  return !(turned_rad < kFarOff_rad && (a.velocity_world_m_s - b.velocity_world_m_s).norm() * fit.window_s() < kFarOff_rad * fit.size_m());
+  const double turned_rad =
+      (a.angular_velocity_world_rad_s - b.angular_velocity_world_rad_s).norm() * fit.window_s();
+  return !(turned_rad < kFarOff_rad &&
+           (a.velocity_world_m_s - b.velocity_world_m_s).norm() * fit.window_s() <
+               kFarOff_rad * fit.size_m());
 }
 
 }  // namespace
 
-std::optional<OutlineMotion> outline_motion(const std::deque<OutlinesAt>& frames, const EvenMotion& guess, double size_m) {
+std::optional<OutlineMotion> outline_motion(const std::deque<OutlinesAt>& frames,
+                                            const EvenMotion& guess, double size_m) {
   if (frames.size() < 2 || !(size_m > 0)) return std::nullopt;
   const Fit fit(frames, size_m);
   EvenMotion from = guess;
@@ -246,8 +291,10 @@ std::optional<OutlineMotion> outline_motion(const std::deque<OutlinesAt>& frames
     from = about->motion;
     if (far_apart(fit, from, *at)) continue;
     const auto found = fitted(fit, from, *axes, kMostPairs);
-    // Planes that stay apart by as much as axes are judged by: it moved unevenly, and what it turned by is not known.
-    const bool uneven = found && found->determined_axes > 0 && !(found->residual_m < least_apart_m(fit));
+    // Planes that stay apart by as much as axes are judged by: it moved unevenly, and what it
+    // turned by is not known.
+    const bool uneven =
+        found && found->determined_axes > 0 && !(found->residual_m < least_apart_m(fit));
     return uneven ? fitted(fit, from, Matrix3d::Zero(), kMostPairs) : found;
   }
   return std::nullopt;

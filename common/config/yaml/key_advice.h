@@ -6,14 +6,17 @@
 
 namespace fivepipe::config {
 
-// The known key that `unknown` most likely stands for: the same quantity in another unit or without one, or a slip of the pen.
+// The known key that `unknown` most likely stands for: the same quantity in another unit or without
+// one, or a slip of the pen.
 struct KeyAdvice {
   std::string meant;
   bool unit_differs = false;
 };
-std::optional<KeyAdvice> advice_on_key(const std::string& unknown, const std::vector<std::string>& known);
+std::optional<KeyAdvice> advice_on_key(const std::string& unknown,
+                                       const std::vector<std::string>& known);
 
 // The nearest of `known` by spelling; nothing where none is near.
-std::optional<std::string> nearest_word(const std::string& word, const std::vector<std::string>& known);
+std::optional<std::string> nearest_word(const std::string& word,
+                                        const std::vector<std::string>& known);
 
 }  // namespace fivepipe::config

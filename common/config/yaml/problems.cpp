@@ -21,12 +21,14 @@ std::string one_per_line(const std::vector<ConfigProblem>& problems) {
 
 }  // namespace
 
-ConfigError::ConfigError(std::vector<ConfigProblem> problems) : std::runtime_error(one_per_line(problems)), problems_(std::move(problems)) {}
+ConfigError::ConfigError(std::vector<ConfigProblem> problems)
+    : std::runtime_error(one_per_line(problems)), problems_(std::move(problems)) {}
 
 void Problems::add(const std::filesystem::path& file, Place place, std::string what) {
   const ConfigProblem problem{file.string(), place.line, place.column, std::move(what)};
   const auto is_same = [&](const ConfigProblem& p) {
-    return std::tie(p.file, p.line, p.column, p.what) == std::tie(problem.file, problem.line, problem.column, problem.what);
+    return std::tie(p.file, p.line, p.column, p.what) ==
+           std::tie(problem.file, problem.line, problem.column, problem.what);
   };
   if (std::none_of(problems_.begin(), problems_.end(), is_same)) problems_.push_back(problem);
 }
@@ -36,9 +38,11 @@ void Problems::throw_if_any() const {
   std::map<std::string, std::size_t> order_of_file;
   for (const ConfigProblem& p : problems_) order_of_file.try_emplace(p.file, order_of_file.size());
   std::vector<ConfigProblem> sorted = problems_;
-  std::stable_sort(sorted.begin(), sorted.end(), [&](const ConfigProblem& a, const ConfigProblem& b) {
-    return std::tuple(order_of_file[a.file], a.line, a.column) < std::tuple(order_of_file[b.file], b.line, b.column);
-  });
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [&](const ConfigProblem& a, const ConfigProblem& b) {
+                     return std::tuple(order_of_file[a.file], a.line, a.column) <
+                            std::tuple(order_of_file[b.file], b.line, b.column);
+                   });
   throw ConfigError(std::move(sorted));
 }
 

@@ -19,7 +19,8 @@ class Problems {
   void add(const std::filesystem::path& file, Place place, std::string what);
   std::size_t count() const { return problems_.size(); }
 
-  // Throws ConfigError where there are any: files in the order in which they were first named, each by line and column.
+  // Throws ConfigError where there are any: files in the order in which they were first named, each
+  // by line and column.
   void throw_if_any() const;
 
  private:

@@ -45,7 +45,8 @@ Settings::Expanded Settings::expand(const std::string& text, Place place, Proble
     } else if (known->second.value.empty()) {
       const bool is_folder = at < text.size() && text[at] == '/';
       if (reported_empty_.insert(key).second)
-        problems.add(file_, known->second.place, key + " is not set: pass --set " + key + (is_folder ? "=FOLDER" : "=VALUE"));
+        problems.add(file_, known->second.place,
+                     key + " is not set: pass --set " + key + (is_folder ? "=FOLDER" : "=VALUE"));
       result.usable = false;
     } else {
       if (open == 0) result.starts_on_command_line = known->second.from_command_line;

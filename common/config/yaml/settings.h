@@ -1,4 +1,5 @@
-// The ${key} settings of a deployment: the file's `settings:` are the defaults, --set KEY=VALUE overrides them.
+// The ${key} settings of a deployment: the file's `settings:` are the defaults, --set KEY=VALUE
+// overrides them.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -21,11 +22,13 @@ class Settings {
   Settings(std::filesystem::path file, Place place, std::map<std::string, Setting> defaults,
            const std::map<std::string, std::string>& overrides, Problems& problems);
 
-  // Text with each ${key} replaced. A key that is unknown or set to nothing is a problem and makes `usable` false.
+  // Text with each ${key} replaced. A key that is unknown or set to nothing is a problem and makes
+  // `usable` false.
   struct Expanded {
     std::string text;
     bool usable = true;
-    bool starts_on_command_line = false;  // the text begins with a value of --set: relative to the working directory
+    bool starts_on_command_line =
+        false;  // the text begins with a value of --set: relative to the working directory
   };
   Expanded expand(const std::string& text, Place place, Problems& problems);
 

@@ -16,7 +16,9 @@ namespace {
 
 constexpr int kLargestImage_px = 16384;  // GL's usual limit of a texture
 
-Place place_of_mark(const YAML::Mark& mark) { return mark.is_null() ? Place{} : Place{mark.line + 1, mark.column + 1}; }
+Place place_of_mark(const YAML::Mark& mark) {
+  return mark.is_null() ? Place{} : Place{mark.line + 1, mark.column + 1};
+}
 
 std::string text_of(double value) {
   char text[32];
@@ -25,7 +27,8 @@ std::string text_of(double value) {
 }
 
 std::string text_of(Range range) {
-  const std::string lowest = (range.lowest_excluded ? "greater than " : "at least ") + text_of(range.lowest);
+  const std::string lowest =
+      (range.lowest_excluded ? "greater than " : "at least ") + text_of(range.lowest);
   if (!std::isfinite(range.lowest)) return "at most " + text_of(range.highest);
   if (!std::isfinite(range.highest)) return lowest;
   return range.lowest_excluded ? lowest + " and at most " + text_of(range.highest)
@@ -33,7 +36,8 @@ std::string text_of(Range range) {
 }
 
 bool contains(Range range, double value) {
-  return (range.lowest_excluded ? value > range.lowest : value >= range.lowest) && value <= range.highest;
+  return (range.lowest_excluded ? value > range.lowest : value >= range.lowest) &&
+         value <= range.highest;
 }
 
 // What stands in a node, for messages.
@@ -52,15 +56,18 @@ struct ParsedNumber {
 };
 
 ParsedNumber parse_number(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   const bool is_negative = text.starts_with('-');
   if (is_negative || text.starts_with('+')) text.erase(0, 1);
-  if (text == ".inf" || text == "inf" || text == "infinity") return {true, std::numeric_limits<double>::infinity()};
+  if (text == ".inf" || text == "inf" || text == "infinity")
+    return {true, std::numeric_limits<double>::infinity()};
   if (text == ".nan" || text == "nan") return {true, std::numeric_limits<double>::quiet_NaN()};
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (end != text.data() + text.size() || text.empty() || text.front() == '-') return {};
-  if (error == std::errc::result_out_of_range) return {true, std::numeric_limits<double>::infinity()};
+  if (error == std::errc::result_out_of_range)
+    return {true, std::numeric_limits<double>::infinity()};
   if (error != std::errc()) return {};
   return {true, is_negative ? -value : value};
 }
@@ -85,9 +92,13 @@ YamlMap YamlMap::load(const std::filesystem::path& file, Problems& problems) {
   try {
     std::ifstream in(file);
     const std::vector<YAML::Node> documents = YAML::LoadAll(in);
-    if (documents.size() == 1 && documents[0].IsMap()) return YamlMap(context, documents[0], "the file");
-    if (documents.size() > 1) nothing.report(place_of_mark(documents[1].Mark()), "a second YAML document; only one is expected");
-    else nothing.report({1, 1}, "a mapping of keys to values is expected");
+    if (documents.size() == 1 && documents[0].IsMap())
+      return YamlMap(context, documents[0], "the file");
+    if (documents.size() > 1)
+      nothing.report(place_of_mark(documents[1].Mark()),
+                     "a second YAML document; only one is expected");
+    else
+      nothing.report({1, 1}, "a mapping of keys to values is expected");
   } catch (const YAML::Exception& error) {
     nothing.report(place_of_mark(error.mark), "not YAML: " + error.msg);
   }
@@ -105,13 +116,17 @@ YamlMap::YamlMap(std::shared_ptr<Context> context, YAML::Node node, std::string 
       continue;
     }
     const auto [first, is_new] = line_of_key.try_emplace(entry.first.Scalar(), place.line);
-    if (!is_new) report(place, entry.first.Scalar() + " is there twice, first in line " + std::to_string(first->second));
+    if (!is_new)
+      report(place, entry.first.Scalar() + " is there twice, first in line " +
+                        std::to_string(first->second));
   }
 }
 
 void YamlMap::use_settings(Settings& settings) { context_->settings = &settings; }
 
-void YamlMap::report(Place place, const std::string& what) const { context_->problems->add(context_->file, place, what); }
+void YamlMap::report(Place place, const std::string& what) const {
+  context_->problems->add(context_->file, place, what);
+}
 
 Place YamlMap::place() const { return is_void() ? Place{} : place_of_mark(node_.Mark()); }
 
@@ -127,7 +142,8 @@ std::vector<std::string> YamlMap::keys() const {
   std::vector<std::string> result;
   if (!is_void())
     for (const auto& entry : node_)
-      if (entry.first.IsScalar() && std::find(result.begin(), result.end(), entry.first.Scalar()) == result.end())
+      if (entry.first.IsScalar() &&
+          std::find(result.begin(), result.end(), entry.first.Scalar()) == result.end())
         result.push_back(entry.first.Scalar());
   return result;
 }
@@ -151,7 +167,9 @@ bool YamlMap::given(const std::string& key) {
   return std::find(present.begin(), present.end(), key) != present.end();
 }
 
-bool YamlMap::is_text(const std::string& key) { return value_of(key, false).IsDefined() && value_of(key, false).IsScalar(); }
+bool YamlMap::is_text(const std::string& key) {
+  return value_of(key, false).IsDefined() && value_of(key, false).IsScalar();
+}
 
 std::optional<Settings::Expanded> YamlMap::scalar(const YAML::Node& node, const std::string& what) {
   if (!node.IsDefined()) return std::nullopt;
@@ -160,12 +178,14 @@ std::optional<Settings::Expanded> YamlMap::scalar(const YAML::Node& node, const 
     return std::nullopt;
   }
   if (context_->settings == nullptr) return Settings::Expanded{node.Scalar()};
-  const Settings::Expanded expanded = context_->settings->expand(node.Scalar(), place_of_mark(node.Mark()), *context_->problems);
+  const Settings::Expanded expanded =
+      context_->settings->expand(node.Scalar(), place_of_mark(node.Mark()), *context_->problems);
   if (!expanded.usable) return std::nullopt;
   return expanded;
 }
 
-std::optional<double> YamlMap::finite_number(const YAML::Node& node, const std::string& what, Range range) {
+std::optional<double> YamlMap::finite_number(const YAML::Node& node, const std::string& what,
+                                             Range range) {
   const auto text = scalar(node, what);
   if (!text) return std::nullopt;
   const ParsedNumber number = parse_number(text->text);
@@ -182,7 +202,8 @@ std::optional<double> YamlMap::finite_number(const YAML::Node& node, const std::
   return std::nullopt;
 }
 
-std::optional<std::int64_t> YamlMap::whole_number(const YAML::Node& node, const std::string& what, Range range) {
+std::optional<std::int64_t> YamlMap::whole_number(const YAML::Node& node, const std::string& what,
+                                                  Range range) {
   const auto number = finite_number(node, what, range);
   if (!number) return std::nullopt;
   if (*number == std::floor(*number)) return std::int64_t(*number);
@@ -190,14 +211,18 @@ std::optional<std::int64_t> YamlMap::whole_number(const YAML::Node& node, const 
   return std::nullopt;
 }
 
-std::optional<std::vector<YAML::Node>> YamlMap::list(const YAML::Node& node, const std::string& what, std::size_t length) {
+std::optional<std::vector<YAML::Node>> YamlMap::list(const YAML::Node& node,
+                                                     const std::string& what, std::size_t length) {
   if (!node.IsDefined()) return std::nullopt;
-  if (node.IsSequence() && node.size() == length) return std::vector<YAML::Node>(node.begin(), node.end());
-  report(place_of_mark(node.Mark()), what + " must be a list of " + std::to_string(length) + ", is " + kind_of(node));
+  if (node.IsSequence() && node.size() == length)
+    return std::vector<YAML::Node>(node.begin(), node.end());
+  report(place_of_mark(node.Mark()),
+         what + " must be a list of " + std::to_string(length) + ", is " + kind_of(node));
   return std::nullopt;
 }
 
-std::optional<Eigen::Vector3d> YamlMap::three_numbers(const YAML::Node& node, const std::string& what, Range each) {
+std::optional<Eigen::Vector3d> YamlMap::three_numbers(const YAML::Node& node,
+                                                      const std::string& what, Range each) {
   const auto elements = list(node, what, 3);
   if (!elements) return std::nullopt;
   Eigen::Vector3d vector;
@@ -221,8 +246,10 @@ int YamlMap::integer(const std::string& key, Range range, std::optional<int> oth
   return int(whole_number(value_of(key, !otherwise), key, range).value_or(otherwise.value_or(0)));
 }
 
-std::int64_t YamlMap::integer64(const std::string& key, Range range, std::optional<std::int64_t> otherwise) {
-  constexpr double kExact = 9007199254740992;  // 2^53: whole numbers beyond are not exact in a double
+std::int64_t YamlMap::integer64(const std::string& key, Range range,
+                                std::optional<std::int64_t> otherwise) {
+  constexpr double kExact =
+      9007199254740992;  // 2^53: whole numbers beyond are not exact in a double
   range.lowest = std::max(range.lowest, -kExact);
   range.highest = std::min(range.highest, kExact);
   return whole_number(value_of(key, !otherwise), key, range).value_or(otherwise.value_or(0));
@@ -233,7 +260,8 @@ bool YamlMap::flag(const std::string& key, std::optional<bool> otherwise) {
   const auto text = scalar(node, key);
   if (text && text->text != "true" && text->text != "false")
     report(place_of_mark(node.Mark()), key + " must be true or false, is \"" + text->text + '"');
-  return text && (text->text == "true" || text->text == "false") ? text->text == "true" : otherwise.value_or(false);
+  return text && (text->text == "true" || text->text == "false") ? text->text == "true"
+                                                                 : otherwise.value_or(false);
 }
 
 std::string YamlMap::text(const std::string& key, std::optional<std::string> otherwise) {
@@ -241,19 +269,26 @@ std::string YamlMap::text(const std::string& key, std::optional<std::string> oth
   return text ? text->text : otherwise.value_or("");
 }
 
-std::string YamlMap::name(const std::string& key, std::optional<std::string> otherwise, std::size_t longest) {
+std::string YamlMap::name(const std::string& key, std::optional<std::string> otherwise,
+                          std::size_t longest) {
   const YAML::Node node = value_of(key, !otherwise);
   const auto text = scalar(node, key);
   if (!text) return otherwise.value_or("");
-  if (text->text.empty() || text->text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
-    report(place_of_mark(node.Mark()), key + " must consist of a-z, 0-9 and _, is \"" + text->text + '"');
+  if (text->text.empty() ||
+      text->text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
+    report(place_of_mark(node.Mark()),
+           key + " must consist of a-z, 0-9 and _, is \"" + text->text + '"');
   if (text->text.size() > longest)
-    report(place_of_mark(node.Mark()), key + " has " + std::to_string(text->text.size()) + " characters, at most " + std::to_string(longest) + " are possible");
+    report(place_of_mark(node.Mark()), key + " has " + std::to_string(text->text.size()) +
+                                           " characters, at most " + std::to_string(longest) +
+                                           " are possible");
   return text->text;
 }
 
-Eigen::Vector3d YamlMap::vector3(const std::string& key, Range each, std::optional<Eigen::Vector3d> otherwise) {
-  return three_numbers(value_of(key, !otherwise), key, each).value_or(otherwise.value_or(Eigen::Vector3d::Zero()));
+Eigen::Vector3d YamlMap::vector3(const std::string& key, Range each,
+                                 std::optional<Eigen::Vector3d> otherwise) {
+  return three_numbers(value_of(key, !otherwise), key, each)
+      .value_or(otherwise.value_or(Eigen::Vector3d::Zero()));
 }
 
 Eigen::Matrix3d YamlMap::matrix3(const std::string& key) {
@@ -261,16 +296,20 @@ Eigen::Matrix3d YamlMap::matrix3(const std::string& key) {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
   if (const auto rows = list(value_of(key, true), key, 3))
     for (int i = 0; i < 3; ++i)
-      if (const auto row = three_numbers((*rows)[i], key + '[' + std::to_string(i) + ']', {-kUnbounded, kUnbounded}))
+      if (const auto row = three_numbers((*rows)[i], key + '[' + std::to_string(i) + ']',
+                                         {-kUnbounded, kUnbounded}))
         matrix.row(i) = row->transpose();
   return matrix;
 }
 
-std::array<int, 2> YamlMap::size_px(const std::string& key, std::optional<std::array<int, 2>> otherwise) {
+std::array<int, 2> YamlMap::size_px(const std::string& key,
+                                    std::optional<std::array<int, 2>> otherwise) {
   std::array<int, 2> size = otherwise.value_or(std::array<int, 2>{0, 0});
   if (const auto elements = list(value_of(key, !otherwise), key, 2))
     for (int i = 0; i < 2; ++i)
-      size[i] = int(whole_number((*elements)[i], key + '[' + std::to_string(i) + ']', {1, kLargestImage_px}).value_or(0));
+      size[i] = int(
+          whole_number((*elements)[i], key + '[' + std::to_string(i) + ']', {1, kLargestImage_px})
+              .value_or(0));
   return size;
 }
 
@@ -283,7 +322,8 @@ std::vector<int> YamlMap::integers(const std::string& key, Range each) {
     return result;
   }
   for (std::size_t i = 0; i < node.size(); ++i)
-    if (const auto number = whole_number(node[i], key + '[' + std::to_string(i) + ']', each)) result.push_back(int(*number));
+    if (const auto number = whole_number(node[i], key + '[' + std::to_string(i) + ']', each))
+      result.push_back(int(*number));
   return result;
 }
 
@@ -297,12 +337,15 @@ std::filesystem::path YamlMap::path(const std::string& key) {
   }
   const std::filesystem::path path = text->text;
   if (path.is_absolute()) return path;
-  const std::filesystem::path base =
-      text->starts_on_command_line ? std::filesystem::current_path() : std::filesystem::absolute(file()).parent_path();
+  const std::filesystem::path base = text->starts_on_command_line
+                                         ? std::filesystem::current_path()
+                                         : std::filesystem::absolute(file()).parent_path();
   return (base / path).lexically_normal();
 }
 
-std::optional<std::size_t> YamlMap::choice_index(const std::string& key, const std::vector<std::string>& names, bool required) {
+std::optional<std::size_t> YamlMap::choice_index(const std::string& key,
+                                                 const std::vector<std::string>& names,
+                                                 bool required) {
   const YAML::Node node = value_of(key, required);
   const auto text = scalar(node, key);
   if (!text) return std::nullopt;
@@ -310,13 +353,16 @@ std::optional<std::size_t> YamlMap::choice_index(const std::string& key, const s
   if (found != names.end()) return found - names.begin();
   std::string list_of_names;
   for (const std::string& name : names) list_of_names += (list_of_names.empty() ? "" : ", ") + name;
-  report(place_of_mark(node.Mark()), key + " must be one of " + list_of_names + "; is \"" + text->text + '"');
+  report(place_of_mark(node.Mark()),
+         key + " must be one of " + list_of_names + "; is \"" + text->text + '"');
   return std::nullopt;
 }
 
 YamlMap YamlMap::map(const std::string& key) {
   YAML::Node node = value_of(key, true);
-  if (node.IsDefined() && !node.IsMap()) report(place_of_mark(node.Mark()), key + " must be a mapping of keys to values, is " + kind_of(node));
+  if (node.IsDefined() && !node.IsMap())
+    report(place_of_mark(node.Mark()),
+           key + " must be a mapping of keys to values, is " + kind_of(node));
   return YamlMap(context_, node, key);
 }
 
@@ -325,12 +371,15 @@ std::vector<YamlMap> YamlMap::maps(const std::string& key) {
   const YAML::Node node = value_of(key, true);
   if (!node.IsDefined()) return result;
   if (!node.IsSequence() || node.size() == 0) {
-    report(place_of_mark(node.Mark()), key + " must be a list of at least one, is " + kind_of(node));
+    report(place_of_mark(node.Mark()),
+           key + " must be a list of at least one, is " + kind_of(node));
     return result;
   }
   for (std::size_t i = 0; i < node.size(); ++i) {
     const std::string what = key + '[' + std::to_string(i) + ']';
-    if (!node[i].IsMap()) report(place_of_mark(node[i].Mark()), what + " must be a mapping of keys to values, is " + kind_of(node[i]));
+    if (!node[i].IsMap())
+      report(place_of_mark(node[i].Mark()),
+             what + " must be a mapping of keys to values, is " + kind_of(node[i]));
     result.push_back(YamlMap(context_, node[i], what));
   }
   return result;
@@ -344,7 +393,8 @@ void YamlMap::finish() {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     std::string what = "unknown key " + key;
     if (const auto advice = advice_on_key(key, known_)) {
-      what += advice->unit_differs ? ": " + advice->meant + " is expected" : ": did you mean " + advice->meant + '?';
+      what += advice->unit_differs ? ": " + advice->meant + " is expected"
+                                   : ": did you mean " + advice->meant + '?';
       missing_.erase(advice->meant);
     } else {
       what += "; known keys:";

@@ -1,5 +1,5 @@
-// Vectors of images of a block's rays in one map: where they are, which way they move, what lies ahead. Compiled once per instruction set
-// by those who include it.
+// Vectors of images of a block's rays in one map: where they are, which way they move, what lies
+// ahead. Compiled once per instruction set by those who include it.
 #if defined(FIVEPIPE_BLOCK_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef FIVEPIPE_BLOCK_LANES_INL_H
 #undef FIVEPIPE_BLOCK_LANES_INL_H
@@ -47,11 +47,13 @@ HWY_INLINE MF mask_of(DF d, std::uint64_t bits) {
 }
 #endif
 
-// To 2^-22 or better: Newton's step doubles the estimate's bits, of which x86 has 11 at least and Arm 8.
+// To 2^-22 or better: Newton's step doubles the estimate's bits, of which x86 has 11 at least and
+// Arm 8.
 HWY_INLINE VF reciprocal(VF x) {
   const DF d;
   VF estimate = hn::ApproximateReciprocal(x);
-  for (int step = 0; step < (HWY_ARCH_X86 ? 1 : 2); ++step) estimate = hn::Mul(estimate, hn::NegMulAdd(x, estimate, hn::Set(d, 2.0f)));
+  for (int step = 0; step < (HWY_ARCH_X86 ? 1 : 2); ++step)
+    estimate = hn::Mul(estimate, hn::NegMulAdd(x, estimate, hn::Set(d, 2.0f)));
   return estimate;
 }
 
@@ -60,9 +62,13 @@ struct Lines {  // the images of a vector of rays in one map
 };
 HWY_INLINE Lines lines_at(const BlockCamera& c, VF i, VF j) {
   const DF d;
-  const auto linear = [&](float at, float by_i, float by_j) { return hn::MulAdd(j, hn::Set(d, by_j), hn::MulAdd(i, hn::Set(d, by_i), hn::Set(d, at))); };
-  return {linear(c.at_begin[0], c.du_begin[0], c.dv_begin[0]), linear(c.slope[0], c.du[0], c.dv[0]), linear(c.at_begin[1], c.du_begin[1], c.dv_begin[1]),
-          linear(c.slope[1], c.du[1], c.dv[1]),               linear(c.at_begin[2], c.du_begin[2], c.dv_begin[2]), linear(c.slope[2], c.du[2], c.dv[2])};
+  const auto linear = [&](float at, float by_i, float by_j) {
+    return hn::MulAdd(j, hn::Set(d, by_j), hn::MulAdd(i, hn::Set(d, by_i), hn::Set(d, at)));
+  };
+  return {
+      linear(c.at_begin[0], c.du_begin[0], c.dv_begin[0]), linear(c.slope[0], c.du[0], c.dv[0]),
+      linear(c.at_begin[1], c.du_begin[1], c.dv_begin[1]), linear(c.slope[1], c.du[1], c.dv[1]),
+      linear(c.at_begin[2], c.du_begin[2], c.dv_begin[2]), linear(c.slope[2], c.du[2], c.dv[2])};
 }
 
 struct Position {
@@ -70,7 +76,8 @@ struct Position {
 };
 HWY_INLINE Position position(const Lines& l, VF s) {
   const VF w = hn::MulAdd(s, l.w1, l.w0), inverse_w = reciprocal(w);
-  return {w, inverse_w, hn::Mul(hn::MulAdd(s, l.u1, l.u0), inverse_w), hn::Mul(hn::MulAdd(s, l.v1, l.v0), inverse_w)};
+  return {w, inverse_w, hn::Mul(hn::MulAdd(s, l.u1, l.u0), inverse_w),
+          hn::Mul(hn::MulAdd(s, l.v1, l.v0), inverse_w)};
 }
 
 // Which way the images of a vector of rays move along an axis: forward where all of the block do.
@@ -82,32 +89,41 @@ struct Way {
   }
   // a where backward, else b.
   HWY_INLINE VF choose(VF a, VF b) const {
-    if constexpr (kBothWays) return hn::IfThenElse(backward, a, b);
-    else return b;
+    if constexpr (kBothWays)
+      return hn::IfThenElse(backward, a, b);
+    else
+      return b;
   }
   HWY_INLINE VF forward(VF rate) const { return choose(hn::Neg(rate), rate); }
-  // How far a position is from the end of the box ahead [px]; x: from the pixel's centre, reach: of the box, from there.
+  // How far a position is from the end of the box ahead [px]; x: from the pixel's centre, reach: of
+  // the box, from there.
   HWY_INLINE VF left(VF x, VF reach) const { return hn::Sub(reach, choose(hn::Neg(x), x)); }
 };
 
-// BoxReach::at for the pixels (fu, fv), counted from the origin, of the box ahead; outside of what is in store, of the nearest pixel
-// that is: the way ahead is as empty from there, if not more.
+// BoxReach::at for the pixels (fu, fv), counted from the origin, of the box ahead; outside of what
+// is in store, of the nearest pixel that is: the way ahead is as empty from there, if not more.
 template <bool kBothWays>
-HWY_INLINE VF reach_at(const BlockCamera& c, VF& fu, VF& fv, const Way<kBothWays>& way_u, const Way<kBothWays>& way_v) {
+HWY_INLINE VF reach_at(const BlockCamera& c, VF& fu, VF& fv, const Way<kBothWays>& way_u,
+                       const Way<kBothWays>& way_v) {
   const DF d;
   const DI di;
-  fu = hn::Min(hn::Max(fu, hn::Set(d, c.least_u)), hn::Set(d, c.most_u)), fv = hn::Min(hn::Max(fv, hn::Set(d, c.least_v)), hn::Set(d, c.most_v));
-  auto place = hn::ConvertTo(di, hn::MulAdd(fv, hn::Set(d, c.step_v), hn::Mul(fu, hn::Set(d, c.step_u))));
+  fu = hn::Min(hn::Max(fu, hn::Set(d, c.least_u)), hn::Set(d, c.most_u)),
+  fv = hn::Min(hn::Max(fv, hn::Set(d, c.least_v)), hn::Set(d, c.most_v));
+  auto place =
+      hn::ConvertTo(di, hn::MulAdd(fv, hn::Set(d, c.step_v), hn::Mul(fu, hn::Set(d, c.step_u))));
   if constexpr (kBothWays) {
-    place = hn::Add(place, hn::IfThenElseZero(hn::RebindMask(di, way_u.backward), hn::Set(di, c.box_bytes)));
-    place = hn::Add(place, hn::IfThenElseZero(hn::RebindMask(di, way_v.backward), hn::Set(di, 2 * c.box_bytes)));
+    place = hn::Add(
+        place, hn::IfThenElseZero(hn::RebindMask(di, way_u.backward), hn::Set(di, c.box_bytes)));
+    place = hn::Add(place, hn::IfThenElseZero(hn::RebindMask(di, way_v.backward),
+                                              hn::Set(di, 2 * c.box_bytes)));
   }
   const auto word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(c.at_origin), place);
   return hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
 }
 
-// d/ds (U - b W) for the border b that lies `way` px ahead, where the image moves there at `rate` = d/ds (U - u W): way W over it is
-// the parameter that the image takes. Tiny where it never gets there.
+// d/ds (U - b W) for the border b that lies `way` px ahead, where the image moves there at `rate` =
+// d/ds (U - u W): way W over it is the parameter that the image takes. Tiny where it never gets
+// there.
 HWY_INLINE VF divisor(VF way, VF rate, VF w1) {
   const DF d;
   return hn::Max(hn::NegMulAdd(way, w1, rate), hn::Set(d, kTiny));

@@ -5,53 +5,67 @@
 #include <cassert>
 #include <cmath>
 
-#include "common/hull/map_from_view.h"
 #include "common/hull/cpu/ray_simd.h"
 #include "common/hull/cpu/ray_walk.h"
+#include "common/hull/map_from_view.h"
 
 namespace fivepipe::hull {
 namespace {
 
-// Slack of the ranges shared by a block of rays, as a fraction: far above the rounding of a clip, far below what costs time.
+// Slack of the ranges shared by a block of rays, as a fraction: far above the rounding of a clip,
+// far below what costs time.
 constexpr double kBlockSlack = 1e-9;
 // Pieces of a view handed to threads where only its bounds are looked at; a multiple of a block.
 constexpr int kPiece_px = 4 * kBlock_px;
 
 // Smallest object first, it clears most; the rest only so that the given order never shows.
-bool asked_before(const CpuHull::MapCamera& a, const CpuHull::MapCamera& b, std::span<const Silhouette> silhouettes) {
+bool asked_before(const CpuHull::MapCamera& a, const CpuHull::MapCamera& b,
+                  std::span<const Silhouette> silhouettes) {
   const auto key = [](const CpuHull::MapCamera& c) {
     const auto& m = c.camera.camera_from_world.matrix();
     const geometry::Pinhole& k = c.camera.pinhole;
-    std::array<double, 21> numbers{double(c.reach.bounds().area_px()), k.fx_px, k.fy_px, k.cx_px, k.cy_px};
+    std::array<double, 21> numbers{double(c.reach.bounds().area_px()), k.fx_px, k.fy_px, k.cx_px,
+                                   k.cy_px};
     std::copy(m.data(), m.data() + 16, numbers.begin() + 5);
     return numbers;
   };
   const auto key_a = key(a), key_b = key(b);
   if (key_a != key_b) return key_a < key_b;
-  return std::ranges::lexicographical_compare(silhouettes[std::size_t(a.silhouette)].pixels.words(), silhouettes[std::size_t(b.silhouette)].pixels.words());
+  return std::ranges::lexicographical_compare(
+      silhouettes[std::size_t(a.silhouette)].pixels.words(),
+      silhouettes[std::size_t(b.silhouette)].pixels.words());
 }
 
 void clip(RayRange& range, double offset, double slope) {
-  const bool in_at_begin = offset + range.begin * slope >= 0, in_at_end = offset + range.end * slope >= 0;
+  const bool in_at_begin = offset + range.begin * slope >= 0,
+             in_at_end = offset + range.end * slope >= 0;
   if (in_at_begin && in_at_end) return;
   const double t = -offset / slope;
-  if (in_at_end) range.begin = std::max(range.begin, t);
-  else if (in_at_begin) range.end = std::min(range.end, t);
-  else range.end = range.begin;
+  if (in_at_end)
+    range.begin = std::max(range.begin, t);
+  else if (in_at_begin)
+    range.end = std::min(range.end, t);
+  else
+    range.end = range.begin;
 }
 
-// Which boxes lie ahead of the images of the rays through a rect. Which way an image moves, d/dt of U / W times W^2, is linear over the
-// rays: the corners tell. Where they differ, or nearly stand still, both ways.
+// Which boxes lie ahead of the images of the rays through a rect. Which way an image moves, d/dt of
+// U / W times W^2, is linear over the rays: the corners tell. Where they differ, or nearly stand
+// still, both ways.
 std::vector<Box> boxes_ahead(const MapFromView& map, const PixelRect& rect) {
   bool ways[2][2] = {};  // axis; right or down, left or up
   for (int axis = 0; axis < 2; ++axis)
     for (int corner = 0; corner < 4; ++corner) {
-      const ImageLine l = image_line(map, corner & 1 ? rect.u1_px - 1 : rect.u0_px, corner & 2 ? rect.v1_px - 1 : rect.v0_px);
-      const double a = (axis ? l.v_slope : l.u_slope) * l.w_offset, b = (axis ? l.v_offset : l.u_offset) * l.w_slope, unsure = kUnsureWay * (std::abs(a) + std::abs(b));
+      const ImageLine l = image_line(map, corner & 1 ? rect.u1_px - 1 : rect.u0_px,
+                                     corner & 2 ? rect.v1_px - 1 : rect.v0_px);
+      const double a = (axis ? l.v_slope : l.u_slope) * l.w_offset,
+                   b = (axis ? l.v_offset : l.u_offset) * l.w_slope,
+                   unsure = kUnsureWay * (std::abs(a) + std::abs(b));
       ways[axis][0] |= !(a - b < -unsure);
       ways[axis][1] |= !(a - b > unsure);
     }
-  const bool both = (ways[0][0] && ways[0][1]) || (ways[1][0] && ways[1][1]);  // then lanes go either way on both axes
+  const bool both = (ways[0][0] && ways[0][1]) ||
+                    (ways[1][0] && ways[1][1]);  // then lanes go either way on both axes
   std::vector<Box> boxes;
   for (const bool up : {false, true})
     for (const bool left : {false, true})
@@ -71,7 +85,9 @@ struct CpuHull::ViewJob {
   std::vector<HalfSpace> half_spaces;  // that hold the hull
   PixelRect rect;
   float* depth_m;
-  float* at(int u, int v) const { return depth_m + std::ptrdiff_t(v - rect.v0_px) * rect.width_px() + (u - rect.u0_px); }
+  float* at(int u, int v) const {
+    return depth_m + std::ptrdiff_t(v - rect.v0_px) * rect.width_px() + (u - rect.u0_px);
+  }
 };
 
 // Rays that may meet the hull, and where.
@@ -88,14 +104,22 @@ class CpuHull::Tracer {
     seen_.clear();
   }
 
-  // Of a piece of the view, the blocks whose rays may meet the hull, and where; the others are written.
+  // Of a piece of the view, the blocks whose rays may meet the hull, and where; the others are
+  // written.
   void cull(const PixelRect& rays, RayRange range) {
     range = shared_range(rays, range);
     if (range.empty()) return fill_empty(rays);
-    if (rays.width_px() <= kBlock_px && rays.height_px() <= kBlock_px) return seen_.push_back({rays, range});
-    const auto half = [](int size) { return std::max(kBlock_px, (size / 2 + kBlock_px - 1) / kBlock_px * kBlock_px); };
-    const int u = std::min(rays.u1_px, rays.u0_px + half(rays.width_px())), v = std::min(rays.v1_px, rays.v0_px + half(rays.height_px()));
-    for (const PixelRect& part : {PixelRect{rays.u0_px, rays.v0_px, u, v}, {u, rays.v0_px, rays.u1_px, v}, {rays.u0_px, v, u, rays.v1_px}, {u, v, rays.u1_px, rays.v1_px}})
+    if (rays.width_px() <= kBlock_px && rays.height_px() <= kBlock_px)
+      return seen_.push_back({rays, range});
+    const auto half = [](int size) {
+      return std::max(kBlock_px, (size / 2 + kBlock_px - 1) / kBlock_px * kBlock_px);
+    };
+    const int u = std::min(rays.u1_px, rays.u0_px + half(rays.width_px())),
+              v = std::min(rays.v1_px, rays.v0_px + half(rays.height_px()));
+    for (const PixelRect& part : {PixelRect{rays.u0_px, rays.v0_px, u, v},
+                                  {u, rays.v0_px, rays.u1_px, v},
+                                  {rays.u0_px, v, u, rays.v1_px},
+                                  {u, v, rays.u1_px, rays.v1_px}})
       if (!part.empty()) cull(part, range);
   }
   std::span<const SeenBlock> seen() const { return seen_; }
@@ -104,19 +128,23 @@ class CpuHull::Tracer {
 
  private:
   void fill_empty(const PixelRect& rays) {
-    for (int v = rays.v0_px; v < rays.v1_px; ++v) std::fill_n(job_->at(rays.u0_px, v), rays.width_px(), kNoHull);
+    for (int v = rays.v0_px; v < rays.v1_px; ++v)
+      std::fill_n(job_->at(rays.u0_px, v), rays.width_px(), kNoHull);
   }
 
-  // Holds the part in which each ray may meet the hull. A slope is linear over the rays: its extremes are at the corners.
+  // Holds the part in which each ray may meet the hull. A slope is linear over the rays: its
+  // extremes are at the corners.
   RayRange shared_range(const PixelRect& rays, RayRange range) const {
     RayRange tight = range;
     for (const HalfSpace& h : job_->half_spaces) {
-      const double most = std::max({h.slope_at(rays.u0_px, rays.v0_px), h.slope_at(rays.u1_px - 1, rays.v0_px), h.slope_at(rays.u0_px, rays.v1_px - 1),
-                                    h.slope_at(rays.u1_px - 1, rays.v1_px - 1)});
+      const double most = std::max(
+          {h.slope_at(rays.u0_px, rays.v0_px), h.slope_at(rays.u1_px - 1, rays.v0_px),
+           h.slope_at(rays.u0_px, rays.v1_px - 1), h.slope_at(rays.u1_px - 1, rays.v1_px - 1)});
       hull::clip(tight, h.offset, most);
       if (tight.empty()) return tight;
     }
-    return {std::max(range.begin, tight.begin * (1 - kBlockSlack)), std::min(range.end, tight.end * (1 + kBlockSlack))};
+    return {std::max(range.begin, tight.begin * (1 - kBlockSlack)),
+            std::min(range.end, tight.end * (1 + kBlockSlack))};
   }
 
   void trace_block(const PixelRect& rays, const RayRange& range) {
@@ -131,9 +159,12 @@ class CpuHull::Tracer {
         for (int u = rays.u0_px; u < rays.u1_px; ++u) *job_->at(u, v) = depth_of(u, v);
       return;
     }
-    const int left = fivepipe::hull::trace_block(block_, job_->maps, job_->reaches, scratch_, job_->at(rays.u0_px, rays.v0_px), job_->rect.width_px(), unsettled_);
+    const int left = fivepipe::hull::trace_block(block_, job_->maps, job_->reaches, scratch_,
+                                                 job_->at(rays.u0_px, rays.v0_px),
+                                                 job_->rect.width_px(), unsettled_);
     for (int i = 0; i < left; ++i) {
-      const int u = rays.u0_px + unsettled_[i] % kBlock_px, v = rays.v0_px + unsettled_[i] / kBlock_px;
+      const int u = rays.u0_px + unsettled_[i] % kBlock_px,
+                v = rays.v0_px + unsettled_[i] / kBlock_px;
       *job_->at(u, v) = depth_of(u, v);
     }
   }
@@ -143,7 +174,9 @@ class CpuHull::Tracer {
     walks_.clear();
     for (std::size_t i = 0; i < job_->cameras.size(); ++i) {
       const CpuHull::MapCamera& c = job_->cameras[i];
-      walks_.emplace_back(image_line(job_->maps[i], u, v), c.reach, walk_window(c.camera, c.reach, job_->rule), beyond_window(job_->rule), range);
+      walks_.emplace_back(image_line(job_->maps[i], u, v), c.reach,
+                          walk_window(c.camera, c.reach, job_->rule), beyond_window(job_->rule),
+                          range);
     }
     const double t = RayWalk(walks_, job_->rule).next_entry(range.begin, range.end);
     return t == kNever ? kNoHull : float(t);
@@ -158,16 +191,22 @@ class CpuHull::Tracer {
 };
 
 CpuHull::CpuHull(base::WorkerPool& pool) : pool_(&pool) {
-  for (int thread = 0; thread < pool.threads(); ++thread) tracers_.push_back(std::make_unique<Tracer>());
+  for (int thread = 0; thread < pool.threads(); ++thread)
+    tracers_.push_back(std::make_unique<Tracer>());
 }
-CpuHull::CpuHull(base::WorkerPool& pool, std::span<const Silhouette> silhouettes, const HullRule& rule) : CpuHull(pool) { assign(silhouettes, rule); }
+CpuHull::CpuHull(base::WorkerPool& pool, std::span<const Silhouette> silhouettes,
+                 const HullRule& rule)
+    : CpuHull(pool) {
+  assign(silhouettes, rule);
+}
 CpuHull::~CpuHull() = default;
 
 void CpuHull::assign(std::span<const Silhouette> silhouettes, const HullRule& rule) {
   rule_ = rule;
   used_ = 0;
   empty_ = silhouettes.empty();
-  unusable_ = std::any_of(silhouettes.begin(), silhouettes.end(), [](const Silhouette& s) { return !is_finite(s.camera); });
+  unusable_ = std::any_of(silhouettes.begin(), silhouettes.end(),
+                          [](const Silhouette& s) { return !is_finite(s.camera); });
   empty_ |= unusable_;
   if (empty_) return;
   used_ = silhouettes.size();
@@ -177,21 +216,25 @@ void CpuHull::assign(std::span<const Silhouette> silhouettes, const HullRule& ru
     cameras_[std::size_t(i)].reach.assign(silhouettes[std::size_t(i)].pixels);
     cameras_[std::size_t(i)].silhouette = i;
   });
-  std::sort(cameras_.begin(), cameras_.begin() + std::ptrdiff_t(used_), [&](const MapCamera& a, const MapCamera& b) { return asked_before(a, b, silhouettes); });
+  std::sort(
+      cameras_.begin(), cameras_.begin() + std::ptrdiff_t(used_),
+      [&](const MapCamera& a, const MapCamera& b) { return asked_before(a, b, silhouettes); });
   if (rule.limits == Limits::all)
     for (const MapCamera& c : cameras()) empty_ |= c.reach.bounds().empty();
 }
 
 void CpuHull::make_all_boxes() {
   pool_->run(int(used_) * kBoxes, [&](int i, int) {
-    if (BoxReach& reach = cameras_[std::size_t(i / kBoxes)].reach; !reach.has(Box(i % kBoxes))) reach.make(Box(i % kBoxes));
+    if (BoxReach& reach = cameras_[std::size_t(i / kBoxes)].reach; !reach.has(Box(i % kBoxes)))
+      reach.make(Box(i % kBoxes));
   });
 }
 
 void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> depth_m) {
   assert(depth_m.size() == rect.area_px());
   if (rect.empty()) return;
-  if (empty_ || !is_finite(view.camera) || !(view.near_m > 0 && view.far_m > view.near_m && std::isfinite(view.far_m))) {
+  if (empty_ || !is_finite(view.camera) ||
+      !(view.near_m > 0 && view.far_m > view.near_m && std::isfinite(view.far_m))) {
     std::fill(depth_m.begin(), depth_m.end(), kNoHull);
     return;
   }
@@ -199,24 +242,31 @@ void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> de
   for (const MapCamera& c : job.cameras) {
     job.maps.push_back(map_from_view(c.camera, view.camera));
     job.reaches.push_back(&c.reach);
-    if (rule_.limits == Limits::all) add_half_spaces(job.maps.back(), walk_window(c.camera, c.reach, rule_), job.half_spaces);
+    if (rule_.limits == Limits::all)
+      add_half_spaces(job.maps.back(), walk_window(c.camera, c.reach, rule_), job.half_spaces);
   }
   const std::vector<SeenBlock> blocks = seen_blocks(job);
   make_boxes(job, blocks);
-  pool_->run(int(blocks.size()), [&](int i, int thread) { tracers_[std::size_t(thread)]->trace(blocks[std::size_t(i)]); });
+  pool_->run(int(blocks.size()), [&](int i, int thread) {
+    tracers_[std::size_t(thread)]->trace(blocks[std::size_t(i)]);
+  });
 }
 
 // Where the view may see the hull, block by block; the rest is written.
 std::vector<CpuHull::SeenBlock> CpuHull::seen_blocks(const ViewJob& job) {
   const PixelRect& rect = job.rect;
-  const int columns = (rect.width_px() + kPiece_px - 1) / kPiece_px, rows = (rect.height_px() + kPiece_px - 1) / kPiece_px;
+  const int columns = (rect.width_px() + kPiece_px - 1) / kPiece_px,
+            rows = (rect.height_px() + kPiece_px - 1) / kPiece_px;
   for (auto& tracer : tracers_) tracer->begin(job);
   pool_->run(columns * rows, [&](int piece, int thread) {
-    const int u = rect.u0_px + kPiece_px * (piece % columns), v = rect.v0_px + kPiece_px * (piece / columns);
-    tracers_[std::size_t(thread)]->cull(intersection(rect, {u, v, u + kPiece_px, v + kPiece_px}), {job.view->near_m, job.view->far_m});
+    const int u = rect.u0_px + kPiece_px * (piece % columns),
+              v = rect.v0_px + kPiece_px * (piece / columns);
+    tracers_[std::size_t(thread)]->cull(intersection(rect, {u, v, u + kPiece_px, v + kPiece_px}),
+                                        {job.view->near_m, job.view->far_m});
   });
   std::vector<SeenBlock> blocks;
-  for (const auto& tracer : tracers_) blocks.insert(blocks.end(), tracer->seen().begin(), tracer->seen().end());
+  for (const auto& tracer : tracers_)
+    blocks.insert(blocks.end(), tracer->seen().begin(), tracer->seen().end());
   return blocks;
 }
 
@@ -225,13 +275,16 @@ void CpuHull::make_boxes(const ViewJob& job, std::span<const SeenBlock> blocks) 
   if (blocks.empty()) return;
   PixelRect rays = blocks.front().rays;
   for (const auto& block : blocks)
-    rays = {std::min(rays.u0_px, block.rays.u0_px), std::min(rays.v0_px, block.rays.v0_px), std::max(rays.u1_px, block.rays.u1_px), std::max(rays.v1_px, block.rays.v1_px)};
+    rays = {std::min(rays.u0_px, block.rays.u0_px), std::min(rays.v0_px, block.rays.v0_px),
+            std::max(rays.u1_px, block.rays.u1_px), std::max(rays.v1_px, block.rays.v1_px)};
   rays.u1_px += kTile_px, rays.v1_px += kTile_px;  // tiles may reach out of their block
   std::vector<std::pair<BoxReach*, Box>> to_make;
   for (std::size_t i = 0; i < job.cameras.size(); ++i)
     for (const Box box : boxes_ahead(job.maps[i], rays))
       if (!job.cameras[i].reach.has(box)) to_make.emplace_back(&job.cameras[i].reach, box);
-  pool_->run(int(to_make.size()), [&](int i, int) { to_make[std::size_t(i)].first->make(to_make[std::size_t(i)].second); });
+  pool_->run(int(to_make.size()), [&](int i, int) {
+    to_make[std::size_t(i)].first->make(to_make[std::size_t(i)].second);
+  });
 }
 
 DepthTile CpuHull::depth(const View& view, const PixelRect& rect) {

@@ -16,7 +16,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<double, 8>;
 using V = hn::Vec<D>;
 
-// Roundings of a point's way to its pixel, here and in in_hull() together: fewer than 30, of half an epsilon each.
+// Roundings of a point's way to its pixel, here and in in_hull() together: fewer than 30, of half
+// an epsilon each.
 constexpr double kRoundings = 32 * std::numeric_limits<double>::epsilon();
 
 // One axis of the pixel: where it is, and how far in_hull()'s may be from it.
@@ -25,13 +26,18 @@ struct Position {
 };
 HWY_INLINE Position position(V x, V per_z, V rounding_m, double focal_px, double principal_px) {
   const D d;
-  const V slope = hn::Mul(x, per_z), px = hn::Add(hn::Mul(hn::Set(d, focal_px), slope), hn::Set(d, principal_px));
-  const V moved = hn::Mul(hn::Mul(hn::Set(d, focal_px), hn::Add(hn::Set(d, 1.0), hn::Abs(slope))), hn::Mul(rounding_m, per_z));
-  const V rounded = hn::Mul(hn::Set(d, kRoundings), hn::Add(hn::Abs(px), hn::Set(d, principal_px < 0 ? 1 - principal_px : 1 + principal_px)));
+  const V slope = hn::Mul(x, per_z),
+          px = hn::Add(hn::Mul(hn::Set(d, focal_px), slope), hn::Set(d, principal_px));
+  const V moved = hn::Mul(hn::Mul(hn::Set(d, focal_px), hn::Add(hn::Set(d, 1.0), hn::Abs(slope))),
+                          hn::Mul(rounding_m, per_z));
+  const V rounded = hn::Mul(
+      hn::Set(d, kRoundings),
+      hn::Add(hn::Abs(px), hn::Set(d, principal_px < 0 ? 1 - principal_px : 1 + principal_px)));
   return {px, hn::Add(hn::Add(moved, moved), rounded)};
 }
 
-void contains(std::span<const PointLaneCamera> cameras, const double* xyz, std::size_t count, InHull* verdicts) {
+void contains(std::span<const PointLaneCamera> cameras, const double* xyz, std::size_t count,
+              InHull* verdicts) {
   const D d;
   const hn::Rebind<std::int32_t, D> di;
   const std::size_t lanes = hn::Lanes(d);
@@ -44,16 +50,22 @@ void contains(std::span<const PointLaneCamera> cameras, const double* xyz, std::
     for (const PointLaneCamera& c : cameras) {
       const auto row = [&](int i) {
         const double* m = c.camera_from_world + 4 * i;
-        return hn::Add(hn::Add(hn::Mul(hn::Set(d, m[0]), x), hn::Mul(hn::Set(d, m[1]), y)), hn::Add(hn::Mul(hn::Set(d, m[2]), z), hn::Set(d, m[3])));
+        return hn::Add(hn::Add(hn::Mul(hn::Set(d, m[0]), x), hn::Mul(hn::Set(d, m[1]), y)),
+                       hn::Add(hn::Mul(hn::Set(d, m[2]), z), hn::Set(d, m[3])));
       };
-      const V zc = row(2), rounding_m = hn::Mul(hn::Set(d, kRoundings), hn::Add(size_m, hn::Set(d, c.translation_m)));
-      const auto in_front = hn::Gt(zc, hn::Add(rounding_m, rounding_m)), behind = hn::Lt(zc, hn::Neg(rounding_m));
+      const V zc = row(2), rounding_m = hn::Mul(hn::Set(d, kRoundings),
+                                                hn::Add(size_m, hn::Set(d, c.translation_m)));
+      const auto in_front = hn::Gt(zc, hn::Add(rounding_m, rounding_m)),
+                 behind = hn::Lt(zc, hn::Neg(rounding_m));
       const V per_z = hn::Div(one, zc);
-      const Position u = position(row(0), per_z, rounding_m, c.fx_px, c.cx_px), v = position(row(1), per_z, rounding_m, c.fy_px, c.cy_px);
+      const Position u = position(row(0), per_z, rounding_m, c.fx_px, c.cx_px),
+                     v = position(row(1), per_z, rounding_m, c.fy_px, c.cy_px);
       const auto beyond = [&](const Position& p, double low, double high) {
-        return hn::Or(hn::Lt(hn::Add(p.px, p.error_px), hn::Set(d, low)), hn::Gt(hn::Sub(p.px, p.error_px), hn::Set(d, high)));
+        return hn::Or(hn::Lt(hn::Add(p.px, p.error_px), hn::Set(d, low)),
+                      hn::Gt(hn::Sub(p.px, p.error_px), hn::Set(d, high)));
       };
-      const auto out = hn::Or(behind, hn::And(in_front, hn::Or(beyond(u, c.u0_px, c.u1_px), beyond(v, c.v0_px, c.v1_px))));
+      const auto out = hn::Or(behind, hn::And(in_front, hn::Or(beyond(u, c.u0_px, c.u1_px),
+                                                               beyond(v, c.v0_px, c.v1_px))));
       in = hn::AndNot(out, in);
       if (hn::AllFalse(d, in)) break;
       const V whole_u = hn::Floor(u.px), whole_v = hn::Floor(v.px);
@@ -65,7 +77,9 @@ void contains(std::span<const PointLaneCamera> cameras, const double* xyz, std::
       unsettled = hn::Or(unsettled, hn::AndNot(certain, in));
       in = hn::And(in, certain);
       // In bounds for certain, hence in store; the others look at the first byte.
-      const V at = hn::Add(hn::Mul(hn::Sub(whole_v, hn::Set(d, c.stored_v0_px)), hn::Set(d, c.stride)), hn::Sub(whole_u, hn::Set(d, c.stored_u0_px)));
+      const V at =
+          hn::Add(hn::Mul(hn::Sub(whole_v, hn::Set(d, c.stored_v0_px)), hn::Set(d, c.stride)),
+                  hn::Sub(whole_u, hn::Set(d, c.stored_u0_px)));
       alignas(64) std::int32_t offsets[8];
       hn::Store(hn::DemoteTo(di, hn::IfThenElseZero(in, at)), di, offsets);
       alignas(64) double reaches[8];
@@ -97,17 +111,32 @@ std::vector<PointLaneCamera> point_lane_cameras(const CpuHull& hull) {
     const geometry::Pinhole& k = c.camera.pinhole;
     const PixelRect& b = c.reach.bounds();
     const PixelRect& stored = c.reach.stored();
-    PointLaneCamera lane{{}, k.fx_px, k.fy_px, k.cx_px + 0.5, k.cy_px + 0.5, double(b.u0_px), double(b.u1_px), double(b.v0_px), double(b.v1_px),
-                         c.camera.camera_from_world.translation().cwiseAbs().sum(), c.reach.bytes(Box::right_down), double(stored.u0_px), double(stored.v0_px), double(c.reach.stride())};
-    for (int i = 0; i < 12; ++i) lane.camera_from_world[i] = c.camera.camera_from_world.matrix()(i / 4, i % 4);
+    PointLaneCamera lane{{},
+                         k.fx_px,
+                         k.fy_px,
+                         k.cx_px + 0.5,
+                         k.cy_px + 0.5,
+                         double(b.u0_px),
+                         double(b.u1_px),
+                         double(b.v0_px),
+                         double(b.v1_px),
+                         c.camera.camera_from_world.translation().cwiseAbs().sum(),
+                         c.reach.bytes(Box::right_down),
+                         double(stored.u0_px),
+                         double(stored.v0_px),
+                         double(c.reach.stride())};
+    for (int i = 0; i < 12; ++i)
+      lane.camera_from_world[i] = c.camera.camera_from_world.matrix()(i / 4, i % 4);
     cameras.push_back(lane);
   }
   return cameras;
 }
 
-void contains_in_lanes(std::span<const PointLaneCamera> cameras, std::span<const Eigen::Vector3d> p_world_m, InHull* verdicts) {
+void contains_in_lanes(std::span<const PointLaneCamera> cameras,
+                       std::span<const Eigen::Vector3d> p_world_m, InHull* verdicts) {
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
-  if (!p_world_m.empty()) HWY_DYNAMIC_DISPATCH(contains)(cameras, p_world_m.data()->data(), p_world_m.size(), verdicts);
+  if (!p_world_m.empty())
+    HWY_DYNAMIC_DISPATCH(contains)(cameras, p_world_m.data()->data(), p_world_m.size(), verdicts);
 }
 
 }  // namespace fivepipe::hull

@@ -1,5 +1,6 @@
-// Membership of many points in vector lanes, in double with certified margins; what margins can't decide is left to HullQuery::contains.
-// For Limits::all: the first camera that has a point off its object removes it.
+// Membership of many points in vector lanes, in double with certified margins; what margins can't
+// decide is left to HullQuery::contains. For Limits::all: the first camera that has a point off its
+// object removes it.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -13,13 +14,14 @@ namespace fivepipe::hull {
 struct PointLaneCamera {
   double camera_from_world[12];  // rows of rotation and translation
   double fx_px, fy_px, cx_px, cy_px, u0_px, u1_px, v0_px, v1_px;  // bounds of the object pixels
-  double translation_m;          // sum of its parts' sizes
-  const std::int8_t* reaches;    // of Box::right_down, of the stored pixels
+  double translation_m;                                           // sum of its parts' sizes
+  const std::int8_t* reaches;  // of Box::right_down, of the stored pixels
   double stored_u0_px, stored_v0_px, stride;
 };
 std::vector<PointLaneCamera> point_lane_cameras(const CpuHull& hull);
 
 enum class InHull : std::uint8_t { no = 0, yes = 1, unsettled = 2 };
-void contains_in_lanes(std::span<const PointLaneCamera> cameras, std::span<const Eigen::Vector3d> p_world_m, InHull* verdicts);
+void contains_in_lanes(std::span<const PointLaneCamera> cameras,
+                       std::span<const Eigen::Vector3d> p_world_m, InHull* verdicts);
 
 }  // namespace fivepipe::hull

@@ -11,18 +11,23 @@ namespace {
 // Places in a map's bytes are found in float: exact up to here.
 constexpr std::size_t kMostBoxBytes = std::size_t{1} << 24;
 
-// Roundings of float on the way to a position, each at most 2^-24 of what it is taken of. A form (U, V or W): its coefficients from double,
-// two steps to the ray and one along it, of the sum of its terms' sizes. The quotient: the reciprocal, on its worst target, and the
-// product, of the position.
+// Roundings of float on the way to a position, each at most 2^-24 of what it is taken of. A form
+// (U, V or W): its coefficients from double, two steps to the ray and one along it, of the sum of
+// its terms' sizes. The quotient: the reciprocal, on its worst target, and the product, of the
+// position.
 constexpr double kOfForm = 4, kOfQuotient = 6, kHalfUlp = 0x1p-24;
 
-// An image moves left along axis 0, or up along axis 1. `both_ways` is set where the rays of the block differ, or one nearly stands still:
-// d/dt of U / W, times W^2, is linear over the rays, so that the corners tell.
-bool moves_back(const MapFromView& map, const PixelRect& rays, int right, int down, int axis, bool& both_ways) {
+// An image moves left along axis 0, or up along axis 1. `both_ways` is set where the rays of the
+// block differ, or one nearly stands still: d/dt of U / W, times W^2, is linear over the rays, so
+// that the corners tell.
+bool moves_back(const MapFromView& map, const PixelRect& rays, int right, int down, int axis,
+                bool& both_ways) {
   int back = 0;
   for (int corner = 0; corner < 4; ++corner) {
-    const ImageLine l = image_line(map, rays.u0_px + (corner & 1 ? right : 0), rays.v0_px + (corner & 2 ? down : 0));
-    const double a = (axis ? l.v_slope : l.u_slope) * l.w_offset, b = (axis ? l.v_offset : l.u_offset) * l.w_slope;
+    const ImageLine l = image_line(map, rays.u0_px + (corner & 1 ? right : 0),
+                                   rays.v0_px + (corner & 2 ? down : 0));
+    const double a = (axis ? l.v_slope : l.u_slope) * l.w_offset,
+                 b = (axis ? l.v_offset : l.u_offset) * l.w_slope;
     if (!(std::abs(a - b) > kUnsureWay * (std::abs(a) + std::abs(b)))) both_ways = true;
     back += a < b;
   }
@@ -32,7 +37,8 @@ bool moves_back(const MapFromView& map, const PixelRect& rays, int right, int do
 
 }  // namespace
 
-bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const BoxReach* const> reaches) {
+bool prepare(Block& block, std::span<const MapFromView> maps,
+             std::span<const BoxReach* const> reaches) {
   const double begin = block.begin, span = block.end - block.begin;
   // Whole tiles: the rays at their corners stand for all.
   const auto last = [](int size) { return (size + kTile_px - 1) / kTile_px * kTile_px - 1; };
@@ -46,41 +52,57 @@ bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const Bo
     Eigen::Matrix3d turn = map.at_infinity;
     Eigen::Vector3d eye = map.at_eye;
     // Pixels count from where the block's middle ray begins, if that is in store.
-    const Eigen::Vector3d middle = eye + begin * turn * Eigen::Vector3d(block.rays.u0_px + 0.5 * right, block.rays.v0_px + 0.5 * down, 1);
-    const auto origin = [](double at, int least, int most) { return !(at > least) ? least : at >= most ? most : int(at); };
+    const Eigen::Vector3d middle =
+        eye + begin * turn *
+                  Eigen::Vector3d(block.rays.u0_px + 0.5 * right, block.rays.v0_px + 0.5 * down, 1);
+    const auto origin = [](double at, int least, int most) {
+      return !(at > least) ? least : at >= most ? most : int(at);
+    };
     c.origin_u_px = origin(middle.x() / middle.z(), stored.u0_px, stored.u1_px - 1);
     c.origin_v_px = origin(middle.y() / middle.z(), stored.v0_px, stored.v1_px - 1);
     turn.row(0) -= c.origin_u_px * turn.row(2);
     turn.row(1) -= c.origin_v_px * turn.row(2);
     eye.head<2>() -= Eigen::Vector2d(c.origin_u_px, c.origin_v_px) * eye.z();
     c.both_ways = false;
-    const bool left = moves_back(map, block.rays, right, down, 0, c.both_ways), up = moves_back(map, block.rays, right, down, 1, c.both_ways);
+    const bool left = moves_back(map, block.rays, right, down, 0, c.both_ways),
+               up = moves_back(map, block.rays, right, down, 1, c.both_ways);
     for (const Box box : {Box::right_down, Box::left_down, Box::right_up, Box::left_up})
       if ((c.both_ways || box == box_ahead(left, up)) && !reaches[n]->has(box)) return false;
     if (reaches[n]->box_bytes() > kMostBoxBytes) return false;
     c.sign_u = left && !c.both_ways ? -1 : 1;
     c.sign_v = up && !c.both_ways ? -1 : 1;
     // Mirrored where all move back; then to pixels' centres.
-    turn.row(0) = c.sign_u * turn.row(0) - 0.5 * turn.row(2), turn.row(1) = c.sign_v * turn.row(1) - 0.5 * turn.row(2);
-    eye.head<2>() = Eigen::Vector2d(c.sign_u * eye.x(), c.sign_v * eye.y()) - Eigen::Vector2d::Constant(0.5 * eye.z());
-    const Eigen::Vector3d slope = turn * Eigen::Vector3d(block.rays.u0_px, block.rays.v0_px, 1), at_begin = eye + begin * slope;
+    turn.row(0) = c.sign_u * turn.row(0) - 0.5 * turn.row(2),
+    turn.row(1) = c.sign_v * turn.row(1) - 0.5 * turn.row(2);
+    eye.head<2>() = Eigen::Vector2d(c.sign_u * eye.x(), c.sign_v * eye.y()) -
+                    Eigen::Vector2d::Constant(0.5 * eye.z());
+    const Eigen::Vector3d slope = turn * Eigen::Vector3d(block.rays.u0_px, block.rays.v0_px, 1),
+                          at_begin = eye + begin * slope;
     double least_w = kNever, most_begin = 0, most_slope = 0;
     for (int corner = 0; corner < 4; ++corner) {
-      const Eigen::Vector3d of_corner = (corner & 1 ? right : 0) * turn.col(0) + (corner & 2 ? down : 0) * turn.col(1);
-      const Eigen::Vector3d corner_slope = slope + of_corner, corner_begin = at_begin + begin * of_corner;
+      const Eigen::Vector3d of_corner =
+          (corner & 1 ? right : 0) * turn.col(0) + (corner & 2 ? down : 0) * turn.col(1);
+      const Eigen::Vector3d corner_slope = slope + of_corner,
+                            corner_begin = at_begin + begin * of_corner;
       least_w = std::min({least_w, corner_begin.z(), corner_begin.z() + span * corner_slope.z()});
       most_begin = std::max({most_begin, std::abs(corner_begin.x()), std::abs(corner_begin.y())});
       most_slope = std::max({most_slope, std::abs(corner_slope.x()), std::abs(corner_slope.y())});
     }
     // Sizes of the terms, which may cancel.
-    const Eigen::Array3d steps = right * turn.col(0).array().abs() + down * turn.col(1).array().abs();
-    const Eigen::Array3d terms_begin = at_begin.array().abs() + begin * steps, terms_slope = slope.array().abs() + steps;
+    const Eigen::Array3d steps =
+        right * turn.col(0).array().abs() + down * turn.col(1).array().abs();
+    const Eigen::Array3d terms_begin = at_begin.array().abs() + begin * steps,
+                         terms_slope = slope.array().abs() + steps;
     const double terms_w = terms_begin.z() + span * terms_slope.z();
     if (!(least_w > 0 && terms_w <= kMostDepthRatio * least_w)) return false;
     const double of_position = kOfForm * terms_w / least_w + kOfQuotient;
     c.box_bytes = std::int32_t(reaches[n]->box_bytes());
-    c.eps_px = float(kHalfUlp / least_w * (kOfForm * std::max(terms_begin.x(), terms_begin.y()) + of_position * most_begin));
-    c.eps_px_per_m = float(kHalfUlp / least_w * (kOfForm * std::max(terms_slope.x(), terms_slope.y()) + of_position * most_slope));
+    c.eps_px =
+        float(kHalfUlp / least_w *
+              (kOfForm * std::max(terms_begin.x(), terms_begin.y()) + of_position * most_begin));
+    c.eps_px_per_m =
+        float(kHalfUlp / least_w *
+              (kOfForm * std::max(terms_slope.x(), terms_slope.y()) + of_position * most_slope));
     if (!(c.eps_px + span * c.eps_px_per_m < kMostEps_px)) return false;
     for (int k = 0; k < 3; ++k) {
       c.at_begin[k] = float(at_begin[k]);
@@ -90,12 +112,18 @@ bool prepare(Block& block, std::span<const MapFromView> maps, std::span<const Bo
       c.du_begin[k] = float(begin * turn(k, 0));
       c.dv_begin[k] = float(begin * turn(k, 1));
     }
-    const auto ends = [](int low, int high, int origin_px, int sign) { return sign > 0 ? std::array{float(low - origin_px), float(high - 1 - origin_px)} : std::array{float(origin_px - high), float(origin_px - 1 - low)}; };
-    const auto ends_u = ends(stored.u0_px, stored.u1_px, c.origin_u_px, c.sign_u), ends_v = ends(stored.v0_px, stored.v1_px, c.origin_v_px, c.sign_v);
+    const auto ends = [](int low, int high, int origin_px, int sign) {
+      return sign > 0 ? std::array{float(low - origin_px), float(high - 1 - origin_px)}
+                      : std::array{float(origin_px - high), float(origin_px - 1 - low)};
+    };
+    const auto ends_u = ends(stored.u0_px, stored.u1_px, c.origin_u_px, c.sign_u),
+               ends_v = ends(stored.v0_px, stored.v1_px, c.origin_v_px, c.sign_v);
     c.least_u = ends_u[0], c.most_u = ends_u[1], c.least_v = ends_v[0], c.most_v = ends_v[1];
     c.step_u = float(c.sign_u), c.step_v = float(c.sign_v * reaches[n]->stride());
-    c.at_origin = reaches[n]->bytes(c.both_ways ? Box::right_down : box_ahead(left, up)) +
-                  std::ptrdiff_t(c.origin_v_px - (c.sign_v < 0) - stored.v0_px) * reaches[n]->stride() + (c.origin_u_px - (c.sign_u < 0) - stored.u0_px);
+    c.at_origin =
+        reaches[n]->bytes(c.both_ways ? Box::right_down : box_ahead(left, up)) +
+        std::ptrdiff_t(c.origin_v_px - (c.sign_v < 0) - stored.v0_px) * reaches[n]->stride() +
+        (c.origin_u_px - (c.sign_u < 0) - stored.u0_px);
   }
   return true;
 }

@@ -6,36 +6,49 @@
 namespace fivepipe::hull {
 namespace {
 
-// Rays are walked in the bounds of a map's object pixels and a little around: every hull point is then behind a pixel border that the
-// walk has crossed.
+// Rays are walked in the bounds of a map's object pixels and a little around: every hull point is
+// then behind a pixel border that the walk has crossed.
 constexpr int kAround_px = 1;
 
 // The part of the range in which offset + t * slope >= 0.
 void clip(RayRange& range, double offset, double slope, double crossing) {
-  const bool in_at_begin = offset + range.begin * slope >= 0, in_at_end = offset + range.end * slope >= 0;
+  const bool in_at_begin = offset + range.begin * slope >= 0,
+             in_at_end = offset + range.end * slope >= 0;
   if (in_at_begin && in_at_end) return;
-  if (in_at_end) range.begin = std::max(range.begin, crossing);
-  else if (in_at_begin) range.end = std::min(range.end, crossing);
-  else range.end = range.begin;
+  if (in_at_end)
+    range.begin = std::max(range.begin, crossing);
+  else if (in_at_begin)
+    range.end = std::min(range.end, crossing);
+  else
+    range.end = range.begin;
 }
 
 // The part of the range in which the ray is in front of the camera and its image in the window.
 RayRange within(const ImageLine& l, const PixelRect& window, RayRange range) {
-  clip(range, l.w_offset - kNearestToCamera_m, l.w_slope, (kNearestToCamera_m - l.w_offset) / l.w_slope);
+  clip(range, l.w_offset - kNearestToCamera_m, l.w_slope,
+       (kNearestToCamera_m - l.w_offset) / l.w_slope);
   const auto axis = [&](double offset, double slope, int low, int high) {
-    if (!range.empty()) clip(range, offset - low * l.w_offset, slope - low * l.w_slope, border_crossing(offset, slope, l.w_offset, l.w_slope, low));
-    if (!range.empty()) clip(range, high * l.w_offset - offset, high * l.w_slope - slope, border_crossing(offset, slope, l.w_offset, l.w_slope, high));
+    if (!range.empty())
+      clip(range, offset - low * l.w_offset, slope - low * l.w_slope,
+           border_crossing(offset, slope, l.w_offset, l.w_slope, low));
+    if (!range.empty())
+      clip(range, high * l.w_offset - offset, high * l.w_slope - slope,
+           border_crossing(offset, slope, l.w_offset, l.w_slope, high));
   };
   axis(l.u_offset, l.u_slope, window.u0_px, window.u1_px);
   axis(l.v_offset, l.v_slope, window.v0_px, window.v1_px);
   return range;
 }
 
-int floored(double x, int least, int most) { return !(x > least) ? least : x >= most ? most : int(std::floor(x)); }
+int floored(double x, int least, int most) {
+  return !(x > least) ? least : x >= most ? most : int(std::floor(x));
+}
 
-// Parameter >= t at which the image crosses `border` of one axis, which lies ahead of the pixel that it is in: t itself where rounding has
-// it there already; never where it stands still, or would get there behind the camera only.
-double crossing(double offset, double slope, double w_offset, double w_slope, int border, double t) {
+// Parameter >= t at which the image crosses `border` of one axis, which lies ahead of the pixel
+// that it is in: t itself where rounding has it there already; never where it stands still, or
+// would get there behind the camera only.
+double crossing(double offset, double slope, double w_offset, double w_slope, int border,
+                double t) {
   const double at = border_crossing(offset, slope, w_offset, w_slope, border);
   if (at > t) return at;
   return w_offset + at * w_slope > 0 ? t : kNever;
@@ -45,9 +58,15 @@ double crossing(double offset, double slope, double w_offset, double w_slope, in
 
 ImageLine image_line(const geometry::Camera& camera, const geometry::Ray& ray) {
   const geometry::Pinhole& k = camera.pinhole;
-  const Eigen::Vector3d o = camera.camera_from_world * ray.origin_world_m, d = camera.camera_from_world.linear() * ray.direction_world;
+  const Eigen::Vector3d o = camera.camera_from_world * ray.origin_world_m,
+                        d = camera.camera_from_world.linear() * ray.direction_world;
   const double cx = k.cx_px + 0.5, cy = k.cy_px + 0.5;
-  return {k.fx_px * o.x() + cx * o.z(), k.fx_px * d.x() + cx * d.z(), k.fy_px * o.y() + cy * o.z(), k.fy_px * d.y() + cy * d.z(), o.z(), d.z()};
+  return {k.fx_px * o.x() + cx * o.z(),
+          k.fx_px * d.x() + cx * d.z(),
+          k.fy_px * o.y() + cy * o.z(),
+          k.fy_px * d.y() + cy * d.z(),
+          o.z(),
+          d.z()};
 }
 
 PixelRect walk_window(const geometry::Camera& camera, const BoxReach& reach, const HullRule& rule) {
@@ -57,21 +76,31 @@ PixelRect walk_window(const geometry::Camera& camera, const BoxReach& reach, con
   return {b.u0_px - kAround_px, b.v0_px - kAround_px, b.u1_px + kAround_px, b.v1_px + kAround_px};
 }
 
-MapWalk::MapWalk(const ImageLine& line, const BoxReach& reach, const PixelRect& window, Verdict beyond, const RayRange& range)
-    : line_(line), reach_(&reach), window_(window), beyond_(beyond), inside_window_(window.empty() ? RayRange{range.end, range.end} : within(line, window, range)),
-      right_(line.u_slope * line.w_offset > line.u_offset * line.w_slope), down_(line.v_slope * line.w_offset > line.v_offset * line.w_slope) {
+MapWalk::MapWalk(const ImageLine& line, const BoxReach& reach, const PixelRect& window,
+                 Verdict beyond, const RayRange& range)
+    : line_(line),
+      reach_(&reach),
+      window_(window),
+      beyond_(beyond),
+      inside_window_(window.empty() ? RayRange{range.end, range.end} : within(line, window, range)),
+      right_(line.u_slope * line.w_offset > line.u_offset * line.w_slope),
+      down_(line.v_slope * line.w_offset > line.v_offset * line.w_slope) {
   held_ = inside_window_.empty() ? Held{beyond, kNever} : Held{beyond, inside_window_.begin};
 }
 
-double MapWalk::position(double offset, double slope, double t) const { return (offset + t * slope) / (line_.w_offset + t * line_.w_slope); }
+double MapWalk::position(double offset, double slope, double t) const {
+  return (offset + t * slope) / (line_.w_offset + t * line_.w_slope);
+}
 
 // Held until the ray leaves the box of pixels alike around (u_, v_).
 void MapWalk::enter(double t) {
   const Box ahead = box_ahead(!right_, !down_);
   const int r = reach_->at(ahead, u_, v_);
   box_ = intersection(window_, box_of(ahead, u_, v_, std::abs(r)));
-  const double at_u = crossing(line_.u_offset, line_.u_slope, line_.w_offset, line_.w_slope, right_ ? box_.u1_px : box_.u0_px, t);
-  const double at_v = crossing(line_.v_offset, line_.v_slope, line_.w_offset, line_.w_slope, down_ ? box_.v1_px : box_.v0_px, t);
+  const double at_u = crossing(line_.u_offset, line_.u_slope, line_.w_offset, line_.w_slope,
+                               right_ ? box_.u1_px : box_.u0_px, t);
+  const double at_v = crossing(line_.v_offset, line_.v_slope, line_.w_offset, line_.w_slope,
+                               down_ ? box_.v1_px : box_.v0_px, t);
   in_box_ = true;
   leaves_by_u_ = at_u <= at_v;
   held_ = {r < 0 ? Verdict::object : Verdict::empty, std::min(at_u, at_v)};
@@ -82,7 +111,8 @@ void MapWalk::walk_to(double t) {
     held_ = {beyond_, kNever};
     return;
   }
-  if (in_box_ && t == held_.until) {  // over the border where the box ends: by index, for rounding may say before or behind
+  if (in_box_ && t == held_.until) {  // over the border where the box ends: by index, for rounding
+                                      // may say before or behind
     if (leaves_by_u_) {
       u_ = right_ ? box_.u1_px : box_.u0_px - 1;
       v_ = floored(position(line_.v_offset, line_.v_slope, t), box_.v0_px, box_.v1_px - 1);
@@ -109,8 +139,10 @@ double RayWalk::step_where_empty(double t) {
   for (MapWalk& walk : walks_) {
     const Held held = walk.held(t);
     if (held.verdict == Verdict::empty) return held.until;
-    if (held.verdict == Verdict::object) ++seen;
-    else next_seen = std::min(next_seen, held.until);
+    if (held.verdict == Verdict::object)
+      ++seen;
+    else
+      next_seen = std::min(next_seen, held.until);
   }
   return rule_.limits == Limits::all || seen >= rule_.min_seen ? t : next_seen;
 }
@@ -118,7 +150,8 @@ double RayWalk::step_where_empty(double t) {
 double RayWalk::next_entry(double t, double end) {
   if (walks_.empty()) return kNever;
   // A camera that moves the ray on is asked again until it agrees: it is nearest to knowing.
-  for (std::size_t camera = 0, agreed = 0; agreed < walks_.size() && rule_.limits == Limits::all; camera = camera + 1 == walks_.size() ? 0 : camera + 1) {
+  for (std::size_t camera = 0, agreed = 0; agreed < walks_.size() && rule_.limits == Limits::all;
+       camera = camera + 1 == walks_.size() ? 0 : camera + 1) {
     ++agreed;
     for (Held held; (held = walks_[camera].held(t)).verdict != Verdict::object; agreed = 1) {
       t = held.until;

@@ -1,8 +1,10 @@
-// One ray through the maps, camera by camera, in double: what is exact in every volume query along a ray.
+// One ray through the maps, camera by camera, in double: what is exact in every volume query along
+// a ray.
 //
-// Between two pixel borders a camera's verdict on the ray's points does not change. A walk through one map asks for the verdict just
-// after a parameter t and until when it holds; over a stretch of pixels that are all alike the walk goes in one step, to where the
-// ray's image leaves them: a parameter that follows from the projection in closed form (design, "Rays").
+// Between two pixel borders a camera's verdict on the ray's points does not change. A walk through
+// one map asks for the verdict just after a parameter t and until when it holds; over a stretch of
+// pixels that are all alike the walk goes in one step, to where the ray's image leaves them: a
+// parameter that follows from the projection in closed form (design, "Rays").
 #pragma once
 #include <limits>
 #include <span>
@@ -16,7 +18,8 @@ namespace fivepipe::hull {
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Which way a ray's image moves is sure beyond this fraction of what it is the difference of: far above the rounding of float.
+// Which way a ray's image moves is sure beyond this fraction of what it is the difference of: far
+// above the rounding of float.
 inline constexpr double kUnsureWay = 1e-4;
 
 // Ray parameters [begin, end).
@@ -25,17 +28,23 @@ struct RayRange {
   bool empty() const { return !(begin < end); }
 };
 
-// Parameter at which a ray's image crosses a pixel border of one axis. One formula, so that every backend gives the same bits.
-inline double border_crossing(double offset, double slope, double w_offset, double w_slope, double border) {
+// Parameter at which a ray's image crosses a pixel border of one axis. One formula, so that every
+// backend gives the same bits.
+inline double border_crossing(double offset, double slope, double w_offset, double w_slope,
+                              double border) {
   return (border * w_offset - offset) / (slope - border * w_slope);
 }
 
-// The image of one ray in one map: (U, V, W)(t) = offset + t * slope, pixel p covers [p, p + 1) of U / W.
+// The image of one ray in one map: (U, V, W)(t) = offset + t * slope, pixel p covers [p, p + 1) of
+// U / W.
 struct ImageLine {
   double u_offset, u_slope, v_offset, v_slope, w_offset, w_slope;
 };
 inline ImageLine image_line(const MapFromView& map, double u_px, double v_px) {
-  const auto slope = [&](int row) { return map.at_infinity(row, 0) * u_px + (map.at_infinity(row, 1) * v_px + map.at_infinity(row, 2)); };
+  const auto slope = [&](int row) {
+    return map.at_infinity(row, 0) * u_px +
+           (map.at_infinity(row, 1) * v_px + map.at_infinity(row, 2));
+  };
   return {map.at_eye.x(), slope(0), map.at_eye.y(), slope(1), map.at_eye.z(), slope(2)};
 }
 
@@ -50,13 +59,17 @@ struct Held {
 // The part of a camera's map in which rays are walked.
 PixelRect walk_window(const geometry::Camera& camera, const BoxReach& reach, const HullRule& rule);
 // What a camera says of a ray outside that window.
-inline Verdict beyond_window(const HullRule& rule) { return rule.limits == Limits::seen ? Verdict::unseen : Verdict::empty; }
+inline Verdict beyond_window(const HullRule& rule) {
+  return rule.limits == Limits::seen ? Verdict::unseen : Verdict::empty;
+}
 
 class MapWalk {
  public:
-  // Where the ray is outside `window` of the map, or not in front of its camera, the verdict is `beyond`. The window holds all
-  // object pixels. Borrows the reaches, in which the box ahead of the ray's image is made.
-  MapWalk(const ImageLine& line, const BoxReach& reach, const PixelRect& window, Verdict beyond, const RayRange& range);
+  // Where the ray is outside `window` of the map, or not in front of its camera, the verdict is
+  // `beyond`. The window holds all object pixels. Borrows the reaches, in which the box ahead of
+  // the ray's image is made.
+  MapWalk(const ImageLine& line, const BoxReach& reach, const PixelRect& window, Verdict beyond,
+          const RayRange& range);
 
   // Just after t, which never decreases from call to call, and is in the range.
   Held held(double t) {
@@ -87,9 +100,11 @@ class RayWalk {
  public:
   RayWalk(std::vector<MapWalk>& walks, const HullRule& rule) : walks_(walks), rule_(rule) {}
 
-  // First parameter >= t, before end, from which on the ray is in the hull; kNever if there is none. t as for MapWalk::held.
+  // First parameter >= t, before end, from which on the ray is in the hull; kNever if there is
+  // none. t as for MapWalk::held.
   double next_entry(double t, double end);
-  // First parameter > t at which the ray is no more in the hull; end if that is not before. It is in the hull just after t.
+  // First parameter > t at which the ray is no more in the hull; end if that is not before. It is
+  // in the hull just after t.
   double next_exit(double t, double end);
 
  private:

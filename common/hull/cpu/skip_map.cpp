@@ -15,7 +15,8 @@ namespace {
 constexpr int kWordsPerStep = 8, kCountBits = 3, kLevels = int(kReaches_px.size());
 static_assert(kLevels == 1 << kCountBits);
 
-// `rows` rows of `words` words, a multiple of kWordsPerStep. A bit of `empty`: no object pixel; of `object`: one.
+// `rows` rows of `words` words, a multiple of kWordsPerStep. A bit of `empty`: no object pixel; of
+// `object`: one.
 struct Planes {
   int rows, words;
   const std::uint64_t *empty, *object;
@@ -36,11 +37,14 @@ using D8 = hn::CappedTag<std::uint8_t, 64>;
 
 using V64 = hn::Vec<D64>;
 
-constexpr int apart(int level) { return kReaches_px[std::size_t(level)] - kReaches_px[std::size_t(level - 1)]; }
+constexpr int apart(int level) {
+  return kReaches_px[std::size_t(level)] - kReaches_px[std::size_t(level - 1)];
+}
 
-// Erosion of one plane. Level k of a row: pixels whose box of side kReaches_px[k] is all ones. Rows come against the box's way, and a
-// row's vectors too, so that all that the boxes reach over is there: level k takes level k - 1 of its own row and of the row `apart`
-// before, each eroded along the row.
+// Erosion of one plane. Level k of a row: pixels whose box of side kReaches_px[k] is all ones. Rows
+// come against the box's way, and a row's vectors too, so that all that the boxes reach over is
+// there: level k takes level k - 1 of its own row and of the row `apart` before, each eroded along
+// the row.
 template <bool kLeft>
 class Erosion {
  public:
@@ -66,9 +70,12 @@ class Erosion {
       const V64 turned = hn::TableLookupLanes(x, neighbour);
       const V64 next = hn::IfThenElse(at_end, hn::Set(d, beside_[k]), turned);
       beside_[k] = hn::GetLane(kLeft ? turned : x);
-      const V64 shifted = kLeft ? hn::Or(hn::ShiftLeftSame(x, by), hn::ShiftRightSame(next, 64 - by)) : hn::Or(hn::ShiftRightSame(x, by), hn::ShiftLeftSame(next, 64 - by));
+      const V64 shifted = kLeft
+                              ? hn::Or(hn::ShiftLeftSame(x, by), hn::ShiftRightSame(next, 64 - by))
+                              : hn::Or(hn::ShiftRightSame(x, by), hn::ShiftLeftSame(next, 64 - by));
       const V64 both = hn::And(x, shifted);
-      std::uint64_t* before = rows_before_.data() + (first_row_[k] + std::size_t(n % by)) * std::size_t(words_) + word;
+      std::uint64_t* before =
+          rows_before_.data() + (first_row_[k] + std::size_t(n % by)) * std::size_t(words_) + word;
       x = hn::And(both, hn::LoadU(d, before));
       hn::StoreU(both, d, before);
       take(k, x);
@@ -79,7 +86,8 @@ class Erosion {
   static std::array<std::int64_t, kWordsPerStep> make_neighbours() {
     const int lanes = int(hn::Lanes(D64()));
     std::array<std::int64_t, kWordsPerStep> from{};
-    for (int i = 0; i < lanes; ++i) from[std::size_t(i)] = kLeft ? (i + lanes - 1) % lanes : (i + 1) % lanes;
+    for (int i = 0; i < lanes; ++i)
+      from[std::size_t(i)] = kLeft ? (i + lanes - 1) % lanes : (i + 1) % lanes;
     return from;
   }
 
@@ -91,8 +99,8 @@ class Erosion {
   std::vector<std::uint64_t> rows_before_;
 };
 
-// How many levels beyond the first hold a bit, in binary. Levels are nested: digit b is set where an odd multiple of 2^b holds the bit
-// and the next even one does not.
+// How many levels beyond the first hold a bit, in binary. Levels are nested: digit b is set where
+// an odd multiple of 2^b holds the bit and the next even one does not.
 HWY_INLINE V64 digit(const V64* levels, int b) {
   V64 bits = hn::Zero(D64());
   for (int n = 1 << b; n < kLevels; n += 2 << b) {
@@ -103,18 +111,24 @@ HWY_INLINE V64 digit(const V64* levels, int b) {
 }
 
 // A row's bytes from the digits.
-HWY_INLINE void store_reaches(const std::uint64_t* counts, const std::uint64_t* object, int words, int used_words, std::int8_t* out) {
+HWY_INLINE void store_reaches(const std::uint64_t* counts, const std::uint64_t* object, int words,
+                              int used_words, std::int8_t* out) {
   const D8 d;
   alignas(16) std::uint8_t reaches[16] = {};
   for (int k = 0; k < kLevels; ++k) reaches[k] = std::uint8_t(kReaches_px[std::size_t(k)]);
   const auto table = hn::LoadDup128(d, reaches);
   for (int w = 0; w < used_words; ++w)
     for (int part = 0; part < 64; part += int(hn::Lanes(d))) {
-      const auto bits = [&](const std::uint64_t* row) { return hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(row + w) + part / 8); };
+      const auto bits = [&](const std::uint64_t* row) {
+        return hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(row + w) + part / 8);
+      };
       auto level = hn::Zero(d);
-      for (int b = 0; b < kCountBits; ++b) level = hn::Or(level, hn::IfThenElseZero(bits(counts + b * words), hn::Set(d, std::uint8_t(1 << b))));
+      for (int b = 0; b < kCountBits; ++b)
+        level = hn::Or(
+            level, hn::IfThenElseZero(bits(counts + b * words), hn::Set(d, std::uint8_t(1 << b))));
       const auto reach = hn::TableLookupBytes(table, level);
-      hn::StoreU(hn::IfThenElse(bits(object), hn::Sub(hn::Zero(d), reach), reach), d, reinterpret_cast<std::uint8_t*>(out) + w * 64 + part);
+      hn::StoreU(hn::IfThenElse(bits(object), hn::Sub(hn::Zero(d), reach), reach), d,
+                 reinterpret_cast<std::uint8_t*>(out) + w * 64 + part);
     }
 }
 
@@ -126,23 +140,30 @@ void reaches_of(bool up, const Planes& pixels, int used_words, std::int8_t* out,
   std::vector<std::uint64_t> counts(static_cast<std::size_t>(kCountBits * words));
   for (int n = 0; n < pixels.rows; ++n) {
     const int row = up ? n : pixels.rows - 1 - n;
-    const std::uint64_t *empty_row = pixels.empty + std::size_t(row) * words, *object_row = pixels.object + std::size_t(row) * words;
+    const std::uint64_t *empty_row = pixels.empty + std::size_t(row) * words,
+                        *object_row = pixels.object + std::size_t(row) * words;
     empty.begin_row();
     object.begin_row();
     for (int step = 0; step < words; step += lanes) {
       const int word = kLeft ? step : last - step;
       V64 levels[kLevels];
-      empty.levels(n, word, hn::LoadU(d, empty_row + word), [&](int k, V64 bits) { levels[k] = bits; });
-      object.levels(n, word, hn::LoadU(d, object_row + word), [&](int k, V64 bits) { levels[k] = hn::Or(levels[k], bits); });
-      for (int b = 0; b < kCountBits; ++b) hn::StoreU(digit(levels, b), d, counts.data() + b * words + word);
+      empty.levels(n, word, hn::LoadU(d, empty_row + word),
+                   [&](int k, V64 bits) { levels[k] = bits; });
+      object.levels(n, word, hn::LoadU(d, object_row + word),
+                    [&](int k, V64 bits) { levels[k] = hn::Or(levels[k], bits); });
+      for (int b = 0; b < kCountBits; ++b)
+        hn::StoreU(digit(levels, b), d, counts.data() + b * words + word);
     }
     store_reaches(counts.data(), object_row, words, used_words, out + std::ptrdiff_t(row) * stride);
   }
 }
 
-void reaches(bool left, bool up, const Planes& pixels, int used_words, std::int8_t* out, int stride) {
-  if (left) reaches_of<true>(up, pixels, used_words, out, stride);
-  else reaches_of<false>(up, pixels, used_words, out, stride);
+void reaches(bool left, bool up, const Planes& pixels, int used_words, std::int8_t* out,
+             int stride) {
+  if (left)
+    reaches_of<true>(up, pixels, used_words, out, stride);
+  else
+    reaches_of<false>(up, pixels, used_words, out, stride);
 }
 
 }  // namespace
@@ -162,15 +183,19 @@ void BoxReach::assign(const ObjectPixels& pixels) {
   stored_ = {};
   if (bounds_.empty()) return;
   const auto word_of = [](int u) { return (u >= 0 ? u : u - 63) / 64; };
-  const int first_word = word_of(bounds_.u0_px - kMargin_px), last_word = word_of(bounds_.u1_px - 1 + kMargin_px), used_words = last_word - first_word + 1;
+  const int first_word = word_of(bounds_.u0_px - kMargin_px),
+            last_word = word_of(bounds_.u1_px - 1 + kMargin_px),
+            used_words = last_word - first_word + 1;
   words_ = kWordsPerStep * ((used_words + kWordsPerStep - 1) / kWordsPerStep);
-  stored_ = {64 * first_word, bounds_.v0_px - kMargin_px, 64 * (last_word + 1), bounds_.v1_px + kMargin_px};
+  stored_ = {64 * first_word, bounds_.v0_px - kMargin_px, 64 * (last_word + 1),
+             bounds_.v1_px + kMargin_px};
   object_.assign(std::size_t(words_) * stored_.height_px(), 0);
   empty_.assign(object_.size(), ~std::uint64_t{0});
   for (int v = bounds_.v0_px; v < bounds_.v1_px; ++v) {
     const std::uint64_t* from = pixels.words().data() + std::size_t(v) * pixels.words_per_row();
     const std::size_t to = std::size_t(v - stored_.v0_px) * words_;
-    for (int w = std::max(first_word, 0); w <= std::min(last_word, pixels.words_per_row() - 1); ++w) {
+    for (int w = std::max(first_word, 0); w <= std::min(last_word, pixels.words_per_row() - 1);
+         ++w) {
       object_[to + std::size_t(w - first_word)] = from[w];
       empty_[to + std::size_t(w - first_word)] = ~from[w];
     }
@@ -184,9 +209,12 @@ void BoxReach::assign(const ObjectPixels& pixels) {
 }
 
 void BoxReach::make(Box box) {
-  const bool left = box == Box::left_down || box == Box::left_up, up = box == Box::right_up || box == Box::left_up;
+  const bool left = box == Box::left_down || box == Box::left_up,
+             up = box == Box::right_up || box == Box::left_up;
   if (!bounds_.empty())
-    HWY_DYNAMIC_DISPATCH(reaches)(left, up, {stored_.height_px(), words_, empty_.data(), object_.data()}, stride_ / 64, bytes_.get() + std::size_t(box) * box_bytes_, stride_);
+    HWY_DYNAMIC_DISPATCH(reaches)
+    (left, up, {stored_.height_px(), words_, empty_.data(), object_.data()}, stride_ / 64,
+     bytes_.get() + std::size_t(box) * box_bytes_, stride_);
   made_[std::size_t(box)] = true;
 }
 

@@ -1,7 +1,9 @@
-// How far boxes of like pixels reach ahead of the pixels of a map: the skipping structure of the CPU's volume queries.
+// How far boxes of like pixels reach ahead of the pixels of a map: the skipping structure of the
+// CPU's volume queries.
 //
-// Made by erosion of bit planes, one word 64 pixels: a box of side a + b is four boxes of side a, b apart (decomposition of
-// structuring elements, van den Boomgaard and van Balen, 1992). What else was measured: docs/hull.md.
+// Made by erosion of bit planes, one word 64 pixels: a box of side a + b is four boxes of side a, b
+// apart (decomposition of structuring elements, van den Boomgaard and van Balen, 1992). What else
+// was measured: docs/hull.md.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -14,18 +16,21 @@
 
 namespace fivepipe::hull {
 
-// On which side of a pixel its box lies, with the pixel in the corner: where a point that moves so is going.
+// On which side of a pixel its box lies, with the pixel in the corner: where a point that moves so
+// is going.
 enum class Box { right_down, left_down, right_up, left_up };
 inline constexpr int kBoxes = 4;
 constexpr Box box_ahead(bool left, bool up) { return Box(int(left) + 2 * int(up)); }
 // The `reach` x `reach` pixels.
 inline PixelRect box_of(Box box, int u, int v, int reach) {
-  const bool left = box == Box::left_down || box == Box::left_up, up = box == Box::right_up || box == Box::left_up;
-  return {left ? u - reach + 1 : u, up ? v - reach + 1 : v, left ? u + 1 : u + reach, up ? v + 1 : v + reach};
+  const bool left = box == Box::left_down || box == Box::left_up,
+             up = box == Box::right_up || box == Box::left_up;
+  return {left ? u - reach + 1 : u, up ? v - reach + 1 : v, left ? u + 1 : u + reach,
+          up ? v + 1 : v + reach};
 }
 
-// The reaches that are told apart [px]; what lies between counts as the next below. Each is at most twice the one before. Twice as many
-// save a tenth of a ray's steps and cost twice the making.
+// The reaches that are told apart [px]; what lies between counts as the next below. Each is at most
+// twice the one before. Twice as many save a tenth of a ray's steps and cost twice the making.
 inline constexpr std::array<int, 8> kReaches_px = {1, 2, 3, 5, 9, 17, 33, 65};
 
 class BoxReach {
@@ -40,18 +45,22 @@ class BoxReach {
   void make_all();
 
   const PixelRect& bounds() const { return bounds_; }  // of the object pixels
-  // What is in store: bounds and margin; parts may lie outside the image. Empty without object pixels.
+  // What is in store: bounds and margin; parts may lie outside the image. Empty without object
+  // pixels.
   const PixelRect& stored() const { return stored_; }
 
-  // r > 0: no pixel of the box with reach r is an object pixel. r < 0: all of that with reach -r are; outside the image there is none.
-  // The box has been made.
+  // r > 0: no pixel of the box with reach r is an object pixel. r < 0: all of that with reach -r
+  // are; outside the image there is none. The box has been made.
   int at(Box box, int u_px, int v_px) const {
     if (bounds_.empty()) return kReaches_px.back();
-    const int u = std::clamp(u_px, stored_.u0_px, stored_.u1_px - 1), v = std::clamp(v_px, stored_.v0_px, stored_.v1_px - 1);
-    if (const int beyond = std::max(std::abs(u_px - u), std::abs(v_px - v))) return beyond + kMargin_px;
+    const int u = std::clamp(u_px, stored_.u0_px, stored_.u1_px - 1),
+              v = std::clamp(v_px, stored_.v0_px, stored_.v1_px - 1);
+    if (const int beyond = std::max(std::abs(u_px - u), std::abs(v_px - v)))
+      return beyond + kMargin_px;
     return bytes(box)[std::ptrdiff_t(v - stored_.v0_px) * stride_ + (u - stored_.u0_px)];
   }
-  // The same of all four boxes together: r > 0: no pixel less than r columns and rows away is an object pixel. All have been made.
+  // The same of all four boxes together: r > 0: no pixel less than r columns and rows away is an
+  // object pixel. All have been made.
   int around(int u_px, int v_px) const;
 
   // Of stored's pixels, row by row; three more bytes may be read after the last row.
@@ -64,7 +73,7 @@ class BoxReach {
   int stride_ = 0, words_ = 0;  // of the bit planes, rounded up to whole vectors
   std::size_t box_bytes_ = 0, bytes_size_ = 0;
   std::vector<std::uint64_t> empty_, object_;  // bit planes of `stored`
-  std::unique_ptr<std::int8_t[]> bytes_;       // of each box that was made; the rest is never touched
+  std::unique_ptr<std::int8_t[]> bytes_;  // of each box that was made; the rest is never touched
   std::array<bool, kBoxes> made_{};
 };
 

@@ -15,7 +15,15 @@ namespace {
 using namespace gl_hull;
 
 // Bindings of the shaders' storage blocks; the preparation and a view share the distances.
-enum Binding { kBits = 0, kDistances = 1, kGrids = 2, kCandidates = 0, kStrips = 3, kTiles = 2, kWork = 3 };
+enum Binding {
+  kBits = 0,
+  kDistances = 1,
+  kGrids = 2,
+  kCandidates = 0,
+  kStrips = 3,
+  kTiles = 2,
+  kWork = 3
+};
 static_assert(kMostCameras == kMostGlCameras);
 constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as its shader
 
@@ -28,22 +36,26 @@ struct Asked {
   PixelRect bounds;  // of its object pixels
 };
 
-// The order in which cameras are asked: smallest object first, it clears most; the rest only so that the given order never shows.
+// The order in which cameras are asked: smallest object first, it clears most; the rest only so
+// that the given order never shows.
 bool asked_before(const Asked& a, const Asked& b) {
   const auto key = [](const Asked& asked) {
     const geometry::Pinhole& k = asked.silhouette->camera.pinhole;
     const auto& m = asked.silhouette->camera.camera_from_world.matrix();
-    std::array<double, 21> numbers{double(asked.bounds.area_px()), k.fx_px, k.fy_px, k.cx_px, k.cy_px};
+    std::array<double, 21> numbers{double(asked.bounds.area_px()), k.fx_px, k.fy_px, k.cx_px,
+                                   k.cy_px};
     std::copy(m.data(), m.data() + m.size(), numbers.begin() + 5);
     return numbers;
   };
   const auto key_a = key(a), key_b = key(b);
   if (key_a != key_b) return key_a < key_b;
-  return std::ranges::lexicographical_compare(a.silhouette->pixels.words(), b.silhouette->pixels.words());
+  return std::ranges::lexicographical_compare(a.silhouette->pixels.words(),
+                                              b.silhouette->pixels.words());
 }
 
 // Bits of the crop, rows of whole words; the crop may reach over the image, where nothing is set.
-void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t words, std::uint32_t rows, std::uint32_t* to) {
+void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t words,
+               std::uint32_t rows, std::uint32_t* to) {
   const int first = u0_px / 32, in_row = 2 * pixels.words_per_row();  // u0 is a multiple of 32
   for (int row = 0; row < int(rows); ++row, to += words) {
     const int v = v0_px + row;
@@ -57,16 +69,21 @@ void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t w
 }  // namespace
 
 GlHull::GlHull()
-    : cells_("hull: cells", cells_source()), strips_("hull: strips", strips_source()), distances_("hull: distances", distances_source()),
-      tiles_("hull: tiles", tiles_source()), settle_("hull: settle", settle_source()) {
+    : cells_("hull: cells", cells_source()),
+      strips_("hull: strips", strips_source()),
+      distances_("hull: distances", distances_source()),
+      tiles_("hull: tiles", tiles_source()),
+      settle_("hull: settle", settle_source()) {
   for (const std::size_t most : {4, 16, 64}) rays_.push_back({most, nullptr});
   const Work none{};
   work_buffer_.write(&none, sizeof none);
 }
 
 void GlHull::set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule) {
-  if (silhouettes.size() > kMostGlCameras) throw std::invalid_argument("backend gl takes at most 64 cameras");
-  if (rule.limits != Limits::all) throw std::invalid_argument("backend gl knows only the rule `limits: all`");
+  if (silhouettes.size() > kMostGlCameras)
+    throw std::invalid_argument("backend gl takes at most 64 cameras");
+  if (rule.limits != Limits::all)
+    throw std::invalid_argument("backend gl knows only the rule `limits: all`");
   maps_.clear();
   bits_.clear();
   std::vector<Asked> order;
@@ -79,12 +96,14 @@ void GlHull::set_silhouettes(std::span<const Silhouette> silhouettes, const Hull
   std::sort(order.begin(), order.end(), asked_before);
   for (const auto& [s, b] : order) {
     Map map{s->camera, floor_to_multiple(b.u0_px - kPad_px, 32), b.v0_px - kPad_px, {}};
-    map.bounds = {b.u0_px - map.u0_px, b.v0_px - map.v0_px, b.u1_px - map.u0_px, b.v1_px - map.v0_px};
+    map.bounds = {b.u0_px - map.u0_px, b.v0_px - map.v0_px, b.u1_px - map.u0_px,
+                  b.v1_px - map.v0_px};
     map.pixel_words = std::uint32_t(map.bounds.u1_px + kPad_px + 31) / 32;
     map.pixel_rows = std::uint32_t(map.bounds.v1_px + kPad_px);
     map.first_pixel_word = std::uint32_t(bits_.size());
     bits_.resize(bits_.size() + std::size_t(map.pixel_words) * map.pixel_rows);
-    copy_bits(s->pixels, map.u0_px, map.v0_px, map.pixel_words, map.pixel_rows, bits_.data() + map.first_pixel_word);
+    copy_bits(s->pixels, map.u0_px, map.v0_px, map.pixel_words, map.pixel_rows,
+              bits_.data() + map.first_pixel_word);
     maps_.push_back(map);
   }
   words_ = bits_.size();
@@ -105,7 +124,8 @@ void GlHull::prepare() {
     grids.push_back({m.first_cell_word, m.cell_words, m.cell_rows, 0});
     most_cell_words = std::max(most_cell_words, std::size_t(m.cell_words) * m.cell_rows);
     for (const Grid& g : {grids.end()[-2], grids.end()[-1]})
-      all_strips += std::size_t(g.words_per_row) * (32 / kStripWidth_px) * ((g.rows + kStripHeight_px - 1) / kStripHeight_px);
+      all_strips += std::size_t(g.words_per_row) * (32 / kStripWidth_px) *
+                    ((g.rows + kStripHeight_px - 1) / kStripHeight_px);
   }
   GLint64 most_bytes = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most_bytes);
@@ -154,16 +174,20 @@ void GlHull::write_view(const View& view) {
     Eigen::Vector3d::Map(to.column) = at_infinity.col(0);
     Eigen::Vector3d::Map(to.row) = at_infinity.col(1);
     Eigen::Vector3d::Map(to.constant) = at_infinity.col(2);
-    Eigen::Vector4i::Map(to.bounds) << m.bounds.u0_px, m.bounds.v0_px, m.bounds.u1_px, m.bounds.v1_px;
+    Eigen::Vector4i::Map(to.bounds) << m.bounds.u0_px, m.bounds.v0_px, m.bounds.u1_px,
+        m.bounds.v1_px;
     // Each word of bits has four of distances, and 32 columns.
-    Eigen::Vector4i::Map(to.pixels) << int(4 * m.first_pixel_word), int(4 * m.pixel_words), int(m.pixel_rows), int(32 * m.pixel_words);
-    Eigen::Vector4i::Map(to.cells) << int(4 * m.first_cell_word), int(4 * m.cell_words), int(m.cell_rows), int(32 * m.cell_words);
+    Eigen::Vector4i::Map(to.pixels) << int(4 * m.first_pixel_word), int(4 * m.pixel_words),
+        int(m.pixel_rows), int(32 * m.pixel_words);
+    Eigen::Vector4i::Map(to.cells) << int(4 * m.first_cell_word), int(4 * m.cell_words),
+        int(m.cell_rows), int(32 * m.cell_words);
   }
   view_buffer_.reserve(sizeof block);
   view_buffer_.write(&block, offsetof(ViewBlock, maps) + maps_.size() * sizeof(ViewMap));
 }
 
-// Tiles are aligned in the view, not in a rect: a ray's arithmetic is the same however the view is divided.
+// Tiles are aligned in the view, not in a rect: a ray's arithmetic is the same however the view is
+// divided.
 void GlHull::write_candidates(std::span<const PixelRect> rects) {
   std::vector<Candidate> candidates;
   std::size_t rays = 0;
@@ -173,7 +197,8 @@ void GlHull::write_candidates(std::span<const PixelRect> rects) {
       for (int u = r.u0_px / kTile_px * kTile_px; u < r.u1_px; u += kTile_px) {
         const int first_u = std::max(r.u0_px - u, 0), last_u = std::min(r.u1_px - u, kTile_px) - 1;
         const int first_v = std::max(r.v0_px - v, 0), last_v = std::min(r.v1_px - v, kTile_px) - 1;
-        candidates.push_back({std::uint32_t(u) | std::uint32_t(v) << 16, std::uint32_t(first_u | last_u << 4 | first_v << 8 | last_v << 12)});
+        candidates.push_back({std::uint32_t(u) | std::uint32_t(v) << 16,
+                              std::uint32_t(first_u | last_u << 4 | first_v << 8 | last_v << 12)});
       }
   }
   candidates_ = candidates.size();
@@ -185,8 +210,11 @@ void GlHull::write_candidates(std::span<const PixelRect> rects) {
 }
 
 const gl::GlProgram& GlHull::rays_program(std::size_t cameras) {
-  const auto rays = std::find_if(rays_.begin(), rays_.end(), [&](const RaysProgram& r) { return cameras <= r.most_cameras; });
-  if (!rays->program) rays->program = std::make_unique<gl::GlProgram>("hull: rays", rays_source(int(rays->most_cameras)));
+  const auto rays = std::find_if(rays_.begin(), rays_.end(),
+                                 [&](const RaysProgram& r) { return cameras <= r.most_cameras; });
+  if (!rays->program)
+    rays->program =
+        std::make_unique<gl::GlProgram>("hull: rays", rays_source(int(rays->most_cameras)));
   return *rays->program;
 }
 
@@ -199,7 +227,8 @@ void GlHull::run(std::size_t cameras) {
   glBindImageTexture(0, depth_->get(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
   glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, work_buffer_.get());
   const gl::GlProgram& rays = rays_program(cameras);
-  for (const GLuint program : {tiles_.get(), rays.get(), settle_.get()}) glProgramUniform1i(program, 0, GLint(cameras));
+  for (const GLuint program : {tiles_.get(), rays.get(), settle_.get()})
+    glProgramUniform1i(program, 0, GLint(cameras));
   glProgramUniform1ui(tiles_.get(), 1, GLuint(candidates_));
   tiles_.use();
   glDispatchCompute(groups_of(candidates_), 1, 1);
@@ -209,19 +238,27 @@ void GlHull::run(std::size_t cameras) {
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
   settle_.use();
   glDispatchComputeIndirect(offsetof(Work, ray_groups));
-  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
-                  GL_TEXTURE_UPDATE_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
+                  GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
+                  GL_FRAMEBUFFER_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
 void GlHull::trace(const View& view, std::span<const PixelRect> rects) {
   const int width_px = view.camera.pinhole.width_px, height_px = view.camera.pinhole.height_px;
-  if (width_px <= 0 || height_px <= 0 || width_px > kMostViewSize_px || height_px > kMostViewSize_px) throw std::invalid_argument("view of an unusable size");
+  if (width_px <= 0 || height_px <= 0 || width_px > kMostViewSize_px ||
+      height_px > kMostViewSize_px)
+    throw std::invalid_argument("view of an unusable size");
   for (const PixelRect& r : rects)
-    if (!r.empty() && !(r == intersection(r, {0, 0, width_px, height_px}))) throw std::invalid_argument("rect outside the view's image");
-  if (!depth_ || depth_->width_px() != width_px || depth_->height_px() != height_px) depth_ = std::make_unique<gl::GlTexture>(width_px, height_px, GL_R32F);
+    if (!r.empty() && !(r == intersection(r, {0, 0, width_px, height_px})))
+      throw std::invalid_argument("rect outside the view's image");
+  if (!depth_ || depth_->width_px() != width_px || depth_->height_px() != height_px)
+    depth_ = std::make_unique<gl::GlTexture>(width_px, height_px, GL_R32F);
   for (const PixelRect& r : rects)
-    if (!r.empty()) glClearTexSubImage(depth_->get(), 0, r.u0_px, r.v0_px, 0, r.width_px(), r.height_px(), 1, GL_RED, GL_FLOAT, &kNoHull);
-  const bool usable = is_finite(view.camera) && view.near_m > 0 && view.far_m > view.near_m && std::isfinite(view.far_m);
+    if (!r.empty())
+      glClearTexSubImage(depth_->get(), 0, r.u0_px, r.v0_px, 0, r.width_px(), r.height_px(), 1,
+                         GL_RED, GL_FLOAT, &kNoHull);
+  const bool usable = is_finite(view.camera) && view.near_m > 0 && view.far_m > view.near_m &&
+                      std::isfinite(view.far_m);
   const std::span<const PixelRect> asked = empty_ || !usable ? std::span<const PixelRect>() : rects;
   write_candidates(asked);
   trace_timer_.begin();
@@ -241,7 +278,8 @@ DepthTile GlHull::read_back(const PixelRect& rect) const {
   DepthTile tile{rect, std::vector<float>(rect.area_px())};
   if (rect.empty()) return tile;
   glPixelStorei(GL_PACK_ALIGNMENT, 4);
-  glGetTextureSubImage(depth().get(), 0, rect.u0_px, rect.v0_px, 0, rect.width_px(), rect.height_px(), 1, GL_RED, GL_FLOAT,
+  glGetTextureSubImage(depth().get(), 0, rect.u0_px, rect.v0_px, 0, rect.width_px(),
+                       rect.height_px(), 1, GL_RED, GL_FLOAT,
                        GLsizei(tile.depth_m.size() * sizeof(float)), tile.depth_m.data());
   return tile;
 }
@@ -253,7 +291,9 @@ std::vector<DepthTile> GlHull::depth(const View& view, std::span<const PixelRect
   return tiles;
 }
 
-DepthTile GlHull::depth(const View& view, const PixelRect& rect) { return std::move(depth(view, std::span(&rect, 1)).front()); }
+DepthTile GlHull::depth(const View& view, const PixelRect& rect) {
+  return std::move(depth(view, std::span(&rect, 1)).front());
+}
 
 GlHull::Counts GlHull::counts() const {
   Work work;

@@ -1,10 +1,12 @@
-// Backend `gl`: the first hull point of every ray of a view by compute shaders, exact, the depths left on the GPU.
-// Source: the design's "Rays", as backend `cpu` (ray_lanes.h): a camera that sees a point of the ray outside its object
-// moves the candidate on to where the ray's image leaves the empty box around it, in closed form; one that sees it inside is
-// not asked again before the image leaves the box of object pixels around it.
+// Backend `gl`: the first hull point of every ray of a view by compute shaders, exact, the depths
+// left on the GPU. Source: the design's "Rays", as backend `cpu` (ray_lanes.h): a camera that sees
+// a point of the ray outside its object moves the candidate on to where the ray's image leaves the
+// empty box around it, in closed form; one that sees it inside is not asked again before the image
+// leaves the box of object pixels around it.
 //
-// Rays run in float. Every decision that float's rounding, by a bound derived in gl_hull_shaders.cpp, might turn round sets the
-// ray aside; such rays are traced again in double. Depth is computed in double and rounded to float last.
+// Rays run in float. Every decision that float's rounding, by a bound derived in
+// gl_hull_shaders.cpp, might turn round sets the ray aside; such rays are traced again in double.
+// Depth is computed in double and rounded to float last.
 #pragma once
 #include <memory>
 #include <span>
@@ -17,23 +19,27 @@ namespace fivepipe::hull {
 
 inline constexpr std::size_t kMostGlCameras = 64;
 
-// Needs a current OpenGL 4.5 context from construction to destruction; changes no state but bindings.
+// Needs a current OpenGL 4.5 context from construction to destruction; changes no state but
+// bindings.
 class GlHull {
  public:
   GlHull();  // throws GlError
 
-  // Uploads the object pixels and prepares them; buffers are reused from frame to frame. Silhouettes that are not finite, or
-  // have no object pixel, and no silhouette at all, have no hull. The order of the silhouettes doesn't matter.
-  // std::invalid_argument: more than kMostGlCameras, or a rule other than Limits::all. GlError: more pixels than the driver takes.
+  // Uploads the object pixels and prepares them; buffers are reused from frame to frame.
+  // Silhouettes that are not finite, or have no object pixel, and no silhouette at all, have no
+  // hull. The order of the silhouettes doesn't matter. std::invalid_argument: more than
+  // kMostGlCameras, or a rule other than Limits::all. GlError: more pixels than the driver takes.
   void set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
 
-  // Depths of the rects, which lie inside the view's image and don't overlap; a view that is not finite has no hull. A pixel's
-  // depth does not depend on how a view is divided into rects. std::invalid_argument: an image of no pixel or beyond
-  // kMostViewSize_px, or a rect that reaches out of it.
+  // Depths of the rects, which lie inside the view's image and don't overlap; a view that is not
+  // finite has no hull. A pixel's depth does not depend on how a view is divided into rects.
+  // std::invalid_argument: an image of no pixel or beyond kMostViewSize_px, or a rect that reaches
+  // out of it.
   void trace(const View& view, std::span<const PixelRect> rects);
 
-  // R32F, as large as the view's image, row 0 at the top: DepthTile's depths [m], valid in the rects of the last trace() for
-  // texture fetches, image loads and framebuffer reads. There after the first trace(); replaced when the view's size changes.
+  // R32F, as large as the view's image, row 0 at the top: DepthTile's depths [m], valid in the
+  // rects of the last trace() for texture fetches, image loads and framebuffer reads. There after
+  // the first trace(); replaced when the view's size changes.
   const gl::GlTexture& depth() const;
   DepthTile read_back(const PixelRect& rect) const;  // inside the view's image
 
@@ -50,7 +56,8 @@ class GlHull {
   };
   Counts counts() const;
 
-  static constexpr int kMostViewSize_px = 16000;  // within every driver's textures, and its tiles within one dispatch
+  static constexpr int kMostViewSize_px =
+      16000;  // within every driver's textures, and its tiles within one dispatch
 
  private:
   struct Map {
@@ -72,7 +79,8 @@ class GlHull {
     std::unique_ptr<gl::GlProgram> program;  // made when first needed
   };
   std::vector<RaysProgram> rays_;
-  gl::GlBuffer bit_buffer_, distance_buffer_, grid_buffer_, strip_buffer_, view_buffer_, candidate_buffer_, tile_buffer_, work_buffer_;
+  gl::GlBuffer bit_buffer_, distance_buffer_, grid_buffer_, strip_buffer_, view_buffer_,
+      candidate_buffer_, tile_buffer_, work_buffer_;
   gl::GlTimer prepare_timer_, trace_timer_;
   std::unique_ptr<gl::GlTexture> depth_;
   std::vector<Map> maps_;

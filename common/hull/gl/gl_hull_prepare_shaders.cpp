@@ -30,8 +30,8 @@ void main() {
   bits[cells.first_word + row * cells.words_per_row + word] = found;
 })";
 
-// Which strips of 16x8 pixels need distances: of the pixels, those that hold a cell with an object pixel in it or next to it;
-// of the cells, all. One invocation per word of cells, as above.
+// Which strips of 16x8 pixels need distances: of the pixels, those that hold a cell with an object
+// pixel in it or next to it; of the cells, all. One invocation per word of cells, as above.
 const char* const kStrips = R"(
 layout(std430, binding = 0) readonly buffer Bits { uint bits[]; };
 void add(uint grid, uint strip, uint row) {
@@ -60,9 +60,10 @@ void main() {
   }
 })";
 
-// Signed chessboard distances of 16x8 pixels, four bits each: bit 3 says object, the others how far (1 to 7, 7 meaning at
-// least that) the nearest pixel of the other kind is. Planes of bits grow by one pixel six times; each pixel counts for how
-// often it is not reached. A 32-bit window has 8 spare pixels on either side, each growth spoils one at its ends.
+// Signed chessboard distances of 16x8 pixels, four bits each: bit 3 says object, the others how far
+// (1 to 7, 7 meaning at least that) the nearest pixel of the other kind is. Planes of bits grow by
+// one pixel six times; each pixel counts for how often it is not reached. A 32-bit window has 8
+// spare pixels on either side, each growth spoils one at its ends.
 const char* const kDistances = R"(
 layout(std430, binding = 0) readonly buffer Bits { uint bits[]; };
 layout(std430, binding = 1) writeonly buffer Distances { uint distances[]; };

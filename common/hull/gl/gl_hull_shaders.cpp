@@ -5,8 +5,8 @@ namespace {
 
 const char* const kVersion = "#version 450 core\n";
 
-// Up to this many cameras, the pass over rays has its own code for each and keeps the ray's images in registers: on llvmpipe 15 %
-// faster for 4, no faster for 16 and seconds to compile.
+// Up to this many cameras, the pass over rays has its own code for each and keeps the ray's images
+// in registers: on llvmpipe 15 % faster for 4, no faster for 16 and seconds to compile.
 constexpr int kUnrolledCameras = 4;
 
 // What the passes over a view share: its maps, and how far a map is free around a pixel.
@@ -52,8 +52,9 @@ void set_aside(uint u, uint v) {
 }
 )";
 
-// One invocation per tile: clips its rays to where every map can see its object, moves them on together while the corner
-// rays' images lie in one empty box (then so do all between), and hands on what is left.
+// One invocation per tile: clips its rays to where every map can see its object, moves them on
+// together while the corner rays' images lie in one empty box (then so do all between), and hands
+// on what is left.
 const char* const kTiles = R"(
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) readonly buffer Candidates { uvec2 candidates[]; };
@@ -145,16 +146,19 @@ void main() {
   tiles[i] = Tile(range.x, float(range.y - range.x), at_near && range.x == begin ? 1u : 0u, candidate.x, candidate.y, 0u, 0u);
 })";
 
-// One invocation per ray of the tiles that are left, in float from the tile's start, each map's pixels counted from the one in
-// which the ray starts, so that numbers are small; forms of the ray's images are computed in double and rounded once.
+// One invocation per ray of the tiles that are left, in float from the tile's start, each map's
+// pixels counted from the one in which the ray starts, so that numbers are small; forms of the
+// ray's images are computed in double and rounded once.
 //
-// Bound of float's rounding. What float knows of a map pixel is within e (error_px) at every depth of the range: of U, V and W
-// the offset is rounded once, the slope once, product and sum once each, so 3 units (half an ulp) of |offset| + length |slope|;
-// the quotient U / W has 2.5 ulp for GLSL's division and half of one for the product, 6 units, 8 with all second-order terms.
-// A depth is a crossing of a border by one map's image, at speed v [px/m]: it is within delta = 3 e / v, e for offset and
-// slope, at most 5/3 e for the division. Another map then sees its pixel within e + delta v'. Four times that is kept from
-// every border that may part object from no object (distance +-1); nearer rays are set aside. Factor four, because then each
-// crossing lies more than 3 delta beyond the last, and what was certain of other maps from an earlier depth on stays so.
+// Bound of float's rounding. What float knows of a map pixel is within e (error_px) at every depth
+// of the range: of U, V and W the offset is rounded once, the slope once, product and sum once
+// each, so 3 units (half an ulp) of |offset| + length |slope|; the quotient U / W has 2.5 ulp for
+// GLSL's division and half of one for the product, 6 units, 8 with all second-order terms. A depth
+// is a crossing of a border by one map's image, at speed v [px/m]: it is within delta = 3 e / v, e
+// for offset and slope, at most 5/3 e for the division. Another map then sees its pixel within e +
+// delta v'. Four times that is kept from every border that may part object from no object (distance
+// +-1); nearer rays are set aside. Factor four, because then each crossing lies more than 3 delta
+// beyond the last, and what was certain of other maps from an earlier depth on stays so.
 const char* const kRays = R"(
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(r32f, binding = 0) writeonly uniform image2D depth_m;
@@ -354,7 +358,8 @@ void main() {
 })";
 
 std::string of_view(const std::string& passes) {
-  return kVersion + std::string("const int kFar = 99, kMostCameras = ") + std::to_string(kMostCameras) + ";\nconst float kNoHull = 0.0;\n" + kView + kWork + passes;
+  return kVersion + std::string("const int kFar = 99, kMostCameras = ") +
+         std::to_string(kMostCameras) + ";\nconst float kNoHull = 0.0;\n" + kView + kWork + passes;
 }
 
 }  // namespace
@@ -366,17 +371,23 @@ std::string rays_source(int most_cameras) {
     prepare = "Form forms[kCameras];";
     for (int i = 0; i < most_cameras; ++i) {
       const std::string c = std::to_string(i);
-      prepare += " holds[" + c + "] = -1.0; if (" + c + " < cameras) forms[" + c + "] = form_of(" + c + ", ray, begin_m, length_m);";
-      visit += " if (" + c + " < cameras) visit(" + c + ", forms[" + c + "], length_m, now, holds[" + c + "], agreed, state);";
+      prepare += " holds[" + c + "] = -1.0; if (" + c + " < cameras) forms[" + c + "] = form_of(" +
+                 c + ", ray, begin_m, length_m);";
+      visit += " if (" + c + " < cameras) visit(" + c + ", forms[" + c +
+               "], length_m, now, holds[" + c + "], agreed, state);";
       held += " held = held && (" + c + " >= cameras || holds[" + c + "] > now.s + now.delta);";
     }
   } else {
-    prepare = "Form forms[kCameras]; for (int c = 0; c < cameras; ++c) { holds[c] = -1.0; forms[c] = form_of(c, ray, begin_m, length_m); }";
+    prepare =
+        "Form forms[kCameras]; for (int c = 0; c < cameras; ++c) { holds[c] = -1.0; forms[c] = "
+        "form_of(c, ray, begin_m, length_m); }";
     held = "for (int c = 0; c < cameras && held; ++c) held = holds[c] > now.s + now.delta;";
-    visit = "for (int c = 0; c < cameras; ++c) visit(c, forms[c], length_m, now, holds[c], agreed, state);";
+    visit =
+        "for (int c = 0; c < cameras; ++c) visit(c, forms[c], length_m, now, holds[c], agreed, "
+        "state);";
   }
-  return of_view("const int kCameras = " + std::to_string(most_cameras) + ";\n#define PREPARE " + prepare + "\n#define VISIT " + visit +
-                 "\n#define HELD " + held + "\n" + kRays);
+  return of_view("const int kCameras = " + std::to_string(most_cameras) + ";\n#define PREPARE " +
+                 prepare + "\n#define VISIT " + visit + "\n#define HELD " + held + "\n" + kRays);
 }
 std::string settle_source() { return of_view(kSettle); }
 

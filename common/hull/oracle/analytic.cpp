@@ -1,5 +1,6 @@
-// Sources: ray against capsule as the union of a cylinder's side and two spheres; "touched" by the distance of convex bodies
-// (Ericson, Real-Time Collision Detection, 5.1.9: closest points of two segments).
+// Sources: ray against capsule as the union of a cylinder's side and two spheres; "touched" by the
+// distance of convex bodies (Ericson, Real-Time Collision Detection, 5.1.9: closest points of two
+// segments).
 #include "common/hull/oracle/analytic.h"
 
 #include <algorithm>
@@ -11,7 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Rounding of the distances below, as a fraction of the coordinates' size: touched pixels must contain the object for certain.
+// Rounding of the distances below, as a fraction of the coordinates' size: touched pixels must
+// contain the object for certain.
 constexpr double kRoundingFraction = 1e-12;
 
 double squared_distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
@@ -53,7 +55,8 @@ std::optional<double> side_entry(const Capsule& c, const geometry::Ray& ray) {
 double squared_distance_to_half_line(const Vector3d& a, const Vector3d& b, const Vector3d& e) {
   const Vector3d ab = b - a;
   const double length2 = ab.squaredNorm(), along = ab.dot(e), across2 = length2 - along * along;
-  // Closest point of the two lines, then each parameter clamped to its range and the other solved again.
+  // Closest point of the two lines, then each parameter clamped to its range and the other solved
+  // again.
   double s = across2 > 0 ? std::clamp((a.dot(e) * along - a.dot(ab)) / across2, 0.0, 1.0) : 0.0;
   double t = (a + s * ab).dot(e);
   if (t < 0) {
@@ -63,19 +66,23 @@ double squared_distance_to_half_line(const Vector3d& a, const Vector3d& b, const
   return (a + s * ab - t * e).squaredNorm();
 }
 
-// The convex cone of all lines of sight through a rectangle of the image, apex in the camera's centre; camera frame.
+// The convex cone of all lines of sight through a rectangle of the image, apex in the camera's
+// centre; camera frame.
 struct ViewCone {
   std::array<Vector3d, 4> edges;            // unit, in the order of the rectangle's corners
   std::array<Vector3d, 4> outward_normals;  // unit; [i] of the face between edges i and i + 1
 };
 
-ViewCone view_cone(const geometry::Pinhole& k, double u0_px, double v0_px, double u1_px, double v1_px) {
+ViewCone view_cone(const geometry::Pinhole& k, double u0_px, double v0_px, double u1_px,
+                   double v1_px) {
   const auto direction = [&](double u_px, double v_px) {
     return Vector3d((u_px - k.cx_px) / k.fx_px, (v_px - k.cy_px) / k.fy_px, 1.0).normalized();
   };
   ViewCone cone;
-  cone.edges = {direction(u0_px, v0_px), direction(u1_px, v0_px), direction(u1_px, v1_px), direction(u0_px, v1_px)};
-  for (int i = 0; i < 4; ++i) cone.outward_normals[i] = cone.edges[(i + 1) % 4].cross(cone.edges[i]).normalized();
+  cone.edges = {direction(u0_px, v0_px), direction(u1_px, v0_px), direction(u1_px, v1_px),
+                direction(u0_px, v1_px)};
+  for (int i = 0; i < 4; ++i)
+    cone.outward_normals[i] = cone.edges[(i + 1) % 4].cross(cone.edges[i]).normalized();
   return cone;
 }
 
@@ -97,26 +104,32 @@ bool near_face(const ViewCone& cone, const Vector3d& p, double radius) {
     const double distance = n.dot(p);
     if (!(distance >= 0 && distance <= radius)) continue;
     const Vector3d foot = p - distance * n;
-    if (cone.edges[i].cross(foot).dot(n) <= 0 && foot.cross(cone.edges[(i + 1) % 4]).dot(n) <= 0) return true;
+    if (cone.edges[i].cross(foot).dot(n) <= 0 && foot.cross(cone.edges[(i + 1) % 4]).dot(n) <= 0)
+      return true;
   }
   return false;
 }
 
 enum class Overlap { none, some, all };
 
-// Of a rectangle's view cone with the capsule (camera frame). The silhouette of a convex body is convex: four corners in
-// it mean all of the rectangle. The nearest points of two convex polyhedra are on edge and edge or on corner and face.
+// Of a rectangle's view cone with the capsule (camera frame). The silhouette of a convex body is
+// convex: four corners in it mean all of the rectangle. The nearest points of two convex polyhedra
+// are on edge and edge or on corner and face.
 Overlap overlap(const ViewCone& cone, const Vector3d& a, const Vector3d& b, double radius) {
   for (const Vector3d& n : cone.outward_normals)
     if (n.dot(a) > radius && n.dot(b) > radius) return Overlap::none;
   int corners = 0;
-  for (const Vector3d& e : cone.edges) corners += squared_distance_to_half_line(a, b, e) <= radius * radius;
+  for (const Vector3d& e : cone.edges)
+    corners += squared_distance_to_half_line(a, b, e) <= radius * radius;
   if (corners == 4) return Overlap::all;
-  if (corners > 0 || segment_meets(cone, a, b) || near_face(cone, a, radius) || near_face(cone, b, radius)) return Overlap::some;
+  if (corners > 0 || segment_meets(cone, a, b) || near_face(cone, a, radius) ||
+      near_face(cone, b, radius))
+    return Overlap::some;
   return Overlap::none;
 }
 
-// Sets the pixels of one capsule's silhouette by halving rectangles until they are wholly in, wholly out or one pixel.
+// Sets the pixels of one capsule's silhouette by halving rectangles until they are wholly in,
+// wholly out or one pixel.
 struct Painter {
   ObjectPixels& pixels;
   const geometry::Pinhole& pinhole;
@@ -125,7 +138,8 @@ struct Painter {
   double radius;
 
   bool centre_is_in(int u, int v) const {
-    const Vector3d sight((u - pinhole.cx_px) / pinhole.fx_px, (v - pinhole.cy_px) / pinhole.fy_px, 1.0);
+    const Vector3d sight((u - pinhole.cx_px) / pinhole.fx_px, (v - pinhole.cy_px) / pinhole.fy_px,
+                         1.0);
     return squared_distance_to_half_line(a, b, sight.normalized()) <= radius * radius;
   }
 
@@ -135,13 +149,15 @@ struct Painter {
   }
 
   void paint(const PixelRect& r) const {
-    const ViewCone cone = view_cone(pinhole, r.u0_px - 0.5, r.v0_px - 0.5, r.u1_px - 0.5, r.v1_px - 0.5);
+    const ViewCone cone =
+        view_cone(pinhole, r.u0_px - 0.5, r.v0_px - 0.5, r.u1_px - 0.5, r.v1_px - 0.5);
     switch (overlap(cone, a, b, radius + kRoundingFraction * (a.norm() + b.norm() + radius))) {
       case Overlap::none: return;
       case Overlap::all: return fill(r);
       case Overlap::some:
         if (r.area_px() > 1) return split(r);
-        if (rule == PixelRule::touched || centre_is_in(r.u0_px, r.v0_px)) pixels.set(r.u0_px, r.v0_px);
+        if (rule == PixelRule::touched || centre_is_in(r.u0_px, r.v0_px))
+          pixels.set(r.u0_px, r.v0_px);
     }
   }
 
@@ -161,34 +177,49 @@ struct Painter {
 }  // namespace
 
 std::optional<double> ray_entry(const Capsule& capsule, const geometry::Ray& ray) {
-  if (squared_distance_to_segment(ray.origin_world_m, capsule.a_world_m, capsule.b_world_m) <= capsule.radius_m * capsule.radius_m) return 0.0;
+  if (squared_distance_to_segment(ray.origin_world_m, capsule.a_world_m, capsule.b_world_m) <=
+      capsule.radius_m * capsule.radius_m)
+    return 0.0;
   std::optional<double> first;
-  for (const auto& t : {side_entry(capsule, ray), ball_entry(capsule.a_world_m, capsule.radius_m, ray), ball_entry(capsule.b_world_m, capsule.radius_m, ray)})
+  for (const auto& t :
+       {side_entry(capsule, ray), ball_entry(capsule.a_world_m, capsule.radius_m, ray),
+        ball_entry(capsule.b_world_m, capsule.radius_m, ray)})
     if (t && !(first && *first <= *t)) first = t;
   return first;
 }
 
-bool in_silhouette(std::span<const Capsule> object, const geometry::Camera& camera, const Eigen::Vector2d& uv_px) {
+bool in_silhouette(std::span<const Capsule> object, const geometry::Camera& camera,
+                   const Eigen::Vector2d& uv_px) {
   const geometry::Ray ray = geometry::ray_through(camera, uv_px);
-  return std::any_of(object.begin(), object.end(), [&](const Capsule& c) { return ray_entry(c, ray).has_value(); });
+  return std::any_of(object.begin(), object.end(),
+                     [&](const Capsule& c) { return ray_entry(c, ray).has_value(); });
 }
 
-bool in_analytic_hull(std::span<const Capsule> object, std::span<const geometry::Camera> cameras, const Eigen::Vector3d& p_world_m) {
+bool in_analytic_hull(std::span<const Capsule> object, std::span<const geometry::Camera> cameras,
+                      const Eigen::Vector3d& p_world_m) {
   for (const geometry::Camera& camera : cameras) {
     const auto uv = geometry::project(camera, p_world_m);
     const geometry::Pinhole& k = camera.pinhole;
-    if (!uv || !(uv->x() >= -0.5 && uv->y() >= -0.5 && uv->x() < k.width_px - 0.5 && uv->y() < k.height_px - 0.5)) return false;
+    if (!uv || !(uv->x() >= -0.5 && uv->y() >= -0.5 && uv->x() < k.width_px - 0.5 &&
+                 uv->y() < k.height_px - 0.5))
+      return false;
     if (!in_silhouette(object, camera, *uv)) return false;
   }
   return !cameras.empty();
 }
 
-ObjectPixels true_object_pixels(std::span<const Capsule> object, const geometry::Camera& camera, PixelRule rule) {
+ObjectPixels true_object_pixels(std::span<const Capsule> object, const geometry::Camera& camera,
+                                PixelRule rule) {
   const geometry::Pinhole& k = camera.pinhole;
   ObjectPixels pixels(k.width_px, k.height_px);
   if (k.width_px == 0 || k.height_px == 0) return pixels;
   for (const Capsule& c : object)
-    Painter{pixels, k, rule, camera.camera_from_world * c.a_world_m, camera.camera_from_world * c.b_world_m, c.radius_m}
+    Painter{pixels,
+            k,
+            rule,
+            camera.camera_from_world * c.a_world_m,
+            camera.camera_from_world * c.b_world_m,
+            c.radius_m}
         .paint({0, 0, k.width_px, k.height_px});
   return pixels;
 }

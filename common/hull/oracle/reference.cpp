@@ -7,10 +7,10 @@
 namespace fivepipe::hull {
 namespace {
 
-// Ray parameters at which x(t) / z(t) = slope for each pixel border of one image axis, between lo and hi, ascending.
-// Borders lie at -0.5, 0.5, ..., count - 0.5; x and z are linear in t.
-std::vector<double> border_crossings(double x0, double x1, double z0, double z1, double focal_px, double principal_px, int count,
-                                     double lo, double hi) {
+// Ray parameters at which x(t) / z(t) = slope for each pixel border of one image axis, between lo
+// and hi, ascending. Borders lie at -0.5, 0.5, ..., count - 0.5; x and z are linear in t.
+std::vector<double> border_crossings(double x0, double x1, double z0, double z1, double focal_px,
+                                     double principal_px, int count, double lo, double hi) {
   std::vector<double> crossings;
   for (int border = 0; border <= count; ++border) {
     const double slope = (border - 0.5 - principal_px) / focal_px;
@@ -23,7 +23,8 @@ std::vector<double> border_crossings(double x0, double x1, double z0, double z1,
 
 std::vector<Interval> intersection(const std::vector<Interval>& a, const std::vector<Interval>& b) {
   std::vector<Interval> both;
-  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end(); i->leave < j->leave ? ++i : ++j) {
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();
+       i->leave < j->leave ? ++i : ++j) {
     const Interval common{std::max(i->enter, j->enter), std::min(i->leave, j->leave)};
     if (common.enter < common.leave) both.push_back(common);
   }
@@ -32,24 +33,32 @@ std::vector<Interval> intersection(const std::vector<Interval>& a, const std::ve
 
 }  // namespace
 
-std::vector<Interval> reference_intervals(const Silhouette& silhouette, const geometry::Ray& ray, double near, double far) {
+std::vector<Interval> reference_intervals(const Silhouette& silhouette, const geometry::Ray& ray,
+                                          double near, double far) {
   const geometry::Pinhole& k = silhouette.camera.pinhole;
   const Eigen::Vector3d origin = silhouette.camera.camera_from_world * ray.origin_world_m;
-  const Eigen::Vector3d direction = silhouette.camera.camera_from_world.linear() * ray.direction_world;
+  const Eigen::Vector3d direction =
+      silhouette.camera.camera_from_world.linear() * ray.direction_world;
   if (!(origin.allFinite() && direction.allFinite())) return {};
 
   // In front of the camera: z0 + z1 t > 0.
   double lo = near, hi = far;
   const double z0 = origin.z(), z1 = direction.z();
-  if (z1 > 0) lo = std::max(lo, -z0 / z1);
-  else if (z1 < 0) hi = std::min(hi, -z0 / z1);
-  else if (!(z0 > 0)) return {};
+  if (z1 > 0)
+    lo = std::max(lo, -z0 / z1);
+  else if (z1 < 0)
+    hi = std::min(hi, -z0 / z1);
+  else if (!(z0 > 0))
+    return {};
   if (!(lo < hi)) return {};
 
-  const auto u_crossings = border_crossings(origin.x(), direction.x(), z0, z1, k.fx_px, k.cx_px, k.width_px, lo, hi);
-  const auto v_crossings = border_crossings(origin.y(), direction.y(), z0, z1, k.fy_px, k.cy_px, k.height_px, lo, hi);
+  const auto u_crossings =
+      border_crossings(origin.x(), direction.x(), z0, z1, k.fx_px, k.cx_px, k.width_px, lo, hi);
+  const auto v_crossings =
+      border_crossings(origin.y(), direction.y(), z0, z1, k.fy_px, k.cy_px, k.height_px, lo, hi);
   std::vector<double> crossings{lo};
-  std::merge(u_crossings.begin(), u_crossings.end(), v_crossings.begin(), v_crossings.end(), std::back_inserter(crossings));
+  std::merge(u_crossings.begin(), u_crossings.end(), v_crossings.begin(), v_crossings.end(),
+             std::back_inserter(crossings));
   crossings.push_back(hi);
 
   // Between two crossings the line stays in one pixel: its middle says which.
@@ -57,9 +66,13 @@ std::vector<Interval> reference_intervals(const Silhouette& silhouette, const ge
   for (std::size_t i = 1; i < crossings.size(); ++i) {
     const double enter = crossings[i - 1], leave = crossings[i];
     const Eigen::Vector3d p = origin + 0.5 * (enter + leave) * direction;
-    if (!(enter < leave) || !silhouette.pixels.contains_at(k.fx_px * p.x() / p.z() + k.cx_px, k.fy_px * p.y() / p.z() + k.cy_px)) continue;
-    if (!inside.empty() && inside.back().leave == enter) inside.back().leave = leave;
-    else inside.push_back({enter, leave});
+    if (!(enter < leave) || !silhouette.pixels.contains_at(k.fx_px * p.x() / p.z() + k.cx_px,
+                                                           k.fy_px * p.y() / p.z() + k.cy_px))
+      continue;
+    if (!inside.empty() && inside.back().leave == enter)
+      inside.back().leave = leave;
+    else
+      inside.push_back({enter, leave});
   }
   return inside;
 }
@@ -67,11 +80,15 @@ std::vector<Interval> reference_intervals(const Silhouette& silhouette, const ge
 namespace {
 
 bool holds(const std::vector<Interval>& intervals, double t) {
-  return std::any_of(intervals.begin(), intervals.end(), [t](const Interval& i) { return i.enter <= t && t < i.leave; });
+  return std::any_of(intervals.begin(), intervals.end(),
+                     [t](const Interval& i) { return i.enter <= t && t < i.leave; });
 }
 
-// Between two of all cameras' crossings nothing changes for any of them: the middle says which limit the hull there, and how.
-std::vector<Interval> intervals_where_seen(std::span<const Silhouette> silhouettes, const geometry::Ray& ray, double near, double far, int min_seen) {
+// Between two of all cameras' crossings nothing changes for any of them: the middle says which
+// limit the hull there, and how.
+std::vector<Interval> intervals_where_seen(std::span<const Silhouette> silhouettes,
+                                           const geometry::Ray& ray, double near, double far,
+                                           int min_seen) {
   std::vector<std::vector<Interval>> on_object, in_image;
   std::vector<double> crossings{near, far};
   for (const Silhouette& s : silhouettes) {
@@ -96,17 +113,22 @@ std::vector<Interval> intervals_where_seen(std::span<const Silhouette> silhouett
       empty |= !holds(on_object[camera], middle);
     }
     if (empty || seen < min_seen) continue;
-    if (!inside.empty() && inside.back().leave == enter) inside.back().leave = leave;
-    else inside.push_back({enter, leave});
+    if (!inside.empty() && inside.back().leave == enter)
+      inside.back().leave = leave;
+    else
+      inside.push_back({enter, leave});
   }
   return inside;
 }
 
 }  // namespace
 
-std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouettes, const geometry::Ray& ray, double near, double far, const HullRule& rule) {
+std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouettes,
+                                          const geometry::Ray& ray, double near, double far,
+                                          const HullRule& rule) {
   if (silhouettes.empty()) return {};
-  if (rule.limits == Limits::seen) return intervals_where_seen(silhouettes, ray, near, far, rule.min_seen);
+  if (rule.limits == Limits::seen)
+    return intervals_where_seen(silhouettes, ray, near, far, rule.min_seen);
   std::vector<Interval> inside{{near, far}};
   for (const Silhouette& s : silhouettes) {
     inside = intersection(inside, reference_intervals(s, ray, near, far));
@@ -115,8 +137,11 @@ std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouette
   return inside;
 }
 
-std::optional<double> reference_depth_m(std::span<const Silhouette> silhouettes, const View& view, int u_px, int v_px, const HullRule& rule) {
-  const auto inside = reference_intervals(silhouettes, geometry::ray_through(view.camera, Eigen::Vector2d(u_px, v_px)), view.near_m, view.far_m, rule);
+std::optional<double> reference_depth_m(std::span<const Silhouette> silhouettes, const View& view,
+                                        int u_px, int v_px, const HullRule& rule) {
+  const auto inside = reference_intervals(
+      silhouettes, geometry::ray_through(view.camera, Eigen::Vector2d(u_px, v_px)), view.near_m,
+      view.far_m, rule);
   return inside.empty() ? std::nullopt : std::optional(inside.front().enter);
 }
 

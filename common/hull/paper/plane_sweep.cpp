@@ -12,10 +12,12 @@
 namespace fivepipe::hull {
 namespace {
 
-// The z-buffer's range is wider than the sweep's by this factor, so that no plane is clipped by rounding.
+// The z-buffer's range is wider than the sweep's by this factor, so that no plane is clipped by
+// rounding.
 constexpr double kClipSlack = 2.0;
 
-// The plane as one quad over the whole frustum; (s q, t q, q) is linear over it, so interpolation is exact to rounding.
+// The plane as one quad over the whole frustum; (s q, t q, q) is linear over it, so interpolation
+// is exact to rounding.
 const char* const kPlaneVertex = R"(#version 450 core
 layout(location = 0) uniform float plane_depth_m;
 layout(location = 1) uniform mat4 clip_from_view;
@@ -46,17 +48,24 @@ void main() { depth_m = plane_depth_m; })";
 PixelRect hull_of(std::span<const PixelRect> rects) {
   PixelRect all{INT_MAX, INT_MAX, INT_MIN, INT_MIN};
   for (const PixelRect& r : rects)
-    if (!r.empty()) all = {std::min(all.u0_px, r.u0_px), std::min(all.v0_px, r.v0_px), std::max(all.u1_px, r.u1_px), std::max(all.v1_px, r.v1_px)};
+    if (!r.empty())
+      all = {std::min(all.u0_px, r.u0_px), std::min(all.v0_px, r.v0_px),
+             std::max(all.u1_px, r.u1_px), std::max(all.v1_px, r.v1_px)};
   return all;
 }
 
-Eigen::Matrix<float, 3, 4> texture_from_view(const geometry::Camera& map_camera, const geometry::Camera& view) {
-  const Eigen::Matrix4d map_from_view = (map_camera.camera_from_world * view.camera_from_world.inverse()).matrix();
+Eigen::Matrix<float, 3, 4> texture_from_view(const geometry::Camera& map_camera,
+                                             const geometry::Camera& view) {
+  const Eigen::Matrix4d map_from_view =
+      (map_camera.camera_from_world * view.camera_from_world.inverse()).matrix();
   return (geometry::texture_from_camera(map_camera.pinhole) * map_from_view).cast<float>();
 }
 
 Eigen::Vector4f sight_corners(const geometry::Pinhole& k) {
-  return Eigen::Vector4d((-0.5 - k.cx_px) / k.fx_px, (-0.5 - k.cy_px) / k.fy_px, (k.width_px - 0.5 - k.cx_px) / k.fx_px, (k.height_px - 0.5 - k.cy_px) / k.fy_px).cast<float>();
+  return Eigen::Vector4d((-0.5 - k.cx_px) / k.fx_px, (-0.5 - k.cy_px) / k.fy_px,
+                         (k.width_px - 0.5 - k.cx_px) / k.fx_px,
+                         (k.height_px - 0.5 - k.cy_px) / k.fy_px)
+      .cast<float>();
 }
 
 }  // namespace
@@ -64,7 +73,9 @@ Eigen::Vector4f sight_corners(const geometry::Pinhole& k) {
 SweepRange sweep_range(const View& view, const Eigen::AlignedBox3d& volume_world_m) {
   double nearest = INFINITY, farthest = -INFINITY;
   for (int corner = 0; corner < 8; ++corner) {
-    const double z = (view.camera.camera_from_world * volume_world_m.corner(Eigen::AlignedBox3d::CornerType(corner))).z();
+    const double z = (view.camera.camera_from_world *
+                      volume_world_m.corner(Eigen::AlignedBox3d::CornerType(corner)))
+                         .z();
     nearest = std::min(nearest, z);
     farthest = std::max(farthest, z);
   }
@@ -72,13 +83,16 @@ SweepRange sweep_range(const View& view, const Eigen::AlignedBox3d& volume_world
 }
 
 PlaneSweep::PlaneSweep(int width_px, int height_px, int planes)
-    : planes_(planes), frame_(width_px, height_px, GL_R32F, gl::DepthBuffer::depth_and_stencil), count_("plane sweep: count", kPlaneVertex, kCountFragment),
+    : planes_(planes),
+      frame_(width_px, height_px, GL_R32F, gl::DepthBuffer::depth_and_stencil),
+      count_("plane sweep: count", kPlaneVertex, kCountFragment),
       keep_("plane sweep: keep", kPlaneVertex, kKeepFragment) {
   assert(planes > 0);
 }
 
 void PlaneSweep::set_silhouettes(std::span<const Silhouette> silhouettes) {
-  if (silhouettes.size() > kMaxSweepCameras) throw std::invalid_argument("a plane sweep counts at most 255 cameras");
+  if (silhouettes.size() > kMaxSweepCameras)
+    throw std::invalid_argument("a plane sweep counts at most 255 cameras");
   hull_is_empty_ = silhouettes.empty();
   std::vector<MapTexture> previous = std::move(maps_);
   maps_.clear();
@@ -89,14 +103,20 @@ void PlaneSweep::set_silhouettes(std::span<const Silhouette> silhouettes) {
       hull_is_empty_ = true;
       return;
     }
-    const bool fits = i < previous.size() && previous[i].texture.width_px() == s.pixels.width_px() && previous[i].texture.height_px() == s.pixels.height_px();
-    maps_.push_back({s.camera, bounds, fits ? std::move(previous[i].texture) : gl::GlTexture(s.pixels.width_px(), s.pixels.height_px(), GL_R8)});
+    const bool fits = i < previous.size() &&
+                      previous[i].texture.width_px() == s.pixels.width_px() &&
+                      previous[i].texture.height_px() == s.pixels.height_px();
+    maps_.push_back({s.camera, bounds,
+                     fits ? std::move(previous[i].texture)
+                          : gl::GlTexture(s.pixels.width_px(), s.pixels.height_px(), GL_R8)});
     maps_.back().texture.upload(GL_RED, GL_UNSIGNED_BYTE, s.pixels.to_bytes().data());
   }
 }
 
 // GL's rows count from the bottom.
-void PlaneSweep::scissor(const PixelRect& r) const { glScissor(r.u0_px, height_px() - r.v1_px, r.width_px(), r.height_px()); }
+void PlaneSweep::scissor(const PixelRect& r) const {
+  glScissor(r.u0_px, height_px() - r.v1_px, r.width_px(), r.height_px());
+}
 
 // Depth 0 passes no plane: pixels of no rect are never asked.
 void PlaneSweep::clear(std::span<const PixelRect> rects, const PixelRect& around) const {
@@ -118,7 +138,10 @@ void PlaneSweep::sweep(const View& view, const SweepRange& range, const PixelRec
     add_half_spaces(map_from_view(m.camera, view.camera), m.bounds, half_spaces);
     textures_from_view.push_back(texture_from_view(m.camera, view.camera));
   }
-  const Eigen::Matrix4f clip_from_view = geometry::gl_clip_from_camera(view.camera.pinhole, range.near_m / kClipSlack, range.far_m * kClipSlack).cast<float>();
+  const Eigen::Matrix4f clip_from_view =
+      geometry::gl_clip_from_camera(view.camera.pinhole, range.near_m / kClipSlack,
+                                    range.far_m * kClipSlack)
+          .cast<float>();
   const Eigen::Vector4f corners = sight_corners(view.camera.pinhole);
   for (const gl::GlProgram* program : {&count_, &keep_}) {
     glProgramUniformMatrix4fv(program->get(), 1, 1, GL_FALSE, clip_from_view.data());
@@ -157,20 +180,26 @@ DepthTile PlaneSweep::read_back(const PixelRect& rect) const {
   DepthTile tile{rect, std::vector<float>(rect.area_px())};
   if (rect.empty()) return tile;
   glPixelStorei(GL_PACK_ALIGNMENT, 4);
-  glReadPixels(rect.u0_px, height_px() - rect.v1_px, rect.width_px(), rect.height_px(), GL_RED, GL_FLOAT, tile.depth_m.data());
+  glReadPixels(rect.u0_px, height_px() - rect.v1_px, rect.width_px(), rect.height_px(), GL_RED,
+               GL_FLOAT, tile.depth_m.data());
   const int width = rect.width_px(), height = rect.height_px();
   for (int v = 0; v < height / 2; ++v)
-    std::swap_ranges(tile.depth_m.begin() + std::ptrdiff_t(v) * width, tile.depth_m.begin() + std::ptrdiff_t(v + 1) * width,
+    std::swap_ranges(tile.depth_m.begin() + std::ptrdiff_t(v) * width,
+                     tile.depth_m.begin() + std::ptrdiff_t(v + 1) * width,
                      tile.depth_m.begin() + std::ptrdiff_t(height - 1 - v) * width);
   return tile;
 }
 
-std::vector<DepthTile> PlaneSweep::depth(const View& view, const SweepRange& range, std::span<const PixelRect> rects) const {
-  assert(view.camera.pinhole.width_px == width_px() && view.camera.pinhole.height_px == height_px());
+std::vector<DepthTile> PlaneSweep::depth(const View& view, const SweepRange& range,
+                                         std::span<const PixelRect> rects) const {
+  assert(view.camera.pinhole.width_px == width_px() &&
+         view.camera.pinhole.height_px == height_px());
   std::vector<DepthTile> tiles;
   const PixelRect around = hull_of(rects);
-  if (hull_is_empty_ || around.empty() || !is_finite(view.camera) || !(range.near_m > 0 && range.far_m > range.near_m && std::isfinite(range.far_m))) {
-    for (const PixelRect& rect : rects) tiles.push_back({rect, std::vector<float>(rect.area_px(), kNoHull)});
+  if (hull_is_empty_ || around.empty() || !is_finite(view.camera) ||
+      !(range.near_m > 0 && range.far_m > range.near_m && std::isfinite(range.far_m))) {
+    for (const PixelRect& rect : rects)
+      tiles.push_back({rect, std::vector<float>(rect.area_px(), kNoHull)});
     return tiles;
   }
   frame_.bind();
@@ -188,7 +217,8 @@ std::vector<DepthTile> PlaneSweep::depth(const View& view, const SweepRange& ran
   return tiles;
 }
 
-DepthTile PlaneSweep::depth(const View& view, const SweepRange& range, const PixelRect& rect) const {
+DepthTile PlaneSweep::depth(const View& view, const SweepRange& range,
+                            const PixelRect& rect) const {
   return std::move(depth(view, range, std::span(&rect, 1)).front());
 }
 

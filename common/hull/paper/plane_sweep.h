@@ -1,9 +1,10 @@
-// Backend `sweep`: the paper's volume querying (section 3.2). Planes orthogonal to the view direction sweep the view frustum
-// front to back; each camera's object pixels are projected onto the plane as a texture, the stencil counts the cameras whose
-// object pixels hit a pixel of the plane, and pixels counted by all n keep the plane's depth, z-buffered.
+// Backend `sweep`: the paper's volume querying (section 3.2). Planes orthogonal to the view
+// direction sweep the view frustum front to back; each camera's object pixels are projected onto
+// the plane as a texture, the stencil counts the cameras whose object pixels hit a pixel of the
+// plane, and pixels counted by all n keep the plane's depth, z-buffered.
 //
-// An approximation: a ray's first hull point is found at the first plane behind it, up to one plane spacing too far, and what
-// is thinner than the spacing passes between planes.
+// An approximation: a ray's first hull point is found at the first plane behind it, up to one plane
+// spacing too far, and what is thinner than the spacing passes between planes.
 #pragma once
 #include <optional>
 #include <span>
@@ -27,8 +28,8 @@ SweepRange sweep_range(const View& view, const Eigen::AlignedBox3d& volume_world
 // Stencil counts fit 8 bits.
 inline constexpr std::size_t kMaxSweepCameras = 255;
 
-// Needs a current OpenGL 4.5 context from construction to destruction; leaves its state as a new context has it, but for
-// bindings.
+// Needs a current OpenGL 4.5 context from construction to destruction; leaves its state as a new
+// context has it, but for bindings.
 class PlaneSweep {
  public:
   // For views of this size, planes > 0. Throws GlError.
@@ -37,13 +38,15 @@ class PlaneSweep {
   int height_px() const { return frame_.colour().height_px(); }
   int planes() const { return planes_; }
 
-  // Uploads the object pixels; at most kMaxSweepCameras, else std::invalid_argument. Cameras that are not finite or have no
-  // object pixel empty the hull.
+  // Uploads the object pixels; at most kMaxSweepCameras, else std::invalid_argument. Cameras that
+  // are not finite or have no object pixel empty the hull.
   void set_silhouettes(std::span<const Silhouette> silhouettes);
 
-  // One sweep for all rects, which lie inside the view's image and don't overlap; the view has this sweep's size. Plane k of
-  // `planes` is at near + k * (far - near) / planes. A rect's depths don't depend on the others.
-  std::vector<DepthTile> depth(const View& view, const SweepRange& range, std::span<const PixelRect> rects) const;
+  // One sweep for all rects, which lie inside the view's image and don't overlap; the view has this
+  // sweep's size. Plane k of `planes` is at near + k * (far - near) / planes. A rect's depths don't
+  // depend on the others.
+  std::vector<DepthTile> depth(const View& view, const SweepRange& range,
+                               std::span<const PixelRect> rects) const;
   DepthTile depth(const View& view, const SweepRange& range, const PixelRect& rect) const;
 
  private:

@@ -13,7 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-
 // Queries that a thread takes together: enough that taking them costs nothing beside them.
 constexpr int kTogether = 256;
 
@@ -50,7 +49,8 @@ bool HullQuery::contains(const Vector3d& p_world_m) const {
     const auto uv_px = geometry::project(c.camera, p_world_m);
     const bool sees = uv_px && holds(image_of(c.camera), uv_px->x(), uv_px->y());
     if (!sees && !all) continue;
-    if (!sees || c.reach.at(Box::right_down, int(uv_px->x() + 0.5), int(uv_px->y() + 0.5)) > 0) return false;
+    if (!sees || c.reach.at(Box::right_down, int(uv_px->x() + 0.5), int(uv_px->y() + 0.5)) > 0)
+      return false;
     ++seen;
   }
   return all || seen >= hull_->rule().min_seen;
@@ -58,13 +58,17 @@ bool HullQuery::contains(const Vector3d& p_world_m) const {
 
 // Calls take(interval) until it returns false.
 template <class Take>
-void HullQuery::each_interval(const geometry::Ray& ray, double near, double far, const Take& take) const {
-  if (hull_->empty() || !(near < far) || !std::isfinite(near) || !std::isfinite(far) || !ray.origin_world_m.allFinite() || !ray.direction_world.allFinite()) return;
+void HullQuery::each_interval(const geometry::Ray& ray, double near, double far,
+                              const Take& take) const {
+  if (hull_->empty() || !(near < far) || !std::isfinite(near) || !std::isfinite(far) ||
+      !ray.origin_world_m.allFinite() || !ray.direction_world.allFinite())
+    return;
   const HullRule& rule = hull_->rule();
   std::vector<MapWalk> walks;
   walks.reserve(cones_.size());
   for (const CpuHull::MapCamera& c : hull_->cameras()) {
-    walks.emplace_back(image_line(c.camera, ray), c.reach, walk_window(c.camera, c.reach, rule), beyond_window(rule), RayRange{near, far});
+    walks.emplace_back(image_line(c.camera, ray), c.reach, walk_window(c.camera, c.reach, rule),
+                       beyond_window(rule), RayRange{near, far});
   }
   RayWalk walk(walks, rule);
   for (double t = near; t < far;) {
@@ -76,17 +80,21 @@ void HullQuery::each_interval(const geometry::Ray& ray, double near, double far,
   }
 }
 
-std::vector<Interval> HullQuery::intervals(const geometry::Ray& ray, double near, double far) const {
+std::vector<Interval> HullQuery::intervals(const geometry::Ray& ray, double near,
+                                           double far) const {
   std::vector<Interval> found;
   each_interval(ray, near, far, [&](const Interval& i) {
-    if (!found.empty() && found.back().leave == i.enter) found.back().leave = i.leave;
-    else found.push_back(i);
+    if (!found.empty() && found.back().leave == i.enter)
+      found.back().leave = i.leave;
+    else
+      found.push_back(i);
     return true;
   });
   return found;
 }
 
-std::optional<double> HullQuery::first_entry(const geometry::Ray& ray, double near, double far) const {
+std::optional<double> HullQuery::first_entry(const geometry::Ray& ray, double near,
+                                             double far) const {
   std::optional<double> entry;
   each_interval(ray, near, far, [&](const Interval& i) {
     entry = i.enter;
@@ -95,30 +103,41 @@ std::optional<double> HullQuery::first_entry(const geometry::Ray& ray, double ne
   return entry;
 }
 
-void HullQuery::contains(std::span<const Vector3d> p_world_m, std::span<std::uint8_t> inside) const {
+void HullQuery::contains(std::span<const Vector3d> p_world_m,
+                         std::span<std::uint8_t> inside) const {
   assert(inside.size() == p_world_m.size());
-  if (hull_->empty() || hull_->rule().limits == Limits::seen) return for_many(hull_->pool(), p_world_m.size(), [&](std::size_t i) { inside[i] = contains(p_world_m[i]); });
+  if (hull_->empty() || hull_->rule().limits == Limits::seen)
+    return for_many(hull_->pool(), p_world_m.size(),
+                    [&](std::size_t i) { inside[i] = contains(p_world_m[i]); });
   const std::vector<PointLaneCamera> cameras = point_lane_cameras(*hull_);
   in_parts(hull_->pool(), p_world_m.size(), [&](std::size_t begin, std::size_t end) {
     InHull verdicts[kTogether];
     contains_in_lanes(cameras, p_world_m.subspan(begin, end - begin), verdicts);
-    for (std::size_t i = begin; i < end; ++i) inside[i] = verdicts[i - begin] == InHull::unsettled ? contains(p_world_m[i]) : verdicts[i - begin] == InHull::yes;
+    for (std::size_t i = begin; i < end; ++i)
+      inside[i] = verdicts[i - begin] == InHull::unsettled ? contains(p_world_m[i])
+                                                           : verdicts[i - begin] == InHull::yes;
   });
 }
 
-void HullQuery::free_radius_m(std::span<const Vector3d> p_world_m, std::span<double> radius_m) const {
+void HullQuery::free_radius_m(std::span<const Vector3d> p_world_m,
+                              std::span<double> radius_m) const {
   assert(radius_m.size() == p_world_m.size());
-  for_many(hull_->pool(), p_world_m.size(), [&](std::size_t i) { radius_m[i] = free_radius_m(p_world_m[i]); });
+  for_many(hull_->pool(), p_world_m.size(),
+           [&](std::size_t i) { radius_m[i] = free_radius_m(p_world_m[i]); });
 }
 
-void HullQuery::solid_radius_m(std::span<const Vector3d> p_world_m, std::span<double> radius_m) const {
+void HullQuery::solid_radius_m(std::span<const Vector3d> p_world_m,
+                               std::span<double> radius_m) const {
   assert(radius_m.size() == p_world_m.size());
-  for_many(hull_->pool(), p_world_m.size(), [&](std::size_t i) { radius_m[i] = solid_radius_m(p_world_m[i]); });
+  for_many(hull_->pool(), p_world_m.size(),
+           [&](std::size_t i) { radius_m[i] = solid_radius_m(p_world_m[i]); });
 }
 
-void HullQuery::first_entry(std::span<const geometry::Ray> rays, double near, double far, std::span<double> entry) const {
+void HullQuery::first_entry(std::span<const geometry::Ray> rays, double near, double far,
+                            std::span<double> entry) const {
   assert(entry.size() == rays.size());
-  for_many(hull_->pool(), rays.size(), [&](std::size_t i) { entry[i] = first_entry(rays[i], near, far).value_or(kNever); });
+  for_many(hull_->pool(), rays.size(),
+           [&](std::size_t i) { entry[i] = first_entry(rays[i], near, far).value_or(kNever); });
 }
 
 }  // namespace fivepipe::hull

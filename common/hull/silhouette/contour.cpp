@@ -12,12 +12,14 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 
-// Middles at three places along the tangent, a quarter of a pixel apart, give more; at two places there is no parabola.
+// Middles at three places along the tangent, a quarter of a pixel apart, give more; at two places
+// there is no parabola.
 constexpr double kLeastDeterminant_px6 = 1e-3;
 // A parabola that leaves its chord so steeply follows single edges: the chord is the better guess.
 constexpr double kMostSlope = 1;
 
-// An edge's middle lies anywhere within half a pixel of what was drawn, even where all of a window lie on one line [px^2].
+// An edge's middle lies anywhere within half a pixel of what was drawn, even where all of a window
+// lie on one line [px^2].
 constexpr double kStaircaseVariance_px2 = 1.0 / 12;
 
 // An edge between a kept pixel and its neighbour that is not.
@@ -27,9 +29,10 @@ struct Edge {
   Vector2d middle() const { return pixel.cast<double>() + 0.5 * outward.cast<double>(); }
 };
 
-// The next edge of the contour in the direction `along`, which is across edge.outward. Kept pixels that touch at a corner hang together.
-//        A B      B kept: on its near side; else A kept: straight on; else around the corner of the present pixel.
-//        p o
+// The next edge of the contour in the direction `along`, which is across edge.outward. Kept pixels
+// that touch at a corner hang together.
+//        A B      B kept: on its near side; else A kept: straight on; else around the corner of the
+//        present pixel. p o
 Edge next(const ContourMap& map, const Edge& edge, const Vector2i& along) {
   const Vector2i a = edge.pixel + along, b = a + edge.outward;
   if (map.keeps(b.x(), b.y())) return {b, -along};
@@ -47,19 +50,22 @@ Vector2i turned(const Edge& from, const Vector2i& along, const Edge& to) {
 using Middles = std::array<Vector2d, 2 * kContourEdges + 1>;
 
 // A closed contour has so many edges; 2 kContourEdges + 1 stand for that and more.
-Middles middles_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px, int& edges) {
+Middles middles_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px,
+                       int& edges) {
   Middles middles;
   edges = 2 * kContourEdges + 1;
   middles[kContourEdges] = start.middle() - uv_px;
   std::array<Edge, 2> edge{start, start};  // on the way back, and forth
-  std::array<Vector2i, 2> along{Vector2i(start.outward.y(), -start.outward.x()), Vector2i(-start.outward.y(), start.outward.x())};
+  std::array<Vector2i, 2> along{Vector2i(start.outward.y(), -start.outward.x()),
+                                Vector2i(-start.outward.y(), start.outward.x())};
   for (int n = 1; n <= kContourEdges; ++n)
     for (const std::size_t way : {0u, 1u}) {
       const Edge after = next(map, edge[way], along[way]);
       along[way] = turned(edge[way], along[way], after);
       edge[way] = after;
       middles[std::size_t(kContourEdges + (way == 0 ? -n : n))] = after.middle() - uv_px;
-      if (edge[0] == edge[1]) edges = std::min(edges, way == 0 ? 2 * n - 1 : 2 * n);  // they meet on the far side
+      if (edge[0] == edge[1])
+        edges = std::min(edges, way == 0 ? 2 * n - 1 : 2 * n);  // they meet on the far side
     }
   return middles;
 }
@@ -69,15 +75,19 @@ constexpr int kFineWindow = 8;
 
 // By how much the contour turns from one side of the middle to the other.
 double turn_rad(const Middles& m, int n) {
-  const Vector2d to = m[kContourEdges] - m[std::size_t(kContourEdges - n)], from = m[std::size_t(kContourEdges + n)] - m[kContourEdges];
+  const Vector2d to = m[kContourEdges] - m[std::size_t(kContourEdges - n)],
+                 from = m[std::size_t(kContourEdges + n)] - m[kContourEdges];
   return std::abs(std::atan2(to.x() * from.y() - to.y() * from.x(), to.dot(from)));
 }
 
-// Largest window about the middle in which the contour turns little enough; else the smallest. Of a small thing no more than half the
-// contour: a window that goes on around it comes back from behind.
+// Largest window about the middle in which the contour turns little enough; else the smallest. Of a
+// small thing no more than half the contour: a window that goes on around it comes back from
+// behind.
 int window(const Middles& m, int edges) {
-  int n = edges > 2 * kContourEdges ? kContourEdges : std::clamp(edges / 4, kFewestContourEdges, kContourEdges);
-  while (n > kFewestContourEdges && !(turn_rad(m, n) <= kMostTurn_rad)) n -= n > kFineWindow ? 4 : 1;
+  int n = edges > 2 * kContourEdges ? kContourEdges
+                                    : std::clamp(edges / 4, kFewestContourEdges, kContourEdges);
+  while (n > kFewestContourEdges && !(turn_rad(m, n) <= kMostTurn_rad))
+    n -= n > kFineWindow ? 4 : 1;
   return n;
 }
 
@@ -85,7 +95,8 @@ struct Slope {
   double at_uv, error;
 };
 
-// Slope at x = 0 of the parabola y = a + b x + c x^2 through the middles, x along `tangent`; that of the chord where there is none.
+// Slope at x = 0 of the parabola y = a + b x + c x^2 through the middles, x along `tangent`; that
+// of the chord where there is none.
 Slope slope_at_uv(const Middles& m, int n, const Vector2d& tangent, double chord_px) {
   const Vector2d normal(-tangent.y(), tangent.x());
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
@@ -110,19 +121,25 @@ Slope slope_at_uv(const Middles& m, int n, const Vector2d& tangent, double chord
 
 }  // namespace
 
-ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px, const Vector2d& uv_px) {
+ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px,
+                       const Vector2d& uv_px) {
   const Edge start{{u_px, v_px}, {du_px, dv_px}};
   int edges = 0;
   const Middles middles = middles_around(map, start, uv_px, edges);
   const int n = window(middles, edges);
-  const Vector2d chord = middles[std::size_t(kContourEdges + n)] - middles[std::size_t(kContourEdges - n)];
-  if (!(chord.squaredNorm() > 0)) return {start.outward.cast<double>(), std::numbers::pi};  // all around one pixel: any
+  const Vector2d chord =
+      middles[std::size_t(kContourEdges + n)] - middles[std::size_t(kContourEdges - n)];
+  if (!(chord.squaredNorm() > 0))
+    return {start.outward.cast<double>(), std::numbers::pi};  // all around one pixel: any
   const Vector2d tangent = chord.normalized();
   const Slope slope = slope_at_uv(middles, n, tangent, chord.norm());
-  const Vector2d fitted = (tangent + slope.at_uv * Vector2d(-tangent.y(), tangent.x())).normalized();
+  const Vector2d fitted =
+      (tangent + slope.at_uv * Vector2d(-tangent.y(), tangent.x())).normalized();
   // A corner, or a thing of a few pixels: the tangent is anywhere between both sides'.
   const double turn = turn_rad(middles, n), between_rad = turn <= kMostTurn_rad ? 0 : 0.5 * turn;
-  return {{fitted.y(), -fitted.x()}, std::max(std::atan(slope.error), between_rad)};  // tangent = outward turned by a quarter from x to y
+  return {{fitted.y(), -fitted.x()},
+          std::max(std::atan(slope.error),
+                   between_rad)};  // tangent = outward turned by a quarter from x to y
 }
 
 }  // namespace fivepipe::hull

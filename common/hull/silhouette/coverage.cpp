@@ -11,8 +11,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Points per pixel: a Fibonacci lattice (Sloan and Joe, Lattice Methods, 1994). All its rows and columns differ, so that an edge along
-// them is met to 1/233, where 16 x 16 points would meet it to 1/16.
+// Points per pixel: a Fibonacci lattice (Sloan and Joe, Lattice Methods, 1994). All its rows and
+// columns differ, so that an edge along them is met to 1/233, where 16 x 16 points would meet it to
+// 1/16.
 constexpr int kLatticePoints = 233, kLatticeStep = 144;
 
 // A convex silhouette that holds the corners of a pixel holds the pixel.
@@ -23,10 +24,12 @@ bool covers_whole_pixel(const Capsule& capsule, const geometry::Camera& camera, 
   return true;
 }
 
-std::uint8_t counted_coverage(std::span<const Capsule> object, const geometry::Camera& camera, int u, int v) {
+std::uint8_t counted_coverage(std::span<const Capsule> object, const geometry::Camera& camera,
+                              int u, int v) {
   int in = 0;
   for (int i = 0; i < kLatticePoints; ++i) {
-    const double du = (i + 0.5) / kLatticePoints - 0.5, dv = (i * kLatticeStep % kLatticePoints + 0.5) / kLatticePoints - 0.5;
+    const double du = (i + 0.5) / kLatticePoints - 0.5,
+                 dv = (i * kLatticeStep % kLatticePoints + 0.5) / kLatticePoints - 0.5;
     in += in_silhouette(object, camera, {u + du, v + dv});
   }
   return std::uint8_t((in * kWholeCoverage + kLatticePoints / 2) / kLatticePoints);
@@ -35,26 +38,37 @@ std::uint8_t counted_coverage(std::span<const Capsule> object, const geometry::C
 }  // namespace
 
 CoverageMap::CoverageMap(int width_px, int height_px)
-    : width_px_(width_px), height_px_(height_px), bytes_(std::size_t(width_px) * std::size_t(height_px)) {}
+    : width_px_(width_px),
+      height_px_(height_px),
+      bytes_(std::size_t(width_px) * std::size_t(height_px)) {}
 
-CoverageMap CoverageMap::from_bytes(int width_px, int height_px, std::span<const std::uint8_t> bytes) {
+CoverageMap CoverageMap::from_bytes(int width_px, int height_px,
+                                    std::span<const std::uint8_t> bytes) {
   CoverageMap map(width_px, height_px);
   assert(bytes.size() == map.bytes_.size());
   std::copy(bytes.begin(), bytes.end(), map.bytes_.begin());
   return map;
 }
 
-CoverageMap CoverageMap::from_pixels(const ObjectPixels& pixels) { return from_bytes(pixels.width_px(), pixels.height_px(), pixels.to_bytes()); }
+CoverageMap CoverageMap::from_pixels(const ObjectPixels& pixels) {
+  return from_bytes(pixels.width_px(), pixels.height_px(), pixels.to_bytes());
+}
 
-std::uint8_t CoverageMap::at_nearest(int u_px, int v_px) const { return at(std::clamp(u_px, 0, width_px_ - 1), std::clamp(v_px, 0, height_px_ - 1)); }
+std::uint8_t CoverageMap::at_nearest(int u_px, int v_px) const {
+  return at(std::clamp(u_px, 0, width_px_ - 1), std::clamp(v_px, 0, height_px_ - 1));
+}
 
-void CoverageMap::set(int u_px, int v_px, std::uint8_t coverage) { bytes_[std::size_t(v_px) * std::size_t(width_px_) + std::size_t(u_px)] = coverage; }
+void CoverageMap::set(int u_px, int v_px, std::uint8_t coverage) {
+  bytes_[std::size_t(v_px) * std::size_t(width_px_) + std::size_t(u_px)] = coverage;
+}
 
 double CoverageMap::interpolated(double u_px, double v_px) const {
-  if (!(u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5)) return 0;
+  if (!(u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5))
+    return 0;
   const int u = int(std::floor(u_px)), v = int(std::floor(v_px));
   const double du = u_px - u, dv = v_px - v;
-  const double above = at_nearest(u, v) * (1 - du) + at_nearest(u + 1, v) * du, below = at_nearest(u, v + 1) * (1 - du) + at_nearest(u + 1, v + 1) * du;
+  const double above = at_nearest(u, v) * (1 - du) + at_nearest(u + 1, v) * du,
+               below = at_nearest(u, v + 1) * (1 - du) + at_nearest(u + 1, v + 1) * du;
   return (above * (1 - dv) + below * dv) / kWholeCoverage;
 }
 
@@ -65,19 +79,26 @@ CoverageMap true_coverage(std::span<const Capsule> object, const geometry::Camer
   for (int v = bounds.v0_px; v < bounds.v1_px; ++v)
     for (int u = bounds.u0_px; u < bounds.u1_px; ++u) {
       if (!touched.contains(u, v)) continue;
-      const bool whole = std::any_of(object.begin(), object.end(), [&](const Capsule& c) { return covers_whole_pixel(c, camera, u, v); });
+      const bool whole = std::any_of(object.begin(), object.end(), [&](const Capsule& c) {
+        return covers_whole_pixel(c, camera, u, v);
+      });
       map.set(u, v, whole ? std::uint8_t(kWholeCoverage) : counted_coverage(object, camera, u, v));
     }
   return map;
 }
 
 std::optional<Vector2d> outward_in_image(const CoverageMap& map, const Vector2d& uv_px) {
-  if (!(uv_px.x() >= -0.5 && uv_px.y() >= -0.5 && uv_px.x() < map.width_px() - 0.5 && uv_px.y() < map.height_px() - 0.5)) return std::nullopt;
+  if (!(uv_px.x() >= -0.5 && uv_px.y() >= -0.5 && uv_px.x() < map.width_px() - 0.5 &&
+        uv_px.y() < map.height_px() - 0.5))
+    return std::nullopt;
   // Least squares of coverage = a + g . (pixel - uv), weighted; g from the 3 x 3 normal equations.
-  const int u0 = int(std::lround(uv_px.x())) - kNormalReach_px, v0 = int(std::lround(uv_px.y())) - kNormalReach_px;
+  const int u0 = int(std::lround(uv_px.x())) - kNormalReach_px,
+            v0 = int(std::lround(uv_px.y())) - kNormalReach_px;
   constexpr int kSide = 2 * kNormalReach_px + 1;
   std::array<double, kSide> weight_u, weight_v;
-  const auto weight = [](double d) { return std::exp(-0.5 * d * d / (kNormalSigma_px * kNormalSigma_px)); };
+  const auto weight = [](double d) {
+    return std::exp(-0.5 * d * d / (kNormalSigma_px * kNormalSigma_px));
+  };
   for (int i = 0; i < kSide; ++i) {
     weight_u[i] = weight(u0 + i - uv_px.x());
     weight_v[i] = weight(v0 + i - uv_px.y());

@@ -13,7 +13,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A walk starts this much before the superset's first point, as a fraction: twice what its depth may be off (cpu_hull.h).
+// A walk starts this much before the superset's first point, as a fraction: twice what its depth
+// may be off (cpu_hull.h).
 constexpr double kStartSlack = 4e-6;
 
 // So that the given order never shows.
@@ -37,7 +38,8 @@ struct Entry {
 
 Entry next_entry(std::span<CoverageWalk> walks, double t, double end) {
   int limiting = -1;
-  for (std::size_t camera = 0, agreed = 0; agreed < walks.size(); camera = camera + 1 == walks.size() ? 0 : camera + 1) {
+  for (std::size_t camera = 0, agreed = 0; agreed < walks.size();
+       camera = camera + 1 == walks.size() ? 0 : camera + 1) {
     ++agreed;
     for (CoverageWalk::Held held; !(held = walks[camera].held(t)).inside; agreed = 1) {
       t = held.until;
@@ -51,55 +53,72 @@ Entry next_entry(std::span<CoverageWalk> walks, double t, double end) {
 }  // namespace
 
 bool in_hull(std::span<const CoverageSilhouette> silhouettes, const Vector3d& p_world_m) {
-  return !silhouettes.empty() && std::all_of(silhouettes.begin(), silhouettes.end(), [&](const CoverageSilhouette& s) {
-    const auto uv_px = geometry::project(s.camera, p_world_m);
-    return uv_px && s.map.interpolated(uv_px->x(), uv_px->y()) >= 0.5;
-  });
+  return !silhouettes.empty() &&
+         std::all_of(silhouettes.begin(), silhouettes.end(), [&](const CoverageSilhouette& s) {
+           const auto uv_px = geometry::project(s.camera, p_world_m);
+           return uv_px && s.map.interpolated(uv_px->x(), uv_px->y()) >= 0.5;
+         });
 }
 
-std::optional<Vector3d> outward_normal_world(const CoverageSilhouette& silhouette, const Vector3d& p_world_m) {
+std::optional<Vector3d> outward_normal_world(const CoverageSilhouette& silhouette,
+                                             const Vector3d& p_world_m) {
   const auto uv_px = geometry::project(silhouette.camera, p_world_m);
   if (!uv_px) return std::nullopt;
   const auto outward = outward_in_image(silhouette.map, *uv_px);
   if (!outward) return std::nullopt;
   const geometry::Pinhole& k = silhouette.camera.pinhole;
-  const Vector3d normal_camera(k.fx_px * outward->x(), k.fy_px * outward->y(), outward->dot(Vector2d(k.cx_px, k.cy_px) - *uv_px));
+  const Vector3d normal_camera(k.fx_px * outward->x(), k.fy_px * outward->y(),
+                               outward->dot(Vector2d(k.cx_px, k.cy_px) - *uv_px));
   return (silhouette.camera.camera_from_world.linear().transpose() * normal_camera).normalized();
 }
 
 CoverageHull::CoverageHull(base::WorkerPool& pool) : pool_(&pool), superset_(pool) {}
-CoverageHull::CoverageHull(base::WorkerPool& pool, std::span<const CoverageSilhouette> silhouettes) : CoverageHull(pool) { assign(silhouettes); }
+CoverageHull::CoverageHull(base::WorkerPool& pool, std::span<const CoverageSilhouette> silhouettes)
+    : CoverageHull(pool) {
+  assign(silhouettes);
+}
 
 void CoverageHull::assign(std::span<const CoverageSilhouette> silhouettes) {
   std::vector<Silhouette> cells(silhouettes.size());
-  pool_->run(int(silhouettes.size()), [&](int i, int) { cells[i] = {cell_camera(silhouettes[i].camera), cells_with_object(silhouettes[i].map)}; });
+  pool_->run(int(silhouettes.size()), [&](int i, int) {
+    cells[i] = {cell_camera(silhouettes[i].camera), cells_with_object(silhouettes[i].map)};
+  });
   superset_.assign(cells);
   cameras_.clear();
-  for (const CpuHull::MapCamera& c : superset_.cameras()) cameras_.push_back({silhouettes[c.silhouette], c.silhouette, &c.reach});
-  std::sort(cameras_.begin(), cameras_.end(), [](const MapCamera& a, const MapCamera& b) { return asked_before(a.silhouette, b.silhouette); });
+  for (const CpuHull::MapCamera& c : superset_.cameras())
+    cameras_.push_back({silhouettes[c.silhouette], c.silhouette, &c.reach});
+  std::sort(cameras_.begin(), cameras_.end(), [](const MapCamera& a, const MapCamera& b) {
+    return asked_before(a.silhouette, b.silhouette);
+  });
 }
 
-// Calls found(index in rect, depth [m], the camera whose border it is or null) for each ray that meets the hull.
+// Calls found(index in rect, depth [m], the camera whose border it is or null) for each ray that
+// meets the hull.
 template <class Found>
-void CoverageHull::trace(const View& view, const PixelRect& rect, std::span<float> depth_m, const Found& found) {
+void CoverageHull::trace(const View& view, const PixelRect& rect, std::span<float> depth_m,
+                         const Found& found) {
   superset_.depth(view, rect, depth_m);
   std::vector<MapFromView> maps;
-  for (const MapCamera& c : cameras_) maps.push_back(map_from_view(cell_camera(c.silhouette.camera), view.camera));
+  for (const MapCamera& c : cameras_)
+    maps.push_back(map_from_view(cell_camera(c.silhouette.camera), view.camera));
   std::vector<std::vector<CoverageWalk>> walks_of(std::size_t(pool_->threads()));
   pool_->run(rect.height_px(), [&](int row, int thread) {
     std::vector<CoverageWalk>& walks = walks_of[std::size_t(thread)];
     for (int column = 0; column < rect.width_px(); ++column) {
-      const std::size_t index = std::size_t(row) * std::size_t(rect.width_px()) + std::size_t(column);
+      const std::size_t index =
+          std::size_t(row) * std::size_t(rect.width_px()) + std::size_t(column);
       float& depth = depth_m[index];
       if (depth == kNoHull) continue;
       const RayRange range{std::max(view.near_m, depth * (1 - kStartSlack)), view.far_m};
       walks.clear();
       for (std::size_t i = 0; i < cameras_.size(); ++i)
-        walks.emplace_back(image_line(maps[i], rect.u0_px + column, rect.v0_px + row), cameras_[i].silhouette.map, *cameras_[i].reach, range);
+        walks.emplace_back(image_line(maps[i], rect.u0_px + column, rect.v0_px + row),
+                           cameras_[i].silhouette.map, *cameras_[i].reach, range);
       const Entry entry = next_entry(walks, range.begin, range.end);
       depth = entry.t == kNever ? kNoHull : float(entry.t);
       if (depth == kNoHull) continue;
-      const bool by_border = entry.camera >= 0 && entry.t > walks[std::size_t(entry.camera)].begin();
+      const bool by_border =
+          entry.camera >= 0 && entry.t > walks[std::size_t(entry.camera)].begin();
       found(index, entry.t, by_border ? &cameras_[std::size_t(entry.camera)] : nullptr);
     }
   });
@@ -118,16 +137,22 @@ DepthTile CoverageHull::depth(const View& view, const PixelRect& rect) {
 
 SurfaceTile CoverageHull::surface(const View& view, const PixelRect& rect) {
   const std::size_t area = rect.area_px();
-  SurfaceTile tile{rect, std::vector<float>(area), std::vector<Eigen::Vector3f>(area, Eigen::Vector3f::Zero()), std::vector<std::int16_t>(area, -1)};
-  trace(view, rect, tile.depth_m, [&](std::size_t index, double depth_m, const MapCamera* limiting) {
-    if (!limiting) return;
-    const int width = rect.width_px();
-    const geometry::Ray ray = geometry::ray_through(view.camera, Vector2d(rect.u0_px + int(index % std::size_t(width)), rect.v0_px + int(index / std::size_t(width))));
-    const auto normal = outward_normal_world(limiting->silhouette, ray.origin_world_m + depth_m * ray.direction_world);
-    if (!normal) return;
-    tile.normal_world[index] = normal->cast<float>();
-    tile.limiting[index] = std::int16_t(limiting->given);
-  });
+  SurfaceTile tile{rect, std::vector<float>(area),
+                   std::vector<Eigen::Vector3f>(area, Eigen::Vector3f::Zero()),
+                   std::vector<std::int16_t>(area, -1)};
+  trace(view, rect, tile.depth_m,
+        [&](std::size_t index, double depth_m, const MapCamera* limiting) {
+          if (!limiting) return;
+          const int width = rect.width_px();
+          const geometry::Ray ray = geometry::ray_through(
+              view.camera, Vector2d(rect.u0_px + int(index % std::size_t(width)),
+                                    rect.v0_px + int(index / std::size_t(width))));
+          const auto normal = outward_normal_world(
+              limiting->silhouette, ray.origin_world_m + depth_m * ray.direction_world);
+          if (!normal) return;
+          tile.normal_world[index] = normal->cast<float>();
+          tile.limiting[index] = std::int16_t(limiting->given);
+        });
   return tile;
 }
 

@@ -7,16 +7,21 @@
 namespace fivepipe::hull {
 namespace {
 
-// An image this close to a cell's border is on it [px]: 1000 times the rounding of a 10,000 px image.
+// An image this close to a cell's border is on it [px]: 1000 times the rounding of a 10,000 px
+// image.
 constexpr double kOnBorder_px = 1e-8;
 
 // The part of the range in which offset + t * slope >= 0.
 void clip(RayRange& range, double offset, double slope) {
-  const bool in_at_begin = offset + range.begin * slope >= 0, in_at_end = offset + range.end * slope >= 0;
+  const bool in_at_begin = offset + range.begin * slope >= 0,
+             in_at_end = offset + range.end * slope >= 0;
   if (in_at_begin && in_at_end) return;
-  if (in_at_end) range.begin = std::max(range.begin, -offset / slope);
-  else if (in_at_begin) range.end = std::min(range.end, -offset / slope);
-  else range.end = range.begin;
+  if (in_at_end)
+    range.begin = std::max(range.begin, -offset / slope);
+  else if (in_at_begin)
+    range.end = std::min(range.end, -offset / slope);
+  else
+    range.end = range.begin;
 }
 
 // In front of the camera, and half a cell within the cells' outer borders: that is the image's.
@@ -34,8 +39,10 @@ RayRange within_image(const ImageLine& l, const CoverageMap& map, RayRange range
 
 int floored(double x, int most) { return !(x > 0) ? 0 : x >= most ? most : int(std::floor(x)); }
 
-// Parameter >= t at which the image crosses `border` of one axis; t itself where it is on it already; never where it has passed it.
-double crossing(double offset, double slope, double w_offset, double w_slope, int border, double t) {
+// Parameter >= t at which the image crosses `border` of one axis; t itself where it is on it
+// already; never where it has passed it.
+double crossing(double offset, double slope, double w_offset, double w_slope, int border,
+                double t) {
   const double at = border_crossing(offset, slope, w_offset, w_slope, border);
   if (at > t) return at;
   const double w = w_offset + t * w_slope;
@@ -64,9 +71,15 @@ ObjectPixels cells_with_object(const CoverageMap& map) {
   return cells;
 }
 
-CoverageWalk::CoverageWalk(const ImageLine& line, const CoverageMap& map, const BoxReach& reach, const RayRange& range)
-    : line_(line), map_(&map), reach_(&reach), inside_image_(within_image(line, map, range)), right_(line.u_slope * line.w_offset > line.u_offset * line.w_slope),
-      down_(line.v_slope * line.w_offset > line.v_offset * line.w_slope), held_{false, inside_image_.empty() ? kNever : inside_image_.begin} {}
+CoverageWalk::CoverageWalk(const ImageLine& line, const CoverageMap& map, const BoxReach& reach,
+                           const RayRange& range)
+    : line_(line),
+      map_(&map),
+      reach_(&reach),
+      inside_image_(within_image(line, map, range)),
+      right_(line.u_slope * line.w_offset > line.u_offset * line.w_slope),
+      down_(line.v_slope * line.w_offset > line.v_offset * line.w_slope),
+      held_{false, inside_image_.empty() ? kNever : inside_image_.begin} {}
 
 CoverageWalk::ImagePoint CoverageWalk::at(double t) const {
   const double w = line_.w_offset + t * line_.w_slope;
@@ -110,27 +123,34 @@ void CoverageWalk::enter(double t) {
   const Box ahead = box_ahead(!right_, !down_);
   const int reach = reach_->at(ahead, u_, v_);
   box_ = box_of(ahead, u_, v_, std::max(reach, 1));
-  const double at_u = crossing(line_.u_offset, line_.u_slope, line_.w_offset, line_.w_slope, right_ ? box_.u1_px : box_.u0_px, t);
-  const double at_v = crossing(line_.v_offset, line_.v_slope, line_.w_offset, line_.w_slope, down_ ? box_.v1_px : box_.v0_px, t);
+  const double at_u = crossing(line_.u_offset, line_.u_slope, line_.w_offset, line_.w_slope,
+                               right_ ? box_.u1_px : box_.u0_px, t);
+  const double at_v = crossing(line_.v_offset, line_.v_slope, line_.w_offset, line_.w_slope,
+                               down_ ? box_.v1_px : box_.v0_px, t);
   leaves_by_u_ = at_u <= at_v;
   leaves_box_ = std::min(at_u, at_v);
   cuts_ = 0;
-  if (reach > 0 || leaves_box_ == t) held_ = {false, leaves_box_};
-  else cut_cell(t);
+  if (reach > 0 || leaves_box_ == t)
+    held_ = {false, leaves_box_};
+  else
+    cut_cell(t);
 }
 
-// With image points p0 where the cell is entered and p1 where it is left, p0 + x (p1 - p0) is the image of the parameter
-// t0 + (t1 - t0) x w0 / ((1 - x) w1 + x w0).
+// With image points p0 where the cell is entered and p1 where it is left, p0 + x (p1 - p0) is the
+// image of the parameter t0 + (t1 - t0) x w0 / ((1 - x) w1 + x w0).
 void CoverageWalk::cut_cell(double t) {
-  const double s00 = side_of_border(map_->at_nearest(u_ - 1, v_ - 1)), s10 = side_of_border(map_->at_nearest(u_, v_ - 1));
-  const double s01 = side_of_border(map_->at_nearest(u_ - 1, v_)), s11 = side_of_border(map_->at_nearest(u_, v_));
+  const double s00 = side_of_border(map_->at_nearest(u_ - 1, v_ - 1)),
+               s10 = side_of_border(map_->at_nearest(u_, v_ - 1));
+  const double s01 = side_of_border(map_->at_nearest(u_ - 1, v_)),
+               s11 = side_of_border(map_->at_nearest(u_, v_));
   const double end = std::min(leaves_box_, inside_image_.end);
   if (s00 > 0 && s10 > 0 && s01 > 0 && s11 > 0) {
     held_ = {true, end};
     return;
   }
   const ImagePoint p0 = at(t), p1 = at(end);
-  const double x = p0.u - u_, y = p0.v - v_, dx = p1.u - p0.u, dy = p1.v - p0.v, by_u = s10 - s00, by_v = s01 - s00, by_uv = s00 - s10 - s01 + s11;
+  const double x = p0.u - u_, y = p0.v - v_, dx = p1.u - p0.u, dy = p1.v - p0.v, by_u = s10 - s00,
+               by_v = s01 - s00, by_uv = s00 - s10 - s01 + s11;
   constant_ = s00 + by_u * x + by_v * y + by_uv * x * y;
   linear_ = by_u * dx + by_v * dy + by_uv * (x * dy + y * dx);
   square_ = by_uv * dx * dy;
@@ -138,7 +158,8 @@ void CoverageWalk::cut_cell(double t) {
   cut_t_[0] = t;
   cuts_ = 1;
   const double discriminant = linear_ * linear_ - 4 * square_ * constant_;
-  const double q = -0.5 * (linear_ + std::copysign(std::sqrt(std::max(discriminant, 0.0)), linear_));
+  const double q =
+      -0.5 * (linear_ + std::copysign(std::sqrt(std::max(discriminant, 0.0)), linear_));
   double roots[2] = {q / square_, constant_ / q};
   if (roots[0] > roots[1]) std::swap(roots[0], roots[1]);
   for (const double root : roots)

@@ -1,11 +1,12 @@
 // One ray through one coverage map, in double: where its coverage is at or above one half.
 //
-// The map is walked in cells between four pixel centres, cell (a, b) between pixels a - 1 and a, b - 1 and b; those without a corner at or
-// above one half are skipped in boxes, as in ray_walk.h. Over a cell the coverage is bilinear in the image, so along the ray's image, a line,
-// a quadratic in the image's own parameter: closed-form roots, taken back to the ray by the cross-ratio.
+// The map is walked in cells between four pixel centres, cell (a, b) between pixels a - 1 and a, b
+// - 1 and b; those without a corner at or above one half are skipped in boxes, as in ray_walk.h.
+// Over a cell the coverage is bilinear in the image, so along the ray's image, a line, a quadratic
+// in the image's own parameter: closed-form roots, taken back to the ray by the cross-ratio.
 #pragma once
-#include "common/hull/silhouette/coverage.h"
 #include "common/hull/cpu/ray_walk.h"
+#include "common/hull/silhouette/coverage.h"
 
 namespace fivepipe::hull {
 
@@ -16,8 +17,10 @@ ObjectPixels cells_with_object(const CoverageMap& map);
 
 class CoverageWalk {
  public:
-  // The line is that of the cells' camera. Borrows the map, and the reach of its cells with the box ahead of the line made.
-  CoverageWalk(const ImageLine& line, const CoverageMap& map, const BoxReach& reach, const RayRange& range);
+  // The line is that of the cells' camera. Borrows the map, and the reach of its cells with the box
+  // ahead of the line made.
+  CoverageWalk(const ImageLine& line, const CoverageMap& map, const BoxReach& reach,
+               const RayRange& range);
 
   struct Held {
     bool inside;
@@ -28,7 +31,8 @@ class CoverageWalk {
     while (!(t < held_.until)) walk_to(t);
     return held_;
   }
-  // Where the ray comes into the image, or in front of the camera, or the range begins: the coverage has no border there.
+  // Where the ray comes into the image, or in front of the camera, or the range begins: the
+  // coverage has no border there.
   double begin() const { return inside_image_.begin; }
 
  private:
@@ -50,7 +54,8 @@ class CoverageWalk {
   PixelRect box_;  // of cells, in which the ray is; where it has more than one, all are empty
   int u_ = 0, v_ = 0;
   double leaves_box_ = -kNever;
-  // Of a cell in pieces: coverage less one half along the image from where it was entered (0) to where it is left (1), and its pieces' ends.
+  // Of a cell in pieces: coverage less one half along the image from where it was entered (0) to
+  // where it is left (1), and its pieces' ends.
   double constant_ = 0, linear_ = 0, square_ = 0;
   double cut_at_[4] = {}, cut_t_[4] = {};
   int cuts_ = 0;

@@ -16,11 +16,14 @@ struct Edge {
 
 double squared_distance(const Vector2d& uv_px, const Edge& edge) {
   const Vector2d d = uv_px - edge.pixel.cast<double>() - 0.5 * edge.outward.cast<double>();
-  const double across = d.dot(edge.outward.cast<double>()), along = std::max(0.0, std::abs(d.x() * edge.outward.y() - d.y() * edge.outward.x()) - 0.5);
+  const double across = d.dot(edge.outward.cast<double>()),
+               along = std::max(
+                   0.0, std::abs(d.x() * edge.outward.y() - d.y() * edge.outward.x()) - 0.5);
   return across * across + along * along;
 }
 
-// The contour's edge nearest to uv, of those around its pixel through which an image that moves along `motion` comes in; of all where that is zero.
+// The contour's edge nearest to uv, of those around its pixel through which an image that moves
+// along `motion` comes in; of all where that is zero.
 std::optional<Edge> edge_at(const ContourMap& map, const Vector2d& uv_px, const Vector2d& motion) {
   const Vector2i middle(int(std::floor(uv_px.x() + 0.5)), int(std::floor(uv_px.y() + 0.5)));
   std::optional<Edge> nearest;
@@ -28,39 +31,52 @@ std::optional<Edge> edge_at(const ContourMap& map, const Vector2d& uv_px, const 
     for (int du = -1; du <= 1; ++du) {
       const Vector2i pixel = middle + Vector2i(du, dv);
       if (!map.keeps(pixel.x(), pixel.y())) continue;
-      for (const Vector2i& outward : {Vector2i(-1, 0), Vector2i(1, 0), Vector2i(0, -1), Vector2i(0, 1)}) {
+      for (const Vector2i& outward :
+           {Vector2i(-1, 0), Vector2i(1, 0), Vector2i(0, -1), Vector2i(0, 1)}) {
         const Edge edge{pixel, outward};
-        if (outward.cast<double>().dot(motion) > 0 || map.keeps(pixel.x() + outward.x(), pixel.y() + outward.y())) continue;
-        if (!nearest || squared_distance(uv_px, edge) < squared_distance(uv_px, *nearest)) nearest = edge;
+        if (outward.cast<double>().dot(motion) > 0 ||
+            map.keeps(pixel.x() + outward.x(), pixel.y() + outward.y()))
+          continue;
+        if (!nearest || squared_distance(uv_px, edge) < squared_distance(uv_px, *nearest))
+          nearest = edge;
       }
     }
   return nearest;
 }
 
-// Normal of the plane through a camera's centre and the tangent at uv whose normal in the image is `outward`. It is the gradient, in
-// world coordinates, of outward . (pixel of p - uv) times the depth of p.
-Vector3d plane_normal(const geometry::Camera& camera, const Vector2d& uv_px, const Vector2d& outward) {
+// Normal of the plane through a camera's centre and the tangent at uv whose normal in the image is
+// `outward`. It is the gradient, in world coordinates, of outward . (pixel of p - uv) times the
+// depth of p.
+Vector3d plane_normal(const geometry::Camera& camera, const Vector2d& uv_px,
+                      const Vector2d& outward) {
   const geometry::Pinhole& k = camera.pinhole;
-  const Vector3d of_camera(outward.x() * k.fx_px, outward.y() * k.fy_px, -(outward.x() * (uv_px.x() - k.cx_px) + outward.y() * (uv_px.y() - k.cy_px)));
+  const Vector3d of_camera(
+      outward.x() * k.fx_px, outward.y() * k.fy_px,
+      -(outward.x() * (uv_px.x() - k.cx_px) + outward.y() * (uv_px.y() - k.cy_px)));
   return (camera.camera_from_world.linear().transpose() * of_camera).normalized();
 }
 
-BorderNormal normal_of(const geometry::Camera& camera, const ContourMap& map, const Edge& edge, const Vector2d& uv_px) {
-  const ContourFit fit = contour_fit(map, edge.pixel.x(), edge.pixel.y(), edge.outward.x(), edge.outward.y(), uv_px);
+BorderNormal normal_of(const geometry::Camera& camera, const ContourMap& map, const Edge& edge,
+                       const Vector2d& uv_px) {
+  const ContourFit fit =
+      contour_fit(map, edge.pixel.x(), edge.pixel.y(), edge.outward.x(), edge.outward.y(), uv_px);
   return {plane_normal(camera, uv_px, fit.normal), fit.error_rad};
 }
 
-bool in_or_beside(const PixelRect& image, const Vector2d& uv_px) {  // and not where it is not a number
+bool in_or_beside(const PixelRect& image,
+                  const Vector2d& uv_px) {  // and not where it is not a number
   return holds({-1, -1, image.u1_px + 1, image.v1_px + 1}, uv_px.x(), uv_px.y());
 }
 
 // Another camera whose border passes the point so closely that it ends the hull there as well.
-std::optional<LimitingCamera> limits_too(const CpuHull& hull, const CpuHull::MapCamera& c, const Vector3d& p_world_m) {
+std::optional<LimitingCamera> limits_too(const CpuHull& hull, const CpuHull::MapCamera& c,
+                                         const Vector3d& p_world_m) {
   const auto uv_px = geometry::project(c.camera, p_world_m);
   const PixelRect image = image_of(c.camera);
   if (!uv_px || !in_or_beside(image, *uv_px)) return std::nullopt;
   // By `seen`, a point that leaves the image on an object pixel may still be in the hull.
-  const ContourMap map{&c.reach, image, hull.rule().limits == Limits::seen ? Kept::not_empty : Kept::object};
+  const ContourMap map{&c.reach, image,
+                       hull.rule().limits == Limits::seen ? Kept::not_empty : Kept::object};
   const auto edge = edge_at(map, *uv_px, Vector2d::Zero());
   if (!edge) return std::nullopt;
   const double distance_px = std::sqrt(squared_distance(*uv_px, *edge));
@@ -72,13 +88,15 @@ std::optional<LimitingCamera> limits_too(const CpuHull& hull, const CpuHull::Map
 }  // namespace
 
 // Who moved the ray on last. As RayWalk::next_entry.
-std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const ImageLine> lines, double near, double far) {
+std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const ImageLine> lines,
+                                      double near, double far) {
   const HullRule& rule = hull.rule();
   std::vector<MapWalk> walks;
   walks.reserve(lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const CpuHull::MapCamera& c = hull.cameras()[i];
-    walks.emplace_back(lines[i], c.reach, walk_window(c.camera, c.reach, rule), beyond_window(rule), RayRange{near, far});
+    walks.emplace_back(lines[i], c.reach, walk_window(c.camera, c.reach, rule), beyond_window(rule),
+                       RayRange{near, far});
   }
   RayBorder border{near};
   for (;;) {
@@ -88,23 +106,30 @@ std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const Image
     bool was_empty = false;
     for (int i = 0; i < int(walks.size()); ++i) {
       const Held held = walks[std::size_t(i)].held(border.t);
-      if (held.verdict == Verdict::object) ++seen;
-      else if (held.verdict == Verdict::empty || held.until < until) next = i, until = held.until, was_empty = held.verdict == Verdict::empty;
+      if (held.verdict == Verdict::object)
+        ++seen;
+      else if (held.verdict == Verdict::empty || held.until < until)
+        next = i, until = held.until, was_empty = held.verdict == Verdict::empty;
       if (was_empty) break;
     }
-    if (!was_empty && seen >= (rule.limits == Limits::all ? int(walks.size()) : rule.min_seen)) return border;
+    if (!was_empty && seen >= (rule.limits == Limits::all ? int(walks.size()) : rule.min_seen))
+      return border;
     if (next < 0) return std::nullopt;
     border = {until, next};
-    const bool lets_go = was_empty && until < far && walks[std::size_t(next)].held(until).verdict == Verdict::unseen;
+    const bool lets_go =
+        was_empty && until < far && walks[std::size_t(next)].held(until).verdict == Verdict::unseen;
     border.kept = lets_go ? Kept::not_empty : Kept::object;
   }
 }
 
-std::optional<BorderNormal> normal_at(const CpuHull& hull, const RayBorder& border, const ImageLine& l) {
+std::optional<BorderNormal> normal_at(const CpuHull& hull, const RayBorder& border,
+                                      const ImageLine& l) {
   const CpuHull::MapCamera& c = hull.cameras()[std::size_t(border.camera)];
   const double w = l.w_offset + border.t * l.w_slope;
-  const Vector2d uv((l.u_offset + border.t * l.u_slope) / w - 0.5, (l.v_offset + border.t * l.v_slope) / w - 0.5);
-  const Vector2d motion(l.u_slope * l.w_offset - l.u_offset * l.w_slope, l.v_slope * l.w_offset - l.v_offset * l.w_slope);
+  const Vector2d uv((l.u_offset + border.t * l.u_slope) / w - 0.5,
+                    (l.v_offset + border.t * l.v_slope) / w - 0.5);
+  const Vector2d motion(l.u_slope * l.w_offset - l.u_offset * l.w_slope,
+                        l.v_slope * l.w_offset - l.v_offset * l.w_slope);
   const PixelRect image = image_of(c.camera);
   if (!in_or_beside(image, uv)) return std::nullopt;
   const ContourMap map{&c.reach, image, border.kept};
@@ -113,9 +138,11 @@ std::optional<BorderNormal> normal_at(const CpuHull& hull, const RayBorder& bord
   return normal_of(c.camera, map, *edge, uv);
 }
 
-std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const geometry::Ray& ray, double near, double far) {
+std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const geometry::Ray& ray,
+                                                double near, double far) {
   const CpuHull& hull = query.hull();
-  if (hull.empty() || !(near < far) || !std::isfinite(near) || !std::isfinite(far)) return std::nullopt;
+  if (hull.empty() || !(near < far) || !std::isfinite(near) || !std::isfinite(far))
+    return std::nullopt;
   if (!ray.origin_world_m.allFinite() || !ray.direction_world.allFinite()) return std::nullopt;
   std::vector<ImageLine> lines;
   for (const CpuHull::MapCamera& c : hull.cameras()) lines.push_back(image_line(c.camera, ray));
@@ -123,14 +150,19 @@ std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const ge
   if (!border || border->camera < 0) return std::nullopt;
   const auto crossed = normal_at(hull, *border, lines[std::size_t(border->camera)]);
   if (!crossed) return std::nullopt;
-  LimitingCameras found{border->t, {{hull.cameras()[std::size_t(border->camera)].silhouette, crossed->normal_world, crossed->error_rad, 0.0}}};
+  LimitingCameras found{border->t,
+                        {{hull.cameras()[std::size_t(border->camera)].silhouette,
+                          crossed->normal_world, crossed->error_rad, 0.0}}};
   for (int i = 0; i < int(hull.cameras().size()); ++i) {
     if (i == border->camera) continue;
-    const auto other = limits_too(hull, hull.cameras()[std::size_t(i)], ray.origin_world_m + border->t * ray.direction_world);
+    const auto other = limits_too(hull, hull.cameras()[std::size_t(i)],
+                                  ray.origin_world_m + border->t * ray.direction_world);
     if (other) found.cameras.push_back(*other);
   }
-  std::stable_sort(found.cameras.begin() + 1, found.cameras.end(), [](const auto& a, const auto& b) { return a.distance_px < b.distance_px; });
-  if (found.cameras.size() > kMostLimiting) found.cameras.erase(found.cameras.begin() + kMostLimiting, found.cameras.end());
+  std::stable_sort(found.cameras.begin() + 1, found.cameras.end(),
+                   [](const auto& a, const auto& b) { return a.distance_px < b.distance_px; });
+  if (found.cameras.size() > kMostLimiting)
+    found.cameras.erase(found.cameras.begin() + kMostLimiting, found.cameras.end());
   return found;
 }
 

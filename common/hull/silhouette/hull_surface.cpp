@@ -4,8 +4,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "common/hull/silhouette/hull_border.h"
 #include "common/hull/map_from_view.h"
+#include "common/hull/silhouette/hull_border.h"
 
 namespace fivepipe::hull {
 namespace {
@@ -14,13 +14,15 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-// How far a tile's depth may be from the exact one, as a fraction: twice what CpuHull::depth promises.
+// How far a tile's depth may be from the exact one, as a fraction: twice what CpuHull::depth
+// promises.
 constexpr double kDepthError = 4e-6;
 
 class Surface {
  public:
   Surface(const HullQuery& query, const View& view) : hull_(query.hull()), view_(view) {
-    for (const CpuHull::MapCamera& c : hull_.cameras()) maps_.push_back(map_from_view(c.camera, view.camera));
+    for (const CpuHull::MapCamera& c : hull_.cameras())
+      maps_.push_back(map_from_view(c.camera, view.camera));
   }
 
   void at(int u, int v, float depth_m, int& camera, Vector3f& normal) const {
@@ -31,21 +33,27 @@ class Surface {
     lines.reserve(maps_.size());
     for (const MapFromView& map : maps_) lines.push_back(image_line(map, u, v));
     // From just before the depth; where that is wrong, from the near plane.
-    auto border = first_border(hull_, lines, std::max(view_.near_m, depth_m * (1 - kDepthError)), std::min(view_.far_m, depth_m * (1 + kDepthError)));
-    if (!border || (border->camera < 0 && border->t > view_.near_m)) border = first_border(hull_, lines, view_.near_m, view_.far_m);
+    auto border = first_border(hull_, lines, std::max(view_.near_m, depth_m * (1 - kDepthError)),
+                               std::min(view_.far_m, depth_m * (1 + kDepthError)));
+    if (!border || (border->camera < 0 && border->t > view_.near_m))
+      border = first_border(hull_, lines, view_.near_m, view_.far_m);
     if (!border) return;
     if (border->camera < 0) {
       camera = kNearPlane;
-      normal = -view_.camera.camera_from_world.linear().row(2).transpose().normalized().cast<float>();
+      normal =
+          -view_.camera.camera_from_world.linear().row(2).transpose().normalized().cast<float>();
       return;
     }
     const auto outward = normal_at(hull_, *border, lines[std::size_t(border->camera)]);
     if (!outward) return;
     camera = hull_.cameras()[std::size_t(border->camera)].silhouette;
-    // A smoothed contour may turn from the eye where the staircase did not: there the surface is seen edge-on.
-    const Vector3d d = geometry::ray_through(view_.camera, Vector2d(u, v)).direction_world.normalized();
+    // A smoothed contour may turn from the eye where the staircase did not: there the surface is
+    // seen edge-on.
+    const Vector3d d =
+        geometry::ray_through(view_.camera, Vector2d(u, v)).direction_world.normalized();
     const double away = outward->normal_world.dot(d);
-    normal = (away > 0 ? (outward->normal_world - away * d).normalized() : outward->normal_world).cast<float>();
+    normal = (away > 0 ? (outward->normal_world - away * d).normalized() : outward->normal_world)
+                 .cast<float>();
   }
 
  private:
@@ -58,13 +66,18 @@ class Surface {
 
 HullSurface hull_surface(const HullQuery& query, const View& view, const DepthTile& tile) {
   assert(tile.depth_m.size() == tile.rect.area_px());
-  HullSurface result{tile.rect, std::vector<int>(tile.depth_m.size(), kNoSurface), std::vector<Eigen::Vector3f>(tile.depth_m.size(), Eigen::Vector3f::Zero())};
-  if (query.hull().empty() || !is_finite(view.camera) || !(view.near_m > 0 && view.near_m < view.far_m && std::isfinite(view.far_m))) return result;
+  HullSurface result{tile.rect, std::vector<int>(tile.depth_m.size(), kNoSurface),
+                     std::vector<Eigen::Vector3f>(tile.depth_m.size(), Eigen::Vector3f::Zero())};
+  if (query.hull().empty() || !is_finite(view.camera) ||
+      !(view.near_m > 0 && view.near_m < view.far_m && std::isfinite(view.far_m)))
+    return result;
   const Surface surface(query, view);
   query.hull().pool().run(tile.rect.height_px(), [&](int row, int) {
     for (int column = 0; column < tile.rect.width_px(); ++column) {
-      const std::size_t i = std::size_t(row) * std::size_t(tile.rect.width_px()) + std::size_t(column);
-      surface.at(tile.rect.u0_px + column, tile.rect.v0_px + row, tile.depth_m[i], result.limiting_camera[i], result.normal_world[i]);
+      const std::size_t i =
+          std::size_t(row) * std::size_t(tile.rect.width_px()) + std::size_t(column);
+      surface.at(tile.rect.u0_px + column, tile.rect.v0_px + row, tile.depth_m[i],
+                 result.limiting_camera[i], result.normal_world[i]);
     }
   });
   return result;

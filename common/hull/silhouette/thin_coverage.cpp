@@ -8,7 +8,8 @@
 namespace fivepipe::hull {
 namespace {
 
-// What is wider than this along rows or columns is not thin [px]: a strip of one pixel at 45 degrees, and a little.
+// What is wider than this along rows or columns is not thin [px]: a strip of one pixel at 45
+// degrees, and a little.
 constexpr double kThin_px = 1.5;
 
 // Coverages as small as 0.15, known to 0.01, give a strip's place to a tenth of its share.
@@ -25,7 +26,8 @@ Neighbourhood around(const CoverageMap& map, int u, int v) {
   Neighbourhood n;
   for (int dv = -1; dv <= 1; ++dv)
     for (int du = -1; du <= 1; ++du) {
-      const bool inside = u + du >= 0 && v + dv >= 0 && u + du < map.width_px() && v + dv < map.height_px();
+      const bool inside =
+          u + du >= 0 && v + dv >= 0 && u + du < map.width_px() && v + dv < map.height_px();
       n.c[dv + 1][du + 1] = inside ? double(map.at(u + du, v + dv)) / kWholeCoverage : 0.0;
     }
   return n;
@@ -38,56 +40,71 @@ double variance(double before, double here, double behind) {
 
 // What the middle is raised to for a strip as wide as `width` across it.
 double raised(double before, double behind, double width) {
-  const double a = 0.5 - before, b = 0.5 - behind, p = 2 - width, q = (1 - width) * (a + b), r = -width * a * b;
+  const double a = 0.5 - before, b = 0.5 - behind, p = 2 - width, q = (1 - width) * (a + b),
+               r = -width * a * b;
   return 0.5 + (-q + std::sqrt(q * q - 4 * p * r)) / (2 * p);
 }
 
 // What a neighbour of a pixel that becomes 1 is raised to: see the header.
 double reaching(double beside, double here) {
-  const double along_a_row = 2 * beside / (1 + 2 * beside), share = kShareSlack * beside / (beside + here);
+  const double along_a_row = 2 * beside / (1 + 2 * beside),
+               share = kShareSlack * beside / (beside + here);
   return std::max(along_a_row, 2 * share * share / ((1 + share) * (1 + share)));
 }
 
 enum class Across { rows, columns };
 Across least_spread(const Neighbourhood& n) {
-  return variance(n.column(0), n.column(1), n.column(2)) >= variance(n.row(0), n.row(1), n.row(2)) ? Across::rows : Across::columns;
+  return variance(n.column(0), n.column(1), n.column(2)) >= variance(n.row(0), n.row(1), n.row(2))
+             ? Across::rows
+             : Across::columns;
 }
 
 // What a pixel in the middle of something thin is raised to; nothing for others.
 std::optional<double> thin_coverage(const Neighbourhood& n, Across across, const KeepThin& keep) {
   const bool rows = across == Across::rows;
-  const double here = n.c[1][1], before = rows ? n.c[0][1] : n.c[1][0], behind = rows ? n.c[2][1] : n.c[1][2];
+  const double here = n.c[1][1], before = rows ? n.c[0][1] : n.c[1][0],
+               behind = rows ? n.c[2][1] : n.c[1][2];
   if (before >= 0.5 || behind >= 0.5 || here <= before || here < behind) return std::nullopt;
-  if ((n.row(0) + n.row(1) + n.row(2)) / 3 >= kThin_px) return std::nullopt;  // a gap between two others
-  const double beside = rows ? std::max(n.column(0), n.column(2)) : std::max(n.row(0), n.row(2)), sum = before + here + behind;
+  if ((n.row(0) + n.row(1) + n.row(2)) / 3 >= kThin_px)
+    return std::nullopt;  // a gap between two others
+  const double beside = rows ? std::max(n.column(0), n.column(2)) : std::max(n.row(0), n.row(2)),
+               sum = before + here + behind;
   if (sum < keep.least_width_px || sum >= kThin_px) return std::nullopt;
   if (keep.rule == ThinRule::contained) return 1.0;
   return raised(before, behind, beside < keep.least_width_px ? std::sqrt(sum) : sum);
 }
 
-// The pixels at or above one half around (u, v) do not hang together without it (Hilditch, 1969: a crossing number above one).
+// The pixels at or above one half around (u, v) do not hang together without it (Hilditch, 1969: a
+// crossing number above one).
 bool bridges(const CoverageMap& m, int u, int v) {
-  static constexpr int kRing[9][2] = {{1, 0}, {1, -1}, {0, -1}, {-1, -1}, {-1, 0}, {-1, 1}, {0, 1}, {1, 1}, {1, 0}};
+  static constexpr int kRing[9][2] = {{1, 0},  {1, -1}, {0, -1}, {-1, -1}, {-1, 0},
+                                      {-1, 1}, {0, 1},  {1, 1},  {1, 0}};
   bool inside[9];
   for (int i = 0; i < 9; ++i) {
     const int x = u + kRing[i][0], y = v + kRing[i][1];
-    inside[i] = x >= 0 && y >= 0 && x < m.width_px() && y < m.height_px() && side_of_border(m.at(x, y)) > 0;
+    inside[i] =
+        x >= 0 && y >= 0 && x < m.width_px() && y < m.height_px() && side_of_border(m.at(x, y)) > 0;
   }
   int crossings = 0;
   for (int i = 0; i < 8; i += 2) crossings += !inside[i] && (inside[i + 1] || inside[i + 2]);
   return crossings > 1;
 }
 
-std::uint8_t rounded_up(double coverage) { return std::uint8_t(std::min(std::ceil(coverage * kWholeCoverage), double(kWholeCoverage))); }
+std::uint8_t rounded_up(double coverage) {
+  return std::uint8_t(std::min(std::ceil(coverage * kWholeCoverage), double(kWholeCoverage)));
+}
 
-// Joins the pair of pixels (u, v), (u + 1, v + 1), or (u + 1, v), (u, v + 1), where both are inside, one of them thin, and the others outside.
-void join_corner(CoverageMap& kept, const ObjectPixels& thin, const CoverageMap& map, int u, int v, bool falling) {
+// Joins the pair of pixels (u, v), (u + 1, v + 1), or (u + 1, v), (u, v + 1), where both are
+// inside, one of them thin, and the others outside.
+void join_corner(CoverageMap& kept, const ObjectPixels& thin, const CoverageMap& map, int u, int v,
+                 bool falling) {
   const int u1 = falling ? u : u + 1, u2 = falling ? u + 1 : u;  // of the pair, in rows v and v + 1
   const int e1 = side_of_border(kept.at(u1, v)), e2 = side_of_border(kept.at(u2, v + 1));
   if (e1 < 0 || e2 < 0 || !(thin.contains(u1, v) || thin.contains(u2, v + 1))) return;
   const bool upper = map.at(u2, v) >= map.at(u1, v + 1);
   const int ou = upper ? u2 : u1, ov = upper ? v : v + 1;  // of the others, the one to raise
-  const int a = -side_of_border(kept.at(ou, ov)), b = -side_of_border(upper ? kept.at(u1, v + 1) : kept.at(u2, v));
+  const int a = -side_of_border(kept.at(ou, ov)),
+            b = -side_of_border(upper ? kept.at(u1, v + 1) : kept.at(u2, v));
   if (a < 0 || b < 0 || e1 * e2 > a * b) return;
   const int most = (e1 * e2 - 1) / b;  // of a, so that e1 e2 > a b
   kept.set(ou, ov, std::uint8_t((kWholeCoverage - most + 1) / 2));
@@ -98,7 +115,9 @@ void join_corner(CoverageMap& kept, const ObjectPixels& thin, const CoverageMap&
 CoverageMap keep_thin(const CoverageMap& map, const KeepThin& keep) {
   CoverageMap kept = map;
   ObjectPixels thin(map.width_px(), map.height_px());
-  const auto raise_pixel = [&](int u, int v, double coverage) { kept.set(u, v, std::max(kept.at(u, v), rounded_up(coverage))); };
+  const auto raise_pixel = [&](int u, int v, double coverage) {
+    kept.set(u, v, std::max(kept.at(u, v), rounded_up(coverage)));
+  };
   const auto raise = [&](int u, int v, const Neighbourhood& n, Across across) {
     const auto coverage = thin_coverage(n, across, keep);
     if (!coverage) return;
@@ -106,16 +125,19 @@ CoverageMap keep_thin(const CoverageMap& map, const KeepThin& keep) {
     thin.set(u, v);
     if (keep.rule == ThinRule::contained)
       for (const auto& [du, dv] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}})
-        if (const double beside = n.c[1 + dv][1 + du]; beside > 0) raise_pixel(u + du, v + dv, reaching(beside, n.c[1][1]));
+        if (const double beside = n.c[1 + dv][1 + du]; beside > 0)
+          raise_pixel(u + du, v + dv, reaching(beside, n.c[1][1]));
   };
   const auto for_partly_covered = [&](const auto& work) {
     for (int v = 0; v < map.height_px(); ++v)
       for (int u = 0; u < map.width_px(); ++u)
         if (map.at(u, v) != 0 && map.at(u, v) != kWholeCoverage) work(u, v, around(map, u, v));
   };
-  for_partly_covered([&](int u, int v, const Neighbourhood& n) { raise(u, v, n, least_spread(n)); });
+  for_partly_covered(
+      [&](int u, int v, const Neighbourhood& n) { raise(u, v, n, least_spread(n)); });
   for_partly_covered([&](int u, int v, const Neighbourhood& n) {
-    if (side_of_border(kept.at(u, v)) < 0 && bridges(kept, u, v)) raise(u, v, n, least_spread(n) == Across::rows ? Across::columns : Across::rows);
+    if (side_of_border(kept.at(u, v)) < 0 && bridges(kept, u, v))
+      raise(u, v, n, least_spread(n) == Across::rows ? Across::columns : Across::rows);
   });
   for (int v = 0; v + 1 < map.height_px(); ++v)
     for (int u = 0; u + 1 < map.width_px(); ++u)

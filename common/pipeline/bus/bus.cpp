@@ -12,13 +12,16 @@
 namespace fivepipe::bus {
 namespace {
 
-// Cyclone clears as many samples with each loan that it gets back: more than a view has tiles costs more than it saves.
+// Cyclone clears as many samples with each loan that it gets back: more than a view has tiles costs
+// more than it saves.
 constexpr std::int32_t kMaxTaken = 64;
 
-// Depth of each kind of delivery, in samples per key. stream: more than max_frames_in_flight, so that pacing, not the bus, drops.
+// Depth of each kind of delivery, in samples per key. stream: more than max_frames_in_flight, so
+// that pacing, not the bus, drops.
 constexpr std::int32_t kStreamDepth = 8, kLatchedDepth = 1, kEventDepth = 64;
 
-// Readers acknowledge when a heartbeat asks them to. Cyclone takes several configurations, the later ones on top.
+// Readers acknowledge when a heartbeat asks them to. Cyclone takes several configurations, the
+// later ones on top.
 constexpr const char* kFrequentHeartbeats =
     R"(,<CycloneDDS><Domain><Internal><HeartbeatInterval min="100us" minsched="100us" max="10ms">200us</HeartbeatInterval></Internal></Domain></CycloneDDS>)";
 
@@ -34,8 +37,12 @@ Qos qos_of(topics::Delivery delivery, bool keep_all) {
   dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
   dds_qset_writer_data_lifecycle(qos.get(), false);
   switch (delivery) {
-    case topics::Delivery::stream: dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kStreamDepth); break;
-    case topics::Delivery::event: dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kEventDepth); break;
+    case topics::Delivery::stream:
+      dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kStreamDepth);
+      break;
+    case topics::Delivery::event:
+      dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kEventDepth);
+      break;
     case topics::Delivery::latched:
       dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kLatchedDepth);
       dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
@@ -47,7 +54,8 @@ Qos qos_of(topics::Delivery delivery, bool keep_all) {
 
 const char* policy_name(std::uint32_t policy) {
   switch (policy) {
-    case DDS_TYPE_CONSISTENCY_ENFORCEMENT_QOS_POLICY_ID: return "another version of the message type";
+    case DDS_TYPE_CONSISTENCY_ENFORCEMENT_QOS_POLICY_ID:
+      return "another version of the message type";
     case DDS_DURABILITY_QOS_POLICY_ID: return "durability QoS";
     case DDS_RELIABILITY_QOS_POLICY_ID: return "reliability QoS";
     case DDS_DATA_REPRESENTATION_QOS_POLICY_ID: return "data representation";
@@ -65,15 +73,18 @@ Taken take(std::int32_t reader) {
   Taken taken;
   std::array<void*, kMaxTaken> samples{};
   std::array<dds_sample_info_t, kMaxTaken> infos;
-  const std::int32_t count = checked(dds_take(reader, samples.data(), infos.data(), kMaxTaken, kMaxTaken), "dds_take");
+  const std::int32_t count =
+      checked(dds_take(reader, samples.data(), infos.data(), kMaxTaken, kMaxTaken), "dds_take");
   taken.samples.assign(samples.begin(), samples.begin() + count);
   for (std::int32_t i = 0; i < count; ++i)
-    taken.infos.push_back({infos[i].valid_data, infos[i].instance_state != DDS_IST_ALIVE, infos[i].publication_handle, infos[i].source_timestamp});
+    taken.infos.push_back({infos[i].valid_data, infos[i].instance_state != DDS_IST_ALIVE,
+                           infos[i].publication_handle, infos[i].source_timestamp});
   return taken;
 }
 
 void return_loan(std::int32_t reader, Taken& taken) {
-  if (!taken.samples.empty()) dds_return_loan(reader, taken.samples.data(), std::int32_t(taken.samples.size()));
+  if (!taken.samples.empty())
+    dds_return_loan(reader, taken.samples.data(), std::int32_t(taken.samples.size()));
 }
 
 void write(Entity& writer, const void* message, const char* topic) {
@@ -86,16 +97,22 @@ void write(Entity& writer, const void* message, const char* topic) {
   ++writer.written->sent;
 }
 
-bool wait_for_acks(std::int32_t writer, std::chrono::nanoseconds timeout) { return dds_wait_for_acks(writer, timeout.count()) == DDS_RETCODE_OK; }
+bool wait_for_acks(std::int32_t writer, std::chrono::nanoseconds timeout) {
+  return dds_wait_for_acks(writer, timeout.count()) == DDS_RETCODE_OK;
+}
 
 int matched_readers(std::int32_t writer) {
   dds_publication_matched_status_t status;
-  return dds_get_publication_matched_status(writer, &status) == DDS_RETCODE_OK ? int(status.current_count) : 0;
+  return dds_get_publication_matched_status(writer, &status) == DDS_RETCODE_OK
+             ? int(status.current_count)
+             : 0;
 }
 
 int matched_writers(std::int32_t reader) {
   dds_subscription_matched_status_t status;
-  return dds_get_subscription_matched_status(reader, &status) == DDS_RETCODE_OK ? int(status.current_count) : 0;
+  return dds_get_subscription_matched_status(reader, &status) == DDS_RETCODE_OK
+             ? int(status.current_count)
+             : 0;
 }
 
 }  // namespace detail
@@ -114,7 +131,10 @@ struct Bus::Impl {
 
   std::int32_t topic(const char* name, const dds_topic_descriptor_t* descriptor) {
     const auto [it, is_new] = topic_of_name.try_emplace(name, 0);
-    if (is_new) it->second = checked(dds_create_topic(participant->handle, descriptor, name, nullptr, nullptr), std::string("topic ") + name);
+    if (is_new)
+      it->second =
+          checked(dds_create_topic(participant->handle, descriptor, name, nullptr, nullptr),
+                  std::string("topic ") + name);
     return it->second;
   }
 };
@@ -123,18 +143,23 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   FittedProfile profile = fitted_to_kernel(profile_xml(options.profile), kernel_rmem_max_bytes());
   if (options.asks_for_acks) profile.xml += kFrequentHeartbeats;
   if (!profile.warning.empty()) warnings_.push_back(profile.warning);
-  // One domain of a number per process: a second Bus in it (tests, tools) shares the first one's configuration.
+  // One domain of a number per process: a second Bus in it (tests, tools) shares the first one's
+  // configuration.
   const std::int32_t domain = dds_create_domain(options.domain, profile.xml.c_str());
   if (domain >= 0)
     impl_->domain = std::make_unique<detail::Entity>(domain);
   else if (domain != DDS_RETCODE_PRECONDITION_NOT_MET)
-    throw BusError("DDS domain " + std::to_string(options.domain) + " can't be opened with network profile '" + options.profile +
-                   "': " + dds_strretcode(-domain) + " (the lines above this one, from Cyclone DDS, say why)");
+    throw BusError("DDS domain " + std::to_string(options.domain) +
+                   " can't be opened with network profile '" + options.profile +
+                   "': " + dds_strretcode(-domain) +
+                   " (the lines above this one, from Cyclone DDS, say why)");
   const Qos qos(dds_create_qos(), dds_delete_qos);
   if (!options.participant.empty()) dds_qset_entity_name(qos.get(), options.participant.c_str());
   impl_->participant = std::make_unique<detail::Entity>(
-      checked(dds_create_participant(options.domain, qos.get(), nullptr), "DDS participant in domain " + std::to_string(options.domain)));
-  impl_->waitset = std::make_unique<detail::Entity>(checked(dds_create_waitset(impl_->participant->handle), "waitset"));
+      checked(dds_create_participant(options.domain, qos.get(), nullptr),
+              "DDS participant in domain " + std::to_string(options.domain)));
+  impl_->waitset = std::make_unique<detail::Entity>(
+      checked(dds_create_waitset(impl_->participant->handle), "waitset"));
 }
 
 Bus::~Bus() {
@@ -143,22 +168,31 @@ Bus::~Bus() {
   impl_->participant.reset();
 }
 
-std::shared_ptr<detail::Entity> Bus::make_reader(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery, bool keep_all) {
+std::shared_ptr<detail::Entity> Bus::make_reader(const char* name,
+                                                 const dds_topic_descriptor_t* descriptor,
+                                                 topics::Delivery delivery, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);
   const Qos qos = qos_of(delivery, keep_all);
   auto entity = std::make_shared<detail::Entity>(
-      checked(dds_create_reader(impl_->participant->handle, impl_->topic(name, descriptor), qos.get(), nullptr), std::string("reader of ") + name));
-  const std::int32_t condition = checked(dds_create_readcondition(entity->handle, DDS_ANY_STATE), "read condition");
+      checked(dds_create_reader(impl_->participant->handle, impl_->topic(name, descriptor),
+                                qos.get(), nullptr),
+              std::string("reader of ") + name));
+  const std::int32_t condition =
+      checked(dds_create_readcondition(entity->handle, DDS_ANY_STATE), "read condition");
   checked(dds_waitset_attach(impl_->waitset->handle, condition, 0), "waitset");
   impl_->endpoints.push_back({entity, name, true, entity->written});
   return entity;
 }
 
-std::shared_ptr<detail::Entity> Bus::make_writer(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery, bool keep_all) {
+std::shared_ptr<detail::Entity> Bus::make_writer(const char* name,
+                                                 const dds_topic_descriptor_t* descriptor,
+                                                 topics::Delivery delivery, bool keep_all) {
   const std::scoped_lock lock(impl_->mutex);
   const Qos qos = qos_of(delivery, keep_all);
   auto entity = std::make_shared<detail::Entity>(
-      checked(dds_create_writer(impl_->participant->handle, impl_->topic(name, descriptor), qos.get(), nullptr), std::string("writer of ") + name));
+      checked(dds_create_writer(impl_->participant->handle, impl_->topic(name, descriptor),
+                                qos.get(), nullptr),
+              std::string("writer of ") + name));
   impl_->endpoints.push_back({entity, name, false, entity->written});
   return entity;
 }
@@ -169,7 +203,9 @@ bool Bus::wait(std::chrono::nanoseconds timeout) {
 
 std::int32_t Bus::participant() const { return impl_->participant->handle; }
 
-std::vector<EndpointDescription> Bus::endpoints() { return detail::endpoints_known_to(impl_->participant->handle); }
+std::vector<EndpointDescription> Bus::endpoints() {
+  return detail::endpoints_known_to(impl_->participant->handle);
+}
 
 std::map<std::string, std::uint64_t> Bus::sent() {
   const std::scoped_lock lock(impl_->mutex);
@@ -183,7 +219,8 @@ std::map<std::string, std::uint64_t> Bus::take_not_sent() {
   const std::scoped_lock lock(impl_->mutex);
   std::map<std::string, std::uint64_t> by_topic;
   for (const Impl::Endpoint& endpoint : impl_->endpoints)
-    if (const std::uint64_t count = endpoint.written->not_sent.exchange(0)) by_topic[endpoint.topic] += count;
+    if (const std::uint64_t count = endpoint.written->not_sent.exchange(0))
+      by_topic[endpoint.topic] += count;
   return by_topic;
 }
 
@@ -204,8 +241,9 @@ std::vector<std::string> Bus::problems() {
         policy = status.last_policy_id, change = std::uint32_t(status.total_count_change);
     }
     if (change)
-      problems.push_back(std::string(endpoint.topic) + ": a " + (endpoint.reads ? "writer" : "reader") + " elsewhere was refused: " + policy_name(policy) +
-                         " (policy " + std::to_string(policy) + ")");
+      problems.push_back(std::string(endpoint.topic) + ": a " +
+                         (endpoint.reads ? "writer" : "reader") + " elsewhere was refused: " +
+                         policy_name(policy) + " (policy " + std::to_string(policy) + ")");
   }
   return problems;
 }

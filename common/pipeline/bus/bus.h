@@ -1,4 +1,5 @@
-// Typed, owning layer over Cyclone DDS: the only code that calls it. Messages are idlc's plain structs.
+// Typed, owning layer over Cyclone DDS: the only code that calls it. Messages are idlc's plain
+// structs.
 #pragma once
 #include <atomic>
 #include <chrono>
@@ -18,10 +19,10 @@ struct BusError : std::runtime_error {
 };
 
 struct SampleInfo {
-  bool valid;                      // false: only the state of the key changed (its writer disposed it or went away)
-  bool writer_gone;                // no writer of this key is left
-  std::uint64_t writer;            // publication handle: tells a restarted process from its predecessor
-  std::int64_t source_stamp_ns;    // CLOCK_REALTIME when written
+  bool valid;  // false: only the state of the key changed (its writer disposed it or went away)
+  bool writer_gone;      // no writer of this key is left
+  std::uint64_t writer;  // publication handle: tells a restarted process from its predecessor
+  std::int64_t source_stamp_ns;  // CLOCK_REALTIME when written
 };
 
 namespace detail {
@@ -34,7 +35,8 @@ struct Entity {  // a DDS entity handle, deleted with its owner
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
   const std::int32_t handle;
-  const std::shared_ptr<WriteCounts> written = std::make_shared<WriteCounts>();  // outlives a writer: its last samples count too
+  const std::shared_ptr<WriteCounts> written =
+      std::make_shared<WriteCounts>();  // outlives a writer: its last samples count too
 };
 struct Taken {  // samples on loan from a reader
   std::vector<void*> samples;
@@ -55,7 +57,8 @@ class Batch;
 template <class Topic>
 class Sample {
  public:
-  Sample(const void* message, const SampleInfo& info) : message_(static_cast<const typename Topic::Message*>(message)), info_(info) {}
+  Sample(const void* message, const SampleInfo& info)
+      : message_(static_cast<const typename Topic::Message*>(message)), info_(info) {}
   const typename Topic::Message& operator*() const { return *message_; }
   const typename Topic::Message* operator->() const { return message_; }
   bool valid() const { return info_.valid; }
@@ -68,12 +71,14 @@ class Sample {
   SampleInfo info_;
 };
 
-// What one take returned, in DDS's order (by key, each key oldest first). Holds the reader's loan: destroy it before the next take().
+// What one take returned, in DDS's order (by key, each key oldest first). Holds the reader's loan:
+// destroy it before the next take().
 template <class Topic>
 class Batch {
  public:
   Batch(std::int32_t reader, detail::Taken taken) : reader_(reader), taken_(std::move(taken)) {
-    for (std::size_t i = 0; i < taken_.infos.size(); ++i) samples_.emplace_back(taken_.samples[i], taken_.infos[i]);
+    for (std::size_t i = 0; i < taken_.infos.size(); ++i)
+      samples_.emplace_back(taken_.samples[i], taken_.infos[i]);
   }
   ~Batch() { detail::return_loan(reader_, taken_); }
   Batch(const Batch&) = delete;
@@ -105,11 +110,16 @@ template <class Topic>
 class Writer {
  public:
   explicit Writer(std::shared_ptr<detail::Entity> entity) : entity_(std::move(entity)) {}
-  // Copies and sends; the message may be reused at once. Where readers take nothing in for 100 ms (one was killed, or starves) the
-  // sample is given up and counted in Bus::take_not_sent. Throws BusError where DDS refuses it for another reason.
-  void write(const typename Topic::Message& message) { detail::write(*entity_, &message, Topic::name); }
+  // Copies and sends; the message may be reused at once. Where readers take nothing in for 100 ms
+  // (one was killed, or starves) the sample is given up and counted in Bus::take_not_sent. Throws
+  // BusError where DDS refuses it for another reason.
+  void write(const typename Topic::Message& message) {
+    detail::write(*entity_, &message, Topic::name);
+  }
   // Until every reader has what was written; false when the time is up.
-  bool wait_for_delivery(std::chrono::nanoseconds timeout) { return detail::wait_for_acks(entity_->handle, timeout); }
+  bool wait_for_delivery(std::chrono::nanoseconds timeout) {
+    return detail::wait_for_acks(entity_->handle, timeout);
+  }
   // How many readers are there now: nothing is made that nobody reads.
   int readers() const { return detail::matched_readers(entity_->handle); }
 
@@ -119,19 +129,22 @@ class Writer {
 
 struct BusOptions {
   std::uint32_t domain = 0;
-  std::string profile = "loopback";  // shipped in launch/profiles; CYCLONEDDS_URI in the environment wins
-  std::string participant = "";      // what others see it as: a node's name
-  bool asks_for_acks = false;        // within milliseconds, not a tenth of a second: for who waits for delivery often
+  std::string profile =
+      "loopback";  // shipped in launch/profiles; CYCLONEDDS_URI in the environment wins
+  std::string participant = "";  // what others see it as: a node's name
+  bool asks_for_acks =
+      false;  // within milliseconds, not a tenth of a second: for who waits for delivery often
 };
 
 // A reader or a writer anywhere on the network.
 struct EndpointDescription {
   std::string topic, type;
   bool writes;
-  bool own;                    // of this Bus
+  bool own;                            // of this Bus
   std::string guid, participant_guid;  // 32 hexadecimal digits each
-  std::string participant;     // the name it gives itself; empty: none
-  std::map<std::string, std::string> qos;  // "reliability": "reliable", "history": "keep_last 8", ..
+  std::string participant;             // the name it gives itself; empty: none
+  std::map<std::string, std::string>
+      qos;  // "reliability": "reliable", "history": "keep_last 8", ..
 };
 
 // A participant with its readers and writers. Readers and writers must not outlive it.
@@ -151,16 +164,19 @@ class Bus {
     return Writer<Topic>(make_writer(Topic::name, Topic::descriptor, Topic::delivery));
   }
 
-  // Until a reader of this bus has something to take, or the time is up. True where there is something.
+  // Until a reader of this bus has something to take, or the time is up. True where there is
+  // something.
   bool wait(std::chrono::nanoseconds timeout);
 
-  // What went wrong since the last call, for people: peers refused for another type or QoS (by topic and policy).
+  // What went wrong since the last call, for people: peers refused for another type or QoS (by
+  // topic and policy).
   std::vector<std::string> problems();
   // Samples given up since the last call, by topic.
   std::map<std::string, std::uint64_t> take_not_sent();
   // Samples written since the start, by topic: who reads them all must come to the same number.
   std::map<std::string, std::uint64_t> sent();
-  // Whoever writes or reads on this network now, as discovery tells it; this process too. Empty right after the start: it takes a moment.
+  // Whoever writes or reads on this network now, as discovery tells it; this process too. Empty
+  // right after the start: it takes a moment.
   std::vector<EndpointDescription> endpoints();
   // Said once at start: a receive buffer smaller than the profile asks for, and what to set.
   const std::vector<std::string>& warnings() const { return warnings_; }
@@ -169,8 +185,12 @@ class Bus {
   friend class SerializedReader;
   friend class SerializedWriter;
   struct Impl;
-  std::shared_ptr<detail::Entity> make_reader(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery, bool keep_all = false);
-  std::shared_ptr<detail::Entity> make_writer(const char* name, const dds_topic_descriptor_t* descriptor, topics::Delivery delivery, bool keep_all = false);
+  std::shared_ptr<detail::Entity> make_reader(const char* name,
+                                              const dds_topic_descriptor_t* descriptor,
+                                              topics::Delivery delivery, bool keep_all = false);
+  std::shared_ptr<detail::Entity> make_writer(const char* name,
+                                              const dds_topic_descriptor_t* descriptor,
+                                              topics::Delivery delivery, bool keep_all = false);
   std::int32_t participant() const;
   std::unique_ptr<Impl> impl_;
   std::vector<std::string> warnings_;

@@ -19,7 +19,8 @@ void for_each_known(dds_entity_t participant, dds_entity_t builtin_topic, const 
   std::vector<dds_sample_info_t> infos(kMaxKnown);
   const dds_return_t count = dds_read(reader, samples.data(), infos.data(), kMaxKnown, kMaxKnown);
   for (dds_return_t i = 0; i < count; ++i)
-    if (infos[std::size_t(i)].valid_data && infos[std::size_t(i)].instance_state == DDS_IST_ALIVE) each(*static_cast<const Described*>(samples[std::size_t(i)]));
+    if (infos[std::size_t(i)].valid_data && infos[std::size_t(i)].instance_state == DDS_IST_ALIVE)
+      each(*static_cast<const Described*>(samples[std::size_t(i)]));
   if (count > 0) dds_return_loan(reader, samples.data(), count);
 }
 
@@ -44,13 +45,17 @@ std::map<std::string, std::string> qos_text(const dds_qos_t* qos) {
   dds_duration_t blocking_ns = 0;
   std::int32_t depth = 0;
   if (dds_qget_reliability(qos, &reliability, &blocking_ns))
-    text["reliability"] = reliability == DDS_RELIABILITY_RELIABLE ? "reliable, blocks " + duration_text(blocking_ns) : "best_effort";
+    text["reliability"] = reliability == DDS_RELIABILITY_RELIABLE
+                              ? "reliable, blocks " + duration_text(blocking_ns)
+                              : "best_effort";
   if (dds_qget_durability(qos, &durability)) {
-    static constexpr const char* names[] = {"volatile", "transient_local", "transient", "persistent"};
+    static constexpr const char* names[] = {"volatile", "transient_local", "transient",
+                                            "persistent"};
     text["durability"] = names[durability];
   }
   if (dds_qget_history(qos, &history, &depth))
-    text["history"] = history == DDS_HISTORY_KEEP_ALL ? "keep_all" : "keep_last " + std::to_string(depth);
+    text["history"] =
+        history == DDS_HISTORY_KEEP_ALL ? "keep_all" : "keep_last " + std::to_string(depth);
   return text;
 }
 
@@ -58,19 +63,24 @@ std::vector<EndpointDescription> endpoints_known_to(dds_entity_t participant) {
   dds_guid_t own{};
   dds_get_guid(participant, &own);
   std::map<std::string, std::string> name_of_participant;
-  for_each_known<dds_builtintopic_participant_t>(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, [&](const auto& known) {
-    char* name = nullptr;
-    if (dds_qget_entity_name(known.qos, &name) && name) name_of_participant[guid_text(known.key)] = name;
-    dds_free(name);
-  });
+  for_each_known<dds_builtintopic_participant_t>(
+      participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, [&](const auto& known) {
+        char* name = nullptr;
+        if (dds_qget_entity_name(known.qos, &name) && name)
+          name_of_participant[guid_text(known.key)] = name;
+        dds_free(name);
+      });
   std::vector<EndpointDescription> endpoints;
   const auto add = [&](const dds_builtintopic_endpoint_t& known, bool writes) {
     const std::string participant_guid = guid_text(known.participant_key);
-    endpoints.push_back({known.topic_name, known.type_name, writes, participant_guid == guid_text(own), guid_text(known.key), participant_guid,
+    endpoints.push_back({known.topic_name, known.type_name, writes,
+                         participant_guid == guid_text(own), guid_text(known.key), participant_guid,
                          name_of_participant[participant_guid], qos_text(known.qos)});
   };
-  for_each_known<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, [&](const auto& known) { add(known, true); });
-  for_each_known<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, [&](const auto& known) { add(known, false); });
+  for_each_known<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION,
+                                              [&](const auto& known) { add(known, true); });
+  for_each_known<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
+                                              [&](const auto& known) { add(known, false); });
   return endpoints;
 }
 

@@ -49,8 +49,10 @@ FittedProfile fitted_to_kernel(const std::string& xml, std::size_t rmem_max_byte
   const double wanted_bytes = std::stod(match[2]) * scale;
   if (wanted_bytes <= double(rmem_max_bytes)) return {xml, ""};
   const std::string wanted = std::to_string(std::size_t(wanted_bytes));
-  return {match.prefix().str() + match[1].str() + std::to_string(rmem_max_bytes) + "B\"" + match.suffix().str(),
-          "the kernel grants receive buffers of " + std::to_string(rmem_max_bytes) + " bytes, the network profile asks for " + wanted +
+  return {match.prefix().str() + match[1].str() + std::to_string(rmem_max_bytes) + "B\"" +
+              match.suffix().str(),
+          "the kernel grants receive buffers of " + std::to_string(rmem_max_bytes) +
+              " bytes, the network profile asks for " + wanted +
               "; large samples may be lost. Set it: sysctl -w net.core.rmem_max=" + wanted};
 }
 

@@ -13,8 +13,9 @@ std::vector<std::string> profile_names();
 // Throws BusError naming the profiles there are, or the file that can't be read.
 std::string profile_xml(const std::string& name);
 
-// The profile with its receive buffer's minimum lowered to what the kernel grants, so that a participant can be made at all;
-// warning says what to set where it was lowered, and is empty otherwise.
+// The profile with its receive buffer's minimum lowered to what the kernel grants, so that a
+// participant can be made at all; warning says what to set where it was lowered, and is empty
+// otherwise.
 struct FittedProfile {
   std::string xml, warning;
 };

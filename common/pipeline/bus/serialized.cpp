@@ -46,17 +46,23 @@ dds_entity_t checked(dds_return_t result, const std::string& what) {
   return result;
 }
 
-// How Cyclone serialises the topic's type. This version has no call for it: it is taken from a sample written to ourselves, on a topic that nobody else knows.
+// How Cyclone serialises the topic's type. This version has no call for it: it is taken from a
+// sample written to ourselves, on a topic that nobody else knows.
 ddsi_sertype* type_of(dds_entity_t participant, const topics::Topic& described) {
   const std::string own_name = std::string(described.name) + "/type/" + std::to_string(getpid());
-  const detail::Entity topic(checked(dds_create_topic(participant, described.descriptor, own_name.c_str(), nullptr, nullptr), own_name));
-  const detail::Entity reader(checked(dds_create_reader(participant, topic.handle, nullptr, nullptr), own_name));
-  const detail::Entity writer(checked(dds_create_writer(participant, topic.handle, nullptr, nullptr), own_name));
+  const detail::Entity topic(checked(
+      dds_create_topic(participant, described.descriptor, own_name.c_str(), nullptr, nullptr),
+      own_name));
+  const detail::Entity reader(
+      checked(dds_create_reader(participant, topic.handle, nullptr, nullptr), own_name));
+  const detail::Entity writer(
+      checked(dds_create_writer(participant, topic.handle, nullptr, nullptr), own_name));
   const std::vector<std::byte> zeros(described.descriptor->m_size);
   checked(dds_write(writer.handle, zeros.data()), own_name);
   ddsi_serdata* taken = nullptr;
   dds_sample_info_t info;
-  if (dds_takecdr(reader.handle, &taken, 1, &info, DDS_ANY_STATE) != 1) throw BusError(std::string(described.name) + ": how it is serialised can't be found out");
+  if (dds_takecdr(reader.handle, &taken, 1, &info, DDS_ANY_STATE) != 1)
+    throw BusError(std::string(described.name) + ": how it is serialised can't be found out");
   const Serdata sample(taken);
   return ddsi_sertype_ref(sample.data->type);
 }
@@ -71,25 +77,33 @@ struct SerializedReader::Writers {
   void note(dds_entity_t reader, dds_instance_handle_t handle) {
     dds_builtintopic_endpoint_t* described = dds_get_matched_publication_data(reader, handle);
     if (!described) return;
-    const WriterDescription writer{detail::guid_text(described->key), detail::guid_text(described->participant_key), detail::qos_text(described->qos)};
+    const WriterDescription writer{detail::guid_text(described->key),
+                                   detail::guid_text(described->participant_key),
+                                   detail::qos_text(described->qos)};
     dds_builtintopic_free_endpoint(described);
     const std::scoped_lock lock(mutex);
     by_handle.insert_or_assign(handle, writer);
   }
-  static void matched(dds_entity_t reader, dds_subscription_matched_status_t status, void* writers) {
-    if (status.current_count_change > 0) static_cast<Writers*>(writers)->note(reader, status.last_publication_handle);
+  static void matched(dds_entity_t reader, dds_subscription_matched_status_t status,
+                      void* writers) {
+    if (status.current_count_change > 0)
+      static_cast<Writers*>(writers)->note(reader, status.last_publication_handle);
   }
 };
 
 SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
-    : writers_(std::make_unique<Writers>()), entity_(bus.make_reader(topic.name, topic.descriptor, topic.delivery, true)) {
-  const std::unique_ptr<dds_listener_t, void (*)(dds_listener_t*)> listener(dds_create_listener(writers_.get()), dds_delete_listener);
+    : writers_(std::make_unique<Writers>()),
+      entity_(bus.make_reader(topic.name, topic.descriptor, topic.delivery, true)) {
+  const std::unique_ptr<dds_listener_t, void (*)(dds_listener_t*)> listener(
+      dds_create_listener(writers_.get()), dds_delete_listener);
   dds_lset_subscription_matched(listener.get(), Writers::matched);
   checked(dds_set_listener(entity_->handle, listener.get()), topic.name);
   // Those that were matched before it was told of them.
   std::array<dds_instance_handle_t, kMaxTaken> matched{};
-  const dds_return_t count = dds_get_matched_publications(entity_->handle, matched.data(), matched.size());
-  for (dds_return_t i = 0; i < std::min(count, dds_return_t(kMaxTaken)); ++i) writers_->note(entity_->handle, matched[std::size_t(i)]);
+  const dds_return_t count =
+      dds_get_matched_publications(entity_->handle, matched.data(), matched.size());
+  for (dds_return_t i = 0; i < std::min(count, dds_return_t(kMaxTaken)); ++i)
+    writers_->note(entity_->handle, matched[std::size_t(i)]);
 }
 
 SerializedReader::~SerializedReader() = default;
@@ -97,10 +111,14 @@ SerializedReader::SerializedReader(SerializedReader&&) noexcept = default;
 
 namespace {
 
-void hand_out(ddsi_serdata* data, SampleKind kind, const dds_sample_info_t& info, const std::function<void(const SerializedSample&)>& each) {
+void hand_out(ddsi_serdata* data, SampleKind kind, const dds_sample_info_t& info,
+              const std::function<void(const SerializedSample&)>& each) {
   ddsrt_iovec_t bytes;
   ddsi_serdata* held = ddsi_serdata_to_ser_ref(data, 0, ddsi_serdata_size(data), &bytes);
-  each({kind, info.publication_handle, info.source_timestamp, {static_cast<const std::byte*>(bytes.iov_base), bytes.iov_len}});
+  each({kind,
+        info.publication_handle,
+        info.source_timestamp,
+        {static_cast<const std::byte*>(bytes.iov_base), bytes.iov_len}});
   ddsi_serdata_to_ser_unref(held, &bytes);
 }
 
@@ -109,7 +127,8 @@ void hand_out(ddsi_serdata* data, SampleKind kind, const dds_sample_info_t& info
 std::size_t SerializedReader::take(const std::function<void(const SerializedSample&)>& each) {
   std::array<ddsi_serdata*, kMaxTaken> taken{};
   std::array<dds_sample_info_t, kMaxTaken> infos;
-  // A change of a key's state comes without a sample of its own where data of the key had not been taken.
+  // A change of a key's state comes without a sample of its own where data of the key had not been
+  // taken.
   struct Change {
     std::shared_ptr<Serdata> key;
     dds_sample_info_t info;
@@ -117,7 +136,9 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
   std::map<dds_instance_handle_t, Change> changes;
   std::size_t all = 0;
   for (std::uint32_t count = kMaxTaken; count == kMaxTaken;) {
-    count = std::uint32_t(checked(dds_takecdr(entity_->handle, taken.data(), kMaxTaken, infos.data(), DDS_ANY_STATE), "dds_takecdr"));
+    count = std::uint32_t(
+        checked(dds_takecdr(entity_->handle, taken.data(), kMaxTaken, infos.data(), DDS_ANY_STATE),
+                "dds_takecdr"));
     for (std::size_t i = 0; i < count; ++i) {
       const Serdata sample(taken[i]);
       if (infos[i].valid_data) {
@@ -125,13 +146,19 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
         ++all;
       }
       if (infos[i].instance_state != DDS_IST_ALIVE)
-        changes[infos[i].instance_handle] = {std::make_shared<Serdata>(infos[i].valid_data ? ddsi_serdata_to_untyped(sample.data) : ddsi_serdata_ref(sample.data)), infos[i]};
+        changes[infos[i].instance_handle] = {
+            std::make_shared<Serdata>(infos[i].valid_data ? ddsi_serdata_to_untyped(sample.data)
+                                                          : ddsi_serdata_ref(sample.data)),
+            infos[i]};
       else
         changes.erase(infos[i].instance_handle);
     }
   }
   for (const auto& [instance, change] : changes)
-    hand_out(change.key->data, change.info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED ? SampleKind::disposed : SampleKind::unregistered, change.info, each);
+    hand_out(change.key->data,
+             change.info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED ? SampleKind::disposed
+                                                                      : SampleKind::unregistered,
+             change.info, each);
   return all + changes.size();
 }
 
@@ -145,21 +172,29 @@ int SerializedReader::writers() const { return detail::matched_writers(entity_->
 
 SerializedWriter::SerializedWriter(Bus& bus, const topics::Topic& topic, WriterHistory history)
     : topic_(topic.name),
-      entity_(bus.make_writer(topic.name, topic.descriptor, topic.delivery, history == WriterHistory::keep_all && topic.delivery != topics::Delivery::latched)),
+      entity_(bus.make_writer(
+          topic.name, topic.descriptor, topic.delivery,
+          history == WriterHistory::keep_all && topic.delivery != topics::Delivery::latched)),
       type_(type_of(bus.participant(), topic)) {}
 
 SerializedWriter::~SerializedWriter() { ddsi_sertype_unref(type_); }
 
 bool SerializedWriter::write(const SerializedSample& sample) {
-  if (sample.cdr.size() < kHeaderBytes) throw BusError(topic_ + ": " + std::to_string(sample.cdr.size()) + " bytes are no serialised message");
+  if (sample.cdr.size() < kHeaderBytes)
+    throw BusError(topic_ + ": " + std::to_string(sample.cdr.size()) +
+                   " bytes are no serialised message");
   ddsrt_iovec_t bytes;
   bytes.iov_base = const_cast<std::byte*>(sample.cdr.data());  // read only, behind a C interface
   bytes.iov_len = sample.cdr.size();
-  ddsi_serdata* data = ddsi_serdata_from_ser_iov(type_, sample.kind == SampleKind::data ? SDK_DATA : SDK_KEY, 1, &bytes, bytes.iov_len);
-  if (!data) throw BusError(topic_ + ": " + std::to_string(sample.cdr.size()) + " bytes are no message of this type");
+  ddsi_serdata* data = ddsi_serdata_from_ser_iov(
+      type_, sample.kind == SampleKind::data ? SDK_DATA : SDK_KEY, 1, &bytes, bytes.iov_len);
+  if (!data)
+    throw BusError(topic_ + ": " + std::to_string(sample.cdr.size()) +
+                   " bytes are no message of this type");
   data->statusinfo = status_info_of(sample.kind);
   data->timestamp.v = sample.source_stamp_ns;
-  const dds_return_t result = dds_forwardcdr(entity_->handle, data);  // takes the reference, whatever comes of it
+  const dds_return_t result =
+      dds_forwardcdr(entity_->handle, data);  // takes the reference, whatever comes of it
   if (result == DDS_RETCODE_TIMEOUT) {
     ++entity_->written->not_sent;
     return false;
@@ -170,6 +205,8 @@ bool SerializedWriter::write(const SerializedSample& sample) {
 }
 
 int SerializedWriter::readers() const { return detail::matched_readers(entity_->handle); }
-bool SerializedWriter::wait_for_delivery(std::chrono::nanoseconds timeout) { return detail::wait_for_acks(entity_->handle, timeout); }
+bool SerializedWriter::wait_for_delivery(std::chrono::nanoseconds timeout) {
+  return detail::wait_for_acks(entity_->handle, timeout);
+}
 
 }  // namespace fivepipe::bus

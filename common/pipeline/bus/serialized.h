@@ -1,5 +1,6 @@
-// Samples as they are on the wire, for who records and replays them: read and written verbatim, with source time stamp, writer and
-// changes of the key's state. The only code that uses Cyclone DDS's internal headers is serialized.cpp.
+// Samples as they are on the wire, for who records and replays them: read and written verbatim,
+// with source time stamp, writer and changes of the key's state. The only code that uses Cyclone
+// DDS's internal headers is serialized.cpp.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -15,7 +16,8 @@ struct ddsi_sertype;
 
 namespace fivepipe::bus {
 
-// data: the whole message. disposed: by its writer; unregistered: no writer of the key is left. Their payload holds the key alone.
+// data: the whole message. disposed: by its writer; unregistered: no writer of the key is left.
+// Their payload holds the key alone.
 enum class SampleKind { data, disposed, unregistered };
 
 struct SerializedSample {
@@ -27,20 +29,23 @@ struct SerializedSample {
 
 // Who writes, as discovery tells it.
 struct WriterDescription {
-  std::string guid;                      // 32 hexadecimal digits
+  std::string guid;  // 32 hexadecimal digits
   std::string participant_guid;
-  std::map<std::string, std::string> qos;  // "reliability": "reliable", "history": "keep_last 8", ..
+  std::map<std::string, std::string>
+      qos;  // "reliability": "reliable", "history": "keep_last 8", ..
 };
 
-// Keeps everything until it is taken, whatever the topic's delivery: take often. The Bus must outlive it.
+// Keeps everything until it is taken, whatever the topic's delivery: take often. The Bus must
+// outlive it.
 class SerializedReader {
  public:
   SerializedReader(Bus& bus, const topics::Topic& topic);
   ~SerializedReader();
   SerializedReader(SerializedReader&&) noexcept;
 
-  // All that has arrived since the last call, in the order that DDS hands it out (by key, each oldest first), changes of keys' states last;
-  // never waits. Samples live during the call to `each` alone. How many there were.
+  // All that has arrived since the last call, in the order that DDS hands it out (by key, each
+  // oldest first), changes of keys' states last; never waits. Samples live during the call to
+  // `each` alone. How many there were.
   std::size_t take(const std::function<void(const SerializedSample&)>& each);
   // Of any writer that was there since this reader is, even if it is gone by now.
   std::optional<WriterDescription> writer(std::uint64_t handle) const;
@@ -62,8 +67,8 @@ class SerializedWriter {
   SerializedWriter(const SerializedWriter&) = delete;
   SerializedWriter& operator=(const SerializedWriter&) = delete;
 
-  // False: readers took nothing in for 100 ms; nothing was written. Throws BusError where the bytes are no message of the topic (or
-  // no key of it), or DDS refuses it.
+  // False: readers took nothing in for 100 ms; nothing was written. Throws BusError where the bytes
+  // are no message of the topic (or no key of it), or DDS refuses it.
   bool write(const SerializedSample& sample);
   int readers() const;
   bool wait_for_delivery(std::chrono::nanoseconds timeout);

@@ -5,7 +5,8 @@
 
 namespace fivepipe::frames {
 
-FrameSets::FrameSets(const config::Rig& rig) : rig_(rig), shape_cameras_(config::shape_cameras(rig)) {
+FrameSets::FrameSets(const config::Rig& rig)
+    : rig_(rig), shape_cameras_(config::shape_cameras(rig)) {
   for (const std::size_t camera : shape_cameras_) frames_missed_[camera] = 0;
 }
 
@@ -37,12 +38,16 @@ FrameSet FrameSets::finished(std::uint64_t frame, Incomplete set) const {
       continue;
     }
     CameraMap& map = found->second;
-    result.capture_stamp_ns = result.silhouettes.empty() ? map.capture_stamp_ns : std::min(result.capture_stamp_ns, map.capture_stamp_ns);
+    result.capture_stamp_ns = result.silhouettes.empty()
+                                  ? map.capture_stamp_ns
+                                  : std::min(result.capture_stamp_ns, map.capture_stamp_ns);
     result.first_received_ns = std::min(result.first_received_ns, map.received_ns);
     result.last_received_ns = std::max(result.last_received_ns, map.received_ns);
-    latest_ns = result.silhouettes.empty() ? map.capture_stamp_ns : std::max(latest_ns, map.capture_stamp_ns);
+    latest_ns = result.silhouettes.empty() ? map.capture_stamp_ns
+                                           : std::max(latest_ns, map.capture_stamp_ns);
     if (map.pixels.count() == 0) result.empty_cameras.push_back(rig_.cameras[camera].name);
-    result.silhouettes.push_back({config::published_camera(rig_.cameras[camera]), std::move(map.pixels)});
+    result.silhouettes.push_back(
+        {config::published_camera(rig_.cameras[camera]), std::move(map.pixels)});
     result.cameras.push_back(rig_.cameras[camera].name);
   }
   result.skew_ns = latest_ns - result.capture_stamp_ns;
@@ -61,9 +66,11 @@ std::vector<FrameSet> FrameSets::add(CameraMap map) {
     ++drops_["late_map"];
     return {};
   }
-  // The same number, captured at another time: one of them is of a capture_node that was started anew since.
+  // The same number, captured at another time: one of them is of a capture_node that was started
+  // anew since.
   if (const auto open = incomplete_.find(frame); open != incomplete_.end()) {
-    const std::int64_t older_by_ns = open->second.map_of_camera.begin()->second.capture_stamp_ns - map.capture_stamp_ns;
+    const std::int64_t older_by_ns =
+        open->second.map_of_camera.begin()->second.capture_stamp_ns - map.capture_stamp_ns;
     if (older_by_ns > FrameOrder::kRestartTakes_ns) {
       ++drops_["late_map"];
       return {};

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "common/pipeline/frames/frame_order.h"
-#include "common/hull/hull.h"
 #include "common/config/rig.h"
+#include "common/hull/hull.h"
+#include "common/pipeline/frames/frame_order.h"
 
 namespace fivepipe::frames {
 
@@ -24,23 +24,24 @@ struct CameraMap {
 
 struct FrameSet {
   std::uint64_t frame;
-  std::int64_t capture_stamp_ns;       // the earliest of its maps
-  std::int64_t skew_ns;                // latest less earliest
+  std::int64_t capture_stamp_ns;                     // the earliest of its maps
+  std::int64_t skew_ns;                              // latest less earliest
   std::int64_t first_received_ns, last_received_ns;  // of its maps
-  std::vector<hull::Silhouette> silhouettes;  // in the rig's order
-  std::vector<std::string> cameras;     // whose they are
+  std::vector<hull::Silhouette> silhouettes;         // in the rig's order
+  std::vector<std::string> cameras;                  // whose they are
   std::vector<std::string> empty_cameras;  // without one object pixel: why the hull is empty
   std::vector<std::string> lost_cameras;   // left out: nothing came from them for kLostAfterFrames
 };
 
 class FrameSets {
  public:
-  // Sets kept while their maps come in; a set older than these is given up. More than a reader holds of one camera (topics.h: 8), as
-  // maps that waited are taken camera by camera.
+  // Sets kept while their maps come in; a set older than these is given up. More than a reader
+  // holds of one camera (topics.h: 8), as maps that waited are taken camera by camera.
   static constexpr std::size_t kMaxIncomplete = 12;
-  // A camera of which nothing came while this many frames came from others leaves the set, which is then complete without it; it
-  // is back with its next map. Counted in frames that came, not by their numbers, which pacing makes jump; and more than a reader
-  // can hold of one camera, as maps that waited are taken camera by camera.
+  // A camera of which nothing came while this many frames came from others leaves the set, which is
+  // then complete without it; it is back with its next map. Counted in frames that came, not by
+  // their numbers, which pacing makes jump; and more than a reader can hold of one camera, as maps
+  // that waited are taken camera by camera.
   static constexpr std::uint64_t kLostAfterFrames = 15;
 
   explicit FrameSets(const config::Rig& rig);
@@ -48,8 +49,8 @@ class FrameSets {
   // What the map completes: nothing or one frame set, in rising order of frames.
   std::vector<FrameSet> add(CameraMap map);
 
-  // Counted since the last call, by reason: late_map (its frame was handed out or given up, or it was
-  // captured long before the others of its number), repeated_map, incomplete_set.
+  // Counted since the last call, by reason: late_map (its frame was handed out or given up, or it
+  // was captured long before the others of its number), repeated_map, incomplete_set.
   std::map<std::string, std::uint64_t> take_drops();
 
   // Whatever comes next is of another time: what is incomplete is given up.

@@ -8,22 +8,30 @@
 namespace fivepipe::frames {
 namespace {
 
-// Frames of which something was heard: if too few of them were heard in full, nobody knows what tiles cost now.
+// Frames of which something was heard: if too few of them were heard in full, nobody knows what
+// tiles cost now.
 constexpr std::size_t kFramesKept = 8;
 
 }  // namespace
 
 std::vector<std::uint8_t> tiles_by_turns(int columns, int rows, int shares) {
   std::vector<std::uint8_t> owner;
-  for (int tile = 0; tile < columns * rows; ++tile) owner.push_back(std::uint8_t((tile % columns + tile / columns) % shares));
+  for (int tile = 0; tile < columns * rows; ++tile)
+    owner.push_back(std::uint8_t((tile % columns + tile / columns) % shares));
   return owner;
 }
 
-TileShares::TileShares(const config::ReconConfig& recon) : columns_(recon.tile_columns), rows_(recon.tile_rows), shares_(recon.shares), split_(recon.split), balance_(recon.balance) {
+TileShares::TileShares(const config::ReconConfig& recon)
+    : columns_(recon.tile_columns),
+      rows_(recon.tile_rows),
+      shares_(recon.shares),
+      split_(recon.split),
+      balance_(recon.balance) {
   assert(columns_ > 0 && rows_ > 0 && shares_ > 0 && shares_ <= 256);
 }
 
-bool TileShares::add(std::uint64_t frame, int share, std::span<const std::uint16_t> tiles, std::span<const float> cost_ms) {
+bool TileShares::add(std::uint64_t frame, int share, std::span<const std::uint16_t> tiles,
+                     std::span<const float> cost_ms) {
   const int all = columns_ * rows_;
   if (tiles.size() != cost_ms.size() || share < 0 || share >= shares_) return false;
   for (std::size_t i = 0; i < tiles.size(); ++i)
@@ -59,12 +67,13 @@ std::vector<std::uint8_t> TileShares::next() {
   }
   const std::vector<double> cost = balance_ && shares_ > 1 ? mean_costs() : std::vector<double>{};
   if (cost.empty()) return tiles_by_turns(columns_, rows_, shares_);
-  // Dearest first, each to whom has least so far (longest processing time first; Graham, 1969): within a third of the best, and here
-  // within a cheap tile of even.
+  // Dearest first, each to whom has least so far (longest processing time first; Graham, 1969):
+  // within a third of the best, and here within a cheap tile of even.
   std::vector<std::uint8_t> owner(cost.size());
   std::vector<int> order(owner.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return cost[std::size_t(a)] > cost[std::size_t(b)]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return cost[std::size_t(a)] > cost[std::size_t(b)]; });
   std::vector<double> load(std::size_t(shares_), 0.0);
   for (const int tile : order) {
     const auto least = std::min_element(load.begin(), load.end());

@@ -1,5 +1,6 @@
-// Which reconstruction node takes which tile of the next frame. Decided in one place, where frames start, and sent with the head's pose,
-// so that the nodes agree by construction, whoever was started anew.
+// Which reconstruction node takes which tile of the next frame. Decided in one place, where frames
+// start, and sent with the head's pose, so that the nodes agree by construction, whoever was
+// started anew.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -12,19 +13,22 @@ namespace fivepipe::frames {
 
 class TileShares {
  public:
-  // Tiles are shared by the mean of what they cost in the newest frames, so many of them: a tile's cost is noisy.
+  // Tiles are shared by the mean of what they cost in the newest frames, so many of them: a tile's
+  // cost is noisy.
   static constexpr int kMeanFrames = 4;
 
   // By the split of these reconstruction nodes, which is the same in all of them.
   explicit TileShares(const config::ReconConfig& recon);
 
-  // What one share's tiles of a frame cost, each as many as `tiles`. False, and ignored, where sizes differ, a tile or the share is
-  // not there, or a cost is not a number >= 0.
-  bool add(std::uint64_t frame, int share, std::span<const std::uint16_t> tiles, std::span<const float> cost_ms);
+  // What one share's tiles of a frame cost, each as many as `tiles`. False, and ignored, where
+  // sizes differ, a tile or the share is not there, or a cost is not a number >= 0.
+  bool add(std::uint64_t frame, int share, std::span<const std::uint16_t> tiles,
+           std::span<const float> cost_ms);
   void clear();
 
-  // The share that owns each tile of the next frame, row by row. Whole frames by turns, or tiles: by turns until costs are known of all of
-  // them in enough frames, then so that all shares cost the same.
+  // The share that owns each tile of the next frame, row by row. Whole frames by turns, or tiles:
+  // by turns until costs are known of all of them in enough frames, then so that all shares cost
+  // the same.
   std::vector<std::uint8_t> next();
 
  private:

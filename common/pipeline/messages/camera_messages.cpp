@@ -9,7 +9,8 @@
 namespace fivepipe::messages {
 namespace {
 
-// Rigs are the same file on every host; what differs by more is another calibration. [px, m or matrix element]
+// Rigs are the same file on every host; what differs by more is another calibration. [px, m or
+// matrix element]
 constexpr double kSameModel = 1e-6;
 
 std::optional<std::size_t> camera_index(const config::Rig& rig, const char* name) {
@@ -20,13 +21,16 @@ std::optional<std::size_t> camera_index(const config::Rig& rig, const char* name
 
 // Why the message does not fit the rig's camera, or nothing.
 template <class Message>
-std::string misfit(const Message& message, const config::Rig& rig, std::optional<std::size_t> index) {
+std::string misfit(const Message& message, const config::Rig& rig,
+                   std::optional<std::size_t> index) {
   if (!index) return "unknown camera '" + std::string(message.camera) + "'";
   const geometry::Pinhole& k = rig.cameras[*index].published;
-  if (message.image_width_px != k.width_px || message.image_height_px != k.height_px) return std::string(message.camera) + ": wrong image size";
+  if (message.image_width_px != k.width_px || message.image_height_px != k.height_px)
+    return std::string(message.camera) + ": wrong image size";
   const hull::PixelRect r = pure(message.region);
   if (r == hull::PixelRect{}) return "";
-  if (!(r.u0_px >= 0 && r.v0_px >= 0 && r.u0_px < r.u1_px && r.v0_px < r.v1_px && r.u1_px <= k.width_px && r.v1_px <= k.height_px))
+  if (!(r.u0_px >= 0 && r.v0_px >= 0 && r.u0_px < r.u1_px && r.v0_px < r.v1_px &&
+        r.u1_px <= k.width_px && r.v1_px <= k.height_px))
     return std::string(message.camera) + ": region outside the image";
   return "";
 }
@@ -38,7 +42,8 @@ std::ptrdiff_t bgr_offset(const hull::PixelRect& region, int u_px, int v_px) {
 
 }  // namespace
 
-OutgoingMap map_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, const hull::ObjectPixels& pixels) {
+OutgoingMap map_message(const std::string& camera, std::uint64_t frame,
+                        std::int64_t capture_stamp_ns, const hull::ObjectPixels& pixels) {
   OutgoingMap out;
   set_text(out.header.camera, camera);
   out.header.frame = frame;
@@ -54,17 +59,26 @@ OutgoingMap map_message(const std::string& camera, std::uint64_t frame, std::int
   return out;
 }
 
-Received<frames::CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message, const config::Rig& rig) {
+Received<frames::CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message,
+                                               const config::Rig& rig) {
   const auto index = camera_index(rig, message.camera);
-  if (std::string why = misfit(message, rig, index); !why.empty()) return BadMessage{"bad_map: " + why};
-  if (!rig.cameras[*index].gives_shape) return BadMessage{"bad_map: " + std::string(message.camera) + " gives no shape"};
-  auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px, pure(message.region), span_of(message.payload));
-  if (!pixels) return BadMessage{"bad_map: " + std::string(message.camera) + ": payload truncated or undecodable"};
-  if (pixels->count() != message.object_pixels) return BadMessage{"bad_map: " + std::string(message.camera) + ": count of object pixels differs"};
+  if (std::string why = misfit(message, rig, index); !why.empty())
+    return BadMessage{"bad_map: " + why};
+  if (!rig.cameras[*index].gives_shape)
+    return BadMessage{"bad_map: " + std::string(message.camera) + " gives no shape"};
+  auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px,
+                        pure(message.region), span_of(message.payload));
+  if (!pixels)
+    return BadMessage{"bad_map: " + std::string(message.camera) +
+                      ": payload truncated or undecodable"};
+  if (pixels->count() != message.object_pixels)
+    return BadMessage{"bad_map: " + std::string(message.camera) +
+                      ": count of object pixels differs"};
   return frames::CameraMap{*index, message.frame, message.capture_stamp_ns, std::move(*pixels)};
 }
 
-OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, const hull::ColourRegion& colour) {
+OutgoingColour colour_message(const std::string& camera, std::uint64_t frame,
+                              std::int64_t capture_stamp_ns, const hull::ColourRegion& colour) {
   OutgoingColour out;
   set_text(out.header.camera, camera);
   out.header.frame = frame;
@@ -86,21 +100,32 @@ OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, st
   return out;
 }
 
-Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, const config::Rig& rig) {
+Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message,
+                                   const config::Rig& rig) {
   const auto index = camera_index(rig, message.camera);
-  if (std::string why = misfit(message, rig, index); !why.empty()) return BadMessage{"bad_colour: " + why};
+  if (std::string why = misfit(message, rig, index); !why.empty())
+    return BadMessage{"bad_colour: " + why};
   const auto pose = pure(message.camera_from_world);
-  if (!pose) return BadMessage{"bad_colour: " + std::string(message.camera) + ": pose is not finite or not a rotation"};
+  if (!pose)
+    return BadMessage{"bad_colour: " + std::string(message.camera) +
+                      ": pose is not finite or not a rotation"};
   const hull::PixelRect region = pure(message.region);
-  auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px, region, span_of(message.pixels));
-  if (!pixels) return BadMessage{"bad_colour: " + std::string(message.camera) + ": pixels truncated or undecodable"};
+  auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px, region,
+                        span_of(message.pixels));
+  if (!pixels)
+    return BadMessage{"bad_colour: " + std::string(message.camera) +
+                      ": pixels truncated or undecodable"};
   const auto sent = span_of(message.bgr);
-  if (sent.size() != 3 * pixels->count()) return BadMessage{"bad_colour: " + std::string(message.camera) + ": not as many colours as pixels"};
+  if (sent.size() != 3 * pixels->count())
+    return BadMessage{"bad_colour: " + std::string(message.camera) +
+                      ": not as many colours as pixels"};
   geometry::Camera camera{rig.cameras[*index].published, *pose};
   if (rig.cameras[*index].mount == config::Mount::world) {
-    camera = config::published_camera(rig.cameras[*index]);  // the very pose that the camera's maps have
+    camera =
+        config::published_camera(rig.cameras[*index]);  // the very pose that the camera's maps have
     if (!((camera.camera_from_world.matrix() - pose->matrix()).cwiseAbs().maxCoeff() <= kSameModel))
-      return BadMessage{"bad_colour: " + std::string(message.camera) + ": pose differs from this node's rig"};
+      return BadMessage{"bad_colour: " + std::string(message.camera) +
+                        ": pose differs from this node's rig"};
   }
   std::vector<std::uint8_t> bgr(3 * region.area_px());
   auto next = sent.begin();
@@ -109,7 +134,8 @@ Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, cons
     std::copy(next, stop, bgr.begin() + bgr_offset(region, begin, v));
     next = stop;
   });
-  return CameraColour{*index, message.frame, message.capture_stamp_ns, hull::ColourRegion{camera, std::move(*pixels), region, std::move(bgr)}};
+  return CameraColour{*index, message.frame, message.capture_stamp_ns,
+                      hull::ColourRegion{camera, std::move(*pixels), region, std::move(bgr)}};
 }
 
 fivepipe_v1_CameraInfo camera_info_message(const config::RigCamera& camera) {
@@ -127,10 +153,12 @@ std::string disagreement(const fivepipe_v1_CameraInfo& info, const config::Rig& 
   if (!index) return "camera " + name + " is published but not in the rig '" + rig.name + "'";
   const config::RigCamera& camera = rig.cameras[*index];
   const geometry::Pinhole k = pure(info.pinhole);
-  const auto same = [](double a, double b) { return std::abs(a - b) <= kSameModel; };  // false for NaN
+  const auto same = [](double a, double b) {
+    return std::abs(a - b) <= kSameModel;
+  };  // false for NaN
   const geometry::Pinhole& own = camera.published;
-  if (k.width_px != own.width_px || k.height_px != own.height_px || !same(k.fx_px, own.fx_px) || !same(k.fy_px, own.fy_px) ||
-      !same(k.cx_px, own.cx_px) || !same(k.cy_px, own.cy_px))
+  if (k.width_px != own.width_px || k.height_px != own.height_px || !same(k.fx_px, own.fx_px) ||
+      !same(k.fy_px, own.fy_px) || !same(k.cx_px, own.cx_px) || !same(k.cy_px, own.cy_px))
     return "camera " + name + ": published intrinsics differ from this node's rig";
   const auto pose = pure(info.camera_from_mount);
   if (info.carried_by_viewer != (camera.mount == config::Mount::viewer) || !pose ||

@@ -1,14 +1,15 @@
-// CameraInfo, ObjectPixelMap and ObjectColour: wire <-> pure, validating. Used by capture_node (out), recon_node and sim_node (in).
+// CameraInfo, ObjectPixelMap and ObjectColour: wire <-> pure, validating. Used by capture_node
+// (out), recon_node and sim_node (in).
 #pragma once
 #include <cstdint>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include "common/pipeline/frames/frame_sets.h"
-#include "common/hull/colour_region.h"
-#include "common/pipeline/messages/wire.h"
 #include "common/config/rig.h"
+#include "common/hull/colour_region.h"
+#include "common/pipeline/frames/frame_sets.h"
+#include "common/pipeline/messages/wire.h"
 
 namespace fivepipe::messages {
 
@@ -19,7 +20,8 @@ struct BadMessage {
 template <class T>
 using Received = std::variant<T, BadMessage>;
 
-// A message with the storage that its sequences refer to. Moves; the message is borrowed from the storage on access.
+// A message with the storage that its sequences refer to. Moves; the message is borrowed from the
+// storage on access.
 struct OutgoingMap {
   fivepipe_v1_ObjectPixelMap header{};
   std::vector<std::uint8_t> payload;
@@ -29,11 +31,13 @@ struct OutgoingMap {
   }
 };
 // The shorter of the two encodings.
-OutgoingMap map_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, const hull::ObjectPixels& pixels);
+OutgoingMap map_message(const std::string& camera, std::uint64_t frame,
+                        std::int64_t capture_stamp_ns, const hull::ObjectPixels& pixels);
 
-// Bad: camera unknown or giving no shape, image size not the rig's, region outside the image, payload truncated, too long or
-// undecodable, count of object pixels not as stated.
-Received<frames::CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message, const config::Rig& rig);
+// Bad: camera unknown or giving no shape, image size not the rig's, region outside the image,
+// payload truncated, too long or undecodable, count of object pixels not as stated.
+Received<frames::CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message,
+                                               const config::Rig& rig);
 
 struct OutgoingColour {
   fivepipe_v1_ObjectColour header{};
@@ -44,7 +48,8 @@ struct OutgoingColour {
     return header;
   }
 };
-OutgoingColour colour_message(const std::string& camera, std::uint64_t frame, std::int64_t capture_stamp_ns, const hull::ColourRegion& colour);
+OutgoingColour colour_message(const std::string& camera, std::uint64_t frame,
+                              std::int64_t capture_stamp_ns, const hull::ColourRegion& colour);
 
 struct CameraColour {
   std::size_t camera;
@@ -52,11 +57,13 @@ struct CameraColour {
   std::int64_t capture_stamp_ns;
   hull::ColourRegion colour;
 };
-// Bad: as for maps, colours for more or fewer pixels than stated, or a pose that is not finite or not that of this rig.
+// Bad: as for maps, colours for more or fewer pixels than stated, or a pose that is not finite or
+// not that of this rig.
 Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, const config::Rig& rig);
 
 fivepipe_v1_CameraInfo camera_info_message(const config::RigCamera& camera);
-// What of the published model differs from the rig that this node has loaded; empty where nothing does.
+// What of the published model differs from the rig that this node has loaded; empty where nothing
+// does.
 std::string disagreement(const fivepipe_v1_CameraInfo& info, const config::Rig& rig);
 
 }  // namespace fivepipe::messages

@@ -7,7 +7,8 @@ namespace {
 
 template <class Words>
 auto row_of(Words words, const hull::ObjectPixels& pixels, int v) {
-  return words.subspan(std::size_t(v) * std::size_t(pixels.words_per_row()), std::size_t(pixels.words_per_row()));
+  return words.subspan(std::size_t(v) * std::size_t(pixels.words_per_row()),
+                       std::size_t(pixels.words_per_row()));
 }
 
 // 64 pixels from u on; those beyond the row are zero.
@@ -21,7 +22,8 @@ std::uint64_t bits_at(std::span<const std::uint64_t> row, int u) {
 
 }  // namespace
 
-std::vector<std::uint8_t> packed_bits(const hull::ObjectPixels& pixels, const hull::PixelRect& region) {
+std::vector<std::uint8_t> packed_bits(const hull::ObjectPixels& pixels,
+                                      const hull::PixelRect& region) {
   const int bytes_per_row = (region.width_px() + 7) / 8;
   std::vector<std::uint8_t> payload;
   payload.reserve(std::size_t(bytes_per_row) * std::size_t(region.height_px()));
@@ -35,7 +37,8 @@ std::vector<std::uint8_t> packed_bits(const hull::ObjectPixels& pixels, const hu
   return payload;
 }
 
-std::vector<std::uint8_t> run_lengths(const hull::ObjectPixels& pixels, const hull::PixelRect& region) {
+std::vector<std::uint8_t> run_lengths(const hull::ObjectPixels& pixels,
+                                      const hull::PixelRect& region) {
   std::vector<std::uint8_t> payload;
   const auto put = [&](int value) {
     payload.push_back(std::uint8_t(value & 0xff));
@@ -55,12 +58,15 @@ std::vector<std::uint8_t> run_lengths(const hull::ObjectPixels& pixels, const hu
 }
 
 EncodedPixels encoded(const hull::ObjectPixels& pixels, const hull::PixelRect& region) {
-  std::vector<std::uint8_t> packed = packed_bits(pixels, region), runs = run_lengths(pixels, region);
+  std::vector<std::uint8_t> packed = packed_bits(pixels, region),
+                            runs = run_lengths(pixels, region);
   if (runs.size() < packed.size()) return {fivepipe_v1_run_lengths, std::move(runs)};
   return {fivepipe_v1_packed_bits, std::move(packed)};
 }
 
-std::optional<hull::ObjectPixels> decoded(fivepipe_v1_MapEncoding encoding, int width_px, int height_px, const hull::PixelRect& region, std::span<const std::uint8_t> payload) {
+std::optional<hull::ObjectPixels> decoded(fivepipe_v1_MapEncoding encoding, int width_px,
+                                          int height_px, const hull::PixelRect& region,
+                                          std::span<const std::uint8_t> payload) {
   switch (encoding) {
     case fivepipe_v1_packed_bits: return from_packed_bits(width_px, height_px, region, payload);
     case fivepipe_v1_run_lengths: return from_run_lengths(width_px, height_px, region, payload);
@@ -68,36 +74,45 @@ std::optional<hull::ObjectPixels> decoded(fivepipe_v1_MapEncoding encoding, int 
   return std::nullopt;
 }
 
-std::optional<hull::ObjectPixels> from_packed_bits(int width_px, int height_px, const hull::PixelRect& region, std::span<const std::uint8_t> payload) {
+std::optional<hull::ObjectPixels> from_packed_bits(int width_px, int height_px,
+                                                   const hull::PixelRect& region,
+                                                   std::span<const std::uint8_t> payload) {
   const int bytes_per_row = (region.width_px() + 7) / 8;
-  if (payload.size() != std::size_t(bytes_per_row) * std::size_t(region.height_px())) return std::nullopt;
+  if (payload.size() != std::size_t(bytes_per_row) * std::size_t(region.height_px()))
+    return std::nullopt;
   hull::ObjectPixels pixels(width_px, height_px);
   for (int v = region.v0_px; v < region.v1_px; ++v) {
     const auto row = row_of(pixels.mutable_words(), pixels, v);
     for (int byte = 0; byte < bytes_per_row; ++byte) {
-      const std::uint64_t bits = payload[std::size_t(v - region.v0_px) * std::size_t(bytes_per_row) + std::size_t(byte)];
+      const std::uint64_t bits =
+          payload[std::size_t(v - region.v0_px) * std::size_t(bytes_per_row) + std::size_t(byte)];
       const int used = std::min(8, region.width_px() - 8 * byte);
       if (bits >> used) return std::nullopt;
       const int u = region.u0_px + 8 * byte, shift = u & 63;
       row[std::size_t(u) >> 6] |= bits << shift;
-      if (shift > 56 && (std::size_t(u) >> 6) + 1 < row.size()) row[(std::size_t(u) >> 6) + 1] |= bits >> (64 - shift);
+      if (shift > 56 && (std::size_t(u) >> 6) + 1 < row.size())
+        row[(std::size_t(u) >> 6) + 1] |= bits >> (64 - shift);
     }
   }
   return pixels;
 }
 
-std::optional<hull::ObjectPixels> from_run_lengths(int width_px, int height_px, const hull::PixelRect& region, std::span<const std::uint8_t> payload) {
+std::optional<hull::ObjectPixels> from_run_lengths(int width_px, int height_px,
+                                                   const hull::PixelRect& region,
+                                                   std::span<const std::uint8_t> payload) {
   if (payload.size() % 4 != 0) return std::nullopt;
   hull::ObjectPixels pixels(width_px, height_px);
   std::size_t at = 0;
   for (int v = region.v0_px; v < region.v1_px; ++v) {
     for (int u = region.u0_px;;) {
       if (at == payload.size()) return std::nullopt;
-      const int skipped = payload[at] | payload[at + 1] << 8, run = payload[at + 2] | payload[at + 3] << 8;
+      const int skipped = payload[at] | payload[at + 1] << 8,
+                run = payload[at + 2] | payload[at + 3] << 8;
       at += 4;
       if (run == 0 && skipped == 0) break;
       // After the first run of a row something must be skipped, else two runs would be one.
-      if (run == 0 || (skipped == 0 && u != region.u0_px) || skipped + run > region.u1_px - u) return std::nullopt;
+      if (run == 0 || (skipped == 0 && u != region.u0_px) || skipped + run > region.u1_px - u)
+        return std::nullopt;
       pixels.set_run(u + skipped, u + skipped + run, v);
       u += skipped + run;
     }

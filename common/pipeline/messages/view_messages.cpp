@@ -14,8 +14,10 @@ fivepipe_v1_ViewInfo view_info_message(const config::Viewer& viewer) {
 
 Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message) {
   const geometry::Pinhole recon = pure(message.recon);
-  if (auto why = geometry::why_unusable({recon, Eigen::Isometry3d::Identity()})) return BadMessage{"bad_view: " + *why};
-  if (!(message.near_m > 0 && message.far_m > message.near_m && std::isfinite(message.far_m))) return BadMessage{"bad_view: not 0 < near < far"};
+  if (auto why = geometry::why_unusable({recon, Eigen::Isometry3d::Identity()}))
+    return BadMessage{"bad_view: " + *why};
+  if (!(message.near_m > 0 && message.far_m > message.near_m && std::isfinite(message.far_m)))
+    return BadMessage{"bad_view: not 0 < near < far"};
   return ViewGeometry{recon, message.near_m, message.far_m};
 }
 

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/pipeline/messages/camera_messages.h"
 #include "common/config/deployment.h"
+#include "common/pipeline/messages/camera_messages.h"
 
 namespace fivepipe::messages {
 
@@ -20,7 +20,8 @@ struct FramePose {
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;
   Eigen::Isometry3d eye_from_world;
-  std::vector<std::uint8_t> tile_owners;  // by tile, which reconstruction share makes it; empty: by turns
+  std::vector<std::uint8_t>
+      tile_owners;  // by tile, which reconstruction share makes it; empty: by turns
 };
 struct OutgoingPose {
   fivepipe_v1_HeadPose header{};

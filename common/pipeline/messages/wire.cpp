@@ -11,12 +11,20 @@ fivepipe_v1_Pose wire(const Eigen::Isometry3d& pose) {
   return {wire(Eigen::Vector3d(pose.translation())), {q.x(), q.y(), q.z(), q.w()}};
 }
 
-fivepipe_v1_Pinhole wire(const geometry::Pinhole& k) { return {k.width_px, k.height_px, k.fx_px, k.fy_px, k.cx_px, k.cy_px}; }
-fivepipe_v1_PixelRect wire(const hull::PixelRect& r) { return {r.u0_px, r.v0_px, r.u1_px, r.v1_px}; }
+fivepipe_v1_Pinhole wire(const geometry::Pinhole& k) {
+  return {k.width_px, k.height_px, k.fx_px, k.fy_px, k.cx_px, k.cy_px};
+}
+fivepipe_v1_PixelRect wire(const hull::PixelRect& r) {
+  return {r.u0_px, r.v0_px, r.u1_px, r.v1_px};
+}
 
 Eigen::Vector3d pure(const fivepipe_v1_Vec3& v) { return {v.x, v.y, v.z}; }
-geometry::Pinhole pure(const fivepipe_v1_Pinhole& k) { return {k.width_px, k.height_px, k.fx_px, k.fy_px, k.cx_px, k.cy_px}; }
-hull::PixelRect pure(const fivepipe_v1_PixelRect& r) { return {r.u0_px, r.v0_px, r.u1_px, r.v1_px}; }
+geometry::Pinhole pure(const fivepipe_v1_Pinhole& k) {
+  return {k.width_px, k.height_px, k.fx_px, k.fy_px, k.cx_px, k.cy_px};
+}
+hull::PixelRect pure(const fivepipe_v1_PixelRect& r) {
+  return {r.u0_px, r.v0_px, r.u1_px, r.v1_px};
+}
 
 std::optional<Eigen::Isometry3d> pure(const fivepipe_v1_Pose& pose) {
   const Eigen::Quaterniond q(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z);

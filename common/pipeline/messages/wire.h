@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "common/pipeline/bus/topics.h"
 #include "common/geometry/camera.h"
 #include "common/hull/object_pixels.h"
+#include "common/pipeline/bus/topics.h"
 
 namespace fivepipe::messages {
 
@@ -18,15 +18,18 @@ fivepipe_v1_PixelRect wire(const hull::PixelRect& rect);
 Eigen::Vector3d pure(const fivepipe_v1_Vec3& v);
 geometry::Pinhole pure(const fivepipe_v1_Pinhole& pinhole);
 hull::PixelRect pure(const fivepipe_v1_PixelRect& rect);
-// The same message gives the same bits everywhere. Nothing where a number is not finite or the quaternion's length is off 1 by
-// more than kMaxQuaternionError.
+// The same message gives the same bits everywhere. Nothing where a number is not finite or the
+// quaternion's length is off 1 by more than kMaxQuaternionError.
 std::optional<Eigen::Isometry3d> pure(const fivepipe_v1_Pose& pose);
 inline constexpr double kMaxQuaternionError = 1e-6;
 
-// Fits the field or throws std::length_error naming the text: names come from configuration, which bounds them.
+// Fits the field or throws std::length_error naming the text: names come from configuration, which
+// bounds them.
 template <std::size_t N>
 void set_text(char (&field)[N], const std::string& text) {
-  if (text.size() >= N) throw std::length_error("'" + text + "' is longer than " + std::to_string(N - 1) + " characters");
+  if (text.size() >= N)
+    throw std::length_error("'" + text + "' is longer than " + std::to_string(N - 1) +
+                            " characters");
   text.copy(field, text.size());
   field[text.size()] = '\0';
 }

@@ -6,7 +6,11 @@
 namespace fivepipe::node {
 
 FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status)
-    : rig_(rig), status_(status), infos_(bus.reader<bus::topics::CameraInfo>()), maps_(bus.reader<bus::topics::ObjectPixelMap>()), sets_(rig) {}
+    : rig_(rig),
+      status_(status),
+      infos_(bus.reader<bus::topics::CameraInfo>()),
+      maps_(bus.reader<bus::topics::ObjectPixelMap>()),
+      sets_(rig) {}
 
 void FrameSetReader::check_cameras() {
   for (const auto& sample : infos_.take()) {
@@ -27,7 +31,8 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
   for (const auto& sample : maps_.take()) {
     if (!sample.valid()) continue;
     if (disagreeing_cameras_.contains(sample->camera)) {
-      status_.drop("bad_map: " + std::string(sample->camera) + ": published camera model differs from the rig");
+      status_.drop("bad_map: " + std::string(sample->camera) +
+                   ": published camera model differs from the rig");
       continue;
     }
     auto received = messages::object_pixels_from(*sample, rig_);
@@ -44,11 +49,14 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
     status_.count("frame_sets_complete");
     status_.latency("set_skew", 1e-9 * double(set.skew_ns));
     std::string empty, lost;
-    for (const std::string& camera : set.empty_cameras) empty += (empty.empty() ? "" : ", ") + camera;
+    for (const std::string& camera : set.empty_cameras)
+      empty += (empty.empty() ? "" : ", ") + camera;
     for (const std::string& camera : set.lost_cameras) lost += (lost.empty() ? "" : ", ") + camera;
     for (const std::string& camera : set.empty_cameras) status_.count("empty_hull/" + camera);
-    status_.remark("empty hull", empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
-    status_.remark("lost cameras", lost.empty() ? "" : "lost: camera " + lost + "; the hull is that of the others");
+    status_.remark("empty hull",
+                   empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
+    status_.remark("lost cameras",
+                   lost.empty() ? "" : "lost: camera " + lost + "; the hull is that of the others");
   }
   return complete;
 }

@@ -1,5 +1,5 @@
-// Frame sets from the bus: maps validated, put together, what is bad or late counted; cameras whose published model is not the
-// rig's are left out and named. Used by recon_node and sim_node.
+// Frame sets from the bus: maps validated, put together, what is bad or late counted; cameras whose
+// published model is not the rig's are left out and named. Used by recon_node and sim_node.
 #pragma once
 #include <set>
 #include <string>

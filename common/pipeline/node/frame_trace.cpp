@@ -20,9 +20,11 @@ void FrameSteps::end() {
 FrameTracer::FrameTracer(bus::Bus& bus, NodeStatusReporter& status, std::string node)
     : status_(status), node_(std::move(node)), traces_(bus.writer<bus::topics::FrameTrace>()) {}
 
-void FrameTracer::handled(std::uint64_t frame, std::int64_t capture_stamp_ns, const InputTimes& inputs, FrameSteps steps) {
+void FrameTracer::handled(std::uint64_t frame, std::int64_t capture_stamp_ns,
+                          const InputTimes& inputs, FrameSteps steps) {
   steps.end();
-  for (const FrameSteps::Step& step : steps.steps()) status_.latency(step.name, 1e-9 * double(step.end_ns - step.start_ns));
+  for (const FrameSteps::Step& step : steps.steps())
+    status_.latency(step.name, 1e-9 * double(step.end_ns - step.start_ns));
   status_.frame_handled(frame);
   if (traces_.readers() == 0) return;
   std::vector<fivepipe_v1_FrameStep> wire_steps(steps.steps().size());

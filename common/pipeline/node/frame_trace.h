@@ -1,4 +1,5 @@
-// What a node did with one frame and when: told to whoever reads FrameTrace (benchmarks, lossless replays), and as latencies in the status.
+// What a node did with one frame and when: told to whoever reads FrameTrace (benchmarks, lossless
+// replays), and as latencies in the status.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -36,7 +37,8 @@ class FrameTracer {
   FrameTracer(bus::Bus& bus, NodeStatusReporter& status, std::string node);
 
   // Once a frame, after all that was made of it has been written. Ends its last step.
-  void handled(std::uint64_t frame, std::int64_t capture_stamp_ns, const InputTimes& inputs, FrameSteps steps);
+  void handled(std::uint64_t frame, std::int64_t capture_stamp_ns, const InputTimes& inputs,
+               FrameSteps steps);
 
  private:
   NodeStatusReporter& status_;

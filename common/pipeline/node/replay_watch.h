@@ -8,7 +8,8 @@ class ReplayWatch {
  public:
   explicit ReplayWatch(bus::Bus& bus) : sessions_(bus.reader<bus::topics::ReplaySession>()) {}
 
-  // Looks for news; to be asked before inputs are taken. True where a replay begins, or begins anew: what was before has nothing to do with what comes.
+  // Looks for news; to be asked before inputs are taken. True where a replay begins, or begins
+  // anew: what was before has nothing to do with what comes.
   bool update() {
     bool begins = false;
     for (const auto& sample : sessions_.take()) {

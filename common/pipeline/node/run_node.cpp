@@ -42,17 +42,23 @@ struct CommandLineEnds {
 
 // Throws CommandLineEnds.
 Args parse(const std::string& program, int argc, char** argv) {
-  CLI::App app("fivepipe " + program + ": one process of a deployment, usually started by `fivepipe up`.\n\nExample: " + program +
-               " --deployment launch/deployments/demo.yaml --node NAME");
-  app.set_version_flag("--version", std::string(base::version()) + " (" + base::commit() + ", " + base::build_type() + ")");
+  CLI::App app("fivepipe " + program +
+               ": one process of a deployment, usually started by `fivepipe up`.\n\nExample: " +
+               program + " --deployment launch/deployments/demo.yaml --node NAME");
+  app.set_version_flag("--version", std::string(base::version()) + " (" + base::commit() + ", " +
+                                        base::build_type() + ")");
   Args args;
   std::vector<std::string> settings;
   std::uint32_t domain = 0;
   app.add_option("--deployment", args.deployment, "deployment file (YAML)")->required();
   app.add_option("--node", args.node, "which of its nodes this process is")->required();
   app.add_option("--out", args.out, "folder for what the node writes");
-  CLI::Option* domain_option = app.add_option("--domain", domain, "DDS domain, instead of the deployment's")->check(CLI::Range(0, 230));
-  app.add_option("--set", settings, "KEY=VALUE for ${KEY} in the deployment; may be given several times")->allow_extra_args(false);
+  CLI::Option* domain_option =
+      app.add_option("--domain", domain, "DDS domain, instead of the deployment's")
+          ->check(CLI::Range(0, 230));
+  app.add_option("--set", settings,
+                 "KEY=VALUE for ${KEY} in the deployment; may be given several times")
+      ->allow_extra_args(false);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -70,15 +76,20 @@ Args parse(const std::string& program, int argc, char** argv) {
   return args;
 }
 
-int run(const std::string& program, const Args& args, const std::function<void(NodeContext&)>& body) {
+int run(const std::string& program, const Args& args,
+        const std::function<void(NodeContext&)>& body) {
   const config::Deployment deployment = config::load_deployment(args.deployment, args.settings);
   const config::Node* node = config::find_node(deployment, args.node);
-  if (!node) throw config::ConfigError({{args.deployment, 0, 0, "no node named '" + args.node + "'"}});
+  if (!node)
+    throw config::ConfigError({{args.deployment, 0, 0, "no node named '" + args.node + "'"}});
   if (config::program_of(*node) != program)
-    throw config::ConfigError({{args.deployment, node->line, 0, "node '" + args.node + "' is a " + config::program_of(*node) + ", not a " + program}});
+    throw config::ConfigError(
+        {{args.deployment, node->line, 0,
+          "node '" + args.node + "' is a " + config::program_of(*node) + ", not a " + program}});
   bus::Bus bus({args.domain.value_or(deployment.domain), deployment.network_profile, node->name});
   for (const std::string& warning : bus.warnings()) spdlog::warn("{}", warning);
-  if (std::string(base::build_type()) != "Release") spdlog::warn("this is a {} build: expect it to be slow", base::build_type());
+  if (std::string(base::build_type()) != "Release")
+    spdlog::warn("this is a {} build: expect it to be slow", base::build_type());
   NodeStatusReporter status(bus, node->name);
   NodeContext context{deployment, *node, args.out, bus, status};
   body(context);
@@ -90,7 +101,8 @@ int run(const std::string& program, const Args& args, const std::function<void(N
 bool running() { return is_running; }
 void stop_running() { is_running = false; }
 
-int run_node(const std::string& program, int argc, char** argv, const std::function<void(NodeContext&)>& body) {
+int run_node(const std::string& program, int argc, char** argv,
+             const std::function<void(NodeContext&)>& body) {
   spdlog::set_default_logger(spdlog::stderr_color_mt(program));
   spdlog::set_pattern("%H:%M:%S.%e %^%l%$ %v");
   install_signal_handlers();

@@ -1,12 +1,13 @@
-// The frame around every node: command line, configuration, signals, bus, status, errors to exit codes.
+// The frame around every node: command line, configuration, signals, bus, status, errors to exit
+// codes.
 #pragma once
 #include <filesystem>
 #include <functional>
 #include <string>
 
+#include "common/config/deployment.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/node/status.h"
-#include "common/config/deployment.h"
 
 namespace fivepipe::node {
 
@@ -30,9 +31,11 @@ bool running();
 void stop_running();
 inline constexpr std::chrono::milliseconds kMaxWait{100};
 
-// Parses --deployment FILE --node NAME [--domain N] [--out DIR] [--set KEY=VALUE]..., loads the deployment, opens the bus and calls
-// run. Exit codes: 0 done, 1 failed, 2 usage or configuration, 3 hardware or peer missing. `program` must be the node's.
-int run_node(const std::string& program, int argc, char** argv, const std::function<void(NodeContext&)>& run);
+// Parses --deployment FILE --node NAME [--domain N] [--out DIR] [--set KEY=VALUE]..., loads the
+// deployment, opens the bus and calls run. Exit codes: 0 done, 1 failed, 2 usage or configuration,
+// 3 hardware or peer missing. `program` must be the node's.
+int run_node(const std::string& program, int argc, char** argv,
+             const std::function<void(NodeContext&)>& run);
 
 // The node's own section, of the type that its program implies.
 template <class Config>

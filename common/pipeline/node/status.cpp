@@ -14,8 +14,8 @@
 #include <thread>
 
 #include "common/base/realtime.h"
-#include "common/pipeline/messages/wire.h"
 #include "common/base/version.h"
+#include "common/pipeline/messages/wire.h"
 
 namespace fivepipe::node {
 namespace {
@@ -35,7 +35,9 @@ void set_truncated(char (&field)[N], const std::string& text) {
 }
 
 // The sample below which a fraction q of them lies. `sorted` is not empty.
-double quantile(const std::vector<float>& sorted, double q) { return sorted[std::min(sorted.size() - 1, std::size_t(q * double(sorted.size())))]; }
+double quantile(const std::vector<float>& sorted, double q) {
+  return sorted[std::min(sorted.size() - 1, std::size_t(q * double(sorted.size())))];
+}
 
 struct LatencyWindow {
   std::vector<float> newest_ms;
@@ -63,7 +65,8 @@ double resident_mb() {
   return double(resident) * double(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-std::vector<fivepipe_v1_NamedCount> named_counts(const std::map<std::string, std::uint64_t>& counts) {
+std::vector<fivepipe_v1_NamedCount> named_counts(
+    const std::map<std::string, std::uint64_t>& counts) {
   std::vector<fivepipe_v1_NamedCount> named(counts.size());
   std::size_t i = 0;
   for (const auto& [name, n] : counts) {
@@ -93,13 +96,16 @@ struct NodeStatusReporter::Impl {
   std::map<std::string, std::string> remarks;
   std::thread publisher;
 
-  Impl(bus::Bus& b, std::string n) : node(std::move(n)), bus(b), writer(b.writer<bus::topics::NodeStatus>()) {}
+  Impl(bus::Bus& b, std::string n)
+      : node(std::move(n)), bus(b), writer(b.writer<bus::topics::NodeStatus>()) {}
 
   void publish(bool final_report) {
     fivepipe_v1_NodeStatus message{};
     std::vector<fivepipe_v1_NamedCount> count_list, drop_list;
     std::vector<fivepipe_v1_LatencySummary> latency_list;
-    struct Remark { char text[257]; };
+    struct Remark {
+      char text[257];
+    };
     std::vector<Remark> remark_list;
     {
       const std::scoped_lock lock(mutex);
@@ -110,7 +116,9 @@ struct NodeStatusReporter::Impl {
       message.final_report = final_report;
       message.frame = newest_frame;
       const Clock::time_point now = Clock::now();
-      while (!frame_times.empty() && now - frame_times.front() > std::chrono::duration<double>(kRateWindow_s)) frame_times.pop_front();
+      while (!frame_times.empty() &&
+             now - frame_times.front() > std::chrono::duration<double>(kRateWindow_s))
+        frame_times.pop_front();
       message.frame_rate_hz = double(frame_times.size()) / kRateWindow_s;
       message.cpu_s = cpu_s();
       message.memory_mb = resident_mb();
@@ -128,7 +136,8 @@ struct NodeStatusReporter::Impl {
         summary.count = window.count;
         latency_list.push_back(summary);
       }
-      for (const auto& [topic, text] : remarks) set_truncated(remark_list.emplace_back().text, text);
+      for (const auto& [topic, text] : remarks)
+        set_truncated(remark_list.emplace_back().text, text);
     }
     messages::borrow(message.counts, count_list);
     messages::borrow(message.drops, drop_list);
@@ -162,7 +171,8 @@ struct NodeStatusReporter::Impl {
   }
 };
 
-NodeStatusReporter::NodeStatusReporter(bus::Bus& bus, std::string node) : impl_(std::make_unique<Impl>(bus, std::move(node))) {
+NodeStatusReporter::NodeStatusReporter(bus::Bus& bus, std::string node)
+    : impl_(std::make_unique<Impl>(bus, std::move(node))) {
   impl_->publisher = std::thread([this] { impl_->publish_until_ending(); });
 }
 

@@ -1,5 +1,6 @@
-// What a node tells about itself: counts, drops by reason, latencies, remarks. Published as NodeStatus twice a second by its own
-// thread, so that a long step never looks like a dead process. Thread-safe.
+// What a node tells about itself: counts, drops by reason, latencies, remarks. Published as
+// NodeStatus twice a second by its own thread, so that a long step never looks like a dead process.
+// Thread-safe.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -36,7 +37,10 @@ class NodeStatusReporter {
 class StageTimer {
  public:
   StageTimer(NodeStatusReporter& status, const char* name) : status_(status), name_(name) {}
-  ~StageTimer() { status_.latency(name_, std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count()); }
+  ~StageTimer() {
+    status_.latency(
+        name_, std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count());
+  }
   StageTimer(const StageTimer&) = delete;
   StageTimer& operator=(const StageTimer&) = delete;
 

@@ -11,7 +11,8 @@ constexpr std::size_t kRemembered = 256;
 
 }  // namespace
 
-FrameGroups::FrameGroups(const Recording& recording, Recording::Cursor cursor, std::function<int(const std::string&)> rank)
+FrameGroups::FrameGroups(const Recording& recording, Recording::Cursor cursor,
+                         std::function<int(const std::string&)> rank)
     : cursor_(std::move(cursor)), rank_(std::move(rank)), frame_of_(recording) {}
 
 std::optional<FrameId> FrameOf::operator()(const RecordedMessage& message) {
@@ -24,28 +25,43 @@ std::optional<FrameId> FrameOf::operator()(const RecordedMessage& message) {
     fields = fields_.emplace(message.channel->id, std::nullopt).first;
     // A node's status tells of a frame, but is not of it: it has no capture stamp.
     if (type && type->find("frame") && type->find("capture_stamp_ns"))
-      fields->second.emplace(schema::FieldReader(idl, type_name, "frame"), schema::FieldReader(idl, type_name, "capture_stamp_ns"));
+      fields->second.emplace(schema::FieldReader(idl, type_name, "frame"),
+                             schema::FieldReader(idl, type_name, "capture_stamp_ns"));
   }
   if (!fields->second) return std::nullopt;
-  const auto frame = fields->second->frame.read(message.cdr), stamp = fields->second->capture_stamp_ns.read(message.cdr);
-  if (!frame || !stamp || !std::holds_alternative<std::uint64_t>(*frame) || !std::holds_alternative<std::int64_t>(*stamp)) return std::nullopt;
+  const auto frame = fields->second->frame.read(message.cdr),
+             stamp = fields->second->capture_stamp_ns.read(message.cdr);
+  if (!frame || !stamp || !std::holds_alternative<std::uint64_t>(*frame) ||
+      !std::holds_alternative<std::int64_t>(*stamp))
+    return std::nullopt;
   return FrameId{std::get<std::uint64_t>(*frame), std::get<std::int64_t>(*stamp)};
 }
 
 bool FrameGroups::read_one() {
   const auto message = cursor_.next();
   if (!message) return false;
-  KeptMessage kept{message->channel, message->log_stamp_ns, message->source_stamp_ns, message->key_change, {message->cdr.begin(), message->cdr.end()}, 0};
+  KeptMessage kept{message->channel,
+                   message->log_stamp_ns,
+                   message->source_stamp_ns,
+                   message->key_change,
+                   {message->cdr.begin(), message->cdr.end()},
+                   0};
   const auto frame = frame_of_(*message);
   if (frame) {
     kept.capture_stamp_ns = frame->capture_stamp_ns;
-    const auto of_this_run = [&](std::int64_t capture_stamp_ns) { return std::abs(frame->capture_stamp_ns - capture_stamp_ns) < kOneFrameTakes_ns; };
-    const auto of_this_frame = [&](const FrameGroup& group) { return group.frame == frame->frame && of_this_run(group.capture_stamp_ns); };
-    if (const auto open = std::find_if(open_.rbegin(), open_.rend(), of_this_frame); open != open_.rend()) {
+    const auto of_this_run = [&](std::int64_t capture_stamp_ns) {
+      return std::abs(frame->capture_stamp_ns - capture_stamp_ns) < kOneFrameTakes_ns;
+    };
+    const auto of_this_frame = [&](const FrameGroup& group) {
+      return group.frame == frame->frame && of_this_run(group.capture_stamp_ns);
+    };
+    if (const auto open = std::find_if(open_.rbegin(), open_.rend(), of_this_frame);
+        open != open_.rend()) {
       open->messages.push_back(std::move(kept));
       return true;
     }
-    if (const auto before = handed_out_.find(frame->frame); before != handed_out_.end() && of_this_run(before->second)) {
+    if (const auto before = handed_out_.find(frame->frame);
+        before != handed_out_.end() && of_this_run(before->second)) {
       ++late_;
       open_.push_back({std::nullopt, kept.log_stamp_ns, 0, {}});
       open_.back().messages.push_back(std::move(kept));
@@ -53,7 +69,10 @@ bool FrameGroups::read_one() {
     }
     ++open_frames_;
   }
-  open_.push_back({frame ? std::optional(frame->frame) : std::nullopt, kept.log_stamp_ns, frame ? frame->capture_stamp_ns : 0, {}});
+  open_.push_back({frame ? std::optional(frame->frame) : std::nullopt,
+                   kept.log_stamp_ns,
+                   frame ? frame->capture_stamp_ns : 0,
+                   {}});
   open_.back().messages.push_back(std::move(kept));
   return true;
 }
@@ -65,10 +84,14 @@ FrameGroup FrameGroups::handed_out() {
     --open_frames_;
     handed_out_[*group.frame] = group.capture_stamp_ns;
     if (handed_out_.size() > kRemembered)
-      handed_out_.erase(std::min_element(handed_out_.begin(), handed_out_.end(), [](const auto& a, const auto& b) { return a.second < b.second; }));
+      handed_out_.erase(
+          std::min_element(handed_out_.begin(), handed_out_.end(),
+                           [](const auto& a, const auto& b) { return a.second < b.second; }));
   }
   std::stable_sort(group.messages.begin(), group.messages.end(),
-                   [&](const KeptMessage& a, const KeptMessage& b) { return rank_(a.channel->topic) < rank_(b.channel->topic); });
+                   [&](const KeptMessage& a, const KeptMessage& b) {
+                     return rank_(a.channel->topic) < rank_(b.channel->topic);
+                   });
   return group;
 }
 

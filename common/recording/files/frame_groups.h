@@ -1,5 +1,5 @@
-// A recording's messages frame by frame, for a replay in which each frame is waited for: recorders take topic by topic, so that messages of
-// several frames stand among one another in the file.
+// A recording's messages frame by frame, for a replay in which each frame is waited for: recorders
+// take topic by topic, so that messages of several frames stand among one another in the file.
 #pragma once
 #include <deque>
 #include <functional>
@@ -27,7 +27,8 @@ struct FrameGroup {
   std::vector<KeptMessage> messages;   // by rank of their topics, then in the file's order
 };
 
-// The frame that a message is of. Numbers begin again where capture_node is started anew: its time tells runs apart.
+// The frame that a message is of. Numbers begin again where capture_node is started anew: its time
+// tells runs apart.
 struct FrameId {
   std::uint64_t frame = 0;
   std::int64_t capture_stamp_ns = 0;
@@ -35,7 +36,8 @@ struct FrameId {
 class FrameOf {
  public:
   explicit FrameOf(const Recording& recording) : recording_(recording) {}
-  // Nothing where its type has no frame, or states one without being of it (a node's status), and of keys' states.
+  // Nothing where its type has no frame, or states one without being of it (a node's status), and
+  // of keys' states.
   std::optional<FrameId> operator()(const RecordedMessage& message);
 
  private:
@@ -48,13 +50,15 @@ class FrameOf {
 
 class FrameGroups {
  public:
-  // A frame's messages stand in the file before the first message of the frame that comes so many after it.
+  // A frame's messages stand in the file before the first message of the frame that comes so many
+  // after it.
   static constexpr std::size_t kFramesAhead = 120;
   // Two messages of one frame number that were captured farther apart are of two runs, [ns].
   static constexpr std::int64_t kOneFrameTakes_ns = 2'000'000'000;
 
   // rank: of a topic; what a frame needs first has the lower one. The recording must outlive it.
-  FrameGroups(const Recording& recording, Recording::Cursor cursor, std::function<int(const std::string& topic)> rank);
+  FrameGroups(const Recording& recording, Recording::Cursor cursor,
+              std::function<int(const std::string& topic)> rank);
 
   // In the order of the frames' first messages. Throws mcap::McapError as Recording::Cursor does.
   std::optional<FrameGroup> next();

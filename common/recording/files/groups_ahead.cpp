@@ -11,7 +11,8 @@ std::size_t bytes_of(const FrameGroup& group) {
 
 }  // namespace
 
-GroupsAhead::GroupsAhead(FrameGroups groups, std::size_t ready_bytes) : groups_(std::move(groups)), most_bytes_(ready_bytes) {
+GroupsAhead::GroupsAhead(FrameGroups groups, std::size_t ready_bytes)
+    : groups_(std::move(groups)), most_bytes_(ready_bytes) {
   reader_ = std::thread([this] { read(); });
 }
 

@@ -1,4 +1,5 @@
-// Reads a recording's frames ahead in a thread of its own, so that neither the disk nor decompression holds up who sends them.
+// Reads a recording's frames ahead in a thread of its own, so that neither the disk nor
+// decompression holds up who sends them.
 #pragma once
 #include <condition_variable>
 #include <deque>
@@ -23,7 +24,8 @@ class GroupsAhead {
 
   // Until as much lies ready as may, or all that there is.
   void wait_until_ready();
-  // Waits for the next one; nothing at the end. Goes on behind damaged chunks; throws what else reading threw.
+  // Waits for the next one; nothing at the end. Goes on behind damaged chunks; throws what else
+  // reading threw.
   std::optional<FrameGroup> next();
   std::uint64_t late() const;     // FrameGroups::late
   std::uint64_t damaged() const;  // chunks that could not be read

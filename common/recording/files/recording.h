@@ -1,4 +1,5 @@
-// A recording to read: the topics, their writers, and messages in the order in which they were taken. Pure.
+// A recording to read: the topics, their writers, and messages in the order in which they were
+// taken. Pure.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -9,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "common/recording/mcap/reader.h"
 #include "common/recording/files/recording_writer.h"
+#include "common/recording/mcap/reader.h"
 #include "common/recording/schema/idl.h"
 
 namespace fivepipe::recording {
@@ -23,9 +24,10 @@ struct RecordingError : std::runtime_error {
 // One writer of one topic.
 struct RecordedChannel {
   mcap::Id id = 0;
-  std::string topic, type;       // of key states: the topic whose keys they are
+  std::string topic, type;  // of key states: the topic whose keys they are
   bool key_states = false;
-  std::string writer, node;      // GUID, and what its process calls itself; empty where it was not known
+  std::string writer,
+      node;  // GUID, and what its process calls itself; empty where it was not known
   std::map<std::string, std::string> metadata;
   std::uint64_t messages = 0;
 };
@@ -33,9 +35,10 @@ struct RecordedChannel {
 struct RecordedMessage {
   const RecordedChannel* channel = nullptr;
   std::uint32_t sequence = 0;
-  std::int64_t log_stamp_ns = 0, source_stamp_ns = 0;  // CLOCK_REALTIME: taken by the recorder, written by its source
-  std::optional<KeyChange> key_change;                 // `cdr` then holds the key alone
-  std::span<const std::byte> cdr;                      // lives until the cursor goes on
+  std::int64_t log_stamp_ns = 0,
+               source_stamp_ns = 0;  // CLOCK_REALTIME: taken by the recorder, written by its source
+  std::optional<KeyChange> key_change;  // `cdr` then holds the key alone
+  std::span<const std::byte> cdr;       // lives until the cursor goes on
 };
 
 class Recording {
@@ -53,14 +56,17 @@ class Recording {
 
   // The type as it was when it was recorded. Throws RecordingError where its schema can't be read.
   const schema::Idl& idl(const RecordedChannel& channel) const;
-  // For people: what differs from this build's types, of these channels; empty: nothing, they can be replayed. Types are converted nowhere yet.
+  // For people: what differs from this build's types, of these channels; empty: nothing, they can
+  // be replayed. Types are converted nowhere yet.
   std::vector<std::string> foreign_types(const std::set<mcap::Id>& channels) const;
 
   // Values of a metadata record; empty where there is none.
   std::map<std::string, std::string> metadata(const std::string& name) const;
-  // Writes the deployment's files into the folder and gives the deployment file there. Nothing where none is attached. Throws RecordingError where an attachment's
-  // name would lead out of the folder.
-  std::optional<std::filesystem::path> extract_deployment(const std::filesystem::path& folder) const;
+  // Writes the deployment's files into the folder and gives the deployment file there. Nothing
+  // where none is attached. Throws RecordingError where an attachment's name would lead out of the
+  // folder.
+  std::optional<std::filesystem::path> extract_deployment(
+      const std::filesystem::path& folder) const;
 
   class Cursor {
    public:
@@ -69,12 +75,14 @@ class Recording {
 
    private:
     friend class Recording;
-    Cursor(const Recording& recording, mcap::Cursor cursor) : recording_(&recording), cursor_(std::move(cursor)) {}
+    Cursor(const Recording& recording, mcap::Cursor cursor)
+        : recording_(&recording), cursor_(std::move(cursor)) {}
     const Recording* recording_;
     mcap::Cursor cursor_;
   };
   // Whose log stamp is in [start_ns, end_ns], of these channels. The Recording must outlive it.
-  Cursor messages(std::int64_t start_ns, std::int64_t end_ns, const std::set<mcap::Id>& channels) const;
+  Cursor messages(std::int64_t start_ns, std::int64_t end_ns,
+                  const std::set<mcap::Id>& channels) const;
   Cursor messages() const;
 
  private:

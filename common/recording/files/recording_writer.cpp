@@ -24,7 +24,9 @@ std::vector<std::byte> key_state_cdr(KeyChange change, std::span<const std::byte
 
 }  // namespace
 
-RecordingWriter::RecordingWriter(const std::filesystem::path& file, const std::string& library, const WriterOptions& options) : options_(options) {
+RecordingWriter::RecordingWriter(const std::filesystem::path& file, const std::string& library,
+                                 const WriterOptions& options)
+    : options_(options) {
   file_.emplace(file, options.compression, library);
   disk_ = std::thread([this] { write_until_finished(); });
 }
@@ -47,8 +49,11 @@ mcap::Id RecordingWriter::schema_of(const std::string& type, const std::string& 
   return known->second;
 }
 
-mcap::Id RecordingWriter::add_channel(const std::string& topic, const std::string& type, const std::string& schema, const std::map<std::string, std::string>& metadata) {
-  const mcap::Id id = open_.add_channel({schema_of(type, schema), topic, kMessageEncoding, metadata});
+mcap::Id RecordingWriter::add_channel(const std::string& topic, const std::string& type,
+                                      const std::string& schema,
+                                      const std::map<std::string, std::string>& metadata) {
+  const mcap::Id id =
+      open_.add_channel({schema_of(type, schema), topic, kMessageEncoding, metadata});
   channels_[id] = {topic, 0, std::nullopt, metadata};
   const std::scoped_lock lock(mutex_);
   topic_of_channel_[id] = topic;
@@ -56,31 +61,39 @@ mcap::Id RecordingWriter::add_channel(const std::string& topic, const std::strin
   return id;
 }
 
-void RecordingWriter::add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns, std::span<const std::byte> cdr) {
+void RecordingWriter::add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
+                          std::span<const std::byte> cdr) {
   add_counted(channel, log_stamp_ns, source_stamp_ns, cdr);
 }
 
-void RecordingWriter::add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns, KeyChange change, std::span<const std::byte> key_cdr) {
+void RecordingWriter::add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
+                          KeyChange change, std::span<const std::byte> key_cdr) {
   ChannelState& of = channels_.at(channel);
-  if (!of.key_states) of.key_states = add_channel(of.topic + kKeyStateSuffix, kKeyStateType, kKeyStateIdl, of.metadata);
+  if (!of.key_states)
+    of.key_states =
+        add_channel(of.topic + kKeyStateSuffix, kKeyStateType, kKeyStateIdl, of.metadata);
   add_counted(*of.key_states, log_stamp_ns, source_stamp_ns, key_state_cdr(change, key_cdr));
 }
 
-void RecordingWriter::add_counted(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns, std::span<const std::byte> payload) {
+void RecordingWriter::add_counted(mcap::Id channel, std::int64_t log_stamp_ns,
+                                  std::int64_t source_stamp_ns,
+                                  std::span<const std::byte> payload) {
   ChannelState& state = channels_.at(channel);
   {
     const std::scoped_lock lock(mutex_);
     TopicCounts& counts = counts_[state.topic];
     ++counts.received;
     counts.bytes += payload.size();
-    if (!failure_.empty() || waiting_bytes_ + open_.size_bytes() + payload.size() > options_.most_waiting_bytes) {
+    if (!failure_.empty() ||
+        waiting_bytes_ + open_.size_bytes() + payload.size() > options_.most_waiting_bytes) {
       ++counts.lost;
       ++state.next_sequence;  // the gap is seen in the file
       return;
     }
   }
   if (open_.empty()) open_since_ns_ = log_stamp_ns;
-  open_.add({channel, state.next_sequence++, std::uint64_t(log_stamp_ns), std::uint64_t(source_stamp_ns), payload});
+  open_.add({channel, state.next_sequence++, std::uint64_t(log_stamp_ns),
+             std::uint64_t(source_stamp_ns), payload});
   ++open_messages_[channel];
   if (open_.size_bytes() >= options_.chunk_bytes) close_chunk();
 }
@@ -125,7 +138,8 @@ void RecordingWriter::write(Waiting& waiting, bool is_last) {
       file_->write(waiting.chunk);
       bytes_written_ = file_->bytes_written();
       // A disk that lags behind is not forced for every chunk.
-      if (options_.sync && (is_last || Clock::now() - synced_ >= std::chrono::duration<double>(options_.chunk_s))) {
+      if (options_.sync &&
+          (is_last || Clock::now() - synced_ >= std::chrono::duration<double>(options_.chunk_s))) {
         file_->sync();
         synced_ = Clock::now();
       }
@@ -138,11 +152,13 @@ void RecordingWriter::write(Waiting& waiting, bool is_last) {
   const std::scoped_lock lock(mutex_);
   if (failure_.empty()) failure_ = why;
   if (!why.empty()) return lose(waiting);
-  for (const auto& [channel, count] : waiting.messages) counts_[topic_of_channel_.at(channel)].written += count;
+  for (const auto& [channel, count] : waiting.messages)
+    counts_[topic_of_channel_.at(channel)].written += count;
 }
 
 void RecordingWriter::lose(const Waiting& waiting) {
-  for (const auto& [channel, count] : waiting.messages) counts_[topic_of_channel_.at(channel)].lost += count;
+  for (const auto& [channel, count] : waiting.messages)
+    counts_[topic_of_channel_.at(channel)].lost += count;
 }
 
 std::map<std::string, TopicCounts> RecordingWriter::counts() const {
@@ -157,11 +173,16 @@ std::string RecordingWriter::failure() const {
 
 std::string RecordingWriter::loss_reason() const {
   const std::scoped_lock lock(mutex_);
-  const bool none = std::all_of(counts_.begin(), counts_.end(), [](const auto& count) { return count.second.lost == 0; });
-  return none ? "" : !failure_.empty() ? failure_ : gave_up_ ? "it was ended before the disk had taken them" : "the disk did not keep up";
+  const bool none = std::all_of(counts_.begin(), counts_.end(),
+                                [](const auto& count) { return count.second.lost == 0; });
+  return none                ? ""
+         : !failure_.empty() ? failure_
+         : gave_up_          ? "it was ended before the disk had taken them"
+                             : "the disk did not keep up";
 }
 
-void RecordingWriter::add_sent(const std::string& topic, std::uint64_t sent, std::uint64_t missing) {
+void RecordingWriter::add_sent(const std::string& topic, std::uint64_t sent,
+                               std::uint64_t missing) {
   const std::scoped_lock lock(mutex_);
   counts_[topic].sent += sent;
   counts_[topic].missing += missing;

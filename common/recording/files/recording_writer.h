@@ -13,8 +13,8 @@
 #include <string>
 #include <thread>
 
-#include "common/recording/mcap/format/chunk_builder.h"
 #include "common/recording/mcap/file_writer.h"
+#include "common/recording/mcap/format/chunk_builder.h"
 
 namespace fivepipe::recording {
 
@@ -23,24 +23,31 @@ enum class KeyChange { disposed, unregistered };
 
 struct WriterOptions {
   mcap::Compression compression = mcap::Compression::lz4;
-  std::size_t chunk_bytes = std::size_t(2) << 20;        // a chunk is closed at this size,
-  double chunk_s = 0.5;                                  // or at this age, and is on the disk soon after: what a crash may cost
-  bool sync = true;                                      // .. on the disk itself; else with the kernel: a power cut costs more
-  std::size_t most_waiting_bytes = std::size_t(256) << 20;  // for the disk; more is lost, and counted
+  std::size_t chunk_bytes = std::size_t(2) << 20;  // a chunk is closed at this size,
+  double chunk_s = 0.5;  // or at this age, and is on the disk soon after: what a crash may cost
+  bool sync = true;      // .. on the disk itself; else with the kernel: a power cut costs more
+  std::size_t most_waiting_bytes = std::size_t(256)
+                                   << 20;  // for the disk; more is lost, and counted
 };
 
 struct TopicCounts {
-  std::uint64_t received = 0, lost = 0, bytes = 0;  // lost: received, but the disk did not keep up; bytes: of payload received
-  std::uint64_t written = 0;                        // are in the file
-  std::uint64_t sent = 0, missing = 0;              // as far as its writers told: what they sent, and what of it was never received
+  std::uint64_t received = 0, lost = 0,
+                bytes =
+                    0;  // lost: received, but the disk did not keep up; bytes: of payload received
+  std::uint64_t written = 0;  // are in the file
+  std::uint64_t
+      sent = 0,
+      missing = 0;  // as far as its writers told: what they sent, and what of it was never received
 };
 
-// One thread calls; compressing and writing go on in another. A full disk, or one that fails, ends the writing, not the process: what comes then is lost
-// and counted, and what was written stays readable.
+// One thread calls; compressing and writing go on in another. A full disk, or one that fails, ends
+// the writing, not the process: what comes then is lost and counted, and what was written stays
+// readable.
 class RecordingWriter {
  public:
   // Throws std::system_error where the file can't be made.
-  RecordingWriter(const std::filesystem::path& file, const std::string& library, const WriterOptions& options);
+  RecordingWriter(const std::filesystem::path& file, const std::string& library,
+                  const WriterOptions& options);
   ~RecordingWriter();  // finishes
   RecordingWriter(const RecordingWriter&) = delete;
   RecordingWriter& operator=(const RecordingWriter&) = delete;
@@ -49,10 +56,13 @@ class RecordingWriter {
   void add(mcap::Metadata metadata);
 
   // One writer of a topic. `schema`: self-contained IDL of its type.
-  mcap::Id add_channel(const std::string& topic, const std::string& type, const std::string& schema, const std::map<std::string, std::string>& metadata);
+  mcap::Id add_channel(const std::string& topic, const std::string& type, const std::string& schema,
+                       const std::map<std::string, std::string>& metadata);
   // Stamps: CLOCK_REALTIME [ns]. The payload is copied.
-  void add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns, std::span<const std::byte> cdr);
-  void add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns, KeyChange change, std::span<const std::byte> key_cdr);
+  void add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
+           std::span<const std::byte> cdr);
+  void add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
+           KeyChange change, std::span<const std::byte> key_cdr);
   // To be called now and then: closes a chunk that has become old.
   void tick(std::int64_t now_ns);
 
@@ -66,8 +76,8 @@ class RecordingWriter {
 
   // As the topic's writers count; goes into the file with the other counts.
   void add_sent(const std::string& topic, std::uint64_t sent, std::uint64_t missing);
-  // Waits for the disk, writes the counts and the summary, and closes the file. Nothing may be added after it. What still waits when
-  // `gives_up` first says so is lost, and counted.
+  // Waits for the disk, writes the counts and the summary, and closes the file. Nothing may be
+  // added after it. What still waits when `gives_up` first says so is lost, and counted.
   void finish(const std::function<bool()>& gives_up = {});
 
  private:
@@ -82,7 +92,8 @@ class RecordingWriter {
     std::optional<mcap::Id> key_states;  // the channel that tells of its keys
     std::map<std::string, std::string> metadata;
   };
-  void add_counted(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns, std::span<const std::byte> payload);
+  void add_counted(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
+                   std::span<const std::byte> payload);
   void close_chunk();
   void write_until_finished();
   void write(Waiting& waiting, bool is_last);

@@ -10,18 +10,24 @@
 
 namespace fivepipe::mcap {
 
-AppendFile::AppendFile(std::filesystem::path path, int flags) : path_(std::move(path)), file_(open(path_.c_str(), flags | O_CLOEXEC, 0666)) {
+AppendFile::AppendFile(std::filesystem::path path, int flags)
+    : path_(std::move(path)), file_(open(path_.c_str(), flags | O_CLOEXEC, 0666)) {
   if (file_ < 0) fail("can't be opened for writing");
 }
 
 AppendFile::AppendFile(AppendFile&& other) noexcept
-    : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)), size_bytes_(other.size_bytes_), crc_(other.crc_) {}
+    : path_(std::move(other.path_)),
+      file_(std::exchange(other.file_, -1)),
+      size_bytes_(other.size_bytes_),
+      crc_(other.crc_) {}
 
 AppendFile::~AppendFile() {
   if (file_ >= 0) close(file_);
 }
 
-AppendFile AppendFile::create(const std::filesystem::path& path) { return {path, O_RDWR | O_CREAT | O_TRUNC}; }
+AppendFile AppendFile::create(const std::filesystem::path& path) {
+  return {path, O_RDWR | O_CREAT | O_TRUNC};
+}
 
 AppendFile AppendFile::reopen(const std::filesystem::path& path, std::uint64_t size_bytes) {
   AppendFile file(path, O_RDWR);
@@ -30,7 +36,9 @@ AppendFile AppendFile::reopen(const std::filesystem::path& path, std::uint64_t s
   return file;
 }
 
-void AppendFile::fail(const char* what) const { throw std::system_error(errno, std::generic_category(), path_.string() + ": " + what); }
+void AppendFile::fail(const char* what) const {
+  throw std::system_error(errno, std::generic_category(), path_.string() + ": " + what);
+}
 
 void AppendFile::write_all(ByteView bytes, std::uint64_t at) const {
   while (!bytes.empty()) {
@@ -47,7 +55,8 @@ void AppendFile::append(ByteView bytes) {
   try {
     write_all(bytes, size_bytes_);
   } catch (const std::system_error&) {
-    // What was written of it would look like a damaged file's end. If it can't be cut off, the next append() overwrites it, and readers skip it.
+    // What was written of it would look like a damaged file's end. If it can't be cut off, the next
+    // append() overwrites it, and readers skip it.
     [[maybe_unused]] const int cut = ftruncate(file_, off_t(size_bytes_));
     throw;
   }
@@ -57,18 +66,23 @@ void AppendFile::append(ByteView bytes) {
 
 void AppendFile::sync() {
   int result;
-  while ((result = fdatasync(file_)) != 0 && errno == EINTR) {}
-  if (result != 0 && errno != EINVAL && errno != EROFS) fail("can't be written to the disk");  // those two: a device or pipe that has none
+  while ((result = fdatasync(file_)) != 0 && errno == EINTR) {
+  }
+  if (result != 0 && errno != EINVAL && errno != EROFS)
+    fail("can't be written to the disk");  // those two: a device or pipe that has none
 }
 
-void AppendFile::overwrite(std::uint64_t byte, std::byte value) { write_all(ByteView(&value, 1), byte); }
+void AppendFile::overwrite(std::uint64_t byte, std::byte value) {
+  write_all(ByteView(&value, 1), byte);
+}
 
 std::uint32_t AppendFile::crc_of_whole_file() const {
   constexpr std::size_t kPieceBytes = 1 << 20;
   Buffer piece(kPieceBytes);
   std::uint32_t crc = 0;
   for (std::uint64_t at = 0; at < size_bytes_;) {
-    const ssize_t read = pread(file_, piece.all().data(), std::min<std::uint64_t>(kPieceBytes, size_bytes_ - at), off_t(at));
+    const ssize_t read = pread(file_, piece.all().data(),
+                               std::min<std::uint64_t>(kPieceBytes, size_bytes_ - at), off_t(at));
     if (read < 0 && errno == EINTR) continue;
     if (read == 0) errno = EIO;
     if (read <= 0) fail("can't be read");

@@ -1,4 +1,5 @@
-// A file that grows by whole pieces: each is with the kernel when append() returns, or is not in the file.
+// A file that grows by whole pieces: each is with the kernel when append() returns, or is not in
+// the file.
 #pragma once
 #include <filesystem>
 
@@ -8,7 +9,8 @@ namespace fivepipe::mcap {
 
 class AppendFile {
  public:
-  // Both throw std::system_error that names the file. create() empties a file that is there; reopen() cuts it after `size_bytes`, which is at most its size.
+  // Both throw std::system_error that names the file. create() empties a file that is there;
+  // reopen() cuts it after `size_bytes`, which is at most its size.
   static AppendFile create(const std::filesystem::path& path);
   static AppendFile reopen(const std::filesystem::path& path, std::uint64_t size_bytes);
   AppendFile(AppendFile&& other) noexcept;
@@ -17,12 +19,15 @@ class AppendFile {
 
   // std::system_error (a full disk): the file ends where it ended before.
   void append(ByteView bytes);
-  // What was appended outlives a power cut when it returns. std::system_error where the disk failed.
+  // What was appended outlives a power cut when it returns. std::system_error where the disk
+  // failed.
   void sync();
   void overwrite(std::uint64_t byte, std::byte value);
   std::uint64_t size_bytes() const { return size_bytes_; }
-  std::uint32_t crc() const { return crc_; }  // of everything that was appended; reopen() starts anew
-  std::uint32_t crc_of_whole_file() const;    // reads it
+  std::uint32_t crc() const {
+    return crc_;
+  }                                         // of everything that was appended; reopen() starts anew
+  std::uint32_t crc_of_whole_file() const;  // reads it
 
  private:
   AppendFile(std::filesystem::path path, int flags);

@@ -10,25 +10,32 @@ namespace fivepipe::mcap {
 
 struct Cursor::OpenChunk {
   Buffer records;
-  std::uint64_t offset = 0;             // of the chunk, in the file
-  std::vector<MessagePlace> messages;   // wanted ones, by stamp
+  std::uint64_t offset = 0;            // of the chunk, in the file
+  std::vector<MessagePlace> messages;  // wanted ones, by stamp
   std::size_t next = 0;
 
   auto order() const { return std::tuple(messages[next].log_stamp_ns, offset); }
   // A heap's first is its greatest.
-  static bool later(const std::unique_ptr<OpenChunk>& a, const std::unique_ptr<OpenChunk>& b) { return a->order() > b->order(); }
+  static bool later(const std::unique_ptr<OpenChunk>& a, const std::unique_ptr<OpenChunk>& b) {
+    return a->order() > b->order();
+  }
 };
 
-Cursor::Cursor(std::shared_ptr<const File> file, const std::vector<ChunkIndex>& chunks, std::uint64_t start_ns, std::uint64_t end_ns, std::vector<bool> wanted)
+Cursor::Cursor(std::shared_ptr<const File> file, const std::vector<ChunkIndex>& chunks,
+               std::uint64_t start_ns, std::uint64_t end_ns, std::vector<bool> wanted)
     : file_(std::move(file)), start_ns_(start_ns), end_ns_(end_ns), wanted_(std::move(wanted)) {
   const auto has_wanted = [&](const ChunkIndex& chunk) {
     const auto& channels = chunk.message_index_offsets;
-    return channels.empty() || std::any_of(channels.begin(), channels.end(), [&](const auto& channel) { return wanted_[channel.first]; });
+    return channels.empty() ||
+           std::any_of(channels.begin(), channels.end(),
+                       [&](const auto& channel) { return wanted_[channel.first]; });
   };
   for (const ChunkIndex& chunk : chunks)
-    if (chunk.start_ns <= end_ns_ && chunk.end_ns >= start_ns_ && has_wanted(chunk)) pending_.push_back(chunk);
-  std::sort(pending_.begin(), pending_.end(),
-            [](const ChunkIndex& a, const ChunkIndex& b) { return std::tuple(a.start_ns, a.offset) > std::tuple(b.start_ns, b.offset); });
+    if (chunk.start_ns <= end_ns_ && chunk.end_ns >= start_ns_ && has_wanted(chunk))
+      pending_.push_back(chunk);
+  std::sort(pending_.begin(), pending_.end(), [](const ChunkIndex& a, const ChunkIndex& b) {
+    return std::tuple(a.start_ns, a.offset) > std::tuple(b.start_ns, b.offset);
+  });
 }
 Cursor::Cursor(Cursor&&) noexcept = default;
 Cursor& Cursor::operator=(Cursor&&) noexcept = default;
@@ -46,12 +53,16 @@ void Cursor::open(const ChunkIndex& chunk) {
     if (record->op != Op::message) continue;
     const Message message = read_message({record->content, place});
     // Else messages would come out of order.
-    if (message.log_stamp_ns < chunk.start_ns || message.log_stamp_ns > chunk.end_ns) place.fail("a chunk's messages are of another time than it says");
-    if (wanted_[message.channel] && message.log_stamp_ns >= start_ns_ && message.log_stamp_ns <= end_ns_)
+    if (message.log_stamp_ns < chunk.start_ns || message.log_stamp_ns > chunk.end_ns)
+      place.fail("a chunk's messages are of another time than it says");
+    if (wanted_[message.channel] && message.log_stamp_ns >= start_ns_ &&
+        message.log_stamp_ns <= end_ns_)
       opened->messages.push_back({message.log_stamp_ns, record->offset});
   }
   if (opened->messages.empty()) return;
-  std::stable_sort(opened->messages.begin(), opened->messages.end(), [](const MessagePlace& a, const MessagePlace& b) { return a.log_stamp_ns < b.log_stamp_ns; });
+  std::stable_sort(
+      opened->messages.begin(), opened->messages.end(),
+      [](const MessagePlace& a, const MessagePlace& b) { return a.log_stamp_ns < b.log_stamp_ns; });
   open_bytes_ += opened->records.view().size();
   open_.push_back(std::move(opened));
   std::push_heap(open_.begin(), open_.end(), OpenChunk::later);
@@ -71,7 +82,8 @@ void Cursor::advance() {
 std::optional<Message> Cursor::next() {
   advance();
   // A chunk that starts with or before the next message may hold one that goes in front of it.
-  while (!pending_.empty() && (open_.empty() || pending_.back().start_ns <= std::get<0>(open_.front()->order()))) {
+  while (!pending_.empty() &&
+         (open_.empty() || pending_.back().start_ns <= std::get<0>(open_.front()->order()))) {
     const ChunkIndex chunk = std::move(pending_.back());
     pending_.pop_back();
     open(chunk);
@@ -80,8 +92,11 @@ std::optional<Message> Cursor::next() {
   std::pop_heap(open_.begin(), open_.end(), OpenChunk::later);
   current_ = std::move(open_.back());
   open_.pop_back();
-  const ByteView from_message = current_->records.view().subspan(current_->messages[current_->next].offset);
-  return read_message({RecordSequence(from_message, {file_->name(), current_->offset}).next()->content, {file_->name(), current_->offset}});
+  const ByteView from_message =
+      current_->records.view().subspan(current_->messages[current_->next].offset);
+  return read_message(
+      {RecordSequence(from_message, {file_->name(), current_->offset}).next()->content,
+       {file_->name(), current_->offset}});
 }
 
 }  // namespace fivepipe::mcap

@@ -8,17 +8,19 @@
 
 namespace fivepipe::mcap {
 
-// Messages of one stamp come in the order of the file. Holds one decompressed chunk, and as many as overlap it in time. Outlives its Reader.
+// Messages of one stamp come in the order of the file. Holds one decompressed chunk, and as many as
+// overlap it in time. Outlives its Reader.
 class Cursor {
  public:
   // `wanted[id]`: the channels whose messages are given; of the others' chunks nothing is read.
-  Cursor(std::shared_ptr<const File> file, const std::vector<ChunkIndex>& chunks, std::uint64_t start_ns, std::uint64_t end_ns, std::vector<bool> wanted);
+  Cursor(std::shared_ptr<const File> file, const std::vector<ChunkIndex>& chunks,
+         std::uint64_t start_ns, std::uint64_t end_ns, std::vector<bool> wanted);
   Cursor(Cursor&&) noexcept;
   Cursor& operator=(Cursor&&) noexcept;
   ~Cursor();
 
-  // The payload lives until the next call. McapError: the next chunk is damaged, or more than kMostOpenBytes of chunks overlap in time; a call after
-  // that goes on behind this chunk.
+  // The payload lives until the next call. McapError: the next chunk is damaged, or more than
+  // kMostOpenBytes of chunks overlap in time; a call after that goes on behind this chunk.
   std::optional<Message> next();
   static constexpr std::uint64_t kMostOpenBytes = std::uint64_t(2) << 30;
 

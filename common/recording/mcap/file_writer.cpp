@@ -6,7 +6,8 @@
 
 namespace fivepipe::mcap {
 
-FileWriter::FileWriter(const std::filesystem::path& path, Compression compression, std::string_view library, std::string_view profile)
+FileWriter::FileWriter(const std::filesystem::path& path, Compression compression,
+                       std::string_view library, std::string_view profile)
     : file_(AppendFile::create(path)), compression_(compression) {
   append_magic(record_);
   append_header(record_, profile, library);
@@ -22,15 +23,18 @@ void FileWriter::write(const Chunk& chunk) {
 
   summary_.schemas.insert(chunk.schemas.begin(), chunk.schemas.end());
   summary_.channels.insert(chunk.channels.begin(), chunk.channels.end());
-  for (const auto& [channel, places] : chunk.index) add_messages(summary_.statistics, channel, places.size(), chunk.start_ns, chunk.end_ns);
+  for (const auto& [channel, places] : chunk.index)
+    add_messages(summary_.statistics, channel, places.size(), chunk.start_ns, chunk.end_ns);
   summary_.chunks.push_back(std::move(index));
 }
 
 void FileWriter::attach(const Attachment& attachment) {
   record_.clear();
   append_attachment(record_, attachment);
-  const AttachmentIndex index{file_.size_bytes(),   record_.size(),  attachment.log_stamp_ns, attachment.create_stamp_ns, attachment.content.size(),
-                              attachment.name, attachment.media_type};
+  const AttachmentIndex index{file_.size_bytes(),        record_.size(),
+                              attachment.log_stamp_ns,   attachment.create_stamp_ns,
+                              attachment.content.size(), attachment.name,
+                              attachment.media_type};
   file_.append(record_);
   summary_.attachments.push_back(index);
 }

@@ -8,16 +8,18 @@
 
 namespace fivepipe::mcap {
 
-// Everything that a call wrote is with the kernel when it returns: a process that is killed loses nothing of it. Each call may throw
-// std::system_error that names the file (a full disk): the file then ends where it ended before the call, and is still good to write to.
-// Without finish() the file is left as a killed process leaves it; recover.h mends it.
+// Everything that a call wrote is with the kernel when it returns: a process that is killed loses
+// nothing of it. Each call may throw std::system_error that names the file (a full disk): the file
+// then ends where it ended before the call, and is still good to write to. Without finish() the
+// file is left as a killed process leaves it; recover.h mends it.
 class FileWriter {
  public:
   // Empties a file that is there.
-  FileWriter(const std::filesystem::path& path, Compression compression, std::string_view library, std::string_view profile = "");
+  FileWriter(const std::filesystem::path& path, Compression compression, std::string_view library,
+             std::string_view profile = "");
 
-  // All chunks of one file come from one ChunkBuilder; one without messages is not written. std::length_error: above kMostChunkBytes, which no
-  // reader here would read.
+  // All chunks of one file come from one ChunkBuilder; one without messages is not written.
+  // std::length_error: above kMostChunkBytes, which no reader here would read.
   void write(const Chunk& chunk);
   void attach(const Attachment& attachment);
   void add(const Metadata& metadata);

@@ -17,7 +17,9 @@ Header header_of(const File& file) {
   Fields fields(head.view(), place);
   if (Op(fields.take<std::uint8_t>()) != Op::header) return {};
   const std::uint64_t content_bytes = fields.take<std::uint64_t>();
-  if (content_bytes > kMostHeaderBytes || content_bytes > file.size_bytes() - place.byte - kRecordHeadBytes) return {};
+  if (content_bytes > kMostHeaderBytes ||
+      content_bytes > file.size_bytes() - place.byte - kRecordHeadBytes)
+    return {};
   const Buffer content = file.read(place.byte + kRecordHeadBytes, content_bytes);
   try {
     Fields texts(content.view(), place);
@@ -33,7 +35,8 @@ Header header_of(const File& file) {
 Reader::Reader(const std::filesystem::path& path) : Reader(path, false) {}
 Reader Reader::scanning(const std::filesystem::path& path) { return {path, true}; }
 
-Reader::Reader(const std::filesystem::path& path, bool scans) : file_(std::make_shared<const File>(path)) {
+Reader::Reader(const std::filesystem::path& path, bool scans)
+    : file_(std::make_shared<const File>(path)) {
   check_magic(*file_);
   header_ = header_of(*file_);
   std::string why_not;
@@ -53,12 +56,15 @@ Buffer Reader::content_of_record(std::uint64_t byte, std::uint64_t length_bytes,
   const Buffer head = file_->read(byte, kRecordHeadBytes);
   const Place place{file_->name(), byte};
   Fields fields(head.view(), place);
-  if (Op(fields.take<std::uint8_t>()) != op || fields.take<std::uint64_t>() != length_bytes - kRecordHeadBytes) place.fail("no such record");
+  if (Op(fields.take<std::uint8_t>()) != op ||
+      fields.take<std::uint64_t>() != length_bytes - kRecordHeadBytes)
+    place.fail("no such record");
   return file_->read(byte + kRecordHeadBytes, length_bytes - kRecordHeadBytes);
 }
 
 Attachment Reader::read(const AttachmentIndex& attachment) const {
-  const Buffer content = content_of_record(attachment.offset, attachment.length_bytes, Op::attachment);
+  const Buffer content =
+      content_of_record(attachment.offset, attachment.length_bytes, Op::attachment);
   return read_attachment({content.view(), {file_->name(), attachment.offset}});
 }
 
@@ -67,7 +73,8 @@ Metadata Reader::read(const MetadataIndex& metadata) const {
   return read_metadata({content.view(), {file_->name(), metadata.offset}});
 }
 
-Cursor Reader::messages(std::uint64_t start_ns, std::uint64_t end_ns, const std::optional<std::set<Id>>& only) const {
+Cursor Reader::messages(std::uint64_t start_ns, std::uint64_t end_ns,
+                        const std::optional<std::set<Id>>& only) const {
   std::vector<bool> wanted(std::numeric_limits<Id>::max() + std::size_t(1), false);
   for (const auto& [id, channel] : summary_.channels) wanted[id] = !only || only->contains(id);
   return {file_, summary_.chunks, start_ns, end_ns, std::move(wanted)};

@@ -1,4 +1,5 @@
-// Reads MCAP files (https://mcap.dev/spec): finished ones by their summary, others (process killed, power cut, disk full) by a scan from the start.
+// Reads MCAP files (https://mcap.dev/spec): finished ones by their summary, others (process killed,
+// power cut, disk full) by a scan from the start.
 #pragma once
 #include <filesystem>
 #include <limits>
@@ -7,8 +8,8 @@
 #include <set>
 
 #include "common/recording/mcap/cursor.h"
-#include "common/recording/mcap/scan.h"
 #include "common/recording/mcap/format/summary.h"
+#include "common/recording/mcap/scan.h"
 
 namespace fivepipe::mcap {
 
@@ -16,7 +17,8 @@ struct Header {
   std::string profile, library;  // what the whole file complies with; what wrote it
 };
 
-// Never loads more of a file than its summary and what is asked for. Of an unfinished file, opening it reads everything once, a chunk at a time.
+// Never loads more of a file than its summary and what is asked for. Of an unfinished file, opening
+// it reads everything once, a chunk at a time.
 class Reader {
  public:
   // std::system_error: the file can't be read. McapError: it does not begin as an MCAP file.
@@ -40,7 +42,8 @@ class Reader {
   Metadata read(const MetadataIndex& metadata) const;
 
   // Messages whose log stamp is in [start_ns, end_ns], of these channels; without `only`, of all.
-  Cursor messages(std::uint64_t start_ns = 0, std::uint64_t end_ns = std::numeric_limits<std::uint64_t>::max(),
+  Cursor messages(std::uint64_t start_ns = 0,
+                  std::uint64_t end_ns = std::numeric_limits<std::uint64_t>::max(),
                   const std::optional<std::set<Id>>& only = std::nullopt) const;
 
  private:

@@ -14,7 +14,8 @@ namespace {
 Scan found_in(const File& file) {
   Scan found = scan(file);
   const auto& chunks = found.summary.chunks;
-  if (std::any_of(chunks.begin(), chunks.end(), [](const ChunkIndex& chunk) { return chunk.loose; }))
+  if (std::any_of(chunks.begin(), chunks.end(),
+                  [](const ChunkIndex& chunk) { return chunk.loose; }))
     Place{file.name(), 0}.fail("has messages outside of chunks, which no summary finds");
   return found;
 }
@@ -24,7 +25,8 @@ void add_message_indexes(AppendFile& to, const File& from, std::vector<ChunkInde
   for (ChunkIndex& chunk : chunks) {
     if (!chunk.message_index_offsets.empty()) continue;
     const std::uint64_t was_at = chunk.offset;
-    const MessagePlaces messages = content_of(read_chunk(from, chunk).view(), {from.name(), chunk.offset}).messages;
+    const MessagePlaces messages =
+        content_of(read_chunk(from, chunk).view(), {from.name(), chunk.offset}).messages;
     if (messages.empty()) continue;
     Bytes moved;
     if (chunk.offset + chunk.length_bytes != to.size_bytes()) {
@@ -35,7 +37,8 @@ void add_message_indexes(AppendFile& to, const File& from, std::vector<ChunkInde
     to.append(moved);
     if (chunk.offset != was_at) to.overwrite(was_at, std::byte(Op::set_aside));
   }
-  std::sort(chunks.begin(), chunks.end(), [](const ChunkIndex& a, const ChunkIndex& b) { return a.offset < b.offset; });
+  std::sort(chunks.begin(), chunks.end(),
+            [](const ChunkIndex& a, const ChunkIndex& b) { return a.offset < b.offset; });
 }
 
 }  // namespace

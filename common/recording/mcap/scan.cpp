@@ -14,7 +14,8 @@ constexpr std::uint64_t kMostLooseBytes = 16 << 20;
 bool same_places(ByteView record, std::span<const MessagePlace> places) {
   const ByteView expected = std::as_bytes(places);
   const std::size_t head_bytes = sizeof(Id) + sizeof(std::uint32_t);
-  return record.size() == head_bytes + expected.size() && std::equal(expected.begin(), expected.end(), record.begin() + std::ptrdiff_t(head_bytes));
+  return record.size() == head_bytes + expected.size() &&
+         std::equal(expected.begin(), expected.end(), record.begin() + std::ptrdiff_t(head_bytes));
 }
 
 // One of the same id is another.
@@ -40,7 +41,9 @@ class Scanner {
     }
     end_chunk();
     // Nothing good stands behind the last chunk's piece of an index.
-    if (unindexed_until_ == scan_.damage.whole_bytes) scan_.damage.whole_bytes = scan_.summary.chunks.back().offset + scan_.summary.chunks.back().length_bytes;
+    if (unindexed_until_ == scan_.damage.whole_bytes)
+      scan_.damage.whole_bytes =
+          scan_.summary.chunks.back().offset + scan_.summary.chunks.back().length_bytes;
     scan_.damage.cut_bytes = file_.size_bytes() - scan_.damage.whole_bytes;
     count_records(scan_.summary);
     return std::move(scan_);
@@ -54,7 +57,9 @@ class Scanner {
     Fields fields(head.view(), {file_.name(), at});
     op_ = Op(fields.take<std::uint8_t>());
     const std::uint64_t content_bytes = fields.take<std::uint64_t>();
-    if (op_ == Op(0) || op_ == Op::data_end || op_ == Op::footer || content_bytes > file_.size_bytes() - at - kRecordHeadBytes) return 0;
+    if (op_ == Op(0) || op_ == Op::data_end || op_ == Op::footer ||
+        content_bytes > file_.size_bytes() - at - kRecordHeadBytes)
+      return 0;
     return kRecordHeadBytes + content_bytes;
   }
 
@@ -74,7 +79,8 @@ class Scanner {
       }
     } catch (const McapError& error) {
       ++scan_.damage.damaged_records;
-      if (scan_.damage.damaged_names.size() < Damage::kMostNamed) scan_.damage.damaged_names.push_back(error.what());
+      if (scan_.damage.damaged_names.size() < Damage::kMostNamed)
+        scan_.damage.damaged_names.push_back(error.what());
       scan_.damaged_bytes.push_back(at);
       damaged_ = true;
       return;
@@ -88,13 +94,16 @@ class Scanner {
   // Adds what was read without an error, or nothing.
   void add(ChunkContent content, ChunkIndex index, const Place& place) {
     Summary& summary = scan_.summary;
-    if (differ(content.schemas, summary.schemas)) place.fail("a schema differs from an earlier one of the same id");
-    if (differ(content.channels, summary.channels)) place.fail("a channel differs from an earlier one of the same id");
+    if (differ(content.schemas, summary.schemas))
+      place.fail("a schema differs from an earlier one of the same id");
+    if (differ(content.channels, summary.channels))
+      place.fail("a channel differs from an earlier one of the same id");
     summary.schemas.merge(content.schemas);
     summary.channels.merge(content.channels);
     for (const auto& [channel, messages] : content.messages) {
       if (summary.channels.contains(channel))
-        add_messages(summary.statistics, channel, messages.size(), content.start_ns, content.end_ns);
+        add_messages(summary.statistics, channel, messages.size(), content.start_ns,
+                     content.end_ns);
       else
         scan_.damage.messages_of_no_channel += messages.size();
     }
@@ -106,7 +115,8 @@ class Scanner {
     ChunkIndex index = read_chunk_index_at(file_, at, length_bytes);
     const Buffer records = read_chunk(file_, index);
     ChunkContent content = content_of(records.view(), place);
-    if (content.start_ns != index.start_ns || content.end_ns != index.end_ns) place.fail("a chunk's messages are of another time than it says");
+    if (content.start_ns != index.start_ns || content.end_ns != index.end_ns)
+      place.fail("a chunk's messages are of another time than it says");
     MessagePlaces places = content.messages;
     add(std::move(content), std::move(index), place);
     index_missing_ = std::move(places);
@@ -136,7 +146,8 @@ class Scanner {
 
   void take_loose(std::uint64_t at, std::uint64_t length_bytes) {
     const Place place{file_.name(), at};
-    if (length_bytes > kMostLooseBytes) place.fail("a record outside of chunks is larger than 16 MiB");
+    if (length_bytes > kMostLooseBytes)
+      place.fail("a record outside of chunks is larger than 16 MiB");
     const Buffer record = file_.read(at, length_bytes);
     ChunkContent content = content_of(record.view(), place);
     auto& chunks = scan_.summary.chunks;
@@ -146,7 +157,8 @@ class Scanner {
     piece.start_ns = content.start_ns;
     piece.end_ns = content.end_ns;
     const bool has_message = !content.messages.empty();
-    if (!chunks.empty() && chunks.back().loose && chunks.back().offset + chunks.back().length_bytes == at &&
+    if (!chunks.empty() && chunks.back().loose &&
+        chunks.back().offset + chunks.back().length_bytes == at &&
         chunks.back().length_bytes + length_bytes <= kMostLooseBytes) {
       piece = chunks.back();
       if (has_message) {
@@ -168,20 +180,23 @@ class Scanner {
   void take_attachment(std::uint64_t at, std::uint64_t length_bytes) {
     const Buffer bytes = file_.read(at + kRecordHeadBytes, length_bytes - kRecordHeadBytes);
     const Attachment attachment = read_attachment({bytes.view(), {file_.name(), at}});
-    scan_.summary.attachments.push_back(
-        {at, length_bytes, attachment.log_stamp_ns, attachment.create_stamp_ns, attachment.content.size(), attachment.name, attachment.media_type});
+    scan_.summary.attachments.push_back({at, length_bytes, attachment.log_stamp_ns,
+                                         attachment.create_stamp_ns, attachment.content.size(),
+                                         attachment.name, attachment.media_type});
   }
 
   void take_metadata(std::uint64_t at, std::uint64_t length_bytes) {
     const Buffer bytes = file_.read(at + kRecordHeadBytes, length_bytes - kRecordHeadBytes);
-    scan_.summary.metadata.push_back({at, length_bytes, read_metadata({bytes.view(), {file_.name(), at}}).name});
+    scan_.summary.metadata.push_back(
+        {at, length_bytes, read_metadata({bytes.view(), {file_.name(), at}}).name});
   }
 
   const File& file_;
   Scan scan_;
   Op op_ = Op(0);
-  MessagePlaces index_missing_;     // of the chunk just read
-  std::uint64_t unindexed_until_ = 0;  // where the records that belong to the last chunk without a whole index end
+  MessagePlaces index_missing_;  // of the chunk just read
+  std::uint64_t unindexed_until_ =
+      0;  // where the records that belong to the last chunk without a whole index end
   bool damaged_ = false;            // the record just read, other than a message index
   bool loose_has_message_ = false;  // the piece of loose records at the end of the list
 };
@@ -197,22 +212,28 @@ ChunkContent content_of(ByteView records, const Place& place) {
   RecordSequence sequence(records, place);
   while (const auto record = sequence.next()) {
     const Fields fields(record->content, place);
-    if (record->op == Op::schema || record->op == Op::channel) definition_bytes += record->content.size();
-    if (definition_bytes > kMostDefinitionBytes) place.fail("a chunk has more schemas and channels than is sensible");
+    if (record->op == Op::schema || record->op == Op::channel)
+      definition_bytes += record->content.size();
+    if (definition_bytes > kMostDefinitionBytes)
+      place.fail("a chunk has more schemas and channels than is sensible");
     if (record->op == Op::schema) {
       auto [id, schema] = read_schema(fields);
       if (id == 0) continue;  // the specification: invalid, to be ignored
       const auto [found, is_new] = content.schemas.try_emplace(id, schema);
-      if (!is_new && found->second != schema) place.fail("a schema differs from an earlier one of the same id");
+      if (!is_new && found->second != schema)
+        place.fail("a schema differs from an earlier one of the same id");
     } else if (record->op == Op::channel) {
       auto [id, channel] = read_channel(fields);
       const auto [found, is_new] = content.channels.try_emplace(id, channel);
-      if (!is_new && found->second != channel) place.fail("a channel differs from an earlier one of the same id");
+      if (!is_new && found->second != channel)
+        place.fail("a channel differs from an earlier one of the same id");
     } else if (record->op == Op::message) {
       const Message message = read_message(fields);
       content.messages[message.channel].push_back({message.log_stamp_ns, record->offset});
-      content.start_ns = has_message ? std::min(content.start_ns, message.log_stamp_ns) : message.log_stamp_ns;
-      content.end_ns = has_message ? std::max(content.end_ns, message.log_stamp_ns) : message.log_stamp_ns;
+      content.start_ns =
+          has_message ? std::min(content.start_ns, message.log_stamp_ns) : message.log_stamp_ns;
+      content.end_ns =
+          has_message ? std::max(content.end_ns, message.log_stamp_ns) : message.log_stamp_ns;
       has_message = true;
     }
   }

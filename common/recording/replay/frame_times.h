@@ -22,9 +22,9 @@ struct FrameAtNode {
 };
 struct FrameTimes {
   std::uint64_t frame = 0;
-  SendTimes sent;                                   // its recorded inputs
-  std::int64_t composited_ns = 0;                   // as FrameComposited tells; 0: no rendering node is measured
-  std::int64_t composite_heard_ns = 0;              // when that message was here
+  SendTimes sent;                  // its recorded inputs
+  std::int64_t composited_ns = 0;  // as FrameComposited tells; 0: no rendering node is measured
+  std::int64_t composite_heard_ns = 0;  // when that message was here
   std::map<std::string, FrameAtNode> nodes;
 };
 

@@ -12,7 +12,9 @@ using recording::FrameGroup;
 using recording::KeptMessage;
 
 std::size_t messages_of(const recording::FrameGroup& group, const char* topic) {
-  return std::size_t(std::count_if(group.messages.begin(), group.messages.end(), [&](const recording::KeptMessage& m) { return m.channel->topic == topic && !m.key_change; }));
+  return std::size_t(std::count_if(
+      group.messages.begin(), group.messages.end(),
+      [&](const recording::KeptMessage& m) { return m.channel->topic == topic && !m.key_change; }));
 }
 
 // Maps of one frame number that were captured too far apart are no set (common/frames/frame_sets).
@@ -21,14 +23,17 @@ bool is_of_one_time(const recording::FrameGroup& group) {
   for (const recording::KeptMessage& message : group.messages) {
     if (message.channel->topic != bus::topics::ObjectPixelMap::name || message.key_change) continue;
     if (!first) first = &message;
-    if (std::abs(message.capture_stamp_ns - first->capture_stamp_ns) > frames::FrameOrder::kRestartTakes_ns) return false;
+    if (std::abs(message.capture_stamp_ns - first->capture_stamp_ns) >
+        frames::FrameOrder::kRestartTakes_ns)
+      return false;
   }
   return true;
 }
 
 }  // namespace
 
-NodesAtWork::NodesAtWork(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan, std::set<std::string> replayed)
+NodesAtWork::NodesAtWork(bus::Bus& bus, const recording::Recording& recording,
+                         const ReplayPlan& plan, std::set<std::string> replayed)
     : recording_(recording), plan_(plan), replayed_(std::move(replayed)) {
   if (plan.lossless && !plan.nodes.empty()) traces_.emplace(bus.reader<bus::topics::FrameTrace>());
 }
@@ -42,17 +47,27 @@ void NodesAtWork::start_anew() {
   if (traces_) traces_->take();
 }
 
-bool NodesAtWork::is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group) const {
-  // Tiles that are not replayed are made by the reconstruction nodes beside it, of the frames that are complete for them.
+bool NodesAtWork::is_complete_for(const ReplayedNode& node,
+                                  const recording::FrameGroup& group) const {
+  // Tiles that are not replayed are made by the reconstruction nodes beside it, of the frames that
+  // are complete for them.
   if (node.program == "render_node" && replayed_.contains(bus::topics::HullTile::name)) {
-    const auto tile = std::find_if(group.messages.begin(), group.messages.end(), [](const recording::KeptMessage& m) { return m.channel->topic == bus::topics::HullTile::name; });
+    const auto tile = std::find_if(group.messages.begin(), group.messages.end(),
+                                   [](const recording::KeptMessage& m) {
+                                     return m.channel->topic == bus::topics::HullTile::name;
+                                   });
     if (tile == group.messages.end()) return false;
     const schema::FieldReader tiles(recording_.idl(*tile->channel), tile->channel->type, "tiles");
     const auto all = tiles.read(tile->cdr);
-    return all && std::get_if<std::uint64_t>(&*all) && messages_of(group, bus::topics::HullTile::name) == std::get<std::uint64_t>(*all);
+    return all && std::get_if<std::uint64_t>(&*all) &&
+           messages_of(group, bus::topics::HullTile::name) == std::get<std::uint64_t>(*all);
   }
-  const bool has_set = plan_.shape_cameras > 0 && messages_of(group, bus::topics::ObjectPixelMap::name) == plan_.shape_cameras && is_of_one_time(group);
-  return has_set && (node.program == "sim_node" || messages_of(group, bus::topics::HeadPose::name) > 0);
+  const bool has_set =
+      plan_.shape_cameras > 0 &&
+      messages_of(group, bus::topics::ObjectPixelMap::name) == plan_.shape_cameras &&
+      is_of_one_time(group);
+  return has_set &&
+         (node.program == "sim_node" || messages_of(group, bus::topics::HeadPose::name) > 0);
 }
 
 void NodesAtWork::expect(const recording::FrameGroup& group) {
@@ -79,7 +94,8 @@ void NodesAtWork::take_traces() {
 }
 
 bool NodesAtWork::is_waited_for(std::uint64_t frame) const {
-  return std::any_of(progress_.begin(), progress_.end(), [&](const auto& node) { return node.second.open.contains(frame); });
+  return std::any_of(progress_.begin(), progress_.end(),
+                     [&](const auto& node) { return node.second.open.contains(frame); });
 }
 
 std::size_t NodesAtWork::most_open() const {
@@ -91,7 +107,8 @@ std::size_t NodesAtWork::most_open() const {
 std::string NodesAtWork::hung(std::size_t at_most_open) const {
   for (const auto& [name, progress] : progress_)
     if (progress.open.size() > at_most_open && Clock::now() - progress.heard > plan_.longest_wait)
-      return "node '" + name + "' has not handled frame " + std::to_string(*progress.open.begin()) + " in " + std::to_string(plan_.longest_wait.count() / 1000) + " s";
+      return "node '" + name + "' has not handled frame " + std::to_string(*progress.open.begin()) +
+             " in " + std::to_string(plan_.longest_wait.count() / 1000) + " s";
   return "";
 }
 

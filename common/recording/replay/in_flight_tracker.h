@@ -1,4 +1,5 @@
-// The nodes that a lossless replay feeds: which frames they have and have not handled yet, as their FrameTraces tell.
+// The nodes that a lossless replay feeds: which frames they have and have not handled yet, as their
+// FrameTraces tell.
 #pragma once
 #include <chrono>
 #include <functional>
@@ -15,9 +16,10 @@ namespace fivepipe::replay {
 
 class NodesAtWork {
  public:
-  // replayed: the topics that are. Borrows the recording. Without nodes in the plan, or where it is not lossless, traces are not read: nodes
-  // make them for readers only.
-  NodesAtWork(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan, std::set<std::string> replayed);
+  // replayed: the topics that are. Borrows the recording. Without nodes in the plan, or where it is
+  // not lossless, traces are not read: nodes make them for readers only.
+  NodesAtWork(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan,
+              std::set<std::string> replayed);
 
   void start_anew();  // what was told and counted before is forgotten
   // The frame is about to be sent: nodes for which it is complete will handle it.
@@ -26,7 +28,8 @@ class NodesAtWork {
 
   bool is_waited_for(std::uint64_t frame) const;  // by one node at least
   std::size_t most_open() const;                  // frames that the node with most has
-  // For people: which node with more than so many frames has told nothing for the plan's longest wait, and where it is; empty: none.
+  // For people: which node with more than so many frames has told nothing for the plan's longest
+  // wait, and where it is; empty: none.
   std::string hung(std::size_t at_most_open) const;
 
   // By node: frames complete for it, and those that it has handled.

@@ -11,16 +11,23 @@ namespace fivepipe::replay {
 inline std::set<std::string> inputs_of(const std::string& program) {
   using namespace bus::topics;
   if (program == "capture_node") return {TileCosts::name, FrameComposited::name};
-  if (program == "recon_node") return {ReplaySession::name, CameraInfo::name, ViewInfo::name, HeadPose::name, ObjectColour::name, ObjectPixelMap::name};
-  if (program == "sim_node") return {ReplaySession::name, CameraInfo::name, bus::topics::Command::name, ObjectPixelMap::name};
-  if (program == "render_node") return {ReplaySession::name, CollisionResult::name, VirtualState::name, HullTile::name};
+  if (program == "recon_node")
+    return {ReplaySession::name, CameraInfo::name,   ViewInfo::name,
+            HeadPose::name,      ObjectColour::name, ObjectPixelMap::name};
+  if (program == "sim_node")
+    return {ReplaySession::name, CameraInfo::name, bus::topics::Command::name,
+            ObjectPixelMap::name};
+  if (program == "render_node")
+    return {ReplaySession::name, CollisionResult::name, VirtualState::name, HullTile::name};
   return {};
 }
 
 // And what it makes of them.
 inline std::set<std::string> outputs_of(const std::string& program) {
   using namespace bus::topics;
-  if (program == "capture_node") return {CameraInfo::name, ViewInfo::name, HeadPose::name, ObjectColour::name, ObjectPixelMap::name};
+  if (program == "capture_node")
+    return {CameraInfo::name, ViewInfo::name, HeadPose::name, ObjectColour::name,
+            ObjectPixelMap::name};
   if (program == "recon_node") return {HullTile::name, TileCosts::name};
   if (program == "sim_node") return {CollisionResult::name, VirtualState::name, HullParts::name};
   if (program == "render_node") return {FrameComposited::name};
@@ -28,6 +35,8 @@ inline std::set<std::string> outputs_of(const std::string& program) {
 }
 
 // What of a frame the program waits for before it works: it must come after all else of the frame.
-inline bool sets_off_work(const std::string& topic) { return topic == bus::topics::ObjectPixelMap::name || topic == bus::topics::HullTile::name; }
+inline bool sets_off_work(const std::string& topic) {
+  return topic == bus::topics::ObjectPixelMap::name || topic == bus::topics::HullTile::name;
+}
 
 }  // namespace fivepipe::replay

@@ -8,18 +8,25 @@ namespace fivepipe::replay {
 namespace {
 
 std::filesystem::path new_folder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "fivepipe-recorded-XXXXXX").string();
-  if (!mkdtemp(pattern.data())) throw std::runtime_error("no folder can be made in " + std::filesystem::temp_directory_path().string());
+  std::string pattern =
+      (std::filesystem::temp_directory_path() / "fivepipe-recorded-XXXXXX").string();
+  if (!mkdtemp(pattern.data()))
+    throw std::runtime_error("no folder can be made in " +
+                             std::filesystem::temp_directory_path().string());
   return pattern;
 }
 
 }  // namespace
 
-RecordedDeployment::RecordedDeployment(const recording::Recording& recording, const std::map<std::string, std::string>& changes) : folder_(new_folder()) {
+RecordedDeployment::RecordedDeployment(const recording::Recording& recording,
+                                       const std::map<std::string, std::string>& changes)
+    : folder_(new_folder()) {
   try {
     const auto file = recording.extract_deployment(folder_);
     if (!file)
-      throw recording::RecordingError(recording.file().string() + " carries no deployment; record with --deployment FILE, or with `fivepipe up --record`");
+      throw recording::RecordingError(
+          recording.file().string() +
+          " carries no deployment; record with --deployment FILE, or with `fivepipe up --record`");
     file_ = *file;
     settings_ = recording.metadata(recording::kSettingsMetadata);
     for (const auto& [key, value] : changes) settings_[key] = value;

@@ -4,15 +4,17 @@
 #include <map>
 #include <string>
 
-#include "common/recording/files/recording.h"
 #include "common/config/deployment.h"
+#include "common/recording/files/recording.h"
 
 namespace fivepipe::replay {
 
 class RecordedDeployment {
  public:
-  // `changes` go over the settings that it was recorded with. Throws recording::RecordingError where none is attached, ConfigError where it can't be loaded.
-  RecordedDeployment(const recording::Recording& recording, const std::map<std::string, std::string>& changes);
+  // `changes` go over the settings that it was recorded with. Throws recording::RecordingError
+  // where none is attached, ConfigError where it can't be loaded.
+  RecordedDeployment(const recording::Recording& recording,
+                     const std::map<std::string, std::string>& changes);
   ~RecordedDeployment();  // removes the folder
   RecordedDeployment(const RecordedDeployment&) = delete;
   RecordedDeployment& operator=(const RecordedDeployment&) = delete;

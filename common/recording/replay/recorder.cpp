@@ -4,12 +4,12 @@
 #include <fstream>
 #include <sstream>
 
+#include "common/base/machine.h"
 #include "common/base/realtime.h"
+#include "common/base/version.h"
 #include "common/pipeline/node/status.h"
 #include "common/recording/files/format.h"
 #include "common/recording/schema/wire_types.h"
-#include "common/base/version.h"
-#include "common/base/machine.h"
 
 namespace fivepipe::replay {
 namespace {
@@ -21,7 +21,9 @@ fs::path common_folder(const std::vector<fs::path>& files) {
   fs::path common = fs::absolute(files.front()).lexically_normal().parent_path();
   for (const fs::path& file : files) {
     const fs::path absolute = fs::absolute(file).lexically_normal();
-    while (std::mismatch(common.begin(), common.end(), absolute.begin(), absolute.end()).first != common.end()) common = common.parent_path();
+    while (std::mismatch(common.begin(), common.end(), absolute.begin(), absolute.end()).first !=
+           common.end())
+      common = common.parent_path();
   }
   return common;
 }
@@ -45,39 +47,62 @@ const char* delivery_name(bus::topics::Delivery delivery) {
 
 }  // namespace
 
-std::string refusal_to_overwrite(const fs::path& file) { return fs::exists(file) ? file.string() + " exists; --force overwrites it" : ""; }
+std::string refusal_to_overwrite(const fs::path& file) {
+  return fs::exists(file) ? file.string() + " exists; --force overwrites it" : "";
+}
 
-void write_header(recording::RecordingWriter& recording, const config::Deployment* deployment, const std::map<std::string, std::string>& settings, std::uint32_t domain) {
+void write_header(recording::RecordingWriter& recording, const config::Deployment* deployment,
+                  const std::map<std::string, std::string>& settings, std::uint32_t domain) {
   const std::uint64_t now_ns = std::uint64_t(base::now_realtime_ns());
   mcap::Metadata header{recording::kRecordingMetadata,
-                        {{"version", base::version()}, {"commit", base::commit()}, {"build_type", base::build_type()}, {"host", base::host_name()}, {"cpu", base::cpu_name()},
-                         {"cores", std::to_string(base::core_count())}, {"domain", std::to_string(domain)}}};
+                        {{"version", base::version()},
+                         {"commit", base::commit()},
+                         {"build_type", base::build_type()},
+                         {"host", base::host_name()},
+                         {"cpu", base::cpu_name()},
+                         {"cores", std::to_string(base::core_count())},
+                         {"domain", std::to_string(domain)}}};
   if (deployment) {
     const fs::path folder = common_folder(deployment->files);
     for (const fs::path& file : deployment->files) {
-      const std::string name = fs::absolute(file).lexically_normal().lexically_relative(folder).string();
-      recording.attach({now_ns, now_ns, recording::kDeploymentFolder + name, file.extension() == ".yaml" ? "application/yaml" : "application/octet-stream", text_of(file)});
+      const std::string name =
+          fs::absolute(file).lexically_normal().lexically_relative(folder).string();
+      recording.attach(
+          {now_ns, now_ns, recording::kDeploymentFolder + name,
+           file.extension() == ".yaml" ? "application/yaml" : "application/octet-stream",
+           text_of(file)});
     }
-    header.values[recording::kDeploymentFileKey] = fs::absolute(deployment->file).lexically_normal().lexically_relative(folder).string();
+    header.values[recording::kDeploymentFileKey] =
+        fs::absolute(deployment->file).lexically_normal().lexically_relative(folder).string();
     header.values["deployment"] = deployment->name;
     recording.add({recording::kSettingsMetadata, settings});
   }
   recording.add(header);
 }
 
-Recorder::Recorder(bus::Bus& bus, recording::RecordingWriter& recording, const std::vector<bus::topics::Topic>& topics)
-    : bus_(bus), recording_(recording), statuses_(bus.reader<bus::topics::NodeStatus>()), tally_(base::now_realtime_ns()) {
-  for (const bus::topics::Topic& topic : topics) sources_.push_back(std::make_unique<Source>(Source{bus::SerializedReader(bus, topic), topic, {}, {}}));
+Recorder::Recorder(bus::Bus& bus, recording::RecordingWriter& recording,
+                   const std::vector<bus::topics::Topic>& topics)
+    : bus_(bus),
+      recording_(recording),
+      statuses_(bus.reader<bus::topics::NodeStatus>()),
+      tally_(base::now_realtime_ns()) {
+  for (const bus::topics::Topic& topic : topics)
+    sources_.push_back(
+        std::make_unique<Source>(Source{bus::SerializedReader(bus, topic), topic, {}, {}}));
 }
 
 bool Recorder::is_own(const bus::WriterDescription& writer) const {
   const auto endpoints = bus_.endpoints();
-  return std::any_of(endpoints.begin(), endpoints.end(), [&](const bus::EndpointDescription& endpoint) { return endpoint.own && endpoint.guid == writer.guid; });
+  return std::any_of(endpoints.begin(), endpoints.end(),
+                     [&](const bus::EndpointDescription& endpoint) {
+                       return endpoint.own && endpoint.guid == writer.guid;
+                     });
 }
 
 std::string Recorder::node_of(const bus::WriterDescription& writer) {
   for (const bus::EndpointDescription& endpoint : bus_.endpoints())
-    if (endpoint.participant_guid == writer.participant_guid && !endpoint.participant.empty()) return node_of_participant_[writer.participant_guid] = endpoint.participant;
+    if (endpoint.participant_guid == writer.participant_guid && !endpoint.participant.empty())
+      return node_of_participant_[writer.participant_guid] = endpoint.participant;
   return node_of_participant_[writer.participant_guid];
 }
 
@@ -94,7 +119,8 @@ std::optional<mcap::Id> Recorder::channel(Source& source, std::uint64_t writer) 
     for (const auto& [policy, value] : described->qos) metadata["qos." + policy] = value;
   }
   metadata["node"] = node;
-  const mcap::Id id = recording_.add_channel(source.topic.name, source.topic.type, schema::fivepipe_schema(source.topic.type), metadata);
+  const mcap::Id id = recording_.add_channel(source.topic.name, source.topic.type,
+                                             schema::fivepipe_schema(source.topic.type), metadata);
   source.node_of_channel[id] = node;
   return source.channel_of_writer[writer] = id;
 }
@@ -107,9 +133,12 @@ void Recorder::take() {
       const std::int64_t now_ns = base::now_realtime_ns();
       if (sample.kind == bus::SampleKind::data) {
         recording_.add(*id, now_ns, sample.source_stamp_ns, sample.cdr);
-        tally_.received(source->node_of_channel.at(*id), source->topic.name, sample.source_stamp_ns);
+        tally_.received(source->node_of_channel.at(*id), source->topic.name,
+                        sample.source_stamp_ns);
       } else {
-        const auto change = sample.kind == bus::SampleKind::disposed ? recording::KeyChange::disposed : recording::KeyChange::unregistered;
+        const auto change = sample.kind == bus::SampleKind::disposed
+                                ? recording::KeyChange::disposed
+                                : recording::KeyChange::unregistered;
         recording_.add(*id, now_ns, sample.source_stamp_ns, change, sample.cdr);
       }
     });
@@ -121,21 +150,27 @@ void Recorder::take_statuses() {
   const std::string_view prefix = node::kSentPrefix;
   for (const auto& sample : statuses_.take()) {
     if (!sample.valid()) continue;
-    SentStatus status{sample->node, sample->start_stamp_ns, sample.source_stamp_ns(), {}, sample->final_report};
+    SentStatus status{
+        sample->node, sample->start_stamp_ns, sample.source_stamp_ns(), {}, sample->final_report};
     for (std::uint32_t i = 0; i < sample->counts._length; ++i) {
       const fivepipe_v1_NamedCount& count = sample->counts._buffer[i];
-      if (std::string_view(count.name).starts_with(prefix)) status.sent[std::string(count.name).substr(prefix.size())] = count.count;
+      if (std::string_view(count.name).starts_with(prefix))
+        status.sent[std::string(count.name).substr(prefix.size())] = count.count;
     }
     tally_.told(status);
   }
 }
 
-std::set<std::string> Recorder::not_compared() const { return tally_.not_compared(base::now_realtime_ns()); }
+std::set<std::string> Recorder::not_compared() const {
+  return tally_.not_compared(base::now_realtime_ns());
+}
 
 std::vector<SentByNode> Recorder::compared() const {
   std::vector<SentByNode> all;
   for (const SentByNode& sent : tally_.compared()) {
-    const bool is_recorded = std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) { return sent.topic == source->topic.name; });
+    const bool is_recorded = std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
+      return sent.topic == source->topic.name;
+    });
     // A status is always one behind.
     if (is_recorded && sent.topic != bus::topics::NodeStatus::name) all.push_back(sent);
   }

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "common/config/deployment.h"
 #include "common/pipeline/bus/serialized.h"
 #include "common/recording/files/recording_writer.h"
-#include "common/config/deployment.h"
 #include "common/recording/replay/sent_tally.h"
 
 namespace fivepipe::replay {
@@ -19,16 +19,21 @@ inline constexpr const char* kRecorderName = "recorder";
 // Why a recording is not to be written there without --force; empty: nothing is there.
 std::string refusal_to_overwrite(const std::filesystem::path& file);
 
-// Versions, deployment with its files, and settings, in front of all messages. `deployment` may be null: then there are no files.
-void write_header(recording::RecordingWriter& recording, const config::Deployment* deployment, const std::map<std::string, std::string>& settings, std::uint32_t domain);
+// Versions, deployment with its files, and settings, in front of all messages. `deployment` may be
+// null: then there are no files.
+void write_header(recording::RecordingWriter& recording, const config::Deployment* deployment,
+                  const std::map<std::string, std::string>& settings, std::uint32_t domain);
 
 class Recorder {
  public:
-  Recorder(bus::Bus& bus, recording::RecordingWriter& recording, const std::vector<bus::topics::Topic>& topics);
+  Recorder(bus::Bus& bus, recording::RecordingWriter& recording,
+           const std::vector<bus::topics::Topic>& topics);
 
-  // Everything that has arrived, into the recording; to be called often. What this process itself publishes is left out.
+  // Everything that has arrived, into the recording; to be called often. What this process itself
+  // publishes is left out.
   void take();
-  // By node and topic that is recorded: what was sent and what came. To be asked after the last take().
+  // By node and topic that is recorded: what was sent and what came. To be asked after the last
+  // take().
   std::vector<SentByNode> compared() const;
   // Whoever wrote something, but told nothing of what it sent, or nothing of late.
   std::set<std::string> not_compared() const;
@@ -49,7 +54,8 @@ class Recorder {
   recording::RecordingWriter& recording_;
   std::vector<std::unique_ptr<Source>> sources_;
   bus::Reader<bus::topics::NodeStatus> statuses_;
-  std::map<std::string, std::string> node_of_participant_;  // by GUID: a process that is gone has left its name
+  std::map<std::string, std::string>
+      node_of_participant_;  // by GUID: a process that is gone has left its name
   SentTally tally_;
 };
 

@@ -4,12 +4,15 @@
 
 namespace fivepipe::replay {
 
-void set_range(ReplayPlan& plan, const recording::Recording& recording, double start_s, std::optional<double> end_s) {
+void set_range(ReplayPlan& plan, const recording::Recording& recording, double start_s,
+               std::optional<double> end_s) {
   plan.start_ns = recording.start_ns() + std::int64_t(1e9 * start_s);
   plan.end_ns = end_s ? recording.start_ns() + std::int64_t(1e9 * *end_s) : recording.end_ns();
   if (plan.start_ns > plan.end_ns || plan.start_ns > recording.end_ns())
-    throw base::UsageError("nothing to replay: the recording lasts " + std::to_string(1e-9 * double(recording.end_ns() - recording.start_ns())) + " s, and --start " + std::to_string(start_s) +
-                     " is behind its end or --end");
+    throw base::UsageError(
+        "nothing to replay: the recording lasts " +
+        std::to_string(1e-9 * double(recording.end_ns() - recording.start_ns())) +
+        " s, and --start " + std::to_string(start_s) + " is behind its end or --end");
 }
 
 }  // namespace fivepipe::replay

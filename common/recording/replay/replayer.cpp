@@ -29,7 +29,9 @@ constexpr int kMostIncomplete = 4;
 constexpr auto kLastFrames = 1s;
 
 const bus::topics::Topic* topic_named(const std::string& name) {
-  const auto found = std::find_if(bus::topics::all().begin(), bus::topics::all().end(), [&](const bus::topics::Topic& topic) { return name == topic.name; });
+  const auto found =
+      std::find_if(bus::topics::all().begin(), bus::topics::all().end(),
+                   [&](const bus::topics::Topic& topic) { return name == topic.name; });
   return found == bus::topics::all().end() ? nullptr : &*found;
 }
 
@@ -45,11 +47,13 @@ bool is_latched(const recording::RecordedChannel& channel) {
 
 bus::SampleKind kind_of(std::optional<recording::KeyChange> change) {
   if (!change) return bus::SampleKind::data;
-  return *change == recording::KeyChange::disposed ? bus::SampleKind::disposed : bus::SampleKind::unregistered;
+  return *change == recording::KeyChange::disposed ? bus::SampleKind::disposed
+                                                   : bus::SampleKind::unregistered;
 }
 
 // Goes on behind damaged chunks, and counts them.
-std::optional<recording::RecordedMessage> next_readable(recording::Recording::Cursor& cursor, std::uint64_t& damaged) {
+std::optional<recording::RecordedMessage> next_readable(recording::Recording::Cursor& cursor,
+                                                        std::uint64_t& damaged) {
   for (;;) try {
       return cursor.next();
     } catch (const mcap::McapError& error) {
@@ -67,15 +71,22 @@ std::set<std::string> topics_of(const recording::Recording& recording, const Rep
 }  // namespace
 
 Replayer::Replayer(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan)
-    : bus_(bus), recording_(recording), plan_(plan), session_(bus.writer<bus::topics::ReplaySession>()), nodes_(bus, recording, plan, topics_of(recording, plan)) {
+    : bus_(bus),
+      recording_(recording),
+      plan_(plan),
+      session_(bus.writer<bus::topics::ReplaySession>()),
+      nodes_(bus, recording, plan, topics_of(recording, plan)) {
   std::string foreign;
-  for (const std::string& problem : recording.foreign_types(plan.channels)) foreign += (foreign.empty() ? "" : "\n") + problem;
+  for (const std::string& problem : recording.foreign_types(plan.channels))
+    foreign += (foreign.empty() ? "" : "\n") + problem;
   if (!foreign.empty()) throw recording::RecordingError(foreign);
   for (const recording::RecordedChannel& channel : recording.channels()) {
     const bus::topics::Topic* topic = topic_named(channel.topic);
     if (!plan.channels.contains(channel.id) || !topic) continue;
     auto& writer = writers_[channel.topic + ' ' + channel.writer];
-    if (!writer) writer = std::make_unique<bus::SerializedWriter>(bus, *topic, plan.lossless ? bus::WriterHistory::keep_all : bus::WriterHistory::topic);
+    if (!writer)
+      writer = std::make_unique<bus::SerializedWriter>(
+          bus, *topic, plan.lossless ? bus::WriterHistory::keep_all : bus::WriterHistory::topic);
     writer_of_[channel.id] = writer.get();
   }
 }
@@ -84,7 +95,9 @@ std::vector<std::string> Replayer::conflicts() const {
   std::set<std::string> ours, found;
   for (const auto& [id, writer] : writer_of_) ours.insert(recording_.channel(id)->topic);
   for (const bus::EndpointDescription& endpoint : bus_.endpoints())
-    if (endpoint.writes && !endpoint.own && ours.contains(endpoint.topic) && endpoint.topic != bus::topics::NodeStatus::name && endpoint.topic != bus::topics::FrameTrace::name)
+    if (endpoint.writes && !endpoint.own && ours.contains(endpoint.topic) &&
+        endpoint.topic != bus::topics::NodeStatus::name &&
+        endpoint.topic != bus::topics::FrameTrace::name)
       found.insert("'" + endpoint.participant + "' writes " + endpoint.topic);
   return {found.begin(), found.end()};
 }
@@ -99,7 +112,8 @@ std::string Replayer::missing_reader() const {
     }
   for (const ReplayedNode& node : plan_.nodes)
     for (const std::string& topic : inputs_of(node.program))
-      if (!read_by[node.name].contains(topic)) return "node '" + node.name + "' does not read " + topic + " yet";
+      if (!read_by[node.name].contains(topic))
+        return "node '" + node.name + "' does not read " + topic + " yet";
   // Discovery knows a reader before all writers have been matched with it.
   bool any = false;
   for (const auto& [id, writer] : writer_of_) {
@@ -110,7 +124,9 @@ std::string Replayer::missing_reader() const {
   return any ? "" : "nobody reads any of its topics";
 }
 
-recording::Recording::Cursor Replayer::cursor() const { return recording_.messages(plan_.start_ns, plan_.end_ns, plan_.channels); }
+recording::Recording::Cursor Replayer::cursor() const {
+  return recording_.messages(plan_.start_ns, plan_.end_ns, plan_.channels);
+}
 
 void Replayer::announce() {
   fivepipe_v1_ReplaySession message{};
@@ -119,7 +135,8 @@ void Replayer::announce() {
   message.rate = plan_.rate;
   session_.write(message);
   session_.wait_for_delivery(plan_.longest_wait);
-  std::this_thread::sleep_for(kNodesTurn);  // before the first frame: nodes begin anew when they look
+  std::this_thread::sleep_for(
+      kNodesTurn);  // before the first frame: nodes begin anew when they look
 }
 
 void Replayer::run(const std::function<ReplayControl()>& control) {
@@ -152,7 +169,9 @@ void Replayer::send_latched_before_start() {
   if (latched.empty() || plan_.start_ns <= recording_.start_ns()) return;
   auto before = recording_.messages(0, plan_.start_ns - 1, latched);
   while (const auto message = before.next())
-    if (!message->key_change) writer_of_.at(message->channel->id)->write({bus::SampleKind::data, 0, message->source_stamp_ns, message->cdr});
+    if (!message->key_change)
+      writer_of_.at(message->channel->id)
+          ->write({bus::SampleKind::data, 0, message->source_stamp_ns, message->cdr});
 }
 
 // False: the caller wants an end.
@@ -164,9 +183,11 @@ bool Replayer::may_go_on(const std::function<ReplayControl()>& control) {
 }
 
 // is_step: a paused replay is stepped by what begins now; the rest goes along with the next step.
-bool Replayer::wait_until(std::int64_t log_stamp_ns, bool is_step, const std::function<ReplayControl()>& control) {
+bool Replayer::wait_until(std::int64_t log_stamp_ns, bool is_step,
+                          const std::function<ReplayControl()>& control) {
   const auto due = [&] {
-    return wall_zero_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1e-9 * double(log_stamp_ns - log_zero_ns_) / plan_.rate));
+    return wall_zero_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+                            1e-9 * double(log_stamp_ns - log_zero_ns_) / plan_.rate));
   };
   was_step_ = false;
   if (!may_go_on(control)) return false;
@@ -186,13 +207,16 @@ bool Replayer::wait_until(std::int64_t log_stamp_ns, bool is_step, const std::fu
   }
 }
 
-void Replayer::write(const recording::RecordedChannel& channel, std::optional<recording::KeyChange> change, std::int64_t source_stamp_ns, std::span<const std::byte> cdr) {
+void Replayer::write(const recording::RecordedChannel& channel,
+                     std::optional<recording::KeyChange> change, std::int64_t source_stamp_ns,
+                     std::span<const std::byte> cdr) {
   const auto writer = writer_of_.find(channel.id);
   if (writer == writer_of_.end()) return;
   const bus::SerializedSample sample{kind_of(change), 0, source_stamp_ns, cdr};
   bool sent = writer->second->write(sample);
   if (plan_.lossless)
-    for (const auto until = Clock::now() + plan_.longest_wait; !sent && Clock::now() < until;) sent = writer->second->write(sample);
+    for (const auto until = Clock::now() + plan_.longest_wait; !sent && Clock::now() < until;)
+      sent = writer->second->write(sample);
   if (change) return;
   ++counts_.in_file[channel.topic];
   counts_.sent[channel.topic] += sent;
@@ -234,7 +258,9 @@ void Replayer::send_frames(const std::function<ReplayControl()>& control) {
     if (group->frame && sends_ahead && !needed_is_sent) send_needed(*group);
     if (group->frame && !wait_for_nodes(std::size_t(plan_.frames_in_flight) - 1, control)) return;
     // What is of no frame takes effect between two frames, and always between the same two.
-    if (!group->frame && !is_latched(*group->messages.front().channel) && !wait_for_nodes(0, control)) return;
+    if (!group->frame && !is_latched(*group->messages.front().channel) &&
+        !wait_for_nodes(0, control))
+      return;
     if (!group->frame || !sends_ahead) send_needed(*group);
     send_what_sets_off_work(*group);
     pace_incomplete(*group);
@@ -246,9 +272,11 @@ void Replayer::send_frames(const std::function<ReplayControl()>& control) {
   counts_.damaged = ahead.damaged();
 }
 
-// Nobody tells of frames that are not complete: they must not push others out of the nodes' readers.
+// Nobody tells of frames that are not complete: they must not push others out of the nodes'
+// readers.
 void Replayer::pace_incomplete(const recording::FrameGroup& group) {
-  incomplete_in_a_row_ = !group.frame || nodes_.is_waited_for(*group.frame) ? 0 : incomplete_in_a_row_ + 1;
+  incomplete_in_a_row_ =
+      !group.frame || nodes_.is_waited_for(*group.frame) ? 0 : incomplete_in_a_row_ + 1;
   if (incomplete_in_a_row_ < kMostIncomplete) return;
   incomplete_in_a_row_ = 0;
   for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.longest_wait);
@@ -260,29 +288,36 @@ void Replayer::send_needed(const recording::FrameGroup& group) {
   for (const recording::KeptMessage& message : group.messages) {
     if (sets_off_work(message.channel->topic)) continue;
     write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
-    if (const auto writer = writer_of_.find(message.channel->id); writer != writer_of_.end()) not_acknowledged_.insert(writer->second);
+    if (const auto writer = writer_of_.find(message.channel->id); writer != writer_of_.end())
+      not_acknowledged_.insert(writer->second);
   }
 }
 
 void Replayer::send_what_sets_off_work(const recording::FrameGroup& group) {
   if (plan_.order != SendOrder::as_captured)
-    for (bus::SerializedWriter* writer : not_acknowledged_) writer->wait_for_delivery(plan_.longest_wait);
+    for (bus::SerializedWriter* writer : not_acknowledged_)
+      writer->wait_for_delivery(plan_.longest_wait);
   not_acknowledged_.clear();
   nodes_.expect(group);
   const std::int64_t release_ns = base::now_realtime_ns();
   for (const recording::KeptMessage& message : group.messages)
-    if (sets_off_work(message.channel->topic)) write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
+    if (sets_off_work(message.channel->topic))
+      write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
   if (!group.frame) return;
   ++counts_.frames;
-  if (on_frame_sent) on_frame_sent(*group.frame, {send_start_ns_, release_ns, base::now_realtime_ns()});
+  if (on_frame_sent)
+    on_frame_sent(*group.frame, {send_start_ns_, release_ns, base::now_realtime_ns()});
 }
 
 void Replayer::wait_for_those_under_way() {
-  for (const auto until = Clock::now() + kLastFrames; Clock::now() < until && nodes_.most_open() > 0; nodes_.take_traces()) bus_.wait(kAskPeriod);
+  for (const auto until = Clock::now() + kLastFrames;
+       Clock::now() < until && nodes_.most_open() > 0; nodes_.take_traces())
+    bus_.wait(kAskPeriod);
 }
 
 // Until each node has at most so many frames.
-bool Replayer::wait_for_nodes(std::size_t at_most_open, const std::function<ReplayControl()>& control) {
+bool Replayer::wait_for_nodes(std::size_t at_most_open,
+                              const std::function<ReplayControl()>& control) {
   for (;;) {
     nodes_.take_traces();
     if (nodes_.most_open() <= at_most_open) return true;

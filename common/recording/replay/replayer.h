@@ -1,4 +1,5 @@
-// Sends a recording's messages again: verbatim, by as many writers as there were, with their source time stamps.
+// Sends a recording's messages again: verbatim, by as many writers as there were, with their source
+// time stamps.
 #pragma once
 #include <chrono>
 #include <functional>
@@ -19,13 +20,17 @@ namespace fivepipe::replay {
 
 struct ReplayCounts {
   std::map<std::string, std::uint64_t> in_file, sent;  // by topic
-  std::uint64_t frames = 0;                              // sent
-  std::map<std::string, std::uint64_t> expected, handled;  // by node: frames complete for it, and those that it has handled
-  std::uint64_t late = 0;                                // messages that stand too far from their frame in the file
-  std::uint64_t damaged = 0;                             // chunks of the file that could not be read
-  double seconds = 0;                                    // from the first message to the last one handled
+  std::uint64_t frames = 0;                            // sent
+  std::map<std::string, std::uint64_t> expected,
+      handled;                // by node: frames complete for it, and those that it has handled
+  std::uint64_t late = 0;     // messages that stand too far from their frame in the file
+  std::uint64_t damaged = 0;  // chunks of the file that could not be read
+  double seconds = 0;         // from the first message to the last one handled
   // Everything in the file arrived, and was handled: at least one frame.
-  bool complete() const { return in_file == sent && expected == handled && late == 0 && damaged == 0 && (expected.empty() || frames > 0); }
+  bool complete() const {
+    return in_file == sent && expected == handled && late == 0 && damaged == 0 &&
+           (expected.empty() || frames > 0);
+  }
 };
 
 // What the caller wants next.
@@ -40,17 +45,20 @@ class Replayer {
 
   // For people: who else writes what this replay would; empty: nobody that is known yet.
   std::vector<std::string> conflicts() const;
-  // For people: which reader is not there yet; empty: all that are expected. Without nodes: somebody that reads any of it.
+  // For people: which reader is not there yet; empty: all that are expected. Without nodes:
+  // somebody that reads any of it.
   std::string missing_reader() const;
 
-  // Announces the session, sends everything that is due, waits for the nodes. `control` is asked at least ten times a second. May be
-  // called again, from the start.
+  // Announces the session, sends everything that is due, waits for the nodes. `control` is asked at
+  // least ten times a second. May be called again, from the start.
   void run(const std::function<ReplayControl()>& control);
   const ReplayCounts& counts() const { return counts_; }
 
   // For benchmarks.
   std::function<void(std::uint64_t frame, const SendTimes&)> on_frame_sent;
-  void tell_traces_to(std::function<void(const fivepipe_v1_FrameTrace&)> listener) { nodes_.on_trace = std::move(listener); }
+  void tell_traces_to(std::function<void(const fivepipe_v1_FrameTrace&)> listener) {
+    nodes_.on_trace = std::move(listener);
+  }
 
  private:
   bool may_go_on(const std::function<ReplayControl()>& control);
@@ -60,9 +68,13 @@ class Replayer {
   void send_as_they_stand(const std::function<ReplayControl()>& control);
   void send_needed(const recording::FrameGroup& group);
   void send_what_sets_off_work(const recording::FrameGroup& group);
-  void write(const recording::RecordedChannel& channel, std::optional<recording::KeyChange> change, std::int64_t source_stamp_ns, std::span<const std::byte> cdr);
-  bool wait_until(std::int64_t log_stamp_ns, bool is_step, const std::function<ReplayControl()>& control);
-  bool is_paused() const { return last_control_ == ReplayControl::pause || last_control_ == ReplayControl::one_frame; }
+  void write(const recording::RecordedChannel& channel, std::optional<recording::KeyChange> change,
+             std::int64_t source_stamp_ns, std::span<const std::byte> cdr);
+  bool wait_until(std::int64_t log_stamp_ns, bool is_step,
+                  const std::function<ReplayControl()>& control);
+  bool is_paused() const {
+    return last_control_ == ReplayControl::pause || last_control_ == ReplayControl::one_frame;
+  }
   void pace_incomplete(const recording::FrameGroup& group);
   void wait_for_those_under_way();
   bool wait_for_nodes(std::size_t at_most_open, const std::function<ReplayControl()>& control);
@@ -72,11 +84,12 @@ class Replayer {
   const recording::Recording& recording_;
   ReplayPlan plan_;
   bus::Writer<bus::topics::ReplaySession> session_;
-  std::map<std::string, std::unique_ptr<bus::SerializedWriter>> writers_;  // by topic and recorded writer
+  std::map<std::string, std::unique_ptr<bus::SerializedWriter>>
+      writers_;  // by topic and recorded writer
   std::map<mcap::Id, bus::SerializedWriter*> writer_of_;
   NodesAtWork nodes_;
   std::set<bus::SerializedWriter*> not_acknowledged_;  // of what the next frame needs
-  std::int64_t send_start_ns_ = 0;                 // of that frame
+  std::int64_t send_start_ns_ = 0;                     // of that frame
   ReplayCounts counts_;
   Clock::time_point counts_started_{}, wall_zero_{};
   std::int64_t log_zero_ns_ = 0;

@@ -5,15 +5,17 @@
 namespace fivepipe::replay {
 namespace {
 
-// Between a node's counting what it sent and the stamp of the status that tells it (latencies are sorted in between). What it sent in that time is in
-// neither count: as much as this may stay unnoticed, once, of a process that ran before.
+// Between a node's counting what it sent and the stamp of the status that tells it (latencies are
+// sorted in between). What it sent in that time is in neither count: as much as this may stay
+// unnoticed, once, of a process that ran before.
 constexpr std::int64_t kStatusTakes_ns = 100'000'000;
 // Statuses come twice a second.
 constexpr std::int64_t kMostSilence_ns = 2'000'000'000;
 
 }  // namespace
 
-void SentTally::received(const std::string& name, const std::string& topic, std::int64_t source_stamp_ns) {
+void SentTally::received(const std::string& name, const std::string& topic,
+                         std::int64_t source_stamp_ns) {
   Node& node = nodes_[name];
   if (source_stamp_ns < node.from_ns) return;
   ++node.received[topic];
@@ -27,7 +29,8 @@ void SentTally::told(const SentStatus& status) {
   const auto [process, is_new] = node.processes.try_emplace(status.start_stamp_ns);
   process->second.sent = status.sent;
   if (status.start_stamp_ns >= start_stamp_ns_) {
-    if (!node.compares && node.processes.size() > 1) begin(node, status.start_stamp_ns);  // the one before told only once
+    if (!node.compares && node.processes.size() > 1)
+      begin(node, status.start_stamp_ns);  // the one before told only once
     node.compares = true;
   } else if (is_new) {
     process->second.sent_before = status.sent;
@@ -40,7 +43,8 @@ void SentTally::told(const SentStatus& status) {
 void SentTally::begin(Node& node, std::int64_t from_ns) {
   node.received.clear();
   for (const auto& [topic, stamps] : node.stamps)
-    node.received[topic] = std::uint64_t(std::count_if(stamps.begin(), stamps.end(), [&](std::int64_t stamp) { return stamp >= from_ns; }));
+    node.received[topic] = std::uint64_t(std::count_if(
+        stamps.begin(), stamps.end(), [&](std::int64_t stamp) { return stamp >= from_ns; }));
   node.stamps.clear();
   node.from_ns = from_ns;
   node.compares = true;
@@ -67,7 +71,8 @@ std::vector<SentByNode> SentTally::compared() const {
 std::set<std::string> SentTally::not_compared(std::int64_t now_ns) const {
   std::set<std::string> names;
   for (const auto& [name, node] : nodes_) {
-    const bool is_current = node.newest.final_report || now_ns - node.newest.source_stamp_ns < kMostSilence_ns;
+    const bool is_current =
+        node.newest.final_report || now_ns - node.newest.source_stamp_ns < kMostSilence_ns;
     if (!(node.compares && is_current) && !node.received.empty()) names.insert(name);
   }
   return names;

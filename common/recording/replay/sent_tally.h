@@ -1,4 +1,5 @@
-// What nodes say they sent against what came here: how a recorder finds out that it missed something. Pure.
+// What nodes say they sent against what came here: how a recorder finds out that it missed
+// something. Pure.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -12,8 +13,8 @@ namespace fivepipe::replay {
 // Stamps: CLOCK_REALTIME [ns].
 struct SentStatus {
   std::string node;
-  std::int64_t start_stamp_ns;   // of the process: tells it from one before it
-  std::int64_t source_stamp_ns;  // when the status was written
+  std::int64_t start_stamp_ns;                // of the process: tells it from one before it
+  std::int64_t source_stamp_ns;               // when the status was written
   std::map<std::string, std::uint64_t> sent;  // messages since the start, by topic
   bool final_report = false;
 };
@@ -25,8 +26,9 @@ struct SentByNode {
   std::uint64_t missing() const { return sent > received ? sent - received : 0; }
 };
 
-// A process that started later than the tally is compared from its start. One that ran before is compared from its second status on, when
-// all readers know it, by its messages' source stamps: what was on its way does not disturb.
+// A process that started later than the tally is compared from its start. One that ran before is
+// compared from its second status on, when all readers know it, by its messages' source stamps:
+// what was on its way does not disturb.
 class SentTally {
  public:
   explicit SentTally(std::int64_t start_stamp_ns) : start_stamp_ns_(start_stamp_ns) {}
@@ -37,7 +39,8 @@ class SentTally {
 
   // A node's count is as old as its last status: it never tells too much.
   std::vector<SentByNode> compared() const;
-  // Something came from these, but they told nothing to compare it with, or only once, or nothing of late, though none of them ended in order.
+  // Something came from these, but they told nothing to compare it with, or only once, or nothing
+  // of late, though none of them ended in order.
   std::set<std::string> not_compared(std::int64_t now_ns) const;
 
  private:
@@ -48,9 +51,10 @@ class SentTally {
     SentStatus newest;
     bool compares = false;  // `received` stands against what its processes sent
     std::int64_t from_ns = std::numeric_limits<std::int64_t>::min();  // counts what was sent later
-    std::map<std::int64_t, Process> processes;  // by their start
+    std::map<std::int64_t, Process> processes;                        // by their start
     std::map<std::string, std::uint64_t> received;
-    std::map<std::string, std::vector<std::int64_t>> stamps;  // between its first and its second status, where it ran before
+    std::map<std::string, std::vector<std::int64_t>>
+        stamps;  // between its first and its second status, where it ran before
   };
   static void begin(Node& node, std::int64_t from_ns);
 

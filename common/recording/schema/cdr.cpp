@@ -21,7 +21,8 @@ class Decoder {
       CdrCursor from(payload);
       Json message = members(type, from);
       path_.clear();
-      if (from.left() > kMostPadding) throw CdrFault{from.at(), std::to_string(from.left()) + " bytes too many"};
+      if (from.left() > kMostPadding)
+        throw CdrFault{from.at(), std::to_string(from.left()) + " bytes too many"};
       return message;
     } catch (const CdrFault& fault) {
       throw CdrError(path_text(), fault.offset, fault.what);
@@ -37,8 +38,10 @@ class Decoder {
   std::string path_text() const {
     std::string text;
     for (const PathStep& step : path_)
-      if (step.member.empty()) text += "[" + std::to_string(step.index) + "]";
-      else text += (text.empty() ? "" : ".") + std::string(step.member);
+      if (step.member.empty())
+        text += "[" + std::to_string(step.index) + "]";
+      else
+        text += (text.empty() ? "" : ".") + std::string(step.member);
     return text;
   }
 
@@ -87,7 +90,8 @@ class Decoder {
   Json value(const Type& type, CdrCursor& from) {
     switch (type.kind) {
       case Kind::boolean: return from.take_boolean();
-      case Kind::octet: case Kind::uint8: return from.take<std::uint8_t>();
+      case Kind::octet:
+      case Kind::uint8: return from.take<std::uint8_t>();
       case Kind::character: return std::string(1, from.take<char>());
       case Kind::int8: return from.take<std::int8_t>();
       case Kind::int16: return from.take<std::int16_t>();
@@ -101,7 +105,8 @@ class Decoder {
       case Kind::string: return std::string(from.take_string(type.bound));
       case Kind::enumeration: return from.take_enumerator(idl_.enums[type.definition]);
       case Kind::structure: return members(idl_.structs[type.definition], from);
-      case Kind::sequence: return elements(type.element[0], from.take_count(type.bound), "sequence", from);
+      case Kind::sequence:
+        return elements(type.element[0], from.take_count(type.bound), "sequence", from);
     }
     return {};
   }
@@ -123,9 +128,12 @@ std::string place(const std::string& field, std::size_t offset) {
 }  // namespace
 
 CdrError::CdrError(std::string field_path, std::size_t byte_offset, const std::string& what)
-    : std::runtime_error(place(field_path, byte_offset) + what), field(std::move(field_path)), offset(byte_offset) {}
+    : std::runtime_error(place(field_path, byte_offset) + what),
+      field(std::move(field_path)),
+      offset(byte_offset) {}
 
-Json decode(const Idl& idl, std::string_view scoped_name, std::span<const std::byte> payload, const DecodeOptions& options) {
+Json decode(const Idl& idl, std::string_view scoped_name, std::span<const std::byte> payload,
+            const DecodeOptions& options) {
   return Decoder(idl, options).decode(idl.at(scoped_name), payload);
 }
 

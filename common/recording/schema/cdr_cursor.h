@@ -1,5 +1,5 @@
-// Walks a payload of plain CDR (XCDR1; DDS-RTPS 10.5, DDS-XTypes 7.4.1): a header of 4 bytes states the byte order, every primitive
-// is aligned to its size from behind the header on.
+// Walks a payload of plain CDR (XCDR1; DDS-RTPS 10.5, DDS-XTypes 7.4.1): a header of 4 bytes states
+// the byte order, every primitive is aligned to its size from behind the header on.
 #pragma once
 #include <bit>
 #include <cstring>
@@ -21,9 +21,13 @@ struct CdrFault {
 class CdrCursor {
  public:
   explicit CdrCursor(std::span<const std::byte> payload) : payload_(payload) {
-    if (payload.size() < kHeaderBytes) throw CdrFault{0, "a payload of " + std::to_string(payload.size()) + " bytes holds no header"};
+    if (payload.size() < kHeaderBytes)
+      throw CdrFault{0,
+                     "a payload of " + std::to_string(payload.size()) + " bytes holds no header"};
     if (payload[0] != std::byte{0} || payload[1] > std::byte{1})
-      throw CdrFault{0, "representation " + std::to_string(256 * int(payload[0]) + int(payload[1])) + " is not plain CDR (0 or 1)"};
+      throw CdrFault{0, "representation " +
+                            std::to_string(256 * int(payload[0]) + int(payload[1])) +
+                            " is not plain CDR (0 or 1)"};
     swaps_ = (payload[1] == std::byte{1}) != (std::endian::native == std::endian::little);
   }
 
@@ -41,7 +45,8 @@ class CdrCursor {
 
   // The alignment's padding may be cut off with what would follow it.
   void align(std::size_t to_bytes) {
-    const std::size_t aligned = kHeaderBytes + ((at_ - kHeaderBytes + to_bytes - 1) & ~(to_bytes - 1));
+    const std::size_t aligned =
+        kHeaderBytes + ((at_ - kHeaderBytes + to_bytes - 1) & ~(to_bytes - 1));
     if (aligned > payload_.size()) too_short(aligned - at_);
     at_ = aligned;
   }
@@ -55,7 +60,9 @@ class CdrCursor {
   void skip_values(std::uint64_t count, std::size_t value_bytes) {
     if (count == 0) return;
     align(value_bytes);
-    if (count > left() / value_bytes) beyond_end(at_, std::to_string(count) + " values of " + std::to_string(value_bytes) + " bytes");
+    if (count > left() / value_bytes)
+      beyond_end(at_,
+                 std::to_string(count) + " values of " + std::to_string(value_bytes) + " bytes");
     at_ += std::size_t(count) * value_bytes;
   }
 
@@ -64,11 +71,15 @@ class CdrCursor {
     const std::size_t start = at_;
     const auto length = take<std::uint32_t>();
     if (length == 0) throw CdrFault{start, "a string without its closing zero"};
-    if (bound && length - 1 > bound) beyond_bound(start, "a string of " + std::to_string(length - 1) + " bytes", bound);
+    if (bound && length - 1 > bound)
+      beyond_bound(start, "a string of " + std::to_string(length - 1) + " bytes", bound);
     if (length > left()) beyond_end(start, "a string of " + std::to_string(length - 1) + " bytes");
-    const std::string_view text(reinterpret_cast<const char*>(take_bytes(length).data()), length - 1);
-    if (text.data()[length - 1] != '\0') throw CdrFault{start, "a string that is not closed by a zero"};
-    if (text.find('\0') != std::string_view::npos) throw CdrFault{start, "a string with a zero inside"};
+    const std::string_view text(reinterpret_cast<const char*>(take_bytes(length).data()),
+                                length - 1);
+    if (text.data()[length - 1] != '\0')
+      throw CdrFault{start, "a string that is not closed by a zero"};
+    if (text.find('\0') != std::string_view::npos)
+      throw CdrFault{start, "a string with a zero inside"};
     return text;
   }
 
@@ -76,7 +87,8 @@ class CdrCursor {
   std::uint32_t take_count(std::uint32_t bound) {
     const std::size_t start = at_;
     const auto count = take<std::uint32_t>();
-    if (bound && count > bound) beyond_bound(start, "a sequence of " + std::to_string(count), bound);
+    if (bound && count > bound)
+      beyond_bound(start, "a sequence of " + std::to_string(count), bound);
     if (count > left()) beyond_end(start, "a sequence of " + std::to_string(count));
     return count;
   }
@@ -89,7 +101,8 @@ class CdrCursor {
 
   const std::string& take_enumerator(const Enum& type) {
     const auto value = take<std::uint32_t>();
-    if (value >= type.enumerators.size()) throw CdrFault{at_ - 4, type.name + " has no value " + std::to_string(value)};
+    if (value >= type.enumerators.size())
+      throw CdrFault{at_ - 4, type.name + " has no value " + std::to_string(value)};
     return type.enumerators[value];
   }
 
@@ -97,13 +110,15 @@ class CdrCursor {
   static constexpr std::size_t kHeaderBytes = 4;
 
   [[noreturn]] void too_short(std::size_t needed) const {
-    throw CdrFault{at_, std::to_string(needed) + " bytes needed, " + std::to_string(left()) + " left"};
+    throw CdrFault{at_,
+                   std::to_string(needed) + " bytes needed, " + std::to_string(left()) + " left"};
   }
 
   [[noreturn]] void beyond_end(std::size_t offset, const std::string& what) const {
     throw CdrFault{offset, what + ", and " + std::to_string(left()) + " bytes are left"};
   }
-  [[noreturn]] static void beyond_bound(std::size_t offset, const std::string& what, std::uint32_t bound) {
+  [[noreturn]] static void beyond_bound(std::size_t offset, const std::string& what,
+                                        std::uint32_t bound) {
     throw CdrFault{offset, what + ", " + std::to_string(bound) + " at most"};
   }
 

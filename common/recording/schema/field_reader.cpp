@@ -18,17 +18,24 @@ void skip_member(const Idl& idl, const Member& member, CdrCursor& from) {
 }
 
 void skip(const Idl& idl, const Type& type, CdrCursor& from) {
-  if (is_primitive(type.kind)) from.skip_values(1, size_bytes(type.kind));
-  else if (type.kind == Kind::string) from.take_string(type.bound);
-  else if (type.kind == Kind::enumeration) from.take_enumerator(idl.enums[type.definition]);
-  else if (type.kind == Kind::sequence) skip_elements(idl, type.element[0], from.take_count(type.bound), from);
-  else for (const Member& member : idl.structs[type.definition].members) skip_member(idl, member, from);
+  if (is_primitive(type.kind))
+    from.skip_values(1, size_bytes(type.kind));
+  else if (type.kind == Kind::string)
+    from.take_string(type.bound);
+  else if (type.kind == Kind::enumeration)
+    from.take_enumerator(idl.enums[type.definition]);
+  else if (type.kind == Kind::sequence)
+    skip_elements(idl, type.element[0], from.take_count(type.bound), from);
+  else
+    for (const Member& member : idl.structs[type.definition].members)
+      skip_member(idl, member, from);
 }
 
 FieldReader::Value value(const Idl& idl, const Type& type, CdrCursor& from) {
   switch (type.kind) {
     case Kind::boolean: return from.take_boolean();
-    case Kind::octet: case Kind::uint8: return std::uint64_t(from.take<std::uint8_t>());
+    case Kind::octet:
+    case Kind::uint8: return std::uint64_t(from.take<std::uint8_t>());
     case Kind::int8: return std::int64_t(from.take<std::int8_t>());
     case Kind::int16: return std::int64_t(from.take<std::int16_t>());
     case Kind::uint16: return std::uint64_t(from.take<std::uint16_t>());
@@ -44,17 +51,22 @@ FieldReader::Value value(const Idl& idl, const Type& type, CdrCursor& from) {
 
 bool is_readable(const Member& field) {
   const Kind kind = field.type.kind;
-  const bool is_number_or_text = is_primitive(kind) && kind != Kind::character && kind != Kind::float32 && kind != Kind::float64;
-  return field.dimensions.empty() && (is_number_or_text || kind == Kind::string || kind == Kind::enumeration);
+  const bool is_number_or_text = is_primitive(kind) && kind != Kind::character &&
+                                 kind != Kind::float32 && kind != Kind::float64;
+  return field.dimensions.empty() &&
+         (is_number_or_text || kind == Kind::string || kind == Kind::enumeration);
 }
 
 }  // namespace
 
-FieldReader::FieldReader(Idl idl, std::string_view scoped_name, std::string_view field) : idl_(std::move(idl)) {
+FieldReader::FieldReader(Idl idl, std::string_view scoped_name, std::string_view field)
+    : idl_(std::move(idl)) {
   const Struct& type = idl_.at(scoped_name);
   const Member* found = type.find(field);
   if (!found) throw IdlError(type.name + " has no field " + std::string(field));
-  if (!is_readable(*found)) throw IdlError(type.name + "." + found->name + " is neither an integer, boolean, string nor enum");
+  if (!is_readable(*found))
+    throw IdlError(type.name + "." + found->name +
+                   " is neither an integer, boolean, string nor enum");
   struct_ = std::size_t(&type - idl_.structs.data());
   field_ = std::size_t(found - type.members.data());
 }

@@ -11,10 +11,13 @@ std::string module_of(const std::string& scoped_name) {
   return end == std::string::npos ? "" : scoped_name.substr(0, end);
 }
 std::string name_inside(const std::string& scoped_name, std::string_view module) {
-  return module_of(scoped_name) == module && !module.empty() ? scoped_name.substr(module.size() + 2) : scoped_name;
+  return module_of(scoped_name) == module && !module.empty() ? scoped_name.substr(module.size() + 2)
+                                                             : scoped_name;
 }
 
-const Type& innermost(const Type& type) { return type.kind == Kind::sequence ? innermost(type.element[0]) : type; }
+const Type& innermost(const Type& type) {
+  return type.kind == Kind::sequence ? innermost(type.element[0]) : type;
+}
 
 std::string dimensions_text(const Member& member) {
   std::string text;
@@ -37,7 +40,8 @@ class TextWriter {
     const std::string module = enter_module_of(type.name);
     line("@final struct " + name_inside(type.name, module) + " {");
     for (const Member& member : type.members)
-      line("  " + std::string(member.is_key ? "@key " : "") + type_text(idl_, member.type, module) + " " + member.name + dimensions_text(member) + ";");
+      line("  " + std::string(member.is_key ? "@key " : "") + type_text(idl_, member.type, module) +
+           " " + member.name + dimensions_text(member) + ";");
     line("};");
   }
 
@@ -51,7 +55,8 @@ class TextWriter {
     if (!written_.insert(type.name).second) return;
     const std::string module = enter_module_of(type.name);
     std::string names;
-    for (const std::string& enumerator : type.enumerators) names += (names.empty() ? "" : ", ") + enumerator;
+    for (const std::string& enumerator : type.enumerators)
+      names += (names.empty() ? "" : ", ") + enumerator;
     line("enum " + name_inside(type.name, module) + " { " + names + " };");
   }
 
@@ -105,20 +110,31 @@ class Comparison {
   std::string of(const Member& a, const Member& b, const std::string& path) {
     if (a.name != b.name) return "field " + path + a.name + " instead of " + b.name;
     const std::string field = "field " + path + a.name;
-    if (const std::string x = type_text(a_, a.type) + dimensions_text(a), y = type_text(b_, b.type) + dimensions_text(b); x != y)
+    if (const std::string x = type_text(a_, a.type) + dimensions_text(a),
+        y = type_text(b_, b.type) + dimensions_text(b);
+        x != y)
       return field + ": " + x + " instead of " + y;
     if (a.is_key != b.is_key) return field + (a.is_key ? " is a key" : " is no key");
-    const Type &x = innermost(a.type), &y = innermost(b.type);  // of one kind and name: their texts are equal
-    if (x.kind == Kind::structure && y.kind == Kind::structure) return of(a_.structs[x.definition], b_.structs[y.definition], path + a.name + ".");
-    if (x.kind == Kind::enumeration && y.kind == Kind::enumeration) return of(a_.enums[x.definition], b_.enums[y.definition], field);
-    return x.kind == y.kind ? "" : field + ": a struct instead of an enum, or an enum instead of a struct";
+    const Type &x = innermost(a.type),
+               &y = innermost(b.type);  // of one kind and name: their texts are equal
+    if (x.kind == Kind::structure && y.kind == Kind::structure)
+      return of(a_.structs[x.definition], b_.structs[y.definition], path + a.name + ".");
+    if (x.kind == Kind::enumeration && y.kind == Kind::enumeration)
+      return of(a_.enums[x.definition], b_.enums[y.definition], field);
+    return x.kind == y.kind
+               ? ""
+               : field + ": a struct instead of an enum, or an enum instead of a struct";
   }
 
   static std::string of(const Enum& a, const Enum& b, const std::string& field) {
     for (std::size_t i = 0; i < std::max(a.enumerators.size(), b.enumerators.size()); ++i) {
-      if (i >= a.enumerators.size()) return field + ": " + b.enumerators[i] + " of " + b.name + " is missing";
-      if (i >= b.enumerators.size()) return field + ": " + a.enumerators[i] + " of " + a.name + " is new";
-      if (a.enumerators[i] != b.enumerators[i]) return field + ": " + a.enumerators[i] + " instead of " + b.enumerators[i] + " in " + a.name;
+      if (i >= a.enumerators.size())
+        return field + ": " + b.enumerators[i] + " of " + b.name + " is missing";
+      if (i >= b.enumerators.size())
+        return field + ": " + a.enumerators[i] + " of " + a.name + " is new";
+      if (a.enumerators[i] != b.enumerators[i])
+        return field + ": " + a.enumerators[i] + " instead of " + b.enumerators[i] + " in " +
+               a.name;
     }
     return "";
   }
@@ -131,20 +147,27 @@ class Comparison {
 
 std::size_t size_bytes(Kind primitive) {
   switch (primitive) {
-    case Kind::int16: case Kind::uint16: return 2;
-    case Kind::int32: case Kind::uint32: case Kind::float32: return 4;
-    case Kind::int64: case Kind::uint64: case Kind::float64: return 8;
+    case Kind::int16:
+    case Kind::uint16: return 2;
+    case Kind::int32:
+    case Kind::uint32:
+    case Kind::float32: return 4;
+    case Kind::int64:
+    case Kind::uint64:
+    case Kind::float64: return 8;
     default: return 1;
   }
 }
 
 const Member* Struct::find(std::string_view member) const {
-  const auto found = std::find_if(members.begin(), members.end(), [&](const Member& m) { return m.name == member; });
+  const auto found = std::find_if(members.begin(), members.end(),
+                                  [&](const Member& m) { return m.name == member; });
   return found == members.end() ? nullptr : &*found;
 }
 
 const Struct* Idl::find(std::string_view scoped_name) const {
-  const auto found = std::find_if(structs.begin(), structs.end(), [&](const Struct& s) { return s.name == scoped_name; });
+  const auto found = std::find_if(structs.begin(), structs.end(),
+                                  [&](const Struct& s) { return s.name == scoped_name; });
   return found == structs.end() ? nullptr : &*found;
 }
 
@@ -175,7 +198,8 @@ std::string type_text(const Idl& idl, const Type& type, std::string_view module)
   }
   std::string inner = type_text(idl, type.element[0], module);
   if (type.bound) return "sequence<" + inner + ", " + std::to_string(type.bound) + ">";
-  return "sequence<" + inner + (inner.back() == '>' ? " >" : ">");  // ">>" is a sign of its own to some readers
+  return "sequence<" + inner +
+         (inner.back() == '>' ? " >" : ">");  // ">>" is a sign of its own to some readers
 }
 
 std::string self_contained(const Idl& idl, std::string_view scoped_name) {
@@ -188,6 +212,8 @@ std::string difference(const Idl& a, const Idl& b, std::string_view scoped_name)
   return Comparison(a, b).of(a.at(scoped_name), b.at(scoped_name), "");
 }
 
-bool same_type(const Idl& a, const Idl& b, std::string_view scoped_name) { return difference(a, b, scoped_name).empty(); }
+bool same_type(const Idl& a, const Idl& b, std::string_view scoped_name) {
+  return difference(a, b, scoped_name).empty();
+}
 
 }  // namespace fivepipe::schema

@@ -9,27 +9,34 @@
 namespace fivepipe::schema {
 namespace {
 
-// Far more than types need, and little enough that hostile text costs neither stack nor much memory.
-constexpr std::size_t kLongestText = 1 << 20;   // bytes
-constexpr std::size_t kLongestModule = 512;     // characters of the modules around a definition, which each of its names repeats
-constexpr std::size_t kDeepestStruct = 64;      // structs and sequences inside one another
-constexpr std::size_t kDeepestSequence = 8;     // sequences of sequences
+// Far more than types need, and little enough that hostile text costs neither stack nor much
+// memory.
+constexpr std::size_t kLongestText = 1 << 20;  // bytes
+constexpr std::size_t kLongestModule =
+    512;  // characters of the modules around a definition, which each of its names repeats
+constexpr std::size_t kDeepestStruct = 64;   // structs and sequences inside one another
+constexpr std::size_t kDeepestSequence = 8;  // sequences of sequences
 constexpr std::size_t kMostDimensions = 8;
-constexpr std::uint64_t kMostElements = 0xffffffff;  // of an array: what a length on the wire could say as well
+constexpr std::uint64_t kMostElements =
+    0xffffffff;  // of an array: what a length on the wire could say as well
 
 bool is_reserved(std::string_view name) {
   static const std::set<std::string_view> reserved = {
-      "module", "struct", "enum", "union", "switch", "case", "default", "typedef", "const", "bitmask", "bitset", "map", "any", "fixed",
-      "wchar", "wstring", "native", "interface", "valuetype", "exception", "import", "boolean", "octet", "char", "short", "long",
-      "unsigned", "float", "double", "string", "sequence", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"};
+      "module", "struct",    "enum",      "union",     "switch", "case",    "default",  "typedef",
+      "const",  "bitmask",   "bitset",    "map",       "any",    "fixed",   "wchar",    "wstring",
+      "native", "interface", "valuetype", "exception", "import", "boolean", "octet",    "char",
+      "short",  "long",      "unsigned",  "float",     "double", "string",  "sequence", "int8",
+      "uint8",  "int16",     "uint16",    "int32",     "uint32", "int64",   "uint64"};
   return reserved.contains(name);
 }
 
 std::optional<Kind> kind_of_word(std::string_view word) {
   static const std::map<std::string_view, Kind> kinds = {
-      {"boolean", Kind::boolean}, {"octet", Kind::octet},   {"char", Kind::character}, {"int8", Kind::int8},   {"uint8", Kind::uint8},
-      {"short", Kind::int16},     {"int16", Kind::int16},   {"uint16", Kind::uint16},  {"int32", Kind::int32}, {"uint32", Kind::uint32},
-      {"int64", Kind::int64},     {"uint64", Kind::uint64}, {"float", Kind::float32},  {"double", Kind::float64}};
+      {"boolean", Kind::boolean}, {"octet", Kind::octet},   {"char", Kind::character},
+      {"int8", Kind::int8},       {"uint8", Kind::uint8},   {"short", Kind::int16},
+      {"int16", Kind::int16},     {"uint16", Kind::uint16}, {"int32", Kind::int32},
+      {"uint32", Kind::uint32},   {"int64", Kind::int64},   {"uint64", Kind::uint64},
+      {"float", Kind::float32},   {"double", Kind::float64}};
   const auto found = kinds.find(word);
   return found == kinds.end() ? std::nullopt : std::optional(found->second);
 }
@@ -52,11 +59,16 @@ class Parser {
   void definition() {
     annotations({"final"});
     const Token word = tokens_.next();
-    if (tokens_.take_if("module")) module();
-    else if (tokens_.take_if("struct")) structure();
-    else if (tokens_.take_if("enum")) enumeration();
-    else if (word.kind == Token::Kind::identifier && is_reserved(word.text)) refuse(word, "'" + std::string(word.text) + "' is not read here");
-    else refuse(word, "expected module, struct or enum, found " + shown(word));
+    if (tokens_.take_if("module"))
+      module();
+    else if (tokens_.take_if("struct"))
+      structure();
+    else if (tokens_.take_if("enum"))
+      enumeration();
+    else if (word.kind == Token::Kind::identifier && is_reserved(word.text))
+      refuse(word, "'" + std::string(word.text) + "' is not read here");
+    else
+      refuse(word, "expected module, struct or enum, found " + shown(word));
     tokens_.expect(";");
   }
 
@@ -67,7 +79,8 @@ class Parser {
       const Token name = tokens_.expect_name("an annotation's name");
       if (name.text == "appendable" || name.text == "mutable")
         refuse(name, "@" + std::string(name.text) + " is not read: its layout on the wire differs");
-      if (!allowed.contains(name.text)) refuse(name, "the annotation @" + std::string(name.text) + " is not read here");
+      if (!allowed.contains(name.text))
+        refuse(name, "the annotation @" + std::string(name.text) + " is not read here");
       found.insert(name.text);
     }
     return found;
@@ -75,7 +88,8 @@ class Parser {
 
   Token new_name(const char* what) {
     const Token name = tokens_.expect_name(what);
-    if (is_reserved(name.text)) refuse(name, "expected " + std::string(what) + ", found the keyword " + shown(name));
+    if (is_reserved(name.text))
+      refuse(name, "expected " + std::string(what) + ", found the keyword " + shown(name));
     return name;
   }
 
@@ -86,17 +100,21 @@ class Parser {
   }
 
   void declare(const Token& name, const Named& named) {
-    if (!names_.emplace(scoped(name.text), named).second) refuse(name, scoped(name.text) + " is there already");
+    if (!names_.emplace(scoped(name.text), named).second)
+      refuse(name, scoped(name.text) + " is there already");
   }
 
   void module() {
     const Token name = new_name("a module's name");
     modules_.push_back(name.text);
-    if (scoped("").size() > kLongestModule) refuse(name, "modules whose names make more than " + std::to_string(kLongestModule) + " characters");
+    if (scoped("").size() > kLongestModule)
+      refuse(name, "modules whose names make more than " + std::to_string(kLongestModule) +
+                       " characters");
     tokens_.expect("{");
     while (!tokens_.take_if("}")) {
       const Token& next = tokens_.next();
-      if (next.kind == Token::Kind::end) refuse(next, "expected '}' of module " + std::string(name.text) + ", found " + shown(next));
+      if (next.kind == Token::Kind::end)
+        refuse(next, "expected '}' of module " + std::string(name.text) + ", found " + shown(next));
       definition();
     }
     modules_.pop_back();
@@ -110,7 +128,8 @@ class Parser {
     do {
       annotations({});
       const Token enumerator = new_name("an enumerator");
-      if (!seen.insert(enumerator.text).second) refuse(enumerator, "enumerator " + shown(enumerator) + " is there twice");
+      if (!seen.insert(enumerator.text).second)
+        refuse(enumerator, "enumerator " + shown(enumerator) + " is there twice");
       result.enumerators.emplace_back(enumerator.text);
     } while (tokens_.take_if(","));
     tokens_.expect("}");
@@ -120,7 +139,9 @@ class Parser {
 
   void structure() {
     const Token name = new_name("a struct's name");
-    if (tokens_.next().text == ";") refuse(tokens_.next(), "a declaration of struct " + std::string(name.text) + " without its members is not read");
+    if (tokens_.next().text == ";")
+      refuse(tokens_.next(), "a declaration of struct " + std::string(name.text) +
+                                 " without its members is not read");
     if (tokens_.next().text == ":") refuse(tokens_.next(), "inheritance is not read");
     Struct result{scoped(name.text), {}};
     std::size_t depth = 0;
@@ -128,7 +149,8 @@ class Parser {
     tokens_.expect("{");
     do depth = std::max(depth, members(result, seen));
     while (!tokens_.take_if("}"));
-    if (depth >= kDeepestStruct) refuse(name, "structs more than " + std::to_string(kDeepestStruct) + " deep");
+    if (depth >= kDeepestStruct)
+      refuse(name, "structs more than " + std::to_string(kDeepestStruct) + " deep");
     declare(name, {Kind::structure, idl_.structs.size(), depth + 1});
     idl_.structs.push_back(std::move(result));
   }
@@ -154,8 +176,10 @@ class Parser {
       const Token opening = tokens_.take();
       sizes.push_back(tokens_.expect_positive("an array's size"));
       elements *= sizes.back();
-      if (elements > kMostElements) refuse(opening, "an array of more than " + std::to_string(kMostElements) + " elements");
-      if (sizes.size() > kMostDimensions) refuse(opening, "an array of more than " + std::to_string(kMostDimensions) + " dimensions");
+      if (elements > kMostElements)
+        refuse(opening, "an array of more than " + std::to_string(kMostElements) + " elements");
+      if (sizes.size() > kMostDimensions)
+        refuse(opening, "an array of more than " + std::to_string(kMostDimensions) + " dimensions");
       tokens_.expect("]");
     }
     return sizes;
@@ -170,9 +194,11 @@ class Parser {
   Type type(std::size_t& depth) {
     if (tokens_.next().text == "::") return reference(depth);
     const Token word = tokens_.expect_name("a type");
-    if (word.text == "string") return {Kind::string, tokens_.take_if("<") ? bound("the string's bound") : 0, 0, {}};
+    if (word.text == "string")
+      return {Kind::string, tokens_.take_if("<") ? bound("the string's bound") : 0, 0, {}};
     if (word.text == "sequence") return sequence(word, depth);
-    if (word.text == "long") return {tokens_.take_if("long") ? Kind::int64 : long_of_32_bits(), 0, 0, {}};
+    if (word.text == "long")
+      return {tokens_.take_if("long") ? Kind::int64 : long_of_32_bits(), 0, 0, {}};
     if (word.text == "unsigned") return {unsigned_kind(), 0, 0, {}};
     if (const auto kind = kind_of_word(word.text)) return {*kind, 0, 0, {}};
     if (is_reserved(word.text)) refuse(word, "'" + std::string(word.text) + "' is not read here");
@@ -186,17 +212,22 @@ class Parser {
 
   Kind unsigned_kind() {
     if (tokens_.take_if("short")) return Kind::uint16;
-    if (!tokens_.take_if("long")) refuse(tokens_.next(), "expected short or long after unsigned, found " + shown(tokens_.next()));
+    if (!tokens_.take_if("long"))
+      refuse(tokens_.next(),
+             "expected short or long after unsigned, found " + shown(tokens_.next()));
     return tokens_.take_if("long") ? Kind::uint64 : Kind::uint32;
   }
 
   Type sequence(const Token& word, std::size_t& depth) {
-    if (++open_sequences_ > kDeepestSequence) refuse(word, "sequences more than " + std::to_string(kDeepestSequence) + " deep");
+    if (++open_sequences_ > kDeepestSequence)
+      refuse(word, "sequences more than " + std::to_string(kDeepestSequence) + " deep");
     Type result{Kind::sequence, 0, 0, {}};
     tokens_.expect("<");
     result.element.push_back(type(depth));
-    if (tokens_.take_if(",")) result.bound = bound("the sequence's bound");
-    else tokens_.expect(">");
+    if (tokens_.take_if(","))
+      result.bound = bound("the sequence's bound");
+    else
+      tokens_.expect(">");
     --open_sequences_;
     ++depth;
     return result;
@@ -230,7 +261,9 @@ class Parser {
 }  // namespace
 
 Idl parse_idl(std::string_view text) {
-  if (text.size() > kLongestText) throw IdlError("a text of " + std::to_string(text.size()) + " bytes; " + std::to_string(kLongestText) + " at most");
+  if (text.size() > kLongestText)
+    throw IdlError("a text of " + std::to_string(text.size()) + " bytes; " +
+                   std::to_string(kLongestText) + " at most");
   return Parser(text).parse();
 }
 

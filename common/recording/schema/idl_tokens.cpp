@@ -10,7 +10,9 @@ constexpr std::size_t kLongestName = 256;
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v'; }
+bool is_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v';
+}
 
 std::string printable(std::string_view text) {
   std::string shown;
@@ -21,7 +23,8 @@ std::string printable(std::string_view text) {
 }  // namespace
 
 void refuse(const Token& at, const std::string& what) {
-  throw IdlError("line " + std::to_string(at.line) + ", column " + std::to_string(at.column) + ": " + what);
+  throw IdlError("line " + std::to_string(at.line) + ", column " + std::to_string(at.column) +
+                 ": " + what);
 }
 
 std::string shown(const Token& token) {
@@ -44,17 +47,22 @@ void Tokens::skip_comment() {
   const Token opening{Token::Kind::sign, text_.substr(at_, 2), line_, column_};
   const bool to_line_end = text_[at_ + 1] == '/';
   const std::size_t found = to_line_end ? text_.find('\n', at_) : text_.find("*/", at_ + 2);
-  if (found == std::string_view::npos && !to_line_end) refuse(opening, "this comment is not closed");
-  const std::size_t end = found == std::string_view::npos ? text_.size() : found + (to_line_end ? 0 : 2);
+  if (found == std::string_view::npos && !to_line_end)
+    refuse(opening, "this comment is not closed");
+  const std::size_t end =
+      found == std::string_view::npos ? text_.size() : found + (to_line_end ? 0 : 2);
   while (at_ < end) step();
 }
 
 void Tokens::skip_blanks() {
   while (at_ < text_.size()) {
     const std::string_view pair = text_.substr(at_, 2);
-    if (is_blank(text_[at_])) step();
-    else if (pair == "//" || pair == "/*") skip_comment();
-    else return;
+    if (is_blank(text_[at_]))
+      step();
+    else if (pair == "//" || pair == "/*")
+      skip_comment();
+    else
+      return;
   }
 }
 
@@ -65,7 +73,9 @@ void Tokens::read_next() {
   const std::size_t begin = at_;
   const char first = text_[at_];
   if (is_letter(first) || is_digit(first)) {
-    while (at_ < text_.size() && (is_letter(text_[at_]) || is_digit(text_[at_]) || text_[at_] == '_')) step();
+    while (at_ < text_.size() &&
+           (is_letter(text_[at_]) || is_digit(text_[at_]) || text_[at_] == '_'))
+      step();
     next_.kind = is_letter(first) ? Token::Kind::identifier : Token::Kind::number;
   } else {
     step();
@@ -74,9 +84,12 @@ void Tokens::read_next() {
   }
   next_.text = text_.substr(begin, at_ - begin);
   if (const std::size_t length = next_.text.size(); length > kLongestName)
-    refuse(next_, "a name of " + std::to_string(length) + " characters; " + std::to_string(kLongestName) + " at most");
-  if (next_.kind == Token::Kind::sign && next_.text == "#") refuse(next_, "preprocessor lines are not read");
-  if (next_.kind == Token::Kind::sign && next_.text != "::" && std::string_view("{};,<>[]()@:=").find(first) == std::string_view::npos)
+    refuse(next_, "a name of " + std::to_string(length) + " characters; " +
+                      std::to_string(kLongestName) + " at most");
+  if (next_.kind == Token::Kind::sign && next_.text == "#")
+    refuse(next_, "preprocessor lines are not read");
+  if (next_.kind == Token::Kind::sign && next_.text != "::" &&
+      std::string_view("{};,<>[]()@:=").find(first) == std::string_view::npos)
     refuse(next_, "unexpected character " + shown(next_));
 }
 
@@ -97,7 +110,8 @@ void Tokens::expect(std::string_view text) {
 }
 
 Token Tokens::expect_name(const char* what) {
-  if (next_.kind != Token::Kind::identifier) refuse(next_, "expected " + std::string(what) + ", found " + shown(next_));
+  if (next_.kind != Token::Kind::identifier)
+    refuse(next_, "expected " + std::string(what) + ", found " + shown(next_));
   return take();
 }
 
@@ -107,7 +121,8 @@ std::uint32_t Tokens::expect_positive(const char* what) {
   // Octal numbers are not read: 010 would mean 8.
   const bool is_read = next_.kind == Token::Kind::number && next_.text[0] != '0';
   if (!is_read || std::from_chars(next_.text.data(), end, number).ptr != end || number == 0)
-    refuse(next_, "expected " + std::string(what) + ", a decimal number from 1 to 4294967295, found " + shown(next_));
+    refuse(next_, "expected " + std::string(what) +
+                      ", a decimal number from 1 to 4294967295, found " + shown(next_));
   take();
   return number;
 }

@@ -16,7 +16,7 @@ struct Token {
 };
 
 [[noreturn]] void refuse(const Token& at, const std::string& what);  // throws IdlError
-std::string shown(const Token& token);                               // "'struct'", "the end of the text"
+std::string shown(const Token& token);  // "'struct'", "the end of the text"
 
 // The text must outlive it.
 class Tokens {

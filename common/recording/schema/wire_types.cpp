@@ -9,6 +9,8 @@ const Idl& fivepipe_idl() {
   return idl;
 }
 
-std::string fivepipe_schema(std::string_view scoped_name) { return self_contained(fivepipe_idl(), scoped_name); }
+std::string fivepipe_schema(std::string_view scoped_name) {
+  return self_contained(fivepipe_idl(), scoped_name);
+}
 
 }  // namespace fivepipe::schema

@@ -7,7 +7,8 @@
 
 namespace fivepipe::schema {
 
-const Idl& fivepipe_idl();                                 // parsed once
-std::string fivepipe_schema(std::string_view scoped_name);  // "fivepipe::v1::HullTile": its self-contained IDL; throws IdlError
+const Idl& fivepipe_idl();                                  // parsed once
+std::string fivepipe_schema(std::string_view scoped_name);  // "fivepipe::v1::HullTile": its
+                                                            // self-contained IDL; throws IdlError
 
 }  // namespace fivepipe::schema

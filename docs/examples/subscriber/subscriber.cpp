@@ -1,5 +1,6 @@
 // Prints what collides with the real objects, live: subscriber [DOMAIN [MESSAGES]]
-// For loopback or several hosts, set CYCLONEDDS_URI to the profile that the deployment uses (launch/profiles/).
+// For loopback or several hosts, set CYCLONEDDS_URI to the profile that the deployment uses
+// (launch/profiles/).
 #include <dds/dds.h>
 
 #include <cstdio>
@@ -12,7 +13,8 @@ int main(int argc, char** argv) {
   const long wanted = argc > 2 ? std::atol(argv[2]) : 0;  // 0: go on
 
   const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
-  const dds_entity_t topic = dds_create_topic(participant, &fivepipe_v1_CollisionResult_desc, "fivepipe/v1/CollisionResult", nullptr, nullptr);
+  const dds_entity_t topic = dds_create_topic(participant, &fivepipe_v1_CollisionResult_desc,
+                                              "fivepipe/v1/CollisionResult", nullptr, nullptr);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 8);
@@ -27,7 +29,10 @@ int main(int argc, char** argv) {
 
   for (long printed = 0; wanted == 0 || printed < wanted;) {
     if (dds_waitset_wait(waitset, nullptr, 0, DDS_SECS(10)) == 0) {
-      std::fprintf(stderr, "nothing came for ten seconds; `fivepipe top --domain %u` shows what runs there\n", domain);
+      std::fprintf(
+          stderr,
+          "nothing came for ten seconds; `fivepipe top --domain %u` shows what runs there\n",
+          domain);
       return 3;
     }
     void* samples[16] = {};
@@ -36,8 +41,10 @@ int main(int argc, char** argv) {
     for (dds_return_t i = 0; i < count; ++i) {
       if (!infos[i].valid_data) continue;  // its writer went away
       const auto& result = *static_cast<const fivepipe_v1_CollisionResult*>(samples[i]);
-      std::printf("frame %llu: %s %s, %u triangles\n", static_cast<unsigned long long>(result.frame), result.object,
-                  result.verdict == fivepipe_v1_colliding ? "collides" : "is free", result.triangles_colliding);
+      std::printf("frame %llu: %s %s, %u triangles\n",
+                  static_cast<unsigned long long>(result.frame), result.object,
+                  result.verdict == fivepipe_v1_colliding ? "collides" : "is free",
+                  result.triangles_colliding);
       ++printed;
     }
     if (count > 0) dds_return_loan(reader, samples, count);

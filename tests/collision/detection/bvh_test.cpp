@@ -12,7 +12,9 @@ using Eigen::Vector3d;
 
 bool in_box(const collision::MeshTree::Boxes& boxes, int child, const Vector3d& p_m) {
   for (int axis = 0; axis < 3; ++axis)
-    if (!(std::abs(p_m[axis] - double(boxes.middle_m[std::size_t(axis)][std::size_t(child)])) <= double(boxes.half_m[std::size_t(axis)][std::size_t(child)]))) return false;
+    if (!(std::abs(p_m[axis] - double(boxes.middle_m[std::size_t(axis)][std::size_t(child)])) <=
+          double(boxes.half_m[std::size_t(axis)][std::size_t(child)])))
+      return false;
   return true;
 }
 
@@ -25,7 +27,11 @@ void expect_boxes_hold(const collision::MeshTree& tree) {
       for (const std::uint32_t v : tree.mesh().triangles[t]) {
         const Vector3d p_m = tree.mesh().vertices_m[v] - tree.origin_m();
         EXPECT_LE(p_m.norm(), tree.radius_m());
-        for (int level = 0, node = leaf; level < tree.levels(); ++level, node /= collision::MeshTree::kFan) ASSERT_TRUE(in_box(tree.boxes(level, node / collision::MeshTree::kFan), node % collision::MeshTree::kFan, p_m)) << level;
+        for (int level = 0, node = leaf; level < tree.levels();
+             ++level, node /= collision::MeshTree::kFan)
+          ASSERT_TRUE(in_box(tree.boxes(level, node / collision::MeshTree::kFan),
+                             node % collision::MeshTree::kFan, p_m))
+              << level;
       }
     }
   EXPECT_EQ(seen.size(), tree.mesh().triangles.size());
@@ -35,7 +41,11 @@ void expect_boxes_hold(const collision::MeshTree& tree) {
 }
 
 TEST(MeshTree, EveryBoxHoldsItsTriangles) {
-  for (const geometry::Mesh& mesh : {geometry::box_mesh({1, 0.2, 3}), geometry::sphere_mesh(0.1, 0), geometry::sphere_mesh(0.1, 1), geometry::sphere_mesh(0.1, 4), geometry::curtain_mesh(1, 0.8, 20, 18, 0.05, 4), geometry::curtain_mesh(0.001, 1000, 40, 90, 0, 1)}) expect_boxes_hold(collision::MeshTree(mesh));
+  for (const geometry::Mesh& mesh : {geometry::box_mesh({1, 0.2, 3}), geometry::sphere_mesh(0.1, 0),
+                                     geometry::sphere_mesh(0.1, 1), geometry::sphere_mesh(0.1, 4),
+                                     geometry::curtain_mesh(1, 0.8, 20, 18, 0.05, 4),
+                                     geometry::curtain_mesh(0.001, 1000, 40, 90, 0, 1)})
+    expect_boxes_hold(collision::MeshTree(mesh));
 }
 
 TEST(MeshTree, EveryBoxHoldsItsTrianglesFarFromTheOriginAndWhenRefitted) {

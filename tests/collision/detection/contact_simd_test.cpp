@@ -1,4 +1,5 @@
-// The certified margins of contact_lanes by themselves: one camera, what is asked grazes borders of its pixels, truth is an exact projection.
+// The certified margins of contact_lanes by themselves: one camera, what is asked grazes borders of
+// its pixels, truth is an exact projection.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -14,29 +15,37 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using Exact = long double;  // 64 bits: four thousand times finer than the double of what it judges, which is finer than float by 2^29
+using Exact = long double;  // 64 bits: four thousand times finer than the double of what it judges,
+                            // which is finer than float by 2^29
 using ExactVector = Eigen::Matrix<Exact, 3, 1>;
 
 struct Map {
   hull::Silhouette silhouette;
   base::WorkerPool pool{1};
   hull::CpuHull hull;
-  explicit Map(hull::Silhouette s) : silhouette(std::move(s)), hull(pool, {&silhouette, 1}) { hull.make_all_boxes(); }
+  explicit Map(hull::Silhouette s) : silhouette(std::move(s)), hull(pool, {&silhouette, 1}) {
+    hull.make_all_boxes();
+  }
   const hull::CpuHull::MapCamera& camera() const { return hull.cameras()[0]; }
-  bool object(Exact u, Exact v) const { return silhouette.pixels.contains_at(double(u), double(v)); }
+  bool object(Exact u, Exact v) const {
+    return silhouette.pixels.contains_at(double(u), double(v));
+  }
 };
 
 // (U, V, W) of a point of the world; the pixel is (U, V) / W.
 ExactVector image_of_point(const geometry::Camera& camera, const ExactVector& p_world_m) {
-  const ExactVector p = camera.camera_from_world.linear().cast<Exact>() * p_world_m + camera.camera_from_world.translation().cast<Exact>();
+  const ExactVector p = camera.camera_from_world.linear().cast<Exact>() * p_world_m +
+                        camera.camera_from_world.translation().cast<Exact>();
   const geometry::Pinhole& k = camera.pinhole;
   return {k.fx_px * p.x() + k.cx_px * p.z(), k.fy_px * p.y() + k.cy_px * p.z(), p.z()};
 }
 
-// What holds of all points of the convex thing with these corners; `some` alone where it reaches behind the camera.
+// What holds of all points of the convex thing with these corners; `some` alone where it reaches
+// behind the camera.
 struct Truth {
   bool whole_in_front = true, behind = true;
-  bool none = true, all = true;  // of the pixels that the rectangle around the corners' images meets is an object pixel
+  bool none = true, all = true;  // of the pixels that the rectangle around the corners' images
+                                 // meets is an object pixel
 };
 
 Truth truth_of(const Map& map, const std::vector<ExactVector>& corners_world_m) {
@@ -48,13 +57,15 @@ Truth truth_of(const Map& map, const std::vector<ExactVector>& corners_world_m) 
     truth.whole_in_front &= image.z() > 0;
     if (!(image.z() > 0)) continue;
     const Exact u = image.x() / image.z(), v = image.y() / image.z();
-    low_u = std::min(low_u, u), high_u = std::max(high_u, u), low_v = std::min(low_v, v), high_v = std::max(high_v, v);
+    low_u = std::min(low_u, u), high_u = std::max(high_u, u), low_v = std::min(low_v, v),
+    high_v = std::max(high_v, v);
   }
   if (!truth.whole_in_front) return truth;
   const auto pixel = [](Exact x) { return int(std::clamp(std::floor(x + 0.5L), -2.0L, 1e6L)); };
   const int width = map.silhouette.pixels.width_px(), height = map.silhouette.pixels.height_px();
   for (int v = pixel(low_v); v <= std::min(pixel(high_v), height) && (truth.none || truth.all); ++v)
-    for (int u = pixel(low_u); u <= std::min(pixel(high_u), width); ++u) (map.silhouette.pixels.contains(u, v) ? truth.none : truth.all) = false;
+    for (int u = pixel(low_u); u <= std::min(pixel(high_u), width); ++u)
+      (map.silhouette.pixels.contains(u, v) ? truth.none : truth.all) = false;
   return truth;
 }
 
@@ -71,7 +82,8 @@ struct Tally {
 hull::ObjectPixels rectangles(Random& random, int width_px, int height_px) {
   hull::ObjectPixels pixels(width_px, height_px);
   for (int i = 0; i < 3; ++i) {
-    const int u0 = int(uniform(random, 0, width_px - 2)), v0 = int(uniform(random, 0, height_px - 2));
+    const int u0 = int(uniform(random, 0, width_px - 2)),
+              v0 = int(uniform(random, 0, height_px - 2));
     const int u1 = std::min(width_px, u0 + 1 + int(uniform(random, 0, 0.5 * width_px)));
     const int v1 = std::min(height_px, v0 + 1 + int(uniform(random, 0, 0.5 * height_px)));
     for (int v = v0; v < v1; ++v)
@@ -82,7 +94,8 @@ hull::ObjectPixels rectangles(Random& random, int width_px, int height_px) {
 
 Isometry3d random_pose(Random& random, double off_m) {
   Isometry3d pose = Isometry3d::Identity();
-  pose.linear() = Eigen::AngleAxisd(uniform(random, -3, 3), random_direction(random)).toRotationMatrix();
+  pose.linear() =
+      Eigen::AngleAxisd(uniform(random, -3, 3), random_direction(random)).toRotationMatrix();
   pose.translation() = off_m * random_direction(random);
   return pose;
 }
@@ -92,19 +105,24 @@ struct Scene {
   Map map;
   Isometry3d world_from_tree;
   double radius_m;
-  Scene(hull::Silhouette s, const Isometry3d& pose, double radius) : map(std::move(s)), world_from_tree(pose), radius_m(radius) {}
+  Scene(hull::Silhouette s, const Isometry3d& pose, double radius)
+      : map(std::move(s)), world_from_tree(pose), radius_m(radius) {}
 };
 
 Scene random_scene(Random& random, double far_m, double radius_m, double distance_m) {
-  const int width_px = 97 + int(uniform(random, 0, 600)), height_px = 61 + int(uniform(random, 0, 400));
+  const int width_px = 97 + int(uniform(random, 0, 600)),
+            height_px = 61 + int(uniform(random, 0, 400));
   Isometry3d world_from_tree = random_pose(random, far_m);
   const Vector3d eye = world_from_tree.translation() + distance_m * random_direction(random);
-  geometry::Camera camera{geometry::pinhole_from_fov(width_px, height_px, uniform(random, 0.3, 1.4)), geometry::look_at(eye, world_from_tree.translation(), random_direction(random))};
+  geometry::Camera camera{
+      geometry::pinhole_from_fov(width_px, height_px, uniform(random, 0.3, 1.4)),
+      geometry::look_at(eye, world_from_tree.translation(), random_direction(random))};
   return {{camera, rectangles(random, width_px, height_px)}, world_from_tree, radius_m};
 }
 
-// A point of the world within the tree's radius whose pixel lies on a border between pixels, to rounding: often on that of the object pixels' bounds;
-// at any depth, from far less than floats can be trusted at.
+// A point of the world within the tree's radius whose pixel lies on a border between pixels, to
+// rounding: often on that of the object pixels' bounds; at any depth, from far less than floats can
+// be trusted at.
 Vector3d grazing_point_world(Random& random, const Scene& scene) {
   const hull::PixelRect& bounds = scene.map.camera().reach.bounds();
   const auto on_border = [&](int low, int high) {
@@ -112,23 +130,30 @@ Vector3d grazing_point_world(Random& random, const Scene& scene) {
     return (uniform(random, 0, 1) < 0.5 ? any : uniform(random, 0, 1) < 0.5 ? low : high) - 0.5;
   };
   for (int tries = 0;; ++tries) {
-    Eigen::Vector2d uv_px(uniform(random, bounds.u0_px, bounds.u1_px), uniform(random, bounds.v0_px, bounds.v1_px));
+    Eigen::Vector2d uv_px(uniform(random, bounds.u0_px, bounds.u1_px),
+                          uniform(random, bounds.v0_px, bounds.v1_px));
     const double which = uniform(random, 0, 3);
     if (which < 2) uv_px.x() = on_border(bounds.u0_px, bounds.u1_px);
     if (which > 1) uv_px.y() = on_border(bounds.v0_px, bounds.v1_px);
     const geometry::Ray ray = geometry::ray_through(scene.map.silhouette.camera, uv_px);
-    const Vector3d p_world = ray.origin_world_m + scene.radius_m * std::pow(10, uniform(random, -4, 0.5)) * ray.direction_world;
-    if ((scene.world_from_tree.inverse() * p_world).norm() < scene.radius_m || tries > 1000) return p_world;
+    const Vector3d p_world = ray.origin_world_m + scene.radius_m *
+                                                      std::pow(10, uniform(random, -4, 0.5)) *
+                                                      ray.direction_world;
+    if ((scene.world_from_tree.inverse() * p_world).norm() < scene.radius_m || tries > 1000)
+      return p_world;
   }
 }
 
 float nudged(Random& random, double x) {
   float f = float(x);
-  for (int steps = int(uniform(random, -3.99, 3.99)); steps != 0; steps += steps > 0 ? -1 : 1) f = std::nextafter(f, steps > 0 ? 1e30f : -1e30f);
+  for (int steps = int(uniform(random, -3.99, 3.99)); steps != 0; steps += steps > 0 ? -1 : 1)
+    f = std::nextafter(f, steps > 0 ? 1e30f : -1e30f);
   return f;
 }
 
-double some_size(Random& random, double most) { return most * std::pow(10, uniform(random, -5, 0)); }
+double some_size(Random& random, double most) {
+  return most * std::pow(10, uniform(random, -5, 0));
+}
 
 template <class Ask>
 void each_scene(int scenes, const Ask& ask) {
@@ -144,21 +169,29 @@ void each_scene(int scenes, const Ask& ask) {
 TEST(ContactLanes, BoxesThatGrazePixelsAreNeverCalledWrongly) {
   Tally tally;
   each_scene(300, [&](Random& random, const Scene& scene) {
-    const auto map = collision::object_map(scene.map.camera(), scene.world_from_tree, scene.radius_m);
+    const auto map =
+        collision::object_map(scene.map.camera(), scene.world_from_tree, scene.radius_m);
     if (!map) return;
     for (int batch = 0; batch < 16; ++batch) {
       collision::MeshTree::Boxes boxes;
       for (std::size_t i = 0; i < collision::MeshTree::kFan; ++i) {
-        const Vector3d corner = scene.world_from_tree.inverse() * grazing_point_world(random, scene);
+        const Vector3d corner =
+            scene.world_from_tree.inverse() * grazing_point_world(random, scene);
         const double size = some_size(random, 0.9 * scene.radius_m);
-        const Vector3d sight = scene.world_from_tree.linear().transpose() * scene.map.silhouette.camera.camera_from_world.linear().row(2).transpose();
+        const Vector3d sight =
+            scene.world_from_tree.linear().transpose() *
+            scene.map.silhouette.camera.camera_from_world.linear().row(2).transpose();
         const bool away = uniform(random, 0, 1) < 0.7;  // from the camera
         for (std::size_t axis = 0; axis < 3; ++axis) {
-          const double half = size * std::pow(uniform(random, 0, 1), 3), x = corner[Eigen::Index(axis)];
-          const double sign = (away ? sight[Eigen::Index(axis)] > 0 : uniform(random, 0, 1) < 0.5) ? 1 : -1;
+          const double half = size * std::pow(uniform(random, 0, 1), 3),
+                       x = corner[Eigen::Index(axis)];
+          const double sign =
+              (away ? sight[Eigen::Index(axis)] > 0 : uniform(random, 0, 1) < 0.5) ? 1 : -1;
           const double middle = std::clamp(x + sign * half, -scene.radius_m, scene.radius_m);
           boxes.middle_m[axis][i] = nudged(random, middle);
-          boxes.half_m[axis][i] = std::min(nudged(random, std::abs(x - double(boxes.middle_m[axis][i]))), float(scene.radius_m - std::abs(middle)));
+          boxes.half_m[axis][i] =
+              std::min(nudged(random, std::abs(x - double(boxes.middle_m[axis][i]))),
+                       float(scene.radius_m - std::abs(middle)));
           boxes.half_m[axis][i] = std::max(boxes.half_m[axis][i], 0.0f);
         }
       }
@@ -168,8 +201,10 @@ TEST(ContactLanes, BoxesThatGrazePixelsAreNeverCalledWrongly) {
         for (int corner = 0; corner < 8; ++corner) {
           ExactVector p;
           for (std::size_t axis = 0; axis < 3; ++axis)
-            p[Eigen::Index(axis)] = Exact(boxes.middle_m[axis][i]) + (corner >> axis & 1 ? 1 : -1) * Exact(boxes.half_m[axis][i]);
-          corners.push_back(scene.world_from_tree.linear().cast<Exact>() * p + scene.world_from_tree.translation().cast<Exact>());
+            p[Eigen::Index(axis)] = Exact(boxes.middle_m[axis][i]) +
+                                    (corner >> axis & 1 ? 1 : -1) * Exact(boxes.half_m[axis][i]);
+          corners.push_back(scene.world_from_tree.linear().cast<Exact>() * p +
+                            scene.world_from_tree.translation().cast<Exact>());
         }
         tally.count(bits.free >> i & 1, bits.solid >> i & 1, truth_of(scene.map, corners));
       }
@@ -185,7 +220,8 @@ TEST(ContactLanes, BoxesThatGrazePixelsAreNeverCalledWrongly) {
 TEST(ContactLanes, TrianglesThatGrazePixelsAreNeverCalledWrongly) {
   Tally tally;
   each_scene(250, [&](Random& random, const Scene& scene) {
-    const auto map = collision::object_map(scene.map.camera(), scene.world_from_tree, scene.radius_m);
+    const auto map =
+        collision::object_map(scene.map.camera(), scene.world_from_tree, scene.radius_m);
     if (!map) return;
     for (int batch = 0; batch < 16; ++batch) {
       collision::MeshTree::Leaf leaf;
@@ -195,13 +231,17 @@ TEST(ContactLanes, TrianglesThatGrazePixelsAreNeverCalledWrongly) {
         const double size = some_size(random, scene.radius_m);
         for (std::size_t k = 0; k < 3; ++k) {
           Vector3d p = k == 0 ? first : Vector3d(first + random_in_ball(random, size));
-          if (k > 0 && uniform(random, 0, 1) < 0.3) p = scene.world_from_tree.inverse() * grazing_point_world(random, scene);
+          if (k > 0 && uniform(random, 0, 1) < 0.3)
+            p = scene.world_from_tree.inverse() * grazing_point_world(random, scene);
           const Vector3d within = p.norm() < scene.radius_m ? p : first;
-          vertices_world_m[i][k] = scene.world_from_tree * within;  // as a detection does, in double
-          for (std::size_t axis = 0; axis < 3; ++axis) leaf.vertices_m[k][axis][i] = float(within[Eigen::Index(axis)]);
+          vertices_world_m[i][k] =
+              scene.world_from_tree * within;  // as a detection does, in double
+          for (std::size_t axis = 0; axis < 3; ++axis)
+            leaf.vertices_m[k][axis][i] = float(within[Eigen::Index(axis)]);
         }
       }
-      const collision::ContactBits bits = collision::look_at_leaf({&*map, 1}, leaf, collision::MeshTree::kFan);
+      const collision::ContactBits bits =
+          collision::look_at_leaf({&*map, 1}, leaf, collision::MeshTree::kFan);
       for (std::size_t i = 0; i < collision::MeshTree::kFan; ++i) {
         std::vector<ExactVector> corners;
         for (const Vector3d& v : vertices_world_m[i]) corners.push_back(v.cast<Exact>());
@@ -216,22 +256,28 @@ TEST(ContactLanes, TrianglesThatGrazePixelsAreNeverCalledWrongly) {
   EXPECT_GT(tally.mixed, 1000);
 }
 
-// A triangle of which a corner of a part grazes a pixel: v0 + a / units (v1 - v0) + b / units (v2 - v0) = p, to rounding.
+// A triangle of which a corner of a part grazes a pixel: v0 + a / units (v1 - v0) + b / units (v2 -
+// v0) = p, to rounding.
 struct Grazing {
   std::array<Vector3d, 3> vertices_world_m;
   double units;
 };
 
 Grazing grazing_triangle(Random& random, const Scene& scene) {
-  const double units = std::exp2(int(uniform(random, 0, 8))), size = some_size(random, scene.radius_m);
-  const Vector3d p = grazing_point_world(random, scene), u = random_in_ball(random, size), v = random_in_ball(random, size);
-  const double a = std::floor(uniform(random, 0, units + 1)), b = std::floor(uniform(random, 0, units - a + 1));
+  const double units = std::exp2(int(uniform(random, 0, 8))),
+               size = some_size(random, scene.radius_m);
+  const Vector3d p = grazing_point_world(random, scene), u = random_in_ball(random, size),
+                 v = random_in_ball(random, size);
+  const double a = std::floor(uniform(random, 0, units + 1)),
+               b = std::floor(uniform(random, 0, units - a + 1));
   const Vector3d first = p - a / units * u - b / units * v;
   return {{first, first + u, first + v}, units};
 }
 
 ExactVector point_of(const Grazing& t, Exact a, Exact b) {
-  const ExactVector v0 = t.vertices_world_m[0].cast<Exact>(), v1 = t.vertices_world_m[1].cast<Exact>(), v2 = t.vertices_world_m[2].cast<Exact>();
+  const ExactVector v0 = t.vertices_world_m[0].cast<Exact>(),
+                    v1 = t.vertices_world_m[1].cast<Exact>(),
+                    v2 = t.vertices_world_m[2].cast<Exact>();
   return v0 + a / Exact(t.units) * (v1 - v0) + b / Exact(t.units) * (v2 - v0);
 }
 
@@ -256,36 +302,49 @@ TEST(ContactLanes, PartsOfTrianglesThatGrazePixelsAreNeverCalledWrongly) {
   Tally tally, middles;
   int aside = 0;
   each_scene(3000, [&](Random& random, const Scene& scene) {
-    const collision::PixelFromWorld pixel = collision::pixel_from_world(scene.map.silhouette.camera);
+    const collision::PixelFromWorld pixel =
+        collision::pixel_from_world(scene.map.silhouette.camera);
     const Grazing t = grazing_triangle(random, scene);
     collision::TriangleMap map;
-    const collision::Facing facing = collision::triangle_map(pixel, scene.map.camera().reach, t.vertices_world_m, t.units, map);
+    const collision::Facing facing =
+        collision::triangle_map(pixel, scene.map.camera().reach, t.vertices_world_m, t.units, map);
     if (facing == collision::Facing::aside) {
       ++aside;
-      const Truth truth = truth_of(scene.map, {point_of(t, 0, 0), point_of(t, t.units, 0), point_of(t, 0, t.units)});
+      const Truth truth = truth_of(
+          scene.map, {point_of(t, 0, 0), point_of(t, t.units, 0), point_of(t, 0, t.units)});
       EXPECT_TRUE(truth.behind || (truth.whole_in_front && truth.none));
     }
     if (facing != collision::Facing::in_front) return;
-    const double h = std::min(t.units, std::max(t.units / 16, std::exp2(int(uniform(random, 0, 5)))));
+    const double h =
+        std::min(t.units, std::max(t.units / 16, std::exp2(int(uniform(random, 0, 5)))));
     const collision::Cells cells = cells_of(t, h);
     collision::Cells mixed, solid, inside, unsure;
     collision::look_at_cells({&map, 1}, cells, float(h), mixed, solid);
     collision::look_at_middles({&map, 1}, cells, float(h), inside, unsure);
-    const auto are_mixed = as_set(mixed), are_solid = as_set(solid), are_inside = as_set(inside), are_unsure = as_set(unsure);
+    const auto are_mixed = as_set(mixed), are_solid = as_set(solid), are_inside = as_set(inside),
+               are_unsure = as_set(unsure);
     for (std::size_t i = 0; i < cells.count; ++i) {
       const Cell cell(cells.a[i], cells.b[i], cells.sigma[i]);
       const Exact a = cells.a[i], b = cells.b[i], step = cells.sigma[i] * Exact(h);
-      const bool is_solid = are_solid.contains(cell), is_free = !is_solid && !are_mixed.contains(cell);
-      tally.count(is_free, is_solid, truth_of(scene.map, {point_of(t, a, b), point_of(t, a + step, b), point_of(t, a, b + step)}));
-      const bool is_inside = are_inside.contains(cell), is_outside = !is_inside && !are_unsure.contains(cell);
-      middles.count(is_outside, is_inside, truth_of(scene.map, {point_of(t, a + step / 3, b + step / 3)}));
+      const bool is_solid = are_solid.contains(cell),
+                 is_free = !is_solid && !are_mixed.contains(cell);
+      tally.count(is_free, is_solid,
+                  truth_of(scene.map, {point_of(t, a, b), point_of(t, a + step, b),
+                                       point_of(t, a, b + step)}));
+      const bool is_inside = are_inside.contains(cell),
+                 is_outside = !is_inside && !are_unsure.contains(cell);
+      middles.count(is_outside, is_inside,
+                    truth_of(scene.map, {point_of(t, a + step / 3, b + step / 3)}));
     }
   });
   EXPECT_EQ(tally.wrong, 0);
   EXPECT_EQ(middles.wrong, 0);
-  std::printf("parts: %d free, %d solid, %d mixed; middles: %d outside, %d inside, %d unsure; triangles aside: %d\n", tally.free, tally.solid, tally.mixed,
-              middles.free, middles.solid, middles.mixed, aside);
-  for (const int count : {tally.free, tally.solid, tally.mixed, middles.free, middles.solid}) EXPECT_GT(count, 1000);
+  std::printf(
+      "parts: %d free, %d solid, %d mixed; middles: %d outside, %d inside, %d unsure; triangles "
+      "aside: %d\n",
+      tally.free, tally.solid, tally.mixed, middles.free, middles.solid, middles.mixed, aside);
+  for (const int count : {tally.free, tally.solid, tally.mixed, middles.free, middles.solid})
+    EXPECT_GT(count, 1000);
   EXPECT_GT(middles.mixed, 30);
   EXPECT_GT(aside, 30);
 }

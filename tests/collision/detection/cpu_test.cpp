@@ -8,8 +8,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "common/collision/detection/cpu/cpu_detection.h"
 #include "common/collision/detection/contact_points.h"
+#include "common/collision/detection/cpu/cpu_detection.h"
 #include "common/collision/oracle/triangle_reference.h"
 #include "tests/support/collision_triangles.h"
 
@@ -28,23 +28,36 @@ struct Hull {
   base::WorkerPool pool;
   hull::CpuHull hull;
   hull::HullQuery query;
-  explicit Hull(std::vector<hull::Silhouette> s, int threads = 1) : silhouettes(std::move(s)), pool(threads), hull(pool, silhouettes), query(hull) {}
+  explicit Hull(std::vector<hull::Silhouette> s, int threads = 1)
+      : silhouettes(std::move(s)), pool(threads), hull(pool, silhouettes), query(hull) {}
 
-  collision::ObjectCollision ask(const collision::MeshTree& tree, const collision::DetectionOptions& options = kVerdictAlone, const Isometry3d& pose = Isometry3d::Identity(), const Vector3d& rp = kOrigin) const {
+  collision::ObjectCollision ask(const collision::MeshTree& tree,
+                                 const collision::DetectionOptions& options = kVerdictAlone,
+                                 const Isometry3d& pose = Isometry3d::Identity(),
+                                 const Vector3d& rp = kOrigin) const {
     const collision::DetectionObject object{&tree, pose, rp};
     return collision::detect(query, {&object, 1}, options)[0];
   }
-  collision::CollisionVerdict ask(const collision::Triangle& t, const collision::DetectionOptions& options = kVerdictAlone) const { return ask(collision::MeshTree(mesh_of({t})), options).verdict; }
+  collision::CollisionVerdict ask(
+      const collision::Triangle& t,
+      const collision::DetectionOptions& options = kVerdictAlone) const {
+    return ask(collision::MeshTree(mesh_of({t})), options).verdict;
+  }
 };
 
 TEST(CpuDetection, AgreesWithDenseSamplingAndItsPointsAreInTheHull) {
   Random random(1);
   int colliding = 0, free = 0, touching = 0;
   for (int scene = 0; scene < 12; ++scene) {
-    const Hull hull(scene == 0 ? hand_like() : silhouettes_of(random_object(random, 3), random_cameras(random, 1 + scene % 5)));
+    const Hull hull(scene == 0 ? hand_like()
+                               : silhouettes_of(random_object(random, 3),
+                                                random_cameras(random, 1 + scene % 5)));
     const std::vector<collision::Triangle> triangles = random_triangles(random, 150);
     const collision::MeshTree tree(mesh_of(triangles));
-    const collision::ObjectCollision alone = hull.ask(tree), with_points = hull.ask(tree, {.eps_m = 1e-3, .spacing_m = 2e-3, .max_points = 1u << 20});
+    const collision::ObjectCollision alone = hull.ask(tree),
+                                     with_points = hull.ask(tree, {.eps_m = 1e-3,
+                                                                   .spacing_m = 2e-3,
+                                                                   .max_points = 1u << 20});
     for (const collision::ObjectCollision* found : {&alone, &with_points}) {
       for (const collision::CollisionPoint& p : found->points) {
         EXPECT_TRUE(hull::in_hull(hull.silhouettes, p.p_world_m));
@@ -54,7 +67,10 @@ TEST(CpuDetection, AgreesWithDenseSamplingAndItsPointsAreInTheHull) {
         if (sampled(hull.silhouettes, triangles[i], 24)) {
           EXPECT_TRUE(test::holds(found->triangles, i)) << scene << ' ' << i;
         }
-      for (const std::uint32_t t : found->triangles) EXPECT_TRUE(std::any_of(found->points.begin(), found->points.end(), [&](const collision::CollisionPoint& p) { return p.triangle == t; }));
+      for (const std::uint32_t t : found->triangles)
+        EXPECT_TRUE(
+            std::any_of(found->points.begin(), found->points.end(),
+                        [&](const collision::CollisionPoint& p) { return p.triangle == t; }));
     }
     colliding += int(alone.triangles.size()), touching += int(alone.touching.size());
     free += int(triangles.size() - alone.triangles.size() - alone.touching.size());
@@ -69,7 +85,9 @@ TEST(CpuDetection, AgreesWithTheExactReference) {
   Random random(11);
   int crossing = 0, touching = 0;
   for (int scene = 0; scene < 5; ++scene) {
-    const Hull hull(scene == 0 ? hand_like() : silhouettes_of(random_object(random, 3), random_cameras(random, 2 + scene)));
+    const Hull hull(
+        scene == 0 ? hand_like()
+                   : silhouettes_of(random_object(random, 3), random_cameras(random, 2 + scene)));
     const collision::HullDistance distance(hull.silhouettes);
     const std::vector<collision::Triangle> triangles = random_triangles(random, 90);
     const collision::ObjectCollision found = hull.ask(collision::MeshTree(mesh_of(triangles)));
@@ -77,7 +95,8 @@ TEST(CpuDetection, AgreesWithTheExactReference) {
       const collision::TriangleTruth truth = collision::triangle_truth(distance, triangles[i]);
       crossing += truth.crosses, touching += test::holds(found.touching, i);
       if (truth.deepest_m > 1e-9) {
-        EXPECT_FALSE(!test::holds(found.triangles, i) && !test::holds(found.touching, i)) << scene << ' ' << i << ' ' << truth.deepest_m;
+        EXPECT_FALSE(!test::holds(found.triangles, i) && !test::holds(found.touching, i))
+            << scene << ' ' << i << ' ' << truth.deepest_m;
       }
       if (truth.deepest_m > kVerdictAlone.eps_m) {
         EXPECT_TRUE(test::holds(found.triangles, i));
@@ -91,14 +110,19 @@ TEST(CpuDetection, AgreesWithTheExactReference) {
   EXPECT_LE(touching, 0.01 * crossing);
 }
 
-// The part of a triangle that a thin wedge of one camera's pixels cuts out, however thin, is found: no depth is too small to be missed.
+// The part of a triangle that a thin wedge of one camera's pixels cuts out, however thin, is found:
+// no depth is too small to be missed.
 TEST(CpuDetection, FindsAPenetrationFarThinnerThanEps) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(3, 1.2, 0.6, 300, 0.5)));
   const auto entry = hull.query.first_entry({{0.3, 0.004, 0.002}, {-1, 0, 0}}, 0, 1);
   ASSERT_TRUE(entry);
   for (const double into_m : {1e-4, 1e-5, 1e-6, 1e-7}) {
     const double x = 0.3 - *entry - into_m;
-    EXPECT_EQ(hull.ask(collision::Triangle{Vector3d(x, 0.004, 0.002), Vector3d(x + 0.02, 0.014, 0.002), Vector3d(x + 0.02, -0.006, 0.002)}), collision::CollisionVerdict::colliding) << into_m;
+    EXPECT_EQ(
+        hull.ask(collision::Triangle{Vector3d(x, 0.004, 0.002), Vector3d(x + 0.02, 0.014, 0.002),
+                                     Vector3d(x + 0.02, -0.006, 0.002)}),
+        collision::CollisionVerdict::colliding)
+        << into_m;
   }
 }
 
@@ -111,7 +135,10 @@ TEST(CpuDetection, EveryPermutationOfTheVerticesGivesTheSame) {
     const collision::DetectionOptions options{.spacing_m = 4e-3};
     const collision::ObjectCollision first = hull.ask(collision::MeshTree(mesh_of({t})), options);
     while (std::next_permutation(order.begin(), order.end())) {
-      const collision::ObjectCollision again = hull.ask(collision::MeshTree(mesh_of({{t[std::size_t(order[0])], t[std::size_t(order[1])], t[std::size_t(order[2])]}})), options);
+      const collision::ObjectCollision again = hull.ask(
+          collision::MeshTree(mesh_of(
+              {{t[std::size_t(order[0])], t[std::size_t(order[1])], t[std::size_t(order[2])]}})),
+          options);
       EXPECT_EQ(again.verdict, first.verdict);
       EXPECT_EQ(again.points, first.points);
     }
@@ -126,7 +153,8 @@ TEST(CpuDetection, ThreadsAndOrderOfObjectsChangeNothing) {
   for (const collision::MeshTree& tree : trees) objects.push_back({&tree});
   const Hull one(hand_like(), 1), three(hand_like(), 3);
   const collision::DetectionOptions options{.spacing_m = 3e-3};
-  const auto first = collision::detect(one.query, objects, options), second = collision::detect(three.query, objects, options);
+  const auto first = collision::detect(one.query, objects, options),
+             second = collision::detect(three.query, objects, options);
   std::reverse(objects.begin(), objects.end());
   const auto turned = collision::detect(three.query, objects, options);
   for (std::size_t i = 0; i < objects.size(); ++i) {
@@ -145,7 +173,8 @@ TEST(CpuDetection, RigidMotionOfEverythingTogetherChangesNothing) {
   motion.linear() = Eigen::AngleAxisd(1.1, random_direction(random)).toRotationMatrix();
   motion.translation() = Vector3d(3, -2, 1);
   std::vector<hull::Silhouette> moved = silhouettes;
-  for (hull::Silhouette& s : moved) s.camera.camera_from_world = s.camera.camera_from_world * motion.inverse();
+  for (hull::Silhouette& s : moved)
+    s.camera.camera_from_world = s.camera.camera_from_world * motion.inverse();
   EXPECT_EQ(Hull(moved).ask(tree, kVerdictAlone, motion).triangles, at_rest.triangles);
 }
 
@@ -155,7 +184,8 @@ TEST(CpuDetection, SplittingATriangleChangesNoVerdict) {
   for (int i = 0; i < 200; ++i) {
     const collision::Triangle t = random_triangle(random, 0.1, 0.08);
     const Vector3d a = 0.5 * (t[0] + t[1]), b = 0.5 * (t[0] + t[2]), c = 0.5 * (t[1] + t[2]);
-    const collision::ObjectCollision parts = hull.ask(collision::MeshTree(mesh_of({{t[0], a, b}, {a, t[1], c}, {b, c, t[2]}, {a, b, c}})));
+    const collision::ObjectCollision parts = hull.ask(
+        collision::MeshTree(mesh_of({{t[0], a, b}, {a, t[1], c}, {b, c, t[2]}, {a, b, c}})));
     EXPECT_EQ(hull.ask(t) == collision::CollisionVerdict::colliding, parts.colliding());
   }
 }
@@ -163,10 +193,12 @@ TEST(CpuDetection, SplittingATriangleChangesNoVerdict) {
 TEST(CpuDetection, AMeshOfTwoGivesTheResultsOfBoth) {
   Random random(6);
   const Hull hull(hand_like());
-  const std::vector<collision::Triangle> first = random_triangles(random, 100), second = random_triangles(random, 57);
+  const std::vector<collision::Triangle> first = random_triangles(random, 100),
+                                         second = random_triangles(random, 57);
   std::vector<collision::Triangle> both = first;
   both.insert(both.end(), second.begin(), second.end());
-  const auto a = hull.ask(collision::MeshTree(mesh_of(first))).triangles, b = hull.ask(collision::MeshTree(mesh_of(second))).triangles;
+  const auto a = hull.ask(collision::MeshTree(mesh_of(first))).triangles,
+             b = hull.ask(collision::MeshTree(mesh_of(second))).triangles;
   std::vector<std::uint32_t> expected = a;
   for (const std::uint32_t t : b) expected.push_back(t + 100);
   EXPECT_EQ(hull.ask(collision::MeshTree(mesh_of(both))).triangles, expected);
@@ -174,17 +206,24 @@ TEST(CpuDetection, AMeshOfTwoGivesTheResultsOfBoth) {
 
 TEST(CpuDetection, PointsAreNoFartherApartThanAskedForAndTheFarthestIsAmongThem) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  const collision::Triangle t = {Vector3d(-0.02, -0.02, 0), Vector3d(0.03, -0.01, 0.01), Vector3d(0, 0.03, 0)};
+  const collision::Triangle t = {Vector3d(-0.02, -0.02, 0), Vector3d(0.03, -0.01, 0.01),
+                                 Vector3d(0, 0.03, 0)};
   const Vector3d rp(0.2, 0.1, 0.3);
   for (const double spacing_m : {0.02, 5e-3, 1.1e-3}) {
-    const collision::ObjectCollision found = hull.ask(collision::MeshTree(mesh_of({t})), {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
+    const collision::ObjectCollision found =
+        hull.ask(collision::MeshTree(mesh_of({t})),
+                 {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
     for (int i = 0; i <= 40; ++i)
       for (int j = 0; i + j <= 40; ++j) {
         const Vector3d p = t[0] + i / 40.0 * (t[1] - t[0]) + j / 40.0 * (t[2] - t[0]);
-        EXPECT_TRUE(std::any_of(found.points.begin(), found.points.end(), [&](const collision::CollisionPoint& q) { return (q.p_world_m - p).norm() <= spacing_m; }));
+        EXPECT_TRUE(std::any_of(found.points.begin(), found.points.end(),
+                                [&](const collision::CollisionPoint& q) {
+                                  return (q.p_world_m - p).norm() <= spacing_m;
+                                }));
       }
     double farthest_m = 0, corner_m = 0;
-    for (const collision::CollisionPoint& p : found.points) farthest_m = std::max(farthest_m, (p.p_world_m - rp).norm());
+    for (const collision::CollisionPoint& p : found.points)
+      farthest_m = std::max(farthest_m, (p.p_world_m - rp).norm());
     for (const Vector3d& v : t) corner_m = std::max(corner_m, (v - rp).norm());
     EXPECT_DOUBLE_EQ(farthest_m, corner_m);  // of a triangle in the hull
     EXPECT_FALSE(found.truncated);
@@ -201,13 +240,17 @@ TEST(CpuDetection, NoMorePointsThanAllowedAndTheFarthestIsKept) {
     for (const collision::CollisionPoint& p : c.points) m = std::max(m, (p.p_world_m - rp).norm());
     return m;
   };
-  const collision::ObjectCollision all = hull.ask(tree, {.spacing_m = 1e-3, .max_points = 1u << 20}, pose, rp), some = hull.ask(tree, {.spacing_m = 1e-3, .max_points = 50}, pose, rp);
+  const collision::ObjectCollision all = hull.ask(tree, {.spacing_m = 1e-3, .max_points = 1u << 20},
+                                                  pose, rp),
+                                   some = hull.ask(tree, {.spacing_m = 1e-3, .max_points = 50},
+                                                   pose, rp);
   EXPECT_FALSE(all.truncated);
   EXPECT_GT(all.points.size(), 1000u);
   EXPECT_TRUE(some.truncated);
   EXPECT_EQ(some.points.size(), 50u);
   EXPECT_EQ(some.triangles, all.triangles);
-  EXPECT_NEAR(farthest_m(some), farthest_m(all), 2e-3);  // 50 points: those of a triangle are farther apart, too
+  EXPECT_NEAR(farthest_m(some), farthest_m(all),
+              2e-3);  // 50 points: those of a triangle are farther apart, too
 }
 
 // However fine the spacing: what would be found is not all kept, and no triangle is lost.
@@ -217,7 +260,8 @@ TEST(CpuDetection, ManyPointsAreNotHeldInMemory) {
   const collision::DetectionObject object{&tree};
   for (const std::size_t max_points : {std::size_t{1}, std::size_t{50}, std::size_t{4096}}) {
     collision::CpuDetectionCounts counts;
-    const collision::ObjectCollision found = collision::detect(hull.query, {&object, 1}, {.spacing_m = 2e-5, .max_points = max_points}, &counts)[0];
+    const collision::ObjectCollision found = collision::detect(
+        hull.query, {&object, 1}, {.spacing_m = 2e-5, .max_points = max_points}, &counts)[0];
     EXPECT_EQ(found.triangles.size(), 5120u);
     EXPECT_EQ(found.points.size(), max_points);
     EXPECT_TRUE(found.truncated);
@@ -225,7 +269,8 @@ TEST(CpuDetection, ManyPointsAreNotHeldInMemory) {
   EXPECT_EQ(hull.ask(tree, {.spacing_m = 0, .max_points = 1}).triangles.size(), 5120u);
 }
 
-// Far beside a camera, and just in front of its plane: its image is further off than float can tell, and plainly nowhere near the object.
+// Far beside a camera, and just in front of its plane: its image is further off than float can
+// tell, and plainly nowhere near the object.
 TEST(CpuDetection, BesideACameraIsFreeAtOnce) {
   hull::ObjectPixels block(640, 480), all(640, 480);
   for (int v = 0; v < 480; ++v)
@@ -234,15 +279,18 @@ TEST(CpuDetection, BesideACameraIsFreeAtOnce) {
       if (u > 280 && u < 360 && v > 200 && v < 280) block.set(u, v);
     }
   const geometry::Pinhole pinhole{640, 480, 500, 500, 319.5, 239.5};
-  const geometry::Camera ahead{pinhole, geometry::look_at(kOrigin, {1, 0, 0})}, other{pinhole, geometry::look_at({0, 1, 0}, {0, 4, 0})};
+  const geometry::Camera ahead{pinhole, geometry::look_at(kOrigin, {1, 0, 0})},
+      other{pinhole, geometry::look_at({0, 1, 0}, {0, 4, 0})};
   const Hull hull({{ahead, block}, {other, all}});
   for (const double in_front_m : {0.07, 0.05, 0.02, 1e-4, 0.0}) {
     const Vector3d p(in_front_m, 4, 0);
-    const collision::MeshTree tree(mesh_of({{p, p + Vector3d(0, 0.01, 0), p + Vector3d(0, 0, 0.01)}}));
+    const collision::MeshTree tree(
+        mesh_of({{p, p + Vector3d(0, 0.01, 0), p + Vector3d(0, 0, 0.01)}}));
     const collision::DetectionObject object{&tree};
     for (const double spacing_m : {0.0, 3e-3}) {
       collision::CpuDetectionCounts counts;
-      const collision::ObjectCollision found = collision::detect(hull.query, {&object, 1}, {.spacing_m = spacing_m}, &counts)[0];
+      const collision::ObjectCollision found =
+          collision::detect(hull.query, {&object, 1}, {.spacing_m = spacing_m}, &counts)[0];
       if (in_front_m > 0) {
         EXPECT_EQ(found.verdict, collision::CollisionVerdict::free) << in_front_m;
       }
@@ -251,7 +299,8 @@ TEST(CpuDetection, BesideACameraIsFreeAtOnce) {
   }
 }
 
-// A triangle that is a point on a pixel's corner: lanes and in_hull() may round it into different pixels, and then it is not free.
+// A triangle that is a point on a pixel's corner: lanes and in_hull() may round it into different
+// pixels, and then it is not free.
 TEST(CpuDetection, APointOnAPixelsCornerIsNotFreeWhereInHullSaysOtherwise) {
   Random random(12);
   int in = 0, wrong = 0;
@@ -260,8 +309,11 @@ TEST(CpuDetection, APointOnAPixelsCornerIsNotFreeWhereInHullSaysOtherwise) {
     const Hull hull({{camera, random_pixels(random, 160, 121, 0.5)}});
     const Vector3d eye = geometry::camera_center_world_m(camera);
     for (int i = 0; i < 60; ++i) {
-      const double u = std::floor(uniform(random, 1, 159)) - 0.5, v = std::floor(uniform(random, 1, 120)) - 0.5;
-      const Vector3d sight = camera.camera_from_world.linear().transpose() * Vector3d((u - camera.pinhole.cx_px) / camera.pinhole.fx_px, (v - camera.pinhole.cy_px) / camera.pinhole.fy_px, 1);
+      const double u = std::floor(uniform(random, 1, 159)) - 0.5,
+                   v = std::floor(uniform(random, 1, 120)) - 0.5;
+      const Vector3d sight = camera.camera_from_world.linear().transpose() *
+                             Vector3d((u - camera.pinhole.cx_px) / camera.pinhole.fx_px,
+                                      (v - camera.pinhole.cy_px) / camera.pinhole.fy_px, 1);
       const Vector3d p = eye + uniform(random, 0.5, 2) * sight;
       if (!hull::in_hull(hull.silhouettes, p)) continue;
       ++in;
@@ -279,7 +331,8 @@ TEST(CpuDetection, ADeformedMeshIsRefitted) {
   Random random(7);
   for (Vector3d& v : mesh.vertices_m) v += Vector3d(0, 0, 0.15) + random_in_ball(random, 0.01);
   tree.refit(mesh.vertices_m);
-  const collision::ObjectCollision refitted = hull.ask(tree), anew = hull.ask(collision::MeshTree(mesh));
+  const collision::ObjectCollision refitted = hull.ask(tree),
+                                   anew = hull.ask(collision::MeshTree(mesh));
   EXPECT_FALSE(anew.triangles.empty());
   EXPECT_EQ(refitted.triangles, anew.triangles);
   mesh.vertices_m.pop_back();
@@ -288,15 +341,22 @@ TEST(CpuDetection, ADeformedMeshIsRefitted) {
 
 // Its memory is kept, and none of what was in it.
 TEST(CpuDetection, OneThatIsAskedAgainGivesWhatANewOneDoes) {
-  const Hull hull(hand_like()), other(silhouettes_of({ball({0.05, 0, 0}, 0.03)}, ring(4, 1.2, 0.6, 300, 0.5)), 3), none({});
-  const collision::MeshTree large(geometry::sphere_mesh(0.05, 4)), small(geometry::sphere_mesh(0.02, 2));
-  const std::vector<std::vector<collision::DetectionObject>> asked{{{&large}, {&small}}, {{&small}, {&large, at({1, 0, 0})}}, {{&small, at({0, 1, 0})}}, {{&large, at({0.03, 0, 0})}}};
+  const Hull hull(hand_like()),
+      other(silhouettes_of({ball({0.05, 0, 0}, 0.03)}, ring(4, 1.2, 0.6, 300, 0.5)), 3), none({});
+  const collision::MeshTree large(geometry::sphere_mesh(0.05, 4)),
+      small(geometry::sphere_mesh(0.02, 2));
+  const std::vector<std::vector<collision::DetectionObject>> asked{
+      {{&large}, {&small}},
+      {{&small}, {&large, at({1, 0, 0})}},
+      {{&small, at({0, 1, 0})}},
+      {{&large, at({0.03, 0, 0})}}};
   collision::CpuDetection kept;
   for (const double spacing_m : {5e-4, 0.0, 2e-3})
     for (const std::size_t max_points : {std::size_t{1} << 20, std::size_t{100}})
       for (const Hull* h : {&hull, &other, &none})
         for (const auto& objects : asked) {
-          const collision::DetectionOptions options{.spacing_m = spacing_m, .max_points = max_points};
+          const collision::DetectionOptions options{.spacing_m = spacing_m,
+                                                    .max_points = max_points};
           const auto found = kept.detect(h->query, objects, options);
           const auto anew = collision::detect(h->query, objects, options);
           ASSERT_EQ(found.size(), anew.size());
@@ -317,7 +377,8 @@ TEST(FoundPoints, SamplesOfAPartAreTheMiddlesOfItsCells) {
     collision::FoundPoints points;
     points.add(Vector3d(7, 7, 7));
     points.begin_triangle();
-    points.add(collision::SampledPart{t[0] + step / 3 * u, v, 0, step, step * u, step * (u + v) / 3, n});
+    points.add(
+        collision::SampledPart{t[0] + step / 3 * u, v, 0, step, step * u, step * (u + v) / 3, n});
     const Vector3d top = points.back();
     points.add(Vector3d(8, 8, 8));
     const auto count = std::size_t(n * n + 1);
@@ -329,7 +390,10 @@ TEST(FoundPoints, SamplesOfAPartAreTheMiddlesOfItsCells) {
       for (int column = 0; column + row < n; ++column)
         for (const double off : {1.0 / 3, 2.0 / 3}) {
           if (off > 0.5 && column + row + 1 == n) continue;
-          EXPECT_LT((written[i].p_world_m - (t[0] + (column + off) * step * u + (row + off) * step * v)).norm(), 1e-14);
+          EXPECT_LT(
+              (written[i].p_world_m - (t[0] + (column + off) * step * u + (row + off) * step * v))
+                  .norm(),
+              1e-14);
           EXPECT_EQ(written[i++].triangle, 3u);
         }
     EXPECT_EQ(top, written[i - 1].p_world_m);
@@ -341,7 +405,8 @@ TEST(FoundPoints, SamplesOfAPartAreTheMiddlesOfItsCells) {
 TEST(CpuDetection, NothingIsThere) {
   const Hull hull(hand_like()), none({});
   EXPECT_EQ(hull.ask(collision::MeshTree()).verdict, collision::CollisionVerdict::free);
-  EXPECT_EQ(hull.ask(collision::MeshTree(geometry::Mesh{})).verdict, collision::CollisionVerdict::free);
+  EXPECT_EQ(hull.ask(collision::MeshTree(geometry::Mesh{})).verdict,
+            collision::CollisionVerdict::free);
   const collision::MeshTree box(geometry::box_mesh({1, 1, 1}));
   EXPECT_EQ(none.ask(box).verdict, collision::CollisionVerdict::free);
   auto empty = hand_like();
@@ -370,67 +435,98 @@ TEST(CpuDetection, BadQuestionsAreRefused) {
   EXPECT_THROW(collision::detect(query, {&object, 1}), std::invalid_argument);
 }
 
-// --- hard cases: triangles and meshes --------------------------------------------------------------------------------
+// --- hard cases: triangles and meshes
+// --------------------------------------------------------------------------------
 
 TEST(HardTriangle, Degenerate) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const Vector3d in(0.01, 0, 0), also_in(-0.02, 0.01, 0), out(0.3, 0, 0), farther(0.5, 0, 0);
-  for (const collision::DetectionOptions& options : {kVerdictAlone, collision::DetectionOptions{}}) {
-    EXPECT_EQ(hull.ask(collision::Triangle{in, in, in}, options), collision::CollisionVerdict::colliding);               // a point
-    EXPECT_EQ(hull.ask(collision::Triangle{in, in, also_in}, options), collision::CollisionVerdict::colliding);          // a zero edge
-    EXPECT_EQ(hull.ask(collision::Triangle{out, farther, -out}, options), collision::CollisionVerdict::colliding);       // collinear, through it
-    EXPECT_EQ(hull.ask(collision::Triangle{out, out, out}, options), collision::CollisionVerdict::free);
-    EXPECT_EQ(hull.ask(collision::Triangle{out, farther, 0.5 * (out + farther)}, options), collision::CollisionVerdict::free);
+  for (const collision::DetectionOptions& options :
+       {kVerdictAlone, collision::DetectionOptions{}}) {
+    EXPECT_EQ(hull.ask(collision::Triangle{in, in, in}, options),
+              collision::CollisionVerdict::colliding);  // a point
+    EXPECT_EQ(hull.ask(collision::Triangle{in, in, also_in}, options),
+              collision::CollisionVerdict::colliding);  // a zero edge
+    EXPECT_EQ(hull.ask(collision::Triangle{out, farther, -out}, options),
+              collision::CollisionVerdict::colliding);  // collinear, through it
+    EXPECT_EQ(hull.ask(collision::Triangle{out, out, out}, options),
+              collision::CollisionVerdict::free);
+    EXPECT_EQ(hull.ask(collision::Triangle{out, farther, 0.5 * (out + farther)}, options),
+              collision::CollisionVerdict::free);
   }
 }
 
 TEST(HardTriangle, SliverOfAMetreByAMicrometre) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.005)}, ring(4, 1.2, 0.6, 300, 0.5)));
   for (const double z : {0.0, 0.2}) {
-    const collision::Triangle sliver = {Vector3d(-0.5, 0.001, z), Vector3d(0.5, 0.001, z), Vector3d(0.1, 0.001001, z)};
-    EXPECT_EQ(hull.ask(sliver), z == 0 ? collision::CollisionVerdict::colliding : collision::CollisionVerdict::free);
+    const collision::Triangle sliver = {Vector3d(-0.5, 0.001, z), Vector3d(0.5, 0.001, z),
+                                        Vector3d(0.1, 0.001001, z)};
+    EXPECT_EQ(hull.ask(sliver),
+              z == 0 ? collision::CollisionVerdict::colliding : collision::CollisionVerdict::free);
   }
 }
 
 TEST(HardTriangle, OfTenMetresAroundAHullOfOneCentimetre) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.005)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  const auto triangle = [](double z) { return collision::Triangle{Vector3d(-5, -3, z), Vector3d(5, -2, z), Vector3d(0.3, 6, z)}; };
+  const auto triangle = [](double z) {
+    return collision::Triangle{Vector3d(-5, -3, z), Vector3d(5, -2, z), Vector3d(0.3, 6, z)};
+  };
   EXPECT_EQ(hull.ask(triangle(0.001)), collision::CollisionVerdict::colliding);
   EXPECT_EQ(hull.ask(triangle(0.1)), collision::CollisionVerdict::free);
-  EXPECT_EQ(hull.ask(collision::MeshTree(mesh_of({triangle(0.001)})), {.spacing_m = 1e-3, .max_points = 10000}).verdict, collision::CollisionVerdict::colliding);
+  EXPECT_EQ(hull.ask(collision::MeshTree(mesh_of({triangle(0.001)})),
+                     {.spacing_m = 1e-3, .max_points = 10000})
+                .verdict,
+            collision::CollisionVerdict::colliding);
 }
 
 TEST(HardTriangle, WhollyInsideTheHull) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  const collision::ObjectCollision found = hull.ask(collision::MeshTree(geometry::sphere_mesh(0.03, 2)), {.spacing_m = 2e-3});
+  const collision::ObjectCollision found =
+      hull.ask(collision::MeshTree(geometry::sphere_mesh(0.03, 2)), {.spacing_m = 2e-3});
   EXPECT_EQ(found.triangles.size(), 320u);
 }
 
 TEST(HardTriangle, TheHullWhollyInsideABox) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.02)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  const collision::ObjectCollision around = hull.ask(collision::MeshTree(geometry::box_mesh({0.2, 0.2, 0.2}))), beside = hull.ask(collision::MeshTree(geometry::box_mesh({0.2, 0.2, 0.2})), {}, at({0.3, 0.2, 0}));
-  EXPECT_EQ(around.verdict, collision::CollisionVerdict::free);  // no point of its surface is in it,
-  EXPECT_TRUE(around.hull_in_box);                    // and this is said
+  const collision::ObjectCollision around = hull.ask(
+                                       collision::MeshTree(geometry::box_mesh({0.2, 0.2, 0.2}))),
+                                   beside = hull.ask(
+                                       collision::MeshTree(geometry::box_mesh({0.2, 0.2, 0.2})), {},
+                                       at({0.3, 0.2, 0}));
+  EXPECT_EQ(around.verdict,
+            collision::CollisionVerdict::free);  // no point of its surface is in it,
+  EXPECT_TRUE(around.hull_in_box);               // and this is said
   EXPECT_EQ(beside.verdict, collision::CollisionVerdict::free);
   EXPECT_FALSE(beside.hull_in_box);
 }
 
 TEST(HardTriangle, SeenEdgeOnByEveryCamera) {
-  const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0, 300, 0.5)));  // all in the plane z = 0
-  EXPECT_EQ(hull.ask(collision::Triangle{Vector3d(-0.2, -0.1, 0), Vector3d(0.2, -0.1, 0), Vector3d(0, 0.3, 0)}), collision::CollisionVerdict::colliding);
-  EXPECT_EQ(hull.ask(collision::Triangle{Vector3d(0.2, -0.1, 0), Vector3d(0.4, -0.1, 0), Vector3d(0.3, 0.3, 0)}), collision::CollisionVerdict::free);
+  const Hull hull(
+      silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0, 300, 0.5)));  // all in the plane z = 0
+  EXPECT_EQ(hull.ask(collision::Triangle{Vector3d(-0.2, -0.1, 0), Vector3d(0.2, -0.1, 0),
+                                         Vector3d(0, 0.3, 0)}),
+            collision::CollisionVerdict::colliding);
+  EXPECT_EQ(hull.ask(collision::Triangle{Vector3d(0.2, -0.1, 0), Vector3d(0.4, -0.1, 0),
+                                         Vector3d(0.3, 0.3, 0)}),
+            collision::CollisionVerdict::free);
 }
 
-// Closed pixels: the hull's border belongs to it, to rounding. Either verdict will do, in either order, but nothing else.
+// Closed pixels: the hull's border belongs to it, to rounding. Either verdict will do, in either
+// order, but nothing else.
 TEST(HardTriangle, EdgeExactlyOnTheHullsSurface) {
   hull::ObjectPixels half(64, 64);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u < 32; ++u) half.set(u, v);
-  const geometry::Camera camera{{64, 64, 64, 64, 31.5, 31.5}, Isometry3d::Identity()};  // pixel 32 begins at x = 0
+  const geometry::Camera camera{{64, 64, 64, 64, 31.5, 31.5},
+                                Isometry3d::Identity()};  // pixel 32 begins at x = 0
   const Hull hull({{camera, half}});
-  const collision::Triangle beside = {Vector3d(0, -0.1, 1), Vector3d(0, 0.1, 1), Vector3d(0.1, 0, 1)}, inside = {Vector3d(0, -0.1, 1), Vector3d(0, 0.1, 1), Vector3d(-0.1, 0, 1)};
+  const collision::Triangle beside = {Vector3d(0, -0.1, 1), Vector3d(0, 0.1, 1),
+                                      Vector3d(0.1, 0, 1)},
+                            inside = {Vector3d(0, -0.1, 1), Vector3d(0, 0.1, 1),
+                                      Vector3d(-0.1, 0, 1)};
   const collision::CollisionVerdict verdict = hull.ask(beside);
-  EXPECT_TRUE(verdict == collision::CollisionVerdict::free || verdict == collision::CollisionVerdict::touching);
+  EXPECT_TRUE(verdict == collision::CollisionVerdict::free ||
+              verdict == collision::CollisionVerdict::touching);
   EXPECT_EQ(hull.ask(collision::Triangle{beside[2], beside[1], beside[0]}), verdict);
   EXPECT_EQ(hull.ask(inside), collision::CollisionVerdict::colliding);
 }
@@ -459,7 +555,8 @@ TEST(HardTriangle, VertexThatIsNotANumberIsRefused) {
 }
 
 TEST(HardTriangle, FingerOfTwoMillimetresAgainstTrianglesOfTwoCentimetres) {
-  const Hull hull(silhouettes_of({{{0, 0, -0.05}, {0.01, 0.02, 0.05}, 0.001}}, ring(4, 1.2, 0.6, 480, 0.4)));
+  const Hull hull(
+      silhouettes_of({{{0, 0, -0.05}, {0.01, 0.02, 0.05}, 0.001}}, ring(4, 1.2, 0.6, 480, 0.4)));
   Random random(8);
   int pierced = 0;
   for (int i = 0; i < 300; ++i) {  // through a random point of the finger's axis
@@ -467,7 +564,8 @@ TEST(HardTriangle, FingerOfTwoMillimetresAgainstTrianglesOfTwoCentimetres) {
     const Vector3d a = random_direction(random), b = random_direction(random), c = -a - b;
     if (a.cross(b).norm() < 0.2) continue;
     ++pierced;
-    EXPECT_EQ(hull.ask(collision::Triangle{p + 0.01 * a, p + 0.01 * b, p + 0.01 * c}), collision::CollisionVerdict::colliding);
+    EXPECT_EQ(hull.ask(collision::Triangle{p + 0.01 * a, p + 0.01 * b, p + 0.01 * c}),
+              collision::CollisionVerdict::colliding);
   }
   EXPECT_GT(pierced, 200);
 }
@@ -479,7 +577,9 @@ TEST(HardTriangle, OneKilometreAway) {
   const collision::MeshTree tree(geometry::sphere_mesh(0.05, 2));
   const std::size_t colliding = near.ask(tree, kVerdictAlone, at({0.06, 0, 0})).triangles.size();
   EXPECT_GT(colliding, 10u);
-  EXPECT_NEAR(double(away.ask(tree, kVerdictAlone, at(far + Vector3d(0.06, 0, 0))).triangles.size()), double(colliding), 0.05 * double(colliding));
+  EXPECT_NEAR(
+      double(away.ask(tree, kVerdictAlone, at(far + Vector3d(0.06, 0, 0))).triangles.size()),
+      double(colliding), 0.05 * double(colliding));
   EXPECT_EQ(near.ask(tree, kVerdictAlone, at(far)).verdict, collision::CollisionVerdict::free);
 }
 
@@ -488,7 +588,8 @@ TEST(HardTriangle, ReachesBehindTheCameras) {
   Random random(9);
   for (int i = 0; i < 40; ++i) {
     const Vector3d a = 20 * random_direction(random), b = 20 * random_direction(random);
-    EXPECT_EQ(hull.ask(collision::Triangle{a, b, -a - b}), collision::CollisionVerdict::colliding);  // through the origin
+    EXPECT_EQ(hull.ask(collision::Triangle{a, b, -a - b}),
+              collision::CollisionVerdict::colliding);  // through the origin
     const Vector3d off = a.cross(b).normalized() * 0.2;
     const collision::Triangle beside = {off + a, off + b, off - a - b};
     if (!sampled(hull.silhouettes, beside, 400)) {
@@ -497,15 +598,20 @@ TEST(HardTriangle, ReachesBehindTheCameras) {
   }
 }
 
-// Cut, for a camera's plane and for its size: each part has samples of its own, however few points are allowed.
+// Cut, for a camera's plane and for its size: each part has samples of its own, however few points
+// are allowed.
 TEST(HardTriangle, CutAtACamerasPlaneWithHardlyAPointAllowed) {
-  std::vector<hull::Silhouette> silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, ring(2, 1.2, 0.6, 300, 0.5));
+  std::vector<hull::Silhouette> silhouettes =
+      silhouettes_of({ball(kOrigin, 0.05)}, ring(2, 1.2, 0.6, 300, 0.5));
   for (hull::Silhouette& s : silhouettes)  // all of both images: the hull reaches up to the cameras
     for (int v = 0; v < 300; ++v)
       for (int u = 0; u < 300; ++u) s.pixels.set(u, v);
   const Hull hull(silhouettes);
   const Vector3d eye = geometry::camera_center_world_m(silhouettes[0].camera);
-  const collision::ObjectCollision found = hull.ask(collision::MeshTree(mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}})), {.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1});
+  const collision::ObjectCollision found = hull.ask(
+      collision::MeshTree(
+          mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}})),
+      {.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1});
   EXPECT_EQ(found.verdict, collision::CollisionVerdict::colliding);
   EXPECT_EQ(found.points.size(), 1u);
 }
@@ -513,8 +619,10 @@ TEST(HardTriangle, CutAtACamerasPlaneWithHardlyAPointAllowed) {
 TEST(HardTriangle, ThroughACamerasCentre) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const Vector3d eye = geometry::camera_center_world_m(hull.silhouettes[0].camera);
-  EXPECT_EQ(hull.ask(collision::Triangle{eye, -0.2 * eye, Vector3d(0, 0, 0.3)}), collision::CollisionVerdict::colliding);
-  EXPECT_NE(hull.ask(collision::Triangle{eye, 1.1 * eye, eye + Vector3d(0.1, 0, 0)}), collision::CollisionVerdict::colliding);
+  EXPECT_EQ(hull.ask(collision::Triangle{eye, -0.2 * eye, Vector3d(0, 0, 0.3)}),
+            collision::CollisionVerdict::colliding);
+  EXPECT_NE(hull.ask(collision::Triangle{eye, 1.1 * eye, eye + Vector3d(0.1, 0, 0)}),
+            collision::CollisionVerdict::colliding);
 }
 
 // A sheet of 2 m by 2 m, flat, through the hand.
@@ -526,7 +634,9 @@ Isometry3d lying_flat() {
 
 TEST(HardTriangle, AMillionOfThem) {
   const Hull hull(hand_like());
-  const collision::ObjectCollision found = hull.ask(collision::MeshTree(geometry::curtain_mesh(2, 2, 1000, 500, 0, 1)), kVerdictAlone, lying_flat());
+  const collision::ObjectCollision found =
+      hull.ask(collision::MeshTree(geometry::curtain_mesh(2, 2, 1000, 500, 0, 1)), kVerdictAlone,
+               lying_flat());
   EXPECT_GT(found.triangles.size(), 500u);
   EXPECT_LT(found.touching.size(), 20u);
 }
@@ -537,11 +647,14 @@ std::size_t resident_mb() {
   return pages * std::size_t(sysconf(_SC_PAGESIZE)) >> 20;
 }
 
-// The same sheet; a triangle is 0.6 by 1.3 mm, less than a pixel. Measured: the tree 390 MB beside the mesh, 0.86 GB at the most in all; built in 3.1 s,
-// asked in 10 ms on one thread, 4.4 s together.
+// The same sheet; a triangle is 0.6 by 1.3 mm, less than a pixel. Measured: the tree 390 MB beside
+// the mesh, 0.86 GB at the most in all; built in 3.1 s, asked in 10 ms on one thread, 4.4 s
+// together.
 TEST(HardTriangle, TenMillionOfThem) {
   using Clock = std::chrono::steady_clock;
-  const auto seconds_since = [](Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  const auto seconds_since = [](Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  };
   const Hull hull(hand_like());
   geometry::Mesh mesh = geometry::curtain_mesh(2, 2, 3200, 1600, 0, 1);
   const std::size_t count = mesh.triangles.size(), before_mb = resident_mb();
@@ -560,18 +673,22 @@ TEST(HardTriangle, TenMillionOfThem) {
     asked_s = std::min(asked_s, seconds_since(asking));
     found = result[0];
   }
-  std::printf("%zu triangles: tree %zu MB beside the mesh, built in %.1f s, asked in %.2f ms; %zu collide, %zu touch\n", count, tree_mb, built_s,
-              1e3 * asked_s, found.triangles.size(), found.touching.size());
+  std::printf(
+      "%zu triangles: tree %zu MB beside the mesh, built in %.1f s, asked in %.2f ms; %zu collide, "
+      "%zu touch\n",
+      count, tree_mb, built_s, 1e3 * asked_s, found.triangles.size(), found.touching.size());
   EXPECT_LT(tree_mb, 1024u);
   EXPECT_GT(found.triangles.size(), 5000u);
   EXPECT_LT(found.touching.size(), found.triangles.size() / 100);
-  // By every triangle's middle: where that is in the hull, the triangle collides; and nearly only there, as small as they are.
+  // By every triangle's middle: where that is in the hull, the triangle collides; and nearly only
+  // there, as small as they are.
   std::size_t middles = 0, missed = 0;
   for (std::size_t i = 0; i < count; ++i) {
     Vector3d middle = Vector3d::Zero();
     for (const std::uint32_t v : tree.mesh().triangles[i]) middle += tree.mesh().vertices_m[v] / 3;
     middle = object.world_from_object * middle;
-    if (std::abs(middle.x()) > 0.2 || std::abs(middle.y()) > 0.2 || !hull.query.contains(middle)) continue;
+    if (std::abs(middle.x()) > 0.2 || std::abs(middle.y()) > 0.2 || !hull.query.contains(middle))
+      continue;
     ++middles;
     missed += !test::holds(found.triangles, std::uint32_t(i));
   }
@@ -583,7 +700,9 @@ TEST(HardTriangle, TenMillionOfThem) {
 TEST(HardTriangle, AgainstNoise) {
   Random random(10);
   std::vector<hull::Silhouette> silhouettes;
-  for (const geometry::Camera& camera : random_cameras(random, 3)) silhouettes.push_back({camera, random_pixels(random, camera.pinhole.width_px, camera.pinhole.height_px, 0.3)});
+  for (const geometry::Camera& camera : random_cameras(random, 3))
+    silhouettes.push_back(
+        {camera, random_pixels(random, camera.pinhole.width_px, camera.pinhole.height_px, 0.3)});
   const Hull hull(silhouettes);
   const std::vector<collision::Triangle> triangles = random_triangles(random, 60);
   const collision::ObjectCollision found = hull.ask(collision::MeshTree(mesh_of(triangles)));

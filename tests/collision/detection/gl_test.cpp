@@ -1,4 +1,5 @@
-// Backend `gl` of the collision detection: against the exact reference, against backend `cpu`, and on the hard cases of triangles and meshes.
+// Backend `gl` of the collision detection: against the exact reference, against backend `cpu`, and
+// on the hard cases of triangles and meshes.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -17,14 +18,16 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr collision::DetectionOptions kVerdictAlone{.eps_m = 0.5e-3, .spacing_m = 0};
-constexpr collision::DetectionOptions kAllPoints{.eps_m = 0.5e-3, .spacing_m = 3e-3, .max_points = 1u << 20};
+constexpr collision::DetectionOptions kAllPoints{
+    .eps_m = 0.5e-3, .spacing_m = 3e-3, .max_points = 1u << 20};
 
 struct Hull {
   std::vector<hull::Silhouette> silhouettes;
   base::WorkerPool pool;
   hull::CpuHull hull;
   hull::HullQuery query;
-  explicit Hull(std::vector<hull::Silhouette> s, int threads = 1) : silhouettes(std::move(s)), pool(threads), hull(pool, silhouettes), query(hull) {}
+  explicit Hull(std::vector<hull::Silhouette> s, int threads = 1)
+      : silhouettes(std::move(s)), pool(threads), hull(pool, silhouettes), query(hull) {}
 };
 
 // Programs are made once: compiling them takes longer than most of the cases.
@@ -39,30 +42,44 @@ class GlDetecting : public GlTest {
     GlTest::TearDownTestSuite();
   }
 
-  static std::vector<collision::ObjectCollision> ask(collision::GlDetection& detection, const Hull& hull, std::span<const collision::DetectionObject> objects, const collision::DetectionOptions& options) {
+  static std::vector<collision::ObjectCollision> ask(
+      collision::GlDetection& detection, const Hull& hull,
+      std::span<const collision::DetectionObject> objects,
+      const collision::DetectionOptions& options) {
     detection.set_hull(hull.query);
-    const std::span<const collision::ObjectCollision> found = detection.detect(objects, options, &counts_);
+    const std::span<const collision::ObjectCollision> found =
+        detection.detect(objects, options, &counts_);
     EXPECT_EQ(counts_.unconfirmed, 0u);
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
     return {found.begin(), found.end()};
   }
-  static collision::ObjectCollision ask(const Hull& hull, const collision::MeshTree& tree, const collision::DetectionOptions& options = kVerdictAlone,
-                             const Isometry3d& pose = Isometry3d::Identity(), const Vector3d& rp = kOrigin) {
+  static collision::ObjectCollision ask(const Hull& hull, const collision::MeshTree& tree,
+                                        const collision::DetectionOptions& options = kVerdictAlone,
+                                        const Isometry3d& pose = Isometry3d::Identity(),
+                                        const Vector3d& rp = kOrigin) {
     const collision::DetectionObject object{&tree, pose, rp};
     return ask(*detection_, hull, {&object, 1}, options)[0];
   }
-  static collision::CollisionVerdict ask(const Hull& hull, const collision::Triangle& t, const collision::DetectionOptions& options = kVerdictAlone) {
+  static collision::CollisionVerdict ask(
+      const Hull& hull, const collision::Triangle& t,
+      const collision::DetectionOptions& options = kVerdictAlone) {
     return ask(hull, collision::MeshTree(mesh_of({t})), options).verdict;
   }
 
-  // Free and colliding alike, but for what one of them calls touching: a hundredth of the triangles at most, and one.
-  static void expect_as_cpu(const Hull& hull, std::span<const collision::DetectionObject> objects, const collision::DetectionOptions& options) {
-    const std::vector<collision::ObjectCollision> gl = ask(*detection_, hull, objects, options), cpu = collision::detect(hull.query, objects, options);
+  // Free and colliding alike, but for what one of them calls touching: a hundredth of the triangles
+  // at most, and one.
+  static void expect_as_cpu(const Hull& hull, std::span<const collision::DetectionObject> objects,
+                            const collision::DetectionOptions& options) {
+    const std::vector<collision::ObjectCollision> gl = ask(*detection_, hull, objects, options),
+                                                  cpu = collision::detect(hull.query, objects,
+                                                                          options);
     for (std::size_t i = 0; i < objects.size(); ++i) {
       for (std::size_t t = 0; t < objects[i].tree->mesh().triangles.size(); ++t) {
-        if (t == 0) EXPECT_LE(gl[i].touching.size() * 100, 100 + objects[i].tree->mesh().triangles.size());
+        if (t == 0)
+          EXPECT_LE(gl[i].touching.size() * 100, 100 + objects[i].tree->mesh().triangles.size());
         if (test::holds(gl[i].touching, t) || test::holds(cpu[i].touching, t)) continue;
-        EXPECT_EQ(test::holds(gl[i].triangles, t), test::holds(cpu[i].triangles, t)) << i << ' ' << t;
+        EXPECT_EQ(test::holds(gl[i].triangles, t), test::holds(cpu[i].triangles, t))
+            << i << ' ' << t;
       }
       if (gl[i].verdict == cpu[i].verdict) {
         EXPECT_EQ(gl[i].hull_in_box, cpu[i].hull_in_box);
@@ -83,11 +100,14 @@ TEST_F(GlDetecting, AgreesWithTheExactReference) {
   Random random(11);
   int crossing = 0, touching = 0, on_cpu = 0;
   for (int scene = 0; scene < 5; ++scene) {
-    const Hull hull(scene == 0 ? hand_like() : silhouettes_of(random_object(random, 3), random_cameras(random, 2 + scene)));
+    const Hull hull(
+        scene == 0 ? hand_like()
+                   : silhouettes_of(random_object(random, 3), random_cameras(random, 2 + scene)));
     const collision::HullDistance distance(hull.silhouettes);
     const std::vector<collision::Triangle> triangles = random_triangles(random, 90);
     const collision::MeshTree tree(mesh_of(triangles));
-    const collision::ObjectCollision alone = ask(hull, tree), with_points = ask(hull, tree, kAllPoints);
+    const collision::ObjectCollision alone = ask(hull, tree),
+                                     with_points = ask(hull, tree, kAllPoints);
     on_cpu += int(counts_.triangles_on_cpu);
     for (std::size_t i = 0; i < triangles.size(); ++i) {
       const collision::TriangleTruth truth = collision::triangle_truth(distance, triangles[i]);
@@ -95,7 +115,8 @@ TEST_F(GlDetecting, AgreesWithTheExactReference) {
       for (const collision::ObjectCollision* found : {&alone, &with_points}) {
         touching += test::holds(found->touching, i);
         if (truth.deepest_m > 1e-9) {
-          EXPECT_TRUE(test::holds(found->triangles, i) || test::holds(found->touching, i)) << scene << ' ' << i << ' ' << truth.deepest_m;
+          EXPECT_TRUE(test::holds(found->triangles, i) || test::holds(found->touching, i))
+              << scene << ' ' << i << ' ' << truth.deepest_m;
         }
         if (truth.deepest_m > kVerdictAlone.eps_m) {
           EXPECT_TRUE(test::holds(found->triangles, i));
@@ -117,7 +138,8 @@ TEST_F(GlDetecting, AgreesWithBackendCpuFromOneToSixteenCameras) {
     const Hull hull(silhouettes_of(random_object(random, 3), random_cameras(random, cameras)));
     const collision::MeshTree tree(mesh_of(random_triangles(random, 400)));
     const collision::DetectionObject object{&tree};
-    for (const double eps_m : {3e-3, 0.5e-3, 0.1e-3}) expect_as_cpu(hull, {&object, 1}, {.eps_m = eps_m, .spacing_m = 0});
+    for (const double eps_m : {3e-3, 0.5e-3, 0.1e-3})
+      expect_as_cpu(hull, {&object, 1}, {.eps_m = eps_m, .spacing_m = 0});
     expect_as_cpu(hull, {&object, 1}, kAllPoints);
   }
 }
@@ -127,13 +149,17 @@ TEST_F(GlDetecting, SeveralObjectsInOneBatchAreAnsweredAsEachAlone) {
   std::vector<collision::MeshTree> trees;
   std::vector<collision::DetectionObject> objects;
   const Hull hull(hand_like());
-  for (const int triangles : {90, 1, 700, 0, 20, 16, 257}) trees.emplace_back(mesh_of(random_triangles(random, triangles)));
-  for (const collision::MeshTree& tree : trees) objects.push_back({&tree, at(random_in_ball(random, 0.05))});
+  for (const int triangles : {90, 1, 700, 0, 20, 16, 257})
+    trees.emplace_back(mesh_of(random_triangles(random, triangles)));
+  for (const collision::MeshTree& tree : trees)
+    objects.push_back({&tree, at(random_in_ball(random, 0.05))});
   objects.push_back({&trees[2], at({0, 0.03, 0})});  // a tree twice
-  const std::vector<collision::ObjectCollision> together = ask(*detection_, hull, objects, kAllPoints);
+  const std::vector<collision::ObjectCollision> together =
+      ask(*detection_, hull, objects, kAllPoints);
   int colliding = 0;
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const collision::ObjectCollision alone = ask(*detection_, hull, {&objects[i], 1}, kAllPoints)[0];
+    const collision::ObjectCollision alone =
+        ask(*detection_, hull, {&objects[i], 1}, kAllPoints)[0];
     EXPECT_EQ(together[i].verdict, alone.verdict);
     EXPECT_EQ(together[i].triangles, alone.triangles);
     EXPECT_EQ(together[i].points, alone.points);
@@ -162,9 +188,12 @@ TEST_F(GlDetecting, EveryPermutationOfTheVerticesGivesTheSame) {
   for (int i = 0; i < 20; ++i) {
     const collision::Triangle t = random_triangle(random, 0.1, 0.05);
     std::array<std::size_t, 3> order = {0, 1, 2};
-    const collision::ObjectCollision first = ask(hull, collision::MeshTree(mesh_of({t})), kAllPoints);
+    const collision::ObjectCollision first =
+        ask(hull, collision::MeshTree(mesh_of({t})), kAllPoints);
     while (std::next_permutation(order.begin(), order.end())) {
-      const collision::ObjectCollision again = ask(hull, collision::MeshTree(mesh_of({{t[order[0]], t[order[1]], t[order[2]]}})), kAllPoints);
+      const collision::ObjectCollision again =
+          ask(hull, collision::MeshTree(mesh_of({{t[order[0]], t[order[1]], t[order[2]]}})),
+              kAllPoints);
       EXPECT_EQ(again.verdict, first.verdict);
       EXPECT_EQ(again.points, first.points);
     }
@@ -180,7 +209,9 @@ TEST_F(GlDetecting, FindsAsManyPointsAsBackendCpu) {
     const collision::DetectionObject object{&tree, at({-0.05, 0, 0}), {1, 0.3, 0.2}};
     for (const double spacing_m : {10e-3, 3e-3, 0.5e-3}) {
       const collision::DetectionOptions options{.spacing_m = spacing_m, .max_points = 1u << 20};
-      const collision::ObjectCollision gl = ask(*detection_, hull, {&object, 1}, options)[0], cpu = collision::detect(hull.query, {&object, 1}, options)[0];
+      const collision::ObjectCollision gl = ask(*detection_, hull, {&object, 1}, options)[0],
+                                       cpu =
+                                           collision::detect(hull.query, {&object, 1}, options)[0];
       EXPECT_EQ(gl.triangles, cpu.triangles);
       // Corners of solid parts, one a triangle, depend on how parts come.
       EXPECT_NEAR(double(gl.points.size()), double(cpu.points.size()), double(gl.triangles.size()));
@@ -191,34 +222,47 @@ TEST_F(GlDetecting, FindsAsManyPointsAsBackendCpu) {
 
 TEST_F(GlDetecting, PointsAreNoFartherApartThanAskedForAndTheFarthestIsAmongThem) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  const collision::Triangle t = {Vector3d(-0.02, -0.02, 0), Vector3d(0.03, -0.01, 0.01), Vector3d(0, 0.03, 0)};
+  const collision::Triangle t = {Vector3d(-0.02, -0.02, 0), Vector3d(0.03, -0.01, 0.01),
+                                 Vector3d(0, 0.03, 0)};
   const Vector3d rp(0.2, 0.1, 0.3);
   for (const double spacing_m : {0.02, 5e-3, 1.1e-3}) {
-    const collision::ObjectCollision found = ask(hull, collision::MeshTree(mesh_of({t})), {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
+    const collision::ObjectCollision found =
+        ask(hull, collision::MeshTree(mesh_of({t})),
+            {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
     for (int i = 0; i <= 40; ++i)
       for (int j = 0; i + j <= 40; ++j) {
         const Vector3d p = t[0] + i / 40.0 * (t[1] - t[0]) + j / 40.0 * (t[2] - t[0]);
-        EXPECT_TRUE(std::any_of(found.points.begin(), found.points.end(), [&](const collision::CollisionPoint& q) { return (q.p_world_m - p).norm() <= spacing_m; }));
+        EXPECT_TRUE(std::any_of(found.points.begin(), found.points.end(),
+                                [&](const collision::CollisionPoint& q) {
+                                  return (q.p_world_m - p).norm() <= spacing_m;
+                                }));
       }
     double corner_m = 0;
     for (const Vector3d& v : t) corner_m = std::max(corner_m, (v - rp).norm());
     ASSERT_FALSE(found.points.empty());
-    EXPECT_DOUBLE_EQ((found.points.back().p_world_m - rp).norm(), corner_m);  // of a triangle in the hull; last
+    EXPECT_DOUBLE_EQ((found.points.back().p_world_m - rp).norm(),
+                     corner_m);  // of a triangle in the hull; last
     EXPECT_FALSE(found.truncated);
   }
 }
 
 TEST_F(GlDetecting, OfATriangleThroughTheBorderTooPointsAreNoFartherApartThanAskedFor) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  const collision::Triangle t = {Vector3d(0, 0, 0), Vector3d(0.15, 0.02, 0.01), Vector3d(0.02, 0.12, -0.02)};
+  const collision::Triangle t = {Vector3d(0, 0, 0), Vector3d(0.15, 0.02, 0.01),
+                                 Vector3d(0.02, 0.12, -0.02)};
   for (const double spacing_m : {7e-3, 2e-3}) {
-    const collision::ObjectCollision found = ask(hull, collision::MeshTree(mesh_of({t})), {.spacing_m = spacing_m, .max_points = 1u << 20});
-    // The part around any point that is in the hull with its surroundings has its middle in the hull.
+    const collision::ObjectCollision found = ask(hull, collision::MeshTree(mesh_of({t})),
+                                                 {.spacing_m = spacing_m, .max_points = 1u << 20});
+    // The part around any point that is in the hull with its surroundings has its middle in the
+    // hull.
     for (int i = 0; i <= 60; ++i)
       for (int j = 0; i + j <= 60; ++j) {
         const Vector3d p = t[0] + i / 60.0 * (t[1] - t[0]) + j / 60.0 * (t[2] - t[0]);
         if (!(hull.query.solid_radius_m(p) > spacing_m)) continue;
-        EXPECT_TRUE(std::any_of(found.points.begin(), found.points.end(), [&](const collision::CollisionPoint& q) { return (q.p_world_m - p).norm() <= spacing_m; }));
+        EXPECT_TRUE(std::any_of(found.points.begin(), found.points.end(),
+                                [&](const collision::CollisionPoint& q) {
+                                  return (q.p_world_m - p).norm() <= spacing_m;
+                                }));
       }
   }
 }
@@ -227,7 +271,8 @@ TEST_F(GlDetecting, NoMorePointsThanAllowedHoweverFineTheSpacing) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const collision::MeshTree tree(geometry::sphere_mesh(0.05, 4));
   for (const std::size_t max_points : {std::size_t{1}, std::size_t{50}, std::size_t{4096}}) {
-    const collision::ObjectCollision found = ask(hull, tree, {.spacing_m = 2e-5, .max_points = max_points});
+    const collision::ObjectCollision found =
+        ask(hull, tree, {.spacing_m = 2e-5, .max_points = max_points});
     EXPECT_EQ(found.triangles.size(), 5120u);
     EXPECT_EQ(found.points.size(), max_points);
     EXPECT_TRUE(found.truncated);
@@ -264,7 +309,8 @@ TEST_F(GlDetecting, ADeformedMeshIsWrittenAnew) {
   Random random(7);
   for (Vector3d& v : mesh.vertices_m) v += Vector3d(0, 0, 0.15) + random_in_ball(random, 0.01);
   tree.refit(mesh.vertices_m);
-  const collision::ObjectCollision refitted = ask(hull, tree), anew = ask(hull, collision::MeshTree(mesh));
+  const collision::ObjectCollision refitted = ask(hull, tree),
+                                   anew = ask(hull, collision::MeshTree(mesh));
   EXPECT_FALSE(anew.triangles.empty());
   EXPECT_EQ(refitted.triangles, anew.triangles);
   collision::MeshTree copy = tree;
@@ -280,24 +326,33 @@ TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
   for (int i = 0; i < 20000; ++i) {
     const double radius_m = std::exp(uniform(random, std::log(0.01), std::log(10)));
     Isometry3d pose = at(random_in_ball(random, 2));
-    pose.linear() = Eigen::AngleAxisd(uniform(random, 0, 3), random_direction(random)).toRotationMatrix();
+    pose.linear() =
+        Eigen::AngleAxisd(uniform(random, 0, 3), random_direction(random)).toRotationMatrix();
     hull::CpuHull::MapCamera camera;
     camera.camera = random_camera(random, 720, 486);
     hull::ObjectPixels pixels(720, 486);
-    for (int k = 0; k < 2; ++k) pixels.set(int(uniform(random, 0, 720)), int(uniform(random, 0, 486)));
+    for (int k = 0; k < 2; ++k)
+      pixels.set(int(uniform(random, 0, 720)), int(uniform(random, 0, 486)));
     camera.reach.assign(pixels);
     const collision::gl_contact::GlCamera c = collision::gl_camera(camera, pose, radius_m);
     const Eigen::Vector2d pixel_px(uniform(random, 0, 720), uniform(random, 0, 486));
-    const Vector3d p = pose.inverse() * (geometry::camera_center_world_m(camera.camera) + uniform(random, 0.1, 3) * geometry::ray_through(camera.camera, pixel_px).direction_world);
+    const Vector3d p =
+        pose.inverse() *
+        (geometry::camera_center_world_m(camera.camera) +
+         uniform(random, 0.1, 3) * geometry::ray_through(camera.camera, pixel_px).direction_world);
     if (!(p.norm() < radius_m)) continue;
     const Eigen::Vector3f q = p.cast<float>();
-    const auto form = [&](int row) { return c.at[row] + q.x() * c.of_x[row] + q.y() * c.of_y[row] + q.z() * c.of_z[row]; };
-    const float w = form(2), margin_px = (c.of_x[3] + float(radius_m) * c.at[3]) / w + c.farthest_px * c.of_z[3];
+    const auto form = [&](int row) {
+      return c.at[row] + q.x() * c.of_x[row] + q.y() * c.of_y[row] + q.z() * c.of_z[row];
+    };
+    const float w = form(2),
+                margin_px = (c.of_x[3] + float(radius_m) * c.at[3]) / w + c.farthest_px * c.of_z[3];
     if (!(w > 0 && margin_px < collision::kMostContactEps_px)) continue;
     const auto uv_px = geometry::project(camera.camera, pose * p);
     ASSERT_TRUE(uv_px);
     const collision::BasePixel base = collision::base_pixel(camera);
-    const double off_u = form(0) / w + base.u - 0.5 - uv_px->x(), off_v = form(1) / w + base.v - 0.5 - uv_px->y();
+    const double off_u = form(0) / w + base.u - 0.5 - uv_px->x(),
+                 off_v = form(1) / w + base.v - 0.5 - uv_px->y();
     if (std::abs(form(0) / w) > c.farthest_px || std::abs(form(1) / w) > c.farthest_px) continue;
     worst = std::max({worst, std::abs(off_u) / margin_px, std::abs(off_v) / margin_px});
   }
@@ -308,7 +363,8 @@ TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
 TEST_F(GlDetecting, NothingIsThere) {
   const Hull hull(hand_like()), none({});
   EXPECT_EQ(ask(hull, collision::MeshTree()).verdict, collision::CollisionVerdict::free);
-  EXPECT_EQ(ask(hull, collision::MeshTree(geometry::Mesh{})).verdict, collision::CollisionVerdict::free);
+  EXPECT_EQ(ask(hull, collision::MeshTree(geometry::Mesh{})).verdict,
+            collision::CollisionVerdict::free);
   const collision::MeshTree box(geometry::box_mesh({1, 1, 1}));
   EXPECT_EQ(ask(none, box).verdict, collision::CollisionVerdict::free);
   auto empty = hand_like();
@@ -337,33 +393,49 @@ TEST_F(GlDetecting, BadQuestionsAreRefused) {
   EXPECT_THROW(detection_->detect({&object, 1}), std::invalid_argument);
 }
 
-// --- hard cases: triangles and meshes --------------------------------------------------------------------------------
+// --- hard cases: triangles and meshes
+// --------------------------------------------------------------------------------
 
 TEST_F(GlDetecting, DegenerateTriangles) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const Vector3d in(0.01, 0, 0), also_in(-0.02, 0.01, 0), out(0.3, 0, 0), farther(0.5, 0, 0);
-  for (const collision::DetectionOptions& options : {kVerdictAlone, collision::DetectionOptions{}}) {
-    EXPECT_EQ(ask(hull, collision::Triangle{in, in, in}, options), collision::CollisionVerdict::colliding);
-    EXPECT_EQ(ask(hull, collision::Triangle{in, in, also_in}, options), collision::CollisionVerdict::colliding);
-    EXPECT_EQ(ask(hull, collision::Triangle{out, farther, -out}, options), collision::CollisionVerdict::colliding);
-    EXPECT_EQ(ask(hull, collision::Triangle{out, out, out}, options), collision::CollisionVerdict::free);
-    EXPECT_EQ(ask(hull, collision::Triangle{out, farther, 0.5 * (out + farther)}, options), collision::CollisionVerdict::free);
+  for (const collision::DetectionOptions& options :
+       {kVerdictAlone, collision::DetectionOptions{}}) {
+    EXPECT_EQ(ask(hull, collision::Triangle{in, in, in}, options),
+              collision::CollisionVerdict::colliding);
+    EXPECT_EQ(ask(hull, collision::Triangle{in, in, also_in}, options),
+              collision::CollisionVerdict::colliding);
+    EXPECT_EQ(ask(hull, collision::Triangle{out, farther, -out}, options),
+              collision::CollisionVerdict::colliding);
+    EXPECT_EQ(ask(hull, collision::Triangle{out, out, out}, options),
+              collision::CollisionVerdict::free);
+    EXPECT_EQ(ask(hull, collision::Triangle{out, farther, 0.5 * (out + farther)}, options),
+              collision::CollisionVerdict::free);
   }
 }
 
 TEST_F(GlDetecting, SliverOfAMetreByAMicrometreAndTenMetresAroundACentimetre) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.005)}, ring(4, 1.2, 0.6, 300, 0.5)));
   for (const double z : {0.0, 0.2}) {
-    const collision::CollisionVerdict expected = z == 0 ? collision::CollisionVerdict::colliding : collision::CollisionVerdict::free;
-    EXPECT_EQ(ask(hull, collision::Triangle{Vector3d(-0.5, 0.001, z), Vector3d(0.5, 0.001, z), Vector3d(0.1, 0.001001, z)}), expected);
-    for (const collision::DetectionOptions& options : {kVerdictAlone, collision::DetectionOptions{.spacing_m = 1e-3, .max_points = 10000}})
-      EXPECT_EQ(ask(hull, collision::Triangle{Vector3d(-5, -3, z + 0.001), Vector3d(5, -2, z + 0.001), Vector3d(0.3, 6, z + 0.001)}, options), expected);
+    const collision::CollisionVerdict expected =
+        z == 0 ? collision::CollisionVerdict::colliding : collision::CollisionVerdict::free;
+    EXPECT_EQ(ask(hull, collision::Triangle{Vector3d(-0.5, 0.001, z), Vector3d(0.5, 0.001, z),
+                                            Vector3d(0.1, 0.001001, z)}),
+              expected);
+    for (const collision::DetectionOptions& options :
+         {kVerdictAlone, collision::DetectionOptions{.spacing_m = 1e-3, .max_points = 10000}})
+      EXPECT_EQ(ask(hull,
+                    collision::Triangle{Vector3d(-5, -3, z + 0.001), Vector3d(5, -2, z + 0.001),
+                                        Vector3d(0.3, 6, z + 0.001)},
+                    options),
+                expected);
   }
 }
 
 TEST_F(GlDetecting, TheHullWhollyInsideABoxAndTheBoxInTheHull) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.04)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  const collision::MeshTree around(geometry::box_mesh({0.3, 0.3, 0.3})), within(geometry::sphere_mesh(0.01, 2));
+  const collision::MeshTree around(geometry::box_mesh({0.3, 0.3, 0.3})),
+      within(geometry::sphere_mesh(0.01, 2));
   EXPECT_EQ(ask(hull, around).verdict, collision::CollisionVerdict::free);
   EXPECT_TRUE(ask(hull, around).hull_in_box);
   EXPECT_FALSE(ask(hull, around, {}, at({0.4, 0.3, 0})).hull_in_box);
@@ -373,11 +445,17 @@ TEST_F(GlDetecting, TheHullWhollyInsideABoxAndTheBoxInTheHull) {
 TEST_F(GlDetecting, BehindAndThroughCameras) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const Vector3d eye = geometry::camera_center_world_m(hull.silhouettes[0].camera);
-  for (const collision::DetectionOptions& options : {kVerdictAlone, collision::DetectionOptions{}}) {
-    EXPECT_EQ(ask(hull, collision::Triangle{1.1 * eye, 1.3 * eye, 1.2 * eye + Vector3d(0.1, 0, 0)}, options), collision::CollisionVerdict::free);
-    EXPECT_EQ(ask(hull, collision::Triangle{eye, -0.2 * eye, Vector3d(0, 0, 0.3)}, options), collision::CollisionVerdict::colliding);
-    EXPECT_EQ(ask(hull, collision::Triangle{2 * eye, -2 * eye, Vector3d(0, 0, 0.3)}, options), collision::CollisionVerdict::colliding);
-    EXPECT_NE(ask(hull, collision::Triangle{eye, 1.1 * eye, eye + Vector3d(0.1, 0, 0)}, options), collision::CollisionVerdict::colliding);
+  for (const collision::DetectionOptions& options :
+       {kVerdictAlone, collision::DetectionOptions{}}) {
+    EXPECT_EQ(ask(hull, collision::Triangle{1.1 * eye, 1.3 * eye, 1.2 * eye + Vector3d(0.1, 0, 0)},
+                  options),
+              collision::CollisionVerdict::free);
+    EXPECT_EQ(ask(hull, collision::Triangle{eye, -0.2 * eye, Vector3d(0, 0, 0.3)}, options),
+              collision::CollisionVerdict::colliding);
+    EXPECT_EQ(ask(hull, collision::Triangle{2 * eye, -2 * eye, Vector3d(0, 0, 0.3)}, options),
+              collision::CollisionVerdict::colliding);
+    EXPECT_NE(ask(hull, collision::Triangle{eye, 1.1 * eye, eye + Vector3d(0.1, 0, 0)}, options),
+              collision::CollisionVerdict::colliding);
   }
   Random random(13);
   std::vector<collision::Triangle> triangles;
@@ -403,15 +481,18 @@ TEST_F(GlDetecting, SixtyFourCamerasAndOneMore) {
 
 // Cut on the CPU into very many parts, with hardly a point allowed.
 TEST_F(GlDetecting, ThroughACamerasPlaneWithHardlyAPointAllowed) {
-  std::vector<hull::Silhouette> silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, ring(2, 1.2, 0.6, 300, 0.5));
+  std::vector<hull::Silhouette> silhouettes =
+      silhouettes_of({ball(kOrigin, 0.05)}, ring(2, 1.2, 0.6, 300, 0.5));
   for (hull::Silhouette& s : silhouettes)  // all of both images: the hull reaches up to the cameras
     for (int v = 0; v < 300; ++v)
       for (int u = 0; u < 300; ++u) s.pixels.set(u, v);
   const Hull hull(silhouettes);
   const Vector3d eye = geometry::camera_center_world_m(silhouettes[0].camera);
-  const collision::MeshTree tree(mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}}));
-  for (const collision::DetectionOptions& options : {collision::DetectionOptions{.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1},
-                                          collision::DetectionOptions{.spacing_m = 1e-3, .max_points = 100}}) {
+  const collision::MeshTree tree(
+      mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}}));
+  for (const collision::DetectionOptions& options :
+       {collision::DetectionOptions{.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1},
+        collision::DetectionOptions{.spacing_m = 1e-3, .max_points = 100}}) {
     const collision::ObjectCollision found = ask(hull, tree, options);
     EXPECT_EQ(found.verdict, collision::CollisionVerdict::colliding);
     EXPECT_GE(found.points.size(), 1u);
@@ -420,23 +501,27 @@ TEST_F(GlDetecting, ThroughACamerasPlaneWithHardlyAPointAllowed) {
   }
 }
 
-// About its own origin; and together with the cameras, a kilometre off; and so large that float has no room for it.
+// About its own origin; and together with the cameras, a kilometre off; and so large that float has
+// no room for it.
 TEST_F(GlDetecting, FarAway) {
   Random random(14);
   const collision::MeshTree tree(mesh_of(random_triangles(random, 200)));
   const Hull near(hand_like());
   std::vector<hull::Silhouette> silhouettes = hand_like();
   const Isometry3d motion = at({1000, -300, 20});
-  for (hull::Silhouette& s : silhouettes) s.camera.camera_from_world = s.camera.camera_from_world * motion.inverse();
+  for (hull::Silhouette& s : silhouettes)
+    s.camera.camera_from_world = s.camera.camera_from_world * motion.inverse();
   const Hull far(silhouettes);
-  const collision::ObjectCollision here = ask(near, tree), there = ask(far, tree, kVerdictAlone, motion);
+  const collision::ObjectCollision here = ask(near, tree),
+                                   there = ask(far, tree, kVerdictAlone, motion);
   EXPECT_FALSE(here.triangles.empty());
   EXPECT_EQ(here.triangles, there.triangles);
   EXPECT_EQ(ask(near, tree, kVerdictAlone, motion).verdict, collision::CollisionVerdict::free);
   geometry::Mesh mesh = tree.mesh();
   for (Vector3d& v : mesh.vertices_m) v += Vector3d(-1000, 300, -20);
   EXPECT_EQ(ask(near, collision::MeshTree(mesh), kVerdictAlone, motion).triangles, here.triangles);
-  const collision::MeshTree vast(mesh_of({{Vector3d(-1e37, -1e37, 0), Vector3d(1e37, -1e37, 0), Vector3d(0, 1e37, 0)}}));
+  const collision::MeshTree vast(
+      mesh_of({{Vector3d(-1e37, -1e37, 0), Vector3d(1e37, -1e37, 0), Vector3d(0, 1e37, 0)}}));
   EXPECT_NE(ask(near, vast).verdict, collision::CollisionVerdict::free);
   EXPECT_EQ(counts_.objects_on_cpu, 1u);
 }
@@ -447,7 +532,9 @@ TEST_F(GlDetecting, AMillionTriangles) {
   flat.linear() = Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3d::UnitX()).toRotationMatrix();
   const collision::MeshTree tree(geometry::curtain_mesh(2, 2, 1000, 500, 0, 1));
   const collision::DetectionObject object{&tree, flat};
-  const collision::ObjectCollision gl = ask(hull, tree, kVerdictAlone, flat), cpu = collision::detect(hull.query, {&object, 1}, kVerdictAlone)[0];
+  const collision::ObjectCollision gl = ask(hull, tree, kVerdictAlone, flat),
+                                   cpu = collision::detect(hull.query, {&object, 1},
+                                                           kVerdictAlone)[0];
   EXPECT_GT(gl.triangles.size(), 500u);
   EXPECT_LE(gl.touching.size(), 20u);
   EXPECT_NEAR(double(gl.triangles.size()), double(cpu.triangles.size()), 20);
@@ -458,7 +545,8 @@ TEST_F(GlDetecting, AgainstNoise) {
   Random random(10);
   std::vector<hull::Silhouette> silhouettes;
   for (const geometry::Camera& camera : random_cameras(random, 3))
-    silhouettes.push_back({camera, random_pixels(random, camera.pinhole.width_px, camera.pinhole.height_px, 0.3)});
+    silhouettes.push_back(
+        {camera, random_pixels(random, camera.pinhole.width_px, camera.pinhole.height_px, 0.3)});
   const Hull hull(silhouettes);
   const collision::MeshTree tree(mesh_of(random_triangles(random, 60)));
   const collision::DetectionObject object{&tree};
@@ -466,7 +554,8 @@ TEST_F(GlDetecting, AgainstNoise) {
   expect_as_cpu(hull, {&object, 1}, kAllPoints);
 }
 
-// A triangle that is a point on a pixel's corner: float and in_hull() may round it into different pixels, and then it is not free.
+// A triangle that is a point on a pixel's corner: float and in_hull() may round it into different
+// pixels, and then it is not free.
 TEST_F(GlDetecting, APointOnAPixelsCornerIsNotFreeWhereInHullSaysOtherwise) {
   Random random(12);
   int in = 0, wrong = 0;
@@ -476,8 +565,10 @@ TEST_F(GlDetecting, APointOnAPixelsCornerIsNotFreeWhereInHullSaysOtherwise) {
     const Vector3d eye = geometry::camera_center_world_m(camera);
     std::vector<collision::Triangle> points;
     for (int i = 0; i < 60; ++i) {
-      const double u = std::floor(uniform(random, 1, 159)) - 0.5, v = std::floor(uniform(random, 1, 120)) - 0.5;
-      const Vector3d p = eye + uniform(random, 0.5, 2) * geometry::ray_through(camera, {u, v}).direction_world;
+      const double u = std::floor(uniform(random, 1, 159)) - 0.5,
+                   v = std::floor(uniform(random, 1, 120)) - 0.5;
+      const Vector3d p =
+          eye + uniform(random, 0.5, 2) * geometry::ray_through(camera, {u, v}).direction_world;
       points.push_back({p, p, p});
     }
     const collision::ObjectCollision found = ask(hull, collision::MeshTree(mesh_of(points)));

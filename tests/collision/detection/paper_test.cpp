@@ -11,7 +11,9 @@ namespace {
 
 class Detecting : public GlTest {
  protected:
-  collision::Detection detect_all(const std::vector<hull::Capsule>& real, const std::vector<std::vector<collision::Triangle>>& objects, const std::vector<geometry::Camera>& cameras) {
+  collision::Detection detect_all(const std::vector<hull::Capsule>& real,
+                                  const std::vector<std::vector<collision::Triangle>>& objects,
+                                  const std::vector<geometry::Camera>& cameras) {
     query_.set_silhouettes(silhouettes_of(real, cameras));
     return collision::detect(query_, objects);
   }
@@ -20,20 +22,25 @@ class Detecting : public GlTest {
 
 std::vector<geometry::Camera> cameras() { return ring(4, 1.2, 0.5, 240, 0.8); }
 
-std::size_t stages_sum(const collision::DetectionCounts& c) { return c.free_by_image + c.box_touched + c.free_by_cells + c.box_may_hold; }
+std::size_t stages_sum(const collision::DetectionCounts& c) {
+  return c.free_by_image + c.box_touched + c.free_by_cells + c.box_may_hold;
+}
 
 TEST(BoxQuery, NeverCallsABoxFreeThatHoldsAHullPoint) {
   Random random(11);
   int held = 0;
   for (int scene = 0; scene < 20; ++scene) {
-    const auto silhouettes = silhouettes_of(random_object(random, 3), random_cameras(random, 3, 97, 65));
+    const auto silhouettes =
+        silhouettes_of(random_object(random, 3), random_cameras(random, 3, 97, 65));
     for (int i = 0; i < 300; ++i) {
       Eigen::AlignedBox3d box(random_in_ball(random, 0.3));
       box.extend(box.min() + uniform(random, 0.01, 0.3) * random_direction(random));
       bool holds = false;
-      for (int sample = 0; sample < 30 && !holds; ++sample) holds = hull::in_hull(silhouettes, box.sample());
+      for (int sample = 0; sample < 30 && !holds; ++sample)
+        holds = hull::in_hull(silhouettes, box.sample());
       held += holds;
-      for (const int depth : {0, 2}) EXPECT_FALSE(holds && collision::is_certainly_free(silhouettes, box, depth));
+      for (const int depth : {0, 2})
+        EXPECT_FALSE(holds && collision::is_certainly_free(silhouettes, box, depth));
     }
   }
   EXPECT_GT(held, 50);
@@ -41,22 +48,28 @@ TEST(BoxQuery, NeverCallsABoxFreeThatHoldsAHullPoint) {
 
 TEST(BoxQuery, CertifiesWhatIsBesideTheHullInSomeImage) {
   const auto silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, cameras());
-  EXPECT_TRUE(collision::is_certainly_free(silhouettes, {Eigen::Vector3d(0.15, 0.15, -0.05), Eigen::Vector3d(0.25, 0.25, 0.05)}));
-  EXPECT_TRUE(collision::is_certainly_free({}, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}));
-  EXPECT_FALSE(collision::is_certainly_free(silhouettes, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}, 3));
+  EXPECT_TRUE(collision::is_certainly_free(
+      silhouettes, {Eigen::Vector3d(0.15, 0.15, -0.05), Eigen::Vector3d(0.25, 0.25, 0.05)}));
+  EXPECT_TRUE(
+      collision::is_certainly_free({}, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}));
+  EXPECT_FALSE(collision::is_certainly_free(
+      silhouettes, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}, 3));
 }
 
 TEST(BoxQuery, ABoxRoundACameraIsUndecidedAndOneBehindItFree) {
   const std::vector<geometry::Camera> one = {camera_at({1, 0, 0}, 100, 0.5)};
   const auto silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, one);
-  EXPECT_FALSE(collision::is_certainly_free(silhouettes, {Eigen::Vector3d(0.9, -0.1, -0.1), Eigen::Vector3d(1.1, 0.1, 0.1)}));
-  EXPECT_TRUE(collision::is_certainly_free(silhouettes, {Eigen::Vector3d(1.1, -0.1, -0.1), Eigen::Vector3d(1.3, 0.1, 0.1)}));
+  EXPECT_FALSE(collision::is_certainly_free(
+      silhouettes, {Eigen::Vector3d(0.9, -0.1, -0.1), Eigen::Vector3d(1.1, 0.1, 0.1)}));
+  EXPECT_TRUE(collision::is_certainly_free(
+      silhouettes, {Eigen::Vector3d(1.1, -0.1, -0.1), Eigen::Vector3d(1.3, 0.1, 0.1)}));
 }
 
 TEST_F(Detecting, TellsTheCollidingObjectsAndTheirTriangles) {
-  const std::vector<std::vector<collision::Triangle>> objects = {collision::world_triangles(geometry::sphere_mesh(0.05, 2), at({0.05, 0, 0})),
-                                                      collision::world_triangles(geometry::sphere_mesh(0.05, 2), at({0.3, 0.2, 0})),
-                                                      collision::world_triangles(geometry::box_mesh({0.1, 0.1, 0.1}), at({-0.07, 0, 0}))};
+  const std::vector<std::vector<collision::Triangle>> objects = {
+      collision::world_triangles(geometry::sphere_mesh(0.05, 2), at({0.05, 0, 0})),
+      collision::world_triangles(geometry::sphere_mesh(0.05, 2), at({0.3, 0.2, 0})),
+      collision::world_triangles(geometry::box_mesh({0.1, 0.1, 0.1}), at({-0.07, 0, 0}))};
   const collision::Detection detection = detect_all({ball(kOrigin, 0.04)}, objects, cameras());
   EXPECT_TRUE(detection.objects[0].colliding());
   EXPECT_EQ(detection.objects[1].verdict, collision::CollisionVerdict::free);
@@ -69,7 +82,8 @@ TEST_F(Detecting, TellsTheCollidingObjectsAndTheirTriangles) {
     EXPECT_TRUE(std::is_sorted(collision.triangles.begin(), collision.triangles.end()));
     for (const collision::CollisionPoint& p : collision.points) {
       ASSERT_LT(p.triangle, objects[i].size());
-      EXPECT_TRUE(std::binary_search(collision.triangles.begin(), collision.triangles.end(), p.triangle));
+      EXPECT_TRUE(
+          std::binary_search(collision.triangles.begin(), collision.triangles.end(), p.triangle));
       EXPECT_TRUE(hull::in_hull(query_.silhouettes(), p.p_world_m));
       // On the triangle that it names: nearer than rounding to its plane.
       const collision::Triangle& t = objects[i][p.triangle];
@@ -81,8 +95,10 @@ TEST_F(Detecting, TellsTheCollidingObjectsAndTheirTriangles) {
 // The case that the paper's boxes miss.
 TEST_F(Detecting, AHullWhollyInsideABoxIsACandidate) {
   // The arms of an L round a ball: the faces of their box touch nothing, and neither do the arms.
-  std::vector<collision::Triangle> shell = collision::world_triangles(geometry::box_mesh({0.6, 0.6, 0.02}), at({0, 0, -0.3}));
-  const auto lid = collision::world_triangles(geometry::box_mesh({0.6, 0.6, 0.02}), at({0, 0, 0.3}));
+  std::vector<collision::Triangle> shell =
+      collision::world_triangles(geometry::box_mesh({0.6, 0.6, 0.02}), at({0, 0, -0.3}));
+  const auto lid =
+      collision::world_triangles(geometry::box_mesh({0.6, 0.6, 0.02}), at({0, 0, 0.3}));
   shell.insert(shell.end(), lid.begin(), lid.end());
   const collision::Detection around = detect_all({ball(kOrigin, 0.03)}, {shell}, cameras());
   EXPECT_EQ(around.counts.box_may_hold, 1u);
@@ -98,21 +114,27 @@ TEST_F(Detecting, AHullWhollyInsideABoxIsACandidate) {
 }
 
 TEST_F(Detecting, AHullWhollyInsideAnObjectIsSaidToTouchNoSample) {
-  const collision::Detection detection = detect_all({ball(kOrigin, 0.02)}, {collision::world_triangles(geometry::sphere_mesh(0.1, 2), at(kOrigin))}, cameras());
+  const collision::Detection detection = detect_all(
+      {ball(kOrigin, 0.02)},
+      {collision::world_triangles(geometry::sphere_mesh(0.1, 2), at(kOrigin))}, cameras());
   EXPECT_EQ(detection.objects[0].verdict, collision::CollisionVerdict::touching);
   EXPECT_TRUE(detection.objects[0].points.empty());
 }
 
 TEST_F(Detecting, AnObjectWhollyInsideTheHullCollides) {
-  const collision::Detection detection = detect_all({ball(kOrigin, 0.1)}, {collision::world_triangles(geometry::sphere_mesh(0.02, 1), at(kOrigin))}, cameras());
+  const collision::Detection detection = detect_all(
+      {ball(kOrigin, 0.1)},
+      {collision::world_triangles(geometry::sphere_mesh(0.02, 1), at(kOrigin))}, cameras());
   EXPECT_EQ(detection.objects[0].triangles.size(), 80u);
 }
 
 TEST_F(Detecting, ImagesFilledByDifferentObjectsAreToldApartByCells) {
   // Each camera sees something over the box, no two the same thing: nothing is in the box.
-  const std::vector<geometry::Camera> two = {camera_at({1, 0, 0}, 240, 0.8), camera_at({0, 1, 0}, 240, 0.8)};
-  const collision::Detection detection = detect_all({ball({-0.3, 0.05, 0.04}, 0.03), ball({-0.05, -0.3, -0.04}, 0.03)},
-                                         {collision::world_triangles(geometry::box_mesh({0.2, 0.2, 0.2}), at(kOrigin))}, two);
+  const std::vector<geometry::Camera> two = {camera_at({1, 0, 0}, 240, 0.8),
+                                             camera_at({0, 1, 0}, 240, 0.8)};
+  const collision::Detection detection = detect_all(
+      {ball({-0.3, 0.05, 0.04}, 0.03), ball({-0.05, -0.3, -0.04}, 0.03)},
+      {collision::world_triangles(geometry::box_mesh({0.2, 0.2, 0.2}), at(kOrigin))}, two);
   EXPECT_EQ(detection.objects[0].verdict, collision::CollisionVerdict::free);
   EXPECT_EQ(detection.counts.free_by_cells, 1u);
 }
@@ -122,8 +144,11 @@ TEST_F(Detecting, FreeIsCertain) {
   std::size_t free = 0, points = 0;
   for (int scene = 0; scene < 30; ++scene) {
     std::vector<std::vector<collision::Triangle>> objects;
-    for (int i = 0; i < 6; ++i) objects.push_back(collision::world_triangles(geometry::sphere_mesh(uniform(random, 0.01, 0.08), 1), at(random_in_ball(random, 0.3))));
-    const collision::Detection detection = detect_all(random_object(random, 2), objects, random_cameras(random, 3));
+    for (int i = 0; i < 6; ++i)
+      objects.push_back(collision::world_triangles(
+          geometry::sphere_mesh(uniform(random, 0.01, 0.08), 1), at(random_in_ball(random, 0.3))));
+    const collision::Detection detection =
+        detect_all(random_object(random, 2), objects, random_cameras(random, 3));
     EXPECT_EQ(stages_sum(detection.counts), objects.size());
     for (std::size_t i = 0; i < objects.size(); ++i) {
       points += detection.objects[i].points.size();
@@ -131,7 +156,10 @@ TEST_F(Detecting, FreeIsCertain) {
       ++free;
       for (const collision::Triangle& t : objects[i])
         for (int sample = 0; sample < 10; ++sample)
-          EXPECT_FALSE(hull::in_hull(query_.silhouettes(), collision::point_at(collision::view_of(t), uniform(random, 0, 1), uniform(random, 0, 1))));
+          EXPECT_FALSE(
+              hull::in_hull(query_.silhouettes(),
+                            collision::point_at(collision::view_of(t), uniform(random, 0, 1),
+                                                uniform(random, 0, 1))));
     }
   }
   EXPECT_GT(free, 30u);
@@ -139,16 +167,24 @@ TEST_F(Detecting, FreeIsCertain) {
 }
 
 TEST_F(Detecting, DuplicateAndNonManifoldFacesAreEachReported) {
-  std::vector<collision::Triangle> object = collision::world_triangles(geometry::sphere_mesh(0.05, 1), at({0.05, 0, 0}));
-  const std::size_t once = detect_all({ball(kOrigin, 0.04)}, {object}, cameras()).objects[0].triangles.size();
+  std::vector<collision::Triangle> object =
+      collision::world_triangles(geometry::sphere_mesh(0.05, 1), at({0.05, 0, 0}));
+  const std::size_t once =
+      detect_all({ball(kOrigin, 0.04)}, {object}, cameras()).objects[0].triangles.size();
   object.insert(object.end(), object.begin(), object.end());
-  EXPECT_EQ(detect_all({ball(kOrigin, 0.04)}, {object}, cameras()).objects[0].triangles.size(), 2 * once);
+  EXPECT_EQ(detect_all({ball(kOrigin, 0.04)}, {object}, cameras()).objects[0].triangles.size(),
+            2 * once);
 }
 
 TEST_F(Detecting, NothingIsFreeAndNaNIsRefused) {
   EXPECT_TRUE(detect_all({ball(kOrigin, 0.04)}, {}, cameras()).objects.empty());
-  EXPECT_EQ(detect_all({ball(kOrigin, 0.04)}, {{}}, cameras()).objects[0].verdict, collision::CollisionVerdict::free);
-  EXPECT_EQ(detect_all({}, {collision::world_triangles(geometry::box_mesh({1, 1, 1}), at(kOrigin))}, cameras()).objects[0].verdict, collision::CollisionVerdict::free);
+  EXPECT_EQ(detect_all({ball(kOrigin, 0.04)}, {{}}, cameras()).objects[0].verdict,
+            collision::CollisionVerdict::free);
+  EXPECT_EQ(detect_all({}, {collision::world_triangles(geometry::box_mesh({1, 1, 1}), at(kOrigin))},
+                       cameras())
+                .objects[0]
+                .verdict,
+            collision::CollisionVerdict::free);
   auto broken = collision::world_triangles(geometry::box_mesh({1, 1, 1}), at(kOrigin));
   broken[3][1].y() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(detect_all({ball(kOrigin, 0.04)}, {broken}, cameras()), std::invalid_argument);

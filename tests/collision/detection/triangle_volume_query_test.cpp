@@ -15,10 +15,15 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 class TriangleQuery : public GlTest {};
 
-bool same_points(const std::vector<collision::CollisionPoint>& a, const std::vector<collision::CollisionPoint>& b) { return a == b; }
+bool same_points(const std::vector<collision::CollisionPoint>& a,
+                 const std::vector<collision::CollisionPoint>& b) {
+  return a == b;
+}
 
 std::vector<hull::Silhouette> hand(int size_px = 200) {
-  return silhouettes_of({{{-0.1, 0, 0}, {0.02, 0.01, 0.03}, 0.03}, {{0.02, 0.01, 0.03}, {0.08, 0.05, 0.02}, 0.012}}, ring(3, 1.2, 0.6, size_px, 0.5));
+  return silhouettes_of(
+      {{{-0.1, 0, 0}, {0.02, 0.01, 0.03}, 0.03}, {{0.02, 0.01, 0.03}, {0.08, 0.05, 0.02}, 0.012}},
+      ring(3, 1.2, 0.6, size_px, 0.5));
 }
 
 // All maps full of object pixels: the hull is what all cameras see.
@@ -33,7 +38,8 @@ std::vector<hull::Silhouette> everything(const std::vector<geometry::Camera>& ca
 }
 
 collision::Triangle random_triangle(Random& random, double extent_m) {
-  return {random_in_ball(random, extent_m), random_in_ball(random, extent_m), random_in_ball(random, extent_m)};
+  return {random_in_ball(random, extent_m), random_in_ball(random, extent_m),
+          random_in_ball(random, extent_m)};
 }
 
 TEST(TriangleView, FillsTheViewportWithAnyTriangle) {
@@ -56,7 +62,8 @@ TEST(TriangleView, BringsPointsBesideTheTriangleToItsBorder) {
   Random random(2);
   for (int i = 0; i < 1000; ++i) {
     const collision::TriangleView view = collision::view_of(random_triangle(random, 1));
-    const Eigen::Vector3d p = collision::point_at(view, uniform(random, -0.1, 1.1), uniform(random, -0.1, 1.1));
+    const Eigen::Vector3d p =
+        collision::point_at(view, uniform(random, -0.1, 1.1), uniform(random, -0.1, 1.1));
     Eigen::Matrix3d vertices;
     vertices << view.base0_world_m, view.base1_world_m, view.apex_world_m;
     const Eigen::Vector3d weights = vertices.fullPivLu().solve(p);
@@ -65,11 +72,14 @@ TEST(TriangleView, BringsPointsBesideTheTriangleToItsBorder) {
   }
 }
 
-// By the independent reference, which shares no code with the query or with in_hull: along a line through the point, at 1.
-bool in_reference_hull(std::span<const hull::Silhouette> silhouettes, const Eigen::Vector3d& p_world_m) {
+// By the independent reference, which shares no code with the query or with in_hull: along a line
+// through the point, at 1.
+bool in_reference_hull(std::span<const hull::Silhouette> silhouettes,
+                       const Eigen::Vector3d& p_world_m) {
   const Eigen::Vector3d origin_world_m(0.31, -0.47, 1.9);  // no camera's centre
   constexpr double kRounding = 1e-9;
-  for (const hull::Interval& interval : hull::reference_intervals(silhouettes, geometry::Ray{origin_world_m, p_world_m - origin_world_m}, 0.5, 1.5))
+  for (const hull::Interval& interval : hull::reference_intervals(
+           silhouettes, geometry::Ray{origin_world_m, p_world_m - origin_world_m}, 0.5, 1.5))
     if (interval.enter <= 1 + kRounding && interval.leave >= 1 - kRounding) return true;
   return false;
 }
@@ -94,12 +104,13 @@ TEST_F(TriangleQuery, EveryPointIsInTheHullAndOnItsTriangle) {
   EXPECT_LT(result.points_unconfirmed, result.points.size() / 100);
 }
 
-// The CPU's oracle of the whole window: each sample that is clearly inside its triangle and clearly in the hull is reported, and
-// nothing that is clearly not.
+// The CPU's oracle of the whole window: each sample that is clearly inside its triangle and clearly
+// in the hull is reported, and nothing that is clearly not.
 TEST_F(TriangleQuery, FindsWhatTheSamplesFind) {
   const auto silhouettes = hand();
   constexpr int kViewport = 10;
-  constexpr double kClear = 0.02;  // px of the images and of the viewport: GL snaps to 1/256 and rounds to floats
+  constexpr double kClear =
+      0.02;  // px of the images and of the viewport: GL snaps to 1/256 and rounds to floats
   const auto clearly = [&](const Eigen::Vector3d& p_world_m) {
     for (const hull::Silhouette& s : silhouettes) {
       const auto uv = geometry::project(s.camera, p_world_m);
@@ -120,10 +131,12 @@ TEST_F(TriangleQuery, FindsWhatTheSamplesFind) {
     const collision::TriangleView view = collision::view_of(triangles[i]);
     for (int row = 0; row < kViewport; ++row)
       for (int column = 0; column < kViewport; ++column) {
-        const double x = column + 0.5, y = row + 0.5, left = view.apex_x * y, right = kViewport - (1 - view.apex_x) * y;
+        const double x = column + 0.5, y = row + 0.5, left = view.apex_x * y,
+                     right = kViewport - (1 - view.apex_x) * y;
         const Eigen::Vector3d p_world_m = collision::point_at(view, x / kViewport, y / kViewport);
         // Reported in this order: by triangle, row, column.
-        const bool reported = next < result.points.size() && result.points[next] == collision::CollisionPoint{p_world_m, i};
+        const bool reported = next < result.points.size() &&
+                              result.points[next] == collision::CollisionPoint{p_world_m, i};
         next += reported;
         if (x > left + kClear && x < right - kClear && clearly(p_world_m)) {
           EXPECT_TRUE(reported) << "triangle " << i << " row " << row << " column " << column;
@@ -147,7 +160,10 @@ TEST_F(TriangleQuery, PermutedVerticesGiveTheSamePoints) {
     std::array<int, 3> order = {0, 1, 2};
     const auto expected = query.query(std::vector<collision::Triangle>{t}).points;
     while (std::next_permutation(order.begin(), order.end()))
-      EXPECT_TRUE(same_points(expected, query.query(std::vector<collision::Triangle>{{t[order[0]], t[order[1]], t[order[2]]}}).points));
+      EXPECT_TRUE(same_points(
+          expected,
+          query.query(std::vector<collision::Triangle>{{t[order[0]], t[order[1]], t[order[2]]}})
+              .points));
   }
 }
 
@@ -164,14 +180,16 @@ TEST_F(TriangleQuery, DoesNotDependOnWhereInTheWindowATriangleLies) {
   std::size_t border = 0;  // interpolation rounds differently from place to place
   std::set<std::pair<std::uint32_t, double>> seen;
   for (const auto& p : together.points) seen.insert({p.triangle, p.p_world_m.x()});
-  for (const auto& p : in_one_window.points) border += !seen.contains({p.triangle, p.p_world_m.x()});
+  for (const auto& p : in_one_window.points)
+    border += !seen.contains({p.triangle, p.p_world_m.x()});
   EXPECT_LE(border, in_one_window.points.size() / 100);
 }
 
 TEST_F(TriangleQuery, TriangleWhollyInsideTheHullIsAllPoints) {
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(silhouettes_of({ball(kOrigin, 0.1)}, ring(3, 1, 0.5, 200, 0.5)));
-  const auto result = query.query(std::vector<collision::Triangle>{{Eigen::Vector3d(0, 0, 0.01), {0.02, 0, 0.01}, {0, 0.02, 0.01}}});
+  const auto result = query.query(std::vector<collision::Triangle>{
+      {Eigen::Vector3d(0, 0, 0.01), {0.02, 0, 0.01}, {0, 0.02, 0.01}}});
   EXPECT_GE(result.points.size(), 45u);  // half of 10 x 10, diagonal centres one way or the other
   EXPECT_LE(result.points.size(), 55u);
 }
@@ -180,23 +198,32 @@ TEST_F(TriangleQuery, TriangleSeenEdgeOnByEveryCameraIsFound) {
   // Cameras and triangle all in the plane z = 0.
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(silhouettes_of({ball(kOrigin, 0.05)}, ring(3, 1, 0, 200, 0.5)));
-  EXPECT_GT(query.query(std::vector<collision::Triangle>{{Eigen::Vector3d(-0.1, -0.1, 0), {0.1, -0.1, 0}, {0, 0.15, 0}}}).points.size(), 5u);
+  EXPECT_GT(query
+                .query(std::vector<collision::Triangle>{
+                    {Eigen::Vector3d(-0.1, -0.1, 0), {0.1, -0.1, 0}, {0, 0.15, 0}}})
+                .points.size(),
+            5u);
 }
 
 TEST_F(TriangleQuery, DegenerateTrianglesAreSampledAlongTheirLongestEdgeAndCounted) {
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(silhouettes_of({ball(kOrigin, 0.05)}, ring(3, 1, 0.5, 200, 0.5)));
   const Eigen::Vector3d a(-0.2, 0, 0), b(0.2, 0, 0), middle(0, 0, 0), outside(0.3, 0.3, 0.3);
-  for (const collision::Triangle& t : {collision::Triangle{a, middle, b}, collision::Triangle{a, b, b}, collision::Triangle{a, a, b}}) {
+  for (const collision::Triangle& t :
+       {collision::Triangle{a, middle, b}, collision::Triangle{a, b, b},
+        collision::Triangle{a, a, b}}) {
     const auto result = query.query(std::vector<collision::Triangle>{t});
     EXPECT_EQ(result.triangles_degenerate, 1u);
     ASSERT_FALSE(result.points.empty());
     for (const auto& p : result.points) EXPECT_EQ(p.p_world_m.tail<2>(), Eigen::Vector2d::Zero());
   }
-  EXPECT_FALSE(query.query(std::vector<collision::Triangle>{{middle, middle, middle}}).points.empty());
-  EXPECT_TRUE(query.query(std::vector<collision::Triangle>{{outside, outside, outside}}).points.empty());
+  EXPECT_FALSE(
+      query.query(std::vector<collision::Triangle>{{middle, middle, middle}}).points.empty());
+  EXPECT_TRUE(
+      query.query(std::vector<collision::Triangle>{{outside, outside, outside}}).points.empty());
   // A sliver of 1 m x 1 um is no line.
-  const auto sliver = query.query(std::vector<collision::Triangle>{{Eigen::Vector3d(-0.5, 0, 0), {0.5, 0, 0}, {0, 1e-6, 0}}});
+  const auto sliver = query.query(
+      std::vector<collision::Triangle>{{Eigen::Vector3d(-0.5, 0, 0), {0.5, 0, 0}, {0, 1e-6, 0}}});
   EXPECT_EQ(sliver.triangles_degenerate, 0u);
   EXPECT_FALSE(sliver.points.empty());
 }
@@ -205,7 +232,9 @@ TEST_F(TriangleQuery, RefusesVerticesThatAreNotFinite) {
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(hand());
   for (const double bad : {kNaN, std::numeric_limits<double>::infinity()})
-    EXPECT_THROW(query.query(std::vector<collision::Triangle>{{kOrigin, {0.1, 0, bad}, {0, 0.1, 0}}}), std::invalid_argument);
+    EXPECT_THROW(
+        query.query(std::vector<collision::Triangle>{{kOrigin, {0.1, 0, bad}, {0, 0.1, 0}}}),
+        std::invalid_argument);
 }
 
 TEST_F(TriangleQuery, RefusesViewportsAndMapsThatDoNotFit) {
@@ -218,7 +247,8 @@ TEST_F(TriangleQuery, RefusesViewportsAndMapsThatDoNotFit) {
 }
 
 TEST_F(TriangleQuery, NoCameraAndNoObjectPixelsMeanNoHull) {
-  const std::vector<collision::Triangle> triangles = {{Eigen::Vector3d(-0.1, 0, 0), {0.1, 0, 0}, {0, 0.1, 0}}};
+  const std::vector<collision::Triangle> triangles = {
+      {Eigen::Vector3d(-0.1, 0, 0), {0.1, 0, 0}, {0, 0.1, 0}}};
   collision::TriangleVolumeQuery query(100, 10);
   EXPECT_TRUE(query.query(triangles).points.empty());
   auto silhouettes = hand();
@@ -235,16 +265,22 @@ TEST_F(TriangleQuery, PointsBehindACameraAndOutsideItsImageAreOut) {
   const auto cameras = ring(2, 1, 0, 64, 0.2);
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(everything(cameras));
-  // From behind one camera through the origin to behind the other: the points are in the 20 cm that both images see.
-  const auto result = query.query(std::vector<collision::Triangle>{{Eigen::Vector3d(-2, 0, 0), {2, 0, 0}, {0, 0.01, 0.01}}});
+  // From behind one camera through the origin to behind the other: the points are in the 20 cm that
+  // both images see.
+  const auto result = query.query(
+      std::vector<collision::Triangle>{{Eigen::Vector3d(-2, 0, 0), {2, 0, 0}, {0, 0.01, 0.01}}});
   ASSERT_FALSE(result.points.empty());
   for (const auto& p : result.points) EXPECT_LT(std::abs(p.p_world_m.x()), 1.0);
-  EXPECT_TRUE(query.query(std::vector<collision::Triangle>{{Eigen::Vector3d(-0.5, 0.3, 0), {0.5, 0.3, 0}, {0, 0.4, 0}}}).points.empty());
+  EXPECT_TRUE(query
+                  .query(std::vector<collision::Triangle>{
+                      {Eigen::Vector3d(-0.5, 0.3, 0), {0.5, 0.3, 0}, {0, 0.4, 0}}})
+                  .points.empty());
 }
 
 TEST_F(TriangleQuery, SixteenCamerasOfOddSizesAgreeWithTheHull) {
   Random random(7);
-  const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 16, 131, 77));
+  const auto silhouettes =
+      silhouettes_of(random_object(random, 4), random_cameras(random, 16, 131, 77));
   collision::TriangleVolumeQuery query(400, 20);
   query.set_silhouettes(silhouettes);
   std::vector<collision::Triangle> triangles;
@@ -257,7 +293,8 @@ TEST_F(TriangleQuery, SixteenCamerasOfOddSizesAgreeWithTheHull) {
 // The paper's limit: samples 10 m / 10 px apart miss a hull of 1 cm; a finer viewport finds it.
 TEST_F(TriangleQuery, MissesWhatIsThinnerThanItsSamples) {
   const auto silhouettes = silhouettes_of({ball({0.1, 0.2, 0}, 0.005)}, ring(3, 1, 0.5, 300, 0.6));
-  const std::vector<collision::Triangle> ten_metres = {{Eigen::Vector3d(-5, -5, 0), {5, -5, 0}, {0, 5, 0}}};
+  const std::vector<collision::Triangle> ten_metres = {
+      {Eigen::Vector3d(-5, -5, 0), {5, -5, 0}, {0, 5, 0}}};
   collision::TriangleVolumeQuery coarse(400, 10), fine(2048, 2048);
   coarse.set_silhouettes(silhouettes);
   fine.set_silhouettes(silhouettes);
@@ -267,10 +304,13 @@ TEST_F(TriangleQuery, MissesWhatIsThinnerThanItsSamples) {
 
 TEST_F(TriangleQuery, KeepsItsSamplesOneKilometreFromTheOrigin) {
   const Eigen::Vector3d far_away(1000, -700, 0);
-  const auto silhouettes = silhouettes_of({ball(far_away, 0.05)}, ring(3, 1, 0.5, 200, 0.3, far_away));
+  const auto silhouettes =
+      silhouettes_of({ball(far_away, 0.05)}, ring(3, 1, 0.5, 200, 0.3, far_away));
   collision::TriangleVolumeQuery query(400, 40);
   query.set_silhouettes(silhouettes);
-  const auto result = query.query(std::vector<collision::Triangle>{{far_away + Eigen::Vector3d(-0.1, -0.1, 0), far_away + Eigen::Vector3d(0.1, -0.1, 0), far_away + Eigen::Vector3d(0, 0.15, 0)}});
+  const auto result = query.query(std::vector<collision::Triangle>{
+      {far_away + Eigen::Vector3d(-0.1, -0.1, 0), far_away + Eigen::Vector3d(0.1, -0.1, 0),
+       far_away + Eigen::Vector3d(0, 0.15, 0)}});
   EXPECT_GT(result.points.size(), 100u);
   EXPECT_LT(result.points_unconfirmed, result.points.size() / 50);
 }

@@ -13,15 +13,18 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRounding_m = 1e-12;  // of points, cameras and hulls within metres
 
 // All of |X|, |Y| < Z is on object pixels. Pixels are 1 / 50.5 wide at Z = 1.
-hull::Silhouette right_angled(const Eigen::Isometry3d& camera_from_world = Eigen::Isometry3d::Identity()) {
-  hull::Silhouette s{{{101, 101, 50.5, 50.5, 50, 50}, camera_from_world}, hull::ObjectPixels(101, 101)};
+hull::Silhouette right_angled(
+    const Eigen::Isometry3d& camera_from_world = Eigen::Isometry3d::Identity()) {
+  hull::Silhouette s{{{101, 101, 50.5, 50.5, 50, 50}, camera_from_world},
+                     hull::ObjectPixels(101, 101)};
   for (int v = 0; v < 101; ++v)
     for (int u = 0; u < 101; ++u) s.pixels.set(u, v);
   return s;
 }
 
 // To one pixel's pyramid, camera frame: squared distance to its square at depth t is convex in t.
-double to_pixel_m(const geometry::Pinhole& k, const Eigen::Vector3d& p, double u0, double v0, double u1, double v1) {
+double to_pixel_m(const geometry::Pinhole& k, const Eigen::Vector3d& p, double u0, double v0,
+                  double u1, double v1) {
   const auto distance2 = [&](double t) {
     const double x = std::clamp(p.x(), t * (u0 - k.cx_px) / k.fx_px, t * (u1 - k.cx_px) / k.fx_px);
     const double y = std::clamp(p.y(), t * (v0 - k.cy_px) / k.fy_px, t * (v1 - k.cy_px) / k.fy_px);
@@ -35,8 +38,10 @@ double to_pixel_m(const geometry::Pinhole& k, const Eigen::Vector3d& p, double u
   return std::sqrt(std::min(distance2(0.5 * (low + high)), p.squaredNorm()));
 }
 
-// The definition of HullDistance::signed_m, every pixel looked at; the image's outside as a frame of one pixel, the images being narrow.
-double by_every_pixel_m(std::span<const hull::Silhouette> silhouettes, const Eigen::Vector3d& p_world_m) {
+// The definition of HullDistance::signed_m, every pixel looked at; the image's outside as a frame
+// of one pixel, the images being narrow.
+double by_every_pixel_m(std::span<const hull::Silhouette> silhouettes,
+                        const Eigen::Vector3d& p_world_m) {
   double least_m = kInfinity;
   for (const hull::Silhouette& s : silhouettes) {
     const bool inside = hull::in_hull({&s, 1}, p_world_m);
@@ -44,7 +49,9 @@ double by_every_pixel_m(std::span<const hull::Silhouette> silhouettes, const Eig
     for (int v = -1; v <= s.pixels.height_px(); ++v)
       for (int u = -1; u <= s.pixels.width_px(); ++u)
         if (s.pixels.contains(u, v) != inside)
-          nearest_m = std::min(nearest_m, to_pixel_m(s.camera.pinhole, s.camera.camera_from_world * p_world_m, u - 0.5, v - 0.5, u + 0.5, v + 0.5));
+          nearest_m = std::min(nearest_m,
+                               to_pixel_m(s.camera.pinhole, s.camera.camera_from_world * p_world_m,
+                                          u - 0.5, v - 0.5, u + 0.5, v + 0.5));
     least_m = std::min(least_m, inside ? nearest_m : -nearest_m);
   }
   return least_m;
@@ -53,15 +60,22 @@ double by_every_pixel_m(std::span<const hull::Silhouette> silhouettes, const Eig
 TEST(HullDistance, FullImageInClosedForm) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
-    const Eigen::Isometry3d pose = geometry::look_at(random_in_ball(random, 3), random_in_ball(random, 1), random_direction(random));
+    const Eigen::Isometry3d pose = geometry::look_at(
+        random_in_ball(random, 3), random_in_ball(random, 1), random_direction(random));
     const std::vector<hull::Silhouette> silhouettes{right_angled(pose)};
     const collision::HullDistance hull(silhouettes);
-    const auto signed_m = [&](double x, double y, double z) { return hull.signed_m(pose.inverse() * Eigen::Vector3d(x, y, z)); };
-    const double z = uniform(random, 0.1, 2), x = uniform(random, -0.9, 0.9) * z, y = uniform(random, -0.9, 0.9) * z;
-    EXPECT_NEAR(signed_m(x, y, z), (z - std::max(std::abs(x), std::abs(y))) / std::sqrt(2), kRounding_m);  // nearest: a face
-    EXPECT_NEAR(signed_m(z, 0.4 * (x + z), x), (x - z) / std::sqrt(2), kRounding_m);                   // a face, from outside
-    EXPECT_NEAR(signed_m(z, z, 0), -z * std::sqrt(2.0 / 3), kRounding_m);                               // an edge
-    EXPECT_NEAR(signed_m(0.2 * z, x / 4, -z), -std::sqrt(1.04 * z * z + x * x / 16), kRounding_m);      // the camera's centre, from behind
+    const auto signed_m = [&](double x, double y, double z) {
+      return hull.signed_m(pose.inverse() * Eigen::Vector3d(x, y, z));
+    };
+    const double z = uniform(random, 0.1, 2), x = uniform(random, -0.9, 0.9) * z,
+                 y = uniform(random, -0.9, 0.9) * z;
+    EXPECT_NEAR(signed_m(x, y, z), (z - std::max(std::abs(x), std::abs(y))) / std::sqrt(2),
+                kRounding_m);  // nearest: a face
+    EXPECT_NEAR(signed_m(z, 0.4 * (x + z), x), (x - z) / std::sqrt(2),
+                kRounding_m);                                              // a face, from outside
+    EXPECT_NEAR(signed_m(z, z, 0), -z * std::sqrt(2.0 / 3), kRounding_m);  // an edge
+    EXPECT_NEAR(signed_m(0.2 * z, x / 4, -z), -std::sqrt(1.04 * z * z + x * x / 16),
+                kRounding_m);  // the camera's centre, from behind
   }
 }
 
@@ -82,12 +96,14 @@ TEST(HullDistance, AgreesWithEveryPixel) {
     const auto cameras = random_cameras(random, 1 + i % 3, 37, 29);
     auto silhouettes = silhouettes_of(random_object(random, 3), cameras);
     if (i % 3 == 0)
-      for (hull::Silhouette& s : silhouettes) s.pixels = random_pixels(random, 37, 29, i % 2 ? 0.97 : 0.1);
+      for (hull::Silhouette& s : silhouettes)
+        s.pixels = random_pixels(random, 37, 29, i % 2 ? 0.97 : 0.1);
     const collision::HullDistance hull(silhouettes);
     for (int k = 0; k < 8; ++k) {
       const Eigen::Vector3d p = random_in_ball(random, k == 0 ? 3 : 0.2);  // some behind cameras
       const double signed_m = hull.signed_m(p);
-      EXPECT_NEAR(signed_m, by_every_pixel_m(silhouettes, p), 1e-8);  // a minimum is as flat as the root of its rounding
+      EXPECT_NEAR(signed_m, by_every_pixel_m(silhouettes, p),
+                  1e-8);  // a minimum is as flat as the root of its rounding
       ++(signed_m > 0 ? inside : outside);
     }
   }
@@ -98,7 +114,8 @@ TEST(HullDistance, AgreesWithEveryPixel) {
 TEST(HullDistance, TheBallOfTheSignedDistanceIsAllHullOrNone) {
   Random random(3);
   auto silhouettes = hand_among();
-  silhouettes[1].camera.camera_from_world.linear() *= 1 + 0.4 * geometry::kMaxRotationError;  // a calibration that is a little off
+  silhouettes[1].camera.camera_from_world.linear() *=
+      1 + 0.4 * geometry::kMaxRotationError;  // a calibration that is a little off
   silhouettes[2].camera.camera_from_world.linear()(0, 1) += 0.4 * geometry::kMaxRotationError;
   for (const hull::Silhouette& s : silhouettes) ASSERT_FALSE(geometry::why_unusable(s.camera));
   const collision::HullDistance hull(silhouettes);
@@ -106,7 +123,10 @@ TEST(HullDistance, TheBallOfTheSignedDistanceIsAllHullOrNone) {
   for (int i = 0; i < 300; ++i) {
     const Eigen::Vector3d p = random_in_ball(random, 0.12);
     const double signed_m = hull.signed_m(p);
-    for (int k = 0; k < 50; ++k) EXPECT_EQ(hull::in_hull(silhouettes, p + (std::abs(signed_m) - kRounding_m) * random_direction(random)), signed_m > 0);
+    for (int k = 0; k < 50; ++k)
+      EXPECT_EQ(hull::in_hull(silhouettes,
+                              p + (std::abs(signed_m) - kRounding_m) * random_direction(random)),
+                signed_m > 0);
     const Eigen::Vector3d other = random_in_ball(random, 0.12);
     EXPECT_LE(std::abs(signed_m - hull.signed_m(other)), (p - other).norm() + kRounding_m);
     inside += signed_m > 0;
@@ -114,9 +134,9 @@ TEST(HullDistance, TheBallOfTheSignedDistanceIsAllHullOrNone) {
   EXPECT_GT(inside, 30);
 }
 
-// Its bounds against the first hull points in thousands of directions: none nearer than the least, and the nearest is no nearer than the
-// most less the tolerance. A direction of the 4,000 is within 0.1 of the nearest point's; the hand's cone is thicker than what it may
-// miss by then.
+// Its bounds against the first hull points in thousands of directions: none nearer than the least,
+// and the nearest is no nearer than the most less the tolerance. A direction of the 4,000 is within
+// 0.1 of the nearest point's; the hand's cone is thicker than what it may miss by then.
 TEST(HullDistance, ClearanceHoldsTheDistanceToTheHull) {
   Random random(4);
   const auto silhouettes = hand_among();
@@ -127,7 +147,9 @@ TEST(HullDistance, ClearanceHoldsTheDistanceToTheHull) {
     const auto [least_m, most_m] = hull.clearance_m(p, kCap_m, kTolerance_m);
     double nearest_m = kInfinity;
     for (int k = 0; k < 4000; ++k)
-      for (const hull::Interval& in : hull::reference_intervals(silhouettes, {p, random_direction(random)}, 0, kCap_m)) nearest_m = std::min(nearest_m, in.enter);
+      for (const hull::Interval& in :
+           hull::reference_intervals(silhouettes, {p, random_direction(random)}, 0, kCap_m))
+        nearest_m = std::min(nearest_m, in.enter);
     ASSERT_LT(nearest_m, kCap_m);
     EXPECT_GE(least_m, -hull.signed_m(p));
     EXPECT_LE(least_m, nearest_m + kRounding_m);
@@ -159,7 +181,8 @@ TEST(HullDistance, ClearanceOfAPyramidInClosedForm) {
 TEST(HullDistance, TheHullMayBeFartherThanEveryCone) {
   std::vector<hull::Silhouette> silhouettes;
   for (const double z : {-1.0, 1.0}) {
-    hull::Silhouette s{camera_at({0, 0, z}, 100, 1, kOrigin, Eigen::Vector3d::UnitY()), hull::ObjectPixels(100, 100)};
+    hull::Silhouette s{camera_at({0, 0, z}, 100, 1, kOrigin, Eigen::Vector3d::UnitY()),
+                       hull::ObjectPixels(100, 100)};
     for (int v = 0; v < 100; ++v)
       for (int u = 0; u < 100; ++u)
         if (u < 45 || v < 20) s.pixels.set(u, v);
@@ -172,7 +195,9 @@ TEST(HullDistance, TheHullMayBeFartherThanEveryCone) {
   double nearest_m = kInfinity;
   Random random(5);
   for (int k = 0; k < 4000; ++k)
-    for (const hull::Interval& in : hull::reference_intervals(silhouettes, {p, random_direction(random)}, 0, 0.5)) nearest_m = std::min(nearest_m, in.enter);
+    for (const hull::Interval& in :
+         hull::reference_intervals(silhouettes, {p, random_direction(random)}, 0, 0.5))
+      nearest_m = std::min(nearest_m, in.enter);
   EXPECT_GT(clearance.least_m, -2 * hull.signed_m(p));
   EXPECT_LE(clearance.least_m, nearest_m + kRounding_m);
   EXPECT_LE(clearance.most_m, nearest_m + 1e-3);
@@ -184,7 +209,8 @@ TEST(HullDistance, OneKilometreFromTheOrigin) {
   const auto here = hand_among(), there = hand_among(4, 200, far_away_m);
   for (int i = 0; i < 50; ++i) {
     const Eigen::Vector3d p = random_in_ball(random, 0.1);
-    EXPECT_NEAR(collision::HullDistance(there).signed_m(p + far_away_m), collision::HullDistance(here).signed_m(p), 1e-11);  // coordinates round to 1e-13 m
+    EXPECT_NEAR(collision::HullDistance(there).signed_m(p + far_away_m),
+                collision::HullDistance(here).signed_m(p), 1e-11);  // coordinates round to 1e-13 m
   }
 }
 

@@ -1,5 +1,6 @@
-// The response's hard cases that are not in collision_response.cpp (RP_obj in the hull or at CP_obj, V_rec, object in the hull, two contacts)
-// nor in collision_response_normals.cpp (edge and corner).
+// The response's hard cases that are not in collision_response.cpp (RP_obj in the hull or at
+// CP_obj, V_rec, object in the hull, two contacts) nor in collision_response_normals.cpp (edge and
+// corner).
 #include <algorithm>
 
 #include "tests/support/collision_response.h"
@@ -41,11 +42,17 @@ TEST_F(RespondingHard, SphereAgainstAPlaneHasOneCpObjectAlwaysTheSame) {
   }
 }
 
-TEST_F(RespondingHard, PointsThatAreExactlyAsFarAreChosenByTriangleThenByPlaceInWhateverOrderTheyAreGiven) {
+TEST_F(RespondingHard,
+       PointsThatAreExactlyAsFarAreChosenByTriangleThenByPlaceInWhateverOrderTheyAreGiven) {
   see(plane_silhouettes());
   rp_object_m_ = {0, 0, 0.02};
-  std::vector<collision::CollisionPoint> points{{{0.01, 0, -0.01}, 7}, {{-0.01, 0, -0.01}, 7}, {{0, 0.01, -0.01}, 7}, {{0, -0.01, -0.01}, 9}, {{0, 0.005, -0.01}, 2}};
-  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.p_world_m.y() < b.p_world_m.y(); });
+  std::vector<collision::CollisionPoint> points{{{0.01, 0, -0.01}, 7},
+                                                {{-0.01, 0, -0.01}, 7},
+                                                {{0, 0.01, -0.01}, 7},
+                                                {{0, -0.01, -0.01}, 9},
+                                                {{0, 0.005, -0.01}, 2}};
+  std::sort(points.begin(), points.end(),
+            [](const auto& a, const auto& b) { return a.p_world_m.y() < b.p_world_m.y(); });
   for (const double equally_far_m : {0.0, 0.001}) {
     std::optional<collision::Response> first;
     std::vector<std::size_t> order{0, 1, 2, 3, 4};
@@ -54,7 +61,8 @@ TEST_F(RespondingHard, PointsThatAreExactlyAsFarAreChosenByTriangleThenByPlaceIn
       collision_.points.clear();
       for (const std::size_t i : order) collision_.points.push_back(points[i]);
       const auto free = [](const Vector3d&) { return collision::ObjectCollision{}; };
-      const collision::Response response = collision::respond(query(), collision_, {rp_object_m_, std::nullopt, {true, true}, equally_far_m}, free);
+      const collision::Response response = collision::respond(
+          query(), collision_, {rp_object_m_, std::nullopt, {true, true}, equally_far_m}, free);
       if (!first) first = response;
       ASSERT_NO_FATAL_FAILURE(expect_same(response, *first));
     } while (std::next_permutation(order.begin(), order.end()));
@@ -64,18 +72,24 @@ TEST_F(RespondingHard, PointsThatAreExactlyAsFarAreChosenByTriangleThenByPlaceIn
 }
 
 TEST_F(RespondingHard, RecoveryThatLeadsIntoAnotherPartOfTheHullIsStillColliding) {
-  // A bar over a ball, a needle that stands in the ball: freed of it upward, its other end is in the bar.
+  // A bar over a ball, a needle that stands in the ball: freed of it upward, its other end is in
+  // the bar.
   see({ball({0, 0, -0.03}, 0.02), {{-0.05, 0, 0.015}, {0.05, 0, 0.015}, 0.006}});
-  const Vector3d tip(0, 0, -0.02), a(0.003, 0, 0.004), b(-0.002, 0.002, 0.004), c(-0.002, -0.002, 0.004);
+  const Vector3d tip(0, 0, -0.02), a(0.003, 0, 0.004), b(-0.002, 0.002, 0.004),
+      c(-0.002, -0.002, 0.004);
   place({{tip, b, a}, {tip, c, b}, {tip, a, c}, {a, b, c}}, {0, 0, 0});
   ASSERT_TRUE(collision_.colliding());
-  const collision::Response response = respond_to({rp_object_m_, Vector3d(0, 0, 1)}, {.search = collision::HullSearch::outward});
+  const collision::Response response =
+      respond_to({rp_object_m_, Vector3d(0, 0, 1)}, {.search = collision::HullSearch::outward});
   EXPECT_EQ(response.status, collision::RecoveryStatus::still_colliding);
   EXPECT_GT(response.residual_m, response.indifferent_m());
   ASSERT_FALSE(response.points_left.empty());
-  for (const collision::CollisionPoint& left : response.points_left) EXPECT_GT(left.p_world_m.z(), 0.008);  // the bar's, not the ball's
+  for (const collision::CollisionPoint& left : response.points_left)
+    EXPECT_GT(left.p_world_m.z(), 0.008);  // the bar's, not the ball's
   // What the residual asks for leads through.
-  EXPECT_TRUE(moved((response.clear_distance_m() + response.residual_m + 1e-6) * response.v_rec_world).points.size() < response.points_left.size());
+  EXPECT_TRUE(
+      moved((response.clear_distance_m() + response.residual_m + 1e-6) * response.v_rec_world)
+          .points.size() < response.points_left.size());
 }
 
 TEST_F(RespondingHard, HullWhollyInsideTheObjectHasNoCollisionPointAndSaysSo) {
@@ -84,10 +98,11 @@ TEST_F(RespondingHard, HullWhollyInsideTheObjectHasNoCollisionPointAndSaysSo) {
   EXPECT_EQ(collision_.verdict, collision::CollisionVerdict::touching);
   EXPECT_TRUE(collision_.points.empty());
   bool asked = false;
-  const collision::Response response = collision::respond(query(), collision_, {kOrigin, std::nullopt}, [&](const Vector3d&) {
-    asked = true;
-    return collision::ObjectCollision{};
-  });
+  const collision::Response response =
+      collision::respond(query(), collision_, {kOrigin, std::nullopt}, [&](const Vector3d&) {
+        asked = true;
+        return collision::ObjectCollision{};
+      });
   EXPECT_EQ(response.status, collision::RecoveryStatus::no_collision_point);
   EXPECT_FALSE(response.has_way_out());
   EXPECT_FALSE(asked);
@@ -97,18 +112,24 @@ TEST_F(RespondingHard, ObjectWhollyInTheHullMayBeLedOutByAGivenDirection) {
   place(collision::world_triangles(geometry::sphere_mesh(0.01, 1), at(kOrigin)), kOrigin);
   ASSERT_TRUE(collision_.colliding());
   const collision::Response response = respond_to({kOrigin, Vector3d(0, 0, 3)}, {.height_m = 0.1});
-  EXPECT_EQ(response.status, collision::RecoveryStatus::still_colliding);  // CP_obj is out, the rest of the ball is not yet
+  EXPECT_EQ(response.status,
+            collision::RecoveryStatus::still_colliding);  // CP_obj is out, the rest of the ball is
+                                                          // not yet
   EXPECT_GT(response.residual_m, 0);
   EXPECT_LE(response.residual_m, 0.1);
-  EXPECT_TRUE(moved((response.clear_distance_m() + response.residual_m + 1e-6) * response.v_rec_world).points.empty());
+  EXPECT_TRUE(
+      moved((response.clear_distance_m() + response.residual_m + 1e-6) * response.v_rec_world)
+          .points.empty());
 }
 
 TEST_F(RespondingHard, OutwardFromAReferenceInTheHullThereIsAWayOrItIsSaid) {
   place({0, 0, 0.03});
   ASSERT_TRUE(inside(rp_object_m_));
-  EXPECT_EQ(respond_by_default({.search = collision::HullSearch::outward}).status, collision::RecoveryStatus::no_exit_within_reach);  // the whole way is in the hull
+  EXPECT_EQ(respond_by_default({.search = collision::HullSearch::outward}).status,
+            collision::RecoveryStatus::no_exit_within_reach);  // the whole way is in the hull
   collision_.points = {{rp_object_m_, 0}};
-  EXPECT_EQ(respond_by_default({.search = collision::HullSearch::outward}).status, collision::RecoveryStatus::direction_undefined);
+  EXPECT_EQ(respond_by_default({.search = collision::HullSearch::outward}).status,
+            collision::RecoveryStatus::direction_undefined);
 }
 
 TEST_F(RespondingHard, EmptyHullUnderStalePointsLeavesTheResponseDefined) {
@@ -124,21 +145,29 @@ TEST_F(RespondingHard, EmptyHullUnderStalePointsLeavesTheResponseDefined) {
 TEST_F(RespondingHard, AllResultsAreFiniteWhateverIsAsked) {
   Random random(82);
   const auto finite = [](const collision::Response& r) {
-    const double sum = r.d_rec_m + r.d_rec_error_m + r.residual_m + r.pixel_footprint_m + r.closed_form.error_rad + r.four_points.error_rad;
-    return std::isfinite(sum) && r.cp_object_world_m.allFinite() && r.v_rec_world.allFinite() && r.cp_hull_world_m.allFinite() &&
-           r.four_points.normal_world.allFinite() && r.closed_form.normal_world.allFinite();
+    const double sum = r.d_rec_m + r.d_rec_error_m + r.residual_m + r.pixel_footprint_m +
+                       r.closed_form.error_rad + r.four_points.error_rad;
+    return std::isfinite(sum) && r.cp_object_world_m.allFinite() && r.v_rec_world.allFinite() &&
+           r.cp_hull_world_m.allFinite() && r.four_points.normal_world.allFinite() &&
+           r.closed_form.normal_world.allFinite();
   };
   for (int i = 0; i < 5; ++i) {
     std::vector<hull::Silhouette> noise;
     for (int c = 0; c < 2; ++c)
-      noise.push_back({camera_at(random_direction(random), 64, kFieldM, kOrigin, random_direction(random)), random_pixels(random, 64, 64, 0.7)});
+      noise.push_back(
+          {camera_at(random_direction(random), 64, kFieldM, kOrigin, random_direction(random)),
+           random_pixels(random, 64, 64, 0.7)});
     see(noise);
     place(random_in_ball(random, 0.05));
-    for (const collision::HullSearch search : {collision::HullSearch::from_reference, collision::HullSearch::outward, collision::HullSearch::sampled}) {
-      const collision::Response response = respond_to({rp_object_m_, random_direction(random), {true, true}, kFlatnessM}, {.search = search});
+    for (const collision::HullSearch search :
+         {collision::HullSearch::from_reference, collision::HullSearch::outward,
+          collision::HullSearch::sampled}) {
+      const collision::Response response = respond_to(
+          {rp_object_m_, random_direction(random), {true, true}, kFlatnessM}, {.search = search});
       EXPECT_TRUE(finite(response));
       if (response.has_way_out()) {
-        EXPECT_FALSE(inside(response.cp_object_world_m + response.clear_distance_m() * response.v_rec_world));
+        EXPECT_FALSE(inside(response.cp_object_world_m +
+                            response.clear_distance_m() * response.v_rec_world));
       }
     }
   }

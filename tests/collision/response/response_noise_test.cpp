@@ -1,4 +1,5 @@
-// Contact that comes and goes with noise in the maps: how much the response moves, against what the noise itself moves.
+// Contact that comes and goes with noise in the maps: how much the response moves, against what the
+// noise itself moves.
 #include <algorithm>
 #include <iostream>
 
@@ -18,16 +19,19 @@ bool at_border(const hull::ObjectPixels& pixels, int u, int v) {
   return false;
 }
 
-// Each pixel on either side of the border is turned with this chance: the border moves by one pixel to either side at most.
+// Each pixel on either side of the border is turned with this chance: the border moves by one pixel
+// to either side at most.
 hull::ObjectPixels jittered(const hull::ObjectPixels& clean, double fraction, Random& random) {
   hull::ObjectPixels noisy = clean;
   for (int v = 1; v + 1 < clean.height_px(); ++v)
     for (int u = 1; u + 1 < clean.width_px(); ++u)
-      if (at_border(clean, u, v) && uniform(random, 0, 1) < fraction) noisy.set(u, v, !clean.contains(u, v));
+      if (at_border(clean, u, v) && uniform(random, 0, 1) < fraction)
+        noisy.set(u, v, !clean.contains(u, v));
   return noisy;
 }
 
-hull::ObjectPixels salt_and_pepper(const hull::ObjectPixels& clean, double fraction, Random& random) {
+hull::ObjectPixels salt_and_pepper(const hull::ObjectPixels& clean, double fraction,
+                                   Random& random) {
   hull::ObjectPixels noisy = clean;
   for (int v = 0; v < clean.height_px(); ++v)
     for (int u = 0; u < clean.width_px(); ++u)
@@ -51,17 +55,21 @@ class RespondingToNoise : public Responding {
         if (pixels.contains(u, v) != larger && at_border(pixels, u, v)) result.set(u, v, larger);
     return result;
   }
-  std::vector<hull::Silhouette> with(const std::vector<hull::Silhouette>& clean, const auto& change) const {
+  std::vector<hull::Silhouette> with(const std::vector<hull::Silhouette>& clean,
+                                     const auto& change) const {
     std::vector<hull::Silhouette> changed = clean;
     for (hull::Silhouette& s : changed) s.pixels = change(s.pixels);
     return changed;
   }
-  static double lift_m(const collision::Response& response) { return (response.clear_distance_m() + response.residual_m) * response.v_rec_world.z(); }
+  static double lift_m(const collision::Response& response) {
+    return (response.clear_distance_m() + response.residual_m) * response.v_rec_world.z();
+  }
   struct Jitter {
     double d_rec_m = 0, end_m = 0, normal_deg = 0;
     int recovered = 0, defined = 0;
   };
-  // Of the same contact point, D_rec; of the whole response, where the object's end is along the clean way.
+  // Of the same contact point, D_rec; of the whole response, where the object's end is along the
+  // clean way.
   template <class Noise>
   Jitter measure(const Noise& noise, int reach_px = 1) {
     place(center_m);
@@ -80,7 +88,8 @@ class RespondingToNoise : public Responding {
       if (!collision_.colliding()) continue;
       collision::ObjectCollision one;
       one.points = {{before.cp_object_world_m, before.cp_object_triangle}};
-      const collision::Response same = collision::respond(query(), one, {rp_object_m_, std::nullopt}, requery());
+      const collision::Response same =
+          collision::respond(query(), one, {rp_object_m_, std::nullopt}, requery());
       EXPECT_LE(same.d_rec_m, most_m + 1e-9);
       EXPECT_GE(same.d_rec_m, least_m - 1e-9);
       worst.d_rec_m = std::max(worst.d_rec_m, std::abs(same.d_rec_m - before.d_rec_m));
@@ -89,13 +98,16 @@ class RespondingToNoise : public Responding {
       if (!after.has_way_out()) continue;
       worst.end_m = std::max(worst.end_m, std::abs(lift_m(after) - lift_m(before)));
       worst.defined += after.closed_form.status == collision::NormalStatus::defined;
-      const double turned_rad = angle_rad(after.closed_form.normal_world, before.closed_form.normal_world);
+      const double turned_rad =
+          angle_rad(after.closed_form.normal_world, before.closed_form.normal_world);
       worst.normal_deg = std::max(worst.normal_deg, turned_rad * 180 / std::numbers::pi);
     }
     see(clean);
-    std::cout << "D_rec of one point within " << worst.d_rec_m * 1000 << " mm, the object's end within " << worst.end_m * 1000 << " mm, N_hull within "
-              << worst.normal_deg << " degrees; the noise reaches " << bound_m * 1000 << " mm, a pixel is " << before.pixel_footprint_m * 1000
-              << " mm; recovered in " << worst.recovered << " of " << kTrials << "\n";
+    std::cout << "D_rec of one point within " << worst.d_rec_m * 1000
+              << " mm, the object's end within " << worst.end_m * 1000 << " mm, N_hull within "
+              << worst.normal_deg << " degrees; the noise reaches " << bound_m * 1000
+              << " mm, a pixel is " << before.pixel_footprint_m * 1000 << " mm; recovered in "
+              << worst.recovered << " of " << kTrials << "\n";
     return worst;
   }
 
@@ -103,39 +115,55 @@ class RespondingToNoise : public Responding {
   double bound_m = 0;
 };
 
-TEST_F(RespondingToNoise, JitterOfOnePixelOfTheSilhouettesMovesTheResponseByNoMoreThanItsProjection) {
+TEST_F(RespondingToNoise,
+       JitterOfOnePixelOfTheSilhouettesMovesTheResponseByNoMoreThanItsProjection) {
   Random random(91);
   for (const double fraction : {0.1, 0.5, 1.0}) {
-    const Jitter jitter = measure([&](const hull::ObjectPixels& clean) { return jittered(clean, fraction, random); });
+    const Jitter jitter =
+        measure([&](const hull::ObjectPixels& clean) { return jittered(clean, fraction, random); });
     EXPECT_EQ(jitter.recovered, kTrials);
     EXPECT_LE(jitter.d_rec_m, bound_m + 1e-9);
-    EXPECT_LE(jitter.end_m, 1.01 * bound_m);  // CP_obj may be another sample of the contact, seen from a little nearer
+    EXPECT_LE(
+        jitter.end_m,
+        1.01 * bound_m);  // CP_obj may be another sample of the contact, seen from a little nearer
   }
 }
 
-// Capture's own cleaning of its maps: an opening by one pixel unless told otherwise, and a closing where it is asked for.
-TEST_F(RespondingToNoise, SaltAndPepperAfterOpeningAndClosingMovesTheResponseByNoMoreThanAPixelsProjection) {
+// Capture's own cleaning of its maps: an opening by one pixel unless told otherwise, and a closing
+// where it is asked for.
+TEST_F(RespondingToNoise,
+       SaltAndPepperAfterOpeningAndClosingMovesTheResponseByNoMoreThanAPixelsProjection) {
   Random random(92);
-  const auto cleaned = [](const hull::ObjectPixels& p) { return capture::closed(capture::opened(p, 1), 1); };
+  const auto cleaned = [](const hull::ObjectPixels& p) {
+    return capture::closed(capture::opened(p, 1), 1);
+  };
   see(with(silhouettes_, cleaned));
-  const Jitter jitter = measure([&](const hull::ObjectPixels& clean) { return cleaned(salt_and_pepper(clean, 0.01, random)); });
+  const Jitter jitter = measure([&](const hull::ObjectPixels& clean) {
+    return cleaned(salt_and_pepper(clean, 0.01, random));
+  });
   EXPECT_EQ(jitter.recovered, kTrials);
   EXPECT_LE(jitter.d_rec_m, bound_m + 1e-9);
   EXPECT_LE(jitter.end_m, bound_m);
 }
 
-TEST_F(RespondingToNoise, SaltAndPepperAfterOpeningAloneMovesAPointByWhatTheOpeningTakesAndTheObjectByLessThanAPixel) {
+TEST_F(RespondingToNoise,
+       SaltAndPepperAfterOpeningAloneMovesAPointByWhatTheOpeningTakesAndTheObjectByLessThanAPixel) {
   Random random(92);
   see(with(silhouettes_, [](const hull::ObjectPixels& p) { return capture::opened(p, 1); }));
   // Of a pixel that is missing beside the border, the opening takes all within its square of three.
-  const Jitter jitter = measure([&](const hull::ObjectPixels& clean) { return capture::opened(salt_and_pepper(clean, 0.01, random), 1); }, 3);
+  const Jitter jitter = measure(
+      [&](const hull::ObjectPixels& clean) {
+        return capture::opened(salt_and_pepper(clean, 0.01, random), 1);
+      },
+      3);
   EXPECT_EQ(jitter.recovered, kTrials);
   EXPECT_LE(jitter.d_rec_m, bound_m + 1e-9);
   EXPECT_LE(jitter.end_m, kFootprintM);
 }
 
 TEST_F(RespondingToNoise, ContactThatComesAndGoesWithNoiseIsShallowerThanItsProjection) {
-  // Just at the hull's border: in some frames the object collides, in others not; where it does, it is moved by the noise's size at most.
+  // Just at the hull's border: in some frames the object collides, in others not; where it does, it
+  // is moved by the noise's size at most.
   Random random(93);
   const auto clean = silhouettes_;
   see(with(clean, [](const hull::ObjectPixels& p) { return grown(p, true); }));
@@ -145,7 +173,8 @@ TEST_F(RespondingToNoise, ContactThatComesAndGoesWithNoiseIsShallowerThanItsProj
     center_m.z() -= 1e-4;
     place(center_m);
   } while (!collision_.colliding());
-  const double bound = 2 * std::numbers::sqrt2 * kFootprintM * (1 + kRealRadiusM);  // two pixels, one each way, across
+  const double bound = 2 * std::numbers::sqrt2 * kFootprintM *
+                       (1 + kRealRadiusM);  // two pixels, one each way, across
   center_m.z() -= 0.5 * bound;
   int came = 0, went = 0;
   double most_m = 0;
@@ -161,7 +190,8 @@ TEST_F(RespondingToNoise, ContactThatComesAndGoesWithNoiseIsShallowerThanItsProj
     EXPECT_EQ(response.status, collision::RecoveryStatus::recovered);
     most_m = std::max(most_m, response.clear_distance_m() + response.residual_m);
   }
-  std::cout << "contact came " << came << " times and went " << went << ", moved by " << most_m * 1000 << " mm at most\n";
+  std::cout << "contact came " << came << " times and went " << went << ", moved by "
+            << most_m * 1000 << " mm at most\n";
   EXPECT_GT(came, 0);
   EXPECT_LE(most_m, bound);
 }

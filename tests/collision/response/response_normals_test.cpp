@@ -1,4 +1,5 @@
-// N_hull against the analytic hull of balls: the closed form beside the paper's four points; edges and corners of the hull.
+// N_hull against the analytic hull of balls: the closed form beside the paper's four points; edges
+// and corners of the hull.
 #include <array>
 #include <iostream>
 
@@ -13,7 +14,9 @@ using Eigen::Vector3d;
 constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kBallRadius_m = 0.05;
 
-double angle_deg(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)) / kDegree; }
+double angle_deg(const Vector3d& a, const Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) / kDegree;
+}
 
 // A ball at the origin whose silhouettes have this radius.
 struct BallScene {
@@ -26,21 +29,28 @@ struct BallScene {
       const double distance_m = uniform(random, 1.2, 1.8);
       const double f_px = radius_px * distance_m / kBallRadius_m;
       const double off_px = uniform(random, -0.5, 0.5);  // centres at any place of a pixel
-      const geometry::Pinhole pinhole{size_px, size_px, f_px, f_px, 0.5 * size_px + off_px, 0.5 * size_px - 0.7 * off_px};
-      cameras.push_back({pinhole, geometry::look_at(distance_m * random_direction(random), Vector3d::Zero(), random_direction(random))});
+      const geometry::Pinhole pinhole{
+          size_px, size_px, f_px, f_px, 0.5 * size_px + off_px, 0.5 * size_px - 0.7 * off_px};
+      cameras.push_back({pinhole, geometry::look_at(distance_m * random_direction(random),
+                                                    Vector3d::Zero(), random_direction(random))});
     }
     silhouettes = silhouettes_of(real, cameras, rule);
   }
   bool contains(const Vector3d& p) const { return hull::in_analytic_hull(real, cameras, p); }
-  // Of the cone of sight tangent to the ball, through p: in the plane of its axis and p, at right angles to the line of sight.
+  // Of the cone of sight tangent to the ball, through p: in the plane of its axis and p, at right
+  // angles to the line of sight.
   Vector3d cone_normal(std::size_t camera, const Vector3d& p) const {
-    const Vector3d eye = geometry::camera_center_world_m(cameras[camera]), sight = (p - eye).normalized(), away = p - (p.dot(eye) / eye.squaredNorm()) * eye;
+    const Vector3d eye = geometry::camera_center_world_m(cameras[camera]),
+                   sight = (p - eye).normalized(),
+                   away = p - (p.dot(eye) / eye.squaredNorm()) * eye;
     return (away - away.dot(sight) * sight).normalized();
   }
   // Where the way from p leaves the analytic hull, which is convex, and the camera that ends it.
-  std::pair<double, std::size_t> way_out(const Vector3d& p, const Vector3d& direction, double reach_m) const {
+  std::pair<double, std::size_t> way_out(const Vector3d& p, const Vector3d& direction,
+                                         double reach_m) const {
     double in_m = 0, out_m = reach_m;
-    while (out_m - in_m > 1e-12) (contains(p + 0.5 * (in_m + out_m) * direction) ? in_m : out_m) = 0.5 * (in_m + out_m);
+    while (out_m - in_m > 1e-12)
+      (contains(p + 0.5 * (in_m + out_m) * direction) ? in_m : out_m) = 0.5 * (in_m + out_m);
     for (std::size_t i = 0; i < cameras.size(); ++i)
       if (!hull::in_analytic_hull(real, {&cameras[i], 1}, p + out_m * direction)) return {out_m, i};
     return {out_m, 0};
@@ -79,34 +89,46 @@ Measured measure(double radius_px, hull::PixelRule rule) {
       const collision::HullNormal closed = collision::closed_form_normal(hull.query, recovery);
       EXPECT_EQ(closed.status, collision::NormalStatus::defined);
       EXPECT_NEAR(closed.normal_world.norm(), 1, 1e-12);
-      const auto same = std::find_if(closed.cameras.begin(), closed.cameras.end(), [&](const hull::LimitingCamera& c) { return c.camera == int(limiting); });
+      const auto same =
+          std::find_if(closed.cameras.begin(), closed.cameras.end(),
+                       [&](const hull::LimitingCamera& c) { return c.camera == int(limiting); });
       m.limiting_missed += same == closed.cameras.end();
-      const double error_deg = angle_deg(same == closed.cameras.end() ? closed.normal_world : same->normal_world, truth);
+      const double error_deg =
+          angle_deg(same == closed.cameras.end() ? closed.normal_world : same->normal_world, truth);
       ++m.ways;
       m.closed.add(error_deg);
       m.crossed.add(angle_deg(closed.normal_world, truth));
       if (closed.cameras.size() == 1) m.alone.add(angle_deg(closed.normal_world, truth));
-      if (same != closed.cameras.end()) m.within_three += error_deg * kDegree <= 3 * same->error_rad;
+      if (same != closed.cameras.end())
+        m.within_three += error_deg * kDegree <= 3 * same->error_rad;
       const collision::HullNormal four10 = collision::four_point_normal(hull.query, recovery, {});
-      const collision::HullNormal four60 = collision::four_point_normal(hull.query, recovery, {.apex_angle_rad = 60 * kDegree});
-      if (four10.status == collision::NormalStatus::defined) m.four10.add(angle_deg(four10.normal_world, truth));
-      if (four60.status == collision::NormalStatus::defined) m.four60.add(angle_deg(four60.normal_world, truth));
+      const collision::HullNormal four60 =
+          collision::four_point_normal(hull.query, recovery, {.apex_angle_rad = 60 * kDegree});
+      if (four10.status == collision::NormalStatus::defined)
+        m.four10.add(angle_deg(four10.normal_world, truth));
+      if (four60.status == collision::NormalStatus::defined)
+        m.four60.add(angle_deg(four60.normal_world, truth));
     }
   }
   return m;
 }
 
 void print(const char* name, Errors& errors, int ways) {
-  std::cout << "    " << name << ": median " << errors.quantile(0.5) << ", p95 " << errors.quantile(0.95) << " degrees, defined in " << errors.deg.size()
-            << " of " << ways << "\n";
+  std::cout << "    " << name << ": median " << errors.quantile(0.5) << ", p95 "
+            << errors.quantile(0.95) << " degrees, defined in " << errors.deg.size() << " of "
+            << ways << "\n";
 }
 
 TEST(HullNormal, ClosedFormIsThatOfTheAnalyticHull) {
   for (const hull::PixelRule rule : {hull::PixelRule::centre, hull::PixelRule::touched})
     for (const double radius_px : {3.0, 8.0, 20.0, 40.0, 80.0}) {
       Measured m = measure(radius_px, rule);
-      std::cout << "ball of " << radius_px << " px, " << (rule == hull::PixelRule::centre ? "centre" : "touched") << ", " << m.ways << " ways: " << m.limiting_missed
-                << " without the camera that limits the analytic hull; within three of the stated errors: " << m.within_three << "\n";
+      std::cout << "ball of " << radius_px << " px, "
+                << (rule == hull::PixelRule::centre ? "centre" : "touched") << ", " << m.ways
+                << " ways: " << m.limiting_missed
+                << " without the camera that limits the analytic hull; within three of the stated "
+                   "errors: "
+                << m.within_three << "\n";
       print("closed form, of the camera that limits  ", m.closed, m.ways);
       print("closed form, where one camera alone does", m.alone, m.ways);
       print("closed form, of the camera crossed      ", m.crossed, m.ways);
@@ -124,24 +146,30 @@ TEST(HullNormal, ClosedFormIsThatOfTheAnalyticHull) {
     }
 }
 
-// Three cameras on the axes, a square of object pixels each: the hull is a cube, nearly, as the cameras are far.
+// Three cameras on the axes, a square of object pixels each: the hull is a cube, nearly, as the
+// cameras are far.
 hull::Silhouette square_seen_from(const Vector3d& eye_m, const Vector3d& up, int half_px) {
   const int size_px = 101;
   const double f_px = 10000;  // at 10 m a pixel is 1 mm
-  hull::Silhouette s{{{size_px, size_px, f_px, f_px, 50, 50}, geometry::look_at(eye_m, Vector3d::Zero(), up)}, hull::ObjectPixels(size_px, size_px)};
+  hull::Silhouette s{
+      {{size_px, size_px, f_px, f_px, 50, 50}, geometry::look_at(eye_m, Vector3d::Zero(), up)},
+      hull::ObjectPixels(size_px, size_px)};
   for (int v = 50 - half_px; v <= 50 + half_px; ++v)
     for (int u = 50 - half_px; u <= 50 + half_px; ++u) s.pixels.set(u, v);
   return s;
 }
 
 struct BlockHull {
-  std::vector<hull::Silhouette> silhouettes{square_seen_from({10, 0, 0}, Vector3d::UnitZ(), 20), square_seen_from({0, 10, 0}, Vector3d::UnitX(), 20),
-                                      square_seen_from({0, 0, 10}, Vector3d::UnitY(), 20)};
+  std::vector<hull::Silhouette> silhouettes{square_seen_from({10, 0, 0}, Vector3d::UnitZ(), 20),
+                                            square_seen_from({0, 10, 0}, Vector3d::UnitX(), 20),
+                                            square_seen_from({0, 0, 10}, Vector3d::UnitY(), 20)};
   Queries hull{silhouettes};
   collision::HullNormal along(const Vector3d& direction) const {
-    const auto exit = collision::exit_from_base(hull.query, Vector3d::Zero(), direction.normalized(), 0.1);
+    const auto exit =
+        collision::exit_from_base(hull.query, Vector3d::Zero(), direction.normalized(), 0.1);
     EXPECT_TRUE(exit);
-    return collision::closed_form_normal(hull.query, {Vector3d::Zero(), direction.normalized(), 0.1, *exit});
+    return collision::closed_form_normal(hull.query,
+                                         {Vector3d::Zero(), direction.normalized(), 0.1, *exit});
   }
 };
 // Rays of sight lean by half a field of 41 px at 10 m: the faces of the block by 0.12 degrees.
@@ -149,11 +177,15 @@ constexpr double kLean_deg = 0.2;
 
 TEST(HullNormal, OnAFaceItIsTheFacesOwn) {
   const BlockHull block;
-  for (const Vector3d& face : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1), Vector3d(-1, 0, 0), Vector3d(0, -1, 0), Vector3d(0, 0, -1)}) {
-    const collision::HullNormal normal = block.along(face + Vector3d(0.2, 0.15, 0.1).cwiseProduct(Vector3d::Ones() - face.cwiseAbs()));
+  for (const Vector3d& face : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1),
+                               Vector3d(-1, 0, 0), Vector3d(0, -1, 0), Vector3d(0, 0, -1)}) {
+    const collision::HullNormal normal = block.along(
+        face + Vector3d(0.2, 0.15, 0.1).cwiseProduct(Vector3d::Ones() - face.cwiseAbs()));
     ASSERT_EQ(normal.status, collision::NormalStatus::defined);
     EXPECT_LT(angle_deg(normal.normal_world, face), kLean_deg);
-    for (const hull::LimitingCamera& camera : normal.cameras) EXPECT_LT(angle_deg(camera.normal_world, face), kLean_deg);  // two cameras see each face from its side
+    for (const hull::LimitingCamera& camera : normal.cameras)
+      EXPECT_LT(angle_deg(camera.normal_world, face),
+                kLean_deg);  // two cameras see each face from its side
   }
 }
 
@@ -162,14 +194,16 @@ void expect_faces(const collision::HullNormal& normal, const std::vector<Vector3
   ASSERT_EQ(normal.status, collision::NormalStatus::defined);
   for (const Vector3d& face : faces) {
     double nearest_deg = 180;
-    for (const hull::LimitingCamera& camera : normal.cameras) nearest_deg = std::min(nearest_deg, angle_deg(camera.normal_world, face));
+    for (const hull::LimitingCamera& camera : normal.cameras)
+      nearest_deg = std::min(nearest_deg, angle_deg(camera.normal_world, face));
     EXPECT_LT(nearest_deg, kLean_deg) << face.transpose();
   }
 }
 
 TEST(HullNormal, ContactOnTheHullsEdgeHasTheNormalsOfTwoCameras) {
   const BlockHull block;
-  // Where x and y end, the cameras along y and x say so, far from the corners of their squares; that along z sees a corner.
+  // Where x and y end, the cameras along y and x say so, far from the corners of their squares;
+  // that along z sees a corner.
   const collision::HullNormal edge = block.along({1, 1.01, 0.1});
   EXPECT_GE(edge.cameras.size(), 2u);
   expect_faces(edge, {{1, 0, 0}, {0, 1, 0}});
@@ -189,16 +223,29 @@ TEST(HullNormal, ContactOnTheHullsCornerHasTheNormalsOfThreeFaces) {
   for (const hull::LimitingCamera& camera : corner.cameras) cameras.push_back(camera.camera);
   std::sort(cameras.begin(), cameras.end());
   EXPECT_EQ(cameras, (std::vector<int>{0, 1, 2}));
-  for (const hull::LimitingCamera& camera : corner.cameras) EXPECT_GT(camera.normal_world.dot(Vector3d(1, 1, 1).normalized()), 0.5);
+  for (const hull::LimitingCamera& camera : corner.cameras)
+    EXPECT_GT(camera.normal_world.dot(Vector3d(1, 1, 1).normalized()), 0.5);
 }
 
 TEST(HullNormal, WithoutABorderItIsUndefined) {
   const BlockHull block;
   // The way's end is said to be where there is nothing: outside, and deep inside.
-  EXPECT_EQ(collision::closed_form_normal(block.hull.query, {{0.05, 0, 0}, {1, 0, 0}, 0.1, {0.01, 1e-9}}).status, collision::NormalStatus::no_border);
-  EXPECT_EQ(collision::closed_form_normal(block.hull.query, {{0, 0, 0}, {1, 0, 0}, 0.1, {0.01, 1e-9}}).status, collision::NormalStatus::no_border);
-  EXPECT_EQ(collision::closed_form_normal(block.hull.query, {{kNaN, 0, 0}, {1, 0, 0}, 0.1, {0.01, 1e-9}}).status, collision::NormalStatus::no_border);
-  EXPECT_EQ(collision::closed_form_normal(block.hull.query, {{0, 0, 0}, {1, 0, 0}, 0.1, {kNaN, 1e-9}}).status, collision::NormalStatus::no_border);
+  EXPECT_EQ(
+      collision::closed_form_normal(block.hull.query, {{0.05, 0, 0}, {1, 0, 0}, 0.1, {0.01, 1e-9}})
+          .status,
+      collision::NormalStatus::no_border);
+  EXPECT_EQ(
+      collision::closed_form_normal(block.hull.query, {{0, 0, 0}, {1, 0, 0}, 0.1, {0.01, 1e-9}})
+          .status,
+      collision::NormalStatus::no_border);
+  EXPECT_EQ(
+      collision::closed_form_normal(block.hull.query, {{kNaN, 0, 0}, {1, 0, 0}, 0.1, {0.01, 1e-9}})
+          .status,
+      collision::NormalStatus::no_border);
+  EXPECT_EQ(
+      collision::closed_form_normal(block.hull.query, {{0, 0, 0}, {1, 0, 0}, 0.1, {kNaN, 1e-9}})
+          .status,
+      collision::NormalStatus::no_border);
 }
 
 TEST(HullNormal, SameForEveryOrderOfTheCameras) {
@@ -209,10 +256,14 @@ TEST(HullNormal, SameForEveryOrderOfTheCameras) {
     std::shuffle(shuffled.begin(), shuffled.end(), random);
     const Queries a(balls.silhouettes), b(shuffled);
     const Vector3d v_rec = random_direction(random), p = 0.8 * kBallRadius_m * v_rec;
-    const auto exit_a = collision::exit_from_base(a.query, p, v_rec, 0.2), exit_b = collision::exit_from_base(b.query, p, v_rec, 0.2);
+    const auto exit_a = collision::exit_from_base(a.query, p, v_rec, 0.2),
+               exit_b = collision::exit_from_base(b.query, p, v_rec, 0.2);
     ASSERT_TRUE(exit_a && exit_b);
     EXPECT_EQ(exit_a->distance_m, exit_b->distance_m);
-    const collision::HullNormal normal_a = collision::closed_form_normal(a.query, {p, v_rec, 0.2, *exit_a}), normal_b = collision::closed_form_normal(b.query, {p, v_rec, 0.2, *exit_b});
+    const collision::HullNormal normal_a = collision::closed_form_normal(a.query,
+                                                                         {p, v_rec, 0.2, *exit_a}),
+                                normal_b = collision::closed_form_normal(b.query,
+                                                                         {p, v_rec, 0.2, *exit_b});
     EXPECT_EQ(normal_a.normal_world, normal_b.normal_world);
     EXPECT_EQ(normal_a.cameras.size(), normal_b.cameras.size());
   }

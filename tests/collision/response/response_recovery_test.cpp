@@ -1,4 +1,5 @@
-// The parts of recovery.h on random scenes against the exact reference and in_hull(); CP_obj by definition.
+// The parts of recovery.h on random scenes against the exact reference and in_hull(); CP_obj by
+// definition.
 #include <iostream>
 
 #include "common/collision/response/hull_normal.h"
@@ -27,16 +28,20 @@ TEST(Recovery, ExitsAreThoseOfTheExactReferenceOnRandomScenes) {
         if (!hull::in_hull(silhouettes, p, rule)) continue;
         const auto way = hull::reference_intervals(silhouettes, {p, direction}, 0, kReach_m, rule);
         ASSERT_FALSE(way.empty());
-        const auto outward = collision::exit_outward(hull.query, p, direction, kReach_m), from_base = collision::exit_from_base(hull.query, p, direction, kReach_m);
+        const auto outward = collision::exit_outward(hull.query, p, direction, kReach_m),
+                   from_base = collision::exit_from_base(hull.query, p, direction, kReach_m);
         ASSERT_EQ(outward.has_value(), way.front().leave < kReach_m);
         ASSERT_EQ(from_base.has_value(), way.back().leave < kReach_m);
-        for (const auto& [exit, exact_m] : {std::pair{outward, way.front().leave}, std::pair{from_base, way.back().leave}}) {
+        for (const auto& [exit, exact_m] :
+             {std::pair{outward, way.front().leave}, std::pair{from_base, way.back().leave}}) {
           if (!exit) continue;
           ++ways;
           worst_m = std::max(worst_m, std::abs(exit->distance_m - exact_m));
           if (exit->error_m < collision::kMostRounding_m) {
-            EXPECT_FALSE(hull::in_hull(silhouettes, p + (exit->distance_m + exit->error_m) * direction, rule));
-            EXPECT_TRUE(hull::in_hull(silhouettes, p + (exit->distance_m - exit->error_m) * direction, rule));
+            EXPECT_FALSE(hull::in_hull(silhouettes,
+                                       p + (exit->distance_m + exit->error_m) * direction, rule));
+            EXPECT_TRUE(hull::in_hull(silhouettes,
+                                      p + (exit->distance_m - exit->error_m) * direction, rule));
           } else {
             ++unconfirmed;
           }
@@ -44,7 +49,8 @@ TEST(Recovery, ExitsAreThoseOfTheExactReferenceOnRandomScenes) {
       }
     }
   }
-  std::cout << ways << " exits, " << worst_m * 1000 << " mm from the exact reference at most, " << unconfirmed << " not confirmed by in_hull() within a micrometre\n";
+  std::cout << ways << " exits, " << worst_m * 1000 << " mm from the exact reference at most, "
+            << unconfirmed << " not confirmed by in_hull() within a micrometre\n";
   EXPECT_GT(ways, 2000);
   EXPECT_LT(worst_m, kExact_m);
   EXPECT_LE(unconfirmed, ways / 1000);
@@ -58,7 +64,8 @@ TEST(Recovery, SampledExitIsBeforeTheExactOneByItsStepAtMostOrMissesAPart) {
   for (int i = 0; i < 300; ++i) {
     const Vector3d p = random_in_ball(random, 0.25), direction = random_direction(random);
     if (!hull::in_hull(silhouettes, p)) continue;
-    const auto exact = collision::exit_from_base(hull.query, p, direction, kReach_m), sampled = collision::exit_sampled(hull.query, p, direction, kReach_m, 400);
+    const auto exact = collision::exit_from_base(hull.query, p, direction, kReach_m),
+               sampled = collision::exit_sampled(hull.query, p, direction, kReach_m, 400);
     ASSERT_EQ(exact.has_value(), sampled.has_value());
     if (!exact) continue;
     ++ways;
@@ -75,12 +82,20 @@ TEST(Recovery, CpObjectIsTheFarthestOrTheDeepestOfThoseNearlyAsFar) {
   const Queries hull(silhouettes);
   for (int i = 0; i < 50; ++i) {
     std::vector<collision::CollisionPoint> points;
-    for (int n = 0; n < 40; ++n) points.push_back({random_in_ball(random, 0.08), std::uint32_t(random() % 10)});
+    for (int n = 0; n < 40; ++n)
+      points.push_back({random_in_ball(random, 0.08), std::uint32_t(random() % 10)});
     const Vector3d rp = 0.2 * random_direction(random);
-    const auto distance_m = [&](const collision::CollisionPoint& point) { return (point.p_world_m - rp).norm(); };
-    const collision::CollisionPoint &farthest = collision::cp_object(hull.query, points, rp), &deepest = collision::cp_object(hull.query, points, rp, 0.02);
+    const auto distance_m = [&](const collision::CollisionPoint& point) {
+      return (point.p_world_m - rp).norm();
+    };
+    const collision::CollisionPoint &farthest = collision::cp_object(hull.query, points, rp),
+                                    &deepest = collision::cp_object(hull.query, points, rp, 0.02);
     const auto depth_m = [&](const collision::CollisionPoint& point) {
-      return hull::reference_intervals(silhouettes, {point.p_world_m, (rp - point.p_world_m).normalized()}, 0, distance_m(point)).front().leave;
+      return hull::reference_intervals(silhouettes,
+                                       {point.p_world_m, (rp - point.p_world_m).normalized()}, 0,
+                                       distance_m(point))
+          .front()
+          .leave;
     };
     for (const collision::CollisionPoint& point : points) {
       EXPECT_LE(distance_m(point), distance_m(farthest));
@@ -97,8 +112,10 @@ TEST(Recovery, FromOutsideOrNowhereTheWayIsZeroOrThereIsNone) {
   const auto silhouettes = silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.1}}, random_cameras(random, 5));
   const Queries hull(silhouettes);
   const Vector3d outside(0, 0, 0.4), up(0, 0, 1);
-  const auto outward = collision::exit_outward(hull.query, outside, up, 0.1), from_base = collision::exit_from_base(hull.query, outside, up, 0.1);
-  for (const auto& exit : {outward, from_base, collision::exit_sampled(hull.query, outside, up, 0.1, 10)}) {
+  const auto outward = collision::exit_outward(hull.query, outside, up, 0.1),
+             from_base = collision::exit_from_base(hull.query, outside, up, 0.1);
+  for (const auto& exit :
+       {outward, from_base, collision::exit_sampled(hull.query, outside, up, 0.1, 10)}) {
     ASSERT_TRUE(exit);
     EXPECT_EQ(exit->distance_m, 0);
   }
@@ -111,7 +128,8 @@ TEST(Recovery, FromOutsideOrNowhereTheWayIsZeroOrThereIsNone) {
   EXPECT_TRUE(!nan || nan->distance_m == 0);
 }
 
-// By `seen`, a camera that sees the whole scene limits as by `all`; one that does not see a point does not.
+// By `seen`, a camera that sees the whole scene limits as by `all`; one that does not see a point
+// does not.
 TEST(Recovery, ClosedFormBySeenIsThatByAllWhereAllSeeEverything) {
   Random random(45);
   int compared = 0;
@@ -125,8 +143,10 @@ TEST(Recovery, ClosedFormBySeenIsThatByAllWhereAllSeeEverything) {
     const auto exit_seen = collision::exit_from_base(seen.query, Vector3d::Zero(), direction, 0.2);
     ASSERT_EQ(exit_all.has_value(), exit_seen.has_value());
     if (!exit_all) continue;
-    const collision::HullNormal a = collision::closed_form_normal(all.query, {Vector3d::Zero(), direction, 0.2, *exit_all});
-    const collision::HullNormal b = collision::closed_form_normal(seen.query, {Vector3d::Zero(), direction, 0.2, *exit_seen});
+    const collision::HullNormal a =
+        collision::closed_form_normal(all.query, {Vector3d::Zero(), direction, 0.2, *exit_all});
+    const collision::HullNormal b =
+        collision::closed_form_normal(seen.query, {Vector3d::Zero(), direction, 0.2, *exit_seen});
     ASSERT_EQ(a.status, collision::NormalStatus::defined);
     EXPECT_EQ(b.status, a.status);
     EXPECT_LT((a.normal_world - b.normal_world).norm(), 1e-12);

@@ -27,14 +27,20 @@ std::vector<hull::Capsule> moved(std::vector<hull::Capsule> object, const Eigen:
 std::vector<hull::Capsule> centred(std::vector<hull::Capsule> object) {
   Eigen::AlignedBox3d box;
   for (const hull::Capsule& c : object)
-    for (const Vector3d& p : {c.a_world_m, c.b_world_m}) box.extend(p - Vector3d::Constant(c.radius_m)), box.extend(p + Vector3d::Constant(c.radius_m));
+    for (const Vector3d& p : {c.a_world_m, c.b_world_m})
+      box.extend(p - Vector3d::Constant(c.radius_m)),
+          box.extend(p + Vector3d::Constant(c.radius_m));
   Vector3d sum = Vector3d::Zero();
   int count = 0;
   for (int i = 0; i < 50 * 50 * 50; ++i) {
-    const Vector3d p = box.min() + box.sizes().cwiseProduct(Vector3d(i % 50 + 0.5, i / 50 % 50 + 0.5, i / 2500 + 0.5)) / 50;
+    const Vector3d p =
+        box.min() +
+        box.sizes().cwiseProduct(Vector3d(i % 50 + 0.5, i / 50 % 50 + 0.5, i / 2500 + 0.5)) / 50;
     const bool in = std::any_of(object.begin(), object.end(), [&](const hull::Capsule& c) {
       const Vector3d axis = c.b_world_m - c.a_world_m;
-      return (p - c.a_world_m - std::clamp((p - c.a_world_m).dot(axis) / axis.squaredNorm(), 0.0, 1.0) * axis).norm() <= c.radius_m;
+      return (p - c.a_world_m -
+              std::clamp((p - c.a_world_m).dot(axis) / axis.squaredNorm(), 0.0, 1.0) * axis)
+                 .norm() <= c.radius_m;
     });
     if (in) sum += p, ++count;
   }
@@ -47,7 +53,8 @@ std::vector<hull::Capsule> centred(std::vector<hull::Capsule> object) {
 std::vector<hull::Capsule> pipe() { return {{{-0.15, 0, 0}, {0.15, 0, 0}, 0.02}}; }
 std::vector<hull::Capsule> hand() {
   std::vector<hull::Capsule> object{{{-0.12, 0, 0}, {-0.02, 0, 0}, 0.035}};
-  for (const double y : {-0.03, -0.01, 0.01, 0.03}) object.push_back({{0, y, 0}, {0.07, 1.6 * y, 0}, 0.011});
+  for (const double y : {-0.03, -0.01, 0.01, 0.03})
+    object.push_back({{0, y, 0}, {0.07, 1.6 * y, 0}, 0.011});
   object.push_back({{-0.02, -0.03, 0}, {0.03, -0.08, 0}, 0.011});
   return object;
 }
@@ -58,17 +65,24 @@ std::vector<geometry::Camera> lab_cameras() {
   return cameras;
 }
 
-std::vector<collision::HullPart> parts_of(const std::vector<hull::Capsule>& object, const std::vector<geometry::Camera>& cameras, double cell_m, Random* noise = nullptr) {
+std::vector<collision::HullPart> parts_of(const std::vector<hull::Capsule>& object,
+                                          const std::vector<geometry::Camera>& cameras,
+                                          double cell_m, Random* noise = nullptr) {
   std::vector<hull::Silhouette> silhouettes = silhouettes_of(object, cameras);
-  if (noise)  // each border pixel, by chance: what a camera's noise does to a silhouette after it was cleaned
+  if (noise)  // each border pixel, by chance: what a camera's noise does to a silhouette after it
+              // was cleaned
     for (hull::Silhouette& s : silhouettes) {
       const hull::ObjectPixels before = s.pixels;
       std::bernoulli_distribution flips(0.25);
       const hull::PixelRect bounds = before.bounds();
-      for (int v = std::max(bounds.v0_px - 1, 0); v < std::min(bounds.v1_px + 1, before.height_px()); ++v)
-        for (int u = std::max(bounds.u0_px - 1, 0); u < std::min(bounds.u1_px + 1, before.width_px()); ++u) {
+      for (int v = std::max(bounds.v0_px - 1, 0);
+           v < std::min(bounds.v1_px + 1, before.height_px()); ++v)
+        for (int u = std::max(bounds.u0_px - 1, 0);
+             u < std::min(bounds.u1_px + 1, before.width_px()); ++u) {
           const bool here = before.contains(u, v);
-          const auto other = [&](int du, int dv) { return before.contains(u + du, v + dv) != here; };
+          const auto other = [&](int du, int dv) {
+            return before.contains(u + du, v + dv) != here;
+          };
           const bool at_border = other(-1, 0) || other(1, 0) || other(0, -1) || other(0, 1);
           if (at_border && flips(*noise)) s.pixels.set(u, v, !here);
         }
@@ -78,16 +92,19 @@ std::vector<collision::HullPart> parts_of(const std::vector<hull::Capsule>& obje
   return collision::hull_parts(hull::HullQuery(hull), {kSpace, cell_m, 20, true});
 }
 
-struct Script {  // of a thing that passes the origin in the middle of the time, by what it is turned then
+struct Script {  // of a thing that passes the origin in the middle of the time, by what it is
+                 // turned then
   Vector3d velocity_m_s, turn_rad_s;
   Eigen::Matrix3d turned;
   Eigen::Isometry3d pose(double t_s) const {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = AngleAxisd(turn_rad_s.norm() * t_s, turn_rad_s.normalized()).toRotationMatrix() * turned;
+    pose.linear() =
+        AngleAxisd(turn_rad_s.norm() * t_s, turn_rad_s.normalized()).toRotationMatrix() * turned;
     pose.translation() = t_s * velocity_m_s;
     return pose;
   }
-  // A pipe's turn about itself is not determined: what is left, on average from one time to another.
+  // A pipe's turn about itself is not determined: what is left, on average from one time to
+  // another.
   Vector3d turn_across_x_rad_s(double from_s, double to_s) const {
     Vector3d sum = Vector3d::Zero();
     for (int i = 0; i <= 100; ++i) {
@@ -103,11 +120,14 @@ Script script_of(int number, double speed_m_s) {
   const double rad_m = 3;  // 1.5 rad/s at 0.5 m/s
   if (number == 0) {
     const Vector3d way(0.6, 0.7, -0.39), axis(0, 0.25, 1);
-    return {speed_m_s * way.normalized(), rad_m * speed_m_s * axis.normalized(), AngleAxisd(0.3, Vector3d::UnitY()).toRotationMatrix()};
+    return {speed_m_s * way.normalized(), rad_m * speed_m_s * axis.normalized(),
+            AngleAxisd(0.3, Vector3d::UnitY()).toRotationMatrix()};
   }
   Random random{std::uint64_t(number)};
-  const Vector3d way = random_direction(random), axis = random_direction(random), lying = random_direction(random);
-  return {speed_m_s * way, rad_m * speed_m_s * axis, AngleAxisd(uniform(random, -1, 1), lying).toRotationMatrix()};
+  const Vector3d way = random_direction(random), axis = random_direction(random),
+                 lying = random_direction(random);
+  return {speed_m_s * way, rad_m * speed_m_s * axis,
+          AngleAxisd(uniform(random, -1, 1), lying).toRotationMatrix()};
 }
 
 struct Off {  // as a fraction
@@ -119,37 +139,51 @@ Off worst_of(bool is_hand, double speed_m_s, int number) {
   static const std::vector<geometry::Camera> cameras = lab_cameras();
   static const std::vector<hull::Capsule> objects[] = {centred(pipe()), centred(hand())};
   const Script script = script_of(number, speed_m_s);
-  const int window = speed_m_s < 0.3 ? 48 : speed_m_s < 0.8 ? 20 : speed_m_s < 1.5 ? 12 : 8, frames = window + 4;
+  const int window = speed_m_s < 0.3   ? 48
+                     : speed_m_s < 0.8 ? 20
+                     : speed_m_s < 1.5 ? 12
+                                       : 8,
+            frames = window + 4;
   Random noise{std::uint64_t(number + 1)};
   collision::PartTracker tracker({.window_frames = window});
   Off worst;
   int judged = 0;
   for (int frame = 0; frame < frames; ++frame) {
     const double t_s = (frame - 0.5 * frames) * kFrame_s;
-    const auto& parts = tracker.add(frame * kFrame_s, parts_of(moved(objects[is_hand], script.pose(t_s)), cameras, 0.004, &noise));
-    if (parts.size() != 1 || parts[0].id != 1) return ADD_FAILURE() << parts.size() << " parts", Off{1, 1};
+    const auto& parts =
+        tracker.add(frame * kFrame_s,
+                    parts_of(moved(objects[is_hand], script.pose(t_s)), cameras, 0.004, &noise));
+    if (parts.size() != 1 || parts[0].id != 1)
+      return ADD_FAILURE() << parts.size() << " parts", Off{1, 1};
     if (!parts[0].motion || parts[0].motion->frames < window) continue;
     ++judged;
     EXPECT_EQ(parts[0].motion->determined_axes, is_hand ? 3 : 2);
-    const Vector3d turn = is_hand ? script.turn_rad_s : script.turn_across_x_rad_s(t_s - (window - 1) * kFrame_s, t_s);
-    worst.velocity = std::max(worst.velocity, (parts[0].motion->velocity_world_m_s - script.velocity_m_s).norm() / speed_m_s);
-    worst.turn = std::max(worst.turn, (parts[0].motion->angular_velocity_world_rad_s - turn).norm() / turn.norm());
+    const Vector3d turn = is_hand ? script.turn_rad_s
+                                  : script.turn_across_x_rad_s(t_s - (window - 1) * kFrame_s, t_s);
+    worst.velocity =
+        std::max(worst.velocity,
+                 (parts[0].motion->velocity_world_m_s - script.velocity_m_s).norm() / speed_m_s);
+    worst.turn = std::max(
+        worst.turn, (parts[0].motion->angular_velocity_world_rad_s - turn).norm() / turn.norm());
   }
   EXPECT_GT(judged, 3);
   return worst;
 }
 
 TEST(PartTracker, VelocityAndRotationOfAHandAndAPipe) {
-  const bool all = std::getenv("FIVEPIPE_LONG") != nullptr;  // 20 motions instead of 3, five speeds instead of three
+  const bool all = std::getenv("FIVEPIPE_LONG") !=
+                   nullptr;  // 20 motions instead of 3, five speeds instead of three
   for (const bool is_hand : {false, true})
-    for (const double speed_m_s : all ? std::vector{0.1, 0.2, 0.5, 1.0, 2.0} : std::vector{0.1, 0.5, 2.0}) {
+    for (const double speed_m_s :
+         all ? std::vector{0.1, 0.2, 0.5, 1.0, 2.0} : std::vector{0.1, 0.5, 2.0}) {
       Off worst;
       for (int number = 0; number < (all ? 20 : 3); ++number) {
         const Off off = worst_of(is_hand, speed_m_s, number);
-        worst.velocity = std::max(worst.velocity, off.velocity), worst.turn = std::max(worst.turn, off.turn);
+        worst.velocity = std::max(worst.velocity, off.velocity),
+        worst.turn = std::max(worst.turn, off.turn);
       }
-      std::printf("%s at %.1f m/s: velocity off by %.1f %% at most, rotation by %.1f %%\n", is_hand ? "hand" : "pipe", speed_m_s, 100 * worst.velocity,
-                  100 * worst.turn);
+      std::printf("%s at %.1f m/s: velocity off by %.1f %% at most, rotation by %.1f %%\n",
+                  is_hand ? "hand" : "pipe", speed_m_s, 100 * worst.velocity, 100 * worst.turn);
       EXPECT_LT(worst.velocity, 0.05);
       EXPECT_LT(worst.turn, 0.05);
     }
@@ -161,9 +195,12 @@ TEST(PartTracker, ABallThatBrakesIsNeverSaidToTurn) {
     collision::PartTracker tracker({.window_frames = window});
     for (int frame = 0; frame < 50; ++frame) {
       const double t_s = (frame - 24.5) * kFrame_s;  // 1 m/s, then still
-      const auto& parts = tracker.add(frame * kFrame_s, parts_of({ball({std::min(t_s, 0.0) + 0.1, 0, 0}, 0.05)}, cameras, 0.004));
+      const auto& parts =
+          tracker.add(frame * kFrame_s,
+                      parts_of({ball({std::min(t_s, 0.0) + 0.1, 0, 0}, 0.05)}, cameras, 0.004));
       ASSERT_EQ(parts.size(), 1u);
-      EXPECT_EQ(parts[0].motion ? parts[0].motion->determined_axes : 0, 0) << "window " << window << ", frame " << frame;
+      EXPECT_EQ(parts[0].motion ? parts[0].motion->determined_axes : 0, 0)
+          << "window " << window << ", frame " << frame;
     }
   }
 }
@@ -176,15 +213,19 @@ TEST(PartTracker, APipeThatTurnsBackIsNeverSaidToTurnFasterOrAboutItself) {
   int determined = 0;
   for (int frame = 0; frame < 48; ++frame) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = AngleAxisd(kRate_rad_s * kFrame_s * (24 - std::abs(frame - 24)), Vector3d(0, 0.25, 1).normalized()).toRotationMatrix();
-    const auto& parts = tracker.add(frame * kFrame_s, parts_of(moved(pipe(), pose), cameras, 0.004));
+    pose.linear() = AngleAxisd(kRate_rad_s * kFrame_s * (24 - std::abs(frame - 24)),
+                               Vector3d(0, 0.25, 1).normalized())
+                        .toRotationMatrix();
+    const auto& parts =
+        tracker.add(frame * kFrame_s, parts_of(moved(pipe(), pose), cameras, 0.004));
     ASSERT_EQ(parts.size(), 1u);
     if (!parts[0].motion || parts[0].motion->determined_axes == 0) continue;
     EXPECT_EQ(parts[0].motion->determined_axes, 2) << frame;
     EXPECT_LT(parts[0].motion->angular_velocity_world_rad_s.norm(), 1.05 * kRate_rad_s) << frame;
     const bool even = frame >= kWindow && (frame <= 24 || frame >= 24 + kWindow);
     determined += even;
-    EXPECT_GT(parts[0].motion->angular_velocity_world_rad_s.norm(), even ? 0.9 * kRate_rad_s : 0) << frame;
+    EXPECT_GT(parts[0].motion->angular_velocity_world_rad_s.norm(), even ? 0.9 * kRate_rad_s : 0)
+        << frame;
   }
   EXPECT_EQ(determined, 25);
 }
@@ -210,7 +251,10 @@ TEST(PartTracker, IdentityThroughAJoinAndASplitIsStated) {
   bool was_joined = false, was_split = false;
   for (int frame = 0; frame < 50; ++frame) {
     const double gap_m = std::abs(frame - 24) * 0.006 - 0.02;  // comes together, and apart again
-    const auto& parts = tracker.add(frame * kFrame_s, parts_of({ball({-0.04 - 0.5 * gap_m, 0, 0}, 0.04), ball({0.04 + 0.5 * gap_m, 0.01, 0}, 0.035)}, cameras, 0.004));
+    const auto& parts =
+        tracker.add(frame * kFrame_s, parts_of({ball({-0.04 - 0.5 * gap_m, 0, 0}, 0.04),
+                                                ball({0.04 + 0.5 * gap_m, 0.01, 0}, 0.035)},
+                                               cameras, 0.004));
     if (parts.size() == 2 && left == 0) left = parts[0].id, right = parts[1].id;
     if (parts.size() == 1 && !was_joined) {
       was_joined = true;
@@ -227,7 +271,8 @@ TEST(PartTracker, IdentityThroughAJoinAndASplitIsStated) {
         EXPECT_GT(p.id, joined);
       }
     } else if (frame > 0) {
-      for (const collision::FollowedPart& p : parts) EXPECT_EQ(p.origin, collision::PartOrigin::followed) << frame;
+      for (const collision::FollowedPart& p : parts)
+        EXPECT_EQ(p.origin, collision::PartOrigin::followed) << frame;
     }
   }
   EXPECT_TRUE(was_joined && was_split);
@@ -242,10 +287,14 @@ TEST(PartTracker, WhatLiesBesideARodIsNoneOfIt) {
     collision::PartTracker tracker;
     for (int frame = 0; frame < 24; ++frame) {
       const bool is_there = frame % 4 == 3;
-      const auto& parts = tracker.add(frame * kFrame_s, parts_of(is_there ? std::vector{rod, beside} : std::vector{rod}, cameras, 0.002));
+      const auto& parts = tracker.add(
+          frame * kFrame_s,
+          parts_of(is_there ? std::vector{rod, beside} : std::vector{rod}, cameras, 0.002));
       ASSERT_EQ(parts.size(), is_there ? 2u : 1u) << frame;
       EXPECT_EQ(parts[0].id, 1u) << frame;
-      EXPECT_EQ(parts[0].origin, frame > 0 ? collision::PartOrigin::followed : collision::PartOrigin::appeared) << frame;
+      EXPECT_EQ(parts[0].origin,
+                frame > 0 ? collision::PartOrigin::followed : collision::PartOrigin::appeared)
+          << frame;
       if (!is_there) continue;
       EXPECT_EQ(parts[1].origin, collision::PartOrigin::appeared) << frame;
       EXPECT_TRUE(parts[1].from.empty());
@@ -260,9 +309,14 @@ TEST(PartTracker, WhatIsClearlyTheLargerOneStillIsOfTwo) {
   int merged = 0, split = 0;
   for (int frame = 0; frame < 40; ++frame) {
     const double gap_m = std::abs(frame - 19.5) * 0.004 - 0.02;
-    const auto& parts = tracker.add(frame * kFrame_s, parts_of({ball({-0.05, 0, 0}, 0.05), ball({0.032 + gap_m, 0.01, 0}, 0.032)}, cameras, 0.004));
-    merged += parts[0].origin == collision::PartOrigin::merged && parts[0].from == std::vector<std::uint64_t>{1, 2};
-    for (const collision::FollowedPart& p : parts) split += p.origin == collision::PartOrigin::split;
+    const auto& parts =
+        tracker.add(frame * kFrame_s,
+                    parts_of({ball({-0.05, 0, 0}, 0.05), ball({0.032 + gap_m, 0.01, 0}, 0.032)},
+                             cameras, 0.004));
+    merged += parts[0].origin == collision::PartOrigin::merged &&
+              parts[0].from == std::vector<std::uint64_t>{1, 2};
+    for (const collision::FollowedPart& p : parts)
+      split += p.origin == collision::PartOrigin::split;
   }
   EXPECT_EQ(merged, 1);
   EXPECT_EQ(split, 2);
@@ -289,19 +343,22 @@ TEST(PartTracker, WhatCouldBeTwoIsNone) {
 TEST(PartTracker, AFastPartIsFollowedFurtherThanItsSize) {
   collision::PartTracker tracker;
   for (int frame = 0; frame < 6; ++frame) {
-    const auto& parts = tracker.add(1 + frame * kFrame_s, {at_place(frame * kFrame_s * Vector3d(5, 0, 0))});
+    const auto& parts =
+        tracker.add(1 + frame * kFrame_s, {at_place(frame * kFrame_s * Vector3d(5, 0, 0))});
     EXPECT_EQ(parts[0].id, 1u);
     if (frame >= 2) {
       EXPECT_LT((parts[0].motion->velocity_world_m_s - Vector3d(5, 0, 0)).norm(), 1e-9);
     }
   }
-  EXPECT_EQ(tracker.add(1.2, {at_place({3, 0, 0})})[0].origin, collision::PartOrigin::appeared);  // nothing moves that fast
+  EXPECT_EQ(tracker.add(1.2, {at_place({3, 0, 0})})[0].origin,
+            collision::PartOrigin::appeared);  // nothing moves that fast
 }
 
 TEST(PartTracker, AnotherSizeIsAnotherPart) {
   collision::PartTracker tracker;
   tracker.add(0.01, {at_place({0, 0, 0})});
-  EXPECT_NE(tracker.add(0.02, {at_place({0, 0, 0}, 5e-4)})[0].origin, collision::PartOrigin::followed);
+  EXPECT_NE(tracker.add(0.02, {at_place({0, 0, 0}, 5e-4)})[0].origin,
+            collision::PartOrigin::followed);
 }
 
 TEST(PartTracker, AfterAGapNobodyIsKnownAgain) {
@@ -312,7 +369,8 @@ TEST(PartTracker, AfterAGapNobodyIsKnownAgain) {
   EXPECT_EQ(tracker.parts()[0].origin, collision::PartOrigin::appeared);
   EXPECT_EQ(tracker.add(3601.5, {at_place({4, 0, 0})})[0].id, 3u);
   EXPECT_THROW(collision::PartTracker({.longest_gap_s = 0}), std::invalid_argument);
-  EXPECT_THROW(collision::PartTracker({.longest_gap_s = std::numeric_limits<double>::quiet_NaN()}), std::invalid_argument);
+  EXPECT_THROW(collision::PartTracker({.longest_gap_s = std::numeric_limits<double>::quiet_NaN()}),
+               std::invalid_argument);
 }
 
 TEST(PartTracker, TimeThatGoesBackStartsAnewAndNumbersAreNeverGivenTwice) {

@@ -22,13 +22,17 @@ struct Frame {
   hull::CpuHull hull;
   hull::HullQuery query;
   std::vector<collision::HullPart> parts;
-  Frame(const std::vector<hull::Capsule>& object, const std::vector<geometry::Camera>& cameras, const Eigen::AlignedBox3d& within, double cell_m = kPixel_m)
-      : hull(pool, silhouettes_of(object, cameras)), query(hull), parts(collision::hull_parts(query, {within, cell_m, 1})) {}
+  Frame(const std::vector<hull::Capsule>& object, const std::vector<geometry::Camera>& cameras,
+        const Eigen::AlignedBox3d& within, double cell_m = kPixel_m)
+      : hull(pool, silhouettes_of(object, cameras)),
+        query(hull),
+        parts(collision::hull_parts(query, {within, cell_m, 1})) {}
 };
 
 std::vector<geometry::Camera> lab_cameras() { return ring(4, 1.2, 0.6, 320, 320 * kPixel_m); }
 
-// A thing on its way, 5 m/s, from -x to x, some of the frame's way before the plate at t = 0 and the rest behind it.
+// A thing on its way, 5 m/s, from -x to x, some of the frame's way before the plate at t = 0 and
+// the rest behind it.
 struct Throw {
   double radius_m, before, offset_y_m, offset_z_m;
   Vector3d way;
@@ -41,21 +45,27 @@ struct Throw {
 Eigen::AlignedBox3d around(const std::vector<hull::Capsule>& object) {
   Eigen::AlignedBox3d box;
   for (const hull::Capsule& c : object)
-    for (const Vector3d& p : {c.a_world_m, c.b_world_m}) box.extend(p - Vector3d::Constant(0.03)), box.extend(p + Vector3d::Constant(0.03));
+    for (const Vector3d& p : {c.a_world_m, c.b_world_m})
+      box.extend(p - Vector3d::Constant(0.03)), box.extend(p + Vector3d::Constant(0.03));
   return box;
 }
 
-std::optional<collision::FirstContact> thrown(const Throw& t, const collision::MeshTree& plate, const std::vector<geometry::Camera>& cameras) {
+std::optional<collision::FirstContact> thrown(const Throw& t, const collision::MeshTree& plate,
+                                              const std::vector<geometry::Camera>& cameras) {
   const Frame before(t.at(0), cameras, around(t.at(0))), after(t.at(1), cameras, around(t.at(1)));
   EXPECT_EQ(before.parts.size(), 1u);
   EXPECT_EQ(after.parts.size(), 1u);
   if (before.parts.size() != 1 || after.parts.size() != 1) return std::nullopt;
-  return collision::first_contact({&before.query, 1.0, before.parts[0]}, {&after.query, 1.0 + kFrame_s, after.parts[0]}, {&plate, Isometry3d::Identity(), Isometry3d::Identity()}, {.step_m = kPixel_m});
+  return collision::first_contact(
+      {&before.query, 1.0, before.parts[0]}, {&after.query, 1.0 + kFrame_s, after.parts[0]},
+      {&plate, Isometry3d::Identity(), Isometry3d::Identity()}, {.step_m = kPixel_m});
 }
 
 Throw random_throw(Random& random) {
-  const Vector3d way = 5 * kFrame_s * (Vector3d::UnitX() + random_in_ball(random, 0.3)).normalized();
-  return {uniform(random, 1.5, 6) * kPixel_m, uniform(random, 0.35, 0.65), 0, 0, way};  // 3 to 12 px wide
+  const Vector3d way =
+      5 * kFrame_s * (Vector3d::UnitX() + random_in_ball(random, 0.3)).normalized();
+  return {uniform(random, 1.5, 6) * kPixel_m, uniform(random, 0.35, 0.65), 0, 0,
+          way};  // 3 to 12 px wide
 }
 
 int throws() { return std::getenv("FIVEPIPE_LONG") ? 1000 : 60; }
@@ -81,7 +91,8 @@ TEST(FirstContact, WhatIsThreePixelsWideAtFiveMetresASecondDoesNotPassThroughAPl
   }
   std::sort(errors_s.begin(), errors_s.end());
   EXPECT_EQ(missed, 0);
-  std::printf("%d throws, %d missed; time off by %.2f ms at p95 (a frame has %.1f ms)\n", throws(), missed, 1e3 * errors_s[errors_s.size() * 95 / 100], 1e3 * kFrame_s);
+  std::printf("%d throws, %d missed; time off by %.2f ms at p95 (a frame has %.1f ms)\n", throws(),
+              missed, 1e3 * errors_s[errors_s.size() * 95 / 100], 1e3 * kFrame_s);
   EXPECT_LT(errors_s[errors_s.size() * 95 / 100], 0.1 * kFrame_s);
 }
 
@@ -93,10 +104,13 @@ TEST(FirstContact, ANearMissIsNotReported) {
   for (int i = 0; i < throws(); ++i) {
     Throw t = random_throw(random);
     const double beside_m = uniform(random, 3, 12) * kPixel_m;
-    // The plate ends where the thing, on its slanting way, has passed at that distance: as far as it gets to y anywhere in the plate.
+    // The plate ends where the thing, on its slanting way, has passed at that distance: as far as
+    // it gets to y anywhere in the plate.
     double most_y = 0;
     for (double s = 0; s <= 1; s += 0.01)
-      if (const Vector3d p = t.at(s)[0].b_world_m; std::abs(p.x()) < 0.0025 + t.radius_m + 0.1 * std::abs(t.way.x())) most_y = std::max({most_y, p.y(), t.at(s)[0].a_world_m.y()});
+      if (const Vector3d p = t.at(s)[0].b_world_m;
+          std::abs(p.x()) < 0.0025 + t.radius_m + 0.1 * std::abs(t.way.x()))
+        most_y = std::max({most_y, p.y(), t.at(s)[0].a_world_m.y()});
     geometry::Mesh plate = geometry::box_mesh({0.005, 0.2, 0.3});
     for (Vector3d& v : plate.vertices_m) v.y() += 0.1 + most_y + t.radius_m + beside_m;
     reported += thrown(t, collision::MeshTree(plate), cameras).has_value();
@@ -119,25 +133,32 @@ TEST(FirstContact, APlateThatMovesAgainstAThingAtRest) {
   const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
   const Frame frame(object, cameras, around(object));
   const collision::MeshTree plate(geometry::box_mesh({0.005, 0.3, 0.3}));
-  const auto contact = collision::first_contact({&frame.query, 0, frame.parts[0]}, {&frame.query, 1, frame.parts[0]}, {&plate, at({-0.1, 0, 0}), at({0.1, 0, 0})});
+  const auto contact =
+      collision::first_contact({&frame.query, 0, frame.parts[0]}, {&frame.query, 1, frame.parts[0]},
+                               {&plate, at({-0.1, 0, 0}), at({0.1, 0, 0})});
   ASSERT_TRUE(contact);
   EXPECT_NEAR(contact->time_s, (0.1 - 0.0125) / 0.2, 0.02);
   EXPECT_LT(contact->time_error_s, 1e-3);
 }
 
-// A ball and a plate that both turn by a quarter about the world's middle, the plate about its own origin there: at the ends they are as far
-// apart as in the beginning, half way the ball has passed the plate's place.
+// A ball and a plate that both turn by a quarter about the world's middle, the plate about its own
+// origin there: at the ends they are as far apart as in the beginning, half way the ball has passed
+// the plate's place.
 TEST(FirstContact, WhatTurnsGoesALongerWayThanItsEndsAreApart) {
   const std::vector<geometry::Camera> cameras = ring(4, 1.5, 0.6, 400, 1.2);
-  const std::vector<hull::Capsule> before = {ball({0.3, 0, 0}, 0.02)}, after = {ball({0, 0.3, 0}, 0.02)};
-  const Frame first(before, cameras, around(before), 0.004), second(after, cameras, around(after), 0.004);
+  const std::vector<hull::Capsule> before = {ball({0.3, 0, 0}, 0.02)},
+                                   after = {ball({0, 0.3, 0}, 0.02)};
+  const Frame first(before, cameras, around(before), 0.004),
+      second(after, cameras, around(after), 0.004);
   geometry::Mesh plate = geometry::box_mesh({0.005, 0.4, 0.4});
   for (Vector3d& v : plate.vertices_m) v.x() += 0.25;
   const collision::MeshTree tree(plate);
   Isometry3d turned = Isometry3d::Identity();
   turned.linear() = Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitZ()).toRotationMatrix();
-  const auto contact = collision::first_contact({&first.query, 0, first.parts[0]}, {&second.query, 1, second.parts[0]}, {&tree, Isometry3d::Identity(), turned},
-                                     {.turned_world_rad = Vector3d(0, 0, std::numbers::pi / 2)});
+  const auto contact = collision::first_contact(
+      {&first.query, 0, first.parts[0]}, {&second.query, 1, second.parts[0]},
+      {&tree, Isometry3d::Identity(), turned},
+      {.turned_world_rad = Vector3d(0, 0, std::numbers::pi / 2)});
   ASSERT_TRUE(contact);
   EXPECT_GT(contact->time_s, 0);
   EXPECT_LT(contact->time_s, 0.5);
@@ -148,11 +169,15 @@ TEST(FirstContact, AContactThatIsThereAlreadySaysSoAndStepsThatAreTooFewAreTold)
   const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
   const Frame frame(object, cameras, around(object));
   const collision::MeshTree plate(geometry::box_mesh({0.005, 0.3, 0.3}));
-  const auto already = collision::first_contact({&frame.query, 3, frame.parts[0]}, {&frame.query, 4, frame.parts[0]}, {&plate, at({0.005, 0, 0}), at({0.1, 0, 0})});
+  const auto already =
+      collision::first_contact({&frame.query, 3, frame.parts[0]}, {&frame.query, 4, frame.parts[0]},
+                               {&plate, at({0.005, 0, 0}), at({0.1, 0, 0})});
   ASSERT_TRUE(already);
   EXPECT_EQ(already->time_s, 3);
   EXPECT_EQ(already->time_error_s, 0);
-  const auto coarse = collision::first_contact({&frame.query, 0, frame.parts[0]}, {&frame.query, 1, frame.parts[0]}, {&plate, at({-0.1, 0, 0}), at({0, 0, 0})}, {.most_steps = 4});
+  const auto coarse =
+      collision::first_contact({&frame.query, 0, frame.parts[0]}, {&frame.query, 1, frame.parts[0]},
+                               {&plate, at({-0.1, 0, 0}), at({0, 0, 0})}, {.most_steps = 4});
   ASSERT_TRUE(coarse);
   EXPECT_TRUE(coarse->coarse);
 }
@@ -160,14 +185,22 @@ TEST(FirstContact, AContactThatIsThereAlreadySaysSoAndStepsThatAreTooFewAreTold)
 TEST(FirstContact, OtherPartsOfTheHullAreNotTheOneThatMoved) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   const Vector3d other(0, 0.1, 0);
-  const std::vector<hull::Capsule> before = {ball({-0.06, 0, 0}, 0.008), ball(other, 0.02)}, after = {ball({0.02, 0, 0}, 0.008), ball(other, 0.02)};
+  const std::vector<hull::Capsule> before = {ball({-0.06, 0, 0}, 0.008), ball(other, 0.02)},
+                                   after = {ball({0.02, 0, 0}, 0.008), ball(other, 0.02)};
   const Eigen::AlignedBox3d space(Vector3d(-0.2, -0.2, -0.2), Vector3d(0.2, 0.2, 0.2));
   const Frame first(before, cameras, space, 0.003), second(after, cameras, space, 0.003);
   geometry::Mesh small = geometry::box_mesh({0.005, 0.03, 0.03});
-  for (Vector3d& v : small.vertices_m) v += other + Vector3d(-0.05, 0, 0);  // where the other ball would pass, were it moved
-  const auto part_near = [](const Frame& f, double y) { return *std::find_if(f.parts.begin(), f.parts.end(), [&](const collision::HullPart& p) { return std::abs(p.middle_world_m.y() - y) < 0.02; }); };
+  for (Vector3d& v : small.vertices_m)
+    v += other + Vector3d(-0.05, 0, 0);  // where the other ball would pass, were it moved
+  const auto part_near = [](const Frame& f, double y) {
+    return *std::find_if(f.parts.begin(), f.parts.end(), [&](const collision::HullPart& p) {
+      return std::abs(p.middle_world_m.y() - y) < 0.02;
+    });
+  };
   const collision::MeshTree tree(small);
-  EXPECT_FALSE(collision::first_contact({&first.query, 0, part_near(first, 0)}, {&second.query, 1, part_near(second, 0)}, {&tree, Isometry3d::Identity(), Isometry3d::Identity()}));
+  EXPECT_FALSE(collision::first_contact({&first.query, 0, part_near(first, 0)},
+                                        {&second.query, 1, part_near(second, 0)},
+                                        {&tree, Isometry3d::Identity(), Isometry3d::Identity()}));
 }
 
 TEST(FirstContact, BadQuestionsAreRefused) {
@@ -175,12 +208,21 @@ TEST(FirstContact, BadQuestionsAreRefused) {
   const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
   const Frame frame(object, cameras, around(object));
   const collision::MeshTree plate(geometry::box_mesh({0.005, 0.3, 0.3}));
-  const collision::HullAt now{&frame.query, 1, frame.parts[0]}, later{&frame.query, 2, frame.parts[0]};
+  const collision::HullAt now{&frame.query, 1, frame.parts[0]},
+      later{&frame.query, 2, frame.parts[0]};
   const collision::MovingObject still{&plate, Isometry3d::Identity(), Isometry3d::Identity()};
   EXPECT_THROW(collision::first_contact(later, now, still), std::invalid_argument);
   EXPECT_THROW(collision::first_contact(now, later, still, {.step_m = 0}), std::invalid_argument);
-  EXPECT_THROW(collision::first_contact(now, later, still, {.turned_world_rad = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())}), std::invalid_argument);
-  EXPECT_THROW(collision::first_contact(now, later, {&plate, at({0, 0, std::numeric_limits<double>::infinity()}), Isometry3d::Identity()}), std::invalid_argument);
+  EXPECT_THROW(
+      collision::first_contact(
+          now, later, still,
+          {.turned_world_rad = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())}),
+      std::invalid_argument);
+  EXPECT_THROW(
+      collision::first_contact(
+          now, later,
+          {&plate, at({0, 0, std::numeric_limits<double>::infinity()}), Isometry3d::Identity()}),
+      std::invalid_argument);
 }
 
 }  // namespace

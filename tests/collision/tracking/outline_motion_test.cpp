@@ -17,7 +17,8 @@ using Eigen::Vector3d;
 std::vector<Vector3d> random_board(Random& random) {
   std::vector<Vector3d> points;
   for (int i = 0; i < 8; ++i)
-    points.push_back(Vector3d(i & 1 ? 0.12 : -0.12, i & 2 ? 0.06 : -0.06, i & 4 ? 0.02 : -0.02) + random_in_ball(random, 0.02));
+    points.push_back(Vector3d(i & 1 ? 0.12 : -0.12, i & 2 ? 0.06 : -0.06, i & 4 ? 0.02 : -0.02) +
+                     random_in_ball(random, 0.02));
   return points;
 }
 
@@ -25,7 +26,8 @@ std::vector<Vector3d> circles(double radius_m, double half_m, int count) {
   std::vector<Vector3d> points;
   for (int i = 0; i < count; ++i) {
     const double a = 2 * std::numbers::pi * i / count;
-    for (const double x : {-half_m, half_m}) points.emplace_back(x, radius_m * std::cos(a), radius_m * std::sin(a));
+    for (const double x : {-half_m, half_m})
+      points.emplace_back(x, radius_m * std::cos(a), radius_m * std::sin(a));
   }
   return points;
 }
@@ -36,20 +38,28 @@ struct Script {
   std::vector<Vector3d> at(const std::vector<Vector3d>& points, double t_s) const {
     const Vector3d turn = t_s * motion.angular_velocity_world_rad_s;
     std::vector<Vector3d> moved;
-    for (const Vector3d& p : points) moved.push_back(AngleAxisd(turn.norm(), turn.stableNormalized()) * p + middle_m + t_s * motion.velocity_world_m_s);
+    for (const Vector3d& p : points)
+      moved.push_back(AngleAxisd(turn.norm(), turn.stableNormalized()) * p + middle_m +
+                      t_s * motion.velocity_world_m_s);
     return moved;
   }
 };
 
 // Of the points' convex hull, exact: rays to points within don't touch.
-std::deque<collision::OutlinesAt> outlines_of(const std::vector<Vector3d>& points, const Script& script, const std::vector<geometry::Camera>& cameras, int frames) {
+std::deque<collision::OutlinesAt> outlines_of(const std::vector<Vector3d>& points,
+                                              const Script& script,
+                                              const std::vector<geometry::Camera>& cameras,
+                                              int frames) {
   std::deque<collision::OutlinesAt> seen;
   for (int i = 0; i < frames; ++i) {
     const double t_s = (i - 0.5 * (frames - 1)) / 60;
-    collision::OutlinesAt at{100 + t_s, script.middle_m + t_s * script.motion.velocity_world_m_s, {}};
+    collision::OutlinesAt at{
+        100 + t_s, script.middle_m + t_s * script.motion.velocity_world_m_s, {}};
     for (const geometry::Camera& camera : cameras) {
       collision::PartOutline outline{geometry::camera_center_world_m(camera), {}};
-      for (const Vector3d& p : script.at(points, t_s)) outline.corners_world.push_back(geometry::ray_through(camera, *geometry::project(camera, p)).direction_world);
+      for (const Vector3d& p : script.at(points, t_s))
+        outline.corners_world.push_back(
+            geometry::ray_through(camera, *geometry::project(camera, p)).direction_world);
       at.outlines.push_back(outline);
     }
     seen.push_back(at);
@@ -58,7 +68,8 @@ std::deque<collision::OutlinesAt> outlines_of(const std::vector<Vector3d>& point
 }
 
 Script random_script(Random& random, double speed_m_s, double rate_rad_s) {
-  return {{speed_m_s * random_direction(random), rate_rad_s * random_direction(random)}, random_in_ball(random, 0.1)};
+  return {{speed_m_s * random_direction(random), rate_rad_s * random_direction(random)},
+          random_in_ball(random, 0.1)};
 }
 
 TEST(OutlineMotion, OfExactOutlinesIsExact) {
@@ -66,15 +77,26 @@ TEST(OutlineMotion, OfExactOutlinesIsExact) {
   for (int scene = 0; scene < 100; ++scene) {
     const auto points = random_board(random);
     const Script script = random_script(random, uniform(random, 0.1, 2), uniform(random, 0.3, 6));
-    const auto seen = outlines_of(points, script, ring(4 + scene % 3, 1.6, 0.5, 480, 1.1), 3 + scene % 10);
-    const collision::EvenMotion guess{script.motion.velocity_world_m_s + 0.1 * random_direction(random), 0.5 * script.motion.angular_velocity_world_rad_s};
+    const auto seen =
+        outlines_of(points, script, ring(4 + scene % 3, 1.6, 0.5, 480, 1.1), 3 + scene % 10);
+    const collision::EvenMotion guess{
+        script.motion.velocity_world_m_s + 0.1 * random_direction(random),
+        0.5 * script.motion.angular_velocity_world_rad_s};
     const auto found = collision::outline_motion(seen, guess, 0.08);
     ASSERT_TRUE(found) << scene;
     EXPECT_EQ(found->determined_axes, 3) << scene;
     // The last step turned by less than two milliradians over the window.
     const double window_s = seen.back().time_s - seen.front().time_s;
-    EXPECT_LT((found->motion.angular_velocity_world_rad_s - script.motion.angular_velocity_world_rad_s).norm() * window_s, 2e-3) << scene;
-    EXPECT_LT((found->motion.velocity_world_m_s - script.motion.velocity_world_m_s).norm() * window_s, 1e-4) << scene;
+    EXPECT_LT(
+        (found->motion.angular_velocity_world_rad_s - script.motion.angular_velocity_world_rad_s)
+                .norm() *
+            window_s,
+        2e-3)
+        << scene;
+    EXPECT_LT(
+        (found->motion.velocity_world_m_s - script.motion.velocity_world_m_s).norm() * window_s,
+        1e-4)
+        << scene;
     EXPECT_LT(found->residual_m, 1e-4) << scene;
   }
 }
@@ -86,31 +108,45 @@ TEST(OutlineMotion, RoundThingsTurnUnseen) {
     const auto cameras = ring(5, 1.6, 0.5, 480, 1.1);
     std::vector<Vector3d> ball;
     for (const Vector3d& p : geometry::sphere_mesh(0.05, 3).vertices_m) ball.push_back(p);
-    const auto of_ball = collision::outline_motion(outlines_of(ball, script, cameras, 6), {script.motion.velocity_world_m_s, kOrigin}, 0.04);
+    const auto of_ball = collision::outline_motion(
+        outlines_of(ball, script, cameras, 6), {script.motion.velocity_world_m_s, kOrigin}, 0.04);
     ASSERT_TRUE(of_ball);
     EXPECT_EQ(of_ball->determined_axes, 0);
     EXPECT_EQ(of_ball->motion.angular_velocity_world_rad_s, kOrigin);
-    const auto of_rod = collision::outline_motion(outlines_of(circles(0.02, 0.15, 64), script, cameras, 6), {script.motion.velocity_world_m_s, kOrigin}, 0.09);
+    const auto of_rod =
+        collision::outline_motion(outlines_of(circles(0.02, 0.15, 64), script, cameras, 6),
+                                  {script.motion.velocity_world_m_s, kOrigin}, 0.09);
     ASSERT_TRUE(of_rod);
     EXPECT_EQ(of_rod->determined_axes, 2);
-    EXPECT_LT(std::abs(of_rod->motion.angular_velocity_world_rad_s.x()), 0.05);  // none about itself, which lies along x in the middle
-    EXPECT_LT((of_rod->motion.angular_velocity_world_rad_s - script.motion.angular_velocity_world_rad_s).tail<2>().norm(), 0.05 * 3);
+    EXPECT_LT(std::abs(of_rod->motion.angular_velocity_world_rad_s.x()),
+              0.05);  // none about itself, which lies along x in the middle
+    EXPECT_LT(
+        (of_rod->motion.angular_velocity_world_rad_s - script.motion.angular_velocity_world_rad_s)
+            .tail<2>()
+            .norm(),
+        0.05 * 3);
   }
 }
 
 // Of a perfect ball: each outline a circle of a cone round the eye.
-std::deque<collision::OutlinesAt> outlines_of_ball(double radius_m, const std::vector<geometry::Camera>& cameras, int frames, const std::function<Vector3d(double)>& middle_m) {
+std::deque<collision::OutlinesAt> outlines_of_ball(
+    double radius_m, const std::vector<geometry::Camera>& cameras, int frames,
+    const std::function<Vector3d(double)>& middle_m) {
   std::deque<collision::OutlinesAt> seen;
   for (int i = 0; i < frames; ++i) {
     const double t_s = (i - 0.5 * (frames - 1)) / 60;
     collision::OutlinesAt at{100 + t_s, middle_m(t_s), {}};
     for (const geometry::Camera& camera : cameras) {
       collision::PartOutline outline{geometry::camera_center_world_m(camera), {}};
-      const Vector3d sight = at.middle_world_m - outline.eye_world_m, across = sight.unitOrthogonal();
-      const double tangent_m = std::sqrt(sight.squaredNorm() - radius_m * radius_m), sine = radius_m / sight.norm();
+      const Vector3d sight = at.middle_world_m - outline.eye_world_m,
+                     across = sight.unitOrthogonal();
+      const double tangent_m = std::sqrt(sight.squaredNorm() - radius_m * radius_m),
+                   sine = radius_m / sight.norm();
       for (int k = 0; k < 200; ++k) {
-        const Vector3d out = AngleAxisd(2 * std::numbers::pi * k / 200, sight.normalized()) * across;
-        outline.corners_world.push_back(tangent_m * (std::sqrt(1 - sine * sine) * sight.normalized() + sine * out));
+        const Vector3d out =
+            AngleAxisd(2 * std::numbers::pi * k / 200, sight.normalized()) * across;
+        outline.corners_world.push_back(
+            tangent_m * (std::sqrt(1 - sine * sine) * sight.normalized() + sine * out));
       }
       at.outlines.push_back(outline);
     }
@@ -125,24 +161,36 @@ TEST(OutlineMotion, AGuessThatIsOffTurnsNoBall) {
   for (const double off_m_s : {0.1, 0.2, 0.3, 0.5, 0.7, 1.0})
     for (const int frames : {6, 12, 20, 48}) {
       const Script script = random_script(random, 0.3, 0);
-      const auto seen = outlines_of_ball(0.05, cameras, frames, [&](double t_s) { return Vector3d(script.middle_m + t_s * script.motion.velocity_world_m_s); });
-      const auto found = collision::outline_motion(seen, {script.motion.velocity_world_m_s + off_m_s * random_direction(random), kOrigin}, 0.04);
+      const auto seen = outlines_of_ball(0.05, cameras, frames, [&](double t_s) {
+        return Vector3d(script.middle_m + t_s * script.motion.velocity_world_m_s);
+      });
+      const auto found = collision::outline_motion(
+          seen, {script.motion.velocity_world_m_s + off_m_s * random_direction(random), kOrigin},
+          0.04);
       ASSERT_TRUE(found) << off_m_s << " m/s, " << frames;
       EXPECT_EQ(found->determined_axes, 0) << off_m_s << " m/s, " << frames;
       EXPECT_EQ(found->motion.angular_velocity_world_rad_s, kOrigin);
       EXPECT_LT(found->residual_m, 1e-4) << off_m_s << " m/s, " << frames;
-      EXPECT_LT((found->motion.velocity_world_m_s - script.motion.velocity_world_m_s).norm() * (frames - 1) / 60, 1e-4) << off_m_s << " m/s, " << frames;
+      EXPECT_LT((found->motion.velocity_world_m_s - script.motion.velocity_world_m_s).norm() *
+                    (frames - 1) / 60,
+                1e-4)
+          << off_m_s << " m/s, " << frames;
     }
 }
 
 TEST(OutlineMotion, ABallThatBrakesTurnsNot) {
   const auto cameras = ring(6, 1.6, 0.5, 480, 1.1);
   for (const int frames : {8, 20, 48})
-    for (const double stops_s : {-0.2, -0.1, -0.05, 0.0, 0.05, 0.1, 0.2}) {  // from the window's middle
-      const auto seen = outlines_of_ball(0.05, cameras, frames, [&](double t_s) { return Vector3d(std::min(t_s - stops_s, 0.0), 0, 0); });
+    for (const double stops_s :
+         {-0.2, -0.1, -0.05, 0.0, 0.05, 0.1, 0.2}) {  // from the window's middle
+      const auto seen = outlines_of_ball(0.05, cameras, frames, [&](double t_s) {
+        return Vector3d(std::min(t_s - stops_s, 0.0), 0, 0);
+      });
       for (const double guess_m_s : {0.0, 0.5, 1.0}) {
-        const auto found = collision::outline_motion(seen, {guess_m_s * Vector3d::UnitX(), kOrigin}, 0.04);
-        EXPECT_EQ(found ? found->determined_axes : 0, 0) << frames << " frames, stops at " << stops_s << ", guess " << guess_m_s;
+        const auto found =
+            collision::outline_motion(seen, {guess_m_s * Vector3d::UnitX(), kOrigin}, 0.04);
+        EXPECT_EQ(found ? found->determined_axes : 0, 0)
+            << frames << " frames, stops at " << stops_s << ", guess " << guess_m_s;
       }
     }
 }
@@ -156,7 +204,8 @@ TEST(OutlineMotion, OfABoardThatStopsNoTurnIsGiven) {
     const Script script = random_script(random, 1, 3);
     auto seen = outlines_of(points, script, cameras, 24);
     const auto stopped = seen[12];
-    for (std::size_t i = 13; i < seen.size(); ++i) seen[i] = {seen[i].time_s, stopped.middle_world_m, stopped.outlines};
+    for (std::size_t i = 13; i < seen.size(); ++i)
+      seen[i] = {seen[i].time_s, stopped.middle_world_m, stopped.outlines};
     const auto found = collision::outline_motion(seen, script.motion, 0.08);
     if (!found) continue;
     ++told;
@@ -173,18 +222,22 @@ TEST(OutlineMotion, WhatIsTooLittleSaysNothing) {
   const Script script = random_script(random, 0.5, 2);
   EXPECT_FALSE(collision::outline_motion({}, {}, 0.08));
   EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, {}, 6), {}, 0.08));
-  EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, ring(1, 1.6, 0.5, 480, 1.1), 6), {}, 0.08));
+  EXPECT_FALSE(collision::outline_motion(
+      outlines_of(points, script, ring(1, 1.6, 0.5, 480, 1.1), 6), {}, 0.08));
   const auto cameras = ring(5, 1.6, 0.5, 480, 1.1);
   EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, cameras, 1), {}, 0.08));
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, cameras, 6), {Vector3d::Constant(kNan), kOrigin}, 0.08));
+  EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, cameras, 6),
+                                         {Vector3d::Constant(kNan), kOrigin}, 0.08));
   EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, cameras, 6), {}, kNan));
 }
 
 std::vector<collision::HullPart> parts_of(const std::vector<hull::Silhouette>& silhouettes) {
   base::WorkerPool pool(1);
   hull::CpuHull hull(pool, silhouettes);
-  return collision::hull_parts(hull::HullQuery(hull), {{Vector3d(-0.5, -0.5, -0.4), Vector3d(0.5, 0.5, 0.4)}, 0.005, 20, true});
+  return collision::hull_parts(
+      hull::HullQuery(hull),
+      {{Vector3d(-0.5, -0.5, -0.4), Vector3d(0.5, 0.5, 0.4)}, 0.005, 20, true});
 }
 
 // The outermost pixels are the outline's corners, and none lies outside it.
@@ -199,14 +252,17 @@ TEST(PartOutlines, HoldTheObjectPixels) {
       if ((outline.eye_world_m - geometry::camera_center_world_m(s.camera)).norm() > 1e-9) continue;
       ++seen;
       std::vector<Eigen::Vector2d> corners;
-      for (const Vector3d& ray : outline.corners_world) corners.push_back(*geometry::project(s.camera, outline.eye_world_m + ray));
+      for (const Vector3d& ray : outline.corners_world)
+        corners.push_back(*geometry::project(s.camera, outline.eye_world_m + ray));
       double outermost_px = -1e9, nearest = 1e9;
       for (int v = 0; v < 300; ++v)
         for (int u = 0; u < 300; ++u) {
           if (!s.pixels.contains(u, v)) continue;
           for (std::size_t i = 0; i < corners.size(); ++i) {
-            const Eigen::Vector2d side = corners[(i + 1) % corners.size()] - corners[i], at = Eigen::Vector2d(u, v) - corners[i];
-            outermost_px = std::max(outermost_px, (side.x() * at.y() - side.y() * at.x()) / side.norm());
+            const Eigen::Vector2d side = corners[(i + 1) % corners.size()] - corners[i],
+                                  at = Eigen::Vector2d(u, v) - corners[i];
+            outermost_px =
+                std::max(outermost_px, (side.x() * at.y() - side.y() * at.x()) / side.norm());
             nearest = std::min(nearest, at.norm());
           }
         }
@@ -220,26 +276,34 @@ TEST(PartOutlines, OneThatHidesAnotherOrLeavesTheImageGivesNone) {
   // Along the line of sight of the first camera, apart for the others.
   const std::vector<geometry::Camera> cameras = ring(5, 1.6, 0.3, 300, 1.1);
   const Vector3d sight = geometry::camera_center_world_m(cameras[0]).normalized();
-  const auto parts = parts_of(silhouettes_of({ball(-0.15 * sight, 0.03), ball(0.15 * sight, 0.03)}, cameras));
+  const auto parts =
+      parts_of(silhouettes_of({ball(-0.15 * sight, 0.03), ball(0.15 * sight, 0.03)}, cameras));
   ASSERT_EQ(parts.size(), 2u);
   for (const collision::HullPart& part : parts) {
     EXPECT_EQ(part.outlines.size(), 4u);
-    for (const collision::PartOutline& outline : part.outlines) EXPECT_GT((outline.eye_world_m - geometry::camera_center_world_m(cameras[0])).norm(), 0.1);
+    for (const collision::PartOutline& outline : part.outlines)
+      EXPECT_GT((outline.eye_world_m - geometry::camera_center_world_m(cameras[0])).norm(), 0.1);
   }
   std::vector<geometry::Camera> narrow = cameras;
-  narrow[2] = camera_at(geometry::camera_center_world_m(cameras[2]), 60, 0.1);  // the thing's middle, and no border of it but one
-  for (const collision::HullPart& part : parts_of(silhouettes_of({ball({0, 0, 0.03}, 0.04)}, narrow))) EXPECT_EQ(part.outlines.size(), 4u);
+  narrow[2] = camera_at(geometry::camera_center_world_m(cameras[2]), 60,
+                        0.1);  // the thing's middle, and no border of it but one
+  for (const collision::HullPart& part :
+       parts_of(silhouettes_of({ball({0, 0, 0.03}, 0.04)}, narrow)))
+    EXPECT_EQ(part.outlines.size(), 4u);
 }
 
 TEST(PartOutlines, APieceOfTwoSpoilsAllThatBothHaveInThatImage) {
   const Vector3d left(-0.1, 0, 0), right(0.1, 0, 0);
   base::WorkerPool pool(1);
-  hull::CpuHull hull(pool, silhouettes_of({ball(left, 0.03), ball(right, 0.03)}, ring(4, 1.6, 1.2, 300, 1.1)));
+  hull::CpuHull hull(
+      pool, silhouettes_of({ball(left, 0.03), ball(right, 0.03)}, ring(4, 1.6, 1.2, 300, 1.1)));
   const hull::HullQuery query(hull);
-  const std::vector<std::vector<Vector3d>> one{{left, right}}, two{{left}, {right}}, shared{{left, right}, {right}};
+  const std::vector<std::vector<Vector3d>> one{{left, right}}, two{{left}, {right}},
+      shared{{left, right}, {right}};
   EXPECT_EQ(collision::part_outlines(query, one)[0].size(), 4u);
   for (const auto& outlines : collision::part_outlines(query, two)) EXPECT_EQ(outlines.size(), 4u);
-  for (const auto& outlines : collision::part_outlines(query, shared)) EXPECT_TRUE(outlines.empty());
+  for (const auto& outlines : collision::part_outlines(query, shared))
+    EXPECT_TRUE(outlines.empty());
 }
 
 }  // namespace

@@ -77,7 +77,8 @@ TEST(Bus, LatchedTopicReachesALateJoiner) {
   auto reader = bus.reader<topics::CameraInfo>();
   bool seen = false;
   EXPECT_TRUE(eventually(bus, [&] {
-    for (const auto& sample : reader.take()) seen |= sample.valid() && sample->pinhole.width_px == 720;
+    for (const auto& sample : reader.take())
+      seen |= sample.valid() && sample->pinhole.width_px == 720;
     return seen;
   }));
 }
@@ -103,7 +104,10 @@ TEST(Bus, PeerOfAnotherTypeVersionIsRefusedByName) {
   setenv("CYCLONEDDS_URI", profile_xml("loopback").c_str(), 1);
   Bus bus({domain});
   auto reader = bus.reader<topics::FrameComposited>();
-  std::FILE* peer = popen((std::string(FIVEPIPE_BINARY_DIR) + "/bus_other_version_writer " + std::to_string(domain)).c_str(), "w");
+  std::FILE* peer = popen(
+      (std::string(FIVEPIPE_BINARY_DIR) + "/bus_other_version_writer " + std::to_string(domain))
+          .c_str(),
+      "w");
   ASSERT_NE(peer, nullptr);
   std::string told;
   EXPECT_TRUE(eventually(bus, [&] {

@@ -8,8 +8,10 @@
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
-  const dds_entity_t participant = dds_create_participant(dds_domainid_t(std::atoi(argv[1])), nullptr, nullptr);
-  const dds_entity_t topic = dds_create_topic(participant, &fivepipe_v1_FrameComposited_desc, "fivepipe/v1/FrameComposited", nullptr, nullptr);
+  const dds_entity_t participant =
+      dds_create_participant(dds_domainid_t(std::atoi(argv[1])), nullptr, nullptr);
+  const dds_entity_t topic = dds_create_topic(participant, &fivepipe_v1_FrameComposited_desc,
+                                              "fivepipe/v1/FrameComposited", nullptr, nullptr);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
   const dds_entity_t writer = dds_create_writer(participant, topic, qos, nullptr);

@@ -35,18 +35,22 @@ bool eventually(Bus& bus, const std::function<bool()>& condition) {
 std::vector<Kept> take_many(Bus& bus, SerializedReader& reader, std::size_t many) {
   std::vector<Kept> kept;
   EXPECT_TRUE(eventually(bus, [&] {
-    reader.take([&](const SerializedSample& s) { kept.push_back({s.kind, s.writer, s.source_stamp_ns, {s.cdr.begin(), s.cdr.end()}}); });
+    reader.take([&](const SerializedSample& s) {
+      kept.push_back({s.kind, s.writer, s.source_stamp_ns, {s.cdr.begin(), s.cdr.end()}});
+    });
     return kept.size() >= many;
   }));
   return kept;
 }
 
 topics::Topic described(const char* name) {
-  return *std::find_if(topics::all().begin(), topics::all().end(), [&](const topics::Topic& topic) { return std::string(topic.name) == name; });
+  return *std::find_if(topics::all().begin(), topics::all().end(),
+                       [&](const topics::Topic& topic) { return std::string(topic.name) == name; });
 }
 const topics::Topic map_topic = described(topics::ObjectPixelMap::name);
 
-fivepipe_v1_ObjectPixelMap map(const char* camera, std::uint64_t frame, std::vector<std::uint8_t>& payload) {
+fivepipe_v1_ObjectPixelMap map(const char* camera, std::uint64_t frame,
+                               std::vector<std::uint8_t>& payload) {
   fivepipe_v1_ObjectPixelMap message{};
   std::snprintf(message.camera, sizeof message.camera, "%s", camera);
   message.frame = frame;
@@ -83,7 +87,8 @@ TEST(SerializedBus, WritesAgainWhatWasWrittenToTheLastBitWithItsTime) {
   SerializedWriter replayer(to, map_topic, WriterHistory::keep_all);
   SerializedReader recorder_again(to, map_topic);
   auto typed_in = to.reader<topics::ObjectPixelMap>();
-  ASSERT_TRUE(eventually(from, [&] { return typed_out.readers() == 1 && replayer.readers() == 2; }));
+  ASSERT_TRUE(
+      eventually(from, [&] { return typed_out.readers() == 1 && replayer.readers() == 2; }));
 
   // Payloads of every length modulo the alignments.
   std::mt19937 random(5);
@@ -120,7 +125,8 @@ TEST(SerializedBus, PassesOnThatAWriterWentAway) {
   SerializedReader recorder(from, map_topic);
   SerializedWriter replayer(to, map_topic, WriterHistory::keep_all);
   auto typed_in = to.reader<topics::ObjectPixelMap>();
-  ASSERT_TRUE(eventually(from, [&] { return typed_out->readers() == 1 && replayer.readers() == 1; }));
+  ASSERT_TRUE(
+      eventually(from, [&] { return typed_out->readers() == 1 && replayer.readers() == 1; }));
   std::vector<std::uint8_t> payload{1, 2, 3};
   typed_out->write(map("left", 7, payload));
   const std::vector<Kept> there = take_many(from, recorder, 1);
@@ -135,7 +141,8 @@ TEST(SerializedBus, PassesOnThatAWriterWentAway) {
   bool told = false;
   ASSERT_TRUE(replayer.write({gone[0].kind, 0, gone[0].source_stamp_ns, gone[0].cdr}));
   EXPECT_TRUE(eventually(to, [&] {
-    for (const auto& sample : typed_in.take()) told |= !sample.valid() && sample.writer_gone() && std::string(sample->camera) == "left";
+    for (const auto& sample : typed_in.take())
+      told |= !sample.valid() && sample.writer_gone() && std::string(sample->camera) == "left";
     return told;
   }));
 }
@@ -151,7 +158,8 @@ TEST(SerializedBus, TellsOfAWriterGoneWhoseLastSampleWasNotTakenYet) {
   ASSERT_TRUE(eventually(bus, [&] { return recorder.writers() == 0; }));
   const std::vector<Kept> kept = take_many(bus, recorder, 4);
   ASSERT_EQ(kept.size(), 4u);
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(kept[i].kind, i < 3 ? SampleKind::data : SampleKind::unregistered);
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_EQ(kept[i].kind, i < 3 ? SampleKind::data : SampleKind::unregistered);
   EXPECT_LT(kept[3].cdr.size(), kept[0].cdr.size());
 }
 

@@ -17,7 +17,8 @@ config::Rig rig_of(int cameras) {
 }
 
 CameraMap map_of(std::size_t camera, std::uint64_t frame, bool with_object = true) {
-  CameraMap map{camera, frame, std::int64_t(1000 * frame + 10 * camera), hull::ObjectPixels(64, 48)};
+  CameraMap map{camera, frame, std::int64_t(1000 * frame + 10 * camera),
+                hull::ObjectPixels(64, 48)};
   if (with_object) map.pixels.set(5, 6);
   return map;
 }
@@ -95,7 +96,8 @@ TEST(FrameSets, CameraLostAndBack) {
   EXPECT_EQ(with[0].silhouettes.size(), 2u);
 }
 
-// Maps that waited are taken camera by camera, and pacing makes frame numbers jump: neither is a camera's loss.
+// Maps that waited are taken camera by camera, and pacing makes frame numbers jump: neither is a
+// camera's loss.
 TEST(FrameSets, CamerasTakenOneAfterTheOtherAreNotLost) {
   FrameSets sets(rig_of(3));
   std::vector<std::uint64_t> complete;
@@ -112,7 +114,8 @@ TEST(FrameSets, CamerasTakenOneAfterTheOtherAreNotLost) {
 TEST(FrameSets, StayBoundedWhenACameraNeverComes) {
   FrameSets sets(rig_of(2));
   std::uint64_t dropped = 0;
-  for (std::uint64_t frame = 0; frame < FrameSets::kLostAfterFrames; ++frame) sets.add(map_of(0, frame));
+  for (std::uint64_t frame = 0; frame < FrameSets::kLostAfterFrames; ++frame)
+    sets.add(map_of(0, frame));
   for (const auto& [reason, n] : sets.take_drops()) dropped += n;
   EXPECT_EQ(dropped, FrameSets::kLostAfterFrames - FrameSets::kMaxIncomplete);
 }

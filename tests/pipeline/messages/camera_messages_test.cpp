@@ -31,7 +31,8 @@ config::Rig one_camera_rig(int width_px, int height_px) {
   rig.name = "test";
   config::RigCamera camera;
   camera.name = "wall1";
-  camera.published = camera.source = {width_px, height_px, 500, 500, 0.5 * width_px, 0.5 * height_px};
+  camera.published =
+      camera.source = {width_px, height_px, 500, 500, 0.5 * width_px, 0.5 * height_px};
   rig.cameras.push_back(camera);
   return rig;
 }
@@ -41,8 +42,10 @@ TEST(ObjectPixelsCodec, BothEncodingsRoundTripAtEveryWidth) {
     for (const double density : {0.0, 0.01, 0.3, 1.0}) {
       const hull::ObjectPixels pixels = random_pixels(width, 13, density, unsigned(width));
       const hull::PixelRect region = pixels.bounds();
-      EXPECT_EQ(from_packed_bits(width, 13, region, packed_bits(pixels, region)), pixels) << width << ' ' << density;
-      EXPECT_EQ(from_run_lengths(width, 13, region, run_lengths(pixels, region)), pixels) << width << ' ' << density;
+      EXPECT_EQ(from_packed_bits(width, 13, region, packed_bits(pixels, region)), pixels)
+          << width << ' ' << density;
+      EXPECT_EQ(from_run_lengths(width, 13, region, run_lengths(pixels, region)), pixels)
+          << width << ' ' << density;
     }
 }
 
@@ -60,7 +63,9 @@ TEST(ObjectPixels, RunsAreFoundWhereTheyWereSet) {
         EXPECT_EQ(pixels.find(end, width, 1, true), width);
         EXPECT_EQ(pixels.find(0, width, 0, true), width);
         std::vector<std::array<int, 3>> runs;
-        pixels.for_each_run({0, 0, width, 3}, [&](int v, int first, int last) { runs.push_back({v, first, last}); });
+        pixels.for_each_run({0, 0, width, 3}, [&](int v, int first, int last) {
+          runs.push_back({v, first, last});
+        });
         EXPECT_EQ(runs, (std::vector<std::array<int, 3>>{{1, begin, end}}));
       }
 }
@@ -70,7 +75,8 @@ TEST(ObjectPixels, KeepsWhatOthersHaveToo) {
   hull::ObjectPixels both = a;
   both.keep(b);
   for (int v = 0; v < 20; ++v)
-    for (int u = 0; u < 130; ++u) ASSERT_EQ(both.contains(u, v), a.contains(u, v) && b.contains(u, v));
+    for (int u = 0; u < 130; ++u)
+      ASSERT_EQ(both.contains(u, v), a.contains(u, v) && b.contains(u, v));
 }
 
 TEST(ObjectPixelsCodec, EmptyMapIsNoBytes) {
@@ -100,7 +106,8 @@ TEST(ObjectPixelsCodec, RandomBytesNeverWriteOutsideTheRegion) {
   for (int i = 0; i < 20000; ++i) {
     std::vector<std::uint8_t> payload(std::size_t(length(random)));
     for (auto& b : payload) b = std::uint8_t(i % 2 ? byte(random) : byte(random) % 4);
-    for (const auto& pixels : {from_packed_bits(64, 12, region, payload), from_run_lengths(64, 12, region, payload)}) {
+    for (const auto& pixels :
+         {from_packed_bits(64, 12, region, payload), from_run_lengths(64, 12, region, payload)}) {
       if (!pixels || pixels->count() == 0) continue;
       EXPECT_EQ(hull::intersection(pixels->bounds(), region), pixels->bounds());
     }
@@ -149,12 +156,14 @@ TEST(CameraMessages, ColourOfAFixedCameraHasThePoseOfItsMapsToTheBit) {
   rig.cameras[0].camera_from_mount = geometry::look_at({1.3, -0.7, 0.9}, {0, 0.1, 0.2});
   hull::ObjectPixels pixels(720, 486);
   pixels.set_run(10, 12, 20);
-  const hull::ColourRegion sent{config::published_camera(rig.cameras[0]), pixels, {10, 20, 12, 21}, {1, 2, 3, 4, 5, 6}};
+  const hull::ColourRegion sent{
+      config::published_camera(rig.cameras[0]), pixels, {10, 20, 12, 21}, {1, 2, 3, 4, 5, 6}};
   OutgoingColour out = colour_message("wall1", 1, 1, sent);
   const auto received = colour_from(out.message(), rig);
   ASSERT_TRUE(std::holds_alternative<CameraColour>(received));
   const hull::ColourRegion& colour = std::get<CameraColour>(received).colour;
-  EXPECT_EQ(colour.camera.camera_from_world.matrix(), config::published_camera(rig.cameras[0]).camera_from_world.matrix());
+  EXPECT_EQ(colour.camera.camera_from_world.matrix(),
+            config::published_camera(rig.cameras[0]).camera_from_world.matrix());
   EXPECT_EQ(colour.bgr, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 6}));
   out.header.camera_from_world.translation_m.x += 0.01;
   EXPECT_TRUE(std::holds_alternative<BadMessage>(colour_from(out.message(), rig)));
@@ -177,13 +186,17 @@ TEST(CameraMessages, ColoursOfScatteredPixelsSurvive) {
     for (int v = r.v0_px; v < r.v1_px; ++v)
       for (int u = r.u0_px; u < r.u1_px; ++u)
         for (int c = 0; c < 3 && pixels.contains(u, v); ++c)
-          ASSERT_EQ(colour.bgr[std::size_t(3 * ((v - r.v0_px) * r.width_px() + u - r.u0_px) + c)], sent.bgr[std::size_t(3 * (v * 720 + u) + c)]);
+          ASSERT_EQ(colour.bgr[std::size_t(3 * ((v - r.v0_px) * r.width_px() + u - r.u0_px) + c)],
+                    sent.bgr[std::size_t(3 * (v * 720 + u) + c)]);
   }
 }
 
 TEST(CameraMessages, BadColoursAreNamed) {
   const config::Rig rig = one_camera_rig(720, 486);
-  hull::ColourRegion sent{config::published_camera(rig.cameras[0]), random_pixels(720, 486, 0.02, 5), {0, 0, 720, 486}, std::vector<std::uint8_t>(3 * 720 * 486, 9)};
+  hull::ColourRegion sent{config::published_camera(rig.cameras[0]),
+                          random_pixels(720, 486, 0.02, 5),
+                          {0, 0, 720, 486},
+                          std::vector<std::uint8_t>(3 * 720 * 486, 9)};
   OutgoingColour out = colour_message("wall1", 1, 1, sent);
   const auto why = [&](const fivepipe_v1_ObjectColour& message) {
     const auto received = colour_from(message, rig);
@@ -208,7 +221,9 @@ TEST(CameraMessages, AnotherCalibrationIsToldByName) {
   const config::Rig rig = one_camera_rig(720, 486);
   auto info = camera_info_message(rig.cameras[0]);
   EXPECT_EQ(disagreement(info, rig), "");
-  for (double fivepipe_v1_Pinhole::*field : {&fivepipe_v1_Pinhole::fx_px, &fivepipe_v1_Pinhole::fy_px, &fivepipe_v1_Pinhole::cx_px, &fivepipe_v1_Pinhole::cy_px}) {
+  for (double fivepipe_v1_Pinhole::*field :
+       {&fivepipe_v1_Pinhole::fx_px, &fivepipe_v1_Pinhole::fy_px, &fivepipe_v1_Pinhole::cx_px,
+        &fivepipe_v1_Pinhole::cy_px}) {
     auto broken = info;
     broken.pinhole.*field = std::numeric_limits<double>::quiet_NaN();
     EXPECT_NE(disagreement(broken, rig), "");
@@ -227,7 +242,9 @@ TEST(ViewMessages, PosesKeepTheirMeaningAndNanIsRefused) {
   fivepipe_v1_HeadPose message = out.message();
   const auto received = head_pose_from(message);
   ASSERT_TRUE(std::holds_alternative<FramePose>(received));
-  EXPECT_LT((std::get<FramePose>(received).eye_from_world.matrix() - pose.matrix()).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_LT(
+      (std::get<FramePose>(received).eye_from_world.matrix() - pose.matrix()).cwiseAbs().maxCoeff(),
+      1e-14);
   message.eye_from_world.rotation.w = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(std::holds_alternative<BadMessage>(head_pose_from(message)));
   EXPECT_EQ(std::get<FramePose>(received).tile_owners, (std::vector<std::uint8_t>{1, 0, 1}));

@@ -17,7 +17,7 @@ struct Made {
   std::string topic;
   std::optional<std::uint64_t> frame;
   std::int64_t log_stamp_ns;
-  std::uint32_t number = 0;  // its place in the file
+  std::uint32_t number = 0;           // its place in the file
   std::int64_t capture_stamp_ns = 0;  // 0: as the log's
 };
 
@@ -36,12 +36,18 @@ class FrameGroupsTest : public testing::Test {
     {
       RecordingWriter writer(path, "tests", {.chunk_bytes = 600});  // several chunks
       std::map<std::string, mcap::Id> channels;
-      for (const char* topic : {"a", "b", "c"}) channels[topic] = writer.add_channel(topic, test::kFramedType, test::kFramedIdl, {{"writer", topic}});
+      for (const char* topic : {"a", "b", "c"})
+        channels[topic] =
+            writer.add_channel(topic, test::kFramedType, test::kFramedIdl, {{"writer", topic}});
       channels["free"] = writer.add_channel("free", test::kFramelessType, test::kFramelessIdl, {});
       std::uint32_t number = 0;
       for (Made& made : messages) {
         made.number = number++;
-        writer.add(channels.at(made.topic), made.log_stamp_ns, made.log_stamp_ns, made.frame ? test::framed(*made.frame, made.number, made.capture_stamp_ns ? made.capture_stamp_ns : made.log_stamp_ns) : test::frameless(7, made.number));
+        writer.add(channels.at(made.topic), made.log_stamp_ns, made.log_stamp_ns,
+                   made.frame ? test::framed(*made.frame, made.number,
+                                             made.capture_stamp_ns ? made.capture_stamp_ns
+                                                                   : made.log_stamp_ns)
+                              : test::frameless(7, made.number));
       }
     }
     recording_.emplace(path);
@@ -53,14 +59,18 @@ class FrameGroupsTest : public testing::Test {
   }
 };
 
-// Each frame has its a, three b and c, anywhere within the `spread` frames after its turn; frameless ones in between.
+// Each frame has its a, three b and c, anywhere within the `spread` frames after its turn;
+// frameless ones in between.
 std::vector<Made> shuffled(std::mt19937& random, std::uint64_t frames, std::uint64_t spread) {
   std::vector<std::pair<std::uint64_t, Made>> placed;
   for (std::uint64_t frame = 0; frame < frames; ++frame) {
-    for (const char* topic : {"a", "b", "b", "b", "c"}) placed.push_back({100 * (frame + random() % spread) + random() % 100, {topic, 50 + frame, 0}});
+    for (const char* topic : {"a", "b", "b", "b", "c"})
+      placed.push_back(
+          {100 * (frame + random() % spread) + random() % 100, {topic, 50 + frame, 0}});
     placed.push_back({100 * frame + random() % 100, {"free", std::nullopt, 0}});
   }
-  std::stable_sort(placed.begin(), placed.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
+  std::stable_sort(placed.begin(), placed.end(),
+                   [](const auto& x, const auto& y) { return x.first < y.first; });
   std::vector<Made> messages;
   for (auto& [place, made] : placed) {
     made.log_stamp_ns = kStart_ns + std::int64_t(place) * kFrame_ns / 100;
@@ -91,7 +101,8 @@ TEST_F(FrameGroupsTest, FramesComeWholeAndByRankHoweverTheyAreMixed) {
         EXPECT_EQ(group.messages.size(), 1u);
         continue;
       }
-      EXPECT_TRUE(seen.insert(*group.frame).second) << "frame " << *group.frame << " came twice, seed " << seed;
+      EXPECT_TRUE(seen.insert(*group.frame).second)
+          << "frame " << *group.frame << " came twice, seed " << seed;
       ASSERT_EQ(group.messages.size(), 5u) << "frame " << *group.frame << ", seed " << seed;
       std::string topics;
       for (const KeptMessage& message : group.messages) topics += message.channel->topic;
@@ -111,14 +122,17 @@ TEST_F(FrameGroupsTest, MessagesThatComeTooLateAreToldAndStandAlone) {
   constexpr std::uint64_t kFrames = FrameGroups::kFramesAhead + 40;
   std::vector<Made> messages;
   for (std::uint64_t frame = 0; frame < kFrames; ++frame)
-    for (const char* topic : {"a", "b"}) messages.push_back({topic, frame, kStart_ns + std::int64_t(frame) * kFrame_ns});
+    for (const char* topic : {"a", "b"})
+      messages.push_back({topic, frame, kStart_ns + std::int64_t(frame) * kFrame_ns});
   const std::size_t at = 2 * (3 + FrameGroups::kFramesAhead + 2);
-  messages.insert(messages.begin() + std::ptrdiff_t(at), {"c", 3, messages[at].log_stamp_ns, 0, kStart_ns + 3 * kFrame_ns});
+  messages.insert(messages.begin() + std::ptrdiff_t(at),
+                  {"c", 3, messages[at].log_stamp_ns, 0, kStart_ns + 3 * kFrame_ns});
   std::uint64_t late = 0;
   const auto groups = groups_of(messages, &late);
   EXPECT_EQ(late, 1u);
   EXPECT_EQ(groups.size(), kFrames + 1);
-  const auto alone = std::find_if(groups.begin(), groups.end(), [](const FrameGroup& group) { return !group.frame; });
+  const auto alone = std::find_if(groups.begin(), groups.end(),
+                                  [](const FrameGroup& group) { return !group.frame; });
   ASSERT_NE(alone, groups.end());
   EXPECT_EQ(alone->messages.at(0).channel->topic, "c");
 }
@@ -128,7 +142,10 @@ TEST_F(FrameGroupsTest, RunsWithTheSameNumbersStayApart) {
   std::vector<Made> messages;
   for (std::int64_t run = 0; run < 2; ++run)
     for (std::uint64_t frame = 0; frame < 5; ++frame)
-      for (const char* topic : {"b", "a"}) messages.push_back({topic, frame, kStart_ns + run * FrameGroups::kOneFrameTakes_ns + std::int64_t(frame) * kFrame_ns});
+      for (const char* topic : {"b", "a"})
+        messages.push_back(
+            {topic, frame,
+             kStart_ns + run * FrameGroups::kOneFrameTakes_ns + std::int64_t(frame) * kFrame_ns});
   std::uint64_t late = 1;
   const auto groups = groups_of(messages, &late);
   EXPECT_EQ(late, 0u);

@@ -7,8 +7,8 @@
 #include <csignal>
 #include <random>
 
-#include "common/recording/mcap/recover.h"
 #include "common/recording/files/format.h"
+#include "common/recording/mcap/recover.h"
 #include "tests/support/synthetic_recordings.h"
 
 namespace fivepipe::recording {
@@ -31,7 +31,13 @@ std::vector<Kept> all_of(const Recording& recording) {
   std::vector<Kept> all;
   auto cursor = recording.messages();
   while (const auto m = cursor.next())
-    all.push_back({m->channel->topic, m->channel->writer, m->sequence, m->log_stamp_ns, m->source_stamp_ns, m->key_change, {m->cdr.begin(), m->cdr.end()}});
+    all.push_back({m->channel->topic,
+                   m->channel->writer,
+                   m->sequence,
+                   m->log_stamp_ns,
+                   m->source_stamp_ns,
+                   m->key_change,
+                   {m->cdr.begin(), m->cdr.end()}});
   return all;
 }
 
@@ -41,14 +47,17 @@ class RecordingWriterTest : public testing::Test {
   const std::filesystem::path path_ = folder_.path / "made.mcap";
 
   // So many messages of so many bytes, 1 ms apart.
-  static void add(RecordingWriter& writer, mcap::Id channel, std::uint32_t count, std::size_t bytes) {
+  static void add(RecordingWriter& writer, mcap::Id channel, std::uint32_t count,
+                  std::size_t bytes) {
     const Bytes payload(bytes);
-    for (std::uint32_t i = 0; i < count; ++i) writer.add(channel, kStart_ns + i * 1'000'000, kStart_ns, payload);
+    for (std::uint32_t i = 0; i < count; ++i)
+      writer.add(channel, kStart_ns + i * 1'000'000, kStart_ns, payload);
   }
 };
 
 TEST_F(RecordingWriterTest, AllKindsComeBackByWriter) {
-  for (const auto compression : {mcap::Compression::none, mcap::Compression::lz4, mcap::Compression::zstd}) {
+  for (const auto compression :
+       {mcap::Compression::none, mcap::Compression::lz4, mcap::Compression::zstd}) {
     std::filesystem::remove(path_);
     std::mt19937 random(1);
     std::vector<Kept> expected;
@@ -57,7 +66,10 @@ TEST_F(RecordingWriterTest, AllKindsComeBackByWriter) {
       writer.attach({1, 2, "deployment/a/b.yaml", "application/yaml", "b"});
       writer.add({kRecordingMetadata, {{"version", "0"}, {kDeploymentFileKey, "a/b.yaml"}}});
       std::vector<mcap::Id> channels;
-      for (const char* of : {"one", "other"}) channels.push_back(writer.add_channel("t", test::kFramedType, test::kFramedIdl, {{"writer", of}, {"node", std::string("node ") + of}}));
+      for (const char* of : {"one", "other"})
+        channels.push_back(
+            writer.add_channel("t", test::kFramedType, test::kFramedIdl,
+                               {{"writer", of}, {"node", std::string("node ") + of}}));
       std::uint32_t sequences[2] = {}, key_sequences[2] = {};
       for (std::uint32_t i = 0; i < 500; ++i) {
         const std::size_t of = random() % 2;
@@ -65,12 +77,15 @@ TEST_F(RecordingWriterTest, AllKindsComeBackByWriter) {
         Bytes payload(random() % 100);
         for (std::byte& byte : payload) byte = std::byte(random());
         std::optional<KeyChange> change;
-        if (random() % 5 == 0) change = random() % 2 ? KeyChange::disposed : KeyChange::unregistered;
+        if (random() % 5 == 0)
+          change = random() % 2 ? KeyChange::disposed : KeyChange::unregistered;
         if (change)
           writer.add(channels[of], stamp_ns, stamp_ns - 7, *change, payload);
         else
           writer.add(channels[of], stamp_ns, stamp_ns - 7, payload);
-        expected.push_back({"t", of ? "other" : "one", change ? key_sequences[of]++ : sequences[of]++, stamp_ns, stamp_ns - 7, change, payload});
+        expected.push_back({"t", of ? "other" : "one",
+                            change ? key_sequences[of]++ : sequences[of]++, stamp_ns, stamp_ns - 7,
+                            change, payload});
       }
     }
     const Recording recording(path_);
@@ -79,10 +94,13 @@ TEST_F(RecordingWriterTest, AllKindsComeBackByWriter) {
     EXPECT_EQ(recording.start_ns(), kStart_ns);
     EXPECT_EQ(recording.end_ns(), kStart_ns + 499'000);
     EXPECT_EQ(recording.channels().size(), 4u);
-    for (const RecordedChannel& channel : recording.channels()) EXPECT_EQ(channel.node, "node " + channel.writer);
+    for (const RecordedChannel& channel : recording.channels())
+      EXPECT_EQ(channel.node, "node " + channel.writer);
     EXPECT_EQ(recording.metadata(kRecordingMetadata).at("version"), "0");
     const auto counts = recording.metadata(kCountsMetadata);
-    const std::uint64_t keys = std::uint64_t(std::count_if(expected.begin(), expected.end(), [](const Kept& kept) { return kept.key_change.has_value(); }));
+    const std::uint64_t keys =
+        std::uint64_t(std::count_if(expected.begin(), expected.end(),
+                                    [](const Kept& kept) { return kept.key_change.has_value(); }));
     EXPECT_EQ(counts.at("t received"), std::to_string(500 - keys));
     EXPECT_EQ(counts.at("t/key_state written"), std::to_string(keys));
     const auto deployment = recording.extract_deployment(folder_.path / "out");
@@ -91,17 +109,22 @@ TEST_F(RecordingWriterTest, AllKindsComeBackByWriter) {
   }
 }
 
-// What waits is as much as may wait: as when the disk stalls. Then it is written, and there is room again.
+// What waits is as much as may wait: as when the disk stalls. Then it is written, and there is room
+// again.
 TEST_F(RecordingWriterTest, WhatFindsNoRoomIsLostCountedAndSeenAsAGap) {
   constexpr std::size_t room_bytes = 100'000;
-  RecordingWriter writer(path_, "tests", {.chunk_bytes = 10 * room_bytes, .chunk_s = 0.1, .most_waiting_bytes = room_bytes});
+  RecordingWriter writer(
+      path_, "tests",
+      {.chunk_bytes = 10 * room_bytes, .chunk_s = 0.1, .most_waiting_bytes = room_bytes});
   const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
   for (std::uint32_t round = 0; round < 3; ++round) {
-    for (std::uint32_t i = 0; i < 200; ++i) writer.add(channel, kStart_ns + (200 * round + i) * 1'000'000, kStart_ns, Bytes(1000));
+    for (std::uint32_t i = 0; i < 200; ++i)
+      writer.add(channel, kStart_ns + (200 * round + i) * 1'000'000, kStart_ns, Bytes(1000));
     const TopicCounts before = writer.counts().at("t");
     EXPECT_GT(before.lost, 100u * (round + 1));
     writer.tick(kStart_ns + 200 * (round + 1) * 1'000'000);
-    for (int waits = 0; writer.counts().at("t").written == before.written && waits < 1000; ++waits) usleep(10'000);
+    for (int waits = 0; writer.counts().at("t").written == before.written && waits < 1000; ++waits)
+      usleep(10'000);
   }
   writer.finish();
   const TopicCounts counts = writer.counts().at("t");
@@ -113,7 +136,8 @@ TEST_F(RecordingWriterTest, WhatFindsNoRoomIsLostCountedAndSeenAsAGap) {
   EXPECT_EQ(recording.metadata(kCountsMetadata).at("t lost"), std::to_string(counts.lost));
   const auto kept = all_of(recording);
   EXPECT_EQ(kept.size(), counts.written);
-  for (const Kept& message : kept) EXPECT_EQ(kStart_ns + message.sequence * 1'000'000, message.log_stamp_ns);
+  for (const Kept& message : kept)
+    EXPECT_EQ(kStart_ns + message.sequence * 1'000'000, message.log_stamp_ns);
 }
 
 TEST_F(RecordingWriterTest, AFullDiskEndsTheWritingAndLeavesWhatWasWritten) {
@@ -122,7 +146,8 @@ TEST_F(RecordingWriterTest, AFullDiskEndsTheWritingAndLeavesWhatWasWritten) {
   getrlimit(RLIMIT_FSIZE, &before);
   rlimit limit = before;
   limit.rlim_cur = 300'000;
-  RecordingWriter writer(path_, "tests", {.compression = mcap::Compression::none, .chunk_bytes = 20'000});
+  RecordingWriter writer(path_, "tests",
+                         {.compression = mcap::Compression::none, .chunk_bytes = 20'000});
   const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
   setrlimit(RLIMIT_FSIZE, &limit);
   add(writer, channel, 1000, 1000);
@@ -155,7 +180,8 @@ TEST_F(RecordingWriterTest, AChunkThatIsOldIsOnTheDiskSoon) {
 
 // What waits is far more than a disk takes in between two questions.
 TEST_F(RecordingWriterTest, WhatIsGivenUpAtTheEndIsLostCountedAndSaidWhy) {
-  RecordingWriter writer(path_, "tests", {.compression = mcap::Compression::zstd, .chunk_bytes = 100'000});
+  RecordingWriter writer(path_, "tests",
+                         {.compression = mcap::Compression::zstd, .chunk_bytes = 100'000});
   const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
   add(writer, channel, 100'000, 1000);
   writer.finish([] { return true; });
@@ -205,7 +231,10 @@ TEST_F(RecordingWriterTest, TypesThatAreNotThisBuildsAreNamed) {
   other.replace(other.find("cost_ms"), 7, "cost_us");
   {
     RecordingWriter writer(path_, "tests", {});
-    add(writer, writer.add_channel("same", "fivepipe::v1::Command", schema::fivepipe_schema("fivepipe::v1::Command"), {}), 1, 8);
+    add(writer,
+        writer.add_channel("same", "fivepipe::v1::Command",
+                           schema::fivepipe_schema("fivepipe::v1::Command"), {}),
+        1, 8);
     add(writer, writer.add_channel("unknown", test::kFramedType, test::kFramedIdl, {}), 1, 8);
     add(writer, writer.add_channel("changed", own, other, {}), 1, 8);
   }
@@ -216,7 +245,9 @@ TEST_F(RecordingWriterTest, TypesThatAreNotThisBuildsAreNamed) {
   ASSERT_EQ(problems.size(), 2u);
   EXPECT_NE(problems[0].find("changed: " + own), std::string::npos) << problems[0];
   EXPECT_NE(problems[0].find("cost_us"), std::string::npos) << problems[0];
-  EXPECT_NE(problems[1].find(std::string("unknown: its type ") + test::kFramedType), std::string::npos) << problems[1];
+  EXPECT_NE(problems[1].find(std::string("unknown: its type ") + test::kFramedType),
+            std::string::npos)
+      << problems[1];
 }
 
 }  // namespace

@@ -31,7 +31,8 @@ constexpr const char* kIdl = R"(module made_up {
 };
 )";
 
-// Plain CDR, little-endian: every number aligned to its size, counted from behind the encapsulation header (DDS-XTypes 1.3, 7.4.1.1).
+// Plain CDR, little-endian: every number aligned to its size, counted from behind the encapsulation
+// header (DDS-XTypes 1.3, 7.4.1.1).
 class Cdr {
  public:
   Cdr() : bytes_{std::byte(0), std::byte(1), std::byte(0), std::byte(0)} {}
@@ -63,7 +64,8 @@ struct Thing {
 
 Thing thing(std::uint32_t number) {
   // Stamps and offsets that a double can't hold.
-  Thing made{number, 1'700'000'000'000'000'001u + number, "thing " + std::to_string(number), {}, {}, -(std::int64_t(1) << 60) - number};
+  Thing made{number, 1'700'000'000'000'000'001u + number, "thing " + std::to_string(number), {},
+             {},     -(std::int64_t(1) << 60) - number};
   for (std::uint32_t i = 0; i < number % 100; ++i) made.pixels.push_back(std::uint8_t(number + i));
   for (std::uint32_t i = 0; i < 3 * (number % 4); ++i) made.corners.push_back(0.1 * i + number);
   return made;
@@ -71,7 +73,10 @@ Thing thing(std::uint32_t number) {
 
 Bytes cdr_of(const Thing& thing) {
   Cdr cdr;
-  cdr.add(thing.number).add(thing.stamp_ns).add_text(thing.name).add(std::uint32_t(thing.pixels.size()));
+  cdr.add(thing.number)
+      .add(thing.stamp_ns)
+      .add_text(thing.name)
+      .add(std::uint32_t(thing.pixels.size()));
   for (const std::uint8_t pixel : thing.pixels) cdr.add(pixel);
   for (const float ratio : {0.5f, -1.25f, 3.f}) cdr.add(ratio);
   cdr.add(std::uint32_t(thing.corners.size() / 3));
@@ -83,7 +88,8 @@ Bytes cdr_of(const Thing& thing) {
 std::string printed_octets(const std::vector<std::uint8_t>& octets) {
   char text[64];
   if (octets.size() > 64) {
-    std::snprintf(text, sizeof text, "crc32:%08x/%zu", crc32_of(std::as_bytes(std::span(octets))), octets.size());
+    std::snprintf(text, sizeof text, "crc32:%08x/%zu", crc32_of(std::as_bytes(std::span(octets))),
+                  octets.size());
     return text;
   }
   std::string hexadecimal;
@@ -96,14 +102,28 @@ std::string printed_octets(const std::vector<std::uint8_t>& octets) {
 
 json line_of(const Thing& thing, const std::string& topic, std::uint64_t log_stamp_ns) {
   json corners = json::array();
-  for (std::size_t i = 0; i < thing.corners.size(); i += 3) corners.push_back({{"x", thing.corners[i]}, {"y", thing.corners[i + 1]}, {"z", thing.corners[i + 2]}});
-  const json value = {{"number", thing.number}, {"stamp_ns", std::to_string(thing.stamp_ns)}, {"name", thing.name}, {"pixels", printed_octets(thing.pixels)},
-                      {"ratios", {0.5, -1.25, 3}}, {"corners", corners}, {"seen", thing.number % 2 == 1}, {"offset", std::to_string(thing.offset)}};
-  return {{"topic", topic}, {"sequence", thing.number}, {"log", std::to_string(log_stamp_ns)}, {"publish", std::to_string(thing.stamp_ns)}, {"value", value}};
+  for (std::size_t i = 0; i < thing.corners.size(); i += 3)
+    corners.push_back(
+        {{"x", thing.corners[i]}, {"y", thing.corners[i + 1]}, {"z", thing.corners[i + 2]}});
+  const json value = {{"number", thing.number},
+                      {"stamp_ns", std::to_string(thing.stamp_ns)},
+                      {"name", thing.name},
+                      {"pixels", printed_octets(thing.pixels)},
+                      {"ratios", {0.5, -1.25, 3}},
+                      {"corners", corners},
+                      {"seen", thing.number % 2 == 1},
+                      {"offset", std::to_string(thing.offset)}};
+  return {{"topic", topic},
+          {"sequence", thing.number},
+          {"log", std::to_string(log_stamp_ns)},
+          {"publish", std::to_string(thing.stamp_ns)},
+          {"value", value}};
 }
 
 constexpr std::uint32_t kThings = 300, kThingsAChunk = 70;
-std::uint64_t log_stamp_ns(std::uint32_t number) { return 1'700'000'000'000'000'500u + 10 * number; }
+std::uint64_t log_stamp_ns(std::uint32_t number) {
+  return 1'700'000'000'000'000'500u + 10 * number;
+}
 const char* topic_of(std::uint32_t number) { return number % 3 == 0 ? "things/b" : "things/a"; }
 
 void write_things(const std::filesystem::path& path, Compression compression, bool finishes) {
@@ -174,7 +194,8 @@ TEST_P(McapConformance, AnotherReaderReadsAMendedFileWhoseLastIndexWasCut) {
   const Reader whole(path_);
   const ChunkIndex& last = whole.chunks().back();
   ASSERT_EQ(last.message_index_offsets.size(), 2u);
-  std::filesystem::resize_file(path_, last.offset + last.length_bytes + last.message_index_bytes - 5);
+  std::filesystem::resize_file(path_,
+                               last.offset + last.length_bytes + last.message_index_bytes - 5);
   recover(path_);
   expect_all_things(path_);
 }
@@ -202,11 +223,17 @@ TEST_P(McapConformance, AnotherReaderSkipsADamagedChunkThatWasSetAside) {
   ASSERT_EQ(output.exit_code, 0) << output.text;
   const json summary = json::parse(output.text);
   EXPECT_EQ(summary["chunks"], 4);
-  EXPECT_EQ(summary["topics"]["things/a"].get<int>() + summary["topics"]["things/b"].get<int>(), int(kThings - kThingsAChunk));
+  EXPECT_EQ(summary["topics"]["things/a"].get<int>() + summary["topics"]["things/b"].get<int>(),
+            int(kThings - kThingsAChunk));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, McapConformance, testing::Values(Compression::none, Compression::lz4, Compression::zstd),
-                         [](const auto& test) { return test.param == Compression::none ? "None" : "With_" + std::string(name_of(test.param)); });
+INSTANTIATE_TEST_SUITE_P(All, McapConformance,
+                         testing::Values(Compression::none, Compression::lz4, Compression::zstd),
+                         [](const auto& test) {
+                           return test.param == Compression::none
+                                      ? "None"
+                                      : "With_" + std::string(name_of(test.param));
+                         });
 
 }  // namespace
 }  // namespace fivepipe::mcap

@@ -13,10 +13,13 @@ class McapDamage : public testing::Test {
   const std::filesystem::path path_ = folder_.path / "a.mcap", other_ = folder_.path / "b.mcap";
 
   // Where chunk records end, without the indexes behind them.
-  static std::size_t messages_up_to(const test::Recording& recording, const std::vector<ChunkIndex>& chunks, std::uint64_t cut_bytes) {
+  static std::size_t messages_up_to(const test::Recording& recording,
+                                    const std::vector<ChunkIndex>& chunks,
+                                    std::uint64_t cut_bytes) {
     std::size_t messages = 0;
     for (std::size_t i = 0; i < chunks.size(); ++i)
-      if (chunks[i].offset + chunks[i].length_bytes <= cut_bytes) messages = recording.chunk_ends[i];
+      if (chunks[i].offset + chunks[i].length_bytes <= cut_bytes)
+        messages = recording.chunk_ends[i];
     return messages;
   }
 };
@@ -27,19 +30,23 @@ TEST_F(McapDamage, CutAnywhereAFileGivesEveryMessageOfItsWholeChunksAndCanBeMend
     test::Recording recording = test::made_up_recording(cut, 1 + random() % 6, 1 + random() % 30);
     test::write(recording, path_, Compression(cut % 3));
     const std::vector<ChunkIndex> chunks = Reader(path_).chunks();
-    const std::uint64_t size_bytes = std::filesystem::file_size(path_), cut_bytes = random() % size_bytes;
+    const std::uint64_t size_bytes = std::filesystem::file_size(path_),
+                        cut_bytes = random() % size_bytes;
     std::filesystem::resize_file(path_, cut_bytes);
     if (cut_bytes < kMagic.size()) {
       EXPECT_THROW(Reader{path_}, McapError);
       EXPECT_THROW(recover(path_), McapError);
       continue;
     }
-    const auto whole = std::vector(recording.messages.begin(), recording.messages.begin() + std::ptrdiff_t(messages_up_to(recording, chunks, cut_bytes)));
+    const auto whole = std::vector(
+        recording.messages.begin(),
+        recording.messages.begin() + std::ptrdiff_t(messages_up_to(recording, chunks, cut_bytes)));
     const Reader reader(path_);
     EXPECT_FALSE(reader.is_finished());
     EXPECT_EQ(reader.damage().damaged_records, 0u);
     EXPECT_EQ(reader.damage().whole_bytes + reader.damage().cut_bytes, cut_bytes);
-    EXPECT_EQ(test::all_messages(reader.messages()), whole) << "cut after " << cut_bytes << " of " << size_bytes;
+    EXPECT_EQ(test::all_messages(reader.messages()), whole)
+        << "cut after " << cut_bytes << " of " << size_bytes;
     EXPECT_EQ(test::broken_promise(path_, other_), "");
     recover(path_);
     const Reader mended(path_);
@@ -53,9 +60,12 @@ TEST_F(McapDamage, EveryByteMayBeTheLast) {
   test::Recording recording = test::made_up_recording(5, 2, 3);
   test::write(recording, path_, Compression::lz4);
   const std::vector<ChunkIndex> chunks = Reader(path_).chunks();
-  for (std::uint64_t cut_bytes = std::filesystem::file_size(path_) - 1; cut_bytes >= kMagic.size(); --cut_bytes) {
+  for (std::uint64_t cut_bytes = std::filesystem::file_size(path_) - 1; cut_bytes >= kMagic.size();
+       --cut_bytes) {
     std::filesystem::resize_file(path_, cut_bytes);
-    ASSERT_EQ(test::all_messages(Reader(path_).messages()).size(), messages_up_to(recording, chunks, cut_bytes)) << cut_bytes;
+    ASSERT_EQ(test::all_messages(Reader(path_).messages()).size(),
+              messages_up_to(recording, chunks, cut_bytes))
+        << cut_bytes;
     ASSERT_EQ(test::broken_promise(path_, other_), "") << cut_bytes;
   }
 }
@@ -70,7 +80,8 @@ TEST_F(McapDamage, RandomDamageNeverBreaksAPromise) {
   }
   for (int i = 0; i < 4000; ++i) {
     Bytes bytes = files[random() % files.size()];
-    for (std::uint32_t mutations = 1 + random() % 4; mutations > 0; --mutations) test::mutate(bytes, random);
+    for (std::uint32_t mutations = 1 + random() % 4; mutations > 0; --mutations)
+      test::mutate(bytes, random);
     if (random() % 2 == 0) test::make_crcs_fit(bytes);
     test::write_file(path_, bytes);
     ASSERT_EQ(test::broken_promise(path_, other_), "") << "mutation " << i;
@@ -91,7 +102,10 @@ TEST_F(McapDamage, ADamagedChunkOfAFinishedFileIsNamedAndPassed) {
       cursor.next();
       FAIL() << "the damage was not found";
     } catch (const McapError& error) {
-      EXPECT_NE(std::string(error.what()).find(path_.string() + ": byte " + std::to_string(chunk.offset) + ":"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what())
+                    .find(path_.string() + ": byte " + std::to_string(chunk.offset) + ":"),
+                std::string::npos)
+          << error.what();
     }
     for (int i = 40; i < 60; ++i) ASSERT_EQ(cursor.next()->sequence, std::uint32_t(i));
     EXPECT_FALSE(cursor.next());
@@ -99,7 +113,8 @@ TEST_F(McapDamage, ADamagedChunkOfAFinishedFileIsNamedAndPassed) {
     const Reader scanning = Reader::scanning(path_);
     EXPECT_TRUE(scanning.is_finished());
     ASSERT_EQ(scanning.damage().damaged_records, 1u);
-    EXPECT_NE(scanning.damage().damaged_names.at(0).find(std::to_string(chunk.offset)), std::string::npos);
+    EXPECT_NE(scanning.damage().damaged_names.at(0).find(std::to_string(chunk.offset)),
+              std::string::npos);
     EXPECT_EQ(test::all_messages(scanning.messages()).size(), 40u);
   }
 }
@@ -113,7 +128,8 @@ TEST_F(McapDamage, TheLastChunksCutIndexIsWrittenAgain) {
   std::filesystem::resize_file(path_, index_end);
   recover(path_);
   const Bytes uncut = test::file_bytes(path_);
-  for (std::uint64_t cut_bytes = last.offset + last.length_bytes; cut_bytes < index_end; ++cut_bytes) {
+  for (std::uint64_t cut_bytes = last.offset + last.length_bytes; cut_bytes < index_end;
+       ++cut_bytes) {
     test::write_file(path_, ByteView(uncut).first(cut_bytes));
     recover(path_);
     ASSERT_EQ(test::file_bytes(path_), uncut) << cut_bytes;
@@ -126,7 +142,8 @@ TEST_F(McapDamage, AnEndOfZerosIsCutOff) {
   test::write(recording, path_, Compression::zstd, false);
   const ChunkIndex last = Reader(path_).chunks()[2];
   Bytes bytes = test::file_bytes(path_);
-  std::fill(bytes.begin() + std::ptrdiff_t(last.offset + last.length_bytes / 2), bytes.end(), std::byte(0));
+  std::fill(bytes.begin() + std::ptrdiff_t(last.offset + last.length_bytes / 2), bytes.end(),
+            std::byte(0));
   test::write_file(path_, bytes);
   const Recovery recovery = recover(path_);
   EXPECT_EQ(recovery.statistics.messages, 40u);
@@ -195,7 +212,8 @@ TEST_F(McapDamage, AChunkOfTooManySchemasIsDamaged) {
 TEST_F(McapDamage, AChunkThatClaimsMoreThanItCanHoldIsRefused) {
   test::Recording recording = test::made_up_recording(10, 1, 10);
   for (const Compression compression : {Compression::none, Compression::lz4, Compression::zstd})
-    for (const std::uint64_t claimed_bytes : {std::uint64_t(1) << 30, (std::uint64_t(1) << 30) + 1, std::uint64_t(1) << 62}) {
+    for (const std::uint64_t claimed_bytes :
+         {std::uint64_t(1) << 30, (std::uint64_t(1) << 30) + 1, std::uint64_t(1) << 62}) {
       test::write(recording, path_, compression, false);
       const ChunkIndex chunk = Reader(path_).chunks()[0];
       Bytes bytes = test::file_bytes(path_);

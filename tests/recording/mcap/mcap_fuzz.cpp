@@ -1,4 +1,5 @@
-// Damages MCAP files at random for a while; says the seed when a promise of tests/mcap_mutations.h is broken. Run it under the sanitizers.
+// Damages MCAP files at random for a while; says the seed when a promise of tests/mcap_mutations.h
+// is broken. Run it under the sanitizers.
 #include <charconv>
 #include <chrono>
 #include <cstdio>
@@ -16,7 +17,8 @@ seed is printed, and the file is kept as mcap_fuzz_broken.mcap.
 )";
 
 Bytes starting_file(const test::TestFolder& folder, std::mt19937& random) {
-  test::Recording recording = test::made_up_recording(random() % 50, random() % 5, 1 + random() % 12);
+  test::Recording recording =
+      test::made_up_recording(random() % 50, random() % 5, 1 + random() % 12);
   test::write(recording, folder.path / "start.mcap", Compression(random() % 3), random() % 2 == 0);
   return test::file_bytes(folder.path / "start.mcap");
 }
@@ -24,7 +26,8 @@ Bytes starting_file(const test::TestFolder& folder, std::mt19937& random) {
 bool keeps_its_promises(const test::TestFolder& folder, std::uint32_t seed) {
   std::mt19937 random(seed);
   Bytes bytes = starting_file(folder, random);
-  for (std::uint32_t mutations = 1 + random() % 8; mutations > 0; --mutations) test::mutate(bytes, random);
+  for (std::uint32_t mutations = 1 + random() % 8; mutations > 0; --mutations)
+    test::mutate(bytes, random);
   if (random() % 2 == 0) test::make_crcs_fit(bytes);
   const std::filesystem::path path = folder.path / "a.mcap";
   test::write_file(path, bytes);
@@ -62,7 +65,8 @@ bool read(const char* text, auto& value) {
 int main(int argc, char** argv) {
   double duration_s = 0;
   std::uint32_t seed = 1;
-  if (argc < 2 || argc > 3 || !fivepipe::mcap::read(argv[1], duration_s) || (argc == 3 && !fivepipe::mcap::read(argv[2], seed))) {
+  if (argc < 2 || argc > 3 || !fivepipe::mcap::read(argv[1], duration_s) ||
+      (argc == 3 && !fivepipe::mcap::read(argv[2], seed))) {
     std::fputs(fivepipe::mcap::kUsage, stderr);
     return 2;
   }

@@ -21,11 +21,17 @@ test::Recording shuffled_recording(std::uint32_t seed) {
   return recording;
 }
 
-std::vector<test::OwnMessage> expected_of(const test::Recording& recording, std::uint64_t start_ns, std::uint64_t end_ns, const std::set<Id>& channels) {
+std::vector<test::OwnMessage> expected_of(const test::Recording& recording, std::uint64_t start_ns,
+                                          std::uint64_t end_ns, const std::set<Id>& channels) {
   std::vector<test::OwnMessage> expected;
   for (const test::OwnMessage& message : recording.messages)
-    if (message.log_stamp_ns >= start_ns && message.log_stamp_ns <= end_ns && channels.contains(message.channel)) expected.push_back(message);
-  std::stable_sort(expected.begin(), expected.end(), [](const test::OwnMessage& a, const test::OwnMessage& b) { return a.log_stamp_ns < b.log_stamp_ns; });
+    if (message.log_stamp_ns >= start_ns && message.log_stamp_ns <= end_ns &&
+        channels.contains(message.channel))
+      expected.push_back(message);
+  std::stable_sort(expected.begin(), expected.end(),
+                   [](const test::OwnMessage& a, const test::OwnMessage& b) {
+                     return a.log_stamp_ns < b.log_stamp_ns;
+                   });
   return expected;
 }
 
@@ -36,11 +42,15 @@ TEST(McapOrder, GivesWhatIsAskedForByStampOfOverlappingChunksToo) {
     test::Recording recording = shuffled_recording(seed);
     test::write(recording, folder.path / "a.mcap", Compression(seed % 3), seed % 2 == 0);
     const Reader reader(folder.path / "a.mcap");
-    EXPECT_EQ(test::all_messages(reader.messages()), expected_of(recording, 0, ~std::uint64_t(0), {1, 2, 3})) << seed;
+    EXPECT_EQ(test::all_messages(reader.messages()),
+              expected_of(recording, 0, ~std::uint64_t(0), {1, 2, 3}))
+        << seed;
     for (int i = 0; i < 5; ++i) {
       const std::uint64_t start_ns = random() % 1000, end_ns = start_ns + random() % 500;
       const std::set<Id> channels = {Id(1 + random() % 3), Id(1 + random() % 3)};
-      EXPECT_EQ(test::all_messages(reader.messages(start_ns, end_ns, channels)), expected_of(recording, start_ns, end_ns, channels)) << seed;
+      EXPECT_EQ(test::all_messages(reader.messages(start_ns, end_ns, channels)),
+                expected_of(recording, start_ns, end_ns, channels))
+          << seed;
     }
   }
 }
@@ -71,11 +81,15 @@ TEST(McapOrder, ChunksOfOtherTimesAndOtherChannelsAreNotRead) {
   const test::TestFolder folder;
   const std::filesystem::path path = folder.path / "a.mcap";
   test::Recording recording = test::made_up_recording(2, 4, 20);
-  for (std::size_t i = 0; i < recording.messages.size(); ++i) recording.messages[i].channel = Id(1 + i / 40);  // the first two chunks' and the last two chunks'
+  for (std::size_t i = 0; i < recording.messages.size(); ++i)
+    recording.messages[i].channel =
+        Id(1 + i / 40);  // the first two chunks' and the last two chunks'
   test::write(recording, path, Compression::lz4);
   const std::vector<ChunkIndex> chunks = Reader(path).chunks();
   Bytes bytes = test::file_bytes(path);
-  for (const std::size_t damaged : {0, 1, 3}) std::fill_n(bytes.begin() + std::ptrdiff_t(chunks[damaged].offset), chunks[damaged].length_bytes, std::byte(0));
+  for (const std::size_t damaged : {0, 1, 3})
+    std::fill_n(bytes.begin() + std::ptrdiff_t(chunks[damaged].offset),
+                chunks[damaged].length_bytes, std::byte(0));
   test::write_file(path, bytes);
   const Reader reader(path);
   ASSERT_TRUE(reader.is_finished());

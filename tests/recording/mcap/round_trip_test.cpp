@@ -42,8 +42,17 @@ TEST_P(McapRoundTrip, StatisticsCountWhatIsThere) {
   test::Recording recording = test::made_up_recording(2, 4, 50);
   test::write(recording, path_, GetParam());
   const Reader reader(path_);
-  Statistics expected{200, 1, 3, 1, 1, 4, recording.messages.front().log_stamp_ns, recording.messages.back().log_stamp_ns, {}};
-  for (const test::OwnMessage& message : recording.messages) ++expected.channel_messages[message.channel];
+  Statistics expected{200,
+                      1,
+                      3,
+                      1,
+                      1,
+                      4,
+                      recording.messages.front().log_stamp_ns,
+                      recording.messages.back().log_stamp_ns,
+                      {}};
+  for (const test::OwnMessage& message : recording.messages)
+    ++expected.channel_messages[message.channel];
   EXPECT_EQ(reader.statistics(), expected);
   EXPECT_EQ(Reader::scanning(path_).statistics(), expected);
 }
@@ -61,8 +70,13 @@ TEST_P(McapRoundTrip, AnUnfinishedFileIsReadAndMended) {
   EXPECT_EQ(mended.statistics(), unfinished.statistics());
 }
 
-INSTANTIATE_TEST_SUITE_P(All, McapRoundTrip, testing::Values(Compression::none, Compression::lz4, Compression::zstd),
-                         [](const auto& test) { return test.param == Compression::none ? "None" : "With_" + std::string(name_of(test.param)); });
+INSTANTIATE_TEST_SUITE_P(All, McapRoundTrip,
+                         testing::Values(Compression::none, Compression::lz4, Compression::zstd),
+                         [](const auto& test) {
+                           return test.param == Compression::none
+                                      ? "None"
+                                      : "With_" + std::string(name_of(test.param));
+                         });
 
 }  // namespace
 }  // namespace fivepipe::mcap

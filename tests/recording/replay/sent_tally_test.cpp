@@ -14,8 +14,12 @@ class SentTallyTest : public testing::Test {
   SentTally tally_{kRecorderStarts_ns};
   std::uint64_t sent_ = 0;
 
-  static std::int64_t stamp(double s) { return kRecorderStarts_ns + std::int64_t(s * double(kSecond_ns)); }
-  void tell(double at_s, double start_s) { tally_.told({kNode, stamp(start_s), stamp(at_s), {{kTopic, sent_}}, false}); }
+  static std::int64_t stamp(double s) {
+    return kRecorderStarts_ns + std::int64_t(s * double(kSecond_ns));
+  }
+  void tell(double at_s, double start_s) {
+    tally_.told({kNode, stamp(start_s), stamp(at_s), {{kTopic, sent_}}, false});
+  }
   // From and to: seconds after the recorder's start. Heard: the recorder takes what comes.
   void run(double start_s, double from_s, double to_s, bool heard = true) {
     for (int i = int(from_s * 100); i < int(to_s * 100); ++i) {

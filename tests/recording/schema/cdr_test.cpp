@@ -45,13 +45,16 @@ TEST(SchemaCdr, DecodesEveryConstructInBothByteOrders) {
     for (std::uint32_t seed = 1; seed <= 200; ++seed) {
       const test::Payload made = test::PayloadMaker(all_constructs(), order, seed).make("m::All");
       // As text: JSON's == takes 2^63 and the nearest double for the same.
-      EXPECT_EQ(decode(all_constructs(), "m::All", made.bytes).dump(), made.values.dump()) << "seed " << seed;
+      EXPECT_EQ(decode(all_constructs(), "m::All", made.bytes).dump(), made.values.dump())
+          << "seed " << seed;
     }
 }
 
 TEST(SchemaCdr, DecodesTheDeepestTypeThatIsRead) {
   std::string text = "struct S1 { octet x; };";
-  for (int i = 2; i <= 64; ++i) text += "struct S" + std::to_string(i) + " { S" + std::to_string(i - 1) + " x[1][1][1][1][1][1][1][1]; };";
+  for (int i = 2; i <= 64; ++i)
+    text += "struct S" + std::to_string(i) + " { S" + std::to_string(i - 1) +
+            " x[1][1][1][1][1][1][1][1]; };";
   const Json deepest = decode(parse_idl(text), "S64", bytes_of({0, 1, 0, 0, 42}));
   const std::string dumped = deepest.dump();
   EXPECT_NE(dumped.find("{\"x\":42}"), std::string::npos);
@@ -59,12 +62,17 @@ TEST(SchemaCdr, DecodesTheDeepestTypeThatIsRead) {
   EXPECT_THROW(parse_idl(text + "struct S65 { S64 x; };"), IdlError);
 }
 
-// By the tables of DDS-XTypes 7.4.1. Behind the header: o at 0, s at 2, e at 4, l at 8, t at 16, f at 24.
+// By the tables of DDS-XTypes 7.4.1. Behind the header: o at 0, s at 2, e at 4, l at 8, t at 16, f
+// at 24.
 TEST(SchemaCdr, DecodesBytesSetByHand) {
-  const Idl idl = parse_idl("enum E { a, b }; struct S { octet o; short s; E e; long long l; string t; sequence<float> f; };");
+  const Idl idl = parse_idl(
+      "enum E { a, b }; struct S { octet o; short s; E e; long long l; string t; sequence<float> "
+      "f; };");
   const Json expected = {{"o", 7}, {"s", -2}, {"e", "b"}, {"l", 3}, {"t", "hi"}, {"f", {1.5}}};
-  const Bytes little = bytes_of({0, 1, 0, 0, 7, 0, 0xfe, 0xff, 1, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 'h', 'i', 0, 0, 1, 0, 0, 0, 0, 0, 0xc0, 0x3f});
-  const Bytes big = bytes_of({0, 0, 0, 0, 7, 0, 0xff, 0xfe, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 3, 'h', 'i', 0, 0, 0, 0, 0, 1, 0x3f, 0xc0, 0, 0});
+  const Bytes little = bytes_of({0, 1, 0, 0, 7, 0, 0xfe, 0xff, 1, 0, 0, 0, 3, 0, 0, 0, 0,    0,
+                                 0, 0, 3, 0, 0, 0, 'h',  'i',  0, 0, 1, 0, 0, 0, 0, 0, 0xc0, 0x3f});
+  const Bytes big = bytes_of({0, 0, 0, 0, 7, 0, 0xff, 0xfe, 0, 0, 0, 1, 0, 0, 0,    0,    0, 0,
+                              0, 3, 0, 0, 0, 3, 'h',  'i',  0, 0, 0, 0, 0, 1, 0x3f, 0xc0, 0, 0});
   EXPECT_EQ(decode(idl, "S", little), expected);
   EXPECT_EQ(decode(idl, "S", big), expected);
 }
@@ -79,23 +87,39 @@ CdrError error_of(const Idl& idl, std::string_view type, const Bytes& payload) {
 }
 
 TEST(SchemaCdr, NamesFieldAndByteOfWhatIsWrong) {
-  const Idl idl = parse_idl("enum E { a, b }; struct P { E e; boolean b; }; struct S { sequence<P, 3> list; string<4> t; long n; };");
-  const auto told = [&](std::initializer_list<int> bytes) { return std::string(error_of(idl, "S", bytes_of(bytes)).what()); };
+  const Idl idl = parse_idl(
+      "enum E { a, b }; struct P { E e; boolean b; }; struct S { sequence<P, 3> list; string<4> t; "
+      "long n; };");
+  const auto told = [&](std::initializer_list<int> bytes) {
+    return std::string(error_of(idl, "S", bytes_of(bytes)).what());
+  };
   EXPECT_EQ(told({0, 1}), "at byte 0: a payload of 2 bytes holds no header");
   EXPECT_EQ(told({0, 3, 0, 0}), "at byte 0: representation 3 is not plain CDR (0 or 1)");
   EXPECT_EQ(told({0, 1, 0, 0}), "list at byte 4: 4 bytes needed, 0 left");
   EXPECT_EQ(told({0, 1, 0, 0, 9, 0, 0, 0}), "list at byte 4: a sequence of 9, 3 at most");
-  EXPECT_EQ(told({0, 1, 0, 0, 2, 0, 0, 0}), "list at byte 4: a sequence of 2, and 0 bytes are left");
-  EXPECT_EQ(told({0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}), "list[1].e at byte 16: E has no value 2");
-  EXPECT_EQ(told({0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}), "list[0].b at byte 12: a boolean of 2");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}), "t at byte 8: a string without its closing zero");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 6, 0, 0, 0}), "t at byte 8: a string of 5 bytes, 4 at most");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 'a'}), "t at byte 8: a string of 3 bytes, and 1 bytes are left");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 'a', 'b'}), "t at byte 8: a string that is not closed by a zero");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 'a', 0, 0}), "t at byte 8: a string with a zero inside");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0}), "n at byte 16: 4 bytes needed, 3 left");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0}), "at byte 0: decoded") << "three bytes of padding";
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0}), "at byte 20: 4 bytes too many");
+  EXPECT_EQ(told({0, 1, 0, 0, 2, 0, 0, 0}),
+            "list at byte 4: a sequence of 2, and 0 bytes are left");
+  EXPECT_EQ(told({0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}),
+            "list[1].e at byte 16: E has no value 2");
+  EXPECT_EQ(told({0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}),
+            "list[0].b at byte 12: a boolean of 2");
+  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}),
+            "t at byte 8: a string without its closing zero");
+  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 6, 0, 0, 0}),
+            "t at byte 8: a string of 5 bytes, 4 at most");
+  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 'a'}),
+            "t at byte 8: a string of 3 bytes, and 1 bytes are left");
+  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 'a', 'b'}),
+            "t at byte 8: a string that is not closed by a zero");
+  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 'a', 0, 0}),
+            "t at byte 8: a string with a zero inside");
+  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0}),
+            "n at byte 16: 4 bytes needed, 3 left");
+  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0}),
+            "at byte 0: decoded")
+      << "three bytes of padding";
+  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0}),
+            "at byte 20: 4 bytes too many");
   EXPECT_THROW(decode(idl, "T", bytes_of({0, 1, 0, 0})), IdlError);
   const CdrError error = error_of(idl, "S", bytes_of({0, 1, 0, 0, 1, 0, 0, 0, 7, 0, 0, 0}));
   EXPECT_EQ(error.field, "list[0].e");
@@ -103,23 +127,37 @@ TEST(SchemaCdr, NamesFieldAndByteOfWhatIsWrong) {
 }
 
 TEST(SchemaCdr, AbsurdLengthsOfNumbersAreRefusedBeforeAnythingIsAllocated) {
-  const Idl idl = parse_idl("struct S { sequence<double> d; }; struct A { double d[1000000][4000]; }; struct N { string names[4000000000]; };");
-  const auto told = [&](const char* type, std::initializer_list<int> bytes) { return std::string(error_of(idl, type, bytes_of(bytes)).what()); };
-  EXPECT_EQ(told("S", {0, 1, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}), "d at byte 12: 2 values of 8 bytes, and 4 bytes are left");
-  EXPECT_EQ(told("A", {0, 1, 0, 0}), "d[0] at byte 4: 4000 values of 8 bytes, and 0 bytes are left");
+  const Idl idl = parse_idl(
+      "struct S { sequence<double> d; }; struct A { double d[1000000][4000]; }; struct N { string "
+      "names[4000000000]; };");
+  const auto told = [&](const char* type, std::initializer_list<int> bytes) {
+    return std::string(error_of(idl, type, bytes_of(bytes)).what());
+  };
+  EXPECT_EQ(told("S", {0, 1, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}),
+            "d at byte 12: 2 values of 8 bytes, and 4 bytes are left");
+  EXPECT_EQ(told("A", {0, 1, 0, 0}),
+            "d[0] at byte 4: 4000 values of 8 bytes, and 0 bytes are left");
   EXPECT_EQ(told("N", {0, 1, 0, 0}), "names[0] at byte 4: 4 bytes needed, 0 left");
 }
 
 TEST(SchemaCdr, EveryCutIsAnError) {
   for (const Struct& type : fivepipe_idl().structs)
     for (std::uint32_t seed = 1; seed <= 3; ++seed) {
-      const Bytes whole = test::PayloadMaker(fivepipe_idl(), seed == 2 ? std::endian::big : std::endian::little, seed).make(type.name).bytes;
+      const Bytes whole =
+          test::PayloadMaker(fivepipe_idl(), seed == 2 ? std::endian::big : std::endian::little,
+                             seed)
+              .make(type.name)
+              .bytes;
       const std::size_t padding = std::size_t(whole[3]);
       for (std::size_t length = 0; length < whole.size(); ++length) {
         // A copy of just that length: what reads beyond it is seen by the address sanitizer.
         const Bytes cut(whole.begin(), whole.begin() + std::ptrdiff_t(length));
-        if (length < whole.size() - padding) EXPECT_THROW(decode(fivepipe_idl(), type.name, cut), CdrError) << type.name << " cut to " << length;
-        else EXPECT_NO_THROW(decode(fivepipe_idl(), type.name, cut)) << type.name << " without its padding";
+        if (length < whole.size() - padding)
+          EXPECT_THROW(decode(fivepipe_idl(), type.name, cut), CdrError)
+              << type.name << " cut to " << length;
+        else
+          EXPECT_NO_THROW(decode(fivepipe_idl(), type.name, cut))
+              << type.name << " without its padding";
       }
     }
 }
@@ -139,31 +177,42 @@ TEST(SchemaCdr, RandomAndDamagedBytesAreDecodedOrRefused) {
     const std::string& type = fivepipe_idl().structs[random() % fivepipe_idl().structs.size()].name;
     Bytes noise(random() % 300);
     for (std::byte& b : noise) b = std::byte(random() % 3 ? 0 : random());
-    if (noise.size() > 1 && random() % 8) noise[0] = std::byte{0}, noise[1] = std::byte(random() % 2);
+    if (noise.size() > 1 && random() % 8)
+      noise[0] = std::byte{0}, noise[1] = std::byte(random() % 2);
     decoded += try_decode(fivepipe_idl(), type, noise);
-    Bytes damaged = test::PayloadMaker(all_constructs(), std::endian::little, std::uint32_t(i)).make("m::All").bytes;
-    for (std::size_t left = 1 + random() % 4; left > 0; --left) damaged[random() % damaged.size()] = std::byte(random());
+    Bytes damaged = test::PayloadMaker(all_constructs(), std::endian::little, std::uint32_t(i))
+                        .make("m::All")
+                        .bytes;
+    for (std::size_t left = 1 + random() % 4; left > 0; --left)
+      damaged[random() % damaged.size()] = std::byte(random());
     decoded += try_decode(all_constructs(), "m::All", damaged);
   }
   EXPECT_GT(decoded, 100);
 }
 
 TEST(SchemaCdr, LongNumbersAreCountedWherePeopleRead) {
-  const Idl idl = parse_idl("struct S { sequence<octet> o; octet a[3]; sequence<string> t; long last; };");
-  const Bytes payload = bytes_of({0, 1, 0, 0, 3, 0, 0, 0, 1, 2, 3, 4, 5, 6, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0});
+  const Idl idl =
+      parse_idl("struct S { sequence<octet> o; octet a[3]; sequence<string> t; long last; };");
+  const Bytes payload = bytes_of({0, 1, 0, 0, 3, 0, 0, 0, 1, 2, 3, 4, 5, 6, 0, 0,
+                                  1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0});
   const Json whole = {{"o", {1, 2, 3}}, {"a", {4, 5, 6}}, {"t", Json::array({""})}, {"last", 9}};
   EXPECT_EQ(decode(idl, "S", payload, {.longest_numbers = 3}), whole);
-  const Json counted = {{"o", {{"sequence<octet>", 3}}}, {"a", {{"array<octet>", 3}}}, {"t", Json::array({""})}, {"last", 9}};
+  const Json counted = {{"o", {{"sequence<octet>", 3}}},
+                        {"a", {{"array<octet>", 3}}},
+                        {"t", Json::array({""})},
+                        {"last", 9}};
   EXPECT_EQ(decode(idl, "S", payload, {.longest_numbers = 0}), counted);
 }
 
 TEST(SchemaCdr, WhatIsNoNumberIsKept) {
   const Idl idl = parse_idl("struct S { float a; float b; double c; };");
-  const Bytes payload = bytes_of({0, 1, 0, 0, 0, 0, 0xc0, 0x7f, 0, 0, 0x80, 0xff, 0, 0, 0, 0, 0, 0, 0xf0, 0x7f});
+  const Bytes payload =
+      bytes_of({0, 1, 0, 0, 0, 0, 0xc0, 0x7f, 0, 0, 0x80, 0xff, 0, 0, 0, 0, 0, 0, 0xf0, 0x7f});
   const Json numbers = decode(idl, "S", payload);
   EXPECT_TRUE(std::isnan(numbers["a"].get<double>()));
   EXPECT_EQ(numbers["b"], -std::numeric_limits<double>::infinity());
-  EXPECT_EQ(decode(idl, "S", payload, {.non_finite_as_text = true}), Json({{"a", "NaN"}, {"b", "-Infinity"}, {"c", "Infinity"}}));
+  EXPECT_EQ(decode(idl, "S", payload, {.non_finite_as_text = true}),
+            Json({{"a", "NaN"}, {"b", "-Infinity"}, {"c", "Infinity"}}));
 }
 
 Json as_json(const FieldReader::Value& value) {
@@ -177,8 +226,10 @@ TEST(SchemaFieldReader, AgreesWithDecodeInEveryField) {
   for (const auto& [idl, type] : types)
     for (const Member& member : idl->at(type).members) {
       const Kind kind = member.type.kind;
-      const bool is_no_number = kind == Kind::character || kind == Kind::float32 || kind == Kind::float64;
-      const bool is_no_field = !member.dimensions.empty() || is_no_number || kind == Kind::structure || kind == Kind::sequence;
+      const bool is_no_number =
+          kind == Kind::character || kind == Kind::float32 || kind == Kind::float64;
+      const bool is_no_field = !member.dimensions.empty() || is_no_number ||
+                               kind == Kind::structure || kind == Kind::sequence;
       if (is_no_field) {
         EXPECT_THROW(FieldReader(*idl, type, member.name), IdlError);
         continue;
@@ -186,10 +237,13 @@ TEST(SchemaFieldReader, AgreesWithDecodeInEveryField) {
       ++fields;
       const FieldReader reader(*idl, type, member.name);
       for (std::uint32_t seed = 1; seed <= 20; ++seed) {
-        const test::Payload made = test::PayloadMaker(*idl, seed % 2 ? std::endian::little : std::endian::big, seed).make(type);
+        const test::Payload made =
+            test::PayloadMaker(*idl, seed % 2 ? std::endian::little : std::endian::big, seed)
+                .make(type);
         const auto value = reader.read(made.bytes);
         ASSERT_TRUE(value) << type << "." << member.name;
-        EXPECT_EQ(as_json(*value).dump(), made.values[member.name].dump()) << type << "." << member.name;
+        EXPECT_EQ(as_json(*value).dump(), made.values[member.name].dump())
+            << type << "." << member.name;
       }
     }
   EXPECT_GT(fields, 100);
@@ -201,10 +255,15 @@ TEST(SchemaFieldReader, AgreesWithDecodeInEveryField) {
 TEST(SchemaFieldReader, NeedsThePayloadUpToItsFieldOnly) {
   const FieldReader reader(all_constructs(), "m::All", "last");
   const FieldReader frame(fivepipe_idl(), "fivepipe::v1::FrameComposited", "frame");
-  const test::Payload all = test::PayloadMaker(all_constructs(), std::endian::little, 3).make("m::All");
-  const test::Payload composited = test::PayloadMaker(fivepipe_idl(), std::endian::little, 3).make("fivepipe::v1::FrameComposited");
+  const test::Payload all =
+      test::PayloadMaker(all_constructs(), std::endian::little, 3).make("m::All");
+  const test::Payload composited = test::PayloadMaker(fivepipe_idl(), std::endian::little, 3)
+                                       .make("fivepipe::v1::FrameComposited");
   for (std::size_t length = 0; length < all.bytes.size(); ++length)
-    EXPECT_EQ(reader.read(Bytes(all.bytes.begin(), all.bytes.begin() + std::ptrdiff_t(length))).has_value(), false) << length;
+    EXPECT_EQ(reader.read(Bytes(all.bytes.begin(), all.bytes.begin() + std::ptrdiff_t(length)))
+                  .has_value(),
+              false)
+        << length;
   for (std::size_t length = 0; length <= composited.bytes.size(); ++length) {
     const Bytes cut(composited.bytes.begin(), composited.bytes.begin() + std::ptrdiff_t(length));
     EXPECT_EQ(frame.read(cut).has_value(), length + 16 >= composited.bytes.size()) << length;
@@ -215,13 +274,17 @@ TEST(SchemaFieldReader, NeedsThePayloadUpToItsFieldOnly) {
 TEST(SchemaFieldReader, CostsLessThanAMicrosecond) {
   for (const char* type : {"fivepipe::v1::HullTile", "fivepipe::v1::ObjectPixelMap"}) {
     const FieldReader reader(fivepipe_idl(), type, "frame");
-    const test::Payload made = test::PayloadMaker(fivepipe_idl(), std::endian::little, 1).make(type);
+    const test::Payload made =
+        test::PayloadMaker(fivepipe_idl(), std::endian::little, 1).make(type);
     double best_ns = 1e9;
     for (int turn = 0; turn < 20; ++turn) {
       std::uint64_t sum = 0;
       const auto start = std::chrono::steady_clock::now();
       for (int i = 0; i < 1000; ++i) sum += std::get<std::uint64_t>(*reader.read(made.bytes));
-      best_ns = std::min(best_ns, std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count() / 1000);
+      best_ns = std::min(best_ns, std::chrono::duration<double, std::nano>(
+                                      std::chrono::steady_clock::now() - start)
+                                          .count() /
+                                      1000);
       EXPECT_EQ(sum, made.values["frame"].get<std::uint64_t>() * 1000);
     }
     std::printf("%s.frame: %.0f ns\n", type, best_ns);

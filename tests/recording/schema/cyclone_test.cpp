@@ -33,7 +33,8 @@ class Cyclone {
 
   Cyclone() {
     participant_ = dds_create_participant(test::own_domain(), nullptr, nullptr);
-    const dds_entity_t topic = dds_create_topic(participant_, Topic::descriptor, Topic::name, nullptr, nullptr);
+    const dds_entity_t topic =
+        dds_create_topic(participant_, Topic::descriptor, Topic::name, nullptr, nullptr);
     dds_qos_t* qos = dds_create_qos();
     dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_INFINITY);
     dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
@@ -53,7 +54,9 @@ class Cyclone {
   Sample sample(Bytes payload) const {
     ddsrt_iovec_t whole{payload.data(), payload.size()};
     Serdata serdata(ddsi_serdata_from_ser_iov(type_of_->type, SDK_DATA, 1, &whole, payload.size()));
-    Sample result(nullptr, [](Message* message) { dds_sample_free(message, Topic::descriptor, DDS_FREE_ALL); });
+    Sample result(nullptr, [](Message* message) {
+      dds_sample_free(message, Topic::descriptor, DDS_FREE_ALL);
+    });
     if (!serdata) return result;
     result.reset(static_cast<Message*>(dds_alloc(sizeof(Message))));
     if (!ddsi_serdata_to_sample(serdata.get(), result.get(), nullptr, nullptr)) result.reset();
@@ -75,8 +78,10 @@ class Cyclone {
     dds_sample_info_t info;
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
     while (dds_takecdr(reader_, &taken, 1, &info, DDS_ANY_STATE) != 1)
-      if (std::chrono::steady_clock::now() > deadline) return nullptr;
-      else std::this_thread::yield();
+      if (std::chrono::steady_clock::now() > deadline)
+        return nullptr;
+      else
+        std::this_thread::yield();
     return Serdata(taken);
   }
 
@@ -92,16 +97,22 @@ std::string type_name() {
 
 template <class Topic>
 class SchemaCyclone : public ::testing::Test {};
-using Topics = ::testing::Types<bus::topics::CameraInfo, bus::topics::ObjectPixelMap, bus::topics::ObjectColour, bus::topics::ViewInfo, bus::topics::HeadPose, bus::topics::HullTile, bus::topics::TileCosts,
-                                bus::topics::VirtualState, bus::topics::CollisionResult, bus::topics::HullParts, bus::topics::FrameComposited, bus::topics::FrameTrace, bus::topics::ReplaySession,
-                                bus::topics::Command, bus::topics::NodeStatus>;
+using Topics =
+    ::testing::Types<bus::topics::CameraInfo, bus::topics::ObjectPixelMap,
+                     bus::topics::ObjectColour, bus::topics::ViewInfo, bus::topics::HeadPose,
+                     bus::topics::HullTile, bus::topics::TileCosts, bus::topics::VirtualState,
+                     bus::topics::CollisionResult, bus::topics::HullParts,
+                     bus::topics::FrameComposited, bus::topics::FrameTrace,
+                     bus::topics::ReplaySession, bus::topics::Command, bus::topics::NodeStatus>;
 TYPED_TEST_SUITE(SchemaCyclone, Topics);
 
 TYPED_TEST(SchemaCyclone, WritesWhatTheIdlAloneDecodes) {
   Cyclone<TypeParam> cyclone;
   const std::string type = type_name<TypeParam>();
   for (std::uint32_t seed = 1; seed <= 50; ++seed) {
-    const test::Payload made = test::PayloadMaker(fivepipe_idl(), seed % 2 ? std::endian::little : std::endian::big, seed).make(type);
+    const test::Payload made =
+        test::PayloadMaker(fivepipe_idl(), seed % 2 ? std::endian::little : std::endian::big, seed)
+            .make(type);
     const auto sample = cyclone.sample(made.bytes);
     ASSERT_TRUE(sample) << "Cyclone refuses the payload of seed " << seed;
     const Bytes written = cyclone.written(*sample);
@@ -111,14 +122,20 @@ TYPED_TEST(SchemaCyclone, WritesWhatTheIdlAloneDecodes) {
   }
 }
 
-TYPED_TEST(SchemaCyclone, IsNamedAsInTheIdl) { EXPECT_EQ(TypeParam::descriptor->m_typename, type_name<TypeParam>()); }
+TYPED_TEST(SchemaCyclone, IsNamedAsInTheIdl) {
+  EXPECT_EQ(TypeParam::descriptor->m_typename, type_name<TypeParam>());
+}
 
 Json pose(const fivepipe_v1_Pose& pose) {
-  const auto &t = pose.translation_m;
-  const auto &r = pose.rotation;
-  return {{"translation_m", {{"x", t.x}, {"y", t.y}, {"z", t.z}}}, {"rotation", {{"x", r.x}, {"y", r.y}, {"z", r.z}, {"w", r.w}}}};
+  const auto& t = pose.translation_m;
+  const auto& r = pose.rotation;
+  return {{"translation_m", {{"x", t.x}, {"y", t.y}, {"z", t.z}}},
+          {"rotation", {{"x", r.x}, {"y", r.y}, {"z", r.z}, {"w", r.w}}}};
 }
-Json rect(const fivepipe_v1_PixelRect& rect) { return {{"u0_px", rect.u0_px}, {"v0_px", rect.v0_px}, {"u1_px", rect.u1_px}, {"v1_px", rect.v1_px}}; }
+Json rect(const fivepipe_v1_PixelRect& rect) {
+  return {
+      {"u0_px", rect.u0_px}, {"v0_px", rect.v0_px}, {"u1_px", rect.u1_px}, {"v1_px", rect.v1_px}};
+}
 template <class Sequence>
 Json list(const Sequence& sequence) {
   Json result = Json::array();
@@ -128,10 +145,21 @@ Json list(const Sequence& sequence) {
 
 TEST(SchemaCycloneByHand, ObjectPixelMap) {
   std::uint8_t octets[] = {7, 0, 255};
-  fivepipe_v1_ObjectPixelMap map{"wall1", (1ull << 63) + 1, -5, 720, 480, {1, 2, 30, 40}, 99, fivepipe_v1_run_lengths, {3, 3, octets, false}};
-  const Json decoded = decode(fivepipe_idl(), "fivepipe::v1::ObjectPixelMap", Cyclone<bus::topics::ObjectPixelMap>().written(map));
-  const Json expected = {{"camera", "wall1"}, {"frame", (1ull << 63) + 1}, {"capture_stamp_ns", -5}, {"image_width_px", 720}, {"image_height_px", 480},
-                         {"region", rect(map.region)}, {"object_pixels", 99}, {"encoding", "run_lengths"}, {"payload", {7, 0, 255}}};
+  fivepipe_v1_ObjectPixelMap map{"wall1",
+                                 (1ull << 63) + 1,
+                                 -5,
+                                 720,
+                                 480,
+                                 {1, 2, 30, 40},
+                                 99,
+                                 fivepipe_v1_run_lengths,
+                                 {3, 3, octets, false}};
+  const Json decoded = decode(fivepipe_idl(), "fivepipe::v1::ObjectPixelMap",
+                              Cyclone<bus::topics::ObjectPixelMap>().written(map));
+  const Json expected = {
+      {"camera", "wall1"},     {"frame", (1ull << 63) + 1}, {"capture_stamp_ns", -5},
+      {"image_width_px", 720}, {"image_height_px", 480},    {"region", rect(map.region)},
+      {"object_pixels", 99},   {"encoding", "run_lengths"}, {"payload", {7, 0, 255}}};
   EXPECT_EQ(decoded, expected);
   EXPECT_EQ(decoded["frame"].dump(), "9223372036854775809");
 }
@@ -153,20 +181,33 @@ TEST(SchemaCycloneByHand, HullTile) {
   tile.depth_m = {2, 2, depths, false};
   tile.bgr = {6, 6, colours, false};
   tile.empty_cameras = {3, 3, empty, false};
-  const Json decoded = decode(fivepipe_idl(), "fivepipe::v1::HullTile", Cyclone<bus::topics::HullTile>().written(tile));
-  const Json recon = {{"width_px", 320}, {"height_px", 240}, {"fx_px", 300.5}, {"fy_px", 301.5}, {"cx_px", 160.0}, {"cy_px", 120.0}};
-  const Json expected = {{"viewer", "eye"}, {"tile", 3}, {"tiles", 65535}, {"frame", 12}, {"capture_stamp_ns", tile.capture_stamp_ns},
-                         {"eye_from_world", pose(tile.eye_from_world)}, {"recon", recon}, {"rect", rect(tile.rect)}, {"covered", rect(tile.covered)},
-                         {"depth_m", list(tile.depth_m)}, {"bgr", list(tile.bgr)}, {"empty_cameras", {"wall1", "", empty[2]}}};
+  const Json decoded = decode(fivepipe_idl(), "fivepipe::v1::HullTile",
+                              Cyclone<bus::topics::HullTile>().written(tile));
+  const Json recon = {{"width_px", 320}, {"height_px", 240}, {"fx_px", 300.5},
+                      {"fy_px", 301.5},  {"cx_px", 160.0},   {"cy_px", 120.0}};
+  const Json expected = {{"viewer", "eye"},
+                         {"tile", 3},
+                         {"tiles", 65535},
+                         {"frame", 12},
+                         {"capture_stamp_ns", tile.capture_stamp_ns},
+                         {"eye_from_world", pose(tile.eye_from_world)},
+                         {"recon", recon},
+                         {"rect", rect(tile.rect)},
+                         {"covered", rect(tile.covered)},
+                         {"depth_m", list(tile.depth_m)},
+                         {"bgr", list(tile.bgr)},
+                         {"empty_cameras", {"wall1", "", empty[2]}}};
   EXPECT_EQ(decoded, expected);
 }
 
 TEST(SchemaCycloneByHand, CollisionResultAndItsParts) {
   Cyclone<bus::topics::CollisionResult> cyclone;
-  const auto made = test::PayloadMaker(fivepipe_idl(), std::endian::little, 7).make("fivepipe::v1::CollisionResult");
+  const auto made = test::PayloadMaker(fivepipe_idl(), std::endian::little, 7)
+                        .make("fivepipe::v1::CollisionResult");
   const auto sample = cyclone.sample(made.bytes);
   ASSERT_TRUE(sample);
-  const Json decoded = decode(fivepipe_idl(), "fivepipe::v1::CollisionResult", cyclone.written(*sample));
+  const Json decoded =
+      decode(fivepipe_idl(), "fivepipe::v1::CollisionResult", cyclone.written(*sample));
   EXPECT_EQ(decoded["object"], sample->object);
   EXPECT_EQ(sample->verdict == fivepipe_v1_touching, decoded["verdict"] == "touching");
   EXPECT_EQ(decoded["points_truncated"], sample->points_truncated);
@@ -191,11 +232,26 @@ TEST(SchemaCycloneByHand, NodeStatus) {
   status.counts = {2, 2, counts, false};
   status.latencies = {1, 1, &latency, false};
   status.remarks = {1, 1, remarks, false};
-  const Json decoded = decode(fivepipe_idl(), "fivepipe::v1::NodeStatus", Cyclone<bus::topics::NodeStatus>().written(status));
-  const Json expected = {{"node", "recon_a"}, {"version", ""}, {"start_stamp_ns", 0}, {"has_handled_frame", true}, {"final_report", false}, {"frame", 0},
-                         {"frame_rate_hz", 60.0}, {"cpu_s", 0.0}, {"memory_mb", 0.0},
-                         {"counts", Json::array({{{"name", "frames"}, {"count", 4}}, {{"name", "tiles"}, {"count", 1ull << 40}}})}, {"drops", Json::array()},
-                         {"latencies", Json::array({{{"name", "hull"}, {"p50_ms", 1.0}, {"p95_ms", 2.0}, {"p99_ms", 3.0}, {"max_ms", 4.0}, {"count", 5}}})},
+  const Json decoded = decode(fivepipe_idl(), "fivepipe::v1::NodeStatus",
+                              Cyclone<bus::topics::NodeStatus>().written(status));
+  const Json expected = {{"node", "recon_a"},
+                         {"version", ""},
+                         {"start_stamp_ns", 0},
+                         {"has_handled_frame", true},
+                         {"final_report", false},
+                         {"frame", 0},
+                         {"frame_rate_hz", 60.0},
+                         {"cpu_s", 0.0},
+                         {"memory_mb", 0.0},
+                         {"counts", Json::array({{{"name", "frames"}, {"count", 4}},
+                                                 {{"name", "tiles"}, {"count", 1ull << 40}}})},
+                         {"drops", Json::array()},
+                         {"latencies", Json::array({{{"name", "hull"},
+                                                     {"p50_ms", 1.0},
+                                                     {"p95_ms", 2.0},
+                                                     {"p99_ms", 3.0},
+                                                     {"max_ms", 4.0},
+                                                     {"count", 5}}})},
                          {"remarks", {"all is well"}}};
   EXPECT_EQ(decoded, expected);
 }

@@ -11,7 +11,8 @@ namespace {
 
 // The members of a struct S in module m, each as written and as understood.
 std::string understood(const std::string& member) {
-  const Idl idl = parse_idl("module m { enum E { a, b }; struct Inner { long x; }; struct S { " + member + "; }; };");
+  const Idl idl = parse_idl("module m { enum E { a, b }; struct Inner { long x; }; struct S { " +
+                            member + "; }; };");
   const Member& found = idl.at("m::S").members.at(0);
   std::string text = type_text(idl, found.type);
   for (std::uint32_t size : found.dimensions) text += "[" + std::to_string(size) + "]";
@@ -20,21 +21,45 @@ std::string understood(const std::string& member) {
 
 TEST(SchemaIdl, ReadsEveryType) {
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"boolean x", "boolean x"}, {"octet x", "octet x"}, {"char x", "char x"}, {"int8 x", "int8 x"}, {"uint8 x", "uint8 x"},
-      {"short x", "short x"}, {"int16 x", "short x"}, {"unsigned short x", "unsigned short x"}, {"uint16 x", "unsigned short x"},
-      {"long x", "long x"}, {"int32 x", "long x"}, {"unsigned long x", "unsigned long x"}, {"uint32 x", "unsigned long x"},
-      {"long long x", "long long x"}, {"int64 x", "long long x"}, {"unsigned  long /* */ long x", "unsigned long long x"}, {"uint64 x", "unsigned long long x"},
-      {"float x", "float x"}, {"double x", "double x"}, {"string x", "string x"}, {"string<32> x", "string<32> x"},
-      {"sequence<octet> x", "sequence<octet> x"}, {"sequence<long long, 7> x", "sequence<long long, 7> x"},
-      {"sequence<string<32>> x", "sequence<string<32> > x"}, {"sequence<sequence<E>, 4> x", "sequence<sequence<m::E>, 4> x"},
-      {"E x", "m::E x"}, {"Inner x", "m::Inner x"}, {"m::Inner x", "m::Inner x"}, {"::m::Inner x", "m::Inner x"},
-      {"float x[3]", "float[3] x"}, {"Inner x[2][4294967]", "m::Inner[2][4294967] x"}, {"@key string<8> x", "key string<8> x"}};
+      {"boolean x", "boolean x"},
+      {"octet x", "octet x"},
+      {"char x", "char x"},
+      {"int8 x", "int8 x"},
+      {"uint8 x", "uint8 x"},
+      {"short x", "short x"},
+      {"int16 x", "short x"},
+      {"unsigned short x", "unsigned short x"},
+      {"uint16 x", "unsigned short x"},
+      {"long x", "long x"},
+      {"int32 x", "long x"},
+      {"unsigned long x", "unsigned long x"},
+      {"uint32 x", "unsigned long x"},
+      {"long long x", "long long x"},
+      {"int64 x", "long long x"},
+      {"unsigned  long /* */ long x", "unsigned long long x"},
+      {"uint64 x", "unsigned long long x"},
+      {"float x", "float x"},
+      {"double x", "double x"},
+      {"string x", "string x"},
+      {"string<32> x", "string<32> x"},
+      {"sequence<octet> x", "sequence<octet> x"},
+      {"sequence<long long, 7> x", "sequence<long long, 7> x"},
+      {"sequence<string<32>> x", "sequence<string<32> > x"},
+      {"sequence<sequence<E>, 4> x", "sequence<sequence<m::E>, 4> x"},
+      {"E x", "m::E x"},
+      {"Inner x", "m::Inner x"},
+      {"m::Inner x", "m::Inner x"},
+      {"::m::Inner x", "m::Inner x"},
+      {"float x[3]", "float[3] x"},
+      {"Inner x[2][4294967]", "m::Inner[2][4294967] x"},
+      {"@key string<8> x", "key string<8> x"}};
   for (const auto& [written, expected] : cases) EXPECT_EQ(understood(written), expected);
 }
 
 TEST(SchemaIdl, ReadsSeveralFieldsOfOneTypeAndReopenedModules) {
   const Idl idl = parse_idl(
-      "module a { @final struct P { double x, y[2]; }; }; module a { module b { struct Q { P p; }; }; };\nstruct Top { a::b::Q q; };");
+      "module a { @final struct P { double x, y[2]; }; }; module a { module b { struct Q { P p; }; "
+      "}; };\nstruct Top { a::b::Q q; };");
   ASSERT_EQ(idl.structs.size(), 3u);
   EXPECT_EQ(idl.at("a::P").members.at(1).name, "y");
   EXPECT_EQ(idl.at("a::P").members.at(0).dimensions.size(), 0u);
@@ -45,7 +70,9 @@ TEST(SchemaIdl, ReadsSeveralFieldsOfOneTypeAndReopenedModules) {
 }
 
 TEST(SchemaIdl, AnInnerModulesTypeHidesTheOuterOne) {
-  const Idl idl = parse_idl("module a { struct P { long x; }; module b { struct P { float y; }; struct Q { P p; a::P q; }; }; };");
+  const Idl idl = parse_idl(
+      "module a { struct P { long x; }; module b { struct P { float y; }; struct Q { P p; a::P q; "
+      "}; }; };");
   const auto& members = idl.at("a::b::Q").members;
   EXPECT_EQ(idl.structs[members.at(0).type.definition].name, "a::b::P");
   EXPECT_EQ(idl.structs[members.at(1).type.definition].name, "a::P");
@@ -70,31 +97,47 @@ TEST(SchemaIdl, RefusesWhatItDoesNotReadByNameAndPlace) {
       {"struct S { map<long, long> x; };", "line 1, column 12: 'map' is not read here"},
       {"struct S { wstring x; };", "line 1, column 12: 'wstring' is not read here"},
       {"struct S { long double x; };", "line 1, column 17: 'long double' is not read"},
-      {"struct S { unsigned char x; };", "line 1, column 21: expected short or long after unsigned, found 'char'"},
-      {"@appendable struct S { long x; };", "line 1, column 2: @appendable is not read: its layout on the wire differs"},
-      {"@mutable struct S { long x; };", "line 1, column 2: @mutable is not read: its layout on the wire differs"},
-      {"struct S { @optional long x; };", "line 1, column 13: the annotation @optional is not read here"},
+      {"struct S { unsigned char x; };",
+       "line 1, column 21: expected short or long after unsigned, found 'char'"},
+      {"@appendable struct S { long x; };",
+       "line 1, column 2: @appendable is not read: its layout on the wire differs"},
+      {"@mutable struct S { long x; };",
+       "line 1, column 2: @mutable is not read: its layout on the wire differs"},
+      {"struct S { @optional long x; };",
+       "line 1, column 13: the annotation @optional is not read here"},
       {"enum E { @value(3) a };", "line 1, column 11: the annotation @value is not read here"},
       {"#include \"x.idl\"", "line 1, column 1: preprocessor lines are not read"},
-      {"struct A { long x; }; struct S : A { long y; };", "line 1, column 32: inheritance is not read"},
+      {"struct A { long x; }; struct S : A { long y; };",
+       "line 1, column 32: inheritance is not read"},
       {"struct S;", "line 1, column 9: a declaration of struct S without its members is not read"},
       {"struct S { };", "line 1, column 12: expected a type, found '}'"},
       {"enum E { };", "line 1, column 10: expected an enumerator, found '}'"},
       {"struct S { long x };", "line 1, column 19: expected ';', found '}'"},
       {"struct S { long x; }", "line 1, column 21: expected ';', found the end of the text"},
-      {"module m { struct S { long x; };", "line 1, column 33: expected '}' of module m, found the end of the text"},
+      {"module m { struct S { long x; };",
+       "line 1, column 33: expected '}' of module m, found the end of the text"},
       {"struct S { long long; };", "line 1, column 21: expected a field's name, found ';'"},
-      {"struct S { long octet; };", "line 1, column 17: expected a field's name, found the keyword 'octet'"},
+      {"struct S { long octet; };",
+       "line 1, column 17: expected a field's name, found the keyword 'octet'"},
       {"struct S { Other x; };", "line 1, column 12: no type Other stands before this"},
       {"struct S { sequence<S> x; };", "line 1, column 21: no type S stands before this"},
       {"struct S { long x; float x; };", "line 1, column 26: field 'x' is there twice"},
       {"struct S { long x; }; struct S { long x; };", "line 1, column 30: S is there already"},
       {"enum E { a, b, a };", "line 1, column 16: enumerator 'a' is there twice"},
-      {"struct S { string<0> x; };", "line 1, column 19: expected the string's bound, a decimal number from 1 to 4294967295, found '0'"},
-      {"struct S { octet x[4294967296]; };", "line 1, column 20: expected an array's size, a decimal number from 1 to 4294967295, found '4294967296'"},
-      {"struct S { octet x[010]; };", "line 1, column 20: expected an array's size, a decimal number from 1 to 4294967295, found '010'"},
-      {"struct S { octet x[N]; };", "line 1, column 20: expected an array's size, a decimal number from 1 to 4294967295, found 'N'"},
-      {"struct S { octet x[65536][65536]; };", "line 1, column 26: an array of more than 4294967295 elements"},
+      {"struct S { string<0> x; };",
+       "line 1, column 19: expected the string's bound, a decimal number from 1 to 4294967295, "
+       "found '0'"},
+      {"struct S { octet x[4294967296]; };",
+       "line 1, column 20: expected an array's size, a decimal number from 1 to 4294967295, found "
+       "'4294967296'"},
+      {"struct S { octet x[010]; };",
+       "line 1, column 20: expected an array's size, a decimal number from 1 to 4294967295, found "
+       "'010'"},
+      {"struct S { octet x[N]; };",
+       "line 1, column 20: expected an array's size, a decimal number from 1 to 4294967295, found "
+       "'N'"},
+      {"struct S { octet x[65536][65536]; };",
+       "line 1, column 26: an array of more than 4294967295 elements"},
       {"\n  /* not closed", "line 2, column 3: this comment is not closed"},
       {"struct S { long x = 3; };", "line 1, column 19: expected ';', found '='"},
       {"struct S { long $; };", "line 1, column 17: unexpected character '$'"},
@@ -109,33 +152,57 @@ std::string repeated(const std::string& text, std::size_t times) {
 }
 
 TEST(SchemaIdl, HostileDepthAndLengthAreRefusedNotFollowed) {
-  EXPECT_EQ(refusal(repeated("module m { ", 50'000)), "line 1, column 1878: modules whose names make more than 512 characters");
-  EXPECT_EQ(refusal("struct S { " + repeated("sequence<", 100'000)), "line 1, column 84: sequences more than 8 deep");
-  EXPECT_EQ(refusal("struct S { octet x" + repeated("[1]", 100'000)), "line 1, column 43: an array of more than 8 dimensions");
-  EXPECT_EQ(refusal("struct S { a" + repeated("::a", 100'000) + " x; };").substr(0, 43), "line 1, column 12: no type a::a::a::a::a::a");
-  EXPECT_EQ(refusal("struct " + repeated("S", 100'000)), "line 1, column 8: a name of 100000 characters; 256 at most");
+  EXPECT_EQ(refusal(repeated("module m { ", 50'000)),
+            "line 1, column 1878: modules whose names make more than 512 characters");
+  EXPECT_EQ(refusal("struct S { " + repeated("sequence<", 100'000)),
+            "line 1, column 84: sequences more than 8 deep");
+  EXPECT_EQ(refusal("struct S { octet x" + repeated("[1]", 100'000)),
+            "line 1, column 43: an array of more than 8 dimensions");
+  EXPECT_EQ(refusal("struct S { a" + repeated("::a", 100'000) + " x; };").substr(0, 43),
+            "line 1, column 12: no type a::a::a::a::a::a");
+  EXPECT_EQ(refusal("struct " + repeated("S", 100'000)),
+            "line 1, column 8: a name of 100000 characters; 256 at most");
   EXPECT_EQ(refusal(repeated(" ", 2'000'000)), "a text of 2000000 bytes; 1048576 at most");
   std::string chain = "struct S0 { long x; };";
-  for (int i = 1; i < 1000; ++i) chain += "struct S" + std::to_string(i) + " { S" + std::to_string(i - 1) + " a, b; };";
+  for (int i = 1; i < 1000; ++i)
+    chain += "struct S" + std::to_string(i) + " { S" + std::to_string(i - 1) + " a, b; };";
   EXPECT_NE(refusal(chain).find("structs more than 64 deep"), std::string::npos) << refusal(chain);
 }
 
 // Each struct holds the one before twice: 2^60 fields, were they all visited.
 TEST(SchemaIdl, WhatIsUsedManyTimesIsVisitedOnce) {
   std::string doubling = "struct S0 { long x; };";
-  for (int i = 1; i <= 60; ++i) doubling += "struct S" + std::to_string(i) + " { S" + std::to_string(i - 1) + " a, b; };";
+  for (int i = 1; i <= 60; ++i)
+    doubling += "struct S" + std::to_string(i) + " { S" + std::to_string(i - 1) + " a, b; };";
   const Idl idl = parse_idl(doubling);
   EXPECT_TRUE(same_type(idl, parse_idl(self_contained(idl, "S60")), "S60"));
 }
 
 TEST(SchemaIdl, RandomTextNeverDoesWorseThanRefusal) {
-  const std::vector<std::string> words = {"module", "struct", "enum", "m", "S", "E", "{", "}", ";", "};", ",", "<", ">", "[", "]", "::", "@", "key", "final", "sequence",
-                                          "string", "unsigned", "long", "octet", "x", "y", "3", "0", "//", "\n", "/*", "*/", "\xff", std::string(1, '\0'), "(", ")"};
+  const std::vector<std::string> words = {"module", "struct",
+                                          "enum",   "m",
+                                          "S",      "E",
+                                          "{",      "}",
+                                          ";",      "};",
+                                          ",",      "<",
+                                          ">",      "[",
+                                          "]",      "::",
+                                          "@",      "key",
+                                          "final",  "sequence",
+                                          "string", "unsigned",
+                                          "long",   "octet",
+                                          "x",      "y",
+                                          "3",      "0",
+                                          "//",     "\n",
+                                          "/*",     "*/",
+                                          "\xff",   std::string(1, '\0'),
+                                          "(",      ")"};
   std::mt19937 random(5);
   int read = 0;
   for (int i = 0; i < 20'000; ++i) {
     std::string text;
-    for (std::size_t left = random() % 12; left > 0; --left) text += words[random() % words.size()] + (random() % 4 ? " " : "");
+    for (std::size_t left = random() % 12; left > 0; --left)
+      text += words[random() % words.size()] + (random() % 4 ? " " : "");
     read += refusal(text) == "read";
     refusal("module m { struct S { " + text + "long z; }; };");
   }
@@ -159,7 +226,9 @@ TEST(SchemaIdl, EveryStructOfThisBuildIsWrittenSelfContained) {
     EXPECT_EQ(parsed.structs.back().name, type.name);
     for (std::size_t i = 0; i + 1 < parsed.structs.size(); ++i) {
       const std::string use = parsed.structs[i].name.substr(std::string("fivepipe::v1::").size());
-      EXPECT_TRUE(text.find(" " + use + " ", text.find("struct " + use) + 8) != std::string::npos || text.find("<" + use + ">") != std::string::npos) << use;
+      EXPECT_TRUE(text.find(" " + use + " ", text.find("struct " + use) + 8) != std::string::npos ||
+                  text.find("<" + use + ">") != std::string::npos)
+          << use;
     }
   }
 }
@@ -205,11 +274,15 @@ TEST(SchemaIdl, TypesOfOtherModulesAreWrittenScoped) {
   EXPECT_NE(text.find("a::b::Q q;"), std::string::npos) << text;
 }
 
-std::string replaced(std::string text, const std::string& what, const std::string& by) { return text.replace(text.find(what), what.size(), by); }
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  return text.replace(text.find(what), what.size(), by);
+}
 
 TEST(SchemaIdl, DifferencesAreToldByField) {
   const Idl now = parse_idl(kTile);
-  const auto told = [&](const std::string& what, const std::string& by) { return difference(now, parse_idl(replaced(kTile, what, by)), "a::b::Tile"); };
+  const auto told = [&](const std::string& what, const std::string& by) {
+    return difference(now, parse_idl(replaced(kTile, what, by)), "a::b::Tile");
+  };
   EXPECT_EQ(told("", ""), "");
   EXPECT_EQ(told("unsigned long long", "long"), "field frame: unsigned long long instead of long");
   EXPECT_EQ(told("string<8>", "string<9>"), "field viewer: string<8> instead of string<9>");
@@ -220,8 +293,10 @@ TEST(SchemaIdl, DifferencesAreToldByField) {
   EXPECT_EQ(told("double y;", "double y; double z;"), "field points.z is missing");
   EXPECT_EQ(told("near, far", "far, near"), "field kind: near instead of far in a::b::Kind");
   EXPECT_EQ(told("near, far", "near"), "field kind: far of a::b::Kind is new");
-  EXPECT_EQ(told("near, far", "near, far, farther"), "field kind: farther of a::b::Kind is missing");
-  EXPECT_EQ(told("sequence<Point> points", "sequence<Point, 5> points"), "field points: sequence<a::b::Point> instead of sequence<a::b::Point, 5>");
+  EXPECT_EQ(told("near, far", "near, far, farther"),
+            "field kind: farther of a::b::Kind is missing");
+  EXPECT_EQ(told("sequence<Point> points", "sequence<Point, 5> points"),
+            "field points: sequence<a::b::Point> instead of sequence<a::b::Point, 5>");
   EXPECT_EQ(told("double x", "double x[2]"), "field points.x: double instead of double[2]");
 }
 

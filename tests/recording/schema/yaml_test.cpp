@@ -16,11 +16,17 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 TEST(SchemaYaml, IsLaidOutForPeople) {
-  const Json message = {{"viewer", "eye"}, {"frame", 18446744073709551615ull}, {"pose", {{"at", {{"x", 1.0}, {"y", -2.5}}}, {"turned", false}}},
-                        {"tiles", {1, 2, 3}}, {"none", Json::array()}, {"note", "a: \"b\"\n"}, {"word", "no"},
-                        {"counts", Json::array({{{"name", "frames"}, {"count", 3}}})},
-                        {"parts", Json::array({{{"id", 1}, {"from", {4, 5}}}, {{"id", 2}, {"from", Json::array()}}})},
-                        {"bgr", {{"sequence<octet>", 44123}}}};
+  const Json message = {
+      {"viewer", "eye"},
+      {"frame", 18446744073709551615ull},
+      {"pose", {{"at", {{"x", 1.0}, {"y", -2.5}}}, {"turned", false}}},
+      {"tiles", {1, 2, 3}},
+      {"none", Json::array()},
+      {"note", "a: \"b\"\n"},
+      {"word", "no"},
+      {"counts", Json::array({{{"name", "frames"}, {"count", 3}}})},
+      {"parts", Json::array({{{"id", 1}, {"from", {4, 5}}}, {{"id", 2}, {"from", Json::array()}}})},
+      {"bgr", {{"sequence<octet>", 44123}}}};
   EXPECT_EQ(as_yaml(message), R"(---
 viewer: eye
 frame: 18446744073709551615
@@ -44,7 +50,8 @@ bgr: {sequence<octet>: 44123}
 
 TEST(SchemaYaml, WhatIsNoNumberStaysReadable) {
   const double infinite = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(as_yaml({{"a", std::nan("")}, {"b", infinite}, {"c", -infinite}, {"d", "\xff"}}), "---\na: .nan\nb: .inf\nc: -.inf\nd: \"\xEF\xBF\xBD\"\n");
+  EXPECT_EQ(as_yaml({{"a", std::nan("")}, {"b", infinite}, {"c", -infinite}, {"d", "\xff"}}),
+            "---\na: .nan\nb: .inf\nc: -.inf\nd: \"\xEF\xBF\xBD\"\n");
 }
 
 // By a reader that nobody here wrote.
@@ -52,7 +59,8 @@ void expect_same(const YAML::Node& read, const Json& message, const std::string&
   if (message.is_object()) {
     ASSERT_TRUE(read.IsMap()) << path;
     ASSERT_EQ(read.size(), message.size()) << path;
-    for (const auto& [key, value] : message.items()) expect_same(read[key], value, path + "." + key);
+    for (const auto& [key, value] : message.items())
+      expect_same(read[key], value, path + "." + key);
   } else if (message.is_array()) {
     ASSERT_TRUE(read.IsSequence()) << path;
     ASSERT_EQ(read.size(), message.size()) << path;
@@ -69,7 +77,8 @@ void expect_same(const YAML::Node& read, const Json& message, const std::string&
 TEST(SchemaYaml, YamlCppReadsTheSameValues) {
   for (const Struct& type : fivepipe_idl().structs)
     for (std::uint32_t seed = 1; seed <= 5; ++seed) {
-      const Json message = test::PayloadMaker(fivepipe_idl(), std::endian::little, seed).make(type.name).values;
+      const Json message =
+          test::PayloadMaker(fivepipe_idl(), std::endian::little, seed).make(type.name).values;
       expect_same(YAML::Load(as_yaml(message)), message, type.name);
     }
 }

@@ -23,11 +23,13 @@ HWY_INLINE std::uint32_t bits_of(MF mask) {
   return std::uint32_t(bytes[0]) | std::uint32_t(bytes[1]) << 8;
 }
 
-// To 5.3 2^-24 or better: Newton's step on the processor's estimate, which is good to 1.5 2^-12, and three roundings.
+// To 5.3 2^-24 or better: Newton's step on the processor's estimate, which is good to 1.5 2^-12,
+// and three roundings.
 HWY_INLINE VF reciprocal(VF x) {
   const DF d;
   VF estimate = hn::ApproximateReciprocal(x);
-  for (int step = 0; step < (HWY_ARCH_X86 ? 1 : 2); ++step) estimate = hn::Mul(estimate, hn::NegMulAdd(x, estimate, hn::Set(d, 2.0f)));
+  for (int step = 0; step < (HWY_ARCH_X86 ? 1 : 2); ++step)
+    estimate = hn::Mul(estimate, hn::NegMulAdd(x, estimate, hn::Set(d, 2.0f)));
   return estimate;
 }
 
@@ -37,7 +39,8 @@ HWY_INLINE VF reach_at(const ContactMap& c, VF& fu, VF& fv) {
   const DI di;
   fu = hn::Min(hn::Max(fu, hn::Set(d, c.least_u)), hn::Set(d, c.most_u));
   fv = hn::Min(hn::Max(fv, hn::Set(d, c.least_v)), hn::Set(d, c.most_v));
-  const VI place = hn::Add(hn::Mul(hn::ConvertTo(di, fv), hn::Set(di, c.stride)), hn::ConvertTo(di, fu));
+  const VI place =
+      hn::Add(hn::Mul(hn::ConvertTo(di, fv), hn::Set(di, c.stride)), hn::ConvertTo(di, fu));
   const VI word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(c.at_base), place);
   return hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
 }
@@ -50,21 +53,27 @@ struct Look {
 HWY_INLINE Look look(const ContactMap& c, VF low_u, VF high_u, VF low_v, VF high_v) {
   const DF d;
   const VF eps = hn::Set(d, c.eps_px), zero = hn::Zero(d);
-  low_u = hn::Sub(low_u, eps), high_u = hn::Add(high_u, eps), low_v = hn::Sub(low_v, eps), high_v = hn::Add(high_v, eps);
-  const MF beside = hn::Or(hn::Or(hn::Lt(high_u, hn::Set(d, c.begin_u)), hn::Gt(low_u, hn::Set(d, c.end_u))),
-                           hn::Or(hn::Lt(high_v, hn::Set(d, c.begin_v)), hn::Gt(low_v, hn::Set(d, c.end_v))));
+  low_u = hn::Sub(low_u, eps), high_u = hn::Add(high_u, eps), low_v = hn::Sub(low_v, eps),
+  high_v = hn::Add(high_v, eps);
+  const MF beside =
+      hn::Or(hn::Or(hn::Lt(high_u, hn::Set(d, c.begin_u)), hn::Gt(low_u, hn::Set(d, c.end_u))),
+             hn::Or(hn::Lt(high_v, hn::Set(d, c.begin_v)), hn::Gt(low_v, hn::Set(d, c.end_v))));
   VF fu = hn::Floor(low_u), fv = hn::Floor(low_v);
   const VF last_u = hn::Floor(high_u), last_v = hn::Floor(high_v), reach = reach_at(c, fu, fv);
-  const VF one = hn::Set(d, 1.0f), width = hn::Add(hn::Sub(last_u, fu), one), height = hn::Add(hn::Sub(last_v, fv), one);
+  const VF one = hn::Set(d, 1.0f), width = hn::Add(hn::Sub(last_u, fu), one),
+           height = hn::Add(hn::Sub(last_v, fv), one);
   // One square, or two along the longer side.
-  const VF longer = hn::Max(width, height), side = hn::Max(hn::Min(width, height), hn::Ceil(hn::Mul(hn::Set(d, 0.5f), longer)));
+  const VF longer = hn::Max(width, height),
+           side = hn::Max(hn::Min(width, height), hn::Ceil(hn::Mul(hn::Set(d, 0.5f), longer)));
   MF alike = hn::Ge(hn::Abs(reach), side);
   const MF object = hn::Lt(reach, zero), two = hn::And(alike, hn::Lt(side, longer));
   if (!hn::AllFalse(d, two)) {
     VF next_u = hn::Add(fu, hn::IfThenElseZero(hn::Gt(width, height), hn::Sub(width, side)));
     VF next_v = hn::Add(fv, hn::IfThenElseZero(hn::Gt(height, width), hn::Sub(height, side)));
     const VF next = reach_at(c, next_u, next_v);
-    alike = hn::And(alike, hn::Or(hn::Not(two), hn::And(hn::Ge(hn::Abs(next), side), hn::Not(hn::Xor(object, hn::Lt(next, zero))))));
+    alike =
+        hn::And(alike, hn::Or(hn::Not(two), hn::And(hn::Ge(hn::Abs(next), side),
+                                                    hn::Not(hn::Xor(object, hn::Lt(next, zero))))));
   }
   return {hn::Or(beside, hn::AndNot(object, alike)), hn::AndNot(beside, hn::And(object, alike))};
 }
@@ -78,14 +87,18 @@ HWY_INLINE MF everything() {
   return hn::Eq(hn::Zero(d), hn::Zero(d));
 }
 
-// A box's extent in the image, as a fraction more: the roundings of a reciprocal and of at most ten operations on it (2^-24 each).
+// A box's extent in the image, as a fraction more: the roundings of a reciprocal and of at most ten
+// operations on it (2^-24 each).
 constexpr float kOffSlack = 1 + 0x1p-18f;
 
-// --- boxes and triangles of an object ----------------------------------------------------------------------------------
+// --- boxes and triangles of an object
+// ----------------------------------------------------------------------------------
 
 HWY_INLINE VF form(const ObjectMap& c, int row, VF x, VF y, VF z) {
   const DF d;
-  return hn::MulAdd(hn::Set(d, c.of[row][2]), z, hn::MulAdd(hn::Set(d, c.of[row][1]), y, hn::MulAdd(hn::Set(d, c.of[row][0]), x, hn::Set(d, c.at[row]))));
+  return hn::MulAdd(hn::Set(d, c.of[row][2]), z,
+                    hn::MulAdd(hn::Set(d, c.of[row][1]), y,
+                               hn::MulAdd(hn::Set(d, c.of[row][0]), x, hn::Set(d, c.at[row]))));
 }
 
 ContactBits look_at_boxes(std::span<const ObjectMap> cameras, const MeshTree::Boxes& boxes) {
@@ -94,26 +107,37 @@ ContactBits look_at_boxes(std::span<const ObjectMap> cameras, const MeshTree::Bo
   ContactBits bits{0, 0};
   for (int first = 0; first < MeshTree::kFan; first += lanes) {
     VF middle[3], half[3];
-    for (std::size_t axis = 0; axis < 3; ++axis) middle[axis] = hn::Load(d, boxes.middle_m[axis].data() + first), half[axis] = hn::Load(d, boxes.half_m[axis].data() + first);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      middle[axis] = hn::Load(d, boxes.middle_m[axis].data() + first),
+      half[axis] = hn::Load(d, boxes.half_m[axis].data() + first);
     const MF there = hn::Ge(half[0], hn::Zero(d));
     MF free = hn::Not(there), solid = there;
     for (const ObjectMap& c : cameras) {
       const VF w = form(c, 2, middle[0], middle[1], middle[2]);
       VF off_w = hn::Zero(d);
-      for (int k = 0; k < 3; ++k) off_w = hn::MulAdd(hn::Abs(hn::Set(d, c.of[2][k])), half[k], off_w);
-      const VF slack_w = hn::Set(d, c.slack_w), least_w = hn::Sub(hn::Sub(w, off_w), slack_w), per_w = reciprocal(w), per_least_w = reciprocal(least_w);
+      for (int k = 0; k < 3; ++k)
+        off_w = hn::MulAdd(hn::Abs(hn::Set(d, c.of[2][k])), half[k], off_w);
+      const VF slack_w = hn::Set(d, c.slack_w), least_w = hn::Sub(hn::Sub(w, off_w), slack_w),
+               per_w = reciprocal(w), per_least_w = reciprocal(least_w);
       const MF sure = hn::Gt(least_w, hn::Set(d, c.least_w));
-      const VF u = hn::Mul(form(c, 0, middle[0], middle[1], middle[2]), per_w), v = hn::Mul(form(c, 1, middle[0], middle[1], middle[2]), per_w);
-      // Away from the middle's image: of U - u W, over W at least. That the middle's W, and so u, is off as well, counts here: where the middle's
-      // image lies far outside, it is the larger part (kOfForm).
+      const VF u = hn::Mul(form(c, 0, middle[0], middle[1], middle[2]), per_w),
+               v = hn::Mul(form(c, 1, middle[0], middle[1], middle[2]), per_w);
+      // Away from the middle's image: of U - u W, over W at least. That the middle's W, and so u,
+      // is off as well, counts here: where the middle's image lies far outside, it is the larger
+      // part (kOfForm).
       const auto off = [&](int row, VF at) {
         VF sum = hn::Mul(hn::Abs(at), slack_w);
-        for (int k = 0; k < 3; ++k) sum = hn::MulAdd(hn::Abs(hn::NegMulAdd(at, hn::Set(d, c.of[2][k]), hn::Set(d, c.of[row][k]))), half[k], sum);
+        for (int k = 0; k < 3; ++k)
+          sum = hn::MulAdd(
+              hn::Abs(hn::NegMulAdd(at, hn::Set(d, c.of[2][k]), hn::Set(d, c.of[row][k]))), half[k],
+              sum);
         return hn::Mul(sum, hn::Mul(per_least_w, hn::Set(d, kOffSlack)));
       };
       const VF off_u = off(0, u), off_v = off(1, v);
-      const Look l = look(c, hn::Sub(u, off_u), hn::Add(u, off_u), hn::Sub(v, off_v), hn::Add(v, off_v));
-      free = hn::Or(free, hn::Or(hn::And(sure, l.free), hn::Lt(hn::Add(w, off_w), hn::Set(d, c.most_behind_w))));
+      const Look l =
+          look(c, hn::Sub(u, off_u), hn::Add(u, off_u), hn::Sub(v, off_v), hn::Add(v, off_v));
+      free = hn::Or(free, hn::Or(hn::And(sure, l.free),
+                                 hn::Lt(hn::Add(w, off_w), hn::Set(d, c.most_behind_w))));
       solid = hn::And(solid, hn::And(sure, l.solid));
       if (hn::AllTrue(d, free)) break;
     }
@@ -123,27 +147,31 @@ ContactBits look_at_boxes(std::span<const ObjectMap> cameras, const MeshTree::Bo
   return bits;
 }
 
-ContactBits look_at_leaf(std::span<const ObjectMap> cameras, const MeshTree::Leaf& leaf, int triangles) {
+ContactBits look_at_leaf(std::span<const ObjectMap> cameras, const MeshTree::Leaf& leaf,
+                         int triangles) {
   const DF d;
   const int lanes = int(hn::Lanes(d));
   ContactBits bits{0, 0};
   for (int first = 0; first < triangles; first += lanes) {
     VF p[3][3];
     for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t axis = 0; axis < 3; ++axis) p[k][axis] = hn::Load(d, leaf.vertices_m[k][axis].data() + first);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        p[k][axis] = hn::Load(d, leaf.vertices_m[k][axis].data() + first);
     MF free = nothing(), solid = everything();
     for (const ObjectMap& c : cameras) {
       VF low_u, high_u, low_v, high_v, least_w, most_w;
       for (int k = 0; k < 3; ++k) {
         const VF w = form(c, 2, p[k][0], p[k][1], p[k][2]), per_w = reciprocal(w);
-        const VF u = hn::Mul(form(c, 0, p[k][0], p[k][1], p[k][2]), per_w), v = hn::Mul(form(c, 1, p[k][0], p[k][1], p[k][2]), per_w);
+        const VF u = hn::Mul(form(c, 0, p[k][0], p[k][1], p[k][2]), per_w),
+                 v = hn::Mul(form(c, 1, p[k][0], p[k][1], p[k][2]), per_w);
         low_u = k ? hn::Min(low_u, u) : u, high_u = k ? hn::Max(high_u, u) : u;
         low_v = k ? hn::Min(low_v, v) : v, high_v = k ? hn::Max(high_v, v) : v;
         least_w = k ? hn::Min(least_w, w) : w, most_w = k ? hn::Max(most_w, w) : w;
       }
       const MF sure = hn::Gt(least_w, hn::Set(d, c.least_w));
       const Look l = look(c, low_u, high_u, low_v, high_v);
-      free = hn::Or(free, hn::Or(hn::And(sure, l.free), hn::Lt(most_w, hn::Set(d, c.most_behind_w))));
+      free =
+          hn::Or(free, hn::Or(hn::And(sure, l.free), hn::Lt(most_w, hn::Set(d, c.most_behind_w))));
       solid = hn::And(solid, hn::And(sure, l.solid));
       if (hn::AllTrue(d, free)) break;
     }
@@ -154,11 +182,13 @@ ContactBits look_at_leaf(std::span<const ObjectMap> cameras, const MeshTree::Lea
   return {bits.free & there, bits.solid & there};
 }
 
-// --- parts of a triangle -------------------------------------------------------------------------------------------------
+// --- parts of a triangle
+// -------------------------------------------------------------------------------------------------
 
 HWY_INLINE VF form(const TriangleMap& c, int row, VF a, VF b) {
   const DF d;
-  return hn::MulAdd(hn::Set(d, c.by_b[row]), b, hn::MulAdd(hn::Set(d, c.by_a[row]), a, hn::Set(d, c.at[row])));
+  return hn::MulAdd(hn::Set(d, c.by_b[row]), b,
+                    hn::MulAdd(hn::Set(d, c.by_a[row]), a, hn::Set(d, c.at[row])));
 }
 
 // Appends the cells of a mask.
@@ -169,12 +199,14 @@ HWY_INLINE void append(Cells& to, MF which, VF a, VF b, VF sigma) {
   to.count += hn::CompressStore(sigma, which, d, to.sigma.data() + to.count);
 }
 
-void look_at_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed, Cells& solid) {
+void look_at_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed,
+                   Cells& solid) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   mixed.make_room(cells.count), solid.make_room(cells.count);
   for (std::size_t first = 0; first < cells.count; first += lanes) {
-    const VF a = hn::LoadU(d, cells.a.data() + first), b = hn::LoadU(d, cells.b.data() + first), sigma = hn::LoadU(d, cells.sigma.data() + first);
+    const VF a = hn::LoadU(d, cells.a.data() + first), b = hn::LoadU(d, cells.b.data() + first),
+             sigma = hn::LoadU(d, cells.sigma.data() + first);
     const VF step = hn::Mul(sigma, hn::Set(d, h));
     const MF there = hn::FirstN(d, cells.count - first);
     MF free = hn::Not(there), all = there;
@@ -202,21 +234,25 @@ void look_at_cells(std::span<const TriangleMap> cameras, const Cells& cells, flo
   }
 }
 
-void look_at_middles(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& inside, Cells& unsure) {
+void look_at_middles(std::span<const TriangleMap> cameras, const Cells& cells, float h,
+                     Cells& inside, Cells& unsure) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   const VF third = hn::Set(d, h / 3), zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   inside.make_room(cells.count), unsure.make_room(cells.count);
   for (std::size_t first = 0; first < cells.count; first += lanes) {
-    const VF a = hn::LoadU(d, cells.a.data() + first), b = hn::LoadU(d, cells.b.data() + first), sigma = hn::LoadU(d, cells.sigma.data() + first);
+    const VF a = hn::LoadU(d, cells.a.data() + first), b = hn::LoadU(d, cells.b.data() + first),
+             sigma = hn::LoadU(d, cells.sigma.data() + first);
     const VF middle_a = hn::MulAdd(sigma, third, a), middle_b = hn::MulAdd(sigma, third, b);
     MF in = hn::FirstN(d, cells.count - first), doubtful = nothing();
     for (const TriangleMap& c : cameras) {
       const VF eps = hn::Set(d, c.eps_px), per_w = reciprocal(form(c, 2, middle_a, middle_b));
-      const VF u = hn::Mul(form(c, 0, middle_a, middle_b), per_w), v = hn::Mul(form(c, 1, middle_a, middle_b), per_w);
+      const VF u = hn::Mul(form(c, 0, middle_a, middle_b), per_w),
+               v = hn::Mul(form(c, 1, middle_a, middle_b), per_w);
       VF fu = hn::Floor(u), fv = hn::Floor(v);
       const VF off_u = hn::Sub(u, fu), off_v = hn::Sub(v, fv);
-      const MF near = hn::Or(hn::Lt(hn::Min(off_u, off_v), eps), hn::Gt(hn::Max(off_u, off_v), hn::Sub(one, eps)));
+      const MF near = hn::Or(hn::Lt(hn::Min(off_u, off_v), eps),
+                             hn::Gt(hn::Max(off_u, off_v), hn::Sub(one, eps)));
       const VF inside_by = reach_at(c, fu, fv);
       // Near a border the pixel beyond it may be another.
       doubtful = hn::Or(doubtful, hn::And(in, near));
@@ -249,35 +285,41 @@ HWY_EXPORT(look_at_middles);
 
 using Eigen::Vector3d;
 
-// Roundings of float in a form c0 x + c1 y + c2 z + at, as a part of T = |c0 x| + |c1 y| + |c2 z| + |at|, where x, y, z are as large as they get.
-// In units of e = 2^-24, products and sums rounded by themselves (fused, there are fewer), the innermost term, which goes through all sums:
+// Roundings of float in a form c0 x + c1 y + c2 z + at, as a part of T = |c0 x| + |c1 y| + |c2 z| +
+// |at|, where x, y, z are as large as they get. In units of e = 2^-24, products and sums rounded by
+// themselves (fused, there are fewer), the innermost term, which goes through all sums:
 //
 //                                from double     product   sums     together
 //   a triangle's vertex          c0: 1, x: 1        1        3          6
-//   a box's middle               c0: 1              1        3          5      its numbers are floats, rounded outward when they were made
-//   a part's corner, first       c0: 1              1        2          4      a and b are whole numbers, exact; no third term
-//   the same, others             c0: 1              1        3          5      and 1 + 1 + 1 = 3 of the step's own term, as large again: 8
-//   a part's middle              c0: 1, x: 2        1        2          6
+//   a box's middle               c0: 1              1        3          5      its numbers are
+//   floats, rounded outward when they were made a part's corner, first       c0: 1              1
+//   2          4      a and b are whole numbers, exact; no third term the same, others c0: 1 1 3 5
+//   and 1 + 1 + 1 = 3 of the step's own term, as large again: 8 a part's middle              c0: 1,
+//   x: 2        1        2          6
 //
-// So each of U, V, W is off by at most 8 e T. An image is off by at most (dU + |u| dW) / W, as U / W is: Û/Ŵ - U/W = (dU - u dW) / Ŵ. Where
-// |u| is at most that of the map's farthest border, that is less than kOfForm (T_U + |u| T_W) / W; beyond, the error grows by less than a
-// hundredth of |u|, so that what is beside stays beside.
+// So each of U, V, W is off by at most 8 e T. An image is off by at most (dU + |u| dW) / W, as U /
+// W is: Û/Ŵ - U/W = (dU - u dW) / Ŵ. Where |u| is at most that of the map's farthest border, that
+// is less than kOfForm (T_U + |u| T_W) / W; beyond, the error grows by less than a hundredth of
+// |u|, so that what is beside stays beside.
 //
-// A box's corner, off the middle by d, has u + (sum of (c_U - u c_W) d) / W(corner), for the true u of the middle. With û instead this is
-// û + (U(m) - û W(m) + sum of (c_U - û c_W) d) / W(corner). Of it
-//   U(m) - û W(m) = -dU + û dW - 6.3 e U(m), for û's reciprocal and product: at most 11.3 e T_U and 5 e |û| T_W;
-//   c_U - û c_W has 3 e of rounding (from double, product, difference), but |d| is what the middle's coordinates fall short of T's: no more;
-//   W(corner) is at least w - off_w - dW.
-// So kOfBox T_U / W is in eps, and slack_w is taken off W and multiplied by |û|, which may be far beyond the map: look_at_boxes.
+// A box's corner, off the middle by d, has u + (sum of (c_U - u c_W) d) / W(corner), for the true u
+// of the middle. With û instead this is û + (U(m) - û W(m) + sum of (c_U - û c_W) d) / W(corner).
+// Of it
+//   U(m) - û W(m) = -dU + û dW - 6.3 e U(m), for û's reciprocal and product: at most 11.3 e T_U and
+//   5 e |û| T_W; c_U - û c_W has 3 e of rounding (from double, product, difference), but |d| is
+//   what the middle's coordinates fall short of T's: no more; W(corner) is at least w - off_w - dW.
+// So kOfBox T_U / W is in eps, and slack_w is taken off W and multiplied by |û|, which may be far
+// beyond the map: look_at_boxes.
 constexpr double kOfForm = 10 * 0x1p-24, kOfBox = 12 * 0x1p-24;
-// Of an image, beside, as a part of it: the reciprocal (5.3 e), its product, and a difference that makes a rectangle of it; of a box's second,
-// there is room in kOfBox |u| T_W / W.
+// Of an image, beside, as a part of it: the reciprocal (5.3 e), its product, and a difference that
+// makes a rectangle of it; of a box's second, there is room in kOfBox |u| T_W / W.
 constexpr double kOfImage = 8 * 0x1p-24;
 // Images this far beside the object pixels are so for every rounding [px].
 constexpr double kBeside_px = 1;
 
 // All of what is in front of the camera, with these corners, lies beside the object pixels.
-bool beside(const hull::PixelRect& bounds, const Eigen::Array2d& least_px, const Eigen::Array2d& most_px) {
+bool beside(const hull::PixelRect& bounds, const Eigen::Array2d& least_px,
+            const Eigen::Array2d& most_px) {
   return most_px.x() < bounds.u0_px - kBeside_px || least_px.x() > bounds.u1_px + kBeside_px ||
          most_px.y() < bounds.v0_px - kBeside_px || least_px.y() > bounds.v1_px + kBeside_px;
 }
@@ -290,21 +332,26 @@ Eigen::Matrix3d pixel_from_camera(const geometry::Pinhole& k) {
 }
 
 void set_map(const hull::BoxReach& reach, int base_u, int base_v, ContactMap& map) {
-  assert(reach.box_bytes() < std::size_t(std::numeric_limits<std::int32_t>::max()));  // places are counted in 32 bits
+  assert(reach.box_bytes() <
+         std::size_t(std::numeric_limits<std::int32_t>::max()));  // places are counted in 32 bits
   const hull::PixelRect &stored = reach.stored(), &bounds = reach.bounds();
   map.least_u = float(stored.u0_px - base_u), map.most_u = float(stored.u1_px - 1 - base_u);
   map.least_v = float(stored.v0_px - base_v), map.most_v = float(stored.v1_px - 1 - base_v);
   map.begin_u = float(bounds.u0_px - base_u), map.end_u = float(bounds.u1_px - base_u);
   map.begin_v = float(bounds.v0_px - base_v), map.end_v = float(bounds.v1_px - base_v);
   map.stride = std::int32_t(reach.stride());
-  map.at_base = reach.bytes(hull::Box::right_down) + std::ptrdiff_t(base_v - stored.v0_px) * reach.stride() + (base_u - stored.u0_px);
+  map.at_base = reach.bytes(hull::Box::right_down) +
+                std::ptrdiff_t(base_v - stored.v0_px) * reach.stride() + (base_u - stored.u0_px);
 }
 
-int within(double x, int least, int most) { return !(x > least) ? least : x >= most ? most : int(x); }
+int within(double x, int least, int most) {
+  return !(x > least) ? least : x >= most ? most : int(x);
+}
 
 }  // namespace
 
-std::optional<ObjectMap> object_map(const hull::CpuHull::MapCamera& camera, const Eigen::Isometry3d& world_from_tree, double radius_m) {
+std::optional<ObjectMap> object_map(const hull::CpuHull::MapCamera& camera,
+                                    const Eigen::Isometry3d& world_from_tree, double radius_m) {
   const hull::PixelRect& bounds = camera.reach.bounds();
   ObjectMap map;
   const int base_u = (bounds.u0_px + bounds.u1_px) / 2, base_v = (bounds.v0_px + bounds.v1_px) / 2;
@@ -319,23 +366,33 @@ std::optional<ObjectMap> object_map(const hull::CpuHull::MapCamera& camera, cons
   if (!(room_px > 0) || !terms.cast<float>().allFinite()) return std::nullopt;
   // In the world, where in_hull() projects, numbers may be larger than about the tree's origin.
   const PixelFromWorld pixel = pixel_from_world(camera.camera);
-  const Vector3d world_terms = pixel.cwiseAbs().leftCols<3>() * (world_from_tree.translation().cwiseAbs() + Vector3d::Constant(radius_m)) + pixel.col(3).cwiseAbs();
+  const Vector3d world_terms =
+      pixel.cwiseAbs().leftCols<3>() *
+          (world_from_tree.translation().cwiseAbs() + Vector3d::Constant(radius_m)) +
+      pixel.col(3).cwiseAbs();
   const double image_px = std::max(std::abs(base_u), std::abs(base_v)) + farthest_px;
-  const double of_projection = kOfProjection * (std::max(world_terms.x(), world_terms.y()) + image_px * world_terms.z());
+  const double of_projection =
+      kOfProjection * (std::max(world_terms.x(), world_terms.y()) + image_px * world_terms.z());
   for (int row = 0; row < 3; ++row) {
     map.at[row] = float(at[row]);
     for (int k = 0; k < 3; ++k) map.of[row][k] = float(of(row, k));
   }
   map.eps_px = float(kMostContactEps_px);
-  map.least_w = float((kOfBox * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) + of_projection) / room_px * (1 + kOfImage));
+  map.least_w =
+      float((kOfBox * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) + of_projection) /
+            room_px * (1 + kOfImage));
   map.slack_w = float((kOfBox * terms.z() + of_projection) * (1 + kOfImage));
   map.most_behind_w = -2 * map.slack_w;
   return map;
 }
 
-PixelFromWorld pixel_from_world(const geometry::Camera& camera) { return pixel_from_camera(camera.pinhole) * camera.camera_from_world.matrix().topRows<3>(); }
+PixelFromWorld pixel_from_world(const geometry::Camera& camera) {
+  return pixel_from_camera(camera.pinhole) * camera.camera_from_world.matrix().topRows<3>();
+}
 
-Facing triangle_map(const PixelFromWorld& pixel, const hull::BoxReach& reach, const std::array<Vector3d, 3>& vertices_world_m, double units, TriangleMap& map) {
+Facing triangle_map(const PixelFromWorld& pixel, const hull::BoxReach& reach,
+                    const std::array<Vector3d, 3>& vertices_world_m, double units,
+                    TriangleMap& map) {
   std::array<Vector3d, 3> images;
   double least_w = std::numeric_limits<double>::infinity(), most_w = -least_w;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -343,44 +400,63 @@ Facing triangle_map(const PixelFromWorld& pixel, const hull::BoxReach& reach, co
     least_w = std::min(least_w, images[k].z()), most_w = std::max(most_w, images[k].z());
   }
   Vector3d world_terms = Vector3d::Zero();
-  for (const Vector3d& v : vertices_world_m) world_terms = world_terms.cwiseMax(pixel.cwiseAbs().leftCols<3>() * v.cwiseAbs() + pixel.col(3).cwiseAbs());
+  for (const Vector3d& v : vertices_world_m)
+    world_terms = world_terms.cwiseMax(pixel.cwiseAbs().leftCols<3>() * v.cwiseAbs() +
+                                       pixel.col(3).cwiseAbs());
   if (most_w < -kOfProjection * world_terms.z()) return Facing::aside;
   if (!(least_w > 0)) return Facing::unsure;
-  Eigen::Array2d least_px = Eigen::Array2d::Constant(std::numeric_limits<double>::infinity()), most_px = -least_px;
+  Eigen::Array2d least_px = Eigen::Array2d::Constant(std::numeric_limits<double>::infinity()),
+                 most_px = -least_px;
   for (const Vector3d& image : images) {
     const Eigen::Array2d px = image.head<2>().array() / image.z();
     least_px = least_px.min(px), most_px = most_px.max(px);
   }
-  const bool sure_of_w = least_w > kMostContactEps_px * kMostContactEps_px * world_terms.z();  // far above rounding
+  const bool sure_of_w =
+      least_w > kMostContactEps_px * kMostContactEps_px * world_terms.z();  // far above rounding
   if (sure_of_w && beside(reach.bounds(), least_px, most_px)) return Facing::aside;
-  const Vector3d middle = images[0] / images[0].z() + images[1] / images[1].z() + images[2] / images[2].z();
+  const Vector3d middle =
+      images[0] / images[0].z() + images[1] / images[1].z() + images[2] / images[2].z();
   const hull::PixelRect& stored = reach.stored();
-  const int base_u = within(middle.x() / 3, stored.u0_px, stored.u1_px - 1), base_v = within(middle.y() / 3, stored.v0_px, stored.v1_px - 1);
+  const int base_u = within(middle.x() / 3, stored.u0_px, stored.u1_px - 1),
+            base_v = within(middle.y() / 3, stored.v0_px, stored.v1_px - 1);
   double farthest_px = 1;  // so that an error of W by itself is an error of the image
   for (Vector3d& image : images) {
     image.head<2>() -= Eigen::Vector2d(base_u, base_v) * image.z();
     farthest_px = std::max(farthest_px, image.head<2>().cwiseAbs().maxCoeff() / image.z());
   }
   const double per_unit = 1 / units;
-  const Vector3d by_a = images[1] - images[0], by_b = images[2] - images[0], terms = images[0].cwiseAbs() + by_a.cwiseAbs() + by_b.cwiseAbs();
-  const double of_projection = kOfProjection * (std::max(world_terms.x(), world_terms.y()) + std::max(least_px.abs().maxCoeff(), most_px.abs().maxCoeff()) * world_terms.z());
-  const double eps_px = (kOfForm * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) + of_projection) / least_w + kOfImage * farthest_px;
+  const Vector3d by_a = images[1] - images[0], by_b = images[2] - images[0],
+                 terms = images[0].cwiseAbs() + by_a.cwiseAbs() + by_b.cwiseAbs();
+  const double of_projection =
+      kOfProjection *
+      (std::max(world_terms.x(), world_terms.y()) +
+       std::max(least_px.abs().maxCoeff(), most_px.abs().maxCoeff()) * world_terms.z());
+  const double eps_px =
+      (kOfForm * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) + of_projection) /
+          least_w +
+      kOfImage * farthest_px;
   if (!(eps_px < kMostContactEps_px)) return Facing::unsure;
   set_map(reach, base_u, base_v, map);
   map.eps_px = float(eps_px * (1 + kOfImage));
   for (int row = 0; row < 3; ++row)
-    map.at[row] = float(images[0][row]), map.by_a[row] = float(by_a[row] * per_unit), map.by_b[row] = float(by_b[row] * per_unit);
+    map.at[row] = float(images[0][row]), map.by_a[row] = float(by_a[row] * per_unit),
+    map.by_b[row] = float(by_b[row] * per_unit);
   return Facing::in_front;
 }
 
-ContactBits look_at_boxes(std::span<const ObjectMap> cameras, const MeshTree::Boxes& boxes) { return HWY_DYNAMIC_DISPATCH(look_at_boxes)(cameras, boxes); }
-ContactBits look_at_leaf(std::span<const ObjectMap> cameras, const MeshTree::Leaf& leaf, int triangles) {
+ContactBits look_at_boxes(std::span<const ObjectMap> cameras, const MeshTree::Boxes& boxes) {
+  return HWY_DYNAMIC_DISPATCH(look_at_boxes)(cameras, boxes);
+}
+ContactBits look_at_leaf(std::span<const ObjectMap> cameras, const MeshTree::Leaf& leaf,
+                         int triangles) {
   return HWY_DYNAMIC_DISPATCH(look_at_leaf)(cameras, leaf, triangles);
 }
-void look_at_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed, Cells& solid) {
+void look_at_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed,
+                   Cells& solid) {
   HWY_DYNAMIC_DISPATCH(look_at_cells)(cameras, cells, h, mixed, solid);
 }
-void look_at_middles(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& inside, Cells& unsure) {
+void look_at_middles(std::span<const TriangleMap> cameras, const Cells& cells, float h,
+                     Cells& inside, Cells& unsure) {
   HWY_DYNAMIC_DISPATCH(look_at_middles)(cameras, cells, h, inside, unsure);
 }
 

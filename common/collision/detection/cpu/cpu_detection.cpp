@@ -46,15 +46,18 @@ struct ObjectAtHand {
   std::size_t most_points;  // more, and it is sampled anew, less finely
 };
 
-ObjectAtHand at_hand(const hull::HullQuery& query, const DetectionObject& object, const DetectionOptions& options) {
+ObjectAtHand at_hand(const hull::HullQuery& query, const DetectionObject& object,
+                     const DetectionOptions& options) {
   const std::size_t triangles = object.tree->mesh().triangles.size();
-  ObjectAtHand o{&object, object_maps(query, object), false, options.spacing_m, most_points_found(options, triangles)};
+  ObjectAtHand o{&object, object_maps(query, object), false, options.spacing_m,
+                 most_points_found(options, triangles)};
   o.mapped = o.maps.size() == query.hull().cameras().size();
   return o;
 }
 
 // The leaves that are not free, in order.
-void open_leaves(const ObjectAtHand& o, std::size_t number, std::vector<OpenLeaf>& leaves, std::size_t& boxes) {
+void open_leaves(const ObjectAtHand& o, std::size_t number, std::vector<OpenLeaf>& leaves,
+                 std::size_t& boxes) {
   struct Node {
     int level, index;
   };
@@ -67,15 +70,19 @@ void open_leaves(const ObjectAtHand& o, std::size_t number, std::vector<OpenLeaf
     ++boxes;
     std::uint32_t left = ~look_at_boxes(o.maps, children).free & ((1u << MeshTree::kFan) - 1);
     if (node.level == 0) {
-      for (; left; left &= left - 1) leaves.push_back({number, node.index * MeshTree::kFan + std::countr_zero(left)});
+      for (; left; left &= left - 1)
+        leaves.push_back({number, node.index * MeshTree::kFan + std::countr_zero(left)});
     } else {
-      for (; left; left &= ~std::bit_floor(left)) open.push_back({node.level - 1, node.index * MeshTree::kFan + int(std::bit_width(left)) - 1});
+      for (; left; left &= ~std::bit_floor(left))
+        open.push_back(
+            {node.level - 1, node.index * MeshTree::kFan + int(std::bit_width(left)) - 1});
     }
   }
 }
 
 // Until the object has too many points; `points` counts them.
-void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, std::atomic<std::size_t>& points, TriangleWalk& walk, Found& found) {
+void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, std::atomic<std::size_t>& points,
+               TriangleWalk& walk, Found& found) {
   const MeshTree& tree = *o.object->tree;
   const auto triangles = tree.triangles_of(open.leaf);
   ContactBits bits = look_at_leaf(o.maps, tree.leaf(open.leaf), int(triangles.size()));
@@ -85,23 +92,29 @@ void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, std::atomic<std::siz
     if (bits.free >> i & 1) continue;
     if (points.load(std::memory_order_relaxed) > o.most_points) return;
     Triangle world;
-    for (std::size_t k = 0; k < 3; ++k) world[k] = o.object->world_from_object * tree.mesh().vertices_m[tree.mesh().triangles[triangles[i]][k]];
+    for (std::size_t k = 0; k < 3; ++k)
+      world[k] = o.object->world_from_object *
+                 tree.mesh().vertices_m[tree.mesh().triangles[triangles[i]][k]];
     const std::size_t before = found.points.size();
-    const TriangleContact contact = walk.walk(world, bits.solid >> i & 1, {o.spacing_m, o.object->rp_object_world_m}, found.points);
+    const TriangleContact contact = walk.walk(
+        world, bits.solid >> i & 1, {o.spacing_m, o.object->rp_object_world_m}, found.points);
     const std::size_t count = found.points.size() - before;
     points.fetch_add(count, std::memory_order_relaxed);
     ++found.counts.triangles_walked;
     found.counts.points_in_double += contact.points_in_double;
     found.counts.undecided += contact.cut_off;
     if (contact.verdict != CollisionVerdict::free)
-      found.triangles.push_back({open.object, triangles[i], contact.verdict, contact.coarser, found.points.first_run(), count});
+      found.triangles.push_back({open.object, triangles[i], contact.verdict, contact.coarser,
+                                 found.points.first_run(), count});
   }
 }
 
 using FoundTriangle = std::pair<const Found*, const Found::Triangle*>;
 
-// The points of one object, by triangle, from those of all tasks; spread evenly where there are too many, with the farthest kept.
-void gather_points(base::WorkerPool& pool, std::span<const FoundTriangle> triangles, const DetectionObject& object, std::size_t max_points,
+// The points of one object, by triangle, from those of all tasks; spread evenly where there are too
+// many, with the farthest kept.
+void gather_points(base::WorkerPool& pool, std::span<const FoundTriangle> triangles,
+                   const DetectionObject& object, std::size_t max_points,
                    ObjectCollision& collision) {
   std::vector<CollisionPoint>& points = collision.points;
   std::size_t count = 0;
@@ -109,7 +122,8 @@ void gather_points(base::WorkerPool& pool, std::span<const FoundTriangle> triang
   for (const auto& [found, t] : triangles) first.push_back(count), count += t->points;
   points.resize(count);  // of the frame before: what is overwritten is not cleared first
   pool.run((int(triangles.size()) + kTrianglesATask - 1) / kTrianglesATask, [&](int task, int) {
-    for (std::size_t i = std::size_t(task) * kTrianglesATask; i < std::min(triangles.size(), std::size_t(task + 1) * kTrianglesATask); ++i) {
+    for (std::size_t i = std::size_t(task) * kTrianglesATask;
+         i < std::min(triangles.size(), std::size_t(task + 1) * kTrianglesATask); ++i) {
       const auto& [found, t] = triangles[i];
       found->points.write(t->first_run, t->triangle, points.data() + first[i], t->points);
     }
@@ -140,51 +154,63 @@ struct CpuDetection::Work {
     counts = {};
   }
   bool walk_leaves(const hull::HullQuery& query, const DetectionOptions& options);
-  void gather(base::WorkerPool& pool, std::span<const DetectionObject> of, const DetectionOptions& options);
+  void gather(base::WorkerPool& pool, std::span<const DetectionObject> of,
+              const DetectionOptions& options);
 };
 
 // False where some object has too many points; its spacing is doubled then.
-bool CpuDetection::Work::walk_leaves(const hull::HullQuery& query, const DetectionOptions& options) {
+bool CpuDetection::Work::walk_leaves(const hull::HullQuery& query,
+                                     const DetectionOptions& options) {
   base::WorkerPool& pool = query.hull().pool();
   const int tasks = (int(leaves.size()) + kLeavesATask - 1) / kLeavesATask;
   if (found.size() < std::size_t(tasks)) found.resize(std::size_t(tasks));
   for (Found& f : found) f.triangles.clear(), f.points.clear(), f.counts = {};
-  std::vector<TriangleWalk> walks(std::size_t(pool.threads()), TriangleWalk(query, {options.eps_m, options.max_points}));
+  std::vector<TriangleWalk> walks(std::size_t(pool.threads()),
+                                  TriangleWalk(query, {options.eps_m, options.max_points}));
   std::vector<std::atomic<std::size_t>> points(objects.size());
   pool.run(tasks, [&](int task, int thread) {
-    for (std::size_t i = std::size_t(task) * kLeavesATask; i < std::min(leaves.size(), std::size_t(task + 1) * kLeavesATask); ++i)
-      walk_leaf(objects[leaves[i].object], leaves[i], points[leaves[i].object], walks[std::size_t(thread)], found[std::size_t(task)]);
+    for (std::size_t i = std::size_t(task) * kLeavesATask;
+         i < std::min(leaves.size(), std::size_t(task + 1) * kLeavesATask); ++i)
+      walk_leaf(objects[leaves[i].object], leaves[i], points[leaves[i].object],
+                walks[std::size_t(thread)], found[std::size_t(task)]);
   });
   bool all = true;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (!(points[i] > objects[i].most_points)) continue;
     objects[i].spacing_m *= 2;
     // A triangle that is cut may have more than that many at any spacing: then they stay.
-    if (objects[i].spacing_m > 2 * objects[i].object->tree->radius_m()) objects[i].most_points = std::numeric_limits<std::size_t>::max();
+    if (objects[i].spacing_m > 2 * objects[i].object->tree->radius_m())
+      objects[i].most_points = std::numeric_limits<std::size_t>::max();
     collisions[i].truncated = true;
     all = false;
   }
   return all;
 }
 
-void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const DetectionObject> of, const DetectionOptions& options) {
+void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const DetectionObject> of,
+                                const DetectionOptions& options) {
   for (const Found& f : found) {
     for (const Found::Triangle& t : f.triangles) triangles.emplace_back(&f, &t);
-    counts.triangles_looked_at += f.counts.triangles_looked_at, counts.triangles_walked += f.counts.triangles_walked;
+    counts.triangles_looked_at += f.counts.triangles_looked_at,
+        counts.triangles_walked += f.counts.triangles_walked;
     counts.points_in_double += f.counts.points_in_double, counts.undecided += f.counts.undecided;
   }
   std::sort(triangles.begin(), triangles.end(), [](const FoundTriangle& a, const FoundTriangle& b) {
-    return std::pair(a.second->object, a.second->triangle) < std::pair(b.second->object, b.second->triangle);
+    return std::pair(a.second->object, a.second->triangle) <
+           std::pair(b.second->object, b.second->triangle);
   });
   for (std::size_t object = 0, first = 0, last; object < of.size(); ++object, first = last) {
     ObjectCollision& collision = collisions[object];
-    for (last = first; last < triangles.size() && triangles[last].second->object == object; ++last) {
+    for (last = first; last < triangles.size() && triangles[last].second->object == object;
+         ++last) {
       const Found::Triangle& t = *triangles[last].second;
-      (t.verdict == CollisionVerdict::colliding ? collision.triangles : collision.touching).push_back(t.triangle);
+      (t.verdict == CollisionVerdict::colliding ? collision.triangles : collision.touching)
+          .push_back(t.triangle);
       collision.verdict = std::max(collision.verdict, t.verdict);
       collision.truncated |= t.coarser && t.points > 0;
     }
-    gather_points(pool, std::span(triangles).subspan(first, last - first), of[object], options.max_points, collision);
+    gather_points(pool, std::span(triangles).subspan(first, last - first), of[object],
+                  options.max_points, collision);
   }
 }
 
@@ -193,7 +219,9 @@ CpuDetection::~CpuDetection() = default;
 CpuDetection::CpuDetection(CpuDetection&&) noexcept = default;
 CpuDetection& CpuDetection::operator=(CpuDetection&&) noexcept = default;
 
-std::span<ObjectCollision> CpuDetection::detect(const hull::HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options,
+std::span<ObjectCollision> CpuDetection::detect(const hull::HullQuery& query,
+                                                std::span<const DetectionObject> objects,
+                                                const DetectionOptions& options,
                                                 CpuDetectionCounts* counts) {
   check_question(query, objects, options);
   Work& w = *work_;
@@ -206,17 +234,21 @@ std::span<ObjectCollision> CpuDetection::detect(const hull::HullQuery& query, st
       w.objects[i] = at_hand(query, objects[i], options);
       open_leaves(w.objects[i], i, w.leaves, w.counts.boxes);
     }
-    while (!w.walk_leaves(query, options)) {}
+    while (!w.walk_leaves(query, options)) {
+    }
     w.gather(query.hull().pool(), objects, options);
     for (std::size_t i = 0; i < objects.size(); ++i)
-      if (!objects[i].tree->empty() && !w.collisions[i].colliding()) w.collisions[i].hull_in_box = !w.objects[i].mapped || may_hold_hull(w.objects[i].maps, *objects[i].tree);
+      if (!objects[i].tree->empty() && !w.collisions[i].colliding())
+        w.collisions[i].hull_in_box =
+            !w.objects[i].mapped || may_hold_hull(w.objects[i].maps, *objects[i].tree);
   }
   if (counts) *counts = w.counts;
   return w.collisions;
 }
 
-std::vector<ObjectCollision> detect(const hull::HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options,
-                                    CpuDetectionCounts* counts) {
+std::vector<ObjectCollision> detect(const hull::HullQuery& query,
+                                    std::span<const DetectionObject> objects,
+                                    const DetectionOptions& options, CpuDetectionCounts* counts) {
   CpuDetection detection;
   const std::span<ObjectCollision> found = detection.detect(query, objects, options, counts);
   return {std::make_move_iterator(found.begin()), std::make_move_iterator(found.end())};

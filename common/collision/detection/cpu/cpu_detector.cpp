@@ -8,10 +8,13 @@ namespace {
 class CpuDetector : public CollisionDetector {
  public:
   explicit CpuDetector(const DetectionOptions& options) : options_(options) {}
-  void set_hull(const hull::HullQuery& query, std::span<const hull::Silhouette>) override { query_ = &query; }
+  void set_hull(const hull::HullQuery& query, std::span<const hull::Silhouette>) override {
+    query_ = &query;
+  }
 
  private:
-  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects, DetectorCounts&) override {
+  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects,
+                                    DetectorCounts&) override {
     const std::span<const ObjectCollision> found = detection_.detect(*query_, objects, options_);
     return {found.begin(), found.end()};
   }
@@ -23,6 +26,8 @@ class CpuDetector : public CollisionDetector {
 
 }  // namespace
 
-std::unique_ptr<CollisionDetector> cpu_detector(const DetectionOptions& options) { return std::make_unique<CpuDetector>(options); }
+std::unique_ptr<CollisionDetector> cpu_detector(const DetectionOptions& options) {
+  return std::make_unique<CpuDetector>(options);
+}
 
 }  // namespace fivepipe::collision

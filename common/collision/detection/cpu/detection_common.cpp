@@ -9,23 +9,29 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A box is looked at in so many cells an edge, where its surface is free; the rounding of a cell's middle to float, above it.
+// A box is looked at in so many cells an edge, where its surface is free; the rounding of a cell's
+// middle to float, above it.
 constexpr int kBoxCells = 8;
 constexpr double kCellSlack = 1e-6;
 static_assert(kBoxCells * kBoxCells % MeshTree::kFan == 0);
-// However far apart samples are, a triangle has no more points than this: its middle, a corner, and one more for each of rounding.
+// However far apart samples are, a triangle has no more points than this: its middle, a corner, and
+// one more for each of rounding.
 constexpr std::size_t kLeastPointsATriangle = 4;
 
 }  // namespace
 
-void check_question(const hull::HullQuery& query, std::span<const DetectionObject> objects, const DetectionOptions& options) {
+void check_question(const hull::HullQuery& query, std::span<const DetectionObject> objects,
+                    const DetectionOptions& options) {
   if (query.hull().rule().limits != hull::Limits::all)
-    throw std::invalid_argument("collision is detected where all cameras limit the hull, not with limits: seen");
+    throw std::invalid_argument(
+        "collision is detected where all cameras limit the hull, not with limits: seen");
   if (!(options.eps_m >= kLeastEps_m && std::isfinite(options.eps_m)))
     throw std::invalid_argument("eps of the detection is less than a micrometre, or not finite");
   if (!(options.spacing_m >= 0 && std::isfinite(options.spacing_m)))
     throw std::invalid_argument("spacing of collision points is negative or not finite");
-  if (options.max_points == 0) throw std::invalid_argument("no collision point is allowed; spacing 0 asks for the verdict alone");
+  if (options.max_points == 0)
+    throw std::invalid_argument(
+        "no collision point is allowed; spacing 0 asks for the verdict alone");
   for (const DetectionObject& o : objects)
     if (!o.world_from_object.matrix().allFinite() || !o.rp_object_world_m.allFinite())
       throw std::invalid_argument("an object's pose or reference point is not finite");
@@ -36,21 +42,28 @@ std::vector<ObjectMap> object_maps(const hull::HullQuery& query, const Detection
   Eigen::Isometry3d world_from_tree = object.world_from_object;
   world_from_tree.translation() = object.world_from_object * object.tree->origin_m();
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras())
-    if (const auto map = object_map(camera, world_from_tree, object.tree->radius_m())) maps.push_back(*map);
+    if (const auto map = object_map(camera, world_from_tree, object.tree->radius_m()))
+      maps.push_back(*map);
   return maps;
 }
 
 bool may_hold_hull(std::span<const ObjectMap> maps, const MeshTree& tree) {
   const Eigen::AlignedBox3d box = geometry::bounds_m(tree.mesh());
-  const Vector3d half_m = box.sizes() / (2 * kBoxCells), first_m = box.min() - tree.origin_m() + half_m;
+  const Vector3d half_m = box.sizes() / (2 * kBoxCells),
+                 first_m = box.min() - tree.origin_m() + half_m;
   MeshTree::Boxes cells;
   for (int i = 0; i < kBoxCells * kBoxCells * kBoxCells; ++i) {
-    const int child = i % MeshTree::kFan, place[3] = {i % kBoxCells, i / kBoxCells % kBoxCells, i / (kBoxCells * kBoxCells)};
+    const int child = i % MeshTree::kFan,
+              place[3] = {i % kBoxCells, i / kBoxCells % kBoxCells, i / (kBoxCells * kBoxCells)};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      cells.middle_m[axis][std::size_t(child)] = float(first_m[Eigen::Index(axis)] + 2 * place[axis] * half_m[Eigen::Index(axis)]);
-      cells.half_m[axis][std::size_t(child)] = float(half_m[Eigen::Index(axis)] * (1 + kCellSlack) + kCellSlack * tree.radius_m());
+      cells.middle_m[axis][std::size_t(child)] =
+          float(first_m[Eigen::Index(axis)] + 2 * place[axis] * half_m[Eigen::Index(axis)]);
+      cells.half_m[axis][std::size_t(child)] =
+          float(half_m[Eigen::Index(axis)] * (1 + kCellSlack) + kCellSlack * tree.radius_m());
     }
-    if (child == MeshTree::kFan - 1 && look_at_boxes(maps, cells).free != (1u << MeshTree::kFan) - 1) return true;
+    if (child == MeshTree::kFan - 1 &&
+        look_at_boxes(maps, cells).free != (1u << MeshTree::kFan) - 1)
+      return true;
   }
   return false;
 }
@@ -60,10 +73,13 @@ std::size_t most_points_found(const DetectionOptions& options, std::size_t trian
   return options.max_points * kMostFoundPerPoint + kLeastPointsATriangle * triangles;
 }
 
-bool thin_out(std::vector<CollisionPoint>& points, const Vector3d& rp_object_world_m, std::size_t max_points) {
+bool thin_out(std::vector<CollisionPoint>& points, const Vector3d& rp_object_world_m,
+              std::size_t max_points) {
   const std::size_t count = points.size();
   if (count <= max_points) return false;
-  const auto squared_m2 = [&](std::size_t i) { return (points[i].p_world_m - rp_object_world_m).squaredNorm(); };
+  const auto squared_m2 = [&](std::size_t i) {
+    return (points[i].p_world_m - rp_object_world_m).squaredNorm();
+  };
   std::size_t farthest = 0;
   for (std::size_t i = 0; i < count; ++i)
     if (squared_m2(i) > squared_m2(farthest)) farthest = i;

@@ -8,9 +8,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Parts that are still mixed are split until they are this much smaller than eps: what is left open then is rare.
+// Parts that are still mixed are split until they are this much smaller than eps: what is left open
+// then is rare.
 constexpr double kFinest = 16;
-// A triangle that float has no room for, or that comes near to a camera's plane, is cut in four so often.
+// A triangle that float has no room for, or that comes near to a camera's plane, is cut in four so
+// often.
 constexpr int kMostCuts = 10;
 // And into so many parts at most.
 constexpr int kMostParts = 4096;
@@ -20,42 +22,56 @@ constexpr std::size_t kMostCells = 1 << 16;
 constexpr std::size_t kMostAsked = 1024;
 // Parts of at most so many samples an edge are not looked at, but sampled.
 constexpr double kSampledTogether = 4;
-// Samples are the middles of the parts: neighbours are two thirds of a part's median apart, which is no longer than its longest edge.
+// Samples are the middles of the parts: neighbours are two thirds of a part's median apart, which
+// is no longer than its longest edge.
 constexpr double kSampleDistance = 2.0 / 3;
-// The first glance at a triangle, where only the verdict is wanted: so many parts an edge, sixteen in all, one vector.
+// The first glance at a triangle, where only the verdict is wanted: so many parts an edge, sixteen
+// in all, one vector.
 constexpr int kGlance = 4;
 
-bool before(const Vector3d& a, const Vector3d& b) { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); }
+bool before(const Vector3d& a, const Vector3d& b) {
+  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+}
 
 }  // namespace
 
 std::array<std::size_t, 3> vertex_order(const Triangle& t) {
   std::array<std::size_t, 3> order = {0, 1, 2};
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return before(t[a], t[b]); });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return before(t[a], t[b]); });
   return order;
 }
 
-TriangleGrid triangle_grid(const Triangle& v, const TriangleWalkOptions& options, double spacing_m) {
-  const double longest_m = std::max({(v[1] - v[0]).norm(), (v[2] - v[0]).norm(), (v[2] - v[1]).norm()});
+TriangleGrid triangle_grid(const Triangle& v, const TriangleWalkOptions& options,
+                           double spacing_m) {
+  const double longest_m =
+      std::max({(v[1] - v[0]).norm(), (v[2] - v[0]).norm(), (v[2] - v[1]).norm()});
   TriangleGrid grid;
   if (spacing_m > 0) {
-    const double most = std::max(1.0, std::floor(std::sqrt(double(options.max_points)))), needed = kSampleDistance * longest_m / spacing_m;
+    const double most = std::max(1.0, std::floor(std::sqrt(double(options.max_points)))),
+                 needed = kSampleDistance * longest_m / spacing_m;
     while (grid.divisions < needed && 2 * grid.divisions <= most) {
-      if (grid.start == 1 && grid.divisions >= 2 && 3 * (grid.divisions / 2) >= needed) grid.start = 3, grid.divisions = 3 * (grid.divisions / 2);
-      else grid.divisions *= 2;
+      if (grid.start == 1 && grid.divisions >= 2 && 3 * (grid.divisions / 2) >= needed)
+        grid.start = 3, grid.divisions = 3 * (grid.divisions / 2);
+      else
+        grid.divisions *= 2;
     }
     grid.coarser = grid.divisions < needed;
   }
   grid.units = grid.divisions;
-  while (grid.units <= kMostUnits && longest_m / grid.units > options.eps_m / kFinest) grid.units *= 2;
+  while (grid.units <= kMostUnits && longest_m / grid.units > options.eps_m / kFinest)
+    grid.units *= 2;
   return grid;
 }
 
-TriangleWalk::TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptions& options) : query_(&query), options_(options) {
-  for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) pixels_from_world_.push_back(pixel_from_world(camera.camera));
+TriangleWalk::TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptions& options)
+    : query_(&query), options_(options) {
+  for (const hull::CpuHull::MapCamera& camera : query.hull().cameras())
+    pixels_from_world_.push_back(pixel_from_world(camera.camera));
 }
 
-TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted, FoundPoints& points) {
+TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
+                                   const PointsWanted& wanted, FoundPoints& points) {
   contact_ = {};
   points_ = &points;
   points.begin_triangle();
@@ -63,7 +79,8 @@ TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
   parts_ = 0;
   farthest_m2_ = -1;
   const auto [first, second, third] = vertex_order(triangle_world_m);
-  const Triangle sorted = {triangle_world_m[first], triangle_world_m[second], triangle_world_m[third]};
+  const Triangle sorted = {triangle_world_m[first], triangle_world_m[second],
+                           triangle_world_m[third]};
   contact_.verdict = solid ? take_all(sorted) : walk_part(sorted, 0);
   if (farthest_m2_ >= 0 && points.back() != farthest_world_m_) points.add(farthest_world_m_);
   return contact_;
@@ -80,7 +97,8 @@ CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
     mixed_.clear(), solid_.clear();
     look_at_cells(maps_, cells_, float(units_), mixed_, solid_);
     if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
-    return depth < kMostCuts && parts_ < kMostParts ? split_part(vertices, depth) : ask_corners(vertices);
+    return depth < kMostCuts && parts_ < kMostParts ? split_part(vertices, depth)
+                                                    : ask_corners(vertices);
   }
   const bool found = wanted_.spacing_m > 0 ? sample() : glance();
   return found ? CollisionVerdict::colliding : decide();
@@ -104,7 +122,8 @@ CollisionVerdict TriangleWalk::split_part(const Triangle& v, int depth) {
   const Vector3d m01 = 0.5 * (v[0] + v[1]), m02 = 0.5 * (v[0] + v[2]), m12 = 0.5 * (v[1] + v[2]);
   CollisionVerdict worst = CollisionVerdict::free;
   parts_ += 4;
-  for (const Triangle& part : {Triangle{v[0], m01, m02}, Triangle{m01, v[1], m12}, Triangle{m02, m12, v[2]}, Triangle{m01, m12, m02}}) {
+  for (const Triangle& part : {Triangle{v[0], m01, m02}, Triangle{m01, v[1], m12},
+                               Triangle{m02, m12, v[2]}, Triangle{m01, m12, m02}}) {
     worst = std::max(worst, walk_part(part, depth + 1));
     if (worst == CollisionVerdict::colliding && !(wanted_.spacing_m > 0)) break;
   }
@@ -127,19 +146,24 @@ CollisionVerdict TriangleWalk::ask_corners(const Triangle& vertices) {
 void TriangleWalk::choose_grid() {
   const TriangleGrid grid = triangle_grid(vertices_, options_, wanted_.spacing_m);
   start_ = grid.start, divisions_ = grid.divisions, units_ = grid.units, coarser_ = grid.coarser;
-  per_a_m_ = (vertices_[1] - vertices_[0]) / units_, per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
+  per_a_m_ = (vertices_[1] - vertices_[0]) / units_,
+  per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
 }
 
-// free: the part is behind a camera, or beside its object pixels. some: of the others there is no map for all.
+// free: the part is behind a camera, or beside its object pixels. some: of the others there is no
+// map for all.
 TriangleWalk::Maps TriangleWalk::set_maps() {
   maps_.clear();
   bool all = true;
   for (std::size_t i = 0; i < pixels_from_world_.size(); ++i) {
     TriangleMap map;
-    const Facing facing = triangle_map(pixels_from_world_[i], query_->hull().cameras()[i].reach, vertices_, units_, map);
+    const Facing facing = triangle_map(pixels_from_world_[i], query_->hull().cameras()[i].reach,
+                                       vertices_, units_, map);
     if (facing == Facing::aside) return Maps::free;
-    if (facing == Facing::in_front) maps_.push_back(map);
-    else all = false;
+    if (facing == Facing::in_front)
+      maps_.push_back(map);
+    else
+      all = false;
   }
   return all ? Maps::all : Maps::some;
 }
@@ -155,7 +179,8 @@ void TriangleWalk::begin_cells(int divisions) {
     }
 }
 
-// Each in four: cells_ of half the size. Of three corners each has one part like it, and one the other way round in its middle.
+// Each in four: cells_ of half the size. Of three corners each has one part like it, and one the
+// other way round in its middle.
 void TriangleWalk::split_cells(const Cells& cells, double h) {
   const float half = float(0.5 * h);
   cells_.clear();
@@ -223,7 +248,8 @@ CollisionVerdict TriangleWalk::settle(double h) {
   contact_.cut_off |= mixed_.count > kMostAsked;
   for (std::size_t i = 0; i < std::min(mixed_.count, kMostAsked); ++i) {
     const double a = mixed_.a[i], b = mixed_.b[i], step = mixed_.sigma[i] * h;
-    for (const Vector3d& p : {point(a, b), point(a + step, b), point(a, b + step), middle(mixed_, i, h)}) {
+    for (const Vector3d& p :
+         {point(a, b), point(a + step, b), point(a, b + step), middle(mixed_, i, h)}) {
       ++contact_.points_in_double;
       if (!query_->contains(p)) continue;
       add(p);
@@ -235,8 +261,10 @@ CollisionVerdict TriangleWalk::settle(double h) {
 
 void TriangleWalk::take_inside(double h) {
   // As middle() and add(), without their calls: these are many.
-  const Vector3d origin = vertices_[0], per_a_m = per_a_m_, per_b_m = per_b_m_, reference = wanted_.farthest_from_world_m;
-  const std::span<Vector3d> to = inside_.count > 0 ? points_->add(inside_.count) : std::span<Vector3d>();
+  const Vector3d origin = vertices_[0], per_a_m = per_a_m_, per_b_m = per_b_m_,
+                 reference = wanted_.farthest_from_world_m;
+  const std::span<Vector3d> to =
+      inside_.count > 0 ? points_->add(inside_.count) : std::span<Vector3d>();
   double farthest_m2 = -1;
   std::size_t farthest = 0;
   for (std::size_t i = 0; i < to.size(); ++i) {
@@ -259,13 +287,20 @@ void TriangleWalk::take_solid(double h, double sample_h) {
   const int rows = int(std::lround(h / sample_h));
   for (std::size_t i = 0; i < solid_.count; ++i) {
     const double a = solid_.a[i], b = solid_.b[i], step = solid_.sigma[i] * sample_h;
-    const Vector3d to_next = step * per_a_m_, between = (to_next + step * per_b_m_) / 3;  // from a part's middle to that of the one beside it
-    points_->add(SampledPart{vertices_[0] + (a + step / 3) * per_a_m_, per_b_m_, b, step, to_next, between, rows});
-    for (const Vector3d& corner : {point(a, b), point(a + rows * step, b), point(a, b + rows * step)}) consider(corner);
+    const Vector3d to_next = step * per_a_m_,
+                   between = (to_next + step * per_b_m_) /
+                             3;  // from a part's middle to that of the one beside it
+    points_->add(SampledPart{vertices_[0] + (a + step / 3) * per_a_m_, per_b_m_, b, step, to_next,
+                             between, rows});
+    for (const Vector3d& corner :
+         {point(a, b), point(a + rows * step, b), point(a, b + rows * step)})
+      consider(corner);
   }
 }
 
-Vector3d TriangleWalk::point(double a, double b) const { return vertices_[0] + a * per_a_m_ + b * per_b_m_; }
+Vector3d TriangleWalk::point(double a, double b) const {
+  return vertices_[0] + a * per_a_m_ + b * per_b_m_;
+}
 
 Vector3d TriangleWalk::middle(const Cells& cells, std::size_t i, double h) const {
   const double third = cells.sigma[i] * h / 3;

@@ -1,9 +1,10 @@
-// One triangle against the visual hull: certified verdict and collision points (cpu_detection.h, steps 3 and 4).
+// One triangle against the visual hull: certified verdict and collision points (cpu_detection.h,
+// steps 3 and 4).
 #pragma once
 #include <vector>
 
-#include "common/collision/detection/cpu/contact_simd.h"
 #include "common/collision/detection/contact_points.h"
+#include "common/collision/detection/cpu/contact_simd.h"
 #include "common/collision/detection/triangle.h"
 #include "common/hull/query/hull_query.h"
 
@@ -11,25 +12,29 @@ namespace fivepipe::collision {
 
 struct TriangleWalkOptions {
   double eps_m;
-  std::size_t max_points;    // of a triangle; where the spacing would give more samples than that, they are farther apart
+  std::size_t max_points;  // of a triangle; where the spacing would give more samples than that,
+                           // they are farther apart
 };
 
 // Whole numbers up to here are float [units of an edge].
 inline constexpr double kMostUnits = 1 << 22;
 
-// How finely a triangle's edges are divided: samples no farther apart than the spacing, the finest parts no larger than eps over sixteen.
+// How finely a triangle's edges are divided: samples no farther apart than the spacing, the finest
+// parts no larger than eps over sixteen.
 struct TriangleGrid {
-  int start = 1;         // into so many an edge is divided first: 1 or 3
-  int divisions = 1;     // by the samples' grid: start times a power of two
-  double units = 1;      // the finest: divisions times a power of two; more than kMostUnits where that would not be fine enough
+  int start = 1;      // into so many an edge is divided first: 1 or 3
+  int divisions = 1;  // by the samples' grid: start times a power of two
+  double units = 1;   // the finest: divisions times a power of two; more than kMostUnits where that
+                      // would not be fine enough
   bool coarser = false;  // samples are farther apart than asked for
 };
-TriangleGrid triangle_grid(const Triangle& triangle_world_m, const TriangleWalkOptions& options, double spacing_m);
+TriangleGrid triangle_grid(const Triangle& triangle_world_m, const TriangleWalkOptions& options,
+                           double spacing_m);
 // Which vertex comes first, second, third in an order that does not depend on the order given.
 std::array<std::size_t, 3> vertex_order(const Triangle& triangle_world_m);
 
 struct PointsWanted {
-  double spacing_m;          // 0: the verdict alone, and one point
+  double spacing_m;  // 0: the verdict alone, and one point
   Eigen::Vector3d farthest_from_world_m;
 };
 
@@ -37,17 +42,19 @@ struct TriangleContact {
   CollisionVerdict verdict = CollisionVerdict::free;
   bool coarser = false;  // samples are farther apart than asked for
   std::size_t points_in_double = 0;
-  bool cut_off = false;  // there were too many parts to look at: if touching, of nothing is known how thin it is
+  bool cut_off = false;  // there were too many parts to look at: if touching, of nothing is known
+                         // how thin it is
 };
 
 class TriangleWalk {  // of one thread; keeps its buffers. The query must outlive it.
  public:
   TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptions& options);
 
-  // Adds the triangle's points in the hull, as one more triangle; the one farthest from the reference is the last, once more where it is a
-  // sample before. The same for every order of the vertices, which are finite.
-  // solid: known to lie in the hull, all of it.
-  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted, FoundPoints& points);
+  // Adds the triangle's points in the hull, as one more triangle; the one farthest from the
+  // reference is the last, once more where it is a sample before. The same for every order of the
+  // vertices, which are finite. solid: known to lie in the hull, all of it.
+  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointsWanted& wanted,
+                       FoundPoints& points);
 
  private:
   enum class Maps { free, all, some };
@@ -74,7 +81,7 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
   TriangleWalkOptions options_;
   std::vector<PixelFromWorld> pixels_from_world_;  // as the hull's cameras
   TriangleContact contact_;
-  Triangle vertices_;         // of the part at hand
+  Triangle vertices_;                  // of the part at hand
   Eigen::Vector3d per_a_m_, per_b_m_;  // along its edges, a unit
   std::vector<TriangleMap> maps_;
   int divisions_ = 1, start_ = 1;  // as TriangleGrid
@@ -82,8 +89,8 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
   Cells cells_, mixed_, solid_, inside_, unsure_;
   FoundPoints* points_ = nullptr;
   PointsWanted wanted_{};
-  bool coarser_ = false;      // the grid of the part at hand
-  int parts_ = 0;             // of the triangle, cut so far
+  bool coarser_ = false;  // the grid of the part at hand
+  int parts_ = 0;         // of the triangle, cut so far
   Eigen::Vector3d farthest_world_m_;
   double farthest_m2_ = -1;
 };

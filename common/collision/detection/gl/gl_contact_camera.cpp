@@ -7,22 +7,27 @@
 
 namespace fivepipe::collision {
 
-using gl_contact::GlCamera;
 using Eigen::Vector3d;
+using gl_contact::GlCamera;
 
 namespace {
 
-// Roundings of float. Of a point of a triangle: vertices from double, edges, two fractions and their products, sums, a third added: fewer than
-// 20. Of a form: coefficients from double, products, sums: fewer than 12. GLSL rounds sums and products that are `precise` correctly, but
-// leaves open to which side (4.7.1): each is off by at most 2^-23 of a sum of the terms' sizes, twice what rounding to nearest is. It may take
-// numbers below float's normal range for zero, which is far below kLeastMargin_px.
+// Roundings of float. Of a point of a triangle: vertices from double, edges, two fractions and
+// their products, sums, a third added: fewer than
+// 20. Of a form: coefficients from double, products, sums: fewer than 12. GLSL rounds sums and
+// products that are `precise` correctly, but leaves open to which side (4.7.1): each is off by at
+// most 2^-23 of a sum of the terms' sizes, twice what rounding to nearest is. It may take numbers
+// below float's normal range for zero, which is far below kLeastMargin_px.
 constexpr double kOfForm = 32 * 0x1p-23;
 constexpr double kLeastMargin_px = 0x1p-20;
-// Of an image, beside: a quotient is 2.5 units in the last place off at most, 5 * 2^-24, and is rounded with its margin.
+// Of an image, beside: a quotient is 2.5 units in the last place off at most, 5 * 2^-24, and is
+// rounded with its margin.
 constexpr double kOfImage = 0x1p-20;
-// Of the margin itself: W is off, by less than a part in 64 where the margin is small enough, and the margin's own roundings.
+// Of the margin itself: W is off, by less than a part in 64 where the margin is small enough, and
+// the margin's own roundings.
 constexpr double kMarginSlack = 1 + 1.0 / 32;
-// Sums of forms stay below [px m], far from float's largest, products of theirs with pixels included.
+// Sums of forms stay below [px m], far from float's largest, products of theirs with pixels
+// included.
 constexpr double kMostOfForms = 1e30;
 // How much a camera's place weighs, where its line of sight does 1.
 constexpr double kTowardsCameras = 1e-3;
@@ -34,13 +39,15 @@ BasePixel base_pixel(const hull::CpuHull::MapCamera& camera) {
   return {(bounds.u0_px + bounds.u1_px) / 2, (bounds.v0_px + bounds.v1_px) / 2};
 }
 
-GlCamera gl_camera(const hull::CpuHull::MapCamera& camera, const Eigen::Isometry3d& world_from_frame, double radius_m) {
+GlCamera gl_camera(const hull::CpuHull::MapCamera& camera,
+                   const Eigen::Isometry3d& world_from_frame, double radius_m) {
   const hull::PixelRect &bounds = camera.reach.bounds(), &stored = camera.reach.stored();
   const auto [base_u, base_v] = base_pixel(camera);
   const PixelFromWorld pixel = pixel_from_world(camera.camera);
   Eigen::Matrix3d to_base = Eigen::Matrix3d::Identity();
   to_base(0, 2) = -base_u, to_base(1, 2) = -base_v;
-  const Vector3d at = to_base * (pixel.leftCols<3>() * world_from_frame.translation() + pixel.col(3));
+  const Vector3d at =
+      to_base * (pixel.leftCols<3>() * world_from_frame.translation() + pixel.col(3));
   const Eigen::Matrix3d of = to_base * pixel.leftCols<3>() * world_from_frame.linear();
   const Vector3d at_terms = at.cwiseAbs(), terms_per_m = of.cwiseAbs().rowwise().sum();
   const double farthest_px = 0.5 * std::max(bounds.width_px(), bounds.height_px()) + 1;
@@ -50,7 +57,9 @@ GlCamera gl_camera(const hull::CpuHull::MapCamera& camera, const Eigen::Isometry
     return of_each * (std::max(terms.x(), terms.y()) + u_px * terms.z()) * kMarginSlack;
   };
   // In the world, where in_hull() projects, numbers may be larger than about the frame's origin.
-  const Vector3d world_at_terms = pixel.cwiseAbs().leftCols<3>() * world_from_frame.translation().cwiseAbs() + pixel.col(3).cwiseAbs();
+  const Vector3d world_at_terms =
+      pixel.cwiseAbs().leftCols<3>() * world_from_frame.translation().cwiseAbs() +
+      pixel.col(3).cwiseAbs();
   const Vector3d world_terms_per_m = pixel.cwiseAbs().leftCols<3>().rowwise().sum();
   GlCamera c{};
   float* const columns[] = {c.of_x, c.of_y, c.of_z};
@@ -58,23 +67,31 @@ GlCamera gl_camera(const hull::CpuHull::MapCamera& camera, const Eigen::Isometry
     c.at[row] = float(at[row]);
     for (int k = 0; k < 3; ++k) columns[k][row] = float(of(row, k));
   }
-  c.of_x[3] = float(error(kOfForm, at_terms, farthest_px) + error(kOfProjection, world_at_terms, image_px));
-  c.at[3] = float(error(kOfForm, terms_per_m, farthest_px) + error(kOfProjection, world_terms_per_m, image_px));
+  c.of_x[3] =
+      float(error(kOfForm, at_terms, farthest_px) + error(kOfProjection, world_at_terms, image_px));
+  c.at[3] = float(error(kOfForm, terms_per_m, farthest_px) +
+                  error(kOfProjection, world_terms_per_m, image_px));
   c.of_y[3] = float((kOfForm * (at_terms.z() + radius_m * terms_per_m.z()) +
-                     kOfProjection * (world_at_terms.z() + radius_m * world_terms_per_m.z())) * kMarginSlack);
+                     kOfProjection * (world_at_terms.z() + radius_m * world_terms_per_m.z())) *
+                    kMarginSlack);
   c.of_z[3] = float(kOfImage + kLeastMargin_px / farthest_px);
-  const int lines[2][4] = {{stored.u0_px - base_u, stored.u1_px - 1 - base_u, stored.v0_px - base_v, stored.v1_px - 1 - base_v},
-                           {bounds.u0_px - base_u, bounds.u1_px - base_u, bounds.v0_px - base_v, bounds.v1_px - base_v}};
+  const int lines[2][4] = {
+      {stored.u0_px - base_u, stored.u1_px - 1 - base_u, stored.v0_px - base_v,
+       stored.v1_px - 1 - base_v},
+      {bounds.u0_px - base_u, bounds.u1_px - base_u, bounds.v0_px - base_v, bounds.v1_px - base_v}};
   for (int i = 0; i < 4; ++i) c.stored[i] = float(lines[0][i]), c.bounds[i] = float(lines[1][i]);
   c.farthest_px = float(farthest_px);
-  c.behind = float(-2 / farthest_px);  // of U - u W at u = farthest_px, no less than that many times W's own part is off
+  c.behind = float(-2 / farthest_px);  // of U - u W at u = farthest_px, no less than that many
+                                       // times W's own part is off
   return c;
 }
 
 bool fits_float(const GlCamera& c, double radius_m) {
   double most = 0;
   for (int row = 0; row < 3; ++row)
-    most = std::max(most, std::abs(c.at[row]) + radius_m * (std::abs(c.of_x[row]) + std::abs(c.of_y[row]) + std::abs(c.of_z[row])));
+    most = std::max(
+        most, std::abs(c.at[row]) + radius_m * (std::abs(c.of_x[row]) + std::abs(c.of_y[row]) +
+                                                std::abs(c.of_z[row])));
   return most < kMostOfForms && c.farthest_px * kOfImage < 0.5 * kMostContactEps_px;
 }
 
@@ -85,7 +102,8 @@ Vector3d middle_world_m(const hull::CpuHull& hull) {
     const auto [u, v] = base_pixel(c);
     const geometry::Ray ray = geometry::ray_through(c.camera, Eigen::Vector2d(u, v));
     const Vector3d d = ray.direction_world.normalized();
-    const Eigen::Matrix3d off = Eigen::Matrix3d::Identity() * (1 + kTowardsCameras) - d * d.transpose();
+    const Eigen::Matrix3d off =
+        Eigen::Matrix3d::Identity() * (1 + kTowardsCameras) - d * d.transpose();
     across += off, at += off * ray.origin_world_m;
   }
   return across.ldlt().solve(at);

@@ -15,12 +15,33 @@ using Eigen::Vector3d;
 
 namespace {
 
-enum Binding { kReaches = 0, kCameras = 1, kObjects = 2, kTrees = 3, kDescent = 4, kIn = 5, kOut = 6, kLeaves = 7 };
-enum RefineBinding { kFrameCameras = 0, kBlocks = 1, kTriangles = 2, kRefinement = 3, kPartsIn = 4, kPartsOut = 5, kFound = 6, kStates = 7 };
+enum Binding {
+  kReaches = 0,
+  kCameras = 1,
+  kObjects = 2,
+  kTrees = 3,
+  kDescent = 4,
+  kIn = 5,
+  kOut = 6,
+  kLeaves = 7
+};
+enum RefineBinding {
+  kFrameCameras = 0,
+  kBlocks = 1,
+  kTriangles = 2,
+  kRefinement = 3,
+  kPartsIn = 4,
+  kPartsOut = 5,
+  kFound = 6,
+  kStates = 7
+};
 
-std::uint32_t groups_of(std::size_t invocations) { return std::uint32_t(std::min<std::size_t>((invocations + kGroup - 1) / kGroup, kMostGroups)); }
+std::uint32_t groups_of(std::size_t invocations) {
+  return std::uint32_t(std::min<std::size_t>((invocations + kGroup - 1) / kGroup, kMostGroups));
+}
 
-constexpr std::size_t kBoxWords = sizeof(MeshTree::Boxes) / sizeof(float), kLeafWords = sizeof(MeshTree::Leaf) / sizeof(float);
+constexpr std::size_t kBoxWords = sizeof(MeshTree::Boxes) / sizeof(float),
+                      kLeafWords = sizeof(MeshTree::Leaf) / sizeof(float);
 static_assert(kBoxWords == 6 * MeshTree::kFan && kLeafWords == 9 * MeshTree::kFan);
 
 // Leaves first, then level by level, as they lie in the tree.
@@ -34,14 +55,18 @@ std::size_t words_of(const MeshTree& tree, Object& object) {
   return words;
 }
 
-void write_tree(const MeshTree& tree, const Object& object, std::size_t words, const gl::GlBuffer& buffer) {
+void write_tree(const MeshTree& tree, const Object& object, std::size_t words,
+                const gl::GlBuffer& buffer) {
   const auto write = [&](std::size_t first_word, std::size_t count, const void* from) {
-    glNamedBufferSubData(buffer.get(), GLintptr(first_word * sizeof(float)), GLsizeiptr(count * sizeof(float)), from);
+    glNamedBufferSubData(buffer.get(), GLintptr(first_word * sizeof(float)),
+                         GLsizeiptr(count * sizeof(float)), from);
   };
   write(object.first_leaf_word, std::size_t(tree.leaves()) * kLeafWords, &tree.leaf(0));
   for (int level = 0; level < tree.levels(); ++level) {
     const std::size_t first = object.first_box_word[std::size_t(level)];
-    const std::size_t end = level + 1 < tree.levels() ? object.first_box_word[std::size_t(level + 1)] : object.first_leaf_word + words;
+    const std::size_t end = level + 1 < tree.levels()
+                                ? object.first_box_word[std::size_t(level + 1)]
+                                : object.first_leaf_word + words;
     write(first, end - first, &tree.boxes(level, 0));
   }
 }
@@ -49,8 +74,11 @@ void write_tree(const MeshTree& tree, const Object& object, std::size_t words, c
 }  // namespace
 
 GlContactPasses::GlContactPasses()
-    : boxes_("contacts: boxes", boxes_source()), triangles_("contacts: triangles", triangles_source()), refine_("contacts: parts", refine_source()),
-      sample_("contacts: samples", sample_source()), sort_("contacts: blocks", sort_source()) {
+    : boxes_("contacts: boxes", boxes_source()),
+      triangles_("contacts: triangles", triangles_source()),
+      refine_("contacts: parts", refine_source()),
+      sample_("contacts: samples", sample_source()),
+      sort_("contacts: blocks", sort_source()) {
   GLint64 most = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
   // Words and bytes are counted in 31 bits.
@@ -64,25 +92,31 @@ bool GlContactPasses::set_maps(const hull::CpuHull& hull) {
   for (const hull::CpuHull::MapCamera& c : hull.cameras()) {
     const hull::PixelRect& stored = c.reach.stored();
     const auto [base_u, base_v] = base_pixel(c);
-    maps_.push_back({bytes + std::size_t(base_v - stored.v0_px) * std::size_t(c.reach.stride()) + std::size_t(base_u - stored.u0_px), c.reach.stride()});
+    maps_.push_back({bytes + std::size_t(base_v - stored.v0_px) * std::size_t(c.reach.stride()) +
+                         std::size_t(base_u - stored.u0_px),
+                     c.reach.stride()});
     bytes += std::size_t(c.reach.stride()) * std::size_t(stored.height_px());
   }
   if (!(bytes < most_bytes_)) return false;
   reach_buffer_.reserve(bytes);
   bytes = 0;
   for (const hull::CpuHull::MapCamera& c : hull.cameras()) {
-    const std::size_t size = std::size_t(c.reach.stride()) * std::size_t(c.reach.stored().height_px());  // a row is whole words
-    glNamedBufferSubData(reach_buffer_.get(), GLintptr(bytes), GLsizeiptr(size), c.reach.bytes(hull::Box::right_down));
+    const std::size_t size = std::size_t(c.reach.stride()) *
+                             std::size_t(c.reach.stored().height_px());  // a row is whole words
+    glNamedBufferSubData(reach_buffer_.get(), GLintptr(bytes), GLsizeiptr(size),
+                         c.reach.bytes(hull::Box::right_down));
     bytes += size;
   }
   origin_world_m_ = middle_world_m(hull);
   Eigen::Isometry3d world_from_frame = Eigen::Isometry3d::Identity();
   world_from_frame.translation() = origin_world_m_;
   std::vector<GlCamera> cameras;
-  for (std::size_t i = 0; i < maps_.size(); ++i) cameras.push_back(placed(gl_camera(hull.cameras()[i], world_from_frame, 0), i));
+  for (std::size_t i = 0; i < maps_.size(); ++i)
+    cameras.push_back(placed(gl_camera(hull.cameras()[i], world_from_frame, 0), i));
   frame_camera_buffer_.reserve(kMostCameras * sizeof(GlCamera));
   frame_camera_buffer_.write(cameras.data(), cameras.size() * sizeof(GlCamera));
-  return std::all_of(cameras.begin(), cameras.end(), [](const GlCamera& c) { return fits_float(c, 0); });
+  return std::all_of(cameras.begin(), cameras.end(),
+                     [](const GlCamera& c) { return fits_float(c, 0); });
 }
 
 GlCamera GlContactPasses::placed(GlCamera camera, std::size_t map) const {
@@ -90,7 +124,8 @@ GlCamera GlContactPasses::placed(GlCamera camera, std::size_t map) const {
   return camera;
 }
 
-std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull, std::span<const DetectionObject> objects) {
+std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull,
+                                               std::span<const DetectionObject> objects) {
   std::vector<char> fits(objects.size(), 0);
   std::vector<GlCamera> cameras;
   objects_.assign(objects.size(), {});
@@ -108,7 +143,8 @@ std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull, std::s
     for (std::size_t c = 0; c < maps_.size() && fits[i]; ++c) {
       GlCamera camera = placed(gl_camera(hull.cameras()[c], world_from_tree, tree.radius_m()), c);
       fits[i] = fits_float(camera, tree.radius_m());
-      camera.of_x[3] += camera.at[3] * float(tree.radius_m());  // all of its points are asked together
+      camera.of_x[3] +=
+          camera.at[3] * float(tree.radius_m());  // all of its points are asked together
       cameras.push_back(camera);
     }
     fits[i] = fits[i] && cameras.size() * sizeof(GlCamera) <= most_bytes_;
@@ -130,7 +166,8 @@ std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull, std::s
 }
 
 // One after the other, each tree once.
-void GlContactPasses::place_trees(std::span<const DetectionObject> objects, std::vector<char>& fits) {
+void GlContactPasses::place_trees(std::span<const DetectionObject> objects,
+                                  std::vector<char>& fits) {
   std::vector<PlacedTree> placed;
   std::vector<std::size_t> number(objects.size()), words_each;
   std::size_t words = 0;
@@ -151,7 +188,8 @@ void GlContactPasses::place_trees(std::span<const DetectionObject> objects, std:
     }
     number[i] = n;
     objects_[i].first_leaf_word = std::uint32_t(placed[n].first_word);
-    for (std::uint32_t& word : objects_[i].first_box_word) word += std::uint32_t(placed[n].first_word);
+    for (std::uint32_t& word : objects_[i].first_box_word)
+      word += std::uint32_t(placed[n].first_word);
   }
   if (words > tree_words_) {
     placed_.clear();
@@ -161,7 +199,8 @@ void GlContactPasses::place_trees(std::span<const DetectionObject> objects, std:
   for (std::size_t i = 0, next = 0; i < objects.size() && next < placed.size(); ++i) {
     if (!fits[i] || number[i] != next) continue;
     const PlacedTree& here = placed[next];
-    const bool there = next < placed_.size() && placed_[next].content == here.content && placed_[next].first_word == here.first_word;
+    const bool there = next < placed_.size() && placed_[next].content == here.content &&
+                       placed_[next].first_word == here.first_word;
     if (!there) write_tree(*objects[i].tree, objects_[i], words_each[next], tree_buffer_);
     ++next;
   }
@@ -178,7 +217,8 @@ void GlContactPasses::use(const gl::GlProgram& program) const {
 std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   if (roots_.empty()) return {};
   Descent descent;
-  descent.nodes[0] = {{groups_of(roots_.size() * MeshTree::kFan), 1, 1}, std::uint32_t(roots_.size())};
+  descent.nodes[0] = {{groups_of(roots_.size() * MeshTree::kFan), 1, 1},
+                      std::uint32_t(roots_.size())};
   descent_buffer_.write(&descent, sizeof descent);
   for (gl::GlBuffer& nodes : node_buffers_) nodes.reserve(nodes_ * sizeof(Node));
   node_buffers_[0].write(roots_.data(), roots_.size() * sizeof(Node));
@@ -196,7 +236,8 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
     glProgramUniform1i(boxes_.get(), 2, pass);
     node_buffers_[pass % 2].bind_storage(kIn);
     node_buffers_[1 - pass % 2].bind_storage(kOut);
-    glDispatchComputeIndirect(GLintptr(offsetof(Descent, nodes) + std::size_t(pass) * sizeof(Dispatch)));
+    glDispatchComputeIndirect(
+        GLintptr(offsetof(Descent, nodes) + std::size_t(pass) * sizeof(Dispatch)));
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
   }
   use(triangles_);
@@ -208,11 +249,14 @@ std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   std::uint32_t count = 0;
   glGetNamedBufferSubData(descent_buffer_.get(), offsetof(Descent, open), sizeof count, &count);
   std::vector<OpenTriangle> open(count);
-  if (count > 0) glGetNamedBufferSubData(open_buffer_.get(), 0, GLsizeiptr(count * sizeof(OpenTriangle)), open.data());
+  if (count > 0)
+    glGetNamedBufferSubData(open_buffer_.get(), 0, GLsizeiptr(count * sizeof(OpenTriangle)),
+                            open.data());
   return open;
 }
 
-std::optional<GlContactPasses::Refined> GlContactPasses::refine(std::span<const RefinedTriangle> triangles, std::span<const Part> first, std::size_t room) {
+std::optional<GlContactPasses::Refined> GlContactPasses::refine(
+    std::span<const RefinedTriangle> triangles, std::span<const Part> first, std::size_t room) {
   Refined refined;
   if (first.empty()) return refined;
   if (first.size() > room || triangles.size_bytes() > most_bytes_) return std::nullopt;
@@ -227,16 +271,22 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(std::span<const 
   refined.states.assign(triangles.size(), {kNever, kNever});
   state_buffer_.write(refined.states.data(), refined.states.size() * sizeof(State));
   int sampled = 0, beyond = 0;  // levels up to the last that is sampled, and from there
-  for (const RefinedTriangle& t : triangles) sampled = std::max(sampled, int(t.sampled)), beyond = std::max(beyond, int(t.finest - t.sampled));
+  for (const RefinedTriangle& t : triangles)
+    sampled = std::max(sampled, int(t.sampled)),
+    beyond = std::max(beyond, int(t.finest - t.sampled));
   run_passes(sampled + 1, beyond, room);
   glGetNamedBufferSubData(refinement_buffer_.get(), 0, sizeof refinement, &refinement);
   if (refinement.overflow) return std::nullopt;
   for (const Dispatch& parts : refinement.parts) refined.parts += parts.items;
   refined.found.resize(refinement.found);
-  if (refinement.found > 0) glGetNamedBufferSubData(found_buffer_.get(), 0, GLsizeiptr(refinement.found * sizeof(Part)), refined.found.data());
-  glGetNamedBufferSubData(state_buffer_.get(), 0, GLsizeiptr(refined.states.size() * sizeof(State)), refined.states.data());
-  std::sort(refined.found.begin(), refined.found.end(),
-            [](const Part& a, const Part& b) { return std::tuple(a.triangle, a.b, a.a) < std::tuple(b.triangle, b.b, b.a); });
+  if (refinement.found > 0)
+    glGetNamedBufferSubData(found_buffer_.get(), 0, GLsizeiptr(refinement.found * sizeof(Part)),
+                            refined.found.data());
+  glGetNamedBufferSubData(state_buffer_.get(), 0, GLsizeiptr(refined.states.size() * sizeof(State)),
+                          refined.states.data());
+  std::sort(refined.found.begin(), refined.found.end(), [](const Part& a, const Part& b) {
+    return std::tuple(a.triangle, a.b, a.a) < std::tuple(b.triangle, b.b, b.a);
+  });
   return refined;
 }
 
@@ -249,9 +299,12 @@ void GlContactPasses::run_passes(int to_blocks, int beyond, std::size_t room) {
     part_buffers_[pass % 2].bind_storage(kPartsIn);
     part_buffers_[1 - pass % 2].bind_storage(kPartsOut);
     glDispatchComputeIndirect(GLintptr(offset));
-    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT |
+                    GL_BUFFER_UPDATE_BARRIER_BIT);
   };
-  const auto parts_at = [](int pass) { return offsetof(Refinement, parts) + std::size_t(pass) * sizeof(Dispatch); };
+  const auto parts_at = [](int pass) {
+    return offsetof(Refinement, parts) + std::size_t(pass) * sizeof(Dispatch);
+  };
   refine_timer_.begin();
   frame_camera_buffer_.bind_uniform(kFrameCameras);
   triangle_buffer_.bind_storage(kTriangles);

@@ -1,4 +1,5 @@
-// What backend `gl` of the detection (gl_detection.h) does on the GPU: maps and trees there, and the two questions asked of them.
+// What backend `gl` of the detection (gl_detection.h) does on the GPU: maps and trees there, and
+// the two questions asked of them.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -11,33 +12,42 @@
 
 namespace fivepipe::collision {
 
-// Needs a current OpenGL 4.5 context from construction to destruction; changes no state but bindings.
+// Needs a current OpenGL 4.5 context from construction to destruction; changes no state but
+// bindings.
 class GlContactPasses {
  public:
   GlContactPasses();  // throws GlError
 
-  // False: more than 64 cameras, or maps that take more than the driver's largest storage block, and nothing may be asked.
+  // False: more than 64 cameras, or maps that take more than the driver's largest storage block,
+  // and nothing may be asked.
   bool set_maps(const hull::CpuHull& hull);
 
-  // Those that are asked from now on; trees are kept from call to call, and written anew where their contents changed. Returns which of them
-  // fit: the others (too large for float, or for the driver's largest storage block) take no part.
-  std::vector<char> set_objects(const hull::CpuHull& hull, std::span<const DetectionObject> objects);
+  // Those that are asked from now on; trees are kept from call to call, and written anew where
+  // their contents changed. Returns which of them fit: the others (too large for float, or for the
+  // driver's largest storage block) take no part.
+  std::vector<char> set_objects(const hull::CpuHull& hull,
+                                std::span<const DetectionObject> objects);
 
   // The triangles that are not free, in any order.
   std::vector<gl_contact::OpenTriangle> open_triangles();
 
   struct Refined {
-    std::vector<gl_contact::Part> found;   // by triangle, level, place
+    std::vector<gl_contact::Part> found;    // by triangle, level, place
     std::vector<gl_contact::State> states;  // by triangle
     std::size_t parts = 0;                  // looked at
   };
-  // Parts and what is found go into room for so many; nothing: it did not do. `first`: the parts to begin with, of level 0.
-  // In the world's axes about origin_world_m(), which lies near the hull.
-  std::optional<Refined> refine(std::span<const gl_contact::RefinedTriangle> triangles, std::span<const gl_contact::Part> first, std::size_t room);
+  // Parts and what is found go into room for so many; nothing: it did not do. `first`: the parts to
+  // begin with, of level 0. In the world's axes about origin_world_m(), which lies near the hull.
+  std::optional<Refined> refine(std::span<const gl_contact::RefinedTriangle> triangles,
+                                std::span<const gl_contact::Part> first, std::size_t room);
 
-  std::size_t most_room() const { return most_bytes_ / sizeof(gl_contact::Part) / gl_contact::kGroup * gl_contact::kGroup; }  // of the driver
+  std::size_t most_room() const {
+    return most_bytes_ / sizeof(gl_contact::Part) / gl_contact::kGroup * gl_contact::kGroup;
+  }  // of the driver
   const Eigen::Vector3d& origin_world_m() const { return origin_world_m_; }
-  double descent_ms() const { return descent_timer_.elapsed_ms(); }  // GPU time of the last call of each; they wait for the GPU
+  double descent_ms() const {
+    return descent_timer_.elapsed_ms();
+  }  // GPU time of the last call of each; they wait for the GPU
   double refine_ms() const { return refine_timer_.elapsed_ms(); }
 
  private:
@@ -55,8 +65,10 @@ class GlContactPasses {
     std::int32_t stride;
   };
   gl::GlProgram boxes_, triangles_, refine_, sample_, sort_;
-  gl::GlBuffer reach_buffer_, frame_camera_buffer_, camera_buffer_, object_buffer_, tree_buffer_, descent_buffer_, node_buffers_[2], leaf_buffer_, open_buffer_;
-  gl::GlBuffer triangle_buffer_, refinement_buffer_, part_buffers_[2], block_buffer_, found_buffer_, state_buffer_;
+  gl::GlBuffer reach_buffer_, frame_camera_buffer_, camera_buffer_, object_buffer_, tree_buffer_,
+      descent_buffer_, node_buffers_[2], leaf_buffer_, open_buffer_;
+  gl::GlBuffer triangle_buffer_, refinement_buffer_, part_buffers_[2], block_buffer_, found_buffer_,
+      state_buffer_;
   gl::GlTimer descent_timer_, refine_timer_;
   std::size_t most_bytes_ = 0, tree_words_ = 0;
   std::vector<PlacedMap> maps_;

@@ -21,11 +21,14 @@ struct Place {
 };
 Place place_of(const GlContact& contact, const Part& part) {
   const double unit = std::ldexp(1.0, -level_of(part)) / contact.grid.start;
-  return {(part.a & ~kDown) * unit, (part.b & ((1u << kLevelShift) - 1)) * unit, part.a & kDown ? -unit : unit};
+  return {(part.a & ~kDown) * unit, (part.b & ((1u << kLevelShift) - 1)) * unit,
+          part.a & kDown ? -unit : unit};
 }
 
-// The middles of rows * rows parts of it, in the shader's order; of the first sixteen, those of the mask.
-void add_middles(const Triangle& v, const Place& place, int rows, std::uint32_t mask, std::vector<Vector3d>& points_world_m) {
+// The middles of rows * rows parts of it, in the shader's order; of the first sixteen, those of the
+// mask.
+void add_middles(const Triangle& v, const Place& place, int rows, std::uint32_t mask,
+                 std::vector<Vector3d>& points_world_m) {
   const Vector3d along_a = v[1] - v[0], along_b = v[2] - v[0];
   const double step = place.side / rows;
   std::uint32_t bit = 1;
@@ -33,7 +36,8 @@ void add_middles(const Triangle& v, const Place& place, int rows, std::uint32_t 
     for (int column = 0; column < 2 * (rows - row) - 1; ++column, bit <<= 1) {
       if (mask != kAllOfIt && !(mask & bit)) continue;
       const double third = (column % 2 ? 2.0 : 1.0) / 3;
-      points_world_m.push_back(v[0] + (place.a + step * (column / 2 + third)) * along_a + (place.b + step * (row + third)) * along_b);
+      points_world_m.push_back(v[0] + (place.a + step * (column / 2 + third)) * along_a +
+                               (place.b + step * (row + third)) * along_b);
     }
 }
 
@@ -41,20 +45,31 @@ void add_middles(const Triangle& v, const Place& place, int rows, std::uint32_t 
 int rows_of(const GlContact& contact, const Part& part) {
   const int level = level_of(part);
   if (level > contact.sampled()) return 1;
-  return part.found == kAllOfIt ? (contact.grid.divisions / contact.grid.start) >> level : contact.rows();
+  return part.found == kAllOfIt ? (contact.grid.divisions / contact.grid.start) >> level
+                                : contact.rows();
 }
 
-std::uint32_t mask_of(const Part& part) { return part.found == kAllOfIt ? kAllOfIt : (part.found | part.found >> 16) & 0xffff; }
+std::uint32_t mask_of(const Part& part) {
+  return part.found == kAllOfIt ? kAllOfIt : (part.found | part.found >> 16) & 0xffff;
+}
 
 }  // namespace
 
-// Where the verdict alone is asked, the first look is at a few samples too: most triangles that collide have one in the hull.
-int GlContact::sampled() const { return sampling ? std::max(0, halvings(grid.divisions, grid.start) - kSampledHalvings) : 0; }
-int GlContact::rows() const { return 1 << (sampling ? std::min(kSampledHalvings, halvings(grid.divisions, grid.start)) : kSampledHalvings); }
+// Where the verdict alone is asked, the first look is at a few samples too: most triangles that
+// collide have one in the hull.
+int GlContact::sampled() const {
+  return sampling ? std::max(0, halvings(grid.divisions, grid.start) - kSampledHalvings) : 0;
+}
+int GlContact::rows() const {
+  return 1 << (sampling ? std::min(kSampledHalvings, halvings(grid.divisions, grid.start))
+                        : kSampledHalvings);
+}
 int GlContact::finest() const { return halvings(grid.units, grid.start); }
 
-void add_points(const GlContact& contact, const Part& found, std::vector<Vector3d>& points_world_m) {
-  add_middles(contact.vertices_world_m, place_of(contact, found), rows_of(contact, found), mask_of(found), points_world_m);
+void add_points(const GlContact& contact, const Part& found,
+                std::vector<Vector3d>& points_world_m) {
+  add_middles(contact.vertices_world_m, place_of(contact, found), rows_of(contact, found),
+              mask_of(found), points_world_m);
 }
 
 std::size_t count_points(const GlContact& contact, const Part& found) {
@@ -71,7 +86,8 @@ std::array<Vector3d, 3> corners_world_m(const GlContact& contact, const Part& pa
 }
 
 void add_all_points(const GlContact& contact, std::vector<Vector3d>& points_world_m) {
-  add_middles(contact.vertices_world_m, {0, 0, 1}, contact.grid.divisions, kAllOfIt, points_world_m);
+  add_middles(contact.vertices_world_m, {0, 0, 1}, contact.grid.divisions, kAllOfIt,
+              points_world_m);
 }
 
 }  // namespace fivepipe::collision

@@ -3,8 +3,9 @@
 namespace fivepipe::collision::gl_contact {
 namespace {
 
-// What all passes share: a rectangle of images looked up in a camera's map, as contact_lanes.h. What margins rest on is `precise`: GLSL then
-// rounds sums and products correctly, to whichever side; of a quotient it promises 2.5 units in the last place.
+// What all passes share: a rectangle of images looked up in a camera's map, as contact_lanes.h.
+// What margins rest on is `precise`: GLSL then rounds sums and products correctly, to whichever
+// side; of a quotient it promises 2.5 units in the last place.
 const char* const kShared = R"(#version 450 core
 layout(local_size_x = 64) in;
 struct Camera { vec4 of_x, of_y, of_z, at, stored, bounds; int first_byte, stride; float farthest_px, behind; };
@@ -135,8 +136,8 @@ void main() {
   }
 })";
 
-// What the passes over parts share. What a pass does to a part does not depend on the order in which the others come: only what earlier passes
-// found of its triangle counts.
+// What the passes over parts share. What a pass does to a part does not depend on the order in
+// which the others come: only what earlier passes found of its triangle counts.
 const char* const kParts = R"(
 layout(std140, binding = 0) uniform Cameras { Camera maps[64]; };
 struct Triangle {
@@ -253,8 +254,8 @@ void main() {
   for (uint i = gl_GlobalInvocationID.x; i < items; i += step) refine(parts_in[i]);
 })";
 
-// One invocation a sample: the samples of a block are the middles of its rows * rows parts, sixteen at most. Bit i of what is found: sample i is in
-// the hull; bit 16 + i: float can't tell.
+// One invocation a sample: the samples of a block are the middles of its rows * rows parts, sixteen
+// at most. Bit i of what is found: sample i is in the hull; bit 16 + i: float can't tell.
 const char* const kSample = R"(
 layout(std430, binding = 1) coherent buffer Blocks { uvec4 blocks_in[]; };
 void ask_sample(uint block, int number) {
@@ -276,7 +277,8 @@ void main() {
   for (uint i = gl_GlobalInvocationID.x; i < items; i += step) ask_sample(i >> 4, int(i & 15u));
 })";
 
-// One invocation a block: it is taken where some of its samples were, and split further where none is surely in the hull.
+// One invocation a block: it is taken where some of its samples were, and split further where none
+// is surely in the hull.
 const char* const kSort = R"(
 layout(std430, binding = 1) readonly buffer Blocks { uvec4 blocks_in[]; };
 void sort(uvec4 part) {

@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "common/collision/detection/cpu/detection_common.h"
+#include "common/collision/detection/cpu/triangle_walk.h"
 #include "common/collision/detection/gl/gl_contact_passes.h"
 #include "common/collision/detection/gl/gl_contact_points.h"
-#include "common/collision/detection/cpu/triangle_walk.h"
 
 namespace fivepipe::collision {
 
@@ -56,7 +56,8 @@ void add_first_parts(std::uint32_t triangle, int start, std::vector<Part>& parts
   for (int b = 0; b < start; ++b)
     for (int a = 0; a + b < start; ++a) {
       parts.push_back({triangle, std::uint32_t(a), std::uint32_t(b), 0});
-      if (a + b + 1 < start) parts.push_back({triangle, std::uint32_t(a + 1) | kDown, std::uint32_t(b + 1), 0});
+      if (a + b + 1 < start)
+        parts.push_back({triangle, std::uint32_t(a + 1) | kDown, std::uint32_t(b + 1), 0});
     }
 }
 
@@ -66,7 +67,8 @@ struct GlDetection::Work {
   explicit Work(const GlDetectionRoom& of) : room(of), parts_room(of.first) {}
 
   void clear(std::size_t count);
-  void leave_to_cpu(std::span<const DetectionObject> of, const std::vector<char>& fits, const DetectionOptions& options);
+  void leave_to_cpu(std::span<const DetectionObject> of, const std::vector<char>& fits,
+                    const DetectionOptions& options);
   void open_contacts(std::span<const DetectionObject> of);
   bool settle(std::span<const DetectionObject> of, const DetectionOptions& options);
   void refine();
@@ -75,7 +77,8 @@ struct GlDetection::Work {
   void add_candidates(std::span<const DetectionObject> of);
   void confirm(std::span<const DetectionObject> of);
   std::vector<std::size_t> count_points() const;
-  bool walk(std::span<const DetectionObject> of, const DetectionOptions& options, std::span<const std::size_t> points_found);
+  bool walk(std::span<const DetectionObject> of, const DetectionOptions& options,
+            std::span<const std::size_t> points_found);
   void gather(std::span<const DetectionObject> of, const DetectionOptions& options);
 
   GlContactPasses passes;
@@ -90,7 +93,7 @@ struct GlDetection::Work {
     std::size_t most_points;  // more, and it is sampled anew, less finely
   };
   std::vector<Sampling> samplings;
-  std::vector<GlContact> contacts;  // by object, triangle
+  std::vector<GlContact> contacts;            // by object, triangle
   std::vector<std::uint32_t> refined_number;  // of each contact, on the GPU
   std::optional<GlContactPasses::Refined> refined;
   std::vector<std::size_t> first_found;  // of each triangle on the GPU, and one more
@@ -115,7 +118,9 @@ void GlDetection::Work::clear(std::size_t count) {
   counts = {};
 }
 
-void GlDetection::Work::leave_to_cpu(std::span<const DetectionObject> of, const std::vector<char>& fits, const DetectionOptions& options) {
+void GlDetection::Work::leave_to_cpu(std::span<const DetectionObject> of,
+                                     const std::vector<char>& fits,
+                                     const DetectionOptions& options) {
   std::vector<DetectionObject> left;
   std::vector<std::size_t> number;
   for (std::size_t i = 0; i < of.size(); ++i)
@@ -132,17 +137,24 @@ void GlDetection::Work::open_contacts(std::span<const DetectionObject> of) {
   counts.triangles_open = open.size();
   for (OpenTriangle& t : open) {
     const std::uint32_t place = t.place & ~kSolid;
-    t.place = (t.place & kSolid) | of[t.object].tree->triangles_of(int(place / MeshTree::kFan))[place % MeshTree::kFan];
+    t.place = (t.place & kSolid) |
+              of[t.object].tree->triangles_of(int(place / MeshTree::kFan))[place % MeshTree::kFan];
   }
-  const auto key = [](const OpenTriangle& t) { return std::uint64_t{t.object} << 32 | (t.place & ~kSolid); };
-  std::sort(open.begin(), open.end(), [&](const OpenTriangle& a, const OpenTriangle& b) { return key(a) < key(b); });
+  const auto key = [](const OpenTriangle& t) {
+    return std::uint64_t{t.object} << 32 | (t.place & ~kSolid);
+  };
+  std::sort(open.begin(), open.end(),
+            [&](const OpenTriangle& a, const OpenTriangle& b) { return key(a) < key(b); });
   contacts.reserve(open.size());
   for (const OpenTriangle& t : open) {
     GlContact contact{};
-    contact.object = t.object, contact.triangle = t.place & ~kSolid, contact.solid = t.place & kSolid;
+    contact.object = t.object, contact.triangle = t.place & ~kSolid,
+    contact.solid = t.place & kSolid;
     const geometry::Mesh& mesh = of[t.object].tree->mesh();
     Triangle world;
-    for (std::size_t k = 0; k < 3; ++k) world[k] = of[t.object].world_from_object * mesh.vertices_m[mesh.triangles[contact.triangle][k]];
+    for (std::size_t k = 0; k < 3; ++k)
+      world[k] =
+          of[t.object].world_from_object * mesh.vertices_m[mesh.triangles[contact.triangle][k]];
     const std::array<std::size_t, 3> order = vertex_order(world);
     for (std::size_t k = 0; k < 3; ++k) contact.vertices_world_m[k] = world[order[k]];
     contacts.push_back(contact);
@@ -150,7 +162,8 @@ void GlDetection::Work::open_contacts(std::span<const DetectionObject> of) {
 }
 
 // False where some object has too many points; its spacing is doubled then.
-bool GlDetection::Work::settle(std::span<const DetectionObject> of, const DetectionOptions& options) {
+bool GlDetection::Work::settle(std::span<const DetectionObject> of,
+                               const DetectionOptions& options) {
   for (GlContact& c : contacts) {
     const double spacing_m = samplings[c.object].spacing_m;
     c.grid = triangle_grid(c.vertices_world_m, {options.eps_m, options.max_points}, spacing_m);
@@ -159,7 +172,8 @@ bool GlDetection::Work::settle(std::span<const DetectionObject> of, const Detect
   refine();
   const std::vector<std::size_t> points = count_points();
   bool all = true;
-  for (std::size_t i = 0; i < of.size(); ++i) all &= !too_many_points(i, points[i], of[i].tree->radius_m());
+  for (std::size_t i = 0; i < of.size(); ++i)
+    all &= !too_many_points(i, points[i], of[i].tree->radius_m());
   if (!all) return false;
   add_candidates(of);
   confirm(of);
@@ -172,7 +186,8 @@ std::vector<std::size_t> GlDetection::Work::count_points() const {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const GlContact& c = contacts[i];
     if (c.solid) points[c.object] += std::size_t(c.grid.divisions) * std::size_t(c.grid.divisions);
-    for (const Part& part : found_of(i)) points[c.object] += fivepipe::collision::count_points(c, part);
+    for (const Part& part : found_of(i))
+      points[c.object] += fivepipe::collision::count_points(c, part);
   }
   return points;
 }
@@ -199,7 +214,8 @@ void GlDetection::Work::refine() {
     triangles.push_back(refined_triangle(c, passes.origin_world_m()));
   }
   const std::size_t most_room = std::min(room.most, passes.most_room());
-  for (refined = passes.refine(triangles, first, parts_room); !refined; refined = passes.refine(triangles, first, parts_room)) {
+  for (refined = passes.refine(triangles, first, parts_room); !refined;
+       refined = passes.refine(triangles, first, parts_room)) {
     ++counts.overflows;
     if (parts_room >= most_room) break;
     parts_room = std::min(2 * parts_room, most_room);
@@ -216,17 +232,21 @@ void GlDetection::Work::refine() {
   for (std::size_t i = 0; i < triangles.size(); ++i) first_found[i + 1] += first_found[i];
 }
 
-// Of parts beyond the samples' grid, which are last, the first alone: one point is enough where the grid has none.
+// Of parts beyond the samples' grid, which are last, the first alone: one point is enough where the
+// grid has none.
 std::span<const Part> GlDetection::Work::found_of(std::size_t contact) const {
   const std::uint32_t n = refined_number[contact];
   if (n == kNotRefined) return {};
-  const std::span all = std::span(refined->found).subspan(first_found[n], first_found[n + 1] - first_found[n]);
+  const std::span all =
+      std::span(refined->found).subspan(first_found[n], first_found[n + 1] - first_found[n]);
   const int sampled = contacts[contact].sampled();
-  const auto beyond = std::find_if(all.begin(), all.end(), [&](const Part& p) { return int(p.b >> kLevelShift) > sampled; });
+  const auto beyond = std::find_if(
+      all.begin(), all.end(), [&](const Part& p) { return int(p.b >> kLevelShift) > sampled; });
   return all.first(std::size_t(beyond - all.begin()) + (beyond != all.end()));
 }
 
-// Points to be confirmed; of a triangle with solid parts, the corner of one of them that is farthest from the reference comes last.
+// Points to be confirmed; of a triangle with solid parts, the corner of one of them that is
+// farthest from the reference comes last.
 void GlDetection::Work::add_candidates(std::span<const DetectionObject> of) {
   points_world_m.clear();
   settled.assign(contacts.size(), {});
@@ -266,23 +286,31 @@ void GlDetection::Work::confirm(std::span<const DetectionObject> of) {
     std::size_t kept = 0;
     for (std::size_t k = 0; k < s.points; ++k)
       if (confirmed[s.first_point + k]) first[std::ptrdiff_t(kept++)] = first[std::ptrdiff_t(k)];
-    const State state = refined_number[i] == kNotRefined ? State{c.solid ? 0 : kNever, c.solid ? kNever : 0} : refined->states[refined_number[i]];
+    const State state = refined_number[i] == kNotRefined
+                            ? State{c.solid ? 0 : kNever, c.solid ? kNever : 0}
+                            : refined->states[refined_number[i]];
     const bool sure = state.found_pass != kNever;
     if (sure && kept == 0) ++counts.unconfirmed;
     s.walk = kept == 0 && (sure || state.left_pass != kNever);
     s.points = s.walk ? 0 : kept;
     if (s.points == 0) continue;
     s.verdict = CollisionVerdict::colliding;
-    const auto m2 = [&](const Vector3d& p) { return (p - of[c.object].rp_object_world_m).squaredNorm(); };
+    const auto m2 = [&](const Vector3d& p) {
+      return (p - of[c.object].rp_object_world_m).squaredNorm();
+    };
     const auto last = first + std::ptrdiff_t(kept);
-    const auto farthest = std::max_element(first, last, [&](const Vector3d& a, const Vector3d& b) { return m2(a) < m2(b); });
-    if (c.sampling) std::rotate(farthest, farthest + 1, last);
-    else s.points = 1;
+    const auto farthest = std::max_element(
+        first, last, [&](const Vector3d& a, const Vector3d& b) { return m2(a) < m2(b); });
+    if (c.sampling)
+      std::rotate(farthest, farthest + 1, last);
+    else
+      s.points = 1;
   }
 }
 
 // As settle(); points_found: of each object so far.
-bool GlDetection::Work::walk(std::span<const DetectionObject> of, const DetectionOptions& options, std::span<const std::size_t> points_found) {
+bool GlDetection::Work::walk(std::span<const DetectionObject> of, const DetectionOptions& options,
+                             std::span<const std::size_t> points_found) {
   std::vector<std::size_t> left;
   for (std::size_t i = 0; i < contacts.size(); ++i)
     if (settled[i].walk) left.push_back(i);
@@ -290,18 +318,22 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
   base::WorkerPool& pool = query->hull().pool();
   const std::size_t tasks = (left.size() + kTrianglesATask - 1) / kTrianglesATask;
   walked.assign(tasks, {});
-  std::vector<TriangleWalk> walks(std::size_t(pool.threads()), TriangleWalk(*query, {options.eps_m, options.max_points}));
+  std::vector<TriangleWalk> walks(std::size_t(pool.threads()),
+                                  TriangleWalk(*query, {options.eps_m, options.max_points}));
   std::vector<std::atomic<std::size_t>> points(of.size());
   for (std::size_t i = 0; i < of.size(); ++i) points[i] = points_found[i];
   pool.run(int(tasks), [&](int task, int thread) {
     Walked& to = walked[std::size_t(task)];
-    for (std::size_t n = std::size_t(task) * kTrianglesATask; n < std::min(left.size(), std::size_t(task + 1) * kTrianglesATask); ++n) {
+    for (std::size_t n = std::size_t(task) * kTrianglesATask;
+         n < std::min(left.size(), std::size_t(task + 1) * kTrianglesATask); ++n) {
       const GlContact& c = contacts[left[n]];
       Settled& s = settled[left[n]];
-      if (points[c.object].load(std::memory_order_relaxed) > samplings[c.object].most_points) continue;
+      if (points[c.object].load(std::memory_order_relaxed) > samplings[c.object].most_points)
+        continue;
       const std::size_t before = to.points.size();
-      const TriangleContact contact =
-          walks[std::size_t(thread)].walk(c.vertices_world_m, false, {samplings[c.object].spacing_m, of[c.object].rp_object_world_m}, to.points);
+      const TriangleContact contact = walks[std::size_t(thread)].walk(
+          c.vertices_world_m, false,
+          {samplings[c.object].spacing_m, of[c.object].rp_object_world_m}, to.points);
       s.verdict = contact.verdict, s.coarser = contact.coarser;
       s.first_point = to.points.first_run(), s.points = to.points.size() - before;
       to.undecided += contact.cut_off;
@@ -309,13 +341,15 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
     }
   });
   bool all = true;
-  for (std::size_t i = 0; i < of.size(); ++i) all &= !too_many_points(i, points[i], of[i].tree->radius_m());
+  for (std::size_t i = 0; i < of.size(); ++i)
+    all &= !too_many_points(i, points[i], of[i].tree->radius_m());
   if (!all) return false;
   std::vector<CollisionPoint> points_of_one;
   for (std::size_t n = 0; n < left.size(); ++n) {  // to the others
     Settled& s = settled[left[n]];
     points_of_one.resize(s.points);
-    walked[n / kTrianglesATask].points.write(s.first_point, contacts[left[n]].triangle, points_of_one.data(), s.points);
+    walked[n / kTrianglesATask].points.write(s.first_point, contacts[left[n]].triangle,
+                                             points_of_one.data(), s.points);
     s.first_point = points_world_m.size();
     for (const CollisionPoint& p : points_of_one) points_world_m.push_back(p.p_world_m);
   }
@@ -323,22 +357,29 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
   return true;
 }
 
-void GlDetection::Work::gather(std::span<const DetectionObject> of, const DetectionOptions& options) {
+void GlDetection::Work::gather(std::span<const DetectionObject> of,
+                               const DetectionOptions& options) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Settled& s = settled[i];
     if (s.verdict == CollisionVerdict::free) continue;
     ObjectCollision& collision = collisions[contacts[i].object];
-    (s.verdict == CollisionVerdict::colliding ? collision.triangles : collision.touching).push_back(contacts[i].triangle);
+    (s.verdict == CollisionVerdict::colliding ? collision.triangles : collision.touching)
+        .push_back(contacts[i].triangle);
     collision.verdict = std::max(collision.verdict, s.verdict);
     collision.truncated |= s.coarser && s.points > 0;
-    for (std::size_t k = 0; k < s.points; ++k) collision.points.push_back({points_world_m[s.first_point + k], contacts[i].triangle});
+    for (std::size_t k = 0; k < s.points; ++k)
+      collision.points.push_back({points_world_m[s.first_point + k], contacts[i].triangle});
   }
-  for (std::size_t i = 0; i < of.size(); ++i) collisions[i].truncated |= thin_out(collisions[i].points, of[i].rp_object_world_m, options.max_points);
+  for (std::size_t i = 0; i < of.size(); ++i)
+    collisions[i].truncated |=
+        thin_out(collisions[i].points, of[i].rp_object_world_m, options.max_points);
 }
 
 GlDetection::GlDetection(const GlDetectionRoom& room) : work_(std::make_unique<Work>(room)) {
-  if (!(room.first > 0 && room.first <= room.most && room.first % kGroup == 0 && room.most % kGroup == 0))
-    throw std::invalid_argument("room for parts: not multiples of 64, or the first is none, or more than the most");
+  if (!(room.first > 0 && room.first <= room.most && room.first % kGroup == 0 &&
+        room.most % kGroup == 0))
+    throw std::invalid_argument(
+        "room for parts: not multiples of 64, or the first is none, or more than the most");
 }
 GlDetection::~GlDetection() = default;
 GlDetection::GlDetection(GlDetection&&) noexcept = default;
@@ -349,7 +390,9 @@ void GlDetection::set_hull(const hull::HullQuery& query) {
   work_->maps_fit = query.hull().empty() || work_->passes.set_maps(query.hull());
 }
 
-std::span<ObjectCollision> GlDetection::detect(std::span<const DetectionObject> objects, const DetectionOptions& options, GlDetectionCounts* counts) {
+std::span<ObjectCollision> GlDetection::detect(std::span<const DetectionObject> objects,
+                                               const DetectionOptions& options,
+                                               GlDetectionCounts* counts) {
   Work& w = *work_;
   check_question(*w.query, objects, options);
   w.clear(objects.size());
@@ -359,13 +402,17 @@ std::span<ObjectCollision> GlDetection::detect(std::span<const DetectionObject> 
     w.leave_to_cpu(objects, fits, options);
     if (w.maps_fit) w.open_contacts(objects);
     w.samplings.clear();
-    for (const DetectionObject& o : objects) w.samplings.push_back({options.spacing_m, most_points_found(options, o.tree->mesh().triangles.size())});
-    while (!w.settle(objects, options)) {}
+    for (const DetectionObject& o : objects)
+      w.samplings.push_back(
+          {options.spacing_m, most_points_found(options, o.tree->mesh().triangles.size())});
+    while (!w.settle(objects, options)) {
+    }
     w.gather(objects, options);
     for (std::size_t i = 0; i < objects.size(); ++i) {
       if (!fits[i] || w.collisions[i].colliding()) continue;
       const std::vector<ObjectMap> maps = object_maps(*w.query, objects[i]);
-      w.collisions[i].hull_in_box = maps.size() < w.query->hull().cameras().size() || may_hold_hull(maps, *objects[i].tree);
+      w.collisions[i].hull_in_box =
+          maps.size() < w.query->hull().cameras().size() || may_hold_hull(maps, *objects[i].tree);
     }
   }
   if (counts) *counts = w.counts;

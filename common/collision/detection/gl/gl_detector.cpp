@@ -8,10 +8,13 @@ namespace {
 class GlDetector : public CollisionDetector {
  public:
   explicit GlDetector(const DetectionOptions& options) : options_(options) {}
-  void set_hull(const hull::HullQuery& query, std::span<const hull::Silhouette>) override { detection_.set_hull(query); }
+  void set_hull(const hull::HullQuery& query, std::span<const hull::Silhouette>) override {
+    detection_.set_hull(query);
+  }
 
  private:
-  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects, DetectorCounts& counts) override {
+  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects,
+                                    DetectorCounts& counts) override {
     GlDetectionCounts own;
     const std::span<const ObjectCollision> found = detection_.detect(objects, options_, &own);
     counts.points_unconfirmed += own.unconfirmed;
@@ -24,6 +27,8 @@ class GlDetector : public CollisionDetector {
 
 }  // namespace
 
-std::unique_ptr<CollisionDetector> gl_detector(const DetectionOptions& options) { return std::make_unique<GlDetector>(options); }
+std::unique_ptr<CollisionDetector> gl_detector(const DetectionOptions& options) {
+  return std::make_unique<GlDetector>(options);
+}
 
 }  // namespace fivepipe::collision

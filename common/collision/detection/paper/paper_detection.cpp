@@ -28,7 +28,7 @@ std::vector<Triangle> faces_of(const Eigen::AlignedBox3d& box_world_m) {
 // The triangles of several objects as one batch, and back.
 struct Batch {
   std::vector<Triangle> triangles;
-  std::vector<std::size_t> object;         // of each triangle
+  std::vector<std::size_t> object;       // of each triangle
   std::vector<std::uint32_t> own_index;  // of each triangle in its object
 
   void add(std::size_t owner, std::span<const Triangle> added) {
@@ -40,25 +40,31 @@ struct Batch {
   }
 };
 
-std::vector<Stage> stages_of(TriangleVolumeQuery& query, std::span<const std::vector<Triangle>> objects_world_m) {
+std::vector<Stage> stages_of(TriangleVolumeQuery& query,
+                             std::span<const std::vector<Triangle>> objects_world_m) {
   std::vector<Stage> stages(objects_world_m.size(), Stage::free_by_image);
   std::vector<Eigen::AlignedBox3d> boxes_world_m;
   Batch faces;
   for (std::size_t i = 0; i < objects_world_m.size(); ++i) {
     boxes_world_m.push_back(world_box_m(objects_world_m[i]));
-    if (objects_world_m[i].empty() || is_certainly_free(query.silhouettes(), boxes_world_m[i])) continue;
+    if (objects_world_m[i].empty() || is_certainly_free(query.silhouettes(), boxes_world_m[i]))
+      continue;
     stages[i] = Stage::box_may_hold;
     faces.add(i, faces_of(boxes_world_m[i]));
   }
-  for (const CollisionPoint& point : query.query(faces.triangles).points) stages[faces.object[point.triangle]] = Stage::box_touched;
+  for (const CollisionPoint& point : query.query(faces.triangles).points)
+    stages[faces.object[point.triangle]] = Stage::box_touched;
   for (std::size_t i = 0; i < stages.size(); ++i)
-    if (stages[i] == Stage::box_may_hold && is_certainly_free(query.silhouettes(), boxes_world_m[i], kCellDepth)) stages[i] = Stage::free_by_cells;
+    if (stages[i] == Stage::box_may_hold &&
+        is_certainly_free(query.silhouettes(), boxes_world_m[i], kCellDepth))
+      stages[i] = Stage::free_by_cells;
   return stages;
 }
 
 }  // namespace
 
-Detection detect(TriangleVolumeQuery& query, std::span<const std::vector<Triangle>> objects_world_m) {
+Detection detect(TriangleVolumeQuery& query,
+                 std::span<const std::vector<Triangle>> objects_world_m) {
   const std::vector<Stage> stages = stages_of(query, objects_world_m);
   Detection detection{std::vector<ObjectCollision>(stages.size()), {.objects = stages.size()}};
   DetectionCounts& counts = detection.counts;
@@ -85,7 +91,8 @@ Detection detect(TriangleVolumeQuery& query, std::span<const std::vector<Triangl
     if (!object.colliding()) ++counts.colliding;
     object.verdict = CollisionVerdict::colliding;
     object.hull_in_box = false;
-    if (object.triangles.empty() || object.triangles.back() != triangle) object.triangles.push_back(triangle);
+    if (object.triangles.empty() || object.triangles.back() != triangle)
+      object.triangles.push_back(triangle);
     object.points.push_back({point.p_world_m, triangle});
   }
   return detection;

@@ -9,12 +9,16 @@ namespace {
 class PaperDetector : public CollisionDetector {
  public:
   PaperDetector(int window_px, int viewport_px) : query_(window_px, viewport_px) {}
-  void set_hull(const hull::HullQuery&, std::span<const hull::Silhouette> silhouettes) override { query_.set_silhouettes(silhouettes); }
+  void set_hull(const hull::HullQuery&, std::span<const hull::Silhouette> silhouettes) override {
+    query_.set_silhouettes(silhouettes);
+  }
 
  private:
-  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects, DetectorCounts& counts) override {
+  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects,
+                                    DetectorCounts& counts) override {
     std::vector<std::vector<Triangle>> triangles_world_m;
-    for (const DetectionObject& o : objects) triangles_world_m.push_back(world_triangles(o.tree->mesh(), o.world_from_object));
+    for (const DetectionObject& o : objects)
+      triangles_world_m.push_back(world_triangles(o.tree->mesh(), o.world_from_object));
     Detection detection = fivepipe::collision::detect(query_, triangles_world_m);
     counts.points_unconfirmed += detection.counts.points_unconfirmed;
     return std::move(detection.objects);
@@ -25,6 +29,8 @@ class PaperDetector : public CollisionDetector {
 
 }  // namespace
 
-std::unique_ptr<CollisionDetector> paper_detector(int window_px, int viewport_px) { return std::make_unique<PaperDetector>(window_px, viewport_px); }
+std::unique_ptr<CollisionDetector> paper_detector(int window_px, int viewport_px) {
+  return std::make_unique<PaperDetector>(window_px, viewport_px);
+}
 
 }  // namespace fivepipe::collision

@@ -22,7 +22,8 @@ void main() {
 }
 )";
 
-// Discards what is not on an object pixel. Comparisons are written so that NaN and points behind the camera are discarded.
+// Discards what is not on an object pixel. Comparisons are written so that NaN and points behind
+// the camera are discarded.
 const char* const kFragmentShader = R"(#version 450 core
 uniform usampler2D object_pixels;  // pixel u of a row is bit u % 32 of texel u / 32
 uniform vec2 size_px;
@@ -39,11 +40,15 @@ void main() {
 
 int checked_viewport(int window_px, int viewport_px) {
   if (!(viewport_px > 0 && viewport_px <= window_px))
-    throw std::invalid_argument("viewport of " + std::to_string(viewport_px) + " px does not fit a window of " + std::to_string(window_px) + " px");
+    throw std::invalid_argument("viewport of " + std::to_string(viewport_px) +
+                                " px does not fit a window of " + std::to_string(window_px) +
+                                " px");
   return viewport_px;
 }
 
-gl::GlTexture texture_for(const hull::ObjectPixels& pixels) { return {std::max(1, 2 * pixels.words_per_row()), std::max(1, pixels.height_px()), GL_R32UI}; }
+gl::GlTexture texture_for(const hull::ObjectPixels& pixels) {
+  return {std::max(1, 2 * pixels.words_per_row()), std::max(1, pixels.height_px()), GL_R32UI};
+}
 
 }  // namespace
 
@@ -56,16 +61,20 @@ TriangleVolumeQuery::TriangleVolumeQuery(int window_px, int viewport_px)
 void TriangleVolumeQuery::set_silhouettes(std::span<const hull::Silhouette> silhouettes) {
   if (silhouettes.size() > kMaxCameras) throw std::invalid_argument("more than 255 cameras");
   for (const hull::Silhouette& s : silhouettes)
-    if (s.pixels.width_px() != s.camera.pinhole.width_px || s.pixels.height_px() != s.camera.pinhole.height_px)
+    if (s.pixels.width_px() != s.camera.pinhole.width_px ||
+        s.pixels.height_px() != s.camera.pinhole.height_px)
       throw std::invalid_argument("object-pixel map and pinhole differ in size");
   silhouettes_.assign(silhouettes.begin(), silhouettes.end());
-  hull_is_empty_ = silhouettes.empty() || std::any_of(silhouettes.begin(), silhouettes.end(), [](const hull::Silhouette& s) { return s.pixels.count() == 0; });
+  hull_is_empty_ = silhouettes.empty() ||
+                   std::any_of(silhouettes.begin(), silhouettes.end(),
+                               [](const hull::Silhouette& s) { return s.pixels.count() == 0; });
   if (hull_is_empty_) return;
   for (std::size_t i = 0; i < silhouettes.size(); ++i) {
     const hull::ObjectPixels& pixels = silhouettes[i].pixels;
     if (i == object_pixels_.size())
       object_pixels_.push_back(texture_for(pixels));
-    else if (object_pixels_[i].width_px() != 2 * pixels.words_per_row() || object_pixels_[i].height_px() != pixels.height_px())
+    else if (object_pixels_[i].width_px() != 2 * pixels.words_per_row() ||
+             object_pixels_[i].height_px() != pixels.height_px())
       object_pixels_[i] = texture_for(pixels);
     // A 64-bit word is two 32-bit texels, the low one first: little-endian hosts.
     object_pixels_[i].upload(GL_RED_INTEGER, GL_UNSIGNED_INT, pixels.words().data());
@@ -74,12 +83,14 @@ void TriangleVolumeQuery::set_silhouettes(std::span<const hull::Silhouette> silh
 
 TriangleQueryResult TriangleVolumeQuery::query(std::span<const Triangle> triangles) {
   for (const Triangle& t : triangles)
-    if (!(t[0].allFinite() && t[1].allFinite() && t[2].allFinite())) throw std::invalid_argument("triangle with a vertex that is not finite");
+    if (!(t[0].allFinite() && t[1].allFinite() && t[2].allFinite()))
+      throw std::invalid_argument("triangle with a vertex that is not finite");
   TriangleQueryResult result;
   if (hull_is_empty_) return result;
   const std::size_t capacity = columns() * columns();
   for (std::size_t first = 0; first < triangles.size(); first += capacity)
-    query_window(triangles.subspan(first, std::min(capacity, triangles.size() - first)), first, result);
+    query_window(triangles.subspan(first, std::min(capacity, triangles.size() - first)), first,
+                 result);
   return result;
 }
 
@@ -89,21 +100,27 @@ void TriangleVolumeQuery::draw(std::span<const TriangleView> views) {
   positions.reserve(views.size() * 6);
   texture_coordinates.reserve(views.size() * silhouettes_.size() * 9);
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const double x_px = double(i % columns()) * viewport_px_, y_px = double(i / columns()) * viewport_px_;
-    positions.insert(positions.end(), {ndc(x_px), ndc(y_px), ndc(x_px + viewport_px_), ndc(y_px),
-                                       ndc(x_px + views[i].apex_x * viewport_px_), ndc(y_px + viewport_px_)});
+    const double x_px = double(i % columns()) * viewport_px_,
+                 y_px = double(i / columns()) * viewport_px_;
+    positions.insert(positions.end(),
+                     {ndc(x_px), ndc(y_px), ndc(x_px + viewport_px_), ndc(y_px),
+                      ndc(x_px + views[i].apex_x * viewport_px_), ndc(y_px + viewport_px_)});
   }
-  // Projected in double here rather than in the shader: floats of world coordinates lose the pixel far from the origin.
+  // Projected in double here rather than in the shader: floats of world coordinates lose the pixel
+  // far from the origin.
   for (const hull::Silhouette& s : silhouettes_) {
-    const Eigen::Matrix<double, 3, 4> texture_from_world = geometry::texture_from_camera(s.camera.pinhole) * s.camera.camera_from_world.matrix();
+    const Eigen::Matrix<double, 3, 4> texture_from_world =
+        geometry::texture_from_camera(s.camera.pinhole) * s.camera.camera_from_world.matrix();
     for (const TriangleView& view : views)
-      for (const Eigen::Vector3d* p_world_m : {&view.base0_world_m, &view.base1_world_m, &view.apex_world_m}) {
+      for (const Eigen::Vector3d* p_world_m :
+           {&view.base0_world_m, &view.base1_world_m, &view.apex_world_m}) {
         const Eigen::Vector3f stq = (texture_from_world * p_world_m->homogeneous()).cast<float>();
         texture_coordinates.insert(texture_coordinates.end(), {stq.x(), stq.y(), stq.z()});
       }
   }
   positions_.upload(positions.data(), positions.size() * sizeof(float), GL_STREAM_DRAW);
-  texture_coordinates_.upload(texture_coordinates.data(), texture_coordinates.size() * sizeof(float), GL_STREAM_DRAW);
+  texture_coordinates_.upload(texture_coordinates.data(),
+                              texture_coordinates.size() * sizeof(float), GL_STREAM_DRAW);
 
   window_.bind();
   glDisable(GL_DEPTH_TEST);
@@ -119,9 +136,11 @@ void TriangleVolumeQuery::draw(std::span<const TriangleView> views) {
   vertices_.attribute(kPosition, positions_, 2, 2 * sizeof(float), 0);
   const std::size_t vertex_count = 3 * views.size();
   for (std::size_t i = 0; i < silhouettes_.size(); ++i) {
-    // Only what all earlier cameras counted is counted on: the count n means the same, and fewer fragments are shaded.
+    // Only what all earlier cameras counted is counted on: the count n means the same, and fewer
+    // fragments are shaded.
     glStencilFunc(GL_EQUAL, GLint(i), 0xff);
-    vertices_.attribute(kTextureCoordinate, texture_coordinates_, 3, 3 * sizeof(float), int(i * vertex_count * 3 * sizeof(float)));
+    vertices_.attribute(kTextureCoordinate, texture_coordinates_, 3, 3 * sizeof(float),
+                        int(i * vertex_count * 3 * sizeof(float)));
     vertices_.bind();
     object_pixels_[i].bind(0);
     const geometry::Pinhole& pinhole = silhouettes_[i].camera.pinhole;
@@ -132,7 +151,8 @@ void TriangleVolumeQuery::draw(std::span<const TriangleView> views) {
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 }
 
-void TriangleVolumeQuery::query_window(std::span<const Triangle> triangles, std::size_t first, TriangleQueryResult& result) {
+void TriangleVolumeQuery::query_window(std::span<const Triangle> triangles, std::size_t first,
+                                       TriangleQueryResult& result) {
   std::vector<TriangleView> views;
   views.reserve(triangles.size());
   for (const Triangle& triangle : triangles) {
@@ -142,18 +162,22 @@ void TriangleVolumeQuery::query_window(std::span<const Triangle> triangles, std:
   draw(views);
   ++result.windows;
 
-  const std::size_t used_rows_px = (views.size() + columns() - 1) / columns() * std::size_t(viewport_px_);
+  const std::size_t used_rows_px =
+      (views.size() + columns() - 1) / columns() * std::size_t(viewport_px_);
   stencil_.resize(std::size_t(window_px_) * used_rows_px);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, window_px_, GLsizei(used_rows_px), GL_STENCIL_INDEX, GL_UNSIGNED_BYTE, stencil_.data());
+  glReadPixels(0, 0, window_px_, GLsizei(used_rows_px), GL_STENCIL_INDEX, GL_UNSIGNED_BYTE,
+               stencil_.data());
 
   const std::uint8_t in_all = std::uint8_t(silhouettes_.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const std::uint8_t* viewport = &stencil_[(i / columns() * viewport_px_) * window_px_ + i % columns() * viewport_px_];
+    const std::uint8_t* viewport =
+        &stencil_[(i / columns() * viewport_px_) * window_px_ + i % columns() * viewport_px_];
     for (int row = 0; row < viewport_px_; ++row)
       for (int column = 0; column < viewport_px_; ++column) {
         if (viewport[std::size_t(row) * window_px_ + column] != in_all) continue;
-        const Eigen::Vector3d p_world_m = point_at(views[i], (column + 0.5) / viewport_px_, (row + 0.5) / viewport_px_);
+        const Eigen::Vector3d p_world_m =
+            point_at(views[i], (column + 0.5) / viewport_px_, (row + 0.5) / viewport_px_);
         if (hull::in_hull(silhouettes_, p_world_m))
           result.points.push_back({p_world_m, std::uint32_t(first + i)});
         else

@@ -8,7 +8,8 @@ namespace fivepipe::mcap {
 namespace {
 
 std::uint32_t length_of(std::size_t size_bytes) {
-  if (size_bytes > std::numeric_limits<std::uint32_t>::max()) throw std::length_error("a field of an MCAP record has at most 4 GiB");
+  if (size_bytes > std::numeric_limits<std::uint32_t>::max())
+    throw std::length_error("a field of an MCAP record has at most 4 GiB");
   return std::uint32_t(size_bytes);
 }
 
@@ -59,7 +60,8 @@ std::map<std::string, std::string> Fields::text_map() {
 }
 
 std::uint32_t crc32_of(ByteView bytes, std::uint32_t so_far) {
-  return std::uint32_t(crc32_z(so_far, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
+  return std::uint32_t(
+      crc32_z(so_far, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
 }
 
 }  // namespace fivepipe::mcap

@@ -1,4 +1,5 @@
-// Little-endian fields of records: appended to bytes, taken from bytes. Nothing is read beyond the end.
+// Little-endian fields of records: appended to bytes, taken from bytes. Nothing is read beyond the
+// end.
 #pragma once
 #include <bit>
 #include <concepts>
@@ -10,16 +11,19 @@
 
 namespace fivepipe::mcap {
 
-static_assert(std::endian::native == std::endian::little, "fields are copied as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "fields are copied as they lie in memory");
 
 using Bytes = std::vector<std::byte>;
 using ByteView = std::span<const std::byte>;
 
-// Memory that is not zeroed first, as it is filled at once: a length that a damaged file claims costs no pages.
+// Memory that is not zeroed first, as it is filled at once: a length that a damaged file claims
+// costs no pages.
 class Buffer {
  public:
   Buffer() = default;
-  explicit Buffer(std::size_t size_bytes) : bytes_(std::make_unique_for_overwrite<std::byte[]>(size_bytes)), size_bytes_(size_bytes) {}
+  explicit Buffer(std::size_t size_bytes)
+      : bytes_(std::make_unique_for_overwrite<std::byte[]>(size_bytes)), size_bytes_(size_bytes) {}
   std::span<std::byte> all() { return {bytes_.get(), size_bytes_}; }
   ByteView view() const { return {bytes_.get(), size_bytes_}; }
 
@@ -46,7 +50,8 @@ struct Place {
   [[noreturn]] void fail(std::string_view what) const;  // McapError
 };
 
-// Takes fields off the front of a record's content. A field that goes beyond the end is an McapError.
+// Takes fields off the front of a record's content. A field that goes beyond the end is an
+// McapError.
 class Fields {
  public:
   Fields(ByteView content, Place place) : rest_(content), place_(place) {}

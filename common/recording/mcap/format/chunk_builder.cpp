@@ -9,7 +9,8 @@ namespace {
 
 template <typename T>
 Id added(std::vector<T>& list, const T& element) {
-  if (list.size() == std::numeric_limits<Id>::max()) throw std::length_error("an MCAP file has at most 65535 schemas and 65535 channels");
+  if (list.size() == std::numeric_limits<Id>::max())
+    throw std::length_error("an MCAP file has at most 65535 schemas and 65535 channels");
   list.push_back(element);
   return Id(list.size());
 }
@@ -19,13 +20,15 @@ Id added(std::vector<T>& list, const T& element) {
 Id ChunkBuilder::add_schema(const Schema& schema) { return added(schemas_, schema); }
 
 Id ChunkBuilder::add_channel(const Channel& channel) {
-  if (channel.schema > schemas_.size()) throw std::invalid_argument("channel " + channel.topic + " has a schema that was not added");
+  if (channel.schema > schemas_.size())
+    throw std::invalid_argument("channel " + channel.topic + " has a schema that was not added");
   return added(channels_, channel);
 }
 
 void ChunkBuilder::introduce(Id id) {
   const Channel& channel = channels_.at(id - std::size_t(1));
-  if (channel.schema != 0 && open_.schemas.try_emplace(channel.schema, schemas_[channel.schema - 1]).second)
+  if (channel.schema != 0 &&
+      open_.schemas.try_emplace(channel.schema, schemas_[channel.schema - 1]).second)
     append_schema(open_.records, channel.schema, schemas_[channel.schema - 1]);
   open_.channels.emplace(id, channel);
   append_channel(open_.records, id, channel);

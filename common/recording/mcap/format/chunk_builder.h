@@ -1,4 +1,5 @@
-// The first half of writing: serialised messages, gathered to chunks in memory. The second half, file_writer.h, may run in another thread.
+// The first half of writing: serialised messages, gathered to chunks in memory. The second half,
+// file_writer.h, may run in another thread.
 #pragma once
 #include "common/recording/mcap/format/records.h"
 
@@ -7,18 +8,21 @@ namespace fivepipe::mcap {
 struct Chunk {
   Bytes records;        // schemas, channels, messages; not compressed
   MessagePlaces index;  // by channel, in the order of writing
-  std::uint64_t start_ns = 0, end_ns = 0;  // log stamps of the earliest and latest message; 0 without messages
-  std::map<Id, Schema> schemas;            // whose records stand in it
+  std::uint64_t start_ns = 0,
+                end_ns = 0;  // log stamps of the earliest and latest message; 0 without messages
+  std::map<Id, Schema> schemas;  // whose records stand in it
   std::map<Id, Channel> channels;
 };
 
-// Every chunk holds the schemas and channels of its messages, each in front of its first use: a damaged chunk costs its own messages alone.
-// Log stamps may come in any order; in rising order the file's chunks do not overlap, and are read fastest.
+// Every chunk holds the schemas and channels of its messages, each in front of its first use: a
+// damaged chunk costs its own messages alone. Log stamps may come in any order; in rising order the
+// file's chunks do not overlap, and are read fastest.
 class ChunkBuilder {
  public:
   // Ids count from 1. Throw std::length_error when there are 65535.
   Id add_schema(const Schema& schema);
-  Id add_channel(const Channel& channel);  // std::invalid_argument if its schema is neither 0 (none) nor known
+  Id add_channel(
+      const Channel& channel);  // std::invalid_argument if its schema is neither 0 (none) nor known
 
   // The payload is copied once. std::out_of_range: a channel that was not added.
   void add(const Message& message);

@@ -7,7 +7,8 @@ namespace fivepipe::mcap {
 namespace {
 
 constexpr int kZstdLevel = 3;
-// The most that a byte can stand for. LZ4: a match's length grows by 255 a byte. zstd: a block of 128 KiB of one value takes 4 bytes.
+// The most that a byte can stand for. LZ4: a match's length grows by 255 a byte. zstd: a block of
+// 128 KiB of one value takes 4 bytes.
 constexpr std::uint64_t kMostLz4Factor = 255, kMostZstdFactor = (std::uint64_t(128) << 10) / 4;
 
 void append_lz4(Bytes& to, ByteView raw) {
@@ -16,40 +17,51 @@ void append_lz4(Bytes& to, ByteView raw) {
   preferences.frameInfo.blockSizeID = LZ4F_max4MB;
   const std::size_t start = to.size();
   to.resize(start + LZ4F_compressFrameBound(raw.size(), &preferences));
-  const std::size_t size_bytes = LZ4F_compressFrame(to.data() + start, to.size() - start, raw.data(), raw.size(), &preferences);
-  if (LZ4F_isError(size_bytes)) throw std::runtime_error(std::string("LZ4: ") + LZ4F_getErrorName(size_bytes));
+  const std::size_t size_bytes = LZ4F_compressFrame(to.data() + start, to.size() - start,
+                                                    raw.data(), raw.size(), &preferences);
+  if (LZ4F_isError(size_bytes))
+    throw std::runtime_error(std::string("LZ4: ") + LZ4F_getErrorName(size_bytes));
   to.resize(start + size_bytes);
 }
 
 void append_zstd(Bytes& to, ByteView raw) {
   const std::size_t start = to.size();
   to.resize(start + ZSTD_compressBound(raw.size()));
-  const std::size_t size_bytes = ZSTD_compress(to.data() + start, to.size() - start, raw.data(), raw.size(), kZstdLevel);
-  if (ZSTD_isError(size_bytes)) throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(size_bytes));
+  const std::size_t size_bytes =
+      ZSTD_compress(to.data() + start, to.size() - start, raw.data(), raw.size(), kZstdLevel);
+  if (ZSTD_isError(size_bytes))
+    throw std::runtime_error(std::string("zstd: ") + ZSTD_getErrorName(size_bytes));
   to.resize(start + size_bytes);
 }
 
 void decompress_lz4(std::span<std::byte> to, ByteView from, const Place& place) {
   LZ4F_dctx* raw_context = nullptr;
-  if (LZ4F_isError(LZ4F_createDecompressionContext(&raw_context, LZ4F_VERSION))) throw std::bad_alloc();
-  const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> context(raw_context, LZ4F_freeDecompressionContext);
+  if (LZ4F_isError(LZ4F_createDecompressionContext(&raw_context, LZ4F_VERSION)))
+    throw std::bad_alloc();
+  const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> context(
+      raw_context, LZ4F_freeDecompressionContext);
   // Several frames may follow one another.
   for (bool ended = false; !ended;) {
     std::size_t written = to.size(), read = from.size();
-    const std::size_t hint = LZ4F_decompress(context.get(), to.data(), &written, from.data(), &read, nullptr);
-    if (LZ4F_isError(hint)) place.fail(std::string("a chunk's LZ4 frame is damaged: ") + LZ4F_getErrorName(hint));
+    const std::size_t hint =
+        LZ4F_decompress(context.get(), to.data(), &written, from.data(), &read, nullptr);
+    if (LZ4F_isError(hint))
+      place.fail(std::string("a chunk's LZ4 frame is damaged: ") + LZ4F_getErrorName(hint));
     to = to.subspan(written);
     from = from.subspan(read);
     ended = hint == 0 && from.empty();
-    if (!ended && written == 0 && read == 0) place.fail("a chunk's LZ4 frame is damaged: it has another size than the chunk says");
+    if (!ended && written == 0 && read == 0)
+      place.fail("a chunk's LZ4 frame is damaged: it has another size than the chunk says");
   }
   if (!to.empty()) place.fail("a chunk's LZ4 frame is damaged: it is smaller than the chunk says");
 }
 
 void decompress_zstd(std::span<std::byte> to, ByteView from, const Place& place) {
   const std::size_t size_bytes = ZSTD_decompress(to.data(), to.size(), from.data(), from.size());
-  if (ZSTD_isError(size_bytes)) place.fail(std::string("a chunk's zstd frame is damaged: ") + ZSTD_getErrorName(size_bytes));
-  if (size_bytes != to.size()) place.fail("a chunk's zstd frame is damaged: it has another size than the chunk says");
+  if (ZSTD_isError(size_bytes))
+    place.fail(std::string("a chunk's zstd frame is damaged: ") + ZSTD_getErrorName(size_bytes));
+  if (size_bytes != to.size())
+    place.fail("a chunk's zstd frame is damaged: it has another size than the chunk says");
 }
 
 }  // namespace
@@ -71,19 +83,24 @@ void append_compressed(Bytes& to, ByteView raw, Compression compression) {
   }
 }
 
-Buffer decompressed(std::string_view compression, Buffer compressed, std::uint64_t uncompressed_bytes, const Place& place) {
+Buffer decompressed(std::string_view compression, Buffer compressed,
+                    std::uint64_t uncompressed_bytes, const Place& place) {
   const ByteView from = compressed.view();
   const bool is_lz4 = compression == "lz4", is_zstd = compression == "zstd";
-  if (!is_lz4 && !is_zstd && !compression.empty()) place.fail("a chunk is compressed with \"" + std::string(compression) + "\", which is not known here");
+  if (!is_lz4 && !is_zstd && !compression.empty())
+    place.fail("a chunk is compressed with \"" + std::string(compression) +
+               "\", which is not known here");
   const std::uint64_t factor = is_lz4 ? kMostLz4Factor : is_zstd ? kMostZstdFactor : 1;
-  if (uncompressed_bytes > kMostChunkBytes || uncompressed_bytes / factor > from.size()) place.fail("a chunk claims more bytes than it can hold");
+  if (uncompressed_bytes > kMostChunkBytes || uncompressed_bytes / factor > from.size())
+    place.fail("a chunk claims more bytes than it can hold");
   if (compression.empty()) {
     if (uncompressed_bytes != from.size()) place.fail("a chunk has another size than it says");
     return compressed;
   }
   if (uncompressed_bytes == 0 && from.empty()) return {};
   if (is_zstd && ZSTD_getFrameContentSize(from.data(), from.size()) != ZSTD_CONTENTSIZE_UNKNOWN &&
-      ZSTD_getFrameContentSize(from.data(), from.size()) > uncompressed_bytes)  // also ZSTD_CONTENTSIZE_ERROR
+      ZSTD_getFrameContentSize(from.data(), from.size()) >
+          uncompressed_bytes)  // also ZSTD_CONTENTSIZE_ERROR
     place.fail("a chunk's zstd frame is damaged, or larger than the chunk says");
   Buffer raw(uncompressed_bytes);
   if (is_lz4)

@@ -11,13 +11,16 @@
 
 namespace fivepipe::mcap {
 
-File::File(const std::filesystem::path& path) : name_(path.string()), file_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-  if (file_ < 0) throw std::system_error(errno, std::generic_category(), name_ + ": can't be opened");
+File::File(const std::filesystem::path& path)
+    : name_(path.string()), file_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  if (file_ < 0)
+    throw std::system_error(errno, std::generic_category(), name_ + ": can't be opened");
   struct stat status {};
   if (fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) {
     const int error = S_ISREG(status.st_mode) ? errno : EINVAL;
     close(file_);
-    throw std::system_error(error, std::generic_category(), name_ + ": is no file that can be read at any place");
+    throw std::system_error(error, std::generic_category(),
+                            name_ + ": is no file that can be read at any place");
   }
   size_bytes_ = std::uint64_t(status.st_size);
 }
@@ -25,12 +28,15 @@ File::File(const std::filesystem::path& path) : name_(path.string()), file_(open
 File::~File() { close(file_); }
 
 Buffer File::read(std::uint64_t byte, std::uint64_t size_bytes) const {
-  if (byte > size_bytes_ || size_bytes > size_bytes_ - byte) Place{name_, byte}.fail("the file ends too early");
+  if (byte > size_bytes_ || size_bytes > size_bytes_ - byte)
+    Place{name_, byte}.fail("the file ends too early");
   Buffer buffer(size_bytes);
   for (std::span<std::byte> rest = buffer.all(); !rest.empty();) {
-    const ssize_t read = pread(file_, rest.data(), rest.size(), off_t(byte + size_bytes - rest.size()));
+    const ssize_t read =
+        pread(file_, rest.data(), rest.size(), off_t(byte + size_bytes - rest.size()));
     if (read < 0 && errno == EINTR) continue;
-    if (read < 0) throw std::system_error(errno, std::generic_category(), name_ + ": can't be read");
+    if (read < 0)
+      throw std::system_error(errno, std::generic_category(), name_ + ": can't be read");
     if (read == 0) Place{name_, byte}.fail("the file was cut while it was read");
     rest = rest.subspan(std::size_t(read));
   }
@@ -41,7 +47,8 @@ void check_magic(const File& file) {
   const Place place{file.name(), 0};
   if (file.size_bytes() < kMagic.size()) place.fail("no MCAP file");
   const Buffer magic = file.read(0, kMagic.size());
-  if (std::memcmp(magic.view().data(), kMagic.data(), kMagic.size()) != 0) place.fail("no MCAP file");
+  if (std::memcmp(magic.view().data(), kMagic.data(), kMagic.size()) != 0)
+    place.fail("no MCAP file");
 }
 
 }  // namespace fivepipe::mcap

@@ -6,7 +6,8 @@
 
 namespace fivepipe::mcap {
 
-// Not mapped into memory: a file that another process cuts meanwhile is an McapError, not a signal. May be read from many threads.
+// Not mapped into memory: a file that another process cuts meanwhile is an McapError, not a signal.
+// May be read from many threads.
 class File {
  public:
   explicit File(const std::filesystem::path& path);  // std::system_error that names the file
@@ -16,7 +17,8 @@ class File {
 
   const std::string& name() const { return name_; }
   std::uint64_t size_bytes() const { return size_bytes_; }  // when it was opened
-  Buffer read(std::uint64_t byte, std::uint64_t size_bytes) const;  // McapError beyond the end; std::system_error where the disk fails
+  Buffer read(std::uint64_t byte, std::uint64_t size_bytes)
+      const;  // McapError beyond the end; std::system_error where the disk fails
 
  private:
   std::string name_;

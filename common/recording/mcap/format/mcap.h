@@ -1,4 +1,5 @@
-// What an MCAP file holds (https://mcap.dev/spec), as data. Pure: neither DDS nor fivepipe's messages are known here.
+// What an MCAP file holds (https://mcap.dev/spec), as data. Pure: neither DDS nor fivepipe's
+// messages are known here.
 #pragma once
 #include <cstddef>
 #include <cstdint>

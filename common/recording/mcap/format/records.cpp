@@ -57,7 +57,8 @@ void append_message(Bytes& to, const Message& message) {
 void append_message_index(Bytes& to, Id channel, std::span<const MessagePlace> places) {
   const OpenRecord record(to, Op::message_index);
   append(to, channel);
-  static_assert(sizeof(MessagePlace) == 2 * sizeof(std::uint64_t));  // lies in memory as in the file
+  static_assert(sizeof(MessagePlace) ==
+                2 * sizeof(std::uint64_t));  // lies in memory as in the file
   append_part(to, std::as_bytes(places));
 }
 

@@ -1,4 +1,5 @@
-// The records of the format (https://mcap.dev/spec#records), one by one, as bytes. What each means stands in mcap.h and summary.h.
+// The records of the format (https://mcap.dev/spec#records), one by one, as bytes. What each means
+// stands in mcap.h and summary.h.
 #pragma once
 #include <array>
 #include <optional>
@@ -9,18 +10,33 @@
 namespace fivepipe::mcap {
 
 enum class Op : std::uint8_t {
-  header = 0x01, footer, schema, channel, message, chunk, message_index, chunk_index, attachment, attachment_index, statistics, metadata,
-  metadata_index, summary_offset, data_end,
-  set_aside = 0xFF  // private: what recover() makes of a damaged chunk, so that every reader skips it
+  header = 0x01,
+  footer,
+  schema,
+  channel,
+  message,
+  chunk,
+  message_index,
+  chunk_index,
+  attachment,
+  attachment_index,
+  statistics,
+  metadata,
+  metadata_index,
+  summary_offset,
+  data_end,
+  set_aside =
+      0xFF  // private: what recover() makes of a damaged chunk, so that every reader skips it
 };
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
-inline constexpr std::uint64_t kRecordHeadBytes = 1 + 8;                       // opcode, length of the content
-inline constexpr std::uint64_t kMessageHeadBytes = 2 + 4 + 8 + 8;              // channel, sequence, both stamps
+inline constexpr std::uint64_t kRecordHeadBytes = 1 + 8;           // opcode, length of the content
+inline constexpr std::uint64_t kMessageHeadBytes = 2 + 4 + 8 + 8;  // channel, sequence, both stamps
 inline constexpr std::uint64_t kFooterBytes = kRecordHeadBytes + 8 + 8 + 4;
 inline constexpr std::uint64_t kDataEndBytes = kRecordHeadBytes + 4;
 
-// Appends a record's opcode at once, and its length when the content has been appended: at the end of this object's life.
+// Appends a record's opcode at once, and its length when the content has been appended: at the end
+// of this object's life.
 class OpenRecord {
  public:
   OpenRecord(Bytes& to, Op op) : to_(to), start_(to.size()) {
@@ -45,7 +61,8 @@ struct ChunkHead {
   std::string compression;
   std::uint64_t records_bytes = 0;  // as they stand in the file
 };
-// Everything of a chunk record in front of its records, with a compression's name as long as ours or a stranger's may sensibly be.
+// Everything of a chunk record in front of its records, with a compression's name as long as ours
+// or a stranger's may sensibly be.
 inline constexpr std::uint64_t kMostChunkHeadBytes = 8 + 8 + 8 + 4 + 4 + 64 + 8;
 
 struct Footer {
@@ -72,7 +89,8 @@ void append_attachment_index(Bytes& to, const AttachmentIndex& attachment);
 void append_metadata_index(Bytes& to, const MetadataIndex& metadata);
 void append_statistics(Bytes& to, const Statistics& statistics);
 
-// Of records' contents; McapError where a field goes beyond the end. More fields than are known here are let pass, as the spec says.
+// Of records' contents; McapError where a field goes beyond the end. More fields than are known
+// here are let pass, as the spec says.
 std::pair<Id, Schema> read_schema(Fields fields);
 std::pair<Id, Channel> read_channel(Fields fields);
 Message read_message(Fields fields);  // its payload lies in the fields' memory
@@ -93,7 +111,8 @@ struct Record {
 // A sequence of records in memory, one after the other; McapError where one goes beyond the end.
 class RecordSequence {
  public:
-  RecordSequence(ByteView records, Place place) : fields_(records, place), size_bytes_(records.size()) {}
+  RecordSequence(ByteView records, Place place)
+      : fields_(records, place), size_bytes_(records.size()) {}
   std::optional<Record> next();
 
  private:

@@ -12,7 +12,9 @@ std::map<Id, std::uint64_t> take_by_id(Fields& fields) {
   return map;
 }
 
-std::string as_text(ByteView bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
+std::string as_text(ByteView bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
 
 }  // namespace
 

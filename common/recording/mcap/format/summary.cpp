@@ -4,9 +4,11 @@
 
 namespace fivepipe::mcap {
 
-void add_messages(Statistics& statistics, Id channel, std::uint64_t count, std::uint64_t start_ns, std::uint64_t end_ns) {
+void add_messages(Statistics& statistics, Id channel, std::uint64_t count, std::uint64_t start_ns,
+                  std::uint64_t end_ns) {
   if (count == 0) return;
-  statistics.start_ns = statistics.messages == 0 ? start_ns : std::min(statistics.start_ns, start_ns);
+  statistics.start_ns =
+      statistics.messages == 0 ? start_ns : std::min(statistics.start_ns, start_ns);
   statistics.end_ns = statistics.messages == 0 ? end_ns : std::max(statistics.end_ns, end_ns);
   statistics.messages += count;
   statistics.channel_messages[channel] += count;

@@ -11,9 +11,11 @@ namespace {
 // 100 000 chunks of 10 channels take 30 MB.
 constexpr std::uint64_t kMostSummaryBytes = 256 << 20;
 
-// Appends the records of one kind that `append_all` appends, and a summary offset record for them unless there are none.
+// Appends the records of one kind that `append_all` appends, and a summary offset record for them
+// unless there are none.
 template <typename AppendAll>
-void append_group(Bytes& to, Bytes& offsets, std::uint64_t to_starts_at, Op op, AppendAll append_all) {
+void append_group(Bytes& to, Bytes& offsets, std::uint64_t to_starts_at, Op op,
+                  AppendAll append_all) {
   const std::uint64_t start = to.size();
   append_all();
   if (to.size() == start) return;
@@ -24,13 +26,26 @@ void append_group(Bytes& to, Bytes& offsets, std::uint64_t to_starts_at, Op op, 
 }
 
 void append_groups(Bytes& to, Bytes& offsets, std::uint64_t to_starts_at, const Summary& summary) {
-  const auto group = [&](Op op, auto append_all) { append_group(to, offsets, to_starts_at, op, append_all); };
-  group(Op::schema, [&] { for (const auto& [id, schema] : summary.schemas) append_schema(to, id, schema); });
-  group(Op::channel, [&] { for (const auto& [id, channel] : summary.channels) append_channel(to, id, channel); });
+  const auto group = [&](Op op, auto append_all) {
+    append_group(to, offsets, to_starts_at, op, append_all);
+  };
+  group(Op::schema, [&] {
+    for (const auto& [id, schema] : summary.schemas) append_schema(to, id, schema);
+  });
+  group(Op::channel, [&] {
+    for (const auto& [id, channel] : summary.channels) append_channel(to, id, channel);
+  });
   group(Op::statistics, [&] { append_statistics(to, summary.statistics); });
-  group(Op::chunk_index, [&] { for (const ChunkIndex& chunk : summary.chunks) append_chunk_index(to, chunk); });
-  group(Op::attachment_index, [&] { for (const AttachmentIndex& attachment : summary.attachments) append_attachment_index(to, attachment); });
-  group(Op::metadata_index, [&] { for (const MetadataIndex& metadata : summary.metadata) append_metadata_index(to, metadata); });
+  group(Op::chunk_index, [&] {
+    for (const ChunkIndex& chunk : summary.chunks) append_chunk_index(to, chunk);
+  });
+  group(Op::attachment_index, [&] {
+    for (const AttachmentIndex& attachment : summary.attachments)
+      append_attachment_index(to, attachment);
+  });
+  group(Op::metadata_index, [&] {
+    for (const MetadataIndex& metadata : summary.metadata) append_metadata_index(to, metadata);
+  });
 }
 
 Footer footer_of(const File& file) {
@@ -38,28 +53,36 @@ Footer footer_of(const File& file) {
   if (file.size_bytes() < 2 * kMagic.size() + kFooterBytes) end.fail("no footer");
   const std::uint64_t at = file.size_bytes() - kMagic.size() - kFooterBytes;
   const Buffer bytes = file.read(at, kFooterBytes + kMagic.size());
-  if (std::memcmp(bytes.view().data() + kFooterBytes, kMagic.data(), kMagic.size()) != 0) end.fail("no magic bytes at the end");
+  if (std::memcmp(bytes.view().data() + kFooterBytes, kMagic.data(), kMagic.size()) != 0)
+    end.fail("no magic bytes at the end");
   const Place place{file.name(), at};
   const auto record = RecordSequence(bytes.view().first(kFooterBytes), place).next();
-  if (!record || record->op != Op::footer || record->content.size() != kFooterBytes - kRecordHeadBytes) place.fail("no footer");
+  if (!record || record->op != Op::footer ||
+      record->content.size() != kFooterBytes - kRecordHeadBytes)
+    place.fail("no footer");
   const Footer footer = read_footer(Fields(record->content, place));
   if (footer.summary_start == 0) place.fail("no summary");
-  const std::uint64_t summary_end = footer.summary_offset_start == 0 ? at : footer.summary_offset_start;
-  if (footer.summary_start < kMagic.size() + kDataEndBytes || summary_end > at || footer.summary_start > summary_end ||
-      at - footer.summary_start > kMostSummaryBytes)
+  const std::uint64_t summary_end =
+      footer.summary_offset_start == 0 ? at : footer.summary_offset_start;
+  if (footer.summary_start < kMagic.size() + kDataEndBytes || summary_end > at ||
+      footer.summary_start > summary_end || at - footer.summary_start > kMostSummaryBytes)
     place.fail("the footer points to where no summary can be");
   const Buffer data_end = file.read(footer.summary_start - kDataEndBytes, kDataEndBytes);
-  if (Op(std::uint8_t(data_end.view()[0])) != Op::data_end) place.fail("the footer points to where no summary can be");
+  if (Op(std::uint8_t(data_end.view()[0])) != Op::data_end)
+    place.fail("the footer points to where no summary can be");
   return footer;
 }
 
-// That what the indexes point to lies in the data section, in some order, and nowhere twice: else a small file could cost any time to read.
+// That what the indexes point to lies in the data section, in some order, and nowhere twice: else a
+// small file could cost any time to read.
 template <typename Index>
 void check_places(std::vector<Index>& indexes, std::uint64_t data_end, const Place& place) {
-  std::sort(indexes.begin(), indexes.end(), [](const Index& a, const Index& b) { return a.offset < b.offset; });
+  std::sort(indexes.begin(), indexes.end(),
+            [](const Index& a, const Index& b) { return a.offset < b.offset; });
   std::uint64_t free_from = kMagic.size();
   for (const Index& index : indexes) {
-    if (index.offset < free_from || index.offset > data_end || index.length_bytes < kRecordHeadBytes || index.length_bytes > data_end - index.offset)
+    if (index.offset < free_from || index.offset > data_end ||
+        index.length_bytes < kRecordHeadBytes || index.length_bytes > data_end - index.offset)
       place.fail("the summary points to where no such record can be");
     free_from = index.offset + index.length_bytes;
   }
@@ -71,7 +94,9 @@ void check(Summary& summary, bool has_statistics, std::uint64_t data_end, const 
   check_places(summary.metadata, data_end, place);
   const Statistics& statistics = summary.statistics;
   if (!has_statistics) place.fail("the summary has no statistics");
-  if (statistics.chunks != summary.chunks.size() || statistics.attachments != summary.attachments.size() || statistics.metadata != summary.metadata.size() ||
+  if (statistics.chunks != summary.chunks.size() ||
+      statistics.attachments != summary.attachments.size() ||
+      statistics.metadata != summary.metadata.size() ||
       (statistics.messages > 0 && summary.chunks.empty()))
     place.fail("the summary's statistics tell of more or less than its indexes");
 }
@@ -103,22 +128,30 @@ Summary read_summary(const File& file) {
   const Footer footer = footer_of(file);
   const Place place{file.name(), footer.summary_start};
   const std::uint64_t footer_at = file.size_bytes() - kMagic.size() - kFooterBytes;
-  const Buffer bytes = file.read(footer.summary_start, footer_at + kFooterBytes - footer.summary_start);
+  const Buffer bytes =
+      file.read(footer.summary_start, footer_at + kFooterBytes - footer.summary_start);
   const ByteView covered = bytes.view().first(bytes.view().size() - sizeof(footer.summary_crc));
-  if (footer.summary_crc != 0 && footer.summary_crc != crc32_of(covered)) place.fail("the summary's CRC is wrong");
+  if (footer.summary_crc != 0 && footer.summary_crc != crc32_of(covered))
+    place.fail("the summary's CRC is wrong");
 
   Summary summary;
   bool has_statistics = false;
-  const std::uint64_t end = footer.summary_offset_start == 0 ? footer_at : footer.summary_offset_start;
+  const std::uint64_t end =
+      footer.summary_offset_start == 0 ? footer_at : footer.summary_offset_start;
   RecordSequence records(bytes.view().first(end - footer.summary_start), place);
   while (const auto record = records.next()) {
     const Fields fields(record->content, {file.name(), footer.summary_start + record->offset});
     switch (record->op) {
       case Op::schema: summary.schemas.insert(read_schema(fields)); break;
       case Op::channel: summary.channels.insert(read_channel(fields)); break;
-      case Op::statistics: summary.statistics = read_statistics(fields); has_statistics = true; break;
+      case Op::statistics:
+        summary.statistics = read_statistics(fields);
+        has_statistics = true;
+        break;
       case Op::chunk_index: summary.chunks.push_back(read_chunk_index(fields)); break;
-      case Op::attachment_index: summary.attachments.push_back(read_attachment_index(fields)); break;
+      case Op::attachment_index:
+        summary.attachments.push_back(read_attachment_index(fields));
+        break;
       case Op::metadata_index: summary.metadata.push_back(read_metadata_index(fields)); break;
       default: break;
     }
