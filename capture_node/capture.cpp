@@ -202,11 +202,11 @@ Capture::Shot Capture::shot(Channel& channel, std::int64_t frame, std::int64_t i
 }
 
 void Capture::add_colours(std::int64_t frame, std::vector<Shot>& shots) const {
-  std::vector<hull::SeenPart> parts;
+  std::vector<hull::SilhouetteBounds> parts;
   for (const Shot& shot : shots)
     if (shot.result.pixels) parts.push_back({shot.published, shot.result.pixels->bounds()});
   if (std::any_of(parts.begin(), parts.end(),
-                  [](const hull::SeenPart& seen) { return seen.part.empty(); }))
+                  [](const hull::SilhouetteBounds& seen) { return seen.part.empty(); }))
     return;  // no hull
   const SeenByEye eye =
       seen_by_eye(viewer_, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));

@@ -59,7 +59,7 @@ SeenByEye seen_by_eye(const config::Viewer& viewer, const Eigen::Isometry3d& eye
   return {{eye, {0, 0, k.width_px, k.height_px}}, {centre_m - reach_m, centre_m + reach_m}};
 }
 
-hull::ObjectPixels footprint(std::vector<hull::SeenPart> parts, const Eigen::AlignedBox3d& box_m,
+hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts, const Eigen::AlignedBox3d& box_m,
                              const geometry::Camera& camera, int margin_px) {
   const geometry::Pinhole& k = camera.pinhole;
   // What the camera itself sees: so all corners are in front of it, and near its image.

@@ -74,7 +74,7 @@ HullColour::HullColour(std::span<const hull::Silhouette> silhouettes,
                 geometry::camera_center_world_m(region.camera),
                 {}};
     for (const auto& projection : projections_)
-      image.centre_seen.push_back(projection * image.centre_world_m.homogeneous());
+      image.center_seen.push_back(projection * image.center_world_m.homogeneous());
     images_.push_back(std::move(image));
   }
 }
@@ -90,13 +90,13 @@ bool HullColour::is_in_silhouette(std::size_t silhouette, const Homogeneous& see
 double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world_m,
                               std::span<const Homogeneous> p_seen) const {
   if (image.object && !is_in_silhouette(image.silhouette, p_seen[image.silhouette])) return 1.0;
-  const double length_m = (image.centre_world_m - p_world_m).norm();
+  const double length_m = (image.center_world_m - p_world_m).norm();
   const auto in_the_way = [&](double distance_m) {
     if (!(distance_m < length_m) || silhouettes_.empty()) return false;
-    const double share = distance_m / length_m;
+    const double fraction = distance_m / length_m;
     for (std::size_t s = 0; s < silhouettes_.size(); ++s)
       if (s != image.silhouette &&
-          !is_in_silhouette(s, (1 - share) * p_seen[s] + share * image.centre_seen[s]))
+          !is_in_silhouette(s, (1 - fraction) * p_seen[s] + fraction * image.center_seen[s]))
         return false;
     return true;
   };
@@ -117,14 +117,14 @@ std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m,
   const Eigen::Vector3d to_eye = (eye_world_m - p_world_m).normalized();
   for (const Image& image : images_)
     by_weight.emplace_back(
-        sixteenth_power(0.5 * (1 + (image.centre_world_m - p_world_m).normalized().dot(to_eye))),
+        sixteenth_power(0.5 * (1 + (image.center_world_m - p_world_m).normalized().dot(to_eye))),
         &image);
   std::stable_sort(by_weight.begin(), by_weight.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   WeightedBgr sum;
   std::size_t left = by_weight.size();
   for (const auto& [view_weight, image] : by_weight) {
-    if (view_weight * double(left--) < kNegligibleShare * sum.weight) break;
+    if (view_weight * double(left--) < kNegligibleFraction * sum.weight) break;
     const auto uv_px = geometry::project(image->region->camera, p_world_m);
     if (!uv_px) continue;
     const WeightedBgr sample = bilinear(*image->region, image->object, *uv_px);

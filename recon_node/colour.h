@@ -23,7 +23,7 @@ inline constexpr std::array<double, 4> kOcclusionProbes_m = {0.02, 0.04, 0.08, 0
 inline constexpr double kDoubtfulWeight = 0.3, kHiddenWeight = 1e-9;
 // Images that together count less than this beside the others are not asked: a quarter of a grey
 // level at most.
-inline constexpr double kNegligibleShare = 1.0 / 1024;
+inline constexpr double kNegligibleFraction = 1.0 / 1024;
 // A point that no image holds.
 inline constexpr std::array<std::uint8_t, 3> kUnseenBgr = {128, 128, 128};
 
@@ -48,8 +48,8 @@ class HullColour {
     const hull::ColourRegion* region;
     const hull::ObjectPixels* object;  // null: the image gives no shape
     std::size_t silhouette;            // whose pixels these are; that many: none
-    Eigen::Vector3d centre_world_m;
-    std::vector<Homogeneous> centre_seen;  // its centre, by silhouette
+    Eigen::Vector3d center_world_m;
+    std::vector<Homogeneous> center_seen;  // its centre, by silhouette
   };
   bool is_in_silhouette(std::size_t silhouette, const Homogeneous& seen) const;
   double visibility(const Image& image, const Eigen::Vector3d& p_world_m,

@@ -21,18 +21,18 @@ class Stopwatch {
 };
 
 // A tile without hits costs about as much as so many hits.
-constexpr double kHitsOfAnEmptyTile = 100;
+constexpr double kEmptyTileCost_hits = 100;
 
 // Time spent on all tiles together, by their hits.
 std::vector<double> by_hits(double all_s, const std::vector<hull::DepthTile>& tiles) {
-  std::vector<double> share;
+  std::vector<double> cost_by_tile_s;
   for (const hull::DepthTile& tile : tiles)
-    share.push_back(kHitsOfAnEmptyTile +
+    cost_by_tile_s.push_back(kEmptyTileCost_hits +
                     double(std::count_if(tile.depth_m.begin(), tile.depth_m.end(),
                                          [](float d) { return d != hull::kNoHull; })));
-  const double all = std::accumulate(share.begin(), share.end(), 0.0);
-  for (double& s : share) s *= all_s / all;
-  return share;
+  const double all = std::accumulate(cost_by_tile_s.begin(), cost_by_tile_s.end(), 0.0);
+  for (double& s : cost_by_tile_s) s *= all_s / all;
+  return cost_by_tile_s;
 }
 
 void colour_in(ReconTile& tile, const hull::View& view, const HullColour& colour) {

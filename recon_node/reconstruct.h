@@ -38,7 +38,7 @@ class Reconstructor {
 
   // One of each tile given, which are of the view and disjoint, in their order, those without a hit
   // too. Colour from `colours` where wanted. Throws GlError, and std::invalid_argument for more
-  // silhouettes than the backend takes (kMaxSweepCameras, kMostGlCameras).
+  // silhouettes than the backend takes (kMaxSweepCameras, kMaxGlCameras).
   std::vector<ReconTile> reconstruct(std::span<const hull::Silhouette> silhouettes,
                                      const hull::View& view, std::span<const Tile> tiles,
                                      std::span<const hull::ColourRegion> colours, bool want_colour);

@@ -17,13 +17,13 @@ namespace fivepipe::recon {
 namespace {
 
 // Poses and colours are kept for so many frames: more than can be in flight.
-constexpr std::size_t kFramesKept = 16;
+constexpr std::size_t kMaxKeptFrames = 16;
 // Frame sets that wait for their head pose.
 constexpr std::size_t kMaxWaiting = 4;
 
 template <class Value>
 void keep_newest(std::map<std::uint64_t, Value>& by_frame) {
-  while (by_frame.size() > kFramesKept) by_frame.erase(by_frame.begin());
+  while (by_frame.size() > kMaxKeptFrames) by_frame.erase(by_frame.begin());
 }
 
 class ReconstructionPipe {
@@ -50,7 +50,7 @@ class ReconstructionPipe {
       for (frames::FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
       take_view();
       take_colours();
-      reconstruct_those_with_a_pose();
+      reconstruct_frames_with_pose();
     }
   }
 
@@ -137,7 +137,7 @@ class ReconstructionPipe {
   }
 
   // A pose that was overtaken by the maps is on its way, unless that of a later frame is here.
-  void reconstruct_those_with_a_pose() {
+  void reconstruct_frames_with_pose() {
     const auto has_pose = [&](const frames::FrameSet& set) {
       return geometry_ && pose_of_frame_.contains(set.frame);
     };

@@ -17,14 +17,14 @@ collision::HullSearch search_of(config::RecoverySearch search) {
 void add_response(CollisionDetails& details, const hull::HullQuery& query,
                   const collision::ObjectCollision& collision,
                   const Eigen::Vector3d& rp_object_world_m, const collision::Requery& requery,
-                  const config::CollisionWishes& wishes) {
+                  const config::CollisionRequests& requests) {
   if (!collision.colliding()) return;
-  if (wishes.contacts > 0)
+  if (requests.contacts > 0)
     details.contacts = collision::contact_manifold(
         query, collision,
-        {.rp_object_world_m = rp_object_world_m, .most_contacts = wishes.contacts});
-  if (!wishes.response) return;
-  const config::ResponseWishes& asked = *wishes.response;
+        {.rp_object_world_m = rp_object_world_m, .max_contacts = requests.contacts});
+  if (!requests.response) return;
+  const config::ResponseRequests& asked = *requests.response;
   const collision::ResponseRequest request{
       .rp_object_world_m = rp_object_world_m,
       .v_rec_world = asked.v_rec_world,
@@ -33,8 +33,8 @@ void add_response(CollisionDetails& details, const hull::HullQuery& query,
                                          .height_m = asked.height_m,
                                          .apex_angle_rad = asked.apex_angle_rad};
   details.response = collision::respond(query, collision, request, requery, config);
-  if (asked.shorter_way && details.response->has_way_out())
-    details.shorter_way = collision::shorter_way_out(query, collision, *details.response, requery);
+  if (asked.local_minimum_translation && details.response->has_exit())
+    details.local_minimum_translation = collision::find_local_minimum_translation(query, collision, *details.response, requery);
 }
 
 std::vector<collision::Proximity> proximity_of(collision::HullProximity& proximity,

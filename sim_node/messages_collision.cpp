@@ -11,7 +11,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 fivepipe_v1_CollisionVerdict wire_verdict(const collision::ObjectCollision& collision) {
   const bool perhaps_inside =
       collision.verdict == collision::CollisionVerdict::free && collision.hull_in_box;
-  if (perhaps_inside || collision.verdict == collision::CollisionVerdict::touching)
+  if (perhaps_inside || collision.verdict == collision::CollisionVerdict::undecided)
     return fivepipe_v1_touching;
   return collision.colliding() ? fivepipe_v1_colliding : fivepipe_v1_certainly_free;
 }
@@ -28,11 +28,11 @@ fivepipe_v1_ResponseStatus wire_response(collision::RecoveryStatus status) {
   return fivepipe_v1_no_response;
 }
 
-fivepipe_v1_ShorterWayStatus wire_shorter_way(collision::ShorterWayStatus status) {
+fivepipe_v1_ShorterWayStatus wire_local_minimum_translation(collision::LocalMinimumTranslationStatus status) {
   switch (status) {
-    case collision::ShorterWayStatus::found: return fivepipe_v1_shorter_way_found;
-    case collision::ShorterWayStatus::none_found: return fivepipe_v1_none_shorter_found;
-    case collision::ShorterWayStatus::not_free: break;
+    case collision::LocalMinimumTranslationStatus::found: return fivepipe_v1_shorter_way_found;
+    case collision::LocalMinimumTranslationStatus::none_found: return fivepipe_v1_none_shorter_found;
+    case collision::LocalMinimumTranslationStatus::not_free: break;
   }
   return fivepipe_v1_no_way_found;
 }
@@ -46,12 +46,12 @@ fivepipe_v1_ContactStatus wire_contact(collision::ContactStatus status) {
   return fivepipe_v1_contact_without_exit;
 }
 
-fivepipe_v1_PartOrigin wire_origin(collision::PartOrigin origin) {
+fivepipe_v1_PartOrigin wire_origin(collision::ComponentOrigin origin) {
   switch (origin) {
-    case collision::PartOrigin::appeared: return fivepipe_v1_part_appeared;
-    case collision::PartOrigin::followed: return fivepipe_v1_part_followed;
-    case collision::PartOrigin::merged: return fivepipe_v1_part_merged;
-    case collision::PartOrigin::split: break;
+    case collision::ComponentOrigin::appeared: return fivepipe_v1_part_appeared;
+    case collision::ComponentOrigin::tracked: return fivepipe_v1_part_followed;
+    case collision::ComponentOrigin::merged: return fivepipe_v1_part_merged;
+    case collision::ComponentOrigin::split: break;
   }
   return fivepipe_v1_part_split;
 }
@@ -73,7 +73,7 @@ void set_camera(char (&field)[33], int camera, const std::vector<std::string>& c
 
 void add_normal(OutgoingCollision& out, const collision::HullNormal& normal,
                 fivepipe_v1_NormalKind kind, const std::vector<std::string>& cameras) {
-  if (normal.status == collision::NormalStatus::not_asked) return;
+  if (normal.status == collision::NormalStatus::not_requested) return;
   const bool defined = normal.status == collision::NormalStatus::defined;
   out.normals.push_back({kind,
                          defined ? fivepipe_v1_normal_defined : fivepipe_v1_normal_undefined,
@@ -118,14 +118,14 @@ fivepipe_v1_Contact contact_message(const collision::Contact& contact,
 }
 
 void put_proximity(OutgoingCollision& out, const std::vector<collision::Proximity>& proximity,
-                   const config::ProximityWishes& wishes) {
+                   const config::ProximityRequests& requests) {
   for (const collision::Proximity& p : proximity) {
-    out.least_m.push_back(rounded_down(p.least_m));
-    out.most_m.push_back(rounded_up(p.most_m));
+    out.least_m.push_back(rounded_down(p.min_m));
+    out.most_m.push_back(rounded_up(p.max_m));
   }
-  out.proximity.push_back({wishes.of == config::ProximityOf::vertices ? fivepipe_v1_of_vertices
+  out.proximity.push_back({requests.of == config::ProximityOf::vertices ? fivepipe_v1_of_vertices
                                                                       : fivepipe_v1_of_triangles,
-                           wishes.cap_m,
+                           requests.cap_m,
                            {},
                            {}});
 }
@@ -163,7 +163,7 @@ const fivepipe_v1_CollisionResult& OutgoingCollision::message() {
 }
 
 OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report,
-                                    const config::CollisionWishes& wishes) {
+                                    const config::CollisionRequests& requests) {
   OutgoingCollision out;
   messages::set_text(out.header.object, report.name);
   out.header.frame = frame.frame;
@@ -173,41 +173,41 @@ OutgoingCollision collision_message(const ResultFrame& frame, const CollisionRep
   out.header.points_truncated = report.truncated;
   for (const collision::CollisionPoint& point : report.collision.points)
     out.points_m.push_back(messages::wire(point.p_world_m));
-  if (wishes.triangles)
-    out.triangles = report.collision.triangles, out.triangles_touching = report.collision.touching;
+  if (requests.triangles)
+    out.triangles = report.collision.triangles, out.triangles_touching = report.collision.undecided;
   const CollisionDetails& details = report.details;
   if (const auto& response = details.response ? details.response : report.response)
     put_response(out, *response, frame.cameras);
-  if (details.shorter_way)
-    out.shorter_way.push_back({wire_shorter_way(details.shorter_way->status),
-                               messages::wire(details.shorter_way->move_world_m)});
+  if (details.local_minimum_translation)
+    out.shorter_way.push_back({wire_local_minimum_translation(details.local_minimum_translation->status),
+                               messages::wire(details.local_minimum_translation->move_world_m)});
   if (details.contacts)
     for (const collision::Contact& contact : details.contacts->contacts)
       out.contacts.push_back(contact_message(contact, frame.cameras));
-  if (wishes.proximity) put_proximity(out, details.proximity, *wishes.proximity);
+  if (requests.proximity) put_proximity(out, details.proximity, *requests.proximity);
   if (details.first_contact)
-    put_first_contact(out, *details.first_contact, details.first_contact_part, frame);
+    put_first_contact(out, *details.first_contact, details.first_contact_component, frame);
   return out;
 }
 
-const fivepipe_v1_HullParts& OutgoingParts::message() {
+const fivepipe_v1_HullParts& OutgoingComponents::message() {
   for (std::size_t i = 0; i < parts.size(); ++i) messages::borrow(parts[i].from, from[i]);
   messages::borrow(header.parts, parts);
   return header;
 }
 
-OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame,
-                            const std::vector<collision::FollowedPart>& parts) {
-  OutgoingParts out;
+OutgoingComponents components_message(const std::string& simulation, const ResultFrame& frame,
+                            const std::vector<collision::TrackedComponent>& parts) {
+  OutgoingComponents out;
   messages::set_text(out.header.simulation, simulation);
   out.header.frame = frame.frame;
   out.header.capture_stamp_ns = frame.capture_stamp_ns;
-  for (const collision::FollowedPart& part : parts) {
+  for (const collision::TrackedComponent& part : parts) {
     fivepipe_v1_HullPart& message = out.parts.emplace_back();
     message.id = part.id;
     message.origin = wire_origin(part.origin);
     out.from.push_back(part.from);
-    message.middle_m = messages::wire(part.part.middle_world_m);
+    message.middle_m = messages::wire(part.part.centroid_world_m);
     message.volume_m3 = part.part.volume_m3;
     message.box_min_m = messages::wire(Eigen::Vector3d(part.part.box_world_m.min()));
     message.box_max_m = messages::wire(Eigen::Vector3d(part.part.box_world_m.max()));

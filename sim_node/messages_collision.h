@@ -32,15 +32,15 @@ struct OutgoingCollision {
   const fivepipe_v1_CollisionResult& message();
 };
 OutgoingCollision collision_message(const ResultFrame& frame, const CollisionReport& report,
-                                    const config::CollisionWishes& wishes);
+                                    const config::CollisionRequests& requests);
 
-struct OutgoingParts {
+struct OutgoingComponents {
   fivepipe_v1_HullParts header{};
   std::vector<fivepipe_v1_HullPart> parts;
   std::vector<std::vector<std::uint64_t>> from;  // by part
   const fivepipe_v1_HullParts& message();
 };
-OutgoingParts parts_message(const std::string& simulation, const ResultFrame& frame,
-                            const std::vector<collision::FollowedPart>& parts);
+OutgoingComponents components_message(const std::string& simulation, const ResultFrame& frame,
+                            const std::vector<collision::TrackedComponent>& parts);
 
 }  // namespace fivepipe::sim

@@ -16,7 +16,7 @@ constexpr double kSweptFromExtents = 1.0, kSweptSphereExtents = 0.5;
 
 // Bullet thickens meshes and convex hulls by a margin, 4 cm if not told; boxes and balls keep their
 // size.
-constexpr double kMeshMarginM = 0.001;
+constexpr double kMeshMargin_m = 0.001;
 
 btVector3 bt(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Eigen::Vector3d eigen(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
@@ -66,12 +66,12 @@ void make_shape(const config::SceneObject& object, Body& body) {
     for (const auto& [a, b, c] : mesh.triangles)
       body.triangles->addTriangle(vertex(a), vertex(b), vertex(c));
     body.shape = std::make_unique<btBvhTriangleMeshShape>(body.triangles.get(), true);
-    body.shape->setMargin(kMeshMarginM);
+    body.shape->setMargin(kMeshMargin_m);
     return;
   }
   auto hull = std::make_unique<btConvexHullShape>();
   for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i) hull->addPoint(vertex(i), false);
-  hull->setMargin(kMeshMarginM);
+  hull->setMargin(kMeshMargin_m);
   hull->recalcLocalAabb();
   body.shape = std::move(hull);
 }
@@ -160,7 +160,7 @@ void RigidBodies::translate(std::size_t object, const Eigen::Vector3d& move_worl
   body.setInterpolationWorldTransform(world_from_body);
 }
 
-void RigidBodies::put_back(std::size_t object) {
+void RigidBodies::respawn(std::size_t object) {
   btRigidBody& body = *world_->bodies[object].body;
   body.setWorldTransform(world_->bodies[object].start_world_from_body);
   body.setInterpolationWorldTransform(body.getWorldTransform());

@@ -27,7 +27,7 @@ class RigidBodies {
   // Dynamic objects only.
   void set_velocity_m_s(std::size_t object, const Eigen::Vector3d& velocity_world_m_s);
   void translate(std::size_t object, const Eigen::Vector3d& move_world_m);
-  void put_back(std::size_t object);  // to its start, at rest
+  void respawn(std::size_t object);  // to its start, at rest
 
  private:
   struct World;

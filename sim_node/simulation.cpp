@@ -11,10 +11,10 @@ namespace fivepipe::sim {
 namespace {
 
 // Stamps are whole nanoseconds: a step that ends this little after the stamp belongs to it.
-constexpr double kStampResolutionS = 1e-9;
+constexpr double kStampResolution_s = 1e-9;
 // Angle BAC for bouncing objects. With the paper's 10 degrees I and J lie 1 mm apart where a ball
 // has entered by 5 mm, less than a pixel's footprint; with 60 degrees 6 mm.
-constexpr double kBounceAngleRad = 1.0471975512;
+constexpr double kBounceAngle_rad = 1.0471975512;
 // Of an object's collision points, so many are looked at for the response.
 constexpr std::size_t kPointsForResponse = 4096;
 // An object at rest on the hull falls for one or two query periods at most before it is lifted
@@ -41,7 +41,7 @@ double flatness_m(const config::SceneObject& object, const geometry::Mesh& mesh)
 }
 
 // Evenly, where there are more than `most`.
-void thin(std::vector<collision::CollisionPoint>& points, std::size_t most) {
+void subsample(std::vector<collision::CollisionPoint>& points, std::size_t most) {
   const std::size_t count = points.size();
   if (count <= most) return;
   for (std::size_t i = 0; i < most; ++i) points[i] = points[i * count / most];
@@ -62,7 +62,7 @@ const config::Scene& checked(const config::Scene& scene, const config::SimConfig
     throw std::invalid_argument("step_s is not positive and finite");
   if (!(config.threads >= 1)) throw std::invalid_argument("threads is less than one");
   if (!(config.max_points >= 0)) throw std::invalid_argument("max_points is negative");
-  if (!(config.eps_m >= collision::kLeastEps_m && std::isfinite(config.eps_m)))
+  if (!(config.eps_m >= collision::kMinEps_m && std::isfinite(config.eps_m)))
     throw std::invalid_argument("eps_m is less than a micrometre, or not finite");
   if (!(config.spacing_m > 0 && std::isfinite(config.spacing_m)))
     throw std::invalid_argument("spacing_m is not positive and finite");
@@ -79,7 +79,7 @@ Simulation::Simulation(const config::Scene& scene, const config::SimConfig& conf
       pool_(config.threads),
       detector_(detector_for(config)),
       steps_per_query_(
-          std::uint64_t(std::max(1.0, std::round(kHullQueryPeriodS / config.step_s)))) {
+          std::uint64_t(std::max(1.0, std::round(kHullQueryPeriod_s / config.step_s)))) {
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
     const config::SceneObject& object = scene_.objects[i];
     meshes_.emplace_back(config::mesh_of(object));
@@ -87,7 +87,7 @@ Simulation::Simulation(const config::Scene& scene, const config::SimConfig& conf
     radii_m_.push_back(radius_m(mesh));
     flatness_m_.push_back(flatness_m(object, mesh));
     for (const Eigen::Vector3d& v : mesh.vertices_m)
-      playground_m_.extend(object.world_from_object * v);
+      scene_bounds_m_.extend(object.world_from_object * v);
     if (object.reaction != config::Reaction::none) reacting_.push_back(i);
     if (bounces(i)) bouncing_.push_back(i);
     warmth_.push_back(object.warming ? std::optional<Warmth>(std::in_place, *object.warming,
@@ -95,7 +95,7 @@ Simulation::Simulation(const config::Scene& scene, const config::SimConfig& conf
                                      : std::nullopt);
   }
   if (scene_.history) history_.emplace(*scene_.history, real_volume_world_m, pool_);
-  playground_m_ = {playground_m_.min().array() - kLostM, playground_m_.max().array() + kLostM};
+  scene_bounds_m_ = {scene_bounds_m_.min().array() - kLost_m, scene_bounds_m_.max().array() + kLost_m};
   contacts_.resize(bouncing_.size());
   world_from_objects_before_.resize(scene_.objects.size());
 }
@@ -121,16 +121,16 @@ void Simulation::anchor_at(double time_s) {
 
 void Simulation::catch_up(double time_s) {
   if (!started_ || paused_) return anchor_at(time_s);
-  if (time_s < this->time_s() - kStampResolutionS) {
+  if (time_s < this->time_s() - kStampResolution_s) {
     ++counters_.stamps_went_back;
-    if (time_s < this->time_s() - kMaxCatchUpS) anchor_at(time_s);
+    if (time_s < this->time_s() - kMaxCatchUp_s) anchor_at(time_s);
     return;
   }
-  if (const double gap_s = time_s - this->time_s(); gap_s > kMaxCatchUpS + config_.step_s) {
-    counters_.skipped_s += gap_s - kMaxCatchUpS;
-    anchor_at(time_s - kMaxCatchUpS);
+  if (const double gap_s = time_s - this->time_s(); gap_s > kMaxCatchUp_s + config_.step_s) {
+    counters_.skipped_s += gap_s - kMaxCatchUp_s;
+    anchor_at(time_s - kMaxCatchUp_s);
   }
-  while (anchor_s_ + double(steps_since_anchor_ + 1) * config_.step_s <= time_s + kStampResolutionS)
+  while (anchor_s_ + double(steps_since_anchor_ + 1) * config_.step_s <= time_s + kStampResolution_s)
     step();
 }
 
@@ -167,20 +167,20 @@ void Simulation::step() {
   bodies_.step(config_.step_s);
   ++steps_since_anchor_;
   ++counters_.steps;
-  put_back_the_lost();
+  respawn_lost_objects();
   if (++steps_since_query_ < steps_per_query_) return;
   steps_since_query_ = 0;
   bounce_off_hull();
 }
 
-void Simulation::put_back_the_lost() {
+void Simulation::respawn_lost_objects() {
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
     if (scene_.objects[i].motion != config::Motion::dynamic ||
-        playground_m_.contains(bodies_.center_world_m(i)))
+        scene_bounds_m_.contains(bodies_.center_world_m(i)))
       continue;
-    bodies_.put_back(i);
+    bodies_.respawn(i);
     world_from_objects_before_[i].reset();
-    ++counters_.put_back;
+    ++counters_.respawned;
   }
 }
 
@@ -219,9 +219,9 @@ collision::Requery Simulation::requery_of(const collision::DetectionObject& obje
 
 collision::Response Simulation::recover(std::size_t object, collision::ObjectCollision collision) {
   const double resting_speed_m_s =
-      kRestingPeriods * scene_.gravity_m_s2 * std::max(kHullQueryPeriodS, config_.step_s);
+      kRestingPeriods * scene_.gravity_m_s2 * std::max(kHullQueryPeriod_s, config_.step_s);
   const collision::ResponseConfig config{.height_m = radii_m_[object],
-                                         .apex_angle_rad = kBounceAngleRad,
+                                         .apex_angle_rad = kBounceAngle_rad,
                                          .window_px = config_.window_px};
   std::optional<collision::Response> first;
   collision::RecoveryStatus status = collision::RecoveryStatus::still_colliding;
@@ -235,13 +235,13 @@ collision::Response Simulation::recover(std::size_t object, collision::ObjectCol
     const collision::Response response = collision::respond(
         *query_, collision, request, requery_of(detection_object(object)), config);
     status = response.status;
-    if (response.has_way_out()) {
+    if (response.has_exit()) {
       const Bounce after =
           bounce(response, bodies_.velocity_m_s(object), scene_.objects[object].restitution,
                  scene_.gravity_m_s2, resting_speed_m_s);
       bodies_.translate(object, after.move_world_m);
       bodies_.set_velocity_m_s(object, after.velocity_world_m_s);
-      collision.points = response.points_left;
+      collision.points = response.remaining_points;
     }
     if (!first) first = response;
   }
@@ -253,7 +253,7 @@ collision::Response Simulation::recover(std::size_t object, collision::ObjectCol
 
 void Simulation::add_details(CollisionReport& report, const collision::DetectionObject& object) {
   add_response(report.details, *query_, report.collision, object.rp_object_world_m,
-               requery_of(object), scene_.objects[report.object].wishes);
+               requery_of(object), scene_.objects[report.object].requests);
 }
 
 collision::HullProximity& Simulation::proximity_to(double cap_m, double tolerance_m) {
@@ -267,7 +267,7 @@ collision::HullProximity& Simulation::proximity_to(double cap_m, double toleranc
 
 void Simulation::add_proximity() {
   for (CollisionReport& report : reports_)
-    if (const auto& asked = scene_.objects[report.object].wishes.proximity)
+    if (const auto& asked = scene_.objects[report.object].requests.proximity)
       report.details.proximity = proximity_of(proximity_to(asked->cap_m, asked->tolerance_m),
                                               meshes_[report.object].mesh(),
                                               bodies_.world_from_object(report.object), asked->of);
@@ -286,10 +286,10 @@ void Simulation::add_first_contacts() {
   if (!history_ || !is_new_hull_) return;
   for (CollisionReport& report : reports_) {
     const auto& before = world_from_objects_before_[report.object];
-    if (!scene_.objects[report.object].wishes.first_contact || !before) continue;
+    if (!scene_.objects[report.object].requests.first_contact || !before) continue;
     const auto met = history_->first_contact(
         {&meshes_[report.object], *before, bodies_.world_from_object(report.object)});
-    if (met) std::tie(report.details.first_contact, report.details.first_contact_part) = *met;
+    if (met) std::tie(report.details.first_contact, report.details.first_contact_component) = *met;
   }
   for (std::size_t i = 0; i < scene_.objects.size(); ++i)
     world_from_objects_before_[i] = bodies_.world_from_object(i);
@@ -312,7 +312,7 @@ void Simulation::report() {
     report.name = scene_.objects[object].name;
     report.truncated = report.collision.truncated ||
                        report.collision.points.size() > std::size_t(config_.max_points);
-    thin(report.collision.points, std::size_t(config_.max_points));
+    subsample(report.collision.points, std::size_t(config_.max_points));
     reports_.push_back(std::move(report));
   }
   add_proximity();

@@ -43,9 +43,9 @@ struct SimulationCounters {
   std::uint64_t unrecovered =
       0;  // of those, where no way out was found: reference_inside, no_exit_within_reach
   std::uint64_t still_colliding = 0;    // of those, after kMaxRecoveries moves
-  std::uint64_t put_back = 0;           // objects that left the scene, or whose pose was not finite
+  std::uint64_t respawned = 0;           // objects that left the scene, or whose pose was not finite
   std::uint64_t stamps_went_back = 0;   // advance_to a time before the present one
-  double skipped_s = 0;                 // not simulated: gaps longer than kMaxCatchUpS
+  double skipped_s = 0;                 // not simulated: gaps longer than kMaxCatchUp_s
   collision::DetectorCounts detection;  // summed over all queries
 };
 
@@ -58,9 +58,9 @@ class Simulation {
   Simulation(const config::Scene& scene, const config::SimConfig& config,
              const Eigen::AlignedBox3d& real_volume_world_m = {});
 
-  // Substeps of config.step_s up to time_s [s, any epoch], at most kMaxCatchUpS of them, against
+  // Substeps of config.step_s up to time_s [s, any epoch], at most kMaxCatchUp_s of them, against
   // the hull of this frame set; then reports. The first call only sets the clock. No silhouettes:
-  // no hull. A time a little back changes nothing; one that lies back by more than kMaxCatchUpS (a
+  // no hull. A time a little back changes nothing; one that lies back by more than kMaxCatchUp_s (a
   // recording that started over) sets the clock. Silhouettes must stay until the next call with
   // others. Throws std::invalid_argument where the time is not finite.
   void advance_to(double time_s, std::span<const hull::Silhouette> silhouettes);
@@ -79,7 +79,7 @@ class Simulation {
   const std::vector<CollisionReport>& collisions() const {
     return reports_;
   }  // those that react, in the scene's order
-  const std::vector<collision::FollowedPart>* hull_parts() const {
+  const std::vector<collision::TrackedComponent>* hull_components() const {
     return history_ ? &history_->parts() : nullptr;
   }  // where the scene asks for history
   const SimulationCounters& counters() const { return counters_; }
@@ -96,7 +96,7 @@ class Simulation {
   void add_proximity();
   void add_first_contacts();
   collision::HullProximity& proximity_to(double cap_m, double tolerance_m);
-  void put_back_the_lost();
+  void respawn_lost_objects();
   void report();
   std::vector<collision::ObjectCollision> detected(std::span<const std::size_t> objects);
   collision::DetectionObject detection_object(std::size_t object) const;
@@ -123,12 +123,12 @@ class Simulation {
                                    // there was none
   bool is_new_hull_ = false;       // since the last report
   std::unique_ptr<collision::CollisionDetector> detector_;
-  std::vector<collision::MeshTree> meshes_;  // by object
+  std::vector<collision::Bvh> meshes_;  // by object
   std::vector<double> radii_m_;  // by object: of the smallest ball round its centre and its mesh
   std::vector<double>
       flatness_m_;  // by object: how far its triangles lie under the surface that they stand for
   std::vector<std::size_t> reacting_, bouncing_;  // objects
-  Eigen::AlignedBox3d playground_m_;              // objects outside are put back
+  Eigen::AlignedBox3d scene_bounds_m_;              // objects outside are put back
   std::uint64_t steps_per_query_, steps_since_query_ = 0;
   double anchor_s_ = 0;
   std::uint64_t steps_since_anchor_ = 0;
@@ -144,14 +144,14 @@ class Simulation {
 
 // What is not simulated within one call of advance_to is skipped: a slow machine must not fall
 // behind ever farther.
-inline constexpr double kMaxCatchUpS = 0.25;
+inline constexpr double kMaxCatchUp_s = 0.25;
 // Bouncing objects are queried this often: at 3 m/s a ball moves 2.5 cm in between, less than a
 // hand is thick.
-inline constexpr double kHullQueryPeriodS = 1.0 / 120;
+inline constexpr double kHullQueryPeriod_s = 1.0 / 120;
 // Moves out of the hull at one query: an object that lies in several places of contact leaves one
 // after the other.
 inline constexpr int kMaxRecoveries = 4;
 // A dynamic object this far outside the box of the scene's start is put back to its own.
-inline constexpr double kLostM = 3.0;
+inline constexpr double kLost_m = 3.0;
 
 }  // namespace fivepipe::sim

@@ -16,10 +16,10 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 // Without a frame set for this long, the simulation goes on by the clock, against the last hull;
-constexpr auto kSilence = 100ms;
+constexpr auto kFrameSetTimeout = 100ms;
 // and for this long at most: then the hull is too old to act on, and everything stands still until
 // one comes.
-constexpr auto kHoldHull = 1s;
+constexpr auto kMaxHullAge = 1s;
 
 void count(node::NodeStatusReporter& status, const CollisionReport& report) {
   if (report.details.first_contact) status.count("first_contacts/" + report.name);
@@ -30,20 +30,20 @@ void count(node::NodeStatusReporter& status, const CollisionReport& report) {
 
 // What the simulation could not do as it should, since the last call.
 void count_new(node::NodeStatusReporter& status, const SimulationCounters& now,
-               SimulationCounters& told) {
-  const auto tell = [&](const char* name, std::uint64_t count, std::uint64_t before) {
+               SimulationCounters& reported) {
+  const auto count_increase = [&](const char* name, std::uint64_t count, std::uint64_t before) {
     if (count > before) status.count(name, count - before);
   };
-  tell("contacts", now.contacts, told.contacts);
-  tell("contacts_unrecovered", now.unrecovered, told.unrecovered);
-  tell("contacts_still_colliding", now.still_colliding, told.still_colliding);
-  tell("objects_put_back", now.put_back, told.put_back);
-  tell("stamps_went_back", now.stamps_went_back, told.stamps_went_back);
-  tell("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s),
-       std::uint64_t(1e3 * told.skipped_s));
-  tell("objects_touching", now.detection.touching, told.detection.touching);
-  tell("points_unconfirmed", now.detection.points_unconfirmed, told.detection.points_unconfirmed);
-  told = now;
+  count_increase("contacts", now.contacts, reported.contacts);
+  count_increase("contacts_unrecovered", now.unrecovered, reported.unrecovered);
+  count_increase("contacts_still_colliding", now.still_colliding, reported.still_colliding);
+  count_increase("objects_put_back", now.respawned, reported.respawned);
+  count_increase("stamps_went_back", now.stamps_went_back, reported.stamps_went_back);
+  count_increase("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s),
+       std::uint64_t(1e3 * reported.skipped_s));
+  count_increase("objects_touching", now.detection.undecided, reported.detection.undecided);
+  count_increase("points_unconfirmed", now.detection.points_unconfirmed, reported.detection.points_unconfirmed);
+  reported = now;
 }
 
 class SimulationPipe {
@@ -63,7 +63,7 @@ class SimulationPipe {
 
   void run() {
     while (node::running()) {
-      node_.bus.wait(std::min<Clock::duration>(kSilence, node::kMaxWait));
+      node_.bus.wait(std::min<Clock::duration>(kFrameSetTimeout, node::kMaxWait));
       const bool was_lossless = replay_.lossless();
       if (replay_.update()) start_anew();
       // What the frames made is all that comes of a lossless replay: nothing goes on from its last
@@ -72,7 +72,7 @@ class SimulationPipe {
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, *simulation_);
       for (frames::FrameSet& set : sets_.take()) follow(std::move(set));
-      if (!replay_.lossless()) go_on_by_the_clock();
+      if (!replay_.lossless()) advance_by_wall_clock();
     }
   }
 
@@ -86,7 +86,7 @@ class SimulationPipe {
   void start_anew() {
     sets_.start_anew();
     simulation_ = new_simulation();
-    told_ = {};
+    reported_ = {};
     held_.reset();
     first_stamp_ns_.reset();
   }
@@ -95,30 +95,30 @@ class SimulationPipe {
     // Seconds since the first stamp: those since 1970 leave a double too few digits.
     if (!first_stamp_ns_) first_stamp_ns_ = set.capture_stamp_ns;
     held_ = std::move(set);
-    held_since_ = Clock::now();
+    last_set_time_ = Clock::now();
     node::FrameSteps steps;
     steps.begin("simulate");
     simulation_->advance_to(stamp_s(), held_->silhouettes);
     steps.begin("write_state");
-    count_new(node_.status, simulation_->counters(), told_);
+    count_new(node_.status, simulation_->counters(), reported_);
     for (const CollisionReport& report : simulation_->collisions()) count(node_.status, report);
     publish();
     if (parts_)
       parts_->write(
-          parts_message(node_.node.name, result_frame(), *simulation_->hull_parts()).message());
+          components_message(node_.node.name, result_frame(), *simulation_->hull_components()).message());
     traces_.handled(held_->frame, held_->capture_stamp_ns,
                     {held_->first_received_ns, held_->last_received_ns}, std::move(steps));
   }
 
-  void go_on_by_the_clock() {
+  void advance_by_wall_clock() {
     if (!held_) return;
-    const auto silent = Clock::now() - held_since_;
-    if (silent < kSilence || silent > kHoldHull) return;
+    const auto silent = Clock::now() - last_set_time_;
+    if (silent < kFrameSetTimeout || silent > kMaxHullAge) return;
     {
       const node::StageTimer timer(node_.status, "simulate_held_hull");
       simulation_->advance_to(stamp_s() + std::chrono::duration<double>(silent).count());
     }
-    count_new(node_.status, simulation_->counters(), told_);
+    count_new(node_.status, simulation_->counters(), reported_);
     publish();
   }
 
@@ -131,7 +131,7 @@ class SimulationPipe {
   void publish() {
     for (const CollisionReport& report : simulation_->collisions())
       collisions_.write(
-          collision_message(result_frame(), report, scene_.objects[report.object].wishes)
+          collision_message(result_frame(), report, scene_.objects[report.object].requests)
               .message());
     states_.write(state_message(node_.node.name, held_->frame, held_->capture_stamp_ns,
                                 simulation_->time_s(), scene_, simulation_->states())
@@ -150,8 +150,8 @@ class SimulationPipe {
   std::optional<bus::Writer<bus::topics::HullParts>> parts_;  // where the scene asks for history
   std::optional<std::int64_t> first_stamp_ns_;
   std::optional<frames::FrameSet> held_;
-  Clock::time_point held_since_;
-  SimulationCounters told_;
+  Clock::time_point last_set_time_;
+  SimulationCounters reported_;
 };
 
 }  // namespace

@@ -7,7 +7,7 @@
 namespace fivepipe::sim {
 namespace {
 
-bool nothing_known(const collision::Proximity& p) { return p.least_m == 0 && std::isinf(p.most_m); }
+bool nothing_known(const collision::Proximity& p) { return p.min_m == 0 && std::isinf(p.max_m); }
 
 }  // namespace
 
@@ -18,7 +18,7 @@ void Warmth::follow(double elapsed_s, std::span<const collision::Proximity> vert
   for (std::size_t i = 0; i < warmth_.size(); ++i) {
     if (nothing_known(vertices[i])) continue;
     const double distance_m =
-        0.5 * (vertices[i].least_m + vertices[i].most_m);  // infinite from the cap on
+        0.5 * (vertices[i].min_m + vertices[i].max_m);  // infinite from the cap on
     const float goal = float(std::max(0.0, 1 - distance_m / warming_.cap_m));
     warmth_[i] += (goal > warmth_[i] ? heated : cooled) * (goal - warmth_[i]);
   }

@@ -37,8 +37,8 @@ std::optional<AnalyticExit> analytic_exit(std::span<const hull::Capsule> object,
     return std::nullopt;
   constexpr double kRounding_m = 1e-12;
   while (std::abs(outside_m - inside_m) > kRounding_m) {
-    const double middle_m = 0.5 * (inside_m + outside_m);
-    (hull::in_analytic_hull(object, cameras, at(middle_m)) ? inside_m : outside_m) = middle_m;
+    const double center_m = 0.5 * (inside_m + outside_m);
+    (hull::in_analytic_hull(object, cameras, at(center_m)) ? inside_m : outside_m) = center_m;
   }
   for (std::size_t i = 0; i < cameras.size(); ++i)
     if (!hull::in_analytic_hull(object, {&cameras[i], 1}, at(outside_m)))

@@ -6,7 +6,7 @@
 
 #include "benchmarks/collision/methods.h"
 #include "benchmarks/collision/normals.h"
-#include "benchmarks/collision/paper_laws.h"
+#include "benchmarks/collision/paper_model_fits.h"
 #include "benchmarks/collision/proximities.h"
 #include "benchmarks/collision/results.h"
 #include "benchmarks/support/suite.h"
@@ -24,7 +24,7 @@ using bench::Args;
 // --full.
 constexpr std::size_t kMany = 200000;
 // Triangles near the hull whose truth is asked.
-constexpr std::size_t kMostAsked = 2000;
+constexpr std::size_t kMaxExactTests = 2000;
 
 // Polygonised more finely, a frame takes seconds. The finger of the thin scene is 2 mm thick.
 double finest_cell_mm(const CollisionScene& scene, const bench::Args& args) {
@@ -124,10 +124,10 @@ class Suite {
     std::puts("");
     if (!results_.empty()) print(results_), print_responses(results_), print_ratios(results_);
     if (asked_for("proximity"))
-      print(proximities_ = measure_proximities(args_.threads, args_.quick));
-    if (asked_for("normals")) print(normals_ = sweep_normals(args_.quick));
-    std::optional<PaperLaws> laws;
-    if (asked_for("laws")) print(laws.emplace(fit_paper_laws(args_.quick)));
+      print(proximities_ = measure_proximity(args_.threads, args_.quick));
+    if (asked_for("normals")) print(normals_ = measure_normals(args_.quick));
+    std::optional<PaperModelFits> laws;
+    if (asked_for("laws")) print(laws.emplace(fit_paper_models(args_.quick)));
     if (!args_.json_file.empty()) base::write_file(args_.json_file, json(laws));
     if (args_.plot_file.empty()) return;
     const std::filesystem::path file = args_.plot_file,
@@ -155,7 +155,7 @@ class Suite {
     if (methods.empty()) return;
     std::fprintf(stderr, "\r%-20s", scene.name.c_str());
     base::WorkerPool pool(args_.threads);
-    const Truth truth = exact_truth(scene, kMostAsked, pool);
+    const Truth truth = exact_truth(scene, kMaxExactTests, pool);
     std::fputs("\r", stderr);
     describe(scene, counts_of(truth));
     const base::Budget budget = args_.quick  ? base::Budget{2, 1, 0.05}
@@ -164,7 +164,7 @@ class Suite {
     for (Result& r : measure(scene, methods, truth, budget)) results_.push_back(std::move(r));
   }
 
-  std::string json(const std::optional<PaperLaws>& laws) const {
+  std::string json(const std::optional<PaperModelFits>& laws) const {
     std::vector<std::string> lines;
     for (const Result& r : results_) lines.push_back(json_of(r));
     for (const ProximityResult& r : proximities_) lines.push_back(json_of(r));

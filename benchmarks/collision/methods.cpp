@@ -35,7 +35,7 @@ struct TreeState {
   base::WorkerPool pool;
   hull::CpuHull hull{pool};
   std::string scene;  // that the trees are of
-  std::vector<collision::MeshTree> trees;
+  std::vector<collision::Bvh> trees;
   explicit TreeState(int threads) : pool(threads) {}
 
   void build_trees(const CollisionScene& of) {
@@ -91,10 +91,10 @@ Method cpu_method(double eps_mm, bool points, int threads) {
             });
             answer.objects.assign(found.begin(), found.end());
             answer.counts = {{"boxes", double(counts.boxes)},
-                             {"triangles_looked_at", double(counts.triangles_looked_at)},
+                             {"triangles_looked_at", double(counts.triangles_classified)},
                              {"triangles_walked", double(counts.triangles_walked)},
                              {"points_in_double", double(counts.points_in_double)},
-                             {"undecided", double(counts.undecided)}};
+                             {"undecided", double(counts.over_budget)}};
             return answer;
           }};
 }
@@ -123,7 +123,7 @@ Method gl_method(double eps_mm, bool points, int threads) {
                              {"parts", double(counts.parts)},
                              {"found", double(counts.found)},
                              {"unconfirmed", double(counts.unconfirmed)},
-                             {"undecided", double(counts.undecided)},
+                             {"undecided", double(counts.over_budget)},
                              {"descent_ms", counts.descent_ms},
                              {"refine_ms", counts.refine_ms}};
             return answer;
@@ -158,7 +158,7 @@ Method brute_method(int across, int threads) {
                 timed_ms([&] { state->brute.set_silhouettes(scene.silhouettes); });
             answer.times.query_ms = timed_ms(
                 [&] { answer.objects = state->brute.detect(scene.objects_world_m, state->pool); });
-            answer.counts["samples"] = double(state->brute.samples_asked());
+            answer.counts["samples"] = double(state->brute.samples_tested());
             return answer;
           }};
 }
@@ -225,7 +225,7 @@ Method fcl_method(double cell_mm, int threads) {
         answer.times.build_ms = polygonise_ms + tree_ms;
         answer.times.query_ms = timed_ms([&] { answer.objects = state->query(scene); });
         answer.counts = {{"hull_triangles", double(surface->triangles.size())},
-                         {"hull_points_asked", double(state->polygons.points_asked())},
+                         {"hull_points_asked", double(state->polygons.points_tested())},
                          {"polygonise_ms", polygonise_ms},
                          {"tree_ms", tree_ms}};
         return answer;

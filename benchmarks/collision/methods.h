@@ -44,7 +44,7 @@ Method gl_method(double eps_mm, bool points, int threads);
 // The paper's (TriangleVolumeQuery and detect), on OpenGL: needs a current context; threads are
 // llvmpipe's.
 Method paper_method(int viewport_px, int window_px, int threads);
-// Rivals.
+// Baselines.
 Method brute_method(int across, int threads);
 Method fcl_method(
     double cell_mm,

@@ -57,7 +57,7 @@ struct BallRig {
       cameras.push_back({pinhole, geometry::look_at(distance_m * random.direction(),
                                                     Vector3d::Zero(), random.direction())});
       binary.push_back({cameras.back(),
-                        hull::true_object_pixels(ball, cameras.back(), hull::PixelRule::centre)});
+                        hull::true_object_pixels(ball, cameras.back(), hull::PixelRule::center)});
       coverage.push_back({cameras.back(), hull::true_coverage(ball, cameras.back())});
     }
   }
@@ -72,10 +72,10 @@ std::optional<Vector3d> coverage_normal(const BallRig& rig, const geometry::Ray&
   };
   if (!inside(0) || inside(kReach_m)) return std::nullopt;
   double in_m = 0, out_m = kReach_m;
-  while (out_m - in_m > collision::kLeastRounding_m) {
-    const double middle_m = 0.5 * (in_m + out_m);
-    if (middle_m == in_m || middle_m == out_m) break;
-    (inside(middle_m) ? in_m : out_m) = middle_m;
+  while (out_m - in_m > collision::kMinRounding_m) {
+    const double center_m = 0.5 * (in_m + out_m);
+    if (center_m == in_m || center_m == out_m) break;
+    (inside(center_m) ? in_m : out_m) = center_m;
   }
   return hull::outward_normal_world(rig.coverage[limiting],
                                     way.origin_world_m + in_m * way.direction_world);
@@ -136,7 +136,7 @@ constexpr Curve kCurves[] = {{"closed-binary", "closed form, binary maps", &Norm
 
 }  // namespace
 
-std::vector<NormalsAt> sweep_normals(bool quick) {
+std::vector<NormalsAt> measure_normals(bool quick) {
   std::vector<NormalsAt> sweep;
   for (const double radius_px :
        quick ? std::vector<double>{3, 20, 80}

@@ -16,7 +16,7 @@ struct NormalsAt {
   double radius_px;
   int ways = 0;
   NormalError binary = {}, coverage = {}, four_points = {};
-  int four_points_defined = 0;  // whose own error estimate stays below kMaxNormalErrorRad
+  int four_points_defined = 0;  // whose own error estimate stays below kMaxNormalError_rad
 };
 
 // Balls seen by six cameras from anywhere: 40 rigs a radius, 15 above 30 px, ten ways each, always
@@ -24,7 +24,7 @@ struct NormalsAt {
 // the middle, V_rec up to 30 degrees off the outward normal; the four points as the paper: angle 10
 // degrees, height 5 cm, which is the ball's radius, 400 samples a line. Some seconds; quick: three
 // radii, few rigs.
-std::vector<NormalsAt> sweep_normals(bool quick);
+std::vector<NormalsAt> measure_normals(bool quick);
 
 void print(const std::vector<NormalsAt>& sweep);
 // An entry a radius and method: normals/closed-binary/20px/1.

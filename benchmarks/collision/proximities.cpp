@@ -72,10 +72,10 @@ void judge(const Known& known, const std::function<collision::Proximity(std::siz
     const collision::Proximity p = said(known.points[i]);
     const collision::Clearance& c = known.clearances[i];
     ++result.known;
-    if (!(p.least_m <= c.most_m + kRounding_m) || !(p.most_m >= c.least_m - kRounding_m))
+    if (!(p.min_m <= c.max_m + kRounding_m) || !(p.max_m >= c.min_m - kRounding_m))
       ++result.violations;
-    if (p.most_m <= kCap_m && c.most_m <= kCap_m)
-      errors_mm.push_back(500 * std::abs(p.least_m + p.most_m - c.least_m - c.most_m));
+    if (p.max_m <= kCap_m && c.max_m <= kCap_m)
+      errors_mm.push_back(500 * std::abs(p.min_m + p.max_m - c.min_m - c.max_m));
   }
   result.error_median_mm = base::percentile(errors_mm, 0.5),
   result.error_worst_mm = base::percentile(errors_mm, 1);
@@ -84,7 +84,7 @@ void judge(const Known& known, const std::function<collision::Proximity(std::siz
 void take_widths(std::span<const collision::Proximity> found, ProximityResult& result) {
   std::vector<double> widths_mm;
   for (const collision::Proximity& p : found)
-    if (p.most_m <= kCap_m) widths_mm.push_back(1000 * (p.most_m - p.least_m));
+    if (p.max_m <= kCap_m) widths_mm.push_back(1000 * (p.max_m - p.min_m));
   result.points = found.size(), result.below_cap = widths_mm.size();
   result.width_median_mm = base::percentile(widths_mm, 0.5),
   result.width_widest_mm = base::percentile(widths_mm, 1);
@@ -169,12 +169,12 @@ double ProximityResult::ms_per_1000() const {
   return points ? 1000 * base::percentile(ms, 0) / double(points) : 0;
 }
 
-std::vector<ProximityResult> measure_proximities(int most_threads, bool quick) {
+std::vector<ProximityResult> measure_proximity(int max_threads, bool quick) {
   std::vector<ProximityResult> results;
   const std::size_t known_points = quick ? 20 : 200;
   const int runs = quick ? 1 : 5;
   const CollisionScene curtain = curtain720(), assembly = payload();
-  for (const int threads : most_threads > 1 ? std::vector{1, most_threads} : std::vector{1}) {
+  for (const int threads : max_threads > 1 ? std::vector{1, max_threads} : std::vector{1}) {
     base::WorkerPool pool(threads);
     hull::CpuHull hull(pool, curtain.silhouettes);
     const hull::HullQuery query(hull);

@@ -26,7 +26,7 @@ struct ProximityResult {
 
 // Points on the curtain of curtain720, seeded by area; the vertices and triangles of the payload's
 // mesh (of_mesh). Cap 5 cm. Some seconds.
-std::vector<ProximityResult> measure_proximities(int threads, bool quick);
+std::vector<ProximityResult> measure_proximity(int threads, bool quick);
 void print(const std::vector<ProximityResult>& results);
 std::string json_of(const ProximityResult& result);
 

@@ -58,7 +58,7 @@ std::optional<ResponseCase::Surface> surface_at(const CollisionScene& scene,
   for (double m = c.d_rec_m; m > least_m; m -= kStep_m)
     if (const auto exit =
             analytic_exit(scene.real_objects, cameras, way, m,
-                          std::min(m + kStep_m, c.d_rec_m + collision::kMostRounding_m)))
+                          std::min(m + kStep_m, c.d_rec_m + collision::kMaxRounding_m)))
       return limits(query, c, exit->camera)
                  ? std::optional(ResponseCase::Surface{exit->camera, exit->normal_world})
                  : std::nullopt;
@@ -144,7 +144,7 @@ struct Responses::Work {
     for (const ResponseCase& c : cases) {
       const std::optional<Way> way = respond(c);
       if (!way) {
-        ++e.no_way;
+        ++e.no_exit;
         continue;
       }
       cp_hull_mm.push_back(
@@ -181,7 +181,7 @@ struct Responses::Work {
     double best_ms = 0;
     for (const SceneObject& object : scene.objects) {
       if (!object.deforms) continue;
-      collision::MeshTree tree(object.mesh);
+      collision::Bvh tree(object.mesh);
       std::vector<double> ms;
       for (int i = 0; i < 20; ++i)
         ms.push_back(timed_ms([&] { tree.refit(object.mesh.vertices_m); }));
@@ -195,7 +195,7 @@ std::vector<ResponseCase> response_cases(const CollisionScene& scene) {
   base::WorkerPool pool(1);
   hull::CpuHull hull(pool, scene.silhouettes);
   const hull::HullQuery query(hull);
-  std::vector<collision::MeshTree> trees;
+  std::vector<collision::Bvh> trees;
   trees.reserve(scene.objects.size());
   std::vector<collision::DetectionObject> objects;
   for (const SceneObject& object : scene.objects)

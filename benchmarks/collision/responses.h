@@ -34,7 +34,7 @@ struct Quantiles {
   std::size_t count = 0;
 };
 struct ResponseErrors {
-  std::size_t cases = 0, no_way = 0;  // no_way: the method finds none, where there is one
+  std::size_t cases = 0, no_exit = 0;  // no_way: the method finds none, where there is one
   Quantiles cp_hull_mm = {}, d_rec_mm = {}, n_hull_deg = {};
 };
 

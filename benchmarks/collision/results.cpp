@@ -16,7 +16,7 @@ using base::quoted;
 using base::times_json;
 
 // Where nothing is missed it is drawn here: a logarithm has no zero [mm].
-constexpr double kLeastDrawn_mm = 0.01;
+constexpr double kMinDrawn_mm = 0.01;
 
 double best(const std::vector<double>& times) { return base::percentile(times, 0); }
 double per_s(std::size_t count, const std::vector<double>& times_ms) {
@@ -45,7 +45,7 @@ std::string response_json(const Result& r) {
       << ", \"response\": ";
   if (!r.response) return out.str() + "null";
   const ResponseErrors& e = *r.response;
-  out << "{\"cases\": " << e.cases << ", \"no_way\": " << e.no_way
+  out << "{\"cases\": " << e.cases << ", \"no_way\": " << e.no_exit
       << ", \"cp_hull_error_mm\": " << json_of(e.cp_hull_mm)
       << ", \"d_rec_error_mm\": " << json_of(e.d_rec_mm)
       << ", \"n_hull_error_deg\": " << json_of(e.n_hull_deg) << "}";
@@ -83,7 +83,7 @@ void print(const std::vector<Result>& results) {
         base::percentile(r.total_ms, 0.5), 1e-3 * r.triangles_per_s(), 1e-3 * r.contacting_per_s(),
         r.truth.triangles, r.truth.crossing, r.colliding, r.wrong.missed, r.wrong.missed_inside,
         1000 * r.wrong.deepest_missed_m, 1000 * r.wrong.deepest_missed_border_m, r.wrong.invented,
-        r.wrong.touching, r.points);
+        r.wrong.undecided, r.points);
   std::puts(
       "ms: the method's own time, without the response and beyond the maps' preparation (its "
       "median beside; both are in the total's median); ktri/s: thousands of triangles a second by "
@@ -114,7 +114,7 @@ void print_responses(const std::vector<Result>& results) {
     std::printf("%-30s %9.4f %9s %9.4f %9s %9s | %5zu %6zu | %9s %9s | %9s %9s | %6zu %8s %8s\n",
                 r.name().c_str(), build_ms, cell(r.refit_ms).c_str(),
                 query_ms - r.refit_ms.value_or(0), cell(response_ms).c_str(), cell(all_ms).c_str(),
-                e.cases, e.no_way, cell(of(e.cp_hull_mm, &Quantiles::median), "%.2g").c_str(),
+                e.cases, e.no_exit, cell(of(e.cp_hull_mm, &Quantiles::median), "%.2g").c_str(),
                 cell(of(e.cp_hull_mm, &Quantiles::worst), "%.2g").c_str(),
                 cell(of(e.d_rec_mm, &Quantiles::median), "%.2g").c_str(),
                 cell(of(e.d_rec_mm, &Quantiles::worst), "%.2g").c_str(), e.n_hull_deg.count,
@@ -166,7 +166,7 @@ std::string json_of(const Result& r) {
       << ", \"near\": " << r.truth.near << ", \"crossing\": " << r.truth.crossing
       << ", \"crossing_border\": " << r.truth.crossing_border << ", \"colliding\": " << r.colliding
       << ", \"missed\": " << r.wrong.missed << ", \"missed_inside\": " << r.wrong.missed_inside
-      << ", \"false\": " << r.wrong.invented << ", \"touching\": " << r.wrong.touching
+      << ", \"false\": " << r.wrong.invented << ", \"touching\": " << r.wrong.undecided
       << ", \"points\": " << r.points;
   for (const auto& [name, value] : r.counts) out << ", " << base::quoted(name) << ": " << value;
   out << "}}";
@@ -187,7 +187,7 @@ bool plot(const std::vector<Result>& results, const std::filesystem::path& file)
         series[r.method.substr(0, r.method.find_first_of("0123456789")) + ", " +
                std::to_string(r.threads)]
             .push_back(
-                {best(r.own_ms), std::max(kLeastDrawn_mm, 1000 * r.wrong.deepest_missed_border_m)});
+                {best(r.own_ms), std::max(kMinDrawn_mm, 1000 * r.wrong.deepest_missed_border_m)});
     plots.add(std::string("set title '") + scene +
                   "'; set xlabel 'ms (best, beyond the maps)'; set ylabel 'deepest missed across "
                   "the border, mm (none: 0.01)'; set logscale xy; set yrange [0.008:]; set key "

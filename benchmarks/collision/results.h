@@ -19,7 +19,7 @@ struct Result {
   std::optional<double> refit_ms;   // of query_ms
   std::optional<ResponseErrors> response;
   TruthCounts truth;
-  Wrong wrong;
+  VerdictErrors wrong;
   std::size_t colliding = 0, points = 0;  // said
   std::map<std::string, double> counts;   // the method's own
   std::string name() const;               // "paper10/curtain720/400/1"

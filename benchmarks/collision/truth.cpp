@@ -83,21 +83,21 @@ TruthCounts counts_of(const Truth& truth) {
   return counts;
 }
 
-Wrong wrong_of(const std::vector<collision::ObjectCollision>& said, const Truth& truth,
+VerdictErrors wrong_of(const std::vector<collision::ObjectCollision>& said, const Truth& truth,
                const CollisionScene& scene) {
-  Wrong wrong;
+  VerdictErrors wrong;
   for (std::size_t o = 0; o < truth.size(); ++o) {
-    std::vector<char> colliding(truth[o].size()), touching(truth[o].size()),
+    std::vector<char> colliding(truth[o].size()), undecided(truth[o].size()),
         proven(truth[o].size());
     for (const std::uint32_t i : said[o].triangles) colliding[i] = true;
-    for (const std::uint32_t i : said[o].touching) touching[i] = true;
+    for (const std::uint32_t i : said[o].undecided) undecided[i] = true;
     for (const collision::CollisionPoint& p : said[o].points)
       if (!proven[p.triangle]) proven[p.triangle] = hull::in_hull(scene.silhouettes, p.p_world_m);
     for (std::size_t i = 0; i < truth[o].size(); ++i) {
       const TriangleTruth& t = truth[o][i];
-      wrong.touching += touching[i] != 0;
+      wrong.undecided += undecided[i] != 0;
       if (!t.known) continue;
-      if (t.crosses && !colliding[i] && !touching[i]) {
+      if (t.crosses && !colliding[i] && !undecided[i]) {
         ++wrong.missed;
         wrong.missed_inside += !t.leaves;
         wrong.deepest_missed_m = std::max(wrong.deepest_missed_m, t.deepest_m);

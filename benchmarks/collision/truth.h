@@ -31,7 +31,7 @@ struct TruthCounts {
 TruthCounts counts_of(const Truth& truth);
 
 // What a method said wrongly. Of known triangles.
-struct Wrong {
+struct VerdictErrors {
   std::size_t missed = 0;  // crosses, and the method says free
   std::size_t missed_inside =
       0;  // of those, wholly in the hull: what surfaces against surfaces can't find
@@ -39,9 +39,9 @@ struct Wrong {
          deepest_missed_border_m = 0;  // of all those; of those that cross the border
   std::size_t invented =
       0;  // the method says colliding, truth says no, and none of its points there is in_hull().
-  std::size_t touching = 0;  // neither said
+  std::size_t undecided = 0;  // neither said
 };
-Wrong wrong_of(const std::vector<collision::ObjectCollision>& said, const Truth& truth,
+VerdictErrors wrong_of(const std::vector<collision::ObjectCollision>& said, const Truth& truth,
                const CollisionScene& scene);
 
 }  // namespace fivepipe::collision_bench

@@ -57,7 +57,7 @@ void print(const std::vector<Result>& results) {
 }
 
 void print_ratios(const std::vector<Result>& results) {
-  struct Rival {
+  struct Baseline {
     const char* prefix;
     bool only_fair;
   };
@@ -67,7 +67,7 @@ void print_ratios(const std::vector<Result>& results) {
   for (const Result& ours : results) {
     if (ours.method != "cpu") continue;
     std::string line;
-    for (const auto& [prefix, only_fair] : {Rival{"ibvh", false},
+    for (const auto& [prefix, only_fair] : {Baseline{"ibvh", false},
                                             {"cpusweep", true},
                                             {"plainsweep", true},
                                             {"carve", true},

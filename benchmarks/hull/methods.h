@@ -26,7 +26,7 @@ struct Method {
 // Ours.
 Method cpu_method(int threads);
 Method gl_method(int threads);  // needs a current context; threads are llvmpipe's
-// Rivals.
+// Baselines.
 Method image_based_method(int threads);  // Matusik et al. 2000
 Method cpu_sweep_method(int planes, bool middle,
                         int threads);  // the paper's planes, in vector lanes

@@ -9,7 +9,7 @@ namespace fivepipe::hull_bench {
 namespace {
 
 // Where an error is below this it is drawn there: a logarithm has no zero [mm].
-constexpr double kLeastDrawn_mm = 1e-5;
+constexpr double kMinDrawn_mm = 1e-5;
 
 std::string family(const std::string& method) {  // "cpusweepmid160" -> "cpusweepmid"
   return method.substr(0, method.find_first_of("0123456789"));
@@ -22,7 +22,7 @@ bench::Series speed_against_error(const std::vector<Result>& results) {
       series[family(r.method) + ", " + std::to_string(r.threads) +
              (r.threads > 1 ? " threads" : " thread")]
           .push_back({base::percentile(r.time_ms, 0),
-                      std::max(kLeastDrawn_mm, base::mean(r.errors.depth_mm))});
+                      std::max(kMinDrawn_mm, base::mean(r.errors.depth_mm))});
   return series;
 }
 

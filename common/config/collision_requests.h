@@ -10,28 +10,28 @@ namespace fivepipe::config {
 // How the hull's end is looked for along V_rec; common/collision/response.h says what each means.
 enum class RecoverySearch { from_reference, outward, sampled };
 
-struct ResponseWishes {
+struct ResponseRequests {
   RecoverySearch search = RecoverySearch::from_reference;
   double height_m = 0.05;                // of triangle ABC
   double apex_angle_rad = 0.1745329252;  // BAC: 10 degrees
   std::optional<Eigen::Vector3d>
       v_rec_world;  // direction, not zero; else towards the object's centre
   bool four_points = false, closed_form = false;  // N_hull
-  bool shorter_way = false;
+  bool local_minimum_translation = false;
 };
 
 enum class ProximityOf { vertices, triangles };
-struct ProximityWishes {
+struct ProximityRequests {
   ProximityOf of = ProximityOf::vertices;
   double cap_m = 0.05, tolerance_m = 0.002;
 };
 
-struct CollisionWishes {
+struct CollisionRequests {
   bool triangles = false;  // which collide, which touch
-  std::optional<ResponseWishes> response;
+  std::optional<ResponseRequests> response;
   int contacts = 0;  // at most so many, for a rigid-body solver
-  std::optional<ProximityWishes> proximity;
-  bool first_contact = false;  // with what moves between two frames; needs HistoryWishes
+  std::optional<ProximityRequests> proximity;
+  bool first_contact = false;  // with what moves between two frames; needs HistoryRequests
   bool any() const { return triangles || response || contacts > 0 || proximity || first_contact; }
 };
 
@@ -44,12 +44,12 @@ struct Warming {
 };
 
 // The hull's connected parts, followed from frame to frame.
-struct HistoryWishes {
+struct HistoryRequests {
   double cell_m = 0.005;   // what lies nearer together than this is one part
   int window_frames = 8;   // velocities are averages over
-  double fastest_m_s = 6;  // nothing moves faster
+  double max_speed_m_s = 6;  // nothing moves faster
 };
 // Of the rig's volume.
-inline constexpr double kMostHistoryCells = 1 << 27;
+inline constexpr double kMaxHistoryCells = 1 << 27;
 
 }  // namespace fivepipe::config

@@ -20,27 +20,27 @@ constexpr Range kSpeed_m_s{0.01, 1000};
 constexpr Range kAnyDirection{-1e6, 1e6};
 constexpr Range kPart{0, 1};
 
-ResponseWishes read_response(YamlMap map) {
-  ResponseWishes wishes;
-  wishes.search = map.choice<RecoverySearch>("search",
+ResponseRequests read_response(YamlMap map) {
+  ResponseRequests requests;
+  requests.search = map.choice<RecoverySearch>("search",
                                              {{"from_reference", RecoverySearch::from_reference},
                                               {"outward", RecoverySearch::outward},
                                               {"sampled", RecoverySearch::sampled}},
-                                             wishes.search);
-  wishes.height_m = map.number("height_m", kHeight_m, wishes.height_m);
-  wishes.apex_angle_rad =
-      kDegree_rad * map.number("apex_angle_deg", kAngle_deg, wishes.apex_angle_rad / kDegree_rad);
+                                             requests.search);
+  requests.height_m = map.number("height_m", kHeight_m, requests.height_m);
+  requests.apex_angle_rad =
+      kDegree_rad * map.number("apex_angle_deg", kAngle_deg, requests.apex_angle_rad / kDegree_rad);
   if (map.given("v_rec")) {
-    wishes.v_rec_world = map.vector3("v_rec", kAnyDirection);
-    if (!(wishes.v_rec_world->norm() > 0))
+    requests.v_rec_world = map.vector3("v_rec", kAnyDirection);
+    if (!(requests.v_rec_world->norm() > 0))
       map.problem_at("v_rec",
                      "v_rec is zero: it is the direction in which the object is moved out");
   }
-  wishes.four_points = map.flag("four_point_normal", wishes.four_points);
-  wishes.closed_form = map.flag("closed_form_normal", wishes.closed_form);
-  wishes.shorter_way = map.flag("shorter_way", wishes.shorter_way);
+  requests.four_points = map.flag("four_point_normal", requests.four_points);
+  requests.closed_form = map.flag("closed_form_normal", requests.closed_form);
+  requests.local_minimum_translation = map.flag("shorter_way", requests.local_minimum_translation);
   map.finish();
-  return wishes;
+  return requests;
 }
 
 // The tolerance is that within which a distance below the cap is known.
@@ -53,27 +53,27 @@ void read_cap(YamlMap& map, double& cap_m, double& tolerance_m) {
                    "tolerance_m is less than a thousandth of cap_m: the search would take seconds");
 }
 
-ProximityWishes read_proximity(YamlMap map) {
-  ProximityWishes wishes;
-  wishes.of = map.choice<ProximityOf>(
+ProximityRequests read_proximity(YamlMap map) {
+  ProximityRequests requests;
+  requests.of = map.choice<ProximityOf>(
       "of", {{"vertices", ProximityOf::vertices}, {"triangles", ProximityOf::triangles}},
-      wishes.of);
-  read_cap(map, wishes.cap_m, wishes.tolerance_m);
+      requests.of);
+  read_cap(map, requests.cap_m, requests.tolerance_m);
   map.finish();
-  return wishes;
+  return requests;
 }
 
 }  // namespace
 
-CollisionWishes read_collision_wishes(YamlMap map) {
-  CollisionWishes wishes;
-  wishes.triangles = map.flag("triangles", wishes.triangles);
-  if (map.given("response")) wishes.response = read_response(map.map("response"));
-  wishes.contacts = map.integer("contacts", kContacts, wishes.contacts);
-  if (map.given("proximity")) wishes.proximity = read_proximity(map.map("proximity"));
-  wishes.first_contact = map.flag("first_contact", wishes.first_contact);
+CollisionRequests read_collision_requests(YamlMap map) {
+  CollisionRequests requests;
+  requests.triangles = map.flag("triangles", requests.triangles);
+  if (map.given("response")) requests.response = read_response(map.map("response"));
+  requests.contacts = map.integer("contacts", kContacts, requests.contacts);
+  if (map.given("proximity")) requests.proximity = read_proximity(map.map("proximity"));
+  requests.first_contact = map.flag("first_contact", requests.first_contact);
   map.finish();
-  return wishes;
+  return requests;
 }
 
 Warming read_warming(YamlMap map) {
@@ -88,13 +88,13 @@ Warming read_warming(YamlMap map) {
   return warming;
 }
 
-HistoryWishes read_history_wishes(YamlMap map) {
-  HistoryWishes wishes;
-  wishes.cell_m = map.number("cell_m", kCell_m, wishes.cell_m);
-  wishes.window_frames = map.integer("window_frames", kWindow, wishes.window_frames);
-  wishes.fastest_m_s = map.number("fastest_m_s", kSpeed_m_s, wishes.fastest_m_s);
+HistoryRequests read_history_requests(YamlMap map) {
+  HistoryRequests requests;
+  requests.cell_m = map.number("cell_m", kCell_m, requests.cell_m);
+  requests.window_frames = map.integer("window_frames", kWindow, requests.window_frames);
+  requests.max_speed_m_s = map.number("fastest_m_s", kSpeed_m_s, requests.max_speed_m_s);
   map.finish();
-  return wishes;
+  return requests;
 }
 
 }  // namespace fivepipe::config

@@ -5,8 +5,8 @@
 
 namespace fivepipe::config {
 
-CollisionWishes read_collision_wishes(YamlMap map);
+CollisionRequests read_collision_requests(YamlMap map);
 Warming read_warming(YamlMap map);
-HistoryWishes read_history_wishes(YamlMap map);
+HistoryRequests read_history_requests(YamlMap map);
 
 }  // namespace fivepipe::config

@@ -110,10 +110,10 @@ void check_history(YamlMap& map, const Deployment& deployment) {
   if (!deployment.scene.history) return;
   const double cells =
       (deployment.rig.volume_m.sizes() / deployment.scene.history->cell_m).array().ceil().prod();
-  if (cells <= kMostHistoryCells) return;
+  if (cells <= kMaxHistoryCells) return;
   std::ostringstream what;
   what << "history of the scene divides the rig's volume_m into " << cells << " cells, at most "
-       << kMostHistoryCells
+       << kMaxHistoryCells
        << " are possible: a larger cell_m in its history, or a smaller volume_m";
   map.problem_at("scene", what.str());
 }

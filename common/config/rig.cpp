@@ -19,7 +19,7 @@ constexpr Range kFieldOfView_deg{0.01,
                                  170};  // a pinhole image grows without bound towards 180 degrees
 // Below, the viewing direction and the image's up are one line for a camera that is given by
 // look_at (sine of the angle).
-constexpr double kLeastSineToUp = 1e-4;
+constexpr double kMinSineToUp = 1e-4;
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
 geometry::Pinhole read_pinhole(YamlMap& map) {
@@ -66,7 +66,7 @@ Eigen::Isometry3d read_look_at(YamlMap map, Mount mount) {
       mount == Mount::world ? Eigen::Vector3d(0, 0, 1) : Eigen::Vector3d(0, -1, 0);
   if (map.is_void() || map.problem_count() > problems_before) return Eigen::Isometry3d::Identity();
   const Eigen::Vector3d direction = (target_m - eye_m).normalized();
-  if (!(direction.cross(up).norm() > kLeastSineToUp)) {
+  if (!(direction.cross(up).norm() > kMinSineToUp)) {
     map.problem(
         "look_at has no upright image: eye_m and target_m are the same point, or one straight "
         "above the other; state the rotation instead");

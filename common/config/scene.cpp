@@ -20,7 +20,7 @@ constexpr Range kPart{0, 1};
 constexpr Range kSubdivisions{0, 6};            // 20 * 4^6 = 81 920 triangles
 constexpr Range kCurtainCells{1, 1000};         // a million cells at most
 constexpr std::size_t kLongestObjectName = 64;  // as messages have room for
-constexpr double kMostBoxCells = 1e6;
+constexpr double kMaxBoxCells = 1e6;
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
 BoxShape read_box(YamlMap map) {
@@ -29,7 +29,7 @@ BoxShape read_box(YamlMap map) {
   if (!(box.cell_m > 0)) return box;
   const Eigen::Array3d cells = (box.size_m.array() / box.cell_m).ceil();
   if (!(2 * (cells.x() * cells.y() + cells.y() * cells.z() + cells.z() * cells.x()) <=
-        kMostBoxCells))
+        kMaxBoxCells))
     map.problem_at("cell_m", "cell_m divides the box's faces into more than a million cells");
   return box;
 }
@@ -113,7 +113,7 @@ void check_behaviour(YamlMap& map, const SceneObject& object) {
   for (const std::string key : {"mass_kg", "restitution"})
     if (!is_dynamic && map.given(key))
       map.problem_at(key, key + " has no effect without motion dynamic");
-  if (object.reaction == Reaction::none && object.wishes.any())
+  if (object.reaction == Reaction::none && object.requests.any())
     map.problem_at("report", "report has no effect with reaction none: the object is not queried");
   if (object.pattern == Pattern::plain && map.given("pattern_size_m"))
     map.problem_at("pattern_size_m", "pattern_size_m has no effect on a plain object");
@@ -136,7 +136,7 @@ SceneObject read_object(YamlMap map) {
   object.pattern = map.choice<Pattern>(
       "pattern", {{"plain", Pattern::plain}, {"checker", Pattern::checker}}, Pattern::plain);
   object.pattern_size_m = map.number("pattern_size_m", kSize_m, object.pattern_size_m);
-  if (map.given("report")) object.wishes = read_collision_wishes(map.map("report"));
+  if (map.given("report")) object.requests = read_collision_requests(map.map("report"));
   if (map.given("warmth")) object.warming = read_warming(map.map("warmth"));
   check_behaviour(map, object);
   map.finish();
@@ -153,7 +153,7 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
   scene.gravity_m_s2 = map.number("gravity_m_s2", {0, 1000}, scene.gravity_m_s2);
   scene.light_world_m = map.vector3("light_m", kAny, scene.light_world_m);
   scene.background_rgb = read_colour(map, "background_rgb", scene.background_rgb);
-  if (map.given("history")) scene.history = read_history_wishes(map.map("history"));
+  if (map.given("history")) scene.history = read_history_requests(map.map("history"));
   std::map<std::string, int> line_of_name;
   for (YamlMap& object_map : map.maps("objects")) {
     scene.objects.push_back(read_object(object_map));
@@ -162,7 +162,7 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
     if (!is_new && !name.empty())
       object_map.problem_at("name", "two objects are called " + name + ", the first in line " +
                                         std::to_string(first->second));
-    if (scene.objects.back().wishes.first_contact && !scene.history)
+    if (scene.objects.back().requests.first_contact && !scene.history)
       object_map.problem_at("report",
                             "first_contact is found between two frames: the scene must keep a "
                             "history, `history: {}`");

@@ -49,7 +49,7 @@ struct SceneObject {
   std::array<double, 3> colour_rgb = {0.8, 0.8, 0.8};  // 0..1, sRGB
   Pattern pattern = Pattern::plain;
   double pattern_size_m = 0.1;          // edge of a checker field
-  CollisionWishes wishes = {};          // what its collision results tell
+  CollisionRequests requests = {};          // what its collision results tell
   std::optional<Warming> warming = {};  // it is warmed by real objects
 };
 
@@ -59,7 +59,7 @@ struct Scene {
   Eigen::Vector3d light_world_m = {0, 0, 3};
   std::array<double, 3> background_rgb = {0.1, 0.12, 0.15};
   std::vector<SceneObject> objects;
-  std::optional<HistoryWishes> history =
+  std::optional<HistoryRequests> history =
       {};  // nothing is kept from frame to frame unless asked for
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 // Sine of the angle between viewing direction and up below which an image has no upright (a
 // twentieth of a pixel's angle and less).
-constexpr double kLeastSineToUp = 1e-4;
+constexpr double kMinSineToUp = 1e-4;
 constexpr int kChecksPerSegment = 64;
 // Keys closer than this are one pose: the path goes round without a stop.
 constexpr double kSamePose_m = 1e-9;
@@ -60,7 +60,7 @@ bool has_upright_image(const EyeAndTarget& pose) {
   return (pose.target_world_m - pose.eye_world_m)
              .normalized()
              .cross(Eigen::Vector3d::UnitZ())
-             .norm() > kLeastSineToUp;
+             .norm() > kMinSineToUp;
 }
 
 }  // namespace

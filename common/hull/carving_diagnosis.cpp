@@ -117,16 +117,16 @@ SampledVolume sampled(std::int64_t count, int points, double box_m3) {
 }
 
 // Points that a thread takes together.
-constexpr int kTogether = 2048;
+constexpr int kBatchSize = 2048;
 
 Counts count_points(std::span<const Silhouette> silhouettes, const Eigen::AlignedBox3d& box,
-                    base::WorkerPool& pool, const HullRule& rule, const BlameSampling& sampling) {
+                    base::WorkerPool& pool, const HullRule& rule, const DiagnosisSampling& sampling) {
   std::vector<Counts> of_threads(std::size_t(pool.threads()));
   for (Counts& c : of_threads) c.cameras.resize(silhouettes.size());
-  pool.run((sampling.points + kTogether - 1) / kTogether, [&](int piece, int thread) {
+  pool.run((sampling.points + kBatchSize - 1) / kBatchSize, [&](int piece, int thread) {
     std::vector<CameraVerdict> verdicts(silhouettes.size());
-    for (std::uint64_t i = std::uint64_t(piece) * kTogether;
-         i < std::min(std::uint64_t(piece + 1) * kTogether, std::uint64_t(sampling.points)); ++i) {
+    for (std::uint64_t i = std::uint64_t(piece) * kBatchSize;
+         i < std::min(std::uint64_t(piece + 1) * kBatchSize, std::uint64_t(sampling.points)); ++i) {
       const Vector3d at(random_number(sampling.seed, 3 * i),
                         random_number(sampling.seed, 3 * i + 1),
                         random_number(sampling.seed, 3 * i + 2));
@@ -160,55 +160,55 @@ const char* to_string(CameraVerdict verdict) {
   }
 }
 
-PointBlame blame_point(std::span<const Silhouette> silhouettes, const Vector3d& p_world_m,
+PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes, const Vector3d& p_world_m,
                        const HullRule& rule) {
-  PointBlame blame{false, {}, {}, 0, false};
-  if (!p_world_m.allFinite()) return blame;
+  PointDiagnosis diagnosis{false, {}, {}, 0, false};
+  if (!p_world_m.allFinite()) return diagnosis;
   Votes votes;
   for (const Silhouette& s : silhouettes) {
     const CameraVerdict v = verdict_on(s, p_world_m);
     votes.add(v, rule);
     const bool has_pixel = v != CameraVerdict::behind && v != CameraVerdict::unusable;
-    blame.cameras.push_back(
+    diagnosis.cameras.push_back(
         {v, removes(v, rule),
          has_pixel ? distance_to_object_px(s.pixels, *geometry::project(s.camera, p_world_m))
                    : kInfinity});
-    blame.seen_by += sees(v);
+    diagnosis.seen_by += sees(v);
   }
-  blame.in_hull = votes.keep(rule);
-  blame.too_few = votes.removing == 0 && !blame.in_hull;
-  for (int i = 0; i < int(blame.cameras.size()); ++i)
-    if (blame.cameras[std::size_t(i)].removes &&
-        votes.without(blame.cameras[std::size_t(i)].verdict, rule).keep(rule))
-      blame.alone.push_back(i);
-  return blame;
+  diagnosis.in_hull = votes.keep(rule);
+  diagnosis.too_few = votes.removing == 0 && !diagnosis.in_hull;
+  for (int i = 0; i < int(diagnosis.cameras.size()); ++i)
+    if (diagnosis.cameras[std::size_t(i)].removes &&
+        votes.without(diagnosis.cameras[std::size_t(i)].verdict, rule).keep(rule))
+      diagnosis.alone.push_back(i);
+  return diagnosis;
 }
 
-VolumeBlame blame_volume(std::span<const Silhouette> silhouettes,
+VolumeDiagnosis diagnose_volume(std::span<const Silhouette> silhouettes,
                          const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool,
-                         const HullRule& rule, const BlameSampling& sampling) {
+                         const HullRule& rule, const DiagnosisSampling& sampling) {
   assert(sampling.points > 0);
-  VolumeBlame blame{box_world_m, sampling.points, {}, {}, {}};
+  VolumeDiagnosis diagnosis{box_world_m, sampling.points, {}, {}, {}};
   for (const Silhouette& s : silhouettes) {
-    CameraShare& share = blame.cameras.emplace_back();
-    share.no_object_pixel = s.pixels.bounds().empty();
-    share.unusable = !is_finite(s.camera);
+    CameraContribution& contribution = diagnosis.cameras.emplace_back();
+    contribution.no_object_pixel = s.pixels.bounds().empty();
+    contribution.unusable = !is_finite(s.camera);
   }
   const double box_m3 = box_world_m.sizes().prod();
-  if (!(box_world_m.sizes().minCoeff() > 0 && std::isfinite(box_m3))) return blame;
+  if (!(box_world_m.sizes().minCoeff() > 0 && std::isfinite(box_m3))) return diagnosis;
   const Counts counts = count_points(silhouettes, box_world_m, pool, rule, sampling);
   const auto volume = [&](std::int64_t count) { return sampled(count, sampling.points, box_m3); };
-  blame.hull = volume(counts.hull);
-  blame.too_few = volume(counts.too_few);
+  diagnosis.hull = volume(counts.hull);
+  diagnosis.too_few = volume(counts.too_few);
   for (std::size_t i = 0; i < silhouettes.size(); ++i) {
-    CameraShare& share = blame.cameras[i];
+    CameraContribution& contribution = diagnosis.cameras[i];
     const Counts::OfCamera& c = counts.cameras[i];
-    share.removed = volume(c.removed);
-    share.removed_alone = volume(c.alone);
-    share.alone_not_seeing = volume(c.not_seeing);
-    share.kept_by_others = volume(c.kept_by_others);
+    contribution.removed = volume(c.removed);
+    contribution.removed_alone = volume(c.alone);
+    contribution.removed_alone_unseen = volume(c.not_seeing);
+    contribution.kept_by_others = volume(c.kept_by_others);
   }
-  return blame;
+  return diagnosis;
 }
 
 }  // namespace fivepipe::hull

@@ -20,27 +20,27 @@ namespace fivepipe::hull {
 enum class CameraVerdict { object, empty, behind, outside_image, unusable };
 const char* to_string(CameraVerdict verdict);
 
-struct CameraBlame {
+struct CameraDiagnosis {
   CameraVerdict verdict;
   bool removes;  // by the rule
   // From the point's pixel to the nearest object pixel's square [px]: 0 on the object, infinity
   // without object pixel, behind, or unusable.
   double to_object_px;
 };
-struct PointBlame {
+struct PointDiagnosis {
   bool in_hull;
-  std::vector<CameraBlame> cameras;  // as the silhouettes
+  std::vector<CameraDiagnosis> cameras;  // as the silhouettes
   std::vector<int> alone;  // cameras without which the others would keep the point; at most one,
                            // for what two remove neither does alone
   int seen_by = 0;         // cameras that have it in front of them and in their image
   bool too_few;  // no camera removes it, but fewer see it than the rule wants (none: no camera)
 };
 // A point that is not finite is in no hull, and no camera's fault.
-PointBlame blame_point(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m,
+PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m,
                        const HullRule& rule = {});
 
 // Points drawn evenly from a box of space.
-struct BlameSampling {
+struct DiagnosisSampling {
   int points = 200'000;  // > 0
   std::uint64_t seed = 1;
 };
@@ -51,29 +51,29 @@ struct BlameSampling {
 struct SampledVolume {
   double volume_m3 = 0, error_m3 = 0;
 };
-struct CameraShare {
+struct CameraContribution {
   bool no_object_pixel = false, unusable = false;
   SampledVolume removed;           // by it, whoever else does
   SampledVolume removed_alone;     // what all others keep
-  SampledVolume alone_not_seeing;  // part of `removed_alone`: behind it or outside its image, not
+  SampledVolume removed_alone_unseen;  // part of `removed_alone`: behind it or outside its image, not
                                    // for want of an object pixel
   SampledVolume kept_by_others;    // the hull without this camera; nothing where it is the only one
 };
-struct VolumeBlame {
+struct VolumeDiagnosis {
   Eigen::AlignedBox3d box_world_m;
   int points = 0;
   SampledVolume hull,
       too_few;  // too_few: no camera removes it, but fewer see it than the rule wants
-  std::vector<CameraShare> cameras;  // as the silhouettes
+  std::vector<CameraContribution> cameras;  // as the silhouettes
 };
 // The same for every number of threads. A box that is empty or not finite has no volume, and no
 // camera a share.
-VolumeBlame blame_volume(std::span<const Silhouette> silhouettes,
+VolumeDiagnosis diagnose_volume(std::span<const Silhouette> silhouettes,
                          const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool,
-                         const HullRule& rule = {}, const BlameSampling& sampling = {});
+                         const HullRule& rule = {}, const DiagnosisSampling& sampling = {});
 
 // One paragraph for whoever set up the cameras. Names as the silhouettes; cameras without a name
 // are called "camera <index>".
-std::string summary(const VolumeBlame& blame, std::span<const std::string> names = {});
+std::string summary(const VolumeDiagnosis& diagnosis, std::span<const std::string> names = {});
 
 }  // namespace fivepipe::hull

@@ -1,4 +1,4 @@
-// What a volume's blame says in words.
+// What a volume's diagnosis says in words.
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
@@ -10,7 +10,7 @@ namespace {
 
 // Cameras that remove less alone than this, as a fraction of what the others keep, are not worth a
 // sentence.
-constexpr double kWorthSaying = 0.01;
+constexpr double kReportThreshold = 0.01;
 
 std::string litres(double volume_m3) {
   char text[32];
@@ -36,12 +36,12 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 // Cameras that keep the hull empty whatever the others see.
-std::string of_the_blind(const VolumeBlame& blame, const std::vector<std::string>& names) {
+std::string describe_unusable_cameras(const VolumeDiagnosis& diagnosis, const std::vector<std::string>& names) {
   std::vector<std::string> blind, unusable;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (blame.cameras[i].unusable)
+    if (diagnosis.cameras[i].unusable)
       unusable.push_back(names[i]);
-    else if (blame.cameras[i].no_object_pixel)
+    else if (diagnosis.cameras[i].no_object_pixel)
       blind.push_back(names[i]);
   }
   std::string text;
@@ -54,52 +54,52 @@ std::string of_the_blind(const VolumeBlame& blame, const std::vector<std::string
   return text;
 }
 
-std::string of_one(const CameraShare& share, const std::string& name) {
+std::string describe_contribution(const CameraContribution& contribution, const std::string& name) {
   std::string text = " " + name + " alone removes " +
-                     percent(share.removed_alone.volume_m3, share.kept_by_others.volume_m3) +
-                     " of what the others keep: " + litres(share.removed_alone) + " of " +
-                     litres(share.kept_by_others);
-  if (share.alone_not_seeing.volume_m3 > 0.5 * share.removed_alone.volume_m3)
+                     percent(contribution.removed_alone.volume_m3, contribution.kept_by_others.volume_m3) +
+                     " of what the others keep: " + litres(contribution.removed_alone) + " of " +
+                     litres(contribution.kept_by_others);
+  if (contribution.removed_alone_unseen.volume_m3 > 0.5 * contribution.removed_alone.volume_m3)
     text += "; most of that lies outside its image or behind it";
   return text + ".";
 }
 
 }  // namespace
 
-std::string summary(const VolumeBlame& blame, std::span<const std::string> given_names) {
-  if (blame.cameras.empty()) return "There is no camera, hence no hull.";
-  if (!(blame.box_world_m.sizes().minCoeff() > 0))
+std::string summary(const VolumeDiagnosis& diagnosis, std::span<const std::string> given_names) {
+  if (diagnosis.cameras.empty()) return "There is no camera, hence no hull.";
+  if (!(diagnosis.box_world_m.sizes().minCoeff() > 0))
     return "The box is empty: nothing was looked at.";
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < blame.cameras.size(); ++i)
+  for (std::size_t i = 0; i < diagnosis.cameras.size(); ++i)
     names.push_back(i < given_names.size() && !given_names[i].empty()
                         ? given_names[i]
                         : "camera " + std::to_string(i));
-  const double box_m3 = blame.box_world_m.sizes().prod();
+  const double box_m3 = diagnosis.box_world_m.sizes().prod();
   std::string text =
-      blame.hull.volume_m3 > 0
-          ? "The hull fills " + litres(blame.hull) + ", " + percent(blame.hull.volume_m3, box_m3) +
+      diagnosis.hull.volume_m3 > 0
+          ? "The hull fills " + litres(diagnosis.hull) + ", " + percent(diagnosis.hull.volume_m3, box_m3) +
                 " of the box."
-          : "The hull is empty in this box (less than " + litres(blame.hull.error_m3) + ").";
-  text += of_the_blind(blame, names);
+          : "The hull is empty in this box (less than " + litres(diagnosis.hull.error_m3) + ").";
+  text += describe_unusable_cameras(diagnosis, names);
   std::vector<std::size_t> order(names.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return blame.cameras[a].removed_alone.volume_m3 > blame.cameras[b].removed_alone.volume_m3;
+    return diagnosis.cameras[a].removed_alone.volume_m3 > diagnosis.cameras[b].removed_alone.volume_m3;
   });
   bool said = false;
   for (const std::size_t i : order) {
-    const CameraShare& share = blame.cameras[i];
-    if (share.removed_alone.volume_m3 <= kWorthSaying * share.kept_by_others.volume_m3) continue;
-    text += of_one(share, names[i]);
+    const CameraContribution& contribution = diagnosis.cameras[i];
+    if (contribution.removed_alone.volume_m3 <= kReportThreshold * contribution.kept_by_others.volume_m3) continue;
+    text += describe_contribution(contribution, names[i]);
     said = true;
   }
-  if (!said && blame.cameras.size() > 1)
-    text += blame.hull.volume_m3 > 0
+  if (!said && diagnosis.cameras.size() > 1)
+    text += diagnosis.hull.volume_m3 > 0
                 ? " No camera alone removes much of what the others keep."
                 : " No camera does it alone: what one removes another does too.";
-  if (blame.too_few.volume_m3 > 0)
-    text += " " + litres(blame.too_few) + " that no camera removes are seen by too few cameras.";
+  if (diagnosis.too_few.volume_m3 > 0)
+    text += " " + litres(diagnosis.too_few) + " that no camera removes are seen by too few cameras.";
   return text;
 }
 

@@ -40,7 +40,7 @@ ImageCone::ImageCone(const geometry::Camera& camera) : camera_(camera) {
   rounding_ = kRoundings * (2 + std::max(std::abs(k.cx_px) / k.fx_px, std::abs(k.cy_px) / k.fy_px));
 }
 
-SeenPoint ImageCone::see(const Eigen::Vector3d& p_world_m) const {
+ProjectedPoint ImageCone::see(const Eigen::Vector3d& p_world_m) const {
   const geometry::Pinhole& k = camera_.pinhole;
   const Eigen::Vector3d p = camera_.camera_from_world * p_world_m;
   const double per_z = 1 / p.z();
@@ -56,7 +56,7 @@ Pyramid ImageCone::pyramid(const PixelRect& rect) const {
           -normal_beyond(k.fy_px, k.cy_px, rect.v1_px - 0.5)};
 }
 
-double ImageCone::inside_m(const SeenPoint& p, const Pyramid& pyramid) const {
+double ImageCone::inside_m(const ProjectedPoint& p, const Pyramid& pyramid) const {
   const Eigen::Vector3d& q = p.p_camera_m;
   const double sides_m =
       std::min(along(pyramid.left_xz, q.x(), q.z()), along(pyramid.right_xz, q.x(), q.z()));
@@ -65,7 +65,7 @@ double ImageCone::inside_m(const SeenPoint& p, const Pyramid& pyramid) const {
   return (std::min(sides_m, ends_m) - p.rounding_m) * world_per_camera_;
 }
 
-double ImageCone::outside_m(const SeenPoint& p, const Pyramid& pyramid) const {
+double ImageCone::outside_m(const ProjectedPoint& p, const Pyramid& pyramid) const {
   const Eigen::Vector3d& q = p.p_camera_m;
   const double sides_m =
       std::min(along(pyramid.left_xz, q.x(), q.z()), along(pyramid.right_xz, q.x(), q.z()));

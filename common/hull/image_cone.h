@@ -27,7 +27,7 @@ inline bool holds(const PixelRect& rect, double u_px, double v_px) {
 
 // A point as a camera has it, and how far rounding may have moved it, or its pixel as in_hull()
 // finds it [m].
-struct SeenPoint {
+struct ProjectedPoint {
   Eigen::Vector3d p_camera_m;
   double rounding_m;
   double u_px, v_px;  // where Z > 0
@@ -43,12 +43,12 @@ class ImageCone {
  public:
   explicit ImageCone(const geometry::Camera& camera);  // finite
 
-  SeenPoint see(const Eigen::Vector3d& p_world_m) const;
+  ProjectedPoint see(const Eigen::Vector3d& p_world_m) const;
   Pyramid pyramid(const PixelRect& rect) const;
   // Lower bounds [m, world] of how far the point is from leaving, or from entering, the pyramid; <=
   // 0 where it is not inside, or not outside, or too near for rounding to tell.
-  double inside_m(const SeenPoint& p, const Pyramid& pyramid) const;
-  double outside_m(const SeenPoint& p, const Pyramid& pyramid) const;
+  double inside_m(const ProjectedPoint& p, const Pyramid& pyramid) const;
+  double outside_m(const ProjectedPoint& p, const Pyramid& pyramid) const;
 
  private:
   geometry::Camera camera_;

@@ -8,21 +8,21 @@ namespace {
 using Vector3d = Eigen::Vector3d;
 using Plane = Eigen::Hyperplane<double, 3>;  // the side with signedDistance >= 0 is inside
 
-void add_planes(std::vector<Plane>& planes, const SeenPart& seen, double nearest_m) {
-  constexpr double kWider_px = 0.01;
+void add_planes(std::vector<Plane>& planes, const SilhouetteBounds& seen, double nearest_m) {
+  constexpr double kRectMargin_px = 0.01;
   const geometry::Pinhole& k = seen.camera.pinhole;
-  const double left = seen.part.u0_px - 0.5 - kWider_px, right = seen.part.u1_px - 0.5 + kWider_px,
-               top = seen.part.v0_px - 0.5 - kWider_px, bottom = seen.part.v1_px - 0.5 + kWider_px;
+  const double left = seen.part.u0_px - 0.5 - kRectMargin_px, right = seen.part.u1_px - 0.5 + kRectMargin_px,
+               top = seen.part.v0_px - 0.5 - kRectMargin_px, bottom = seen.part.v1_px - 0.5 + kRectMargin_px;
   // Of fx x / z + cx >= left, times z.
   const std::array<Vector3d, 4> normals_camera = {
       Vector3d(k.fx_px, 0, k.cx_px - left), Vector3d(-k.fx_px, 0, right - k.cx_px),
       Vector3d(0, k.fy_px, k.cy_px - top), Vector3d(0, -k.fy_px, bottom - k.cy_px)};
-  const Vector3d centre_world_m = geometry::camera_center_world_m(seen.camera);
+  const Vector3d center_world_m = geometry::camera_center_world_m(seen.camera);
   for (const Vector3d& normal : normals_camera)
     planes.emplace_back((seen.camera.camera_from_world.linear().transpose() * normal).normalized(),
-                        centre_world_m);
+                        center_world_m);
   const Vector3d forward = seen.camera.camera_from_world.linear().row(2);
-  planes.emplace_back(forward, Vector3d(centre_world_m + nearest_m * forward));
+  planes.emplace_back(forward, Vector3d(center_world_m + nearest_m * forward));
 }
 
 // Sutherland and Hodgman, 1974: what of a convex polygon is inside.
@@ -41,14 +41,14 @@ std::vector<Vector3d> clipped(const std::vector<Vector3d>& polygon, const Plane&
 
 // A face of the body lies in each plane: a square of it that is larger than the box, cut by all the
 // other planes.
-std::vector<Vector3d> corners_around_hull(std::span<const SeenPart> parts,
+std::vector<Vector3d> corners_around_hull(std::span<const SilhouetteBounds> parts,
                                           const Eigen::AlignedBox3d& box_m, double nearest_m) {
   std::vector<Plane> planes;
   for (int axis = 0; axis < 3; ++axis) {
     planes.emplace_back(Vector3d::Unit(axis), box_m.min());
     planes.emplace_back(-Vector3d::Unit(axis), box_m.max());
   }
-  for (const SeenPart& seen : parts) add_planes(planes, seen, nearest_m);
+  for (const SilhouetteBounds& seen : parts) add_planes(planes, seen, nearest_m);
   const double reach_m = box_m.diagonal().norm();
   std::vector<Vector3d> corners;
   for (std::size_t i = 0; i < planes.size(); ++i) {

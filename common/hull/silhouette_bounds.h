@@ -11,7 +11,7 @@
 namespace fivepipe::hull {
 
 // A rectangle that holds every object pixel of a camera's image; not empty.
-struct SeenPart {
+struct SilhouetteBounds {
   geometry::Camera camera;
   PixelRect part;
 };
@@ -21,7 +21,7 @@ struct SeenPart {
 // lies there (rule Limits::all). Some corners come more than once. Empty: there is no such point.
 // Parts are taken a hundredth of a pixel wider than they are: far more than rounding moves. Finite
 // input; box_m not empty.
-std::vector<Eigen::Vector3d> corners_around_hull(std::span<const SeenPart> parts,
+std::vector<Eigen::Vector3d> corners_around_hull(std::span<const SilhouetteBounds> parts,
                                                  const Eigen::AlignedBox3d& box_m,
                                                  double nearest_m);
 

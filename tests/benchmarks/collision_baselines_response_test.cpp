@@ -62,7 +62,7 @@ TEST_F(RenderedResponse, GivesAPlanesNormal) {
     const Vector3d v_rec(std::sin(tilt_rad), 0, std::cos(tilt_rad)), p(0, 0, -0.03);
     const auto found = rendered.respond(p, v_rec, kHeight_m, kApex_rad);
     ASSERT_TRUE(found && found->normal_world);
-    EXPECT_NEAR(found->d_rec_m, 0.03 / std::cos(tilt_rad), 2.5e-4 + kFootprintM);
+    EXPECT_NEAR(found->d_rec_m, 0.03 / std::cos(tilt_rad), 2.5e-4 + kFootprint_m);
     EXPECT_LT(angle_rad(*found->normal_world, Vector3d::UnitZ()), 6 * kDegree);
   }
 }

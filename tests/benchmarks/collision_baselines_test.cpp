@@ -174,7 +174,7 @@ int winding(const geometry::Mesh& mesh, const Vector3d& p_m) {
   return count;
 }
 
-TEST(HullPolygons, AreClosedAndTurnOutwards) {
+TEST(HullPolygons, AreClosedAndOrientedOutwards) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const geometry::Mesh mesh = random_polygons(seed, 0.011).mesh;
     ASSERT_GT(mesh.triangles.size(), 500u);
@@ -192,7 +192,7 @@ TEST(HullPolygons, AreClosedAndTurnOutwards) {
   }
 }
 
-TEST(HullPolygons, TellInFromOutBeyondACellFromTheBorder) {
+TEST(HullPolygons, ClassifyPointsFartherThanACellFromTheBorder) {
   constexpr double kCell_m = 0.006;
   const double reach_m = std::sqrt(3.0) * kCell_m;
   for (const std::uint64_t seed : {11, 12, 13}) {
@@ -217,7 +217,7 @@ TEST(HullPolygons, TellInFromOutBeyondACellFromTheBorder) {
   }
 }
 
-TEST(HullPolygons, DoNotDependOnThreadsAndAreNoneWithoutAHull) {
+TEST(HullPolygons, AreIndependentOfThreadsAndEmptyWithoutAHull) {
   const geometry::Mesh one = random_polygons(5, 0.01).mesh,
                        three = random_polygons(5, 0.01, 3).mesh;
   EXPECT_EQ(one.triangles, three.triangles);
@@ -228,7 +228,7 @@ TEST(HullPolygons, DoNotDependOnThreadsAndAreNoneWithoutAHull) {
 }
 
 // A hull that reaches out of the volume is cut off there, and still closed.
-TEST(HullPolygons, AreCutOffAtTheVolume) {
+TEST(HullPolygons, AreClippedToTheVolume) {
   test::Random random(8);
   const auto silhouettes = test::silhouettes_of(
       {{Vector3d(-0.5, 0, 0), Vector3d(0.5, 0.1, 0), 0.06}}, test::random_cameras(random, 3));
@@ -362,7 +362,7 @@ TEST(CollisionScenes, DenseIsAMillionOfWhichAHundredthIsNear) {
   EXPECT_GT(counts.crossing, 100u);
 }
 
-TEST(CollisionScenes, FullHasEveryTriangleAcrossTheBorder) {
+TEST(CollisionScenes, FullSceneCrossesTheBorderWithEveryTriangle) {
   const collision_bench::CollisionScene scene = collision_bench::full();
   const auto counts = true_counts(scene);
   EXPECT_EQ(counts.crossing_border, counts.triangles);
@@ -377,7 +377,7 @@ TEST(CollisionScenes, ThinHasFingersOfTwoMillimetresAndTrianglesOfTwoCentimetres
   EXPECT_GE(true_counts(scene).crossing_border, scene.real_objects.size());
 }
 
-TEST(CollisionScenes, AreTheSameEveryTime) {
+TEST(CollisionScenes, AreDeterministic) {
   const collision_bench::CollisionScene one = collision_bench::payload(),
                                         two = collision_bench::payload();
   EXPECT_EQ(one.objects_world_m, two.objects_world_m);
@@ -388,7 +388,7 @@ TEST(CollisionScenes, AreTheSameEveryTime) {
 // -----------------------------------------------------------------------------------------------------------
 
 // What a backend says is judged right: a ball's hull by a plate through its middle.
-TEST(CollisionTruth, KnowsDepthAndJudges) {
+TEST(CollisionTruth, ComputesDepthAndVerdictErrors) {
   collision_bench::CollisionScene scene{
       "ball", {{Vector3d::Zero(), Vector3d::Zero(), 0.05}}, {}, {}, {}, {}};
   for (const Vector3d& eye :
@@ -425,12 +425,12 @@ TEST(CollisionTruth, KnowsDepthAndJudges) {
   EXPECT_EQ(wrong.deepest_missed_border_m, 0);
   EXPECT_EQ(wrong.deepest_missed_m, truth[0][1].deepest_m);
   said[0].triangles = {1, 2};
-  said[0].touching = {0};
+  said[0].undecided = {0};
   said[0].points = {{Vector3d::Zero(), 2}};  // in the hull: the truth may have been too coarse
   wrong = collision_bench::wrong_of(said, truth, scene);
   EXPECT_EQ(wrong.missed, 0u);
   EXPECT_EQ(wrong.invented, 0u);
-  EXPECT_EQ(wrong.touching, 1u);
+  EXPECT_EQ(wrong.undecided, 1u);
 }
 
 }  // namespace

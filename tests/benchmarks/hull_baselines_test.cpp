@@ -227,7 +227,7 @@ TEST(CpuPlaneSweep, IsWithinASpacingWhereAPlaneMeetsTheFirstPiece) {
   EXPECT_GT(met, 100u);
 }
 
-TEST(CpuPlaneSweep, MiddlesLieHalfASpacingBeforeThePlanes) {
+TEST(CpuPlaneSweep, CenterDepthsAreHalfASpacingBeforeThePlanes) {
   const Case c = random_case(9, 3);
   const double spacing_m = (kFar_m - kNear_m) / 100;
   const Depths planes = plane_sweep(c, 100);
@@ -262,7 +262,7 @@ Depths carving(VoxelCarving& voxels, const Case& c, int threads = 1) {
 // px, on two axes and some cameras.
 constexpr double kVoxelTies = 2e-3;
 
-TEST(VoxelCarving, LeavesVoxelsWhoseCentresAreInTheHull) {
+TEST(VoxelCarving, KeepsVoxelsWhoseCentersAreInTheHull) {
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
     Case c = random_case(seed, 1 + int(seed % 5));
     test::Random random(seed);
@@ -338,7 +338,7 @@ TEST(VoxelCarving, DoesNotDependOnThreads) {
   for (const int threads : {2, 5}) EXPECT_TRUE(same_bits(one, carving(voxels, c, threads)));
 }
 
-TEST(VoxelCarving, TakesAsManyCamerasAsItSays) {
+TEST(VoxelCarving, AcceptsTheDocumentedCameraCount) {
   Case c = random_case(3, 2);
   VoxelCarving voxels(kVolume_world_m, 0.01);
   const Depths two = carving(voxels, c);
@@ -349,13 +349,13 @@ TEST(VoxelCarving, TakesAsManyCamerasAsItSays) {
   EXPECT_THROW(carving(voxels, c), std::invalid_argument);
 }
 
-TEST(VoxelCarving, RefusesWhatIsNoVolume) {
+TEST(VoxelCarving, RejectsInvalidVolumes) {
   EXPECT_THROW(VoxelCarving({}, 0.01), std::invalid_argument);
   for (const double voxel_m : {0.0, -1.0, std::nan(""), 1e-9})
     EXPECT_THROW(VoxelCarving(kVolume_world_m, voxel_m), std::invalid_argument);
 }
 
-TEST(Rivals, AreEmptyWithoutCamerasOrObjectPixels) {
+TEST(Baselines, AreEmptyWithoutCamerasOrObjectPixels) {
   Case c = random_case(4, 3);
   const Depths none(83 * 67, hull::kNoHull);
   VoxelCarving voxels(kVolume_world_m, 0.01);
@@ -369,7 +369,7 @@ TEST(Rivals, AreEmptyWithoutCamerasOrObjectPixels) {
 
 // Vectors of 4, 8 and 16 lanes: the same answers but for rounding, which differs with fused
 // multiply-adds and reciprocals.
-TEST(Rivals, AgreeInVectorsOfEveryWidth) {
+TEST(Baselines, AgreeForEverySimdWidth) {
   const Case c = random_case(5, 4);
   VoxelCarving voxels(kVolume_world_m, 0.005);
   const auto all = [&] {

@@ -242,7 +242,7 @@ TEST(Footprint, HoldsEveryPixelThatShowsTheObject) {
   const std::vector<hull::Capsule> object = {{{0, -1.5, 0.3}, {0.05, 0, 0.1}, 0.05},
                                              {{0.05, 0, 0.1}, {0.15, 0.1, 0.12}, 0.02}};
   const Eigen::AlignedBox3d box(Eigen::Vector3d(-2, -2, -1), Eigen::Vector3d(2, 2, 2));
-  std::vector<hull::SeenPart> parts;
+  std::vector<hull::SilhouetteBounds> parts;
   for (const Eigen::Vector3d& eye_m :
        {Eigen::Vector3d(-2, 0.5, 1.5), Eigen::Vector3d(1.8, -0.7, 1.4)}) {
     const geometry::Camera camera{geometry::pinhole_from_fov(720, 486, 1.0),

@@ -128,7 +128,7 @@ TEST(SyntheticImage, ShowsTheObjectAtItsTruePixels) {
     const cv::Mat room = source.background(0);
     const hull::ObjectPixels truth =
         hull::true_object_pixels(synthetic_object(world, frame / 30.0),
-                                 config::published_camera(camera), hull::PixelRule::centre);
+                                 config::published_camera(camera), hull::PixelRule::center);
     hull::ObjectPixels differs(720, 486);
     for (int v = 0; v < 486; ++v)
       for (int u = 0; u < 720; ++u)

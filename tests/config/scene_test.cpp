@@ -177,7 +177,7 @@ TEST_F(SceneFile, MeshInTheWrongUnitIsDoubted) {
 }
 
 const std::string kWishes = R"(
-name: wishes
+name: requests
 history: {cell_m: 0.01, window_frames: 12}
 objects:
   - name: plate
@@ -203,24 +203,24 @@ TEST_F(SceneFile, ReadsWhatCollisionResultsShouldTell) {
   EXPECT_EQ(plate.warming->cap_m, 0.2);
   EXPECT_EQ(plate.warming->cooling_s, 9);
   EXPECT_EQ(plate.warming->colour_rgb, (std::array<double, 3>{1, 0, 0}));
-  const CollisionWishes& wishes = plate.wishes;
-  EXPECT_TRUE(wishes.triangles && wishes.first_contact);
-  EXPECT_EQ(wishes.contacts, 6);
-  ASSERT_TRUE(wishes.response && wishes.proximity);
-  EXPECT_EQ(wishes.response->search, RecoverySearch::outward);
-  EXPECT_NEAR(wishes.response->apex_angle_rad, 1.0471975512, 1e-9);
-  EXPECT_EQ(wishes.response->height_m, 0.1);
-  EXPECT_EQ(wishes.response->v_rec_world, Eigen::Vector3d(0, 0, 2));
-  EXPECT_TRUE(wishes.response->four_points && wishes.response->shorter_way);
-  EXPECT_FALSE(wishes.response->closed_form);
-  EXPECT_EQ(wishes.proximity->of, ProximityOf::triangles);
-  EXPECT_EQ(wishes.proximity->cap_m, 0.3);
-  EXPECT_EQ(wishes.proximity->tolerance_m, 0.001);
+  const CollisionRequests& requests = plate.requests;
+  EXPECT_TRUE(requests.triangles && requests.first_contact);
+  EXPECT_EQ(requests.contacts, 6);
+  ASSERT_TRUE(requests.response && requests.proximity);
+  EXPECT_EQ(requests.response->search, RecoverySearch::outward);
+  EXPECT_NEAR(requests.response->apex_angle_rad, 1.0471975512, 1e-9);
+  EXPECT_EQ(requests.response->height_m, 0.1);
+  EXPECT_EQ(requests.response->v_rec_world, Eigen::Vector3d(0, 0, 2));
+  EXPECT_TRUE(requests.response->four_points && requests.response->local_minimum_translation);
+  EXPECT_FALSE(requests.response->closed_form);
+  EXPECT_EQ(requests.proximity->of, ProximityOf::triangles);
+  EXPECT_EQ(requests.proximity->cap_m, 0.3);
+  EXPECT_EQ(requests.proximity->tolerance_m, 0.001);
 }
 
 TEST_F(SceneFile, NothingIsAskedForUnlessItIsWritten) {
   const Scene scene = load(test::kGoodScene);
-  EXPECT_FALSE(scene.history || scene.objects[0].warming || scene.objects[0].wishes.any());
+  EXPECT_FALSE(scene.history || scene.objects[0].warming || scene.objects[0].requests.any());
 }
 
 TEST_F(SceneFile, WishesThatCantBeAreProblems) {

@@ -94,7 +94,7 @@ TEST(TrueObjectPixels, CentreIsExactlyTheCentresInTheSilhouetteAndTouchedHoldsIt
     test::Random random(seed);
     const auto object = test::random_object(random, 2, 0.4);
     const geometry::Camera camera = test::random_camera(random, 131, 90, 0.9);
-    const ObjectPixels centre = true_object_pixels(object, camera, PixelRule::centre),
+    const ObjectPixels centre = true_object_pixels(object, camera, PixelRule::center),
                        touched = true_object_pixels(object, camera, PixelRule::touched);
     for (int v = 0; v < 90; ++v)
       for (int u = 0; u < 131; ++u) {
@@ -166,7 +166,7 @@ TEST(TrueObjectPixels, CapsuleFromBehindTheCameraIntoItsView) {
   const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
                                 Eigen::Isometry3d::Identity()};
   const std::vector<Capsule> object{{{0.3, 0, -1}, {0.1, 0, 1}, 0.05}};
-  const ObjectPixels centre = true_object_pixels(object, camera, PixelRule::centre);
+  const ObjectPixels centre = true_object_pixels(object, camera, PixelRule::center);
   EXPECT_GT(centre.count(), 100u);
   for (int v = 0; v < 80; ++v)
     for (int u = 0; u < 100; ++u)
@@ -176,7 +176,7 @@ TEST(TrueObjectPixels, CapsuleFromBehindTheCameraIntoItsView) {
 TEST(TrueObjectPixels, CameraInsideTheCapsuleSeesItEverywhere) {
   const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
                                 Eigen::Isometry3d::Identity()};
-  for (const PixelRule rule : {PixelRule::centre, PixelRule::touched})
+  for (const PixelRule rule : {PixelRule::center, PixelRule::touched})
     EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -1}, {0, 0, 1}, 0.05}}, camera, rule)
                   .count(),
               8000u);

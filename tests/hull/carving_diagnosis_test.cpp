@@ -40,7 +40,7 @@ double distance_of_every_pixel(const ObjectPixels& pixels, const Eigen::Vector2d
   return nearest;
 }
 
-TEST(BlamePoint, SaysWhatInHullSaysOfAllAndOfTheOthers) {
+TEST(DiagnosePoint, AgreesWithInHullWithAndWithoutEachCamera) {
   int alone = 0, too_few = 0;
   for (int seed = 1; seed <= 15; ++seed) {
     test::Random random(seed);
@@ -49,15 +49,15 @@ TEST(BlamePoint, SaysWhatInHullSaysOfAllAndOfTheOthers) {
     for (const HullRule& rule : kRules)
       for (int i = 0; i < 60; ++i) {
         const Vector3d p = test::random_in_ball(random, i % 2 ? 0.25 : 2.0);
-        const PointBlame blame = blame_point(silhouettes, p, rule);
-        EXPECT_EQ(blame.in_hull, in_hull(silhouettes, p, rule));
-        ASSERT_EQ(blame.cameras.size(), silhouettes.size());
+        const PointDiagnosis diagnosis = diagnose_point(silhouettes, p, rule);
+        EXPECT_EQ(diagnosis.in_hull, in_hull(silhouettes, p, rule));
+        ASSERT_EQ(diagnosis.cameras.size(), silhouettes.size());
         std::vector<int> expected;
         int removing = 0;
         for (int c = 0; c < int(silhouettes.size()); ++c) {
-          const CameraBlame& camera = blame.cameras[std::size_t(c)];
+          const CameraDiagnosis& camera = diagnosis.cameras[std::size_t(c)];
           removing += camera.removes;
-          if (!blame.in_hull && camera.removes && in_hull(without(silhouettes, c), p, rule))
+          if (!diagnosis.in_hull && camera.removes && in_hull(without(silhouettes, c), p, rule))
             expected.push_back(c);
           const auto uv = geometry::project(silhouettes[std::size_t(c)].camera, p);
           EXPECT_EQ(camera.verdict == CameraVerdict::behind, !uv.has_value());
@@ -69,49 +69,49 @@ TEST(BlamePoint, SaysWhatInHullSaysOfAllAndOfTheOthers) {
             EXPECT_EQ(camera.to_object_px, kInfinity);
           }
         }
-        EXPECT_EQ(blame.alone, expected);
-        EXPECT_EQ(blame.too_few, !blame.in_hull && removing == 0);
-        alone += int(expected.size()), too_few += blame.too_few;
+        EXPECT_EQ(diagnosis.alone, expected);
+        EXPECT_EQ(diagnosis.too_few, !diagnosis.in_hull && removing == 0);
+        alone += int(expected.size()), too_few += diagnosis.too_few;
       }
   }
   EXPECT_GT(alone, 100);
   EXPECT_GT(too_few, 100);
 }
 
-TEST(BlamePoint, HardPoints) {
+TEST(DiagnosePoint, DegeneratePoints) {
   test::Random random(1);
   auto silhouettes =
       test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 2, 60, 45));
   const geometry::Camera& camera = silhouettes[0].camera;
-  EXPECT_EQ(blame_point(silhouettes,
+  EXPECT_EQ(diagnose_point(silhouettes,
                         geometry::camera_center_world_m(camera) -
                             camera.camera_from_world.linear().row(2).transpose(),
                         {})
                 .cameras[0]
                 .verdict,
             CameraVerdict::behind);
-  EXPECT_EQ(blame_point(silhouettes, camera.camera_from_world.inverse() * Vector3d(0, 0, 1000))
+  EXPECT_EQ(diagnose_point(silhouettes, camera.camera_from_world.inverse() * Vector3d(0, 0, 1000))
                     .cameras[0]
                     .verdict == CameraVerdict::outside_image,
             false);
-  EXPECT_EQ(blame_point(silhouettes, camera.camera_from_world.inverse() * Vector3d(1, 0, 1e-9))
+  EXPECT_EQ(diagnose_point(silhouettes, camera.camera_from_world.inverse() * Vector3d(1, 0, 1e-9))
                 .cameras[0]
                 .verdict,
             CameraVerdict::outside_image);
-  const PointBlame nan = blame_point(silhouettes, {kNaN, 0, 0});
+  const PointDiagnosis nan = diagnose_point(silhouettes, {kNaN, 0, 0});
   EXPECT_FALSE(nan.in_hull || nan.too_few);
   EXPECT_TRUE(nan.cameras.empty() && nan.alone.empty());
-  EXPECT_TRUE(blame_point({}, {0, 0, 0}).too_few);
+  EXPECT_TRUE(diagnose_point({}, {0, 0, 0}).too_few);
   silhouettes[1].camera.pinhole.cx_px = kInfinity;
   for (const HullRule& rule : kRules) {
-    const PointBlame unusable = blame_point(silhouettes, {0, 0, 0}, rule);
+    const PointDiagnosis unusable = diagnose_point(silhouettes, {0, 0, 0}, rule);
     EXPECT_EQ(unusable.cameras[1].verdict, CameraVerdict::unusable);
     EXPECT_TRUE(unusable.cameras[1].removes && !unusable.in_hull);
   }
   silhouettes[1] = {{{0, 0, 10, 10, 0, 0}, silhouettes[0].camera.camera_from_world},
                     ObjectPixels(0, 0)};
-  EXPECT_EQ(blame_point(silhouettes, {0, 0, 0}).cameras[1].verdict, CameraVerdict::outside_image);
-  EXPECT_EQ(blame_point(silhouettes, {0, 0, 0}).cameras[1].to_object_px, kInfinity);
+  EXPECT_EQ(diagnose_point(silhouettes, {0, 0, 0}).cameras[1].verdict, CameraVerdict::outside_image);
+  EXPECT_EQ(diagnose_point(silhouettes, {0, 0, 0}).cameras[1].to_object_px, kInfinity);
 }
 
 // Opposed pairs of cameras so far away that their pixels' pyramids are all but prisms: volumes as
@@ -144,18 +144,18 @@ TEST_F(Prisms, VolumesInClosedForm) {
   fill(0, {0, 0, 200, 200});
   fill(1, {0, 0, 200, 110});   // leaves 60 % of the box: rows count downward, z upward
   fill(2, {90, 0, 200, 200});  // leaves 60 % of the box
-  const VolumeBlame blame = blame_volume(silhouettes, box, test_pool());
-  expect_volume(blame.hull, 0.36);
-  EXPECT_EQ(blame.too_few.volume_m3, 0);
-  expect_volume(blame.cameras[0].removed, 0);
-  expect_volume(blame.cameras[0].kept_by_others, 0.36);
+  const VolumeDiagnosis diagnosis = diagnose_volume(silhouettes, box, test_pool());
+  expect_volume(diagnosis.hull, 0.36);
+  EXPECT_EQ(diagnosis.too_few.volume_m3, 0);
+  expect_volume(diagnosis.cameras[0].removed, 0);
+  expect_volume(diagnosis.cameras[0].kept_by_others, 0.36);
   for (const int c : {1, 2}) {
-    expect_volume(blame.cameras[std::size_t(c)].removed, 0.4);
-    expect_volume(blame.cameras[std::size_t(c)].removed_alone, 0.24);
-    expect_volume(blame.cameras[std::size_t(c)].kept_by_others, 0.6);
-    expect_volume(blame.cameras[std::size_t(c)].alone_not_seeing, 0);
+    expect_volume(diagnosis.cameras[std::size_t(c)].removed, 0.4);
+    expect_volume(diagnosis.cameras[std::size_t(c)].removed_alone, 0.24);
+    expect_volume(diagnosis.cameras[std::size_t(c)].kept_by_others, 0.6);
+    expect_volume(diagnosis.cameras[std::size_t(c)].removed_alone_unseen, 0);
   }
-  const std::string words = summary(blame, std::vector<std::string>{"left", "right"});
+  const std::string words = summary(diagnosis, std::vector<std::string>{"left", "right"});
   EXPECT_NE(words.find("right alone removes 40 % of what the others keep"), std::string::npos)
       << words;
   EXPECT_NE(words.find("camera 2 alone removes 40 % of what the others keep"), std::string::npos)
@@ -170,7 +170,7 @@ TEST_F(Prisms, PointsAreIndependentAlongEachPairOfAxes) {  // each camera limits
                              {{0, 100, 200, 200}, {100, 0, 200, 200}}}) {
     auto rig = silhouettes;
     fill(0, a), fill(1, b), fill(2, {0, 0, 200, 200});
-    expect_volume(blame_volume(silhouettes, box, test_pool()).hull, 0.25);
+    expect_volume(diagnose_volume(silhouettes, box, test_pool()).hull, 0.25);
     silhouettes = rig;
   }
 }
@@ -182,10 +182,10 @@ TEST_F(Prisms, ErrorsAreBinomial) {  // over many seeds, the spread is the state
   double sum2 = 0, stated2 = 0;
   const int seeds = 200;
   for (int seed = 1; seed <= seeds; ++seed) {
-    const VolumeBlame blame =
-        blame_volume(silhouettes, box, test_pool(), {}, {500, std::uint64_t(seed)});
-    sum2 += std::pow(blame.hull.volume_m3 - 0.6, 2);
-    stated2 += std::pow(blame.hull.error_m3, 2);
+    const VolumeDiagnosis diagnosis =
+        diagnose_volume(silhouettes, box, test_pool(), {}, {500, std::uint64_t(seed)});
+    sum2 += std::pow(diagnosis.hull.volume_m3 - 0.6, 2);
+    stated2 += std::pow(diagnosis.hull.error_m3, 2);
   }
   EXPECT_NEAR(std::sqrt(sum2 / stated2), 1, 0.2);  // 4 times the spread of a spread of 200
 }
@@ -194,15 +194,15 @@ TEST_F(Prisms, ACameraWithoutObjectPixelIsNamed) {
   fill(0, {50, 50, 150, 150});
   fill(2, {50, 50, 150, 150});
   for (const HullRule& rule : kRules) {
-    const VolumeBlame blame = blame_volume(silhouettes, box, test_pool(), rule, {20'000, 3});
-    EXPECT_EQ(blame.hull.volume_m3, 0);
-    EXPECT_GT(blame.hull.error_m3, 0);
-    EXPECT_TRUE(blame.cameras[1].no_object_pixel);
-    EXPECT_FALSE(blame.cameras[0].no_object_pixel || blame.cameras[2].no_object_pixel);
+    const VolumeDiagnosis diagnosis = diagnose_volume(silhouettes, box, test_pool(), rule, {20'000, 3});
+    EXPECT_EQ(diagnosis.hull.volume_m3, 0);
+    EXPECT_GT(diagnosis.hull.error_m3, 0);
+    EXPECT_TRUE(diagnosis.cameras[1].no_object_pixel);
+    EXPECT_FALSE(diagnosis.cameras[0].no_object_pixel || diagnosis.cameras[2].no_object_pixel);
     if (rule.min_seen > 2) continue;  // the two others are too few
-    EXPECT_NEAR(blame.cameras[1].removed_alone.volume_m3, 1, 0.01);
-    EXPECT_EQ(blame.cameras[0].removed_alone.volume_m3, 0);
-    const std::string words = summary(blame);
+    EXPECT_NEAR(diagnosis.cameras[1].removed_alone.volume_m3, 1, 0.01);
+    EXPECT_EQ(diagnosis.cameras[0].removed_alone.volume_m3, 0);
+    const std::string words = summary(diagnosis);
     EXPECT_NE(words.find("The hull is empty"), std::string::npos) << words;
     EXPECT_NE(words.find("No object pixel in camera 1:"), std::string::npos) << words;
     EXPECT_NE(words.find("camera 1 alone removes 100 %"), std::string::npos) << words;
@@ -212,21 +212,21 @@ TEST_F(Prisms, ACameraWithoutObjectPixelIsNamed) {
 TEST_F(Prisms, ACameraThatLooksAwayAndOneThatIsNotFinite) {
   for (int c = 0; c < 3; ++c) fill(c, {0, 0, 200, 200});
   silhouettes[2].camera.camera_from_world = geometry::look_at({0, 0, 10}, {0, 0, 20}, {0, 1, 0});
-  VolumeBlame blame = blame_volume(silhouettes, box, test_pool());
-  EXPECT_NEAR(blame.cameras[2].alone_not_seeing.volume_m3, 1, 1e-12);
-  EXPECT_NE(summary(blame).find("lies outside its image or behind it"), std::string::npos)
-      << summary(blame);
-  EXPECT_NEAR(blame_volume(silhouettes, box, test_pool(), {Limits::seen, 2}).hull.volume_m3, 1,
+  VolumeDiagnosis diagnosis = diagnose_volume(silhouettes, box, test_pool());
+  EXPECT_NEAR(diagnosis.cameras[2].removed_alone_unseen.volume_m3, 1, 1e-12);
+  EXPECT_NE(summary(diagnosis).find("lies outside its image or behind it"), std::string::npos)
+      << summary(diagnosis);
+  EXPECT_NEAR(diagnose_volume(silhouettes, box, test_pool(), {Limits::seen, 2}).hull.volume_m3, 1,
               0.01);
-  EXPECT_NE(summary(blame_volume(silhouettes, box, test_pool(), {Limits::seen, 3}))
+  EXPECT_NE(summary(diagnose_volume(silhouettes, box, test_pool(), {Limits::seen, 3}))
                 .find("seen by too few cameras"),
             std::string::npos);
   silhouettes[2].camera.pinhole.fx_px = kNaN;
-  blame = blame_volume(silhouettes, box, test_pool(), {Limits::seen, 2});
-  EXPECT_TRUE(blame.cameras[2].unusable);
-  EXPECT_EQ(blame.hull.volume_m3, 0);
-  EXPECT_NE(summary(blame).find("The calibration of camera 2 is not finite"), std::string::npos)
-      << summary(blame);
+  diagnosis = diagnose_volume(silhouettes, box, test_pool(), {Limits::seen, 2});
+  EXPECT_TRUE(diagnosis.cameras[2].unusable);
+  EXPECT_EQ(diagnosis.hull.volume_m3, 0);
+  EXPECT_NE(summary(diagnosis).find("The calibration of camera 2 is not finite"), std::string::npos)
+      << summary(diagnosis);
 }
 
 TEST_F(Prisms, TheSameOnAnyNumberOfThreadsAndInNoOrder) {
@@ -235,17 +235,17 @@ TEST_F(Prisms, TheSameOnAnyNumberOfThreadsAndInNoOrder) {
       test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 5, 60, 45));
   base::WorkerPool one(1), five(5);
   for (const HullRule& rule : kRules) {
-    const VolumeBlame a = blame_volume(rig, box, one, rule, {30'000, 7}),
-                      b = blame_volume(rig, box, five, rule, {30'000, 7});
+    const VolumeDiagnosis a = diagnose_volume(rig, box, one, rule, {30'000, 7}),
+                      b = diagnose_volume(rig, box, five, rule, {30'000, 7});
     auto turned = rig;
     std::reverse(turned.begin(), turned.end());
-    const VolumeBlame c = blame_volume(turned, box, five, rule, {30'000, 7});
+    const VolumeDiagnosis c = diagnose_volume(turned, box, five, rule, {30'000, 7});
     EXPECT_EQ(a.hull.volume_m3, b.hull.volume_m3);
     EXPECT_EQ(a.hull.volume_m3, c.hull.volume_m3);
     for (std::size_t i = 0; i < rig.size(); ++i)
-      for (const SampledVolume CameraShare::*part :
-           {&CameraShare::removed, &CameraShare::removed_alone, &CameraShare::alone_not_seeing,
-            &CameraShare::kept_by_others}) {
+      for (const SampledVolume CameraContribution::*part :
+           {&CameraContribution::removed, &CameraContribution::removed_alone, &CameraContribution::removed_alone_unseen,
+            &CameraContribution::kept_by_others}) {
         EXPECT_EQ((a.cameras[i].*part).volume_m3, (b.cameras[i].*part).volume_m3);
         EXPECT_EQ((a.cameras[i].*part).volume_m3, (c.cameras[rig.size() - 1 - i].*part).volume_m3);
       }
@@ -253,21 +253,21 @@ TEST_F(Prisms, TheSameOnAnyNumberOfThreadsAndInNoOrder) {
 }
 
 TEST_F(Prisms, NoCameraAndNoBox) {
-  EXPECT_EQ(blame_volume({}, box, test_pool()).hull.volume_m3, 0);
-  EXPECT_EQ(summary(blame_volume({}, box, test_pool())), "There is no camera, hence no hull.");
+  EXPECT_EQ(diagnose_volume({}, box, test_pool()).hull.volume_m3, 0);
+  EXPECT_EQ(summary(diagnose_volume({}, box, test_pool())), "There is no camera, hence no hull.");
   for (const AlignedBox3d& none :
        {AlignedBox3d(), AlignedBox3d(Vector3d(0, 0, 0), Vector3d(1, 0, 1)),
         AlignedBox3d(Vector3d(0, 0, 0), Vector3d(kInfinity, 1, 1)),
         AlignedBox3d(Vector3d(kNaN, 0, 0), Vector3d(1, 1, 1))}) {
-    const VolumeBlame blame = blame_volume(silhouettes, none, test_pool());
-    EXPECT_EQ(blame.hull.volume_m3, 0);
-    EXPECT_EQ(blame.cameras.size(), 3u);
-    EXPECT_FALSE(summary(blame).empty());
+    const VolumeDiagnosis diagnosis = diagnose_volume(silhouettes, none, test_pool());
+    EXPECT_EQ(diagnosis.hull.volume_m3, 0);
+    EXPECT_EQ(diagnosis.cameras.size(), 3u);
+    EXPECT_FALSE(summary(diagnosis).empty());
   }
 }
 
-TEST(BlameVolume,
-     GhostsOfTwoPeopleAreNobodysFault) {  // the fifth camera, from above, removes them alone
+TEST(DiagnoseVolume,
+     GhostVolumesAreBlamedOnNoSingleCamera) {  // the fifth camera, from above, removes them alone
   const std::vector<Capsule> people{{{-0.6, 0, 0.2}, {-0.6, 0, 1.5}, 0.2},
                                     {{0.6, 0, 0.2}, {0.6, 0, 1.5}, 0.2}};
   std::vector<geometry::Camera> cameras;
@@ -280,13 +280,13 @@ TEST(BlameVolume,
                      geometry::look_at({0, 0, 6}, {0, 0, 0}, {0, 1, 0})});
   const auto silhouettes = test::silhouettes_of(people, cameras);
   const AlignedBox3d around_a_ghost(Vector3d(-0.1, -0.7, 0.5), Vector3d(0.1, -0.5, 1.2));
-  const VolumeBlame four = blame_volume(std::span(silhouettes).first(4), around_a_ghost,
+  const VolumeDiagnosis four = diagnose_volume(std::span(silhouettes).first(4), around_a_ghost,
                                         test_pool(), {}, {5000, 1}),
-                    five = blame_volume(silhouettes, around_a_ghost, test_pool(), {}, {5000, 1});
+                    five = diagnose_volume(silhouettes, around_a_ghost, test_pool(), {}, {5000, 1});
   EXPECT_GT(four.hull.volume_m3, 0.5 * around_a_ghost.volume());
   EXPECT_EQ(five.hull.volume_m3, 0);
   EXPECT_EQ(five.cameras[4].removed_alone.volume_m3, four.hull.volume_m3);
-  EXPECT_EQ(blame_point(silhouettes, {0, -0.6, 0.9}).alone, std::vector<int>{4});
+  EXPECT_EQ(diagnose_point(silhouettes, {0, -0.6, 0.9}).alone, std::vector<int>{4});
 }
 
 }  // namespace

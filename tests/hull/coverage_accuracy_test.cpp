@@ -184,7 +184,7 @@ double window_px(double radius_px) {
 }
 
 struct Compared {
-  Errors coverage, centre, touched;
+  Errors coverage, center, touched;
 };
 
 void compare(Compared& all, test::Random& random, double radius_px, bool long_one,
@@ -196,7 +196,7 @@ void compare(Compared& all, test::Random& random, double radius_px, bool long_on
   const auto cameras = rig(random, cameras_count);
   std::vector<CoverageSilhouette> covered;
   for (const geometry::Camera& c : cameras) covered.push_back({c, true_coverage(object, c)});
-  const auto centre = test::silhouettes_of(object, cameras, PixelRule::centre),
+  const auto centre = test::silhouettes_of(object, cameras, PixelRule::center),
              touched = test::silhouettes_of(object, cameras, PixelRule::touched);
   const double reach_m = radius_m + half.norm(), eye_m = 8 * reach_m + 0.1;
   const View view{{geometry::pinhole_from_fov(24, 24, 2.2 * reach_m / eye_m),
@@ -206,18 +206,18 @@ void compare(Compared& all, test::Random& random, double radius_px, bool long_on
                   eye_m + 4 * reach_m};
   const PixelRect rect = test::whole_image(view.camera);
   const SurfaceTile tile = CoverageHull(test_pool(), covered).surface(view, rect);
-  const DepthTile by_centre = CpuHull(test_pool(), centre).depth(view, rect),
+  const DepthTile by_center = CpuHull(test_pool(), centre).depth(view, rect),
                   by_touched = CpuHull(test_pool(), touched).depth(view, rect);
   for (int i = 0; i < int(rect.area_px()); ++i) {
     const geometry::Ray ray = geometry::ray_through(view.camera, Vector2d(i % 24, i / 24));
     const auto truth_m = true_depth_m(object, cameras, ray, view.near_m, view.far_m);
-    if (!truth_m || tile.depth_m[i] == kNoHull || by_centre.depth_m[i] == kNoHull ||
+    if (!truth_m || tile.depth_m[i] == kNoHull || by_center.depth_m[i] == kNoHull ||
         by_touched.depth_m[i] == kNoHull)
       continue;
     add_surface(all.coverage, tile.depth_m[i], *truth_m);
-    add_surface(all.centre, by_centre.depth_m[i], *truth_m);
+    add_surface(all.centre, by_center.depth_m[i], *truth_m);
     add_surface(all.touched, by_touched.depth_m[i], *truth_m);
-    measure_binary(all.centre, centre, object[0], ray, by_centre.depth_m[i], window_px(radius_px));
+    measure_binary(all.centre, centre, object[0], ray, by_center.depth_m[i], window_px(radius_px));
     measure_binary(all.touched, touched, object[0], ray, by_touched.depth_m[i],
                    window_px(radius_px));
     if (tile.limiting[i] < 0) continue;

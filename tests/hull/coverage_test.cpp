@@ -33,7 +33,7 @@ DepthTile depth_of(std::span<const CoverageSilhouette> silhouettes, const View& 
 
 // The definition, written a second time: weights of the four nearest centres. Least coverage over
 // the cameras; -1 where one does not see p.
-double least_coverage(std::span<const CoverageSilhouette> silhouettes, const Vector3d& p_world_m) {
+double min_coverage(std::span<const CoverageSilhouette> silhouettes, const Vector3d& p_world_m) {
   double least = silhouettes.empty() ? -1 : 1;
   for (const CoverageSilhouette& s : silhouettes) {
     const auto uv = geometry::project(s.camera, p_world_m);
@@ -61,7 +61,7 @@ struct Counts {
 void expect_definition(Counts& counts, std::span<const CoverageSilhouette> silhouettes,
                        const geometry::Ray& ray, const View& view, float depth_m) {
   const auto coverage = [&](double t) {
-    return least_coverage(silhouettes, ray.origin_world_m + t * ray.direction_world);
+    return min_coverage(silhouettes, ray.origin_world_m + t * ray.direction_world);
   };
   const double step = (view.far_m - view.near_m) / kSamples;
   double expected = kNoHull;
@@ -197,7 +197,7 @@ TEST(CoverageHull, PointsBeforeAndBehindADepthAreOutsideAndInside) {
   EXPECT_LE(thin, hits / 100);
 }
 
-TEST(CoverageHull, OrderOfCamerasThreadsAndRectanglesNeverShowInTheBits) {
+TEST(CoverageHull, IsBitIdenticalForEveryCameraOrderThreadCountAndTiling) {
   base::WorkerPool one(1), three(3);
   for (int seed = 1; seed <= 6; ++seed) {
     test::Random random(seed);
@@ -237,7 +237,7 @@ TEST(CoverageHull, NormalsAreUnitFaceTheViewAndLieAcrossTheLimitingCamerasSight)
     EXPECT_NEAR(normal.norm(), 1, 1e-6);
     EXPECT_NEAR(normal.dot((p - geometry::camera_center_world_m(s.camera)).normalized()), 0,
                 1e-5);  // float
-    EXPECT_NEAR(least_coverage(std::span(&s, 1), p), 0.5, kOnBorder);
+    EXPECT_NEAR(min_coverage(std::span(&s, 1), p), 0.5, kOnBorder);
     away += normal.dot(ray.direction_world) > 0;
   }
   EXPECT_GT(hits, 100);
@@ -333,7 +333,7 @@ TEST_F(CoverageSquare,
     if (tile.depth_m[i] == kNoHull) continue;
     const geometry::Ray ray = geometry::ray_through(view.camera, Vector2d(i % 64, i / 64));
     const Vector3d p = ray.origin_world_m + double(tile.depth_m[i]) * ray.direction_world;
-    if (least_coverage(std::span(silhouettes).subspan(1, 1), p) > 0.51) continue;
+    if (min_coverage(std::span(silhouettes).subspan(1, 1), p) > 0.51) continue;
     EXPECT_NEAR(p.x(), border_x * (2 - p.y()), 1e-6);
     ++checked;
   }
@@ -346,7 +346,7 @@ TEST_F(CoverageSquare, BinaryMapsEqualTheDefinition) {
   EXPECT_GT(expect_definition(silhouettes, view, 11).hits, 50);
 }
 TEST_F(CoverageSquare,
-       OrderNeverShowsWhereTwoCamerasLimitTogether) {  // one pose, one border, but other coverage
+       TiesBetweenLimitingCamerasAreIndependentOfOrder) {  // one pose, one border, but other coverage
                                                        // beside it: other normals
   silhouettes.push_back(silhouettes[0]);
   fill(0, {30, 30, 60, 50});

@@ -122,23 +122,23 @@ std::vector<Wire> wires(double width_px, int count) {
 const double kWidths_px[] = {0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8,
                              0.9, 1.0,  1.1, 1.2, 1.3, 1.5, 1.7, 2.0};
 
-TEST(ThinCoverage, WiresAreKeptWithoutGaps) {
+TEST(ThinCoverage, KeepsWiresConnected) {
   int broken_before = 0;
   for (const double width_px : kWidths_px)
     for (const Wire& wire : wires(width_px, 80)) {
       const CoverageMap map = wire.map();
       broken_before += !unbroken(map, wire);
       for (const ThinRule rule : {ThinRule::contained, ThinRule::as_wide})
-        EXPECT_TRUE(unbroken(keep_thin(map, {.rule = rule}), wire))
+        EXPECT_TRUE(unbroken(preserve_thin(map, {.rule = rule}), wire))
             << width_px << " px, " << wire.angle_rad << " rad at " << wire.middle_px.transpose();
     }
   EXPECT_GT(broken_before, 500);
 }
 
-TEST(ThinCoverage, ContainedHoldsTheAxis) {
+TEST(ThinCoverage, ContainedRuleKeepsTheAxisInside) {
   for (const double width_px : kWidths_px)
     for (const Wire& wire : wires(width_px, 80)) {
-      const CoverageMap kept = keep_thin(wire.map());
+      const CoverageMap kept = preserve_thin(wire.map());
       for (double t = -0.5 * kLength_px + kEnd_px; t <= 0.5 * kLength_px - kEnd_px; t += 0.05) {
         const Vector2d uv = wire.middle_px + t * wire.along();
         EXPECT_GE(kept.interpolated(uv.x(), uv.y()), 0.5)
@@ -148,7 +148,7 @@ TEST(ThinCoverage, ContainedHoldsTheAxis) {
     }
 }
 
-TEST(ThinCoverage, WidthsAndPlacesOfWires) {
+TEST(ThinCoverage, WireWidthAndPosition) {
   std::printf("%5s | %-17s | %-26s | %-26s\n", "wire", "no rule: width px",
               "contained: width, beyond", "as wide: width, beyond");
   for (const double width_px : {0.2, 0.3, 0.5, 0.7, 0.9, 1.0, 1.2, 1.5, 2.0}) {
@@ -157,7 +157,7 @@ TEST(ThinCoverage, WidthsAndPlacesOfWires) {
       const CoverageMap map = wire.map();
       before.push_back(level_of(map, wire).width_px);
       for (const ThinRule rule : {ThinRule::contained, ThinRule::as_wide}) {
-        const Level level = level_of(keep_thin(map, {.rule = rule}), wire);
+        const Level level = level_of(preserve_thin(map, {.rule = rule}), wire);
         widths[int(rule)].push_back(level.width_px);
         beyond[int(rule)].push_back(level.farthest_px - width_px / 2);
       }
@@ -179,14 +179,14 @@ TEST(ThinCoverage, WidthsAndPlacesOfWires) {
   }
 }
 
-TEST(ThinCoverage, StripsAlongARowHaveTheirOwnWidthOrHoldItsBorders) {
+TEST(ThinCoverage, RowAlignedStripsKeepTheirWidthOrBorders) {
   for (int c = 40; c < 255; ++c) {  // within the row
     CoverageMap map(9, 9);
     for (int u = 0; u < 9; ++u) map.set(u, 4, std::uint8_t(c));
     const double w = c / 255.0, half = 0.5 * w,
                  quantum = 1.0 / 255;  // of coverage: moves a border by at most as much in pixels
-    const CoverageMap as_wide = keep_thin(map, {.rule = ThinRule::as_wide}),
-                      contained = keep_thin(map);
+    const CoverageMap as_wide = preserve_thin(map, {.rule = ThinRule::as_wide}),
+                      contained = preserve_thin(map);
     for (const double side : {-1.0, 1.0}) {
       EXPECT_GE(as_wide.interpolated(4, 4 + side * (half - 1e-9)), 0.5);
       EXPECT_LT(as_wide.interpolated(4, 4 + side * (half + 3 * quantum)), 0.5);
@@ -200,7 +200,7 @@ TEST(ThinCoverage, StripsAlongARowHaveTheirOwnWidthOrHoldItsBorders) {
       CoverageMap map(9, 9);
       for (int u = 0; u < 9; ++u)
         map.set(u, 3, std::uint8_t(above)), map.set(u, 4, std::uint8_t(below));
-      const CoverageMap contained = keep_thin(map);
+      const CoverageMap contained = preserve_thin(map);
       EXPECT_GE(contained.interpolated(4, 3.5 - above / 255.0 + 1e-9), 0.5)
           << above << ' ' << below;
       EXPECT_GE(contained.interpolated(4, 3.5 + below / 255.0 - 1e-9), 0.5)
@@ -208,30 +208,30 @@ TEST(ThinCoverage, StripsAlongARowHaveTheirOwnWidthOrHoldItsBorders) {
     }
 }
 
-TEST(ThinCoverage, DotsAreKeptAndNoiseIsNot) {
+TEST(ThinCoverage, KeepsDotsAndRemovesNoise) {
   for (const ThinRule rule : {ThinRule::contained, ThinRule::as_wide})
     for (const int c : {40, 60, 120}) {
       CoverageMap map(5, 5);
       map.set(2, 2, std::uint8_t(c));
-      EXPECT_GE(keep_thin(map, {.rule = rule}).at(2, 2), 128) << c;
+      EXPECT_GE(preserve_thin(map, {.rule = rule}).at(2, 2), 128) << c;
     }
   CoverageMap speck(5, 5);
   speck.set(2, 2, 37);  // 0.145 px^2
-  EXPECT_EQ(keep_thin(speck), speck);
+  EXPECT_EQ(preserve_thin(speck), speck);
   test::Random random(2);
   std::normal_distribution<double> noise(0, 0.02 * 255);
   CoverageMap noisy(300, 300);
   for (int v = 0; v < 300; ++v)
     for (int u = 0; u < 300; ++u)
       noisy.set(u, v, std::uint8_t(std::clamp(noise(random), 0.0, 255.0)));
-  const CoverageMap kept = keep_thin(noisy);
+  const CoverageMap kept = preserve_thin(noisy);
   int wrong = 0;
   for (const std::uint8_t c : kept.bytes()) wrong += c >= 128;
   std::printf("noise of 2 percent: %d of 90000 pixels kept\n", wrong);
   EXPECT_LE(wrong, 10);  // four standard deviations: 3 in 90,000
 }
 
-TEST(ThinCoverage, GapsBinaryMapsAndWholeThingsStay) {
+TEST(ThinCoverage, LeavesGapsBinaryMapsAndThickObjectsUnchanged) {
   test::Random random(8);
   CoverageMap gap(24, 24), diagonal(24, 24);
   for (int v = 0; v < 24; ++v)
@@ -247,7 +247,7 @@ TEST(ThinCoverage, GapsBinaryMapsAndWholeThingsStay) {
   for (const ThinRule rule : {ThinRule::contained, ThinRule::as_wide})
     for (const CoverageMap& map :
          {gap, diagonal, binary, true_coverage(both, camera), CoverageMap(), CoverageMap(1, 1)})
-      EXPECT_EQ(keep_thin(map, {.rule = rule}), map);
+      EXPECT_EQ(preserve_thin(map, {.rule = rule}), map);
 }
 
 // A wire in space, of some pixels' width in all images.
@@ -265,7 +265,7 @@ WireRig wire_rig(test::Random& random, int cameras, double width_px, ThinRule ru
     const Capsule wire{rig.middle - rig.half, rig.middle + rig.half,
                        0.5 * width_px * 1.5 / camera.pinhole.fx_px};
     rig.silhouettes.push_back(
-        {camera, keep_thin(true_coverage({&wire, 1}, camera), {.rule = rule})});
+        {camera, preserve_thin(true_coverage({&wire, 1}, camera), {.rule = rule})});
   }
   return rig;
 }

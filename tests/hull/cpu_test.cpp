@@ -63,7 +63,7 @@ TEST(CpuDepth, EqualsTheReferenceOnRandomRigs) {
     test::Random random(seed);
     const auto cameras = test::random_cameras(random, 1 + seed % 6);
     const auto silhouettes = test::silhouettes_of(
-        test::random_object(random, 3), cameras, seed % 2 ? PixelRule::touched : PixelRule::centre);
+        test::random_object(random, 3), cameras, seed % 2 ? PixelRule::touched : PixelRule::center);
     hits += expect_reference(silhouettes, {test::random_camera(random, 64, 48, 0.8), 0.05, 5.0}, 3);
   }
   EXPECT_GT(hits, 2000);
@@ -96,7 +96,7 @@ TEST(CpuDepth, SaltAndPepperNoiseOfOnePercentInEveryMap) {
             50);
 }
 
-TEST(CpuDepth, OrderOfCamerasNeverShowsInTheBits) {
+TEST(CpuDepth, IsBitIdenticalForEveryCameraOrder) {
   for (int seed = 1; seed <= 10; ++seed) {
     test::Random random(seed);
     auto silhouettes =
@@ -133,7 +133,7 @@ TEST(CpuDepth, AnotherCameraNeverAddsVolume) {
   }
 }
 
-TEST(CpuDepth, RectanglesTogetherGiveTheWholeViewBitForBit) {
+TEST(CpuDepth, TilesEqualTheWholeViewBitForBit) {
   test::Random random(5);
   const auto silhouettes =
       test::silhouettes_of(test::random_object(random, 4), test::random_cameras(random, 4));

@@ -86,7 +86,7 @@ TEST_F(GlHullTest, EqualsTheReferenceOnRandomRigs) {
     test::Random random(seed);
     const auto cameras = test::random_cameras(random, 1 + seed % 6);
     const auto silhouettes = test::silhouettes_of(
-        test::random_object(random, 3), cameras, seed % 2 ? PixelRule::touched : PixelRule::centre);
+        test::random_object(random, 3), cameras, seed % 2 ? PixelRule::touched : PixelRule::center);
     hits += expect_reference(silhouettes, {test::random_camera(random, 64, 48, 0.8), 0.05, 5.0}, 2);
   }
   EXPECT_GT(hits, 2000);
@@ -144,12 +144,12 @@ TEST_F(GlHullTest, ManyCameras) {
   }
   test::Random random(1);
   EXPECT_THROW(hull().set_silhouettes(std::vector<Silhouette>(
-                   kMostGlCameras + 1,
+                   kMaxGlCameras + 1,
                    {test::random_camera(random, 8, 8), test::random_pixels(random, 8, 8, 0.5)})),
                std::invalid_argument);
 }
 
-TEST_F(GlHullTest, OrderOfCamerasNeverShowsInTheBits) {
+TEST_F(GlHullTest, IsBitIdenticalForEveryCameraOrder) {
   for (int seed = 1; seed <= 5; ++seed) {
     test::Random random(seed);
     auto silhouettes =
@@ -165,7 +165,7 @@ TEST_F(GlHullTest, OrderOfCamerasNeverShowsInTheBits) {
   }
 }
 
-TEST_F(GlHullTest, RectanglesTogetherGiveTheWholeViewBitForBit) {
+TEST_F(GlHullTest, TilesEqualTheWholeViewBitForBit) {
   test::Random random(5);
   hull().set_silhouettes(
       test::silhouettes_of(test::random_object(random, 4), test::random_cameras(random, 4)));
@@ -185,7 +185,7 @@ TEST_F(GlHullTest, RectanglesTogetherGiveTheWholeViewBitForBit) {
   }
 }
 
-TEST_F(GlHullTest, BuffersServeFrameAfterFrame) {  // what a larger frame left behind never shows
+TEST_F(GlHullTest, BuffersAreReusedAcrossFrames) {  // what a larger frame left behind never shows
   test::Random random(9);
   for (int frame = 0; frame < 12; ++frame) {
     SCOPED_TRACE(frame);
@@ -202,7 +202,7 @@ TEST_F(GlHullTest, BuffersServeFrameAfterFrame) {  // what a larger frame left b
   }
 }
 
-TEST_F(GlHullTest, TextureHoldsWhatIsReadBack) {
+TEST_F(GlHullTest, TextureEqualsReadBack) {
   test::Random random(4);
   hull().set_silhouettes(
       test::silhouettes_of(test::random_object(random, 4), test::random_cameras(random, 4)));
@@ -230,7 +230,7 @@ TEST_F(GlHullTest, TextureHoldsWhatIsReadBack) {
   EXPECT_GT(hits, 100);
 }
 
-TEST_F(GlHullTest, RefusesWhatItCantDo) {
+TEST_F(GlHullTest, RejectsUnsupportedInput) {
   test::Random random(3);
   const geometry::Camera camera = test::random_camera(random, 16, 12);
   const std::vector<Silhouette> silhouettes{{camera, test::random_pixels(random, 16, 12, 0.5)}};

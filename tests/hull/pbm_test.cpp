@@ -23,7 +23,7 @@ struct Pbm : ::testing::Test {
   }
 };
 
-TEST_F(Pbm, ComesBackToTheBit) {
+TEST_F(Pbm, RoundTripsBitForBit) {
   test::Random random(1);
   for (const auto& [width, height] : {std::pair{1, 1}, {7, 3}, {8, 8}, {65, 9}, {200, 30}}) {
     const ObjectPixels pixels = test::random_pixels(random, width, height, 0.4);
@@ -32,7 +32,7 @@ TEST_F(Pbm, ComesBackToTheBit) {
   }
 }
 
-TEST_F(Pbm, RefusesByName) {
+TEST_F(Pbm, ErrorsNameTheFile) {
   EXPECT_NE(why_not(4, 4).find(file.string()), std::string::npos);  // not there
   std::ofstream(file) << "P4\n4 4\nab";
   EXPECT_NE(why_not(4, 4).find("ends in row 2"), std::string::npos);

@@ -178,7 +178,7 @@ TEST_F(Sweep, NothingBehindACameraThatStandsInThePlane) {  // which cuts its fie
   EXPECT_GT(hits, 500);
 }
 
-TEST_F(Sweep, RectanglesTogetherGiveTheWholeViewBitForBit) {
+TEST_F(Sweep, TilesEqualTheWholeViewBitForBit) {
   test::Random random(5);
   PlaneSweep sweep(97, 61, 50);
   const auto silhouettes =
@@ -204,7 +204,7 @@ TEST_F(Sweep, RectanglesTogetherGiveTheWholeViewBitForBit) {
   }
 }
 
-TEST_F(Sweep, OrderOfCamerasNeverShows) {
+TEST_F(Sweep, IsIndependentOfCameraOrder) {
   test::Random random(7);
   PlaneSweep sweep(64, 48, 40);
   auto silhouettes =
@@ -217,7 +217,7 @@ TEST_F(Sweep, OrderOfCamerasNeverShows) {
   EXPECT_EQ(sweep.depth(view, {0.2, 1.5}, test::whole_image(view.camera)).depth_m, expected);
 }
 
-TEST_F(Sweep, ManyCamerasCountToEightBitsAndNoFurther) {
+TEST_F(Sweep, RejectsMoreThan255Cameras) {
   test::Random random(3);
   PlaneSweep sweep(16, 12, 8);
   const geometry::Camera camera = test::random_camera(random, 16, 12);

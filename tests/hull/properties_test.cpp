@@ -65,7 +65,7 @@ Vector3d random_point(test::Random& random) {
   return test::random_in_ball(random, std::pow(10.0, test::uniform(random, -1.5, 0.7)));
 }
 
-TEST(HullProperties, BallsKeepTheirPromises) {
+TEST(HullProperties, FreeAndSolidBallsAreUniform) {
   int free = 0, solid = 0;
   for (int seed = 1; seed <= kRigs; ++seed) {
     test::Random random(seed);
@@ -93,7 +93,7 @@ TEST(HullProperties, BallsKeepTheirPromises) {
   EXPECT_GT(solid, 1'000);
 }
 
-TEST(HullProperties, OrderOfCamerasNeverShowsInTheBits) {
+TEST(HullProperties, IsBitIdenticalForEveryCameraOrder) {
   for (int seed = 1; seed <= kRigs; ++seed) {
     test::Random random(kRigs + seed);
     Rig rig = random_rig(random), turned = rig;
@@ -142,7 +142,7 @@ geometry::Camera scaled(geometry::Camera camera, double factor) {
 // A length in another unit. Powers of two change no digit; other factors only by rounding: what is
 // near a pixel's border may then fall to its other side, hence of radii that are not tiny, and with
 // a distance as slack.
-TEST(HullProperties, AnotherUnitOfLengthScalesDepthsAndRadii) {
+TEST(HullProperties, ScalesWithTheUnitOfLength) {
   int compared = 0, hits = 0, moved = 0;
   for (int seed = 1; seed <= kRigs; ++seed) {
     test::Random random(3 * kRigs + seed);

@@ -172,7 +172,7 @@ TEST_F(SquareQuery, RayTangentToASilhouette) {  // in the plane of a row's upper
   EXPECT_EQ(q.query.intervals(segment(on(20, 40, 0.5), on(20, 40, 4)), 0, 1).size(), 1u);
 }
 
-TEST_F(SquareQuery, NoPieceOfLengthZeroAtACorner) {  // touches the corner pixel's corner only
+TEST_F(SquareQuery, NoZeroLengthIntervalAtACorner) {  // touches the corner pixel's corner only
   silhouettes.resize(1);
   silhouettes[0] = {{{11, 11, 10, 10, 5, 5}, Eigen::Isometry3d::Identity()}, ObjectPixels(11, 11)};
   silhouettes[0].pixels.set(5, 5);
@@ -188,7 +188,7 @@ TEST_F(SquareQuery, NoPieceOfLengthZeroAtACorner) {  // touches the corner pixel
   EXPECT_TRUE(q.query.intervals({{-3, 0, -1}, {1, 0, 0}}, 0.5, 10).empty());
 }
 
-TEST(HullQueryRay, OnePieceThroughCornersOfPixels) {  // pixels that touch at a corner; every number
+TEST(HullQueryRay, OneIntervalThroughDiagonalPixels) {  // pixels that touch at a corner; every number
                                                       // is exact in binary
   Silhouette s{{{16, 16, 16, 16, 8, 8}, Eigen::Isometry3d::Identity()}, ObjectPixels(16, 16)};
   for (int i = 4; i < 12; ++i) s.pixels.set(i, i);

@@ -57,7 +57,7 @@ TEST(HullQueryPoint, IsInHullOnRandomRigs) {
   EXPECT_GT(inside, 1000);
 }
 
-TEST(HullQueryPoint, HardPointsAreInHullToTheBit) {
+TEST(HullQueryPoint, DegeneratePointsMatchInHullBitForBit) {
   for (int seed = 1; seed <= 20; ++seed) {
     test::Random random(seed);
     std::vector<Silhouette> silhouettes;
@@ -129,7 +129,7 @@ TEST(HullQueryPoint, NoCameraAndNoObjectPixel) {
   EXPECT_FALSE(blind.query.contains({0, 0, 0}));
 }
 
-TEST(HullQueryBall, PromisesAreKeptOnEveryNumberOfCameras) {
+TEST(HullQueryBall, BallsAreUniformForEveryCameraCount) {
   for (const int cameras : {1, 2, 3, 4, 16, 64}) {
     SCOPED_TRACE(cameras);
     test::Random random(cameras);
@@ -174,7 +174,7 @@ TEST(HullQueryBall, ReachesToTheBorderOfAPixel) {
   EXPECT_GE(stretched.query.solid_radius_m(inside), 1e-3 / 1.0005);
 }
 
-TEST(HullQueryBall, BehindACameraItsPlaneIsFreeUpTo) {
+TEST(HullQueryBall, BehindACameraFreeRadiusIsDistanceToItsPlane) {
   Silhouette s{{{11, 11, 1, 1, 5, 5}, Eigen::Isometry3d::Identity()},
                ObjectPixels(11, 11)};  // so wide that the sides say little
   for (int v = 0; v < 11; ++v)
@@ -184,7 +184,7 @@ TEST(HullQueryBall, BehindACameraItsPlaneIsFreeUpTo) {
   EXPECT_EQ(q.query.free_radius_m({0, 0, 0}), 0);
 }
 
-TEST(HullQueryBall, SphereTracingComesToTheEntry) {
+TEST(HullQueryBall, SphereTracingConvergesToTheEntry) {
   int hits = 0;
   for (int seed = 1; seed <= 10; ++seed) {
     test::Random random(seed);
@@ -209,7 +209,7 @@ TEST(HullQueryBall, SphereTracingComesToTheEntry) {
   EXPECT_GT(hits, 400);
 }
 
-TEST(HullQueryBall, RotationOffOrthonormalStretchesNothing) {
+TEST(HullQueryBall, NonOrthonormalRotationKeepsBoundsValid) {
   test::Random random(6);
   auto silhouettes =
       test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 2));
@@ -253,7 +253,7 @@ TEST(HullQueryBall, CapsulesInClosedForm) {
 // --- many
 // --------------------------------------------------------------------------------------------------------
 
-TEST(HullQueryMany, TheSameBitsAsOneByOneOnAnyNumberOfThreads) {
+TEST(HullQueryMany, BatchEqualsSingleQueriesForAnyThreadCount) {
   test::Random random(12);
   const auto silhouettes =
       test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));
@@ -284,7 +284,7 @@ TEST(HullQueryMany, TheSameBitsAsOneByOneOnAnyNumberOfThreads) {
     }
 }
 
-TEST(HullQueryMany, SeveralThreadsMayAskAtOnce) {
+TEST(HullQueryMany, ConcurrentQueriesAreSafe) {
   test::Random random(13);
   const auto silhouettes =
       test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 4));

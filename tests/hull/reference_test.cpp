@@ -55,10 +55,10 @@ TEST(Reference, NothingBehindTheCamera) {
   Silhouette s{{{11, 11, 10, 10, 5, 5}, Eigen::Isometry3d::Identity()}, ObjectPixels(11, 11)};
   s.pixels.set(5, 5);
   EXPECT_TRUE(reference_intervals(s, {{-3, 0, -1}, {1, 0, 0}}, 0.5, 10).empty());
-  const auto through_the_centre = reference_intervals(s, {{0, 0, -2}, {0, 0, 1}}, 0.5, 10);
-  ASSERT_EQ(through_the_centre.size(), 1u);
-  EXPECT_NEAR(through_the_centre[0].enter, 2, 1e-12);
-  EXPECT_EQ(through_the_centre[0].leave, 10);
+  const auto through_the_center = reference_intervals(s, {{0, 0, -2}, {0, 0, 1}}, 0.5, 10);
+  ASSERT_EQ(through_the_center.size(), 1u);
+  EXPECT_NEAR(through_the_center[0].enter, 2, 1e-12);
+  EXPECT_EQ(through_the_center[0].leave, 10);
 }
 
 // With ever finer pixels the hull of the maps goes to that of the true silhouettes: the entry along

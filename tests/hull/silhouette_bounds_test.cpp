@@ -20,7 +20,7 @@ Vector3d random_in(const Eigen::AlignedBox3d& box, std::mt19937& random) {
          Vector3d(share(random), share(random), share(random)).cwiseProduct(box.sizes());
 }
 
-bool is_in(const SeenPart& seen, const Vector3d& p_m, double slack_px) {
+bool is_in(const SilhouetteBounds& seen, const Vector3d& p_m, double slack_px) {
   const auto uv = geometry::project(seen.camera, p_m);
   return uv && (seen.camera.camera_from_world * p_m).z() >= kNearest_m &&
          uv->x() >= seen.part.u0_px - 0.5 - slack_px &&
@@ -34,8 +34,8 @@ double support(const std::vector<Vector3d>& points, const Vector3d& direction) {
   return most;
 }
 
-std::vector<SeenPart> random_parts(int count, std::mt19937& random) {
-  std::vector<SeenPart> parts;
+std::vector<SilhouetteBounds> random_parts(int count, std::mt19937& random) {
+  std::vector<SilhouetteBounds> parts;
   std::uniform_int_distribution<int> column(0, 719), row(0, 485);
   while (int(parts.size()) < count) {
     const Vector3d eye_m =
@@ -50,7 +50,7 @@ std::vector<SeenPart> random_parts(int count, std::mt19937& random) {
   return parts;
 }
 
-TEST(HullBounds, WithoutPartsAreTheBox) {
+TEST(HullBounds, WithoutRectsEqualTheBox) {
   const auto corners = corners_around_hull({}, kBox, kNearest_m);
   Eigen::AlignedBox3d found;
   for (const Vector3d& corner : corners) found.extend(corner);
@@ -59,7 +59,7 @@ TEST(HullBounds, WithoutPartsAreTheBox) {
 
 // In every direction the corners reach at least as far as each point that all parts show, and none
 // is where no such point can be.
-TEST(HullBounds, HoldEveryPointThatAllPartsShow) {
+TEST(HullBounds, ContainEveryPointSeenInAllRects) {
   std::mt19937 random(7);
   int held = 0;
   for (int round = 0; round < 60; ++round) {
@@ -68,7 +68,7 @@ TEST(HullBounds, HoldEveryPointThatAllPartsShow) {
     std::vector<Vector3d> inside;
     for (int i = 0; i < 2000; ++i)
       if (const Vector3d p = random_in(kBox, random); std::all_of(
-              parts.begin(), parts.end(), [&](const SeenPart& seen) { return is_in(seen, p, 0); }))
+              parts.begin(), parts.end(), [&](const SilhouetteBounds& seen) { return is_in(seen, p, 0); }))
         inside.push_back(p);
     held += int(inside.size());
     for (int i = 0; i < 100 && !inside.empty(); ++i) {
@@ -77,7 +77,7 @@ TEST(HullBounds, HoldEveryPointThatAllPartsShow) {
     }
     for (const Vector3d& corner : corners) {
       EXPECT_LT(kBox.exteriorDistance(corner), 1e-9);
-      for (const SeenPart& seen : parts)
+      for (const SilhouetteBounds& seen : parts)
         if ((seen.camera.camera_from_world * corner).z() > kNearest_m + 1e-6)
           EXPECT_TRUE(is_in(seen, corner, 0.01 + 1e-6)) << round;
     }
@@ -86,7 +86,7 @@ TEST(HullBounds, HoldEveryPointThatAllPartsShow) {
 }
 
 // On the very border between a part and what is beside it.
-TEST(HullBounds, HoldThePointsOnAPartsBorder) {
+TEST(HullBounds, ContainPointsOnARectsBorder) {
   std::mt19937 random(5);
   for (int round = 0; round < 100; ++round) {
     const auto parts = random_parts(1, random);
@@ -108,22 +108,22 @@ TEST(HullBounds, HoldThePointsOnAPartsBorder) {
   }
 }
 
-TEST(HullBounds, EndBeforeEachCamera) {
+TEST(HullBounds, EndInFrontOfEachCamera) {
   std::mt19937 random(9);
   for (int round = 0; round < 100; ++round) {
     auto parts = random_parts(2, random);
     parts[0].camera.camera_from_world =
         geometry::look_at(0.5 * random_in(kBox, random), {0.01, 0.02, 0.3});  // inside the box
     for (const Vector3d& corner : corners_around_hull(parts, kBox, kNearest_m))
-      for (const SeenPart& seen : parts)
+      for (const SilhouetteBounds& seen : parts)
         EXPECT_GT((seen.camera.camera_from_world * corner).z(), kNearest_m - 1e-9) << round;
   }
 }
 
-TEST(HullBounds, AreTheSameInWhateverOrder) {
+TEST(HullBounds, AreIndependentOfOrder) {
   std::mt19937 random(3);
   auto parts = random_parts(4, random);
-  for (SeenPart& seen : parts) seen.part = {100, 80, 600, 420};
+  for (SilhouetteBounds& seen : parts) seen.part = {100, 80, 600, 420};
   const auto once = corners_around_hull(parts, kBox, kNearest_m);
   ASSERT_FALSE(once.empty());
   parts.push_back(parts.front());  // and twice
@@ -135,22 +135,22 @@ TEST(HullBounds, AreTheSameInWhateverOrder) {
   }
 }
 
-TEST(HullBounds, AreEmptyWherePartsHaveNoPointInCommon) {
+TEST(HullBounds, AreEmptyForDisjointRects) {
   const geometry::Camera left{geometry::pinhole_from_fov(720, 486, 1.0),
                               geometry::look_at({-2, 0, 0.5}, {0, 0, 0.5})},
       right{left.pinhole, geometry::look_at({2, 0, 0.5}, {0, 0, 0.5})};
-  const std::vector<SeenPart> top_and_bottom = {{left, {300, 0, 400, 50}},
+  const std::vector<SilhouetteBounds> top_and_bottom = {{left, {300, 0, 400, 50}},
                                                 {right, {300, 436, 400, 486}}};
   EXPECT_TRUE(corners_around_hull(top_and_bottom, kBox, kNearest_m).empty());
   const geometry::Camera away{left.pinhole, geometry::look_at({-2, 0, 0.5}, {-4, 0, 0.5})};
-  EXPECT_TRUE(corners_around_hull(std::vector<SeenPart>{{away, {0, 0, 720, 486}}}, kBox, kNearest_m)
+  EXPECT_TRUE(corners_around_hull(std::vector<SilhouetteBounds>{{away, {0, 0, 720, 486}}}, kBox, kNearest_m)
                   .empty());
 }
 
 // One pixel of each of two cameras: a millimetre wide, and still there.
-TEST(HullBounds, OfOnePixelEachHoldThePointInIt) {
+TEST(HullBounds, OfOnePixelEachContainItsPoint) {
   const Vector3d p(0.21, -0.13, 0.4);
-  std::vector<SeenPart> parts;
+  std::vector<SilhouetteBounds> parts;
   for (const Vector3d& eye_m : {Vector3d(-2, 0.3, 1), Vector3d(0.1, -2, 1.2)}) {
     const geometry::Camera camera{geometry::pinhole_from_fov(720, 486, 1.0),
                                   geometry::look_at(eye_m, {0, 0, 0.3})};

@@ -10,11 +10,11 @@ namespace {
 using namespace test;
 
 // Pixels ahead: column and row steps of each box.
-PixelRect pixels_of_box(Box box, int u, int v, int r) {
+PixelRect pixels_of_quadrant(Quadrant box, int u, int v, int r) {
   switch (box) {
-    case Box::right_down: return {u, v, u + r, v + r};
-    case Box::left_down: return {u - r + 1, v, u + 1, v + r};
-    case Box::right_up: return {u, v - r + 1, u + r, v + 1};
+    case Quadrant::right_down: return {u, v, u + r, v + r};
+    case Quadrant::left_down: return {u - r + 1, v, u + 1, v + r};
+    case Quadrant::right_up: return {u, v - r + 1, u + r, v + 1};
     default: return {u - r + 1, v - r + 1, u + 1, v + 1};
   }
 }
@@ -28,48 +28,48 @@ bool all_alike(const ObjectPixels& pixels, const PixelRect& rect, bool object) {
 }
 
 void expect_promises_kept(const ObjectPixels& pixels, int step = 1) {
-  BoxReach reach;
-  reach.assign(pixels);
-  reach.make_all();
-  ASSERT_EQ(reach.bounds(), pixels.bounds());
-  const PixelRect& stored = reach.stored();
-  for (int kind = 0; kind < kBoxes; ++kind)
+  SkipMap skip_map;
+  skip_map.assign(pixels);
+  skip_map.make_all();
+  ASSERT_EQ(skip_map.bounds(), pixels.bounds());
+  const PixelRect& stored = skip_map.stored();
+  for (int kind = 0; kind < kQuadrants; ++kind)
     for (int v = stored.v0_px - 3; v < stored.v1_px + 3; ++v)
       for (int u = stored.u0_px - 3; u < stored.u1_px + 3; u += step) {
-        const Box box = Box(kind);
-        const int r = reach.at(box, u, v);
+        const Quadrant box = Quadrant(kind);
+        const int r = skip_map.at(box, u, v);
         const bool object = pixels.contains(u, v),
                    in_store = intersection(stored, {u, v, u + 1, v + 1}).area_px() == 1;
         ASSERT_NE(r, 0);
         ASSERT_EQ(r < 0, object) << u << ", " << v;
-        ASSERT_TRUE(all_alike(pixels, pixels_of_box(box, u, v, std::abs(r)), object))
-            << "box " << kind << " at " << u << ", " << v << " reach " << r;
-        const auto next = std::upper_bound(kReaches_px.begin(), kReaches_px.end(), std::abs(r));
-        if (in_store && next != kReaches_px.end()) {
-          ASSERT_FALSE(all_alike(pixels, pixels_of_box(box, u, v, *next), object))
+        ASSERT_TRUE(all_alike(pixels, pixels_of_quadrant(box, u, v, std::abs(r)), object))
+            << "box " << kind << " at " << u << ", " << v << " extent " << r;
+        const auto next = std::upper_bound(kExtents_px.begin(), kExtents_px.end(), std::abs(r));
+        if (in_store && next != kExtents_px.end()) {
+          ASSERT_FALSE(all_alike(pixels, pixels_of_quadrant(box, u, v, *next), object))
               << "box " << kind << " at " << u << ", " << v << " reaches further than " << r;
         }
       }
 }
 
-TEST(BoxReach, KeepsItsPromisesOnNoise) {
+TEST(SkipMap, ExtentsAreUniformBoxesOnNoise) {
   for (const double fraction : {0.001, 0.05, 0.5, 0.95, 0.999}) {
     test::Random random(int(1000 * fraction));
     expect_promises_kept(test::random_pixels(random, 130, 40, fraction));
   }
 }
 
-TEST(BoxReach, KeepsItsPromisesOnObjects) {
+TEST(SkipMap, ExtentsAreUniformBoxesOnObjects) {
   for (int seed = 1; seed <= 2; ++seed) {
     test::Random random(seed);
     expect_promises_kept(
         true_object_pixels(test::random_object(random, 3), test::random_camera(random, 333, 241),
-                           PixelRule::centre),
+                           PixelRule::center),
         7);
   }
 }
 
-TEST(BoxReach, SizesThatAreNoMultipleOfAWord) {
+TEST(SkipMap, SizesThatAreNoMultipleOfAWord) {
   for (const auto& [width, height] : std::vector<std::pair<int, int>>{
            {1, 1}, {1, 40}, {63, 2}, {64, 3}, {65, 9}, {7, 7}, {129, 17}, {257, 5}, {519, 11}}) {
     SCOPED_TRACE(width);
@@ -82,55 +82,55 @@ TEST(BoxReach, SizesThatAreNoMultipleOfAWord) {
   }
 }
 
-TEST(BoxReach, AroundIsTheLeastOfTheFour) {
+TEST(SkipMap, MinExtentIsTheSmallestOfTheFourQuadrants) {
   test::Random random(5);
   const ObjectPixels pixels = test::random_pixels(random, 100, 60, 0.02);
-  BoxReach reach;
-  reach.assign(pixels);
-  reach.make_all();
+  SkipMap skip_map;
+  skip_map.assign(pixels);
+  skip_map.make_all();
   for (int v = -10; v < 70; ++v)
     for (int u = -10; u < 110; ++u) {
-      const int r = reach.around(u, v), n = std::abs(r);
+      const int r = skip_map.min_extent(u, v), n = std::abs(r);
       ASSERT_EQ(r < 0, pixels.contains(u, v));
       ASSERT_TRUE(all_alike(pixels, {u - n + 1, v - n + 1, u + n, v + n}, r < 0));
     }
 }
 
-TEST(BoxReach, ReachesFarWhereThereIsRoom) {  // or rays would crawl
+TEST(SkipMap, ExtentsAreLargeInUniformRegions) {  // or rays would crawl
   ObjectPixels pixels(700, 300);
   for (int v = 0; v < 300; ++v) pixels.set(0, v), pixels.set(699, v);
-  BoxReach reach;
-  reach.assign(pixels);
-  reach.make_all();
-  EXPECT_EQ(reach.around(350, 150), kReaches_px.back());
+  SkipMap skip_map;
+  skip_map.assign(pixels);
+  skip_map.make_all();
+  EXPECT_EQ(skip_map.min_extent(350, 150), kExtents_px.back());
   for (int v = 0; v < 300; ++v)
     for (int u = 1; u < 699; ++u) pixels.set(u, v);
-  reach.assign(pixels);
-  reach.make_all();
-  EXPECT_EQ(reach.around(350, 150), -kReaches_px.back());
+  skip_map.assign(pixels);
+  skip_map.make_all();
+  EXPECT_EQ(skip_map.min_extent(350, 150), -kExtents_px.back());
 }
 
-TEST(BoxReach, NoObjectPixel) {
+TEST(SkipMap, NoObjectPixel) {
   for (const ObjectPixels& none : {ObjectPixels(), ObjectPixels(0, 5), ObjectPixels(90, 60)}) {
-    BoxReach reach;
-    reach.assign(none);
-    reach.make_all();
-    EXPECT_TRUE(reach.bounds().empty() && reach.stored().empty());
-    EXPECT_GT(reach.around(3, 4), 0);
+    SkipMap skip_map;
+    skip_map.assign(none);
+    skip_map.make_all();
+    EXPECT_TRUE(skip_map.bounds().empty() && skip_map.stored().empty());
+    EXPECT_GT(skip_map.min_extent(3, 4), 0);
   }
 }
 
-TEST(BoxReach, MemoryIsReusedAcrossSizes) {
+TEST(SkipMap, MemoryIsReusedAcrossSizes) {
   test::Random random(3);
-  BoxReach reach;
+  SkipMap skip_map;
   for (const int size : {200, 30, 90, 200}) {
     const ObjectPixels pixels = test::random_pixels(random, size, size / 2, 0.3);
-    BoxReach fresh;
-    for (BoxReach* r : {&reach, &fresh}) r->assign(pixels), r->make_all();
+    SkipMap fresh;
+    for (SkipMap* r : {&skip_map, &fresh}) r->assign(pixels), r->make_all();
     for (int v = 0; v < size / 2; ++v)
       for (int u = 0; u < size; ++u)
-        for (int box = 0; box < kBoxes; ++box)
-          ASSERT_EQ(reach.at(Box(box), u, v), fresh.at(Box(box), u, v));
+        for (int box = 0; box < kQuadrants; ++box)
+          ASSERT_EQ(skip_map.at(Quadrant(box), u, v), fresh.at(Quadrant(box), u, v));
   }
 }
 

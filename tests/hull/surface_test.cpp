@@ -50,10 +50,10 @@ std::vector<double> normal_errors_deg(double radius_px, int discs) {
   std::vector<double> errors;
   for (int i = 0; i < discs; ++i) {
     const Vector2d centre(40 + test::uniform(random, 0, 1), 40 + test::uniform(random, 0, 1));
-    BoxReach reach;
-    reach.assign(disc(radius_px, centre, 80));
-    reach.make_all();
-    const ContourMap map{&reach, {0, 0, 80, 80}, Kept::object};
+    SkipMap skip_map;
+    skip_map.assign(disc(radius_px, centre, 80));
+    skip_map.make_all();
+    const ContourMap map{&skip_map, {0, 0, 80, 80}, Kept::object};
     for (int v = 0; v < 80; ++v)
       for (int u = 0; u < 80; ++u)
         for (const auto& [du, dv] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
@@ -71,45 +71,45 @@ std::vector<double> normal_errors_deg(double radius_px, int discs) {
 }
 
 TEST(Contour, NormalsOfDiscsWithinTheStatedError) {
-  for (const auto& [radius_px, most_median_deg, most_p95_deg] :
+  for (const auto& [radius_px, max_median_deg, max_p95_deg] :
        {std::tuple{20.0, 0.4, 1.2}, {3.0, 3.0, 8.0}}) {
     const auto errors = normal_errors_deg(radius_px, 200);
     const double median = errors[errors.size() / 2], p95 = errors[errors.size() * 95 / 100];
     std::cout << "radius " << radius_px << " px: median " << median << " deg, p95 " << p95
               << " deg, worst " << errors.back() << " deg, edges " << errors.size() << "\n";
-    EXPECT_LT(median, most_median_deg);
-    EXPECT_LT(p95, most_p95_deg);
+    EXPECT_LT(median, max_median_deg);
+    EXPECT_LT(p95, max_p95_deg);
   }
 }
 
 // Contours of fewer edges than the fit's window: it must not go on around them, and come back from
 // behind.
 TEST(Contour, NormalsOfDiscsSmallerThanTheWindow) {
-  for (const auto& [radius_px, most_median_deg, most_worst_deg] :
+  for (const auto& [radius_px, max_median_deg, max_worst_deg] :
        {std::tuple{1.5, 10.0, 70.0}, {2.0, 6.0, 60.0}, {2.5, 4.0, 45.0}, {3.5, 3.0, 45.0}}) {
     const auto errors = normal_errors_deg(radius_px, 400);
-    EXPECT_LT(errors[errors.size() / 2], most_median_deg) << radius_px;
-    EXPECT_LT(errors.back(), most_worst_deg) << radius_px;
+    EXPECT_LT(errors[errors.size() / 2], max_median_deg) << radius_px;
+    EXPECT_LT(errors.back(), max_worst_deg) << radius_px;
   }
 }
 
 TEST(Contour, StraightBorders) {
-  BoxReach reach;
+  SkipMap skip_map;
   ObjectPixels half(64, 64);
   for (int v = 0; v < 64; ++v)
     for (int u = 30; u < 64; ++u) half.set(u, v);
-  reach.assign(half);
-  reach.make_all();
-  const ContourMap map{&reach, {0, 0, 64, 64}, Kept::object};
+  skip_map.assign(half);
+  skip_map.make_all();
+  const ContourMap map{&skip_map, {0, 0, 64, 64}, Kept::object};
   EXPECT_LT((contour_normal(map, 30, 32, -1, 0, {29.5, 32.2}) - Vector2d(-1, 0)).norm(), 1e-12);
   EXPECT_LT((contour_normal(map, 63, 32, 1, 0, {63.5, 32.2}) - Vector2d(1, 0)).norm(),
             1e-12);  // cut by the image
   ObjectPixels diagonal(64, 64);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u <= v; ++u) diagonal.set(u, v);
-  reach.assign(diagonal);
-  reach.make_all();
-  EXPECT_LT((contour_normal({&reach, {0, 0, 64, 64}, Kept::object}, 32, 32, 1, 0, {32.5, 32.0}) -
+  skip_map.assign(diagonal);
+  skip_map.make_all();
+  EXPECT_LT((contour_normal({&skip_map, {0, 0, 64, 64}, Kept::object}, 32, 32, 1, 0, {32.5, 32.0}) -
              Vector2d(1, -1).normalized())
                 .norm(),
             0.02);
@@ -119,11 +119,11 @@ TEST(Contour, OnePixelAndNoise) {  // unit, whatever the contour
   test::Random random(2);
   for (const double fraction : {0.001, 0.1, 0.5, 0.9}) {
     const ObjectPixels pixels = test::random_pixels(random, 70, 50, fraction);
-    BoxReach reach;
-    reach.assign(pixels);
-    reach.make_all();
+    SkipMap skip_map;
+    skip_map.assign(pixels);
+    skip_map.make_all();
     for (const Kept kept : {Kept::object, Kept::not_empty}) {
-      const ContourMap map{&reach, {0, 0, 70, 50}, kept};
+      const ContourMap map{&skip_map, {0, 0, 70, 50}, kept};
       for (int v = -1; v <= 50; ++v)
         for (int u = -1; u <= 70; ++u)
           for (const auto& [du, dv] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
@@ -143,7 +143,7 @@ TEST(HullSurface, NormalsOfABall) {
     cameras.push_back(
         {geometry::pinhole_from_fov(400, 400, 0.4),
          geometry::look_at(1.5 * Vector3d(std::cos(angle), std::sin(angle), 0.5), {0, 0, 0})});
-  const auto silhouettes = test::silhouettes_of(ball, cameras, PixelRule::centre);
+  const auto silhouettes = test::silhouettes_of(ball, cameras, PixelRule::center);
   Scene scene(silhouettes);
   const View view{
       {geometry::pinhole_from_fov(160, 120, 0.3), geometry::look_at({0.2, -1, 0.3}, {0, 0, 0})},
@@ -179,7 +179,7 @@ TEST(HullSurface, NormalsOfABall) {
 
 // The limiting camera sees the surface's point on its silhouette's border, empty just before and
 // object just after.
-TEST(HullSurface, TheLimitingCameraIsTheOneWhoseObjectBegins) {
+TEST(HullSurface, LimitingCameraIsTheLastSilhouetteEntered) {
   int hits = 0;
   for (int seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
@@ -208,7 +208,7 @@ TEST(HullSurface, TheLimitingCameraIsTheOneWhoseObjectBegins) {
   EXPECT_GT(hits, 2000);
 }
 
-TEST(HullSurface, ADepthThatIsOffIsSetRight) {
+TEST(HullSurface, CorrectsAnInexactDepth) {
   test::Random random(4);
   Scene scene(
       test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 3)));
@@ -221,7 +221,7 @@ TEST(HullSurface, ADepthThatIsOffIsSetRight) {
   EXPECT_EQ(found.normal_world, expected.normal_world);
 }
 
-TEST(HullSurface, OrderOfCamerasChangesTheirNumbersAlone) {
+TEST(HullSurface, CameraOrderChangesOnlyTheIndices) {
   for (int seed = 1; seed <= 6; ++seed) {
     test::Random random(seed);
     auto silhouettes =
@@ -241,7 +241,7 @@ TEST(HullSurface, OrderOfCamerasChangesTheirNumbersAlone) {
 }
 
 TEST(HullSurface,
-     BySeenAnImageBorderLimits) {  // every pixel object: the hull is where enough images meet
+     LimitsSeenImageBorderLimitsTheHull) {  // every pixel object: the hull is where enough images meet
   test::Random random(3);
   std::vector<Silhouette> silhouettes;
   for (const geometry::Camera& camera : test::random_cameras(random, 3, 40, 30)) {
@@ -268,7 +268,7 @@ TEST(HullSurface,
 }
 
 TEST(HullSurface,
-     BySeenTheHullMayBeginWhereACameraSeesNoMore) {  // the first has no object pixel: its image is
+     LimitsSeenHullMayBeginAtAnImageBorder) {  // the first has no object pixel: its image is
                                                      // carved out of the others'
   std::vector<Silhouette> silhouettes;
   for (const Vector3d& eye : {Vector3d(0.2, -2, 0.1), Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {

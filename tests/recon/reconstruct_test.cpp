@@ -58,7 +58,7 @@ std::vector<float> assembled(const std::vector<ReconTile>& tiles, const hull::Pi
   return depth_m;
 }
 
-TEST_P(Recon, TilesTogetherGiveTheWholeViewBitForBitWhoeverMadeThem) {
+TEST_P(Recon, TilesFromAnyNodeEqualTheWholeViewBitForBit) {
   test::Random random(4);
   const auto silhouettes =
       test::silhouettes_of(test::random_object(random, 3, 0.15), test::random_cameras(random, 3));
@@ -170,7 +170,7 @@ struct Colour : ::testing::Test {  // a ball in the middle, a blue camera at +x,
                         geometry::look_at({0, 0, 1}, {0, 0, 0}, Vector3d::UnitX())};
 };
 
-TEST_F(Colour, IsMostOfTheCameraThatLooksMostAsTheEyeDoes) {
+TEST_F(Colour, WeightsTheCameraClosestToTheEyeDirection) {
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
   const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue),
                                                 plain(at_y, test::whole_image(at_y), kRed)};
@@ -182,7 +182,7 @@ TEST_F(Colour, IsMostOfTheCameraThatLooksMostAsTheEyeDoes) {
   EXPECT_NEAR(bluish[0], reddish[2], 1);  // mirrored views, mirrored blend
 }
 
-TEST_F(Colour, ComesFromObjectPixelsAlone) {
+TEST_F(Colour, UsesOnlyObjectPixels) {
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
   hull::ColourRegion region = plain(at_x, test::whole_image(at_x), kRed);  // background
   for (int v = 0; v < 150; ++v)
@@ -200,7 +200,7 @@ TEST_F(Colour, ComesFromObjectPixelsAlone) {
 }
 
 // An image that gives no shape: what stands beside the pixels that were sent is nothing.
-TEST_F(Colour, ComesFromPixelsThatWereSentAlone) {
+TEST_F(Colour, UsesOnlyPixelsThatWereSent) {
   const auto silhouettes = test::silhouettes_of(object, {at_y, at_z});
   hull::ColourRegion region = plain(at_x, test::whole_image(at_x), kRed);
   for (int v = 0; v < 150; ++v)
@@ -247,7 +247,7 @@ TEST_F(Colour, NoHullLacksColourAtTheBordersOfWhatWasSent) {
   }
 }
 
-TEST_F(Colour, RegionsThatDoNotHoldThePointTakeNoPart) {
+TEST_F(Colour, IgnoresRegionsThatDoNotContainThePoint) {
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
   const Vector3d p = 0.05 * Vector3d(1, -1, 0).normalized(), eye(1, -0.1, 0);
   const std::vector<hull::ColourRegion> cut{plain(at_x, {0, 0, 60, 150}, kBlue),
@@ -259,7 +259,7 @@ TEST_F(Colour, RegionsThatDoNotHoldThePointTakeNoPart) {
   EXPECT_EQ(HullColour(silhouettes, empty).at(p, eye), kUnseenBgr);
 }
 
-TEST_F(Colour, CamerasFromWhichTheHullHidesThePointComeLast) {
+TEST_F(Colour, OccludedCamerasAreUsedLast) {
   object.push_back({{0.15, 0, 0}, {0.15, 0, 0}, 0.04});  // between the ball and the blue camera
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
   const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue),

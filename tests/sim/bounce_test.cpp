@@ -38,7 +38,7 @@ TEST(Bounce, ReversesTheVelocityAlongTheNormalAlone) {
   EXPECT_NEAR(after.velocity_world_m_s.norm(), std::hypot(0.3, 2.0), 1e-12);
 }
 
-TEST(Bounce, LeavesWhatMovesAwayAlone) {
+TEST(Bounce, IgnoresSeparatingObjects) {
   EXPECT_EQ(sim::bounce(response_up(0.01), {0, 0, 1}, 1.0, kGravity, 0.1).velocity_world_m_s,
             Eigen::Vector3d(0, 0, 1));
   EXPECT_NEAR((sim::bounce(response_up(0.01, 0.002), {0, 0, 1}, 1.0, kGravity, 0.1).move_world_m -
@@ -47,7 +47,7 @@ TEST(Bounce, LeavesWhatMovesAwayAlone) {
               0, 1e-15);
 }
 
-TEST(Bounce, EnergyGrowsByNoMoreThanTheLiftAndNotAtAllWhereItFellIn) {
+TEST(Bounce, EnergyGrowsByAtMostTheLift) {
   Random random(31);
   for (int i = 0; i < 10000; ++i) {
     collision::Response response = response_up(uniform(random, 0, 0.05));
@@ -107,7 +107,7 @@ TEST_F(SimulationBounce, BallBouncesOffARealBarAndEnergyNeverGrows) {
       EXPECT_GT(highest_after_m, 0.18);  // 0.3 m less the steps' and the penetration's losses
     }
     if (restitution == 0.0) {
-      EXPECT_LT(highest_after_m, 0.03 + kBallRadiusM + 0.01);
+      EXPECT_LT(highest_after_m, 0.03 + kBallRadius_m + 0.01);
     }
   }
 }
@@ -118,7 +118,7 @@ TEST_F(SimulationBounce, BallAtThreeMetresASecondDoesNotPassABarBetweenFrames) {
   sim::Simulation simulation(scene_of({virtual_ball({0.002, 0, 0.55}, 0.5)}), {});
   double lowest_m = 1;
   for (int frame = 0; frame <= 15; ++frame) {
-    simulation.advance_to(frame * kFrameS, silhouettes);
+    simulation.advance_to(frame * kFrame_s, silhouettes);
     lowest_m = std::min(lowest_m, simulation.states()[0].world_from_object.translation().z());
   }
   EXPECT_GT(simulation.counters().contacts, 0u);
@@ -130,7 +130,7 @@ TEST_F(SimulationBounce, LightAndHeavyBallsBounceAlike) {
   std::vector<Eigen::Vector3d> places_m;
   for (const double mass_kg : {0.001, 1.0, 1000.0}) {
     sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.2}, 0.5, mass_kg)}), {});
-    for (int frame = 0; frame <= 15; ++frame) simulation.advance_to(frame * kFrameS, silhouettes);
+    for (int frame = 0; frame <= 15; ++frame) simulation.advance_to(frame * kFrame_s, silhouettes);
     places_m.push_back(simulation.states()[0].world_from_object.translation());
   }
   EXPECT_LT((places_m[0] - places_m[1]).norm(), 1e-6);
@@ -143,7 +143,7 @@ TEST_F(SimulationBounce, OnTheGpuAsOnTheCpu) {
   for (const config::CollisionBackend backend :
        {config::CollisionBackend::cpu, config::CollisionBackend::gl}) {
     sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.2}, 0.5)}), {.collision = backend});
-    for (int frame = 0; frame <= 15; ++frame) simulation.advance_to(frame * kFrameS, silhouettes);
+    for (int frame = 0; frame <= 15; ++frame) simulation.advance_to(frame * kFrame_s, silhouettes);
     places_m.push_back(simulation.states()[0].world_from_object.translation());
     EXPECT_GT(simulation.counters().contacts, 0u);
     EXPECT_EQ(simulation.counters().detection.points_unconfirmed, 0u);
@@ -167,11 +167,11 @@ TEST_F(SimulationBounce, RestsOnTheHullForAllSteps) {
                                {.step_s = step_s});
     double lowest_m = 1, highest_m = 0;
     for (int frame = 0; frame <= 60; ++frame) {
-      simulation.advance_to(frame * kFrameS, silhouettes);
+      simulation.advance_to(frame * kFrame_s, silhouettes);
       const double z_m = simulation.states()[0].world_from_object.translation().z();
       if (frame > 30) lowest_m = std::min(lowest_m, z_m), highest_m = std::max(highest_m, z_m);
     }
-    EXPECT_EQ(simulation.counters().put_back, 0u) << step_s;
+    EXPECT_EQ(simulation.counters().respawned, 0u) << step_s;
     // On bars and ball as they are it would rest at sqrt(0.09^2 - 0.05^2) m; touched pixels of 2 mm
     // raise it, flat triangles and samples 2 mm apart lower it, and it falls for a step between
     // queries.
@@ -180,13 +180,13 @@ TEST_F(SimulationBounce, RestsOnTheHullForAllSteps) {
   }
 }
 
-TEST_F(SimulationBounce, AHullThatAppearsInsideTheBallDoesNothingAndIsNotFree) {
+TEST_F(SimulationBounce, HullInsideTheBallHasNoEffectAndIsNotFree) {
   sim::Simulation simulation(
       scene_of({virtual_ball({0, 0, 0}), virtual_box("floor", {0, 0, -0.11}, {1, 1, 0.1})}), {});
-  for (int frame = 0; frame <= 5; ++frame) simulation.advance_to(frame * kFrameS, {});
+  for (int frame = 0; frame <= 5; ++frame) simulation.advance_to(frame * kFrame_s, {});
   EXPECT_EQ(simulation.collisions()[0].collision.verdict, collision::CollisionVerdict::free);
   const auto silhouettes = seen({ball(kOrigin, 0.02)});
-  for (int frame = 6; frame <= 20; ++frame) simulation.advance_to(frame * kFrameS, silhouettes);
+  for (int frame = 6; frame <= 20; ++frame) simulation.advance_to(frame * kFrame_s, silhouettes);
   EXPECT_FALSE(simulation.collisions()[0].collision.colliding());
   EXPECT_TRUE(
       simulation.collisions()[0].collision.hull_in_box);  // no point of the ball's surface is in
@@ -195,12 +195,12 @@ TEST_F(SimulationBounce, AHullThatAppearsInsideTheBallDoesNothingAndIsNotFree) {
   EXPECT_NEAR(simulation.states()[0].world_from_object.translation().z(), 0, 0.002);
 }
 
-TEST_F(SimulationBounce, AHullThatSwallowsTheBallIsCountedAndGivesItNoEnergy) {
+TEST_F(SimulationBounce, EnclosingHullIsCountedAndAddsNoEnergy) {
   sim::Simulation simulation(
       scene_of({virtual_ball({0, 0, 0}, 1.0), virtual_box("floor", {0, 0, -0.11}, {1, 1, 0.1})}),
       {});
   const auto silhouettes = seen({ball(kOrigin, 0.15)});
-  for (int frame = 0; frame <= 20; ++frame) simulation.advance_to(frame * kFrameS, silhouettes);
+  for (int frame = 0; frame <= 20; ++frame) simulation.advance_to(frame * kFrame_s, silhouettes);
   EXPECT_GT(simulation.counters().unrecovered, 0u);
   EXPECT_EQ(simulation.collisions()[0].response->status,
             collision::RecoveryStatus::reference_inside);
@@ -214,7 +214,7 @@ TEST_F(SimulationBounce, HighlightReportsAndDoesNotMoveNoneIsNeverQueried) {
   sim::Simulation simulation(scene_of({curtain, virtual_box("ghost", kOrigin, {0.2, 0.2, 0.2})}),
                              {.max_points = 5});
   const auto silhouettes = seen({{{0, -0.1, 0}, {0, 0.1, 0}, 0.03}});
-  for (int frame = 0; frame <= 3; ++frame) simulation.advance_to(frame * kFrameS, silhouettes);
+  for (int frame = 0; frame <= 3; ++frame) simulation.advance_to(frame * kFrame_s, silhouettes);
   ASSERT_EQ(simulation.collisions().size(), 1u);
   const sim::CollisionReport& report = simulation.collisions()[0];
   EXPECT_EQ(report.name, "curtain");
@@ -227,7 +227,7 @@ TEST_F(SimulationBounce, HighlightReportsAndDoesNotMoveNoneIsNeverQueried) {
   EXPECT_EQ(simulation.states()[0].world_from_object.translation(), Eigen::Vector3d(0, 0, 0.15));
 }
 
-TEST_F(SimulationBounce, TheLastHullHeldCarriesTheBall) {
+TEST_F(SimulationBounce, HeldHullSupportsTheBall) {
   // Maps at 5 Hz under a simulation of 240 Hz: between sets the last is given again.
   sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.12}, 0)}), {});
   for (int frame = 0; frame <= 30; ++frame) {
@@ -235,10 +235,10 @@ TEST_F(SimulationBounce, TheLastHullHeldCarriesTheBall) {
     const auto held = silhouettes_of({{{-0.05, -0.15, bar_z_m}, {-0.05, 0.15, bar_z_m}, 0.03},
                                       {{0.05, -0.15, bar_z_m}, {0.05, 0.15, bar_z_m}, 0.03}},
                                      ring(5, 1.5, 0, 300, 0.6));
-    simulation.advance_to(frame * kFrameS, held);
+    simulation.advance_to(frame * kFrame_s, held);
   }
   EXPECT_GT(simulation.states()[0].world_from_object.translation().z(), 0.05 + 0.03);
-  EXPECT_EQ(simulation.counters().put_back, 0u);
+  EXPECT_EQ(simulation.counters().respawned, 0u);
 }
 
 TEST_F(SimulationBounce, TwoRunsAreBitEqualWithOneAndTwoThreads) {
@@ -246,15 +246,15 @@ TEST_F(SimulationBounce, TwoRunsAreBitEqualWithOneAndTwoThreads) {
   config::Scene scene =
       scene_of({virtual_ball({0, 0, 0.3}),
                 virtual_box("floor", {0, 0, -0.2}, {2, 2, 0.1}, config::Reaction::highlight)});
-  scene.objects[0].wishes.proximity =
-      config::ProximityWishes{config::ProximityOf::triangles, 0.2, 0.002};
-  scene.objects[0].wishes.response =
-      config::ResponseWishes{.closed_form = true, .shorter_way = true};
-  scene.objects[0].wishes.contacts = 4;
+  scene.objects[0].requests.proximity =
+      config::ProximityRequests{config::ProximityOf::triangles, 0.2, 0.002};
+  scene.objects[0].requests.response =
+      config::ResponseRequests{.closed_form = true, .local_minimum_translation = true};
+  scene.objects[0].requests.contacts = 4;
   sim::Simulation first(scene, {}), second(scene, {.threads = 2});
   for (int frame = 0; frame <= 60; ++frame) {
     for (sim::Simulation* simulation : {&first, &second})
-      simulation->advance_to(100 + frame * kFrameS, silhouettes);
+      simulation->advance_to(100 + frame * kFrame_s, silhouettes);
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
       ASSERT_EQ(first.states()[i].world_from_object.matrix(),
                 second.states()[i].world_from_object.matrix());
@@ -265,8 +265,8 @@ TEST_F(SimulationBounce, TwoRunsAreBitEqualWithOneAndTwoThreads) {
       ASSERT_EQ(one.collision.points, two.collision.points);
       ASSERT_EQ(one.details.proximity, two.details.proximity);
       ASSERT_EQ(one.details.contacts.has_value(), two.details.contacts.has_value());
-      if (one.details.shorter_way)
-        ASSERT_EQ(one.details.shorter_way->move_world_m, two.details.shorter_way->move_world_m);
+      if (one.details.local_minimum_translation)
+        ASSERT_EQ(one.details.local_minimum_translation->move_world_m, two.details.local_minimum_translation->move_world_m);
     }
   }
   EXPECT_GT(first.counters().contacts, 0u);

@@ -23,56 +23,56 @@ std::vector<hull::Silhouette> hand_at(double x_m, double radius_m = 0.02) {
   return seen({{{x_m, -0.01, 0}, {x_m, 0.01, 0.005}, radius_m}});
 }
 
-TEST(CollisionDetails, NothingIsComputedThatNobodyAskedFor) {
+TEST(CollisionDetails, ComputesOnlyRequestedDetails) {
   sim::Simulation simulation(scene_of({plate()}), {});
   simulation.advance_to(0, hand_at(0));
   const sim::CollisionReport& report = simulation.collisions().at(0);
   EXPECT_TRUE(report.collision.colliding());
-  EXPECT_FALSE(report.response || report.details.response || report.details.shorter_way ||
+  EXPECT_FALSE(report.response || report.details.response || report.details.local_minimum_translation ||
                report.details.contacts || report.details.first_contact);
   EXPECT_TRUE(report.details.proximity.empty());
-  EXPECT_EQ(simulation.hull_parts(), nullptr);
+  EXPECT_EQ(simulation.hull_components(), nullptr);
   EXPECT_TRUE(simulation.states()[0].warmth.empty());
 }
 
-TEST(CollisionDetails, AFixedObjectTellsHowDeepAHandIsInIt) {
+TEST(CollisionDetails, FixedObjectReportsPenetrationDepth) {
   config::SceneObject object = virtual_box("block", {0.1, 0, 0}, {0.2, 0.2, 0.2},
                                            config::Reaction::highlight);  // from x = 0 on
-  object.wishes.response = config::ResponseWishes{.v_rec_world = Vector3d::UnitX(),
+  object.requests.response = config::ResponseRequests{.v_rec_world = Vector3d::UnitX(),
                                                   .four_points = true,
                                                   .closed_form = true,
-                                                  .shorter_way = true};
-  object.wishes.contacts = 3;
+                                                  .local_minimum_translation = true};
+  object.requests.contacts = 3;
   sim::Simulation simulation(scene_of({object}), {});
   simulation.advance_to(0, hand_at(-0.015, 0.025));  // 1 cm of it is in the block
   const sim::CollisionDetails& details = simulation.collisions().at(0).details;
-  ASSERT_TRUE(details.response && details.response->has_way_out());
+  ASSERT_TRUE(details.response && details.response->has_exit());
   // Moved along x the block is free; the hull reaches farther than the ball by less than two pixels
   // of 2 mm and what cameras from above add.
   EXPECT_GT(details.response->clear_distance_m() + details.response->residual_m, 0.008);
   EXPECT_LT(details.response->clear_distance_m() + details.response->residual_m, 0.020);
-  EXPECT_NE(details.response->four_points.status, collision::NormalStatus::not_asked);
+  EXPECT_NE(details.response->four_points.status, collision::NormalStatus::not_requested);
   ASSERT_EQ(details.response->closed_form.status, collision::NormalStatus::defined);
   EXPECT_GT(details.response->closed_form.normal_world.x(), 0.5) << "the hand's front";
-  ASSERT_TRUE(details.shorter_way);
-  EXPECT_NE(details.shorter_way->status, collision::ShorterWayStatus::not_free);
+  ASSERT_TRUE(details.local_minimum_translation);
+  EXPECT_NE(details.local_minimum_translation->status, collision::LocalMinimumTranslationStatus::not_free);
   ASSERT_TRUE(details.contacts);
   EXPECT_GE(details.contacts->contacts.size(), 1u);
   EXPECT_LE(details.contacts->contacts.size(), 3u);
 }
 
-TEST(CollisionDetails, OnlyTheNormalAskedForIsThere) {
+TEST(CollisionDetails, ComputesOnlyTheRequestedNormal) {
   for (const bool four : {false, true}) {
     config::SceneObject object = plate(0.01);
-    object.wishes.response = config::ResponseWishes{
+    object.requests.response = config::ResponseRequests{
         .v_rec_world = Vector3d::UnitX(), .four_points = four, .closed_form = !four};
     sim::Simulation simulation(scene_of({object}), {});
     simulation.advance_to(0, hand_at(0));
     const sim::CollisionDetails& details = simulation.collisions().at(0).details;
     ASSERT_TRUE(details.response);
-    EXPECT_EQ(details.response->four_points.status == collision::NormalStatus::not_asked, !four);
-    EXPECT_EQ(details.response->closed_form.status == collision::NormalStatus::not_asked, four);
-    EXPECT_FALSE(details.shorter_way);
+    EXPECT_EQ(details.response->four_points.status == collision::NormalStatus::not_requested, !four);
+    EXPECT_EQ(details.response->closed_form.status == collision::NormalStatus::not_requested, four);
+    EXPECT_FALSE(details.local_minimum_translation);
   }
 }
 
@@ -84,7 +84,7 @@ TEST(CollisionDetails, ProximityHoldsTheExactDistance) {
        {config::ProximityOf::vertices, config::ProximityOf::triangles}) {
     config::SceneObject object = plate();
     object.shape = config::BoxShape{{0.005, 0.2, 0.2}, 0.04};
-    object.wishes.proximity = config::ProximityWishes{of, kCap_m, kTolerance_m};
+    object.requests.proximity = config::ProximityRequests{of, kCap_m, kTolerance_m};
     sim::Simulation simulation(scene_of({object}), {});
     simulation.advance_to(0, silhouettes);
     const std::vector<collision::Proximity>& proximity =
@@ -94,22 +94,22 @@ TEST(CollisionDetails, ProximityHoldsTheExactDistance) {
               of == config::ProximityOf::vertices ? mesh.vertices_m.size() : mesh.triangles.size());
     int within = 0;
     for (std::size_t i = 0; i < proximity.size(); ++i) {
-      EXPECT_LE(proximity[i].least_m, proximity[i].most_m);
-      within += std::isfinite(proximity[i].most_m);
+      EXPECT_LE(proximity[i].min_m, proximity[i].max_m);
+      within += std::isfinite(proximity[i].max_m);
       if (of == config::ProximityOf::triangles) continue;
       const collision::Clearance truth =
           exact.clearance_m(mesh.vertices_m[i], kCap_m, kTolerance_m / 4);  // bounds themselves
-      EXPECT_LE(proximity[i].least_m, truth.most_m);
-      EXPECT_GE(proximity[i].most_m, truth.least_m);
-      if (std::isfinite(truth.most_m))
-        EXPECT_LE(proximity[i].most_m - proximity[i].least_m, kTolerance_m + 1e-9);
+      EXPECT_LE(proximity[i].min_m, truth.max_m);
+      EXPECT_GE(proximity[i].max_m, truth.min_m);
+      if (std::isfinite(truth.max_m))
+        EXPECT_LE(proximity[i].max_m - proximity[i].min_m, kTolerance_m + 1e-9);
     }
     EXPECT_GT(within, 10);
     EXPECT_LT(within, int(proximity.size()));
   }
 }
 
-TEST(Warmth, NearIsWarmerFarIsColdAndAllCools) {
+TEST(Warmth, WarmthFallsWithDistanceAndCools) {
   config::SceneObject object = plate();
   object.shape = config::BoxShape{{0.005, 0.4, 0.4}, 0.05};
   object.reaction = config::Reaction::none;  // it is warmed all the same
@@ -117,7 +117,7 @@ TEST(Warmth, NearIsWarmerFarIsColdAndAllCools) {
       config::Warming{.cap_m = 0.1, .tolerance_m = 0.002, .heating_s = 0.2, .cooling_s = 0.4};
   sim::Simulation simulation(scene_of({object}), {});
   const auto hand = hand_at(-0.06);  // 3 to 4 cm beside
-  for (int frame = 0; frame <= 60; ++frame) simulation.advance_to(frame * kFrameS, hand);
+  for (int frame = 0; frame <= 60; ++frame) simulation.advance_to(frame * kFrame_s, hand);
   const geometry::Mesh mesh = config::mesh_of(object);
   const std::vector<float> warm = simulation.states()[0].warmth;
   ASSERT_EQ(warm.size(), mesh.vertices_m.size());
@@ -130,18 +130,18 @@ TEST(Warmth, NearIsWarmerFarIsColdAndAllCools) {
     if (beside_m > 0.16) EXPECT_EQ(warm[i], 0);
   }
   simulation.pause();
-  simulation.advance_to(100 * kFrameS, {});
+  simulation.advance_to(100 * kFrame_s, {});
   EXPECT_EQ(simulation.states()[0].warmth, warm) << "paused, nothing cools";
   simulation.resume();
-  for (int frame = 101; frame <= 113; ++frame) simulation.advance_to(frame * kFrameS, {});
+  for (int frame = 101; frame <= 113; ++frame) simulation.advance_to(frame * kFrame_s, {});
   const std::vector<float> cooler = simulation.states()[0].warmth;
   for (std::size_t i = 0; i < warm.size(); ++i)
-    EXPECT_NEAR(cooler[i], warm[i] * std::exp(-13 * kFrameS / 0.4), 0.02);
+    EXPECT_NEAR(cooler[i], warm[i] * std::exp(-13 * kFrame_s / 0.4), 0.02);
   simulation.reset();
   EXPECT_EQ(simulation.states()[0].warmth, std::vector<float>(warm.size(), 0.0f));
 }
 
-TEST(Warmth, WhatIsNotKnownChangesNothing) {
+TEST(Warmth, UnknownDistanceKeepsWarmth) {
   sim::Warmth warmth({.cap_m = 0.1, .heating_s = 0.1, .cooling_s = 0.1}, 3);
   const double inf = std::numeric_limits<double>::infinity();
   warmth.follow(1, std::vector<collision::Proximity>{{0, 0}, {0.05, 0.05}, {0.1, inf}});
@@ -155,13 +155,13 @@ TEST(Warmth, WhatIsNotKnownChangesNothing) {
 
 config::Scene scene_with_history(bool first_contact) {
   config::Scene scene = scene_of({plate()});
-  scene.objects[0].wishes.first_contact = first_contact;
-  scene.history = config::HistoryWishes{};
+  scene.objects[0].requests.first_contact = first_contact;
+  scene.history = config::HistoryRequests{};
   return scene;
 }
 
 // 5 m/s: 8 cm from a frame to the next, through a plate of 5 mm, and in neither frame in it.
-TEST(History, AFastHandDoesNotTunnelThroughAThinPlateUnseen) {
+TEST(History, FastHandReportsFirstContactWithAThinPlate) {
   sim::Simulation simulation(scene_with_history(true), {}, kSpace);
   int met = 0;
   for (int frame = 0; frame <= 5; ++frame) {
@@ -178,17 +178,17 @@ TEST(History, AFastHandDoesNotTunnelThroughAThinPlateUnseen) {
     const double expected_s = (2 + (0.04 - 0.02 - 0.0025) / (5 * kLabFrame_s)) * kLabFrame_s;
     EXPECT_NEAR(report.details.first_contact->time_s, expected_s, 0.006 / 5);
     EXPECT_NEAR(report.details.first_contact->p_world_m.x(), 0, 0.004);
-    EXPECT_EQ(report.details.first_contact_part, simulation.hull_parts()->at(0).id);
+    EXPECT_EQ(report.details.first_contact_component, simulation.hull_components()->at(0).id);
   }
   EXPECT_EQ(met, 1);
 }
 
-TEST(History, AnObjectThatFallsThroughAHandBetweenFramesMeetsIt) {
+TEST(History, FastFallingObjectReportsFirstContact) {
   config::Scene scene = scene_with_history(true);
   scene.objects[0] =
       virtual_box("plate", {0, 0, 0.5}, {0.2, 0.2, 0.005}, config::Reaction::highlight);
   scene.objects[0].motion = config::Motion::dynamic;
-  scene.objects[0].wishes.first_contact = true;
+  scene.objects[0].requests.first_contact = true;
   sim::Simulation simulation(scene, {}, kSpace);
   constexpr double kSlowFrame_s = 0.1;
   int met = 0;
@@ -210,38 +210,38 @@ TEST(History, AnObjectThatFallsThroughAHandBetweenFramesMeetsIt) {
 }
 
 // Put back from 2.5 m below, it did not go through the hand on its way.
-TEST(History, WhatIsPutBackMeetsNothingOnTheWay) {
+TEST(History, RespawnedObjectHasNoFirstContact) {
   config::Scene scene = scene_with_history(true);
   scene.objects[0] =
       virtual_box("plate", {0, 0, 0.5}, {0.2, 0.2, 0.005}, config::Reaction::highlight);
   scene.objects[0].motion = config::Motion::dynamic;
-  scene.objects[0].wishes.first_contact = true;
+  scene.objects[0].requests.first_contact = true;
   sim::Simulation simulation(scene, {}, kSpace);
   constexpr double kSlowFrame_s = 0.05;
   const auto hand = hand_at(0);
-  for (int frame = 0; frame <= 24 && simulation.counters().put_back == 0; ++frame) {
+  for (int frame = 0; frame <= 24 && simulation.counters().respawned == 0; ++frame) {
     simulation.advance_to(frame * kSlowFrame_s,
                           frame < 8 ? std::vector<hull::Silhouette>{}
                                     : hand);  // the plate is gone when the hand comes
     EXPECT_FALSE(simulation.collisions().at(0).details.first_contact) << frame;
   }
-  EXPECT_EQ(simulation.counters().put_back, 1u);
+  EXPECT_EQ(simulation.counters().respawned, 1u);
 }
 
-TEST(History, WhatHappenedInALongGapNobodyKnows) {
+TEST(History, LongGapReportsNoFirstContact) {
   for (const double gap_s : {0.2, 1.0, 60.0}) {
     sim::Simulation simulation(scene_with_history(true), {}, kSpace);
     for (int frame = 0; frame <= 3; ++frame)
       simulation.advance_to(frame * kLabFrame_s, hand_at(-0.1));
-    const std::uint64_t id = simulation.hull_parts()->at(0).id;
+    const std::uint64_t id = simulation.hull_components()->at(0).id;
     simulation.advance_to(3 * kLabFrame_s + gap_s, hand_at(0.1));
-    const bool is_known = gap_s < sim::kLongestGapS;
-    EXPECT_EQ(simulation.hull_parts()->at(0).id == id, is_known) << gap_s;
+    const bool is_known = gap_s < sim::kMaxGap_s;
+    EXPECT_EQ(simulation.hull_components()->at(0).id == id, is_known) << gap_s;
     EXPECT_EQ(simulation.collisions().at(0).details.first_contact.has_value(), is_known) << gap_s;
   }
 }
 
-TEST(History, WhatTouchedAlreadyHasNoFirstContact) {
+TEST(History, InitialContactIsNotAFirstContact) {
   sim::Simulation simulation(scene_with_history(true), {}, kSpace);
   for (int frame = 0; frame <= 3; ++frame) {
     simulation.advance_to(frame * kLabFrame_s, hand_at(0.002 * frame));
@@ -250,24 +250,24 @@ TEST(History, WhatTouchedAlreadyHasNoFirstContact) {
   }
 }
 
-TEST(History, PartsAreFollowedAndAHeldHullIsNoNewFrame) {
+TEST(History, TracksComponentsAndHeldHullAddsNoFrame) {
   sim::Simulation simulation(scene_with_history(false), {}, kSpace);
   for (int frame = 0; frame <= 4; ++frame)
-    simulation.advance_to(frame * kFrameS, hand_at(-0.15 + 0.5 * kFrameS * frame));
-  ASSERT_EQ(simulation.hull_parts()->size(), 1u);
-  const collision::FollowedPart before = simulation.hull_parts()->at(0);
+    simulation.advance_to(frame * kFrame_s, hand_at(-0.15 + 0.5 * kFrame_s * frame));
+  ASSERT_EQ(simulation.hull_components()->size(), 1u);
+  const collision::TrackedComponent before = simulation.hull_components()->at(0);
   ASSERT_TRUE(before.motion);
   EXPECT_FALSE(before.part.outlines.empty()) << "rotations are told by them";
   EXPECT_EQ(before.motion->frames, 5);
   EXPECT_NEAR(before.motion->velocity_world_m_s.x(), 0.5, 0.025);
-  simulation.advance_to(4.5 * kFrameS);
-  simulation.advance_to(5.5 * kFrameS);
-  EXPECT_EQ(simulation.hull_parts()->at(0).motion->frames, 5);
-  EXPECT_EQ(simulation.hull_parts()->at(0).id, before.id);
+  simulation.advance_to(4.5 * kFrame_s);
+  simulation.advance_to(5.5 * kFrame_s);
+  EXPECT_EQ(simulation.hull_components()->at(0).motion->frames, 5);
+  EXPECT_EQ(simulation.hull_components()->at(0).id, before.id);
   EXPECT_FALSE(simulation.collisions().at(0).details.first_contact) << "not asked for";
 }
 
-TEST(History, NeedsABoxToLookIn) {
+TEST(History, RequiresASearchBox) {
   EXPECT_THROW(sim::Simulation(scene_with_history(false), {}), std::invalid_argument);
   EXPECT_THROW(
       sim::Simulation(scene_with_history(false), {},
@@ -276,10 +276,10 @@ TEST(History, NeedsABoxToLookIn) {
       << "too many cells";
 }
 
-TEST(History, OfNothingIsNothing) {
+TEST(History, EmptyHullHasNoComponents) {
   sim::Simulation simulation(scene_with_history(true), {}, kSpace);
-  for (int frame = 0; frame <= 3; ++frame) simulation.advance_to(frame * kFrameS, {});
-  EXPECT_TRUE(simulation.hull_parts()->empty());
+  for (int frame = 0; frame <= 3; ++frame) simulation.advance_to(frame * kFrame_s, {});
+  EXPECT_TRUE(simulation.hull_components()->empty());
   EXPECT_EQ(simulation.collisions().at(0).collision.verdict, collision::CollisionVerdict::free);
 }
 

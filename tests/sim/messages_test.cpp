@@ -16,12 +16,12 @@ CollisionReport report_of(collision::CollisionVerdict verdict) {
   CollisionReport report{.object = 0, .name = "plate"};
   report.collision.verdict = verdict;
   report.collision.triangles = {3, 5};
-  report.collision.touching = {8};
+  report.collision.undecided = {8};
   report.collision.points = {{{1, 2, 3}, 3}};
   return report;
 }
 
-TEST(CollisionMessage, HoldsNothingThatTheSceneDidNotAskFor) {
+TEST(CollisionMessage, ContainsOnlyRequestedFields) {
   OutgoingCollision out =
       collision_message(kFrame, report_of(collision::CollisionVerdict::colliding), {});
   const fivepipe_v1_CollisionResult& message = out.message();
@@ -38,7 +38,7 @@ TEST(CollisionMessage, HoldsNothingThatTheSceneDidNotAskFor) {
             0u);
 }
 
-TEST(CollisionMessage, FreeWithAHullInTheBoxIsNotCertainlyFree) {
+TEST(CollisionMessage, HullInTheBoxIsReportedAsUndecided) {
   CollisionReport report = report_of(collision::CollisionVerdict::free);
   EXPECT_EQ(collision_message(kFrame, report, {}).message().verdict, fivepipe_v1_certainly_free);
   report.collision.hull_in_box = true;
@@ -71,7 +71,7 @@ TEST(CollisionMessage, NormalsNameTheCamerasThatLimit) {
   EXPECT_EQ(closed.cameras._buffer[1].normal.y, 1);
 }
 
-TEST(CollisionMessage, BoundsOfProximityStayBoundsInFloat) {
+TEST(CollisionMessage, ProximityBoundsRoundOutwardToFloat) {
   CollisionReport report = report_of(collision::CollisionVerdict::free);
   const double third = 1.0 / 3, inf = std::numeric_limits<double>::infinity();
   report.details.proximity = {{third, third},
@@ -79,9 +79,9 @@ TEST(CollisionMessage, BoundsOfProximityStayBoundsInFloat) {
                               {0, 0},
                               {0, inf},
                               {inf, inf}};  // a third is larger in float, 0.7 less
-  config::CollisionWishes wishes;
-  wishes.proximity = config::ProximityWishes{config::ProximityOf::triangles, 0.1, 0.01};
-  OutgoingCollision out = collision_message(kFrame, report, wishes);
+  config::CollisionRequests requests;
+  requests.proximity = config::ProximityRequests{config::ProximityOf::triangles, 0.1, 0.01};
+  OutgoingCollision out = collision_message(kFrame, report, requests);
   const fivepipe_v1_CollisionResult& message = out.message();
   ASSERT_EQ(message.proximity._length, 1u);
   const fivepipe_v1_ProximityField& field = message.proximity._buffer[0];
@@ -90,19 +90,19 @@ TEST(CollisionMessage, BoundsOfProximityStayBoundsInFloat) {
   ASSERT_EQ(field.least_m._length, 5u);
   ASSERT_EQ(field.most_m._length, 5u);
   for (std::uint32_t i = 0; i < 5; ++i) {
-    EXPECT_LE(double(field.least_m._buffer[i]), report.details.proximity[i].least_m);
-    EXPECT_GE(double(field.most_m._buffer[i]), report.details.proximity[i].most_m);
-    if (std::isfinite(report.details.proximity[i].least_m))
-      EXPECT_NEAR(field.least_m._buffer[i], report.details.proximity[i].least_m, 1e-7);
+    EXPECT_LE(double(field.least_m._buffer[i]), report.details.proximity[i].min_m);
+    EXPECT_GE(double(field.most_m._buffer[i]), report.details.proximity[i].max_m);
+    if (std::isfinite(report.details.proximity[i].min_m))
+      EXPECT_NEAR(field.least_m._buffer[i], report.details.proximity[i].min_m, 1e-7);
   }
   EXPECT_EQ(field.least_m._buffer[2], 0);
   EXPECT_EQ(field.most_m._buffer[2], 0);
 }
 
-TEST(CollisionMessage, FirstContactIsStampedOnTheCamerasClock) {
+TEST(CollisionMessage, FirstContactUsesTheCaptureClock) {
   CollisionReport report = report_of(collision::CollisionVerdict::free);
   report.details.first_contact = collision::FirstContact{2.49, 0.0005, {0.1, 0.2, 0.3}, 4, false};
-  report.details.first_contact_part = 11;
+  report.details.first_contact_component = 11;
   OutgoingCollision out = collision_message(kFrame, report, {});
   const fivepipe_v1_CollisionResult& message = out.message();
   ASSERT_EQ(message.first_contact._length, 1u);
@@ -115,7 +115,7 @@ TEST(CollisionMessage, FirstContactIsStampedOnTheCamerasClock) {
   EXPECT_EQ(contact.p_m.y, 0.2);
 }
 
-TEST(CollisionMessage, TrianglesAndContactsWhereAskedFor) {
+TEST(CollisionMessage, ContainsTrianglesAndContactsOnRequest) {
   CollisionReport report = report_of(collision::CollisionVerdict::colliding);
   report.details.contacts.emplace().contacts.push_back({.status = collision::ContactStatus::defined,
                                                         .on_object = {{1, 0, 0}, 3},
@@ -123,11 +123,11 @@ TEST(CollisionMessage, TrianglesAndContactsWhereAskedFor) {
                                                         .camera = 1});
   report.details.contacts->contacts.push_back(
       {.status = collision::ContactStatus::no_exit_within_reach, .on_object = {{0, 1, 0}, 5}});
-  report.details.shorter_way = collision::ShorterWay{.status = collision::ShorterWayStatus::found,
+  report.details.local_minimum_translation = collision::LocalMinimumTranslation{.status = collision::LocalMinimumTranslationStatus::found,
                                                      .move_world_m = {0, 0, 0.02}};
-  config::CollisionWishes wishes;
-  wishes.triangles = true;
-  OutgoingCollision out = collision_message(kFrame, report, wishes);
+  config::CollisionRequests requests;
+  requests.triangles = true;
+  OutgoingCollision out = collision_message(kFrame, report, requests);
   const fivepipe_v1_CollisionResult& message = out.message();
   ASSERT_EQ(message.triangles._length, 2u);
   EXPECT_EQ(message.triangles._buffer[1], 5u);
@@ -143,21 +143,21 @@ TEST(CollisionMessage, TrianglesAndContactsWhereAskedFor) {
   EXPECT_EQ(message.shorter_way._buffer[0].move_m.z, 0.02);
 }
 
-TEST(PartsMessage, TellsWhoWasWhoAndHowTheyMove) {
-  collision::FollowedPart followed{.id = 3, .origin = collision::PartOrigin::followed, .from = {3}};
-  followed.part.box_world_m = {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 2, 3)};
-  followed.part.middle_world_m = {0.4, 0.5, 0.6};
-  followed.part.volume_m3 = 0.002;
-  followed.part.cut = true;
-  followed.motion = collision::PartMotion{.velocity_world_m_s = {0, 0.5, 0},
+TEST(ComponentsMessage, ReportsIdentityAndMotion) {
+  collision::TrackedComponent tracked{.id = 3, .origin = collision::ComponentOrigin::tracked, .from = {3}};
+  tracked.part.box_world_m = {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 2, 3)};
+  tracked.part.centroid_world_m = {0.4, 0.5, 0.6};
+  tracked.part.volume_m3 = 0.002;
+  tracked.part.cut = true;
+  tracked.motion = collision::ComponentMotion{.velocity_world_m_s = {0, 0.5, 0},
                                           .angular_velocity_world_rad_s = {0, 0, 3},
                                           .determined_axes = 2,
                                           .residual_m = 0.001,
                                           .window_s = 0.1,
                                           .frames = 6};
-  const collision::FollowedPart merged{
-      .id = 4, .origin = collision::PartOrigin::merged, .from = {1, 2}};
-  OutgoingParts out = parts_message("simulation", kFrame, {followed, merged});
+  const collision::TrackedComponent merged{
+      .id = 4, .origin = collision::ComponentOrigin::merged, .from = {1, 2}};
+  OutgoingComponents out = components_message("simulation", kFrame, {tracked, merged});
   const fivepipe_v1_HullParts& message = out.message();
   EXPECT_STREQ(message.simulation, "simulation");
   EXPECT_EQ(message.capture_stamp_ns, kFrame.capture_stamp_ns);

@@ -18,7 +18,7 @@ Eigen::Vector3d ball_position_m(const sim::Simulation& simulation) {
 }
 
 void run_frames(sim::Simulation& simulation, int first, int last,
-                std::span<const hull::Silhouette> silhouettes, double frame_s = kFrameS) {
+                std::span<const hull::Silhouette> silhouettes, double frame_s = kFrame_s) {
   for (int frame = first; frame <= last; ++frame)
     simulation.advance_to(frame * frame_s, silhouettes);
 }
@@ -33,7 +33,7 @@ TEST_F(SimulationTime, FirstCallOnlySetsTheClock) {
   EXPECT_NEAR(simulation.time_s(), 1e6 + 0.1, 1e-6);
 }
 
-TEST_F(SimulationTime, FallsAsAStoneFalls) {
+TEST_F(SimulationTime, FreeFallMatchesTheClosedForm) {
   sim::Simulation simulation(scene_of({virtual_ball({0, 0, 1})}), {});
   run_frames(simulation, 0, 12, {});
   const double t_s = 0.4, g = 9.80665, step_s = 1.0 / 240;
@@ -42,14 +42,14 @@ TEST_F(SimulationTime, FallsAsAStoneFalls) {
   EXPECT_NEAR(simulation.states()[0].velocity_world_m_s.z(), -g * t_s, 1e-6);
 }
 
-TEST_F(SimulationTime, StepsOfAllSizesComeToTheSameRest) {
+TEST_F(SimulationTime, RestPositionIsIndependentOfStepSize) {
   for (const double step_s : {1.0 / 240, 1.0 / 120, 1.0 / 60, 1.0 / 30}) {
     sim::Simulation simulation(ball_over_floor(), {.step_s = step_s});
     run_frames(simulation, 0, 300, {});
     const Eigen::Vector3d p_m = ball_position_m(simulation);
     // A body at rest sinks by what gravity moves it in one step before the contact stops it: g
     // step^2, 11 mm at 1/30 s; Bullet pushes it out over some steps.
-    EXPECT_NEAR(p_m.z(), kBallRadiusM, 1e-3 + 9.81 * step_s * step_s) << step_s;
+    EXPECT_NEAR(p_m.z(), kBallRadius_m, 1e-3 + 9.81 * step_s * step_s) << step_s;
     EXPECT_NEAR(p_m.head<2>().norm(), 0, 1e-3) << step_s;
     EXPECT_LT(simulation.states()[0].velocity_world_m_s.norm(), 0.02) << step_s;
   }
@@ -63,7 +63,7 @@ TEST_F(SimulationTime, RestsFiveMinutesWhereItLies) {
   EXPECT_LT((ball_position_m(simulation) - before_m).norm(), 1e-3);
 }
 
-TEST_F(SimulationTime, WhatIsNotCaughtUpIsSkippedAndCounted) {
+TEST_F(SimulationTime, SkippedTimeIsCounted) {
   sim::Simulation simulation(ball_over_floor(), {});
   simulation.advance_to(0, {});
   simulation.advance_to(5, {});
@@ -72,7 +72,7 @@ TEST_F(SimulationTime, WhatIsNotCaughtUpIsSkippedAndCounted) {
   EXPECT_NEAR(simulation.time_s(), 5, 1e-9);
 }
 
-TEST_F(SimulationTime, PauseIsNotCaughtUp) {
+TEST_F(SimulationTime, PauseIsNotReplayed) {
   sim::Simulation simulation(ball_over_floor(), {});
   run_frames(simulation, 0, 5, {});
   const Eigen::Vector3d before_m = ball_position_m(simulation);
@@ -82,24 +82,24 @@ TEST_F(SimulationTime, PauseIsNotCaughtUp) {
   EXPECT_EQ(ball_position_m(simulation), before_m);
   simulation.resume();
   const std::uint64_t steps = simulation.counters().steps;
-  simulation.advance_to(306 * kFrameS, {});
+  simulation.advance_to(306 * kFrame_s, {});
   EXPECT_EQ(simulation.counters().steps - steps, 8u);
   EXPECT_EQ(simulation.counters().skipped_s, 0);
-  EXPECT_NEAR(simulation.time_s(), 306 * kFrameS, 1e-9);
+  EXPECT_NEAR(simulation.time_s(), 306 * kFrame_s, 1e-9);
 }
 
-TEST_F(SimulationTime, AStampALittleBackChangesNothingARecordingStartedOverSetsTheClock) {
+TEST_F(SimulationTime, SmallBackwardStampIsIgnoredLargeOneResetsTheClock) {
   sim::Simulation simulation(ball_over_floor(), {});
   run_frames(simulation, 0, 30, {});
   const Eigen::Vector3d before_m = ball_position_m(simulation);
-  simulation.advance_to(29 * kFrameS, {});
+  simulation.advance_to(29 * kFrame_s, {});
   EXPECT_NEAR(simulation.time_s(), 1, 1e-9);
   simulation.advance_to(0, {});
   EXPECT_EQ(simulation.time_s(), 0);
   EXPECT_EQ(ball_position_m(simulation), before_m);
   EXPECT_EQ(simulation.counters().stamps_went_back, 2u);
-  simulation.advance_to(kFrameS, {});
-  EXPECT_NEAR(simulation.time_s(), kFrameS, 1e-9);
+  simulation.advance_to(kFrame_s, {});
+  EXPECT_NEAR(simulation.time_s(), kFrame_s, 1e-9);
 }
 
 TEST_F(SimulationTime, ResetPutsEverythingToItsStart) {
@@ -112,10 +112,10 @@ TEST_F(SimulationTime, ResetPutsEverythingToItsStart) {
   EXPECT_EQ(ball_position_m(simulation), ball_position_m(fresh));
 }
 
-TEST_F(SimulationTime, WhatLeavesTheSceneIsPutBackAndCounted) {
+TEST_F(SimulationTime, LostObjectsAreRespawnedAndCounted) {
   sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.2})}), {});
   run_frames(simulation, 0, 60, {});  // two seconds: 19 m
-  EXPECT_GE(simulation.counters().put_back, 1u);
+  EXPECT_GE(simulation.counters().respawned, 1u);
   EXPECT_GT(ball_position_m(simulation).z(), 0.2 - 3 - 0.5);
 }
 
@@ -162,11 +162,11 @@ TEST_F(SimulationTime, AFallingBallDoesNotPassAPlateOfFiveMillimetres) {
     }
     EXPECT_LT(lowest_m, 0.04) << start_m;  // it came down, at 19.8 m/s
     EXPECT_GT(lowest_m, 0) << start_m;
-    EXPECT_EQ(simulation.counters().put_back, 0u) << start_m;
+    EXPECT_EQ(simulation.counters().respawned, 0u) << start_m;
   }
 }
 
-TEST_F(SimulationTime, RefusesTimesAndStepsThatAreNone) {
+TEST_F(SimulationTime, RejectsInvalidTimesAndSteps) {
   sim::Simulation simulation(ball_over_floor(), {});
   EXPECT_THROW(simulation.advance_to(std::numeric_limits<double>::quiet_NaN(), {}),
                std::invalid_argument);

@@ -7,21 +7,21 @@
 
 namespace fivepipe::test {
 
-inline constexpr double kRealRadiusM = 0.05, kVirtualRadiusM = 0.04;
-inline constexpr double kFlatnessM = 0.02 * kVirtualRadiusM;
-inline constexpr double kFieldM = 0.16;
-inline constexpr int kImagePx = 320;
-inline constexpr double kScanM = 1e-5;  // of what is called exact, in issue 4
-inline constexpr double kFootprintM = kFieldM / kImagePx;
+inline constexpr double kRealRadius_m = 0.05, kVirtualRadius_m = 0.04;
+inline constexpr double kFlatness_m = 0.02 * kVirtualRadius_m;
+inline constexpr double kField_m = 0.16;
+inline constexpr int kImage_px = 320;
+inline constexpr double kScanStep_m = 1e-5;  // of what is called exact, in issue 4
+inline constexpr double kFootprint_m = kField_m / kImage_px;
 
 // A hull that ends at z = 0, and far below and beside: all cameras are on the plane, which they see
 // edge-on at the middle of their images.
 inline std::vector<hull::Silhouette> plane_silhouettes() {
   std::vector<hull::Silhouette> silhouettes;
-  for (const geometry::Camera& camera : ring(6, 1.0, 0, kImagePx, kFieldM)) {
-    hull::Silhouette s{camera, hull::ObjectPixels(kImagePx, kImagePx)};
-    for (int v = kImagePx / 2; v < kImagePx; ++v)
-      for (int u = 0; u < kImagePx; ++u) s.pixels.set(u, v);
+  for (const geometry::Camera& camera : ring(6, 1.0, 0, kImage_px, kField_m)) {
+    hull::Silhouette s{camera, hull::ObjectPixels(kImage_px, kImage_px)};
+    for (int v = kImage_px / 2; v < kImage_px; ++v)
+      for (int u = 0; u < kImage_px; ++u) s.pixels.set(u, v);
     silhouettes.push_back(std::move(s));
   }
   return silhouettes;
@@ -29,13 +29,13 @@ inline std::vector<hull::Silhouette> plane_silhouettes() {
 
 // A real ball at the origin seen by nine cameras on its horizon (18 directions of silhouettes), a
 // virtual ball above it.
-class Responding : public GlTest {
+class ResponseTest : public GlTest {
  protected:
-  Responding() { see({ball(kOrigin, kRealRadiusM)}); }
+  ResponseTest() { see({ball(kOrigin, kRealRadius_m)}); }
 
-  void see(const std::vector<hull::Capsule>& real, int image_px = kImagePx) {
+  void see(const std::vector<hull::Capsule>& real, int image_px = kImage_px) {
     real_ = real;
-    see(silhouettes_of(real, ring(9, 1.0, 0, image_px, kFieldM)));
+    see(silhouettes_of(real, ring(9, 1.0, 0, image_px, kField_m)));
   }
   void see(std::vector<hull::Silhouette> silhouettes) {
     silhouettes_ = std::move(silhouettes);
@@ -48,7 +48,7 @@ class Responding : public GlTest {
     collision_ = moved(kOrigin);
   }
   void place(const Eigen::Vector3d& center_m) {
-    place(collision::world_triangles(geometry::sphere_mesh(kVirtualRadiusM, 2), at(center_m)),
+    place(collision::world_triangles(geometry::sphere_mesh(kVirtualRadius_m, 2), at(center_m)),
           center_m);
   }
 
@@ -72,15 +72,15 @@ class Responding : public GlTest {
     return collision::respond(query(), collision_, request, requery(), config);
   }
   // Towards the ball's centre from the middle of the contact; the icosphere of 320 triangles lies
-  // up to kFlatnessM under its ball.
+  // up to kFlatness_m under its ball.
   collision::Response respond_by_default(const collision::ResponseConfig& config = {}) {
-    return respond_to({rp_object_m_, std::nullopt, {true, true}, kFlatnessM}, config);
+    return respond_to({rp_object_m_, std::nullopt, {true, true}, kFlatness_m}, config);
   }
 
-  // Farthest point that is inside, up to reach_m from CP_obj along V_rec, at steps of kScanM.
+  // Farthest point that is inside, up to reach_m from CP_obj along V_rec, at steps of kScanStep_m.
   template <typename Inside>
   double exit_m(const collision::Response& response, double reach_m, Inside inside) const {
-    for (double t_m = reach_m; t_m > 0; t_m -= kScanM)
+    for (double t_m = reach_m; t_m > 0; t_m -= kScanStep_m)
       if (inside(response.cp_object_world_m + t_m * response.v_rec_world)) return t_m;
     return 0;
   }

@@ -5,13 +5,13 @@
 
 namespace fivepipe::test {
 
-inline constexpr double kBallRadiusM = 0.06;
-inline constexpr double kFrameS = 1.0 / 30;
+inline constexpr double kBallRadius_m = 0.06;
+inline constexpr double kFrame_s = 1.0 / 30;
 
 inline config::SceneObject virtual_ball(const Eigen::Vector3d& center_m, double restitution = 0.5,
                                         double mass_kg = 0.2) {
   return {.name = "ball",
-          .shape = config::SphereShape{kBallRadiusM},
+          .shape = config::SphereShape{kBallRadius_m},
           .world_from_object = at(center_m),
           .motion = config::Motion::dynamic,
           .reaction = config::Reaction::bounce,

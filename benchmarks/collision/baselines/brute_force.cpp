@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kTogether = 64;  // triangles that a thread takes at a time
+constexpr std::size_t kBatchSize = 64;  // triangles that a thread takes at a time
 // A triangle lies beside the object pixels' bounds only if it does so by more than roundings in
 // double [px].
 constexpr double kBeside_px = 1e-6;
@@ -50,8 +50,8 @@ BruteForce::BruteForce(int across) : across_(across) {
       x_.push_back((float(column) + 0.5f) * pixel);
       y_.push_back((float(row) + 0.5f) * pixel);
     }
-  x_.resize(x_.size() + kLanePadding);
-  y_.resize(y_.size() + kLanePadding);
+  x_.resize(x_.size() + kSimdPadding);
+  y_.resize(y_.size() + kSimdPadding);
 }
 
 void BruteForce::set_silhouettes(std::span<const hull::Silhouette> silhouettes) {
@@ -121,8 +121,8 @@ bool BruteForce::set_up(const collision::TriangleView& view, Thread& thread) con
 void BruteForce::query(std::span<const collision::Triangle> triangles, Piece& piece,
                        Thread& thread) const {
   const std::size_t pixels = std::size_t(across_) * std::size_t(across_);
-  thread.base.resize(pixels + 2 * kLanePadding);
-  thread.side.resize(pixels + 2 * kLanePadding);
+  thread.base.resize(pixels + 2 * kSimdPadding);
+  thread.side.resize(pixels + 2 * kSimdPadding);
   thread.verdicts.resize(pixels);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const collision::TriangleView view = collision::view_of(triangles[i]);
@@ -151,11 +151,11 @@ std::size_t BruteForce::cut(std::span<const std::vector<collision::Triangle>> ob
       for (const Vector3d& v : t) box_world_m.extend(v);
     if (objects_world_m[o].empty() || collision::is_certainly_free(silhouettes_, box_world_m))
       continue;
-    for (std::size_t first = 0; first < objects_world_m[o].size(); first += kTogether) {
+    for (std::size_t first = 0; first < objects_world_m[o].size(); first += kBatchSize) {
       if (pieces == pieces_.size()) pieces_.emplace_back();
       Piece& piece = pieces_[pieces++];
       piece.object = o, piece.first = first,
-      piece.count = std::min(kTogether, objects_world_m[o].size() - first), piece.samples = 0;
+      piece.count = std::min(kBatchSize, objects_world_m[o].size() - first), piece.samples = 0;
       piece.hits.clear();
     }
   }
@@ -165,7 +165,7 @@ std::size_t BruteForce::cut(std::span<const std::vector<collision::Triangle>> ob
 std::vector<collision::ObjectCollision> BruteForce::detect(
     std::span<const std::vector<collision::Triangle>> objects_world_m, base::WorkerPool& pool) {
   std::vector<collision::ObjectCollision> objects(objects_world_m.size());
-  samples_asked_ = 0;
+  samples_tested_ = 0;
   if (empty_) return objects;
   const std::size_t pieces = cut(objects_world_m);
   std::vector<Thread> threads(std::size_t(pool.threads()));
@@ -180,7 +180,7 @@ std::vector<collision::ObjectCollision> BruteForce::detect(
   for (const Piece& piece : std::span(pieces_).first(pieces)) {
     collision::ObjectCollision& object = objects[piece.object];
     object.points.reserve(points[piece.object]);
-    samples_asked_ += piece.samples;
+    samples_tested_ += piece.samples;
     collision::TriangleView view;
     for (const Hit& hit : piece.hits) {
       if (object.triangles.empty() || object.triangles.back() != hit.triangle) {

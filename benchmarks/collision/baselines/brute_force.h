@@ -41,7 +41,7 @@ class BruteForce {
   std::vector<collision::ObjectCollision> detect(
       std::span<const std::vector<collision::Triangle>> objects_world_m, base::WorkerPool& pool);
 
-  std::size_t samples_asked() const { return samples_asked_; }  // by the last detect
+  std::size_t samples_tested() const { return samples_tested_; }  // by the last detect
 
  private:
   struct Thread;
@@ -67,7 +67,7 @@ class BruteForce {
   std::vector<Map> maps_;
   bool empty_ = true;
   std::vector<Piece> pieces_;  // kept for their buffers
-  std::size_t samples_asked_ = 0;
+  std::size_t samples_tested_ = 0;
 };
 
 }  // namespace fivepipe::baselines

@@ -22,7 +22,7 @@ using V = hn::Vec<D>;
 constexpr float kRoundings = 8 * std::numeric_limits<float>::epsilon();
 // Nearer to the camera's plane than this part of the triangle's own extent, roundings make nothing
 // of the pixel.
-constexpr float kLeastDepth = 1.0f / 4096;
+constexpr float kMinDepth = 1.0f / 4096;
 
 std::size_t covered(const float* x, const float* y, std::size_t count, float apex_x, float* base,
                     float* side) {
@@ -46,14 +46,14 @@ void in_hull(std::span<const SampledMap> maps, const float* base, const float* s
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
   for (std::size_t first = 0; first < count; first += hn::Lanes(d)) {
     const V b = hn::LoadU(d, base + first), s = hn::LoadU(d, side + first);
-    auto in = hn::FirstN(d, count - first), unsettled = hn::Lt(zero, zero);
+    auto in = hn::FirstN(d, count - first), uncertain = hn::Lt(zero, zero);
     for (const SampledMap& m : maps) {
       const auto at = [&](int i) {
         return hn::Add(hn::Set(d, m.of_1[i]), hn::Add(hn::Mul(b, hn::Set(d, m.of_base[i])),
                                                       hn::Mul(s, hn::Set(d, m.of_side[i]))));
       };
       const V w = at(2), per_w = hn::Div(one, w);
-      const auto far = hn::Gt(w, hn::Set(d, kLeastDepth * m.size[2]));
+      const auto far = hn::Gt(w, hn::Set(d, kMinDepth * m.size[2]));
       // Position on one axis, and how far it may be off [px].
       const auto error = [&](V px, int i) {
         return hn::Mul(hn::Set(d, kRoundings),
@@ -77,7 +77,7 @@ void in_hull(std::span<const SampledMap> maps, const float* base, const float* s
         return hn::And(hn::Gt(hn::Sub(px, whole), e), hn::Lt(hn::Add(hn::Sub(px, whole), e), one));
       };
       const auto certain = hn::And(far, hn::And(sure(u, whole_u, eu), sure(v, whole_v, ev)));
-      unsettled = hn::Or(unsettled, hn::AndNot(certain, in));
+      uncertain = hn::Or(uncertain, hn::AndNot(certain, in));
       in = hn::And(in, certain);
       if (hn::AllFalse(d, in)) continue;
       // In bounds, for certain; the others look at the map's first word.
@@ -90,12 +90,12 @@ void in_hull(std::span<const SampledMap> maps, const float* base, const float* s
                                          hn::ShiftRight<5>(safe));
       const auto set = hn::TestBit(words, hn::Shl(hn::Set(di, 1), hn::And(safe, hn::Set(di, 31))));
       in = hn::And(in, hn::RebindMask(d, set));
-      if (hn::AllFalse(d, hn::Or(in, unsettled))) break;
+      if (hn::AllFalse(d, hn::Or(in, uncertain))) break;
     }
     // A sample that one camera left open and another removed for certain counts as open: asking it
     // again does no harm.
     alignas(64) std::int32_t result[16];
-    hn::Store(hn::IfThenElse(hn::RebindMask(di, unsettled), hn::Set(di, 2),
+    hn::Store(hn::IfThenElse(hn::RebindMask(di, uncertain), hn::Set(di, 2),
                              hn::IfThenElseZero(hn::RebindMask(di, in), hn::Set(di, 1))),
               di, result);
     for (std::size_t i = 0; i < hn::Lanes(d) && first + i < count; ++i)

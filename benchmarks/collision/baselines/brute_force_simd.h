@@ -20,7 +20,7 @@ struct SampledMap {
 };
 
 // Arrays that lanes read and write are this much longer than what is asked.
-inline constexpr std::size_t kLanePadding = 16;
+inline constexpr std::size_t kSimdPadding = 16;
 
 // Those of the positions (x, y) whose base = x - y * apex_x is in [0, 1 - y]: their base and side =
 // y. How many there are.

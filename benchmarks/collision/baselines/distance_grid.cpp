@@ -49,17 +49,17 @@ DistanceGrid::DistanceGrid(double voxel_m) : voxel_m_(voxel_m) {
 
 void DistanceGrid::build(const hull::HullQuery& query, const Eigen::AlignedBox3d& box_world_m) {
   const Eigen::Vector3d size = (box_world_m.sizes() / voxel_m_).array().ceil().max(1.0);
-  if (!(size.prod() <= kMostVoxels)) throw std::invalid_argument("too many voxels");
+  if (!(size.prod() <= kMaxVoxels)) throw std::invalid_argument("too many voxels");
   size_ = size.cast<int>();
   corner_world_m_ = box_world_m.min();
   squared_.resize(std::size_t(size_.x()) * std::size_t(size_.y()) * std::size_t(size_.z()));
-  const auto cameras = hull::point_lane_cameras(query.hull());
+  const auto cameras = hull::point_simd_cameras(query.hull());
   query.hull().pool().run(size_.z(), [&](int z, int) { ask(query, cameras, z); });
   for (int axis = 0; axis < 3; ++axis) transform(query.hull().pool(), axis);
 }
 
 // One layer.
-void DistanceGrid::ask(const hull::HullQuery& query, std::span<const hull::PointLaneCamera> cameras,
+void DistanceGrid::ask(const hull::HullQuery& query, std::span<const hull::PointSimdCamera> cameras,
                        int z) {
   std::vector<Eigen::Vector3d> row(std::size_t(size_.x()));
   std::vector<hull::InHull> verdicts(row.size(), hull::InHull::no);
@@ -67,9 +67,9 @@ void DistanceGrid::ask(const hull::HullQuery& query, std::span<const hull::Point
   for (int y = 0; y < size_.y(); ++y, out += row.size()) {
     for (std::size_t x = 0; x < row.size(); ++x)
       row[x] = corner_world_m_ + voxel_m_ * Eigen::Vector3d(double(x) + 0.5, y + 0.5, z + 0.5);
-    if (!query.hull().empty()) hull::contains_in_lanes(cameras, row, verdicts.data());
+    if (!query.hull().empty()) hull::contains_simd(cameras, row, verdicts.data());
     for (std::size_t x = 0; x < row.size(); ++x) {
-      const bool in = verdicts[x] == hull::InHull::unsettled ? query.contains(row[x])
+      const bool in = verdicts[x] == hull::InHull::uncertain ? query.contains(row[x])
                                                              : verdicts[x] == hull::InHull::yes;
       out[x] = in ? 0 : kInfinity;
     }

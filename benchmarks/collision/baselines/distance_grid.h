@@ -18,7 +18,7 @@ class DistanceGrid {
 
   // Asks the middle of each voxel of the box whether it is in the hull, in vector lanes and the
   // hull's pool, and transforms. Keeps its buffers. Throws std::invalid_argument where there would
-  // be more than kMostVoxels.
+  // be more than kMaxVoxels.
   void build(const hull::HullQuery& query, const Eigen::AlignedBox3d& box_world_m);
 
   // From the middle of p's voxel, p in the box, to the nearest middle in the hull; infinite where
@@ -27,10 +27,10 @@ class DistanceGrid {
   float distance_m(const Eigen::Vector3d& p_world_m) const;
   std::size_t voxels() const { return squared_.size(); }
 
-  static constexpr double kMostVoxels = 3e8;
+  static constexpr double kMaxVoxels = 3e8;
 
  private:
-  void ask(const hull::HullQuery& query, std::span<const hull::PointLaneCamera> cameras, int z);
+  void ask(const hull::HullQuery& query, std::span<const hull::PointSimdCamera> cameras, int z);
   void transform(base::WorkerPool& pool, int axis);
   double voxel_m_;
   Eigen::Vector3d corner_world_m_ = Eigen::Vector3d::Zero();

@@ -51,15 +51,15 @@ HullPolygons::HullPolygons(double cell_m) : cell_m_(cell_m) {
 }
 
 int& HullPolygons::index_at(const Cell& b) {
-  return index_[(std::size_t(b[2] - index_least_[2]) * std::size_t(index_size_[1]) +
-                 std::size_t(b[1] - index_least_[1])) *
+  return index_[(std::size_t(b[2] - index_min_[2]) * std::size_t(index_size_[1]) +
+                 std::size_t(b[1] - index_min_[1])) *
                     std::size_t(index_size_[0]) +
-                std::size_t(b[0] - index_least_[0])];
+                std::size_t(b[0] - index_min_[0])];
 }
 
 int HullPolygons::index_at(const Cell& b) const {
   for (int axis = 0; axis < 3; ++axis)
-    if (b[axis] < index_least_[axis] || b[axis] >= index_least_[axis] + index_size_[axis])
+    if (b[axis] < index_min_[axis] || b[axis] >= index_min_[axis] + index_size_[axis])
       return kFree;
   return const_cast<HullPolygons*>(this)->index_at(b);
 }
@@ -119,7 +119,7 @@ void HullPolygons::make_index(const std::vector<Node>& solid) {
   };
   for (const Brick& b : bricks_) extend(b.brick, 1);
   for (const Node& n : solid) extend(n.brick, n.size);
-  index_least_ = least;
+  index_min_ = least;
   std::size_t size = 1;
   for (int axis = 0; axis < 3; ++axis)
     size *= std::size_t(index_size_[axis] = std::max(0, greatest[axis] - least[axis] + 1));
@@ -131,7 +131,7 @@ void HullPolygons::make_index(const std::vector<Node>& solid) {
         for (int x = n.brick[0]; x < n.brick[0] + n.size; ++x) index_at({x, y, z}) = kSolid;
 }
 
-void HullPolygons::ask(const hull::HullQuery& query, std::span<const hull::PointLaneCamera> cameras,
+void HullPolygons::ask(const hull::HullQuery& query, std::span<const hull::PointSimdCamera> cameras,
                        Brick& brick) const {
   std::array<Vector3d, 512> points_world_m;
   std::array<hull::InHull, 512> verdicts;
@@ -140,9 +140,9 @@ void HullPolygons::ask(const hull::HullQuery& query, std::span<const hull::Point
       for (int x = 0; x < 8; ++x)
         points_world_m[std::size_t(in_brick(x, y, z))] =
             point_m({8 * brick.brick[0] + x, 8 * brick.brick[1] + y, 8 * brick.brick[2] + z});
-  hull::contains_in_lanes(cameras, points_world_m, verdicts.data());
+  hull::contains_simd(cameras, points_world_m, verdicts.data());
   for (std::size_t i = 0; i < 512; ++i)
-    brick.inside[i] = verdicts[i] == hull::InHull::unsettled ? query.contains(points_world_m[i])
+    brick.inside[i] = verdicts[i] == hull::InHull::uncertain ? query.contains(points_world_m[i])
                                                              : verdicts[i] == hull::InHull::yes;
   // So that no edge of the grid that is crossed lacks a cell beside it.
   for (int axis = 0; axis < 3; ++axis) {
@@ -224,8 +224,8 @@ void HullPolygons::write(const Brick& brick) {
 const geometry::Mesh& HullPolygons::polygonise(const hull::HullQuery& query,
                                                const Eigen::AlignedBox3d& volume_world_m) {
   const double bricks = std::ceil(volume_world_m.sizes().maxCoeff() / (8 * cell_m_)) + 1;
-  if (!(bricks <= kMostBricks))
-    throw std::invalid_argument("more than " + std::to_string(kMostBricks) +
+  if (!(bricks <= kMaxBricks))
+    throw std::invalid_argument("more than " + std::to_string(kMaxBricks) +
                                 " bricks along the volume");
   for (across_ = 1; across_ < bricks;) across_ *= 2;
   // A point beyond the volume on each side.
@@ -234,7 +234,7 @@ const geometry::Mesh& HullPolygons::polygonise(const hull::HullQuery& query,
   corner_world_m_ = volume_world_m.min() - Vector3d::Constant(cell_m_);
   find_bricks(query);
   base::WorkerPool& pool = query.hull().pool();
-  const auto cameras = hull::point_lane_cameras(query.hull());
+  const auto cameras = hull::point_simd_cameras(query.hull());
   pool.run(int(bricks_.size()), [&](int i, int) { ask(query, cameras, bricks_[std::size_t(i)]); });
   pool.run(int(bricks_.size()), [&](int i, int) { count(bricks_[std::size_t(i)]); });
   std::uint32_t vertices = 0, quads = 0;

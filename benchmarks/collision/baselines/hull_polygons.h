@@ -26,13 +26,13 @@ class HullPolygons {
   // counter-clockwise triangles. It lies within a cell's diagonal of the hull's border; what is
   // thinner than a cell may be lost. What lies outside the volume is cut off. Keeps its buffers;
   // does not depend on the pool's threads. Throws std::invalid_argument where the volume would take
-  // more than kMostBricks along an axis.
+  // more than kMaxBricks along an axis.
   const geometry::Mesh& polygonise(const hull::HullQuery& query,
                                    const Eigen::AlignedBox3d& volume_world_m);
 
-  std::size_t points_asked() const { return 512 * bricks_.size(); }  // by the last call
+  std::size_t points_tested() const { return 512 * bricks_.size(); }  // by the last call
 
-  static constexpr int kMostBricks = 1024;
+  static constexpr int kMaxBricks = 1024;
 
  private:
   using Cell = std::array<int, 3>;  // of the grid; or brick, or grid point with the same index
@@ -51,7 +51,7 @@ class HullPolygons {
 
   void find_bricks(const hull::HullQuery& query);
   void make_index(const std::vector<Node>& solid);
-  void ask(const hull::HullQuery& query, std::span<const hull::PointLaneCamera> cameras,
+  void ask(const hull::HullQuery& query, std::span<const hull::PointSimdCamera> cameras,
            Brick& brick) const;
   std::array<std::uint8_t, 729> surroundings(const Brick& brick) const;
   void count(Brick& brick) const;
@@ -69,7 +69,7 @@ class HullPolygons {
   Cell points_{};   // grid points of the volume along each axis; those beyond, and the first, are
                     // outside by definition
   std::vector<Brick> bricks_;
-  Cell index_least_{}, index_size_{};
+  Cell index_min_{}, index_size_{};
   std::vector<int> index_;  // of bricks, or kFree, kSolid
   geometry::Mesh mesh_;
 };

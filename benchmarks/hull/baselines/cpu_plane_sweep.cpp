@@ -14,9 +14,9 @@ using Eigen::Vector3d;
 
 // Tiles are squares of 16 or 8 rays: large ones for fewer counts, small ones for a closer fit; in
 // small views, large ones would span much of the object.
-constexpr int kLeastTilesAcross = 30;
+constexpr int kMinTilesAcross = 30;
 int tile_px_of(const hull::PixelRect& image) {
-  return image.width_px() >= kLeastTilesAcross * kSweptTile_px ? kSweptTile_px : kSweptTile_px / 2;
+  return image.width_px() >= kMinTilesAcross * kSweptTile_px ? kSweptTile_px : kSweptTile_px / 2;
 }
 
 SweptCamera lanes_of(const ObjectPixelLookup& lookup, const hull::MapFromView& map) {

@@ -26,7 +26,7 @@ HWY_INLINE std::uint32_t bits_of(M mask) {
 }
 
 HWY_INLINE Contents contents_on_planes(const SweptCamera& c, const hull::PixelRect& rays, V t) {
-  V x0 = hn::Set(d, 1e30f), y0 = x0, x1 = hn::Neg(x0), y1 = x1, least_w = x0;
+  V x0 = hn::Set(d, 1e30f), y0 = x0, x1 = hn::Neg(x0), y1 = x1, min_w = x0;
   for (const int u : {rays.u0_px, rays.u1_px - 1})
     for (const int v : {rays.v0_px, rays.v1_px - 1}) {
       const auto coordinate = [&](std::size_t k) HWY_ATTR {
@@ -39,12 +39,12 @@ HWY_INLINE Contents contents_on_planes(const SweptCamera& c, const hull::PixelRe
       y0 = hn::Min(y0, y);
       x1 = hn::Max(x1, x);
       y1 = hn::Max(y1, y);
-      least_w = hn::Min(least_w, w);
+      min_w = hn::Min(min_w, w);
     }
   const V slack = hn::Set(d, kRounding_px);
   const Contents contents = contents_of(c.map, hn::Sub(x0, slack), hn::Sub(y0, slack),
                                         hn::Add(x1, slack), hn::Add(y1, slack));
-  const M in_front = hn::Gt(least_w, hn::Zero(d));
+  const M in_front = hn::Gt(min_w, hn::Zero(d));
   return {hn::And(contents.none, in_front), hn::And(contents.all, in_front)};
 }
 
@@ -132,11 +132,11 @@ class Rays {
 
   const SweptTile& tile_;
   int left_ = 0;
-  static constexpr int kMostVectors =
+  static constexpr int kMaxVectors =
       (kSweptTile_px + kWide - 1) / kWide * ((kSweptTile_px + kHigh - 1) / kHigh);
-  int order_[kMostVectors];  // the first left_: vectors with undecided rays
-  V u_[kMostVectors], v_[kMostVectors], depths_[kMostVectors];
-  M undecided_[kMostVectors];
+  int order_[kMaxVectors];  // the first left_: vectors with undecided rays
+  V u_[kMaxVectors], v_[kMaxVectors], depths_[kMaxVectors];
+  M undecided_[kMaxVectors];
 };
 
 void sweep_tile(std::span<const SweptCamera> cameras, const SweptTile& tile) {

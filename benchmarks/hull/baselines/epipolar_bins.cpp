@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 // Bins per pixel of the silhouette's width across the lines: so fine that few edges end in a ray's
 // bin; finer, and filling the lists takes longer than reading them.
 constexpr int kBinsPerPixel = 8;
-constexpr int kMostBins = 1 << 13;  // of a sector: four sectors' steps fit 32 bits
+constexpr int kMaxBins = 1 << 13;  // of a sector: four sectors' steps fit 32 bits
 
 // One pencil does for an epipole at least this many half sizes of the silhouette away: within it,
 // lines are at most 1 / (1 - 1/2) times as dense on the near side as in the middle.
@@ -58,7 +58,7 @@ void EpipolarBins::choose_sectors(const hull::PixelRect& bounds, const Vector3d&
   sectors_.clear();
   bins_ = 0;
   const auto add = [&](Sector sector, double s_begin, double s_end, double across_px) {
-    sector.bins = std::clamp(int(across_px * kBinsPerPixel), 1, kMostBins);
+    sector.bins = std::clamp(int(across_px * kBinsPerPixel), 1, kMaxBins);
     sector.first_bin = bins_;
     sector.s_begin = float(s_begin);
     sector.s_end = float(s_end);

@@ -34,9 +34,9 @@ struct Sector {
 // silhouettes are less than 32,000 px wide and high.
 using PackedEdge = std::int16_t;
 // Nearer than any edge: fills up lists of an odd number. Positions along lines are taken to be at
-// least kLeastPosition.
+// least kMinPosition.
 inline constexpr PackedEdge kNoEdge = -32768;
-inline constexpr float kLeastPosition = -16383;
+inline constexpr float kMinPosition = -16383;
 
 // Lines are told apart in steps of 1 / kStepsPerBin of a bin, a millionth of a pixel: as fine as
 // float tells them apart. Ends of edges and rays are rounded alike, so that no ray slips between

@@ -16,7 +16,7 @@ namespace fivepipe::baselines::HWY_NAMESPACE {
 constexpr float kNever = std::numeric_limits<float>::infinity();
 // The least step in depth, relative: an interval thinner than the rounding of its ends is left by
 // it, not asked for again.
-constexpr float kLeastStep = 1 + 2 * std::numeric_limits<float>::epsilon();
+constexpr float kMinStep = 1 + 2 * std::numeric_limits<float>::epsilon();
 
 // A block's rays in one camera: which epipolar line each has, how it advances, the edges that it
 // may cross.
@@ -149,7 +149,7 @@ struct Interval {
 HWY_INLINE Interval interval_from(const EpipolarCamera& c, const Lines& l, M asking, V t) {
   const V w = hn::MulAdd(t, l.w_far, l.w_eye);
   const V a = hn::Mul(hn::MulAdd(t, l.a_far, l.a_eye), reciprocal(w));
-  const V least = hn::Set(d, kLeastPosition);
+  const V least = hn::Set(d, kMinPosition);
   const V position =
       hn::IfThenElse(hn::Gt(w, hn::Zero(d)), hn::Max(hn::Mul(a, l.towards), least), least);
   const Beyond beyond = edges_beyond(c, l, asking, position);
@@ -199,7 +199,7 @@ HWY_INLINE V trace_block(std::span<const EpipolarCamera> cameras, const Epipolar
       const M on = hn::And(asking, hn::Gt(interval.enter, t));
       if (c < remembered) {
         until[c] = hn::IfThenElse(
-            asking, hn::Max(interval.leave, hn::Mul(interval.enter, hn::Set(d, kLeastStep))),
+            asking, hn::Max(interval.leave, hn::Mul(interval.enter, hn::Set(d, kMinStep))),
             until[c]);
         moved = true;
       } else {
@@ -252,7 +252,7 @@ HWY_INLINE void narrow(const EpipolarCamera& c, const CornerRays& corners, V& be
   const Sector& sector = c.sectors[0];
   const std::size_t axis_a = sector.advances_along_y ? 1 : 0;
   const V never = hn::Set(d, kNever), towards = hn::Set(d, sector.towards);
-  V s_least = never, s_most = hn::Neg(never), w_far[kCorners], a_far[kCorners];
+  V s_min = never, s_max = hn::Neg(never), w_far[kCorners], a_far[kCorners];
   M ahead = hn::Eq(never, never);
   for (int k = 0; k < kCorners; ++k) {
     w_far[k] = homogeneous(c, 2, corners.u[k], corners.v[k]);
@@ -264,8 +264,8 @@ HWY_INLINE void narrow(const EpipolarCamera& c, const CornerRays& corners, V& be
                                       hn::NegMulAdd(hn::Set(d, sector.q0), w_far[k], b)),
                         reciprocal(den));
     ahead = hn::And(ahead, hn::Gt(den, hn::Zero(d)));
-    s_least = hn::Min(s_least, s);
-    s_most = hn::Max(s_most, s);
+    s_min = hn::Min(s_min, s);
+    s_max = hn::Max(s_max, s);
   }
   const V slack = hn::Set(d, kRounding_px), s_begin = hn::Set(d, sector.s_begin),
           groups_per_s = hn::Set(d, sector.steps_per_s / (kStepsPerBin * kGroupBins));
@@ -273,11 +273,11 @@ HWY_INLINE void narrow(const EpipolarCamera& c, const CornerRays& corners, V& be
     const V g = hn::Mul(hn::Sub(s, s_begin), groups_per_s);
     return hn::ConvertTo(di, hn::Min(hn::Max(g, hn::Zero(d)), hn::Set(d, float(c.groups - 1))));
   };
-  s_least = hn::Sub(s_least, slack);
-  s_most = hn::Add(s_most, slack);
-  const M meets = hn::And(hn::Ge(s_most, s_begin), hn::Lt(s_least, hn::Set(d, sector.s_end)));
-  const VI one = hn::Set(di, 1), first = group(s_least),
-           behind = hn::Add(hn::Max(group(s_most), first), one);
+  s_min = hn::Sub(s_min, slack);
+  s_max = hn::Add(s_max, slack);
+  const M meets = hn::And(hn::Ge(s_max, s_begin), hn::Lt(s_min, hn::Set(d, sector.s_end)));
+  const VI one = hn::Set(di, 1), first = group(s_min),
+           behind = hn::Add(hn::Max(group(s_max), first), one);
   // The greatest power of two in the range: a float's exponent.
   const VI level =
       hn::Sub(hn::ShiftRight<23>(hn::BitCast(di, hn::ConvertTo(d, hn::Sub(behind, first)))),

@@ -47,7 +47,7 @@ HWY_INLINE Contents contents_of(const LookupTables& map, V x0, V y0, V x1, V y1)
   const VI sums = hn::Add(hn::Sub(sum(below, right), sum(below, left)),
                           hn::Sub(sum(above, left), sum(above, right)));
   const VI cells = hn::Mul(hn::Sub(right, left), hn::Sub(bottom, top)), low = hn::Set(di, 0xffff);
-  const auto countable = hn::Lt(cells, hn::Set(di, kMostCells));
+  const auto countable = hn::Lt(cells, hn::Set(di, kMaxCells));
   const VI any = hn::And(sums, low), all = hn::And(hn::ShiftRight<16>(sums), low);
   return {as_float_mask(hn::And(countable, hn::Eq(any, hn::Zero(di)))),
           as_float_mask(hn::And(countable, hn::Eq(all, cells)))};

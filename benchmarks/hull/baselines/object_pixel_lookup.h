@@ -42,6 +42,6 @@ class ObjectPixelLookup {
 
 // Sums wrap beyond this many cells (a rectangle of 1024x1024 pixels): such rectangles count as
 // neither empty nor full.
-inline constexpr int kMostCells = 0xffff;
+inline constexpr int kMaxCells = 0xffff;
 
 }  // namespace fivepipe::baselines

@@ -1,10 +1,10 @@
 // Vectors of up to 16 floats or 32-bit integers, compiled once per instruction set by those who
 // include it.
-#if defined(FIVEPIPE_RIVALS_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef FIVEPIPE_RIVALS_LANES_INL_H
-#undef FIVEPIPE_RIVALS_LANES_INL_H
+#if defined(FIVEPIPE_BASELINES_SIMD_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef FIVEPIPE_BASELINES_SIMD_INL_H
+#undef FIVEPIPE_BASELINES_SIMD_INL_H
 #else
-#define FIVEPIPE_RIVALS_LANES_INL_H
+#define FIVEPIPE_BASELINES_SIMD_INL_H
 #endif
 
 #include <hwy/highway.h>

@@ -114,7 +114,7 @@ VoxelCarving::VoxelCarving(const Eigen::AlignedBox3d& volume_world_m, double vox
   for (int i = 0; i < 3; ++i)
     along[i] = std::ceil(volume_world_m.sizes()[i] / (voxel_m * kBrick_voxels));
   if (!(voxel_m > 0 && along[0] > 0 && along[1] > 0 && along[2] > 0 &&
-        along[0] * along[1] * along[2] <= double(kMostBricks)) ||
+        along[0] * along[1] * along[2] <= double(kMaxBricks)) ||
       volume_world_m.isEmpty())
     throw std::invalid_argument("voxel carving: volume or voxel size");
   for (std::size_t i = 0; i < 3; ++i) grid_.bricks[i] = int(along[i]);

@@ -31,7 +31,7 @@ inline constexpr std::size_t kMaxCarvingCameras = 31;
 class VoxelCarving {
  public:
   // Voxels of voxel_m from the volume's least corner, up to its greatest at least. Throws
-  // std::invalid_argument where these are no volume and voxel, or more than kMostBricks.
+  // std::invalid_argument where these are no volume and voxel, or more than kMaxBricks.
   VoxelCarving(const Eigen::AlignedBox3d& volume_world_m, double voxel_m);
 
   // Depth along the view's z [m] at which the ray through each pixel enters its first occupied
@@ -44,7 +44,7 @@ class VoxelCarving {
 
   const VoxelGrid& grid() const { return grid_; }  // as the last call left it
 
-  static constexpr std::int64_t kMostBricks = std::int64_t(1) << 26;  // an index of 256 MB to 1 GB
+  static constexpr std::int64_t kMaxBricks = std::int64_t(1) << 26;  // an index of 256 MB to 1 GB
 
  private:
   struct MapCamera {

@@ -25,13 +25,13 @@ HWY_INLINE V homogeneous(const CarvingCamera& c, std::size_t k, V x, V y, V z) {
 // from it. With p the rows of the projection, a point moved by m is moved by (p_k m - position p_w
 // m) / (w + p_w m) in the image.
 HWY_INLINE V reach(const CarvingCamera& c, std::size_t k, V position, V half,
-                   V least_w_reciprocal) {
+                   V min_w_reciprocal) {
   const auto part = [&](float of, float of_w) HWY_ATTR {
     return hn::Abs(hn::NegMulAdd(position, hn::Set(d, of_w), hn::Set(d, of)));
   };
   const V sum = hn::Add(part(c.of_x[k], c.of_x[2]),
                         hn::Add(part(c.of_y[k], c.of_y[2]), part(c.of_z[k], c.of_z[2])));
-  return hn::MulAdd(hn::Mul(sum, half), least_w_reciprocal, hn::Set(d, kRounding_px));
+  return hn::MulAdd(hn::Mul(sum, half), min_w_reciprocal, hn::Set(d, kRounding_px));
 }
 
 // Of the cubes with these middles and half an edge.
@@ -39,13 +39,13 @@ HWY_INLINE Contents contents_of_cubes(const CarvingCamera& c, V x, V y, V z, flo
   const V w = homogeneous(c, 2, x, y, z), scale = reciprocal(w), half = hn::Set(d, half_voxels);
   const V u = hn::Mul(homogeneous(c, 0, x, y, z), scale),
           v = hn::Mul(homogeneous(c, 1, x, y, z), scale);
-  const V least_w = hn::Sub(w, hn::Set(d, half_voxels * (std::abs(c.of_x[2]) + std::abs(c.of_y[2]) +
+  const V min_w = hn::Sub(w, hn::Set(d, half_voxels * (std::abs(c.of_x[2]) + std::abs(c.of_y[2]) +
                                                          std::abs(c.of_z[2]))));
-  const V far = reciprocal(least_w), reach_u = reach(c, 0, u, half, far),
+  const V far = reciprocal(min_w), reach_u = reach(c, 0, u, half, far),
           reach_v = reach(c, 1, v, half, far);
   const Contents contents = contents_of(c.map, hn::Sub(u, reach_u), hn::Sub(v, reach_v),
                                         hn::Add(u, reach_u), hn::Add(v, reach_v));
-  const M in_front = hn::Gt(least_w, hn::Zero(d));
+  const M in_front = hn::Gt(min_w, hn::Zero(d));
   return {hn::And(contents.none, in_front), hn::And(contents.all, in_front)};
 }
 
@@ -71,10 +71,10 @@ void test_nodes(std::span<const CarvingCamera> cameras, int size_voxels, CarvedN
   for (auto* v : {&nodes.x, &nodes.y, &nodes.z}) v->resize(padded, 0);
   nodes.mixed.resize(padded, kCarved);
   const float half = 0.5f * float(size_voxels);
-  const V to_middle = hn::Set(d, half);
+  const V to_center = hn::Set(d, half);
   for (std::size_t i = 0; i < padded; i += lanes) {
     const auto middle = [&](const std::vector<std::int32_t>& corner) HWY_ATTR {
-      return hn::Add(hn::ConvertTo(d, hn::LoadU(di, corner.data() + i)), to_middle);
+      return hn::Add(hn::ConvertTo(d, hn::LoadU(di, corner.data() + i)), to_center);
     };
     const VI mixed = hn::LoadU(di, nodes.mixed.data() + i);
     hn::StoreU(test_cubes(cameras, middle(nodes.x), middle(nodes.y), middle(nodes.z), half, mixed),
@@ -101,7 +101,7 @@ HWY_INLINE VI block_coordinate(VI block, int k) {
   return hn::Add(hn::ShiftLeft<2>(fours), hn::ShiftLeft<1>(twos));
 }
 
-HWY_INLINE M centres_in_hull(std::span<const CarvingCamera> cameras, V x, V y, V z, M asked) {
+HWY_INLINE M centers_in_hull(std::span<const CarvingCamera> cameras, V x, V y, V z, M asked) {
   for (const CarvingCamera& c : cameras) {
     const V w = homogeneous(c, 2, x, y, z), scale = reciprocal(w);
     const M on = on_object(c.map, hn::Mul(homogeneous(c, 0, x, y, z), scale),
@@ -164,7 +164,7 @@ void carve_brick(std::span<const CarvingCamera> all_cameras, const std::array<in
           hn::Add(corner[k], hn::ConvertTo(d, hn::Add(block_coordinate(block, k), in_block))),
           hn::Set(d, 0.5f));
     };
-    const M in = centres_in_hull(asked, centre(0), centre(1), centre(2),
+    const M in = centers_in_hull(asked, centre(0), centre(1), centre(2),
                                  as_float_mask(hn::Lt(voxel, hn::Set(di, voxels))));
     std::uint8_t in_bits[8] = {};
     hn::StoreMaskBits(d, in, in_bits);

@@ -7,7 +7,7 @@ namespace fivepipe::collision {
 namespace {
 
 // Rounding of a projection in double, pixels: images of 1e4 px leave it below 1e-11.
-constexpr double kProjectionRoundingPx = 1e-6;
+constexpr double kProjectionRounding_px = 1e-6;
 
 bool any_object_pixel(const hull::ObjectPixels& pixels, const hull::PixelRect& rect) {
   if (rect.empty()) return false;
@@ -30,12 +30,12 @@ std::pair<int, int> pixel_range(double lowest_px, double highest_px, int size_px
   const auto index = [&](double px) {
     return int(std::clamp(std::floor(px + 0.5), -1.0, double(size_px)));
   };
-  return {std::max(0, index(lowest_px - kProjectionRoundingPx)),
-          std::min(size_px, index(highest_px + kProjectionRoundingPx) + 1)};
+  return {std::max(0, index(lowest_px - kProjectionRounding_px)),
+          std::min(size_px, index(highest_px + kProjectionRounding_px) + 1)};
 }
 
 // False where the camera certifies that the box holds nothing of its hull.
-bool may_see_object_in(const hull::Silhouette& s, const Eigen::AlignedBox3d& box_world_m) {
+bool may_contain_object(const hull::Silhouette& s, const Eigen::AlignedBox3d& box_world_m) {
   Eigen::AlignedBox2d image_box_px;
   int behind = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -58,11 +58,11 @@ bool is_certainly_free(std::span<const hull::Silhouette> silhouettes,
                        const Eigen::AlignedBox3d& box_world_m, int depth) {
   if (silhouettes.empty()) return true;
   for (const hull::Silhouette& s : silhouettes)
-    if (!may_see_object_in(s, box_world_m)) return true;
+    if (!may_contain_object(s, box_world_m)) return true;
   if (depth == 0) return false;
-  for (int eighth = 0; eighth < 8; ++eighth) {
+  for (int octant = 0; octant < 8; ++octant) {
     const Eigen::Vector3d corner_world_m =
-                              box_world_m.corner(Eigen::AlignedBox3d::CornerType(eighth)),
+                              box_world_m.corner(Eigen::AlignedBox3d::CornerType(octant)),
                           center_world_m = box_world_m.center();
     if (!is_certainly_free(
             silhouettes,

@@ -42,18 +42,18 @@ void check(const geometry::Mesh& mesh) {
 
 // Rounded away from zero by two units: a float's rounding of a difference, and of what it is the
 // difference of.
-float no_less(double x) {
+float round_up_to_float(double x) {
   return std::nextafter(std::nextafter(float(x), std::numeric_limits<float>::infinity()),
                         std::numeric_limits<float>::infinity());
 }
 
 struct Bounds {
-  double least, most;
+  double min, max;
 };
 
 }  // namespace
 
-MeshTree::MeshTree(geometry::Mesh mesh) : mesh_(std::move(mesh)) {
+Bvh::Bvh(geometry::Mesh mesh) : mesh_(std::move(mesh)) {
   check(mesh_);
   if (mesh_.triangles.empty()) return;
   const Eigen::AlignedBox3d box = geometry::bounds_m(mesh_);
@@ -72,14 +72,14 @@ MeshTree::MeshTree(geometry::Mesh mesh) : mesh_(std::move(mesh)) {
   }
   std::sort(keys.begin(), keys.end());
   for (const auto& [key, triangle] : keys) order_.push_back(triangle);
-  leaves_.resize((order_.size() + kFan - 1) / kFan);
+  leaves_.resize((order_.size() + kArity - 1) / kArity);
   for (std::size_t below = leaves_.size(); levels_.empty() || below > 1;
        below = levels_.back().size())
-    levels_.emplace_back((below + kFan - 1) / kFan);
+    levels_.emplace_back((below + kArity - 1) / kArity);
   fit();
 }
 
-void MeshTree::refit(std::span<const Vector3d> vertices_m) {
+void Bvh::refit(std::span<const Vector3d> vertices_m) {
   if (vertices_m.size() != mesh_.vertices_m.size())
     throw std::invalid_argument("mesh: " + std::to_string(vertices_m.size()) + " vertices, not " +
                                 std::to_string(mesh_.vertices_m.size()));
@@ -88,12 +88,12 @@ void MeshTree::refit(std::span<const Vector3d> vertices_m) {
   if (!leaves_.empty()) fit();
 }
 
-std::span<const std::uint32_t> MeshTree::triangles_of(int leaf) const {
-  const std::size_t first = std::size_t(leaf) * kFan;
-  return std::span(order_).subspan(first, std::min(std::size_t(kFan), order_.size() - first));
+std::span<const std::uint32_t> Bvh::triangles_of(int leaf) const {
+  const std::size_t first = std::size_t(leaf) * kArity;
+  return std::span(order_).subspan(first, std::min(std::size_t(kArity), order_.size() - first));
 }
 
-void MeshTree::fit() {
+void Bvh::fit() {
   static std::atomic<std::uint64_t> contents{0};
   content_ = ++contents;
   const Eigen::AlignedBox3d box = geometry::bounds_m(mesh_);
@@ -113,7 +113,7 @@ void MeshTree::fit() {
         for (int axis = 0; axis < 3; ++axis) {
           leaf.vertices_m[k][std::size_t(axis)][t] = float(p[axis]);
           Bounds& b = below[n][std::size_t(axis)];
-          b = {std::min(b.least, p[axis]), std::max(b.most, p[axis])};
+          b = {std::min(b.min, p[axis]), std::max(b.max, p[axis])};
         }
       }
   }
@@ -123,15 +123,15 @@ void MeshTree::fit() {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         Bounds all{std::numeric_limits<double>::infinity(),
                    -std::numeric_limits<double>::infinity()};
-        for (std::size_t child = 0; child < kFan; ++child) {
-          const std::size_t n = i * kFan + child;
-          float &middle = level[i].middle_m[axis][child], &half = level[i].half_m[axis][child];
+        for (std::size_t child = 0; child < kArity; ++child) {
+          const std::size_t n = i * kArity + child;
+          float &middle = level[i].center_m[axis][child], &half = level[i].half_m[axis][child];
           middle = 0, half = -1;
           if (n >= below.size()) continue;
           const Bounds& b = below[n][axis];
-          middle = float(0.5 * (b.least + b.most));
-          half = no_less(std::max(b.most - double(middle), double(middle) - b.least));
-          all = {std::min(all.least, b.least), std::max(all.most, b.most)};
+          middle = float(0.5 * (b.min + b.max));
+          half = round_up_to_float(std::max(b.max - double(middle), double(middle) - b.min));
+          all = {std::min(all.min, b.min), std::max(all.max, b.max)};
         }
         above[i][axis] = all;
       }

@@ -14,21 +14,21 @@
 
 namespace fivepipe::collision {
 
-class MeshTree {
+class Bvh {
  public:
-  static constexpr int kFan = 16;
-  struct Boxes {  // of up to kFan children, side by side; those that are not there have a negative
+  static constexpr int kArity = 16;
+  struct Boxes {  // of up to kArity children, side by side; those that are not there have a negative
                   // half size
-    alignas(64) std::array<std::array<float, kFan>, 3> middle_m, half_m;
+    alignas(64) std::array<std::array<float, kArity>, 3> center_m, half_m;
   };
-  struct Leaf {  // kFan triangles: [vertex][axis][triangle]; those that are not there are NaN
-    alignas(64) std::array<std::array<std::array<float, kFan>, 3>, 3> vertices_m;
+  struct Leaf {  // kArity triangles: [vertex][axis][triangle]; those that are not there are NaN
+    alignas(64) std::array<std::array<std::array<float, kArity>, 3>, 3> vertices_m;
   };
 
-  MeshTree() = default;
+  Bvh() = default;
   // Copies the mesh. Throws std::invalid_argument where a vertex is not finite or a triangle names
   // a vertex that is not there.
-  explicit MeshTree(geometry::Mesh mesh);
+  explicit Bvh(geometry::Mesh mesh);
   // New places for the same vertices; the order of triangles stays. Throws as above, and where
   // their number differs.
   void refit(std::span<const Eigen::Vector3d> vertices_m);

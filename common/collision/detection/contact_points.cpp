@@ -25,12 +25,12 @@ CollisionPoint* write_part(const SampledPart part, std::uint32_t triangle,
 
 }  // namespace
 
-void FoundPoints::clear() {
+void ContactPoints::clear() {
   runs_.clear(), single_world_m_.clear(), parts_.clear();
   first_run_ = size_ = 0;
 }
 
-std::span<Vector3d> FoundPoints::add(std::size_t count) {
+std::span<Vector3d> ContactPoints::add(std::size_t count) {
   if (runs_.size() == first_run_ || runs_.back().sampled)
     runs_.push_back({single_world_m_.size(), 0, false});
   single_world_m_.resize(single_world_m_.size() + count);
@@ -38,19 +38,19 @@ std::span<Vector3d> FoundPoints::add(std::size_t count) {
   return std::span(single_world_m_).last(count);
 }
 
-void FoundPoints::add(const SampledPart& part) {
+void ContactPoints::add(const SampledPart& part) {
   const std::size_t count = std::size_t(part.n) * std::size_t(part.n);
   runs_.push_back({parts_.size(), count, true});
   parts_.push_back(part);
   size_ += count;
 }
 
-Vector3d FoundPoints::back() const {
+Vector3d ContactPoints::back() const {
   if (!runs_.back().sampled) return single_world_m_.back();
   return first_of_row(parts_.back(), parts_.back().n - 1);
 }
 
-void FoundPoints::write(std::size_t first_run, std::uint32_t triangle, CollisionPoint* points,
+void ContactPoints::write(std::size_t first_run, std::uint32_t triangle, CollisionPoint* points,
                         std::size_t count) const {
   const CollisionPoint* end = points + count;
   for (std::size_t i = first_run; points < end; ++i) {

@@ -24,7 +24,7 @@ struct SampledPart {
   int n;
 };
 
-class FoundPoints {
+class ContactPoints {
  public:
   void clear();
   // What is found from now on is another triangle's.

@@ -7,7 +7,7 @@ std::vector<ObjectCollision> CollisionDetector::detect(std::span<const Detection
   counts_.objects += objects.size();
   for (const ObjectCollision& c : collisions) {
     counts_.colliding += c.colliding();
-    counts_.touching += c.verdict == CollisionVerdict::touching;
+    counts_.undecided += c.verdict == CollisionVerdict::undecided;
   }
   return collisions;
 }

@@ -20,11 +20,11 @@ class HullQuery;
 
 namespace fivepipe::collision {
 
-class MeshTree;
+class Bvh;
 
 enum class CollisionVerdict {
   free,      // no point of it is in the hull: certified
-  touching,  // undecided: none of its points that were asked is in the hull, and it was not
+  undecided,  // undecided: none of its points that were asked is in the hull, and it was not
              // certified free. What more is known, each backend says.
   colliding  // some of its points are in the hull: the collision points
 };
@@ -40,7 +40,7 @@ struct ObjectCollision {
   CollisionVerdict verdict = CollisionVerdict::free;
   std::vector<std::uint32_t> triangles;  // those that collide; ascending
   std::vector<std::uint32_t>
-      touching;  // those that touch; ascending; where the backend tells them apart
+      undecided;  // those that touch; ascending; where the backend tells them apart
   std::vector<CollisionPoint> points;  // CP_i, by triangle
   bool truncated = false;              // there were more points than asked for: some of them
   // No point of the surface collides, but a part of the hull may lie in the object's box: where the
@@ -50,27 +50,27 @@ struct ObjectCollision {
 };
 
 struct DetectionOptions {
-  double eps_m = 0.5e-3;    // >= kLeastEps_m
+  double eps_m = 0.5e-3;    // >= kMinEps_m
   double spacing_m = 3e-3;  // at most, from a CP_i to the next on its triangle; 0: the verdict
                             // alone, with one CP_i a triangle
   std::size_t max_points =
       4096;  // of an object; of more, these are spread evenly over what was found. Where that is
-             // more than kMostFoundPerPoint times as many, samples are farther apart than asked for
+             // more than kMaxFoundPerPoint times as many, samples are farther apart than asked for
 };
 
 struct DetectionObject {
-  const MeshTree* tree;
+  const Bvh* tree;
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
   Eigen::Vector3d rp_object_world_m =
       Eigen::Vector3d::Zero();  // the CP_i farthest from it is among the points, last of its
                                 // triangle
 };
 
-inline constexpr double kLeastEps_m = 1e-6;  // what maps resolve, by a thousand
-inline constexpr std::size_t kMostFoundPerPoint = 64;
+inline constexpr double kMinEps_m = 1e-6;  // what maps resolve, by a thousand
+inline constexpr std::size_t kMaxFoundPerPoint = 64;
 
 struct DetectorCounts {  // sums
-  std::size_t objects = 0, colliding = 0, touching = 0;
+  std::size_t objects = 0, colliding = 0, undecided = 0;
   std::size_t points_unconfirmed = 0;  // paper: samples that OpenGL found in the hull and in_hull()
                                        // did not. gl: triangles for which that happened
 };

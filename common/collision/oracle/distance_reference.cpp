@@ -188,7 +188,7 @@ Clearance HullDistance::clearance_m(const Vector3d& p_world_m, double cap_m,
   if (-here_m <= cap_m) cubes.push({0, {p_world_m, cap_m}});
   for (int taken = 0; !cubes.empty(); ++taken) {
     const auto [nearest_m, cube] = cubes.top();
-    if (nearest_m + tolerance_m >= found_m || nearest_m > cap_m || taken == kMostClearanceCells) {
+    if (nearest_m + tolerance_m >= found_m || nearest_m > cap_m || taken == kMaxClearanceCells) {
       open_m = std::min(open_m, nearest_m);
       break;
     }

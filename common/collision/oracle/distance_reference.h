@@ -13,7 +13,7 @@ namespace fivepipe::collision {
 // The distance to the hull lies between these; most_m is infinite where no hull point was found
 // within the cap.
 struct Clearance {
-  double least_m, most_m;
+  double min_m, max_m;
 };
 
 // Borrows the silhouettes. Makes tables of their object pixels, once; then it does not change.
@@ -31,7 +31,7 @@ class HullDistance {
   double depth_m(const Eigen::Vector3d& p_world_m) const;
   // Bounds of the distance to the hull, right whatever they are. As a rule they lie tolerance_m (>
   // 0) apart or less; not so where the hull's nearest part, or a gap that looks like hull from
-  // near, is thinner than that, or the search takes more than kMostClearanceCells. {cap_m,
+  // near, is thinner than that, or the search takes more than kMaxClearanceCells. {cap_m,
   // infinity} where it is certainly farther than cap_m; {0, 0} in the hull; {0, infinity}, nothing
   // known, for a point that is not finite.
   Clearance clearance_m(const Eigen::Vector3d& p_world_m, double cap_m, double tolerance_m) const;
@@ -71,6 +71,6 @@ class HullDistance {
 };
 
 // Some seconds at worst.
-inline constexpr int kMostClearanceCells = 100'000;
+inline constexpr int kMaxClearanceCells = 100'000;
 
 }  // namespace fivepipe::collision

@@ -115,7 +115,7 @@ struct TriangleInImage {
   // Appends what of the polygon is on object pixels: sweeps down the rows, rows with the same runs
   // as one. No cut at the box's own borders: a plane that the camera sees edge-on, right on a
   // border between pixels, is on either side of it by rounding, and all of it counts.
-  void take_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& taken) const {
+  void accept_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& taken) const {
     WeightPolygon rest = in_image(polygon);
     const hull::PixelRect box = bounds(rest);
     for (int v = box.v0_px; v < box.v1_px && !rest.empty();) {
@@ -187,7 +187,7 @@ void find_deepest(const HullDistance& hull, const Triangle& triangle, TriangleTr
   const auto settled = [&](double at_most_m) {
     return !(at_most_m > truth.deepest_m * (1 + kDepthToleranceFraction) + kDepthTolerance_m);
   };
-  for (int taken = 0; taken < kMostDepthCells && !settled(cells.top().at_most_m); ++taken) {
+  for (int taken = 0; taken < kMaxDepthCells && !settled(cells.top().at_most_m); ++taken) {
     const Cell cell = cells.top();
     cells.pop();
     for (const Triangle& half : halves(cell.triangle)) add(half);
@@ -216,7 +216,7 @@ std::vector<WeightPolygon> weights_in_hull(std::span<const hull::Silhouette> sil
     if (geometry::why_unusable(s.camera)) return {};
     const TriangleInImage in_image(s, t);
     std::vector<WeightPolygon> kept;
-    for (const WeightPolygon& polygon : inside) in_image.take_object(polygon, kept);
+    for (const WeightPolygon& polygon : inside) in_image.accept_object(polygon, kept);
     inside = std::move(kept);
   }
   return inside;

@@ -41,7 +41,7 @@ struct TriangleTruth {
   double fraction_in_hull = 0;  // of its weights' area: defined where its area is 0 too
   double area_m2 = 0, area_in_hull_m2 = 0;
   // The deepest of its points that were asked, and how deep the deepest of all may be: at most
-  // kDepthTolerance more, unless after kMostDepthCells it is less certain. Depth 0, and a vertex,
+  // kDepthTolerance more, unless after kMaxDepthCells it is less certain. Depth 0, and a vertex,
   // where none of them is in the hull.
   Eigen::Vector3d deepest_world_m = Eigen::Vector3d::Zero();
   double deepest_m = 0, deepest_at_most_m = 0;
@@ -56,6 +56,6 @@ inline constexpr double kRoundingOfArea = 1e-10;
 inline constexpr double kDepthTolerance_m = 1e-5, kDepthToleranceFraction = 0.01;
 // A triangle that lies along the hull's surface has a whole plain of deepest points, each as good
 // as any: a second or so.
-inline constexpr int kMostDepthCells = 100'000;
+inline constexpr int kMaxDepthCells = 100'000;
 
 }  // namespace fivepipe::collision

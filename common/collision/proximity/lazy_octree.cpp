@@ -12,16 +12,16 @@ using Eigen::Vector3d;
 // Roundings of a point's way to its pixel, as image_cone.cpp counts them.
 constexpr double kRoundings = 64 * std::numeric_limits<double>::epsilon();
 
-// Blocks of eighths that a thread fetches together.
-constexpr std::size_t kChunk = 256;
+// Blocks of octants that a thread fetches together.
+constexpr std::size_t kChunkSize = 256;
 
 // No object pixel in the rectangle, which lies in the object's bounds. From one pixel to the first
 // beyond the empty box ahead of it.
-bool holds_no_object(const hull::BoxReach& reach, const hull::PixelRect& rect) {
+bool is_empty_rect(const hull::SkipMap& skip_map, const hull::PixelRect& rect) {
   for (int v = rect.v0_px; v < rect.v1_px;) {
     int rows = rect.v1_px - v;
     for (int u = rect.u0_px; u < rect.u1_px;) {
-      const int r = reach.at(hull::Box::right_down, u, v);
+      const int r = skip_map.at(hull::Quadrant::right_down, u, v);
       if (r < 0) return false;
       rows = std::min(rows, r);
       u += r;
@@ -41,7 +41,7 @@ std::pair<int, int> pixels_between(double low_px, double high_px, int begin, int
 
 }  // namespace
 
-struct CubeQuery::Look {
+struct CubeQuery::CubeProjection {
   bool sees_all = false;  // every point of the cube is in its image
   bool may_hold = true;   // some point of the cube may be on its object
   bool center_seen = false, center_on = false;
@@ -55,7 +55,7 @@ CubeQuery::CubeQuery(const hull::HullQuery& query) : rule_(query.hull().rule()) 
     const double rounding =
         kRoundings * (2 + std::max(std::abs(k.cx_px) / k.fx_px, std::abs(k.cy_px) / k.fy_px));
     cameras_.push_back({r, t, k.fx_px, k.fy_px, k.cx_px, k.cy_px, r.row(2).cwiseAbs().sum(),
-                        rounding, t.cwiseAbs().sum(), hull::image_of(c.camera), &c.reach});
+                        rounding, t.cwiseAbs().sum(), hull::image_of(c.camera), &c.skip_map});
   }
 }
 
@@ -71,7 +71,7 @@ bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, d
                rounding_m * (focal_px + std::abs(border_px)) >=
            0;
   };
-  const hull::PixelRect& object = c.reach->bounds();
+  const hull::PixelRect& object = c.skip_map->bounds();
   return reaches(0, c.fx_px, object.u0_px - 0.5 - c.cx_px, 1) &&
          reaches(0, c.fx_px, object.u1_px - 0.5 - c.cx_px, -1) &&
          reaches(1, c.fy_px, object.v0_px - 0.5 - c.cy_px, 1) &&
@@ -80,20 +80,20 @@ bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, d
 
 // A point d away from the centre has its pixel, along u, fx (r_x - x r_z) d / (Z + r_z d) away,
 // where x = X / Z: bounded by the sums of the rows' sizes for all d in the cube.
-CubeQuery::Look CubeQuery::look(const CubeCamera& c, const Vector3d& center_world_m,
+CubeQuery::CubeProjection CubeQuery::project_cube(const CubeCamera& c, const Vector3d& center_world_m,
                                 double half_edge_m) {
   const Vector3d p = c.r * center_world_m + c.t;
   const double rounding_m =
       c.rounding * (center_world_m.cwiseAbs().sum() + 3 * half_edge_m + c.translation_m);
   const double ahead_m = half_edge_m * c.axis_z + rounding_m;
-  Look look;
-  if (c.reach->bounds().empty() || !(p.z() + ahead_m > 0)) {
-    look.may_hold = false;
-    return look;
+  CubeProjection projection;
+  if (c.skip_map->bounds().empty() || !(p.z() + ahead_m > 0)) {
+    projection.may_hold = false;
+    return projection;
   }
   if (!(p.z() - ahead_m > 0)) {
-    look.may_hold = meets_pyramid(c, p, half_edge_m, rounding_m);
-    return look;
+    projection.may_hold = meets_pyramid(c, p, half_edge_m, rounding_m);
+    return projection;
   }
   const double x = p.x() / p.z(), y = p.y() / p.z(), per_nearest_z = 1 / (p.z() - ahead_m);
   const double across_m =
@@ -102,25 +102,25 @@ CubeQuery::Look CubeQuery::look(const CubeCamera& c, const Vector3d& center_worl
       half_edge_m * (c.r.row(1) - y * c.r.row(2)).cwiseAbs().sum() + rounding_m * (1 + std::abs(y));
   const double u = c.fx_px * x + c.cx_px, v = c.fy_px * y + c.cy_px,
                du = c.fx_px * across_m * per_nearest_z, dv = c.fy_px * down_m * per_nearest_z;
-  const hull::PixelRect &image = c.image, &object = c.reach->bounds();
-  look.sees_all = u - du >= image.u0_px - 0.5 && u + du < image.u1_px - 0.5 &&
+  const hull::PixelRect &image = c.image, &object = c.skip_map->bounds();
+  projection.sees_all = u - du >= image.u0_px - 0.5 && u + du < image.u1_px - 0.5 &&
                   v - dv >= image.v0_px - 0.5 && v + dv < image.v1_px - 0.5;
-  look.center_seen = look.sees_all || hull::holds(image, u, v);
-  look.center_on = hull::holds(object, u, v) &&
-                   c.reach->at(hull::Box::right_down, int(u + 0.5), int(v + 0.5)) < 0;
-  if (look.center_on) return look;
+  projection.center_seen = projection.sees_all || hull::holds(image, u, v);
+  projection.center_on = hull::holds(object, u, v) &&
+                   c.skip_map->at(hull::Quadrant::right_down, int(u + 0.5), int(v + 0.5)) < 0;
+  if (projection.center_on) return projection;
   const auto [u0, u1] = pixels_between(u - du, u + du, object.u0_px, object.u1_px);
   const auto [v0, v1] = pixels_between(v - dv, v + dv, object.v0_px, object.v1_px);
-  look.may_hold = u0 < u1 && v0 < v1 && !holds_no_object(*c.reach, {u0, v0, u1, v1});
-  return look;
+  projection.may_hold = u0 < u1 && v0 < v1 && !is_empty_rect(*c.skip_map, {u0, v0, u1, v1});
+  return projection;
 }
 
-CubeAnswer CubeQuery::ask(const Vector3d& center_world_m, double half_edge_m) const {
+CubeVerdict CubeQuery::test(const Vector3d& center_world_m, double half_edge_m) const {
   const bool all = rule_.limits == hull::Limits::all;
   int may_hold = 0, center_on = 0;
   bool center_off = false;
   for (const CubeCamera& camera : cameras_) {
-    const Look l = look(camera, center_world_m, half_edge_m);
+    const CubeProjection l = project_cube(camera, center_world_m, half_edge_m);
     if (!l.may_hold && (all || l.sees_all)) return {.free = true};
     may_hold += l.may_hold;
     center_on += l.center_on;
@@ -131,74 +131,74 @@ CubeAnswer CubeQuery::ask(const Vector3d& center_world_m, double half_edge_m) co
   return {.free = false, .center_in_hull = !center_off && center_on >= needed};
 }
 
-ProximityCells::ProximityCells(const hull::HullQuery& query, double root_edge_m, int threads)
-    : query_(query), root_edge_m_(root_edge_m), own_(std::size_t(threads)) {}
+LazyOctree::LazyOctree(const hull::HullQuery& query, double root_edge_m, int threads)
+    : query_(query), root_edge_m_(root_edge_m), thread_states_(std::size_t(threads)) {}
 
-std::size_t ProximityCells::PlaceHash::operator()(const Place& place) const {
+std::size_t LazyOctree::CellIndexHash::operator()(const CellIndex& cell) const {
   std::uint64_t h = 0;
-  for (const std::int64_t i : place) h = (h ^ std::uint64_t(i)) * 0x9e3779b97f4a7c15u, h ^= h >> 29;
+  for (const std::int64_t i : cell) h = (h ^ std::uint64_t(i)) * 0x9e3779b97f4a7c15u, h ^= h >> 29;
   return std::size_t(h);
 }
 
-const ProximityCells::Around& ProximityCells::around(const Vector3d& p_world_m, int thread) {
-  Own& own = own_[std::size_t(thread)];
-  Place first;  // of the eight, the lowest along each axis
+const LazyOctree::Neighborhood& LazyOctree::neighborhood(const Vector3d& p_world_m, int thread) {
+  ThreadState& state = thread_states_[std::size_t(thread)];
+  CellIndex first;  // of the eight, the lowest along each axis
   for (int axis = 0; axis < 3; ++axis)
     first[std::size_t(axis)] = std::int64_t(std::floor(p_world_m[axis] / root_edge_m_ - 0.5));
-  if (own.last && own.last_place == first) return *own.last;
-  const auto [found, is_new] = own.around.try_emplace(first);
+  if (state.last && state.last_cell == first) return *state.last;
+  const auto [found, is_new] = state.neighborhoods.try_emplace(first);
   if (is_new) {
     const std::lock_guard lock(roots_mutex_);
     for (std::size_t i = 0; i < 8; ++i) {
-      const Place place = {first[0] + std::int64_t(i & 1), first[1] + std::int64_t(i >> 1 & 1),
+      const CellIndex cell = {first[0] + std::int64_t(i & 1), first[1] + std::int64_t(i >> 1 & 1),
                            first[2] + std::int64_t(i >> 2)};
       const Vector3d center_world_m =
-          root_edge_m_ * (Vector3d(double(place[0]), double(place[1]), double(place[2])) +
+          root_edge_m_ * (Vector3d(double(cell[0]), double(cell[1]), double(cell[2])) +
                           Vector3d::Constant(0.5));
-      const auto [root, is_first] = root_at_.try_emplace(place);
+      const auto [root, is_first] = root_at_.try_emplace(cell);
       if (is_first) {
-        ++own.asked;
-        if (!query_.ask(center_world_m, root_edge_m_ / 2).free)
-          root->second = std::make_unique<Inside>(nullptr);
+        ++state.tested;
+        if (!query_.test(center_world_m, root_edge_m_ / 2).free)
+          root->second = std::make_unique<OctantsPtr>(nullptr);
       }
       if (root->second) found->second.push_back({root->second.get(), center_world_m});
     }
   }
-  own.last = &found->second;
-  own.last_place = first;
-  return *own.last;
+  state.last = &found->second;
+  state.last_cell = first;
+  return *state.last;
 }
 
-ProximityCells::Eighths& ProximityCells::spare(Own& own) {
-  if (own.left == 0) {
-    own.chunks.push_back(std::make_unique<Eighths[]>(kChunk));
-    own.left = kChunk;
+LazyOctree::Octants& LazyOctree::next_octants(ThreadState& state) {
+  if (state.left == 0) {
+    state.chunks.push_back(std::make_unique<Octants[]>(kChunkSize));
+    state.left = kChunkSize;
   }
-  return own.chunks.back()[kChunk - own.left];
+  return state.chunks.back()[kChunkSize - state.left];
 }
 
-ProximityCells::Eighths& ProximityCells::eighths(const Cube& cube, double half_edge_m, int thread) {
-  if (Eighths* there = cube.inside->load(std::memory_order_acquire)) return *there;
-  Own& own = own_[std::size_t(thread)];
-  Eighths& made = spare(own);
+LazyOctree::Octants& LazyOctree::octants(const Cube& cube, double half_edge_m, int thread) {
+  if (Octants* there = cube.octants->load(std::memory_order_acquire)) return *there;
+  ThreadState& state = thread_states_[std::size_t(thread)];
+  Octants& made = next_octants(state);
   made.not_free = made.in_hull = 0;
   for (int i = 0; i < 8; ++i) {
-    const CubeAnswer answer =
-        query_.ask(center_of_eighth(cube.center_world_m, half_edge_m, i), half_edge_m / 2);
+    const CubeVerdict answer =
+        query_.test(center_of_octant(cube.center_world_m, half_edge_m, i), half_edge_m / 2);
     made.not_free = std::uint8_t(made.not_free | !answer.free << i);
     made.in_hull = std::uint8_t(made.in_hull | answer.center_in_hull << i);
   }
-  own.asked += 8;
-  Eighths* first = nullptr;
-  if (!cube.inside->compare_exchange_strong(first, &made, std::memory_order_acq_rel))
-    return *first;  // another was faster: the same answers; ours stays spare
-  --own.left;
+  state.tested += 8;
+  Octants* first = nullptr;
+  if (!cube.octants->compare_exchange_strong(first, &made, std::memory_order_acq_rel))
+    return *first;  // another was faster: the same answers; ours stays unused
+  --state.left;
   return made;
 }
 
-std::size_t ProximityCells::asked() const {
+std::size_t LazyOctree::tested() const {
   std::size_t sum = 0;
-  for (const Own& own : own_) sum += own.asked;
+  for (const ThreadState& state : thread_states_) sum += state.tested;
   return sum;
 }
 

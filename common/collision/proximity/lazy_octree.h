@@ -1,7 +1,7 @@
-// Space around a hull in cubes, each asked once: is it certified free of the hull, and is its
+// Space around a hull in cubes, each tested once: is it certified free of the hull, and is its
 // centre in it?
 //
-// A lattice of cubes through the world's origin, each split into eighths where a search needs it.
+// A lattice of cubes through the world's origin, each split into octants where a search needs it.
 // What is said of a cube depends on the hull and the cube alone: searches share the cubes, and
 // whichever comes first makes no difference. (In the images a cube is free where one camera has no
 // object pixel in the rectangle that holds its projection; as is_certainly_free of box_query.h, but
@@ -19,7 +19,7 @@
 namespace fivepipe::collision {
 
 // What every camera says of a cube.
-struct CubeAnswer {
+struct CubeVerdict {
   bool free = false;  // no point of the closed cube is in the hull: certified
   bool center_in_hull =
       false;  // by the very pixels that contains() would ask; a hint, not its answer
@@ -28,7 +28,7 @@ struct CubeAnswer {
 class CubeQuery {
  public:
   explicit CubeQuery(const hull::HullQuery& query);  // borrows its hull, which is not empty
-  CubeAnswer ask(const Eigen::Vector3d& center_world_m, double half_edge_m) const;
+  CubeVerdict test(const Eigen::Vector3d& center_world_m, double half_edge_m) const;
 
  private:
   struct CubeCamera {
@@ -40,72 +40,72 @@ class CubeQuery {
                       // lengths that take part
     double translation_m;  // sum of its parts' sizes
     hull::PixelRect image;
-    const hull::BoxReach* reach;
+    const hull::SkipMap* skip_map;
   };
-  struct Look;
+  struct CubeProjection;
   static bool meets_pyramid(const CubeCamera& camera, const Eigen::Vector3d& p_camera_m,
                             double half_edge_m, double rounding_m);
-  static Look look(const CubeCamera& camera, const Eigen::Vector3d& center_world_m,
+  static CubeProjection project_cube(const CubeCamera& camera, const Eigen::Vector3d& center_world_m,
                    double half_edge_m);
 
   std::vector<CubeCamera> cameras_;
   hull::HullRule rule_;
 };
 
-class ProximityCells {
+class LazyOctree {
  public:
-  struct Eighths;
-  // Where a cube's eighths are, once they were asked for; owned by the thread that was first.
-  using Inside = std::atomic<Eighths*>;
-  struct Eighths {
-    std::array<Inside, 8> inside{};          // bit 0, 1, 2 of the index: towards +x, +y, +z
-    std::uint8_t not_free = 0, in_hull = 0;  // bits by index: what CubeAnswer says
+  struct Octants;
+  // Where a cube's octants are, once they were tested for; owned by the thread that was first.
+  using OctantsPtr = std::atomic<Octants*>;
+  struct Octants {
+    std::array<OctantsPtr, 8> children{};          // bit 0, 1, 2 of the index: towards +x, +y, +z
+    std::uint8_t not_free = 0, in_hull = 0;  // bits by index: what CubeVerdict says
   };
   // A cube that may hold hull points.
   struct Cube {
-    Inside* inside;
+    OctantsPtr* octants;
     Eigen::Vector3d center_world_m;
   };
-  using Around = std::vector<Cube>;  // up to eight; none: all of it is free
+  using Neighborhood = std::vector<Cube>;  // up to eight; none: all of it is free
 
-  ProximityCells(const hull::HullQuery& query, double root_edge_m, int threads);
+  LazyOctree(const hull::HullQuery& query, double root_edge_m, int threads);
 
   // Of the lattice cubes of root_edge_m those that may hold hull points within half an edge of p.
   // `thread`: as in WorkerPool.
-  const Around& around(const Eigen::Vector3d& p_world_m, int thread);
-  Eighths& eighths(const Cube& cube, double half_edge_m, int thread);
-  static Eigen::Vector3d center_of_eighth(const Eigen::Vector3d& center_world_m, double half_edge_m,
-                                          int eighth) {
+  const Neighborhood& neighborhood(const Eigen::Vector3d& p_world_m, int thread);
+  Octants& octants(const Cube& cube, double half_edge_m, int thread);
+  static Eigen::Vector3d center_of_octant(const Eigen::Vector3d& center_world_m, double half_edge_m,
+                                          int octant) {
     const double quarter_m = half_edge_m / 2;
-    return center_world_m + Eigen::Vector3d(eighth & 1 ? quarter_m : -quarter_m,
-                                            eighth & 2 ? quarter_m : -quarter_m,
-                                            eighth & 4 ? quarter_m : -quarter_m);
+    return center_world_m + Eigen::Vector3d(octant & 1 ? quarter_m : -quarter_m,
+                                            octant & 2 ? quarter_m : -quarter_m,
+                                            octant & 4 ? quarter_m : -quarter_m);
   }
 
   double root_edge_m() const { return root_edge_m_; }
-  // How many cubes were asked; depends on how threads met.
-  std::size_t asked() const;
+  // How many cubes were tested; depends on how threads met.
+  std::size_t tested() const;
 
  private:
-  using Place = std::array<std::int64_t, 3>;  // in the lattice
-  struct PlaceHash {
-    std::size_t operator()(const Place& place) const;
+  using CellIndex = std::array<std::int64_t, 3>;  // in the lattice
+  struct CellIndexHash {
+    std::size_t operator()(const CellIndex& cell) const;
   };
-  struct alignas(64) Own {  // of one thread
-    std::vector<std::unique_ptr<Eighths[]>> chunks;
+  struct alignas(64) ThreadState {  // of one thread
+    std::vector<std::unique_ptr<Octants[]>> chunks;
     std::size_t left = 0;  // of the last chunk
-    std::size_t asked = 0;
-    std::unordered_map<Place, Around, PlaceHash> around;
-    const Around* last = nullptr;
-    Place last_place{};
+    std::size_t tested = 0;
+    std::unordered_map<CellIndex, Neighborhood, CellIndexHash> neighborhoods;
+    const Neighborhood* last = nullptr;
+    CellIndex last_cell{};
   };
-  static Eighths& spare(Own& own);
+  static Octants& next_octants(ThreadState& state);
 
   CubeQuery query_;
   double root_edge_m_;
-  std::vector<Own> own_;
+  std::vector<ThreadState> thread_states_;
   std::mutex roots_mutex_;
-  std::unordered_map<Place, std::unique_ptr<Inside>, PlaceHash> root_at_;  // null: free
+  std::unordered_map<CellIndex, std::unique_ptr<OctantsPtr>, CellIndexHash> root_at_;  // null: free
 };
 
 }  // namespace fivepipe::collision

@@ -14,38 +14,38 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr Proximity kInHull{0, 0}, kNoHullAtAll{kInfinity, kInfinity}, kUnknown{0, kInfinity};
+constexpr Proximity kInHull{0, 0}, kEmptyHull{kInfinity, kInfinity}, kUnknown{0, kInfinity};
 
 // Points that a thread takes together.
-constexpr int kTogether = 64;
+constexpr int kBatchSize = 64;
 
 // Farther out than so many caps, lattice cubes have no exact coordinates any more: free_radius_m
-// alone is said.
+// alone is used.
 constexpr double kFarthest_caps = 1e9;
 
-// A hull point is moved towards the asked one until it is so near to the first that may be one, as
+// A hull point is moved towards the tested one until it is so near to the first that may be one, as
 // a fraction of the tolerance.
-constexpr double kNearEnough = 0.125;
+constexpr double kApproachTolerance = 0.125;
 
 // Cubes down to this size, as a fraction of the tolerance, are opened at once.
-constexpr double kFirstSmallest = 1;
+constexpr double kInitialLeafSize = 1;
 
 // Edge of the lattice's cubes, and the half extent of the pieces that triangles are cut into: a
-// piece and the cap around it lie within half an edge of the piece's middle.
+// piece and the cap around it lie within half an edge of the piece's center.
 constexpr double kRootEdge_caps = 4, kPiece_caps = 0.9;
 
 template <class Work>
 void for_many(base::WorkerPool& pool, std::size_t count, const Work& work) {
-  pool.run(int((count + kTogether - 1) / kTogether), [&](int piece, int thread) {
-    const std::size_t begin = std::size_t(piece) * kTogether;
-    for (std::size_t i = begin; i < std::min(begin + kTogether, count); ++i) work(i, thread);
+  pool.run(int((count + kBatchSize - 1) / kBatchSize), [&](int piece, int thread) {
+    const std::size_t begin = std::size_t(piece) * kBatchSize;
+    for (std::size_t i = begin; i < std::min(begin + kBatchSize, count); ++i) work(i, thread);
   });
 }
 
 // A cube that may hold nearer hull points than those found.
 struct Candidate {
   double to_m2;  // no point of it is nearer
-  ProximityCells::Cube cube;
+  LazyOctree::Cube cube;
   double half_edge_m;
   bool operator<(const Candidate& other) const {
     return to_m2 > other.to_m2;
@@ -73,7 +73,7 @@ struct Gaps {
 struct HullProximity::Search {
   const hull::HullQuery& query;
   ProximityOptions options;
-  ProximityCells cells;
+  LazyOctree cells;
   std::vector<Candidates> candidates;  // one per thread
 
   Search(const hull::HullQuery& q, const ProximityOptions& o)
@@ -82,20 +82,20 @@ struct HullProximity::Search {
         cells(q, kRootEdge_caps * o.cap_m, q.hull().pool().threads()),
         candidates(std::size_t(q.hull().pool().threads())) {}
 
-  std::optional<Proximity> without_search(const Vector3d& p_world_m) const;
+  std::optional<Proximity> trivial_proximity(const Vector3d& p_world_m) const;
   Proximity of_point(const Vector3d& p_world_m, int thread);
   Proximity of_triangle(Triangle triangle, const Proximity& known, int thread);
-  Proximity of_piece(const TriangleShape& piece, double most_m, int thread);
+  Proximity of_piece(const TriangleShape& piece, double max_m, int thread);
   template <class Shape>
   class Nearest;
 };
 
 // The search for the hull's nearest point to one shape, which lies, with the cap around it, in the
-// lattice's cubes around its middle.
+// lattice's cubes around its center.
 template <class Shape>
 class HullProximity::Search::Nearest {
  public:
-  Nearest(Search& search, const Shape& shape, double most_m, int thread)
+  Nearest(Search& search, const Shape& shape, double max_m, int thread)
       : search_(search),
         query_(search.query),
         options_(search.options),
@@ -104,7 +104,7 @@ class HullProximity::Search::Nearest {
         rounding_m_(shape.rounding_m(kRootEdge_caps * search.options.cap_m)),
         now_(search.candidates[std::size_t(thread)].now),
         later_(search.candidates[std::size_t(thread)].later) {
-    set_most(most_m);
+    set_upper_bound(max_m);
   }
 
   // Depth first, the nearest first, down to a size of cubes; then those left, to half that size,
@@ -113,17 +113,17 @@ class HullProximity::Search::Nearest {
   Proximity operator()() {
     const double finest_m = kFinestCube * options_.tolerance_m / 2,
                  root_m = search_.cells.root_edge_m() / 2;
-    double left_out_m2 = kInfinity;  // the nearest of the cubes that are too small to be opened
+    double skipped_m2 = kInfinity;  // the nearest of the cubes that are too small to be opened
     int opened = 0;
     now_.clear();
     later_.clear();
-    for (const ProximityCells::Cube& cube : search_.cells.around(shape_.middle, thread_)) {
-      const Vector3d beyond_m = (shape_.middle - cube.center_world_m).cwiseAbs() -
+    for (const LazyOctree::Cube& cube : search_.cells.neighborhood(shape_.center, thread_)) {
+      const Vector3d beyond_m = (shape_.center - cube.center_world_m).cwiseAbs() -
                                 shape_.half_extents_m - Vector3d::Constant(root_m);
       now_.push_back({beyond_m.cwiseMax(0).squaredNorm(), cube, root_m});
     }
     std::sort(now_.begin(), now_.end());
-    for (double smallest_m = kFirstSmallest * options_.tolerance_m / 2; !now_.empty();
+    for (double smallest_m = kInitialLeafSize * options_.tolerance_m / 2; !now_.empty();
          smallest_m /= 2) {
       while (!now_.empty()) {
         const Candidate next = now_.back();
@@ -131,8 +131,8 @@ class HullProximity::Search::Nearest {
         if (!(next.to_m2 < enough_m2_)) continue;
         if (next.half_edge_m < smallest_m) {
           later_.push_back(next);
-        } else if (next.half_edge_m < finest_m || opened == kMostCubesOpened) {
-          left_out_m2 = std::min(left_out_m2, next.to_m2);
+        } else if (next.half_edge_m < finest_m || opened == kMaxCubesOpened) {
+          skipped_m2 = std::min(skipped_m2, next.to_m2);
         } else {
           ++opened;
           open(next);
@@ -141,24 +141,24 @@ class HullProximity::Search::Nearest {
       std::sort(later_.begin(), later_.end());
       std::swap(now_, later_);
     }
-    return answer(left_out_m2);
+    return answer(skipped_m2);
   }
 
  private:
-  void set_most(double most_m) {
-    most_m_ = most_m;
-    enough_m_ = std::min(options_.cap_m, most_m - options_.tolerance_m);
+  void set_upper_bound(double max_m) {
+    max_m_ = max_m;
+    enough_m_ = std::min(options_.cap_m, max_m - options_.tolerance_m);
     enough_m2_ = enough_m_ > 0 ? (enough_m_ + rounding_m_) * (enough_m_ + rounding_m_) : 0;
   }
 
   void open(const Candidate& cube) {
-    ProximityCells::Eighths& eighths = search_.cells.eighths(cube.cube, cube.half_edge_m, thread_);
+    LazyOctree::Octants& octants = search_.cells.octants(cube.cube, cube.half_edge_m, thread_);
     const auto center_of = [&](int i) {
-      return ProximityCells::center_of_eighth(cube.cube.center_world_m, cube.half_edge_m, i);
+      return LazyOctree::center_of_octant(cube.cube.center_world_m, cube.half_edge_m, i);
     };
-    for (unsigned left = eighths.in_hull; left; left &= left - 1)
+    for (unsigned left = octants.in_hull; left; left &= left - 1)
       approach(center_of(std::countr_zero(left)), cube.half_edge_m);
-    const Vector3d off_m = shape_.middle - cube.cube.center_world_m,
+    const Vector3d off_m = shape_.center - cube.cube.center_world_m,
                    &half_m = shape_.half_extents_m;
     const Gaps x(off_m.x(), half_m.x(), cube.half_edge_m),
         y(off_m.y(), half_m.y(), cube.half_edge_m), z(off_m.z(), half_m.z(), cube.half_edge_m);
@@ -169,50 +169,50 @@ class HullProximity::Search::Nearest {
       near |= unsigned(to_m2[i] < enough_m2_) << i;
     }
     const std::size_t before = now_.size();
-    for (unsigned left = near & eighths.not_free; left; left &= left - 1) {
+    for (unsigned left = near & octants.not_free; left; left &= left - 1) {
       const int i = std::countr_zero(left);
       const Vector3d center_world_m = center_of(i);
       const double nearer_m2 = shape_.to_cube_m2(center_world_m, cube.half_edge_m / 2, to_m2[i]);
       if (!(nearer_m2 < enough_m2_)) continue;
       now_.push_back(
-          {nearer_m2, {&eighths.inside[std::size_t(i)], center_world_m}, cube.half_edge_m / 2});
+          {nearer_m2, {&octants.children[std::size_t(i)], center_world_m}, cube.half_edge_m / 2});
       for (std::size_t k = now_.size() - 1; k > before && now_[k - 1].to_m2 < now_[k].to_m2; --k)
         std::swap(now_[k - 1], now_[k]);
     }
   }
 
-  // Where p is in the hull, and nearer than most_m: that becomes its distance from the shape, or
+  // Where p is in the hull, and nearer than max_m: that becomes its distance from the shape, or
   // that of a hull point on the way there, looked for in growing steps.
   void approach(const Vector3d& p_world_m, double step_m) {
     const Vector3d to = shape_.nearest_to(p_world_m), way = p_world_m - to;
     const double length_m2 = way.squaredNorm();
-    if (!(length_m2 < most_m_ * most_m_)) return;
+    if (!(length_m2 < max_m_ * max_m_)) return;
     const double length_m = std::sqrt(length_m2);
-    if (!(length_m + rounding_m_ < most_m_) || !query_.contains(p_world_m)) return;
-    if (query_.contains(to)) return set_most(0);
+    if (!(length_m + rounding_m_ < max_m_) || !query_.contains(p_world_m)) return;
+    if (query_.contains(to)) return set_upper_bound(0);
     const Vector3d direction = way / length_m;
     double inside_m = length_m, outside_m = length_m - step_m;
     for (; outside_m > 0 && query_.contains(to + outside_m * direction);
          outside_m -= 2 * (length_m - outside_m))
       inside_m = outside_m;
     outside_m = std::max(outside_m, 0.0);
-    while (inside_m - outside_m > kNearEnough * options_.tolerance_m) {
+    while (inside_m - outside_m > kApproachTolerance * options_.tolerance_m) {
       const double between_m = (inside_m + outside_m) / 2;
       if (!(between_m > outside_m && between_m < inside_m)) break;
       (query_.contains(to + between_m * direction) ? inside_m : outside_m) = between_m;
     }
-    set_most(inside_m + rounding_m_);
+    set_upper_bound(inside_m + rounding_m_);
   }
 
-  Proximity answer(double left_out_m2) const {
-    if (!(most_m_ > 0)) return kInHull;
-    double least_m = std::max(0.0, std::min(enough_m_, std::sqrt(left_out_m2) - rounding_m_));
-    if (least_m < enough_m_)
-      least_m = std::clamp(
-          query_.free_radius_m(shape_.middle) - shape_.half_extents_m.norm() - rounding_m_, least_m,
-          most_m_);
-    if (least_m >= options_.cap_m) return {options_.cap_m, kInfinity};
-    return {least_m, most_m_};
+  Proximity answer(double skipped_m2) const {
+    if (!(max_m_ > 0)) return kInHull;
+    double min_m = std::max(0.0, std::min(enough_m_, std::sqrt(skipped_m2) - rounding_m_));
+    if (min_m < enough_m_)
+      min_m = std::clamp(
+          query_.free_radius_m(shape_.center) - shape_.half_extents_m.norm() - rounding_m_, min_m,
+          max_m_);
+    if (min_m >= options_.cap_m) return {options_.cap_m, kInfinity};
+    return {min_m, max_m_};
   }
 
   Search& search_;
@@ -222,14 +222,14 @@ class HullProximity::Search::Nearest {
   int thread_;
   double rounding_m_;
   std::vector<Candidate>&now_, &later_;
-  double most_m_, enough_m_, enough_m2_;  // what is not nearer than `enough` need not be told apart
+  double max_m_, enough_m_, enough_m2_;  // what is not nearer than `enough` need not be told apart
                                           // from what was found at `most`
 };
 
 // What needs no search: what is not finite or has no hull, and what is too far out for cubes.
-std::optional<Proximity> HullProximity::Search::without_search(const Vector3d& p_world_m) const {
+std::optional<Proximity> HullProximity::Search::trivial_proximity(const Vector3d& p_world_m) const {
   if (!p_world_m.allFinite() || query.hull().unusable()) return kUnknown;
-  if (query.hull().empty()) return kNoHullAtAll;
+  if (query.hull().empty()) return kEmptyHull;
   if (p_world_m.cwiseAbs().maxCoeff() < kFarthest_caps * options.cap_m) return std::nullopt;
   if (query.contains(p_world_m)) return kInHull;
   const double free_m = query.free_radius_m(p_world_m);
@@ -238,28 +238,28 @@ std::optional<Proximity> HullProximity::Search::without_search(const Vector3d& p
 }
 
 Proximity HullProximity::Search::of_point(const Vector3d& p_world_m, int thread) {
-  if (const auto said = without_search(p_world_m)) return *said;
-  const auto& around = cells.around(p_world_m, thread);
-  if (around.empty()) return {options.cap_m, kInfinity};
+  if (const auto trivial = trivial_proximity(p_world_m)) return *trivial;
+  const auto& neighborhood = cells.neighborhood(p_world_m, thread);
+  if (neighborhood.empty()) return {options.cap_m, kInfinity};
   if (query.contains(p_world_m)) return kInHull;
   return Nearest(*this, PointShape{p_world_m}, kInfinity, thread)();
 }
 
 // Pieces that the cubes around their middles hold; of those beyond the cap by their circumscribed
 // ball, none.
-Proximity HullProximity::Search::of_piece(const TriangleShape& piece, double most_m, int thread) {
+Proximity HullProximity::Search::of_piece(const TriangleShape& piece, double max_m, int thread) {
   const double half_m = piece.half_extents_m.maxCoeff();
-  if (half_m <= kPiece_caps * options.cap_m) return Nearest(*this, piece, most_m, thread)();
-  if (query.free_radius_m(piece.middle) >=
+  if (half_m <= kPiece_caps * options.cap_m) return Nearest(*this, piece, max_m, thread)();
+  if (query.free_radius_m(piece.center) >=
       options.cap_m + std::sqrt(3.0) * half_m + piece.rounding_m(options.cap_m))
     return {options.cap_m, kInfinity};
   Proximity whole{options.cap_m, kInfinity};
   const auto& [a, b, c] = piece.t;
   const Vector3d ab = (a + b) / 2, bc = (b + c) / 2, ca = (c + a) / 2;
   for (const Triangle& part : {Triangle{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) {
-    const Proximity p = of_piece(TriangleShape(part), std::min(most_m, whole.most_m), thread);
-    if (!(p.most_m > 0)) return kInHull;
-    whole = {std::min(whole.least_m, p.least_m), std::min(whole.most_m, p.most_m)};
+    const Proximity p = of_piece(TriangleShape(part), std::min(max_m, whole.max_m), thread);
+    if (!(p.max_m > 0)) return kInHull;
+    whole = {std::min(whole.min_m, p.min_m), std::min(whole.max_m, p.max_m)};
   }
   return whole;
 }
@@ -269,13 +269,13 @@ Proximity HullProximity::Search::of_triangle(Triangle triangle, const Proximity&
   for (const Vector3d& vertex : triangle)
     if (!vertex.allFinite()) return kUnknown;
   for (const Vector3d& vertex : triangle)
-    if (const auto said = without_search(vertex))
-      return said->least_m == kInfinity ? kNoHullAtAll : kUnknown;
-  if (known.most_m - known.least_m <= options.tolerance_m) return known;
+    if (const auto trivial = trivial_proximity(vertex))
+      return trivial->min_m == kInfinity ? kEmptyHull : kUnknown;
+  if (known.max_m - known.min_m <= options.tolerance_m) return known;
   std::sort(triangle.begin(), triangle.end(), [](const Vector3d& a, const Vector3d& b) {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
   });
-  return of_piece(TriangleShape(triangle), known.most_m, thread);
+  return of_piece(TriangleShape(triangle), known.max_m, thread);
 }
 
 HullProximity::HullProximity(const hull::HullQuery& query, const ProximityOptions& options) {
@@ -306,12 +306,12 @@ static Proximity known_from_vertices(const Triangle& triangle,
     const Vector3d& vertex = triangle[i];
     const double reach_m = std::sqrt(std::max((triangle[(i + 1) % 3] - vertex).squaredNorm(),
                                               (triangle[(i + 2) % 3] - vertex).squaredNorm()));
-    known.least_m =
-        std::max(known.least_m, vertices[i].least_m - reach_m -
+    known.min_m =
+        std::max(known.min_m, vertices[i].min_m - reach_m -
                                     kDistanceRoundings * (vertex.cwiseAbs().sum() + reach_m));
-    known.most_m = std::min(known.most_m, vertices[i].most_m);
+    known.max_m = std::min(known.max_m, vertices[i].max_m);
   }
-  return {std::min(known.least_m, known.most_m), known.most_m};
+  return {std::min(known.min_m, known.max_m), known.max_m};
 }
 
 MeshProximity HullProximity::of_mesh(const geometry::Mesh& mesh,
@@ -333,6 +333,6 @@ MeshProximity HullProximity::of_mesh(const geometry::Mesh& mesh,
   return found;
 }
 
-std::size_t HullProximity::cubes_asked() const { return search_->cells.asked(); }
+std::size_t HullProximity::cubes_tested() const { return search_->cells.tested(); }
 
 }  // namespace fivepipe::collision

@@ -46,7 +46,7 @@ namespace fivepipe::collision {
 //   {infinity, infinity}   there is no hull
 //   {0, infinity}          nothing is known: not finite, or a camera is not
 struct Proximity {
-  double least_m, most_m;
+  double min_m, max_m;
   bool operator==(const Proximity&) const = default;
 };
 
@@ -82,7 +82,7 @@ class HullProximity {
   MeshProximity of_mesh(const geometry::Mesh& mesh, const Eigen::Isometry3d& world_from_object);
 
   // Cubes asked about so far: what its memory goes by, 9 bytes each.
-  std::size_t cubes_asked() const;
+  std::size_t cubes_tested() const;
 
  private:
   struct Search;
@@ -93,6 +93,6 @@ class HullProximity {
 // one point or piece of a triangle: where the hull is thinner, or its borders meet in a needle's
 // point, the gap between the bounds stays wider than the tolerance.
 inline constexpr double kFinestCube = 1.0 / 64;
-inline constexpr int kMostCubesOpened = 4096;
+inline constexpr int kMaxCubesOpened = 4096;
 
 }  // namespace fivepipe::collision

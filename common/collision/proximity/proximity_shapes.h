@@ -18,13 +18,13 @@ inline constexpr double kDistanceRoundings = 32 * std::numeric_limits<double>::e
 inline constexpr double kTriangleRounding = 1e-7;
 
 struct PointShape {
-  Eigen::Vector3d middle;  // world [m]
+  Eigen::Vector3d center;  // world [m]
   Eigen::Vector3d half_extents_m = Eigen::Vector3d::Zero();
 
-  const Eigen::Vector3d& nearest_to(const Eigen::Vector3d&) const { return middle; }
+  const Eigen::Vector3d& nearest_to(const Eigen::Vector3d&) const { return center; }
   // Of its distances up to reach_m.
   double rounding_m(double reach_m) const {
-    return kDistanceRoundings * (middle.cwiseAbs().sum() + reach_m);
+    return kDistanceRoundings * (center.cwiseAbs().sum() + reach_m);
   }
   // A lower bound of its squared distance to a cube; to_box_m2: that of its box.
   double to_cube_m2(const Eigen::Vector3d&, double, double to_box_m2) const { return to_box_m2; }
@@ -32,12 +32,12 @@ struct PointShape {
 
 struct TriangleShape {
   Triangle t;
-  Eigen::Vector3d middle, half_extents_m;
+  Eigen::Vector3d center, half_extents_m;
 
   explicit TriangleShape(const Triangle& triangle) : t(triangle) {
     const Eigen::Vector3d low = t[0].cwiseMin(t[1]).cwiseMin(t[2]),
                           high = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
-    middle = low / 2 + high / 2;
+    center = low / 2 + high / 2;
     half_extents_m = high / 2 - low / 2;
   }
 
@@ -61,7 +61,7 @@ struct TriangleShape {
     return nearest;
   }
   double rounding_m(double reach_m) const {
-    return kDistanceRoundings * (middle.cwiseAbs().sum() + reach_m) +
+    return kDistanceRoundings * (center.cwiseAbs().sum() + reach_m) +
            kTriangleRounding * (2 * half_extents_m.sum() + reach_m);
   }
   // Its box says enough where that is not larger than the cube.

@@ -14,12 +14,12 @@ namespace {
 using Eigen::Vector3d;
 
 // Ways tried from one point; on smooth borders the third changes little.
-constexpr int kMostDescents = 8;
+constexpr int kMaxDescents = 8;
 // Points whose depth is computed, to begin with the deepest: spread over all.
 constexpr std::size_t kCandidates = 64;
 // A way that is not shorter by this is the same way [m]: a hundredth of the finest that maps
 // resolve.
-constexpr double kLeastGain_m = 1e-6;
+constexpr double kMinGain_m = 1e-6;
 
 void check(const ObjectCollision& collision, const ManifoldRequest& request) {
   const auto finite = [](const CollisionPoint& point) { return point.p_world_m.allFinite(); };
@@ -27,17 +27,17 @@ void check(const ObjectCollision& collision, const ManifoldRequest& request) {
     throw std::invalid_argument("a collision point is not finite");
   if (!request.rp_object_world_m.allFinite())
     throw std::invalid_argument("the reference point is not finite");
-  if (!(request.most_contacts > 0 && request.reach_m > 0 && std::isfinite(request.reach_m)))
+  if (!(request.max_contacts > 0 && request.reach_m > 0 && std::isfinite(request.reach_m)))
     throw std::invalid_argument("number of contacts or reach out of range");
 }
 
-std::vector<Vector3d> places_m(std::span<const CollisionPoint> points) {
+std::vector<Vector3d> positions_m(std::span<const CollisionPoint> points) {
   std::vector<Vector3d> places;
   for (const CollisionPoint& point : points) places.push_back(point.p_world_m);
   return places;
 }
 
-// No point is farther from the nearest of those taken by spread_out than the last of them was.
+// No point is farther from the nearest of those taken by farthest_point_sample than the last of them was.
 double spacing_of(const std::vector<Vector3d>& places, const std::vector<std::size_t>& taken) {
   double spacing_m = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 1 < taken.size(); ++i)
@@ -65,10 +65,10 @@ std::optional<Way> way_along(const hull::HullQuery& query, const Vector3d& p_wor
 
 // To a way that none of the normals at its end makes shorter.
 Way descend(const hull::HullQuery& query, const Vector3d& p_world_m, Way way) {
-  for (int i = 0; i < kMostDescents; ++i) {
+  for (int i = 0; i < kMaxDescents; ++i) {
     std::optional<Way> shorter;
     for (const hull::LimitingCamera& limiting : way.limiting) {
-      const double best_m = (shorter ? shorter->exit : way.exit).distance_m - kLeastGain_m;
+      const double best_m = (shorter ? shorter->exit : way.exit).distance_m - kMinGain_m;
       if (!(best_m > 0)) break;
       if (auto other = way_along(query, p_world_m, limiting.normal_world, best_m))
         shorter = std::move(other);
@@ -108,8 +108,8 @@ Contact contact_at(const hull::HullQuery& query, const CollisionPoint& point,
   if (way->limiting.empty()) return contact;
   contact.camera = way->limiting.front().camera;
   contact.normal_error_rad = way->limiting.front().error_rad;
-  contact.settled =
-      way->limiting.front().normal_world.dot(way->direction) >= std::cos(kSettled_rad);
+  contact.converged =
+      way->limiting.front().normal_world.dot(way->direction) >= std::cos(kConverged_rad);
   return contact;
 }
 
@@ -123,7 +123,7 @@ double depth_to_reference_m(const hull::HullQuery& query, const Vector3d& p_worl
 
 // Of some spread over all points, then of some around the deepest of those.
 std::size_t deepest_of(const hull::HullQuery& query, std::span<const CollisionPoint> points,
-                       const std::vector<Vector3d>& places, double least_m,
+                       const std::vector<Vector3d>& places, double min_m,
                        const ManifoldRequest& request) {
   const std::size_t farthest =
       std::size_t(&cp_object(query, points, request.rp_object_world_m) - points.data());
@@ -134,7 +134,7 @@ std::size_t deepest_of(const hull::HullQuery& query, std::span<const CollisionPo
         candidate_m > depth_m)
       deepest = i, depth_m = candidate_m;
   };
-  const auto coarse = spread_out(places, farthest, kCandidates, least_m);
+  const auto coarse = farthest_point_sample(places, farthest, kCandidates, min_m);
   for (const std::size_t i : coarse) take(i);
   const double spacing_m = spacing_of(places, coarse);
   std::vector<Vector3d> near;
@@ -144,20 +144,20 @@ std::size_t deepest_of(const hull::HullQuery& query, std::span<const CollisionPo
     if ((places[i] - middle).norm() <= spacing_m) near.push_back(places[i]), index.push_back(i);
   const std::size_t first =
       std::size_t(std::find(index.begin(), index.end(), deepest) - index.begin());
-  for (const std::size_t i : spread_out(near, first, kCandidates, least_m)) take(index[i]);
+  for (const std::size_t i : farthest_point_sample(near, first, kCandidates, min_m)) take(index[i]);
   return deepest;
 }
 
 // Ordered, so that their given order plays no part.
 std::vector<CollisionPoint> points_in_hull(const hull::HullQuery& query,
                                            std::span<const CollisionPoint> given) {
-  const std::vector<Vector3d> places = places_m(given);
+  const std::vector<Vector3d> places = positions_m(given);
   std::vector<std::uint8_t> inside(given.size());
   query.contains(places, inside);
   std::vector<CollisionPoint> points;
   for (std::size_t i = 0; i < given.size(); ++i)
     if (inside[i]) points.push_back(given[i]);
-  std::sort(points.begin(), points.end(), comes_before);
+  std::sort(points.begin(), points.end(), precedes);
   return points;
 }
 
@@ -170,10 +170,10 @@ ContactManifold contact_manifold(const hull::HullQuery& query, const ObjectColli
   ContactManifold manifold{.contacts = {}, .points_in_hull = points.size()};
   if (points.empty()) return manifold;
   const double footprint_m = pixel_footprint_m(query, points.front().p_world_m);
-  const std::vector<Vector3d> places = places_m(points);
+  const std::vector<Vector3d> places = positions_m(points);
   const std::size_t deepest = deepest_of(query, points, places, footprint_m, request);
   for (const std::size_t i :
-       spread_out(places, deepest, std::size_t(request.most_contacts), footprint_m))
+       farthest_point_sample(places, deepest, std::size_t(request.max_contacts), footprint_m))
     manifold.contacts.push_back(contact_at(query, points[i], request));
   return manifold;
 }

@@ -22,7 +22,7 @@ Vector3d unit_across(const Vector3d& v) {
 }
 
 NormalStatus certain_enough(double error_rad) {
-  return error_rad <= kMaxNormalErrorRad ? NormalStatus::defined : NormalStatus::too_uncertain;
+  return error_rad <= kMaxNormalError_rad ? NormalStatus::defined : NormalStatus::too_uncertain;
 }
 
 }  // namespace

@@ -22,6 +22,6 @@ HullNormal four_point_normal(const hull::HullQuery& query, const Recovery& recov
 HullNormal closed_form_normal(const hull::HullQuery& query, const Recovery& recovery);
 
 // A normal more uncertain than this says less about the surface than V_rec does: 45 degrees.
-inline constexpr double kMaxNormalErrorRad = 0.7853981634;
+inline constexpr double kMaxNormalError_rad = 0.7853981634;
 
 }  // namespace fivepipe::collision

@@ -11,26 +11,26 @@ using Eigen::Vector3d;
 // The exit, with the distance to either side at which in_hull() confirms it.
 HullExit verified(const hull::HullQuery& query, const Vector3d& p_world_m,
                   const Vector3d& direction_world, double distance_m) {
-  double error_m = kLeastRounding_m;
+  double error_m = kMinRounding_m;
   const auto inside = [&](double way_m) {
     return query.contains(p_world_m + way_m * direction_world);
   };
-  while (error_m < kMostRounding_m &&
+  while (error_m < kMaxRounding_m &&
          (inside(distance_m + error_m) || !inside(std::max(0.0, distance_m - error_m))))
     error_m *= 2;
-  return {distance_m, std::min(error_m, kMostRounding_m)};
+  return {distance_m, std::min(error_m, kMaxRounding_m)};
 }
 
-double way_out_m(const hull::HullQuery& query, const Vector3d& p_world_m,
+double first_exit_m(const hull::HullQuery& query, const Vector3d& p_world_m,
                  const Vector3d& direction_world, double reach_m) {
   const auto found = query.intervals({p_world_m, direction_world}, 0, reach_m);
   // Where the first part begins later, p is outside.
-  return found.empty() || found.front().enter > kMostRounding_m ? 0 : found.front().leave;
+  return found.empty() || found.front().enter > kMaxRounding_m ? 0 : found.front().leave;
 }
 
 }  // namespace
 
-bool comes_before(const CollisionPoint& a, const CollisionPoint& b) {
+bool precedes(const CollisionPoint& a, const CollisionPoint& b) {
   const auto key = [](const CollisionPoint& point) {
     return std::tuple(point.triangle, point.p_world_m.x(), point.p_world_m.y(),
                       point.p_world_m.z());
@@ -47,18 +47,18 @@ const CollisionPoint& cp_object(const hull::HullQuery& query,
   const CollisionPoint* chosen = &points.front();
   for (const CollisionPoint& point : points) {
     const double more_m = distance_m(point) - distance_m(*chosen);
-    if (more_m > 0 || (more_m == 0 && comes_before(point, *chosen))) chosen = &point;
+    if (more_m > 0 || (more_m == 0 && precedes(point, *chosen))) chosen = &point;
   }
   if (equally_far_m == 0) return *chosen;
-  const double least_m = distance_m(*chosen) - equally_far_m;
+  const double min_m = distance_m(*chosen) - equally_far_m;
   double depth_m = 0;
   for (const CollisionPoint& point : points) {
     const double way_m = distance_m(point);
-    if (!(way_m >= least_m && way_m > 0)) continue;
+    if (!(way_m >= min_m && way_m > 0)) continue;
     const double point_depth_m =
-        way_out_m(query, point.p_world_m, (rp_world_m - point.p_world_m) / way_m, way_m);
+        first_exit_m(query, point.p_world_m, (rp_world_m - point.p_world_m) / way_m, way_m);
     if (point_depth_m > depth_m ||
-        (point_depth_m == depth_m && depth_m > 0 && comes_before(point, *chosen)))
+        (point_depth_m == depth_m && depth_m > 0 && precedes(point, *chosen)))
       chosen = &point, depth_m = point_depth_m;
   }
   return *chosen;
@@ -66,7 +66,7 @@ const CollisionPoint& cp_object(const hull::HullQuery& query,
 
 std::optional<HullExit> exit_outward(const hull::HullQuery& query, const Vector3d& p_world_m,
                                      const Vector3d& direction_world, double reach_m) {
-  const double distance_m = way_out_m(query, p_world_m, direction_world, reach_m);
+  const double distance_m = first_exit_m(query, p_world_m, direction_world, reach_m);
   if (distance_m >= reach_m) return std::nullopt;
   return verified(query, p_world_m, direction_world, distance_m);
 }
@@ -95,7 +95,7 @@ double residual_m(const hull::HullQuery& query, std::span<const CollisionPoint> 
                   const Vector3d& direction_world, double reach_m) {
   double farthest_m = 0;
   for (const CollisionPoint& point : points)
-    farthest_m = std::max(farthest_m, way_out_m(query, point.p_world_m, direction_world, reach_m));
+    farthest_m = std::max(farthest_m, first_exit_m(query, point.p_world_m, direction_world, reach_m));
   return farthest_m;
 }
 

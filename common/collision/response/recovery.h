@@ -10,7 +10,7 @@
 namespace fivepipe::collision {
 
 // The order of equals: by triangle, then by x, y, z. That in which points are given plays no part.
-bool comes_before(const CollisionPoint& a, const CollisionPoint& b);
+bool precedes(const CollisionPoint& a, const CollisionPoint& b);
 
 // CP_obj: of the points, not empty, the one farthest from RP_obj; of those nearer by at most
 // equally_far_m, where that is not zero, the one that is deepest on its way to RP_obj. Of equals,
@@ -20,13 +20,13 @@ const CollisionPoint& cp_object(const hull::HullQuery& query,
                                 const Eigen::Vector3d& rp_world_m, double equally_far_m = 0);
 
 // Where a ray leaves the hull: in_hull() says yes error_m before and no error_m behind, or the
-// error is kMostRounding_m; where it was sampled, it ends between distance_m and distance_m +
+// error is kMaxRounding_m; where it was sampled, it ends between distance_m and distance_m +
 // error_m.
 struct HullExit {
   double distance_m = 0, error_m = 0;
 };
 // From rounding of the least scene to what no scene resolves [m].
-inline constexpr double kLeastRounding_m = 1e-14, kMostRounding_m = 1e-6;
+inline constexpr double kMinRounding_m = 1e-14, kMaxRounding_m = 1e-6;
 
 // Along a unit direction from p in the hull, p itself where it is not.
 // The first exit, if before reach_m.

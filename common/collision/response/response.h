@@ -44,7 +44,7 @@ struct ResponseConfig {
   int window_px = 400;                   // samples along each line, where sampled
 };
 
-struct NormalsWanted {
+struct RequestedNormals {
   bool four_points = false, closed_form = true;
 };
 
@@ -52,7 +52,7 @@ struct ResponseRequest {
   Eigen::Vector3d rp_object_world_m;  // RP_obj, by default the object's centre
   std::optional<Eigen::Vector3d>
       v_rec_world;  // direction given by the simulation, of any length; else RP_obj - CP_obj
-  NormalsWanted normals = {};
+  RequestedNormals normals = {};
   // Collision points this little nearer to RP_obj than the farthest count as equally far, and of
   // those the one deepest in the hull, along its own way to RP_obj, is taken. For balls, all of
   // whose points are equally far but for the flatness of their triangles: the first one would as
@@ -75,16 +75,16 @@ enum class RecoveryStatus {
 
 enum class NormalStatus {
   defined,
-  not_asked,           // or no CP_hull
+  not_requested,           // or no CP_hull
   edge_starts_inside,  // four points: B, C, D or E is in the hull
   parallel,            // four points: I, J, K, L span no plane
   no_border,     // closed form: no silhouette's border is found where V_rec crosses the hull's
-  too_uncertain  // error_rad above kMaxNormalErrorRad; four points that span less than the maps
+  too_uncertain  // error_rad above kMaxNormalError_rad; four points that span less than the maps
                  // resolve
 };
 
 struct HullNormal {
-  NormalStatus status = NormalStatus::not_asked;
+  NormalStatus status = NormalStatus::not_requested;
   Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();  // unit, out of the hull, where defined
   // Four points: a sample's step and a pixel's footprint over the points' span. Closed form: the
   // standard error of the contour's fit.
@@ -106,15 +106,15 @@ struct Response {
                              // ends before d_rec_m + d_rec_error_m
   double pixel_footprint_m = 0;  // largest pixel of the cameras at CP_hull: finer, the maps tell
                                  // nothing of the object's surface
-  double residual_m = 0;  // after the move: farther way along V_rec until each of points_left has
+  double residual_m = 0;  // after the move: farther way along V_rec until each of remaining_points has
                           // been outside; at most `height`
-  std::vector<CollisionPoint> points_left;  // CP_i after the move by clear_distance_m()
+  std::vector<CollisionPoint> remaining_points;  // CP_i after the move by clear_distance_m()
   HullNormal four_points, closed_form;
 
   // The move that leaves CP_obj outside the hull; D_rec alone ends on its border.
   double clear_distance_m() const { return d_rec_m + d_rec_error_m; }
   double indifferent_m() const { return d_rec_error_m + pixel_footprint_m; }
-  bool has_way_out() const {
+  bool has_exit() const {
     return status == RecoveryStatus::recovered || status == RecoveryStatus::still_colliding;
   }
   // The closed form where it is defined, else the four points', whatever their status.

@@ -24,12 +24,12 @@ std::size_t root_of(std::vector<PixelRun>& runs, std::size_t i) {
 // the first run's number.
 class Pieces {
  public:
-  explicit Pieces(const hull::BoxReach& reach) : bounds_(reach.bounds()) {
+  explicit Pieces(const hull::SkipMap& skip_map) : bounds_(skip_map.bounds()) {
     std::size_t above = 0;
     for (int v = bounds_.v0_px; v < bounds_.v1_px; ++v) {
       const std::size_t here = runs_.size();
       first_of_row_.push_back(here);
-      add_row(reach, v);
+      add_row(skip_map, v);
       for (std::size_t a = above, b = here; a < here && b < runs_.size();) {
         if (runs_[a].u0 <= runs_[b].u1 && runs_[b].u0 <= runs_[a].u1) {
           const std::size_t ra = root_of(runs_, a), rb = root_of(runs_, b);
@@ -59,10 +59,10 @@ class Pieces {
   }
 
  private:
-  void add_row(const hull::BoxReach& reach, int v) {
+  void add_row(const hull::SkipMap& skip_map, int v) {
     int begin = bounds_.u1_px;
     for (int u = bounds_.u0_px; u < bounds_.u1_px;) {
-      const int r = reach.at(hull::Box::right_down, u, v);
+      const int r = skip_map.at(hull::Quadrant::right_down, u, v);
       if (r < 0) begin = std::min(begin, u);
       if (r > 0 && begin < u) runs_.push_back({begin, u, v, runs_.size()}), begin = bounds_.u1_px;
       u += std::abs(r);
@@ -99,16 +99,16 @@ std::vector<Pixel> convex_hull(const std::vector<Pixel>& pixels) {
   return corners.size() < 3 ? std::vector<Pixel>{} : corners;
 }
 
-constexpr std::size_t kNobody = std::size_t(-1), kSeveral = kNobody - 1;
+constexpr std::size_t kNoComponent = std::size_t(-1), kSharedPiece = kNoComponent - 1;
 
 struct Owners {
-  std::vector<std::size_t> of_piece;  // a part's number, kNobody, or kSeveral
+  std::vector<std::size_t> of_piece;  // a part's number, kNoComponent, or kSharedPiece
   std::vector<bool> clear;            // by part: no piece of it is of several
 };
 
 Owners owners_of(const Pieces& pieces, const geometry::Camera& camera,
                  std::span<const std::vector<Vector3d>> points_world_m) {
-  Owners owners{std::vector<std::size_t>(pieces.runs().size(), kNobody),
+  Owners owners{std::vector<std::size_t>(pieces.runs().size(), kNoComponent),
                 std::vector<bool>(points_world_m.size(), true)};
   std::vector<std::pair<std::size_t, std::size_t>> claims;  // part, piece
   for (std::size_t part = 0; part < points_world_m.size(); ++part)
@@ -120,27 +120,27 @@ Owners owners_of(const Pieces& pieces, const geometry::Camera& camera,
       if (!piece) continue;
       std::size_t& owner = owners.of_piece[*piece];
       if (owner != part)
-        claims.emplace_back(part, *piece), owner = owner == kNobody ? part : kSeveral;
+        claims.emplace_back(part, *piece), owner = owner == kNoComponent ? part : kSharedPiece;
     }
   for (const auto& [part, piece] : claims)
-    if (owners.of_piece[piece] == kSeveral) owners.clear[part] = false;
+    if (owners.of_piece[piece] == kSharedPiece) owners.clear[part] = false;
   return owners;
 }
 
 }  // namespace
 
-std::vector<std::vector<PartOutline>> part_outlines(
+std::vector<std::vector<ComponentOutline>> component_outlines(
     const hull::HullQuery& query, std::span<const std::vector<Vector3d>> points_world_m) {
-  std::vector<std::vector<PartOutline>> outlines(points_world_m.size());
+  std::vector<std::vector<ComponentOutline>> outlines(points_world_m.size());
   std::vector<std::vector<Pixel>> pixels(points_world_m.size());
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
-    const Pieces pieces(camera.reach);
+    const Pieces pieces(camera.skip_map);
     Owners owners = owners_of(pieces, camera.camera, points_world_m);
     for (std::vector<Pixel>& p : pixels) p.clear();
     const hull::PixelRect image = hull::image_of(camera.camera);
     for (const PixelRun& run : pieces.runs()) {
       const std::size_t part = owners.of_piece[run.piece];
-      if (part == kNobody || part == kSeveral) continue;
+      if (part == kNoComponent || part == kSharedPiece) continue;
       if (run.u0 == image.u0_px || run.u1 == image.u1_px || run.v == image.v0_px ||
           run.v + 1 == image.v1_px)
         owners.clear[part] = false;
@@ -149,7 +149,7 @@ std::vector<std::vector<PartOutline>> part_outlines(
     }
     for (std::size_t part = 0; part < outlines.size(); ++part) {
       if (!owners.clear[part]) continue;
-      PartOutline outline{geometry::camera_center_world_m(camera.camera), {}};
+      ComponentOutline outline{geometry::camera_center_world_m(camera.camera), {}};
       for (const Pixel& corner : convex_hull(pixels[part]))
         outline.corners_world.push_back(
             geometry::ray_through(camera.camera, corner.cast<double>()).direction_world);

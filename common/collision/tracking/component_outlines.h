@@ -10,7 +10,7 @@
 namespace fivepipe::collision {
 
 // Of one camera.
-struct PartOutline {
+struct ComponentOutline {
   Eigen::Vector3d eye_world_m;
   std::vector<Eigen::Vector3d> corners_world;  // directions of the rays through the corners, pixel
                                                // centres; >= 3, not on one line
@@ -19,7 +19,7 @@ struct PartOutline {
 // By part, given as points in the hull, so many of each that none of the pieces that it has in an
 // image is left out. A camera is missing where a piece is another part's, too, or reaches the
 // image's border, or the pixels lie on one line.
-std::vector<std::vector<PartOutline>> part_outlines(
+std::vector<std::vector<ComponentOutline>> component_outlines(
     const hull::HullQuery& query, std::span<const std::vector<Eigen::Vector3d>> points_world_m);
 
 }  // namespace fivepipe::collision

@@ -2,7 +2,7 @@
 // two could be the same, none is.
 //
 // A part is the one of the frame before that it lies nearest to, if that lies nearest to it, too,
-// and both by a factor of kClearly; the part before is taken to have gone on as it moved. What met,
+// and both by a factor of kMatchRatio; the part before is taken to have gone on as it moved. What met,
 // or came apart, has new numbers, and says of whom: parts whose boxes meet, and that nothing else
 // was before, or is now. Of a part that clearly went on it is said only where its volume tells,
 // too: it grew, or shrank, by half of the other's at least, and the other is not below a tenth of
@@ -21,14 +21,14 @@
 
 namespace fivepipe::collision {
 
-enum class PartOrigin {
+enum class ComponentOrigin {
   appeared,  // there was nothing where it came from, or nothing that it clearly was
-  followed,  // the one of the frame before
+  tracked,  // the one of the frame before
   merged,    // of those in `from`
   split      // off the one in `from`
 };
 
-struct PartMotion {
+struct ComponentMotion {
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_world_rad_s =
       Eigen::Vector3d::Zero();  // of what the shape determines
@@ -39,49 +39,49 @@ struct PartMotion {
   int frames = 0;               // in the window
 };
 
-struct FollowedPart {
+struct TrackedComponent {
   std::uint64_t id = 0;  // never given twice
-  PartOrigin origin = PartOrigin::appeared;
+  ComponentOrigin origin = ComponentOrigin::appeared;
   std::vector<std::uint64_t> from;  // numbers of the frame before
-  HullPart part;
-  std::optional<PartMotion> motion;  // from the third frame on
+  HullComponent part;
+  std::optional<ComponentMotion> motion;  // from the third frame on
 };
 
-struct PartTrackerOptions {
+struct ComponentTrackerOptions {
   int window_frames = 8;   // >= 3
-  double fastest_m_s = 6;  // nothing moves faster
+  double max_speed_m_s = 6;  // nothing moves faster
   // After a longer one tracking starts anew: a camera of 10 Hz may lose a frame; in more time the
   // fastest gets across a room, and anyone is in reach.
-  double longest_gap_s = 0.25;
+  double max_gap_s = 0.25;
 };
 
-class PartTracker {
+class ComponentTracker {
  public:
-  explicit PartTracker(const PartTrackerOptions& options = {});
+  explicit ComponentTracker(const ComponentTrackerOptions& options = {});
   // The parts of one more frame. A time that is not later than the last, or by more than
-  // longest_gap_s, starts anew. Throws std::invalid_argument where it is not finite.
-  const std::vector<FollowedPart>& add(double time_s, const std::vector<HullPart>& parts);
-  const std::vector<FollowedPart>& parts() const { return parts_; }
+  // max_gap_s, starts anew. Throws std::invalid_argument where it is not finite.
+  const std::vector<TrackedComponent>& add(double time_s, const std::vector<HullComponent>& parts);
+  const std::vector<TrackedComponent>& parts() const { return parts_; }
   void reset();
 
  private:
   struct Track {
-    std::deque<OutlinesAt> window;
-    std::optional<EvenMotion> guess;  // of the frame before
+    std::deque<OutlineSnapshot> window;
+    std::optional<UniformMotion> guess;  // of the frame before
   };
-  Eigen::Vector3d expected_m(std::size_t i, double time_s) const;
+  Eigen::Vector3d predicted_center_m(std::size_t i, double time_s) const;
   std::vector<std::optional<std::size_t>> match(double time_s,
-                                                const std::vector<HullPart>& parts) const;
-  std::optional<PartMotion> motion_of(Track& track, const HullPart& part) const;
+                                                const std::vector<HullComponent>& parts) const;
+  std::optional<ComponentMotion> motion_of(Track& track, const HullComponent& part) const;
 
-  PartTrackerOptions options_;
+  ComponentTrackerOptions options_;
   std::uint64_t next_id_ = 1;
   double time_s_ = 0;
-  std::vector<FollowedPart> parts_;
+  std::vector<TrackedComponent> parts_;
   std::vector<Track> tracks_;  // as parts_
 };
 
 // How much nearer than the next best a match must be.
-inline constexpr double kClearly = 2;
+inline constexpr double kMatchRatio = 2;
 
 }  // namespace fivepipe::collision

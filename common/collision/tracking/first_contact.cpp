@@ -27,19 +27,19 @@ Isometry3d between(const Isometry3d& a, const Isometry3d& b, double t) {
   return pose;
 }
 
-class Meeting {
+class ContactSearch {
  public:
-  Meeting(const HullAt& before, const HullAt& after, const MovingObject& object,
+  ContactSearch(const HullSnapshot& before, const HullSnapshot& after, const MovingObject& object,
           const FirstContactOptions& options)
       : before_(before), after_(after), object_(object), options_(options) {}
 
   // Where the part of a frame has moved to, at a fraction of the time between.
-  Isometry3d moved(const HullAt& frame, double t) const {
+  Isometry3d moved(const HullSnapshot& frame, double t) const {
     const bool is_before = &frame == &before_;
-    const Vector3d middle = (1 - t) * before_.part.middle_world_m + t * after_.part.middle_world_m;
+    const Vector3d middle = (1 - t) * before_.part.centroid_world_m + t * after_.part.centroid_world_m;
     Isometry3d motion = Isometry3d::Identity();
-    motion.linear() = turned((is_before ? t : t - 1) * options_.turned_world_rad);
-    motion.translation() = middle - motion.linear() * frame.part.middle_world_m;
+    motion.linear() = turned((is_before ? t : t - 1) * options_.rotation_world_rad);
+    motion.translation() = middle - motion.linear() * frame.part.centroid_world_m;
     return motion;
   }
 
@@ -49,31 +49,31 @@ class Meeting {
     const Isometry3d &from = object_.world_from_object_before,
                      &to = object_.world_from_object_after;
     double part_m = 0, apart_m = 0;
-    for (const HullAt* frame : {&before_, &after_})
+    for (const HullSnapshot* frame : {&before_, &after_})
       for (int corner = 0; corner < 8; ++corner) {
         const Vector3d p = frame->part.box_world_m.corner(Eigen::AlignedBox3d::CornerType(corner));
-        part_m = std::max(part_m, (p - frame->part.middle_world_m).norm());
+        part_m = std::max(part_m, (p - frame->part.centroid_world_m).norm());
       }
     for (const Isometry3d* pose : {&from, &to})
-      for (const HullAt* frame : {&before_, &after_})
-        apart_m = std::max(apart_m, (pose->translation() - frame->part.middle_world_m).norm());
-    const Vector3d moved = after_.part.middle_world_m - before_.part.middle_world_m,
+      for (const HullSnapshot* frame : {&before_, &after_})
+        apart_m = std::max(apart_m, (pose->translation() - frame->part.centroid_world_m).norm());
+    const Vector3d moved = after_.part.centroid_world_m - before_.part.centroid_world_m,
                    object_moved = to.translation() - from.translation();
     const double object_turned_rad =
         Eigen::AngleAxisd(from.linear().transpose() * to.linear()).angle();
-    return (moved - object_moved).norm() + options_.turned_world_rad.norm() * part_m +
+    return (moved - object_moved).norm() + options_.rotation_world_rad.norm() * part_m +
            object_turned_rad * (apart_m + part_m);
   }
 
   std::optional<CollisionPoint> at(double t) const {
-    const HullAt& frame = t <= 0.5 ? before_ : after_;
+    const HullSnapshot& frame = t <= 0.5 ? before_ : after_;
     const Isometry3d motion = moved(frame, t);
     const Isometry3d object_pose =
         between(object_.world_from_object_before, object_.world_from_object_after, t);
     const DetectionObject object{object_.tree, motion.inverse() * object_pose,
-                                 frame.part.middle_world_m};
+                                 frame.part.centroid_world_m};
     const DetectionOptions options{
-        .eps_m = options_.step_m, .spacing_m = options_.step_m, .max_points = kMostPoints};
+        .eps_m = options_.step_m, .spacing_m = options_.step_m, .max_points = kMaxPoints};
     const ObjectCollision found = detect(*frame.query, {&object, 1}, options)[0];
     for (const CollisionPoint& p : found.points)
       if (frame.part.box_world_m.contains(p.p_world_m))
@@ -82,45 +82,45 @@ class Meeting {
   }
 
  private:
-  static constexpr std::size_t kMostPoints =
+  static constexpr std::size_t kMaxPoints =
       1 << 16;  // of all parts of the hull, of which one is asked about
-  const HullAt &before_, &after_;
+  const HullSnapshot &before_, &after_;
   const MovingObject& object_;
   const FirstContactOptions& options_;
 };
 
-void check(const HullAt& before, const HullAt& after, const MovingObject& object,
+void check(const HullSnapshot& before, const HullSnapshot& after, const MovingObject& object,
            const FirstContactOptions& options) {
   if (!(after.time_s > before.time_s && std::isfinite(before.time_s) &&
         std::isfinite(after.time_s)))
     throw std::invalid_argument("first contact between frames that do not follow each other");
-  if (!(options.step_m >= kLeastEps_m && std::isfinite(options.step_m)) || options.most_steps < 1)
+  if (!(options.step_m >= kMinEps_m && std::isfinite(options.step_m)) || options.max_steps < 1)
     throw std::invalid_argument("steps of the first contact are less than a micrometre, or none");
-  if (!options.turned_world_rad.allFinite() ||
+  if (!options.rotation_world_rad.allFinite() ||
       !object.world_from_object_before.matrix().allFinite() ||
       !object.world_from_object_after.matrix().allFinite() ||
-      !before.part.middle_world_m.allFinite() || !after.part.middle_world_m.allFinite() ||
+      !before.part.centroid_world_m.allFinite() || !after.part.centroid_world_m.allFinite() ||
       before.part.box_world_m.isEmpty() || after.part.box_world_m.isEmpty())
     throw std::invalid_argument("motion of the first contact is not finite");
 }
 
 }  // namespace
 
-std::optional<FirstContact> first_contact(const HullAt& before, const HullAt& after,
+std::optional<FirstContact> first_contact(const HullSnapshot& before, const HullSnapshot& after,
                                           const MovingObject& object,
                                           const FirstContactOptions& options) {
   check(before, after, object, options);
-  const Meeting meeting(before, after, object, options);
-  if (const auto at_once = meeting.at(0))
+  const ContactSearch contact_search(before, after, object, options);
+  if (const auto at_once = contact_search.at(0))
     return FirstContact{before.time_s, 0, at_once->p_world_m, at_once->triangle, false};
-  const double needed = std::max(1.0, std::ceil(meeting.way_m() / options.step_m));
-  const int steps = int(std::min(needed, double(options.most_steps)));
+  const double needed = std::max(1.0, std::ceil(contact_search.way_m() / options.step_m));
+  const int steps = int(std::min(needed, double(options.max_steps)));
   for (int step = 1; step <= steps; ++step) {
     double yes = double(step) / steps, no = double(step - 1) / steps;
-    std::optional<CollisionPoint> found = meeting.at(yes);
+    std::optional<CollisionPoint> found = contact_search.at(yes);
     if (!found) continue;
     for (int i = 0; i < kBisections; ++i)
-      if (const double middle = 0.5 * (no + yes); const auto sooner = meeting.at(middle))
+      if (const double middle = 0.5 * (no + yes); const auto sooner = contact_search.at(middle))
         yes = middle, found = sooner;
       else
         no = middle;

@@ -17,22 +17,22 @@
 
 namespace fivepipe::collision {
 
-struct HullAt {  // one frame
+struct HullSnapshot {  // one frame
   const hull::HullQuery* query;
   double time_s;
-  HullPart part;
+  HullComponent part;
 };
 
 struct MovingObject {
-  const MeshTree* tree;
+  const Bvh* tree;
   Eigen::Isometry3d world_from_object_before, world_from_object_after;
 };
 
 struct FirstContactOptions {
   double step_m = 0.0015;  // about a pixel's footprint
-  Eigen::Vector3d turned_world_rad =
+  Eigen::Vector3d rotation_world_rad =
       Eigen::Vector3d::Zero();  // of the part, from the frame before to the one after
-  int most_steps = 512;         // beyond, steps are longer, and the result says so
+  int max_steps = 512;         // beyond, steps are longer, and the result says so
 };
 
 struct FirstContact {
@@ -46,7 +46,7 @@ struct FirstContact {
 
 // Nothing where they don't meet in [before.time_s, after.time_s]. Throws std::invalid_argument
 // where the times do not follow each other, a number is not finite, or the step is not positive.
-std::optional<FirstContact> first_contact(const HullAt& before, const HullAt& after,
+std::optional<FirstContact> first_contact(const HullSnapshot& before, const HullSnapshot& after,
                                           const MovingObject& object,
                                           const FirstContactOptions& options = {});
 

@@ -54,7 +54,7 @@ struct Node {  // cells [at, at + 2^level)
 
 class CellSearch {
  public:
-  CellSearch(const hull::HullQuery& query, const HullPartsOptions& options, CellGrid& grid)
+  CellSearch(const hull::HullQuery& query, const HullComponentsOptions& options, CellGrid& grid)
       : query_(query), options_(options), grid_(grid) {
     Eigen::Isometry3d world_from_box = Eigen::Isometry3d::Identity();
     world_from_box.translation() = options.within_world_m.center();
@@ -86,10 +86,10 @@ class CellSearch {
   }
 
  private:
-  // Eighths of all nodes: those in the hull into the grid, mixed ones to `next`.
+  // Octants of all nodes: those in the hull into the grid, mixed ones to `next`.
   void split(const std::vector<Node>& nodes, std::vector<Node>& next) {
     next.clear();
-    std::array<Node, MeshTree::kFan> batch;
+    std::array<Node, Bvh::kArity> batch;
     int count = 0;
     for (const Node& node : nodes)
       for (int part = 0; part < 8; ++part) {
@@ -98,27 +98,27 @@ class CellSearch {
                          node.level - 1};
         if ((child.at.array() >= grid_.size().array()).any()) continue;
         batch[std::size_t(count++)] = child;
-        if (count == MeshTree::kFan) look(batch, count, next), count = 0;
+        if (count == Bvh::kArity) look(batch, count, next), count = 0;
       }
     look(batch, count, next);
   }
 
-  void look(const std::array<Node, MeshTree::kFan>& batch, int count, std::vector<Node>& next) {
-    MeshTree::Boxes boxes;
+  void look(const std::array<Node, Bvh::kArity>& batch, int count, std::vector<Node>& next) {
+    Bvh::Boxes boxes;
     const Vector3d middle = options_.within_world_m.center();
-    for (std::size_t i = 0; i < MeshTree::kFan; ++i)
+    for (std::size_t i = 0; i < Bvh::kArity; ++i)
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        boxes.half_m[axis][i] = -1, boxes.middle_m[axis][i] = 0;
+        boxes.half_m[axis][i] = -1, boxes.center_m[axis][i] = 0;
         if (int(i) >= count) continue;
         const double size_m = options_.cell_m * (1 << batch[i].level);
         const double first_m =
             options_.within_world_m.min()[Eigen::Index(axis)] - middle[Eigen::Index(axis)];
-        const double middle_m =
+        const double center_m =
             first_m + options_.cell_m * batch[i].at[Eigen::Index(axis)] + 0.5 * size_m;
-        boxes.middle_m[axis][i] = float(middle_m);
-        boxes.half_m[axis][i] = float(0.5 * size_m + kSlack * (size_m + std::abs(middle_m)));
+        boxes.center_m[axis][i] = float(center_m);
+        boxes.half_m[axis][i] = float(0.5 * size_m + kSlack * (size_m + std::abs(center_m)));
       }
-    const ContactBits bits = look_at_boxes(maps_, boxes);
+    const ContactBits bits = classify_boxes(maps_, boxes);
     for (int i = 0; i < count; ++i) {
       const Node& node = batch[std::size_t(i)];
       if (bits.free >> i & 1) continue;
@@ -135,7 +135,7 @@ class CellSearch {
   static constexpr double kSlack =
       0x1p-22;  // above the rounding of a cell's middle and half size to float
   const hull::HullQuery& query_;
-  const HullPartsOptions& options_;
+  const HullComponentsOptions& options_;
   CellGrid& grid_;
   std::vector<ObjectMap> maps_;
   bool all_mapped_ = true;
@@ -225,7 +225,7 @@ void add_run(const Run& run, const Vector3d& origin, Moments& m) {
 // Some camera sees the box at the border of its image, or not whole.
 bool at_an_image_border(const hull::HullQuery& query, const Eigen::AlignedBox3d& box_world_m) {
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
-    const hull::PixelRect image = hull::image_of(camera.camera), &object = camera.reach.bounds();
+    const hull::PixelRect image = hull::image_of(camera.camera), &object = camera.skip_map.bounds();
     if (object.u0_px > image.u0_px && object.v0_px > image.v0_px && object.u1_px < image.u1_px &&
         object.v1_px < image.v1_px)
       continue;
@@ -241,7 +241,7 @@ bool at_an_image_border(const hull::HullQuery& query, const Eigen::AlignedBox3d&
   return false;
 }
 
-Vector3i checked_size(const hull::HullQuery& query, const HullPartsOptions& options) {
+Vector3i checked_size(const hull::HullQuery& query, const HullComponentsOptions& options) {
   const Eigen::AlignedBox3d& box = options.within_world_m;
   if (query.hull().rule().limits != hull::Limits::all)
     throw std::invalid_argument(
@@ -251,7 +251,7 @@ Vector3i checked_size(const hull::HullQuery& query, const HullPartsOptions& opti
   if (!(box.min().allFinite() && box.max().allFinite() && (box.sizes().array() > 0).all()))
     throw std::invalid_argument("box of the hull's parts is empty or not finite");
   const Vector3d cells = (box.sizes() / options.cell_m).array().ceil();
-  if (!(cells.prod() <= double(kMostPartCells)))
+  if (!(cells.prod() <= double(kMaxComponentCells)))
     throw std::invalid_argument(
         "too many cells in the box of the hull's parts: larger cells, or a smaller box");
   return cells.cast<int>();
@@ -259,7 +259,7 @@ Vector3i checked_size(const hull::HullQuery& query, const HullPartsOptions& opti
 
 }  // namespace
 
-std::vector<HullPart> hull_parts(const hull::HullQuery& query, const HullPartsOptions& options) {
+std::vector<HullComponent> hull_components(const hull::HullQuery& query, const HullComponentsOptions& options) {
   const Vector3i size = checked_size(query, options);
   if (query.hull().empty()) return {};
   CellGrid grid(size);
@@ -269,28 +269,28 @@ std::vector<HullPart> hull_parts(const hull::HullQuery& query, const HullPartsOp
   const std::vector<std::size_t> part_of = joined(grid, runs, first_of_row);
 
   std::vector<Moments> moments(runs.size());
-  std::vector<HullPart> parts(runs.size());
+  std::vector<HullComponent> parts(runs.size());
   const Vector3d origin = 0.5 * size.cast<double>();
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const Run& r = runs[i];
     add_run(r, origin, moments[part_of[i]]);
-    HullPart& part = parts[part_of[i]];
+    HullComponent& part = parts[part_of[i]];
     for (const Vector3d& corner : {Vector3d(r.x0, r.y, r.z), Vector3d(r.x1, r.y + 1, r.z + 1)})
       part.box_world_m.extend(options.within_world_m.min() + options.cell_m * corner);
     part.cut |= r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() || r.z == 0 ||
                 r.z + 1 == size.z();
   }
-  std::vector<HullPart> found;
+  std::vector<HullComponent> found;
   std::vector<std::size_t> number(runs.size(), runs.size());  // in found, of a part's first run
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const Moments& m = moments[i];
-    if (!(m.count >= double(std::max<std::size_t>(options.least_cells, 1)))) continue;
+    if (!(m.count >= double(std::max<std::size_t>(options.min_cells, 1)))) continue;
     number[i] = found.size();
-    HullPart& part = parts[i];
+    HullComponent& part = parts[i];
     const Vector3d mean = m.sum / m.count;
     part.cells = std::size_t(m.count);
     part.volume_m3 = m.count * std::pow(options.cell_m, 3);
-    part.middle_world_m = options.within_world_m.min() + options.cell_m * (mean + origin);
+    part.centroid_world_m = options.within_world_m.min() + options.cell_m * (mean + origin);
     part.covariance_world_m2 =
         options.cell_m * options.cell_m *
         (m.products / m.count - mean * mean.transpose() + Eigen::Matrix3d::Identity() / 12);
@@ -306,11 +306,11 @@ std::vector<HullPart> hull_parts(const hull::HullQuery& query, const HullPartsOp
       points_world_m[number[part_of[i]]].push_back(options.within_world_m.min() +
                                                    options.cell_m * first_cell);
     }
-    auto outlines = part_outlines(query, points_world_m);
+    auto outlines = component_outlines(query, points_world_m);
     for (std::size_t i = 0; i < found.size(); ++i) found[i].outlines = std::move(outlines[i]);
   }
   std::stable_sort(found.begin(), found.end(),
-                   [](const HullPart& a, const HullPart& b) { return a.cells > b.cells; });
+                   [](const HullComponent& a, const HullComponent& b) { return a.cells > b.cells; });
   return found;
 }
 

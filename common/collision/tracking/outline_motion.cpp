@@ -17,33 +17,33 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 // Planes through two cameras that are nearer to each other than this part of the thing's distance,
 // or a ray nearer to the line through both than this [sine], hang on the calibration's last digits.
-constexpr double kLeastSine = 0.15;
+constexpr double kMinSine = 0.15;
 // Points that both cameras touch lie this near to the middle [sizes]; else the rays' meeting is no
 // touch.
 constexpr double kFarthest = 3;
-// Unknowns are six; fewer touches than this are one camera, or two at two times.
-constexpr int kLeastTouches = 24;
+// Unknowns are six; fewer tangencies than this are one camera, or two at two times.
+constexpr int kMinTangencies = 24;
 // Which points touch changes from step to step: after the first few, half steps, lest they go to
 // and fro.
-constexpr int kMostSteps = 12, kFullSteps = 4;
+constexpr int kMaxSteps = 12, kFullSteps = 4;
 // A step that turns less over the window [rad], and moves less [sizes], ends the search: a tenth of
 // a pixel at 10 cm.
-constexpr double kStill_rad = 2e-3;
+constexpr double kConvergence_rad = 2e-3;
 // To try whether the shape determines an axis it is turned by so much [rad], which moves what lies
-// kLeastLever off by more than a pixel.
-constexpr double kTried_rad = 0.2;
+// kMinLeverArm off by more than a pixel.
+constexpr double kTrialRotation_rad = 0.2;
 // It does, if the planes come apart as if they touched at least so far off the axis [sizes].
 // Measured with noise: round a pipe at most 0.07, round a hand at least 0.27.
-constexpr double kLeastLever = 0.15;
+constexpr double kMinLeverArm = 0.15;
 // Axes that were judged by a motion farther off than this over the window [rad; sizes] are judged
 // anew.
-constexpr double kFarOff_rad = 0.1;
-constexpr int kMostJudged = 3;
+constexpr double kMaxAxisDrift_rad = 0.1;
+constexpr int kMaxAxisUpdates = 3;
 // Pairs of outlines that a step looks at, and one on the way there: with them a fit takes the same
 // time for any window and number of cameras. Where there are more, times are left out evenly, while
-// each keeps kLeastOfCameras pairs of cameras: with half of 64 at ten times instead of all, a
+// each keeps kMinCameraPairs pairs of cameras: with half of 64 at ten times instead of all, a
 // hand's rotation was off by 4.2 % instead of 1.9.
-constexpr std::size_t kMostPairs = 1024, kPairsTried = 256, kLeastOfCameras = 64;
+constexpr std::size_t kMaxPairs = 1024, kMaxTrialPairs = 256, kMinCameraPairs = 64;
 
 Matrix3d rotation(const Vector3d& turn_rad) {
   const double angle = turn_rad.norm();
@@ -55,12 +55,12 @@ struct Frame {  // columns
   Vector3d across, up, axis;
 };
 
-// Where a plane about the axis touches an outline: the ray there, as (across, up, axis), across
+// Where a plane about the axis is tangent to an outline: the ray there, as (across, up, axis), across
 // = 1.
-using Touch = Vector3d;
+using EpipolarTangency = Vector3d;
 
 // The outermost two; none where a ray comes too near to the axis.
-std::optional<std::array<Touch, 2>> touches(const PartOutline& outline, const Frame& frame) {
+std::optional<std::array<EpipolarTangency, 2>> epipolar_tangencies(const ComponentOutline& outline, const Frame& frame) {
   double least = std::numeric_limits<double>::infinity(), most = -least;
   const Vector3d *at_least = nullptr, *at_most = nullptr;
   for (const Vector3d& ray : outline.corners_world) {
@@ -71,11 +71,11 @@ std::optional<std::array<Touch, 2>> touches(const PartOutline& outline, const Fr
     if (slope > most) most = slope, at_most = &ray;
   }
   if (!at_least || !at_most) return std::nullopt;
-  const std::array<Touch, 2> ends{
-      Touch(1, least, at_least->dot(frame.axis) / at_least->dot(frame.across)),
-      Touch(1, most, at_most->dot(frame.axis) / at_most->dot(frame.across))};
-  for (const Touch& t : ends)
-    if (!(t.head<2>().squaredNorm() > kLeastSine * kLeastSine * t.squaredNorm()))
+  const std::array<EpipolarTangency, 2> ends{
+      EpipolarTangency(1, least, at_least->dot(frame.axis) / at_least->dot(frame.across)),
+      EpipolarTangency(1, most, at_most->dot(frame.axis) / at_most->dot(frame.across))};
+  for (const EpipolarTangency& t : ends)
+    if (!(t.head<2>().squaredNorm() > kMinSine * kMinSine * t.squaredNorm()))
       return std::nullopt;
   return ends;
 }
@@ -94,7 +94,7 @@ struct Equations {
   Vector3d velocity_with(const Vector3d& turn_rad_s) const {
     return by_velocity().ldlt().solve(-matrix.topRightCorner<3, 3>() * turn_rad_s);
   }
-  // Squared levers of the touches about axes through the middle, free to move.
+  // Squared levers of the tangencies about axes through the middle, free to move.
   Matrix3d levers_m2() const {
     const Matrix3d mixed = matrix.topRightCorner<3, 3>();
     return (matrix.bottomRightCorner<3, 3>() -
@@ -105,28 +105,28 @@ struct Equations {
 
 class Fit {
  public:
-  Fit(const std::deque<OutlinesAt>& frames, double size_m) : frames_(frames), size_m_(size_m) {
-    for (const OutlinesAt& f : frames)
-      middle_s_ += f.time_s / double(frames.size()),
-          middle_world_m_ += f.middle_world_m / double(frames.size());
-    for (const OutlinesAt& f : frames) most_cameras_ = std::max(most_cameras_, f.outlines.size());
+  Fit(const std::deque<OutlineSnapshot>& frames, double size_m) : frames_(frames), size_m_(size_m) {
+    for (const OutlineSnapshot& f : frames)
+      center_s_ += f.time_s / double(frames.size()),
+          center_world_m_ += f.centroid_world_m / double(frames.size());
+    for (const OutlineSnapshot& f : frames) max_cameras_ = std::max(max_cameras_, f.outlines.size());
   }
   double size_m() const { return size_m_; }
   double window_s() const { return frames_.back().time_s - frames_.front().time_s; }
 
   // more_rad_s: turned by that as well, about an axis that goes along with the thing.
-  Equations equations(const EvenMotion& motion, std::size_t most_pairs,
+  Equations equations(const UniformMotion& motion, std::size_t max_pairs,
                       const Vector3d& more_rad_s = Vector3d::Zero()) const {
     Equations e;
     const std::size_t apart = frames_.size() / 2, count = frames_.size() - apart,
-                      cameras2 = most_cameras_ * most_cameras_;
+                      cameras2 = max_cameras_ * max_cameras_;
     const std::size_t times =
-        std::min(count, most_pairs / std::clamp<std::size_t>(cameras2, 1, kLeastOfCameras));
+        std::min(count, max_pairs / std::clamp<std::size_t>(cameras2, 1, kMinCameraPairs));
     const std::size_t every =
-        std::max<std::size_t>(1, (times * cameras2 + most_pairs - 1) / most_pairs);
+        std::max<std::size_t>(1, (times * cameras2 + max_pairs - 1) / max_pairs);
     for (std::size_t k = 0; k < times; ++k) {
       const std::size_t i = (2 * k + 1) * count / (2 * times);
-      add_times(frames_[i], frames_[i + apart], {every, k, most_cameras_}, motion, more_rad_s, e);
+      add_times(frames_[i], frames_[i + apart], {every, k, max_cameras_}, motion, more_rad_s, e);
     }
     return e;
   }
@@ -139,36 +139,36 @@ class Fit {
     }
   };
 
-  void add_times(const OutlinesAt& before, const OutlinesAt& after, const Chosen& chosen,
-                 const EvenMotion& motion, const Vector3d& more_rad_s, Equations& e) const {
-    const double seconds = after.time_s - before.time_s, before_s = before.time_s - middle_s_,
-                 after_s = after.time_s - middle_s_;
+  void add_times(const OutlineSnapshot& before, const OutlineSnapshot& after, const Chosen& chosen,
+                 const UniformMotion& motion, const Vector3d& more_rad_s, Equations& e) const {
+    const double seconds = after.time_s - before.time_s, before_s = before.time_s - center_s_,
+                 after_s = after.time_s - center_s_;
     const Matrix3d turned =
         rotation(after_s * motion.angular_velocity_world_rad_s);  // since the window's middle
     const Matrix3d turn = rotation(seconds * turned * more_rad_s) *
                           rotation(seconds * motion.angular_velocity_world_rad_s);
-    const Vector3d from = middle_world_m_ + before_s * motion.velocity_world_m_s,
-                   to = middle_world_m_ + after_s * motion.velocity_world_m_s;
+    const Vector3d from = center_world_m_ + before_s * motion.velocity_world_m_s,
+                   to = center_world_m_ + after_s * motion.velocity_world_m_s;
     for (std::size_t of_before = 0; of_before < before.outlines.size(); ++of_before)
       for (std::size_t of_after = 0; of_after < after.outlines.size(); ++of_after) {
         if (!chosen.has(of_before, of_after)) continue;
-        const PartOutline &a = before.outlines[of_before], &b = after.outlines[of_after];
+        const ComponentOutline &a = before.outlines[of_before], &b = after.outlines[of_after];
         const Vector3d eye = turn * (a.eye_world_m - from) + to, between = b.eye_world_m - eye,
                        sight = to - eye;
         const double apart_m = between.norm();
-        if (!(apart_m > kLeastSine * sight.norm())) continue;
+        if (!(apart_m > kMinSine * sight.norm())) continue;
         Frame frame{Vector3d::Zero(), Vector3d::Zero(), between / apart_m};
         const Vector3d off = sight - sight.dot(frame.axis) * frame.axis;
         const double off_m = off.norm();
         if (!(off_m > size_m_)) continue;
         frame.across = off / off_m, frame.up = frame.axis.cross(frame.across);
-        const auto of_b = touches(b, frame);
+        const auto of_b = epipolar_tangencies(b, frame);
         if (!of_b) continue;
-        const auto of_a = touches(a, {turn.transpose() * frame.across, turn.transpose() * frame.up,
+        const auto of_a = epipolar_tangencies(a, {turn.transpose() * frame.across, turn.transpose() * frame.up,
                                       turn.transpose() * frame.axis});
         if (!of_a) continue;
         for (std::size_t k = 0; k < 2; ++k) {
-          const Touch &ray = (*of_a)[k], &other = (*of_b)[k];
+          const EpipolarTangency &ray = (*of_a)[k], &other = (*of_b)[k];
           const double across_m =
               apart_m / (ray.z() - other.z());  // where the two rays meet, seen along the planes
           if (!(std::abs(across_m - off_m) < kFarthest * size_m_)) continue;
@@ -189,47 +189,47 @@ class Fit {
       }
   }
 
-  const std::deque<OutlinesAt>& frames_;
+  const std::deque<OutlineSnapshot>& frames_;
   double size_m_;
-  std::size_t most_cameras_ = 0;
-  double middle_s_ = 0;
-  Vector3d middle_world_m_ = Vector3d::Zero();
+  std::size_t max_cameras_ = 0;
+  double center_s_ = 0;
+  Vector3d center_world_m_ = Vector3d::Zero();
 };
 
 // With the velocity that fits best; turns as before.
-std::optional<EvenMotion> with_fitted_velocity(const Fit& fit, EvenMotion motion) {
-  for (int step = 0; step < kMostSteps; ++step) {
-    const Equations e = fit.equations(motion, kPairsTried);
-    if (e.count < kLeastTouches) return std::nullopt;
+std::optional<UniformMotion> fit_velocity(const Fit& fit, UniformMotion motion) {
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const Equations e = fit.equations(motion, kMaxTrialPairs);
+    if (e.count < kMinTangencies) return std::nullopt;
     const Vector3d faster =
         (step < kFullSteps ? 1 : 0.5) * e.by_velocity().ldlt().solve(e.right.head<3>());
     if (!faster.allFinite()) return std::nullopt;
     motion.velocity_world_m_s += faster;
-    if (faster.norm() * fit.window_s() < kStill_rad * fit.size_m()) break;
+    if (faster.norm() * fit.window_s() < kConvergence_rad * fit.size_m()) break;
   }
   return motion;
 }
 
 // By which the planes come apart, if the shape determines an axis.
-double least_apart_m(const Fit& fit) { return kLeastLever * fit.size_m() * kTried_rad; }
+double min_apart_m(const Fit& fit) { return kMinLeverArm * fit.size_m() * kTrialRotation_rad; }
 
 // The axes of turns that the shape determines, as columns; the others are zero. The motion's
 // velocity fits: planes that are apart as it is come farther apart by any turn, of a ball, too.
-std::optional<Matrix3d> determined_axes(const Fit& fit, const EvenMotion& motion) {
-  const Equations e = fit.equations(motion, kPairsTried);
-  if (e.count < kLeastTouches) return std::nullopt;
+std::optional<Matrix3d> determined_axes(const Fit& fit, const UniformMotion& motion) {
+  const Equations e = fit.equations(motion, kMaxTrialPairs);
+  if (e.count < kMinTangencies) return std::nullopt;
   Matrix3d axes = Eigen::SelfAdjointEigenSolver<Matrix3d>(e.levers_m2()).eigenvectors();
   int determined = 0;
   for (int k = 0; k < 3; ++k) {
     double apart_m2 = 0;
     for (const double sign : {-1.0, 1.0}) {
-      const Vector3d more = sign * kTried_rad / std::sqrt(e.seconds2 / e.count) * axes.col(k);
-      const EvenMotion tried{motion.velocity_world_m_s + e.velocity_with(more),
+      const Vector3d more = sign * kTrialRotation_rad / std::sqrt(e.seconds2 / e.count) * axes.col(k);
+      const UniformMotion tried{motion.velocity_world_m_s + e.velocity_with(more),
                              motion.angular_velocity_world_rad_s};
       apart_m2 +=
-          0.5 * (fit.equations(tried, kPairsTried, more).mean_square_m2() - e.mean_square_m2());
+          0.5 * (fit.equations(tried, kMaxTrialPairs, more).mean_square_m2() - e.mean_square_m2());
     }
-    if (apart_m2 > least_apart_m(fit) * least_apart_m(fit))
+    if (apart_m2 > min_apart_m(fit) * min_apart_m(fit))
       ++determined;
     else
       axes.col(k).setZero();
@@ -239,14 +239,14 @@ std::optional<Matrix3d> determined_axes(const Fit& fit, const EvenMotion& motion
 }
 
 // The motion about these axes that fits best, from a guess.
-std::optional<OutlineMotion> fitted(const Fit& fit, const EvenMotion& guess, const Matrix3d& axes,
-                                    std::size_t most_pairs) {
+std::optional<OutlineMotion> fitted(const Fit& fit, const UniformMotion& guess, const Matrix3d& axes,
+                                    std::size_t max_pairs) {
   const Matrix3d kept = axes * axes.transpose(), held = Matrix3d::Identity() - kept;
   OutlineMotion found{guess, int(std::lround(kept.trace()))};
   bool still = false;
-  for (int step = 0; step <= kMostSteps; ++step) {
-    const Equations e = fit.equations(found.motion, most_pairs);
-    if (e.count < kLeastTouches) return std::nullopt;
+  for (int step = 0; step <= kMaxSteps; ++step) {
+    const Equations e = fit.equations(found.motion, max_pairs);
+    if (e.count < kMinTangencies) return std::nullopt;
     found.residual_m = std::sqrt(e.mean_square_m2());
     if (still) return found;
     const Vector3d alone = e.by_velocity().ldlt().solve(e.right.head<3>());
@@ -262,40 +262,40 @@ std::optional<OutlineMotion> fitted(const Fit& fit, const EvenMotion& guess, con
     if (!turn.allFinite() || !faster.allFinite()) return std::nullopt;
     found.motion.velocity_world_m_s += faster;
     found.motion.angular_velocity_world_rad_s += turn;
-    still = turn.norm() * fit.window_s() < kStill_rad &&
-            faster.norm() * fit.window_s() < kStill_rad * fit.size_m();
+    still = turn.norm() * fit.window_s() < kConvergence_rad &&
+            faster.norm() * fit.window_s() < kConvergence_rad * fit.size_m();
   }
   return std::nullopt;
 }
 
-bool far_apart(const Fit& fit, const EvenMotion& a, const EvenMotion& b) {
+bool far_apart(const Fit& fit, const UniformMotion& a, const UniformMotion& b) {
   const double turned_rad =
       (a.angular_velocity_world_rad_s - b.angular_velocity_world_rad_s).norm() * fit.window_s();
-  return !(turned_rad < kFarOff_rad &&
+  return !(turned_rad < kMaxAxisDrift_rad &&
            (a.velocity_world_m_s - b.velocity_world_m_s).norm() * fit.window_s() <
-               kFarOff_rad * fit.size_m());
+               kMaxAxisDrift_rad * fit.size_m());
 }
 
 }  // namespace
 
-std::optional<OutlineMotion> outline_motion(const std::deque<OutlinesAt>& frames,
-                                            const EvenMotion& guess, double size_m) {
+std::optional<OutlineMotion> outline_motion(const std::deque<OutlineSnapshot>& frames,
+                                            const UniformMotion& guess, double size_m) {
   if (frames.size() < 2 || !(size_m > 0)) return std::nullopt;
   const Fit fit(frames, size_m);
-  EvenMotion from = guess;
-  for (int judged = 0; judged < kMostJudged; ++judged) {
-    const auto at = with_fitted_velocity(fit, from);
+  UniformMotion from = guess;
+  for (int judged = 0; judged < kMaxAxisUpdates; ++judged) {
+    const auto at = fit_velocity(fit, from);
     const auto axes = at ? determined_axes(fit, *at) : std::nullopt;
-    const auto about = axes ? fitted(fit, *at, *axes, kPairsTried) : std::nullopt;
+    const auto about = axes ? fitted(fit, *at, *axes, kMaxTrialPairs) : std::nullopt;
     if (!about) return std::nullopt;
     from = about->motion;
     if (far_apart(fit, from, *at)) continue;
-    const auto found = fitted(fit, from, *axes, kMostPairs);
+    const auto found = fitted(fit, from, *axes, kMaxPairs);
     // Planes that stay apart by as much as axes are judged by: it moved unevenly, and what it
     // turned by is not known.
     const bool uneven =
-        found && found->determined_axes > 0 && !(found->residual_m < least_apart_m(fit));
-    return uneven ? fitted(fit, from, Matrix3d::Zero(), kMostPairs) : found;
+        found && found->determined_axes > 0 && !(found->residual_m < min_apart_m(fit));
+    return uneven ? fitted(fit, from, Matrix3d::Zero(), kMaxPairs) : found;
   }
   return std::nullopt;
 }

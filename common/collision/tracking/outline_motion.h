@@ -24,20 +24,20 @@
 
 namespace fivepipe::collision {
 
-struct OutlinesAt {
+struct OutlineSnapshot {
   double time_s;
-  Eigen::Vector3d middle_world_m;  // of the thing, about
-  std::vector<PartOutline> outlines;
+  Eigen::Vector3d centroid_world_m;  // of the thing, about
+  std::vector<ComponentOutline> outlines;
 };
 
 // Of the middle, straight and even; about it, even.
-struct EvenMotion {
+struct UniformMotion {
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_world_rad_s = Eigen::Vector3d::Zero();
 };
 
 struct OutlineMotion {
-  EvenMotion motion;
+  UniformMotion motion;
   int determined_axes = 0;  // of rotation: 0, 2 or 3; about the others none is reported. 0, too,
                             // where it turned or moved too unevenly to tell
   double residual_m = 0;    // by which the planes come apart with this motion, root mean square: a
@@ -47,7 +47,7 @@ struct OutlineMotion {
 // The motion that fits best, from a first guess; times ascend. size_m: the thing's, root mean
 // square from its middle. Nothing where cameras or times are too few, or no motion is found near
 // the guess.
-std::optional<OutlineMotion> outline_motion(const std::deque<OutlinesAt>& frames,
-                                            const EvenMotion& guess, double size_m);
+std::optional<OutlineMotion> outline_motion(const std::deque<OutlineSnapshot>& frames,
+                                            const UniformMotion& guess, double size_m);
 
 }  // namespace fivepipe::collision

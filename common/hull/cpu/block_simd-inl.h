@@ -1,10 +1,10 @@
 // Vectors of images of a block's rays in one map: where they are, which way they move, what lies
 // ahead. Compiled once per instruction set by those who include it.
-#if defined(FIVEPIPE_BLOCK_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef FIVEPIPE_BLOCK_LANES_INL_H
-#undef FIVEPIPE_BLOCK_LANES_INL_H
+#if defined(FIVEPIPE_BLOCK_SIMD_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef FIVEPIPE_BLOCK_SIMD_INL_H
+#undef FIVEPIPE_BLOCK_SIMD_INL_H
 #else
-#define FIVEPIPE_BLOCK_LANES_INL_H
+#define FIVEPIPE_BLOCK_SIMD_INL_H
 #endif
 
 #include <hwy/highway.h>
@@ -95,20 +95,20 @@ struct Way {
       return b;
   }
   HWY_INLINE VF forward(VF rate) const { return choose(hn::Neg(rate), rate); }
-  // How far a position is from the end of the box ahead [px]; x: from the pixel's centre, reach: of
+  // How far a position is from the end of the box ahead [px]; x: from the pixel's centre, extent: of
   // the box, from there.
-  HWY_INLINE VF left(VF x, VF reach) const { return hn::Sub(reach, choose(hn::Neg(x), x)); }
+  HWY_INLINE VF left(VF x, VF extent) const { return hn::Sub(extent, choose(hn::Neg(x), x)); }
 };
 
-// BoxReach::at for the pixels (fu, fv), counted from the origin, of the box ahead; outside of what
+// SkipMap::at for the pixels (fu, fv), counted from the origin, of the box ahead; outside of what
 // is in store, of the nearest pixel that is: the way ahead is as empty from there, if not more.
 template <bool kBothWays>
-HWY_INLINE VF reach_at(const BlockCamera& c, VF& fu, VF& fv, const Way<kBothWays>& way_u,
+HWY_INLINE VF extent_at(const BlockCamera& c, VF& fu, VF& fv, const Way<kBothWays>& way_u,
                        const Way<kBothWays>& way_v) {
   const DF d;
   const DI di;
-  fu = hn::Min(hn::Max(fu, hn::Set(d, c.least_u)), hn::Set(d, c.most_u)),
-  fv = hn::Min(hn::Max(fv, hn::Set(d, c.least_v)), hn::Set(d, c.most_v));
+  fu = hn::Min(hn::Max(fu, hn::Set(d, c.min_u)), hn::Set(d, c.max_u)),
+  fv = hn::Min(hn::Max(fv, hn::Set(d, c.min_v)), hn::Set(d, c.max_v));
   auto place =
       hn::ConvertTo(di, hn::MulAdd(fv, hn::Set(d, c.step_v), hn::Mul(fu, hn::Set(d, c.step_u))));
   if constexpr (kBothWays) {

@@ -19,12 +19,12 @@ constexpr double kBlockSlack = 1e-9;
 constexpr int kPiece_px = 4 * kBlock_px;
 
 // Smallest object first, it clears most; the rest only so that the given order never shows.
-bool asked_before(const CpuHull::MapCamera& a, const CpuHull::MapCamera& b,
+bool smaller_first(const CpuHull::MapCamera& a, const CpuHull::MapCamera& b,
                   std::span<const Silhouette> silhouettes) {
   const auto key = [](const CpuHull::MapCamera& c) {
     const auto& m = c.camera.camera_from_world.matrix();
     const geometry::Pinhole& k = c.camera.pinhole;
-    std::array<double, 21> numbers{double(c.reach.bounds().area_px()), k.fx_px, k.fy_px, k.cx_px,
+    std::array<double, 21> numbers{double(c.skip_map.bounds().area_px()), k.fx_px, k.fy_px, k.cx_px,
                                    k.cy_px};
     std::copy(m.data(), m.data() + 16, numbers.begin() + 5);
     return numbers;
@@ -52,7 +52,7 @@ void clip(RayRange& range, double offset, double slope) {
 // Which boxes lie ahead of the images of the rays through a rect. Which way an image moves, d/dt of
 // U / W times W^2, is linear over the rays: the corners tell. Where they differ, or nearly stand
 // still, both ways.
-std::vector<Box> boxes_ahead(const MapFromView& map, const PixelRect& rect) {
+std::vector<Quadrant> quadrants_ahead(const MapFromView& map, const PixelRect& rect) {
   bool ways[2][2] = {};  // axis; right or down, left or up
   for (int axis = 0; axis < 2; ++axis)
     for (int corner = 0; corner < 4; ++corner) {
@@ -60,16 +60,16 @@ std::vector<Box> boxes_ahead(const MapFromView& map, const PixelRect& rect) {
                                      corner & 2 ? rect.v1_px - 1 : rect.v0_px);
       const double a = (axis ? l.v_slope : l.u_slope) * l.w_offset,
                    b = (axis ? l.v_offset : l.u_offset) * l.w_slope,
-                   unsure = kUnsureWay * (std::abs(a) + std::abs(b));
+                   unsure = kUncertainDirection * (std::abs(a) + std::abs(b));
       ways[axis][0] |= !(a - b < -unsure);
       ways[axis][1] |= !(a - b > unsure);
     }
   const bool both = (ways[0][0] && ways[0][1]) ||
                     (ways[1][0] && ways[1][1]);  // then lanes go either way on both axes
-  std::vector<Box> boxes;
+  std::vector<Quadrant> boxes;
   for (const bool up : {false, true})
     for (const bool left : {false, true})
-      if (both || (ways[0][left] && ways[1][up])) boxes.push_back(box_ahead(left, up));
+      if (both || (ways[0][left] && ways[1][up])) boxes.push_back(quadrant_ahead(left, up));
   return boxes;
 }
 
@@ -81,7 +81,7 @@ struct CpuHull::ViewJob {
   HullRule rule;
   std::span<CpuHull::MapCamera> cameras;
   std::vector<MapFromView> maps;
-  std::vector<const BoxReach*> reaches;
+  std::vector<const SkipMap*> skip_maps;
   std::vector<HalfSpace> half_spaces;  // that hold the hull
   PixelRect rect;
   float* depth_m;
@@ -91,7 +91,7 @@ struct CpuHull::ViewJob {
 };
 
 // Rays that may meet the hull, and where.
-struct CpuHull::SeenBlock {
+struct CpuHull::VisibleBlock {
   PixelRect rays;
   RayRange range;
 };
@@ -122,9 +122,9 @@ class CpuHull::Tracer {
                                   {u, v, rays.u1_px, rays.v1_px}})
       if (!part.empty()) cull(part, range);
   }
-  std::span<const SeenBlock> seen() const { return seen_; }
+  std::span<const VisibleBlock> seen() const { return seen_; }
 
-  void trace(const SeenBlock& block) { trace_block(block.rays, block.range); }
+  void trace(const VisibleBlock& block) { trace_block(block.rays, block.range); }
 
  private:
   void fill_empty(const PixelRect& rays) {
@@ -154,17 +154,17 @@ class CpuHull::Tracer {
     block_.near = job_->view->near_m;
     block_.far = job_->view->far_m;
     block_.begins_at_near = range.begin == block_.near;
-    if (job_->rule.limits == Limits::seen || job_->cameras.size() > std::size_t(kMaxLaneCameras)) {
+    if (job_->rule.limits == Limits::seen || job_->cameras.size() > std::size_t(kMaxSimdCameras)) {
       for (int v = rays.v0_px; v < rays.v1_px; ++v)
         for (int u = rays.u0_px; u < rays.u1_px; ++u) *job_->at(u, v) = depth_of(u, v);
       return;
     }
-    const int left = fivepipe::hull::trace_block(block_, job_->maps, job_->reaches, scratch_,
+    const int left = fivepipe::hull::trace_block(block_, job_->maps, job_->skip_maps, scratch_,
                                                  job_->at(rays.u0_px, rays.v0_px),
-                                                 job_->rect.width_px(), unsettled_);
+                                                 job_->rect.width_px(), uncertain_);
     for (int i = 0; i < left; ++i) {
-      const int u = rays.u0_px + unsettled_[i] % kBlock_px,
-                v = rays.v0_px + unsettled_[i] / kBlock_px;
+      const int u = rays.u0_px + uncertain_[i] % kBlock_px,
+                v = rays.v0_px + uncertain_[i] / kBlock_px;
       *job_->at(u, v) = depth_of(u, v);
     }
   }
@@ -174,8 +174,8 @@ class CpuHull::Tracer {
     walks_.clear();
     for (std::size_t i = 0; i < job_->cameras.size(); ++i) {
       const CpuHull::MapCamera& c = job_->cameras[i];
-      walks_.emplace_back(image_line(job_->maps[i], u, v), c.reach,
-                          walk_window(c.camera, c.reach, job_->rule), beyond_window(job_->rule),
+      walks_.emplace_back(image_line(job_->maps[i], u, v), c.skip_map,
+                          walk_window(c.camera, c.skip_map, job_->rule), beyond_window(job_->rule),
                           range);
     }
     const double t = RayWalk(walks_, job_->rule).next_entry(range.begin, range.end);
@@ -183,10 +183,10 @@ class CpuHull::Tracer {
   }
 
   const ViewJob* job_ = nullptr;
-  std::vector<SeenBlock> seen_;
+  std::vector<VisibleBlock> seen_;
   Block block_;
-  LaneScratch scratch_;
-  std::uint16_t unsettled_[kBlock_px * kBlock_px];
+  SimdScratch scratch_;
+  std::uint16_t uncertain_[kBlock_px * kBlock_px];
   std::vector<MapWalk> walks_;
 };
 
@@ -213,20 +213,20 @@ void CpuHull::assign(std::span<const Silhouette> silhouettes, const HullRule& ru
   if (cameras_.size() < used_) cameras_.resize(used_);
   pool_->run(int(used_), [&](int i, int) {
     cameras_[std::size_t(i)].camera = silhouettes[std::size_t(i)].camera;
-    cameras_[std::size_t(i)].reach.assign(silhouettes[std::size_t(i)].pixels);
+    cameras_[std::size_t(i)].skip_map.assign(silhouettes[std::size_t(i)].pixels);
     cameras_[std::size_t(i)].silhouette = i;
   });
   std::sort(
       cameras_.begin(), cameras_.begin() + std::ptrdiff_t(used_),
-      [&](const MapCamera& a, const MapCamera& b) { return asked_before(a, b, silhouettes); });
+      [&](const MapCamera& a, const MapCamera& b) { return smaller_first(a, b, silhouettes); });
   if (rule.limits == Limits::all)
-    for (const MapCamera& c : cameras()) empty_ |= c.reach.bounds().empty();
+    for (const MapCamera& c : cameras()) empty_ |= c.skip_map.bounds().empty();
 }
 
-void CpuHull::make_all_boxes() {
-  pool_->run(int(used_) * kBoxes, [&](int i, int) {
-    if (BoxReach& reach = cameras_[std::size_t(i / kBoxes)].reach; !reach.has(Box(i % kBoxes)))
-      reach.make(Box(i % kBoxes));
+void CpuHull::make_all_quadrants() {
+  pool_->run(int(used_) * kQuadrants, [&](int i, int) {
+    if (SkipMap& skip_map = cameras_[std::size_t(i / kQuadrants)].skip_map; !skip_map.has(Quadrant(i % kQuadrants)))
+      skip_map.make(Quadrant(i % kQuadrants));
   });
 }
 
@@ -241,19 +241,19 @@ void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> de
   ViewJob job{&view, rule_, {cameras_.data(), used_}, {}, {}, {}, rect, depth_m.data()};
   for (const MapCamera& c : job.cameras) {
     job.maps.push_back(map_from_view(c.camera, view.camera));
-    job.reaches.push_back(&c.reach);
+    job.skip_maps.push_back(&c.skip_map);
     if (rule_.limits == Limits::all)
-      add_half_spaces(job.maps.back(), walk_window(c.camera, c.reach, rule_), job.half_spaces);
+      add_half_spaces(job.maps.back(), walk_window(c.camera, c.skip_map, rule_), job.half_spaces);
   }
-  const std::vector<SeenBlock> blocks = seen_blocks(job);
-  make_boxes(job, blocks);
+  const std::vector<VisibleBlock> blocks = visible_blocks(job);
+  make_quadrants(job, blocks);
   pool_->run(int(blocks.size()), [&](int i, int thread) {
     tracers_[std::size_t(thread)]->trace(blocks[std::size_t(i)]);
   });
 }
 
 // Where the view may see the hull, block by block; the rest is written.
-std::vector<CpuHull::SeenBlock> CpuHull::seen_blocks(const ViewJob& job) {
+std::vector<CpuHull::VisibleBlock> CpuHull::visible_blocks(const ViewJob& job) {
   const PixelRect& rect = job.rect;
   const int columns = (rect.width_px() + kPiece_px - 1) / kPiece_px,
             rows = (rect.height_px() + kPiece_px - 1) / kPiece_px;
@@ -264,24 +264,24 @@ std::vector<CpuHull::SeenBlock> CpuHull::seen_blocks(const ViewJob& job) {
     tracers_[std::size_t(thread)]->cull(intersection(rect, {u, v, u + kPiece_px, v + kPiece_px}),
                                         {job.view->near_m, job.view->far_m});
   });
-  std::vector<SeenBlock> blocks;
+  std::vector<VisibleBlock> blocks;
   for (const auto& tracer : tracers_)
     blocks.insert(blocks.end(), tracer->seen().begin(), tracer->seen().end());
   return blocks;
 }
 
 // The boxes that the rays of these blocks ask for.
-void CpuHull::make_boxes(const ViewJob& job, std::span<const SeenBlock> blocks) {
+void CpuHull::make_quadrants(const ViewJob& job, std::span<const VisibleBlock> blocks) {
   if (blocks.empty()) return;
   PixelRect rays = blocks.front().rays;
   for (const auto& block : blocks)
     rays = {std::min(rays.u0_px, block.rays.u0_px), std::min(rays.v0_px, block.rays.v0_px),
             std::max(rays.u1_px, block.rays.u1_px), std::max(rays.v1_px, block.rays.v1_px)};
-  rays.u1_px += kTile_px, rays.v1_px += kTile_px;  // tiles may reach out of their block
-  std::vector<std::pair<BoxReach*, Box>> to_make;
+  rays.u1_px += kTile_px, rays.v1_px += kTile_px;  // tiles may extend beyond their block
+  std::vector<std::pair<SkipMap*, Quadrant>> to_make;
   for (std::size_t i = 0; i < job.cameras.size(); ++i)
-    for (const Box box : boxes_ahead(job.maps[i], rays))
-      if (!job.cameras[i].reach.has(box)) to_make.emplace_back(&job.cameras[i].reach, box);
+    for (const Quadrant box : quadrants_ahead(job.maps[i], rays))
+      if (!job.cameras[i].skip_map.has(box)) to_make.emplace_back(&job.cameras[i].skip_map, box);
   pool_->run(int(to_make.size()), [&](int i, int) {
     to_make[std::size_t(i)].first->make(to_make[std::size_t(i)].second);
   });

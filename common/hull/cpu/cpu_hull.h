@@ -24,7 +24,7 @@ class CpuHull {
   // hull.
   void assign(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
 
-  // Depth of the view's rays through the pixels of `rect`, which may reach out of its image, row by
+  // Depth of the view's rays through the pixels of `rect`, which may extend beyond its image, row by
   // row into depth_m, of rect's size. The same bits for every order of the silhouettes, division of
   // the view into rects, and number of threads; within 2e-6 of the exact reference, relative. A
   // view that is not finite sees no hull.
@@ -34,13 +34,13 @@ class CpuHull {
   // In the order in which they are asked, which does not depend on the order given.
   struct MapCamera {
     geometry::Camera camera;
-    BoxReach reach;
+    SkipMap skip_map;
     int silhouette;  // index in what was given
   };
   std::span<const MapCamera> cameras() const { return {cameras_.data(), used_}; }
   const HullRule& rule() const { return rule_; }
   // All boxes of all cameras that are not made yet, in the pool. Afterwards depth makes none.
-  void make_all_boxes();
+  void make_all_quadrants();
   base::WorkerPool& pool() const { return *pool_; }
   // Nothing is in the hull: no camera, one that is not finite, or, where all limit, one without an
   // object pixel.
@@ -51,9 +51,9 @@ class CpuHull {
  private:
   struct ViewJob;
   class Tracer;
-  struct SeenBlock;
-  std::vector<SeenBlock> seen_blocks(const ViewJob& job);
-  void make_boxes(const ViewJob& job, std::span<const SeenBlock> blocks);
+  struct VisibleBlock;
+  std::vector<VisibleBlock> visible_blocks(const ViewJob& job);
+  void make_quadrants(const ViewJob& job, std::span<const VisibleBlock> blocks);
 
   base::WorkerPool* pool_;
   std::vector<std::unique_ptr<Tracer>> tracers_;  // one per thread

@@ -36,7 +36,7 @@ HWY_INLINE Position position(V x, V per_z, V rounding_m, double focal_px, double
   return {px, hn::Add(hn::Add(moved, moved), rounded)};
 }
 
-void contains(std::span<const PointLaneCamera> cameras, const double* xyz, std::size_t count,
+void contains(std::span<const PointSimdCamera> cameras, const double* xyz, std::size_t count,
               InHull* verdicts) {
   const D d;
   const hn::Rebind<std::int32_t, D> di;
@@ -46,8 +46,8 @@ void contains(std::span<const PointLaneCamera> cameras, const double* xyz, std::
     V x, y, z;
     hn::LoadInterleaved3(d, xyz + 3 * first, x, y, z);
     const V size_m = hn::Add(hn::Abs(x), hn::Add(hn::Abs(y), hn::Abs(z)));
-    auto in = hn::Eq(zero, zero), unsettled = hn::Lt(zero, zero);
-    for (const PointLaneCamera& c : cameras) {
+    auto in = hn::Eq(zero, zero), uncertain = hn::Lt(zero, zero);
+    for (const PointSimdCamera& c : cameras) {
       const auto row = [&](int i) {
         const double* m = c.camera_from_world + 4 * i;
         return hn::Add(hn::Add(hn::Mul(hn::Set(d, m[0]), x), hn::Mul(hn::Set(d, m[1]), y)),
@@ -74,7 +74,7 @@ void contains(std::span<const PointLaneCamera> cameras, const double* xyz, std::
         return hn::And(hn::Gt(from, p.error_px), hn::Lt(hn::Add(from, p.error_px), one));
       };
       const auto certain = hn::And(in_front, hn::And(sure(u, whole_u), sure(v, whole_v)));
-      unsettled = hn::Or(unsettled, hn::AndNot(certain, in));
+      uncertain = hn::Or(uncertain, hn::AndNot(certain, in));
       in = hn::And(in, certain);
       // In bounds for certain, hence in store; the others look at the first byte.
       const V at =
@@ -82,16 +82,16 @@ void contains(std::span<const PointLaneCamera> cameras, const double* xyz, std::
                   hn::Sub(whole_u, hn::Set(d, c.stored_u0_px)));
       alignas(64) std::int32_t offsets[8];
       hn::Store(hn::DemoteTo(di, hn::IfThenElseZero(in, at)), di, offsets);
-      alignas(64) double reaches[8];
-      for (std::size_t i = 0; i < lanes; ++i) reaches[i] = c.reaches[offsets[i]];
-      in = hn::And(in, hn::Lt(hn::Load(d, reaches), zero));
+      alignas(64) double extents[8];
+      for (std::size_t i = 0; i < lanes; ++i) extents[i] = c.extents[offsets[i]];
+      in = hn::And(in, hn::Lt(hn::Load(d, extents), zero));
       if (hn::AllFalse(d, in)) break;
     }
     alignas(64) double result[8];
-    hn::Store(hn::IfThenElse(unsettled, hn::Set(d, 2.0), hn::IfThenElseZero(in, one)), d, result);
+    hn::Store(hn::IfThenElse(uncertain, hn::Set(d, 2.0), hn::IfThenElseZero(in, one)), d, result);
     for (std::size_t i = 0; i < lanes; ++i) verdicts[first + i] = InHull(int(result[i]));
   }
-  for (std::size_t i = count - count % lanes; i < count; ++i) verdicts[i] = InHull::unsettled;
+  for (std::size_t i = count - count % lanes; i < count; ++i) verdicts[i] = InHull::uncertain;
 }
 
 }  // namespace
@@ -105,13 +105,13 @@ namespace {
 HWY_EXPORT(contains);
 }  // namespace
 
-std::vector<PointLaneCamera> point_lane_cameras(const CpuHull& hull) {
-  std::vector<PointLaneCamera> cameras;
+std::vector<PointSimdCamera> point_simd_cameras(const CpuHull& hull) {
+  std::vector<PointSimdCamera> cameras;
   for (const CpuHull::MapCamera& c : hull.cameras()) {
     const geometry::Pinhole& k = c.camera.pinhole;
-    const PixelRect& b = c.reach.bounds();
-    const PixelRect& stored = c.reach.stored();
-    PointLaneCamera lane{{},
+    const PixelRect& b = c.skip_map.bounds();
+    const PixelRect& stored = c.skip_map.stored();
+    PointSimdCamera lane{{},
                          k.fx_px,
                          k.fy_px,
                          k.cx_px + 0.5,
@@ -121,10 +121,10 @@ std::vector<PointLaneCamera> point_lane_cameras(const CpuHull& hull) {
                          double(b.v0_px),
                          double(b.v1_px),
                          c.camera.camera_from_world.translation().cwiseAbs().sum(),
-                         c.reach.bytes(Box::right_down),
+                         c.skip_map.bytes(Quadrant::right_down),
                          double(stored.u0_px),
                          double(stored.v0_px),
-                         double(c.reach.stride())};
+                         double(c.skip_map.stride())};
     for (int i = 0; i < 12; ++i)
       lane.camera_from_world[i] = c.camera.camera_from_world.matrix()(i / 4, i % 4);
     cameras.push_back(lane);
@@ -132,7 +132,7 @@ std::vector<PointLaneCamera> point_lane_cameras(const CpuHull& hull) {
   return cameras;
 }
 
-void contains_in_lanes(std::span<const PointLaneCamera> cameras,
+void contains_simd(std::span<const PointSimdCamera> cameras,
                        std::span<const Eigen::Vector3d> p_world_m, InHull* verdicts) {
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
   if (!p_world_m.empty())

@@ -9,13 +9,13 @@ namespace fivepipe::hull {
 namespace {
 
 // Places in a map's bytes are found in float: exact up to here.
-constexpr std::size_t kMostBoxBytes = std::size_t{1} << 24;
+constexpr std::size_t kMaxBoxBytes = std::size_t{1} << 24;
 
 // Roundings of float on the way to a position, each at most 2^-24 of what it is taken of. A form
 // (U, V or W): its coefficients from double, two steps to the ray and one along it, of the sum of
 // its terms' sizes. The quotient: the reciprocal, on its worst target, and the product, of the
 // position.
-constexpr double kOfForm = 4, kOfQuotient = 6, kHalfUlp = 0x1p-24;
+constexpr double kFormError = 4, kQuotientError = 6, kHalfUlp = 0x1p-24;
 
 // An image moves left along axis 0, or up along axis 1. `both_ways` is set where the rays of the
 // block differ, or one nearly stands still: d/dt of U / W, times W^2, is linear over the rays, so
@@ -28,7 +28,7 @@ bool moves_back(const MapFromView& map, const PixelRect& rays, int right, int do
                                    rays.v0_px + (corner & 2 ? down : 0));
     const double a = (axis ? l.v_slope : l.u_slope) * l.w_offset,
                  b = (axis ? l.v_offset : l.u_offset) * l.w_slope;
-    if (!(std::abs(a - b) > kUnsureWay * (std::abs(a) + std::abs(b)))) both_ways = true;
+    if (!(std::abs(a - b) > kUncertainDirection * (std::abs(a) + std::abs(b)))) both_ways = true;
     back += a < b;
   }
   if (back != 0 && back != 4) both_ways = true;
@@ -38,7 +38,7 @@ bool moves_back(const MapFromView& map, const PixelRect& rays, int right, int do
 }  // namespace
 
 bool prepare(Block& block, std::span<const MapFromView> maps,
-             std::span<const BoxReach* const> reaches) {
+             std::span<const SkipMap* const> skip_maps) {
   const double begin = block.begin, span = block.end - block.begin;
   // Whole tiles: the rays at their corners stand for all.
   const auto last = [](int size) { return (size + kTile_px - 1) / kTile_px * kTile_px - 1; };
@@ -46,7 +46,7 @@ bool prepare(Block& block, std::span<const MapFromView> maps,
   block.cameras.resize(maps.size());
   for (std::size_t n = 0; n < maps.size(); ++n) {
     const MapFromView& map = maps[n];
-    const PixelRect& stored = reaches[n]->stored();
+    const PixelRect& stored = skip_maps[n]->stored();
     BlockCamera& c = block.cameras[n];
     c.exact = &map;
     Eigen::Matrix3d turn = map.at_infinity;
@@ -66,9 +66,9 @@ bool prepare(Block& block, std::span<const MapFromView> maps,
     c.both_ways = false;
     const bool left = moves_back(map, block.rays, right, down, 0, c.both_ways),
                up = moves_back(map, block.rays, right, down, 1, c.both_ways);
-    for (const Box box : {Box::right_down, Box::left_down, Box::right_up, Box::left_up})
-      if ((c.both_ways || box == box_ahead(left, up)) && !reaches[n]->has(box)) return false;
-    if (reaches[n]->box_bytes() > kMostBoxBytes) return false;
+    for (const Quadrant box : {Quadrant::right_down, Quadrant::left_down, Quadrant::right_up, Quadrant::left_up})
+      if ((c.both_ways || box == quadrant_ahead(left, up)) && !skip_maps[n]->has(box)) return false;
+    if (skip_maps[n]->box_bytes() > kMaxBoxBytes) return false;
     c.sign_u = left && !c.both_ways ? -1 : 1;
     c.sign_v = up && !c.both_ways ? -1 : 1;
     // Mirrored where all move back; then to pixels' centres.
@@ -78,15 +78,15 @@ bool prepare(Block& block, std::span<const MapFromView> maps,
                     Eigen::Vector2d::Constant(0.5 * eye.z());
     const Eigen::Vector3d slope = turn * Eigen::Vector3d(block.rays.u0_px, block.rays.v0_px, 1),
                           at_begin = eye + begin * slope;
-    double least_w = kNever, most_begin = 0, most_slope = 0;
+    double min_w = kNever, max_begin = 0, max_slope = 0;
     for (int corner = 0; corner < 4; ++corner) {
       const Eigen::Vector3d of_corner =
           (corner & 1 ? right : 0) * turn.col(0) + (corner & 2 ? down : 0) * turn.col(1);
       const Eigen::Vector3d corner_slope = slope + of_corner,
                             corner_begin = at_begin + begin * of_corner;
-      least_w = std::min({least_w, corner_begin.z(), corner_begin.z() + span * corner_slope.z()});
-      most_begin = std::max({most_begin, std::abs(corner_begin.x()), std::abs(corner_begin.y())});
-      most_slope = std::max({most_slope, std::abs(corner_slope.x()), std::abs(corner_slope.y())});
+      min_w = std::min({min_w, corner_begin.z(), corner_begin.z() + span * corner_slope.z()});
+      max_begin = std::max({max_begin, std::abs(corner_begin.x()), std::abs(corner_begin.y())});
+      max_slope = std::max({max_slope, std::abs(corner_slope.x()), std::abs(corner_slope.y())});
     }
     // Sizes of the terms, which may cancel.
     const Eigen::Array3d steps =
@@ -94,16 +94,16 @@ bool prepare(Block& block, std::span<const MapFromView> maps,
     const Eigen::Array3d terms_begin = at_begin.array().abs() + begin * steps,
                          terms_slope = slope.array().abs() + steps;
     const double terms_w = terms_begin.z() + span * terms_slope.z();
-    if (!(least_w > 0 && terms_w <= kMostDepthRatio * least_w)) return false;
-    const double of_position = kOfForm * terms_w / least_w + kOfQuotient;
-    c.box_bytes = std::int32_t(reaches[n]->box_bytes());
+    if (!(min_w > 0 && terms_w <= kMaxDepthRatio * min_w)) return false;
+    const double of_position = kFormError * terms_w / min_w + kQuotientError;
+    c.box_bytes = std::int32_t(skip_maps[n]->box_bytes());
     c.eps_px =
-        float(kHalfUlp / least_w *
-              (kOfForm * std::max(terms_begin.x(), terms_begin.y()) + of_position * most_begin));
+        float(kHalfUlp / min_w *
+              (kFormError * std::max(terms_begin.x(), terms_begin.y()) + of_position * max_begin));
     c.eps_px_per_m =
-        float(kHalfUlp / least_w *
-              (kOfForm * std::max(terms_slope.x(), terms_slope.y()) + of_position * most_slope));
-    if (!(c.eps_px + span * c.eps_px_per_m < kMostEps_px)) return false;
+        float(kHalfUlp / min_w *
+              (kFormError * std::max(terms_slope.x(), terms_slope.y()) + of_position * max_slope));
+    if (!(c.eps_px + span * c.eps_px_per_m < kMaxEps_px)) return false;
     for (int k = 0; k < 3; ++k) {
       c.at_begin[k] = float(at_begin[k]);
       c.slope[k] = float(slope[k]);
@@ -118,11 +118,11 @@ bool prepare(Block& block, std::span<const MapFromView> maps,
     };
     const auto ends_u = ends(stored.u0_px, stored.u1_px, c.origin_u_px, c.sign_u),
                ends_v = ends(stored.v0_px, stored.v1_px, c.origin_v_px, c.sign_v);
-    c.least_u = ends_u[0], c.most_u = ends_u[1], c.least_v = ends_v[0], c.most_v = ends_v[1];
-    c.step_u = float(c.sign_u), c.step_v = float(c.sign_v * reaches[n]->stride());
+    c.min_u = ends_u[0], c.max_u = ends_u[1], c.min_v = ends_v[0], c.max_v = ends_v[1];
+    c.step_u = float(c.sign_u), c.step_v = float(c.sign_v * skip_maps[n]->stride());
     c.at_origin =
-        reaches[n]->bytes(c.both_ways ? Box::right_down : box_ahead(left, up)) +
-        std::ptrdiff_t(c.origin_v_px - (c.sign_v < 0) - stored.v0_px) * reaches[n]->stride() +
+        skip_maps[n]->bytes(c.both_ways ? Quadrant::right_down : quadrant_ahead(left, up)) +
+        std::ptrdiff_t(c.origin_v_px - (c.sign_v < 0) - stored.v0_px) * skip_maps[n]->stride() +
         (c.origin_u_px - (c.sign_u < 0) - stored.u0_px);
   }
   return true;

@@ -26,10 +26,10 @@ constexpr int kTileRays = kSmallTile_px * kSmallTile_px;
 constexpr int kRayRounds = 24, kRayRepeats = 8;
 // An image further past its end of a box than this is past all that is in store [px]: else it is in
 // the box, but for its error.
-constexpr float kPast_px = -0.5f;
+constexpr float kPastExtent_px = -0.5f;
 // By how much rounding may shorten the block's range, and a way within it, as fractions: some
 // operations of float each.
-constexpr float kSpanSlack = 1e-5f, kWayError = 1e-6f;
+constexpr float kSpanSlack = 1e-5f, kPathError = 1e-6f;
 
 // --- rays
 // ------------------------------------------------------------------------------------------------------
@@ -38,7 +38,7 @@ constexpr float kSpanSlack = 1e-5f, kWayError = 1e-6f;
 constexpr std::int32_t kNoBorder = -1;
 
 struct StepBits {
-  std::uint32_t outside, missed, unsettled;
+  std::uint32_t outside, missed, uncertain;
 };
 
 // Asks one camera about a vector of rays, those of asked_bits: agreed, or moved on. i, j: in the
@@ -70,14 +70,14 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j,
   const VF error_scale = hn::Mul(s_error, p.inverse_w);
   const VF off_u = hn::MulAdd(along_u.forward(rate_u), error_scale, hn::Abs(hn::Sub(biased_u, fu))),
            off_v = hn::MulAdd(along_v.forward(rate_v), error_scale, hn::Abs(hn::Sub(biased_v, fv)));
-  const MF unsettled = hn::And(asked, hn::Gt(hn::Max(off_u, off_v), hn::Sub(half, eps)));
+  const MF uncertain = hn::And(asked, hn::Gt(hn::Max(off_u, off_v), hn::Sub(half, eps)));
 
   // To the end of the box; a verdict `inside` is held only until a little before.
-  const VF signed_reach = reach_at(c, fu, fv, along_u, along_v), steps = hn::Abs(signed_reach);
-  const MF inside = hn::Lt(signed_reach, zero);
-  const VF reach = hn::Sub(steps, hn::IfThenElse(inside, hn::Set(d, 0.5f + kBoxMargin_px), half));
-  const VF way_u = along_u.left(hn::Sub(p.u, fu), reach),
-           way_v = along_v.left(hn::Sub(p.v, fv), reach);
+  const VF signed_extent = extent_at(c, fu, fv, along_u, along_v), steps = hn::Abs(signed_extent);
+  const MF inside = hn::Lt(signed_extent, zero);
+  const VF extent = hn::Sub(steps, hn::IfThenElse(inside, hn::Set(d, 0.5f + kBoxMargin_px), half));
+  const VF way_u = along_u.left(hn::Sub(p.u, fu), extent),
+           way_v = along_v.left(hn::Sub(p.v, fv), extent);
   const VF over_u = divisor(way_u, along_u.forward(rate_u), l.w1),
            over_v = divisor(way_v, along_v.forward(rate_v), l.w1);
   const MF by_u = hn::Le(hn::Mul(way_u, over_v), hn::Mul(way_v, over_u));
@@ -93,12 +93,12 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j,
       hn::Max(
           hn::Mul(hn::IfThenElse(by_u, along_u.forward(rate_u), along_v.forward(rate_v)), per_over),
           hn::Set(d, 1.0f)),
-      hn::Set(d, kMostDepthRatio));
-  const VF error = hn::Mul(hn::MulAdd(way, hn::Set(d, kWayError), hn::Add(eps, eps_next)),
+      hn::Set(d, kMaxDepthRatio));
+  const VF error = hn::Mul(hn::MulAdd(way, hn::Set(d, kPathError), hn::Add(eps, eps_next)),
                            hn::Mul(per_px, slower));
 
-  const MF agreed = hn::AndNot(unsettled, hn::And(asked, inside)),
-           outside = hn::AndNot(unsettled, hn::AndNot(inside, asked));
+  const MF agreed = hn::AndNot(uncertain, hn::And(asked, inside)),
+           outside = hn::AndNot(uncertain, hn::AndNot(inside, asked));
   hn::Store(hn::IfThenElse(agreed, hn::Max(next, hn::Add(s, s_error)), hn::Load(d, hold_at)), d,
             hold_at);
   hn::Store(hn::IfThenElse(outside, next, s), d, s_at);
@@ -115,14 +115,14 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j,
   hn::Store(hn::IfThenElse(hn::RebindMask(di, outside), code, crossed), di, crossed_at);
 
   // Beyond the range, or already past all that is in store.
-  const MF past = hn::Lt(hn::Min(way_u, way_v), hn::Set(d, kPast_px));
+  const MF past = hn::Lt(hn::Min(way_u, way_v), hn::Set(d, kPastExtent_px));
   const MF missed = hn::And(outside, hn::Or(past, hn::Gt(hn::Sub(next, error), hn::Set(d, span))));
   return {std::uint32_t(bits_of(d, hn::AndNot(missed, outside))), std::uint32_t(bits_of(d, missed)),
-          std::uint32_t(bits_of(d, unsettled))};
+          std::uint32_t(bits_of(d, uncertain))};
 }
 
 struct PacketBits {  // of the rays of one vector each
-  std::uint32_t active[kRays / 4], moved[kRays / 4], unsettled[kRays / 4], hit[kRays / 4];
+  std::uint32_t active[kRays / 4], moved[kRays / 4], uncertain[kRays / 4], hit[kRays / 4];
 };
 
 struct Offsets {  // of a small tile's rays from its middle
@@ -133,7 +133,7 @@ struct Offsets {  // of a small tile's rays from its middle
 template <bool kBothWays>
 HWY_INLINE void ask(const BlockCamera& camera, int number, float span, const Offsets& offsets,
                     std::uint16_t* list, int count, std::uint32_t* asked, PacketBits& bits,
-                    LaneScratch& scratch) {
+                    SimdScratch& scratch) {
   const DF d;
   const int lanes = int(hn::Lanes(d));
   for (int repeat = 0; repeat < kRayRepeats && count; ++repeat) {
@@ -141,15 +141,15 @@ HWY_INLINE void ask(const BlockCamera& camera, int number, float span, const Off
     for (int n = 0; n < count; ++n) {
       const int p = list[n], first = p * lanes, tile = first / kTileRays, k = first % kTileRays;
       const VF i = hn::Add(hn::Load(d, offsets.i + k),
-                           hn::Set(d, scratch.small_tiles.middle_i[tile])),
+                           hn::Set(d, scratch.small_tiles.center_i[tile])),
                j = hn::Add(hn::Load(d, offsets.j + k),
-                           hn::Set(d, scratch.small_tiles.middle_j[tile]));
+                           hn::Set(d, scratch.small_tiles.center_j[tile]));
       const StepBits step = step_rays<kBothWays>(
           camera, number, i, j, asked[p], span, scratch.s + first, scratch.s_error + first,
           scratch.crossed + first, scratch.border + first, scratch.hold[number] + first);
       bits.moved[p] |= step.outside;
-      bits.unsettled[p] |= step.unsettled;
-      bits.active[p] &= ~(step.missed | step.unsettled);
+      bits.uncertain[p] |= step.uncertain;
+      bits.active[p] &= ~(step.missed | step.uncertain);
       asked[p] = step.outside;
       list[still] = std::uint16_t(p);
       still += step.outside != 0;
@@ -162,7 +162,7 @@ HWY_INLINE void ask(const BlockCamera& camera, int number, float span, const Off
 // rays.
 HWY_INLINE void trace_rays(std::span<const BlockCamera> cameras,
                            std::span<const std::uint8_t> order, float span, std::uint16_t* packets,
-                           int count, PacketBits& bits, LaneScratch& scratch) {
+                           int count, PacketBits& bits, SimdScratch& scratch) {
   const DF d;
   const int lanes = int(hn::Lanes(d));
   Offsets offsets;
@@ -199,7 +199,7 @@ HWY_INLINE void trace_rays(std::span<const BlockCamera> cameras,
     }
     count = left;
   }
-  for (int n = 0; n < count; ++n) bits.unsettled[packets[n]] |= bits.active[packets[n]];
+  for (int n = 0; n < count; ++n) bits.uncertain[packets[n]] |= bits.active[packets[n]];
 }
 
 // --- finish
@@ -209,7 +209,7 @@ HWY_INLINE void trace_rays(std::span<const BlockCamera> cameras,
 // `border_crossing` in lanes. (u, v): the tile's first ray in the view; depth_m: its place. Returns
 // those that need settling after all.
 HWY_INLINE std::uint32_t finish(const Block& block, int tile, int u0, int v0, std::uint32_t hit,
-                                const LaneScratch& scratch, float* depth_m, std::ptrdiff_t pitch) {
+                                const SimdScratch& scratch, float* depth_m, std::ptrdiff_t pitch) {
   const hn::CappedTag<double, 8> dd;
   const hn::Rebind<float, decltype(dd)> df;
   const DI di;
@@ -260,16 +260,16 @@ HWY_INLINE std::uint32_t finish(const Block& block, int tile, int u0, int v0, st
       hn::BlendedStore(t, hn::LoadMaskBits(dd, mask), dd, depth + first);
     }
   }
-  std::uint32_t unsettled = 0;
+  std::uint32_t uncertain = 0;
   for (std::uint32_t m = hit; m; m &= m - 1) {
     const int k = std::countr_zero(m);
     if (!(depth[k] >= block.near))
-      unsettled |= m & -m;
+      uncertain |= m & -m;
     else
       depth_m[(k / kSmallTile_px) * pitch + k % kSmallTile_px] =
           depth[k] < block.far ? float(depth[k]) : kNoHull;
   }
-  return unsettled;
+  return uncertain;
 }
 
 // --- block
@@ -277,14 +277,14 @@ HWY_INLINE std::uint32_t finish(const Block& block, int tile, int u0, int v0, st
 
 float span_of(const Block& block) { return float(block.end - block.begin) * (1 + kSpanSlack); }
 
-void march(const Block& block, LaneScratch& scratch) {
+void march(const Block& block, SimdScratch& scratch) {
   TileSet& tiles = scratch.tiles;
   tiles.count = 0;
   for (int j = 0; j < block.rays.height_px(); j += kTile_px)
     for (int i = 0; i < block.rays.width_px(); i += kTile_px) {
-      tiles.middle_i[tiles.count] = float(i) + 0.5f * (kTile_px - 1),
-      tiles.middle_j[tiles.count] = float(j) + 0.5f * (kTile_px - 1), tiles.s[tiles.count] = 0;
-      for (std::size_t c = 0; c < block.cameras.size(); ++c) tiles.hold[c][tiles.count] = kNotHeld;
+      tiles.center_i[tiles.count] = float(i) + 0.5f * (kTile_px - 1),
+      tiles.center_j[tiles.count] = float(j) + 0.5f * (kTile_px - 1), tiles.s[tiles.count] = 0;
+      for (std::size_t c = 0; c < block.cameras.size(); ++c) tiles.hold[c][tiles.count] = kNoVerdictEnd;
       ++tiles.count;
     }
   march_tiles(block.cameras, kTile_px, span_of(block), tiles);
@@ -300,8 +300,8 @@ std::uint32_t rays_in_tile(int i, int j, const PixelRect& rays) {
   return bits;
 }
 
-int trace(const Block& block, LaneScratch& scratch, float* depth_m, std::ptrdiff_t pitch,
-          std::uint16_t* unsettled) {
+int trace(const Block& block, SimdScratch& scratch, float* depth_m, std::ptrdiff_t pitch,
+          std::uint16_t* uncertain) {
   const DF d;
   const DI di;
   const int lanes = int(hn::Lanes(d)), packets_a_tile = kTileRays / lanes;
@@ -316,7 +316,7 @@ int trace(const Block& block, LaneScratch& scratch, float* depth_m, std::ptrdiff
   int count = 0;
   for (int tile = 0; tile < tiles.count; ++tile) {
     const std::uint32_t rays =
-        rays_in_tile(first_ray(tiles.middle_i[tile]), first_ray(tiles.middle_j[tile]), block.rays);
+        rays_in_tile(first_ray(tiles.center_i[tile]), first_ray(tiles.center_j[tile]), block.rays);
     for (int n = 0; n < packets_a_tile; ++n) {
       const int p = tile * packets_a_tile + n, first = p * lanes;
       hn::Store(hn::Set(d, tiles.s[tile]), d, scratch.s + first);
@@ -326,14 +326,14 @@ int trace(const Block& block, LaneScratch& scratch, float* depth_m, std::ptrdiff
       for (std::size_t c = 0; c < cameras; ++c)
         hn::Store(hn::Set(d, tiles.hold[c][tile]), d, scratch.hold[c] + first);
       bits.active[p] = rays >> (n * lanes) & ((1u << lanes) - 1);
-      bits.unsettled[p] = bits.hit[p] = 0;
+      bits.uncertain[p] = bits.hit[p] = 0;
       packets[count] = std::uint16_t(p);
       count += bits.active[p] != 0;
     }
   }
   // First those that stopped most tiles before their object: they know most of where the rays enter
   // the hull.
-  std::uint8_t order[kMaxLaneCameras];
+  std::uint8_t order[kMaxSimdCameras];
   std::iota(order, order + cameras, std::uint8_t(0));
   std::stable_sort(order, order + cameras,
                    [&](int a, int b) { return tiles.stopped[a] > tiles.stopped[b]; });
@@ -343,15 +343,15 @@ int trace(const Block& block, LaneScratch& scratch, float* depth_m, std::ptrdiff
     std::uint32_t hit = 0, unsure = 0;
     for (int n = 0; n < packets_a_tile; ++n) {
       hit |= bits.hit[tile * packets_a_tile + n] << (n * lanes);
-      unsure |= bits.unsettled[tile * packets_a_tile + n] << (n * lanes);
+      unsure |= bits.uncertain[tile * packets_a_tile + n] << (n * lanes);
     }
-    const int i = first_ray(tiles.middle_i[tile]), j = first_ray(tiles.middle_j[tile]);
+    const int i = first_ray(tiles.center_i[tile]), j = first_ray(tiles.center_j[tile]);
     if (hit)
       unsure |= finish(block, tile, block.rays.u0_px + i, block.rays.v0_px + j, hit, scratch,
                        depth_m + j * pitch + i, pitch);
     for (; unsure; unsure &= unsure - 1) {
       const int k = std::countr_zero(unsure);
-      unsettled[open++] =
+      uncertain[open++] =
           std::uint16_t((j + k / kSmallTile_px) * kBlock_px + i + k % kSmallTile_px);
     }
   }
@@ -372,17 +372,17 @@ HWY_EXPORT(trace);
 }  // namespace
 
 int trace_block(Block& block, std::span<const MapFromView> maps,
-                std::span<const BoxReach* const> reaches, LaneScratch& scratch, float* depth_m,
-                std::ptrdiff_t pitch, std::uint16_t* unsettled) {
+                std::span<const SkipMap* const> skip_maps, SimdScratch& scratch, float* depth_m,
+                std::ptrdiff_t pitch, std::uint16_t* uncertain) {
   const int width = block.rays.width_px(), height = block.rays.height_px();
   for (int v = 0; v < height; ++v) std::fill_n(depth_m + v * pitch, width, kNoHull);
   const auto all_by_double = [&] {
     int count = 0;
     for (int v = 0; v < height; ++v)
-      for (int u = 0; u < width; ++u) unsettled[count++] = std::uint16_t(v * kBlock_px + u);
+      for (int u = 0; u < width; ++u) uncertain[count++] = std::uint16_t(v * kBlock_px + u);
     return count;
   };
-  if (!prepare(block, maps, reaches)) return all_by_double();
+  if (!prepare(block, maps, skip_maps)) return all_by_double();
   HWY_DYNAMIC_DISPATCH(march)(block, scratch);
   TileSet& tiles = scratch.tiles;
   if (tiles.count == 0) return 0;
@@ -391,13 +391,13 @@ int trace_block(Block& block, std::span<const MapFromView> maps,
   if (first > 0) {
     block.begin += double(first);
     block.begins_at_near = false;
-    if (!prepare(block, maps, reaches)) return all_by_double();
+    if (!prepare(block, maps, skip_maps)) return all_by_double();
     for (int t = 0; t < tiles.count; ++t) {
       tiles.s[t] -= first;
       for (std::size_t c = 0; c < maps.size(); ++c) tiles.hold[c][t] -= first;
     }
   }
-  return HWY_DYNAMIC_DISPATCH(trace)(block, scratch, depth_m, pitch, unsettled);
+  return HWY_DYNAMIC_DISPATCH(trace)(block, scratch, depth_m, pitch, uncertain);
 }
 
 }  // namespace fivepipe::hull

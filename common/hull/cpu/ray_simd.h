@@ -10,7 +10,7 @@
 //
 // Certified: the image's position is known to eps. A box is left over the border that is crossed,
 // to a pixel that is known by its number; a position nearer to another border than its error, where
-// the pixel behind that may differ, makes the ray unsettled. So do too many steps. Where a box
+// the pixel behind that may differ, makes the ray uncertain. So do too many steps. Where a box
 // tells how long a verdict holds, it is taken smaller by more than the error.
 #pragma once
 #include <cstdint>
@@ -23,12 +23,12 @@
 namespace fivepipe::hull {
 
 inline constexpr int kBlock_px = 32, kTile_px = 8, kSmallTile_px = 4;
-inline constexpr int kMaxLaneCameras = 64;
+inline constexpr int kMaxSimdCameras = 64;
 // Positions less certain than this are for double [px].
-inline constexpr double kMostEps_px = 1.0 / 64;
+inline constexpr double kMaxEps_px = 1.0 / 64;
 inline constexpr float kBoxMargin_px = 1.0f / 16;
 // A block over which a camera's depth W changes more than so many times is for double.
-inline constexpr float kMostDepthRatio = 64;
+inline constexpr float kMaxDepthRatio = 64;
 
 // One camera as the rays of a block see it. (U, V, W) of ray (i, j) at depth begin + s [m]:
 // at_begin + i du_begin + j dv_begin + s (slope
@@ -37,7 +37,7 @@ inline constexpr float kMostDepthRatio = 64;
 // mirrored axis: pixel p is then -p - 1, and all move right and down.
 struct BlockCamera {
   float at_begin[3], du_begin[3], dv_begin[3], slope[3], du[3], dv[3];
-  float least_u, most_u, least_v, most_v;  // pixels in store, from the origin
+  float min_u, max_u, min_v, max_v;  // pixels in store, from the origin
   float step_u, step_v;                    // from a pixel to the next, in bytes
   float eps_px, eps_px_per_m;              // a position's error: eps_px + s eps_px_per_m
   const std::int8_t*
@@ -60,35 +60,35 @@ struct Block {
 // Set by prepare for the block's present begin. False where float lanes are no use: a camera's
 // position is too uncertain.
 bool prepare(Block& block, std::span<const MapFromView> maps,
-             std::span<const BoxReach* const> reaches);
+             std::span<const SkipMap* const> skip_maps);
 
 inline constexpr int kRays = kBlock_px * kBlock_px,
-                     kMostTiles = kRays / (kSmallTile_px * kSmallTile_px);
+                     kMaxTiles = kRays / (kSmallTile_px * kSmallTile_px);
 
 // Tiles of one size, by the number of a tile.
 struct TileSet {
   int count;
-  alignas(64) float middle_i[kMostTiles], middle_j[kMostTiles];  // in the block
-  alignas(64) float s[kMostTiles];  // where the tile's rays go on, from the block's begin
-  alignas(64) float hold[kMaxLaneCameras]
-                        [kMostTiles];  // until when a camera sees all of them on its object
-  alignas(64) float asked_at[kMaxLaneCameras][kMostTiles];  // s at which a camera was asked last
-  int stopped[kMaxLaneCameras];  // how often a camera could not move a tile on that starts before
+  alignas(64) float center_i[kMaxTiles], center_j[kMaxTiles];  // in the block
+  alignas(64) float s[kMaxTiles];  // where the tile's rays go on, from the block's begin
+  alignas(64) float hold[kMaxSimdCameras]
+                        [kMaxTiles];  // until when a camera sees all of them on its object
+  alignas(64) float asked_at[kMaxSimdCameras][kMaxTiles];  // s at which a camera was asked last
+  int stopped[kMaxSimdCameras];  // how often a camera could not move a tile on that starts before
                                  // its object
 };
-struct LaneScratch {  // of one thread
+struct SimdScratch {  // of one thread
   TileSet tiles, small_tiles;
   // Ray by ray: 16 for each small tile, row by row.
-  alignas(64) float hold[kMaxLaneCameras][kRays];
+  alignas(64) float hold[kMaxSimdCameras][kRays];
   alignas(64) float s[kRays], s_error[kRays], border[kRays];
   alignas(64) std::int32_t crossed[kRays];
 };
 
 // Writes the depth [m] of each ray, kNoHull where it misses, row by row, pitch floats apart.
-// Returns how many rays are unsettled; their numbers, row * kBlock_px + column, are in `unsettled`,
+// Returns how many rays are uncertain; their numbers, row * kBlock_px + column, are in `uncertain`,
 // of kRays, and their depth is to be found otherwise. Moves the block's begin.
 int trace_block(Block& block, std::span<const MapFromView> maps,
-                std::span<const BoxReach* const> reaches, LaneScratch& scratch, float* depth_m,
-                std::ptrdiff_t pitch, std::uint16_t* unsettled);
+                std::span<const SkipMap* const> skip_maps, SimdScratch& scratch, float* depth_m,
+                std::ptrdiff_t pitch, std::uint16_t* uncertain);
 
 }  // namespace fivepipe::hull

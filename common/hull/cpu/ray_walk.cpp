@@ -69,49 +69,49 @@ ImageLine image_line(const geometry::Camera& camera, const geometry::Ray& ray) {
           d.z()};
 }
 
-PixelRect walk_window(const geometry::Camera& camera, const BoxReach& reach, const HullRule& rule) {
+PixelRect walk_window(const geometry::Camera& camera, const SkipMap& skip_map, const HullRule& rule) {
   if (rule.limits == Limits::seen) return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
-  const PixelRect& b = reach.bounds();
+  const PixelRect& b = skip_map.bounds();
   if (b.empty()) return {};
   return {b.u0_px - kAround_px, b.v0_px - kAround_px, b.u1_px + kAround_px, b.v1_px + kAround_px};
 }
 
-MapWalk::MapWalk(const ImageLine& line, const BoxReach& reach, const PixelRect& window,
+MapWalk::MapWalk(const ImageLine& line, const SkipMap& skip_map, const PixelRect& window,
                  Verdict beyond, const RayRange& range)
     : line_(line),
-      reach_(&reach),
+      skip_map_(&skip_map),
       window_(window),
       beyond_(beyond),
       inside_window_(window.empty() ? RayRange{range.end, range.end} : within(line, window, range)),
       right_(line.u_slope * line.w_offset > line.u_offset * line.w_slope),
       down_(line.v_slope * line.w_offset > line.v_offset * line.w_slope) {
-  held_ = inside_window_.empty() ? Held{beyond, kNever} : Held{beyond, inside_window_.begin};
+  verdict_span_ = inside_window_.empty() ? VerdictSpan{beyond, kNever} : VerdictSpan{beyond, inside_window_.begin};
 }
 
 double MapWalk::position(double offset, double slope, double t) const {
   return (offset + t * slope) / (line_.w_offset + t * line_.w_slope);
 }
 
-// Held until the ray leaves the box of pixels alike around (u_, v_).
+// The verdict holds until the ray leaves the box of pixels alike around (u_, v_).
 void MapWalk::enter(double t) {
-  const Box ahead = box_ahead(!right_, !down_);
-  const int r = reach_->at(ahead, u_, v_);
-  box_ = intersection(window_, box_of(ahead, u_, v_, std::abs(r)));
+  const Quadrant ahead = quadrant_ahead(!right_, !down_);
+  const int r = skip_map_->at(ahead, u_, v_);
+  box_ = intersection(window_, quadrant_rect(ahead, u_, v_, std::abs(r)));
   const double at_u = crossing(line_.u_offset, line_.u_slope, line_.w_offset, line_.w_slope,
                                right_ ? box_.u1_px : box_.u0_px, t);
   const double at_v = crossing(line_.v_offset, line_.v_slope, line_.w_offset, line_.w_slope,
                                down_ ? box_.v1_px : box_.v0_px, t);
   in_box_ = true;
   leaves_by_u_ = at_u <= at_v;
-  held_ = {r < 0 ? Verdict::object : Verdict::empty, std::min(at_u, at_v)};
+  verdict_span_ = {r < 0 ? Verdict::object : Verdict::empty, std::min(at_u, at_v)};
 }
 
 void MapWalk::walk_to(double t) {
   if (!(t < inside_window_.end)) {
-    held_ = {beyond_, kNever};
+    verdict_span_ = {beyond_, kNever};
     return;
   }
-  if (in_box_ && t == held_.until) {  // over the border where the box ends: by index, for rounding
+  if (in_box_ && t == verdict_span_.end) {  // over the border where the box ends: by index, for rounding
                                       // may say before or behind
     if (leaves_by_u_) {
       u_ = right_ ? box_.u1_px : box_.u0_px - 1;
@@ -122,7 +122,7 @@ void MapWalk::walk_to(double t) {
     }
     if (u_ < window_.u0_px || u_ >= window_.u1_px || v_ < window_.v0_px || v_ >= window_.v1_px) {
       inside_window_.end = t;
-      held_ = {beyond_, kNever};
+      verdict_span_ = {beyond_, kNever};
       return;
     }
   } else {
@@ -137,12 +137,12 @@ double RayWalk::step_where_empty(double t) {
   int seen = 0;
   double next_seen = kNever;
   for (MapWalk& walk : walks_) {
-    const Held held = walk.held(t);
-    if (held.verdict == Verdict::empty) return held.until;
-    if (held.verdict == Verdict::object)
+    const VerdictSpan verdict_span = walk.verdict_at(t);
+    if (verdict_span.verdict == Verdict::empty) return verdict_span.end;
+    if (verdict_span.verdict == Verdict::object)
       ++seen;
     else
-      next_seen = std::min(next_seen, held.until);
+      next_seen = std::min(next_seen, verdict_span.end);
   }
   return rule_.limits == Limits::all || seen >= rule_.min_seen ? t : next_seen;
 }
@@ -153,8 +153,8 @@ double RayWalk::next_entry(double t, double end) {
   for (std::size_t camera = 0, agreed = 0; agreed < walks_.size() && rule_.limits == Limits::all;
        camera = camera + 1 == walks_.size() ? 0 : camera + 1) {
     ++agreed;
-    for (Held held; (held = walks_[camera].held(t)).verdict != Verdict::object; agreed = 1) {
-      t = held.until;
+    for (VerdictSpan verdict_span; (verdict_span = walks_[camera].verdict_at(t)).verdict != Verdict::object; agreed = 1) {
+      t = verdict_span.end;
       if (!(t < end)) return kNever;
     }
   }
@@ -169,10 +169,10 @@ double RayWalk::next_exit(double t, double end) {
     int seen = 0;
     double until = kNever;
     for (MapWalk& walk : walks_) {
-      const Held held = walk.held(t);
-      if (held.verdict == Verdict::empty) return t;
-      seen += held.verdict == Verdict::object;
-      until = std::min(until, held.until);
+      const VerdictSpan verdict_span = walk.verdict_at(t);
+      if (verdict_span.verdict == Verdict::empty) return t;
+      seen += verdict_span.verdict == Verdict::object;
+      until = std::min(until, verdict_span.end);
     }
     if (rule_.limits == Limits::seen && seen < rule_.min_seen) return t;
     t = until;

@@ -20,7 +20,7 @@ inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Which way a ray's image moves is sure beyond this fraction of what it is the difference of: far
 // above the rounding of float.
-inline constexpr double kUnsureWay = 1e-4;
+inline constexpr double kUncertainDirection = 1e-4;
 
 // Ray parameters [begin, end).
 struct RayRange {
@@ -51,13 +51,13 @@ inline ImageLine image_line(const MapFromView& map, double u_px, double v_px) {
 ImageLine image_line(const geometry::Camera& camera, const geometry::Ray& ray);
 
 enum class Verdict { empty, object, unseen };
-struct Held {
+struct VerdictSpan {
   Verdict verdict;
-  double until;  // ray parameter; kNever: to the end
+  double end;  // ray parameter; kNever: to the end
 };
 
 // The part of a camera's map in which rays are walked.
-PixelRect walk_window(const geometry::Camera& camera, const BoxReach& reach, const HullRule& rule);
+PixelRect walk_window(const geometry::Camera& camera, const SkipMap& skip_map, const HullRule& rule);
 // What a camera says of a ray outside that window.
 inline Verdict beyond_window(const HullRule& rule) {
   return rule.limits == Limits::seen ? Verdict::unseen : Verdict::empty;
@@ -68,13 +68,13 @@ class MapWalk {
   // Where the ray is outside `window` of the map, or not in front of its camera, the verdict is
   // `beyond`. The window holds all object pixels. Borrows the reaches, in which the box ahead of
   // the ray's image is made.
-  MapWalk(const ImageLine& line, const BoxReach& reach, const PixelRect& window, Verdict beyond,
+  MapWalk(const ImageLine& line, const SkipMap& skip_map, const PixelRect& window, Verdict beyond,
           const RayRange& range);
 
   // Just after t, which never decreases from call to call, and is in the range.
-  Held held(double t) {
-    if (!(t < held_.until)) walk_to(t);
-    return held_;
+  VerdictSpan verdict_at(double t) {
+    if (!(t < verdict_span_.end)) walk_to(t);
+    return verdict_span_;
   }
 
  private:
@@ -83,16 +83,16 @@ class MapWalk {
   double position(double offset, double slope, double t) const;
 
   ImageLine line_;
-  const BoxReach* reach_;
+  const SkipMap* skip_map_;
   PixelRect window_;
   Verdict beyond_;
   RayRange inside_window_;
   bool right_, down_;
-  bool in_box_ = false;  // held_.until is where the ray leaves box_
+  bool in_box_ = false;  // verdict_span_.end is where the ray leaves box_
   bool leaves_by_u_ = false;
   PixelRect box_;  // of pixels all alike
   int u_ = 0, v_ = 0;
-  Held held_;
+  VerdictSpan verdict_span_;
 };
 
 // The walks of all cameras, and the rule that joins them.
@@ -101,7 +101,7 @@ class RayWalk {
   RayWalk(std::vector<MapWalk>& walks, const HullRule& rule) : walks_(walks), rule_(rule) {}
 
   // First parameter >= t, before end, from which on the ray is in the hull; kNever if there is
-  // none. t as for MapWalk::held.
+  // none. t as for MapWalk::verdict_at.
   double next_entry(double t, double end);
   // First parameter > t at which the ray is no more in the hull; end if that is not before. It is
   // in the hull just after t.

@@ -7,12 +7,12 @@
 
 #include "common/hull/cpu/skip_map.h"
 
-#ifndef FIVEPIPE_BOX_REACH_ONCE
-#define FIVEPIPE_BOX_REACH_ONCE
+#ifndef FIVEPIPE_SKIP_MAP_ONCE
+#define FIVEPIPE_SKIP_MAP_ONCE
 namespace fivepipe::hull {
 namespace {
 
-constexpr int kWordsPerStep = 8, kCountBits = 3, kLevels = int(kReaches_px.size());
+constexpr int kWordsPerStep = 8, kCountBits = 3, kLevels = int(kExtents_px.size());
 static_assert(kLevels == 1 << kCountBits);
 
 // `rows` rows of `words` words, a multiple of kWordsPerStep. A bit of `empty`: no object pixel; of
@@ -38,11 +38,11 @@ using D8 = hn::CappedTag<std::uint8_t, 64>;
 using V64 = hn::Vec<D64>;
 
 constexpr int apart(int level) {
-  return kReaches_px[std::size_t(level)] - kReaches_px[std::size_t(level - 1)];
+  return kExtents_px[std::size_t(level)] - kExtents_px[std::size_t(level - 1)];
 }
 
-// Erosion of one plane. Level k of a row: pixels whose box of side kReaches_px[k] is all ones. Rows
-// come against the box's way, and a row's vectors too, so that all that the boxes reach over is
+// Erosion of one plane. Level k of a row: pixels whose box of side kExtents_px[k] is all ones. Rows
+// come against the box's way, and a row's vectors too, so that all that the boxes cover is
 // there: level k takes level k - 1 of its own row and of the row `apart` before, each eroded along
 // the row.
 template <bool kLeft>
@@ -111,12 +111,12 @@ HWY_INLINE V64 digit(const V64* levels, int b) {
 }
 
 // A row's bytes from the digits.
-HWY_INLINE void store_reaches(const std::uint64_t* counts, const std::uint64_t* object, int words,
+HWY_INLINE void store_extents(const std::uint64_t* counts, const std::uint64_t* object, int words,
                               int used_words, std::int8_t* out) {
   const D8 d;
-  alignas(16) std::uint8_t reaches[16] = {};
-  for (int k = 0; k < kLevels; ++k) reaches[k] = std::uint8_t(kReaches_px[std::size_t(k)]);
-  const auto table = hn::LoadDup128(d, reaches);
+  alignas(16) std::uint8_t extents[16] = {};
+  for (int k = 0; k < kLevels; ++k) extents[k] = std::uint8_t(kExtents_px[std::size_t(k)]);
+  const auto table = hn::LoadDup128(d, extents);
   for (int w = 0; w < used_words; ++w)
     for (int part = 0; part < 64; part += int(hn::Lanes(d))) {
       const auto bits = [&](const std::uint64_t* row) {
@@ -126,14 +126,14 @@ HWY_INLINE void store_reaches(const std::uint64_t* counts, const std::uint64_t* 
       for (int b = 0; b < kCountBits; ++b)
         level = hn::Or(
             level, hn::IfThenElseZero(bits(counts + b * words), hn::Set(d, std::uint8_t(1 << b))));
-      const auto reach = hn::TableLookupBytes(table, level);
-      hn::StoreU(hn::IfThenElse(bits(object), hn::Sub(hn::Zero(d), reach), reach), d,
+      const auto extent = hn::TableLookupBytes(table, level);
+      hn::StoreU(hn::IfThenElse(bits(object), hn::Sub(hn::Zero(d), extent), extent), d,
                  reinterpret_cast<std::uint8_t*>(out) + w * 64 + part);
     }
 }
 
 template <bool kLeft>
-void reaches_of(bool up, const Planes& pixels, int used_words, std::int8_t* out, int stride) {
+void compute_extents(bool up, const Planes& pixels, int used_words, std::int8_t* out, int stride) {
   const D64 d;
   const int words = pixels.words, lanes = int(hn::Lanes(d)), last = words - lanes;
   Erosion<kLeft> empty(words, ~std::uint64_t{0}), object(words, 0);
@@ -154,16 +154,16 @@ void reaches_of(bool up, const Planes& pixels, int used_words, std::int8_t* out,
       for (int b = 0; b < kCountBits; ++b)
         hn::StoreU(digit(levels, b), d, counts.data() + b * words + word);
     }
-    store_reaches(counts.data(), object_row, words, used_words, out + std::ptrdiff_t(row) * stride);
+    store_extents(counts.data(), object_row, words, used_words, out + std::ptrdiff_t(row) * stride);
   }
 }
 
-void reaches(bool left, bool up, const Planes& pixels, int used_words, std::int8_t* out,
+void extents(bool left, bool up, const Planes& pixels, int used_words, std::int8_t* out,
              int stride) {
   if (left)
-    reaches_of<true>(up, pixels, used_words, out, stride);
+    compute_extents<true>(up, pixels, used_words, out, stride);
   else
-    reaches_of<false>(up, pixels, used_words, out, stride);
+    compute_extents<false>(up, pixels, used_words, out, stride);
 }
 
 }  // namespace
@@ -174,10 +174,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace fivepipe::hull {
 namespace {
-HWY_EXPORT(reaches);
+HWY_EXPORT(extents);
 }  // namespace
 
-void BoxReach::assign(const ObjectPixels& pixels) {
+void SkipMap::assign(const ObjectPixels& pixels) {
   made_ = {};
   bounds_ = pixels.bounds();
   stored_ = {};
@@ -202,32 +202,32 @@ void BoxReach::assign(const ObjectPixels& pixels) {
   }
   stride_ = 64 * used_words;
   box_bytes_ = std::size_t(stride_) * stored_.height_px() + 64;
-  if (bytes_size_ < kBoxes * box_bytes_) {
-    bytes_size_ = kBoxes * box_bytes_;
+  if (bytes_size_ < kQuadrants * box_bytes_) {
+    bytes_size_ = kQuadrants * box_bytes_;
     bytes_ = std::make_unique_for_overwrite<std::int8_t[]>(bytes_size_);
   }
 }
 
-void BoxReach::make(Box box) {
-  const bool left = box == Box::left_down || box == Box::left_up,
-             up = box == Box::right_up || box == Box::left_up;
+void SkipMap::make(Quadrant box) {
+  const bool left = box == Quadrant::left_down || box == Quadrant::left_up,
+             up = box == Quadrant::right_up || box == Quadrant::left_up;
   if (!bounds_.empty())
-    HWY_DYNAMIC_DISPATCH(reaches)
+    HWY_DYNAMIC_DISPATCH(extents)
     (left, up, {stored_.height_px(), words_, empty_.data(), object_.data()}, stride_ / 64,
      bytes_.get() + std::size_t(box) * box_bytes_, stride_);
   made_[std::size_t(box)] = true;
 }
 
-void BoxReach::make_all() {
-  for (int box = 0; box < kBoxes; ++box)
-    if (!has(Box(box))) make(Box(box));
+void SkipMap::make_all() {
+  for (int box = 0; box < kQuadrants; ++box)
+    if (!has(Quadrant(box))) make(Quadrant(box));
 }
 
-int BoxReach::around(int u_px, int v_px) const {
-  int least = kReaches_px.back();
+int SkipMap::min_extent(int u_px, int v_px) const {
+  int least = kExtents_px.back();
   bool object = false;
-  for (int box = 0; box < kBoxes; ++box) {
-    const int r = at(Box(box), u_px, v_px);
+  for (int box = 0; box < kQuadrants; ++box) {
+    const int r = at(Quadrant(box), u_px, v_px);
     object = r < 0;
     least = std::min(least, std::abs(r));
   }

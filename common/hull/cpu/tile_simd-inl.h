@@ -1,10 +1,10 @@
 // Tiles of a block, a vector of them at a time: moved on together while no ray of theirs can meet
 // the hull. Compiled once per instruction set by those who include it.
-#if defined(FIVEPIPE_TILE_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef FIVEPIPE_TILE_LANES_INL_H
-#undef FIVEPIPE_TILE_LANES_INL_H
+#if defined(FIVEPIPE_TILE_SIMD_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef FIVEPIPE_TILE_SIMD_INL_H
+#undef FIVEPIPE_TILE_SIMD_INL_H
 #else
-#define FIVEPIPE_TILE_LANES_INL_H
+#define FIVEPIPE_TILE_SIMD_INL_H
 #endif
 
 #include <hwy/highway.h>
@@ -23,37 +23,37 @@ namespace {
 // A tile goes round the cameras, and a camera is asked in a row, at most so often.
 constexpr int kTileRounds = 4, kTileRepeats = 6;
 // A tile that would move less than this [px] goes on ray by ray.
-constexpr float kLeastTileStep_px = 0.75f;
-constexpr float kNotHeld = -1.0f;
+constexpr float kMinTileStep_px = 0.75f;
+constexpr float kNoVerdictEnd = -1.0f;
 
 struct TileStep {
-  VF advance, reach;
+  VF advance, extent;
   MF stuck;  // the tile's rays are not in one box, or it is left at once
 };
 
 // All rays of a tile lie in the box ahead of the hindmost of its corners while its corners do.
 template <bool kBothWays>
-HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF middle_i, VF middle_j, VF s) {
+HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF center_i, VF center_j, VF s) {
   const DF d;
   const VF zero = hn::Zero(d), margin = hn::Set(d, kBoxMargin_px);
   Position p[4];
   VF rate_u[4], rate_v[4], w1[4];
-  VF least_u = hn::Set(d, kFar), most_u = hn::Neg(least_u), least_v = least_u, most_v = most_u;
+  VF min_u = hn::Set(d, kFar), max_u = hn::Neg(min_u), min_v = min_u, max_v = max_u;
   for (int corner = 0; corner < 4; ++corner) {
-    const Lines l = lines_at(c, hn::Add(middle_i, hn::Set(d, corner & 1 ? half : -half)),
-                             hn::Add(middle_j, hn::Set(d, corner & 2 ? half : -half)));
+    const Lines l = lines_at(c, hn::Add(center_i, hn::Set(d, corner & 1 ? half : -half)),
+                             hn::Add(center_j, hn::Set(d, corner & 2 ? half : -half)));
     p[corner] = position(l, s);
     rate_u[corner] = hn::NegMulAdd(p[corner].u, l.w1, l.u1),
     rate_v[corner] = hn::NegMulAdd(p[corner].v, l.w1, l.v1), w1[corner] = l.w1;
-    least_u = hn::Min(least_u, p[corner].u), least_v = hn::Min(least_v, p[corner].v);
-    if (kBothWays) most_u = hn::Max(most_u, p[corner].u), most_v = hn::Max(most_v, p[corner].v);
+    min_u = hn::Min(min_u, p[corner].u), min_v = hn::Min(min_v, p[corner].v);
+    if (kBothWays) max_u = hn::Max(max_u, p[corner].u), max_v = hn::Max(max_v, p[corner].v);
   }
   const Way<kBothWays> along_u(rate_u[0]), along_v(rate_v[0]);
-  VF fu = hn::Round(along_u.choose(hn::Add(most_u, margin), hn::Sub(least_u, margin))),
-     fv = hn::Round(along_v.choose(hn::Add(most_v, margin), hn::Sub(least_v, margin)));
-  const VF reach = reach_at(c, fu, fv, along_u, along_v),
-           room = hn::Sub(hn::Abs(reach), hn::Set(d, 0.5f + kBoxMargin_px));
-  VF advance = hn::Set(d, kFar), least_way = hn::Set(d, kFar);
+  VF fu = hn::Round(along_u.choose(hn::Add(max_u, margin), hn::Sub(min_u, margin))),
+     fv = hn::Round(along_v.choose(hn::Add(max_v, margin), hn::Sub(min_v, margin)));
+  const VF extent = extent_at(c, fu, fv, along_u, along_v),
+           room = hn::Sub(hn::Abs(extent), hn::Set(d, 0.5f + kBoxMargin_px));
+  VF advance = hn::Set(d, kFar), min_way = hn::Set(d, kFar);
   for (int corner = 0; corner < 4; ++corner) {
     const VF way_u = along_u.left(hn::Sub(p[corner].u, fu), room),
              way_v = along_v.left(hn::Sub(p[corner].v, fv), room);
@@ -62,12 +62,12 @@ HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF middle_i, VF
     if (kBothWays)
       way = hn::IfThenElse(hn::Lt(hn::Min(ahead_u, ahead_v), zero), zero,
                            way);  // corners that part are not in one box for long
-    least_way = hn::Min(least_way, way);
+    min_way = hn::Min(min_way, way);
     const VF take_u = hn::Mul(way_u, reciprocal(divisor(way_u, ahead_u, w1[corner]))),
              take_v = hn::Mul(way_v, reciprocal(divisor(way_v, ahead_v, w1[corner])));
     advance = hn::Min(advance, hn::Mul(p[corner].w, hn::Min(take_u, take_v)));
   }
-  return {advance, reach, hn::Lt(least_way, hn::Set(d, kLeastTileStep_px))};
+  return {advance, extent, hn::Lt(min_way, hn::Set(d, kMinTileStep_px))};
 }
 
 // Moves each tile on while the cameras allow. Returns those that are left, in the same order.
@@ -79,11 +79,11 @@ HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, f
   const float half = 0.5f * float(size_px - 1);
   std::uint64_t left = 0;
   for (int first = 0; first < tiles.count; first += lanes) {
-    const VF i = hn::Load(d, tiles.middle_i + first), j = hn::Load(d, tiles.middle_j + first);
+    const VF i = hn::Load(d, tiles.center_i + first), j = hn::Load(d, tiles.center_j + first);
     VF s = hn::Load(d, tiles.s + first);
     MF live = hn::FirstN(d, std::size_t(std::min(lanes, tiles.count - first)));
     for (std::size_t c = 0; c < cameras.size(); ++c)
-      hn::Store(hn::Set(d, kNotHeld), d, tiles.asked_at[c] + first);
+      hn::Store(hn::Set(d, kNoVerdictEnd), d, tiles.asked_at[c] + first);
     bool moved = true;
     for (int round = 0; round < kTileRounds && moved; ++round) {
       moved = false;
@@ -95,9 +95,9 @@ HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, f
           const TileStep step = cameras[c].both_ways ? step_tiles<true>(cameras[c], half, i, j, s)
                                                      : step_tiles<false>(cameras[c], half, i, j, s);
           tiles.stopped[c] += std::popcount(
-              bits_of(d, hn::And(hn::And(asked, step.stuck), hn::Gt(step.reach, hn::Zero(d)))));
+              bits_of(d, hn::And(hn::And(asked, step.stuck), hn::Gt(step.extent, hn::Zero(d)))));
           const MF sure = hn::AndNot(step.stuck, asked),
-                   inside = hn::And(sure, hn::Lt(step.reach, hn::Zero(d)));
+                   inside = hn::And(sure, hn::Lt(step.extent, hn::Zero(d)));
           hold = hn::IfThenElse(inside, hn::Add(s, step.advance), hold);
           asked = hn::AndNot(inside, sure);
           s = hn::IfThenElse(asked, hn::Add(s, step.advance), s);
@@ -116,7 +116,7 @@ HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, f
   int count = 0;
   for (; left; left &= left - 1, ++count) {
     const int t = std::countr_zero(left);
-    tiles.middle_i[count] = tiles.middle_i[t], tiles.middle_j[count] = tiles.middle_j[t],
+    tiles.center_i[count] = tiles.center_i[t], tiles.center_j[count] = tiles.center_j[t],
     tiles.s[count] = tiles.s[t];
     for (std::size_t c = 0; c < cameras.size(); ++c) tiles.hold[c][count] = tiles.hold[c][t];
   }
@@ -129,12 +129,12 @@ HWY_INLINE void split_tiles(const TileSet& tiles, const PixelRect& rays, std::si
   small.count = 0;
   for (int t = 0; t < tiles.count; ++t)
     for (int part = 0; part < 4; ++part) {
-      const float i = tiles.middle_i[t] + float(part & 1 ? 1 : -1) * 0.5f * kSmallTile_px,
-                  j = tiles.middle_j[t] + float(part & 2 ? 1 : -1) * 0.5f * kSmallTile_px;
+      const float i = tiles.center_i[t] + float(part & 1 ? 1 : -1) * 0.5f * kSmallTile_px,
+                  j = tiles.center_j[t] + float(part & 2 ? 1 : -1) * 0.5f * kSmallTile_px;
       if (!(i - 0.5f * kSmallTile_px < float(rays.width_px() - 1) &&
             j - 0.5f * kSmallTile_px < float(rays.height_px() - 1)))
         continue;
-      small.middle_i[small.count] = i, small.middle_j[small.count] = j,
+      small.center_i[small.count] = i, small.center_j[small.count] = j,
       small.s[small.count] = tiles.s[t];
       for (std::size_t c = 0; c < cameras; ++c) small.hold[c][small.count] = tiles.hold[c][t];
       ++small.count;

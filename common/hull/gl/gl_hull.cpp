@@ -24,22 +24,22 @@ enum Binding {
   kTiles = 2,
   kWork = 3
 };
-static_assert(kMostCameras == kMostGlCameras);
+static_assert(kMaxCameras == kMaxGlCameras);
 constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as its shader
 
 int floor_to_multiple(int x, int of) { return x >= 0 ? x / of * of : -((-x + of - 1) / of * of); }
 
 GLuint groups_of(std::size_t invocations) { return GLuint((invocations + kGroup - 1) / kGroup); }
 
-struct Asked {
+struct QueryCamera {
   const Silhouette* silhouette;
   PixelRect bounds;  // of its object pixels
 };
 
 // The order in which cameras are asked: smallest object first, it clears most; the rest only so
 // that the given order never shows.
-bool asked_before(const Asked& a, const Asked& b) {
-  const auto key = [](const Asked& asked) {
+bool smaller_first(const QueryCamera& a, const QueryCamera& b) {
+  const auto key = [](const QueryCamera& asked) {
     const geometry::Pinhole& k = asked.silhouette->camera.pinhole;
     const auto& m = asked.silhouette->camera.camera_from_world.matrix();
     std::array<double, 21> numbers{double(asked.bounds.area_px()), k.fx_px, k.fy_px, k.cx_px,
@@ -73,27 +73,27 @@ GlHull::GlHull()
       strips_("hull: strips", strips_source()),
       distances_("hull: distances", distances_source()),
       tiles_("hull: tiles", tiles_source()),
-      settle_("hull: settle", settle_source()) {
+      resolve_exact_("hull: settle", resolve_exact_source()) {
   for (const std::size_t most : {4, 16, 64}) rays_.push_back({most, nullptr});
   const Work none{};
   work_buffer_.write(&none, sizeof none);
 }
 
 void GlHull::set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule) {
-  if (silhouettes.size() > kMostGlCameras)
+  if (silhouettes.size() > kMaxGlCameras)
     throw std::invalid_argument("backend gl takes at most 64 cameras");
   if (rule.limits != Limits::all)
     throw std::invalid_argument("backend gl knows only the rule `limits: all`");
   maps_.clear();
   bits_.clear();
-  std::vector<Asked> order;
+  std::vector<QueryCamera> order;
   empty_ = silhouettes.empty();
   for (const Silhouette& s : silhouettes) {
     order.push_back({&s, s.pixels.bounds()});
     empty_ |= !is_finite(s.camera) || order.back().bounds.empty();
   }
   if (empty_) return;
-  std::sort(order.begin(), order.end(), asked_before);
+  std::sort(order.begin(), order.end(), smaller_first);
   for (const auto& [s, b] : order) {
     Map map{s->camera, floor_to_multiple(b.u0_px - kPad_px, 32), b.v0_px - kPad_px, {}};
     map.bounds = {b.u0_px - map.u0_px, b.v0_px - map.v0_px, b.u1_px - map.u0_px,
@@ -118,18 +118,18 @@ void GlHull::set_silhouettes(std::span<const Silhouette> silhouettes, const Hull
 
 void GlHull::prepare() {
   std::vector<Grid> grids;
-  std::size_t most_cell_words = 0, all_strips = 0;
+  std::size_t max_cell_words = 0, all_strips = 0;
   for (const Map& m : maps_) {
     grids.push_back({m.first_pixel_word, m.pixel_words, m.pixel_rows, 0});
     grids.push_back({m.first_cell_word, m.cell_words, m.cell_rows, 0});
-    most_cell_words = std::max(most_cell_words, std::size_t(m.cell_words) * m.cell_rows);
+    max_cell_words = std::max(max_cell_words, std::size_t(m.cell_words) * m.cell_rows);
     for (const Grid& g : {grids.end()[-2], grids.end()[-1]})
       all_strips += std::size_t(g.words_per_row) * (32 / kStripWidth_px) *
                     ((g.rows + kStripHeight_px - 1) / kStripHeight_px);
   }
-  GLint64 most_bytes = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most_bytes);
-  if (words_ * 4 * sizeof(std::uint32_t) > std::size_t(most_bytes)) {
+  GLint64 max_bytes = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &max_bytes);
+  if (words_ * 4 * sizeof(std::uint32_t) > std::size_t(max_bytes)) {
     empty_ = true;
     throw gl::GlError("the maps' object pixels take more than the driver's largest storage block");
   }
@@ -147,10 +147,10 @@ void GlHull::prepare() {
   strip_buffer_.bind_storage(kStrips);
   glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, strip_buffer_.get());
   cells_.use();
-  glDispatchCompute(groups_of(most_cell_words), GLuint(maps_.size()), 1);
+  glDispatchCompute(groups_of(max_cell_words), GLuint(maps_.size()), 1);
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
   strips_.use();
-  glDispatchCompute(groups_of(most_cell_words), GLuint(maps_.size()), 1);
+  glDispatchCompute(groups_of(max_cell_words), GLuint(maps_.size()), 1);
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
   distances_.use();
   glDispatchComputeIndirect(offsetof(Strips, groups));
@@ -211,10 +211,10 @@ void GlHull::write_candidates(std::span<const PixelRect> rects) {
 
 const gl::GlProgram& GlHull::rays_program(std::size_t cameras) {
   const auto rays = std::find_if(rays_.begin(), rays_.end(),
-                                 [&](const RaysProgram& r) { return cameras <= r.most_cameras; });
+                                 [&](const RaysProgram& r) { return cameras <= r.max_cameras; });
   if (!rays->program)
     rays->program =
-        std::make_unique<gl::GlProgram>("hull: rays", rays_source(int(rays->most_cameras)));
+        std::make_unique<gl::GlProgram>("hull: rays", rays_source(int(rays->max_cameras)));
   return *rays->program;
 }
 
@@ -227,7 +227,7 @@ void GlHull::run(std::size_t cameras) {
   glBindImageTexture(0, depth_->get(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
   glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, work_buffer_.get());
   const gl::GlProgram& rays = rays_program(cameras);
-  for (const GLuint program : {tiles_.get(), rays.get(), settle_.get()})
+  for (const GLuint program : {tiles_.get(), rays.get(), resolve_exact_.get()})
     glProgramUniform1i(program, 0, GLint(cameras));
   glProgramUniform1ui(tiles_.get(), 1, GLuint(candidates_));
   tiles_.use();
@@ -236,7 +236,7 @@ void GlHull::run(std::size_t cameras) {
   rays.use();
   glDispatchComputeIndirect(offsetof(Work, tile_groups));
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
-  settle_.use();
+  resolve_exact_.use();
   glDispatchComputeIndirect(offsetof(Work, ray_groups));
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
                   GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |
@@ -245,8 +245,8 @@ void GlHull::run(std::size_t cameras) {
 
 void GlHull::trace(const View& view, std::span<const PixelRect> rects) {
   const int width_px = view.camera.pinhole.width_px, height_px = view.camera.pinhole.height_px;
-  if (width_px <= 0 || height_px <= 0 || width_px > kMostViewSize_px ||
-      height_px > kMostViewSize_px)
+  if (width_px <= 0 || height_px <= 0 || width_px > kMaxViewSize_px ||
+      height_px > kMaxViewSize_px)
     throw std::invalid_argument("view of an unusable size");
   for (const PixelRect& r : rects)
     if (!r.empty() && !(r == intersection(r, {0, 0, width_px, height_px})))

@@ -17,7 +17,7 @@
 
 namespace fivepipe::hull {
 
-inline constexpr std::size_t kMostGlCameras = 64;
+inline constexpr std::size_t kMaxGlCameras = 64;
 
 // Needs a current OpenGL 4.5 context from construction to destruction; changes no state but
 // bindings.
@@ -28,12 +28,12 @@ class GlHull {
   // Uploads the object pixels and prepares them; buffers are reused from frame to frame.
   // Silhouettes that are not finite, or have no object pixel, and no silhouette at all, have no
   // hull. The order of the silhouettes doesn't matter. std::invalid_argument: more than
-  // kMostGlCameras, or a rule other than Limits::all. GlError: more pixels than the driver takes.
+  // kMaxGlCameras, or a rule other than Limits::all. GlError: more pixels than the driver takes.
   void set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
 
   // Depths of the rects, which lie inside the view's image and don't overlap; a view that is not
   // finite has no hull. A pixel's depth does not depend on how a view is divided into rects.
-  // std::invalid_argument: an image of no pixel or beyond kMostViewSize_px, or a rect that reaches
+  // std::invalid_argument: an image of no pixel or beyond kMaxViewSize_px, or a rect that reaches
   // out of it.
   void trace(const View& view, std::span<const PixelRect> rects);
 
@@ -56,7 +56,7 @@ class GlHull {
   };
   Counts counts() const;
 
-  static constexpr int kMostViewSize_px =
+  static constexpr int kMaxViewSize_px =
       16000;  // within every driver's textures, and its tiles within one dispatch
 
  private:
@@ -73,9 +73,9 @@ class GlHull {
   void run(std::size_t cameras);
   const gl::GlProgram& rays_program(std::size_t cameras);
 
-  gl::GlProgram cells_, strips_, distances_, tiles_, settle_;
+  gl::GlProgram cells_, strips_, distances_, tiles_, resolve_exact_;
   struct RaysProgram {
-    std::size_t most_cameras;
+    std::size_t max_cameras;
     std::unique_ptr<gl::GlProgram> program;  // made when first needed
   };
   std::vector<RaysProgram> rays_;

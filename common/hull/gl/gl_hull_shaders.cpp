@@ -15,7 +15,7 @@ layout(std430, binding = 1) readonly buffer Distances { uint distances[]; };
 struct ViewMap { dvec4 eye, column, row, constant; ivec4 bounds, pixels, cells; };
 layout(std140, binding = 0) uniform View {
   dvec4 range_m;  // near, far
-  ViewMap maps[kMostCameras];
+  ViewMap maps[kMaxCameras];
 };
 layout(location = 0) uniform int cameras;
 // A ray's image in a map: (U, V, W) at depth t is eye + t * slope.
@@ -43,12 +43,12 @@ const char* const kWork = R"(
 struct Tile { double begin_m; float length_m; uint at_near, corner, rays, unused_a, unused_b; };
 layout(std430, binding = 2) buffer Tiles { Tile tiles[]; };
 layout(std430, binding = 3) buffer Work { uint tile_groups[3], tile_count, ray_groups[3], ray_count, doubtful[]; };
-const uint kGroupsPerRow = 64u, kMostRayGroups = 32768u;
+const uint kGroupsPerRow = 64u, kMaxRayGroups = 32768u;
 // Left to the pass in double.
 void set_aside(uint u, uint v) {
   uint i = atomicAdd(ray_count, 1u);
   doubtful[i] = u | v << 16;
-  if (i % 64u == 0u) atomicMax(ray_groups[0], min(i / 64u + 1u, kMostRayGroups));
+  if (i % 64u == 0u) atomicMax(ray_groups[0], min(i / 64u + 1u, kMaxRayGroups));
 }
 )";
 
@@ -63,9 +63,9 @@ layout(location = 1) uniform uint candidate_count;
 const double kSlack = 1e-9lf;
 const double kNearestToCamera_m = 1e-9lf;  // as map_from_view.h
 // Boxes are kept this far from, so that rays don't start next to a pixel border [px].
-const double kKeepOff_px = 1.0lf / 32.0lf;
+const double kBorderMargin_px = 1.0lf / 32.0lf;
 const double kSpan = 7.0lf;  // from a tile's first ray to its last [px]
-const int kMostSteps = 48;
+const int kMaxSteps = 48;
 const float kBeyond_px = 1e30;
 dvec2 range;
 void clip(double offset, double slope) {
@@ -90,7 +90,7 @@ void clip_to_map(int c, dvec2 corner) {
   clip_tile(bounds.w * eye.z - eye.y, bounds.w * column.z - column.y, bounds.w * row.z - row.y, bounds.w * first.z - first.y, 0.0lf);
 }
 // Depth >= t up to which one map's object is on none of the tile's rays; t itself where that can't be said.
-double free_until(int c, dvec2 corner, double t) {
+double free_depth(int c, dvec2 corner, double t) {
   dvec3 eye = maps[c].eye.xyz, column = kSpan * maps[c].column.xyz, row = kSpan * maps[c].row.xyz, first = slope_of(c, corner);
   dvec2 uv[4], middle = dvec2(0.0lf);
   for (int k = 0; k < 4; ++k) {
@@ -103,8 +103,8 @@ double free_until(int c, dvec2 corner, double t) {
   Region free = region_around(c, asked);
   if (free.distance < 2) return t;
   // There is no object beyond the crop.
-  dvec2 low = dvec2(mix(low_of(free), vec2(-kBeyond_px), lessThan(asked, ivec2(0)))) + kKeepOff_px;
-  dvec2 high = dvec2(mix(high_of(free), vec2(kBeyond_px), greaterThanEqual(asked, size))) - kKeepOff_px;
+  dvec2 low = dvec2(mix(low_of(free), vec2(-kBeyond_px), lessThan(asked, ivec2(0)))) + kBorderMargin_px;
+  dvec2 high = dvec2(mix(high_of(free), vec2(kBeyond_px), greaterThanEqual(asked, size))) - kBorderMargin_px;
   double until = range_m.y;
   for (int k = 0; k < 4; ++k) {
     if (!(uv[k].x > low.x && uv[k].y > low.y && uv[k].x < high.x && uv[k].y < high.y)) return t;
@@ -120,8 +120,8 @@ double free_until(int c, dvec2 corner, double t) {
   return max(until, t);
 }
 void move_on(dvec2 corner) {
-  for (int i = 0, c = 0, stuck = 0; i < kMostSteps && stuck < cameras && range.x < range.y; ++i) {
-    double until = free_until(c, corner, range.x);
+  for (int i = 0, c = 0, stuck = 0; i < kMaxSteps && stuck < cameras && range.x < range.y; ++i) {
+    double until = free_depth(c, corner, range.x);
     stuck = until > range.x ? 0 : stuck + 1;
     range.x = until;
     if (stuck > 0) c = c + 1 == cameras ? 0 : c + 1;
@@ -165,13 +165,13 @@ layout(r32f, binding = 0) writeonly uniform image2D depth_m;
 const float kCrossingErrors = 3.0, kTolerance = 4.0;
 const float kUnit = 5.9604645e-8, kFormUnits = 3.0, kQuotientUnits = 8.0;  // half an ulp of 1
 const float kWidestTolerance_px = 0.5;       // a ray's pixel is at most one beside the true one: boxes of distance 2 hold both
-const float kWorstForm_px = 1.0 / 64.0;  // forms worse than this settle too little
+const float kMaxFormError_px = 1.0 / 64.0;  // forms worse than this settle too little
 const float kNever = 1e30;
 const float kFarthest_px = 1e6;  // where counting starts, at most; beyond any map
 const float kLengthSlack = 1.0 + 1e-6;  // of float's rounding; the last word is a comparison in double
-const int kMostRepeats = 8;  // on one camera, so that none crawls along its image while another could end the matter
-const int kMostRounds = 64;  // rays that take longer, which none was seen to, are settled in double
-const int kGoing = 0, kHit = 1, kMiss = 2, kDoubtful = 3;
+const int kMaxRepeats = 8;  // on one camera, so that none crawls along its image while another could end the matter
+const int kMaxRounds = 64;  // rays that take longer, which none was seen to, are settled in double
+const int kActive = 0, kHit = 1, kMiss = 2, kUncertain = 3;
 
 // One map's image of the ray: (U, V, W) at the tile's start, and per metre, for pixels counted from `first`.
 struct Form { vec3 start, slope; ivec2 first; float error_px; };
@@ -183,16 +183,16 @@ Form form_of(int c, dvec2 ray, double begin_m, float length_m) {
   f.start = vec3(start - dvec3(dvec2(first), 0.0lf) * start.z);
   f.slope = vec3(slope - dvec3(dvec2(first), 0.0lf) * slope.z);
   vec3 size = abs(f.start) + length_m * abs(f.slope), last = f.start + length_m * f.slope;
-  float least_w = min(f.start.z, last.z), reach_px = 2.0 + max(abs(last.x), abs(last.y)) / last.z;
-  f.error_px = kUnit * (kFormUnits * (max(size.x, size.y) + reach_px * size.z) / least_w + kQuotientUnits * reach_px);
-  if (!(least_w > 0.0 && f.error_px < kWorstForm_px)) f.error_px = kFarthest_px;
+  float min_w = min(f.start.z, last.z), reach_px = 2.0 + max(abs(last.x), abs(last.y)) / last.z;
+  f.error_px = kUnit * (kFormUnits * (max(size.x, size.y) + reach_px * size.z) / min_w + kQuotientUnits * reach_px);
+  if (!(min_w > 0.0 && f.error_px < kMaxFormError_px)) f.error_px = kFarthest_px;
   return f;
 }
 
 // Depth from the tile's start, how uncertain it is, and what set it: the border that an image crossed into pixel `entered`.
 struct Candidate { float s, delta; int camera, axis, entered, border; };
 
-// Asks one camera; kGoing: `now` has moved on, or not (then the camera holds until `holds`).
+// Asks one camera; kActive: `now` has moved on, or not (then the camera holds until `holds`).
 int ask(int c, Form f, float length_m, inout Candidate now, inout float holds) {
   vec3 at = f.start + now.s * f.slope;
   float inverse = 1.0 / at.z;
@@ -203,7 +203,7 @@ int ask(int c, Form f, float length_m, inout Candidate now, inout float holds) {
   ivec2 pixel = mix(ivec2(whole) + f.first, ivec2(now.entered), known);
   off = mix(off, vec2(0.0), known);
   Region region = region_around(c, pixel);
-  if (!(max(off.x, off.y) < (abs(region.distance) == 1 ? 0.5 : 0.5 + kWidestTolerance_px))) return kDoubtful;
+  if (!(max(off.x, off.y) < (abs(region.distance) == 1 ? 0.5 : 0.5 + kWidestTolerance_px))) return kUncertain;
 
   // When the image leaves the region; where that only bounds what is known, a little before.
   vec2 border = border_ahead(region, forward) - vec2(f.first);
@@ -215,24 +215,24 @@ int ask(int c, Form f, float length_m, inout Candidate now, inout float holds) {
   if (region.distance < 0) {
     uv = mix(uv, vec2(now.border - f.first), known);
     holds = all(equal(greaterThan(border, uv), forward)) ? s : now.s;
-    return kGoing;
+    return kActive;
   }
   if (!(s < 2.0 * length_m)) return kMiss;
   float delta = kCrossingErrors * f.error_px * (f.start.z + s * f.slope.z) / abs((along_u ? f.slope.x : f.slope.y) - crossed * f.slope.z);
   if (!(s - delta < length_m)) return kMiss;
-  if (!(delta < length_m)) return kDoubtful;
+  if (!(delta < length_m)) return kUncertain;
   int at_border = int(crossed) + (along_u ? f.first.x : f.first.y);
   now = Candidate(s, delta, c, along_u ? 0 : 1, (along_u ? forward.x : forward.y) ? at_border : at_border - 1, at_border);
-  return kGoing;
+  return kActive;
 }
 // Stays with one camera while it moves the candidate on; then it holds until `holds`.
 void visit(int c, Form form, float length_m, inout Candidate now, inout float holds, inout bool agreed, inout int state) {
-  if (state != kGoing || holds > now.s + now.delta) return;
-  for (int repeat = 0; repeat < kMostRepeats; ++repeat) {
+  if (state != kActive || holds > now.s + now.delta) return;
+  for (int repeat = 0; repeat < kMaxRepeats; ++repeat) {
     float before = now.s;
     holds = -1.0;
     state = ask(c, form, length_m, now, holds);
-    if (state != kGoing || now.s == before) break;
+    if (state != kActive || now.s == before) break;
     agreed = false;
   }
 }
@@ -240,16 +240,16 @@ int first_in_hull(double begin_m, float length_m, dvec2 ray, out Candidate now) 
   float holds[kCameras];
   PREPARE
   now = Candidate(0.0, 0.0, -1, 0, 0, 0);
-  int state = kGoing;
-  for (int round = 0; round < kMostRounds; ++round) {
+  int state = kActive;
+  for (int round = 0; round < kMaxRounds; ++round) {
     bool agreed = true;
     VISIT
-    if (state != kGoing) return state;
+    if (state != kActive) return state;
     bool held = true;  // nobody needs to be asked again
     HELD
     if (agreed || held) return kHit;
   }
-  return kDoubtful;
+  return kUncertain;
 }
 // The crossing again, in double.
 double depth_of(Candidate hit, dvec2 ray) {
@@ -266,8 +266,8 @@ void main() {
   uvec2 ray = uvec2(tile.corner & 0xffffu, tile.corner >> 16) + in_tile;
   Candidate hit;
   int state = first_in_hull(tile.begin_m, tile.length_m * kLengthSlack, dvec2(ray), hit);
-  if (state == kHit && hit.camera < 0 && tile.at_near == 0u) state = kDoubtful;
-  if (state == kDoubtful) {
+  if (state == kHit && hit.camera < 0 && tile.at_near == 0u) state = kUncertain;
+  if (state == kUncertain) {
     set_aside(ray.x, ray.y);
     return;
   }
@@ -280,7 +280,7 @@ void main() {
 })";
 
 // One invocation per doubtful ray, in double from its own start: the steps of ray_walk.cpp.
-const char* const kSettle = R"(
+const char* const kResolveExact = R"(
 layout(local_size_x = 64) in;
 layout(r32f, binding = 0) writeonly uniform image2D depth_m;
 const double kNearestToCamera_m = 1e-9lf;  // as map_from_view.h
@@ -358,18 +358,18 @@ void main() {
 })";
 
 std::string of_view(const std::string& passes) {
-  return kVersion + std::string("const int kFar = 99, kMostCameras = ") +
-         std::to_string(kMostCameras) + ";\nconst float kNoHull = 0.0;\n" + kView + kWork + passes;
+  return kVersion + std::string("const int kFar = 99, kMaxCameras = ") +
+         std::to_string(kMaxCameras) + ";\nconst float kNoHull = 0.0;\n" + kView + kWork + passes;
 }
 
 }  // namespace
 
 std::string tiles_source() { return of_view(kTiles); }
-std::string rays_source(int most_cameras) {
+std::string rays_source(int max_cameras) {
   std::string prepare, visit, held;
-  if (most_cameras <= kUnrolledCameras) {
+  if (max_cameras <= kUnrolledCameras) {
     prepare = "Form forms[kCameras];";
-    for (int i = 0; i < most_cameras; ++i) {
+    for (int i = 0; i < max_cameras; ++i) {
       const std::string c = std::to_string(i);
       prepare += " holds[" + c + "] = -1.0; if (" + c + " < cameras) forms[" + c + "] = form_of(" +
                  c + ", ray, begin_m, length_m);";
@@ -386,9 +386,9 @@ std::string rays_source(int most_cameras) {
         "for (int c = 0; c < cameras; ++c) visit(c, forms[c], length_m, now, holds[c], agreed, "
         "state);";
   }
-  return of_view("const int kCameras = " + std::to_string(most_cameras) + ";\n#define PREPARE " +
+  return of_view("const int kCameras = " + std::to_string(max_cameras) + ";\n#define PREPARE " +
                  prepare + "\n#define VISIT " + visit + "\n#define HELD " + held + "\n" + kRays);
 }
-std::string settle_source() { return of_view(kSettle); }
+std::string resolve_exact_source() { return of_view(kResolveExact); }
 
 }  // namespace fivepipe::hull::gl_hull

@@ -6,7 +6,7 @@
 
 namespace fivepipe::hull::gl_hull {
 
-inline constexpr int kMostCameras =
+inline constexpr int kMaxCameras =
     64;                             // a view's block stays within the 16 KB that every driver has
 inline constexpr int kTile_px = 8;  // a workgroup's rays: tiles of 8x8, aligned in the view
 inline constexpr int kGroup =
@@ -33,7 +33,7 @@ struct ViewMap {  // std140
 };
 struct ViewBlock {
   double range_m[4];  // near, far
-  ViewMap maps[kMostCameras];
+  ViewMap maps[kMaxCameras];
 };
 struct Candidate {  // a tile to look at: its rays (first to last, inclusive) that are asked for
   std::uint32_t corner, rays;
@@ -52,7 +52,7 @@ std::string cells_source();                 // coarse cells from object bits
 std::string strips_source();                // which strips of pixels need distances
 std::string distances_source();             // their chessboard distances from bits
 std::string tiles_source();                 // which tiles may meet the hull, and from where on
-std::string rays_source(int most_cameras);  // rays in float, doubtful ones set aside
-std::string settle_source();                // these in double
+std::string rays_source(int max_cameras);  // rays in float, doubtful ones set aside
+std::string resolve_exact_source();                // these in double
 
 }  // namespace fivepipe::hull::gl_hull

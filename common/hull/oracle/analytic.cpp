@@ -137,7 +137,7 @@ struct Painter {
   Vector3d a, b;  // camera frame [m]
   double radius;
 
-  bool centre_is_in(int u, int v) const {
+  bool center_is_in(int u, int v) const {
     const Vector3d sight((u - pinhole.cx_px) / pinhole.fx_px, (v - pinhole.cy_px) / pinhole.fy_px,
                          1.0);
     return squared_distance_to_half_line(a, b, sight.normalized()) <= radius * radius;
@@ -156,7 +156,7 @@ struct Painter {
       case Overlap::all: return fill(r);
       case Overlap::some:
         if (r.area_px() > 1) return split(r);
-        if (rule == PixelRule::touched || centre_is_in(r.u0_px, r.v0_px))
+        if (rule == PixelRule::touched || center_is_in(r.u0_px, r.v0_px))
           pixels.set(r.u0_px, r.v0_px);
     }
   }

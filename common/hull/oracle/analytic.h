@@ -31,7 +31,7 @@ bool in_analytic_hull(std::span<const Capsule> object, std::span<const geometry:
 
 // centre: a pixel is set where its centre is in the silhouette (cuts off up to half a pixel of the
 // object). touched: where any of its unit square is (contains the object).
-enum class PixelRule { centre, touched };
+enum class PixelRule { center, touched };
 ObjectPixels true_object_pixels(std::span<const Capsule> object, const geometry::Camera& camera,
                                 PixelRule rule);
 

@@ -14,19 +14,19 @@ namespace {
 using Eigen::Vector3d;
 
 // Queries that a thread takes together: enough that taking them costs nothing beside them.
-constexpr int kTogether = 256;
+constexpr int kBatchSize = 256;
 
 // Calls part(begin, end).
 template <class Part>
-void in_parts(base::WorkerPool& pool, std::size_t count, const Part& part) {
-  pool.run(int((count + kTogether - 1) / kTogether), [&](int piece, int) {
-    const std::size_t begin = std::size_t(piece) * kTogether;
-    part(begin, std::min(begin + kTogether, count));
+void for_batches(base::WorkerPool& pool, std::size_t count, const Part& part) {
+  pool.run(int((count + kBatchSize - 1) / kBatchSize), [&](int piece, int) {
+    const std::size_t begin = std::size_t(piece) * kBatchSize;
+    part(begin, std::min(begin + kBatchSize, count));
   });
 }
 template <class Query>
 void for_many(base::WorkerPool& pool, std::size_t count, const Query& query) {
-  in_parts(pool, count, [&](std::size_t begin, std::size_t end) {
+  for_batches(pool, count, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) query(i);
   });
 }
@@ -34,10 +34,10 @@ void for_many(base::WorkerPool& pool, std::size_t count, const Query& query) {
 }  // namespace
 
 HullQuery::HullQuery(CpuHull& hull) : hull_(&hull) {
-  hull.make_all_boxes();
+  hull.make_all_quadrants();
   for (const CpuHull::MapCamera& c : hull.cameras()) {
     const ImageCone cone(c.camera);
-    cones_.push_back({cone, cone.pyramid(c.reach.bounds()), cone.pyramid(image_of(c.camera))});
+    cones_.push_back({cone, cone.pyramid(c.skip_map.bounds()), cone.pyramid(image_of(c.camera))});
   }
 }
 
@@ -49,7 +49,7 @@ bool HullQuery::contains(const Vector3d& p_world_m) const {
     const auto uv_px = geometry::project(c.camera, p_world_m);
     const bool sees = uv_px && holds(image_of(c.camera), uv_px->x(), uv_px->y());
     if (!sees && !all) continue;
-    if (!sees || c.reach.at(Box::right_down, int(uv_px->x() + 0.5), int(uv_px->y() + 0.5)) > 0)
+    if (!sees || c.skip_map.at(Quadrant::right_down, int(uv_px->x() + 0.5), int(uv_px->y() + 0.5)) > 0)
       return false;
     ++seen;
   }
@@ -67,7 +67,7 @@ void HullQuery::each_interval(const geometry::Ray& ray, double near, double far,
   std::vector<MapWalk> walks;
   walks.reserve(cones_.size());
   for (const CpuHull::MapCamera& c : hull_->cameras()) {
-    walks.emplace_back(image_line(c.camera, ray), c.reach, walk_window(c.camera, c.reach, rule),
+    walks.emplace_back(image_line(c.camera, ray), c.skip_map, walk_window(c.camera, c.skip_map, rule),
                        beyond_window(rule), RayRange{near, far});
   }
   RayWalk walk(walks, rule);
@@ -109,12 +109,12 @@ void HullQuery::contains(std::span<const Vector3d> p_world_m,
   if (hull_->empty() || hull_->rule().limits == Limits::seen)
     return for_many(hull_->pool(), p_world_m.size(),
                     [&](std::size_t i) { inside[i] = contains(p_world_m[i]); });
-  const std::vector<PointLaneCamera> cameras = point_lane_cameras(*hull_);
-  in_parts(hull_->pool(), p_world_m.size(), [&](std::size_t begin, std::size_t end) {
-    InHull verdicts[kTogether];
-    contains_in_lanes(cameras, p_world_m.subspan(begin, end - begin), verdicts);
+  const std::vector<PointSimdCamera> cameras = point_simd_cameras(*hull_);
+  for_batches(hull_->pool(), p_world_m.size(), [&](std::size_t begin, std::size_t end) {
+    InHull verdicts[kBatchSize];
+    contains_simd(cameras, p_world_m.subspan(begin, end - begin), verdicts);
     for (std::size_t i = begin; i < end; ++i)
-      inside[i] = verdicts[i - begin] == InHull::unsettled ? contains(p_world_m[i])
+      inside[i] = verdicts[i - begin] == InHull::uncertain ? contains(p_world_m[i])
                                                            : verdicts[i - begin] == InHull::yes;
   });
 }

@@ -56,8 +56,8 @@ class HullQuery {
   const CpuHull& hull() const { return *hull_; }
 
  private:
-  struct Around;  // what one camera says about the surroundings of a point
-  Around around(std::size_t camera, const Eigen::Vector3d& p_world_m) const;
+  struct CameraClearance;  // what one camera says about the surroundings of a point
+  CameraClearance camera_clearance(std::size_t camera, const Eigen::Vector3d& p_world_m) const;
   template <class Take>
   void each_interval(const geometry::Ray& ray, double near, double far, const Take& take) const;
 

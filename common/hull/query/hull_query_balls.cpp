@@ -14,23 +14,23 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Beyond this, products of lengths and focal lengths may overflow [m]: nothing is said there.
 constexpr double kFarthest_m = 1e100;
-bool can_be_told(const Vector3d& p_world_m) {
+bool is_in_range(const Vector3d& p_world_m) {
   return p_world_m.cwiseAbs().maxCoeff() < kFarthest_m && p_world_m.allFinite();
 }
 
 // Pixels all alike around one. Its four boxes differ in size: each side may go as far as the two
 // boxes do that lie on it.
-struct Alike {
+struct UniformRect {
   bool object;
   PixelRect rect;
   bool tight;  // on some side the rectangle ends with the pixel, where the next may be alike all
                // the same
 };
-Alike alike_around(const BoxReach& reach, int u, int v) {
-  const int r = reach.at(Box::right_down, u, v);
-  const int right_down = std::abs(r), left_down = std::abs(reach.at(Box::left_down, u, v)),
-            right_up = std::abs(reach.at(Box::right_up, u, v)),
-            left_up = std::abs(reach.at(Box::left_up, u, v));
+UniformRect uniform_rect_around(const SkipMap& skip_map, int u, int v) {
+  const int r = skip_map.at(Quadrant::right_down, u, v);
+  const int right_down = std::abs(r), left_down = std::abs(skip_map.at(Quadrant::left_down, u, v)),
+            right_up = std::abs(skip_map.at(Quadrant::right_up, u, v)),
+            left_up = std::abs(skip_map.at(Quadrant::left_up, u, v));
   const int left = std::min(left_down, left_up), right = std::min(right_down, right_up),
             up = std::min(right_up, left_up), down = std::min(right_down, left_down);
   return {r < 0,
@@ -40,12 +40,12 @@ Alike alike_around(const BoxReach& reach, int u, int v) {
 
 // How far the point, in pixel (u, v), is from the pixels around that are not alike; those farther
 // than the eight next to it are behind the border of the nine. 0 only where it touches one.
-double to_unlike_m(const BoxReach& reach, const ImageCone& cone, const SeenPoint& p, int u, int v,
+double distance_to_other_m(const SkipMap& skip_map, const ImageCone& cone, const ProjectedPoint& p, int u, int v,
                    bool object) {
   double nearest_m = cone.inside_m(p, cone.pyramid({u - 1, v - 1, u + 2, v + 2}));
   for (int dv = -1; dv <= 1; ++dv)
     for (int du = -1; du <= 1; ++du)
-      if ((reach.at(Box::right_down, u + du, v + dv) < 0) != object)
+      if ((skip_map.at(Quadrant::right_down, u + du, v + dv) < 0) != object)
         nearest_m = std::min(
             nearest_m, cone.outside_m(p, cone.pyramid({u + du, v + dv, u + du + 1, v + dv + 1})));
   return nearest_m;
@@ -53,30 +53,30 @@ double to_unlike_m(const BoxReach& reach, const ImageCone& cone, const SeenPoint
 
 }  // namespace
 
-struct HullQuery::Around {
+struct HullQuery::CameraClearance {
   double off_object_m = 0;  // > 0: no nearer point is on this camera's object
   double on_object_m = 0;   // > 0: every nearer point is
   bool on_object = false, sees = false;
   double to_image_border_m = kInfinity;  // by `seen` alone: from where the camera's part may change
 };
 
-HullQuery::Around HullQuery::around(std::size_t camera, const Vector3d& p_world_m) const {
+HullQuery::CameraClearance HullQuery::camera_clearance(std::size_t camera, const Vector3d& p_world_m) const {
   const CpuHull::MapCamera& c = hull_->cameras()[camera];
   const auto& [cone, object, whole_image] = cones_[camera];
-  const SeenPoint p = cone.see(p_world_m);
+  const ProjectedPoint p = cone.see(p_world_m);
   const PixelRect image = image_of(c.camera);
-  Around a;
+  CameraClearance a;
   const bool in_front = p.p_camera_m.z() > 0;
   a.sees = in_front && holds(image, p.u_px, p.v_px);
   if (hull_->rule().limits == Limits::seen && !image.empty())
     a.to_image_border_m = a.sees ? cone.inside_m(p, whole_image) : cone.outside_m(p, whole_image);
-  a.off_object_m = c.reach.bounds().empty() ? kInfinity : std::max(0.0, cone.outside_m(p, object));
-  if (in_front && holds(c.reach.stored(), p.u_px, p.v_px)) {  // elsewhere the bounds say more
+  a.off_object_m = c.skip_map.bounds().empty() ? kInfinity : std::max(0.0, cone.outside_m(p, object));
+  if (in_front && holds(c.skip_map.stored(), p.u_px, p.v_px)) {  // elsewhere the bounds say more
     const int u = int(std::floor(p.u_px + 0.5)), v = int(std::floor(p.v_px + 0.5));
-    const Alike alike = alike_around(c.reach, u, v);
+    const UniformRect alike = uniform_rect_around(c.skip_map, u, v);
     double to_border_m = cone.inside_m(p, cone.pyramid(alike.rect));
     if (alike.tight)
-      to_border_m = std::max(to_border_m, to_unlike_m(c.reach, cone, p, u, v, alike.object));
+      to_border_m = std::max(to_border_m, distance_to_other_m(c.skip_map, cone, p, u, v, alike.object));
     a.on_object = alike.object;
     if (alike.object)
       a.on_object_m = to_border_m;
@@ -90,7 +90,7 @@ HullQuery::Around HullQuery::around(std::size_t camera, const Vector3d& p_world_
 // needed-th nearest object it is not. By `seen`, it is not either where one camera sees it, and
 // sees it empty.
 double HullQuery::free_radius_m(const Vector3d& p_world_m) const {
-  if (!can_be_told(p_world_m)) return 0;
+  if (!is_in_range(p_world_m)) return 0;
   if (hull_->unusable()) return 0;
   if (hull_->empty()) return kInfinity;
   const bool seen = hull_->rule().limits == Limits::seen;
@@ -99,12 +99,12 @@ double HullQuery::free_radius_m(const Vector3d& p_world_m) const {
   double radius_m = 0;
   if (!seen) {
     for (std::size_t i = 0; i < cameras; ++i)
-      radius_m = std::max(radius_m, around(i, p_world_m).off_object_m);
+      radius_m = std::max(radius_m, camera_clearance(i, p_world_m).off_object_m);
     return radius_m;
   }
   std::vector<double> off_object_m;
   for (std::size_t i = 0; i < cameras; ++i) {
-    const Around a = around(i, p_world_m);
+    const CameraClearance a = camera_clearance(i, p_world_m);
     off_object_m.push_back(a.off_object_m);
     if (a.sees && !a.on_object)
       radius_m = std::max(radius_m, std::min(a.off_object_m, a.to_image_border_m));
@@ -117,12 +117,12 @@ double HullQuery::free_radius_m(const Vector3d& p_world_m) const {
 }
 
 double HullQuery::solid_radius_m(const Vector3d& p_world_m) const {
-  if (hull_->empty() || !can_be_told(p_world_m)) return 0;
+  if (hull_->empty() || !is_in_range(p_world_m)) return 0;
   const bool all = hull_->rule().limits == Limits::all;
   int seen = 0;
   double radius_m = kInfinity;
   for (std::size_t i = 0; i < cones_.size(); ++i) {
-    const Around a = around(i, p_world_m);
+    const CameraClearance a = camera_clearance(i, p_world_m);
     seen += a.sees;
     radius_m = std::min(radius_m, all || a.sees ? a.on_object_m : a.to_image_border_m);
     if (!(radius_m > 0)) return 0;

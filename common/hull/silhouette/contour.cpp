@@ -12,11 +12,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 
-// Middles at three places along the tangent, a quarter of a pixel apart, give more; at two places
+// EdgeCenters at three places along the tangent, a quarter of a pixel apart, give more; at two places
 // there is no parabola.
-constexpr double kLeastDeterminant_px6 = 1e-3;
+constexpr double kMinDeterminant_px6 = 1e-3;
 // A parabola that leaves its chord so steeply follows single edges: the chord is the better guess.
-constexpr double kMostSlope = 1;
+constexpr double kMaxSlope = 1;
 
 // An edge's middle lies anywhere within half a pixel of what was drawn, even where all of a window
 // lie on one line [px^2].
@@ -47,12 +47,12 @@ Vector2i turned(const Edge& from, const Vector2i& along, const Edge& to) {
 }
 
 // Edges' middles relative to uv, the starting edge's in the middle: kContourEdges before and after.
-using Middles = std::array<Vector2d, 2 * kContourEdges + 1>;
+using EdgeCenters = std::array<Vector2d, 2 * kContourEdges + 1>;
 
 // A closed contour has so many edges; 2 kContourEdges + 1 stand for that and more.
-Middles middles_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px,
+EdgeCenters edge_centers_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px,
                        int& edges) {
-  Middles middles;
+  EdgeCenters middles;
   edges = 2 * kContourEdges + 1;
   middles[kContourEdges] = start.middle() - uv_px;
   std::array<Edge, 2> edge{start, start};  // on the way back, and forth
@@ -74,7 +74,7 @@ Middles middles_around(const ContourMap& map, const Edge& start, const Vector2d&
 constexpr int kFineWindow = 8;
 
 // By how much the contour turns from one side of the middle to the other.
-double turn_rad(const Middles& m, int n) {
+double turn_rad(const EdgeCenters& m, int n) {
   const Vector2d to = m[kContourEdges] - m[std::size_t(kContourEdges - n)],
                  from = m[std::size_t(kContourEdges + n)] - m[kContourEdges];
   return std::abs(std::atan2(to.x() * from.y() - to.y() * from.x(), to.dot(from)));
@@ -83,10 +83,10 @@ double turn_rad(const Middles& m, int n) {
 // Largest window about the middle in which the contour turns little enough; else the smallest. Of a
 // small thing no more than half the contour: a window that goes on around it comes back from
 // behind.
-int window(const Middles& m, int edges) {
+int window(const EdgeCenters& m, int edges) {
   int n = edges > 2 * kContourEdges ? kContourEdges
                                     : std::clamp(edges / 4, kFewestContourEdges, kContourEdges);
-  while (n > kFewestContourEdges && !(turn_rad(m, n) <= kMostTurn_rad))
+  while (n > kFewestContourEdges && !(turn_rad(m, n) <= kMaxTurn_rad))
     n -= n > kFineWindow ? 4 : 1;
   return n;
 }
@@ -97,7 +97,7 @@ struct Slope {
 
 // Slope at x = 0 of the parabola y = a + b x + c x^2 through the middles, x along `tangent`; that
 // of the chord where there is none.
-Slope slope_at_uv(const Middles& m, int n, const Vector2d& tangent, double chord_px) {
+Slope slope_at_uv(const EdgeCenters& m, int n, const Vector2d& tangent, double chord_px) {
   const Vector2d normal(-tangent.y(), tangent.x());
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -110,10 +110,10 @@ Slope slope_at_uv(const Middles& m, int n, const Vector2d& tangent, double chord
     sum_yy += y * y;
   }
   const Slope of_chord{0, 2 / chord_px};
-  if (!(a.determinant() > kLeastDeterminant_px6)) return of_chord;
+  if (!(a.determinant() > kMinDeterminant_px6)) return of_chord;
   const Eigen::Matrix3d inverse = a.inverse();
   const Eigen::Vector3d fit = inverse * b;
-  if (!(std::abs(fit.y()) <= kMostSlope)) return of_chord;
+  if (!(std::abs(fit.y()) <= kMaxSlope)) return of_chord;
   const int freedom = 2 * n + 1 - 3;
   const double variance_px2 = std::max(kStaircaseVariance_px2, (sum_yy - fit.dot(b)) / freedom);
   return {fit.y(), std::sqrt(variance_px2 * inverse(1, 1))};
@@ -125,7 +125,7 @@ ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int
                        const Vector2d& uv_px) {
   const Edge start{{u_px, v_px}, {du_px, dv_px}};
   int edges = 0;
-  const Middles middles = middles_around(map, start, uv_px, edges);
+  const EdgeCenters middles = edge_centers_around(map, start, uv_px, edges);
   const int n = window(middles, edges);
   const Vector2d chord =
       middles[std::size_t(kContourEdges + n)] - middles[std::size_t(kContourEdges - n)];
@@ -136,7 +136,7 @@ ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int
   const Vector2d fitted =
       (tangent + slope.at_uv * Vector2d(-tangent.y(), tangent.x())).normalized();
   // A corner, or a thing of a few pixels: the tangent is anywhere between both sides'.
-  const double turn = turn_rad(middles, n), between_rad = turn <= kMostTurn_rad ? 0 : 0.5 * turn;
+  const double turn = turn_rad(middles, n), between_rad = turn <= kMaxTurn_rad ? 0 : 0.5 * turn;
   return {{fitted.y(), -fitted.x()},
           std::max(std::atan(slope.error),
                    between_rad)};  // tangent = outward turned by a quarter from x to y

@@ -13,11 +13,11 @@ enum class Kept { object, not_empty };
 
 // A map's pixels with the image they lie in.
 struct ContourMap {
-  const BoxReach* reach;  // with Box::right_down
+  const SkipMap* skip_map;  // with Quadrant::right_down
   PixelRect image;
   Kept kept;
   bool keeps(int u_px, int v_px) const {
-    if (reach->at(Box::right_down, u_px, v_px) < 0) return true;
+    if (skip_map->at(Quadrant::right_down, u_px, v_px) < 0) return true;
     return kept == Kept::not_empty && intersection(image, {u_px, v_px, u_px + 1, v_px + 1}).empty();
   }
 };
@@ -27,15 +27,15 @@ struct ContourMap {
 // dv being 0, the other -1 or 1; uv_px lies on that edge.
 //
 // A parabola is fitted, by least squares, to the middles of the pixel edges along the contour, at
-// most kContourEdges to each side, fewer where the contour turns by more than kMostTurn_rad between
+// most kContourEdges to each side, fewer where the contour turns by more than kMaxTurn_rad between
 // the sides. Measured on discs (tests/hull_surface.cpp): radius 20 px 0.30 degrees median, 1.0 p95;
 // radius 3 px 2.5 and 7.2.
 inline constexpr int kContourEdges = 16, kFewestContourEdges = 2;
-inline constexpr double kMostTurn_rad = 1.4;
+inline constexpr double kMaxTurn_rad = 1.4;
 struct ContourFit {
   Eigen::Vector2d normal;
   // Standard error of the fit, taken from its residuals; where too few edges are left for it, a
-  // pixel's over half the chord; half the turn where the contour turns by more than kMostTurn_rad
+  // pixel's over half the chord; half the turn where the contour turns by more than kMaxTurn_rad
   // even in the smallest window.
   double error_rad;
 };

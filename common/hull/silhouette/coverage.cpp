@@ -32,7 +32,7 @@ std::uint8_t counted_coverage(std::span<const Capsule> object, const geometry::C
                  dv = (i * kLatticeStep % kLatticePoints + 0.5) / kLatticePoints - 0.5;
     in += in_silhouette(object, camera, {u + du, v + dv});
   }
-  return std::uint8_t((in * kWholeCoverage + kLatticePoints / 2) / kLatticePoints);
+  return std::uint8_t((in * kFullCoverage + kLatticePoints / 2) / kLatticePoints);
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ double CoverageMap::interpolated(double u_px, double v_px) const {
   const double du = u_px - u, dv = v_px - v;
   const double above = at_nearest(u, v) * (1 - du) + at_nearest(u + 1, v) * du,
                below = at_nearest(u, v + 1) * (1 - du) + at_nearest(u + 1, v + 1) * du;
-  return (above * (1 - dv) + below * dv) / kWholeCoverage;
+  return (above * (1 - dv) + below * dv) / kFullCoverage;
 }
 
 CoverageMap true_coverage(std::span<const Capsule> object, const geometry::Camera& camera) {
@@ -82,7 +82,7 @@ CoverageMap true_coverage(std::span<const Capsule> object, const geometry::Camer
       const bool whole = std::any_of(object.begin(), object.end(), [&](const Capsule& c) {
         return covers_whole_pixel(c, camera, u, v);
       });
-      map.set(u, v, whole ? std::uint8_t(kWholeCoverage) : counted_coverage(object, camera, u, v));
+      map.set(u, v, whole ? std::uint8_t(kFullCoverage) : counted_coverage(object, camera, u, v));
     }
   return map;
 }
@@ -114,7 +114,7 @@ std::optional<Vector2d> outward_in_image(const CoverageMap& map, const Vector2d&
     }
   const Vector2d gradient = normal_matrix.ldlt().solve(right_side).tail<2>();
   const double length = gradient.norm();
-  if (!(length > kLeastFall)) return std::nullopt;
+  if (!(length > kMinFall)) return std::nullopt;
   return -gradient / length;
 }
 

@@ -17,8 +17,8 @@ namespace fivepipe::hull {
 
 // Twice a coverage less this is its side of the border: odd, so that no pixel centre is ever on the
 // border itself.
-inline constexpr int kWholeCoverage = 255;
-constexpr int side_of_border(std::uint8_t coverage) { return 2 * coverage - kWholeCoverage; }
+inline constexpr int kFullCoverage = 255;
+constexpr int side_of_border(std::uint8_t coverage) { return 2 * coverage - kFullCoverage; }
 
 // Coverage of every pixel of an image: 0 none, 255 all of its unit square.
 class CoverageMap {
@@ -69,7 +69,7 @@ inline constexpr double kNormalSigma_px = 1.0;
 inline constexpr int kNormalReach_px = 3;
 // A plane that falls by less than this across a pixel has no direction [coverage of 255]: the
 // rounding of 8 bits.
-inline constexpr double kLeastFall = 1.0;
+inline constexpr double kMinFall = 1.0;
 
 // Unit vector in the image that points out of the silhouette at a border point: down the plane
 // fitted to the coverage around it. Nothing where the coverage is nearly the same all around, or uv

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 constexpr double kStartSlack = 4e-6;
 
 // So that the given order never shows.
-bool asked_before(const CoverageSilhouette& a, const CoverageSilhouette& b) {
+bool smaller_first(const CoverageSilhouette& a, const CoverageSilhouette& b) {
   const auto key = [](const CoverageSilhouette& s) {
     const auto& m = s.camera.camera_from_world.matrix();
     const geometry::Pinhole& k = s.camera.pinhole;
@@ -41,8 +41,8 @@ Entry next_entry(std::span<CoverageWalk> walks, double t, double end) {
   for (std::size_t camera = 0, agreed = 0; agreed < walks.size();
        camera = camera + 1 == walks.size() ? 0 : camera + 1) {
     ++agreed;
-    for (CoverageWalk::Held held; !(held = walks[camera].held(t)).inside; agreed = 1) {
-      t = held.until;
+    for (CoverageWalk::VerdictSpan verdict_span; !(verdict_span = walks[camera].verdict_at(t)).inside; agreed = 1) {
+      t = verdict_span.end;
       limiting = int(camera);
       if (!(t < end)) return {kNever, -1};
     }
@@ -86,9 +86,9 @@ void CoverageHull::assign(std::span<const CoverageSilhouette> silhouettes) {
   superset_.assign(cells);
   cameras_.clear();
   for (const CpuHull::MapCamera& c : superset_.cameras())
-    cameras_.push_back({silhouettes[c.silhouette], c.silhouette, &c.reach});
+    cameras_.push_back({silhouettes[c.silhouette], c.silhouette, &c.skip_map});
   std::sort(cameras_.begin(), cameras_.end(), [](const MapCamera& a, const MapCamera& b) {
-    return asked_before(a.silhouette, b.silhouette);
+    return smaller_first(a.silhouette, b.silhouette);
   });
 }
 
@@ -113,7 +113,7 @@ void CoverageHull::trace(const View& view, const PixelRect& rect, std::span<floa
       walks.clear();
       for (std::size_t i = 0; i < cameras_.size(); ++i)
         walks.emplace_back(image_line(maps[i], rect.u0_px + column, rect.v0_px + row),
-                           cameras_[i].silhouette.map, *cameras_[i].reach, range);
+                           cameras_[i].silhouette.map, *cameras_[i].skip_map, range);
       const Entry entry = next_entry(walks, range.begin, range.end);
       depth = entry.t == kNever ? kNoHull : float(entry.t);
       if (depth == kNoHull) continue;

@@ -53,7 +53,7 @@ class CoverageHull {
   struct MapCamera {
     CoverageSilhouette silhouette;
     int given;  // index in what was given
-    const BoxReach* reach;
+    const SkipMap* skip_map;
   };
   template <class Found>
   void trace(const View& view, const PixelRect& rect, std::span<float> depth_m, const Found& found);

@@ -71,15 +71,15 @@ ObjectPixels cells_with_object(const CoverageMap& map) {
   return cells;
 }
 
-CoverageWalk::CoverageWalk(const ImageLine& line, const CoverageMap& map, const BoxReach& reach,
+CoverageWalk::CoverageWalk(const ImageLine& line, const CoverageMap& map, const SkipMap& skip_map,
                            const RayRange& range)
     : line_(line),
       map_(&map),
-      reach_(&reach),
+      skip_map_(&skip_map),
       inside_image_(within_image(line, map, range)),
       right_(line.u_slope * line.w_offset > line.u_offset * line.w_slope),
       down_(line.v_slope * line.w_offset > line.v_offset * line.w_slope),
-      held_{false, inside_image_.empty() ? kNever : inside_image_.begin} {}
+      verdict_span_{false, inside_image_.empty() ? kNever : inside_image_.begin} {}
 
 CoverageWalk::ImagePoint CoverageWalk::at(double t) const {
   const double w = line_.w_offset + t * line_.w_slope;
@@ -88,7 +88,7 @@ CoverageWalk::ImagePoint CoverageWalk::at(double t) const {
 
 void CoverageWalk::walk_to(double t) {
   if (!(t < inside_image_.end)) {
-    held_ = {false, kNever};
+    verdict_span_ = {false, kNever};
   } else if (cuts_ > 0 && t < cut_t_[cuts_ - 1]) {
     take_piece(t);
   } else if (t == leaves_box_) {
@@ -113,16 +113,16 @@ void CoverageWalk::step_over_border(double t) {
   }
   if (u_ < 0 || v_ < 0 || u_ > map_->width_px() || v_ > map_->height_px()) {
     inside_image_.end = t;
-    held_ = {false, kNever};
+    verdict_span_ = {false, kNever};
   } else {
     enter(t);
   }
 }
 
 void CoverageWalk::enter(double t) {
-  const Box ahead = box_ahead(!right_, !down_);
-  const int reach = reach_->at(ahead, u_, v_);
-  box_ = box_of(ahead, u_, v_, std::max(reach, 1));
+  const Quadrant ahead = quadrant_ahead(!right_, !down_);
+  const int extent = skip_map_->at(ahead, u_, v_);
+  box_ = quadrant_rect(ahead, u_, v_, std::max(extent, 1));
   const double at_u = crossing(line_.u_offset, line_.u_slope, line_.w_offset, line_.w_slope,
                                right_ ? box_.u1_px : box_.u0_px, t);
   const double at_v = crossing(line_.v_offset, line_.v_slope, line_.w_offset, line_.w_slope,
@@ -130,8 +130,8 @@ void CoverageWalk::enter(double t) {
   leaves_by_u_ = at_u <= at_v;
   leaves_box_ = std::min(at_u, at_v);
   cuts_ = 0;
-  if (reach > 0 || leaves_box_ == t)
-    held_ = {false, leaves_box_};
+  if (extent > 0 || leaves_box_ == t)
+    verdict_span_ = {false, leaves_box_};
   else
     cut_cell(t);
 }
@@ -145,7 +145,7 @@ void CoverageWalk::cut_cell(double t) {
                s11 = side_of_border(map_->at_nearest(u_, v_));
   const double end = std::min(leaves_box_, inside_image_.end);
   if (s00 > 0 && s10 > 0 && s01 > 0 && s11 > 0) {
-    held_ = {true, end};
+    verdict_span_ = {true, end};
     return;
   }
   const ImagePoint p0 = at(t), p1 = at(end);
@@ -177,7 +177,7 @@ void CoverageWalk::take_piece(double t) {
   int piece = 0;
   while (piece + 2 < cuts_ && !(t < cut_t_[piece + 1])) ++piece;
   const double x = 0.5 * (cut_at_[piece] + cut_at_[piece + 1]);
-  held_ = {constant_ + x * (linear_ + x * square_) >= 0, cut_t_[piece + 1]};
+  verdict_span_ = {constant_ + x * (linear_ + x * square_) >= 0, cut_t_[piece + 1]};
 }
 
 }  // namespace fivepipe::hull

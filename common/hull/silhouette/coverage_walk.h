@@ -17,19 +17,19 @@ ObjectPixels cells_with_object(const CoverageMap& map);
 
 class CoverageWalk {
  public:
-  // The line is that of the cells' camera. Borrows the map, and the reach of its cells with the box
+  // The line is that of the cells' camera. Borrows the map, and the skip_map of its cells with the box
   // ahead of the line made.
-  CoverageWalk(const ImageLine& line, const CoverageMap& map, const BoxReach& reach,
+  CoverageWalk(const ImageLine& line, const CoverageMap& map, const SkipMap& skip_map,
                const RayRange& range);
 
-  struct Held {
+  struct VerdictSpan {
     bool inside;
-    double until;  // > t; kNever: to the end
+    double end;  // > t; kNever: to the end
   };
   // Just after t, which never decreases from call to call, and is in the range.
-  Held held(double t) {
-    while (!(t < held_.until)) walk_to(t);
-    return held_;
+  VerdictSpan verdict_at(double t) {
+    while (!(t < verdict_span_.end)) walk_to(t);
+    return verdict_span_;
   }
   // Where the ray comes into the image, or in front of the camera, or the range begins: the
   // coverage has no border there.
@@ -48,7 +48,7 @@ class CoverageWalk {
 
   ImageLine line_;
   const CoverageMap* map_;
-  const BoxReach* reach_;
+  const SkipMap* skip_map_;
   RayRange inside_image_;
   bool right_, down_, leaves_by_u_ = false;
   PixelRect box_;  // of cells, in which the ray is; where it has more than one, all are empty
@@ -59,7 +59,7 @@ class CoverageWalk {
   double constant_ = 0, linear_ = 0, square_ = 0;
   double cut_at_[4] = {}, cut_t_[4] = {};
   int cuts_ = 0;
-  Held held_;
+  VerdictSpan verdict_span_;
 };
 
 }  // namespace fivepipe::hull

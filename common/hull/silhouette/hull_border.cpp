@@ -69,13 +69,13 @@ bool in_or_beside(const PixelRect& image,
 }
 
 // Another camera whose border passes the point so closely that it ends the hull there as well.
-std::optional<LimitingCamera> limits_too(const CpuHull& hull, const CpuHull::MapCamera& c,
+std::optional<LimitingCamera> also_limits(const CpuHull& hull, const CpuHull::MapCamera& c,
                                          const Vector3d& p_world_m) {
   const auto uv_px = geometry::project(c.camera, p_world_m);
   const PixelRect image = image_of(c.camera);
   if (!uv_px || !in_or_beside(image, *uv_px)) return std::nullopt;
   // By `seen`, a point that leaves the image on an object pixel may still be in the hull.
-  const ContourMap map{&c.reach, image,
+  const ContourMap map{&c.skip_map, image,
                        hull.rule().limits == Limits::seen ? Kept::not_empty : Kept::object};
   const auto edge = edge_at(map, *uv_px, Vector2d::Zero());
   if (!edge) return std::nullopt;
@@ -95,7 +95,7 @@ std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const Image
   walks.reserve(lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const CpuHull::MapCamera& c = hull.cameras()[i];
-    walks.emplace_back(lines[i], c.reach, walk_window(c.camera, c.reach, rule), beyond_window(rule),
+    walks.emplace_back(lines[i], c.skip_map, walk_window(c.camera, c.skip_map, rule), beyond_window(rule),
                        RayRange{near, far});
   }
   RayBorder border{near};
@@ -105,11 +105,11 @@ std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const Image
     double until = kNever;
     bool was_empty = false;
     for (int i = 0; i < int(walks.size()); ++i) {
-      const Held held = walks[std::size_t(i)].held(border.t);
-      if (held.verdict == Verdict::object)
+      const VerdictSpan verdict_span = walks[std::size_t(i)].verdict_at(border.t);
+      if (verdict_span.verdict == Verdict::object)
         ++seen;
-      else if (held.verdict == Verdict::empty || held.until < until)
-        next = i, until = held.until, was_empty = held.verdict == Verdict::empty;
+      else if (verdict_span.verdict == Verdict::empty || verdict_span.end < until)
+        next = i, until = verdict_span.end, was_empty = verdict_span.verdict == Verdict::empty;
       if (was_empty) break;
     }
     if (!was_empty && seen >= (rule.limits == Limits::all ? int(walks.size()) : rule.min_seen))
@@ -117,7 +117,7 @@ std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const Image
     if (next < 0) return std::nullopt;
     border = {until, next};
     const bool lets_go =
-        was_empty && until < far && walks[std::size_t(next)].held(until).verdict == Verdict::unseen;
+        was_empty && until < far && walks[std::size_t(next)].verdict_at(until).verdict == Verdict::unseen;
     border.kept = lets_go ? Kept::not_empty : Kept::object;
   }
 }
@@ -132,7 +132,7 @@ std::optional<BorderNormal> normal_at(const CpuHull& hull, const RayBorder& bord
                         l.v_slope * l.w_offset - l.v_offset * l.w_slope);
   const PixelRect image = image_of(c.camera);
   if (!in_or_beside(image, uv)) return std::nullopt;
-  const ContourMap map{&c.reach, image, border.kept};
+  const ContourMap map{&c.skip_map, image, border.kept};
   const auto edge = edge_at(map, uv, motion);
   if (!edge) return std::nullopt;
   return normal_of(c.camera, map, *edge, uv);
@@ -155,14 +155,14 @@ std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const ge
                           crossed->normal_world, crossed->error_rad, 0.0}}};
   for (int i = 0; i < int(hull.cameras().size()); ++i) {
     if (i == border->camera) continue;
-    const auto other = limits_too(hull, hull.cameras()[std::size_t(i)],
+    const auto other = also_limits(hull, hull.cameras()[std::size_t(i)],
                                   ray.origin_world_m + border->t * ray.direction_world);
     if (other) found.cameras.push_back(*other);
   }
   std::stable_sort(found.cameras.begin() + 1, found.cameras.end(),
                    [](const auto& a, const auto& b) { return a.distance_px < b.distance_px; });
-  if (found.cameras.size() > kMostLimiting)
-    found.cameras.erase(found.cameras.begin() + kMostLimiting, found.cameras.end());
+  if (found.cameras.size() > kMaxLimiting)
+    found.cameras.erase(found.cameras.begin() + kMaxLimiting, found.cameras.end());
   return found;
 }
 

@@ -51,10 +51,10 @@ inline constexpr double kAtBorder_px = 1.0;
 struct LimitingCameras {
   double t;  // where the ray enters the hull
   // First the one whose border the ray crosses there; then all others whose border is within
-  // kAtBorder_px, nearest first: an edge of the hull, or a corner. At most kMostLimiting.
+  // kAtBorder_px, nearest first: an edge of the hull, or a corner. At most kMaxLimiting.
   std::vector<LimitingCamera> cameras;
 };
-inline constexpr std::size_t kMostLimiting = 4;
+inline constexpr std::size_t kMaxLimiting = 4;
 // At the first entry of the ray between near and far; nothing where there is none, it starts in the
 // hull, or no edge is found.
 std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const geometry::Ray& ray,

@@ -12,8 +12,8 @@ namespace {
 // degrees, and a little.
 constexpr double kThin_px = 1.5;
 
-// Coverages as small as 0.15, known to 0.01, give a strip's place to a tenth of its share.
-constexpr double kShareSlack = 1.1;
+// Coverages as small as 0.15, known to 0.01, give a strip's place to a tenth of its fraction.
+constexpr double kFractionSlack = 1.1;
 
 // Coverage as fractions of the 3 x 3 pixels around one; outside the image nothing is covered.
 struct Neighbourhood {
@@ -28,7 +28,7 @@ Neighbourhood around(const CoverageMap& map, int u, int v) {
     for (int du = -1; du <= 1; ++du) {
       const bool inside =
           u + du >= 0 && v + dv >= 0 && u + du < map.width_px() && v + dv < map.height_px();
-      n.c[dv + 1][du + 1] = inside ? double(map.at(u + du, v + dv)) / kWholeCoverage : 0.0;
+      n.c[dv + 1][du + 1] = inside ? double(map.at(u + du, v + dv)) / kFullCoverage : 0.0;
     }
   return n;
 }
@@ -48,19 +48,19 @@ double raised(double before, double behind, double width) {
 // What a neighbour of a pixel that becomes 1 is raised to: see the header.
 double reaching(double beside, double here) {
   const double along_a_row = 2 * beside / (1 + 2 * beside),
-               share = kShareSlack * beside / (beside + here);
-  return std::max(along_a_row, 2 * share * share / ((1 + share) * (1 + share)));
+               fraction = kFractionSlack * beside / (beside + here);
+  return std::max(along_a_row, 2 * fraction * fraction / ((1 + fraction) * (1 + fraction)));
 }
 
 enum class Across { rows, columns };
-Across least_spread(const Neighbourhood& n) {
+Across min_spread(const Neighbourhood& n) {
   return variance(n.column(0), n.column(1), n.column(2)) >= variance(n.row(0), n.row(1), n.row(2))
              ? Across::rows
              : Across::columns;
 }
 
 // What a pixel in the middle of something thin is raised to; nothing for others.
-std::optional<double> thin_coverage(const Neighbourhood& n, Across across, const KeepThin& keep) {
+std::optional<double> thin_coverage(const Neighbourhood& n, Across across, const PreserveThin& keep) {
   const bool rows = across == Across::rows;
   const double here = n.c[1][1], before = rows ? n.c[0][1] : n.c[1][0],
                behind = rows ? n.c[2][1] : n.c[1][2];
@@ -69,9 +69,9 @@ std::optional<double> thin_coverage(const Neighbourhood& n, Across across, const
     return std::nullopt;  // a gap between two others
   const double beside = rows ? std::max(n.column(0), n.column(2)) : std::max(n.row(0), n.row(2)),
                sum = before + here + behind;
-  if (sum < keep.least_width_px || sum >= kThin_px) return std::nullopt;
+  if (sum < keep.min_width_px || sum >= kThin_px) return std::nullopt;
   if (keep.rule == ThinRule::contained) return 1.0;
-  return raised(before, behind, beside < keep.least_width_px ? std::sqrt(sum) : sum);
+  return raised(before, behind, beside < keep.min_width_px ? std::sqrt(sum) : sum);
 }
 
 // The pixels at or above one half around (u, v) do not hang together without it (Hilditch, 1969: a
@@ -91,7 +91,7 @@ bool bridges(const CoverageMap& m, int u, int v) {
 }
 
 std::uint8_t rounded_up(double coverage) {
-  return std::uint8_t(std::min(std::ceil(coverage * kWholeCoverage), double(kWholeCoverage)));
+  return std::uint8_t(std::min(std::ceil(coverage * kFullCoverage), double(kFullCoverage)));
 }
 
 // Joins the pair of pixels (u, v), (u + 1, v + 1), or (u + 1, v), (u, v + 1), where both are
@@ -107,12 +107,12 @@ void join_corner(CoverageMap& kept, const ObjectPixels& thin, const CoverageMap&
             b = -side_of_border(upper ? kept.at(u1, v + 1) : kept.at(u2, v));
   if (a < 0 || b < 0 || e1 * e2 > a * b) return;
   const int most = (e1 * e2 - 1) / b;  // of a, so that e1 e2 > a b
-  kept.set(ou, ov, std::uint8_t((kWholeCoverage - most + 1) / 2));
+  kept.set(ou, ov, std::uint8_t((kFullCoverage - most + 1) / 2));
 }
 
 }  // namespace
 
-CoverageMap keep_thin(const CoverageMap& map, const KeepThin& keep) {
+CoverageMap preserve_thin(const CoverageMap& map, const PreserveThin& keep) {
   CoverageMap kept = map;
   ObjectPixels thin(map.width_px(), map.height_px());
   const auto raise_pixel = [&](int u, int v, double coverage) {
@@ -131,13 +131,13 @@ CoverageMap keep_thin(const CoverageMap& map, const KeepThin& keep) {
   const auto for_partly_covered = [&](const auto& work) {
     for (int v = 0; v < map.height_px(); ++v)
       for (int u = 0; u < map.width_px(); ++u)
-        if (map.at(u, v) != 0 && map.at(u, v) != kWholeCoverage) work(u, v, around(map, u, v));
+        if (map.at(u, v) != 0 && map.at(u, v) != kFullCoverage) work(u, v, around(map, u, v));
   };
   for_partly_covered(
-      [&](int u, int v, const Neighbourhood& n) { raise(u, v, n, least_spread(n)); });
+      [&](int u, int v, const Neighbourhood& n) { raise(u, v, n, min_spread(n)); });
   for_partly_covered([&](int u, int v, const Neighbourhood& n) {
     if (side_of_border(kept.at(u, v)) < 0 && bridges(kept, u, v))
-      raise(u, v, n, least_spread(n) == Across::rows ? Across::columns : Across::rows);
+      raise(u, v, n, min_spread(n) == Across::rows ? Across::columns : Across::rows);
   });
   for (int v = 0; v + 1 < map.height_px(); ++v)
     for (int u = 0; u + 1 < map.width_px(); ++u)

@@ -41,14 +41,14 @@ namespace fivepipe::hull {
 // two cameras.
 enum class ThinRule { contained, as_wide };
 
-struct KeepThin {
+struct PreserveThin {
   ThinRule rule = ThinRule::contained;
   // Thinner than this is taken for noise [px], dots of less area [px^2] too; > 0. Noise of 2
   // percent of the contrast in a pixel is 3.5 percent in a sum of three; this is four times that.
-  double least_width_px = 0.15;
+  double min_width_px = 0.15;
 };
 
 // Nothing is ever lowered.
-CoverageMap keep_thin(const CoverageMap& map, const KeepThin& keep = {});
+CoverageMap preserve_thin(const CoverageMap& map, const PreserveThin& keep = {});
 
 }  // namespace fivepipe::hull

@@ -24,7 +24,7 @@ struct Map {
   base::WorkerPool pool{1};
   hull::CpuHull hull;
   explicit Map(hull::Silhouette s) : silhouette(std::move(s)), hull(pool, {&silhouette, 1}) {
-    hull.make_all_boxes();
+    hull.make_all_quadrants();
   }
   const hull::CpuHull::MapCamera& camera() const { return hull.cameras()[0]; }
   bool object(Exact u, Exact v) const {
@@ -124,7 +124,7 @@ Scene random_scene(Random& random, double far_m, double radius_m, double distanc
 // rounding: often on that of the object pixels' bounds; at any depth, from far less than floats can
 // be trusted at.
 Vector3d grazing_point_world(Random& random, const Scene& scene) {
-  const hull::PixelRect& bounds = scene.map.camera().reach.bounds();
+  const hull::PixelRect& bounds = scene.map.camera().skip_map.bounds();
   const auto on_border = [&](int low, int high) {
     const double any = std::floor(uniform(random, low - 5, high + 5));
     return (uniform(random, 0, 1) < 0.5 ? any : uniform(random, 0, 1) < 0.5 ? low : high) - 0.5;
@@ -166,15 +166,15 @@ void each_scene(int scenes, const Ask& ask) {
   }
 }
 
-TEST(ContactLanes, BoxesThatGrazePixelsAreNeverCalledWrongly) {
+TEST(ContactSimd, BoxesGrazingPixelsAreClassifiedConservatively) {
   Tally tally;
   each_scene(300, [&](Random& random, const Scene& scene) {
     const auto map =
         collision::object_map(scene.map.camera(), scene.world_from_tree, scene.radius_m);
     if (!map) return;
     for (int batch = 0; batch < 16; ++batch) {
-      collision::MeshTree::Boxes boxes;
-      for (std::size_t i = 0; i < collision::MeshTree::kFan; ++i) {
+      collision::Bvh::Boxes boxes;
+      for (std::size_t i = 0; i < collision::Bvh::kArity; ++i) {
         const Vector3d corner =
             scene.world_from_tree.inverse() * grazing_point_world(random, scene);
         const double size = some_size(random, 0.9 * scene.radius_m);
@@ -188,20 +188,20 @@ TEST(ContactLanes, BoxesThatGrazePixelsAreNeverCalledWrongly) {
           const double sign =
               (away ? sight[Eigen::Index(axis)] > 0 : uniform(random, 0, 1) < 0.5) ? 1 : -1;
           const double middle = std::clamp(x + sign * half, -scene.radius_m, scene.radius_m);
-          boxes.middle_m[axis][i] = nudged(random, middle);
+          boxes.center_m[axis][i] = nudged(random, middle);
           boxes.half_m[axis][i] =
-              std::min(nudged(random, std::abs(x - double(boxes.middle_m[axis][i]))),
+              std::min(nudged(random, std::abs(x - double(boxes.center_m[axis][i]))),
                        float(scene.radius_m - std::abs(middle)));
           boxes.half_m[axis][i] = std::max(boxes.half_m[axis][i], 0.0f);
         }
       }
-      const collision::ContactBits bits = collision::look_at_boxes({&*map, 1}, boxes);
-      for (std::size_t i = 0; i < collision::MeshTree::kFan; ++i) {
+      const collision::ContactBits bits = collision::classify_boxes({&*map, 1}, boxes);
+      for (std::size_t i = 0; i < collision::Bvh::kArity; ++i) {
         std::vector<ExactVector> corners;
         for (int corner = 0; corner < 8; ++corner) {
           ExactVector p;
           for (std::size_t axis = 0; axis < 3; ++axis)
-            p[Eigen::Index(axis)] = Exact(boxes.middle_m[axis][i]) +
+            p[Eigen::Index(axis)] = Exact(boxes.center_m[axis][i]) +
                                     (corner >> axis & 1 ? 1 : -1) * Exact(boxes.half_m[axis][i]);
           corners.push_back(scene.world_from_tree.linear().cast<Exact>() * p +
                             scene.world_from_tree.translation().cast<Exact>());
@@ -217,16 +217,16 @@ TEST(ContactLanes, BoxesThatGrazePixelsAreNeverCalledWrongly) {
   EXPECT_GT(tally.mixed, 1000);
 }
 
-TEST(ContactLanes, TrianglesThatGrazePixelsAreNeverCalledWrongly) {
+TEST(ContactSimd, TrianglesGrazingPixelsAreClassifiedConservatively) {
   Tally tally;
   each_scene(250, [&](Random& random, const Scene& scene) {
     const auto map =
         collision::object_map(scene.map.camera(), scene.world_from_tree, scene.radius_m);
     if (!map) return;
     for (int batch = 0; batch < 16; ++batch) {
-      collision::MeshTree::Leaf leaf;
-      std::array<std::array<Vector3d, 3>, collision::MeshTree::kFan> vertices_world_m;
-      for (std::size_t i = 0; i < collision::MeshTree::kFan; ++i) {
+      collision::Bvh::Leaf leaf;
+      std::array<std::array<Vector3d, 3>, collision::Bvh::kArity> vertices_world_m;
+      for (std::size_t i = 0; i < collision::Bvh::kArity; ++i) {
         const Vector3d first = scene.world_from_tree.inverse() * grazing_point_world(random, scene);
         const double size = some_size(random, scene.radius_m);
         for (std::size_t k = 0; k < 3; ++k) {
@@ -241,8 +241,8 @@ TEST(ContactLanes, TrianglesThatGrazePixelsAreNeverCalledWrongly) {
         }
       }
       const collision::ContactBits bits =
-          collision::look_at_leaf({&*map, 1}, leaf, collision::MeshTree::kFan);
-      for (std::size_t i = 0; i < collision::MeshTree::kFan; ++i) {
+          collision::classify_leaf({&*map, 1}, leaf, collision::Bvh::kArity);
+      for (std::size_t i = 0; i < collision::Bvh::kArity; ++i) {
         std::vector<ExactVector> corners;
         for (const Vector3d& v : vertices_world_m[i]) corners.push_back(v.cast<Exact>());
         tally.count(bits.free >> i & 1, bits.solid >> i & 1, truth_of(scene.map, corners));
@@ -298,7 +298,7 @@ std::set<Cell> as_set(const collision::Cells& cells) {
   return set;
 }
 
-TEST(ContactLanes, PartsOfTrianglesThatGrazePixelsAreNeverCalledWrongly) {
+TEST(ContactSimd, CellsGrazingPixelsAreClassifiedConservatively) {
   Tally tally, middles;
   int aside = 0;
   each_scene(3000, [&](Random& random, const Scene& scene) {
@@ -306,23 +306,23 @@ TEST(ContactLanes, PartsOfTrianglesThatGrazePixelsAreNeverCalledWrongly) {
         collision::pixel_from_world(scene.map.silhouette.camera);
     const Grazing t = grazing_triangle(random, scene);
     collision::TriangleMap map;
-    const collision::Facing facing =
-        collision::triangle_map(pixel, scene.map.camera().reach, t.vertices_world_m, t.units, map);
-    if (facing == collision::Facing::aside) {
+    const collision::ProjectionStatus facing =
+        collision::triangle_map(pixel, scene.map.camera().skip_map, t.vertices_world_m, t.units, map);
+    if (facing == collision::ProjectionStatus::culled) {
       ++aside;
       const Truth truth = truth_of(
           scene.map, {point_of(t, 0, 0), point_of(t, t.units, 0), point_of(t, 0, t.units)});
       EXPECT_TRUE(truth.behind || (truth.whole_in_front && truth.none));
     }
-    if (facing != collision::Facing::in_front) return;
+    if (facing != collision::ProjectionStatus::in_front) return;
     const double h =
         std::min(t.units, std::max(t.units / 16, std::exp2(int(uniform(random, 0, 5)))));
     const collision::Cells cells = cells_of(t, h);
-    collision::Cells mixed, solid, inside, unsure;
-    collision::look_at_cells({&map, 1}, cells, float(h), mixed, solid);
-    collision::look_at_middles({&map, 1}, cells, float(h), inside, unsure);
+    collision::Cells mixed, solid, inside, uncertain;
+    collision::classify_cells({&map, 1}, cells, float(h), mixed, solid);
+    collision::classify_centers({&map, 1}, cells, float(h), inside, uncertain);
     const auto are_mixed = as_set(mixed), are_solid = as_set(solid), are_inside = as_set(inside),
-               are_unsure = as_set(unsure);
+               are_uncertain = as_set(uncertain);
     for (std::size_t i = 0; i < cells.count; ++i) {
       const Cell cell(cells.a[i], cells.b[i], cells.sigma[i]);
       const Exact a = cells.a[i], b = cells.b[i], step = cells.sigma[i] * Exact(h);
@@ -332,7 +332,7 @@ TEST(ContactLanes, PartsOfTrianglesThatGrazePixelsAreNeverCalledWrongly) {
                   truth_of(scene.map, {point_of(t, a, b), point_of(t, a + step, b),
                                        point_of(t, a, b + step)}));
       const bool is_inside = are_inside.contains(cell),
-                 is_outside = !is_inside && !are_unsure.contains(cell);
+                 is_outside = !is_inside && !are_uncertain.contains(cell);
       middles.count(is_outside, is_inside,
                     truth_of(scene.map, {point_of(t, a + step / 3, b + step / 3)}));
     }
@@ -340,7 +340,7 @@ TEST(ContactLanes, PartsOfTrianglesThatGrazePixelsAreNeverCalledWrongly) {
   EXPECT_EQ(tally.wrong, 0);
   EXPECT_EQ(middles.wrong, 0);
   std::printf(
-      "parts: %d free, %d solid, %d mixed; middles: %d outside, %d inside, %d unsure; triangles "
+      "parts: %d free, %d solid, %d mixed; middles: %d outside, %d inside, %d uncertain; triangles "
       "aside: %d\n",
       tally.free, tally.solid, tally.mixed, middles.free, middles.solid, middles.mixed, aside);
   for (const int count : {tally.free, tally.solid, tally.mixed, middles.free, middles.solid})

@@ -31,7 +31,7 @@ struct Hull {
   explicit Hull(std::vector<hull::Silhouette> s, int threads = 1)
       : silhouettes(std::move(s)), pool(threads), hull(pool, silhouettes), query(hull) {}
 
-  collision::ObjectCollision ask(const collision::MeshTree& tree,
+  collision::ObjectCollision ask(const collision::Bvh& tree,
                                  const collision::DetectionOptions& options = kVerdictAlone,
                                  const Isometry3d& pose = Isometry3d::Identity(),
                                  const Vector3d& rp = kOrigin) const {
@@ -41,19 +41,19 @@ struct Hull {
   collision::CollisionVerdict ask(
       const collision::Triangle& t,
       const collision::DetectionOptions& options = kVerdictAlone) const {
-    return ask(collision::MeshTree(mesh_of({t})), options).verdict;
+    return ask(collision::Bvh(mesh_of({t})), options).verdict;
   }
 };
 
 TEST(CpuDetection, AgreesWithDenseSamplingAndItsPointsAreInTheHull) {
   Random random(1);
-  int colliding = 0, free = 0, touching = 0;
+  int colliding = 0, free = 0, undecided = 0;
   for (int scene = 0; scene < 12; ++scene) {
     const Hull hull(scene == 0 ? hand_like()
                                : silhouettes_of(random_object(random, 3),
                                                 random_cameras(random, 1 + scene % 5)));
     const std::vector<collision::Triangle> triangles = random_triangles(random, 150);
-    const collision::MeshTree tree(mesh_of(triangles));
+    const collision::Bvh tree(mesh_of(triangles));
     const collision::ObjectCollision alone = hull.ask(tree),
                                      with_points = hull.ask(tree, {.eps_m = 1e-3,
                                                                    .spacing_m = 2e-3,
@@ -72,30 +72,30 @@ TEST(CpuDetection, AgreesWithDenseSamplingAndItsPointsAreInTheHull) {
             std::any_of(found->points.begin(), found->points.end(),
                         [&](const collision::CollisionPoint& p) { return p.triangle == t; }));
     }
-    colliding += int(alone.triangles.size()), touching += int(alone.touching.size());
-    free += int(triangles.size() - alone.triangles.size() - alone.touching.size());
+    colliding += int(alone.triangles.size()), undecided += int(alone.undecided.size());
+    free += int(triangles.size() - alone.triangles.size() - alone.undecided.size());
   }
   EXPECT_GT(colliding, 300);
   EXPECT_GT(free, 300);
-  EXPECT_LT(touching, 0.01 * colliding);
+  EXPECT_LT(undecided, 0.01 * colliding);
 }
 
 // What is free has no part in the hull that is more than rounding; what collides has one.
 TEST(CpuDetection, AgreesWithTheExactReference) {
   Random random(11);
-  int crossing = 0, touching = 0;
+  int crossing = 0, undecided = 0;
   for (int scene = 0; scene < 5; ++scene) {
     const Hull hull(
         scene == 0 ? hand_like()
                    : silhouettes_of(random_object(random, 3), random_cameras(random, 2 + scene)));
     const collision::HullDistance distance(hull.silhouettes);
     const std::vector<collision::Triangle> triangles = random_triangles(random, 90);
-    const collision::ObjectCollision found = hull.ask(collision::MeshTree(mesh_of(triangles)));
+    const collision::ObjectCollision found = hull.ask(collision::Bvh(mesh_of(triangles)));
     for (std::size_t i = 0; i < triangles.size(); ++i) {
       const collision::TriangleTruth truth = collision::triangle_truth(distance, triangles[i]);
-      crossing += truth.crosses, touching += test::holds(found.touching, i);
+      crossing += truth.crosses, undecided += test::holds(found.undecided, i);
       if (truth.deepest_m > 1e-9) {
-        EXPECT_FALSE(!test::holds(found.triangles, i) && !test::holds(found.touching, i))
+        EXPECT_FALSE(!test::holds(found.triangles, i) && !test::holds(found.undecided, i))
             << scene << ' ' << i << ' ' << truth.deepest_m;
       }
       if (truth.deepest_m > kVerdictAlone.eps_m) {
@@ -107,7 +107,7 @@ TEST(CpuDetection, AgreesWithTheExactReference) {
     }
   }
   EXPECT_GT(crossing, 100);
-  EXPECT_LE(touching, 0.01 * crossing);
+  EXPECT_LE(undecided, 0.01 * crossing);
 }
 
 // The part of a triangle that a thin wedge of one camera's pixels cuts out, however thin, is found:
@@ -126,17 +126,17 @@ TEST(CpuDetection, FindsAPenetrationFarThinnerThanEps) {
   }
 }
 
-TEST(CpuDetection, EveryPermutationOfTheVerticesGivesTheSame) {
+TEST(CpuDetection, IsIndependentOfVertexOrder) {
   Random random(2);
   const Hull hull(hand_like());
   for (int i = 0; i < 60; ++i) {
     collision::Triangle t = random_triangle(random, 0.1, 0.05);
     std::array<int, 3> order = {0, 1, 2};
     const collision::DetectionOptions options{.spacing_m = 4e-3};
-    const collision::ObjectCollision first = hull.ask(collision::MeshTree(mesh_of({t})), options);
+    const collision::ObjectCollision first = hull.ask(collision::Bvh(mesh_of({t})), options);
     while (std::next_permutation(order.begin(), order.end())) {
       const collision::ObjectCollision again = hull.ask(
-          collision::MeshTree(mesh_of(
+          collision::Bvh(mesh_of(
               {{t[std::size_t(order[0])], t[std::size_t(order[1])], t[std::size_t(order[2])]}})),
           options);
       EXPECT_EQ(again.verdict, first.verdict);
@@ -145,12 +145,12 @@ TEST(CpuDetection, EveryPermutationOfTheVerticesGivesTheSame) {
   }
 }
 
-TEST(CpuDetection, ThreadsAndOrderOfObjectsChangeNothing) {
+TEST(CpuDetection, IsIndependentOfThreadsAndObjectOrder) {
   Random random(3);
-  std::vector<collision::MeshTree> trees;
+  std::vector<collision::Bvh> trees;
   std::vector<collision::DetectionObject> objects;
   for (int i = 0; i < 7; ++i) trees.emplace_back(mesh_of(random_triangles(random, 90)));
-  for (const collision::MeshTree& tree : trees) objects.push_back({&tree});
+  for (const collision::Bvh& tree : trees) objects.push_back({&tree});
   const Hull one(hand_like(), 1), three(hand_like(), 3);
   const collision::DetectionOptions options{.spacing_m = 3e-3};
   const auto first = collision::detect(one.query, objects, options),
@@ -164,10 +164,10 @@ TEST(CpuDetection, ThreadsAndOrderOfObjectsChangeNothing) {
   }
 }
 
-TEST(CpuDetection, RigidMotionOfEverythingTogetherChangesNothing) {
+TEST(CpuDetection, IsInvariantUnderRigidMotion) {
   Random random(4);
   const std::vector<hull::Silhouette> silhouettes = hand_like();
-  const collision::MeshTree tree(mesh_of(random_triangles(random, 400)));
+  const collision::Bvh tree(mesh_of(random_triangles(random, 400)));
   const collision::ObjectCollision at_rest = Hull(silhouettes).ask(tree);
   Isometry3d motion = Isometry3d::Identity();
   motion.linear() = Eigen::AngleAxisd(1.1, random_direction(random)).toRotationMatrix();
@@ -178,40 +178,40 @@ TEST(CpuDetection, RigidMotionOfEverythingTogetherChangesNothing) {
   EXPECT_EQ(Hull(moved).ask(tree, kVerdictAlone, motion).triangles, at_rest.triangles);
 }
 
-TEST(CpuDetection, SplittingATriangleChangesNoVerdict) {
+TEST(CpuDetection, VerdictIsInvariantUnderSubdivision) {
   Random random(5);
   const Hull hull(hand_like());
   for (int i = 0; i < 200; ++i) {
     const collision::Triangle t = random_triangle(random, 0.1, 0.08);
     const Vector3d a = 0.5 * (t[0] + t[1]), b = 0.5 * (t[0] + t[2]), c = 0.5 * (t[1] + t[2]);
     const collision::ObjectCollision parts = hull.ask(
-        collision::MeshTree(mesh_of({{t[0], a, b}, {a, t[1], c}, {b, c, t[2]}, {a, b, c}})));
+        collision::Bvh(mesh_of({{t[0], a, b}, {a, t[1], c}, {b, c, t[2]}, {a, b, c}})));
     EXPECT_EQ(hull.ask(t) == collision::CollisionVerdict::colliding, parts.colliding());
   }
 }
 
-TEST(CpuDetection, AMeshOfTwoGivesTheResultsOfBoth) {
+TEST(CpuDetection, MergedMeshGivesTheUnionOfResults) {
   Random random(6);
   const Hull hull(hand_like());
   const std::vector<collision::Triangle> first = random_triangles(random, 100),
                                          second = random_triangles(random, 57);
   std::vector<collision::Triangle> both = first;
   both.insert(both.end(), second.begin(), second.end());
-  const auto a = hull.ask(collision::MeshTree(mesh_of(first))).triangles,
-             b = hull.ask(collision::MeshTree(mesh_of(second))).triangles;
+  const auto a = hull.ask(collision::Bvh(mesh_of(first))).triangles,
+             b = hull.ask(collision::Bvh(mesh_of(second))).triangles;
   std::vector<std::uint32_t> expected = a;
   for (const std::uint32_t t : b) expected.push_back(t + 100);
-  EXPECT_EQ(hull.ask(collision::MeshTree(mesh_of(both))).triangles, expected);
+  EXPECT_EQ(hull.ask(collision::Bvh(mesh_of(both))).triangles, expected);
 }
 
-TEST(CpuDetection, PointsAreNoFartherApartThanAskedForAndTheFarthestIsAmongThem) {
+TEST(CpuDetection, PointsRespectTheSpacingAndIncludeTheFarthest) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const collision::Triangle t = {Vector3d(-0.02, -0.02, 0), Vector3d(0.03, -0.01, 0.01),
                                  Vector3d(0, 0.03, 0)};
   const Vector3d rp(0.2, 0.1, 0.3);
   for (const double spacing_m : {0.02, 5e-3, 1.1e-3}) {
     const collision::ObjectCollision found =
-        hull.ask(collision::MeshTree(mesh_of({t})),
+        hull.ask(collision::Bvh(mesh_of({t})),
                  {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
     for (int i = 0; i <= 40; ++i)
       for (int j = 0; i + j <= 40; ++j) {
@@ -230,11 +230,11 @@ TEST(CpuDetection, PointsAreNoFartherApartThanAskedForAndTheFarthestIsAmongThem)
   }
 }
 
-TEST(CpuDetection, NoMorePointsThanAllowedAndTheFarthestIsKept) {
+TEST(CpuDetection, KeepsAtMostMaxPointsAndTheFarthest) {
   const Hull hull(hand_like());
   const Isometry3d pose = at({-0.05, 0, 0});
   const Vector3d rp(1, 0.3, 0.2);
-  const collision::MeshTree tree(geometry::sphere_mesh(0.04, 3));
+  const collision::Bvh tree(geometry::sphere_mesh(0.04, 3));
   const auto farthest_m = [&](const collision::ObjectCollision& c) {
     double m = 0;
     for (const collision::CollisionPoint& p : c.points) m = std::max(m, (p.p_world_m - rp).norm());
@@ -254,9 +254,9 @@ TEST(CpuDetection, NoMorePointsThanAllowedAndTheFarthestIsKept) {
 }
 
 // However fine the spacing: what would be found is not all kept, and no triangle is lost.
-TEST(CpuDetection, ManyPointsAreNotHeldInMemory) {
+TEST(CpuDetection, ManyPointsDoNotGrowMemory) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  const collision::MeshTree tree(geometry::sphere_mesh(0.05, 4));
+  const collision::Bvh tree(geometry::sphere_mesh(0.05, 4));
   const collision::DetectionObject object{&tree};
   for (const std::size_t max_points : {std::size_t{1}, std::size_t{50}, std::size_t{4096}}) {
     collision::CpuDetectionCounts counts;
@@ -271,7 +271,7 @@ TEST(CpuDetection, ManyPointsAreNotHeldInMemory) {
 
 // Far beside a camera, and just in front of its plane: its image is further off than float can
 // tell, and plainly nowhere near the object.
-TEST(CpuDetection, BesideACameraIsFreeAtOnce) {
+TEST(CpuDetection, ObjectsBesideACameraAreFree) {
   hull::ObjectPixels block(640, 480), all(640, 480);
   for (int v = 0; v < 480; ++v)
     for (int u = 0; u < 640; ++u) {
@@ -284,7 +284,7 @@ TEST(CpuDetection, BesideACameraIsFreeAtOnce) {
   const Hull hull({{ahead, block}, {other, all}});
   for (const double in_front_m : {0.07, 0.05, 0.02, 1e-4, 0.0}) {
     const Vector3d p(in_front_m, 4, 0);
-    const collision::MeshTree tree(
+    const collision::Bvh tree(
         mesh_of({{p, p + Vector3d(0, 0.01, 0), p + Vector3d(0, 0, 0.01)}}));
     const collision::DetectionObject object{&tree};
     for (const double spacing_m : {0.0, 3e-3}) {
@@ -301,7 +301,7 @@ TEST(CpuDetection, BesideACameraIsFreeAtOnce) {
 
 // A triangle that is a point on a pixel's corner: lanes and in_hull() may round it into different
 // pixels, and then it is not free.
-TEST(CpuDetection, APointOnAPixelsCornerIsNotFreeWhereInHullSaysOtherwise) {
+TEST(CpuDetection, PixelCornerPointsAgreeWithInHull) {
   Random random(12);
   int in = 0, wrong = 0;
   for (int scene = 0; scene < 40; ++scene) {
@@ -324,15 +324,15 @@ TEST(CpuDetection, APointOnAPixelsCornerIsNotFreeWhereInHullSaysOtherwise) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST(CpuDetection, ADeformedMeshIsRefitted) {
+TEST(CpuDetection, RefitsADeformedMesh) {
   const Hull hull(hand_like());
   geometry::Mesh mesh = geometry::curtain_mesh(0.3, 0.3, 20, 18, 0.02, 3);
-  collision::MeshTree tree(mesh);
+  collision::Bvh tree(mesh);
   Random random(7);
   for (Vector3d& v : mesh.vertices_m) v += Vector3d(0, 0, 0.15) + random_in_ball(random, 0.01);
   tree.refit(mesh.vertices_m);
   const collision::ObjectCollision refitted = hull.ask(tree),
-                                   anew = hull.ask(collision::MeshTree(mesh));
+                                   anew = hull.ask(collision::Bvh(mesh));
   EXPECT_FALSE(anew.triangles.empty());
   EXPECT_EQ(refitted.triangles, anew.triangles);
   mesh.vertices_m.pop_back();
@@ -340,10 +340,10 @@ TEST(CpuDetection, ADeformedMeshIsRefitted) {
 }
 
 // Its memory is kept, and none of what was in it.
-TEST(CpuDetection, OneThatIsAskedAgainGivesWhatANewOneDoes) {
+TEST(CpuDetection, ReusedDetectionEqualsAFreshOne) {
   const Hull hull(hand_like()),
       other(silhouettes_of({ball({0.05, 0, 0}, 0.03)}, ring(4, 1.2, 0.6, 300, 0.5)), 3), none({});
-  const collision::MeshTree large(geometry::sphere_mesh(0.05, 4)),
+  const collision::Bvh large(geometry::sphere_mesh(0.05, 4)),
       small(geometry::sphere_mesh(0.02, 2));
   const std::vector<std::vector<collision::DetectionObject>> asked{
       {{&large}, {&small}},
@@ -369,12 +369,12 @@ TEST(CpuDetection, OneThatIsAskedAgainGivesWhatANewOneDoes) {
 }
 
 // All samples of a part, one after the other as it is divided.
-TEST(FoundPoints, SamplesOfAPartAreTheMiddlesOfItsCells) {
+TEST(ContactPoints, SamplesAreTheCellCenters) {
   const collision::Triangle t{Vector3d(1, 2, 3), Vector3d(1.4, 2, 3.1), Vector3d(0.9, 2.5, 3)};
   for (const int n : {1, 2, 3, 12}) {
     const double step = 1.0 / n;
     const Vector3d u = t[1] - t[0], v = t[2] - t[0];
-    collision::FoundPoints points;
+    collision::ContactPoints points;
     points.add(Vector3d(7, 7, 7));
     points.begin_triangle();
     points.add(
@@ -402,12 +402,12 @@ TEST(FoundPoints, SamplesOfAPartAreTheMiddlesOfItsCells) {
   }
 }
 
-TEST(CpuDetection, NothingIsThere) {
+TEST(CpuDetection, EmptyHullOrEmptyMeshIsFree) {
   const Hull hull(hand_like()), none({});
-  EXPECT_EQ(hull.ask(collision::MeshTree()).verdict, collision::CollisionVerdict::free);
-  EXPECT_EQ(hull.ask(collision::MeshTree(geometry::Mesh{})).verdict,
+  EXPECT_EQ(hull.ask(collision::Bvh()).verdict, collision::CollisionVerdict::free);
+  EXPECT_EQ(hull.ask(collision::Bvh(geometry::Mesh{})).verdict,
             collision::CollisionVerdict::free);
-  const collision::MeshTree box(geometry::box_mesh({1, 1, 1}));
+  const collision::Bvh box(geometry::box_mesh({1, 1, 1}));
   EXPECT_EQ(none.ask(box).verdict, collision::CollisionVerdict::free);
   auto empty = hand_like();
   empty[2].pixels = hull::ObjectPixels(300, 300);
@@ -415,10 +415,10 @@ TEST(CpuDetection, NothingIsThere) {
   EXPECT_TRUE(collision::detect(hull.query, {}).empty());
 }
 
-TEST(CpuDetection, BadQuestionsAreRefused) {
+TEST(CpuDetection, RejectsInvalidArguments) {
   const Hull hull(hand_like());
   geometry::Mesh mesh = geometry::box_mesh({0.1, 0.1, 0.1});
-  const collision::MeshTree tree(mesh);
+  const collision::Bvh tree(mesh);
   EXPECT_THROW(hull.ask(tree, {.eps_m = 0}), std::invalid_argument);
   EXPECT_THROW(hull.ask(tree, {.eps_m = kNaN}), std::invalid_argument);
   EXPECT_THROW(hull.ask(tree, {.eps_m = 1e-9}), std::invalid_argument);
@@ -426,7 +426,7 @@ TEST(CpuDetection, BadQuestionsAreRefused) {
   EXPECT_THROW(hull.ask(tree, {.max_points = 0}), std::invalid_argument);
   EXPECT_THROW(hull.ask(tree, {}, at({kNaN, 0, 0})), std::invalid_argument);
   mesh.triangles.push_back({0, 1, 99});
-  EXPECT_THROW(collision::MeshTree{mesh}, std::invalid_argument);
+  EXPECT_THROW(collision::Bvh{mesh}, std::invalid_argument);
   base::WorkerPool pool(1);
   const auto silhouettes = hand_like();
   hull::CpuHull seen(pool, silhouettes, {hull::Limits::seen, 2});
@@ -473,7 +473,7 @@ TEST(HardTriangle, OfTenMetresAroundAHullOfOneCentimetre) {
   };
   EXPECT_EQ(hull.ask(triangle(0.001)), collision::CollisionVerdict::colliding);
   EXPECT_EQ(hull.ask(triangle(0.1)), collision::CollisionVerdict::free);
-  EXPECT_EQ(hull.ask(collision::MeshTree(mesh_of({triangle(0.001)})),
+  EXPECT_EQ(hull.ask(collision::Bvh(mesh_of({triangle(0.001)})),
                      {.spacing_m = 1e-3, .max_points = 10000})
                 .verdict,
             collision::CollisionVerdict::colliding);
@@ -482,16 +482,16 @@ TEST(HardTriangle, OfTenMetresAroundAHullOfOneCentimetre) {
 TEST(HardTriangle, WhollyInsideTheHull) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const collision::ObjectCollision found =
-      hull.ask(collision::MeshTree(geometry::sphere_mesh(0.03, 2)), {.spacing_m = 2e-3});
+      hull.ask(collision::Bvh(geometry::sphere_mesh(0.03, 2)), {.spacing_m = 2e-3});
   EXPECT_EQ(found.triangles.size(), 320u);
 }
 
 TEST(HardTriangle, TheHullWhollyInsideABox) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.02)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const collision::ObjectCollision around = hull.ask(
-                                       collision::MeshTree(geometry::box_mesh({0.2, 0.2, 0.2}))),
+                                       collision::Bvh(geometry::box_mesh({0.2, 0.2, 0.2}))),
                                    beside = hull.ask(
-                                       collision::MeshTree(geometry::box_mesh({0.2, 0.2, 0.2})), {},
+                                       collision::Bvh(geometry::box_mesh({0.2, 0.2, 0.2})), {},
                                        at({0.3, 0.2, 0}));
   EXPECT_EQ(around.verdict,
             collision::CollisionVerdict::free);  // no point of its surface is in it,
@@ -526,7 +526,7 @@ TEST(HardTriangle, EdgeExactlyOnTheHullsSurface) {
                                       Vector3d(-0.1, 0, 1)};
   const collision::CollisionVerdict verdict = hull.ask(beside);
   EXPECT_TRUE(verdict == collision::CollisionVerdict::free ||
-              verdict == collision::CollisionVerdict::touching);
+              verdict == collision::CollisionVerdict::undecided);
   EXPECT_EQ(hull.ask(collision::Triangle{beside[2], beside[1], beside[0]}), verdict);
   EXPECT_EQ(hull.ask(inside), collision::CollisionVerdict::colliding);
 }
@@ -535,11 +535,11 @@ TEST(HardTriangle, DuplicateAndNonManifoldFaces) {
   const Hull hull(hand_like());
   geometry::Mesh mesh = geometry::sphere_mesh(0.04, 2);
   const std::size_t once = mesh.triangles.size();
-  const std::size_t colliding = hull.ask(collision::MeshTree(mesh)).triangles.size();
+  const std::size_t colliding = hull.ask(collision::Bvh(mesh)).triangles.size();
   for (std::size_t i = 0; i < once; ++i) mesh.triangles.push_back(mesh.triangles[i]);
-  EXPECT_EQ(hull.ask(collision::MeshTree(mesh)).triangles.size(), 2 * colliding);
+  EXPECT_EQ(hull.ask(collision::Bvh(mesh)).triangles.size(), 2 * colliding);
   mesh.triangles = {{0, 1, 2}, {0, 1, 3}, {1, 0, 4}, {0, 1, 5}};  // four on one edge
-  for (const std::uint32_t t : hull.ask(collision::MeshTree(mesh)).triangles) EXPECT_LT(t, 4u);
+  for (const std::uint32_t t : hull.ask(collision::Bvh(mesh)).triangles) EXPECT_LT(t, 4u);
 }
 
 TEST(HardTriangle, VertexThatIsNotANumberIsRefused) {
@@ -547,8 +547,8 @@ TEST(HardTriangle, VertexThatIsNotANumberIsRefused) {
   for (const double bad : {kNaN, std::numeric_limits<double>::infinity()}) {
     geometry::Mesh broken = mesh;
     broken.vertices_m[3].y() = bad;
-    EXPECT_THROW(collision::MeshTree{broken}, std::invalid_argument);
-    collision::MeshTree tree(mesh);
+    EXPECT_THROW(collision::Bvh{broken}, std::invalid_argument);
+    collision::Bvh tree(mesh);
     EXPECT_THROW(tree.refit(broken.vertices_m), std::invalid_argument);
     EXPECT_TRUE(tree.mesh().vertices_m[3].allFinite());  // refused, it changes nothing
   }
@@ -574,7 +574,7 @@ TEST(HardTriangle, OneKilometreAway) {
   const Vector3d far(1000, -700, 300);
   const Hull near(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const Hull away(silhouettes_of({ball(far, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5, far)));
-  const collision::MeshTree tree(geometry::sphere_mesh(0.05, 2));
+  const collision::Bvh tree(geometry::sphere_mesh(0.05, 2));
   const std::size_t colliding = near.ask(tree, kVerdictAlone, at({0.06, 0, 0})).triangles.size();
   EXPECT_GT(colliding, 10u);
   EXPECT_NEAR(
@@ -609,7 +609,7 @@ TEST(HardTriangle, CutAtACamerasPlaneWithHardlyAPointAllowed) {
   const Hull hull(silhouettes);
   const Vector3d eye = geometry::camera_center_world_m(silhouettes[0].camera);
   const collision::ObjectCollision found = hull.ask(
-      collision::MeshTree(
+      collision::Bvh(
           mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}})),
       {.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1});
   EXPECT_EQ(found.verdict, collision::CollisionVerdict::colliding);
@@ -635,10 +635,10 @@ Isometry3d lying_flat() {
 TEST(HardTriangle, AMillionOfThem) {
   const Hull hull(hand_like());
   const collision::ObjectCollision found =
-      hull.ask(collision::MeshTree(geometry::curtain_mesh(2, 2, 1000, 500, 0, 1)), kVerdictAlone,
+      hull.ask(collision::Bvh(geometry::curtain_mesh(2, 2, 1000, 500, 0, 1)), kVerdictAlone,
                lying_flat());
   EXPECT_GT(found.triangles.size(), 500u);
-  EXPECT_LT(found.touching.size(), 20u);
+  EXPECT_LT(found.undecided.size(), 20u);
 }
 
 std::size_t resident_mb() {
@@ -660,7 +660,7 @@ TEST(HardTriangle, TenMillionOfThem) {
   const std::size_t count = mesh.triangles.size(), before_mb = resident_mb();
   ASSERT_GT(count, 10'000'000u);
   const auto start = Clock::now();
-  const collision::MeshTree tree(std::move(mesh));
+  const collision::Bvh tree(std::move(mesh));
   const double built_s = seconds_since(start);
   const std::size_t tree_mb = resident_mb() - before_mb;
   collision::CpuDetection detection;
@@ -676,10 +676,10 @@ TEST(HardTriangle, TenMillionOfThem) {
   std::printf(
       "%zu triangles: tree %zu MB beside the mesh, built in %.1f s, asked in %.2f ms; %zu collide, "
       "%zu touch\n",
-      count, tree_mb, built_s, 1e3 * asked_s, found.triangles.size(), found.touching.size());
+      count, tree_mb, built_s, 1e3 * asked_s, found.triangles.size(), found.undecided.size());
   EXPECT_LT(tree_mb, 1024u);
   EXPECT_GT(found.triangles.size(), 5000u);
-  EXPECT_LT(found.touching.size(), found.triangles.size() / 100);
+  EXPECT_LT(found.undecided.size(), found.triangles.size() / 100);
   // By every triangle's middle: where that is in the hull, the triangle collides; and nearly only
   // there, as small as they are.
   std::size_t middles = 0, missed = 0;
@@ -705,7 +705,7 @@ TEST(HardTriangle, AgainstNoise) {
         {camera, random_pixels(random, camera.pinhole.width_px, camera.pinhole.height_px, 0.3)});
   const Hull hull(silhouettes);
   const std::vector<collision::Triangle> triangles = random_triangles(random, 60);
-  const collision::ObjectCollision found = hull.ask(collision::MeshTree(mesh_of(triangles)));
+  const collision::ObjectCollision found = hull.ask(collision::Bvh(mesh_of(triangles)));
   for (std::size_t i = 0; i < triangles.size(); ++i)
     if (sampled(silhouettes, triangles[i], 30)) {
       EXPECT_TRUE(test::holds(found.triangles, i));

@@ -31,7 +31,7 @@ struct Hull {
 };
 
 // Programs are made once: compiling them takes longer than most of the cases.
-class GlDetecting : public GlTest {
+class GlDetectionTest : public GlTest {
  protected:
   static void SetUpTestSuite() {
     GlTest::SetUpTestSuite();
@@ -53,7 +53,7 @@ class GlDetecting : public GlTest {
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
     return {found.begin(), found.end()};
   }
-  static collision::ObjectCollision ask(const Hull& hull, const collision::MeshTree& tree,
+  static collision::ObjectCollision ask(const Hull& hull, const collision::Bvh& tree,
                                         const collision::DetectionOptions& options = kVerdictAlone,
                                         const Isometry3d& pose = Isometry3d::Identity(),
                                         const Vector3d& rp = kOrigin) {
@@ -63,10 +63,10 @@ class GlDetecting : public GlTest {
   static collision::CollisionVerdict ask(
       const Hull& hull, const collision::Triangle& t,
       const collision::DetectionOptions& options = kVerdictAlone) {
-    return ask(hull, collision::MeshTree(mesh_of({t})), options).verdict;
+    return ask(hull, collision::Bvh(mesh_of({t})), options).verdict;
   }
 
-  // Free and colliding alike, but for what one of them calls touching: a hundredth of the triangles
+  // Free and colliding alike, but for what one of them calls undecided: a hundredth of the triangles
   // at most, and one.
   static void expect_as_cpu(const Hull& hull, std::span<const collision::DetectionObject> objects,
                             const collision::DetectionOptions& options) {
@@ -76,8 +76,8 @@ class GlDetecting : public GlTest {
     for (std::size_t i = 0; i < objects.size(); ++i) {
       for (std::size_t t = 0; t < objects[i].tree->mesh().triangles.size(); ++t) {
         if (t == 0)
-          EXPECT_LE(gl[i].touching.size() * 100, 100 + objects[i].tree->mesh().triangles.size());
-        if (test::holds(gl[i].touching, t) || test::holds(cpu[i].touching, t)) continue;
+          EXPECT_LE(gl[i].undecided.size() * 100, 100 + objects[i].tree->mesh().triangles.size());
+        if (test::holds(gl[i].undecided, t) || test::holds(cpu[i].undecided, t)) continue;
         EXPECT_EQ(test::holds(gl[i].triangles, t), test::holds(cpu[i].triangles, t))
             << i << ' ' << t;
       }
@@ -96,16 +96,16 @@ class GlDetecting : public GlTest {
 };
 
 // What is free has no part in the hull that is more than rounding; what collides has one.
-TEST_F(GlDetecting, AgreesWithTheExactReference) {
+TEST_F(GlDetectionTest, AgreesWithTheExactReference) {
   Random random(11);
-  int crossing = 0, touching = 0, on_cpu = 0;
+  int crossing = 0, undecided = 0, on_cpu = 0;
   for (int scene = 0; scene < 5; ++scene) {
     const Hull hull(
         scene == 0 ? hand_like()
                    : silhouettes_of(random_object(random, 3), random_cameras(random, 2 + scene)));
     const collision::HullDistance distance(hull.silhouettes);
     const std::vector<collision::Triangle> triangles = random_triangles(random, 90);
-    const collision::MeshTree tree(mesh_of(triangles));
+    const collision::Bvh tree(mesh_of(triangles));
     const collision::ObjectCollision alone = ask(hull, tree),
                                      with_points = ask(hull, tree, kAllPoints);
     on_cpu += int(counts_.triangles_on_cpu);
@@ -113,9 +113,9 @@ TEST_F(GlDetecting, AgreesWithTheExactReference) {
       const collision::TriangleTruth truth = collision::triangle_truth(distance, triangles[i]);
       crossing += truth.crosses;
       for (const collision::ObjectCollision* found : {&alone, &with_points}) {
-        touching += test::holds(found->touching, i);
+        undecided += test::holds(found->undecided, i);
         if (truth.deepest_m > 1e-9) {
-          EXPECT_TRUE(test::holds(found->triangles, i) || test::holds(found->touching, i))
+          EXPECT_TRUE(test::holds(found->triangles, i) || test::holds(found->undecided, i))
               << scene << ' ' << i << ' ' << truth.deepest_m;
         }
         if (truth.deepest_m > kVerdictAlone.eps_m) {
@@ -128,15 +128,15 @@ TEST_F(GlDetecting, AgreesWithTheExactReference) {
     }
   }
   EXPECT_GT(crossing, 100);
-  EXPECT_LE(touching, 0.02 * crossing);  // of two answers each
+  EXPECT_LE(undecided, 0.02 * crossing);  // of two answers each
   EXPECT_LT(on_cpu, 0.1 * crossing);     // the GPU does the work
 }
 
-TEST_F(GlDetecting, AgreesWithBackendCpuFromOneToSixteenCameras) {
+TEST_F(GlDetectionTest, AgreesWithBackendCpuFromOneToSixteenCameras) {
   Random random(1);
   for (const int cameras : {1, 2, 3, 5, 16}) {
     const Hull hull(silhouettes_of(random_object(random, 3), random_cameras(random, cameras)));
-    const collision::MeshTree tree(mesh_of(random_triangles(random, 400)));
+    const collision::Bvh tree(mesh_of(random_triangles(random, 400)));
     const collision::DetectionObject object{&tree};
     for (const double eps_m : {3e-3, 0.5e-3, 0.1e-3})
       expect_as_cpu(hull, {&object, 1}, {.eps_m = eps_m, .spacing_m = 0});
@@ -144,14 +144,14 @@ TEST_F(GlDetecting, AgreesWithBackendCpuFromOneToSixteenCameras) {
   }
 }
 
-TEST_F(GlDetecting, SeveralObjectsInOneBatchAreAnsweredAsEachAlone) {
+TEST_F(GlDetectionTest, BatchEqualsSingleObjectQueries) {
   Random random(3);
-  std::vector<collision::MeshTree> trees;
+  std::vector<collision::Bvh> trees;
   std::vector<collision::DetectionObject> objects;
   const Hull hull(hand_like());
   for (const int triangles : {90, 1, 700, 0, 20, 16, 257})
     trees.emplace_back(mesh_of(random_triangles(random, triangles)));
-  for (const collision::MeshTree& tree : trees)
+  for (const collision::Bvh& tree : trees)
     objects.push_back({&tree, at(random_in_ball(random, 0.05))});
   objects.push_back({&trees[2], at({0, 0.03, 0})});  // a tree twice
   const std::vector<collision::ObjectCollision> together =
@@ -169,30 +169,30 @@ TEST_F(GlDetecting, SeveralObjectsInOneBatchAreAnsweredAsEachAlone) {
   expect_as_cpu(hull, objects, kVerdictAlone);
 }
 
-TEST_F(GlDetecting, TheSameQuestionHasTheSameAnswerToTheBit) {
+TEST_F(GlDetectionTest, IsBitIdenticalOnRepeat) {
   Random random(5);
   const Hull hull(hand_like(), 2), other(hand_like());
-  const collision::MeshTree tree(mesh_of(random_triangles(random, 600)));
+  const collision::Bvh tree(mesh_of(random_triangles(random, 600)));
   const collision::ObjectCollision first = ask(hull, tree, kAllPoints);
   for (int i = 0; i < 5; ++i) {
     const collision::ObjectCollision again = ask(i % 2 ? hull : other, tree, kAllPoints);
     EXPECT_EQ(again.points, first.points);
     EXPECT_EQ(again.triangles, first.triangles);
-    EXPECT_EQ(again.touching, first.touching);
+    EXPECT_EQ(again.undecided, first.undecided);
   }
 }
 
-TEST_F(GlDetecting, EveryPermutationOfTheVerticesGivesTheSame) {
+TEST_F(GlDetectionTest, IsIndependentOfVertexOrder) {
   Random random(2);
   const Hull hull(hand_like());
   for (int i = 0; i < 20; ++i) {
     const collision::Triangle t = random_triangle(random, 0.1, 0.05);
     std::array<std::size_t, 3> order = {0, 1, 2};
     const collision::ObjectCollision first =
-        ask(hull, collision::MeshTree(mesh_of({t})), kAllPoints);
+        ask(hull, collision::Bvh(mesh_of({t})), kAllPoints);
     while (std::next_permutation(order.begin(), order.end())) {
       const collision::ObjectCollision again =
-          ask(hull, collision::MeshTree(mesh_of({{t[order[0]], t[order[1]], t[order[2]]}})),
+          ask(hull, collision::Bvh(mesh_of({{t[order[0]], t[order[1]], t[order[2]]}})),
               kAllPoints);
       EXPECT_EQ(again.verdict, first.verdict);
       EXPECT_EQ(again.points, first.points);
@@ -201,11 +201,11 @@ TEST_F(GlDetecting, EveryPermutationOfTheVerticesGivesTheSame) {
 }
 
 // Every sample in the hull, and no other: the grid is the same.
-TEST_F(GlDetecting, FindsAsManyPointsAsBackendCpu) {
+TEST_F(GlDetectionTest, FindsTheSamePointCountAsBackendCpu) {
   Random random(8);
   const Hull hull(hand_like());
   for (const int subdivisions : {1, 3}) {
-    const collision::MeshTree tree(geometry::sphere_mesh(0.04, subdivisions));
+    const collision::Bvh tree(geometry::sphere_mesh(0.04, subdivisions));
     const collision::DetectionObject object{&tree, at({-0.05, 0, 0}), {1, 0.3, 0.2}};
     for (const double spacing_m : {10e-3, 3e-3, 0.5e-3}) {
       const collision::DetectionOptions options{.spacing_m = spacing_m, .max_points = 1u << 20};
@@ -220,14 +220,14 @@ TEST_F(GlDetecting, FindsAsManyPointsAsBackendCpu) {
   }
 }
 
-TEST_F(GlDetecting, PointsAreNoFartherApartThanAskedForAndTheFarthestIsAmongThem) {
+TEST_F(GlDetectionTest, PointsRespectTheSpacingAndIncludeTheFarthest) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const collision::Triangle t = {Vector3d(-0.02, -0.02, 0), Vector3d(0.03, -0.01, 0.01),
                                  Vector3d(0, 0.03, 0)};
   const Vector3d rp(0.2, 0.1, 0.3);
   for (const double spacing_m : {0.02, 5e-3, 1.1e-3}) {
     const collision::ObjectCollision found =
-        ask(hull, collision::MeshTree(mesh_of({t})),
+        ask(hull, collision::Bvh(mesh_of({t})),
             {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
     for (int i = 0; i <= 40; ++i)
       for (int j = 0; i + j <= 40; ++j) {
@@ -246,12 +246,12 @@ TEST_F(GlDetecting, PointsAreNoFartherApartThanAskedForAndTheFarthestIsAmongThem
   }
 }
 
-TEST_F(GlDetecting, OfATriangleThroughTheBorderTooPointsAreNoFartherApartThanAskedFor) {
+TEST_F(GlDetectionTest, PointsRespectTheSpacingAcrossTheBorder) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const collision::Triangle t = {Vector3d(0, 0, 0), Vector3d(0.15, 0.02, 0.01),
                                  Vector3d(0.02, 0.12, -0.02)};
   for (const double spacing_m : {7e-3, 2e-3}) {
-    const collision::ObjectCollision found = ask(hull, collision::MeshTree(mesh_of({t})),
+    const collision::ObjectCollision found = ask(hull, collision::Bvh(mesh_of({t})),
                                                  {.spacing_m = spacing_m, .max_points = 1u << 20});
     // The part around any point that is in the hull with its surroundings has its middle in the
     // hull.
@@ -267,9 +267,9 @@ TEST_F(GlDetecting, OfATriangleThroughTheBorderTooPointsAreNoFartherApartThanAsk
   }
 }
 
-TEST_F(GlDetecting, NoMorePointsThanAllowedHoweverFineTheSpacing) {
+TEST_F(GlDetectionTest, KeepsAtMostMaxPointsForAnySpacing) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.08)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  const collision::MeshTree tree(geometry::sphere_mesh(0.05, 4));
+  const collision::Bvh tree(geometry::sphere_mesh(0.05, 4));
   for (const std::size_t max_points : {std::size_t{1}, std::size_t{50}, std::size_t{4096}}) {
     const collision::ObjectCollision found =
         ask(hull, tree, {.spacing_m = 2e-5, .max_points = max_points});
@@ -280,15 +280,15 @@ TEST_F(GlDetecting, NoMorePointsThanAllowedHoweverFineTheSpacing) {
 }
 
 // Too little room for parts: run again with more, and then left to the CPU, but never lost.
-TEST_F(GlDetecting, WithoutRoomForPartsNothingIsLost) {
+TEST_F(GlDetectionTest, FallsBackToCpuWithoutBufferSpace) {
   Random random(9);
   const Hull hull(hand_like());
-  const collision::MeshTree tree(mesh_of(random_triangles(random, 300)));
+  const collision::Bvh tree(mesh_of(random_triangles(random, 300)));
   const collision::DetectionObject object{&tree};
   for (const collision::DetectionOptions& options : {kVerdictAlone, kAllPoints}) {
     const collision::ObjectCollision usual = ask(hull, tree, options);
     EXPECT_EQ(counts_.overflows, 0u);
-    collision::GlDetection grows({.first = 64, .most = 1 << 18}), stays({.first = 64, .most = 128});
+    collision::GlDetection grows({.first = 64, .max = 1 << 18}), stays({.first = 64, .max = 128});
     const collision::ObjectCollision grown = ask(grows, hull, {&object, 1}, options)[0];
     EXPECT_GT(counts_.overflows, 1u);
     EXPECT_LT(counts_.triangles_on_cpu, 20u);
@@ -297,30 +297,30 @@ TEST_F(GlDetecting, WithoutRoomForPartsNothingIsLost) {
     const collision::ObjectCollision settled = ask(stays, hull, {&object, 1}, options)[0];
     EXPECT_GT(counts_.triangles_on_cpu, 50u);
     EXPECT_EQ(settled.triangles, usual.triangles);
-    EXPECT_EQ(settled.touching, usual.touching);
+    EXPECT_EQ(settled.undecided, usual.undecided);
   }
 }
 
-TEST_F(GlDetecting, ADeformedMeshIsWrittenAnew) {
+TEST_F(GlDetectionTest, UploadsADeformedMesh) {
   const Hull hull(hand_like());
   geometry::Mesh mesh = geometry::curtain_mesh(0.3, 0.3, 20, 18, 0.02, 3);
-  collision::MeshTree tree(mesh);
+  collision::Bvh tree(mesh);
   EXPECT_TRUE(ask(hull, tree, kVerdictAlone, at({0, 0, 1})).triangles.empty());
   Random random(7);
   for (Vector3d& v : mesh.vertices_m) v += Vector3d(0, 0, 0.15) + random_in_ball(random, 0.01);
   tree.refit(mesh.vertices_m);
   const collision::ObjectCollision refitted = ask(hull, tree),
-                                   anew = ask(hull, collision::MeshTree(mesh));
+                                   anew = ask(hull, collision::Bvh(mesh));
   EXPECT_FALSE(anew.triangles.empty());
   EXPECT_EQ(refitted.triangles, anew.triangles);
-  collision::MeshTree copy = tree;
+  collision::Bvh copy = tree;
   EXPECT_EQ(copy.content(), tree.content());
   copy.refit(mesh.vertices_m);
   EXPECT_NE(copy.content(), tree.content());
 }
 
 // What the margins rest on: the image of a point by float is no farther off than they say.
-TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
+TEST_F(GlDetectionTest, ErrorMarginBoundsFloatRounding) {
   Random random(6);
   double worst = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -333,7 +333,7 @@ TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
     hull::ObjectPixels pixels(720, 486);
     for (int k = 0; k < 2; ++k)
       pixels.set(int(uniform(random, 0, 720)), int(uniform(random, 0, 486)));
-    camera.reach.assign(pixels);
+    camera.skip_map.assign(pixels);
     const collision::gl_contact::GlCamera c = collision::gl_camera(camera, pose, radius_m);
     const Eigen::Vector2d pixel_px(uniform(random, 0, 720), uniform(random, 0, 486));
     const Vector3d p =
@@ -347,7 +347,7 @@ TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
     };
     const float w = form(2),
                 margin_px = (c.of_x[3] + float(radius_m) * c.at[3]) / w + c.farthest_px * c.of_z[3];
-    if (!(w > 0 && margin_px < collision::kMostContactEps_px)) continue;
+    if (!(w > 0 && margin_px < collision::kMaxContactEps_px)) continue;
     const auto uv_px = geometry::project(camera.camera, pose * p);
     ASSERT_TRUE(uv_px);
     const collision::BasePixel base = collision::base_pixel(camera);
@@ -360,12 +360,12 @@ TEST_F(GlDetecting, TheMarginHoldsWhatFloatIsOff) {
   EXPECT_GT(worst, 0.005);
 }
 
-TEST_F(GlDetecting, NothingIsThere) {
+TEST_F(GlDetectionTest, EmptyHullOrEmptyMeshIsFree) {
   const Hull hull(hand_like()), none({});
-  EXPECT_EQ(ask(hull, collision::MeshTree()).verdict, collision::CollisionVerdict::free);
-  EXPECT_EQ(ask(hull, collision::MeshTree(geometry::Mesh{})).verdict,
+  EXPECT_EQ(ask(hull, collision::Bvh()).verdict, collision::CollisionVerdict::free);
+  EXPECT_EQ(ask(hull, collision::Bvh(geometry::Mesh{})).verdict,
             collision::CollisionVerdict::free);
-  const collision::MeshTree box(geometry::box_mesh({1, 1, 1}));
+  const collision::Bvh box(geometry::box_mesh({1, 1, 1}));
   EXPECT_EQ(ask(none, box).verdict, collision::CollisionVerdict::free);
   auto empty = hand_like();
   empty[2].pixels = hull::ObjectPixels(300, 300);
@@ -373,17 +373,17 @@ TEST_F(GlDetecting, NothingIsThere) {
   EXPECT_TRUE(ask(*detection_, hull, {}, kVerdictAlone).empty());
 }
 
-TEST_F(GlDetecting, BadQuestionsAreRefused) {
+TEST_F(GlDetectionTest, RejectsInvalidArguments) {
   const Hull hull(hand_like());
-  const collision::MeshTree tree(geometry::box_mesh({0.1, 0.1, 0.1}));
+  const collision::Bvh tree(geometry::box_mesh({0.1, 0.1, 0.1}));
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(ask(hull, tree, {.eps_m = 0}), std::invalid_argument);
   EXPECT_THROW(ask(hull, tree, {.eps_m = kNaN}), std::invalid_argument);
   EXPECT_THROW(ask(hull, tree, {.spacing_m = -1}), std::invalid_argument);
   EXPECT_THROW(ask(hull, tree, {.max_points = 0}), std::invalid_argument);
   EXPECT_THROW(ask(hull, tree, {}, at({kNaN, 0, 0})), std::invalid_argument);
-  EXPECT_THROW(collision::GlDetection({.first = 0, .most = 64}), std::invalid_argument);
-  EXPECT_THROW(collision::GlDetection({.first = 128, .most = 64}), std::invalid_argument);
+  EXPECT_THROW(collision::GlDetection({.first = 0, .max = 64}), std::invalid_argument);
+  EXPECT_THROW(collision::GlDetection({.first = 128, .max = 64}), std::invalid_argument);
   base::WorkerPool pool(1);
   const auto silhouettes = hand_like();
   hull::CpuHull seen(pool, silhouettes, {hull::Limits::seen, 2});
@@ -396,7 +396,7 @@ TEST_F(GlDetecting, BadQuestionsAreRefused) {
 // --- hard cases: triangles and meshes
 // --------------------------------------------------------------------------------
 
-TEST_F(GlDetecting, DegenerateTriangles) {
+TEST_F(GlDetectionTest, DegenerateTriangles) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const Vector3d in(0.01, 0, 0), also_in(-0.02, 0.01, 0), out(0.3, 0, 0), farther(0.5, 0, 0);
   for (const collision::DetectionOptions& options :
@@ -414,7 +414,7 @@ TEST_F(GlDetecting, DegenerateTriangles) {
   }
 }
 
-TEST_F(GlDetecting, SliverOfAMetreByAMicrometreAndTenMetresAroundACentimetre) {
+TEST_F(GlDetectionTest, SliverOfAMetreByAMicrometreAndTenMetresAroundACentimetre) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.005)}, ring(4, 1.2, 0.6, 300, 0.5)));
   for (const double z : {0.0, 0.2}) {
     const collision::CollisionVerdict expected =
@@ -432,9 +432,9 @@ TEST_F(GlDetecting, SliverOfAMetreByAMicrometreAndTenMetresAroundACentimetre) {
   }
 }
 
-TEST_F(GlDetecting, TheHullWhollyInsideABoxAndTheBoxInTheHull) {
+TEST_F(GlDetectionTest, TheHullWhollyInsideABoxAndTheBoxInTheHull) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.04)}, ring(4, 1.2, 0.6, 300, 0.5)));
-  const collision::MeshTree around(geometry::box_mesh({0.3, 0.3, 0.3})),
+  const collision::Bvh around(geometry::box_mesh({0.3, 0.3, 0.3})),
       within(geometry::sphere_mesh(0.01, 2));
   EXPECT_EQ(ask(hull, around).verdict, collision::CollisionVerdict::free);
   EXPECT_TRUE(ask(hull, around).hull_in_box);
@@ -442,7 +442,7 @@ TEST_F(GlDetecting, TheHullWhollyInsideABoxAndTheBoxInTheHull) {
   EXPECT_EQ(ask(hull, within, kAllPoints).triangles.size(), 320u);
 }
 
-TEST_F(GlDetecting, BehindAndThroughCameras) {
+TEST_F(GlDetectionTest, BehindAndThroughCameras) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const Vector3d eye = geometry::camera_center_world_m(hull.silhouettes[0].camera);
   for (const collision::DetectionOptions& options :
@@ -460,7 +460,7 @@ TEST_F(GlDetecting, BehindAndThroughCameras) {
   Random random(13);
   std::vector<collision::Triangle> triangles;
   for (int i = 0; i < 300; ++i) triangles.push_back(random_triangle(random, 1.5, 2));
-  const collision::MeshTree tree(mesh_of(triangles));
+  const collision::Bvh tree(mesh_of(triangles));
   const collision::DetectionObject object{&tree};
   expect_as_cpu(hull, {&object, 1}, kVerdictAlone);
   EXPECT_GT(counts_.triangles_on_cpu, 0u);
@@ -468,9 +468,9 @@ TEST_F(GlDetecting, BehindAndThroughCameras) {
 }
 
 // More cameras than the shaders have room for: all is left to backend `cpu`.
-TEST_F(GlDetecting, SixtyFourCamerasAndOneMore) {
+TEST_F(GlDetectionTest, SixtyFourCamerasAndOneMore) {
   Random random(15);
-  const collision::MeshTree tree(mesh_of(random_triangles(random, 100)));
+  const collision::Bvh tree(mesh_of(random_triangles(random, 100)));
   const collision::DetectionObject object{&tree};
   for (const int cameras : {64, 65}) {
     const Hull hull(silhouettes_of({ball(kOrigin, 0.06)}, ring(cameras, 1.2, 0.6, 60, 0.5)));
@@ -480,7 +480,7 @@ TEST_F(GlDetecting, SixtyFourCamerasAndOneMore) {
 }
 
 // Cut on the CPU into very many parts, with hardly a point allowed.
-TEST_F(GlDetecting, ThroughACamerasPlaneWithHardlyAPointAllowed) {
+TEST_F(GlDetectionTest, ThroughACamerasPlaneWithHardlyAPointAllowed) {
   std::vector<hull::Silhouette> silhouettes =
       silhouettes_of({ball(kOrigin, 0.05)}, ring(2, 1.2, 0.6, 300, 0.5));
   for (hull::Silhouette& s : silhouettes)  // all of both images: the hull reaches up to the cameras
@@ -488,7 +488,7 @@ TEST_F(GlDetecting, ThroughACamerasPlaneWithHardlyAPointAllowed) {
       for (int u = 0; u < 300; ++u) s.pixels.set(u, v);
   const Hull hull(silhouettes);
   const Vector3d eye = geometry::camera_center_world_m(silhouettes[0].camera);
-  const collision::MeshTree tree(
+  const collision::Bvh tree(
       mesh_of({{1.5 * eye, -1.5 * eye + Vector3d(0, 2, 0), -1.5 * eye - Vector3d(0, 2, 0)}}));
   for (const collision::DetectionOptions& options :
        {collision::DetectionOptions{.eps_m = 1e-6, .spacing_m = 1e-5, .max_points = 1},
@@ -503,9 +503,9 @@ TEST_F(GlDetecting, ThroughACamerasPlaneWithHardlyAPointAllowed) {
 
 // About its own origin; and together with the cameras, a kilometre off; and so large that float has
 // no room for it.
-TEST_F(GlDetecting, FarAway) {
+TEST_F(GlDetectionTest, FarAway) {
   Random random(14);
-  const collision::MeshTree tree(mesh_of(random_triangles(random, 200)));
+  const collision::Bvh tree(mesh_of(random_triangles(random, 200)));
   const Hull near(hand_like());
   std::vector<hull::Silhouette> silhouettes = hand_like();
   const Isometry3d motion = at({1000, -300, 20});
@@ -519,36 +519,36 @@ TEST_F(GlDetecting, FarAway) {
   EXPECT_EQ(ask(near, tree, kVerdictAlone, motion).verdict, collision::CollisionVerdict::free);
   geometry::Mesh mesh = tree.mesh();
   for (Vector3d& v : mesh.vertices_m) v += Vector3d(-1000, 300, -20);
-  EXPECT_EQ(ask(near, collision::MeshTree(mesh), kVerdictAlone, motion).triangles, here.triangles);
-  const collision::MeshTree vast(
+  EXPECT_EQ(ask(near, collision::Bvh(mesh), kVerdictAlone, motion).triangles, here.triangles);
+  const collision::Bvh vast(
       mesh_of({{Vector3d(-1e37, -1e37, 0), Vector3d(1e37, -1e37, 0), Vector3d(0, 1e37, 0)}}));
   EXPECT_NE(ask(near, vast).verdict, collision::CollisionVerdict::free);
   EXPECT_EQ(counts_.objects_on_cpu, 1u);
 }
 
-TEST_F(GlDetecting, AMillionTriangles) {
+TEST_F(GlDetectionTest, AMillionTriangles) {
   const Hull hull(hand_like());
   Isometry3d flat = at({0, 1, 0.002});
   flat.linear() = Eigen::AngleAxisd(-std::numbers::pi / 2, Vector3d::UnitX()).toRotationMatrix();
-  const collision::MeshTree tree(geometry::curtain_mesh(2, 2, 1000, 500, 0, 1));
+  const collision::Bvh tree(geometry::curtain_mesh(2, 2, 1000, 500, 0, 1));
   const collision::DetectionObject object{&tree, flat};
   const collision::ObjectCollision gl = ask(hull, tree, kVerdictAlone, flat),
                                    cpu = collision::detect(hull.query, {&object, 1},
                                                            kVerdictAlone)[0];
   EXPECT_GT(gl.triangles.size(), 500u);
-  EXPECT_LE(gl.touching.size(), 20u);
+  EXPECT_LE(gl.undecided.size(), 20u);
   EXPECT_NEAR(double(gl.triangles.size()), double(cpu.triangles.size()), 20);
 }
 
 // Salt and pepper, where nothing is smooth.
-TEST_F(GlDetecting, AgainstNoise) {
+TEST_F(GlDetectionTest, AgainstNoise) {
   Random random(10);
   std::vector<hull::Silhouette> silhouettes;
   for (const geometry::Camera& camera : random_cameras(random, 3))
     silhouettes.push_back(
         {camera, random_pixels(random, camera.pinhole.width_px, camera.pinhole.height_px, 0.3)});
   const Hull hull(silhouettes);
-  const collision::MeshTree tree(mesh_of(random_triangles(random, 60)));
+  const collision::Bvh tree(mesh_of(random_triangles(random, 60)));
   const collision::DetectionObject object{&tree};
   expect_as_cpu(hull, {&object, 1}, kVerdictAlone);
   expect_as_cpu(hull, {&object, 1}, kAllPoints);
@@ -556,7 +556,7 @@ TEST_F(GlDetecting, AgainstNoise) {
 
 // A triangle that is a point on a pixel's corner: float and in_hull() may round it into different
 // pixels, and then it is not free.
-TEST_F(GlDetecting, APointOnAPixelsCornerIsNotFreeWhereInHullSaysOtherwise) {
+TEST_F(GlDetectionTest, PixelCornerPointsAgreeWithInHull) {
   Random random(12);
   int in = 0, wrong = 0;
   for (int scene = 0; scene < 40; ++scene) {
@@ -571,11 +571,11 @@ TEST_F(GlDetecting, APointOnAPixelsCornerIsNotFreeWhereInHullSaysOtherwise) {
           eye + uniform(random, 0.5, 2) * geometry::ray_through(camera, {u, v}).direction_world;
       points.push_back({p, p, p});
     }
-    const collision::ObjectCollision found = ask(hull, collision::MeshTree(mesh_of(points)));
+    const collision::ObjectCollision found = ask(hull, collision::Bvh(mesh_of(points)));
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!hull::in_hull(hull.silhouettes, points[i][0])) continue;
       ++in;
-      wrong += !test::holds(found.triangles, i) && !test::holds(found.touching, i);
+      wrong += !test::holds(found.triangles, i) && !test::holds(found.undecided, i);
     }
   }
   EXPECT_GT(in, 500);

@@ -9,7 +9,7 @@
 namespace fivepipe::test {
 namespace {
 
-class Detecting : public GlTest {
+class PaperDetectionTest : public GlTest {
  protected:
   collision::Detection detect_all(const std::vector<hull::Capsule>& real,
                                   const std::vector<std::vector<collision::Triangle>>& objects,
@@ -26,7 +26,7 @@ std::size_t stages_sum(const collision::DetectionCounts& c) {
   return c.free_by_image + c.box_touched + c.free_by_cells + c.box_may_hold;
 }
 
-TEST(BoxQuery, NeverCallsABoxFreeThatHoldsAHullPoint) {
+TEST(BoxQuery, NeverCertifiesABoxThatContainsAHullPoint) {
   Random random(11);
   int held = 0;
   for (int scene = 0; scene < 20; ++scene) {
@@ -46,7 +46,7 @@ TEST(BoxQuery, NeverCallsABoxFreeThatHoldsAHullPoint) {
   EXPECT_GT(held, 50);
 }
 
-TEST(BoxQuery, CertifiesWhatIsBesideTheHullInSomeImage) {
+TEST(BoxQuery, CertifiesBoxesBesideASilhouette) {
   const auto silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, cameras());
   EXPECT_TRUE(collision::is_certainly_free(
       silhouettes, {Eigen::Vector3d(0.15, 0.15, -0.05), Eigen::Vector3d(0.25, 0.25, 0.05)}));
@@ -56,7 +56,7 @@ TEST(BoxQuery, CertifiesWhatIsBesideTheHullInSomeImage) {
       silhouettes, {Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(1, 1, 1)}, 3));
 }
 
-TEST(BoxQuery, ABoxRoundACameraIsUndecidedAndOneBehindItFree) {
+TEST(BoxQuery, BoxAroundACameraIsUndecidedBoxBehindItIsFree) {
   const std::vector<geometry::Camera> one = {camera_at({1, 0, 0}, 100, 0.5)};
   const auto silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, one);
   EXPECT_FALSE(collision::is_certainly_free(
@@ -65,7 +65,7 @@ TEST(BoxQuery, ABoxRoundACameraIsUndecidedAndOneBehindItFree) {
       silhouettes, {Eigen::Vector3d(1.1, -0.1, -0.1), Eigen::Vector3d(1.3, 0.1, 0.1)}));
 }
 
-TEST_F(Detecting, TellsTheCollidingObjectsAndTheirTriangles) {
+TEST_F(PaperDetectionTest, ReportsCollidingObjectsAndTriangles) {
   const std::vector<std::vector<collision::Triangle>> objects = {
       collision::world_triangles(geometry::sphere_mesh(0.05, 2), at({0.05, 0, 0})),
       collision::world_triangles(geometry::sphere_mesh(0.05, 2), at({0.3, 0.2, 0})),
@@ -93,7 +93,7 @@ TEST_F(Detecting, TellsTheCollidingObjectsAndTheirTriangles) {
 }
 
 // The case that the paper's boxes miss.
-TEST_F(Detecting, AHullWhollyInsideABoxIsACandidate) {
+TEST_F(PaperDetectionTest, AHullWhollyInsideABoxIsACandidate) {
   // The arms of an L round a ball: the faces of their box touch nothing, and neither do the arms.
   std::vector<collision::Triangle> shell =
       collision::world_triangles(geometry::box_mesh({0.6, 0.6, 0.02}), at({0, 0, -0.3}));
@@ -103,7 +103,7 @@ TEST_F(Detecting, AHullWhollyInsideABoxIsACandidate) {
   const collision::Detection around = detect_all({ball(kOrigin, 0.03)}, {shell}, cameras());
   EXPECT_EQ(around.counts.box_may_hold, 1u);
   EXPECT_EQ(around.counts.triangles_queried, 24u);
-  EXPECT_EQ(around.objects[0].verdict, collision::CollisionVerdict::touching);
+  EXPECT_EQ(around.objects[0].verdict, collision::CollisionVerdict::undecided);
   // With a plate through the ball the same box is a collision.
   const auto plate = collision::world_triangles(geometry::box_mesh({0.2, 0.2, 0.002}), at(kOrigin));
   shell.insert(shell.end(), plate.begin(), plate.end());
@@ -113,22 +113,22 @@ TEST_F(Detecting, AHullWhollyInsideABoxIsACandidate) {
   EXPECT_GE(through.objects[0].triangles.front(), 24u);
 }
 
-TEST_F(Detecting, AHullWhollyInsideAnObjectIsSaidToTouchNoSample) {
+TEST_F(PaperDetectionTest, HullInsideAnObjectIsUndecided) {
   const collision::Detection detection = detect_all(
       {ball(kOrigin, 0.02)},
       {collision::world_triangles(geometry::sphere_mesh(0.1, 2), at(kOrigin))}, cameras());
-  EXPECT_EQ(detection.objects[0].verdict, collision::CollisionVerdict::touching);
+  EXPECT_EQ(detection.objects[0].verdict, collision::CollisionVerdict::undecided);
   EXPECT_TRUE(detection.objects[0].points.empty());
 }
 
-TEST_F(Detecting, AnObjectWhollyInsideTheHullCollides) {
+TEST_F(PaperDetectionTest, AnObjectWhollyInsideTheHullCollides) {
   const collision::Detection detection = detect_all(
       {ball(kOrigin, 0.1)},
       {collision::world_triangles(geometry::sphere_mesh(0.02, 1), at(kOrigin))}, cameras());
   EXPECT_EQ(detection.objects[0].triangles.size(), 80u);
 }
 
-TEST_F(Detecting, ImagesFilledByDifferentObjectsAreToldApartByCells) {
+TEST_F(PaperDetectionTest, CellsSeparateObjectsThatOverlapInTheImages) {
   // Each camera sees something over the box, no two the same thing: nothing is in the box.
   const std::vector<geometry::Camera> two = {camera_at({1, 0, 0}, 240, 0.8),
                                              camera_at({0, 1, 0}, 240, 0.8)};
@@ -139,7 +139,7 @@ TEST_F(Detecting, ImagesFilledByDifferentObjectsAreToldApartByCells) {
   EXPECT_EQ(detection.counts.free_by_cells, 1u);
 }
 
-TEST_F(Detecting, FreeIsCertain) {
+TEST_F(PaperDetectionTest, FreeIsConservative) {
   Random random(12);
   std::size_t free = 0, points = 0;
   for (int scene = 0; scene < 30; ++scene) {
@@ -166,7 +166,7 @@ TEST_F(Detecting, FreeIsCertain) {
   EXPECT_GT(points, 500u);
 }
 
-TEST_F(Detecting, DuplicateAndNonManifoldFacesAreEachReported) {
+TEST_F(PaperDetectionTest, DuplicateAndNonManifoldFacesAreEachReported) {
   std::vector<collision::Triangle> object =
       collision::world_triangles(geometry::sphere_mesh(0.05, 1), at({0.05, 0, 0}));
   const std::size_t once =
@@ -176,7 +176,7 @@ TEST_F(Detecting, DuplicateAndNonManifoldFacesAreEachReported) {
             2 * once);
 }
 
-TEST_F(Detecting, NothingIsFreeAndNaNIsRefused) {
+TEST_F(PaperDetectionTest, EmptyHullIsFreeAndNaNIsRejected) {
   EXPECT_TRUE(detect_all({ball(kOrigin, 0.04)}, {}, cameras()).objects.empty());
   EXPECT_EQ(detect_all({ball(kOrigin, 0.04)}, {{}}, cameras()).objects[0].verdict,
             collision::CollisionVerdict::free);

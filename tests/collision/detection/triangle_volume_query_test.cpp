@@ -106,7 +106,7 @@ TEST_F(TriangleQuery, EveryPointIsInTheHullAndOnItsTriangle) {
 
 // The CPU's oracle of the whole window: each sample that is clearly inside its triangle and clearly
 // in the hull is reported, and nothing that is clearly not.
-TEST_F(TriangleQuery, FindsWhatTheSamplesFind) {
+TEST_F(TriangleQuery, EqualsSampling) {
   const auto silhouettes = hand();
   constexpr int kViewport = 10;
   constexpr double kClear =
@@ -291,7 +291,7 @@ TEST_F(TriangleQuery, SixteenCamerasOfOddSizesAgreeWithTheHull) {
 }
 
 // The paper's limit: samples 10 m / 10 px apart miss a hull of 1 cm; a finer viewport finds it.
-TEST_F(TriangleQuery, MissesWhatIsThinnerThanItsSamples) {
+TEST_F(TriangleQuery, MissesDetailThinnerThanTheSampleSpacing) {
   const auto silhouettes = silhouettes_of({ball({0.1, 0.2, 0}, 0.005)}, ring(3, 1, 0.5, 300, 0.6));
   const std::vector<collision::Triangle> ten_metres = {
       {Eigen::Vector3d(-5, -5, 0), {5, -5, 0}, {0, 5, 0}}};

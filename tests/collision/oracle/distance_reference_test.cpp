@@ -165,16 +165,16 @@ TEST(HullDistance, ClearanceOfAPyramidInClosedForm) {
   const collision::HullDistance hull(silhouettes);
   constexpr double kTolerance_m = 1e-3;
   const auto clearance = hull.clearance_m({1.2, 0.1, 1}, 0.5, kTolerance_m);
-  EXPECT_LE(clearance.least_m, 0.2 / std::sqrt(2) + kRounding_m);
-  EXPECT_GE(clearance.least_m, 0.2 / std::sqrt(2) - kRounding_m);  // one camera: its own distance
-  EXPECT_GE(clearance.most_m, 0.2 / std::sqrt(2) - kRounding_m);
-  EXPECT_LE(clearance.most_m, 0.2 / std::sqrt(2) + kTolerance_m);
+  EXPECT_LE(clearance.min_m, 0.2 / std::sqrt(2) + kRounding_m);
+  EXPECT_GE(clearance.min_m, 0.2 / std::sqrt(2) - kRounding_m);  // one camera: its own distance
+  EXPECT_GE(clearance.max_m, 0.2 / std::sqrt(2) - kRounding_m);
+  EXPECT_LE(clearance.max_m, 0.2 / std::sqrt(2) + kTolerance_m);
   const auto inside = hull.clearance_m({0, 0, 1}, 0.5, kTolerance_m);
-  EXPECT_EQ(inside.least_m, 0);
-  EXPECT_EQ(inside.most_m, 0);
+  EXPECT_EQ(inside.min_m, 0);
+  EXPECT_EQ(inside.max_m, 0);
   const auto beyond_the_cap = hull.clearance_m({3, 0, 1}, 0.5, kTolerance_m);
-  EXPECT_EQ(beyond_the_cap.least_m, 0.5);
-  EXPECT_EQ(beyond_the_cap.most_m, kInfinity);
+  EXPECT_EQ(beyond_the_cap.min_m, 0.5);
+  EXPECT_EQ(beyond_the_cap.max_m, kInfinity);
 }
 
 // Two opposed cameras' cones come near to p from either side, and meet far above it.
@@ -198,9 +198,9 @@ TEST(HullDistance, TheHullMayBeFartherThanEveryCone) {
     for (const hull::Interval& in :
          hull::reference_intervals(silhouettes, {p, random_direction(random)}, 0, 0.5))
       nearest_m = std::min(nearest_m, in.enter);
-  EXPECT_GT(clearance.least_m, -2 * hull.signed_m(p));
-  EXPECT_LE(clearance.least_m, nearest_m + kRounding_m);
-  EXPECT_LE(clearance.most_m, nearest_m + 1e-3);
+  EXPECT_GT(clearance.min_m, -2 * hull.signed_m(p));
+  EXPECT_LE(clearance.min_m, nearest_m + kRounding_m);
+  EXPECT_LE(clearance.max_m, nearest_m + 1e-3);
 }
 
 TEST(HullDistance, OneKilometreFromTheOrigin) {
@@ -218,7 +218,7 @@ TEST(HullDistance, NoHullIsInfinitelyFar) {
   auto silhouettes = hand_among();
   silhouettes[1].pixels = hull::ObjectPixels(200, 200);
   EXPECT_EQ(collision::HullDistance(silhouettes).signed_m(kOrigin), -kInfinity);
-  EXPECT_EQ(collision::HullDistance(silhouettes).clearance_m(kOrigin, 0.3, 1e-3).least_m, 0.3);
+  EXPECT_EQ(collision::HullDistance(silhouettes).clearance_m(kOrigin, 0.3, 1e-3).min_m, 0.3);
   EXPECT_EQ(collision::HullDistance({}).signed_m(kOrigin), -kInfinity);
   silhouettes = hand_among();
   silhouettes[1].camera.pinhole.fx_px = std::numeric_limits<double>::quiet_NaN();
@@ -231,8 +231,8 @@ TEST(HullDistance, NotANumberIsNowhere) {
   const Eigen::Vector3d p(0, std::numeric_limits<double>::quiet_NaN(), 0);
   EXPECT_EQ(hull.signed_m(p), -kInfinity);
   EXPECT_EQ(hull.depth_m(p), 0);
-  EXPECT_EQ(hull.clearance_m(p, 1, 1e-3).least_m, 0);
-  EXPECT_EQ(hull.clearance_m(p, 1, 1e-3).most_m, kInfinity);
+  EXPECT_EQ(hull.clearance_m(p, 1, 1e-3).min_m, 0);
+  EXPECT_EQ(hull.clearance_m(p, 1, 1e-3).max_m, kInfinity);
 }
 
 }  // namespace

@@ -136,7 +136,7 @@ TEST(TriangleReference, SectionOfABallInClosedForm) {
   }
 }
 
-TEST(TriangleReference, AllObjectPixelsLeaveWhatTheImageSees) {
+TEST(TriangleReference, FullMaskGivesTheImagePyramid) {
   const std::vector<hull::Silhouette> right_angled{
       all_object({{101, 77, 50.5, 38.5, 50, 38}, Eigen::Isometry3d::Identity()})};  // |X|, |Y| < Z
   const collision::Triangle across{Eigen::Vector3d(-10, -10, 1), {10, -10, 1}, {0, 20, 1}};
@@ -219,7 +219,7 @@ TEST(TriangleReference, PermutedVerticesGiveTheSameBits) {
   }
 }
 
-TEST(TriangleReference, FourPartsAddUpToTheWhole) {
+TEST(TriangleReference, AreaIsAdditiveUnderSubdivision) {
   Random random(6);
   const auto silhouettes = hand_among();
   double in_hull_m2 = 0;
@@ -410,7 +410,7 @@ TEST(TriangleReference, ACameraThatIsNotFiniteLeavesNoHull) {
 
 // The deepest point against a fine grid of the triangle: no sample is deeper than said, and the
 // point is as deep as said.
-TEST(TriangleReference, NothingIsDeeperThanTheDeepestPoint) {
+TEST(TriangleReference, DeepestPointBoundsEveryDepth) {
   Random random(11);
   const auto silhouettes = hand_among();
   const collision::HullDistance hull(silhouettes);

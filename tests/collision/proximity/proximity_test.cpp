@@ -36,7 +36,7 @@ std::vector<collision::Proximity> of_triangles(const hull::HullQuery& query,
 
 // As near to each other as asked for, where the cap doesn't end it.
 bool told(const collision::Proximity& p, const collision::ProximityOptions& options) {
-  return p.least_m >= options.cap_m || p.most_m - p.least_m <= options.tolerance_m + kRounding_m;
+  return p.min_m >= options.cap_m || p.max_m - p.min_m <= options.tolerance_m + kRounding_m;
 }
 
 geometry::Camera looking(const Vector3d& eye_m, int width_px, int height_px, double fov_rad) {
@@ -63,8 +63,8 @@ std::vector<Vector3d> random_points(Random& random, int count, double radius_m) 
   return points;
 }
 
-collision::Triangle random_triangle(Random& random, double middle_m, double size_m) {
-  const Vector3d middle = random_in_ball(random, middle_m);
+collision::Triangle random_triangle(Random& random, double center_m, double size_m) {
+  const Vector3d middle = random_in_ball(random, center_m);
   return {middle + random_in_ball(random, size_m), middle + random_in_ball(random, size_m),
           middle + random_in_ball(random, size_m)};
 }
@@ -167,9 +167,9 @@ TEST(Proximity, BoundsTheDistanceToAWedgeOfPlanes) {
     const auto found = of_points(q.query, kOptions, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double true_m = distance_m(points[i]);
-      ASSERT_LE(found[i].least_m, true_m + kRounding_m)
+      ASSERT_LE(found[i].min_m, true_m + kRounding_m)
           << "seed " << seed << " at " << points[i].transpose();
-      ASSERT_GE(found[i].most_m, true_m - kRounding_m)
+      ASSERT_GE(found[i].max_m, true_m - kRounding_m)
           << "seed " << seed << " at " << points[i].transpose();
       if (true_m > kRounding_m && true_m < kOptions.cap_m) {
         ASSERT_TRUE(told(found[i], kOptions)) << "seed " << seed << " at " << points[i].transpose();
@@ -210,8 +210,8 @@ TEST(Proximity, BoundsTheDistanceOfTrianglesToAWedgeOfPlanes) {
               std::min(sampled_m,
                        distance_m(triangle[0] + double(a) / kSamples * (triangle[1] - triangle[0]) +
                                   double(b) / kSamples * (triangle[2] - triangle[0])));
-      ASSERT_LE(found.least_m, sampled_m + kRounding_m) << "seed " << seed << " triangle " << i;
-      ASSERT_GE(found.most_m, sampled_m - longest_m / kSamples)
+      ASSERT_LE(found.min_m, sampled_m + kRounding_m) << "seed " << seed << " triangle " << i;
+      ASSERT_GE(found.max_m, sampled_m - longest_m / kSamples)
           << "seed " << seed << " triangle " << i;
       ASSERT_TRUE(told(found, kOptions));
       below_cap += sampled_m > 0 && sampled_m < kOptions.cap_m;
@@ -222,7 +222,7 @@ TEST(Proximity, BoundsTheDistanceOfTrianglesToAWedgeOfPlanes) {
 
 // --- against sampling
 
-TEST(Proximity, NoPointOfAFineGridIsNearerAndNoneIsMissed) {
+TEST(Proximity, AgreesWithAFineGrid) {
   const auto silhouettes = hand();
   const Queries q(silhouettes);
   constexpr double kStep_m = 0.0025;
@@ -241,10 +241,10 @@ TEST(Proximity, NoPointOfAFineGridIsNearerAndNoneIsMissed) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     double grid_m = kInfinity;
     for (const Vector3d& h : in) grid_m = std::min(grid_m, (h - points[i]).norm());
-    ASSERT_LE(found[i].least_m, grid_m);
-    if (!(found[i].least_m < kOptions.cap_m)) continue;
-    ASSERT_LE(found[i].most_m, grid_m + kOptions.tolerance_m);
-    excess_m += grid_m - found[i].most_m;
+    ASSERT_LE(found[i].min_m, grid_m);
+    if (!(found[i].min_m < kOptions.cap_m)) continue;
+    ASSERT_LE(found[i].max_m, grid_m + kOptions.tolerance_m);
+    excess_m += grid_m - found[i].max_m;
     ++compared;
   }
   // The grid's nearest point is farther than the hull's: nowhere thin here, by half a cube's
@@ -270,7 +270,7 @@ std::vector<hull::Silhouette> random_rig(Random& random, bool noise) {
   return silhouettes;
 }
 
-TEST(ProximityCubes, HoldNoHullPointWhereFree) {
+TEST(ProximityCubes, FreeCubesContainNoHullPoint) {
   int free = 0, near = 0;
   for (int seed = 1; seed <= 400; ++seed) {
     Random random(seed);
@@ -302,7 +302,7 @@ TEST(ProximityCubes, HoldNoHullPointWhereFree) {
   EXPECT_GT(near, 2000);
 }
 
-TEST(Proximity, KeepsItsPromisesOnEveryRig) {
+TEST(Proximity, BoundsHoldOnEveryRig) {
   int near = 0, wide = 0;
   for (int seed = 1; seed <= 150; ++seed) {
     Random random(seed);
@@ -328,8 +328,8 @@ TEST(Proximity, KeepsItsPromisesOnEveryRig) {
     // Asked to a finer tolerance, the bounds still meet.
     const auto finer = of_points(q.query, {0.2, 0.0005}, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      ASSERT_LE(finer[i].least_m, found[i].most_m + kRounding_m) << "seed " << seed;
-      ASSERT_LE(found[i].least_m, finer[i].most_m + kRounding_m) << "seed " << seed;
+      ASSERT_LE(finer[i].min_m, found[i].max_m + kRounding_m) << "seed " << seed;
+      ASSERT_LE(found[i].min_m, finer[i].max_m + kRounding_m) << "seed " << seed;
     }
   }
   EXPECT_GT(near, 200);
@@ -338,30 +338,30 @@ TEST(Proximity, KeepsItsPromisesOnEveryRig) {
 
 // --- what follows from being a distance
 
-TEST(Proximity, ChangesByNoMoreThanOneMoves) {
+TEST(Proximity, IsOneLipschitz) {
   const Queries q(hand());
   Random random(2);
   const auto points = random_points(random, 400, 0.15);
   const auto found = of_points(q.query, {0.05, 0.001}, points);
   for (std::size_t i = 0; i < points.size(); ++i)
     for (std::size_t k = 0; k < points.size(); ++k)
-      ASSERT_LE(found[i].least_m, found[k].most_m + (points[i] - points[k]).norm() + kRounding_m);
+      ASSERT_LE(found[i].min_m, found[k].max_m + (points[i] - points[k]).norm() + kRounding_m);
 }
 
-TEST(Proximity, NeverShrinksWithAnotherCamera) {
+TEST(Proximity, IsMonotoneInTheNumberOfCameras) {
   Random random(3);
   const auto points = random_points(random, 400, 0.15);
   const auto three = of_points(Queries(hand(3)).query, {0.05, 0.001}, points),
              four = of_points(Queries(hand(4)).query, {0.05, 0.001}, points);
   int farther = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    ASSERT_LE(three[i].least_m, four[i].most_m);
-    farther += four[i].least_m > three[i].most_m;
+    ASSERT_LE(three[i].min_m, four[i].max_m);
+    farther += four[i].min_m > three[i].max_m;
   }
   EXPECT_GT(farther, 20);
 }
 
-TEST(Proximity, ScalesWithTheWorld) {
+TEST(Proximity, ScalesWithTheUnitOfLength) {
   auto silhouettes = hand();
   Random random(4);
   auto points = random_points(random, 300, 0.15);
@@ -373,10 +373,10 @@ TEST(Proximity, ScalesWithTheWorld) {
       of_points(Queries(silhouettes).query, {kScale * 0.05, kScale * 0.001}, points);
   for (std::size_t i = 0; i < points.size(); ++i)
     EXPECT_EQ(scaled[i],
-              (collision::Proximity{kScale * found[i].least_m, kScale * found[i].most_m}));
+              (collision::Proximity{kScale * found[i].min_m, kScale * found[i].max_m}));
 }
 
-TEST(Proximity, MovesWithTheWorld) {
+TEST(Proximity, IsInvariantUnderTranslation) {
   auto silhouettes = hand();
   Random random(5);
   auto points = random_points(random, 300, 0.15);
@@ -390,13 +390,13 @@ TEST(Proximity, MovesWithTheWorld) {
   const auto moved = of_points(Queries(silhouettes).query, {0.05, 0.001}, points);
   for (std::size_t i = 0; i < points.size();
        ++i) {  // the lattice lies elsewhere: the bounds differ, and meet
-    EXPECT_LE(moved[i].least_m, found[i].most_m + kRounding_m);
-    EXPECT_LE(found[i].least_m, moved[i].most_m + kRounding_m);
+    EXPECT_LE(moved[i].min_m, found[i].max_m + kRounding_m);
+    EXPECT_LE(found[i].min_m, moved[i].max_m + kRounding_m);
     EXPECT_TRUE(told(moved[i], {0.05, 0.001}));
   }
 }
 
-TEST(Proximity, BeyondTheCapIsTheCap) {
+TEST(Proximity, DistanceIsClampedToTheCap) {
   const Queries q(hand());
   Random random(6);
   const auto points = random_points(random, 300, 0.3);
@@ -404,8 +404,8 @@ TEST(Proximity, BeyondTheCapIsTheCap) {
              close = of_points(q.query, {0.03, 0.001}, points);
   int beyond = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    EXPECT_LE(close[i].least_m, 0.03);
-    if (far[i].least_m > 0.031) {
+    EXPECT_LE(close[i].min_m, 0.03);
+    if (far[i].min_m > 0.031) {
       EXPECT_EQ(close[i], (collision::Proximity{0.03, kInfinity}));
       ++beyond;
     }
@@ -432,14 +432,14 @@ TEST(Proximity, OnTheBorderAndInTheHull) {
   ASSERT_GT(on.size(), 100u);
   ASSERT_GT(in.size(), 30u);
   for (const collision::Proximity& p : of_points(q.query, {0.05, 0.001}, on)) {
-    EXPECT_LE(p.least_m, 1e-12);
-    EXPECT_LE(p.most_m, 0.001);
+    EXPECT_LE(p.min_m, 1e-12);
+    EXPECT_LE(p.max_m, 0.001);
   }
   for (const collision::Proximity& p : of_points(q.query, {0.05, 0.001}, in))
     EXPECT_EQ(p, (collision::Proximity{0, 0}));
 }
 
-TEST(Proximity, SaysWhatIsNotKnown) {
+TEST(Proximity, ReportsUnknownDistances) {
   const collision::ProximityOptions options{0.05, 0.001};
   const std::vector<Vector3d> points = {{0, 0, 0.3}, {kNaN, 0, 0}, {0, kInfinity, 0}};
   const std::vector<collision::Triangle> triangles = {{points[0], points[0], points[0]},
@@ -463,7 +463,7 @@ TEST(Proximity, SaysWhatIsNotKnown) {
             (std::vector{unknown, unknown, unknown}));
 }
 
-TEST(Proximity, FarOutAndAtTheCameras) {
+TEST(Proximity, FarPointsAndCameraCenters) {
   const auto silhouettes = hand();
   const Queries q(silhouettes);
   std::vector<Vector3d> points = {
@@ -477,12 +477,12 @@ TEST(Proximity, FarOutAndAtTheCameras) {
   for (const double cap_m : {1e-3, 0.05, 10.0}) {
     const auto found = of_points(q.query, {cap_m, cap_m / 100}, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      EXPECT_GE(found[i].least_m, 0);
-      EXPECT_LE(found[i].least_m, std::min(cap_m, found[i].most_m));
+      EXPECT_GE(found[i].min_m, 0);
+      EXPECT_LE(found[i].min_m, std::min(cap_m, found[i].max_m));
       if (points[i].norm() > 1e99) continue;             // nothing need be known there
       const double to_hand_m = points[i].norm() - 0.13;  // which lies around the origin
       EXPECT_TRUE(told(found[i], {cap_m, cap_m / 100}))
-          << found[i].least_m << " to " << found[i].most_m << " at " << points[i].transpose();
+          << found[i].min_m << " to " << found[i].max_m << " at " << points[i].transpose();
       if (to_hand_m > 1.02 * cap_m) {
         EXPECT_EQ(found[i], (collision::Proximity{cap_m, kInfinity})) << points[i].transpose();
       }
@@ -490,16 +490,16 @@ TEST(Proximity, FarOutAndAtTheCameras) {
   }
 }
 
-TEST(Proximity, EndsWhereTheToleranceIsBeyondRounding) {
+TEST(Proximity, TerminatesBelowRoundingTolerance) {
   const Queries q(hand());
   Random random(12);
   for (const double tolerance_m : {1e-9, 1e-15, 1e-300})
     for (const collision::Proximity& p :
          of_points(q.query, {0.05, tolerance_m}, random_points(random, 20, 0.12)))
-      EXPECT_LE(p.least_m, p.most_m);
+      EXPECT_LE(p.min_m, p.max_m);
 }
 
-TEST(Proximity, RefusesOptionsThatMakeNoSense) {
+TEST(Proximity, RejectsInvalidOptions) {
   const Queries q(hand());
   for (const collision::ProximityOptions& options : {collision::ProximityOptions{0, 0.001},
                                                      {-1, 0.001},
@@ -513,7 +513,7 @@ TEST(Proximity, RefusesOptionsThatMakeNoSense) {
 
 // --- same question, same answer
 
-TEST(Proximity, DoesNotDependOnThreadsOrderOrWhatWasAskedBefore) {
+TEST(Proximity, IsIndependentOfThreadsOrderAndEarlierQueries) {
   const auto silhouettes = hand();
   Random random(8);
   const auto points = random_points(random, 2000, 0.15);
@@ -547,7 +547,7 @@ TEST(Proximity, DoesNotDependOnThreadsOrderOrWhatWasAskedBefore) {
 
 // --- triangles and meshes
 
-TEST(ProximityOfTriangles, IsThatOfTheirNearestPoint) {
+TEST(ProximityOfTriangles, EqualsTheDistanceOfTheNearestPoint) {
   const Queries q(hand());
   Random random(9);
   const collision::ProximityOptions options{0.05, 0.001};
@@ -564,13 +564,13 @@ TEST(ProximityOfTriangles, IsThatOfTheirNearestPoint) {
                           double(b) / kSamples * (t[2] - t[0]));
     double least_m = kInfinity, most_m = kInfinity;
     for (const collision::Proximity& p : of_points(q.query, options, samples))
-      least_m = std::min(least_m, p.least_m), most_m = std::min(most_m, p.most_m);
+      least_m = std::min(least_m, p.min_m), most_m = std::min(most_m, p.max_m);
     const double longest_m =
         std::max({(t[0] - t[1]).norm(), (t[1] - t[2]).norm(), (t[2] - t[0]).norm()});
-    ASSERT_LE(found.least_m, most_m + kRounding_m);
-    ASSERT_GE(found.most_m, least_m - longest_m / kSamples - kRounding_m);
+    ASSERT_LE(found.min_m, most_m + kRounding_m);
+    ASSERT_GE(found.max_m, least_m - longest_m / kSamples - kRounding_m);
     ASSERT_TRUE(told(found, options));
-    near += found.least_m > 0 && found.least_m < options.cap_m;
+    near += found.min_m > 0 && found.min_m < options.cap_m;
     crossing += found == collision::Proximity{0, 0};
     collision::Triangle permuted = t;
     std::sort(permuted.begin(), permuted.end(),
@@ -588,7 +588,7 @@ TEST(ProximityOfTriangles, IsThatOfTheirNearestPoint) {
   EXPECT_GT(crossing, 5);
 }
 
-TEST(ProximityOfTriangles, OfZeroAreaAreTheirPointsAndSegments) {
+TEST(ProximityOfTriangles, DegenerateTrianglesEqualPointsAndSegments) {
   const Queries q(hand());
   Random random(10);
   const collision::ProximityOptions options{0.05, 0.001};
@@ -596,15 +596,15 @@ TEST(ProximityOfTriangles, OfZeroAreaAreTheirPointsAndSegments) {
     const Vector3d a = random_in_ball(random, 0.15), b = random_in_ball(random, 0.15);
     const auto point = of_points(q.query, options, std::vector{a})[0],
                dot = of_triangles(q.query, options, std::vector{collision::Triangle{a, a, a}})[0];
-    EXPECT_LE(point.least_m, dot.most_m + kRounding_m);
-    EXPECT_LE(dot.least_m, point.most_m + kRounding_m);
+    EXPECT_LE(point.min_m, dot.max_m + kRounding_m);
+    EXPECT_LE(dot.min_m, point.max_m + kRounding_m);
     EXPECT_TRUE(told(dot, options));
     const Vector3d sliver = a + 0.3 * (b - a) + 1e-9 * random_direction(random);
     const auto line = of_triangles(
         q.query, options,
         std::vector<collision::Triangle>{{a, b, a + 0.3 * (b - a)}, {a, b, b}, {a, b, sliver}});
     for (const collision::Proximity& p : line) {
-      for (const collision::Proximity& other : line) EXPECT_LE(p.least_m, other.most_m + 2e-9);
+      for (const collision::Proximity& other : line) EXPECT_LE(p.min_m, other.max_m + 2e-9);
       EXPECT_TRUE(told(p, options));
     }
   }
@@ -621,15 +621,15 @@ TEST(ProximityOfTriangles, MuchLargerThanTheHull) {
   for (int i = 0; i < 20'000; ++i)
     if (const Vector3d p = random_in_ball(random, 0.13); q.query.contains(p))
       sampled_m = std::min(sampled_m, top_m - p.z());
-  EXPECT_LE(found[0].least_m, sampled_m);
-  EXPECT_LE(found[0].most_m, sampled_m + 0.001);
-  EXPECT_GT(found[0].least_m, sampled_m - 0.01);
+  EXPECT_LE(found[0].min_m, sampled_m);
+  EXPECT_LE(found[0].max_m, sampled_m + 0.001);
+  EXPECT_GT(found[0].min_m, sampled_m - 0.01);
   EXPECT_EQ(found[1], (collision::Proximity{0, 0}));
   EXPECT_EQ(of_triangles(q.query, {0.05, 0.001}, std::vector{wide})[0],
             (collision::Proximity{0.05, kInfinity}));
 }
 
-TEST(ProximityOfMeshes, IsThatOfItsVerticesAndTriangles) {
+TEST(ProximityOfMeshes, EqualsPerVertexAndPerTriangleQueries) {
   const Queries q(hand());
   const collision::ProximityOptions options{0.05, 0.001};
   const geometry::Mesh mesh = geometry::sphere_mesh(0.07, 3);
@@ -646,12 +646,12 @@ TEST(ProximityOfMeshes, IsThatOfItsVerticesAndTriangles) {
   ASSERT_EQ(found.triangles.size(), triangles.size());
   int near = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    EXPECT_LE(found.triangles[i].least_m, triangles[i].most_m);
-    EXPECT_LE(triangles[i].least_m, found.triangles[i].most_m);
+    EXPECT_LE(found.triangles[i].min_m, triangles[i].max_m);
+    EXPECT_LE(triangles[i].min_m, found.triangles[i].max_m);
     for (const std::uint32_t v : mesh.triangles[i])
-      EXPECT_LE(found.triangles[i].least_m, found.vertices[v].most_m);
+      EXPECT_LE(found.triangles[i].min_m, found.vertices[v].max_m);
     EXPECT_TRUE(told(found.triangles[i], options));
-    near += found.triangles[i].least_m > 0;
+    near += found.triangles[i].min_m > 0;
   }
   EXPECT_GT(near, 200);
   const collision::MeshProximity nothing = proximity.of_mesh({}, world_from_object);

@@ -39,7 +39,7 @@ hull::ObjectPixels salt_and_pepper(const hull::ObjectPixels& clean, double fract
   return noisy;
 }
 
-class RespondingToNoise : public Responding {
+class ResponseNoise : public ResponseTest {
  protected:
   // Where the way from p along v_rec ends, with the maps as they are.
   double way_m(const Vector3d& p, const Vector3d& v_rec) const {
@@ -95,7 +95,7 @@ class RespondingToNoise : public Responding {
       worst.d_rec_m = std::max(worst.d_rec_m, std::abs(same.d_rec_m - before.d_rec_m));
       const collision::Response after = respond_by_default();
       worst.recovered += after.status == collision::RecoveryStatus::recovered;
-      if (!after.has_way_out()) continue;
+      if (!after.has_exit()) continue;
       worst.end_m = std::max(worst.end_m, std::abs(lift_m(after) - lift_m(before)));
       worst.defined += after.closed_form.status == collision::NormalStatus::defined;
       const double turned_rad =
@@ -111,12 +111,12 @@ class RespondingToNoise : public Responding {
     return worst;
   }
 
-  Vector3d center_m{0.001, 0.002, kRealRadiusM + kVirtualRadiusM - 0.006};
+  Vector3d center_m{0.001, 0.002, kRealRadius_m + kVirtualRadius_m - 0.006};
   double bound_m = 0;
 };
 
-TEST_F(RespondingToNoise,
-       JitterOfOnePixelOfTheSilhouettesMovesTheResponseByNoMoreThanItsProjection) {
+TEST_F(ResponseNoise,
+       OnePixelJitterMovesTheResponseByAtMostItsProjection) {
   Random random(91);
   for (const double fraction : {0.1, 0.5, 1.0}) {
     const Jitter jitter =
@@ -131,8 +131,8 @@ TEST_F(RespondingToNoise,
 
 // Capture's own cleaning of its maps: an opening by one pixel unless told otherwise, and a closing
 // where it is asked for.
-TEST_F(RespondingToNoise,
-       SaltAndPepperAfterOpeningAndClosingMovesTheResponseByNoMoreThanAPixelsProjection) {
+TEST_F(ResponseNoise,
+       SaltAndPepperAfterOpenAndCloseMovesTheResponseByAtMostAPixel) {
   Random random(92);
   const auto cleaned = [](const hull::ObjectPixels& p) {
     return capture::closed(capture::opened(p, 1), 1);
@@ -146,8 +146,8 @@ TEST_F(RespondingToNoise,
   EXPECT_LE(jitter.end_m, bound_m);
 }
 
-TEST_F(RespondingToNoise,
-       SaltAndPepperAfterOpeningAloneMovesAPointByWhatTheOpeningTakesAndTheObjectByLessThanAPixel) {
+TEST_F(ResponseNoise,
+       SaltAndPepperAfterOpenMovesTheObjectByLessThanAPixel) {
   Random random(92);
   see(with(silhouettes_, [](const hull::ObjectPixels& p) { return capture::opened(p, 1); }));
   // Of a pixel that is missing beside the border, the opening takes all within its square of three.
@@ -158,23 +158,23 @@ TEST_F(RespondingToNoise,
       3);
   EXPECT_EQ(jitter.recovered, kTrials);
   EXPECT_LE(jitter.d_rec_m, bound_m + 1e-9);
-  EXPECT_LE(jitter.end_m, kFootprintM);
+  EXPECT_LE(jitter.end_m, kFootprint_m);
 }
 
-TEST_F(RespondingToNoise, ContactThatComesAndGoesWithNoiseIsShallowerThanItsProjection) {
+TEST_F(ResponseNoise, FlickeringContactIsShallowerThanThePixelFootprint) {
   // Just at the hull's border: in some frames the object collides, in others not; where it does, it
   // is moved by the noise's size at most.
   Random random(93);
   const auto clean = silhouettes_;
   see(with(clean, [](const hull::ObjectPixels& p) { return grown(p, true); }));
   // The ball's top among all samples of this mesh, lowered until the largest hull just meets it.
-  center_m.z() = kRealRadiusM + kVirtualRadiusM + 0.004;
+  center_m.z() = kRealRadius_m + kVirtualRadius_m + 0.004;
   do {
     center_m.z() -= 1e-4;
     place(center_m);
   } while (!collision_.colliding());
-  const double bound = 2 * std::numbers::sqrt2 * kFootprintM *
-                       (1 + kRealRadiusM);  // two pixels, one each way, across
+  const double bound = 2 * std::numbers::sqrt2 * kFootprint_m *
+                       (1 + kRealRadius_m);  // two pixels, one each way, across
   center_m.z() -= 0.5 * bound;
   int came = 0, went = 0;
   double most_m = 0;

@@ -120,11 +120,11 @@ void print(const char* name, Errors& errors, int ways) {
 }
 
 TEST(HullNormal, ClosedFormIsThatOfTheAnalyticHull) {
-  for (const hull::PixelRule rule : {hull::PixelRule::centre, hull::PixelRule::touched})
+  for (const hull::PixelRule rule : {hull::PixelRule::center, hull::PixelRule::touched})
     for (const double radius_px : {3.0, 8.0, 20.0, 40.0, 80.0}) {
       Measured m = measure(radius_px, rule);
       std::cout << "ball of " << radius_px << " px, "
-                << (rule == hull::PixelRule::centre ? "centre" : "touched") << ", " << m.ways
+                << (rule == hull::PixelRule::center ? "centre" : "touched") << ", " << m.ways
                 << " ways: " << m.limiting_missed
                 << " without the camera that limits the analytic hull; within three of the stated "
                    "errors: "
@@ -175,7 +175,7 @@ struct BlockHull {
 // Rays of sight lean by half a field of 41 px at 10 m: the faces of the block by 0.12 degrees.
 constexpr double kLean_deg = 0.2;
 
-TEST(HullNormal, OnAFaceItIsTheFacesOwn) {
+TEST(HullNormal, OnAFaceIsTheFaceNormal) {
   const BlockHull block;
   for (const Vector3d& face : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1),
                                Vector3d(-1, 0, 0), Vector3d(0, -1, 0), Vector3d(0, 0, -1)}) {

@@ -37,7 +37,7 @@ TEST(Recovery, ExitsAreThoseOfTheExactReferenceOnRandomScenes) {
           if (!exit) continue;
           ++ways;
           worst_m = std::max(worst_m, std::abs(exit->distance_m - exact_m));
-          if (exit->error_m < collision::kMostRounding_m) {
+          if (exit->error_m < collision::kMaxRounding_m) {
             EXPECT_FALSE(hull::in_hull(silhouettes,
                                        p + (exit->distance_m + exit->error_m) * direction, rule));
             EXPECT_TRUE(hull::in_hull(silhouettes,
@@ -56,7 +56,7 @@ TEST(Recovery, ExitsAreThoseOfTheExactReferenceOnRandomScenes) {
   EXPECT_LE(unconfirmed, ways / 1000);
 }
 
-TEST(Recovery, SampledExitIsBeforeTheExactOneByItsStepAtMostOrMissesAPart) {
+TEST(Recovery, SampledExitPrecedesTheExactOneByAtMostAStep) {
   Random random(42);
   const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
   const Queries hull(silhouettes);
@@ -76,7 +76,7 @@ TEST(Recovery, SampledExitIsBeforeTheExactOneByItsStepAtMostOrMissesAPart) {
   EXPECT_LE(missed, ways / 10);  // parts of the hull thinner than a step
 }
 
-TEST(Recovery, CpObjectIsTheFarthestOrTheDeepestOfThoseNearlyAsFar) {
+TEST(Recovery, CpObjectIsTheFarthestOrDeepestNearTie) {
   Random random(43);
   const auto silhouettes = silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.1}}, random_cameras(random, 5));
   const Queries hull(silhouettes);
@@ -107,7 +107,7 @@ TEST(Recovery, CpObjectIsTheFarthestOrTheDeepestOfThoseNearlyAsFar) {
   }
 }
 
-TEST(Recovery, FromOutsideOrNowhereTheWayIsZeroOrThereIsNone) {
+TEST(Recovery, ExitIsZeroOutsideAndAbsentWithoutAHull) {
   Random random(44);
   const auto silhouettes = silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.1}}, random_cameras(random, 5));
   const Queries hull(silhouettes);
@@ -130,7 +130,7 @@ TEST(Recovery, FromOutsideOrNowhereTheWayIsZeroOrThereIsNone) {
 
 // By `seen`, a camera that sees the whole scene limits as by `all`; one that does not see a point
 // does not.
-TEST(Recovery, ClosedFormBySeenIsThatByAllWhereAllSeeEverything) {
+TEST(Recovery, LimitsSeenEqualsLimitsAllWhenAllCamerasSeeEverything) {
   Random random(45);
   int compared = 0;
   for (int i = 0; i < 40; ++i) {

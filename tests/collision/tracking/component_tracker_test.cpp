@@ -44,9 +44,9 @@ std::vector<hull::Capsule> centred(std::vector<hull::Capsule> object) {
     });
     if (in) sum += p, ++count;
   }
-  Eigen::Isometry3d to_middle = Eigen::Isometry3d::Identity();
-  to_middle.translation() = -sum / count;
-  return moved(std::move(object), to_middle);
+  Eigen::Isometry3d to_center = Eigen::Isometry3d::Identity();
+  to_center.translation() = -sum / count;
+  return moved(std::move(object), to_center);
 }
 
 // The paper's pipe and a hand with its forearm.
@@ -65,7 +65,7 @@ std::vector<geometry::Camera> lab_cameras() {
   return cameras;
 }
 
-std::vector<collision::HullPart> parts_of(const std::vector<hull::Capsule>& object,
+std::vector<collision::HullComponent> parts_of(const std::vector<hull::Capsule>& object,
                                           const std::vector<geometry::Camera>& cameras,
                                           double cell_m, Random* noise = nullptr) {
   std::vector<hull::Silhouette> silhouettes = silhouettes_of(object, cameras);
@@ -89,7 +89,7 @@ std::vector<collision::HullPart> parts_of(const std::vector<hull::Capsule>& obje
     }
   base::WorkerPool pool(2);
   hull::CpuHull hull(pool, silhouettes);
-  return collision::hull_parts(hull::HullQuery(hull), {kSpace, cell_m, 20, true});
+  return collision::hull_components(hull::HullQuery(hull), {kSpace, cell_m, 20, true});
 }
 
 struct Script {  // of a thing that passes the origin in the middle of the time, by what it is
@@ -145,7 +145,7 @@ Off worst_of(bool is_hand, double speed_m_s, int number) {
                                        : 8,
             frames = window + 4;
   Random noise{std::uint64_t(number + 1)};
-  collision::PartTracker tracker({.window_frames = window});
+  collision::ComponentTracker tracker({.window_frames = window});
   Off worst;
   int judged = 0;
   for (int frame = 0; frame < frames; ++frame) {
@@ -170,7 +170,7 @@ Off worst_of(bool is_hand, double speed_m_s, int number) {
   return worst;
 }
 
-TEST(PartTracker, VelocityAndRotationOfAHandAndAPipe) {
+TEST(ComponentTracker, VelocityAndRotationOfAHandAndAPipe) {
   const bool all = std::getenv("FIVEPIPE_LONG") !=
                    nullptr;  // 20 motions instead of 3, five speeds instead of three
   for (const bool is_hand : {false, true})
@@ -189,10 +189,10 @@ TEST(PartTracker, VelocityAndRotationOfAHandAndAPipe) {
     }
 }
 
-TEST(PartTracker, ABallThatBrakesIsNeverSaidToTurn) {
+TEST(ComponentTracker, DeceleratingBallHasNoAngularVelocity) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   for (const int window : {8, 20}) {
-    collision::PartTracker tracker({.window_frames = window});
+    collision::ComponentTracker tracker({.window_frames = window});
     for (int frame = 0; frame < 50; ++frame) {
       const double t_s = (frame - 24.5) * kFrame_s;  // 1 m/s, then still
       const auto& parts =
@@ -205,11 +205,11 @@ TEST(PartTracker, ABallThatBrakesIsNeverSaidToTurn) {
   }
 }
 
-TEST(PartTracker, APipeThatTurnsBackIsNeverSaidToTurnFasterOrAboutItself) {
+TEST(ComponentTracker, ReversingPipeIsNotOverestimated) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   constexpr double kRate_rad_s = 3;
   constexpr int kWindow = 12;
-  collision::PartTracker tracker({.window_frames = kWindow});
+  collision::ComponentTracker tracker({.window_frames = kWindow});
   int determined = 0;
   for (int frame = 0; frame < 48; ++frame) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -230,8 +230,8 @@ TEST(PartTracker, APipeThatTurnsBackIsNeverSaidToTurnFasterOrAboutItself) {
   EXPECT_EQ(determined, 25);
 }
 
-TEST(PartTracker, WithoutOutlinesNothingIsSaidOfRotation) {
-  collision::PartTracker tracker;
+TEST(ComponentTracker, WithoutOutlinesRotationIsUndetermined) {
+  collision::ComponentTracker tracker;
   const Script script{Vector3d::UnitX(), Vector3d::UnitZ(), Eigen::Matrix3d::Identity()};
   for (int frame = 0; frame < 6; ++frame) {
     auto parts = parts_of(moved(hand(), script.pose(frame * kFrame_s)), lab_cameras(), 0.01);
@@ -244,9 +244,9 @@ TEST(PartTracker, WithoutOutlinesNothingIsSaidOfRotation) {
   EXPECT_LT((tracker.parts()[0].motion->velocity_world_m_s - Vector3d::UnitX()).norm(), 0.1);
 }
 
-TEST(PartTracker, IdentityThroughAJoinAndASplitIsStated) {
+TEST(ComponentTracker, MergeAndSplitListPredecessors) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
-  collision::PartTracker tracker;
+  collision::ComponentTracker tracker;
   std::uint64_t left = 0, right = 0, joined = 0;
   bool was_joined = false, was_split = false;
   for (int frame = 0; frame < 50; ++frame) {
@@ -258,33 +258,33 @@ TEST(PartTracker, IdentityThroughAJoinAndASplitIsStated) {
     if (parts.size() == 2 && left == 0) left = parts[0].id, right = parts[1].id;
     if (parts.size() == 1 && !was_joined) {
       was_joined = true;
-      EXPECT_EQ(parts[0].origin, collision::PartOrigin::merged);
+      EXPECT_EQ(parts[0].origin, collision::ComponentOrigin::merged);
       EXPECT_EQ(parts[0].from.size(), 2u);
       joined = parts[0].id;
       EXPECT_NE(joined, left);
       EXPECT_NE(joined, right);
     } else if (parts.size() == 2 && was_joined && !was_split) {
       was_split = true;
-      for (const collision::FollowedPart& p : parts) {
-        EXPECT_EQ(p.origin, collision::PartOrigin::split);
+      for (const collision::TrackedComponent& p : parts) {
+        EXPECT_EQ(p.origin, collision::ComponentOrigin::split);
         EXPECT_EQ(p.from, std::vector<std::uint64_t>{joined});
         EXPECT_GT(p.id, joined);
       }
     } else if (frame > 0) {
-      for (const collision::FollowedPart& p : parts)
-        EXPECT_EQ(p.origin, collision::PartOrigin::followed) << frame;
+      for (const collision::TrackedComponent& p : parts)
+        EXPECT_EQ(p.origin, collision::ComponentOrigin::tracked) << frame;
     }
   }
   EXPECT_TRUE(was_joined && was_split);
 }
 
 // Their boxes meet, they don't: a speck, and a ball of a fifth of the rod's volume.
-TEST(PartTracker, WhatLiesBesideARodIsNoneOfIt) {
+TEST(ComponentTracker, ComponentBesideARodIsNotMerged) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   const hull::Capsule rod{{-0.15, -0.15, 0}, {0.15, 0.15, 0}, 0.02};
   for (const double radius_m : {0.008, 0.03}) {
     const hull::Capsule beside = ball(0.11 * Vector3d(1, -1, 0).normalized(), radius_m);
-    collision::PartTracker tracker;
+    collision::ComponentTracker tracker;
     for (int frame = 0; frame < 24; ++frame) {
       const bool is_there = frame % 4 == 3;
       const auto& parts = tracker.add(
@@ -293,19 +293,19 @@ TEST(PartTracker, WhatLiesBesideARodIsNoneOfIt) {
       ASSERT_EQ(parts.size(), is_there ? 2u : 1u) << frame;
       EXPECT_EQ(parts[0].id, 1u) << frame;
       EXPECT_EQ(parts[0].origin,
-                frame > 0 ? collision::PartOrigin::followed : collision::PartOrigin::appeared)
+                frame > 0 ? collision::ComponentOrigin::tracked : collision::ComponentOrigin::appeared)
           << frame;
       if (!is_there) continue;
-      EXPECT_EQ(parts[1].origin, collision::PartOrigin::appeared) << frame;
+      EXPECT_EQ(parts[1].origin, collision::ComponentOrigin::appeared) << frame;
       EXPECT_TRUE(parts[1].from.empty());
     }
   }
 }
 
 // One that is a quarter of the other is clearly not it, and is said to join it and to leave it.
-TEST(PartTracker, WhatIsClearlyTheLargerOneStillIsOfTwo) {
+TEST(ComponentTracker, LargerComponentKeepsItsIdThroughAMerge) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
-  collision::PartTracker tracker;
+  collision::ComponentTracker tracker;
   int merged = 0, split = 0;
   for (int frame = 0; frame < 40; ++frame) {
     const double gap_m = std::abs(frame - 19.5) * 0.004 - 0.02;
@@ -313,18 +313,18 @@ TEST(PartTracker, WhatIsClearlyTheLargerOneStillIsOfTwo) {
         tracker.add(frame * kFrame_s,
                     parts_of({ball({-0.05, 0, 0}, 0.05), ball({0.032 + gap_m, 0.01, 0}, 0.032)},
                              cameras, 0.004));
-    merged += parts[0].origin == collision::PartOrigin::merged &&
+    merged += parts[0].origin == collision::ComponentOrigin::merged &&
               parts[0].from == std::vector<std::uint64_t>{1, 2};
-    for (const collision::FollowedPart& p : parts)
-      split += p.origin == collision::PartOrigin::split;
+    for (const collision::TrackedComponent& p : parts)
+      split += p.origin == collision::ComponentOrigin::split;
   }
   EXPECT_EQ(merged, 1);
   EXPECT_EQ(split, 2);
 }
 
-collision::HullPart at_place(const Vector3d& p, double volume_m3 = 1e-4) {
-  collision::HullPart part;
-  part.middle_world_m = p;
+collision::HullComponent at_place(const Vector3d& p, double volume_m3 = 1e-4) {
+  collision::HullComponent part;
+  part.centroid_world_m = p;
   part.volume_m3 = volume_m3;
   part.covariance_world_m2 = Eigen::Vector3d(1e-4, 2e-4, 4e-4).asDiagonal();
   part.box_world_m = {p - Vector3d::Constant(0.01), p + Vector3d::Constant(0.01)};
@@ -332,16 +332,16 @@ collision::HullPart at_place(const Vector3d& p, double volume_m3 = 1e-4) {
   return part;
 }
 
-TEST(PartTracker, WhatCouldBeTwoIsNone) {
-  collision::PartTracker tracker;
+TEST(ComponentTracker, AmbiguousMatchGetsNewId) {
+  collision::ComponentTracker tracker;
   tracker.add(0.01, {at_place({-0.02, 0, 0}), at_place({0.02, 0, 0})});
   const auto& parts = tracker.add(0.02, {at_place({0, 0.001, 0})});  // half way between: either
-  EXPECT_NE(parts[0].origin, collision::PartOrigin::followed);
+  EXPECT_NE(parts[0].origin, collision::ComponentOrigin::tracked);
   EXPECT_EQ(parts[0].id, 3u);
 }
 
-TEST(PartTracker, AFastPartIsFollowedFurtherThanItsSize) {
-  collision::PartTracker tracker;
+TEST(ComponentTracker, TracksMotionLargerThanTheComponent) {
+  collision::ComponentTracker tracker;
   for (int frame = 0; frame < 6; ++frame) {
     const auto& parts =
         tracker.add(1 + frame * kFrame_s, {at_place(frame * kFrame_s * Vector3d(5, 0, 0))});
@@ -351,35 +351,35 @@ TEST(PartTracker, AFastPartIsFollowedFurtherThanItsSize) {
     }
   }
   EXPECT_EQ(tracker.add(1.2, {at_place({3, 0, 0})})[0].origin,
-            collision::PartOrigin::appeared);  // nothing moves that fast
+            collision::ComponentOrigin::appeared);  // nothing moves that fast
 }
 
-TEST(PartTracker, AnotherSizeIsAnotherPart) {
-  collision::PartTracker tracker;
+TEST(ComponentTracker, VolumeChangeAssignsANewId) {
+  collision::ComponentTracker tracker;
   tracker.add(0.01, {at_place({0, 0, 0})});
   EXPECT_NE(tracker.add(0.02, {at_place({0, 0, 0}, 5e-4)})[0].origin,
-            collision::PartOrigin::followed);
+            collision::ComponentOrigin::tracked);
 }
 
-TEST(PartTracker, AfterAGapNobodyIsKnownAgain) {
-  collision::PartTracker tracker({.longest_gap_s = 0.25});
+TEST(ComponentTracker, LongGapAssignsNewIds) {
+  collision::ComponentTracker tracker({.max_gap_s = 0.25});
   tracker.add(1, {at_place({0, 0, 0})});
   EXPECT_EQ(tracker.add(1.24, {at_place({0, 0, 0})})[0].id, 1u);
   EXPECT_EQ(tracker.add(1.5, {at_place({0, 0, 0})})[0].id, 2u);
-  EXPECT_EQ(tracker.parts()[0].origin, collision::PartOrigin::appeared);
+  EXPECT_EQ(tracker.parts()[0].origin, collision::ComponentOrigin::appeared);
   EXPECT_EQ(tracker.add(3601.5, {at_place({4, 0, 0})})[0].id, 3u);
-  EXPECT_THROW(collision::PartTracker({.longest_gap_s = 0}), std::invalid_argument);
-  EXPECT_THROW(collision::PartTracker({.longest_gap_s = std::numeric_limits<double>::quiet_NaN()}),
+  EXPECT_THROW(collision::ComponentTracker({.max_gap_s = 0}), std::invalid_argument);
+  EXPECT_THROW(collision::ComponentTracker({.max_gap_s = std::numeric_limits<double>::quiet_NaN()}),
                std::invalid_argument);
 }
 
-TEST(PartTracker, TimeThatGoesBackStartsAnewAndNumbersAreNeverGivenTwice) {
-  collision::PartTracker tracker;
+TEST(ComponentTracker, BackwardTimeResetsAndIdsAreNeverReused) {
+  collision::ComponentTracker tracker;
   tracker.add(5, {at_place({0, 0, 0})});
   EXPECT_EQ(tracker.add(4, {at_place({0, 0, 0})})[0].id, 2u);
-  EXPECT_EQ(tracker.parts()[0].origin, collision::PartOrigin::appeared);
+  EXPECT_EQ(tracker.parts()[0].origin, collision::ComponentOrigin::appeared);
   EXPECT_THROW(tracker.add(std::numeric_limits<double>::quiet_NaN(), {}), std::invalid_argument);
-  EXPECT_THROW(collision::PartTracker({.window_frames = 2}), std::invalid_argument);
+  EXPECT_THROW(collision::ComponentTracker({.window_frames = 2}), std::invalid_argument);
 }
 
 }  // namespace

@@ -21,12 +21,12 @@ struct Frame {
   base::WorkerPool pool{1};
   hull::CpuHull hull;
   hull::HullQuery query;
-  std::vector<collision::HullPart> parts;
+  std::vector<collision::HullComponent> parts;
   Frame(const std::vector<hull::Capsule>& object, const std::vector<geometry::Camera>& cameras,
         const Eigen::AlignedBox3d& within, double cell_m = kPixel_m)
       : hull(pool, silhouettes_of(object, cameras)),
         query(hull),
-        parts(collision::hull_parts(query, {within, cell_m, 1})) {}
+        parts(collision::hull_components(query, {within, cell_m, 1})) {}
 };
 
 std::vector<geometry::Camera> lab_cameras() { return ring(4, 1.2, 0.6, 320, 320 * kPixel_m); }
@@ -50,7 +50,7 @@ Eigen::AlignedBox3d around(const std::vector<hull::Capsule>& object) {
   return box;
 }
 
-std::optional<collision::FirstContact> thrown(const Throw& t, const collision::MeshTree& plate,
+std::optional<collision::FirstContact> thrown(const Throw& t, const collision::Bvh& plate,
                                               const std::vector<geometry::Camera>& cameras) {
   const Frame before(t.at(0), cameras, around(t.at(0))), after(t.at(1), cameras, around(t.at(1)));
   EXPECT_EQ(before.parts.size(), 1u);
@@ -71,9 +71,9 @@ Throw random_throw(Random& random) {
 int throws() { return std::getenv("FIVEPIPE_LONG") ? 1000 : 60; }
 
 // A plate of 5 mm, across the way; neither frame shows the thing in it.
-TEST(FirstContact, WhatIsThreePixelsWideAtFiveMetresASecondDoesNotPassThroughAPlate) {
+TEST(FirstContact, ThinFastComponentDoesNotTunnelThroughAPlate) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
-  const collision::MeshTree plate(geometry::box_mesh({0.005, 0.3, 0.3}));
+  const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
   Random random(1);
   std::vector<double> errors_s;
   int missed = 0;
@@ -106,33 +106,33 @@ TEST(FirstContact, ANearMissIsNotReported) {
     const double beside_m = uniform(random, 3, 12) * kPixel_m;
     // The plate ends where the thing, on its slanting way, has passed at that distance: as far as
     // it gets to y anywhere in the plate.
-    double most_y = 0;
+    double max_y = 0;
     for (double s = 0; s <= 1; s += 0.01)
       if (const Vector3d p = t.at(s)[0].b_world_m;
           std::abs(p.x()) < 0.0025 + t.radius_m + 0.1 * std::abs(t.way.x()))
-        most_y = std::max({most_y, p.y(), t.at(s)[0].a_world_m.y()});
+        max_y = std::max({max_y, p.y(), t.at(s)[0].a_world_m.y()});
     geometry::Mesh plate = geometry::box_mesh({0.005, 0.2, 0.3});
-    for (Vector3d& v : plate.vertices_m) v.y() += 0.1 + most_y + t.radius_m + beside_m;
-    reported += thrown(t, collision::MeshTree(plate), cameras).has_value();
+    for (Vector3d& v : plate.vertices_m) v.y() += 0.1 + max_y + t.radius_m + beside_m;
+    reported += thrown(t, collision::Bvh(plate), cameras).has_value();
   }
   std::printf("%d near misses, %d reported\n", throws(), reported);
   EXPECT_LE(reported, throws() / 100);
 }
 
-TEST(FirstContact, WhatStaysBeforeThePlateDoesNotMeetIt) {
+TEST(FirstContact, ComponentInFrontOfThePlateHasNoContact) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
-  const collision::MeshTree plate(geometry::box_mesh({0.005, 0.3, 0.3}));
+  const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
   Throw t{0.01, 1.3, 0, 0, Vector3d(0.08, 0, 0)};
   EXPECT_FALSE(thrown(t, plate, cameras));
   t.before = 0.9;  // gets there just before the frame after
   EXPECT_TRUE(thrown(t, plate, cameras));
 }
 
-TEST(FirstContact, APlateThatMovesAgainstAThingAtRest) {
+TEST(FirstContact, MovingPlateAgainstAStaticComponent) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
   const Frame frame(object, cameras, around(object));
-  const collision::MeshTree plate(geometry::box_mesh({0.005, 0.3, 0.3}));
+  const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
   const auto contact =
       collision::first_contact({&frame.query, 0, frame.parts[0]}, {&frame.query, 1, frame.parts[0]},
                                {&plate, at({-0.1, 0, 0}), at({0.1, 0, 0})});
@@ -144,7 +144,7 @@ TEST(FirstContact, APlateThatMovesAgainstAThingAtRest) {
 // A ball and a plate that both turn by a quarter about the world's middle, the plate about its own
 // origin there: at the ends they are as far apart as in the beginning, half way the ball has passed
 // the plate's place.
-TEST(FirstContact, WhatTurnsGoesALongerWayThanItsEndsAreApart) {
+TEST(FirstContact, RotatingComponentUsesItsArcLength) {
   const std::vector<geometry::Camera> cameras = ring(4, 1.5, 0.6, 400, 1.2);
   const std::vector<hull::Capsule> before = {ball({0.3, 0, 0}, 0.02)},
                                    after = {ball({0, 0.3, 0}, 0.02)};
@@ -152,23 +152,23 @@ TEST(FirstContact, WhatTurnsGoesALongerWayThanItsEndsAreApart) {
       second(after, cameras, around(after), 0.004);
   geometry::Mesh plate = geometry::box_mesh({0.005, 0.4, 0.4});
   for (Vector3d& v : plate.vertices_m) v.x() += 0.25;
-  const collision::MeshTree tree(plate);
+  const collision::Bvh tree(plate);
   Isometry3d turned = Isometry3d::Identity();
   turned.linear() = Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitZ()).toRotationMatrix();
   const auto contact = collision::first_contact(
       {&first.query, 0, first.parts[0]}, {&second.query, 1, second.parts[0]},
       {&tree, Isometry3d::Identity(), turned},
-      {.turned_world_rad = Vector3d(0, 0, std::numbers::pi / 2)});
+      {.rotation_world_rad = Vector3d(0, 0, std::numbers::pi / 2)});
   ASSERT_TRUE(contact);
   EXPECT_GT(contact->time_s, 0);
   EXPECT_LT(contact->time_s, 0.5);
 }
 
-TEST(FirstContact, AContactThatIsThereAlreadySaysSoAndStepsThatAreTooFewAreTold) {
+TEST(FirstContact, ReportsInitialContactAndCoarseSteps) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
   const Frame frame(object, cameras, around(object));
-  const collision::MeshTree plate(geometry::box_mesh({0.005, 0.3, 0.3}));
+  const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
   const auto already =
       collision::first_contact({&frame.query, 3, frame.parts[0]}, {&frame.query, 4, frame.parts[0]},
                                {&plate, at({0.005, 0, 0}), at({0.1, 0, 0})});
@@ -177,12 +177,12 @@ TEST(FirstContact, AContactThatIsThereAlreadySaysSoAndStepsThatAreTooFewAreTold)
   EXPECT_EQ(already->time_error_s, 0);
   const auto coarse =
       collision::first_contact({&frame.query, 0, frame.parts[0]}, {&frame.query, 1, frame.parts[0]},
-                               {&plate, at({-0.1, 0, 0}), at({0, 0, 0})}, {.most_steps = 4});
+                               {&plate, at({-0.1, 0, 0}), at({0, 0, 0})}, {.max_steps = 4});
   ASSERT_TRUE(coarse);
   EXPECT_TRUE(coarse->coarse);
 }
 
-TEST(FirstContact, OtherPartsOfTheHullAreNotTheOneThatMoved) {
+TEST(FirstContact, IgnoresOtherComponents) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   const Vector3d other(0, 0.1, 0);
   const std::vector<hull::Capsule> before = {ball({-0.06, 0, 0}, 0.008), ball(other, 0.02)},
@@ -193,22 +193,22 @@ TEST(FirstContact, OtherPartsOfTheHullAreNotTheOneThatMoved) {
   for (Vector3d& v : small.vertices_m)
     v += other + Vector3d(-0.05, 0, 0);  // where the other ball would pass, were it moved
   const auto part_near = [](const Frame& f, double y) {
-    return *std::find_if(f.parts.begin(), f.parts.end(), [&](const collision::HullPart& p) {
-      return std::abs(p.middle_world_m.y() - y) < 0.02;
+    return *std::find_if(f.parts.begin(), f.parts.end(), [&](const collision::HullComponent& p) {
+      return std::abs(p.centroid_world_m.y() - y) < 0.02;
     });
   };
-  const collision::MeshTree tree(small);
+  const collision::Bvh tree(small);
   EXPECT_FALSE(collision::first_contact({&first.query, 0, part_near(first, 0)},
                                         {&second.query, 1, part_near(second, 0)},
                                         {&tree, Isometry3d::Identity(), Isometry3d::Identity()}));
 }
 
-TEST(FirstContact, BadQuestionsAreRefused) {
+TEST(FirstContact, RejectsInvalidArguments) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
   const Frame frame(object, cameras, around(object));
-  const collision::MeshTree plate(geometry::box_mesh({0.005, 0.3, 0.3}));
-  const collision::HullAt now{&frame.query, 1, frame.parts[0]},
+  const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
+  const collision::HullSnapshot now{&frame.query, 1, frame.parts[0]},
       later{&frame.query, 2, frame.parts[0]};
   const collision::MovingObject still{&plate, Isometry3d::Identity(), Isometry3d::Identity()};
   EXPECT_THROW(collision::first_contact(later, now, still), std::invalid_argument);
@@ -216,7 +216,7 @@ TEST(FirstContact, BadQuestionsAreRefused) {
   EXPECT_THROW(
       collision::first_contact(
           now, later, still,
-          {.turned_world_rad = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())}),
+          {.rotation_world_rad = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())}),
       std::invalid_argument);
   EXPECT_THROW(
       collision::first_contact(

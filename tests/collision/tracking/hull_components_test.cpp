@@ -14,12 +14,12 @@ using Eigen::Vector3d;
 
 const Eigen::AlignedBox3d kSpace(Vector3d(-0.3, -0.3, -0.3), Vector3d(0.3, 0.3, 0.3));
 
-std::vector<collision::HullPart> parts_of(const std::vector<hull::Silhouette>& silhouettes,
+std::vector<collision::HullComponent> parts_of(const std::vector<hull::Silhouette>& silhouettes,
                                           double cell_m, int threads = 1,
                                           const Eigen::AlignedBox3d& within = kSpace) {
   base::WorkerPool pool(threads);
   hull::CpuHull hull(pool, silhouettes);
-  return collision::hull_parts(hull::HullQuery(hull), {within, cell_m});
+  return collision::hull_components(hull::HullQuery(hull), {within, cell_m});
 }
 
 // Many cameras all around: the hull is nearly the object.
@@ -30,7 +30,7 @@ std::vector<geometry::Camera> all_around(int size_px = 300) {
   return cameras;
 }
 
-TEST(HullParts, MomentsAreThoseOfTheCellsInTheHull) {
+TEST(HullComponents, MomentsAreThoseOfTheCellsInTheHull) {
   Random random(1);
   for (int scene = 0; scene < 6; ++scene) {
     const auto silhouettes = silhouettes_of(
@@ -48,8 +48,8 @@ TEST(HullParts, MomentsAreThoseOfTheCellsInTheHull) {
           ++count;
           sum += p;
         }
-    for (const collision::HullPart& part : parts)
-      found += double(part.cells), found_sum += double(part.cells) * part.middle_world_m;
+    for (const collision::HullComponent& part : parts)
+      found += double(part.cells), found_sum += double(part.cells) * part.centroid_world_m;
     // Parts of one cell are left out.
     EXPECT_NEAR(found, count, 3 + 0.01 * count);
     if (found == count) {
@@ -58,18 +58,18 @@ TEST(HullParts, MomentsAreThoseOfTheCellsInTheHull) {
   }
 }
 
-TEST(HullParts, ABallAndARodLieWhereTheyAreAndAsTheyAre) {
+TEST(HullComponents, BallAndRodMomentsAreCorrect) {
   const Vector3d axis = Vector3d(1, 2, -0.5).normalized();
   const hull::Capsule rod{Vector3d(-0.1, 0, 0.05) - 0.08 * axis,
                           Vector3d(-0.1, 0, 0.05) + 0.08 * axis, 0.02};
   const auto parts =
       parts_of(silhouettes_of({ball({0.15, -0.05, 0}, 0.05), rod}, all_around()), 0.004);
   ASSERT_EQ(parts.size(), 2u);
-  const collision::HullPart &sphere = parts[0].middle_world_m.x() > 0 ? parts[0] : parts[1],
-                            &long_one = parts[0].middle_world_m.x() > 0 ? parts[1] : parts[0];
-  EXPECT_LT((sphere.middle_world_m - Vector3d(0.15, -0.05, 0)).norm(), 0.002);
+  const collision::HullComponent &sphere = parts[0].centroid_world_m.x() > 0 ? parts[0] : parts[1],
+                            &long_one = parts[0].centroid_world_m.x() > 0 ? parts[1] : parts[0];
+  EXPECT_LT((sphere.centroid_world_m - Vector3d(0.15, -0.05, 0)).norm(), 0.002);
   EXPECT_NEAR(sphere.volume_m3, 4.0 / 3 * std::numbers::pi * 1.25e-4, 0.15 * 5.2e-4);
-  EXPECT_LT((long_one.middle_world_m - Vector3d(-0.1, 0, 0.05)).norm(), 0.002);
+  EXPECT_LT((long_one.centroid_world_m - Vector3d(-0.1, 0, 0.05)).norm(), 0.002);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(long_one.covariance_world_m2);
   EXPECT_GT(std::abs(axes.eigenvectors().col(2).dot(axis)), std::cos(0.02));
   EXPECT_NEAR(std::sqrt(axes.eigenvalues()(2)), 0.2 / std::sqrt(12.0),
@@ -77,7 +77,7 @@ TEST(HullParts, ABallAndARodLieWhereTheyAreAndAsTheyAre) {
   EXPECT_FALSE(sphere.cut || long_one.cut);
 }
 
-TEST(HullParts, PartsThatTouchAreOne) {
+TEST(HullComponents, TouchingCellsFormOneComponent) {
   const auto apart =
       silhouettes_of({ball({-0.06, 0, 0}, 0.04), ball({0.06, 0, 0}, 0.04)}, all_around());
   const auto together =
@@ -86,28 +86,28 @@ TEST(HullParts, PartsThatTouchAreOne) {
   EXPECT_EQ(parts_of(together, 0.005).size(), 1u);
 }
 
-TEST(HullParts, WhatIsCutOffSaysSo) {
+TEST(HullComponents, ReportsClippedComponents) {
   const auto silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, all_around());
   EXPECT_FALSE(parts_of(silhouettes, 0.005)[0].cut);
   EXPECT_TRUE(
       parts_of(silhouettes, 0.005, 1, {Vector3d(-0.3, -0.3, -0.3), Vector3d(0.01, 0.3, 0.3)})[0]
           .cut);
   const auto at_border = silhouettes_of({ball({0.43, 0, 0}, 0.05)}, ring(4, 1.5, 1.2, 300, 0.9));
-  for (const collision::HullPart& part :
+  for (const collision::HullComponent& part :
        parts_of(at_border, 0.005, 1, {Vector3d(0.2, -0.3, -0.3), Vector3d(0.8, 0.3, 0.3)}))
     EXPECT_TRUE(part.cut);
 }
 
-TEST(HullParts, ThreadsChangeNothing) {
+TEST(HullComponents, IsIndependentOfThreads) {
   const auto silhouettes = silhouettes_of({ball({-0.06, 0, 0}, 0.04), ball({0.06, 0, 0}, 0.03)},
                                           ring(4, 1.5, 0.6, 300, 0.9));
   const auto one = parts_of(silhouettes, 0.005, 1), three = parts_of(silhouettes, 0.005, 3);
   ASSERT_EQ(one.size(), three.size());
   for (std::size_t i = 0; i < one.size(); ++i)
-    EXPECT_EQ(one[i].middle_world_m, three[i].middle_world_m);
+    EXPECT_EQ(one[i].centroid_world_m, three[i].centroid_world_m);
 }
 
-TEST(HullParts, NothingThereAndBadQuestions) {
+TEST(HullComponents, EmptyHullAndInvalidArguments) {
   EXPECT_TRUE(parts_of({}, 0.005).empty());
   const auto silhouettes = silhouettes_of({ball(kOrigin, 0.05)}, ring(4, 1.5, 0.6, 300, 0.9));
   EXPECT_TRUE(

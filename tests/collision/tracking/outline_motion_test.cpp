@@ -33,30 +33,30 @@ std::vector<Vector3d> circles(double radius_m, double half_m, int count) {
 }
 
 struct Script {
-  collision::EvenMotion motion;
-  Vector3d middle_m = kOrigin;
+  collision::UniformMotion motion;
+  Vector3d center_m = kOrigin;
   std::vector<Vector3d> at(const std::vector<Vector3d>& points, double t_s) const {
     const Vector3d turn = t_s * motion.angular_velocity_world_rad_s;
     std::vector<Vector3d> moved;
     for (const Vector3d& p : points)
-      moved.push_back(AngleAxisd(turn.norm(), turn.stableNormalized()) * p + middle_m +
+      moved.push_back(AngleAxisd(turn.norm(), turn.stableNormalized()) * p + center_m +
                       t_s * motion.velocity_world_m_s);
     return moved;
   }
 };
 
 // Of the points' convex hull, exact: rays to points within don't touch.
-std::deque<collision::OutlinesAt> outlines_of(const std::vector<Vector3d>& points,
+std::deque<collision::OutlineSnapshot> outlines_of(const std::vector<Vector3d>& points,
                                               const Script& script,
                                               const std::vector<geometry::Camera>& cameras,
                                               int frames) {
-  std::deque<collision::OutlinesAt> seen;
+  std::deque<collision::OutlineSnapshot> seen;
   for (int i = 0; i < frames; ++i) {
     const double t_s = (i - 0.5 * (frames - 1)) / 60;
-    collision::OutlinesAt at{
-        100 + t_s, script.middle_m + t_s * script.motion.velocity_world_m_s, {}};
+    collision::OutlineSnapshot at{
+        100 + t_s, script.center_m + t_s * script.motion.velocity_world_m_s, {}};
     for (const geometry::Camera& camera : cameras) {
-      collision::PartOutline outline{geometry::camera_center_world_m(camera), {}};
+      collision::ComponentOutline outline{geometry::camera_center_world_m(camera), {}};
       for (const Vector3d& p : script.at(points, t_s))
         outline.corners_world.push_back(
             geometry::ray_through(camera, *geometry::project(camera, p)).direction_world);
@@ -72,14 +72,14 @@ Script random_script(Random& random, double speed_m_s, double rate_rad_s) {
           random_in_ball(random, 0.1)};
 }
 
-TEST(OutlineMotion, OfExactOutlinesIsExact) {
+TEST(OutlineMotion, IsExactForExactOutlines) {
   Random random(1);
   for (int scene = 0; scene < 100; ++scene) {
     const auto points = random_board(random);
     const Script script = random_script(random, uniform(random, 0.1, 2), uniform(random, 0.3, 6));
     const auto seen =
         outlines_of(points, script, ring(4 + scene % 3, 1.6, 0.5, 480, 1.1), 3 + scene % 10);
-    const collision::EvenMotion guess{
+    const collision::UniformMotion guess{
         script.motion.velocity_world_m_s + 0.1 * random_direction(random),
         0.5 * script.motion.angular_velocity_world_rad_s};
     const auto found = collision::outline_motion(seen, guess, 0.08);
@@ -101,7 +101,7 @@ TEST(OutlineMotion, OfExactOutlinesIsExact) {
   }
 }
 
-TEST(OutlineMotion, RoundThingsTurnUnseen) {
+TEST(OutlineMotion, RotationOfRoundObjectsIsUndetermined) {
   Random random(2);
   for (int scene = 0; scene < 10; ++scene) {
     const Script script = random_script(random, 0.5, 3);
@@ -129,16 +129,16 @@ TEST(OutlineMotion, RoundThingsTurnUnseen) {
 }
 
 // Of a perfect ball: each outline a circle of a cone round the eye.
-std::deque<collision::OutlinesAt> outlines_of_ball(
+std::deque<collision::OutlineSnapshot> outlines_of_ball(
     double radius_m, const std::vector<geometry::Camera>& cameras, int frames,
-    const std::function<Vector3d(double)>& middle_m) {
-  std::deque<collision::OutlinesAt> seen;
+    const std::function<Vector3d(double)>& center_m) {
+  std::deque<collision::OutlineSnapshot> seen;
   for (int i = 0; i < frames; ++i) {
     const double t_s = (i - 0.5 * (frames - 1)) / 60;
-    collision::OutlinesAt at{100 + t_s, middle_m(t_s), {}};
+    collision::OutlineSnapshot at{100 + t_s, center_m(t_s), {}};
     for (const geometry::Camera& camera : cameras) {
-      collision::PartOutline outline{geometry::camera_center_world_m(camera), {}};
-      const Vector3d sight = at.middle_world_m - outline.eye_world_m,
+      collision::ComponentOutline outline{geometry::camera_center_world_m(camera), {}};
+      const Vector3d sight = at.centroid_world_m - outline.eye_world_m,
                      across = sight.unitOrthogonal();
       const double tangent_m = std::sqrt(sight.squaredNorm() - radius_m * radius_m),
                    sine = radius_m / sight.norm();
@@ -155,14 +155,14 @@ std::deque<collision::OutlinesAt> outlines_of_ball(
   return seen;
 }
 
-TEST(OutlineMotion, AGuessThatIsOffTurnsNoBall) {
+TEST(OutlineMotion, WrongInitialGuessGivesABallNoRotation) {
   Random random(5);
   const auto cameras = ring(6, 1.6, 0.5, 480, 1.1);
   for (const double off_m_s : {0.1, 0.2, 0.3, 0.5, 0.7, 1.0})
     for (const int frames : {6, 12, 20, 48}) {
       const Script script = random_script(random, 0.3, 0);
       const auto seen = outlines_of_ball(0.05, cameras, frames, [&](double t_s) {
-        return Vector3d(script.middle_m + t_s * script.motion.velocity_world_m_s);
+        return Vector3d(script.center_m + t_s * script.motion.velocity_world_m_s);
       });
       const auto found = collision::outline_motion(
           seen, {script.motion.velocity_world_m_s + off_m_s * random_direction(random), kOrigin},
@@ -178,7 +178,7 @@ TEST(OutlineMotion, AGuessThatIsOffTurnsNoBall) {
     }
 }
 
-TEST(OutlineMotion, ABallThatBrakesTurnsNot) {
+TEST(OutlineMotion, DeceleratingBallHasNoRotation) {
   const auto cameras = ring(6, 1.6, 0.5, 480, 1.1);
   for (const int frames : {8, 20, 48})
     for (const double stops_s :
@@ -195,7 +195,7 @@ TEST(OutlineMotion, ABallThatBrakesTurnsNot) {
     }
 }
 
-TEST(OutlineMotion, OfABoardThatStopsNoTurnIsGiven) {
+TEST(OutlineMotion, StoppingBoardReportsNoRotation) {
   Random random(6);
   const auto cameras = ring(6, 1.6, 0.5, 480, 1.1);
   int told = 0;
@@ -205,7 +205,7 @@ TEST(OutlineMotion, OfABoardThatStopsNoTurnIsGiven) {
     auto seen = outlines_of(points, script, cameras, 24);
     const auto stopped = seen[12];
     for (std::size_t i = 13; i < seen.size(); ++i)
-      seen[i] = {seen[i].time_s, stopped.middle_world_m, stopped.outlines};
+      seen[i] = {seen[i].time_s, stopped.centroid_world_m, stopped.outlines};
     const auto found = collision::outline_motion(seen, script.motion, 0.08);
     if (!found) continue;
     ++told;
@@ -216,7 +216,7 @@ TEST(OutlineMotion, OfABoardThatStopsNoTurnIsGiven) {
   EXPECT_GT(told, 0);
 }
 
-TEST(OutlineMotion, WhatIsTooLittleSaysNothing) {
+TEST(OutlineMotion, TooFewFramesOrCamerasGiveNullopt) {
   Random random(3);
   const auto points = random_board(random);
   const Script script = random_script(random, 0.5, 2);
@@ -232,23 +232,23 @@ TEST(OutlineMotion, WhatIsTooLittleSaysNothing) {
   EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, cameras, 6), {}, kNan));
 }
 
-std::vector<collision::HullPart> parts_of(const std::vector<hull::Silhouette>& silhouettes) {
+std::vector<collision::HullComponent> parts_of(const std::vector<hull::Silhouette>& silhouettes) {
   base::WorkerPool pool(1);
   hull::CpuHull hull(pool, silhouettes);
-  return collision::hull_parts(
+  return collision::hull_components(
       hull::HullQuery(hull),
       {{Vector3d(-0.5, -0.5, -0.4), Vector3d(0.5, 0.5, 0.4)}, 0.005, 20, true});
 }
 
 // The outermost pixels are the outline's corners, and none lies outside it.
-TEST(PartOutlines, HoldTheObjectPixels) {
+TEST(ComponentOutlines, ContainTheObjectPixels) {
   Random random(4);
   const auto silhouettes = silhouettes_of(random_object(random, 4), ring(4, 1.6, 0.6, 300, 1.1));
   const auto parts = parts_of(silhouettes);
   ASSERT_FALSE(parts.empty());
   int seen = 0;
   for (const hull::Silhouette& s : silhouettes)
-    for (const collision::PartOutline& outline : parts[0].outlines) {
+    for (const collision::ComponentOutline& outline : parts[0].outlines) {
       if ((outline.eye_world_m - geometry::camera_center_world_m(s.camera)).norm() > 1e-9) continue;
       ++seen;
       std::vector<Eigen::Vector2d> corners;
@@ -272,27 +272,27 @@ TEST(PartOutlines, HoldTheObjectPixels) {
   EXPECT_EQ(seen, 4);
 }
 
-TEST(PartOutlines, OneThatHidesAnotherOrLeavesTheImageGivesNone) {
+TEST(ComponentOutlines, OccludingOrClippedComponentsHaveNoOutline) {
   // Along the line of sight of the first camera, apart for the others.
   const std::vector<geometry::Camera> cameras = ring(5, 1.6, 0.3, 300, 1.1);
   const Vector3d sight = geometry::camera_center_world_m(cameras[0]).normalized();
   const auto parts =
       parts_of(silhouettes_of({ball(-0.15 * sight, 0.03), ball(0.15 * sight, 0.03)}, cameras));
   ASSERT_EQ(parts.size(), 2u);
-  for (const collision::HullPart& part : parts) {
+  for (const collision::HullComponent& part : parts) {
     EXPECT_EQ(part.outlines.size(), 4u);
-    for (const collision::PartOutline& outline : part.outlines)
+    for (const collision::ComponentOutline& outline : part.outlines)
       EXPECT_GT((outline.eye_world_m - geometry::camera_center_world_m(cameras[0])).norm(), 0.1);
   }
   std::vector<geometry::Camera> narrow = cameras;
   narrow[2] = camera_at(geometry::camera_center_world_m(cameras[2]), 60,
                         0.1);  // the thing's middle, and no border of it but one
-  for (const collision::HullPart& part :
+  for (const collision::HullComponent& part :
        parts_of(silhouettes_of({ball({0, 0, 0.03}, 0.04)}, narrow)))
     EXPECT_EQ(part.outlines.size(), 4u);
 }
 
-TEST(PartOutlines, APieceOfTwoSpoilsAllThatBothHaveInThatImage) {
+TEST(ComponentOutlines, SharedBlobsHaveNoOutline) {
   const Vector3d left(-0.1, 0, 0), right(0.1, 0, 0);
   base::WorkerPool pool(1);
   hull::CpuHull hull(
@@ -300,9 +300,9 @@ TEST(PartOutlines, APieceOfTwoSpoilsAllThatBothHaveInThatImage) {
   const hull::HullQuery query(hull);
   const std::vector<std::vector<Vector3d>> one{{left, right}}, two{{left}, {right}},
       shared{{left, right}, {right}};
-  EXPECT_EQ(collision::part_outlines(query, one)[0].size(), 4u);
-  for (const auto& outlines : collision::part_outlines(query, two)) EXPECT_EQ(outlines.size(), 4u);
-  for (const auto& outlines : collision::part_outlines(query, shared))
+  EXPECT_EQ(collision::component_outlines(query, one)[0].size(), 4u);
+  for (const auto& outlines : collision::component_outlines(query, two)) EXPECT_EQ(outlines.size(), 4u);
+  for (const auto& outlines : collision::component_outlines(query, shared))
     EXPECT_TRUE(outlines.empty());
 }
 

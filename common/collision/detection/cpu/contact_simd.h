@@ -4,7 +4,7 @@
 // What is convex projects into the rectangle around the images of its corners. One camera without
 // an object pixel in that rectangle: free. All cameras with object pixels alone in theirs: solid,
 // all of it is in the hull. Else mixed. The rectangle is looked up in one step or two: the boxes
-// ahead of its upper left pixel, and of one farther along, cover it or don't (BoxReach,
+// ahead of its upper left pixel, and of one farther along, cover it or don't (SkipMap,
 // Box::right_down). Rule: Limits::all.
 #pragma once
 #include <Eigen/Core>
@@ -21,15 +21,15 @@
 namespace fivepipe::collision {
 
 // Positions of images less certain than this are not used [px].
-inline constexpr double kMostContactEps_px = 1.0 / 64;
+inline constexpr double kMaxContactEps_px = 1.0 / 64;
 // Roundings of double on a point's way to its pixel, there and in in_hull() together: fewer than
 // 30, of half an epsilon each.
-inline constexpr double kOfProjection = 32 * std::numeric_limits<double>::epsilon();
+inline constexpr double kProjectionError = 32 * std::numeric_limits<double>::epsilon();
 
 // What lanes read of a camera's map; pixel p covers [p, p + 1), counted from a base pixel near what
 // is looked at.
 struct ContactMap {
-  float least_u, most_u, least_v, most_v;  // stored pixels, the outermost
+  float min_u, max_u, min_v, max_v;  // stored pixels, the outermost
   float begin_u, end_u, begin_v, end_v;    // borders of the bounds of the object pixels
   std::int32_t stride;
   const std::int8_t* at_base;
@@ -40,7 +40,7 @@ struct ContactMap {
 // of_z; the image is (U, V) / W.
 struct ObjectMap : ContactMap {
   float at[3], of[3][3];
-  float least_w, most_behind_w;  // nearer than the one the image is too uncertain; below the other
+  float min_w, max_behind_w;  // nearer than the one the image is too uncertain; below the other
                                  // the point is behind the camera
   float slack_w;                 // W may be off by this
 };
@@ -52,21 +52,21 @@ std::optional<ObjectMap> object_map(const hull::CpuHull::MapCamera& camera,
 struct ContactBits {
   std::uint32_t free, solid;  // bit i: of box or triangle i
 };
-ContactBits look_at_boxes(std::span<const ObjectMap> cameras, const MeshTree::Boxes& boxes);
-ContactBits look_at_leaf(std::span<const ObjectMap> cameras, const MeshTree::Leaf& leaf,
+ContactBits classify_boxes(std::span<const ObjectMap> cameras, const Bvh::Boxes& boxes);
+ContactBits classify_leaf(std::span<const ObjectMap> cameras, const Bvh::Leaf& leaf,
                          int triangles);
 
 // A triangle's points v0 + a / units (v1 - v0) + b / units (v2 - v0), for whole numbers a, b.
 struct TriangleMap : ContactMap {
   float at[3], by_a[3], by_b[3];
 };
-// aside: behind the camera, or beside the object pixels; certainly free. unsure: it comes too near
+// culled: behind the camera, or beside the object pixels; certainly free. uncertain: it comes too near
 // to the camera's plane, or is too large, for float.
-enum class Facing { in_front, aside, unsure };
+enum class ProjectionStatus { in_front, culled, uncertain };
 // (U, V, W) of a point of the world; pixel p covers [p, p + 1) of U / W.
 using PixelFromWorld = Eigen::Matrix<double, 3, 4>;
 PixelFromWorld pixel_from_world(const geometry::Camera& camera);
-Facing triangle_map(const PixelFromWorld& pixel, const hull::BoxReach& reach,
+ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& skip_map,
                     const std::array<Eigen::Vector3d, 3>& vertices_world_m, double units,
                     TriangleMap& map);
 
@@ -86,11 +86,11 @@ struct Cells {
   }
 };
 // Appends those that are mixed, and those that are solid; free ones are left out.
-void look_at_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed,
+void classify_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed,
                    Cells& solid);
 // The cells' middles: appends the cells whose middle is in the hull, and those where float can't
 // tell.
-void look_at_middles(std::span<const TriangleMap> cameras, const Cells& cells, float h,
-                     Cells& inside, Cells& unsure);
+void classify_centers(std::span<const TriangleMap> cameras, const Cells& cells, float h,
+                     Cells& inside, Cells& uncertain);
 
 }  // namespace fivepipe::collision

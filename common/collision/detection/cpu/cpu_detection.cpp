@@ -15,9 +15,9 @@ namespace {
 using Eigen::Vector3d;
 
 // Leaves handed to a thread together.
-constexpr int kLeavesATask = 4;
+constexpr int kLeavesPerTask = 4;
 // Triangles whose points a thread writes together.
-constexpr int kTrianglesATask = 16;
+constexpr int kTrianglesPerTask = 16;
 
 struct OpenLeaf {
   std::size_t object;
@@ -34,63 +34,63 @@ struct Found {
     std::size_t first_run, points;
   };
   std::vector<Triangle> triangles;
-  FoundPoints points;
+  ContactPoints points;
   CpuDetectionCounts counts;
 };
 
-struct ObjectAtHand {
+struct ObjectQuery {
   const DetectionObject* object;
   std::vector<ObjectMap> maps;
   bool mapped;  // by all cameras; else its boxes say nothing
   double spacing_m;
-  std::size_t most_points;  // more, and it is sampled anew, less finely
+  std::size_t point_limit;  // more, and it is sampled anew, less finely
 };
 
-ObjectAtHand at_hand(const hull::HullQuery& query, const DetectionObject& object,
+ObjectQuery object_query(const hull::HullQuery& query, const DetectionObject& object,
                      const DetectionOptions& options) {
   const std::size_t triangles = object.tree->mesh().triangles.size();
-  ObjectAtHand o{&object, object_maps(query, object), false, options.spacing_m,
-                 most_points_found(options, triangles)};
+  ObjectQuery o{&object, object_maps(query, object), false, options.spacing_m,
+                 max_points_found(options, triangles)};
   o.mapped = o.maps.size() == query.hull().cameras().size();
   return o;
 }
 
 // The leaves that are not free, in order.
-void open_leaves(const ObjectAtHand& o, std::size_t number, std::vector<OpenLeaf>& leaves,
+void open_leaves(const ObjectQuery& o, std::size_t number, std::vector<OpenLeaf>& leaves,
                  std::size_t& boxes) {
   struct Node {
     int level, index;
   };
-  const MeshTree& tree = *o.object->tree;
+  const Bvh& tree = *o.object->tree;
   std::vector<Node> open{{tree.levels() - 1, 0}};
   while (!open.empty()) {
     const Node node = open.back();
     open.pop_back();
-    const MeshTree::Boxes& children = tree.boxes(node.level, node.index);
+    const Bvh::Boxes& children = tree.boxes(node.level, node.index);
     ++boxes;
-    std::uint32_t left = ~look_at_boxes(o.maps, children).free & ((1u << MeshTree::kFan) - 1);
+    std::uint32_t left = ~classify_boxes(o.maps, children).free & ((1u << Bvh::kArity) - 1);
     if (node.level == 0) {
       for (; left; left &= left - 1)
-        leaves.push_back({number, node.index * MeshTree::kFan + std::countr_zero(left)});
+        leaves.push_back({number, node.index * Bvh::kArity + std::countr_zero(left)});
     } else {
       for (; left; left &= ~std::bit_floor(left))
         open.push_back(
-            {node.level - 1, node.index * MeshTree::kFan + int(std::bit_width(left)) - 1});
+            {node.level - 1, node.index * Bvh::kArity + int(std::bit_width(left)) - 1});
     }
   }
 }
 
 // Until the object has too many points; `points` counts them.
-void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, std::atomic<std::size_t>& points,
+void walk_leaf(const ObjectQuery& o, const OpenLeaf& open, std::atomic<std::size_t>& points,
                TriangleWalk& walk, Found& found) {
-  const MeshTree& tree = *o.object->tree;
+  const Bvh& tree = *o.object->tree;
   const auto triangles = tree.triangles_of(open.leaf);
-  ContactBits bits = look_at_leaf(o.maps, tree.leaf(open.leaf), int(triangles.size()));
+  ContactBits bits = classify_leaf(o.maps, tree.leaf(open.leaf), int(triangles.size()));
   if (!o.mapped) bits.solid = 0;
-  found.counts.triangles_looked_at += triangles.size();
+  found.counts.triangles_classified += triangles.size();
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (bits.free >> i & 1) continue;
-    if (points.load(std::memory_order_relaxed) > o.most_points) return;
+    if (points.load(std::memory_order_relaxed) > o.point_limit) return;
     Triangle world;
     for (std::size_t k = 0; k < 3; ++k)
       world[k] = o.object->world_from_object *
@@ -102,18 +102,18 @@ void walk_leaf(const ObjectAtHand& o, const OpenLeaf& open, std::atomic<std::siz
     points.fetch_add(count, std::memory_order_relaxed);
     ++found.counts.triangles_walked;
     found.counts.points_in_double += contact.points_in_double;
-    found.counts.undecided += contact.cut_off;
+    found.counts.over_budget += contact.cut_off;
     if (contact.verdict != CollisionVerdict::free)
       found.triangles.push_back({open.object, triangles[i], contact.verdict, contact.coarser,
                                  found.points.first_run(), count});
   }
 }
 
-using FoundTriangle = std::pair<const Found*, const Found::Triangle*>;
+using TriangleHit = std::pair<const Found*, const Found::Triangle*>;
 
 // The points of one object, by triangle, from those of all tasks; spread evenly where there are too
 // many, with the farthest kept.
-void gather_points(base::WorkerPool& pool, std::span<const FoundTriangle> triangles,
+void gather_points(base::WorkerPool& pool, std::span<const TriangleHit> triangles,
                    const DetectionObject& object, std::size_t max_points,
                    ObjectCollision& collision) {
   std::vector<CollisionPoint>& points = collision.points;
@@ -121,23 +121,23 @@ void gather_points(base::WorkerPool& pool, std::span<const FoundTriangle> triang
   std::vector<std::size_t> first;
   for (const auto& [found, t] : triangles) first.push_back(count), count += t->points;
   points.resize(count);  // of the frame before: what is overwritten is not cleared first
-  pool.run((int(triangles.size()) + kTrianglesATask - 1) / kTrianglesATask, [&](int task, int) {
-    for (std::size_t i = std::size_t(task) * kTrianglesATask;
-         i < std::min(triangles.size(), std::size_t(task + 1) * kTrianglesATask); ++i) {
+  pool.run((int(triangles.size()) + kTrianglesPerTask - 1) / kTrianglesPerTask, [&](int task, int) {
+    for (std::size_t i = std::size_t(task) * kTrianglesPerTask;
+         i < std::min(triangles.size(), std::size_t(task + 1) * kTrianglesPerTask); ++i) {
       const auto& [found, t] = triangles[i];
       found->points.write(t->first_run, t->triangle, points.data() + first[i], t->points);
     }
   });
-  collision.truncated |= thin_out(points, object.rp_object_world_m, max_points);
+  collision.truncated |= subsample(points, object.rp_object_world_m, max_points);
 }
 
 }  // namespace
 
 struct CpuDetection::Work {
-  std::vector<ObjectAtHand> objects;
+  std::vector<ObjectQuery> objects;
   std::vector<OpenLeaf> leaves;
   std::vector<Found> found;
-  std::vector<FoundTriangle> triangles;
+  std::vector<TriangleHit> triangles;
   std::vector<ObjectCollision> collisions;
   CpuDetectionCounts counts;
 
@@ -146,7 +146,7 @@ struct CpuDetection::Work {
     collisions.resize(count);
     for (ObjectCollision& c : collisions) {
       c.verdict = CollisionVerdict::free;
-      c.triangles.clear(), c.touching.clear();
+      c.triangles.clear(), c.undecided.clear();
       c.truncated = c.hull_in_box = false;
     }
     leaves.clear();
@@ -162,25 +162,25 @@ struct CpuDetection::Work {
 bool CpuDetection::Work::walk_leaves(const hull::HullQuery& query,
                                      const DetectionOptions& options) {
   base::WorkerPool& pool = query.hull().pool();
-  const int tasks = (int(leaves.size()) + kLeavesATask - 1) / kLeavesATask;
+  const int tasks = (int(leaves.size()) + kLeavesPerTask - 1) / kLeavesPerTask;
   if (found.size() < std::size_t(tasks)) found.resize(std::size_t(tasks));
   for (Found& f : found) f.triangles.clear(), f.points.clear(), f.counts = {};
   std::vector<TriangleWalk> walks(std::size_t(pool.threads()),
                                   TriangleWalk(query, {options.eps_m, options.max_points}));
   std::vector<std::atomic<std::size_t>> points(objects.size());
   pool.run(tasks, [&](int task, int thread) {
-    for (std::size_t i = std::size_t(task) * kLeavesATask;
-         i < std::min(leaves.size(), std::size_t(task + 1) * kLeavesATask); ++i)
+    for (std::size_t i = std::size_t(task) * kLeavesPerTask;
+         i < std::min(leaves.size(), std::size_t(task + 1) * kLeavesPerTask); ++i)
       walk_leaf(objects[leaves[i].object], leaves[i], points[leaves[i].object],
                 walks[std::size_t(thread)], found[std::size_t(task)]);
   });
   bool all = true;
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    if (!(points[i] > objects[i].most_points)) continue;
+    if (!(points[i] > objects[i].point_limit)) continue;
     objects[i].spacing_m *= 2;
     // A triangle that is cut may have more than that many at any spacing: then they stay.
     if (objects[i].spacing_m > 2 * objects[i].object->tree->radius_m())
-      objects[i].most_points = std::numeric_limits<std::size_t>::max();
+      objects[i].point_limit = std::numeric_limits<std::size_t>::max();
     collisions[i].truncated = true;
     all = false;
   }
@@ -191,11 +191,11 @@ void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const Detectio
                                 const DetectionOptions& options) {
   for (const Found& f : found) {
     for (const Found::Triangle& t : f.triangles) triangles.emplace_back(&f, &t);
-    counts.triangles_looked_at += f.counts.triangles_looked_at,
+    counts.triangles_classified += f.counts.triangles_classified,
         counts.triangles_walked += f.counts.triangles_walked;
-    counts.points_in_double += f.counts.points_in_double, counts.undecided += f.counts.undecided;
+    counts.points_in_double += f.counts.points_in_double, counts.over_budget += f.counts.over_budget;
   }
-  std::sort(triangles.begin(), triangles.end(), [](const FoundTriangle& a, const FoundTriangle& b) {
+  std::sort(triangles.begin(), triangles.end(), [](const TriangleHit& a, const TriangleHit& b) {
     return std::pair(a.second->object, a.second->triangle) <
            std::pair(b.second->object, b.second->triangle);
   });
@@ -204,7 +204,7 @@ void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const Detectio
     for (last = first; last < triangles.size() && triangles[last].second->object == object;
          ++last) {
       const Found::Triangle& t = *triangles[last].second;
-      (t.verdict == CollisionVerdict::colliding ? collision.triangles : collision.touching)
+      (t.verdict == CollisionVerdict::colliding ? collision.triangles : collision.undecided)
           .push_back(t.triangle);
       collision.verdict = std::max(collision.verdict, t.verdict);
       collision.truncated |= t.coarser && t.points > 0;
@@ -223,7 +223,7 @@ std::span<ObjectCollision> CpuDetection::detect(const hull::HullQuery& query,
                                                 std::span<const DetectionObject> objects,
                                                 const DetectionOptions& options,
                                                 CpuDetectionCounts* counts) {
-  check_question(query, objects, options);
+  check_arguments(query, objects, options);
   Work& w = *work_;
   w.clear(objects.size());
   if (query.hull().empty()) {
@@ -231,7 +231,7 @@ std::span<ObjectCollision> CpuDetection::detect(const hull::HullQuery& query,
   } else {
     for (std::size_t i = 0; i < objects.size(); ++i) {
       if (objects[i].tree->empty()) continue;
-      w.objects[i] = at_hand(query, objects[i], options);
+      w.objects[i] = object_query(query, objects[i], options);
       open_leaves(w.objects[i], i, w.leaves, w.counts.boxes);
     }
     while (!w.walk_leaves(query, options)) {

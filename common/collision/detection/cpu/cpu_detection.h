@@ -13,7 +13,7 @@
 //
 // So `free` has no point in the hull, deep or not; `colliding` has at least one; `touching` has, if
 // any, a part in the hull that is thinner than eps, unless there were too many parts to look at all
-// (counted: undecided). Nothing is carried over from frame to frame.
+// (counted: over_budget). Nothing is carried over from frame to frame.
 #pragma once
 #include <memory>
 #include <span>
@@ -25,8 +25,8 @@
 namespace fivepipe::collision {
 
 struct CpuDetectionCounts {
-  std::size_t boxes = 0, triangles_looked_at = 0, triangles_walked = 0, points_in_double = 0,
-              undecided = 0;  // undecided: triangles
+  std::size_t boxes = 0, triangles_classified = 0, triangles_walked = 0, points_in_double = 0,
+              over_budget = 0;  // over_budget: triangles
 };
 
 // Keeps its memory from call to call: for who asks every frame.

@@ -13,19 +13,19 @@ using Eigen::Vector3d;
 // middle to float, above it.
 constexpr int kBoxCells = 8;
 constexpr double kCellSlack = 1e-6;
-static_assert(kBoxCells * kBoxCells % MeshTree::kFan == 0);
+static_assert(kBoxCells * kBoxCells % Bvh::kArity == 0);
 // However far apart samples are, a triangle has no more points than this: its middle, a corner, and
 // one more for each of rounding.
-constexpr std::size_t kLeastPointsATriangle = 4;
+constexpr std::size_t kMinPointsATriangle = 4;
 
 }  // namespace
 
-void check_question(const hull::HullQuery& query, std::span<const DetectionObject> objects,
+void check_arguments(const hull::HullQuery& query, std::span<const DetectionObject> objects,
                     const DetectionOptions& options) {
   if (query.hull().rule().limits != hull::Limits::all)
     throw std::invalid_argument(
         "collision is detected where all cameras limit the hull, not with limits: seen");
-  if (!(options.eps_m >= kLeastEps_m && std::isfinite(options.eps_m)))
+  if (!(options.eps_m >= kMinEps_m && std::isfinite(options.eps_m)))
     throw std::invalid_argument("eps of the detection is less than a micrometre, or not finite");
   if (!(options.spacing_m >= 0 && std::isfinite(options.spacing_m)))
     throw std::invalid_argument("spacing of collision points is negative or not finite");
@@ -47,33 +47,33 @@ std::vector<ObjectMap> object_maps(const hull::HullQuery& query, const Detection
   return maps;
 }
 
-bool may_hold_hull(std::span<const ObjectMap> maps, const MeshTree& tree) {
+bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree) {
   const Eigen::AlignedBox3d box = geometry::bounds_m(tree.mesh());
   const Vector3d half_m = box.sizes() / (2 * kBoxCells),
                  first_m = box.min() - tree.origin_m() + half_m;
-  MeshTree::Boxes cells;
+  Bvh::Boxes cells;
   for (int i = 0; i < kBoxCells * kBoxCells * kBoxCells; ++i) {
-    const int child = i % MeshTree::kFan,
+    const int child = i % Bvh::kArity,
               place[3] = {i % kBoxCells, i / kBoxCells % kBoxCells, i / (kBoxCells * kBoxCells)};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      cells.middle_m[axis][std::size_t(child)] =
+      cells.center_m[axis][std::size_t(child)] =
           float(first_m[Eigen::Index(axis)] + 2 * place[axis] * half_m[Eigen::Index(axis)]);
       cells.half_m[axis][std::size_t(child)] =
           float(half_m[Eigen::Index(axis)] * (1 + kCellSlack) + kCellSlack * tree.radius_m());
     }
-    if (child == MeshTree::kFan - 1 &&
-        look_at_boxes(maps, cells).free != (1u << MeshTree::kFan) - 1)
+    if (child == Bvh::kArity - 1 &&
+        classify_boxes(maps, cells).free != (1u << Bvh::kArity) - 1)
       return true;
   }
   return false;
 }
 
-std::size_t most_points_found(const DetectionOptions& options, std::size_t triangles) {
+std::size_t max_points_found(const DetectionOptions& options, std::size_t triangles) {
   if (!(options.spacing_m > 0)) return std::numeric_limits<std::size_t>::max();
-  return options.max_points * kMostFoundPerPoint + kLeastPointsATriangle * triangles;
+  return options.max_points * kMaxFoundPerPoint + kMinPointsATriangle * triangles;
 }
 
-bool thin_out(std::vector<CollisionPoint>& points, const Vector3d& rp_object_world_m,
+bool subsample(std::vector<CollisionPoint>& points, const Vector3d& rp_object_world_m,
               std::size_t max_points) {
   const std::size_t count = points.size();
   if (count <= max_points) return false;

@@ -13,21 +13,21 @@ using Eigen::Vector3d;
 constexpr double kFinest = 16;
 // A triangle that float has no room for, or that comes near to a camera's plane, is cut in four so
 // often.
-constexpr int kMostCuts = 10;
+constexpr int kMaxCuts = 10;
 // And into so many parts at most.
-constexpr int kMostParts = 4096;
+constexpr int kMaxParts = 4096;
 // Parts of one triangle looked at together at most: hulls as ragged as that are noise.
-constexpr std::size_t kMostCells = 1 << 16;
+constexpr std::size_t kMaxCells = 1 << 16;
 // Of those that are open at last, so many are asked in double.
-constexpr std::size_t kMostAsked = 1024;
+constexpr std::size_t kMaxExactTests = 1024;
 // Parts of at most so many samples an edge are not looked at, but sampled.
-constexpr double kSampledTogether = 4;
+constexpr double kMaxSamplesPerEdge = 4;
 // Samples are the middles of the parts: neighbours are two thirds of a part's median apart, which
 // is no longer than its longest edge.
 constexpr double kSampleDistance = 2.0 / 3;
-// The first glance at a triangle, where only the verdict is wanted: so many parts an edge, sixteen
+// The coarse test of a triangle, where only the verdict is wanted: so many parts an edge, sixteen
 // in all, one vector.
-constexpr int kGlance = 4;
+constexpr int kCoarseDivisions = 4;
 
 bool before(const Vector3d& a, const Vector3d& b) {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
@@ -59,7 +59,7 @@ TriangleGrid triangle_grid(const Triangle& v, const TriangleWalkOptions& options
     grid.coarser = grid.divisions < needed;
   }
   grid.units = grid.divisions;
-  while (grid.units <= kMostUnits && longest_m / grid.units > options.eps_m / kFinest)
+  while (grid.units <= kMaxUnits && longest_m / grid.units > options.eps_m / kFinest)
     grid.units *= 2;
   return grid;
 }
@@ -71,7 +71,7 @@ TriangleWalk::TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptio
 }
 
 TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
-                                   const PointsWanted& wanted, FoundPoints& points) {
+                                   const PointRequest& wanted, ContactPoints& points) {
   contact_ = {};
   points_ = &points;
   points.begin_triangle();
@@ -81,7 +81,7 @@ TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
   const auto [first, second, third] = vertex_order(triangle_world_m);
   const Triangle sorted = {triangle_world_m[first], triangle_world_m[second],
                            triangle_world_m[third]};
-  contact_.verdict = solid ? take_all(sorted) : walk_part(sorted, 0);
+  contact_.verdict = solid ? accept_all(sorted) : walk_part(sorted, 0);
   if (farthest_m2_ >= 0 && points.back() != farthest_world_m_) points.add(farthest_world_m_);
   return contact_;
 }
@@ -91,20 +91,20 @@ CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
   choose_grid();
   const Maps maps = set_maps();
   if (maps == Maps::free) return CollisionVerdict::free;
-  const bool too_large = units_ > kMostUnits;
+  const bool too_large = units_ > kMaxUnits;
   if (maps == Maps::some || too_large) {
     begin_cells(1);
     mixed_.clear(), solid_.clear();
-    look_at_cells(maps_, cells_, float(units_), mixed_, solid_);
+    classify_cells(maps_, cells_, float(units_), mixed_, solid_);
     if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
-    return depth < kMostCuts && parts_ < kMostParts ? split_part(vertices, depth)
-                                                    : ask_corners(vertices);
+    return depth < kMaxCuts && parts_ < kMaxParts ? split_part(vertices, depth)
+                                                    : test_corners(vertices);
   }
-  const bool found = wanted_.spacing_m > 0 ? sample() : glance();
+  const bool found = wanted_.spacing_m > 0 ? sample() : coarse_test();
   return found ? CollisionVerdict::colliding : decide();
 }
 
-CollisionVerdict TriangleWalk::take_all(const Triangle& vertices) {
+CollisionVerdict TriangleWalk::accept_all(const Triangle& vertices) {
   if (!(wanted_.spacing_m > 0)) {
     add((vertices[0] + vertices[1] + vertices[2]) / 3);
     return CollisionVerdict::colliding;
@@ -114,7 +114,7 @@ CollisionVerdict TriangleWalk::take_all(const Triangle& vertices) {
   contact_.coarser |= coarser_;
   begin_cells(1);
   std::swap(cells_, solid_);
-  take_solid(units_, units_ / divisions_);
+  accept_solid(units_, units_ / divisions_);
   return CollisionVerdict::colliding;
 }
 
@@ -130,7 +130,7 @@ CollisionVerdict TriangleWalk::split_part(const Triangle& v, int depth) {
   return worst;
 }
 
-CollisionVerdict TriangleWalk::ask_corners(const Triangle& vertices) {
+CollisionVerdict TriangleWalk::test_corners(const Triangle& vertices) {
   contact_.cut_off = true;
   bool any = false;
   for (const Vector3d& v : vertices) {
@@ -140,7 +140,7 @@ CollisionVerdict TriangleWalk::ask_corners(const Triangle& vertices) {
     add(v);
     if (!(wanted_.spacing_m > 0)) break;
   }
-  return any ? CollisionVerdict::colliding : CollisionVerdict::touching;
+  return any ? CollisionVerdict::colliding : CollisionVerdict::undecided;
 }
 
 void TriangleWalk::choose_grid() {
@@ -157,10 +157,10 @@ TriangleWalk::Maps TriangleWalk::set_maps() {
   bool all = true;
   for (std::size_t i = 0; i < pixels_from_world_.size(); ++i) {
     TriangleMap map;
-    const Facing facing = triangle_map(pixels_from_world_[i], query_->hull().cameras()[i].reach,
+    const ProjectionStatus facing = triangle_map(pixels_from_world_[i], query_->hull().cameras()[i].skip_map,
                                        vertices_, units_, map);
-    if (facing == Facing::aside) return Maps::free;
-    if (facing == Facing::in_front)
+    if (facing == ProjectionStatus::culled) return Maps::free;
+    if (facing == ProjectionStatus::in_front)
       maps_.push_back(map);
     else
       all = false;
@@ -180,7 +180,7 @@ void TriangleWalk::begin_cells(int divisions) {
 }
 
 // Each in four: cells_ of half the size. Of three corners each has one part like it, and one the
-// other way round in its middle.
+// other way round in its center.
 void TriangleWalk::split_cells(const Cells& cells, double h) {
   const float half = float(0.5 * h);
   cells_.clear();
@@ -200,67 +200,67 @@ bool TriangleWalk::sample() {
   const std::size_t before = points_->size();
   begin_cells(start_);
   double h = units_ / start_;
-  for (; h > kSampledTogether * sample_h && cells_.count > 0; h *= 0.5) {
+  for (; h > kMaxSamplesPerEdge * sample_h && cells_.count > 0; h *= 0.5) {
     mixed_.clear(), solid_.clear();
-    look_at_cells(maps_, cells_, float(h), mixed_, solid_);
-    take_solid(h, sample_h);
+    classify_cells(maps_, cells_, float(h), mixed_, solid_);
+    accept_solid(h, sample_h);
     split_cells(mixed_, h);
   }
   for (; h > sample_h; h *= 0.5) {
     std::swap(cells_, mixed_);
     split_cells(mixed_, h);
   }
-  inside_.clear(), unsure_.clear();
-  look_at_middles(maps_, cells_, float(h), inside_, unsure_);
-  take_inside(h);
+  inside_.clear(), uncertain_.clear();
+  classify_centers(maps_, cells_, float(h), inside_, uncertain_);
+  accept_inside(h);
   return points_->size() > before;
 }
 
 // One sample a part of a coarse division: most triangles that collide have one in the hull.
-bool TriangleWalk::glance() {
-  if (units_ < kGlance) return false;
-  begin_cells(kGlance);
-  inside_.clear(), unsure_.clear();
-  look_at_middles(maps_, cells_, float(units_ / kGlance), inside_, unsure_);
-  if (inside_.count > 0) add(middle(inside_, 0, units_ / kGlance));
+bool TriangleWalk::coarse_test() {
+  if (units_ < kCoarseDivisions) return false;
+  begin_cells(kCoarseDivisions);
+  inside_.clear(), uncertain_.clear();
+  classify_centers(maps_, cells_, float(units_ / kCoarseDivisions), inside_, uncertain_);
+  if (inside_.count > 0) add(center(inside_, 0, units_ / kCoarseDivisions));
   return inside_.count > 0;
 }
 
 CollisionVerdict TriangleWalk::decide() {
   begin_cells(1);
   for (double h = units_;; h *= 0.5) {
-    mixed_.clear(), solid_.clear(), inside_.clear(), unsure_.clear();
-    look_at_cells(maps_, cells_, float(h), mixed_, solid_);
+    mixed_.clear(), solid_.clear(), inside_.clear(), uncertain_.clear();
+    classify_cells(maps_, cells_, float(h), mixed_, solid_);
     if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
-    look_at_middles(maps_, mixed_, float(h), inside_, unsure_);
+    classify_centers(maps_, mixed_, float(h), inside_, uncertain_);
     if (solid_.count + inside_.count > 0) {
-      add(middle(solid_.count > 0 ? solid_ : inside_, 0, h));
+      add(center(solid_.count > 0 ? solid_ : inside_, 0, h));
       return CollisionVerdict::colliding;
     }
-    contact_.cut_off |= mixed_.count > kMostCells;
-    if (h <= 1 || contact_.cut_off) return settle(h);
+    contact_.cut_off |= mixed_.count > kMaxCells;
+    if (h <= 1 || contact_.cut_off) return resolve_exact(h);
     split_cells(mixed_, h);
   }
 }
 
 // What is open at last, in double.
-CollisionVerdict TriangleWalk::settle(double h) {
-  contact_.cut_off |= mixed_.count > kMostAsked;
-  for (std::size_t i = 0; i < std::min(mixed_.count, kMostAsked); ++i) {
+CollisionVerdict TriangleWalk::resolve_exact(double h) {
+  contact_.cut_off |= mixed_.count > kMaxExactTests;
+  for (std::size_t i = 0; i < std::min(mixed_.count, kMaxExactTests); ++i) {
     const double a = mixed_.a[i], b = mixed_.b[i], step = mixed_.sigma[i] * h;
     for (const Vector3d& p :
-         {point(a, b), point(a + step, b), point(a, b + step), middle(mixed_, i, h)}) {
+         {point(a, b), point(a + step, b), point(a, b + step), center(mixed_, i, h)}) {
       ++contact_.points_in_double;
       if (!query_->contains(p)) continue;
       add(p);
       return CollisionVerdict::colliding;
     }
   }
-  return CollisionVerdict::touching;
+  return CollisionVerdict::undecided;
 }
 
-void TriangleWalk::take_inside(double h) {
-  // As middle() and add(), without their calls: these are many.
+void TriangleWalk::accept_inside(double h) {
+  // As center() and add(), without their calls: these are many.
   const Vector3d origin = vertices_[0], per_a_m = per_a_m_, per_b_m = per_b_m_,
                  reference = wanted_.farthest_from_world_m;
   const std::span<Vector3d> to =
@@ -275,21 +275,21 @@ void TriangleWalk::take_inside(double h) {
     to[i] = p;
   }
   if (!to.empty()) consider(to[farthest]);
-  for (std::size_t i = 0; i < unsure_.count; ++i) {
-    const Vector3d p = middle(unsure_, i, h);
+  for (std::size_t i = 0; i < uncertain_.count; ++i) {
+    const Vector3d p = center(uncertain_, i, h);
     ++contact_.points_in_double;
     if (query_->contains(p)) add(p);
   }
 }
 
 // Every sample of the solid cells; of their points, a corner is farthest from anywhere.
-void TriangleWalk::take_solid(double h, double sample_h) {
+void TriangleWalk::accept_solid(double h, double sample_h) {
   const int rows = int(std::lround(h / sample_h));
   for (std::size_t i = 0; i < solid_.count; ++i) {
     const double a = solid_.a[i], b = solid_.b[i], step = solid_.sigma[i] * sample_h;
     const Vector3d to_next = step * per_a_m_,
                    between = (to_next + step * per_b_m_) /
-                             3;  // from a part's middle to that of the one beside it
+                             3;  // from a part's center to that of the one beside it
     points_->add(SampledPart{vertices_[0] + (a + step / 3) * per_a_m_, per_b_m_, b, step, to_next,
                              between, rows});
     for (const Vector3d& corner :
@@ -302,7 +302,7 @@ Vector3d TriangleWalk::point(double a, double b) const {
   return vertices_[0] + a * per_a_m_ + b * per_b_m_;
 }
 
-Vector3d TriangleWalk::middle(const Cells& cells, std::size_t i, double h) const {
+Vector3d TriangleWalk::center(const Cells& cells, std::size_t i, double h) const {
   const double third = cells.sigma[i] * h / 3;
   return point(cells.a[i] + third, cells.b[i] + third);
 }

@@ -17,31 +17,31 @@ namespace {
 // 20. Of a form: coefficients from double, products, sums: fewer than 12. GLSL rounds sums and
 // products that are `precise` correctly, but leaves open to which side (4.7.1): each is off by at
 // most 2^-23 of a sum of the terms' sizes, twice what rounding to nearest is. It may take numbers
-// below float's normal range for zero, which is far below kLeastMargin_px.
-constexpr double kOfForm = 32 * 0x1p-23;
-constexpr double kLeastMargin_px = 0x1p-20;
+// below float's normal range for zero, which is far below kMinMargin_px.
+constexpr double kFormError = 32 * 0x1p-23;
+constexpr double kMinMargin_px = 0x1p-20;
 // Of an image, beside: a quotient is 2.5 units in the last place off at most, 5 * 2^-24, and is
 // rounded with its margin.
-constexpr double kOfImage = 0x1p-20;
+constexpr double kImageError = 0x1p-20;
 // Of the margin itself: W is off, by less than a part in 64 where the margin is small enough, and
 // the margin's own roundings.
 constexpr double kMarginSlack = 1 + 1.0 / 32;
 // Sums of forms stay below [px m], far from float's largest, products of theirs with pixels
 // included.
-constexpr double kMostOfForms = 1e30;
+constexpr double kMaxFormTerm = 1e30;
 // How much a camera's place weighs, where its line of sight does 1.
-constexpr double kTowardsCameras = 1e-3;
+constexpr double kCameraWeight = 1e-3;
 
 }  // namespace
 
 BasePixel base_pixel(const hull::CpuHull::MapCamera& camera) {
-  const hull::PixelRect& bounds = camera.reach.bounds();
+  const hull::PixelRect& bounds = camera.skip_map.bounds();
   return {(bounds.u0_px + bounds.u1_px) / 2, (bounds.v0_px + bounds.v1_px) / 2};
 }
 
 GlCamera gl_camera(const hull::CpuHull::MapCamera& camera,
                    const Eigen::Isometry3d& world_from_frame, double radius_m) {
-  const hull::PixelRect &bounds = camera.reach.bounds(), &stored = camera.reach.stored();
+  const hull::PixelRect &bounds = camera.skip_map.bounds(), &stored = camera.skip_map.stored();
   const auto [base_u, base_v] = base_pixel(camera);
   const PixelFromWorld pixel = pixel_from_world(camera.camera);
   Eigen::Matrix3d to_base = Eigen::Matrix3d::Identity();
@@ -68,13 +68,13 @@ GlCamera gl_camera(const hull::CpuHull::MapCamera& camera,
     for (int k = 0; k < 3; ++k) columns[k][row] = float(of(row, k));
   }
   c.of_x[3] =
-      float(error(kOfForm, at_terms, farthest_px) + error(kOfProjection, world_at_terms, image_px));
-  c.at[3] = float(error(kOfForm, terms_per_m, farthest_px) +
-                  error(kOfProjection, world_terms_per_m, image_px));
-  c.of_y[3] = float((kOfForm * (at_terms.z() + radius_m * terms_per_m.z()) +
-                     kOfProjection * (world_at_terms.z() + radius_m * world_terms_per_m.z())) *
+      float(error(kFormError, at_terms, farthest_px) + error(kProjectionError, world_at_terms, image_px));
+  c.at[3] = float(error(kFormError, terms_per_m, farthest_px) +
+                  error(kProjectionError, world_terms_per_m, image_px));
+  c.of_y[3] = float((kFormError * (at_terms.z() + radius_m * terms_per_m.z()) +
+                     kProjectionError * (world_at_terms.z() + radius_m * world_terms_per_m.z())) *
                     kMarginSlack);
-  c.of_z[3] = float(kOfImage + kLeastMargin_px / farthest_px);
+  c.of_z[3] = float(kImageError + kMinMargin_px / farthest_px);
   const int lines[2][4] = {
       {stored.u0_px - base_u, stored.u1_px - 1 - base_u, stored.v0_px - base_v,
        stored.v1_px - 1 - base_v},
@@ -92,10 +92,10 @@ bool fits_float(const GlCamera& c, double radius_m) {
     most = std::max(
         most, std::abs(c.at[row]) + radius_m * (std::abs(c.of_x[row]) + std::abs(c.of_y[row]) +
                                                 std::abs(c.of_z[row])));
-  return most < kMostOfForms && c.farthest_px * kOfImage < 0.5 * kMostContactEps_px;
+  return most < kMaxFormTerm && c.farthest_px * kImageError < 0.5 * kMaxContactEps_px;
 }
 
-Vector3d middle_world_m(const hull::CpuHull& hull) {
+Vector3d world_origin_near_hull_m(const hull::CpuHull& hull) {
   Eigen::Matrix3d across = Eigen::Matrix3d::Zero();
   Vector3d at = Vector3d::Zero();
   for (const hull::CpuHull::MapCamera& c : hull.cameras()) {
@@ -103,7 +103,7 @@ Vector3d middle_world_m(const hull::CpuHull& hull) {
     const geometry::Ray ray = geometry::ray_through(c.camera, Eigen::Vector2d(u, v));
     const Vector3d d = ray.direction_world.normalized();
     const Eigen::Matrix3d off =
-        Eigen::Matrix3d::Identity() * (1 + kTowardsCameras) - d * d.transpose();
+        Eigen::Matrix3d::Identity() * (1 + kCameraWeight) - d * d.transpose();
     across += off, at += off * ray.origin_world_m;
   }
   return across.ldlt().solve(at);

@@ -21,6 +21,6 @@ bool fits_float(const gl_contact::GlCamera& camera, double radius_m);
 
 // Near what all cameras see: the lines of sight through their base pixels pass by it closest; where
 // that leaves a direction open, near the cameras.
-Eigen::Vector3d middle_world_m(const hull::CpuHull& hull);
+Eigen::Vector3d world_origin_near_hull_m(const hull::CpuHull& hull);
 
 }  // namespace fivepipe::collision

@@ -37,25 +37,25 @@ enum RefineBinding {
 };
 
 std::uint32_t groups_of(std::size_t invocations) {
-  return std::uint32_t(std::min<std::size_t>((invocations + kGroup - 1) / kGroup, kMostGroups));
+  return std::uint32_t(std::min<std::size_t>((invocations + kGroup - 1) / kGroup, kMaxGroups));
 }
 
-constexpr std::size_t kBoxWords = sizeof(MeshTree::Boxes) / sizeof(float),
-                      kLeafWords = sizeof(MeshTree::Leaf) / sizeof(float);
-static_assert(kBoxWords == 6 * MeshTree::kFan && kLeafWords == 9 * MeshTree::kFan);
+constexpr std::size_t kBoxWords = sizeof(Bvh::Boxes) / sizeof(float),
+                      kLeafWords = sizeof(Bvh::Leaf) / sizeof(float);
+static_assert(kBoxWords == 6 * Bvh::kArity && kLeafWords == 9 * Bvh::kArity);
 
 // Leaves first, then level by level, as they lie in the tree.
-std::size_t words_of(const MeshTree& tree, Object& object) {
+std::size_t words_of(const Bvh& tree, Object& object) {
   std::size_t words = std::size_t(tree.leaves()) * kLeafWords;
   for (int level = 0, below = tree.leaves(); level < tree.levels(); ++level) {
-    below = (below + MeshTree::kFan - 1) / MeshTree::kFan;
+    below = (below + Bvh::kArity - 1) / Bvh::kArity;
     object.first_box_word[std::size_t(level)] = std::uint32_t(words);
     words += std::size_t(below) * kBoxWords;
   }
   return words;
 }
 
-void write_tree(const MeshTree& tree, const Object& object, std::size_t words,
+void write_tree(const Bvh& tree, const Object& object, std::size_t words,
                 const gl::GlBuffer& buffer) {
   const auto write = [&](std::size_t first_word, std::size_t count, const void* from) {
     glNamedBufferSubData(buffer.get(), GLintptr(first_word * sizeof(float)),
@@ -82,38 +82,38 @@ GlContactPasses::GlContactPasses()
   GLint64 most = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
   // Words and bytes are counted in 31 bits.
-  most_bytes_ = std::min(std::size_t(most), std::size_t{1} << 31);
+  max_bytes_ = std::min(std::size_t(most), std::size_t{1} << 31);
 }
 
 bool GlContactPasses::set_maps(const hull::CpuHull& hull) {
   maps_.clear();
-  if (hull.cameras().size() > kMostCameras) return false;
+  if (hull.cameras().size() > kMaxCameras) return false;
   std::size_t bytes = 0;
   for (const hull::CpuHull::MapCamera& c : hull.cameras()) {
-    const hull::PixelRect& stored = c.reach.stored();
+    const hull::PixelRect& stored = c.skip_map.stored();
     const auto [base_u, base_v] = base_pixel(c);
-    maps_.push_back({bytes + std::size_t(base_v - stored.v0_px) * std::size_t(c.reach.stride()) +
+    maps_.push_back({bytes + std::size_t(base_v - stored.v0_px) * std::size_t(c.skip_map.stride()) +
                          std::size_t(base_u - stored.u0_px),
-                     c.reach.stride()});
-    bytes += std::size_t(c.reach.stride()) * std::size_t(stored.height_px());
+                     c.skip_map.stride()});
+    bytes += std::size_t(c.skip_map.stride()) * std::size_t(stored.height_px());
   }
-  if (!(bytes < most_bytes_)) return false;
-  reach_buffer_.reserve(bytes);
+  if (!(bytes < max_bytes_)) return false;
+  skip_map_buffer_.reserve(bytes);
   bytes = 0;
   for (const hull::CpuHull::MapCamera& c : hull.cameras()) {
-    const std::size_t size = std::size_t(c.reach.stride()) *
-                             std::size_t(c.reach.stored().height_px());  // a row is whole words
-    glNamedBufferSubData(reach_buffer_.get(), GLintptr(bytes), GLsizeiptr(size),
-                         c.reach.bytes(hull::Box::right_down));
+    const std::size_t size = std::size_t(c.skip_map.stride()) *
+                             std::size_t(c.skip_map.stored().height_px());  // a row is whole words
+    glNamedBufferSubData(skip_map_buffer_.get(), GLintptr(bytes), GLsizeiptr(size),
+                         c.skip_map.bytes(hull::Quadrant::right_down));
     bytes += size;
   }
-  origin_world_m_ = middle_world_m(hull);
+  origin_world_m_ = world_origin_near_hull_m(hull);
   Eigen::Isometry3d world_from_frame = Eigen::Isometry3d::Identity();
   world_from_frame.translation() = origin_world_m_;
   std::vector<GlCamera> cameras;
   for (std::size_t i = 0; i < maps_.size(); ++i)
     cameras.push_back(placed(gl_camera(hull.cameras()[i], world_from_frame, 0), i));
-  frame_camera_buffer_.reserve(kMostCameras * sizeof(GlCamera));
+  frame_camera_buffer_.reserve(kMaxCameras * sizeof(GlCamera));
   frame_camera_buffer_.write(cameras.data(), cameras.size() * sizeof(GlCamera));
   return std::all_of(cameras.begin(), cameras.end(),
                      [](const GlCamera& c) { return fits_float(c, 0); });
@@ -132,13 +132,13 @@ std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull,
   roots_.clear();
   nodes_ = leaves_ = all_triangles_ = 0, levels_ = 0;
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    const MeshTree& tree = *objects[i].tree;
-    if (tree.empty() || tree.levels() > kMostTreeLevels) continue;
+    const Bvh& tree = *objects[i].tree;
+    if (tree.empty() || tree.levels() > kMaxTreeLevels) continue;
     Eigen::Isometry3d world_from_tree = objects[i].world_from_object;
     world_from_tree.translation() = objects[i].world_from_object * tree.origin_m();
     objects_[i].first_camera = std::uint32_t(cameras.size());
     objects_[i].triangles = std::uint32_t(tree.mesh().triangles.size());
-    fits[i] = (all_triangles_ + objects_[i].triangles) * sizeof(OpenTriangle) <= most_bytes_;
+    fits[i] = (all_triangles_ + objects_[i].triangles) * sizeof(OpenTriangle) <= max_bytes_;
     all_triangles_ += fits[i] ? objects_[i].triangles : 0;
     for (std::size_t c = 0; c < maps_.size() && fits[i]; ++c) {
       GlCamera camera = placed(gl_camera(hull.cameras()[c], world_from_tree, tree.radius_m()), c);
@@ -147,17 +147,17 @@ std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull,
           camera.at[3] * float(tree.radius_m());  // all of its points are asked together
       cameras.push_back(camera);
     }
-    fits[i] = fits[i] && cameras.size() * sizeof(GlCamera) <= most_bytes_;
+    fits[i] = fits[i] && cameras.size() * sizeof(GlCamera) <= max_bytes_;
     if (!fits[i]) cameras.resize(objects_[i].first_camera);
   }
   place_trees(objects, fits);
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (!fits[i]) continue;
-    const MeshTree& tree = *objects[i].tree;
+    const Bvh& tree = *objects[i].tree;
     roots_.push_back({std::uint32_t(i << 8 | std::size_t(tree.levels() - 1)), 0});
     levels_ = std::max(levels_, tree.levels());
     leaves_ += std::size_t(tree.leaves());
-    nodes_ += (std::size_t(tree.leaves()) + MeshTree::kFan - 1) / MeshTree::kFan;
+    nodes_ += (std::size_t(tree.leaves()) + Bvh::kArity - 1) / Bvh::kArity;
   }
   if (roots_.empty()) return fits;
   camera_buffer_.write(cameras.data(), cameras.size() * sizeof(GlCamera));
@@ -178,7 +178,7 @@ void GlContactPasses::place_trees(std::span<const DetectionObject> objects,
     while (n < placed.size() && placed[n].content != content) ++n;
     const std::size_t own = words_of(*objects[i].tree, objects_[i]);
     if (n == placed.size()) {
-      if ((words + own) * sizeof(float) > most_bytes_) {
+      if ((words + own) * sizeof(float) > max_bytes_) {
         fits[i] = 0;
         continue;
       }
@@ -209,15 +209,15 @@ void GlContactPasses::place_trees(std::span<const DetectionObject> objects,
 
 void GlContactPasses::use(const gl::GlProgram& program) const {
   glProgramUniform1i(program.get(), 0, GLint(maps_.size()));
-  glProgramUniform1f(program.get(), 1, float(kMostContactEps_px));
-  reach_buffer_.bind_storage(kReaches);
+  glProgramUniform1f(program.get(), 1, float(kMaxContactEps_px));
+  skip_map_buffer_.bind_storage(kReaches);
   program.use();
 }
 
 std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   if (roots_.empty()) return {};
   Descent descent;
-  descent.nodes[0] = {{groups_of(roots_.size() * MeshTree::kFan), 1, 1},
+  descent.nodes[0] = {{groups_of(roots_.size() * Bvh::kArity), 1, 1},
                       std::uint32_t(roots_.size())};
   descent_buffer_.write(&descent, sizeof descent);
   for (gl::GlBuffer& nodes : node_buffers_) nodes.reserve(nodes_ * sizeof(Node));
@@ -259,7 +259,7 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(
     std::span<const RefinedTriangle> triangles, std::span<const Part> first, std::size_t room) {
   Refined refined;
   if (first.empty()) return refined;
-  if (first.size() > room || triangles.size_bytes() > most_bytes_) return std::nullopt;
+  if (first.size() > room || triangles.size_bytes() > max_bytes_) return std::nullopt;
   Refinement refinement;
   refinement.parts[0] = {{groups_of(first.size()), 1, 1}, std::uint32_t(first.size())};
   refinement_buffer_.write(&refinement, sizeof refinement);

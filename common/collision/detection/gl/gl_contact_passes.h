@@ -41,8 +41,8 @@ class GlContactPasses {
   std::optional<Refined> refine(std::span<const gl_contact::RefinedTriangle> triangles,
                                 std::span<const gl_contact::Part> first, std::size_t room);
 
-  std::size_t most_room() const {
-    return most_bytes_ / sizeof(gl_contact::Part) / gl_contact::kGroup * gl_contact::kGroup;
+  std::size_t max_room() const {
+    return max_bytes_ / sizeof(gl_contact::Part) / gl_contact::kGroup * gl_contact::kGroup;
   }  // of the driver
   const Eigen::Vector3d& origin_world_m() const { return origin_world_m_; }
   double descent_ms() const {
@@ -65,12 +65,12 @@ class GlContactPasses {
     std::int32_t stride;
   };
   gl::GlProgram boxes_, triangles_, refine_, sample_, sort_;
-  gl::GlBuffer reach_buffer_, frame_camera_buffer_, camera_buffer_, object_buffer_, tree_buffer_,
+  gl::GlBuffer skip_map_buffer_, frame_camera_buffer_, camera_buffer_, object_buffer_, tree_buffer_,
       descent_buffer_, node_buffers_[2], leaf_buffer_, open_buffer_;
   gl::GlBuffer triangle_buffer_, refinement_buffer_, part_buffers_[2], block_buffer_, found_buffer_,
       state_buffer_;
   gl::GlTimer descent_timer_, refine_timer_;
-  std::size_t most_bytes_ = 0, tree_words_ = 0;
+  std::size_t max_bytes_ = 0, tree_words_ = 0;
   std::vector<PlacedMap> maps_;
   Eigen::Vector3d origin_world_m_ = Eigen::Vector3d::Zero();
   std::vector<PlacedTree> placed_;

@@ -16,10 +16,10 @@ int halvings(double units, int start) { return int(std::lround(std::log2(units /
 int level_of(const Part& part) { return int(part.b >> kLevelShift); }
 
 // A part's place in the triangle, as fractions of its edges; side < 0: it is turned.
-struct Place {
+struct PartCoordinates {
   double a, b, side;
 };
-Place place_of(const GlContact& contact, const Part& part) {
+PartCoordinates place_of(const GlContact& contact, const Part& part) {
   const double unit = std::ldexp(1.0, -level_of(part)) / contact.grid.start;
   return {(part.a & ~kDown) * unit, (part.b & ((1u << kLevelShift) - 1)) * unit,
           part.a & kDown ? -unit : unit};
@@ -27,14 +27,14 @@ Place place_of(const GlContact& contact, const Part& part) {
 
 // The middles of rows * rows parts of it, in the shader's order; of the first sixteen, those of the
 // mask.
-void add_middles(const Triangle& v, const Place& place, int rows, std::uint32_t mask,
+void add_centers(const Triangle& v, const PartCoordinates& place, int rows, std::uint32_t mask,
                  std::vector<Vector3d>& points_world_m) {
   const Vector3d along_a = v[1] - v[0], along_b = v[2] - v[0];
   const double step = place.side / rows;
   std::uint32_t bit = 1;
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < 2 * (rows - row) - 1; ++column, bit <<= 1) {
-      if (mask != kAllOfIt && !(mask & bit)) continue;
+      if (mask != kWholePartInHull && !(mask & bit)) continue;
       const double third = (column % 2 ? 2.0 : 1.0) / 3;
       points_world_m.push_back(v[0] + (place.a + step * (column / 2 + third)) * along_a +
                                (place.b + step * (row + third)) * along_b);
@@ -45,12 +45,12 @@ void add_middles(const Triangle& v, const Place& place, int rows, std::uint32_t 
 int rows_of(const GlContact& contact, const Part& part) {
   const int level = level_of(part);
   if (level > contact.sampled()) return 1;
-  return part.found == kAllOfIt ? (contact.grid.divisions / contact.grid.start) >> level
+  return part.found == kWholePartInHull ? (contact.grid.divisions / contact.grid.start) >> level
                                 : contact.rows();
 }
 
 std::uint32_t mask_of(const Part& part) {
-  return part.found == kAllOfIt ? kAllOfIt : (part.found | part.found >> 16) & 0xffff;
+  return part.found == kWholePartInHull ? kWholePartInHull : (part.found | part.found >> 16) & 0xffff;
 }
 
 }  // namespace
@@ -68,25 +68,25 @@ int GlContact::finest() const { return halvings(grid.units, grid.start); }
 
 void add_points(const GlContact& contact, const Part& found,
                 std::vector<Vector3d>& points_world_m) {
-  add_middles(contact.vertices_world_m, place_of(contact, found), rows_of(contact, found),
+  add_centers(contact.vertices_world_m, place_of(contact, found), rows_of(contact, found),
               mask_of(found), points_world_m);
 }
 
 std::size_t count_points(const GlContact& contact, const Part& found) {
   const std::size_t rows = std::size_t(rows_of(contact, found));
-  return found.found == kAllOfIt ? rows * rows : std::size_t(std::popcount(mask_of(found)));
+  return found.found == kWholePartInHull ? rows * rows : std::size_t(std::popcount(mask_of(found)));
 }
 
 std::array<Vector3d, 3> corners_world_m(const GlContact& contact, const Part& part) {
   const Triangle& v = contact.vertices_world_m;
   const Vector3d along_a = v[1] - v[0], along_b = v[2] - v[0];
-  const Place p = place_of(contact, part);
+  const PartCoordinates p = place_of(contact, part);
   const auto at = [&](double a, double b) -> Vector3d { return v[0] + a * along_a + b * along_b; };
   return {at(p.a, p.b), at(p.a + p.side, p.b), at(p.a, p.b + p.side)};
 }
 
 void add_all_points(const GlContact& contact, std::vector<Vector3d>& points_world_m) {
-  add_middles(contact.vertices_world_m, {0, 0, 1}, contact.grid.divisions, kAllOfIt,
+  add_centers(contact.vertices_world_m, {0, 0, 1}, contact.grid.divisions, kWholePartInHull,
               points_world_m);
 }
 

@@ -18,7 +18,7 @@ struct GlContact {
   TriangleGrid grid;
   bool sampling;  // points are asked for, not the verdict alone
 
-  bool too_large() const { return grid.units > kMostUnits; }
+  bool too_large() const { return grid.units > kMaxUnits; }
   int sampled() const;  // the level whose parts are sampled together
   int rows() const;     // of samples in one of them
   int finest() const;   // the last level

@@ -9,11 +9,11 @@
 namespace fivepipe::collision::gl_contact {
 
 inline constexpr std::uint32_t kGroup = 64;  // invocations of a workgroup
-inline constexpr std::uint32_t kMostGroups =
+inline constexpr std::uint32_t kMaxGroups =
     32768;  // of a dispatch; each goes on to what the others leave. Every driver has twice as many
-inline constexpr int kMostTreeLevels = 8;
-inline constexpr std::size_t kMostPasses =
-    48;  // over parts: an edge is halved 22 times at most (kMostUnits), twice
+inline constexpr int kMaxTreeLevels = 8;
+inline constexpr std::size_t kMaxPasses =
+    48;  // over parts: an edge is halved 22 times at most (kMaxUnits), twice
 inline constexpr int kSampledHalvings =
     2;  // parts of so many halvings to the samples' grid are sampled together: 4 rows, 16 samples
 
@@ -33,10 +33,10 @@ struct GlCamera {
   float farthest_px;  // images farther than that from the base are beside the object pixels
   float behind;  // a point with W below this times what U - u W may be off is behind the camera
 };
-inline constexpr std::size_t kMostCameras =
+inline constexpr std::size_t kMaxCameras =
     64;  // a block of them stays within the 16 KB of uniforms that every driver has
 struct Object {
-  std::array<std::uint32_t, kMostTreeLevels> first_box_word;  // by level
+  std::array<std::uint32_t, kMaxTreeLevels> first_box_word;  // by level
   std::uint32_t first_leaf_word, triangles, first_camera, unused;
 };
 struct Dispatch {  // indirect, and of how many items
@@ -46,7 +46,7 @@ struct Node {
   std::uint32_t object_level, index;  // object << 8 | level
 };
 struct Descent {
-  Dispatch nodes[kMostTreeLevels + 1], leaves;
+  Dispatch nodes[kMaxTreeLevels + 1], leaves;
   std::uint32_t open = 0, unused[3] = {};
 };
 inline constexpr std::uint32_t kSolid = 1u << 31;
@@ -70,7 +70,7 @@ struct RefinedTriangle {
 // b), (a + sigma, b), (a, b + sigma), in units of that level.
 inline constexpr std::uint32_t kDown = 1u << 31;  // of a: sigma is -1
 inline constexpr std::uint32_t kLevelShift = 24;  // of b: above it the level
-inline constexpr std::uint32_t kAllOfIt = ~0u;  // of what was found: all of the part is in the hull
+inline constexpr std::uint32_t kWholePartInHull = ~0u;  // of what was found: all of the part is in the hull
 struct Part {
   std::uint32_t triangle, a, b,
       found;  // found, of a block: bit i: sample i is in the hull; bit 16 + i: float can't tell
@@ -83,7 +83,7 @@ struct State {
 inline constexpr std::uint32_t kNever = ~0u;
 inline constexpr std::uint32_t kUndecided = 1000;  // left where it can't be divided further
 struct Refinement {
-  Dispatch parts[kMostPasses], blocks, samples;
+  Dispatch parts[kMaxPasses], blocks, samples;
   std::uint32_t found = 0, overflow = 0, unused[2] = {};
 };
 

@@ -19,21 +19,21 @@ using Eigen::Vector3d;
 namespace {
 
 // Triangles handed to a thread together.
-constexpr std::size_t kTrianglesATask = 16;
+constexpr std::size_t kTrianglesPerTask = 16;
 
 // Rounding to float, upward.
-constexpr double kNoLess = 1 + 0x1p-22;
+constexpr double kRoundUp = 1 + 0x1p-22;
 
 // What is known of a contact: its points lie together, in the hull each.
-struct Settled {
+struct ResolvedContact {
   CollisionVerdict verdict = CollisionVerdict::free;
   bool coarser = false, walk = false;  // walk: the CPU has to
   std::size_t first_point = 0, points = 0;
 };
 
 struct Walked {  // by a task
-  FoundPoints points;
-  std::size_t undecided = 0;
+  ContactPoints points;
+  std::size_t over_budget = 0;
 };
 
 RefinedTriangle refined_triangle(const GlContact& contact, const Vector3d& origin_world_m) {
@@ -45,7 +45,7 @@ RefinedTriangle refined_triangle(const GlContact& contact, const Vector3d& origi
     radius_m = std::max(radius_m, p.norm());
     for (int axis = 0; axis < 3; ++axis) vertices[k][axis] = float(p[axis]);
   }
-  t.radius_m = float(radius_m * kNoLess);
+  t.radius_m = float(radius_m * kRoundUp);
   t.per_start = 1.0f / float(contact.grid.start);
   t.sampled = contact.sampled(), t.rows = contact.rows(), t.finest = contact.finest();
   return t;
@@ -70,7 +70,7 @@ struct GlDetection::Work {
   void leave_to_cpu(std::span<const DetectionObject> of, const std::vector<char>& fits,
                     const DetectionOptions& options);
   void open_contacts(std::span<const DetectionObject> of);
-  bool settle(std::span<const DetectionObject> of, const DetectionOptions& options);
+  bool resolve_exact(std::span<const DetectionObject> of, const DetectionOptions& options);
   void refine();
   std::span<const Part> found_of(std::size_t contact) const;
   bool too_many_points(std::size_t object, std::size_t points, double radius_m);
@@ -90,14 +90,14 @@ struct GlDetection::Work {
 
   struct Sampling {  // of an object
     double spacing_m;
-    std::size_t most_points;  // more, and it is sampled anew, less finely
+    std::size_t point_limit;  // more, and it is sampled anew, less finely
   };
   std::vector<Sampling> samplings;
   std::vector<GlContact> contacts;            // by object, triangle
   std::vector<std::uint32_t> refined_number;  // of each contact, on the GPU
   std::optional<GlContactPasses::Refined> refined;
   std::vector<std::size_t> first_found;  // of each triangle on the GPU, and one more
-  std::vector<Settled> settled;          // as contacts
+  std::vector<ResolvedContact> settled;          // as contacts
   std::vector<Vector3d> points_world_m;
   std::vector<std::uint8_t> confirmed;
   std::vector<Walked> walked;
@@ -111,7 +111,7 @@ void GlDetection::Work::clear(std::size_t count) {
   collisions.resize(count);
   for (ObjectCollision& c : collisions) {
     c.verdict = CollisionVerdict::free;
-    c.triangles.clear(), c.touching.clear(), c.points.clear();
+    c.triangles.clear(), c.undecided.clear(), c.points.clear();
     c.truncated = c.hull_in_box = false;
   }
   contacts.clear();
@@ -138,7 +138,7 @@ void GlDetection::Work::open_contacts(std::span<const DetectionObject> of) {
   for (OpenTriangle& t : open) {
     const std::uint32_t place = t.place & ~kSolid;
     t.place = (t.place & kSolid) |
-              of[t.object].tree->triangles_of(int(place / MeshTree::kFan))[place % MeshTree::kFan];
+              of[t.object].tree->triangles_of(int(place / Bvh::kArity))[place % Bvh::kArity];
   }
   const auto key = [](const OpenTriangle& t) {
     return std::uint64_t{t.object} << 32 | (t.place & ~kSolid);
@@ -162,7 +162,7 @@ void GlDetection::Work::open_contacts(std::span<const DetectionObject> of) {
 }
 
 // False where some object has too many points; its spacing is doubled then.
-bool GlDetection::Work::settle(std::span<const DetectionObject> of,
+bool GlDetection::Work::resolve_exact(std::span<const DetectionObject> of,
                                const DetectionOptions& options) {
   for (GlContact& c : contacts) {
     const double spacing_m = samplings[c.object].spacing_m;
@@ -194,10 +194,10 @@ std::vector<std::size_t> GlDetection::Work::count_points() const {
 
 bool GlDetection::Work::too_many_points(std::size_t object, std::size_t points, double radius_m) {
   Sampling& s = samplings[object];
-  if (!(points > s.most_points)) return false;
+  if (!(points > s.point_limit)) return false;
   s.spacing_m *= 2;
   // At a spacing beyond its size there is a sample or two a triangle: then they stay.
-  if (s.spacing_m > 2 * radius_m) s.most_points = std::numeric_limits<std::size_t>::max();
+  if (s.spacing_m > 2 * radius_m) s.point_limit = std::numeric_limits<std::size_t>::max();
   collisions[object].truncated = true;
   return true;
 }
@@ -213,12 +213,12 @@ void GlDetection::Work::refine() {
     add_first_parts(refined_number[i], c.grid.start, first);
     triangles.push_back(refined_triangle(c, passes.origin_world_m()));
   }
-  const std::size_t most_room = std::min(room.most, passes.most_room());
+  const std::size_t max_room = std::min(room.max, passes.max_room());
   for (refined = passes.refine(triangles, first, parts_room); !refined;
        refined = passes.refine(triangles, first, parts_room)) {
     ++counts.overflows;
-    if (parts_room >= most_room) break;
-    parts_room = std::min(2 * parts_room, most_room);
+    if (parts_room >= max_room) break;
+    parts_room = std::min(2 * parts_room, max_room);
   }
   if (!refined) {
     refined.emplace();
@@ -252,7 +252,7 @@ void GlDetection::Work::add_candidates(std::span<const DetectionObject> of) {
   settled.assign(contacts.size(), {});
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const GlContact& c = contacts[i];
-    Settled& s = settled[i];
+    ResolvedContact& s = settled[i];
     s.first_point = points_world_m.size();
     s.coarser = c.grid.coarser;
     double farthest_m2 = -1;
@@ -267,7 +267,7 @@ void GlDetection::Work::add_candidates(std::span<const DetectionObject> of) {
     }
     for (const Part& part : found_of(i)) {
       add_points(c, part, points_world_m);
-      if (part.found == kAllOfIt && int(part.b >> kLevelShift) <= c.sampled())
+      if (part.found == kWholePartInHull && int(part.b >> kLevelShift) <= c.sampled())
         for (const Vector3d& corner : corners_world_m(c, part)) consider(corner);
     }
     if (c.sampling && farthest_m2 >= 0) points_world_m.push_back(farthest_world_m);
@@ -281,7 +281,7 @@ void GlDetection::Work::confirm(std::span<const DetectionObject> of) {
   query->contains(points_world_m, confirmed);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const GlContact& c = contacts[i];
-    Settled& s = settled[i];
+    ResolvedContact& s = settled[i];
     const auto first = points_world_m.begin() + std::ptrdiff_t(s.first_point);
     std::size_t kept = 0;
     for (std::size_t k = 0; k < s.points; ++k)
@@ -308,7 +308,7 @@ void GlDetection::Work::confirm(std::span<const DetectionObject> of) {
   }
 }
 
-// As settle(); points_found: of each object so far.
+// As resolve_exact(); points_found: of each object so far.
 bool GlDetection::Work::walk(std::span<const DetectionObject> of, const DetectionOptions& options,
                              std::span<const std::size_t> points_found) {
   std::vector<std::size_t> left;
@@ -316,7 +316,7 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
     if (settled[i].walk) left.push_back(i);
   counts.triangles_on_cpu = left.size();
   base::WorkerPool& pool = query->hull().pool();
-  const std::size_t tasks = (left.size() + kTrianglesATask - 1) / kTrianglesATask;
+  const std::size_t tasks = (left.size() + kTrianglesPerTask - 1) / kTrianglesPerTask;
   walked.assign(tasks, {});
   std::vector<TriangleWalk> walks(std::size_t(pool.threads()),
                                   TriangleWalk(*query, {options.eps_m, options.max_points}));
@@ -324,11 +324,11 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
   for (std::size_t i = 0; i < of.size(); ++i) points[i] = points_found[i];
   pool.run(int(tasks), [&](int task, int thread) {
     Walked& to = walked[std::size_t(task)];
-    for (std::size_t n = std::size_t(task) * kTrianglesATask;
-         n < std::min(left.size(), std::size_t(task + 1) * kTrianglesATask); ++n) {
+    for (std::size_t n = std::size_t(task) * kTrianglesPerTask;
+         n < std::min(left.size(), std::size_t(task + 1) * kTrianglesPerTask); ++n) {
       const GlContact& c = contacts[left[n]];
-      Settled& s = settled[left[n]];
-      if (points[c.object].load(std::memory_order_relaxed) > samplings[c.object].most_points)
+      ResolvedContact& s = settled[left[n]];
+      if (points[c.object].load(std::memory_order_relaxed) > samplings[c.object].point_limit)
         continue;
       const std::size_t before = to.points.size();
       const TriangleContact contact = walks[std::size_t(thread)].walk(
@@ -336,7 +336,7 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
           {samplings[c.object].spacing_m, of[c.object].rp_object_world_m}, to.points);
       s.verdict = contact.verdict, s.coarser = contact.coarser;
       s.first_point = to.points.first_run(), s.points = to.points.size() - before;
-      to.undecided += contact.cut_off;
+      to.over_budget += contact.cut_off;
       points[c.object].fetch_add(s.points, std::memory_order_relaxed);
     }
   });
@@ -346,24 +346,24 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
   if (!all) return false;
   std::vector<CollisionPoint> points_of_one;
   for (std::size_t n = 0; n < left.size(); ++n) {  // to the others
-    Settled& s = settled[left[n]];
+    ResolvedContact& s = settled[left[n]];
     points_of_one.resize(s.points);
-    walked[n / kTrianglesATask].points.write(s.first_point, contacts[left[n]].triangle,
+    walked[n / kTrianglesPerTask].points.write(s.first_point, contacts[left[n]].triangle,
                                              points_of_one.data(), s.points);
     s.first_point = points_world_m.size();
     for (const CollisionPoint& p : points_of_one) points_world_m.push_back(p.p_world_m);
   }
-  for (const Walked& w : walked) counts.undecided += w.undecided;
+  for (const Walked& w : walked) counts.over_budget += w.over_budget;
   return true;
 }
 
 void GlDetection::Work::gather(std::span<const DetectionObject> of,
                                const DetectionOptions& options) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Settled& s = settled[i];
+    const ResolvedContact& s = settled[i];
     if (s.verdict == CollisionVerdict::free) continue;
     ObjectCollision& collision = collisions[contacts[i].object];
-    (s.verdict == CollisionVerdict::colliding ? collision.triangles : collision.touching)
+    (s.verdict == CollisionVerdict::colliding ? collision.triangles : collision.undecided)
         .push_back(contacts[i].triangle);
     collision.verdict = std::max(collision.verdict, s.verdict);
     collision.truncated |= s.coarser && s.points > 0;
@@ -372,12 +372,12 @@ void GlDetection::Work::gather(std::span<const DetectionObject> of,
   }
   for (std::size_t i = 0; i < of.size(); ++i)
     collisions[i].truncated |=
-        thin_out(collisions[i].points, of[i].rp_object_world_m, options.max_points);
+        subsample(collisions[i].points, of[i].rp_object_world_m, options.max_points);
 }
 
 GlDetection::GlDetection(const GlDetectionRoom& room) : work_(std::make_unique<Work>(room)) {
-  if (!(room.first > 0 && room.first <= room.most && room.first % kGroup == 0 &&
-        room.most % kGroup == 0))
+  if (!(room.first > 0 && room.first <= room.max && room.first % kGroup == 0 &&
+        room.max % kGroup == 0))
     throw std::invalid_argument(
         "room for parts: not multiples of 64, or the first is none, or more than the most");
 }
@@ -394,7 +394,7 @@ std::span<ObjectCollision> GlDetection::detect(std::span<const DetectionObject> 
                                                const DetectionOptions& options,
                                                GlDetectionCounts* counts) {
   Work& w = *work_;
-  check_question(*w.query, objects, options);
+  check_arguments(*w.query, objects, options);
   w.clear(objects.size());
   if (!w.query->hull().empty()) {
     std::vector<char> fits(objects.size(), 0);
@@ -404,8 +404,8 @@ std::span<ObjectCollision> GlDetection::detect(std::span<const DetectionObject> 
     w.samplings.clear();
     for (const DetectionObject& o : objects)
       w.samplings.push_back(
-          {options.spacing_m, most_points_found(options, o.tree->mesh().triangles.size())});
-    while (!w.settle(objects, options)) {
+          {options.spacing_m, max_points_found(options, o.tree->mesh().triangles.size())});
+    while (!w.resolve_exact(objects, options)) {
     }
     w.gather(objects, options);
     for (std::size_t i = 0; i < objects.size(); ++i) {

@@ -76,7 +76,7 @@ Detection detect(TriangleVolumeQuery& query,
       case Stage::box_touched: ++counts.box_touched; break;
       case Stage::box_may_hold: ++counts.box_may_hold; break;
     }
-    detection.objects[i].verdict = CollisionVerdict::touching;
+    detection.objects[i].verdict = CollisionVerdict::undecided;
     detection.objects[i].hull_in_box = true;
     candidates.add(i, objects_world_m[i]);
   }

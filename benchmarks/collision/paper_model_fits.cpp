@@ -1,4 +1,4 @@
-#include "benchmarks/collision/paper_laws.h"
+#include "benchmarks/collision/paper_model_fits.h"
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -254,14 +254,14 @@ AccuracyFit fit_accuracy(bool quick) {
 
 }  // namespace
 
-PaperLaws fit_paper_laws(bool quick) {
+PaperModelFits fit_paper_models(bool quick) {
   const CollisionScene curtain = curtain720(), boxes = blocks();
   const std::vector<Measurement> cost = measured_cost(curtain, quick);
   return {fit_cost(cost, 3), fit_cost(cost, 5), fit_response(boxes, true, quick),
           fit_response(boxes, false, quick), fit_accuracy(quick)};
 }
 
-void print(const PaperLaws& laws) {
+void print(const PaperModelFits& laws) {
   std::printf(
       "\nThe paper's cost model, fitted to its backend here (n cameras, m triangles, viewports u x "
       "u, %d measurements):\n",
@@ -289,7 +289,7 @@ void print(const PaperLaws& laws) {
         v.px, v.found_from, v.widest_missed, v.missed, v.found);
 }
 
-std::string json_of(const PaperLaws& laws) {
+std::string json_of(const PaperModelFits& laws) {
   std::ostringstream out;
   const auto cost = [&](const char* sep, const char* name, const CostFit& c) {
     out << sep << base::quoted(name) << ": {\"ns_per_transform\": " << c.ns_per_transform

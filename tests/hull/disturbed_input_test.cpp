@@ -20,14 +20,14 @@ using Eigen::Vector3d;
 constexpr float kTie_m = 1e-6f;  // of borders that coincide
 
 // Four cameras about an upright figure; a view from between two of them.
-struct Disturbed : ::testing::Test {
+struct DisturbedInput : ::testing::Test {
   std::vector<geometry::Camera> cameras;
   View view{
       {geometry::pinhole_from_fov(96, 72, 0.5), geometry::look_at({1.3, 0.9, 0.5}, {0, 0, 0.1})},
       0.1,
       4};
   base::WorkerPool pool{2};
-  Disturbed() {
+  DisturbedInput() {
     for (int i = 0; i < 4; ++i)
       cameras.push_back(
           {geometry::pinhole_from_fov(180, 140, 0.7),
@@ -70,7 +70,7 @@ ObjectPixels grown(const ObjectPixels& pixels, bool shrink) {
   return out;
 }
 
-TEST_F(Disturbed,
+TEST_F(DisturbedInput,
        CameraMovedByOnePixelOfCalibrationError) {  // no more than maps grown and shrunk by a pixel
   auto right = seen(figure()), wrong = right, wide = right, narrow = right;
   wrong[0].camera.pinhole.cx_px += 1;
@@ -84,7 +84,7 @@ TEST_F(Disturbed,
   expect_within(depth(narrow), off);
 }
 
-TEST_F(Disturbed, OneFrameLate) {  // the hull is what the late map leaves of the others'
+TEST_F(DisturbedInput, OneFrameLate) {  // the hull is what the late map leaves of the others'
   auto set = seen(figure({0.03, 0, 0}));
   const auto others = depth(std::span(set).subspan(1)), now = depth(set);
   set[0] = seen(figure())[0];
@@ -94,7 +94,7 @@ TEST_F(Disturbed, OneFrameLate) {  // the hull is what the late map leaves of th
   expect_within(late, others);
 }
 
-TEST_F(Disturbed, OneCameraFrozen) {  // nothing while the figure is elsewhere, which the blame
+TEST_F(DisturbedInput, OneCameraFrozen) {  // nothing while the figure is elsewhere, which the diagnosis
                                       // says; all again when it is back
   const auto frozen = seen(figure())[0];
   const auto at_start = depth(seen(figure()));
@@ -102,20 +102,20 @@ TEST_F(Disturbed, OneCameraFrozen) {  // nothing while the figure is elsewhere, 
   EXPECT_GT(hits(depth(away)), 100);
   away[0] = frozen;
   EXPECT_EQ(hits(depth(away)), 0);
-  const auto blame = blame_volume(away, {Vector3d(-0.1, -0.4, -0.1), Vector3d(0.5, 0.2, 0.4)}, pool,
+  const auto diagnosis = diagnose_volume(away, {Vector3d(-0.1, -0.4, -0.1), Vector3d(0.5, 0.2, 0.4)}, pool,
                                   {}, {20000, 1});
-  EXPECT_EQ(blame.hull.volume_m3, 0);
-  EXPECT_GT(blame.cameras[0].removed_alone.volume_m3, 1e-3);
+  EXPECT_EQ(diagnosis.hull.volume_m3, 0);
+  EXPECT_GT(diagnosis.cameras[0].removed_alone.volume_m3, 1e-3);
   for (int i = 1; i < 4; ++i)
-    EXPECT_LT(2 * blame.cameras[std::size_t(i)].removed_alone.volume_m3,
-              blame.cameras[0].removed_alone.volume_m3);
+    EXPECT_LT(2 * diagnosis.cameras[std::size_t(i)].removed_alone.volume_m3,
+              diagnosis.cameras[0].removed_alone.volume_m3);
   auto back = seen(figure());
   back[0] = frozen;
   EXPECT_EQ(depth(back), at_start);
 }
 
-TEST_F(Disturbed,
-       ShadowTakenForAnObject) {  // adds at most what the others leave, and removes nothing
+TEST_F(DisturbedInput,
+       ShadowSegmentedAsObject) {  // adds at most what the others leave, and removes nothing
   const auto clean = seen(figure());
   auto shadowed = clean;
   const auto shadow = test::silhouettes_of({{{0, 0, -0.05}, {-0.2, 0.15, -0.05}, 0.04}}, cameras);
@@ -128,7 +128,7 @@ TEST_F(Disturbed,
   expect_within(with, depth(others));
 }
 
-TEST_F(Disturbed, CameraLostAndBack) {
+TEST_F(DisturbedInput, CameraDroppedAndRestored) {
   const auto all = seen(figure());
   CpuHull hull(pool);
   const auto depth_now = [&](std::span<const Silhouette> silhouettes) {
@@ -146,7 +146,7 @@ TEST_F(Disturbed, CameraLostAndBack) {
 // ----------------------------------------------------------------------------------
 
 void expect_reference(const std::vector<Silhouette>& silhouettes, const View& view, int step,
-                      int least_hits) {
+                      int min_hits) {
   const auto depth = test::cpu_depth(silhouettes, view, test::whole_image(view.camera)).depth_m;
   int hit = 0;
   for (int i = 0; i < int(depth.size()); i += step) {
@@ -165,10 +165,10 @@ void expect_reference(const std::vector<Silhouette>& silhouettes, const View& vi
                         << (pieces.empty() ? 0 : pieces.front().enter);
     hit += d != kNoHull;
   }
-  EXPECT_GE(hit, least_hits);
+  EXPECT_GE(hit, min_hits);
 }
 
-TEST(LanesAtTheirLimits,
+TEST(SimdPrecisionLimits,
      EyeAtOrNextToACamerasCentre) {  // images that stand still, or move a little any way
   for (int seed = 1; seed <= 6; ++seed)
     for (const double off_m : {0.0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2}) {
@@ -192,7 +192,7 @@ TEST(LanesAtTheirLimits,
 
 // Every ray of many views of noise, where every border is near another: without its margins float
 // decides some of them otherwise.
-TEST(LanesAtTheirLimits, DecideAsDoubleDoesOnNoise) {
+TEST(SimdPrecisionLimits, AgreeWithDoubleOnNoise) {
   base::WorkerPool pool(2);
   int rays = 0, hit = 0;
   for (int seed = 1; seed <= 24; ++seed) {
@@ -221,7 +221,7 @@ TEST(LanesAtTheirLimits, DecideAsDoubleDoesOnNoise) {
   EXPECT_GT(hit, rays / 4);
 }
 
-TEST(LanesAtTheirLimits, CameraRightBeforeTheEyeSeesDepthsFarApart) {
+TEST(SimdPrecisionLimits, CameraNearTheEyeHasALargeDepthRatio) {
   for (int seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
@@ -235,7 +235,7 @@ TEST(LanesAtTheirLimits, CameraRightBeforeTheEyeSeesDepthsFarApart) {
   }
 }
 
-TEST(LanesAtTheirLimits, MapOfMoreBytesThanFloatCounts) {  // 25 million: objects in opposite
+TEST(SimdPrecisionLimits, MapLargerThanFloatCanIndex) {  // 25 million: objects in opposite
                                                            // corners, so that all of it is in use
   const int size = 5000;
   std::vector<Silhouette> silhouettes;
@@ -259,7 +259,7 @@ TEST(LanesAtTheirLimits, MapOfMoreBytesThanFloatCounts) {  // 25 million: object
 // --- what it runs on
 // -------------------------------------------------------------------------------------------
 
-TEST_F(Disturbed, ThreadsNeverShowInTheBits) {
+TEST_F(DisturbedInput, IsBitIdenticalForAnyThreadCount) {
   const auto set = seen(figure());
   for (const HullRule rule : {HullRule{}, HullRule{Limits::seen, 2}}) {
     std::vector<float> first;
@@ -273,7 +273,7 @@ TEST_F(Disturbed, ThreadsNeverShowInTheBits) {
   }
 }
 
-TEST(VectorLanes, EveryInstructionSetGivesTheSameBits) {
+TEST(SimdTargets, EveryInstructionSetGivesTheSameBits) {
   struct Restore {
     ~Restore() {
       hwy::SetSupportedTargetsForTest(0);

@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-class RespondingHard : public Responding {
+class ResponseEdgeCases : public ResponseTest {
  protected:
   void expect_same(const collision::Response& a, const collision::Response& b) {
     EXPECT_EQ(a.status, b.status);
@@ -24,9 +24,9 @@ class RespondingHard : public Responding {
   }
 };
 
-TEST_F(RespondingHard, SphereAgainstAPlaneHasOneCpObjectAlwaysTheSame) {
+TEST_F(ResponseEdgeCases, SphereOnPlaneHasADeterministicCpObject) {
   see(plane_silhouettes());
-  place({0.0013, -0.0007, kVirtualRadiusM - 0.006});
+  place({0.0013, -0.0007, kVirtualRadius_m - 0.006});
   ASSERT_TRUE(collision_.colliding());
   const collision::Response response = respond_by_default();
   EXPECT_EQ(response.status, collision::RecoveryStatus::recovered);
@@ -42,8 +42,8 @@ TEST_F(RespondingHard, SphereAgainstAPlaneHasOneCpObjectAlwaysTheSame) {
   }
 }
 
-TEST_F(RespondingHard,
-       PointsThatAreExactlyAsFarAreChosenByTriangleThenByPlaceInWhateverOrderTheyAreGiven) {
+TEST_F(ResponseEdgeCases,
+       TiesBreakByTriangleThenPosition) {
   see(plane_silhouettes());
   rp_object_m_ = {0, 0, 0.02};
   std::vector<collision::CollisionPoint> points{{{0.01, 0, -0.01}, 7},
@@ -71,7 +71,7 @@ TEST_F(RespondingHard,
   }
 }
 
-TEST_F(RespondingHard, RecoveryThatLeadsIntoAnotherPartOfTheHullIsStillColliding) {
+TEST_F(ResponseEdgeCases, RecoveryIntoAnotherComponentIsStillColliding) {
   // A bar over a ball, a needle that stands in the ball: freed of it upward, its other end is in
   // the bar.
   see({ball({0, 0, -0.03}, 0.02), {{-0.05, 0, 0.015}, {0.05, 0, 0.015}, 0.006}});
@@ -83,19 +83,19 @@ TEST_F(RespondingHard, RecoveryThatLeadsIntoAnotherPartOfTheHullIsStillColliding
       respond_to({rp_object_m_, Vector3d(0, 0, 1)}, {.search = collision::HullSearch::outward});
   EXPECT_EQ(response.status, collision::RecoveryStatus::still_colliding);
   EXPECT_GT(response.residual_m, response.indifferent_m());
-  ASSERT_FALSE(response.points_left.empty());
-  for (const collision::CollisionPoint& left : response.points_left)
+  ASSERT_FALSE(response.remaining_points.empty());
+  for (const collision::CollisionPoint& left : response.remaining_points)
     EXPECT_GT(left.p_world_m.z(), 0.008);  // the bar's, not the ball's
   // What the residual asks for leads through.
   EXPECT_TRUE(
       moved((response.clear_distance_m() + response.residual_m + 1e-6) * response.v_rec_world)
-          .points.size() < response.points_left.size());
+          .points.size() < response.remaining_points.size());
 }
 
-TEST_F(RespondingHard, HullWhollyInsideTheObjectHasNoCollisionPointAndSaysSo) {
+TEST_F(ResponseEdgeCases, HullInsideTheObjectReportsNoCollisionPoint) {
   see({ball(kOrigin, 0.01)});
   place(collision::world_triangles(geometry::box_mesh({0.08, 0.08, 0.08}), at(kOrigin)), kOrigin);
-  EXPECT_EQ(collision_.verdict, collision::CollisionVerdict::touching);
+  EXPECT_EQ(collision_.verdict, collision::CollisionVerdict::undecided);
   EXPECT_TRUE(collision_.points.empty());
   bool asked = false;
   const collision::Response response =
@@ -104,11 +104,11 @@ TEST_F(RespondingHard, HullWhollyInsideTheObjectHasNoCollisionPointAndSaysSo) {
         return collision::ObjectCollision{};
       });
   EXPECT_EQ(response.status, collision::RecoveryStatus::no_collision_point);
-  EXPECT_FALSE(response.has_way_out());
+  EXPECT_FALSE(response.has_exit());
   EXPECT_FALSE(asked);
 }
 
-TEST_F(RespondingHard, ObjectWhollyInTheHullMayBeLedOutByAGivenDirection) {
+TEST_F(ResponseEdgeCases, ObjectInsideTheHullExitsAlongAGivenDirection) {
   place(collision::world_triangles(geometry::sphere_mesh(0.01, 1), at(kOrigin)), kOrigin);
   ASSERT_TRUE(collision_.colliding());
   const collision::Response response = respond_to({kOrigin, Vector3d(0, 0, 3)}, {.height_m = 0.1});
@@ -122,7 +122,7 @@ TEST_F(RespondingHard, ObjectWhollyInTheHullMayBeLedOutByAGivenDirection) {
           .points.empty());
 }
 
-TEST_F(RespondingHard, OutwardFromAReferenceInTheHullThereIsAWayOrItIsSaid) {
+TEST_F(ResponseEdgeCases, OutwardSearchFromAReferenceInTheHullReportsItsStatus) {
   place({0, 0, 0.03});
   ASSERT_TRUE(inside(rp_object_m_));
   EXPECT_EQ(respond_by_default({.search = collision::HullSearch::outward}).status,
@@ -132,7 +132,7 @@ TEST_F(RespondingHard, OutwardFromAReferenceInTheHullThereIsAWayOrItIsSaid) {
             collision::RecoveryStatus::direction_undefined);
 }
 
-TEST_F(RespondingHard, EmptyHullUnderStalePointsLeavesTheResponseDefined) {
+TEST_F(ResponseEdgeCases, StalePointsWithAnEmptyHullGiveADefinedResponse) {
   place({0, 0, 0.083});
   ASSERT_TRUE(collision_.colliding());
   see(std::vector<hull::Silhouette>{});
@@ -142,7 +142,7 @@ TEST_F(RespondingHard, EmptyHullUnderStalePointsLeavesTheResponseDefined) {
   EXPECT_EQ(response.closed_form.status, collision::NormalStatus::no_border);
 }
 
-TEST_F(RespondingHard, AllResultsAreFiniteWhateverIsAsked) {
+TEST_F(ResponseEdgeCases, AllResultsAreFinite) {
   Random random(82);
   const auto finite = [](const collision::Response& r) {
     const double sum = r.d_rec_m + r.d_rec_error_m + r.residual_m + r.pixel_footprint_m +
@@ -155,7 +155,7 @@ TEST_F(RespondingHard, AllResultsAreFiniteWhateverIsAsked) {
     std::vector<hull::Silhouette> noise;
     for (int c = 0; c < 2; ++c)
       noise.push_back(
-          {camera_at(random_direction(random), 64, kFieldM, kOrigin, random_direction(random)),
+          {camera_at(random_direction(random), 64, kField_m, kOrigin, random_direction(random)),
            random_pixels(random, 64, 64, 0.7)});
     see(noise);
     place(random_in_ball(random, 0.05));
@@ -163,9 +163,9 @@ TEST_F(RespondingHard, AllResultsAreFiniteWhateverIsAsked) {
          {collision::HullSearch::from_reference, collision::HullSearch::outward,
           collision::HullSearch::sampled}) {
       const collision::Response response = respond_to(
-          {rp_object_m_, random_direction(random), {true, true}, kFlatnessM}, {.search = search});
+          {rp_object_m_, random_direction(random), {true, true}, kFlatness_m}, {.search = search});
       EXPECT_TRUE(finite(response));
-      if (response.has_way_out()) {
+      if (response.has_exit()) {
         EXPECT_FALSE(inside(response.cp_object_world_m +
                             response.clear_distance_m() * response.v_rec_world));
       }

@@ -11,20 +11,20 @@
 
 namespace fivepipe::collision {
 
-struct ShorterWayConfig {
-  int most_requeries = 32;     // > 0
-  double least_gain_m = 1e-4;  // > 0: what is shorter by less is not worth a requery
+struct LocalMinimumTranslationConfig {
+  int max_requeries = 32;     // > 0
+  double min_gain_m = 1e-4;  // > 0: what is shorter by less is not worth a requery
 };
 
-enum class ShorterWayStatus {
+enum class LocalMinimumTranslationStatus {
   found,       // shorter than the response's way, and verified free
   none_found,  // the response's way stands; it is verified free
   not_free  // neither the response's way with its residual nor a shorter one was found to free the
             // object
 };
 
-struct ShorterWay {
-  ShorterWayStatus status = ShorterWayStatus::not_free;
+struct LocalMinimumTranslation {
+  LocalMinimumTranslationStatus status = LocalMinimumTranslationStatus::not_free;
   Eigen::Vector3d move_world_m =
       Eigen::Vector3d::Zero();   // found, none_found: after it no collision point is left
   double length_m = 0;           // of it
@@ -35,8 +35,8 @@ struct ShorterWay {
 
 // The response has a way out. Throws std::invalid_argument where it has not, or the configuration
 // is out of range.
-ShorterWay shorter_way_out(const hull::HullQuery& query, const ObjectCollision& collision,
+LocalMinimumTranslation find_local_minimum_translation(const hull::HullQuery& query, const ObjectCollision& collision,
                            const Response& response, const Requery& requery,
-                           const ShorterWayConfig& config = {});
+                           const LocalMinimumTranslationConfig& config = {});
 
 }  // namespace fivepipe::collision

@@ -33,15 +33,15 @@ struct AccuracyFit {
   };
   std::vector<Viewport> viewports;
 };
-struct PaperLaws {
+struct PaperModelFits {
   CostFit cost, extended_cost;  // by the paper's terms; with ours
   ResponseFit response_by_area, response_by_lines;
   AccuracyFit accuracy;
 };
 
 // Needs a current OpenGL context. Some seconds; quick: a second, and coarser.
-PaperLaws fit_paper_laws(bool quick);
-void print(const PaperLaws& laws);
-std::string json_of(const PaperLaws& laws);
+PaperModelFits fit_paper_models(bool quick);
+void print(const PaperModelFits& laws);
+std::string json_of(const PaperModelFits& laws);
 
 }  // namespace fivepipe::collision_bench

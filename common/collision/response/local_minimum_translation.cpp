@@ -1,4 +1,4 @@
-#include "common/collision/response/local_translation.h"
+#include "common/collision/response/local_minimum_translation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,30 +15,30 @@ using Eigen::Vector3d;
 
 // Collision points whose exits are computed per direction: they find the way, the requery confirms
 // it.
-constexpr std::size_t kMostPoints = 48;
+constexpr std::size_t kMaxPoints = 48;
 // The ring of directions: first so far from the best, then halved; below the last, ways differ by 1
 // - cos, less than a thousandth.
 constexpr double kFirstTilt_rad = 0.7, kLastTilt_rad = 0.03;
 constexpr int kRing = 8;
 // Where points are left after a way, it is made longer by what they need, so often; and by a slack,
 // as those between the points asked for reach a little farther.
-constexpr int kMostExtensions = 2, kMostExtensionsOfResponse = 4;
+constexpr int kMaxExtensions = 2, kMaxExtensionsOfResponse = 4;
 double slack_m(int extension) {
-  return kMostRounding_m * std::pow(8.0, extension);
+  return kMaxRounding_m * std::pow(8.0, extension);
 }  // to 0.5 mm, less than a pixel
 
 class Descent {
  public:
   Descent(const hull::HullQuery& query, std::vector<Vector3d> points_m, const Requery& requery,
-          const ShorterWayConfig& config)
+          const LocalMinimumTranslationConfig& config)
       : query_(query), points_m_(std::move(points_m)), requery_(requery), config_(config) {}
 
-  // The response's way, which none is longer than; verified, if need be longer by most_more_m.
-  void start(const Vector3d& direction, double length_m, bool is_free, double most_more_m) {
+  // The response's way, which none is longer than; verified, if need be longer by max_more_m.
+  void start(const Vector3d& direction, double length_m, bool is_free, double max_more_m) {
     best_ = {direction, length_m};
     free = is_free;
-    for (int i = 0; i <= kMostExtensionsOfResponse && !free && may_ask() &&
-                    length_m <= best_.length_m + most_more_m;
+    for (int i = 0; i <= kMaxExtensionsOfResponse && !free && may_ask() &&
+                    length_m <= best_.length_m + max_more_m;
          ++i) {
       ++requeries;
       const auto left = requery_(length_m * direction).points;
@@ -47,8 +47,8 @@ class Descent {
     }
     if (free) best_.length_m = length_m;
   }
-  bool try_way(const Vector3d& direction, double length_m) {
-    for (int i = 0; i <= kMostExtensions && may_ask(); ++i) {
+  bool try_translation(const Vector3d& direction, double length_m) {
+    for (int i = 0; i <= kMaxExtensions && may_ask(); ++i) {
       ++requeries;
       const auto left = requery_(length_m * direction).points;
       if (left.empty()) {
@@ -66,12 +66,12 @@ class Descent {
   bool try_directions(const std::vector<Vector3d>& directions) {
     std::vector<Way> ways;
     for (const Vector3d& direction : directions)
-      if (const double length_m = least_way_m(direction); shorter(length_m))
+      if (const double length_m = min_way_m(direction); shorter(length_m))
         ways.push_back({direction, length_m});
     std::stable_sort(ways.begin(), ways.end(),
                      [](const Way& a, const Way& b) { return a.length_m < b.length_m; });
     for (const Way& way : ways)
-      if (may_ask() && try_way(way.direction, way.length_m)) return true;
+      if (may_ask() && try_translation(way.direction, way.length_m)) return true;
     return false;
   }
 
@@ -100,7 +100,7 @@ class Descent {
     }
     return directions;
   }
-  bool may_ask() const { return requeries < config_.most_requeries; }
+  bool may_ask() const { return requeries < config_.max_requeries; }
 
   struct Way {
     Vector3d direction;
@@ -111,23 +111,23 @@ class Descent {
   bool free = false;  // the best way has been verified
 
  private:
-  bool shorter(double length_m) const { return length_m <= best_.length_m - config_.least_gain_m; }
+  bool shorter(double length_m) const { return length_m <= best_.length_m - config_.min_gain_m; }
   // Each point's first exit is a lower bound of the way, but for what rounding asks for; the best
   // way's length where one has none before that.
-  double least_way_m(const Vector3d& direction) const {
+  double min_way_m(const Vector3d& direction) const {
     double way_m = 0;
     for (const Vector3d& p_world_m : points_m_) {
       const auto exit = exit_outward(query_, p_world_m, direction, best_.length_m);
       if (!exit) return best_.length_m;
       way_m = std::max(way_m, exit->distance_m);
     }
-    return way_m + kMostRounding_m;
+    return way_m + kMaxRounding_m;
   }
 
   const hull::HullQuery& query_;
   std::vector<Vector3d> points_m_;
   const Requery& requery_;
-  ShorterWayConfig config_;
+  LocalMinimumTranslationConfig config_;
   Way best_;
 };
 
@@ -135,24 +135,24 @@ std::vector<Vector3d> points_to_move(const ObjectCollision& collision, const Res
   std::vector<Vector3d> points_m{response.cp_object_world_m};
   for (const CollisionPoint& point : collision.points) points_m.push_back(point.p_world_m);
   std::vector<Vector3d> spread;
-  for (const std::size_t i : spread_out(points_m, 0, kMostPoints, 0)) spread.push_back(points_m[i]);
+  for (const std::size_t i : farthest_point_sample(points_m, 0, kMaxPoints, 0)) spread.push_back(points_m[i]);
   return spread;
 }
 
 }  // namespace
 
-ShorterWay shorter_way_out(const hull::HullQuery& query, const ObjectCollision& collision,
+LocalMinimumTranslation find_local_minimum_translation(const hull::HullQuery& query, const ObjectCollision& collision,
                            const Response& response, const Requery& requery,
-                           const ShorterWayConfig& config) {
-  if (!response.has_way_out())
+                           const LocalMinimumTranslationConfig& config) {
+  if (!response.has_exit())
     throw std::invalid_argument("a response without a way out has no shorter one");
-  if (!(config.most_requeries > 0 && config.least_gain_m > 0) || !requery)
+  if (!(config.max_requeries > 0 && config.min_gain_m > 0) || !requery)
     throw std::invalid_argument("requeries or gain out of range");
-  ShorterWay result;
+  LocalMinimumTranslation result;
   Descent descent(query, points_to_move(collision, response), requery, config);
-  const bool is_free = response.points_left.empty();
+  const bool is_free = response.remaining_points.empty();
   descent.start(response.v_rec_world,
-                response.clear_distance_m() + (is_free ? 0 : response.residual_m + kMostRounding_m),
+                response.clear_distance_m() + (is_free ? 0 : response.residual_m + kMaxRounding_m),
                 is_free, response.pixel_footprint_m);
   result.response_length_m = descent.best().length_m;
   bool shortened = false;
@@ -164,7 +164,7 @@ ShorterWay shorter_way_out(const hull::HullQuery& query, const ObjectCollision& 
       tilt_rad *= 0.5;
   result.requeries = descent.requeries;
   if (!descent.free) return result;
-  result.status = shortened ? ShorterWayStatus::found : ShorterWayStatus::none_found;
+  result.status = shortened ? LocalMinimumTranslationStatus::found : LocalMinimumTranslationStatus::none_found;
   result.length_m = descent.best().length_m;
   result.move_world_m = result.length_m * descent.best().direction;
   return result;
