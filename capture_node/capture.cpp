@@ -104,8 +104,8 @@ Capture::Capture(const config::Rig& rig, const config::Viewer& viewer,
       } else {
         auto synthetic = std::make_unique<SyntheticImageSource>(
             config_.synthetic, camera, frame_rate_hz_, eye_at, surroundings);
-        if (config_.synthetic.render_ahead && config_.premade_frames <= 0)
-          synthetic->render_ahead();
+        if (config_.synthetic.prerender && config_.precomputed_frames <= 0)
+          synthetic->prerender();
         channel.source = std::move(synthetic);
       }
       learn(channel);
@@ -119,12 +119,12 @@ Capture::Capture(const config::Rig& rig, const config::Viewer& viewer,
     step("camera " + camera.name + ": reference image", channels_.size());
   });
   if (!problems.empty()) throw_problems(std::move(problems));
-  if (config_.premade_frames <= 0) return;
+  if (config_.precomputed_frames <= 0) return;
 
   done = 0;
-  for (int frame = 0; frame < config_.premade_frames && !ended_; ++frame) {
+  for (int frame = 0; frame < config_.precomputed_frames && !ended_; ++frame) {
     premade_.push_back(captured_now(frame, true));
-    step("segmenting ahead", std::size_t(config_.premade_frames));
+    step("segmenting ahead", std::size_t(config_.precomputed_frames));
   }
   ended_ = false;
 }

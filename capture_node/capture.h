@@ -43,7 +43,7 @@ class Capture {
   using Progress = std::function<void(std::string_view what, double share)>;
 
   // Opens every source of the configuration, learns the reference images and segments
-  // config.premade_frames ahead. Throws SourceError or HardwareMissing naming every camera that
+  // config.precomputed_frames ahead. Throws SourceError or HardwareMissing naming every camera that
   // can't be had. Cameras of the configuration that the rig lacks are refused where it is loaded.
   // Sets OpenCV to one thread: the cameras are what is done in parallel.
   Capture(const config::Rig& rig, const config::Viewer& viewer, const config::CaptureConfig& config,
@@ -52,7 +52,7 @@ class Capture {
 
   // The cameras of `frame` >= 0, in the rig's order. Rising frames are cheap, others reopen files.
   // Synthetic images and the head are those of the time frame / frame_rate_hz. With premade frames
-  // the stored set frame % premade_frames. With loop, all sources start over together when the
+  // the stored set frame % precomputed_frames. With loop, all sources start over together when the
   // first of them ends.
   std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour);
 

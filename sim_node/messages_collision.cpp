@@ -12,8 +12,8 @@ fivepipe_v1_CollisionVerdict wire_verdict(const collision::ObjectCollision& coll
   const bool perhaps_inside =
       collision.verdict == collision::CollisionVerdict::free && collision.hull_in_box;
   if (perhaps_inside || collision.verdict == collision::CollisionVerdict::undecided)
-    return fivepipe_v1_touching;
-  return collision.colliding() ? fivepipe_v1_colliding : fivepipe_v1_certainly_free;
+    return fivepipe_v1_undecided;
+  return collision.colliding() ? fivepipe_v1_colliding : fivepipe_v1_free;
 }
 
 fivepipe_v1_ResponseStatus wire_response(collision::RecoveryStatus status) {
@@ -28,13 +28,13 @@ fivepipe_v1_ResponseStatus wire_response(collision::RecoveryStatus status) {
   return fivepipe_v1_no_response;
 }
 
-fivepipe_v1_ShorterWayStatus wire_local_minimum_translation(collision::LocalMinimumTranslationStatus status) {
+fivepipe_v1_LocalMinimumTranslationStatus wire_local_minimum_translation(collision::LocalMinimumTranslationStatus status) {
   switch (status) {
-    case collision::LocalMinimumTranslationStatus::found: return fivepipe_v1_shorter_way_found;
+    case collision::LocalMinimumTranslationStatus::found: return fivepipe_v1_shorter_translation_found;
     case collision::LocalMinimumTranslationStatus::none_found: return fivepipe_v1_none_shorter_found;
     case collision::LocalMinimumTranslationStatus::not_free: break;
   }
-  return fivepipe_v1_no_way_found;
+  return fivepipe_v1_no_translation_found;
 }
 
 fivepipe_v1_ContactStatus wire_contact(collision::ContactStatus status) {
@@ -46,14 +46,14 @@ fivepipe_v1_ContactStatus wire_contact(collision::ContactStatus status) {
   return fivepipe_v1_contact_without_exit;
 }
 
-fivepipe_v1_PartOrigin wire_origin(collision::ComponentOrigin origin) {
+fivepipe_v1_ComponentOrigin wire_origin(collision::ComponentOrigin origin) {
   switch (origin) {
-    case collision::ComponentOrigin::appeared: return fivepipe_v1_part_appeared;
-    case collision::ComponentOrigin::tracked: return fivepipe_v1_part_followed;
-    case collision::ComponentOrigin::merged: return fivepipe_v1_part_merged;
+    case collision::ComponentOrigin::appeared: return fivepipe_v1_component_appeared;
+    case collision::ComponentOrigin::tracked: return fivepipe_v1_component_tracked;
+    case collision::ComponentOrigin::merged: return fivepipe_v1_component_merged;
     case collision::ComponentOrigin::split: break;
   }
-  return fivepipe_v1_part_split;
+  return fivepipe_v1_component_split;
 }
 
 // Bounds stay bounds.
@@ -120,8 +120,8 @@ fivepipe_v1_Contact contact_message(const collision::Contact& contact,
 void put_proximity(OutgoingCollision& out, const std::vector<collision::Proximity>& proximity,
                    const config::ProximityRequests& requests) {
   for (const collision::Proximity& p : proximity) {
-    out.least_m.push_back(rounded_down(p.min_m));
-    out.most_m.push_back(rounded_up(p.max_m));
+    out.min_m.push_back(rounded_down(p.min_m));
+    out.max_m.push_back(rounded_up(p.max_m));
   }
   out.proximity.push_back({requests.of == config::ProximityOf::vertices ? fivepipe_v1_of_vertices
                                                                       : fivepipe_v1_of_triangles,
@@ -148,14 +148,14 @@ void put_first_contact(OutgoingCollision& out, const collision::FirstContact& co
 const fivepipe_v1_CollisionResult& OutgoingCollision::message() {
   for (std::size_t i = 0; i < normals.size(); ++i) messages::borrow(normals[i].cameras, cameras[i]);
   for (fivepipe_v1_ProximityField& field : proximity) {
-    messages::borrow(field.least_m, least_m);
-    messages::borrow(field.most_m, most_m);
+    messages::borrow(field.min_m, min_m);
+    messages::borrow(field.max_m, max_m);
   }
   messages::borrow(header.points_m, points_m);
   messages::borrow(header.triangles, triangles);
-  messages::borrow(header.triangles_touching, triangles_touching);
+  messages::borrow(header.triangles_undecided, triangles_undecided);
   messages::borrow(header.normals, normals);
-  messages::borrow(header.shorter_way, shorter_way);
+  messages::borrow(header.local_minimum_translation, local_minimum_translation);
   messages::borrow(header.contacts, contacts);
   messages::borrow(header.proximity, proximity);
   messages::borrow(header.first_contact, first_contact);
@@ -174,12 +174,12 @@ OutgoingCollision collision_message(const ResultFrame& frame, const CollisionRep
   for (const collision::CollisionPoint& point : report.collision.points)
     out.points_m.push_back(messages::wire(point.p_world_m));
   if (requests.triangles)
-    out.triangles = report.collision.triangles, out.triangles_touching = report.collision.undecided;
+    out.triangles = report.collision.triangles, out.triangles_undecided = report.collision.undecided;
   const CollisionDetails& details = report.details;
   if (const auto& response = details.response ? details.response : report.response)
     put_response(out, *response, frame.cameras);
   if (details.local_minimum_translation)
-    out.shorter_way.push_back({wire_local_minimum_translation(details.local_minimum_translation->status),
+    out.local_minimum_translation.push_back({wire_local_minimum_translation(details.local_minimum_translation->status),
                                messages::wire(details.local_minimum_translation->move_world_m)});
   if (details.contacts)
     for (const collision::Contact& contact : details.contacts->contacts)
@@ -190,7 +190,7 @@ OutgoingCollision collision_message(const ResultFrame& frame, const CollisionRep
   return out;
 }
 
-const fivepipe_v1_HullParts& OutgoingComponents::message() {
+const fivepipe_v1_HullComponents& OutgoingComponents::message() {
   for (std::size_t i = 0; i < parts.size(); ++i) messages::borrow(parts[i].from, from[i]);
   messages::borrow(header.parts, parts);
   return header;
@@ -203,11 +203,11 @@ OutgoingComponents components_message(const std::string& simulation, const Resul
   out.header.frame = frame.frame;
   out.header.capture_stamp_ns = frame.capture_stamp_ns;
   for (const collision::TrackedComponent& part : parts) {
-    fivepipe_v1_HullPart& message = out.parts.emplace_back();
+    fivepipe_v1_HullComponent& message = out.parts.emplace_back();
     message.id = part.id;
     message.origin = wire_origin(part.origin);
     out.from.push_back(part.from);
-    message.middle_m = messages::wire(part.part.centroid_world_m);
+    message.centroid_m = messages::wire(part.part.centroid_world_m);
     message.volume_m3 = part.part.volume_m3;
     message.box_min_m = messages::wire(Eigen::Vector3d(part.part.box_world_m.min()));
     message.box_max_m = messages::wire(Eigen::Vector3d(part.part.box_world_m.max()));

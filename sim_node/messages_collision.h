@@ -1,4 +1,4 @@
-// CollisionResult and HullParts out.
+// CollisionResult and HullComponents out.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -21,13 +21,13 @@ struct ResultFrame {
 struct OutgoingCollision {
   fivepipe_v1_CollisionResult header{};
   std::vector<fivepipe_v1_Vec3> points_m;
-  std::vector<std::uint32_t> triangles, triangles_touching;
+  std::vector<std::uint32_t> triangles, triangles_undecided;
   std::vector<fivepipe_v1_HullNormal> normals;
   std::vector<std::vector<fivepipe_v1_LimitingNormal>> cameras;  // by normal
-  std::vector<fivepipe_v1_ShorterWay> shorter_way;
+  std::vector<fivepipe_v1_LocalMinimumTranslation> local_minimum_translation;
   std::vector<fivepipe_v1_Contact> contacts;
   std::vector<fivepipe_v1_ProximityField> proximity;
-  std::vector<float> least_m, most_m;
+  std::vector<float> min_m, max_m;
   std::vector<fivepipe_v1_FirstContact> first_contact;
   const fivepipe_v1_CollisionResult& message();
 };
@@ -35,10 +35,10 @@ OutgoingCollision collision_message(const ResultFrame& frame, const CollisionRep
                                     const config::CollisionRequests& requests);
 
 struct OutgoingComponents {
-  fivepipe_v1_HullParts header{};
-  std::vector<fivepipe_v1_HullPart> parts;
+  fivepipe_v1_HullComponents header{};
+  std::vector<fivepipe_v1_HullComponent> parts;
   std::vector<std::vector<std::uint64_t>> from;  // by part
-  const fivepipe_v1_HullParts& message();
+  const fivepipe_v1_HullComponents& message();
 };
 OutgoingComponents components_message(const std::string& simulation, const ResultFrame& frame,
                             const std::vector<collision::TrackedComponent>& parts);

@@ -122,7 +122,7 @@ void Simulation::anchor_at(double time_s) {
 void Simulation::catch_up(double time_s) {
   if (!started_ || paused_) return anchor_at(time_s);
   if (time_s < this->time_s() - kStampResolution_s) {
-    ++counters_.stamps_went_back;
+    ++counters_.backward_stamps;
     if (time_s < this->time_s() - kMaxCatchUp_s) anchor_at(time_s);
     return;
   }

@@ -44,7 +44,7 @@ struct SimulationCounters {
       0;  // of those, where no way out was found: reference_inside, no_exit_within_reach
   std::uint64_t still_colliding = 0;    // of those, after kMaxRecoveries moves
   std::uint64_t respawned = 0;           // objects that left the scene, or whose pose was not finite
-  std::uint64_t stamps_went_back = 0;   // advance_to a time before the present one
+  std::uint64_t backward_stamps = 0;   // advance_to a time before the present one
   double skipped_s = 0;                 // not simulated: gaps longer than kMaxCatchUp_s
   collision::DetectorCounts detection;  // summed over all queries
 };

@@ -37,11 +37,11 @@ void count_new(node::NodeStatusReporter& status, const SimulationCounters& now,
   count_increase("contacts", now.contacts, reported.contacts);
   count_increase("contacts_unrecovered", now.unrecovered, reported.unrecovered);
   count_increase("contacts_still_colliding", now.still_colliding, reported.still_colliding);
-  count_increase("objects_put_back", now.respawned, reported.respawned);
-  count_increase("stamps_went_back", now.stamps_went_back, reported.stamps_went_back);
+  count_increase("objects_respawned", now.respawned, reported.respawned);
+  count_increase("backward_stamps", now.backward_stamps, reported.backward_stamps);
   count_increase("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s),
        std::uint64_t(1e3 * reported.skipped_s));
-  count_increase("objects_touching", now.detection.undecided, reported.detection.undecided);
+  count_increase("objects_undecided", now.detection.undecided, reported.detection.undecided);
   count_increase("points_unconfirmed", now.detection.points_unconfirmed, reported.detection.points_unconfirmed);
   reported = now;
 }
@@ -58,7 +58,7 @@ class SimulationPipe {
         traces_(node.bus, node.status, node.node.name),
         states_(node.bus.writer<bus::topics::VirtualState>()),
         collisions_(node.bus.writer<bus::topics::CollisionResult>()) {
-    if (scene_.history) parts_.emplace(node.bus.writer<bus::topics::HullParts>());
+    if (scene_.history) parts_.emplace(node.bus.writer<bus::topics::HullComponents>());
   }
 
   void run() {
@@ -147,7 +147,7 @@ class SimulationPipe {
   node::FrameTracer traces_;
   bus::Writer<bus::topics::VirtualState> states_;
   bus::Writer<bus::topics::CollisionResult> collisions_;
-  std::optional<bus::Writer<bus::topics::HullParts>> parts_;  // where the scene asks for history
+  std::optional<bus::Writer<bus::topics::HullComponents>> parts_;  // where the scene asks for history
   std::optional<std::int64_t> first_stamp_ns_;
   std::optional<frames::FrameSet> held_;
   Clock::time_point last_set_time_;

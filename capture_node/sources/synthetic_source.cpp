@@ -43,7 +43,7 @@ cv::Mat SyntheticImageSource::rendered(std::int64_t frame) {
   return renderer_.image(synthetic_parts(world_, t_s), pose_at(t_s));
 }
 
-void SyntheticImageSource::render_ahead() {
+void SyntheticImageSource::prerender() {
   const double frames = world_.period_s * frame_rate_hz_;
   if (camera_.mount == config::Mount::viewer ||
       std::abs(frames - std::round(frames)) > kWholePeriod)

@@ -21,7 +21,7 @@ class SyntheticImageSource final : public ImageSource {
   ReadStatus read(std::int64_t frame, cv::Mat& bgr) override;
   // Renders one period of the world ahead; read() then puts these images together. Does nothing for
   // cameras that the viewer carries, and where a period is not a whole number of frames.
-  void render_ahead();
+  void prerender();
   // The empty room, with other noise for each index; only for cameras fixed in the world.
   cv::Mat background(int index);
 

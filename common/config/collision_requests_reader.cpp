@@ -38,7 +38,7 @@ ResponseRequests read_response(YamlMap map) {
   }
   requests.four_points = map.flag("four_point_normal", requests.four_points);
   requests.closed_form = map.flag("closed_form_normal", requests.closed_form);
-  requests.local_minimum_translation = map.flag("shorter_way", requests.local_minimum_translation);
+  requests.local_minimum_translation = map.flag("local_minimum_translation", requests.local_minimum_translation);
   map.finish();
   return requests;
 }
@@ -92,7 +92,7 @@ HistoryRequests read_history_requests(YamlMap map) {
   HistoryRequests requests;
   requests.cell_m = map.number("cell_m", kCell_m, requests.cell_m);
   requests.window_frames = map.integer("window_frames", kWindow, requests.window_frames);
-  requests.max_speed_m_s = map.number("fastest_m_s", kSpeed_m_s, requests.max_speed_m_s);
+  requests.max_speed_m_s = map.number("max_speed_m_s", kSpeed_m_s, requests.max_speed_m_s);
   map.finish();
   return requests;
 }

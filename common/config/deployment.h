@@ -43,7 +43,7 @@ struct SyntheticWorld {
   bool cast_shadow = true;
   // One period is rendered before the start, by cameras fixed in the world (up to 1 MB an image):
   // playing it then costs next to nothing.
-  bool render_ahead = false;
+  bool prerender = false;
 };
 
 // Image segmentation (paper, section 3.1): a pixel is an object pixel where its difference from the
@@ -63,7 +63,7 @@ struct CaptureConfig {
   SegmentationConfig segmentation;
   bool loop = true;              // files start over at their end; frame numbers go on
   int max_frames_in_flight = 3;  // published and not yet composited; 0: no pacing
-  int premade_frames =
+  int precomputed_frames =
       0;  // segment this many frame sets before the start and publish those over and over; 0: live
 };
 

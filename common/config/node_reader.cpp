@@ -97,7 +97,7 @@ SyntheticWorld read_synthetic_world(YamlMap map) {
   world.period_s = map.number("period_s", {0.1, 3600}, world.period_s);
   world.noise_sigma_levels = map.number("noise_sigma_levels", kLevels, world.noise_sigma_levels);
   world.cast_shadow = map.flag("cast_shadow", world.cast_shadow);
-  world.render_ahead = map.flag("render_ahead", world.render_ahead);
+  world.prerender = map.flag("prerender", world.prerender);
   map.finish();
   return world;
 }
@@ -123,7 +123,7 @@ CaptureConfig read_capture(YamlMap& map, const Rig& rig, PlacedNode& placed) {
   config.loop = map.flag("loop", config.loop);
   config.max_frames_in_flight =
       map.integer("max_frames_in_flight", {0, 1000}, config.max_frames_in_flight);
-  config.premade_frames = map.integer("premade_frames", {0, 100000}, config.premade_frames);
+  config.precomputed_frames = map.integer("precomputed_frames", {0, 100000}, config.precomputed_frames);
   return config;
 }
 

@@ -224,8 +224,8 @@ json report_from(const ReportInput& input) {
        composited > 1 && composited_for_s > 0 ? double(composited - 1) / composited_for_s : 0.0},
       {"latency_ms", frame_latency(input.statuses)},
       {"collisions", collisions(input.statuses)},
-      {"empty_hull_cameras", empty_cameras(input.statuses)},
-      {"doubled_nodes", input.statuses.doubled()},
+      {"empty_cameras", empty_cameras(input.statuses)},
+      {"duplicate_nodes", input.statuses.doubled()},
       {"nodes", nodes}};
 }
 
@@ -245,7 +245,7 @@ std::string table_of(const json& report) {
   for (const auto& [object, count] : report["collisions"].items())
     table += "collided: " + object + ", " + std::to_string(count["frames"].get<std::uint64_t>()) +
              " frames, " + std::to_string(count["points"].get<std::uint64_t>()) + " points\n";
-  for (const json& camera : report["empty_hull_cameras"])
+  for (const json& camera : report["empty_cameras"])
     table += "hull empty: camera " + camera.get<std::string>() + " saw no object pixel\n";
   table += text("  %-14s %-13s %7s %9s %8s %9s\n", "node", "program", "CPU %", "memory MB", "drops",
                 "restarts");

@@ -54,7 +54,7 @@ TEST(Capture, FilesOfUnequalLengthStartOverTogether) {
   rig.cameras.pop_back();  // the carried one
   for (const int premade : {0, 7}) {
     config::CaptureConfig config;
-    config.premade_frames = premade;
+    config.precomputed_frames = premade;
     for (std::size_t i = 0; i < 2; ++i) {
       const std::filesystem::path of_camera = folder / rig.cameras[i].name;
       std::filesystem::create_directories(of_camera);
@@ -153,7 +153,7 @@ TEST(Capture, HandsOutPremadeSetsOverAndOver) {
   const config::Rig rig = table_rig();
   config::CaptureConfig config = synthetic_config(rig);
   Capture live(rig, test_viewer(), config, 30);
-  config.premade_frames = 4;
+  config.precomputed_frames = 4;
   Capture premade(rig, test_viewer(), config, 30);
   for (const std::int64_t frame : {0, 3, 5, 4003}) {
     const auto expected = live.capture(frame % 4, true), found = premade.capture(frame, true);

@@ -88,7 +88,7 @@ TEST(SyntheticImage, RenderedAheadIsTheSame) {
   const config::RigCamera camera = test::table_cameras()[1];
   SyntheticImageSource live(world, camera, 30, {}, test::test_room()),
       ahead(world, camera, 30, {}, test::test_room());
-  ahead.render_ahead();
+  ahead.prerender();
   cv::Mat live_image, ahead_image;
   for (const int frame : {0, 5, 2}) {
     live.read(frame, live_image);

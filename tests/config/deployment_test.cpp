@@ -95,7 +95,7 @@ nodes:
     segmentation: {threshold_sigmas: 5, threshold_floor_levels: 10, shadow_darkest: 1, opening_px: 0, closing_px: 2}
     synthetic: {seed: 9, period_s: 2, noise_sigma_levels: 0, cast_shadow: false}
     max_frames_in_flight: 0
-    premade_frames: 60
+    precomputed_frames: 60
   - name: a
     program: recon_node
     backend: sweep
@@ -154,7 +154,7 @@ nodes:
   EXPECT_EQ(film.synthetic.seed, 9u);
   EXPECT_FALSE(film.synthetic.cast_shadow);
   EXPECT_EQ(film.max_frames_in_flight, 0);
-  EXPECT_EQ(film.premade_frames, 60);
+  EXPECT_EQ(film.precomputed_frames, 60);
   const auto& a = std::get<ReconConfig>(d.nodes[2].config);
   EXPECT_EQ(a.backend, HullBackend::sweep);
   EXPECT_EQ(a.sweep_planes, 128);

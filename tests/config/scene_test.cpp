@@ -186,7 +186,7 @@ objects:
     warmth: {cap_m: 0.2, cooling_s: 9, colour_rgb: [1, 0, 0]}
     report:
       triangles: true
-      response: {search: outward, apex_angle_deg: 60, height_m: 0.1, v_rec: [0, 0, 2], four_point_normal: true, shorter_way: true}
+      response: {search: outward, apex_angle_deg: 60, height_m: 0.1, v_rec: [0, 0, 2], four_point_normal: true, local_minimum_translation: true}
       contacts: 6
       proximity: {of: triangles, cap_m: 0.3, tolerance_m: 0.001}
       first_contact: true
@@ -252,7 +252,7 @@ TEST_F(SceneFile, WishesThatCantBeAreProblems) {
   EXPECT_THAT(problems_with("name: plate", "name: " + std::string(65, 'a')),
               ElementsAre("scene.yaml:4:11: name has 65 characters, at most 64 are possible"));
   EXPECT_EQ(problems_with("contacts: 6", "contacts: -1").size(), 1u);
-  EXPECT_EQ(problems_with("shorter_way: true", "shortest_way: true").size(), 1u);
+  EXPECT_EQ(problems_with("local_minimum_translation: true", "local_minimum_translatoin: true").size(), 1u);
 }
 
 TEST_F(SceneFile, BadMeshesAreProblemsOfTheScene) {

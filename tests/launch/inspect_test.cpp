@@ -28,20 +28,20 @@ std::string refused(const std::function<void()>& run) {
 }
 
 TEST(TopicChoice, FindsATopicByItsNameItsLastPartOrWhatFitsItAlone) {
-  const std::vector<std::string> topics{"a/HullTile", "a/HullParts", "a/HeadPose",
+  const std::vector<std::string> topics{"a/HullTile", "a/HullComponents", "a/HeadPose",
                                         "b/HullTile/more", "a/Hull"};
   EXPECT_EQ(topic_meant("a/HullTile", topics), "a/HullTile");
   EXPECT_EQ(topic_meant("HullTile", topics),
             "a/HullTile");  // though found in b/HullTile/more as well
   EXPECT_EQ(topic_meant("Hull", topics), "a/Hull");
-  EXPECT_EQ(topic_meant("hullp", topics), "a/HullParts");
+  EXPECT_EQ(topic_meant("hullp", topics), "a/HullComponents");
   EXPECT_EQ(topic_meant("^b/", topics), "b/HullTile/more");
 }
 
 TEST(TopicChoice, RefusesWhatFitsSeveralOrNoneAndSaysWhichThereAre) {
-  const std::vector<std::string> topics{"a/HullTile", "a/HullParts", "a/HeadPose"};
+  const std::vector<std::string> topics{"a/HullTile", "a/HullComponents", "a/HeadPose"};
   const std::string several = refused([&] { topic_meant("hull", topics); });
-  EXPECT_NE(several.find("a/HullTile, a/HullParts"), std::string::npos) << several;
+  EXPECT_NE(several.find("a/HullTile, a/HullComponents"), std::string::npos) << several;
   EXPECT_EQ(several.find("HeadPose"), std::string::npos) << several;
   const std::string none = refused([&] { topic_meant("Foot", topics); });
   EXPECT_NE(none.find("a/HeadPose"), std::string::npos) << none;

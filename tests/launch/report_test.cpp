@@ -103,7 +103,7 @@ TEST(Report, CollisionsAndEmptyHullsAreNamed) {
   const auto report = launch::report_from(ten_seconds());
   EXPECT_EQ(report["collisions"]["ball"], (nlohmann::json{{"frames", 42}, {"points", 4200}}));
   EXPECT_EQ(report["collisions"]["box"]["frames"], 0);
-  EXPECT_EQ(report["empty_hull_cameras"], (nlohmann::json{"left", "right"}));
+  EXPECT_EQ(report["empty_cameras"], (nlohmann::json{"left", "right"}));
   EXPECT_EQ(report["machine"]["gl_renderer"], "llvmpipe, OpenGL 4.5");
 }
 

@@ -1,4 +1,4 @@
-// CollisionResult and HullParts as they go onto the wire: what was asked for, whole; nothing else.
+// CollisionResult and HullComponents as they go onto the wire: what was asked for, whole; nothing else.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,17 +32,17 @@ TEST(CollisionMessage, ContainsOnlyRequestedFields) {
   ASSERT_EQ(message.points_m._length, 1u);
   EXPECT_EQ(message.points_m._buffer[0].z, 3);
   EXPECT_EQ(message.response, fivepipe_v1_no_response);
-  EXPECT_EQ(message.triangles._length + message.triangles_touching._length +
-                message.normals._length + message.shorter_way._length + message.contacts._length +
+  EXPECT_EQ(message.triangles._length + message.triangles_undecided._length +
+                message.normals._length + message.local_minimum_translation._length + message.contacts._length +
                 message.proximity._length + message.first_contact._length,
             0u);
 }
 
 TEST(CollisionMessage, HullInTheBoxIsReportedAsUndecided) {
   CollisionReport report = report_of(collision::CollisionVerdict::free);
-  EXPECT_EQ(collision_message(kFrame, report, {}).message().verdict, fivepipe_v1_certainly_free);
+  EXPECT_EQ(collision_message(kFrame, report, {}).message().verdict, fivepipe_v1_free);
   report.collision.hull_in_box = true;
-  EXPECT_EQ(collision_message(kFrame, report, {}).message().verdict, fivepipe_v1_touching);
+  EXPECT_EQ(collision_message(kFrame, report, {}).message().verdict, fivepipe_v1_undecided);
 }
 
 TEST(CollisionMessage, NormalsNameTheCamerasThatLimit) {
@@ -87,16 +87,16 @@ TEST(CollisionMessage, ProximityBoundsRoundOutwardToFloat) {
   const fivepipe_v1_ProximityField& field = message.proximity._buffer[0];
   EXPECT_EQ(field.of, fivepipe_v1_of_triangles);
   EXPECT_EQ(field.cap_m, 0.1);
-  ASSERT_EQ(field.least_m._length, 5u);
-  ASSERT_EQ(field.most_m._length, 5u);
+  ASSERT_EQ(field.min_m._length, 5u);
+  ASSERT_EQ(field.max_m._length, 5u);
   for (std::uint32_t i = 0; i < 5; ++i) {
-    EXPECT_LE(double(field.least_m._buffer[i]), report.details.proximity[i].min_m);
-    EXPECT_GE(double(field.most_m._buffer[i]), report.details.proximity[i].max_m);
+    EXPECT_LE(double(field.min_m._buffer[i]), report.details.proximity[i].min_m);
+    EXPECT_GE(double(field.max_m._buffer[i]), report.details.proximity[i].max_m);
     if (std::isfinite(report.details.proximity[i].min_m))
-      EXPECT_NEAR(field.least_m._buffer[i], report.details.proximity[i].min_m, 1e-7);
+      EXPECT_NEAR(field.min_m._buffer[i], report.details.proximity[i].min_m, 1e-7);
   }
-  EXPECT_EQ(field.least_m._buffer[2], 0);
-  EXPECT_EQ(field.most_m._buffer[2], 0);
+  EXPECT_EQ(field.min_m._buffer[2], 0);
+  EXPECT_EQ(field.max_m._buffer[2], 0);
 }
 
 TEST(CollisionMessage, FirstContactUsesTheCaptureClock) {
@@ -131,16 +131,16 @@ TEST(CollisionMessage, ContainsTrianglesAndContactsOnRequest) {
   const fivepipe_v1_CollisionResult& message = out.message();
   ASSERT_EQ(message.triangles._length, 2u);
   EXPECT_EQ(message.triangles._buffer[1], 5u);
-  ASSERT_EQ(message.triangles_touching._length, 1u);
-  EXPECT_EQ(message.triangles_touching._buffer[0], 8u);
+  ASSERT_EQ(message.triangles_undecided._length, 1u);
+  EXPECT_EQ(message.triangles_undecided._buffer[0], 8u);
   ASSERT_EQ(message.contacts._length, 2u);
   EXPECT_STREQ(message.contacts._buffer[0].camera, "right");
   EXPECT_EQ(message.contacts._buffer[0].depth_m, 0.004);
   EXPECT_EQ(message.contacts._buffer[1].status, fivepipe_v1_contact_without_exit);
   EXPECT_STREQ(message.contacts._buffer[1].camera, "");
-  ASSERT_EQ(message.shorter_way._length, 1u);
-  EXPECT_EQ(message.shorter_way._buffer[0].status, fivepipe_v1_shorter_way_found);
-  EXPECT_EQ(message.shorter_way._buffer[0].move_m.z, 0.02);
+  ASSERT_EQ(message.local_minimum_translation._length, 1u);
+  EXPECT_EQ(message.local_minimum_translation._buffer[0].status, fivepipe_v1_shorter_translation_found);
+  EXPECT_EQ(message.local_minimum_translation._buffer[0].move_m.z, 0.02);
 }
 
 TEST(ComponentsMessage, ReportsIdentityAndMotion) {
@@ -158,7 +158,7 @@ TEST(ComponentsMessage, ReportsIdentityAndMotion) {
   const collision::TrackedComponent merged{
       .id = 4, .origin = collision::ComponentOrigin::merged, .from = {1, 2}};
   OutgoingComponents out = components_message("simulation", kFrame, {tracked, merged});
-  const fivepipe_v1_HullParts& message = out.message();
+  const fivepipe_v1_HullComponents& message = out.message();
   EXPECT_STREQ(message.simulation, "simulation");
   EXPECT_EQ(message.capture_stamp_ns, kFrame.capture_stamp_ns);
   ASSERT_EQ(message.parts._length, 2u);
@@ -167,14 +167,14 @@ TEST(ComponentsMessage, ReportsIdentityAndMotion) {
   EXPECT_EQ(message.parts._buffer[0].determined_axes, 2);
   EXPECT_EQ(message.parts._buffer[0].box_max_m.z, 3);
   EXPECT_EQ(message.parts._buffer[0].box_min_m.z, 0);
-  EXPECT_EQ(message.parts._buffer[0].middle_m.y, 0.5);
+  EXPECT_EQ(message.parts._buffer[0].centroid_m.y, 0.5);
   EXPECT_EQ(message.parts._buffer[0].volume_m3, 0.002);
   EXPECT_TRUE(message.parts._buffer[0].cut);
   EXPECT_FALSE(message.parts._buffer[1].cut);
   EXPECT_EQ(message.parts._buffer[0].angular_velocity_rad_s.z, 3);
   EXPECT_EQ(message.parts._buffer[0].residual_m, 0.001);
   EXPECT_EQ(message.parts._buffer[0].window_s, 0.1);
-  EXPECT_EQ(message.parts._buffer[1].origin, fivepipe_v1_part_merged);
+  EXPECT_EQ(message.parts._buffer[1].origin, fivepipe_v1_component_merged);
   EXPECT_EQ(message.parts._buffer[1].frames, 0);
   ASSERT_EQ(message.parts._buffer[1].from._length, 2u);
   EXPECT_EQ(message.parts._buffer[1].from._buffer[1], 2u);

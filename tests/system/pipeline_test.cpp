@@ -90,7 +90,7 @@ TEST_F(Pipeline, EmptyHullIsReportedWithTheCameraThatEmptiedIt) {
                     domain_, out_, {"--duration", "2"});
   ASSERT_EQ(deployed.wait_for_end(kStart), 0) << log();
   const auto report = nlohmann::json::parse(std::ifstream(out_ / "report.json"));
-  EXPECT_EQ(report["empty_hull_cameras"], nlohmann::json({"corner"})) << report.dump(1);
+  EXPECT_EQ(report["empty_cameras"], nlohmann::json({"corner"})) << report.dump(1);
 }
 
 TEST_F(Pipeline, MissingCameraIsNamedAndEndsWithThree) {
@@ -216,7 +216,7 @@ TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
 TEST_F(Pipeline, CollisionResultsTellWhatTheSceneAsksFor) {
   auto states = bus_.reader<bus::topics::VirtualState>();
   auto collisions = bus_.reader<bus::topics::CollisionResult>();
-  auto hull_parts = bus_.reader<bus::topics::HullParts>();
+  auto hull_parts = bus_.reader<bus::topics::HullComponents>();
   Deployed deployed(
       changed_deployment(out_ / "files", "scenes/demo/scene.yaml", "scenes/warm_plate/scene.yaml"),
       domain_, out_);
@@ -240,11 +240,11 @@ TEST_F(Pipeline, CollisionResultsTellWhatTheSceneAsksFor) {
           if (is_plate) {
             EXPECT_EQ(
                 sample->contacts._length + sample->normals._length + sample->triangles._length, 0u);
-            for (const float most_m : messages::span_of(sample->proximity._buffer[0].most_m))
-              near |= most_m < 0.15f;
+            for (const float max_m : messages::span_of(sample->proximity._buffer[0].max_m))
+              near |= max_m < 0.15f;
           } else if (sample->verdict == fivepipe_v1_colliding && sample->normals._length == 2) {
             EXPECT_EQ(sample->triangles._length, sample->triangles_colliding);
-            EXPECT_EQ(sample->shorter_way._length, 1u);
+            EXPECT_EQ(sample->local_minimum_translation._length, 1u);
             const auto& closed_form = sample->normals._buffer[1];
             told |= sample->contacts._length > 0 && closed_form.cameras._length > 0 &&
                     closed_form.cameras._buffer[0].camera[0] != '\0';

@@ -130,7 +130,7 @@ TEST_F(RecordingConformance, AnotherReaderDecodesEveryTopicToTheSameValues) {
     // Nobody gives commands or replays, and this scene asks for no history of the hull's parts.
     const bool is_written = name != bus::topics::Command::name &&
                             name != bus::topics::ReplaySession::name &&
-                            name != bus::topics::HullParts::name;
+                            name != bus::topics::HullComponents::name;
     EXPECT_EQ(compared.contains(name), is_written) << name;
   }
   EXPECT_GT(compared[std::string(bus::topics::ObjectPixelMap::name) + recording::kKeyStateSuffix],

@@ -12,7 +12,7 @@
 //                 A = CP_obj         D_rec = |CP_hull - CP_obj|
 //
 // A suite: what a simulation does not ask for is not computed. Its parts stand alone in recovery.h
-// (CP_obj, D_rec), hull_normal.h (N_hull), shorter_way.h and contact_manifold.h (beyond the paper).
+// (CP_obj, D_rec), hull_normal.h (N_hull), local_minimum_translation.h and contact_manifold.h (beyond the paper).
 // The paper rendered ABC over a window and stepped through its pixels; here the lines are cut
 // exactly by rays, or sampled at the window's pixels where the paper's way is asked for.
 #pragma once

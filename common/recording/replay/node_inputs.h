@@ -29,7 +29,7 @@ inline std::set<std::string> outputs_of(const std::string& program) {
     return {CameraInfo::name, ViewInfo::name, HeadPose::name, ObjectColour::name,
             ObjectPixelMap::name};
   if (program == "recon_node") return {HullTile::name, TileCosts::name};
-  if (program == "sim_node") return {CollisionResult::name, VirtualState::name, HullParts::name};
+  if (program == "sim_node") return {CollisionResult::name, VirtualState::name, HullComponents::name};
   if (program == "render_node") return {FrameComposited::name};
   return {};
 }

@@ -101,7 +101,7 @@ using Topics =
     ::testing::Types<bus::topics::CameraInfo, bus::topics::ObjectPixelMap,
                      bus::topics::ObjectColour, bus::topics::ViewInfo, bus::topics::HeadPose,
                      bus::topics::HullTile, bus::topics::TileCosts, bus::topics::VirtualState,
-                     bus::topics::CollisionResult, bus::topics::HullParts,
+                     bus::topics::CollisionResult, bus::topics::HullComponents,
                      bus::topics::FrameComposited, bus::topics::FrameTrace,
                      bus::topics::ReplaySession, bus::topics::Command, bus::topics::NodeStatus>;
 TYPED_TEST_SUITE(SchemaCyclone, Topics);
@@ -209,7 +209,7 @@ TEST(SchemaCycloneByHand, CollisionResultAndItsParts) {
   const Json decoded =
       decode(fivepipe_idl(), "fivepipe::v1::CollisionResult", cyclone.written(*sample));
   EXPECT_EQ(decoded["object"], sample->object);
-  EXPECT_EQ(sample->verdict == fivepipe_v1_touching, decoded["verdict"] == "touching");
+  EXPECT_EQ(sample->verdict == fivepipe_v1_undecided, decoded["verdict"] == "touching");
   EXPECT_EQ(decoded["points_truncated"], sample->points_truncated);
   EXPECT_EQ(decoded["triangles"], list(sample->triangles));
   EXPECT_EQ(decoded["residual_m"], sample->residual_m);
