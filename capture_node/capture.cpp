@@ -18,9 +18,9 @@
 namespace fivepipe::capture {
 namespace {
 
-constexpr unsigned kMostThreads = 2;  // the other cores are the other pipes'
+constexpr unsigned kMaxThreads = 2;  // the other cores are the other pipes'
 
-// Calls `work(i)` for i < count, on up to kMostThreads threads; the caller's is one of them.
+// Calls `work(i)` for i < count, on up to kMaxThreads threads; the caller's is one of them.
 // Rethrows the first exception once all are done.
 template <class Work>
 void in_parallel(std::size_t count, const Work& work) {
@@ -38,7 +38,7 @@ void in_parallel(std::size_t count, const Work& work) {
   {
     std::vector<std::jthread> others;
     const std::size_t threads = std::min<std::size_t>(
-        {count, kMostThreads, std::max(1u, std::thread::hardware_concurrency())});
+        {count, kMaxThreads, std::max(1u, std::thread::hardware_concurrency())});
     for (std::size_t i = 1; i < threads; ++i) others.emplace_back(run);
     run();
   }
@@ -104,8 +104,7 @@ Capture::Capture(const config::Rig& rig, const config::Viewer& viewer,
       } else {
         auto synthetic = std::make_unique<SyntheticImageSource>(
             config_.synthetic, camera, frame_rate_hz_, eye_at, surroundings);
-        if (config_.synthetic.prerender && config_.precomputed_frames <= 0)
-          synthetic->prerender();
+        if (config_.synthetic.prerender && config_.precomputed_frames <= 0) synthetic->prerender();
         channel.source = std::move(synthetic);
       }
       learn(channel);
@@ -123,7 +122,7 @@ Capture::Capture(const config::Rig& rig, const config::Viewer& viewer,
 
   done = 0;
   for (int frame = 0; frame < config_.precomputed_frames && !ended_; ++frame) {
-    premade_.push_back(captured_now(frame, true));
+    precomputed_.push_back(capture_live(frame, true));
     step("segmenting ahead", std::size_t(config_.precomputed_frames));
   }
   ended_ = false;
@@ -154,89 +153,93 @@ void Capture::learn(Channel& channel) const {
         empty_frames.push_back(image);
     if (empty_frames.empty())
       throw_problems({{camera.name, SourceFault::no_frames,
-                       "no image to learn the empty scene from; " + channel.source->trouble()}});
+                       "no image to learn the empty scene from; " + channel.source->last_error()}});
   }
   channel.segmenter =
       std::make_unique<Segmenter>(camera, learn_reference(empty_frames), config_.segmentation);
 }
 
 // One camera's image of a frame.
-struct Capture::Shot {
+struct Capture::RawCapture {
   CapturedCamera result;
   cv::Mat image;  // empty where there is none, or nobody wants anything of it
   geometry::Camera published;
 };
 
-Capture::Shot Capture::shot(Channel& channel, std::int64_t frame, std::int64_t index,
-                            bool want_colour) const {
+Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
+                                         bool want_colour) const {
   const config::RigCamera& camera = *channel.camera;
-  Shot shot;
-  CapturedCamera& result = shot.result;
+  RawCapture raw_capture;
+  CapturedCamera& result = raw_capture.result;
   result.camera = camera.name;
-  if (!channel.segmenter && !(want_colour && camera.gives_colour)) return shot;
+  if (!channel.segmenter && !(want_colour && camera.gives_colour)) return raw_capture;
   const auto start = std::chrono::steady_clock::now();
-  const ReadStatus status = channel.source->read(index, shot.image);
+  const ReadStatus status = channel.source->read(index, raw_capture.image);
   result.read_s = seconds_since(start);
   result.image_stamp_ns = base::now_realtime_ns();
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
     result.reason =
-        status == ReadStatus::end ? "its file is at its end" : channel.source->trouble();
-    shot.image.release();
-    return shot;
+        status == ReadStatus::end ? "its file is at its end" : channel.source->last_error();
+    raw_capture.image.release();
+    return raw_capture;
   }
-  shot.published = config::published_camera(
+  raw_capture.published = config::published_camera(
       camera, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
-  if (!channel.segmenter) return shot;
+  if (!channel.segmenter) return raw_capture;
   const auto segment_start = std::chrono::steady_clock::now();
-  result.pixels = channel.segmenter->segment(shot.image);
+  result.pixels = channel.segmenter->segment(raw_capture.image);
   result.segment_s = seconds_since(segment_start);
   if (!result.pixels) {
     result.status = CaptureStatus::missing;
     result.reason = "the image is not 8-bit BGR of the rig's size";
-    shot.image.release();
-    return shot;
+    raw_capture.image.release();
+    return raw_capture;
   }
-  result.remarks = remarks_on(*result.pixels);
-  return shot;
+  result.diagnostics = segmentation_diagnostics(*result.pixels);
+  return raw_capture;
 }
 
-void Capture::add_colours(std::int64_t frame, std::vector<Shot>& shots) const {
+void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures) const {
   std::vector<hull::SilhouetteBounds> parts;
-  for (const Shot& shot : shots)
-    if (shot.result.pixels) parts.push_back({shot.published, shot.result.pixels->bounds()});
+  for (const RawCapture& raw_capture : raw_captures)
+    if (raw_capture.result.pixels)
+      parts.push_back({raw_capture.published, raw_capture.result.pixels->bounds()});
   if (std::any_of(parts.begin(), parts.end(),
                   [](const hull::SilhouetteBounds& seen) { return seen.part.empty(); }))
     return;  // no hull
-  const SeenByEye eye =
-      seen_by_eye(viewer_, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
+  const VisibleRegion eye =
+      visible_region(viewer_, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
   parts.push_back(eye.part);
-  in_parallel(shots.size(), [&](std::size_t i) {
-    Shot& shot = shots[i];
+  in_parallel(raw_captures.size(), [&](std::size_t i) {
+    RawCapture& raw_capture = raw_captures[i];
     const Channel& channel = *channels_[i];
-    if (!channel.camera->gives_colour || shot.image.empty()) return;
+    if (!channel.camera->gives_colour || raw_capture.image.empty()) return;
     const auto start = std::chrono::steady_clock::now();
     const Undistortion& undistortion =
         channel.segmenter ? channel.segmenter->undistortion() : *channel.undistortion;
-    hull::ObjectPixels pixels = shot.result.pixels
-                                    ? *shot.result.pixels
-                                    : footprint(parts, eye.box_m, shot.published, kColourMargin_px);
-    if (!shot.result.pixels) pixels.keep(channel.seen);
+    hull::ObjectPixels pixels =
+        raw_capture.result.pixels
+            ? *raw_capture.result.pixels
+            : footprint(parts, eye.box_m, raw_capture.published, kColourMargin_px);
+    if (!raw_capture.result.pixels) pixels.keep(channel.seen);
     if (pixels.count() > 0)
-      shot.result.colour = colours_of(std::move(pixels), shot.published, undistortion, shot.image);
-    shot.result.segment_s += seconds_since(start);
+      raw_capture.result.colour =
+          colours_of(std::move(pixels), raw_capture.published, undistortion, raw_capture.image);
+    raw_capture.result.segment_s += seconds_since(start);
   });
 }
 
-std::vector<CapturedCamera> Capture::captured_now(std::int64_t frame, bool want_colour) {
+std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_colour) {
   if (frame < round_start_) round_start_ = 0;
-  std::vector<Shot> shots(channels_.size());
+  std::vector<RawCapture> raw_captures(channels_.size());
   const auto capture_all = [&] {
     in_parallel(channels_.size(), [&](std::size_t i) {
-      shots[i] = shot(*channels_[i], frame, frame - round_start_, want_colour);
+      raw_captures[i] = raw_capture(*channels_[i], frame, frame - round_start_, want_colour);
     });
-    return std::any_of(shots.begin(), shots.end(),
-                       [](const Shot& shot) { return shot.result.status == CaptureStatus::ended; });
+    return std::any_of(raw_captures.begin(), raw_captures.end(), [](const RawCapture& raw_capture) {
+      return raw_capture.result.status == CaptureStatus::ended;
+    });
   };
   ended_ = capture_all();
   // All start over together, with the shortest file: frames of different times are never combined.
@@ -244,15 +247,15 @@ std::vector<CapturedCamera> Capture::captured_now(std::int64_t frame, bool want_
     round_start_ = frame;
     ended_ = capture_all();
   }
-  if (want_colour) add_colours(frame, shots);
+  if (want_colour) add_colours(frame, raw_captures);
   std::vector<CapturedCamera> result;
-  for (Shot& shot : shots) result.push_back(std::move(shot.result));
+  for (RawCapture& raw_capture : raw_captures) result.push_back(std::move(raw_capture.result));
   return result;
 }
 
 std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colour) {
-  if (premade_.empty()) return captured_now(frame, want_colour);
-  std::vector<CapturedCamera> result = premade_[std::size_t(frame) % premade_.size()];
+  if (precomputed_.empty()) return capture_live(frame, want_colour);
+  std::vector<CapturedCamera> result = precomputed_[std::size_t(frame) % precomputed_.size()];
   for (CapturedCamera& camera : result) {
     if (!want_colour) camera.colour.reset();
     camera.read_s = camera.segment_s = 0;

@@ -30,8 +30,9 @@ struct CapturedCamera {
       colour;  // of cameras that give colour, where it was wanted and the hull may be seen: none
                // where another sees no object
   std::int64_t image_stamp_ns =
-      0;  // CLOCK_REALTIME when the image was there; of premade sets: when they are handed out
-  std::vector<std::string> remarks;  // what a person should know about this camera's object pixels
+      0;  // CLOCK_REALTIME when the image was there; of precomputed sets: when they are handed out
+  std::vector<std::string>
+      diagnostics;  // what a person should know about this camera's object pixels
   double read_s = 0,
          segment_s = 0;  // time spent on the image, and on making pixels and colour of it
 };
@@ -40,7 +41,7 @@ class Capture {
  public:
   // What is being done, and how much of it is done (0..1). Called from the constructor, one call at
   // a time, from several threads.
-  using Progress = std::function<void(std::string_view what, double share)>;
+  using Progress = std::function<void(std::string_view what, double fraction)>;
 
   // Opens every source of the configuration, learns the reference images and segments
   // config.precomputed_frames ahead. Throws SourceError or HardwareMissing naming every camera that
@@ -51,9 +52,9 @@ class Capture {
   ~Capture();
 
   // The cameras of `frame` >= 0, in the rig's order. Rising frames are cheap, others reopen files.
-  // Synthetic images and the head are those of the time frame / frame_rate_hz. With premade frames
-  // the stored set frame % precomputed_frames. With loop, all sources start over together when the
-  // first of them ends.
+  // Synthetic images and the head are those of the time frame / frame_rate_hz. With precomputed
+  // frames the stored set frame % precomputed_frames. With loop, all sources start over together
+  // when the first of them ends.
   std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour);
 
   // Some camera's file has ended: no complete set follows.
@@ -63,11 +64,12 @@ class Capture {
 
  private:
   struct Channel;
-  struct Shot;
+  struct RawCapture;
   // index: of the image in its source; frame: of the head's time.
-  Shot shot(Channel& channel, std::int64_t frame, std::int64_t index, bool want_colour) const;
-  void add_colours(std::int64_t frame, std::vector<Shot>& shots) const;
-  std::vector<CapturedCamera> captured_now(std::int64_t frame, bool want_colour);
+  RawCapture raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
+                         bool want_colour) const;
+  void add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures) const;
+  std::vector<CapturedCamera> capture_live(std::int64_t frame, bool want_colour);
   void learn(Channel& channel) const;
 
   config::Rig rig_;
@@ -75,8 +77,8 @@ class Capture {
   config::CaptureConfig config_;
   double frame_rate_hz_;
   std::vector<std::unique_ptr<Channel>> channels_;
-  std::vector<std::vector<CapturedCamera>> premade_;  // by frame, by camera
-  std::int64_t round_start_ = 0;                      // frame at which the files started over last
+  std::vector<std::vector<CapturedCamera>> precomputed_;  // by frame, by camera
+  std::int64_t round_start_ = 0;  // frame at which the files started over last
   bool ended_ = false;
 };
 

@@ -10,13 +10,13 @@ namespace fivepipe::capture {
 namespace {
 
 // Of what is nearer no camera has a picture.
-constexpr double kNearest_m = 0.01;
+constexpr double kMinDepth_m = 0.01;
 
 // Pixels that the convex outline touches. Corners in pixels, in its order round.
-hull::ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width_px,
-                              int height_px) {
+hull::ObjectPixels rasterize_conservative(const std::vector<cv::Point2f>& outline, int width_px,
+                                          int height_px) {
   struct Extent {
-    float least = INFINITY, most = -INFINITY;
+    float min_u = INFINITY, max_u = -INFINITY;
   };
   std::vector<Extent> rows(static_cast<std::size_t>(height_px));
   for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -32,23 +32,24 @@ hull::ObjectPixels touched_by(const std::vector<cv::Point2f>& outline, int width
                             ? top.x + std::clamp((end - top.y) / (bottom.y - top.y), 0.0f, 1.0f) *
                                           (bottom.x - top.x)
                             : top.x;
-        rows[std::size_t(v)].least = std::min(rows[std::size_t(v)].least, u);
-        rows[std::size_t(v)].most = std::max(rows[std::size_t(v)].most, u);
+        rows[std::size_t(v)].min_u = std::min(rows[std::size_t(v)].min_u, u);
+        rows[std::size_t(v)].max_u = std::max(rows[std::size_t(v)].max_u, u);
       }
   }
   hull::ObjectPixels pixels(width_px, height_px);
   for (int v = 0; v < height_px; ++v) {
     const Extent& row = rows[std::size_t(v)];
-    if (!(row.most >= -0.5f && row.least < float(width_px) - 0.5f)) continue;
-    pixels.set_run(std::max(0, int(std::floor(row.least + 0.5f))),
-                   std::min(width_px, int(std::floor(row.most + 0.5f)) + 1), v);
+    if (!(row.max_u >= -0.5f && row.min_u < float(width_px) - 0.5f)) continue;
+    pixels.set_run(std::max(0, int(std::floor(row.min_u + 0.5f))),
+                   std::min(width_px, int(std::floor(row.max_u + 0.5f)) + 1), v);
   }
   return pixels;
 }
 
 }  // namespace
 
-SeenByEye seen_by_eye(const config::Viewer& viewer, const Eigen::Isometry3d& eye_from_world) {
+VisibleRegion visible_region(const config::Viewer& viewer,
+                             const Eigen::Isometry3d& eye_from_world) {
   const geometry::Camera eye{config::recon_pinhole(viewer), eye_from_world};
   const geometry::Pinhole& k = eye.pinhole;
   const double across = std::max(k.cx_px, k.width_px - k.cx_px) / k.fx_px,
@@ -59,14 +60,15 @@ SeenByEye seen_by_eye(const config::Viewer& viewer, const Eigen::Isometry3d& eye
   return {{eye, {0, 0, k.width_px, k.height_px}}, {centre_m - reach_m, centre_m + reach_m}};
 }
 
-hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts, const Eigen::AlignedBox3d& box_m,
-                             const geometry::Camera& camera, int margin_px) {
+hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,
+                             const Eigen::AlignedBox3d& box_m, const geometry::Camera& camera,
+                             int margin_px) {
   const geometry::Pinhole& k = camera.pinhole;
   // What the camera itself sees: so all corners are in front of it, and near its image.
   parts.push_back(
       {camera, {-margin_px, -margin_px, k.width_px + margin_px, k.height_px + margin_px}});
   std::vector<cv::Point2f> around, outline;
-  for (const Eigen::Vector3d& corner : hull::corners_around_hull(parts, box_m, kNearest_m)) {
+  for (const Eigen::Vector3d& corner : hull::corners_around_hull(parts, box_m, kMinDepth_m)) {
     const auto uv = geometry::project(camera, corner);
     assert(uv);
     for (const int du : {-margin_px, margin_px})
@@ -75,7 +77,7 @@ hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts, const Ei
   }
   if (around.empty()) return {k.width_px, k.height_px};
   cv::convexHull(around, outline);
-  return touched_by(outline, k.width_px, k.height_px);
+  return rasterize_conservative(outline, k.width_px, k.height_px);
 }
 
 hull::ColourRegion colours_of(hull::ObjectPixels pixels, const geometry::Camera& camera,

@@ -8,7 +8,10 @@
 namespace fivepipe::capture {
 
 Pacing::Pacing(double frame_rate_hz, int max_in_flight, Clock::time_point start)
-    : frame_rate_hz_(frame_rate_hz), max_in_flight_(max_in_flight), start_(start), heard_(start) {}
+    : frame_rate_hz_(frame_rate_hz),
+      max_in_flight_(max_in_flight),
+      start_(start),
+      last_progress_(start) {}
 
 std::int64_t Pacing::frame_at(Clock::time_point now) const {
   return std::int64_t(
@@ -21,35 +24,35 @@ Pacing::Clock::time_point Pacing::time_of(std::int64_t frame) const {
 }
 
 int Pacing::in_flight() const {
-  const std::uint64_t kept = std::min<std::uint64_t>(named_count_, std::size(named_));
+  const std::uint64_t kept = std::min<std::uint64_t>(issued_count_, std::size(issued_));
   int count = 0;
   for (std::uint64_t i = 0; i < kept; ++i)
-    count += named_[(named_count_ - 1 - i) % std::size(named_)] > composited_;
+    count += issued_[(issued_count_ - 1 - i) % std::size(issued_)] > composited_;
   return count;
 }
 
-std::optional<std::int64_t> Pacing::next(Clock::time_point now, bool somebody_composites) {
+std::optional<std::int64_t> Pacing::next(Clock::time_point now, bool has_renderer) {
   const std::int64_t frame = frame_at(now);
   if (frame <= last_) return std::nullopt;
-  if (max_in_flight_ > 0 && somebody_composites && in_flight() >= max_in_flight_) {
-    if (now - heard_ < kStall) return std::nullopt;
-    heard_ = now;
+  if (max_in_flight_ > 0 && has_renderer && in_flight() >= max_in_flight_) {
+    if (now - last_progress_ < kStallTimeout) return std::nullopt;
+    last_progress_ = now;
     composited_ = last_;
   }
   skipped_ += std::uint64_t(frame - last_ - 1);
   last_ = frame;
-  named_[named_count_++ % std::size(named_)] = frame;
+  issued_[issued_count_++ % std::size(issued_)] = frame;
   return frame;
 }
 
-Pacing::Clock::time_point Pacing::wake(Clock::time_point now) const {
+Pacing::Clock::time_point Pacing::next_wakeup(Clock::time_point now) const {
   return std::max(time_of(last_ + 1), now);
 }
 
 void Pacing::composited(std::uint64_t frame, Clock::time_point now) {
   if (std::int64_t(frame) > last_) return;  // named by a process before this one
   composited_ = std::max(composited_, std::int64_t(frame));
-  heard_ = now;
+  last_progress_ = now;
 }
 
 std::uint64_t Pacing::take_skipped() { return std::exchange(skipped_, 0); }

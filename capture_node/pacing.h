@@ -21,18 +21,18 @@ class Pacing {
   // The frame to capture at `now`, or nothing while its time has not come or too many are in
   // flight. Frames whose time passes meanwhile are skipped and counted; a frame is never named
   // twice. Where nobody is there that composites, the clock alone decides. Where somebody is, but
-  // nothing has come of the frames in flight for kStall, they are given up: a node on their way was
-  // lost.
-  std::optional<std::int64_t> next(Clock::time_point now, bool somebody_composites);
+  // nothing has come of the frames in flight for kStallTimeout, they are given up: a node on their
+  // way was lost.
+  std::optional<std::int64_t> next(Clock::time_point now, bool has_renderer);
   // When to ask again: the next frame's time, or soon where frames in flight hold it up.
-  Clock::time_point wake(Clock::time_point now) const;
+  Clock::time_point next_wakeup(Clock::time_point now) const;
 
   void composited(std::uint64_t frame, Clock::time_point now);
   // Since the last call: frames whose time passed while too many were in flight, or while this node
   // was busy.
   std::uint64_t take_skipped();
 
-  static constexpr std::chrono::milliseconds kStall{500};
+  static constexpr std::chrono::milliseconds kStallTimeout{500};
 
  private:
   std::int64_t frame_at(Clock::time_point now) const;
@@ -42,11 +42,11 @@ class Pacing {
   double frame_rate_hz_;
   int max_in_flight_;
   Clock::time_point start_;
-  Clock::time_point heard_;  // of a composited frame, or gave those in flight up
+  Clock::time_point last_progress_;  // of a composited frame, or gave those in flight up
   std::int64_t last_ = -1;
   std::int64_t composited_ = -1;
-  std::int64_t named_[64] = {};  // ring of the newest frames named, by count
-  std::uint64_t named_count_ = 0, skipped_ = 0;
+  std::int64_t issued_[64] = {};  // ring of the newest frames named, by count
+  std::uint64_t issued_count_ = 0, skipped_ = 0;
 };
 
 }  // namespace fivepipe::capture

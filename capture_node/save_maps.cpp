@@ -53,9 +53,9 @@ int run(const Options& options) {
     if (!config) config = std::get_if<config::CaptureConfig>(&node.config);
   if (!config) throw std::runtime_error(options.deployment.string() + ": has no capture_node");
   Capture capture(deployment.rig, deployment.viewer, *config, deployment.frame_rate_hz,
-                  [](std::string_view what, double share) {
+                  [](std::string_view what, double fraction) {
                     std::fprintf(stderr, "\r%.*s, %d %%   ", int(what.size()), what.data(),
-                                 int(100 * share));
+                                 int(100 * fraction));
                   });
   std::fputs("\n", stderr);
   std::filesystem::create_directories(options.out);
@@ -74,9 +74,9 @@ int run(const Options& options) {
       cameras << camera_line(camera) << '\n';
       ++written;
     }
-    const double share = double(captured.pixels->count()) /
-                         (double(captured.pixels->width_px()) * captured.pixels->height_px());
-    std::printf("%s: %.1f %% object pixels\n", captured.camera.c_str(), 100 * share);
+    const double fraction = double(captured.pixels->count()) /
+                            (double(captured.pixels->width_px()) * captured.pixels->height_px());
+    std::printf("%s: %.1f %% object pixels\n", captured.camera.c_str(), 100 * fraction);
   }
   if (written == 0)
     throw std::runtime_error("no camera has an image of frame " + std::to_string(options.frame) +

@@ -5,7 +5,7 @@
 #include "capture_node/capture.h"
 #include "capture_node/pacing.h"
 #include "common/base/realtime.h"
-#include "common/pipeline/frames/tile_shares.h"
+#include "common/pipeline/frames/tile_balancer.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/frame_trace.h"
@@ -17,10 +17,10 @@ using namespace std::chrono_literals;
 
 // While frames in flight hold capture up, it wakes with the next composited one, or after this to
 // look at the clock.
-constexpr auto kHeldUpWait = 20ms;
+constexpr auto kPacingPollPeriod = 20ms;
 
 // Costs of older frames come too late to tell anything.
-constexpr std::uint64_t kCostsOfFrames = 64;
+constexpr std::uint64_t kCostHistoryFrames = 64;
 
 class VideoPipe {
  public:
@@ -37,8 +37,8 @@ class VideoPipe {
         composited_(node.bus.reader<bus::topics::FrameComposited>()),
         tile_costs_(node.bus.reader<bus::topics::TileCosts>()),
         capture_(deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz,
-                 [this](std::string_view what, double share) { tell_progress(what, share); }) {
-    node_.status.remark("start", "");
+                 [this](std::string_view what, double fraction) { report_progress(what, share); }) {
+    node_.status.diagnostic("start", "");
     for (const config::RigCamera& camera : deployment_.rig.cameras)
       if (config_.sources.contains(camera.name))
         infos_.write(messages::camera_info_message(camera));
@@ -57,41 +57,41 @@ class VideoPipe {
         node_.status.drop("pipeline_busy", pacing.take_skipped());
         continue;
       }
-      const auto until_due = pacing.wake(now) - now;
+      const auto until_due = pacing.next_wakeup(now) - now;
       node_.bus.wait(until_due > 0ns ? std::min<Pacing::Clock::duration>(until_due, node::kMaxWait)
-                                     : kHeldUpWait);
+                                     : kPacingPollPeriod);
     }
   }
 
  private:
   // That all reconstruction nodes are configured with; none: there is nothing to share.
-  static std::optional<frames::TileShares> shares_of(const config::Deployment& deployment) {
+  static std::optional<frames::TileBalancer> balancer_of(const config::Deployment& deployment) {
     for (const config::Node& node : deployment.nodes)
       if (const auto* recon = std::get_if<config::ReconConfig>(&node.config))
-        return frames::TileShares(*recon);
+        return frames::TileBalancer(*recon);
     return std::nullopt;
   }
 
   // Costs of frames that a predecessor sent don't count: their numbers mean nothing here.
   bool is_of_this_run(std::uint64_t frame) const {
-    return published_ && frame <= *published_ && *published_ - frame < kCostsOfFrames;
+    return published_ && frame <= *published_ && *published_ - frame < kCostHistoryFrames;
   }
 
   void take_tile_costs() {
     for (const auto& sample : tile_costs_.take())
-      if (sample.valid() && tile_shares_ && deployment_.viewer.name == sample->viewer &&
+      if (sample.valid() && tile_balancer_ && deployment_.viewer.name == sample->viewer &&
           is_of_this_run(sample->frame) &&
-          !tile_shares_->add(sample->frame, sample->share, messages::span_of(sample->tiles),
-                             messages::span_of(sample->cost_ms)))
+          !tile_balancer_->add(sample->frame, sample->share, messages::span_of(sample->tiles),
+                               messages::span_of(sample->cost_ms)))
         node_.status.drop("bad_tile_costs");
   }
 
-  void tell_progress(std::string_view what, double share) {
-    const int percent = int(100 * share);
+  void report_progress(std::string_view what, double fraction) {
+    const int percent = int(100 * fraction);
     if (percent / 10 == told_percent_ / 10 && percent != 100) return;
     told_percent_ = percent;
-    node_.status.remark("start",
-                        "starting: " + std::string(what) + ", " + std::to_string(percent) + " %");
+    node_.status.diagnostic(
+        "start", "starting: " + std::string(what) + ", " + std::to_string(percent) + " %");
   }
 
   void publish(std::int64_t frame) {
@@ -111,10 +111,10 @@ class VideoPipe {
         config::eye_from_world_at(deployment_.viewer, double(frame) / deployment_.frame_rate_hz),
         {}};
     published_ = number;
-    if (tile_shares_) pose.tile_owners = tile_shares_->next();
+    if (tile_balancer_) pose.tile_owners = tile_balancer_->next();
     poses_.write(messages::head_pose_message(deployment_.viewer, std::move(pose)).message());
     for (const CapturedCamera& camera : cameras) {
-      tell(camera);
+      report_camera(camera);
       if (camera.colour)
         colours_.write(
             messages::colour_message(camera.camera, number, camera.image_stamp_ns, *camera.colour)
@@ -130,14 +130,14 @@ class VideoPipe {
     traces_.handled(number, stamp_ns, {}, std::move(steps));
   }
 
-  void tell(const CapturedCamera& camera) {
+  void report_camera(const CapturedCamera& camera) {
     if (camera.status == CaptureStatus::missing)
       node_.status.drop("missing_image: " + camera.camera);
-    std::string remarks = camera.reason;
-    for (const std::string& remark : camera.remarks)
-      remarks += (remarks.empty() ? "" : "; ") + remark;
-    node_.status.remark("camera " + camera.camera,
-                        remarks.empty() ? "" : camera.camera + ": " + remarks);
+    std::string diagnostics = camera.reason;
+    for (const std::string& diagnostic : camera.diagnostics)
+      diagnostics += (diagnostics.empty() ? "" : "; ") + diagnostic;
+    node_.status.diagnostic("camera " + camera.camera,
+                            diagnostics.empty() ? "" : camera.camera + ": " + diagnostics);
     node_.status.latency("read", camera.read_s);
     node_.status.latency("segment", camera.segment_s);
   }
@@ -154,7 +154,7 @@ class VideoPipe {
   node::FrameTracer traces_;
   bus::Reader<bus::topics::FrameComposited> composited_;
   bus::Reader<bus::topics::TileCosts> tile_costs_;
-  std::optional<frames::TileShares> tile_shares_ = shares_of(deployment_);
+  std::optional<frames::TileBalancer> tile_balancer_ = balancer_of(deployment_);
   std::optional<std::uint64_t> published_;  // the newest frame
   Capture capture_;
 };

@@ -38,10 +38,10 @@ OutgoingTile tile_message(const TileFrame& frame, ReconTile tile) {
   out.header.tiles = std::uint16_t(frame.tiles);
   out.header.frame = frame.frame;
   out.header.capture_stamp_ns = frame.capture_stamp_ns;
-  out.header.eye_from_world = messages::wire(frame.view.camera.camera_from_world);
-  out.header.recon = messages::wire(frame.view.camera.pinhole);
-  out.header.rect = messages::wire(tile.tile.rect);
-  out.header.covered = messages::wire(tile.covered);
+  out.header.eye_from_world = messages::to_wire(frame.view.camera.camera_from_world);
+  out.header.recon = messages::to_wire(frame.view.camera.pinhole);
+  out.header.rect = messages::to_wire(tile.tile.rect);
+  out.header.covered = messages::to_wire(tile.covered);
   out.depth_m = std::move(tile.depth_m);
   out.bgr = std::move(tile.bgr);
   for (const std::string& camera : frame.empty_cameras)

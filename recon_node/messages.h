@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/pipeline/messages/wire.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "recon_node/reconstruct.h"
 
 namespace fivepipe::recon {

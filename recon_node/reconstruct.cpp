@@ -28,8 +28,8 @@ std::vector<double> by_hits(double all_s, const std::vector<hull::DepthTile>& ti
   std::vector<double> cost_by_tile_s;
   for (const hull::DepthTile& tile : tiles)
     cost_by_tile_s.push_back(kEmptyTileCost_hits +
-                    double(std::count_if(tile.depth_m.begin(), tile.depth_m.end(),
-                                         [](float d) { return d != hull::kNoHull; })));
+                             double(std::count_if(tile.depth_m.begin(), tile.depth_m.end(),
+                                                  [](float d) { return d != hull::kNoHull; })));
   const double all = std::accumulate(cost_by_tile_s.begin(), cost_by_tile_s.end(), 0.0);
   for (double& s : cost_by_tile_s) s *= all_s / all;
   return cost_by_tile_s;

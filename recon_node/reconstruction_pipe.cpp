@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "common/base/realtime.h"
-#include "common/pipeline/frames/tile_shares.h"
+#include "common/pipeline/frames/tile_balancer.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/frame_set_reader.h"
 #include "common/pipeline/node/frame_trace.h"
-#include "common/pipeline/node/replay_watch.h"
+#include "common/pipeline/node/replay_monitor.h"
 #include "recon_node/messages.h"
 
 namespace fivepipe::recon {
@@ -46,7 +46,7 @@ class ReconstructionPipe {
     while (node::running()) {
       node_.bus.wait(node::kMaxWait);
       // capture_node sends pose and colour before the maps: taken after them, they are there.
-      if (replay_.update()) start_anew();
+      if (replay_.update()) reset();
       for (frames::FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
       take_view();
       take_colours();
@@ -80,16 +80,16 @@ class ReconstructionPipe {
     keep_newest(pose_of_frame_);
   }
 
-  void start_anew() {
-    sets_.start_anew();
+  void reset() {
+    sets_.reset();
     waiting_.clear();
     pose_of_frame_.clear();
     colours_of_frame_.clear();
-    order_ = {};
+    restart_detector_ = {};
   }
 
   void take(const messages::FramePose& pose) {
-    if (order_.starts_anew(pose.frame, pose.capture_stamp_ns)) {
+    if (restart_detector_.is_restart(pose.frame, pose.capture_stamp_ns)) {
       pose_of_frame_.clear();
       colours_of_frame_.clear();
     }
@@ -114,15 +114,17 @@ class ReconstructionPipe {
   std::vector<Tile> own_tiles(const messages::FramePose& pose, const geometry::Pinhole& view) {
     std::vector<Tile> tiles =
         tiles_of(view.width_px, view.height_px, config_.tile_columns, config_.tile_rows);
-    if (config_.shares == 1) return tiles;  // whoever shared when it was recorded
+    if (config_.worker_count == 1) return tiles;  // whoever shared when it was recorded
     std::vector<std::uint8_t> owners = pose.tile_owners;
-    const auto known = [&](int owner) { return owner < config_.shares; };
+    const auto known = [&](int owner) { return owner < config_.worker_count; };
     if (owners.size() != tiles.size() || !std::all_of(owners.begin(), owners.end(), known)) {
       if (!owners.empty()) node_.status.drop("bad_tile_owners");
-      owners = frames::tiles_by_turns(config_.tile_columns, config_.tile_rows, config_.shares);
+      owners =
+          frames::round_robin_tiles(config_.tile_columns, config_.tile_rows, config_.worker_count);
     }
-    std::erase_if(
-        tiles, [&](const Tile& tile) { return owners[std::size_t(tile.index)] != config_.share; });
+    std::erase_if(tiles, [&](const Tile& tile) {
+      return owners[std::size_t(tile.index)] != config_.worker_index;
+    });
     return tiles;
   }
 
@@ -131,7 +133,7 @@ class ReconstructionPipe {
     std::vector<hull::ColourRegion> colours;
     for (messages::CameraColour& colour : colours_of_frame_[set.frame])
       if (std::abs(colour.capture_stamp_ns - set.capture_stamp_ns) <
-          frames::FrameOrder::kRestartTakes_ns)
+          frames::RestartDetector::kMinRestart_ns)
         colours.push_back(std::move(colour.colour));
     return colours;
   }
@@ -179,7 +181,8 @@ class ReconstructionPipe {
     if (is_seen && tiles_.readers() > 0 && colours.empty())
       node_.status.count("frames_without_colour");
     steps.begin("write_tiles");
-    if (costs_.readers() > 0) costs_.write(costs_message(frame, config_.share, made).message());
+    if (costs_.readers() > 0)
+      costs_.write(costs_message(frame, config_.worker_index, made).message());
     for (ReconTile& tile : made) tiles_.write(tile_message(frame, std::move(tile)).message());
     if (replay_.replaying())
       node_.status.latency("arrival_to_tiles",
@@ -199,13 +202,13 @@ class ReconstructionPipe {
   bus::Reader<bus::topics::ViewInfo> view_infos_;
   bus::Reader<bus::topics::HeadPose> poses_;
   bus::Reader<bus::topics::ObjectColour> colours_;
-  node::ReplayWatch replay_;
+  node::ReplayMonitor replay_;
   node::FrameTracer traces_;
   bus::Writer<bus::topics::HullTile> tiles_;
   bus::Writer<bus::topics::TileCosts> costs_;
   std::deque<frames::FrameSet> waiting_;  // for their poses
   std::optional<messages::ViewGeometry> geometry_;
-  frames::FrameOrder order_;
+  frames::RestartDetector restart_detector_;
   std::map<std::uint64_t, messages::FramePose> pose_of_frame_;
   std::map<std::uint64_t, std::vector<messages::CameraColour>> colours_of_frame_;
 };

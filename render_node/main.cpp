@@ -8,7 +8,7 @@ namespace {
 
 void run(node::NodeContext& node) {
   const gl::GlContext gl;
-  node.status.remark("gl", "gl: " + gl.renderer());
+  node.status.diagnostic("gl", "gl: " + gl.renderer());
   run_parent_pipe(node);
 }
 

@@ -3,7 +3,7 @@
 namespace fivepipe::render {
 
 messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message) {
-  const auto eye_from_world = messages::pure(message.eye_from_world);
+  const auto eye_from_world = messages::from_wire(message.eye_from_world);
   if (!eye_from_world)
     return messages::BadMessage{"bad_tile: pose is not finite or not a rotation"};
   ReceivedTile tile;
@@ -12,9 +12,9 @@ messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message) 
   tile.tile = message.tile;
   tile.tiles = message.tiles;
   tile.eye_from_world = *eye_from_world;
-  tile.recon = messages::pure(message.recon);
-  tile.rect = messages::pure(message.rect);
-  tile.covered = messages::pure(message.covered);
+  tile.recon = messages::from_wire(message.recon);
+  tile.rect = messages::from_wire(message.rect);
+  tile.covered = messages::from_wire(message.covered);
   tile.depth_m = messages::span_of(message.depth_m);
   tile.bgr = messages::span_of(message.bgr);
   for (const auto& camera : messages::span_of(message.empty_cameras))
@@ -25,7 +25,7 @@ messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message) 
 messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message) {
   std::vector<ObjectPose> poses;
   for (const fivepipe_v1_ObjectState& object : messages::span_of(message.objects)) {
-    const auto pose = messages::pure(object.world_from_object);
+    const auto pose = messages::from_wire(object.world_from_object);
     if (!pose)
       return messages::BadMessage{"bad_state: " + std::string(object.object) +
                                   ": pose is not finite or not a rotation"};

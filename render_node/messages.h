@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "common/pipeline/messages/camera_messages.h"
-#include "common/pipeline/messages/wire.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "render_node/renderer.h"
-#include "render_node/tile_set.h"
+#include "render_node/tile_assembler.h"
 
 namespace fivepipe::render {
 
-// Refers to the message's storage. Bad: a pose that is not finite; everything else is TileSets' to
-// judge.
+// Refers to the message's storage. Bad: a pose that is not finite; everything else is
+// TileAssembler' to judge.
 messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message);
 
 // Bad: a pose that is not finite.

@@ -29,7 +29,7 @@ void check_folder(const std::filesystem::path& file) {
 }
 
 // Empty where there is enough room. OpenCV's writer does not say when a disk is full.
-std::string why_no_room(const std::filesystem::path& file, std::uintmax_t min_free_bytes) {
+std::string why_disk_full(const std::filesystem::path& file, std::uintmax_t min_free_bytes) {
   std::error_code error;
   const auto space =
       std::filesystem::space(file.has_parent_path() ? file.parent_path() : ".", error);
@@ -58,7 +58,7 @@ VideoFile::VideoFile(const std::filesystem::path& file, cv::Size size_px,
   if (size_px.width < 2 || size_px.height < 2 || size_px.width % 2 || size_px.height % 2)
     throw OutputError(file.string() + ": a video's width and height must be even, not " +
                       std::to_string(size_px.width) + "x" + std::to_string(size_px.height));
-  if (const std::string full = why_no_room(file, options.min_free_bytes); !full.empty())
+  if (const std::string full = why_disk_full(file, options.min_free_bytes); !full.empty())
     throw OutputError(full);
   std::promise<std::string> opened;
   std::future<std::string> codec = opened.get_future();
@@ -72,7 +72,7 @@ VideoFile::VideoFile(const std::filesystem::path& file, cv::Size size_px,
   }
 }
 
-VideoFile::~VideoFile() { close(kFinishPatience); }
+VideoFile::~VideoFile() { close(kFinishTimeout); }
 
 bool VideoFile::add(const cv::Mat& image_bgr) {
   const std::lock_guard lock(mutex_);
@@ -108,7 +108,7 @@ void VideoFile::encode(std::promise<std::string> opened) {
     const cv::Mat image = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
-    std::string failure = why_no_room(file_, options_.min_free_bytes);
+    std::string failure = why_disk_full(file_, options_.min_free_bytes);
     if (failure.empty()) try {
         writer.write(image);
       } catch (const cv::Exception& error) {
@@ -127,19 +127,19 @@ void VideoFile::encode(std::promise<std::string> opened) {
   writer.release();
 }
 
-void VideoFile::close(std::chrono::milliseconds patience) {
+void VideoFile::close(std::chrono::milliseconds timeout) {
   {
     const std::lock_guard lock(mutex_);
-    if (!ending_) give_up_ = std::chrono::steady_clock::now() + patience;
+    if (!ending_) give_up_ = std::chrono::steady_clock::now() + timeout;
     ending_ = true;
     changed_.notify_one();
   }
   if (encoder_.joinable()) encoder_.join();
 }
 
-void VideoFile::finish(std::chrono::milliseconds patience) {
+void VideoFile::finish(std::chrono::milliseconds timeout) {
   if (!encoder_.joinable()) return;
-  close(patience);
+  close(timeout);
   if (!failure_.empty()) throw OutputError(failure_);
   std::error_code error;
   if (written_ > 0 && (std::filesystem::file_size(file_, error) == 0 || error))

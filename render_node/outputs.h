@@ -43,11 +43,11 @@ class VideoFile {
   // (failure() says how).
   bool add(const cv::Mat& image_bgr);
 
-  // Encodes what is queued, for at most `patience`, and closes the file; frames left over are
+  // Encodes what is queued, for at most `timeout`, and closes the file; frames left over are
   // counted as dropped. Throws OutputError where the file is not whole. Again: does nothing.
-  void finish(std::chrono::milliseconds patience = kFinishPatience);
+  void finish(std::chrono::milliseconds timeout = kFinishTimeout);
   // A process told to end has two seconds for everything; the index of the file takes its part.
-  static constexpr std::chrono::milliseconds kFinishPatience{700};
+  static constexpr std::chrono::milliseconds kFinishTimeout{700};
 
   std::uint64_t written() const;
   std::uint64_t dropped() const;
@@ -56,7 +56,7 @@ class VideoFile {
 
  private:
   void encode(std::promise<std::string> opened);
-  void close(std::chrono::milliseconds patience);
+  void close(std::chrono::milliseconds timeout);
 
   std::filesystem::path file_;
   cv::Size size_px_;

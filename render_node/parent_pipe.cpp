@@ -5,7 +5,7 @@
 
 #include "common/base/realtime.h"
 #include "common/pipeline/node/frame_trace.h"
-#include "common/pipeline/node/replay_watch.h"
+#include "common/pipeline/node/replay_monitor.h"
 #include "render_node/messages.h"
 #include "render_node/presenter.h"
 #include "render_node/virtual_frames.h"
@@ -18,10 +18,10 @@ using Clock = std::chrono::steady_clock;
 
 // How long a complete hull waits for the simulation's state of the same frame; then it is shown
 // with the state before it, and counted.
-constexpr auto kWaitForState = 40ms;
+constexpr auto kStateTimeout = 40ms;
 // In a lossless replay the state does come; so long is waited before something is known to be
 // wrong.
-constexpr auto kWaitForStateLossless = 2s;
+constexpr auto kStateTimeoutLossless = 2s;
 
 class ParentPipe {
  public:
@@ -31,7 +31,7 @@ class ParentPipe {
         renderer_(node.deployment.scene, viewer_),
         presenter_(node::config_of<config::RenderConfig>(node), viewer_,
                    node.deployment.frame_rate_hz, node.out),
-        tile_sets_(config::recon_pinhole(viewer_), viewer_.near_m, viewer_.far_m),
+        tile_assembler_(config::recon_pinhole(viewer_), viewer_.near_m, viewer_.far_m),
         tiles_(node.bus.reader<bus::topics::HullTile>()),
         states_(node.bus.reader<bus::topics::VirtualState>()),
         collisions_(node.bus.reader<bus::topics::CollisionResult>()),
@@ -45,7 +45,7 @@ class ParentPipe {
   void run() {
     while (node::running()) {
       node_.bus.wait(pending_ ? 5ms : node::kMaxWait);
-      if (replay_.update()) start_anew();
+      if (replay_.update()) reset();
       // A frame's collisions are sent before its state: taken after it, they are there.
       take_states();
       take_collisions();
@@ -53,17 +53,17 @@ class ParentPipe {
       if (pending_ && (virtual_frames_.has(pending_->frame) || states_.writers() == 0)) composite();
       if (pending_ && Clock::now() >= pending_until_) composite();
     }
-    if (unread_frame_ && presenter_.lacks_still())
+    if (unread_frame_ && presenter_.needs_still())
       presenter_.present(*unread_frame_, renderer_.image_bgr());
     presenter_.finish();
     report_drops();
   }
 
  private:
-  void start_anew() {
+  void reset() {
     pending_.reset();
     after_pending_.clear();
-    tile_sets_.start_anew();
+    tile_assembler_.reset();
     virtual_frames_ = {};
   }
 
@@ -98,7 +98,7 @@ class ParentPipe {
         continue;
       }
       std::get<ReceivedTile>(tile).received_ns = now_ns;
-      auto hull = tile_sets_.add(std::get<ReceivedTile>(tile));
+      auto hull = tile_assembler_.add(std::get<ReceivedTile>(tile));
       if (!hull) continue;
       if (pending_ && replay_.lossless()) {
         after_pending_.push_back(std::move(*hull));  // none is shown before its state has come
@@ -112,8 +112,8 @@ class ParentPipe {
 
   void wait_for_state(HullFrame hull) {
     pending_ = std::move(hull);
-    pending_until_ = Clock::now() + (replay_.lossless() ? Clock::duration(kWaitForStateLossless)
-                                                        : Clock::duration(kWaitForState));
+    pending_until_ = Clock::now() + (replay_.lossless() ? Clock::duration(kStateTimeoutLossless)
+                                                        : Clock::duration(kStateTimeout));
   }
 
   void composite() {
@@ -147,7 +147,7 @@ class ParentPipe {
     std::string empty;
     for (const std::string& camera : hull.empty_cameras)
       empty += (empty.empty() ? "" : ", ") + camera;
-    node_.status.remark(
+    node_.status.diagnostic(
         "empty hull", empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
     if (!wanted) node::stop_running();
   }
@@ -164,24 +164,24 @@ class ParentPipe {
   }
 
   void report_drops() {
-    const TileCounts& counts = tile_sets_.counts();
-    node_.status.drop("incomplete_hull", counts.incomplete - told_.incomplete);
-    node_.status.drop("late_tile", counts.late - told_.late);
-    node_.status.drop("repeated_tile", counts.duplicate - told_.duplicate);
+    const TileCounts& counts = tile_assembler_.counts();
+    node_.status.drop("incomplete_hull", counts.incomplete - reported_.incomplete);
+    node_.status.drop("late_tile", counts.late - reported_.late);
+    node_.status.drop("repeated_tile", counts.duplicate - reported_.duplicate);
     for (const auto& [reason, n] : counts.rejected)
-      node_.status.drop("bad_tile: " + reason, n - told_.rejected[reason]);
-    node_.status.drop("video_frame", presenter_.video_frames_dropped() - video_frames_told_);
-    video_frames_told_ = presenter_.video_frames_dropped();
-    told_ = counts;
+      node_.status.drop("bad_tile: " + reason, n - reported_.rejected[reason]);
+    node_.status.drop("video_frame", presenter_.video_frames_dropped() - reported_video_drops_);
+    reported_video_drops_ = presenter_.video_frames_dropped();
+    reported_ = counts;
   }
 
   node::NodeContext& node_;
   const config::Viewer& viewer_;
   Renderer renderer_;
   Presenter presenter_;
-  TileSets tile_sets_;
-  TileCounts told_;
-  std::uint64_t video_frames_told_ = 0;
+  TileAssembler tile_assembler_;
+  TileCounts reported_;
+  std::uint64_t reported_video_drops_ = 0;
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
   std::optional<HullFrame> pending_;
@@ -191,7 +191,7 @@ class ParentPipe {
   bus::Reader<bus::topics::HullTile> tiles_;
   bus::Reader<bus::topics::VirtualState> states_;
   bus::Reader<bus::topics::CollisionResult> collisions_;
-  node::ReplayWatch replay_;
+  node::ReplayMonitor replay_;
   node::FrameTracer traces_;
   bus::Writer<bus::topics::FrameComposited> composited_;
 };

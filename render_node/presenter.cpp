@@ -4,7 +4,7 @@ namespace fivepipe::render {
 namespace {
 
 // A gap longer than this is a cut, not a pause: the video does not show a standing picture for it.
-constexpr double kLongestRepeat_s = 1.0;
+constexpr double kMaxRepeat_s = 1.0;
 
 // composite.mp4, or composite-2.mp4 and so on where this process was started anew: a video holds
 // what one process drew.
@@ -35,7 +35,7 @@ Presenter::Presenter(const config::RenderConfig& config, const config::Viewer& v
 
 void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr) {
   const double gap_s = double(frame - last_frame_) / frame_rate_hz_;
-  if (!last_image_.empty() && frame > last_frame_ && gap_s <= kLongestRepeat_s)
+  if (!last_image_.empty() && frame > last_frame_ && gap_s <= kMaxRepeat_s)
     for (std::uint64_t missing = last_frame_ + 1; missing < frame; ++missing)
       video_->add(last_image_);
   video_->add(image_bgr);
@@ -43,7 +43,7 @@ void Presenter::add_to_video(std::uint64_t frame, const cv::Mat& image_bgr) {
 
 bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr) {
   if (video_) add_to_video(frame, image_bgr);
-  if (lacks_still() && std::int64_t(frame) >= config_.still_frame) {
+  if (needs_still() && std::int64_t(frame) >= config_.still_frame) {
     write_png(out_ / "composite.png", image_bgr);
     still_written_ = true;
   }
@@ -53,7 +53,7 @@ bool Presenter::present(std::uint64_t frame, const cv::Mat& image_bgr) {
 }
 
 void Presenter::finish() {
-  if (lacks_still() && !last_image_.empty()) write_png(out_ / "composite.png", last_image_);
+  if (needs_still() && !last_image_.empty()) write_png(out_ / "composite.png", last_image_);
   if (video_) video_->finish();
 }
 

@@ -22,9 +22,9 @@ class Presenter {
   // Whether frames are looked at one and all, or this one is the still: otherwise nothing is made
   // of it, and it need not be read back.
   bool wants(std::uint64_t frame) const {
-    return video_ || window_ || (lacks_still() && std::int64_t(frame) >= config_.still_frame);
+    return video_ || window_ || (needs_still() && std::int64_t(frame) >= config_.still_frame);
   }
-  bool lacks_still() const { return !out_.empty() && !still_written_; }
+  bool needs_still() const { return !out_.empty() && !still_written_; }
 
   // image_bgr must not be written to afterwards. The video keeps the footage's time: a frame that
   // is missing repeats the one before. False once the window was closed.

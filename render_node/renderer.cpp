@@ -14,7 +14,7 @@ constexpr int kDepthUnit = 0, kColourUnit = 1;
 
 // Neighbouring pixels of the reconstruction belong to one surface while it is tilted by less than
 // 80 degrees.
-constexpr float kSteepestTilt = 5.7f;
+constexpr float kMaxTiltTangent = 5.7f;
 
 constexpr const char* kChecker =
     "#define CHECKER\n#define DARKER_ODD_CELLS 0.38\n";  // by so much of the other cells' linear
@@ -50,10 +50,12 @@ double light_reach_m(const config::Scene& scene) {
     const Eigen::AlignedBox3d local = bounds_m(config::mesh_of(object));
     if (!local.isEmpty()) box.extend(local.transformed(object.world_from_object));
   }
-  constexpr double kNearest_m = 0.1;  // a light inside the only object still reaches something
-  return std::max(kNearest_m, ((box.isEmpty() ? Eigen::Vector3d::Zero().eval() : box.center()) -
-                               scene.light_world_m)
-                                  .norm());
+  constexpr double kMinLightDistance_m =
+      0.1;  // a light inside the only object still reaches something
+  return std::max(
+      kMinLightDistance_m,
+      ((box.isEmpty() ? Eigen::Vector3d::Zero().eval() : box.center()) - scene.light_world_m)
+          .norm());
 }
 
 // What the shaders are told of an object.
@@ -77,7 +79,7 @@ bool finite(std::span<const float> values) {
 
 }  // namespace
 
-Renderer::Drawn::Drawn(const config::SceneObject& o)
+Renderer::DrawableObject::DrawableObject(const config::SceneObject& o)
     : object(o),
       surface(o),
       bounds_m(fivepipe::geometry::bounds_m(config::mesh_of(o))),
@@ -127,7 +129,7 @@ std::vector<std::string> Renderer::draw(const HullFrame& hull, std::span<const O
     if (auto reason = why_undrawable(pose))
       refused.push_back(pose.object + ": " + *reason);
     else
-      place(pose);
+      set_pose(pose);
 
   framebuffer_.bind();
   glDisable(GL_BLEND);
@@ -148,7 +150,7 @@ std::optional<std::string> Renderer::why_undrawable(const ObjectPose& pose) cons
   const auto found = index_of_object_.find(pose.object);
   if (found == index_of_object_.end()) return "not in the scene";
   if (!pose.world_from_object.matrix().allFinite()) return "pose not finite";
-  const Drawn& drawn = objects_[found->second];
+  const DrawableObject& drawn = objects_[found->second];
   if (!pose.warmth.empty() && !drawn.object.warming)
     return "warmth of an object that is not warmed";
   if (!pose.warmth.empty() && pose.warmth.size() != drawn.surface.vertices())
@@ -165,8 +167,8 @@ std::optional<std::string> Renderer::why_undrawable(const ObjectPose& pose) cons
   return {};
 }
 
-void Renderer::place(const ObjectPose& pose) {
-  Drawn& drawn = objects_[index_of_object_.at(pose.object)];
+void Renderer::set_pose(const ObjectPose& pose) {
+  DrawableObject& drawn = objects_[index_of_object_.at(pose.object)];
   drawn.world_from_object = pose.world_from_object;
   if (!pose.warmth.empty()) {
     const std::vector<float> corners = drawn.surface.at_corners(pose.warmth);
@@ -200,7 +202,7 @@ void Renderer::draw_hull(const HullFrame& hull) {
                                    float(hull.covered.u1_px), float(hull.covered.v1_px)));
   hull_program.set("focal_px", Eigen::Vector2f(float(k.fx_px), float(k.fy_px)));
   hull_program.set("centre_px", Eigen::Vector2f(float(k.cx_px), float(k.cy_px)));
-  hull_program.set("steepest", kSteepestTilt);
+  hull_program.set("max_tilt_tangent", kMaxTiltTangent);
   hull_program.set("grey", Eigen::Vector3f(kUncolouredHull.cast<float>()));
   hull_program.set("depth_m", kDepthUnit);
   hull_program.set("bgr", kColourUnit);
@@ -237,10 +239,10 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world,
   for (const auto& [features, object_program] : object_programs_)
     set_view(object_program, eye_from_world);
   for (const std::size_t index : front_to_back(eye_from_world)) {
-    const Drawn& drawn = objects_[index];
+    const DrawableObject& drawn = objects_[index];
     const gl::GlProgram& object_program = object_programs_.at(features_of(drawn.object));
     object_program.use();
-    (hides_its_back(drawn, eye_from_world) ? glEnable : glDisable)(GL_CULL_FACE);
+    (can_cull_back_faces(drawn, eye_from_world) ? glEnable : glDisable)(GL_CULL_FACE);
     Eigen::Vector3d albedo = linear_from_srgb(drawn.object.colour_rgb);
     if (colliding.contains(drawn.object.name)) albedo += kHighlightStrength * (kHighlight - albedo);
     object_program.set(
@@ -261,7 +263,8 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world,
 
 // A closed convex surface that the near plane does not cut open within the view: its far side need
 // not be drawn, and would be shaded where it comes first.
-bool Renderer::hides_its_back(const Drawn& drawn, const Eigen::Isometry3d& eye_from_world) const {
+bool Renderer::can_cull_back_faces(const DrawableObject& drawn,
+                                   const Eigen::Isometry3d& eye_from_world) const {
   if (!std::holds_alternative<config::BoxShape>(drawn.object.shape) &&
       !std::holds_alternative<config::SphereShape>(drawn.object.shape))
     return false;
@@ -274,7 +277,7 @@ bool Renderer::hides_its_back(const Drawn& drawn, const Eigen::Isometry3d& eye_f
 std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_from_world) const {
   std::vector<std::pair<double, std::size_t>> by_end;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
-    const Drawn& drawn = objects_[i];
+    const DrawableObject& drawn = objects_[i];
     const Eigen::Vector3d centre_eye_m =
         eye_from_world * drawn.world_from_object * drawn.bounds_m.center();
     by_end.emplace_back(centre_eye_m.norm() + 0.5 * drawn.bounds_m.diagonal().norm(), i);

@@ -13,7 +13,7 @@
 #include "common/config/scene.h"
 #include "common/gl/objects.h"
 #include "render_node/surface.h"
-#include "render_node/tile_set.h"
+#include "render_node/tile_assembler.h"
 
 namespace fivepipe::render {
 
@@ -46,8 +46,8 @@ class Renderer {
   cv::Mat depth_m() const;
 
  private:
-  struct Drawn {
-    explicit Drawn(const config::SceneObject& object);
+  struct DrawableObject {
+    explicit DrawableObject(const config::SceneObject& object);
     config::SceneObject object;
     Surface surface;
     Eigen::AlignedBox3d bounds_m;  // of the mesh as loaded, object frame
@@ -57,13 +57,14 @@ class Renderer {
   };
 
   std::optional<std::string> why_undrawable(const ObjectPose& pose) const;
-  void place(const ObjectPose& pose);
+  void set_pose(const ObjectPose& pose);
   void set_view(const gl::GlProgram& program, const Eigen::Isometry3d& eye_from_world) const;
   void draw_hull(const HullFrame& hull);
   void upload(const HullFrame& hull);
   void draw_objects(const Eigen::Isometry3d& eye_from_world,
                     const std::set<std::string>& colliding) const;
-  bool hides_its_back(const Drawn& drawn, const Eigen::Isometry3d& eye_from_world) const;
+  bool can_cull_back_faces(const DrawableObject& drawn,
+                           const Eigen::Isometry3d& eye_from_world) const;
   std::vector<std::size_t> front_to_back(const Eigen::Isometry3d& eye_from_world) const;
   void draw_background() const;
 
@@ -73,7 +74,7 @@ class Renderer {
   Eigen::Vector3d light_world_m_;
   double light_reach_m_;
   std::array<double, 3> background_rgb_;
-  std::vector<Drawn> objects_;
+  std::vector<DrawableObject> objects_;
   std::map<std::string, std::size_t> index_of_object_;
   std::map<std::string, gl::GlProgram>
       object_programs_;  // by what their objects have (features_of)

@@ -143,7 +143,7 @@ inline constexpr const char* kHullFragment = R"(
 in vec2 texel;
 uniform sampler2D depth_m;
 uniform vec2 focal_px;
-uniform float steepest;            // tangent of the tilt up to which neighbouring texels are one surface
+uniform float max_tilt_tangent;            // tangent of the tilt up to which neighbouring texels are one surface
 uniform vec2 window_depth_terms;   // NDC depth = x + y / z
 out vec4 colour;
 float depth_at(ivec2 t) { return texelFetch(depth_m, clamp(t, ivec2(0), textureSize(depth_m, 0) - 1), 0).r; }
@@ -174,7 +174,7 @@ void main() {
   vec4 around = vec4(depth_at(first), depth_at(first + ivec2(1, 0)), depth_at(first + ivec2(0, 1)), depth_at(first + ivec2(1, 1)));
   float z = between(around, to_nearest);
   if (z == 0.0) discard;
-  float jump = min(steepest / focal_px.x, 0.5) * z;
+  float jump = min(max_tilt_tangent / focal_px.x, 0.5) * z;
   bool one_surface = all(lessThan(abs(around - z), vec4(jump)));
   float inverse_z = one_surface ? between(1.0 / around, f) : 1.0 / z;
   // Hull at the far plane stays in front of the background, at depth 1.

@@ -2,7 +2,7 @@
 
 namespace fivepipe::render {
 VirtualFrame& VirtualFrames::at(std::uint64_t frame, std::int64_t capture_stamp_ns) {
-  if (order_.starts_anew(frame, capture_stamp_ns)) frames_.clear();
+  if (restart_detector_.is_restart(frame, capture_stamp_ns)) frames_.clear();
   // Older than all that is kept: nobody will ask for it.
   if (frames_.size() >= kMaxFrames && frame < frames_.begin()->first) return too_old_ = {};
   VirtualFrame& found = frames_[frame];

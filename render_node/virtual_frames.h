@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "common/pipeline/frames/frame_order.h"
+#include "common/pipeline/frames/restart_detector.h"
 #include "render_node/renderer.h"
 
 namespace fivepipe::render {
@@ -33,7 +33,7 @@ class VirtualFrames {
 
  private:
   VirtualFrame& at(std::uint64_t frame, std::int64_t capture_stamp_ns);
-  frames::FrameOrder order_;
+  frames::RestartDetector restart_detector_;
   std::map<std::uint64_t, VirtualFrame> frames_;
   VirtualFrame too_old_;
 };

@@ -34,7 +34,8 @@ void add_response(CollisionDetails& details, const hull::HullQuery& query,
                                          .apex_angle_rad = asked.apex_angle_rad};
   details.response = collision::respond(query, collision, request, requery, config);
   if (asked.local_minimum_translation && details.response->has_exit())
-    details.local_minimum_translation = collision::find_local_minimum_translation(query, collision, *details.response, requery);
+    details.local_minimum_translation =
+        collision::find_local_minimum_translation(query, collision, *details.response, requery);
 }
 
 std::vector<collision::Proximity> proximity_of(collision::HullProximity& proximity,

@@ -14,8 +14,9 @@
 namespace fivepipe::sim {
 
 struct CollisionDetails {
-  std::optional<collision::Response> response;         // of an object that collides
-  std::optional<collision::LocalMinimumTranslation> local_minimum_translation;    // where the response has a way out
+  std::optional<collision::Response> response;  // of an object that collides
+  std::optional<collision::LocalMinimumTranslation>
+      local_minimum_translation;                       // where the response has a way out
   std::optional<collision::ContactManifold> contacts;  // of an object that collides
   std::vector<collision::Proximity> proximity;         // by vertex or by triangle
   std::optional<collision::FirstContact> first_contact;

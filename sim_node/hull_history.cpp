@@ -21,9 +21,10 @@ double radius_m(const collision::HullComponent& part) {
 
 // However both turn meanwhile: the part about its middle, the object about its frame's origin.
 bool may_collide(const collision::HullComponent& before, const collision::HullComponent& now,
-              const collision::MovingObject& object) {
+                 const collision::MovingObject& object) {
   const double object_radius_m = object.tree->origin_m().norm() + object.tree->radius_m();
-  return swept(before.centroid_world_m, now.centroid_world_m, std::max(radius_m(before), radius_m(now)))
+  return swept(before.centroid_world_m, now.centroid_world_m,
+               std::max(radius_m(before), radius_m(now)))
       .intersects(swept(object.world_from_object_before.translation(),
                         object.world_from_object_after.translation(), object_radius_m));
 }

@@ -24,7 +24,7 @@ OutgoingState state_message(const std::string& simulation, std::uint64_t frame,
       continue;
     fivepipe_v1_ObjectState& object = out.objects.emplace_back();
     messages::set_text(object.object, states[i].name);
-    object.world_from_object = messages::wire(states[i].world_from_object);
+    object.world_from_object = messages::to_wire(states[i].world_from_object);
     out.warmth.push_back(states[i].warmth);
     std::vector<float>& vertices = out.vertices_m.emplace_back();
     for (const Eigen::Vector3d& v : states[i].vertices_m)

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/pipeline/messages/wire.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "sim_node/simulation.h"
 
 namespace fivepipe::sim {

@@ -28,10 +28,13 @@ fivepipe_v1_ResponseStatus wire_response(collision::RecoveryStatus status) {
   return fivepipe_v1_no_response;
 }
 
-fivepipe_v1_LocalMinimumTranslationStatus wire_local_minimum_translation(collision::LocalMinimumTranslationStatus status) {
+fivepipe_v1_LocalMinimumTranslationStatus wire_local_minimum_translation(
+    collision::LocalMinimumTranslationStatus status) {
   switch (status) {
-    case collision::LocalMinimumTranslationStatus::found: return fivepipe_v1_shorter_translation_found;
-    case collision::LocalMinimumTranslationStatus::none_found: return fivepipe_v1_none_shorter_found;
+    case collision::LocalMinimumTranslationStatus::found:
+      return fivepipe_v1_shorter_translation_found;
+    case collision::LocalMinimumTranslationStatus::none_found:
+      return fivepipe_v1_none_shorter_found;
     case collision::LocalMinimumTranslationStatus::not_free: break;
   }
   return fivepipe_v1_no_translation_found;
@@ -77,14 +80,14 @@ void add_normal(OutgoingCollision& out, const collision::HullNormal& normal,
   const bool defined = normal.status == collision::NormalStatus::defined;
   out.normals.push_back({kind,
                          defined ? fivepipe_v1_normal_defined : fivepipe_v1_normal_undefined,
-                         messages::wire(normal.normal_world),
+                         messages::to_wire(normal.normal_world),
                          normal.error_rad,
                          {}});
   out.cameras.emplace_back();
   for (const hull::LimitingCamera& limiting : normal.cameras) {
     fivepipe_v1_LimitingNormal& one = out.cameras.back().emplace_back();
     set_camera(one.camera, limiting.camera, cameras);
-    one.normal = messages::wire(limiting.normal_world);
+    one.normal = messages::to_wire(limiting.normal_world);
     one.error_rad = limiting.error_rad;
   }
 }
@@ -92,9 +95,9 @@ void add_normal(OutgoingCollision& out, const collision::HullNormal& normal,
 void put_response(OutgoingCollision& out, const collision::Response& response,
                   const std::vector<std::string>& cameras) {
   out.header.response = wire_response(response.status);
-  out.header.cp_object_m = messages::wire(response.cp_object_world_m);
-  out.header.v_rec = messages::wire(response.v_rec_world);
-  out.header.cp_hull_m = messages::wire(response.cp_hull_world_m);
+  out.header.cp_object_m = messages::to_wire(response.cp_object_world_m);
+  out.header.v_rec = messages::to_wire(response.v_rec_world);
+  out.header.cp_hull_m = messages::to_wire(response.cp_hull_world_m);
   out.header.d_rec_m = response.d_rec_m;
   out.header.d_rec_error_m = response.d_rec_error_m;
   out.header.residual_m = response.residual_m;
@@ -107,9 +110,9 @@ fivepipe_v1_Contact contact_message(const collision::Contact& contact,
   fivepipe_v1_Contact message{};
   message.status = wire_contact(contact.status);
   message.triangle = contact.on_object.triangle;
-  message.on_object_m = messages::wire(contact.on_object.p_world_m);
-  message.on_hull_m = messages::wire(contact.on_hull_world_m);
-  message.normal = messages::wire(contact.normal_world);
+  message.on_object_m = messages::to_wire(contact.on_object.p_world_m);
+  message.on_hull_m = messages::to_wire(contact.on_hull_world_m);
+  message.normal = messages::to_wire(contact.normal_world);
   message.depth_m = contact.depth_m;
   message.depth_error_m = contact.depth_error_m;
   message.normal_error_rad = contact.normal_error_rad;
@@ -124,7 +127,7 @@ void put_proximity(OutgoingCollision& out, const std::vector<collision::Proximit
     out.max_m.push_back(rounded_up(p.max_m));
   }
   out.proximity.push_back({requests.of == config::ProximityOf::vertices ? fivepipe_v1_of_vertices
-                                                                      : fivepipe_v1_of_triangles,
+                                                                        : fivepipe_v1_of_triangles,
                            requests.cap_m,
                            {},
                            {}});
@@ -138,7 +141,7 @@ void put_first_contact(OutgoingCollision& out, const collision::FirstContact& co
   message.stamp_ns = frame.capture_stamp_ns +
                      std::llround(kNanosecondsPerSecond * (contact.time_s - frame.time_s));
   message.error_ns = std::uint64_t(std::ceil(kNanosecondsPerSecond * contact.time_error_s));
-  message.p_m = messages::wire(contact.p_world_m);
+  message.p_m = messages::to_wire(contact.p_world_m);
   message.triangle = contact.triangle;
   message.coarse = contact.coarse;
 }
@@ -172,15 +175,17 @@ OutgoingCollision collision_message(const ResultFrame& frame, const CollisionRep
   out.header.triangles_colliding = std::uint32_t(report.collision.triangles.size());
   out.header.points_truncated = report.truncated;
   for (const collision::CollisionPoint& point : report.collision.points)
-    out.points_m.push_back(messages::wire(point.p_world_m));
+    out.points_m.push_back(messages::to_wire(point.p_world_m));
   if (requests.triangles)
-    out.triangles = report.collision.triangles, out.triangles_undecided = report.collision.undecided;
+    out.triangles = report.collision.triangles,
+    out.triangles_undecided = report.collision.undecided;
   const CollisionDetails& details = report.details;
   if (const auto& response = details.response ? details.response : report.response)
     put_response(out, *response, frame.cameras);
   if (details.local_minimum_translation)
-    out.local_minimum_translation.push_back({wire_local_minimum_translation(details.local_minimum_translation->status),
-                               messages::wire(details.local_minimum_translation->move_world_m)});
+    out.local_minimum_translation.push_back(
+        {wire_local_minimum_translation(details.local_minimum_translation->status),
+         messages::to_wire(details.local_minimum_translation->move_world_m)});
   if (details.contacts)
     for (const collision::Contact& contact : details.contacts->contacts)
       out.contacts.push_back(contact_message(contact, frame.cameras));
@@ -197,7 +202,7 @@ const fivepipe_v1_HullComponents& OutgoingComponents::message() {
 }
 
 OutgoingComponents components_message(const std::string& simulation, const ResultFrame& frame,
-                            const std::vector<collision::TrackedComponent>& parts) {
+                                      const std::vector<collision::TrackedComponent>& parts) {
   OutgoingComponents out;
   messages::set_text(out.header.simulation, simulation);
   out.header.frame = frame.frame;
@@ -207,16 +212,16 @@ OutgoingComponents components_message(const std::string& simulation, const Resul
     message.id = part.id;
     message.origin = wire_origin(part.origin);
     out.from.push_back(part.from);
-    message.centroid_m = messages::wire(part.part.centroid_world_m);
+    message.centroid_m = messages::to_wire(part.part.centroid_world_m);
     message.volume_m3 = part.part.volume_m3;
-    message.box_min_m = messages::wire(Eigen::Vector3d(part.part.box_world_m.min()));
-    message.box_max_m = messages::wire(Eigen::Vector3d(part.part.box_world_m.max()));
+    message.box_min_m = messages::to_wire(Eigen::Vector3d(part.part.box_world_m.min()));
+    message.box_max_m = messages::to_wire(Eigen::Vector3d(part.part.box_world_m.max()));
     message.cut = part.part.cut;
     if (!part.motion) continue;
     message.frames = std::uint16_t(part.motion->frames);
     message.window_s = part.motion->window_s;
-    message.velocity_m_s = messages::wire(part.motion->velocity_world_m_s);
-    message.angular_velocity_rad_s = messages::wire(part.motion->angular_velocity_world_rad_s);
+    message.velocity_m_s = messages::to_wire(part.motion->velocity_world_m_s);
+    message.angular_velocity_rad_s = messages::to_wire(part.motion->angular_velocity_world_rad_s);
     message.determined_axes = std::uint8_t(part.motion->determined_axes);
     message.residual_m = part.motion->residual_m;
   }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/pipeline/messages/wire.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "sim_node/simulation.h"
 
 namespace fivepipe::sim {
@@ -41,6 +41,6 @@ struct OutgoingComponents {
   const fivepipe_v1_HullComponents& message();
 };
 OutgoingComponents components_message(const std::string& simulation, const ResultFrame& frame,
-                            const std::vector<collision::TrackedComponent>& parts);
+                                      const std::vector<collision::TrackedComponent>& parts);
 
 }  // namespace fivepipe::sim

@@ -95,7 +95,8 @@ Simulation::Simulation(const config::Scene& scene, const config::SimConfig& conf
                                      : std::nullopt);
   }
   if (scene_.history) history_.emplace(*scene_.history, real_volume_world_m, pool_);
-  scene_bounds_m_ = {scene_bounds_m_.min().array() - kLost_m, scene_bounds_m_.max().array() + kLost_m};
+  scene_bounds_m_ = {scene_bounds_m_.min().array() - kLost_m,
+                     scene_bounds_m_.max().array() + kLost_m};
   contacts_.resize(bouncing_.size());
   world_from_objects_before_.resize(scene_.objects.size());
 }
@@ -130,7 +131,8 @@ void Simulation::catch_up(double time_s) {
     counters_.skipped_s += gap_s - kMaxCatchUp_s;
     anchor_at(time_s - kMaxCatchUp_s);
   }
-  while (anchor_s_ + double(steps_since_anchor_ + 1) * config_.step_s <= time_s + kStampResolution_s)
+  while (anchor_s_ + double(steps_since_anchor_ + 1) * config_.step_s <=
+         time_s + kStampResolution_s)
     step();
 }
 

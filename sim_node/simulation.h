@@ -43,8 +43,8 @@ struct SimulationCounters {
   std::uint64_t unrecovered =
       0;  // of those, where no way out was found: reference_inside, no_exit_within_reach
   std::uint64_t still_colliding = 0;    // of those, after kMaxRecoveries moves
-  std::uint64_t respawned = 0;           // objects that left the scene, or whose pose was not finite
-  std::uint64_t backward_stamps = 0;   // advance_to a time before the present one
+  std::uint64_t respawned = 0;          // objects that left the scene, or whose pose was not finite
+  std::uint64_t backward_stamps = 0;    // advance_to a time before the present one
   double skipped_s = 0;                 // not simulated: gaps longer than kMaxCatchUp_s
   collision::DetectorCounts detection;  // summed over all queries
 };
@@ -128,7 +128,7 @@ class Simulation {
   std::vector<double>
       flatness_m_;  // by object: how far its triangles lie under the surface that they stand for
   std::vector<std::size_t> reacting_, bouncing_;  // objects
-  Eigen::AlignedBox3d scene_bounds_m_;              // objects outside are put back
+  Eigen::AlignedBox3d scene_bounds_m_;            // objects outside are put back
   std::uint64_t steps_per_query_, steps_since_query_ = 0;
   double anchor_s_ = 0;
   std::uint64_t steps_since_anchor_ = 0;

@@ -5,7 +5,7 @@
 
 #include "common/pipeline/node/frame_set_reader.h"
 #include "common/pipeline/node/frame_trace.h"
-#include "common/pipeline/node/replay_watch.h"
+#include "common/pipeline/node/replay_monitor.h"
 #include "sim_node/messages.h"
 #include "sim_node/messages_collision.h"
 
@@ -40,9 +40,10 @@ void count_new(node::NodeStatusReporter& status, const SimulationCounters& now,
   count_increase("objects_respawned", now.respawned, reported.respawned);
   count_increase("backward_stamps", now.backward_stamps, reported.backward_stamps);
   count_increase("milliseconds_skipped", std::uint64_t(1e3 * now.skipped_s),
-       std::uint64_t(1e3 * reported.skipped_s));
+                 std::uint64_t(1e3 * reported.skipped_s));
   count_increase("objects_undecided", now.detection.undecided, reported.detection.undecided);
-  count_increase("points_unconfirmed", now.detection.points_unconfirmed, reported.detection.points_unconfirmed);
+  count_increase("points_unconfirmed", now.detection.points_unconfirmed,
+                 reported.detection.points_unconfirmed);
   reported = now;
 }
 
@@ -65,7 +66,7 @@ class SimulationPipe {
     while (node::running()) {
       node_.bus.wait(std::min<Clock::duration>(kFrameSetTimeout, node::kMaxWait));
       const bool was_lossless = replay_.lossless();
-      if (replay_.update()) start_anew();
+      if (replay_.update()) reset();
       // What the frames made is all that comes of a lossless replay: nothing goes on from its last
       // hull.
       if (was_lossless && !replay_.lossless()) held_.reset();
@@ -83,8 +84,8 @@ class SimulationPipe {
   }
 
   // As if the process had just been started: a replay gives the same bits again.
-  void start_anew() {
-    sets_.start_anew();
+  void reset() {
+    sets_.reset();
     simulation_ = new_simulation();
     reported_ = {};
     held_.reset();
@@ -105,7 +106,8 @@ class SimulationPipe {
     publish();
     if (parts_)
       parts_->write(
-          components_message(node_.node.name, result_frame(), *simulation_->hull_components()).message());
+          components_message(node_.node.name, result_frame(), *simulation_->hull_components())
+              .message());
     traces_.handled(held_->frame, held_->capture_stamp_ns,
                     {held_->first_received_ns, held_->last_received_ns}, std::move(steps));
   }
@@ -143,11 +145,12 @@ class SimulationPipe {
   std::unique_ptr<Simulation> simulation_;
   node::FrameSetReader sets_;
   bus::Reader<bus::topics::Command> commands_;
-  node::ReplayWatch replay_;
+  node::ReplayMonitor replay_;
   node::FrameTracer traces_;
   bus::Writer<bus::topics::VirtualState> states_;
   bus::Writer<bus::topics::CollisionResult> collisions_;
-  std::optional<bus::Writer<bus::topics::HullComponents>> parts_;  // where the scene asks for history
+  std::optional<bus::Writer<bus::topics::HullComponents>>
+      parts_;  // where the scene asks for history
   std::optional<std::int64_t> first_stamp_ns_;
   std::optional<frames::FrameSet> held_;
   Clock::time_point last_set_time_;

@@ -70,7 +70,7 @@ std::vector<Result> measure(const CollisionScene& scene, const std::vector<Metho
   std::vector<Result> results(methods.size());
   std::vector<Answer> answers(methods.size());
   Responses responses(scene);
-  base::time_in_turn(methods.size(), budget, [&](std::size_t m, bool counted) {
+  base::time_round_robin(methods.size(), budget, [&](std::size_t m, bool counted) {
     answers[m] = methods[m].run(scene);
     const auto response_ms = responses.frame_ms(methods[m], answers[m].objects);
     if (counted) take(answers[m], response_ms, results[m]);
@@ -123,8 +123,7 @@ class Suite {
     std::fputs("\r", stderr);
     std::puts("");
     if (!results_.empty()) print(results_), print_responses(results_), print_ratios(results_);
-    if (asked_for("proximity"))
-      print(proximities_ = measure_proximity(args_.threads, args_.quick));
+    if (asked_for("proximity")) print(proximities_ = measure_proximity(args_.threads, args_.quick));
     if (asked_for("normals")) print(normals_ = measure_normals(args_.quick));
     std::optional<PaperModelFits> laws;
     if (asked_for("laws")) print(laws.emplace(fit_paper_models(args_.quick)));

@@ -84,7 +84,7 @@ TruthCounts counts_of(const Truth& truth) {
 }
 
 VerdictErrors wrong_of(const std::vector<collision::ObjectCollision>& said, const Truth& truth,
-               const CollisionScene& scene) {
+                       const CollisionScene& scene) {
   VerdictErrors wrong;
   for (std::size_t o = 0; o < truth.size(); ++o) {
     std::vector<char> colliding(truth[o].size()), undecided(truth[o].size()),

@@ -42,6 +42,6 @@ struct VerdictErrors {
   std::size_t undecided = 0;  // neither said
 };
 VerdictErrors wrong_of(const std::vector<collision::ObjectCollision>& said, const Truth& truth,
-               const CollisionScene& scene);
+                       const CollisionScene& scene);
 
 }  // namespace fivepipe::collision_bench

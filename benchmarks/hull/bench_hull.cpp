@@ -33,7 +33,7 @@ std::vector<Result> measure(const HullScene& scene, const Size& size,
   std::vector<Result> results(methods.size());
   std::vector<std::vector<float>> depths(
       methods.size(), std::vector<float>(std::size_t(size.width_px) * size.height_px));
-  base::time_in_turn(methods.size(), budget, [&](std::size_t m, bool counted) {
+  base::time_round_robin(methods.size(), budget, [&](std::size_t m, bool counted) {
     const double ms = timed_ms(methods[m], scene, view, depths[m]);
     if (counted) results[m].time_ms.push_back(ms);
     return ms;

@@ -16,7 +16,7 @@
 #include "benchmarks/nodes/free_domain.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/profile.h"
-#include "common/pipeline/messages/wire.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "launch/cli/commands.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/process.h"
@@ -27,10 +27,10 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds longest_match = 10s, longest_round_trip = 1s,
-                                    round_time = 1500ms;
+constexpr std::chrono::milliseconds kMatchTimeout = 10s, kRoundTripTimeout = 1s,
+                                    kRoundDuration = 1500ms;
 // ddsperf tells of whole seconds; the first is of its start.
-constexpr int ddsperf_s = 3;
+constexpr int kDdsperfDuration_s = 3;
 // Of an ObjectPixelMap and an ObjectColour beside their payload, about.
 constexpr std::size_t kHeaderBytes = 128;
 
@@ -41,8 +41,9 @@ void stop_if_interrupted() {
 // Its medians of half a round trip [us], without the first.
 std::vector<double> ddsperf_medians(std::uint32_t domain, std::size_t size_bytes,
                                     const std::string& mode) {
-  const std::vector<std::string> common{
-      "/usr/bin/env", "ddsperf", "-i", std::to_string(domain), "-D", std::to_string(ddsperf_s)};
+  const std::vector<std::string> common{"/usr/bin/env", "ddsperf",
+                                        "-i",           std::to_string(domain),
+                                        "-D",           std::to_string(kDdsperfDuration_s)};
   std::vector<std::string> pong = common, ping = common;
   pong.insert(pong.end(), {"pong", mode});
   ping.insert(ping.end(), {"ping", "size", std::to_string(size_bytes), mode});
@@ -75,7 +76,7 @@ void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
   bus::Bus bus({domain, profile, "ping"});
   auto maps = bus.writer<bus::topics::ObjectPixelMap>();
   auto colours = bus.reader<bus::topics::ObjectColour>();
-  for (const auto until = Clock::now() + longest_match;
+  for (const auto until = Clock::now() + kMatchTimeout;
        maps.readers() == 0 || colours.writers() == 0; bus.wait(10ms))
     if (stop_if_interrupted(); Clock::now() > until)
       throw std::runtime_error("the other end of the bus does not answer");
@@ -84,7 +85,7 @@ void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
   fivepipe_v1_ObjectPixelMap map{};
   messages::set_text(map.camera, "ping");
   messages::borrow(map.payload, payload);
-  const auto end = Clock::now() + round_time;
+  const auto end = Clock::now() + kRoundDuration;
   for (bool warm = false; Clock::now() < end; warm = true) {
     stop_if_interrupted();
     const auto start = Clock::now();
@@ -93,7 +94,7 @@ void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
     std::optional<Clock::time_point>
         back;  // when it was read: what a reader does with the loan afterwards is not the bus's
     while (!back) {
-      if (Clock::now() - start > longest_round_trip)
+      if (Clock::now() - start > kRoundTripTimeout)
         throw std::runtime_error("a message of " + std::to_string(times.size_bytes) +
                                  " bytes did not come back");
       bus.wait(10ms);

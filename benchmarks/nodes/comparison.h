@@ -10,8 +10,8 @@ struct ComparedResult {
   std::string name;
   double before_ms = 0, after_ms = 0;  // medians
   double ratio() const { return after_ms / before_ms; }
-  bool is_slower_than(double most_ratio) const {
-    return !(ratio() <= most_ratio) || !(after_ms > 0);
+  bool is_slower_than(double max_ratio) const {
+    return !(ratio() <= max_ratio) || !(after_ms > 0);
   }                                       // nothing measured is no good result
   bool output_differs = false;            // both have a checksum, and not the same
   std::vector<std::string> worse_errors;  // "max_mm: 0.2 instead of 0.1"

@@ -13,17 +13,17 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Ports of these domains lie below those that the kernel gives to others.
-constexpr std::uint32_t first_domain = 60, domains = 40;
-constexpr auto listening_time = 400ms;
+// Ports of these kDomainCount lie below those that the kernel gives to others.
+constexpr std::uint32_t kFirstDomain = 60, kDomainCount = 40;
+constexpr auto kListeningTime = 400ms;
 
 }  // namespace
 
 std::uint32_t free_domain(const std::string& profile) {
-  for (std::uint32_t i = 0; i < domains; ++i) {
-    const std::uint32_t domain = first_domain + (std::uint32_t(getpid()) + i) % domains;
+  for (std::uint32_t i = 0; i < kDomainCount; ++i) {
+    const std::uint32_t domain = kFirstDomain + (std::uint32_t(getpid()) + i) % kDomainCount;
     bus::Bus bus({domain, profile, "bench"});
-    for (const auto until = std::chrono::steady_clock::now() + listening_time;
+    for (const auto until = std::chrono::steady_clock::now() + kListeningTime;
          std::chrono::steady_clock::now() < until;)
       bus.wait(20ms);
     const auto endpoints = bus.endpoints();
@@ -32,8 +32,8 @@ std::uint32_t free_domain(const std::string& profile) {
       return domain;
   }
   throw std::runtime_error("no DDS domain is free: somebody is heard in all of " +
-                           std::to_string(first_domain) + " to " +
-                           std::to_string(first_domain + domains - 1));
+                           std::to_string(kFirstDomain) + " to " +
+                           std::to_string(kFirstDomain + kDomainCount - 1));
 }
 
 }  // namespace fivepipe::node_bench

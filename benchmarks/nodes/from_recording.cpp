@@ -49,13 +49,13 @@ MeasuredDeployment::MeasuredDeployment(const recording::Recording& recording,
     own_ = config::load_deployment(options.deployment, settings_);
   }
   if (options.out.empty())
-    passing_out_ =
+    temporary_out_ =
         std::filesystem::temp_directory_path() / ("fivepipe-bench-" + std::to_string(getpid()));
 }
 
 MeasuredDeployment::~MeasuredDeployment() {
   std::error_code ignored;  // a folder left in /tmp is no reason to fail
-  if (!passing_out_.empty()) std::filesystem::remove_all(passing_out_, ignored);
+  if (!temporary_out_.empty()) std::filesystem::remove_all(temporary_out_, ignored);
 }
 
 NodeRunOptions MeasuredDeployment::run_options(const FromRecordingOptions& options) const {
@@ -67,7 +67,7 @@ NodeRunOptions MeasuredDeployment::run_options(const FromRecordingOptions& optio
   run.frames_in_flight = options.frames_in_flight;
   run.start_s = options.start_s;
   run.end_s = options.end_s;
-  run.out = options.out.empty() ? passing_out_ : options.out;
+  run.out = options.out.empty() ? temporary_out_ : options.out;
   std::filesystem::create_directories(run.out);
   return run;
 }

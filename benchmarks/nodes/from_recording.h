@@ -42,7 +42,7 @@ class MeasuredDeployment {
   std::optional<replay::RecordedDeployment> recorded_;
   std::optional<config::Deployment> own_;
   std::map<std::string, std::string> settings_;
-  std::filesystem::path passing_out_;  // removed at the end
+  std::filesystem::path temporary_out_;  // removed at the end
 };
 
 // One entry of the results of a benchmark's JSON.

@@ -28,11 +28,11 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 // Shaders, meshes and what else a node needs before it reads.
-constexpr auto longest_start = 30s;
-constexpr auto longest_end = 2s;
+constexpr auto kStartTimeout = 30s;
+constexpr auto kStopTimeout = 2s;
 
 // What tells of times differs from run to run.
-bool tells_of_times(const std::string& topic) {
+bool has_timestamps(const std::string& topic) {
   static const std::set<std::string> timed = {
       bus::topics::TileCosts::name, bus::topics::FrameComposited::name,
       bus::topics::FrameTrace::name, bus::topics::NodeStatus::name,
@@ -97,7 +97,7 @@ class Nodes {
   }
   void stop() {
     for (auto& [name, child] : children_) child->signal_group(SIGTERM);
-    const auto until = Clock::now() + longest_end;
+    const auto until = Clock::now() + kStopTimeout;
     const auto runs = [](auto& child) { return !child.second->ended(); };
     while (Clock::now() < until && std::any_of(children_.begin(), children_.end(), runs))
       std::this_thread::sleep_for(10ms);
@@ -114,7 +114,7 @@ class Outputs {
  public:
   Outputs(bus::Bus& bus, const std::set<std::string>& replayed) : bus_(bus) {
     for (const bus::topics::Topic& topic : bus::topics::all())
-      if (!tells_of_times(topic.name) && !replayed.contains(topic.name))
+      if (!has_timestamps(topic.name) && !replayed.contains(topic.name))
         readers_.push_back({topic, bus::SerializedReader(bus, topic)});
   }
   void take() {
@@ -136,12 +136,12 @@ class Outputs {
 };
 
 // Hears of composites in a thread of its own: the replay may be busy sending when one comes.
-class CompositeWatch {
+class CompositeListener {
  public:
-  struct Heard {
-    std::int64_t composited_ns = 0, heard_ns = 0;
+  struct ReceivedComposite {
+    std::int64_t composited_ns = 0, received_ns = 0;
   };
-  CompositeWatch(std::uint32_t domain, const std::string& profile)
+  CompositeListener(std::uint32_t domain, const std::string& profile)
       : bus_({domain, profile, "replay_composites"}),
         composited_(bus_.reader<bus::topics::FrameComposited>()),
         thread_([this](std::stop_token stop) {
@@ -150,23 +150,23 @@ class CompositeWatch {
             bus_.wait(last ? 0ms : 20ms);
           }
         }) {}
-  // By frame; nothing is heard any more.
-  const std::map<std::uint64_t, Heard>& end() {
+  // By frame; nothing is received any more.
+  const std::map<std::uint64_t, ReceivedComposite>& end() {
     thread_.request_stop();
     if (thread_.joinable()) thread_.join();
-    return heard_;
+    return received_;
   }
 
  private:
   void take() {
     for (const auto& sample : composited_.take())
       if (sample.valid())
-        heard_[sample->frame] = {sample->composited_stamp_ns, base::now_realtime_ns()};
+        received_[sample->frame] = {sample->composited_stamp_ns, base::now_realtime_ns()};
   }
 
   bus::Bus bus_;
   bus::Reader<bus::topics::FrameComposited> composited_;
-  std::map<std::uint64_t, Heard> heard_;  // the thread's, until it has ended
+  std::map<std::uint64_t, ReceivedComposite> received_;  // the thread's, until it has ended
   std::jthread thread_;
 };
 
@@ -193,7 +193,7 @@ replay::ReplayPlan plan_of(const recording::Recording& recording, const NodeRunO
 }
 
 void wait_for_readers(bus::Bus& bus, const replay::Replayer& replayer, Nodes& nodes) {
-  for (const auto until = Clock::now() + longest_start;; bus.wait(20ms)) {
+  for (const auto until = Clock::now() + kStartTimeout;; bus.wait(20ms)) {
     nodes.check();
     const std::string missing = replayer.missing_reader();
     if (missing.empty()) return;
@@ -221,7 +221,7 @@ std::uint64_t dropped_by(const NodeRun& run, const std::string& node) {
   return dropped;
 }
 
-bool is_sound(const NodeRun& run) {
+bool is_valid_run(const NodeRun& run) {
   bool sound = run.counts.complete();
   for (const auto& [node, expected] : run.counts.expected) {
     if (expected == 0)
@@ -246,8 +246,8 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   Nodes nodes(options, domain);
   bus::Bus bus({domain, options.deployment->network_profile, "replay", true});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
-  launch::StatusBook statuses;
-  std::optional<CompositeWatch> composites;
+  launch::StatusRegistry statuses;
+  std::optional<CompositeListener> composites;
   if (std::any_of(plan.nodes.begin(), plan.nodes.end(), [](const replay::ReplayedNode& node) {
         return replay::outputs_of(node.program).contains(bus::topics::FrameComposited::name);
       }))
@@ -264,7 +264,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
     frames[frame].frame = frame;
     frames[frame].sent = sent;
   };
-  replayer.tell_traces_to([&](const fivepipe_v1_FrameTrace& trace) {
+  replayer.set_trace_listener([&](const fivepipe_v1_FrameTrace& trace) {
     frames[trace.frame].nodes[trace.node] = frame_at_node(trace);
   });
   const auto before = nodes.use();
@@ -278,7 +278,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
     take_outputs();
     nodes.check();
     return launch::signals_received() > 0 ? replay::ReplayControl::stop
-                                          : replay::ReplayControl::go_on;
+                                          : replay::ReplayControl::resume;
   });
   NodeRun run;
   run.use = nodes.use();
@@ -288,14 +288,14 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   nodes.stop();
   take_outputs();
   if (composites)
-    for (const auto& [frame, heard] : composites->end()) {
-      frames[frame].composited_ns = heard.composited_ns;
-      frames[frame].composite_heard_ns = heard.heard_ns;
+    for (const auto& [frame, received] : composites->end()) {
+      frames[frame].composited_ns = received.composited_ns;
+      frames[frame].composite_received_ns = received.received_ns;
     }
   for (const auto& [name, processes] : statuses.processes()) {
     run.drops[name] = processes.back().drops;
-    for (const std::string& remark : processes.back().remarks)
-      if (remark.starts_with("gl: ")) run.gl_renderer = remark.substr(4);
+    for (const std::string& diagnostic : processes.back().diagnostics)
+      if (diagnostic.starts_with("gl: ")) run.gl_renderer = diagnostic.substr(4);
   }
   run.counts = replayer.counts();
   if (outputs) run.outputs = outputs->digests();

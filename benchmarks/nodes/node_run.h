@@ -19,7 +19,7 @@ struct NodeRunOptions {
   std::vector<std::string> nodes;  // these are started; the recording stands for all others
   double rate = 0;                 // 0: as fast as it goes
   int frames_in_flight = 2;
-  replay::SendOrder order = replay::SendOrder::needed_ahead;
+  replay::SendOrder order = replay::SendOrder::pipelined;
   double start_s = 0;  // from the recording's start
   std::optional<double> end_s;
   bool checksums = true;      // of what the nodes write; they are read for it
@@ -49,7 +49,7 @@ struct NodeRun {
 std::uint64_t dropped_by(const NodeRun& run, const std::string& node);
 // Every frame was handled, one at least, and nothing dropped: its times may be compared. Says what
 // is not, on stderr.
-bool is_sound(const NodeRun& run);
+bool is_valid_run(const NodeRun& run);
 
 // Throws std::runtime_error with a node's last words where one does not start, or ends.
 NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& options);

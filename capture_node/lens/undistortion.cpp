@@ -14,10 +14,10 @@ Eigen::Vector2d distorted(const config::LensDistortion& lens, const Eigen::Vecto
           y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y};
 }
 
-double unfolded_radius(const config::LensDistortion& lens) {
+double monotonic_radius(const config::LensDistortion& lens) {
   constexpr double kStep = 0.005,
-                   kWidest = 20.0;  // 20: 87 degrees off the axis, wider than any pinhole image
-  for (double r = kStep; r < kWidest; r += kStep) {
+                   kMaxTangent = 20.0;  // 20: 87 degrees off the axis, wider than any pinhole image
+  for (double r = kStep; r < kMaxTangent; r += kStep) {
     const double r2 = r * r;
     if (!(1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3)) > 0)) return r - kStep;
   }
@@ -32,10 +32,11 @@ Undistortion::Undistortion(const config::RigCamera& camera)
       height_px_(camera.published.height_px) {
   if (identity_) return;
   const geometry::Pinhole &from = camera.source, &to = camera.published;
-  const double radius = unfolded_radius(camera.distortion);
+  const double radius = monotonic_radius(camera.distortion);
   const int words = (width_px_ + 63) / 64, source_row_bits = (source_width_px_ + 63) / 64 * 64;
   source_index_.assign(std::size_t(width_px_) * height_px_, kUnseen);
-  reach_.assign(std::size_t(words) * height_px_, {source_width_px_, source_height_px_, 0, 0});
+  source_rects_.assign(std::size_t(words) * height_px_,
+                       {source_width_px_, source_height_px_, 0, 0});
   cv::Mat map(height_px_, width_px_, CV_32FC2);
   for (int v = 0; v < height_px_; ++v)
     for (int u = 0; u < width_px_; ++u) {
@@ -49,7 +50,7 @@ Undistortion::Undistortion(const config::RigCamera& camera)
         continue;
       const int iu = int(std::floor(su + 0.5)), iv = int(std::floor(sv + 0.5));
       source_index_[std::size_t(v) * width_px_ + u] = iv * source_row_bits + iu;
-      WordReach& reach = reach_[std::size_t(v) * words + (u >> 6)];
+      SourceRect& reach = source_rects_[std::size_t(v) * words + (u >> 6)];
       reach = {std::min(reach.u0, iu), std::min(reach.v0, iv), std::max(reach.u1, iu + 1),
                std::max(reach.v1, iv + 1)};
       map.at<cv::Vec2f>(v, u) = {float(su), float(sv)};
@@ -70,7 +71,7 @@ hull::ObjectPixels Undistortion::published(const hull::ObjectPixels& source) con
   const std::uint64_t* bits = source.words().data();
   for (int v = 0; v < height_px_; ++v)
     for (int w = 0; w < words; ++w) {
-      const WordReach& reach = reach_[std::size_t(v) * words + w];
+      const SourceRect& reach = source_rects_[std::size_t(v) * words + w];
       if (reach.u0 >= held.u1_px || reach.u1 <= held.u0_px || reach.v0 >= held.v1_px ||
           reach.v1 <= held.v0_px)
         continue;

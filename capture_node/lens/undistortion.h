@@ -29,21 +29,21 @@ class Undistortion {
 
  private:
   // Smallest source rectangle from which the 64 published pixels of one word come.
-  struct WordReach {
+  struct SourceRect {
     std::int32_t u0, v0, u1, v1;
   };
   bool identity_ = false;
   int source_width_px_ = 0, source_height_px_ = 0, width_px_ = 0, height_px_ = 0;
   std::vector<std::int32_t>
       source_index_;  // per published pixel: its bit in the source map, rows padded to whole words
-  std::vector<WordReach> reach_;  // per published word
-  cv::Mat position_, fraction_;   // CV_16SC2 and CV_16UC1, as cv::remap takes them
+  std::vector<SourceRect> source_rects_;  // per published word
+  cv::Mat position_, fraction_;           // CV_16SC2 and CV_16UC1, as cv::remap takes them
   static constexpr std::int32_t kUnseen = -1;
 };
 
 // Normalised radius up to which the radial model grows with the angle; beyond it folds back onto
 // itself and its pixels are not what the lens sees. Infinite where it never folds.
-double unfolded_radius(const config::LensDistortion& lens);
+double monotonic_radius(const config::LensDistortion& lens);
 
 // OpenCV's lens model: normalised undistorted to normalised distorted coordinates.
 Eigen::Vector2d distorted(const config::LensDistortion& lens, const Eigen::Vector2d& xy);

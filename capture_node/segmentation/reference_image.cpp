@@ -67,7 +67,7 @@ ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames) {
   assert(!empty_frames.empty());
   const int width = empty_frames[0].cols, height = empty_frames[0].rows;
   const std::size_t row_bytes = std::size_t(width) * 3, middle = empty_frames.size() / 2;
-  const bool measures_noise = int(empty_frames.size()) >= kFewestForNoise;
+  const bool measures_noise = int(empty_frames.size()) >= kMinFramesForNoise;
   ReferenceImage reference{width, height, std::vector<float>(row_bytes * height),
                            std::vector<float>(row_bytes * height)};
   std::vector<Row> samples(empty_frames.size()), deviations(empty_frames.size());
@@ -86,12 +86,12 @@ ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames) {
     }
     sort_elements(deviations);
     for (std::size_t k = 0; k < row_bytes; ++k) {
-      const double reach =
-          std::max(kTrimFloorLevels, kTrimSigmas * kSigmaOfMedianDeviation * deviations[middle][k]);
+      const double reach = std::max(kTrimFloor_levels,
+                                    kTrim_sigmas * kSigmaOfMedianDeviation * deviations[middle][k]);
       const MeanSigma value = trimmed(samples, k, median[k], int(reach));
       reference.mean_levels[v * row_bytes + k] = value.mean;
       reference.sigma_levels[v * row_bytes + k] =
-          measures_noise ? value.sigma : float(kPlateSigmaLevels);
+          measures_noise ? value.sigma : float(kPlateSigma_levels);
     }
   }
   return reference;

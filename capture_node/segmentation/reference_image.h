@@ -15,17 +15,18 @@ struct ReferenceImage {
 
 // From frames of the empty scene, all 8-bit BGR of one size, at least one. Median first, then mean
 // and deviation of the samples near it: someone crossing a minority of the frames leaves no trace.
-// Fewer than kFewestForNoise frames: the noise is kPlateSigmaLevels.
+// Fewer than kMinFramesForNoise frames: the noise is kPlateSigma_levels.
 ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames);
 
-// From a single picture of the empty scene: no noise can be measured, kPlateSigmaLevels is assumed.
+// From a single picture of the empty scene: no noise can be measured, kPlateSigma_levels is
+// assumed.
 ReferenceImage reference_from_plate(const cv::Mat& plate);
 
-inline constexpr int kFewestForNoise = 8;  // below, a deviation is off by more than a quarter
-inline constexpr double kPlateSigmaLevels = 2.0;  // noise of an ordinary camera in room light
-inline constexpr double kTrimSigmas =
+inline constexpr int kMinFramesForNoise = 8;  // below, a deviation is off by more than a quarter
+inline constexpr double kPlateSigma_levels = 2.0;  // noise of an ordinary camera in room light
+inline constexpr double kTrim_sigmas =
     4.0;  // samples farther from the median than this are not the empty scene
-inline constexpr double kTrimFloorLevels =
+inline constexpr double kTrimFloor_levels =
     4.0;  // 8-bit rounding makes the median deviation of quiet pixels zero
 
 }  // namespace fivepipe::capture

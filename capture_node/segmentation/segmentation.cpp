@@ -26,13 +26,13 @@ std::optional<hull::ObjectPixels> Segmenter::segment(const cv::Mat& source_bgr) 
       source_bgr.rows != tables_.height_px)
     return std::nullopt;
   Difference found = difference(source_bgr, tables_);
-  if (config_.shadow_darkest < 1) drop_shadow(source_bgr, found);
+  if (config_.shadow_darkest < 1) remove_shadow(source_bgr, found);
   hull::ObjectPixels pixels = opened(std::move(found.differs), config_.opening_px);
   pixels = closed(std::move(pixels), config_.closing_px);
   return undistortion_.published(pixels);
 }
 
-void Segmenter::drop_shadow(const cv::Mat& source_bgr, Difference& found) const {
+void Segmenter::remove_shadow(const cv::Mat& source_bgr, Difference& found) const {
   const std::size_t words = std::size_t(found.differs.words_per_row());
   for (int v = 0; v < tables_.height_px; ++v)
     for (std::size_t w = 0; w < words; ++w) {
@@ -57,16 +57,16 @@ bool is_shadow(const std::uint8_t* pixel_bgr, const std::uint8_t* reference_bgr,
   }
   if (!(float(xr) >= float(darkest) * float(rr))) return false;
   const float along = rr > 0 ? float(xr) / float(rr) * float(xr) : 0.0f;  // (s|r|)^2
-  const float reach = std::max(kShadowColourLevels * kShadowColourLevels,
-                               kShadowColourShare * kShadowColourShare * along);
+  const float reach = std::max(kShadowColour_levels * kShadowColour_levels,
+                               kShadowColourFraction * kShadowColourFraction * along);
   return float(xx) - along <= reach;
 }
 
-std::vector<std::string> remarks_on(const hull::ObjectPixels& pixels) {
+std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixels) {
   const std::size_t all = std::size_t(pixels.width_px()) * std::size_t(pixels.height_px());
   const std::size_t set = pixels.count();
   if (set == 0) return {"sees no object pixels: the hull is empty"};
-  if (double(set) > kImplausibleShare * double(all))
+  if (double(set) > kMaxPlausibleFraction * double(all))
     return {std::to_string(100 * set / all) +
             " % of the image are object pixels: exposure or light changed, or the camera moved?"};
   return {};

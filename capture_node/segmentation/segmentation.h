@@ -27,7 +27,7 @@ class Segmenter {
   const Undistortion& undistortion() const { return undistortion_; }
 
  private:
-  void drop_shadow(const cv::Mat& source_bgr, Difference& difference) const;
+  void remove_shadow(const cv::Mat& source_bgr, Difference& difference) const;
 
   config::SegmentationConfig config_;
   DifferenceTables tables_;
@@ -38,17 +38,17 @@ class Segmenter {
 // Shadow keeps a surface's colour and takes its brightness. With x the pixel and r the reference, s
 // = x.r / r.r is how dark it is and |x - s r| how far from the reference's colour, both in grey
 // levels (Horprasert, Harwood, Davis 1999). Shadow: s at least `darkest` and the colour within the
-// larger of kShadowColourLevels and kShadowColourShare of s|r|.
+// larger of kShadowColour_levels and kShadowColourFraction of s|r|.
 bool is_shadow(const std::uint8_t* pixel_bgr, const std::uint8_t* reference_bgr, double darkest);
-inline constexpr float kShadowColourLevels =
+inline constexpr float kShadowColour_levels =
     8.0f;  // noise of three channels and the rounding of the reference
-inline constexpr float kShadowColourShare =
+inline constexpr float kShadowColourFraction =
     0.06f;  // light from the walls has another tint than the light that is blocked: 3.4 degrees
 
 // What a person should know about one camera's object pixels.
-std::vector<std::string> remarks_on(const hull::ObjectPixels& pixels);
+std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixels);
 // No rig has objects that fill so much of an image: its exposure or its light has changed, or the
 // camera has moved.
-inline constexpr double kImplausibleShare = 0.6;
+inline constexpr double kMaxPlausibleFraction = 0.6;
 
 }  // namespace fivepipe::capture

@@ -103,8 +103,8 @@ std::map<std::int64_t, fs::path> files_of_pattern(const fs::path& pattern) {
       continue;
     const std::string digits =
         candidate.substr(before.size(), candidate.size() - before.size() - after.size());
-    constexpr std::size_t kMostDigits = 15;
-    if (digits.size() > kMostDigits || digits.find_first_not_of("0123456789") != std::string::npos)
+    constexpr std::size_t kMaxDigits = 15;
+    if (digits.size() > kMaxDigits || digits.find_first_not_of("0123456789") != std::string::npos)
       continue;
     files.emplace(std::stoll(digits), entry->path());
   }
@@ -169,19 +169,19 @@ class FileSource final : public ImageSource {
         bgr = *image;
         return ReadStatus::image;
       }
-      trouble_ =
+      last_error_ =
           file_ + ": frame " + std::to_string(index) + " is " + size_text(image->cols, image->rows);
       return ReadStatus::missing;
     }
     if (frames_->count() && index >= *frames_->count())
       return ReadStatus::end;  // known at the latest now
-    trouble_ = file_ + ": frame " + std::to_string(index) + " is missing or can't be decoded";
+    last_error_ = file_ + ": frame " + std::to_string(index) + " is missing or can't be decoded";
     return ReadStatus::missing;
   }
-  std::string trouble() const override { return trouble_; }
+  std::string last_error() const override { return last_error_; }
 
  private:
-  std::string file_, trouble_;
+  std::string file_, last_error_;
   int width_px_, height_px_;
   std::int64_t first_;
   std::unique_ptr<Frames> frames_;
@@ -196,10 +196,9 @@ std::unique_ptr<ImageSource> open_file_source(const config::RigCamera& camera,
 
 std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file) {
   const std::unique_ptr<Frames> frames = open_frames(camera, file);
-  const std::int64_t step =
-      std::max<std::int64_t>(1, frames->count_guess() / kMostBackgroundFrames);
+  const std::int64_t step = std::max<std::int64_t>(1, frames->count_guess() / kMaxBackgroundFrames);
   std::vector<cv::Mat> images;
-  for (std::int64_t index = 0; int(images.size()) < kMostBackgroundFrames; index += step) {
+  for (std::int64_t index = 0; int(images.size()) < kMaxBackgroundFrames; index += step) {
     std::optional<cv::Mat> image = frames->at(index);
     if (!image) {
       if (frames->count() && index >= *frames->count()) break;

@@ -27,7 +27,7 @@ class ImageSource {
   // whatever the index; waits for it a bounded time.
   virtual ReadStatus read(std::int64_t frame, cv::Mat& bgr) = 0;
   // What happened with the last `missing`, for a person; empty where there is nothing to say.
-  virtual std::string trouble() const { return {}; }
+  virtual std::string last_error() const { return {}; }
 };
 
 // A video file, an image sequence by printf pattern, or a single picture. Throws SourceError: not
@@ -35,10 +35,10 @@ class ImageSource {
 std::unique_ptr<ImageSource> open_file_source(const config::RigCamera& camera,
                                               const config::VideoSource& source);
 
-// At most kMostBackgroundFrames pictures of the empty scene, spread evenly over a video, a sequence
+// At most kMaxBackgroundFrames pictures of the empty scene, spread evenly over a video, a sequence
 // or a single plate image. Throws like open_file_source.
 std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file);
-inline constexpr int kMostBackgroundFrames =
+inline constexpr int kMaxBackgroundFrames =
     32;  // the noise of 32 is known to an eighth; their memory is bounded
 
 // Throws HardwareMissing naming the device and listing those that are there.

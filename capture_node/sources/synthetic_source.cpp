@@ -10,12 +10,12 @@ namespace {
 
 // How far a period may be from a whole number of frames: what rounding of rate and period leaves.
 // [frames]
-constexpr double kWholePeriod = 1e-6;
+constexpr double kPeriodTolerance = 1e-6;
 
 std::uint64_t key_of(std::uint64_t seed, const std::string& camera) {
-  std::uint64_t key = mixed(seed);
+  std::uint64_t key = splitmix64(seed);
   for (const char letter : camera)
-    key = mixed(key, std::uint64_t(static_cast<unsigned char>(letter)));
+    key = splitmix64(key, std::uint64_t(static_cast<unsigned char>(letter)));
   return key;
 }
 
@@ -46,10 +46,10 @@ cv::Mat SyntheticImageSource::rendered(std::int64_t frame) {
 void SyntheticImageSource::prerender() {
   const double frames = world_.period_s * frame_rate_hz_;
   if (camera_.mount == config::Mount::viewer ||
-      std::abs(frames - std::round(frames)) > kWholePeriod)
+      std::abs(frames - std::round(frames)) > kPeriodTolerance)
     return;
   room_bgr_ = renderer_.image({}, pose_at(0));
-  std::vector<Ahead> ahead;
+  std::vector<PrerenderedRegion> ahead;
   for (std::int64_t frame = 0; frame < std::llround(frames); ++frame) {
     const cv::Mat bgr = rendered(frame);
     cv::Mat difference, changed;
@@ -58,25 +58,25 @@ void SyntheticImageSource::prerender() {
     const cv::Rect region = cv::boundingRect(changed.reshape(1, bgr.rows));
     ahead.push_back({region, bgr(region).clone()});
   }
-  ahead_ = std::move(ahead);
+  prerendered_ = std::move(ahead);
 }
 
 ReadStatus SyntheticImageSource::read(std::int64_t frame, cv::Mat& bgr) {
-  if (ahead_.empty()) {
+  if (prerendered_.empty()) {
     bgr = rendered(frame);
   } else {
-    const Ahead& ahead = ahead_[std::size_t(frame) % ahead_.size()];
+    const PrerenderedRegion& ahead = prerendered_[std::size_t(frame) % prerendered_.size()];
     bgr = room_bgr_.clone();
     ahead.bgr.copyTo(bgr(ahead.region));
   }
-  noise_.add(bgr, mixed(noise_key_, 2 * std::uint64_t(frame)));
+  noise_.add(bgr, splitmix64(noise_key_, 2 * std::uint64_t(frame)));
   return ReadStatus::image;
 }
 
 cv::Mat SyntheticImageSource::background(int index) {
   cv::Mat bgr = renderer_.image({}, pose_at(0));
-  noise_.add(bgr,
-             mixed(noise_key_, 2 * std::uint64_t(index) + 1));  // odd: frames have the even ones
+  noise_.add(
+      bgr, splitmix64(noise_key_, 2 * std::uint64_t(index) + 1));  // odd: frames have the even ones
   return bgr;
 }
 

@@ -26,7 +26,7 @@ class SyntheticImageSource final : public ImageSource {
   cv::Mat background(int index);
 
  private:
-  struct Ahead {  // what of an image differs from the room
+  struct PrerenderedRegion {  // what of an image differs from the room
     cv::Rect region;
     cv::Mat bgr;
   };
@@ -39,8 +39,9 @@ class SyntheticImageSource final : public ImageSource {
   SyntheticCamera renderer_;
   SensorNoise noise_;
   std::uint64_t noise_key_;
-  cv::Mat room_bgr_;          // of `ahead_`
-  std::vector<Ahead> ahead_;  // by frame of the period; empty: nothing is rendered ahead
+  cv::Mat room_bgr_;  // of `prerendered_`
+  std::vector<PrerenderedRegion>
+      prerendered_;  // by frame of the period; empty: nothing is rendered ahead
 };
 
 }  // namespace fivepipe::capture

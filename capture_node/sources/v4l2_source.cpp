@@ -19,10 +19,10 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr auto kFirstImageWithin = 5s;  // USB cameras need seconds to start their stream
-constexpr auto kImageWithin =
+constexpr auto kFirstImageTimeout = 5s;  // USB cameras need seconds to start their stream
+constexpr auto kImageTimeout =
     500ms;  // ten periods of a slow camera; then the frame counts as missing
-constexpr auto kReaderEndsWithin =
+constexpr auto kReaderStopTimeout =
     1s;  // leaves time to end everything within two seconds of Ctrl-C
 
 std::string path_of(const std::string& device) {
@@ -48,7 +48,7 @@ std::string devices_present() {
 }
 
 // What errno says about a device that does not deliver, in terms of what to do.
-std::string advice(int error) {
+std::string hint(int error) {
   if (error == ENOSPC)
     return "no space left on device: that is USB bandwidth; put cameras on separate controllers, "
            "or use MJPEG, a smaller size or a lower rate";
@@ -70,7 +70,7 @@ struct Stream {
   bool stop = false, ended = false;
 };
 
-void read_on(const std::shared_ptr<Stream>& stream) {
+void reader_loop(const std::shared_ptr<Stream>& stream) {
   for (;;) {
     cv::Mat image;
     errno = 0;
@@ -105,19 +105,19 @@ class V4l2ImageSource final : public ImageSource {
     if (const int descriptor = ::open(name_.c_str(), O_RDWR | O_NONBLOCK); descriptor >= 0)
       ::close(descriptor);
     else
-      fail(SourceFault::hardware_failed, advice(errno));
+      fail(SourceFault::hardware_failed, hint(errno));
     cv::VideoCapture& video = stream_->video;
     errno = 0;
-    if (!video.open(name_, cv::CAP_V4L2)) fail(SourceFault::hardware_failed, advice(errno));
+    if (!video.open(name_, cv::CAP_V4L2)) fail(SourceFault::hardware_failed, hint(errno));
     video.set(cv::CAP_PROP_FRAME_WIDTH, width_px_);
     video.set(cv::CAP_PROP_FRAME_HEIGHT, height_px_);
     video.set(cv::CAP_PROP_BUFFERSIZE, 1);  // the newest image, not the oldest queued
-    reader_ = std::thread(read_on, stream_);
-    if (!wait_for_new(kFirstImageWithin)) {
+    reader_ = std::thread(reader_loop, stream_);
+    if (!wait_for_new(kFirstImageTimeout)) {
       close();
       const std::lock_guard lock(stream_->mutex);
       const int error = stream_->error;
-      fail(SourceFault::hardware_failed, "delivers no image: " + advice(error));
+      fail(SourceFault::hardware_failed, "delivers no image: " + hint(error));
     }
     if (const cv::Mat first = newest(); first.cols != width_px_ || first.rows != height_px_) {
       close();
@@ -129,22 +129,22 @@ class V4l2ImageSource final : public ImageSource {
   ~V4l2ImageSource() override { close(); }
 
   ReadStatus read(std::int64_t, cv::Mat& bgr) override {
-    if (!wait_for_new(kImageWithin)) {
+    if (!wait_for_new(kImageTimeout)) {
       const std::lock_guard lock(stream_->mutex);
-      trouble_ = name_ + ": " +
-                 (stream_->ended ? "stopped delivering: " + advice(stream_->error)
-                                 : "no image within half a second");
+      last_error_ = name_ + ": " +
+                    (stream_->ended ? "stopped delivering: " + hint(stream_->error)
+                                    : "no image within half a second");
       return ReadStatus::missing;
     }
     const cv::Mat image = newest();
     if (image.cols != width_px_ || image.rows != height_px_) {
-      trouble_ = name_ + ": the image changed its size";
+      last_error_ = name_ + ": the image changed its size";
       return ReadStatus::missing;
     }
     bgr = image;
     return ReadStatus::image;
   }
-  std::string trouble() const override { return trouble_; }
+  std::string last_error() const override { return last_error_; }
 
  private:
   bool wait_for_new(std::chrono::milliseconds limit) {
@@ -164,7 +164,7 @@ class V4l2ImageSource final : public ImageSource {
     {
       std::unique_lock lock(stream_->mutex);
       stream_->stop = true;
-      ended = stream_->changed.wait_for(lock, kReaderEndsWithin, [&] { return stream_->ended; });
+      ended = stream_->changed.wait_for(lock, kReaderStopTimeout, [&] { return stream_->ended; });
     }
     if (ended)
       reader_.join();
@@ -172,7 +172,7 @@ class V4l2ImageSource final : public ImageSource {
       reader_.detach();  // blocked in the driver; it holds the stream and ends with its next image
   }
 
-  std::string name_, trouble_;
+  std::string name_, last_error_;
   int width_px_, height_px_;
   std::shared_ptr<Stream> stream_;
   std::uint64_t images_read_ = 0;

@@ -7,16 +7,20 @@
 namespace fivepipe::capture {
 
 // SplitMix64 (Steele, Lea, Flood 2014).
-inline std::uint64_t mixed(std::uint64_t x) {
+inline std::uint64_t splitmix64(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15u;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
   x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
   return x ^ (x >> 31);
 }
-inline std::uint64_t mixed(std::uint64_t a, std::uint64_t b) { return mixed(mixed(a) ^ b); }
+inline std::uint64_t splitmix64(std::uint64_t a, std::uint64_t b) {
+  return splitmix64(splitmix64(a) ^ b);
+}
 
 // 0 to 1.
-inline float unit_hash(std::uint64_t key) { return float(mixed(key) >> 40) * (1.0f / 16777216.0f); }
+inline float unit_hash(std::uint64_t key) {
+  return float(splitmix64(key) >> 40) * (1.0f / 16777216.0f);
+}
 inline float lattice(std::uint64_t seed, std::int64_t x, std::int64_t y, std::int64_t z) {
   return unit_hash(seed + std::uint64_t(x) * 0x8da6b343u + std::uint64_t(y) * 0xd8163841u +
                    std::uint64_t(z) * 0xcb1ab31fu);

@@ -14,7 +14,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr std::size_t kNoiseTable = std::size_t(1) << 20;
+constexpr std::size_t kNoiseTableSize = std::size_t(1) << 20;
 
 const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(60, 140, 40), kPipe_bgr(38, 120, 214);
 
@@ -73,7 +73,7 @@ Vector3f shaded(const SyntheticPart& part, const Vector3d& p_world_m, const Vect
 
 // How much of the lamp a point sees past one capsule: from the closest approach of the line of
 // sight to the capsule, over the width of the half shadow there.
-float visibility_past(const hull::Capsule& capsule, const Vector3f& p) {
+float lamp_visibility_past(const hull::Capsule& capsule, const Vector3f& p) {
   const Vector3f a = capsule.a_world_m.cast<float>(),
                  d2 = (capsule.b_world_m - capsule.a_world_m).cast<float>();
   const Vector3f d1 = lamp::kPosition_world_m - p, r = p - a;
@@ -102,12 +102,13 @@ struct Piece {
 };
 
 std::vector<Piece> pieces_of(std::span<const SyntheticPart> parts) {
-  constexpr double kLongest_radii = 3;
+  constexpr double kMaxShadowLength_radii = 3;
   std::vector<Piece> pieces;
   for (const SyntheticPart& part : parts) {
     const hull::Capsule& whole = part.capsule;
     const Vector3d segment = whole.b_world_m - whole.a_world_m;
-    const int n = std::max(1, int(std::ceil(segment.norm() / (kLongest_radii * whole.radius_m))));
+    const int n =
+        std::max(1, int(std::ceil(segment.norm() / (kMaxShadowLength_radii * whole.radius_m))));
     for (int i = 0; i < n; ++i)
       pieces.push_back({{whole.a_world_m + (double(i) / n) * segment,
                          whole.a_world_m + (double(i + 1) / n) * segment, whole.radius_m},
@@ -127,11 +128,11 @@ void put(cv::Mat& bgr, int u, int v, const Vector3f& levels) {
 // (Irwin-Hall), and needs no libm.
 SensorNoise::SensorNoise(double sigma_levels) {
   if (!(sigma_levels > 0)) return;
-  table_.resize(kNoiseTable);
-  for (std::size_t i = 0; i < kNoiseTable; ++i) {
+  table_.resize(kNoiseTableSize);
+  for (std::size_t i = 0; i < kNoiseTableSize; ++i) {
     std::int64_t sum = 0;
     for (std::uint64_t draw = 0; draw < 3; ++draw) {
-      const std::uint64_t bits = mixed(3 * i + draw);
+      const std::uint64_t bits = splitmix64(3 * i + draw);
       sum += std::int64_t((bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) +
                           (bits >> 48));
     }
@@ -147,9 +148,10 @@ void SensorNoise::add(cv::Mat& bgr, std::uint64_t key) const {
     std::uint8_t* row = bgr.ptr(v);
     for (std::size_t done = 0;
          done < row_bytes;) {  // images wider than the table take several stretches of it
-      const std::size_t n = std::min(row_bytes - done, kNoiseTable / 2);
+      const std::size_t n = std::min(row_bytes - done, kNoiseTableSize / 2);
       const std::int8_t* noise =
-          table_.data() + mixed(mixed(key, std::uint64_t(v)), done) % (kNoiseTable - n);
+          table_.data() +
+          splitmix64(splitmix64(key, std::uint64_t(v)), done) % (kNoiseTableSize - n);
       for (std::size_t i = 0; i < n; ++i)
         row[done + i] = std::uint8_t(std::clamp(row[done + i] + noise[i], 0, 255));
       done += n;
@@ -161,10 +163,10 @@ Vector2d undistorted(const config::RigCamera& camera, const Vector2d& uv_px) {
   const geometry::Pinhole& k = camera.source;
   const Vector2d target((uv_px.x() - k.cx_px) / k.fx_px, (uv_px.y() - k.cy_px) / k.fy_px);
   if (camera.distortion.none()) return target;
-  constexpr int kMostSteps = 60;
-  constexpr double kClose = 1e-9;  // normalised: a millionth of a pixel at f = 1000 px
+  constexpr int kMaxIterations = 60;
+  constexpr double kConvergence = 1e-9;  // normalised: a millionth of a pixel at f = 1000 px
   Vector2d xy = target;
-  for (int i = 0; i < kMostSteps; ++i) {
+  for (int i = 0; i < kMaxIterations; ++i) {
     const double r2 = xy.squaredNorm();
     const double radial =
         1 + r2 * (camera.distortion.k1 + r2 * (camera.distortion.k2 + r2 * camera.distortion.k3));
@@ -172,7 +174,7 @@ Vector2d undistorted(const config::RigCamera& camera, const Vector2d& uv_px) {
     const Vector2d next = (target - tangential) / radial;
     const double change = (next - xy).norm();
     xy = next;
-    if (!(change > kClose)) break;
+    if (!(change > kConvergence)) break;
   }
   return xy;
 }
@@ -226,7 +228,7 @@ void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
     for (int v = 0; v < height; v += 2)
       for (int u = 0; u < width; u += 2) {
         const int right = std::min(u + 1, width - 1), lower = std::min(v + 1, height - 1);
-        const Surroundings::Seen seen = surroundings_->look(
+        const Surroundings::RayHit seen = surroundings_->trace_ray(
             origin,
             0.5f * (direction_world(u, v, rotation) + direction_world(right, lower, rotation)));
         for (const int row : {v, lower})
@@ -243,11 +245,11 @@ void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u) {
       const Vector3f direction = direction_world(u, v, rotation);
-      surface_[std::size_t(v) * width + u] = surroundings_->look(origin, direction).surface;
+      surface_[std::size_t(v) * width + u] = surroundings_->trace_ray(origin, direction).surface;
       Vector3f sum = Vector3f::Zero();
       for (const Vector3f& offset :
            {Vector3f(-dx - dy), Vector3f(dx - dy), Vector3f(dy - dx), Vector3f(dx + dy)})
-        sum += surroundings_->look(origin, direction + offset).bgr;
+        sum += surroundings_->trace_ray(origin, direction + offset).bgr;
       put(room_, u, v, 0.25f * sum);
     }
 }
@@ -255,8 +257,8 @@ void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
 // The captured pixels that can see some of these spheres' convex hull: the hull of their exact
 // bounds in the normalised plane, through the lens. The whole image where one of them reaches the
 // camera's plane.
-hull::PixelRect SyntheticCamera::reach_of(std::span<const Vector3d> centres_world_m,
-                                          std::span<const double> radii_m) const {
+hull::PixelRect SyntheticCamera::image_bounds_of(std::span<const Vector3d> centres_world_m,
+                                                 std::span<const double> radii_m) const {
   const hull::PixelRect all{0, 0, camera_.source.width_px, camera_.source.height_px};
   Eigen::AlignedBox2d bounds;
   for (std::size_t i = 0; i < centres_world_m.size(); ++i) {
@@ -279,8 +281,8 @@ hull::PixelRect SyntheticCamera::reach_of(std::span<const Vector3d> centres_worl
       8;  // along each side: what a lens bends between them is far below a pixel's margin
   for (int i = 0; i <= kSteps; ++i)
     for (int side = 0; side < 4; ++side) {
-      const double share = double(i) / kSteps;
-      const Vector2d at(side < 2 ? share : side - 2.0, side < 2 ? double(side) : share);
+      const double fraction = double(i) / kSteps;
+      const Vector2d at(side < 2 ? fraction : side - 2.0, side < 2 ? double(side) : fraction);
       const Vector2d xy =
           distorted(camera_.distortion, visible.min() + at.cwiseProduct(visible.sizes()));
       pixels.extend(Vector2d(xy.x() * k.fx_px + k.cx_px, xy.y() * k.fy_px + k.cy_px));
@@ -314,7 +316,7 @@ void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat&
   for (const auto& [capsule, part] : pieces) {
     const Vector3d ends[] = {capsule.a_world_m, capsule.b_world_m};
     const double radii[] = {capsule.radius_m, capsule.radius_m};
-    rects.push_back(reach_of(ends, radii));
+    rects.push_back(image_bounds_of(ends, radii));
     for (int v = rects.back().v0_px; v < rects.back().v1_px; ++v)
       std::fill_n(nearest_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px),
                   rects.back().width_px(), Nearest{});
@@ -368,7 +370,7 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
         radii.push_back((scale * capsule.radius_m + (scale - 1) * lamp::kRadius_m) * down.norm() /
                         -down.z() * 1.1);
       }
-      rects.push_back(reach_of(centres, radii));
+      rects.push_back(image_bounds_of(centres, radii));
       for (int v = rects.back().v0_px; v < rects.back().v1_px; ++v)
         std::fill_n(visibility_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px),
                     rects.back().width_px(), 1.0f);
@@ -383,7 +385,7 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
           const std::size_t at = v * width + std::size_t(u);
           if (surface_[at] != surface || visibility_[at] == 0) continue;
           visibility_[at] =
-              std::min(visibility_[at], visibility_past(pieces[i].capsule, seen_at(u, v)));
+              std::min(visibility_[at], lamp_visibility_past(pieces[i].capsule, seen_at(u, v)));
         }
     for (const hull::PixelRect& rect : rects)
       for (int v = rect.v0_px; v < rect.v1_px; ++v)

@@ -39,8 +39,8 @@ class SyntheticCamera {
   void render_room(const Eigen::Isometry3d& camera_from_world);
   void draw_object(std::span<const SyntheticPart> parts, cv::Mat& bgr);
   void draw_shadow(std::span<const SyntheticPart> parts, cv::Mat& bgr);
-  hull::PixelRect reach_of(std::span<const Eigen::Vector3d> centres_world_m,
-                           std::span<const double> radii_m) const;
+  hull::PixelRect image_bounds_of(std::span<const Eigen::Vector3d> centres_world_m,
+                                  std::span<const double> radii_m) const;
   Eigen::Vector3f direction_world(int u_px, int v_px,
                                   const Eigen::Matrix3f& world_from_camera) const;
 

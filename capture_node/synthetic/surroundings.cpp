@@ -149,11 +149,12 @@ float brightness(const Vector3f& p_world_m, const Vector3f& normal_world, float 
 }
 
 Surroundings::Surroundings(std::uint64_t seed)
-    : table_(table_texture(mixed(seed))), floor_(floor_texture(mixed(seed))) {
-  for (std::size_t i = 0; i < walls_.size(); ++i) walls_[i] = wall_texture(mixed(seed, i + 1));
+    : table_(table_texture(splitmix64(seed))), floor_(floor_texture(splitmix64(seed))) {
+  for (std::size_t i = 0; i < walls_.size(); ++i) walls_[i] = wall_texture(splitmix64(seed, i + 1));
 }
 
-Surroundings::Seen Surroundings::look(const Vector3f& origin, const Vector3f& direction) const {
+Surroundings::RayHit Surroundings::trace_ray(const Vector3f& origin,
+                                             const Vector3f& direction) const {
   const BoxHit table = through_box(kTableMin_m, kTableMax_m, origin, direction);
   if (table.enter > 0 && table.enter < table.leave) {
     const Vector3f p = origin + table.enter * direction;
@@ -169,17 +170,18 @@ Surroundings::Seen Surroundings::look(const Vector3f& origin, const Vector3f& di
   const BoxHit room = through_box(kRoomMin_m, kRoomMax_m, origin, direction);
   if (!(room.leave > 0 && std::isfinite(room.leave))) return {Surface::other, kTableEdge_bgr};
   const Vector3f p = origin + room.leave * direction;
-  const Vector3f share = (p - kRoomMin_m).cwiseQuotient(kRoomMax_m - kRoomMin_m);
+  const Vector3f fraction = (p - kRoomMin_m).cwiseQuotient(kRoomMax_m - kRoomMin_m);
   Vector3f normal = Vector3f::Zero();
   normal[room.leave_axis] = direction[room.leave_axis] > 0 ? -1.0f : 1.0f;
   const float light = brightness(p, normal, 1);
   if (room.leave_axis == 2 && direction.z() < 0)
-    return {Surface::floor, light * sample(floor_, share.x(), share.y())};
+    return {Surface::floor, light * sample(floor_, fraction.x(), fraction.y())};
   if (room.leave_axis == 2) return {Surface::other, kCeiling_bgr};
   const std::size_t wall =
       std::size_t(2 * room.leave_axis + (direction[room.leave_axis] > 0 ? 1 : 0));
-  return {Surface::other, light * sample(walls_[wall], room.leave_axis == 0 ? share.y() : share.x(),
-                                         1 - share.z())};
+  return {Surface::other,
+          light * sample(walls_[wall], room.leave_axis == 0 ? fraction.y() : fraction.x(),
+                         1 - fraction.z())};
 }
 
 }  // namespace fivepipe::capture

@@ -28,12 +28,13 @@ class Surroundings {
  public:
   explicit Surroundings(std::uint64_t seed);
 
-  struct Seen {
+  struct RayHit {
     Surface surface;
     Eigen::Vector3f bgr;  // grey levels, lamp in sight
   };
   // What a ray meets. The direction need not be normalised.
-  Seen look(const Eigen::Vector3f& origin_world_m, const Eigen::Vector3f& direction_world) const;
+  RayHit trace_ray(const Eigen::Vector3f& origin_world_m,
+                   const Eigen::Vector3f& direction_world) const;
 
  private:
   cv::Mat table_, floor_;

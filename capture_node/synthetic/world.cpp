@@ -28,7 +28,7 @@ constexpr Finger kFingers[] = {{-0.032, 0.0090, 0.0335},
                                {0.011, 0.0090, 0.0340},
                                {0.031, 0.0080, 0.0320}};
 
-double turns(const config::SyntheticWorld& world, double t_s) {
+double phase_turns(const config::SyntheticWorld& world, double t_s) {
   const double n = t_s / world.period_s;
   return n - std::floor(n);
 }
@@ -72,7 +72,7 @@ void add_finger(std::vector<SyntheticPart>& parts, const Finger& finger, double 
 }  // namespace
 
 std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, double t_s) {
-  const double turn = turns(world, t_s), w = 2 * std::numbers::pi * turn;
+  const double turn = phase_turns(world, t_s), w = 2 * std::numbers::pi * turn;
   std::vector<SyntheticPart> parts;
   for (const Finger& finger : kFingers)  // palm
     parts.push_back({{{finger.x_m, kKnuckle_y_m, 0}, {0.55 * finger.x_m, kWrist_y_m, 0}, 0.0125},
@@ -80,7 +80,7 @@ std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, 
   parts.push_back({{{-0.026, -0.026, -0.008}, {-0.030, 0.020, -0.012}, 0.013},
                    Material::skin});  // ball of the thumb
   for (std::size_t i = 0; i < std::size(kFingers); ++i) {
-    const double phase = 2 * std::numbers::pi * unit_hash(mixed(world.seed, i));
+    const double phase = 2 * std::numbers::pi * unit_hash(splitmix64(world.seed, i));
     add_finger(parts, kFingers[i], 0.5 + 0.5 * std::sin(2 * w + phase));
   }
   const double thumb = 0.004 * std::sin(w);

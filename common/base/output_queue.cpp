@@ -43,9 +43,9 @@ int OutputQueue::finish() {
 bool OutputQueue::offer(std::string text) {
   {
     const std::scoped_lock lock(mutex_);
-    if (waiting_bytes_ >= kMostWaitingBytes) return false;
-    waiting_bytes_ += text.size();
-    waiting_.push_back(std::move(text));
+    if (queued_bytes_ >= kMaxQueuedBytes) return false;
+    queued_bytes_ += text.size();
+    queue_.push_back(std::move(text));
   }
   changed_.notify_all();
   return true;
@@ -54,9 +54,9 @@ bool OutputQueue::offer(std::string text) {
 void OutputQueue::put(std::string text) {
   {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return waiting_bytes_ < kMostWaitingBytes || closed_; });
-    waiting_bytes_ += text.size();
-    waiting_.push_back(std::move(text));
+    changed_.wait(lock, [this] { return queued_bytes_ < kMaxQueuedBytes || closed_; });
+    queued_bytes_ += text.size();
+    queue_.push_back(std::move(text));
   }
   changed_.notify_all();
 }
@@ -69,17 +69,17 @@ bool OutputQueue::closed() const {
 void OutputQueue::write_until_closed() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
-    if (waiting_.empty()) return;
-    const std::string text = std::move(waiting_.front());
-    waiting_.pop_front();
+    changed_.wait(lock, [this] { return ending_ || !queue_.empty(); });
+    if (queue_.empty()) return;
+    const std::string text = std::move(queue_.front());
+    queue_.pop_front();
     lock.unlock();
     if (const int error = closed_ ? 0 : write_all(file_, text)) {
       closed_ = true;
       if (error != EPIPE) error_ = error;
     }
     lock.lock();
-    waiting_bytes_ -= text.size();
+    queued_bytes_ -= text.size();
     changed_.notify_all();
   }
 }

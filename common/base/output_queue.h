@@ -13,7 +13,7 @@ namespace fivepipe::base {
 
 class OutputQueue {
  public:
-  static constexpr std::size_t kMostWaitingBytes = std::size_t(16) << 20;
+  static constexpr std::size_t kMaxQueuedBytes = std::size_t(16) << 20;
 
   explicit OutputQueue(int file);
   ~OutputQueue();  // finishes
@@ -36,8 +36,8 @@ class OutputQueue {
   int file_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<std::string> waiting_;
-  std::size_t waiting_bytes_ = 0;
+  std::deque<std::string> queue_;
+  std::size_t queued_bytes_ = 0;
   bool ending_ = false;
   std::atomic<bool> closed_{false};
   std::atomic<int> error_{0};

@@ -7,9 +7,9 @@
 namespace fivepipe::base {
 namespace {
 
-constexpr const char* kGap = "  ";
+constexpr const char* kColumnGap = "  ";
 
-std::vector<std::string> lines_of(const std::string& cell, std::size_t most_width) {
+std::vector<std::string> lines_of(const std::string& cell, std::size_t max_width) {
   std::vector<std::string> lines{""};
   std::size_t at = 0;
   while (at < cell.size()) {
@@ -19,7 +19,7 @@ std::vector<std::string> lines_of(const std::string& cell, std::size_t most_widt
     std::string& line = lines.back();
     if (line.empty())
       line = part;
-    else if (most_width == 0 || line.size() + 1 + part.size() <= most_width)
+    else if (max_width == 0 || line.size() + 1 + part.size() <= max_width)
       line += " " + part;
     else
       lines.push_back(part);
@@ -32,7 +32,7 @@ std::vector<std::string> lines_of(const std::string& cell, std::size_t most_widt
 void TextTable::add(std::vector<std::string> cells) {
   std::vector<std::vector<std::string>> row;
   for (std::size_t i = 0; i < columns_.size(); ++i)
-    row.push_back(lines_of(printable(std::move(cells.at(i))), columns_[i].most_width));
+    row.push_back(lines_of(printable(std::move(cells.at(i))), columns_[i].max_width));
   rows_.push_back(std::move(row));
 }
 
@@ -49,7 +49,7 @@ std::string TextTable::text() const {
     std::string line;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       const std::string cell = cell_of(i), blanks(widths[i] - cell.size(), ' ');
-      line += (i == 0 ? "" : kGap) + (columns_[i].right ? blanks + cell : cell + blanks);
+      line += (i == 0 ? "" : kColumnGap) + (columns_[i].right ? blanks + cell : cell + blanks);
     }
     text += line.erase(line.find_last_not_of(' ') + 1) + "\n";
   };

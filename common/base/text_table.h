@@ -12,7 +12,7 @@ class TextTable {
   struct Column {
     std::string head;
     bool right = false;  // numbers
-    std::size_t most_width =
+    std::size_t max_width =
         0;  // a longer cell goes on in further lines, behind ", "; 0: as wide as it is
   };
   explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}

@@ -19,13 +19,13 @@ double mean(const std::vector<double>& values) {
              : std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
-void time_in_turn(std::size_t methods, const Budget& budget,
-                  const std::function<double(std::size_t, bool)>& run) {
+void time_round_robin(std::size_t methods, const Budget& budget,
+                      const std::function<double(std::size_t, bool)>& run) {
   std::vector<double> spent_s(methods);
   for (int round = -1; round < budget.runs; ++round)
     for (std::size_t n = 0; n < methods; ++n) {
       const std::size_t m = (n + std::size_t(round + 1)) % methods;
-      if (round >= budget.least && spent_s[m] > budget.s) continue;
+      if (round >= budget.min_runs && spent_s[m] > budget.s) continue;
       const double ms = run(m, round >= 0);
       if (round >= 0) spent_s[m] += 1e-3 * ms;
     }

@@ -4,7 +4,7 @@
 
 namespace fivepipe::base {
 
-int told(const std::function<int()>& run) {
+int report_errors(const std::function<int()>& run) {
   try {
     const int result = run();
     // A full disk; a closed pipe has ended the process before.

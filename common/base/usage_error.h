@@ -12,6 +12,6 @@ struct UsageError : std::runtime_error {
 
 // Runs it, and gives its exit code. A UsageError is told on stderr, with exit code 2; what else is
 // thrown (a file that can't be read) with 1.
-int told(const std::function<int()>& run);
+int report_errors(const std::function<int()>& run);
 
 }  // namespace fivepipe::base

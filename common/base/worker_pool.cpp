@@ -8,7 +8,7 @@ namespace {
 
 // How long a thread looks before it sleeps: what waking it would cost, several times over; a
 // frame's phases follow each other faster than that.
-constexpr std::chrono::microseconds kLooks{50};
+constexpr std::chrono::microseconds kSpinTime{50};
 
 inline void relax() {
 #if defined(__x86_64__) || defined(__i386__)
@@ -17,8 +17,8 @@ inline void relax() {
 }
 
 template <class Done>
-bool look(const Done& done) {
-  const auto until = std::chrono::steady_clock::now() + kLooks;
+bool spin_until(const Done& done) {
+  const auto until = std::chrono::steady_clock::now() + kSpinTime;
   do {
     for (int i = 0; i < 64; ++i) {
       if (done()) return true;
@@ -32,7 +32,7 @@ bool look(const Done& done) {
 
 WorkerPool::WorkerPool(int threads) {
   assert(threads > 0);
-  for (int t = 1; t < threads; ++t) workers_.emplace_back([this, t] { serve(t); });
+  for (int t = 1; t < threads; ++t) workers_.emplace_back([this, t] { worker_loop(t); });
 }
 
 WorkerPool::~WorkerPool() {
@@ -42,7 +42,7 @@ WorkerPool::~WorkerPool() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-void WorkerPool::work_through(int thread) {
+void WorkerPool::run_pieces(int thread) {
   for (;;) {
     // Beyond the last piece the count must not go on: it would reach into the number of pieces.
     Ticket ticket{ticket_.load(std::memory_order_acquire)};
@@ -55,8 +55,8 @@ void WorkerPool::work_through(int thread) {
   }
 }
 
-void WorkerPool::run_erased(int pieces, void* work, Call call) {
-  assert(pieces < 1 << Ticket::kBits);
+void WorkerPool::run_type_erased(int pieces, void* work, Call call) {
+  assert(pieces < 1 << Ticket::kIndexBits);
   if (pieces <= 0) return;
   work_ = work;
   call_ = call;
@@ -64,21 +64,21 @@ void WorkerPool::run_erased(int pieces, void* work, Call call) {
   // A number of its own, so that a thread that was held up between look and exchange doesn't take a
   // piece of another run for its own.
   const std::uint64_t number = std::uint64_t(run_.load(std::memory_order_relaxed) & 0xffff)
-                               << (2 * Ticket::kBits);
-  ticket_.store(number | std::uint64_t(pieces) << Ticket::kBits, std::memory_order_release);
+                               << (2 * Ticket::kIndexBits);
+  ticket_.store(number | std::uint64_t(pieces) << Ticket::kIndexBits, std::memory_order_release);
   run_.fetch_add(1, std::memory_order_release);
   if (!workers_.empty() && pieces > 1) run_.notify_all();
-  work_through(0);
-  while (!look([&] { return done_.load(std::memory_order_acquire) == pieces; }))
+  run_pieces(0);
+  while (!spin_until([&] { return done_.load(std::memory_order_acquire) == pieces; }))
     std::this_thread::yield();
 }
 
-void WorkerPool::serve(int thread) {
+void WorkerPool::worker_loop(int thread) {
   for (std::uint32_t seen = 0;;) {
     if (!look([&] { return run_.load(std::memory_order_acquire) != seen; })) run_.wait(seen);
     seen = run_.load(std::memory_order_acquire);
     if (stop_) return;
-    work_through(thread);
+    run_pieces(thread);
   }
 }
 

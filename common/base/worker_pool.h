@@ -25,17 +25,17 @@ class WorkerPool {
   // neither throw nor call run.
   template <class Work>
   void run(int pieces, Work&& work) {
-    run_erased(pieces, const_cast<void*>(static_cast<const void*>(&work)),
-               [](void* w, int piece, int thread) {
-                 (*static_cast<std::remove_reference_t<Work>*>(w))(piece, thread);
-               });
+    run_type_erased(pieces, const_cast<void*>(static_cast<const void*>(&work)),
+                    [](void* w, int piece, int thread) {
+                      (*static_cast<std::remove_reference_t<Work>*>(w))(piece, thread);
+                    });
   }
 
  private:
   using Call = void (*)(void* work, int piece, int thread);
-  void run_erased(int pieces, void* work, Call call);
-  void work_through(int thread);
-  void serve(int thread);
+  void run_type_erased(int pieces, void* work, Call call);
+  void run_pieces(int thread);
+  void worker_loop(int thread);
 
   std::vector<std::thread> workers_;
   void* work_ = nullptr;
@@ -43,10 +43,10 @@ class WorkerPool {
   // The next piece and how many there are, in one word: who comes late finds nothing left, and need
   // not be waited for.
   struct Ticket {
-    static constexpr int kBits = 24;
+    static constexpr int kIndexBits = 24;
     std::uint64_t word;
-    int piece() const { return int(word & ((1u << kBits) - 1)); }
-    int pieces() const { return int(word >> kBits & ((1u << kBits) - 1)); }
+    int piece() const { return int(word & ((1u << kIndexBits) - 1)); }
+    int pieces() const { return int(word >> kIndexBits & ((1u << kIndexBits) - 1)); }
   };
   alignas(64) std::atomic<std::uint64_t> ticket_ = 0;
   alignas(64) std::atomic<int> done_ = 0;           // pieces of the present run

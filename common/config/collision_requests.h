@@ -45,8 +45,8 @@ struct Warming {
 
 // The hull's connected parts, followed from frame to frame.
 struct HistoryRequests {
-  double cell_m = 0.005;   // what lies nearer together than this is one part
-  int window_frames = 8;   // velocities are averages over
+  double cell_m = 0.005;     // what lies nearer together than this is one part
+  int window_frames = 8;     // velocities are averages over
   double max_speed_m_s = 6;  // nothing moves faster
 };
 // Of the rig's volume.

@@ -15,22 +15,22 @@ constexpr Range kContacts{0, 64};
 constexpr Range kTime_s{1e-3, 3600};
 constexpr Range kCell_m{5e-4, 1};
 constexpr Range kWindow{3, 240};
-constexpr double kFinestTolerance = 1e-3;  // of the cap: a search costs with their ratio
+constexpr double kMinToleranceFraction = 1e-3;  // of the cap: a search costs with their ratio
 constexpr Range kSpeed_m_s{0.01, 1000};
 constexpr Range kAnyDirection{-1e6, 1e6};
-constexpr Range kPart{0, 1};
+constexpr Range kUnitRange{0, 1};
 
 ResponseRequests read_response(YamlMap map) {
   ResponseRequests requests;
   requests.search = map.choice<RecoverySearch>("search",
-                                             {{"from_reference", RecoverySearch::from_reference},
-                                              {"outward", RecoverySearch::outward},
-                                              {"sampled", RecoverySearch::sampled}},
-                                             requests.search);
+                                               {{"from_reference", RecoverySearch::from_reference},
+                                                {"outward", RecoverySearch::outward},
+                                                {"sampled", RecoverySearch::sampled}},
+                                               requests.search);
   requests.height_m = map.number("height_m", kHeight_m, requests.height_m);
   requests.apex_angle_rad =
       kDegree_rad * map.number("apex_angle_deg", kAngle_deg, requests.apex_angle_rad / kDegree_rad);
-  if (map.given("v_rec")) {
+  if (map.has("v_rec")) {
     requests.v_rec_world = map.vector3("v_rec", kAnyDirection);
     if (!(requests.v_rec_world->norm() > 0))
       map.problem_at("v_rec",
@@ -38,7 +38,8 @@ ResponseRequests read_response(YamlMap map) {
   }
   requests.four_points = map.flag("four_point_normal", requests.four_points);
   requests.closed_form = map.flag("closed_form_normal", requests.closed_form);
-  requests.local_minimum_translation = map.flag("local_minimum_translation", requests.local_minimum_translation);
+  requests.local_minimum_translation =
+      map.flag("local_minimum_translation", requests.local_minimum_translation);
   map.finish();
   return requests;
 }
@@ -48,7 +49,7 @@ void read_cap(YamlMap& map, double& cap_m, double& tolerance_m) {
   cap_m = map.number("cap_m", kCap_m, cap_m);
   tolerance_m = map.number("tolerance_m", kTolerance_m, std::min(tolerance_m, cap_m));
   if (tolerance_m > cap_m) map.problem_at("tolerance_m", "tolerance_m must not exceed cap_m");
-  if (tolerance_m < kFinestTolerance * cap_m)
+  if (tolerance_m < kMinToleranceFraction * cap_m)
     map.problem_at("tolerance_m",
                    "tolerance_m is less than a thousandth of cap_m: the search would take seconds");
 }
@@ -68,9 +69,9 @@ ProximityRequests read_proximity(YamlMap map) {
 CollisionRequests read_collision_requests(YamlMap map) {
   CollisionRequests requests;
   requests.triangles = map.flag("triangles", requests.triangles);
-  if (map.given("response")) requests.response = read_response(map.map("response"));
+  if (map.has("response")) requests.response = read_response(map.map("response"));
   requests.contacts = map.integer("contacts", kContacts, requests.contacts);
-  if (map.given("proximity")) requests.proximity = read_proximity(map.map("proximity"));
+  if (map.has("proximity")) requests.proximity = read_proximity(map.map("proximity"));
   requests.first_contact = map.flag("first_contact", requests.first_contact);
   map.finish();
   return requests;
@@ -82,7 +83,7 @@ Warming read_warming(YamlMap map) {
   warming.heating_s = map.number("heating_s", kTime_s, warming.heating_s);
   warming.cooling_s = map.number("cooling_s", kTime_s, warming.cooling_s);
   const Eigen::Vector3d rgb =
-      map.vector3("colour_rgb", kPart, Eigen::Vector3d(warming.colour_rgb.data()));
+      map.vector3("colour_rgb", kUnitRange, Eigen::Vector3d(warming.colour_rgb.data()));
   warming.colour_rgb = {rgb.x(), rgb.y(), rgb.z()};
   map.finish();
   return warming;

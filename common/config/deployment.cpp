@@ -22,15 +22,15 @@ constexpr double kDegree_rad = std::numbers::pi / 180;
 
 Settings read_settings(YamlMap& map, const std::map<std::string, std::string>& overrides) {
   std::map<std::string, Setting> defaults;
-  Place place{1, 1};
-  if (map.given("settings")) {
+  SourceLocation location{1, 1};
+  if (map.has("settings")) {
     YamlMap settings = map.map("settings");
-    place = map.place_of("settings");
+    location = map.location_of("settings");
     for (const std::string& key : settings.keys())
-      defaults[key] = {settings.text(key), false, settings.place_of(key)};
+      defaults[key] = {settings.text(key), false, settings.location_of(key)};
     settings.finish();
   }
-  return Settings(map.file(), place, std::move(defaults), overrides, map.problems());
+  return Settings(map.file(), location, std::move(defaults), overrides, map.problems());
 }
 
 std::vector<HeadKey> read_keys(YamlMap& map) {
@@ -44,7 +44,7 @@ std::vector<HeadKey> read_keys(YamlMap& map) {
     key.finish();
   }
   if (map.problem_count() == problems_before)
-    for (const HeadPathFault& fault : faults_of(path)) keys[fault.key].problem(fault.what);
+    for (const HeadPathFault& fault : head_path_faults(path)) keys[fault.key].problem(fault.what);
   return path;
 }
 
@@ -52,9 +52,9 @@ Viewer read_viewer(YamlMap map) {
   Viewer viewer;
   if (map.is_void()) return viewer;
   viewer.name = map.name("name", viewer.name);
-  if (map.given("path") && map.given("file"))
+  if (map.has("path") && map.has("file"))
     map.problem_at("file", "path and file exclude each other");
-  if (map.given("file")) {
+  if (map.has("file")) {
     viewer.file = map.path("file");
     if (!viewer.file.empty()) viewer.path = read_head_path(viewer.file, map.problems());
   } else {
@@ -91,18 +91,18 @@ Content read_named_file(YamlMap& map, const std::string& key,
   return read(file, map.problems());
 }
 
-void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_good, bool viewer_is_good) {
+void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool viewer_is_valid) {
   const std::size_t problems_before = map.problem_count();
-  std::vector<PlacedNode> nodes;
+  std::vector<ParsedNode> nodes;
   for (YamlMap& node : map.maps("nodes")) nodes.push_back(read_node(node, deployment.rig));
-  const Place place = map.place_of("nodes");
+  const SourceLocation location = map.location_of("nodes");
   check_names_and_counts(nodes, map.file(), map.problems());
   const bool nodes_are_good = map.problem_count() == problems_before;
-  if (rig_is_good && !nodes.empty())
-    check_sources(nodes, deployment.rig, map.file(), place, map.problems());
-  if (nodes_are_good && viewer_is_good)
+  if (rig_is_valid && !nodes.empty())
+    check_sources(nodes, deployment.rig, map.file(), location, map.problems());
+  if (nodes_are_good && viewer_is_valid)
     check_shares(nodes, deployment.viewer, map.file(), map.problems());
-  for (PlacedNode& placed : nodes) deployment.nodes.push_back(std::move(placed.node));
+  for (ParsedNode& parsed : nodes) deployment.nodes.push_back(std::move(parsed.node));
 }
 
 // Parts of the hull are looked for in the rig's volume.
@@ -121,7 +121,7 @@ void check_history(YamlMap& map, const Deployment& deployment) {
 std::vector<std::filesystem::path> files_of(YamlMap& map, const Deployment& deployment) {
   std::vector<std::filesystem::path> files{deployment.file};
   for (const char* key : {"rig", "scene"})
-    if (map.given(key)) files.push_back(map.path(key));
+    if (map.has(key)) files.push_back(map.path(key));
   for (const SceneObject& object : deployment.scene.objects)
     if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) files.push_back(mesh->file);
   if (!deployment.viewer.file.empty()) files.push_back(deployment.viewer.file);
@@ -143,13 +143,13 @@ Deployment read_deployment(const std::filesystem::path& file,
   deployment.frame_rate_hz = map.number("frame_rate_hz", {0, 1000, true}, deployment.frame_rate_hz);
   const std::size_t problems_before_rig = problems.count();
   deployment.rig = read_named_file(map, "rig", read_rig);
-  const bool rig_is_good = map.given("rig") && problems.count() == problems_before_rig;
+  const bool rig_is_valid = map.has("rig") && problems.count() == problems_before_rig;
   deployment.scene = read_named_file(map, "scene", read_scene);
-  if (rig_is_good) check_history(map, deployment);
+  if (rig_is_valid) check_history(map, deployment);
   const std::size_t problems_before_viewer = problems.count();
   deployment.viewer = read_viewer(map.map("viewer"));
-  const bool viewer_is_good = problems.count() == problems_before_viewer;
-  read_nodes(map, deployment, rig_is_good, viewer_is_good);
+  const bool viewer_is_valid = problems.count() == problems_before_viewer;
+  read_nodes(map, deployment, rig_is_valid, viewer_is_valid);
   deployment.files = files_of(map, deployment);
   map.finish();
   return deployment;

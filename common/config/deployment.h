@@ -79,11 +79,11 @@ struct ReconConfig {
   int sweep_planes = 64;
   // The same in every reconstruction node:
   int tile_columns = 8, tile_rows = 6;  // of the view
-  int shares = 1;
+  int worker_count = 1;
   ReconSplit split = ReconSplit::tiles;
   bool balance = true;  // of tiles: by what they cost some frames ago; else by turns
 
-  int share = 0;  // of shares, this node's
+  int worker_index = 0;  // of shares, this node's
 };
 
 // How collisions with the hull are found: cpu and gl, certified (common/collision/cpu_detection.h,

@@ -92,7 +92,7 @@ std::vector<HeadKey> read_head_path(const std::filesystem::path& file, Problems&
   }
   if (problems.count() > problems_before) return path;
   if (path.empty()) problems.add(file, {1, 1}, "there is no key in the file");
-  for (const HeadPathFault& fault : faults_of(path))
+  for (const HeadPathFault& fault : head_path_faults(path))
     problems.add(file, {line_of_key[fault.key], 1}, fault.what);
   return path;
 }

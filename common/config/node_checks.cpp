@@ -3,31 +3,31 @@
 #include <algorithm>
 #include <tuple>
 
-#include "common/config/yaml/key_advice.h"
+#include "common/config/yaml/key_suggestion.h"
 
 namespace fivepipe::config {
 
 namespace {
 
-void check_cameras_exist(const PlacedNode& placed, const Rig& rig,
+void check_cameras_exist(const ParsedNode& parsed, const Rig& rig,
                          const std::filesystem::path& file, Problems& problems) {
   std::vector<std::string> names;
   for (const RigCamera& camera : rig.cameras) names.push_back(camera.name);
-  for (const auto& [camera, place] : placed.place_of_source) {
+  for (const auto& [camera, location] : parsed.source_locations) {
     if (std::find(names.begin(), names.end(), camera) != names.end()) continue;
     const auto nearest = nearest_word(camera, names);
-    problems.add(file, place,
+    problems.add(file, location,
                  "rig " + rig.name + " has no camera " + camera +
                      (nearest ? ": did you mean " + *nearest + '?' : ""));
   }
 }
 
 // All synthetic cameras see one world at one time.
-void check_one_synthetic_world(const std::vector<PlacedNode>& nodes,
+void check_one_synthetic_world(const std::vector<ParsedNode>& nodes,
                                const std::filesystem::path& file, Problems& problems) {
   const SyntheticWorld* first = nullptr;
-  for (const PlacedNode& placed : nodes) {
-    const auto* capture = std::get_if<CaptureConfig>(&placed.node.config);
+  for (const ParsedNode& parsed : nodes) {
+    const auto* capture = std::get_if<CaptureConfig>(&parsed.node.config);
     if (capture == nullptr) continue;
     const bool is_synthetic = std::any_of(
         capture->sources.begin(), capture->sources.end(),
@@ -37,8 +37,8 @@ void check_one_synthetic_world(const std::vector<PlacedNode>& nodes,
     if (first == nullptr) first = &world;
     if (std::tie(world.seed, world.period_s, world.cast_shadow) !=
         std::tie(first->seed, first->period_s, first->cast_shadow))
-      problems.add(file, placed.place,
-                   placed.node.name +
+      problems.add(file, parsed.location,
+                   parsed.node.name +
                        ": synthetic (seed, period_s, cast_shadow) differs from that of another "
                        "capture node");
   }
@@ -46,18 +46,20 @@ void check_one_synthetic_world(const std::vector<PlacedNode>& nodes,
 
 }  // namespace
 
-void check_sources(const std::vector<PlacedNode>& nodes, const Rig& rig,
-                   const std::filesystem::path& file, Place nodes_place, Problems& problems) {
+void check_sources(const std::vector<ParsedNode>& nodes, const Rig& rig,
+                   const std::filesystem::path& file, SourceLocation nodes_location,
+                   Problems& problems) {
   std::map<std::string, std::string> reader_of;
   bool has_capture_node = false;
-  for (const PlacedNode& placed : nodes) {
+  for (const ParsedNode& parsed : nodes) {
     has_capture_node =
-        has_capture_node || std::holds_alternative<CaptureConfig>(placed.node.config);
-    check_cameras_exist(placed, rig, file, problems);
-    for (const auto& [camera, place] : placed.place_of_source) {
-      const auto [first, is_new] = reader_of.try_emplace(camera, placed.node.name);
+        has_capture_node || std::holds_alternative<CaptureConfig>(parsed.node.config);
+    check_cameras_exist(parsed, rig, file, problems);
+    for (const auto& [camera, location] : parsed.source_locations) {
+      const auto [first, is_new] = reader_of.try_emplace(camera, parsed.node.name);
       if (!is_new)
-        problems.add(file, place, "camera " + camera + " is read by " + first->second + " already");
+        problems.add(file, location,
+                     "camera " + camera + " is read by " + first->second + " already");
     }
   }
   check_one_synthetic_world(nodes, file, problems);
@@ -67,73 +69,73 @@ void check_sources(const std::vector<PlacedNode>& nodes, const Rig& rig,
   for (const RigCamera& camera : rig.cameras)
     if ((camera.gives_shape || camera.gives_colour) && !reader_of.contains(camera.name))
       problems.add(
-          file, nodes_place,
+          file, nodes_location,
           "camera " + camera.name + " of rig " + rig.name + " has no source in any capture node");
 }
 
-void check_names_and_counts(const std::vector<PlacedNode>& nodes, const std::filesystem::path& file,
+void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,
                             Problems& problems) {
   std::map<std::string, int> line_of_name, first_of_single_program;
-  for (const PlacedNode& placed : nodes) {
-    const auto [first, is_new] = line_of_name.try_emplace(placed.node.name, placed.place.line);
-    if (!is_new && !placed.node.name.empty())
-      problems.add(file, placed.place_of_name,
-                   "two nodes are called " + placed.node.name + ", the first in line " +
+  for (const ParsedNode& parsed : nodes) {
+    const auto [first, is_new] = line_of_name.try_emplace(parsed.node.name, parsed.location.line);
+    if (!is_new && !parsed.node.name.empty())
+      problems.add(file, parsed.name_location,
+                   "two nodes are called " + parsed.node.name + ", the first in line " +
                        std::to_string(first->second));
-    if (!std::holds_alternative<SimConfig>(placed.node.config) &&
-        !std::holds_alternative<RenderConfig>(placed.node.config))
+    if (!std::holds_alternative<SimConfig>(parsed.node.config) &&
+        !std::holds_alternative<RenderConfig>(parsed.node.config))
       continue;
     const auto [single, is_only] =
-        first_of_single_program.try_emplace(program_of(placed.node), placed.place.line);
+        first_of_single_program.try_emplace(program_of(parsed.node), parsed.location.line);
     if (!is_only)
-      problems.add(file, placed.place,
+      problems.add(file, parsed.location,
                    "a second " + single->first + ", the first is in line " +
                        std::to_string(single->second) + ": at most one is allowed");
   }
 }
 
-void check_shares(const std::vector<PlacedNode>& nodes, const Viewer& viewer,
+void check_shares(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
                   const std::filesystem::path& file, Problems& problems) {
   const ReconConfig* first = nullptr;
-  Place place_of_first;
-  std::map<int, std::string> owner_of_share;
-  for (const PlacedNode& placed : nodes) {
-    const auto* recon = std::get_if<ReconConfig>(&placed.node.config);
+  SourceLocation first_location;
+  std::map<int, std::string> owner_of_worker;
+  for (const ParsedNode& parsed : nodes) {
+    const auto* recon = std::get_if<ReconConfig>(&parsed.node.config);
     if (recon == nullptr) continue;
     if (first == nullptr) {
       first = recon;
-      place_of_first = placed.place;
+      first_location = parsed.location;
     }
-    if (std::tie(recon->tile_columns, recon->tile_rows, recon->shares, recon->split,
-                 recon->balance) != std::tie(first->tile_columns, first->tile_rows, first->shares,
-                                             first->split, first->balance)) {
-      problems.add(file, placed.place,
-                   placed.node.name +
+    if (std::tie(recon->tile_columns, recon->tile_rows, recon->worker_count, recon->split,
+                 recon->balance) != std::tie(first->tile_columns, first->tile_rows,
+                                             first->worker_count, first->split, first->balance)) {
+      problems.add(file, parsed.location,
+                   parsed.node.name +
                        ": tile_columns, tile_rows, shares, split and balance must be the same in "
                        "all reconstruction nodes");
       return;
     }
-    const auto [owner, is_new] = owner_of_share.try_emplace(recon->share, placed.node.name);
+    const auto [owner, is_new] = owner_of_worker.try_emplace(recon->worker_index, parsed.node.name);
     if (!is_new)
-      problems.add(
-          file, placed.place_of_share,
-          "share " + std::to_string(recon->share) + " is that of " + owner->second + " already");
+      problems.add(file, parsed.worker_index_location,
+                   "share " + std::to_string(recon->worker_index) + " is that of " + owner->second +
+                       " already");
   }
   if (first == nullptr) return;
   if (first->tile_columns > viewer.recon_width_px || first->tile_rows > viewer.recon_height_px)
-    problems.add(file, place_of_first,
+    problems.add(file, first_location,
                  "more tiles than pixels: recon_size_px is smaller than tile_columns x tile_rows");
-  if (first->shares > first->tile_columns + first->tile_rows - 1)
+  if (first->worker_count > first->tile_columns + first->tile_rows - 1)
     problems.add(
-        file, place_of_first,
+        file, first_location,
         "some shares would own no tile: shares must be at most tile_columns + tile_rows - 1 = " +
             std::to_string(first->tile_columns + first->tile_rows - 1));
   else
-    for (int share = 0; share < first->shares; ++share)
-      if (!owner_of_share.contains(share))
-        problems.add(file, place_of_first,
+    for (int share = 0; share < first->worker_count; ++share)
+      if (!owner_of_worker.contains(share))
+        problems.add(file, first_location,
                      "no reconstruction node has share " + std::to_string(share) + " of " +
-                         std::to_string(first->shares));
+                         std::to_string(first->worker_count));
 }
 
 }  // namespace fivepipe::config

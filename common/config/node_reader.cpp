@@ -46,12 +46,12 @@ std::string read_image_path(YamlMap& map, const std::string& key, int first_fram
 }
 
 CameraSource read_source(YamlMap map, bool is_here) {
-  if (map.given("video") && map.given("v4l2"))
+  if (map.has("video") && map.has("v4l2"))
     map.problem_at("v4l2", "video and v4l2: a camera has one source");
-  if (map.given("v4l2")) {
+  if (map.has("v4l2")) {
     V4l2Source source;
     source.device = map.text("v4l2");
-    if (map.given("background")) source.background = read_image_path(map, "background", 0, is_here);
+    if (map.has("background")) source.background = read_image_path(map, "background", 0, is_here);
     source.background_frames =
         map.integer("background_frames", {1, 10000}, source.background_frames);
     map.finish();
@@ -67,25 +67,25 @@ CameraSource read_source(YamlMap map, bool is_here) {
 
 // Either `sources: synthetic` (all cameras of the rig that give anything), or by camera: synthetic,
 // or a mapping.
-std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, PlacedNode& placed) {
+std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, ParsedNode& parsed) {
   std::map<std::string, CameraSource> sources;
   if (map.is_text("sources")) {
     const bool is_synthetic = map.choice<bool>("sources", {{"synthetic", true}});
     for (const RigCamera& camera : rig.cameras)
       if (is_synthetic && (camera.gives_shape || camera.gives_colour)) {
         sources[camera.name] = SyntheticSource{};
-        placed.place_of_source[camera.name] = map.place_of("sources");
+        parsed.source_locations[camera.name] = map.location_of("sources");
       }
     return sources;
   }
   YamlMap by_camera = map.map("sources");
   for (const std::string& camera : by_camera.keys()) {
-    placed.place_of_source[camera] = by_camera.place_of(camera);
+    parsed.source_locations[camera] = by_camera.location_of(camera);
     if (by_camera.is_text(camera)) {
       by_camera.choice<bool>(camera, {{"synthetic", true}});
       sources[camera] = SyntheticSource{};
     } else {
-      sources[camera] = read_source(by_camera.map(camera), runs_here(placed.node.host));
+      sources[camera] = read_source(by_camera.map(camera), runs_here(parsed.node.host));
     }
   }
   return sources;
@@ -115,15 +115,16 @@ SegmentationConfig read_segmentation(YamlMap map) {
   return config;
 }
 
-CaptureConfig read_capture(YamlMap& map, const Rig& rig, PlacedNode& placed) {
+CaptureConfig read_capture(YamlMap& map, const Rig& rig, ParsedNode& parsed) {
   CaptureConfig config;
-  config.sources = read_sources(map, rig, placed);
-  if (map.given("synthetic")) config.synthetic = read_synthetic_world(map.map("synthetic"));
-  if (map.given("segmentation")) config.segmentation = read_segmentation(map.map("segmentation"));
+  config.sources = read_sources(map, rig, parsed);
+  if (map.has("synthetic")) config.synthetic = read_synthetic_world(map.map("synthetic"));
+  if (map.has("segmentation")) config.segmentation = read_segmentation(map.map("segmentation"));
   config.loop = map.flag("loop", config.loop);
   config.max_frames_in_flight =
       map.integer("max_frames_in_flight", {0, 1000}, config.max_frames_in_flight);
-  config.precomputed_frames = map.integer("precomputed_frames", {0, 100000}, config.precomputed_frames);
+  config.precomputed_frames =
+      map.integer("precomputed_frames", {0, 100000}, config.precomputed_frames);
   return config;
 }
 
@@ -142,11 +143,11 @@ ReconConfig read_recon(YamlMap& map) {
   config.split = map.choice<ReconSplit>(
       "split", {{"tiles", ReconSplit::tiles}, {"frames", ReconSplit::frames}}, config.split);
   config.balance = map.flag("balance", config.balance);
-  config.share = map.integer("share", kCount, config.share);
-  config.shares = map.integer("shares", kAtLeastOne, config.shares);
-  if (config.share >= config.shares && config.shares > 0)
+  config.worker_index = map.integer("share", kCount, config.worker_index);
+  config.worker_count = map.integer("shares", kAtLeastOne, config.worker_count);
+  if (config.worker_index >= config.worker_count && config.worker_count > 0)
     map.problem_at("share", "share must be less than shares: they count from 0 to " +
-                                std::to_string(config.shares - 1));
+                                std::to_string(config.worker_count - 1));
   return config;
 }
 
@@ -191,34 +192,34 @@ enum class Program { unknown, capture, recon, sim, render };
 
 }  // namespace
 
-PlacedNode read_node(YamlMap map, const Rig& rig) {
-  PlacedNode placed;
-  placed.place = map.place();
-  placed.node.line = placed.place.line;
-  placed.node.name = map.name("name");
-  placed.place_of_name = map.place_of("name");
-  placed.place_of_share = map.place_of("share");
-  placed.node.host = map.text("host", "");
-  placed.node.cores = read_cores(map);
+ParsedNode read_node(YamlMap map, const Rig& rig) {
+  ParsedNode parsed;
+  parsed.location = map.location();
+  parsed.node.line = parsed.location.line;
+  parsed.node.name = map.name("name");
+  parsed.name_location = map.location_of("name");
+  parsed.worker_index_location = map.location_of("share");
+  parsed.node.host = map.text("host", "");
+  parsed.node.cores = read_cores(map);
   const Program program = map.choice<Program>("program",
                                               {{"capture_node", Program::capture},
                                                {"recon_node", Program::recon},
                                                {"sim_node", Program::sim},
                                                {"render_node", Program::render}},
                                               Program::unknown);
-  if (!map.given("program"))
+  if (!map.has("program"))
     map.problem("program is missing: capture_node, recon_node, sim_node or render_node");
   switch (program) {
-    case Program::capture: placed.node.config = read_capture(map, rig, placed); break;
-    case Program::recon: placed.node.config = read_recon(map); break;
-    case Program::sim: placed.node.config = read_sim(map); break;
-    case Program::render: placed.node.config = read_render(map); break;
+    case Program::capture: parsed.node.config = read_capture(map, rig, parsed); break;
+    case Program::recon: parsed.node.config = read_recon(map); break;
+    case Program::sim: parsed.node.config = read_sim(map); break;
+    case Program::render: parsed.node.config = read_render(map); break;
     case Program::unknown:
       map.report_missing();
-      return placed;  // the other keys depend on the program
+      return parsed;  // the other keys depend on the program
   }
   map.finish();
-  return placed;
+  return parsed;
 }
 
 }  // namespace fivepipe::config

@@ -10,13 +10,13 @@
 namespace fivepipe::config {
 
 // A node with the places that later problems refer to.
-struct PlacedNode {
+struct ParsedNode {
   Node node;
-  Place place, place_of_name, place_of_share;
-  std::map<std::string, Place> place_of_source;  // by camera
+  SourceLocation location, name_location, worker_index_location;
+  std::map<std::string, SourceLocation> source_locations;  // by camera
 };
 
 // `rig` says which cameras `sources: synthetic` stands for.
-PlacedNode read_node(YamlMap map, const Rig& rig);
+ParsedNode read_node(YamlMap map, const Rig& rig);
 
 }  // namespace fivepipe::config

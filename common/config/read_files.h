@@ -21,7 +21,7 @@ struct HeadPathFault {
   std::size_t key;
   std::string what;
 };
-std::vector<HeadPathFault> faults_of(const std::vector<HeadKey>& path);
+std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path);
 
 // Triangles of a glTF, OBJ, STL or PLY file, scaled by unit_m; a reason where it can't be used (no
 // triangles, an importer's error, a vertex that is not finite). glTF's y axis is up: it becomes

@@ -4,8 +4,8 @@
 #include <map>
 #include <numbers>
 
+#include "common/config/box_visibility.h"
 #include "common/config/read_files.h"
-#include "common/config/visibility.h"
 #include "common/config/yaml/yaml_reader.h"
 
 namespace fivepipe::config {
@@ -24,14 +24,14 @@ constexpr double kDegree_rad = std::numbers::pi / 180;
 
 geometry::Pinhole read_pinhole(YamlMap& map) {
   const auto [width_px, height_px] = map.size_px("image_size_px");
-  const bool by_angle = map.given("horizontal_fov_deg");
+  const bool by_angle = map.has("horizontal_fov_deg");
   if (by_angle) {
     for (const std::string key : {"fx_px", "fy_px", "cx_px", "cy_px"})
-      if (map.given(key)) map.problem_at(key, key + " and horizontal_fov_deg exclude each other");
+      if (map.has(key)) map.problem_at(key, key + " and horizontal_fov_deg exclude each other");
     const double fov_rad = map.number("horizontal_fov_deg", kFieldOfView_deg) * kDegree_rad;
     return geometry::pinhole_from_fov(width_px, height_px, fov_rad);
   }
-  if (!map.given("fx_px") && !map.given("fy_px") && !map.given("cx_px") && !map.given("cy_px")) {
+  if (!map.has("fx_px") && !map.has("fy_px") && !map.has("cx_px") && !map.has("cy_px")) {
     map.problem(
         "no focal length: horizontal_fov_deg, or fx_px, fy_px, cx_px and cy_px, is missing");
     return {};
@@ -87,15 +87,14 @@ Eigen::Isometry3d read_pose(YamlMap map) {
 Eigen::Isometry3d read_camera_from_mount(YamlMap& map, Mount mount) {
   const std::string key = mount == Mount::world ? "camera_from_world" : "camera_from_viewer";
   const std::string wrong_key = mount == Mount::world ? "camera_from_viewer" : "camera_from_world";
-  if (map.given(wrong_key))
+  if (map.has(wrong_key))
     map.problem_at(wrong_key,
                    wrong_key + " does not go with this camera's mount: " + key + " is expected");
-  const bool has_look_at = map.given("look_at"), has_pose = map.given(key);
+  const bool has_look_at = map.has("look_at"), has_pose = map.has(key);
   if (has_look_at && has_pose) map.problem_at(key, key + " and look_at exclude each other");
   if (has_pose) return read_pose(map.map(key));
   if (has_look_at) return read_look_at(map.map("look_at"), mount);
-  if (!map.given(wrong_key))
-    map.problem("the camera has no pose: look_at or " + key + " is missing");
+  if (!map.has(wrong_key)) map.problem("the camera has no pose: look_at or " + key + " is missing");
   return Eigen::Isometry3d::Identity();
 }
 
@@ -119,9 +118,9 @@ RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   camera.gives_shape = map.flag("gives_shape", is_world);
   camera.gives_colour = map.flag("gives_colour", true);
   camera.source = read_pinhole(map);
-  if (map.given("distortion")) camera.distortion = read_distortion(map.map("distortion"));
+  if (map.has("distortion")) camera.distortion = read_distortion(map.map("distortion"));
   camera.published = camera.source;
-  if (map.given("published")) {
+  if (map.has("published")) {
     YamlMap published = map.map("published");
     camera.published = read_pinhole(published);
     published.finish();
@@ -133,7 +132,7 @@ RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   if (map.problem_count() > problems_before) return camera;
   check_usable(map, camera);
   if (map.problem_count() == problems_before && camera.gives_shape && !volume_m.isEmpty() &&
-      !sees_any_of(published_camera(camera), volume_m))
+      !is_box_visible(published_camera(camera), volume_m))
     map.problem("camera " + camera.name + " sees nothing of volume_m");
   return camera;
 }
@@ -162,7 +161,8 @@ Rig read_rig(const std::filesystem::path& file, Problems& problems) {
   for (YamlMap& camera_map : map.maps("cameras")) {
     rig.cameras.push_back(read_camera(camera_map, rig.volume_m));
     const std::string& name = rig.cameras.back().name;
-    const auto [first, is_new] = line_of_name.try_emplace(name, camera_map.place_of("name").line);
+    const auto [first, is_new] =
+        line_of_name.try_emplace(name, camera_map.location_of("name").line);
     if (!is_new && !name.empty())
       camera_map.problem_at("name", "two cameras are called " + name + ", the first in line " +
                                         std::to_string(first->second));

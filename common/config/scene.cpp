@@ -16,10 +16,10 @@ namespace {
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kAny{-kUnbounded, kUnbounded};
 constexpr Range kSize_m{0, 1e4, true};
-constexpr Range kPart{0, 1};
-constexpr Range kSubdivisions{0, 6};            // 20 * 4^6 = 81 920 triangles
-constexpr Range kCurtainCells{1, 1000};         // a million cells at most
-constexpr std::size_t kLongestObjectName = 64;  // as messages have room for
+constexpr Range kUnitRange{0, 1};
+constexpr Range kSubdivisions{0, 6};              // 20 * 4^6 = 81 920 triangles
+constexpr Range kCurtainCellRange{1, 1000};       // a million cells at most
+constexpr std::size_t kMaxObjectNameLength = 64;  // as messages have room for
 constexpr double kMaxBoxCells = 1e6;
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -42,10 +42,12 @@ SphereShape read_sphere(YamlMap map) {
 }
 
 CurtainShape read_curtain(YamlMap map) {
-  const CurtainShape curtain{
-      map.number("width_m", kSize_m),         map.number("height_m", kSize_m),
-      map.integer("columns", kCurtainCells),  map.integer("rows", kCurtainCells),
-      map.number("fold_depth_m", {0, 10}, 0), map.number("fold_count", {0, 1000}, 0)};
+  const CurtainShape curtain{map.number("width_m", kSize_m),
+                             map.number("height_m", kSize_m),
+                             map.integer("columns", kCurtainCellRange),
+                             map.integer("rows", kCurtainCellRange),
+                             map.number("fold_depth_m", {0, 10}, 0),
+                             map.number("fold_count", {0, 1000}, 0)};
   map.finish();
   return curtain;
 }
@@ -70,7 +72,7 @@ MeshShape read_mesh_shape(YamlMap map) {
 Shape read_shape(YamlMap& map) {
   std::vector<std::string> given;
   for (const std::string key : {"box", "sphere", "curtain", "mesh"})
-    if (map.given(key)) given.push_back(key);
+    if (map.has(key)) given.push_back(key);
   if (given.size() > 1)
     map.problem_at(given[1], given[0] + " and " + given[1] + ": an object has one shape");
   if (given.empty()) {
@@ -94,8 +96,8 @@ Eigen::Isometry3d read_placement(YamlMap& map) {
 }
 
 std::array<double, 3> read_colour(YamlMap& map, const std::string& key,
-                                  const std::array<double, 3>& otherwise) {
-  const Eigen::Vector3d rgb = map.vector3(key, kPart, Eigen::Vector3d(otherwise.data()));
+                                  const std::array<double, 3>& default_value) {
+  const Eigen::Vector3d rgb = map.vector3(key, kUnitRange, Eigen::Vector3d(default_value.data()));
   return {rgb.x(), rgb.y(), rgb.z()};
 }
 
@@ -111,17 +113,17 @@ void check_behaviour(YamlMap& map, const SceneObject& object) {
     map.problem_at("reaction",
                    "reaction bounce needs motion dynamic: a fixed object can't be moved out");
   for (const std::string key : {"mass_kg", "restitution"})
-    if (!is_dynamic && map.given(key))
+    if (!is_dynamic && map.has(key))
       map.problem_at(key, key + " has no effect without motion dynamic");
   if (object.reaction == Reaction::none && object.requests.any())
     map.problem_at("report", "report has no effect with reaction none: the object is not queried");
-  if (object.pattern == Pattern::plain && map.given("pattern_size_m"))
+  if (object.pattern == Pattern::plain && map.has("pattern_size_m"))
     map.problem_at("pattern_size_m", "pattern_size_m has no effect on a plain object");
 }
 
 SceneObject read_object(YamlMap map) {
   SceneObject object;
-  object.name = map.name("name", {}, kLongestObjectName);
+  object.name = map.name("name", {}, kMaxObjectNameLength);
   object.shape = read_shape(map);
   object.world_from_object = read_placement(map);
   object.motion = map.choice<Motion>(
@@ -131,13 +133,13 @@ SceneObject read_object(YamlMap map) {
       {{"none", Reaction::none}, {"highlight", Reaction::highlight}, {"bounce", Reaction::bounce}},
       Reaction::highlight);
   object.mass_kg = map.number("mass_kg", {0, 1e6, true}, object.mass_kg);
-  object.restitution = map.number("restitution", kPart, object.restitution);
+  object.restitution = map.number("restitution", kUnitRange, object.restitution);
   object.colour_rgb = read_colour(map, "colour_rgb", object.colour_rgb);
   object.pattern = map.choice<Pattern>(
       "pattern", {{"plain", Pattern::plain}, {"checker", Pattern::checker}}, Pattern::plain);
   object.pattern_size_m = map.number("pattern_size_m", kSize_m, object.pattern_size_m);
-  if (map.given("report")) object.requests = read_collision_requests(map.map("report"));
-  if (map.given("warmth")) object.warming = read_warming(map.map("warmth"));
+  if (map.has("report")) object.requests = read_collision_requests(map.map("report"));
+  if (map.has("warmth")) object.warming = read_warming(map.map("warmth"));
   check_behaviour(map, object);
   map.finish();
   return object;
@@ -153,12 +155,13 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
   scene.gravity_m_s2 = map.number("gravity_m_s2", {0, 1000}, scene.gravity_m_s2);
   scene.light_world_m = map.vector3("light_m", kAny, scene.light_world_m);
   scene.background_rgb = read_colour(map, "background_rgb", scene.background_rgb);
-  if (map.given("history")) scene.history = read_history_requests(map.map("history"));
+  if (map.has("history")) scene.history = read_history_requests(map.map("history"));
   std::map<std::string, int> line_of_name;
   for (YamlMap& object_map : map.maps("objects")) {
     scene.objects.push_back(read_object(object_map));
     const std::string& name = scene.objects.back().name;
-    const auto [first, is_new] = line_of_name.try_emplace(name, object_map.place_of("name").line);
+    const auto [first, is_new] =
+        line_of_name.try_emplace(name, object_map.location_of("name").line);
     if (!is_new && !name.empty())
       object_map.problem_at("name", "two objects are called " + name + ", the first in line " +
                                         std::to_string(first->second));
@@ -178,14 +181,15 @@ Scene load_scene(const std::filesystem::path& file) {
   return scene;
 }
 
-std::vector<std::string> size_doubts(const Scene& scene) {
+std::vector<std::string> mesh_size_warnings(const Scene& scene) {
   constexpr double kCmPerM = 100;
   std::vector<std::string> doubts;
   for (const SceneObject& object : scene.objects) {
     const auto* shape = std::get_if<MeshShape>(&object.shape);
     if (shape == nullptr) continue;
     const Eigen::Vector3d size_m = geometry::bounds_m(shape->mesh).sizes();
-    if (size_m.maxCoeff() >= kSmallestLikely_m && size_m.maxCoeff() <= kLargestLikely_m) continue;
+    if (size_m.maxCoeff() >= kMinPlausibleSize_m && size_m.maxCoeff() <= kMaxPlausibleSize_m)
+      continue;
     std::ostringstream line;
     line << object.name << " is " << kCmPerM * size_m.x() << " x " << kCmPerM * size_m.y() << " x "
          << kCmPerM * size_m.z() << " cm: is the unit of " << shape->file.string() << " right?";

@@ -49,7 +49,7 @@ struct SceneObject {
   std::array<double, 3> colour_rgb = {0.8, 0.8, 0.8};  // 0..1, sRGB
   Pattern pattern = Pattern::plain;
   double pattern_size_m = 0.1;          // edge of a checker field
-  CollisionRequests requests = {};          // what its collision results tell
+  CollisionRequests requests = {};      // what its collision results tell
   std::optional<Warming> warming = {};  // it is warmed by real objects
 };
 
@@ -66,11 +66,12 @@ struct Scene {
 // The object's surface in its own frame.
 geometry::Mesh mesh_of(const SceneObject& object);
 
-// Meshes that are probably in another unit than stated: larger than kLargestLikely_m or smaller
-// than kSmallestLikely_m, one line each with the size in cm. Nothing is wrong with them otherwise.
-std::vector<std::string> size_doubts(const Scene& scene);
-inline constexpr double kLargestLikely_m = 50.0;  // a hall; a 5 cm part whose mm are taken for m
-inline constexpr double kSmallestLikely_m =
+// Meshes that are probably in another unit than stated: larger than kMaxPlausibleSize_m or smaller
+// than kMinPlausibleSize_m, one line each with the size in cm. Nothing is wrong with them
+// otherwise.
+std::vector<std::string> mesh_size_warnings(const Scene& scene);
+inline constexpr double kMaxPlausibleSize_m = 50.0;  // a hall; a 5 cm part whose mm are taken for m
+inline constexpr double kMinPlausibleSize_m =
     0.0005;  // below a camera's resolution; a 0.5 m part whose m are taken for mm
 
 // Throws ConfigError listing every problem of the file, mesh files included.

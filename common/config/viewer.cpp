@@ -85,7 +85,7 @@ Eigen::Isometry3d eye_from_world_at(const Viewer& viewer, double t_s) {
   return geometry::look_at(pose.eye_world_m, pose.target_world_m);
 }
 
-std::vector<HeadPathFault> faults_of(const std::vector<HeadKey>& path) {
+std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path) {
   std::vector<HeadPathFault> faults;
   for (std::size_t i = 0; i < path.size(); ++i) {
     if (i == 0 && path[i].t_s != 0) faults.push_back({i, "the first key's t_s must be 0"});

@@ -16,7 +16,7 @@ std::string egl_error() {
   return text.data();
 }
 
-bool has_word(const char* words, const char* word) {
+bool has_extension(const char* words, const char* word) {
   return words &&
          (" " + std::string(words) + " ").find(" " + std::string(word) + " ") != std::string::npos;
 }
@@ -25,19 +25,19 @@ bool has_word(const char* words, const char* word) {
 std::vector<std::pair<EGLDisplay, std::string>> candidate_displays() {
   std::vector<std::pair<EGLDisplay, std::string>> displays;
   const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-  if (has_word(client, "EGL_EXT_device_enumeration") &&
-      has_word(client, "EGL_EXT_platform_device")) {
+  if (has_extension(client, "EGL_EXT_device_enumeration") &&
+      has_extension(client, "EGL_EXT_platform_device")) {
     std::array<EGLDeviceEXT, 16> devices;
     EGLint count = 0;
     if (eglQueryDevicesEXT(EGLint(devices.size()), devices.data(), &count))
       for (EGLint i = 0; i < count; ++i)
-        if (!has_word(eglQueryDeviceStringEXT(devices[i], EGL_EXTENSIONS),
-                      "EGL_MESA_device_software"))
+        if (!has_extension(eglQueryDeviceStringEXT(devices[i], EGL_EXTENSIONS),
+                           "EGL_MESA_device_software"))
           displays.emplace_back(
               eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr),
               "EGL device " + std::to_string(i));
   }
-  if (has_word(client, "EGL_MESA_platform_surfaceless"))
+  if (has_extension(client, "EGL_MESA_platform_surfaceless"))
     displays.emplace_back(
         eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr),
         "Mesa surfaceless");

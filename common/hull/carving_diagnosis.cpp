@@ -120,7 +120,8 @@ SampledVolume sampled(std::int64_t count, int points, double box_m3) {
 constexpr int kBatchSize = 2048;
 
 Counts count_points(std::span<const Silhouette> silhouettes, const Eigen::AlignedBox3d& box,
-                    base::WorkerPool& pool, const HullRule& rule, const DiagnosisSampling& sampling) {
+                    base::WorkerPool& pool, const HullRule& rule,
+                    const DiagnosisSampling& sampling) {
   std::vector<Counts> of_threads(std::size_t(pool.threads()));
   for (Counts& c : of_threads) c.cameras.resize(silhouettes.size());
   pool.run((sampling.points + kBatchSize - 1) / kBatchSize, [&](int piece, int thread) {
@@ -161,7 +162,7 @@ const char* to_string(CameraVerdict verdict) {
 }
 
 PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes, const Vector3d& p_world_m,
-                       const HullRule& rule) {
+                              const HullRule& rule) {
   PointDiagnosis diagnosis{false, {}, {}, 0, false};
   if (!p_world_m.allFinite()) return diagnosis;
   Votes votes;
@@ -185,8 +186,8 @@ PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes, const Vec
 }
 
 VolumeDiagnosis diagnose_volume(std::span<const Silhouette> silhouettes,
-                         const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool,
-                         const HullRule& rule, const DiagnosisSampling& sampling) {
+                                const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool,
+                                const HullRule& rule, const DiagnosisSampling& sampling) {
   assert(sampling.points > 0);
   VolumeDiagnosis diagnosis{box_world_m, sampling.points, {}, {}, {}};
   for (const Silhouette& s : silhouettes) {

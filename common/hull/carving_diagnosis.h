@@ -36,8 +36,8 @@ struct PointDiagnosis {
   bool too_few;  // no camera removes it, but fewer see it than the rule wants (none: no camera)
 };
 // A point that is not finite is in no hull, and no camera's fault.
-PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m,
-                       const HullRule& rule = {});
+PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes,
+                              const Eigen::Vector3d& p_world_m, const HullRule& rule = {});
 
 // Points drawn evenly from a box of space.
 struct DiagnosisSampling {
@@ -53,11 +53,11 @@ struct SampledVolume {
 };
 struct CameraContribution {
   bool no_object_pixel = false, unusable = false;
-  SampledVolume removed;           // by it, whoever else does
-  SampledVolume removed_alone;     // what all others keep
-  SampledVolume removed_alone_unseen;  // part of `removed_alone`: behind it or outside its image, not
-                                   // for want of an object pixel
-  SampledVolume kept_by_others;    // the hull without this camera; nothing where it is the only one
+  SampledVolume removed;               // by it, whoever else does
+  SampledVolume removed_alone;         // what all others keep
+  SampledVolume removed_alone_unseen;  // part of `removed_alone`: behind it or outside its image,
+                                       // not for want of an object pixel
+  SampledVolume kept_by_others;  // the hull without this camera; nothing where it is the only one
 };
 struct VolumeDiagnosis {
   Eigen::AlignedBox3d box_world_m;
@@ -69,8 +69,8 @@ struct VolumeDiagnosis {
 // The same for every number of threads. A box that is empty or not finite has no volume, and no
 // camera a share.
 VolumeDiagnosis diagnose_volume(std::span<const Silhouette> silhouettes,
-                         const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool,
-                         const HullRule& rule = {}, const DiagnosisSampling& sampling = {});
+                                const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool,
+                                const HullRule& rule = {}, const DiagnosisSampling& sampling = {});
 
 // One paragraph for whoever set up the cameras. Names as the silhouettes; cameras without a name
 // are called "camera <index>".

@@ -36,7 +36,8 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 // Cameras that keep the hull empty whatever the others see.
-std::string describe_unusable_cameras(const VolumeDiagnosis& diagnosis, const std::vector<std::string>& names) {
+std::string describe_unusable_cameras(const VolumeDiagnosis& diagnosis,
+                                      const std::vector<std::string>& names) {
   std::vector<std::string> blind, unusable;
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (diagnosis.cameras[i].unusable)
@@ -55,10 +56,11 @@ std::string describe_unusable_cameras(const VolumeDiagnosis& diagnosis, const st
 }
 
 std::string describe_contribution(const CameraContribution& contribution, const std::string& name) {
-  std::string text = " " + name + " alone removes " +
-                     percent(contribution.removed_alone.volume_m3, contribution.kept_by_others.volume_m3) +
-                     " of what the others keep: " + litres(contribution.removed_alone) + " of " +
-                     litres(contribution.kept_by_others);
+  std::string text =
+      " " + name + " alone removes " +
+      percent(contribution.removed_alone.volume_m3, contribution.kept_by_others.volume_m3) +
+      " of what the others keep: " + litres(contribution.removed_alone) + " of " +
+      litres(contribution.kept_by_others);
   if (contribution.removed_alone_unseen.volume_m3 > 0.5 * contribution.removed_alone.volume_m3)
     text += "; most of that lies outside its image or behind it";
   return text + ".";
@@ -78,19 +80,22 @@ std::string summary(const VolumeDiagnosis& diagnosis, std::span<const std::strin
   const double box_m3 = diagnosis.box_world_m.sizes().prod();
   std::string text =
       diagnosis.hull.volume_m3 > 0
-          ? "The hull fills " + litres(diagnosis.hull) + ", " + percent(diagnosis.hull.volume_m3, box_m3) +
-                " of the box."
+          ? "The hull fills " + litres(diagnosis.hull) + ", " +
+                percent(diagnosis.hull.volume_m3, box_m3) + " of the box."
           : "The hull is empty in this box (less than " + litres(diagnosis.hull.error_m3) + ").";
   text += describe_unusable_cameras(diagnosis, names);
   std::vector<std::size_t> order(names.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return diagnosis.cameras[a].removed_alone.volume_m3 > diagnosis.cameras[b].removed_alone.volume_m3;
+    return diagnosis.cameras[a].removed_alone.volume_m3 >
+           diagnosis.cameras[b].removed_alone.volume_m3;
   });
   bool said = false;
   for (const std::size_t i : order) {
     const CameraContribution& contribution = diagnosis.cameras[i];
-    if (contribution.removed_alone.volume_m3 <= kReportThreshold * contribution.kept_by_others.volume_m3) continue;
+    if (contribution.removed_alone.volume_m3 <=
+        kReportThreshold * contribution.kept_by_others.volume_m3)
+      continue;
     text += describe_contribution(contribution, names[i]);
     said = true;
   }
@@ -99,7 +104,8 @@ std::string summary(const VolumeDiagnosis& diagnosis, std::span<const std::strin
                 ? " No camera alone removes much of what the others keep."
                 : " No camera does it alone: what one removes another does too.";
   if (diagnosis.too_few.volume_m3 > 0)
-    text += " " + litres(diagnosis.too_few) + " that no camera removes are seen by too few cameras.";
+    text +=
+        " " + litres(diagnosis.too_few) + " that no camera removes are seen by too few cameras.";
   return text;
 }
 

@@ -11,8 +11,10 @@ using Plane = Eigen::Hyperplane<double, 3>;  // the side with signedDistance >= 
 void add_planes(std::vector<Plane>& planes, const SilhouetteBounds& seen, double nearest_m) {
   constexpr double kRectMargin_px = 0.01;
   const geometry::Pinhole& k = seen.camera.pinhole;
-  const double left = seen.part.u0_px - 0.5 - kRectMargin_px, right = seen.part.u1_px - 0.5 + kRectMargin_px,
-               top = seen.part.v0_px - 0.5 - kRectMargin_px, bottom = seen.part.v1_px - 0.5 + kRectMargin_px;
+  const double left = seen.part.u0_px - 0.5 - kRectMargin_px,
+               right = seen.part.u1_px - 0.5 + kRectMargin_px,
+               top = seen.part.v0_px - 0.5 - kRectMargin_px,
+               bottom = seen.part.v1_px - 0.5 + kRectMargin_px;
   // Of fx x / z + cx >= left, times z.
   const std::array<Vector3d, 4> normals_camera = {
       Vector3d(k.fx_px, 0, k.cx_px - left), Vector3d(-k.fx_px, 0, right - k.cx_px),

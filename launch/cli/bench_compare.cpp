@@ -49,12 +49,12 @@ int bench_compare(const std::vector<std::string>& words) {
       ->check(CLI::Validator(check_percent, "PERCENT"));
   if (const auto exit_code = node_bench::parsed(app, words)) return *exit_code;
   const node_bench::Comparison comparison = node_bench::compared(read(before), read(after));
-  const double most = fail_above.empty() ? 0 : 1 + 0.01 * std::stod(fail_above);
+  const double max_ratio = fail_above.empty() ? 0 : 1 + 0.01 * std::stod(fail_above);
   std::printf("%-56s %10s %10s %7s\n", "median [ms]", "before", "after", "ratio");
   int failures = 0;
   for (const node_bench::ComparedResult& result : comparison.results) {
-    const bool fails = most > 0 && result.is_slower_than(most);
-    failures += fails || (most > 0 && !result.worse_errors.empty());
+    const bool fails = max_ratio > 0 && result.is_slower_than(max_ratio);
+    failures += fails || (max_ratio > 0 && !result.worse_errors.empty());
     std::printf("%-56s %10.4f %10.4f %7.3f%s%s\n", result.name.c_str(), result.before_ms,
                 result.after_ms, result.ratio(), fails ? "  SLOWER" : "",
                 result.output_differs ? "  its output differs" : "");
@@ -73,9 +73,10 @@ int bench_compare(const std::vector<std::string>& words) {
     std::cerr << "nothing to compare: no result has the same name in both\n";
     return 1;
   }
-  if (most > 0) failures += int(comparison.only_before.size());  // what is missing may be anything
+  if (max_ratio > 0)
+    failures += int(comparison.only_before.size());  // what is missing may be anything
   if (failures > 0)
-    std::cerr << failures << " are slower by more than " << 100 * (most - 1)
+    std::cerr << failures << " are slower by more than " << 100 * (max_ratio - 1)
               << " %, err more, or are missing\n";
   return failures > 0 ? kCriterionNotMet : 0;
 }

@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "benchmarks/nodes/from_recording.h"
-#include "benchmarks/nodes/node_account.h"
+#include "benchmarks/nodes/node_breakdown.h"
 #include "benchmarks/nodes/times_table.h"
 #include "common/base/result_file.h"
 #include "common/base/timing.h"
@@ -47,22 +47,24 @@ std::uint64_t checksum_of(const node_bench::NodeRun& run) {
   return checksum;
 }
 
-void print(const node_bench::NodeRun& run, const node_bench::NodeAccount& account,
+void print(const node_bench::NodeRun& run, const node_bench::NodeBreakdown& breakdown,
            const std::string& node) {
   std::printf("%s: %llu frames, %llu handled, %.1f frames/s\n", node.c_str(),
               static_cast<unsigned long long>(run.counts.expected.at(node)),
               static_cast<unsigned long long>(run.counts.handled.at(node)),
               double(run.counts.handled.at(node)) / run.counts.seconds);
   node_bench::print_times_header();
-  for (const auto& [step, time_ms] : account.steps) node_bench::print_times(step, time_ms);
-  node_bench::print_times("its own time", account.own);
-  node_bench::print_times("from frame to frame", account.period);
-  node_bench::print_times("from sent to handled", account.latency);
+  for (const auto& [step, time_ms] : breakdown.steps) node_bench::print_times(step, time_ms);
+  node_bench::print_times("its own time", breakdown.own);
+  node_bench::print_times("from frame to frame", breakdown.period);
+  node_bench::print_times("from sent to handled", breakdown.latency);
   std::printf(
       "  of the time from frame to frame: own %.1f %%, transport %.1f %%, rest %.1f %% (%.3f ms "
       "beyond its own)\n",
-      100 * account.own_share(), 100 * (account.explained_share() - account.own_share()),
-      100 * (1 - account.explained_share()), base::mean(account.period) - base::mean(account.own));
+      100 * breakdown.own_fraction(),
+      100 * (breakdown.explained_fraction() - breakdown.own_fraction()),
+      100 * (1 - breakdown.explained_fraction()),
+      base::mean(breakdown.period) - base::mean(breakdown.own));
   std::printf("  CPU %.0f %%, %.0f MB at most; the replay itself CPU %.0f %%\n",
               100 * run.use.at(node).cpu_s / run.counts.seconds, run.use.at(node).peak_memory_mb,
               100 * run.replay_cpu_s / run.counts.seconds);
@@ -102,7 +104,7 @@ int bench_node(const std::string& word, const std::vector<std::string>& words) {
                  "what it makes of them. `fivepipe up` runs it; its report has its times\n";
     return 2;
   }
-  node_bench::NodeAccount all;
+  node_bench::NodeBreakdown all;
   std::vector<std::string> results;
   std::string renderer;
   std::uint64_t checksum = 0;
@@ -112,9 +114,9 @@ int bench_node(const std::string& word, const std::vector<std::string>& words) {
     const node_bench::NodeRun run =
         node_bench::run_nodes(recording, run_options);  // throws when interrupted, too
     if (signals_received() > 0) return 130;
-    const node_bench::NodeAccount account = node_bench::account_of(run.frames, node.name);
-    print(run, account, node.name);
-    complete &= node_bench::is_sound(run);
+    const node_bench::NodeBreakdown breakdown = node_bench::breakdown_of(run.frames, node.name);
+    print(run, breakdown, node.name);
+    complete &= node_bench::is_valid_run(run);
     if (i > 0 && checksum_of(run) != checksum) {
       std::cerr << "its output differs from that of the run before: "
                 << node_bench::checksum_text(checksum_of(run)) << "\n";
@@ -123,23 +125,24 @@ int bench_node(const std::string& word, const std::vector<std::string>& words) {
     checksum = checksum_of(run);
     renderer = run.gl_renderer.empty() ? "no OpenGL" : run.gl_renderer;
     counts = counts_of(run, node.name);
-    for (const auto& [step, time_ms] : account.steps) {
+    for (const auto& [step, time_ms] : breakdown.steps) {
       auto known = std::find_if(all.steps.begin(), all.steps.end(),
                                 [&](const auto& s) { return s.first == step; });
       if (known == all.steps.end()) known = all.steps.insert(all.steps.end(), {step, {}});
       known->second.insert(known->second.end(), time_ms.begin(), time_ms.end());
     }
-    all.own.insert(all.own.end(), account.own.begin(), account.own.end());
-    all.period.insert(all.period.end(), account.period.begin(), account.period.end());
-    all.transport.insert(all.transport.end(), account.transport.begin(), account.transport.end());
-    all.latency.insert(all.latency.end(), account.latency.begin(), account.latency.end());
+    all.own.insert(all.own.end(), breakdown.own.begin(), breakdown.own.end());
+    all.period.insert(all.period.end(), breakdown.period.begin(), breakdown.period.end());
+    all.transport.insert(all.transport.end(), breakdown.transport.begin(),
+                         breakdown.transport.end());
+    all.latency.insert(all.latency.end(), breakdown.latency.begin(), breakdown.latency.end());
   }
   if (!options.json.empty()) {
     const std::string prefix =
         config::program_of(node) + "/" + measured.deployment().name + "/" + node.name + "/";
     const std::string text = without_checksum ? "" : node_bench::checksum_text(checksum);
-    counts["own_share"] = all.own_share();
-    counts["explained_share"] = all.explained_share();
+    counts["own_share"] = all.own_fraction();
+    counts["explained_share"] = all.explained_fraction();
     for (const auto& [step, time_ms] : all.steps)
       results.push_back(node_bench::result_json(prefix + step, time_ms,
                                                 nlohmann::ordered_json::object(),

@@ -3,7 +3,7 @@
 
 #include "benchmarks/nodes/bus_ping.h"
 #include "benchmarks/nodes/from_recording.h"
-#include "benchmarks/nodes/pipeline_account.h"
+#include "benchmarks/nodes/pipeline_breakdown.h"
 #include "benchmarks/nodes/times_table.h"
 #include "common/base/result_file.h"
 #include "common/base/timing.h"
@@ -27,20 +27,21 @@ node_bench::PipelineNodes nodes_of(const config::Deployment& deployment) {
   return nodes;
 }
 
-void print(const node_bench::NodeRun& run, const node_bench::PipelineAccount& account,
+void print(const node_bench::NodeRun& run, const node_bench::PipelineBreakdown& breakdown,
            const node_bench::PipelineNodes& nodes) {
   std::printf("%zu frames, %.1f frames/s\n", run.frames.size(),
               double(run.counts.handled.at(nodes.rendering)) / run.counts.seconds);
   node_bench::print_times_header();
-  for (const auto& [stage, time_ms] : account.stages) node_bench::print_times(stage, time_ms);
-  std::printf("  %-44s %9.3f\n", "all stages", account.stages_mean_ms());
-  node_bench::print_times("capture's messages to composite", account.latency);
-  node_bench::print_times("measured here, until it was heard of", account.heard);
+  for (const auto& [stage, time_ms] : breakdown.stages) node_bench::print_times(stage, time_ms);
+  std::printf("  %-44s %9.3f\n", "all stages", breakdown.stages_mean_ms());
+  node_bench::print_times("capture's messages to composite", breakdown.latency);
+  node_bench::print_times("measured here, until it was heard of", breakdown.received);
   std::printf("  the stages add up to %.1f %% of what was measured\n",
-              100 * account.explained_share());
-  if (!account.simulation.empty())
+              100 * breakdown.explained_fraction());
+  if (!breakdown.simulation.empty())
     std::printf("  beside it, the simulation: %.2f ms, waited for in %zu of %zu frames\n",
-                base::mean(account.simulation), account.waited_for_state, account.latency.size());
+                base::mean(breakdown.simulation), breakdown.waited_for_state,
+                breakdown.latency.size());
   for (const auto& [node, use] : run.use)
     std::printf("  %-20s CPU %3.0f %%, %.0f MB at most\n", node.c_str(),
                 100 * use.cpu_s / run.counts.seconds, use.peak_memory_mb);
@@ -120,18 +121,18 @@ int bench_pipeline(const std::vector<std::string>& words) {
   bool complete = true;
   std::string renderer;
   std::vector<std::string> results;
-  node_bench::PipelineAccount all;
+  node_bench::PipelineBreakdown all;
   std::uint64_t frames = 0;
   double seconds = 0, replay_cpu_s = 0;
   const std::string prefix = "pipeline/" + measured.deployment().name + "/";
   for (int i = 0; i < options.runs; ++i) {
     const node_bench::NodeRun run = node_bench::run_nodes(recording, run_options);
     if (signals_received() > 0) return 130;
-    const node_bench::PipelineAccount account = node_bench::account_of(run.frames, nodes);
-    print(run, account, nodes);
-    complete &= node_bench::is_sound(run);
+    const node_bench::PipelineBreakdown breakdown = node_bench::breakdown_of(run.frames, nodes);
+    print(run, breakdown, nodes);
+    complete &= node_bench::is_valid_run(run);
     renderer = run.gl_renderer;
-    all.add(account);
+    all.add(breakdown);
     frames += run.counts.handled.at(nodes.rendering);
     seconds += run.counts.seconds;
     replay_cpu_s += run.replay_cpu_s;
@@ -145,8 +146,8 @@ int bench_pipeline(const std::vector<std::string>& words) {
                                       {"in_flight", options.frames_in_flight},
                                       {"replay_cpu_percent", 100 * replay_cpu_s / seconds},
                                       {"stages_mean_ms", all.stages_mean_ms()},
-                                      {"heard_mean_ms", base::mean(all.heard)},
-                                      {"explained_share", all.explained_share()}};
+                                      {"heard_mean_ms", base::mean(all.received)},
+                                      {"explained_share", all.explained_fraction()}};
   results.push_back(node_bench::result_json(prefix + "latency", all.latency,
                                             nlohmann::ordered_json::object(), counts, ""));
   if (!without_bus)

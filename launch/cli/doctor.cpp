@@ -29,9 +29,9 @@ struct DoctorOptions {
 };
 
 // The demo's five processes: fewer cores share.
-constexpr int cores_for_the_demo = 5;
+constexpr int kDemoCores = 5;
 // A minute of composites, recordings not counted.
-constexpr double free_disk_wanted_gb = 1.0;
+constexpr double kMinFreeDisk_gb = 1.0;
 
 Finding check_build() {
   const std::string type = base::build_type();
@@ -88,7 +88,7 @@ Finding check_dds(const DoctorOptions& options) {
 Finding check_cores() {
   const int cores = base::core_count();
   const std::string what = "cores: " + std::to_string(cores) + ", " + base::cpu_name();
-  if (cores >= cores_for_the_demo) return {Verdict::ok, what, ""};
+  if (cores >= kDemoCores) return {Verdict::ok, what, ""};
   return {Verdict::warn, what,
           "the demo runs five processes; with fewer cores they share, and the frame rate falls"};
 }
@@ -117,7 +117,7 @@ Finding check_disk() {
   const double free_gb = double(space.available) / 1e9;
   const std::string what =
       "disk: " + std::to_string(long(free_gb)) + " GB free in the working folder";
-  if (free_gb >= free_disk_wanted_gb) return {Verdict::ok, what, ""};
+  if (free_gb >= kMinFreeDisk_gb) return {Verdict::ok, what, ""};
   return {Verdict::warn, what,
           "composites and recordings need room: free some, or choose another --out"};
 }

@@ -10,7 +10,7 @@
 #include "common/recording/schema/wire_types.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
-#include "launch/inspect/message_text.h"
+#include "launch/inspect/message_formatter.h"
 #include "launch/inspect/topic_source.h"
 #include "launch/supervise/interrupt.h"
 
@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 // After so long without a writer it is said that one is waited for.
-constexpr auto patience = 2s;
+constexpr auto kWriterTimeout = 2s;
 
 struct EchoOptions {
   std::string topic, field;
@@ -44,9 +44,9 @@ void finish(base::OutputQueue& output) {
 
 int echo_from_file(const EchoOptions& options) {
   const recording::Recording recording = opened(options.file);
-  const std::string topic = topic_meant(options.topic, topics_in(recording));
+  const std::string topic = resolve_topic(options.topic, topics_in(recording));
   const TextOptions text_options = options.text();
-  std::map<mcap::Id, MessageText> text_of;
+  std::map<mcap::Id, MessageFormatter> text_of;
   base::OutputQueue output(STDOUT_FILENO);
   std::uint64_t shown = 0;
   const int result = each_message(
@@ -57,7 +57,7 @@ int echo_from_file(const EchoOptions& options) {
           const recording::RecordedChannel& of_data = data_channel(recording, *message.channel);
           text = text_of
                      .emplace(message.channel->id,
-                              MessageText(recording.idl(of_data), of_data.type, text_options))
+                              MessageFormatter(recording.idl(of_data), of_data.type, text_options))
                      .first;
         }
         output.put(text->second({topic, message.channel->node, message.source_stamp_ns,
@@ -73,14 +73,14 @@ int echo_from_file(const EchoOptions& options) {
 
 int echo_live(const EchoOptions& options) {
   const bus::topics::Topic topic = live_topic(options.topic);
-  const MessageText text_of(schema::fivepipe_idl(), topic.type, options.text());
+  const MessageFormatter text_of(schema::fivepipe_idl(), topic.type, options.text());
   bus::Bus bus({options.network.domain, options.network.profile, "echo"});
   bus::SerializedReader reader(bus, topic);
   WriterNames names(bus, reader);
   base::OutputQueue output(STDOUT_FILENO);
   std::uint64_t shown = 0, left_out = 0;
   const auto started = Clock::now();
-  bool told_of_waiting = false;
+  bool reported_waiting = false;
   while (signals_received() == 0 && !output.closed() &&
          (options.count == 0 || shown < options.count)) {
     bus.wait(50ms);
@@ -94,11 +94,11 @@ int echo_live(const EchoOptions& options) {
                                  sample.cdr};
       output.offer(text_of(message)) ? ++shown : ++left_out;
     });
-    if (!told_of_waiting && reader.writers() == 0 && Clock::now() - started > patience) {
+    if (!reported_waiting && reader.writers() == 0 && Clock::now() - started > kWriterTimeout) {
       std::cerr << "waiting: nobody writes " << topic.name << " in domain "
                 << options.network.domain
                 << "; `fivepipe ls` shows who is there, Ctrl-C ends this\n";
-      told_of_waiting = true;
+      reported_waiting = true;
     }
   }
   finish(output);
@@ -146,7 +146,7 @@ void add_echo(CLI::App& app, Command& command) {
   echo->get_option("--domain")->excludes(file);
   echo->get_option("--profile")->excludes(file);
   echo->callback([options, &command] {
-    command = [options] { return base::told([&] { return run_echo(*options); }); };
+    command = [options] { return base::report_errors([&] { return run_echo(*options); }); };
   });
 }
 

@@ -8,7 +8,7 @@
 #include "common/recording/schema/wire_types.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
-#include "launch/inspect/arrivals.h"
+#include "launch/inspect/arrival_statistics.h"
 #include "launch/inspect/topic_source.h"
 #include "launch/supervise/interrupt.h"
 
@@ -18,9 +18,9 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto refresh_period = 1s;
+constexpr auto kRefreshPeriod = 1s;
 // What a table shows of a live topic: long enough for what comes twice a second.
-constexpr std::int64_t window_s = 5;
+constexpr std::int64_t kWindow_s = 5;
 
 struct HzOptions {
   std::string topic;
@@ -31,8 +31,8 @@ struct HzOptions {
 
 int hz_from_file(const HzOptions& options) {
   const recording::Recording recording = opened(options.file);
-  const std::string topic = topic_meant(options.topic, topics_in(recording));
-  recording::FrameOf frame_of(recording);
+  const std::string topic = resolve_topic(options.topic, topics_in(recording));
+  recording::FrameIdReader frame_of(recording);
   bool type_known = true;
   const auto frame_in =
       [&](const recording::RecordedMessage& message) -> std::optional<std::uint64_t> {
@@ -45,18 +45,18 @@ int hz_from_file(const HzOptions& options) {
       }
     return std::nullopt;
   };
-  ArrivalBook book;
+  ArrivalStatistics statistics;
   const int result = each_message(
       recording, topic, 0, std::nullopt, [&](const recording::RecordedMessage& message) {
         if (!message.key_change)
-          book.add(message.channel->node,
-                   {message.log_stamp_ns, message.log_stamp_ns - message.source_stamp_ns,
-                    message.cdr.size()},
-                   frame_in(message));
+          statistics.add(message.channel->node,
+                         {message.log_stamp_ns, message.log_stamp_ns - message.source_stamp_ns,
+                          message.cdr.size()},
+                         frame_in(message));
         return signals_received() == 0;
       });
   if (signals_received() > 0) return 130;
-  std::cout << topic << ", as it was recorded\n" << book.text() << std::flush;
+  std::cout << topic << ", as it was recorded\n" << statistics.text() << std::flush;
   return result;
 }
 
@@ -85,11 +85,11 @@ int hz_live(const HzOptions& options) {
   bus::Bus bus({options.network.domain, options.network.profile, "hz"});
   bus::SerializedReader reader(bus, topic);
   WriterNames names(bus, reader);
-  ArrivalBook book;
+  ArrivalStatistics statistics;
   const bool once = options.once_s > 0, on_terminal = isatty(STDOUT_FILENO) && !once;
   const auto period = once ? std::chrono::duration_cast<Clock::duration>(
                                  std::chrono::duration<double>(options.once_s))
-                           : Clock::duration(refresh_period);
+                           : Clock::duration(kRefreshPeriod);
   for (auto next = Clock::now() + period;; next += period) {
     while (Clock::now() < next && signals_received() == 0) {
       bus.wait(std::min<std::chrono::nanoseconds>(100ms, next - Clock::now()));
@@ -97,23 +97,23 @@ int hz_live(const HzOptions& options) {
         const std::int64_t now_ns = base::now_realtime_ns();
         const Arrival arrival{now_ns, now_ns - sample.source_stamp_ns, sample.cdr.size()};
         if (sample.kind == bus::SampleKind::data)
-          book.add(names.of(sample.writer), arrival, frame_of(sample.cdr));
+          statistics.add(names.of(sample.writer), arrival, frame_of(sample.cdr));
       });
     }
     if (signals_received() > 0) return once ? 130 : 0;
-    if (!once) book.forget_before(base::now_realtime_ns() - window_s * 1'000'000'000);
+    if (!once) statistics.remove_before(base::now_realtime_ns() - kWindow_s * 1'000'000'000);
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // home, clear
     std::cout << topic.name << ", domain " << options.network.domain
               << (once ? ""
-                       : ", the last " + std::to_string(window_s) + " s; frames since the start")
+                       : ", the last " + std::to_string(kWindow_s) + " s; frames since the start")
               << "\n";
-    if (book.messages() == 0)
+    if (statistics.messages() == 0)
       std::cout << "no message; writers: " << reader.writers() << "\n";
     else
-      std::cout << book.text();
+      std::cout << statistics.text();
     std::cout << (on_terminal || once ? "" : "\n") << std::flush;
     if (!std::cout) return 1;
-    if (once) return book.messages() == 0 ? 3 : 0;
+    if (once) return statistics.messages() == 0 ? 3 : 0;
   }
 }
 
@@ -149,7 +149,7 @@ void add_hz(CLI::App& app, Command& command) {
   hz->get_option("--domain")->excludes(file);
   hz->get_option("--profile")->excludes(file);
   hz->callback([options, &command] {
-    command = [options] { return base::told([&] { return run_hz(*options); }); };
+    command = [options] { return base::report_errors([&] { return run_hz(*options); }); };
   });
 }
 

@@ -93,7 +93,7 @@ void add_info(CLI::App& app, Command& command) {
                  "don't read the messages: neither MB by topic, nor are CRCs checked");
   info->add_flag("--json", options->json, "for programs");
   info->callback([options, &command] {
-    command = [options] { return base::told([&] { return run_info(*options); }); };
+    command = [options] { return base::report_errors([&] { return run_info(*options); }); };
   });
 }
 

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 // A participant is discovered within a second.
-constexpr auto listening_time = 1500ms;
+constexpr auto kListeningTime = 1500ms;
 
 struct LsOptions {
   std::filesystem::path file;
@@ -28,7 +28,7 @@ int run_ls(const LsOptions& options) {
     topics = topics_of(recording::Recording(options.file));
   } else {
     bus::Bus bus({options.network.domain, options.network.profile, "ls"});
-    for (const auto until = Clock::now() + listening_time; Clock::now() < until;) bus.wait(100ms);
+    for (const auto until = Clock::now() + kListeningTime; Clock::now() < until;) bus.wait(100ms);
     topics = topics_of(bus.endpoints());
   }
   if (topics.empty()) {
@@ -63,7 +63,7 @@ void add_ls(CLI::App& app, Command& command) {
   ls->get_option("--domain")->excludes(file);
   ls->get_option("--profile")->excludes(file);
   ls->callback([options, &command] {
-    command = [options] { return base::told([&] { return run_ls(*options); }); };
+    command = [options] { return base::report_errors([&] { return run_ls(*options); }); };
   });
 }
 

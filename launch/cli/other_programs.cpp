@@ -12,20 +12,20 @@
 namespace fivepipe::launch {
 namespace {
 
-constexpr const char* bench_prefix = "fivepipe_bench_";
+constexpr const char* kBenchPrefix = "fivepipe_bench_";
 
 std::vector<std::string> suites() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(program_folder()))
     if (const std::string file = entry.path().filename();
-        file.starts_with(bench_prefix) && entry.is_regular_file())
-      names.push_back(file.substr(std::string(bench_prefix).size()));
+        file.starts_with(kBenchPrefix) && entry.is_regular_file())
+      names.push_back(file.substr(std::string(kBenchPrefix).size()));
   std::sort(names.begin(), names.end());
   return names;
 }
 
 // Goes on as the program that words.front() names.
-[[noreturn]] void become(std::vector<std::string> words) {
+[[noreturn]] void exec_program(std::vector<std::string> words) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -71,8 +71,8 @@ int run_bench(std::vector<std::string> words) {
                                 : "\n");
     return 2;
   }
-  words.front() = program_folder() / (bench_prefix + words.front());
-  become(std::move(words));
+  words.front() = program_folder() / (kBenchPrefix + words.front());
+  exec_program(std::move(words));
 }
 
 }  // namespace
@@ -106,7 +106,7 @@ void add_maps(CLI::App& app, Command& command) {
     command = [words = maps->remaining()]() -> int {
       std::vector<std::string> all{program_folder() / "fivepipe_maps"};
       all.insert(all.end(), words.begin(), words.end());
-      become(std::move(all));
+      exec_program(std::move(all));
     };
   });
 }

@@ -19,9 +19,9 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto progress_period = 5s;
+constexpr auto kProgressPeriod = 5s;
 // After the last message: what was sent before may still be on its way.
-constexpr auto drain_time = 200ms;
+constexpr auto kDrainTime = 200ms;
 
 struct RecordOptions {
   std::filesystem::path file, deployment;
@@ -33,9 +33,9 @@ struct RecordOptions {
   bool domain_given = false;
 };
 
-const std::map<std::string, mcap::Compression> compressions = {{"none", mcap::Compression::none},
-                                                               {"lz4", mcap::Compression::lz4},
-                                                               {"zstd", mcap::Compression::zstd}};
+const std::map<std::string, mcap::Compression> kCompressions = {{"none", mcap::Compression::none},
+                                                                {"lz4", mcap::Compression::lz4},
+                                                                {"zstd", mcap::Compression::zstd}};
 
 // Topics that carry pictures: hull tiles are coloured.
 bool has_pictures(const bus::topics::Topic& topic) {
@@ -70,11 +70,11 @@ Sum sum_of(const std::map<std::string, recording::TopicCounts>& counts) {
 }
 
 // Counts since the last call, into the status that everybody can read.
-void tell(node::NodeStatusReporter& status,
-          const std::map<std::string, recording::TopicCounts>& now,
-          std::map<std::string, recording::TopicCounts>& told) {
+void publish_counts(node::NodeStatusReporter& status,
+                    const std::map<std::string, recording::TopicCounts>& now,
+                    std::map<std::string, recording::TopicCounts>& published) {
   for (const auto& [topic, count] : now) {
-    recording::TopicCounts& before = told[topic];
+    recording::TopicCounts& before = published[topic];
     if (count.received > before.received)
       status.count("received: " + topic, count.received - before.received);
     if (count.written > before.written)
@@ -103,7 +103,7 @@ void note_sent(recording::RecordingWriter& recording, const replay::Recorder& re
                 << " came\n";
   }
   std::string unknown;
-  for (const std::string& node : recorder.not_compared())
+  for (const std::string& node : recorder.unverified_nodes())
     unknown += (unknown.empty() ? "" : ", ") + (node.empty() ? "somebody without a name" : node);
   if (!unknown.empty())
     std::cerr << "not known whether all came of what these sent, which did not tell, or not "
@@ -157,7 +157,7 @@ int run_record(RecordOptions options) {
     std::filesystem::create_directories(options.file.parent_path());
   recording::RecordingWriter recording(
       options.file, std::string("fivepipe ") + base::version(),
-      {.compression = compressions.at(options.compression), .sync = !options.without_sync});
+      {.compression = kCompressions.at(options.compression), .sync = !options.without_sync});
   replay::write_header(recording, deployment ? &*deployment : nullptr, settings,
                        options.network.domain);
   bus::Bus bus({options.network.domain, options.network.profile, options.name});
@@ -168,8 +168,8 @@ int run_record(RecordOptions options) {
                options.network.domain, options.file.string());
 
   const auto started = Clock::now();
-  auto next_progress = started + progress_period;
-  std::map<std::string, recording::TopicCounts> told;
+  auto next_progress = started + kProgressPeriod;
+  std::map<std::string, recording::TopicCounts> published;
   const auto elapsed_s = [&] {
     return std::chrono::duration<double>(Clock::now() - started).count();
   };
@@ -181,21 +181,21 @@ int run_record(RecordOptions options) {
                       (options.duration_s > 0 && elapsed_s() >= options.duration_s) ||
                       !recording.failure().empty();
     if (over && !ends) {
-      ends = Clock::now() + drain_time;
+      ends = Clock::now() + kDrainTime;
       if (const std::string why = recording.failure(); !why.empty())
         spdlog::error("the recording ends: {}", why);
     }
     if (Clock::now() < next_progress) continue;
-    next_progress += progress_period;
-    tell(status, recording.counts(), told);
-    const Sum sum = sum_of(told);
+    next_progress += kProgressPeriod;
+    publish_counts(status, recording.counts(), published);
+    const Sum sum = sum_of(published);
     spdlog::info("{:.0f} s: {} messages, {:.1f} MB written, {} lost", elapsed_s(), sum.received,
                  1e-6 * double(recording.bytes_written()), sum.lost);
   }
   note_sent(recording, recorder);
   // A second signal, or one while nothing but the disk is waited for.
   recording.finish([before = signals_received()] { return signals_received() > before; });
-  tell(status, recording.counts(), told);
+  publish_counts(status, recording.counts(), published);
   return conclude(options, recording, elapsed_s());
 }
 
@@ -223,7 +223,7 @@ void add_record(CLI::App& app, Command& command) {
   record->add_flag("--no-colour", options->without_colour,
                    "no pictures of people: neither camera colours nor the coloured hull tiles");
   record->add_option("--compression", options->compression, "lz4, zstd (smaller, slower) or none")
-      ->check(CLI::IsMember(compressions))
+      ->check(CLI::IsMember(kCompressions))
       ->capture_default_str();
   record->add_flag("--no-sync", options->without_sync,
                    "don't force the disk twice a second: a power cut then costs what the kernel "

@@ -22,8 +22,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 // Whoever is on the network has been heard of by then.
-constexpr auto listening_time = 500ms;
-constexpr auto progress_period = 5s;
+constexpr auto kListeningTime = 500ms;
+constexpr auto kProgressPeriod = 5s;
 
 struct ReplayOptions {
   std::filesystem::path file;
@@ -77,7 +77,7 @@ replay::ReplayPlan plan_of(const recording::Recording& recording, const ReplayOp
   plan.nodes = selection.nodes;
   plan.shape_cameras = selection.shape_cameras;
   plan.frames_in_flight = options.frames_in_flight;
-  plan.order = replay::SendOrder::needed_ahead;
+  plan.order = replay::SendOrder::pipelined;
   return plan;
 }
 
@@ -128,7 +128,7 @@ int run_replay(const ReplayOptions& options) {
   }
   catch_signals();
   bus::Bus bus({options.network.domain, options.network.profile, "replay", options.lossless});
-  for (const auto until = Clock::now() + listening_time; Clock::now() < until;) bus.wait(20ms);
+  for (const auto until = Clock::now() + kListeningTime; Clock::now() < until;) bus.wait(20ms);
   replay::Replayer replayer(bus, recording, plan);
   if (const auto conflicts = replayer.conflicts(); !conflicts.empty() && !options.force) {
     std::cerr << "domain " << options.network.domain << " has a deployment running:";
@@ -143,11 +143,11 @@ int run_replay(const ReplayOptions& options) {
   }
   ReplayKeys keys(options.paused);
   const auto started = Clock::now();
-  auto next_progress = started + progress_period;
+  auto next_progress = started + kProgressPeriod;
   const auto control = [&] {
     if (signals_received() > 0) return replay::ReplayControl::stop;
     if (Clock::now() >= next_progress) {
-      next_progress += progress_period;
+      next_progress += kProgressPeriod;
       spdlog::info("{:.0f} s: {} frames sent{}",
                    std::chrono::duration<double>(Clock::now() - started).count(),
                    replayer.counts().frames, keys.paused() ? ", paused" : "");

@@ -42,7 +42,7 @@ void ReplayKeys::read_keys() {
 replay::ReplayControl ReplayKeys::control() {
   read_keys();
   if (stopped_) return replay::ReplayControl::stop;
-  if (!paused_) return replay::ReplayControl::go_on;
+  if (!paused_) return replay::ReplayControl::resume;
   if (steps_ == 0 && at_end_) {
     if (!stopped_) spdlog::warn("paused, and no key can come any more: stdin is at its end");
     stopped_ = true;
@@ -50,7 +50,7 @@ replay::ReplayControl ReplayKeys::control() {
   }
   if (steps_ == 0) return replay::ReplayControl::pause;
   --steps_;
-  return replay::ReplayControl::one_frame;
+  return replay::ReplayControl::step;
 }
 
 }  // namespace fivepipe::launch

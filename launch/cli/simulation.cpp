@@ -11,9 +11,9 @@ namespace {
 using namespace std::chrono_literals;
 
 // A process on the same network is discovered within its announcement period of 1 s.
-constexpr auto longest_wait_for_simulation = 3s, longest_wait_for_delivery = 1s;
+constexpr auto kSimulationTimeout = 3s, kDeliveryTimeout = 1s;
 
-const std::map<std::string, fivepipe_v1_CommandKind> kinds = {
+const std::map<std::string, fivepipe_v1_CommandKind> kCommandKinds = {
     {"pause", fivepipe_v1_pause_simulation},
     {"resume", fivepipe_v1_resume_simulation},
     {"reset", fivepipe_v1_reset_simulation}};
@@ -26,7 +26,7 @@ struct SimulationOptions {
 int run_simulation(const SimulationOptions& options) {
   bus::Bus bus({.domain = options.domain});
   auto commands = bus.writer<bus::topics::Command>();
-  const auto deadline = std::chrono::steady_clock::now() + longest_wait_for_simulation;
+  const auto deadline = std::chrono::steady_clock::now() + kSimulationTimeout;
   while (commands.readers() == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
       std::cerr << "no simulation heard in domain " << options.domain << "; `fivepipe top --domain "
@@ -41,9 +41,9 @@ int run_simulation(const SimulationOptions& options) {
     return 2;
   }
   options.node.copy(command.target, options.node.size());
-  command.kind = kinds.at(options.what);
+  command.kind = kCommandKinds.at(options.what);
   commands.write(command);
-  return commands.wait_for_delivery(longest_wait_for_delivery) ? 0 : 1;
+  return commands.wait_for_delivery(kDeliveryTimeout) ? 0 : 1;
 }
 
 }  // namespace
@@ -58,7 +58,7 @@ void add_simulation(CLI::App& app, Command& command) {
   simulation
       ->add_option("what", options->what, "pause, resume or reset (every object to its start)")
       ->required()
-      ->check(CLI::IsMember(kinds));
+      ->check(CLI::IsMember(kCommandKinds));
   simulation->add_option("--node", options->node, "only this node; without it: every simulation");
   simulation->add_option("--domain", options->domain, "DDS domain")
       ->check(CLI::Range(0, 230))

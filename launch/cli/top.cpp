@@ -14,10 +14,10 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto refresh_period = 1s;
+constexpr auto kRefreshPeriod = 1s;
 // Nodes publish twice a second, and a participant is discovered within a second.
-constexpr auto time_to_hear_everyone = 2500ms;
-constexpr std::int64_t silent_after_ns = 2'000'000'000;
+constexpr auto kListeningTime = 2500ms;
+constexpr std::int64_t kSilenceTimeout_ns = 2'000'000'000;
 
 struct TopOptions {
   std::uint32_t domain = 0;
@@ -50,23 +50,23 @@ std::string row(const ProcessStatus& status, double cpu_percent, bool alive) {
                       "\n";
   for (const auto& [reason, count] : status.drops)
     lines += "    dropped " + std::to_string(count) + ": " + reason + "\n";
-  for (const std::string& remark : status.remarks) lines += "    " + remark + "\n";
+  for (const std::string& diagnostic : status.diagnostics) lines += "    " + diagnostic + "\n";
   return lines;
 }
 
-std::string table_of(const StatusBook& book) {
+std::string table_of(const StatusRegistry& registry) {
   const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
                                   std::chrono::system_clock::now().time_since_epoch())
                                   .count();
-  const std::vector<std::string> alive = book.alive(now_ns, silent_after_ns);
+  const std::vector<std::string> alive = registry.alive(now_ns, kSilenceTimeout_ns);
   char head[160];
   std::snprintf(head, sizeof head, "%-14s %8s %6s %6s %9s %7s  %s\n", "node", "frame", "Hz",
                 "CPU %", "memory MB", "drops", "latencies p50/p99 ms");
   std::string table = head;
-  for (const auto& [node, processes] : book.processes())
-    table += row(processes.back(), book.cpu_percent(node),
+  for (const auto& [node, processes] : registry.processes())
+    table += row(processes.back(), registry.cpu_percent(node),
                  std::find(alive.begin(), alive.end(), node) != alive.end());
-  for (const std::string& node : book.doubled())
+  for (const std::string& node : registry.duplicates())
     table += "two processes publish as node '" + node + "'\n";
   return table;
 }
@@ -74,21 +74,21 @@ std::string table_of(const StatusBook& book) {
 int run_top(const TopOptions& options) {
   bus::Bus bus({options.domain, options.profile});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
-  StatusBook book;
+  StatusRegistry registry;
   const bool on_terminal = isatty(STDOUT_FILENO) && !options.once;
-  for (auto next = Clock::now() + (options.once ? Clock::duration(time_to_hear_everyone)
-                                                : Clock::duration(refresh_period));
-       ; next += refresh_period) {
+  for (auto next = Clock::now() + (options.once ? Clock::duration(kListeningTime)
+                                                : Clock::duration(kRefreshPeriod));
+       ; next += kRefreshPeriod) {
     while (Clock::now() < next) {
       if (bus.wait(std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now())))
-        take_statuses(statuses_in, book);
+        take_statuses(statuses_in, registry);
     }
-    const bool nobody = book.processes().empty();
+    const bool nobody = registry.processes().empty();
     if (on_terminal) std::cout << "\x1b[H\x1b[2J";  // home, clear
     if (nobody)
       std::cout << "no node heard in domain " << options.domain << "\n";
     else
-      std::cout << table_of(book) << (on_terminal ? "" : "\n");
+      std::cout << table_of(registry) << (on_terminal ? "" : "\n");
     std::cout << std::flush;
     if (options.once) return nobody ? 3 : 0;
     if (!std::cout) return 1;  // whoever read us has gone

@@ -30,14 +30,14 @@ using Clock = std::chrono::steady_clock;
 
 // Ctrl-C must have everything gone within two seconds; at the end of --duration nobody waits, and a
 // video may take long to close.
-constexpr std::chrono::milliseconds grace_when_interrupted = 1300ms, grace_when_done = 10s;
+constexpr std::chrono::milliseconds kInterruptGrace = 1300ms, kFinishGrace = 10s;
 // What the last frames of footage need to pass through the pipeline.
-constexpr auto drain_after_input = 1s;
-constexpr auto progress_period = 5s;
+constexpr auto kDrainTime = 1s;
+constexpr auto kProgressPeriod = 5s;
 // Reference images and shaders come first: --duration counts from the first composited frame, at
 // the latest from here.
-constexpr auto longest_start_up = 20s;
-constexpr auto longest_wait_for_final_reports = 500ms;
+constexpr auto kStartupTimeout = 20s;
+constexpr auto kFinalReportTimeout = 500ms;
 
 struct UpOptions {
   std::filesystem::path deployment, out;
@@ -85,7 +85,7 @@ std::vector<Program> programs_of(const std::vector<config::Node>& nodes, const U
   return programs;
 }
 
-SupervisorOutput spoken_output(const std::vector<Program>& programs) {
+SupervisorOutput console_output(const std::vector<Program>& programs) {
   std::size_t width = 0;
   for (const Program& program : programs) width = std::max(width, program.name.size());
   return {.line =
@@ -111,21 +111,21 @@ class Run {
         composited_in_(bus_.reader<bus::topics::FrameComposited>()),
         recorder_(started_recorder()),
         start_stamp_ns_(base::now_realtime_ns()),
-        supervisor_(programs_, RestartSettings{}, spoken_output(programs_)) {
+        supervisor_(programs_, RestartSettings{}, console_output(programs_)) {
     for (const config::Node& node : deployment.nodes) node_names_.insert(node.name);
     for (const std::string& warning : bus_.warnings()) spdlog::warn("{}", warning);
   }
 
   int operator()() {
-    while (!supervisor_.all_gone()) {
+    while (!supervisor_.all_exited()) {
       supervisor_.step(50ms);
       take_messages();
-      if (recorder_) recorder_->pass_on_output();
+      if (recorder_) recorder_->forward_output();
       if (const std::string why = reason_to_stop(); !why.empty()) stop(why);
       if (signals_received() > 0)
-        supervisor_.stop(
-            signals_received() > 1 ? 0ms : grace_when_interrupted);  // a second Ctrl-C: at once
-      if (!supervisor_.stopping()) say_progress();
+        supervisor_.stop(signals_received() > 1 ? 0ms
+                                                : kInterruptGrace);  // a second Ctrl-C: at once
+      if (!supervisor_.stopping()) print_progress();
     }
     if (stop_stamp_ns_ == 0) note_stop("every node ended");
     wait_for_final_reports();
@@ -139,14 +139,14 @@ class Run {
     take_statuses(statuses_in_, statuses_, node_names_);
     for (const auto& [name, processes] : statuses_.processes())
       if (processes.back().has_handled_frame)
-        supervisor_.works(name, processes.back().start_stamp_ns);
+        supervisor_.mark_healthy(name, processes.back().start_stamp_ns);
     for (const auto& frame : composited_in_.take())
       if (frame.valid() && !first_composited_stamp_ns_) {
         first_composited_stamp_ns_ = frame->composited_stamp_ns;
         first_composited_seen_ = Clock::now();
       }
     for (const std::string& problem : bus_.problems()) spdlog::error("{}", problem);
-    for (const std::string& name : statuses_.doubled())
+    for (const std::string& name : statuses_.duplicates())
       if (doubled_said_.insert(name).second)
         spdlog::error(
             "two processes publish as node '{}': another deployment runs in this domain; their "
@@ -154,12 +154,12 @@ class Run {
             name);
   }
 
-  bool all_ended_in_order(const std::string& program) const {
+  bool all_exited_cleanly(const std::string& program) const {
     bool any = false;
     for (const config::Node& node : nodes_)
       if (config::program_of(node) == program) {
         any = true;
-        if (!supervisor_.ended_in_order(node.name)) return false;
+        if (!supervisor_.exited_cleanly(node.name)) return false;
       }
     return any;
   }
@@ -173,7 +173,7 @@ class Run {
   bool duration_is_over() const {
     if (!(options_.duration_s > 0)) return false;
     const auto counts_from = first_composited_seen_ ? *first_composited_seen_
-                             : renders()            ? started_ + longest_start_up
+                             : renders()            ? started_ + kStartupTimeout
                                                     : started_;
     return Clock::now() - counts_from >= std::chrono::duration<double>(options_.duration_s);
   }
@@ -185,15 +185,15 @@ class Run {
       return supervisor_.failure()->node + " " + supervisor_.failure()->reason;
     if (signals_received() > 0) return std::string("SIG") + sigabbrev_np(newest_signal());
     if (duration_is_over()) return "duration";
-    if (all_ended_in_order("render_node")) return "every render_node ended";
-    if (!all_ended_in_order("capture_node")) return "";
+    if (all_exited_cleanly("render_node")) return "every render_node ended";
+    if (!all_exited_cleanly("capture_node")) return "";
     if (!input_ended_) input_ended_ = Clock::now();
-    return Clock::now() - *input_ended_ >= drain_after_input ? "every capture_node ended" : "";
+    return Clock::now() - *input_ended_ >= kDrainTime ? "every capture_node ended" : "";
   }
 
   void stop(const std::string& why) {
     note_stop(why);
-    supervisor_.stop(signals_received() > 0 ? grace_when_interrupted : grace_when_done);
+    supervisor_.stop(signals_received() > 0 ? kInterruptGrace : kFinishGrace);
   }
 
   void note_stop(const std::string& why) {
@@ -201,9 +201,9 @@ class Run {
     ended_by_ = why;
   }
 
-  void say_progress() {
+  void print_progress() {
     if (Clock::now() < next_progress_) return;
-    next_progress_ += progress_period;
+    next_progress_ += kProgressPeriod;
     const double elapsed_s = std::chrono::duration<double>(Clock::now() - started_).count();
     double rate_hz = 0;
     for (const config::Node& node : nodes_)
@@ -216,7 +216,7 @@ class Run {
 
   // The last statuses of processes that ended in order may still be on their way.
   void wait_for_final_reports() {
-    const auto until = Clock::now() + longest_wait_for_final_reports;
+    const auto until = Clock::now() + kFinalReportTimeout;
     while (Clock::now() < until && !all_reports_final()) {
       bus_.wait(20ms);
       take_messages();
@@ -228,7 +228,8 @@ class Run {
       return std::find(names.begin(), names.end(), name) != names.end();
     };
     return std::all_of(nodes_.begin(), nodes_.end(), [&](const config::Node& node) {
-      if (is_in(supervisor_.killed(), node.name) || is_in(supervisor_.ended_badly(), node.name))
+      if (is_in(supervisor_.killed(), node.name) ||
+          is_in(supervisor_.crashed_while_stopping(), node.name))
         return true;  // none will come
       const auto of_node = processes.find(node.name);
       return of_node == processes.end() || of_node->second.back().final_report;
@@ -277,7 +278,7 @@ class Run {
                 << " of the recorder\n";
     if (signals_received() > 0) return 130;
     if (recorder_exit_code_ != 0) return 1;
-    if (!supervisor_.killed().empty() || !supervisor_.ended_badly().empty()) return 1;
+    if (!supervisor_.killed().empty() || !supervisor_.crashed_while_stopping().empty()) return 1;
     if (!renders() || frames_composited(statuses_) > 0) return 0;
     std::cerr << "no frame was composited\n";
     return 1;
@@ -304,13 +305,13 @@ class Run {
   bus::Bus bus_;
   bus::Reader<bus::topics::NodeStatus> statuses_in_;
   bus::Reader<bus::topics::FrameComposited> composited_in_;
-  StatusBook statuses_;
+  StatusRegistry statuses_;
   std::unique_ptr<RecorderProcess> recorder_;  // before the first node
   int recorder_exit_code_ = 0;
   std::int64_t start_stamp_ns_ = 0, stop_stamp_ns_ = 0;
   std::optional<std::int64_t> first_composited_stamp_ns_;
   std::string ended_by_;
-  Clock::time_point started_ = Clock::now(), next_progress_ = started_ + progress_period;
+  Clock::time_point started_ = Clock::now(), next_progress_ = started_ + kProgressPeriod;
   std::optional<Clock::time_point> input_ended_, first_composited_seen_;
   Supervisor supervisor_;
 };
@@ -342,14 +343,15 @@ int run_up(UpOptions options) {
       std::filesystem::remove(entry.path());
   if (std::string(base::build_type()) != "Release")
     spdlog::warn("this is a {} build: expect it to be slow", base::build_type());
-  for (const std::string& doubt : config::size_doubts(deployment.scene)) spdlog::warn("{}", doubt);
+  for (const std::string& doubt : config::mesh_size_warnings(deployment.scene))
+    spdlog::warn("{}", doubt);
 
   std::vector<std::string> names;
   for (const config::Node& node : nodes) names.push_back(node.name);
   std::optional<NodeClaims> claims;
   try {
     claims.emplace(domain, names);
-  } catch (const NodeTaken& taken) {
+  } catch (const NodeNameTaken& taken) {
     std::cerr << taken.what() << '\n';
     return 2;
   }

@@ -32,15 +32,15 @@ std::map<std::string, TopicInfo> topics_of(const recording::Recording& recording
 
 // A writer's sequence numbers; those of one that does not count are all the same.
 struct SequenceSpan {
-  std::uint32_t least = 0, most = 0;
+  std::uint32_t first_sequence = 0, last_sequence = 0;
   std::uint64_t count = 0;
   void add(std::uint32_t sequence) {
-    least = count == 0 ? sequence : std::min(least, sequence);
-    most = count == 0 ? sequence : std::max(most, sequence);
+    first_sequence = count == 0 ? sequence : std::min(first_sequence, sequence);
+    last_sequence = count == 0 ? sequence : std::max(last_sequence, sequence);
     ++count;
   }
   std::uint64_t missing() const {
-    const std::uint64_t span = std::uint64_t(most) - least + 1;
+    const std::uint64_t span = std::uint64_t(last_sequence) - first_sequence + 1;
     return span > count ? span - count : 0;
   }
 };
@@ -91,13 +91,13 @@ std::map<std::string, RecorderCounts> counts_from(
   return counts;
 }
 
-std::vector<std::string> foreign_types_of(const recording::Recording& recording) {
+std::vector<std::string> type_differences_of(const recording::Recording& recording) {
   std::set<std::string> problems;
   const std::string file = recording.file().string() + ": ";
   for (const recording::RecordedChannel& channel : recording.channels()) {
     std::vector<std::string> found;
     try {
-      found = recording.foreign_types({channel.id});
+      found = recording.type_differences({channel.id});
     } catch (const recording::RecordingError& error) {
       found = {error.what()};
     }
@@ -133,7 +133,7 @@ RecordingInfo inspect(const recording::Recording& recording, bool reads_all) {
     if (const auto why = counts.find(recording::kLossReasonKey); why != counts.end())
       info.loss_reason = why->second;
   }
-  info.foreign_types = foreign_types_of(recording);
+  info.type_differences = type_differences_of(recording);
   auto topics = topics_of(recording, info.duration_s());
   if (reads_all) read_all(recording, topics, info.unreadable);
   for (auto& [name, topic] : topics) info.topics.push_back(std::move(topic));

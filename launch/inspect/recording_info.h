@@ -46,10 +46,10 @@ struct RecordingInfo {
   std::optional<std::map<std::string, RecorderCounts>>
       counts;               // by topic; none: the recorder did not get to writing them
   std::string loss_reason;  // of what was received and lost; empty: none was, or it is not known
-  std::vector<std::string> foreign_types;  // what differs from this build's types
+  std::vector<std::string> type_differences;  // what differs from this build's types
 
   bool finished() const { return damage.summary.empty(); }
-  bool whole() const { return finished() && damage.damaged_names.empty() && unreadable.empty(); }
+  bool whole() const { return finished() && damage.damage_reports.empty() && unreadable.empty(); }
   double duration_s() const { return 1e-9 * double(end_ns - start_ns); }
 };
 

@@ -20,11 +20,11 @@ Json json_of(const TopicInfo& topic, bool read_all) {
 
 Json json_of(const mcap::Damage& damage) {
   return {{"summary", damage.summary},
-          {"whole_bytes", damage.whole_bytes},
-          {"cut_bytes", damage.cut_bytes},
+          {"whole_bytes", damage.intact_bytes},
+          {"cut_bytes", damage.truncated_bytes},
           {"damaged_records", damage.damaged_records},
-          {"damaged_names", damage.damaged_names},
-          {"messages_of_no_channel", damage.messages_of_no_channel}};
+          {"damaged_names", damage.damage_reports},
+          {"messages_of_no_channel", damage.orphaned_messages}};
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ Json json_of(const RecordingInfo& info) {
         json["counts"][topic].update({{"sent", count.sent}, {"missing", count.missing}});
     }
   if (!info.loss_reason.empty()) json["loss_reason"] = info.loss_reason;
-  json["foreign_types"] = info.foreign_types;
+  json["foreign_types"] = info.type_differences;
   json["recording"] = info.header;
   json["settings"] = info.settings;
   json["attachments"] = Json::array();

@@ -4,14 +4,14 @@
 #include "common/base/text_table.h"
 #include "common/base/timestamp_text.h"
 #include "launch/inspect/recording_info.h"
-#include "launch/inspect/topic_choice.h"
+#include "launch/inspect/topic_resolver.h"
 
 namespace fivepipe::launch {
 namespace {
 
 constexpr std::size_t kLabelWidth = 13, kWritersWidth = 24, kLineWidth = 120;
 // Of one kind; more are only counted.
-constexpr std::size_t kMostShown = 10;
+constexpr std::size_t kMaxItemsShown = 10;
 
 std::string megabytes(std::uint64_t bytes) {
   return base::with_decimals(1e-6 * double(bytes), bytes < 100'000 ? 3 : 1) + " MB";
@@ -24,10 +24,10 @@ std::string line(const std::string& label, const std::string& value) {
 // The first with the label, the others below it.
 std::string lines(const std::string& label, const std::vector<std::string>& values) {
   std::string text;
-  for (std::size_t i = 0; i < std::min(values.size(), kMostShown); ++i)
+  for (std::size_t i = 0; i < std::min(values.size(), kMaxItemsShown); ++i)
     text += line(i == 0 ? label : "", values[i]);
-  if (values.size() > kMostShown)
-    text += line("", "and " + std::to_string(values.size() - kMostShown) + " more");
+  if (values.size() > kMaxItemsShown)
+    text += line("", "and " + std::to_string(values.size() - kMaxItemsShown) + " more");
   return text;
 }
 
@@ -45,9 +45,9 @@ std::string wrapped(const std::string& label, const std::vector<std::string>& va
 }
 
 std::string value_or(const std::map<std::string, std::string>& values, const std::string& key,
-                     const std::string& otherwise) {
+                     const std::string& default_value) {
   const auto found = values.find(key);
-  return found == values.end() || found->second.empty() ? otherwise : found->second;
+  return found == values.end() || found->second.empty() ? default_value : found->second;
 }
 
 std::string condition_text(const RecordingInfo& info) {
@@ -61,19 +61,20 @@ std::string condition_text(const RecordingInfo& info) {
         line("file", megabytes(info.file_bytes) +
                          ", BEING WRITTEN by a process that has it open; what it holds so far:");
   } else {
-    text += line("file", megabytes(info.file_bytes) + ", NOT FINISHED: no index, " +
-                             base::counted(info.damage.cut_bytes, "byte") + " at its end " +
-                             (info.damage.cut_bytes == 1 ? "is" : "are") + " no whole record");
+    text +=
+        line("file", megabytes(info.file_bytes) + ", NOT FINISHED: no index, " +
+                         base::counted(info.damage.truncated_bytes, "byte") + " at its end " +
+                         (info.damage.truncated_bytes == 1 ? "is" : "are") + " no whole record");
     text += line("", info.damage.summary);
     text += line("", "`fivepipe info --recover " + info.file +
                          "` mends it; what is told here can be read as it is");
   }
-  text += lines("DAMAGED", info.damage.damaged_names);
+  text += lines("DAMAGED", info.damage.damage_reports);
   text += lines("DAMAGED", info.unreadable);
-  if (info.damage.messages_of_no_channel)
-    text += line(
-        "", base::counted(info.damage.messages_of_no_channel, "message") + " of no known topic");
-  if (!info.damage.damaged_names.empty() || !info.unreadable.empty())
+  if (info.damage.orphaned_messages)
+    text +=
+        line("", base::counted(info.damage.orphaned_messages, "message") + " of no known topic");
+  if (!info.damage.damage_reports.empty() || !info.unreadable.empty())
     text += line("", "what stands there is lost; the rest can be read and replayed");
   return text;
 }
@@ -121,7 +122,7 @@ std::string missing_text(const RecordingInfo& info, std::uint64_t missing) {
   std::vector<std::string> by_topic;
   for (const TopicInfo& topic : info.topics)
     if (topic.missing)
-      by_topic.push_back(last_part(topic.topic) + " " + std::to_string(topic.missing));
+      by_topic.push_back(base_name(topic.topic) + " " + std::to_string(topic.missing));
   return line("LOST", base::counted(missing, "message") + ", by gaps in their sequence numbers:") +
          wrapped("", by_topic);
 }
@@ -130,7 +131,7 @@ std::string missing_text(const RecordingInfo& info, std::uint64_t missing) {
 std::string by_topic_text(const RecordingInfo& info, std::uint64_t RecorderCounts::*counted) {
   std::vector<std::string> by_topic;
   for (const auto& [topic, count] : *info.counts)
-    if (count.*counted) by_topic.push_back(last_part(topic) + " " + std::to_string(count.*counted));
+    if (count.*counted) by_topic.push_back(base_name(topic) + " " + std::to_string(count.*counted));
   return wrapped("", by_topic);
 }
 
@@ -171,8 +172,8 @@ std::string losses_text(const RecordingInfo& info) {
 
 std::string types_text(const RecordingInfo& info) {
   if (info.topics.empty()) return "";
-  if (info.foreign_types.empty()) return line("types", "those of this build");
-  return lines("types DIFFER", info.foreign_types) +
+  if (info.type_differences.empty()) return line("types", "those of this build");
+  return lines("types DIFFER", info.type_differences) +
          line("", "such topics can be read (`fivepipe echo`), but not be replayed by this build");
 }
 
@@ -191,7 +192,7 @@ std::string topics_text(const RecordingInfo& info) {
                info.read_all ? base::with_decimals(1e-6 * double(topic.bytes), 3) : "-",
                base::joined({topic.writers.begin(), topic.writers.end()}, ", ")});
     if (topic.key_changes)
-      key_changes.push_back(last_part(topic.topic) + " " + std::to_string(topic.key_changes));
+      key_changes.push_back(base_name(topic.topic) + " " + std::to_string(topic.key_changes));
   }
   return "\n" + table.text() +
          (key_changes.empty() ? "" : "\n" + wrapped("key changes", key_changes));
@@ -221,13 +222,12 @@ std::string text_of(const mcap::Recovery& recovery, const std::string& file) {
   text += line("saved", base::counted(recovery.statistics.messages, "message") + " in " +
                             base::counted(recovery.statistics.chunks, "chunk") + ", " +
                             base::counted(recovery.statistics.attachments, "attachment"));
-  text += line("lost", damage.cut_bytes == 0 ? "nothing at the end"
-                                             : base::counted(damage.cut_bytes, "byte") +
-                                                   " at the end, which were no whole record");
-  text += lines("lost", damage.damaged_names);
-  if (damage.messages_of_no_channel)
-    text += line("lost",
-                 base::counted(damage.messages_of_no_channel, "message") + " of no known topic");
+  text += line("lost", damage.truncated_bytes == 0 ? "nothing at the end"
+                                                   : base::counted(damage.truncated_bytes, "byte") +
+                                                         " at the end, which were no whole record");
+  text += lines("lost", damage.damage_reports);
+  if (damage.orphaned_messages)
+    text += line("lost", base::counted(damage.orphaned_messages, "message") + " of no known topic");
   return text;
 }
 

@@ -1,7 +1,7 @@
 #include "launch/inspect/topic_list.h"
 
 #include "common/base/text_table.h"
-#include "launch/inspect/topic_choice.h"
+#include "launch/inspect/topic_resolver.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -15,8 +15,8 @@ std::string name_or_guid(const std::string& name, const std::string& guid) {
   return guid.empty() ? "?" : "(" + guid.substr(0, kGuidDigits) + ")";
 }
 
-std::string value_or_nothing(const std::map<std::string, std::string>& values,
-                             const std::string& key) {
+std::string value_or_empty(const std::map<std::string, std::string>& values,
+                           const std::string& key) {
   const auto found = values.find(key);
   return found == values.end() ? "" : found->second;
 }
@@ -76,9 +76,9 @@ std::vector<ListedTopic> topics_of(const recording::Recording& recording) {
 
 std::string short_qos(const std::map<std::string, std::string>& qos) {
   std::vector<std::string> parts;
-  const std::string reliability = value_or_nothing(qos, "reliability"),
-                    history = value_or_nothing(qos, "history"),
-                    durability = value_or_nothing(qos, "durability");
+  const std::string reliability = value_or_empty(qos, "reliability"),
+                    history = value_or_empty(qos, "history"),
+                    durability = value_or_empty(qos, "durability");
   if (!reliability.empty()) parts.push_back(reliability.substr(0, reliability.find(',')));
   if (!history.empty()) parts.push_back(history.starts_with("keep_") ? history.substr(5) : history);
   if (!durability.empty() && durability != "volatile")
@@ -107,7 +107,7 @@ std::string nodes_text(const std::vector<ListedTopic>& topics, bool of_recording
                        auto& by_node) {
     for (const auto& [node, count] : peers) {
       nodes.insert(node);
-      by_node[node][last_part(topic.topic)] += count;
+      by_node[node][base_name(topic.topic)] += count;
     }
   };
   for (const ListedTopic& topic : topics) {

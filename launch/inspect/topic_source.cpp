@@ -53,7 +53,7 @@ int each_message(const recording::Recording& recording, const std::string& topic
 bus::topics::Topic live_topic(const std::string& asked) {
   std::vector<std::string> names;
   for (const bus::topics::Topic& topic : bus::topics::all()) names.push_back(topic.name);
-  const std::string name = topic_meant(asked, names);
+  const std::string name = resolve_topic(asked, names);
   return *std::find_if(bus::topics::all().begin(), bus::topics::all().end(),
                        [&](const bus::topics::Topic& topic) { return name == topic.name; });
 }

@@ -9,7 +9,7 @@
 
 #include "common/pipeline/bus/serialized.h"
 #include "common/recording/files/recording.h"
-#include "launch/inspect/topic_choice.h"
+#include "launch/inspect/topic_resolver.h"
 
 namespace fivepipe::launch {
 
@@ -28,7 +28,7 @@ int each_message(const recording::Recording& recording, const std::string& topic
                  std::optional<double> end_s,
                  const std::function<bool(const recording::RecordedMessage&)>& each);
 
-// Of those that this build can read from the bus. Throws UsageError as topic_meant().
+// Of those that this build can read from the bus. Throws UsageError as resolve_topic().
 bus::topics::Topic live_topic(const std::string& asked);
 std::optional<recording::KeyChange> key_change_of(bus::SampleKind kind);
 

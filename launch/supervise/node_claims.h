@@ -7,7 +7,7 @@
 
 namespace fivepipe::launch {
 
-struct NodeTaken : std::runtime_error {
+struct NodeNameTaken : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
@@ -16,7 +16,7 @@ struct NodeTaken : std::runtime_error {
 // exactly as far as the loopback interface, over users and containers.
 class NodeClaims {
  public:
-  // Throws NodeTaken listing every name that is taken and by which process.
+  // Throws NodeNameTaken listing every name that is taken and by which process.
   NodeClaims(std::uint32_t domain, const std::vector<std::string>& nodes);
   ~NodeClaims();
   NodeClaims(const NodeClaims&) = delete;

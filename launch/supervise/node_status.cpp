@@ -6,11 +6,11 @@ namespace fivepipe::launch {
 namespace {
 
 // A status already under way when its process died may arrive after the first one of its successor.
-constexpr std::int64_t late_status_ns = 1'500'000'000;
+constexpr std::int64_t kStatusTimeout_ns = 1'500'000'000;
 
 }  // namespace
 
-void StatusBook::add(ProcessStatus status, std::int64_t arrived_stamp_ns) {
+void StatusRegistry::add(ProcessStatus status, std::int64_t arrived_stamp_ns) {
   auto [at, is_new] = entries_[status.node].try_emplace(status.writer);
   Entry& entry = at->second;
   if (is_new)
@@ -23,11 +23,11 @@ void StatusBook::add(ProcessStatus status, std::int64_t arrived_stamp_ns) {
   entry.newest = std::move(status);
 }
 
-void StatusBook::writer_gone(const std::string& node) {
+void StatusRegistry::writer_gone(const std::string& node) {
   for (auto& [writer, entry] : entries_[node]) entry.gone = true;
 }
 
-std::map<std::string, std::vector<ProcessStatus>> StatusBook::processes() const {
+std::map<std::string, std::vector<ProcessStatus>> StatusRegistry::processes() const {
   std::map<std::string, std::vector<ProcessStatus>> by_node;
   for (const auto& [node, writers] : entries_) {
     if (writers.empty()) continue;
@@ -40,26 +40,26 @@ std::map<std::string, std::vector<ProcessStatus>> StatusBook::processes() const 
   return by_node;
 }
 
-std::vector<std::string> StatusBook::doubled() const {
+std::vector<std::string> StatusRegistry::duplicates() const {
   std::vector<std::string> nodes;
   for (const auto& [node, writers] : entries_) {
     const Entry* newest = newest_entry(node);
     const bool another_lives = std::any_of(writers.begin(), writers.end(), [&](const auto& pair) {
       const Entry& entry = pair.second;
       return &entry != newest && !entry.newest.final_report &&
-             entry.arrived_ns > newest->first_arrived_ns + late_status_ns;
+             entry.arrived_ns > newest->first_arrived_ns + kStatusTimeout_ns;
     });
     if (another_lives) nodes.push_back(node);
   }
   return nodes;
 }
 
-double StatusBook::cpu_percent(const std::string& node) const {
+double StatusRegistry::cpu_percent(const std::string& node) const {
   const Entry* newest = newest_entry(node);
   return newest ? newest->cpu_percent : 0;
 }
 
-std::vector<std::string> StatusBook::alive(std::int64_t now_ns, std::int64_t max_age_ns) const {
+std::vector<std::string> StatusRegistry::alive(std::int64_t now_ns, std::int64_t max_age_ns) const {
   std::vector<std::string> nodes;
   for (const auto& [node, writers] : entries_)
     if (const Entry* newest = newest_entry(node);
@@ -68,7 +68,7 @@ std::vector<std::string> StatusBook::alive(std::int64_t now_ns, std::int64_t max
   return nodes;
 }
 
-const StatusBook::Entry* StatusBook::newest_entry(const std::string& node) const {
+const StatusRegistry::Entry* StatusRegistry::newest_entry(const std::string& node) const {
   const auto writers = entries_.find(node);
   if (writers == entries_.end()) return nullptr;
   const Entry* newest = nullptr;

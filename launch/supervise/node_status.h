@@ -26,11 +26,11 @@ struct ProcessStatus {
   double cpu_s = 0, memory_mb = 0;
   std::map<std::string, std::uint64_t> counts, drops;
   std::map<std::string, Latency> latencies;
-  std::vector<std::string> remarks;
+  std::vector<std::string> diagnostics;
 };
 
 // The newest status of every process heard of.
-class StatusBook {
+class StatusRegistry {
  public:
   void add(ProcessStatus status, std::int64_t arrived_stamp_ns);
   // No writer of this node is left: what it published last stands for a dead process.
@@ -40,7 +40,7 @@ class StatusBook {
   std::map<std::string, std::vector<ProcessStatus>> processes() const;
   // Nodes of which two processes publish at the same time, for longer than it takes to notice that
   // one of them died.
-  std::vector<std::string> doubled() const;
+  std::vector<std::string> duplicates() const;
   // CPU in use by the newest process of a node between its two newest statuses [% of one core]; 0
   // before the second one.
   double cpu_percent(const std::string& node) const;

@@ -17,7 +17,7 @@ namespace fivepipe::launch {
 namespace {
 
 // A line longer than this is cut into several, so that a child can't make the supervisor grow.
-constexpr std::size_t longest_line_bytes = 64 * 1024;
+constexpr std::size_t kMaxLineBytes = 64 * 1024;
 
 struct Pipe {
   int read_fd = -1, write_fd = -1;
@@ -145,7 +145,7 @@ std::vector<std::string> ChildProcess::read_lines(bool flush) {
          begin = end + 1)
       lines.push_back(unfinished_.substr(begin, end - begin));
     unfinished_.erase(0, begin);
-    if (unfinished_.size() > longest_line_bytes) lines.push_back(std::exchange(unfinished_, {}));
+    if (unfinished_.size() > kMaxLineBytes) lines.push_back(std::exchange(unfinished_, {}));
   }
   if (flush && !unfinished_.empty()) lines.push_back(std::exchange(unfinished_, {}));
   return lines;

@@ -18,7 +18,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto longest_start = 10s;
+constexpr auto kStartTimeout = 10s;
 
 // For what waits for the disk when it is told to end. Who interrupts does not wait, and who does so
 // again not at all: the file can be read up to its last chunk.
@@ -39,7 +39,7 @@ std::vector<std::string> command_line(const std::vector<std::string>& arguments)
 }
 
 // It makes its readers first, and its status last.
-bool listens(bus::Bus& bus) {
+bool is_recorder_ready(bus::Bus& bus) {
   const std::string name = own_recorder_name();
   for (const bus::EndpointDescription& endpoint : bus.endpoints())
     if (endpoint.participant == name && endpoint.writes &&
@@ -52,8 +52,8 @@ bool listens(bus::Bus& bus) {
 
 RecorderProcess::RecorderProcess(bus::Bus& bus, std::vector<std::string> arguments)
     : child_(command_line(arguments), {}) {
-  for (const auto until = Clock::now() + longest_start; !listens(bus) && signals_received() == 0;
-       bus.wait(20ms)) {
+  for (const auto until = Clock::now() + kStartTimeout;
+       !is_recorder_ready(bus) && signals_received() == 0; bus.wait(20ms)) {
     if (!ended() && Clock::now() < until) continue;
     std::string said;
     for (const std::string& line : child_.read_lines(true)) said += "\n  " + line;
@@ -61,7 +61,7 @@ RecorderProcess::RecorderProcess(bus::Bus& bus, std::vector<std::string> argumen
   }
 }
 
-void RecorderProcess::pass_on_output() {
+void RecorderProcess::forward_output() {
   for (const std::string& line : child_.read_lines(ended()))
     std::cerr << "[recorder] " << line << '\n';
 }
@@ -71,7 +71,7 @@ int RecorderProcess::finish() {
   int signals = signals_received();
   auto until = Clock::now() + grace(signals);
   while (!ended() && Clock::now() < until) {
-    pass_on_output();
+    forward_output();
     std::this_thread::sleep_for(20ms);
     if (signals_received() != signals) until = Clock::now() + grace(signals = signals_received());
   }
@@ -81,7 +81,7 @@ int RecorderProcess::finish() {
     child_.signal_group(SIGKILL);
     while (!ended()) std::this_thread::sleep_for(1ms);
   }
-  pass_on_output();
+  forward_output();
   const auto exit = child_.ended();
   return exit && !exit->by_signal ? exit->number : 1;
 }

@@ -16,7 +16,7 @@ class RecorderProcess {
   // Throws std::runtime_error with what it said where it does not.
   RecorderProcess(bus::Bus& bus, std::vector<std::string> arguments);
 
-  void pass_on_output();
+  void forward_output();
   bool ended() { return child_.ended().has_value(); }
   // Ends it and waits, for 30 s at most, and hardly after a signal (launch/interrupt.h); then it is
   // killed. What it said last goes to stderr. Its exit code; 1 where it had to be killed.

@@ -11,7 +11,7 @@ namespace {
 using nlohmann::json;
 using Processes = std::vector<ProcessStatus>;
 
-constexpr const char* capture_to_composite = "capture_to_composite";
+constexpr const char* kCaptureToComposite = "capture_to_composite";
 
 std::map<std::string, std::uint64_t> summed(
     const Processes& processes, std::map<std::string, std::uint64_t> ProcessStatus::*counts) {
@@ -22,7 +22,7 @@ std::map<std::string, std::uint64_t> summed(
 }
 
 // Of every node that counts `name` at all: its sum over its processes.
-std::vector<std::uint64_t> per_node(const StatusBook& statuses, const std::string& name) {
+std::vector<std::uint64_t> per_node(const StatusRegistry& statuses, const std::string& name) {
   std::vector<std::uint64_t> sums;
   for (const auto& [node, processes] : statuses.processes()) {
     const auto counts = summed(processes, &ProcessStatus::counts);
@@ -31,10 +31,10 @@ std::vector<std::uint64_t> per_node(const StatusBook& statuses, const std::strin
   return sums;
 }
 
-std::uint64_t least(const std::vector<std::uint64_t>& counts) {
+std::uint64_t min_count(const std::vector<std::uint64_t>& counts) {
   return counts.empty() ? 0 : *std::min_element(counts.begin(), counts.end());
 }
-std::uint64_t most(const std::vector<std::uint64_t>& counts) {
+std::uint64_t max_count(const std::vector<std::uint64_t>& counts) {
   return counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());
 }
 
@@ -49,7 +49,7 @@ std::uint64_t complete_sets(const ReportInput& input) {
                        ? 0
                        : summed(node->second, &ProcessStatus::counts)["frame_sets_complete"]);
   }
-  return least(sums);
+  return min_count(sums);
 }
 
 std::map<std::string, Latency> busiest_latencies(const Processes& processes) {
@@ -71,11 +71,11 @@ json json_of(const Latency& latency) {
 }
 
 // The slowest renderer's.
-json frame_latency(const StatusBook& statuses) {
+json frame_latency(const StatusRegistry& statuses) {
   json worst;
   for (const auto& [node, processes] : statuses.processes()) {
     const auto latencies = busiest_latencies(processes);
-    const auto found = latencies.find(capture_to_composite);
+    const auto found = latencies.find(kCaptureToComposite);
     if (found == latencies.end() || found->second.count == 0) continue;
     if (worst.is_null() || found->second.p99_ms > worst["p99"].get<double>())
       worst = json_of(found->second);
@@ -83,16 +83,17 @@ json frame_latency(const StatusBook& statuses) {
   return worst;
 }
 
-std::vector<std::string> remarks_with(const StatusBook& statuses, const std::string& prefix) {
+std::vector<std::string> diagnostics_with(const StatusRegistry& statuses,
+                                          const std::string& prefix) {
   std::set<std::string> found;
   for (const auto& [node, processes] : statuses.processes())
     for (const ProcessStatus& process : processes)
-      for (const std::string& remark : process.remarks)
-        if (remark.starts_with(prefix)) found.insert(remark.substr(prefix.size()));
+      for (const std::string& diagnostic : process.diagnostics)
+        if (diagnostic.starts_with(prefix)) found.insert(diagnostic.substr(prefix.size()));
   return {found.begin(), found.end()};
 }
 
-std::vector<std::string> empty_cameras(const StatusBook& statuses) {
+std::vector<std::string> empty_cameras(const StatusRegistry& statuses) {
   const std::string prefix = "empty_hull/";
   std::set<std::string> cameras;
   for (const auto& [node, processes] : statuses.processes())
@@ -101,7 +102,7 @@ std::vector<std::string> empty_cameras(const StatusBook& statuses) {
   return {cameras.begin(), cameras.end()};
 }
 
-std::map<std::string, json> collisions(const StatusBook& statuses) {
+std::map<std::string, json> collisions(const StatusRegistry& statuses) {
   std::map<std::string, json> by_object;
   const std::string frames = "collisions/", points = "collision_points/";
   for (const auto& [node, processes] : statuses.processes())
@@ -116,8 +117,8 @@ std::map<std::string, json> collisions(const StatusBook& statuses) {
 }
 
 double cpu_percent(const ProcessStatus& process, std::int64_t stop_stamp_ns) {
-  const double lived_s = 1e-9 * double(stop_stamp_ns - process.start_stamp_ns);
-  return lived_s > 0 ? 100 * process.cpu_s / lived_s : 0;
+  const double uptime_s = 1e-9 * double(stop_stamp_ns - process.start_stamp_ns);
+  return uptime_s > 0 ? 100 * process.cpu_s / uptime_s : 0;
 }
 
 json json_of_processes(const ProgramHistory& program) {
@@ -156,7 +157,7 @@ json json_of_node(const ProgramHistory& program, const Processes& processes,
   node["latencies_ms"] = json::object();
   for (const auto& [name, latency] : busiest_latencies(processes))
     node["latencies_ms"][name] = json_of(latency);
-  node["remarks"] = last.remarks;
+  node["remarks"] = last.diagnostics;
   return node;
 }
 
@@ -180,8 +181,8 @@ std::string node_row(const std::string& name, const json& node) {
 
 }  // namespace
 
-std::uint64_t frames_composited(const StatusBook& statuses) {
-  return least(per_node(statuses, "frames_composited"));
+std::uint64_t frames_composited(const StatusRegistry& statuses) {
+  return min_count(per_node(statuses, "frames_composited"));
 }
 
 json report_from(const ReportInput& input) {
@@ -197,7 +198,7 @@ json report_from(const ReportInput& input) {
     for (const auto& [reason, count] : summed(of_node, &ProcessStatus::drops))
       dropped[reason] += count;
 
-  const std::vector<std::string> renderers = remarks_with(input.statuses, "gl: ");
+  const std::vector<std::string> renderers = diagnostics_with(input.statuses, "gl: ");
   json nodes = json::object();
   for (const ProgramHistory& program : input.programs) {
     const auto of_node = processes.find(program.name);
@@ -216,7 +217,7 @@ json report_from(const ReportInput& input) {
       {"ended_by", input.ended_by},
       {"duration_s", 1e-9 * double(input.stop_stamp_ns - input.start_stamp_ns)},
       {"frames",
-       {{"captured", most(per_node(input.statuses, "frames_captured"))},
+       {{"captured", max_count(per_node(input.statuses, "frames_captured"))},
         {"complete", complete_sets(input)},
         {"composited", composited},
         {"dropped", dropped}}},
@@ -225,7 +226,7 @@ json report_from(const ReportInput& input) {
       {"latency_ms", frame_latency(input.statuses)},
       {"collisions", collisions(input.statuses)},
       {"empty_cameras", empty_cameras(input.statuses)},
-      {"duplicate_nodes", input.statuses.doubled()},
+      {"duplicate_nodes", input.statuses.duplicates()},
       {"nodes", nodes}};
 }
 

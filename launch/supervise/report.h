@@ -22,7 +22,7 @@ struct ReportInput {
   std::optional<std::int64_t> first_composited_stamp_ns;
   std::string ended_by;  // "duration", "SIGINT", "recon_a can't start: ..."
   std::vector<ProgramHistory> programs;
-  StatusBook statuses;
+  StatusRegistry statuses;
 };
 
 // frames: captured by the busiest capture_node; complete and composited by the slowest recon_node
@@ -36,6 +36,6 @@ nlohmann::json report_from(const ReportInput& input);
 std::string table_of(const nlohmann::json& report);
 
 // Frames composited so far, over all processes of the slowest render_node; 0 without one.
-std::uint64_t frames_composited(const StatusBook& statuses);
+std::uint64_t frames_composited(const StatusRegistry& statuses);
 
 }  // namespace fivepipe::launch

@@ -5,20 +5,20 @@
 
 namespace fivepipe::launch {
 
-AfterDeath RestartPolicy::died(const ProcessExit& exit, double lived_s) {
+RestartDecision RestartPolicy::on_exit(const ProcessExit& exit, double uptime_s) {
   const bool has_code = !exit.by_signal;
   if (has_code && exit.number == 0) return Ended{};
 
   const bool says_why = has_code && (exit.number == 2 || exit.number == 3);
   const int deployment_code = says_why ? exit.number : 1;
-  if (says_why && !has_worked_) return GiveUp{deployment_code, "can't start: " + to_string(exit)};
+  if (says_why && !is_healthy_) return GiveUp{deployment_code, "can't start: " + to_string(exit)};
 
   // A camera unplugged from a node that ran: it exits with 3 until the camera is back, and that may
   // take long.
   const bool waits_for_hardware = has_code && exit.number == 3;
-  if (lived_s >= settings_.healthy_after_s) deaths_in_row_ = 0;
+  if (uptime_s >= settings_.healthy_after_s) deaths_in_row_ = 0;
   ++deaths_in_row_;
-  if (lived_s >= settings_.quick_death_s)
+  if (uptime_s >= settings_.quick_death_s)
     quick_deaths_in_row_ = 0;
   else if (!waits_for_hardware)
     ++quick_deaths_in_row_;
@@ -27,7 +27,7 @@ AfterDeath RestartPolicy::died(const ProcessExit& exit, double lived_s) {
                                        " times in a row, last by " + to_string(exit)};
 
   const double delay_s =
-      std::min(settings_.longest_delay_s, settings_.first_delay_s * std::exp2(deaths_in_row_ - 1));
+      std::min(settings_.max_delay_s, settings_.first_delay_s * std::exp2(deaths_in_row_ - 1));
   return Restart{delay_s, ++restarts_};
 }
 

@@ -10,7 +10,7 @@ namespace fivepipe::launch {
 
 struct RestartSettings {
   double first_delay_s = 0.25;  // doubles with each death in a row
-  double longest_delay_s = 4.0;
+  double max_delay_s = 4.0;
   double healthy_after_s = 10.0;  // a process that lived this long starts the row anew
   double quick_death_s = 2.0;     // dying sooner counts as not starting
   int quick_deaths = 5;           // so many in a row: the node can't start
@@ -25,7 +25,7 @@ struct GiveUp {
   std::string reason;
 };                // the deployment's exit code
 struct Ended {};  // exit code 0: done, nothing to restart
-using AfterDeath = std::variant<Restart, GiveUp, Ended>;
+using RestartDecision = std::variant<Restart, GiveUp, Ended>;
 
 class RestartPolicy {
  public:
@@ -33,12 +33,12 @@ class RestartPolicy {
 
   // The node has handled a frame: it could start, so that later on missing hardware is worth
   // waiting for.
-  void works() { has_worked_ = true; }
-  AfterDeath died(const ProcessExit& exit, double lived_s);
+  void mark_healthy() { is_healthy_ = true; }
+  RestartDecision on_exit(const ProcessExit& exit, double uptime_s);
 
  private:
   RestartSettings settings_;
-  bool has_worked_ = false;
+  bool is_healthy_ = false;
   int restarts_ = 0, deaths_in_row_ = 0, quick_deaths_in_row_ = 0;
 };
 

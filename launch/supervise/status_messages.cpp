@@ -34,20 +34,20 @@ ProcessStatus status_from(const fivepipe_v1_NodeStatus& message, std::uint64_t w
                                       latency.max_ms, latency.count};
   }
   for (std::uint32_t i = 0; i < message.remarks._length; ++i)
-    status.remarks.emplace_back(message.remarks._buffer[i]);
+    status.diagnostics.emplace_back(message.remarks._buffer[i]);
   return status;
 }
 
-void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusBook& book,
+void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusRegistry& registry,
                    const std::set<std::string>& nodes) {
   const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
                                   std::chrono::system_clock::now().time_since_epoch())
                                   .count();
   for (const auto& sample : reader.take()) {
     if (!nodes.empty() && !nodes.contains(sample->node)) continue;
-    if (sample.valid()) book.add(status_from(*sample, sample.writer()), now_ns);
+    if (sample.valid()) registry.add(status_from(*sample, sample.writer()), now_ns);
     if (sample.writer_gone())
-      book.writer_gone(sample->node);  // the key is there in samples without data too
+      registry.writer_gone(sample->node);  // the key is there in samples without data too
   }
 }
 

@@ -15,8 +15,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t lines_kept_for_a_failure = 15;
-constexpr auto grace_after_failure = 1500ms;
+constexpr std::size_t kFailureLogLines = 15;
+constexpr auto kFailureGrace = 1500ms;
 
 std::string seconds(double s) {
   char text[32];
@@ -24,7 +24,7 @@ std::string seconds(double s) {
   return text;
 }
 
-std::vector<int> cores_not_there(const std::vector<int>& cores) {
+std::vector<int> missing_cores(const std::vector<int>& cores) {
   cpu_set_t allowed;
   CPU_ZERO(&allowed);
   sched_getaffinity(0, sizeof allowed, &allowed);
@@ -49,7 +49,7 @@ Supervisor::Supervisor(const std::vector<Program>& programs, RestartSettings set
     Supervised& node = nodes_.emplace_back();
     node.program = program;
     node.policy = RestartPolicy(settings);
-    for (const int core : cores_not_there(program.cores))
+    for (const int core : missing_cores(program.cores))
       output_.event(program.name + ": core " + std::to_string(core) +
                     " is not available here, not pinned to it");
     if (!program.log.empty()) {
@@ -74,12 +74,12 @@ void Supervisor::start(Supervised& node) {
   }
 }
 
-void Supervisor::works(const std::string& name, std::int64_t process_start_stamp_ns) {
+void Supervisor::mark_healthy(const std::string& name, std::int64_t process_start_stamp_ns) {
   for (Supervised& node : nodes_)
     // A status of a process from before this deployment says nothing about ours.
     if (node.program.name == name && !node.processes.empty() &&
         process_start_stamp_ns >= node.processes.front().start_stamp_ns)
-      node.policy.works();
+      node.policy.mark_healthy();
 }
 
 void Supervisor::step(std::chrono::milliseconds wait) {
@@ -88,13 +88,13 @@ void Supervisor::step(std::chrono::milliseconds wait) {
     if (node.child) {
       const auto exit =
           node.child->ended();  // before reading: what it wrote last is then in the pipe
-      pass_on_output(node, exit.has_value());
-      if (exit) handle_death(node, *exit);
+      forward_output(node, exit.has_value());
+      if (exit) handle_exit(node, *exit);
     } else if (node.start_due && Clock::now() >= *node.start_due) {
       start(node);
     }
   }
-  kill_those_left();
+  kill_remaining();
 }
 
 void Supervisor::poll_outputs(std::chrono::milliseconds wait) const {
@@ -112,30 +112,30 @@ void Supervisor::poll_outputs(std::chrono::milliseconds wait) const {
   poll(fds.data(), nfds_t(fds.size()), int(std::max<std::int64_t>(0, left.count())));
 }
 
-void Supervisor::pass_on_output(Supervised& node, bool flush) {
+void Supervisor::forward_output(Supervised& node, bool flush) {
   for (const std::string& line : node.child->read_lines(flush)) {
     output_.line(node.program.name, line);
     if (node.log.is_open()) node.log << line << '\n';
     node.last_lines.push_back(line);
-    if (node.last_lines.size() > lines_kept_for_a_failure) node.last_lines.pop_front();
+    if (node.last_lines.size() > kFailureLogLines) node.last_lines.pop_front();
   }
   node.log.flush();
 }
 
-void Supervisor::handle_death(Supervised& node, const ProcessExit& exit) {
-  const double lived_s = std::chrono::duration<double>(Clock::now() - node.started).count();
+void Supervisor::handle_exit(Supervised& node, const ProcessExit& exit) {
+  const double uptime_s = std::chrono::duration<double>(Clock::now() - node.started).count();
   node.processes.back().end = to_string(exit);
   node.child.reset();  // also ends whatever it left in its group
   if (stopping()) {
     const bool killed_by_us =
         std::find(killed_.begin(), killed_.end(), node.program.name) != killed_.end();
     if (!asked_for(exit) && !killed_by_us) {
-      ended_badly_.push_back(node.program.name);
+      crashed_while_stopping_.push_back(node.program.name);
       output_.event(node.program.name + " died while being stopped: " + to_string(exit));
     }
     return;
   }
-  const AfterDeath after = node.policy.died(exit, lived_s);
+  const RestartDecision after = node.policy.on_exit(exit, uptime_s);
   if (const auto* restart = std::get_if<Restart>(&after)) {
     output_.event(node.program.name + " died: " + to_string(exit) + ", restart " +
                   std::to_string(restart->number) + " in " + seconds(restart->delay_s));
@@ -144,7 +144,7 @@ void Supervisor::handle_death(Supervised& node, const ProcessExit& exit) {
   } else if (const auto* why = std::get_if<GiveUp>(&after)) {
     give_up(node, *why);
   } else {
-    node.ended_in_order = true;
+    node.exited_cleanly = true;
     output_.event(node.program.name + " ended in order");
   }
 }
@@ -156,7 +156,7 @@ void Supervisor::give_up(Supervised& node, const GiveUp& why) {
                        {node.last_lines.begin(), node.last_lines.end()},
                        why.exit_code};
   output_.event(node.program.name + " " + why.reason + "; stopping the deployment");
-  stop(grace_after_failure);
+  stop(kFailureGrace);
 }
 
 void Supervisor::stop(std::chrono::milliseconds grace) {
@@ -170,7 +170,7 @@ void Supervisor::stop(std::chrono::milliseconds grace) {
   }
 }
 
-void Supervisor::kill_those_left() {
+void Supervisor::kill_remaining() {
   if (!stop_deadline_ || Clock::now() < *stop_deadline_) return;
   for (Supervised& node : nodes_) {
     if (!node.child ||
@@ -182,14 +182,14 @@ void Supervisor::kill_those_left() {
   }
 }
 
-bool Supervisor::all_gone() const {
+bool Supervisor::all_exited() const {
   return std::none_of(nodes_.begin(), nodes_.end(),
                       [](const Supervised& node) { return node.child || node.start_due; });
 }
 
-bool Supervisor::ended_in_order(const std::string& name) const {
+bool Supervisor::exited_cleanly(const std::string& name) const {
   return std::any_of(nodes_.begin(), nodes_.end(), [&](const Supervised& node) {
-    return node.program.name == name && node.ended_in_order;
+    return node.program.name == name && node.exited_cleanly;
   });
 }
 

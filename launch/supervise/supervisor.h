@@ -57,7 +57,7 @@ class Supervisor {
              SupervisorOutput output);
 
   // The node's process that started at this time [ns, CLOCK_REALTIME] has handled a frame.
-  void works(const std::string& node, std::int64_t process_start_stamp_ns);
+  void mark_healthy(const std::string& node, std::int64_t process_start_stamp_ns);
 
   // Passes on output, notices deaths, starts what is due; waits at most this long for something to
   // happen.
@@ -68,16 +68,16 @@ class Supervisor {
   void stop(std::chrono::milliseconds grace);
   bool stopping() const { return stop_deadline_.has_value(); }
 
-  bool all_gone() const;                               // no process runs and none will be started
-  bool ended_in_order(const std::string& node) const;  // ended by itself with exit code 0
+  bool all_exited() const;                             // no process runs and none will be started
+  bool exited_cleanly(const std::string& node) const;  // ended by itself with exit code 0
   const std::optional<Failure>& failure() const {
     return failure_;
   }  // a node that can't start; the rest is being stopped
   const std::vector<std::string>& killed() const {
     return killed_;
   }  // those that outlived the grace
-  const std::vector<std::string>& ended_badly() const {
-    return ended_badly_;
+  const std::vector<std::string>& crashed_while_stopping() const {
+    return crashed_while_stopping_;
   }  // died while being stopped, by crash or exit code
   std::vector<ProgramHistory> history() const;
 
@@ -88,7 +88,7 @@ class Supervisor {
     std::unique_ptr<ChildProcess> child;
     Clock::time_point started{};
     std::optional<Clock::time_point> start_due;
-    bool ended_in_order = false;
+    bool exited_cleanly = false;
     std::ofstream log;
     std::deque<std::string> last_lines;
     std::vector<ProcessRecord> processes;
@@ -96,16 +96,16 @@ class Supervisor {
 
   void start(Supervised& node);
   void give_up(Supervised& node, const GiveUp& why);
-  void pass_on_output(Supervised& node, bool flush);
-  void handle_death(Supervised& node, const ProcessExit& exit);
+  void forward_output(Supervised& node, bool flush);
+  void handle_exit(Supervised& node, const ProcessExit& exit);
   void poll_outputs(std::chrono::milliseconds wait) const;
-  void kill_those_left();
+  void kill_remaining();
 
   std::vector<Supervised> nodes_;
   SupervisorOutput output_;
   std::optional<Clock::time_point> stop_deadline_;
   std::optional<Failure> failure_;
-  std::vector<std::string> killed_, ended_badly_;
+  std::vector<std::string> killed_, crashed_while_stopping_;
 };
 
 }  // namespace fivepipe::launch

@@ -47,14 +47,14 @@ config::CaptureConfig synthetic_config(const config::Rig& rig) {
 
 // Two files of three and five frames: when the first is at its end both start over, and never show
 // different frames together.
-TEST(Capture, FilesOfUnequalLengthStartOverTogether) {
+TEST(Capture, FilesOfUnequalLengthLoopTogether) {
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("fivepipe_loop_" + std::to_string(getpid()));
   config::Rig rig = table_rig();
   rig.cameras.pop_back();  // the carried one
-  for (const int premade : {0, 7}) {
+  for (const int precomputed : {0, 7}) {
     config::CaptureConfig config;
-    config.precomputed_frames = premade;
+    config.precomputed_frames = precomputed;
     for (std::size_t i = 0; i < 2; ++i) {
       const std::filesystem::path of_camera = folder / rig.cameras[i].name;
       std::filesystem::create_directories(of_camera);
@@ -80,13 +80,13 @@ TEST(Capture, FilesOfUnequalLengthStartOverTogether) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {
+TEST(Capture, ReturnsPixelsAndColourInRigOrder) {
   const config::Rig rig = table_rig();
-  std::vector<double> shares;
+  std::vector<double> fractions;
   Capture capture(rig, test_viewer(), synthetic_config(rig), 30,
-                  [&](std::string_view, double share) { shares.push_back(share); });
-  ASSERT_EQ(shares.size(), 3u);
-  EXPECT_EQ(shares.back(), 1.0);
+                  [&](std::string_view, double fraction) { fractions.push_back(fraction); });
+  ASSERT_EQ(fractions.size(), 3u);
+  EXPECT_EQ(fractions.back(), 1.0);
   const std::vector<CapturedCamera> set = capture.capture(10, true);
   ASSERT_EQ(set.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -97,7 +97,7 @@ TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {
     EXPECT_EQ(set[i].colour->bgr.size(), 3 * set[i].colour->region.area_px());
     EXPECT_EQ(set[i].colour->region, set[i].colour->pixels.bounds());
     if (set[i].pixels) EXPECT_EQ(set[i].colour->pixels, *set[i].pixels);
-    EXPECT_TRUE(set[i].remarks.empty());
+    EXPECT_TRUE(set[i].diagnostics.empty());
   }
   const geometry::Camera eye =
       config::published_camera(rig.cameras[2], config::eye_from_world_at(test_viewer(), 10 / 30.0));
@@ -123,7 +123,7 @@ TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {
             ASSERT_TRUE(sent.contains(u + du, v + dv)) << u << ' ' << v;
     }
   EXPECT_GT(shown, 500);
-  const SeenByEye by_eye = seen_by_eye(viewer, config::eye_from_world_at(viewer, 10 / 30.0));
+  const VisibleRegion by_eye = visible_region(viewer, config::eye_from_world_at(viewer, 10 / 30.0));
   EXPECT_EQ(sent, footprint({{silhouettes[0].camera, set[0].pixels->bounds()},
                              {silhouettes[1].camera, set[1].pixels->bounds()},
                              by_eye.part},
@@ -136,7 +136,7 @@ TEST(Capture, GivesPixelsAndColourOfEveryCameraInTheRigsOrder) {
   EXPECT_FALSE(capture.ended());
 }
 
-TEST(Capture, IsTheSameWhateverWasCapturedBefore) {
+TEST(Capture, ResultIsIndependentOfEarlierCaptures) {
   const config::Rig rig = table_rig();
   Capture a(rig, test_viewer(), synthetic_config(rig), 30),
       b(rig, test_viewer(), synthetic_config(rig), 30);
@@ -149,36 +149,36 @@ TEST(Capture, IsTheSameWhateverWasCapturedBefore) {
   }
 }
 
-TEST(Capture, HandsOutPremadeSetsOverAndOver) {
+TEST(Capture, LoopsPrecomputedFrames) {
   const config::Rig rig = table_rig();
   config::CaptureConfig config = synthetic_config(rig);
   Capture live(rig, test_viewer(), config, 30);
   config.precomputed_frames = 4;
-  Capture premade(rig, test_viewer(), config, 30);
+  Capture precomputed(rig, test_viewer(), config, 30);
   for (const std::int64_t frame : {0, 3, 5, 4003}) {
-    const auto expected = live.capture(frame % 4, true), found = premade.capture(frame, true);
+    const auto expected = live.capture(frame % 4, true), found = precomputed.capture(frame, true);
     for (std::size_t i = 0; i < expected.size(); ++i) {
       EXPECT_EQ(expected[i].pixels, found[i].pixels);
       EXPECT_EQ(expected[i].colour->bgr, found[i].colour->bgr);
     }
   }
-  EXPECT_FALSE(premade.capture(0, false)[0].colour);
+  EXPECT_FALSE(precomputed.capture(0, false)[0].colour);
 }
 
-TEST(Capture, SaysWhichCameraSeesNoObject) {
+TEST(Capture, ReportsCameraWithoutObjectPixels) {
   config::Rig rig = table_rig();
   rig.cameras[1].camera_from_mount =
       geometry::look_at({1.5, 0.9, 1.3}, {3, 3, 1});  // away from the table
   Capture capture(rig, test_viewer(), synthetic_config(rig), 30);
   const auto set = capture.capture(0, true);
-  EXPECT_TRUE(set[0].remarks.empty());
-  ASSERT_EQ(set[1].remarks.size(), 1u);
+  EXPECT_TRUE(set[0].diagnostics.empty());
+  ASSERT_EQ(set[1].diagnostics.size(), 1u);
   EXPECT_EQ(set[1].pixels->count(), 0u);
   for (const CapturedCamera& camera : set)
     EXPECT_FALSE(camera.colour) << "there is no hull to colour";
 }
 
-TEST(Capture, TellsEveryCameraThatCantBeHad) {
+TEST(Capture, ErrorListsEveryUnavailableCamera) {
   const config::Rig rig = table_rig();
   config::CaptureConfig config = synthetic_config(rig);
   config.sources["cam0"] = config::VideoSource{"/nowhere/a.avi", "/nowhere/b.avi", 0};
@@ -202,10 +202,10 @@ TEST(Capture, TellsEveryCameraThatCantBeHad) {
 
 // An arm that reaches far out of the volume in which objects are expected is coloured as far as the
 // viewer sees it.
-TEST(Footprint, OfTheViewIsAllThatTheEyeSees) {
+TEST(Footprint, FootprintOfViewIsWholeEyeImage) {
   const config::Viewer viewer = test_viewer();
   const Eigen::Isometry3d eye_from_world = config::eye_from_world_at(viewer, 0.5);
-  const SeenByEye seen = seen_by_eye(viewer, eye_from_world);
+  const VisibleRegion seen = visible_region(viewer, eye_from_world);
   const geometry::Camera narrower{geometry::pinhole_from_fov(200, 150, 0.5), eye_from_world};
   EXPECT_EQ(footprint({seen.part}, seen.box_m, narrower, 2).count(), 200u * 150u);
   for (const double u : {0.0, 319.0})
@@ -215,7 +215,7 @@ TEST(Footprint, OfTheViewIsAllThatTheEyeSees) {
     }
 }
 
-TEST(Footprint, OfABoxIsTheImagesPartThatShowsIt) {
+TEST(Footprint, FootprintOfBoxIsItsProjection) {
   const geometry::Camera camera{geometry::pinhole_from_fov(200, 100, 1.0),
                                 geometry::look_at({0, -2, 0}, {0, 0, 0})};
   const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.1, -0.1, -0.1), Eigen::Vector3d(0.1, 0.1, 0.1));
@@ -238,7 +238,7 @@ TEST(Footprint, OfABoxIsTheImagesPartThatShowsIt) {
 
 // A forearm that comes from behind the camera, seen by two others: no pixel of it is left out, and
 // not much is added.
-TEST(Footprint, HoldsEveryPixelThatShowsTheObject) {
+TEST(Footprint, FootprintContainsEveryObjectPixel) {
   const std::vector<hull::Capsule> object = {{{0, -1.5, 0.3}, {0.05, 0, 0.1}, 0.05},
                                              {{0.05, 0, 0.1}, {0.15, 0.1, 0.12}, 0.02}};
   const Eigen::AlignedBox3d box(Eigen::Vector3d(-2, -2, -1), Eigen::Vector3d(2, 2, 2));

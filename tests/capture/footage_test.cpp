@@ -41,7 +41,7 @@ Footage footage(const std::string& name, int frame) {
 constexpr hull::PixelRect kTorso{376, 200, 408, 236};
 constexpr hull::PixelRect kFloorShadow{396, 306, 414, 328};
 
-double share_in(const hull::ObjectPixels& pixels, const hull::PixelRect& rect) {
+double fraction_in(const hull::ObjectPixels& pixels, const hull::PixelRect& rect) {
   std::size_t n = 0;
   for (int v = rect.v0_px; v < rect.v1_px; ++v)
     for (int u = rect.u0_px; u < rect.u1_px; ++u) n += pixels.contains(u, v);
@@ -61,11 +61,11 @@ TEST(Footage, SeatedPersonIsFoundInEveryCamera) {
     // pixels.
     EXPECT_GT(share, 0.02) << name;
     EXPECT_LT(share, 0.10) << name;
-    EXPECT_TRUE(remarks_on(pixels).empty());
+    EXPECT_TRUE(segmentation_diagnostics(pixels).empty());
   }
 }
 
-TEST(Footage, PersonIsWholeAndTheFloorShadowIsNotTaken) {
+TEST(Footage, SegmentsWholePersonWithoutFloorShadow) {
   if (!fs::exists(kFootage)) GTEST_SKIP() << "the recording is absent: " << kFootage;
   const Footage shot = footage("cam1", 200);
   const ReferenceImage reference = learn_reference(shot.background);
@@ -75,9 +75,9 @@ TEST(Footage, PersonIsWholeAndTheFloorShadowIsNotTaken) {
       Segmenter(shot.camera, reference, footage_settings()).segment(shot.image).value();
   const hull::ObjectPixels shadow_too =
       Segmenter(shot.camera, reference, with_shadow).segment(shot.image).value();
-  EXPECT_GT(share_in(pixels, kTorso), 0.98) << "holes in the torso";
-  EXPECT_GT(share_in(shadow_too, kFloorShadow), 0.5) << "no shadow lies there";
-  EXPECT_LT(share_in(pixels, kFloorShadow), 0.1) << "the shadow is taken for an object";
+  EXPECT_GT(fraction_in(pixels, kTorso), 0.98) << "holes in the torso";
+  EXPECT_GT(fraction_in(shadow_too, kFloorShadow), 0.5) << "no shadow lies there";
+  EXPECT_LT(fraction_in(pixels, kFloorShadow), 0.1) << "the shadow is taken for an object";
 }
 
 }  // namespace

@@ -8,17 +8,17 @@ namespace {
 using namespace std::chrono_literals;
 const Pacing::Clock::time_point kStart{};
 
-TEST(Pacing, NamesEachFrameOnceAtItsTime) {
+TEST(Pacing, IssuesEachFrameOnceAtItsTime) {
   Pacing pacing(100, 0, kStart);
   EXPECT_EQ(pacing.next(kStart, true), 0);
   EXPECT_EQ(pacing.next(kStart + 9ms, true), std::nullopt);
-  EXPECT_EQ(pacing.wake(kStart + 9ms), kStart + 10ms);
+  EXPECT_EQ(pacing.next_wakeup(kStart + 9ms), kStart + 10ms);
   EXPECT_EQ(pacing.next(kStart + 10ms, true), 1);
   EXPECT_EQ(pacing.next(kStart + 11ms, true), std::nullopt);
   EXPECT_EQ(pacing.take_skipped(), 0u);
 }
 
-TEST(Pacing, SkipsAndCountsWhatABusyNodeMissed) {
+TEST(Pacing, SkipsAndCountsFramesMissedWhileBusy) {
   Pacing pacing(100, 0, kStart);
   pacing.next(kStart, true);
   EXPECT_EQ(pacing.next(kStart + 55ms, true), 5);
@@ -26,7 +26,7 @@ TEST(Pacing, SkipsAndCountsWhatABusyNodeMissed) {
   EXPECT_EQ(pacing.take_skipped(), 0u);
 }
 
-TEST(Pacing, HoldsBackWhileTooManyFramesAreInFlight) {
+TEST(Pacing, WaitsWhileTooManyFramesAreInFlight) {
   Pacing pacing(100, 2, kStart);
   EXPECT_EQ(pacing.next(kStart, true), 0);
   EXPECT_EQ(pacing.next(kStart + 10ms, true), 1);
@@ -37,7 +37,7 @@ TEST(Pacing, HoldsBackWhileTooManyFramesAreInFlight) {
   EXPECT_EQ(pacing.next(kStart + 40ms, true), std::nullopt);
 }
 
-TEST(Pacing, CompositingANewerFrameFreesTheOlderOnes) {
+TEST(Pacing, NewerCompositeReleasesOlderFrames) {
   Pacing pacing(100, 2, kStart);
   pacing.next(kStart, true);
   pacing.next(kStart + 10ms, true);
@@ -46,13 +46,13 @@ TEST(Pacing, CompositingANewerFrameFreesTheOlderOnes) {
   EXPECT_EQ(pacing.next(kStart + 30ms, true), 3);
 }
 
-TEST(Pacing, GoesOnByTheClockWhenNobodyComposites) {
+TEST(Pacing, RunsByClockWithoutRenderer) {
   Pacing pacing(100, 1, kStart);
   for (int frame = 0; frame < 20; ++frame)
     EXPECT_EQ(pacing.next(kStart + frame * 10ms, false), frame);
 }
 
-TEST(Pacing, GivesUpFramesOfWhichNothingComesAndSendsAsManyAgain) {
+TEST(Pacing, StallTimeoutReleasesFramesInFlight) {
   Pacing pacing(100, 2, kStart);
   EXPECT_EQ(pacing.next(kStart, true), 0);
   EXPECT_EQ(pacing.next(kStart + 10ms, true), 1);
@@ -62,7 +62,7 @@ TEST(Pacing, GivesUpFramesOfWhichNothingComesAndSendsAsManyAgain) {
   EXPECT_EQ(pacing.next(kStart + 520ms, true), std::nullopt);
 }
 
-TEST(Pacing, WordOfFramesThatAnEarlierProcessNamedIsIgnored) {
+TEST(Pacing, IgnoresCompositesOfFramesFromEarlierProcess) {
   Pacing pacing(100, 1, kStart);
   EXPECT_EQ(pacing.next(kStart, true), 0);
   pacing.composited(5000, kStart + 5ms);

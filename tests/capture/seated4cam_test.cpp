@@ -11,7 +11,7 @@ namespace {
 
 const std::filesystem::path kData = FIVEPIPE_SOURCE_DIR "/../shared/data/seated4cam";
 
-TEST(Seated4cam, HullsTopIsAtTheHeightOfASeatedPerson) {
+TEST(Seated4cam, HullTopMatchesSeatedHeight) {
   if (!std::filesystem::exists(kData)) GTEST_SKIP() << "the footage is not at " << kData;
   const config::Deployment deployment = config::load_deployment(
       FIVEPIPE_SOURCE_DIR "/launch/deployments/seated4cam.yaml", {{"data", kData.string()}});

@@ -6,11 +6,11 @@
 namespace fivepipe::capture {
 namespace {
 
-hull::ObjectPixels random_pixels(int width_px, int height_px, double share, unsigned seed) {
+hull::ObjectPixels random_pixels(int width_px, int height_px, double fraction, unsigned seed) {
   std::mt19937 random(seed);
   hull::ObjectPixels pixels(width_px, height_px);
   for (int v = 0; v < height_px; ++v)
-    for (int u = 0; u < width_px; ++u) pixels.set(u, v, double(random()) < share * 4294967296.0);
+    for (int u = 0; u < width_px; ++u) pixels.set(u, v, double(random()) < fraction * 4294967296.0);
   return pixels;
 }
 
@@ -21,7 +21,7 @@ cv::Mat random_image(int width_px, int height_px, unsigned seed) {
   return image;
 }
 
-TEST(BitMorphology, IsThatOfPixelByPixel) {
+TEST(BitMorphology, MatchesPixelByPixelReference) {
   for (const int width : {1, 2, 7, 63, 64, 65, 128, 130})
     for (const int height : {1, 2, 9}) {
       const hull::ObjectPixels pixels =
@@ -44,7 +44,7 @@ TEST(BitMorphology, IsThatOfPixelByPixel) {
   EXPECT_EQ(opened(hull::ObjectPixels(0, 0), 2), hull::ObjectPixels(0, 0));
 }
 
-TEST(Difference, IsThatOfPixelByPixelAtAnyWidth) {
+TEST(Difference, MatchesPixelByPixelReferenceAtAnyWidth) {
   for (const int width : {1, 5, 15, 16, 17, 33, 64, 71, 645}) {
     const int height = 4;
     ReferenceImage reference{width, height, {}, {}};
@@ -66,7 +66,7 @@ TEST(Difference, IsThatOfPixelByPixelAtAnyWidth) {
   }
 }
 
-TEST(ReferenceImage, HasMeanAndNoiseOfTheEmptySceneDespiteAPasserBy) {
+TEST(ReferenceImage, IsRobustToTransientForeground) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, 3);
   std::vector<cv::Mat> frames;
@@ -90,7 +90,7 @@ TEST(ReferenceImage, HasMeanAndNoiseOfTheEmptySceneDespiteAPasserBy) {
   EXPECT_NEAR(sigma_sum / double(reference.sigma_levels.size()), std::sqrt(9 + 1 / 12.0), 0.15);
 }
 
-TEST(ReferenceImage, IsTheTrimmedMeanOfAnyNumberOfFrames) {
+TEST(ReferenceImage, MatchesTrimmedMeanForAnyFrameCount) {
   for (int n = 1; n <= 33; ++n) {
     std::vector<cv::Mat> frames;
     for (int f = 0; f < n; ++f) frames.push_back(random_image(5, 3, unsigned(100 * n + f)));
@@ -103,7 +103,7 @@ TEST(ReferenceImage, IsTheTrimmedMeanOfAnyNumberOfFrames) {
       for (const int level : levels) deviations.push_back(std::abs(level - median));
       std::sort(deviations.begin(), deviations.end());
       const double reach =
-          std::max(kTrimFloorLevels, kTrimSigmas * 1.4826 * deviations[std::size_t(n / 2)]);
+          std::max(kTrimFloor_levels, kTrim_sigmas * 1.4826 * deviations[std::size_t(n / 2)]);
       double sum = 0, kept = 0;
       for (const int level : levels)
         if (std::abs(level - median) <= reach) {
@@ -116,16 +116,16 @@ TEST(ReferenceImage, IsTheTrimmedMeanOfAnyNumberOfFrames) {
   }
 }
 
-TEST(ReferenceImage, OfAPlateIsThePlateWithTheStatedNoise) {
+TEST(ReferenceImage, PlateHasAssumedNoise) {
   const cv::Mat plate = random_image(31, 5, 4);
   const ReferenceImage reference = reference_from_plate(plate);
   for (std::size_t i = 0; i < reference.mean_levels.size(); ++i) {
     ASSERT_EQ(reference.mean_levels[i], plate.data[i]);
-    ASSERT_EQ(reference.sigma_levels[i], float(kPlateSigmaLevels));
+    ASSERT_EQ(reference.sigma_levels[i], float(kPlateSigma_levels));
   }
 }
 
-TEST(Shadow, KeepsColourAndIsNotTooDark) {
+TEST(Shadow, RequiresSameColourAndMinimumBrightness) {
   const std::uint8_t table[] = {160, 170, 150}, half[] = {96, 102, 90}, quarter[] = {40, 43, 38},
                      skin[] = {70, 86, 112}, black[] = {0, 0, 0};
   EXPECT_TRUE(is_shadow(half, table, 0.5));
@@ -161,7 +161,7 @@ TEST(Segmentation, FindsTheObjectAndNotItsShadowInEveryCamera) {
   }
 }
 
-TEST(Segmentation, TakesShadowForObjectOnlyWhenSuppressionIsOff) {
+TEST(Segmentation, ShadowIsObjectOnlyWithoutSuppression) {
   const config::SyntheticWorld world;
   config::SegmentationConfig keeps_shadow;
   keeps_shadow.shadow_darkest = 1;
@@ -228,12 +228,12 @@ TEST(Segmentation, AllPixelsObjectAndNone) {
   const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 71, 33),
                             reference_from_plate(plate), {});
   EXPECT_EQ(segmenter.segment(other)->count(), 71u * 33u);
-  EXPECT_EQ(remarks_on(*segmenter.segment(other)).size(), 1u);
+  EXPECT_EQ(segmentation_diagnostics(*segmenter.segment(other)).size(), 1u);
   EXPECT_EQ(segmenter.segment(plate)->count(), 0u);
-  EXPECT_EQ(remarks_on(*segmenter.segment(plate)).size(), 1u);
+  EXPECT_EQ(segmentation_diagnostics(*segmenter.segment(plate)).size(), 1u);
 }
 
-TEST(Segmentation, RefusesImagesOfAnotherSizeOrKind) {
+TEST(Segmentation, RejectsImagesOfOtherSizeOrType) {
   const cv::Mat plate(33, 71, CV_8UC3, cv::Scalar(100, 100, 100));
   const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 71, 33),
                             reference_from_plate(plate), {});

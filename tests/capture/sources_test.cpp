@@ -62,14 +62,14 @@ TEST_F(Sources, VideoPlaysToItsEnd) {
   EXPECT_EQ(levels, (std::vector<int>{0, 1, 2, 3, 4, 5, -2, -2}));
 }
 
-TEST_F(Sources, VideoSkipsAndGoesBack) {
+TEST_F(Sources, VideoSeeksForwardAndBackward) {
   const auto source = open_file_source(camera(), {video("a.avi", 6), "", 2});
   std::vector<int> levels;
   for (const int f : {0, 1, 3, 4, 1, 400, 0}) levels.push_back(shown(*source, f));
   EXPECT_EQ(levels, (std::vector<int>{2, 3, 5, -2, 3, -2, 2}));
 }
 
-TEST_F(Sources, SequenceTellsItsMissingFrames) {
+TEST_F(Sources, SequenceReportsMissingFrames) {
   for (const int f : {10, 11, 13, 14})
     cv::imwrite((folder_ / ("frame_00" + std::to_string(f) + ".png")).string(), picture(f - 10));
   std::ofstream(folder_ / "frame_0014.png") << "no picture";
@@ -78,10 +78,10 @@ TEST_F(Sources, SequenceTellsItsMissingFrames) {
   std::vector<int> levels;
   for (int f = 0; f < 7; ++f) levels.push_back(shown(*source, f));
   EXPECT_EQ(levels, (std::vector<int>{0, 1, -1, 3, -1, -2, -2}));
-  EXPECT_NE(source->trouble().find("frame_%04d.png"), std::string::npos);
+  EXPECT_NE(source->last_error().find("frame_%04d.png"), std::string::npos);
 }
 
-TEST_F(Sources, NoSuchFileIsNamed) {
+TEST_F(Sources, ErrorNamesMissingFile) {
   const SourceProblem problem = problem_of([&] {
     open_file_source(camera(), {(folder_ / "none.avi").string(), "", 0});
   });
@@ -94,7 +94,7 @@ TEST_F(Sources, NoSuchFileIsNamed) {
             SourceFault::not_found);
 }
 
-TEST_F(Sources, TextCalledAviIsNotDecodable) {
+TEST_F(Sources, UndecodableFileIsReported) {
   std::ofstream(folder_ / "text.avi") << "this is not a video\n";
   const SourceProblem problem = problem_of([&] {
     open_file_source(camera(), {(folder_ / "text.avi").string(), "", 0});
@@ -111,7 +111,7 @@ TEST_F(Sources, VideoOfAnotherSizeNamesBothSizes) {
   EXPECT_NE(problem.what.find("64x48"), std::string::npos);
 }
 
-TEST_F(Sources, FirstFrameBeyondTheEndIsNoFrame) {
+TEST_F(Sources, FirstFrameBeyondEndIsNoFrames) {
   const std::string file = video("short.avi", 3);
   EXPECT_EQ(problem_of([&] {
               open_file_source(camera(), {file, "", 3});
@@ -119,18 +119,18 @@ TEST_F(Sources, FirstFrameBeyondTheEndIsNoFrame) {
             SourceFault::no_frames);
 }
 
-TEST_F(Sources, BackgroundIsSpreadOverAVideoASequenceOrAPlate) {
+TEST_F(Sources, BackgroundFramesAreEvenlySpaced) {
   EXPECT_EQ(read_background(camera(), video("few.avi", 5)).size(), 5u);
-  EXPECT_EQ(int(read_background(camera(), video("many.avi", 100)).size()), kMostBackgroundFrames);
+  EXPECT_EQ(int(read_background(camera(), video("many.avi", 100)).size()), kMaxBackgroundFrames);
   cv::imwrite((folder_ / "plate.png").string(), picture(4));
   EXPECT_EQ(read_background(camera(), (folder_ / "plate.png").string()).size(), 1u);
   for (int f = 0; f < 40; ++f)
     cv::imwrite((folder_ / ("empty" + std::to_string(f) + ".png")).string(), picture(f % 3));
   EXPECT_EQ(int(read_background(camera(), (folder_ / "empty%d.png").string()).size()),
-            kMostBackgroundFrames);
+            kMaxBackgroundFrames);
 }
 
-TEST_F(Sources, MissingDeviceIsHardwareMissingAndNamed) {
+TEST_F(Sources, MissingDeviceIsReportedByName) {
   for (const std::string device : {"97", "/dev/v4l/by-id/usb-no-such-camera"}) {
     try {
       open_v4l2_source(camera(), {device, "", 30});

@@ -34,7 +34,7 @@ TEST(SyntheticWorld, RepeatsExactlyWithItsPeriod) {
   }
 }
 
-TEST(SyntheticWorld, MovesSmoothlyWhereThePersonReaches) {
+TEST(SyntheticWorld, MovesSmoothlyWithinReach) {
   const config::SyntheticWorld world;
   Eigen::AlignedBox3d reached;
   std::vector<hull::Capsule> before = synthetic_object(world, 0);
@@ -82,7 +82,7 @@ TEST(SyntheticImage, IsTheSameForTheSameSeedCameraAndFrame) {
   EXPECT_FALSE(same_bits(image, image_of(other, camera, 17)));
 }
 
-TEST(SyntheticImage, RenderedAheadIsTheSame) {
+TEST(SyntheticImage, PrerenderedImagesAreIdentical) {
   config::SyntheticWorld world;
   world.period_s = 0.2;  // six frames
   const config::RigCamera camera = test::table_cameras()[1];
@@ -97,7 +97,7 @@ TEST(SyntheticImage, RenderedAheadIsTheSame) {
   }
 }
 
-TEST(SyntheticImage, HasTheNoiseThatWasAskedFor) {
+TEST(SyntheticImage, HasRequestedNoise) {
   for (const double sigma : {0.0, 1.0, 2.0, 5.0}) {
     cv::Mat image(200, 301, CV_8UC3, cv::Scalar(128, 128, 128));
     SensorNoise(sigma).add(image, 99);
@@ -116,7 +116,7 @@ TEST(SyntheticImage, HasTheNoiseThatWasAskedFor) {
 
 // Without noise and shadow the image differs from the empty room only at true object pixels of the
 // rule `centre`, and at nearly all.
-TEST(SyntheticImage, ShowsTheObjectAtItsTruePixels) {
+TEST(SyntheticImage, MatchesAnalyticSilhouette) {
   config::SyntheticWorld world;
   world.noise_sigma_levels = 0;
   world.cast_shadow = false;
@@ -140,7 +140,7 @@ TEST(SyntheticImage, ShowsTheObjectAtItsTruePixels) {
   }
 }
 
-TEST(SyntheticImage, OfAnObjectCutByTheImageBorderIsTrueToo) {
+TEST(SyntheticImage, MatchesAnalyticSilhouetteAtImageBorder) {
   config::SyntheticWorld world;
   world.noise_sigma_levels = 0;
   world.cast_shadow = false;
@@ -163,7 +163,7 @@ TEST(SyntheticImage, OfAnObjectCutByTheImageBorderIsTrueToo) {
 
 // The promise of `touched`: whatever point of the object the cameras see is in the hull of their
 // maps.
-TEST(SyntheticWorld, IsInsideTheHullOfItsTouchedMaps) {
+TEST(SyntheticWorld, IsInsideHullOfConservativeMasks) {
   const config::SyntheticWorld world;
   for (const double t_s : {0.4, 1.9, 3.3}) {
     const std::vector<hull::Capsule> object = synthetic_object(world, t_s);

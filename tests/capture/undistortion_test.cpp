@@ -29,7 +29,7 @@ Eigen::Vector2d captured_uv(const config::RigCamera& camera, const Eigen::Vector
   return {uv[0].x, uv[0].y};
 }
 
-TEST(Undistortion, PutsAPointWhereThePinholeHasIt) {
+TEST(Undistortion, MapsPointsToPinholeProjection) {
   const config::RigCamera camera = lens_camera();
   const Undistortion undistortion(camera);
   int seen = 0;
@@ -93,7 +93,7 @@ TEST(Undistortion, MakesAStraightEdgeStraight) {
   EXPECT_GT(rows, 50);
 }
 
-TEST(Undistortion, LeavesAnImageAloneThatNeedsNothing) {
+TEST(Undistortion, IsIdentityWithoutDistortion) {
   const config::RigCamera camera = test::table_camera("plain", {0, -1, 1});
   const Undistortion undistortion(camera);
   EXPECT_TRUE(undistortion.identity());
@@ -102,7 +102,7 @@ TEST(Undistortion, LeavesAnImageAloneThatNeedsNothing) {
   EXPECT_EQ(undistortion.published(pixels), pixels);
 }
 
-TEST(Undistortion, PixelsThatTheSourceDoesNotSeeAreNotObject) {
+TEST(Undistortion, UnseenPixelsAreBackground) {
   config::RigCamera camera = test::table_camera("narrow", {0, -1, 1}, 100, 80);
   camera.published =
       geometry::pinhole_from_fov(200, 160, 1.6);  // far wider than the source's 0.75 rad
@@ -118,12 +118,12 @@ TEST(Undistortion, PixelsThatTheSourceDoesNotSeeAreNotObject) {
   EXPECT_NEAR(seen.bounds().width_px(), 200 * std::tan(0.375) / std::tan(0.8), 2);
 }
 
-TEST(Undistortion, DoesNotShowTheFoldedSideOfTheLensModel) {
+TEST(Undistortion, ExcludesNonMonotonicRadii) {
   config::RigCamera camera = test::table_camera("fold", {0, -1, 1}, 200, 160);
   camera.distortion = {-0.4, 0, 0, 0, 0};  // turns at r = sqrt(1 / 1.2) = 0.913
   camera.published = geometry::pinhole_from_fov(200, 160, 2.4);
-  EXPECT_NEAR(unfolded_radius(camera.distortion), std::sqrt(1 / 1.2), 0.006);
-  EXPECT_TRUE(std::isinf(unfolded_radius({})));
+  EXPECT_NEAR(monotonic_radius(camera.distortion), std::sqrt(1 / 1.2), 0.006);
+  EXPECT_TRUE(std::isinf(monotonic_radius({})));
   const Undistortion undistortion(camera);
   for (int v = 0; v < 160; ++v)
     for (int u = 0; u < 200; ++u) {

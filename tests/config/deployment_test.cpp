@@ -32,7 +32,7 @@ class DeploymentFile : public test::SceneFiles {
   }
 };
 
-TEST_F(DeploymentFile, AHistoryOfTooManyCellsIsAProblem) {
+TEST_F(DeploymentFile, TooManyHistoryCellsIsAProblem) {
   write("scene.yaml", test::kGoodScene + "history: {cell_m: 0.0005}\n");
   EXPECT_THAT(problems(with_nodes("  - {name: s, program: sim_node}\n")),
               ElementsAre(testing::AllOf(
@@ -43,7 +43,7 @@ TEST_F(DeploymentFile, AHistoryOfTooManyCellsIsAProblem) {
   EXPECT_TRUE(problems(with_nodes("  - {name: s, program: sim_node}\n")).empty());
 }
 
-TEST_F(DeploymentFile, LeavesDefaultsWhereNothingIsSaid) {
+TEST_F(DeploymentFile, UsesDefaultsForMissingKeys) {
   const Deployment d = load(test::kGoodDeployment);
   EXPECT_EQ(d.name, "small");
   EXPECT_EQ(d.domain, 0u);
@@ -55,7 +55,7 @@ TEST_F(DeploymentFile, LeavesDefaultsWhereNothingIsSaid) {
   ASSERT_EQ(capture.sources.size(), 2u);
   EXPECT_TRUE(std::holds_alternative<SyntheticSource>(capture.sources.at("left")));
   EXPECT_EQ(capture.synthetic.period_s, SyntheticWorld().period_s);
-  EXPECT_EQ(std::get<ReconConfig>(d.nodes[1].config).shares, 1);
+  EXPECT_EQ(std::get<ReconConfig>(d.nodes[1].config).worker_count, 1);
   EXPECT_TRUE(d.nodes[0].cores.empty());
   EXPECT_EQ(d.nodes[1].line, 11);
 }
@@ -159,7 +159,7 @@ nodes:
   EXPECT_EQ(a.backend, HullBackend::sweep);
   EXPECT_EQ(a.sweep_planes, 128);
   EXPECT_EQ(a.tile_columns, 2);
-  EXPECT_EQ(a.share, 1);
+  EXPECT_EQ(a.worker_index, 1);
   const auto& s = std::get<SimConfig>(d.nodes[4].config);
   EXPECT_EQ(s.collision, CollisionBackend::paper);
   EXPECT_EQ(s.eps_m, 0.001);
@@ -205,7 +205,7 @@ TEST_F(DeploymentFile, HeadPathComesFromAFile) {
   EXPECT_TRUE(test::contains(problems(text), "head.csv:1:4: the first line must be"));
 }
 
-TEST_F(DeploymentFile, SettingsFillInAndTheCommandLineWins) {
+TEST_F(DeploymentFile, CommandLineOverridesSettings) {
   const std::string text = "settings: {rate: 12, place: .}\n" + test::kGoodDeployment.substr(1) +
                            "frame_rate_hz: ${rate}\n";
   EXPECT_EQ(load(text).frame_rate_hz, 12);
@@ -237,7 +237,7 @@ TEST_F(DeploymentFile, PathsAreRelativeToTheFileOrForSetToTheWorkingDirectory) {
                           ": there is no such file"));
 }
 
-TEST_F(DeploymentFile, EmptySettingThatIsNeededSaysWhatToPassOnce) {
+TEST_F(DeploymentFile, EmptyRequiredSettingIsReportedOnce) {
   const std::string text = "settings:\n  data: \"\"\n" + with_nodes(R"(  - name: c
     program: capture_node
     sources:
@@ -250,7 +250,7 @@ TEST_F(DeploymentFile, EmptySettingThatIsNeededSaysWhatToPassOnce) {
                              "${dat}: there is no such setting; known settings: data"));
 }
 
-TEST_F(DeploymentFile, ProblemsOfAllFilesComeTogether) {
+TEST_F(DeploymentFile, ReportsProblemsOfAllFilesTogether) {
   write("rig.yaml", "name: r\nvolume_m: {min: [0, 0, 0], max: [1, 1, .nan]}\ncameras: []\n");
   write("scene.yaml", "name: s\nobjcts: []\n");
   EXPECT_THAT(
@@ -266,7 +266,7 @@ TEST_F(DeploymentFile, ProblemsOfAllFilesComeTogether) {
           "scene.yaml:2:1: unknown key objcts: did you mean objects?"));
 }
 
-TEST_F(DeploymentFile, MissingFilesAreNamedWhereTheyAreNamed) {
+TEST_F(DeploymentFile, MissingFilesAreReportedAtTheirReference) {
   EXPECT_EQ(problems_of([&] { load_deployment(folder() / "none.yaml"); }),
             std::vector<std::string>{"none.yaml:0:0: there is no such file"});
   const auto found = problems(
@@ -398,7 +398,7 @@ TEST_F(DeploymentFile, ViewerIsChecked) {
   EXPECT_THAT(problems(text), ElementsAre("deployment.yaml:6:7: the first key's t_s must be 0"));
 }
 
-TEST_F(DeploymentFile, FilesOfAnotherHostAreNotLookedForHere) {
+TEST_F(DeploymentFile, IgnoresFilesOfOtherHosts) {
   const std::string sources =
       "sources: {left: {video: /there/l.avi, background: /there/b.avi}, right: synthetic}";
   EXPECT_EQ(problems(with_nodes("  - {name: c, program: capture_node, " + sources + "}\n")).size(),
@@ -408,7 +408,7 @@ TEST_F(DeploymentFile, FilesOfAnotherHostAreNotLookedForHere) {
                   .empty());
 }
 
-TEST_F(DeploymentFile, WhatListsEveryProblemOneALine) {
+TEST_F(DeploymentFile, WhatListsOneProblemPerLine) {
   try {
     load("name: Bad\n");
     FAIL() << "no problem found";

@@ -2,8 +2,8 @@
 #include <numbers>
 #include <random>
 
+#include "common/config/box_visibility.h"
 #include "common/config/rig.h"
-#include "common/config/visibility.h"
 #include "tests/support/scene_files.h"
 
 namespace fivepipe::config {
@@ -110,7 +110,7 @@ cameras:
       << "wall cameras stay";
 }
 
-TEST_F(RigFile, RotationSlightlyOffOrthonormalIsMadeOrthonormal) {
+TEST_F(RigFile, NearRotationIsOrthonormalized) {
   // Six digits, as calibration files have them.
   const Rig rig =
       load(rig_with("    camera_from_world: {rotation: [[0.707107, 0.707107, 0], [0, 0, -1], "
@@ -120,7 +120,7 @@ TEST_F(RigFile, RotationSlightlyOffOrthonormalIsMadeOrthonormal) {
   EXPECT_NEAR(r(0, 0), std::sqrt(0.5), 1e-6);
 }
 
-TEST_F(RigFile, RotationFarOffOrthonormalIsRefused) {
+TEST_F(RigFile, NonOrthonormalRotationIsRejected) {
   EXPECT_THAT(problems(rig_with("    camera_from_world: {rotation: [[1, 0.1, 0], [0, 0, -1], [0, "
                                 "1, 0]], translation_m: [0, 0.5, 3]}\n")),
               ElementsAre("rig.yaml:4:5: camera cam: rotation is not orthonormal"));
@@ -188,7 +188,7 @@ cameras:
                   "rig.yaml:19:5: mount is there twice, first in line 18"));
 }
 
-TEST_F(RigFile, PoseMustGoWithTheMount) {
+TEST_F(RigFile, PoseMustMatchMount) {
   EXPECT_TRUE(test::contains(
       problems(rig_with("    mount: viewer\n    camera_from_world: {rotation: [[1, 0, 0], [0, 1, "
                         "0], [0, 0, 1]], translation_m: [0, 0, 0]}\n")),
@@ -200,7 +200,7 @@ TEST_F(RigFile, PoseMustGoWithTheMount) {
       "rig.yaml:8:18: gives_shape must be false for a camera that the viewer carries"));
 }
 
-TEST_F(RigFile, CameraThatSeesNothingOfTheVolumeIsNamed) {
+TEST_F(RigFile, CameraThatMissesVolumeIsReported) {
   EXPECT_THAT(problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [6, 0, 0.5]}\n")),
               ElementsAre("rig.yaml:4:5: camera cam sees nothing of volume_m"));
 }
@@ -256,19 +256,19 @@ TEST_F(RigFile, DamagedFilesLoadOrListProblems) {
 }
 
 // A telescope sees a pixel's worth of the box between any sample points.
-TEST(SeesAnyOf, HoldsForLongFocalLengthsAndCamerasInsideTheBox) {
+TEST(BoxVisibility, HoldsForLongFocalLengthsAndCamerasInsideTheBox) {
   const Eigen::AlignedBox3d box_m(Eigen::Vector3d(-1, -1, 0), Eigen::Vector3d(1, 1, 1));
   const geometry::Pinhole telescope{720, 486, 50000, 50000, 359.5, 242.5},
       fisheye_like{720, 486, 50, 50, 359.5, 242.5};
-  EXPECT_TRUE(
-      sees_any_of({telescope, geometry::look_at({3, 0.123, 0.456}, {0, 0.1234, 0.4567})}, box_m));
-  EXPECT_FALSE(sees_any_of({telescope, geometry::look_at({3, 0, 0.5}, {0, 3, 0.5})}, box_m))
+  EXPECT_TRUE(is_box_visible({telescope, geometry::look_at({3, 0.123, 0.456}, {0, 0.1234, 0.4567})},
+                             box_m));
+  EXPECT_FALSE(is_box_visible({telescope, geometry::look_at({3, 0, 0.5}, {0, 3, 0.5})}, box_m))
       << "past the box";
-  EXPECT_TRUE(sees_any_of({fisheye_like, geometry::look_at({3, 0, 0.5}, {3, 3, 0.5})}, box_m))
+  EXPECT_TRUE(is_box_visible({fisheye_like, geometry::look_at({3, 0, 0.5}, {3, 3, 0.5})}, box_m))
       << "164 degrees wide: the box is at the image's edge";
-  EXPECT_TRUE(sees_any_of({telescope, geometry::look_at({0, 0, 0.5}, {1, 0, 0.5})}, box_m))
+  EXPECT_TRUE(is_box_visible({telescope, geometry::look_at({0, 0, 0.5}, {1, 0, 0.5})}, box_m))
       << "from inside";
-  EXPECT_FALSE(sees_any_of({fisheye_like, geometry::look_at({3, 0, 0.5}, {6, 0, 0.5})}, box_m))
+  EXPECT_FALSE(is_box_visible({fisheye_like, geometry::look_at({3, 0, 0.5}, {6, 0, 0.5})}, box_m))
       << "behind the camera";
 }
 

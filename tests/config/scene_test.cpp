@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "common/config/yaml/key_advice.h"
+#include "common/config/yaml/key_suggestion.h"
 #include "tests/support/scene_files.h"
 
 namespace fivepipe::config {
@@ -128,7 +128,7 @@ TEST_F(SceneFile, RotationTurnsAboutXThenYThenZ) {
                   .isApprox(Eigen::Vector3d(0, 0, -1), 1e-12));
 }
 
-TEST_F(SceneFile, MeshesComeInMetresWhateverTheirUnit) {
+TEST_F(SceneFile, MeshesAreScaledToMetres) {
   write("part.obj", kTetrahedronObj);
   write("part.ply", kTetrahedronPly);
   write("part.stl", kTriangleStl);
@@ -156,7 +156,7 @@ TEST_F(SceneFile, GltfIsInMetresWithItsYAxisUp) {
       << "3 m towards the viewer become -y";
 }
 
-TEST_F(SceneFile, MeshWindingStays) {
+TEST_F(SceneFile, MeshWindingIsPreserved) {
   write("part.obj", kTetrahedronObj);
   const geometry::Mesh mesh = mesh_of(load(mesh_scene("file: part.obj, unit: m")).objects[0]);
   double volume_m3 = 0;  // by the divergence theorem: positive where the surface faces outwards
@@ -165,18 +165,19 @@ TEST_F(SceneFile, MeshWindingStays) {
   EXPECT_NEAR(volume_m3, 1.0 / 6, 1e-12);
 }
 
-TEST_F(SceneFile, MeshInTheWrongUnitIsDoubted) {
+TEST_F(SceneFile, ImplausibleMeshSizeIsWarned) {
   write("part.obj", "v 0 0 0\nv 120 0 0\nv 0 80 0\nv 0 0 60\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-  EXPECT_TRUE(size_doubts(load(mesh_scene("file: part.obj, unit: mm"))).empty()) << "12 cm";
-  EXPECT_EQ(size_doubts(load(mesh_scene("file: part.obj, unit: m"))),
+  EXPECT_TRUE(mesh_size_warnings(load(mesh_scene("file: part.obj, unit: mm"))).empty()) << "12 cm";
+  EXPECT_EQ(mesh_size_warnings(load(mesh_scene("file: part.obj, unit: m"))),
             std::vector<std::string>{"part is 12000 x 8000 x 6000 cm: is the unit of " +
                                      (folder() / "part.obj").string() + " right?"});
   write("part.obj",
         "v 0 0 0\nv 0.12 0 0\nv 0 0.08 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-  EXPECT_EQ(size_doubts(load(mesh_scene("file: part.obj, unit: mm"))).size(), 1u) << "0.12 mm";
+  EXPECT_EQ(mesh_size_warnings(load(mesh_scene("file: part.obj, unit: mm"))).size(), 1u)
+      << "0.12 mm";
 }
 
-const std::string kWishes = R"(
+const std::string kRequests = R"(
 name: requests
 history: {cell_m: 0.01, window_frames: 12}
 objects:
@@ -192,8 +193,8 @@ objects:
       first_contact: true
 )";
 
-TEST_F(SceneFile, ReadsWhatCollisionResultsShouldTell) {
-  const Scene scene = load(kWishes);
+TEST_F(SceneFile, ReadsCollisionRequests) {
+  const Scene scene = load(kRequests);
   ASSERT_TRUE(scene.history);
   EXPECT_EQ(scene.history->cell_m, 0.01);
   EXPECT_EQ(scene.history->window_frames, 12);
@@ -218,14 +219,14 @@ TEST_F(SceneFile, ReadsWhatCollisionResultsShouldTell) {
   EXPECT_EQ(requests.proximity->tolerance_m, 0.001);
 }
 
-TEST_F(SceneFile, NothingIsAskedForUnlessItIsWritten) {
+TEST_F(SceneFile, RequestsNothingByDefault) {
   const Scene scene = load(test::kGoodScene);
   EXPECT_FALSE(scene.history || scene.objects[0].warming || scene.objects[0].requests.any());
 }
 
-TEST_F(SceneFile, WishesThatCantBeAreProblems) {
+TEST_F(SceneFile, InvalidRequestsAreProblems) {
   const auto problems_with = [&](const std::string& what, const std::string& instead) {
-    std::string text = kWishes;
+    std::string text = kRequests;
     text.replace(text.find(what), what.size(), instead);
     return problems(text);
   };
@@ -252,7 +253,9 @@ TEST_F(SceneFile, WishesThatCantBeAreProblems) {
   EXPECT_THAT(problems_with("name: plate", "name: " + std::string(65, 'a')),
               ElementsAre("scene.yaml:4:11: name has 65 characters, at most 64 are possible"));
   EXPECT_EQ(problems_with("contacts: 6", "contacts: -1").size(), 1u);
-  EXPECT_EQ(problems_with("local_minimum_translation: true", "local_minimum_translatoin: true").size(), 1u);
+  EXPECT_EQ(
+      problems_with("local_minimum_translation: true", "local_minimum_translatoin: true").size(),
+      1u);
 }
 
 TEST_F(SceneFile, BadMeshesAreProblemsOfTheScene) {
@@ -343,18 +346,18 @@ objects:
           "scene.yaml:29:21: pattern_size_m has no effect on a plain object"));
 }
 
-TEST(KeyAdvice, KnowsUnitsAndSlips) {
+TEST(KeySuggestion, SuggestsUnitsAndSpelling) {
   const std::vector<std::string> known = {"size_m", "frame_rate_hz", "horizontal_fov_deg",
                                           "gives_shape"};
-  EXPECT_EQ(advice_on_key("size_cm", known)->meant, "size_m");
-  EXPECT_TRUE(advice_on_key("size_cm", known)->unit_differs);
-  EXPECT_EQ(advice_on_key("size", known)->meant, "size_m");
-  EXPECT_EQ(advice_on_key("frame_rate_fps", known)->meant, "frame_rate_hz");
-  EXPECT_EQ(advice_on_key("horizontal_fov_rad", known)->meant, "horizontal_fov_deg");
-  EXPECT_EQ(advice_on_key("give_shape", known)->meant, "gives_shape");
-  EXPECT_FALSE(advice_on_key("give_shape", known)->unit_differs);
-  EXPECT_FALSE(advice_on_key("pattern", known));
-  EXPECT_FALSE(advice_on_key("x", {}));
+  EXPECT_EQ(suggest_key("size_cm", known)->key, "size_m");
+  EXPECT_TRUE(suggest_key("size_cm", known)->unit_differs);
+  EXPECT_EQ(suggest_key("size", known)->key, "size_m");
+  EXPECT_EQ(suggest_key("frame_rate_fps", known)->key, "frame_rate_hz");
+  EXPECT_EQ(suggest_key("horizontal_fov_rad", known)->key, "horizontal_fov_deg");
+  EXPECT_EQ(suggest_key("give_shape", known)->key, "gives_shape");
+  EXPECT_FALSE(suggest_key("give_shape", known)->unit_differs);
+  EXPECT_FALSE(suggest_key("pattern", known));
+  EXPECT_FALSE(suggest_key("x", {}));
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
 }
 
 // Share of a grid of the box's points that the camera has in its image.
-double seen_share(const geometry::Camera& camera, const Eigen::AlignedBox3d& box_m) {
+double visible_fraction(const geometry::Camera& camera, const Eigen::AlignedBox3d& box_m) {
   constexpr int kSteps = 10;
   int seen = 0;
   for (int i = 0; i <= kSteps; ++i)
@@ -61,12 +61,12 @@ TEST(ShippedRigs, LoadAndSeeTheirWholeVolume) {
     const Rig rig = load_rig(file);
     EXPECT_EQ(rig.name, file.stem().string());
     for (const std::size_t i : shape_cameras(rig))
-      EXPECT_GT(seen_share(published_camera(rig.cameras[i]), rig.volume_m), 0.99)
+      EXPECT_GT(visible_fraction(published_camera(rig.cameras[i]), rig.volume_m), 0.99)
           << file << ' ' << rig.cameras[i].name;
   }
 }
 
-TEST(ShippedRigs, AreThoseOfTheirNames) {
+TEST(ShippedRigs, MatchTheirNames) {
   const Rig paper = load_rig(kSource / "scenes/rigs/paper.yaml"),
             table4 = load_rig(kSource / "scenes/rigs/table4.yaml");
   EXPECT_EQ(shape_cameras(paper).size(), 3u);
@@ -94,7 +94,7 @@ TEST(DemoScene, HasThePapersCurtainOnATableAtZeroHeight) {
       << "hangs free of the table";
 }
 
-TEST(DemoScene, BlocksNeitherMeetEachOtherNorSinkIntoTheTable) {
+TEST(DemoScene, BlocksDoNotIntersect) {
   const Scene demo = load_scene(kSource / "scenes/demo/scene.yaml");
   std::vector<std::pair<std::string, Eigen::AlignedBox3d>> blocks;
   for (const SceneObject& object : demo.objects)
@@ -135,7 +135,7 @@ TEST(ShippedDeployments, PaperHasThePapersSettings) {
   EXPECT_EQ(std::get<ReconConfig>(find_node(paper, "recon_b")->config).sweep_planes, 96);
 }
 
-TEST(Seated4cam, NeedsItsRecordingAndSaysSo) {
+TEST(Seated4cam, ReportsMissingRecording) {
   try {
     load_deployment(kSource / "launch/deployments/seated4cam.yaml");
     FAIL() << "loaded without the recording";
@@ -201,7 +201,7 @@ TEST(Seated4cam, EveryCameraSeesThePersonWhole) {
   EXPECT_TRUE(rig.volume_m.contains(person_m));
   // One lower corner of the box, where nothing of person or chair is, lies beyond cam3's image.
   for (const RigCamera& camera : rig.cameras)
-    EXPECT_GT(seen_share(published_camera(camera), person_m), 0.999) << camera.name;
+    EXPECT_GT(visible_fraction(published_camera(camera), person_m), 0.999) << camera.name;
 }
 
 }  // namespace

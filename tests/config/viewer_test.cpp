@@ -49,7 +49,7 @@ TEST(EyePath, PassesThroughItsKeysAndLooksAtTheirTargets) {
   }
 }
 
-TEST(EyePath, UniformMotionStaysUniformWhateverTheKeysTimes) {
+TEST(EyePath, UniformMotionIsPreserved) {
   const Vector3d start(0, -1, 0.5), velocity_m_s(0.1, 0.02, -0.03);
   Viewer viewer;
   for (const double t_s : {0.0, 0.3, 1.0, 1.1, 4.0})
@@ -94,11 +94,11 @@ TEST(EyePath, EndsAfterTheLastKeyWhereItIsNotClosed) {
   EXPECT_TRUE(eye_at(viewer, 2.5).isApprox(Vector3d(0.25, -1, 0.5), 1e-12));
 }
 
-TEST(EyePath, FaultsAreNamedByKey) {
+TEST(EyePath, FaultsAreReportedByKey) {
   const Vector3d target(0, 0, 0);
-  EXPECT_TRUE(faults_of({{0, {0, -1, 0}, target}}).empty());
+  EXPECT_TRUE(head_path_faults({{0, {0, -1, 0}, target}}).empty());
   const auto fault = [](const std::vector<HeadKey>& path) {
-    return faults_of(path).empty() ? "none" : std::to_string(faults_of(path)[0].key);
+    return head_path_faults(path).empty() ? "none" : std::to_string(head_path_faults(path)[0].key);
   };
   EXPECT_EQ(fault({{1, {0, -1, 0}, target}}), "0") << "does not begin at 0";
   EXPECT_EQ(fault({{0, {0, -1, 0}, target}, {1, {0, -1, 0}, target}, {1, {0, -1, 0}, target}}), "2")

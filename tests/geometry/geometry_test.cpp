@@ -54,7 +54,7 @@ TEST(Camera, ResizedImageSeesTheSameEdges) {
   EXPECT_NEAR(u_of(half, right), 319.5, 1e-12);
 }
 
-TEST(Camera, UnusableCalibrationsAreNamed) {
+TEST(Camera, UnusableCalibrationHasAReason) {
   Camera camera = test_camera();
   EXPECT_FALSE(why_unusable(camera));
   camera.pinhole.fx_px = std::numeric_limits<double>::quiet_NaN();
@@ -70,7 +70,7 @@ TEST(Camera, UnusableCalibrationsAreNamed) {
   EXPECT_NE(why_unusable(camera)->find("orthonormal"), std::string::npos);
 }
 
-TEST(Camera, SlightlyOffRotationIsAcceptedAndMadeExact) {
+TEST(Camera, NearRotationIsOrthonormalized) {
   Camera camera = test_camera();
   camera.camera_from_world.linear()(0, 1) += 1e-6;
   EXPECT_FALSE(why_unusable(camera));
@@ -120,7 +120,7 @@ double signed_volume_m3(const Mesh& mesh) {
 }
 
 // Positive volume: every triangle is counter-clockwise seen from outside.
-TEST(Mesh, ABoxInCellsIsTheSameBoxClosedAndNoCellIsLargerThanAsked) {
+TEST(Mesh, SubdividedBoxIsClosedWithBoundedCells) {
   const Mesh mesh = box_mesh({0.2, 0.31, 0.5}, 0.06);
   EXPECT_NEAR(signed_volume_m3(mesh), 0.031, 1e-12);
   EXPECT_EQ(mesh.triangles.size(), 4u * (4 * 6 + 6 * 9 + 9 * 4));

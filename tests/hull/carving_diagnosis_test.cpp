@@ -84,9 +84,9 @@ TEST(DiagnosePoint, DegeneratePoints) {
       test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 2, 60, 45));
   const geometry::Camera& camera = silhouettes[0].camera;
   EXPECT_EQ(diagnose_point(silhouettes,
-                        geometry::camera_center_world_m(camera) -
-                            camera.camera_from_world.linear().row(2).transpose(),
-                        {})
+                           geometry::camera_center_world_m(camera) -
+                               camera.camera_from_world.linear().row(2).transpose(),
+                           {})
                 .cameras[0]
                 .verdict,
             CameraVerdict::behind);
@@ -110,7 +110,8 @@ TEST(DiagnosePoint, DegeneratePoints) {
   }
   silhouettes[1] = {{{0, 0, 10, 10, 0, 0}, silhouettes[0].camera.camera_from_world},
                     ObjectPixels(0, 0)};
-  EXPECT_EQ(diagnose_point(silhouettes, {0, 0, 0}).cameras[1].verdict, CameraVerdict::outside_image);
+  EXPECT_EQ(diagnose_point(silhouettes, {0, 0, 0}).cameras[1].verdict,
+            CameraVerdict::outside_image);
   EXPECT_EQ(diagnose_point(silhouettes, {0, 0, 0}).cameras[1].to_object_px, kInfinity);
 }
 
@@ -194,7 +195,8 @@ TEST_F(Prisms, ACameraWithoutObjectPixelIsNamed) {
   fill(0, {50, 50, 150, 150});
   fill(2, {50, 50, 150, 150});
   for (const HullRule& rule : kRules) {
-    const VolumeDiagnosis diagnosis = diagnose_volume(silhouettes, box, test_pool(), rule, {20'000, 3});
+    const VolumeDiagnosis diagnosis =
+        diagnose_volume(silhouettes, box, test_pool(), rule, {20'000, 3});
     EXPECT_EQ(diagnosis.hull.volume_m3, 0);
     EXPECT_GT(diagnosis.hull.error_m3, 0);
     EXPECT_TRUE(diagnosis.cameras[1].no_object_pixel);
@@ -236,7 +238,7 @@ TEST_F(Prisms, TheSameOnAnyNumberOfThreadsAndInNoOrder) {
   base::WorkerPool one(1), five(5);
   for (const HullRule& rule : kRules) {
     const VolumeDiagnosis a = diagnose_volume(rig, box, one, rule, {30'000, 7}),
-                      b = diagnose_volume(rig, box, five, rule, {30'000, 7});
+                          b = diagnose_volume(rig, box, five, rule, {30'000, 7});
     auto turned = rig;
     std::reverse(turned.begin(), turned.end());
     const VolumeDiagnosis c = diagnose_volume(turned, box, five, rule, {30'000, 7});
@@ -244,8 +246,8 @@ TEST_F(Prisms, TheSameOnAnyNumberOfThreadsAndInNoOrder) {
     EXPECT_EQ(a.hull.volume_m3, c.hull.volume_m3);
     for (std::size_t i = 0; i < rig.size(); ++i)
       for (const SampledVolume CameraContribution::*part :
-           {&CameraContribution::removed, &CameraContribution::removed_alone, &CameraContribution::removed_alone_unseen,
-            &CameraContribution::kept_by_others}) {
+           {&CameraContribution::removed, &CameraContribution::removed_alone,
+            &CameraContribution::removed_alone_unseen, &CameraContribution::kept_by_others}) {
         EXPECT_EQ((a.cameras[i].*part).volume_m3, (b.cameras[i].*part).volume_m3);
         EXPECT_EQ((a.cameras[i].*part).volume_m3, (c.cameras[rig.size() - 1 - i].*part).volume_m3);
       }
@@ -281,8 +283,9 @@ TEST(DiagnoseVolume,
   const auto silhouettes = test::silhouettes_of(people, cameras);
   const AlignedBox3d around_a_ghost(Vector3d(-0.1, -0.7, 0.5), Vector3d(0.1, -0.5, 1.2));
   const VolumeDiagnosis four = diagnose_volume(std::span(silhouettes).first(4), around_a_ghost,
-                                        test_pool(), {}, {5000, 1}),
-                    five = diagnose_volume(silhouettes, around_a_ghost, test_pool(), {}, {5000, 1});
+                                               test_pool(), {}, {5000, 1}),
+                        five = diagnose_volume(silhouettes, around_a_ghost, test_pool(), {},
+                                               {5000, 1});
   EXPECT_GT(four.hull.volume_m3, 0.5 * around_a_ghost.volume());
   EXPECT_EQ(five.hull.volume_m3, 0);
   EXPECT_EQ(five.cameras[4].removed_alone.volume_m3, four.hull.volume_m3);

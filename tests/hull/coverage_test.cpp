@@ -345,9 +345,10 @@ TEST_F(CoverageSquare, BinaryMapsEqualTheDefinition) {
     silhouettes[i].map = CoverageMap::from_pixels(test::random_pixels(random, 100, 75, 0.4));
   EXPECT_GT(expect_definition(silhouettes, view, 11).hits, 50);
 }
-TEST_F(CoverageSquare,
-       TiesBetweenLimitingCamerasAreIndependentOfOrder) {  // one pose, one border, but other coverage
-                                                       // beside it: other normals
+TEST_F(
+    CoverageSquare,
+    TiesBetweenLimitingCamerasAreIndependentOfOrder) {  // one pose, one border, but other coverage
+                                                        // beside it: other normals
   silhouettes.push_back(silhouettes[0]);
   fill(0, {30, 30, 60, 50});
   fill(1, {0, 0, 100, 75});

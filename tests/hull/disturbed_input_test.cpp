@@ -94,16 +94,17 @@ TEST_F(DisturbedInput, OneFrameLate) {  // the hull is what the late map leaves 
   expect_within(late, others);
 }
 
-TEST_F(DisturbedInput, OneCameraFrozen) {  // nothing while the figure is elsewhere, which the diagnosis
-                                      // says; all again when it is back
+TEST_F(DisturbedInput,
+       OneCameraFrozen) {  // nothing while the figure is elsewhere, which the diagnosis
+                           // says; all again when it is back
   const auto frozen = seen(figure())[0];
   const auto at_start = depth(seen(figure()));
   auto away = seen(figure({0.25, -0.2, 0}));
   EXPECT_GT(hits(depth(away)), 100);
   away[0] = frozen;
   EXPECT_EQ(hits(depth(away)), 0);
-  const auto diagnosis = diagnose_volume(away, {Vector3d(-0.1, -0.4, -0.1), Vector3d(0.5, 0.2, 0.4)}, pool,
-                                  {}, {20000, 1});
+  const auto diagnosis = diagnose_volume(
+      away, {Vector3d(-0.1, -0.4, -0.1), Vector3d(0.5, 0.2, 0.4)}, pool, {}, {20000, 1});
   EXPECT_EQ(diagnosis.hull.volume_m3, 0);
   EXPECT_GT(diagnosis.cameras[0].removed_alone.volume_m3, 1e-3);
   for (int i = 1; i < 4; ++i)
@@ -236,7 +237,7 @@ TEST(SimdPrecisionLimits, CameraNearTheEyeHasALargeDepthRatio) {
 }
 
 TEST(SimdPrecisionLimits, MapLargerThanFloatCanIndex) {  // 25 million: objects in opposite
-                                                           // corners, so that all of it is in use
+                                                         // corners, so that all of it is in use
   const int size = 5000;
   std::vector<Silhouette> silhouettes;
   for (const Vector3d& at : {Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {

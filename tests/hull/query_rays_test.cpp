@@ -188,8 +188,8 @@ TEST_F(SquareQuery, NoZeroLengthIntervalAtACorner) {  // touches the corner pixe
   EXPECT_TRUE(q.query.intervals({{-3, 0, -1}, {1, 0, 0}}, 0.5, 10).empty());
 }
 
-TEST(HullQueryRay, OneIntervalThroughDiagonalPixels) {  // pixels that touch at a corner; every number
-                                                      // is exact in binary
+TEST(HullQueryRay, OneIntervalThroughDiagonalPixels) {  // pixels that touch at a corner; every
+                                                        // number is exact in binary
   Silhouette s{{{16, 16, 16, 16, 8, 8}, Eigen::Isometry3d::Identity()}, ObjectPixels(16, 16)};
   for (int i = 4; i < 12; ++i) s.pixels.set(i, i);
   const test::Queries q(std::vector{s});

@@ -67,8 +67,9 @@ TEST(HullBounds, ContainEveryPointSeenInAllRects) {
     const auto corners = corners_around_hull(parts, kBox, kNearest_m);
     std::vector<Vector3d> inside;
     for (int i = 0; i < 2000; ++i)
-      if (const Vector3d p = random_in(kBox, random); std::all_of(
-              parts.begin(), parts.end(), [&](const SilhouetteBounds& seen) { return is_in(seen, p, 0); }))
+      if (const Vector3d p = random_in(kBox, random);
+          std::all_of(parts.begin(), parts.end(),
+                      [&](const SilhouetteBounds& seen) { return is_in(seen, p, 0); }))
         inside.push_back(p);
     held += int(inside.size());
     for (int i = 0; i < 100 && !inside.empty(); ++i) {
@@ -140,11 +141,12 @@ TEST(HullBounds, AreEmptyForDisjointRects) {
                               geometry::look_at({-2, 0, 0.5}, {0, 0, 0.5})},
       right{left.pinhole, geometry::look_at({2, 0, 0.5}, {0, 0, 0.5})};
   const std::vector<SilhouetteBounds> top_and_bottom = {{left, {300, 0, 400, 50}},
-                                                {right, {300, 436, 400, 486}}};
+                                                        {right, {300, 436, 400, 486}}};
   EXPECT_TRUE(corners_around_hull(top_and_bottom, kBox, kNearest_m).empty());
   const geometry::Camera away{left.pinhole, geometry::look_at({-2, 0, 0.5}, {-4, 0, 0.5})};
-  EXPECT_TRUE(corners_around_hull(std::vector<SilhouetteBounds>{{away, {0, 0, 720, 486}}}, kBox, kNearest_m)
-                  .empty());
+  EXPECT_TRUE(
+      corners_around_hull(std::vector<SilhouetteBounds>{{away, {0, 0, 720, 486}}}, kBox, kNearest_m)
+          .empty());
 }
 
 // One pixel of each of two cameras: a millimetre wide, and still there.

@@ -241,7 +241,8 @@ TEST(HullSurface, CameraOrderChangesOnlyTheIndices) {
 }
 
 TEST(HullSurface,
-     LimitsSeenImageBorderLimitsTheHull) {  // every pixel object: the hull is where enough images meet
+     LimitsSeenImageBorderLimitsTheHull) {  // every pixel object: the hull is where enough images
+                                            // meet
   test::Random random(3);
   std::vector<Silhouette> silhouettes;
   for (const geometry::Camera& camera : test::random_cameras(random, 3, 40, 30)) {
@@ -269,7 +270,7 @@ TEST(HullSurface,
 
 TEST(HullSurface,
      LimitsSeenHullMayBeginAtAnImageBorder) {  // the first has no object pixel: its image is
-                                                     // carved out of the others'
+                                               // carved out of the others'
   std::vector<Silhouette> silhouettes;
   for (const Vector3d& eye : {Vector3d(0.2, -2, 0.1), Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {
     silhouettes.push_back({{geometry::pinhole_from_fov(100, 75, eye.y() < 0 ? 0.1 : 0.5),

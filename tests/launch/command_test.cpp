@@ -29,7 +29,7 @@ Answer fivepipe(const std::string& arguments) {
 
 }  // namespace
 
-TEST(Command, BadCommandLinesExitWithTwo) {
+TEST(Command, UsageErrorsExitWithTwo) {
   for (const char* arguments :
        {"", "fly", "up", "up demo.yaml --duration -3", "up demo.yaml --set novalue",
         "up demo.yaml --set =x", "up demo.yaml --domain 9999", "top --surely-not", "bench",
@@ -40,7 +40,7 @@ TEST(Command, BadCommandLinesExitWithTwo) {
   }
 }
 
-TEST(Command, AMissingDeploymentIsAConfigurationErrorThatNamesTheFile) {
+TEST(Command, MissingDeploymentIsAConfigurationError) {
   const Answer answer = fivepipe("up /no/such/deployment.yaml");
   EXPECT_EQ(answer.exit_code, 2);
   EXPECT_NE(answer.text.find("/no/such/deployment.yaml"), std::string::npos) << answer.text;
@@ -87,7 +87,7 @@ TEST(Command, VersionIsOneLine) {
   EXPECT_EQ(answer.text.find('\n'), answer.text.size() - 1);
 }
 
-TEST(Command, TopOnceSaysWhereNobodyIsHeard) {
+TEST(Command, TopOnceReportsSilentDomain) {
   const Answer answer = fivepipe("top --once --domain 199");
   EXPECT_EQ(answer.exit_code, 3) << answer.text;
   EXPECT_NE(answer.text.find("no node heard in domain 199"), std::string::npos) << answer.text;

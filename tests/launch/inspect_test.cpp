@@ -10,10 +10,10 @@
 #include "common/base/output_queue.h"
 #include "common/base/text_table.h"
 #include "common/base/timestamp_text.h"
-#include "launch/inspect/arrivals.h"
-#include "launch/inspect/message_text.h"
-#include "launch/inspect/topic_choice.h"
+#include "launch/inspect/arrival_statistics.h"
+#include "launch/inspect/message_formatter.h"
 #include "launch/inspect/topic_list.h"
+#include "launch/inspect/topic_resolver.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -27,27 +27,27 @@ std::string refused(const std::function<void()>& run) {
   return "";
 }
 
-TEST(TopicChoice, FindsATopicByItsNameItsLastPartOrWhatFitsItAlone) {
+TEST(TopicChoice, ResolvesNameBaseNameOrUniqueMatch) {
   const std::vector<std::string> topics{"a/HullTile", "a/HullComponents", "a/HeadPose",
                                         "b/HullTile/more", "a/Hull"};
-  EXPECT_EQ(topic_meant("a/HullTile", topics), "a/HullTile");
-  EXPECT_EQ(topic_meant("HullTile", topics),
+  EXPECT_EQ(resolve_topic("a/HullTile", topics), "a/HullTile");
+  EXPECT_EQ(resolve_topic("HullTile", topics),
             "a/HullTile");  // though found in b/HullTile/more as well
-  EXPECT_EQ(topic_meant("Hull", topics), "a/Hull");
-  EXPECT_EQ(topic_meant("hullp", topics), "a/HullComponents");
-  EXPECT_EQ(topic_meant("^b/", topics), "b/HullTile/more");
+  EXPECT_EQ(resolve_topic("Hull", topics), "a/Hull");
+  EXPECT_EQ(resolve_topic("hullp", topics), "a/HullComponents");
+  EXPECT_EQ(resolve_topic("^b/", topics), "b/HullTile/more");
 }
 
-TEST(TopicChoice, RefusesWhatFitsSeveralOrNoneAndSaysWhichThereAre) {
+TEST(TopicChoice, RejectsAmbiguousOrUnknownAndListsTopics) {
   const std::vector<std::string> topics{"a/HullTile", "a/HullComponents", "a/HeadPose"};
-  const std::string several = refused([&] { topic_meant("hull", topics); });
+  const std::string several = refused([&] { resolve_topic("hull", topics); });
   EXPECT_NE(several.find("a/HullTile, a/HullComponents"), std::string::npos) << several;
   EXPECT_EQ(several.find("HeadPose"), std::string::npos) << several;
-  const std::string none = refused([&] { topic_meant("Foot", topics); });
+  const std::string none = refused([&] { resolve_topic("Foot", topics); });
   EXPECT_NE(none.find("a/HeadPose"), std::string::npos) << none;
-  EXPECT_NE(refused([&] { topic_meant("(", topics); }).find("regular expression"),
+  EXPECT_NE(refused([&] { resolve_topic("(", topics); }).find("regular expression"),
             std::string::npos);
-  EXPECT_NE(refused([&] { topic_meant("x", {}); }), "");
+  EXPECT_NE(refused([&] { resolve_topic("x", {}); }), "");
 }
 
 TEST(TextTable, WrapsLongCellsAndAlignsNumbers) {
@@ -111,10 +111,10 @@ ShownMessage shown(std::span<const std::byte> cdr) {
 
 std::string text_of_thing(const TextOptions& options) {
   const auto cdr = thing();
-  return MessageText(made_up_idl(), "m::Thing", options)(shown(cdr));
+  return MessageFormatter(made_up_idl(), "m::Thing", options)(shown(cdr));
 }
 
-TEST(MessageText, IsAYamlDocumentWithTimeWriterAndLatency) {
+TEST(MessageFormatter, IsAYamlDocumentWithTimeWriterAndLatency) {
   setenv("TZ", "UTC", 1);
   tzset();
   EXPECT_EQ(text_of_thing({}),
@@ -124,7 +124,7 @@ TEST(MessageText, IsAYamlDocumentWithTimeWriterAndLatency) {
   EXPECT_NE(text_of_thing({.full = true}).find("raw: [0, 1, 2,"), std::string::npos);
 }
 
-TEST(MessageText, ShowsOneField) {
+TEST(MessageFormatter, ShowsOneField) {
   const auto field = [](const char* path, bool json = false) {
     return text_of_thing({.json = json, .full = false, .field = FieldPath(path)});
   };
@@ -146,60 +146,61 @@ TEST(MessageText, ShowsOneField) {
     EXPECT_EQ(refused([&] { FieldPath path(good); }), "") << good;
 }
 
-TEST(MessageText, ShowsKeyChangesByTheirKey) {
+TEST(MessageFormatter, ShowsKeyChangesByTheirKey) {
   Cdr key;
   key.put(std::string("ball")).put(std::uint16_t(3));
   ShownMessage message = shown(key.bytes);
   message.key_change = recording::KeyChange::disposed;
   for (const int representation : {1, 7}) {
     key.bytes[1] = std::byte(representation);
-    const std::string text = MessageText(made_up_idl(), "m::Thing", {})(message);
+    const std::string text = MessageFormatter(made_up_idl(), "m::Thing", {})(message);
     EXPECT_NE(text.find("\nkey_change: disposed\nkey: {name: ball, part: 3}\n"), std::string::npos)
         << text;
   }
-  const std::string json = MessageText(made_up_idl(), "m::Thing", {.json = true})(message);
+  const std::string json = MessageFormatter(made_up_idl(), "m::Thing", {.json = true})(message);
   EXPECT_NE(json.find("\"key_change\":\"disposed\",\"key\":{\"name\":\"ball\",\"part\":3}"),
             std::string::npos);
 }
 
-TEST(MessageText, DoesNotGuessKeysThatAreLaidOutOtherwiseInCdr2) {
+TEST(MessageFormatter, DoesNotDecodeCdr2Keys) {
   const schema::Idl idl =
       schema::parse_idl("struct Wide { @key octet a; @key unsigned long long b; };");
   Cdr key;
   key.put(std::uint8_t(1)).put(std::uint64_t(2));
   ShownMessage message = shown(key.bytes);
   message.key_change = recording::KeyChange::unregistered;
-  EXPECT_NE(MessageText(idl, "Wide", {})(message).find("key: {a: 1, b: 2}"), std::string::npos);
+  EXPECT_NE(MessageFormatter(idl, "Wide", {})(message).find("key: {a: 1, b: 2}"),
+            std::string::npos);
   key.bytes[1] = std::byte{7};
-  EXPECT_NE(MessageText(idl, "Wide", {})(message).find("key: \""), std::string::npos);
+  EXPECT_NE(MessageFormatter(idl, "Wide", {})(message).find("key: \""), std::string::npos);
 }
 
-TEST(MessageText, TellsThatAPayloadCannotBeDecoded) {
+TEST(MessageFormatter, ReportsUndecodablePayload) {
   const auto cdr = thing();
   for (std::size_t bytes = 0; bytes < cdr.size(); ++bytes) {
     const ShownMessage cut = shown(std::span(cdr).first(bytes));
-    EXPECT_NE(MessageText(made_up_idl(), "m::Thing", {})(cut).find("not_decoded: "),
+    EXPECT_NE(MessageFormatter(made_up_idl(), "m::Thing", {})(cut).find("not_decoded: "),
               std::string::npos)
         << bytes;
-    EXPECT_NE(MessageText(made_up_idl(), "m::Thing", {.json = true})(cut).find("\"error\":"),
+    EXPECT_NE(MessageFormatter(made_up_idl(), "m::Thing", {.json = true})(cut).find("\"error\":"),
               std::string::npos)
         << bytes;
   }
 }
 
-TEST(Arrivals, SpreadIsOfTheSortedValues) {
+TEST(Arrivals, QuantilesAreOfSortedValues) {
   std::vector<double> values;
   for (int i = 100; i >= 1; --i) values.push_back(i);
-  const Spread spread = spread_of(values);
-  EXPECT_EQ(spread.least, 1);
+  const Quantiles spread = quantiles_of(values);
+  EXPECT_EQ(spread.min, 1);
   EXPECT_EQ(spread.median, 50.5);
   EXPECT_EQ(spread.p95, 95);
-  EXPECT_EQ(spread.most, 100);
-  EXPECT_EQ(spread_of({7}).p95, 7);
-  EXPECT_TRUE(std::isnan(spread_of({}).median));
+  EXPECT_EQ(spread.max, 100);
+  EXPECT_EQ(quantiles_of({7}).p95, 7);
+  EXPECT_TRUE(std::isnan(quantiles_of({}).median));
 }
 
-TEST(Arrivals, RateIsOfIntervalsNotOfMessages) {
+TEST(Arrivals, RateCountsIntervals) {
   std::deque<Arrival> arrivals;
   for (int i = 0; i < 11; ++i)
     arrivals.push_back({1'000'000'000 + i * 100'000'000, 2'000'000 + i * 1'000'000, 1000});
@@ -208,13 +209,13 @@ TEST(Arrivals, RateIsOfIntervalsNotOfMessages) {
   EXPECT_NEAR(summary.rate_hz, 10, 1e-9);
   EXPECT_NEAR(summary.bytes_per_s, 10'000, 1e-6);
   EXPECT_NEAR(summary.interval_ms.median, 100, 1e-9);
-  EXPECT_NEAR(summary.latency_ms.most, 12, 1e-9);
+  EXPECT_NEAR(summary.latency_ms.max, 12, 1e-9);
   arrivals.resize(1);
   EXPECT_TRUE(std::isnan(summary_of(arrivals).rate_hz));
   EXPECT_EQ(summary_of({}).messages, 0u);
 }
 
-TEST(Arrivals, FindsFramesThatAreMissingInAnyOrderOfArrival) {
+TEST(Arrivals, FindsMissingFramesInAnyOrder) {
   std::mt19937 random(7);
   for (int repeat = 0; repeat < 200; ++repeat) {
     std::vector<std::uint64_t> came;
@@ -233,7 +234,7 @@ TEST(Arrivals, FindsFramesThatAreMissingInAnyOrderOfArrival) {
   }
 }
 
-TEST(Arrivals, NamesGapsAndTakesLowNumbersForANewStart) {
+TEST(Arrivals, ListsGapsAndDetectsRestart) {
   FrameGaps gaps;
   for (const std::uint64_t frame : {1000, 1001, 1003, 1006, 0, 1, 2, 4}) gaps.add(frame);
   EXPECT_EQ(gaps.missing(), 4u);
@@ -242,17 +243,17 @@ TEST(Arrivals, NamesGapsAndTakesLowNumbersForANewStart) {
   EXPECT_EQ(FrameGaps().missing(), 0u);
 }
 
-TEST(Arrivals, ForgetsWhatIsOldButNotItsFrames) {
-  ArrivalBook book;
+TEST(Arrivals, RemovesOldArrivalsButKeepsFrames) {
+  ArrivalStatistics statistics;
   for (int i = 0; i < 10; ++i)
-    book.add(i % 2 ? "odd" : "even", {i * 1'000'000, 0, 1}, i == 5 ? 6 : std::uint64_t(i));
-  book.forget_before(8'000'000);
-  EXPECT_EQ(book.messages(), 2u);
-  EXPECT_NE(book.text().find("9 frames, 1 missing between them: 5\n"), std::string::npos)
-      << book.text();
+    statistics.add(i % 2 ? "odd" : "even", {i * 1'000'000, 0, 1}, i == 5 ? 6 : std::uint64_t(i));
+  statistics.remove_before(8'000'000);
+  EXPECT_EQ(statistics.messages(), 2u);
+  EXPECT_NE(statistics.text().find("9 frames, 1 missing between them: 5\n"), std::string::npos)
+      << statistics.text();
 }
 
-TEST(TopicList, SaysShortlyWhichQosAndLeavesOutOnesOwn) {
+TEST(TopicList, ShortensQosAndSkipsOwnEndpoints) {
   EXPECT_EQ(short_qos({{"reliability", "reliable, blocks 100 ms"},
                        {"history", "keep_last 8"},
                        {"durability", "transient_local"}}),
@@ -292,7 +293,7 @@ struct Pipe {
   }
 };
 
-TEST(OutputQueue, NeverWaitsForAReaderThatStandsStill) {
+TEST(OutputQueue, NeverBlocksOnStalledReader) {
   Pipe pipe;
   {
     base::OutputQueue output(pipe.ends[1]);

@@ -74,27 +74,27 @@ std::vector<std::byte> key_cdr(const std::string& key) {
   return bytes;
 }
 
-constexpr const char* composited_type = "fivepipe::v1::FrameComposited";
-const std::string composited_topic = bus::topics::FrameComposited::name,
-                  head_topic = bus::topics::HeadPose::name;
+constexpr const char* kCompositedType = "fivepipe::v1::FrameComposited";
+const std::string kCompositedTopic = bus::topics::FrameComposited::name,
+                  kHeadTopic = bus::topics::HeadPose::name;
 
 // 100 frames at 100 Hz less 17 and 40..42, each taken 2 ms after it was sent, a chunk every ten.
 void write_session(const fs::path& file,
                    const recording::WriterOptions& options = {.chunk_bytes = 700},
-                   const std::string& schema = schema::fivepipe_schema(composited_type)) {
+                   const std::string& schema = schema::fivepipe_schema(kCompositedType)) {
   recording::RecordingWriter writer(file, "test", options);
   writer.attach({1, 1, "deployment/demo.yaml", "application/yaml", "name: demo\n"});
   writer.add(mcap::Metadata{
       "recording",
       {{"version", "0.1.0"}, {"commit", "abc"}, {"deployment", "demo"}, {"domain", "3"}}});
   writer.add(mcap::Metadata{"settings", {{"frames", "60"}}});
-  const auto render = writer.add_channel(composited_topic, composited_type, schema,
+  const auto render = writer.add_channel(kCompositedTopic, kCompositedType, schema,
                                          {{"node", "render"},
                                           {"writer", "0123"},
                                           {"qos.history", "keep_last 64"},
                                           {"qos.reliability", "reliable, blocks 100 ms"}});
   const auto head =
-      writer.add_channel(head_topic, "fivepipe::v1::HeadPose",
+      writer.add_channel(kHeadTopic, "fivepipe::v1::HeadPose",
                          schema::fivepipe_schema("fivepipe::v1::HeadPose"), {{"node", "capture"}});
   // Zeros, but for the length of the empty viewer's name: two 64-bit integers, seven doubles, an
   // empty sequence.
@@ -136,7 +136,7 @@ class RecordingCommands : public testing::Test {
   const fs::path session = folder.path / "session.mcap";
 };
 
-TEST_F(RecordingCommands, InfoTellsWhatAWholeRecordingHolds) {
+TEST_F(RecordingCommands, InfoDescribesRecording) {
   const Answer answer = fivepipe("info " + session.string());
   EXPECT_EQ(answer.exit_code, 0) << answer.text;
   for (const char* part : {"all of it was read, and is whole",
@@ -154,9 +154,9 @@ TEST_F(RecordingCommands, InfoIsJsonForPrograms) {
   EXPECT_EQ(json["finished"], true);
   EXPECT_EQ(json["messages"], 98);
   EXPECT_EQ(json["start_ns"], start_ns + 2 * ms);
-  EXPECT_EQ(json["counts"][composited_topic]["written"], 96);
+  EXPECT_EQ(json["counts"][kCompositedTopic]["written"], 96);
   const auto& topic = json["topics"][0];
-  EXPECT_EQ(topic["topic"], composited_topic);
+  EXPECT_EQ(topic["topic"], kCompositedTopic);
   EXPECT_EQ(topic["messages"], 96);
   EXPECT_EQ(topic["key_changes"], 1);
   EXPECT_EQ(topic["missing_sequence_numbers"], 0);
@@ -164,7 +164,7 @@ TEST_F(RecordingCommands, InfoIsJsonForPrograms) {
   EXPECT_EQ(json["attachments"][0]["bytes"], 11);
 }
 
-TEST_F(RecordingCommands, InfoNamesTheCommandThatMendsAnUnfinishedRecordingAndTheCommandDoes) {
+TEST_F(RecordingCommands, InfoSuggestsWorkingRecoverCommand) {
   const fs::path cut = cut_session(fs::file_size(session) / 2);
   const std::string before = content_of(cut), mended = (folder.path / "mended.mcap").string();
   const Answer unfinished = fivepipe("info " + cut.string());
@@ -188,7 +188,7 @@ TEST_F(RecordingCommands, InfoNamesTheCommandThatMendsAnUnfinishedRecordingAndTh
   EXPECT_EQ(fivepipe("info --output x " + cut.string()).exit_code, 2);
 }
 
-TEST_F(RecordingCommands, InfoLeavesAFileAloneThatIsBeingWritten) {
+TEST_F(RecordingCommands, InfoDoesNotModifyFileBeingWritten) {
   const fs::path cut = cut_session(fs::file_size(session) / 2);
   const std::string before = content_of(cut);
   std::ofstream recorder(cut, std::ios::binary | std::ios::app);
@@ -218,8 +218,8 @@ TEST_F(RecordingCommands, InfoFindsADamagedChunkOfAFinishedFile) {
       << echo.text;
 }
 
-TEST_F(RecordingCommands, InfoTellsWhatTheRecorderLost) {
-  write_session(session, {.chunk_bytes = 100'000, .most_waiting_bytes = 2000});
+TEST_F(RecordingCommands, InfoReportsLosses) {
+  write_session(session, {.chunk_bytes = 100'000, .max_queued_bytes = 2000});
   const Answer answer = fivepipe("info " + session.string());
   EXPECT_TRUE(holds(answer, "LOST") && holds(answer, "of 98 that the recorder received") &&
               holds(answer, "FrameComposited "))
@@ -227,21 +227,21 @@ TEST_F(RecordingCommands, InfoTellsWhatTheRecorderLost) {
   EXPECT_LE(longest_line(answer.text), 120u) << answer.text;
 }
 
-TEST_F(RecordingCommands, OfTypesOfAnotherBuildInfoTellsTheDifferenceAndEchoShowsThem) {
+TEST_F(RecordingCommands, InfoAndEchoHandleTypesOfAnotherBuild) {
   write_session(
       session, {},
       "module fivepipe { module v1 { struct FrameComposited {"
       " @key string<32> viewer; unsigned long long number; long long a; long long b; }; }; };");
   const Answer info = fivepipe("info " + session.string());
   EXPECT_EQ(info.exit_code, 0) << info.text;
-  EXPECT_TRUE(holds(info, "types DIFFER") && holds(info, composited_topic) && holds(info, "number"))
+  EXPECT_TRUE(holds(info, "types DIFFER") && holds(info, kCompositedTopic) && holds(info, "number"))
       << info.text;
   const Answer echo = fivepipe("echo FrameComposited --count 1 --from " + session.string());
   EXPECT_EQ(echo.exit_code, 0) << echo.text;
   EXPECT_TRUE(holds(echo, "number: 0\n")) << echo.text;
 }
 
-TEST_F(RecordingCommands, WhatIsNoRecordingIsSaidByName) {
+TEST_F(RecordingCommands, ErrorNamesFileThatIsNoRecording) {
   const fs::path empty = folder.path / "empty.mcap", text = folder.path / "text.mcap";
   const fs::path no_schema = folder.path / "no_schema.mcap",
                  no_message = folder.path / "no_message.mcap";
@@ -267,7 +267,7 @@ TEST_F(RecordingCommands, WhatIsNoRecordingIsSaidByName) {
   EXPECT_EQ(fivepipe("echo FrameComposited --from " + no_schema.string()).exit_code, 1);
 }
 
-TEST_F(RecordingCommands, CutAndGarbledFilesAreReadAsFarAsTheyAreGood) {
+TEST_F(RecordingCommands, DamagedFilesAreReadUpToTheDamage) {
   std::mt19937 random(11);
   const std::string whole = content_of(session);
   const fs::path file = folder.path / "bad.mcap";
@@ -296,7 +296,7 @@ TEST_F(RecordingCommands, CutAndGarbledFilesAreReadAsFarAsTheyAreGood) {
 TEST_F(RecordingCommands, LsListsTopicsOrNodesOfAFile) {
   const Answer topics = fivepipe("ls " + session.string());
   EXPECT_EQ(topics.exit_code, 0) << topics.text;
-  EXPECT_TRUE(holds(topics, composited_topic) && holds(topics, "reliable, last 64") &&
+  EXPECT_TRUE(holds(topics, kCompositedTopic) && holds(topics, "reliable, last 64") &&
               holds(topics, "render") && holds(topics, "96"))
       << topics.text;
   EXPECT_FALSE(holds(topics, "key_state")) << topics.text;
@@ -324,11 +324,11 @@ TEST_F(RecordingCommands, EchoShowsMessagesOfAFile) {
   EXPECT_EQ(line["key"]["viewer"], "viewer");
 }
 
-TEST_F(RecordingCommands, EchoRefusesWhatIsNotThereAndSaysWhatIs) {
+TEST_F(RecordingCommands, EchoRejectsUnknownTopicsAndListsKnownOnes) {
   const std::string from = " --from " + session.string();
   const Answer ambiguous = fivepipe("echo e" + from);
   EXPECT_EQ(ambiguous.exit_code, 2);
-  EXPECT_TRUE(holds(ambiguous, composited_topic) && holds(ambiguous, head_topic)) << ambiguous.text;
+  EXPECT_TRUE(holds(ambiguous, kCompositedTopic) && holds(ambiguous, kHeadTopic)) << ambiguous.text;
   const Answer field = fivepipe("echo FrameComposited --field frames" + from);
   EXPECT_EQ(field.exit_code, 2);
   EXPECT_TRUE(holds(field, "viewer, frame, capture_stamp_ns")) << field.text;
@@ -339,7 +339,7 @@ TEST_F(RecordingCommands, EchoRefusesWhatIsNotThereAndSaysWhatIs) {
   EXPECT_TRUE(holds(none, "no message in this time")) << none.text;
 }
 
-TEST_F(RecordingCommands, AClosedPipeEndsEchoQuietly) {
+TEST_F(RecordingCommands, EchoExitsOnClosedPipe) {
   for (const std::string options : {"", "--json "}) {
     const std::string echo =
         program + "echo FrameComposited " + options + "--from " + session.string();
@@ -388,13 +388,13 @@ class LiveWriter {
   std::jthread thread_;
 };
 
-TEST(RecordingCommandsLive, ShowWhoWritesWhatAndHowOften) {
+TEST(RecordingCommandsLive, ShowTopicsWritersAndRates) {
   const std::uint32_t domain = test::own_domain();
   const LiveWriter writer(domain);
   const std::string in_domain = " --domain " + std::to_string(domain);
   const Answer ls = fivepipe("ls" + in_domain);
   EXPECT_EQ(ls.exit_code, 0) << ls.text;
-  EXPECT_TRUE(holds(ls, composited_topic + "  " + composited_type) && holds(ls, "reliable, last") &&
+  EXPECT_TRUE(holds(ls, kCompositedTopic + "  " + kCompositedType) && holds(ls, "reliable, last") &&
               holds(ls, "render_x"))
       << ls.text;
   EXPECT_EQ(fivepipe("ls --nodes" + in_domain).text,
@@ -414,7 +414,7 @@ TEST(RecordingCommandsLive, ShowWhoWritesWhatAndHowOften) {
   EXPECT_TRUE(holds(hz, "render_x") && holds(hz, "frames, none missing")) << hz.text;
 }
 
-TEST(RecordingCommandsLive, EchoTellsThatAWriterWentAwayAndEndsWithItsReader) {
+TEST(RecordingCommandsLive, EchoReportsUnregisteredWriterAndExits) {
   const std::uint32_t domain = test::own_domain();
   auto writer = std::make_optional<LiveWriter>(domain);
   FILE* echo = popen(
@@ -432,7 +432,7 @@ TEST(RecordingCommandsLive, EchoTellsThatAWriterWentAwayAndEndsWithItsReader) {
   EXPECT_EQ(pclose(echo), 0) << "nothing comes any more, but the pipe is closed";
 }
 
-TEST(RecordingCommandsLive, SayWhereNobodyIs) {
+TEST(RecordingCommandsLive, ReportEmptyDomain) {
   const std::string in_domain = " --domain " + std::to_string(test::own_domain());
   const Answer ls = fivepipe("ls" + in_domain);
   EXPECT_EQ(ls.exit_code, 3) << ls.text;
@@ -441,7 +441,7 @@ TEST(RecordingCommandsLive, SayWhereNobodyIs) {
   EXPECT_EQ(fivepipe("echo NoSuchTopic" + in_domain).exit_code, 2);
 }
 
-TEST_F(RecordingCommands, ARecordingThatIsThereIsNotOverwrittenUnlessForced) {
+TEST_F(RecordingCommands, ExistingRecordingIsOverwrittenOnlyIfForced) {
   const std::string before = content_of(session), file = " " + session.string();
   const std::string deployment = FIVEPIPE_SOURCE_DIR "/tests/pipeline/deployment.yaml";
   for (const std::string& command :
@@ -459,11 +459,11 @@ TEST_F(RecordingCommands, ARecordingThatIsThereIsNotOverwrittenUnlessForced) {
 }
 
 // Its counts of what nodes sent are shown.
-TEST_F(RecordingCommands, InfoShowsWhatWasSentAndNeverReceived) {
+TEST_F(RecordingCommands, InfoShowsMissingMessages) {
   const fs::path file = folder.path / "missing.mcap";
   {
     recording::RecordingWriter writer(file, "test", {});
-    writer.add_sent(head_topic, 40, 7);
+    writer.add_sent(kHeadTopic, 40, 7);
   }
   const Answer answer = fivepipe("info " + file.string());
   EXPECT_TRUE(holds(answer, "LOST         7 of 40 that nodes sent") && holds(answer, "HeadPose 7"))

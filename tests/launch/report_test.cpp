@@ -56,7 +56,7 @@ launch::ReportInput ten_seconds() {
   auto render = status("render", 5, 100 * s);
   render.counts = {{"frames_composited", 286}};
   render.latencies["capture_to_composite"] = {12, 20, 31, 50, 286};
-  render.remarks = {"gl: llvmpipe, OpenGL 4.5"};
+  render.diagnostics = {"gl: llvmpipe, OpenGL 4.5"};
   render.cpu_s = 5;
   for (auto* of : {&capture, &recon_a, &recon_b, &sim, &render}) of->final_report = true;
   for (const auto& of : {capture, recon_a, recon_b_dead, recon_b, sim, render})
@@ -82,7 +82,7 @@ TEST(Report, FrameRateIsMeasuredFromTheFirstCompositedFrame) {
   EXPECT_DOUBLE_EQ(launch::report_from(ten_seconds())["duration_s"].get<double>(), 10);
 }
 
-TEST(Report, LatencyIsTheRenderersCaptureToComposite) {
+TEST(Report, LatencyIsCaptureToComposite) {
   const auto latency = launch::report_from(ten_seconds())["latency_ms"];
   EXPECT_EQ(latency["p50"], 12);
   EXPECT_EQ(latency["p95"], 20);
@@ -90,7 +90,7 @@ TEST(Report, LatencyIsTheRenderersCaptureToComposite) {
   EXPECT_EQ(latency["max"], 50);
 }
 
-TEST(Report, RestartsComeWithTheirCauses) {
+TEST(Report, RestartsIncludeCauses) {
   const auto node = launch::report_from(ten_seconds())["nodes"]["recon_b"];
   EXPECT_EQ(node["pids"], (nlohmann::json{13, 17}));
   ASSERT_EQ(node["restarts"].size(), 1u);
@@ -99,7 +99,7 @@ TEST(Report, RestartsComeWithTheirCauses) {
       << "of the process that handled most frames";
 }
 
-TEST(Report, CollisionsAndEmptyHullsAreNamed) {
+TEST(Report, ListsCollisionsAndEmptyHulls) {
   const auto report = launch::report_from(ten_seconds());
   EXPECT_EQ(report["collisions"]["ball"], (nlohmann::json{{"frames", 42}, {"points", 4200}}));
   EXPECT_EQ(report["collisions"]["box"]["frames"], 0);
@@ -107,7 +107,7 @@ TEST(Report, CollisionsAndEmptyHullsAreNamed) {
   EXPECT_EQ(report["machine"]["gl_renderer"], "llvmpipe, OpenGL 4.5");
 }
 
-TEST(Report, SaysWhichStatusesAreNotFinal) {
+TEST(Report, MarksNonFinalStatuses) {
   launch::ReportInput input = ten_seconds();
   input.statuses = {};
   auto sim = status("sim", 4, 100 * s);
@@ -133,38 +133,38 @@ TEST(Report, CpuPercentIsOverTheProcessesLife) {
       launch::report_from(ten_seconds())["nodes"]["render"]["cpu_percent"].get<double>(), 50);
 }
 
-TEST(Report, TableShowsWhatAPersonAsksFirst) {
+TEST(Report, TableShowsKeyFigures) {
   const std::string table = launch::table_of(launch::report_from(ten_seconds()));
   for (const char* part : {"30.0 frames/s", "286 composited", "incomplete_set", "p99 31.0",
                            "camera left", "SIGKILL", "ball"})
     EXPECT_NE(table.find(part), std::string::npos) << part << " is not in\n" << table;
 }
 
-TEST(StatusBook, TwoLivingProcessesOfOneNameAreNoticed) {
-  launch::StatusBook book;
-  book.add(status("sim", 1, 1 * s), 10 * s);
-  book.add(status("sim", 2, 9 * s), 11 * s);
-  EXPECT_TRUE(book.doubled().empty()) << "the first may have died";
-  book.add(status("sim", 1, 1 * s), 13 * s);
-  EXPECT_EQ(book.doubled(), std::vector<std::string>{"sim"});
+TEST(StatusRegistry, DetectsDuplicateNodes) {
+  launch::StatusRegistry registry;
+  registry.add(status("sim", 1, 1 * s), 10 * s);
+  registry.add(status("sim", 2, 9 * s), 11 * s);
+  EXPECT_TRUE(registry.duplicates().empty()) << "the first may have died";
+  registry.add(status("sim", 1, 1 * s), 13 * s);
+  EXPECT_EQ(registry.duplicates(), std::vector<std::string>{"sim"});
 }
 
-TEST(StatusBook, ARestartIsNotADoubledNode) {
-  launch::StatusBook book;
-  book.add(status("sim", 1, 1 * s), 10 * s);
-  book.add(status("sim", 2, 9 * s), 11 * s);
-  book.add(status("sim", 1, 1 * s), 11 * s + s / 2);  // was under way when its process died
-  for (int i = 12; i < 60; ++i) book.add(status("sim", 2, 9 * s), i * s);
-  EXPECT_TRUE(book.doubled().empty());
+TEST(StatusRegistry, RestartIsNotADuplicate) {
+  launch::StatusRegistry registry;
+  registry.add(status("sim", 1, 1 * s), 10 * s);
+  registry.add(status("sim", 2, 9 * s), 11 * s);
+  registry.add(status("sim", 1, 1 * s), 11 * s + s / 2);  // was under way when its process died
+  for (int i = 12; i < 60; ++i) registry.add(status("sim", 2, 9 * s), i * s);
+  EXPECT_TRUE(registry.duplicates().empty());
 }
 
-TEST(StatusBook, CpuPercentIsBetweenTheTwoNewestStatuses) {
-  launch::StatusBook book;
+TEST(StatusRegistry, CpuPercentIsBetweenTheTwoNewestStatuses) {
+  launch::StatusRegistry registry;
   auto one = status("sim", 1, 0);
   one.cpu_s = 100;
-  book.add(one, 10 * s);
-  EXPECT_EQ(book.cpu_percent("sim"), 0);
+  registry.add(one, 10 * s);
+  EXPECT_EQ(registry.cpu_percent("sim"), 0);
   one.cpu_s = 100.5;
-  book.add(one, 11 * s);
-  EXPECT_DOUBLE_EQ(book.cpu_percent("sim"), 50);
+  registry.add(one, 11 * s);
+  EXPECT_DOUBLE_EQ(registry.cpu_percent("sim"), 50);
 }

@@ -9,7 +9,7 @@ namespace {
 const launch::ProcessExit sigkill{true, 9}, failed{false, 1}, bad_configuration{false, 2},
     no_hardware{false, 3}, in_order{false, 0};
 
-double delay_s(const launch::AfterDeath& after) {
+double delay_s(const launch::RestartDecision& after) {
   EXPECT_TRUE(std::holds_alternative<launch::Restart>(after));
   return std::holds_alternative<launch::Restart>(after) ? std::get<launch::Restart>(after).delay_s
                                                         : -1;
@@ -20,59 +20,62 @@ double delay_s(const launch::AfterDeath& after) {
 TEST(RestartPolicy, DelayDoublesUpToItsLimit) {
   launch::RestartPolicy policy;
   for (const double expected_s : {0.25, 0.5, 1.0, 2.0, 4.0, 4.0, 4.0})
-    EXPECT_EQ(delay_s(policy.died(sigkill, 5.0)), expected_s);
+    EXPECT_EQ(delay_s(policy.on_exit(sigkill, 5.0)), expected_s);
 }
 
 TEST(RestartPolicy, TenSecondsOfHealthResetTheDelay) {
   launch::RestartPolicy policy;
-  policy.died(sigkill, 5.0);
-  EXPECT_EQ(delay_s(policy.died(sigkill, 9.99)), 0.5);
-  EXPECT_EQ(delay_s(policy.died(sigkill, 10.0)), 0.25);
+  policy.on_exit(sigkill, 5.0);
+  EXPECT_EQ(delay_s(policy.on_exit(sigkill, 9.99)), 0.5);
+  EXPECT_EQ(delay_s(policy.on_exit(sigkill, 10.0)), 0.25);
 }
 
 TEST(RestartPolicy, RestartsAreNumberedOverAllDeaths) {
   launch::RestartPolicy policy;
-  EXPECT_EQ(std::get<launch::Restart>(policy.died(sigkill, 100)).number, 1);
-  EXPECT_EQ(std::get<launch::Restart>(policy.died(sigkill, 100)).number, 2);
+  EXPECT_EQ(std::get<launch::Restart>(policy.on_exit(sigkill, 100)).number, 1);
+  EXPECT_EQ(std::get<launch::Restart>(policy.on_exit(sigkill, 100)).number, 2);
 }
 
 TEST(RestartPolicy, ConfigurationAndHardwareErrorsBeforeTheFirstStatusEndTheDeployment) {
   EXPECT_EQ(
-      std::get<launch::GiveUp>(launch::RestartPolicy().died(bad_configuration, 0.1)).exit_code, 2);
-  EXPECT_EQ(std::get<launch::GiveUp>(launch::RestartPolicy().died(no_hardware, 8.0)).exit_code, 3);
+      std::get<launch::GiveUp>(launch::RestartPolicy().on_exit(bad_configuration, 0.1)).exit_code,
+      2);
+  EXPECT_EQ(std::get<launch::GiveUp>(launch::RestartPolicy().on_exit(no_hardware, 8.0)).exit_code,
+            3);
 }
 
-TEST(RestartPolicy, FiveQuickDeathsInARowEndTheDeployment) {
+TEST(RestartPolicy, FiveQuickExitsInARowStopDeployment) {
   launch::RestartPolicy policy;
   for (int i = 0; i < 4; ++i)
-    EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.died(failed, 1.99)));
-  const auto after = policy.died(failed, 1.99);
+    EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.on_exit(failed, 1.99)));
+  const auto after = policy.on_exit(failed, 1.99);
   ASSERT_TRUE(std::holds_alternative<launch::GiveUp>(after));
   EXPECT_EQ(std::get<launch::GiveUp>(after).exit_code, 1);
   EXPECT_NE(std::get<launch::GiveUp>(after).reason.find("exit code 1"), std::string::npos);
 }
 
-TEST(RestartPolicy, OneSlowDeathStartsTheRowOfQuickOnesAnew) {
+TEST(RestartPolicy, SlowExitResetsQuickExitCount) {
   launch::RestartPolicy policy;
-  for (int i = 0; i < 4; ++i) policy.died(failed, 0.1);
-  EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.died(failed, 2.0)));
+  for (int i = 0; i < 4; ++i) policy.on_exit(failed, 0.1);
+  EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.on_exit(failed, 2.0)));
   for (int i = 0; i < 4; ++i)
-    EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.died(failed, 0.1)));
+    EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.on_exit(failed, 0.1)));
 }
 
 // A camera unplugged and plugged in again minutes later.
-TEST(RestartPolicy, MissingHardwareIsWaitedForOnceTheNodeRan) {
+TEST(RestartPolicy, MissingHardwareIsRetriedOnceHealthy) {
   launch::RestartPolicy policy;
-  policy.works();
+  policy.mark_healthy();
   for (int i = 0; i < 50; ++i)
-    ASSERT_TRUE(std::holds_alternative<launch::Restart>(policy.died(no_hardware, 0.1)));
+    ASSERT_TRUE(std::holds_alternative<launch::Restart>(policy.on_exit(no_hardware, 0.1)));
 }
 
-TEST(RestartPolicy, NothingIsRestartedThatEndedInOrder) {
-  EXPECT_TRUE(std::holds_alternative<launch::Ended>(launch::RestartPolicy().died(in_order, 0.1)));
+TEST(RestartPolicy, CleanExitIsNotRestarted) {
+  EXPECT_TRUE(
+      std::holds_alternative<launch::Ended>(launch::RestartPolicy().on_exit(in_order, 0.1)));
 }
 
-TEST(ProcessExit, IsNamedForPeople) {
+TEST(ProcessExit, HasReadableText) {
   EXPECT_EQ(launch::to_string(sigkill), "killed by signal 9 (SIGKILL)");
   EXPECT_EQ(launch::to_string(launch::ProcessExit{true, 11}), "killed by signal 11 (SIGSEGV)");
   EXPECT_EQ(launch::to_string(no_hardware), "exit code 3 (hardware or peer missing)");

@@ -21,7 +21,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 // For what should happen at once; generous, as test machines are busy.
-constexpr auto patience = 30s;
+constexpr auto kTimeout = 30s;
 
 class SupervisorTest : public ::testing::Test {
  protected:
@@ -54,10 +54,10 @@ class SupervisorTest : public ::testing::Test {
     return std::find(lines.begin(), lines.end(), line) != lines.end();
   }
 
-  // Steps until the condition holds; false where patience runs out.
+  // Steps until the condition holds; false where kTimeout runs out.
   template <class Condition>
   static bool step_until(launch::Supervisor& supervisor, Condition condition) {
-    const auto until = Clock::now() + patience;
+    const auto until = Clock::now() + kTimeout;
     while (!condition()) {
       if (Clock::now() > until) return false;
       supervisor.step(20ms);
@@ -67,27 +67,28 @@ class SupervisorTest : public ::testing::Test {
 };
 
 // exec: the shell is replaced, so that signals reach the sleep itself, and nothing outlives it.
-const std::string runs_on = "echo up; exec sleep 1000";
-const std::string ignores_sigterm = "trap '' TERM; echo up; exec sleep 1000";
+const std::string kRunsForever = "echo up; exec sleep 1000";
+const std::string kIgnoresSigterm = "trap '' TERM; echo up; exec sleep 1000";
 
 bool exists(pid_t pid) { return kill(pid, 0) == 0; }
 
 }  // namespace
 
-TEST_F(SupervisorTest, OutputIsPassedOnByNodeAndLogged) {
+TEST_F(SupervisorTest, ForwardsAndLogsOutputPerNode) {
   launch::Supervisor supervisor(
       {node("capture", "echo to stdout; echo to stderr >&2; printf unfinished")}, {}, output());
-  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
   EXPECT_EQ(lines, (std::vector<std::string>{"capture: to stdout", "capture: to stderr",
                                              "capture: unfinished"}));
   std::stringstream log;
   log << std::ifstream(folder / "log" / "capture.log").rdbuf();
   EXPECT_EQ(log.str(), "to stdout\nto stderr\nunfinished\n");
-  EXPECT_TRUE(supervisor.ended_in_order("capture"));
+  EXPECT_TRUE(supervisor.exited_cleanly("capture"));
 }
 
-TEST_F(SupervisorTest, ANodeKilledIsStartedAgainWithItsCauseStated) {
-  launch::Supervisor supervisor({node("recon_a", runs_on), node("recon_b", runs_on)}, {}, output());
+TEST_F(SupervisorTest, RestartsKilledNodeAndReportsCause) {
+  launch::Supervisor supervisor({node("recon_a", kRunsForever), node("recon_b", kRunsForever)}, {},
+                                output());
   ASSERT_TRUE(
       step_until(supervisor, [&] { return printed("recon_a: up") && printed("recon_b: up"); }));
   const pid_t first = supervisor.history()[0].processes[0].pid,
@@ -105,11 +106,11 @@ TEST_F(SupervisorTest, ANodeKilledIsStartedAgainWithItsCauseStated) {
   EXPECT_TRUE(exists(other));
 }
 
-TEST_F(SupervisorTest, ANodeThatCantStartStopsTheRestWithItsReasonAndLastWords) {
+TEST_F(SupervisorTest, NodeThatCannotStartStopsDeploymentWithItsOutput) {
   launch::Supervisor supervisor(
-      {node("sim", runs_on), node("render", "echo scene.yaml:3:5: no such key; exit 2")}, {},
+      {node("sim", kRunsForever), node("render", "echo scene.yaml:3:5: no such key; exit 2")}, {},
       output());
-  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
   ASSERT_TRUE(supervisor.failure());
   EXPECT_EQ(supervisor.failure()->node, "render");
   EXPECT_EQ(supervisor.failure()->exit_code, 2);
@@ -119,11 +120,11 @@ TEST_F(SupervisorTest, ANodeThatCantStartStopsTheRestWithItsReasonAndLastWords) 
   EXPECT_EQ(supervisor.history()[1].processes.size(), 1u);
 }
 
-TEST_F(SupervisorTest, QuickDeathsInARowStopTheDeployment) {
+TEST_F(SupervisorTest, RepeatedQuickExitsStopDeployment) {
   launch::RestartSettings fast;
-  fast.first_delay_s = fast.longest_delay_s = 0.01;
+  fast.first_delay_s = fast.max_delay_s = 0.01;
   launch::Supervisor supervisor({node("sim", "kill -SEGV $$")}, fast, output());
-  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
   ASSERT_TRUE(supervisor.failure());
   EXPECT_EQ(supervisor.failure()->exit_code, 1);
   EXPECT_NE(supervisor.failure()->reason.find("SIGSEGV"), std::string::npos)
@@ -131,10 +132,10 @@ TEST_F(SupervisorTest, QuickDeathsInARowStopTheDeployment) {
   EXPECT_EQ(supervisor.history()[0].processes.size(), 5u);
 }
 
-TEST_F(SupervisorTest, AMissingProgramIsNamed) {
+TEST_F(SupervisorTest, ErrorNamesMissingProgram) {
   launch::Supervisor supervisor({{"capture", {(folder / "capture_node").string()}, {}, {}}}, {},
                                 output());
-  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
   ASSERT_TRUE(supervisor.failure());
   EXPECT_NE(
       supervisor.failure()->reason.find((folder / "capture_node").string() + ": No such file"),
@@ -147,42 +148,42 @@ TEST_F(SupervisorTest, AfterItsFirstStatusANodeWithoutHardwareIsRestarted) {
                                      " ]; do sleep 0.02; done; exit 3";
   launch::Supervisor supervisor({node("capture", gone_on_demand)}, {}, output());
   ASSERT_TRUE(step_until(supervisor, [&] { return printed("capture: up"); }));
-  supervisor.works("capture", supervisor.history()[0].processes[0].start_stamp_ns + 1);
+  supervisor.mark_healthy("capture", supervisor.history()[0].processes[0].start_stamp_ns + 1);
   std::ofstream(folder / "unplugged") << '\n';
   ASSERT_TRUE(step_until(supervisor, [&] { return said("restart 1"); }));
   EXPECT_FALSE(supervisor.failure());
 }
 
-TEST_F(SupervisorTest, AStatusFromBeforeTheDeploymentDoesNotCount) {
+TEST_F(SupervisorTest, IgnoresStatusFromBeforeDeployment) {
   launch::Supervisor supervisor({node("capture", "exit 3")}, {}, output());
-  supervisor.works("capture", supervisor.history()[0].processes[0].start_stamp_ns - 1);
-  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  supervisor.mark_healthy("capture", supervisor.history()[0].processes[0].start_stamp_ns - 1);
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
   ASSERT_TRUE(supervisor.failure());
   EXPECT_EQ(supervisor.failure()->exit_code, 3);
 }
 
-TEST_F(SupervisorTest, StopEndsAllWithinTwoSecondsAndNamesThoseItHadToKill) {
-  launch::Supervisor supervisor({node("sim", runs_on), node("render", ignores_sigterm)}, {},
+TEST_F(SupervisorTest, StopsAllWithinTwoSecondsAndReportsKilledNodes) {
+  launch::Supervisor supervisor({node("sim", kRunsForever), node("render", kIgnoresSigterm)}, {},
                                 output());
   ASSERT_TRUE(step_until(supervisor, [&] { return printed("sim: up") && printed("render: up"); }));
   const auto begin = Clock::now();
   supervisor.stop(1500ms);
-  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
   EXPECT_LT(Clock::now() - begin, 2s);
   EXPECT_EQ(supervisor.killed(), std::vector<std::string>{"render"});
-  EXPECT_TRUE(supervisor.ended_badly().empty());
+  EXPECT_TRUE(supervisor.crashed_while_stopping().empty());
   for (const launch::ProgramHistory& program : supervisor.history())
     EXPECT_FALSE(exists(program.processes[0].pid)) << program.name;
 }
 
-TEST_F(SupervisorTest, ACrashWhileStoppingIsNotTakenForAnOrderlyEnd) {
+TEST_F(SupervisorTest, CrashWhileStoppingIsNotACleanExit) {
   launch::Supervisor supervisor(
       {node("render", "trap 'kill -ABRT $$' TERM; echo up; while :; do sleep 0.05; done")}, {},
       output());
   ASSERT_TRUE(step_until(supervisor, [&] { return printed("render: up"); }));
   supervisor.stop(10s);
-  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
-  EXPECT_EQ(supervisor.ended_badly(), std::vector<std::string>{"render"});
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
+  EXPECT_EQ(supervisor.crashed_while_stopping(), std::vector<std::string>{"render"});
 }
 
 TEST_F(SupervisorTest, NothingIsStartedOnceStopping) {
@@ -190,12 +191,12 @@ TEST_F(SupervisorTest, NothingIsStartedOnceStopping) {
   settings.first_delay_s = 1000;
   launch::Supervisor supervisor({node("sim", "exit 1")}, settings, output());
   ASSERT_TRUE(step_until(supervisor, [&] { return said("restart 1"); }));
-  EXPECT_FALSE(supervisor.all_gone());
+  EXPECT_FALSE(supervisor.all_exited());
   supervisor.stop(0ms);
-  EXPECT_TRUE(supervisor.all_gone());
+  EXPECT_TRUE(supervisor.all_exited());
 }
 
-TEST_F(SupervisorTest, WhatANodeStartedEndsWithIt) {
+TEST_F(SupervisorTest, KillsProcessGroupOfNode) {
   launch::Supervisor supervisor({node("capture", "sleep 1000 & echo $!; exit 1")}, {}, output());
   ASSERT_TRUE(step_until(supervisor, [&] { return said("restart 1"); }));
   ASSERT_FALSE(lines.empty());
@@ -222,19 +223,19 @@ TEST_F(SupervisorTest, ANodeIsPinnedToItsCores) {
   launch::Program pinned = node("recon_a", "grep Cpus_allowed_list /proc/self/status");
   pinned.cores = {core};
   launch::Supervisor supervisor({pinned}, {}, output());
-  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_gone(); }));
+  ASSERT_TRUE(step_until(supervisor, [&] { return supervisor.all_exited(); }));
   EXPECT_EQ(lines,
             std::vector<std::string>{"recon_a: Cpus_allowed_list:\t" + std::to_string(core)});
 }
 
-TEST_F(SupervisorTest, ACoreThatIsNotThereIsSaid) {
+TEST_F(SupervisorTest, ReportsMissingCore) {
   launch::Program pinned = node("recon_a", "exit 0");
   pinned.cores = {CPU_SETSIZE + 5};
   launch::Supervisor supervisor({pinned}, {}, output());
   EXPECT_TRUE(said("recon_a: core " + std::to_string(CPU_SETSIZE + 5) + " is not available"));
 }
 
-TEST_F(SupervisorTest, NothingIsLeftWhenTheSupervisorIsKilled) {
+TEST_F(SupervisorTest, ChildrenExitWhenSupervisorIsKilled) {
   prctl(PR_SET_CHILD_SUBREAPER, 1);  // orphans come to this process, which can then see their end
   const fs::path pid_file = folder / "pid";
   const pid_t supervisor_pid = fork();
@@ -245,7 +246,7 @@ TEST_F(SupervisorTest, NothingIsLeftWhenTheSupervisorIsKilled) {
         {}, {});
     for (;;) supervisor.step(20ms);
   }
-  const auto until = Clock::now() + patience;
+  const auto until = Clock::now() + kTimeout;
   while (!fs::exists(pid_file) && Clock::now() < until) sched_yield();
   pid_t node_pid = 0;
   ASSERT_TRUE(std::ifstream(pid_file) >> node_pid);
@@ -258,13 +259,13 @@ TEST_F(SupervisorTest, NothingIsLeftWhenTheSupervisorIsKilled) {
   EXPECT_TRUE(WIFSIGNALED(status));
 }
 
-TEST(NodeClaims, ATakenNameIsRefusedWithItsHolder) {
+TEST(NodeClaims, ErrorNamesHolderOfTakenName) {
   const std::uint32_t domain = 100000 + std::uint32_t(getpid());  // nobody else's
   launch::NodeClaims first(domain, {"capture", "sim"});
   try {
     launch::NodeClaims second(domain, {"render", "sim"});
     FAIL() << "the second claim was granted";
-  } catch (const launch::NodeTaken& taken) {
+  } catch (const launch::NodeNameTaken& taken) {
     const std::string what = taken.what();
     EXPECT_NE(what.find("'sim'"), std::string::npos) << what;
     EXPECT_NE(what.find("process " + std::to_string(getpid())), std::string::npos) << what;
@@ -274,7 +275,7 @@ TEST(NodeClaims, ATakenNameIsRefusedWithItsHolder) {
   launch::NodeClaims other_domain(domain + 1'000'000'000, {"sim"});
 }
 
-TEST(NodeClaims, ANameIsFreeOnceItsHolderIsGone) {
+TEST(NodeClaims, NameIsReleasedWhenHolderExits) {
   const std::uint32_t domain = 100000 + std::uint32_t(getpid());
   { launch::NodeClaims first(domain, {"sim"}); }
   EXPECT_NO_THROW(launch::NodeClaims(domain, {"sim"}));

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto patience = 30s;
+constexpr auto kTimeout = 30s;
 const std::vector<std::string> nodes = {"capture", "recon_a", "recon_b", "simulation",
                                         "rendering"};  // of demo.yaml
 
@@ -33,7 +33,7 @@ std::string text_of(const fs::path& file) {
 }
 
 bool wait_for(const std::function<bool()>& condition) {
-  const auto until = Clock::now() + patience;
+  const auto until = Clock::now() + kTimeout;
   while (!condition()) {
     if (Clock::now() > until) return false;
     sched_yield();
@@ -115,7 +115,7 @@ class Up : public ::testing::Test {
 
 }  // namespace
 
-TEST_F(Up, NodesAreToldWhatTheyNeedToKnow) {
+TEST_F(Up, PassesArgumentsToNodes) {
   start_up("out");
   ASSERT_TRUE(all_nodes_run()) << said();
   const std::string args = log_of("recon_b");
@@ -126,7 +126,7 @@ TEST_F(Up, NodesAreToldWhatTheyNeedToKnow) {
     EXPECT_NE(args.find(part), std::string::npos) << part << " is not in " << args;
 }
 
-TEST_F(Up, CtrlCEndsEverythingWithinTwoSecondsAndLeavesAReport) {
+TEST_F(Up, SigintStopsAllWithinTwoSecondsAndWritesReport) {
   // One node that doesn't listen.
   write_program("sim_node", "trap '' TERM INT\necho pid $$\nexec sleep 1000\n");
   const pid_t up = start_up("out");
@@ -143,7 +143,7 @@ TEST_F(Up, CtrlCEndsEverythingWithinTwoSecondsAndLeavesAReport) {
   EXPECT_EQ(report["nodes"]["recon_a"]["pids"][0], pid_of("recon_a"));
 }
 
-TEST_F(Up, ANodeThatCantStartGivesItsExitCodeAndItsWords) {
+TEST_F(Up, NodeThatCannotStartSetsExitCodeAndOutput) {
   write_program("sim_node", "echo the table is too low\nexit 3\n");
   const pid_t up = start_up("out");
   EXPECT_EQ(exit_code_of(up), 3) << said();
@@ -151,7 +151,7 @@ TEST_F(Up, ANodeThatCantStartGivesItsExitCodeAndItsWords) {
   EXPECT_NE(said().find("The last it said:\n  the table is too low"), std::string::npos) << said();
 }
 
-TEST_F(Up, NothingIsLeftWhenItIsKilled) {
+TEST_F(Up, NodesExitWhenUpIsKilled) {
   prctl(PR_SET_CHILD_SUBREAPER, 1);  // orphans come to this process, which can then see their end
   const pid_t up = start_up("out");
   ASSERT_TRUE(all_nodes_run()) << said();
@@ -174,7 +174,7 @@ TEST_F(Up, ASecondDeploymentOfTheSameNodesIsRefusedByName) {
       << said("second");
 }
 
-TEST_F(Up, TheEndOfTheInputEndsItAndNothingCompositedIsAFailure) {
+TEST_F(Up, EndOfInputStopsUpAndFailsWithoutComposites) {
   write_program("capture_node", "echo end of footage\nexit 0\n");
   EXPECT_EQ(exit_code_of(start_up("out")), 1);
   EXPECT_NE(said().find("no frame was composited"), std::string::npos) << said();

@@ -15,12 +15,12 @@ const lz4 = require("@foxglove/wasm-lz4");
 const zstd = require("@foxglove/wasm-zstd");
 
 const kPieceBytes = 1 << 20;
-const kMostHexBytes = 64; // longer octet sequences are printed as "crc32:12345678/LENGTH"
+const kMaxHexBytes = 64; // longer octet sequences are printed as "crc32:12345678/LENGTH"
 
 const usage = `Usage: read_mcap.mjs [--summary] FILE
 
 Reads an MCAP file with @mcap/core, checks it, prints its messages as JSON lines: topic, sequence, log, publish, value.
-64-bit numbers are strings; octets are hexadecimal up to ${kMostHexBytes} bytes, beyond that "crc32:CRC/LENGTH".
+64-bit numbers are strings; octets are hexadecimal up to ${kMaxHexBytes} bytes, beyond that "crc32:CRC/LENGTH".
 
   --summary   print one JSON line instead: the counts by topic, attachments, metadata`;
 
@@ -34,7 +34,7 @@ const crcText = (bytes) => `crc32:${crc32(bytes).toString(16).padStart(8, "0")}/
 function printable(value) {
   if (typeof value === "bigint") return value.toString();
   if (typeof value === "number") return Number.isFinite(value) ? value : String(value);
-  if (value instanceof Uint8Array) return value.length > kMostHexBytes ? crcText(value) : Buffer.from(value).toString("hex");
+  if (value instanceof Uint8Array) return value.length > kMaxHexBytes ? crcText(value) : Buffer.from(value).toString("hex");
   if (Array.isArray(value) || ArrayBuffer.isView(value)) return Array.from(value, printable);
   if (value !== null && typeof value === "object") return Object.fromEntries(Object.entries(value).map(([k, v]) => [k, printable(v)]));
   return value;

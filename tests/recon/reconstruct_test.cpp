@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "common/gl/context.h"
-#include "common/pipeline/frames/tile_shares.h"
+#include "common/pipeline/frames/tile_balancer.h"
 #include "recon_node/colour.h"
 #include "recon_node/reconstruct.h"
 #include "tests/support/hull_scenes.h"
@@ -71,7 +71,7 @@ TEST_P(Recon, TilesFromAnyNodeEqualTheWholeViewBitForBit) {
             100);
   for (const auto& [columns, rows, shares] :
        {std::array{4, 3, 2}, {7, 5, 3}, {1, 1, 1}, {2, 100, 2}}) {
-    const auto owners = frames::tiles_by_turns(columns, rows, shares);
+    const auto owners = frames::round_robin_tiles(columns, rows, shares);
     std::vector<ReconTile> made;
     for (int share = 0; share < shares; ++share) {
       std::vector<Tile> own = tiles_of(83, 57, columns, rows);

@@ -94,7 +94,7 @@ TEST_F(Composite, RealAndVirtualOccludeEachOtherPixelByPixel) {
 
 // A plate of 0.9 pixels covers the centre of that one pixel alone; half a pixel's shift would lose
 // it or show another.
-TEST_F(Composite, APointLandsOnThePixelThatProjectSays) {
+TEST_F(Composite, PointRendersAtProjectedPixel) {
   const geometry::Camera camera{config::render_pinhole(viewer_), eye_};
   std::mt19937 random(3);
   for (int i = 0; i < 20; ++i) {
@@ -115,7 +115,7 @@ TEST_F(Composite, APointLandsOnThePixelThatProjectSays) {
 }
 
 // Both at the paper's half size and at full size.
-TEST_F(Composite, APixelOfTheReconstructionLandsOnItsOwnPixels) {
+TEST_F(Composite, ReconstructionPixelCoversItsRenderPixels) {
   for (const int scale : {1, 2}) {
     viewer_.recon_width_px = 640 / scale;
     viewer_.recon_height_px = 480 / scale;
@@ -195,7 +195,7 @@ TEST_F(Composite, AnEmptyHullIsTheVirtualSceneAlone) {
   EXPECT_EQ(cv::norm(image(scene, empty), image(scene, nothing_), cv::NORM_INF), 0);
 }
 
-TEST_F(Composite, AHullAtTheNearPlaneHidesAllAndOneAtTheFarPlaneOnlyTheBackground) {
+TEST_F(Composite, HullAtNearAndFarPlaneIsDepthTested) {
   const config::Scene scene = scene_of({plate("plate", 0.06, 0.01, 0.01)});
   const auto count = [&](float z) {
     const cv::Mat drawn = image(scene, test::hull_of(eye_, config::recon_pinhole(viewer_),
@@ -208,7 +208,7 @@ TEST_F(Composite, AHullAtTheNearPlaneHidesAllAndOneAtTheFarPlaneOnlyTheBackgroun
   EXPECT_NEAR(double(640 * 480 - count(float(viewer_.far_m))), plate_px * plate_px, 4 * plate_px);
 }
 
-TEST_F(Composite, TheInsideOfAnObjectThatHoldsTheEyeIsSeen) {
+TEST_F(Composite, ObjectAroundEyeShowsBackFaces) {
   const config::Scene scene =
       scene_of({test::object("room", config::BoxShape{{2, 2, 2}}, {0, 0, 0}, {0.8, 0.8, 0.8})},
                {0.3, -0.5, 0.5});
@@ -240,7 +240,7 @@ TEST_F(Composite, AnObjectCutByTheNearPlaneShowsItsBack) {
 
 // The eye is outside, the near plane is not: straight ahead, and in a corner of the view, where the
 // near plane is farther from the eye.
-TEST_F(Composite, AnObjectThatTheNearPlaneCutsOpenFromOutsideShowsItsBack) {
+TEST_F(Composite, NearClippedObjectShowsBackFaces) {
   const auto depth_of = [&](const Eigen::Vector3d& min_m, int u, int v) {
     const double side_m = 0.5;
     Renderer renderer(
@@ -260,7 +260,7 @@ TEST_F(Composite, AnObjectThatTheNearPlaneCutsOpenFromOutsideShowsItsBack) {
   EXPECT_NEAR(depth_of({-0.25, 0.06, -0.25}, 320, 240), 0.06, kDepthRounding_m);
 }
 
-TEST_F(Composite, ACollidingObjectIsRedAndStillShaded) {
+TEST_F(Composite, CollidingObjectIsRedAndShaded) {
   const config::Scene scene =
       scene_of({test::object("ball", config::SphereShape{0.2, 3}, {0, 1, 0}, {0.2, 0.5, 0.9})},
                {-1, 0, 1.5});
@@ -277,7 +277,7 @@ TEST_F(Composite, ACollidingObjectIsRedAndStillShaded) {
 
 // Black to white, bright and dim: the shader's light in double, and sRGB's curve by IEC 61966-2-1.
 // Half a level is rounding.
-TEST_F(Composite, LightAndSrgbAreRightToALevel) {
+TEST_F(Composite, LightAndSrgbMatchWithinOneLevel) {
   const Eigen::Vector3d light_m(0.5, -0.4, 0.3);
   for (const double shade : {0.0, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0}) {
     config::SceneObject wall = plate("wall", 1, 4, 4);
@@ -353,7 +353,7 @@ TEST_F(Composite, AHullWithoutColourIsShadedByItsShape) {
   EXPECT_NEAR(ratio(real), ratio(virtual_ball), 0.15);
 }
 
-TEST_F(Composite, PosesMoveObjectsAndStay) {
+TEST_F(Composite, PosesPersist) {
   Renderer renderer(scene_of({plate("plate", 1, 0.1, 0.1)}), viewer_);
   ObjectPose moved{"plate", Eigen::Isometry3d::Identity(), {}, {}};
   moved.world_from_object.translation() = Eigen::Vector3d(0.3, 2, 0);
@@ -368,7 +368,7 @@ TEST_F(Composite, PosesMoveObjectsAndStay) {
   EXPECT_NEAR(depth_at(0.3, 2), 2, 2e-3);
 }
 
-TEST_F(Composite, DeformedVerticesMoveAndAreShadedAnew) {
+TEST_F(Composite, DeformedVerticesMoveAndRecomputeNormals) {
   const config::SceneObject curtain = test::object(
       "curtain", config::CurtainShape{0.6, 0.6, 12, 12, 0, 1}, {0, 1, 0.3}, {0.8, 0.8, 0.8});
   Renderer renderer(scene_of({curtain}, {-1, 0, 0}), viewer_);
@@ -409,7 +409,7 @@ TEST_F(Composite, AWarmedObjectGlowsWhereItIsWarm) {
   EXPECT_EQ(cv::norm(drawn, renderer.image_bgr(), cv::NORM_INF), 0) << "it stays";
 }
 
-TEST_F(Composite, WarmthThatDoesNotFitIsRefused) {
+TEST_F(Composite, RejectsMismatchedWarmth) {
   config::SceneObject warmed =
       test::object("plate", config::BoxShape{{0.6, 0.001, 0.6}}, {0, 1, 0}, {0.3, 0.4, 0.6});
   warmed.warming = config::Warming{};
@@ -428,7 +428,7 @@ TEST_F(Composite, WarmthThatDoesNotFitIsRefused) {
                 "cold: warmth of an object that is not warmed", "plate: warmth not in 0 .. 1"}));
 }
 
-TEST_F(Composite, WhatCantBeDrawnIsSaidAndLeavesThePictureAsItWas) {
+TEST_F(Composite, UndrawablePosesAreReportedAndIgnored) {
   const config::SceneObject curtain = test::object(
       "curtain", config::CurtainShape{0.6, 0.6, 2, 2, 0, 1}, {0, 1, 0.3}, {0.8, 0.8, 0.8});
   Renderer renderer(scene_of({curtain}), viewer_);
@@ -447,7 +447,7 @@ TEST_F(Composite, WhatCantBeDrawnIsSaidAndLeavesThePictureAsItWas) {
   EXPECT_EQ(cv::norm(before, renderer.image_bgr(), cv::NORM_INF), 0);
 }
 
-TEST_F(Composite, ASceneFarFromTheOriginLooksTheSame) {
+TEST_F(Composite, RenderingIsTranslationInvariant) {
   const Eigen::Vector3d far_away_m(1000, -700, 300);
   const auto ball = [](const Eigen::Vector3d& at_m) {
     return test::object("ball", config::SphereShape{0.2, 3}, at_m, {0.8, 0.5, 0.2});

@@ -90,7 +90,7 @@ TEST_F(Outputs, AFullQueueRefusesTheNewestAndNeverWaits) {
   EXPECT_EQ(video.dropped(), kFrames - taken);
 }
 
-TEST_F(Outputs, AVideoIsCompleteWhenItsOwnerGoes) {
+TEST_F(Outputs, DestructorFinishesVideo) {
   { VideoFile(folder_ / "v.mp4", kSize, roomy()).add(frame_image(1)); }
   cv::VideoCapture capture((folder_ / "v.mp4").string());
   cv::Mat image;
@@ -113,7 +113,7 @@ TEST_F(Outputs, AFrameOfAnotherSizeOrTypeIsDropped) {
   EXPECT_EQ(video.dropped(), 3u);
 }
 
-TEST_F(Outputs, AVideoThatCantBeMadeSaysWhy) {
+TEST_F(Outputs, ErrorExplainsUnwritableVideo) {
   const auto message = [&](const fs::path& file, cv::Size size,
                            const VideoOptions& options = roomy()) {
     return error_of([&] { VideoFile(file, size, options); });
@@ -138,7 +138,7 @@ TEST_F(Outputs, AStillIsExact) {
       << "no temporary file is left";
 }
 
-TEST_F(Outputs, AStillThatCantBeWrittenSaysWhyAndLeavesTheOldOne) {
+TEST_F(Outputs, FailedStillKeepsOldFile) {
   EXPECT_NE(error_of([&] {
               write_png(folder_ / "missing" / "s.png", frame_image(0));
             }).find("missing does not exist"),

@@ -15,7 +15,7 @@ double x_of(const VirtualFrame* frame) {
   return frame->poses.at(0).world_from_object.translation().x();
 }
 
-TEST(VirtualFrames, BestIsTheSameFrameElseTheOneBeforeElseTheOldest) {
+TEST(VirtualFrames, BestIsSameThenPreviousThenOldestFrame) {
   VirtualFrames frames;
   EXPECT_EQ(frames.best_for(5), nullptr);
   frames.add_state(4, 4, ball_at(4));
@@ -28,7 +28,7 @@ TEST(VirtualFrames, BestIsTheSameFrameElseTheOneBeforeElseTheOldest) {
   EXPECT_EQ(x_of(frames.best_for(1)), 4);
 }
 
-TEST(VirtualFrames, CollisionsBelongToTheirFrameAndAloneMakeNoState) {
+TEST(VirtualFrames, CollisionsAloneAreIncomplete) {
   VirtualFrames frames;
   frames.add_collision(7, 7, "block");
   EXPECT_FALSE(frames.has(7));
@@ -50,7 +50,7 @@ TEST(VirtualFrames, StayBoundedAndKeepTheNewest) {
   EXPECT_TRUE(frames.has(100 - VirtualFrames::kMaxFrames));
 }
 
-TEST(VirtualFrames, FollowACaptureStartedAnew) {
+TEST(VirtualFrames, FollowsRestartedCapture) {
   VirtualFrames frames;
   frames.add_state(50, 10 * kSecond_ns, ball_at(50));
   frames.add_state(0, 11 * kSecond_ns, ball_at(0));

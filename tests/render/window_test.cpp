@@ -66,7 +66,7 @@ TEST(Window, WithoutADisplayItSaysSo) {
   }
 }
 
-TEST(Window, ShowsTheImageUprightAndLeavesTheCallersContextAlone) {
+TEST(Window, ShowsUprightImageAndKeepsCallersContext) {
   const VirtualDisplay display;
   if (display.display().empty()) GTEST_SKIP() << "Xvfb is not installed";
   gl::GlContext context;

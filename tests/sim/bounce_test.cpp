@@ -266,7 +266,8 @@ TEST_F(SimulationBounce, TwoRunsAreBitEqualWithOneAndTwoThreads) {
       ASSERT_EQ(one.details.proximity, two.details.proximity);
       ASSERT_EQ(one.details.contacts.has_value(), two.details.contacts.has_value());
       if (one.details.local_minimum_translation)
-        ASSERT_EQ(one.details.local_minimum_translation->move_world_m, two.details.local_minimum_translation->move_world_m);
+        ASSERT_EQ(one.details.local_minimum_translation->move_world_m,
+                  two.details.local_minimum_translation->move_world_m);
     }
   }
   EXPECT_GT(first.counters().contacts, 0u);

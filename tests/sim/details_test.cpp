@@ -28,8 +28,9 @@ TEST(CollisionDetails, ComputesOnlyRequestedDetails) {
   simulation.advance_to(0, hand_at(0));
   const sim::CollisionReport& report = simulation.collisions().at(0);
   EXPECT_TRUE(report.collision.colliding());
-  EXPECT_FALSE(report.response || report.details.response || report.details.local_minimum_translation ||
-               report.details.contacts || report.details.first_contact);
+  EXPECT_FALSE(report.response || report.details.response ||
+               report.details.local_minimum_translation || report.details.contacts ||
+               report.details.first_contact);
   EXPECT_TRUE(report.details.proximity.empty());
   EXPECT_EQ(simulation.hull_components(), nullptr);
   EXPECT_TRUE(simulation.states()[0].warmth.empty());
@@ -39,9 +40,9 @@ TEST(CollisionDetails, FixedObjectReportsPenetrationDepth) {
   config::SceneObject object = virtual_box("block", {0.1, 0, 0}, {0.2, 0.2, 0.2},
                                            config::Reaction::highlight);  // from x = 0 on
   object.requests.response = config::ResponseRequests{.v_rec_world = Vector3d::UnitX(),
-                                                  .four_points = true,
-                                                  .closed_form = true,
-                                                  .local_minimum_translation = true};
+                                                      .four_points = true,
+                                                      .closed_form = true,
+                                                      .local_minimum_translation = true};
   object.requests.contacts = 3;
   sim::Simulation simulation(scene_of({object}), {});
   simulation.advance_to(0, hand_at(-0.015, 0.025));  // 1 cm of it is in the block
@@ -55,7 +56,8 @@ TEST(CollisionDetails, FixedObjectReportsPenetrationDepth) {
   ASSERT_EQ(details.response->closed_form.status, collision::NormalStatus::defined);
   EXPECT_GT(details.response->closed_form.normal_world.x(), 0.5) << "the hand's front";
   ASSERT_TRUE(details.local_minimum_translation);
-  EXPECT_NE(details.local_minimum_translation->status, collision::LocalMinimumTranslationStatus::not_free);
+  EXPECT_NE(details.local_minimum_translation->status,
+            collision::LocalMinimumTranslationStatus::not_free);
   ASSERT_TRUE(details.contacts);
   EXPECT_GE(details.contacts->contacts.size(), 1u);
   EXPECT_LE(details.contacts->contacts.size(), 3u);
@@ -70,7 +72,8 @@ TEST(CollisionDetails, ComputesOnlyTheRequestedNormal) {
     simulation.advance_to(0, hand_at(0));
     const sim::CollisionDetails& details = simulation.collisions().at(0).details;
     ASSERT_TRUE(details.response);
-    EXPECT_EQ(details.response->four_points.status == collision::NormalStatus::not_requested, !four);
+    EXPECT_EQ(details.response->four_points.status == collision::NormalStatus::not_requested,
+              !four);
     EXPECT_EQ(details.response->closed_form.status == collision::NormalStatus::not_requested, four);
     EXPECT_FALSE(details.local_minimum_translation);
   }

@@ -1,4 +1,5 @@
-// CollisionResult and HullComponents as they go onto the wire: what was asked for, whole; nothing else.
+// CollisionResult and HullComponents as they go onto the wire: what was asked for, whole; nothing
+// else.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,8 +34,9 @@ TEST(CollisionMessage, ContainsOnlyRequestedFields) {
   EXPECT_EQ(message.points_m._buffer[0].z, 3);
   EXPECT_EQ(message.response, fivepipe_v1_no_response);
   EXPECT_EQ(message.triangles._length + message.triangles_undecided._length +
-                message.normals._length + message.local_minimum_translation._length + message.contacts._length +
-                message.proximity._length + message.first_contact._length,
+                message.normals._length + message.local_minimum_translation._length +
+                message.contacts._length + message.proximity._length +
+                message.first_contact._length,
             0u);
 }
 
@@ -123,8 +125,8 @@ TEST(CollisionMessage, ContainsTrianglesAndContactsOnRequest) {
                                                         .camera = 1});
   report.details.contacts->contacts.push_back(
       {.status = collision::ContactStatus::no_exit_within_reach, .on_object = {{0, 1, 0}, 5}});
-  report.details.local_minimum_translation = collision::LocalMinimumTranslation{.status = collision::LocalMinimumTranslationStatus::found,
-                                                     .move_world_m = {0, 0, 0.02}};
+  report.details.local_minimum_translation = collision::LocalMinimumTranslation{
+      .status = collision::LocalMinimumTranslationStatus::found, .move_world_m = {0, 0, 0.02}};
   config::CollisionRequests requests;
   requests.triangles = true;
   OutgoingCollision out = collision_message(kFrame, report, requests);
@@ -139,22 +141,24 @@ TEST(CollisionMessage, ContainsTrianglesAndContactsOnRequest) {
   EXPECT_EQ(message.contacts._buffer[1].status, fivepipe_v1_contact_without_exit);
   EXPECT_STREQ(message.contacts._buffer[1].camera, "");
   ASSERT_EQ(message.local_minimum_translation._length, 1u);
-  EXPECT_EQ(message.local_minimum_translation._buffer[0].status, fivepipe_v1_shorter_translation_found);
+  EXPECT_EQ(message.local_minimum_translation._buffer[0].status,
+            fivepipe_v1_shorter_translation_found);
   EXPECT_EQ(message.local_minimum_translation._buffer[0].move_m.z, 0.02);
 }
 
 TEST(ComponentsMessage, ReportsIdentityAndMotion) {
-  collision::TrackedComponent tracked{.id = 3, .origin = collision::ComponentOrigin::tracked, .from = {3}};
+  collision::TrackedComponent tracked{
+      .id = 3, .origin = collision::ComponentOrigin::tracked, .from = {3}};
   tracked.part.box_world_m = {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 2, 3)};
   tracked.part.centroid_world_m = {0.4, 0.5, 0.6};
   tracked.part.volume_m3 = 0.002;
   tracked.part.cut = true;
   tracked.motion = collision::ComponentMotion{.velocity_world_m_s = {0, 0.5, 0},
-                                          .angular_velocity_world_rad_s = {0, 0, 3},
-                                          .determined_axes = 2,
-                                          .residual_m = 0.001,
-                                          .window_s = 0.1,
-                                          .frames = 6};
+                                              .angular_velocity_world_rad_s = {0, 0, 3},
+                                              .determined_axes = 2,
+                                              .residual_m = 0.001,
+                                              .window_s = 0.1,
+                                              .frames = 6};
   const collision::TrackedComponent merged{
       .id = 4, .origin = collision::ComponentOrigin::merged, .from = {1, 2}};
   OutgoingComponents out = components_message("simulation", kFrame, {tracked, merged});

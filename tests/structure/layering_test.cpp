@@ -73,7 +73,7 @@ TEST(Layering, OnlyTheBusCallsDds) {
   }
 }
 
-TEST(Layering, PureLibrariesKnowNeitherDdsNorHowAContextIsMade) {
+TEST(Layering, PureLibrariesDoNotDependOnDdsOrGlContext) {
   for (const Source& source : all_sources()) {
     if (!is_pure(source)) continue;
     for (const std::string& include : source.includes) {
@@ -91,7 +91,7 @@ TEST(Layering, PureLibrariesKnowNeitherDdsNorHowAContextIsMade) {
   }
 }
 
-TEST(Layering, NodesKnowNothingOfOneAnother) {
+TEST(Layering, NodesDoNotDependOnEachOther) {
   for (const Source& source : all_sources())
     for (const std::string& include : source.includes) {
       const std::string target = include.substr(0, include.find('/'));
@@ -100,7 +100,7 @@ TEST(Layering, NodesKnowNothingOfOneAnother) {
     }
 }
 
-TEST(Layering, FoldersDependInOneDirection) {
+TEST(Layering, FolderDependenciesAreAcyclic) {
   std::map<std::string, std::set<std::string>> uses;
   for (const Source& source : all_sources())
     for (const std::string& include : source.includes) {

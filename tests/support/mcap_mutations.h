@@ -24,25 +24,25 @@ T get(const mcap::Bytes& bytes, std::size_t at) {
 // Where the file's records start, as far as their lengths lead on.
 inline std::vector<std::size_t> record_starts(const mcap::Bytes& bytes) {
   std::vector<std::size_t> starts;
-  for (std::size_t at = mcap::kMagic.size(); at + mcap::kRecordHeadBytes <= bytes.size();) {
+  for (std::size_t at = mcap::kMagic.size(); at + mcap::kRecordHeaderBytes <= bytes.size();) {
     starts.push_back(at);
     const auto content_bytes = get<std::uint64_t>(bytes, at + 1);
-    if (content_bytes > bytes.size() - at - mcap::kRecordHeadBytes) break;
-    at += mcap::kRecordHeadBytes + content_bytes;
+    if (content_bytes > bytes.size() - at - mcap::kRecordHeaderBytes) break;
+    at += mcap::kRecordHeaderBytes + content_bytes;
   }
   return starts;
 }
 
 // So that the damage gets past the check: what a hostile file would do.
 inline void make_crcs_fit(mcap::Bytes& bytes) {
-  constexpr std::size_t kChunkCrcAt = mcap::kRecordHeadBytes + 8 + 8 + 8;
+  constexpr std::size_t kChunkCrcAt = mcap::kRecordHeaderBytes + 8 + 8 + 8;
   for (const std::size_t at : record_starts(bytes))
     if (mcap::Op(get<std::uint8_t>(bytes, at)) == mcap::Op::chunk)
       put(bytes, at + kChunkCrcAt, std::uint32_t(0));  // none
   if (bytes.size() < mcap::kFooterBytes + mcap::kMagic.size()) return;
   const std::size_t footer = bytes.size() - mcap::kMagic.size() - mcap::kFooterBytes,
                     crc_at = footer + mcap::kFooterBytes - 4;
-  const auto summary_start = get<std::uint64_t>(bytes, footer + mcap::kRecordHeadBytes);
+  const auto summary_start = get<std::uint64_t>(bytes, footer + mcap::kRecordHeaderBytes);
   if (summary_start < crc_at)
     put(bytes, crc_at,
         mcap::crc32_of(mcap::ByteView(bytes).subspan(summary_start, crc_at - summary_start)));
@@ -75,7 +75,7 @@ inline void mutate(mcap::Bytes& bytes, std::mt19937& random) {
       break;
     case 6:  // a field near a record's start
       if (!starts.empty())
-        put(bytes, starts[random() % starts.size()] + mcap::kRecordHeadBytes + random() % 48,
+        put(bytes, starts[random() % starts.size()] + mcap::kRecordHeaderBytes + random() % 48,
             interesting_number(random, bytes.size()));
       break;
     default: {  // one piece over or in front of another
@@ -143,7 +143,7 @@ inline std::string broken_promise(const std::filesystem::path& path,
   } catch (const mcap::McapError&) {
     const auto& chunks = reader->chunks();
     return std::any_of(chunks.begin(), chunks.end(),
-                       [](const mcap::ChunkIndex& chunk) { return chunk.loose; })
+                       [](const mcap::ChunkIndex& chunk) { return chunk.unchunked; })
                ? ""
                : "a file could not be mended";
   }

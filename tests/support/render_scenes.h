@@ -5,7 +5,7 @@
 #include <string>
 
 #include "common/config/deployment.h"
-#include "render_node/tile_set.h"
+#include "render_node/tile_assembler.h"
 
 namespace fivepipe::test {
 

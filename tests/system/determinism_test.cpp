@@ -76,7 +76,7 @@ TEST_F(Determinism, SimulationByTwoThreads) {
 }
 
 // Nodes that have handled a recording take it again as a new beginning.
-TEST_F(Determinism, ASecondRoundIntoTheSameProcessIsTheFirstAgain) {
+TEST_F(Determinism, SecondReplayIntoSameProcessIsIdentical) {
   const auto recording = recorded(0.5);
   for (const auto& [node, topics] :
        {std::pair{kSimulation, kSimOutputs}, std::pair{kReconA, kReconOutputs}}) {

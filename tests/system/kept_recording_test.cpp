@@ -104,7 +104,7 @@ TEST_F(KeptRecording, HasTheTypesOfThisBuildAndItsDeployment) {
   const recording::Recording recording(kRecording);
   std::set<mcap::Id> all;
   for (const recording::RecordedChannel& channel : recording.channels()) all.insert(channel.id);
-  EXPECT_EQ(recording.foreign_types(all), std::vector<std::string>{});
+  EXPECT_EQ(recording.type_differences(all), std::vector<std::string>{});
   const auto file = recording.extract_deployment(folder_ / "deployment");
   ASSERT_TRUE(file);
   const config::Deployment deployment =

@@ -64,7 +64,7 @@ class Pipeline : public testing::Test {
   }
 };
 
-TEST_F(Pipeline, CompositesReportsAndEndsInOrder) {
+TEST_F(Pipeline, CompositesReportsAndExitsCleanly) {
   Deployed deployed(kSmallDeployment, domain_, out_, {"--duration", "8"});
   ASSERT_TRUE(frames_go_on(20, kStart)) << log();
   ASSERT_EQ(deployed.wait_for_end(40s), 0) << log();
@@ -124,7 +124,7 @@ TEST_F(Pipeline, ConfigurationErrorsAreListedTogetherAndEndWithTwo) {
 }
 
 // Each node is killed in turn: it is back and frames go on within five seconds.
-TEST_F(Pipeline, GoesOnAfterEachNodeIsKilled) {
+TEST_F(Pipeline, RecoversAfterEachNodeIsKilled) {
   Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(20, kStart)) << log();
   for (const std::string& node : kNodes) {
@@ -157,7 +157,7 @@ TEST_F(Pipeline, GoesOnAfterEachNodeIsKilled) {
         << node << ": " << report["nodes"][node].dump();
 }
 
-TEST_F(Pipeline, InterruptEndsEveryProcessWithinTwoSeconds) {
+TEST_F(Pipeline, InterruptStopsAllProcessesWithinTwoSeconds) {
   Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();
   const std::vector<pid_t> children = deployed.all_children();
@@ -167,7 +167,7 @@ TEST_F(Pipeline, InterruptEndsEveryProcessWithinTwoSeconds) {
   for (const pid_t child : children) EXPECT_FALSE(test::is_alive(child));
 }
 
-TEST_F(Pipeline, NothingIsLeftWhenTheSupervisorIsKilled) {
+TEST_F(Pipeline, ChildrenExitWhenSupervisorIsKilled) {
   Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();
   const std::vector<pid_t> children = deployed.all_children();
@@ -213,7 +213,7 @@ TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
 // A map that no capture_node would send: dropped, counted, named; the pipeline goes on.
 // Over the wire, from live maps: warmth, proximity, contacts, response with the cameras' names, the
 // hull's parts; and no more than asked for.
-TEST_F(Pipeline, CollisionResultsTellWhatTheSceneAsksFor) {
+TEST_F(Pipeline, CollisionResultsHoldRequestedOutputs) {
   auto states = bus_.reader<bus::topics::VirtualState>();
   auto collisions = bus_.reader<bus::topics::CollisionResult>();
   auto hull_parts = bus_.reader<bus::topics::HullComponents>();
@@ -255,7 +255,7 @@ TEST_F(Pipeline, CollisionResultsTellWhatTheSceneAsksFor) {
       << warm << near << told << moving << log();
 }
 
-TEST_F(Pipeline, MalformedMapsAreDroppedCountedAndNamed) {
+TEST_F(Pipeline, MalformedMapsAreDroppedAndCounted) {
   Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();
   auto writer = bus_.writer<bus::topics::ObjectPixelMap>();

@@ -22,13 +22,13 @@ using recording::Recording;
 using schema::Kind;
 
 // tests/npm/read_mcap.mjs prints longer ones as their checksum.
-constexpr std::size_t kMostHexBytes = 64;
+constexpr std::size_t kMaxHexBytes = 64;
 
 std::string printed_octets(const ordered_json& octets) {
   std::vector<std::byte> bytes;
   for (const auto& octet : octets) bytes.push_back(std::byte(octet.get<unsigned>()));
   char text[64];
-  if (bytes.size() > kMostHexBytes) {
+  if (bytes.size() > kMaxHexBytes) {
     std::snprintf(text, sizeof text, "crc32:%08x/%zu", mcap::crc32_of(bytes), bytes.size());
     return text;
   }
@@ -87,7 +87,7 @@ std::map<Where, ordered_json> read_by_us(const recording::Recording& recording) 
     const schema::Idl& idl = recording.idl(channel);
     const ordered_json decoded =
         schema::decode(idl, channel.type, message->payload,
-                       {.longest_numbers = std::size_t(-1), .non_finite_as_text = true});
+                       {.max_numeric_elements = std::size_t(-1), .non_finite_as_text = true});
     const std::string topic = recording.mcap().channels().at(message->channel).topic;
     values[{topic, message->sequence, std::to_string(message->log_stamp_ns),
             std::to_string(message->publish_stamp_ns)}] =
@@ -105,7 +105,7 @@ class RecordingConformance : public test::RecordingTest {
   }
 };
 
-TEST_F(RecordingConformance, AnotherReaderDecodesEveryTopicToTheSameValues) {
+TEST_F(RecordingConformance, ReferenceReaderDecodesEveryTopicIdentically) {
   const auto file = recorded(0.5);
   const recording::Recording recording(file);
   const std::map<Where, ordered_json> ours = read_by_us(recording);

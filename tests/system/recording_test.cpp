@@ -19,7 +19,7 @@ constexpr std::uint64_t kCameras = 3, kTiles = 48;  // of the small deployment
 
 class RecordingPipeline : public test::ReplayedNodesTest {};
 
-TEST_F(RecordingPipeline, HasAllThatTheNodesSentAndTheirDeployment) {
+TEST_F(RecordingPipeline, ContainsAllMessagesAndDeployment) {
   const recording::Recording recording(recorded(1));
   EXPECT_TRUE(recording.mcap().is_finished()) << recording.mcap().damage().summary;
   const auto counts = recording.metadata("counts");
@@ -43,7 +43,7 @@ TEST_F(RecordingPipeline, HasAllThatTheNodesSentAndTheirDeployment) {
   EXPECT_EQ(test::text_of(*deployment), test::text_of(kSmallDeployment));
 }
 
-TEST_F(RecordingPipeline, ReplayedAndRecordedAgainIsTheSame) {
+TEST_F(RecordingPipeline, ReplayAndRerecordIsIdentical) {
   const auto first = recorded(1), second = folder_ / "again.mcap";
   const auto recorder = this->recorder(second);
   const auto replay = fivepipe("replay", {"replay", first.string(), "--lossless", "--rate", "max"});
@@ -69,7 +69,7 @@ TEST_F(RecordingPipeline, ReplayedAndRecordedAgainIsTheSame) {
 
 // Whoever records is killed in the middle: up to the last chunk that was closed (half a second),
 // all is there.
-TEST_F(RecordingPipeline, WhatAKilledRecorderLeftIsReadAndMended) {
+TEST_F(RecordingPipeline, RecordingOfKilledRecorderIsRepaired) {
   const auto file = folder_ / "killed.mcap";
   const auto recorder = this->recorder(file, {"--deployment", kSmallDeployment});
   auto commands = bus_.writer<bus::topics::Command>();
@@ -100,7 +100,7 @@ TEST_F(RecordingPipeline, WhatAKilledRecorderLeftIsReadAndMended) {
 }
 
 // What a replay sends to a node is what the node reads.
-TEST_F(RecordingPipeline, NodesReadWhatTheirInputsSay) {
+TEST_F(RecordingPipeline, NodeInputsMatchSubscriptions) {
   const test::NodeUnderTest nodes[] = {{"capture_node", "capture"},
                                        {"recon_node", "recon_a"},
                                        {"sim_node", "simulation"},

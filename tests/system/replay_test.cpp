@@ -43,7 +43,7 @@ class Replay : public test::RecordingTest {
   }
 };
 
-TEST_F(Replay, IsRefusedWhereADeploymentRunsUnlessItIsForced) {
+TEST_F(Replay, IsRefusedDuringDeploymentUnlessForced) {
   const auto capture = node("capture_node", "capture");
   ASSERT_TRUE(eventually(bus_, test::kStart, [&] {
     return takes_part("capture", true, {bus::topics::ObjectPixelMap::name});
@@ -56,7 +56,7 @@ TEST_F(Replay, IsRefusedWhereADeploymentRunsUnlessItIsForced) {
   EXPECT_EQ(forced->wait_for_end(10s), 0) << forced->said();
 }
 
-TEST_F(Replay, EndsWithThreeWhereNobodyReads) {
+TEST_F(Replay, ExitsWithThreeWithoutReaders) {
   const auto nobody = replay({"--wait", "1"});
   EXPECT_EQ(nobody->wait_for_end(5s), 3) << nobody->said();
   EXPECT_NE(nobody->said().find("nobody reads"), std::string::npos) << nobody->said();
@@ -65,7 +65,7 @@ TEST_F(Replay, EndsWithThreeWhereNobodyReads) {
   EXPECT_NE(node->said().find("recon_a"), std::string::npos) << node->said();
 }
 
-TEST_F(Replay, SigtermEndsItWithinTwoSeconds) {
+TEST_F(Replay, SigtermStopsWithinTwoSeconds) {
   Outputs maps(bus_, {bus::topics::ObjectPixelMap::name});
   for (const std::vector<std::string>& options :
        {std::vector<std::string>{"--rate", "0.01"}, {"--loop"}, {"--paused"}}) {
@@ -78,7 +78,7 @@ TEST_F(Replay, SigtermEndsItWithinTwoSeconds) {
 }
 
 // A pose is sent once a frame.
-TEST_F(Replay, KeysPauseStepAndEndIt) {
+TEST_F(Replay, KeysPauseStepAndStop) {
   Outputs poses(bus_, {bus::topics::HeadPose::name});
   const auto replay = this->replay({"--paused"}, true);
   ASSERT_TRUE(eventually(bus_, 10s, [&] { return poses.has_writers(1); })) << replay->said();
@@ -97,7 +97,7 @@ TEST_F(Replay, KeysPauseStepAndEndIt) {
       4u + test::counts_by_topic(recording::Recording(kRecording)).at(bus::topics::HeadPose::name));
 }
 
-TEST_F(Replay, APartOfItComesWithWhatWasLatchedBefore) {
+TEST_F(Replay, RangeIncludesEarlierLatchedMessages) {
   const recording::Recording recording(kRecording);
   std::set<mcap::Id> pose_channels;
   for (const auto& channel : recording.channels())
@@ -152,7 +152,7 @@ TEST_F(Replay, LoopsIntoARunningNode) {
   EXPECT_EQ(replay->said().find("has not handled"), std::string::npos) << replay->said();
 }
 
-TEST_F(Replay, LosslessToANodeThatHangsEndsWithOneAndNamesTheFrame) {
+TEST_F(Replay, LosslessReplayToStalledNodeExitsWithOne) {
   Outputs tiles(bus_, {bus::topics::HullTile::name});
   const auto recon = node("recon_node", "recon_a");
   ASSERT_TRUE(eventually(bus_, test::kStart, [&] { return tiles.has_writers(1); }))

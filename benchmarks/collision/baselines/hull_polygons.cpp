@@ -59,8 +59,7 @@ int& HullPolygons::index_at(const Cell& b) {
 
 int HullPolygons::index_at(const Cell& b) const {
   for (int axis = 0; axis < 3; ++axis)
-    if (b[axis] < index_min_[axis] || b[axis] >= index_min_[axis] + index_size_[axis])
-      return kFree;
+    if (b[axis] < index_min_[axis] || b[axis] >= index_min_[axis] + index_size_[axis]) return kFree;
   return const_cast<HullPolygons*>(this)->index_at(b);
 }
 

@@ -158,7 +158,7 @@ HWY_INLINE Interval interval_from(const EpipolarCamera& c, const Lines& l, M ask
   return {enter, depth_at(l, hn::IfThenElse(inside, beyond.first, beyond.second))};
 }
 
-constexpr std::size_t kRemembered = 64;  // cameras; those beyond are asked in every round
+constexpr std::size_t kMaxEmittedFrames = 64;  // cameras; those beyond are asked in every round
 
 // Some ray of the tile comes from, or goes to, behind a camera.
 bool leaves_front(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile) {
@@ -187,8 +187,8 @@ HWY_INLINE V trace_block(std::span<const EpipolarCamera> cameras, const Epipolar
                          bool clipped, V u, V v, M alive) {
   V t = hn::Set(d, tile.begin_m), end = hn::Set(d, tile.end_m);
   if (clipped) clip_to_front(cameras, u, v, t, end);
-  V until[kRemembered];
-  const std::size_t remembered = std::min(cameras.size(), kRemembered);
+  V until[kMaxEmittedFrames];
+  const std::size_t remembered = std::min(cameras.size(), kMaxEmittedFrames);
   for (std::size_t c = 0; c < remembered; ++c) until[c] = hn::Set(d, -kNever);
   for (bool moved = true; moved;) {
     moved = false;

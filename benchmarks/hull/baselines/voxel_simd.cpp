@@ -24,8 +24,7 @@ HWY_INLINE V homogeneous(const CarvingCamera& c, std::size_t k, V x, V y, V z) {
 // Farthest that a point of the cube around a middle, whose image is at `position` in axis k, may be
 // from it. With p the rows of the projection, a point moved by m is moved by (p_k m - position p_w
 // m) / (w + p_w m) in the image.
-HWY_INLINE V reach(const CarvingCamera& c, std::size_t k, V position, V half,
-                   V min_w_reciprocal) {
+HWY_INLINE V reach(const CarvingCamera& c, std::size_t k, V position, V half, V min_w_reciprocal) {
   const auto part = [&](float of, float of_w) HWY_ATTR {
     return hn::Abs(hn::NegMulAdd(position, hn::Set(d, of_w), hn::Set(d, of)));
   };
@@ -40,7 +39,7 @@ HWY_INLINE Contents contents_of_cubes(const CarvingCamera& c, V x, V y, V z, flo
   const V u = hn::Mul(homogeneous(c, 0, x, y, z), scale),
           v = hn::Mul(homogeneous(c, 1, x, y, z), scale);
   const V min_w = hn::Sub(w, hn::Set(d, half_voxels * (std::abs(c.of_x[2]) + std::abs(c.of_y[2]) +
-                                                         std::abs(c.of_z[2]))));
+                                                       std::abs(c.of_z[2]))));
   const V far = reciprocal(min_w), reach_u = reach(c, 0, u, half, far),
           reach_v = reach(c, 1, v, half, far);
   const Contents contents = contents_of(c.map, hn::Sub(u, reach_u), hn::Sub(v, reach_v),

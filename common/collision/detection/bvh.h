@@ -17,8 +17,8 @@ namespace fivepipe::collision {
 class Bvh {
  public:
   static constexpr int kArity = 16;
-  struct Boxes {  // of up to kArity children, side by side; those that are not there have a negative
-                  // half size
+  struct Boxes {  // of up to kArity children, side by side; those that are not there have a
+                  // negative half size
     alignas(64) std::array<std::array<float, kArity>, 3> center_m, half_m;
   };
   struct Leaf {  // kArity triangles: [vertex][axis][triangle]; those that are not there are NaN

@@ -51,7 +51,7 @@ Vector3d ContactPoints::back() const {
 }
 
 void ContactPoints::write(std::size_t first_run, std::uint32_t triangle, CollisionPoint* points,
-                        std::size_t count) const {
+                          std::size_t count) const {
   const CollisionPoint* end = points + count;
   for (std::size_t i = first_run; points < end; ++i) {
     const Run& run = runs_[i];

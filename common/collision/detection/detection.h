@@ -23,10 +23,10 @@ namespace fivepipe::collision {
 class Bvh;
 
 enum class CollisionVerdict {
-  free,      // no point of it is in the hull: certified
+  free,       // no point of it is in the hull: certified
   undecided,  // undecided: none of its points that were asked is in the hull, and it was not
-             // certified free. What more is known, each backend says.
-  colliding  // some of its points are in the hull: the collision points
+              // certified free. What more is known, each backend says.
+  colliding   // some of its points are in the hull: the collision points
 };
 
 // CP_i: a point of a triangle that lies in the hull, by in_hull().

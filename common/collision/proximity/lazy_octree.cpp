@@ -80,8 +80,9 @@ bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, d
 
 // A point d away from the centre has its pixel, along u, fx (r_x - x r_z) d / (Z + r_z d) away,
 // where x = X / Z: bounded by the sums of the rows' sizes for all d in the cube.
-CubeQuery::CubeProjection CubeQuery::project_cube(const CubeCamera& c, const Vector3d& center_world_m,
-                                double half_edge_m) {
+CubeQuery::CubeProjection CubeQuery::project_cube(const CubeCamera& c,
+                                                  const Vector3d& center_world_m,
+                                                  double half_edge_m) {
   const Vector3d p = c.r * center_world_m + c.t;
   const double rounding_m =
       c.rounding * (center_world_m.cwiseAbs().sum() + 3 * half_edge_m + c.translation_m);
@@ -104,10 +105,10 @@ CubeQuery::CubeProjection CubeQuery::project_cube(const CubeCamera& c, const Vec
                du = c.fx_px * across_m * per_nearest_z, dv = c.fy_px * down_m * per_nearest_z;
   const hull::PixelRect &image = c.image, &object = c.skip_map->bounds();
   projection.sees_all = u - du >= image.u0_px - 0.5 && u + du < image.u1_px - 0.5 &&
-                  v - dv >= image.v0_px - 0.5 && v + dv < image.v1_px - 0.5;
+                        v - dv >= image.v0_px - 0.5 && v + dv < image.v1_px - 0.5;
   projection.center_seen = projection.sees_all || hull::holds(image, u, v);
   projection.center_on = hull::holds(object, u, v) &&
-                   c.skip_map->at(hull::Quadrant::right_down, int(u + 0.5), int(v + 0.5)) < 0;
+                         c.skip_map->at(hull::Quadrant::right_down, int(u + 0.5), int(v + 0.5)) < 0;
   if (projection.center_on) return projection;
   const auto [u0, u1] = pixels_between(u - du, u + du, object.u0_px, object.u1_px);
   const auto [v0, v1] = pixels_between(v - dv, v + dv, object.v0_px, object.v1_px);
@@ -151,10 +152,10 @@ const LazyOctree::Neighborhood& LazyOctree::neighborhood(const Vector3d& p_world
     const std::lock_guard lock(roots_mutex_);
     for (std::size_t i = 0; i < 8; ++i) {
       const CellIndex cell = {first[0] + std::int64_t(i & 1), first[1] + std::int64_t(i >> 1 & 1),
-                           first[2] + std::int64_t(i >> 2)};
+                              first[2] + std::int64_t(i >> 2)};
       const Vector3d center_world_m =
-          root_edge_m_ * (Vector3d(double(cell[0]), double(cell[1]), double(cell[2])) +
-                          Vector3d::Constant(0.5));
+          root_edge_m_ *
+          (Vector3d(double(cell[0]), double(cell[1]), double(cell[2])) + Vector3d::Constant(0.5));
       const auto [root, is_first] = root_at_.try_emplace(cell);
       if (is_first) {
         ++state.tested;

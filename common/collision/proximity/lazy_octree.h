@@ -45,8 +45,8 @@ class CubeQuery {
   struct CubeProjection;
   static bool meets_pyramid(const CubeCamera& camera, const Eigen::Vector3d& p_camera_m,
                             double half_edge_m, double rounding_m);
-  static CubeProjection project_cube(const CubeCamera& camera, const Eigen::Vector3d& center_world_m,
-                   double half_edge_m);
+  static CubeProjection project_cube(const CubeCamera& camera,
+                                     const Eigen::Vector3d& center_world_m, double half_edge_m);
 
   std::vector<CubeCamera> cameras_;
   hull::HullRule rule_;
@@ -58,7 +58,7 @@ class LazyOctree {
   // Where a cube's octants are, once they were tested for; owned by the thread that was first.
   using OctantsPtr = std::atomic<Octants*>;
   struct Octants {
-    std::array<OctantsPtr, 8> children{};          // bit 0, 1, 2 of the index: towards +x, +y, +z
+    std::array<OctantsPtr, 8> children{};    // bit 0, 1, 2 of the index: towards +x, +y, +z
     std::uint8_t not_free = 0, in_hull = 0;  // bits by index: what CubeVerdict says
   };
   // A cube that may hold hull points.

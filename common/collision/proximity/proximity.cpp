@@ -223,7 +223,7 @@ class HullProximity::Search::Nearest {
   double rounding_m_;
   std::vector<Candidate>&now_, &later_;
   double max_m_, enough_m_, enough_m2_;  // what is not nearer than `enough` need not be told apart
-                                          // from what was found at `most`
+                                         // from what was found at `most`
 };
 
 // What needs no search: what is not finite or has no hull, and what is too far out for cubes.
@@ -308,7 +308,7 @@ static Proximity known_from_vertices(const Triangle& triangle,
                                               (triangle[(i + 2) % 3] - vertex).squaredNorm()));
     known.min_m =
         std::max(known.min_m, vertices[i].min_m - reach_m -
-                                    kDistanceRoundings * (vertex.cwiseAbs().sum() + reach_m));
+                                  kDistanceRoundings * (vertex.cwiseAbs().sum() + reach_m));
     known.max_m = std::min(known.max_m, vertices[i].max_m);
   }
   return {std::min(known.min_m, known.max_m), known.max_m};

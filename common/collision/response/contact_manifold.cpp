@@ -37,7 +37,8 @@ std::vector<Vector3d> positions_m(std::span<const CollisionPoint> points) {
   return places;
 }
 
-// No point is farther from the nearest of those taken by farthest_point_sample than the last of them was.
+// No point is farther from the nearest of those taken by farthest_point_sample than the last of
+// them was.
 double spacing_of(const std::vector<Vector3d>& places, const std::vector<std::size_t>& taken) {
   double spacing_m = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 1 < taken.size(); ++i)

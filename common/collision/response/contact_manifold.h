@@ -19,7 +19,7 @@ namespace fivepipe::collision {
 
 struct ManifoldRequest {
   Eigen::Vector3d rp_object_world_m;  // RP_obj: each point's way starts towards it
-  int max_contacts = 4;              // > 0; solvers want 4 to 8
+  int max_contacts = 4;               // > 0; solvers want 4 to 8
   double reach_m = 0.05;              // > 0: deeper points have no contact
 };
 
@@ -42,8 +42,8 @@ struct Contact {
          depth_error_m = 0;     // locally the least, along the normal; exact as HullExit has it
   double normal_error_rad = 0;  // of the border's normal there (contour.h)
   bool converged = false;  // that normal is normal_world to kConverged_rad; else the way ends at an
-                         // edge of the hull
-  int camera = -1;       // that limits there; index in the silhouettes
+                           // edge of the hull
+  int camera = -1;         // that limits there; index in the silhouettes
 };
 inline constexpr double kConverged_rad = 0.05;  // three standard errors of a fit over a full window
 

@@ -12,8 +12,8 @@ bool less(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 }  // namespace
 
-std::vector<std::size_t> farthest_point_sample(std::span<const Eigen::Vector3d> points_m, std::size_t first,
-                                    std::size_t count, double min_m) {
+std::vector<std::size_t> farthest_point_sample(std::span<const Eigen::Vector3d> points_m,
+                                               std::size_t first, std::size_t count, double min_m) {
   std::vector<double> distance2(points_m.size(), std::numeric_limits<double>::infinity());
   std::vector<std::size_t> taken{first};
   while (taken.size() < count) {

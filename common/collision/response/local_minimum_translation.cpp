@@ -135,15 +135,16 @@ std::vector<Vector3d> points_to_move(const ObjectCollision& collision, const Res
   std::vector<Vector3d> points_m{response.cp_object_world_m};
   for (const CollisionPoint& point : collision.points) points_m.push_back(point.p_world_m);
   std::vector<Vector3d> spread;
-  for (const std::size_t i : farthest_point_sample(points_m, 0, kMaxPoints, 0)) spread.push_back(points_m[i]);
+  for (const std::size_t i : farthest_point_sample(points_m, 0, kMaxPoints, 0))
+    spread.push_back(points_m[i]);
   return spread;
 }
 
 }  // namespace
 
-LocalMinimumTranslation find_local_minimum_translation(const hull::HullQuery& query, const ObjectCollision& collision,
-                           const Response& response, const Requery& requery,
-                           const LocalMinimumTranslationConfig& config) {
+LocalMinimumTranslation find_local_minimum_translation(
+    const hull::HullQuery& query, const ObjectCollision& collision, const Response& response,
+    const Requery& requery, const LocalMinimumTranslationConfig& config) {
   if (!response.has_exit())
     throw std::invalid_argument("a response without a way out has no shorter one");
   if (!(config.max_requeries > 0 && config.min_gain_m > 0) || !requery)
@@ -164,7 +165,8 @@ LocalMinimumTranslation find_local_minimum_translation(const hull::HullQuery& qu
       tilt_rad *= 0.5;
   result.requeries = descent.requeries;
   if (!descent.free) return result;
-  result.status = shortened ? LocalMinimumTranslationStatus::found : LocalMinimumTranslationStatus::none_found;
+  result.status =
+      shortened ? LocalMinimumTranslationStatus::found : LocalMinimumTranslationStatus::none_found;
   result.length_m = descent.best().length_m;
   result.move_world_m = result.length_m * descent.best().direction;
   return result;

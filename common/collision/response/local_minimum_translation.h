@@ -12,7 +12,7 @@
 namespace fivepipe::collision {
 
 struct LocalMinimumTranslationConfig {
-  int max_requeries = 32;     // > 0
+  int max_requeries = 32;    // > 0
   double min_gain_m = 1e-4;  // > 0: what is shorter by less is not worth a requery
 };
 
@@ -35,8 +35,8 @@ struct LocalMinimumTranslation {
 
 // The response has a way out. Throws std::invalid_argument where it has not, or the configuration
 // is out of range.
-LocalMinimumTranslation find_local_minimum_translation(const hull::HullQuery& query, const ObjectCollision& collision,
-                           const Response& response, const Requery& requery,
-                           const LocalMinimumTranslationConfig& config = {});
+LocalMinimumTranslation find_local_minimum_translation(
+    const hull::HullQuery& query, const ObjectCollision& collision, const Response& response,
+    const Requery& requery, const LocalMinimumTranslationConfig& config = {});
 
 }  // namespace fivepipe::collision

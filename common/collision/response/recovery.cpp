@@ -22,7 +22,7 @@ HullExit verified(const hull::HullQuery& query, const Vector3d& p_world_m,
 }
 
 double first_exit_m(const hull::HullQuery& query, const Vector3d& p_world_m,
-                 const Vector3d& direction_world, double reach_m) {
+                    const Vector3d& direction_world, double reach_m) {
   const auto found = query.intervals({p_world_m, direction_world}, 0, reach_m);
   // Where the first part begins later, p is outside.
   return found.empty() || found.front().enter > kMaxRounding_m ? 0 : found.front().leave;
@@ -95,7 +95,8 @@ double residual_m(const hull::HullQuery& query, std::span<const CollisionPoint> 
                   const Vector3d& direction_world, double reach_m) {
   double farthest_m = 0;
   for (const CollisionPoint& point : points)
-    farthest_m = std::max(farthest_m, first_exit_m(query, point.p_world_m, direction_world, reach_m));
+    farthest_m =
+        std::max(farthest_m, first_exit_m(query, point.p_world_m, direction_world, reach_m));
   return farthest_m;
 }
 

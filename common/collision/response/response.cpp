@@ -43,7 +43,8 @@ std::optional<HullExit> find_exit(const hull::HullQuery& query, const Vector3d& 
 void query_moved(const hull::HullQuery& query, const Requery& requery, double height_m,
                  Response& response) {
   response.remaining_points = requery(response.clear_distance_m() * response.v_rec_world).points;
-  response.residual_m = residual_m(query, response.remaining_points, response.v_rec_world, height_m);
+  response.residual_m =
+      residual_m(query, response.remaining_points, response.v_rec_world, height_m);
   response.status = response.residual_m <= response.indifferent_m()
                         ? RecoveryStatus::recovered
                         : RecoveryStatus::still_colliding;

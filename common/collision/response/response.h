@@ -12,9 +12,10 @@
 //                 A = CP_obj         D_rec = |CP_hull - CP_obj|
 //
 // A suite: what a simulation does not ask for is not computed. Its parts stand alone in recovery.h
-// (CP_obj, D_rec), hull_normal.h (N_hull), local_minimum_translation.h and contact_manifold.h (beyond the paper).
-// The paper rendered ABC over a window and stepped through its pixels; here the lines are cut
-// exactly by rays, or sampled at the window's pixels where the paper's way is asked for.
+// (CP_obj, D_rec), hull_normal.h (N_hull), local_minimum_translation.h and contact_manifold.h
+// (beyond the paper). The paper rendered ABC over a window and stepped through its pixels; here the
+// lines are cut exactly by rays, or sampled at the window's pixels where the paper's way is asked
+// for.
 #pragma once
 #include <functional>
 #include <optional>
@@ -75,7 +76,7 @@ enum class RecoveryStatus {
 
 enum class NormalStatus {
   defined,
-  not_requested,           // or no CP_hull
+  not_requested,       // or no CP_hull
   edge_starts_inside,  // four points: B, C, D or E is in the hull
   parallel,            // four points: I, J, K, L span no plane
   no_border,     // closed form: no silhouette's border is found where V_rec crosses the hull's
@@ -106,8 +107,8 @@ struct Response {
                              // ends before d_rec_m + d_rec_error_m
   double pixel_footprint_m = 0;  // largest pixel of the cameras at CP_hull: finer, the maps tell
                                  // nothing of the object's surface
-  double residual_m = 0;  // after the move: farther way along V_rec until each of remaining_points has
-                          // been outside; at most `height`
+  double residual_m = 0;  // after the move: farther way along V_rec until each of remaining_points
+                          // has been outside; at most `height`
   std::vector<CollisionPoint> remaining_points;  // CP_i after the move by clear_distance_m()
   HullNormal four_points, closed_form;
 

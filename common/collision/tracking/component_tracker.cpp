@@ -99,9 +99,10 @@ std::vector<std::optional<std::size_t>> ComponentTracker::match(
   return matches;
 }
 
-const std::vector<TrackedComponent>& ComponentTracker::add(double time_s,
-                                                  const std::vector<HullComponent>& parts) {
-  if (!std::isfinite(time_s)) throw std::invalid_argument("time of tracked components is not finite");
+const std::vector<TrackedComponent>& ComponentTracker::add(
+    double time_s, const std::vector<HullComponent>& parts) {
+  if (!std::isfinite(time_s))
+    throw std::invalid_argument("time of tracked components is not finite");
   if (!(time_s > time_s_ && time_s - time_s_ <= options_.max_gap_s)) reset();
   const auto matches = match(time_s, parts);
   std::vector<std::optional<std::size_t>> successor(parts_.size());  // as which one of this frame
@@ -110,7 +111,8 @@ const std::vector<TrackedComponent>& ComponentTracker::add(double time_s,
   // Who of the frame before may have become part of this one, and the other way round, beside the
   // matches.
   const auto met = [&](std::size_t before, std::size_t now) {
-    const Vector3d moved = predicted_center_m(before, time_s) - parts_[before].part.centroid_world_m;
+    const Vector3d moved =
+        predicted_center_m(before, time_s) - parts_[before].part.centroid_world_m;
     return boxes_meet(parts_[before].part.box_world_m, moved, parts[now].box_world_m,
                       0.5 * moved.norm());
   };
@@ -163,7 +165,8 @@ const std::vector<TrackedComponent>& ComponentTracker::add(double time_s,
   return parts_;
 }
 
-std::optional<ComponentMotion> ComponentTracker::motion_of(Track& track, const HullComponent& part) const {
+std::optional<ComponentMotion> ComponentTracker::motion_of(Track& track,
+                                                           const HullComponent& part) const {
   if (int(track.window.size()) < kMinFrames) return std::nullopt;
   ComponentMotion motion;
   motion.frames = int(track.window.size());
@@ -171,8 +174,8 @@ std::optional<ComponentMotion> ComponentTracker::motion_of(Track& track, const H
   motion.velocity_world_m_s = linear_velocity_m_s(track.window);
   const double size_m = std::sqrt(part.covariance_world_m2.trace());
   const auto fit = outline_motion(
-      track.window, track.guess.value_or(UniformMotion{motion.velocity_world_m_s, Vector3d::Zero()}),
-      size_m);
+      track.window,
+      track.guess.value_or(UniformMotion{motion.velocity_world_m_s, Vector3d::Zero()}), size_m);
   track.guess.reset();
   if (!fit) return motion;
   track.guess = fit->motion;

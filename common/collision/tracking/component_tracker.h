@@ -2,11 +2,11 @@
 // two could be the same, none is.
 //
 // A part is the one of the frame before that it lies nearest to, if that lies nearest to it, too,
-// and both by a factor of kMatchRatio; the part before is taken to have gone on as it moved. What met,
-// or came apart, has new numbers, and says of whom: parts whose boxes meet, and that nothing else
-// was before, or is now. Of a part that clearly went on it is said only where its volume tells,
-// too: it grew, or shrank, by half of the other's at least, and the other is not below a tenth of
-// its own. A smaller one it may take up, or lose, unsaid, and stays who it is.
+// and both by a factor of kMatchRatio; the part before is taken to have gone on as it moved. What
+// met, or came apart, has new numbers, and says of whom: parts whose boxes meet, and that nothing
+// else was before, or is now. Of a part that clearly went on it is said only where its volume
+// tells, too: it grew, or shrank, by half of the other's at least, and the other is not below a
+// tenth of its own. A smaller one it may take up, or lose, unsaid, and stays who it is.
 //
 // Velocity and rotation: the even motion that fits the part's outlines over the last frames best
 // (outline_motion.h). Where a part comes without outlines, or too few cameras see it by itself: the
@@ -23,7 +23,7 @@ namespace fivepipe::collision {
 
 enum class ComponentOrigin {
   appeared,  // there was nothing where it came from, or nothing that it clearly was
-  tracked,  // the one of the frame before
+  tracked,   // the one of the frame before
   merged,    // of those in `from`
   split      // off the one in `from`
 };
@@ -48,7 +48,7 @@ struct TrackedComponent {
 };
 
 struct ComponentTrackerOptions {
-  int window_frames = 8;   // >= 3
+  int window_frames = 8;     // >= 3
   double max_speed_m_s = 6;  // nothing moves faster
   // After a longer one tracking starts anew: a camera of 10 Hz may lose a frame; in more time the
   // fastest gets across a room, and anyone is in reach.

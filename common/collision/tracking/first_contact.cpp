@@ -30,13 +30,14 @@ Isometry3d between(const Isometry3d& a, const Isometry3d& b, double t) {
 class ContactSearch {
  public:
   ContactSearch(const HullSnapshot& before, const HullSnapshot& after, const MovingObject& object,
-          const FirstContactOptions& options)
+                const FirstContactOptions& options)
       : before_(before), after_(after), object_(object), options_(options) {}
 
   // Where the part of a frame has moved to, at a fraction of the time between.
   Isometry3d moved(const HullSnapshot& frame, double t) const {
     const bool is_before = &frame == &before_;
-    const Vector3d middle = (1 - t) * before_.part.centroid_world_m + t * after_.part.centroid_world_m;
+    const Vector3d middle =
+        (1 - t) * before_.part.centroid_world_m + t * after_.part.centroid_world_m;
     Isometry3d motion = Isometry3d::Identity();
     motion.linear() = turned((is_before ? t : t - 1) * options_.rotation_world_rad);
     motion.translation() = middle - motion.linear() * frame.part.centroid_world_m;

@@ -32,7 +32,7 @@ struct FirstContactOptions {
   double step_m = 0.0015;  // about a pixel's footprint
   Eigen::Vector3d rotation_world_rad =
       Eigen::Vector3d::Zero();  // of the part, from the frame before to the one after
-  int max_steps = 512;         // beyond, steps are longer, and the result says so
+  int max_steps = 512;          // beyond, steps are longer, and the result says so
 };
 
 struct FirstContact {

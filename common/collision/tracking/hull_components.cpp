@@ -259,7 +259,8 @@ Vector3i checked_size(const hull::HullQuery& query, const HullComponentsOptions&
 
 }  // namespace
 
-std::vector<HullComponent> hull_components(const hull::HullQuery& query, const HullComponentsOptions& options) {
+std::vector<HullComponent> hull_components(const hull::HullQuery& query,
+                                           const HullComponentsOptions& options) {
   const Vector3i size = checked_size(query, options);
   if (query.hull().empty()) return {};
   CellGrid grid(size);
@@ -309,8 +310,9 @@ std::vector<HullComponent> hull_components(const hull::HullQuery& query, const H
     auto outlines = component_outlines(query, points_world_m);
     for (std::size_t i = 0; i < found.size(); ++i) found[i].outlines = std::move(outlines[i]);
   }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const HullComponent& a, const HullComponent& b) { return a.cells > b.cells; });
+  std::stable_sort(found.begin(), found.end(), [](const HullComponent& a, const HullComponent& b) {
+    return a.cells > b.cells;
+  });
   return found;
 }
 

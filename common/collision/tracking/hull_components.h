@@ -27,13 +27,14 @@ struct HullComponentsOptions {
   double cell_m =
       0.005;  // edge of the smallest cells: what lies that near to each other is one part
   std::size_t min_cells = 2;  // smaller parts are left out
-  bool outlines = false;        // wanted as well: what ComponentTracker tells rotations by
+  bool outlines = false;      // wanted as well: what ComponentTracker tells rotations by
 };
 
 // Largest part first. The same for every number of threads. Throws std::invalid_argument where the
-// box is empty or not finite, the cell is not positive, or there would be more than kMaxComponentCells
-// cells in the box; or where the hull's rule is not Limits::all.
+// box is empty or not finite, the cell is not positive, or there would be more than
+// kMaxComponentCells cells in the box; or where the hull's rule is not Limits::all.
 inline constexpr std::size_t kMaxComponentCells = std::size_t{1} << 27;
-std::vector<HullComponent> hull_components(const hull::HullQuery& query, const HullComponentsOptions& options);
+std::vector<HullComponent> hull_components(const hull::HullQuery& query,
+                                           const HullComponentsOptions& options);
 
 }  // namespace fivepipe::collision

@@ -55,12 +55,13 @@ struct Frame {  // columns
   Vector3d across, up, axis;
 };
 
-// Where a plane about the axis is tangent to an outline: the ray there, as (across, up, axis), across
-// = 1.
+// Where a plane about the axis is tangent to an outline: the ray there, as (across, up, axis),
+// across = 1.
 using EpipolarTangency = Vector3d;
 
 // The outermost two; none where a ray comes too near to the axis.
-std::optional<std::array<EpipolarTangency, 2>> epipolar_tangencies(const ComponentOutline& outline, const Frame& frame) {
+std::optional<std::array<EpipolarTangency, 2>> epipolar_tangencies(const ComponentOutline& outline,
+                                                                   const Frame& frame) {
   double least = std::numeric_limits<double>::infinity(), most = -least;
   const Vector3d *at_least = nullptr, *at_most = nullptr;
   for (const Vector3d& ray : outline.corners_world) {
@@ -75,8 +76,7 @@ std::optional<std::array<EpipolarTangency, 2>> epipolar_tangencies(const Compone
       EpipolarTangency(1, least, at_least->dot(frame.axis) / at_least->dot(frame.across)),
       EpipolarTangency(1, most, at_most->dot(frame.axis) / at_most->dot(frame.across))};
   for (const EpipolarTangency& t : ends)
-    if (!(t.head<2>().squaredNorm() > kMinSine * kMinSine * t.squaredNorm()))
-      return std::nullopt;
+    if (!(t.head<2>().squaredNorm() > kMinSine * kMinSine * t.squaredNorm())) return std::nullopt;
   return ends;
 }
 
@@ -109,7 +109,8 @@ class Fit {
     for (const OutlineSnapshot& f : frames)
       center_s_ += f.time_s / double(frames.size()),
           center_world_m_ += f.centroid_world_m / double(frames.size());
-    for (const OutlineSnapshot& f : frames) max_cameras_ = std::max(max_cameras_, f.outlines.size());
+    for (const OutlineSnapshot& f : frames)
+      max_cameras_ = std::max(max_cameras_, f.outlines.size());
   }
   double size_m() const { return size_m_; }
   double window_s() const { return frames_.back().time_s - frames_.front().time_s; }
@@ -164,8 +165,9 @@ class Fit {
         frame.across = off / off_m, frame.up = frame.axis.cross(frame.across);
         const auto of_b = epipolar_tangencies(b, frame);
         if (!of_b) continue;
-        const auto of_a = epipolar_tangencies(a, {turn.transpose() * frame.across, turn.transpose() * frame.up,
-                                      turn.transpose() * frame.axis});
+        const auto of_a =
+            epipolar_tangencies(a, {turn.transpose() * frame.across, turn.transpose() * frame.up,
+                                    turn.transpose() * frame.axis});
         if (!of_a) continue;
         for (std::size_t k = 0; k < 2; ++k) {
           const EpipolarTangency &ray = (*of_a)[k], &other = (*of_b)[k];
@@ -223,9 +225,10 @@ std::optional<Matrix3d> determined_axes(const Fit& fit, const UniformMotion& mot
   for (int k = 0; k < 3; ++k) {
     double apart_m2 = 0;
     for (const double sign : {-1.0, 1.0}) {
-      const Vector3d more = sign * kTrialRotation_rad / std::sqrt(e.seconds2 / e.count) * axes.col(k);
+      const Vector3d more =
+          sign * kTrialRotation_rad / std::sqrt(e.seconds2 / e.count) * axes.col(k);
       const UniformMotion tried{motion.velocity_world_m_s + e.velocity_with(more),
-                             motion.angular_velocity_world_rad_s};
+                                motion.angular_velocity_world_rad_s};
       apart_m2 +=
           0.5 * (fit.equations(tried, kMaxTrialPairs, more).mean_square_m2() - e.mean_square_m2());
     }
@@ -239,8 +242,8 @@ std::optional<Matrix3d> determined_axes(const Fit& fit, const UniformMotion& mot
 }
 
 // The motion about these axes that fits best, from a guess.
-std::optional<OutlineMotion> fitted(const Fit& fit, const UniformMotion& guess, const Matrix3d& axes,
-                                    std::size_t max_pairs) {
+std::optional<OutlineMotion> fitted(const Fit& fit, const UniformMotion& guess,
+                                    const Matrix3d& axes, std::size_t max_pairs) {
   const Matrix3d kept = axes * axes.transpose(), held = Matrix3d::Identity() - kept;
   OutlineMotion found{guess, int(std::lround(kept.trace()))};
   bool still = false;

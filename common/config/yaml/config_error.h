@@ -6,7 +6,7 @@
 
 namespace fivepipe::config {
 
-// line and column count from 1; 0 where the problem has no place (a file that can't be opened).
+// line and column count from 1; 0 where the problem has no location (a file that can't be opened).
 struct ConfigProblem {
   std::string file;
   int line = 0, column = 0;

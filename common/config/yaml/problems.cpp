@@ -24,8 +24,8 @@ std::string one_per_line(const std::vector<ConfigProblem>& problems) {
 ConfigError::ConfigError(std::vector<ConfigProblem> problems)
     : std::runtime_error(one_per_line(problems)), problems_(std::move(problems)) {}
 
-void Problems::add(const std::filesystem::path& file, Place place, std::string what) {
-  const ConfigProblem problem{file.string(), place.line, place.column, std::move(what)};
+void Problems::add(const std::filesystem::path& file, SourceLocation location, std::string what) {
+  const ConfigProblem problem{file.string(), location.line, location.column, std::move(what)};
   const auto is_same = [&](const ConfigProblem& p) {
     return std::tie(p.file, p.line, p.column, p.what) ==
            std::tie(problem.file, problem.line, problem.column, problem.what);

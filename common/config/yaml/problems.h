@@ -9,14 +9,14 @@
 namespace fivepipe::config {
 
 // Position in a text file, both from 1; 0 where there is none.
-struct Place {
+struct SourceLocation {
   int line = 0, column = 0;
 };
 
 class Problems {
  public:
-  // The same problem at the same place counts once.
-  void add(const std::filesystem::path& file, Place place, std::string what);
+  // The same problem at the same location counts once.
+  void add(const std::filesystem::path& file, SourceLocation location, std::string what);
   std::size_t count() const { return problems_.size(); }
 
   // Throws ConfigError where there are any: files in the order in which they were first named, each

@@ -2,13 +2,14 @@
 
 namespace fivepipe::config {
 
-Settings::Settings(std::filesystem::path file, Place place, std::map<std::string, Setting> defaults,
+Settings::Settings(std::filesystem::path file, SourceLocation location,
+                   std::map<std::string, Setting> defaults,
                    const std::map<std::string, std::string>& overrides, Problems& problems)
     : file_(std::move(file)), settings_(std::move(defaults)) {
   for (const auto& [key, value] : overrides) {
     const auto known = settings_.find(key);
     if (known == settings_.end()) {
-      problems.add(file_, place, "--set " + key + ": there is no such setting; " + known_keys());
+      problems.add(file_, location, "--set " + key + ": there is no such setting; " + known_keys());
       continue;
     }
     known->second.value = value;
@@ -23,7 +24,8 @@ std::string Settings::known_keys() const {
   return text;
 }
 
-Settings::Expanded Settings::expand(const std::string& text, Place place, Problems& problems) {
+Settings::Expanded Settings::expand(const std::string& text, SourceLocation location,
+                                    Problems& problems) {
   Expanded result;
   std::size_t at = 0;
   while (true) {
@@ -32,7 +34,7 @@ Settings::Expanded Settings::expand(const std::string& text, Place place, Proble
     if (open == std::string::npos) return result;
     const std::size_t close = text.find('}', open);
     if (close == std::string::npos) {
-      problems.add(file_, place, "${ without }");
+      problems.add(file_, location, "${ without }");
       result.usable = false;
       return result;
     }
@@ -40,12 +42,12 @@ Settings::Expanded Settings::expand(const std::string& text, Place place, Proble
     at = close + 1;
     const auto known = settings_.find(key);
     if (known == settings_.end()) {
-      problems.add(file_, place, "${" + key + "}: there is no such setting; " + known_keys());
+      problems.add(file_, location, "${" + key + "}: there is no such setting; " + known_keys());
       result.usable = false;
     } else if (known->second.value.empty()) {
       const bool is_folder = at < text.size() && text[at] == '/';
       if (reported_empty_.insert(key).second)
-        problems.add(file_, known->second.place,
+        problems.add(file_, known->second.location,
                      key + " is not set: pass --set " + key + (is_folder ? "=FOLDER" : "=VALUE"));
       result.usable = false;
     } else {

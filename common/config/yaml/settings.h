@@ -13,13 +13,14 @@ namespace fivepipe::config {
 struct Setting {
   std::string value;
   bool from_command_line = false;
-  Place place;  // in the deployment file
+  SourceLocation location;  // in the deployment file
 };
 
 class Settings {
  public:
-  // Overrides that the file does not know are problems of the file's `settings:`, at `place`.
-  Settings(std::filesystem::path file, Place place, std::map<std::string, Setting> defaults,
+  // Overrides that the file does not know are problems of the file's `settings:`, at `location`.
+  Settings(std::filesystem::path file, SourceLocation location,
+           std::map<std::string, Setting> defaults,
            const std::map<std::string, std::string>& overrides, Problems& problems);
 
   // Text with each ${key} replaced. A key that is unknown or set to nothing is a problem and makes
@@ -30,7 +31,7 @@ class Settings {
     bool starts_on_command_line =
         false;  // the text begins with a value of --set: relative to the working directory
   };
-  Expanded expand(const std::string& text, Place place, Problems& problems);
+  Expanded expand(const std::string& text, SourceLocation location, Problems& problems);
 
  private:
   std::string known_keys() const;

@@ -8,16 +8,16 @@
 #include <limits>
 #include <sstream>
 
-#include "common/config/yaml/key_advice.h"
+#include "common/config/yaml/key_suggestion.h"
 
 namespace fivepipe::config {
 
 namespace {
 
-constexpr int kLargestImage_px = 16384;  // GL's usual limit of a texture
+constexpr int kMaxImageSize_px = 16384;  // GL's usual limit of a texture
 
-Place place_of_mark(const YAML::Mark& mark) {
-  return mark.is_null() ? Place{} : Place{mark.line + 1, mark.column + 1};
+SourceLocation location_of_mark(const YAML::Mark& mark) {
+  return mark.is_null() ? SourceLocation{} : SourceLocation{mark.line + 1, mark.column + 1};
 }
 
 std::string text_of(double value) {
@@ -27,17 +27,15 @@ std::string text_of(double value) {
 }
 
 std::string text_of(Range range) {
-  const std::string lowest =
-      (range.lowest_excluded ? "greater than " : "at least ") + text_of(range.lowest);
-  if (!std::isfinite(range.lowest)) return "at most " + text_of(range.highest);
-  if (!std::isfinite(range.highest)) return lowest;
-  return range.lowest_excluded ? lowest + " and at most " + text_of(range.highest)
-                               : "from " + text_of(range.lowest) + " to " + text_of(range.highest);
+  const std::string min = (range.min_excluded ? "greater than " : "at least ") + text_of(range.min);
+  if (!std::isfinite(range.min)) return "at most " + text_of(range.max);
+  if (!std::isfinite(range.max)) return min;
+  return range.min_excluded ? min + " and at most " + text_of(range.max)
+                            : "from " + text_of(range.min) + " to " + text_of(range.max);
 }
 
 bool contains(Range range, double value) {
-  return (range.lowest_excluded ? value > range.lowest : value >= range.lowest) &&
-         value <= range.highest;
+  return (range.min_excluded ? value > range.min : value >= range.min) && value <= range.max;
 }
 
 // What stands in a node, for messages.
@@ -95,12 +93,12 @@ YamlMap YamlMap::load(const std::filesystem::path& file, Problems& problems) {
     if (documents.size() == 1 && documents[0].IsMap())
       return YamlMap(context, documents[0], "the file");
     if (documents.size() > 1)
-      nothing.report(place_of_mark(documents[1].Mark()),
+      nothing.report(location_of_mark(documents[1].Mark()),
                      "a second YAML document; only one is expected");
     else
       nothing.report({1, 1}, "a mapping of keys to values is expected");
   } catch (const YAML::Exception& error) {
-    nothing.report(place_of_mark(error.mark), "not YAML: " + error.msg);
+    nothing.report(location_of_mark(error.mark), "not YAML: " + error.msg);
   }
   return nothing;
 }
@@ -110,32 +108,34 @@ YamlMap::YamlMap(std::shared_ptr<Context> context, YAML::Node node, std::string 
   if (is_void()) return;
   std::map<std::string, int> line_of_key;
   for (const auto& entry : node_) {
-    const Place place = place_of_mark(entry.first.Mark());
+    const SourceLocation location = location_of_mark(entry.first.Mark());
     if (!entry.first.IsScalar()) {
-      report(place, "a key must be a word, is " + kind_of(entry.first));
+      report(location, "a key must be a word, is " + kind_of(entry.first));
       continue;
     }
-    const auto [first, is_new] = line_of_key.try_emplace(entry.first.Scalar(), place.line);
+    const auto [first, is_new] = line_of_key.try_emplace(entry.first.Scalar(), location.line);
     if (!is_new)
-      report(place, entry.first.Scalar() + " is there twice, first in line " +
-                        std::to_string(first->second));
+      report(location, entry.first.Scalar() + " is there twice, first in line " +
+                           std::to_string(first->second));
   }
 }
 
 void YamlMap::use_settings(Settings& settings) { context_->settings = &settings; }
 
-void YamlMap::report(Place place, const std::string& what) const {
-  context_->problems->add(context_->file, place, what);
+void YamlMap::report(SourceLocation location, const std::string& what) const {
+  context_->problems->add(context_->file, location, what);
 }
 
-Place YamlMap::place() const { return is_void() ? Place{} : place_of_mark(node_.Mark()); }
+SourceLocation YamlMap::location() const {
+  return is_void() ? SourceLocation{} : location_of_mark(node_.Mark());
+}
 
-Place YamlMap::place_of(const std::string& key) const {
+SourceLocation YamlMap::location_of(const std::string& key) const {
   if (!is_void())
     for (const auto& entry : node_)
       if (entry.first.IsScalar() && entry.first.Scalar() == key)
-        return place_of_mark(entry.second.IsNull() ? entry.first.Mark() : entry.second.Mark());
-  return place();
+        return location_of_mark(entry.second.IsNull() ? entry.first.Mark() : entry.second.Mark());
+  return location();
 }
 
 std::vector<std::string> YamlMap::keys() const {
@@ -154,14 +154,14 @@ YAML::Node YamlMap::value_of(const std::string& key, bool required) {
   for (const auto& entry : node_)
     if (entry.first.IsScalar() && entry.first.Scalar() == key) {
       if (!entry.second.IsNull()) return entry.second;
-      report(place_of_mark(entry.first.Mark()), key + " has no value");
+      report(location_of_mark(entry.first.Mark()), key + " has no value");
       return YAML::Node(YAML::NodeType::Undefined);
     }
   if (required) missing_.insert(key);
   return YAML::Node(YAML::NodeType::Undefined);
 }
 
-bool YamlMap::given(const std::string& key) {
+bool YamlMap::has(const std::string& key) {
   if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.push_back(key);
   const auto present = keys();
   return std::find(present.begin(), present.end(), key) != present.end();
@@ -174,12 +174,12 @@ bool YamlMap::is_text(const std::string& key) {
 std::optional<Settings::Expanded> YamlMap::scalar(const YAML::Node& node, const std::string& what) {
   if (!node.IsDefined()) return std::nullopt;
   if (!node.IsScalar()) {
-    report(place_of_mark(node.Mark()), what + " must be a single value, is " + kind_of(node));
+    report(location_of_mark(node.Mark()), what + " must be a single value, is " + kind_of(node));
     return std::nullopt;
   }
   if (context_->settings == nullptr) return Settings::Expanded{node.Scalar()};
   const Settings::Expanded expanded =
-      context_->settings->expand(node.Scalar(), place_of_mark(node.Mark()), *context_->problems);
+      context_->settings->expand(node.Scalar(), location_of_mark(node.Mark()), *context_->problems);
   if (!expanded.usable) return std::nullopt;
   return expanded;
 }
@@ -189,13 +189,13 @@ std::optional<double> YamlMap::finite_number(const YAML::Node& node, const std::
   const auto text = scalar(node, what);
   if (!text) return std::nullopt;
   const ParsedNumber number = parse_number(text->text);
-  const Place place = place_of_mark(node.Mark());
+  const SourceLocation location = location_of_mark(node.Mark());
   if (!number.is_number) {
-    report(place, what + " must be a number, is \"" + text->text + '"');
+    report(location, what + " must be a number, is \"" + text->text + '"');
   } else if (!std::isfinite(number.value)) {
-    report(place, what + " must be finite, is " + text->text);
+    report(location, what + " must be finite, is " + text->text);
   } else if (!contains(range, number.value)) {
-    report(place, what + " must be " + text_of(range) + ", is " + text->text);
+    report(location, what + " must be " + text_of(range) + ", is " + text->text);
   } else {
     return number.value;
   }
@@ -207,7 +207,7 @@ std::optional<std::int64_t> YamlMap::whole_number(const YAML::Node& node, const 
   const auto number = finite_number(node, what, range);
   if (!number) return std::nullopt;
   if (*number == std::floor(*number)) return std::int64_t(*number);
-  report(place_of_mark(node.Mark()), what + " must be a whole number, is " + node.Scalar());
+  report(location_of_mark(node.Mark()), what + " must be a whole number, is " + node.Scalar());
   return std::nullopt;
 }
 
@@ -216,7 +216,7 @@ std::optional<std::vector<YAML::Node>> YamlMap::list(const YAML::Node& node,
   if (!node.IsDefined()) return std::nullopt;
   if (node.IsSequence() && node.size() == length)
     return std::vector<YAML::Node>(node.begin(), node.end());
-  report(place_of_mark(node.Mark()),
+  report(location_of_mark(node.Mark()),
          what + " must be a list of " + std::to_string(length) + ", is " + kind_of(node));
   return std::nullopt;
 }
@@ -236,59 +236,62 @@ std::optional<Eigen::Vector3d> YamlMap::three_numbers(const YAML::Node& node,
   return vector;
 }
 
-double YamlMap::number(const std::string& key, Range range, std::optional<double> otherwise) {
-  return finite_number(value_of(key, !otherwise), key, range).value_or(otherwise.value_or(0));
+double YamlMap::number(const std::string& key, Range range, std::optional<double> default_value) {
+  return finite_number(value_of(key, !default_value), key, range)
+      .value_or(default_value.value_or(0));
 }
 
-int YamlMap::integer(const std::string& key, Range range, std::optional<int> otherwise) {
-  range.lowest = std::max<double>(range.lowest, std::numeric_limits<int>::min());
-  range.highest = std::min<double>(range.highest, std::numeric_limits<int>::max());
-  return int(whole_number(value_of(key, !otherwise), key, range).value_or(otherwise.value_or(0)));
+int YamlMap::integer(const std::string& key, Range range, std::optional<int> default_value) {
+  range.min = std::max<double>(range.min, std::numeric_limits<int>::min());
+  range.max = std::min<double>(range.max, std::numeric_limits<int>::max());
+  return int(
+      whole_number(value_of(key, !default_value), key, range).value_or(default_value.value_or(0)));
 }
 
 std::int64_t YamlMap::integer64(const std::string& key, Range range,
-                                std::optional<std::int64_t> otherwise) {
-  constexpr double kExact =
+                                std::optional<std::int64_t> default_value) {
+  constexpr double kMaxExactInteger =
       9007199254740992;  // 2^53: whole numbers beyond are not exact in a double
-  range.lowest = std::max(range.lowest, -kExact);
-  range.highest = std::min(range.highest, kExact);
-  return whole_number(value_of(key, !otherwise), key, range).value_or(otherwise.value_or(0));
+  range.min = std::max(range.min, -kMaxExactInteger);
+  range.max = std::min(range.max, kMaxExactInteger);
+  return whole_number(value_of(key, !default_value), key, range)
+      .value_or(default_value.value_or(0));
 }
 
-bool YamlMap::flag(const std::string& key, std::optional<bool> otherwise) {
-  const YAML::Node node = value_of(key, !otherwise);
+bool YamlMap::flag(const std::string& key, std::optional<bool> default_value) {
+  const YAML::Node node = value_of(key, !default_value);
   const auto text = scalar(node, key);
   if (text && text->text != "true" && text->text != "false")
-    report(place_of_mark(node.Mark()), key + " must be true or false, is \"" + text->text + '"');
+    report(location_of_mark(node.Mark()), key + " must be true or false, is \"" + text->text + '"');
   return text && (text->text == "true" || text->text == "false") ? text->text == "true"
-                                                                 : otherwise.value_or(false);
+                                                                 : default_value.value_or(false);
 }
 
-std::string YamlMap::text(const std::string& key, std::optional<std::string> otherwise) {
-  const auto text = scalar(value_of(key, !otherwise), key);
-  return text ? text->text : otherwise.value_or("");
+std::string YamlMap::text(const std::string& key, std::optional<std::string> default_value) {
+  const auto text = scalar(value_of(key, !default_value), key);
+  return text ? text->text : default_value.value_or("");
 }
 
-std::string YamlMap::name(const std::string& key, std::optional<std::string> otherwise,
-                          std::size_t longest) {
-  const YAML::Node node = value_of(key, !otherwise);
+std::string YamlMap::name(const std::string& key, std::optional<std::string> default_value,
+                          std::size_t max_length) {
+  const YAML::Node node = value_of(key, !default_value);
   const auto text = scalar(node, key);
-  if (!text) return otherwise.value_or("");
+  if (!text) return default_value.value_or("");
   if (text->text.empty() ||
       text->text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
-    report(place_of_mark(node.Mark()),
+    report(location_of_mark(node.Mark()),
            key + " must consist of a-z, 0-9 and _, is \"" + text->text + '"');
-  if (text->text.size() > longest)
-    report(place_of_mark(node.Mark()), key + " has " + std::to_string(text->text.size()) +
-                                           " characters, at most " + std::to_string(longest) +
-                                           " are possible");
+  if (text->text.size() > max_length)
+    report(location_of_mark(node.Mark()), key + " has " + std::to_string(text->text.size()) +
+                                              " characters, at most " + std::to_string(max_length) +
+                                              " are possible");
   return text->text;
 }
 
 Eigen::Vector3d YamlMap::vector3(const std::string& key, Range each,
-                                 std::optional<Eigen::Vector3d> otherwise) {
-  return three_numbers(value_of(key, !otherwise), key, each)
-      .value_or(otherwise.value_or(Eigen::Vector3d::Zero()));
+                                 std::optional<Eigen::Vector3d> default_value) {
+  return three_numbers(value_of(key, !default_value), key, each)
+      .value_or(default_value.value_or(Eigen::Vector3d::Zero()));
 }
 
 Eigen::Matrix3d YamlMap::matrix3(const std::string& key) {
@@ -303,12 +306,12 @@ Eigen::Matrix3d YamlMap::matrix3(const std::string& key) {
 }
 
 std::array<int, 2> YamlMap::size_px(const std::string& key,
-                                    std::optional<std::array<int, 2>> otherwise) {
-  std::array<int, 2> size = otherwise.value_or(std::array<int, 2>{0, 0});
-  if (const auto elements = list(value_of(key, !otherwise), key, 2))
+                                    std::optional<std::array<int, 2>> default_value) {
+  std::array<int, 2> size = default_value.value_or(std::array<int, 2>{0, 0});
+  if (const auto elements = list(value_of(key, !default_value), key, 2))
     for (int i = 0; i < 2; ++i)
       size[i] = int(
-          whole_number((*elements)[i], key + '[' + std::to_string(i) + ']', {1, kLargestImage_px})
+          whole_number((*elements)[i], key + '[' + std::to_string(i) + ']', {1, kMaxImageSize_px})
               .value_or(0));
   return size;
 }
@@ -318,7 +321,7 @@ std::vector<int> YamlMap::integers(const std::string& key, Range each) {
   const YAML::Node node = value_of(key, false);
   if (!node.IsDefined()) return result;
   if (!node.IsSequence()) {
-    report(place_of_mark(node.Mark()), key + " must be a list, is " + kind_of(node));
+    report(location_of_mark(node.Mark()), key + " must be a list, is " + kind_of(node));
     return result;
   }
   for (std::size_t i = 0; i < node.size(); ++i)
@@ -332,7 +335,7 @@ std::filesystem::path YamlMap::path(const std::string& key) {
   const auto text = scalar(node, key);
   if (!text) return {};
   if (text->text.empty()) {
-    report(place_of_mark(node.Mark()), key + " must be a path, is empty");
+    report(location_of_mark(node.Mark()), key + " must be a path, is empty");
     return {};
   }
   const std::filesystem::path path = text->text;
@@ -353,7 +356,7 @@ std::optional<std::size_t> YamlMap::choice_index(const std::string& key,
   if (found != names.end()) return found - names.begin();
   std::string list_of_names;
   for (const std::string& name : names) list_of_names += (list_of_names.empty() ? "" : ", ") + name;
-  report(place_of_mark(node.Mark()),
+  report(location_of_mark(node.Mark()),
          key + " must be one of " + list_of_names + "; is \"" + text->text + '"');
   return std::nullopt;
 }
@@ -361,7 +364,7 @@ std::optional<std::size_t> YamlMap::choice_index(const std::string& key,
 YamlMap YamlMap::map(const std::string& key) {
   YAML::Node node = value_of(key, true);
   if (node.IsDefined() && !node.IsMap())
-    report(place_of_mark(node.Mark()),
+    report(location_of_mark(node.Mark()),
            key + " must be a mapping of keys to values, is " + kind_of(node));
   return YamlMap(context_, node, key);
 }
@@ -371,14 +374,14 @@ std::vector<YamlMap> YamlMap::maps(const std::string& key) {
   const YAML::Node node = value_of(key, true);
   if (!node.IsDefined()) return result;
   if (!node.IsSequence() || node.size() == 0) {
-    report(place_of_mark(node.Mark()),
+    report(location_of_mark(node.Mark()),
            key + " must be a list of at least one, is " + kind_of(node));
     return result;
   }
   for (std::size_t i = 0; i < node.size(); ++i) {
     const std::string what = key + '[' + std::to_string(i) + ']';
     if (!node[i].IsMap())
-      report(place_of_mark(node[i].Mark()),
+      report(location_of_mark(node[i].Mark()),
              what + " must be a mapping of keys to values, is " + kind_of(node[i]));
     result.push_back(YamlMap(context_, node[i], what));
   }
@@ -392,21 +395,21 @@ void YamlMap::finish() {
     const std::string key = entry.first.Scalar();
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     std::string what = "unknown key " + key;
-    if (const auto advice = advice_on_key(key, known_)) {
-      what += advice->unit_differs ? ": " + advice->meant + " is expected"
-                                   : ": did you mean " + advice->meant + '?';
-      missing_.erase(advice->meant);
+    if (const auto suggestion = suggest_key(key, known_)) {
+      what += suggestion->unit_differs ? ": " + suggestion->key + " is expected"
+                                       : ": did you mean " + suggestion->key + '?';
+      missing_.erase(suggestion->key);
     } else {
       what += "; known keys:";
       for (const std::string& known : known_) what += ' ' + known;
     }
-    report(place_of_mark(entry.first.Mark()), what);
+    report(location_of_mark(entry.first.Mark()), what);
   }
   report_missing();
 }
 
 void YamlMap::report_missing() {
-  for (const std::string& key : missing_) report(place(), key + " is missing in " + what_);
+  for (const std::string& key : missing_) report(location(), key + " is missing in " + what_);
   missing_.clear();
 }
 

@@ -1,5 +1,5 @@
-// YAML -> checked values. Every problem is collected with its place, and reading goes on: a value
-// that can't be had reads as its default (or zero), so one load finds all problems of a file.
+// YAML -> checked values. Every problem is collected with its location, and reading goes on: a
+// value that can't be had reads as its default (or zero), so one load finds all problems of a file.
 #pragma once
 #include <yaml-cpp/yaml.h>
 
@@ -19,10 +19,10 @@
 
 namespace fivepipe::config {
 
-// Allowed values, ends included unless said otherwise.
+// Allowed values, bounds included unless stated.
 struct Range {
-  double lowest, highest;
-  bool lowest_excluded = false;
+  double min, max;
+  bool min_excluded = false;
 };
 
 // Why a file can't be read (absent, a directory, no permission); nothing where it can.
@@ -42,24 +42,25 @@ class YamlMap {
   // A void mapping stands for one that could not be read: everything in it reads as absent, without
   // further problems.
   bool is_void() const { return !node_.IsDefined() || !node_.IsMap(); }
-  bool given(const std::string& key);
+  bool has(const std::string& key);
 
-  // Values. Without `otherwise` the key must be there. Lengths and types are checked; numbers are
-  // finite and in range.
-  double number(const std::string& key, Range range, std::optional<double> otherwise = {});
-  int integer(const std::string& key, Range range, std::optional<int> otherwise = {});
+  // Values. Without `default_value` the key must be there. Lengths and types are checked; numbers
+  // are finite and in range.
+  double number(const std::string& key, Range range, std::optional<double> default_value = {});
+  int integer(const std::string& key, Range range, std::optional<int> default_value = {});
   std::int64_t integer64(const std::string& key, Range range,
-                         std::optional<std::int64_t> otherwise = {});
-  bool flag(const std::string& key, std::optional<bool> otherwise = {});
-  std::string text(const std::string& key, std::optional<std::string> otherwise = {});
-  std::string name(const std::string& key, std::optional<std::string> otherwise = {},
-                   std::size_t longest = 32);  // [a-z0-9_]+, as messages have room for
+                         std::optional<std::int64_t> default_value = {});
+  bool flag(const std::string& key, std::optional<bool> default_value = {});
+  std::string text(const std::string& key, std::optional<std::string> default_value = {});
+  std::string name(const std::string& key, std::optional<std::string> default_value = {},
+                   std::size_t max_length = 32);  // [a-z0-9_]+, as messages have room for
   Eigen::Vector3d vector3(const std::string& key, Range each,
-                          std::optional<Eigen::Vector3d> otherwise = {});
+                          std::optional<Eigen::Vector3d> default_value = {});
   Eigen::Matrix3d matrix3(const std::string& key);  // a list of three rows
-  std::array<int, 2> size_px(const std::string& key,
-                             std::optional<std::array<int, 2>> otherwise = {});  // width, height
-  std::vector<int> integers(const std::string& key, Range each);                 // absent: none
+  std::array<int, 2> size_px(
+      const std::string& key,
+      std::optional<std::array<int, 2>> default_value = {});      // width, height
+  std::vector<int> integers(const std::string& key, Range each);  // absent: none
 
   // A path, relative to the folder of the file, or to the working directory where it begins with a
   // setting from the command line; empty where it could not be read.
@@ -67,11 +68,11 @@ class YamlMap {
 
   template <typename Value>
   Value choice(const std::string& key, const std::vector<std::pair<std::string, Value>>& choices,
-               std::optional<Value> otherwise = {}) {
+               std::optional<Value> default_value = {}) {
     std::vector<std::string> names;
     for (const auto& [choice_name, value] : choices) names.push_back(choice_name);
-    const std::optional<std::size_t> index = choice_index(key, names, !otherwise);
-    return index ? choices[*index].second : otherwise.value_or(choices.front().second);
+    const std::optional<std::size_t> index = choice_index(key, names, !default_value);
+    return index ? choices[*index].second : default_value.value_or(choices.front().second);
   }
 
   YamlMap map(const std::string& key);                // must be there; void where it is not
@@ -86,12 +87,12 @@ class YamlMap {
   void
   report_missing();  // finish() without the unknown keys, for a mapping whose keys can't be known
 
-  void problem(const std::string& what) const { report(place(), what); }
+  void problem(const std::string& what) const { report(location(), what); }
   void problem_at(const std::string& key, const std::string& what) const {
-    report(place_of(key), what);
+    report(location_of(key), what);
   }  // at the key's value
-  Place place() const;
-  Place place_of(const std::string& key) const;
+  SourceLocation location() const;
+  SourceLocation location_of(const std::string& key) const;
   const std::filesystem::path& file() const { return context_->file; }
   std::size_t problem_count() const { return context_->problems->count(); }
   Problems& problems() const { return *context_->problems; }
@@ -115,7 +116,7 @@ class YamlMap {
                                                Range each);
   std::optional<std::size_t> choice_index(const std::string& key,
                                           const std::vector<std::string>& names, bool required);
-  void report(Place place, const std::string& what) const;
+  void report(SourceLocation location, const std::string& what) const;
 
   std::shared_ptr<Context> context_;
   YAML::Node node_;

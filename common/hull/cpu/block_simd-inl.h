@@ -95,8 +95,8 @@ struct Way {
       return b;
   }
   HWY_INLINE VF forward(VF rate) const { return choose(hn::Neg(rate), rate); }
-  // How far a position is from the end of the box ahead [px]; x: from the pixel's centre, extent: of
-  // the box, from there.
+  // How far a position is from the end of the box ahead [px]; x: from the pixel's centre, extent:
+  // of the box, from there.
   HWY_INLINE VF left(VF x, VF extent) const { return hn::Sub(extent, choose(hn::Neg(x), x)); }
 };
 
@@ -104,7 +104,7 @@ struct Way {
 // is in store, of the nearest pixel that is: the way ahead is as empty from there, if not more.
 template <bool kBothWays>
 HWY_INLINE VF extent_at(const BlockCamera& c, VF& fu, VF& fv, const Way<kBothWays>& way_u,
-                       const Way<kBothWays>& way_v) {
+                        const Way<kBothWays>& way_v) {
   const DF d;
   const DI di;
   fu = hn::Min(hn::Max(fu, hn::Set(d, c.min_u)), hn::Set(d, c.max_u)),

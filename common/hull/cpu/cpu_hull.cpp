@@ -20,7 +20,7 @@ constexpr int kPiece_px = 4 * kBlock_px;
 
 // Smallest object first, it clears most; the rest only so that the given order never shows.
 bool smaller_first(const CpuHull::MapCamera& a, const CpuHull::MapCamera& b,
-                  std::span<const Silhouette> silhouettes) {
+                   std::span<const Silhouette> silhouettes) {
   const auto key = [](const CpuHull::MapCamera& c) {
     const auto& m = c.camera.camera_from_world.matrix();
     const geometry::Pinhole& k = c.camera.pinhole;
@@ -225,7 +225,8 @@ void CpuHull::assign(std::span<const Silhouette> silhouettes, const HullRule& ru
 
 void CpuHull::make_all_quadrants() {
   pool_->run(int(used_) * kQuadrants, [&](int i, int) {
-    if (SkipMap& skip_map = cameras_[std::size_t(i / kQuadrants)].skip_map; !skip_map.has(Quadrant(i % kQuadrants)))
+    if (SkipMap& skip_map = cameras_[std::size_t(i / kQuadrants)].skip_map;
+        !skip_map.has(Quadrant(i % kQuadrants)))
       skip_map.make(Quadrant(i % kQuadrants));
   });
 }

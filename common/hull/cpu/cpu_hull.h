@@ -24,9 +24,9 @@ class CpuHull {
   // hull.
   void assign(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
 
-  // Depth of the view's rays through the pixels of `rect`, which may extend beyond its image, row by
-  // row into depth_m, of rect's size. The same bits for every order of the silhouettes, division of
-  // the view into rects, and number of threads; within 2e-6 of the exact reference, relative. A
+  // Depth of the view's rays through the pixels of `rect`, which may extend beyond its image, row
+  // by row into depth_m, of rect's size. The same bits for every order of the silhouettes, division
+  // of the view into rects, and number of threads; within 2e-6 of the exact reference, relative. A
   // view that is not finite sees no hull.
   void depth(const View& view, const PixelRect& rect, std::span<float> depth_m);
   DepthTile depth(const View& view, const PixelRect& rect);

@@ -133,7 +133,7 @@ std::vector<PointSimdCamera> point_simd_cameras(const CpuHull& hull) {
 }
 
 void contains_simd(std::span<const PointSimdCamera> cameras,
-                       std::span<const Eigen::Vector3d> p_world_m, InHull* verdicts) {
+                   std::span<const Eigen::Vector3d> p_world_m, InHull* verdicts) {
   static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
   if (!p_world_m.empty())
     HWY_DYNAMIC_DISPATCH(contains)(cameras, p_world_m.data()->data(), p_world_m.size(), verdicts);

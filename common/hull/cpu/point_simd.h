@@ -22,6 +22,6 @@ std::vector<PointSimdCamera> point_simd_cameras(const CpuHull& hull);
 
 enum class InHull : std::uint8_t { no = 0, yes = 1, uncertain = 2 };
 void contains_simd(std::span<const PointSimdCamera> cameras,
-                       std::span<const Eigen::Vector3d> p_world_m, InHull* verdicts);
+                   std::span<const Eigen::Vector3d> p_world_m, InHull* verdicts);
 
 }  // namespace fivepipe::hull

@@ -66,7 +66,8 @@ bool prepare(Block& block, std::span<const MapFromView> maps,
     c.both_ways = false;
     const bool left = moves_back(map, block.rays, right, down, 0, c.both_ways),
                up = moves_back(map, block.rays, right, down, 1, c.both_ways);
-    for (const Quadrant box : {Quadrant::right_down, Quadrant::left_down, Quadrant::right_up, Quadrant::left_up})
+    for (const Quadrant box :
+         {Quadrant::right_down, Quadrant::left_down, Quadrant::right_up, Quadrant::left_up})
       if ((c.both_ways || box == quadrant_ahead(left, up)) && !skip_maps[n]->has(box)) return false;
     if (skip_maps[n]->box_bytes() > kMaxBoxBytes) return false;
     c.sign_u = left && !c.both_ways ? -1 : 1;

@@ -284,7 +284,8 @@ void march(const Block& block, SimdScratch& scratch) {
     for (int i = 0; i < block.rays.width_px(); i += kTile_px) {
       tiles.center_i[tiles.count] = float(i) + 0.5f * (kTile_px - 1),
       tiles.center_j[tiles.count] = float(j) + 0.5f * (kTile_px - 1), tiles.s[tiles.count] = 0;
-      for (std::size_t c = 0; c < block.cameras.size(); ++c) tiles.hold[c][tiles.count] = kNoVerdictEnd;
+      for (std::size_t c = 0; c < block.cameras.size(); ++c)
+        tiles.hold[c][tiles.count] = kNoVerdictEnd;
       ++tiles.count;
     }
   march_tiles(block.cameras, kTile_px, span_of(block), tiles);

@@ -38,8 +38,8 @@ inline constexpr float kMaxDepthRatio = 64;
 struct BlockCamera {
   float at_begin[3], du_begin[3], dv_begin[3], slope[3], du[3], dv[3];
   float min_u, max_u, min_v, max_v;  // pixels in store, from the origin
-  float step_u, step_v;                    // from a pixel to the next, in bytes
-  float eps_px, eps_px_per_m;              // a position's error: eps_px + s eps_px_per_m
+  float step_u, step_v;              // from a pixel to the next, in bytes
+  float eps_px, eps_px_per_m;        // a position's error: eps_px + s eps_px_per_m
   const std::int8_t*
       at_origin;  // of the box ahead; where images move both ways, of that to the right and down
   bool both_ways;

@@ -69,7 +69,8 @@ ImageLine image_line(const geometry::Camera& camera, const geometry::Ray& ray) {
           d.z()};
 }
 
-PixelRect walk_window(const geometry::Camera& camera, const SkipMap& skip_map, const HullRule& rule) {
+PixelRect walk_window(const geometry::Camera& camera, const SkipMap& skip_map,
+                      const HullRule& rule) {
   if (rule.limits == Limits::seen) return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
   const PixelRect& b = skip_map.bounds();
   if (b.empty()) return {};
@@ -85,7 +86,8 @@ MapWalk::MapWalk(const ImageLine& line, const SkipMap& skip_map, const PixelRect
       inside_window_(window.empty() ? RayRange{range.end, range.end} : within(line, window, range)),
       right_(line.u_slope * line.w_offset > line.u_offset * line.w_slope),
       down_(line.v_slope * line.w_offset > line.v_offset * line.w_slope) {
-  verdict_span_ = inside_window_.empty() ? VerdictSpan{beyond, kNever} : VerdictSpan{beyond, inside_window_.begin};
+  verdict_span_ = inside_window_.empty() ? VerdictSpan{beyond, kNever}
+                                         : VerdictSpan{beyond, inside_window_.begin};
 }
 
 double MapWalk::position(double offset, double slope, double t) const {
@@ -111,8 +113,9 @@ void MapWalk::walk_to(double t) {
     verdict_span_ = {beyond_, kNever};
     return;
   }
-  if (in_box_ && t == verdict_span_.end) {  // over the border where the box ends: by index, for rounding
-                                      // may say before or behind
+  if (in_box_ &&
+      t == verdict_span_.end) {  // over the border where the box ends: by index, for rounding
+                                 // may say before or behind
     if (leaves_by_u_) {
       u_ = right_ ? box_.u1_px : box_.u0_px - 1;
       v_ = floored(position(line_.v_offset, line_.v_slope, t), box_.v0_px, box_.v1_px - 1);
@@ -153,7 +156,8 @@ double RayWalk::next_entry(double t, double end) {
   for (std::size_t camera = 0, agreed = 0; agreed < walks_.size() && rule_.limits == Limits::all;
        camera = camera + 1 == walks_.size() ? 0 : camera + 1) {
     ++agreed;
-    for (VerdictSpan verdict_span; (verdict_span = walks_[camera].verdict_at(t)).verdict != Verdict::object; agreed = 1) {
+    for (VerdictSpan verdict_span;
+         (verdict_span = walks_[camera].verdict_at(t)).verdict != Verdict::object; agreed = 1) {
       t = verdict_span.end;
       if (!(t < end)) return kNever;
     }

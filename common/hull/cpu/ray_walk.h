@@ -57,7 +57,8 @@ struct VerdictSpan {
 };
 
 // The part of a camera's map in which rays are walked.
-PixelRect walk_window(const geometry::Camera& camera, const SkipMap& skip_map, const HullRule& rule);
+PixelRect walk_window(const geometry::Camera& camera, const SkipMap& skip_map,
+                      const HullRule& rule);
 // What a camera says of a ray outside that window.
 inline Verdict beyond_window(const HullRule& rule) {
   return rule.limits == Limits::seen ? Verdict::unseen : Verdict::empty;

@@ -211,10 +211,9 @@ void SkipMap::assign(const ObjectPixels& pixels) {
 void SkipMap::make(Quadrant box) {
   const bool left = box == Quadrant::left_down || box == Quadrant::left_up,
              up = box == Quadrant::right_up || box == Quadrant::left_up;
-  if (!bounds_.empty())
-    HWY_DYNAMIC_DISPATCH(extents)
-    (left, up, {stored_.height_px(), words_, empty_.data(), object_.data()}, stride_ / 64,
-     bytes_.get() + std::size_t(box) * box_bytes_, stride_);
+  if (!bounds_.empty()) HWY_DYNAMIC_DISPATCH(extents)
+  (left, up, {stored_.height_px(), words_, empty_.data(), object_.data()}, stride_ / 64,
+   bytes_.get() + std::size_t(box) * box_bytes_, stride_);
   made_[std::size_t(box)] = true;
 }
 

@@ -64,7 +64,9 @@ class SkipMap {
   int min_extent(int u_px, int v_px) const;
 
   // Of stored's pixels, row by row; three more bytes may be read after the last row.
-  const std::int8_t* bytes(Quadrant box) const { return bytes_.get() + std::size_t(box) * box_bytes_; }
+  const std::int8_t* bytes(Quadrant box) const {
+    return bytes_.get() + std::size_t(box) * box_bytes_;
+  }
   int stride() const { return stride_; }
   std::size_t box_bytes() const { return box_bytes_; }  // from one box's bytes to the next's
 

@@ -245,8 +245,7 @@ void GlHull::run(std::size_t cameras) {
 
 void GlHull::trace(const View& view, std::span<const PixelRect> rects) {
   const int width_px = view.camera.pinhole.width_px, height_px = view.camera.pinhole.height_px;
-  if (width_px <= 0 || height_px <= 0 || width_px > kMaxViewSize_px ||
-      height_px > kMaxViewSize_px)
+  if (width_px <= 0 || height_px <= 0 || width_px > kMaxViewSize_px || height_px > kMaxViewSize_px)
     throw std::invalid_argument("view of an unusable size");
   for (const PixelRect& r : rects)
     if (!r.empty() && !(r == intersection(r, {0, 0, width_px, height_px})))

@@ -49,7 +49,8 @@ bool HullQuery::contains(const Vector3d& p_world_m) const {
     const auto uv_px = geometry::project(c.camera, p_world_m);
     const bool sees = uv_px && holds(image_of(c.camera), uv_px->x(), uv_px->y());
     if (!sees && !all) continue;
-    if (!sees || c.skip_map.at(Quadrant::right_down, int(uv_px->x() + 0.5), int(uv_px->y() + 0.5)) > 0)
+    if (!sees ||
+        c.skip_map.at(Quadrant::right_down, int(uv_px->x() + 0.5), int(uv_px->y() + 0.5)) > 0)
       return false;
     ++seen;
   }
@@ -67,8 +68,9 @@ void HullQuery::each_interval(const geometry::Ray& ray, double near, double far,
   std::vector<MapWalk> walks;
   walks.reserve(cones_.size());
   for (const CpuHull::MapCamera& c : hull_->cameras()) {
-    walks.emplace_back(image_line(c.camera, ray), c.skip_map, walk_window(c.camera, c.skip_map, rule),
-                       beyond_window(rule), RayRange{near, far});
+    walks.emplace_back(image_line(c.camera, ray), c.skip_map,
+                       walk_window(c.camera, c.skip_map, rule), beyond_window(rule),
+                       RayRange{near, far});
   }
   RayWalk walk(walks, rule);
   for (double t = near; t < far;) {

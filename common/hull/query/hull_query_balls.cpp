@@ -40,8 +40,8 @@ UniformRect uniform_rect_around(const SkipMap& skip_map, int u, int v) {
 
 // How far the point, in pixel (u, v), is from the pixels around that are not alike; those farther
 // than the eight next to it are behind the border of the nine. 0 only where it touches one.
-double distance_to_other_m(const SkipMap& skip_map, const ImageCone& cone, const ProjectedPoint& p, int u, int v,
-                   bool object) {
+double distance_to_other_m(const SkipMap& skip_map, const ImageCone& cone, const ProjectedPoint& p,
+                           int u, int v, bool object) {
   double nearest_m = cone.inside_m(p, cone.pyramid({u - 1, v - 1, u + 2, v + 2}));
   for (int dv = -1; dv <= 1; ++dv)
     for (int du = -1; du <= 1; ++du)
@@ -60,7 +60,8 @@ struct HullQuery::CameraClearance {
   double to_image_border_m = kInfinity;  // by `seen` alone: from where the camera's part may change
 };
 
-HullQuery::CameraClearance HullQuery::camera_clearance(std::size_t camera, const Vector3d& p_world_m) const {
+HullQuery::CameraClearance HullQuery::camera_clearance(std::size_t camera,
+                                                       const Vector3d& p_world_m) const {
   const CpuHull::MapCamera& c = hull_->cameras()[camera];
   const auto& [cone, object, whole_image] = cones_[camera];
   const ProjectedPoint p = cone.see(p_world_m);
@@ -70,13 +71,15 @@ HullQuery::CameraClearance HullQuery::camera_clearance(std::size_t camera, const
   a.sees = in_front && holds(image, p.u_px, p.v_px);
   if (hull_->rule().limits == Limits::seen && !image.empty())
     a.to_image_border_m = a.sees ? cone.inside_m(p, whole_image) : cone.outside_m(p, whole_image);
-  a.off_object_m = c.skip_map.bounds().empty() ? kInfinity : std::max(0.0, cone.outside_m(p, object));
+  a.off_object_m =
+      c.skip_map.bounds().empty() ? kInfinity : std::max(0.0, cone.outside_m(p, object));
   if (in_front && holds(c.skip_map.stored(), p.u_px, p.v_px)) {  // elsewhere the bounds say more
     const int u = int(std::floor(p.u_px + 0.5)), v = int(std::floor(p.v_px + 0.5));
     const UniformRect alike = uniform_rect_around(c.skip_map, u, v);
     double to_border_m = cone.inside_m(p, cone.pyramid(alike.rect));
     if (alike.tight)
-      to_border_m = std::max(to_border_m, distance_to_other_m(c.skip_map, cone, p, u, v, alike.object));
+      to_border_m =
+          std::max(to_border_m, distance_to_other_m(c.skip_map, cone, p, u, v, alike.object));
     a.on_object = alike.object;
     if (alike.object)
       a.on_object_m = to_border_m;

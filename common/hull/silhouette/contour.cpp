@@ -12,8 +12,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 
-// EdgeCenters at three places along the tangent, a quarter of a pixel apart, give more; at two places
-// there is no parabola.
+// EdgeCenters at three places along the tangent, a quarter of a pixel apart, give more; at two
+// places there is no parabola.
 constexpr double kMinDeterminant_px6 = 1e-3;
 // A parabola that leaves its chord so steeply follows single edges: the chord is the better guess.
 constexpr double kMaxSlope = 1;
@@ -51,7 +51,7 @@ using EdgeCenters = std::array<Vector2d, 2 * kContourEdges + 1>;
 
 // A closed contour has so many edges; 2 kContourEdges + 1 stand for that and more.
 EdgeCenters edge_centers_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px,
-                       int& edges) {
+                                int& edges) {
   EdgeCenters middles;
   edges = 2 * kContourEdges + 1;
   middles[kContourEdges] = start.middle() - uv_px;
@@ -86,8 +86,7 @@ double turn_rad(const EdgeCenters& m, int n) {
 int window(const EdgeCenters& m, int edges) {
   int n = edges > 2 * kContourEdges ? kContourEdges
                                     : std::clamp(edges / 4, kFewestContourEdges, kContourEdges);
-  while (n > kFewestContourEdges && !(turn_rad(m, n) <= kMaxTurn_rad))
-    n -= n > kFineWindow ? 4 : 1;
+  while (n > kFewestContourEdges && !(turn_rad(m, n) <= kMaxTurn_rad)) n -= n > kFineWindow ? 4 : 1;
   return n;
 }
 

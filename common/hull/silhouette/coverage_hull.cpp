@@ -41,7 +41,8 @@ Entry next_entry(std::span<CoverageWalk> walks, double t, double end) {
   for (std::size_t camera = 0, agreed = 0; agreed < walks.size();
        camera = camera + 1 == walks.size() ? 0 : camera + 1) {
     ++agreed;
-    for (CoverageWalk::VerdictSpan verdict_span; !(verdict_span = walks[camera].verdict_at(t)).inside; agreed = 1) {
+    for (CoverageWalk::VerdictSpan verdict_span;
+         !(verdict_span = walks[camera].verdict_at(t)).inside; agreed = 1) {
       t = verdict_span.end;
       limiting = int(camera);
       if (!(t < end)) return {kNever, -1};

@@ -17,8 +17,8 @@ ObjectPixels cells_with_object(const CoverageMap& map);
 
 class CoverageWalk {
  public:
-  // The line is that of the cells' camera. Borrows the map, and the skip_map of its cells with the box
-  // ahead of the line made.
+  // The line is that of the cells' camera. Borrows the map, and the skip_map of its cells with the
+  // box ahead of the line made.
   CoverageWalk(const ImageLine& line, const CoverageMap& map, const SkipMap& skip_map,
                const RayRange& range);
 

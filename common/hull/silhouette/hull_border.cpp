@@ -70,7 +70,7 @@ bool in_or_beside(const PixelRect& image,
 
 // Another camera whose border passes the point so closely that it ends the hull there as well.
 std::optional<LimitingCamera> also_limits(const CpuHull& hull, const CpuHull::MapCamera& c,
-                                         const Vector3d& p_world_m) {
+                                          const Vector3d& p_world_m) {
   const auto uv_px = geometry::project(c.camera, p_world_m);
   const PixelRect image = image_of(c.camera);
   if (!uv_px || !in_or_beside(image, *uv_px)) return std::nullopt;
@@ -95,8 +95,8 @@ std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const Image
   walks.reserve(lines.size());
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const CpuHull::MapCamera& c = hull.cameras()[i];
-    walks.emplace_back(lines[i], c.skip_map, walk_window(c.camera, c.skip_map, rule), beyond_window(rule),
-                       RayRange{near, far});
+    walks.emplace_back(lines[i], c.skip_map, walk_window(c.camera, c.skip_map, rule),
+                       beyond_window(rule), RayRange{near, far});
   }
   RayBorder border{near};
   for (;;) {
@@ -116,8 +116,8 @@ std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const Image
       return border;
     if (next < 0) return std::nullopt;
     border = {until, next};
-    const bool lets_go =
-        was_empty && until < far && walks[std::size_t(next)].verdict_at(until).verdict == Verdict::unseen;
+    const bool lets_go = was_empty && until < far &&
+                         walks[std::size_t(next)].verdict_at(until).verdict == Verdict::unseen;
     border.kept = lets_go ? Kept::not_empty : Kept::object;
   }
 }
@@ -156,7 +156,7 @@ std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const ge
   for (int i = 0; i < int(hull.cameras().size()); ++i) {
     if (i == border->camera) continue;
     const auto other = also_limits(hull, hull.cameras()[std::size_t(i)],
-                                  ray.origin_world_m + border->t * ray.direction_world);
+                                   ray.origin_world_m + border->t * ray.direction_world);
     if (other) found.cameras.push_back(*other);
   }
   std::stable_sort(found.cameras.begin() + 1, found.cameras.end(),

@@ -60,7 +60,8 @@ Across min_spread(const Neighbourhood& n) {
 }
 
 // What a pixel in the middle of something thin is raised to; nothing for others.
-std::optional<double> thin_coverage(const Neighbourhood& n, Across across, const PreserveThin& keep) {
+std::optional<double> thin_coverage(const Neighbourhood& n, Across across,
+                                    const PreserveThin& keep) {
   const bool rows = across == Across::rows;
   const double here = n.c[1][1], before = rows ? n.c[0][1] : n.c[1][0],
                behind = rows ? n.c[2][1] : n.c[1][2];
@@ -133,8 +134,7 @@ CoverageMap preserve_thin(const CoverageMap& map, const PreserveThin& keep) {
       for (int u = 0; u < map.width_px(); ++u)
         if (map.at(u, v) != 0 && map.at(u, v) != kFullCoverage) work(u, v, around(map, u, v));
   };
-  for_partly_covered(
-      [&](int u, int v, const Neighbourhood& n) { raise(u, v, n, min_spread(n)); });
+  for_partly_covered([&](int u, int v, const Neighbourhood& n) { raise(u, v, n, min_spread(n)); });
   for_partly_covered([&](int u, int v, const Neighbourhood& n) {
     if (side_of_border(kept.at(u, v)) < 0 && bridges(kept, u, v))
       raise(u, v, n, min_spread(n) == Across::rows ? Across::columns : Across::rows);

@@ -14,7 +14,7 @@ namespace {
 
 // Cyclone clears as many samples with each loan that it gets back: more than a view has tiles costs
 // more than it saves.
-constexpr std::int32_t kMaxTaken = 64;
+constexpr std::int32_t kMaxSamplesPerTake = 64;
 
 // Depth of each kind of delivery, in samples per key. stream: more than max_frames_in_flight, so
 // that pacing, not the bus, drops.
@@ -69,12 +69,13 @@ namespace detail {
 
 Entity::~Entity() { dds_delete(handle); }
 
-Taken take(std::int32_t reader) {
-  Taken taken;
-  std::array<void*, kMaxTaken> samples{};
-  std::array<dds_sample_info_t, kMaxTaken> infos;
-  const std::int32_t count =
-      checked(dds_take(reader, samples.data(), infos.data(), kMaxTaken, kMaxTaken), "dds_take");
+LoanedSamples take(std::int32_t reader) {
+  LoanedSamples taken;
+  std::array<void*, kMaxSamplesPerTake> samples{};
+  std::array<dds_sample_info_t, kMaxSamplesPerTake> infos;
+  const std::int32_t count = checked(
+      dds_take(reader, samples.data(), infos.data(), kMaxSamplesPerTake, kMaxSamplesPerTake),
+      "dds_take");
   taken.samples.assign(samples.begin(), samples.begin() + count);
   for (std::int32_t i = 0; i < count; ++i)
     taken.infos.push_back({infos[i].valid_data, infos[i].instance_state != DDS_IST_ALIVE,
@@ -82,7 +83,7 @@ Taken take(std::int32_t reader) {
   return taken;
 }
 
-void return_loan(std::int32_t reader, Taken& taken) {
+void return_loan(std::int32_t reader, LoanedSamples& taken) {
   if (!taken.samples.empty())
     dds_return_loan(reader, taken.samples.data(), std::int32_t(taken.samples.size()));
 }
@@ -141,7 +142,7 @@ struct Bus::Impl {
 
 Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   FittedProfile profile = fitted_to_kernel(profile_xml(options.profile), kernel_rmem_max_bytes());
-  if (options.asks_for_acks) profile.xml += kFrequentHeartbeats;
+  if (options.frequent_heartbeats) profile.xml += kFrequentHeartbeats;
   if (!profile.warning.empty()) warnings_.push_back(profile.warning);
   // One domain of a number per process: a second Bus in it (tests, tools) shares the first one's
   // configuration.
@@ -204,7 +205,7 @@ bool Bus::wait(std::chrono::nanoseconds timeout) {
 std::int32_t Bus::participant() const { return impl_->participant->handle; }
 
 std::vector<EndpointDescription> Bus::endpoints() {
-  return detail::endpoints_known_to(impl_->participant->handle);
+  return detail::discovered_endpoints(impl_->participant->handle);
 }
 
 std::map<std::string, std::uint64_t> Bus::sent() {

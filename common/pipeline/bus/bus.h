@@ -38,12 +38,12 @@ struct Entity {  // a DDS entity handle, deleted with its owner
   const std::shared_ptr<WriteCounts> written =
       std::make_shared<WriteCounts>();  // outlives a writer: its last samples count too
 };
-struct Taken {  // samples on loan from a reader
+struct LoanedSamples {  // samples on loan from a reader
   std::vector<void*> samples;
   std::vector<SampleInfo> infos;
 };
-Taken take(std::int32_t reader);
-void return_loan(std::int32_t reader, Taken& taken);
+LoanedSamples take(std::int32_t reader);
+void return_loan(std::int32_t reader, LoanedSamples& taken);
 void write(Entity& writer, const void* message, const char* topic);
 bool wait_for_acks(std::int32_t writer, std::chrono::nanoseconds timeout);
 int matched_readers(std::int32_t writer);
@@ -76,11 +76,12 @@ class Sample {
 template <class Topic>
 class Batch {
  public:
-  Batch(std::int32_t reader, detail::Taken taken) : reader_(reader), taken_(std::move(taken)) {
-    for (std::size_t i = 0; i < taken_.infos.size(); ++i)
-      samples_.emplace_back(taken_.samples[i], taken_.infos[i]);
+  Batch(std::int32_t reader, detail::LoanedSamples taken)
+      : reader_(reader), loan_(std::move(taken)) {
+    for (std::size_t i = 0; i < loan_.infos.size(); ++i)
+      samples_.emplace_back(loan_.samples[i], loan_.infos[i]);
   }
-  ~Batch() { detail::return_loan(reader_, taken_); }
+  ~Batch() { detail::return_loan(reader_, loan_); }
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
   auto begin() const { return samples_.begin(); }
@@ -90,7 +91,7 @@ class Batch {
 
  private:
   std::int32_t reader_;
-  detail::Taken taken_;
+  detail::LoanedSamples loan_;
   std::vector<Sample<Topic>> samples_;
 };
 
@@ -132,7 +133,7 @@ struct BusOptions {
   std::string profile =
       "loopback";  // shipped in launch/profiles; CYCLONEDDS_URI in the environment wins
   std::string participant = "";  // what others see it as: a node's name
-  bool asks_for_acks =
+  bool frequent_heartbeats =
       false;  // within milliseconds, not a tenth of a second: for who waits for delivery often
 };
 

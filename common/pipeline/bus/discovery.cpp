@@ -7,17 +7,18 @@
 namespace fivepipe::bus::detail {
 namespace {
 
-constexpr std::int32_t kMaxKnown = 1024;  // of a kind
+constexpr std::int32_t kMaxEndpoints = 1024;  // of a kind
 
 // Everything alive that a built-in topic holds, in turn.
 template <class Described, class Each>
-void for_each_known(dds_entity_t participant, dds_entity_t builtin_topic, const Each& each) {
+void for_each_endpoint(dds_entity_t participant, dds_entity_t builtin_topic, const Each& each) {
   const dds_entity_t reader = dds_create_reader(participant, builtin_topic, nullptr, nullptr);
   if (reader < 0) throw BusError(std::string("reading discovery: ") + dds_strretcode(-reader));
   const Entity owner(reader);
-  std::vector<void*> samples(kMaxKnown, nullptr);
-  std::vector<dds_sample_info_t> infos(kMaxKnown);
-  const dds_return_t count = dds_read(reader, samples.data(), infos.data(), kMaxKnown, kMaxKnown);
+  std::vector<void*> samples(kMaxEndpoints, nullptr);
+  std::vector<dds_sample_info_t> infos(kMaxEndpoints);
+  const dds_return_t count =
+      dds_read(reader, samples.data(), infos.data(), kMaxEndpoints, kMaxEndpoints);
   for (dds_return_t i = 0; i < count; ++i)
     if (infos[std::size_t(i)].valid_data && infos[std::size_t(i)].instance_state == DDS_IST_ALIVE)
       each(*static_cast<const Described*>(samples[std::size_t(i)]));
@@ -59,11 +60,11 @@ std::map<std::string, std::string> qos_text(const dds_qos_t* qos) {
   return text;
 }
 
-std::vector<EndpointDescription> endpoints_known_to(dds_entity_t participant) {
+std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant) {
   dds_guid_t own{};
   dds_get_guid(participant, &own);
   std::map<std::string, std::string> name_of_participant;
-  for_each_known<dds_builtintopic_participant_t>(
+  for_each_endpoint<dds_builtintopic_participant_t>(
       participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, [&](const auto& known) {
         char* name = nullptr;
         if (dds_qget_entity_name(known.qos, &name) && name)
@@ -77,10 +78,10 @@ std::vector<EndpointDescription> endpoints_known_to(dds_entity_t participant) {
                          participant_guid == guid_text(own), guid_text(known.key), participant_guid,
                          name_of_participant[participant_guid], qos_text(known.qos)});
   };
-  for_each_known<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION,
-                                              [&](const auto& known) { add(known, true); });
-  for_each_known<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
-                                              [&](const auto& known) { add(known, false); });
+  for_each_endpoint<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION,
+                                                 [&](const auto& known) { add(known, true); });
+  for_each_endpoint<dds_builtintopic_endpoint_t>(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
+                                                 [&](const auto& known) { add(known, false); });
   return endpoints;
 }
 

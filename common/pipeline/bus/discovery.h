@@ -13,6 +13,6 @@ namespace fivepipe::bus::detail {
 std::string guid_text(const dds_guid_t& guid);
 std::map<std::string, std::string> qos_text(const dds_qos_t* qos);
 // Of every endpoint that this participant knows, its own too.
-std::vector<EndpointDescription> endpoints_known_to(dds_entity_t participant);
+std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant);
 
 }  // namespace fivepipe::bus::detail

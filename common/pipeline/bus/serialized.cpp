@@ -18,7 +18,7 @@
 namespace fivepipe::bus {
 namespace {
 
-constexpr std::uint32_t kMaxTaken = 256;
+constexpr std::uint32_t kMaxSamplesPerTake = 256;
 // Encapsulation: representation identifier and options.
 constexpr std::size_t kHeaderBytes = 4;
 
@@ -74,7 +74,7 @@ struct SerializedReader::Writers {
   mutable std::mutex mutex;
   std::map<std::uint64_t, WriterDescription> by_handle;
 
-  void note(dds_entity_t reader, dds_instance_handle_t handle) {
+  void add_writer(dds_entity_t reader, dds_instance_handle_t handle) {
     dds_builtintopic_endpoint_t* described = dds_get_matched_publication_data(reader, handle);
     if (!described) return;
     const WriterDescription writer{detail::guid_text(described->key),
@@ -87,7 +87,7 @@ struct SerializedReader::Writers {
   static void matched(dds_entity_t reader, dds_subscription_matched_status_t status,
                       void* writers) {
     if (status.current_count_change > 0)
-      static_cast<Writers*>(writers)->note(reader, status.last_publication_handle);
+      static_cast<Writers*>(writers)->add_writer(reader, status.last_publication_handle);
   }
 };
 
@@ -99,11 +99,11 @@ SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
   dds_lset_subscription_matched(listener.get(), Writers::matched);
   checked(dds_set_listener(entity_->handle, listener.get()), topic.name);
   // Those that were matched before it was told of them.
-  std::array<dds_instance_handle_t, kMaxTaken> matched{};
+  std::array<dds_instance_handle_t, kMaxSamplesPerTake> matched{};
   const dds_return_t count =
       dds_get_matched_publications(entity_->handle, matched.data(), matched.size());
-  for (dds_return_t i = 0; i < std::min(count, dds_return_t(kMaxTaken)); ++i)
-    writers_->note(entity_->handle, matched[std::size_t(i)]);
+  for (dds_return_t i = 0; i < std::min(count, dds_return_t(kMaxSamplesPerTake)); ++i)
+    writers_->add_writer(entity_->handle, matched[std::size_t(i)]);
 }
 
 SerializedReader::~SerializedReader() = default;
@@ -111,8 +111,8 @@ SerializedReader::SerializedReader(SerializedReader&&) noexcept = default;
 
 namespace {
 
-void hand_out(ddsi_serdata* data, SampleKind kind, const dds_sample_info_t& info,
-              const std::function<void(const SerializedSample&)>& each) {
+void deliver(ddsi_serdata* data, SampleKind kind, const dds_sample_info_t& info,
+             const std::function<void(const SerializedSample&)>& each) {
   ddsrt_iovec_t bytes;
   ddsi_serdata* held = ddsi_serdata_to_ser_ref(data, 0, ddsi_serdata_size(data), &bytes);
   each({kind,
@@ -125,8 +125,8 @@ void hand_out(ddsi_serdata* data, SampleKind kind, const dds_sample_info_t& info
 }  // namespace
 
 std::size_t SerializedReader::take(const std::function<void(const SerializedSample&)>& each) {
-  std::array<ddsi_serdata*, kMaxTaken> taken{};
-  std::array<dds_sample_info_t, kMaxTaken> infos;
+  std::array<ddsi_serdata*, kMaxSamplesPerTake> taken{};
+  std::array<dds_sample_info_t, kMaxSamplesPerTake> infos;
   // A change of a key's state comes without a sample of its own where data of the key had not been
   // taken.
   struct Change {
@@ -135,14 +135,14 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
   };
   std::map<dds_instance_handle_t, Change> changes;
   std::size_t all = 0;
-  for (std::uint32_t count = kMaxTaken; count == kMaxTaken;) {
-    count = std::uint32_t(
-        checked(dds_takecdr(entity_->handle, taken.data(), kMaxTaken, infos.data(), DDS_ANY_STATE),
-                "dds_takecdr"));
+  for (std::uint32_t count = kMaxSamplesPerTake; count == kMaxSamplesPerTake;) {
+    count = std::uint32_t(checked(
+        dds_takecdr(entity_->handle, taken.data(), kMaxSamplesPerTake, infos.data(), DDS_ANY_STATE),
+        "dds_takecdr"));
     for (std::size_t i = 0; i < count; ++i) {
       const Serdata sample(taken[i]);
       if (infos[i].valid_data) {
-        hand_out(sample.data, SampleKind::data, infos[i], each);
+        deliver(sample.data, SampleKind::data, infos[i], each);
         ++all;
       }
       if (infos[i].instance_state != DDS_IST_ALIVE)
@@ -155,10 +155,10 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
     }
   }
   for (const auto& [instance, change] : changes)
-    hand_out(change.key->data,
-             change.info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED ? SampleKind::disposed
-                                                                      : SampleKind::unregistered,
-             change.info, each);
+    deliver(change.key->data,
+            change.info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED ? SampleKind::disposed
+                                                                     : SampleKind::unregistered,
+            change.info, each);
   return all + changes.size();
 }
 

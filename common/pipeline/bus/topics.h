@@ -23,7 +23,7 @@ enum class Delivery { stream, latched, event };
   TOPIC(ObjectPixelMap, stream)  \
   TOPIC(CollisionResult, stream) \
   TOPIC(VirtualState, stream)    \
-  TOPIC(HullComponents, stream)       \
+  TOPIC(HullComponents, stream)  \
   TOPIC(TileCosts, event)        \
   TOPIC(HullTile, stream)        \
   TOPIC(FrameComposited, event)  \

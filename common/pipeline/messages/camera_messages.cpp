@@ -11,7 +11,7 @@ namespace {
 
 // Rigs are the same file on every host; what differs by more is another calibration. [px, m or
 // matrix element]
-constexpr double kSameModel = 1e-6;
+constexpr double kModelTolerance = 1e-6;
 
 std::optional<std::size_t> camera_index(const config::Rig& rig, const char* name) {
   for (std::size_t i = 0; i < rig.cameras.size(); ++i)
@@ -21,13 +21,13 @@ std::optional<std::size_t> camera_index(const config::Rig& rig, const char* name
 
 // Why the message does not fit the rig's camera, or nothing.
 template <class Message>
-std::string misfit(const Message& message, const config::Rig& rig,
-                   std::optional<std::size_t> index) {
+std::string why_mismatched(const Message& message, const config::Rig& rig,
+                           std::optional<std::size_t> index) {
   if (!index) return "unknown camera '" + std::string(message.camera) + "'";
   const geometry::Pinhole& k = rig.cameras[*index].published;
   if (message.image_width_px != k.width_px || message.image_height_px != k.height_px)
     return std::string(message.camera) + ": wrong image size";
-  const hull::PixelRect r = pure(message.region);
+  const hull::PixelRect r = from_wire(message.region);
   if (r == hull::PixelRect{}) return "";
   if (!(r.u0_px >= 0 && r.v0_px >= 0 && r.u0_px < r.u1_px && r.v0_px < r.v1_px &&
         r.u1_px <= k.width_px && r.v1_px <= k.height_px))
@@ -51,7 +51,7 @@ OutgoingMap map_message(const std::string& camera, std::uint64_t frame,
   out.header.image_width_px = pixels.width_px();
   out.header.image_height_px = pixels.height_px();
   const hull::PixelRect region = pixels.bounds();
-  out.header.region = wire(region);
+  out.header.region = to_wire(region);
   out.header.object_pixels = std::uint32_t(pixels.count());
   EncodedPixels code = encoded(pixels, region);
   out.header.encoding = code.encoding;
@@ -62,12 +62,12 @@ OutgoingMap map_message(const std::string& camera, std::uint64_t frame,
 Received<frames::CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message,
                                                const config::Rig& rig) {
   const auto index = camera_index(rig, message.camera);
-  if (std::string why = misfit(message, rig, index); !why.empty())
+  if (std::string why = why_mismatched(message, rig, index); !why.empty())
     return BadMessage{"bad_map: " + why};
   if (!rig.cameras[*index].gives_shape)
     return BadMessage{"bad_map: " + std::string(message.camera) + " gives no shape"};
   auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px,
-                        pure(message.region), span_of(message.payload));
+                        from_wire(message.region), span_of(message.payload));
   if (!pixels)
     return BadMessage{"bad_map: " + std::string(message.camera) +
                       ": payload truncated or undecodable"};
@@ -85,10 +85,10 @@ OutgoingColour colour_message(const std::string& camera, std::uint64_t frame,
   out.header.capture_stamp_ns = capture_stamp_ns;
   out.header.image_width_px = colour.camera.pinhole.width_px;
   out.header.image_height_px = colour.camera.pinhole.height_px;
-  out.header.camera_from_world = wire(colour.camera.camera_from_world);
+  out.header.camera_from_world = to_wire(colour.camera.camera_from_world);
   const hull::PixelRect region = colour.pixels.bounds();
   assert(hull::intersection(region, colour.region) == region);
-  out.header.region = wire(region);
+  out.header.region = to_wire(region);
   EncodedPixels code = encoded(colour.pixels, region);
   out.header.encoding = code.encoding;
   out.pixels = std::move(code.payload);
@@ -103,13 +103,13 @@ OutgoingColour colour_message(const std::string& camera, std::uint64_t frame,
 Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message,
                                    const config::Rig& rig) {
   const auto index = camera_index(rig, message.camera);
-  if (std::string why = misfit(message, rig, index); !why.empty())
+  if (std::string why = why_mismatched(message, rig, index); !why.empty())
     return BadMessage{"bad_colour: " + why};
-  const auto pose = pure(message.camera_from_world);
+  const auto pose = from_wire(message.camera_from_world);
   if (!pose)
     return BadMessage{"bad_colour: " + std::string(message.camera) +
                       ": pose is not finite or not a rotation"};
-  const hull::PixelRect region = pure(message.region);
+  const hull::PixelRect region = from_wire(message.region);
   auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px, region,
                         span_of(message.pixels));
   if (!pixels)
@@ -123,7 +123,8 @@ Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message,
   if (rig.cameras[*index].mount == config::Mount::world) {
     camera =
         config::published_camera(rig.cameras[*index]);  // the very pose that the camera's maps have
-    if (!((camera.camera_from_world.matrix() - pose->matrix()).cwiseAbs().maxCoeff() <= kSameModel))
+    if (!((camera.camera_from_world.matrix() - pose->matrix()).cwiseAbs().maxCoeff() <=
+          kModelTolerance))
       return BadMessage{"bad_colour: " + std::string(message.camera) +
                         ": pose differs from this node's rig"};
   }
@@ -141,28 +142,29 @@ Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message,
 fivepipe_v1_CameraInfo camera_info_message(const config::RigCamera& camera) {
   fivepipe_v1_CameraInfo info{};
   set_text(info.camera, camera.name);
-  info.pinhole = wire(camera.published);
+  info.pinhole = to_wire(camera.published);
   info.carried_by_viewer = camera.mount == config::Mount::viewer;
-  info.camera_from_mount = wire(camera.camera_from_mount);
+  info.camera_from_mount = to_wire(camera.camera_from_mount);
   return info;
 }
 
-std::string disagreement(const fivepipe_v1_CameraInfo& info, const config::Rig& rig) {
+std::string model_mismatch(const fivepipe_v1_CameraInfo& info, const config::Rig& rig) {
   const std::string name = info.camera;
   const auto index = camera_index(rig, info.camera);
   if (!index) return "camera " + name + " is published but not in the rig '" + rig.name + "'";
   const config::RigCamera& camera = rig.cameras[*index];
-  const geometry::Pinhole k = pure(info.pinhole);
+  const geometry::Pinhole k = from_wire(info.pinhole);
   const auto same = [](double a, double b) {
-    return std::abs(a - b) <= kSameModel;
+    return std::abs(a - b) <= kModelTolerance;
   };  // false for NaN
   const geometry::Pinhole& own = camera.published;
   if (k.width_px != own.width_px || k.height_px != own.height_px || !same(k.fx_px, own.fx_px) ||
       !same(k.fy_px, own.fy_px) || !same(k.cx_px, own.cx_px) || !same(k.cy_px, own.cy_px))
     return "camera " + name + ": published intrinsics differ from this node's rig";
-  const auto pose = pure(info.camera_from_mount);
+  const auto pose = from_wire(info.camera_from_mount);
   if (info.carried_by_viewer != (camera.mount == config::Mount::viewer) || !pose ||
-      !((pose->matrix() - camera.camera_from_mount.matrix()).cwiseAbs().maxCoeff() <= kSameModel))
+      !((pose->matrix() - camera.camera_from_mount.matrix()).cwiseAbs().maxCoeff() <=
+        kModelTolerance))
     return "camera " + name + ": published pose differs from this node's rig";
   return "";
 }

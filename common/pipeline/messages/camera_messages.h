@@ -8,8 +8,8 @@
 
 #include "common/config/rig.h"
 #include "common/hull/colour_region.h"
-#include "common/pipeline/frames/frame_sets.h"
-#include "common/pipeline/messages/wire.h"
+#include "common/pipeline/frames/frame_set_assembler.h"
+#include "common/pipeline/messages/wire_conversions.h"
 
 namespace fivepipe::messages {
 
@@ -64,6 +64,6 @@ Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, cons
 fivepipe_v1_CameraInfo camera_info_message(const config::RigCamera& camera);
 // What of the published model differs from the rig that this node has loaded; empty where nothing
 // does.
-std::string disagreement(const fivepipe_v1_CameraInfo& info, const config::Rig& rig);
+std::string model_mismatch(const fivepipe_v1_CameraInfo& info, const config::Rig& rig);
 
 }  // namespace fivepipe::messages

@@ -15,12 +15,12 @@ FrameSetReader::FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatus
 void FrameSetReader::check_cameras() {
   for (const auto& sample : infos_.take()) {
     if (!sample.valid()) continue;
-    const std::string camera = sample->camera, why = messages::disagreement(*sample, rig_);
-    status_.remark("camera " + camera, why);
+    const std::string camera = sample->camera, why = messages::model_mismatch(*sample, rig_);
+    status_.diagnostic("camera " + camera, why);
     if (why.empty())
-      disagreeing_cameras_.erase(camera);
+      mismatched_cameras_.erase(camera);
     else
-      disagreeing_cameras_.insert(camera);
+      mismatched_cameras_.insert(camera);
   }
 }
 
@@ -30,7 +30,7 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
   const std::int64_t now_ns = base::now_realtime_ns();
   for (const auto& sample : maps_.take()) {
     if (!sample.valid()) continue;
-    if (disagreeing_cameras_.contains(sample->camera)) {
+    if (mismatched_cameras_.contains(sample->camera)) {
       status_.drop("bad_map: " + std::string(sample->camera) +
                    ": published camera model differs from the rig");
       continue;
@@ -53,10 +53,11 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
       empty += (empty.empty() ? "" : ", ") + camera;
     for (const std::string& camera : set.lost_cameras) lost += (lost.empty() ? "" : ", ") + camera;
     for (const std::string& camera : set.empty_cameras) status_.count("empty_hull/" + camera);
-    status_.remark("empty hull",
-                   empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
-    status_.remark("lost cameras",
-                   lost.empty() ? "" : "lost: camera " + lost + "; the hull is that of the others");
+    status_.diagnostic("empty hull",
+                       empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
+    status_.diagnostic(
+        "lost cameras",
+        lost.empty() ? "" : "lost: camera " + lost + "; the hull is that of the others");
   }
   return complete;
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/pipeline/bus/bus.h"
-#include "common/pipeline/frames/frame_sets.h"
+#include "common/pipeline/frames/frame_set_assembler.h"
 #include "common/pipeline/node/status.h"
 
 namespace fivepipe::node {
@@ -17,7 +17,7 @@ class FrameSetReader {
 
   // Frame sets that have become complete, oldest first. Never waits.
   std::vector<frames::FrameSet> take();
-  void start_anew() { sets_.start_anew(); }  // FrameSets
+  void reset() { sets_.reset(); }  // FrameSetAssembler
 
  private:
   void check_cameras();
@@ -26,8 +26,8 @@ class FrameSetReader {
   NodeStatusReporter& status_;
   bus::Reader<bus::topics::CameraInfo> infos_;
   bus::Reader<bus::topics::ObjectPixelMap> maps_;
-  frames::FrameSets sets_;
-  std::set<std::string> disagreeing_cameras_;
+  frames::FrameSetAssembler sets_;
+  std::set<std::string> mismatched_cameras_;
 };
 
 }  // namespace fivepipe::node

@@ -1,7 +1,7 @@
 #include "common/pipeline/node/frame_trace.h"
 
 #include "common/base/realtime.h"
-#include "common/pipeline/messages/wire.h"
+#include "common/pipeline/messages/wire_conversions.h"
 
 namespace fivepipe::node {
 

@@ -36,11 +36,11 @@ struct Args {
 };
 
 // The command line asked for help or version (0), or is wrong (2); it has been answered.
-struct CommandLineEnds {
+struct CommandLineExit {
   int exit_code;
 };
 
-// Throws CommandLineEnds.
+// Throws CommandLineExit.
 Args parse(const std::string& program, int argc, char** argv) {
   CLI::App app("fivepipe " + program +
                ": one process of a deployment, usually started by `fivepipe up`.\n\nExample: " +
@@ -62,14 +62,14 @@ Args parse(const std::string& program, int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    throw CommandLineEnds{app.exit(error) == 0 ? 0 : 2};
+    throw CommandLineExit{app.exit(error) == 0 ? 0 : 2};
   }
   if (*domain_option) args.domain = domain;
   for (const std::string& setting : settings) {
     const std::size_t equals = setting.find('=');
     if (equals == std::string::npos || equals == 0) {
       std::cerr << program << ": --set expects KEY=VALUE, got '" << setting << "'\n";
-      throw CommandLineEnds{2};
+      throw CommandLineExit{2};
     }
     args.settings[setting.substr(0, equals)] = setting.substr(equals + 1);
   }
@@ -108,7 +108,7 @@ int run_node(const std::string& program, int argc, char** argv,
   install_signal_handlers();
   try {
     return run(program, parse(program, argc, argv), body);
-  } catch (const CommandLineEnds& ends) {
+  } catch (const CommandLineExit& ends) {
     return ends.exit_code;
   } catch (const config::ConfigError& error) {
     std::cerr << error.what() << '\n';

@@ -15,7 +15,7 @@
 
 #include "common/base/realtime.h"
 #include "common/base/version.h"
-#include "common/pipeline/messages/wire.h"
+#include "common/pipeline/messages/wire_conversions.h"
 
 namespace fivepipe::node {
 namespace {
@@ -93,7 +93,7 @@ struct NodeStatusReporter::Impl {
   std::map<std::string, std::uint64_t> counts, drops;
   std::map<std::string, Clock::time_point> drop_logged;
   std::map<std::string, LatencyWindow> latencies;
-  std::map<std::string, std::string> remarks;
+  std::map<std::string, std::string> diagnostics;
   std::thread publisher;
 
   Impl(bus::Bus& b, std::string n)
@@ -106,7 +106,7 @@ struct NodeStatusReporter::Impl {
     struct Remark {
       char text[257];
     };
-    std::vector<Remark> remark_list;
+    std::vector<Remark> diagnostic_list;
     {
       const std::scoped_lock lock(mutex);
       set_truncated(message.node, node);
@@ -136,14 +136,14 @@ struct NodeStatusReporter::Impl {
         summary.count = window.count;
         latency_list.push_back(summary);
       }
-      for (const auto& [topic, text] : remarks)
-        set_truncated(remark_list.emplace_back().text, text);
+      for (const auto& [topic, text] : diagnostics)
+        set_truncated(diagnostic_list.emplace_back().text, text);
     }
     messages::borrow(message.counts, count_list);
     messages::borrow(message.drops, drop_list);
     messages::borrow(message.latencies, latency_list);
-    message.remarks._length = message.remarks._maximum = std::uint32_t(remark_list.size());
-    message.remarks._buffer = remark_list.empty() ? nullptr : &remark_list.front().text;
+    message.remarks._length = message.remarks._maximum = std::uint32_t(diagnostic_list.size());
+    message.remarks._buffer = diagnostic_list.empty() ? nullptr : &diagnostic_list.front().text;
     try {
       writer.write(message);
     } catch (const bus::BusError& error) {
@@ -215,13 +215,13 @@ void NodeStatusReporter::frame_handled(std::uint64_t frame) {
   if (impl_->frame_times.size() > 4096) impl_->frame_times.pop_front();
 }
 
-void NodeStatusReporter::remark(const std::string& topic, const std::string& text) {
+void NodeStatusReporter::diagnostic(const std::string& topic, const std::string& text) {
   const std::scoped_lock lock(impl_->mutex);
   if (text.empty()) {
-    impl_->remarks.erase(topic);
+    impl_->diagnostics.erase(topic);
     return;
   }
-  std::string& standing = impl_->remarks[topic];
+  std::string& standing = impl_->diagnostics[topic];
   if (standing != text) spdlog::info("{}", text);
   standing = text;
 }

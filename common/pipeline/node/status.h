@@ -1,4 +1,4 @@
-// What a node tells about itself: counts, drops by reason, latencies, remarks. Published as
+// What a node tells about itself: counts, drops by reason, latencies, diagnostics. Published as
 // NodeStatus twice a second by its own thread, so that a long step never looks like a dead process.
 // Thread-safe.
 #pragma once
@@ -25,8 +25,8 @@ class NodeStatusReporter {
   void drop(const std::string& reason, std::uint64_t n = 1);
   void latency(const std::string& name, double seconds);
   void frame_handled(std::uint64_t frame);
-  // A remark stands until it is set to something else; an empty text removes it.
-  void remark(const std::string& topic, const std::string& text);
+  // A diagnostic stands until it is set to something else; an empty text removes it.
+  void diagnostic(const std::string& topic, const std::string& text);
 
  private:
   struct Impl;

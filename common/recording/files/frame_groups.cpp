@@ -7,15 +7,15 @@ namespace fivepipe::recording {
 namespace {
 
 // Frames remembered after they were handed out, for messages that come late.
-constexpr std::size_t kRemembered = 256;
+constexpr std::size_t kMaxEmittedFrames = 256;
 
 }  // namespace
 
 FrameGroups::FrameGroups(const Recording& recording, Recording::Cursor cursor,
                          std::function<int(const std::string&)> rank)
-    : cursor_(std::move(cursor)), rank_(std::move(rank)), frame_of_(recording) {}
+    : cursor_(std::move(cursor)), rank_(std::move(rank)), frame_id_reader_(recording) {}
 
-std::optional<FrameId> FrameOf::operator()(const RecordedMessage& message) {
+std::optional<FrameId> FrameIdReader::operator()(const RecordedMessage& message) {
   if (message.key_change) return std::nullopt;
   auto fields = fields_.find(message.channel->id);
   if (fields == fields_.end()) {
@@ -37,20 +37,20 @@ std::optional<FrameId> FrameOf::operator()(const RecordedMessage& message) {
   return FrameId{std::get<std::uint64_t>(*frame), std::get<std::int64_t>(*stamp)};
 }
 
-bool FrameGroups::read_one() {
+bool FrameGroups::read_message() {
   const auto message = cursor_.next();
   if (!message) return false;
-  KeptMessage kept{message->channel,
-                   message->log_stamp_ns,
-                   message->source_stamp_ns,
-                   message->key_change,
-                   {message->cdr.begin(), message->cdr.end()},
-                   0};
-  const auto frame = frame_of_(*message);
+  OwnedMessage kept{message->channel,
+                    message->log_stamp_ns,
+                    message->source_stamp_ns,
+                    message->key_change,
+                    {message->cdr.begin(), message->cdr.end()},
+                    0};
+  const auto frame = frame_id_reader_(*message);
   if (frame) {
     kept.capture_stamp_ns = frame->capture_stamp_ns;
     const auto of_this_run = [&](std::int64_t capture_stamp_ns) {
-      return std::abs(frame->capture_stamp_ns - capture_stamp_ns) < kOneFrameTakes_ns;
+      return std::abs(frame->capture_stamp_ns - capture_stamp_ns) < kMaxFrameSpan_ns;
     };
     const auto of_this_frame = [&](const FrameGroup& group) {
       return group.frame == frame->frame && of_this_run(group.capture_stamp_ns);
@@ -60,8 +60,8 @@ bool FrameGroups::read_one() {
       open->messages.push_back(std::move(kept));
       return true;
     }
-    if (const auto before = handed_out_.find(frame->frame);
-        before != handed_out_.end() && of_this_run(before->second)) {
+    if (const auto before = emitted_.find(frame->frame);
+        before != emitted_.end() && of_this_run(before->second)) {
       ++late_;
       open_.push_back({std::nullopt, kept.log_stamp_ns, 0, {}});
       open_.back().messages.push_back(std::move(kept));
@@ -77,29 +77,29 @@ bool FrameGroups::read_one() {
   return true;
 }
 
-FrameGroup FrameGroups::handed_out() {
+FrameGroup FrameGroups::pop_oldest() {
   FrameGroup group = std::move(open_.front());
   open_.pop_front();
   if (group.frame) {
     --open_frames_;
-    handed_out_[*group.frame] = group.capture_stamp_ns;
-    if (handed_out_.size() > kRemembered)
-      handed_out_.erase(
-          std::min_element(handed_out_.begin(), handed_out_.end(),
+    emitted_[*group.frame] = group.capture_stamp_ns;
+    if (emitted_.size() > kMaxEmittedFrames)
+      emitted_.erase(
+          std::min_element(emitted_.begin(), emitted_.end(),
                            [](const auto& a, const auto& b) { return a.second < b.second; }));
   }
   std::stable_sort(group.messages.begin(), group.messages.end(),
-                   [&](const KeptMessage& a, const KeptMessage& b) {
+                   [&](const OwnedMessage& a, const OwnedMessage& b) {
                      return rank_(a.channel->topic) < rank_(b.channel->topic);
                    });
   return group;
 }
 
 std::optional<FrameGroup> FrameGroups::next() {
-  while (!ended_ && open_frames_ <= kFramesAhead)
-    if (!read_one()) ended_ = true;
+  while (!ended_ && open_frames_ <= kReorderWindow_frames)
+    if (!read_message()) ended_ = true;
   if (open_.empty()) return std::nullopt;
-  return handed_out();
+  return pop_oldest();
 }
 
 }  // namespace fivepipe::recording

@@ -12,7 +12,7 @@
 
 namespace fivepipe::recording {
 
-struct KeptMessage {
+struct OwnedMessage {
   const RecordedChannel* channel = nullptr;
   std::int64_t log_stamp_ns = 0, source_stamp_ns = 0;
   std::optional<KeyChange> key_change;
@@ -24,7 +24,7 @@ struct FrameGroup {
   std::optional<std::uint64_t> frame;  // none: a message that is of no frame, alone
   std::int64_t log_stamp_ns = 0;       // of its first message
   std::int64_t capture_stamp_ns = 0;   // of that message, where it is of a frame
-  std::vector<KeptMessage> messages;   // by rank of their topics, then in the file's order
+  std::vector<OwnedMessage> messages;  // by rank of their topics, then in the file's order
 };
 
 // The frame that a message is of. Numbers begin again where capture_node is started anew: its time
@@ -33,9 +33,9 @@ struct FrameId {
   std::uint64_t frame = 0;
   std::int64_t capture_stamp_ns = 0;
 };
-class FrameOf {
+class FrameIdReader {
  public:
-  explicit FrameOf(const Recording& recording) : recording_(recording) {}
+  explicit FrameIdReader(const Recording& recording) : recording_(recording) {}
   // Nothing where its type has no frame, or states one without being of it (a node's status), and
   // of keys' states.
   std::optional<FrameId> operator()(const RecordedMessage& message);
@@ -52,9 +52,9 @@ class FrameGroups {
  public:
   // A frame's messages stand in the file before the first message of the frame that comes so many
   // after it.
-  static constexpr std::size_t kFramesAhead = 120;
+  static constexpr std::size_t kReorderWindow_frames = 120;
   // Two messages of one frame number that were captured farther apart are of two runs, [ns].
-  static constexpr std::int64_t kOneFrameTakes_ns = 2'000'000'000;
+  static constexpr std::int64_t kMaxFrameSpan_ns = 2'000'000'000;
 
   // rank: of a topic; what a frame needs first has the lower one. The recording must outlive it.
   FrameGroups(const Recording& recording, Recording::Cursor cursor,
@@ -66,15 +66,15 @@ class FrameGroups {
   std::uint64_t late() const { return late_; }
 
  private:
-  bool read_one();  // false at the end
-  FrameGroup handed_out();
+  bool read_message();  // false at the end
+  FrameGroup pop_oldest();
 
   Recording::Cursor cursor_;
   std::function<int(const std::string&)> rank_;
-  FrameOf frame_of_;
+  FrameIdReader frame_id_reader_;
   std::deque<FrameGroup> open_;
   std::size_t open_frames_ = 0;
-  std::map<std::uint64_t, std::int64_t> handed_out_;  // frame -> capture stamp
+  std::map<std::uint64_t, std::int64_t> emitted_;  // frame -> capture stamp
   bool ended_ = false;
   std::uint64_t late_ = 0;
 };

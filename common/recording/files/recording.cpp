@@ -9,8 +9,8 @@
 namespace fivepipe::recording {
 namespace {
 
-std::string value_or_nothing(const std::map<std::string, std::string>& values,
-                             const std::string& key) {
+std::string value_or_empty(const std::map<std::string, std::string>& values,
+                           const std::string& key) {
   const auto found = values.find(key);
   return found == values.end() ? "" : found->second;
 }
@@ -41,8 +41,8 @@ Recording::Recording(const std::filesystem::path& file)
                              channel.topic,
                              "",
                              channel.topic.ends_with(kKeyStateSuffix),
-                             value_or_nothing(channel.metadata, "writer"),
-                             value_or_nothing(channel.metadata, "node"),
+                             value_or_empty(channel.metadata, "writer"),
+                             value_or_empty(channel.metadata, "node"),
                              channel.metadata,
                              0};
     if (recorded.key_states)
@@ -78,7 +78,7 @@ const schema::Idl& Recording::idl(const RecordedChannel& channel) const {
   }
 }
 
-std::vector<std::string> Recording::foreign_types(const std::set<mcap::Id>& channels) const {
+std::vector<std::string> Recording::type_differences(const std::set<mcap::Id>& channels) const {
   std::map<std::string, std::string> why_of_topic;
   for (const RecordedChannel& channel : channels_) {
     if (!channels.contains(channel.id) || channel.key_states ||
@@ -106,7 +106,7 @@ std::map<std::string, std::string> Recording::metadata(const std::string& name) 
 
 std::optional<std::filesystem::path> Recording::extract_deployment(
     const std::filesystem::path& folder) const {
-  const std::string deployment = value_or_nothing(metadata(kRecordingMetadata), kDeploymentFileKey);
+  const std::string deployment = value_or_empty(metadata(kRecordingMetadata), kDeploymentFileKey);
   if (deployment.empty()) return std::nullopt;
   for (const mcap::AttachmentIndex& index : reader_->attachments()) {
     if (!index.name.starts_with(kDeploymentFolder)) continue;

@@ -58,7 +58,7 @@ class Recording {
   const schema::Idl& idl(const RecordedChannel& channel) const;
   // For people: what differs from this build's types, of these channels; empty: nothing, they can
   // be replayed. Types are converted nowhere yet.
-  std::vector<std::string> foreign_types(const std::set<mcap::Id>& channels) const;
+  std::vector<std::string> type_differences(const std::set<mcap::Id>& channels) const;
 
   // Values of a metadata record; empty where there is none.
   std::map<std::string, std::string> metadata(const std::string& name) const;

@@ -28,7 +28,7 @@ RecordingWriter::RecordingWriter(const std::filesystem::path& file, const std::s
                                  const WriterOptions& options)
     : options_(options) {
   file_.emplace(file, options.compression, library);
-  disk_ = std::thread([this] { write_until_finished(); });
+  writer_thread_ = std::thread([this] { write_until_finished(); });
 }
 
 RecordingWriter::~RecordingWriter() { finish(); }
@@ -85,7 +85,7 @@ void RecordingWriter::add_counted(mcap::Id channel, std::int64_t log_stamp_ns,
     ++counts.received;
     counts.bytes += payload.size();
     if (!failure_.empty() ||
-        waiting_bytes_ + open_.size_bytes() + payload.size() > options_.most_waiting_bytes) {
+        queued_bytes_ + open_.size_bytes() + payload.size() > options_.max_queued_bytes) {
       ++counts.lost;
       ++state.next_sequence;  // the gap is seen in the file
       return;
@@ -105,11 +105,11 @@ void RecordingWriter::tick(std::int64_t now_ns) {
 void RecordingWriter::close_chunk() {
   if (open_.empty()) return;
   const std::size_t bytes = open_.size_bytes();
-  Waiting waiting{open_.take(), bytes, std::exchange(open_messages_, {})};
+  QueuedChunk queued{open_.take(), bytes, std::exchange(open_messages_, {})};
   {
     const std::scoped_lock lock(mutex_);
-    waiting_bytes_ += bytes;
-    waiting_.push_back(std::move(waiting));
+    queued_bytes_ += bytes;
+    queue_.push_back(std::move(queued));
   }
   changed_.notify_all();
 }
@@ -117,25 +117,25 @@ void RecordingWriter::close_chunk() {
 void RecordingWriter::write_until_finished() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [this] { return finishing_ || !waiting_.empty(); });
-    if (waiting_.empty()) return;
-    Waiting next = std::move(waiting_.front());
-    waiting_.pop_front();
-    const bool is_last = waiting_.empty();
+    changed_.wait(lock, [this] { return finishing_ || !queue_.empty(); });
+    if (queue_.empty()) return;
+    QueuedChunk next = std::move(queue_.front());
+    queue_.pop_front();
+    const bool is_last = queue_.empty();
     lock.unlock();
     write(next, is_last);
     lock.lock();
-    waiting_bytes_ -= next.bytes;
+    queued_bytes_ -= next.bytes;
   }
 }
 
-void RecordingWriter::write(Waiting& waiting, bool is_last) {
+void RecordingWriter::write(QueuedChunk& queued, bool is_last) {
   using Clock = std::chrono::steady_clock;
   std::string why;
   try {
     const std::scoped_lock lock(file_mutex_);
     if (failure().empty()) {
-      file_->write(waiting.chunk);
+      file_->write(queued.chunk);
       bytes_written_ = file_->bytes_written();
       // A disk that lags behind is not forced for every chunk.
       if (options_.sync &&
@@ -151,13 +151,13 @@ void RecordingWriter::write(Waiting& waiting, bool is_last) {
   }
   const std::scoped_lock lock(mutex_);
   if (failure_.empty()) failure_ = why;
-  if (!why.empty()) return lose(waiting);
-  for (const auto& [channel, count] : waiting.messages)
+  if (!why.empty()) return drop(queued);
+  for (const auto& [channel, count] : queued.messages)
     counts_[topic_of_channel_.at(channel)].written += count;
 }
 
-void RecordingWriter::lose(const Waiting& waiting) {
-  for (const auto& [channel, count] : waiting.messages)
+void RecordingWriter::drop(const QueuedChunk& queued) {
+  for (const auto& [channel, count] : queued.messages)
     counts_[topic_of_channel_.at(channel)].lost += count;
 }
 
@@ -177,7 +177,7 @@ std::string RecordingWriter::loss_reason() const {
                                 [](const auto& count) { return count.second.lost == 0; });
   return none                ? ""
          : !failure_.empty() ? failure_
-         : gave_up_          ? "it was ended before the disk had taken them"
+         : aborted_          ? "it was ended before the disk had taken them"
                              : "the disk did not keep up";
 }
 
@@ -203,24 +203,24 @@ void RecordingWriter::add_counts() {
   file_->add(counts);
 }
 
-void RecordingWriter::finish(const std::function<bool()>& gives_up) {
-  constexpr std::chrono::milliseconds kAsksAgain{20};
-  if (!disk_.joinable()) return;
+void RecordingWriter::finish(const std::function<bool()>& should_abort) {
+  constexpr std::chrono::milliseconds kAbortPollPeriod{20};
+  if (!writer_thread_.joinable()) return;
   close_chunk();
   {
     std::unique_lock lock(mutex_);
     finishing_ = true;
     changed_.notify_all();
-    while (gives_up && !waiting_.empty()) {
-      if (gives_up()) {
-        gave_up_ = true;
-        for (const Waiting& waiting : std::exchange(waiting_, {})) lose(waiting);
+    while (should_abort && !queue_.empty()) {
+      if (should_abort()) {
+        aborted_ = true;
+        for (const QueuedChunk& queued : std::exchange(queue_, {})) drop(queued);
       } else {
-        changed_.wait_for(lock, kAsksAgain);
+        changed_.wait_for(lock, kAbortPollPeriod);
       }
     }
   }
-  disk_.join();
+  writer_thread_.join();
   if (!failure_.empty()) return;
   try {
     add_counts();

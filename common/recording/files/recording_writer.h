@@ -26,8 +26,7 @@ struct WriterOptions {
   std::size_t chunk_bytes = std::size_t(2) << 20;  // a chunk is closed at this size,
   double chunk_s = 0.5;  // or at this age, and is on the disk soon after: what a crash may cost
   bool sync = true;      // .. on the disk itself; else with the kernel: a power cut costs more
-  std::size_t most_waiting_bytes = std::size_t(256)
-                                   << 20;  // for the disk; more is lost, and counted
+  std::size_t max_queued_bytes = std::size_t(256) << 20;  // for the disk; more is lost, and counted
 };
 
 struct TopicCounts {
@@ -77,11 +76,11 @@ class RecordingWriter {
   // As the topic's writers count; goes into the file with the other counts.
   void add_sent(const std::string& topic, std::uint64_t sent, std::uint64_t missing);
   // Waits for the disk, writes the counts and the summary, and closes the file. Nothing may be
-  // added after it. What still waits when `gives_up` first says so is lost, and counted.
-  void finish(const std::function<bool()>& gives_up = {});
+  // added after it. What still waits when `should_abort` first says so is lost, and counted.
+  void finish(const std::function<bool()>& should_abort = {});
 
  private:
-  struct Waiting {
+  struct QueuedChunk {
     mcap::Chunk chunk;
     std::size_t bytes;
     std::map<mcap::Id, std::uint64_t> messages;
@@ -96,8 +95,8 @@ class RecordingWriter {
                    std::span<const std::byte> payload);
   void close_chunk();
   void write_until_finished();
-  void write(Waiting& waiting, bool is_last);
-  void lose(const Waiting& waiting);
+  void write(QueuedChunk& queued, bool is_last);
+  void drop(const QueuedChunk& queued);
   void add_counts();
   mcap::Id schema_of(const std::string& type, const std::string& text);
 
@@ -110,18 +109,18 @@ class RecordingWriter {
 
   mutable std::mutex mutex_;  // of what follows
   std::condition_variable changed_;
-  std::deque<Waiting> waiting_;
-  std::size_t waiting_bytes_ = 0;
+  std::deque<QueuedChunk> queue_;
+  std::size_t queued_bytes_ = 0;
   std::map<std::string, TopicCounts> counts_;
   std::map<mcap::Id, std::string> topic_of_channel_;
   std::string failure_;
-  bool finishing_ = false, gave_up_ = false;
+  bool finishing_ = false, aborted_ = false;
 
   std::mutex file_mutex_;  // of the file
   std::optional<mcap::FileWriter> file_;
   std::chrono::steady_clock::time_point synced_{};
   std::atomic<std::uint64_t> bytes_written_{0};
-  std::thread disk_;
+  std::thread writer_thread_;
 };
 
 }  // namespace fivepipe::recording

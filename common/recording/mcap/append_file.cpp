@@ -77,12 +77,12 @@ void AppendFile::overwrite(std::uint64_t byte, std::byte value) {
 }
 
 std::uint32_t AppendFile::crc_of_whole_file() const {
-  constexpr std::size_t kPieceBytes = 1 << 20;
-  Buffer piece(kPieceBytes);
+  constexpr std::size_t kBlockBytes = 1 << 20;
+  Buffer piece(kBlockBytes);
   std::uint32_t crc = 0;
   for (std::uint64_t at = 0; at < size_bytes_;) {
     const ssize_t read = pread(file_, piece.all().data(),
-                               std::min<std::uint64_t>(kPieceBytes, size_bytes_ - at), off_t(at));
+                               std::min<std::uint64_t>(kBlockBytes, size_bytes_ - at), off_t(at));
     if (read < 0 && errno == EINTR) continue;
     if (read == 0) errno = EIO;
     if (read <= 0) fail("can't be read");

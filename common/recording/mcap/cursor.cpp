@@ -10,8 +10,8 @@ namespace fivepipe::mcap {
 
 struct Cursor::OpenChunk {
   Buffer records;
-  std::uint64_t offset = 0;            // of the chunk, in the file
-  std::vector<MessagePlace> messages;  // wanted ones, by stamp
+  std::uint64_t offset = 0;                 // of the chunk, in the file
+  std::vector<MessageIndexEntry> messages;  // wanted ones, by stamp
   std::size_t next = 0;
 
   auto order() const { return std::tuple(messages[next].log_stamp_ns, offset); }
@@ -42,27 +42,29 @@ Cursor& Cursor::operator=(Cursor&&) noexcept = default;
 Cursor::~Cursor() = default;
 
 void Cursor::open(const ChunkIndex& chunk) {
-  const Place place{file_->name(), chunk.offset};
-  const std::uint64_t records_bytes = chunk.loose ? chunk.length_bytes : chunk.uncompressed_bytes;
-  if (records_bytes > kMostOpenBytes - open_bytes_) place.fail("too many chunks overlap in time");
+  const FileOffset location{file_->name(), chunk.offset};
+  const std::uint64_t records_bytes =
+      chunk.unchunked ? chunk.length_bytes : chunk.uncompressed_bytes;
+  if (records_bytes > kMaxOpenBytes - open_bytes_) location.fail("too many chunks overlap in time");
   auto opened = std::make_unique<OpenChunk>();
   opened->records = read_chunk(*file_, chunk);
   opened->offset = chunk.offset;
-  RecordSequence records(opened->records.view(), place);
+  RecordSequence records(opened->records.view(), location);
   while (const auto record = records.next()) {
     if (record->op != Op::message) continue;
-    const Message message = read_message({record->content, place});
+    const Message message = read_message({record->content, location});
     // Else messages would come out of order.
     if (message.log_stamp_ns < chunk.start_ns || message.log_stamp_ns > chunk.end_ns)
-      place.fail("a chunk's messages are of another time than it says");
+      location.fail("a chunk's messages are of another time than it says");
     if (wanted_[message.channel] && message.log_stamp_ns >= start_ns_ &&
         message.log_stamp_ns <= end_ns_)
       opened->messages.push_back({message.log_stamp_ns, record->offset});
   }
   if (opened->messages.empty()) return;
-  std::stable_sort(
-      opened->messages.begin(), opened->messages.end(),
-      [](const MessagePlace& a, const MessagePlace& b) { return a.log_stamp_ns < b.log_stamp_ns; });
+  std::stable_sort(opened->messages.begin(), opened->messages.end(),
+                   [](const MessageIndexEntry& a, const MessageIndexEntry& b) {
+                     return a.log_stamp_ns < b.log_stamp_ns;
+                   });
   open_bytes_ += opened->records.view().size();
   open_.push_back(std::move(opened));
   std::push_heap(open_.begin(), open_.end(), OpenChunk::later);

@@ -20,9 +20,9 @@ class Cursor {
   ~Cursor();
 
   // The payload lives until the next call. McapError: the next chunk is damaged, or more than
-  // kMostOpenBytes of chunks overlap in time; a call after that goes on behind this chunk.
+  // kMaxOpenBytes of chunks overlap in time; a call after that goes on behind this chunk.
   std::optional<Message> next();
-  static constexpr std::uint64_t kMostOpenBytes = std::uint64_t(2) << 30;
+  static constexpr std::uint64_t kMaxOpenBytes = std::uint64_t(2) << 30;
 
  private:
   struct OpenChunk;

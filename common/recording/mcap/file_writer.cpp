@@ -23,8 +23,8 @@ void FileWriter::write(const Chunk& chunk) {
 
   summary_.schemas.insert(chunk.schemas.begin(), chunk.schemas.end());
   summary_.channels.insert(chunk.channels.begin(), chunk.channels.end());
-  for (const auto& [channel, places] : chunk.index)
-    add_messages(summary_.statistics, channel, places.size(), chunk.start_ns, chunk.end_ns);
+  for (const auto& [channel, entries] : chunk.index)
+    add_messages(summary_.statistics, channel, entries.size(), chunk.start_ns, chunk.end_ns);
   summary_.chunks.push_back(std::move(index));
 }
 

@@ -19,7 +19,7 @@ class FileWriter {
              std::string_view profile = "");
 
   // All chunks of one file come from one ChunkBuilder; one without messages is not written.
-  // std::length_error: above kMostChunkBytes, which no reader here would read.
+  // std::length_error: above kMaxChunkBytes, which no reader here would read.
   void write(const Chunk& chunk);
   void attach(const Attachment& attachment);
   void add(const Metadata& metadata);

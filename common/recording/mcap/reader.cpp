@@ -8,21 +8,21 @@ namespace fivepipe::mcap {
 namespace {
 
 // A library's name and version, with its profile, are shorter.
-constexpr std::uint64_t kMostHeaderBytes = 1 << 20;
+constexpr std::uint64_t kMaxHeaderBytes = 1 << 20;
 
 Header header_of(const File& file) {
-  const Place place{file.name(), kMagic.size()};
-  if (file.size_bytes() < kMagic.size() + kRecordHeadBytes) return {};
-  const Buffer head = file.read(place.byte, kRecordHeadBytes);
-  Fields fields(head.view(), place);
+  const FileOffset location{file.name(), kMagic.size()};
+  if (file.size_bytes() < kMagic.size() + kRecordHeaderBytes) return {};
+  const Buffer head = file.read(location.byte, kRecordHeaderBytes);
+  ByteReader fields(head.view(), location);
   if (Op(fields.take<std::uint8_t>()) != Op::header) return {};
   const std::uint64_t content_bytes = fields.take<std::uint64_t>();
-  if (content_bytes > kMostHeaderBytes ||
-      content_bytes > file.size_bytes() - place.byte - kRecordHeadBytes)
+  if (content_bytes > kMaxHeaderBytes ||
+      content_bytes > file.size_bytes() - location.byte - kRecordHeaderBytes)
     return {};
-  const Buffer content = file.read(place.byte + kRecordHeadBytes, content_bytes);
+  const Buffer content = file.read(location.byte + kRecordHeaderBytes, content_bytes);
   try {
-    Fields texts(content.view(), place);
+    ByteReader texts(content.view(), location);
     std::string profile = texts.text();
     return {std::move(profile), texts.text()};
   } catch (const McapError&) {
@@ -53,13 +53,13 @@ Reader::Reader(const std::filesystem::path& path, bool scans)
 }
 
 Buffer Reader::content_of_record(std::uint64_t byte, std::uint64_t length_bytes, Op op) const {
-  const Buffer head = file_->read(byte, kRecordHeadBytes);
-  const Place place{file_->name(), byte};
-  Fields fields(head.view(), place);
+  const Buffer head = file_->read(byte, kRecordHeaderBytes);
+  const FileOffset location{file_->name(), byte};
+  ByteReader fields(head.view(), location);
   if (Op(fields.take<std::uint8_t>()) != op ||
-      fields.take<std::uint64_t>() != length_bytes - kRecordHeadBytes)
-    place.fail("no such record");
-  return file_->read(byte + kRecordHeadBytes, length_bytes - kRecordHeadBytes);
+      fields.take<std::uint64_t>() != length_bytes - kRecordHeaderBytes)
+    location.fail("no such record");
+  return file_->read(byte + kRecordHeaderBytes, length_bytes - kRecordHeaderBytes);
 }
 
 Attachment Reader::read(const AttachmentIndex& attachment) const {

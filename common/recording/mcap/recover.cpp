@@ -11,12 +11,12 @@ namespace fivepipe::mcap {
 namespace {
 
 // McapError if the file can't be mended.
-Scan found_in(const File& file) {
+Scan scan_recoverable(const File& file) {
   Scan found = scan(file);
   const auto& chunks = found.summary.chunks;
   if (std::any_of(chunks.begin(), chunks.end(),
-                  [](const ChunkIndex& chunk) { return chunk.loose; }))
-    Place{file.name(), 0}.fail("has messages outside of chunks, which no summary finds");
+                  [](const ChunkIndex& chunk) { return chunk.unchunked; }))
+    FileOffset{file.name(), 0}.fail("has messages outside of chunks, which no summary finds");
   return found;
 }
 
@@ -25,7 +25,7 @@ void add_message_indexes(AppendFile& to, const File& from, std::vector<ChunkInde
   for (ChunkIndex& chunk : chunks) {
     if (!chunk.message_index_offsets.empty()) continue;
     const std::uint64_t was_at = chunk.offset;
-    const MessagePlaces messages =
+    const MessageIndex messages =
         content_of(read_chunk(from, chunk).view(), {from.name(), chunk.offset}).messages;
     if (messages.empty()) continue;
     Bytes moved;
@@ -35,7 +35,7 @@ void add_message_indexes(AppendFile& to, const File& from, std::vector<ChunkInde
     }
     append_message_indexes(moved, messages, to.size_bytes() + moved.size(), chunk);
     to.append(moved);
-    if (chunk.offset != was_at) to.overwrite(was_at, std::byte(Op::set_aside));
+    if (chunk.offset != was_at) to.overwrite(was_at, std::byte(Op::quarantined));
   }
   std::sort(chunks.begin(), chunks.end(),
             [](const ChunkIndex& a, const ChunkIndex& b) { return a.offset < b.offset; });
@@ -54,10 +54,10 @@ Recovery recover(const std::filesystem::path& path) {
   } catch (const McapError& error) {
     recovery.damage.summary = error.what();
   }
-  Scan found = found_in(from);
-  AppendFile to = AppendFile::reopen(path, found.damage.whole_bytes);
+  Scan found = scan_recoverable(from);
+  AppendFile to = AppendFile::reopen(path, found.damage.intact_bytes);
   for (const std::uint64_t byte : found.damaged_bytes)
-    if (byte < found.damage.whole_bytes) to.overwrite(byte, std::byte(Op::set_aside));
+    if (byte < found.damage.intact_bytes) to.overwrite(byte, std::byte(Op::quarantined));
   Bytes header;
   if (!found.has_header) append_header(header, "", "");
   to.append(header);

@@ -9,10 +9,10 @@ namespace fivepipe::mcap {
 namespace {
 
 // Loose records are gathered to pieces that are read at once, as chunks are.
-constexpr std::uint64_t kMostLooseBytes = 16 << 20;
+constexpr std::uint64_t kMaxUnchunkedBytes = 16 << 20;
 
-bool same_places(ByteView record, std::span<const MessagePlace> places) {
-  const ByteView expected = std::as_bytes(places);
+bool same_entries(ByteView record, std::span<const MessageIndexEntry> entries) {
+  const ByteView expected = std::as_bytes(entries);
   const std::size_t head_bytes = sizeof(Id) + sizeof(std::uint32_t);
   return record.size() == head_bytes + expected.size() &&
          std::equal(expected.begin(), expected.end(), record.begin() + std::ptrdiff_t(head_bytes));
@@ -34,17 +34,17 @@ class Scanner {
   Scan run() {
     check_magic(file_);
     std::uint64_t at = kMagic.size();
-    scan_.damage.whole_bytes = at;
+    scan_.damage.intact_bytes = at;
     while (const std::uint64_t length_bytes = record_at(at)) {
       take(at, length_bytes);
       at += length_bytes;
     }
     end_chunk();
     // Nothing good stands behind the last chunk's piece of an index.
-    if (unindexed_until_ == scan_.damage.whole_bytes)
-      scan_.damage.whole_bytes =
+    if (unindexed_until_ == scan_.damage.intact_bytes)
+      scan_.damage.intact_bytes =
           scan_.summary.chunks.back().offset + scan_.summary.chunks.back().length_bytes;
-    scan_.damage.cut_bytes = file_.size_bytes() - scan_.damage.whole_bytes;
+    scan_.damage.truncated_bytes = file_.size_bytes() - scan_.damage.intact_bytes;
     count_records(scan_.summary);
     return std::move(scan_);
   }
@@ -52,15 +52,15 @@ class Scanner {
  private:
   // The length of the whole record that stands there; 0 where none of the data section does.
   std::uint64_t record_at(std::uint64_t at) {
-    if (file_.size_bytes() - at < kRecordHeadBytes) return 0;
-    const Buffer head = file_.read(at, kRecordHeadBytes);
-    Fields fields(head.view(), {file_.name(), at});
+    if (file_.size_bytes() - at < kRecordHeaderBytes) return 0;
+    const Buffer head = file_.read(at, kRecordHeaderBytes);
+    ByteReader fields(head.view(), {file_.name(), at});
     op_ = Op(fields.take<std::uint8_t>());
     const std::uint64_t content_bytes = fields.take<std::uint64_t>();
     if (op_ == Op(0) || op_ == Op::data_end || op_ == Op::footer ||
-        content_bytes > file_.size_bytes() - at - kRecordHeadBytes)
+        content_bytes > file_.size_bytes() - at - kRecordHeaderBytes)
       return 0;
-    return kRecordHeadBytes + content_bytes;
+    return kRecordHeaderBytes + content_bytes;
   }
 
   void take(std::uint64_t at, std::uint64_t length_bytes) {
@@ -70,7 +70,7 @@ class Scanner {
         case Op::header: scan_.has_header = true; break;
         case Op::schema:
         case Op::channel:
-        case Op::message: take_loose(at, length_bytes); break;
+        case Op::message: take_unchunked(at, length_bytes); break;
         case Op::chunk: take_chunk(at, length_bytes); break;
         case Op::message_index: take_message_index(at, length_bytes); break;
         case Op::attachment: take_attachment(at, length_bytes); break;
@@ -79,8 +79,8 @@ class Scanner {
       }
     } catch (const McapError& error) {
       ++scan_.damage.damaged_records;
-      if (scan_.damage.damaged_names.size() < Damage::kMostNamed)
-        scan_.damage.damaged_names.push_back(error.what());
+      if (scan_.damage.damage_reports.size() < Damage::kMaxReported)
+        scan_.damage.damage_reports.push_back(error.what());
       scan_.damaged_bytes.push_back(at);
       damaged_ = true;
       return;
@@ -88,16 +88,16 @@ class Scanner {
     // Index records behind a damaged chunk are worth as little as it is.
     if (op_ == Op::message_index && damaged_) return;
     damaged_ = false;
-    scan_.damage.whole_bytes = at + length_bytes;
+    scan_.damage.intact_bytes = at + length_bytes;
   }
 
   // Adds what was read without an error, or nothing.
-  void add(ChunkContent content, ChunkIndex index, const Place& place) {
+  void add(ChunkContent content, ChunkIndex index, const FileOffset& location) {
     Summary& summary = scan_.summary;
     if (differ(content.schemas, summary.schemas))
-      place.fail("a schema differs from an earlier one of the same id");
+      location.fail("a schema differs from an earlier one of the same id");
     if (differ(content.channels, summary.channels))
-      place.fail("a channel differs from an earlier one of the same id");
+      location.fail("a channel differs from an earlier one of the same id");
     summary.schemas.merge(content.schemas);
     summary.channels.merge(content.channels);
     for (const auto& [channel, messages] : content.messages) {
@@ -105,34 +105,34 @@ class Scanner {
         add_messages(summary.statistics, channel, messages.size(), content.start_ns,
                      content.end_ns);
       else
-        scan_.damage.messages_of_no_channel += messages.size();
+        scan_.damage.orphaned_messages += messages.size();
     }
     summary.chunks.push_back(std::move(index));
   }
 
   void take_chunk(std::uint64_t at, std::uint64_t length_bytes) {
-    const Place place{file_.name(), at};
+    const FileOffset location{file_.name(), at};
     ChunkIndex index = read_chunk_index_at(file_, at, length_bytes);
     const Buffer records = read_chunk(file_, index);
-    ChunkContent content = content_of(records.view(), place);
+    ChunkContent content = content_of(records.view(), location);
     if (content.start_ns != index.start_ns || content.end_ns != index.end_ns)
-      place.fail("a chunk's messages are of another time than it says");
-    MessagePlaces places = content.messages;
-    add(std::move(content), std::move(index), place);
-    index_missing_ = std::move(places);
+      location.fail("a chunk's messages are of another time than it says");
+    MessageIndex entries = content.messages;
+    add(std::move(content), std::move(index), location);
+    index_missing_ = std::move(entries);
   }
 
   void take_message_index(std::uint64_t at, std::uint64_t length_bytes) {
     if (index_missing_.empty()) return;
-    const Buffer bytes = file_.read(at + kRecordHeadBytes, length_bytes - kRecordHeadBytes);
-    Fields fields(bytes.view(), {file_.name(), at});
+    const Buffer bytes = file_.read(at + kRecordHeaderBytes, length_bytes - kRecordHeaderBytes);
+    ByteReader fields(bytes.view(), {file_.name(), at});
     const Id channel = fields.take<Id>();
-    const auto places = index_missing_.find(channel);
-    if (places == index_missing_.end() || !same_places(bytes.view(), places->second)) return;
+    const auto entries = index_missing_.find(channel);
+    if (entries == index_missing_.end() || !same_entries(bytes.view(), entries->second)) return;
     ChunkIndex& chunk = scan_.summary.chunks.back();
     chunk.message_index_offsets[channel] = at;
     chunk.message_index_bytes += length_bytes;
-    index_missing_.erase(places);
+    index_missing_.erase(entries);
   }
 
   // An index that does not tell of all messages is none.
@@ -141,44 +141,44 @@ class Scanner {
     scan_.summary.chunks.back().message_index_offsets.clear();
     scan_.summary.chunks.back().message_index_bytes = 0;
     index_missing_.clear();
-    unindexed_until_ = scan_.damage.whole_bytes;
+    unindexed_until_ = scan_.damage.intact_bytes;
   }
 
-  void take_loose(std::uint64_t at, std::uint64_t length_bytes) {
-    const Place place{file_.name(), at};
-    if (length_bytes > kMostLooseBytes)
-      place.fail("a record outside of chunks is larger than 16 MiB");
+  void take_unchunked(std::uint64_t at, std::uint64_t length_bytes) {
+    const FileOffset location{file_.name(), at};
+    if (length_bytes > kMaxUnchunkedBytes)
+      location.fail("a record outside of chunks is larger than 16 MiB");
     const Buffer record = file_.read(at, length_bytes);
-    ChunkContent content = content_of(record.view(), place);
+    ChunkContent content = content_of(record.view(), location);
     auto& chunks = scan_.summary.chunks;
     ChunkIndex piece;
-    piece.loose = true;
+    piece.unchunked = true;
     piece.offset = at;
     piece.start_ns = content.start_ns;
     piece.end_ns = content.end_ns;
     const bool has_message = !content.messages.empty();
-    if (!chunks.empty() && chunks.back().loose &&
+    if (!chunks.empty() && chunks.back().unchunked &&
         chunks.back().offset + chunks.back().length_bytes == at &&
-        chunks.back().length_bytes + length_bytes <= kMostLooseBytes) {
+        chunks.back().length_bytes + length_bytes <= kMaxUnchunkedBytes) {
       piece = chunks.back();
       if (has_message) {
-        const bool first = !loose_has_message_;
+        const bool first = !unchunked_has_message_;
         piece.start_ns = first ? content.start_ns : std::min(piece.start_ns, content.start_ns);
         piece.end_ns = first ? content.end_ns : std::max(piece.end_ns, content.end_ns);
       }
-      loose_has_message_ = loose_has_message_ || has_message;
+      unchunked_has_message_ = unchunked_has_message_ || has_message;
       piece.length_bytes += length_bytes;
-      add(std::move(content), piece, place);
+      add(std::move(content), piece, location);
       chunks.erase(std::prev(chunks.end(), 2));
       return;
     }
-    loose_has_message_ = has_message;
+    unchunked_has_message_ = has_message;
     piece.length_bytes = length_bytes;
-    add(std::move(content), piece, place);
+    add(std::move(content), piece, location);
   }
 
   void take_attachment(std::uint64_t at, std::uint64_t length_bytes) {
-    const Buffer bytes = file_.read(at + kRecordHeadBytes, length_bytes - kRecordHeadBytes);
+    const Buffer bytes = file_.read(at + kRecordHeaderBytes, length_bytes - kRecordHeaderBytes);
     const Attachment attachment = read_attachment({bytes.view(), {file_.name(), at}});
     scan_.summary.attachments.push_back({at, length_bytes, attachment.log_stamp_ns,
                                          attachment.create_stamp_ns, attachment.content.size(),
@@ -186,7 +186,7 @@ class Scanner {
   }
 
   void take_metadata(std::uint64_t at, std::uint64_t length_bytes) {
-    const Buffer bytes = file_.read(at + kRecordHeadBytes, length_bytes - kRecordHeadBytes);
+    const Buffer bytes = file_.read(at + kRecordHeaderBytes, length_bytes - kRecordHeaderBytes);
     scan_.summary.metadata.push_back(
         {at, length_bytes, read_metadata({bytes.view(), {file_.name(), at}}).name});
   }
@@ -194,39 +194,39 @@ class Scanner {
   const File& file_;
   Scan scan_;
   Op op_ = Op(0);
-  MessagePlaces index_missing_;  // of the chunk just read
+  MessageIndex index_missing_;  // of the chunk just read
   std::uint64_t unindexed_until_ =
       0;  // where the records that belong to the last chunk without a whole index end
-  bool damaged_ = false;            // the record just read, other than a message index
-  bool loose_has_message_ = false;  // the piece of loose records at the end of the list
+  bool damaged_ = false;                // the record just read, other than a message index
+  bool unchunked_has_message_ = false;  // the piece of unchunked records at the end of the list
 };
 
 }  // namespace
 
 Scan scan(const File& file) { return Scanner(file).run(); }
 
-ChunkContent content_of(ByteView records, const Place& place) {
+ChunkContent content_of(ByteView records, const FileOffset& location) {
   ChunkContent content;
   bool has_message = false;
   std::uint64_t definition_bytes = 0;
-  RecordSequence sequence(records, place);
+  RecordSequence sequence(records, location);
   while (const auto record = sequence.next()) {
-    const Fields fields(record->content, place);
+    const ByteReader fields(record->content, location);
     if (record->op == Op::schema || record->op == Op::channel)
       definition_bytes += record->content.size();
-    if (definition_bytes > kMostDefinitionBytes)
-      place.fail("a chunk has more schemas and channels than is sensible");
+    if (definition_bytes > kMaxDefinitionBytes)
+      location.fail("a chunk has more schemas and channels than is sensible");
     if (record->op == Op::schema) {
       auto [id, schema] = read_schema(fields);
       if (id == 0) continue;  // the specification: invalid, to be ignored
       const auto [found, is_new] = content.schemas.try_emplace(id, schema);
       if (!is_new && found->second != schema)
-        place.fail("a schema differs from an earlier one of the same id");
+        location.fail("a schema differs from an earlier one of the same id");
     } else if (record->op == Op::channel) {
       auto [id, channel] = read_channel(fields);
       const auto [found, is_new] = content.channels.try_emplace(id, channel);
       if (!is_new && found->second != channel)
-        place.fail("a channel differs from an earlier one of the same id");
+        location.fail("a channel differs from an earlier one of the same id");
     } else if (record->op == Op::message) {
       const Message message = read_message(fields);
       content.messages[message.channel].push_back({message.log_stamp_ns, record->offset});

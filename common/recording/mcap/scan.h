@@ -8,16 +8,16 @@
 namespace fivepipe::mcap {
 
 struct Damage {
-  std::string summary;            // why there is no summary to rely on; empty if there is one
-  std::uint64_t whole_bytes = 0;  // up to here stand whole records of the data section
-  std::uint64_t cut_bytes =
+  std::string summary;             // why there is no summary to rely on; empty if there is one
+  std::uint64_t intact_bytes = 0;  // up to here stand whole records of the data section
+  std::uint64_t truncated_bytes =
       0;  // what follows: the piece of a record or of a summary; the whole summary, if it is good
-  std::uint64_t damaged_records = 0;  // chunks, attachments, metadata, loose records
+  std::uint64_t damaged_records = 0;  // chunks, attachments, metadata, unchunked records
   std::vector<std::string>
-      damaged_names;  // of the first kMostNamed of them: file, byte, what is wrong
-  std::uint64_t messages_of_no_channel =
+      damage_reports;  // of the first kMaxReported of them: file, byte, what is wrong
+  std::uint64_t orphaned_messages =
       0;  // whose channel's record stands nowhere (any more); they are not counted otherwise
-  static constexpr std::size_t kMostNamed = 1000;
+  static constexpr std::size_t kMaxReported = 1000;
 };
 
 struct Scan {
@@ -30,16 +30,16 @@ struct Scan {
 // McapError if the file does not begin with MCAP's magic bytes.
 Scan scan(const File& file);
 
-// What the records of one chunk, or loose ones, say.
+// What the records of one chunk, or unchunked ones, say.
 struct ChunkContent {
   std::map<Id, Schema> schemas;
   std::map<Id, Channel> channels;
-  MessagePlaces messages;
+  MessageIndex messages;
   std::uint64_t start_ns = 0, end_ns = 0;  // 0 without messages
 };
-// McapError where the records are damaged, or have more than kMostDefinitionBytes of schemas and
+// McapError where the records are damaged, or have more than kMaxDefinitionBytes of schemas and
 // channels.
-inline constexpr std::uint64_t kMostDefinitionBytes = 64 << 20;
-ChunkContent content_of(ByteView records, const Place& place);
+inline constexpr std::uint64_t kMaxDefinitionBytes = 64 << 20;
+ChunkContent content_of(ByteView records, const FileOffset& location);
 
 }  // namespace fivepipe::mcap

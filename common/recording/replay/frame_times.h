@@ -24,7 +24,7 @@ struct FrameTimes {
   std::uint64_t frame = 0;
   SendTimes sent;                  // its recorded inputs
   std::int64_t composited_ns = 0;  // as FrameComposited tells; 0: no rendering node is measured
-  std::int64_t composite_heard_ns = 0;  // when that message was here
+  std::int64_t composite_received_ns = 0;  // when that message was here
   std::map<std::string, FrameAtNode> nodes;
 };
 

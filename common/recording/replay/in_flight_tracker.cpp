@@ -3,28 +3,29 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "common/pipeline/frames/frame_order.h"
+#include "common/pipeline/frames/restart_detector.h"
 
 namespace fivepipe::replay {
 namespace {
 
 using recording::FrameGroup;
-using recording::KeptMessage;
+using recording::OwnedMessage;
 
 std::size_t messages_of(const recording::FrameGroup& group, const char* topic) {
-  return std::size_t(std::count_if(
-      group.messages.begin(), group.messages.end(),
-      [&](const recording::KeptMessage& m) { return m.channel->topic == topic && !m.key_change; }));
+  return std::size_t(std::count_if(group.messages.begin(), group.messages.end(),
+                                   [&](const recording::OwnedMessage& m) {
+                                     return m.channel->topic == topic && !m.key_change;
+                                   }));
 }
 
 // Maps of one frame number that were captured too far apart are no set (common/frames/frame_sets).
-bool is_of_one_time(const recording::FrameGroup& group) {
-  const recording::KeptMessage* first = nullptr;
-  for (const recording::KeptMessage& message : group.messages) {
+bool has_one_capture_stamp(const recording::FrameGroup& group) {
+  const recording::OwnedMessage* first = nullptr;
+  for (const recording::OwnedMessage& message : group.messages) {
     if (message.channel->topic != bus::topics::ObjectPixelMap::name || message.key_change) continue;
     if (!first) first = &message;
     if (std::abs(message.capture_stamp_ns - first->capture_stamp_ns) >
-        frames::FrameOrder::kRestartTakes_ns)
+        frames::RestartDetector::kMinRestart_ns)
       return false;
   }
   return true;
@@ -32,13 +33,13 @@ bool is_of_one_time(const recording::FrameGroup& group) {
 
 }  // namespace
 
-NodesAtWork::NodesAtWork(bus::Bus& bus, const recording::Recording& recording,
-                         const ReplayPlan& plan, std::set<std::string> replayed)
+InFlightTracker::InFlightTracker(bus::Bus& bus, const recording::Recording& recording,
+                                 const ReplayPlan& plan, std::set<std::string> replayed)
     : recording_(recording), plan_(plan), replayed_(std::move(replayed)) {
   if (plan.lossless && !plan.nodes.empty()) traces_.emplace(bus.reader<bus::topics::FrameTrace>());
 }
 
-void NodesAtWork::start_anew() {
+void InFlightTracker::reset() {
   progress_.clear();
   for (const ReplayedNode& node : plan_.nodes) {
     expected_[node.name] = handled_[node.name] = 0;
@@ -47,13 +48,13 @@ void NodesAtWork::start_anew() {
   if (traces_) traces_->take();
 }
 
-bool NodesAtWork::is_complete_for(const ReplayedNode& node,
-                                  const recording::FrameGroup& group) const {
+bool InFlightTracker::is_complete_for(const ReplayedNode& node,
+                                      const recording::FrameGroup& group) const {
   // Tiles that are not replayed are made by the reconstruction nodes beside it, of the frames that
   // are complete for them.
   if (node.program == "render_node" && replayed_.contains(bus::topics::HullTile::name)) {
     const auto tile = std::find_if(group.messages.begin(), group.messages.end(),
-                                   [](const recording::KeptMessage& m) {
+                                   [](const recording::OwnedMessage& m) {
                                      return m.channel->topic == bus::topics::HullTile::name;
                                    });
     if (tile == group.messages.end()) return false;
@@ -65,50 +66,51 @@ bool NodesAtWork::is_complete_for(const ReplayedNode& node,
   const bool has_set =
       plan_.shape_cameras > 0 &&
       messages_of(group, bus::topics::ObjectPixelMap::name) == plan_.shape_cameras &&
-      is_of_one_time(group);
+      has_one_capture_stamp(group);
   return has_set &&
          (node.program == "sim_node" || messages_of(group, bus::topics::HeadPose::name) > 0);
 }
 
-void NodesAtWork::expect(const recording::FrameGroup& group) {
+void InFlightTracker::expect(const recording::FrameGroup& group) {
   if (!group.frame) return;
   for (const ReplayedNode& node : plan_.nodes) {
     if (!is_complete_for(node, group)) continue;
     ++expected_[node.name];
     Progress& progress = progress_[node.name];
-    if (progress.open.empty()) progress.heard = Clock::now();
+    if (progress.open.empty()) progress.last_trace = Clock::now();
     progress.open.insert(*group.frame);
   }
 }
 
-void NodesAtWork::take_traces() {
+void InFlightTracker::take_traces() {
   if (!traces_) return;
   for (const auto& sample : traces_->take()) {
     if (!sample.valid()) continue;
     const auto progress = progress_.find(sample->node);
     if (progress == progress_.end()) continue;
     if (progress->second.open.erase(sample->frame)) ++handled_[sample->node];
-    progress->second.heard = Clock::now();
+    progress->second.last_trace = Clock::now();
     if (on_trace) on_trace(*sample);
   }
 }
 
-bool NodesAtWork::is_waited_for(std::uint64_t frame) const {
+bool InFlightTracker::is_waited_for(std::uint64_t frame) const {
   return std::any_of(progress_.begin(), progress_.end(),
                      [&](const auto& node) { return node.second.open.contains(frame); });
 }
 
-std::size_t NodesAtWork::most_open() const {
-  std::size_t most = 0;
-  for (const auto& [name, progress] : progress_) most = std::max(most, progress.open.size());
-  return most;
+std::size_t InFlightTracker::max_open_frames() const {
+  std::size_t max_open = 0;
+  for (const auto& [name, progress] : progress_)
+    max_open = std::max(max_open, progress.open.size());
+  return max_open;
 }
 
-std::string NodesAtWork::hung(std::size_t at_most_open) const {
+std::string InFlightTracker::stalled(std::size_t max_in_flight) const {
   for (const auto& [name, progress] : progress_)
-    if (progress.open.size() > at_most_open && Clock::now() - progress.heard > plan_.longest_wait)
+    if (progress.open.size() > max_in_flight && Clock::now() - progress.last_trace > plan_.timeout)
       return "node '" + name + "' has not handled frame " + std::to_string(*progress.open.begin()) +
-             " in " + std::to_string(plan_.longest_wait.count() / 1000) + " s";
+             " in " + std::to_string(plan_.timeout.count() / 1000) + " s";
   return "";
 }
 

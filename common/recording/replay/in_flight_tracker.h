@@ -14,23 +14,23 @@
 
 namespace fivepipe::replay {
 
-class NodesAtWork {
+class InFlightTracker {
  public:
   // replayed: the topics that are. Borrows the recording. Without nodes in the plan, or where it is
   // not lossless, traces are not read: nodes make them for readers only.
-  NodesAtWork(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan,
-              std::set<std::string> replayed);
+  InFlightTracker(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan,
+                  std::set<std::string> replayed);
 
-  void start_anew();  // what was told and counted before is forgotten
+  void reset();  // what was told and counted before is forgotten
   // The frame is about to be sent: nodes for which it is complete will handle it.
   void expect(const recording::FrameGroup& group);
   void take_traces();
 
   bool is_waited_for(std::uint64_t frame) const;  // by one node at least
-  std::size_t most_open() const;                  // frames that the node with most has
+  std::size_t max_open_frames() const;            // frames that the node with most has
   // For people: which node with more than so many frames has told nothing for the plan's longest
   // wait, and where it is; empty: none.
-  std::string hung(std::size_t at_most_open) const;
+  std::string stalled(std::size_t max_in_flight) const;
 
   // By node: frames complete for it, and those that it has handled.
   const std::map<std::string, std::uint64_t>& expected() const { return expected_; }
@@ -42,7 +42,7 @@ class NodesAtWork {
   using Clock = std::chrono::steady_clock;
   struct Progress {
     std::set<std::uint64_t> open;  // sent, complete, and not handled yet
-    Clock::time_point heard{};
+    Clock::time_point last_trace{};
   };
   bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group) const;
 

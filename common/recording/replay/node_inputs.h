@@ -29,13 +29,14 @@ inline std::set<std::string> outputs_of(const std::string& program) {
     return {CameraInfo::name, ViewInfo::name, HeadPose::name, ObjectColour::name,
             ObjectPixelMap::name};
   if (program == "recon_node") return {HullTile::name, TileCosts::name};
-  if (program == "sim_node") return {CollisionResult::name, VirtualState::name, HullComponents::name};
+  if (program == "sim_node")
+    return {CollisionResult::name, VirtualState::name, HullComponents::name};
   if (program == "render_node") return {FrameComposited::name};
   return {};
 }
 
 // What of a frame the program waits for before it works: it must come after all else of the frame.
-inline bool sets_off_work(const std::string& topic) {
+inline bool triggers_work(const std::string& topic) {
   return topic == bus::topics::ObjectPixelMap::name || topic == bus::topics::HullTile::name;
 }
 

@@ -85,7 +85,7 @@ Recorder::Recorder(bus::Bus& bus, recording::RecordingWriter& recording,
     : bus_(bus),
       recording_(recording),
       statuses_(bus.reader<bus::topics::NodeStatus>()),
-      tally_(base::now_realtime_ns()) {
+      loss_detector_(base::now_realtime_ns()) {
   for (const bus::topics::Topic& topic : topics)
     sources_.push_back(
         std::make_unique<Source>(Source{bus::SerializedReader(bus, topic), topic, {}, {}}));
@@ -133,8 +133,8 @@ void Recorder::take() {
       const std::int64_t now_ns = base::now_realtime_ns();
       if (sample.kind == bus::SampleKind::data) {
         recording_.add(*id, now_ns, sample.source_stamp_ns, sample.cdr);
-        tally_.received(source->node_of_channel.at(*id), source->topic.name,
-                        sample.source_stamp_ns);
+        loss_detector_.received(source->node_of_channel.at(*id), source->topic.name,
+                                sample.source_stamp_ns);
       } else {
         const auto change = sample.kind == bus::SampleKind::disposed
                                 ? recording::KeyChange::disposed
@@ -157,17 +157,17 @@ void Recorder::take_statuses() {
       if (std::string_view(count.name).starts_with(prefix))
         status.sent[std::string(count.name).substr(prefix.size())] = count.count;
     }
-    tally_.told(status);
+    loss_detector_.add_status(status);
   }
 }
 
-std::set<std::string> Recorder::not_compared() const {
-  return tally_.not_compared(base::now_realtime_ns());
+std::set<std::string> Recorder::unverified_nodes() const {
+  return loss_detector_.unverified_nodes(base::now_realtime_ns());
 }
 
 std::vector<SentByNode> Recorder::compared() const {
   std::vector<SentByNode> all;
-  for (const SentByNode& sent : tally_.compared()) {
+  for (const SentByNode& sent : loss_detector_.compared()) {
     const bool is_recorded = std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
       return sent.topic == source->topic.name;
     });

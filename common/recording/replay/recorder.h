@@ -9,7 +9,7 @@
 #include "common/config/deployment.h"
 #include "common/pipeline/bus/serialized.h"
 #include "common/recording/files/recording_writer.h"
-#include "common/recording/replay/sent_tally.h"
+#include "common/recording/replay/loss_detector.h"
 
 namespace fivepipe::replay {
 
@@ -36,7 +36,7 @@ class Recorder {
   // take().
   std::vector<SentByNode> compared() const;
   // Whoever wrote something, but told nothing of what it sent, or nothing of late.
-  std::set<std::string> not_compared() const;
+  std::set<std::string> unverified_nodes() const;
 
  private:
   struct Source {
@@ -56,7 +56,7 @@ class Recorder {
   bus::Reader<bus::topics::NodeStatus> statuses_;
   std::map<std::string, std::string>
       node_of_participant_;  // by GUID: a process that is gone has left its name
-  SentTally tally_;
+  LossDetector loss_detector_;
 };
 
 }  // namespace fivepipe::replay

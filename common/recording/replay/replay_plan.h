@@ -17,9 +17,9 @@ struct ReplayedNode {
 
 // How a frame's messages are sent to nodes that are waited for.
 enum class SendOrder {
-  needed_first,  // what a frame needs has arrived before what sets off work on it: the same output
+  inputs_first,  // what a frame needs has arrived before what sets off work on it: the same output
                  // on every run
-  needed_ahead,  // and, as fast as it goes, is sent while the nodes still work on the frame before
+  pipelined,     // and, as fast as it goes, is sent while the nodes still work on the frame before
   as_captured,   // one after the other without waiting, as capture_node does
 };
 
@@ -36,9 +36,9 @@ struct ReplayPlan {
   // its FrameTrace says so.
   std::vector<ReplayedNode> nodes;
   int frames_in_flight = 2;
-  SendOrder order = SendOrder::needed_first;
+  SendOrder order = SendOrder::inputs_first;
   std::size_t shape_cameras = 0;  // maps that make a frame set, of nodes that wait for sets
-  std::chrono::milliseconds longest_wait{
+  std::chrono::milliseconds timeout{
       5000};  // for a reader, or for a node to handle a frame; then it ends: it is lossless no more
 };
 

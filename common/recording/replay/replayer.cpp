@@ -6,8 +6,8 @@
 #include <thread>
 
 #include "common/base/realtime.h"
-#include "common/pipeline/messages/wire.h"
-#include "common/recording/files/groups_ahead.h"
+#include "common/pipeline/messages/wire_conversions.h"
+#include "common/recording/files/frame_group_prefetcher.h"
 #include "common/recording/replay/node_inputs.h"
 
 namespace fivepipe::replay {
@@ -15,18 +15,18 @@ namespace {
 
 using namespace std::chrono_literals;
 using recording::FrameGroup;
-using recording::KeptMessage;
 using recording::KeyChange;
+using recording::OwnedMessage;
 using recording::RecordedChannel;
 
 // The caller is asked so often.
-constexpr auto kAskPeriod = 50ms;
+constexpr auto kPollPeriod = 50ms;
 // A node that waits for news has looked at what it got by then.
-constexpr auto kNodesTurn = 100ms;
+constexpr auto kNodeResetTime = 100ms;
 // Frames that no node waits for, one after the other: fewer than a reader holds.
-constexpr int kMostIncomplete = 4;
+constexpr int kMaxIncomplete = 4;
 // For frames under way when a replay is ended by its user.
-constexpr auto kLastFrames = 1s;
+constexpr auto kLastFramesTimeout = 1s;
 
 const bus::topics::Topic* topic_named(const std::string& name) {
   const auto found =
@@ -77,7 +77,7 @@ Replayer::Replayer(bus::Bus& bus, const recording::Recording& recording, const R
       session_(bus.writer<bus::topics::ReplaySession>()),
       nodes_(bus, recording, plan, topics_of(recording, plan)) {
   std::string foreign;
-  for (const std::string& problem : recording.foreign_types(plan.channels))
+  for (const std::string& problem : recording.type_differences(plan.channels))
     foreign += (foreign.empty() ? "" : "\n") + problem;
   if (!foreign.empty()) throw recording::RecordingError(foreign);
   for (const recording::RecordedChannel& channel : recording.channels()) {
@@ -134,28 +134,28 @@ void Replayer::announce() {
   message.lossless = plan_.lossless;
   message.rate = plan_.rate;
   session_.write(message);
-  session_.wait_for_delivery(plan_.longest_wait);
+  session_.wait_for_delivery(plan_.timeout);
   std::this_thread::sleep_for(
-      kNodesTurn);  // before the first frame: nodes begin anew when they look
+      kNodeResetTime);  // before the first frame: nodes begin anew when they look
 }
 
 void Replayer::run(const std::function<ReplayControl()>& control) {
   counts_ = {};
-  stopped_ = hung_ = false;
-  steps_owed_ = incomplete_in_a_row_ = 0;
+  stopped_ = stalled_ = false;
+  pending_steps_ = consecutive_incomplete_ = 0;
   announce();
-  nodes_.start_anew();
+  nodes_.reset();
   counts_started_ = wall_zero_ = Clock::now();
   log_zero_ns_ = plan_.start_ns;
   send_latched_before_start();
   if (plan_.lossless && !plan_.nodes.empty())
     send_frames(control);
   else
-    send_as_they_stand(control);
-  if (plan_.lossless && stopped_ && !hung_) wait_for_those_under_way();
+    send_in_file_order(control);
+  if (plan_.lossless && stopped_ && !stalled_) wait_for_in_flight();
   if (plan_.lossless && !stopped_) {
     wait_for_nodes(0, control);
-    for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.longest_wait);
+    for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.timeout);
   }
   counts_.expected = nodes_.expected();
   counts_.handled = nodes_.handled();
@@ -175,9 +175,9 @@ void Replayer::send_latched_before_start() {
 }
 
 // False: the caller wants an end.
-bool Replayer::may_go_on(const std::function<ReplayControl()>& control) {
+bool Replayer::may_continue(const std::function<ReplayControl()>& control) {
   last_control_ = control();
-  steps_owed_ += last_control_ == ReplayControl::one_frame;
+  pending_steps_ += last_control_ == ReplayControl::step;
   stopped_ |= last_control_ == ReplayControl::stop;
   return !stopped_;
 }
@@ -190,20 +190,20 @@ bool Replayer::wait_until(std::int64_t log_stamp_ns, bool is_step,
                             1e-9 * double(log_stamp_ns - log_zero_ns_) / plan_.rate));
   };
   was_step_ = false;
-  if (!may_go_on(control)) return false;
+  if (!may_continue(control)) return false;
   for (;;) {
-    if (is_paused() && steps_owed_ > 0) {
+    if (is_paused() && pending_steps_ > 0) {
       was_step_ = true;
-      steps_owed_ -= is_step;
+      pending_steps_ -= is_step;
       if (plan_.rate > 0) wall_zero_ += Clock::now() - due();  // time goes on from here
       return true;
     }
     if (!is_paused() && (plan_.rate <= 0 || Clock::now() >= due())) return true;
     const auto before = Clock::now();
-    const Clock::duration rest = is_paused() ? Clock::duration(kAskPeriod / 5) : due() - before;
-    std::this_thread::sleep_for(std::min<Clock::duration>(rest, kAskPeriod));
+    const Clock::duration rest = is_paused() ? Clock::duration(kPollPeriod / 5) : due() - before;
+    std::this_thread::sleep_for(std::min<Clock::duration>(rest, kPollPeriod));
     if (is_paused()) wall_zero_ += Clock::now() - before;
-    if (!may_go_on(control)) return false;
+    if (!may_continue(control)) return false;
   }
 }
 
@@ -215,16 +215,16 @@ void Replayer::write(const recording::RecordedChannel& channel,
   const bus::SerializedSample sample{kind_of(change), 0, source_stamp_ns, cdr};
   bool sent = writer->second->write(sample);
   if (plan_.lossless)
-    for (const auto until = Clock::now() + plan_.longest_wait; !sent && Clock::now() < until;)
+    for (const auto until = Clock::now() + plan_.timeout; !sent && Clock::now() < until;)
       sent = writer->second->write(sample);
   if (change) return;
   ++counts_.in_file[channel.topic];
   counts_.sent[channel.topic] += sent;
 }
 
-void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control) {
+void Replayer::send_in_file_order(const std::function<ReplayControl()>& control) {
   auto messages = cursor();
-  recording::FrameOf frame_of(recording_);
+  recording::FrameIdReader frame_of(recording_);
   std::optional<std::uint64_t> newest;
   bool steps = false, step_has_frame = false;
   while (const auto message = next_readable(messages, counts_.damaged)) {
@@ -246,11 +246,11 @@ void Replayer::send_as_they_stand(const std::function<ReplayControl()>& control)
 }
 
 void Replayer::send_frames(const std::function<ReplayControl()>& control) {
-  recording::GroupsAhead ahead(recording::FrameGroups(recording_, cursor(), rank_of));
+  recording::FrameGroupPrefetcher ahead(recording::FrameGroups(recording_, cursor(), rank_of));
   ahead.wait_until_ready();
   counts_started_ = Clock::now();
   wall_zero_ = counts_started_;
-  const bool sends_ahead = plan_.order == SendOrder::needed_ahead && plan_.rate <= 0;
+  const bool sends_ahead = plan_.order == SendOrder::pipelined && plan_.rate <= 0;
   auto group = ahead.next();
   bool needed_is_sent = false;
   while (group) {
@@ -262,7 +262,7 @@ void Replayer::send_frames(const std::function<ReplayControl()>& control) {
         !wait_for_nodes(0, control))
       return;
     if (!group->frame || !sends_ahead) send_needed(*group);
-    send_what_sets_off_work(*group);
+    send_triggers(*group);
     pace_incomplete(*group);
     group = ahead.next();
     needed_is_sent = sends_ahead && group && group->frame;
@@ -275,33 +275,33 @@ void Replayer::send_frames(const std::function<ReplayControl()>& control) {
 // Nobody tells of frames that are not complete: they must not push others out of the nodes'
 // readers.
 void Replayer::pace_incomplete(const recording::FrameGroup& group) {
-  incomplete_in_a_row_ =
-      !group.frame || nodes_.is_waited_for(*group.frame) ? 0 : incomplete_in_a_row_ + 1;
-  if (incomplete_in_a_row_ < kMostIncomplete) return;
-  incomplete_in_a_row_ = 0;
-  for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.longest_wait);
-  std::this_thread::sleep_for(kNodesTurn);
+  consecutive_incomplete_ =
+      !group.frame || nodes_.is_waited_for(*group.frame) ? 0 : consecutive_incomplete_ + 1;
+  if (consecutive_incomplete_ < kMaxIncomplete) return;
+  consecutive_incomplete_ = 0;
+  for (const auto& [name, writer] : writers_) writer->wait_for_delivery(plan_.timeout);
+  std::this_thread::sleep_for(kNodeResetTime);
 }
 
 void Replayer::send_needed(const recording::FrameGroup& group) {
   send_start_ns_ = base::now_realtime_ns();
-  for (const recording::KeptMessage& message : group.messages) {
-    if (sets_off_work(message.channel->topic)) continue;
+  for (const recording::OwnedMessage& message : group.messages) {
+    if (triggers_work(message.channel->topic)) continue;
     write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
     if (const auto writer = writer_of_.find(message.channel->id); writer != writer_of_.end())
       not_acknowledged_.insert(writer->second);
   }
 }
 
-void Replayer::send_what_sets_off_work(const recording::FrameGroup& group) {
+void Replayer::send_triggers(const recording::FrameGroup& group) {
   if (plan_.order != SendOrder::as_captured)
     for (bus::SerializedWriter* writer : not_acknowledged_)
-      writer->wait_for_delivery(plan_.longest_wait);
+      writer->wait_for_delivery(plan_.timeout);
   not_acknowledged_.clear();
   nodes_.expect(group);
   const std::int64_t release_ns = base::now_realtime_ns();
-  for (const recording::KeptMessage& message : group.messages)
-    if (sets_off_work(message.channel->topic))
+  for (const recording::OwnedMessage& message : group.messages)
+    if (triggers_work(message.channel->topic))
       write(*message.channel, message.key_change, message.source_stamp_ns, message.cdr);
   if (!group.frame) return;
   ++counts_.frames;
@@ -309,25 +309,25 @@ void Replayer::send_what_sets_off_work(const recording::FrameGroup& group) {
     on_frame_sent(*group.frame, {send_start_ns_, release_ns, base::now_realtime_ns()});
 }
 
-void Replayer::wait_for_those_under_way() {
-  for (const auto until = Clock::now() + kLastFrames;
-       Clock::now() < until && nodes_.most_open() > 0; nodes_.take_traces())
-    bus_.wait(kAskPeriod);
+void Replayer::wait_for_in_flight() {
+  for (const auto until = Clock::now() + kLastFramesTimeout;
+       Clock::now() < until && nodes_.max_open_frames() > 0; nodes_.take_traces())
+    bus_.wait(kPollPeriod);
 }
 
 // Until each node has at most so many frames.
-bool Replayer::wait_for_nodes(std::size_t at_most_open,
+bool Replayer::wait_for_nodes(std::size_t max_in_flight,
                               const std::function<ReplayControl()>& control) {
   for (;;) {
     nodes_.take_traces();
-    if (nodes_.most_open() <= at_most_open) return true;
-    if (const std::string hung = nodes_.hung(at_most_open); !hung.empty()) {
-      spdlog::error(hung);
-      stopped_ = hung_ = true;
+    if (nodes_.max_open_frames() <= max_in_flight) return true;
+    if (const std::string stalled = nodes_.stalled(max_in_flight); !stalled.empty()) {
+      spdlog::error(stalled);
+      stopped_ = stalled_ = true;
       return false;
     }
-    bus_.wait(kAskPeriod);
-    if (!may_go_on(control)) return false;
+    bus_.wait(kPollPeriod);
+    if (!may_continue(control)) return false;
   }
 }
 

@@ -34,7 +34,7 @@ struct ReplayCounts {
 };
 
 // What the caller wants next.
-enum class ReplayControl { go_on, pause, one_frame, stop };
+enum class ReplayControl { resume, pause, step, stop };
 
 class Replayer {
  public:
@@ -56,28 +56,28 @@ class Replayer {
 
   // For benchmarks.
   std::function<void(std::uint64_t frame, const SendTimes&)> on_frame_sent;
-  void tell_traces_to(std::function<void(const fivepipe_v1_FrameTrace&)> listener) {
+  void set_trace_listener(std::function<void(const fivepipe_v1_FrameTrace&)> listener) {
     nodes_.on_trace = std::move(listener);
   }
 
  private:
-  bool may_go_on(const std::function<ReplayControl()>& control);
+  bool may_continue(const std::function<ReplayControl()>& control);
   void announce();
   void send_latched_before_start();
   void send_frames(const std::function<ReplayControl()>& control);
-  void send_as_they_stand(const std::function<ReplayControl()>& control);
+  void send_in_file_order(const std::function<ReplayControl()>& control);
   void send_needed(const recording::FrameGroup& group);
-  void send_what_sets_off_work(const recording::FrameGroup& group);
+  void send_triggers(const recording::FrameGroup& group);
   void write(const recording::RecordedChannel& channel, std::optional<recording::KeyChange> change,
              std::int64_t source_stamp_ns, std::span<const std::byte> cdr);
   bool wait_until(std::int64_t log_stamp_ns, bool is_step,
                   const std::function<ReplayControl()>& control);
   bool is_paused() const {
-    return last_control_ == ReplayControl::pause || last_control_ == ReplayControl::one_frame;
+    return last_control_ == ReplayControl::pause || last_control_ == ReplayControl::step;
   }
   void pace_incomplete(const recording::FrameGroup& group);
-  void wait_for_those_under_way();
-  bool wait_for_nodes(std::size_t at_most_open, const std::function<ReplayControl()>& control);
+  void wait_for_in_flight();
+  bool wait_for_nodes(std::size_t max_in_flight, const std::function<ReplayControl()>& control);
   recording::Recording::Cursor cursor() const;
 
   bus::Bus& bus_;
@@ -87,15 +87,15 @@ class Replayer {
   std::map<std::string, std::unique_ptr<bus::SerializedWriter>>
       writers_;  // by topic and recorded writer
   std::map<mcap::Id, bus::SerializedWriter*> writer_of_;
-  NodesAtWork nodes_;
+  InFlightTracker nodes_;
   std::set<bus::SerializedWriter*> not_acknowledged_;  // of what the next frame needs
   std::int64_t send_start_ns_ = 0;                     // of that frame
   ReplayCounts counts_;
   Clock::time_point counts_started_{}, wall_zero_{};
   std::int64_t log_zero_ns_ = 0;
-  bool stopped_ = false, hung_ = false, was_step_ = false;
-  int steps_owed_ = 0, incomplete_in_a_row_ = 0;
-  ReplayControl last_control_ = ReplayControl::go_on;
+  bool stopped_ = false, stalled_ = false, was_step_ = false;
+  int pending_steps_ = 0, consecutive_incomplete_ = 0;
+  ReplayControl last_control_ = ReplayControl::resume;
 };
 
 }  // namespace fivepipe::replay

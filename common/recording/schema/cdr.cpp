@@ -10,7 +10,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // What finals of DDS are padded to at their end.
-constexpr std::size_t kMostPadding = 3;
+constexpr std::size_t kMaxPadding = 3;
 
 class Decoder {
  public:
@@ -21,7 +21,7 @@ class Decoder {
       CdrCursor from(payload);
       Json message = members(type, from);
       path_.clear();
-      if (from.left() > kMostPadding)
+      if (from.left() > kMaxPadding)
         throw CdrFault{from.at(), std::to_string(from.left()) + " bytes too many"};
       return message;
     } catch (const CdrFault& fault) {
@@ -45,7 +45,7 @@ class Decoder {
     return text;
   }
 
-  // The path is left as it is where something throws: it tells the place.
+  // The path is left as it is where something throws: it tells the location_text.
   Json members(const Struct& type, CdrCursor& from) {
     Json object = Json::object();
     for (const Member& member : type.members) {
@@ -72,7 +72,7 @@ class Decoder {
     if (is_primitive(type.kind)) {
       CdrCursor to_check = from;
       to_check.skip_values(count, size_bytes(type.kind));
-      if (count > options_.longest_numbers) {
+      if (count > options_.max_numeric_elements) {
         from = to_check;
         return {{container + ("<" + type_text(idl_, type) + ">"), count}};
       }
@@ -121,14 +121,14 @@ class Decoder {
   std::vector<PathStep> path_;
 };
 
-std::string place(const std::string& field, std::size_t offset) {
+std::string location_text(const std::string& field, std::size_t offset) {
   return (field.empty() ? "" : field + " ") + "at byte " + std::to_string(offset) + ": ";
 }
 
 }  // namespace
 
 CdrError::CdrError(std::string field_path, std::size_t byte_offset, const std::string& what)
-    : std::runtime_error(place(field_path, byte_offset) + what),
+    : std::runtime_error(location_text(field_path, byte_offset) + what),
       field(std::move(field_path)),
       offset(byte_offset) {}
 

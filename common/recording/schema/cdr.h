@@ -24,7 +24,7 @@ struct CdrError : std::runtime_error {
 struct DecodeOptions {
   // Longer sequences and arrays of numbers are only counted, for people: {"sequence<octet>":
   // 44123}.
-  std::size_t longest_numbers = std::numeric_limits<std::size_t>::max();
+  std::size_t max_numeric_elements = std::numeric_limits<std::size_t>::max();
   // JSON text has neither NaN nor infinity: as "NaN", "Infinity" and "-Infinity". Otherwise they
   // stay numbers of the value returned.
   bool non_finite_as_text = false;

@@ -11,13 +11,13 @@ namespace {
 
 // Far more than types need, and little enough that hostile text costs neither stack nor much
 // memory.
-constexpr std::size_t kLongestText = 1 << 20;  // bytes
-constexpr std::size_t kLongestModule =
+constexpr std::size_t kMaxTextBytes = 1 << 20;  // bytes
+constexpr std::size_t kMaxModuleLength =
     512;  // characters of the modules around a definition, which each of its names repeats
-constexpr std::size_t kDeepestStruct = 64;   // structs and sequences inside one another
-constexpr std::size_t kDeepestSequence = 8;  // sequences of sequences
-constexpr std::size_t kMostDimensions = 8;
-constexpr std::uint64_t kMostElements =
+constexpr std::size_t kMaxStructDepth = 64;   // structs and sequences inside one another
+constexpr std::size_t kMaxSequenceDepth = 8;  // sequences of sequences
+constexpr std::size_t kMaxDimensions = 8;
+constexpr std::uint64_t kMaxElements =
     0xffffffff;  // of an array: what a length on the wire could say as well
 
 bool is_reserved(std::string_view name) {
@@ -66,9 +66,9 @@ class Parser {
     else if (tokens_.take_if("enum"))
       enumeration();
     else if (word.kind == Token::Kind::identifier && is_reserved(word.text))
-      refuse(word, "'" + std::string(word.text) + "' is not read here");
+      throw_error_at(word, "'" + std::string(word.text) + "' is not read here");
     else
-      refuse(word, "expected module, struct or enum, found " + shown(word));
+      throw_error_at(word, "expected module, struct or enum, found " + quoted(word));
     tokens_.expect(";");
   }
 
@@ -78,9 +78,10 @@ class Parser {
     while (tokens_.take_if("@")) {
       const Token name = tokens_.expect_name("an annotation's name");
       if (name.text == "appendable" || name.text == "mutable")
-        refuse(name, "@" + std::string(name.text) + " is not read: its layout on the wire differs");
+        throw_error_at(
+            name, "@" + std::string(name.text) + " is not read: its layout on the wire differs");
       if (!allowed.contains(name.text))
-        refuse(name, "the annotation @" + std::string(name.text) + " is not read here");
+        throw_error_at(name, "the annotation @" + std::string(name.text) + " is not read here");
       found.insert(name.text);
     }
     return found;
@@ -89,7 +90,7 @@ class Parser {
   Token new_name(const char* what) {
     const Token name = tokens_.expect_name(what);
     if (is_reserved(name.text))
-      refuse(name, "expected " + std::string(what) + ", found the keyword " + shown(name));
+      throw_error_at(name, "expected " + std::string(what) + ", found the keyword " + quoted(name));
     return name;
   }
 
@@ -101,20 +102,21 @@ class Parser {
 
   void declare(const Token& name, const Named& named) {
     if (!names_.emplace(scoped(name.text), named).second)
-      refuse(name, scoped(name.text) + " is there already");
+      throw_error_at(name, scoped(name.text) + " is there already");
   }
 
   void module() {
     const Token name = new_name("a module's name");
     modules_.push_back(name.text);
-    if (scoped("").size() > kLongestModule)
-      refuse(name, "modules whose names make more than " + std::to_string(kLongestModule) +
-                       " characters");
+    if (scoped("").size() > kMaxModuleLength)
+      throw_error_at(name, "modules whose names make more than " +
+                               std::to_string(kMaxModuleLength) + " characters");
     tokens_.expect("{");
     while (!tokens_.take_if("}")) {
       const Token& next = tokens_.next();
       if (next.kind == Token::Kind::end)
-        refuse(next, "expected '}' of module " + std::string(name.text) + ", found " + shown(next));
+        throw_error_at(
+            next, "expected '}' of module " + std::string(name.text) + ", found " + quoted(next));
       definition();
     }
     modules_.pop_back();
@@ -129,7 +131,7 @@ class Parser {
       annotations({});
       const Token enumerator = new_name("an enumerator");
       if (!seen.insert(enumerator.text).second)
-        refuse(enumerator, "enumerator " + shown(enumerator) + " is there twice");
+        throw_error_at(enumerator, "enumerator " + quoted(enumerator) + " is there twice");
       result.enumerators.emplace_back(enumerator.text);
     } while (tokens_.take_if(","));
     tokens_.expect("}");
@@ -140,17 +142,17 @@ class Parser {
   void structure() {
     const Token name = new_name("a struct's name");
     if (tokens_.next().text == ";")
-      refuse(tokens_.next(), "a declaration of struct " + std::string(name.text) +
-                                 " without its members is not read");
-    if (tokens_.next().text == ":") refuse(tokens_.next(), "inheritance is not read");
+      throw_error_at(tokens_.next(), "a declaration of struct " + std::string(name.text) +
+                                         " without its members is not read");
+    if (tokens_.next().text == ":") throw_error_at(tokens_.next(), "inheritance is not read");
     Struct result{scoped(name.text), {}};
     std::size_t depth = 0;
     std::set<std::string_view> seen;
     tokens_.expect("{");
     do depth = std::max(depth, members(result, seen));
     while (!tokens_.take_if("}"));
-    if (depth >= kDeepestStruct)
-      refuse(name, "structs more than " + std::to_string(kDeepestStruct) + " deep");
+    if (depth >= kMaxStructDepth)
+      throw_error_at(name, "structs more than " + std::to_string(kMaxStructDepth) + " deep");
     declare(name, {Kind::structure, idl_.structs.size(), depth + 1});
     idl_.structs.push_back(std::move(result));
   }
@@ -162,7 +164,8 @@ class Parser {
     const Type type = this->type(depth);
     do {
       const Token name = new_name("a field's name");
-      if (!seen.insert(name.text).second) refuse(name, "field " + shown(name) + " is there twice");
+      if (!seen.insert(name.text).second)
+        throw_error_at(name, "field " + quoted(name) + " is there twice");
       into.members.push_back({std::string(name.text), type, dimensions(), is_key});
     } while (tokens_.take_if(","));
     tokens_.expect(";");
@@ -176,19 +179,21 @@ class Parser {
       const Token opening = tokens_.take();
       sizes.push_back(tokens_.expect_positive("an array's size"));
       elements *= sizes.back();
-      if (elements > kMostElements)
-        refuse(opening, "an array of more than " + std::to_string(kMostElements) + " elements");
-      if (sizes.size() > kMostDimensions)
-        refuse(opening, "an array of more than " + std::to_string(kMostDimensions) + " dimensions");
+      if (elements > kMaxElements)
+        throw_error_at(opening,
+                       "an array of more than " + std::to_string(kMaxElements) + " elements");
+      if (sizes.size() > kMaxDimensions)
+        throw_error_at(opening,
+                       "an array of more than " + std::to_string(kMaxDimensions) + " dimensions");
       tokens_.expect("]");
     }
     return sizes;
   }
 
   std::uint32_t bound(const char* what) {
-    const std::uint32_t most = tokens_.expect_positive(what);
+    const std::uint32_t limit = tokens_.expect_positive(what);
     tokens_.expect(">");
-    return most;
+    return limit;
   }
 
   Type type(std::size_t& depth) {
@@ -201,26 +206,28 @@ class Parser {
       return {tokens_.take_if("long") ? Kind::int64 : long_of_32_bits(), 0, 0, {}};
     if (word.text == "unsigned") return {unsigned_kind(), 0, 0, {}};
     if (const auto kind = kind_of_word(word.text)) return {*kind, 0, 0, {}};
-    if (is_reserved(word.text)) refuse(word, "'" + std::string(word.text) + "' is not read here");
+    if (is_reserved(word.text))
+      throw_error_at(word, "'" + std::string(word.text) + "' is not read here");
     return reference(depth, word);
   }
 
   Kind long_of_32_bits() {
-    if (tokens_.next().text == "double") refuse(tokens_.next(), "'long double' is not read");
+    if (tokens_.next().text == "double")
+      throw_error_at(tokens_.next(), "'long double' is not read");
     return Kind::int32;
   }
 
   Kind unsigned_kind() {
     if (tokens_.take_if("short")) return Kind::uint16;
     if (!tokens_.take_if("long"))
-      refuse(tokens_.next(),
-             "expected short or long after unsigned, found " + shown(tokens_.next()));
+      throw_error_at(tokens_.next(),
+                     "expected short or long after unsigned, found " + quoted(tokens_.next()));
     return tokens_.take_if("long") ? Kind::uint64 : Kind::uint32;
   }
 
   Type sequence(const Token& word, std::size_t& depth) {
-    if (++open_sequences_ > kDeepestSequence)
-      refuse(word, "sequences more than " + std::to_string(kDeepestSequence) + " deep");
+    if (++open_sequences_ > kMaxSequenceDepth)
+      throw_error_at(word, "sequences more than " + std::to_string(kMaxSequenceDepth) + " deep");
     Type result{Kind::sequence, 0, 0, {}};
     tokens_.expect("<");
     result.element.push_back(type(depth));
@@ -247,7 +254,7 @@ class Parser {
         depth = std::max(depth, found->second.depth);
         return {found->second.kind, 0, found->second.definition, {}};
       }
-      if (modules == 0) refuse(begin, "no type " + name + " stands before this");
+      if (modules == 0) throw_error_at(begin, "no type " + name + " stands before this");
     }
   }
 
@@ -261,9 +268,9 @@ class Parser {
 }  // namespace
 
 Idl parse_idl(std::string_view text) {
-  if (text.size() > kLongestText)
+  if (text.size() > kMaxTextBytes)
     throw IdlError("a text of " + std::to_string(text.size()) + " bytes; " +
-                   std::to_string(kLongestText) + " at most");
+                   std::to_string(kMaxTextBytes) + " at most");
   return Parser(text).parse();
 }
 

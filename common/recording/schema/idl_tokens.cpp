@@ -6,7 +6,7 @@ namespace fivepipe::schema {
 namespace {
 
 // Longer names than any tool writes; keeps what a scoped name costs bounded.
-constexpr std::size_t kLongestName = 256;
+constexpr std::size_t kMaxNameLength = 256;
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -15,19 +15,19 @@ bool is_blank(char c) {
 }
 
 std::string printable(std::string_view text) {
-  std::string shown;
-  for (char c : text.substr(0, 40)) shown += c >= ' ' && c <= '~' ? c : '?';
-  return text.size() > 40 ? shown + "..." : shown;
+  std::string quoted;
+  for (char c : text.substr(0, 40)) quoted += c >= ' ' && c <= '~' ? c : '?';
+  return text.size() > 40 ? quoted + "..." : quoted;
 }
 
 }  // namespace
 
-void refuse(const Token& at, const std::string& what) {
+void throw_error_at(const Token& at, const std::string& what) {
   throw IdlError("line " + std::to_string(at.line) + ", column " + std::to_string(at.column) +
                  ": " + what);
 }
 
-std::string shown(const Token& token) {
+std::string quoted(const Token& token) {
   return token.kind == Token::Kind::end ? "the end of the text" : "'" + printable(token.text) + "'";
 }
 
@@ -48,7 +48,7 @@ void Tokens::skip_comment() {
   const bool to_line_end = text_[at_ + 1] == '/';
   const std::size_t found = to_line_end ? text_.find('\n', at_) : text_.find("*/", at_ + 2);
   if (found == std::string_view::npos && !to_line_end)
-    refuse(opening, "this comment is not closed");
+    throw_error_at(opening, "this comment is not closed");
   const std::size_t end =
       found == std::string_view::npos ? text_.size() : found + (to_line_end ? 0 : 2);
   while (at_ < end) step();
@@ -83,14 +83,14 @@ void Tokens::read_next() {
     next_.kind = Token::Kind::sign;
   }
   next_.text = text_.substr(begin, at_ - begin);
-  if (const std::size_t length = next_.text.size(); length > kLongestName)
-    refuse(next_, "a name of " + std::to_string(length) + " characters; " +
-                      std::to_string(kLongestName) + " at most");
+  if (const std::size_t length = next_.text.size(); length > kMaxNameLength)
+    throw_error_at(next_, "a name of " + std::to_string(length) + " characters; " +
+                              std::to_string(kMaxNameLength) + " at most");
   if (next_.kind == Token::Kind::sign && next_.text == "#")
-    refuse(next_, "preprocessor lines are not read");
+    throw_error_at(next_, "preprocessor lines are not read");
   if (next_.kind == Token::Kind::sign && next_.text != "::" &&
       std::string_view("{};,<>[]()@:=").find(first) == std::string_view::npos)
-    refuse(next_, "unexpected character " + shown(next_));
+    throw_error_at(next_, "unexpected character " + quoted(next_));
 }
 
 Token Tokens::take() {
@@ -106,12 +106,13 @@ bool Tokens::take_if(std::string_view text) {
 }
 
 void Tokens::expect(std::string_view text) {
-  if (!take_if(text)) refuse(next_, "expected '" + std::string(text) + "', found " + shown(next_));
+  if (!take_if(text))
+    throw_error_at(next_, "expected '" + std::string(text) + "', found " + quoted(next_));
 }
 
 Token Tokens::expect_name(const char* what) {
   if (next_.kind != Token::Kind::identifier)
-    refuse(next_, "expected " + std::string(what) + ", found " + shown(next_));
+    throw_error_at(next_, "expected " + std::string(what) + ", found " + quoted(next_));
   return take();
 }
 
@@ -121,8 +122,8 @@ std::uint32_t Tokens::expect_positive(const char* what) {
   // Octal numbers are not read: 010 would mean 8.
   const bool is_read = next_.kind == Token::Kind::number && next_.text[0] != '0';
   if (!is_read || std::from_chars(next_.text.data(), end, number).ptr != end || number == 0)
-    refuse(next_, "expected " + std::string(what) +
-                      ", a decimal number from 1 to 4294967295, found " + shown(next_));
+    throw_error_at(next_, "expected " + std::string(what) +
+                              ", a decimal number from 1 to 4294967295, found " + quoted(next_));
   take();
   return number;
 }

@@ -15,8 +15,8 @@ struct Token {
   std::size_t line = 1, column = 1;
 };
 
-[[noreturn]] void refuse(const Token& at, const std::string& what);  // throws IdlError
-std::string shown(const Token& token);  // "'struct'", "the end of the text"
+[[noreturn]] void throw_error_at(const Token& at, const std::string& what);  // throws IdlError
+std::string quoted(const Token& token);  // "'struct'", "the end of the text"
 
 // The text must outlive it.
 class Tokens {

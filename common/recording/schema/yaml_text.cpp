@@ -61,7 +61,7 @@ void write(const Json& value, std::size_t indent, std::string& text) {
 
 }  // namespace
 
-std::string as_yaml(const Json& message) {
+std::string to_yaml(const Json& message) {
   std::string text = "---\n";
   if (message.is_structured() && !message.empty())
     write(message, 0, text);

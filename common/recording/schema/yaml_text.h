@@ -7,6 +7,6 @@ namespace fivepipe::schema {
 
 // One document, begun by "---"; a line per field, what is flat ({x: 1.0, y: 2.0}) on one.
 // Not-a-number is .nan, infinity .inf; bytes of strings that are not UTF-8 become U+FFFD.
-std::string as_yaml(const nlohmann::ordered_json& message);
+std::string to_yaml(const nlohmann::ordered_json& message);
 
 }  // namespace fivepipe::schema

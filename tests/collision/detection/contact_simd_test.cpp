@@ -306,8 +306,8 @@ TEST(ContactSimd, CellsGrazingPixelsAreClassifiedConservatively) {
         collision::pixel_from_world(scene.map.silhouette.camera);
     const Grazing t = grazing_triangle(random, scene);
     collision::TriangleMap map;
-    const collision::ProjectionStatus facing =
-        collision::triangle_map(pixel, scene.map.camera().skip_map, t.vertices_world_m, t.units, map);
+    const collision::ProjectionStatus facing = collision::triangle_map(
+        pixel, scene.map.camera().skip_map, t.vertices_world_m, t.units, map);
     if (facing == collision::ProjectionStatus::culled) {
       ++aside;
       const Truth truth = truth_of(

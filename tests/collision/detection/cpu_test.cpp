@@ -184,8 +184,8 @@ TEST(CpuDetection, VerdictIsInvariantUnderSubdivision) {
   for (int i = 0; i < 200; ++i) {
     const collision::Triangle t = random_triangle(random, 0.1, 0.08);
     const Vector3d a = 0.5 * (t[0] + t[1]), b = 0.5 * (t[0] + t[2]), c = 0.5 * (t[1] + t[2]);
-    const collision::ObjectCollision parts = hull.ask(
-        collision::Bvh(mesh_of({{t[0], a, b}, {a, t[1], c}, {b, c, t[2]}, {a, b, c}})));
+    const collision::ObjectCollision parts =
+        hull.ask(collision::Bvh(mesh_of({{t[0], a, b}, {a, t[1], c}, {b, c, t[2]}, {a, b, c}})));
     EXPECT_EQ(hull.ask(t) == collision::CollisionVerdict::colliding, parts.colliding());
   }
 }
@@ -211,8 +211,8 @@ TEST(CpuDetection, PointsRespectTheSpacingAndIncludeTheFarthest) {
   const Vector3d rp(0.2, 0.1, 0.3);
   for (const double spacing_m : {0.02, 5e-3, 1.1e-3}) {
     const collision::ObjectCollision found =
-        hull.ask(collision::Bvh(mesh_of({t})),
-                 {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
+        hull.ask(collision::Bvh(mesh_of({t})), {.spacing_m = spacing_m, .max_points = 1u << 20},
+                 Isometry3d::Identity(), rp);
     for (int i = 0; i <= 40; ++i)
       for (int j = 0; i + j <= 40; ++j) {
         const Vector3d p = t[0] + i / 40.0 * (t[1] - t[0]) + j / 40.0 * (t[2] - t[0]);
@@ -284,8 +284,7 @@ TEST(CpuDetection, ObjectsBesideACameraAreFree) {
   const Hull hull({{ahead, block}, {other, all}});
   for (const double in_front_m : {0.07, 0.05, 0.02, 1e-4, 0.0}) {
     const Vector3d p(in_front_m, 4, 0);
-    const collision::Bvh tree(
-        mesh_of({{p, p + Vector3d(0, 0.01, 0), p + Vector3d(0, 0, 0.01)}}));
+    const collision::Bvh tree(mesh_of({{p, p + Vector3d(0, 0.01, 0), p + Vector3d(0, 0, 0.01)}}));
     const collision::DetectionObject object{&tree};
     for (const double spacing_m : {0.0, 3e-3}) {
       collision::CpuDetectionCounts counts;
@@ -331,8 +330,7 @@ TEST(CpuDetection, RefitsADeformedMesh) {
   Random random(7);
   for (Vector3d& v : mesh.vertices_m) v += Vector3d(0, 0, 0.15) + random_in_ball(random, 0.01);
   tree.refit(mesh.vertices_m);
-  const collision::ObjectCollision refitted = hull.ask(tree),
-                                   anew = hull.ask(collision::Bvh(mesh));
+  const collision::ObjectCollision refitted = hull.ask(tree), anew = hull.ask(collision::Bvh(mesh));
   EXPECT_FALSE(anew.triangles.empty());
   EXPECT_EQ(refitted.triangles, anew.triangles);
   mesh.vertices_m.pop_back();
@@ -343,8 +341,7 @@ TEST(CpuDetection, RefitsADeformedMesh) {
 TEST(CpuDetection, ReusedDetectionEqualsAFreshOne) {
   const Hull hull(hand_like()),
       other(silhouettes_of({ball({0.05, 0, 0}, 0.03)}, ring(4, 1.2, 0.6, 300, 0.5)), 3), none({});
-  const collision::Bvh large(geometry::sphere_mesh(0.05, 4)),
-      small(geometry::sphere_mesh(0.02, 2));
+  const collision::Bvh large(geometry::sphere_mesh(0.05, 4)), small(geometry::sphere_mesh(0.02, 2));
   const std::vector<std::vector<collision::DetectionObject>> asked{
       {{&large}, {&small}},
       {{&small}, {&large, at({1, 0, 0})}},
@@ -405,8 +402,7 @@ TEST(ContactPoints, SamplesAreTheCellCenters) {
 TEST(CpuDetection, EmptyHullOrEmptyMeshIsFree) {
   const Hull hull(hand_like()), none({});
   EXPECT_EQ(hull.ask(collision::Bvh()).verdict, collision::CollisionVerdict::free);
-  EXPECT_EQ(hull.ask(collision::Bvh(geometry::Mesh{})).verdict,
-            collision::CollisionVerdict::free);
+  EXPECT_EQ(hull.ask(collision::Bvh(geometry::Mesh{})).verdict, collision::CollisionVerdict::free);
   const collision::Bvh box(geometry::box_mesh({1, 1, 1}));
   EXPECT_EQ(none.ask(box).verdict, collision::CollisionVerdict::free);
   auto empty = hand_like();
@@ -473,10 +469,10 @@ TEST(HardTriangle, OfTenMetresAroundAHullOfOneCentimetre) {
   };
   EXPECT_EQ(hull.ask(triangle(0.001)), collision::CollisionVerdict::colliding);
   EXPECT_EQ(hull.ask(triangle(0.1)), collision::CollisionVerdict::free);
-  EXPECT_EQ(hull.ask(collision::Bvh(mesh_of({triangle(0.001)})),
-                     {.spacing_m = 1e-3, .max_points = 10000})
-                .verdict,
-            collision::CollisionVerdict::colliding);
+  EXPECT_EQ(
+      hull.ask(collision::Bvh(mesh_of({triangle(0.001)})), {.spacing_m = 1e-3, .max_points = 10000})
+          .verdict,
+      collision::CollisionVerdict::colliding);
 }
 
 TEST(HardTriangle, WhollyInsideTheHull) {
@@ -490,9 +486,9 @@ TEST(HardTriangle, TheHullWhollyInsideABox) {
   const Hull hull(silhouettes_of({ball(kOrigin, 0.02)}, ring(4, 1.2, 0.6, 300, 0.5)));
   const collision::ObjectCollision around = hull.ask(
                                        collision::Bvh(geometry::box_mesh({0.2, 0.2, 0.2}))),
-                                   beside = hull.ask(
-                                       collision::Bvh(geometry::box_mesh({0.2, 0.2, 0.2})), {},
-                                       at({0.3, 0.2, 0}));
+                                   beside =
+                                       hull.ask(collision::Bvh(geometry::box_mesh({0.2, 0.2, 0.2})),
+                                                {}, at({0.3, 0.2, 0}));
   EXPECT_EQ(around.verdict,
             collision::CollisionVerdict::free);  // no point of its surface is in it,
   EXPECT_TRUE(around.hull_in_box);               // and this is said
@@ -634,9 +630,8 @@ Isometry3d lying_flat() {
 
 TEST(HardTriangle, AMillionOfThem) {
   const Hull hull(hand_like());
-  const collision::ObjectCollision found =
-      hull.ask(collision::Bvh(geometry::curtain_mesh(2, 2, 1000, 500, 0, 1)), kVerdictAlone,
-               lying_flat());
+  const collision::ObjectCollision found = hull.ask(
+      collision::Bvh(geometry::curtain_mesh(2, 2, 1000, 500, 0, 1)), kVerdictAlone, lying_flat());
   EXPECT_GT(found.triangles.size(), 500u);
   EXPECT_LT(found.undecided.size(), 20u);
 }

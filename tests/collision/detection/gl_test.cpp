@@ -66,8 +66,8 @@ class GlDetectionTest : public GlTest {
     return ask(hull, collision::Bvh(mesh_of({t})), options).verdict;
   }
 
-  // Free and colliding alike, but for what one of them calls undecided: a hundredth of the triangles
-  // at most, and one.
+  // Free and colliding alike, but for what one of them calls undecided: a hundredth of the
+  // triangles at most, and one.
   static void expect_as_cpu(const Hull& hull, std::span<const collision::DetectionObject> objects,
                             const collision::DetectionOptions& options) {
     const std::vector<collision::ObjectCollision> gl = ask(*detection_, hull, objects, options),
@@ -129,7 +129,7 @@ TEST_F(GlDetectionTest, AgreesWithTheExactReference) {
   }
   EXPECT_GT(crossing, 100);
   EXPECT_LE(undecided, 0.02 * crossing);  // of two answers each
-  EXPECT_LT(on_cpu, 0.1 * crossing);     // the GPU does the work
+  EXPECT_LT(on_cpu, 0.1 * crossing);      // the GPU does the work
 }
 
 TEST_F(GlDetectionTest, AgreesWithBackendCpuFromOneToSixteenCameras) {
@@ -188,12 +188,10 @@ TEST_F(GlDetectionTest, IsIndependentOfVertexOrder) {
   for (int i = 0; i < 20; ++i) {
     const collision::Triangle t = random_triangle(random, 0.1, 0.05);
     std::array<std::size_t, 3> order = {0, 1, 2};
-    const collision::ObjectCollision first =
-        ask(hull, collision::Bvh(mesh_of({t})), kAllPoints);
+    const collision::ObjectCollision first = ask(hull, collision::Bvh(mesh_of({t})), kAllPoints);
     while (std::next_permutation(order.begin(), order.end())) {
       const collision::ObjectCollision again =
-          ask(hull, collision::Bvh(mesh_of({{t[order[0]], t[order[1]], t[order[2]]}})),
-              kAllPoints);
+          ask(hull, collision::Bvh(mesh_of({{t[order[0]], t[order[1]], t[order[2]]}})), kAllPoints);
       EXPECT_EQ(again.verdict, first.verdict);
       EXPECT_EQ(again.points, first.points);
     }
@@ -227,8 +225,8 @@ TEST_F(GlDetectionTest, PointsRespectTheSpacingAndIncludeTheFarthest) {
   const Vector3d rp(0.2, 0.1, 0.3);
   for (const double spacing_m : {0.02, 5e-3, 1.1e-3}) {
     const collision::ObjectCollision found =
-        ask(hull, collision::Bvh(mesh_of({t})),
-            {.spacing_m = spacing_m, .max_points = 1u << 20}, Isometry3d::Identity(), rp);
+        ask(hull, collision::Bvh(mesh_of({t})), {.spacing_m = spacing_m, .max_points = 1u << 20},
+            Isometry3d::Identity(), rp);
     for (int i = 0; i <= 40; ++i)
       for (int j = 0; i + j <= 40; ++j) {
         const Vector3d p = t[0] + i / 40.0 * (t[1] - t[0]) + j / 40.0 * (t[2] - t[0]);
@@ -251,8 +249,8 @@ TEST_F(GlDetectionTest, PointsRespectTheSpacingAcrossTheBorder) {
   const collision::Triangle t = {Vector3d(0, 0, 0), Vector3d(0.15, 0.02, 0.01),
                                  Vector3d(0.02, 0.12, -0.02)};
   for (const double spacing_m : {7e-3, 2e-3}) {
-    const collision::ObjectCollision found = ask(hull, collision::Bvh(mesh_of({t})),
-                                                 {.spacing_m = spacing_m, .max_points = 1u << 20});
+    const collision::ObjectCollision found =
+        ask(hull, collision::Bvh(mesh_of({t})), {.spacing_m = spacing_m, .max_points = 1u << 20});
     // The part around any point that is in the hull with its surroundings has its middle in the
     // hull.
     for (int i = 0; i <= 60; ++i)
@@ -363,8 +361,7 @@ TEST_F(GlDetectionTest, ErrorMarginBoundsFloatRounding) {
 TEST_F(GlDetectionTest, EmptyHullOrEmptyMeshIsFree) {
   const Hull hull(hand_like()), none({});
   EXPECT_EQ(ask(hull, collision::Bvh()).verdict, collision::CollisionVerdict::free);
-  EXPECT_EQ(ask(hull, collision::Bvh(geometry::Mesh{})).verdict,
-            collision::CollisionVerdict::free);
+  EXPECT_EQ(ask(hull, collision::Bvh(geometry::Mesh{})).verdict, collision::CollisionVerdict::free);
   const collision::Bvh box(geometry::box_mesh({1, 1, 1}));
   EXPECT_EQ(ask(none, box).verdict, collision::CollisionVerdict::free);
   auto empty = hand_like();

@@ -372,8 +372,7 @@ TEST(Proximity, ScalesWithTheUnitOfLength) {
   const auto scaled =
       of_points(Queries(silhouettes).query, {kScale * 0.05, kScale * 0.001}, points);
   for (std::size_t i = 0; i < points.size(); ++i)
-    EXPECT_EQ(scaled[i],
-              (collision::Proximity{kScale * found[i].min_m, kScale * found[i].max_m}));
+    EXPECT_EQ(scaled[i], (collision::Proximity{kScale * found[i].min_m, kScale * found[i].max_m}));
 }
 
 TEST(Proximity, IsInvariantUnderTranslation) {

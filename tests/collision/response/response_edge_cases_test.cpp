@@ -42,8 +42,7 @@ TEST_F(ResponseEdgeCases, SphereOnPlaneHasADeterministicCpObject) {
   }
 }
 
-TEST_F(ResponseEdgeCases,
-       TiesBreakByTriangleThenPosition) {
+TEST_F(ResponseEdgeCases, TiesBreakByTriangleThenPosition) {
   see(plane_silhouettes());
   rp_object_m_ = {0, 0, 0.02};
   std::vector<collision::CollisionPoint> points{{{0.01, 0, -0.01}, 7},

@@ -16,9 +16,11 @@ using Eigen::Vector3d;
 
 class ResponseExtensions : public ResponseTest {
  protected:
-  collision::LocalMinimumTranslation shorter(const collision::Response& response,
-                                const collision::LocalMinimumTranslationConfig& config = {}) {
-    return collision::find_local_minimum_translation(query(), collision_, response, requery(), config);
+  collision::LocalMinimumTranslation shorter(
+      const collision::Response& response,
+      const collision::LocalMinimumTranslationConfig& config = {}) {
+    return collision::find_local_minimum_translation(query(), collision_, response, requery(),
+                                                     config);
   }
   collision::ContactManifold manifold(int most = 4) {
     return collision::contact_manifold(query(), collision_, {rp_object_m_, most, 0.05});
@@ -97,7 +99,8 @@ TEST_F(ResponseExtensions, LocalTranslationsAreVerifiedAndNeverLonger) {
     sum += way.length_m / way.response_length_m;
     auto shuffled = collision_;
     std::shuffle(shuffled.points.begin(), shuffled.points.end(), random);
-    EXPECT_EQ(collision::find_local_minimum_translation(query(), shuffled, response, requery()).move_world_m,
+    EXPECT_EQ(collision::find_local_minimum_translation(query(), shuffled, response, requery())
+                  .move_world_m,
               way.move_world_m);
   }
   std::cout << "shorter ways found in " << found << " of " << cases << ", on average "
@@ -130,14 +133,15 @@ TEST_F(ResponseExtensions, ReportsWhenNoTranslationFreesTheObject) {
   const collision::ObjectCollision stuck = collision_;
   const collision::LocalMinimumTranslation way = collision::find_local_minimum_translation(
       query(), collision_, response, [&](const Vector3d&) { return stuck; });
-  EXPECT_EQ(way.status, response.remaining_points.empty() ? collision::LocalMinimumTranslationStatus::none_found
-                                                     : collision::LocalMinimumTranslationStatus::not_free);
+  EXPECT_EQ(way.status, response.remaining_points.empty()
+                            ? collision::LocalMinimumTranslationStatus::none_found
+                            : collision::LocalMinimumTranslationStatus::not_free);
   collision::Response left = response;
   left.remaining_points = collision_.points;
-  EXPECT_EQ(
-      collision::find_local_minimum_translation(query(), collision_, left, [&](const Vector3d&) { return stuck; })
-          .status,
-      collision::LocalMinimumTranslationStatus::not_free);
+  EXPECT_EQ(collision::find_local_minimum_translation(query(), collision_, left,
+                                                      [&](const Vector3d&) { return stuck; })
+                .status,
+            collision::LocalMinimumTranslationStatus::not_free);
 }
 
 TEST_F(ResponseExtensions, LocalTranslationRequiresAnExit) {

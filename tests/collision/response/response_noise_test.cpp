@@ -115,8 +115,7 @@ class ResponseNoise : public ResponseTest {
   double bound_m = 0;
 };
 
-TEST_F(ResponseNoise,
-       OnePixelJitterMovesTheResponseByAtMostItsProjection) {
+TEST_F(ResponseNoise, OnePixelJitterMovesTheResponseByAtMostItsProjection) {
   Random random(91);
   for (const double fraction : {0.1, 0.5, 1.0}) {
     const Jitter jitter =
@@ -131,8 +130,7 @@ TEST_F(ResponseNoise,
 
 // Capture's own cleaning of its maps: an opening by one pixel unless told otherwise, and a closing
 // where it is asked for.
-TEST_F(ResponseNoise,
-       SaltAndPepperAfterOpenAndCloseMovesTheResponseByAtMostAPixel) {
+TEST_F(ResponseNoise, SaltAndPepperAfterOpenAndCloseMovesTheResponseByAtMostAPixel) {
   Random random(92);
   const auto cleaned = [](const hull::ObjectPixels& p) {
     return capture::closed(capture::opened(p, 1), 1);
@@ -146,8 +144,7 @@ TEST_F(ResponseNoise,
   EXPECT_LE(jitter.end_m, bound_m);
 }
 
-TEST_F(ResponseNoise,
-       SaltAndPepperAfterOpenMovesTheObjectByLessThanAPixel) {
+TEST_F(ResponseNoise, SaltAndPepperAfterOpenMovesTheObjectByLessThanAPixel) {
   Random random(92);
   see(with(silhouettes_, [](const hull::ObjectPixels& p) { return capture::opened(p, 1); }));
   // Of a pixel that is missing beside the border, the opening takes all within its square of three.

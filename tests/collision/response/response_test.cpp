@@ -311,7 +311,8 @@ TEST_F(ResponseTest, OnePixelOfNoiseMovesTheResultByNoMoreThanPixels) {
     for (const bool object : {true, false}) {
       auto silhouettes = clean;
       const hull::PixelRect bounds = silhouettes[noisy].pixels.bounds();
-      silhouettes[noisy].pixels.set(kImage_px / 2, object ? bounds.v0_px - 1 : bounds.v0_px, object);
+      silhouettes[noisy].pixels.set(kImage_px / 2, object ? bounds.v0_px - 1 : bounds.v0_px,
+                                    object);
       see(silhouettes);
       place(rp_object_m_);
       ASSERT_TRUE(collision_.colliding());

@@ -66,8 +66,8 @@ std::vector<geometry::Camera> lab_cameras() {
 }
 
 std::vector<collision::HullComponent> parts_of(const std::vector<hull::Capsule>& object,
-                                          const std::vector<geometry::Camera>& cameras,
-                                          double cell_m, Random* noise = nullptr) {
+                                               const std::vector<geometry::Camera>& cameras,
+                                               double cell_m, Random* noise = nullptr) {
   std::vector<hull::Silhouette> silhouettes = silhouettes_of(object, cameras);
   if (noise)  // each border pixel, by chance: what a camera's noise does to a silhouette after it
               // was cleaned
@@ -292,8 +292,8 @@ TEST(ComponentTracker, ComponentBesideARodIsNotMerged) {
           parts_of(is_there ? std::vector{rod, beside} : std::vector{rod}, cameras, 0.002));
       ASSERT_EQ(parts.size(), is_there ? 2u : 1u) << frame;
       EXPECT_EQ(parts[0].id, 1u) << frame;
-      EXPECT_EQ(parts[0].origin,
-                frame > 0 ? collision::ComponentOrigin::tracked : collision::ComponentOrigin::appeared)
+      EXPECT_EQ(parts[0].origin, frame > 0 ? collision::ComponentOrigin::tracked
+                                           : collision::ComponentOrigin::appeared)
           << frame;
       if (!is_there) continue;
       EXPECT_EQ(parts[1].origin, collision::ComponentOrigin::appeared) << frame;

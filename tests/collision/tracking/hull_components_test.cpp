@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 const Eigen::AlignedBox3d kSpace(Vector3d(-0.3, -0.3, -0.3), Vector3d(0.3, 0.3, 0.3));
 
 std::vector<collision::HullComponent> parts_of(const std::vector<hull::Silhouette>& silhouettes,
-                                          double cell_m, int threads = 1,
-                                          const Eigen::AlignedBox3d& within = kSpace) {
+                                               double cell_m, int threads = 1,
+                                               const Eigen::AlignedBox3d& within = kSpace) {
   base::WorkerPool pool(threads);
   hull::CpuHull hull(pool, silhouettes);
   return collision::hull_components(hull::HullQuery(hull), {within, cell_m});
@@ -66,7 +66,8 @@ TEST(HullComponents, BallAndRodMomentsAreCorrect) {
       parts_of(silhouettes_of({ball({0.15, -0.05, 0}, 0.05), rod}, all_around()), 0.004);
   ASSERT_EQ(parts.size(), 2u);
   const collision::HullComponent &sphere = parts[0].centroid_world_m.x() > 0 ? parts[0] : parts[1],
-                            &long_one = parts[0].centroid_world_m.x() > 0 ? parts[1] : parts[0];
+                                 &long_one =
+                                     parts[0].centroid_world_m.x() > 0 ? parts[1] : parts[0];
   EXPECT_LT((sphere.centroid_world_m - Vector3d(0.15, -0.05, 0)).norm(), 0.002);
   EXPECT_NEAR(sphere.volume_m3, 4.0 / 3 * std::numbers::pi * 1.25e-4, 0.15 * 5.2e-4);
   EXPECT_LT((long_one.centroid_world_m - Vector3d(-0.1, 0, 0.05)).norm(), 0.002);

@@ -47,9 +47,9 @@ struct Script {
 
 // Of the points' convex hull, exact: rays to points within don't touch.
 std::deque<collision::OutlineSnapshot> outlines_of(const std::vector<Vector3d>& points,
-                                              const Script& script,
-                                              const std::vector<geometry::Camera>& cameras,
-                                              int frames) {
+                                                   const Script& script,
+                                                   const std::vector<geometry::Camera>& cameras,
+                                                   int frames) {
   std::deque<collision::OutlineSnapshot> seen;
   for (int i = 0; i < frames; ++i) {
     const double t_s = (i - 0.5 * (frames - 1)) / 60;
@@ -301,7 +301,8 @@ TEST(ComponentOutlines, SharedBlobsHaveNoOutline) {
   const std::vector<std::vector<Vector3d>> one{{left, right}}, two{{left}, {right}},
       shared{{left, right}, {right}};
   EXPECT_EQ(collision::component_outlines(query, one)[0].size(), 4u);
-  for (const auto& outlines : collision::component_outlines(query, two)) EXPECT_EQ(outlines.size(), 4u);
+  for (const auto& outlines : collision::component_outlines(query, two))
+    EXPECT_EQ(outlines.size(), 4u);
   for (const auto& outlines : collision::component_outlines(query, shared))
     EXPECT_TRUE(outlines.empty());
 }

@@ -50,7 +50,7 @@ TEST(Bus, DeliversWhatIsWrittenWithItsWriter) {
   }));
 }
 
-TEST(Bus, RestartedWriterIsToldFromItsPredecessor) {
+TEST(Bus, RestartedWriterGetsANewHandle) {
   Bus bus({test::own_domain()});
   auto reader = bus.reader<topics::FrameComposited>();
   std::vector<std::uint64_t> writers;
@@ -99,7 +99,7 @@ TEST(Bus, NewestWinsWhenAReaderFallsBehind) {
   }));
 }
 
-TEST(Bus, PeerOfAnotherTypeVersionIsRefusedByName) {
+TEST(Bus, IncompatibleTypeVersionIsReportedByName) {
   const std::uint32_t domain = test::own_domain();
   setenv("CYCLONEDDS_URI", profile_xml("loopback").c_str(), 1);
   Bus bus({domain});
@@ -128,7 +128,7 @@ TEST(Profile, ReceiveBufferIsFittedToTheKernelWithAWarning) {
   EXPECT_NE(fitted.warning.find("sysctl -w net.core.rmem_max=4194304"), std::string::npos);
 }
 
-TEST(Profile, UnknownNameListsThoseThereAre) {
+TEST(Profile, UnknownNameListsShippedProfiles) {
   unsetenv("CYCLONEDDS_URI");
   try {
     profile_xml("wifi");
@@ -138,7 +138,7 @@ TEST(Profile, UnknownNameListsThoseThereAre) {
   }
 }
 
-TEST(NodeStatusReporter, TellsCountsDropsAndLatenciesAndItsEnd) {
+TEST(NodeStatusReporter, PublishesCountsDropsLatenciesAndFinalReport) {
   Bus bus({test::own_domain()});
   auto reader = bus.reader<topics::NodeStatus>();
   {
@@ -147,7 +147,7 @@ TEST(NodeStatusReporter, TellsCountsDropsAndLatenciesAndItsEnd) {
     status.drop("late_map", 2);
     for (int i = 1; i <= 100; ++i) status.latency("capture", 1e-3 * i);
     status.frame_handled(17);
-    status.remark("gl", "gl: test renderer");
+    status.diagnostic("gl", "gl: test renderer");
     // Discovery first: a volatile writer's last word is heard by who is matched.
     ASSERT_TRUE(eventually(bus, [&] { return reader.writers() == 1; }));
   }

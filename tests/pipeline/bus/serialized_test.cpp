@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <random>
 
-#include "common/pipeline/messages/wire.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "tests/support/test_domain.h"
 
 namespace fivepipe::bus {
@@ -60,7 +60,7 @@ fivepipe_v1_ObjectPixelMap map(const char* camera, std::uint64_t frame,
 }
 
 // A process may write and end before its samples are taken.
-TEST(SerializedBus, TellsWhoWroteWhenTheWriterIsGone) {
+TEST(SerializedBus, DescribesWriterAfterItIsGone) {
   Bus here({test::own_domain()});
   SerializedReader reader(here, map_topic);
   {
@@ -80,7 +80,7 @@ TEST(SerializedBus, TellsWhoWroteWhenTheWriterIsGone) {
   EXPECT_EQ(writer->qos.at("history"), "keep_last 8");
 }
 
-TEST(SerializedBus, WritesAgainWhatWasWrittenToTheLastBitWithItsTime) {
+TEST(SerializedBus, RewritesSamplesBitExactWithSourceTimestamp) {
   Bus from({test::own_domain()}), to({test::own_domain() + 1});
   auto typed_out = from.writer<topics::ObjectPixelMap>();
   SerializedReader recorder(from, map_topic);
@@ -119,7 +119,7 @@ TEST(SerializedBus, WritesAgainWhatWasWrittenToTheLastBitWithItsTime) {
   }
 }
 
-TEST(SerializedBus, PassesOnThatAWriterWentAway) {
+TEST(SerializedBus, ForwardsUnregisteredKey) {
   Bus from({test::own_domain()}), to({test::own_domain() + 1});
   auto typed_out = std::make_optional(from.writer<topics::ObjectPixelMap>());
   SerializedReader recorder(from, map_topic);
@@ -147,7 +147,7 @@ TEST(SerializedBus, PassesOnThatAWriterWentAway) {
   }));
 }
 
-TEST(SerializedBus, TellsOfAWriterGoneWhoseLastSampleWasNotTakenYet) {
+TEST(SerializedBus, ReportsUnregisteredKeyAfterUntakenSample) {
   Bus bus({test::own_domain()});
   auto writer = std::make_optional(bus.writer<topics::ObjectPixelMap>());
   SerializedReader recorder(bus, map_topic);
@@ -163,7 +163,7 @@ TEST(SerializedBus, TellsOfAWriterGoneWhoseLastSampleWasNotTakenYet) {
   EXPECT_LT(kept[3].cdr.size(), kept[0].cdr.size());
 }
 
-TEST(SerializedBus, RefusesBytesThatAreNoMessage) {
+TEST(SerializedBus, RejectsInvalidCdr) {
   Bus bus({test::own_domain()});
   SerializedWriter writer(bus, map_topic, WriterHistory::keep_all);
   const std::vector<std::byte> none, header(4, std::byte{0}), absurd = [] {
@@ -177,7 +177,7 @@ TEST(SerializedBus, RefusesBytesThatAreNoMessage) {
   EXPECT_THROW(writer.write({SampleKind::data, 0, 1, absurd}), BusError);
 }
 
-TEST(SerializedBus, KeepsAllWhileNobodyTakes) {
+TEST(SerializedBus, KeepsAllSamplesUntilTaken) {
   Bus bus({test::own_domain()});
   auto writer = bus.writer<topics::ObjectPixelMap>();
   SerializedReader recorder(bus, map_topic);

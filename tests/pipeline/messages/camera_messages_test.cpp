@@ -50,7 +50,7 @@ TEST(ObjectPixelsCodec, BothEncodingsRoundTripAtEveryWidth) {
 }
 
 // Runs that begin and end at, before and behind the borders of words.
-TEST(ObjectPixels, RunsAreFoundWhereTheyWereSet) {
+TEST(ObjectPixels, RunsMatchSetPixels) {
   for (const int width : {1, 63, 64, 65, 127, 128, 129, 200})
     for (const int begin : {0, 1, 62, 63, 64, 65, 127, 128, 199})
       for (const int end : {1, 2, 63, 64, 65, 127, 128, 129, 200}) {
@@ -70,7 +70,7 @@ TEST(ObjectPixels, RunsAreFoundWhereTheyWereSet) {
       }
 }
 
-TEST(ObjectPixels, KeepsWhatOthersHaveToo) {
+TEST(ObjectPixels, IntersectsPixels) {
   const hull::ObjectPixels a = random_pixels(130, 20, 0.5, 1), b = random_pixels(130, 20, 0.5, 2);
   hull::ObjectPixels both = a;
   both.keep(b);
@@ -114,7 +114,7 @@ TEST(ObjectPixelsCodec, RandomBytesNeverWriteOutsideTheRegion) {
   }
 }
 
-TEST(CameraMessages, MapArrivesAsItWasSent) {
+TEST(CameraMessages, MapRoundTrips) {
   const config::Rig rig = one_camera_rig(720, 486);
   const hull::ObjectPixels pixels = random_pixels(720, 486, 0.02, 5);
   OutgoingMap out = map_message("wall1", 42, 123456789, pixels);
@@ -130,7 +130,7 @@ std::string why_bad(const fivepipe_v1_ObjectPixelMap& message, const config::Rig
   return std::holds_alternative<BadMessage>(received) ? std::get<BadMessage>(received).why : "";
 }
 
-TEST(CameraMessages, BadMapsAreNamed) {
+TEST(CameraMessages, InvalidMapsHaveReasons) {
   const config::Rig rig = one_camera_rig(720, 486);
   OutgoingMap out = map_message("wall1", 1, 1, random_pixels(720, 486, 0.02, 5));
   auto message = out.message();
@@ -151,7 +151,7 @@ TEST(CameraMessages, BadMapsAreNamed) {
   EXPECT_NE(why_bad(message, rig).find("count"), std::string::npos);
 }
 
-TEST(CameraMessages, ColourOfAFixedCameraHasThePoseOfItsMapsToTheBit) {
+TEST(CameraMessages, FixedCameraColourPoseIsBitExact) {
   config::Rig rig = one_camera_rig(720, 486);
   rig.cameras[0].camera_from_mount = geometry::look_at({1.3, -0.7, 0.9}, {0, 0.1, 0.2});
   hull::ObjectPixels pixels(720, 486);
@@ -169,7 +169,7 @@ TEST(CameraMessages, ColourOfAFixedCameraHasThePoseOfItsMapsToTheBit) {
   EXPECT_TRUE(std::holds_alternative<BadMessage>(colour_from(out.message(), rig)));
 }
 
-TEST(CameraMessages, ColoursOfScatteredPixelsSurvive) {
+TEST(CameraMessages, ScatteredPixelColoursRoundTrip) {
   const config::Rig rig = one_camera_rig(720, 486);
   for (const double share : {0.001, 0.5, 1.0}) {
     const hull::ObjectPixels pixels = random_pixels(720, 486, share, 11);
@@ -191,7 +191,7 @@ TEST(CameraMessages, ColoursOfScatteredPixelsSurvive) {
   }
 }
 
-TEST(CameraMessages, BadColoursAreNamed) {
+TEST(CameraMessages, InvalidColoursHaveReasons) {
   const config::Rig rig = one_camera_rig(720, 486);
   hull::ColourRegion sent{config::published_camera(rig.cameras[0]),
                           random_pixels(720, 486, 0.02, 5),
@@ -217,25 +217,25 @@ TEST(CameraMessages, BadColoursAreNamed) {
   EXPECT_NE(why(message).find("region outside"), std::string::npos);
 }
 
-TEST(CameraMessages, AnotherCalibrationIsToldByName) {
+TEST(CameraMessages, ReportsCalibrationMismatch) {
   const config::Rig rig = one_camera_rig(720, 486);
   auto info = camera_info_message(rig.cameras[0]);
-  EXPECT_EQ(disagreement(info, rig), "");
+  EXPECT_EQ(model_mismatch(info, rig), "");
   for (double fivepipe_v1_Pinhole::*field :
        {&fivepipe_v1_Pinhole::fx_px, &fivepipe_v1_Pinhole::fy_px, &fivepipe_v1_Pinhole::cx_px,
         &fivepipe_v1_Pinhole::cy_px}) {
     auto broken = info;
     broken.pinhole.*field = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_NE(disagreement(broken, rig), "");
+    EXPECT_NE(model_mismatch(broken, rig), "");
   }
   info.pinhole.fx_px += 0.5;
-  EXPECT_NE(disagreement(info, rig).find("wall1"), std::string::npos);
+  EXPECT_NE(model_mismatch(info, rig).find("wall1"), std::string::npos);
   info = camera_info_message(rig.cameras[0]);
   info.camera_from_mount.translation_m.x += 0.01;
-  EXPECT_NE(disagreement(info, rig).find("pose"), std::string::npos);
+  EXPECT_NE(model_mismatch(info, rig).find("pose"), std::string::npos);
 }
 
-TEST(ViewMessages, PosesKeepTheirMeaningAndNanIsRefused) {
+TEST(ViewMessages, PosesRoundTripAndRejectNan) {
   config::Viewer viewer;
   const Eigen::Isometry3d pose = geometry::look_at({0, -0.75, 0.55}, {0, 0.05, 0.2});
   auto out = head_pose_message(viewer, {9, 1, pose, {1, 0, 1}});

@@ -79,7 +79,7 @@ std::vector<Made> shuffled(std::mt19937& random, std::uint64_t frames, std::uint
   return messages;
 }
 
-TEST_F(FrameGroupsTest, FramesComeWholeAndByRankHoweverTheyAreMixed) {
+TEST_F(FrameGroupsTest, GroupsInterleavedFramesByRank) {
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
     std::mt19937 random(seed);
     std::vector<Made> messages = shuffled(random, 60, 1 + seed % 8);
@@ -90,7 +90,7 @@ TEST_F(FrameGroupsTest, FramesComeWholeAndByRankHoweverTheyAreMixed) {
     std::vector<std::uint32_t> first_of_group, numbers;
     for (const FrameGroup& group : groups) {
       std::uint32_t first = UINT32_MAX;
-      for (const KeptMessage& message : group.messages) {
+      for (const OwnedMessage& message : group.messages) {
         numbers.push_back(test::number_of(message.cdr));
         first = std::min(first, numbers.back());
         EXPECT_EQ(messages[numbers.back()].frame, group.frame);
@@ -105,7 +105,7 @@ TEST_F(FrameGroupsTest, FramesComeWholeAndByRankHoweverTheyAreMixed) {
           << "frame " << *group.frame << " came twice, seed " << seed;
       ASSERT_EQ(group.messages.size(), 5u) << "frame " << *group.frame << ", seed " << seed;
       std::string topics;
-      for (const KeptMessage& message : group.messages) topics += message.channel->topic;
+      for (const OwnedMessage& message : group.messages) topics += message.channel->topic;
       EXPECT_EQ(topics, "abbbc");
       EXPECT_LT(test::number_of(group.messages[1].cdr), test::number_of(group.messages[2].cdr));
       EXPECT_LT(test::number_of(group.messages[2].cdr), test::number_of(group.messages[3].cdr));
@@ -118,13 +118,13 @@ TEST_F(FrameGroupsTest, FramesComeWholeAndByRankHoweverTheyAreMixed) {
   }
 }
 
-TEST_F(FrameGroupsTest, MessagesThatComeTooLateAreToldAndStandAlone) {
-  constexpr std::uint64_t kFrames = FrameGroups::kFramesAhead + 40;
+TEST_F(FrameGroupsTest, LateMessagesAreCountedAndGroupedAlone) {
+  constexpr std::uint64_t kFrames = FrameGroups::kReorderWindow_frames + 40;
   std::vector<Made> messages;
   for (std::uint64_t frame = 0; frame < kFrames; ++frame)
     for (const char* topic : {"a", "b"})
       messages.push_back({topic, frame, kStart_ns + std::int64_t(frame) * kFrame_ns});
-  const std::size_t at = 2 * (3 + FrameGroups::kFramesAhead + 2);
+  const std::size_t at = 2 * (3 + FrameGroups::kReorderWindow_frames + 2);
   messages.insert(messages.begin() + std::ptrdiff_t(at),
                   {"c", 3, messages[at].log_stamp_ns, 0, kStart_ns + 3 * kFrame_ns});
   std::uint64_t late = 0;
@@ -138,14 +138,14 @@ TEST_F(FrameGroupsTest, MessagesThatComeTooLateAreToldAndStandAlone) {
 }
 
 // capture_node was started anew: its frames begin at 0 again.
-TEST_F(FrameGroupsTest, RunsWithTheSameNumbersStayApart) {
+TEST_F(FrameGroupsTest, SeparatesRunsWithEqualFrameNumbers) {
   std::vector<Made> messages;
   for (std::int64_t run = 0; run < 2; ++run)
     for (std::uint64_t frame = 0; frame < 5; ++frame)
       for (const char* topic : {"b", "a"})
         messages.push_back(
             {topic, frame,
-             kStart_ns + run * FrameGroups::kOneFrameTakes_ns + std::int64_t(frame) * kFrame_ns});
+             kStart_ns + run * FrameGroups::kMaxFrameSpan_ns + std::int64_t(frame) * kFrame_ns});
   std::uint64_t late = 1;
   const auto groups = groups_of(messages, &late);
   EXPECT_EQ(late, 0u);

@@ -55,7 +55,7 @@ class RecordingWriterTest : public testing::Test {
   }
 };
 
-TEST_F(RecordingWriterTest, AllKindsComeBackByWriter) {
+TEST_F(RecordingWriterTest, RoundTripsAllSampleKindsByWriter) {
   for (const auto compression :
        {mcap::Compression::none, mcap::Compression::lz4, mcap::Compression::zstd}) {
     std::filesystem::remove(path_);
@@ -111,11 +111,11 @@ TEST_F(RecordingWriterTest, AllKindsComeBackByWriter) {
 
 // What waits is as much as may wait: as when the disk stalls. Then it is written, and there is room
 // again.
-TEST_F(RecordingWriterTest, WhatFindsNoRoomIsLostCountedAndSeenAsAGap) {
+TEST_F(RecordingWriterTest, OverflowIsDroppedCountedAndLeavesASequenceGap) {
   constexpr std::size_t room_bytes = 100'000;
   RecordingWriter writer(
       path_, "tests",
-      {.chunk_bytes = 10 * room_bytes, .chunk_s = 0.1, .most_waiting_bytes = room_bytes});
+      {.chunk_bytes = 10 * room_bytes, .chunk_s = 0.1, .max_queued_bytes = room_bytes});
   const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
   for (std::uint32_t round = 0; round < 3; ++round) {
     for (std::uint32_t i = 0; i < 200; ++i)
@@ -140,7 +140,7 @@ TEST_F(RecordingWriterTest, WhatFindsNoRoomIsLostCountedAndSeenAsAGap) {
     EXPECT_EQ(kStart_ns + message.sequence * 1'000'000, message.log_stamp_ns);
 }
 
-TEST_F(RecordingWriterTest, AFullDiskEndsTheWritingAndLeavesWhatWasWritten) {
+TEST_F(RecordingWriterTest, FullDiskStopsWritingAndKeepsEarlierChunks) {
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
@@ -166,7 +166,7 @@ TEST_F(RecordingWriterTest, AFullDiskEndsTheWritingAndLeavesWhatWasWritten) {
   EXPECT_EQ(all_of(mended).size(), counts.written);
 }
 
-TEST_F(RecordingWriterTest, AChunkThatIsOldIsOnTheDiskSoon) {
+TEST_F(RecordingWriterTest, OldChunkIsFlushed) {
   RecordingWriter writer(path_, "tests", {.chunk_s = 0.5});
   const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
   add(writer, channel, 1, 100);
@@ -179,7 +179,7 @@ TEST_F(RecordingWriterTest, AChunkThatIsOldIsOnTheDiskSoon) {
 }
 
 // What waits is far more than a disk takes in between two questions.
-TEST_F(RecordingWriterTest, WhatIsGivenUpAtTheEndIsLostCountedAndSaidWhy) {
+TEST_F(RecordingWriterTest, AbortedChunksAreCountedWithReason) {
   RecordingWriter writer(path_, "tests",
                          {.compression = mcap::Compression::zstd, .chunk_bytes = 100'000});
   const mcap::Id channel = writer.add_channel("t", test::kFramedType, test::kFramedIdl, {});
@@ -195,7 +195,7 @@ TEST_F(RecordingWriterTest, WhatIsGivenUpAtTheEndIsLostCountedAndSaidWhy) {
   EXPECT_EQ(recording.metadata(kCountsMetadata).at(kLossReasonKey), writer.loss_reason());
 }
 
-TEST_F(RecordingWriterTest, WhatWasSentAndNeverReceivedIsInTheFile) {
+TEST_F(RecordingWriterTest, MissingCountsAreRecorded) {
   {
     RecordingWriter writer(path_, "tests", {});
     add(writer, writer.add_channel("t", test::kFramedType, test::kFramedIdl, {}), 3, 100);
@@ -209,7 +209,7 @@ TEST_F(RecordingWriterTest, WhatWasSentAndNeverReceivedIsInTheFile) {
   EXPECT_FALSE(counts.contains(kLossReasonKey));
 }
 
-TEST_F(RecordingWriterTest, AnAttachmentWhoseNameLeadsOutOfTheFolderIsRefused) {
+TEST_F(RecordingWriterTest, RejectsAttachmentPathOutsideFolder) {
   for (const char* name : {"../x", "/tmp/fivepipe_hostile", "a/../../x", ""}) {
     std::filesystem::remove(path_);
     {
@@ -225,7 +225,7 @@ TEST_F(RecordingWriterTest, AnAttachmentWhoseNameLeadsOutOfTheFolderIsRefused) {
   }
 }
 
-TEST_F(RecordingWriterTest, TypesThatAreNotThisBuildsAreNamed) {
+TEST_F(RecordingWriterTest, ReportsTypeDifferences) {
   const std::string own = "fivepipe::v1::TileCosts";
   std::string other = schema::fivepipe_schema(own);
   other.replace(other.find("cost_ms"), 7, "cost_us");
@@ -241,7 +241,7 @@ TEST_F(RecordingWriterTest, TypesThatAreNotThisBuildsAreNamed) {
   const Recording recording(path_);
   std::set<mcap::Id> all;
   for (const RecordedChannel& channel : recording.channels()) all.insert(channel.id);
-  const auto problems = recording.foreign_types(all);
+  const auto problems = recording.type_differences(all);
   ASSERT_EQ(problems.size(), 2u);
   EXPECT_NE(problems[0].find("changed: " + own), std::string::npos) << problems[0];
   EXPECT_NE(problems[0].find("cost_us"), std::string::npos) << problems[0];

@@ -166,7 +166,7 @@ class McapConformance : public testing::TestWithParam<Compression> {
   const std::filesystem::path path_ = folder_.path / "things.mcap";
 };
 
-TEST_P(McapConformance, AnotherReaderGivesEveryMessageItsValues) {
+TEST_P(McapConformance, ReferenceReaderReadsEveryMessage) {
   write_things(path_, GetParam(), true);
   expect_all_things(path_);
   const test::CommandOutput output = test::read_with_npm(path_, "--summary");
@@ -181,7 +181,7 @@ TEST_P(McapConformance, AnotherReaderGivesEveryMessageItsValues) {
   EXPECT_EQ(summary["metadata"][0]["values"], (json{{"machine", "made up"}}));
 }
 
-TEST_P(McapConformance, AnotherReaderReadsAMendedFile) {
+TEST_P(McapConformance, ReferenceReaderReadsRepairedFile) {
   write_things(path_, GetParam(), false);
   EXPECT_NE(test::read_with_npm(path_).exit_code, 0);
   recover(path_);
@@ -189,7 +189,7 @@ TEST_P(McapConformance, AnotherReaderReadsAMendedFile) {
 }
 
 // Cut within the index records behind the last chunk: these are written again.
-TEST_P(McapConformance, AnotherReaderReadsAMendedFileWhoseLastIndexWasCut) {
+TEST_P(McapConformance, ReferenceReaderReadsRepairedFileWithTruncatedIndex) {
   write_things(path_, GetParam(), false);
   const Reader whole(path_);
   const ChunkIndex& last = whole.chunks().back();
@@ -201,7 +201,7 @@ TEST_P(McapConformance, AnotherReaderReadsAMendedFileWhoseLastIndexWasCut) {
 }
 
 // The same in the file's middle: that chunk is moved to the end.
-TEST_P(McapConformance, AnotherReaderReadsAMendedFileOneOfWhoseIndexesWasDamaged) {
+TEST_P(McapConformance, ReferenceReaderReadsRepairedFileWithDamagedIndex) {
   write_things(path_, GetParam(), false);
   Bytes bytes = test::file_bytes(path_);
   const ChunkIndex chunk = Reader(path_).chunks()[1];
@@ -211,7 +211,7 @@ TEST_P(McapConformance, AnotherReaderReadsAMendedFileOneOfWhoseIndexesWasDamaged
   expect_all_things(path_);
 }
 
-TEST_P(McapConformance, AnotherReaderSkipsADamagedChunkThatWasSetAside) {
+TEST_P(McapConformance, ReferenceReaderSkipsQuarantinedChunk) {
   write_things(path_, GetParam(), false);
   Bytes bytes = test::file_bytes(path_);
   const ChunkIndex damaged = Reader(path_).chunks()[1];

@@ -24,7 +24,7 @@ class McapDamage : public testing::Test {
   }
 };
 
-TEST_F(McapDamage, CutAnywhereAFileGivesEveryMessageOfItsWholeChunksAndCanBeMended) {
+TEST_F(McapDamage, TruncatedFileKeepsCompleteChunksAndCanBeRepaired) {
   std::mt19937 random(21);
   for (std::uint32_t cut = 0; cut < 200; ++cut) {
     test::Recording recording = test::made_up_recording(cut, 1 + random() % 6, 1 + random() % 30);
@@ -44,7 +44,7 @@ TEST_F(McapDamage, CutAnywhereAFileGivesEveryMessageOfItsWholeChunksAndCanBeMend
     const Reader reader(path_);
     EXPECT_FALSE(reader.is_finished());
     EXPECT_EQ(reader.damage().damaged_records, 0u);
-    EXPECT_EQ(reader.damage().whole_bytes + reader.damage().cut_bytes, cut_bytes);
+    EXPECT_EQ(reader.damage().intact_bytes + reader.damage().truncated_bytes, cut_bytes);
     EXPECT_EQ(test::all_messages(reader.messages()), whole)
         << "cut after " << cut_bytes << " of " << size_bytes;
     EXPECT_EQ(test::broken_promise(path_, other_), "");
@@ -56,7 +56,7 @@ TEST_F(McapDamage, CutAnywhereAFileGivesEveryMessageOfItsWholeChunksAndCanBeMend
   }
 }
 
-TEST_F(McapDamage, EveryByteMayBeTheLast) {
+TEST_F(McapDamage, ReadsFileTruncatedAtEveryByte) {
   test::Recording recording = test::made_up_recording(5, 2, 3);
   test::write(recording, path_, Compression::lz4);
   const std::vector<ChunkIndex> chunks = Reader(path_).chunks();
@@ -70,7 +70,7 @@ TEST_F(McapDamage, EveryByteMayBeTheLast) {
   }
 }
 
-TEST_F(McapDamage, RandomDamageNeverBreaksAPromise) {
+TEST_F(McapDamage, RandomDamagePreservesInvariants) {
   std::mt19937 random(22);
   std::vector<Bytes> files;
   for (std::uint32_t seed = 0; seed < 6; ++seed) {
@@ -88,7 +88,7 @@ TEST_F(McapDamage, RandomDamageNeverBreaksAPromise) {
   }
 }
 
-TEST_F(McapDamage, ADamagedChunkOfAFinishedFileIsNamedAndPassed) {
+TEST_F(McapDamage, DamagedChunkIsReportedAndSkipped) {
   for (const Compression compression : {Compression::none, Compression::lz4, Compression::zstd}) {
     test::Recording recording = test::made_up_recording(6, 3, 20);
     test::write(recording, path_, compression);
@@ -113,14 +113,14 @@ TEST_F(McapDamage, ADamagedChunkOfAFinishedFileIsNamedAndPassed) {
     const Reader scanning = Reader::scanning(path_);
     EXPECT_TRUE(scanning.is_finished());
     ASSERT_EQ(scanning.damage().damaged_records, 1u);
-    EXPECT_NE(scanning.damage().damaged_names.at(0).find(std::to_string(chunk.offset)),
+    EXPECT_NE(scanning.damage().damage_reports.at(0).find(std::to_string(chunk.offset)),
               std::string::npos);
     EXPECT_EQ(test::all_messages(scanning.messages()).size(), 40u);
   }
 }
 
 // It is written again where it stood: the file is as if it had never been cut, down to the byte.
-TEST_F(McapDamage, TheLastChunksCutIndexIsWrittenAgain) {
+TEST_F(McapDamage, TruncatedLastIndexIsRebuilt) {
   test::Recording recording = test::made_up_recording(12, 2, 20);
   test::write(recording, path_, Compression::lz4, false);
   const ChunkIndex last = Reader(path_).chunks()[1];
@@ -137,7 +137,7 @@ TEST_F(McapDamage, TheLastChunksCutIndexIsWrittenAgain) {
 }
 
 // As a power cut may leave it: the file has its length, its last blocks were not written.
-TEST_F(McapDamage, AnEndOfZerosIsCutOff) {
+TEST_F(McapDamage, TrailingZerosAreTruncated) {
   test::Recording recording = test::made_up_recording(7, 3, 20);
   test::write(recording, path_, Compression::zstd, false);
   const ChunkIndex last = Reader(path_).chunks()[2];
@@ -147,11 +147,11 @@ TEST_F(McapDamage, AnEndOfZerosIsCutOff) {
   test::write_file(path_, bytes);
   const Recovery recovery = recover(path_);
   EXPECT_EQ(recovery.statistics.messages, 40u);
-  EXPECT_LE(recovery.damage.whole_bytes, last.offset);
+  EXPECT_LE(recovery.damage.intact_bytes, last.offset);
   EXPECT_EQ(test::all_messages(Reader(path_).messages()).size(), 40u);
 }
 
-TEST_F(McapDamage, AnAttachmentsDamageIsFound) {
+TEST_F(McapDamage, DetectsDamagedAttachment) {
   test::Recording recording = test::made_up_recording(8, 1, 5);
   test::write(recording, path_, Compression::none);
   const AttachmentIndex attachment = Reader(path_).attachments()[0];
@@ -162,7 +162,7 @@ TEST_F(McapDamage, AnAttachmentsDamageIsFound) {
   EXPECT_THROW(reader.read(reader.attachments()[0]), McapError);
 }
 
-TEST_F(McapDamage, ASummarysDamageIsFoundAndTheFileScanned) {
+TEST_F(McapDamage, DamagedSummaryFallsBackToScan) {
   test::Recording recording = test::made_up_recording(9, 2, 10);
   test::write(recording, path_, Compression::lz4);
   Bytes bytes = test::file_bytes(path_);
@@ -175,7 +175,7 @@ TEST_F(McapDamage, ASummarysDamageIsFoundAndTheFileScanned) {
 }
 
 // A small file could else make its reader read for any time: by one chunk, named a million times.
-TEST_F(McapDamage, ASummaryThatPointsWhereNothingOfTheKindCanBeIsNotReliedOn) {
+TEST_F(McapDamage, SummaryWithInvalidOffsetsIsRejected) {
   test::Recording recording = test::made_up_recording(13, 2, 10);
   test::write(recording, path_, Compression::lz4, false);
   const Bytes data = test::file_bytes(path_);
@@ -201,15 +201,15 @@ TEST_F(McapDamage, ASummaryThatPointsWhereNothingOfTheKindCanBeIsNotReliedOn) {
   EXPECT_FALSE(is_relied_on(fewer));
 }
 
-TEST_F(McapDamage, AChunkOfTooManySchemasIsDamaged) {
+TEST_F(McapDamage, ChunkWithTooManySchemasIsDamaged) {
   ChunkBuilder builder;
-  const Id schema = builder.add_schema({"S", "omgidl", std::string(kMostDefinitionBytes, ' ')});
+  const Id schema = builder.add_schema({"S", "omgidl", std::string(kMaxDefinitionBytes, ' ')});
   builder.add({builder.add_channel({schema, "t", "cdr", {}}), 0, 0, 0, {}});
   FileWriter(path_, Compression::lz4, "").write(builder.take());
   EXPECT_EQ(Reader(path_).damage().damaged_records, 1u);
 }
 
-TEST_F(McapDamage, AChunkThatClaimsMoreThanItCanHoldIsRefused) {
+TEST_F(McapDamage, ChunkWithImpossibleSizeIsRejected) {
   test::Recording recording = test::made_up_recording(10, 1, 10);
   for (const Compression compression : {Compression::none, Compression::lz4, Compression::zstd})
     for (const std::uint64_t claimed_bytes :
@@ -217,7 +217,7 @@ TEST_F(McapDamage, AChunkThatClaimsMoreThanItCanHoldIsRefused) {
       test::write(recording, path_, compression, false);
       const ChunkIndex chunk = Reader(path_).chunks()[0];
       Bytes bytes = test::file_bytes(path_);
-      test::put(bytes, chunk.offset + kRecordHeadBytes + 16, claimed_bytes);
+      test::put(bytes, chunk.offset + kRecordHeaderBytes + 16, claimed_bytes);
       test::write_file(path_, bytes);
       const Reader reader(path_);
       EXPECT_EQ(reader.statistics().messages, 0u);
@@ -225,7 +225,7 @@ TEST_F(McapDamage, AChunkThatClaimsMoreThanItCanHoldIsRefused) {
     }
 }
 
-TEST_F(McapDamage, AnotherFileMayBeMendedAsACopy) {
+TEST_F(McapDamage, RepairsACopy) {
   test::Recording recording = test::made_up_recording(11, 2, 10);
   test::write(recording, path_, Compression::zstd, false);
   const Bytes before = test::file_bytes(path_);

@@ -84,9 +84,9 @@ std::string whole_file_by_hand() {
   return data + data_end + covered + u32(crc(covered)) + kMagicText;
 }
 
-TEST(McapFormat, CrcIsThatOfTheSpecification) { EXPECT_EQ(crc("123456789"), 0xCBF43926u); }
+TEST(McapFormat, CrcMatchesSpecification) { EXPECT_EQ(crc("123456789"), 0xCBF43926u); }
 
-TEST(McapFormat, WritesTheBytesThatTheSpecificationAsksFor) {
+TEST(McapFormat, WritesBytesOfSpecification) {
   const test::TestFolder folder;
   ChunkBuilder builder;
   const Id schema = builder.add_schema({"S", "omgidl", "struct S {};"});
@@ -105,7 +105,7 @@ TEST(McapFormat, WritesTheBytesThatTheSpecificationAsksFor) {
   EXPECT_EQ(as_text(test::file_bytes(folder.path / "a.mcap")), whole_file_by_hand());
 }
 
-TEST(McapFormat, ReadsAFileOfChunklessMessagesUnknownRecordsAndLongerOnes) {
+TEST(McapFormat, ReadsUnchunkedUnknownAndExtendedRecords) {
   const test::TestFolder folder;
   const std::string longer_channel = record(
       0x04, u16(1) + u16(1) + text("t") + text("cdr") + text("") + "a later version's field");
@@ -147,7 +147,7 @@ TEST(McapFormat, ReadsAnIndexedFileWithoutCrcsAndSummaryOffsets) {
   EXPECT_EQ(test::all_messages(reader.messages()).size(), 1u);
 }
 
-TEST(McapFormat, RefusesWhatIsNoMcapFile) {
+TEST(McapFormat, RejectsNonMcapFile) {
   const test::TestFolder folder;
   EXPECT_THROW(Reader(folder.path / "missing"), std::system_error);
   EXPECT_THROW(Reader{folder.path}, std::system_error);
@@ -157,7 +157,7 @@ TEST(McapFormat, RefusesWhatIsNoMcapFile) {
   EXPECT_THROW(Reader(folder.path / "other"), McapError);
 }
 
-TEST(McapFormat, ABuilderRefusesWhatItDoesNotKnow) {
+TEST(McapFormat, BuilderRejectsUnknownIds) {
   ChunkBuilder builder;
   EXPECT_THROW(builder.add_channel({1, "t", "cdr", {}}), std::invalid_argument);
   const Id channel = builder.add_channel({0, "t", "cdr", {}});

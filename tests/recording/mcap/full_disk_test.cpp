@@ -26,7 +26,7 @@ class FileLimit {
   rlimit before_{};
 };
 
-TEST(McapFullDisk, AFullDiskLeavesTheFileWithItsWholeChunks) {
+TEST(McapFullDisk, FullDiskKeepsCompleteChunks) {
   const test::TestFolder folder;
   const std::filesystem::path path = folder.path / "a.mcap";
   const std::uint64_t room_bytes = 20'000;
@@ -58,7 +58,7 @@ TEST(McapFullDisk, AFullDiskLeavesTheFileWithItsWholeChunks) {
   EXPECT_EQ(test::all_messages(reader.messages()).size(), written);
 }
 
-TEST(McapFullDisk, AFileThatCannotBeWrittenIsNamed) {
+TEST(McapFullDisk, ErrorNamesUnwritableFile) {
   const test::TestFolder folder;
   try {
     FileWriter(folder.path / "none" / "a.mcap", Compression::none, "");

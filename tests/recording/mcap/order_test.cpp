@@ -35,7 +35,7 @@ std::vector<test::OwnMessage> expected_of(const test::Recording& recording, std:
   return expected;
 }
 
-TEST(McapOrder, GivesWhatIsAskedForByStampOfOverlappingChunksToo) {
+TEST(McapOrder, OrdersByStampAcrossOverlappingChunks) {
   const test::TestFolder folder;
   std::mt19937 random(11);
   for (std::uint32_t seed = 0; seed < 200; ++seed) {

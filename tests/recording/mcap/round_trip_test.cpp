@@ -14,7 +14,7 @@ class McapRoundTrip : public testing::TestWithParam<Compression> {
   const std::filesystem::path path_ = folder_.path / "a.mcap";
 };
 
-TEST_P(McapRoundTrip, GivesBackMessagesSchemasChannelsAttachmentsAndMetadata) {
+TEST_P(McapRoundTrip, RoundTripsAllRecords) {
   test::Recording recording = test::made_up_recording(1, 5, 100);
   test::write(recording, path_, GetParam());
   const Reader reader(path_);
@@ -38,7 +38,7 @@ TEST_P(McapRoundTrip, GivesBackMessagesSchemasChannelsAttachmentsAndMetadata) {
   EXPECT_EQ(reader.read(reader.metadata()[0]).values, recording.metadata.values);
 }
 
-TEST_P(McapRoundTrip, StatisticsCountWhatIsThere) {
+TEST_P(McapRoundTrip, StatisticsMatchContent) {
   test::Recording recording = test::made_up_recording(2, 4, 50);
   test::write(recording, path_, GetParam());
   const Reader reader(path_);
@@ -57,7 +57,7 @@ TEST_P(McapRoundTrip, StatisticsCountWhatIsThere) {
   EXPECT_EQ(Reader::scanning(path_).statistics(), expected);
 }
 
-TEST_P(McapRoundTrip, AnUnfinishedFileIsReadAndMended) {
+TEST_P(McapRoundTrip, UnfinishedFileIsReadAndRepaired) {
   test::Recording recording = test::made_up_recording(3, 4, 50);
   test::write(recording, path_, GetParam(), false);
   const Reader unfinished(path_);

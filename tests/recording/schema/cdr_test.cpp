@@ -86,39 +86,39 @@ CdrError error_of(const Idl& idl, std::string_view type, const Bytes& payload) {
   return CdrError("", 0, "decoded");
 }
 
-TEST(SchemaCdr, NamesFieldAndByteOfWhatIsWrong) {
+TEST(SchemaCdr, ErrorNamesFieldAndByte) {
   const Idl idl = parse_idl(
       "enum E { a, b }; struct P { E e; boolean b; }; struct S { sequence<P, 3> list; string<4> t; "
       "long n; };");
-  const auto told = [&](std::initializer_list<int> bytes) {
+  const auto error_text = [&](std::initializer_list<int> bytes) {
     return std::string(error_of(idl, "S", bytes_of(bytes)).what());
   };
-  EXPECT_EQ(told({0, 1}), "at byte 0: a payload of 2 bytes holds no header");
-  EXPECT_EQ(told({0, 3, 0, 0}), "at byte 0: representation 3 is not plain CDR (0 or 1)");
-  EXPECT_EQ(told({0, 1, 0, 0}), "list at byte 4: 4 bytes needed, 0 left");
-  EXPECT_EQ(told({0, 1, 0, 0, 9, 0, 0, 0}), "list at byte 4: a sequence of 9, 3 at most");
-  EXPECT_EQ(told({0, 1, 0, 0, 2, 0, 0, 0}),
+  EXPECT_EQ(error_text({0, 1}), "at byte 0: a payload of 2 bytes holds no header");
+  EXPECT_EQ(error_text({0, 3, 0, 0}), "at byte 0: representation 3 is not plain CDR (0 or 1)");
+  EXPECT_EQ(error_text({0, 1, 0, 0}), "list at byte 4: 4 bytes needed, 0 left");
+  EXPECT_EQ(error_text({0, 1, 0, 0, 9, 0, 0, 0}), "list at byte 4: a sequence of 9, 3 at most");
+  EXPECT_EQ(error_text({0, 1, 0, 0, 2, 0, 0, 0}),
             "list at byte 4: a sequence of 2, and 0 bytes are left");
-  EXPECT_EQ(told({0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}),
+  EXPECT_EQ(error_text({0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}),
             "list[1].e at byte 16: E has no value 2");
-  EXPECT_EQ(told({0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}),
+  EXPECT_EQ(error_text({0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}),
             "list[0].b at byte 12: a boolean of 2");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}),
+  EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}),
             "t at byte 8: a string without its closing zero");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 6, 0, 0, 0}),
+  EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 6, 0, 0, 0}),
             "t at byte 8: a string of 5 bytes, 4 at most");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 'a'}),
+  EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 'a'}),
             "t at byte 8: a string of 3 bytes, and 1 bytes are left");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 'a', 'b'}),
+  EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 'a', 'b'}),
             "t at byte 8: a string that is not closed by a zero");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 'a', 0, 0}),
+  EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 'a', 0, 0}),
             "t at byte 8: a string with a zero inside");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0}),
+  EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0}),
             "n at byte 16: 4 bytes needed, 3 left");
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0}),
+  EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0}),
             "at byte 0: decoded")
       << "three bytes of padding";
-  EXPECT_EQ(told({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0}),
+  EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0}),
             "at byte 20: 4 bytes too many");
   EXPECT_THROW(decode(idl, "T", bytes_of({0, 1, 0, 0})), IdlError);
   const CdrError error = error_of(idl, "S", bytes_of({0, 1, 0, 0, 1, 0, 0, 0, 7, 0, 0, 0}));
@@ -130,17 +130,17 @@ TEST(SchemaCdr, AbsurdLengthsOfNumbersAreRefusedBeforeAnythingIsAllocated) {
   const Idl idl = parse_idl(
       "struct S { sequence<double> d; }; struct A { double d[1000000][4000]; }; struct N { string "
       "names[4000000000]; };");
-  const auto told = [&](const char* type, std::initializer_list<int> bytes) {
+  const auto error_text = [&](const char* type, std::initializer_list<int> bytes) {
     return std::string(error_of(idl, type, bytes_of(bytes)).what());
   };
-  EXPECT_EQ(told("S", {0, 1, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}),
+  EXPECT_EQ(error_text("S", {0, 1, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}),
             "d at byte 12: 2 values of 8 bytes, and 4 bytes are left");
-  EXPECT_EQ(told("A", {0, 1, 0, 0}),
+  EXPECT_EQ(error_text("A", {0, 1, 0, 0}),
             "d[0] at byte 4: 4000 values of 8 bytes, and 0 bytes are left");
-  EXPECT_EQ(told("N", {0, 1, 0, 0}), "names[0] at byte 4: 4 bytes needed, 0 left");
+  EXPECT_EQ(error_text("N", {0, 1, 0, 0}), "names[0] at byte 4: 4 bytes needed, 0 left");
 }
 
-TEST(SchemaCdr, EveryCutIsAnError) {
+TEST(SchemaCdr, EveryTruncationIsAnError) {
   for (const Struct& type : fivepipe_idl().structs)
     for (std::uint32_t seed = 1; seed <= 3; ++seed) {
       const Bytes whole =
@@ -190,21 +190,21 @@ TEST(SchemaCdr, RandomAndDamagedBytesAreDecodedOrRefused) {
   EXPECT_GT(decoded, 100);
 }
 
-TEST(SchemaCdr, LongNumbersAreCountedWherePeopleRead) {
+TEST(SchemaCdr, LongNumericSequencesAreSummarized) {
   const Idl idl =
       parse_idl("struct S { sequence<octet> o; octet a[3]; sequence<string> t; long last; };");
   const Bytes payload = bytes_of({0, 1, 0, 0, 3, 0, 0, 0, 1, 2, 3, 4, 5, 6, 0, 0,
                                   1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0});
   const Json whole = {{"o", {1, 2, 3}}, {"a", {4, 5, 6}}, {"t", Json::array({""})}, {"last", 9}};
-  EXPECT_EQ(decode(idl, "S", payload, {.longest_numbers = 3}), whole);
+  EXPECT_EQ(decode(idl, "S", payload, {.max_numeric_elements = 3}), whole);
   const Json counted = {{"o", {{"sequence<octet>", 3}}},
                         {"a", {{"array<octet>", 3}}},
                         {"t", Json::array({""})},
                         {"last", 9}};
-  EXPECT_EQ(decode(idl, "S", payload, {.longest_numbers = 0}), counted);
+  EXPECT_EQ(decode(idl, "S", payload, {.max_numeric_elements = 0}), counted);
 }
 
-TEST(SchemaCdr, WhatIsNoNumberIsKept) {
+TEST(SchemaCdr, NonFiniteNumbersArePreserved) {
   const Idl idl = parse_idl("struct S { float a; float b; double c; };");
   const Bytes payload =
       bytes_of({0, 1, 0, 0, 0, 0, 0xc0, 0x7f, 0, 0, 0x80, 0xff, 0, 0, 0, 0, 0, 0, 0xf0, 0x7f});

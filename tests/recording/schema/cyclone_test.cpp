@@ -106,7 +106,7 @@ using Topics =
                      bus::topics::ReplaySession, bus::topics::Command, bus::topics::NodeStatus>;
 TYPED_TEST_SUITE(SchemaCyclone, Topics);
 
-TYPED_TEST(SchemaCyclone, WritesWhatTheIdlAloneDecodes) {
+TYPED_TEST(SchemaCyclone, CycloneOutputDecodesByIdl) {
   Cyclone<TypeParam> cyclone;
   const std::string type = type_name<TypeParam>();
   for (std::uint32_t seed = 1; seed <= 50; ++seed) {

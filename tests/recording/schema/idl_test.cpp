@@ -88,7 +88,7 @@ std::string refusal(const std::string& text) {
   return "read";
 }
 
-TEST(SchemaIdl, RefusesWhatItDoesNotReadByNameAndPlace) {
+TEST(SchemaIdl, RejectsUnsupportedIdlWithLocation) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"union U switch (long) { case 1: long x; };", "line 1, column 1: 'union' is not read here"},
       {"module m {\n  bitmask B { a };\n};", "line 2, column 3: 'bitmask' is not read here"},
@@ -151,7 +151,7 @@ std::string repeated(const std::string& text, std::size_t times) {
   return result;
 }
 
-TEST(SchemaIdl, HostileDepthAndLengthAreRefusedNotFollowed) {
+TEST(SchemaIdl, ExcessiveDepthAndLengthAreRejected) {
   EXPECT_EQ(refusal(repeated("module m { ", 50'000)),
             "line 1, column 1878: modules whose names make more than 512 characters");
   EXPECT_EQ(refusal("struct S { " + repeated("sequence<", 100'000)),
@@ -170,7 +170,7 @@ TEST(SchemaIdl, HostileDepthAndLengthAreRefusedNotFollowed) {
 }
 
 // Each struct holds the one before twice: 2^60 fields, were they all visited.
-TEST(SchemaIdl, WhatIsUsedManyTimesIsVisitedOnce) {
+TEST(SchemaIdl, SharedTypesAreVisitedOnce) {
   std::string doubling = "struct S0 { long x; };";
   for (int i = 1; i <= 60; ++i)
     doubling += "struct S" + std::to_string(i) + " { S" + std::to_string(i - 1) + " a, b; };";
@@ -178,7 +178,7 @@ TEST(SchemaIdl, WhatIsUsedManyTimesIsVisitedOnce) {
   EXPECT_TRUE(same_type(idl, parse_idl(self_contained(idl, "S60")), "S60"));
 }
 
-TEST(SchemaIdl, RandomTextNeverDoesWorseThanRefusal) {
+TEST(SchemaIdl, RandomTextIsParsedOrRejected) {
   const std::vector<std::string> words = {"module", "struct",
                                           "enum",   "m",
                                           "S",      "E",
@@ -209,7 +209,7 @@ TEST(SchemaIdl, RandomTextNeverDoesWorseThanRefusal) {
   EXPECT_GT(read, 0);
 }
 
-TEST(SchemaIdl, EveryCutOfThisBuildsTextIsReadOrRefused) {
+TEST(SchemaIdl, EveryTruncationIsParsedOrRejected) {
   const std::string text = fivepipe_schema("fivepipe::v1::CollisionResult");
   for (std::size_t length = 1; length < text.size(); ++length)
     EXPECT_EQ(refusal(text.substr(0, length)) == "read", length == text.size() - 1) << length;
@@ -278,26 +278,30 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   return text.replace(text.find(what), what.size(), by);
 }
 
-TEST(SchemaIdl, DifferencesAreToldByField) {
+TEST(SchemaIdl, DifferencesAreReportedByField) {
   const Idl now = parse_idl(kTile);
-  const auto told = [&](const std::string& what, const std::string& by) {
+  const auto difference_text = [&](const std::string& what, const std::string& by) {
     return difference(now, parse_idl(replaced(kTile, what, by)), "a::b::Tile");
   };
-  EXPECT_EQ(told("", ""), "");
-  EXPECT_EQ(told("unsigned long long", "long"), "field frame: unsigned long long instead of long");
-  EXPECT_EQ(told("string<8>", "string<9>"), "field viewer: string<8> instead of string<9>");
-  EXPECT_EQ(told("@key ", ""), "field viewer is a key");
-  EXPECT_EQ(told("frame;", "number;"), "field frame instead of number");
-  EXPECT_EQ(told("double y", "float y"), "field points.y: double instead of float");
-  EXPECT_EQ(told("double y;", ""), "field points.y is new");
-  EXPECT_EQ(told("double y;", "double y; double z;"), "field points.z is missing");
-  EXPECT_EQ(told("near, far", "far, near"), "field kind: near instead of far in a::b::Kind");
-  EXPECT_EQ(told("near, far", "near"), "field kind: far of a::b::Kind is new");
-  EXPECT_EQ(told("near, far", "near, far, farther"),
+  EXPECT_EQ(difference_text("", ""), "");
+  EXPECT_EQ(difference_text("unsigned long long", "long"),
+            "field frame: unsigned long long instead of long");
+  EXPECT_EQ(difference_text("string<8>", "string<9>"),
+            "field viewer: string<8> instead of string<9>");
+  EXPECT_EQ(difference_text("@key ", ""), "field viewer is a key");
+  EXPECT_EQ(difference_text("frame;", "number;"), "field frame instead of number");
+  EXPECT_EQ(difference_text("double y", "float y"), "field points.y: double instead of float");
+  EXPECT_EQ(difference_text("double y;", ""), "field points.y is new");
+  EXPECT_EQ(difference_text("double y;", "double y; double z;"), "field points.z is missing");
+  EXPECT_EQ(difference_text("near, far", "far, near"),
+            "field kind: near instead of far in a::b::Kind");
+  EXPECT_EQ(difference_text("near, far", "near"), "field kind: far of a::b::Kind is new");
+  EXPECT_EQ(difference_text("near, far", "near, far, farther"),
             "field kind: farther of a::b::Kind is missing");
-  EXPECT_EQ(told("sequence<Point> points", "sequence<Point, 5> points"),
+  EXPECT_EQ(difference_text("sequence<Point> points", "sequence<Point, 5> points"),
             "field points: sequence<a::b::Point> instead of sequence<a::b::Point, 5>");
-  EXPECT_EQ(told("double x", "double x[2]"), "field points.x: double instead of double[2]");
+  EXPECT_EQ(difference_text("double x", "double x[2]"),
+            "field points.x: double instead of double[2]");
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-TEST(SchemaYaml, IsLaidOutForPeople) {
+TEST(SchemaYaml, IsReadable) {
   const Json message = {
       {"viewer", "eye"},
       {"frame", 18446744073709551615ull},
@@ -27,7 +27,7 @@ TEST(SchemaYaml, IsLaidOutForPeople) {
       {"counts", Json::array({{{"name", "frames"}, {"count", 3}}})},
       {"parts", Json::array({{{"id", 1}, {"from", {4, 5}}}, {{"id", 2}, {"from", Json::array()}}})},
       {"bgr", {{"sequence<octet>", 44123}}}};
-  EXPECT_EQ(as_yaml(message), R"(---
+  EXPECT_EQ(to_yaml(message), R"(---
 viewer: eye
 frame: 18446744073709551615
 pose:
@@ -48,9 +48,9 @@ bgr: {sequence<octet>: 44123}
 )");
 }
 
-TEST(SchemaYaml, WhatIsNoNumberStaysReadable) {
+TEST(SchemaYaml, NonFiniteNumbersAreReadable) {
   const double infinite = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(as_yaml({{"a", std::nan("")}, {"b", infinite}, {"c", -infinite}, {"d", "\xff"}}),
+  EXPECT_EQ(to_yaml({{"a", std::nan("")}, {"b", infinite}, {"c", -infinite}, {"d", "\xff"}}),
             "---\na: .nan\nb: .inf\nc: -.inf\nd: \"\xEF\xBF\xBD\"\n");
 }
 
@@ -79,7 +79,7 @@ TEST(SchemaYaml, YamlCppReadsTheSameValues) {
     for (std::uint32_t seed = 1; seed <= 5; ++seed) {
       const Json message =
           test::PayloadMaker(fivepipe_idl(), std::endian::little, seed).make(type.name).values;
-      expect_same(YAML::Load(as_yaml(message)), message, type.name);
+      expect_same(YAML::Load(to_yaml(message)), message, type.name);
     }
 }
 

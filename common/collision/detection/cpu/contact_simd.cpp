@@ -50,7 +50,8 @@ struct RectContents {
 };
 
 // The rectangle of images from (low_u, low_v) to (high_u, high_v).
-HWY_INLINE RectContents classify_rect(const ContactMap& c, VF low_u, VF high_u, VF low_v, VF high_v) {
+HWY_INLINE RectContents classify_rect(const ContactMap& c, VF low_u, VF high_u, VF low_v,
+                                      VF high_v) {
   const DF d;
   const VF eps = hn::Set(d, c.eps_px), zero = hn::Zero(d);
   low_u = hn::Sub(low_u, eps), high_u = hn::Add(high_u, eps), low_v = hn::Sub(low_v, eps),
@@ -148,7 +149,7 @@ ContactBits classify_boxes(std::span<const ObjectMap> cameras, const Bvh::Boxes&
 }
 
 ContactBits classify_leaf(std::span<const ObjectMap> cameras, const Bvh::Leaf& leaf,
-                         int triangles) {
+                          int triangles) {
   const DF d;
   const int lanes = int(hn::Lanes(d));
   ContactBits bits{0, 0};
@@ -170,8 +171,7 @@ ContactBits classify_leaf(std::span<const ObjectMap> cameras, const Bvh::Leaf& l
       }
       const MF sure = hn::Gt(min_w, hn::Set(d, c.min_w));
       const RectContents l = classify_rect(c, low_u, high_u, low_v, high_v);
-      free =
-          hn::Or(free, hn::Or(hn::And(sure, l.free), hn::Lt(max_w, hn::Set(d, c.max_behind_w))));
+      free = hn::Or(free, hn::Or(hn::And(sure, l.free), hn::Lt(max_w, hn::Set(d, c.max_behind_w))));
       solid = hn::And(solid, hn::And(sure, l.solid));
       if (hn::AllTrue(d, free)) break;
     }
@@ -200,7 +200,7 @@ HWY_INLINE void append(Cells& to, MF which, VF a, VF b, VF sigma) {
 }
 
 void classify_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed,
-                   Cells& solid) {
+                    Cells& solid) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   mixed.make_room(cells.count), solid.make_room(cells.count);
@@ -222,8 +222,9 @@ void classify_cells(std::span<const TriangleMap> cameras, const Cells& cells, fl
         const VF per_w = reciprocal(corner[2][k]);
         u[k] = hn::Mul(corner[0][k], per_w), v[k] = hn::Mul(corner[1][k], per_w);
       }
-      const RectContents l = classify_rect(c, hn::Min(u[0], hn::Min(u[1], u[2])), hn::Max(u[0], hn::Max(u[1], u[2])),
-                          hn::Min(v[0], hn::Min(v[1], v[2])), hn::Max(v[0], hn::Max(v[1], v[2])));
+      const RectContents l =
+          classify_rect(c, hn::Min(u[0], hn::Min(u[1], u[2])), hn::Max(u[0], hn::Max(u[1], u[2])),
+                        hn::Min(v[0], hn::Min(v[1], v[2])), hn::Max(v[0], hn::Max(v[1], v[2])));
       free = hn::Or(free, l.free);
       all = hn::And(all, l.solid);
       if (hn::AllTrue(d, free)) break;
@@ -235,7 +236,7 @@ void classify_cells(std::span<const TriangleMap> cameras, const Cells& cells, fl
 }
 
 void classify_centers(std::span<const TriangleMap> cameras, const Cells& cells, float h,
-                     Cells& inside, Cells& uncertain) {
+                      Cells& inside, Cells& uncertain) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   const VF third = hn::Set(d, h / 3), zero = hn::Zero(d), one = hn::Set(d, 1.0f);
@@ -308,8 +309,8 @@ using Eigen::Vector3d;
 //   U(m) - û W(m) = -dU + û dW - 6.3 e U(m), for û's reciprocal and product: at most 11.3 e T_U and
 //   5 e |û| T_W; c_U - û c_W has 3 e of rounding (from double, product, difference), but |d| is
 //   what the middle's coordinates fall short of T's: no more; W(corner) is at least w - off_w - dW.
-// So kBoxError T_U / W is in eps, and slack_w is taken off W and multiplied by |û|, which may be far
-// beyond the map: classify_boxes.
+// So kBoxError T_U / W is in eps, and slack_w is taken off W and multiplied by |û|, which may be
+// far beyond the map: classify_boxes.
 constexpr double kFormError = 10 * 0x1p-24, kBoxError = 12 * 0x1p-24;
 // Of an image, beside, as a part of it: the reciprocal (5.3 e), its product, and a difference that
 // makes a rectangle of it; of a box's second, there is room in kBoxError |u| T_W / W.
@@ -378,9 +379,9 @@ std::optional<ObjectMap> object_map(const hull::CpuHull::MapCamera& camera,
     for (int k = 0; k < 3; ++k) map.of[row][k] = float(of(row, k));
   }
   map.eps_px = float(kMaxContactEps_px);
-  map.min_w =
-      float((kBoxError * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) + of_projection) /
-            room_px * (1 + kImageError));
+  map.min_w = float(
+      (kBoxError * (std::max(terms.x(), terms.y()) + farthest_px * terms.z()) + of_projection) /
+      room_px * (1 + kImageError));
   map.slack_w = float((kBoxError * terms.z() + of_projection) * (1 + kImageError));
   map.max_behind_w = -2 * map.slack_w;
   return map;
@@ -391,8 +392,8 @@ PixelFromWorld pixel_from_world(const geometry::Camera& camera) {
 }
 
 ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& skip_map,
-                    const std::array<Vector3d, 3>& vertices_world_m, double units,
-                    TriangleMap& map) {
+                              const std::array<Vector3d, 3>& vertices_world_m, double units,
+                              TriangleMap& map) {
   std::array<Vector3d, 3> images;
   double min_w = std::numeric_limits<double>::infinity(), max_w = -min_w;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -448,15 +449,15 @@ ContactBits classify_boxes(std::span<const ObjectMap> cameras, const Bvh::Boxes&
   return HWY_DYNAMIC_DISPATCH(classify_boxes)(cameras, boxes);
 }
 ContactBits classify_leaf(std::span<const ObjectMap> cameras, const Bvh::Leaf& leaf,
-                         int triangles) {
+                          int triangles) {
   return HWY_DYNAMIC_DISPATCH(classify_leaf)(cameras, leaf, triangles);
 }
 void classify_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed,
-                   Cells& solid) {
+                    Cells& solid) {
   HWY_DYNAMIC_DISPATCH(classify_cells)(cameras, cells, h, mixed, solid);
 }
 void classify_centers(std::span<const TriangleMap> cameras, const Cells& cells, float h,
-                     Cells& inside, Cells& uncertain) {
+                      Cells& inside, Cells& uncertain) {
   HWY_DYNAMIC_DISPATCH(classify_centers)(cameras, cells, h, inside, uncertain);
 }
 

@@ -29,8 +29,8 @@ inline constexpr double kProjectionError = 32 * std::numeric_limits<double>::eps
 // What lanes read of a camera's map; pixel p covers [p, p + 1), counted from a base pixel near what
 // is looked at.
 struct ContactMap {
-  float min_u, max_u, min_v, max_v;  // stored pixels, the outermost
-  float begin_u, end_u, begin_v, end_v;    // borders of the bounds of the object pixels
+  float min_u, max_u, min_v, max_v;      // stored pixels, the outermost
+  float begin_u, end_u, begin_v, end_v;  // borders of the bounds of the object pixels
   std::int32_t stride;
   const std::int8_t* at_base;
   float eps_px;  // positions may be off by this
@@ -41,8 +41,8 @@ struct ContactMap {
 struct ObjectMap : ContactMap {
   float at[3], of[3][3];
   float min_w, max_behind_w;  // nearer than the one the image is too uncertain; below the other
-                                 // the point is behind the camera
-  float slack_w;                 // W may be off by this
+                              // the point is behind the camera
+  float slack_w;              // W may be off by this
 };
 // None where the object's extent is too large for float: `world_from_tree` takes points about the
 // tree's origin into the world.
@@ -53,22 +53,21 @@ struct ContactBits {
   std::uint32_t free, solid;  // bit i: of box or triangle i
 };
 ContactBits classify_boxes(std::span<const ObjectMap> cameras, const Bvh::Boxes& boxes);
-ContactBits classify_leaf(std::span<const ObjectMap> cameras, const Bvh::Leaf& leaf,
-                         int triangles);
+ContactBits classify_leaf(std::span<const ObjectMap> cameras, const Bvh::Leaf& leaf, int triangles);
 
 // A triangle's points v0 + a / units (v1 - v0) + b / units (v2 - v0), for whole numbers a, b.
 struct TriangleMap : ContactMap {
   float at[3], by_a[3], by_b[3];
 };
-// culled: behind the camera, or beside the object pixels; certainly free. uncertain: it comes too near
-// to the camera's plane, or is too large, for float.
+// culled: behind the camera, or beside the object pixels; certainly free. uncertain: it comes too
+// near to the camera's plane, or is too large, for float.
 enum class ProjectionStatus { in_front, culled, uncertain };
 // (U, V, W) of a point of the world; pixel p covers [p, p + 1) of U / W.
 using PixelFromWorld = Eigen::Matrix<double, 3, 4>;
 PixelFromWorld pixel_from_world(const geometry::Camera& camera);
 ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& skip_map,
-                    const std::array<Eigen::Vector3d, 3>& vertices_world_m, double units,
-                    TriangleMap& map);
+                              const std::array<Eigen::Vector3d, 3>& vertices_world_m, double units,
+                              TriangleMap& map);
 
 // Parts of a triangle, alike in size: corners (a, b), (a + sigma h, b), (a, b + sigma h), sigma = 1
 // or -1.
@@ -87,10 +86,10 @@ struct Cells {
 };
 // Appends those that are mixed, and those that are solid; free ones are left out.
 void classify_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed,
-                   Cells& solid);
+                    Cells& solid);
 // The cells' middles: appends the cells whose middle is in the hull, and those where float can't
 // tell.
 void classify_centers(std::span<const TriangleMap> cameras, const Cells& cells, float h,
-                     Cells& inside, Cells& uncertain);
+                      Cells& inside, Cells& uncertain);
 
 }  // namespace fivepipe::collision

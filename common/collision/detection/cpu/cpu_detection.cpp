@@ -47,10 +47,10 @@ struct ObjectQuery {
 };
 
 ObjectQuery object_query(const hull::HullQuery& query, const DetectionObject& object,
-                     const DetectionOptions& options) {
+                         const DetectionOptions& options) {
   const std::size_t triangles = object.tree->mesh().triangles.size();
   ObjectQuery o{&object, object_maps(query, object), false, options.spacing_m,
-                 max_points_found(options, triangles)};
+                max_points_found(options, triangles)};
   o.mapped = o.maps.size() == query.hull().cameras().size();
   return o;
 }
@@ -74,8 +74,7 @@ void open_leaves(const ObjectQuery& o, std::size_t number, std::vector<OpenLeaf>
         leaves.push_back({number, node.index * Bvh::kArity + std::countr_zero(left)});
     } else {
       for (; left; left &= ~std::bit_floor(left))
-        open.push_back(
-            {node.level - 1, node.index * Bvh::kArity + int(std::bit_width(left)) - 1});
+        open.push_back({node.level - 1, node.index * Bvh::kArity + int(std::bit_width(left)) - 1});
     }
   }
 }
@@ -193,7 +192,8 @@ void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const Detectio
     for (const Found::Triangle& t : f.triangles) triangles.emplace_back(&f, &t);
     counts.triangles_classified += f.counts.triangles_classified,
         counts.triangles_walked += f.counts.triangles_walked;
-    counts.points_in_double += f.counts.points_in_double, counts.over_budget += f.counts.over_budget;
+    counts.points_in_double += f.counts.points_in_double,
+        counts.over_budget += f.counts.over_budget;
   }
   std::sort(triangles.begin(), triangles.end(), [](const TriangleHit& a, const TriangleHit& b) {
     return std::pair(a.second->object, a.second->triangle) <

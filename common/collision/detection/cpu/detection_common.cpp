@@ -21,7 +21,7 @@ constexpr std::size_t kMinPointsATriangle = 4;
 }  // namespace
 
 void check_arguments(const hull::HullQuery& query, std::span<const DetectionObject> objects,
-                    const DetectionOptions& options) {
+                     const DetectionOptions& options) {
   if (query.hull().rule().limits != hull::Limits::all)
     throw std::invalid_argument(
         "collision is detected where all cameras limit the hull, not with limits: seen");
@@ -61,8 +61,7 @@ bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree) {
       cells.half_m[axis][std::size_t(child)] =
           float(half_m[Eigen::Index(axis)] * (1 + kCellSlack) + kCellSlack * tree.radius_m());
     }
-    if (child == Bvh::kArity - 1 &&
-        classify_boxes(maps, cells).free != (1u << Bvh::kArity) - 1)
+    if (child == Bvh::kArity - 1 && classify_boxes(maps, cells).free != (1u << Bvh::kArity) - 1)
       return true;
   }
   return false;
@@ -74,7 +73,7 @@ std::size_t max_points_found(const DetectionOptions& options, std::size_t triang
 }
 
 bool subsample(std::vector<CollisionPoint>& points, const Vector3d& rp_object_world_m,
-              std::size_t max_points) {
+               std::size_t max_points) {
   const std::size_t count = points.size();
   if (count <= max_points) return false;
   const auto squared_m2 = [&](std::size_t i) {

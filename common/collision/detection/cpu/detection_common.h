@@ -10,7 +10,7 @@ namespace fivepipe::collision {
 
 // Throws std::invalid_argument, as CpuDetection::detect says.
 void check_arguments(const hull::HullQuery& query, std::span<const DetectionObject> objects,
-                    const DetectionOptions& options);
+                     const DetectionOptions& options);
 
 // In the hull's cameras; fewer than they are where float has no room for the object.
 std::vector<ObjectMap> object_maps(const hull::HullQuery& query, const DetectionObject& object);
@@ -24,6 +24,6 @@ std::size_t max_points_found(const DetectionOptions& options, std::size_t triang
 
 // Where there are too many: spread evenly over them, with the farthest kept. True: there were.
 bool subsample(std::vector<CollisionPoint>& points, const Eigen::Vector3d& rp_object_world_m,
-              std::size_t max_points);
+               std::size_t max_points);
 
 }  // namespace fivepipe::collision

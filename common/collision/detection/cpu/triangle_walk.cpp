@@ -98,7 +98,7 @@ CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
     classify_cells(maps_, cells_, float(units_), mixed_, solid_);
     if (mixed_.count + solid_.count == 0) return CollisionVerdict::free;
     return depth < kMaxCuts && parts_ < kMaxParts ? split_part(vertices, depth)
-                                                    : test_corners(vertices);
+                                                  : test_corners(vertices);
   }
   const bool found = wanted_.spacing_m > 0 ? sample() : coarse_test();
   return found ? CollisionVerdict::colliding : decide();
@@ -157,8 +157,8 @@ TriangleWalk::Maps TriangleWalk::set_maps() {
   bool all = true;
   for (std::size_t i = 0; i < pixels_from_world_.size(); ++i) {
     TriangleMap map;
-    const ProjectionStatus facing = triangle_map(pixels_from_world_[i], query_->hull().cameras()[i].skip_map,
-                                       vertices_, units_, map);
+    const ProjectionStatus facing = triangle_map(
+        pixels_from_world_[i], query_->hull().cameras()[i].skip_map, vertices_, units_, map);
     if (facing == ProjectionStatus::culled) return Maps::free;
     if (facing == ProjectionStatus::in_front)
       maps_.push_back(map);

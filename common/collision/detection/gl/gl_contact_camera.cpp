@@ -67,8 +67,8 @@ GlCamera gl_camera(const hull::CpuHull::MapCamera& camera,
     c.at[row] = float(at[row]);
     for (int k = 0; k < 3; ++k) columns[k][row] = float(of(row, k));
   }
-  c.of_x[3] =
-      float(error(kFormError, at_terms, farthest_px) + error(kProjectionError, world_at_terms, image_px));
+  c.of_x[3] = float(error(kFormError, at_terms, farthest_px) +
+                    error(kProjectionError, world_at_terms, image_px));
   c.at[3] = float(error(kFormError, terms_per_m, farthest_px) +
                   error(kProjectionError, world_terms_per_m, image_px));
   c.of_y[3] = float((kFormError * (at_terms.z() + radius_m * terms_per_m.z()) +

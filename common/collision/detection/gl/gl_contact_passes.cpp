@@ -217,8 +217,7 @@ void GlContactPasses::use(const gl::GlProgram& program) const {
 std::vector<OpenTriangle> GlContactPasses::open_triangles() {
   if (roots_.empty()) return {};
   Descent descent;
-  descent.nodes[0] = {{groups_of(roots_.size() * Bvh::kArity), 1, 1},
-                      std::uint32_t(roots_.size())};
+  descent.nodes[0] = {{groups_of(roots_.size() * Bvh::kArity), 1, 1}, std::uint32_t(roots_.size())};
   descent_buffer_.write(&descent, sizeof descent);
   for (gl::GlBuffer& nodes : node_buffers_) nodes.reserve(nodes_ * sizeof(Node));
   node_buffers_[0].write(roots_.data(), roots_.size() * sizeof(Node));

@@ -46,11 +46,12 @@ int rows_of(const GlContact& contact, const Part& part) {
   const int level = level_of(part);
   if (level > contact.sampled()) return 1;
   return part.found == kWholePartInHull ? (contact.grid.divisions / contact.grid.start) >> level
-                                : contact.rows();
+                                        : contact.rows();
 }
 
 std::uint32_t mask_of(const Part& part) {
-  return part.found == kWholePartInHull ? kWholePartInHull : (part.found | part.found >> 16) & 0xffff;
+  return part.found == kWholePartInHull ? kWholePartInHull
+                                        : (part.found | part.found >> 16) & 0xffff;
 }
 
 }  // namespace

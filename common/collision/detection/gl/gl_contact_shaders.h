@@ -70,7 +70,8 @@ struct RefinedTriangle {
 // b), (a + sigma, b), (a, b + sigma), in units of that level.
 inline constexpr std::uint32_t kDown = 1u << 31;  // of a: sigma is -1
 inline constexpr std::uint32_t kLevelShift = 24;  // of b: above it the level
-inline constexpr std::uint32_t kWholePartInHull = ~0u;  // of what was found: all of the part is in the hull
+inline constexpr std::uint32_t kWholePartInHull =
+    ~0u;  // of what was found: all of the part is in the hull
 struct Part {
   std::uint32_t triangle, a, b,
       found;  // found, of a block: bit i: sample i is in the hull; bit 16 + i: float can't tell

@@ -97,7 +97,7 @@ struct GlDetection::Work {
   std::vector<std::uint32_t> refined_number;  // of each contact, on the GPU
   std::optional<GlContactPasses::Refined> refined;
   std::vector<std::size_t> first_found;  // of each triangle on the GPU, and one more
-  std::vector<ResolvedContact> settled;          // as contacts
+  std::vector<ResolvedContact> settled;  // as contacts
   std::vector<Vector3d> points_world_m;
   std::vector<std::uint8_t> confirmed;
   std::vector<Walked> walked;
@@ -163,7 +163,7 @@ void GlDetection::Work::open_contacts(std::span<const DetectionObject> of) {
 
 // False where some object has too many points; its spacing is doubled then.
 bool GlDetection::Work::resolve_exact(std::span<const DetectionObject> of,
-                               const DetectionOptions& options) {
+                                      const DetectionOptions& options) {
   for (GlContact& c : contacts) {
     const double spacing_m = samplings[c.object].spacing_m;
     c.grid = triangle_grid(c.vertices_world_m, {options.eps_m, options.max_points}, spacing_m);
@@ -349,7 +349,7 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
     ResolvedContact& s = settled[left[n]];
     points_of_one.resize(s.points);
     walked[n / kTrianglesPerTask].points.write(s.first_point, contacts[left[n]].triangle,
-                                             points_of_one.data(), s.points);
+                                               points_of_one.data(), s.points);
     s.first_point = points_world_m.size();
     for (const CollisionPoint& p : points_of_one) points_world_m.push_back(p.p_world_m);
   }

@@ -38,7 +38,7 @@ struct GlDetectionCounts {
   std::size_t objects_on_cpu =
       0;  // too large for float or for the GPU's memory: all of them was left to backend `cpu`
   std::size_t overflows = 0;             // of the room for parts
-  std::size_t over_budget = 0;             // as CpuDetectionCounts
+  std::size_t over_budget = 0;           // as CpuDetectionCounts
   double descent_ms = 0, refine_ms = 0;  // GPU time of 1. and 2.
 };
 

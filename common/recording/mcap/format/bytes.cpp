@@ -32,36 +32,36 @@ void append(Bytes& to, const std::map<std::string, std::string>& map) {
   append(to, ByteView(entries));
 }
 
-void Place::fail(std::string_view what) const {
+void FileOffset::fail(std::string_view what) const {
   throw McapError(std::string(file) + ": byte " + std::to_string(byte) + ": " + std::string(what));
 }
 
-ByteView Fields::raw(std::uint64_t size_bytes) {
-  if (size_bytes > rest_.size()) place_.fail("a field goes beyond the end of its record");
+ByteView ByteReader::raw(std::uint64_t size_bytes) {
+  if (size_bytes > rest_.size()) location_.fail("a field goes beyond the end of its record");
   const ByteView taken = rest_.first(size_bytes);
   rest_ = rest_.subspan(size_bytes);
   return taken;
 }
 
-std::string Fields::text() {
+std::string ByteReader::text() {
   const ByteView bytes = raw(take<std::uint32_t>());
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-Fields Fields::part() { return {raw(take<std::uint32_t>()), place_}; }
+ByteReader ByteReader::part() { return {raw(take<std::uint32_t>()), location_}; }
 
-std::map<std::string, std::string> Fields::text_map() {
+std::map<std::string, std::string> ByteReader::text_map() {
   std::map<std::string, std::string> map;
-  for (Fields entries = part(); !entries.empty();) {
+  for (ByteReader entries = part(); !entries.empty();) {
     std::string key = entries.text();
     map.insert_or_assign(std::move(key), entries.text());
   }
   return map;
 }
 
-std::uint32_t crc32_of(ByteView bytes, std::uint32_t so_far) {
+std::uint32_t crc32_of(ByteView bytes, std::uint32_t initial_crc) {
   return std::uint32_t(
-      crc32_z(so_far, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
+      crc32_z(initial_crc, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
 }
 
 }  // namespace fivepipe::mcap

@@ -44,7 +44,7 @@ void append(Bytes& to, std::string_view text);
 void append(Bytes& to, const std::map<std::string, std::string>& map);
 
 // Where in which file something was read: what stands inside a chunk has the chunk's byte.
-struct Place {
+struct FileOffset {
   std::string_view file;
   std::uint64_t byte = 0;
   [[noreturn]] void fail(std::string_view what) const;  // McapError
@@ -52,9 +52,9 @@ struct Place {
 
 // Takes fields off the front of a record's content. A field that goes beyond the end is an
 // McapError.
-class Fields {
+class ByteReader {
  public:
-  Fields(ByteView content, Place place) : rest_(content), place_(place) {}
+  ByteReader(ByteView content, FileOffset location) : rest_(content), location_(location) {}
   template <std::unsigned_integral T>
   T take() {
     T value;
@@ -64,17 +64,17 @@ class Fields {
   ByteView raw(std::uint64_t size_bytes);
   std::string text();
   std::map<std::string, std::string> text_map();
-  Fields part();  // an array's or a map's content, with its 32-bit length in front
+  ByteReader part();  // an array's or a map's content, with its 32-bit length in front
   ByteView rest() const { return rest_; }
   bool empty() const { return rest_.empty(); }
-  const Place& place() const { return place_; }
+  const FileOffset& location() const { return location_; }
 
  private:
   ByteView rest_;
-  Place place_;
+  FileOffset location_;
 };
 
-// IEEE 802.3 CRC-32, as everywhere in the format; `so_far` is the CRC of what stands in front.
-std::uint32_t crc32_of(ByteView bytes, std::uint32_t so_far = 0);
+// IEEE 802.3 CRC-32, as everywhere in the format; `initial_crc` is the CRC of what stands in front.
+std::uint32_t crc32_of(ByteView bytes, std::uint32_t initial_crc = 0);
 
 }  // namespace fivepipe::mcap

@@ -25,7 +25,7 @@ Id ChunkBuilder::add_channel(const Channel& channel) {
   return added(channels_, channel);
 }
 
-void ChunkBuilder::introduce(Id id) {
+void ChunkBuilder::add_definitions(Id id) {
   const Channel& channel = channels_.at(id - std::size_t(1));
   if (channel.schema != 0 &&
       open_.schemas.try_emplace(channel.schema, schemas_[channel.schema - 1]).second)
@@ -35,15 +35,15 @@ void ChunkBuilder::introduce(Id id) {
 }
 
 void ChunkBuilder::add(const Message& message) {
-  auto places = open_.index.find(message.channel);
-  if (places == open_.index.end()) {
-    introduce(message.channel);
-    places = open_.index.emplace(message.channel, std::vector<MessagePlace>()).first;
+  auto entries = open_.index.find(message.channel);
+  if (entries == open_.index.end()) {
+    add_definitions(message.channel);
+    entries = open_.index.emplace(message.channel, std::vector<MessageIndexEntry>()).first;
   }
-  const bool first = open_.index.size() == 1 && places->second.empty();
+  const bool first = open_.index.size() == 1 && entries->second.empty();
   open_.start_ns = first ? message.log_stamp_ns : std::min(open_.start_ns, message.log_stamp_ns);
   open_.end_ns = first ? message.log_stamp_ns : std::max(open_.end_ns, message.log_stamp_ns);
-  places->second.push_back({message.log_stamp_ns, open_.records.size()});
+  entries->second.push_back({message.log_stamp_ns, open_.records.size()});
   append_message(open_.records, message);
 }
 

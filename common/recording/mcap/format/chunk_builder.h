@@ -6,8 +6,8 @@
 namespace fivepipe::mcap {
 
 struct Chunk {
-  Bytes records;        // schemas, channels, messages; not compressed
-  MessagePlaces index;  // by channel, in the order of writing
+  Bytes records;       // schemas, channels, messages; not compressed
+  MessageIndex index;  // by channel, in the order of writing
   std::uint64_t start_ns = 0,
                 end_ns = 0;  // log stamps of the earliest and latest message; 0 without messages
   std::map<Id, Schema> schemas;  // whose records stand in it
@@ -32,7 +32,7 @@ class ChunkBuilder {
   Chunk take();
 
  private:
-  void introduce(Id channel);
+  void add_definitions(Id channel);
 
   std::vector<Schema> schemas_;  // id - 1
   std::vector<Channel> channels_;

@@ -9,20 +9,20 @@ namespace {
 
 // Of a chunk record that stands in the file; how many bytes of the record stand in front of its
 // records.
-std::pair<ChunkHead, std::uint64_t> head_at(const File& file, std::uint64_t byte,
-                                            std::uint64_t length_bytes) {
-  const Place place{file.name(), byte};
+std::pair<ChunkHeader, std::uint64_t> head_at(const File& file, std::uint64_t byte,
+                                              std::uint64_t length_bytes) {
+  const FileOffset location{file.name(), byte};
   const Buffer bytes =
-      file.read(byte, std::min(length_bytes, kRecordHeadBytes + kMostChunkHeadBytes));
-  Fields fields(bytes.view(), place);
+      file.read(byte, std::min(length_bytes, kRecordHeaderBytes + kMaxChunkHeaderBytes));
+  ByteReader fields(bytes.view(), location);
   if (Op(fields.take<std::uint8_t>()) != Op::chunk ||
-      fields.take<std::uint64_t>() != length_bytes - kRecordHeadBytes)
-    place.fail("no such chunk");
-  const ChunkHead head = read_chunk_head(fields);
+      fields.take<std::uint64_t>() != length_bytes - kRecordHeaderBytes)
+    location.fail("no such chunk");
+  const ChunkHeader head = read_chunk_header(fields);
   const std::uint64_t head_bytes =
-      kRecordHeadBytes + 8 + 8 + 8 + 4 + 4 + head.compression.size() + 8;
+      kRecordHeaderBytes + 8 + 8 + 8 + 4 + 4 + head.compression.size() + 8;
   if (head.records_bytes > length_bytes - head_bytes)
-    place.fail("a chunk's records go beyond its end");
+    location.fail("a chunk's records go beyond its end");
   return {head, head_bytes};
 }
 
@@ -30,7 +30,7 @@ std::pair<ChunkHead, std::uint64_t> head_at(const File& file, std::uint64_t byte
 
 ChunkIndex append_chunk(Bytes& to, const Chunk& chunk, Compression compression,
                         std::uint64_t at_byte) {
-  if (chunk.records.size() > kMostChunkBytes) throw std::length_error("a chunk has at most 1 GiB");
+  if (chunk.records.size() > kMaxChunkBytes) throw std::length_error("a chunk has at most 1 GiB");
   const std::size_t start = to.size();
   ChunkIndex index;
   {
@@ -56,11 +56,11 @@ ChunkIndex append_chunk(Bytes& to, const Chunk& chunk, Compression compression,
   return index;
 }
 
-void append_message_indexes(Bytes& to, const MessagePlaces& places, std::uint64_t at_byte,
+void append_message_indexes(Bytes& to, const MessageIndex& entries, std::uint64_t at_byte,
                             ChunkIndex& index) {
   const std::size_t start = to.size();
   index.message_index_offsets.clear();
-  for (const auto& [channel, messages] : places) {
+  for (const auto& [channel, messages] : entries) {
     index.message_index_offsets[channel] = at_byte + (to.size() - start);
     append_message_index(to, channel, messages);
   }
@@ -81,17 +81,17 @@ ChunkIndex read_chunk_index_at(const File& file, std::uint64_t byte, std::uint64
 }
 
 Buffer read_chunk(const File& file, const ChunkIndex& chunk) {
-  if (chunk.loose) return file.read(chunk.offset, chunk.length_bytes);
-  const Place place{file.name(), chunk.offset};
+  if (chunk.unchunked) return file.read(chunk.offset, chunk.length_bytes);
+  const FileOffset location{file.name(), chunk.offset};
   const auto [head, head_bytes] = head_at(file, chunk.offset, chunk.length_bytes);
   if (head.start_ns != chunk.start_ns || head.end_ns != chunk.end_ns ||
       head.uncompressed_bytes != chunk.uncompressed_bytes || head.compression != chunk.compression)
-    place.fail("the chunk is not what the summary says");
+    location.fail("the chunk is not what the summary says");
   Buffer records =
       decompressed(head.compression, file.read(chunk.offset + head_bytes, head.records_bytes),
-                   head.uncompressed_bytes, place);
+                   head.uncompressed_bytes, location);
   if (head.uncompressed_crc != 0 && head.uncompressed_crc != crc32_of(records.view()))
-    place.fail("a chunk's CRC is wrong");
+    location.fail("a chunk's CRC is wrong");
   return records;
 }
 

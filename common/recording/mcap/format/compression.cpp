@@ -9,7 +9,7 @@ namespace {
 constexpr int kZstdLevel = 3;
 // The most that a byte can stand for. LZ4: a match's length grows by 255 a byte. zstd: a block of
 // 128 KiB of one value takes 4 bytes.
-constexpr std::uint64_t kMostLz4Factor = 255, kMostZstdFactor = (std::uint64_t(128) << 10) / 4;
+constexpr std::uint64_t kMaxLz4Factor = 255, kMaxZstdFactor = (std::uint64_t(128) << 10) / 4;
 
 void append_lz4(Bytes& to, ByteView raw) {
   LZ4F_preferences_t preferences = LZ4F_INIT_PREFERENCES;
@@ -34,7 +34,7 @@ void append_zstd(Bytes& to, ByteView raw) {
   to.resize(start + size_bytes);
 }
 
-void decompress_lz4(std::span<std::byte> to, ByteView from, const Place& place) {
+void decompress_lz4(std::span<std::byte> to, ByteView from, const FileOffset& location) {
   LZ4F_dctx* raw_context = nullptr;
   if (LZ4F_isError(LZ4F_createDecompressionContext(&raw_context, LZ4F_VERSION)))
     throw std::bad_alloc();
@@ -46,22 +46,23 @@ void decompress_lz4(std::span<std::byte> to, ByteView from, const Place& place) 
     const std::size_t hint =
         LZ4F_decompress(context.get(), to.data(), &written, from.data(), &read, nullptr);
     if (LZ4F_isError(hint))
-      place.fail(std::string("a chunk's LZ4 frame is damaged: ") + LZ4F_getErrorName(hint));
+      location.fail(std::string("a chunk's LZ4 frame is damaged: ") + LZ4F_getErrorName(hint));
     to = to.subspan(written);
     from = from.subspan(read);
     ended = hint == 0 && from.empty();
     if (!ended && written == 0 && read == 0)
-      place.fail("a chunk's LZ4 frame is damaged: it has another size than the chunk says");
+      location.fail("a chunk's LZ4 frame is damaged: it has another size than the chunk says");
   }
-  if (!to.empty()) place.fail("a chunk's LZ4 frame is damaged: it is smaller than the chunk says");
+  if (!to.empty())
+    location.fail("a chunk's LZ4 frame is damaged: it is smaller than the chunk says");
 }
 
-void decompress_zstd(std::span<std::byte> to, ByteView from, const Place& place) {
+void decompress_zstd(std::span<std::byte> to, ByteView from, const FileOffset& location) {
   const std::size_t size_bytes = ZSTD_decompress(to.data(), to.size(), from.data(), from.size());
   if (ZSTD_isError(size_bytes))
-    place.fail(std::string("a chunk's zstd frame is damaged: ") + ZSTD_getErrorName(size_bytes));
+    location.fail(std::string("a chunk's zstd frame is damaged: ") + ZSTD_getErrorName(size_bytes));
   if (size_bytes != to.size())
-    place.fail("a chunk's zstd frame is damaged: it has another size than the chunk says");
+    location.fail("a chunk's zstd frame is damaged: it has another size than the chunk says");
 }
 
 }  // namespace
@@ -84,29 +85,29 @@ void append_compressed(Bytes& to, ByteView raw, Compression compression) {
 }
 
 Buffer decompressed(std::string_view compression, Buffer compressed,
-                    std::uint64_t uncompressed_bytes, const Place& place) {
+                    std::uint64_t uncompressed_bytes, const FileOffset& location) {
   const ByteView from = compressed.view();
   const bool is_lz4 = compression == "lz4", is_zstd = compression == "zstd";
   if (!is_lz4 && !is_zstd && !compression.empty())
-    place.fail("a chunk is compressed with \"" + std::string(compression) +
-               "\", which is not known here");
-  const std::uint64_t factor = is_lz4 ? kMostLz4Factor : is_zstd ? kMostZstdFactor : 1;
-  if (uncompressed_bytes > kMostChunkBytes || uncompressed_bytes / factor > from.size())
-    place.fail("a chunk claims more bytes than it can hold");
+    location.fail("a chunk is compressed with \"" + std::string(compression) +
+                  "\", which is not known here");
+  const std::uint64_t factor = is_lz4 ? kMaxLz4Factor : is_zstd ? kMaxZstdFactor : 1;
+  if (uncompressed_bytes > kMaxChunkBytes || uncompressed_bytes / factor > from.size())
+    location.fail("a chunk claims more bytes than it can hold");
   if (compression.empty()) {
-    if (uncompressed_bytes != from.size()) place.fail("a chunk has another size than it says");
+    if (uncompressed_bytes != from.size()) location.fail("a chunk has another size than it says");
     return compressed;
   }
   if (uncompressed_bytes == 0 && from.empty()) return {};
   if (is_zstd && ZSTD_getFrameContentSize(from.data(), from.size()) != ZSTD_CONTENTSIZE_UNKNOWN &&
       ZSTD_getFrameContentSize(from.data(), from.size()) >
           uncompressed_bytes)  // also ZSTD_CONTENTSIZE_ERROR
-    place.fail("a chunk's zstd frame is damaged, or larger than the chunk says");
+    location.fail("a chunk's zstd frame is damaged, or larger than the chunk says");
   Buffer raw(uncompressed_bytes);
   if (is_lz4)
-    decompress_lz4(raw.all(), from, place);
+    decompress_lz4(raw.all(), from, location);
   else
-    decompress_zstd(raw.all(), from, place);
+    decompress_zstd(raw.all(), from, location);
   return raw;
 }
 

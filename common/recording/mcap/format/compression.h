@@ -5,7 +5,7 @@
 namespace fivepipe::mcap {
 
 // A chunk that claims to be larger is a damaged or a hostile one.
-inline constexpr std::uint64_t kMostChunkBytes = std::uint64_t(1) << 30;
+inline constexpr std::uint64_t kMaxChunkBytes = std::uint64_t(1) << 30;
 
 std::string_view name_of(Compression compression);  // "", "lz4", "zstd"
 
@@ -13,8 +13,8 @@ std::string_view name_of(Compression compression);  // "", "lz4", "zstd"
 void append_compressed(Bytes& to, ByteView raw, Compression compression);
 
 // McapError: an unknown compression, damaged frames, another size than `uncompressed_bytes`, or one
-// that can't be: above kMostChunkBytes, or more than the format can pack into that many bytes.
+// that can't be: above kMaxChunkBytes, or more than the format can pack into that many bytes.
 Buffer decompressed(std::string_view compression, Buffer compressed,
-                    std::uint64_t uncompressed_bytes, const Place& place);
+                    std::uint64_t uncompressed_bytes, const FileOffset& location);
 
 }  // namespace fivepipe::mcap

@@ -29,7 +29,7 @@ File::~File() { close(file_); }
 
 Buffer File::read(std::uint64_t byte, std::uint64_t size_bytes) const {
   if (byte > size_bytes_ || size_bytes > size_bytes_ - byte)
-    Place{name_, byte}.fail("the file ends too early");
+    FileOffset{name_, byte}.fail("the file ends too early");
   Buffer buffer(size_bytes);
   for (std::span<std::byte> rest = buffer.all(); !rest.empty();) {
     const ssize_t read =
@@ -37,18 +37,18 @@ Buffer File::read(std::uint64_t byte, std::uint64_t size_bytes) const {
     if (read < 0 && errno == EINTR) continue;
     if (read < 0)
       throw std::system_error(errno, std::generic_category(), name_ + ": can't be read");
-    if (read == 0) Place{name_, byte}.fail("the file was cut while it was read");
+    if (read == 0) FileOffset{name_, byte}.fail("the file was cut while it was read");
     rest = rest.subspan(std::size_t(read));
   }
   return buffer;
 }
 
 void check_magic(const File& file) {
-  const Place place{file.name(), 0};
-  if (file.size_bytes() < kMagic.size()) place.fail("no MCAP file");
+  const FileOffset location{file.name(), 0};
+  if (file.size_bytes() < kMagic.size()) location.fail("no MCAP file");
   const Buffer magic = file.read(0, kMagic.size());
   if (std::memcmp(magic.view().data(), kMagic.data(), kMagic.size()) != 0)
-    place.fail("no MCAP file");
+    location.fail("no MCAP file");
 }
 
 }  // namespace fivepipe::mcap

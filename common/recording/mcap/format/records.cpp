@@ -54,12 +54,12 @@ void append_message(Bytes& to, const Message& message) {
   append(to, message.payload);
 }
 
-void append_message_index(Bytes& to, Id channel, std::span<const MessagePlace> places) {
+void append_message_index(Bytes& to, Id channel, std::span<const MessageIndexEntry> entries) {
   const OpenRecord record(to, Op::message_index);
   append(to, channel);
-  static_assert(sizeof(MessagePlace) ==
+  static_assert(sizeof(MessageIndexEntry) ==
                 2 * sizeof(std::uint64_t));  // lies in memory as in the file
-  append_part(to, std::as_bytes(places));
+  append_part(to, std::as_bytes(entries));
 }
 
 void append_attachment(Bytes& to, const Attachment& attachment) {

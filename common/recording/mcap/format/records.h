@@ -25,15 +25,16 @@ enum class Op : std::uint8_t {
   metadata_index,
   summary_offset,
   data_end,
-  set_aside =
+  quarantined =
       0xFF  // private: what recover() makes of a damaged chunk, so that every reader skips it
 };
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
-inline constexpr std::uint64_t kRecordHeadBytes = 1 + 8;           // opcode, length of the content
-inline constexpr std::uint64_t kMessageHeadBytes = 2 + 4 + 8 + 8;  // channel, sequence, both stamps
-inline constexpr std::uint64_t kFooterBytes = kRecordHeadBytes + 8 + 8 + 4;
-inline constexpr std::uint64_t kDataEndBytes = kRecordHeadBytes + 4;
+inline constexpr std::uint64_t kRecordHeaderBytes = 1 + 8;  // opcode, length of the content
+inline constexpr std::uint64_t kMessageHeaderBytes =
+    2 + 4 + 8 + 8;  // channel, sequence, both stamps
+inline constexpr std::uint64_t kFooterBytes = kRecordHeaderBytes + 8 + 8 + 4;
+inline constexpr std::uint64_t kDataEndBytes = kRecordHeaderBytes + 4;
 
 // Appends a record's opcode at once, and its length when the content has been appended: at the end
 // of this object's life.
@@ -44,7 +45,7 @@ class OpenRecord {
     append(to, std::uint64_t(0));
   }
   ~OpenRecord() {
-    const std::uint64_t content_bytes = to_.size() - start_ - kRecordHeadBytes;
+    const std::uint64_t content_bytes = to_.size() - start_ - kRecordHeaderBytes;
     std::memcpy(to_.data() + start_ + 1, &content_bytes, sizeof content_bytes);
   }
   OpenRecord(const OpenRecord&) = delete;
@@ -55,7 +56,7 @@ class OpenRecord {
   std::size_t start_;
 };
 
-struct ChunkHead {
+struct ChunkHeader {
   std::uint64_t start_ns = 0, end_ns = 0, uncompressed_bytes = 0;
   std::uint32_t uncompressed_crc = 0;
   std::string compression;
@@ -63,7 +64,7 @@ struct ChunkHead {
 };
 // Everything of a chunk record in front of its records, with a compression's name as long as ours
 // or a stranger's may sensibly be.
-inline constexpr std::uint64_t kMostChunkHeadBytes = 8 + 8 + 8 + 4 + 4 + 64 + 8;
+inline constexpr std::uint64_t kMaxChunkHeaderBytes = 8 + 8 + 8 + 4 + 4 + 64 + 8;
 
 struct Footer {
   std::uint64_t summary_start = 0, summary_offset_start = 0;
@@ -71,17 +72,17 @@ struct Footer {
 };
 
 // Where a message stands: `offset` counts from the start of its chunk's uncompressed records.
-struct MessagePlace {
+struct MessageIndexEntry {
   std::uint64_t log_stamp_ns = 0, offset = 0;
 };
-using MessagePlaces = std::map<Id, std::vector<MessagePlace>>;
+using MessageIndex = std::map<Id, std::vector<MessageIndexEntry>>;
 
 void append_magic(Bytes& to);
 void append_header(Bytes& to, std::string_view profile, std::string_view library);
 void append_schema(Bytes& to, Id id, const Schema& schema);
 void append_channel(Bytes& to, Id id, const Channel& channel);
 void append_message(Bytes& to, const Message& message);
-void append_message_index(Bytes& to, Id channel, std::span<const MessagePlace> places);
+void append_message_index(Bytes& to, Id channel, std::span<const MessageIndexEntry> entries);
 void append_attachment(Bytes& to, const Attachment& attachment);  // with its CRC
 void append_metadata(Bytes& to, const Metadata& metadata);
 void append_chunk_index(Bytes& to, const ChunkIndex& chunk);
@@ -91,17 +92,17 @@ void append_statistics(Bytes& to, const Statistics& statistics);
 
 // Of records' contents; McapError where a field goes beyond the end. More fields than are known
 // here are let pass, as the spec says.
-std::pair<Id, Schema> read_schema(Fields fields);
-std::pair<Id, Channel> read_channel(Fields fields);
-Message read_message(Fields fields);  // its payload lies in the fields' memory
-ChunkHead read_chunk_head(Fields fields);
-Attachment read_attachment(Fields fields);  // checks its CRC
-Metadata read_metadata(Fields fields);
-ChunkIndex read_chunk_index(Fields fields);
-AttachmentIndex read_attachment_index(Fields fields);
-MetadataIndex read_metadata_index(Fields fields);
-Statistics read_statistics(Fields fields);
-Footer read_footer(Fields fields);
+std::pair<Id, Schema> read_schema(ByteReader fields);
+std::pair<Id, Channel> read_channel(ByteReader fields);
+Message read_message(ByteReader fields);  // its payload lies in the fields' memory
+ChunkHeader read_chunk_header(ByteReader fields);
+Attachment read_attachment(ByteReader fields);  // checks its CRC
+Metadata read_metadata(ByteReader fields);
+ChunkIndex read_chunk_index(ByteReader fields);
+AttachmentIndex read_attachment_index(ByteReader fields);
+MetadataIndex read_metadata_index(ByteReader fields);
+Statistics read_statistics(ByteReader fields);
+Footer read_footer(ByteReader fields);
 
 struct Record {
   Op op;
@@ -111,12 +112,12 @@ struct Record {
 // A sequence of records in memory, one after the other; McapError where one goes beyond the end.
 class RecordSequence {
  public:
-  RecordSequence(ByteView records, Place place)
-      : fields_(records, place), size_bytes_(records.size()) {}
+  RecordSequence(ByteView records, FileOffset location)
+      : fields_(records, location), size_bytes_(records.size()) {}
   std::optional<Record> next();
 
  private:
-  Fields fields_;
+  ByteReader fields_;
   std::size_t size_bytes_;
 };
 

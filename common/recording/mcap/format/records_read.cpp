@@ -3,9 +3,9 @@
 namespace fivepipe::mcap {
 namespace {
 
-std::map<Id, std::uint64_t> take_by_id(Fields& fields) {
+std::map<Id, std::uint64_t> take_by_id(ByteReader& fields) {
   std::map<Id, std::uint64_t> map;
-  for (Fields entries = fields.part(); !entries.empty();) {
+  for (ByteReader entries = fields.part(); !entries.empty();) {
     const Id id = entries.take<Id>();
     map[id] = entries.take<std::uint64_t>();
   }
@@ -18,7 +18,7 @@ std::string as_text(ByteView bytes) {
 
 }  // namespace
 
-std::pair<Id, Schema> read_schema(Fields fields) {
+std::pair<Id, Schema> read_schema(ByteReader fields) {
   const Id id = fields.take<Id>();
   Schema schema;
   schema.name = fields.text();
@@ -27,7 +27,7 @@ std::pair<Id, Schema> read_schema(Fields fields) {
   return {id, std::move(schema)};
 }
 
-std::pair<Id, Channel> read_channel(Fields fields) {
+std::pair<Id, Channel> read_channel(ByteReader fields) {
   const Id id = fields.take<Id>();
   Channel channel;
   channel.schema = fields.take<Id>();
@@ -37,7 +37,7 @@ std::pair<Id, Channel> read_channel(Fields fields) {
   return {id, std::move(channel)};
 }
 
-Message read_message(Fields fields) {
+Message read_message(ByteReader fields) {
   Message message;
   message.channel = fields.take<Id>();
   message.sequence = fields.take<std::uint32_t>();
@@ -47,8 +47,8 @@ Message read_message(Fields fields) {
   return message;
 }
 
-ChunkHead read_chunk_head(Fields fields) {
-  ChunkHead head;
+ChunkHeader read_chunk_header(ByteReader fields) {
+  ChunkHeader head;
   head.start_ns = fields.take<std::uint64_t>();
   head.end_ns = fields.take<std::uint64_t>();
   head.uncompressed_bytes = fields.take<std::uint64_t>();
@@ -58,7 +58,7 @@ ChunkHead read_chunk_head(Fields fields) {
   return head;
 }
 
-Attachment read_attachment(Fields fields) {
+Attachment read_attachment(ByteReader fields) {
   const ByteView content = fields.rest();
   Attachment attachment;
   attachment.log_stamp_ns = fields.take<std::uint64_t>();
@@ -68,18 +68,18 @@ Attachment read_attachment(Fields fields) {
   attachment.content = as_text(fields.raw(fields.take<std::uint64_t>()));
   const ByteView covered = content.first(content.size() - fields.rest().size());
   const std::uint32_t crc = fields.take<std::uint32_t>();
-  if (crc != 0 && crc != crc32_of(covered)) fields.place().fail("an attachment's CRC is wrong");
+  if (crc != 0 && crc != crc32_of(covered)) fields.location().fail("an attachment's CRC is wrong");
   return attachment;
 }
 
-Metadata read_metadata(Fields fields) {
+Metadata read_metadata(ByteReader fields) {
   Metadata metadata;
   metadata.name = fields.text();
   metadata.values = fields.text_map();
   return metadata;
 }
 
-ChunkIndex read_chunk_index(Fields fields) {
+ChunkIndex read_chunk_index(ByteReader fields) {
   ChunkIndex chunk;
   chunk.start_ns = fields.take<std::uint64_t>();
   chunk.end_ns = fields.take<std::uint64_t>();
@@ -93,7 +93,7 @@ ChunkIndex read_chunk_index(Fields fields) {
   return chunk;
 }
 
-AttachmentIndex read_attachment_index(Fields fields) {
+AttachmentIndex read_attachment_index(ByteReader fields) {
   AttachmentIndex attachment;
   attachment.offset = fields.take<std::uint64_t>();
   attachment.length_bytes = fields.take<std::uint64_t>();
@@ -105,7 +105,7 @@ AttachmentIndex read_attachment_index(Fields fields) {
   return attachment;
 }
 
-MetadataIndex read_metadata_index(Fields fields) {
+MetadataIndex read_metadata_index(ByteReader fields) {
   MetadataIndex metadata;
   metadata.offset = fields.take<std::uint64_t>();
   metadata.length_bytes = fields.take<std::uint64_t>();
@@ -113,7 +113,7 @@ MetadataIndex read_metadata_index(Fields fields) {
   return metadata;
 }
 
-Statistics read_statistics(Fields fields) {
+Statistics read_statistics(ByteReader fields) {
   Statistics statistics;
   statistics.messages = fields.take<std::uint64_t>();
   statistics.schemas = fields.take<std::uint16_t>();
@@ -127,7 +127,7 @@ Statistics read_statistics(Fields fields) {
   return statistics;
 }
 
-Footer read_footer(Fields fields) {
+Footer read_footer(ByteReader fields) {
   Footer footer;
   footer.summary_start = fields.take<std::uint64_t>();
   footer.summary_offset_start = fields.take<std::uint64_t>();

@@ -15,8 +15,8 @@ struct ChunkIndex {
       0;                    // of all message index records together, which follow the chunk
   std::string compression;  // "", "lz4", "zstd"
   std::uint64_t compressed_bytes = 0, uncompressed_bytes = 0;
-  bool loose = false;  // no chunk, but records that stand in the data section on their own: only of
-                       // files of others without a summary
+  bool unchunked = false;  // no chunk, but records that stand in the data section on their own:
+                           // only of files of others without a summary
 };
 struct AttachmentIndex {
   std::uint64_t offset = 0, length_bytes = 0, log_stamp_ns = 0, create_stamp_ns = 0,

@@ -9,7 +9,7 @@ namespace fivepipe::mcap {
 namespace {
 
 // 100 000 chunks of 10 channels take 30 MB.
-constexpr std::uint64_t kMostSummaryBytes = 256 << 20;
+constexpr std::uint64_t kMaxSummaryBytes = 256 << 20;
 
 // Appends the records of one kind that `append_all` appends, and a summary offset record for them
 // unless there are none.
@@ -49,56 +49,58 @@ void append_groups(Bytes& to, Bytes& offsets, std::uint64_t to_starts_at, const 
 }
 
 Footer footer_of(const File& file) {
-  const Place end{file.name(), file.size_bytes()};
+  const FileOffset end{file.name(), file.size_bytes()};
   if (file.size_bytes() < 2 * kMagic.size() + kFooterBytes) end.fail("no footer");
   const std::uint64_t at = file.size_bytes() - kMagic.size() - kFooterBytes;
   const Buffer bytes = file.read(at, kFooterBytes + kMagic.size());
   if (std::memcmp(bytes.view().data() + kFooterBytes, kMagic.data(), kMagic.size()) != 0)
     end.fail("no magic bytes at the end");
-  const Place place{file.name(), at};
-  const auto record = RecordSequence(bytes.view().first(kFooterBytes), place).next();
+  const FileOffset location{file.name(), at};
+  const auto record = RecordSequence(bytes.view().first(kFooterBytes), location).next();
   if (!record || record->op != Op::footer ||
-      record->content.size() != kFooterBytes - kRecordHeadBytes)
-    place.fail("no footer");
-  const Footer footer = read_footer(Fields(record->content, place));
-  if (footer.summary_start == 0) place.fail("no summary");
+      record->content.size() != kFooterBytes - kRecordHeaderBytes)
+    location.fail("no footer");
+  const Footer footer = read_footer(ByteReader(record->content, location));
+  if (footer.summary_start == 0) location.fail("no summary");
   const std::uint64_t summary_end =
       footer.summary_offset_start == 0 ? at : footer.summary_offset_start;
   if (footer.summary_start < kMagic.size() + kDataEndBytes || summary_end > at ||
-      footer.summary_start > summary_end || at - footer.summary_start > kMostSummaryBytes)
-    place.fail("the footer points to where no summary can be");
+      footer.summary_start > summary_end || at - footer.summary_start > kMaxSummaryBytes)
+    location.fail("the footer points to where no summary can be");
   const Buffer data_end = file.read(footer.summary_start - kDataEndBytes, kDataEndBytes);
   if (Op(std::uint8_t(data_end.view()[0])) != Op::data_end)
-    place.fail("the footer points to where no summary can be");
+    location.fail("the footer points to where no summary can be");
   return footer;
 }
 
 // That what the indexes point to lies in the data section, in some order, and nowhere twice: else a
 // small file could cost any time to read.
 template <typename Index>
-void check_places(std::vector<Index>& indexes, std::uint64_t data_end, const Place& place) {
+void check_offsets(std::vector<Index>& indexes, std::uint64_t data_end,
+                   const FileOffset& location) {
   std::sort(indexes.begin(), indexes.end(),
             [](const Index& a, const Index& b) { return a.offset < b.offset; });
   std::uint64_t free_from = kMagic.size();
   for (const Index& index : indexes) {
     if (index.offset < free_from || index.offset > data_end ||
-        index.length_bytes < kRecordHeadBytes || index.length_bytes > data_end - index.offset)
-      place.fail("the summary points to where no such record can be");
+        index.length_bytes < kRecordHeaderBytes || index.length_bytes > data_end - index.offset)
+      location.fail("the summary points to where no such record can be");
     free_from = index.offset + index.length_bytes;
   }
 }
 
-void check(Summary& summary, bool has_statistics, std::uint64_t data_end, const Place& place) {
-  check_places(summary.chunks, data_end, place);
-  check_places(summary.attachments, data_end, place);
-  check_places(summary.metadata, data_end, place);
+void check(Summary& summary, bool has_statistics, std::uint64_t data_end,
+           const FileOffset& location) {
+  check_offsets(summary.chunks, data_end, location);
+  check_offsets(summary.attachments, data_end, location);
+  check_offsets(summary.metadata, data_end, location);
   const Statistics& statistics = summary.statistics;
-  if (!has_statistics) place.fail("the summary has no statistics");
+  if (!has_statistics) location.fail("the summary has no statistics");
   if (statistics.chunks != summary.chunks.size() ||
       statistics.attachments != summary.attachments.size() ||
       statistics.metadata != summary.metadata.size() ||
       (statistics.messages > 0 && summary.chunks.empty()))
-    place.fail("the summary's statistics tell of more or less than its indexes");
+    location.fail("the summary's statistics tell of more or less than its indexes");
 }
 
 }  // namespace
@@ -115,7 +117,7 @@ Bytes end_of_file(const Summary& summary, std::uint64_t data_bytes, std::uint32_
   const std::uint64_t summary_offset_start = summary_start + section.size();
   append(section, ByteView(offsets));
   append(section, std::uint8_t(Op::footer));
-  append(section, std::uint64_t(kFooterBytes - kRecordHeadBytes));
+  append(section, std::uint64_t(kFooterBytes - kRecordHeaderBytes));
   append(section, summary_start);
   append(section, summary_offset_start);
   append(section, crc32_of(section));
@@ -126,21 +128,21 @@ Bytes end_of_file(const Summary& summary, std::uint64_t data_bytes, std::uint32_
 
 Summary read_summary(const File& file) {
   const Footer footer = footer_of(file);
-  const Place place{file.name(), footer.summary_start};
+  const FileOffset location{file.name(), footer.summary_start};
   const std::uint64_t footer_at = file.size_bytes() - kMagic.size() - kFooterBytes;
   const Buffer bytes =
       file.read(footer.summary_start, footer_at + kFooterBytes - footer.summary_start);
   const ByteView covered = bytes.view().first(bytes.view().size() - sizeof(footer.summary_crc));
   if (footer.summary_crc != 0 && footer.summary_crc != crc32_of(covered))
-    place.fail("the summary's CRC is wrong");
+    location.fail("the summary's CRC is wrong");
 
   Summary summary;
   bool has_statistics = false;
   const std::uint64_t end =
       footer.summary_offset_start == 0 ? footer_at : footer.summary_offset_start;
-  RecordSequence records(bytes.view().first(end - footer.summary_start), place);
+  RecordSequence records(bytes.view().first(end - footer.summary_start), location);
   while (const auto record = records.next()) {
-    const Fields fields(record->content, {file.name(), footer.summary_start + record->offset});
+    const ByteReader fields(record->content, {file.name(), footer.summary_start + record->offset});
     switch (record->op) {
       case Op::schema: summary.schemas.insert(read_schema(fields)); break;
       case Op::channel: summary.channels.insert(read_channel(fields)); break;
@@ -157,7 +159,7 @@ Summary read_summary(const File& file) {
     }
   }
   summary.schemas.erase(0);  // the specification: invalid, to be ignored
-  check(summary, has_statistics, footer.summary_start - kDataEndBytes, place);
+  check(summary, has_statistics, footer.summary_start - kDataEndBytes, location);
   return summary;
 }
 

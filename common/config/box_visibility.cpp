@@ -1,0 +1,53 @@
+#include "common/config/box_visibility.h"
+
+#include <array>
+#include <vector>
+
+namespace fivepipe::config {
+
+namespace {
+
+using Polygon = std::vector<Eigen::Vector3d>;
+
+// The part of a polygon where normal . p >= 0.
+Polygon clipped(const Polygon& polygon, const Eigen::Vector3d& normal) {
+  Polygon result;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector3d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const double at_a = normal.dot(a), at_b = normal.dot(b);
+    if (at_a >= 0) result.push_back(a);
+    if ((at_a >= 0) != (at_b >= 0)) result.push_back(a + at_a / (at_a - at_b) * (b - a));
+  }
+  return result;
+}
+
+// Inward normals, in the camera's frame, of the planes through its centre and its image's edges;
+// the first is Z >= 0.
+std::array<Eigen::Vector3d, 5> pyramid_of(const geometry::Pinhole& k) {
+  const double left = (-0.5 - k.cx_px) / k.fx_px, right = (k.width_px - 0.5 - k.cx_px) / k.fx_px;
+  const double top = (-0.5 - k.cy_px) / k.fy_px, bottom = (k.height_px - 0.5 - k.cy_px) / k.fy_px;
+  return {Eigen::Vector3d(0, 0, 1), {1, 0, -left}, {-1, 0, right}, {0, 1, -top}, {0, -1, bottom}};
+}
+
+}  // namespace
+
+bool is_box_visible(const geometry::Camera& camera, const Eigen::AlignedBox3d& box_world_m) {
+  // A pyramid without an end that meets a box meets its surface: six faces suffice, also for a
+  // camera inside the box.
+  const auto pyramid = pyramid_of(camera.pinhole);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const Eigen::Vector3d& end : {box_world_m.min(), box_world_m.max()}) {
+      Polygon face;
+      for (const auto& [u, v] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
+        Eigen::Vector3d corner = end;
+        corner[(axis + 1) % 3] = (u ? box_world_m.max() : box_world_m.min())[(axis + 1) % 3];
+        corner[(axis + 2) % 3] = (v ? box_world_m.max() : box_world_m.min())[(axis + 2) % 3];
+        face.push_back(camera.camera_from_world * corner);
+      }
+      for (const Eigen::Vector3d& normal : pyramid) face = clipped(face, normal);
+      if (!face.empty()) return true;
+    }
+  return false;
+}
+
+}  // namespace fivepipe::config

@@ -1,0 +1,50 @@
+// Small pieces shared by all messages: poses, pinholes, rectangles, text, borrowed sequences.
+#pragma once
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/geometry/camera.h"
+#include "common/hull/object_pixels.h"
+#include "common/pipeline/bus/topics.h"
+
+namespace fivepipe::messages {
+
+fivepipe_v1_Vec3 to_wire(const Eigen::Vector3d& v);
+fivepipe_v1_Pose to_wire(const Eigen::Isometry3d& pose);
+fivepipe_v1_Pinhole to_wire(const geometry::Pinhole& pinhole);
+fivepipe_v1_PixelRect to_wire(const hull::PixelRect& rect);
+
+Eigen::Vector3d from_wire(const fivepipe_v1_Vec3& v);
+geometry::Pinhole from_wire(const fivepipe_v1_Pinhole& pinhole);
+hull::PixelRect from_wire(const fivepipe_v1_PixelRect& rect);
+// The same message gives the same bits everywhere. Nothing where a number is not finite or the
+// quaternion's length is off 1 by more than kMaxQuaternionError.
+std::optional<Eigen::Isometry3d> from_wire(const fivepipe_v1_Pose& pose);
+inline constexpr double kMaxQuaternionError = 1e-6;
+
+// Fits the field or throws std::length_error naming the text: names come from configuration, which
+// bounds them.
+template <std::size_t N>
+void set_text(char (&field)[N], const std::string& text) {
+  if (text.size() >= N)
+    throw std::length_error("'" + text + "' is longer than " + std::to_string(N - 1) +
+                            " characters");
+  text.copy(field, text.size());
+  field[text.size()] = '\0';
+}
+
+// Lets a message refer to storage that outlives it.
+template <class Sequence, class Element>
+void borrow(Sequence& sequence, std::vector<Element>& storage) {
+  sequence._length = sequence._maximum = std::uint32_t(storage.size());
+  sequence._buffer = storage.data();
+  sequence._release = false;
+}
+
+template <class Sequence>
+auto span_of(const Sequence& sequence) {
+  return std::span(sequence._buffer, sequence._length);
+}
+
+}  // namespace fivepipe::messages

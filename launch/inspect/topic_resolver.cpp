@@ -1,0 +1,44 @@
+#include "launch/inspect/topic_resolver.h"
+
+#include <algorithm>
+#include <regex>
+
+#include "common/base/text_table.h"
+
+namespace fivepipe::launch {
+namespace {
+
+std::vector<std::string> matching_topics(const std::string& expression,
+                                         const std::vector<std::string>& topics) {
+  std::vector<std::string> found;
+  try {
+    const std::regex wanted(expression, std::regex::ECMAScript | std::regex::icase);
+    for (const std::string& topic : topics)
+      if (std::regex_search(topic, wanted)) found.push_back(topic);
+  } catch (const std::regex_error& error) {
+    throw base::UsageError("'" + expression + "' is neither a topic nor a regular expression (" +
+                           error.what() + ")");
+  }
+  return found;
+}
+
+}  // namespace
+
+std::string base_name(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
+
+std::string resolve_topic(const std::string& asked, const std::vector<std::string>& topics) {
+  std::vector<std::string> found;
+  if (std::find(topics.begin(), topics.end(), asked) != topics.end()) return asked;
+  std::copy_if(topics.begin(), topics.end(), std::back_inserter(found),
+               [&](const std::string& topic) { return base_name(topic) == asked; });
+  if (found.empty()) found = matching_topics(asked, topics);
+  if (found.size() == 1) return found.front();
+  if (topics.empty()) throw base::UsageError("no topic '" + asked + "'; there is none at all");
+  if (found.empty())
+    throw base::UsageError("no topic '" + asked + "'; there are:\n  " +
+                           base::printable(base::joined(topics, ", ")));
+  throw base::UsageError("'" + asked + "' fits several topics; which of them?\n  " +
+                         base::printable(base::joined(found, ", ")));
+}
+
+}  // namespace fivepipe::launch

@@ -1,0 +1,216 @@
+#include "render_node/tile_assembler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace fivepipe::render {
+namespace {
+
+// More tiles than this is no tiling of a view but a broken message.
+constexpr std::uint32_t kMaxTiles = 4096;
+
+// Elements of a pose [m, or dimensionless]: all nodes take the same HeadPose, but may compute its
+// matrix with other compilers. A micrometre is far below a pixel at any distance.
+constexpr double kPoseTolerance = 1e-6;
+
+// Both by comparison alone: a message may hold any coordinates, and their difference may overflow.
+bool is_empty(const hull::PixelRect& rect) {
+  return rect.u0_px >= rect.u1_px || rect.v0_px >= rect.v1_px;
+}
+bool inside(const hull::PixelRect& inner, const hull::PixelRect& outer) {
+  return inner.u0_px >= outer.u0_px && inner.v0_px >= outer.v0_px && inner.u1_px <= outer.u1_px &&
+         inner.v1_px <= outer.v1_px;
+}
+
+hull::PixelRect bounding_rect(const hull::PixelRect& a, const hull::PixelRect& b) {
+  if (a.empty()) return b;
+  if (b.empty()) return a;
+  return {std::min(a.u0_px, b.u0_px), std::min(a.v0_px, b.v0_px), std::max(a.u1_px, b.u1_px),
+          std::max(a.v1_px, b.v1_px)};
+}
+
+// Copies the tile's pixels, `bytes_per_px` each, to their place in an image of width_px.
+void copy_rows(const hull::PixelRect& rect, int width_px, std::size_t bytes_per_px,
+               const void* from, void* to) {
+  const std::size_t row_bytes = std::size_t(rect.width_px()) * bytes_per_px;
+  for (int v = rect.v0_px; v < rect.v1_px; ++v)
+    std::memcpy(
+        static_cast<char*>(to) +
+            (std::size_t(v) * std::size_t(width_px) + std::size_t(rect.u0_px)) * bytes_per_px,
+        static_cast<const char*>(from) + std::size_t(v - rect.v0_px) * row_bytes, row_bytes);
+}
+
+}  // namespace
+
+TileAssembler::TileAssembler(const geometry::Pinhole& recon, double near_m, double far_m,
+                             std::size_t max_open_frames)
+    : recon_(recon),
+      near_m_(float(near_m)),
+      far_m_(float(far_m)),
+      max_open_frames_(std::max<std::size_t>(max_open_frames, 1)) {}
+
+std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
+  if (const auto reason = why_refused(tile)) {
+    reject(tile, *reason);
+    return {};
+  }
+  if (is_late(tile)) return {};
+  OpenFrame* const found = open_for(tile);
+  if (!found) return {};
+  OpenFrame& open = *found;
+  if (const auto reason = why_inconsistent(tile, open)) {
+    reject(tile, *reason);
+    return {};
+  }
+  if (!open.rects[tile.tile].empty()) {
+    ++counts_.duplicate;
+    return {};
+  }
+  open.hull.last_received_ns = tile.received_ns;
+  open.rects[tile.tile] = tile.rect;
+  open.area_px += tile.rect.area_px();
+  ++open.tiles_here;
+  if (!is_empty(tile.covered)) {
+    HullFrame& hull = open.hull;
+    copy_rows(tile.covered, recon_.width_px, sizeof(float), tile.depth_m.data(),
+              hull.depth_m.data());
+    hull.covered = bounding_rect(hull.covered, tile.covered);
+    open.all_coloured &= !tile.bgr.empty();
+    if (open.all_coloured) {
+      hull.bgr.resize(hull.depth_m.size() * 3);
+      copy_rows(tile.covered, recon_.width_px, 3, tile.bgr.data(), hull.bgr.data());
+    }
+  }
+  open.hull.empty_cameras.insert(open.hull.empty_cameras.end(), tile.empty_cameras.begin(),
+                                 tile.empty_cameras.end());
+  if (open.tiles_here < open.rects.size()) return {};
+  if (open.area_px != std::size_t(recon_.width_px) * std::size_t(recon_.height_px)) {
+    reject(tile, "tiles leave gaps in the view");
+    open_.erase(tile.frame);
+    return {};
+  }
+  return completed(tile.frame);
+}
+
+// What is wrong with the tile whatever else arrives.
+std::optional<std::string> TileAssembler::why_refused(const ReceivedTile& tile) const {
+  if (tile.tiles == 0 || tile.tiles > kMaxTiles || tile.tile >= tile.tiles)
+    return "bad tile number";
+  if (!(tile.recon == recon_)) return "another view's pinhole";
+  if (geometry::why_unusable(geometry::Camera{tile.recon, tile.eye_from_world}))
+    return "unusable pose";
+  if (is_empty(tile.rect) || !inside(tile.rect, {0, 0, recon_.width_px, recon_.height_px}))
+    return "rect outside the view";
+  const bool no_hits = is_empty(tile.covered);
+  if (!no_hits && !inside(tile.covered, tile.rect)) return "covered rect outside its tile";
+  const std::size_t covered_px = no_hits ? 0 : tile.covered.area_px();
+  if (tile.depth_m.size() != covered_px) return "wrong number of depths";
+  if (!tile.bgr.empty() && tile.bgr.size() != 3 * covered_px) return "wrong number of colours";
+  const auto is_depth = [&](float z) {
+    return z == hull::kNoHull || (z >= near_m_ && z <= far_m_);
+  };
+  if (!std::all_of(tile.depth_m.begin(), tile.depth_m.end(), is_depth))
+    return "depth not finite or outside near and far";
+  return {};
+}
+
+// What does not fit to the frame's other tiles.
+std::optional<std::string> TileAssembler::why_inconsistent(const ReceivedTile& tile,
+                                                           const OpenFrame& open) const {
+  if (tile.tiles != open.rects.size()) return "number of tiles differs within the frame";
+  if (tile.capture_stamp_ns != open.hull.capture_stamp_ns)
+    return "capture stamp differs within the frame";
+  const Eigen::Matrix4d difference =
+      tile.eye_from_world.matrix() - open.hull.eye_from_world.matrix();
+  if (!(difference.cwiseAbs().maxCoeff() <= kPoseTolerance)) return "pose differs within the frame";
+  for (std::size_t other = 0; other < open.rects.size(); ++other) {
+    if (other == tile.tile && !open.rects[other].empty() && !(open.rects[other] == tile.rect))
+      return "tile came again with another rect";
+    if (other != tile.tile && !hull::intersection(open.rects[other], tile.rect).empty())
+      return "rect overlaps another tile";
+  }
+  return {};
+}
+
+void TileAssembler::reset() {
+  counts_.incomplete += open_.size();
+  open_.clear();
+  first_wanted_ = 0;
+  newest_stamp_ns_ = INT64_MIN;
+  last_complete_.reset();
+}
+
+// A source that was restarted counts from 0 again: lower frame, but a later exposure than all that
+// was shown.
+bool TileAssembler::is_late(const ReceivedTile& tile) {
+  if (tile.frame >= first_wanted_) return false;
+  if (tile.capture_stamp_ns > newest_stamp_ns_) {
+    ++counts_.restarts;
+    reset();
+    return false;
+  }
+  ++(last_complete_ == tile.frame ? counts_.duplicate : counts_.late);
+  return true;
+}
+
+// The tile's frame, opened where it is new; none where too many newer ones are open.
+TileAssembler::OpenFrame* TileAssembler::open_for(const ReceivedTile& tile) {
+  if (const auto it = open_.find(tile.frame); it != open_.end()) return &it->second;
+  if (open_.size() >= max_open_frames_) {
+    const std::uint64_t oldest = open_.begin()->first;
+    if (tile.frame < oldest) {
+      ++counts_.late;
+      return nullptr;
+    }
+    drop_before(oldest + 1);
+  }
+  OpenFrame& open = open_[tile.frame];
+  open.hull = {tile.frame,
+               tile.capture_stamp_ns,
+               tile.received_ns,
+               tile.received_ns,
+               tile.eye_from_world,
+               recon_,
+               {},
+               {},
+               {},
+               {}};
+  open.hull.depth_m.assign(std::size_t(recon_.width_px) * std::size_t(recon_.height_px),
+                           hull::kNoHull);
+  open.rects.resize(tile.tiles);
+  return &open;
+}
+
+std::optional<HullFrame> TileAssembler::completed(std::uint64_t frame) {
+  OpenFrame open = std::move(open_.at(frame));
+  open_.erase(frame);
+  drop_before(frame);
+  first_wanted_ = frame + 1;
+  newest_stamp_ns_ = std::max(newest_stamp_ns_, open.hull.capture_stamp_ns);
+  last_complete_ = frame;
+  ++counts_.complete;
+  if (!open.all_coloured) open.hull.bgr.clear();
+  auto& cameras = open.hull.empty_cameras;
+  std::sort(cameras.begin(), cameras.end());
+  cameras.erase(std::unique(cameras.begin(), cameras.end()), cameras.end());
+  return std::move(open.hull);
+}
+
+void TileAssembler::drop_before(std::uint64_t frame) {
+  const auto end = open_.lower_bound(frame);
+  for (auto it = open_.begin(); it != end; ++it)
+    newest_stamp_ns_ = std::max(newest_stamp_ns_, it->second.hull.capture_stamp_ns);
+  counts_.incomplete += std::uint64_t(std::distance(open_.begin(), end));
+  open_.erase(open_.begin(), end);
+  first_wanted_ = std::max(first_wanted_, frame);
+}
+
+void TileAssembler::reject(const ReceivedTile& tile, const std::string& reason) {
+  ++counts_.rejected[reason];
+  last_rejection_ =
+      "frame " + std::to_string(tile.frame) + ", tile " + std::to_string(tile.tile) + ": " + reason;
+}
+
+}  // namespace fivepipe::render

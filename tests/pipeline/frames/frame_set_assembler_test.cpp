@@ -1,0 +1,144 @@
+#include <gtest/gtest.h>
+
+#include "common/pipeline/frames/frame_set_assembler.h"
+
+namespace fivepipe::frames {
+namespace {
+
+config::Rig rig_of(int cameras) {
+  config::Rig rig;
+  for (int i = 0; i < cameras; ++i) {
+    config::RigCamera camera;
+    camera.name = "c" + std::to_string(i);
+    camera.source = camera.published = {64, 48, 50, 50, 31.5, 23.5};
+    rig.cameras.push_back(camera);
+  }
+  return rig;
+}
+
+CameraMap map_of(std::size_t camera, std::uint64_t frame, bool with_object = true) {
+  CameraMap map{camera, frame, std::int64_t(1000 * frame + 10 * camera),
+                hull::ObjectPixels(64, 48)};
+  if (with_object) map.pixels.set(5, 6);
+  return map;
+}
+
+std::vector<std::uint64_t> frames_of(const std::vector<FrameSet>& sets) {
+  std::vector<std::uint64_t> frames;
+  for (const FrameSet& set : sets) frames.push_back(set.frame);
+  return frames;
+}
+
+TEST(FrameSetAssembler, CompletesInAnyCameraOrderAndReportsSkew) {
+  FrameSetAssembler sets(rig_of(3));
+  EXPECT_TRUE(sets.add(map_of(2, 7)).empty());
+  EXPECT_TRUE(sets.add(map_of(0, 7)).empty());
+  const auto complete = sets.add(map_of(1, 7));
+  ASSERT_EQ(complete.size(), 1u);
+  EXPECT_EQ(complete[0].silhouettes.size(), 3u);
+  EXPECT_EQ(complete[0].capture_stamp_ns, 7000);
+  EXPECT_EQ(complete[0].skew_ns, 20);
+}
+
+TEST(FrameSetAssembler, MapsOfDifferentFramesAreNeverCombined) {
+  FrameSetAssembler sets(rig_of(2));
+  EXPECT_TRUE(sets.add(map_of(0, 1)).empty());
+  EXPECT_TRUE(sets.add(map_of(1, 2)).empty());
+  EXPECT_EQ(frames_of(sets.add(map_of(0, 2))), std::vector<std::uint64_t>{2});
+  EXPECT_EQ(sets.take_drops().at("incomplete_set"), 1u);
+  EXPECT_TRUE(sets.add(map_of(1, 1)).empty());
+  EXPECT_EQ(sets.take_drops().at("late_map"), 1u);
+}
+
+TEST(FrameSetAssembler, DuplicateMapIsCountedAndDropped) {
+  FrameSetAssembler sets(rig_of(2));
+  sets.add(map_of(0, 1));
+  sets.add(map_of(0, 1, false));
+  EXPECT_EQ(sets.take_drops().at("repeated_map"), 1u);
+  EXPECT_TRUE(sets.add(map_of(1, 1))[0].empty_cameras.empty());
+}
+
+TEST(FrameSetAssembler, ReportsEmptyCameras) {
+  FrameSetAssembler sets(rig_of(2));
+  sets.add(map_of(0, 1));
+  EXPECT_EQ(sets.add(map_of(1, 1, false))[0].empty_cameras, std::vector<std::string>{"c1"});
+}
+
+TEST(FrameSetAssembler, MapsOfOneFrameNumberFromDifferentRunsAreNeverCombined) {
+  FrameSetAssembler sets(rig_of(2));
+  CameraMap before = map_of(0, 3), after = map_of(1, 3), after_too = map_of(0, 3);
+  before.capture_stamp_ns = 1'000'000'000;
+  after.capture_stamp_ns = after_too.capture_stamp_ns = 2'000'000'000;
+  EXPECT_TRUE(sets.add(before).empty());
+  EXPECT_TRUE(sets.add(after).empty());
+  EXPECT_EQ(sets.take_drops().at("incomplete_set"), 1u);
+  EXPECT_TRUE(sets.add(before).empty());
+  EXPECT_EQ(sets.take_drops().at("late_map"), 1u);
+  const auto complete = sets.add(after_too);
+  ASSERT_EQ(complete.size(), 1u);
+  EXPECT_EQ(complete[0].skew_ns, 0);
+}
+
+TEST(FrameSetAssembler, LostCameraRejoins) {
+  FrameSetAssembler sets(rig_of(2));
+  sets.add(map_of(0, 0));
+  EXPECT_EQ(sets.add(map_of(1, 0)).size(), 1u);
+  std::uint64_t frame = 1;
+  while (sets.add(map_of(0, frame)).empty()) ASSERT_LE(++frame, 100u);
+  EXPECT_EQ(frame, FrameSetAssembler::kLostAfterFrames);
+  const auto without = sets.add(map_of(0, frame + 1));
+  ASSERT_EQ(without.size(), 1u);
+  EXPECT_EQ(without[0].lost_cameras, std::vector<std::string>{"c1"});
+  EXPECT_EQ(without[0].silhouettes.size(), 1u);
+  sets.add(map_of(1, frame + 2));
+  const auto with = sets.add(map_of(0, frame + 2));
+  ASSERT_EQ(with.size(), 1u);
+  EXPECT_EQ(with[0].silhouettes.size(), 2u);
+}
+
+// Maps that waited are taken camera by camera, and pacing makes frame numbers jump: neither is a
+// camera's loss.
+TEST(FrameSetAssembler, SequentialReadsDoNotLoseCameras) {
+  FrameSetAssembler sets(rig_of(3));
+  std::vector<std::uint64_t> complete;
+  for (std::size_t camera = 0; camera < 3; ++camera)
+    for (const std::uint64_t frame : {0, 40, 80, 120, 160})
+      for (const FrameSet& set : sets.add(map_of(camera, frame))) {
+        complete.push_back(set.frame);
+        EXPECT_EQ(set.silhouettes.size(), 3u);
+      }
+  EXPECT_EQ(complete, (std::vector<std::uint64_t>{0, 40, 80, 120, 160}));
+  EXPECT_TRUE(sets.take_drops().empty());
+}
+
+TEST(FrameSetAssembler, IsBoundedWhenACameraIsSilent) {
+  FrameSetAssembler sets(rig_of(2));
+  std::uint64_t dropped = 0;
+  for (std::uint64_t frame = 0; frame < FrameSetAssembler::kLostAfterFrames; ++frame)
+    sets.add(map_of(0, frame));
+  for (const auto& [reason, n] : sets.take_drops()) dropped += n;
+  EXPECT_EQ(dropped, FrameSetAssembler::kLostAfterFrames - FrameSetAssembler::kMaxIncompleteSets);
+}
+
+TEST(FrameSetAssembler, FollowsRestartedCapture) {
+  FrameSetAssembler sets(rig_of(1));
+  CameraMap first = map_of(0, 5000), restarted = map_of(0, 0), next = map_of(0, 1);
+  first.capture_stamp_ns = 1'000'000'000;
+  restarted.capture_stamp_ns = 2'000'000'000;
+  next.capture_stamp_ns = 2'033'000'000;
+  EXPECT_EQ(sets.add(first).size(), 1u);
+  EXPECT_EQ(sets.add(restarted).size(), 1u);
+  EXPECT_EQ(sets.add(next).size(), 1u);
+}
+
+TEST(FrameSetAssembler, FollowsEarlyCaptureRestart) {
+  FrameSetAssembler sets(rig_of(1));
+  CameraMap first = map_of(0, 3), restarted = map_of(0, 0);
+  first.capture_stamp_ns = 1'000'000'000;
+  restarted.capture_stamp_ns = 1'500'000'000;
+  EXPECT_EQ(sets.add(first).size(), 1u);
+  EXPECT_EQ(sets.add(restarted).size(), 1u);
+}
+
+}  // namespace
+}  // namespace fivepipe::frames

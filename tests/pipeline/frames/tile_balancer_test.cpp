@@ -1,0 +1,145 @@
+// Who reconstructs which tile.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "common/pipeline/frames/tile_balancer.h"
+
+namespace fivepipe::frames {
+namespace {
+
+config::ReconConfig config(int columns, int rows, int shares, bool balance = true,
+                           config::ReconSplit split = config::ReconSplit::tiles) {
+  config::ReconConfig recon;
+  recon.tile_columns = columns, recon.tile_rows = rows, recon.worker_count = shares,
+  recon.balance = balance, recon.split = split;
+  return recon;
+}
+
+// All shares' costs of a frame, as each reports the tiles that it owned; `silent` reports none.
+void add_frame(TileBalancer& tile_balancer, std::uint64_t frame, int shares,
+               const std::vector<float>& cost_ms, int silent = -1) {
+  const auto owner = tile_balancer.next();
+  for (int share = 0; share < shares; ++share) {
+    if (share == silent) continue;
+    std::vector<std::uint16_t> tiles;
+    std::vector<float> costs;
+    for (std::size_t tile = 0; tile < owner.size(); ++tile)
+      if (owner[tile] == share)
+        tiles.push_back(std::uint16_t(tile)), costs.push_back(cost_ms[tile]);
+    EXPECT_TRUE(tile_balancer.add(frame, share, tiles, costs));
+  }
+}
+
+double worst_load(const std::vector<std::uint8_t>& owner, const std::vector<float>& cost_ms,
+                  int shares) {
+  std::vector<double> load(std::size_t(shares), 0.0);
+  for (std::size_t tile = 0; tile < owner.size(); ++tile) load.at(owner[tile]) += cost_ms[tile];
+  return *std::max_element(load.begin(), load.end());
+}
+
+TEST(TileBalancer, RoundRobinUntilCostsAreKnown) {
+  TileBalancer balancer(config(4, 3, 2));
+  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+  for (int frame = 0; frame + 1 < TileBalancer::kAveragedFrames; ++frame)
+    add_frame(balancer, std::uint64_t(frame), 2, std::vector<float>(12, 0.1f));
+  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+}
+
+TEST(TileBalancer, BalancesTileCosts) {
+  std::mt19937_64 random(2);
+  for (int n = 2; n <= 4; ++n) {
+    std::vector<float> cost;
+    for (int tile = 0; tile < 48; ++tile)
+      cost.push_back(tile % 8 < 2 ? std::uniform_real_distribution<float>(0.5f, 2)(random)
+                                  : 0.01f);  // an object at one side
+    TileBalancer balancer(config(8, 6, n));
+    for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balancer, frame, n, cost);
+    const double even = std::accumulate(cost.begin(), cost.end(), 0.0) / n,
+                 worst = worst_load(balancer.next(), cost, n);
+    EXPECT_LT(worst, 1.15 * even);
+    EXPECT_LT(worst, worst_load(round_robin_tiles(8, 6, n), cost, n));
+  }
+}
+
+TEST(TileBalancer, AdaptsToMovingObject) {
+  std::vector<float> left(12, 0.0f), right(12, 0.0f);
+  left[0] = left[4] = 2, right[3] = right[7] = 2;
+  TileBalancer balancer(config(4, 3, 2));
+  for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balancer, frame, 2, left);
+  EXPECT_EQ(worst_load(balancer.next(), left, 2), 2);
+  for (std::uint64_t frame = 8; frame < 16; ++frame) add_frame(balancer, frame, 2, right);
+  EXPECT_EQ(worst_load(balancer.next(), right, 2), 2);
+}
+
+TEST(TileBalancer, RoundRobinWhenANodeReportsNoCosts) {
+  TileBalancer balancer(config(4, 3, 2));
+  std::vector<float> cost(12, 0.0f);
+  cost[0] = 5, cost[2] = 5;  // by turns both are of share 0
+  for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balancer, frame, 2, cost);
+  EXPECT_NE(balancer.next(), round_robin_tiles(4, 3, 2));
+  for (std::uint64_t frame = 8; frame < 16; ++frame) add_frame(balancer, frame, 2, cost, 1);
+  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+  for (std::uint64_t frame = 16; frame < 24; ++frame) add_frame(balancer, frame, 2, cost);
+  EXPECT_NE(balancer.next(), round_robin_tiles(4, 3, 2));
+}
+
+TEST(TileBalancer, ResultIsIndependentOfReportOrder) {
+  std::mt19937_64 random(3);
+  std::vector<std::array<int, 2>> reports;  // frame, share
+  for (int frame = 0; frame < 6; ++frame)
+    for (int share = 0; share < 2; ++share) reports.push_back({frame, share});
+  std::vector<std::vector<std::uint8_t>> answers;
+  for (int round = 0; round < 5; ++round) {
+    std::shuffle(reports.begin(), reports.end(), random);
+    TileBalancer balancer(config(4, 3, 2));
+    for (const auto& [frame, share] : reports) {
+      std::vector<std::uint16_t> tiles;
+      std::vector<float> costs;
+      for (int tile = share; tile < 12; tile += 2)
+        tiles.push_back(std::uint16_t(tile)), costs.push_back(float(1 + tile * frame % 5));
+      EXPECT_TRUE(balancer.add(std::uint64_t(frame), share, tiles, costs));
+    }
+    answers.push_back(balancer.next());
+  }
+  for (const auto& answer : answers) EXPECT_EQ(answer, answers.front());
+}
+
+TEST(TileBalancer, RejectsInvalidCosts) {
+  TileBalancer balancer(config(4, 3, 2));
+  const std::vector<std::uint16_t> tiles{0, 11};
+  EXPECT_FALSE(balancer.add(1, 0, tiles, std::vector<float>{1}));
+  EXPECT_FALSE(balancer.add(1, 2, tiles, std::vector<float>{1, 2}));
+  EXPECT_FALSE(balancer.add(1, -1, tiles, std::vector<float>{1, 2}));
+  EXPECT_FALSE(balancer.add(1, 0, std::vector<std::uint16_t>{12}, std::vector<float>{1}));
+  EXPECT_FALSE(
+      balancer.add(1, 0, tiles, std::vector<float>{1, std::numeric_limits<float>::quiet_NaN()}));
+  EXPECT_FALSE(balancer.add(1, 0, tiles, std::vector<float>{1, -1}));
+}
+
+TEST(TileBalancer, WholeFramesAreRoundRobin) {
+  TileBalancer balancer(config(4, 3, 3, true, config::ReconSplit::frames));
+  std::vector<int> taken(3);
+  for (int frame = 0; frame < 30; ++frame) {
+    const auto owner = balancer.next();
+    ASSERT_EQ(owner.size(), 12u);
+    for (const auto o : owner) EXPECT_EQ(o, owner.front());
+    ++taken.at(owner.front());
+  }
+  EXPECT_EQ(taken, (std::vector<int>{10, 10, 10}));
+}
+
+TEST(TileBalancer, RoundRobinWithoutBalancing) {
+  TileBalancer balancer(config(4, 3, 2, false));
+  std::vector<float> cost(12, 0.0f);
+  cost[0] = 5;
+  for (std::uint64_t frame = 0; frame < 20; ++frame) add_frame(balancer, frame, 2, cost);
+  EXPECT_EQ(balancer.next(), round_robin_tiles(4, 3, 2));
+}
+
+}  // namespace
+}  // namespace fivepipe::frames

@@ -1,0 +1,117 @@
+#include "common/recording/replay/loss_detector.h"
+
+#include <gtest/gtest.h>
+
+namespace fivepipe::replay {
+namespace {
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000, kRecorderStarts_ns = 1'700'000'000 * kSecond_ns;
+const std::string kNode = "capture", kTopic = "maps";
+
+// A node that sends 100 messages a second, of which some do not come, and a status twice a second.
+class LossDetectorTest : public testing::Test {
+ protected:
+  LossDetector loss_detector_{kRecorderStarts_ns};
+  std::uint64_t sent_ = 0;
+
+  static std::int64_t stamp(double s) {
+    return kRecorderStarts_ns + std::int64_t(s * double(kSecond_ns));
+  }
+  void report(double at_s, double start_s) {
+    loss_detector_.add_status({kNode, stamp(start_s), stamp(at_s), {{kTopic, sent_}}, false});
+  }
+  // From and to: seconds after the recorder's start. Heard: the recorder takes what comes.
+  void run(double start_s, double from_s, double to_s, bool heard = true) {
+    for (int i = int(from_s * 100); i < int(to_s * 100); ++i) {
+      if (heard && i % 50 == 0) report(0.01 * i, start_s);
+      ++sent_;
+      if (heard) loss_detector_.received(kNode, kTopic, stamp(0.01 * i + 0.001));
+    }
+  }
+  SentByNode only() const {
+    const auto all = loss_detector_.compared();
+    EXPECT_EQ(all.size(), 1u);
+    return all.empty() ? SentByNode{} : all.front();
+  }
+};
+
+TEST_F(LossDetectorTest, NothingIsMissingFromStart) {
+  run(1, 1, 3);
+  report(3, 1);
+  EXPECT_EQ(only().sent, 200u);
+  EXPECT_EQ(only().received, 200u);
+  EXPECT_TRUE(loss_detector_.unverified_nodes(stamp(4)).empty());
+}
+
+TEST_F(LossDetectorTest, CountsLossesOfLateProcessDespiteMissedStatuses) {
+  run(1, 1, 2, false);
+  run(1, 2, 3);
+  report(3, 1);
+  EXPECT_EQ(only().missing(), 100u);
+}
+
+// The recorder came late, stood still for two seconds, and went on.
+TEST_F(LossDetectorTest, LateRecorderCountsLossesExactly) {
+  run(-10, -10, 0, false);
+  run(-10, 0, 2);
+  run(-10, 2, 4, false);
+  run(-10, 4, 6);
+  report(6, -10);
+  // From the second status on, and a tenth of a second before it.
+  EXPECT_EQ(only().sent, 550u);
+  EXPECT_EQ(only().received, 360u);
+  EXPECT_EQ(only().missing(), 190u);
+}
+
+TEST_F(LossDetectorTest, LateRecorderWithoutLossesReportsNone) {
+  run(-10, -10, 0, false);
+  run(-10, 0, 3);
+  report(3, -10);
+  EXPECT_EQ(only().missing(), 0u);
+}
+
+// Sent before the second status, and taken after it.
+TEST_F(LossDetectorTest, MessagesInTransitDoNotHideLosses) {
+  run(-10, -10, 0, false);
+  run(-10, 0, 0.6);
+  for (int i = 0; i < 1000; ++i) loss_detector_.received(kNode, kTopic, stamp(0.2));
+  run(-10, 0.6, 2.6, false);
+  report(3, -10);
+  EXPECT_EQ(only().missing(), 190u);
+}
+
+TEST_F(LossDetectorTest, ARestartedProcessCountsFromZeroAgain) {
+  run(1, 1, 2);
+  report(2, 1);
+  sent_ = 0;
+  run(3, 3, 4, false);
+  run(3, 4, 5);
+  report(5, 3);
+  EXPECT_EQ(only().sent, 300u);
+  EXPECT_EQ(only().missing(), 100u);
+}
+
+TEST_F(LossDetectorTest, ListsNodesWithTooFewStatuses) {
+  loss_detector_.received("silent", kTopic, stamp(1));
+  run(-10, 0, 0.4);
+  EXPECT_TRUE(loss_detector_.compared().empty());
+  EXPECT_EQ(loss_detector_.unverified_nodes(stamp(1)), (std::set<std::string>{"silent", kNode}));
+}
+
+TEST_F(LossDetectorTest, ListsNodesWithoutFinalStatus) {
+  run(1, 1, 3);
+  EXPECT_EQ(loss_detector_.unverified_nodes(stamp(6)), std::set<std::string>{kNode});
+  loss_detector_.add_status({kNode, stamp(1), stamp(3), {{kTopic, sent_}}, true});
+  EXPECT_TRUE(loss_detector_.unverified_nodes(stamp(6)).empty());
+}
+
+// Their stamps are those of the recording.
+TEST_F(LossDetectorTest, IgnoresReplayedStatuses) {
+  sent_ = 500;
+  report(-100, -200);
+  report(-99, -200);
+  EXPECT_TRUE(loss_detector_.compared().empty());
+}
+
+}  // namespace
+}  // namespace fivepipe::replay

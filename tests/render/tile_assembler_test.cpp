@@ -1,0 +1,278 @@
+#include "render_node/tile_assembler.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <climits>
+#include <limits>
+#include <numeric>
+#include <random>
+
+namespace fivepipe::render {
+namespace {
+
+constexpr double kNear_m = 0.1, kFar_m = 4.0;
+const geometry::Pinhole kRecon = geometry::pinhole_from_fov(32, 24, 1.0);
+
+// A message with its payload: a view of 2 x 2 tiles of 16 x 12 pixels, each with hits in its middle
+// 8 x 4.
+struct Message {
+  std::vector<float> depth_m;
+  std::vector<std::uint8_t> bgr;
+  ReceivedTile tile;
+  const ReceivedTile& get() {
+    tile.depth_m = depth_m;
+    tile.bgr = bgr;
+    return tile;
+  }
+};
+
+Message message(std::uint64_t frame, std::uint32_t index) {
+  Message m;
+  m.tile.frame = frame;
+  m.tile.capture_stamp_ns = 1'000'000 + std::int64_t(frame) * 33'000'000;
+  m.tile.tile = index;
+  m.tile.tiles = 4;
+  m.tile.eye_from_world = geometry::look_at({0, -1, double(frame) * 1e-3}, {0, 0, 0});
+  m.tile.recon = kRecon;
+  const int u = int(index % 2) * 16, v = int(index / 2) * 12;
+  m.tile.rect = {u, v, u + 16, v + 12};
+  m.tile.covered = {u + 4, v + 4, u + 12, v + 8};
+  for (int i = 0; i < 32; ++i) {
+    m.depth_m.push_back(0.5f + 0.01f * float(i) + float(index));
+    for (int c = 0; c < 3; ++c) m.bgr.push_back(std::uint8_t(index * 60 + unsigned(i)));
+  }
+  return m;
+}
+
+TileAssembler sets() { return {kRecon, kNear_m, kFar_m}; }
+
+std::optional<HullFrame> add(TileAssembler& sets, std::uint64_t frame, std::uint32_t index) {
+  return sets.add(message(frame, index).get());
+}
+
+TEST(TileAssembler, AssemblesTilesInAnyOrder) {
+  std::array<std::uint32_t, 4> order = {0, 1, 2, 3};
+  do {
+    TileAssembler tiles = sets();
+    for (int i = 0; i < 3; ++i) ASSERT_FALSE(add(tiles, 7, order[i]));
+    const auto hull = add(tiles, 7, order[3]);
+    ASSERT_TRUE(hull);
+    EXPECT_EQ(hull->frame, 7u);
+    EXPECT_EQ(hull->capture_stamp_ns, message(7, 0).tile.capture_stamp_ns);
+    EXPECT_TRUE(hull->eye_from_world.isApprox(message(7, 0).tile.eye_from_world));
+    EXPECT_EQ(hull->covered, (hull::PixelRect{4, 4, 28, 20}));
+    for (int v = 0; v < 24; ++v)
+      for (int u = 0; u < 32; ++u) {
+        const int index = v / 12 * 2 + u / 16, du = u % 16 - 4, dv = v % 12 - 4;
+        const bool hit = du >= 0 && du < 8 && dv >= 0 && dv < 4;
+        const std::size_t px = std::size_t(v) * 32 + std::size_t(u);
+        ASSERT_EQ(hull->depth_m[px],
+                  hit ? message(7, std::uint32_t(index)).depth_m[std::size_t(dv * 8 + du)]
+                      : hull::kNoHull)
+            << u << ' ' << v;
+        ASSERT_EQ(hull->bgr[3 * px + 2], hit ? index * 60 + dv * 8 + du : 0) << u << ' ' << v;
+      }
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
+TEST(TileAssembler, NewestFrameWinsAndOlderOnesAreCounted) {
+  TileAssembler tiles = sets();
+  add(tiles, 1, 0);
+  add(tiles, 2, 0);
+  for (std::uint32_t i = 0; i < 3; ++i) add(tiles, 3, i);
+  EXPECT_TRUE(add(tiles, 3, 3));
+  EXPECT_EQ(tiles.counts().incomplete, 2u);
+  EXPECT_EQ(tiles.open_frames(), 0u);
+  EXPECT_FALSE(add(tiles, 2, 1));
+  EXPECT_EQ(tiles.counts().late, 1u);
+  EXPECT_FALSE(add(tiles, 3, 1));
+  EXPECT_EQ(tiles.counts().duplicate, 1u);
+}
+
+TEST(TileAssembler, NewerFrameCompletesAfterOvertaking) {
+  TileAssembler tiles = sets();
+  for (std::uint32_t i = 0; i < 2; ++i) add(tiles, 5, i);
+  for (std::uint32_t i = 0; i < 3; ++i) add(tiles, 4, i);
+  EXPECT_TRUE(add(tiles, 4, 3));
+  add(tiles, 5, 2);
+  EXPECT_TRUE(add(tiles, 5, 3));
+  EXPECT_EQ(tiles.counts().complete, 2u);
+  EXPECT_EQ(tiles.counts().incomplete, 0u);
+}
+
+TEST(TileAssembler, OpenFramesAreBounded) {
+  TileAssembler tiles = sets();
+  for (std::uint64_t frame = 0; frame < 1000; ++frame) {
+    EXPECT_FALSE(add(tiles, frame, 0));
+    EXPECT_LE(tiles.open_frames(), TileAssembler::kMaxOpenFrames);
+  }
+  EXPECT_EQ(tiles.counts().incomplete, 1000 - TileAssembler::kMaxOpenFrames);
+  EXPECT_FALSE(add(tiles, 10, 1));
+  EXPECT_EQ(tiles.counts().late, 1u);
+}
+
+TEST(TileAssembler, DuplicateTileOfRestartedNodeIsDropped) {
+  TileAssembler tiles = sets();
+  add(tiles, 1, 0);
+  Message again = message(1, 0);
+  again.depth_m[0] = 3.0f;
+  EXPECT_FALSE(tiles.add(again.get()));
+  EXPECT_EQ(tiles.counts().duplicate, 1u);
+  for (std::uint32_t i = 1; i < 3; ++i) add(tiles, 1, i);
+  const auto hull = add(tiles, 1, 3);
+  ASSERT_TRUE(hull);
+  EXPECT_EQ(hull->depth_m[4 * 32 + 4], 0.5f);
+}
+
+TEST(TileAssembler, FollowsRestartedSource) {
+  TileAssembler tiles = sets();
+  for (std::uint32_t i = 0; i < 4; ++i) add(tiles, 1000, i);
+  std::optional<HullFrame> hull;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    Message m = message(0, i);
+    m.tile.capture_stamp_ns = message(1000, 0).tile.capture_stamp_ns + 5'000'000;
+    hull = tiles.add(m.get());
+  }
+  EXPECT_TRUE(hull);
+  EXPECT_EQ(tiles.counts().restarts, 1u);
+  EXPECT_EQ(tiles.counts().late, 0u);
+}
+
+TEST(TileAssembler, EmptyHullCompletesWithReason) {
+  TileAssembler tiles = sets();
+  std::optional<HullFrame> hull;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    Message m = message(1, i);
+    m.tile.covered = {};
+    m.depth_m.clear();
+    m.bgr.clear();
+    m.tile.empty_cameras = {"right", "left"};
+    hull = tiles.add(m.get());
+  }
+  ASSERT_TRUE(hull);
+  EXPECT_TRUE(hull->covered.empty());
+  EXPECT_EQ(hull->empty_cameras, (std::vector<std::string>{"left", "right"}));
+  EXPECT_EQ(std::count(hull->depth_m.begin(), hull->depth_m.end(), hull::kNoHull), 32 * 24);
+}
+
+TEST(TileAssembler, ColourIsAllOrNothing) {
+  TileAssembler tiles = sets();
+  std::optional<HullFrame> hull;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    Message m = message(1, i);
+    if (i == 2) m.bgr.clear();
+    hull = tiles.add(m.get());
+  }
+  ASSERT_TRUE(hull);
+  EXPECT_TRUE(hull->bgr.empty());
+}
+
+struct Refusal {
+  const char* reason;
+  void (*spoil)(Message&);
+};
+class TileAssemblerRefuses : public testing::TestWithParam<Refusal> {};
+
+// Tile 3 of a frame of which 0 to 2 are there: refused by name, and the right tile still completes
+// the frame.
+TEST_P(TileAssemblerRefuses, InvalidTileWithReason) {
+  TileAssembler tiles = sets();
+  for (std::uint32_t i = 0; i < 3; ++i) ASSERT_FALSE(add(tiles, 1, i));
+  Message bad = message(1, 3);
+  GetParam().spoil(bad);
+  EXPECT_FALSE(tiles.add(bad.get()));
+  ASSERT_EQ(tiles.counts().rejected.size(), 1u);
+  EXPECT_EQ(tiles.counts().rejected.begin()->first, GetParam().reason);
+  EXPECT_NE(tiles.last_rejection().find(GetParam().reason), std::string::npos);
+  EXPECT_TRUE(add(tiles, 1, 3));
+}
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+const Refusal kRefusals[] = {
+    {"bad tile number", [](Message& m) { m.tile.tile = 4; }},
+    {"bad tile number", [](Message& m) { m.tile.tiles = 0; }},
+    {"bad tile number", [](Message& m) { m.tile.tiles = UINT32_MAX; }},
+    {"number of tiles differs within the frame", [](Message& m) { m.tile.tiles = 6; }},
+    {"another view's pinhole", [](Message& m) { m.tile.recon.fx_px += 1; }},
+    {"another view's pinhole", [](Message& m) { m.tile.recon.width_px = INT_MAX; }},
+    {"another view's pinhole",
+     [](Message& m) { m.tile.recon.cx_px = std::numeric_limits<double>::quiet_NaN(); }},
+    {"unusable pose",
+     [](Message& m) {
+       m.tile.eye_from_world.translation().x() = std::numeric_limits<double>::quiet_NaN();
+     }},
+    {"unusable pose", [](Message& m) { m.tile.eye_from_world.linear().col(0) *= -1; }},
+    {"pose differs within the frame",
+     [](Message& m) { m.tile.eye_from_world.translation().x() += 1e-3; }},
+    {"capture stamp differs within the frame", [](Message& m) { m.tile.capture_stamp_ns += 1; }},
+    {"rect outside the view", [](Message& m) { m.tile.rect.u1_px += 1; }},
+    {"rect outside the view", [](Message& m) { m.tile.rect = {}; }},
+    {"rect outside the view",
+     [](Message& m) {
+       m.tile.rect = {INT_MIN, INT_MIN, INT_MAX, INT_MAX};
+     }},
+    {"rect overlaps another tile", [](Message& m) { m.tile.rect.u0_px -= 1; }},
+    {"covered rect outside its tile", [](Message& m) { m.tile.covered.v0_px = 11; }},
+    {"covered rect outside its tile",
+     [](Message& m) {
+       m.tile.covered = {INT_MIN, 13, INT_MAX, 14};
+     }},
+    {"wrong number of depths", [](Message& m) { m.depth_m.pop_back(); }},
+    {"wrong number of depths", [](Message& m) { m.depth_m.clear(); }},
+    {"wrong number of depths",
+     [](Message& m) {
+       m.tile.covered = {INT_MAX, 0, INT_MIN, 1};
+     }},
+    {"wrong number of colours", [](Message& m) { m.bgr.pop_back(); }},
+    {"depth not finite or outside near and far", [](Message& m) { m.depth_m[17] = kNaN; }},
+    {"depth not finite or outside near and far",
+     [](Message& m) { m.depth_m[0] = std::numeric_limits<float>::infinity(); }},
+    {"depth not finite or outside near and far", [](Message& m) { m.depth_m[0] = -1; }},
+    {"depth not finite or outside near and far", [](Message& m) { m.depth_m[0] = 0.05f; }},
+    {"depth not finite or outside near and far", [](Message& m) { m.depth_m[0] = 4.01f; }},
+};
+INSTANTIATE_TEST_SUITE_P(HardCases, TileAssemblerRefuses, testing::ValuesIn(kRefusals));
+
+TEST(TileAssembler, AcceptsDepthAtNearAndFar) {
+  TileAssembler tiles = sets();
+  Message m = message(1, 0);
+  m.depth_m.front() = float(kNear_m);
+  m.depth_m.back() = float(kFar_m);
+  tiles.add(m.get());
+  EXPECT_TRUE(tiles.counts().rejected.empty());
+}
+
+TEST(TileAssembler, RejectsTilesWithGaps) {
+  TileAssembler tiles = sets();
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    Message m = message(1, i);
+    if (i == 3) m.tile.rect.u1_px -= 1;
+    EXPECT_FALSE(tiles.add(m.get()));
+  }
+  EXPECT_EQ(tiles.counts().rejected.at("tiles leave gaps in the view"), 1u);
+  EXPECT_EQ(tiles.open_frames(), 0u);
+}
+
+// Whatever arrives in whatever order: each tile is accounted for once, and complete frames come
+// with growing numbers.
+TEST(TileAssembler, EveryTileIsCountedOnce) {
+  std::mt19937 random(5);
+  TileAssembler tiles = sets();
+  std::uint64_t accepted = 0, newest = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const std::uint64_t frame = 1 + std::uint64_t(i) / 8 + random() % 4;
+    const std::uint64_t refused_before = tiles.counts().late + tiles.counts().duplicate;
+    const auto hull = add(tiles, frame, random() % 4);
+    accepted += tiles.counts().late + tiles.counts().duplicate == refused_before;
+    if (!hull) continue;
+    EXPECT_GT(hull->frame, newest);
+    newest = hull->frame;
+  }
+  EXPECT_EQ(accepted + tiles.counts().late + tiles.counts().duplicate, 4000u);
+  EXPECT_GT(tiles.counts().complete, 50u);
+  EXPECT_TRUE(tiles.counts().rejected.empty());
+}
+
+}  // namespace
+}  // namespace fivepipe::render
