@@ -37,7 +37,7 @@ class VideoPipe {
         composited_(node.bus.reader<bus::topics::FrameComposited>()),
         tile_costs_(node.bus.reader<bus::topics::TileCosts>()),
         capture_(deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz,
-                 [this](std::string_view what, double fraction) { report_progress(what, share); }) {
+                 [this](std::string_view what, double fraction) { report_progress(what, fraction); }) {
     node_.status.diagnostic("start", "");
     for (const config::RigCamera& camera : deployment_.rig.cameras)
       if (config_.sources.contains(camera.name))

@@ -75,7 +75,7 @@ void WorkerPool::run_type_erased(int pieces, void* work, Call call) {
 
 void WorkerPool::worker_loop(int thread) {
   for (std::uint32_t seen = 0;;) {
-    if (!look([&] { return run_.load(std::memory_order_acquire) != seen; })) run_.wait(seen);
+    if (!spin_until([&] { return run_.load(std::memory_order_acquire) != seen; })) run_.wait(seen);
     seen = run_.load(std::memory_order_acquire);
     if (stop_) return;
     run_pieces(thread);

@@ -8,11 +8,11 @@ else()
     string(APPEND COMMIT "+")
   endif()
 endif()
-file(CONFIGURE OUTPUT ${OUT} CONTENT [[#include "common/version/version.h"
+file(CONFIGURE OUTPUT ${OUT} CONTENT [[#include "common/base/version.h"
 
-namespace fivepipe {
+namespace fivepipe::base {
 const char* version() { return "@VERSION@"; }
 const char* commit() { return "@COMMIT@"; }
 const char* build_type() { return "@BUILD_TYPE@"; }
-}  // namespace fivepipe
+}  // namespace fivepipe::base
 ]] @ONLY)

@@ -1,4 +1,4 @@
-#include "common/pipeline/messages/to_wire.h"
+#include "common/pipeline/messages/wire_conversions.h"
 
 #include <cmath>
 
