@@ -70,7 +70,7 @@ std::size_t ObjectPixels::count() const {
 }
 
 PixelRect ObjectPixels::bounds() const {
-  // All rows in one, a few columns at a time: in registers.
+  // ORs all rows together, kStep columns of words at a time, so that the words stay in registers.
   constexpr int kStep = 4;
   std::vector<std::uint64_t> columns(std::size_t(words_per_row_), 0);
   for (int first = 0; first < words_per_row_; first += kStep) {
