@@ -16,7 +16,8 @@ namespace {
 
 using namespace gl_hull;
 
-// Bindings of the shaders' storage blocks; the preparation and a view share the distances.
+// Bindings of the shaders' storage blocks. Both the preparation and the passes over a view use
+// kDistances.
 enum Binding {
   kBits = 0,
   kDistances = 1,
@@ -27,7 +28,7 @@ enum Binding {
   kWork = 3
 };
 static_assert(kMaxCameras == kMaxGlCameras);
-constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as its shader
+constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as in work.glsl
 
 int floor_to_multiple(int x, int of) { return x >= 0 ? x / of * of : -((-x + of - 1) / of * of); }
 
@@ -38,8 +39,8 @@ struct QueryCamera {
   PixelRect bounds;  // of its object pixels
 };
 
-// The order in which cameras are asked: smallest object first, it clears most; the rest only so
-// that the given order never shows.
+// Sorts the smallest object first, because it excludes most. The other keys make the order
+// independent of the given one.
 bool smaller_first(const QueryCamera& a, const QueryCamera& b) {
   const auto key = [](const QueryCamera& asked) {
     const geometry::Pinhole& k = asked.silhouette->camera.pinhole;
@@ -55,7 +56,7 @@ bool smaller_first(const QueryCamera& a, const QueryCamera& b) {
                                               b.silhouette->pixels.words());
 }
 
-// Bits of the crop, rows of whole words; the crop may reach over the image, where nothing is set.
+// Copies the bits of the crop in rows of whole words. Pixels of the crop outside the image stay 0.
 void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t words,
                std::uint32_t rows, std::uint32_t* to) {
   const int first = u0_px / 32, in_row = 2 * pixels.words_per_row();  // u0 is a multiple of 32
@@ -178,7 +179,7 @@ void GlHull::write_view(const View& view) {
     Eigen::Vector3d::Map(to.constant) = at_infinity.col(2);
     Eigen::Vector4i::Map(to.bounds) << m.bounds.u0_px, m.bounds.v0_px, m.bounds.u1_px,
         m.bounds.v1_px;
-    // Each word of bits has four of distances, and 32 columns.
+    // Each word of bits has 32 columns and four words of distances.
     Eigen::Vector4i::Map(to.pixels) << int(4 * m.first_pixel_word), int(4 * m.pixel_words),
         int(m.pixel_rows), int(32 * m.pixel_words);
     Eigen::Vector4i::Map(to.cells) << int(4 * m.first_cell_word), int(4 * m.cell_words),
@@ -188,8 +189,8 @@ void GlHull::write_view(const View& view) {
   view_buffer_.write(&block, offsetof(ViewBlock, maps) + maps_.size() * sizeof(ViewMap));
 }
 
-// Tiles are aligned in the view, not in a rect: a ray's arithmetic is the same however the view is
-// divided.
+// Tiles are aligned in the view, not in a rect, so that a ray's arithmetic does not depend on how
+// the view is divided into rects.
 void GlHull::write_candidates(std::span<const PixelRect> rects) {
   std::vector<Candidate> candidates;
   std::size_t rays = 0;

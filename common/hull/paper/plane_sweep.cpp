@@ -13,8 +13,7 @@
 namespace fivepipe::hull {
 namespace {
 
-// The z-buffer's range is wider than the sweep's by this factor, so that no plane is clipped by
-// rounding.
+// The z-buffer's range is larger than the sweep's by this factor, so that rounding clips no plane.
 constexpr double kClipSlack = 2.0;
 
 PixelRect hull_of(std::span<const PixelRect> rects) {
@@ -85,12 +84,12 @@ void PlaneSweep::set_silhouettes(std::span<const Silhouette> silhouettes) {
   }
 }
 
-// GL's rows count from the bottom.
+// OpenGL counts rows from the bottom.
 void PlaneSweep::scissor(const PixelRect& r) const {
   glScissor(r.u0_px, height_px() - r.v1_px, r.width_px(), r.height_px());
 }
 
-// Depth 0 passes no plane: pixels of no rect are never asked.
+// Clears the rects. Pixels outside all rects get window depth 0, which no plane passes.
 void PlaneSweep::clear(std::span<const PixelRect> rects, const PixelRect& around) const {
   const auto clear_one = [&](const PixelRect& rect, float window_depth) {
     const float no_hull[4] = {kNoHull, 0, 0, 0};
@@ -125,7 +124,8 @@ void PlaneSweep::sweep(const View& view, const SweepRange& range, const PixelRec
     const PixelRect reached = pixels_at_depth(half_spaces, depth_m, pixels);
     if (reached.empty()) continue;
     scissor(reached);
-    // Each camera counts on where all before it did; a pixel that one of them missed can't reach n.
+    // Each camera increments the pixels that all cameras before it have counted. A pixel that one
+    // of them missed cannot reach n.
     count_.use();
     glProgramUniform1f(count_.get(), 0, float(depth_m));
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
@@ -137,7 +137,7 @@ void PlaneSweep::sweep(const View& view, const SweepRange& range, const PixelRec
       maps_[i].texture.bind(0);
       glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     }
-    // Counted by all: keep the plane's depth. Every count goes back to zero for the next plane.
+    // Pixels with count n get the plane's depth. Their counts return to zero.
     keep_.use();
     glProgramUniform1f(keep_.get(), 0, float(depth_m));
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);

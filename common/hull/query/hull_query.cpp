@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Queries that a thread takes together: enough that taking them costs nothing beside them.
+// Queries per work item: large enough that the pool's overhead is negligible.
 constexpr int kBatchSize = 256;
 
 // Calls part(begin, end).
@@ -57,7 +57,7 @@ bool HullQuery::contains(const Vector3d& p_world_m) const {
   return all || seen >= hull_->rule().min_seen;
 }
 
-// Calls take(interval) until it returns false.
+// Calls take(interval) for each interval until it returns false.
 template <class Take>
 void HullQuery::each_interval(const geometry::Ray& ray, double near, double far,
                               const Take& take) const {
