@@ -18,7 +18,6 @@ namespace fivepipe::hull {
 // with Limits::all and have no effect with Limits::seen. `unusable`: the camera is not finite, so
 // there is no hull.
 enum class CameraVerdict { object, empty, behind, outside_image, unusable };
-const char* to_string(CameraVerdict verdict);
 
 struct CameraDiagnosis {
   CameraVerdict verdict;
@@ -33,8 +32,7 @@ struct PointDiagnosis {
   std::vector<CameraDiagnosis> cameras;  // in the order of the silhouettes
   // Indices of the cameras that remove the point while all others keep it: at most one.
   std::vector<int> alone;
-  int seen_by = 0;  // number of cameras with the point in front of them and inside their image
-  bool too_few;     // no camera removes the point, but fewer see it than the rule requires
+  bool too_few;  // no camera removes the point, but fewer see it than the rule requires
 };
 // A point that is not finite is not in the hull, and no camera removes it.
 PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes,

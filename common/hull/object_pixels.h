@@ -27,9 +27,6 @@ class ObjectPixels {
  public:
   ObjectPixels() = default;
   ObjectPixels(int width_px, int height_px);  // no object pixel; sizes >= 0
-  // Converts one byte per pixel, row-major without padding; non-zero means object. mask.size() must
-  // be width * height.
-  static ObjectPixels from_bytes(int width_px, int height_px, std::span<const std::uint8_t> mask);
 
   int width_px() const { return width_px_; }
   int height_px() const { return height_px_; }

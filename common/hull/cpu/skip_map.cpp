@@ -219,21 +219,5 @@ void SkipMap::make(Quadrant box) {
   made_[std::size_t(box)] = true;
 }
 
-void SkipMap::make_all() {
-  for (int box = 0; box < kQuadrants; ++box)
-    if (!has(Quadrant(box))) make(Quadrant(box));
-}
-
-int SkipMap::min_extent(int u_px, int v_px) const {
-  int least = kExtents_px.back();
-  bool object = false;
-  for (int box = 0; box < kQuadrants; ++box) {
-    const int r = at(Quadrant(box), u_px, v_px);
-    object = r < 0;
-    least = std::min(least, std::abs(r));
-  }
-  return object ? -least : least;
-}
-
 }  // namespace fivepipe::hull
 #endif

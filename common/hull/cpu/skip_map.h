@@ -45,7 +45,6 @@ class SkipMap {
   // concurrently.
   void make(Quadrant box);
   bool has(Quadrant box) const { return made_[std::size_t(box)]; }
-  void make_all();
 
   const PixelRect& bounds() const { return bounds_; }  // bounds of the object pixels
   // The stored region: the bounds and a margin, which may extend beyond the image. Empty if there
@@ -62,10 +61,6 @@ class SkipMap {
       return beyond + kMargin_px;
     return bytes(box)[std::ptrdiff_t(v - stored_.v0_px) * stride_ + (u - stored_.u0_px)];
   }
-  // The same for all four quadrants: r > 0 if no pixel less than r columns and rows away is an
-  // object pixel, r < 0 if all pixels less than -r away are. Requires all quadrants.
-  int min_extent(int u_px, int v_px) const;
-
   // at() of the pixels of stored(), row by row, `stride` bytes apart. Up to three bytes after the
   // last row are readable.
   const std::int8_t* bytes(Quadrant box) const {

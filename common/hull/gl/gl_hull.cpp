@@ -143,7 +143,6 @@ void GlHull::prepare() {
   const Strips none{{0, 1, 1}, 0};
   strip_buffer_.reserve(sizeof none + all_strips * 2 * sizeof(std::uint32_t));
   strip_buffer_.write(&none, sizeof none);
-  prepare_timer_.begin();
   bit_buffer_.bind_storage(kBits);
   distance_buffer_.bind_storage(kDistances);
   grid_buffer_.bind_storage(kGrids);
@@ -158,7 +157,6 @@ void GlHull::prepare() {
   distances_.use();
   glDispatchComputeIndirect(offsetof(Strips, groups));
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-  prepare_timer_.end();
 }
 
 void GlHull::write_view(const View& view) {
@@ -264,12 +262,10 @@ void GlHull::trace(const View& view, std::span<const PixelRect> rects) {
                       std::isfinite(view.far_m);
   const std::span<const PixelRect> asked = empty_ || !usable ? std::span<const PixelRect>() : rects;
   write_candidates(asked);
-  trace_timer_.begin();
   if (candidates_ > 0) {
     write_view(view);
     run(maps_.size());
   }
-  trace_timer_.end();
 }
 
 const gl::GlTexture& GlHull::depth() const {
@@ -292,10 +288,6 @@ std::vector<DepthTile> GlHull::depth(const View& view, std::span<const PixelRect
   std::vector<DepthTile> tiles;
   for (const PixelRect& rect : rects) tiles.push_back(read_back(rect));
   return tiles;
-}
-
-DepthTile GlHull::depth(const View& view, const PixelRect& rect) {
-  return std::move(depth(view, std::span(&rect, 1)).front());
 }
 
 GlHull::Counts GlHull::counts() const {

@@ -47,12 +47,8 @@ class GlHull {
 
   // trace(), then read_back() of every rect.
   std::vector<DepthTile> depth(const View& view, std::span<const PixelRect> rects);
-  DepthTile depth(const View& view, const PixelRect& rect);
 
-  // GPU time of the last set_silhouettes() and trace() [ms]; both wait for the GPU.
-  double prepare_ms() const { return prepare_timer_.elapsed_ms(); }
-  double trace_ms() const { return trace_timer_.elapsed_ms(); }
-  // What the last trace() did; waits for the GPU.
+  // Counts of the last trace(). Waits for the GPU. Tests use it to prove that both passes run.
   struct Counts {
     std::size_t tiles, traced_tiles, rays_in_double;
   };
@@ -83,7 +79,6 @@ class GlHull {
   std::vector<RaysProgram> rays_;
   gl::GlBuffer bit_buffer_, distance_buffer_, grid_buffer_, strip_buffer_, view_buffer_,
       candidate_buffer_, tile_buffer_, work_buffer_;
-  gl::GlTimer prepare_timer_, trace_timer_;
   std::unique_ptr<gl::GlTexture> depth_;
   std::vector<Map> maps_;
   std::vector<std::uint32_t> bits_;  // all crops, then room for their cells

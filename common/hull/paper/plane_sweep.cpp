@@ -189,9 +189,4 @@ std::vector<DepthTile> PlaneSweep::depth(const View& view, const SweepRange& ran
   return tiles;
 }
 
-DepthTile PlaneSweep::depth(const View& view, const SweepRange& range,
-                            const PixelRect& rect) const {
-  return std::move(depth(view, range, std::span(&rect, 1)).front());
-}
-
 }  // namespace fivepipe::hull

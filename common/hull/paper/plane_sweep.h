@@ -47,7 +47,6 @@ class PlaneSweep {
   // The depths of a rect do not depend on the other rects.
   std::vector<DepthTile> depth(const View& view, const SweepRange& range,
                                std::span<const PixelRect> rects) const;
-  DepthTile depth(const View& view, const SweepRange& range, const PixelRect& rect) const;
 
  private:
   struct MapTexture {

@@ -48,10 +48,6 @@ class HullQuery {
   // contains() for many points, in the hull's pool. Writes 0 or 1 per point to `inside`, which must
   // have the same size. The result does not depend on the number of threads.
   void contains(std::span<const Eigen::Vector3d> p_world_m, std::span<std::uint8_t> inside) const;
-  void free_radius_m(std::span<const Eigen::Vector3d> p_world_m, std::span<double> radius_m) const;
-  void solid_radius_m(std::span<const Eigen::Vector3d> p_world_m, std::span<double> radius_m) const;
-  void first_entry(std::span<const geometry::Ray> rays, double near, double far,
-                   std::span<double> entry) const;  // kNever where there is none
 
   const CpuHull& hull() const { return *hull_; }
 

@@ -42,9 +42,5 @@ struct ContourFit {
 };
 ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px,
                        const Eigen::Vector2d& uv_px);
-inline Eigen::Vector2d contour_normal(const ContourMap& map, int u_px, int v_px, int du_px,
-                                      int dv_px, const Eigen::Vector2d& uv_px) {
-  return contour_fit(map, u_px, v_px, du_px, dv_px, uv_px).normal;
-}
 
 }  // namespace fivepipe::hull
