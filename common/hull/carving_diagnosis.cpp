@@ -24,7 +24,6 @@ CameraVerdict verdict_on(const Silhouette& s, const Vector3d& p_world_m) {
                                                       : CameraVerdict::empty;
 }
 
-bool sees(CameraVerdict v) { return v == CameraVerdict::object || v == CameraVerdict::empty; }
 bool removes(CameraVerdict v, const HullRule& rule) {
   return v == CameraVerdict::empty || v == CameraVerdict::unusable ||
          (rule.limits == Limits::all && v != CameraVerdict::object);
@@ -151,19 +150,9 @@ Counts count_points(std::span<const Silhouette> silhouettes, const Eigen::Aligne
 
 }  // namespace
 
-const char* to_string(CameraVerdict verdict) {
-  switch (verdict) {
-    case CameraVerdict::object: return "object";
-    case CameraVerdict::empty: return "empty";
-    case CameraVerdict::behind: return "behind";
-    case CameraVerdict::outside_image: return "outside image";
-    default: return "unusable";
-  }
-}
-
 PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes, const Vector3d& p_world_m,
                               const HullRule& rule) {
-  PointDiagnosis diagnosis{false, {}, {}, 0, false};
+  PointDiagnosis diagnosis{false, {}, {}, false};
   if (!p_world_m.allFinite()) return diagnosis;
   Votes votes;
   for (const Silhouette& s : silhouettes) {
@@ -174,7 +163,6 @@ PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes, const Vec
         {v, removes(v, rule),
          has_pixel ? distance_to_object_px(s.pixels, *geometry::project(s.camera, p_world_m))
                    : kInfinity});
-    diagnosis.seen_by += sees(v);
   }
   diagnosis.in_hull = votes.keep(rule);
   diagnosis.too_few = votes.removing == 0 && !diagnosis.in_hull;

@@ -1,8 +1,8 @@
-// Why is the hull empty, or too small? Which cameras remove a point, or a part of space, and which
-// of them alone.
+// Carving diagnosis: why is the hull empty or too small? Reports which cameras remove a point or a
+// part of space, and which of them do so alone.
 //
-// Made for people, from the silhouettes themselves: it shares no structure with the fast queries
-// that it may have to explain.
+// It reads the silhouettes directly and shares no data structure with the fast queries, so that it
+// can also explain their results.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -14,66 +14,64 @@
 
 namespace fivepipe::hull {
 
-// What a camera says of a point. By Limits::seen, behind and outside_image take no part; by
-// Limits::all they remove it, as empty does. unusable: the camera is not finite, and leaves no hull
-// at all.
+// A camera's verdict on a point. `empty` removes the point. `behind` and `outside_image` remove it
+// with Limits::all and have no effect with Limits::seen. `unusable`: the camera is not finite, so
+// there is no hull.
 enum class CameraVerdict { object, empty, behind, outside_image, unusable };
-const char* to_string(CameraVerdict verdict);
 
 struct CameraDiagnosis {
   CameraVerdict verdict;
-  bool removes;  // by the rule
-  // From the point's pixel to the nearest object pixel's square [px]: 0 on the object, infinity
-  // without object pixel, behind, or unusable.
+  bool removes;  // the camera removes the point by the given rule
+  // Distance from the point's pixel to the square of the nearest object pixel [px]. 0 on the
+  // object; infinity if there is no object pixel, the point is behind the camera or the camera is
+  // unusable.
   double to_object_px;
 };
 struct PointDiagnosis {
   bool in_hull;
-  std::vector<CameraDiagnosis> cameras;  // as the silhouettes
-  std::vector<int> alone;  // cameras without which the others would keep the point; at most one,
-                           // for what two remove neither does alone
-  int seen_by = 0;         // cameras that have it in front of them and in their image
-  bool too_few;  // no camera removes it, but fewer see it than the rule wants (none: no camera)
+  std::vector<CameraDiagnosis> cameras;  // in the order of the silhouettes
+  // Indices of the cameras that remove the point while all others keep it: at most one.
+  std::vector<int> alone;
+  bool too_few;  // no camera removes the point, but fewer see it than the rule requires
 };
-// A point that is not finite is in no hull, and no camera's fault.
+// A point that is not finite is not in the hull, and no camera removes it.
 PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes,
                               const Eigen::Vector3d& p_world_m, const HullRule& rule = {});
 
-// Points drawn evenly from a box of space.
+// Points drawn uniformly from a box.
 struct DiagnosisSampling {
   int points = 200'000;  // > 0
   std::uint64_t seed = 1;
 };
 
-// Of a box: measured by random points, each with its standard error (binomial; where no point or
-// every point counts, the volume of 3 points, which the true one stays under, or within, in 95 of
-// 100 cases).
+// Part of a box's volume, estimated from random points, with its binomial standard error. If no
+// point or every point counts, error_m3 is the volume of 3 points: the 95 % bound of the "rule of
+// three".
 struct SampledVolume {
   double volume_m3 = 0, error_m3 = 0;
 };
 struct CameraContribution {
   bool no_object_pixel = false, unusable = false;
-  SampledVolume removed;               // by it, whoever else does
-  SampledVolume removed_alone;         // what all others keep
-  SampledVolume removed_alone_unseen;  // part of `removed_alone`: behind it or outside its image,
-                                       // not for want of an object pixel
-  SampledVolume kept_by_others;  // the hull without this camera; nothing where it is the only one
+  SampledVolume removed;               // by this camera, and possibly by others
+  SampledVolume removed_alone;         // by this camera, while all others keep it
+  SampledVolume removed_alone_unseen;  // the part of removed_alone behind it or outside its image
+  SampledVolume kept_by_others;        // the hull without this camera; 0 if it is the only one
 };
 struct VolumeDiagnosis {
   Eigen::AlignedBox3d box_world_m;
   int points = 0;
-  SampledVolume hull,
-      too_few;  // too_few: no camera removes it, but fewer see it than the rule wants
-  std::vector<CameraContribution> cameras;  // as the silhouettes
+  SampledVolume hull;
+  SampledVolume too_few;  // no camera removes it, but fewer see it than the rule requires
+  std::vector<CameraContribution> cameras;  // in the order of the silhouettes
 };
-// The same for every number of threads. A box that is empty or not finite has no volume, and no
-// camera a share.
+// The result does not depend on the number of threads. For a box that is empty or not finite, all
+// volumes are 0.
 VolumeDiagnosis diagnose_volume(std::span<const Silhouette> silhouettes,
                                 const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool,
                                 const HullRule& rule = {}, const DiagnosisSampling& sampling = {});
 
-// One paragraph for whoever set up the cameras. Names as the silhouettes; cameras without a name
-// are called "camera <index>".
+// Describes the diagnosis in one paragraph of plain text. `names` has the order of the silhouettes;
+// a camera without a name is called "camera <index>".
 std::string summary(const VolumeDiagnosis& diagnosis, std::span<const std::string> names = {});
 
 }  // namespace fivepipe::hull

@@ -10,10 +10,10 @@ namespace fivepipe::hull {
 
 struct ColourRegion {
   geometry::Camera camera;  // published pinhole, pose at the exposure
-  ObjectPixels pixels;      // whose colours are here; of the image's size
-  PixelRect region;         // inside the image; holds them
-  std::vector<std::uint8_t>
-      bgr;  // 3 bytes a pixel of `region`, row-major; of those that are not in `pixels`, anything
+  ObjectPixels pixels;      // the pixels with a valid colour; has the image's size
+  PixelRect region;         // inside the image; holds all of `pixels`
+  // 3 bytes per pixel of `region`, row-major. Unspecified for pixels that are not in `pixels`.
+  std::vector<std::uint8_t> bgr;
 };
 
 }  // namespace fivepipe::hull

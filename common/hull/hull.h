@@ -9,42 +9,44 @@
 
 namespace fivepipe::hull {
 
-// One camera's evidence: its object pixels have the size of its pinhole's image.
+// One camera and its object pixels, which have the size of the camera's image.
 struct Silhouette {
   geometry::Camera camera;
   ObjectPixels pixels;
 };
 
 // Which cameras limit the hull at a point.
-//   all:  every camera: what is behind one, or outside its image, is not in the hull (the paper's
-//   rule, equation 1). seen: those that have the point in front of them and in their image; at
-//   least min_seen of them.
+//   all:  every camera. A point behind a camera or outside its image is not in the hull (equation 1
+//         of the paper).
+//   seen: the cameras that see the point, which is in front of them and inside their image. At
+//         least min_seen cameras must see it.
 enum class Limits { all, seen };
 struct HullRule {
   Limits limits = Limits::all;
-  int min_seen = 2;  // > 0; of `seen` alone
+  int min_seen = 2;  // > 0; only `seen` uses it
 };
 
-// In the hull: on an object pixel of every camera that limits it there. False where there is no
-// camera, and for NaN. In double.
+// Returns true if p projects onto an object pixel of every camera that limits the hull there.
+// Returns false if there is no camera or a coordinate is not finite. Computes in double.
 bool in_hull(std::span<const Silhouette> silhouettes, const Eigen::Vector3d& p_world_m,
              const HullRule& rule = {});
 
-// Part of a ray: parameters [enter, leave), enter < leave.
+// Part of a ray: the parameters [enter, leave), with enter < leave.
 struct Interval {
   double enter, leave;
   bool operator==(const Interval&) const = default;
 };
 
-// A view of the hull: where rays start and end as depth along the view's z [m], 0 < near < far.
+// A view of the hull. Its rays start at near_m and end at far_m, as depths along the view's z axis
+// [m]; 0 < near_m < far_m.
 struct View {
   geometry::Camera camera;
   double near_m = 0.05, far_m = 10.0;
 };
 
-// Depth along the view's z [m] of the first hull point on the ray through each pixel centre of
-// `rect`, row-major; kNoHull where the ray meets none between near and far. near_m itself where the
-// eye, or the near plane, is inside the hull.
+// Depth along the view's z axis [m] of the first hull point on the ray through each pixel centre of
+// `rect`, row-major. kNoHull if the ray meets no hull point between near_m and far_m. near_m if the
+// ray is inside the hull at the near plane.
 struct DepthTile {
   PixelRect rect;
   std::vector<float> depth_m;

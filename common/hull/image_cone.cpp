@@ -8,13 +8,13 @@
 namespace fivepipe::hull {
 namespace {
 
-// Roundings of a point's way to the camera, to its pixel and to its distance from a plane, each at
-// most half of epsilon of the lengths that take part: fewer than 20; the rest is for the one who
-// counts after me.
+// Bound of rounding from a world point to its camera point, its pixel and its distance from a
+// plane: fewer than 20 roundings, each at most half an epsilon of the lengths involved. 64 leaves a
+// margin.
 constexpr double kRoundings = 64 * std::numeric_limits<double>::epsilon();
 
-// Of the plane through the camera's centre and a line of pixel borders at `border`: to its side
-// beyond it (right, down).
+// Unit normal of the plane through the camera's centre and the pixel border at `border`. It points
+// to larger pixel coordinates (right or down).
 Eigen::Vector2d normal_beyond(double focal_px, double principal_px, double border) {
   const double a = principal_px - border, per_length = 1 / std::sqrt(focal_px * focal_px + a * a);
   return {focal_px * per_length, a * per_length};
@@ -35,8 +35,7 @@ ImageCone::ImageCone(const geometry::Camera& camera) : camera_(camera) {
   world_per_camera_ = 1 / std::sqrt(largest2);
   translation_m_ = camera.camera_from_world.translation().cwiseAbs().sum();
   const geometry::Pinhole& k = camera.pinhole;
-  // A pixel's rounding is that of the principal point too: seen from a camera with a short focal
-  // length, the farther.
+  // The principal point's rounding adds to the pixel's; it counts more for short focal lengths.
   rounding_ = kRoundings * (2 + std::max(std::abs(k.cx_px) / k.fx_px, std::abs(k.cy_px) / k.fy_px));
 }
 

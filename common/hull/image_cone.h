@@ -1,13 +1,14 @@
-// Distances from a point to what a camera's rectangles of pixels cover in space: pyramids with
-// their apex in its centre.
+// Distances from a point to the pyramid that a rectangle of pixels covers in space. Its apex is the
+// camera's centre.
 //
-//        \  rect  /        inside:  the distance to the nearest of the four faces, exact
-//         \  .p  /         outside: the distance to the farthest of the planes that part p from the
-//         pyramid, a lower bound
-//     q .  \    /
-//           \  /           Sharper than the design's bound |s| Z / (f k + |s|), which these planes
-//           imply, and no dearer.
+//        \  rect  /     p, inside:  the exact distance to the nearest of the four faces
+//         \  .p  /      q, outside: the distance to the farthest plane that separates q from the
+//     q .  \    /                   pyramid, which is a lower bound of the distance to the pyramid
+//           \  /
 //            \/ centre
+//
+// The bound for q is sharper than |s| Z / (f k + |s|) with the same cost; the planes imply that
+// one.
 #pragma once
 #include <Eigen/Core>
 
@@ -19,43 +20,44 @@ namespace fivepipe::hull {
 inline PixelRect image_of(const geometry::Camera& camera) {
   return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
 }
-// As ObjectPixels::holds: the pixels' half-open squares.
+// Returns true if uv lies in the half-open squares of the pixels, as ObjectPixels::holds().
 inline bool holds(const PixelRect& rect, double u_px, double v_px) {
   return u_px >= rect.u0_px - 0.5 && v_px >= rect.v0_px - 0.5 && u_px < rect.u1_px - 0.5 &&
          v_px < rect.v1_px - 0.5;
 }
 
-// A point as a camera has it, and how far rounding may have moved it, or its pixel as in_hull()
-// finds it [m].
+// A point in a camera's frame and its pixel. rounding_m bounds how far rounding may have moved the
+// point, here or in in_hull() [m].
 struct ProjectedPoint {
   Eigen::Vector3d p_camera_m;
   double rounding_m;
-  double u_px, v_px;  // where Z > 0
+  double u_px, v_px;  // valid if Z > 0
 };
 
-// The open pyramid of a rectangle of pixels that is not empty: its faces' unit normals, (x, 0, z)
-// of left and right, (0, y, z) of the others.
+// The open pyramid of a non-empty rectangle of pixels. Each face's unit normal points inward:
+// (x, 0, z) for left and right, (0, y, z) for up and down.
 struct Pyramid {
-  Eigen::Vector2d left_xz, right_xz, up_yz, down_yz;  // into the pyramid
+  Eigen::Vector2d left_xz, right_xz, up_yz, down_yz;
 };
 
 class ImageCone {
  public:
-  explicit ImageCone(const geometry::Camera& camera);  // finite
+  explicit ImageCone(const geometry::Camera& camera);  // is_finite(camera)
 
   ProjectedPoint see(const Eigen::Vector3d& p_world_m) const;
   Pyramid pyramid(const PixelRect& rect) const;
-  // Lower bounds [m, world] of how far the point is from leaving, or from entering, the pyramid; <=
-  // 0 where it is not inside, or not outside, or too near for rounding to tell.
+  // Lower bounds of the distance to the pyramid's border [m, world]: inside_m for a point inside,
+  // outside_m for a point outside. <= 0 if the point is on the other side, or too near to the
+  // border to decide within rounding.
   double inside_m(const ProjectedPoint& p, const Pyramid& pyramid) const;
   double outside_m(const ProjectedPoint& p, const Pyramid& pyramid) const;
 
  private:
   geometry::Camera camera_;
-  double world_per_camera_;  // a rotation that is not quite one stretches lengths: distances shrink
-                             // by its largest singular value
-  double rounding_;       // as a fraction of the point's and the camera's distance from the origin
-  double translation_m_;  // sum of its parts' sizes
+  // 1 / the largest singular value of the rotation, which may not be exactly orthonormal.
+  double world_per_camera_;
+  double rounding_;       // as a fraction of the point's and the camera's distances from the origin
+  double translation_m_;  // sum of the absolute values of the translation's components
 };
 
 }  // namespace fivepipe::hull

@@ -18,17 +18,6 @@ ObjectPixels::ObjectPixels(int width_px, int height_px)
   assert(width_px >= 0 && height_px >= 0);
 }
 
-ObjectPixels ObjectPixels::from_bytes(int width_px, int height_px,
-                                      std::span<const std::uint8_t> mask) {
-  assert(mask.size() == std::size_t(width_px) * height_px);
-  ObjectPixels pixels(width_px, height_px);
-  for (int v = 0; v < height_px; ++v)
-    for (int u = 0; u < width_px; ++u)
-      pixels.words_[std::size_t(v) * pixels.words_per_row_ + (u >> 6)] |=
-          std::uint64_t(mask[std::size_t(v) * width_px + u] != 0) << (u & 63);
-  return pixels;
-}
-
 void ObjectPixels::set(int u_px, int v_px, bool object) {
   assert(u_px >= 0 && v_px >= 0 && u_px < width_px_ && v_px < height_px_);
   std::uint64_t& word = words_[std::size_t(v_px) * words_per_row_ + (u_px >> 6)];
@@ -70,7 +59,7 @@ std::size_t ObjectPixels::count() const {
 }
 
 PixelRect ObjectPixels::bounds() const {
-  // All rows in one, a few columns at a time: in registers.
+  // ORs all rows together, kStep columns of words at a time, so that the words stay in registers.
   constexpr int kStep = 4;
   std::vector<std::uint64_t> columns(std::size_t(words_per_row_), 0);
   for (int first = 0; first < words_per_row_; first += kStep) {

@@ -1,5 +1,5 @@
-// The object pixels of one camera image: which pixels a newly introduced real object covers (paper,
-// section 3.1).
+// The object pixels of one camera image: the pixels that a newly introduced real object covers
+// (paper, section 3.1).
 #pragma once
 #include <bit>
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace fivepipe::hull {
 
-// Half-open rectangle of pixels [u0, u1) x [v0, v1); empty where u0 >= u1 or v0 >= v1.
+// Half-open rectangle of pixels [u0, u1) x [v0, v1). It is empty if u0 >= u1 or v0 >= v1.
 struct PixelRect {
   int u0_px = 0, v0_px = 0, u1_px = 0, v1_px = 0;
   int width_px() const { return u1_px > u0_px ? u1_px - u0_px : 0; }
@@ -21,15 +21,12 @@ struct PixelRect {
 
 PixelRect intersection(const PixelRect& a, const PixelRect& b);
 
-// Bit map of a whole image: bit u % 64 of word v * words_per_row() + u / 64 is pixel (u, v).
-// Invariant: bits beyond the width are zero, so rows may be compared and counted word by word.
+// Bit map of a whole image. Pixel (u, v) is bit u % 64 of word v * words_per_row() + u / 64.
+// Invariant: bits beyond the width are zero, so rows can be compared and counted word by word.
 class ObjectPixels {
  public:
   ObjectPixels() = default;
-  ObjectPixels(int width_px, int height_px);  // none set; sizes >= 0
-  // From one byte per pixel, row-major without padding, non-zero meaning object. mask.size() ==
-  // width * height.
-  static ObjectPixels from_bytes(int width_px, int height_px, std::span<const std::uint8_t> mask);
+  ObjectPixels(int width_px, int height_px);  // no object pixel; sizes >= 0
 
   int width_px() const { return width_px_; }
   int height_px() const { return height_px_; }
@@ -39,36 +36,35 @@ class ObjectPixels {
     return u_px >= 0 && v_px >= 0 && u_px < width_px_ && v_px < height_px_ &&
            (words_[std::size_t(v_px) * words_per_row_ + (u_px >> 6)] >> (u_px & 63) & 1);
   }
-  // uv lies in the image: on the half-open square [u - 0.5, u + 0.5) x [v - 0.5, v + 0.5) of one of
-  // its pixels. NaN does not.
+  // Returns true if uv lies in the image, which is the union of the half-open squares
+  // [u - 0.5, u + 0.5) x [v - 0.5, v + 0.5) of its pixels. Returns false for NaN.
   bool holds(double u_px, double v_px) const {
     return u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5;
   }
-  // That pixel is an object pixel.
+  // Returns true if the pixel whose square holds uv is an object pixel.
   bool contains_at(double u_px, double v_px) const {
     return holds(u_px, v_px) &&
-           contains(int(u_px + 0.5), int(v_px + 0.5));  // not negative: truncation is floor
+           contains(int(u_px + 0.5), int(v_px + 0.5));  // not negative, so truncation is floor
   }
-  void set(int u_px, int v_px, bool object = true);  // inside the image
-  void set_run(int u_px, int end_px, int v_px);      // [u, end) of row v, inside the image
-  void keep(const ObjectPixels&
-                others);  // of the same size: those that are not in `others` are none any more
-  // The first pixel of row v in [u, end) that is an object pixel, or is none; end where there is no
-  // such pixel.
+  void set(int u_px, int v_px, bool object = true);  // the pixel is inside the image
+  void set_run(int u_px, int end_px, int v_px);      // sets [u, end) of row v, inside the image
+  // Clears the pixels that are no object pixels of `others`, which has the same size.
+  void keep(const ObjectPixels& others);
+  // Returns the first pixel of row v in [u, end) whose value is `object`, or end if there is none.
   int find(int u_px, int end_px, int v_px, bool object) const;
 
   std::span<const std::uint64_t> words() const { return words_; }
-  // For bulk writers; they keep the invariant.
+  // For bulk writers, which must keep the invariant.
   std::span<std::uint64_t> mutable_words() { return words_; }
 
   std::size_t count() const;
-  PixelRect bounds() const;                    // smallest rectangle holding every object pixel
+  PixelRect bounds() const;                    // smallest rectangle that holds every object pixel
   std::vector<std::uint8_t> to_bytes() const;  // 0 or 255, row-major
 
   bool operator==(const ObjectPixels&) const = default;
 
-  // Calls f(v, begin, end) for each run of object pixels in `region`, which lies inside the image,
-  // row by row.
+  // Calls f(v, begin, end) for each run of object pixels in `region`, row by row. The region lies
+  // inside the image.
   template <class F>
   void for_each_run(const PixelRect& region, F f) const {
     for (int v = region.v0_px; v < region.v1_px; ++v)

@@ -1,5 +1,5 @@
-// Object-pixel maps as binary PBM (P4), the netpbm format of one bit a pixel: 1 is an object pixel.
-// Any image viewer shows them.
+// Object-pixel maps as binary PBM (P4), the netpbm format with one bit per pixel: 1 is an object
+// pixel. Most image viewers can display them.
 #pragma once
 #include <filesystem>
 
@@ -7,9 +7,10 @@
 
 namespace fivepipe::hull {
 
-// Throws std::runtime_error naming the file: not readable, not a P4 of this size, too short.
+// Throws std::runtime_error with the file's name if the file is not readable, is not a P4 of this
+// size, or is too short.
 ObjectPixels read_pbm(const std::filesystem::path& file, int width_px, int height_px);
-// Throws std::runtime_error naming the file.
+// Throws std::runtime_error with the file's name if it cannot be written.
 void write_pbm(const std::filesystem::path& file, const ObjectPixels& pixels);
 
 }  // namespace fivepipe::hull

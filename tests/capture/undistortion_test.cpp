@@ -107,8 +107,8 @@ TEST(Undistortion, UnseenPixelsAreBackground) {
   camera.published =
       geometry::pinhole_from_fov(200, 160, 1.6);  // far wider than the source's 0.75 rad
   const Undistortion undistortion(camera);
-  const hull::ObjectPixels all =
-      hull::ObjectPixels::from_bytes(100, 80, std::vector<std::uint8_t>(8000, 1));
+  hull::ObjectPixels all(100, 80);
+  for (int v = 0; v < 80; ++v) all.set_run(0, 100, v);
   const hull::ObjectPixels seen = undistortion.published(all);
   EXPECT_FALSE(seen.contains(0, 0));
   EXPECT_TRUE(seen.contains(100, 80));

@@ -269,10 +269,10 @@ struct CoverageSquare : ::testing::Test {  // two cameras at right angles, 2 m f
   std::vector<Silhouette> binary() const {
     std::vector<Silhouette> maps;
     for (const CoverageSilhouette& s : silhouettes) {
-      std::vector<std::uint8_t> mask;
-      for (const std::uint8_t c : s.map.bytes()) mask.push_back(c >= 128);
-      maps.push_back(
-          {s.camera, ObjectPixels::from_bytes(s.map.width_px(), s.map.height_px(), mask)});
+      ObjectPixels pixels(s.map.width_px(), s.map.height_px());
+      for (int v = 0; v < pixels.height_px(); ++v)
+        for (int u = 0; u < pixels.width_px(); ++u) pixels.set(u, v, s.map.at(u, v) >= 128);
+      maps.push_back({s.camera, pixels});
     }
     return maps;
   }
@@ -345,10 +345,9 @@ TEST_F(CoverageSquare, BinaryMapsEqualTheDefinition) {
     silhouettes[i].map = CoverageMap::from_pixels(test::random_pixels(random, 100, 75, 0.4));
   EXPECT_GT(expect_definition(silhouettes, view, 11).hits, 50);
 }
-TEST_F(
-    CoverageSquare,
-    TiesBetweenLimitingCamerasAreIndependentOfOrder) {  // one pose, one border, but other coverage
-                                                        // beside it: other normals
+TEST_F(CoverageSquare,
+       TiesBetweenLimitingCamerasAreIndependentOfOrder) {  // one pose, one border, but other
+                                                           // coverage beside it: other normals
   silhouettes.push_back(silhouettes[0]);
   fill(0, {30, 30, 60, 50});
   fill(1, {0, 0, 100, 75});

@@ -52,7 +52,7 @@ std::vector<double> normal_errors_deg(double radius_px, int discs) {
     const Vector2d centre(40 + test::uniform(random, 0, 1), 40 + test::uniform(random, 0, 1));
     SkipMap skip_map;
     skip_map.assign(disc(radius_px, centre, 80));
-    skip_map.make_all();
+    test::make_all(skip_map);
     const ContourMap map{&skip_map, {0, 0, 80, 80}, Kept::object};
     for (int v = 0; v < 80; ++v)
       for (int u = 0; u < 80; ++u)
@@ -60,7 +60,7 @@ std::vector<double> normal_errors_deg(double radius_px, int discs) {
           if (!map.keeps(u, v) || map.keeps(u + du, v + dv)) continue;
           const Vector2d uv = Vector2d(u + 0.5 * du, v + 0.5 * dv) +
                               test::uniform(random, -0.5, 0.5) * Vector2d(dv, du);
-          const Vector2d normal = contour_normal(map, u, v, du, dv, uv),
+          const Vector2d normal = contour_fit(map, u, v, du, dv, uv).normal,
                          truth = (uv - centre).normalized();
           EXPECT_NEAR(normal.norm(), 1, 1e-12);
           errors.push_back(std::acos(std::clamp(normal.dot(truth), -1.0, 1.0)) / kDegree);
@@ -99,20 +99,21 @@ TEST(Contour, StraightBorders) {
   for (int v = 0; v < 64; ++v)
     for (int u = 30; u < 64; ++u) half.set(u, v);
   skip_map.assign(half);
-  skip_map.make_all();
+  test::make_all(skip_map);
   const ContourMap map{&skip_map, {0, 0, 64, 64}, Kept::object};
-  EXPECT_LT((contour_normal(map, 30, 32, -1, 0, {29.5, 32.2}) - Vector2d(-1, 0)).norm(), 1e-12);
-  EXPECT_LT((contour_normal(map, 63, 32, 1, 0, {63.5, 32.2}) - Vector2d(1, 0)).norm(),
+  EXPECT_LT((contour_fit(map, 30, 32, -1, 0, {29.5, 32.2}).normal - Vector2d(-1, 0)).norm(), 1e-12);
+  EXPECT_LT((contour_fit(map, 63, 32, 1, 0, {63.5, 32.2}).normal - Vector2d(1, 0)).norm(),
             1e-12);  // cut by the image
   ObjectPixels diagonal(64, 64);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u <= v; ++u) diagonal.set(u, v);
   skip_map.assign(diagonal);
-  skip_map.make_all();
-  EXPECT_LT((contour_normal({&skip_map, {0, 0, 64, 64}, Kept::object}, 32, 32, 1, 0, {32.5, 32.0}) -
-             Vector2d(1, -1).normalized())
-                .norm(),
-            0.02);
+  test::make_all(skip_map);
+  EXPECT_LT(
+      (contour_fit({&skip_map, {0, 0, 64, 64}, Kept::object}, 32, 32, 1, 0, {32.5, 32.0}).normal -
+       Vector2d(1, -1).normalized())
+          .norm(),
+      0.02);
 }
 
 TEST(Contour, OnePixelAndNoise) {  // unit, whatever the contour
@@ -121,15 +122,16 @@ TEST(Contour, OnePixelAndNoise) {  // unit, whatever the contour
     const ObjectPixels pixels = test::random_pixels(random, 70, 50, fraction);
     SkipMap skip_map;
     skip_map.assign(pixels);
-    skip_map.make_all();
+    test::make_all(skip_map);
     for (const Kept kept : {Kept::object, Kept::not_empty}) {
       const ContourMap map{&skip_map, {0, 0, 70, 50}, kept};
       for (int v = -1; v <= 50; ++v)
         for (int u = -1; u <= 70; ++u)
           for (const auto& [du, dv] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
             if (map.keeps(u, v) && !map.keeps(u + du, v + dv)) {
-              EXPECT_NEAR(contour_normal(map, u, v, du, dv, {u + 0.5 * du, v + 0.5 * dv}).norm(), 1,
-                          1e-12);
+              EXPECT_NEAR(
+                  contour_fit(map, u, v, du, dv, {u + 0.5 * du, v + 0.5 * dv}).normal.norm(), 1,
+                  1e-12);
             }
     }
   }

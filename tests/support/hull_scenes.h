@@ -60,6 +60,11 @@ inline hull::PixelRect whole_image(const geometry::Camera& camera) {
   return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
 }
 
+inline void make_all(hull::SkipMap& skip_map) {
+  for (int box = 0; box < hull::kQuadrants; ++box)
+    if (!skip_map.has(hull::Quadrant(box))) skip_map.make(hull::Quadrant(box));
+}
+
 inline hull::ObjectPixels random_pixels(Random& random, int width_px, int height_px,
                                         double fraction) {
   hull::ObjectPixels pixels(width_px, height_px);

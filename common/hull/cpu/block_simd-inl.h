@@ -1,5 +1,5 @@
-// Vectors of images of a block's rays in one map: where they are, which way they move, what lies
-// ahead. Compiled once per instruction set by those who include it.
+// Images of a vector of a block's rays in one map: position, direction and the uniform box ahead.
+// Each includer compiles this file once per instruction set.
 #if defined(FIVEPIPE_BLOCK_SIMD_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef FIVEPIPE_BLOCK_SIMD_INL_H
 #undef FIVEPIPE_BLOCK_SIMD_INL_H
@@ -18,9 +18,9 @@ namespace fivepipe::hull {
 namespace HWY_NAMESPACE {
 namespace {
 
-// A divisor no smaller: what is divided by it leaves every range, and stays finite.
+// Lower bound of a divisor: the quotient is then beyond every range, but finite.
 constexpr float kTiny = 1e-20f;
-// Larger than any parameter or way.
+// Larger than any ray parameter [m] or distance in an image [px].
 constexpr float kFar = 1e30f;
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -47,8 +47,8 @@ HWY_INLINE MF mask_of(DF d, std::uint64_t bits) {
 }
 #endif
 
-// To 2^-22 or better: Newton's step doubles the estimate's bits, of which x86 has 11 at least and
-// Arm 8.
+// Relative error at most 2^-22: each Newton step doubles the bits of the estimate, which has at
+// least 11 on x86 and 8 on Arm.
 HWY_INLINE VF reciprocal(VF x) {
   const DF d;
   VF estimate = hn::ApproximateReciprocal(x);
@@ -57,7 +57,7 @@ HWY_INLINE VF reciprocal(VF x) {
   return estimate;
 }
 
-struct Lines {  // the images of a vector of rays in one map
+struct Lines {  // (U, V, W) of a vector of rays in one map: offset (0) and slope (1)
   VF u0, u1, v0, v1, w0, w1;
 };
 HWY_INLINE Lines lines_at(const BlockCamera& c, VF i, VF j) {
@@ -80,14 +80,15 @@ HWY_INLINE Position position(const Lines& l, VF s) {
           hn::Mul(hn::MulAdd(s, l.v1, l.v0), inverse_w)};
 }
 
-// Which way the images of a vector of rays move along an axis: forward where all of the block do.
+// Direction of the images of a vector of rays along one axis. Without kBothWays all of the block's
+// images move forward.
 template <bool kBothWays>
 struct Way {
   MF backward;
   explicit HWY_INLINE Way(VF rate) {
     if constexpr (kBothWays) backward = hn::Lt(rate, hn::Zero(DF()));
   }
-  // a where backward, else b.
+  // Returns a for images that move backward, else b.
   HWY_INLINE VF choose(VF a, VF b) const {
     if constexpr (kBothWays)
       return hn::IfThenElse(backward, a, b);
@@ -95,13 +96,14 @@ struct Way {
       return b;
   }
   HWY_INLINE VF forward(VF rate) const { return choose(hn::Neg(rate), rate); }
-  // How far a position is from the end of the box ahead [px]; x: from the pixel's centre, extent:
-  // of the box, from there.
+  // Distance from a position to the end of the box ahead [px]. x is relative to the pixel's centre,
+  // extent is the distance from there to the box's end.
   HWY_INLINE VF left(VF x, VF extent) const { return hn::Sub(extent, choose(hn::Neg(x), x)); }
 };
 
-// SkipMap::at for the pixels (fu, fv), counted from the origin, of the box ahead; outside of what
-// is in store, of the nearest pixel that is: the way ahead is as empty from there, if not more.
+// SkipMap::at() of the box ahead of pixels (fu, fv), which are relative to the origin. A pixel
+// outside the stored region is replaced by the nearest stored one: the pixels between the two are
+// empty.
 template <bool kBothWays>
 HWY_INLINE VF extent_at(const BlockCamera& c, VF& fu, VF& fv, const Way<kBothWays>& way_u,
                         const Way<kBothWays>& way_v) {
@@ -121,9 +123,9 @@ HWY_INLINE VF extent_at(const BlockCamera& c, VF& fu, VF& fv, const Way<kBothWay
   return hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
 }
 
-// d/ds (U - b W) for the border b that lies `way` px ahead, where the image moves there at `rate` =
-// d/ds (U - u W): way W over it is the parameter that the image takes. Tiny where it never gets
-// there.
+// Returns d/ds (U - b W) for the border b that is `way` px ahead, for an image that moves at `rate`
+// = d/ds (U - u W). way * W / divisor is the parameter difference to the border. Returns kTiny if
+// the image never reaches it.
 HWY_INLINE VF divisor(VF way, VF rate, VF w1) {
   const DF d;
   return hn::Max(hn::NegMulAdd(way, w1, rate), hn::Set(d, kTiny));

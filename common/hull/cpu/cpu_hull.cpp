@@ -12,13 +12,14 @@
 namespace fivepipe::hull {
 namespace {
 
-// Slack of the ranges shared by a block of rays, as a fraction: far above the rounding of a clip,
-// far below what costs time.
+// Relative slack of the depth range that a block of rays shares: far above the rounding of clip(),
+// too small to cost time.
 constexpr double kBlockSlack = 1e-9;
-// Pieces of a view handed to threads where only its bounds are looked at; a multiple of a block.
+// Side of the pieces of a view that threads take for culling; a multiple of a block.
 constexpr int kPiece_px = 4 * kBlock_px;
 
-// Smallest object first, it clears most; the rest only so that the given order never shows.
+// Sorts the smallest object first, because it excludes most. The other keys make the order
+// independent of the given one.
 bool smaller_first(const CpuHull::MapCamera& a, const CpuHull::MapCamera& b,
                    std::span<const Silhouette> silhouettes) {
   const auto key = [](const CpuHull::MapCamera& c) {
@@ -49,9 +50,9 @@ void clip(RayRange& range, double offset, double slope) {
     range.end = range.begin;
 }
 
-// Which boxes lie ahead of the images of the rays through a rect. Which way an image moves, d/dt of
-// U / W times W^2, is linear over the rays: the corners tell. Where they differ, or nearly stand
-// still, both ways.
+// The quadrants into which the images of the rays through a rect move. The direction, d/dt of U / W
+// times W^2, is linear over the rays, so the corner rays decide. If they differ, or are close to
+// standing still, both directions count.
 std::vector<Quadrant> quadrants_ahead(const MapFromView& map, const PixelRect& rect) {
   bool ways[2][2] = {};  // axis; right or down, left or up
   for (int axis = 0; axis < 2; ++axis)
@@ -65,7 +66,7 @@ std::vector<Quadrant> quadrants_ahead(const MapFromView& map, const PixelRect& r
       ways[axis][1] |= !(a - b > unsure);
     }
   const bool both = (ways[0][0] && ways[0][1]) ||
-                    (ways[1][0] && ways[1][1]);  // then lanes go either way on both axes
+                    (ways[1][0] && ways[1][1]);  // the SIMD code then treats both axes so
   std::vector<Quadrant> boxes;
   for (const bool up : {false, true})
     for (const bool left : {false, true})
@@ -75,14 +76,14 @@ std::vector<Quadrant> quadrants_ahead(const MapFromView& map, const PixelRect& r
 
 }  // namespace
 
-// What all threads read while a view is traced.
+// Input of one call of depth(), which all threads read.
 struct CpuHull::ViewJob {
   const View* view;
   HullRule rule;
   std::span<CpuHull::MapCamera> cameras;
   std::vector<MapFromView> maps;
   std::vector<const SkipMap*> skip_maps;
-  std::vector<HalfSpace> half_spaces;  // that hold the hull
+  std::vector<HalfSpace> half_spaces;  // their intersection holds the hull
   PixelRect rect;
   float* depth_m;
   float* at(int u, int v) const {
@@ -90,13 +91,13 @@ struct CpuHull::ViewJob {
   }
 };
 
-// Rays that may meet the hull, and where.
+// A block of rays that may meet the hull, and the depth range in which they may.
 struct CpuHull::VisibleBlock {
   PixelRect rays;
   RayRange range;
 };
 
-// Traces pieces of a view; one per thread.
+// Traces pieces of a view. Each thread has its own.
 class CpuHull::Tracer {
  public:
   void begin(const ViewJob& job) {
@@ -104,8 +105,8 @@ class CpuHull::Tracer {
     seen_.clear();
   }
 
-  // Of a piece of the view, the blocks whose rays may meet the hull, and where; the others are
-  // written.
+  // Divides a piece of the view into blocks. Appends those whose rays may meet the hull to seen()
+  // and fills the others with kNoHull.
   void cull(const PixelRect& rays, RayRange range) {
     range = shared_range(rays, range);
     if (range.empty()) return fill_empty(rays);
@@ -132,8 +133,8 @@ class CpuHull::Tracer {
       std::fill_n(job_->at(rays.u0_px, v), rays.width_px(), kNoHull);
   }
 
-  // Holds the part in which each ray may meet the hull. A slope is linear over the rays: its
-  // extremes are at the corners.
+  // Returns a range that holds the part of every ray that may meet the hull. A slope is linear over
+  // the rays, so its extremes are at the corners.
   RayRange shared_range(const PixelRect& rays, RayRange range) const {
     RayRange tight = range;
     for (const HalfSpace& h : job_->half_spaces) {
@@ -253,7 +254,7 @@ void CpuHull::depth(const View& view, const PixelRect& rect, std::span<float> de
   });
 }
 
-// Where the view may see the hull, block by block; the rest is written.
+// Returns the blocks of the view that may see the hull and fills the rest with kNoHull.
 std::vector<CpuHull::VisibleBlock> CpuHull::visible_blocks(const ViewJob& job) {
   const PixelRect& rect = job.rect;
   const int columns = (rect.width_px() + kPiece_px - 1) / kPiece_px,
@@ -271,14 +272,14 @@ std::vector<CpuHull::VisibleBlock> CpuHull::visible_blocks(const ViewJob& job) {
   return blocks;
 }
 
-// The boxes that the rays of these blocks ask for.
+// Creates the missing quadrants that the rays of these blocks use.
 void CpuHull::make_quadrants(const ViewJob& job, std::span<const VisibleBlock> blocks) {
   if (blocks.empty()) return;
   PixelRect rays = blocks.front().rays;
   for (const auto& block : blocks)
     rays = {std::min(rays.u0_px, block.rays.u0_px), std::min(rays.v0_px, block.rays.v0_px),
             std::max(rays.u1_px, block.rays.u1_px), std::max(rays.v1_px, block.rays.v1_px)};
-  rays.u1_px += kTile_px, rays.v1_px += kTile_px;  // tiles may extend beyond their block
+  rays.u1_px += kTile_px, rays.v1_px += kTile_px;  // tiles can extend beyond their block
   std::vector<std::pair<SkipMap*, Quadrant>> to_make;
   for (std::size_t i = 0; i < job.cameras.size(); ++i)
     for (const Quadrant box : quadrants_ahead(job.maps[i], rays))

@@ -1,6 +1,6 @@
-// Backend `cpu`: volume queries on the CPU, exact to rounding in double (design, "Rays"). Rays are
-// traced in vector lanes with certified margins (ray_lanes.h); those that the margins leave open,
-// and whatever the lanes have no use for, in double (ray_walk.h).
+// Backend `cpu`: hull depth on the CPU, exact to rounding in double. SIMD kernels trace rays in
+// float with certified error bounds (ray_simd.h). Rays that the bounds leave uncertain, and views
+// that the kernels do not support, are traced in double (ray_walk.h).
 #pragma once
 #include <memory>
 #include <span>
@@ -12,40 +12,40 @@
 
 namespace fivepipe::hull {
 
-// One frame set made ready for any number of queries, one at a time: they share the pool, and make
-// what they are the first to need.
+// The silhouettes of one frame set, prepared for queries. Run one query at a time: queries share
+// the pool, and each creates the skip maps that it is the first to need.
 class CpuHull {
  public:
-  explicit CpuHull(base::WorkerPool& pool);  // borrows it
+  explicit CpuHull(base::WorkerPool& pool);  // the pool must outlive the hull
   CpuHull(base::WorkerPool& pool, std::span<const Silhouette> silhouettes,
           const HullRule& rule = {});
   ~CpuHull();
-  // Takes the place of what was there; reuses the memory. Silhouettes that are not finite leave no
-  // hull.
+  // Replaces the silhouettes and reuses the memory. If a camera is not finite, the hull is empty.
   void assign(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
 
-  // Depth of the view's rays through the pixels of `rect`, which may extend beyond its image, row
-  // by row into depth_m, of rect's size. The same bits for every order of the silhouettes, division
-  // of the view into rects, and number of threads; within 2e-6 of the exact reference, relative. A
-  // view that is not finite sees no hull.
+  // Writes the depth of the view's rays through the pixels of `rect` to depth_m (see DepthTile),
+  // which must have the rect's size. The rect may extend beyond the view's image. The bits do not
+  // depend on the order of the silhouettes, the division of the view into rects or the number of
+  // threads. The relative error against the exact reference is at most 2e-6. A view that is not
+  // finite has no hull.
   void depth(const View& view, const PixelRect& rect, std::span<float> depth_m);
   DepthTile depth(const View& view, const PixelRect& rect);
 
-  // In the order in which they are asked, which does not depend on the order given.
   struct MapCamera {
     geometry::Camera camera;
     SkipMap skip_map;
-    int silhouette;  // index in what was given
+    int silhouette;  // index in the silhouettes given to assign()
   };
+  // In the order in which queries test them, which does not depend on the order given.
   std::span<const MapCamera> cameras() const { return {cameras_.data(), used_}; }
   const HullRule& rule() const { return rule_; }
-  // All boxes of all cameras that are not made yet, in the pool. Afterwards depth makes none.
+  // Creates all missing quadrants of all skip maps, in the pool. depth() then creates none.
   void make_all_quadrants();
   base::WorkerPool& pool() const { return *pool_; }
-  // Nothing is in the hull: no camera, one that is not finite, or, where all limit, one without an
-  // object pixel.
+  // Returns true if there is no camera, if a camera is not finite, or if Limits::all holds and a
+  // camera has no object pixel.
   bool empty() const { return empty_; }
-  // That is so because a camera is not finite: nothing is known.
+  // Returns true if a camera is not finite. The true hull is then unknown.
   bool unusable() const { return unusable_; }
 
  private:

@@ -16,11 +16,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<double, 8>;
 using V = hn::Vec<D>;
 
-// Roundings of a point's way to its pixel, here and in in_hull() together: fewer than 30, of half
-// an epsilon each.
+// Bound of rounding from a point to its pixel, here and in in_hull() together: fewer than 30
+// roundings of half an epsilon each.
 constexpr double kRoundings = 32 * std::numeric_limits<double>::epsilon();
 
-// One axis of the pixel: where it is, and how far in_hull()'s may be from it.
+// One coordinate of a pixel, and a bound of its difference from the one that in_hull() computes.
 struct Position {
   V px, error_px;
 };
@@ -76,7 +76,7 @@ void contains(std::span<const PointSimdCamera> cameras, const double* xyz, std::
       const auto certain = hn::And(in_front, hn::And(sure(u, whole_u), sure(v, whole_v)));
       uncertain = hn::Or(uncertain, hn::AndNot(certain, in));
       in = hn::And(in, certain);
-      // In bounds for certain, hence in store; the others look at the first byte.
+      // Points that are certainly in bounds are in store; the others read the first byte.
       const V at =
           hn::Add(hn::Mul(hn::Sub(whole_v, hn::Set(d, c.stored_v0_px)), hn::Set(d, c.stride)),
                   hn::Sub(whole_u, hn::Set(d, c.stored_u0_px)));

@@ -1,6 +1,5 @@
-// Membership of many points in vector lanes, in double with certified margins; what margins can't
-// decide is left to HullQuery::contains. For Limits::all: the first camera that has a point off its
-// object removes it.
+// SIMD membership test of many points, in double with certified error bounds, for Limits::all.
+// HullQuery::contains() decides the points that the bounds leave uncertain.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -10,12 +9,12 @@
 
 namespace fivepipe::hull {
 
-// A camera of the hull, which has object pixels, as lanes read it; pixel p covers [p, p + 1).
+// A camera of a hull that is not empty, in the layout of the kernel. Pixel p covers [p, p + 1).
 struct PointSimdCamera {
   double camera_from_world[12];  // rows of rotation and translation
   double fx_px, fy_px, cx_px, cy_px, u0_px, u1_px, v0_px, v1_px;  // bounds of the object pixels
-  double translation_m;                                           // sum of its parts' sizes
-  const std::int8_t* extents;  // of Box::right_down, of the stored pixels
+  double translation_m;        // sum of the absolute values of its components
+  const std::int8_t* extents;  // bytes of Quadrant::right_down
   double stored_u0_px, stored_v0_px, stride;
 };
 std::vector<PointSimdCamera> point_simd_cameras(const CpuHull& hull);

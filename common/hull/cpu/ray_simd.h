@@ -1,17 +1,17 @@
-// Blocks of rays traced in vector lanes, in float with certified margins; what margins can't decide
-// is left to double.
+// SIMD ray tracing of blocks of rays, in float with certified error bounds. The caller traces the
+// rays that the bounds leave uncertain in double.
 //
-// A block's rays start together. Tiles of 8x8 rays first, then of 4x4: while the images of a tile's
-// four corner rays lie in one box of pixels that are all alike, so do those of all its rays. Then
-// ray by ray: a camera that sees the ray outside its object moves the ray on to where its image
-// leaves the empty box around it, and is asked again until it agrees; one that agrees is not asked
-// again before the ray's image may leave the object. Sources: the design's "Rays"; sphere tracing
-// (Hart, 1996) with boxes for balls.
+// The method is sphere tracing (Hart, 1996) with boxes in the images in place of balls. All rays of
+// a block start at one depth. Tiles of 8x8 rays are moved on first, then tiles of 4x4: while the
+// images of a tile's four corner rays lie in one uniform box of pixels, the images of all its rays
+// do. Then each ray is traced: a camera that sees the ray outside its object moves the ray on to
+// where its image leaves the empty box around it, and is tested again until it agrees. A camera
+// that agrees is not tested again before the ray's image may leave the object.
 //
-// Certified: the image's position is known to eps. A box is left over the border that is crossed,
-// to a pixel that is known by its number; a position nearer to another border than its error, where
-// the pixel behind that may differ, makes the ray uncertain. So do too many steps. Where a box
-// tells how long a verdict holds, it is taken smaller by more than the error.
+// Error bounds: the position of an image is known to eps. When a ray leaves a box, it enters a
+// pixel whose index is known from the border crossed. A ray becomes uncertain if its position is
+// within its error of another border behind which the verdict may differ, or if it takes too many
+// steps. The span of a verdict is shortened by more than the error.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -24,69 +24,72 @@ namespace fivepipe::hull {
 
 inline constexpr int kBlock_px = 32, kTile_px = 8, kSmallTile_px = 4;
 inline constexpr int kMaxSimdCameras = 64;
-// Positions less certain than this are for double [px].
+// Rays whose positions have a larger error bound than this are traced in double [px].
 inline constexpr double kMaxEps_px = 1.0 / 64;
+// Positions keep this distance from a box's border; it is larger than the error of the positions.
 inline constexpr float kBoxMargin_px = 1.0f / 16;
-// A block over which a camera's depth W changes more than so many times is for double.
+// Blocks over which a camera's depth W changes by more than this factor are traced in double.
 inline constexpr float kMaxDepthRatio = 64;
 
-// One camera as the rays of a block see it. (U, V, W) of ray (i, j) at depth begin + s [m]:
-// at_begin + i du_begin + j dv_begin + s (slope
-// + i du + j dv); U / W and V / W are pixels [px], a pixel's centre at the whole number. They count
-// from `origin`, so that numbers stay small, and where all images move left, or up, along the
-// mirrored axis: pixel p is then -p - 1, and all move right and down.
+// Projection of a block's rays into one camera. Ray (i, j) at depth begin + s [m] has
+//   (U, V, W) = at_begin + i du_begin + j dv_begin + s (slope + i du + j dv).
+// U / W and V / W are pixel coordinates [px] relative to `origin`, so that numbers stay small.
+// Pixel centres are at integers. If all images move left, or up, that axis is mirrored (pixel p
+// becomes -p - 1), so that all images move right and down.
 struct BlockCamera {
   float at_begin[3], du_begin[3], dv_begin[3], slope[3], du[3], dv[3];
-  float min_u, max_u, min_v, max_v;  // pixels in store, from the origin
-  float step_u, step_v;              // from a pixel to the next, in bytes
-  float eps_px, eps_px_per_m;        // a position's error: eps_px + s eps_px_per_m
-  const std::int8_t*
-      at_origin;  // of the box ahead; where images move both ways, of that to the right and down
-  bool both_ways;
+  float min_u, max_u, min_v, max_v;  // stored pixels, relative to the origin
+  float step_u, step_v;              // distance between adjacent pixels [bytes]
+  float eps_px, eps_px_per_m;        // bound of a position's error: eps_px + s eps_px_per_m
+  // The origin's byte of the quadrant ahead; if both_ways, of Quadrant::right_down.
+  const std::int8_t* at_origin;
+  bool both_ways;  // the images do not all move in one direction along each axis
   std::int32_t box_bytes;
-  int origin_u_px, origin_v_px, sign_u,
-      sign_v;  // pixel p of the map is origin + sign * p, and less 1 where sign is -1
+  // Pixel p here is pixel origin + p of the map if sign is 1, origin - p - 1 if it is -1.
+  int origin_u_px, origin_v_px, sign_u, sign_v;
   const MapFromView* exact;
 };
 
 struct Block {
-  PixelRect rays;       // of the view, at most kBlock_px squared
-  double begin, end;    // no ray of the block meets the hull before or after
-  bool begins_at_near;  // begin is the view's near plane: the hull may be there already
-  double near, far;
+  PixelRect rays;       // pixels of the view, at most kBlock_px x kBlock_px
+  double begin, end;    // depths [m]; no ray of the block meets the hull before or after
+  bool begins_at_near;  // begin is the near plane, where a ray may already be in the hull
+  double near, far;     // of the view [m]
   std::vector<BlockCamera> cameras;
 };
 
-// Set by prepare for the block's present begin. False where float lanes are no use: a camera's
-// position is too uncertain.
+// Computes block.cameras for the block's current begin. Returns false if the block must be traced
+// in double, because the error bound of a camera is too large or a quadrant is missing or too
+// large.
 bool prepare(Block& block, std::span<const MapFromView> maps,
              std::span<const SkipMap* const> skip_maps);
 
 inline constexpr int kRays = kBlock_px * kBlock_px,
                      kMaxTiles = kRays / (kSmallTile_px * kSmallTile_px);
 
-// Tiles of one size, by the number of a tile.
+// Tiles of one size. Arrays are indexed by tile.
 struct TileSet {
   int count;
   alignas(64) float center_i[kMaxTiles], center_j[kMaxTiles];  // in the block
-  alignas(64) float s[kMaxTiles];  // where the tile's rays go on, from the block's begin
-  alignas(64) float hold[kMaxSimdCameras]
-                        [kMaxTiles];  // until when a camera sees all of them on its object
-  alignas(64) float asked_at[kMaxSimdCameras][kMaxTiles];  // s at which a camera was asked last
-  int stopped[kMaxSimdCameras];  // how often a camera could not move a tile on that starts before
-                                 // its object
+  alignas(64) float s[kMaxTiles];  // common position of the tile's rays, from the block's begin [m]
+  // s up to which a camera sees all rays of the tile on its object.
+  alignas(64) float hold[kMaxSimdCameras][kMaxTiles];
+  alignas(64) float asked_at[kMaxSimdCameras][kMaxTiles];  // s of a camera's last test
+  // Number of tiles off its object that a camera could not move on.
+  int stopped[kMaxSimdCameras];
 };
-struct SimdScratch {  // of one thread
+struct SimdScratch {  // one per thread
   TileSet tiles, small_tiles;
-  // Ray by ray: 16 for each small tile, row by row.
+  // Per ray: 16 rays for each small tile, row-major.
   alignas(64) float hold[kMaxSimdCameras][kRays];
   alignas(64) float s[kRays], s_error[kRays], border[kRays];
   alignas(64) std::int32_t crossed[kRays];
 };
 
-// Writes the depth [m] of each ray, kNoHull where it misses, row by row, pitch floats apart.
-// Returns how many rays are uncertain; their numbers, row * kBlock_px + column, are in `uncertain`,
-// of kRays, and their depth is to be found otherwise. Moves the block's begin.
+// Writes the depth [m] of each ray, or kNoHull if it misses the hull. Rows are `pitch` floats
+// apart. Returns the number of uncertain rays and writes their indices, row * kBlock_px + column,
+// to `uncertain`, which has room for kRays. The caller must trace those in double. May increase
+// block.begin.
 int trace_block(Block& block, std::span<const MapFromView> maps,
                 std::span<const SkipMap* const> skip_maps, SimdScratch& scratch, float* depth_m,
                 std::ptrdiff_t pitch, std::uint16_t* uncertain);

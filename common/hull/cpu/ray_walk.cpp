@@ -6,11 +6,11 @@
 namespace fivepipe::hull {
 namespace {
 
-// Rays are walked in the bounds of a map's object pixels and a little around: every hull point is
-// then behind a pixel border that the walk has crossed.
+// Rays are walked in the bounds of a map's object pixels, widened by this margin. A walk then
+// crosses a pixel border before every hull point.
 constexpr int kAround_px = 1;
 
-// The part of the range in which offset + t * slope >= 0.
+// Keeps the part of the range with offset + t * slope >= 0. `crossing` is the t where it is 0.
 void clip(RayRange& range, double offset, double slope, double crossing) {
   const bool in_at_begin = offset + range.begin * slope >= 0,
              in_at_end = offset + range.end * slope >= 0;
@@ -44,9 +44,9 @@ int floored(double x, int least, int most) {
   return !(x > least) ? least : x >= most ? most : int(std::floor(x));
 }
 
-// Parameter >= t at which the image crosses `border` of one axis, which lies ahead of the pixel
-// that it is in: t itself where rounding has it there already; never where it stands still, or
-// would get there behind the camera only.
+// Returns the parameter >= t at which the image crosses `border` of one axis, which is ahead of its
+// pixel. Returns t if rounding puts the image at the border already, and kNever if the image stands
+// still or would reach the border only behind the camera.
 double crossing(double offset, double slope, double w_offset, double w_slope, int border,
                 double t) {
   const double at = border_crossing(offset, slope, w_offset, w_slope, border);
@@ -94,7 +94,8 @@ double MapWalk::position(double offset, double slope, double t) const {
   return (offset + t * slope) / (line_.w_offset + t * line_.w_slope);
 }
 
-// The verdict holds until the ray leaves the box of pixels alike around (u_, v_).
+// Sets the verdict of pixel (u_, v_), which holds until the ray leaves the box of equal pixels
+// ahead.
 void MapWalk::enter(double t) {
   const Quadrant ahead = quadrant_ahead(!right_, !down_);
   const int r = skip_map_->at(ahead, u_, v_);
@@ -113,9 +114,8 @@ void MapWalk::walk_to(double t) {
     verdict_span_ = {beyond_, kNever};
     return;
   }
-  if (in_box_ &&
-      t == verdict_span_.end) {  // over the border where the box ends: by index, for rounding
-                                 // may say before or behind
+  if (in_box_ && t == verdict_span_.end) {  // across the box's border: by index, because the
+                                            // rounded position may be on either side
     if (leaves_by_u_) {
       u_ = right_ ? box_.u1_px : box_.u0_px - 1;
       v_ = floored(position(line_.v_offset, line_.v_slope, t), box_.v0_px, box_.v1_px - 1);
@@ -135,7 +135,8 @@ void MapWalk::walk_to(double t) {
   enter(t);
 }
 
-// Until when the ray stays outside the hull for sure; t itself where it is in it just after t.
+// Returns the end of the span from t on in which the ray is certainly outside the hull, or t if the
+// ray is in the hull just after t.
 double RayWalk::step_where_empty(double t) {
   int seen = 0;
   double next_seen = kNever;
@@ -152,7 +153,7 @@ double RayWalk::step_where_empty(double t) {
 
 double RayWalk::next_entry(double t, double end) {
   if (walks_.empty()) return kNever;
-  // A camera that moves the ray on is asked again until it agrees: it is nearest to knowing.
+  // A camera that moves the ray on is tested again until it agrees, because its box is at hand.
   for (std::size_t camera = 0, agreed = 0; agreed < walks_.size() && rule_.limits == Limits::all;
        camera = camera + 1 == walks_.size() ? 0 : camera + 1) {
     ++agreed;

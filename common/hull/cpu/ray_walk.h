@@ -1,10 +1,10 @@
-// One ray through the maps, camera by camera, in double: what is exact in every volume query along
-// a ray.
+// Walks one ray through the maps of all cameras in double: the exact part of every query along a
+// ray.
 //
 // Between two pixel borders a camera's verdict on the ray's points does not change. A walk through
-// one map asks for the verdict just after a parameter t and until when it holds; over a stretch of
-// pixels that are all alike the walk goes in one step, to where the ray's image leaves them: a
-// parameter that follows from the projection in closed form (design, "Rays").
+// one map returns the verdict just after a parameter t and the end of its span. It crosses a box of
+// equal pixels in one step, to where the ray's image leaves the box; that parameter follows from
+// the projection in closed form.
 #pragma once
 #include <limits>
 #include <span>
@@ -18,8 +18,8 @@ namespace fivepipe::hull {
 
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Which way a ray's image moves is sure beyond this fraction of what it is the difference of: far
-// above the rounding of float.
+// The direction of a ray's image is a difference of two terms. It is certain if the difference is
+// larger than this fraction of the terms, which is far above the rounding of float.
 inline constexpr double kUncertainDirection = 1e-4;
 
 // Ray parameters [begin, end).
@@ -28,14 +28,14 @@ struct RayRange {
   bool empty() const { return !(begin < end); }
 };
 
-// Parameter at which a ray's image crosses a pixel border of one axis. One formula, so that every
-// backend gives the same bits.
+// Parameter at which a ray's image crosses a pixel border of one axis. All backends use this
+// formula, so that their bits agree.
 inline double border_crossing(double offset, double slope, double w_offset, double w_slope,
                               double border) {
   return (border * w_offset - offset) / (slope - border * w_slope);
 }
 
-// The image of one ray in one map: (U, V, W)(t) = offset + t * slope, pixel p covers [p, p + 1) of
+// The image of one ray in one map: (U, V, W)(t) = offset + t * slope. Pixel p covers [p, p + 1) of
 // U / W.
 struct ImageLine {
   double u_offset, u_slope, v_offset, v_slope, w_offset, w_slope;
@@ -53,26 +53,26 @@ ImageLine image_line(const geometry::Camera& camera, const geometry::Ray& ray);
 enum class Verdict { empty, object, unseen };
 struct VerdictSpan {
   Verdict verdict;
-  double end;  // ray parameter; kNever: to the end
+  double end;  // ray parameter; kNever: to the end of the ray
 };
 
-// The part of a camera's map in which rays are walked.
+// The part of a camera's map through which rays are walked.
 PixelRect walk_window(const geometry::Camera& camera, const SkipMap& skip_map,
                       const HullRule& rule);
-// What a camera says of a ray outside that window.
+// A camera's verdict on a ray outside that window.
 inline Verdict beyond_window(const HullRule& rule) {
   return rule.limits == Limits::seen ? Verdict::unseen : Verdict::empty;
 }
 
 class MapWalk {
  public:
-  // Where the ray is outside `window` of the map, or not in front of its camera, the verdict is
-  // `beyond`. The window holds all object pixels. Borrows the reaches, in which the box ahead of
-  // the ray's image is made.
+  // The verdict is `beyond` while the ray is outside `window` of the map or not in front of its
+  // camera. The window holds all object pixels. The skip map must outlive the walk and have the
+  // quadrant into which the ray's image moves.
   MapWalk(const ImageLine& line, const SkipMap& skip_map, const PixelRect& window, Verdict beyond,
           const RayRange& range);
 
-  // Just after t, which never decreases from call to call, and is in the range.
+  // Returns the verdict just after t. t must be in the range and not decrease from call to call.
   VerdictSpan verdict_at(double t) {
     if (!(t < verdict_span_.end)) walk_to(t);
     return verdict_span_;
@@ -89,23 +89,23 @@ class MapWalk {
   Verdict beyond_;
   RayRange inside_window_;
   bool right_, down_;
-  bool in_box_ = false;  // verdict_span_.end is where the ray leaves box_
+  bool in_box_ = false;  // the ray leaves box_ at verdict_span_.end
   bool leaves_by_u_ = false;
-  PixelRect box_;  // of pixels all alike
+  PixelRect box_;  // of equal pixels
   int u_ = 0, v_ = 0;
   VerdictSpan verdict_span_;
 };
 
-// The walks of all cameras, and the rule that joins them.
+// The walks of all cameras, combined by the rule.
 class RayWalk {
  public:
   RayWalk(std::vector<MapWalk>& walks, const HullRule& rule) : walks_(walks), rule_(rule) {}
 
-  // First parameter >= t, before end, from which on the ray is in the hull; kNever if there is
-  // none. t as for MapWalk::verdict_at.
+  // Returns the first parameter in [t, end) just after which the ray is in the hull, or kNever. t
+  // as for MapWalk::verdict_at().
   double next_entry(double t, double end);
-  // First parameter > t at which the ray is no more in the hull; end if that is not before. It is
-  // in the hull just after t.
+  // Returns the first parameter in (t, end) at which the ray leaves the hull, or end. The ray must
+  // be in the hull just after t.
   double next_exit(double t, double end);
 
  private:

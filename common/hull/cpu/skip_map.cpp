@@ -15,8 +15,8 @@ namespace {
 constexpr int kWordsPerStep = 8, kCountBits = 3, kLevels = int(kExtents_px.size());
 static_assert(kLevels == 1 << kCountBits);
 
-// `rows` rows of `words` words, a multiple of kWordsPerStep. A bit of `empty`: no object pixel; of
-// `object`: one.
+// Bit planes of `rows` rows with `words` words each, a multiple of kWordsPerStep. A bit of `object`
+// is set for an object pixel, a bit of `empty` for any other pixel.
 struct Planes {
   int rows, words;
   const std::uint64_t *empty, *object;
@@ -41,10 +41,10 @@ constexpr int apart(int level) {
   return kExtents_px[std::size_t(level)] - kExtents_px[std::size_t(level - 1)];
 }
 
-// Erosion of one plane. Level k of a row: pixels whose box of side kExtents_px[k] is all ones. Rows
-// come against the box's way, and a row's vectors too, so that all that the boxes cover is
-// there: level k takes level k - 1 of its own row and of the row `apart` before, each eroded along
-// the row.
+// Erosion of one plane. Level k of a row has the pixels whose box of side kExtents_px[k] is all
+// ones. Rows, and the vectors of a row, are processed from the far end of the boxes, so that all
+// pixels of a box are processed before its corner: level k combines level k - 1 of its own row and
+// of the row `apart` before, each eroded along the row.
 template <bool kLeft>
 class Erosion {
  public:
@@ -56,7 +56,8 @@ class Erosion {
 
   void begin_row() { beside_.fill(outside_); }
 
-  // The levels of the next vector of the n-th row, whose bits are x: each to take(k, bits).
+  // Computes the levels of the next vector of the n-th row, whose bits are x. Calls take(k, bits)
+  // for each level.
   template <class Take>
   HWY_INLINE void levels(int n, int word, V64 x, const Take& take) {
     const D64 d;
@@ -94,13 +95,14 @@ class Erosion {
   int words_;
   std::uint64_t outside_;
   std::array<std::size_t, kLevels> first_row_{};
-  std::array<std::uint64_t, kLevels> beside_{};  // the word beside the next vector, by level
+  std::array<std::uint64_t, kLevels> beside_{};  // the word adjacent to the next vector, by level
   std::array<std::int64_t, kWordsPerStep> neighbours_ = make_neighbours();
   std::vector<std::uint64_t> rows_before_;
 };
 
-// How many levels beyond the first hold a bit, in binary. Levels are nested: digit b is set where
-// an odd multiple of 2^b holds the bit and the next even one does not.
+// Binary digit b of the number of levels beyond the first that have a bit set. Levels are nested,
+// so the digit is set if the level of an odd multiple of 2^b has the bit and the next even one does
+// not.
 HWY_INLINE V64 digit(const V64* levels, int b) {
   V64 bits = hn::Zero(D64());
   for (int n = 1 << b; n < kLevels; n += 2 << b) {
@@ -110,7 +112,7 @@ HWY_INLINE V64 digit(const V64* levels, int b) {
   return bits;
 }
 
-// A row's bytes from the digits.
+// Computes a row's bytes from the binary digits of the levels.
 HWY_INLINE void store_extents(const std::uint64_t* counts, const std::uint64_t* object, int words,
                               int used_words, std::int8_t* out) {
   const D8 d;
@@ -215,22 +217,6 @@ void SkipMap::make(Quadrant box) {
   (left, up, {stored_.height_px(), words_, empty_.data(), object_.data()}, stride_ / 64,
    bytes_.get() + std::size_t(box) * box_bytes_, stride_);
   made_[std::size_t(box)] = true;
-}
-
-void SkipMap::make_all() {
-  for (int box = 0; box < kQuadrants; ++box)
-    if (!has(Quadrant(box))) make(Quadrant(box));
-}
-
-int SkipMap::min_extent(int u_px, int v_px) const {
-  int least = kExtents_px.back();
-  bool object = false;
-  for (int box = 0; box < kQuadrants; ++box) {
-    const int r = at(Quadrant(box), u_px, v_px);
-    object = r < 0;
-    least = std::min(least, std::abs(r));
-  }
-  return object ? -least : least;
 }
 
 }  // namespace fivepipe::hull

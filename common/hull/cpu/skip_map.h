@@ -1,9 +1,9 @@
-// How far boxes of like pixels extend ahead of the pixels of a map: the skipping structure of the
-// CPU's volume queries.
+// The size of the uniform box ahead of each pixel of a map: the empty-space skipping structure of
+// the CPU's queries.
 //
-// Made by erosion of bit planes, one word 64 pixels: a box of side a + b is four boxes of side a, b
-// apart (decomposition of structuring elements, van den Boomgaard and van Balen, 1992). What else
-// was measured: docs/hull.md.
+// It is computed by erosion of bit planes, 64 pixels per word: a box of side a + b is the union of
+// four boxes of side a that are b apart (decomposition of structuring elements, van den Boomgaard
+// and van Balen, 1992). docs/hull.md compares alternatives.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -16,12 +16,12 @@
 
 namespace fivepipe::hull {
 
-// On which side of a pixel its box lies, with the pixel in the corner: where a point that moves so
-// is going.
+// The side of a pixel on which its box lies. The pixel is the corner of the box; a point that moves
+// in that direction enters the box there.
 enum class Quadrant { right_down, left_down, right_up, left_up };
 inline constexpr int kQuadrants = 4;
 constexpr Quadrant quadrant_ahead(bool left, bool up) { return Quadrant(int(left) + 2 * int(up)); }
-// The `extent` x `extent` pixels.
+// The box of `extent` x `extent` pixels.
 inline PixelRect quadrant_rect(Quadrant box, int u, int v, int extent) {
   const bool left = box == Quadrant::left_down || box == Quadrant::left_up,
              up = box == Quadrant::right_up || box == Quadrant::left_up;
@@ -29,28 +29,30 @@ inline PixelRect quadrant_rect(Quadrant box, int u, int v, int extent) {
           up ? v + 1 : v + extent};
 }
 
-// The reaches that are told apart [px]; what lies between counts as the next below. Each is at most
-// twice the one before. Twice as many save a tenth of a ray's steps and cost twice the making.
+// The extents that the map stores [px]; others are rounded down to the next one. Each is at most
+// twice the one before. Twice as many extents save 10 % of a ray's steps and double the time to
+// create them.
 inline constexpr std::array<int, 8> kExtents_px = {1, 2, 3, 5, 9, 17, 33, 65};
 
 class SkipMap {
  public:
-  // The region in store reaches at least so far beyond the object pixels [px].
+  // The stored region extends at least this far beyond the object pixels [px].
   static constexpr int kMargin_px = 8;
 
-  // Takes a copy of the bits around the object; reuses the memory. No box is made yet.
+  // Copies the bits around the object and reuses the memory. Creates no quadrant.
   void assign(const ObjectPixels& pixels);
-  void make(Quadrant box);  // once; different ones may be made at the same time
+  // Creates a quadrant. Call at most once for each; different quadrants may be created
+  // concurrently.
+  void make(Quadrant box);
   bool has(Quadrant box) const { return made_[std::size_t(box)]; }
-  void make_all();
 
-  const PixelRect& bounds() const { return bounds_; }  // of the object pixels
-  // What is in store: bounds and margin; parts may lie outside the image. Empty without object
-  // pixels.
+  const PixelRect& bounds() const { return bounds_; }  // bounds of the object pixels
+  // The stored region: the bounds and a margin, which may extend beyond the image. Empty if there
+  // is no object pixel.
   const PixelRect& stored() const { return stored_; }
 
-  // r > 0: no pixel of the box with extent r is an object pixel. r < 0: all of that with extent -r
-  // are; outside the image there is none. The box has been made.
+  // Returns r > 0 if no pixel of the box with extent r is an object pixel, r < 0 if all pixels of
+  // the box with extent -r are. There are no object pixels outside the image. Requires has(box).
   int at(Quadrant box, int u_px, int v_px) const {
     if (bounds_.empty()) return kExtents_px.back();
     const int u = std::clamp(u_px, stored_.u0_px, stored_.u1_px - 1),
@@ -59,23 +61,23 @@ class SkipMap {
       return beyond + kMargin_px;
     return bytes(box)[std::ptrdiff_t(v - stored_.v0_px) * stride_ + (u - stored_.u0_px)];
   }
-  // The same of all four boxes together: r > 0: no pixel less than r columns and rows away is an
-  // object pixel. All have been made.
-  int min_extent(int u_px, int v_px) const;
-
-  // Of stored's pixels, row by row; three more bytes may be read after the last row.
+  // at() of the pixels of stored(), row by row, `stride` bytes apart. Up to three bytes after the
+  // last row are readable.
   const std::int8_t* bytes(Quadrant box) const {
     return bytes_.get() + std::size_t(box) * box_bytes_;
   }
   int stride() const { return stride_; }
-  std::size_t box_bytes() const { return box_bytes_; }  // from one box's bytes to the next's
+  std::size_t box_bytes() const {
+    return box_bytes_;
+  }  // distance between the bytes of two quadrants
 
  private:
   PixelRect bounds_, stored_;
-  int stride_ = 0, words_ = 0;  // of the bit planes, rounded up to whole vectors
+  int stride_ = 0, words_ = 0;  // words_ per row of the bit planes, rounded up to whole vectors
   std::size_t box_bytes_ = 0, bytes_size_ = 0;
   std::vector<std::uint64_t> empty_, object_;  // bit planes of `stored`
-  std::unique_ptr<std::int8_t[]> bytes_;  // of each box that was made; the rest is never touched
+  std::unique_ptr<std::int8_t[]>
+      bytes_;  // of each quadrant that exists; the rest is not initialised
   std::array<bool, kQuadrants> made_{};
 };
 

@@ -1,5 +1,5 @@
-// Tiles of a block, a vector of them at a time: moved on together while no ray of theirs can meet
-// the hull. Compiled once per instruction set by those who include it.
+// Moves the tiles of a block on, a vector of tiles at a time, while none of their rays can meet the
+// hull. Each includer compiles this file once per instruction set.
 #if defined(FIVEPIPE_TILE_SIMD_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef FIVEPIPE_TILE_SIMD_INL_H
 #undef FIVEPIPE_TILE_SIMD_INL_H
@@ -20,18 +20,18 @@ namespace fivepipe::hull {
 namespace HWY_NAMESPACE {
 namespace {
 
-// A tile goes round the cameras, and a camera is asked in a row, at most so often.
+// Maximum rounds of a tile through all cameras, and consecutive steps with one camera.
 constexpr int kTileRounds = 4, kTileRepeats = 6;
-// A tile that would move less than this [px] goes on ray by ray.
+// A tile whose step is smaller than this is traced ray by ray [px].
 constexpr float kMinTileStep_px = 0.75f;
 constexpr float kNoVerdictEnd = -1.0f;
 
 struct TileStep {
   VF advance, extent;
-  MF stuck;  // the tile's rays are not in one box, or it is left at once
+  MF stuck;  // the tile's rays are not in one box, or leave it at once
 };
 
-// All rays of a tile lie in the box ahead of the hindmost of its corners while its corners do.
+// All rays of a tile lie in the box ahead of its hindmost corner as long as its corners do.
 template <bool kBothWays>
 HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF center_i, VF center_j, VF s) {
   const DF d;
@@ -61,7 +61,7 @@ HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF center_i, VF
     VF way = hn::Min(way_u, way_v);
     if (kBothWays)
       way = hn::IfThenElse(hn::Lt(hn::Min(ahead_u, ahead_v), zero), zero,
-                           way);  // corners that part are not in one box for long
+                           way);  // diverging corners soon leave the box
     min_way = hn::Min(min_way, way);
     const VF take_u = hn::Mul(way_u, reciprocal(divisor(way_u, ahead_u, w1[corner]))),
              take_v = hn::Mul(way_v, reciprocal(divisor(way_v, ahead_v, w1[corner])));
@@ -70,7 +70,8 @@ HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF center_i, VF
   return {advance, extent, hn::Lt(min_way, hn::Set(d, kMinTileStep_px))};
 }
 
-// Moves each tile on while the cameras allow. Returns those that are left, in the same order.
+// Moves each tile on as far as the cameras allow. Keeps the tiles that may meet the hull, in the
+// same order.
 HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, float span,
                             TileSet& tiles) {
   std::fill_n(tiles.stopped, cameras.size(), 0);
@@ -123,7 +124,7 @@ HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, f
   tiles.count = count;
 }
 
-// Those of the smaller tiles that have rays in the block.
+// Divides each tile into four small ones and keeps those that have rays in the block.
 HWY_INLINE void split_tiles(const TileSet& tiles, const PixelRect& rays, std::size_t cameras,
                             TileSet& small) {
   small.count = 0;

@@ -6,7 +6,9 @@
 #include <stdexcept>
 
 #include "common/gl/gl_error.h"
+#include "common/gl/shader_source.h"
 #include "common/hull/gl/gl_hull_shaders.h"
+#include "common/hull/gl/shaders_embedded.h"
 #include "common/hull/map_from_view.h"
 
 namespace fivepipe::hull {
@@ -14,7 +16,8 @@ namespace {
 
 using namespace gl_hull;
 
-// Bindings of the shaders' storage blocks; the preparation and a view share the distances.
+// Bindings of the shaders' storage blocks. Both the preparation and the passes over a view use
+// kDistances.
 enum Binding {
   kBits = 0,
   kDistances = 1,
@@ -25,7 +28,7 @@ enum Binding {
   kWork = 3
 };
 static_assert(kMaxCameras == kMaxGlCameras);
-constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as its shader
+constexpr std::size_t kGroupsPerRow = 64;  // of the dispatch over tiles, as in work.glsl
 
 int floor_to_multiple(int x, int of) { return x >= 0 ? x / of * of : -((-x + of - 1) / of * of); }
 
@@ -36,8 +39,8 @@ struct QueryCamera {
   PixelRect bounds;  // of its object pixels
 };
 
-// The order in which cameras are asked: smallest object first, it clears most; the rest only so
-// that the given order never shows.
+// Sorts the smallest object first, because it excludes most. The other keys make the order
+// independent of the given one.
 bool smaller_first(const QueryCamera& a, const QueryCamera& b) {
   const auto key = [](const QueryCamera& asked) {
     const geometry::Pinhole& k = asked.silhouette->camera.pinhole;
@@ -53,7 +56,7 @@ bool smaller_first(const QueryCamera& a, const QueryCamera& b) {
                                               b.silhouette->pixels.words());
 }
 
-// Bits of the crop, rows of whole words; the crop may reach over the image, where nothing is set.
+// Copies the bits of the crop in rows of whole words. Pixels of the crop outside the image stay 0.
 void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t words,
                std::uint32_t rows, std::uint32_t* to) {
   const int first = u0_px / 32, in_row = 2 * pixels.words_per_row();  // u0 is a multiple of 32
@@ -69,11 +72,11 @@ void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t w
 }  // namespace
 
 GlHull::GlHull()
-    : cells_("hull: cells", cells_source()),
-      strips_("hull: strips", strips_source()),
-      distances_("hull: distances", distances_source()),
-      tiles_("hull: tiles", tiles_source()),
-      resolve_exact_("hull: settle", resolve_exact_source()) {
+    : cells_("hull: cells", kCellsComp),
+      strips_("hull: strips", kStripsComp),
+      distances_("hull: distances", kDistancesComp),
+      tiles_("hull: tiles", kTilesComp),
+      resolve_exact_("hull: resolve exact", kResolveExactComp) {
   for (const std::size_t most : {4, 16, 64}) rays_.push_back({most, nullptr});
   const Work none{};
   work_buffer_.write(&none, sizeof none);
@@ -140,7 +143,6 @@ void GlHull::prepare() {
   const Strips none{{0, 1, 1}, 0};
   strip_buffer_.reserve(sizeof none + all_strips * 2 * sizeof(std::uint32_t));
   strip_buffer_.write(&none, sizeof none);
-  prepare_timer_.begin();
   bit_buffer_.bind_storage(kBits);
   distance_buffer_.bind_storage(kDistances);
   grid_buffer_.bind_storage(kGrids);
@@ -155,7 +157,6 @@ void GlHull::prepare() {
   distances_.use();
   glDispatchComputeIndirect(offsetof(Strips, groups));
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-  prepare_timer_.end();
 }
 
 void GlHull::write_view(const View& view) {
@@ -176,7 +177,7 @@ void GlHull::write_view(const View& view) {
     Eigen::Vector3d::Map(to.constant) = at_infinity.col(2);
     Eigen::Vector4i::Map(to.bounds) << m.bounds.u0_px, m.bounds.v0_px, m.bounds.u1_px,
         m.bounds.v1_px;
-    // Each word of bits has four of distances, and 32 columns.
+    // Each word of bits has 32 columns and four words of distances.
     Eigen::Vector4i::Map(to.pixels) << int(4 * m.first_pixel_word), int(4 * m.pixel_words),
         int(m.pixel_rows), int(32 * m.pixel_words);
     Eigen::Vector4i::Map(to.cells) << int(4 * m.first_cell_word), int(4 * m.cell_words),
@@ -186,8 +187,8 @@ void GlHull::write_view(const View& view) {
   view_buffer_.write(&block, offsetof(ViewBlock, maps) + maps_.size() * sizeof(ViewMap));
 }
 
-// Tiles are aligned in the view, not in a rect: a ray's arithmetic is the same however the view is
-// divided.
+// Tiles are aligned in the view, not in a rect, so that a ray's arithmetic does not depend on how
+// the view is divided into rects.
 void GlHull::write_candidates(std::span<const PixelRect> rects) {
   std::vector<Candidate> candidates;
   std::size_t rays = 0;
@@ -213,8 +214,9 @@ const gl::GlProgram& GlHull::rays_program(std::size_t cameras) {
   const auto rays = std::find_if(rays_.begin(), rays_.end(),
                                  [&](const RaysProgram& r) { return cameras <= r.max_cameras; });
   if (!rays->program)
-    rays->program =
-        std::make_unique<gl::GlProgram>("hull: rays", rays_source(int(rays->max_cameras)));
+    rays->program = std::make_unique<gl::GlProgram>(
+        "hull: rays",
+        gl::with_defines(kRaysComp, "#define CAMERAS " + std::to_string(rays->max_cameras) + "\n"));
   return *rays->program;
 }
 
@@ -260,12 +262,10 @@ void GlHull::trace(const View& view, std::span<const PixelRect> rects) {
                       std::isfinite(view.far_m);
   const std::span<const PixelRect> asked = empty_ || !usable ? std::span<const PixelRect>() : rects;
   write_candidates(asked);
-  trace_timer_.begin();
   if (candidates_ > 0) {
     write_view(view);
     run(maps_.size());
   }
-  trace_timer_.end();
 }
 
 const gl::GlTexture& GlHull::depth() const {
@@ -288,10 +288,6 @@ std::vector<DepthTile> GlHull::depth(const View& view, std::span<const PixelRect
   std::vector<DepthTile> tiles;
   for (const PixelRect& rect : rects) tiles.push_back(read_back(rect));
   return tiles;
-}
-
-DepthTile GlHull::depth(const View& view, const PixelRect& rect) {
-  return std::move(depth(view, std::span(&rect, 1)).front());
 }
 
 GlHull::Counts GlHull::counts() const {

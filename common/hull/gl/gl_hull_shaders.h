@@ -1,33 +1,31 @@
-// The compute shaders of backend `gl` (gl_hull.h), as GLSL 4.5 sources, and the buffers that they
-// share with its C++ side.
+// Buffer layouts and sizes that backend `gl` (gl_hull.h) shares with its compute shaders (*.comp).
 #pragma once
 #include <cstdint>
-#include <string>
 
 namespace fivepipe::hull::gl_hull {
 
-inline constexpr int kMaxCameras =
-    64;                             // a view's block stays within the 16 KB that every driver has
-inline constexpr int kTile_px = 8;  // a workgroup's rays: tiles of 8x8, aligned in the view
-inline constexpr int kGroup =
-    64;  // invocations of a workgroup in the passes that are not over rays
-inline constexpr int kPad_px = 8;  // free of object pixels around a map's bounds, at least
-inline constexpr int kStripWidth_px = 16,
-                     kStripHeight_px = 8;  // pixels whose distances one invocation makes
-inline constexpr int kCell_px = 8;         // side of a coarse cell
+inline constexpr int kMaxCameras = 64;  // ViewBlock fits into 16 KiB, which every driver supports
+inline constexpr int kTile_px = 8;  // a workgroup traces a tile of 8x8 rays, aligned in the view
+inline constexpr int kGroup = 64;   // invocations per workgroup of the other passes
+inline constexpr int kPad_px = 8;   // minimum of empty pixels around a map's bounds
+// One invocation of distances.comp computes a strip of this size.
+inline constexpr int kStripWidth_px = 16, kStripHeight_px = 8;
+inline constexpr int kCell_px = 8;  // side of a coarse cell
 
 // std430 layouts, as the shaders declare them.
-struct Grid {  // bits of one map's crop, or of its coarse cells: a row is whole words of 32, 4
-               // words of distances for each
+// Bits of one map's crop or of its coarse cells. A row is whole words of 32 bits; each has 4 words
+// of distances.
+struct Grid {
   std::uint32_t first_word, words_per_row, rows, unused;
 };
-struct Strips {  // an indirect dispatch, and the pairs of words that it works on
+struct Strips {  // an indirect dispatch; the list of strips follows
   std::uint32_t groups[3], count;
 };
 struct ViewMap {  // std140
-  double eye[4], column[4], row[4],
-      constant[4];  // (U, V, W) at the eye; at infinity, by view column, by view row, constant
-  std::int32_t bounds[4];            // u0, v0, u1, v1 of the object pixels [px of the crop]
+  // (U, V, W) of the view's eye; then the slope per view column, per view row, and constant
+  // (MapFromView::at_infinity).
+  double eye[4], column[4], row[4], constant[4];
+  std::int32_t bounds[4];            // u0, v0, u1, v1 of the object pixels, in the crop [px]
   std::int32_t pixels[4], cells[4];  // distances: first word, words per row, rows, columns
   std::int32_t unused[4];
 };
@@ -35,24 +33,20 @@ struct ViewBlock {
   double range_m[4];  // near, far
   ViewMap maps[kMaxCameras];
 };
-struct Candidate {  // a tile to look at: its rays (first to last, inclusive) that are asked for
+// A tile: its first pixel (u, v << 16) and the requested rays, first to last inclusive, as 4 bits
+// each of first u, last u, first v, last v.
+struct Candidate {
   std::uint32_t corner, rays;
 };
 struct Tile {
-  double begin_m;  // depth that all rays of the tile start from: none meets the hull before it
-  float length_m;  // none after begin + length
-  std::uint32_t at_near, corner, rays;
+  double begin_m;         // common start of the tile's rays: none meets the hull before it
+  float length_m;         // no ray meets the hull after begin_m + length_m
+  std::uint32_t at_near;  // 1: begin_m is the near plane, where a ray may already be in the hull
+  std::uint32_t corner, rays;  // as Candidate
   std::uint32_t unused[2];
 };
-struct Work {  // two indirect dispatches and what they work on
+struct Work {  // two indirect dispatches; the list of uncertain rays follows
   std::uint32_t tile_groups[3], tiles, ray_groups[3], rays;
 };
-
-std::string cells_source();                // coarse cells from object bits
-std::string strips_source();               // which strips of pixels need distances
-std::string distances_source();            // their chessboard distances from bits
-std::string tiles_source();                // which tiles may meet the hull, and from where on
-std::string rays_source(int max_cameras);  // rays in float, doubtful ones set aside
-std::string resolve_exact_source();        // these in double
 
 }  // namespace fivepipe::hull::gl_hull

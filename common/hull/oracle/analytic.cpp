@@ -1,6 +1,6 @@
-// Sources: ray against capsule as the union of a cylinder's side and two spheres; "touched" by the
-// distance of convex bodies (Ericson, Real-Time Collision Detection, 5.1.9: closest points of two
-// segments).
+// A ray enters a capsule through the side of its cylinder or through one of its two spheres. The
+// touched pixels follow from distances of convex bodies (Ericson, Real-Time Collision Detection,
+// 5.1.9: closest points of two segments).
 #include "common/hull/oracle/analytic.h"
 
 #include <algorithm>
@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Rounding of the distances below, as a fraction of the coordinates' size: touched pixels must
-// contain the object for certain.
+// Bound of rounding of the distances below, as a fraction of the coordinates. The radius grows by
+// it, so that the touched pixels certainly contain the object.
 constexpr double kRoundingFraction = 1e-12;
 
 double squared_distance_to_segment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
@@ -23,18 +23,18 @@ double squared_distance_to_segment(const Vector3d& p, const Vector3d& a, const V
   return (p - a - s * ab).squaredNorm();
 }
 
-// Entry into a ball from outside; the origin is not in it.
+// Parameter at which the ray enters a ball. The ray's origin is not in the ball.
 std::optional<double> ball_entry(const Vector3d& centre, double radius, const geometry::Ray& ray) {
   const Vector3d m = ray.origin_world_m - centre;
   const double dd = ray.direction_world.squaredNorm(), md = m.dot(ray.direction_world);
-  // The discriminant from the closest point of the line: no cancellation for distant balls.
+  // The discriminant uses the closest point of the line, so nothing cancels for distant balls.
   const double h2 = radius * radius - (m - md / dd * ray.direction_world).squaredNorm();
   if (!(h2 >= 0)) return std::nullopt;
   const double t = (-md - std::sqrt(h2 * dd)) / dd;
   return t >= 0 ? std::optional(t) : std::nullopt;
 }
 
-// Entry through the cylinder's side, between its ends.
+// Parameter at which the ray enters the cylinder through its side.
 std::optional<double> side_entry(const Capsule& c, const geometry::Ray& ray) {
   const Vector3d axis = c.b_world_m - c.a_world_m;
   const double length2 = axis.squaredNorm();
@@ -43,7 +43,7 @@ std::optional<double> side_entry(const Capsule& c, const geometry::Ray& ray) {
   const Vector3d d_across = ray.direction_world - ray.direction_world.dot(axis) / length2 * axis;
   const Vector3d m_across = m - m.dot(axis) / length2 * axis;
   const double dd = d_across.squaredNorm(), md = m_across.dot(d_across);
-  if (!(dd > 0)) return std::nullopt;  // along the axis: enters through a ball
+  if (!(dd > 0)) return std::nullopt;  // parallel to the axis: the ray enters through a ball
   const double h2 = c.radius_m * c.radius_m - (m_across - md / dd * d_across).squaredNorm();
   if (!(h2 >= 0)) return std::nullopt;
   const double t = (-md - std::sqrt(h2 * dd)) / dd;
@@ -55,8 +55,7 @@ std::optional<double> side_entry(const Capsule& c, const geometry::Ray& ray) {
 double squared_distance_to_half_line(const Vector3d& a, const Vector3d& b, const Vector3d& e) {
   const Vector3d ab = b - a;
   const double length2 = ab.squaredNorm(), along = ab.dot(e), across2 = length2 - along * along;
-  // Closest point of the two lines, then each parameter clamped to its range and the other solved
-  // again.
+  // Find the closest points of the two lines, clamp each parameter and solve for the other again.
   double s = across2 > 0 ? std::clamp((a.dot(e) * along - a.dot(ab)) / across2, 0.0, 1.0) : 0.0;
   double t = (a + s * ab).dot(e);
   if (t < 0) {
@@ -66,8 +65,8 @@ double squared_distance_to_half_line(const Vector3d& a, const Vector3d& b, const
   return (a + s * ab - t * e).squaredNorm();
 }
 
-// The convex cone of all lines of sight through a rectangle of the image, apex in the camera's
-// centre; camera frame.
+// The convex cone of all lines of sight through a rectangle of the image, in the camera frame. Its
+// apex is the camera's centre.
 struct ViewCone {
   std::array<Vector3d, 4> edges;            // unit, in the order of the rectangle's corners
   std::array<Vector3d, 4> outward_normals;  // unit; [i] of the face between edges i and i + 1
@@ -97,7 +96,8 @@ bool segment_meets(const ViewCone& cone, const Vector3d& a, const Vector3d& b) {
   return s0 <= s1;
 }
 
-// p's nearest point of the cone lies within a face, not on an edge, and at most `radius` away.
+// Returns true if a point of the interior of a face is the foot of p on that face, at most `radius`
+// away.
 bool near_face(const ViewCone& cone, const Vector3d& p, double radius) {
   for (int i = 0; i < 4; ++i) {
     const Vector3d& n = cone.outward_normals[i];
@@ -112,9 +112,9 @@ bool near_face(const ViewCone& cone, const Vector3d& p, double radius) {
 
 enum class Overlap { none, some, all };
 
-// Of a rectangle's view cone with the capsule (camera frame). The silhouette of a convex body is
-// convex: four corners in it mean all of the rectangle. The nearest points of two convex polyhedra
-// are on edge and edge or on corner and face.
+// Overlap of a rectangle's view cone with the capsule (camera frame). The silhouette of a convex
+// body is convex, so it holds the rectangle if it holds its four corners. The nearest points of two
+// convex polyhedra are on two edges or on a corner and a face.
 Overlap overlap(const ViewCone& cone, const Vector3d& a, const Vector3d& b, double radius) {
   for (const Vector3d& n : cone.outward_normals)
     if (n.dot(a) > radius && n.dot(b) > radius) return Overlap::none;
@@ -128,8 +128,8 @@ Overlap overlap(const ViewCone& cone, const Vector3d& a, const Vector3d& b, doub
   return Overlap::none;
 }
 
-// Sets the pixels of one capsule's silhouette by halving rectangles until they are wholly in,
-// wholly out or one pixel.
+// Sets the pixels of one capsule's silhouette: halves rectangles until they are inside, outside or
+// a single pixel.
 struct Painter {
   ObjectPixels& pixels;
   const geometry::Pinhole& pinhole;

@@ -1,6 +1,6 @@
-// Objects whose silhouettes are known in closed form: capsules (a sphere is a capsule of length
-// zero). The oracle for maps and hulls: synthetic cameras draw these, tests and benchmarks compare
-// with them.
+// Analytic oracle: objects made of capsules, whose silhouettes are known in closed form (a sphere
+// is a capsule of length zero). Synthetic cameras draw them; tests and benchmarks compare with
+// them.
 #pragma once
 #include <span>
 #include <vector>
@@ -9,28 +9,30 @@
 
 namespace fivepipe::hull {
 
-// All points within radius_m of the segment a-b, world [m]; radius_m > 0.
+// All points within radius_m > 0 of the segment a-b.
 struct Capsule {
   Eigen::Vector3d a_world_m, b_world_m;
   double radius_m;
 };
 
-// Depth along the ray (its parameter, not normalised) at which it enters the capsule from outside;
-// nothing where it misses or the capsule lies behind the origin; 0 where the origin is inside.
+// Returns the ray parameter (in units of the direction's length) at which the ray enters the
+// capsule, 0 if its origin is inside, or nullopt if the ray misses or the capsule is behind the
+// origin.
 std::optional<double> ray_entry(const Capsule& capsule, const geometry::Ray& ray);
 
-// The line of sight through uv meets one of the capsules in front of the camera: uv is in the true
-// silhouette.
+// Returns true if uv is in the true silhouette: the line of sight through uv meets a capsule in
+// front of the camera.
 bool in_silhouette(std::span<const Capsule> object, const geometry::Camera& camera,
                    const Eigen::Vector2d& uv_px);
 
-// Membership in the hull of the true silhouettes: no pixels involved. Image borders count as for
-// in_hull (outside any image: not in).
+// Membership in the hull of the true silhouettes, without pixels. As for in_hull(), a point outside
+// the image of any camera is not in the hull.
 bool in_analytic_hull(std::span<const Capsule> object, std::span<const geometry::Camera> cameras,
                       const Eigen::Vector3d& p_world_m);
 
-// centre: a pixel is set where its centre is in the silhouette (cuts off up to half a pixel of the
-// object). touched: where any of its unit square is (contains the object).
+// Rule by which a pixel is set:
+//   center:  its centre is in the silhouette. The map omits up to half a pixel of the object.
+//   touched: any part of its unit square is in the silhouette. The map contains the object.
 enum class PixelRule { center, touched };
 ObjectPixels true_object_pixels(std::span<const Capsule> object, const geometry::Camera& camera,
                                 PixelRule rule);

@@ -1,7 +1,7 @@
-// The exact reference for hull depth: each camera's epipolar line walked pixel by pixel into exact
-// in/out intervals, the intervals of all cameras intersected (image-based visual hulls, Matusik et
-// al. 2000, done exactly). Written for clarity, in double, slow; shares no code with the backends
-// that are held against it.
+// The exact reference for hull depth: walks each camera's epipolar line pixel by pixel into exact
+// inside intervals and intersects the intervals of all cameras (image-based visual hulls, Matusik
+// et al., 2000). Written for clarity, in double, slow. It shares no code with the backends that
+// tests compare with it.
 #pragma once
 #include <optional>
 #include <span>
@@ -11,17 +11,17 @@
 
 namespace fivepipe::hull {
 
-// Where the ray is on object pixels of this camera, in front of it, between near and far;
-// ascending, disjoint, not touching.
+// Intervals between near and far in which the ray is in front of the camera and on its object
+// pixels; ascending, disjoint, not adjacent.
 std::vector<Interval> reference_intervals(const Silhouette& silhouette, const geometry::Ray& ray,
                                           double near, double far);
 
-// Where the ray is in the hull; nothing where there is no camera.
+// Intervals in which the ray is in the hull. Returns nothing if there is no camera.
 std::vector<Interval> reference_intervals(std::span<const Silhouette> silhouettes,
                                           const geometry::Ray& ray, double near, double far,
                                           const HullRule& rule = {});
 
-// Depth [m] of the first hull point through the view's pixel (u, v).
+// Depth [m] of the first hull point on the ray through the view's pixel (u, v), or nullopt.
 std::optional<double> reference_depth_m(std::span<const Silhouette> silhouettes, const View& view,
                                         int u_px, int v_px, const HullRule& rule = {});
 

@@ -8,42 +8,13 @@
 
 #include "common/geometry/gl_camera.h"
 #include "common/hull/map_from_view.h"
+#include "common/hull/paper/shaders_embedded.h"
 
 namespace fivepipe::hull {
 namespace {
 
-// The z-buffer's range is wider than the sweep's by this factor, so that no plane is clipped by
-// rounding.
+// The z-buffer's range is larger than the sweep's by this factor, so that rounding clips no plane.
 constexpr double kClipSlack = 2.0;
-
-// The plane as one quad over the whole frustum; (s q, t q, q) is linear over it, so interpolation
-// is exact to rounding.
-const char* const kPlaneVertex = R"(#version 450 core
-layout(location = 0) uniform float plane_depth_m;
-layout(location = 1) uniform mat4 clip_from_view;
-layout(location = 2) uniform mat4x3 texture_from_view;
-layout(location = 3) uniform vec4 sight_corners;  // x y of two opposite corners at depth 1
-out vec3 stq;
-void main() {
-  vec2 sight = mix(sight_corners.xy, sight_corners.zw, vec2(gl_VertexID & 1, gl_VertexID >> 1));
-  vec4 p_view = vec4(sight * plane_depth_m, plane_depth_m, 1.0);
-  gl_Position = clip_from_view * p_view;
-  stq = texture_from_view * p_view;
-})";
-
-// A projective texture also paints what lies behind its camera; q > 0 keeps to what lies in front.
-const char* const kCountFragment = R"(#version 450 core
-layout(binding = 0) uniform sampler2D object_pixels;
-in vec3 stq;
-void main() {
-  if (!(stq.z > 0.0)) discard;
-  if (textureLod(object_pixels, stq.xy / stq.z, 0.0).r < 0.5) discard;
-})";
-
-const char* const kKeepFragment = R"(#version 450 core
-layout(location = 0) uniform float plane_depth_m;
-out float depth_m;
-void main() { depth_m = plane_depth_m; })";
 
 PixelRect hull_of(std::span<const PixelRect> rects) {
   PixelRect all{INT_MAX, INT_MAX, INT_MIN, INT_MIN};
@@ -85,8 +56,8 @@ SweepRange sweep_range(const View& view, const Eigen::AlignedBox3d& volume_world
 PlaneSweep::PlaneSweep(int width_px, int height_px, int planes)
     : planes_(planes),
       frame_(width_px, height_px, GL_R32F, gl::DepthBuffer::depth_and_stencil),
-      count_("plane sweep: count", kPlaneVertex, kCountFragment),
-      keep_("plane sweep: keep", kPlaneVertex, kKeepFragment) {
+      count_("plane sweep: count", shaders::kPlaneVert, shaders::kCountFrag),
+      keep_("plane sweep: keep", shaders::kPlaneVert, shaders::kKeepFrag) {
   assert(planes > 0);
 }
 
@@ -113,12 +84,12 @@ void PlaneSweep::set_silhouettes(std::span<const Silhouette> silhouettes) {
   }
 }
 
-// GL's rows count from the bottom.
+// OpenGL counts rows from the bottom.
 void PlaneSweep::scissor(const PixelRect& r) const {
   glScissor(r.u0_px, height_px() - r.v1_px, r.width_px(), r.height_px());
 }
 
-// Depth 0 passes no plane: pixels of no rect are never asked.
+// Clears the rects. Pixels outside all rects get window depth 0, which no plane passes.
 void PlaneSweep::clear(std::span<const PixelRect> rects, const PixelRect& around) const {
   const auto clear_one = [&](const PixelRect& rect, float window_depth) {
     const float no_hull[4] = {kNoHull, 0, 0, 0};
@@ -153,7 +124,8 @@ void PlaneSweep::sweep(const View& view, const SweepRange& range, const PixelRec
     const PixelRect reached = pixels_at_depth(half_spaces, depth_m, pixels);
     if (reached.empty()) continue;
     scissor(reached);
-    // Each camera counts on where all before it did; a pixel that one of them missed can't reach n.
+    // Each camera increments the pixels that all cameras before it have counted. A pixel that one
+    // of them missed cannot reach n.
     count_.use();
     glProgramUniform1f(count_.get(), 0, float(depth_m));
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
@@ -165,7 +137,7 @@ void PlaneSweep::sweep(const View& view, const SweepRange& range, const PixelRec
       maps_[i].texture.bind(0);
       glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     }
-    // Counted by all: keep the plane's depth. Every count goes back to zero for the next plane.
+    // Pixels with count n get the plane's depth. Their counts return to zero.
     keep_.use();
     glProgramUniform1f(keep_.get(), 0, float(depth_m));
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
@@ -215,11 +187,6 @@ std::vector<DepthTile> PlaneSweep::depth(const View& view, const SweepRange& ran
   glDisable(GL_STENCIL_TEST);
   for (const PixelRect& rect : rects) tiles.push_back(read_back(rect));
   return tiles;
-}
-
-DepthTile PlaneSweep::depth(const View& view, const SweepRange& range,
-                            const PixelRect& rect) const {
-  return std::move(depth(view, range, std::span(&rect, 1)).front());
 }
 
 }  // namespace fivepipe::hull

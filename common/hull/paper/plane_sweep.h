@@ -1,10 +1,10 @@
 // Backend `sweep`: the paper's volume querying (section 3.2). Planes orthogonal to the view
-// direction sweep the view frustum front to back; each camera's object pixels are projected onto
-// the plane as a texture, the stencil counts the cameras whose object pixels hit a pixel of the
-// plane, and pixels counted by all n keep the plane's depth, z-buffered.
+// direction sweep the view frustum from front to back. Each camera's object pixels are projected
+// onto the plane as a texture. The stencil buffer counts the cameras whose object pixels cover a
+// pixel of the plane. A pixel that all n cameras cover keeps the plane's depth, by the depth test.
 //
-// An approximation: a ray's first hull point is found at the first plane behind it, up to one plane
-// spacing too far, and what is thinner than the spacing passes between planes.
+// This is an approximation: a ray's first hull point is found at the first plane behind it, up to
+// one plane spacing too far. Parts of the hull that are thinner than the spacing can be missed.
 #pragma once
 #include <optional>
 #include <span>
@@ -16,38 +16,37 @@
 
 namespace fivepipe::hull {
 
-// Where planes are spent: depth along the view's z [m], 0 < near < far.
+// Range of the planes: depths along the view's z axis [m], 0 < near_m < far_m.
 struct SweepRange {
   double near_m, far_m;
   bool empty() const { return !(near_m < far_m); }
 };
 
-// The part of the view's own range in which a world box lies; empty where it lies in none of it.
+// The part of the view's range in which a world box lies; empty if there is none.
 SweepRange sweep_range(const View& view, const Eigen::AlignedBox3d& volume_world_m);
 
-// Stencil counts fit 8 bits.
+// The stencil buffer has 8 bits.
 inline constexpr std::size_t kMaxSweepCameras = 255;
 
-// Needs a current OpenGL 4.5 context from construction to destruction; leaves its state as a new
-// context has it, but for bindings.
+// Requires a current OpenGL 4.5 context from construction to destruction. Leaves the OpenGL state
+// at its initial values, except bindings.
 class PlaneSweep {
  public:
-  // For views of this size, planes > 0. Throws GlError.
+  // For views of this size; planes > 0. Throws GlError.
   PlaneSweep(int width_px, int height_px, int planes);
   int width_px() const { return frame_.colour().width_px(); }
   int height_px() const { return frame_.colour().height_px(); }
   int planes() const { return planes_; }
 
-  // Uploads the object pixels; at most kMaxSweepCameras, else std::invalid_argument. Cameras that
-  // are not finite or have no object pixel empty the hull.
+  // Uploads the object pixels. Throws std::invalid_argument for more than kMaxSweepCameras
+  // silhouettes. The hull is empty if a camera is not finite or has no object pixel.
   void set_silhouettes(std::span<const Silhouette> silhouettes);
 
-  // One sweep for all rects, which lie inside the view's image and don't overlap; the view has this
-  // sweep's size. Plane k of `planes` is at near + k * (far - near) / planes. A rect's depths don't
-  // depend on the others.
+  // Sweeps once for all rects, which must lie inside the view's image and not overlap. The view
+  // must have this sweep's size. Plane k of `planes` is at near_m + k * (far_m - near_m) / planes.
+  // The depths of a rect do not depend on the other rects.
   std::vector<DepthTile> depth(const View& view, const SweepRange& range,
                                std::span<const PixelRect> rects) const;
-  DepthTile depth(const View& view, const SweepRange& range, const PixelRect& rect) const;
 
  private:
   struct MapTexture {

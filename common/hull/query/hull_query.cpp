@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Queries that a thread takes together: enough that taking them costs nothing beside them.
+// Queries per work item: large enough that the pool's overhead is negligible.
 constexpr int kBatchSize = 256;
 
 // Calls part(begin, end).
@@ -22,12 +22,6 @@ void for_batches(base::WorkerPool& pool, std::size_t count, const Part& part) {
   pool.run(int((count + kBatchSize - 1) / kBatchSize), [&](int piece, int) {
     const std::size_t begin = std::size_t(piece) * kBatchSize;
     part(begin, std::min(begin + kBatchSize, count));
-  });
-}
-template <class Query>
-void for_many(base::WorkerPool& pool, std::size_t count, const Query& query) {
-  for_batches(pool, count, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) query(i);
   });
 }
 
@@ -57,7 +51,7 @@ bool HullQuery::contains(const Vector3d& p_world_m) const {
   return all || seen >= hull_->rule().min_seen;
 }
 
-// Calls take(interval) until it returns false.
+// Calls take(interval) for each interval until it returns false.
 template <class Take>
 void HullQuery::each_interval(const geometry::Ray& ray, double near, double far,
                               const Take& take) const {
@@ -109,8 +103,9 @@ void HullQuery::contains(std::span<const Vector3d> p_world_m,
                          std::span<std::uint8_t> inside) const {
   assert(inside.size() == p_world_m.size());
   if (hull_->empty() || hull_->rule().limits == Limits::seen)
-    return for_many(hull_->pool(), p_world_m.size(),
-                    [&](std::size_t i) { inside[i] = contains(p_world_m[i]); });
+    return for_batches(hull_->pool(), p_world_m.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) inside[i] = contains(p_world_m[i]);
+    });
   const std::vector<PointSimdCamera> cameras = point_simd_cameras(*hull_);
   for_batches(hull_->pool(), p_world_m.size(), [&](std::size_t begin, std::size_t end) {
     InHull verdicts[kBatchSize];
@@ -119,27 +114,6 @@ void HullQuery::contains(std::span<const Vector3d> p_world_m,
       inside[i] = verdicts[i - begin] == InHull::uncertain ? contains(p_world_m[i])
                                                            : verdicts[i - begin] == InHull::yes;
   });
-}
-
-void HullQuery::free_radius_m(std::span<const Vector3d> p_world_m,
-                              std::span<double> radius_m) const {
-  assert(radius_m.size() == p_world_m.size());
-  for_many(hull_->pool(), p_world_m.size(),
-           [&](std::size_t i) { radius_m[i] = free_radius_m(p_world_m[i]); });
-}
-
-void HullQuery::solid_radius_m(std::span<const Vector3d> p_world_m,
-                               std::span<double> radius_m) const {
-  assert(radius_m.size() == p_world_m.size());
-  for_many(hull_->pool(), p_world_m.size(),
-           [&](std::size_t i) { radius_m[i] = solid_radius_m(p_world_m[i]); });
-}
-
-void HullQuery::first_entry(std::span<const geometry::Ray> rays, double near, double far,
-                            std::span<double> entry) const {
-  assert(entry.size() == rays.size());
-  for_many(hull_->pool(), rays.size(),
-           [&](std::size_t i) { entry[i] = first_entry(rays[i], near, far).value_or(kNever); });
 }
 
 }  // namespace fivepipe::hull

@@ -1,4 +1,4 @@
-// The balls around a point in which every point is in the hull, or none (design, "Balls").
+// HullQuery::free_radius_m() and solid_radius_m(): balls outside and inside the hull.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,19 +12,19 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Beyond this, products of lengths and focal lengths may overflow [m]: nothing is said there.
+// Beyond this distance products of lengths and focal lengths may overflow [m]; the radii are then
+// 0.
 constexpr double kFarthest_m = 1e100;
 bool is_in_range(const Vector3d& p_world_m) {
   return p_world_m.cwiseAbs().maxCoeff() < kFarthest_m && p_world_m.allFinite();
 }
 
-// Pixels all alike around one. Its four boxes differ in size: each side may go as far as the two
-// boxes do that lie on it.
+// A rectangle of equal pixels around a pixel. The pixel's four boxes differ in size: each side of
+// the rectangle extends as far as both boxes on that side do.
 struct UniformRect {
   bool object;
   PixelRect rect;
-  bool tight;  // on some side the rectangle ends with the pixel, where the next may be alike all
-               // the same
+  bool tight;  // on some side the rectangle ends with the pixel, although the next one may be equal
 };
 UniformRect uniform_rect_around(const SkipMap& skip_map, int u, int v) {
   const int r = skip_map.at(Quadrant::right_down, u, v);
@@ -38,8 +38,9 @@ UniformRect uniform_rect_around(const SkipMap& skip_map, int u, int v) {
           std::min({left, right, up, down}) == 1};
 }
 
-// How far the point, in pixel (u, v), is from the pixels around that are not alike; those farther
-// than the eight next to it are behind the border of the nine. 0 only where it touches one.
+// Distance from the point, which has pixel (u, v), to the nearest pixel of the other kind, by
+// testing the eight adjacent pixels. Pixels beyond them are at least as far as the border of the 3
+// x 3.
 double distance_to_other_m(const SkipMap& skip_map, const ImageCone& cone, const ProjectedPoint& p,
                            int u, int v, bool object) {
   double nearest_m = cone.inside_m(p, cone.pyramid({u - 1, v - 1, u + 2, v + 2}));
@@ -53,11 +54,13 @@ double distance_to_other_m(const SkipMap& skip_map, const ImageCone& cone, const
 
 }  // namespace
 
+// One camera's bounds for the surroundings of a point.
 struct HullQuery::CameraClearance {
-  double off_object_m = 0;  // > 0: no nearer point is on this camera's object
-  double on_object_m = 0;   // > 0: every nearer point is
+  double off_object_m = 0;  // no point nearer than this is on the camera's object
+  double on_object_m = 0;   // every point nearer than this is on the camera's object
   bool on_object = false, sees = false;
-  double to_image_border_m = kInfinity;  // by `seen` alone: from where the camera's part may change
+  double to_image_border_m =
+      kInfinity;  // Limits::seen: lower bound of the distance at which `sees` changes
 };
 
 HullQuery::CameraClearance HullQuery::camera_clearance(std::size_t camera,
@@ -73,7 +76,7 @@ HullQuery::CameraClearance HullQuery::camera_clearance(std::size_t camera,
     a.to_image_border_m = a.sees ? cone.inside_m(p, whole_image) : cone.outside_m(p, whole_image);
   a.off_object_m =
       c.skip_map.bounds().empty() ? kInfinity : std::max(0.0, cone.outside_m(p, object));
-  if (in_front && holds(c.skip_map.stored(), p.u_px, p.v_px)) {  // elsewhere the bounds say more
+  if (in_front && holds(c.skip_map.stored(), p.u_px, p.v_px)) {  // elsewhere the bounds are sharper
     const int u = int(std::floor(p.u_px + 0.5)), v = int(std::floor(p.v_px + 0.5));
     const UniformRect alike = uniform_rect_around(c.skip_map, u, v);
     double to_border_m = cone.inside_m(p, cone.pyramid(alike.rect));
@@ -89,9 +92,9 @@ HullQuery::CameraClearance HullQuery::camera_clearance(std::size_t camera,
   return a;
 }
 
-// A point is in the hull only where `needed` cameras have it on their objects: nearer than the
-// needed-th nearest object it is not. By `seen`, it is not either where one camera sees it, and
-// sees it empty.
+// A point in the hull is on the objects of at least `needed` cameras, so the needed-th smallest of
+// the off_object_m is a valid radius. With Limits::seen, so is the distance up to which one camera
+// sees the points off its object.
 double HullQuery::free_radius_m(const Vector3d& p_world_m) const {
   if (!is_in_range(p_world_m)) return 0;
   if (hull_->unusable()) return 0;

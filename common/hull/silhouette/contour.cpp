@@ -12,27 +12,29 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector2i;
 
-// EdgeCenters at three places along the tangent, a quarter of a pixel apart, give more; at two
-// places there is no parabola.
+// Determinant below which there is no parabola: edge centers at only two positions along the
+// tangent give 0; three positions a quarter of a pixel apart give more than this.
 constexpr double kMinDeterminant_px6 = 1e-3;
-// A parabola that leaves its chord so steeply follows single edges: the chord is the better guess.
+// A parabola that is steeper than this against its chord follows single edges; the chord is then
+// the better estimate.
 constexpr double kMaxSlope = 1;
 
-// An edge's middle lies anywhere within half a pixel of what was drawn, even where all of a window
-// lie on one line [px^2].
+// Variance of an edge center's distance from the true contour, which is uniform within half a pixel
+// [px^2]. The residuals can be smaller, for example if all edges of a window are on one line.
 constexpr double kStaircaseVariance_px2 = 1.0 / 12;
 
-// An edge between a kept pixel and its neighbour that is not.
+// An edge between a kept pixel and a neighbour that is not kept.
 struct Edge {
   Vector2i pixel, outward;
   bool operator==(const Edge&) const = default;
   Vector2d middle() const { return pixel.cast<double>() + 0.5 * outward.cast<double>(); }
 };
 
-// The next edge of the contour in the direction `along`, which is across edge.outward. Kept pixels
-// that touch at a corner hang together.
-//        A B      B kept: on its near side; else A kept: straight on; else around the corner of the
-//        present pixel. p o
+// Returns the next edge of the contour in the direction `along`, which is perpendicular to
+// edge.outward. Kept pixels that share only a corner are connected.
+//
+//   A B    p: the edge's pixel, o: its neighbour that is not kept, up: `along`.
+//   p o    B kept: its edge towards p's row. Else A kept: straight on. Else p's edge towards A.
 Edge next(const ContourMap& map, const Edge& edge, const Vector2i& along) {
   const Vector2i a = edge.pixel + along, b = a + edge.outward;
   if (map.keeps(b.x(), b.y())) return {b, -along};
@@ -40,22 +42,24 @@ Edge next(const ContourMap& map, const Edge& edge, const Vector2i& along) {
   return {edge.pixel, along};
 }
 
-// Along the contour, `along` turns with it: outward keeps to the same hand.
+// Returns `along` after the step from one edge to the next: it turns with the contour, so that
+// outward stays on the same side.
 Vector2i turned(const Edge& from, const Vector2i& along, const Edge& to) {
   if (to.outward == from.outward) return along;
   return to.outward == along ? Vector2i(-from.outward) : from.outward;
 }
 
-// Edges' middles relative to uv, the starting edge's in the middle: kContourEdges before and after.
+// Centers of edges relative to uv: the starting edge at index kContourEdges, with kContourEdges
+// before and after it.
 using EdgeCenters = std::array<Vector2d, 2 * kContourEdges + 1>;
 
-// A closed contour has so many edges; 2 kContourEdges + 1 stand for that and more.
+// Sets `edges` to the number of edges of the closed contour, at most 2 kContourEdges + 1.
 EdgeCenters edge_centers_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px,
                                 int& edges) {
   EdgeCenters middles;
   edges = 2 * kContourEdges + 1;
   middles[kContourEdges] = start.middle() - uv_px;
-  std::array<Edge, 2> edge{start, start};  // on the way back, and forth
+  std::array<Edge, 2> edge{start, start};  // backward, forward
   std::array<Vector2i, 2> along{Vector2i(start.outward.y(), -start.outward.x()),
                                 Vector2i(-start.outward.y(), start.outward.x())};
   for (int n = 1; n <= kContourEdges; ++n)
@@ -64,25 +68,24 @@ EdgeCenters edge_centers_around(const ContourMap& map, const Edge& start, const 
       along[way] = turned(edge[way], along[way], after);
       edge[way] = after;
       middles[std::size_t(kContourEdges + (way == 0 ? -n : n))] = after.middle() - uv_px;
-      if (edge[0] == edge[1])
-        edges = std::min(edges, way == 0 ? 2 * n - 1 : 2 * n);  // they meet on the far side
+      if (edge[0] == edge[1]) edges = std::min(edges, way == 0 ? 2 * n - 1 : 2 * n);  // they meet
     }
   return middles;
 }
 
-// Windows up to this are tried edge by edge, larger ones by fours.
+// The window shrinks by four edges above this size, then by one.
 constexpr int kFineWindow = 8;
 
-// By how much the contour turns from one side of the middle to the other.
+// Angle by which the contour turns between the two sides of the start, each n edges long.
 double turn_rad(const EdgeCenters& m, int n) {
   const Vector2d to = m[kContourEdges] - m[std::size_t(kContourEdges - n)],
                  from = m[std::size_t(kContourEdges + n)] - m[kContourEdges];
   return std::abs(std::atan2(to.x() * from.y() - to.y() * from.x(), to.dot(from)));
 }
 
-// Largest window about the middle in which the contour turns little enough; else the smallest. Of a
-// small thing no more than half the contour: a window that goes on around it comes back from
-// behind.
+// Returns the largest window in which the contour turns by at most kMaxTurn_rad, or the smallest
+// window. It has at most half of the contour's edges, because a longer one runs around a small
+// object.
 int window(const EdgeCenters& m, int edges) {
   int n = edges > 2 * kContourEdges ? kContourEdges
                                     : std::clamp(edges / 4, kFewestContourEdges, kContourEdges);
@@ -94,8 +97,8 @@ struct Slope {
   double at_uv, error;
 };
 
-// Slope at x = 0 of the parabola y = a + b x + c x^2 through the middles, x along `tangent`; that
-// of the chord where there is none.
+// Slope at x = 0 of the parabola y = a + b x + c x^2 through the centers, with x along `tangent`,
+// or that of the chord if there is no parabola.
 Slope slope_at_uv(const EdgeCenters& m, int n, const Vector2d& tangent, double chord_px) {
   const Vector2d normal(-tangent.y(), tangent.x());
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
@@ -129,16 +132,17 @@ ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int
   const Vector2d chord =
       middles[std::size_t(kContourEdges + n)] - middles[std::size_t(kContourEdges - n)];
   if (!(chord.squaredNorm() > 0))
-    return {start.outward.cast<double>(), std::numbers::pi};  // all around one pixel: any
+    return {start.outward.cast<double>(), std::numbers::pi};  // the contour of a single pixel
   const Vector2d tangent = chord.normalized();
   const Slope slope = slope_at_uv(middles, n, tangent, chord.norm());
   const Vector2d fitted =
       (tangent + slope.at_uv * Vector2d(-tangent.y(), tangent.x())).normalized();
-  // A corner, or a thing of a few pixels: the tangent is anywhere between both sides'.
+  // At a corner, or on an object of a few pixels, any tangent between those of the sides is
+  // possible.
   const double turn = turn_rad(middles, n), between_rad = turn <= kMaxTurn_rad ? 0 : 0.5 * turn;
   return {{fitted.y(), -fitted.x()},
           std::max(std::atan(slope.error),
-                   between_rad)};  // tangent = outward turned by a quarter from x to y
+                   between_rad)};  // the tangent is the normal rotated by 90 degrees from x to y
 }
 
 }  // namespace fivepipe::hull

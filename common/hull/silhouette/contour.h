@@ -1,5 +1,5 @@
-// The tangent of a silhouette's border: a binary map's is a staircase, so it comes from a fit over
-// a window of it.
+// The normal of a silhouette's contour. The contour of a binary map is a staircase, so the normal
+// is fitted over a window of pixel edges.
 #pragma once
 #include <Eigen/Core>
 
@@ -7,13 +7,14 @@
 
 namespace fivepipe::hull {
 
-// What lies on the kept side of a contour: object pixels; or, where leaving an image's border lets
-// a point stay, what is not empty.
+// The kept side of a contour: object pixels, or (not_empty) object pixels and everything outside
+// the image. The latter applies with Limits::seen, where a point may leave an image and stay in the
+// hull.
 enum class Kept { object, not_empty };
 
-// A map's pixels with the image they lie in.
+// The pixels of a map and the image that holds them.
 struct ContourMap {
-  const SkipMap* skip_map;  // with Quadrant::right_down
+  const SkipMap* skip_map;  // has Quadrant::right_down
   PixelRect image;
   Kept kept;
   bool keeps(int u_px, int v_px) const {
@@ -22,28 +23,24 @@ struct ContourMap {
   }
 };
 
-// Unit normal, in the image, of the contour at uv_px, away from what is kept. The contour runs
-// between the pixel (u, v), which is kept, and its neighbour (u + du, v + dv), which is not, du or
-// dv being 0, the other -1 or 1; uv_px lies on that edge.
+// Fits the contour's unit normal in the image at uv_px, away from the kept side. The contour runs
+// between the kept pixel (u, v) and its neighbour (u + du, v + dv), which is not kept; one of du
+// and dv is 0, the other -1 or 1. uv_px lies on that edge.
 //
-// A parabola is fitted, by least squares, to the middles of the pixel edges along the contour, at
-// most kContourEdges to each side, fewer where the contour turns by more than kMaxTurn_rad between
-// the sides. Measured on discs (tests/hull_surface.cpp): radius 20 px 0.30 degrees median, 1.0 p95;
-// radius 3 px 2.5 and 7.2.
+// The fit is a least-squares parabola through the centers of the pixel edges along the contour: at
+// most kContourEdges to each side, fewer if the contour turns by more than kMaxTurn_rad between the
+// sides. Errors on discs (tests/hull/surface_test.cpp): 0.30 degrees median and 1.0 degrees p95 for
+// a radius of 20 px, 2.5 and 7.2 degrees for 3 px.
 inline constexpr int kContourEdges = 16, kFewestContourEdges = 2;
 inline constexpr double kMaxTurn_rad = 1.4;
 struct ContourFit {
   Eigen::Vector2d normal;
-  // Standard error of the fit, taken from its residuals; where too few edges are left for it, a
-  // pixel's over half the chord; half the turn where the contour turns by more than kMaxTurn_rad
-  // even in the smallest window.
+  // Standard error of the fit, from its residuals. With too few edges for a fit it is one pixel
+  // over half the chord; if the contour turns by more than kMaxTurn_rad even in the smallest
+  // window, at least half the turn.
   double error_rad;
 };
 ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px,
                        const Eigen::Vector2d& uv_px);
-inline Eigen::Vector2d contour_normal(const ContourMap& map, int u_px, int v_px, int du_px,
-                                      int dv_px, const Eigen::Vector2d& uv_px) {
-  return contour_fit(map, u_px, v_px, du_px, dv_px, uv_px).normal;
-}
 
 }  // namespace fivepipe::hull

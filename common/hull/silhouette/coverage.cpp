@@ -12,11 +12,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // Points per pixel: a Fibonacci lattice (Sloan and Joe, Lattice Methods, 1994). All its rows and
-// columns differ, so that an edge along them is met to 1/233, where 16 x 16 points would meet it to
-// 1/16.
+// columns differ, so that the coverage of an axis-parallel edge is exact to 1/233; 16 x 16 points
+// would give 1/16.
 constexpr int kLatticePoints = 233, kLatticeStep = 144;
 
-// A convex silhouette that holds the corners of a pixel holds the pixel.
+// The silhouette of a capsule is convex, so it holds a pixel if it holds the pixel's corners.
 bool covers_whole_pixel(const Capsule& capsule, const geometry::Camera& camera, int u, int v) {
   for (const double du : {-0.5, 0.5})
     for (const double dv : {-0.5, 0.5})
@@ -91,7 +91,8 @@ std::optional<Vector2d> outward_in_image(const CoverageMap& map, const Vector2d&
   if (!(uv_px.x() >= -0.5 && uv_px.y() >= -0.5 && uv_px.x() < map.width_px() - 0.5 &&
         uv_px.y() < map.height_px() - 0.5))
     return std::nullopt;
-  // Least squares of coverage = a + g . (pixel - uv), weighted; g from the 3 x 3 normal equations.
+  // Least squares of coverage = a + g . (pixel - uv), weighted; g follows from the 3 x 3 normal
+  // equations.
   const int u0 = int(std::lround(uv_px.x())) - kNormalReach_px,
             v0 = int(std::lround(uv_px.y())) - kNormalReach_px;
   constexpr int kSide = 2 * kNormalReach_px + 1;

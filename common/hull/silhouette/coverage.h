@@ -1,9 +1,8 @@
-// Sub-pixel silhouettes: how much of each pixel the object covers, 8 bit, and the border at one
-// half of it by bilinear interpolation between pixel centres.
+// Sub-pixel silhouettes: the fraction of each pixel that the object covers, as 8 bits. The border
+// is where the bilinear interpolation between pixel centres is one half.
 //
-// Sources: the level line of interpolated samples is marching squares' (Lorensen and Cline 1987, in
-// two dimensions), with the interpolant's own hyperbolas in place of chords (asymptotic decider:
-// Nielson and Hamann 1991).
+// Sources: marching squares (Lorensen and Cline, 1987, in two dimensions), with the interpolant's
+// hyperbolas in place of chords (asymptotic decider: Nielson and Hamann, 1991).
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -15,12 +14,12 @@
 
 namespace fivepipe::hull {
 
-// Twice a coverage less this is its side of the border: odd, so that no pixel centre is ever on the
-// border itself.
+// Full coverage. side_of_border() is > 0 inside and < 0 outside; it is odd, so that no pixel centre
+// is on the border.
 inline constexpr int kFullCoverage = 255;
 constexpr int side_of_border(std::uint8_t coverage) { return 2 * coverage - kFullCoverage; }
 
-// Coverage of every pixel of an image: 0 none, 255 all of its unit square.
+// Coverage of every pixel of an image: 0 is none, 255 is all of its unit square.
 class CoverageMap {
  public:
   CoverageMap() = default;
@@ -31,16 +30,17 @@ class CoverageMap {
 
   int width_px() const { return width_px_; }
   int height_px() const { return height_px_; }
+  // The pixel is inside the image.
   std::uint8_t at(int u_px, int v_px) const {
     return bytes_[std::size_t(v_px) * std::size_t(width_px_) + std::size_t(u_px)];
-  }  // inside the image
-  std::uint8_t at_nearest(int u_px,
-                          int v_px) const;  // of the nearest pixel in the image, which has one
-  void set(int u_px, int v_px, std::uint8_t coverage);  // inside the image
+  }
+  // Coverage of the pixel of the image nearest to (u, v). The image must not be empty.
+  std::uint8_t at_nearest(int u_px, int v_px) const;
+  void set(int u_px, int v_px, std::uint8_t coverage);  // the pixel is inside the image
   std::span<const std::uint8_t> bytes() const { return bytes_; }
 
-  // Bilinear between pixel centres, clamped beyond the outermost, as a fraction; 0 outside the
-  // image and for NaN.
+  // Interpolates bilinearly between pixel centres, clamped beyond the outermost ones. Returns a
+  // fraction, or 0 outside the image and for NaN.
   double interpolated(double u_px, double v_px) const;
 
   bool operator==(const CoverageMap&) const = default;
@@ -50,30 +50,30 @@ class CoverageMap {
   std::vector<std::uint8_t> bytes_;
 };
 
-// One camera's evidence; the map has the size of its pinhole's image.
+// One camera and its coverage map, which has the size of the camera's image.
 struct CoverageSilhouette {
   geometry::Camera camera;
   CoverageMap map;
 };
 
-// True coverage of an analytic object. Pixels that one capsule covers alone are 255 exactly,
-// untouched ones 0; the rest is counted on a lattice of 233 points per pixel: within 0.02 of the
-// true area.
+// True coverage of an analytic object. It is exactly 255 if one capsule alone covers the pixel and
+// 0 if none touches it. Otherwise it is counted on a lattice of 233 points per pixel, within 0.02
+// of the true area.
 CoverageMap true_coverage(std::span<const Capsule> object, const geometry::Camera& camera);
 
-// Standard deviation of the Gaussian weights in which a plane is fitted to the coverage, and how
-// far the window reaches [px]. Measured on spheres and capsules: 0.7 leaves a degree of the
-// samples' grid in the normals of large things (1.0: 0.2 to 0.4 degrees); 1.5 has 0.1, but mixes in
-// the other side of things 3 px thin (10 degrees instead of 4).
+// Standard deviation of the Gaussian weights with which a plane is fitted to the coverage, and half
+// the size of the window [px]. On large spheres and capsules the normals have an error of 0.2 to
+// 0.4 degrees. With 0.7 px it is 1 degree because of the sampling grid; with 1.5 px it is 0.1
+// degrees, but on objects 3 px thin it grows from 4 to 10 degrees, because the window includes
+// their other side.
 inline constexpr double kNormalSigma_px = 1.0;
 inline constexpr int kNormalReach_px = 3;
-// A plane that falls by less than this across a pixel has no direction [coverage of 255]: the
-// rounding of 8 bits.
+// A plane whose slope is smaller has no direction, because 8 bits round to this [1/255 per px].
 inline constexpr double kMinFall = 1.0;
 
-// Unit vector in the image that points out of the silhouette at a border point: down the plane
-// fitted to the coverage around it. Nothing where the coverage is nearly the same all around, or uv
-// is outside the image.
+// Unit vector in the image that points out of the silhouette at a border point: the downhill
+// direction of the plane fitted to the coverage around it. Returns nullopt if that slope is at most
+// kMinFall or uv is outside the image.
 std::optional<Eigen::Vector2d> outward_in_image(const CoverageMap& map,
                                                 const Eigen::Vector2d& uv_px);
 

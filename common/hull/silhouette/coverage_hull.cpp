@@ -13,11 +13,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// A walk starts this much before the superset's first point, as a fraction: twice what its depth
-// may be off (cpu_hull.h).
+// A walk starts this fraction before the superset's first point: twice the error bound of its depth
+// (cpu_hull.h).
 constexpr double kStartSlack = 4e-6;
 
-// So that the given order never shows.
+// Sorts the silhouettes so that the result does not depend on the given order.
 bool smaller_first(const CoverageSilhouette& a, const CoverageSilhouette& b) {
   const auto key = [](const CoverageSilhouette& s) {
     const auto& m = s.camera.camera_from_world.matrix();
@@ -33,7 +33,7 @@ bool smaller_first(const CoverageSilhouette& a, const CoverageSilhouette& b) {
 
 struct Entry {
   double t;
-  int camera;  // whose walk ended there; -1: none, the ray began in the hull
+  int camera;  // the camera whose walk ended there; -1: the ray starts in the hull
 };
 
 Entry next_entry(std::span<CoverageWalk> walks, double t, double end) {
@@ -93,8 +93,8 @@ void CoverageHull::assign(std::span<const CoverageSilhouette> silhouettes) {
   });
 }
 
-// Calls found(index in rect, depth [m], the camera whose border it is or null) for each ray that
-// meets the hull.
+// Calls found(index in rect, depth [m], camera) for each ray that meets the hull. `camera` is the
+// one whose border the ray crosses there, or null.
 template <class Found>
 void CoverageHull::trace(const View& view, const PixelRect& rect, std::span<float> depth_m,
                          const Found& found) {

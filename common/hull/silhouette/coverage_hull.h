@@ -1,9 +1,9 @@
 // The visual hull of sub-pixel silhouettes: its depth and normals from any view, exact in double.
 //
-// A point is in the hull if every camera has it in front of it, in its image, and its coverage
-// there, bilinear between pixel centres, is at least one half. Two passes: the hull of the cells
-// that may hold something, a superset, by backend `cpu`; from its first point on each ray is walked
-// through the cells (coverage_walk.h).
+// A point is in the hull if it is in front of every camera and in its image, and its interpolated
+// coverage there is at least one half. Depth takes two passes: backend `cpu` finds the first point
+// of a superset, the hull of all cells that may be covered; from there each ray is walked through
+// the cells (coverage_walk.h).
 #pragma once
 #include <cstdint>
 #include <span>
@@ -14,37 +14,38 @@
 
 namespace fivepipe::hull {
 
-// False where there is no camera, and for NaN. In double.
+// Returns false if there is no camera or a coordinate is not finite. Computes in double.
 bool in_hull(std::span<const CoverageSilhouette> silhouettes, const Eigen::Vector3d& p_world_m);
 
-// Unit normal of the hull's surface at p, world, outward, where this silhouette limits the hull:
-// that of the plane through the camera's centre and the border's tangent (outward_in_image), P^T l.
-// Nothing where p has no image, or its coverage no direction.
+// Outward unit normal of the hull's surface at a point p where this silhouette limits the hull: the
+// normal P^T l of the plane through the camera's centre and the border's tangent l
+// (outward_in_image()). Returns nullopt if p is not in front of the camera or outward_in_image()
+// does.
 std::optional<Eigen::Vector3d> outward_normal_world(const CoverageSilhouette& silhouette,
                                                     const Eigen::Vector3d& p_world_m);
 
 struct SurfaceTile {
   PixelRect rect;
-  std::vector<float> depth_m;  // as of DepthTile
-  // Unit, outward; zero where the ray has no hull, or where the near plane or an image's border,
-  // not the object's, limits it.
+  std::vector<float> depth_m;  // as in DepthTile
+  // Outward unit normals. Zero if the ray meets no hull, or if the near plane or an image's border
+  // limits the hull there.
   std::vector<Eigen::Vector3f> normal_world;
-  std::vector<std::int16_t>
-      limiting;  // index of the silhouette that limits there, as given; -1 where the normal is zero
+  // Index of the silhouette that limits the hull there, in the order given; -1 if the normal is
+  // zero.
+  std::vector<std::int16_t> limiting;
 };
 
-// One frame set made ready for any number of queries, one at a time.
+// The silhouettes of one frame set, prepared for queries. Run one query at a time.
 class CoverageHull {
  public:
-  explicit CoverageHull(base::WorkerPool& pool);  // borrows it
+  explicit CoverageHull(base::WorkerPool& pool);  // the pool must outlive the hull
   CoverageHull(base::WorkerPool& pool, std::span<const CoverageSilhouette> silhouettes);
-  // Takes the place of what was there. Maps have the sizes of their pinholes. Cameras that are not
-  // finite leave no hull.
+  // Replaces the silhouettes. If a camera is not finite, the hull is empty.
   void assign(std::span<const CoverageSilhouette> silhouettes);
 
-  // Depth of the view's rays through the pixels of `rect`, row by row into depth_m, of rect's size.
-  // The same bits for every order of the silhouettes and number of threads. A view that is not
-  // finite sees no hull.
+  // Writes the depth of the view's rays through the pixels of `rect` to depth_m (see DepthTile),
+  // which must have the rect's size. The bits do not depend on the order of the silhouettes or the
+  // number of threads. A view that is not finite has no hull.
   void depth(const View& view, const PixelRect& rect, std::span<float> depth_m);
   DepthTile depth(const View& view, const PixelRect& rect);
   SurfaceTile surface(const View& view, const PixelRect& rect);
@@ -52,7 +53,7 @@ class CoverageHull {
  private:
   struct MapCamera {
     CoverageSilhouette silhouette;
-    int given;  // index in what was given
+    int given;  // index in the silhouettes given to assign()
     const SkipMap* skip_map;
   };
   template <class Found>

@@ -7,11 +7,11 @@
 namespace fivepipe::hull {
 namespace {
 
-// An image this close to a cell's border is on it [px]: 1000 times the rounding of a 10,000 px
-// image.
+// An image this close to a cell's border counts as on it [px]: 1000 times the rounding in an image
+// of 10,000 px.
 constexpr double kOnBorder_px = 1e-8;
 
-// The part of the range in which offset + t * slope >= 0.
+// Keeps the part of the range with offset + t * slope >= 0.
 void clip(RayRange& range, double offset, double slope) {
   const bool in_at_begin = offset + range.begin * slope >= 0,
              in_at_end = offset + range.end * slope >= 0;
@@ -24,7 +24,8 @@ void clip(RayRange& range, double offset, double slope) {
     range.end = range.begin;
 }
 
-// In front of the camera, and half a cell within the cells' outer borders: that is the image's.
+// The part of the range in front of the camera and inside the image, whose border is half a cell
+// inside the outer border of the cells.
 RayRange within_image(const ImageLine& l, const CoverageMap& map, RayRange range) {
   clip(range, l.w_offset - kNearestToCamera_m, l.w_slope);
   const auto axis = [&](double offset, double slope, int size_px) {
@@ -39,8 +40,8 @@ RayRange within_image(const ImageLine& l, const CoverageMap& map, RayRange range
 
 int floored(double x, int most) { return !(x > 0) ? 0 : x >= most ? most : int(std::floor(x)); }
 
-// Parameter >= t at which the image crosses `border` of one axis; t itself where it is on it
-// already; never where it has passed it.
+// Returns the parameter >= t at which the image crosses `border` of one axis: t if it is on the
+// border already, kNever if it has passed it.
 double crossing(double offset, double slope, double w_offset, double w_slope, int border,
                 double t) {
   const double at = border_crossing(offset, slope, w_offset, w_slope, border);
@@ -101,7 +102,7 @@ void CoverageWalk::walk_to(double t) {
   }
 }
 
-// Where the box ends: by index, for rounding may say before or behind.
+// Steps across the box's border by index, because the rounded position may be on either side.
 void CoverageWalk::step_over_border(double t) {
   const ImagePoint p = at(t);
   if (leaves_by_u_) {
@@ -136,8 +137,9 @@ void CoverageWalk::enter(double t) {
     cut_cell(t);
 }
 
-// With image points p0 where the cell is entered and p1 where it is left, p0 + x (p1 - p0) is the
-// image of the parameter t0 + (t1 - t0) x w0 / ((1 - x) w1 + x w0).
+// Cuts the ray's part in a cell at the roots of the quadratic. If the ray enters the cell at t0
+// with image p0 and leaves it at t1 with image p1, p0 + x (p1 - p0) is the image of the parameter
+// t0 + (t1 - t0) x w0 / ((1 - x) w1 + x w0).
 void CoverageWalk::cut_cell(double t) {
   const double s00 = side_of_border(map_->at_nearest(u_ - 1, v_ - 1)),
                s10 = side_of_border(map_->at_nearest(u_, v_ - 1));
@@ -172,7 +174,7 @@ void CoverageWalk::cut_cell(double t) {
   take_piece(t);
 }
 
-// The sign in a piece's middle: at its ends it is rounding.
+// Takes the sign at the center of the piece, because at its ends only rounding decides.
 void CoverageWalk::take_piece(double t) {
   int piece = 0;
   while (piece + 2 < cuts_ && !(t < cut_t_[piece + 1])) ++piece;

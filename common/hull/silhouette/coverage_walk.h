@@ -1,38 +1,41 @@
-// One ray through one coverage map, in double: where its coverage is at or above one half.
+// Walks one ray through one coverage map in double and finds where the coverage is at least one
+// half.
 //
-// The map is walked in cells between four pixel centres, cell (a, b) between pixels a - 1 and a, b
-// - 1 and b; those without a corner at or above one half are skipped in boxes, as in ray_walk.h.
-// Over a cell the coverage is bilinear in the image, so along the ray's image, a line, a quadratic
-// in the image's own parameter: closed-form roots, taken back to the ray by the cross-ratio.
+// The walk visits cells between four pixel centres: cell (a, b) is between pixels a - 1 and a, and
+// b - 1 and b. It skips cells without a corner at or above one half in boxes, as ray_walk.h does.
+// In a cell the coverage is bilinear, so along the ray's image, which is a line, it is quadratic in
+// the line's parameter. The roots are closed-form and are mapped to ray parameters by the
+// cross-ratio.
 #pragma once
 #include "common/hull/cpu/ray_walk.h"
 #include "common/hull/silhouette/coverage.h"
 
 namespace fivepipe::hull {
 
-// The camera in whose pixels the cells of a coverage map are: one more each way, half a pixel on.
+// The camera whose pixels are the cells of a coverage map: one more per axis, shifted by half a
+// pixel.
 geometry::Camera cell_camera(const geometry::Camera& camera);
-// The cells that may hold something: one of the four corners is at or above one half.
+// The cells with at least one of four corners at or above one half.
 ObjectPixels cells_with_object(const CoverageMap& map);
 
 class CoverageWalk {
  public:
-  // The line is that of the cells' camera. Borrows the map, and the skip_map of its cells with the
-  // box ahead of the line made.
+  // The line is the ray's image in the cells' camera. `map` and `skip_map` must outlive the walk.
+  // skip_map is that of cells_with_object(map) and has the quadrant into which the line moves.
   CoverageWalk(const ImageLine& line, const CoverageMap& map, const SkipMap& skip_map,
                const RayRange& range);
 
   struct VerdictSpan {
     bool inside;
-    double end;  // > t; kNever: to the end
+    double end;  // > t; kNever: to the end of the ray
   };
-  // Just after t, which never decreases from call to call, and is in the range.
+  // Returns the verdict just after t. t must be in the range and not decrease from call to call.
   VerdictSpan verdict_at(double t) {
     while (!(t < verdict_span_.end)) walk_to(t);
     return verdict_span_;
   }
-  // Where the ray comes into the image, or in front of the camera, or the range begins: the
-  // coverage has no border there.
+  // Parameter at which the ray enters the image or comes in front of the camera, or the range
+  // begins. The coverage has no border there.
   double begin() const { return inside_image_.begin; }
 
  private:
@@ -51,11 +54,11 @@ class CoverageWalk {
   const SkipMap* skip_map_;
   RayRange inside_image_;
   bool right_, down_, leaves_by_u_ = false;
-  PixelRect box_;  // of cells, in which the ray is; where it has more than one, all are empty
+  PixelRect box_;  // the cells around the ray; if it has more than one, all are empty
   int u_ = 0, v_ = 0;
   double leaves_box_ = -kNever;
-  // Of a cell in pieces: coverage less one half along the image from where it was entered (0) to
-  // where it is left (1), and its pieces' ends.
+  // Quadratic of (coverage - one half) along the image, from where the ray enters the cell (0) to
+  // where it leaves it (1); and the ends of the pieces between its roots.
   double constant_ = 0, linear_ = 0, square_ = 0;
   double cut_at_[4] = {}, cut_t_[4] = {};
   int cuts_ = 0;

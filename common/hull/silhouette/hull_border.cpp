@@ -22,8 +22,8 @@ double squared_distance(const Vector2d& uv_px, const Edge& edge) {
   return across * across + along * along;
 }
 
-// The contour's edge nearest to uv, of those around its pixel through which an image that moves
-// along `motion` comes in; of all where that is zero.
+// The contour's edge nearest to uv, among the edges around uv's pixel that an image moving along
+// `motion` enters through, or among all edges if `motion` is zero.
 std::optional<Edge> edge_at(const ContourMap& map, const Vector2d& uv_px, const Vector2d& motion) {
   const Vector2i middle(int(std::floor(uv_px.x() + 0.5)), int(std::floor(uv_px.y() + 0.5)));
   std::optional<Edge> nearest;
@@ -44,9 +44,9 @@ std::optional<Edge> edge_at(const ContourMap& map, const Vector2d& uv_px, const 
   return nearest;
 }
 
-// Normal of the plane through a camera's centre and the tangent at uv whose normal in the image is
-// `outward`. It is the gradient, in world coordinates, of outward . (pixel of p - uv) times the
-// depth of p.
+// Normal of the plane through a camera's centre and the tangent at uv, which has the normal
+// `outward` in the image. It is the gradient, in world coordinates, of outward . (pixel of p - uv)
+// times the depth of p.
 Vector3d plane_normal(const geometry::Camera& camera, const Vector2d& uv_px,
                       const Vector2d& outward) {
   const geometry::Pinhole& k = camera.pinhole;
@@ -64,17 +64,18 @@ BorderNormal normal_of(const geometry::Camera& camera, const ContourMap& map, co
 }
 
 bool in_or_beside(const PixelRect& image,
-                  const Vector2d& uv_px) {  // and not where it is not a number
+                  const Vector2d& uv_px) {  // false for NaN
   return holds({-1, -1, image.u1_px + 1, image.v1_px + 1}, uv_px.x(), uv_px.y());
 }
 
-// Another camera whose border passes the point so closely that it ends the hull there as well.
+// Returns a camera if its border passes the point within kAtBorder_px, so that it also limits the
+// hull there.
 std::optional<LimitingCamera> also_limits(const CpuHull& hull, const CpuHull::MapCamera& c,
                                           const Vector3d& p_world_m) {
   const auto uv_px = geometry::project(c.camera, p_world_m);
   const PixelRect image = image_of(c.camera);
   if (!uv_px || !in_or_beside(image, *uv_px)) return std::nullopt;
-  // By `seen`, a point that leaves the image on an object pixel may still be in the hull.
+  // With Limits::seen a point that leaves the image on an object pixel may stay in the hull.
   const ContourMap map{&c.skip_map, image,
                        hull.rule().limits == Limits::seen ? Kept::not_empty : Kept::object};
   const auto edge = edge_at(map, *uv_px, Vector2d::Zero());
@@ -87,7 +88,7 @@ std::optional<LimitingCamera> also_limits(const CpuHull& hull, const CpuHull::Ma
 
 }  // namespace
 
-// Who moved the ray on last. As RayWalk::next_entry.
+// As RayWalk::next_entry(), but records the camera that moved the ray on last.
 std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const ImageLine> lines,
                                       double near, double far) {
   const HullRule& rule = hull.rule();

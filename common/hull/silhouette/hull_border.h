@@ -1,9 +1,9 @@
-// Where a ray comes into the hull: which camera's silhouette ends the hull there, and the plane it
-// ends in.
+// The point at which a ray enters the hull: the camera whose silhouette limits the hull there, and
+// the tangent plane.
 //
-// Where camera i limits, the tangent plane is spanned by its centre and the silhouette's tangent
-// l_i at the point's pixel: its normal is the first three components of P_i^T l_i, normalised
-// (design, "Response").
+// If camera i limits the hull, the tangent plane contains the camera's centre and the silhouette's
+// tangent l_i at the point's pixel. Its normal is the first three components of P_i^T l_i,
+// normalised.
 #pragma once
 #include <Eigen/Core>
 #include <optional>
@@ -16,47 +16,48 @@
 
 namespace fivepipe::hull {
 
-// Where a ray enters the hull, and through whose border.
+// The entry of a ray into the hull, and the camera whose border it crosses there.
 struct RayBorder {
   double t;         // ray parameter
-  int camera = -1;  // of CpuHull::cameras(); none where the ray starts in the hull
+  int camera = -1;  // index in CpuHull::cameras(); -1: the ray starts in the hull
   Kept kept = Kept::object;
 };
-// `lines` are the images of the ray, as CpuHull::cameras(). Finds the very parameter of
-// HullQuery::first_entry.
+// `lines` are the ray's images in the order of CpuHull::cameras(). Returns the same parameter as
+// HullQuery::first_entry(), or nullopt.
 std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const ImageLine> lines,
                                       double near, double far);
 
-// Unit, out of the hull, and its error as contour.h has it.
+// Unit normal out of the hull, and its error (ContourFit::error_rad).
 struct BorderNormal {
   Eigen::Vector3d normal_world;
   double error_rad;
 };
-// At a border that a ray comes in through. Nothing where there is no edge of the map near it, or it
-// is not finite.
+// The normal at a border that a ray enters through. Returns nullopt if the border's pixel is not
+// finite or has no edge of the map near it.
 std::optional<BorderNormal> normal_at(const CpuHull& hull, const RayBorder& border,
                                       const ImageLine& line);
 
-// A camera whose border ends the hull at a point.
+// A camera whose border limits the hull at a point.
 struct LimitingCamera {
-  int camera;  // index in the silhouettes as given
+  int camera;  // index in the silhouettes given to CpuHull::assign()
   Eigen::Vector3d normal_world;
   double error_rad;
   double distance_px;  // from the point's pixel to the border
 };
-// Closer than this to a border [px], a binary map does not tell on which side of it a point of the
-// object's surface is.
+// A point of the object's surface that is closer than this to a border may be on either side of the
+// border in a binary map [px].
 inline constexpr double kAtBorder_px = 1.0;
 
 struct LimitingCameras {
-  double t;  // where the ray enters the hull
-  // First the one whose border the ray crosses there; then all others whose border is within
-  // kAtBorder_px, nearest first: an edge of the hull, or a corner. At most kMaxLimiting.
+  double t;  // parameter at which the ray enters the hull
+  // First the camera whose border the ray crosses; then all others with a border within
+  // kAtBorder_px, nearest first (the point is then on an edge or corner of the hull). At most
+  // kMaxLimiting.
   std::vector<LimitingCamera> cameras;
 };
 inline constexpr std::size_t kMaxLimiting = 4;
-// At the first entry of the ray between near and far; nothing where there is none, it starts in the
-// hull, or no edge is found.
+// The cameras at the first entry of the ray between near and far. Returns nullopt if there is no
+// entry, the ray starts in the hull, or no edge of a map is found.
 std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const geometry::Ray& ray,
                                                 double near, double far);
 

@@ -14,8 +14,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-// How far a tile's depth may be from the exact one, as a fraction: twice what CpuHull::depth
-// promises.
+// Relative error allowed for a tile's depth: twice the bound of CpuHull::depth().
 constexpr double kDepthError = 4e-6;
 
 class Surface {
@@ -32,7 +31,7 @@ class Surface {
     std::vector<ImageLine> lines;
     lines.reserve(maps_.size());
     for (const MapFromView& map : maps_) lines.push_back(image_line(map, u, v));
-    // From just before the depth; where that is wrong, from the near plane.
+    // Start just before the depth; if that finds no border, start at the near plane.
     auto border = first_border(hull_, lines, std::max(view_.near_m, depth_m * (1 - kDepthError)),
                                std::min(view_.far_m, depth_m * (1 + kDepthError)));
     if (!border || (border->camera < 0 && border->t > view_.near_m))
@@ -47,8 +46,8 @@ class Surface {
     const auto outward = normal_at(hull_, *border, lines[std::size_t(border->camera)]);
     if (!outward) return;
     camera = hull_.cameras()[std::size_t(border->camera)].silhouette;
-    // A smoothed contour may turn from the eye where the staircase did not: there the surface is
-    // seen edge-on.
+    // A smoothed contour may face away from the eye where the staircase does not. The surface is
+    // then seen edge-on.
     const Vector3d d =
         geometry::ray_through(view_.camera, Vector2d(u, v)).direction_world.normalized();
     const double away = outward->normal_world.dot(d);

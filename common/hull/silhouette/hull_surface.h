@@ -1,5 +1,5 @@
-// The hull's surface as a view sees it: which camera's silhouette ends the hull there, and the
-// plane it ends in (hull_border.h).
+// The hull's surface as a view sees it: the camera whose silhouette limits the hull at each pixel,
+// and the surface normal (hull_border.h).
 #pragma once
 #include <Eigen/Core>
 #include <vector>
@@ -8,22 +8,25 @@
 
 namespace fivepipe::hull {
 
-inline constexpr int kNearPlane = -1;  // the hull is there from the view's near plane on
+inline constexpr int kNearPlane = -1;  // the ray is in the hull at the view's near plane
 inline constexpr int kNoSurface = -2;
 
-// Of the view's pixels in `rect`, row by row.
+// One entry per pixel of `rect`, row-major.
 struct HullSurface {
   PixelRect rect;
-  std::vector<int> limiting_camera;  // index in the silhouettes as given; kNearPlane, kNoSurface
-  std::vector<Eigen::Vector3f> normal_world;  // unit, out of the hull, never away from the eye; at
-                                              // the near plane towards the eye; 0 without surface
+  // Index in the silhouettes given to CpuHull::assign(), kNearPlane or kNoSurface.
+  std::vector<int> limiting_camera;
+  // Unit normal out of the hull, never away from the eye. At the near plane it points towards the
+  // eye; without a surface it is 0.
+  std::vector<Eigen::Vector3f> normal_world;
 };
 
-// The tile is of the query's hull and of this view; a pixel whose ray the hull doesn't meet after
-// all has no surface. Where two cameras limit at once (an edge of the hull), one of them stands,
-// always the same. By `seen`, an image's border limits too. A normal's error is that of the
-// contour's fit (contour.h). In the hull's pool; the same for every order of the silhouettes but
-// for their indices, division into tiles, and number of threads.
+// `tile` must hold depths of the query's hull from this view. A pixel whose ray does not meet the
+// hull in double has no surface. If two cameras limit the hull at once (an edge of the hull), the
+// result names one of them deterministically. With Limits::seen an image's border can also limit
+// the hull. A normal's error is that of contour_fit(). Runs in the hull's pool. Except for the
+// indices, the result does not depend on the order of the silhouettes; nor does it depend on the
+// division into tiles or the number of threads.
 HullSurface hull_surface(const HullQuery& query, const View& view, const DepthTile& tile);
 
 }  // namespace fivepipe::hull

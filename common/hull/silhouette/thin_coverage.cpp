@@ -8,14 +8,14 @@
 namespace fivepipe::hull {
 namespace {
 
-// What is wider than this along rows or columns is not thin [px]: a strip of one pixel at 45
-// degrees, and a little.
+// Maximum width of a thin part along rows or columns [px]: sqrt(2) for a strip of one pixel at 45
+// degrees, and a margin.
 constexpr double kThin_px = 1.5;
 
-// Coverages as small as 0.15, known to 0.01, give a strip's place to a tenth of its fraction.
+// Coverages of at least 0.15 with an error of 0.01 locate a strip with a relative error of 10 %.
 constexpr double kFractionSlack = 1.1;
 
-// Coverage as fractions of the 3 x 3 pixels around one; outside the image nothing is covered.
+// Coverage of the 3 x 3 pixels around a pixel, as fractions; 0 outside the image.
 struct Neighbourhood {
   double c[3][3];  // [row][column]
   double row(int v) const { return c[v][0] + c[v][1] + c[v][2]; }
@@ -38,14 +38,14 @@ double variance(double before, double here, double behind) {
   return (before + behind) / sum - mean * mean;
 }
 
-// What the middle is raised to for a strip as wide as `width` across it.
+// Returns the coverage of the center pixel for which the strip is `width` wide (see the header).
 double raised(double before, double behind, double width) {
   const double a = 0.5 - before, b = 0.5 - behind, p = 2 - width, q = (1 - width) * (a + b),
                r = -width * a * b;
   return 0.5 + (-q + std::sqrt(q * q - 4 * p * r)) / (2 * p);
 }
 
-// What a neighbour of a pixel that becomes 1 is raised to: see the header.
+// Returns the coverage of a neighbour of a pixel that becomes 1 (see the header).
 double reaching(double beside, double here) {
   const double along_a_row = 2 * beside / (1 + 2 * beside),
                fraction = kFractionSlack * beside / (beside + here);
@@ -59,7 +59,7 @@ Across min_spread(const Neighbourhood& n) {
              : Across::columns;
 }
 
-// What a pixel in the middle of something thin is raised to; nothing for others.
+// Returns the raised coverage of the center pixel of a thin part, or nullopt for other pixels.
 std::optional<double> thin_coverage(const Neighbourhood& n, Across across,
                                     const PreserveThin& keep) {
   const bool rows = across == Across::rows;
@@ -67,7 +67,7 @@ std::optional<double> thin_coverage(const Neighbourhood& n, Across across,
                behind = rows ? n.c[2][1] : n.c[1][2];
   if (before >= 0.5 || behind >= 0.5 || here <= before || here < behind) return std::nullopt;
   if ((n.row(0) + n.row(1) + n.row(2)) / 3 >= kThin_px)
-    return std::nullopt;  // a gap between two others
+    return std::nullopt;  // a gap between two objects
   const double beside = rows ? std::max(n.column(0), n.column(2)) : std::max(n.row(0), n.row(2)),
                sum = before + here + behind;
   if (sum < keep.min_width_px || sum >= kThin_px) return std::nullopt;
@@ -75,8 +75,8 @@ std::optional<double> thin_coverage(const Neighbourhood& n, Across across,
   return raised(before, behind, beside < keep.min_width_px ? std::sqrt(sum) : sum);
 }
 
-// The pixels at or above one half around (u, v) do not hang together without it (Hilditch, 1969: a
-// crossing number above one).
+// Returns true if the pixels at or above one half around (u, v) are not connected without it
+// (crossing number above one: Hilditch, 1969).
 bool bridges(const CoverageMap& m, int u, int v) {
   static constexpr int kRing[9][2] = {{1, 0},  {1, -1}, {0, -1}, {-1, -1}, {-1, 0},
                                       {-1, 1}, {0, 1},  {1, 1},  {1, 0}};
@@ -95,19 +95,19 @@ std::uint8_t rounded_up(double coverage) {
   return std::uint8_t(std::min(std::ceil(coverage * kFullCoverage), double(kFullCoverage)));
 }
 
-// Joins the pair of pixels (u, v), (u + 1, v + 1), or (u + 1, v), (u, v + 1), where both are
-// inside, one of them thin, and the others outside.
+// Connects the pair of pixels (u, v), (u + 1, v + 1), or (u + 1, v), (u, v + 1), if both are
+// inside, one of them is thin, and the other two are outside.
 void join_corner(CoverageMap& kept, const ObjectPixels& thin, const CoverageMap& map, int u, int v,
                  bool falling) {
   const int u1 = falling ? u : u + 1, u2 = falling ? u + 1 : u;  // of the pair, in rows v and v + 1
   const int e1 = side_of_border(kept.at(u1, v)), e2 = side_of_border(kept.at(u2, v + 1));
   if (e1 < 0 || e2 < 0 || !(thin.contains(u1, v) || thin.contains(u2, v + 1))) return;
   const bool upper = map.at(u2, v) >= map.at(u1, v + 1);
-  const int ou = upper ? u2 : u1, ov = upper ? v : v + 1;  // of the others, the one to raise
+  const int ou = upper ? u2 : u1, ov = upper ? v : v + 1;  // the one of the other two to raise
   const int a = -side_of_border(kept.at(ou, ov)),
             b = -side_of_border(upper ? kept.at(u1, v + 1) : kept.at(u2, v));
   if (a < 0 || b < 0 || e1 * e2 > a * b) return;
-  const int most = (e1 * e2 - 1) / b;  // of a, so that e1 e2 > a b
+  const int most = (e1 * e2 - 1) / b;  // largest a with e1 e2 > a b
   kept.set(ou, ov, std::uint8_t((kFullCoverage - most + 1) / 2));
 }
 

@@ -1,54 +1,57 @@
-// Keeps what is thinner than a pixel in a coverage map whose border is at one half.
+// Preserves parts thinner than a pixel in a coverage map whose border is at one half.
 //
-// A strip of width w < 1 px centred on a row covers w of its pixels, and interpolated it is as wide
-// as 2 - 1 / w: nothing below one half. A strip is therefore raised to the width that it has. On
-// the profile across it, of pixels (above, here, below) with both neighbours below one half, the
-// strip's width is s = above + here + below, for it lies in these three; with here' = 1/2 + e,
-// above = 1/2 - a, below = 1/2 - b the interpolated profile is at or above one half over e / (e +
-// a) + e / (e + b), so
+// A strip of width w < 1 px centred on a row gives the row's pixels the coverage w. Interpolated,
+// it has the width 2 - 1 / w, and none if w < 1/2. Rule `as_wide` raises the strip to its true
+// width. Let (above, here, below) be the profile across the strip, with both neighbours below one
+// half. The strip lies in these three pixels, so its width is s = above + here + below. With here'
+// = 1/2 + e, above = 1/2 - a and below = 1/2 - b, the interpolated profile is at or above one half
+// over e / (e + a) + e / (e + b). The width is kept if
 //
-//     (2 - s) e^2 + (1 - s) (a + b) e - s a b = 0        keeps the width; centred, a = b = 1/2,
-//     here' = 1/2 / (1 - s / 2).
+//     (2 - s) e^2 + (1 - s) (a + b) e - s a b = 0.
 //
-// Across is the direction, along rows or columns, in which the 3 x 3 neighbourhood spreads least;
-// there the pixel must be the largest of three (the first of equals). Near 45 degrees one pixel may
-// say rows, the next columns, and both find the larger beside them: a pixel that is the largest
-// along the other direction is raised too where what is kept around it does not hang together
-// without it. Where the neighbourhood holds more than 1.5 px of width there is nothing thin, but a
-// gap between two things, which stays. A dot, with nothing before and behind it along the other
-// direction, is raised to sqrt(area) both ways. Where a strip changes from one row to the next, its
-// pixels meet at a corner, and the interpolant's saddle between them is below one half unless e1 e2
-// >= a b (a, b: of the other two pixels): the larger of the other two is raised until it is not.
+// For a centred strip (a = b = 1/2) this is here' = 1/2 / (1 - s / 2).
 //
-// What is left of a strip raised to its own width: from one row's coverage nobody can tell where in
-// the row a strip lies, and samples a pixel apart can't hold both its borders between the same two
-// rows. It is moved by up to (1 - w) / 2 px to the row that holds more of it. Two cameras still see
-// such a wire in one place, three seldom do: their hull of a wire has gaps. Hence the rule
-// `contained`: the row that holds more of the strip becomes 1, which spans [-1/2, 1/2], and a
-// neighbour of coverage c becomes 2 c / (1 + 2 c), at which the profile reaches as far as the
-// strip, to 1/2 + c. A thin strip at 45 degrees, d px beside the diagonal of two such pixels,
-// leaves the share d of its coverage to the pixel between them, which must have 2 d^2 / (1 + d)^2
-// for the strip's axis to be inside half way between the two; the larger of the two values is
-// taken, and for all four neighbours. The axis of a straight wire is within wherever it lies, at
-// the price of its width: about a pixel.
+// "Across" is the direction, along rows or columns, in which the 3 x 3 neighbourhood has the
+// smaller variance. There the pixel must be the largest of three (the first of equals). Near 45
+// degrees adjacent pixels may choose different directions, and both may find a larger neighbour.
+// Therefore a pixel that is the largest along the other direction is raised too if the kept pixels
+// around it are not connected without it. A neighbourhood with more than 1.5 px of width is a gap
+// between two objects and stays as it is. A dot, with nothing before and after it along the other
+// direction, is raised to sqrt(area) in both directions. Where a strip changes from one row to the
+// next, its pixels meet at a corner. The interpolant's saddle between them is below one half unless
+// e1 e2 >= a b, with a and b of the other two pixels; the larger of these two is raised until the
+// condition holds.
+//
+// A strip raised to its own width may be displaced by up to (1 - w) / 2 px towards the row that
+// holds more of it: one row's coverage does not show where in the row a strip is, and samples one
+// pixel apart cannot represent both its borders between the same two rows. Two cameras still see
+// such a wire in one place, three seldom do, so that the hull of a wire has gaps. Rule `contained`
+// avoids this: the row that holds more of the strip becomes 1, which spans [-1/2, 1/2], and a
+// neighbour of coverage c becomes 2 c / (1 + 2 c), so that the profile extends as far as the strip,
+// to 1/2 + c. A thin strip at 45 degrees, d px from the diagonal of two such pixels, leaves the
+// fraction d of its coverage to the pixel between them, which needs 2 d^2 / (1 + d)^2 for the
+// strip's axis to be inside half way between the two. The rule applies the larger of the two values
+// to all four neighbours. The axis of a straight wire is then inside wherever it lies, but the wire
+// becomes about one pixel wide.
 #pragma once
 #include "common/hull/silhouette/coverage.h"
 
 namespace fivepipe::hull {
 
-// contained: what is kept holds the thin thing, and is a pixel wide or a little more.
-// as_wide: it has the width of the thin thing, but may lie up to half a pixel beside it; for one or
-// two cameras.
+// contained: the result contains the thin part and is about one pixel wide.
+// as_wide: the result has the width of the thin part, but may be displaced by up to half a pixel;
+// for
+//          one or two cameras.
 enum class ThinRule { contained, as_wide };
 
 struct PreserveThin {
   ThinRule rule = ThinRule::contained;
-  // Thinner than this is taken for noise [px], dots of less area [px^2] too; > 0. Noise of 2
-  // percent of the contrast in a pixel is 3.5 percent in a sum of three; this is four times that.
+  // Strips thinner than this [px] and dots of less area [px^2] count as noise; > 0. Noise of 2 % of
+  // the contrast per pixel is 3.5 % in a sum of three pixels; this is four times that.
   double min_width_px = 0.15;
 };
 
-// Nothing is ever lowered.
+// Returns the map with thin parts raised. It lowers no coverage.
 CoverageMap preserve_thin(const CoverageMap& map, const PreserveThin& keep = {});
 
 }  // namespace fivepipe::hull
