@@ -1,5 +1,5 @@
-// The compute shaders of backend `gl` of the detection (gl_detection.h), as GLSL 4.5 sources, and
-// the buffers that they share with its C++ side.
+// The compute shaders of backend `gl` (gl_detection.h) as GLSL 4.5 sources, and the layouts of the
+// buffers that they share with C++.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -8,38 +8,47 @@
 
 namespace fivepipe::collision::gl_contact {
 
-inline constexpr std::uint32_t kGroup = 64;  // invocations of a workgroup
-inline constexpr std::uint32_t kMaxGroups =
-    32768;  // of a dispatch; each goes on to what the others leave. Every driver has twice as many
+inline constexpr std::uint32_t kGroup = 64;  // invocations per workgroup
+// Maximum number of workgroups per dispatch; an invocation continues with the items that remain.
+// Every driver supports twice as many.
+inline constexpr std::uint32_t kMaxGroups = 32768;
 inline constexpr int kMaxTreeLevels = 8;
-inline constexpr std::size_t kMaxPasses =
-    48;  // over parts: an edge is halved 22 times at most (kMaxUnits), twice
-inline constexpr int kSampledHalvings =
-    2;  // parts of so many halvings to the samples' grid are sampled together: 4 rows, 16 samples
+// Passes over parts: an edge is halved at most 22 times (kMaxUnits), above and below the sample
+// grid.
+inline constexpr std::size_t kMaxPasses = 48;
+// A part that is this many halvings above the sample grid is sampled as a block: 4 rows, 16
+// samples.
+inline constexpr int kSampledHalvings = 2;
 
-// std430 layouts, as the shaders declare them.
-// Points (x, y, z) [m] of a frame in a camera: (U, V, W) = at + x of_x + y of_y + z of_z, the image
-// (U, V) / W, in pixels from a base pixel, pixel p covering [p, p + 1). The fourth of each says
-// what may be off:
-//   of_x[3]   U - u W and V - v W of a point at the frame's origin [px m], for images (u, v) no
-//   farther than farthest_px from the base at[3]     the same, more for each metre from there
-//   of_y[3]   W [m], of all points that are asked
-//   of_z[3]   the image's quotients, as a fraction
+// The following structs have the std430 layout that the shaders declare.
+
+// Projection of points (x, y, z) [m] of a frame: (U, V, W) = at + x of_x + y of_y + z of_z. The
+// image is (U, V) / W, in pixels from the base pixel; pixel p covers [p, p + 1). The fourth
+// component of each column is an error bound:
+//   of_x[3]  of U - u W and V - v W at the frame's origin [px m], for images (u, v) at most
+//            farthest_px from the base pixel
+//   at[3]    the increase of that bound per metre of distance from the origin
+//   of_y[3]  of W, for every tested point [m]
+//   of_z[3]  of the quotients U / W and V / W, as a fraction
 struct GlCamera {
   float of_x[4], of_y[4], of_z[4], at[4];
-  float stored[4], bounds[4];  // least u, most u, least v, most v: of the pixels in store; of the
-                               // object pixels' borders
-  std::int32_t first_byte, stride;  // of the base pixel's reach
-  float farthest_px;  // images farther than that from the base are beside the object pixels
-  float behind;  // a point with W below this times what U - u W may be off is behind the camera
+  // min u, max u, min v, max v: of the stored pixels, and of the borders of the object pixels.
+  float stored[4], bounds[4];
+  // Of the base pixel's entry in the skip maps.
+  std::int32_t first_byte, stride;
+  // An image farther from the base pixel is beside the object pixels.
+  float farthest_px;
+  // A point is behind the camera if its W is below this factor times the bound of U - u W.
+  float behind;
 };
-inline constexpr std::size_t kMaxCameras =
-    64;  // a block of them stays within the 16 KB of uniforms that every driver has
+// A uniform block of this size stays within the 16 KiB that every driver supports.
+inline constexpr std::size_t kMaxCameras = 64;
 struct Object {
   std::array<std::uint32_t, kMaxTreeLevels> first_box_word;  // by level
   std::uint32_t first_leaf_word, triangles, first_camera, unused;
 };
-struct Dispatch {  // indirect, and of how many items
+// Arguments of an indirect dispatch, and its number of items.
+struct Dispatch {
   std::uint32_t groups[3] = {0, 1, 1}, items = 0;
 };
 struct Node {
@@ -49,49 +58,51 @@ struct Descent {
   Dispatch nodes[kMaxTreeLevels + 1], leaves;
   std::uint32_t open = 0, unused[3] = {};
 };
+// A triangle that is not free. `place` is 16 leaf + index in the leaf, with kSolid set if the whole
+// triangle is in the hull.
 inline constexpr std::uint32_t kSolid = 1u << 31;
-struct OpenTriangle {           // not free
-  std::uint32_t object, place;  // 16 leaf + lane; kSolid: all of it is in the hull
+struct OpenTriangle {
+  std::uint32_t object, place;
 };
 
-// A triangle to refine, in the frame of the refinement: points v0 + s (v1 - v0) + t (v2 - v0).
-// Level n: an edge is divided into start 2^n.
+// A triangle to refine, with the points v0 + s (v1 - v0) + t (v2 - v0) [m] in the refinement's
+// frame. Level n divides an edge into start * 2^n parts.
 struct RefinedTriangle {
-  float v0[3], per_start;  // 1 / start
+  float v0[3], per_start;  // per_start: 1 / start
   float v1[3];
-  float radius_m;  // of a ball around the origin that holds it
+  float radius_m;  // of a ball about the frame's origin that contains the triangle
   float v2[3];
-  std::int32_t sampled;  // the level whose parts are sampled together
-  std::int32_t rows;     // of a part's samples there
-  std::int32_t finest;   // the last level
+  std::int32_t sampled;  // level of the parts that are sampled together
+  std::int32_t rows;     // rows of samples in such a part
+  std::int32_t finest;   // last level
   std::uint32_t unused[2];
 };
-// A part of level n; of one to be sampled, a block; of one where something was found. Corners (a,
-// b), (a + sigma, b), (a, b + sigma), in units of that level.
-inline constexpr std::uint32_t kDown = 1u << 31;  // of a: sigma is -1
-inline constexpr std::uint32_t kLevelShift = 24;  // of b: above it the level
-inline constexpr std::uint32_t kWholePartInHull =
-    ~0u;  // of what was found: all of the part is in the hull
+// A part of level n with corners (a, b), (a + sigma, b), (a, b + sigma), in units of that level. A
+// part to be sampled is called a block.
+inline constexpr std::uint32_t kDown = 1u << 31;        // bit of a: sigma is -1 (inverted)
+inline constexpr std::uint32_t kLevelShift = 24;        // b stores the level above this bit
+inline constexpr std::uint32_t kWholePartInHull = ~0u;  // value of Part::found
 struct Part {
-  std::uint32_t triangle, a, b,
-      found;  // found, of a block: bit i: sample i is in the hull; bit 16 + i: float can't tell
+  // found, of a block: bit i is set if sample i is in the hull, bit 16 + i if float cannot decide.
+  std::uint32_t triangle, a, b, found;
 };
-// The pass in which the first was found of a triangle, and the one in which it was left to the CPU;
-// kNever where it was not.
+// The pass in which a triangle's first point was found, and the pass in which the triangle was
+// deferred to the CPU; kNever if that did not happen.
 struct State {
   std::uint32_t found_pass, left_pass;
 };
 inline constexpr std::uint32_t kNever = ~0u;
-inline constexpr std::uint32_t kUndecided = 1000;  // left where it can't be divided further
+// Value of left_pass if a part of the last level is still mixed.
+inline constexpr std::uint32_t kUndecided = 1000;
 struct Refinement {
   Dispatch parts[kMaxPasses], blocks, samples;
   std::uint32_t found = 0, overflow = 0, unused[2] = {};
 };
 
-std::string boxes_source();      // a level of the trees: the boxes that are not free
-std::string triangles_source();  // of the leaves left, the triangles that are not free
-std::string refine_source();     // parts, pass by pass
+std::string boxes_source();      // boxes of one BVH level: drops the free ones
+std::string triangles_source();  // triangles of the remaining leaves: drops the free ones
+std::string refine_source();     // one pass over parts
 std::string sample_source();     // samples of the blocks
-std::string sort_source();       // blocks, by what was found in them
+std::string sort_source();       // keeps, splits or drops each block by its samples
 
 }  // namespace fivepipe::collision::gl_contact
