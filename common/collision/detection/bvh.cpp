@@ -13,9 +13,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMortonBits = 21;  // an axis
+constexpr int kMortonBits = 21;  // per axis
 
-std::uint64_t spread(std::uint64_t x) {  // bit i to bit 3 i
+std::uint64_t spread(std::uint64_t x) {  // moves bit i to bit 3 i
   x &= 0x1fffff;
   x = (x | x << 32) & 0x1f00000000ffff;
   x = (x | x << 16) & 0x1f0000ff0000ff;
@@ -40,8 +40,8 @@ void check(const geometry::Mesh& mesh) {
                                     std::to_string(mesh.vertices_m.size()));
 }
 
-// Rounded away from zero by two units: a float's rounding of a difference, and of what it is the
-// difference of.
+// Rounds up by two units in the last place: one for the rounding of a difference to float, one for
+// that of the center it is taken from.
 float round_up_to_float(double x) {
   return std::nextafter(std::nextafter(float(x), std::numeric_limits<float>::infinity()),
                         std::numeric_limits<float>::infinity());
@@ -83,7 +83,7 @@ void Bvh::refit(std::span<const Vector3d> vertices_m) {
   if (vertices_m.size() != mesh_.vertices_m.size())
     throw std::invalid_argument("mesh: " + std::to_string(vertices_m.size()) + " vertices, not " +
                                 std::to_string(mesh_.vertices_m.size()));
-  check(vertices_m);  // before: a refused one changes nothing
+  check(vertices_m);  // first, so a refused refit changes nothing
   mesh_.vertices_m.assign(vertices_m.begin(), vertices_m.end());
   if (!leaves_.empty()) fit();
 }

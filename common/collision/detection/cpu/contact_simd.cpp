@@ -135,8 +135,8 @@ ContactBits classify_boxes(std::span<const ObjectMap> cameras, const Bvh::Boxes&
         return hn::Mul(sum, hn::Mul(per_min_w, hn::Set(d, kExtentSlack)));
       };
       const VF off_u = off(0, u), off_v = off(1, v);
-      const RectContents l =
-          classify_rect(c, hn::Sub(u, off_u), hn::Add(u, off_u), hn::Sub(v, off_v), hn::Add(v, off_v));
+      const RectContents l = classify_rect(c, hn::Sub(u, off_u), hn::Add(u, off_u),
+                                           hn::Sub(v, off_v), hn::Add(v, off_v));
       free = hn::Or(free, hn::Or(hn::And(sure, l.free),
                                  hn::Lt(hn::Add(w, off_w), hn::Set(d, c.max_behind_w))));
       solid = hn::And(solid, hn::And(sure, l.solid));

@@ -9,13 +9,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A box is looked at in so many cells an edge, where its surface is free; the rounding of a cell's
-// middle to float, above it.
+// Cells per edge of a bounding box, and the relative enlargement of a cell that covers the rounding
+// of its center to float.
 constexpr int kBoxCells = 8;
 constexpr double kCellSlack = 1e-6;
 static_assert(kBoxCells * kBoxCells % Bvh::kArity == 0);
-// However far apart samples are, a triangle has no more points than this: its middle, a corner, and
-// one more for each of rounding.
+// Maximum number of points of a triangle at the largest spacing: a center, a corner, and one more
+// of each for rounding.
 constexpr std::size_t kMinPointsATriangle = 4;
 
 }  // namespace

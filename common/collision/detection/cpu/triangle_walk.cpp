@@ -8,25 +8,23 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Parts that are still mixed are split until they are this much smaller than eps: what is left open
-// then is rare.
+// Mixed parts are split down to eps_m divided by this; few parts are still mixed then.
 constexpr double kFinest = 16;
-// A triangle that float has no room for, or that comes near to a camera's plane, is cut in four so
-// often.
+// A triangle that is too large for float, or too close to a camera's plane, is cut into four this
+// many times,
 constexpr int kMaxCuts = 10;
-// And into so many parts at most.
+// and into at most this many parts.
 constexpr int kMaxParts = 4096;
-// Parts of one triangle looked at together at most: hulls as ragged as that are noise.
+// Maximum number of parts tested together; only the hull of a noisy map exceeds it.
 constexpr std::size_t kMaxCells = 1 << 16;
-// Of those that are open at last, so many are asked in double.
+// Maximum number of parts that are tested in double.
 constexpr std::size_t kMaxExactTests = 1024;
-// Parts of at most so many samples an edge are not looked at, but sampled.
+// Parts with at most this many samples per edge are sampled instead of classified.
 constexpr double kMaxSamplesPerEdge = 4;
-// Samples are the middles of the parts: neighbours are two thirds of a part's median apart, which
-// is no longer than its longest edge.
+// Samples are the centers of the parts. Neighbours are two thirds of a part's median apart, and the
+// median is no longer than the longest edge.
 constexpr double kSampleDistance = 2.0 / 3;
-// The coarse test of a triangle, where only the verdict is wanted: so many parts an edge, sixteen
-// in all, one vector.
+// Divisions of the coarse test, for the verdict alone: 16 parts, one SIMD vector.
 constexpr int kCoarseDivisions = 4;
 
 bool before(const Vector3d& a, const Vector3d& b) {
@@ -150,8 +148,8 @@ void TriangleWalk::choose_grid() {
   per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
 }
 
-// free: the part is behind a camera, or beside its object pixels. some: of the others there is no
-// map for all.
+// Projects the part into every camera. free: one camera certifies it. some: not every camera has a
+// map.
 TriangleWalk::Maps TriangleWalk::set_maps() {
   maps_.clear();
   bool all = true;
@@ -168,7 +166,7 @@ TriangleWalk::Maps TriangleWalk::set_maps() {
   return all ? Maps::all : Maps::some;
 }
 
-// The whole part, divided evenly.
+// Sets cells_ to the whole part, divided evenly.
 void TriangleWalk::begin_cells(int divisions) {
   cells_.clear();
   const double h = units_ / divisions;
@@ -179,8 +177,8 @@ void TriangleWalk::begin_cells(int divisions) {
     }
 }
 
-// Each in four: cells_ of half the size. Of three corners each has one part like it, and one the
-// other way round in its center.
+// Sets cells_ to the quarters of the given cells: one at each corner, and an inverted one in the
+// center.
 void TriangleWalk::split_cells(const Cells& cells, double h) {
   const float half = float(0.5 * h);
   cells_.clear();
@@ -216,7 +214,7 @@ bool TriangleWalk::sample() {
   return points_->size() > before;
 }
 
-// One sample a part of a coarse division: most triangles that collide have one in the hull.
+// Tests one sample per coarse part: most colliding triangles have one in the hull.
 bool TriangleWalk::coarse_test() {
   if (units_ < kCoarseDivisions) return false;
   begin_cells(kCoarseDivisions);
@@ -243,7 +241,7 @@ CollisionVerdict TriangleWalk::decide() {
   }
 }
 
-// What is open at last, in double.
+// Tests the remaining mixed parts in double.
 CollisionVerdict TriangleWalk::resolve_exact(double h) {
   contact_.cut_off |= mixed_.count > kMaxExactTests;
   for (std::size_t i = 0; i < std::min(mixed_.count, kMaxExactTests); ++i) {
@@ -260,7 +258,7 @@ CollisionVerdict TriangleWalk::resolve_exact(double h) {
 }
 
 void TriangleWalk::accept_inside(double h) {
-  // As center() and add(), without their calls: these are many.
+  // The loop inlines center() and add(), because there are many samples.
   const Vector3d origin = vertices_[0], per_a_m = per_a_m_, per_b_m = per_b_m_,
                  reference = wanted_.farthest_from_world_m;
   const std::span<Vector3d> to =
@@ -282,14 +280,14 @@ void TriangleWalk::accept_inside(double h) {
   }
 }
 
-// Every sample of the solid cells; of their points, a corner is farthest from anywhere.
+// Accepts every sample of the solid cells. One corner of a cell is farther from the reference than
+// all its samples.
 void TriangleWalk::accept_solid(double h, double sample_h) {
   const int rows = int(std::lround(h / sample_h));
   for (std::size_t i = 0; i < solid_.count; ++i) {
     const double a = solid_.a[i], b = solid_.b[i], step = solid_.sigma[i] * sample_h;
-    const Vector3d to_next = step * per_a_m_,
-                   between = (to_next + step * per_b_m_) /
-                             3;  // from a part's center to that of the one beside it
+    // `between` leads from a part's center to that of its neighbour.
+    const Vector3d to_next = step * per_a_m_, between = (to_next + step * per_b_m_) / 3;
     points_->add(SampledPart{vertices_[0] + (a + step / 3) * per_a_m_, per_b_m_, b, step, to_next,
                              between, rows});
     for (const Vector3d& corner :

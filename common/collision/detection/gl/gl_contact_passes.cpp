@@ -44,7 +44,8 @@ constexpr std::size_t kBoxWords = sizeof(Bvh::Boxes) / sizeof(float),
                       kLeafWords = sizeof(Bvh::Leaf) / sizeof(float);
 static_assert(kBoxWords == 6 * Bvh::kArity && kLeafWords == 9 * Bvh::kArity);
 
-// Leaves first, then level by level, as they lie in the tree.
+// Layout of a BVH on the GPU: the leaves, then the boxes level by level. Returns its number of
+// words.
 std::size_t words_of(const Bvh& tree, Object& object) {
   std::size_t words = std::size_t(tree.leaves()) * kLeafWords;
   for (int level = 0, below = tree.leaves(); level < tree.levels(); ++level) {
@@ -81,7 +82,7 @@ GlContactPasses::GlContactPasses()
       sort_("contacts: blocks", sort_source()) {
   GLint64 most = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
-  // Words and bytes are counted in 31 bits.
+  // The shaders index words and bytes with 31 bits.
   max_bytes_ = std::min(std::size_t(most), std::size_t{1} << 31);
 }
 
@@ -101,8 +102,9 @@ bool GlContactPasses::set_maps(const hull::CpuHull& hull) {
   skip_map_buffer_.reserve(bytes);
   bytes = 0;
   for (const hull::CpuHull::MapCamera& c : hull.cameras()) {
-    const std::size_t size = std::size_t(c.skip_map.stride()) *
-                             std::size_t(c.skip_map.stored().height_px());  // a row is whole words
+    // Each row consists of whole words.
+    const std::size_t size =
+        std::size_t(c.skip_map.stride()) * std::size_t(c.skip_map.stored().height_px());
     glNamedBufferSubData(skip_map_buffer_.get(), GLintptr(bytes), GLsizeiptr(size),
                          c.skip_map.bytes(hull::Quadrant::right_down));
     bytes += size;
@@ -143,8 +145,8 @@ std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull,
     for (std::size_t c = 0; c < maps_.size() && fits[i]; ++c) {
       GlCamera camera = placed(gl_camera(hull.cameras()[c], world_from_tree, tree.radius_m()), c);
       fits[i] = fits_float(camera, tree.radius_m());
-      camera.of_x[3] +=
-          camera.at[3] * float(tree.radius_m());  // all of its points are asked together
+      // One bound serves all points of the object.
+      camera.of_x[3] += camera.at[3] * float(tree.radius_m());
       cameras.push_back(camera);
     }
     fits[i] = fits[i] && cameras.size() * sizeof(GlCamera) <= max_bytes_;
@@ -165,7 +167,7 @@ std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull,
   return fits;
 }
 
-// One after the other, each tree once.
+// Stores the BVHs consecutively, each one once.
 void GlContactPasses::place_trees(std::span<const DetectionObject> objects,
                                   std::vector<char>& fits) {
   std::vector<PlacedTree> placed;
@@ -269,7 +271,7 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(
   block_buffer_.reserve(room * sizeof(Part));
   refined.states.assign(triangles.size(), {kNever, kNever});
   state_buffer_.write(refined.states.data(), refined.states.size() * sizeof(State));
-  int sampled = 0, beyond = 0;  // levels up to the last that is sampled, and from there
+  int sampled = 0, beyond = 0;  // levels down to the last sampled one, and below it
   for (const RefinedTriangle& t : triangles)
     sampled = std::max(sampled, int(t.sampled)),
     beyond = std::max(beyond, int(t.finest - t.sampled));
@@ -289,7 +291,7 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(
   return refined;
 }
 
-// Parts up to those that are sampled, these, and what comes of them.
+// Runs the passes down to the blocks, samples the blocks, and refines what remains of them.
 void GlContactPasses::run_passes(int to_blocks, int beyond, std::size_t room) {
   const auto dispatch = [&](const gl::GlProgram& program, int pass, std::size_t offset) {
     use(program);

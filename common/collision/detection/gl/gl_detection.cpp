@@ -18,20 +18,20 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Triangles handed to a thread together.
+// Triangles per task of the pool.
 constexpr std::size_t kTrianglesPerTask = 16;
 
-// Rounding to float, upward.
+// Factor that makes a conversion to float an upper bound.
 constexpr double kRoundUp = 1 + 0x1p-22;
 
-// What is known of a contact: its points lie together, in the hull each.
+// The decision on a contact. Its points are consecutive, and each is in the hull.
 struct ResolvedContact {
   CollisionVerdict verdict = CollisionVerdict::free;
-  bool coarser = false, walk = false;  // walk: the CPU has to
+  bool coarser = false, walk = false;  // walk: the CPU must walk the triangle
   std::size_t first_point = 0, points = 0;
 };
 
-struct Walked {  // by a task
+struct Walked {  // results of one task
   ContactPoints points;
   std::size_t over_budget = 0;
 };
@@ -51,7 +51,7 @@ RefinedTriangle refined_triangle(const GlContact& contact, const Vector3d& origi
   return t;
 }
 
-// The whole triangle, as parts of level 0.
+// Appends the whole triangle as parts of level 0.
 void add_first_parts(std::uint32_t triangle, int start, std::vector<Part>& parts) {
   for (int b = 0; b < start; ++b)
     for (int a = 0; a + b < start; ++a) {
@@ -88,16 +88,16 @@ struct GlDetection::Work {
   GlDetectionRoom room;
   std::size_t parts_room;
 
-  struct Sampling {  // of an object
+  struct Sampling {  // by object
     double spacing_m;
-    std::size_t point_limit;  // more, and it is sampled anew, less finely
+    std::size_t point_limit;  // with more, the object is sampled again at twice the spacing
   };
   std::vector<Sampling> samplings;
   std::vector<GlContact> contacts;            // by object, triangle
-  std::vector<std::uint32_t> refined_number;  // of each contact, on the GPU
+  std::vector<std::uint32_t> refined_number;  // index on the GPU, by contact
   std::optional<GlContactPasses::Refined> refined;
-  std::vector<std::size_t> first_found;  // of each triangle on the GPU, and one more
-  std::vector<ResolvedContact> settled;  // as contacts
+  std::vector<std::size_t> first_found;  // by triangle on the GPU, with an end
+  std::vector<ResolvedContact> settled;  // by contact
   std::vector<Vector3d> points_world_m;
   std::vector<std::uint8_t> confirmed;
   std::vector<Walked> walked;
@@ -161,7 +161,7 @@ void GlDetection::Work::open_contacts(std::span<const DetectionObject> of) {
   }
 }
 
-// False where some object has too many points; its spacing is doubled then.
+// Returns false, with the spacing doubled, if an object exceeds its point limit.
 bool GlDetection::Work::resolve_exact(std::span<const DetectionObject> of,
                                       const DetectionOptions& options) {
   for (GlContact& c : contacts) {
@@ -180,7 +180,7 @@ bool GlDetection::Work::resolve_exact(std::span<const DetectionObject> of,
   return walk(of, options, points);
 }
 
-// By object, of what the GPU found.
+// Returns the number of points that the GPU found, by object.
 std::vector<std::size_t> GlDetection::Work::count_points() const {
   std::vector<std::size_t> points(samplings.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -196,7 +196,7 @@ bool GlDetection::Work::too_many_points(std::size_t object, std::size_t points, 
   Sampling& s = samplings[object];
   if (!(points > s.point_limit)) return false;
   s.spacing_m *= 2;
-  // At a spacing beyond its size there is a sample or two a triangle: then they stay.
+  // At a spacing beyond its size a triangle has one or two samples; they are kept.
   if (s.spacing_m > 2 * radius_m) s.point_limit = std::numeric_limits<std::size_t>::max();
   collisions[object].truncated = true;
   return true;
@@ -232,8 +232,8 @@ void GlDetection::Work::refine() {
   for (std::size_t i = 0; i < triangles.size(); ++i) first_found[i + 1] += first_found[i];
 }
 
-// Of parts beyond the samples' grid, which are last, the first alone: one point is enough where the
-// grid has none.
+// Returns the parts found in a contact. Of the parts below the sample grid, which come last, only
+// the first is included: one point is enough if the grid has none.
 std::span<const Part> GlDetection::Work::found_of(std::size_t contact) const {
   const std::uint32_t n = refined_number[contact];
   if (n == kNotRefined) return {};
@@ -245,8 +245,8 @@ std::span<const Part> GlDetection::Work::found_of(std::size_t contact) const {
   return all.first(std::size_t(beyond - all.begin()) + (beyond != all.end()));
 }
 
-// Points to be confirmed; of a triangle with solid parts, the corner of one of them that is
-// farthest from the reference comes last.
+// Collects the points to confirm in double. For a triangle with solid parts, the last one is the
+// corner of a solid part that is farthest from the reference.
 void GlDetection::Work::add_candidates(std::span<const DetectionObject> of) {
   points_world_m.clear();
   settled.assign(contacts.size(), {});
@@ -275,7 +275,7 @@ void GlDetection::Work::add_candidates(std::span<const DetectionObject> of) {
   }
 }
 
-// Of the candidates, those in the hull; the farthest last.
+// Keeps the candidates that are in the hull, the farthest one last.
 void GlDetection::Work::confirm(std::span<const DetectionObject> of) {
   confirmed.resize(points_world_m.size());
   query->contains(points_world_m, confirmed);
@@ -308,7 +308,8 @@ void GlDetection::Work::confirm(std::span<const DetectionObject> of) {
   }
 }
 
-// As resolve_exact(); points_found: of each object so far.
+// Walks the remaining triangles on the CPU. Returns as resolve_exact(); points_found: by object, so
+// far.
 bool GlDetection::Work::walk(std::span<const DetectionObject> of, const DetectionOptions& options,
                              std::span<const std::size_t> points_found) {
   std::vector<std::size_t> left;
@@ -345,7 +346,8 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> of, const Detectio
     all &= !too_many_points(i, points[i], of[i].tree->radius_m());
   if (!all) return false;
   std::vector<CollisionPoint> points_of_one;
-  for (std::size_t n = 0; n < left.size(); ++n) {  // to the others
+  // Appends the points to those of the other contacts.
+  for (std::size_t n = 0; n < left.size(); ++n) {
     ResolvedContact& s = settled[left[n]];
     points_of_one.resize(s.points);
     walked[n / kTrianglesPerTask].points.write(s.first_point, contacts[left[n]].triangle,

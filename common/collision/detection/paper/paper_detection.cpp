@@ -25,11 +25,11 @@ std::vector<Triangle> faces_of(const Eigen::AlignedBox3d& box_world_m) {
   return world_triangles(geometry::box_mesh(box_world_m.sizes()), world_from_box);
 }
 
-// The triangles of several objects as one batch, and back.
+// The triangles of several objects in one batch, with their origin.
 struct Batch {
   std::vector<Triangle> triangles;
-  std::vector<std::size_t> object;       // of each triangle
-  std::vector<std::uint32_t> own_index;  // of each triangle in its object
+  std::vector<std::size_t> object;       // object of each triangle
+  std::vector<std::uint32_t> own_index;  // index of each triangle in its object
 
   void add(std::size_t owner, std::span<const Triangle> added) {
     for (std::size_t i = 0; i < added.size(); ++i) {

@@ -9,7 +9,7 @@
 namespace fivepipe::collision {
 namespace {
 
-constexpr std::size_t kMaxCameras = 255;  // an eight-bit stencil counts no further
+constexpr std::size_t kMaxCameras = 255;  // maximum of an 8-bit stencil
 constexpr int kPosition = 0, kTextureCoordinate = 1;
 
 const char* const kVertexShader = R"(#version 450 core
@@ -22,8 +22,8 @@ void main() {
 }
 )";
 
-// Discards what is not on an object pixel. Comparisons are written so that NaN and points behind
-// the camera are discarded.
+// Discards fragments that are not on an object pixel. The comparisons are written so that NaN and
+// points behind the camera are discarded.
 const char* const kFragmentShader = R"(#version 450 core
 uniform usampler2D object_pixels;  // pixel u of a row is bit u % 32 of texel u / 32
 uniform vec2 size_px;
@@ -76,7 +76,7 @@ void TriangleVolumeQuery::set_silhouettes(std::span<const hull::Silhouette> silh
     else if (object_pixels_[i].width_px() != 2 * pixels.words_per_row() ||
              object_pixels_[i].height_px() != pixels.height_px())
       object_pixels_[i] = texture_for(pixels);
-    // A 64-bit word is two 32-bit texels, the low one first: little-endian hosts.
+    // A 64-bit word is two 32-bit texels, the low one first: requires a little-endian host.
     object_pixels_[i].upload(GL_RED_INTEGER, GL_UNSIGNED_INT, pixels.words().data());
   }
 }
@@ -106,8 +106,7 @@ void TriangleVolumeQuery::draw(std::span<const TriangleView> views) {
                      {ndc(x_px), ndc(y_px), ndc(x_px + viewport_px_), ndc(y_px),
                       ndc(x_px + views[i].apex_x * viewport_px_), ndc(y_px + viewport_px_)});
   }
-  // Projected in double here rather than in the shader: floats of world coordinates lose the pixel
-  // far from the origin.
+  // Projects in double on the CPU: in float, world coordinates far from the origin lose the pixel.
   for (const hull::Silhouette& s : silhouettes_) {
     const Eigen::Matrix<double, 3, 4> texture_from_world =
         geometry::texture_from_camera(s.camera.pinhole) * s.camera.camera_from_world.matrix();
@@ -136,8 +135,8 @@ void TriangleVolumeQuery::draw(std::span<const TriangleView> views) {
   vertices_.attribute(kPosition, positions_, 2, 2 * sizeof(float), 0);
   const std::size_t vertex_count = 3 * views.size();
   for (std::size_t i = 0; i < silhouettes_.size(); ++i) {
-    // Only what all earlier cameras counted is counted on: the count n means the same, and fewer
-    // fragments are shaded.
+    // Counts only fragments that all earlier cameras counted. The final count n is the same, and
+    // fewer fragments are shaded.
     glStencilFunc(GL_EQUAL, GLint(i), 0xff);
     vertices_.attribute(kTextureCoordinate, texture_coordinates_, 3, 3 * sizeof(float),
                         int(i * vertex_count * 3 * sizeof(float)));
