@@ -186,9 +186,9 @@ Clearance HullDistance::clearance_m(const Vector3d& p_world_m, double cap_m,
   double found_m = kInfinity, open_m = kInfinity;
   std::priority_queue<Candidate<Cube>> cubes;
   if (-here_m <= cap_m) cubes.push({0, {p_world_m, cap_m}});
-  for (int taken = 0; !cubes.empty(); ++taken) {
+  for (int visited = 0; !cubes.empty(); ++visited) {
     const auto [nearest_m, cube] = cubes.top();
-    if (nearest_m + tolerance_m >= found_m || nearest_m > cap_m || taken == kMaxClearanceCells) {
+    if (nearest_m + tolerance_m >= found_m || nearest_m > cap_m || visited == kMaxClearanceCells) {
       open_m = std::min(open_m, nearest_m);
       break;
     }

@@ -116,7 +116,7 @@ struct TriangleInImage {
   // Appends the parts of the polygon on object pixels. Sweeps down the rows and treats rows with
   // the same runs as one. Does not clip at the rectangle's own borders: a plane seen edge-on,
   // exactly on a border between pixels, falls on either side by rounding, and all of it counts.
-  void accept_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& taken) const {
+  void accept_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& accepted) const {
     WeightPolygon rest = in_image(polygon);
     const hull::PixelRect box = bounds(rest);
     for (int v = box.v0_px; v < box.v1_px && !rest.empty();) {
@@ -128,7 +128,7 @@ struct TriangleInImage {
           rows.below = split(rows.below, right_of(run.begin_px - 0.5)).above;
         Split columns = run.end_px < box.u1_px ? split(rows.below, right_of(run.end_px - 0.5))
                                                : Split{rows.below, {}};
-        if (!columns.below.empty()) taken.push_back(std::move(columns.below));
+        if (!columns.below.empty()) accepted.push_back(std::move(columns.below));
         rows.below = std::move(columns.above);
       }
       rest = std::move(rows.above);
@@ -167,8 +167,8 @@ std::array<Triangle, 2> halves(const Triangle& t) {
   for (int i = 1; i < 3; ++i)
     if (opposite(i) > opposite(apex)) apex = i;
   const Vector3d &a = t[apex], &b = t[(apex + 1) % 3], &c = t[(apex + 2) % 3],
-                 middle = 0.5 * (b + c);
-  return {Triangle{a, b, middle}, Triangle{a, middle, c}};
+                 midpoint = 0.5 * (b + c);
+  return {Triangle{a, b, midpoint}, Triangle{a, midpoint, c}};
 }
 
 // Branch and bound: a signed distance changes by at most the distance between two points.
@@ -187,10 +187,11 @@ void find_deepest(const HullDistance& hull, const Triangle& triangle, TriangleTr
     cells.push({t, here_m + radius_m});
   };
   add(triangle);
-  const auto settled = [&](double at_most_m) {
+  const auto converged = [&](double at_most_m) {
     return !(at_most_m > truth.deepest_m * (1 + kDepthToleranceFraction) + kDepthTolerance_m);
   };
-  for (int taken = 0; taken < kMaxDepthCells && !settled(cells.top().at_most_m); ++taken) {
+  for (int cell_count = 0; cell_count < kMaxDepthCells && !converged(cells.top().at_most_m);
+       ++cell_count) {
     const Cell cell = cells.top();
     cells.pop();
     for (const Triangle& half : halves(cell.triangle)) add(half);

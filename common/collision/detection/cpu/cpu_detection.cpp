@@ -153,7 +153,7 @@ struct CpuDetection::Work {
     counts = {};
   }
   bool walk_leaves(const hull::HullQuery& query, const DetectionOptions& options);
-  void gather(base::WorkerPool& pool, std::span<const DetectionObject> of,
+  void gather(base::WorkerPool& pool, std::span<const DetectionObject> requested,
               const DetectionOptions& options);
 };
 
@@ -186,7 +186,7 @@ bool CpuDetection::Work::walk_leaves(const hull::HullQuery& query,
   return all;
 }
 
-void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const DetectionObject> of,
+void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const DetectionObject> requested,
                                 const DetectionOptions& options) {
   for (const Found& f : found) {
     for (const Found::Triangle& t : f.triangles) triangles.emplace_back(&f, &t);
@@ -199,7 +199,7 @@ void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const Detectio
     return std::pair(a.second->object, a.second->triangle) <
            std::pair(b.second->object, b.second->triangle);
   });
-  for (std::size_t object = 0, first = 0, last; object < of.size(); ++object, first = last) {
+  for (std::size_t object = 0, first = 0, last; object < requested.size(); ++object, first = last) {
     ObjectCollision& collision = collisions[object];
     for (last = first; last < triangles.size() && triangles[last].second->object == object;
          ++last) {
@@ -209,15 +209,13 @@ void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const Detectio
       collision.verdict = std::max(collision.verdict, t.verdict);
       collision.truncated |= t.coarser && t.points > 0;
     }
-    gather_points(pool, std::span(triangles).subspan(first, last - first), of[object],
+    gather_points(pool, std::span(triangles).subspan(first, last - first), requested[object],
                   options.max_points, collision);
   }
 }
 
 CpuDetection::CpuDetection() : work_(std::make_unique<Work>()) {}
 CpuDetection::~CpuDetection() = default;
-CpuDetection::CpuDetection(CpuDetection&&) noexcept = default;
-CpuDetection& CpuDetection::operator=(CpuDetection&&) noexcept = default;
 
 std::span<ObjectCollision> CpuDetection::detect(const hull::HullQuery& query,
                                                 std::span<const DetectionObject> objects,

@@ -36,8 +36,6 @@ class CpuDetection {
  public:
   CpuDetection();
   ~CpuDetection();
-  CpuDetection(CpuDetection&&) noexcept;
-  CpuDetection& operator=(CpuDetection&&) noexcept;
 
   // Returns one result per object, in the given order, valid until the next call. Runs in the
   // hull's pool. The bits do not depend on the number of threads or on the order of a triangle's

@@ -46,9 +46,9 @@ TriangleGrid triangle_grid(const Triangle& v, const TriangleWalkOptions& options
       std::max({(v[1] - v[0]).norm(), (v[2] - v[0]).norm(), (v[2] - v[1]).norm()});
   TriangleGrid grid;
   if (spacing_m > 0) {
-    const double most = std::max(1.0, std::floor(std::sqrt(double(options.max_points)))),
+    const double max_divisions = std::max(1.0, std::floor(std::sqrt(double(options.max_points)))),
                  needed = kSampleDistance * longest_m / spacing_m;
-    while (grid.divisions < needed && 2 * grid.divisions <= most) {
+    while (grid.divisions < needed && 2 * grid.divisions <= max_divisions) {
       if (grid.start == 1 && grid.divisions >= 2 && 3 * (grid.divisions / 2) >= needed)
         grid.start = 3, grid.divisions = 3 * (grid.divisions / 2);
       else
@@ -69,11 +69,11 @@ TriangleWalk::TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptio
 }
 
 TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
-                                   const PointRequest& wanted, ContactPoints& points) {
+                                   const PointRequest& request, ContactPoints& points) {
   contact_ = {};
   points_ = &points;
   points.begin_triangle();
-  wanted_ = wanted;
+  request_ = request;
   parts_ = 0;
   farthest_m2_ = -1;
   const auto [first, second, third] = vertex_order(triangle_world_m);
@@ -98,12 +98,12 @@ CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
     return depth < kMaxCuts && parts_ < kMaxParts ? split_part(vertices, depth)
                                                   : test_corners(vertices);
   }
-  const bool found = wanted_.spacing_m > 0 ? sample() : coarse_test();
+  const bool found = request_.spacing_m > 0 ? sample() : coarse_test();
   return found ? CollisionVerdict::colliding : decide();
 }
 
 CollisionVerdict TriangleWalk::accept_all(const Triangle& vertices) {
-  if (!(wanted_.spacing_m > 0)) {
+  if (!(request_.spacing_m > 0)) {
     add((vertices[0] + vertices[1] + vertices[2]) / 3);
     return CollisionVerdict::colliding;
   }
@@ -123,7 +123,7 @@ CollisionVerdict TriangleWalk::split_part(const Triangle& v, int depth) {
   for (const Triangle& part : {Triangle{v[0], m01, m02}, Triangle{m01, v[1], m12},
                                Triangle{m02, m12, v[2]}, Triangle{m01, m12, m02}}) {
     worst = std::max(worst, walk_part(part, depth + 1));
-    if (worst == CollisionVerdict::colliding && !(wanted_.spacing_m > 0)) break;
+    if (worst == CollisionVerdict::colliding && !(request_.spacing_m > 0)) break;
   }
   return worst;
 }
@@ -136,13 +136,13 @@ CollisionVerdict TriangleWalk::test_corners(const Triangle& vertices) {
     if (!query_->contains(v)) continue;
     any = true;
     add(v);
-    if (!(wanted_.spacing_m > 0)) break;
+    if (!(request_.spacing_m > 0)) break;
   }
   return any ? CollisionVerdict::colliding : CollisionVerdict::undecided;
 }
 
 void TriangleWalk::choose_grid() {
-  const TriangleGrid grid = triangle_grid(vertices_, options_, wanted_.spacing_m);
+  const TriangleGrid grid = triangle_grid(vertices_, options_, request_.spacing_m);
   start_ = grid.start, divisions_ = grid.divisions, units_ = grid.units, coarser_ = grid.coarser;
   per_a_m_ = (vertices_[1] - vertices_[0]) / units_,
   per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
@@ -155,10 +155,10 @@ TriangleWalk::Maps TriangleWalk::set_maps() {
   bool all = true;
   for (std::size_t i = 0; i < pixels_from_world_.size(); ++i) {
     TriangleMap map;
-    const ProjectionStatus facing = triangle_map(
+    const ProjectionStatus status = triangle_map(
         pixels_from_world_[i], query_->hull().cameras()[i].skip_map, vertices_, units_, map);
-    if (facing == ProjectionStatus::culled) return Maps::free;
-    if (facing == ProjectionStatus::in_front)
+    if (status == ProjectionStatus::culled) return Maps::free;
+    if (status == ProjectionStatus::in_front)
       maps_.push_back(map);
     else
       all = false;
@@ -260,7 +260,7 @@ CollisionVerdict TriangleWalk::resolve_exact(double h) {
 void TriangleWalk::accept_inside(double h) {
   // The loop inlines center() and add(), because there are many samples.
   const Vector3d origin = vertices_[0], per_a_m = per_a_m_, per_b_m = per_b_m_,
-                 reference = wanted_.farthest_from_world_m;
+                 reference = request_.farthest_from_world_m;
   const std::span<Vector3d> to =
       inside_.count > 0 ? points_->add(inside_.count) : std::span<Vector3d>();
   double farthest_m2 = -1;
@@ -311,7 +311,7 @@ void TriangleWalk::add(const Vector3d& p_world_m) {
 }
 
 void TriangleWalk::consider(const Vector3d& p_world_m) {
-  const double m2 = (p_world_m - wanted_.farthest_from_world_m).squaredNorm();
+  const double m2 = (p_world_m - request_.farthest_from_world_m).squaredNorm();
   if (!(m2 > farthest_m2_)) return;
   farthest_m2_ = m2;
   farthest_world_m_ = p_world_m;

@@ -64,7 +64,7 @@ class TriangleWalk {
   // point farthest from the reference, repeated if it is an earlier sample. The vertices must be
   // finite; the result does not depend on their order. `solid`: the caller knows that the whole
   // triangle is in the hull.
-  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointRequest& wanted,
+  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointRequest& request,
                        ContactPoints& points);
 
  private:
@@ -101,7 +101,7 @@ class TriangleWalk {
   double units_ = 1;
   Cells cells_, mixed_, solid_, inside_, uncertain_;
   ContactPoints* points_ = nullptr;
-  PointRequest wanted_{};
+  PointRequest request_{};
   bool coarser_ = false;  // of the current part's grid
   int parts_ = 0;         // number of parts that the triangle was cut into so far
   Eigen::Vector3d farthest_world_m_;

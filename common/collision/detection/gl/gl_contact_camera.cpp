@@ -15,13 +15,13 @@ namespace {
 // Bound of the float rounding of a form. A point of a triangle takes fewer than 20 roundings:
 // vertices from double, edges, two fractions and their products, sums, a third. A form takes fewer
 // than 12: coefficients from double, products, sums. GLSL rounds `precise` sums and products
-// correctly but leaves the direction open (4.7.1), so each is off by at most 2^-23 of the sum of
-// the terms' sizes, twice the error of rounding to nearest. It may flush subnormal numbers to zero,
-// which is far below kMinMargin_px.
+// correctly but leaves the direction open (4.7.1), so each is off by at max_term 2^-23 of the sum
+// of the terms' sizes, twice the error of rounding to nearest. It may flush subnormal numbers to
+// zero, which is far below kMinMargin_px.
 constexpr double kFormError = 32 * 0x1p-23;
 constexpr double kMinMargin_px = 0x1p-20;
-// Additional relative error of an image: a quotient is off by at most 2.5 units in the last place,
-// 5 * 2^-24, and is rounded together with its margin.
+// Additional relative error of an image: a quotient is off by at max_term 2.5 units in the last
+// place, 5 * 2^-24, and is rounded together with its margin.
 constexpr double kImageError = 0x1p-20;
 // Relative error of the margin itself: W is off by less than 1/64 if the margin is small enough,
 // and the margin is rounded too.
@@ -87,12 +87,12 @@ GlCamera gl_camera(const hull::CpuHull::MapCamera& camera,
 }
 
 bool fits_float(const GlCamera& c, double radius_m) {
-  double most = 0;
+  double max_term = 0;
   for (int row = 0; row < 3; ++row)
-    most = std::max(
-        most, std::abs(c.at[row]) + radius_m * (std::abs(c.of_x[row]) + std::abs(c.of_y[row]) +
-                                                std::abs(c.of_z[row])));
-  return most < kMaxFormTerm && c.farthest_px * kImageError < 0.5 * kMaxContactEps_px;
+    max_term = std::max(
+        max_term, std::abs(c.at[row]) + radius_m * (std::abs(c.of_x[row]) + std::abs(c.of_y[row]) +
+                                                    std::abs(c.of_z[row])));
+  return max_term < kMaxFormTerm && c.farthest_px * kImageError < 0.5 * kMaxContactEps_px;
 }
 
 Vector3d world_origin_near_hull_m(const hull::CpuHull& hull) {

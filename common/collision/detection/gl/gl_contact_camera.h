@@ -1,7 +1,7 @@
-// Cameras in the form that the shaders of backend `gl` read (gl_contact_shaders.h), with bounds of
+// Cameras in the form that the shaders of backend `gl` read (gl_contact_buffers.h), with bounds of
 // the float errors.
 #pragma once
-#include "common/collision/detection/gl/gl_contact_shaders.h"
+#include "common/collision/detection/gl/gl_contact_buffers.h"
 #include "common/hull/cpu/cpu_hull.h"
 
 namespace fivepipe::collision {

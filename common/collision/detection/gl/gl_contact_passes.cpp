@@ -7,6 +7,7 @@
 
 #include "common/collision/detection/cpu/contact_simd.h"
 #include "common/collision/detection/gl/gl_contact_camera.h"
+#include "common/collision/detection/gl/shaders_embedded.h"
 
 namespace fivepipe::collision {
 
@@ -16,7 +17,7 @@ using Eigen::Vector3d;
 namespace {
 
 enum Binding {
-  kReaches = 0,
+  kSkipMaps = 0,
   kCameras = 1,
   kObjects = 2,
   kTrees = 3,
@@ -75,15 +76,15 @@ void write_tree(const Bvh& tree, const Object& object, std::size_t words,
 }  // namespace
 
 GlContactPasses::GlContactPasses()
-    : boxes_("contacts: boxes", boxes_source()),
-      triangles_("contacts: triangles", triangles_source()),
-      refine_("contacts: parts", refine_source()),
-      sample_("contacts: samples", sample_source()),
-      sort_("contacts: blocks", sort_source()) {
-  GLint64 most = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
+    : boxes_("contacts: boxes", kBoxesComp),
+      triangles_("contacts: triangles", kTrianglesComp),
+      refine_("contacts: parts", kRefineComp),
+      sample_("contacts: samples", kSampleComp),
+      blocks_("contacts: blocks", kBlocksComp) {
+  GLint64 max_block_bytes = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &max_block_bytes);
   // The shaders index words and bytes with 31 bits.
-  max_bytes_ = std::min(std::size_t(most), std::size_t{1} << 31);
+  max_bytes_ = std::min(std::size_t(max_block_bytes), std::size_t{1} << 31);
 }
 
 bool GlContactPasses::set_maps(const hull::CpuHull& hull) {
@@ -212,7 +213,7 @@ void GlContactPasses::place_trees(std::span<const DetectionObject> objects,
 void GlContactPasses::use(const gl::GlProgram& program) const {
   glProgramUniform1i(program.get(), 0, GLint(maps_.size()));
   glProgramUniform1f(program.get(), 1, float(kMaxContactEps_px));
-  skip_map_buffer_.bind_storage(kReaches);
+  skip_map_buffer_.bind_storage(kSkipMaps);
   program.use();
 }
 
@@ -317,7 +318,7 @@ void GlContactPasses::run_passes(int to_blocks, int beyond, std::size_t room) {
   int pass = 0;
   for (; pass < to_blocks; ++pass) dispatch(refine_, pass, parts_at(pass));
   dispatch(sample_, pass, offsetof(Refinement, samples));
-  dispatch(sort_, pass, offsetof(Refinement, blocks));
+  dispatch(blocks_, pass, offsetof(Refinement, blocks));
   ++pass;
   for (const int end = pass + beyond; pass < end; ++pass) dispatch(refine_, pass, parts_at(pass));
   refine_timer_.end();

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/collision/detection/cpu/cpu_detection.h"
-#include "common/collision/detection/gl/gl_contact_shaders.h"
+#include "common/collision/detection/gl/gl_contact_buffers.h"
 #include "common/gl/objects.h"
 
 namespace fivepipe::collision {
@@ -66,7 +66,7 @@ class GlContactPasses {
     std::size_t first_byte;  // of its base pixel
     std::int32_t stride;
   };
-  gl::GlProgram boxes_, triangles_, refine_, sample_, sort_;
+  gl::GlProgram boxes_, triangles_, refine_, sample_, blocks_;
   gl::GlBuffer skip_map_buffer_, frame_camera_buffer_, camera_buffer_, object_buffer_, tree_buffer_,
       descent_buffer_, node_buffers_[2], leaf_buffer_, open_buffer_;
   gl::GlBuffer triangle_buffer_, refinement_buffer_, part_buffers_[2], block_buffer_, found_buffer_,

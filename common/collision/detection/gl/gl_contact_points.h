@@ -1,4 +1,4 @@
-// A triangle that the GPU refines (gl_contact_shaders.h), and the conversion of the parts that the
+// A triangle that the GPU refines (gl_contact_buffers.h), and the conversion of the parts that the
 // GPU finds to world points in double.
 #pragma once
 #include <array>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/collision/detection/cpu/triangle_walk.h"
-#include "common/collision/detection/gl/gl_contact_shaders.h"
+#include "common/collision/detection/gl/gl_contact_buffers.h"
 
 namespace fivepipe::collision {
 

@@ -56,8 +56,6 @@ class GlDetection {
   // Throws GlError, or std::invalid_argument if `room` is not valid.
   explicit GlDetection(const GlDetectionRoom& room = {});
   ~GlDetection();
-  GlDetection(GlDetection&&) noexcept;
-  GlDetection& operator=(GlDetection&&) noexcept;
 
   // Sets the hull that detect() tests, and uploads its maps. Borrows the query and its hull until
   // the next call.

@@ -13,7 +13,7 @@ Eigen::AlignedBox3d world_box_m(std::span<const Triangle> triangles) {
   Eigen::AlignedBox3d box;
   for (const Triangle& triangle : triangles)
     for (const Eigen::Vector3d& v : triangle) {
-      if (!v.allFinite()) throw std::invalid_argument("object with a vertex that is not finite");
+      if (!v.allFinite()) throw std::invalid_argument("a vertex of an object is not finite");
       box.extend(v);
     }
   return box;

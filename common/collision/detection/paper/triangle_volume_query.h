@@ -29,8 +29,6 @@ struct TriangleQueryResult {
   std::size_t points_unconfirmed = 0;
   // Triangles that are sampled along their longest edge.
   std::size_t triangles_degenerate = 0;
-  // Number of windows rendered; each takes one draw call per camera.
-  std::size_t windows = 0;
 };
 
 // Needs a current OpenGL 4.5 context for construction, use and destruction. Sets the OpenGL state

@@ -1,10 +1,9 @@
-// The compute shaders of backend `gl` (gl_detection.h) as GLSL 4.5 sources, and the layouts of the
-// buffers that they share with C++.
+// Limits and buffer layouts that C++ shares with the compute shaders of backend `gl`
+// (gl_detection.h): boxes.comp, triangles.comp, refine.comp, sample.comp, blocks.comp.
 #pragma once
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 namespace fivepipe::collision::gl_contact {
 
@@ -98,11 +97,5 @@ struct Refinement {
   Dispatch parts[kMaxPasses], blocks, samples;
   std::uint32_t found = 0, overflow = 0, unused[2] = {};
 };
-
-std::string boxes_source();      // boxes of one BVH level: drops the free ones
-std::string triangles_source();  // triangles of the remaining leaves: drops the free ones
-std::string refine_source();     // one pass over parts
-std::string sample_source();     // samples of the blocks
-std::string sort_source();       // keeps, splits or drops each block by its samples
 
 }  // namespace fivepipe::collision::gl_contact
