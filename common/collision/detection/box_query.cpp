@@ -6,7 +6,7 @@
 namespace fivepipe::collision {
 namespace {
 
-// Rounding of a projection in double, pixels: images of 1e4 px leave it below 1e-11.
+// Bound of the rounding error of a projection in double [px]: below 1e-11 for images of 1e4 px.
 constexpr double kProjectionRounding_px = 1e-6;
 
 bool any_object_pixel(const hull::ObjectPixels& pixels, const hull::PixelRect& rect) {
@@ -25,7 +25,7 @@ bool any_object_pixel(const hull::ObjectPixels& pixels, const hull::PixelRect& r
   return false;
 }
 
-// Pixels from that of lowest_px to that of highest_px, cut to the image: [first, second).
+// The pixels from that of lowest_px to that of highest_px within the image: [first, second).
 std::pair<int, int> pixel_range(double lowest_px, double highest_px, int size_px) {
   const auto index = [&](double px) {
     return int(std::clamp(std::floor(px + 0.5), -1.0, double(size_px)));
@@ -34,7 +34,7 @@ std::pair<int, int> pixel_range(double lowest_px, double highest_px, int size_px
           std::min(size_px, index(highest_px + kProjectionRounding_px) + 1)};
 }
 
-// False where the camera certifies that the box holds nothing of its hull.
+// Returns false only if the camera certifies that the box has no point in the hull.
 bool may_contain_object(const hull::Silhouette& s, const Eigen::AlignedBox3d& box_world_m) {
   Eigen::AlignedBox2d image_box_px;
   int behind = 0;

@@ -1,7 +1,8 @@
-// A box against the visual hull, conservatively, in the images: is the box certainly free of the
-// hull? The hull meets the box only if each camera has an object pixel in the box's projection. One
-// camera without certifies the box free. The converse does not hold (the pixels may belong to
-// different points), so an undecided box is split and its eighths are asked.
+// Conservative test of a box against the visual hull, in the images alone.
+//
+// The hull meets a box only if every camera has an object pixel in the box's projection. One camera
+// without such a pixel certifies the box free. The converse does not hold, because the object
+// pixels may belong to different points, so a box that is not certified is split into octants.
 #pragma once
 #include <Eigen/Geometry>
 #include <span>
@@ -10,8 +11,9 @@
 
 namespace fivepipe::collision {
 
-// True: no point of the closed box [m] is in_hull(). False: undecided after splitting `depth` times
-// into eighths (depth 0: the box itself alone is asked). No cameras: free, the hull is empty.
+// Returns true only if no point of the closed box [world, m] is in_hull(). Returns false if the
+// box, split `depth` times into octants, has an octant that no camera certifies; depth 0 tests the
+// box itself. Without cameras the hull is empty and the result is true.
 bool is_certainly_free(std::span<const hull::Silhouette> silhouettes,
                        const Eigen::AlignedBox3d& box_world_m, int depth = 0);
 

@@ -13,9 +13,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMortonBits = 21;  // an axis
+constexpr int kMortonBits = 21;  // per axis
 
-std::uint64_t spread(std::uint64_t x) {  // bit i to bit 3 i
+std::uint64_t spread(std::uint64_t x) {  // moves bit i to bit 3 i
   x &= 0x1fffff;
   x = (x | x << 32) & 0x1f00000000ffff;
   x = (x | x << 16) & 0x1f0000ff0000ff;
@@ -35,13 +35,13 @@ void check(const geometry::Mesh& mesh) {
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (const std::uint32_t v : mesh.triangles[i])
       if (!(v < mesh.vertices_m.size()))
-        throw std::invalid_argument("mesh: triangle " + std::to_string(i) + " names vertex " +
+        throw std::invalid_argument("mesh: triangle " + std::to_string(i) + " refers to vertex " +
                                     std::to_string(v) + " of " +
                                     std::to_string(mesh.vertices_m.size()));
 }
 
-// Rounded away from zero by two units: a float's rounding of a difference, and of what it is the
-// difference of.
+// Rounds up by two units in the last place: one for the rounding of a difference to float, one for
+// that of the center it is taken from.
 float round_up_to_float(double x) {
   return std::nextafter(std::nextafter(float(x), std::numeric_limits<float>::infinity()),
                         std::numeric_limits<float>::infinity());
@@ -62,10 +62,10 @@ Bvh::Bvh(geometry::Mesh mesh) : mesh_(std::move(mesh)) {
   keys.reserve(mesh_.triangles.size());
   for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
     const auto& [a, b, c] = mesh_.triangles[i];
-    const Vector3d middle = (mesh_.vertices_m[a] + mesh_.vertices_m[b] + mesh_.vertices_m[c]) / 3;
+    const Vector3d center = (mesh_.vertices_m[a] + mesh_.vertices_m[b] + mesh_.vertices_m[c]) / 3;
     std::uint64_t key = 0;
     for (int axis = 0; axis < 3; ++axis) {
-      const double fraction = std::clamp((middle[axis] - box.min()[axis]) / largest_m, 0.0, 1.0);
+      const double fraction = std::clamp((center[axis] - box.min()[axis]) / largest_m, 0.0, 1.0);
       key |= spread(std::uint64_t(fraction * ((1 << kMortonBits) - 1))) << axis;
     }
     keys.emplace_back(key, i);
@@ -81,9 +81,9 @@ Bvh::Bvh(geometry::Mesh mesh) : mesh_(std::move(mesh)) {
 
 void Bvh::refit(std::span<const Vector3d> vertices_m) {
   if (vertices_m.size() != mesh_.vertices_m.size())
-    throw std::invalid_argument("mesh: " + std::to_string(vertices_m.size()) + " vertices, not " +
-                                std::to_string(mesh_.vertices_m.size()));
-  check(vertices_m);  // before: a refused one changes nothing
+    throw std::invalid_argument("mesh: refit with " + std::to_string(vertices_m.size()) +
+                                " vertices instead of " + std::to_string(mesh_.vertices_m.size()));
+  check(vertices_m);  // first, so a refused refit changes nothing
   mesh_.vertices_m.assign(vertices_m.begin(), vertices_m.end());
   if (!leaves_.empty()) fit();
 }
@@ -125,12 +125,12 @@ void Bvh::fit() {
                    -std::numeric_limits<double>::infinity()};
         for (std::size_t child = 0; child < kArity; ++child) {
           const std::size_t n = i * kArity + child;
-          float &middle = level[i].center_m[axis][child], &half = level[i].half_m[axis][child];
-          middle = 0, half = -1;
+          float &center = level[i].center_m[axis][child], &half = level[i].half_m[axis][child];
+          center = 0, half = -1;
           if (n >= below.size()) continue;
           const Bounds& b = below[n][axis];
-          middle = float(0.5 * (b.min + b.max));
-          half = round_up_to_float(std::max(b.max - double(middle), double(middle) - b.min));
+          center = float(0.5 * (b.min + b.max));
+          half = round_up_to_float(std::max(b.max - double(center), double(center) - b.min));
           all = {std::min(all.min, b.min), std::max(all.max, b.max)};
         }
         above[i][axis] = all;

@@ -9,8 +9,8 @@ Vector3d first_of_row(const SampledPart& part, int row) {
   return part.origin_world_m + (part.b + (row + 1.0 / 3) * part.step) * part.per_b_m;
 }
 
-CollisionPoint* write_part(const SampledPart part, std::uint32_t triangle,
-                           CollisionPoint* to) {  // a copy: registers hold it
+// `part` is a copy, so that registers hold it.
+CollisionPoint* write_part(const SampledPart part, std::uint32_t triangle, CollisionPoint* to) {
   for (int row = 0; row < part.n; ++row) {
     const Vector3d first = first_of_row(part, row);
     const int last = part.n - 1 - row;

@@ -1,5 +1,5 @@
-// The collision points of triangles as a walk finds them: by themselves, or as all samples of a
-// part, which take room only when they are written out, once, where they belong.
+// Collision points as the triangle walk finds them: single points, or all samples of a part. The
+// samples of a part are computed only when write() puts them into their final array, once.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -10,13 +10,12 @@
 
 namespace fivepipe::collision {
 
-// The samples of a part that is divided evenly, n n of them: the middles of its cells.
+// The n * n samples of a part of a triangle: the centers of its cells.
 //
-//     /\            row r = 0 ... n - 1, from below, begins at origin + (b + (r + 1/3) step) per_b
-//     and has n - r middles of cells that stand,
-//    /__\           to_next apart, and between each two the middle of one that hangs.
-//   /\  /\          .
-//  /__\/__\         .
+//        /\          Row r = 0 ... n - 1, from the bottom, starts at
+//       /__\         origin_world_m + (b + (r + 1/3) step) per_b_m.
+//      /\  /\        It has n - r centers of upright cells, to_next_m apart, and between
+//     /__\/__\       each two of them, between_m further, the center of an inverted cell.
 struct SampledPart {
   Eigen::Vector3d origin_world_m, per_b_m;
   double b, step;
@@ -27,22 +26,27 @@ struct SampledPart {
 class ContactPoints {
  public:
   void clear();
-  // What is found from now on is another triangle's.
+  // Points added from now on belong to the next triangle.
   void begin_triangle() { first_run_ = runs_.size(); }
-  std::size_t first_run() const { return first_run_; }  // of that triangle
-  std::span<Eigen::Vector3d> add(
-      std::size_t count);  // to be filled in [world, m], before more is added
+  // The current triangle's first run, for write().
+  std::size_t first_run() const { return first_run_; }
+  // Adds `count` points, which the caller fills in [world, m] before it adds more.
+  std::span<Eigen::Vector3d> add(std::size_t count);
   void add(const Eigen::Vector3d& p_world_m) { add(1)[0] = p_world_m; }
   void add(const SampledPart& part);
-  std::size_t size() const { return size_; }  // points of all triangles
-  Eigen::Vector3d back() const;               // there is one
+  // Number of points of all triangles.
+  std::size_t size() const { return size_; }
+  // The last point; requires size() > 0.
+  Eigen::Vector3d back() const;
 
-  // The triangle's points, from its first run on, in the order found; `points` is of their number.
+  // Writes the `count` points of the triangle that starts at `first_run` to `points`, in the order
+  // of their addition.
   void write(std::size_t first_run, std::uint32_t triangle, CollisionPoint* points,
              std::size_t count) const;
 
  private:
-  struct Run {  // single points, or those of a part
+  // Consecutive single points, or the samples of one part.
+  struct Run {
     std::size_t first, count;
     bool sampled;
   };

@@ -1,9 +1,21 @@
 // Entry point to collision detection: which triangles of virtual objects collide with the visual
-// hull of one frame set, and where.
+// hull of one frame set, and at which points.
 //
-// The backends make detectors: cpu_detector() (cpu/cpu_detector.h), gl_detector()
-// (gl/gl_detector.h) and paper_detector() (paper/paper_detector.h). Call set_hull() once per frame
-// set, then detect().
+// A backend makes the detector: cpu_detector() (cpu/cpu_detector.h), gl_detector()
+// (gl/gl_detector.h) or paper_detector() (paper/paper_detector.h). Call set_hull() once per frame
+// set, then detect() for any number of objects. All backends return the types below:
+//
+//   verdict    cpu, gl (per triangle)                    paper (per object)
+//   free       certified: no point is in the hull        certified: no point is in the hull
+//   undecided  no tested point is in the hull; a part    no sample of the surface is in the hull,
+//   but
+//              of it that is in the hull, if there is    its box could not be certified free
+//              any, is thinner than eps_m (*)
+//   colliding  at least one collision point              at least one collision point
+//
+//   (*) Unless the triangle exceeded its budget of parts (CpuDetectionCounts::over_budget).
+//
+// `undecided` is not contact: it means that the backend proved neither of the other verdicts.
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -22,73 +34,88 @@ namespace fivepipe::collision {
 
 class Bvh;
 
+// Ordered: the verdict of an object is the maximum of its triangles' verdicts.
 enum class CollisionVerdict {
-  free,       // no point of it is in the hull: certified
-  undecided,  // undecided: none of its points that were asked is in the hull, and it was not
-              // certified free. What more is known, each backend says.
-  colliding   // some of its points are in the hull: the collision points
+  free,       // certified: no point is in the hull
+  undecided,  // neither certified free nor known to collide
+  colliding   // at least one collision point is known
 };
 
-// CP_i: a point of a triangle that lies in the hull, by in_hull().
+// Collision point CP_i of the paper: a point of a triangle for which hull::in_hull() is true.
 struct CollisionPoint {
   Eigen::Vector3d p_world_m;
   std::uint32_t triangle;  // index into the object's triangles
   bool operator==(const CollisionPoint&) const = default;
 };
 
+// The result for one object.
 struct ObjectCollision {
   CollisionVerdict verdict = CollisionVerdict::free;
-  std::vector<std::uint32_t> triangles;  // those that collide; ascending
-  std::vector<std::uint32_t>
-      undecided;  // those that touch; ascending; where the backend tells them apart
-  std::vector<CollisionPoint> points;  // CP_i, by triangle
-  bool truncated = false;              // there were more points than asked for: some of them
-  // No point of the surface collides, but a part of the hull may lie in the object's box: where the
-  // object is closed, perhaps inside it.
+  // Triangles of verdict colliding and undecided, as ascending indices. Backend `paper` decides
+  // whole objects and leaves `undecided` empty.
+  std::vector<std::uint32_t> triangles;
+  std::vector<std::uint32_t> undecided;
+  // Collision points, by ascending triangle.
+  std::vector<CollisionPoint> points;
+  // `points` are a subset of the samples in the hull, or lie farther apart than spacing_m.
+  bool truncated = false;
+  // The object does not collide, but its bounding box may contain a part of the hull. A closed
+  // object may then enclose that part.
   bool hull_in_box = false;
   bool colliding() const { return verdict == CollisionVerdict::colliding; }
 };
 
+// Options of the backends `cpu` and `gl`.
 struct DetectionOptions {
-  double eps_m = 0.5e-3;    // >= kMinEps_m
-  double spacing_m = 3e-3;  // at most, from a CP_i to the next on its triangle; 0: the verdict
-                            // alone, with one CP_i a triangle
-  std::size_t max_points =
-      4096;  // of an object; of more, these are spread evenly over what was found. Where that is
-             // more than kMaxFoundPerPoint times as many, samples are farther apart than asked for
+  // A part of a triangle in the hull that is at least this thick is found; finite, >= kMinEps_m.
+  double eps_m = 0.5e-3;
+  // Maximum distance between neighbouring collision points of a triangle; finite, >= 0. With 0 the
+  // backend computes the verdict alone and returns one collision point per colliding triangle.
+  double spacing_m = 3e-3;
+  // Maximum number of collision points per object, > 0. A larger set is subsampled evenly, and the
+  // point farthest from rp_object_world_m is kept. An object with kMaxFoundPerPoint times as many
+  // points is sampled again at twice the spacing, so that memory stays bounded.
+  std::size_t max_points = 4096;
 };
 
 struct DetectionObject {
+  // Borrowed during detect(); not null.
   const Bvh* tree;
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d rp_object_world_m =
-      Eigen::Vector3d::Zero();  // the CP_i farthest from it is among the points, last of its
-                                // triangle
+  // Reference point RP_object of the paper. The collision point farthest from it is always
+  // returned, as the last of its triangle.
+  Eigen::Vector3d rp_object_world_m = Eigen::Vector3d::Zero();
 };
 
-inline constexpr double kMinEps_m = 1e-6;  // what maps resolve, by a thousand
+// A thousandth of what the maps resolve at the working distance.
+inline constexpr double kMinEps_m = 1e-6;
 inline constexpr std::size_t kMaxFoundPerPoint = 64;
 
-struct DetectorCounts {  // sums
+// Totals since the detector was made.
+struct DetectorCounts {
   std::size_t objects = 0, colliding = 0, undecided = 0;
-  std::size_t points_unconfirmed = 0;  // paper: samples that OpenGL found in the hull and in_hull()
-                                       // did not. gl: triangles for which that happened
+  // Points that OpenGL found in the hull and in_hull() did not confirm. paper: samples. gl:
+  // triangles of which no point was confirmed.
+  std::size_t points_unconfirmed = 0;
 };
 
 class CollisionDetector {
  public:
   virtual ~CollisionDetector() = default;
-  // The hull that is asked from now on, and the silhouettes that it is of. Both must stay until the
-  // next.
+  // Sets the hull that detect() tests, and its silhouettes. The detector borrows both until the
+  // next call. Throws std::invalid_argument if the backend does not support them.
   virtual void set_hull(const hull::HullQuery& query,
                         std::span<const hull::Silhouette> silhouettes) = 0;
-  // A hull has been set.
-  std::vector<ObjectCollision> detect(std::span<const DetectionObject> objects);
+  // Returns one result per object, in the given order. The span belongs to the detector and is
+  // valid until the next detect() or set_hull(); a caller may move results out of it. Requires a
+  // hull. Throws std::invalid_argument if a pose or a reference point is not finite, an option is
+  // out of range, or the hull's rule is not Limits::all (cpu, gl).
+  std::span<ObjectCollision> detect(std::span<const DetectionObject> objects);
   const DetectorCounts& counts() const { return counts_; }
 
  protected:
-  virtual std::vector<ObjectCollision> find(std::span<const DetectionObject> objects,
-                                            DetectorCounts& counts) = 0;
+  virtual std::span<ObjectCollision> find(std::span<const DetectionObject> objects,
+                                          DetectorCounts& counts) = 0;
 
  private:
   DetectorCounts counts_;

@@ -1,5 +1,5 @@
-// Triangles of virtual objects in the world, and how each is laid into a viewport for
-// volume-querying (paper, section 4.2.4).
+// Triangles of virtual objects in the world, and their layout in a viewport for volume queries
+// (paper, section 4.2.4).
 #pragma once
 #include <array>
 #include <cstddef>
@@ -15,18 +15,17 @@ using Triangle = std::array<Eigen::Vector3d, 3>;  // world [m]
 std::vector<Triangle> world_triangles(const geometry::Mesh& mesh,
                                       const Eigen::Isometry3d& world_from_object);
 
-// A triangle seen along its normal, orthographically, stretched to fill the unit square (the
-// viewport): x along its longest edge, y from that edge to the third vertex. Half of the square is
-// covered, whatever the triangle's shape:
+// Orthographic view of a triangle along its normal, stretched to fill the unit square (the
+// viewport): x runs along its longest edge, y from that edge to the third vertex. Every triangle
+// covers half of the square.
 //
-//   y=1 +--apex------+     spacing of u x v samples: longest edge / u by height / v, the paper's
-//   x/u by y/v
-//       |  /    \    |
-//       | /        \ |     A degenerate triangle (collinear, zero edge) covers its half too: its
-//       samples then lie on
-//   y=0 base0----base1     its longest edge, or all on its one point.
+//   y = 1  +----apex-----+   With u x v samples of the square, the spacing is the longest edge / u
+//          |   /    \    |   by the height / v: the paper's x/u by y/v.
+//          |  /      \   |
+//          | /        \  |   A degenerate triangle (collinear, or with a zero edge) covers its half
+//   y = 0  base0---base1 +   too: its samples lie on its longest edge, or all at one point.
 //
-// Depends on the set of vertices alone: every permutation of them gives the same view, to the bit.
+// The view depends on the set of vertices alone: every permutation gives the same bits.
 struct TriangleView {
   Eigen::Vector3d base0_world_m, base1_world_m, apex_world_m;
   double apex_x = 0.5;      // 0..1
@@ -34,12 +33,13 @@ struct TriangleView {
 };
 TriangleView view_of(const Triangle& triangle);
 
-// Height over longest edge under which double coordinates no longer tell a triangle from a line.
+// Ratio of height to longest edge below which coordinates in double do not distinguish a triangle
+// from a line.
 inline constexpr double kDegenerateHeight = 1e-12;
 
-// The world point [m] seen at (x, y) of the square. Points beside the triangle are brought to its
-// border, so that what a rasteriser takes for covered (it snaps vertices to 1/256 of a pixel) is
-// always a point of the triangle.
+// The world point [m] at (x, y) of the square. Clamps points outside the triangle to its border: a
+// rasteriser that snaps vertices to 1/256 px covers some of them, and each becomes a point of the
+// triangle.
 Eigen::Vector3d point_at(const TriangleView& view, double x, double y);
 
 }  // namespace fivepipe::collision

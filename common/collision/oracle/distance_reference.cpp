@@ -1,6 +1,6 @@
-// Sources: the nearest point of a convex polyhedron lies on a face that looks at the point
-// (Ericson, Real-Time Collision Detection, 5.1); nearest of many by branch and bound, here over
-// halved rectangles of pixels and over octants.
+// Sources: the point of a convex polyhedron nearest to an outside point lies on a face that faces
+// it (Ericson, Real-Time Collision Detection, 5.1). Branch and bound finds the nearest of many
+// candidates, over halved rectangles of pixels and over octants.
 #include "common/collision/oracle/distance_reference.h"
 
 #include <algorithm>
@@ -17,8 +17,8 @@ using Eigen::Vector3d;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Radius of octants that are not split further, of the tolerance: one left open and the next in
-// which the hull is found lie within it.
+// Radius of the smallest octants, as a fraction of the tolerance: the bounds from an octant that is
+// still open and from the next one in the hull then differ by less than the tolerance.
 constexpr double kFinestOctant = 0.125;
 
 double to_half_line_m(const Vector3d& q, const Vector3d& direction) {
@@ -26,14 +26,14 @@ double to_half_line_m(const Vector3d& q, const Vector3d& direction) {
   return (q - t * direction).norm();
 }
 
-// Part of what is searched, and how near it may be.
+// A part of the search space, with a lower bound of its distance.
 template <class Part>
 struct Candidate {
   double nearest_m;
   Part part;
   bool operator<(const Candidate& other) const {
-    return nearest_m > other.nearest_m;
-  }  // the nearest on top of a priority_queue
+    return nearest_m > other.nearest_m;  // a priority_queue has the nearest candidate on top
+  }
 };
 
 struct Cube {
@@ -88,7 +88,7 @@ double HullDistance::Cone::to_pyramid_m(const Vector3d& q, const hull::PixelRect
     return world_from_camera *
            Vector3d((u - 0.5 - k.cx_px) / k.fx_px, (v - 0.5 - k.cy_px) / k.fy_px, 1);
   };
-  // Round the pyramid: left, up, right, down; edge i between faces i and i + 1.
+  // Faces around the pyramid: left, top, right, bottom. Edge i lies between faces i and i + 1.
   const std::array<Vector3d, 4> inward = {column_normals[r.u0_px], row_normals[r.v0_px],
                                           -column_normals[r.u1_px], -row_normals[r.v1_px]};
   const auto edge = [&](int i) {
@@ -123,7 +123,7 @@ double HullDistance::Cone::to_pixels_m(const Vector3d& q, bool object, double at
     rects.pop();
     if (nearest_m >= at_most_m) break;
     if (count(r) == (object ? r.area_px() : 0))
-      return nearest_m;  // all of it is wanted, and all else is farther
+      return nearest_m;  // every pixel matches, and all other candidates are farther
     const bool wide = r.width_px() >= r.height_px();
     const int u = wide ? (r.u0_px + r.u1_px) / 2 : r.u1_px,
               v = wide ? r.v1_px : (r.v0_px + r.v1_px) / 2;
@@ -141,7 +141,8 @@ bool HullDistance::Cone::contains(const Vector3d& p_world_m) const {
                                                      k.fy_px * p.y() / p.z() + k.cy_px);
 }
 
-// Out of the image's pyramid, and with it to all that is behind the camera; or to a pixel in it.
+// The shortest way leaves the image's pyramid, and so reaches points behind the camera too, or
+// leads to another pixel in it.
 double HullDistance::Cone::depth_m(const Vector3d& p_world_m, double at_most_m) const {
   const Vector3d q = p_world_m - center_world_m;
   const double columns_m = std::min(column_normals.front().dot(q), -column_normals.back().dot(q));
@@ -173,22 +174,21 @@ double HullDistance::depth_m(const Vector3d& p_world_m) const {
   return std::max(0.0, signed_m(p_world_m));
 }
 
-// Octants of the cube round p, the nearest first. In a ball of the signed distance round an
-// octant's centre there is nothing but hull, or none of it.
+// Searches the octants of a cube around p, nearest first. A ball around an octant's center with the
+// signed distance as its radius is wholly in the hull or wholly outside.
 Clearance HullDistance::clearance_m(const Vector3d& p_world_m, double cap_m,
                                     double tolerance_m) const {
   assert(tolerance_m > 0 && cap_m >= 0);
   if (!p_world_m.allFinite()) return {0, kInfinity};
   const double here_m = signed_m(p_world_m);
   if (here_m > 0) return {0, 0};
-  double found_m = kInfinity,
-         open_m =
-             kInfinity;  // the nearest hull point; the nearest octant too small to be split further
+  // Distances of the nearest hull point and of the nearest octant that is too small to split.
+  double found_m = kInfinity, open_m = kInfinity;
   std::priority_queue<Candidate<Cube>> cubes;
   if (-here_m <= cap_m) cubes.push({0, {p_world_m, cap_m}});
-  for (int taken = 0; !cubes.empty(); ++taken) {
+  for (int visited = 0; !cubes.empty(); ++visited) {
     const auto [nearest_m, cube] = cubes.top();
-    if (nearest_m + tolerance_m >= found_m || nearest_m > cap_m || taken == kMaxClearanceCells) {
+    if (nearest_m + tolerance_m >= found_m || nearest_m > cap_m || visited == kMaxClearanceCells) {
       open_m = std::min(open_m, nearest_m);
       break;
     }

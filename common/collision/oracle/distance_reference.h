@@ -1,6 +1,6 @@
-// How deep a point lies in the hull, or how far from it, to rounding (design, "Triangles": depth
-// and clearance). For tests and benchmarks; in double, shares no code with the balls of HullQuery.
-// By the rule Limits::all.
+// Depth of a point in the visual hull, or its distance from it, exact to rounding (design,
+// "Triangles": depth and clearance). For tests and benchmarks. Computes in double and shares no
+// code with the free and solid radii of HullQuery. Uses the hull rule Limits::all.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -10,67 +10,68 @@
 
 namespace fivepipe::collision {
 
-// The distance to the hull lies between these; most_m is infinite where no hull point was found
-// within the cap.
+// Bounds of the distance to the hull; max_m is infinite if no hull point was found within the cap.
 struct Clearance {
   double min_m, max_m;
 };
 
-// Borrows the silhouettes. Makes tables of their object pixels, once; then it does not change.
+// Borrows the silhouettes. The constructor builds summed-area tables of their object pixels; the
+// object is immutable afterwards.
 class HullDistance {
  public:
   explicit HullDistance(std::span<const hull::Silhouette> silhouettes);
 
-  // The least over the cameras of the signed distance to what projects onto that camera's object
-  // pixels: positive inside, negative outside, exact to rounding. Hence in the hull the exact
-  // distance to the hull's complement; outside, the hull is at least as far as the negative of it,
-  // and often farther. Changes by at most the distance between two points. Minus infinity where a
-  // camera has no object pixel, there is no camera, or something is not finite.
+  // The minimum over the cameras of the signed distance [m] to the border of the camera's visual
+  // cone: positive inside, negative outside, exact to rounding. Inside the hull it is the exact
+  // distance to the hull's complement. Outside it, the hull is at least as far as its negative, and
+  // often farther. It changes by at most the distance between two points. Returns minus infinity if
+  // there is no camera, a camera has no object pixel, or a number is not finite.
   double signed_m(const Eigen::Vector3d& p_world_m) const;
-  // Distance from a hull point to the hull's complement; 0 outside.
+  // Distance from a hull point to the hull's complement; 0 outside the hull.
   double depth_m(const Eigen::Vector3d& p_world_m) const;
-  // Bounds of the distance to the hull, right whatever they are. As a rule they lie tolerance_m (>
-  // 0) apart or less; not so where the hull's nearest part, or a gap that looks like hull from
-  // near, is thinner than that, or the search takes more than kMaxClearanceCells. {cap_m,
-  // infinity} where it is certainly farther than cap_m; {0, 0} in the hull; {0, infinity}, nothing
-  // known, for a point that is not finite.
+  // Certain bounds of the distance to the hull. They usually differ by at most tolerance_m (> 0).
+  // They are farther apart if the nearest part of the hull, or a gap near it, is thinner than that,
+  // or if the search reaches kMaxClearanceCells. Returns {cap_m, infinity} if the distance is
+  // certainly above cap_m, {0, 0} inside the hull, and {0, infinity} for a point that is not
+  // finite.
   Clearance clearance_m(const Eigen::Vector3d& p_world_m, double cap_m, double tolerance_m) const;
 
   std::span<const hull::Silhouette> silhouettes() const { return silhouettes_; }
 
  private:
-  // What one camera's rectangles of pixels cover in space: pyramids with their apex in its centre.
+  // One camera's rectangles of pixels as pyramids in space, with their apex at its center.
   struct Cone {
     explicit Cone(const hull::Silhouette& silhouette);
 
     const hull::Silhouette* silhouette;
-    Eigen::Matrix3d world_from_camera;  // inverse, not transposed: a rotation that is not quite one
-                                        // is taken as it is
+    // The inverse, not the transpose: also valid for a rotation that is not quite orthonormal.
+    Eigen::Matrix3d world_from_camera;
     Eigen::Vector3d center_world_m;
-    std::vector<std::int32_t>
-        objects_before;  // object pixels left of u and above v, (width + 1) x (height + 1)
-    // Unit normals, in the world, of the planes through the centre and the border before each
-    // column, or row; to greater u, or v.
+    // Number of object pixels left of u and above v, (width + 1) x (height + 1).
+    std::vector<std::int32_t> objects_before;
+    // Unit normals, in the world, of the planes through the center and the border before each
+    // column or row; they point towards greater u or v.
     std::vector<Eigen::Vector3d> column_normals, row_normals;
 
     std::size_t count(const hull::PixelRect& rect) const;
-    // Distance from the point, seen from the camera's centre, to the rectangle's closed pyramid; 0
-    // in it.
+    // Distance from the point, relative to the camera's center, to the closed pyramid of the
+    // rectangle; 0 inside it.
     double to_pyramid_m(const Eigen::Vector3d& q_world_m, const hull::PixelRect& rect) const;
-    // To the nearest pixel that is an object pixel, or to the nearest of the image that is none;
-    // at_most_m where that is farther.
+    // Distance to the nearest object pixel (`object`) or to the nearest other pixel; at_most_m if
+    // that is farther.
     double to_pixels_m(const Eigen::Vector3d& q_world_m, bool object, double at_most_m) const;
     bool contains(const Eigen::Vector3d& p_world_m) const;
-    double depth_m(const Eigen::Vector3d& p_world_m,
-                   double at_most_m) const;                     // of a point on object pixels
-    double distance_m(const Eigen::Vector3d& p_world_m) const;  // of one that is not
+    // Of a point that projects to an object pixel.
+    double depth_m(const Eigen::Vector3d& p_world_m, double at_most_m) const;
+    // Of a point that does not.
+    double distance_m(const Eigen::Vector3d& p_world_m) const;
   };
   std::span<const hull::Silhouette> silhouettes_;
   std::vector<Cone> cones_;
   bool usable_ = false;
 };
 
-// Some seconds at worst.
+// Maximum number of cells of a clearance search; takes several seconds.
 inline constexpr int kMaxClearanceCells = 100'000;
 
 }  // namespace fivepipe::collision

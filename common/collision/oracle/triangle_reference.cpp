@@ -1,10 +1,10 @@
-// Sources: homographies of planes (Hartley and Zisserman, Multiple View Geometry, 13.1); polygons
-// cut by lines (Sutherland and Hodgman 1974).
+// Sources: homographies of planes (Hartley and Zisserman, Multiple View Geometry, 13.1); clipping
+// of polygons by lines (Sutherland and Hodgman 1974).
 //
-// Every border between pixels is a plane through the camera's centre, hence a line on the triangle:
-// homogeneous pixels h are linear in the barycentric weights, and where h_z > 0 a point is right of
-// the border b where h_x - b h_z > 0. Nothing is divided by h_z to find the line, so a triangle
-// that is seen edge-on, whose homography has no inverse, is cut like any other.
+// The border between two pixels is a plane through the camera's center, hence a line on the
+// triangle: homogeneous pixels h are linear in the barycentric weights, and if h_z > 0, a point is
+// right of the border b if h_x - b h_z > 0. The line needs no division by h_z, so a triangle seen
+// edge-on, whose homography has no inverse, is clipped like any other.
 #include "common/collision/oracle/triangle_reference.h"
 
 #include <algorithm>
@@ -16,13 +16,14 @@ namespace fivepipe::collision {
 namespace {
 
 using Eigen::Vector3d;
-using Line = Eigen::RowVector3d;  // of the weights; positive to one side
+using Line = Eigen::RowVector3d;  // on the weights; positive on one side
 
 struct Split {
   WeightPolygon below, above;
 };
 
-// What lies wholly on the line is above it, as a pixel holds its left and upper border.
+// A polygon wholly on the line counts as above it, because a pixel contains its left and upper
+// border.
 Split split(const WeightPolygon& polygon, const Line& line) {
   Split parts;
   bool any_below = false, any_above = false;
@@ -56,7 +57,7 @@ struct Run {
   bool operator==(const Run&) const = default;
 };
 
-// Of object pixels in row v between columns u0 and u1.
+// Returns the runs of object pixels in row v between columns u0 and u1.
 std::vector<Run> runs(const hull::ObjectPixels& pixels, int v, int u0, int u1) {
   std::vector<Run> found;
   for (int u = u0; u < u1; ++u) {
@@ -69,7 +70,7 @@ std::vector<Run> runs(const hull::ObjectPixels& pixels, int v, int u0, int u1) {
   return found;
 }
 
-// A triangle as a camera sees it: the homography of its plane, from weights to homogeneous pixels.
+// A triangle in a camera's image: the homography from weights to homogeneous pixels.
 struct TriangleInImage {
   Eigen::Matrix3d pixel_from_weights;
   const hull::ObjectPixels* pixels;
@@ -98,7 +99,7 @@ struct TriangleInImage {
     return split(polygon, beneath(pixels->height_px() - 0.5)).below;
   }
 
-  // The smallest that holds a polygon of the image.
+  // The smallest rectangle that contains a polygon of the image.
   hull::PixelRect bounds(const WeightPolygon& polygon) const {
     hull::PixelRect box{pixels->width_px(), pixels->height_px(), 0, 0};
     for (const Vector3d& w : polygon) {
@@ -112,10 +113,10 @@ struct TriangleInImage {
     return box;
   }
 
-  // Appends what of the polygon is on object pixels: sweeps down the rows, rows with the same runs
-  // as one. No cut at the box's own borders: a plane that the camera sees edge-on, right on a
-  // border between pixels, is on either side of it by rounding, and all of it counts.
-  void accept_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& taken) const {
+  // Appends the parts of the polygon on object pixels. Sweeps down the rows and treats rows with
+  // the same runs as one. Does not clip at the rectangle's own borders: a plane seen edge-on,
+  // exactly on a border between pixels, falls on either side by rounding, and all of it counts.
+  void accept_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& accepted) const {
     WeightPolygon rest = in_image(polygon);
     const hull::PixelRect box = bounds(rest);
     for (int v = box.v0_px; v < box.v1_px && !rest.empty();) {
@@ -127,7 +128,7 @@ struct TriangleInImage {
           rows.below = split(rows.below, right_of(run.begin_px - 0.5)).above;
         Split columns = run.end_px < box.u1_px ? split(rows.below, right_of(run.end_px - 0.5))
                                                : Split{rows.below, {}};
-        if (!columns.below.empty()) taken.push_back(std::move(columns.below));
+        if (!columns.below.empty()) accepted.push_back(std::move(columns.below));
         rows.below = std::move(columns.above);
       }
       rest = std::move(rows.above);
@@ -135,10 +136,12 @@ struct TriangleInImage {
   }
 };
 
-// As a fraction of the triangle's.
+// Area as a fraction of the triangle's area in weights.
 double area_fraction(const WeightPolygon& polygon) {
   double twice =
-      0;  // in the plane of the second and third weight, in which the triangle has area 1/2
+      // Twice the area in the plane of the second and third weight, in which the triangle has area
+      // 1/2.
+      0;
   for (std::size_t i = 2; i < polygon.size(); ++i) {
     const Vector3d a = polygon[i - 1] - polygon[0], b = polygon[i] - polygon[0];
     twice += a.y() * b.z() - a.z() * b.y();
@@ -150,25 +153,25 @@ Vector3d point(const Triangle& t, const Vector3d& weights) {
   return t[0] + weights.y() * (t[1] - t[0]) + weights.z() * (t[2] - t[0]);
 }
 
-// Part of the triangle, and how deep the deepest of its points may be.
+// A part of the triangle, with an upper bound of its depth.
 struct Cell {
   Triangle triangle;
   double at_most_m;
   bool operator<(const Cell& other) const { return at_most_m < other.at_most_m; }
 };
 
-// Halves of the longest edge.
+// Halves the triangle at its longest edge.
 std::array<Triangle, 2> halves(const Triangle& t) {
   int apex = 0;
   const auto opposite = [&](int i) { return (t[(i + 1) % 3] - t[(i + 2) % 3]).squaredNorm(); };
   for (int i = 1; i < 3; ++i)
     if (opposite(i) > opposite(apex)) apex = i;
   const Vector3d &a = t[apex], &b = t[(apex + 1) % 3], &c = t[(apex + 2) % 3],
-                 middle = 0.5 * (b + c);
-  return {Triangle{a, b, middle}, Triangle{a, middle, c}};
+                 midpoint = 0.5 * (b + c);
+  return {Triangle{a, b, midpoint}, Triangle{a, midpoint, c}};
 }
 
-// Branch and bound: signed distances change by no more than the way between two points.
+// Branch and bound: a signed distance changes by at most the distance between two points.
 void find_deepest(const HullDistance& hull, const Triangle& triangle, TriangleTruth& truth) {
   std::priority_queue<Cell> cells;
   truth.deepest_world_m = triangle[0];
@@ -184,10 +187,11 @@ void find_deepest(const HullDistance& hull, const Triangle& triangle, TriangleTr
     cells.push({t, here_m + radius_m});
   };
   add(triangle);
-  const auto settled = [&](double at_most_m) {
+  const auto converged = [&](double at_most_m) {
     return !(at_most_m > truth.deepest_m * (1 + kDepthToleranceFraction) + kDepthTolerance_m);
   };
-  for (int taken = 0; taken < kMaxDepthCells && !settled(cells.top().at_most_m); ++taken) {
+  for (int cell_count = 0; cell_count < kMaxDepthCells && !converged(cells.top().at_most_m);
+       ++cell_count) {
     const Cell cell = cells.top();
     cells.pop();
     for (const Triangle& half : halves(cell.triangle)) add(half);

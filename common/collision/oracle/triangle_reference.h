@@ -1,7 +1,8 @@
-// The exact reference for triangles: each camera's object pixels mapped by the plane's homography
-// onto the triangle, the polygons of all cameras intersected (design, "Exact reference"). Written
-// for clarity, in double, slow; shares no code with the backends that are held against it. By the
-// rule Limits::all. Silhouettes are finite, or there is no hull.
+// Exact reference for triangles: maps each camera's object pixels onto the triangle by the
+// homography of its plane, and intersects the polygons of all cameras (design, "Exact reference").
+// Computes in double, favours clarity over speed, and shares no code with the backends that the
+// tests compare with it. Uses the hull rule Limits::all. With a silhouette that is not finite the
+// hull is empty.
 #pragma once
 #include <span>
 #include <vector>
@@ -11,51 +12,50 @@
 
 namespace fivepipe::collision {
 
-// The triangle's points less than this in front of a camera [m] are left out: at its centre there
-// is no pixel to ask for.
+// Points of the triangle with a smaller depth in front of a camera [m] are excluded, because the
+// camera's center has no image.
 inline constexpr double kReferenceNearest_m = 1e-9;
 
-// A convex polygon on a triangle by barycentric weights of its vertices, which sum up to 1; of the
-// triangle's vertices as sorted().
+// A convex polygon on a triangle, in barycentric weights of the vertices of sorted(); the weights
+// of a point sum to 1.
 using WeightPolygon = std::vector<Eigen::Vector3d>;
 
-// The vertices in lexicographic order: nothing below depends on the order given, to the bit.
+// The vertices in lexicographic order, which makes all results independent of the given order, to
+// the bit.
 Triangle sorted(const Triangle& triangle);
 
-// Polygons of disjoint interiors whose union is what the hull holds of the triangle. To rounding:
-// of lengths of 1e-15 of the triangle's longest edge, and what in_hull()'s own rounding comes to.
-// What merely touches the hull, without area on the triangle, may be missing, or be there with an
-// area of rounding. A triangle without area (collinear, a point) is as any other: weights have an
-// area where the world's polygon is a segment or a point. Throws std::invalid_argument for a vertex
-// that is not finite.
+// Returns polygons with disjoint interiors whose union is the intersection of hull and triangle. It
+// is exact to 1e-15 of the triangle's longest edge and to the rounding of in_hull(). A contact
+// without area may be missing, or may appear with an area of rounding size. A triangle without area
+// (collinear, or a point) is a normal case: its polygons have an area in weights. Throws
+// std::invalid_argument if a vertex is not finite.
 std::vector<WeightPolygon> weights_in_hull(std::span<const hull::Silhouette> silhouettes,
                                            const Triangle& triangle);
 
-// The same in the world [m].
+// The same polygons in the world [m].
 std::vector<std::vector<Eigen::Vector3d>> hull_on_triangle(
     std::span<const hull::Silhouette> silhouettes, const Triangle& triangle);
 
 struct TriangleTruth {
-  bool crosses = false;         // some of it is in the hull
-  bool inside = false;          // all of it is, but for kRoundingOfArea
-  double fraction_in_hull = 0;  // of its weights' area: defined where its area is 0 too
+  bool crosses = false;         // a part of the triangle is in the hull
+  bool inside = false;          // the whole triangle is in the hull, up to kRoundingOfArea
+  double fraction_in_hull = 0;  // of the area in weights; defined for a triangle without area too
   double area_m2 = 0, area_in_hull_m2 = 0;
-  // The deepest of its points that were asked, and how deep the deepest of all may be: at most
-  // kDepthTolerance more, unless after kMaxDepthCells it is less certain. Depth 0, and a vertex,
-  // where none of them is in the hull.
+  // The deepest tested point and its depth, and an upper bound of the maximum depth. The bound
+  // exceeds the depth by at most kDepthTolerance_m and kDepthToleranceFraction, except after
+  // kMaxDepthCells. Without a tested point in the hull the depth is 0 and the point is a vertex.
   Eigen::Vector3d deepest_world_m = Eigen::Vector3d::Zero();
   double deepest_m = 0, deepest_at_most_m = 0;
 };
 TriangleTruth triangle_truth(const HullDistance& hull, const Triangle& triangle);
 
-// Sums of areas of some thousand pieces, each right to 1e-15 or so; what is smaller than this, of
-// the triangle's, is not told from nothing.
+// Bound of the rounding error of an area fraction: the sum of several thousand pieces, each exact
+// to about 1e-15.
 inline constexpr double kRoundingOfArea = 1e-10;
-// The search for the deepest point ends within 10 um and 1 %: finer than the finest eps in use by
-// ten.
+// The search for the deepest point ends within 10 um and 1 %, a tenth of the smallest eps_m in use.
 inline constexpr double kDepthTolerance_m = 1e-5, kDepthToleranceFraction = 0.01;
-// A triangle that lies along the hull's surface has a whole plain of deepest points, each as good
-// as any: a second or so.
+// Limit for a triangle along the hull's surface, where a whole area of points is deepest; takes
+// about a second.
 inline constexpr int kMaxDepthCells = 100'000;
 
 }  // namespace fivepipe::collision

@@ -93,7 +93,6 @@ TEST_F(TriangleQuery, EveryPointIsInTheHullAndOnItsTriangle) {
   for (int i = 0; i < 3000; ++i) triangles.push_back(random_triangle(random, 0.15));
   const collision::TriangleQueryResult result = query.query(triangles);
   ASSERT_GT(result.points.size(), 1000u);
-  EXPECT_EQ(result.windows, 2u);  // 1600 viewports a window
   for (const collision::CollisionPoint& point : result.points) {
     EXPECT_TRUE(in_reference_hull(silhouettes, point.p_world_m));
     const collision::Triangle& t = triangles[point.triangle];
@@ -175,8 +174,6 @@ TEST_F(TriangleQuery, DoesNotDependOnWhereInTheWindowATriangleLies) {
   std::vector<collision::Triangle> triangles;
   for (int i = 0; i < 60; ++i) triangles.push_back(random_triangle(random, 0.1));
   const auto together = query.query(triangles), in_one_window = wide.query(triangles);
-  EXPECT_EQ(together.windows, 3u);
-  EXPECT_EQ(in_one_window.windows, 1u);
   std::size_t border = 0;  // interpolation rounds differently from place to place
   std::set<std::pair<std::uint32_t, double>> seen;
   for (const auto& p : together.points) seen.insert({p.triangle, p.p_world_m.x()});

@@ -14,9 +14,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Leaves handed to a thread together.
+// Leaves per task of the pool.
 constexpr int kLeavesPerTask = 4;
-// Triangles whose points a thread writes together.
+// Triangles per task when points are written.
 constexpr int kTrianglesPerTask = 16;
 
 struct OpenLeaf {
@@ -24,7 +24,7 @@ struct OpenLeaf {
   int leaf;
 };
 
-// What a thread found in some leaves, one after the other.
+// The results of one task: triangles that are not free, and their points.
 struct Found {
   struct Triangle {
     std::size_t object;
@@ -41,9 +41,9 @@ struct Found {
 struct ObjectQuery {
   const DetectionObject* object;
   std::vector<ObjectMap> maps;
-  bool mapped;  // by all cameras; else its boxes say nothing
+  bool mapped;  // every camera has a map; otherwise the boxes certify nothing
   double spacing_m;
-  std::size_t point_limit;  // more, and it is sampled anew, less finely
+  std::size_t point_limit;  // with more, the object is sampled again at twice the spacing
 };
 
 ObjectQuery object_query(const hull::HullQuery& query, const DetectionObject& object,
@@ -55,7 +55,7 @@ ObjectQuery object_query(const hull::HullQuery& query, const DetectionObject& ob
   return o;
 }
 
-// The leaves that are not free, in order.
+// Appends the leaves that are not free, in order.
 void open_leaves(const ObjectQuery& o, std::size_t number, std::vector<OpenLeaf>& leaves,
                  std::size_t& boxes) {
   struct Node {
@@ -79,7 +79,7 @@ void open_leaves(const ObjectQuery& o, std::size_t number, std::vector<OpenLeaf>
   }
 }
 
-// Until the object has too many points; `points` counts them.
+// Tests the triangles of a leaf until the object exceeds its point limit; `points` counts them.
 void walk_leaf(const ObjectQuery& o, const OpenLeaf& open, std::atomic<std::size_t>& points,
                TriangleWalk& walk, Found& found) {
   const Bvh& tree = *o.object->tree;
@@ -110,8 +110,7 @@ void walk_leaf(const ObjectQuery& o, const OpenLeaf& open, std::atomic<std::size
 
 using TriangleHit = std::pair<const Found*, const Found::Triangle*>;
 
-// The points of one object, by triangle, from those of all tasks; spread evenly where there are too
-// many, with the farthest kept.
+// Gathers the points of one object, by triangle, from all tasks, and subsamples them.
 void gather_points(base::WorkerPool& pool, std::span<const TriangleHit> triangles,
                    const DetectionObject& object, std::size_t max_points,
                    ObjectCollision& collision) {
@@ -119,7 +118,8 @@ void gather_points(base::WorkerPool& pool, std::span<const TriangleHit> triangle
   std::size_t count = 0;
   std::vector<std::size_t> first;
   for (const auto& [found, t] : triangles) first.push_back(count), count += t->points;
-  points.resize(count);  // of the frame before: what is overwritten is not cleared first
+  // Keeps the points of the previous call: the loop overwrites them, so they are not cleared first.
+  points.resize(count);
   pool.run((int(triangles.size()) + kTrianglesPerTask - 1) / kTrianglesPerTask, [&](int task, int) {
     for (std::size_t i = std::size_t(task) * kTrianglesPerTask;
          i < std::min(triangles.size(), std::size_t(task + 1) * kTrianglesPerTask); ++i) {
@@ -153,11 +153,11 @@ struct CpuDetection::Work {
     counts = {};
   }
   bool walk_leaves(const hull::HullQuery& query, const DetectionOptions& options);
-  void gather(base::WorkerPool& pool, std::span<const DetectionObject> of,
+  void gather(base::WorkerPool& pool, std::span<const DetectionObject> requested,
               const DetectionOptions& options);
 };
 
-// False where some object has too many points; its spacing is doubled then.
+// Returns false, with the spacing doubled, if an object exceeds its point limit.
 bool CpuDetection::Work::walk_leaves(const hull::HullQuery& query,
                                      const DetectionOptions& options) {
   base::WorkerPool& pool = query.hull().pool();
@@ -177,7 +177,7 @@ bool CpuDetection::Work::walk_leaves(const hull::HullQuery& query,
   for (std::size_t i = 0; i < objects.size(); ++i) {
     if (!(points[i] > objects[i].point_limit)) continue;
     objects[i].spacing_m *= 2;
-    // A triangle that is cut may have more than that many at any spacing: then they stay.
+    // A triangle that is cut may exceed the limit at any spacing; its points are kept.
     if (objects[i].spacing_m > 2 * objects[i].object->tree->radius_m())
       objects[i].point_limit = std::numeric_limits<std::size_t>::max();
     collisions[i].truncated = true;
@@ -186,7 +186,7 @@ bool CpuDetection::Work::walk_leaves(const hull::HullQuery& query,
   return all;
 }
 
-void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const DetectionObject> of,
+void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const DetectionObject> requested,
                                 const DetectionOptions& options) {
   for (const Found& f : found) {
     for (const Found::Triangle& t : f.triangles) triangles.emplace_back(&f, &t);
@@ -199,7 +199,7 @@ void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const Detectio
     return std::pair(a.second->object, a.second->triangle) <
            std::pair(b.second->object, b.second->triangle);
   });
-  for (std::size_t object = 0, first = 0, last; object < of.size(); ++object, first = last) {
+  for (std::size_t object = 0, first = 0, last; object < requested.size(); ++object, first = last) {
     ObjectCollision& collision = collisions[object];
     for (last = first; last < triangles.size() && triangles[last].second->object == object;
          ++last) {
@@ -209,15 +209,13 @@ void CpuDetection::Work::gather(base::WorkerPool& pool, std::span<const Detectio
       collision.verdict = std::max(collision.verdict, t.verdict);
       collision.truncated |= t.coarser && t.points > 0;
     }
-    gather_points(pool, std::span(triangles).subspan(first, last - first), of[object],
+    gather_points(pool, std::span(triangles).subspan(first, last - first), requested[object],
                   options.max_points, collision);
   }
 }
 
 CpuDetection::CpuDetection() : work_(std::make_unique<Work>()) {}
 CpuDetection::~CpuDetection() = default;
-CpuDetection::CpuDetection(CpuDetection&&) noexcept = default;
-CpuDetection& CpuDetection::operator=(CpuDetection&&) noexcept = default;
 
 std::span<ObjectCollision> CpuDetection::detect(const hull::HullQuery& query,
                                                 std::span<const DetectionObject> objects,

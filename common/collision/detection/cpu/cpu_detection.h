@@ -1,19 +1,20 @@
-// Backend `cpu`: which triangles collide with the visual hull, certified, and where (design,
-// "Triangles").
+// Backend `cpu`: certified verdicts and collision points of triangles against the visual hull
+// (design, "Triangles").
 //
-//   1. tree        boxes of triangles, sixteen a vector: one camera without an object pixel in a
-//   box's image certifies all of it free.
-//   2. triangles   those that are left, sixteen a vector, likewise.
-//   3. points      what is left is sampled at the spacing asked for, from parts that are not free:
-//   every sample in the hull is a CP_i.
-//   4. certainty   a triangle without a sample in the hull is split, and split again, until each
-//   part is free, or one of them, or the middle
-//                  of one, is in the hull. What is still mixed at kFinest of eps is asked in
-//                  double, corner by corner; if none of that is in the hull either: touching.
+//   1. BVH        16 boxes per SIMD vector: one camera without an object pixel in a box's image
+//                 certifies everything in the box free.
+//   2. triangles  of the remaining leaves, tested in the same way, 16 per vector.
+//   3. points     The remaining triangles are sampled at the requested spacing where they are not
+//                 free. Every sample in the hull is a collision point.
+//   4. decision   A triangle without a sample in the hull is split until every part is free, or a
+//                 part or the center of one is in the hull. Parts that are still mixed at a size of
+//                 eps_m / kFinest are tested in double at their corners and centers. If no such
+//                 point is in the hull, the triangle is undecided.
 //
-// So `free` has no point in the hull, deep or not; `colliding` has at least one; `touching` has, if
-// any, a part in the hull that is thinner than eps, unless there were too many parts to look at all
-// (counted: over_budget). Nothing is carried over from frame to frame.
+// So a `free` triangle has no point in the hull, however shallow, and a `colliding` one has at
+// least one. A part of an `undecided` triangle that is in the hull, if there is any, is thinner
+// than eps_m, unless the triangle had too many parts to test (counted in over_budget). No frame
+// depends on an earlier one.
 #pragma once
 #include <memory>
 #include <span>
@@ -25,22 +26,21 @@
 namespace fivepipe::collision {
 
 struct CpuDetectionCounts {
+  // over_budget: triangles with too many parts.
   std::size_t boxes = 0, triangles_classified = 0, triangles_walked = 0, points_in_double = 0,
-              over_budget = 0;  // over_budget: triangles
+              over_budget = 0;
 };
 
-// Keeps its memory from call to call: for who asks every frame.
+// Reuses its memory from call to call.
 class CpuDetection {
  public:
   CpuDetection();
   ~CpuDetection();
-  CpuDetection(CpuDetection&&) noexcept;
-  CpuDetection& operator=(CpuDetection&&) noexcept;
 
-  // By object as given; valid until the next call. In the hull's pool; the same bits for any number
-  // of threads and order of a triangle's vertices. A hull of no object pixels: all free. Throws
-  // std::invalid_argument where eps is too small, a number is not finite, or the hull's rule is not
-  // Limits::all.
+  // Returns one result per object, in the given order, valid until the next call. Runs in the
+  // hull's pool. The bits do not depend on the number of threads or on the order of a triangle's
+  // vertices. Without object pixels all objects are free. Throws std::invalid_argument if eps_m is
+  // below kMinEps_m, a number is not finite, or the hull's rule is not Limits::all.
   std::span<ObjectCollision> detect(const hull::HullQuery& query,
                                     std::span<const DetectionObject> objects,
                                     const DetectionOptions& options = {},
@@ -51,7 +51,7 @@ class CpuDetection {
   std::unique_ptr<Work> work_;
 };
 
-// The same, once.
+// CpuDetection::detect() for a single call.
 std::vector<ObjectCollision> detect(const hull::HullQuery& query,
                                     std::span<const DetectionObject> objects,
                                     const DetectionOptions& options = {},

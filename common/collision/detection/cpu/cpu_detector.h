@@ -6,7 +6,7 @@
 
 namespace fivepipe::collision {
 
-// Certified (cpu_detection.h).
+// Certified detection on the CPU (cpu_detection.h). Throws nothing; detect() checks the options.
 std::unique_ptr<CollisionDetector> cpu_detector(const DetectionOptions& options);
 
 }  // namespace fivepipe::collision

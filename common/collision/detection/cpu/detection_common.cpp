@@ -9,14 +9,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A box is looked at in so many cells an edge, where its surface is free; the rounding of a cell's
-// middle to float, above it.
+// Cells per edge of a bounding box, and the relative enlargement of a cell that covers the rounding
+// of its center to float.
 constexpr int kBoxCells = 8;
 constexpr double kCellSlack = 1e-6;
 static_assert(kBoxCells * kBoxCells % Bvh::kArity == 0);
-// However far apart samples are, a triangle has no more points than this: its middle, a corner, and
-// one more for each of rounding.
-constexpr std::size_t kMinPointsATriangle = 4;
+// Maximum number of points of a triangle at the largest spacing: a center, a corner, and one more
+// of each for rounding.
+constexpr std::size_t kMinPointsPerTriangle = 4;
 
 }  // namespace
 
@@ -24,17 +24,16 @@ void check_arguments(const hull::HullQuery& query, std::span<const DetectionObje
                      const DetectionOptions& options) {
   if (query.hull().rule().limits != hull::Limits::all)
     throw std::invalid_argument(
-        "collision is detected where all cameras limit the hull, not with limits: seen");
+        "collision detection needs a hull with limits: all, not limits: seen");
   if (!(options.eps_m >= kMinEps_m && std::isfinite(options.eps_m)))
-    throw std::invalid_argument("eps of the detection is less than a micrometre, or not finite");
+    throw std::invalid_argument("eps_m is not finite or below 1e-6 m");
   if (!(options.spacing_m >= 0 && std::isfinite(options.spacing_m)))
-    throw std::invalid_argument("spacing of collision points is negative or not finite");
+    throw std::invalid_argument("spacing_m is negative or not finite");
   if (options.max_points == 0)
-    throw std::invalid_argument(
-        "no collision point is allowed; spacing 0 asks for the verdict alone");
+    throw std::invalid_argument("max_points is 0; use spacing_m 0 for the verdict alone");
   for (const DetectionObject& o : objects)
     if (!o.world_from_object.matrix().allFinite() || !o.rp_object_world_m.allFinite())
-      throw std::invalid_argument("an object's pose or reference point is not finite");
+      throw std::invalid_argument("the pose or the reference point of an object is not finite");
 }
 
 std::vector<ObjectMap> object_maps(const hull::HullQuery& query, const DetectionObject& object) {
@@ -54,10 +53,10 @@ bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree) {
   Bvh::Boxes cells;
   for (int i = 0; i < kBoxCells * kBoxCells * kBoxCells; ++i) {
     const int child = i % Bvh::kArity,
-              place[3] = {i % kBoxCells, i / kBoxCells % kBoxCells, i / (kBoxCells * kBoxCells)};
+              cell[3] = {i % kBoxCells, i / kBoxCells % kBoxCells, i / (kBoxCells * kBoxCells)};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       cells.center_m[axis][std::size_t(child)] =
-          float(first_m[Eigen::Index(axis)] + 2 * place[axis] * half_m[Eigen::Index(axis)]);
+          float(first_m[Eigen::Index(axis)] + 2 * cell[axis] * half_m[Eigen::Index(axis)]);
       cells.half_m[axis][std::size_t(child)] =
           float(half_m[Eigen::Index(axis)] * (1 + kCellSlack) + kCellSlack * tree.radius_m());
     }
@@ -69,7 +68,7 @@ bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree) {
 
 std::size_t max_points_found(const DetectionOptions& options, std::size_t triangles) {
   if (!(options.spacing_m > 0)) return std::numeric_limits<std::size_t>::max();
-  return options.max_points * kMaxFoundPerPoint + kMinPointsATriangle * triangles;
+  return options.max_points * kMaxFoundPerPoint + kMinPointsPerTriangle * triangles;
 }
 
 bool subsample(std::vector<CollisionPoint>& points, const Vector3d& rp_object_world_m,

@@ -1,4 +1,4 @@
-// What the certified backends of the detection, `cpu` and `gl`, have in common.
+// Functions that the certified backends `cpu` and `gl` share.
 #pragma once
 #include <span>
 #include <vector>
@@ -8,21 +8,23 @@
 
 namespace fivepipe::collision {
 
-// Throws std::invalid_argument, as CpuDetection::detect says.
+// Throws std::invalid_argument under the conditions of CpuDetection::detect().
 void check_arguments(const hull::HullQuery& query, std::span<const DetectionObject> objects,
                      const DetectionOptions& options);
 
-// In the hull's cameras; fewer than they are where float has no room for the object.
+// The object's projection into each camera of the hull; fewer maps than cameras if the object is
+// too large for float in some of them.
 std::vector<ObjectMap> object_maps(const hull::HullQuery& query, const DetectionObject& object);
 
-// Some cell of the tree's box, of an eighth of its edges, may hold a part of the hull. Maps of all
-// cameras.
+// Returns whether the tree's bounding box, divided into cells of an eighth of its edges, has a cell
+// that no camera certifies free. `maps` has one map per camera.
 bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree);
 
-// More points of an object than that, and it is sampled anew, less finely.
+// The number of points at which an object is sampled again at twice the spacing.
 std::size_t max_points_found(const DetectionOptions& options, std::size_t triangles);
 
-// Where there are too many: spread evenly over them, with the farthest kept. True: there were.
+// Reduces `points` to max_points, evenly spread, and keeps the point farthest from the reference.
+// Returns whether there were more.
 bool subsample(std::vector<CollisionPoint>& points, const Eigen::Vector3d& rp_object_world_m,
                std::size_t max_points);
 

@@ -8,25 +8,23 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Parts that are still mixed are split until they are this much smaller than eps: what is left open
-// then is rare.
+// Mixed parts are split down to eps_m divided by this; few parts are still mixed then.
 constexpr double kFinest = 16;
-// A triangle that float has no room for, or that comes near to a camera's plane, is cut in four so
-// often.
+// A triangle that is too large for float, or too close to a camera's plane, is cut into four this
+// many times,
 constexpr int kMaxCuts = 10;
-// And into so many parts at most.
+// and into at most this many parts.
 constexpr int kMaxParts = 4096;
-// Parts of one triangle looked at together at most: hulls as ragged as that are noise.
+// Maximum number of parts tested together; only the hull of a noisy map exceeds it.
 constexpr std::size_t kMaxCells = 1 << 16;
-// Of those that are open at last, so many are asked in double.
+// Maximum number of parts that are tested in double.
 constexpr std::size_t kMaxExactTests = 1024;
-// Parts of at most so many samples an edge are not looked at, but sampled.
+// Parts with at most this many samples per edge are sampled instead of classified.
 constexpr double kMaxSamplesPerEdge = 4;
-// Samples are the middles of the parts: neighbours are two thirds of a part's median apart, which
-// is no longer than its longest edge.
+// Samples are the centers of the parts. Neighbours are two thirds of a part's median apart, and the
+// median is no longer than the longest edge.
 constexpr double kSampleDistance = 2.0 / 3;
-// The coarse test of a triangle, where only the verdict is wanted: so many parts an edge, sixteen
-// in all, one vector.
+// Divisions of the coarse test, for the verdict alone: 16 parts, one SIMD vector.
 constexpr int kCoarseDivisions = 4;
 
 bool before(const Vector3d& a, const Vector3d& b) {
@@ -48,9 +46,9 @@ TriangleGrid triangle_grid(const Triangle& v, const TriangleWalkOptions& options
       std::max({(v[1] - v[0]).norm(), (v[2] - v[0]).norm(), (v[2] - v[1]).norm()});
   TriangleGrid grid;
   if (spacing_m > 0) {
-    const double most = std::max(1.0, std::floor(std::sqrt(double(options.max_points)))),
+    const double max_divisions = std::max(1.0, std::floor(std::sqrt(double(options.max_points)))),
                  needed = kSampleDistance * longest_m / spacing_m;
-    while (grid.divisions < needed && 2 * grid.divisions <= most) {
+    while (grid.divisions < needed && 2 * grid.divisions <= max_divisions) {
       if (grid.start == 1 && grid.divisions >= 2 && 3 * (grid.divisions / 2) >= needed)
         grid.start = 3, grid.divisions = 3 * (grid.divisions / 2);
       else
@@ -71,11 +69,11 @@ TriangleWalk::TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptio
 }
 
 TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
-                                   const PointRequest& wanted, ContactPoints& points) {
+                                   const PointRequest& request, ContactPoints& points) {
   contact_ = {};
   points_ = &points;
   points.begin_triangle();
-  wanted_ = wanted;
+  request_ = request;
   parts_ = 0;
   farthest_m2_ = -1;
   const auto [first, second, third] = vertex_order(triangle_world_m);
@@ -100,12 +98,12 @@ CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
     return depth < kMaxCuts && parts_ < kMaxParts ? split_part(vertices, depth)
                                                   : test_corners(vertices);
   }
-  const bool found = wanted_.spacing_m > 0 ? sample() : coarse_test();
+  const bool found = request_.spacing_m > 0 ? sample() : coarse_test();
   return found ? CollisionVerdict::colliding : decide();
 }
 
 CollisionVerdict TriangleWalk::accept_all(const Triangle& vertices) {
-  if (!(wanted_.spacing_m > 0)) {
+  if (!(request_.spacing_m > 0)) {
     add((vertices[0] + vertices[1] + vertices[2]) / 3);
     return CollisionVerdict::colliding;
   }
@@ -125,7 +123,7 @@ CollisionVerdict TriangleWalk::split_part(const Triangle& v, int depth) {
   for (const Triangle& part : {Triangle{v[0], m01, m02}, Triangle{m01, v[1], m12},
                                Triangle{m02, m12, v[2]}, Triangle{m01, m12, m02}}) {
     worst = std::max(worst, walk_part(part, depth + 1));
-    if (worst == CollisionVerdict::colliding && !(wanted_.spacing_m > 0)) break;
+    if (worst == CollisionVerdict::colliding && !(request_.spacing_m > 0)) break;
   }
   return worst;
 }
@@ -138,29 +136,29 @@ CollisionVerdict TriangleWalk::test_corners(const Triangle& vertices) {
     if (!query_->contains(v)) continue;
     any = true;
     add(v);
-    if (!(wanted_.spacing_m > 0)) break;
+    if (!(request_.spacing_m > 0)) break;
   }
   return any ? CollisionVerdict::colliding : CollisionVerdict::undecided;
 }
 
 void TriangleWalk::choose_grid() {
-  const TriangleGrid grid = triangle_grid(vertices_, options_, wanted_.spacing_m);
+  const TriangleGrid grid = triangle_grid(vertices_, options_, request_.spacing_m);
   start_ = grid.start, divisions_ = grid.divisions, units_ = grid.units, coarser_ = grid.coarser;
   per_a_m_ = (vertices_[1] - vertices_[0]) / units_,
   per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
 }
 
-// free: the part is behind a camera, or beside its object pixels. some: of the others there is no
-// map for all.
+// Projects the part into every camera. free: one camera certifies it. some: not every camera has a
+// map.
 TriangleWalk::Maps TriangleWalk::set_maps() {
   maps_.clear();
   bool all = true;
   for (std::size_t i = 0; i < pixels_from_world_.size(); ++i) {
     TriangleMap map;
-    const ProjectionStatus facing = triangle_map(
+    const ProjectionStatus status = triangle_map(
         pixels_from_world_[i], query_->hull().cameras()[i].skip_map, vertices_, units_, map);
-    if (facing == ProjectionStatus::culled) return Maps::free;
-    if (facing == ProjectionStatus::in_front)
+    if (status == ProjectionStatus::culled) return Maps::free;
+    if (status == ProjectionStatus::in_front)
       maps_.push_back(map);
     else
       all = false;
@@ -168,7 +166,7 @@ TriangleWalk::Maps TriangleWalk::set_maps() {
   return all ? Maps::all : Maps::some;
 }
 
-// The whole part, divided evenly.
+// Sets cells_ to the whole part, divided evenly.
 void TriangleWalk::begin_cells(int divisions) {
   cells_.clear();
   const double h = units_ / divisions;
@@ -179,8 +177,8 @@ void TriangleWalk::begin_cells(int divisions) {
     }
 }
 
-// Each in four: cells_ of half the size. Of three corners each has one part like it, and one the
-// other way round in its center.
+// Sets cells_ to the quarters of the given cells: one at each corner, and an inverted one in the
+// center.
 void TriangleWalk::split_cells(const Cells& cells, double h) {
   const float half = float(0.5 * h);
   cells_.clear();
@@ -216,7 +214,7 @@ bool TriangleWalk::sample() {
   return points_->size() > before;
 }
 
-// One sample a part of a coarse division: most triangles that collide have one in the hull.
+// Tests one sample per coarse part: most colliding triangles have one in the hull.
 bool TriangleWalk::coarse_test() {
   if (units_ < kCoarseDivisions) return false;
   begin_cells(kCoarseDivisions);
@@ -243,7 +241,7 @@ CollisionVerdict TriangleWalk::decide() {
   }
 }
 
-// What is open at last, in double.
+// Tests the remaining mixed parts in double.
 CollisionVerdict TriangleWalk::resolve_exact(double h) {
   contact_.cut_off |= mixed_.count > kMaxExactTests;
   for (std::size_t i = 0; i < std::min(mixed_.count, kMaxExactTests); ++i) {
@@ -260,9 +258,9 @@ CollisionVerdict TriangleWalk::resolve_exact(double h) {
 }
 
 void TriangleWalk::accept_inside(double h) {
-  // As center() and add(), without their calls: these are many.
+  // The loop inlines center() and add(), because there are many samples.
   const Vector3d origin = vertices_[0], per_a_m = per_a_m_, per_b_m = per_b_m_,
-                 reference = wanted_.farthest_from_world_m;
+                 reference = request_.farthest_from_world_m;
   const std::span<Vector3d> to =
       inside_.count > 0 ? points_->add(inside_.count) : std::span<Vector3d>();
   double farthest_m2 = -1;
@@ -282,14 +280,14 @@ void TriangleWalk::accept_inside(double h) {
   }
 }
 
-// Every sample of the solid cells; of their points, a corner is farthest from anywhere.
+// Accepts every sample of the solid cells. One corner of a cell is farther from the reference than
+// all its samples.
 void TriangleWalk::accept_solid(double h, double sample_h) {
   const int rows = int(std::lround(h / sample_h));
   for (std::size_t i = 0; i < solid_.count; ++i) {
     const double a = solid_.a[i], b = solid_.b[i], step = solid_.sigma[i] * sample_h;
-    const Vector3d to_next = step * per_a_m_,
-                   between = (to_next + step * per_b_m_) /
-                             3;  // from a part's center to that of the one beside it
+    // `between` leads from a part's center to that of its neighbour.
+    const Vector3d to_next = step * per_a_m_, between = (to_next + step * per_b_m_) / 3;
     points_->add(SampledPart{vertices_[0] + (a + step / 3) * per_a_m_, per_b_m_, b, step, to_next,
                              between, rows});
     for (const Vector3d& corner :
@@ -313,7 +311,7 @@ void TriangleWalk::add(const Vector3d& p_world_m) {
 }
 
 void TriangleWalk::consider(const Vector3d& p_world_m) {
-  const double m2 = (p_world_m - wanted_.farthest_from_world_m).squaredNorm();
+  const double m2 = (p_world_m - request_.farthest_from_world_m).squaredNorm();
   if (!(m2 > farthest_m2_)) return;
   farthest_m2_ = m2;
   farthest_world_m_ = p_world_m;

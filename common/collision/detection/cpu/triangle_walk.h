@@ -1,4 +1,4 @@
-// One triangle against the visual hull: certified verdict and collision points (cpu_detection.h,
+// Certified verdict and collision points of one triangle against the visual hull (cpu_detection.h,
 // steps 3 and 4).
 #pragma once
 #include <vector>
@@ -12,48 +12,59 @@ namespace fivepipe::collision {
 
 struct TriangleWalkOptions {
   double eps_m;
-  std::size_t max_points;  // of a triangle; where the spacing would give more samples than that,
-                           // they are farther apart
+  // Maximum number of samples per triangle; a grid with more is coarsened.
+  std::size_t max_points;
 };
 
-// Whole numbers up to here are float [units of an edge].
+// Coordinates along an edge, in units of the grid, are whole numbers up to this value, so float
+// represents them exactly.
 inline constexpr double kMaxUnits = 1 << 22;
 
-// How finely a triangle's edges are divided: samples no farther apart than the spacing, the finest
-// parts no larger than eps over sixteen.
+// The division of a triangle's edges: samples are at most spacing_m apart, and the smallest parts
+// at most eps_m / 16 large.
 struct TriangleGrid {
-  int start = 1;      // into so many an edge is divided first: 1 or 3
-  int divisions = 1;  // by the samples' grid: start times a power of two
-  double units = 1;   // the finest: divisions times a power of two; more than kMaxUnits where that
-                      // would not be fine enough
-  bool coarser = false;  // samples are farther apart than asked for
+  // Number of parts of the first division: 1 or 3.
+  int start = 1;
+  // Divisions of the sample grid: start times a power of two.
+  int divisions = 1;
+  // Divisions of the finest grid: `divisions` times a power of two. A value above kMaxUnits means
+  // that float cannot represent a grid that is fine enough.
+  double units = 1;
+  // The samples are farther apart than spacing_m.
+  bool coarser = false;
 };
 TriangleGrid triangle_grid(const Triangle& triangle_world_m, const TriangleWalkOptions& options,
                            double spacing_m);
-// Which vertex comes first, second, third in an order that does not depend on the order given.
+// The indices of the vertices in lexicographic order of their coordinates, which does not depend on
+// the given order.
 std::array<std::size_t, 3> vertex_order(const Triangle& triangle_world_m);
 
 struct PointRequest {
-  double spacing_m;  // 0: the verdict alone, and one point
+  // 0: the verdict alone and one point.
+  double spacing_m;
   Eigen::Vector3d farthest_from_world_m;
 };
 
 struct TriangleContact {
   CollisionVerdict verdict = CollisionVerdict::free;
-  bool coarser = false;  // samples are farther apart than asked for
+  // The samples are farther apart than requested.
+  bool coarser = false;
   std::size_t points_in_double = 0;
-  bool cut_off = false;  // there were too many parts to look at: if touching, of nothing is known
-                         // how thin it is
+  // The triangle had too many parts to test. If it is undecided, nothing bounds the thickness of
+  // its parts in the hull.
+  bool cut_off = false;
 };
 
-class TriangleWalk {  // of one thread; keeps its buffers. The query must outlive it.
+// Used by one thread; reuses its buffers. The query must outlive it.
+class TriangleWalk {
  public:
   TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptions& options);
 
-  // Adds the triangle's points in the hull, as one more triangle; the one farthest from the
-  // reference is the last, once more where it is a sample before. The same for every order of the
-  // vertices, which are finite. solid: known to lie in the hull, all of it.
-  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointRequest& wanted,
+  // Adds the triangle's points in the hull to `points` as the next triangle. The last one is the
+  // point farthest from the reference, repeated if it is an earlier sample. The vertices must be
+  // finite; the result does not depend on their order. `solid`: the caller knows that the whole
+  // triangle is in the hull.
+  TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointRequest& request,
                        ContactPoints& points);
 
  private:
@@ -79,18 +90,20 @@ class TriangleWalk {  // of one thread; keeps its buffers. The query must outliv
 
   const hull::HullQuery* query_;
   TriangleWalkOptions options_;
-  std::vector<PixelFromWorld> pixels_from_world_;  // as the hull's cameras
+  std::vector<PixelFromWorld> pixels_from_world_;  // by camera of the hull
   TriangleContact contact_;
-  Triangle vertices_;                  // of the part at hand
-  Eigen::Vector3d per_a_m_, per_b_m_;  // along its edges, a unit
+  // The current part: its vertices, and its edges divided by units_.
+  Triangle vertices_;
+  Eigen::Vector3d per_a_m_, per_b_m_;
   std::vector<TriangleMap> maps_;
-  int divisions_ = 1, start_ = 1;  // as TriangleGrid
+  // As in TriangleGrid.
+  int divisions_ = 1, start_ = 1;
   double units_ = 1;
   Cells cells_, mixed_, solid_, inside_, uncertain_;
   ContactPoints* points_ = nullptr;
-  PointRequest wanted_{};
-  bool coarser_ = false;  // the grid of the part at hand
-  int parts_ = 0;         // of the triangle, cut so far
+  PointRequest request_{};
+  bool coarser_ = false;  // of the current part's grid
+  int parts_ = 0;         // number of parts that the triangle was cut into so far
   Eigen::Vector3d farthest_world_m_;
   double farthest_m2_ = -1;
 };

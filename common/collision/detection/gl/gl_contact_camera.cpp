@@ -12,24 +12,23 @@ using gl_contact::GlCamera;
 
 namespace {
 
-// Roundings of float. Of a point of a triangle: vertices from double, edges, two fractions and
-// their products, sums, a third added: fewer than
-// 20. Of a form: coefficients from double, products, sums: fewer than 12. GLSL rounds sums and
-// products that are `precise` correctly, but leaves open to which side (4.7.1): each is off by at
-// most 2^-23 of a sum of the terms' sizes, twice what rounding to nearest is. It may take numbers
-// below float's normal range for zero, which is far below kMinMargin_px.
+// Bound of the float rounding of a form. A point of a triangle takes fewer than 20 roundings:
+// vertices from double, edges, two fractions and their products, sums, a third. A form takes fewer
+// than 12: coefficients from double, products, sums. GLSL rounds `precise` sums and products
+// correctly but leaves the direction open (4.7.1), so each is off by at max_term 2^-23 of the sum
+// of the terms' sizes, twice the error of rounding to nearest. It may flush subnormal numbers to
+// zero, which is far below kMinMargin_px.
 constexpr double kFormError = 32 * 0x1p-23;
 constexpr double kMinMargin_px = 0x1p-20;
-// Of an image, beside: a quotient is 2.5 units in the last place off at most, 5 * 2^-24, and is
-// rounded with its margin.
+// Additional relative error of an image: a quotient is off by at max_term 2.5 units in the last
+// place, 5 * 2^-24, and is rounded together with its margin.
 constexpr double kImageError = 0x1p-20;
-// Of the margin itself: W is off, by less than a part in 64 where the margin is small enough, and
-// the margin's own roundings.
+// Relative error of the margin itself: W is off by less than 1/64 if the margin is small enough,
+// and the margin is rounded too.
 constexpr double kMarginSlack = 1 + 1.0 / 32;
-// Sums of forms stay below [px m], far from float's largest, products of theirs with pixels
-// included.
+// Bound of the sums of forms [px m]: far below the largest float, also after products with pixels.
 constexpr double kMaxFormTerm = 1e30;
-// How much a camera's place weighs, where its line of sight does 1.
+// Weight of a camera's center, relative to the weight 1 of its line of sight.
 constexpr double kCameraWeight = 1e-3;
 
 }  // namespace
@@ -52,11 +51,12 @@ GlCamera gl_camera(const hull::CpuHull::MapCamera& camera,
   const Vector3d at_terms = at.cwiseAbs(), terms_per_m = of.cwiseAbs().rowwise().sum();
   const double farthest_px = 0.5 * std::max(bounds.width_px(), bounds.height_px()) + 1;
   const double image_px = std::max(std::abs(base_u), std::abs(base_v)) + farthest_px;
-  // Of U - u W, from the sizes of their terms.
+  // Bound of the error of U - u W, from the sizes of the terms.
   const auto error = [](double of_each, const Vector3d& terms, double u_px) {
     return of_each * (std::max(terms.x(), terms.y()) + u_px * terms.z()) * kMarginSlack;
   };
-  // In the world, where in_hull() projects, numbers may be larger than about the frame's origin.
+  // in_hull() projects in the world, where coordinates may be larger than relative to the frame's
+  // origin.
   const Vector3d world_at_terms =
       pixel.cwiseAbs().leftCols<3>() * world_from_frame.translation().cwiseAbs() +
       pixel.col(3).cwiseAbs();
@@ -81,18 +81,18 @@ GlCamera gl_camera(const hull::CpuHull::MapCamera& camera,
       {bounds.u0_px - base_u, bounds.u1_px - base_u, bounds.v0_px - base_v, bounds.v1_px - base_v}};
   for (int i = 0; i < 4; ++i) c.stored[i] = float(lines[0][i]), c.bounds[i] = float(lines[1][i]);
   c.farthest_px = float(farthest_px);
-  c.behind = float(-2 / farthest_px);  // of U - u W at u = farthest_px, no less than that many
-                                       // times W's own part is off
+  // The bound of U - u W at u = farthest_px is at least farthest_px times the bound of W.
+  c.behind = float(-2 / farthest_px);
   return c;
 }
 
 bool fits_float(const GlCamera& c, double radius_m) {
-  double most = 0;
+  double max_term = 0;
   for (int row = 0; row < 3; ++row)
-    most = std::max(
-        most, std::abs(c.at[row]) + radius_m * (std::abs(c.of_x[row]) + std::abs(c.of_y[row]) +
-                                                std::abs(c.of_z[row])));
-  return most < kMaxFormTerm && c.farthest_px * kImageError < 0.5 * kMaxContactEps_px;
+    max_term = std::max(
+        max_term, std::abs(c.at[row]) + radius_m * (std::abs(c.of_x[row]) + std::abs(c.of_y[row]) +
+                                                    std::abs(c.of_z[row])));
+  return max_term < kMaxFormTerm && c.farthest_px * kImageError < 0.5 * kMaxContactEps_px;
 }
 
 Vector3d world_origin_near_hull_m(const hull::CpuHull& hull) {

@@ -1,26 +1,26 @@
-// Cameras as the shaders of backend `gl` have them (gl_contact_shaders.h), with the bound of what
-// float may be off in them.
+// Cameras in the form that the shaders of backend `gl` read (gl_contact_buffers.h), with bounds of
+// the float errors.
 #pragma once
-#include "common/collision/detection/gl/gl_contact_shaders.h"
+#include "common/collision/detection/gl/gl_contact_buffers.h"
 #include "common/hull/cpu/cpu_hull.h"
 
 namespace fivepipe::collision {
 
-// Images are counted from there: the middle of the object pixels.
+// The pixel from which image positions count: the center of the object pixels' bounds.
 struct BasePixel {
   int u, v;
 };
 BasePixel base_pixel(const hull::CpuHull::MapCamera& camera);
 
-// A camera that sees points of a frame, no farther than radius_m from its origin. The place of its
-// map is left to who stores it.
+// The projection of points of a frame that are at most radius_m from its origin. The caller sets
+// first_byte and stride, which locate the camera's map.
 gl_contact::GlCamera gl_camera(const hull::CpuHull::MapCamera& camera,
                                const Eigen::Isometry3d& world_from_frame, double radius_m);
-// Float has room for all of them.
+// Returns whether float represents the projections of those points.
 bool fits_float(const gl_contact::GlCamera& camera, double radius_m);
 
-// Near what all cameras see: the lines of sight through their base pixels pass by it closest; where
-// that leaves a direction open, near the cameras.
+// A point near the region that all cameras see: the one closest to the lines of sight through their
+// base pixels and, in a direction that these leave undetermined, to the cameras.
 Eigen::Vector3d world_origin_near_hull_m(const hull::CpuHull& hull);
 
 }  // namespace fivepipe::collision

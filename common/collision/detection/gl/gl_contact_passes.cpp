@@ -7,6 +7,7 @@
 
 #include "common/collision/detection/cpu/contact_simd.h"
 #include "common/collision/detection/gl/gl_contact_camera.h"
+#include "common/collision/detection/gl/shaders_embedded.h"
 
 namespace fivepipe::collision {
 
@@ -16,7 +17,7 @@ using Eigen::Vector3d;
 namespace {
 
 enum Binding {
-  kReaches = 0,
+  kSkipMaps = 0,
   kCameras = 1,
   kObjects = 2,
   kTrees = 3,
@@ -44,7 +45,8 @@ constexpr std::size_t kBoxWords = sizeof(Bvh::Boxes) / sizeof(float),
                       kLeafWords = sizeof(Bvh::Leaf) / sizeof(float);
 static_assert(kBoxWords == 6 * Bvh::kArity && kLeafWords == 9 * Bvh::kArity);
 
-// Leaves first, then level by level, as they lie in the tree.
+// Layout of a BVH on the GPU: the leaves, then the boxes level by level. Returns its number of
+// words.
 std::size_t words_of(const Bvh& tree, Object& object) {
   std::size_t words = std::size_t(tree.leaves()) * kLeafWords;
   for (int level = 0, below = tree.leaves(); level < tree.levels(); ++level) {
@@ -74,15 +76,15 @@ void write_tree(const Bvh& tree, const Object& object, std::size_t words,
 }  // namespace
 
 GlContactPasses::GlContactPasses()
-    : boxes_("contacts: boxes", boxes_source()),
-      triangles_("contacts: triangles", triangles_source()),
-      refine_("contacts: parts", refine_source()),
-      sample_("contacts: samples", sample_source()),
-      sort_("contacts: blocks", sort_source()) {
-  GLint64 most = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
-  // Words and bytes are counted in 31 bits.
-  max_bytes_ = std::min(std::size_t(most), std::size_t{1} << 31);
+    : boxes_("contacts: boxes", kBoxesComp),
+      triangles_("contacts: triangles", kTrianglesComp),
+      refine_("contacts: parts", kRefineComp),
+      sample_("contacts: samples", kSampleComp),
+      blocks_("contacts: blocks", kBlocksComp) {
+  GLint64 max_block_bytes = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &max_block_bytes);
+  // The shaders index words and bytes with 31 bits.
+  max_bytes_ = std::min(std::size_t(max_block_bytes), std::size_t{1} << 31);
 }
 
 bool GlContactPasses::set_maps(const hull::CpuHull& hull) {
@@ -101,8 +103,9 @@ bool GlContactPasses::set_maps(const hull::CpuHull& hull) {
   skip_map_buffer_.reserve(bytes);
   bytes = 0;
   for (const hull::CpuHull::MapCamera& c : hull.cameras()) {
-    const std::size_t size = std::size_t(c.skip_map.stride()) *
-                             std::size_t(c.skip_map.stored().height_px());  // a row is whole words
+    // Each row consists of whole words.
+    const std::size_t size =
+        std::size_t(c.skip_map.stride()) * std::size_t(c.skip_map.stored().height_px());
     glNamedBufferSubData(skip_map_buffer_.get(), GLintptr(bytes), GLsizeiptr(size),
                          c.skip_map.bytes(hull::Quadrant::right_down));
     bytes += size;
@@ -143,8 +146,8 @@ std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull,
     for (std::size_t c = 0; c < maps_.size() && fits[i]; ++c) {
       GlCamera camera = placed(gl_camera(hull.cameras()[c], world_from_tree, tree.radius_m()), c);
       fits[i] = fits_float(camera, tree.radius_m());
-      camera.of_x[3] +=
-          camera.at[3] * float(tree.radius_m());  // all of its points are asked together
+      // One bound serves all points of the object.
+      camera.of_x[3] += camera.at[3] * float(tree.radius_m());
       cameras.push_back(camera);
     }
     fits[i] = fits[i] && cameras.size() * sizeof(GlCamera) <= max_bytes_;
@@ -165,7 +168,7 @@ std::vector<char> GlContactPasses::set_objects(const hull::CpuHull& hull,
   return fits;
 }
 
-// One after the other, each tree once.
+// Stores the BVHs consecutively, each one once.
 void GlContactPasses::place_trees(std::span<const DetectionObject> objects,
                                   std::vector<char>& fits) {
   std::vector<PlacedTree> placed;
@@ -210,7 +213,7 @@ void GlContactPasses::place_trees(std::span<const DetectionObject> objects,
 void GlContactPasses::use(const gl::GlProgram& program) const {
   glProgramUniform1i(program.get(), 0, GLint(maps_.size()));
   glProgramUniform1f(program.get(), 1, float(kMaxContactEps_px));
-  skip_map_buffer_.bind_storage(kReaches);
+  skip_map_buffer_.bind_storage(kSkipMaps);
   program.use();
 }
 
@@ -269,7 +272,7 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(
   block_buffer_.reserve(room * sizeof(Part));
   refined.states.assign(triangles.size(), {kNever, kNever});
   state_buffer_.write(refined.states.data(), refined.states.size() * sizeof(State));
-  int sampled = 0, beyond = 0;  // levels up to the last that is sampled, and from there
+  int sampled = 0, beyond = 0;  // levels down to the last sampled one, and below it
   for (const RefinedTriangle& t : triangles)
     sampled = std::max(sampled, int(t.sampled)),
     beyond = std::max(beyond, int(t.finest - t.sampled));
@@ -289,7 +292,7 @@ std::optional<GlContactPasses::Refined> GlContactPasses::refine(
   return refined;
 }
 
-// Parts up to those that are sampled, these, and what comes of them.
+// Runs the passes down to the blocks, samples the blocks, and refines what remains of them.
 void GlContactPasses::run_passes(int to_blocks, int beyond, std::size_t room) {
   const auto dispatch = [&](const gl::GlProgram& program, int pass, std::size_t offset) {
     use(program);
@@ -315,7 +318,7 @@ void GlContactPasses::run_passes(int to_blocks, int beyond, std::size_t room) {
   int pass = 0;
   for (; pass < to_blocks; ++pass) dispatch(refine_, pass, parts_at(pass));
   dispatch(sample_, pass, offsetof(Refinement, samples));
-  dispatch(sort_, pass, offsetof(Refinement, blocks));
+  dispatch(blocks_, pass, offsetof(Refinement, blocks));
   ++pass;
   for (const int end = pass + beyond; pass < end; ++pass) dispatch(refine_, pass, parts_at(pass));
   refine_timer_.end();

@@ -1,5 +1,5 @@
-// What backend `gl` of the detection (gl_detection.h) does on the GPU: maps and trees there, and
-// the two questions asked of them.
+// The GPU side of backend `gl` (gl_detection.h): uploads maps and BVHs, and runs the compute passes
+// that descend the BVHs and refine the remaining triangles.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -7,47 +7,49 @@
 #include <vector>
 
 #include "common/collision/detection/cpu/cpu_detection.h"
-#include "common/collision/detection/gl/gl_contact_shaders.h"
+#include "common/collision/detection/gl/gl_contact_buffers.h"
 #include "common/gl/objects.h"
 
 namespace fivepipe::collision {
 
-// Needs a current OpenGL 4.5 context from construction to destruction; changes no state but
-// bindings.
+// Needs a current OpenGL 4.5 context from construction to destruction. Changes no OpenGL state
+// except bindings.
 class GlContactPasses {
  public:
   GlContactPasses();  // throws GlError
 
-  // False: more than 64 cameras, or maps that take more than the driver's largest storage block,
-  // and nothing may be asked.
+  // Uploads the hull's maps. Returns false if there are more than 64 cameras, or if the maps exceed
+  // the driver's largest storage block; the caller must then not run any pass.
   bool set_maps(const hull::CpuHull& hull);
 
-  // Those that are asked from now on; trees are kept from call to call, and written anew where
-  // their contents changed. Returns which of them fit: the others (too large for float, or for the
-  // driver's largest storage block) take no part.
+  // Sets the objects of the next passes. BVHs stay on the GPU from call to call and are uploaded
+  // again when their contents change. Returns for each object whether it fits. An object does not
+  // fit if it is too large for float or for the driver's largest storage block; the passes ignore
+  // it.
   std::vector<char> set_objects(const hull::CpuHull& hull,
                                 std::span<const DetectionObject> objects);
 
-  // The triangles that are not free, in any order.
+  // Returns the triangles that are not free, in any order.
   std::vector<gl_contact::OpenTriangle> open_triangles();
 
   struct Refined {
-    std::vector<gl_contact::Part> found;    // by triangle, level, place
+    std::vector<gl_contact::Part> found;    // sorted by triangle, level, position
     std::vector<gl_contact::State> states;  // by triangle
-    std::size_t parts = 0;                  // looked at
+    std::size_t parts = 0;                  // number of parts tested
   };
-  // Parts and what is found go into room for so many; nothing: it did not do. `first`: the parts to
-  // begin with, of level 0. In the world's axes about origin_world_m(), which lies near the hull.
+  // Refines triangles, given about origin_world_m() in the world's axes. `first` are their parts of
+  // level 0. `room` is the capacity of each part buffer; returns nullopt if it is too small.
   std::optional<Refined> refine(std::span<const gl_contact::RefinedTriangle> triangles,
                                 std::span<const gl_contact::Part> first, std::size_t room);
 
+  // Largest `room` that the driver supports.
   std::size_t max_room() const {
     return max_bytes_ / sizeof(gl_contact::Part) / gl_contact::kGroup * gl_contact::kGroup;
-  }  // of the driver
+  }
+  // A point near the hull.
   const Eigen::Vector3d& origin_world_m() const { return origin_world_m_; }
-  double descent_ms() const {
-    return descent_timer_.elapsed_ms();
-  }  // GPU time of the last call of each; they wait for the GPU
+  // GPU time of the last open_triangles() and refine(). Both wait for the GPU.
+  double descent_ms() const { return descent_timer_.elapsed_ms(); }
   double refine_ms() const { return refine_timer_.elapsed_ms(); }
 
  private:
@@ -64,7 +66,7 @@ class GlContactPasses {
     std::size_t first_byte;  // of its base pixel
     std::int32_t stride;
   };
-  gl::GlProgram boxes_, triangles_, refine_, sample_, sort_;
+  gl::GlProgram boxes_, triangles_, refine_, sample_, blocks_;
   gl::GlBuffer skip_map_buffer_, frame_camera_buffer_, camera_buffer_, object_buffer_, tree_buffer_,
       descent_buffer_, node_buffers_[2], leaf_buffer_, open_buffer_;
   gl::GlBuffer triangle_buffer_, refinement_buffer_, part_buffers_[2], block_buffer_, found_buffer_,

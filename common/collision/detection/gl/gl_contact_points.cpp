@@ -15,7 +15,7 @@ int halvings(double units, int start) { return int(std::lround(std::log2(units /
 
 int level_of(const Part& part) { return int(part.b >> kLevelShift); }
 
-// A part's place in the triangle, as fractions of its edges; side < 0: it is turned.
+// Position of a part in the triangle, as fractions of the edges; side < 0 marks an inverted part.
 struct PartCoordinates {
   double a, b, side;
 };
@@ -25,8 +25,8 @@ PartCoordinates place_of(const GlContact& contact, const Part& part) {
           part.a & kDown ? -unit : unit};
 }
 
-// The middles of rows * rows parts of it, in the shader's order; of the first sixteen, those of the
-// mask.
+// Appends the centers of the rows * rows cells of a part, in the shader's order; of the first 16,
+// those in the mask.
 void add_centers(const Triangle& v, const PartCoordinates& place, int rows, std::uint32_t mask,
                  std::vector<Vector3d>& points_world_m) {
   const Vector3d along_a = v[1] - v[0], along_b = v[2] - v[0];
@@ -41,7 +41,7 @@ void add_centers(const Triangle& v, const PartCoordinates& place, int rows, std:
     }
 }
 
-// Of a found part: into how many rows of samples it is divided.
+// Number of rows of samples in a part that the GPU found.
 int rows_of(const GlContact& contact, const Part& part) {
   const int level = level_of(part);
   if (level > contact.sampled()) return 1;
@@ -56,8 +56,8 @@ std::uint32_t mask_of(const Part& part) {
 
 }  // namespace
 
-// Where the verdict alone is asked, the first look is at a few samples too: most triangles that
-// collide have one in the hull.
+// For the verdict alone, the first level is sampled too: most colliding triangles have such a
+// sample in the hull.
 int GlContact::sampled() const {
   return sampling ? std::max(0, halvings(grid.divisions, grid.start) - kSampledHalvings) : 0;
 }

@@ -1,19 +1,19 @@
-// Backend `gl`: which triangles collide with the visual hull, and where, by compute shaders;
-// verdicts as certain as backend `cpu`'s, and of the same meaning (cpu_detection.h).
+// Backend `gl`: verdicts and collision points of triangles against the visual hull, in compute
+// shaders. Its verdicts have the same meaning and certainty as those of backend `cpu`
+// (cpu_detection.h).
 //
-//   1. trees       as backend `cpu`: a level of boxes a pass, then the triangles of the leaves
-//   left, looked up in the cameras' maps.
-//   2. parts       of the triangles left, halved pass by pass: free ones are dropped, those on the
-//   samples' grid sampled, and where no sample is
-//                  in the hull, halved on until each is free, one is found, or they are kFinest of
-//                  eps.
-//   3. on the CPU  every point that was found is asked in double. What the GPU left open, and what
-//   it found and double does not confirm, is
-//                  walked as backend `cpu` does (triangle_walk.h).
+//   1. BVH       As in backend `cpu`: one pass per level of boxes, then one over the triangles of
+//                the remaining leaves, against the cameras' skip maps.
+//   2. parts     Each pass halves the parts of the remaining triangles and drops the free ones.
+//                Parts of the sample grid are sampled. A triangle without a sample in the hull is
+//                halved further until every part is free, a point is found, or the parts reach
+//                eps_m / kFinest.
+//   3. CPU       tests every found point in double. It walks each triangle (triangle_walk.h) that
+//                the GPU left open, or of which double confirms no point.
 //
-// The GPU's numbers are float; what they may be off is derived (gl_contact_camera.cpp) from what
-// GLSL promises of them, and added to each look. So `free` is certified on every driver that keeps
-// those promises; a point is in the hull on any.
+// The GPU computes in float. The error bounds derive from what GLSL guarantees
+// (gl_contact_camera.cpp) and widen each lookup. So `free` is certified on every driver that keeps
+// those guarantees, and a collision point is in the hull on any driver.
 #pragma once
 #include <memory>
 #include <span>
@@ -22,44 +22,49 @@
 
 namespace fivepipe::collision {
 
-// Room for parts on the GPU [parts of 16 bytes, in three buffers]. Where it does not do, the pass
-// is run again with twice as many; where `most` does not, triangles are walked on the CPU.
-// Multiples of 64.
+// Capacity of each of three buffers on the GPU, in parts of 16 bytes: the initial value and the
+// maximum, both multiples of 64. A refinement that exceeds it runs again with twice the capacity;
+// at the maximum its triangles are walked on the CPU.
 struct GlDetectionRoom {
   std::size_t first = std::size_t{1} << 16, max = std::size_t{1} << 21;
 };
 
 struct GlDetectionCounts {
-  std::size_t triangles_open = 0;    // not free after 1.
-  std::size_t parts = 0, found = 0;  // looked at in 2.; of them, with something in the hull
-  std::size_t unconfirmed = 0;  // triangles: float was sure of a point, and double confirms none. 0
-                                // on a driver that rounds as promised
-  std::size_t triangles_on_cpu = 0;  // walked there
-  std::size_t objects_on_cpu =
-      0;  // too large for float or for the GPU's memory: all of them was left to backend `cpu`
-  std::size_t overflows = 0;             // of the room for parts
-  std::size_t over_budget = 0;           // as CpuDetectionCounts
-  double descent_ms = 0, refine_ms = 0;  // GPU time of 1. and 2.
+  // Triangles that are not free after step 1.
+  std::size_t triangles_open = 0;
+  // Parts tested in step 2, and those with a point in the hull.
+  std::size_t parts = 0, found = 0;
+  // Triangles for which float was certain of a point and double confirms none. 0 on a driver that
+  // rounds as GLSL requires.
+  std::size_t unconfirmed = 0;
+  std::size_t triangles_on_cpu = 0;
+  // Objects that backend `cpu` tested because they are too large for float or for the GPU's memory.
+  // Tests read this and `overflows` to know that they reached the fallbacks.
+  std::size_t objects_on_cpu = 0;
+  // Number of refinements that exceeded the capacity for parts.
+  std::size_t overflows = 0;
+  // As in CpuDetectionCounts.
+  std::size_t over_budget = 0;
+  // GPU time of steps 1 and 2.
+  double descent_ms = 0, refine_ms = 0;
 };
 
-// Needs a current OpenGL 4.5 context from construction to destruction; changes no state but
-// bindings. Not to be shared between threads.
+// Needs a current OpenGL 4.5 context from construction to destruction. Changes no OpenGL state
+// except bindings. Must not be shared between threads.
 class GlDetection {
  public:
-  explicit GlDetection(const GlDetectionRoom& room =
-                           {});  // throws GlError; std::invalid_argument: a room that can't be
+  // Throws GlError, or std::invalid_argument if `room` is not valid.
+  explicit GlDetection(const GlDetectionRoom& room = {});
   ~GlDetection();
-  GlDetection(GlDetection&&) noexcept;
-  GlDetection& operator=(GlDetection&&) noexcept;
 
-  // The hull that is asked from now on; it, and the query, must stay until the next. Its maps are
-  // written to the GPU.
+  // Sets the hull that detect() tests, and uploads its maps. Borrows the query and its hull until
+  // the next call.
   void set_hull(const hull::HullQuery& query);
 
-  // As CpuDetection::detect, points of a triangle in another order; a hull has been set. Trees stay
-  // on the GPU from call to call. The same input gives the same bits on the same driver; on others,
-  // points of which float can't tell are all asked in double, but where a triangle has none on the
-  // grid, the one that is found may be another, or the triangle be touching instead.
+  // As CpuDetection::detect(), with a triangle's points in another order. Requires a hull. BVHs
+  // stay on the GPU from call to call. The same input gives the same bits on the same driver. On
+  // another driver a triangle without a sample in the hull may get another point, or be undecided;
+  // all other points are the same, because double decides those that float cannot.
   std::span<ObjectCollision> detect(std::span<const DetectionObject> objects,
                                     const DetectionOptions& options = {},
                                     GlDetectionCounts* counts = nullptr);

@@ -13,7 +13,7 @@ Eigen::AlignedBox3d world_box_m(std::span<const Triangle> triangles) {
   Eigen::AlignedBox3d box;
   for (const Triangle& triangle : triangles)
     for (const Eigen::Vector3d& v : triangle) {
-      if (!v.allFinite()) throw std::invalid_argument("object with a vertex that is not finite");
+      if (!v.allFinite()) throw std::invalid_argument("a vertex of an object is not finite");
       box.extend(v);
     }
   return box;
@@ -25,11 +25,11 @@ std::vector<Triangle> faces_of(const Eigen::AlignedBox3d& box_world_m) {
   return world_triangles(geometry::box_mesh(box_world_m.sizes()), world_from_box);
 }
 
-// The triangles of several objects as one batch, and back.
+// The triangles of several objects in one batch, with their origin.
 struct Batch {
   std::vector<Triangle> triangles;
-  std::vector<std::size_t> object;       // of each triangle
-  std::vector<std::uint32_t> own_index;  // of each triangle in its object
+  std::vector<std::size_t> object;       // object of each triangle
+  std::vector<std::uint32_t> own_index;  // index of each triangle in its object
 
   void add(std::size_t owner, std::span<const Triangle> added) {
     for (std::size_t i = 0; i < added.size(); ++i) {

@@ -6,8 +6,9 @@
 
 namespace fivepipe::collision {
 
-// The paper's sampling in viewports (detection.h). Needs a current OpenGL context for making, use
-// and destruction. Throws as TriangleVolumeQuery does.
+// Samples triangles in viewports of viewport_px squared (paper_detection.h) in a window of
+// window_px squared. Needs a current OpenGL 4.5 context for construction, use and destruction.
+// Throws as TriangleVolumeQuery.
 std::unique_ptr<CollisionDetector> paper_detector(int window_px, int viewport_px);
 
 }  // namespace fivepipe::collision

@@ -4,39 +4,14 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/collision/detection/paper/shaders_embedded.h"
 #include "common/geometry/gl_camera.h"
 
 namespace fivepipe::collision {
 namespace {
 
-constexpr std::size_t kMaxCameras = 255;  // an eight-bit stencil counts no further
+constexpr std::size_t kMaxCameras = 255;  // maximum of an 8-bit stencil
 constexpr int kPosition = 0, kTextureCoordinate = 1;
-
-const char* const kVertexShader = R"(#version 450 core
-layout(location = 0) in vec2 position;
-layout(location = 1) in vec3 stq;
-out vec3 interpolated_stq;
-void main() {
-  interpolated_stq = stq;
-  gl_Position = vec4(position, 0.0, 1.0);
-}
-)";
-
-// Discards what is not on an object pixel. Comparisons are written so that NaN and points behind
-// the camera are discarded.
-const char* const kFragmentShader = R"(#version 450 core
-uniform usampler2D object_pixels;  // pixel u of a row is bit u % 32 of texel u / 32
-uniform vec2 size_px;
-in vec3 interpolated_stq;
-void main() {
-  if (!(interpolated_stq.z > 0.0)) discard;
-  vec2 pixel = floor(interpolated_stq.xy / interpolated_stq.z * size_px);
-  if (!(pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x < size_px.x && pixel.y < size_px.y)) discard;
-  int u = int(pixel.x);
-  uint texel = texelFetch(object_pixels, ivec2(u >> 5, int(pixel.y)), 0).r;
-  if ((texel >> uint(u & 31) & 1u) == 0u) discard;
-}
-)";
 
 int checked_viewport(int window_px, int viewport_px) {
   if (!(viewport_px > 0 && viewport_px <= window_px))
@@ -55,15 +30,16 @@ gl::GlTexture texture_for(const hull::ObjectPixels& pixels) {
 TriangleVolumeQuery::TriangleVolumeQuery(int window_px, int viewport_px)
     : window_px_(window_px),
       viewport_px_(checked_viewport(window_px, viewport_px)),
-      program_("triangle volume query", kVertexShader, kFragmentShader),
+      program_("triangle volume query", kTriangleVert, kTriangleFrag),
       window_(window_px, window_px, GL_R8, gl::DepthBuffer::depth_and_stencil) {}
 
 void TriangleVolumeQuery::set_silhouettes(std::span<const hull::Silhouette> silhouettes) {
-  if (silhouettes.size() > kMaxCameras) throw std::invalid_argument("more than 255 cameras");
+  if (silhouettes.size() > kMaxCameras)
+    throw std::invalid_argument("more than 255 cameras, the limit of the 8-bit stencil");
   for (const hull::Silhouette& s : silhouettes)
     if (s.pixels.width_px() != s.camera.pinhole.width_px ||
         s.pixels.height_px() != s.camera.pinhole.height_px)
-      throw std::invalid_argument("object-pixel map and pinhole differ in size");
+      throw std::invalid_argument("an object-pixel map and its pinhole differ in size");
   silhouettes_.assign(silhouettes.begin(), silhouettes.end());
   hull_is_empty_ = silhouettes.empty() ||
                    std::any_of(silhouettes.begin(), silhouettes.end(),
@@ -76,7 +52,7 @@ void TriangleVolumeQuery::set_silhouettes(std::span<const hull::Silhouette> silh
     else if (object_pixels_[i].width_px() != 2 * pixels.words_per_row() ||
              object_pixels_[i].height_px() != pixels.height_px())
       object_pixels_[i] = texture_for(pixels);
-    // A 64-bit word is two 32-bit texels, the low one first: little-endian hosts.
+    // A 64-bit word is two 32-bit texels, the low one first: requires a little-endian host.
     object_pixels_[i].upload(GL_RED_INTEGER, GL_UNSIGNED_INT, pixels.words().data());
   }
 }
@@ -84,7 +60,7 @@ void TriangleVolumeQuery::set_silhouettes(std::span<const hull::Silhouette> silh
 TriangleQueryResult TriangleVolumeQuery::query(std::span<const Triangle> triangles) {
   for (const Triangle& t : triangles)
     if (!(t[0].allFinite() && t[1].allFinite() && t[2].allFinite()))
-      throw std::invalid_argument("triangle with a vertex that is not finite");
+      throw std::invalid_argument("a vertex of a triangle is not finite");
   TriangleQueryResult result;
   if (hull_is_empty_) return result;
   const std::size_t capacity = columns() * columns();
@@ -106,8 +82,7 @@ void TriangleVolumeQuery::draw(std::span<const TriangleView> views) {
                      {ndc(x_px), ndc(y_px), ndc(x_px + viewport_px_), ndc(y_px),
                       ndc(x_px + views[i].apex_x * viewport_px_), ndc(y_px + viewport_px_)});
   }
-  // Projected in double here rather than in the shader: floats of world coordinates lose the pixel
-  // far from the origin.
+  // Projects in double on the CPU: in float, world coordinates far from the origin lose the pixel.
   for (const hull::Silhouette& s : silhouettes_) {
     const Eigen::Matrix<double, 3, 4> texture_from_world =
         geometry::texture_from_camera(s.camera.pinhole) * s.camera.camera_from_world.matrix();
@@ -136,8 +111,8 @@ void TriangleVolumeQuery::draw(std::span<const TriangleView> views) {
   vertices_.attribute(kPosition, positions_, 2, 2 * sizeof(float), 0);
   const std::size_t vertex_count = 3 * views.size();
   for (std::size_t i = 0; i < silhouettes_.size(); ++i) {
-    // Only what all earlier cameras counted is counted on: the count n means the same, and fewer
-    // fragments are shaded.
+    // Counts only fragments that all earlier cameras counted. The final count n is the same, and
+    // fewer fragments are shaded.
     glStencilFunc(GL_EQUAL, GLint(i), 0xff);
     vertices_.attribute(kTextureCoordinate, texture_coordinates_, 3, 3 * sizeof(float),
                         int(i * vertex_count * 3 * sizeof(float)));
@@ -160,7 +135,6 @@ void TriangleVolumeQuery::query_window(std::span<const Triangle> triangles, std:
     result.triangles_degenerate += views.back().degenerate;
   }
   draw(views);
-  ++result.windows;
 
   const std::size_t used_rows_px =
       (views.size() + columns() - 1) / columns() * std::size_t(viewport_px_);

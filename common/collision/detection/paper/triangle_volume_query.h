@@ -1,16 +1,15 @@
-// The surface of virtual objects volume-queried against the visual hull in OpenGL (paper,
-// section 4.2.4 and figure 2).
+// Volume query of triangles against the visual hull in OpenGL (paper, section 4.2.4 and figure 2).
 //
-// Each triangle has its own viewport in one window and fills it (see TriangleView). The window is
-// rendered once for each camera with that camera's object pixels projected onto the triangles; a
-// fragment on an object pixel counts one up in the stencil buffer. What the last of n cameras has
-// counted to n is in the hull. Triangles that find no room wait for the next filling of the window.
-// A triangle is put into its viewport by its vertices' coordinates, not by glViewport: one draw a
-// camera, three times faster on llvmpipe.
+// Each triangle fills a viewport of its own in one window (TriangleView). The window is rendered
+// once per camera, with that camera's object pixels projected onto the triangles; a fragment on an
+// object pixel increments the stencil buffer. A fragment that all n cameras count has the value n
+// and is in the hull. Triangles that do not fit into the window are queried in further windows. The
+// vertices' coordinates, not glViewport, place a triangle in its viewport, so each camera takes one
+// draw call.
 //
-// Limit of the method, as in the paper: what is thinner than the samples' spacing (TriangleView)
-// passes between them. A hull of 1 cm can be missed by a triangle of 10 m; a missing collision
-// point proves nothing. A reported one is certain: see query().
+// Limit of the method, as in the paper: a detail thinner than the sample spacing (TriangleView)
+// falls between samples. A triangle of 10 m can miss a hull of 1 cm, so a missing collision point
+// proves nothing. A reported point is certain (query()).
 #pragma once
 #include <cstdint>
 #include <span>
@@ -24,15 +23,16 @@
 namespace fivepipe::collision {
 
 struct TriangleQueryResult {
-  std::vector<CollisionPoint> points;  // by triangle, then row, then column of its viewport
-  std::size_t points_unconfirmed =
-      0;  // counted to n by OpenGL in floats, but not in_hull() in double: dropped
-  std::size_t triangles_degenerate = 0;  // sampled along their longest edge
-  std::size_t windows = 0;               // fillings of the window: draws are windows * cameras
+  // Sorted by triangle, then row, then column of its viewport.
+  std::vector<CollisionPoint> points;
+  // Samples that OpenGL found in the hull in float and in_hull() rejects in double; dropped.
+  std::size_t points_unconfirmed = 0;
+  // Triangles that are sampled along their longest edge.
+  std::size_t triangles_degenerate = 0;
 };
 
-// Needs a current OpenGL 4.5 context for construction, use and destruction; expects and leaves
-// nothing of OpenGL's state but the stencil test off and all colours written. Not to be shared
+// Needs a current OpenGL 4.5 context for construction, use and destruction. Sets the OpenGL state
+// that it needs; leaves the stencil test disabled and all colours writable. Must not be shared
 // between threads.
 class TriangleVolumeQuery {
  public:
@@ -40,16 +40,16 @@ class TriangleVolumeQuery {
   // unless 0 < viewport_px <= window_px.
   TriangleVolumeQuery(int window_px, int viewport_px);
 
-  // The frame set that is queried from now on; copied. Throws std::invalid_argument where a map has
-  // not its pinhole's size, or with more cameras than eight bits of stencil count (255). None: the
-  // hull is empty.
+  // Sets and copies the frame set that query() tests. Without silhouettes the hull is empty. Throws
+  // std::invalid_argument if a map and its pinhole differ in size, or with more than 255 cameras,
+  // the maximum of an 8-bit stencil.
   void set_silhouettes(std::span<const hull::Silhouette> silhouettes);
   std::span<const hull::Silhouette> silhouettes() const { return silhouettes_; }
 
-  // Every point is in_hull(): what OpenGL found is confirmed in double, so rounding at a pixel's
-  // border can lose a sample but not invent one. The same input gives the same bits on the same
-  // OpenGL driver; drivers may differ by samples at borders. Throws std::invalid_argument where a
-  // vertex is not finite.
+  // Every returned point is in_hull(): double confirms what OpenGL found, so rounding at a pixel's
+  // border can lose a sample but cannot invent one. The same input gives the same bits on the same
+  // driver; drivers may differ in samples at borders. Throws std::invalid_argument if a vertex is
+  // not finite.
   TriangleQueryResult query(std::span<const Triangle> triangles);
 
  private:
@@ -60,8 +60,8 @@ class TriangleVolumeQuery {
 
   int window_px_, viewport_px_;
   std::vector<hull::Silhouette> silhouettes_;
-  std::vector<gl::GlTexture> object_pixels_;  // by camera, 32 pixels a texel
-  bool hull_is_empty_ = true;                 // no camera, or one without object pixels
+  std::vector<gl::GlTexture> object_pixels_;  // by camera, 32 pixels per texel
+  bool hull_is_empty_ = true;                 // no camera, or a camera without object pixels
   gl::GlProgram program_;
   gl::GlFramebuffer window_;
   gl::GlBuffer positions_, texture_coordinates_;
