@@ -7,7 +7,7 @@ namespace fivepipe::mcap {
 
 namespace {
 
-// A library's name and version, with its profile, are shorter.
+// A header holds a profile and the name and version of a library, which are far shorter.
 constexpr std::uint64_t kMaxHeaderBytes = 1 << 20;
 
 Header header_of(const File& file) {
@@ -26,7 +26,7 @@ Header header_of(const File& file) {
     std::string profile = texts.text();
     return {std::move(profile), texts.text()};
   } catch (const McapError&) {
-    return {};  // messages are read without it
+    return {};  // the header is not needed to read messages
   }
 }
 
