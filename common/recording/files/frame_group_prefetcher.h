@@ -1,5 +1,5 @@
-// Reads a recording's frames ahead in a thread of its own, so that neither the disk nor
-// decompression holds up who sends them.
+// Reads the frames of a recording ahead in a thread, so that neither the disk nor decompression
+// delays the replay.
 #pragma once
 #include <condition_variable>
 #include <deque>
@@ -14,7 +14,7 @@ namespace fivepipe::recording {
 
 class FrameGroupPrefetcher {
  public:
-  // Reads on while less than this lies ready.
+  // The thread reads while fewer bytes than this are queued.
   static constexpr std::size_t kPrefetchBytes = std::size_t(256) << 20;
 
   explicit FrameGroupPrefetcher(FrameGroups groups, std::size_t ready_bytes = kPrefetchBytes);
@@ -22,12 +22,12 @@ class FrameGroupPrefetcher {
   FrameGroupPrefetcher(const FrameGroupPrefetcher&) = delete;
   FrameGroupPrefetcher& operator=(const FrameGroupPrefetcher&) = delete;
 
-  // Until as much lies ready as may, or all that there is.
+  // Waits until the queue is full or the recording has been read to its end.
   void wait_until_ready();
-  // Waits for the next one; nothing at the end. Goes on behind damaged chunks; throws what else
-  // reading threw.
+  // Waits for the next group; returns nullopt at the end. Skips damaged chunks; rethrows any other
+  // exception of the reading thread.
   std::optional<FrameGroup> next();
-  std::uint64_t late() const;     // FrameGroups::late
+  std::uint64_t late() const;     // FrameGroups::late()
   std::uint64_t damaged() const;  // chunks that could not be read
 
  private:

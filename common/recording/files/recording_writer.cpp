@@ -13,7 +13,7 @@ void append_uint32(std::vector<std::byte>& to, std::uint32_t value) {
   for (int shift = 0; shift < 32; shift += 8) to.push_back(std::byte(value >> shift));
 }
 
-// As plain CDR, little endian.
+// Plain CDR, little endian.
 std::vector<std::byte> key_state_cdr(KeyChange change, std::span<const std::byte> key) {
   std::vector<std::byte> cdr{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
   append_uint32(cdr, change == KeyChange::disposed ? 0 : 1);
@@ -87,7 +87,7 @@ void RecordingWriter::add_counted(mcap::Id channel, std::int64_t log_stamp_ns,
     if (!failure_.empty() ||
         queued_bytes_ + open_.size_bytes() + payload.size() > options_.max_queued_bytes) {
       ++counts.lost;
-      ++state.next_sequence;  // the gap is seen in the file
+      ++state.next_sequence;  // leaves a visible gap in the file
       return;
     }
   }
@@ -137,7 +137,7 @@ void RecordingWriter::write(QueuedChunk& queued, bool is_last) {
     if (failure().empty()) {
       file_->write(queued.chunk);
       bytes_written_ = file_->bytes_written();
-      // A disk that lags behind is not forced for every chunk.
+      // If the disk lags behind, several chunks share one sync.
       if (options_.sync &&
           (is_last || Clock::now() - synced_ >= std::chrono::duration<double>(options_.chunk_s))) {
         file_->sync();
