@@ -2,10 +2,9 @@
 #pragma once
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <deque>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -13,6 +12,7 @@
 #include <string>
 #include <thread>
 
+#include "common/base/bounded_queue.h"
 #include "common/recording/mcap/file_writer.h"
 #include "common/recording/mcap/format/chunk_builder.h"
 
@@ -82,7 +82,6 @@ class RecordingWriter {
  private:
   struct QueuedChunk {
     mcap::Chunk chunk;
-    std::size_t bytes;
     std::map<mcap::Id, std::uint64_t> messages;
   };
   struct ChannelState {
@@ -108,18 +107,18 @@ class RecordingWriter {
   std::map<mcap::Id, ChannelState> channels_;
 
   mutable std::mutex mutex_;  // guards the members up to aborted_
-  std::condition_variable changed_;
-  std::deque<QueuedChunk> queue_;
-  std::size_t queued_bytes_ = 0;
   std::map<std::string, TopicCounts> counts_;
   std::map<mcap::Id, std::string> topic_of_channel_;
   std::string failure_;
-  bool finishing_ = false, aborted_ = false;
+  bool aborted_ = false;
 
   std::mutex file_mutex_;  // guards file_ and synced_
   std::optional<mcap::FileWriter> file_;
   std::chrono::steady_clock::time_point synced_{};
   std::atomic<std::uint64_t> bytes_written_{0};
+  // Its cost is the size of uncompressed chunks. It has no limit of its own: add_counted() enforces
+  // max_queued_bytes, which includes the open chunk.
+  base::BoundedQueue<QueuedChunk> queue_{std::numeric_limits<std::size_t>::max()};
   std::thread writer_thread_;
 };
 
