@@ -38,7 +38,6 @@ Cursor::Cursor(std::shared_ptr<const File> file, const std::vector<ChunkIndex>& 
   });
 }
 Cursor::Cursor(Cursor&&) noexcept = default;
-Cursor& Cursor::operator=(Cursor&&) noexcept = default;
 Cursor::~Cursor() = default;
 
 void Cursor::open(const ChunkIndex& chunk) {

@@ -16,7 +16,6 @@ class Cursor {
   Cursor(std::shared_ptr<const File> file, const std::vector<ChunkIndex>& chunks,
          std::uint64_t start_ns, std::uint64_t end_ns, std::vector<bool> wanted);
   Cursor(Cursor&&) noexcept;
-  Cursor& operator=(Cursor&&) noexcept;
   ~Cursor();
 
   // The payload is valid until the next call. Throws McapError if the next chunk is damaged, or if

@@ -32,24 +32,17 @@ Header header_of(const File& file) {
 
 }  // namespace
 
-Reader::Reader(const std::filesystem::path& path) : Reader(path, false) {}
-Reader Reader::scanning(const std::filesystem::path& path) { return {path, true}; }
-
-Reader::Reader(const std::filesystem::path& path, bool scans)
-    : file_(std::make_shared<const File>(path)) {
+Reader::Reader(const std::filesystem::path& path) : file_(std::make_shared<const File>(path)) {
   check_magic(*file_);
   header_ = header_of(*file_);
-  std::string why_not;
   try {
     summary_ = read_summary(*file_);
   } catch (const McapError& error) {
-    why_not = error.what();
+    Scan found = scan(*file_);
+    summary_ = std::move(found.summary);
+    damage_ = std::move(found.damage);
+    damage_.summary = error.what();
   }
-  if (!scans && why_not.empty()) return;
-  Scan found = scan(*file_);
-  summary_ = std::move(found.summary);
-  damage_ = std::move(found.damage);
-  damage_.summary = std::move(why_not);
 }
 
 Buffer Reader::content_of_record(std::uint64_t byte, std::uint64_t length_bytes, Op op) const {

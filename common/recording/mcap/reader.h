@@ -23,12 +23,10 @@ class Reader {
  public:
   // Throws std::system_error if the file cannot be read, McapError if it is not an MCAP file.
   explicit Reader(const std::filesystem::path& path);
-  // Scans finished files too, and so reports damage in them.
-  static Reader scanning(const std::filesystem::path& path);
 
   // True if the file has a valid summary.
   bool is_finished() const { return damage_.summary.empty(); }
-  const Damage& damage() const { return damage_; }  // filled by a scan, except for `summary`
+  const Damage& damage() const { return damage_; }  // empty if the file is finished
 
   const Header& header() const { return header_; }  // empty if it is damaged
   const std::map<Id, Schema>& schemas() const { return summary_.schemas; }
@@ -47,7 +45,6 @@ class Reader {
                   const std::optional<std::set<Id>>& only = std::nullopt) const;
 
  private:
-  Reader(const std::filesystem::path& path, bool scans);
   Buffer content_of_record(std::uint64_t byte, std::uint64_t length_bytes, Op op) const;
 
   std::shared_ptr<const File> file_;

@@ -212,8 +212,4 @@ std::string difference(const Idl& a, const Idl& b, std::string_view scoped_name)
   return Comparison(a, b).of(a.at(scoped_name), b.at(scoped_name), "");
 }
 
-bool same_type(const Idl& a, const Idl& b, std::string_view scoped_name) {
-  return difference(a, b, scoped_name).empty();
-}
-
 }  // namespace fivepipe::schema

@@ -86,6 +86,5 @@ std::string self_contained(const Idl& idl, std::string_view scoped_name);
 // Describes the first difference of the struct in `a` from that in `b`: "field frame: long instead
 // of unsigned long long". Empty if names, types, order and keys are equal, including nested types.
 std::string difference(const Idl& a, const Idl& b, std::string_view scoped_name);
-bool same_type(const Idl& a, const Idl& b, std::string_view scoped_name);
 
 }  // namespace fivepipe::schema

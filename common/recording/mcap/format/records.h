@@ -31,8 +31,6 @@ enum class Op : std::uint8_t {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
 inline constexpr std::uint64_t kRecordHeaderBytes = 1 + 8;  // opcode, length of the content
-// Channel, sequence, log and publish stamps.
-inline constexpr std::uint64_t kMessageHeaderBytes = 2 + 4 + 8 + 8;
 inline constexpr std::uint64_t kFooterBytes = kRecordHeaderBytes + 8 + 8 + 4;
 inline constexpr std::uint64_t kDataEndBytes = kRecordHeaderBytes + 4;
 
