@@ -9,7 +9,7 @@ namespace fivepipe::launch {
 ReplayKeys::ReplayKeys(bool paused) : paused_(paused) {
   termios now{};
   if (!isatty(STDIN_FILENO) || tcgetattr(STDIN_FILENO, &now) != 0) return;
-  // A job in the background must not touch its terminal.
+  // A background job must not read from its terminal.
   if (tcgetpgrp(STDIN_FILENO) != getpgrp()) {
     at_end_ = true;
     return;

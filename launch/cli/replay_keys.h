@@ -1,4 +1,4 @@
-// The keys by which a replay is paused and stepped: from a terminal at once, from a pipe as well.
+// Reads the keys that pause and step a replay, from a terminal or a pipe.
 #pragma once
 #include <termios.h>
 
@@ -8,8 +8,8 @@
 
 namespace fivepipe::launch {
 
-// space: pause, go on; s: one frame; q: stop. While it lives, the terminal hands out keys without
-// return, and does not show them.
+// space: pause or continue; s: one frame; q: stop. While this object exists, the terminal neither
+// waits for the return key nor echoes keys.
 class ReplayKeys {
  public:
   explicit ReplayKeys(bool paused);
@@ -17,7 +17,7 @@ class ReplayKeys {
   ReplayKeys(const ReplayKeys&) = delete;
   ReplayKeys& operator=(const ReplayKeys&) = delete;
 
-  // What the keys typed until now say; a step is told once.
+  // The request of the keys typed so far. Returns each step once.
   replay::ReplayControl control();
   bool paused() const { return paused_; }
 

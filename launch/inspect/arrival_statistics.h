@@ -1,4 +1,5 @@
-// How regularly messages come: rate, intervals, latencies, gaps in frame numbers. Pure.
+// Statistics of message arrivals: rate, intervals, latencies and gaps in frame numbers.
+// Independent of DDS.
 #pragma once
 #include <cstdint>
 #include <deque>
@@ -10,12 +11,12 @@
 namespace fivepipe::launch {
 
 struct Arrival {
-  std::int64_t stamp_ns = 0;    // when it was taken
-  std::int64_t latency_ns = 0;  // from its source stamp to there
+  std::int64_t stamp_ns = 0;    // when the message was received
+  std::int64_t latency_ns = 0;  // from its source stamp to that time
   std::uint64_t bytes = 0;
 };
 
-// least, median, 95 % quantile (nearest rank) and most; all NaN of no values.
+// Minimum, median, 95 % quantile (nearest rank) and maximum; all NaN if there are no values.
 struct Quantiles {
   double min, median, p95, max;
 };
@@ -23,40 +24,41 @@ Quantiles quantiles_of(std::vector<double> values);
 
 struct ArrivalSummary {
   std::uint64_t messages = 0;
-  double rate_hz = 0;  // intervals over the time from the first to the last; NaN below two messages
-  double bytes_per_s = 0;  // likewise, without the first message; NaN
+  // Number of intervals over the time from the first to the last message; NaN below two messages.
+  double rate_hz = 0;
+  double bytes_per_s = 0;  // over the same time, without the first message; NaN below two messages
   Quantiles interval_ms{}, latency_ms{};
 };
 ArrivalSummary summary_of(const std::deque<Arrival>& arrivals);
 
-// Frame numbers between the first and the last that never came. A number that is much lower than
-// the newest is of a new start.
+// Finds missing frame numbers between the first and the last. A number far below the newest one
+// begins a new run.
 class FrameGaps {
  public:
-  // Messages of so many frames may come interleaved.
+  // Messages of up to this many frames may be interleaved.
   static constexpr std::uint64_t kReorderWindow_frames = 24;
 
   void add(std::uint64_t frame);
-  std::uint64_t frames() const;  // different ones
+  std::uint64_t frames() const;  // number of distinct frames
   std::uint64_t missing() const;
-  // For people: "17, 40..42"; at most `max_count` of them, then "..".
+  // Missing frames such as "17, 40..42"; at most `max_count` ranges, then "..".
   std::string missing_text(std::size_t max_count) const;
 
  private:
-  using Ranges = std::map<std::uint64_t, std::uint64_t>;  // first -> last of frames that came,
-                                                          // apart from one another
-  std::vector<Ranges> runs_;                              // by start
+  // First -> last frame of each contiguous range.
+  using Ranges = std::map<std::uint64_t, std::uint64_t>;
+  std::vector<Ranges> runs_;  // in the order of their beginnings
 };
 
-// Of one topic, by writer and of all together.
+// Statistics of one topic, by writer and in total.
 class ArrivalStatistics {
  public:
-  // frame: where the message is of one.
+  // `frame`: nullopt if the message belongs to no frame.
   void add(const std::string& writer, const Arrival& arrival, std::optional<std::uint64_t> frame);
-  // Arrivals only: frames stay counted.
+  // Removes older arrivals. Their frames stay counted.
   void remove_before(std::int64_t stamp_ns);
   std::uint64_t messages() const { return all_.size(); }
-  // A table for 120 columns, and which frames are missing among those of all writers.
+  // A table for 120 columns, then the frames that are missing from all writers together.
   std::string text() const;
 
  private:

@@ -13,10 +13,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// More numbers than these are only counted: a pose and a pinhole fit, a map does not.
+// Longer sequences of numbers are abbreviated: a pose and a pinhole fit, a map does not.
 constexpr std::size_t kMaxNumericElements = 16;
 
-// Of the type, what makes its key: on its own it is laid out as a struct of these fields.
+// Reduces the type to its key fields: a serialised key has the layout of a struct of these.
 schema::Idl with_keys_only(schema::Idl idl, const std::string& type) {
   for (schema::Struct& definition : idl.structs)
     if (definition.name == type)
@@ -25,8 +25,8 @@ schema::Idl with_keys_only(schema::Idl idl, const std::string& type) {
   return idl;
 }
 
-// Cyclone DDS hands out keys as CDR 2 (DDS-XTypes 7.4.2), which lays out values of up to 4 bytes,
-// enums and strings as CDR 1 does. Of other keys the header stays, and is refused.
+// Cyclone DDS returns keys as CDR 2 (DDS-XTypes 7.4.2), which has the layout of CDR 1 for values of
+// up to 4 bytes, enums and strings. Other keys keep their header, and the decoder rejects them.
 std::vector<std::byte> as_cdr1(std::span<const std::byte> key, const schema::Struct& type) {
   constexpr std::byte big_endian_2{6}, little_endian_2{7};
   std::vector<std::byte> bytes(key.begin(), key.end());
@@ -52,7 +52,7 @@ std::string keys_of(const Json& object) {
   return base::joined(keys, ", ");
 }
 
-// A document's first line begins with "---".
+// Appends a comment to the document's first line, which begins with "---".
 std::string with_comment(const Json& value, const std::string& comment) {
   if (!value.is_structured() || value.empty()) {
     std::string text = schema::to_yaml(value);

@@ -1,4 +1,4 @@
-// Messages as text: YAML for people, lines of JSON for programs. Pure.
+// Formats messages as YAML or as lines of JSON. Independent of DDS.
 #pragma once
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -13,14 +13,14 @@
 
 namespace fivepipe::launch {
 
-// "eye_from_world.translation_m.x", "objects[2].object"
+// Path of a field, for example "eye_from_world.translation_m.x" or "objects[2].object".
 class FieldPath {
  public:
-  // Throws UsageError where it can't be one.
+  // Throws UsageError if the text is not a path.
   explicit FieldPath(const std::string& text);
   bool has_index() const;
-  // Null where an index is beyond the end. Throws UsageError, with the fields that there are, where
-  // there is no such field.
+  // Returns the field, or null if an index exceeds the sequence. Throws UsageError, which lists the
+  // existing fields, if there is no such field.
   nlohmann::ordered_json of(const nlohmann::ordered_json& message) const;
 
  private:
@@ -30,33 +30,32 @@ class FieldPath {
 
 struct TextOptions {
   bool json = false;
-  bool full = false;                              // long sequences of numbers with all their values
-  std::optional<FieldPath> field = std::nullopt;  // this one alone
+  bool full = false;                              // all values of long sequences of numbers
+  std::optional<FieldPath> field = std::nullopt;  // show only this field
 };
 
 struct ShownMessage {
   std::string topic, writer;
-  std::int64_t source_stamp_ns = 0,
-               log_stamp_ns = 0;  // log: when it was taken, here or by the recorder
-  std::optional<recording::KeyChange> key_change;  // `cdr` then holds the key alone
+  std::int64_t source_stamp_ns = 0, log_stamp_ns = 0;  // log: when the message was received
+  std::optional<recording::KeyChange> key_change;      // if set, `cdr` holds the key only
   std::span<const std::byte> cdr;
 };
 
-// Of one type.
+// Formats the messages of one type.
 class MessageFormatter {
  public:
-  // Throws schema::IdlError where `idl` has no such type.
+  // Throws schema::IdlError if `idl` does not contain the type.
   MessageFormatter(const schema::Idl& idl, const std::string& type, const TextOptions& options);
 
-  // A YAML document whose first line states source time, writer and latency, or one line of JSON. A
-  // payload that can't be decoded is told as such, with its reason. Throws UsageError as
-  // FieldPath::of().
+  // Returns a YAML document whose first line states source time, writer and latency, or one line of
+  // JSON. If the payload cannot be decoded, the text states the reason. Throws UsageError as
+  // FieldPath::of() does.
   std::string operator()(const ShownMessage& message) const;
 
  private:
   nlohmann::ordered_json decoded(const schema::Idl& idl, std::span<const std::byte> cdr) const;
 
-  schema::Idl idl_, key_idl_;  // key_idl_: the same with the type's key fields alone
+  schema::Idl idl_, key_idl_;  // key_idl_: the type has its key fields only
   std::string type_;
   TextOptions options_;
 };

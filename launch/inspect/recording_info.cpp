@@ -30,7 +30,7 @@ std::map<std::string, TopicInfo> topics_of(const recording::Recording& recording
   return topics;
 }
 
-// A writer's sequence numbers; those of one that does not count are all the same.
+// Sequence numbers of one writer. A writer that does not count sends a constant.
 struct SequenceSpan {
   std::uint32_t first_sequence = 0, last_sequence = 0;
   std::uint64_t count = 0;
@@ -73,7 +73,7 @@ std::map<std::string, std::string> metadata_of(const recording::Recording& recor
   }
 }
 
-// By "TOPIC received" and so on.
+// Parses the keys "TOPIC received", "TOPIC written" and so on.
 std::map<std::string, RecorderCounts> counts_from(
     const std::map<std::string, std::string>& values) {
   static const std::pair<std::string, std::uint64_t RecorderCounts::*> kinds[] = {

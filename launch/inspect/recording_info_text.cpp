@@ -10,7 +10,7 @@ namespace fivepipe::launch {
 namespace {
 
 constexpr std::size_t kLabelWidth = 13, kWritersWidth = 24, kLineWidth = 120;
-// Of one kind; more are only counted.
+// Maximum number of items of one kind; the rest is only counted.
 constexpr std::size_t kMaxItemsShown = 10;
 
 std::string megabytes(std::uint64_t bytes) {
@@ -21,7 +21,7 @@ std::string line(const std::string& label, const std::string& value) {
   return label + std::string(std::max(label.size() + 1, kLabelWidth) - label.size(), ' ') +
          base::printable(value) + "\n";
 }
-// The first with the label, the others below it.
+// Puts the label before the first value.
 std::string lines(const std::string& label, const std::vector<std::string>& values) {
   std::string text;
   for (std::size_t i = 0; i < std::min(values.size(), kMaxItemsShown); ++i)
@@ -31,7 +31,7 @@ std::string lines(const std::string& label, const std::vector<std::string>& valu
   return text;
 }
 
-// With commas, in as many lines as they need.
+// Joins the values by commas and wraps the lines.
 std::string wrapped(const std::string& label, const std::vector<std::string>& values) {
   std::vector<std::string> all{""};
   for (const std::string& value : values) {
@@ -117,7 +117,8 @@ std::string content_text(const RecordingInfo& info) {
                                      base::joined(chunks, ", ") + ", " + sizes);
 }
 
-// By gaps in the sequence numbers: also what the recorder lost, and what stood in damaged chunks.
+// Messages missing according to gaps in the sequence numbers: those that the recorder lost, and
+// those in damaged chunks.
 std::string missing_text(const RecordingInfo& info, std::uint64_t missing) {
   std::vector<std::string> by_topic;
   for (const TopicInfo& topic : info.topics)
@@ -127,7 +128,7 @@ std::string missing_text(const RecordingInfo& info, std::uint64_t missing) {
          wrapped("", by_topic);
 }
 
-// By one of the recorder's counts: "HullTile 3", ..
+// Lists one of the recorder's counts by topic: "HullTile 3, .."
 std::string by_topic_text(const RecordingInfo& info, std::uint64_t RecorderCounts::*counted) {
   std::vector<std::string> by_topic;
   for (const auto& [topic, count] : *info.counts)

@@ -7,7 +7,7 @@ namespace fivepipe::launch {
 namespace {
 
 constexpr std::size_t kPeersWidth = 15, kFileWritersWidth = 24, kNodeTopicsWidth = 48;
-// Of a GUID: tells apart what has no name.
+// Leading digits of a GUID that distinguish participants without a name.
 constexpr std::size_t kGuidDigits = 8;
 
 std::string name_or_guid(const std::string& name, const std::string& guid) {
@@ -49,7 +49,7 @@ std::vector<ListedTopic> topics_of(const std::vector<bus::EndpointDescription>& 
     if (endpoint.own) continue;
     ListedTopic& topic = topics[endpoint.topic];
     topic.types.insert(endpoint.type);
-    // Readers ask for less than they get; the writer's is what is on the topic.
+    // Readers request weaker QoS than they get, so the list shows that of the writers.
     if (endpoint.writes) topic.qos.insert(short_qos(endpoint.qos));
     ++(endpoint.writes
            ? topic.writers

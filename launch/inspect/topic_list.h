@@ -1,4 +1,4 @@
-// Who writes and reads what: on the bus, or in a recording. Pure.
+// Topics with their writers and readers, on the bus or in a recording. Independent of DDS.
 #pragma once
 #include <map>
 #include <set>
@@ -12,19 +12,19 @@ namespace fivepipe::launch {
 
 struct ListedTopic {
   std::string topic;
-  std::set<std::string> types, qos;             // more than one: peers don't agree
-  std::map<std::string, int> writers, readers;  // by participant: how many
-  std::uint64_t messages = 0;                   // in a recording
+  std::set<std::string> types, qos;             // more than one element: the endpoints disagree
+  std::map<std::string, int> writers, readers;  // number of endpoints by participant
+  std::uint64_t messages = 0;                   // if from a recording
 };
 
-// By name. This process's own endpoints are left out.
+// Sorted by name, without the endpoints of this process.
 std::vector<ListedTopic> topics_of(const std::vector<bus::EndpointDescription>& endpoints);
 std::vector<ListedTopic> topics_of(const recording::Recording& recording);
 
-// "reliable, last 8, latched", from what discovery or a recording tells of an endpoint.
+// Abbreviates QoS from discovery or a recording: "reliable, last 8, latched".
 std::string short_qos(const std::map<std::string, std::string>& qos);
 
-// Tables for 120 columns. Of a recording: messages instead of readers, which it does not know.
+// Tables for 120 columns. For a recording, message counts replace the readers, which it lacks.
 std::string topics_text(const std::vector<ListedTopic>& topics, bool of_recording);
 std::string nodes_text(const std::vector<ListedTopic>& topics, bool of_recording);
 

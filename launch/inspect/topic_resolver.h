@@ -1,4 +1,4 @@
-// Which topic a person means who does not want to type all of its name.
+// Resolves abbreviated topic names.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,12 +7,12 @@
 
 namespace fivepipe::launch {
 
-// In this order: the whole name; the part behind the last slash ("HullTile"); a regular expression
-// that is found in one name alone, upper and lower case alike ("hullt"). Throws UsageError where
-// none or several fit.
+// Accepts, in this order: the whole name; the part after the last slash ("HullTile"); a regular
+// expression that matches a single name, ignoring case ("hullt"). Throws UsageError if no topic or
+// several topics match.
 std::string resolve_topic(const std::string& asked, const std::vector<std::string>& topics);
 
-// Behind the last slash.
+// The part after the last slash.
 std::string base_name(const std::string& topic);
 
 }  // namespace fivepipe::launch

@@ -1,4 +1,4 @@
-// Where the messages of a topic come from, for who looks at one: a recording, or the bus.
+// Reads the messages of a topic from a recording or from the bus.
 #pragma once
 #include <filesystem>
 #include <functional>
@@ -13,32 +13,32 @@
 
 namespace fivepipe::launch {
 
-// Says on stderr where it was not finished. Throws as Recording does.
+// Reports on stderr if the recording is not finished. Throws as Recording does.
 recording::Recording opened(const std::filesystem::path& file);
 std::vector<std::string> topics_in(const recording::Recording& recording);
-// The one whose keys a channel of key states tells of, or itself. Throws recording::RecordingError
-// where there is none.
+// Returns the channel whose keys the given channel of key states describes, or the channel itself
+// if it holds messages. Throws recording::RecordingError if there is none.
 const recording::RecordedChannel& data_channel(const recording::Recording& recording,
                                                const recording::RecordedChannel& channel);
 
-// Messages and key changes of the topic from start_s to end_s after the recording's start, until
-// `each` says no. Damaged chunks are told on stderr and passed over; the exit code: 0, or 1 where
-// there were some.
+// Calls `each` for messages and key changes of the topic from start_s to end_s after the
+// recording's start, until it returns false. Reports damaged chunks on stderr and skips them.
+// Returns the exit code: 1 if there were any, else 0.
 int each_message(const recording::Recording& recording, const std::string& topic, double start_s,
                  std::optional<double> end_s,
                  const std::function<bool(const recording::RecordedMessage&)>& each);
 
-// Of those that this build can read from the bus. Throws UsageError as resolve_topic().
+// Resolves a topic of this build. Throws UsageError as resolve_topic() does.
 bus::topics::Topic live_topic(const std::string& asked);
 std::optional<recording::KeyChange> key_change_of(bus::SampleKind kind);
 
-// What a live topic's writers call themselves.
+// Names of a live topic's writers.
 class WriterNames {
  public:
-  // Both must outlive it.
+  // Both arguments must outlive this object.
   WriterNames(bus::Bus& bus, const bus::SerializedReader& reader) : bus_(bus), reader_(reader) {}
-  const std::string& of(
-      std::uint64_t writer);  // its node; the start of its participant's GUID where it has no name
+  // The writer's node; if it has no name, the first digits of its participant's GUID.
+  const std::string& of(std::uint64_t writer);
 
  private:
   bus::Bus& bus_;

@@ -55,6 +55,17 @@ inline mcap::Bytes file_bytes(const std::filesystem::path& path) {
   const mcap::ByteView bytes = std::as_bytes(std::span(text));
   return {bytes.begin(), bytes.end()};
 }
+// Truncates a finished file before its DataEnd record, so that a reader must scan it.
+inline void remove_summary(const std::filesystem::path& path) {
+  const mcap::File file(path);
+  const std::uint64_t footer_end = file.size_bytes() - mcap::kMagic.size();
+  const mcap::Buffer footer = file.read(footer_end - mcap::kFooterBytes + mcap::kRecordHeaderBytes,
+                                        mcap::kFooterBytes - mcap::kRecordHeaderBytes);
+  const std::uint64_t summary_start =
+      mcap::read_footer({footer.view(), {file.name(), footer_end}}).summary_start;
+  std::filesystem::resize_file(path, summary_start - mcap::kDataEndBytes);
+}
+
 // Into a new file: ext4 waits for the disk when one is emptied and written again.
 inline void write_file(const std::filesystem::path& path, mcap::ByteView bytes) {
   std::filesystem::remove(path);

@@ -134,8 +134,10 @@ inline std::string broken_promise(const std::filesystem::path& path,
     } catch (const mcap::McapError&) {
     }
   if (reader->is_finished()) {
+    std::filesystem::copy_file(path, scratch, std::filesystem::copy_options::overwrite_existing);
+    remove_summary(scratch);
     std::vector<OwnMessage> scanned;
-    return read_all(mcap::Reader::scanning(path), scanned);
+    return read_all(mcap::Reader(scratch), scanned);
   }
   std::filesystem::remove(scratch);
   try {

@@ -1,11 +1,12 @@
-// What fivepipe puts where in an MCAP file: docs/recording.md tells it to others.
+// How a fivepipe recording uses MCAP; docs/recording.md documents it for other readers.
 //
-//   a channel of MCAP     one writer of one topic; its metadata say which, on which node, with
-//   which QoS messages              `cdr`, to the byte as on the wire; log time: taken by the
-//   recorder; publish time: DDS's source time stamp
-//   .. of TOPIC/key_state changes of a key's state (its writer disposed it, or none is left), as
-//   KeyState attachments           the deployment's files, under deployment/ metadata `recording`
-//   versions, where from; `settings`: the deployment's; `counts`, last: by topic
+//   channel           one writer of one topic; metadata: its node, GUIDs and QoS
+//   message           `cdr`, the bytes of the wire; log time: when the recorder took it; publish
+//                     time: DDS's source timestamp
+//   TOPIC/key_state   channel of key changes (disposed, or no writer left), type KeyState
+//   attachments       the deployment's files, under deployment/
+//   metadata          `recording`: versions and machine; `settings`: the deployment's settings;
+//                     `counts`, written last: message counts by topic
 #pragma once
 #include <string>
 
@@ -16,8 +17,8 @@ inline constexpr const char* kSchemaEncoding = "omgidl";
 
 inline constexpr const char* kKeyStateSuffix = "/key_state";
 inline constexpr const char* kKeyStateType = "fivepipe::recording::KeyState";
-// key: the key's fields with 4 bytes of header, as DDS hands it out: from Cyclone DDS as CDR 2
-// (header 0x0007).
+// key: the key fields after a 4-byte header, as DDS returns them; Cyclone DDS uses CDR 2 (header
+// 0x0007).
 inline constexpr const char* kKeyStateIdl =
     "module fivepipe {\n"
     "  module recording {\n"
@@ -28,14 +29,13 @@ inline constexpr const char* kKeyStateIdl =
 
 inline constexpr const char* kRecordingMetadata = "recording";
 inline constexpr const char* kSettingsMetadata = "settings";
-// By "TOPIC received", "TOPIC written", "TOPIC lost"; where the writers told it, "TOPIC sent",
-// "TOPIC missing" (sent, and never received).
+// Keys: "TOPIC received", "TOPIC written", "TOPIC lost"; if the writers publish send counts, also
+// "TOPIC sent" and "TOPIC missing" (sent but never received).
 inline constexpr const char* kCountsMetadata = "counts";
-inline constexpr const char* kLossReasonKey =
-    "loss_reason";  // in `counts`, where anything was lost
+inline constexpr const char* kLossReasonKey = "loss_reason";  // in `counts`, if messages were lost
 
 inline constexpr const char* kDeploymentFolder = "deployment/";
-inline constexpr const char* kDeploymentFileKey =
-    "deployment_file";  // in the metadata `recording`: which of them is the deployment
+// In the metadata `recording`: which of the attachments is the deployment file.
+inline constexpr const char* kDeploymentFileKey = "deployment_file";
 
 }  // namespace fivepipe::recording

@@ -6,7 +6,7 @@
 namespace fivepipe::recording {
 namespace {
 
-// Frames remembered after they were handed out, for messages that come late.
+// Number of returned frames that are remembered, to recognise their late messages.
 constexpr std::size_t kMaxEmittedFrames = 256;
 
 }  // namespace
@@ -23,7 +23,7 @@ std::optional<FrameId> FrameIdReader::operator()(const RecordedMessage& message)
     const std::string& type_name = message.channel->type;
     const schema::Struct* type = idl.find(type_name);
     fields = fields_.emplace(message.channel->id, std::nullopt).first;
-    // A node's status tells of a frame, but is not of it: it has no capture stamp.
+    // NodeStatus names a frame but does not belong to it: it has no capture stamp.
     if (type && type->find("frame") && type->find("capture_stamp_ns"))
       fields->second.emplace(schema::FieldReader(idl, type_name, "frame"),
                              schema::FieldReader(idl, type_name, "capture_stamp_ns"));

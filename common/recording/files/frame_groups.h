@@ -1,5 +1,5 @@
-// A recording's messages frame by frame, for a replay in which each frame is waited for: recorders
-// take topic by topic, so that messages of several frames stand among one another in the file.
+// Groups a recording's messages by frame, for a replay that waits for each frame. A recorder takes
+// messages topic by topic, so messages of several frames are interleaved in the file.
 #pragma once
 #include <deque>
 #include <functional>
@@ -17,18 +17,18 @@ struct OwnedMessage {
   std::int64_t log_stamp_ns = 0, source_stamp_ns = 0;
   std::optional<KeyChange> key_change;
   std::vector<std::byte> cdr;
-  std::int64_t capture_stamp_ns = 0;  // where it is of a frame
+  std::int64_t capture_stamp_ns = 0;  // of its frame; 0 if it belongs to none
 };
 
 struct FrameGroup {
-  std::optional<std::uint64_t> frame;  // none: a message that is of no frame, alone
-  std::int64_t log_stamp_ns = 0;       // of its first message
-  std::int64_t capture_stamp_ns = 0;   // of that message, where it is of a frame
-  std::vector<OwnedMessage> messages;  // by rank of their topics, then in the file's order
+  std::optional<std::uint64_t> frame;  // nullopt: a single message that belongs to no frame
+  std::int64_t log_stamp_ns = 0;       // of the first message
+  std::int64_t capture_stamp_ns = 0;   // of the first message; 0 if it belongs to no frame
+  std::vector<OwnedMessage> messages;  // by rank of their topics, then in file order
 };
 
-// The frame that a message is of. Numbers begin again where capture_node is started anew: its time
-// tells runs apart.
+// Identifies the frame of a message. Frame numbers start again when capture_node restarts; the
+// capture stamp distinguishes the runs.
 struct FrameId {
   std::uint64_t frame = 0;
   std::int64_t capture_stamp_ns = 0;
@@ -36,8 +36,8 @@ struct FrameId {
 class FrameIdReader {
  public:
   explicit FrameIdReader(const Recording& recording) : recording_(recording) {}
-  // Nothing where its type has no frame, or states one without being of it (a node's status), and
-  // of keys' states.
+  // Returns nullopt for key changes and for types that belong to no frame: those without `frame`,
+  // and NodeStatus, which names a frame without a capture stamp.
   std::optional<FrameId> operator()(const RecordedMessage& message);
 
  private:
@@ -50,19 +50,18 @@ class FrameIdReader {
 
 class FrameGroups {
  public:
-  // A frame's messages stand in the file before the first message of the frame that comes so many
-  // after it.
+  // All messages of a frame precede the first message of the 120th following frame in the file.
   static constexpr std::size_t kReorderWindow_frames = 120;
-  // Two messages of one frame number that were captured farther apart are of two runs, [ns].
+  // Messages with one frame number whose capture stamps differ by more belong to different runs.
   static constexpr std::int64_t kMaxFrameSpan_ns = 2'000'000'000;
-
-  // rank: of a topic; what a frame needs first has the lower one. The recording must outlive it.
+  // `rank` orders topics within a frame, lowest first. The recording must outlive this object.
   FrameGroups(const Recording& recording, Recording::Cursor cursor,
               std::function<int(const std::string& topic)> rank);
 
-  // In the order of the frames' first messages. Throws mcap::McapError as Recording::Cursor does.
+  // Returns groups in the order of their first messages, nullopt at the end. Throws mcap::McapError
+  // as Recording::Cursor does.
   std::optional<FrameGroup> next();
-  // Messages whose frame had been handed out: they came as groups of their own.
+  // Number of messages whose frame had already been returned; next() returns each as its own group.
   std::uint64_t late() const { return late_; }
 
  private:

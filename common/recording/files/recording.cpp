@@ -15,7 +15,7 @@ std::string value_or_empty(const std::map<std::string, std::string>& values,
   return found == values.end() ? "" : found->second;
 }
 
-// Of a KeyState: what changed, and the key.
+// Decodes a KeyState payload: sets `key_change` and reduces `cdr` to the key.
 void read_key_state(RecordedMessage& message) {
   schema::CdrCursor cursor(message.cdr);
   message.key_change =
@@ -23,7 +23,7 @@ void read_key_state(RecordedMessage& message) {
   message.cdr = cursor.take_bytes(cursor.take_count(0));
 }
 
-// Stays inside the folder that it is put in.
+// True if the path stays inside the folder that it is appended to.
 bool is_safe(const std::filesystem::path& relative) {
   if (relative.empty() || relative.is_absolute()) return false;
   for (const auto& part : relative)
@@ -137,7 +137,7 @@ std::optional<RecordedMessage> Recording::Cursor::next() {
     if (channel->key_states) try {
         read_key_state(recorded);
       } catch (const schema::CdrFault&) {
-        continue;  // made by nobody that we know
+        continue;  // not a payload that fivepipe wrote
       }
     return recorded;
   }

@@ -1,5 +1,5 @@
-// A recording to read: the topics, their writers, and messages in the order in which they were
-// taken. Pure.
+// Reads a recording: its topics, their writers, and the messages in the order in which the recorder
+// took them. Independent of DDS.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -16,7 +16,8 @@
 
 namespace fivepipe::recording {
 
-// Not a recording of fivepipe, or not what was asked of it. The message names the file.
+// The file is not a fivepipe recording, or lacks what the caller requested. The text names the
+// file.
 struct RecordingError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -24,10 +25,9 @@ struct RecordingError : std::runtime_error {
 // One writer of one topic.
 struct RecordedChannel {
   mcap::Id id = 0;
-  std::string topic, type;  // of key states: the topic whose keys they are
+  std::string topic, type;  // for key states: the topic that the keys belong to
   bool key_states = false;
-  std::string writer,
-      node;  // GUID, and what its process calls itself; empty where it was not known
+  std::string writer, node;  // GUID and participant name; empty if unknown
   std::map<std::string, std::string> metadata;
   std::uint64_t messages = 0;
 };
@@ -35,10 +35,10 @@ struct RecordedChannel {
 struct RecordedMessage {
   const RecordedChannel* channel = nullptr;
   std::uint32_t sequence = 0;
-  std::int64_t log_stamp_ns = 0,
-               source_stamp_ns = 0;  // CLOCK_REALTIME: taken by the recorder, written by its source
-  std::optional<KeyChange> key_change;  // `cdr` then holds the key alone
-  std::span<const std::byte> cdr;       // lives until the cursor goes on
+  // CLOCK_REALTIME: when the recorder took the message, and when its source wrote it.
+  std::int64_t log_stamp_ns = 0, source_stamp_ns = 0;
+  std::optional<KeyChange> key_change;  // if set, `cdr` holds the key only
+  std::span<const std::byte> cdr;       // valid until the cursor's next call
 };
 
 class Recording {
@@ -54,23 +54,23 @@ class Recording {
   std::int64_t start_ns() const { return std::int64_t(reader_->statistics().start_ns); }
   std::int64_t end_ns() const { return std::int64_t(reader_->statistics().end_ns); }
 
-  // The type as it was when it was recorded. Throws RecordingError where its schema can't be read.
+  // The type at the time of recording. Throws RecordingError if the schema cannot be parsed.
   const schema::Idl& idl(const RecordedChannel& channel) const;
-  // For people: what differs from this build's types, of these channels; empty: nothing, they can
-  // be replayed. Types are converted nowhere yet.
+  // Messages that describe how the types of these channels differ from this build's types. Empty if
+  // they are equal, as replay requires: fivepipe does not convert between versions of a type.
   std::vector<std::string> type_differences(const std::set<mcap::Id>& channels) const;
 
-  // Values of a metadata record; empty where there is none.
+  // Values of a metadata record; empty if the file has none of that name.
   std::map<std::string, std::string> metadata(const std::string& name) const;
-  // Writes the deployment's files into the folder and gives the deployment file there. Nothing
-  // where none is attached. Throws RecordingError where an attachment's name would lead out of the
-  // folder.
+  // Writes the deployment's files into the folder and returns the path of the deployment file
+  // there, or nullopt if the recording has none. Throws RecordingError if an attachment's name
+  // leads out of the folder.
   std::optional<std::filesystem::path> extract_deployment(
       const std::filesystem::path& folder) const;
 
   class Cursor {
    public:
-    // Throws mcap::McapError where a chunk is damaged; the next call goes on behind it.
+    // Throws mcap::McapError if a chunk is damaged; the next call continues after that chunk.
     std::optional<RecordedMessage> next();
 
    private:
@@ -80,7 +80,8 @@ class Recording {
     const Recording* recording_;
     mcap::Cursor cursor_;
   };
-  // Whose log stamp is in [start_ns, end_ns], of these channels. The Recording must outlive it.
+  // Messages of these channels with a log stamp in [start_ns, end_ns]. The Recording must outlive
+  // the cursor.
   Cursor messages(std::int64_t start_ns, std::int64_t end_ns,
                   const std::set<mcap::Id>& channels) const;
   Cursor messages() const;

@@ -13,7 +13,7 @@ void append_uint32(std::vector<std::byte>& to, std::uint32_t value) {
   for (int shift = 0; shift < 32; shift += 8) to.push_back(std::byte(value >> shift));
 }
 
-// As plain CDR, little endian.
+// Plain CDR, little endian.
 std::vector<std::byte> key_state_cdr(KeyChange change, std::span<const std::byte> key) {
   std::vector<std::byte> cdr{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
   append_uint32(cdr, change == KeyChange::disposed ? 0 : 1);
@@ -85,9 +85,9 @@ void RecordingWriter::add_counted(mcap::Id channel, std::int64_t log_stamp_ns,
     ++counts.received;
     counts.bytes += payload.size();
     if (!failure_.empty() ||
-        queued_bytes_ + open_.size_bytes() + payload.size() > options_.max_queued_bytes) {
+        queue_.cost() + open_.size_bytes() + payload.size() > options_.max_queued_bytes) {
       ++counts.lost;
-      ++state.next_sequence;  // the gap is seen in the file
+      ++state.next_sequence;  // leaves a visible gap in the file
       return;
     }
   }
@@ -105,28 +105,11 @@ void RecordingWriter::tick(std::int64_t now_ns) {
 void RecordingWriter::close_chunk() {
   if (open_.empty()) return;
   const std::size_t bytes = open_.size_bytes();
-  QueuedChunk queued{open_.take(), bytes, std::exchange(open_messages_, {})};
-  {
-    const std::scoped_lock lock(mutex_);
-    queued_bytes_ += bytes;
-    queue_.push_back(std::move(queued));
-  }
-  changed_.notify_all();
+  queue_.push({open_.take(), std::exchange(open_messages_, {})}, bytes);
 }
 
 void RecordingWriter::write_until_finished() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    changed_.wait(lock, [this] { return finishing_ || !queue_.empty(); });
-    if (queue_.empty()) return;
-    QueuedChunk next = std::move(queue_.front());
-    queue_.pop_front();
-    const bool is_last = queue_.empty();
-    lock.unlock();
-    write(next, is_last);
-    lock.lock();
-    queued_bytes_ -= next.bytes;
-  }
+  while (auto next = queue_.pop()) write(*next, queue_.size() == 0);
 }
 
 void RecordingWriter::write(QueuedChunk& queued, bool is_last) {
@@ -137,7 +120,7 @@ void RecordingWriter::write(QueuedChunk& queued, bool is_last) {
     if (failure().empty()) {
       file_->write(queued.chunk);
       bytes_written_ = file_->bytes_written();
-      // A disk that lags behind is not forced for every chunk.
+      // If the disk lags behind, several chunks share one sync.
       if (options_.sync &&
           (is_last || Clock::now() - synced_ >= std::chrono::duration<double>(options_.chunk_s))) {
         file_->sync();
@@ -207,17 +190,15 @@ void RecordingWriter::finish(const std::function<bool()>& should_abort) {
   constexpr std::chrono::milliseconds kAbortPollPeriod{20};
   if (!writer_thread_.joinable()) return;
   close_chunk();
-  {
-    std::unique_lock lock(mutex_);
-    finishing_ = true;
-    changed_.notify_all();
-    while (should_abort && !queue_.empty()) {
-      if (should_abort()) {
-        aborted_ = true;
-        for (const QueuedChunk& queued : std::exchange(queue_, {})) drop(queued);
-      } else {
-        changed_.wait_for(lock, kAbortPollPeriod);
-      }
+  queue_.close();
+  while (should_abort && queue_.size() > 0) {
+    if (should_abort()) {
+      const auto dropped = queue_.clear();
+      const std::scoped_lock lock(mutex_);
+      aborted_ = true;
+      for (const QueuedChunk& queued : dropped) drop(queued);
+    } else {
+      queue_.wait_until_empty(kAbortPollPeriod);
     }
   }
   writer_thread_.join();

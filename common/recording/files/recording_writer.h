@@ -1,11 +1,10 @@
-// A recording on its way to the disk. Pure: who takes messages from the bus adds them here.
+// Writes a recording to the disk. Independent of DDS: the recorder passes messages to add().
 #pragma once
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <deque>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -13,82 +12,82 @@
 #include <string>
 #include <thread>
 
+#include "common/base/bounded_queue.h"
 #include "common/recording/mcap/file_writer.h"
 #include "common/recording/mcap/format/chunk_builder.h"
 
 namespace fivepipe::recording {
 
-// What changed of a key, where it is no message.
+// How the state of a key changed without a message.
 enum class KeyChange { disposed, unregistered };
 
 struct WriterOptions {
   mcap::Compression compression = mcap::Compression::lz4;
-  std::size_t chunk_bytes = std::size_t(2) << 20;  // a chunk is closed at this size,
-  double chunk_s = 0.5;  // or at this age, and is on the disk soon after: what a crash may cost
-  bool sync = true;      // .. on the disk itself; else with the kernel: a power cut costs more
-  std::size_t max_queued_bytes = std::size_t(256) << 20;  // for the disk; more is lost, and counted
+  // A chunk is closed at this size or at this age, then written: a crash costs at most that much.
+  std::size_t chunk_bytes = std::size_t(2) << 20;
+  double chunk_s = 0.5;
+  bool sync = true;  // force chunks to the disk; otherwise a power cut may cost more
+  std::size_t max_queued_bytes = std::size_t(256) << 20;  // messages beyond this are lost
 };
 
 struct TopicCounts {
-  std::uint64_t received = 0, lost = 0,
-                bytes =
-                    0;  // lost: received, but the disk did not keep up; bytes: of payload received
-  std::uint64_t written = 0;  // are in the file
-  std::uint64_t
-      sent = 0,
-      missing = 0;  // as far as its writers told: what they sent, and what of it was never received
+  // lost: received, but not written; bytes: received payload.
+  std::uint64_t received = 0, lost = 0, bytes = 0;
+  std::uint64_t written = 0;
+  // According to the send counts of the topic's writers; missing: sent, but never received.
+  std::uint64_t sent = 0, missing = 0;
 };
 
-// One thread calls; compressing and writing go on in another. A full disk, or one that fails, ends
-// the writing, not the process: what comes then is lost and counted, and what was written stays
+// One thread calls the member functions; a second thread compresses and writes. If the disk is full
+// or fails, the process continues: later messages are counted as lost, and what was written stays
 // readable.
 class RecordingWriter {
  public:
-  // Throws std::system_error where the file can't be made.
+  // Throws std::system_error if the file cannot be created.
   RecordingWriter(const std::filesystem::path& file, const std::string& library,
                   const WriterOptions& options);
-  ~RecordingWriter();  // finishes
+  ~RecordingWriter();  // calls finish()
   RecordingWriter(const RecordingWriter&) = delete;
   RecordingWriter& operator=(const RecordingWriter&) = delete;
 
   void attach(mcap::Attachment attachment);
   void add(mcap::Metadata metadata);
 
-  // One writer of a topic. `schema`: self-contained IDL of its type.
+  // Adds one writer of a topic. `schema` is the self-contained IDL of its type.
   mcap::Id add_channel(const std::string& topic, const std::string& type, const std::string& schema,
                        const std::map<std::string, std::string>& metadata);
-  // Stamps: CLOCK_REALTIME [ns]. The payload is copied.
+  // Stamps are CLOCK_REALTIME. Copies the payload.
   void add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
            std::span<const std::byte> cdr);
   void add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
            KeyChange change, std::span<const std::byte> key_cdr);
-  // To be called now and then: closes a chunk that has become old.
+  // Closes a chunk that has reached its maximum age. Call it several times per chunk_s.
   void tick(std::int64_t now_ns);
 
-  // By topic; `written` is the disk's count so far.
+  // By topic; `written` counts what the writing thread has finished so far.
   std::map<std::string, TopicCounts> counts() const;
   std::uint64_t bytes_written() const { return bytes_written_; }
-  // Why the disk takes no more; empty while it does.
+  // Why the disk accepts no more data; empty while it does.
   std::string failure() const;
-  // Why messages were lost that were received; empty: none were.
+  // Why received messages were lost; empty if none were.
   std::string loss_reason() const;
 
-  // As the topic's writers count; goes into the file with the other counts.
+  // Adds send counts of the topic's writers. finish() stores them with the other counts.
   void add_sent(const std::string& topic, std::uint64_t sent, std::uint64_t missing);
-  // Waits for the disk, writes the counts and the summary, and closes the file. Nothing may be
-  // added after it. What still waits when `should_abort` first says so is lost, and counted.
+  // Waits for the disk, writes the counts and the summary and closes the file. No message may be
+  // added afterwards. When `should_abort` first returns true, the queued chunks are dropped and
+  // counted as lost.
   void finish(const std::function<bool()>& should_abort = {});
 
  private:
   struct QueuedChunk {
     mcap::Chunk chunk;
-    std::size_t bytes;
     std::map<mcap::Id, std::uint64_t> messages;
   };
   struct ChannelState {
     std::string topic;
     std::uint32_t next_sequence = 0;
-    std::optional<mcap::Id> key_states;  // the channel that tells of its keys
+    std::optional<mcap::Id> key_states;  // the channel of the topic's key changes
     std::map<std::string, std::string> metadata;
   };
   void add_counted(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
@@ -107,19 +106,19 @@ class RecordingWriter {
   std::map<std::string, mcap::Id> schemas_;
   std::map<mcap::Id, ChannelState> channels_;
 
-  mutable std::mutex mutex_;  // of what follows
-  std::condition_variable changed_;
-  std::deque<QueuedChunk> queue_;
-  std::size_t queued_bytes_ = 0;
+  mutable std::mutex mutex_;  // guards the members up to aborted_
   std::map<std::string, TopicCounts> counts_;
   std::map<mcap::Id, std::string> topic_of_channel_;
   std::string failure_;
-  bool finishing_ = false, aborted_ = false;
+  bool aborted_ = false;
 
-  std::mutex file_mutex_;  // of the file
+  std::mutex file_mutex_;  // guards file_ and synced_
   std::optional<mcap::FileWriter> file_;
   std::chrono::steady_clock::time_point synced_{};
   std::atomic<std::uint64_t> bytes_written_{0};
+  // Its cost is the size of uncompressed chunks. It has no limit of its own: add_counted() enforces
+  // max_queued_bytes, which includes the open chunk.
+  base::BoundedQueue<QueuedChunk> queue_{std::numeric_limits<std::size_t>::max()};
   std::thread writer_thread_;
 };
 

@@ -55,8 +55,8 @@ void AppendFile::append(ByteView bytes) {
   try {
     write_all(bytes, size_bytes_);
   } catch (const std::system_error&) {
-    // What was written of it would look like a damaged file's end. If it can't be cut off, the next
-    // append() overwrites it, and readers skip it.
+    // Remove the bytes that were written: a reader would take them for a damaged end. If ftruncate
+    // fails, the next append() overwrites them and readers skip them.
     [[maybe_unused]] const int cut = ftruncate(file_, off_t(size_bytes_));
     throw;
   }
@@ -68,8 +68,8 @@ void AppendFile::sync() {
   int result;
   while ((result = fdatasync(file_)) != 0 && errno == EINTR) {
   }
-  if (result != 0 && errno != EINVAL && errno != EROFS)
-    fail("can't be written to the disk");  // those two: a device or pipe that has none
+  // EINVAL and EROFS mean that the file (a device or a pipe) cannot be synchronised.
+  if (result != 0 && errno != EINVAL && errno != EROFS) fail("can't be written to the disk");
 }
 
 void AppendFile::overwrite(std::uint64_t byte, std::byte value) {

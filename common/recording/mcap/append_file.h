@@ -1,5 +1,5 @@
-// A file that grows by whole pieces: each is with the kernel when append() returns, or is not in
-// the file.
+// An append-only file. Each append() is atomic for readers: when it returns, the kernel has all of
+// the bytes; when it throws, the file has none of them.
 #pragma once
 #include <filesystem>
 
@@ -9,29 +9,30 @@ namespace fivepipe::mcap {
 
 class AppendFile {
  public:
-  // Both throw std::system_error that names the file. create() empties a file that is there;
-  // reopen() cuts it after `size_bytes`, which is at most its size.
+  // create() truncates an existing file. reopen() truncates the file to `size_bytes`, which must
+  // not exceed its size. Both throw std::system_error, which names the file.
   static AppendFile create(const std::filesystem::path& path);
   static AppendFile reopen(const std::filesystem::path& path, std::uint64_t size_bytes);
   AppendFile(AppendFile&& other) noexcept;
   AppendFile& operator=(AppendFile&&) = delete;
   ~AppendFile();
 
-  // std::system_error (a full disk): the file ends where it ended before.
+  // Throws std::system_error, for example if the disk is full; the file then keeps its previous
+  // end.
   void append(ByteView bytes);
-  // What was appended outlives a power cut when it returns. std::system_error where the disk
-  // failed.
+  // Returns when all appended bytes are on the disk and survive a power cut. Throws
+  // std::system_error if the disk fails.
   void sync();
   void overwrite(std::uint64_t byte, std::byte value);
   std::uint64_t size_bytes() const { return size_bytes_; }
-  std::uint32_t crc() const {
-    return crc_;
-  }                                         // of everything that was appended; reopen() starts anew
-  std::uint32_t crc_of_whole_file() const;  // reads it
+  // CRC-32 of the bytes that were appended since create() or reopen().
+  std::uint32_t crc() const { return crc_; }
+  // Reads the file to compute it.
+  std::uint32_t crc_of_whole_file() const;
 
  private:
   AppendFile(std::filesystem::path path, int flags);
-  [[noreturn]] void fail(const char* what) const;  // with errno
+  [[noreturn]] void fail(const char* what) const;  // throws std::system_error with errno
   void write_all(ByteView bytes, std::uint64_t at) const;
 
   std::filesystem::path path_;

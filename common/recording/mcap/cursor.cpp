@@ -11,11 +11,11 @@ namespace fivepipe::mcap {
 struct Cursor::OpenChunk {
   Buffer records;
   std::uint64_t offset = 0;                 // of the chunk, in the file
-  std::vector<MessageIndexEntry> messages;  // wanted ones, by stamp
+  std::vector<MessageIndexEntry> messages;  // the wanted ones, by stamp
   std::size_t next = 0;
 
   auto order() const { return std::tuple(messages[next].log_stamp_ns, offset); }
-  // A heap's first is its greatest.
+  // std::push_heap keeps the greatest element first, so `later` inverts the order.
   static bool later(const std::unique_ptr<OpenChunk>& a, const std::unique_ptr<OpenChunk>& b) {
     return a->order() > b->order();
   }
@@ -38,7 +38,6 @@ Cursor::Cursor(std::shared_ptr<const File> file, const std::vector<ChunkIndex>& 
   });
 }
 Cursor::Cursor(Cursor&&) noexcept = default;
-Cursor& Cursor::operator=(Cursor&&) noexcept = default;
 Cursor::~Cursor() = default;
 
 void Cursor::open(const ChunkIndex& chunk) {
@@ -53,7 +52,7 @@ void Cursor::open(const ChunkIndex& chunk) {
   while (const auto record = records.next()) {
     if (record->op != Op::message) continue;
     const Message message = read_message({record->content, location});
-    // Else messages would come out of order.
+    // Otherwise messages would be returned out of order.
     if (message.log_stamp_ns < chunk.start_ns || message.log_stamp_ns > chunk.end_ns)
       location.fail("a chunk's messages are of another time than it says");
     if (wanted_[message.channel] && message.log_stamp_ns >= start_ns_ &&
@@ -83,7 +82,7 @@ void Cursor::advance() {
 
 std::optional<Message> Cursor::next() {
   advance();
-  // A chunk that starts with or before the next message may hold one that goes in front of it.
+  // A chunk that starts at or before the stamp of the next message may hold an earlier message.
   while (!pending_.empty() &&
          (open_.empty() || pending_.back().start_ns <= std::get<0>(open_.front()->order()))) {
     const ChunkIndex chunk = std::move(pending_.back());

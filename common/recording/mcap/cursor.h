@@ -1,4 +1,4 @@
-// The messages of a file, one after the other, in the order of their log stamps.
+// Iterates over the messages of a file in the order of their log stamps.
 #pragma once
 #include <memory>
 #include <optional>
@@ -8,33 +8,32 @@
 
 namespace fivepipe::mcap {
 
-// Messages of one stamp come in the order of the file. Holds one decompressed chunk, and as many as
-// overlap it in time. Outlives its Reader.
+// Messages with the same stamp keep their file order. Holds the current chunk and the chunks that
+// overlap it in time, decompressed. A Cursor may outlive its Reader.
 class Cursor {
  public:
-  // `wanted[id]`: the channels whose messages are given; of the others' chunks nothing is read.
+  // `wanted[id]` selects the channels to return. Chunks without a wanted channel are not read.
   Cursor(std::shared_ptr<const File> file, const std::vector<ChunkIndex>& chunks,
          std::uint64_t start_ns, std::uint64_t end_ns, std::vector<bool> wanted);
   Cursor(Cursor&&) noexcept;
-  Cursor& operator=(Cursor&&) noexcept;
   ~Cursor();
 
-  // The payload lives until the next call. McapError: the next chunk is damaged, or more than
-  // kMaxOpenBytes of chunks overlap in time; a call after that goes on behind this chunk.
+  // The payload is valid until the next call. Throws McapError if the next chunk is damaged, or if
+  // the chunks that overlap in time exceed kMaxOpenBytes; the following call skips that chunk.
   std::optional<Message> next();
   static constexpr std::uint64_t kMaxOpenBytes = std::uint64_t(2) << 30;
 
  private:
   struct OpenChunk;
   void open(const ChunkIndex& chunk);
-  void advance();  // past the message given last
+  void advance();  // past the message returned last
 
   std::shared_ptr<const File> file_;
-  std::vector<ChunkIndex> pending_;  // by start, the last first
+  std::vector<ChunkIndex> pending_;  // in descending order of start: the next chunk is at the back
   std::uint64_t start_ns_, end_ns_;
   std::vector<bool> wanted_;
-  std::vector<std::unique_ptr<OpenChunk>> open_;  // a heap: the next message's chunk first
-  std::unique_ptr<OpenChunk> current_;            // of the message given last
+  std::vector<std::unique_ptr<OpenChunk>> open_;  // a heap; the chunk of the next message is first
+  std::unique_ptr<OpenChunk> current_;            // of the message returned last
   std::uint64_t open_bytes_ = 0;
 };
 

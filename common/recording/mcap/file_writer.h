@@ -1,4 +1,8 @@
-// The second half of writing: chunks, attachments and metadata to a file (https://mcap.dev/spec).
+// Second stage of writing: stores chunks, attachments and metadata in a file. The first stage is
+// format/chunk_builder.h.
+//
+// fivepipe has its own MCAP code because the reference library has neither an append that survives
+// a crash or a full disk, nor repair of unfinished files.
 #pragma once
 #include <filesystem>
 
@@ -8,24 +12,25 @@
 
 namespace fivepipe::mcap {
 
-// Everything that a call wrote is with the kernel when it returns: a process that is killed loses
-// nothing of it. Each call may throw std::system_error that names the file (a full disk): the file
-// then ends where it ended before the call, and is still good to write to. Without finish() the
-// file is left as a killed process leaves it; recover.h mends it.
+// When a call returns, the kernel has everything it wrote, so killing the process loses none of it.
+// Each call may throw std::system_error, which names the file, for example if the disk is full. The
+// file then ends where it ended before the call, and later calls may succeed. A file without
+// finish() looks like that of a killed process; recover.h repairs it.
 class FileWriter {
  public:
-  // Empties a file that is there.
+  // Truncates an existing file.
   FileWriter(const std::filesystem::path& path, Compression compression, std::string_view library,
              std::string_view profile = "");
 
-  // All chunks of one file come from one ChunkBuilder; one without messages is not written.
-  // std::length_error: above kMaxChunkBytes, which no reader here would read.
+  // All chunks of a file must come from one ChunkBuilder. A chunk without messages is not written.
+  // Throws std::length_error above kMaxChunkBytes, which this library refuses to read.
   void write(const Chunk& chunk);
   void attach(const Attachment& attachment);
   void add(const Metadata& metadata);
-  // What was written so far outlives a power cut too. std::system_error where the disk failed.
+  // Returns when everything written so far is on the disk. Throws std::system_error if the disk
+  // fails.
   void sync() { file_.sync(); }
-  // Writes the summary; nothing may be written after it.
+  // Writes the summary. No other call may follow.
   void finish();
   std::uint64_t bytes_written() const { return file_.size_bytes(); }
 
@@ -33,7 +38,7 @@ class FileWriter {
   AppendFile file_;
   Compression compression_;
   Summary summary_;
-  Bytes record_;  // kept for its memory
+  Bytes record_;  // scratch memory, reused
 };
 
 }  // namespace fivepipe::mcap

@@ -7,7 +7,7 @@ namespace fivepipe::mcap {
 
 namespace {
 
-// A library's name and version, with its profile, are shorter.
+// A header holds a profile and the name and version of a library, which are far shorter.
 constexpr std::uint64_t kMaxHeaderBytes = 1 << 20;
 
 Header header_of(const File& file) {
@@ -26,30 +26,23 @@ Header header_of(const File& file) {
     std::string profile = texts.text();
     return {std::move(profile), texts.text()};
   } catch (const McapError&) {
-    return {};  // messages are read without it
+    return {};  // the header is not needed to read messages
   }
 }
 
 }  // namespace
 
-Reader::Reader(const std::filesystem::path& path) : Reader(path, false) {}
-Reader Reader::scanning(const std::filesystem::path& path) { return {path, true}; }
-
-Reader::Reader(const std::filesystem::path& path, bool scans)
-    : file_(std::make_shared<const File>(path)) {
+Reader::Reader(const std::filesystem::path& path) : file_(std::make_shared<const File>(path)) {
   check_magic(*file_);
   header_ = header_of(*file_);
-  std::string why_not;
   try {
     summary_ = read_summary(*file_);
   } catch (const McapError& error) {
-    why_not = error.what();
+    Scan found = scan(*file_);
+    summary_ = std::move(found.summary);
+    damage_ = std::move(found.damage);
+    damage_.summary = error.what();
   }
-  if (!scans && why_not.empty()) return;
-  Scan found = scan(*file_);
-  summary_ = std::move(found.summary);
-  damage_ = std::move(found.damage);
-  damage_.summary = std::move(why_not);
 }
 
 Buffer Reader::content_of_record(std::uint64_t byte, std::uint64_t length_bytes, Op op) const {

@@ -10,7 +10,7 @@ namespace fivepipe::mcap {
 
 namespace {
 
-// McapError if the file can't be mended.
+// Throws McapError if the file cannot be repaired.
 Scan scan_recoverable(const File& file) {
   Scan found = scan(file);
   const auto& chunks = found.summary.chunks;
@@ -20,7 +20,7 @@ Scan scan_recoverable(const File& file) {
   return found;
 }
 
-// An index stands right behind its chunk: one that is not the file's last is moved there.
+// A message index must follow its chunk directly, so every chunk but the last is moved to the end.
 void add_message_indexes(AppendFile& to, const File& from, std::vector<ChunkIndex>& chunks) {
   for (ChunkIndex& chunk : chunks) {
     if (!chunk.message_index_offsets.empty()) continue;

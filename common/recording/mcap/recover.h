@@ -1,5 +1,5 @@
-// Mends files that were not finished (process killed, power cut, disk full), so that readers which
-// need the summary read them.
+// Repairs unfinished files (process killed, power cut, disk full) so that readers that need a
+// summary can read them.
 #pragma once
 #include <filesystem>
 
@@ -8,19 +8,19 @@
 namespace fivepipe::mcap {
 
 struct Recovery {
-  bool was_finished = false;  // then nothing was done
-  Statistics statistics;      // of the mended file
+  bool was_finished = false;  // the file needed no repair and was not changed
+  Statistics statistics;      // of the repaired file
   Damage damage;
 };
 
-// Cuts the file after its last whole record, sets damaged records aside (their opcode becomes a
-// private one, which readers skip; their bytes stay), moves chunks whose message index is damaged
-// to the end, with a new one, and writes the summary. Interrupted, it can be called again, but may
-// then leave a chunk that it moved twice. McapError: the file does not begin as an MCAP file, or
-// has messages outside of chunks, which no summary finds. std::system_error: it can't be read or
-// written.
+// Repairs the file in place: truncates it after the last complete record; quarantines damaged
+// records (sets their opcode to a private one, which readers skip, and keeps their bytes); moves
+// chunks with a damaged message index to the end, with a new index; writes the summary. If the
+// process is killed meanwhile, recover() may be called again, but may then leave a moved chunk
+// twice. Throws McapError if the file is not an MCAP file, or has messages outside of chunks, which
+// a summary cannot index; std::system_error if the file cannot be read or written.
 Recovery recover(const std::filesystem::path& path);
-// A copy of it, which replaces what is there; `from` is left as it is.
+// Repairs a copy and leaves `from` unchanged. Overwrites an existing `to`.
 Recovery recover(const std::filesystem::path& from, const std::filesystem::path& to);
 
 }  // namespace fivepipe::mcap

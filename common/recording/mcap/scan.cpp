@@ -8,7 +8,7 @@
 namespace fivepipe::mcap {
 namespace {
 
-// Loose records are gathered to pieces that are read at once, as chunks are.
+// Consecutive unchunked records are merged into one entry up to this size, which is read at once.
 constexpr std::uint64_t kMaxUnchunkedBytes = 16 << 20;
 
 bool same_entries(ByteView record, std::span<const MessageIndexEntry> entries) {
@@ -18,7 +18,7 @@ bool same_entries(ByteView record, std::span<const MessageIndexEntry> entries) {
          std::equal(expected.begin(), expected.end(), record.begin() + std::ptrdiff_t(head_bytes));
 }
 
-// One of the same id is another.
+// True if both maps hold an id with different values.
 template <typename T>
 bool differ(const std::map<Id, T>& some, const std::map<Id, T>& others) {
   return std::any_of(some.begin(), some.end(), [&](const auto& one) {
@@ -40,7 +40,7 @@ class Scanner {
       at += length_bytes;
     }
     end_chunk();
-    // Nothing good stands behind the last chunk's piece of an index.
+    // An incomplete index after the last chunk is not worth keeping.
     if (unindexed_until_ == scan_.damage.intact_bytes)
       scan_.damage.intact_bytes =
           scan_.summary.chunks.back().offset + scan_.summary.chunks.back().length_bytes;
@@ -50,7 +50,7 @@ class Scanner {
   }
 
  private:
-  // The length of the whole record that stands there; 0 where none of the data section does.
+  // Length of the complete record at `at`; 0 if the data section or the file ends there.
   std::uint64_t record_at(std::uint64_t at) {
     if (file_.size_bytes() - at < kRecordHeaderBytes) return 0;
     const Buffer head = file_.read(at, kRecordHeaderBytes);
@@ -75,7 +75,7 @@ class Scanner {
         case Op::message_index: take_message_index(at, length_bytes); break;
         case Op::attachment: take_attachment(at, length_bytes); break;
         case Op::metadata: take_metadata(at, length_bytes); break;
-        default: break;  // unknown, or set aside
+        default: break;  // unknown, or quarantined
       }
     } catch (const McapError& error) {
       ++scan_.damage.damaged_records;
@@ -85,13 +85,13 @@ class Scanner {
       damaged_ = true;
       return;
     }
-    // Index records behind a damaged chunk are worth as little as it is.
+    // Message index records after a damaged chunk are useless.
     if (op_ == Op::message_index && damaged_) return;
     damaged_ = false;
     scan_.damage.intact_bytes = at + length_bytes;
   }
 
-  // Adds what was read without an error, or nothing.
+  // Adds all of the content, or throws and adds nothing.
   void add(ChunkContent content, ChunkIndex index, const FileOffset& location) {
     Summary& summary = scan_.summary;
     if (differ(content.schemas, summary.schemas))
@@ -135,7 +135,7 @@ class Scanner {
     index_missing_.erase(entries);
   }
 
-  // An index that does not tell of all messages is none.
+  // Discards an index that does not cover all messages of its chunk.
   void end_chunk() {
     if (index_missing_.empty()) return;
     scan_.summary.chunks.back().message_index_offsets.clear();
@@ -194,11 +194,11 @@ class Scanner {
   const File& file_;
   Scan scan_;
   Op op_ = Op(0);
-  MessageIndex index_missing_;  // of the chunk just read
-  std::uint64_t unindexed_until_ =
-      0;  // where the records that belong to the last chunk without a whole index end
-  bool damaged_ = false;                // the record just read, other than a message index
-  bool unchunked_has_message_ = false;  // the piece of unchunked records at the end of the list
+  MessageIndex index_missing_;  // entries of the last chunk whose index record has not appeared yet
+  // End of the index records of the last chunk whose index is incomplete.
+  std::uint64_t unindexed_until_ = 0;
+  bool damaged_ = false;                // the last record that is not a message index
+  bool unchunked_has_message_ = false;  // the entry of unchunked records at the end of the list
 };
 
 }  // namespace
@@ -218,7 +218,7 @@ ChunkContent content_of(ByteView records, const FileOffset& location) {
       location.fail("a chunk has more schemas and channels than is sensible");
     if (record->op == Op::schema) {
       auto [id, schema] = read_schema(fields);
-      if (id == 0) continue;  // the specification: invalid, to be ignored
+      if (id == 0) continue;  // the specification declares id 0 invalid: ignore it
       const auto [found, is_new] = content.schemas.try_emplace(id, schema);
       if (!is_new && found->second != schema)
         location.fail("a schema differs from an earlier one of the same id");

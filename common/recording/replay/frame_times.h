@@ -1,4 +1,4 @@
-// When what happened to a replayed frame. All times CLOCK_REALTIME [ns].
+// Times of a replayed frame, all CLOCK_REALTIME.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -7,7 +7,7 @@
 
 namespace fivepipe::replay {
 
-// Of its sending: its first message, the first of those that set off work, and the last.
+// When the replayer sent a frame: its first message, the first that triggers work, and the last.
 struct SendTimes {
   std::int64_t start_ns = 0, release_ns = 0, end_ns = 0;
 };
@@ -22,9 +22,9 @@ struct FrameAtNode {
 };
 struct FrameTimes {
   std::uint64_t frame = 0;
-  SendTimes sent;                  // its recorded inputs
-  std::int64_t composited_ns = 0;  // as FrameComposited tells; 0: no rendering node is measured
-  std::int64_t composite_received_ns = 0;  // when that message was here
+  SendTimes sent;                          // its recorded inputs
+  std::int64_t composited_ns = 0;          // from FrameComposited; 0: no rendering node is measured
+  std::int64_t composite_received_ns = 0;  // when FrameComposited arrived
   std::map<std::string, FrameAtNode> nodes;
 };
 

@@ -18,7 +18,8 @@ std::size_t messages_of(const recording::FrameGroup& group, const char* topic) {
                                    }));
 }
 
-// Maps of one frame number that were captured too far apart are no set (common/frames/frame_sets).
+// Maps with one frame number that were captured too far apart form no frame set
+// (frames::FrameSets).
 bool has_one_capture_stamp(const recording::FrameGroup& group) {
   const recording::OwnedMessage* first = nullptr;
   for (const recording::OwnedMessage& message : group.messages) {
@@ -50,8 +51,8 @@ void InFlightTracker::reset() {
 
 bool InFlightTracker::is_complete_for(const ReplayedNode& node,
                                       const recording::FrameGroup& group) const {
-  // Tiles that are not replayed are made by the reconstruction nodes beside it, of the frames that
-  // are complete for them.
+  // If tiles are not replayed, reconstruction nodes make them, for the frames that are complete for
+  // those nodes.
   if (node.program == "render_node" && replayed_.contains(bus::topics::HullTile::name)) {
     const auto tile = std::find_if(group.messages.begin(), group.messages.end(),
                                    [](const recording::OwnedMessage& m) {

@@ -1,5 +1,5 @@
-// The nodes that a lossless replay feeds: which frames they have and have not handled yet, as their
-// FrameTraces tell.
+// Tracks which frames each node of a lossless replay has received but not yet handled, according to
+// its FrameTraces.
 #pragma once
 #include <chrono>
 #include <functional>
@@ -16,23 +16,24 @@ namespace fivepipe::replay {
 
 class InFlightTracker {
  public:
-  // replayed: the topics that are. Borrows the recording. Without nodes in the plan, or where it is
-  // not lossless, traces are not read: nodes make them for readers only.
+  // `replayed` lists the replayed topics. The recording must outlive this object. Reads FrameTraces
+  // only if the plan is lossless and names nodes: nodes publish them only if somebody reads them.
   InFlightTracker(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan,
                   std::set<std::string> replayed);
 
-  void reset();  // what was told and counted before is forgotten
-  // The frame is about to be sent: nodes for which it is complete will handle it.
+  void reset();  // discards all traces and counts
+  // Call before sending the frame. Counts it for the nodes that will handle it: those for which it
+  // is complete.
   void expect(const recording::FrameGroup& group);
   void take_traces();
 
-  bool is_waited_for(std::uint64_t frame) const;  // by one node at least
-  std::size_t max_open_frames() const;            // frames that the node with most has
-  // For people: which node with more than so many frames has told nothing for the plan's longest
-  // wait, and where it is; empty: none.
+  bool is_waited_for(std::uint64_t frame) const;  // by at least one node
+  std::size_t max_open_frames() const;            // maximum over all nodes
+  // Describes a node with more than `max_in_flight` open frames and no FrameTrace for the plan's
+  // timeout. Empty if there is none.
   std::string stalled(std::size_t max_in_flight) const;
 
-  // By node: frames complete for it, and those that it has handled.
+  // By node: frames that are complete for it, and frames that it has handled.
   const std::map<std::string, std::uint64_t>& expected() const { return expected_; }
   const std::map<std::string, std::uint64_t>& handled() const { return handled_; }
 
@@ -41,7 +42,7 @@ class InFlightTracker {
  private:
   using Clock = std::chrono::steady_clock;
   struct Progress {
-    std::set<std::uint64_t> open;  // sent, complete, and not handled yet
+    std::set<std::uint64_t> open;  // sent and complete, but not handled yet
     Clock::time_point last_trace{};
   };
   bool is_complete_for(const ReplayedNode& node, const recording::FrameGroup& group) const;

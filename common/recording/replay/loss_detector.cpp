@@ -5,11 +5,11 @@
 namespace fivepipe::replay {
 namespace {
 
-// Between a node's counting what it sent and the stamp of the status that tells it (latencies are
-// sorted in between). What it sent in that time is in neither count: as much as this may stay
-// unnoticed, once, of a process that ran before.
+// Maximum time from a node's reading its send counts to the timestamp of the NodeStatus that
+// contains them (the node sorts latencies in between). For a process that ran before the recorder,
+// messages sent in this time are in neither count, so that many losses may go unnoticed, once.
 constexpr std::int64_t kStatusLatency_ns = 100'000'000;
-// Statuses come twice a second.
+// Nodes publish their status twice per second.
 constexpr std::int64_t kMaxSilence_ns = 2'000'000'000;
 
 }  // namespace
@@ -30,7 +30,7 @@ void LossDetector::add_status(const SentStatus& status) {
   process->second.sent = status.sent;
   if (status.start_stamp_ns >= start_stamp_ns_) {
     if (!node.compares && node.processes.size() > 1)
-      begin(node, status.start_stamp_ns);  // the one before told only once
+      begin(node, status.start_stamp_ns);  // the previous process sent only one status
     node.compares = true;
   } else if (is_new) {
     process->second.sent_before = status.sent;

@@ -1,5 +1,5 @@
-// What nodes say they sent against what came here: how a recorder finds out that it missed
-// something. Pure.
+// Compares the send counts of nodes with the messages that were received, to detect losses between
+// node and recorder. Independent of DDS.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -10,37 +10,38 @@
 
 namespace fivepipe::replay {
 
-// Stamps: CLOCK_REALTIME [ns].
+// Stamps are CLOCK_REALTIME.
 struct SentStatus {
   std::string node;
-  std::int64_t start_stamp_ns;                // of the process: tells it from one before it
-  std::int64_t source_stamp_ns;               // when the status was written
+  std::int64_t start_stamp_ns;   // start of the process; distinguishes it from its predecessor
+  std::int64_t source_stamp_ns;  // when the status was written
   std::map<std::string, std::uint64_t> sent;  // messages since the start, by topic
   bool final_report = false;
 };
 
-// One topic of a node, all its processes together, from where they could be compared.
+// One topic of a node, summed over its processes, since the comparison began.
 struct SentByNode {
   std::string node, topic;
   std::uint64_t sent = 0, received = 0;
   std::uint64_t missing() const { return sent > received ? sent - received : 0; }
 };
 
-// A process that started later than the tally is compared from its start. One that ran before is
-// compared from its second status on, when all readers know it, by its messages' source stamps:
-// what was on its way does not disturb.
+// A process that started after the detector is compared from its start. One that ran before is
+// compared from its second status on, when all readers are matched; messages are assigned by their
+// source stamps, so messages in transit do not disturb.
 class LossDetector {
  public:
   explicit LossDetector(std::int64_t start_stamp_ns) : start_stamp_ns_(start_stamp_ns) {}
 
   void received(const std::string& node, const std::string& topic, std::int64_t source_stamp_ns);
-  // Statuses older than the tally are a replay's, of what others sent once: not regarded.
+  // Ignores statuses older than the detector: a replay sends them, with the counts of an earlier
+  // run.
   void add_status(const SentStatus& status);
 
-  // A node's count is as old as its last status: it never tells too much.
+  // A node's count is as old as its last status, so `missing` is never too high.
   std::vector<SentByNode> compared() const;
-  // Something came from these, but they told nothing to compare it with, or only once, or nothing
-  // of late, though none of them ended in order.
+  // Nodes whose messages were received but whose send counts are missing, arrived only once, or are
+  // too old although no process of the node exited cleanly.
   std::set<std::string> unverified_nodes(std::int64_t now_ns) const;
 
  private:
@@ -49,12 +50,13 @@ class LossDetector {
   };
   struct Node {
     SentStatus newest;
-    bool compares = false;  // `received` stands against what its processes sent
-    std::int64_t from_ns = std::numeric_limits<std::int64_t>::min();  // counts what was sent later
-    std::map<std::int64_t, Process> processes;                        // by their start
+    bool compares = false;  // `received` is comparable with the processes' send counts
+    // Only messages sent at or after this time are counted.
+    std::int64_t from_ns = std::numeric_limits<std::int64_t>::min();
+    std::map<std::int64_t, Process> processes;  // by their start
     std::map<std::string, std::uint64_t> received;
-    std::map<std::string, std::vector<std::int64_t>>
-        stamps;  // between its first and its second status, where it ran before
+    // For a process that ran before: stamps between its first and its second status.
+    std::map<std::string, std::vector<std::int64_t>> stamps;
   };
   static void begin(Node& node, std::int64_t from_ns);
 

@@ -1,4 +1,4 @@
-// What each program reads from the bus. A test holds it against what running nodes read.
+// Topics that each program reads and writes. A test compares them with those of running nodes.
 #pragma once
 #include <set>
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace fivepipe::replay {
 
-// Topic names; none for a program that is not known.
+// Names of the topics that the program reads; empty for an unknown program.
 inline std::set<std::string> inputs_of(const std::string& program) {
   using namespace bus::topics;
   if (program == "capture_node") return {TileCosts::name, FrameComposited::name};
@@ -22,7 +22,7 @@ inline std::set<std::string> inputs_of(const std::string& program) {
   return {};
 }
 
-// And what it makes of them.
+// Names of the topics that the program writes, without NodeStatus and FrameTrace.
 inline std::set<std::string> outputs_of(const std::string& program) {
   using namespace bus::topics;
   if (program == "capture_node")
@@ -35,7 +35,8 @@ inline std::set<std::string> outputs_of(const std::string& program) {
   return {};
 }
 
-// What of a frame the program waits for before it works: it must come after all else of the frame.
+// True for the topics whose messages start the work on a frame; a frame's other messages must
+// arrive before them.
 inline bool triggers_work(const std::string& topic) {
   return topic == bus::topics::ObjectPixelMap::name || topic == bus::topics::HullTile::name;
 }

@@ -38,7 +38,7 @@ RecordedDeployment::RecordedDeployment(const recording::Recording& recording,
 }
 
 RecordedDeployment::~RecordedDeployment() {
-  std::error_code ignored;  // a folder left in /tmp is no reason to fail
+  std::error_code ignored;  // a folder left behind in the temporary directory is no failure
   std::filesystem::remove_all(folder_, ignored);
 }
 

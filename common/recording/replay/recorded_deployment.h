@@ -1,4 +1,4 @@
-// The deployment that a recording carries, put into a folder of its own for as long as this lives.
+// Extracts the deployment of a recording into a temporary folder and loads it.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -11,8 +11,8 @@ namespace fivepipe::replay {
 
 class RecordedDeployment {
  public:
-  // `changes` go over the settings that it was recorded with. Throws recording::RecordingError
-  // where none is attached, ConfigError where it can't be loaded.
+  // `changes` override the recorded settings. Throws recording::RecordingError if the recording has
+  // no deployment, ConfigError if it cannot be loaded.
   RecordedDeployment(const recording::Recording& recording,
                      const std::map<std::string, std::string>& changes);
   ~RecordedDeployment();  // removes the folder

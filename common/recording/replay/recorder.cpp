@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The deepest folder that holds all of them.
+// The deepest folder that contains all files.
 fs::path common_folder(const std::vector<fs::path>& files) {
   fs::path common = fs::absolute(files.front()).lexically_normal().parent_path();
   for (const fs::path& file : files) {
@@ -167,7 +167,7 @@ std::vector<SentByNode> Recorder::compared() const {
     const bool is_recorded = std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
       return sent.topic == source->topic.name;
     });
-    // A status is always one behind.
+    // A NodeStatus counts only the statuses before it, so that topic would always differ by one.
     if (is_recorded && sent.topic != bus::topics::NodeStatus::name) all.push_back(sent);
   }
   return all;

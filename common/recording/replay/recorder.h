@@ -1,4 +1,4 @@
-// Takes messages from the bus into a recording.
+// Records messages from the bus.
 #pragma once
 #include <map>
 #include <memory>
@@ -13,14 +13,14 @@
 
 namespace fivepipe::replay {
 
-// What `fivepipe record` calls itself on the bus, unless it is told otherwise.
+// Default name of `fivepipe record` on the bus.
 inline constexpr const char* kRecorderName = "recorder";
 
-// Why a recording is not to be written there without --force; empty: nothing is there.
+// Why the file must not be overwritten without --force; empty if it does not exist.
 std::string refusal_to_overwrite(const std::filesystem::path& file);
 
-// Versions, deployment with its files, and settings, in front of all messages. `deployment` may be
-// null: then there are no files.
+// Writes versions, the deployment with its files, and the settings; call it before the first
+// message. If `deployment` is null, writes the versions only.
 void write_header(recording::RecordingWriter& recording, const config::Deployment* deployment,
                   const std::map<std::string, std::string>& settings, std::uint32_t domain);
 
@@ -29,20 +29,20 @@ class Recorder {
   Recorder(bus::Bus& bus, recording::RecordingWriter& recording,
            const std::vector<bus::topics::Topic>& topics);
 
-  // Everything that has arrived, into the recording; to be called often. What this process itself
-  // publishes is left out.
+  // Moves all received messages into the recording, except those of this process. Call it often:
+  // the readers' queues are bounded.
   void take();
-  // By node and topic that is recorded: what was sent and what came. To be asked after the last
-  // take().
+  // Sent and received messages by node and recorded topic. Call it after the last take().
   std::vector<SentByNode> compared() const;
-  // Whoever wrote something, but told nothing of what it sent, or nothing of late.
+  // Nodes whose messages were recorded but whose recent send counts are missing.
   std::set<std::string> unverified_nodes() const;
 
  private:
   struct Source {
     bus::SerializedReader reader;
     bus::topics::Topic topic;
-    std::map<std::uint64_t, std::optional<mcap::Id>> channel_of_writer;  // none: our own
+    // By writer; nullopt for a writer of this process.
+    std::map<std::uint64_t, std::optional<mcap::Id>> channel_of_writer;
     std::map<mcap::Id, std::string> node_of_channel;
   };
   std::optional<mcap::Id> channel(Source& source, std::uint64_t writer);
@@ -54,8 +54,8 @@ class Recorder {
   recording::RecordingWriter& recording_;
   std::vector<std::unique_ptr<Source>> sources_;
   bus::Reader<bus::topics::NodeStatus> statuses_;
-  std::map<std::string, std::string>
-      node_of_participant_;  // by GUID: a process that is gone has left its name
+  // By GUID; remembers the names of processes that have ended.
+  std::map<std::string, std::string> node_of_participant_;
   LossDetector loss_detector_;
 };
 

@@ -1,4 +1,4 @@
-// What a replay sends, to whom, and how fast.
+// What a replay sends, to which nodes, and how fast.
 #pragma once
 #include <chrono>
 #include <optional>
@@ -10,40 +10,45 @@
 
 namespace fivepipe::replay {
 
-// Somebody whose inputs are replayed.
+// A node that receives replayed inputs.
 struct ReplayedNode {
   std::string name, program;
 };
 
-// How a frame's messages are sent to nodes that are waited for.
+// In which order a lossless replay sends the messages of a frame to the nodes.
 enum class SendOrder {
-  inputs_first,  // what a frame needs has arrived before what sets off work on it: the same output
-                 // on every run
-  pipelined,     // and, as fast as it goes, is sent while the nodes still work on the frame before
-  as_captured,   // one after the other without waiting, as capture_node does
+  // Messages that trigger work are sent after the nodes have all other messages of the frame, so
+  // every run has the same output.
+  inputs_first,
+  // Like inputs_first; at an unlimited rate, the other messages of the next frame are sent while
+  // the
+  // nodes still work on the current one.
+  pipelined,
+  // One after the other without waiting, as capture_node does.
+  as_captured,
 };
 
 struct ReplayPlan {
   std::set<mcap::Id> channels;  // of the recording
-  std::int64_t start_ns = 0,
-               end_ns =
-                   0;  // log stamps, both included; what is latched before the start is sent first
-  double rate = 1;     // 1: as recorded; 0: as fast as it goes
-  // Writers block until their readers have everything, and each frame's messages go out together,
-  // in the order in which they are needed.
+  // Log stamps, both included. Latched messages before the start are sent first.
+  std::int64_t start_ns = 0, end_ns = 0;
+  double rate = 1;  // 1: as recorded; 0: unlimited
+  // Writers block until their readers have everything, and the messages of a frame are sent
+  // together, in the order in which the nodes need them.
   bool lossless = false;
-  // Lossless: at most so many frames are with these nodes at a time. A frame has left a node when
-  // its FrameTrace says so.
+  // If lossless: at most `frames_in_flight` frames are at these nodes. A node has handled a frame
+  // when it publishes the frame's FrameTrace.
   std::vector<ReplayedNode> nodes;
   int frames_in_flight = 2;
   SendOrder order = SendOrder::inputs_first;
-  std::size_t shape_cameras = 0;  // maps that make a frame set, of nodes that wait for sets
-  std::chrono::milliseconds timeout{
-      5000};  // for a reader, or for a node to handle a frame; then it ends: it is lossless no more
+  std::size_t shape_cameras = 0;  // maps per frame set, for nodes that wait for complete sets
+  // Maximum wait for a reader, or for a node to handle a frame. Then the replay ends, as it is no
+  // longer lossless.
+  std::chrono::milliseconds timeout{5000};
 };
 
-// Sets the plan's start and end, given in seconds after the recording's start. Throws UsageError
-// where nothing is recorded between them.
+// Sets the plan's time range, given in seconds after the recording's start. Throws UsageError if
+// the range contains no messages.
 void set_range(ReplayPlan& plan, const recording::Recording& recording, double start_s,
                std::optional<double> end_s);
 

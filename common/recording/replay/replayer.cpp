@@ -19,13 +19,13 @@ using recording::KeyChange;
 using recording::OwnedMessage;
 using recording::RecordedChannel;
 
-// The caller is asked so often.
+// Period of the calls of `control`.
 constexpr auto kPollPeriod = 50ms;
-// A node that waits for news has looked at what it got by then.
+// Within this time a waiting node wakes up and takes its received messages.
 constexpr auto kNodeResetTime = 100ms;
-// Frames that no node waits for, one after the other: fewer than a reader holds.
+// Maximum number of consecutive frames that no node waits for; less than a reader's queue holds.
 constexpr int kMaxIncomplete = 4;
-// For frames under way when a replay is ended by its user.
+// For frames in flight when the user ends a replay.
 constexpr auto kLastFramesTimeout = 1s;
 
 const bus::topics::Topic* topic_named(const std::string& name) {
@@ -51,7 +51,7 @@ bus::SampleKind kind_of(std::optional<recording::KeyChange> change) {
                                                    : bus::SampleKind::unregistered;
 }
 
-// Goes on behind damaged chunks, and counts them.
+// Skips damaged chunks and counts them.
 std::optional<recording::RecordedMessage> next_readable(recording::Recording::Cursor& cursor,
                                                         std::uint64_t& damaged) {
   for (;;) try {
@@ -135,8 +135,8 @@ void Replayer::announce() {
   message.rate = plan_.rate;
   session_.write(message);
   session_.wait_for_delivery(plan_.timeout);
-  std::this_thread::sleep_for(
-      kNodeResetTime);  // before the first frame: nodes begin anew when they look
+  // Nodes discard their state when they take the session, which must precede the first frame.
+  std::this_thread::sleep_for(kNodeResetTime);
 }
 
 void Replayer::run(const std::function<ReplayControl()>& control) {
@@ -174,7 +174,7 @@ void Replayer::send_latched_before_start() {
           ->write({bus::SampleKind::data, 0, message->source_stamp_ns, message->cdr});
 }
 
-// False: the caller wants an end.
+// Returns false if the caller requests a stop.
 bool Replayer::may_continue(const std::function<ReplayControl()>& control) {
   last_control_ = control();
   pending_steps_ += last_control_ == ReplayControl::step;
@@ -182,7 +182,8 @@ bool Replayer::may_continue(const std::function<ReplayControl()>& control) {
   return !stopped_;
 }
 
-// is_step: a paused replay is stepped by what begins now; the rest goes along with the next step.
+// `is_step`: a message that consumes one step of a paused replay; other messages follow the step
+// without consuming another.
 bool Replayer::wait_until(std::int64_t log_stamp_ns, bool is_step,
                           const std::function<ReplayControl()>& control) {
   const auto due = [&] {
@@ -195,7 +196,7 @@ bool Replayer::wait_until(std::int64_t log_stamp_ns, bool is_step,
     if (is_paused() && pending_steps_ > 0) {
       was_step_ = true;
       pending_steps_ -= is_step;
-      if (plan_.rate > 0) wall_zero_ += Clock::now() - due();  // time goes on from here
+      if (plan_.rate > 0) wall_zero_ += Clock::now() - due();  // time continues from this message
       return true;
     }
     if (!is_paused() && (plan_.rate <= 0 || Clock::now() >= due())) return true;
@@ -234,7 +235,8 @@ void Replayer::send_in_file_order(const std::function<ReplayControl()>& control)
       newest = frame->frame;
       ++counts_.frames;
     }
-    // A step is a frame, what stands before it, and everything up to the next one's beginning.
+    // A step contains one frame, the messages before it, and those up to the next frame's
+    // beginning.
     if (!steps || (begins_frame && step_has_frame)) {
       if (!wait_until(message->log_stamp_ns, true, control)) return;
       steps = was_step_;
@@ -257,7 +259,7 @@ void Replayer::send_frames(const std::function<ReplayControl()>& control) {
     if (!wait_until(group->log_stamp_ns, group->frame.has_value(), control)) return;
     if (group->frame && sends_ahead && !needed_is_sent) send_needed(*group);
     if (group->frame && !wait_for_nodes(std::size_t(plan_.frames_in_flight) - 1, control)) return;
-    // What is of no frame takes effect between two frames, and always between the same two.
+    // A message of no frame takes effect between two frames, and between the same two in every run.
     if (!group->frame && !is_latched(*group->messages.front().channel) &&
         !wait_for_nodes(0, control))
       return;
@@ -272,8 +274,8 @@ void Replayer::send_frames(const std::function<ReplayControl()>& control) {
   counts_.damaged = ahead.damaged();
 }
 
-// Nobody tells of frames that are not complete: they must not push others out of the nodes'
-// readers.
+// No node publishes a FrameTrace for an incomplete frame. Waits now and then, so that incomplete
+// frames do not push complete ones out of the nodes' reader queues.
 void Replayer::pace_incomplete(const recording::FrameGroup& group) {
   consecutive_incomplete_ =
       !group.frame || nodes_.is_waited_for(*group.frame) ? 0 : consecutive_incomplete_ + 1;
@@ -315,7 +317,7 @@ void Replayer::wait_for_in_flight() {
     bus_.wait(kPollPeriod);
 }
 
-// Until each node has at most so many frames.
+// Waits until each node has at most `max_in_flight` frames.
 bool Replayer::wait_for_nodes(std::size_t max_in_flight,
                               const std::function<ReplayControl()>& control) {
   for (;;) {

@@ -1,5 +1,5 @@
-// Sends a recording's messages again: verbatim, by as many writers as there were, with their source
-// time stamps.
+// Replays a recording: sends its messages unchanged, with their source timestamps, from as many
+// writers as were recorded.
 #pragma once
 #include <chrono>
 #include <functional>
@@ -21,36 +21,36 @@ namespace fivepipe::replay {
 struct ReplayCounts {
   std::map<std::string, std::uint64_t> in_file, sent;  // by topic
   std::uint64_t frames = 0;                            // sent
-  std::map<std::string, std::uint64_t> expected,
-      handled;                // by node: frames complete for it, and those that it has handled
-  std::uint64_t late = 0;     // messages that stand too far from their frame in the file
-  std::uint64_t damaged = 0;  // chunks of the file that could not be read
-  double seconds = 0;         // from the first message to the last one handled
-  // Everything in the file arrived, and was handled: at least one frame.
+  // By node: frames that are complete for it, and frames that it has handled.
+  std::map<std::string, std::uint64_t> expected, handled;
+  std::uint64_t late = 0;     // messages too far behind their frame in the file
+  std::uint64_t damaged = 0;  // chunks that could not be read
+  double seconds = 0;         // from sending the first message to handling the last one
+  // Everything in the file was sent and handled, including at least one frame if nodes are named.
   bool complete() const {
     return in_file == sent && expected == handled && late == 0 && damaged == 0 &&
            (expected.empty() || frames > 0);
   }
 };
 
-// What the caller wants next.
+// The caller's request.
 enum class ReplayControl { resume, pause, step, stop };
 
 class Replayer {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // Makes the writers. Throws recording::RecordingError where types differ from this build's.
+  // Creates the writers. Throws recording::RecordingError if types differ from this build's.
   Replayer(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan);
 
-  // For people: who else writes what this replay would; empty: nobody that is known yet.
+  // Messages that name other writers of the replayed topics, as far as discovery knows them.
   std::vector<std::string> conflicts() const;
-  // For people: which reader is not there yet; empty: all that are expected. Without nodes:
-  // somebody that reads any of it.
+  // Describes an expected reader that has not been discovered; empty if all have. If the plan names
+  // no nodes, expects at least one reader of any topic.
   std::string missing_reader() const;
 
-  // Announces the session, sends everything that is due, waits for the nodes. `control` is asked at
-  // least ten times a second. May be called again, from the start.
+  // Announces the session, sends all messages and waits for the nodes. Calls `control` at least ten
+  // times per second. Further calls start again from the beginning.
   void run(const std::function<ReplayControl()>& control);
   const ReplayCounts& counts() const { return counts_; }
 
@@ -84,12 +84,13 @@ class Replayer {
   const recording::Recording& recording_;
   ReplayPlan plan_;
   bus::Writer<bus::topics::ReplaySession> session_;
-  std::map<std::string, std::unique_ptr<bus::SerializedWriter>>
-      writers_;  // by topic and recorded writer
+  // By topic and recorded writer.
+  std::map<std::string, std::unique_ptr<bus::SerializedWriter>> writers_;
   std::map<mcap::Id, bus::SerializedWriter*> writer_of_;
   InFlightTracker nodes_;
-  std::set<bus::SerializedWriter*> not_acknowledged_;  // of what the next frame needs
-  std::int64_t send_start_ns_ = 0;                     // of that frame
+  // Writers of messages that the next frame needs and that are not yet acknowledged.
+  std::set<bus::SerializedWriter*> not_acknowledged_;
+  std::int64_t send_start_ns_ = 0;  // of the next frame
   ReplayCounts counts_;
   Clock::time_point counts_started_{}, wall_zero_{};
   std::int64_t log_zero_ns_ = 0;

@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What finals of DDS are padded to at their end.
+// DDS pads a payload to a multiple of 4 bytes.
 constexpr std::size_t kMaxPadding = 3;
 
 class Decoder {
@@ -45,7 +45,7 @@ class Decoder {
     return text;
   }
 
-  // The path is left as it is where something throws: it tells the location_text.
+  // Leaves path_ unchanged when it throws: path_text() then names the field.
   Json members(const Struct& type, CdrCursor& from) {
     Json object = Json::object();
     for (const Member& member : type.members) {

@@ -1,5 +1,8 @@
-// Payloads of plain CDR (XCDR1, both byte orders, with their 4-byte header) by the types that stand
-// with them.
+// Decodes payloads of plain CDR (XCDR1, both byte orders, with the 4-byte header) by types that are
+// known only at run time.
+//
+// fivepipe decodes payloads itself because generated code knows only the types of its own build,
+// while a recording carries the types that it was made with.
 #pragma once
 #include <cstddef>
 #include <limits>
@@ -14,41 +17,41 @@
 
 namespace fivepipe::schema {
 
-// "eye_from_world.translation_m.x at byte 40: 8 bytes needed, 3 left".
+// For example "eye_from_world.translation_m.x at byte 40: 8 bytes needed, 3 left".
 struct CdrError : std::runtime_error {
   CdrError(std::string field_path, std::size_t byte_offset, const std::string& what);
   std::string field;   // "objects[2].object"; empty: the message as a whole
-  std::size_t offset;  // bytes from the start of the payload, its header included
+  std::size_t offset;  // bytes from the start of the payload, including its header
 };
 
 struct DecodeOptions {
-  // Longer sequences and arrays of numbers are only counted, for people: {"sequence<octet>":
-  // 44123}.
+  // Longer sequences and arrays of numbers are replaced by their type and length:
+  // {"sequence<octet>": 44123}.
   std::size_t max_numeric_elements = std::numeric_limits<std::size_t>::max();
-  // JSON text has neither NaN nor infinity: as "NaN", "Infinity" and "-Infinity". Otherwise they
-  // stay numbers of the value returned.
+  // Returns "NaN", "Infinity" and "-Infinity" as strings, because JSON text has no such numbers.
+  // Otherwise returns them as numbers.
   bool non_finite_as_text = false;
 };
 
-// Fields in the type's order; enums by name, 64-bit integers exact, char as a string of one byte.
-// Throws CdrError where the payload is too short, or longer by more than its padding (3 bytes), a
-// length is absurd or beyond its bound, a string is not closed, a boolean or an enum has no such
-// value; IdlError where there is no such type. Takes time and memory in proportion to the payload.
+// Returns the fields in the type's order; enums by name, 64-bit integers exactly, char as a string
+// of one byte. Throws CdrError if the payload is too short, or too long by more than its padding (3
+// bytes); if a length is impossible or exceeds its bound; if a string is not terminated; if a
+// boolean or an enum has an undefined value. Throws IdlError if the type does not exist. Takes time
+// and memory proportional to the payload.
 nlohmann::ordered_json decode(const Idl& idl, std::string_view scoped_name,
                               std::span<const std::byte> payload,
                               const DecodeOptions& options = {});
 
-// One field of the top-level struct, without building what stands before it. Keeps what it needs of
-// the types.
+// Reads one field of a top-level struct without decoding the fields before it.
 class FieldReader {
  public:
   using Value =
       std::variant<bool, std::int64_t, std::uint64_t, std::string>;  // string: also enums, by name
 
-  // Throws IdlError where there is no such type or field, or it is neither an integer, boolean,
-  // string nor enum.
+  // Throws IdlError if the type or the field does not exist, or the field is not an integer,
+  // boolean, string or enum.
   FieldReader(Idl idl, std::string_view scoped_name, std::string_view field);
-  // Nothing where the payload is damaged up to there; behind the field it is not looked at.
+  // Returns nullopt if the payload is damaged before the field's end; ignores the bytes after it.
   std::optional<Value> read(std::span<const std::byte> payload) const;
 
  private:

@@ -1,5 +1,6 @@
-// Walks a payload of plain CDR (XCDR1; DDS-RTPS 10.5, DDS-XTypes 7.4.1): a header of 4 bytes states
-// the byte order, every primitive is aligned to its size from behind the header on.
+// Reads a payload of plain CDR (XCDR1; DDS-RTPS 10.5, DDS-XTypes 7.4.1) from front to back. A
+// 4-byte header states the byte order; each primitive is aligned to its size, counted from the
+// header's end.
 #pragma once
 #include <bit>
 #include <cstring>
@@ -13,11 +14,11 @@
 namespace fivepipe::schema {
 
 struct CdrFault {
-  std::size_t offset;  // bytes from the start of the payload, its header included
+  std::size_t offset;  // bytes from the start of the payload, including its header
   std::string what;
 };
 
-// Throws CdrFault where the payload does not hold what is asked for. The payload must outlive it.
+// Throws CdrFault if the payload does not hold the requested value. The payload must outlive it.
 class CdrCursor {
  public:
   explicit CdrCursor(std::span<const std::byte> payload) : payload_(payload) {
@@ -43,7 +44,7 @@ class CdrCursor {
     return swaps_ ? swapped(value) : value;
   }
 
-  // The alignment's padding may be cut off with what would follow it.
+  // Throws if the payload ends before the aligned position.
   void align(std::size_t to_bytes) {
     const std::size_t aligned =
         kHeaderBytes + ((at_ - kHeaderBytes + to_bytes - 1) & ~(to_bytes - 1));
@@ -66,7 +67,7 @@ class CdrCursor {
     at_ += std::size_t(count) * value_bytes;
   }
 
-  // Without its closing zero.
+  // Returns the string without its terminating zero.
   std::string_view take_string(std::uint32_t bound) {
     const std::size_t start = at_;
     const auto length = take<std::uint32_t>();
@@ -83,7 +84,8 @@ class CdrCursor {
     return text;
   }
 
-  // Elements are counted: each takes a byte at least.
+  // Returns a sequence's length. Each element takes at least one byte, so a length beyond the
+  // remaining bytes is a fault.
   std::uint32_t take_count(std::uint32_t bound) {
     const std::size_t start = at_;
     const auto count = take<std::uint32_t>();

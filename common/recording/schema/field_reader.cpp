@@ -45,7 +45,7 @@ FieldReader::Value value(const Idl& idl, const Type& type, CdrCursor& from) {
     case Kind::uint64: return from.take<std::uint64_t>();
     case Kind::string: return std::string(from.take_string(type.bound));
     case Kind::enumeration: return from.take_enumerator(idl.enums[type.definition]);
-    default: return {};  // refused by the constructor
+    default: return {};  // rejected by the constructor
   }
 }
 

@@ -25,7 +25,7 @@ std::string dimensions_text(const Member& member) {
   return text;
 }
 
-// What a self-contained text holds, each definition once, in order of need; writes it.
+// Writes self-contained IDL text: each definition once, after those that it needs.
 class TextWriter {
  public:
   explicit TextWriter(const Idl& idl) : idl_(idl) {}
@@ -96,7 +96,7 @@ class Comparison {
   Comparison(const Idl& a, const Idl& b) : a_(a), b_(b) {}
 
   std::string of(const Struct& a, const Struct& b, const std::string& path) {
-    // A type used in many places is compared once.
+    // Compares a type that is used in many places only once.
     if (!compared_.emplace(&a, &b).second) return "";
     for (std::size_t i = 0; i < std::max(a.members.size(), b.members.size()); ++i) {
       if (i >= a.members.size()) return "field " + path + b.members[i].name + " is missing";
@@ -115,8 +115,8 @@ class Comparison {
         x != y)
       return field + ": " + x + " instead of " + y;
     if (a.is_key != b.is_key) return field + (a.is_key ? " is a key" : " is no key");
-    const Type &x = innermost(a.type),
-               &y = innermost(b.type);  // of one kind and name: their texts are equal
+    // Both have the same kind and name, because their texts are equal.
+    const Type &x = innermost(a.type), &y = innermost(b.type);
     if (x.kind == Kind::structure && y.kind == Kind::structure)
       return of(a_.structs[x.definition], b_.structs[y.definition], path + a.name + ".");
     if (x.kind == Kind::enumeration && y.kind == Kind::enumeration)
@@ -198,8 +198,8 @@ std::string type_text(const Idl& idl, const Type& type, std::string_view module)
   }
   std::string inner = type_text(idl, type.element[0], module);
   if (type.bound) return "sequence<" + inner + ", " + std::to_string(type.bound) + ">";
-  return "sequence<" + inner +
-         (inner.back() == '>' ? " >" : ">");  // ">>" is a sign of its own to some readers
+  // Some parsers read ">>" as one token.
+  return "sequence<" + inner + (inner.back() == '>' ? " >" : ">");
 }
 
 std::string self_contained(const Idl& idl, std::string_view scoped_name) {
@@ -210,10 +210,6 @@ std::string self_contained(const Idl& idl, std::string_view scoped_name) {
 
 std::string difference(const Idl& a, const Idl& b, std::string_view scoped_name) {
   return Comparison(a, b).of(a.at(scoped_name), b.at(scoped_name), "");
-}
-
-bool same_type(const Idl& a, const Idl& b, std::string_view scoped_name) {
-  return difference(a, b, scoped_name).empty();
 }
 
 }  // namespace fivepipe::schema

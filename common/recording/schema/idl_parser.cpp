@@ -1,4 +1,4 @@
-// Recursive descent over the subset that idl.h names; grammar: OMG IDL 4.2, section 7.4.1.
+// Recursive-descent parser for the subset that idl.h states; grammar: OMG IDL 4.2, section 7.4.1.
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -9,16 +9,15 @@
 namespace fivepipe::schema {
 namespace {
 
-// Far more than types need, and little enough that hostile text costs neither stack nor much
-// memory.
-constexpr std::size_t kMaxTextBytes = 1 << 20;  // bytes
-constexpr std::size_t kMaxModuleLength =
-    512;  // characters of the modules around a definition, which each of its names repeats
-constexpr std::size_t kMaxStructDepth = 64;   // structs and sequences inside one another
-constexpr std::size_t kMaxSequenceDepth = 8;  // sequences of sequences
+// Limits far above those of real types, which bound the stack and memory that hostile text takes.
+constexpr std::size_t kMaxTextBytes = 1 << 20;
+// Characters of the enclosing modules' names, which the name of each definition repeats.
+constexpr std::size_t kMaxModuleLength = 512;
+constexpr std::size_t kMaxStructDepth = 64;   // nesting of structs and sequences
+constexpr std::size_t kMaxSequenceDepth = 8;  // nesting of sequences
 constexpr std::size_t kMaxDimensions = 8;
 constexpr std::uint64_t kMaxElements =
-    0xffffffff;  // of an array: what a length on the wire could say as well
+    0xffffffff;  // of an array: the limit of a length on the wire
 
 bool is_reserved(std::string_view name) {
   static const std::set<std::string_view> reserved = {
@@ -53,7 +52,7 @@ class Parser {
  private:
   struct Named {
     Kind kind;
-    std::size_t definition, depth;  // depth: of structs and sequences inside one another
+    std::size_t definition, depth;  // depth: nesting of structs and sequences
   };
 
   void definition() {
@@ -72,7 +71,7 @@ class Parser {
     tokens_.expect(";");
   }
 
-  // Those that are there; all but the allowed ones are refused.
+  // Returns the annotations that are present; rejects those that are not allowed.
   std::set<std::string_view> annotations(const std::set<std::string_view>& allowed) {
     std::set<std::string_view> found;
     while (tokens_.take_if("@")) {
@@ -157,7 +156,7 @@ class Parser {
     idl_.structs.push_back(std::move(result));
   }
 
-  // One line of a struct; returns the depth of its type.
+  // Parses one declaration of a struct and returns the nesting depth of its type.
   std::size_t members(Struct& into, std::set<std::string_view>& seen) {
     const bool is_key = annotations({"key"}).contains("key");
     std::size_t depth = 0;
@@ -246,7 +245,7 @@ class Parser {
     const Token begin = first ? *first : tokens_.expect_name("a type");
     std::string name(begin.text);
     while (tokens_.take_if("::")) name += "::" + std::string(tokens_.expect_name("a type").text);
-    // From the innermost module outwards.
+    // Searches from the innermost module outwards.
     for (std::size_t modules = from_outside ? 0 : modules_.size();; --modules) {
       std::string full;
       for (std::size_t i = 0; i < modules; ++i) full += std::string(modules_[i]) + "::";

@@ -5,7 +5,7 @@
 namespace fivepipe::schema {
 namespace {
 
-// Longer names than any tool writes; keeps what a scoped name costs bounded.
+// Longer than any real name; bounds the memory of scoped names.
 constexpr std::size_t kMaxNameLength = 256;
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
@@ -119,7 +119,7 @@ Token Tokens::expect_name(const char* what) {
 std::uint32_t Tokens::expect_positive(const char* what) {
   std::uint32_t number = 0;
   const char* end = next_.text.data() + next_.text.size();
-  // Octal numbers are not read: 010 would mean 8.
+  // Octal numbers are rejected: 010 would mean 8.
   const bool is_read = next_.kind == Token::Kind::number && next_.text[0] != '0';
   if (!is_read || std::from_chars(next_.text.data(), end, number).ptr != end || number == 0)
     throw_error_at(next_, "expected " + std::string(what) +

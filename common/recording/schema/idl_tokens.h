@@ -1,4 +1,4 @@
-// IDL text as tokens, each with its place.
+// Splits IDL text into tokens with line and column.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -11,20 +11,20 @@ namespace fivepipe::schema {
 struct Token {
   enum class Kind { identifier, number, sign, end };
   Kind kind = Kind::end;
-  std::string_view text;  // of the source
+  std::string_view text;  // part of the source text
   std::size_t line = 1, column = 1;
 };
 
 [[noreturn]] void throw_error_at(const Token& at, const std::string& what);  // throws IdlError
 std::string quoted(const Token& token);  // "'struct'", "the end of the text"
 
-// The text must outlive it.
+// The text must outlive this object.
 class Tokens {
  public:
   explicit Tokens(std::string_view text);
   const Token& next() const { return next_; }
   Token take();
-  bool take_if(std::string_view text);  // takes the next where it reads so
+  bool take_if(std::string_view text);  // takes the next token if it equals `text`
   void expect(std::string_view text);
   Token expect_name(const char* what);
   std::uint32_t expect_positive(const char* what);

@@ -1,4 +1,4 @@
-// The message types of this build: idl/fivepipe.idl, embedded when it was compiled.
+// The message types of this build: idl/fivepipe.idl, embedded at compile time.
 #pragma once
 #include <string>
 #include <string_view>
@@ -7,8 +7,8 @@
 
 namespace fivepipe::schema {
 
-const Idl& fivepipe_idl();                                  // parsed once
-std::string fivepipe_schema(std::string_view scoped_name);  // "fivepipe::v1::HullTile": its
-                                                            // self-contained IDL; throws IdlError
+const Idl& fivepipe_idl();  // parsed at the first call
+// Self-contained IDL of a type such as "fivepipe::v1::HullTile". Throws IdlError.
+std::string fivepipe_schema(std::string_view scoped_name);
 
 }  // namespace fivepipe::schema

@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What YAML reads as text without quotes.
+// True if YAML reads the unquoted text as a string.
 bool is_plain(const std::string& text) {
   static const std::set<std::string> read_otherwise = {"true", "false", "null", "yes",
                                                        "no",   "on",    "off"};
@@ -47,7 +47,7 @@ std::string on_one_line(const Json& value) {
 
 void write(const Json& value, std::size_t indent, std::string& text) {
   for (const auto& [key, inner] : value.items()) {
-    // The first line of what follows "- " has its indent already.
+    // The line that starts with "- " is already indented.
     if (text.back() == '\n') text += std::string(indent, ' ');
     text += value.is_object() ? scalar(key) + ":" : "-";
     if (is_flat(inner)) {

@@ -54,7 +54,8 @@ TEST_P(McapRoundTrip, StatisticsMatchContent) {
   for (const test::OwnMessage& message : recording.messages)
     ++expected.channel_messages[message.channel];
   EXPECT_EQ(reader.statistics(), expected);
-  EXPECT_EQ(Reader::scanning(path_).statistics(), expected);
+  test::remove_summary(path_);
+  EXPECT_EQ(Reader(path_).statistics(), expected) << "found by a scan";
 }
 
 TEST_P(McapRoundTrip, UnfinishedFileIsReadAndRepaired) {

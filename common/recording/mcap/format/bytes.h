@@ -1,5 +1,4 @@
-// Little-endian fields of records: appended to bytes, taken from bytes. Nothing is read beyond the
-// end.
+// Appends and reads the little-endian fields of MCAP records, with bounds checks.
 #pragma once
 #include <bit>
 #include <concepts>
@@ -17,8 +16,8 @@ static_assert(std::endian::native == std::endian::little,
 using Bytes = std::vector<std::byte>;
 using ByteView = std::span<const std::byte>;
 
-// Memory that is not zeroed first, as it is filled at once: a length that a damaged file claims
-// costs no pages.
+// Uninitialised memory, to be filled at once: a huge length in a damaged file then costs no pages
+// until they are written.
 class Buffer {
  public:
   Buffer() = default;
@@ -39,19 +38,19 @@ void append(Bytes& to, T value) {
   to.resize(at + sizeof(T));
   std::memcpy(to.data() + at, &value, sizeof(T));
 }
-// With its length in front. Throws std::length_error above 4 GiB, which no record can hold.
+// Appends the length before the content. Throws std::length_error above 4 GiB, the limit of the
+// length field.
 void append(Bytes& to, std::string_view text);
 void append(Bytes& to, const std::map<std::string, std::string>& map);
 
-// Where in which file something was read: what stands inside a chunk has the chunk's byte.
+// File name and byte offset for error messages. Records inside a chunk have the chunk's offset.
 struct FileOffset {
   std::string_view file;
   std::uint64_t byte = 0;
-  [[noreturn]] void fail(std::string_view what) const;  // McapError
+  [[noreturn]] void fail(std::string_view what) const;  // throws McapError
 };
 
-// Takes fields off the front of a record's content. A field that goes beyond the end is an
-// McapError.
+// Reads fields from the front of a record's content. Throws McapError if a field exceeds the end.
 class ByteReader {
  public:
   ByteReader(ByteView content, FileOffset location) : rest_(content), location_(location) {}
@@ -64,7 +63,7 @@ class ByteReader {
   ByteView raw(std::uint64_t size_bytes);
   std::string text();
   std::map<std::string, std::string> text_map();
-  ByteReader part();  // an array's or a map's content, with its 32-bit length in front
+  ByteReader part();  // content of an array or a map, preceded by its 32-bit length
   ByteView rest() const { return rest_; }
   bool empty() const { return rest_.empty(); }
   const FileOffset& location() const { return location_; }
@@ -74,7 +73,8 @@ class ByteReader {
   FileOffset location_;
 };
 
-// IEEE 802.3 CRC-32, as everywhere in the format; `initial_crc` is the CRC of what stands in front.
+// CRC-32 of IEEE 802.3, used throughout the format. `initial_crc` is the CRC of the preceding
+// bytes.
 std::uint32_t crc32_of(ByteView bytes, std::uint32_t initial_crc = 0);
 
 }  // namespace fivepipe::mcap

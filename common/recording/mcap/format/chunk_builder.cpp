@@ -49,7 +49,7 @@ void ChunkBuilder::add(const Message& message) {
 
 Chunk ChunkBuilder::take() {
   Chunk next;
-  next.records.reserve(open_.records.capacity());  // else it would be copied as it grows
+  next.records.reserve(open_.records.capacity());  // avoids reallocation as the next chunk grows
   return std::exchange(open_, std::move(next));
 }
 

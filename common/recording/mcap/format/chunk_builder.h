@@ -1,4 +1,4 @@
-// The first half of writing: serialised messages, gathered to chunks in memory. The second half,
+// First stage of writing: collects serialised messages into chunks in memory. The second stage,
 // file_writer.h, may run in another thread.
 #pragma once
 #include "common/recording/mcap/format/records.h"
@@ -6,35 +6,35 @@
 namespace fivepipe::mcap {
 
 struct Chunk {
-  Bytes records;       // schemas, channels, messages; not compressed
-  MessageIndex index;  // by channel, in the order of writing
-  std::uint64_t start_ns = 0,
-                end_ns = 0;  // log stamps of the earliest and latest message; 0 without messages
-  std::map<Id, Schema> schemas;  // whose records stand in it
+  Bytes records;       // schemas, channels and messages, uncompressed
+  MessageIndex index;  // by channel, in the order of add()
+  // Log stamps of the earliest and the latest message; 0 without messages.
+  std::uint64_t start_ns = 0, end_ns = 0;
+  std::map<Id, Schema> schemas;  // those whose records the chunk holds
   std::map<Id, Channel> channels;
 };
 
-// Every chunk holds the schemas and channels of its messages, each in front of its first use: a
-// damaged chunk costs its own messages alone. Log stamps may come in any order; in rising order the
-// file's chunks do not overlap, and are read fastest.
+// Every chunk holds the schemas and channels of its messages, each before its first use, so a
+// damaged chunk costs only its own messages. Log stamps may arrive in any order; in ascending order
+// the chunks of the file do not overlap in time and reading is fastest.
 class ChunkBuilder {
  public:
-  // Ids count from 1. Throw std::length_error when there are 65535.
+  // Ids start at 1. Both throw std::length_error when 65535 exist.
   Id add_schema(const Schema& schema);
-  Id add_channel(
-      const Channel& channel);  // std::invalid_argument if its schema is neither 0 (none) nor known
+  // Throws std::invalid_argument if the channel's schema is neither 0 (none) nor known.
+  Id add_channel(const Channel& channel);
 
-  // The payload is copied once. std::out_of_range: a channel that was not added.
+  // Copies the payload. Throws std::out_of_range if the channel was not added.
   void add(const Message& message);
   std::size_t size_bytes() const { return open_.records.size(); }  // uncompressed
   bool empty() const { return open_.records.empty(); }
-  // What was added since the last call. Ids go on.
+  // Returns what was added since the last call. Ids continue.
   Chunk take();
 
  private:
   void add_definitions(Id channel);
 
-  std::vector<Schema> schemas_;  // id - 1
+  std::vector<Schema> schemas_;  // by id - 1
   std::vector<Channel> channels_;
   Chunk open_;
 };

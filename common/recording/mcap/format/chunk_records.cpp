@@ -7,8 +7,7 @@
 namespace fivepipe::mcap {
 namespace {
 
-// Of a chunk record that stands in the file; how many bytes of the record stand in front of its
-// records.
+// Returns the header of the chunk record at `byte`, and the offset of its records in that record.
 std::pair<ChunkHeader, std::uint64_t> head_at(const File& file, std::uint64_t byte,
                                               std::uint64_t length_bytes) {
   const FileOffset location{file.name(), byte};

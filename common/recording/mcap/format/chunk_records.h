@@ -1,4 +1,4 @@
-// A chunk record and the message index records behind it, written and read
+// Writes and reads a chunk record and the message index records after it
 // (https://mcap.dev/spec#chunk-op0x06).
 #pragma once
 #include "common/recording/mcap/format/chunk_builder.h"
@@ -7,19 +7,19 @@
 
 namespace fivepipe::mcap {
 
-// Both append to what will stand in the file from `at_byte` on. The second completes the index that
-// the first gave.
+// Both append records to `to` whose file offset will be `at_byte`. append_message_indexes()
+// completes the index that append_chunk() returned.
 ChunkIndex append_chunk(Bytes& to, const Chunk& chunk, Compression compression,
                         std::uint64_t at_byte);
 void append_message_indexes(Bytes& to, const MessageIndex& entries, std::uint64_t at_byte,
                             ChunkIndex& index);
 
-// The index of the chunk record that stands there, as far as its head tells it. McapError if its
-// fields contradict one another.
+// Returns the index of the chunk record at `byte`, as far as the record's header determines it.
+// Throws McapError if the header's fields are inconsistent.
 ChunkIndex read_chunk_index_at(const File& file, std::uint64_t byte, std::uint64_t length_bytes);
 
-// A chunk's records, decompressed, CRC checked; of unchunked records what stands in the file.
-// McapError if the chunk is damaged or is not what its index says.
+// Returns a chunk's decompressed records and checks their CRC. For unchunked records, returns the
+// bytes of the file. Throws McapError if the chunk is damaged or differs from its index.
 Buffer read_chunk(const File& file, const ChunkIndex& chunk);
 
 }  // namespace fivepipe::mcap

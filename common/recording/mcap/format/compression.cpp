@@ -7,7 +7,7 @@ namespace fivepipe::mcap {
 namespace {
 
 constexpr int kZstdLevel = 3;
-// The most that a byte can stand for. LZ4: a match's length grows by 255 a byte. zstd: a block of
+// Maximum expansion per compressed byte. LZ4: one byte extends a match by 255. zstd: a block of
 // 128 KiB of one value takes 4 bytes.
 constexpr std::uint64_t kMaxLz4Factor = 255, kMaxZstdFactor = (std::uint64_t(128) << 10) / 4;
 
@@ -40,7 +40,7 @@ void decompress_lz4(std::span<std::byte> to, ByteView from, const FileOffset& lo
     throw std::bad_alloc();
   const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> context(
       raw_context, LZ4F_freeDecompressionContext);
-  // Several frames may follow one another.
+  // The content may consist of several frames.
   for (bool ended = false; !ended;) {
     std::size_t written = to.size(), read = from.size();
     const std::size_t hint =
@@ -99,9 +99,9 @@ Buffer decompressed(std::string_view compression, Buffer compressed,
     return compressed;
   }
   if (uncompressed_bytes == 0 && from.empty()) return {};
+  // The comparison also holds for ZSTD_CONTENTSIZE_ERROR.
   if (is_zstd && ZSTD_getFrameContentSize(from.data(), from.size()) != ZSTD_CONTENTSIZE_UNKNOWN &&
-      ZSTD_getFrameContentSize(from.data(), from.size()) >
-          uncompressed_bytes)  // also ZSTD_CONTENTSIZE_ERROR
+      ZSTD_getFrameContentSize(from.data(), from.size()) > uncompressed_bytes)
     location.fail("a chunk's zstd frame is damaged, or larger than the chunk says");
   Buffer raw(uncompressed_bytes);
   if (is_lz4)

@@ -1,5 +1,5 @@
-// What an MCAP file holds (https://mcap.dev/spec), as data. Pure: neither DDS nor fivepipe's
-// messages are known here.
+// Content of an MCAP file (https://mcap.dev/spec) as plain data. This library knows neither DDS nor
+// fivepipe's messages.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -27,9 +27,9 @@ struct Channel {
 struct Message {
   Id channel = 0;
   std::uint32_t sequence = 0;
-  std::uint64_t log_stamp_ns = 0;      // when it was recorded: the order of the file
-  std::uint64_t publish_stamp_ns = 0;  // when it was written by its source
-  std::span<const std::byte> payload;  // lives as long as what handed it out says
+  std::uint64_t log_stamp_ns = 0;      // when it was recorded; the messages' order in the file
+  std::uint64_t publish_stamp_ns = 0;  // when its source wrote it
+  std::span<const std::byte> payload;  // lifetime: see the function that returns the message
 };
 struct Attachment {
   std::uint64_t log_stamp_ns = 0, create_stamp_ns = 0;
@@ -43,7 +43,7 @@ struct Metadata {
 
 enum class Compression { none, lz4, zstd };
 
-// A file that is no MCAP file, is cut off, or is damaged: names the file and the byte where.
+// The file is not an MCAP file, ends early or is damaged. The text names the file and the byte.
 struct McapError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -3,7 +3,7 @@
 namespace fivepipe::mcap {
 namespace {
 
-// A map's or an array's content, with its length in front.
+// Appends the content of a map or an array, preceded by its length.
 void append_part(Bytes& to, ByteView entries) {
   append(to, std::string_view(reinterpret_cast<const char*>(entries.data()), entries.size()));
 }
@@ -57,8 +57,8 @@ void append_message(Bytes& to, const Message& message) {
 void append_message_index(Bytes& to, Id channel, std::span<const MessageIndexEntry> entries) {
   const OpenRecord record(to, Op::message_index);
   append(to, channel);
-  static_assert(sizeof(MessageIndexEntry) ==
-                2 * sizeof(std::uint64_t));  // lies in memory as in the file
+  // std::as_bytes(entries) requires that the memory layout equals the file layout.
+  static_assert(sizeof(MessageIndexEntry) == 2 * sizeof(std::uint64_t));
   append_part(to, std::as_bytes(entries));
 }
 

@@ -1,5 +1,5 @@
-// The records of the format (https://mcap.dev/spec#records), one by one, as bytes. What each means
-// stands in mcap.h and summary.h.
+// Serialisation of each record type (https://mcap.dev/spec#records). mcap.h and summary.h explain
+// the fields.
 #pragma once
 #include <array>
 #include <optional>
@@ -25,19 +25,16 @@ enum class Op : std::uint8_t {
   metadata_index,
   summary_offset,
   data_end,
-  quarantined =
-      0xFF  // private: what recover() makes of a damaged chunk, so that every reader skips it
+  // Private opcode: recover() gives it to damaged records, so that every reader skips them.
+  quarantined = 0xFF
 };
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
 inline constexpr std::uint64_t kRecordHeaderBytes = 1 + 8;  // opcode, length of the content
-inline constexpr std::uint64_t kMessageHeaderBytes =
-    2 + 4 + 8 + 8;  // channel, sequence, both stamps
 inline constexpr std::uint64_t kFooterBytes = kRecordHeaderBytes + 8 + 8 + 4;
 inline constexpr std::uint64_t kDataEndBytes = kRecordHeaderBytes + 4;
 
-// Appends a record's opcode at once, and its length when the content has been appended: at the end
-// of this object's life.
+// Appends a record's opcode on construction and fills in the content's length on destruction.
 class OpenRecord {
  public:
   OpenRecord(Bytes& to, Op op) : to_(to), start_(to.size()) {
@@ -60,10 +57,10 @@ struct ChunkHeader {
   std::uint64_t start_ns = 0, end_ns = 0, uncompressed_bytes = 0;
   std::uint32_t uncompressed_crc = 0;
   std::string compression;
-  std::uint64_t records_bytes = 0;  // as they stand in the file
+  std::uint64_t records_bytes = 0;  // size in the file, compressed
 };
-// Everything of a chunk record in front of its records, with a compression's name as long as ours
-// or a stranger's may sensibly be.
+// Size of a chunk record's fields before its records. Allows a compression name of 64 bytes, far
+// longer than any that the specification defines.
 inline constexpr std::uint64_t kMaxChunkHeaderBytes = 8 + 8 + 8 + 4 + 4 + 64 + 8;
 
 struct Footer {
@@ -71,7 +68,7 @@ struct Footer {
   std::uint32_t summary_crc = 0;
 };
 
-// Where a message stands: `offset` counts from the start of its chunk's uncompressed records.
+// `offset` counts from the start of the chunk's uncompressed records.
 struct MessageIndexEntry {
   std::uint64_t log_stamp_ns = 0, offset = 0;
 };
@@ -90,11 +87,11 @@ void append_attachment_index(Bytes& to, const AttachmentIndex& attachment);
 void append_metadata_index(Bytes& to, const MetadataIndex& metadata);
 void append_statistics(Bytes& to, const Statistics& statistics);
 
-// Of records' contents; McapError where a field goes beyond the end. More fields than are known
-// here are let pass, as the spec says.
+// Parse a record's content; throw McapError if a field exceeds the end. Additional fields at the
+// end are ignored, as the specification requires.
 std::pair<Id, Schema> read_schema(ByteReader fields);
 std::pair<Id, Channel> read_channel(ByteReader fields);
-Message read_message(ByteReader fields);  // its payload lies in the fields' memory
+Message read_message(ByteReader fields);  // the payload points into the memory of `fields`
 ChunkHeader read_chunk_header(ByteReader fields);
 Attachment read_attachment(ByteReader fields);  // checks its CRC
 Metadata read_metadata(ByteReader fields);
@@ -106,10 +103,10 @@ Footer read_footer(ByteReader fields);
 
 struct Record {
   Op op;
-  std::uint64_t offset = 0;  // of its opcode, from the start of the sequence
+  std::uint64_t offset = 0;  // of the opcode, from the start of the sequence
   ByteView content;
 };
-// A sequence of records in memory, one after the other; McapError where one goes beyond the end.
+// Iterates over consecutive records in memory. Throws McapError if a record exceeds the end.
 class RecordSequence {
  public:
   RecordSequence(ByteView records, FileOffset location)

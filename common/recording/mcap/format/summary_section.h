@@ -7,12 +7,12 @@
 
 namespace fivepipe::mcap {
 
-// For a file whose data section ends after `data_bytes` and has that CRC.
+// Returns the bytes after a data section that ends at `data_bytes` and has the CRC `data_crc`.
 Bytes end_of_file(const Summary& summary, std::uint64_t data_bytes, std::uint32_t data_crc);
 
-// McapError says why there is no summary to rely on: none, damaged, not complete (its statistics
-// tell of chunks or messages that no index finds), or one that points to where nothing of the kind
-// can stand.
+// Throws McapError with the reason if the file has no valid summary: it is missing, damaged or
+// incomplete (its statistics count chunks or messages without an index), or an index points to a
+// place where no such record can be.
 Summary read_summary(const File& file);
 
 }  // namespace fivepipe::mcap
