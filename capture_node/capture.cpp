@@ -18,10 +18,11 @@
 namespace fivepipe::capture {
 namespace {
 
-constexpr unsigned kMaxThreads = 2;  // the other cores are the other pipes'
+// The other cores are left to the other nodes.
+constexpr unsigned kMaxThreads = 2;
 
-// Calls `work(i)` for i < count, on up to kMaxThreads threads; the caller's is one of them.
-// Rethrows the first exception once all are done.
+// Calls work(i) for each i < count on at most kMaxThreads threads, including the caller's. Rethrows
+// the first exception after all calls have returned.
 template <class Work>
 void in_parallel(std::size_t count, const Work& work) {
   std::atomic<std::size_t> next = 0;
@@ -49,8 +50,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Around the hull's footprint: a pixel for interpolation between neighbours, and one for what
-// rounding moves.
+// Margin around the hull's footprint: one pixel for bilinear interpolation, and one for rounding.
 constexpr int kColourMargin_px = 2;
 
 }  // namespace
@@ -58,10 +58,13 @@ constexpr int kColourMargin_px = 2;
 struct Capture::Channel {
   const config::RigCamera* camera;
   std::unique_ptr<ImageSource> source;
-  std::string background;     // file; empty where the source itself shows the empty scene first
-  int background_frames = 0;  // then: how many of its images
-  std::unique_ptr<Undistortion> undistortion;  // of cameras without a segmenter
-  hull::ObjectPixels seen;  // then: the published pixels that the captured image sees
+  // File of the empty scene. If empty, the first background_frames images of the source show it.
+  std::string background;
+  int background_frames = 0;
+  // Cameras that give shape have a segmenter. Others have an undistortion and `seen`, the published
+  // pixels that the captured image sees.
+  std::unique_ptr<Undistortion> undistortion;
+  hull::ObjectPixels seen;
   std::unique_ptr<Segmenter> segmenter;
 };
 
@@ -111,7 +114,7 @@ Capture::Capture(const config::Rig& rig, const config::Viewer& viewer,
     } catch (const SourceError& error) {
       const std::lock_guard lock(mutex);
       problems.insert(problems.end(), error.problems().begin(), error.problems().end());
-    } catch (const std::exception& error) {  // OpenCV's own
+    } catch (const std::exception& error) {  // of OpenCV
       const std::lock_guard lock(mutex);
       problems.push_back({camera.name, SourceFault::not_decodable, error.what()});
     }
@@ -162,7 +165,7 @@ void Capture::learn(Channel& channel) const {
 // One camera's image of a frame.
 struct Capture::RawCapture {
   CapturedCamera result;
-  cv::Mat image;  // empty where there is none, or nobody wants anything of it
+  cv::Mat image;  // empty if there is none, or if nothing is computed from it
   geometry::Camera published;
 };
 
@@ -207,7 +210,7 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
       parts.push_back({raw_capture.published, raw_capture.result.pixels->bounds()});
   if (std::any_of(parts.begin(), parts.end(),
                   [](const hull::SilhouetteBounds& seen) { return seen.part.empty(); }))
-    return;  // no hull
+    return;  // the hull is empty
   const VisibleRegion eye =
       visible_region(viewer_, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
   parts.push_back(eye.part);
@@ -242,7 +245,8 @@ std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_
     });
   };
   ended_ = capture_all();
-  // All start over together, with the shortest file: frames of different times are never combined.
+  // All sources restart together when the shortest file ends, so that one set never combines frames
+  // of different times.
   if (ended_ && config_.loop && frame > round_start_) {
     round_start_ = frame;
     ended_ = capture_all();

@@ -1,5 +1,5 @@
-// fivepipe maps: the object-pixel maps of one frame of a deployment, as files: to look at, and for
-// `fivepipe bench hull --maps`.
+// fivepipe maps: writes the object-pixel maps of one frame of a deployment to files, for inspection
+// and for `fivepipe bench hull --maps`.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
@@ -29,7 +29,7 @@ std::map<std::string, std::string> settings_from(const std::vector<std::string>&
   return settings;
 }
 
-// name, size, intrinsics, camera_from_world's three rows.
+// One line: name, size, intrinsics, and the three rows of camera_from_world.
 std::string camera_line(const config::RigCamera& camera) {
   const geometry::Pinhole& k = camera.published;
   char text[96];

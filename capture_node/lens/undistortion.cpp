@@ -15,8 +15,9 @@ Eigen::Vector2d distorted(const config::LensDistortion& lens, const Eigen::Vecto
 }
 
 double monotonic_radius(const config::LensDistortion& lens) {
-  constexpr double kStep = 0.005,
-                   kMaxTangent = 20.0;  // 20: 87 degrees off the axis, wider than any pinhole image
+  constexpr double kStep = 0.005;
+  // 87 degrees off the axis, wider than any pinhole image.
+  constexpr double kMaxTangent = 20.0;
   for (double r = kStep; r < kMaxTangent; r += kStep) {
     const double r2 = r * r;
     if (!(1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3)) > 0)) return r - kStep;

@@ -8,11 +8,12 @@
 namespace fivepipe::capture {
 namespace {
 
-constexpr double kSigmaOfMedianDeviation = 1.4826;  // of a normal distribution
+// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
+constexpr double kSigmaOfMedianDeviation = 1.4826;
 
 using Row = std::vector<std::uint8_t>;
 
-// By values, not std::min's references: only so does the compiler make vector instructions of it.
+// Uses values instead of std::min's references, because only then does the compiler vectorise.
 void exchange_elements(std::uint8_t* __restrict low, std::uint8_t* __restrict high, std::size_t n) {
   for (std::size_t k = 0; k < n; ++k) {
     const std::uint8_t a = low[k], b = high[k];
@@ -21,9 +22,9 @@ void exchange_elements(std::uint8_t* __restrict low, std::uint8_t* __restrict hi
   }
 }
 
-// Sorts rows[0..n) element by element: afterwards rows[0] holds each element's lowest. Batcher's
-// merge exchange (Knuth, The Art of Computer Programming 3, 5.2.2 M): the order of comparisons is
-// the same for all, so whole rows are compared at a time.
+// Sorts rows[0..n) element by element, so that rows[0] holds each element's minimum. Batcher's
+// merge exchange (Knuth, The Art of Computer Programming 3, 5.2.2, algorithm M): its sequence of
+// comparisons does not depend on the data, so it can compare whole rows at a time.
 void sort_elements(std::vector<Row>& rows) {
   const std::size_t n = rows.size();
   const auto exchange = [&](std::size_t i, std::size_t j) {
@@ -47,9 +48,9 @@ struct MeanSigma {
   float mean, sigma;
 };
 
-// Of element k of the samples, those within reach of the median.
+// Mean and standard deviation of those samples of element k that lie within `reach` of the median.
 MeanSigma trimmed(const std::vector<Row>& samples, std::size_t k, int median, int reach) {
-  int n = 0, sum = 0, squares = 0;  // about the median
+  int n = 0, sum = 0, squares = 0;  // relative to the median
   for (const Row& row : samples)
     if (const int d = row[k] - median; std::abs(d) <= reach) {
       ++n;

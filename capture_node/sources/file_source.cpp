@@ -16,13 +16,14 @@ std::string size_text(int width_px, int height_px) {
   return std::to_string(width_px) + "x" + std::to_string(height_px);
 }
 
-// Frames of one file or sequence by index, without looping.
+// Random access to the frames of one file or sequence; does not loop.
 class Frames {
  public:
   virtual ~Frames() = default;
-  // Nothing where it can't be had: beyond the end, or unreadable.
+  // Returns nullopt if the frame is beyond the end or unreadable.
   virtual std::optional<cv::Mat> at(std::int64_t index) = 0;
-  // How many there are, once known: a video's header is only a guess, its end is certain.
+  // Number of frames, once known. A video's header is only an estimate; reading to its end gives
+  // the exact number.
   virtual std::optional<std::int64_t> count() const = 0;
   virtual std::int64_t count_guess() const = 0;
 };
@@ -34,7 +35,8 @@ class VideoFrames final : public Frames {
   }
   bool opened() const { return opened_; }
 
-  // Decoders seek to key frames only, or wrongly: frames are reached by decoding up to them.
+  // Decodes all frames before `index`, because decoders seek to key frames only, or to wrong
+  // frames.
   std::optional<cv::Mat> at(std::int64_t index) override {
     if (count_ && index >= *count_) return std::nullopt;
     if (index < next_) {
@@ -63,7 +65,7 @@ class VideoFrames final : public Frames {
   std::optional<std::int64_t> count_;
 };
 
-// Index 0 is the lowest number present; numbers missing in between are missing frames.
+// Index 0 is the smallest number present. A gap in the numbers is a missing frame.
 class SequenceFrames final : public Frames {
  public:
   explicit SequenceFrames(std::map<std::int64_t, fs::path> files) : files_(std::move(files)) {}
@@ -83,8 +85,8 @@ class SequenceFrames final : public Frames {
   std::map<std::int64_t, fs::path> files_;
 };
 
-// Files of `pattern`'s folder that it could have written, by number. The pattern's name holds one
-// %d, perhaps %0Nd.
+// Files in the folder of `pattern` that match it, by number. The pattern's file name contains one
+// %d or %0Nd.
 std::map<std::int64_t, fs::path> files_of_pattern(const fs::path& pattern) {
   const std::string name = pattern.filename().string();
   const std::size_t percent = name.find('%');
@@ -119,7 +121,7 @@ bool is_picture(const fs::path& file) {
          suffix == ".tif" || suffix == ".tiff" || suffix == ".ppm";
 }
 
-// Throws SourceError where the file can't be used at all.
+// Throws SourceError if the file is missing or cannot be decoded.
 std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::string& file) {
   const auto fail = [&](SourceFault fault, const std::string& what) {
     throw_problems({{camera.name, fault, file + ": " + what}});
@@ -174,7 +176,7 @@ class FileSource final : public ImageSource {
       return ReadStatus::missing;
     }
     if (frames_->count() && index >= *frames_->count())
-      return ReadStatus::end;  // known at the latest now
+      return ReadStatus::end;  // at() has just determined the count, if it was unknown
     last_error_ = file_ + ": frame " + std::to_string(index) + " is missing or can't be decoded";
     return ReadStatus::missing;
   }

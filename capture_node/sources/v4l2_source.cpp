@@ -19,11 +19,12 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr auto kFirstImageTimeout = 5s;  // USB cameras need seconds to start their stream
-constexpr auto kImageTimeout =
-    500ms;  // ten periods of a slow camera; then the frame counts as missing
-constexpr auto kReaderStopTimeout =
-    1s;  // leaves time to end everything within two seconds of Ctrl-C
+// USB cameras need seconds to start their stream.
+constexpr auto kFirstImageTimeout = 5s;
+// Ten periods of a slow camera (20 Hz); after it the frame is missing.
+constexpr auto kImageTimeout = 500ms;
+// Lets the node exit within two seconds of Ctrl-C.
+constexpr auto kReaderStopTimeout = 1s;
 
 std::string path_of(const std::string& device) {
   const bool index = !device.empty() && device.find_first_not_of("0123456789") == std::string::npos;
@@ -47,7 +48,7 @@ std::string devices_present() {
   return text;
 }
 
-// What errno says about a device that does not deliver, in terms of what to do.
+// Explains the errno of a device that delivers no images, with the fix.
 std::string hint(int error) {
   if (error == ENOSPC)
     return "no space left on device: that is USB bandwidth; put cameras on separate controllers, "
@@ -59,13 +60,13 @@ std::string hint(int error) {
   return std::strerror(error);
 }
 
-// Shared with the thread that reads, which may outlive the source where the driver blocks.
+// Shared with the reader thread, which may outlive the source while the driver blocks.
 struct Stream {
   cv::VideoCapture video;
   std::mutex mutex;
   std::condition_variable changed;
   cv::Mat newest;
-  std::uint64_t images = 0;
+  std::uint64_t images = 0;  // number of images read so far
   int error = 0;
   bool stop = false, ended = false;
 };
@@ -169,7 +170,8 @@ class V4l2ImageSource final : public ImageSource {
     if (ended)
       reader_.join();
     else
-      reader_.detach();  // blocked in the driver; it holds the stream and ends with its next image
+      reader_
+          .detach();  // blocked in the driver: it shares the stream and ends after its next image
   }
 
   std::string name_, last_error_;

@@ -18,7 +18,7 @@ constexpr std::size_t kNoiseTableSize = std::size_t(1) << 20;
 
 const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(60, 140, 40), kPipe_bgr(38, 120, 214);
 
-// A surface's own colour at a point, from noise that moves with the part.
+// A surface's own colour at a point, from value noise in the part's frame.
 Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {
   const hull::Capsule& capsule = part.capsule;
   const Vector3d axis = (capsule.b_world_m - capsule.a_world_m).normalized();
@@ -71,8 +71,8 @@ Vector3f shaded(const SyntheticPart& part, const Vector3d& p_world_m, const Vect
   return bgr + Vector3f::Constant(strength * std::pow(shine, 24.0f));
 }
 
-// How much of the lamp a point sees past one capsule: from the closest approach of the line of
-// sight to the capsule, over the width of the half shadow there.
+// Fraction of the lamp that a point sees past one capsule: the clearance of the line of sight
+// divided by the width of the penumbra at the closest approach.
 float lamp_visibility_past(const hull::Capsule& capsule, const Vector3f& p) {
   const Vector3f a = capsule.a_world_m.cast<float>(),
                  d2 = (capsule.b_world_m - capsule.a_world_m).cast<float>();
@@ -88,14 +88,13 @@ float lamp_visibility_past(const hull::Capsule& capsule, const Vector3f& p) {
     s = std::clamp((b * t - c) / aa, 0.0f, 1.0f);
   }
   const float clearance = (r + s * d1 - t * d2).norm() - float(capsule.radius_m);
-  const float half_shadow =
-      lamp::kRadius_m * s +
-      1e-4f;  // 0.1 mm: where the capsule touches the table its shadow is sharp
+  // Plus 0.1 mm, because the width is zero where the capsule touches the table.
+  const float half_shadow = lamp::kRadius_m * s + 1e-4f;
   return std::clamp(0.5f + 0.5f * clearance / half_shadow, 0.0f, 1.0f);
 }
 
-// Long capsules cut short, so that the rectangles about them hold little else. Together they are
-// the same body.
+// Long capsules are cut into short pieces, so that their bounding rectangles contain few other
+// pixels. The union of the pieces is the original body.
 struct Piece {
   hull::Capsule capsule;
   const SyntheticPart* part;
@@ -124,8 +123,8 @@ void put(cv::Mat& bgr, int u, int v, const Vector3f& levels) {
 
 }  // namespace
 
-// The sum of twelve uniform numbers, less its mean, is normal to within its 6 sigma range
-// (Irwin-Hall), and needs no libm.
+// The sum of twelve uniform numbers minus its mean is approximately normal within 6 sigma
+// (Irwin-Hall). It does not depend on libm.
 SensorNoise::SensorNoise(double sigma_levels) {
   if (!(sigma_levels > 0)) return;
   table_.resize(kNoiseTableSize);
@@ -146,8 +145,8 @@ void SensorNoise::add(cv::Mat& bgr, std::uint64_t key) const {
   const std::size_t row_bytes = std::size_t(bgr.cols) * 3;
   for (int v = 0; v < bgr.rows; ++v) {
     std::uint8_t* row = bgr.ptr(v);
-    for (std::size_t done = 0;
-         done < row_bytes;) {  // images wider than the table take several stretches of it
+    // Images wider than half the table use several ranges of it.
+    for (std::size_t done = 0; done < row_bytes;) {
       const std::size_t n = std::min(row_bytes - done, kNoiseTableSize / 2);
       const std::int8_t* noise =
           table_.data() +
@@ -164,7 +163,8 @@ Vector2d undistorted(const config::RigCamera& camera, const Vector2d& uv_px) {
   const Vector2d target((uv_px.x() - k.cx_px) / k.fx_px, (uv_px.y() - k.cy_px) / k.fy_px);
   if (camera.distortion.none()) return target;
   constexpr int kMaxIterations = 60;
-  constexpr double kConvergence = 1e-9;  // normalised: a millionth of a pixel at f = 1000 px
+  // In normalised coordinates: 1e-6 px at f = 1000 px.
+  constexpr double kConvergence = 1e-9;
   Vector2d xy = target;
   for (int i = 0; i < kMaxIterations; ++i) {
     const double r2 = xy.squaredNorm();
@@ -214,8 +214,8 @@ Vector3f SyntheticCamera::direction_world(int u_px, int v_px,
          world_from_camera.col(2);
 }
 
-// A fixed camera's room is rendered once: four samples a pixel. One that the viewer carries sees
-// another room every frame: one sample for four pixels.
+// Renders the room once for a fixed camera, with four samples per pixel. A camera on the viewer
+// needs a new room every frame, with one sample per four pixels.
 void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
   camera_from_world_ = camera_from_world;
   const Eigen::Isometry3f world_from_camera =
@@ -254,8 +254,8 @@ void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
     }
 }
 
-// The captured pixels that can see some of these spheres' convex hull: the hull of their exact
-// bounds in the normalised plane, through the lens. The whole image where one of them reaches the
+// Bounds of the captured pixels that can see the convex hull of the spheres: maps the exact bounds
+// in the normalised plane through the lens model. Returns the whole image if a sphere reaches the
 // camera's plane.
 hull::PixelRect SyntheticCamera::image_bounds_of(std::span<const Vector3d> centres_world_m,
                                                  std::span<const double> radii_m) const {
@@ -277,8 +277,8 @@ hull::PixelRect SyntheticCamera::image_bounds_of(std::span<const Vector3d> centr
   if (visible.isEmpty()) return {};
   const geometry::Pinhole& k = camera_.source;
   Eigen::AlignedBox2d pixels;
-  constexpr int kSteps =
-      8;  // along each side: what a lens bends between them is far below a pixel's margin
+  // Samples per side. The distortion between two samples is far below kMargin_px.
+  constexpr int kSteps = 8;
   for (int i = 0; i <= kSteps; ++i)
     for (int side = 0; side < 4; ++side) {
       const double fraction = double(i) / kSteps;
@@ -294,7 +294,8 @@ hull::PixelRect SyntheticCamera::image_bounds_of(std::span<const Vector3d> centr
                                   int(std::ceil(pixels.max().y() + kMargin_px)) + 1});
 }
 
-// Nearest piece of each pixel first, piece by piece from the front; then each pixel shaded once.
+// Finds the nearest piece of each pixel, piece by piece from front to back; then shades each pixel
+// once.
 void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat& bgr) {
   const Eigen::Isometry3d world_from_camera = camera_from_world_.inverse(Eigen::Isometry);
   const Vector3d eye = world_from_camera.translation();
@@ -340,12 +341,12 @@ void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat&
         put(bgr, u, v,
             shaded(*pieces[std::size_t(nearest.piece)].part,
                    eye + double(nearest.depth_m) * ray.direction_world, eye));
-        nearest.piece = -1;  // done, for the rectangles that overlap this one
+        nearest.piece = -1;  // done: overlapping rectangles skip this pixel
       }
 }
 
-// For the table and for the floor: where each capsule's shadow can lie, how much of the lamp is
-// left there, and then the image darkened by it.
+// For the table and for the floor: finds the pixels that each capsule's shadow can cover, computes
+// the visible fraction of the lamp there, and darkens the image accordingly.
 void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat& bgr) {
   const Eigen::Isometry3f world_from_camera =
       camera_from_world_.inverse(Eigen::Isometry).cast<float>();
@@ -362,11 +363,11 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
       std::vector<double> radii;
       for (const Vector3d& end : {capsule.a_world_m, capsule.b_world_m}) {
         const Vector3d down = end - lamp_m;
-        const double scale =
-            std::max(1.0, (double(z_m) - lamp_m.z()) / down.z());  // 1: it lies on the surface
+        // Projects the centre from the lamp onto the surface; 1: it lies on the surface.
+        const double scale = std::max(1.0, (double(z_m) - lamp_m.z()) / down.z());
         centres.push_back(lamp_m + scale * down);
-        // A sphere's shadow on the surface is an ellipse: longer than wide by the slant of the
-        // light; half shadow included.
+        // A sphere's shadow on the surface is an ellipse, elongated by the slant of the light;
+        // includes the penumbra.
         radii.push_back((scale * capsule.radius_m + (scale - 1) * lamp::kRadius_m) * down.norm() /
                         -down.z() * 1.1);
       }
@@ -397,7 +398,7 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
           put(bgr, u, v,
               Vector3f(lit[0], lit[1], lit[2]) *
                   (brightness(p, up, visible) / brightness(p, up, 1)));
-          visible = 1;  // done, for the rectangles that overlap this one
+          visible = 1;  // done: overlapping rectangles skip this pixel
         }
   }
 }
