@@ -9,7 +9,7 @@ namespace {
 
 using Polygon = std::vector<Eigen::Vector3d>;
 
-// The part of a polygon where normal . p >= 0.
+// The part of a polygon with normal . p >= 0.
 Polygon clipped(const Polygon& polygon, const Eigen::Vector3d& normal) {
   Polygon result;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -21,8 +21,8 @@ Polygon clipped(const Polygon& polygon, const Eigen::Vector3d& normal) {
   return result;
 }
 
-// Inward normals, in the camera's frame, of the planes through its centre and its image's edges;
-// the first is Z >= 0.
+// Inward normals, in the camera frame, of the planes through the camera's centre and the edges of
+// its image. The first is the half-space Z >= 0.
 std::array<Eigen::Vector3d, 5> pyramid_of(const geometry::Pinhole& k) {
   const double left = (-0.5 - k.cx_px) / k.fx_px, right = (k.width_px - 0.5 - k.cx_px) / k.fx_px;
   const double top = (-0.5 - k.cy_px) / k.fy_px, bottom = (k.height_px - 0.5 - k.cy_px) / k.fy_px;
@@ -32,8 +32,8 @@ std::array<Eigen::Vector3d, 5> pyramid_of(const geometry::Pinhole& k) {
 }  // namespace
 
 bool is_box_visible(const geometry::Camera& camera, const Eigen::AlignedBox3d& box_world_m) {
-  // A pyramid without an end that meets a box meets its surface: six faces suffice, also for a
-  // camera inside the box.
+  // The pyramid is unbounded: if it intersects the box, it also intersects a face of the box, even
+  // if the camera is inside. So the six faces suffice.
   const auto pyramid = pyramid_of(camera.pinhole);
   for (int axis = 0; axis < 3; ++axis)
     for (const Eigen::Vector3d& end : {box_world_m.min(), box_world_m.max()}) {

@@ -15,7 +15,8 @@ constexpr Range kContacts{0, 64};
 constexpr Range kTime_s{1e-3, 3600};
 constexpr Range kCell_m{5e-4, 1};
 constexpr Range kWindow{3, 240};
-constexpr double kMinToleranceFraction = 1e-3;  // of the cap: a search costs with their ratio
+// Minimum ratio of tolerance to cap: the cost of a search grows with its inverse.
+constexpr double kMinToleranceFraction = 1e-3;
 constexpr Range kSpeed_m_s{0.01, 1000};
 constexpr Range kAnyDirection{-1e6, 1e6};
 constexpr Range kUnitRange{0, 1};
@@ -44,7 +45,7 @@ ResponseRequests read_response(YamlMap map) {
   return requests;
 }
 
-// The tolerance is that within which a distance below the cap is known.
+// Reads cap_m and tolerance_m; the values passed in are the defaults.
 void read_cap(YamlMap& map, double& cap_m, double& tolerance_m) {
   cap_m = map.number("cap_m", kCap_m, cap_m);
   tolerance_m = map.number("tolerance_m", kTolerance_m, std::min(tolerance_m, cap_m));

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kAny{-kUnbounded, kUnbounded};
-constexpr Range kDomains{
-    0, 232};  // DDSI-RTPS 2.5, section 9.6.2.3: ports of higher domains exceed 65535
+// DDSI-RTPS 2.5, section 9.6.2.3: the ports of higher domains exceed 65535.
+constexpr Range kDomains{0, 232};
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
 Settings read_settings(YamlMap& map, const std::map<std::string, std::string>& overrides) {
@@ -78,7 +78,7 @@ Viewer read_viewer(YamlMap map) {
   return viewer;
 }
 
-// The file that a key names, read; with problems where it has some.
+// Reads the file that a key names. Adds its problems to the map's.
 template <typename Content>
 Content read_named_file(YamlMap& map, const std::string& key,
                         Content (*read)(const std::filesystem::path&, Problems&)) {
@@ -105,7 +105,7 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   for (ParsedNode& parsed : nodes) deployment.nodes.push_back(std::move(parsed.node));
 }
 
-// Parts of the hull are looked for in the rig's volume.
+// The tracker divides the rig's volume into cells; their number is bounded.
 void check_history(YamlMap& map, const Deployment& deployment) {
   if (!deployment.scene.history) return;
   const double cells =

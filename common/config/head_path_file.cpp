@@ -46,7 +46,7 @@ void check_header(const std::filesystem::path& file, const std::string& line, Pr
     problems.add(file, {1, cells[kColumns.size()].column}, "one column too many");
 }
 
-// Nothing where the line has a problem.
+// Returns nullopt if the line has a problem.
 std::optional<HeadKey> read_key(const std::filesystem::path& file, int line_number,
                                 const std::string& line, Problems& problems) {
   const std::size_t problems_before = problems.count();

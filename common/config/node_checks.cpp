@@ -22,7 +22,7 @@ void check_cameras_exist(const ParsedNode& parsed, const Rig& rig,
   }
 }
 
-// All synthetic cameras see one world at one time.
+// All synthetic cameras must see the same world at the same time.
 void check_one_synthetic_world(const std::vector<ParsedNode>& nodes,
                                const std::filesystem::path& file, Problems& problems) {
   const SyntheticWorld* first = nullptr;
@@ -63,8 +63,8 @@ void check_sources(const std::vector<ParsedNode>& nodes, const Rig& rig,
     }
   }
   check_one_synthetic_world(nodes, file, problems);
-  // Without any capture node the maps come from elsewhere: a replay, or another deployment's
-  // capture.
+  // Without a capture node, the maps come from a replay or from the capture node of another
+  // deployment.
   if (!has_capture_node) return;
   for (const RigCamera& camera : rig.cameras)
     if ((camera.gives_shape || camera.gives_colour) && !reader_of.contains(camera.name))

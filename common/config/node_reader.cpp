@@ -14,16 +14,16 @@ namespace {
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kCount{0, kUnbounded}, kAtLeastOne{1, kUnbounded};
 constexpr Range kLevels{0, 255};  // grey levels
-constexpr Range kCores{0, 1023};  // what a Linux cpu_set_t holds
+constexpr Range kCores{0, 1023};  // CPUs of a Linux cpu_set_t
 
-// Files are looked for where the node will run: on this machine, unless it is for another.
+// True if the node runs on this machine. Files of other hosts cannot be checked here.
 bool runs_here(const std::string& host) {
   std::array<char, 256> own = {};
   ::gethostname(own.data(), own.size() - 1);
   return host.empty() || host == own.data();
 }
 
-// A file of the sequence frame_%04d.png; the text itself where there is no %d in it.
+// File of a sequence such as frame_%04d.png. Returns the pattern itself if it contains no %d.
 std::string frame_of_sequence(const std::string& pattern, int index) {
   static const std::regex kIndex("%(0?)([0-9]?)d");
   std::smatch match;
@@ -38,7 +38,7 @@ std::string frame_of_sequence(const std::string& pattern, int index) {
 std::string read_image_path(YamlMap& map, const std::string& key, int first_frame, bool is_here) {
   const std::string path = map.path(key).string();
   if (path.empty() || !is_here) return path;
-  // Sequences are counted from 0 or from 1.
+  // Sequences start at 0 or at 1.
   auto why = why_unreadable(frame_of_sequence(path, first_frame));
   if (why && why_unreadable(frame_of_sequence(path, first_frame + 1)))
     map.problem_at(key, key + ' ' + path + ": " + *why);
@@ -65,8 +65,8 @@ CameraSource read_source(YamlMap map, bool is_here) {
   return source;
 }
 
-// Either `sources: synthetic` (all cameras of the rig that give anything), or by camera: synthetic,
-// or a mapping.
+// Reads `sources: synthetic` (all cameras of the rig that give shape or colour), or a mapping from
+// camera to `synthetic` or to the keys of one source.
 std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, ParsedNode& parsed) {
   std::map<std::string, CameraSource> sources;
   if (map.is_text("sources")) {

@@ -15,10 +15,10 @@ namespace {
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kAny{-kUnbounded, kUnbounded};
 constexpr Range kPositive{0, kUnbounded, true};
-constexpr Range kFieldOfView_deg{0.01,
-                                 170};  // a pinhole image grows without bound towards 180 degrees
-// Below, the viewing direction and the image's up are one line for a camera that is given by
-// look_at (sine of the angle).
+// A pinhole image grows without bound towards 180 degrees.
+constexpr Range kFieldOfView_deg{0.01, 170};
+// Minimum sine of the angle between look_at's viewing direction and up vector. Below it, the image
+// has no defined up direction.
 constexpr double kMinSineToUp = 1e-4;
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -55,8 +55,7 @@ LensDistortion read_distortion(YamlMap map) {
   return d;
 }
 
-// look_at in the frame that the camera is mounted in, whose up is +z in the world and -y in the
-// viewer's eye.
+// Reads look_at in the frame of the mount. Up is +z in the world and -y in the viewer's eye frame.
 Eigen::Isometry3d read_look_at(YamlMap map, Mount mount) {
   const std::size_t problems_before = map.problem_count();
   const Eigen::Vector3d eye_m = map.vector3("eye_m", kAny),
@@ -83,7 +82,8 @@ Eigen::Isometry3d read_pose(YamlMap map) {
   return pose;
 }
 
-// Exactly one of look_at and camera_from_world (camera_from_viewer for what the viewer carries).
+// Reads the pose: exactly one of look_at and camera_from_world (camera_from_viewer for a camera on
+// the viewer).
 Eigen::Isometry3d read_camera_from_mount(YamlMap& map, Mount mount) {
   const std::string key = mount == Mount::world ? "camera_from_world" : "camera_from_viewer";
   const std::string wrong_key = mount == Mount::world ? "camera_from_viewer" : "camera_from_world";

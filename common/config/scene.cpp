@@ -18,8 +18,8 @@ constexpr Range kAny{-kUnbounded, kUnbounded};
 constexpr Range kSize_m{0, 1e4, true};
 constexpr Range kUnitRange{0, 1};
 constexpr Range kSubdivisions{0, 6};              // 20 * 4^6 = 81 920 triangles
-constexpr Range kCurtainCellRange{1, 1000};       // a million cells at most
-constexpr std::size_t kMaxObjectNameLength = 64;  // as messages have room for
+constexpr Range kCurtainCellRange{1, 1000};       // at most 1e6 cells
+constexpr std::size_t kMaxObjectNameLength = 64;  // bound of the name in messages
 constexpr double kMaxBoxCells = 1e6;
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -85,7 +85,7 @@ Shape read_shape(YamlMap& map) {
   return read_mesh_shape(map.map("mesh"));
 }
 
-// Turned about the world's x, then y, then z axis; then moved.
+// Rotates about the world's x, then y, then z axis; then translates.
 Eigen::Isometry3d read_placement(YamlMap& map) {
   const Eigen::Vector3d angles_rad =
       kDegree_rad * map.vector3("rotation_deg", kAny, Eigen::Vector3d::Zero());
@@ -101,7 +101,7 @@ std::array<double, 3> read_colour(YamlMap& map, const std::string& key,
   return {rgb.x(), rgb.y(), rgb.z()};
 }
 
-// What would be ignored is refused, and what can't work.
+// Rejects keys without effect, and combinations that cannot work.
 void check_behaviour(YamlMap& map, const SceneObject& object) {
   const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape),
              is_dynamic = object.motion == Motion::dynamic;

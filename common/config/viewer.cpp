@@ -1,4 +1,4 @@
-// The viewer: pinholes of its two images, and its eye's path.
+// The viewer: pinholes of its two images, and the path of its eye.
 #include <algorithm>
 #include <cmath>
 
@@ -9,11 +9,11 @@ namespace fivepipe::config {
 
 namespace {
 
-// Sine of the angle between viewing direction and up below which an image has no upright (a
-// twentieth of a pixel's angle and less).
+// Minimum sine of the angle between viewing direction and up. Below it (a twentieth of a pixel's
+// angle), the image has no defined up direction.
 constexpr double kMinSineToUp = 1e-4;
 constexpr int kChecksPerSegment = 64;
-// Keys closer than this are one pose: the path goes round without a stop.
+// First and last keys closer than this are one pose: the path is closed.
 constexpr double kSamePose_m = 1e-9;
 
 struct EyeAndTarget {
@@ -29,8 +29,9 @@ bool is_closed(const std::vector<HeadKey>& path) {
   return gap.eye_world_m.norm() < kSamePose_m && gap.target_world_m.norm() < kSamePose_m;
 }
 
-// Catmull and Rom's tangent [m/s] at a key, for keys at any times: the chord between its
-// neighbours. A closed path's neighbours go round; an open one's ends have one neighbour.
+// Catmull-Rom tangent [m/s] at a key, for keys at any times: the chord between its neighbours. On a
+// closed path, the neighbours wrap around; on an open one, the first and last keys have one
+// neighbour.
 EyeAndTarget velocity_at(const std::vector<HeadKey>& path, std::size_t key) {
   const std::size_t last = path.size() - 1;
   const bool goes_round = is_closed(path) && (key == 0 || key == last) && last >= 2;

@@ -14,7 +14,7 @@ namespace fivepipe::config {
 
 namespace {
 
-constexpr int kMaxImageSize_px = 16384;  // GL's usual limit of a texture
+constexpr int kMaxImageSize_px = 16384;  // common limit of GL textures
 
 SourceLocation location_of_mark(const YAML::Mark& mark) {
   return mark.is_null() ? SourceLocation{} : SourceLocation{mark.line + 1, mark.column + 1};
@@ -38,7 +38,7 @@ bool contains(Range range, double value) {
   return (range.min_excluded ? value > range.min : value >= range.min) && value <= range.max;
 }
 
-// What stands in a node, for messages.
+// Describes the content of a node, for messages.
 std::string kind_of(const YAML::Node& node) {
   switch (node.Type()) {
     case YAML::NodeType::Sequence: return "a list of " + std::to_string(node.size());
@@ -50,7 +50,7 @@ std::string kind_of(const YAML::Node& node) {
 
 struct ParsedNumber {
   bool is_number = false;
-  double value = 0;  // not finite also where the text overflows
+  double value = 0;  // infinite also if the text overflows a double
 };
 
 ParsedNumber parse_number(std::string text) {
@@ -250,8 +250,8 @@ int YamlMap::integer(const std::string& key, Range range, std::optional<int> def
 
 std::int64_t YamlMap::integer64(const std::string& key, Range range,
                                 std::optional<std::int64_t> default_value) {
-  constexpr double kMaxExactInteger =
-      9007199254740992;  // 2^53: whole numbers beyond are not exact in a double
+  // 2^53: larger integers are not exact in a double.
+  constexpr double kMaxExactInteger = 9007199254740992;
   range.min = std::max(range.min, -kMaxExactInteger);
   range.max = std::min(range.max, kMaxExactInteger);
   return whole_number(value_of(key, !default_value), key, range)
