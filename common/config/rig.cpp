@@ -4,9 +4,9 @@
 #include <map>
 #include <numbers>
 
-#include "common/config/box_visibility.h"
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
+#include "common/geometry/box_visibility.h"
 
 namespace fivepipe::config {
 
@@ -132,7 +132,7 @@ RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   if (map.problem_count() > problems_before) return camera;
   check_usable(map, camera);
   if (map.problem_count() == problems_before && camera.gives_shape && !volume_m.isEmpty() &&
-      !is_box_visible(published_camera(camera), volume_m))
+      !geometry::is_box_visible(published_camera(camera), volume_m))
     map.problem("camera " + camera.name + " sees nothing of volume_m");
   return camera;
 }

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/config/deployment.h"
 #include "common/config/read_files.h"
+#include "common/config/viewer.h"
 
 namespace fivepipe::config {
 

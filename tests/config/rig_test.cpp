@@ -2,7 +2,6 @@
 #include <numbers>
 #include <random>
 
-#include "common/config/box_visibility.h"
 #include "common/config/rig.h"
 #include "tests/support/scene_files.h"
 
@@ -253,23 +252,6 @@ TEST_F(RigFile, DamagedFilesLoadOrListProblems) {
     damaged[random() % damaged.size()] = "\0\t\n :-[]{},&*!|>'\"%@`#0a\xff"[random() % 25];
     problems(damaged);
   }
-}
-
-// A telescope sees a pixel's worth of the box between any sample points.
-TEST(BoxVisibility, HoldsForLongFocalLengthsAndCamerasInsideTheBox) {
-  const Eigen::AlignedBox3d box_m(Eigen::Vector3d(-1, -1, 0), Eigen::Vector3d(1, 1, 1));
-  const geometry::Pinhole telescope{720, 486, 50000, 50000, 359.5, 242.5},
-      fisheye_like{720, 486, 50, 50, 359.5, 242.5};
-  EXPECT_TRUE(is_box_visible({telescope, geometry::look_at({3, 0.123, 0.456}, {0, 0.1234, 0.4567})},
-                             box_m));
-  EXPECT_FALSE(is_box_visible({telescope, geometry::look_at({3, 0, 0.5}, {0, 3, 0.5})}, box_m))
-      << "past the box";
-  EXPECT_TRUE(is_box_visible({fisheye_like, geometry::look_at({3, 0, 0.5}, {3, 3, 0.5})}, box_m))
-      << "164 degrees wide: the box is at the image's edge";
-  EXPECT_TRUE(is_box_visible({telescope, geometry::look_at({0, 0, 0.5}, {1, 0, 0.5})}, box_m))
-      << "from inside";
-  EXPECT_FALSE(is_box_visible({fisheye_like, geometry::look_at({3, 0, 0.5}, {6, 0, 0.5})}, box_m))
-      << "behind the camera";
 }
 
 }  // namespace
