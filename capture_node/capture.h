@@ -10,11 +10,16 @@
 #include <vector>
 
 #include "capture_node/sources/source_error.h"
-#include "common/config/deployment.h"
+#include "common/base/worker_pool.h"
+#include "common/config/capture_config.h"
+#include "common/config/rig.h"
+#include "common/config/viewer.h"
 #include "common/hull/colour_region.h"
 #include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {
+
+class Surroundings;
 
 enum class CaptureStatus {
   captured,
@@ -51,7 +56,7 @@ class Capture {
   // whose source cannot be used. load_deployment() has already rejected cameras that the rig lacks.
   // Sets OpenCV to one thread, because Capture processes cameras in parallel.
   Capture(const config::Rig& rig, const config::Viewer& viewer, const config::CaptureConfig& config,
-          double frame_rate_hz, Progress progress = {});
+          double frame_rate_hz, const Progress& progress = {});
   ~Capture();
 
   // The cameras of `frame` >= 0, in the rig's order. An increasing `frame` is cheap; any other
@@ -62,8 +67,6 @@ class Capture {
 
   // True if the file of a camera has ended: no complete set follows.
   bool ended() const { return ended_; }
-  // Names of the cameras that it reads, in the rig's order.
-  std::vector<std::string> cameras() const;
 
  private:
   struct Channel;
@@ -71,14 +74,18 @@ class Capture {
   // `index` selects the image in its source, `frame` the time of the head pose.
   RawCapture raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
                          bool want_colour) const;
-  void add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures) const;
+  void add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures);
   std::vector<CapturedCamera> capture_live(std::int64_t frame, bool want_colour);
+  void open_channels(const Progress& progress);
+  void open_source(Channel& channel, const std::shared_ptr<const Surroundings>& surroundings) const;
   void learn(Channel& channel) const;
+  void precompute(const Progress& progress);
 
   config::Rig rig_;
   config::Viewer viewer_;
   config::CaptureConfig config_;
   double frame_rate_hz_;
+  base::WorkerPool pool_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<std::vector<CapturedCamera>> precomputed_;  // by frame, by camera
   std::int64_t round_start_ = 0;                          // frame at which the files last restarted

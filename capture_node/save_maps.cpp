@@ -6,7 +6,7 @@
 #include <iostream>
 
 #include "capture_node/capture.h"
-#include "common/config/yaml/config_error.h"
+#include "common/config/deployment.h"
 #include "common/hull/pbm.h"
 
 namespace fivepipe::capture {

@@ -5,6 +5,7 @@
 #include "capture_node/capture.h"
 #include "capture_node/pacing.h"
 #include "common/base/realtime.h"
+#include "common/config/deployment.h"
 #include "common/pipeline/frames/tile_balancer.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"

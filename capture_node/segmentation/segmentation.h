@@ -9,7 +9,7 @@
 #include "capture_node/lens/undistortion.h"
 #include "capture_node/segmentation/difference.h"
 #include "capture_node/segmentation/reference_image.h"
-#include "common/config/deployment.h"
+#include "common/config/capture_config.h"
 #include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {

@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "capture_node/sources/source_error.h"
-#include "common/config/deployment.h"
+#include "common/config/capture_config.h"
+#include "common/config/rig.h"
 
 namespace fivepipe::capture {
 

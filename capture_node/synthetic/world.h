@@ -4,7 +4,7 @@
 #pragma once
 #include <vector>
 
-#include "common/config/deployment.h"
+#include "common/config/capture_config.h"
 #include "common/hull/oracle/analytic.h"
 
 namespace fivepipe::capture {
