@@ -159,7 +159,7 @@ void Capture::learn(Channel& channel) const {
         empty_frames.push_back(image);
     if (empty_frames.empty())
       throw_problems({{camera.name, SourceFault::no_frames,
-                       "no image to learn the empty scene from; " + channel.source->last_error()}});
+                       "no image of the empty scene; " + channel.source->last_error()}});
   }
   channel.segmenter =
       std::make_unique<Segmenter>(camera, learn_reference(empty_frames), config_.segmentation);
@@ -197,7 +197,7 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   result.segment_s = seconds_since(segment_start);
   if (!result.pixels) {
     result.status = CaptureStatus::missing;
-    result.reason = "the image is not 8-bit BGR of the rig's size";
+    result.reason = "the image is not 8-bit BGR of the size image_size_px";
     raw_capture.image.release();
     return raw_capture;
   }

@@ -12,7 +12,8 @@ namespace {
 // No camera can focus on nearer points.
 constexpr double kMinDepth_m = 0.01;
 
-// Pixels that the convex polygon `outline` touches. Its corners are in pixels, in order around it.
+// Pixels that the convex polygon `outline` touches. Its corners are in pixels, in order around
+// it.
 hull::ObjectPixels rasterize_conservative(const std::vector<cv::Point2f>& outline, int width_px,
                                           int height_px) {
   struct Extent {
@@ -55,9 +56,10 @@ VisibleRegion visible_region(const config::Viewer& viewer,
   const double across = std::max(k.cx_px, k.width_px - k.cx_px) / k.fx_px,
                down = std::max(k.cy_px, k.height_px - k.cy_px) / k.fy_px;
   const Eigen::Vector3d centre_m = geometry::camera_center_world_m(eye),
-                        reach_m = Eigen::Vector3d::Constant(
+                        half_extent_m = Eigen::Vector3d::Constant(
                             viewer.far_m * Eigen::Vector3d(across, down, 1).norm());
-  return {{eye, {0, 0, k.width_px, k.height_px}}, {centre_m - reach_m, centre_m + reach_m}};
+  return {{eye, {0, 0, k.width_px, k.height_px}},
+          {centre_m - half_extent_m, centre_m + half_extent_m}};
 }
 
 hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,
@@ -67,16 +69,16 @@ hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,
   // The camera's own view: it keeps all corners in front of the camera and near its image.
   parts.push_back(
       {camera, {-margin_px, -margin_px, k.width_px + margin_px, k.height_px + margin_px}});
-  std::vector<cv::Point2f> around, outline;
+  std::vector<cv::Point2f> corners_px, outline;
   for (const Eigen::Vector3d& corner : hull::corners_around_hull(parts, box_m, kMinDepth_m)) {
     const auto uv = geometry::project(camera, corner);
     assert(uv);
     for (const int du : {-margin_px, margin_px})
       for (const int dv : {-margin_px, margin_px})
-        around.emplace_back(float(uv->x() + du), float(uv->y() + dv));
+        corners_px.emplace_back(float(uv->x() + du), float(uv->y() + dv));
   }
-  if (around.empty()) return {k.width_px, k.height_px};
-  cv::convexHull(around, outline);
+  if (corners_px.empty()) return {k.width_px, k.height_px};
+  cv::convexHull(corners_px, outline);
   return rasterize_conservative(outline, k.width_px, k.height_px);
 }
 

@@ -51,4 +51,8 @@ double monotonic_radius(const config::LensDistortion& lens);
 // OpenCV's lens model: maps normalised undistorted to normalised distorted coordinates.
 Eigen::Vector2d distorted(const config::LensDistortion& lens, const Eigen::Vector2d& xy);
 
+// Normalised undistorted coordinates of a captured pixel, by fixed-point iteration on the lens
+// model.
+Eigen::Vector2d undistorted(const config::RigCamera& camera, const Eigen::Vector2d& uv_px);
+
 }  // namespace fivepipe::capture

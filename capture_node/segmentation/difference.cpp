@@ -54,9 +54,10 @@ DifferenceTables difference_tables(const ReferenceImage& reference, double sigma
     tables.high[c].resize(pixels);
     for (std::size_t i = 0; i < pixels; ++i) {
       const double mean = reference.mean_levels[3 * i + c];
-      const double reach = std::max(floor_levels, sigmas * reference.sigma_levels[3 * i + c]);
-      tables.low[c][i] = std::uint8_t(std::clamp(std::ceil(mean - reach), 0.0, 255.0));
-      tables.high[c][i] = std::uint8_t(std::clamp(std::floor(mean + reach), 0.0, 255.0));
+      const double tolerance_levels =
+          std::max(floor_levels, sigmas * reference.sigma_levels[3 * i + c]);
+      tables.low[c][i] = std::uint8_t(std::clamp(std::ceil(mean - tolerance_levels), 0.0, 255.0));
+      tables.high[c][i] = std::uint8_t(std::clamp(std::floor(mean + tolerance_levels), 0.0, 255.0));
     }
   }
   return tables;

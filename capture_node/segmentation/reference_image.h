@@ -19,10 +19,6 @@ struct ReferenceImage {
 // kMinFramesForNoise frames the noise is kPlateSigma_levels.
 ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames);
 
-// From a single picture of the empty scene. Its noise cannot be measured and is
-// kPlateSigma_levels.
-ReferenceImage reference_from_plate(const cv::Mat& plate);
-
 // Fewer samples give a standard deviation with an error above a quarter.
 inline constexpr int kMinFramesForNoise = 8;
 // Noise of an ordinary camera in room light.

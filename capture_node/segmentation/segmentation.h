@@ -37,9 +37,10 @@ class Segmenter {
 
 // Shadow preserves a surface's colour and reduces its brightness. With the pixel x and the
 // reference r, s = x.r / r.r is the brightness ratio and |x - s r| the colour distortion, both in
-// grey levels (Horprasert, Harwood, Davis 1999). Returns true if s is at least `darkest` and the
-// colour distortion at most max(kShadowColour_levels, kShadowColourFraction * s|r|).
-bool is_shadow(const std::uint8_t* pixel_bgr, const std::uint8_t* reference_bgr, double darkest);
+// grey levels (Horprasert, Harwood, Davis 1999). Returns true if s is at least `min_brightness` and
+// the colour distortion at most max(kShadowColour_levels, kShadowColourFraction * s|r|).
+bool is_shadow(const std::uint8_t* pixel_bgr, const std::uint8_t* reference_bgr,
+               double min_brightness);
 // Noise of three channels and rounding of the reference.
 inline constexpr float kShadowColour_levels = 8.0f;
 // Indirect light from the walls has another tint than the blocked light: 3.4 degrees.

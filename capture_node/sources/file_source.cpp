@@ -16,6 +16,13 @@ std::string size_text(int width_px, int height_px) {
   return std::to_string(width_px) + "x" + std::to_string(height_px);
 }
 
+std::string size_problem(const std::string& file, const cv::Mat& image,
+                         const config::RigCamera& camera) {
+  return file + ": images are " + size_text(image.cols, image.rows) +
+         " px, image_size_px of the rig is " +
+         size_text(camera.source.width_px, camera.source.height_px);
+}
+
 // Random access to the frames of one file or sequence; does not loop.
 class Frames {
  public:
@@ -129,7 +136,7 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
   std::unique_ptr<Frames> frames;
   if (file.find('%') != std::string::npos) {
     std::map<std::int64_t, fs::path> files = files_of_pattern(file);
-    if (files.empty()) fail(SourceFault::not_found, "no file fits this pattern");
+    if (files.empty()) fail(SourceFault::not_found, "no file matches this pattern");
     frames = std::make_unique<SequenceFrames>(std::move(files));
   } else if (!fs::is_regular_file(file)) {
     fail(SourceFault::not_found, "no such file");
@@ -137,7 +144,7 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
     frames = std::make_unique<SequenceFrames>(std::map<std::int64_t, fs::path>{{0, file}});
   } else {
     auto video = std::make_unique<VideoFrames>(file);
-    if (!video->opened()) fail(SourceFault::not_decodable, "not a video that can be decoded");
+    if (!video->opened()) fail(SourceFault::not_decodable, "cannot decode this video");
     frames = std::move(video);
   }
   return frames;
@@ -155,13 +162,11 @@ class FileSource final : public ImageSource {
     if (!first) {
       const bool none = frames_->count() && *frames_->count() <= first_;
       throw_problems({{camera.name, none ? SourceFault::no_frames : SourceFault::not_decodable,
-                       file_ + (none ? ": has no frame " : ": can't decode frame ") +
+                       file_ + (none ? ": has no frame " : ": cannot decode frame ") +
                            std::to_string(first_)}});
     }
     if (first->cols != width_px_ || first->rows != height_px_)
-      throw_problems({{camera.name, SourceFault::wrong_size,
-                       file_ + ": images are " + size_text(first->cols, first->rows) +
-                           ", the rig says " + size_text(width_px_, height_px_)}});
+      throw_problems({{camera.name, SourceFault::wrong_size, size_problem(file_, *first, camera)}});
   }
 
   ReadStatus read(std::int64_t frame, cv::Mat& bgr) override {
@@ -177,7 +182,7 @@ class FileSource final : public ImageSource {
     }
     if (frames_->count() && index >= *frames_->count())
       return ReadStatus::end;  // at() has just determined the count, if it was unknown
-    last_error_ = file_ + ": frame " + std::to_string(index) + " is missing or can't be decoded";
+    last_error_ = file_ + ": frame " + std::to_string(index) + " is missing or cannot be decoded";
     return ReadStatus::missing;
   }
   std::string last_error() const override { return last_error_; }
@@ -207,14 +212,11 @@ std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std:
       continue;
     }
     if (image->cols != camera.source.width_px || image->rows != camera.source.height_px)
-      throw_problems(
-          {{camera.name, SourceFault::wrong_size,
-            file + ": images are " + size_text(image->cols, image->rows) + ", the rig says " +
-                size_text(camera.source.width_px, camera.source.height_px)}});
+      throw_problems({{camera.name, SourceFault::wrong_size, size_problem(file, *image, camera)}});
     images.push_back(*image);
   }
   if (images.empty())
-    throw_problems({{camera.name, SourceFault::no_frames, file + ": no frame can be decoded"}});
+    throw_problems({{camera.name, SourceFault::no_frames, file + ": cannot decode any frame"}});
   return images;
 }
 

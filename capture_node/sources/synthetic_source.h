@@ -5,6 +5,7 @@
 
 #include "capture_node/sources/image_source.h"
 #include "capture_node/synthetic/render.h"
+#include "capture_node/synthetic/sensor_noise.h"
 
 namespace fivepipe::capture {
 

@@ -15,18 +15,6 @@
 
 namespace fivepipe::capture {
 
-// Gaussian sensor noise, rounded to grey levels. All images share one table and read it at
-// different offsets.
-class SensorNoise {
- public:
-  explicit SensorNoise(double sigma_levels);
-  // Adds the noise of image `key` in place, with saturation. The same key gives the same noise.
-  void add(cv::Mat& bgr, std::uint64_t key) const;
-
- private:
-  std::vector<std::int8_t> table_;
-};
-
 class SyntheticCamera {
  public:
   SyntheticCamera(const config::SyntheticWorld& world, const config::RigCamera& camera,
@@ -60,9 +48,5 @@ class SyntheticCamera {
   std::vector<Nearest> nearest_;   // per pixel: scratch buffer of draw_object()
   std::vector<float> visibility_;  // per pixel: scratch buffer of draw_shadow()
 };
-
-// Normalised undistorted coordinates of a captured pixel, by fixed-point iteration on the lens
-// model.
-Eigen::Vector2d undistorted(const config::RigCamera& camera, const Eigen::Vector2d& uv_px);
 
 }  // namespace fivepipe::capture

@@ -19,6 +19,5 @@ struct SyntheticPart {
 // The parts at time t_s, in the world frame: always the same number in the same order. Periodic in
 // t_s with world.period_s. The seed changes the fingers' phase, not the hand's path.
 std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, double t_s);
-std::vector<hull::Capsule> synthetic_object(const config::SyntheticWorld& world, double t_s);
 
 }  // namespace fivepipe::capture

@@ -49,7 +49,7 @@ struct SegmentationConfig {
   double threshold_floor_levels = 12.0;  // grey levels of 255
   // A darker pixel is shadow if its brightness is at least this fraction of the reference's and it
   // keeps the reference's colour; 1: no pixel is shadow.
-  double shadow_darkest = 0.5;
+  double shadow_min_brightness = 0.5;
   int opening_px = 1;  // radius of the morphological opening that removes specks; 0: none
   int closing_px = 0;  // radius of the morphological closing that fills holes; 0: none
 };

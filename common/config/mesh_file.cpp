@@ -72,7 +72,7 @@ MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
   if (const auto why = why_unreadable(file)) return {{}, *why};
   const std::string extension = mesh_extension(file);
   if (!is_gltf(file) && extension != ".obj" && extension != ".stl" && extension != ".ply")
-    return {{}, "its name must end in .gltf, .glb, .obj, .stl or .ply"};
+    return {{}, "the file name must end in .gltf, .glb, .obj, .stl or .ply"};
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(file.string(), 0);
   // Runs before JoinIdenticalVertices, which treats NaN as equal to every vertex.
@@ -81,17 +81,17 @@ MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
       return {{}, "vertex " + std::to_string(*vertex) + " of the mesh is not finite"};
   if (scene != nullptr) scene = simplified(importer);
   if (scene == nullptr)
-    return {{}, std::string("not a readable mesh: ") + importer.GetErrorString()};
+    return {{}, std::string("cannot read the mesh: ") + importer.GetErrorString()};
   MeshOrReason result;
   for (unsigned i = 0; i < scene->mNumMeshes; ++i)
     append(result.mesh, *scene->mMeshes[i], unit_m, is_gltf(file));
   if (result.mesh.triangles.empty()) return {{}, "the mesh has no triangles"};
   for (const Eigen::Vector3d& v : result.mesh.vertices_m)
-    if (!v.allFinite()) return {{}, "the mesh's transformations are not finite"};
+    if (!v.allFinite()) return {{}, "a transformation in the mesh file is not finite"};
   for (const auto& triangle : result.mesh.triangles)
     for (const std::uint32_t index : triangle)
       if (index >= result.mesh.vertices_m.size())
-        return {{}, "the mesh has a triangle with a vertex that does not exist"};
+        return {{}, "a triangle of the mesh refers to a vertex that does not exist"};
   return result;
 }
 

@@ -17,7 +17,7 @@ void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::fil
                             Problems& problems);
 // Checks that the reconstruction nodes agree about the tiles, and that each worker index occurs
 // exactly once.
-void check_shares(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
-                  const std::filesystem::path& file, Problems& problems);
+void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
+                   const std::filesystem::path& file, Problems& problems);
 
 }  // namespace fivepipe::config

@@ -1,5 +1,6 @@
 #include "common/config/node_reader.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -47,7 +48,7 @@ std::string read_image_path(YamlMap& map, const std::string& key, int first_fram
 
 CameraSource read_source(YamlMap map, bool is_here) {
   if (map.has("video") && map.has("v4l2"))
-    map.problem_at("v4l2", "video and v4l2: a camera has one source");
+    map.problem_at("v4l2", "video and v4l2 are both set: a camera has one source");
   if (map.has("v4l2")) {
     V4l2Source source;
     source.device = map.text("v4l2");
@@ -108,7 +109,8 @@ SegmentationConfig read_segmentation(YamlMap map) {
   config.threshold_sigmas = map.number("threshold_sigmas", {0, 1000}, config.threshold_sigmas);
   config.threshold_floor_levels =
       map.number("threshold_floor_levels", kLevels, config.threshold_floor_levels);
-  config.shadow_darkest = map.number("shadow_darkest", {0, 1, true}, config.shadow_darkest);
+  config.shadow_min_brightness =
+      map.number("shadow_min_brightness", {0, 1, true}, config.shadow_min_brightness);
   config.opening_px = map.integer("opening_px", kRadius_px, config.opening_px);
   config.closing_px = map.integer("closing_px", kRadius_px, config.closing_px);
   map.finish();
@@ -143,11 +145,11 @@ ReconConfig read_recon(YamlMap& map) {
   config.split = map.choice<ReconSplit>(
       "split", {{"tiles", ReconSplit::tiles}, {"frames", ReconSplit::frames}}, config.split);
   config.balance = map.flag("balance", config.balance);
-  config.worker_index = map.integer("share", kCount, config.worker_index);
-  config.worker_count = map.integer("shares", kAtLeastOne, config.worker_count);
+  config.worker_index = map.integer("worker", kCount, config.worker_index);
+  config.worker_count = map.integer("workers", kAtLeastOne, config.worker_count);
   if (config.worker_index >= config.worker_count && config.worker_count > 0)
-    map.problem_at("share", "share must be less than shares: they count from 0 to " +
-                                std::to_string(config.worker_count - 1));
+    map.problem_at("worker", fmt::format("worker must be less than workers ({}), is {}",
+                                         config.worker_count, config.worker_index));
   return config;
 }
 
@@ -166,8 +168,8 @@ SimConfig read_sim(YamlMap& map) {
   config.step_s = map.number("step_s", {1e-4, 0.1}, config.step_s);
   config.max_points = map.integer("max_points", {1, 1000000}, config.max_points);
   if (config.viewport_px > config.window_px)
-    map.problem_at("viewport_px", "viewport_px must not exceed window_px (" +
-                                      std::to_string(config.window_px) + ')');
+    map.problem_at("viewport_px", fmt::format("viewport_px must be at most window_px ({}), is {}",
+                                              config.window_px, config.viewport_px));
   return config;
 }
 
@@ -183,8 +185,8 @@ std::vector<int> read_cores(YamlMap& map) {
   std::vector<int> cores = map.integers("cores", kCores);
   std::vector<int> sorted = cores;
   std::sort(sorted.begin(), sorted.end());
-  if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
-    map.problem_at("cores", "cores names one core twice");
+  if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end()); twice != sorted.end())
+    map.problem_at("cores", fmt::format("cores contains core {} twice", *twice));
   return cores;
 }
 
@@ -198,7 +200,7 @@ ParsedNode read_node(YamlMap map, const Rig& rig) {
   parsed.node.line = parsed.location.line;
   parsed.node.name = map.name("name");
   parsed.name_location = map.location_of("name");
-  parsed.worker_index_location = map.location_of("share");
+  parsed.worker_index_location = map.location_of("worker");
   parsed.node.host = map.text("host", "");
   parsed.node.cores = read_cores(map);
   const Program program = map.choice<Program>("program",
@@ -208,7 +210,7 @@ ParsedNode read_node(YamlMap map, const Rig& rig) {
                                                {"render_node", Program::render}},
                                               Program::unknown);
   if (!map.has("program"))
-    map.problem("program is missing: capture_node, recon_node, sim_node or render_node");
+    map.problem("program is missing: set capture_node, recon_node, sim_node or render_node");
   switch (program) {
     case Program::capture: parsed.node.config = read_capture(map, rig, parsed); break;
     case Program::recon: parsed.node.config = read_recon(map); break;

@@ -9,6 +9,7 @@
 
 namespace fivepipe::config {
 
+// A rig file, and a scene file with its mesh files.
 Rig read_rig(const std::filesystem::path& file, Problems& problems);
 Scene read_scene(const std::filesystem::path& file, Problems& problems);
 

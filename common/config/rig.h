@@ -1,7 +1,6 @@
 // The cameras of a rig: calibrated, and fixed in the world or mounted on the viewer's head. Read
 // from a rig file.
 #pragma once
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -43,8 +42,5 @@ geometry::Camera published_camera(const RigCamera& camera, const Eigen::Isometry
 
 // Indices into rig.cameras of the cameras that give shape, in increasing order.
 std::vector<std::size_t> shape_cameras(const Rig& rig);
-
-// Throws ConfigError that lists every problem of the file.
-Rig load_rig(const std::filesystem::path& file);
 
 }  // namespace fivepipe::config

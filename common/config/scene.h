@@ -75,7 +75,4 @@ inline constexpr double kMaxPlausibleSize_m = 50.0;
 // Below a camera's resolution, and the size of a 0.5 m part whose metres were read as millimetres.
 inline constexpr double kMinPlausibleSize_m = 0.0005;
 
-// Throws ConfigError that lists every problem of the file and its mesh files.
-Scene load_scene(const std::filesystem::path& file);
-
 }  // namespace fivepipe::config

@@ -1,4 +1,6 @@
 // The viewer: pinholes of its two images, and the path of its eye.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -89,12 +91,16 @@ Eigen::Isometry3d eye_from_world_at(const Viewer& viewer, double t_s) {
 std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path) {
   std::vector<HeadPathFault> faults;
   for (std::size_t i = 0; i < path.size(); ++i) {
-    if (i == 0 && path[i].t_s != 0) faults.push_back({i, "the first key's t_s must be 0"});
+    if (i == 0 && path[i].t_s != 0)
+      faults.push_back({i, fmt::format("t_s of the first key must be 0, is {}", path[i].t_s)});
     if (i > 0 && !(path[i].t_s > path[i - 1].t_s))
-      faults.push_back({i, "t_s must be greater than that of the key before"});
-    if (!has_upright_image({path[i].eye_world_m, path[i].target_world_m}))
       faults.push_back(
-          {i, "the eye looks nowhere, or straight up or down: the view has no upright image"});
+          {i, fmt::format("t_s must be greater than that of the previous key ({}), is {}",
+                          path[i - 1].t_s, path[i].t_s)});
+    if (!has_upright_image({path[i].eye_world_m, path[i].target_world_m}))
+      faults.push_back({i,
+                        "the target is at the eye, or straight above or below it: the view has no "
+                        "up direction"});
   }
   if (!faults.empty()) return faults;
   for (std::size_t i = 0; i + 1 < path.size(); ++i)
@@ -102,8 +108,8 @@ std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path) {
       if (!has_upright_image(pose_in_segment(
               path, i, path[i].t_s + (path[i + 1].t_s - path[i].t_s) * step / kChecksPerSegment))) {
         faults.push_back({i,
-                          "between this key and the next the eye looks straight up or down: the "
-                          "view has no upright image"});
+                          "between this key and the next, the eye looks straight up or down: the "
+                          "view has no up direction"});
         break;
       }
   return faults;

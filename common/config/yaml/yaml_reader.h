@@ -14,16 +14,15 @@
 #include <utility>
 #include <vector>
 
+#include "common/config/yaml/numbers.h"
 #include "common/config/yaml/problems.h"
 #include "common/config/yaml/settings.h"
 
 namespace fivepipe::config {
 
-// Allowed values, bounds included.
-struct Range {
-  double min, max;
-  bool min_excluded = false;  // true: the minimum itself is not allowed
-};
+// Position of a YAML mark, and a description of a node's content for messages.
+SourceLocation location_of_mark(const YAML::Mark& mark);
+std::string kind_of(const YAML::Node& node);
 
 // The reason why a file cannot be read (missing, a directory, no permission). Returns nullopt if it
 // can.
