@@ -1,12 +1,10 @@
 #include "capture_node/capture.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <exception>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
-#include <thread>
 
 #include "capture_node/object_colour.h"
 #include "capture_node/segmentation/segmentation.h"
@@ -18,30 +16,23 @@
 namespace fivepipe::capture {
 namespace {
 
-constexpr unsigned kMaxThreads = 2;  // the other cores are the other pipes'
+// The other cores are left to the other nodes.
+constexpr std::size_t kMaxThreads = 2;
 
-// Calls `work(i)` for i < count, on up to kMaxThreads threads; the caller's is one of them.
-// Rethrows the first exception once all are done.
+// Calls work(i) for each i < count on the pool's threads. Rethrows the first exception after all
+// calls have returned, because the pool's own work must not throw.
 template <class Work>
-void in_parallel(std::size_t count, const Work& work) {
-  std::atomic<std::size_t> next = 0;
+void in_parallel(base::WorkerPool& pool, std::size_t count, const Work& work) {
   std::mutex mutex;
   std::exception_ptr failure;
-  const auto run = [&] {
-    for (std::size_t i; (i = next++) < count;) try {
-        work(i);
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        if (!failure) failure = std::current_exception();
-      }
-  };
-  {
-    std::vector<std::jthread> others;
-    const std::size_t threads = std::min<std::size_t>(
-        {count, kMaxThreads, std::max(1u, std::thread::hardware_concurrency())});
-    for (std::size_t i = 1; i < threads; ++i) others.emplace_back(run);
-    run();
-  }
+  pool.run(int(count), [&](int i, int) {
+    try {
+      work(std::size_t(i));
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  });
   if (failure) std::rethrow_exception(failure);
 }
 
@@ -49,8 +40,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Around the hull's footprint: a pixel for interpolation between neighbours, and one for what
-// rounding moves.
+// Margin around the hull's footprint: one pixel for bilinear interpolation, and one for rounding.
 constexpr int kColourMargin_px = 2;
 
 }  // namespace
@@ -58,72 +48,88 @@ constexpr int kColourMargin_px = 2;
 struct Capture::Channel {
   const config::RigCamera* camera;
   std::unique_ptr<ImageSource> source;
-  std::string background;     // file; empty where the source itself shows the empty scene first
-  int background_frames = 0;  // then: how many of its images
-  std::unique_ptr<Undistortion> undistortion;  // of cameras without a segmenter
-  hull::ObjectPixels seen;  // then: the published pixels that the captured image sees
+  // File of the empty scene. If empty, the first background_frames images of the source show it.
+  std::string background;
+  int background_frames = 0;
+  // Cameras that give shape have a segmenter. Others have an undistortion and `seen`, the published
+  // pixels that the captured image sees.
+  std::unique_ptr<Undistortion> undistortion;
+  hull::ObjectPixels seen;
   std::unique_ptr<Segmenter> segmenter;
 };
 
 Capture::Capture(const config::Rig& rig, const config::Viewer& viewer,
-                 const config::CaptureConfig& config, double frame_rate_hz, Progress progress)
-    : rig_(rig), viewer_(viewer), config_(config), frame_rate_hz_(frame_rate_hz) {
+                 const config::CaptureConfig& config, double frame_rate_hz,
+                 const Progress& progress)
+    : rig_(rig),
+      viewer_(viewer),
+      config_(config),
+      frame_rate_hz_(frame_rate_hz),
+      pool_(int(std::clamp<std::size_t>(config.sources.size(), 1, kMaxThreads))) {
   cv::setNumThreads(1);
-  std::shared_ptr<const Surroundings> surroundings;
-  const auto eye_at = [this](double t_s) { return config::eye_from_world_at(viewer_, t_s); };
   for (const config::RigCamera& camera : rig_.cameras) {
-    const auto source = config_.sources.find(camera.name);
-    if (source == config_.sources.end()) continue;
-    auto channel = std::make_unique<Channel>();
-    channel->camera = &camera;
-    if (std::holds_alternative<config::SyntheticSource>(source->second) && !surroundings)
-      surroundings = std::make_shared<const Surroundings>(config_.synthetic.seed);
-    channels_.push_back(std::move(channel));
+    if (!config_.sources.contains(camera.name)) continue;
+    channels_.push_back(std::make_unique<Channel>());
+    channels_.back()->camera = &camera;
   }
+  open_channels(progress);
+  precompute(progress);
+}
 
+void Capture::open_channels(const Progress& progress) {
+  std::shared_ptr<const Surroundings> surroundings;
+  for (const auto& [camera, source] : config_.sources)
+    if (std::holds_alternative<config::SyntheticSource>(source) && !surroundings)
+      surroundings = std::make_shared<const Surroundings>(config_.synthetic.seed);
   std::mutex mutex;
   std::size_t done = 0;
   std::vector<SourceProblem> problems;
-  const auto step = [&](const std::string& what, std::size_t of) {
-    const std::lock_guard lock(mutex);
-    ++done;
-    if (progress) progress(what, double(done) / double(of));
-  };
-  in_parallel(channels_.size(), [&](std::size_t i) {
+  in_parallel(pool_, channels_.size(), [&](std::size_t i) {
     Channel& channel = *channels_[i];
-    const config::RigCamera& camera = *channel.camera;
+    const std::string& name = channel.camera->name;
+    std::vector<SourceProblem> of_camera;
     try {
-      const config::CameraSource& source = config_.sources.at(camera.name);
-      if (const auto* video = std::get_if<config::VideoSource>(&source)) {
-        channel.source = open_file_source(camera, *video);
-        channel.background = video->background;
-      } else if (const auto* device = std::get_if<config::V4l2Source>(&source)) {
-        channel.source = open_v4l2_source(camera, *device);
-        channel.background = device->background;
-        channel.background_frames = device->background_frames;
-      } else {
-        auto synthetic = std::make_unique<SyntheticImageSource>(
-            config_.synthetic, camera, frame_rate_hz_, eye_at, surroundings);
-        if (config_.synthetic.prerender && config_.precomputed_frames <= 0) synthetic->prerender();
-        channel.source = std::move(synthetic);
-      }
+      open_source(channel, surroundings);
       learn(channel);
     } catch (const SourceError& error) {
-      const std::lock_guard lock(mutex);
-      problems.insert(problems.end(), error.problems().begin(), error.problems().end());
-    } catch (const std::exception& error) {  // OpenCV's own
-      const std::lock_guard lock(mutex);
-      problems.push_back({camera.name, SourceFault::not_decodable, error.what()});
+      of_camera = error.problems();
+    } catch (const std::exception& error) {  // of OpenCV
+      of_camera = {{name, SourceFault::not_decodable, error.what()}};
     }
-    step("camera " + camera.name + ": reference image", channels_.size());
+    const std::lock_guard lock(mutex);
+    problems.insert(problems.end(), of_camera.begin(), of_camera.end());
+    ++done;
+    if (progress)
+      progress("camera " + name + ": reference image", double(done) / double(channels_.size()));
   });
   if (!problems.empty()) throw_problems(std::move(problems));
-  if (config_.precomputed_frames <= 0) return;
+}
 
-  done = 0;
-  for (int frame = 0; frame < config_.precomputed_frames && !ended_; ++frame) {
-    precomputed_.push_back(capture_live(frame, true));
-    step("segmenting ahead", std::size_t(config_.precomputed_frames));
+void Capture::open_source(Channel& channel,
+                          const std::shared_ptr<const Surroundings>& surroundings) const {
+  const config::RigCamera& camera = *channel.camera;
+  const config::CameraSource& source = config_.sources.at(camera.name);
+  if (const auto* video = std::get_if<config::VideoSource>(&source)) {
+    channel.source = open_file_source(camera, *video);
+    channel.background = video->background;
+  } else if (const auto* device = std::get_if<config::V4l2Source>(&source)) {
+    channel.source = open_v4l2_source(camera, *device);
+    channel.background = device->background;
+    channel.background_frames = device->background_frames;
+  } else {
+    const auto eye_at = [this](double t_s) { return config::eye_from_world_at(viewer_, t_s); };
+    auto synthetic = std::make_unique<SyntheticImageSource>(config_.synthetic, camera,
+                                                            frame_rate_hz_, eye_at, surroundings);
+    if (config_.synthetic.prerender && config_.precomputed_frames <= 0) synthetic->prerender();
+    channel.source = std::move(synthetic);
+  }
+}
+
+void Capture::precompute(const Progress& progress) {
+  const std::size_t frames = std::size_t(std::max(0, config_.precomputed_frames));
+  while (precomputed_.size() < frames && !ended_) {
+    precomputed_.push_back(capture_live(std::int64_t(precomputed_.size()), true));
+    if (progress) progress("precomputing frames", double(precomputed_.size()) / double(frames));
   }
   ended_ = false;
 }
@@ -153,7 +159,7 @@ void Capture::learn(Channel& channel) const {
         empty_frames.push_back(image);
     if (empty_frames.empty())
       throw_problems({{camera.name, SourceFault::no_frames,
-                       "no image to learn the empty scene from; " + channel.source->last_error()}});
+                       "no image of the empty scene; " + channel.source->last_error()}});
   }
   channel.segmenter =
       std::make_unique<Segmenter>(camera, learn_reference(empty_frames), config_.segmentation);
@@ -162,7 +168,7 @@ void Capture::learn(Channel& channel) const {
 // One camera's image of a frame.
 struct Capture::RawCapture {
   CapturedCamera result;
-  cv::Mat image;  // empty where there is none, or nobody wants anything of it
+  cv::Mat image;  // empty if there is none, or if nothing is computed from it
   geometry::Camera published;
 };
 
@@ -179,8 +185,7 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   result.image_stamp_ns = base::now_realtime_ns();
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
-    result.reason =
-        status == ReadStatus::end ? "its file is at its end" : channel.source->last_error();
+    result.reason = status == ReadStatus::end ? "its file has ended" : channel.source->last_error();
     raw_capture.image.release();
     return raw_capture;
   }
@@ -192,7 +197,7 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   result.segment_s = seconds_since(segment_start);
   if (!result.pixels) {
     result.status = CaptureStatus::missing;
-    result.reason = "the image is not 8-bit BGR of the rig's size";
+    result.reason = "the image is not 8-bit BGR of the size image_size_px";
     raw_capture.image.release();
     return raw_capture;
   }
@@ -200,18 +205,18 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   return raw_capture;
 }
 
-void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures) const {
+void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures) {
   std::vector<hull::SilhouetteBounds> parts;
   for (const RawCapture& raw_capture : raw_captures)
     if (raw_capture.result.pixels)
       parts.push_back({raw_capture.published, raw_capture.result.pixels->bounds()});
   if (std::any_of(parts.begin(), parts.end(),
                   [](const hull::SilhouetteBounds& seen) { return seen.part.empty(); }))
-    return;  // no hull
+    return;  // the hull is empty
   const VisibleRegion eye =
       visible_region(viewer_, config::eye_from_world_at(viewer_, double(frame) / frame_rate_hz_));
   parts.push_back(eye.part);
-  in_parallel(raw_captures.size(), [&](std::size_t i) {
+  in_parallel(pool_, raw_captures.size(), [&](std::size_t i) {
     RawCapture& raw_capture = raw_captures[i];
     const Channel& channel = *channels_[i];
     if (!channel.camera->gives_colour || raw_capture.image.empty()) return;
@@ -234,7 +239,7 @@ std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_
   if (frame < round_start_) round_start_ = 0;
   std::vector<RawCapture> raw_captures(channels_.size());
   const auto capture_all = [&] {
-    in_parallel(channels_.size(), [&](std::size_t i) {
+    in_parallel(pool_, channels_.size(), [&](std::size_t i) {
       raw_captures[i] = raw_capture(*channels_[i], frame, frame - round_start_, want_colour);
     });
     return std::any_of(raw_captures.begin(), raw_captures.end(), [](const RawCapture& raw_capture) {
@@ -242,7 +247,8 @@ std::vector<CapturedCamera> Capture::capture_live(std::int64_t frame, bool want_
     });
   };
   ended_ = capture_all();
-  // All start over together, with the shortest file: frames of different times are never combined.
+  // All sources restart together when the shortest file ends, so that one set never combines frames
+  // of different times.
   if (ended_ && config_.loop && frame > round_start_) {
     round_start_ = frame;
     ended_ = capture_all();
@@ -262,12 +268,6 @@ std::vector<CapturedCamera> Capture::capture(std::int64_t frame, bool want_colou
     camera.image_stamp_ns = base::now_realtime_ns();
   }
   return result;
-}
-
-std::vector<std::string> Capture::cameras() const {
-  std::vector<std::string> names;
-  for (const auto& channel : channels_) names.push_back(channel->camera->name);
-  return names;
 }
 
 }  // namespace fivepipe::capture

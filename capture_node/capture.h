@@ -1,4 +1,5 @@
-// The video pipe: per frame, the object pixels and the colour of every camera that this node reads.
+// Capture: for each frame, the object pixels and the colour of every camera that this node reads.
+// Pure library: it knows no bus; video_pipe.cpp publishes its results.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -9,80 +10,89 @@
 #include <vector>
 
 #include "capture_node/sources/source_error.h"
-#include "common/config/deployment.h"
+#include "common/base/worker_pool.h"
+#include "common/config/capture_config.h"
+#include "common/config/rig.h"
+#include "common/config/viewer.h"
 #include "common/hull/colour_region.h"
 #include "common/hull/object_pixels.h"
 
 namespace fivepipe::capture {
 
+class Surroundings;
+
 enum class CaptureStatus {
   captured,
-  missing,  // no image of this frame; `reason` says why
-  ended,    // its file is at its end, and loop is off
+  missing,  // no image of this frame; `reason` explains why
+  ended,    // the camera's file has ended, and config.loop is false
 };
 
 struct CapturedCamera {
-  std::string camera;
+  std::string camera;  // its name in the rig
   CaptureStatus status = CaptureStatus::captured;
-  std::string reason;                        // empty where captured
-  std::optional<hull::ObjectPixels> pixels;  // of cameras that give shape; published geometry
-  std::optional<hull::ColourRegion>
-      colour;  // of cameras that give colour, where it was wanted and the hull may be seen: none
-               // where another sees no object
-  std::int64_t image_stamp_ns =
-      0;  // CLOCK_REALTIME when the image was there; of precomputed sets: when they are handed out
-  std::vector<std::string>
-      diagnostics;  // what a person should know about this camera's object pixels
-  double read_s = 0,
-         segment_s = 0;  // time spent on the image, and on making pixels and colour of it
+  std::string reason;  // empty if captured
+  // In the published geometry. Only cameras that give shape have it.
+  std::optional<hull::ObjectPixels> pixels;
+  // Only cameras that give colour have it, if the caller wants colour and the camera sees a part of
+  // the hull that the viewer can see. Absent in all cameras if one camera sees no object pixels,
+  // because the hull is then empty.
+  std::optional<hull::ColourRegion> colour;
+  // CLOCK_REALTIME when the image arrived; for precomputed frames: when capture() returned them.
+  std::int64_t image_stamp_ns = 0;
+  // Diagnostics of this camera's object pixels, for the user.
+  std::vector<std::string> diagnostics;
+  // Time to read the image, and to compute pixels and colour from it.
+  double read_s = 0, segment_s = 0;
 };
 
 class Capture {
  public:
-  // What is being done, and how much of it is done (0..1). Called from the constructor, one call at
-  // a time, from several threads.
+  // Receives the name of the current step and the completed fraction of it (0 to 1). The
+  // constructor calls it from several threads, one call at a time.
   using Progress = std::function<void(std::string_view what, double fraction)>;
 
-  // Opens every source of the configuration, learns the reference images and segments
-  // config.precomputed_frames ahead. Throws SourceError or HardwareMissing naming every camera that
-  // can't be had. Cameras of the configuration that the rig lacks are refused where it is loaded.
-  // Sets OpenCV to one thread: the cameras are what is done in parallel.
+  // Opens every source of the configuration, learns the reference images and computes the first
+  // config.precomputed_frames frames. Throws SourceError or HardwareMissing that lists every camera
+  // whose source cannot be used. load_deployment() has already rejected cameras that the rig lacks.
+  // Sets OpenCV to one thread, because Capture processes cameras in parallel.
   Capture(const config::Rig& rig, const config::Viewer& viewer, const config::CaptureConfig& config,
-          double frame_rate_hz, Progress progress = {});
+          double frame_rate_hz, const Progress& progress = {});
   ~Capture();
 
-  // The cameras of `frame` >= 0, in the rig's order. Rising frames are cheap, others reopen files.
-  // Synthetic images and the head are those of the time frame / frame_rate_hz. With precomputed
-  // frames the stored set frame % precomputed_frames. With loop, all sources start over together
-  // when the first of them ends.
+  // The cameras of `frame` >= 0, in the rig's order. An increasing `frame` is cheap; any other
+  // reopens the files. Synthetic images and the head pose are those at frame / frame_rate_hz [s].
+  // With precomputed frames, returns the stored set frame % precomputed_frames. With config.loop,
+  // all sources restart together when the first of them ends.
   std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour);
 
-  // Some camera's file has ended: no complete set follows.
+  // True if the file of a camera has ended: no complete set follows.
   bool ended() const { return ended_; }
-  // Names of the cameras that it reads, in the rig's order.
-  std::vector<std::string> cameras() const;
 
  private:
   struct Channel;
   struct RawCapture;
-  // index: of the image in its source; frame: of the head's time.
+  // `index` selects the image in its source, `frame` the time of the head pose.
   RawCapture raw_capture(Channel& channel, std::int64_t frame, std::int64_t index,
                          bool want_colour) const;
-  void add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures) const;
+  void add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captures);
   std::vector<CapturedCamera> capture_live(std::int64_t frame, bool want_colour);
+  void open_channels(const Progress& progress);
+  void open_source(Channel& channel, const std::shared_ptr<const Surroundings>& surroundings) const;
   void learn(Channel& channel) const;
+  void precompute(const Progress& progress);
 
   config::Rig rig_;
   config::Viewer viewer_;
   config::CaptureConfig config_;
   double frame_rate_hz_;
+  base::WorkerPool pool_;
   std::vector<std::unique_ptr<Channel>> channels_;
   std::vector<std::vector<CapturedCamera>> precomputed_;  // by frame, by camera
-  std::int64_t round_start_ = 0;  // frame at which the files started over last
+  std::int64_t round_start_ = 0;                          // frame at which the files last restarted
   bool ended_ = false;
 };
 
-// Frames of the empty synthetic room that the reference image is learnt from.
+// Number of frames of the empty synthetic room from which the reference image is learned.
 inline constexpr int kSyntheticBackgroundFrames = 24;
 
 }  // namespace fivepipe::capture

@@ -1,4 +1,4 @@
-// The video pipe: captures the cameras, segments object pixels, tells the head's pose.
+// The capture node: captures the cameras, segments object pixels and publishes the head pose.
 #include "capture_node/video_pipe.h"
 
 int main(int argc, char** argv) {

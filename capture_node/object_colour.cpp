@@ -9,10 +9,11 @@
 namespace fivepipe::capture {
 namespace {
 
-// Of what is nearer no camera has a picture.
+// No camera can focus on nearer points.
 constexpr double kMinDepth_m = 0.01;
 
-// Pixels that the convex outline touches. Corners in pixels, in its order round.
+// Pixels that the convex polygon `outline` touches. Its corners are in pixels, in order around
+// it.
 hull::ObjectPixels rasterize_conservative(const std::vector<cv::Point2f>& outline, int width_px,
                                           int height_px) {
   struct Extent {
@@ -27,7 +28,7 @@ hull::ObjectPixels rasterize_conservative(const std::vector<cv::Point2f>& outlin
     for (int v = first; v <= last; ++v)
       for (const float end :
            {std::max(top.y, float(v) - 0.5f), std::min(bottom.y, float(v) + 0.5f)}) {
-        // Of a side along the row, the other end is where the next side begins.
+        // If the edge is horizontal, the next edge begins at its other end and adds it.
         const float u = bottom.y > top.y
                             ? top.x + std::clamp((end - top.y) / (bottom.y - top.y), 0.0f, 1.0f) *
                                           (bottom.x - top.x)
@@ -55,28 +56,29 @@ VisibleRegion visible_region(const config::Viewer& viewer,
   const double across = std::max(k.cx_px, k.width_px - k.cx_px) / k.fx_px,
                down = std::max(k.cy_px, k.height_px - k.cy_px) / k.fy_px;
   const Eigen::Vector3d centre_m = geometry::camera_center_world_m(eye),
-                        reach_m = Eigen::Vector3d::Constant(
+                        half_extent_m = Eigen::Vector3d::Constant(
                             viewer.far_m * Eigen::Vector3d(across, down, 1).norm());
-  return {{eye, {0, 0, k.width_px, k.height_px}}, {centre_m - reach_m, centre_m + reach_m}};
+  return {{eye, {0, 0, k.width_px, k.height_px}},
+          {centre_m - half_extent_m, centre_m + half_extent_m}};
 }
 
 hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,
                              const Eigen::AlignedBox3d& box_m, const geometry::Camera& camera,
                              int margin_px) {
   const geometry::Pinhole& k = camera.pinhole;
-  // What the camera itself sees: so all corners are in front of it, and near its image.
+  // The camera's own view: it keeps all corners in front of the camera and near its image.
   parts.push_back(
       {camera, {-margin_px, -margin_px, k.width_px + margin_px, k.height_px + margin_px}});
-  std::vector<cv::Point2f> around, outline;
+  std::vector<cv::Point2f> corners_px, outline;
   for (const Eigen::Vector3d& corner : hull::corners_around_hull(parts, box_m, kMinDepth_m)) {
     const auto uv = geometry::project(camera, corner);
     assert(uv);
     for (const int du : {-margin_px, margin_px})
       for (const int dv : {-margin_px, margin_px})
-        around.emplace_back(float(uv->x() + du), float(uv->y() + dv));
+        corners_px.emplace_back(float(uv->x() + du), float(uv->y() + dv));
   }
-  if (around.empty()) return {k.width_px, k.height_px};
-  cv::convexHull(around, outline);
+  if (corners_px.empty()) return {k.width_px, k.height_px};
+  cv::convexHull(corners_px, outline);
   return rasterize_conservative(outline, k.width_px, k.height_px);
 }
 

@@ -1,31 +1,31 @@
-// Which part of a camera's image goes to those who colour the hull, and its colours.
+// The colour that a camera gives to the hull: which pixels of its image, and their colours.
 #pragma once
 #include <opencv2/core.hpp>
 #include <vector>
 
 #include "capture_node/lens/undistortion.h"
-#include "common/config/deployment.h"
+#include "common/config/viewer.h"
 #include "common/hull/colour_region.h"
 #include "common/hull/silhouette_bounds.h"
 
 namespace fivepipe::capture {
 
-// What the viewer's eye can see of the hull: its whole image, and a box around what is nearer than
-// its far plane.
+// The part of the world that the viewer's eye can see: its reconstruction image (`part`), and a
+// world box that contains every point of its view frustum up to the far plane.
 struct VisibleRegion {
   hull::SilhouetteBounds part;
   Eigen::AlignedBox3d box_m;
 };
 VisibleRegion visible_region(const config::Viewer& viewer, const Eigen::Isometry3d& eye_from_world);
 
-// Pixels of the camera's image onto which points of the box project that are in all these parts and
-// 1 cm in front of each camera, this one too; and those up to margin_px beside them. One convex
-// part of the image, or none.
+// Pixels of `camera`'s image that can show a point of `box_m` which all `parts` and `camera` see at
+// a depth of at least 1 cm, and all pixels within margin_px of these. The result is one convex
+// region of the image, or empty.
 hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,
                              const Eigen::AlignedBox3d& box_m, const geometry::Camera& camera,
                              int margin_px);
 
-// The colours of these pixels of the published image.
+// Colours of `pixels` of the published image. `captured_bgr`: 8-bit BGR of the captured size.
 hull::ColourRegion colours_of(hull::ObjectPixels pixels, const geometry::Camera& camera,
                               const Undistortion& undistortion, const cv::Mat& captured_bgr);
 

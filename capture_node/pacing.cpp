@@ -50,7 +50,7 @@ Pacing::Clock::time_point Pacing::next_wakeup(Clock::time_point now) const {
 }
 
 void Pacing::composited(std::uint64_t frame, Clock::time_point now) {
-  if (std::int64_t(frame) > last_) return;  // named by a process before this one
+  if (std::int64_t(frame) > last_) return;  // a frame of an earlier process
   composited_ = std::max(composited_, std::int64_t(frame));
   last_progress_ = now;
 }

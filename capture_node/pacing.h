@@ -1,9 +1,8 @@
-// When the next frame is captured: by the clock of the frame rate, and never more than a few frames
-// ahead of what has been composited.
+// Selects the frame to capture next: by the clock of the frame rate, and at most max_in_flight
+// frames ahead of the newest composited frame.
 //
-// Every node downstream sees the same choice of frames, because it is made here: were each to drop
-// what it can't keep up with, the tiles of different nodes would be of different frames and few
-// views would become complete.
+// The capture node drops frames for all nodes downstream. If each node dropped frames by itself,
+// the tiles of different nodes would belong to different frames, and few views would be complete.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -15,23 +14,25 @@ class Pacing {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // max_in_flight 0: by the clock alone.
+  // max_in_flight 0: the clock alone decides.
   Pacing(double frame_rate_hz, int max_in_flight, Clock::time_point start);
 
-  // The frame to capture at `now`, or nothing while its time has not come or too many are in
-  // flight. Frames whose time passes meanwhile are skipped and counted; a frame is never named
-  // twice. Where nobody is there that composites, the clock alone decides. Where somebody is, but
-  // nothing has come of the frames in flight for kStallTimeout, they are given up: a node on their
-  // way was lost.
+  // The frame to capture at `now`. Returns nullopt before the next frame's time, and while
+  // max_in_flight frames are in flight. Frames whose time passes meanwhile are skipped and counted;
+  // no frame is returned twice. Without a renderer, the clock alone decides. With a renderer, if no
+  // frame in flight has been composited for kStallTimeout, next() drops all frames in flight,
+  // because a node downstream was lost.
   std::optional<std::int64_t> next(Clock::time_point now, bool has_renderer);
-  // When to ask again: the next frame's time, or soon where frames in flight hold it up.
+  // The next frame's time, or `now` if that time has passed while frames in flight hold it back.
   Clock::time_point next_wakeup(Clock::time_point now) const;
 
+  // Reports that `frame` has been composited.
   void composited(std::uint64_t frame, Clock::time_point now);
-  // Since the last call: frames whose time passed while too many were in flight, or while this node
-  // was busy.
+  // Number of frames skipped since the last call, because too many were in flight or this node was
+  // busy.
   std::uint64_t take_skipped();
 
+  // Time without a composited frame after which the frames in flight count as lost.
   static constexpr std::chrono::milliseconds kStallTimeout{500};
 
  private:
@@ -42,10 +43,10 @@ class Pacing {
   double frame_rate_hz_;
   int max_in_flight_;
   Clock::time_point start_;
-  Clock::time_point last_progress_;  // of a composited frame, or gave those in flight up
-  std::int64_t last_ = -1;
-  std::int64_t composited_ = -1;
-  std::int64_t issued_[64] = {};  // ring of the newest frames named, by count
+  Clock::time_point last_progress_;  // last composited frame, or last drop of frames in flight
+  std::int64_t last_ = -1;           // newest frame that next() returned
+  std::int64_t composited_ = -1;     // newest composited frame
+  std::int64_t issued_[64] = {};     // ring buffer of the newest frames that next() returned
   std::uint64_t issued_count_ = 0, skipped_ = 0;
 };
 

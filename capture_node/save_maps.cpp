@@ -1,12 +1,14 @@
-// fivepipe maps: the object-pixel maps of one frame of a deployment, as files: to look at, and for
-// `fivepipe bench hull --maps`.
+// fivepipe maps: writes the object-pixel maps of one frame of a deployment to files, for inspection
+// and for `fivepipe bench hull --maps`.
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
 
 #include "capture_node/capture.h"
-#include "common/config/yaml/config_error.h"
+#include "common/config/deployment.h"
 #include "common/hull/pbm.h"
 
 namespace fivepipe::capture {
@@ -23,26 +25,20 @@ std::map<std::string, std::string> settings_from(const std::vector<std::string>&
   for (const std::string& word : words) {
     const auto equals = word.find('=');
     if (equals == std::string::npos)
-      throw CLI::ValidationError("--set", "expected KEY=VALUE, not " + word);
+      throw CLI::ValidationError("--set", "expected KEY=VALUE, got " + word);
     settings[word.substr(0, equals)] = word.substr(equals + 1);
   }
   return settings;
 }
 
-// name, size, intrinsics, camera_from_world's three rows.
+// One line: name, size, intrinsics, and the three rows of camera_from_world.
 std::string camera_line(const config::RigCamera& camera) {
   const geometry::Pinhole& k = camera.published;
-  char text[96];
-  std::string line =
-      camera.name + ' ' + std::to_string(k.width_px) + ' ' + std::to_string(k.height_px);
-  const auto add = [&](double number) {
-    std::snprintf(text, sizeof text, " %.17g", number);
-    line += text;
-  };
-  for (const double number : {k.fx_px, k.fy_px, k.cx_px, k.cy_px}) add(number);
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column) add(camera.camera_from_mount.matrix()(row, column));
-  return line;
+  const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> pose =
+      camera.camera_from_mount.matrix().topRows<3>();
+  return fmt::format("{} {} {} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}", camera.name, k.width_px,
+                     k.height_px, k.fx_px, k.fy_px, k.cx_px, k.cy_px,
+                     fmt::join(pose.data(), pose.data() + pose.size(), " "));
 }
 
 int run(const Options& options) {
@@ -51,7 +47,8 @@ int run(const Options& options) {
   const config::CaptureConfig* config = nullptr;
   for (const config::Node& node : deployment.nodes)
     if (!config) config = std::get_if<config::CaptureConfig>(&node.config);
-  if (!config) throw std::runtime_error(options.deployment.string() + ": has no capture_node");
+  if (!config)
+    throw std::runtime_error(options.deployment.string() + ": the deployment has no capture_node");
   Capture capture(deployment.rig, deployment.viewer, *config, deployment.frame_rate_hz,
                   [](std::string_view what, double fraction) {
                     std::fprintf(stderr, "\r%.*s, %d %%   ", int(what.size()), what.data(),
@@ -60,7 +57,7 @@ int run(const Options& options) {
   std::fputs("\n", stderr);
   std::filesystem::create_directories(options.out);
   std::ofstream cameras(options.out / "cameras.txt");
-  cameras << "# name width height fx fy cx cy [px], camera_from_world's three rows [m]: "
+  cameras << "# name width height fx fy cx cy [px], three rows of camera_from_world [m]: "
           << deployment.name << ", frame " << options.frame << '\n';
   int written = 0;
   for (const CapturedCamera& captured : capture.capture(options.frame, false)) {
@@ -70,7 +67,7 @@ int run(const Options& options) {
       if (camera.name != captured.camera) continue;
       if (camera.mount != config::Mount::world)
         throw std::runtime_error("camera " + camera.name +
-                                 " moves with the viewer: its pose is not of the rig");
+                                 " is mounted on the viewer and has no fixed pose");
       cameras << camera_line(camera) << '\n';
       ++written;
     }
@@ -79,10 +76,10 @@ int run(const Options& options) {
     std::printf("%s: %.1f %% object pixels\n", captured.camera.c_str(), 100 * fraction);
   }
   if (written == 0)
-    throw std::runtime_error("no camera has an image of frame " + std::to_string(options.frame) +
-                             " that gives shape");
+    throw std::runtime_error("no camera that gives shape has an image of frame " +
+                             std::to_string(options.frame));
   if (!cameras.flush())
-    throw std::runtime_error((options.out / "cameras.txt").string() + ": can't be written");
+    throw std::runtime_error((options.out / "cameras.txt").string() + ": cannot be written");
   return 0;
 }
 
@@ -92,14 +89,15 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   fivepipe::capture::Options options;
   CLI::App app(
-      "fivepipe maps: writes the object-pixel maps of one frame as FOLDER/CAMERA.pbm, and "
-      "FOLDER/cameras.txt.\n\n"
+      "fivepipe maps: writes the object-pixel maps of one frame to FOLDER/CAMERA.pbm and the "
+      "cameras to FOLDER/cameras.txt.\n\n"
       "Example:\n  fivepipe maps launch/deployments/seated4cam.yaml --set "
       "data=recordings/seated4cam --frame 60 --out out/maps/seated4cam");
   app.add_option("deployment", options.deployment, "deployment file")->required();
-  app.add_option("--out", options.out, "folder to write to")->required();
-  app.add_option("--frame", options.frame, "which frame (0)")->check(CLI::NonNegativeNumber);
-  app.add_option("--set", options.settings, "KEY=VALUE: a setting of the deployment file")
+  app.add_option("--out", options.out, "output folder")->required();
+  app.add_option("--frame", options.frame, "frame number, from 0 (default 0)")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--set", options.settings, "KEY=VALUE: overrides a setting of the deployment file")
       ->allow_extra_args(false);
   try {
     app.parse(argc, argv);

@@ -5,6 +5,7 @@
 #include "capture_node/capture.h"
 #include "capture_node/pacing.h"
 #include "common/base/realtime.h"
+#include "common/config/deployment.h"
 #include "common/pipeline/frames/tile_balancer.h"
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"
@@ -16,11 +17,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// While frames in flight hold capture up, it wakes with the next composited one, or after this to
-// look at the clock.
+// While frames in flight hold capture back, it wakes when the next frame is composited, or after
+// this time to read the clock.
 constexpr auto kPacingPollPeriod = 20ms;
 
-// Costs of older frames come too late to tell anything.
+// Tile costs of frames older than this no longer represent the scene and are ignored.
 constexpr std::uint64_t kCostHistoryFrames = 64;
 
 class VideoPipe {
@@ -66,7 +67,8 @@ class VideoPipe {
   }
 
  private:
-  // That all reconstruction nodes are configured with; none: there is nothing to share.
+  // The balancer for the configuration that all reconstruction nodes have. Returns nullopt if the
+  // deployment has no reconstruction node.
   static std::optional<frames::TileBalancer> balancer_of(const config::Deployment& deployment) {
     for (const config::Node& node : deployment.nodes)
       if (const auto* recon = std::get_if<config::ReconConfig>(&node.config))
@@ -74,7 +76,8 @@ class VideoPipe {
     return std::nullopt;
   }
 
-  // Costs of frames that a predecessor sent don't count: their numbers mean nothing here.
+  // False for frames that an earlier process of this node published: frame numbers restart with
+  // each process.
   bool is_of_this_run(std::uint64_t frame) const {
     return published_ && frame <= *published_ && *published_ - frame < kCostHistoryFrames;
   }
@@ -105,7 +108,8 @@ class VideoPipe {
       if (camera.image_stamp_ns && (!stamp_ns || camera.image_stamp_ns < stamp_ns))
         stamp_ns = camera.image_stamp_ns;
     steps.begin("publish");
-    // Pose and colour first: who has all the maps of a frame then has these too.
+    // Publishes pose and colours before the maps, so that a reader that has all maps of a frame
+    // also has these.
     messages::FramePose pose{
         number,
         stamp_ns,
@@ -156,7 +160,7 @@ class VideoPipe {
   bus::Reader<bus::topics::FrameComposited> composited_;
   bus::Reader<bus::topics::TileCosts> tile_costs_;
   std::optional<frames::TileBalancer> tile_balancer_ = balancer_of(deployment_);
-  std::optional<std::uint64_t> published_;  // the newest frame
+  std::optional<std::uint64_t> published_;  // newest published frame
   Capture capture_;
 };
 

@@ -14,9 +14,31 @@ Eigen::Vector2d distorted(const config::LensDistortion& lens, const Eigen::Vecto
           y * radial + lens.p1 * (r2 + 2 * y * y) + 2 * lens.p2 * x * y};
 }
 
+Eigen::Vector2d undistorted(const config::RigCamera& camera, const Eigen::Vector2d& uv_px) {
+  const geometry::Pinhole& k = camera.source;
+  const Eigen::Vector2d target((uv_px.x() - k.cx_px) / k.fx_px, (uv_px.y() - k.cy_px) / k.fy_px);
+  if (camera.distortion.none()) return target;
+  constexpr int kMaxIterations = 60;
+  // In normalised coordinates: 1e-6 px at f = 1000 px.
+  constexpr double kConvergence = 1e-9;
+  Eigen::Vector2d xy = target;
+  for (int i = 0; i < kMaxIterations; ++i) {
+    const double r2 = xy.squaredNorm();
+    const double radial =
+        1 + r2 * (camera.distortion.k1 + r2 * (camera.distortion.k2 + r2 * camera.distortion.k3));
+    const Eigen::Vector2d tangential = distorted(camera.distortion, xy) - radial * xy;
+    const Eigen::Vector2d next = (target - tangential) / radial;
+    const double change = (next - xy).norm();
+    xy = next;
+    if (!(change > kConvergence)) break;
+  }
+  return xy;
+}
+
 double monotonic_radius(const config::LensDistortion& lens) {
-  constexpr double kStep = 0.005,
-                   kMaxTangent = 20.0;  // 20: 87 degrees off the axis, wider than any pinhole image
+  constexpr double kStep = 0.005;
+  // 87 degrees off the axis, wider than any pinhole image.
+  constexpr double kMaxTangent = 20.0;
   for (double r = kStep; r < kMaxTangent; r += kStep) {
     const double r2 = r * r;
     if (!(1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3)) > 0)) return r - kStep;
@@ -50,9 +72,9 @@ Undistortion::Undistortion(const config::RigCamera& camera)
         continue;
       const int iu = int(std::floor(su + 0.5)), iv = int(std::floor(sv + 0.5));
       source_index_[std::size_t(v) * width_px_ + u] = iv * source_row_bits + iu;
-      SourceRect& reach = source_rects_[std::size_t(v) * words + (u >> 6)];
-      reach = {std::min(reach.u0, iu), std::min(reach.v0, iv), std::max(reach.u1, iu + 1),
-               std::max(reach.v1, iv + 1)};
+      SourceRect& rect_of_word = source_rects_[std::size_t(v) * words + (u >> 6)];
+      rect_of_word = {std::min(rect_of_word.u0, iu), std::min(rect_of_word.v0, iv),
+                      std::max(rect_of_word.u1, iu + 1), std::max(rect_of_word.v1, iv + 1)};
       map.at<cv::Vec2f>(v, u) = {float(su), float(sv)};
     }
   cv::convertMaps(map, cv::noArray(), position_, fraction_, CV_16SC2);
@@ -65,15 +87,15 @@ bool Undistortion::sees(int u_px, int v_px) const {
 hull::ObjectPixels Undistortion::published(const hull::ObjectPixels& source) const {
   assert(source.width_px() == source_width_px_ && source.height_px() == source_height_px_);
   if (identity_) return source;
-  const hull::PixelRect held = source.bounds();
+  const hull::PixelRect set_bounds = source.bounds();
   hull::ObjectPixels result(width_px_, height_px_);
   const int words = result.words_per_row();
   const std::uint64_t* bits = source.words().data();
   for (int v = 0; v < height_px_; ++v)
     for (int w = 0; w < words; ++w) {
-      const SourceRect& reach = source_rects_[std::size_t(v) * words + w];
-      if (reach.u0 >= held.u1_px || reach.u1 <= held.u0_px || reach.v0 >= held.v1_px ||
-          reach.v1 <= held.v0_px)
+      const SourceRect& rect_of_word = source_rects_[std::size_t(v) * words + w];
+      if (rect_of_word.u0 >= set_bounds.u1_px || rect_of_word.u1 <= set_bounds.u0_px ||
+          rect_of_word.v0 >= set_bounds.v1_px || rect_of_word.v1 <= set_bounds.v0_px)
         continue;
       const std::int32_t* index = source_index_.data() + std::size_t(v) * width_px_ + 64 * w;
       const int n = std::min(64, width_px_ - 64 * w);

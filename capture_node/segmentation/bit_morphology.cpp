@@ -1,4 +1,5 @@
-// The 3x3 square is separable: three neighbours in a row by shifts of whole words, then three rows.
+// The 3x3 square is separable: combines three neighbours in a row by shifting whole words, then
+// three rows. Repeats this radius_px times.
 #include "capture_node/segmentation/bit_morphology.h"
 
 #include <algorithm>
@@ -18,7 +19,7 @@ std::uint64_t combine(std::uint64_t a, std::uint64_t b, std::uint64_t c) {
   return step == Step::erode ? a & b & c : a | b | c;
 }
 
-// Each pixel with its left and right neighbour. What lies beyond the row is `outside`.
+// Combines each pixel with its left and right neighbour. Pixels beyond the row are `outside`.
 template <Step step>
 void row_of_three(const std::uint64_t* in, std::uint64_t* out, int words, std::uint64_t last_mask) {
   constexpr std::uint64_t outside = step == Step::erode ? ~std::uint64_t(0) : 0;

@@ -15,13 +15,13 @@ struct Bits16 {
   std::uint64_t differs, darker;
 };
 
-// A whole 64-pixel word is made of four of these.
+// The bits of 16 pixels; four of them make one 64-pixel word.
 Bits16 sixteen_pixels(const std::uint8_t* bgr, const RowTables& tables, int u) {
 #if CV_SIMD128
   cv::v_uint8x16 channel[3];
   cv::v_load_deinterleave(bgr + 3 * u, channel[0], channel[1], channel[2]);
   cv::v_uint8x16 below = cv::v_setzero_u8(), above = cv::v_setzero_u8();
-  for (int c = 0; c < 3; ++c) {  // saturating: zero unless it goes beyond
+  for (int c = 0; c < 3; ++c) {  // saturating subtraction: zero unless the level is out of bounds
     below = below | (cv::v_load(tables.low[c] + u) - channel[c]);
     above = above | (channel[c] - cv::v_load(tables.high[c] + u));
   }
@@ -54,9 +54,10 @@ DifferenceTables difference_tables(const ReferenceImage& reference, double sigma
     tables.high[c].resize(pixels);
     for (std::size_t i = 0; i < pixels; ++i) {
       const double mean = reference.mean_levels[3 * i + c];
-      const double reach = std::max(floor_levels, sigmas * reference.sigma_levels[3 * i + c]);
-      tables.low[c][i] = std::uint8_t(std::clamp(std::ceil(mean - reach), 0.0, 255.0));
-      tables.high[c][i] = std::uint8_t(std::clamp(std::floor(mean + reach), 0.0, 255.0));
+      const double tolerance_levels =
+          std::max(floor_levels, sigmas * reference.sigma_levels[3 * i + c]);
+      tables.low[c][i] = std::uint8_t(std::clamp(std::ceil(mean - tolerance_levels), 0.0, 255.0));
+      tables.high[c][i] = std::uint8_t(std::clamp(std::floor(mean + tolerance_levels), 0.0, 255.0));
     }
   }
   return tables;
@@ -85,11 +86,11 @@ Difference difference(const cv::Mat& image_bgr, const DifferenceTables& tables) 
     int u = 0;
     for (; u + 16 <= width; u += 16) put(u, sixteen_pixels(bgr, row, u), 0);
     if (u == width) continue;
-    if (width >= 16) {  // the last sixteen again, less what is done
+    if (width >= 16) {  // the last 16 pixels; the shift drops those already done
       put(u, sixteen_pixels(bgr, row, width - 16), u - (width - 16));
       continue;
     }
-    // Narrower than a step: by copies padded with the empty scene.
+    // The image is narrower than 16 pixels: uses copies padded with zeros, which equal the scene.
     std::array<std::uint8_t, 48> padded{};
     std::array<std::array<std::uint8_t, 16>, 6> levels{};
     std::copy(bgr, bgr + 3 * width, padded.begin());

@@ -8,11 +8,12 @@
 namespace fivepipe::capture {
 namespace {
 
-constexpr double kSigmaOfMedianDeviation = 1.4826;  // of a normal distribution
+// Ratio of the standard deviation to the median absolute deviation of a normal distribution.
+constexpr double kSigmaOfMedianDeviation = 1.4826;
 
 using Row = std::vector<std::uint8_t>;
 
-// By values, not std::min's references: only so does the compiler make vector instructions of it.
+// Uses values instead of std::min's references, because only then does the compiler vectorise.
 void exchange_elements(std::uint8_t* __restrict low, std::uint8_t* __restrict high, std::size_t n) {
   for (std::size_t k = 0; k < n; ++k) {
     const std::uint8_t a = low[k], b = high[k];
@@ -21,9 +22,9 @@ void exchange_elements(std::uint8_t* __restrict low, std::uint8_t* __restrict hi
   }
 }
 
-// Sorts rows[0..n) element by element: afterwards rows[0] holds each element's lowest. Batcher's
-// merge exchange (Knuth, The Art of Computer Programming 3, 5.2.2 M): the order of comparisons is
-// the same for all, so whole rows are compared at a time.
+// Sorts rows[0..n) element by element, so that rows[0] holds each element's minimum. Batcher's
+// merge exchange (Knuth, The Art of Computer Programming 3, 5.2.2, algorithm M): its sequence of
+// comparisons does not depend on the data, so it can compare whole rows at a time.
 void sort_elements(std::vector<Row>& rows) {
   const std::size_t n = rows.size();
   const auto exchange = [&](std::size_t i, std::size_t j) {
@@ -47,11 +48,12 @@ struct MeanSigma {
   float mean, sigma;
 };
 
-// Of element k of the samples, those within reach of the median.
-MeanSigma trimmed(const std::vector<Row>& samples, std::size_t k, int median, int reach) {
-  int n = 0, sum = 0, squares = 0;  // about the median
+// Mean and standard deviation of those samples of element k that lie within `max_deviation` of the
+// median.
+MeanSigma trimmed(const std::vector<Row>& samples, std::size_t k, int median, int max_deviation) {
+  int n = 0, sum = 0, squares = 0;  // relative to the median
   for (const Row& row : samples)
-    if (const int d = row[k] - median; std::abs(d) <= reach) {
+    if (const int d = row[k] - median; std::abs(d) <= max_deviation) {
       ++n;
       sum += d;
       squares += d * d;
@@ -66,7 +68,7 @@ MeanSigma trimmed(const std::vector<Row>& samples, std::size_t k, int median, in
 ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames) {
   assert(!empty_frames.empty());
   const int width = empty_frames[0].cols, height = empty_frames[0].rows;
-  const std::size_t row_bytes = std::size_t(width) * 3, middle = empty_frames.size() / 2;
+  const std::size_t row_bytes = std::size_t(width) * 3, median_index = empty_frames.size() / 2;
   const bool measures_noise = int(empty_frames.size()) >= kMinFramesForNoise;
   ReferenceImage reference{width, height, std::vector<float>(row_bytes * height),
                            std::vector<float>(row_bytes * height)};
@@ -78,7 +80,7 @@ ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames) {
       samples[f].assign(empty_frames[f].ptr(v), empty_frames[f].ptr(v) + row_bytes);
     }
     sort_elements(samples);
-    const Row& median = samples[middle];
+    const Row& median = samples[median_index];
     for (std::size_t f = 0; f < samples.size(); ++f) {
       deviations[f].resize(row_bytes);
       for (std::size_t k = 0; k < row_bytes; ++k)
@@ -86,9 +88,9 @@ ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames) {
     }
     sort_elements(deviations);
     for (std::size_t k = 0; k < row_bytes; ++k) {
-      const double reach = std::max(kTrimFloor_levels,
-                                    kTrim_sigmas * kSigmaOfMedianDeviation * deviations[middle][k]);
-      const MeanSigma value = trimmed(samples, k, median[k], int(reach));
+      const double max_deviation = std::max(
+          kTrimFloor_levels, kTrim_sigmas * kSigmaOfMedianDeviation * deviations[median_index][k]);
+      const MeanSigma value = trimmed(samples, k, median[k], int(max_deviation));
       reference.mean_levels[v * row_bytes + k] = value.mean;
       reference.sigma_levels[v * row_bytes + k] =
           measures_noise ? value.sigma : float(kPlateSigma_levels);
@@ -96,7 +98,5 @@ ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames) {
   }
   return reference;
 }
-
-ReferenceImage reference_from_plate(const cv::Mat& plate) { return learn_reference({&plate, 1}); }
 
 }  // namespace fivepipe::capture

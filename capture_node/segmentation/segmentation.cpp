@@ -26,7 +26,7 @@ std::optional<hull::ObjectPixels> Segmenter::segment(const cv::Mat& source_bgr) 
       source_bgr.rows != tables_.height_px)
     return std::nullopt;
   Difference found = difference(source_bgr, tables_);
-  if (config_.shadow_darkest < 1) remove_shadow(source_bgr, found);
+  if (config_.shadow_min_brightness < 1) remove_shadow(source_bgr, found);
   hull::ObjectPixels pixels = opened(std::move(found.differs), config_.opening_px);
   pixels = closed(std::move(pixels), config_.closing_px);
   return undistortion_.published(pixels);
@@ -37,38 +37,41 @@ void Segmenter::remove_shadow(const cv::Mat& source_bgr, Difference& found) cons
   for (int v = 0; v < tables_.height_px; ++v)
     for (std::size_t w = 0; w < words; ++w) {
       std::uint64_t shadow = 0;
-      for (std::uint64_t left = found.darker.words()[v * words + w]; left != 0; left &= left - 1) {
-        const int bit = std::countr_zero(left);
+      for (std::uint64_t rest = found.darker.words()[v * words + w]; rest != 0; rest &= rest - 1) {
+        const int bit = std::countr_zero(rest);
         const std::size_t u = 64 * w + std::size_t(bit);
         shadow |= std::uint64_t(is_shadow(source_bgr.ptr(v) + 3 * u, reference_bgr_.ptr(v) + 3 * u,
-                                          config_.shadow_darkest))
+                                          config_.shadow_min_brightness))
                   << bit;
       }
       found.differs.mutable_words()[v * words + w] &= ~shadow;
     }
 }
 
-bool is_shadow(const std::uint8_t* pixel_bgr, const std::uint8_t* reference_bgr, double darkest) {
+bool is_shadow(const std::uint8_t* pixel_bgr, const std::uint8_t* reference_bgr,
+               double min_brightness) {
   int xr = 0, rr = 0, xx = 0;
   for (int c = 0; c < 3; ++c) {
     xr += pixel_bgr[c] * reference_bgr[c];
     rr += reference_bgr[c] * reference_bgr[c];
     xx += pixel_bgr[c] * pixel_bgr[c];
   }
-  if (!(float(xr) >= float(darkest) * float(rr))) return false;
+  if (!(float(xr) >= float(min_brightness) * float(rr))) return false;
   const float along = rr > 0 ? float(xr) / float(rr) * float(xr) : 0.0f;  // (s|r|)^2
-  const float reach = std::max(kShadowColour_levels * kShadowColour_levels,
-                               kShadowColourFraction * kShadowColourFraction * along);
-  return float(xx) - along <= reach;
+  const float max_squared_distortion =
+      std::max(kShadowColour_levels * kShadowColour_levels,
+               kShadowColourFraction * kShadowColourFraction * along);
+  return float(xx) - along <= max_squared_distortion;
 }
 
 std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixels) {
   const std::size_t all = std::size_t(pixels.width_px()) * std::size_t(pixels.height_px());
   const std::size_t set = pixels.count();
-  if (set == 0) return {"sees no object pixels: the hull is empty"};
+  if (set == 0) return {"no object pixels: the hull is empty"};
   if (double(set) > kMaxPlausibleFraction * double(all))
     return {std::to_string(100 * set / all) +
-            " % of the image are object pixels: exposure or light changed, or the camera moved?"};
+            " % of the image are object pixels: check exposure, light and camera position, then "
+            "restart the node"};
   return {};
 }
 

@@ -16,13 +16,21 @@ std::string size_text(int width_px, int height_px) {
   return std::to_string(width_px) + "x" + std::to_string(height_px);
 }
 
-// Frames of one file or sequence by index, without looping.
+std::string size_problem(const std::string& file, const cv::Mat& image,
+                         const config::RigCamera& camera) {
+  return file + ": images are " + size_text(image.cols, image.rows) +
+         " px, image_size_px of the rig is " +
+         size_text(camera.source.width_px, camera.source.height_px);
+}
+
+// Random access to the frames of one file or sequence; does not loop.
 class Frames {
  public:
   virtual ~Frames() = default;
-  // Nothing where it can't be had: beyond the end, or unreadable.
+  // Returns nullopt if the frame is beyond the end or unreadable.
   virtual std::optional<cv::Mat> at(std::int64_t index) = 0;
-  // How many there are, once known: a video's header is only a guess, its end is certain.
+  // Number of frames, once known. A video's header is only an estimate; reading to its end gives
+  // the exact number.
   virtual std::optional<std::int64_t> count() const = 0;
   virtual std::int64_t count_guess() const = 0;
 };
@@ -34,7 +42,8 @@ class VideoFrames final : public Frames {
   }
   bool opened() const { return opened_; }
 
-  // Decoders seek to key frames only, or wrongly: frames are reached by decoding up to them.
+  // Decodes all frames before `index`, because decoders seek to key frames only, or to wrong
+  // frames.
   std::optional<cv::Mat> at(std::int64_t index) override {
     if (count_ && index >= *count_) return std::nullopt;
     if (index < next_) {
@@ -63,7 +72,7 @@ class VideoFrames final : public Frames {
   std::optional<std::int64_t> count_;
 };
 
-// Index 0 is the lowest number present; numbers missing in between are missing frames.
+// Index 0 is the smallest number present. A gap in the numbers is a missing frame.
 class SequenceFrames final : public Frames {
  public:
   explicit SequenceFrames(std::map<std::int64_t, fs::path> files) : files_(std::move(files)) {}
@@ -83,8 +92,8 @@ class SequenceFrames final : public Frames {
   std::map<std::int64_t, fs::path> files_;
 };
 
-// Files of `pattern`'s folder that it could have written, by number. The pattern's name holds one
-// %d, perhaps %0Nd.
+// Files in the folder of `pattern` that match it, by number. The pattern's file name contains one
+// %d or %0Nd.
 std::map<std::int64_t, fs::path> files_of_pattern(const fs::path& pattern) {
   const std::string name = pattern.filename().string();
   const std::size_t percent = name.find('%');
@@ -119,7 +128,7 @@ bool is_picture(const fs::path& file) {
          suffix == ".tif" || suffix == ".tiff" || suffix == ".ppm";
 }
 
-// Throws SourceError where the file can't be used at all.
+// Throws SourceError if the file is missing or cannot be decoded.
 std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::string& file) {
   const auto fail = [&](SourceFault fault, const std::string& what) {
     throw_problems({{camera.name, fault, file + ": " + what}});
@@ -127,7 +136,7 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
   std::unique_ptr<Frames> frames;
   if (file.find('%') != std::string::npos) {
     std::map<std::int64_t, fs::path> files = files_of_pattern(file);
-    if (files.empty()) fail(SourceFault::not_found, "no file fits this pattern");
+    if (files.empty()) fail(SourceFault::not_found, "no file matches this pattern");
     frames = std::make_unique<SequenceFrames>(std::move(files));
   } else if (!fs::is_regular_file(file)) {
     fail(SourceFault::not_found, "no such file");
@@ -135,7 +144,7 @@ std::unique_ptr<Frames> open_frames(const config::RigCamera& camera, const std::
     frames = std::make_unique<SequenceFrames>(std::map<std::int64_t, fs::path>{{0, file}});
   } else {
     auto video = std::make_unique<VideoFrames>(file);
-    if (!video->opened()) fail(SourceFault::not_decodable, "not a video that can be decoded");
+    if (!video->opened()) fail(SourceFault::not_decodable, "cannot decode this video");
     frames = std::move(video);
   }
   return frames;
@@ -153,13 +162,11 @@ class FileSource final : public ImageSource {
     if (!first) {
       const bool none = frames_->count() && *frames_->count() <= first_;
       throw_problems({{camera.name, none ? SourceFault::no_frames : SourceFault::not_decodable,
-                       file_ + (none ? ": has no frame " : ": can't decode frame ") +
+                       file_ + (none ? ": has no frame " : ": cannot decode frame ") +
                            std::to_string(first_)}});
     }
     if (first->cols != width_px_ || first->rows != height_px_)
-      throw_problems({{camera.name, SourceFault::wrong_size,
-                       file_ + ": images are " + size_text(first->cols, first->rows) +
-                           ", the rig says " + size_text(width_px_, height_px_)}});
+      throw_problems({{camera.name, SourceFault::wrong_size, size_problem(file_, *first, camera)}});
   }
 
   ReadStatus read(std::int64_t frame, cv::Mat& bgr) override {
@@ -174,8 +181,8 @@ class FileSource final : public ImageSource {
       return ReadStatus::missing;
     }
     if (frames_->count() && index >= *frames_->count())
-      return ReadStatus::end;  // known at the latest now
-    last_error_ = file_ + ": frame " + std::to_string(index) + " is missing or can't be decoded";
+      return ReadStatus::end;  // at() has just determined the count, if it was unknown
+    last_error_ = file_ + ": frame " + std::to_string(index) + " is missing or cannot be decoded";
     return ReadStatus::missing;
   }
   std::string last_error() const override { return last_error_; }
@@ -205,14 +212,11 @@ std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std:
       continue;
     }
     if (image->cols != camera.source.width_px || image->rows != camera.source.height_px)
-      throw_problems(
-          {{camera.name, SourceFault::wrong_size,
-            file + ": images are " + size_text(image->cols, image->rows) + ", the rig says " +
-                size_text(camera.source.width_px, camera.source.height_px)}});
+      throw_problems({{camera.name, SourceFault::wrong_size, size_problem(file, *image, camera)}});
     images.push_back(*image);
   }
   if (images.empty())
-    throw_problems({{camera.name, SourceFault::no_frames, file + ": no frame can be decoded"}});
+    throw_problems({{camera.name, SourceFault::no_frames, file + ": cannot decode any frame"}});
   return images;
 }
 

@@ -1,5 +1,8 @@
-// Where a camera's images come from. One source per camera; a source is used by one thread at a
-// time.
+// A camera's image source. To add a camera type:
+//   1. common/config/capture_config.h: add a struct to CameraSource, common/config/node_reader.cpp
+//      reads it from the deployment file;
+//   2. here: add a function that opens it, and implement ImageSource in a file of this folder;
+//   3. capture_node/capture.cpp: open_source() calls that function.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -8,40 +11,43 @@
 #include <vector>
 
 #include "capture_node/sources/source_error.h"
-#include "common/config/deployment.h"
+#include "common/config/capture_config.h"
+#include "common/config/rig.h"
 
 namespace fivepipe::capture {
 
 enum class ReadStatus {
   image,
-  missing,  // this frame can't be had (lost, unreadable, late); others may follow
+  missing,  // this frame is lost, unreadable or late; later frames may follow
   end,      // no frame follows
 };
 
+// One source per camera. At most one thread at a time may call it.
 class ImageSource {
  public:
   virtual ~ImageSource() = default;
-  // bgr becomes the image of frame >= 0: 8-bit BGR of the rig camera's captured size. Untouched
-  // unless the status is `image`. Files: frame is the index counted from their first frame; asking
-  // in rising order is cheap, going back reopens them. Devices: the newest image not yet read,
-  // whatever the index; waits for it a bounded time.
+  // Sets `bgr` to the image of `frame` >= 0: 8-bit BGR of the rig camera's captured size. Leaves
+  // `bgr` unchanged unless the status is `image`. Files: `frame` counts from the first frame to be
+  // read; increasing frames are cheap, a smaller one reopens the file. Devices: the newest image
+  // not yet read, whatever `frame` is; waits for it for a bounded time.
   virtual ReadStatus read(std::int64_t frame, cv::Mat& bgr) = 0;
-  // What happened with the last `missing`, for a person; empty where there is nothing to say.
+  // The reason for the last `missing`, for the user; empty if there is none.
   virtual std::string last_error() const { return {}; }
 };
 
-// A video file, an image sequence by printf pattern, or a single picture. Throws SourceError: not
-// found, not decodable, no frames, or another size than camera.source (both are named).
+// Opens a video file, an image sequence (printf pattern) or a single picture. Throws SourceError if
+// the file is not found, cannot be decoded, has no frame or a size other than camera.source (the
+// message names both sizes).
 std::unique_ptr<ImageSource> open_file_source(const config::RigCamera& camera,
                                               const config::VideoSource& source);
 
-// At most kMaxBackgroundFrames pictures of the empty scene, spread evenly over a video, a sequence
-// or a single plate image. Throws like open_file_source.
+// At most kMaxBackgroundFrames pictures of the empty scene, evenly spaced over a video, a sequence
+// or a single plate image. Throws like open_file_source().
 std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file);
-inline constexpr int kMaxBackgroundFrames =
-    32;  // the noise of 32 is known to an eighth; their memory is bounded
+// 32 frames determine the noise to within an eighth (1 / sqrt(2 * 32)) and bound the memory.
+inline constexpr int kMaxBackgroundFrames = 32;
 
-// Throws HardwareMissing naming the device and listing those that are there.
+// Opens a V4L2 camera. Throws HardwareMissing that names the device and lists those present.
 std::unique_ptr<ImageSource> open_v4l2_source(const config::RigCamera& camera,
                                               const config::V4l2Source& source);
 

@@ -1,4 +1,5 @@
-// Why images can't be had. Found at the start; what goes wrong later is told frame by frame.
+// Errors of image sources at the start of a node. Later faults are reported frame by frame
+// (ReadStatus::missing).
 #pragma once
 #include <stdexcept>
 #include <string>
@@ -21,7 +22,7 @@ struct SourceProblem {
   std::string what;  // names the file or device
 };
 
-// what() lists every problem, one a line, as camera: what.
+// what() lists every problem on its own line, as "camera: what".
 class SourceError : public std::runtime_error {
  public:
   explicit SourceError(std::vector<SourceProblem> problems);
@@ -31,13 +32,14 @@ class SourceError : public std::runtime_error {
   std::vector<SourceProblem> problems_;
 };
 
-// At least one of the problems is a device that is not there or does not deliver (exit code 3).
+// At least one of the problems is a device that is missing or delivers no images (exit code 3).
 class HardwareMissing : public SourceError {
  public:
   using SourceError::SourceError;
 };
 
-// Throws HardwareMissing where a problem is of hardware, else SourceError. At least one problem.
+// Throws HardwareMissing if a problem concerns hardware, SourceError otherwise. `problems` must not
+// be empty.
 [[noreturn]] void throw_problems(std::vector<SourceProblem> problems);
 
 }  // namespace fivepipe::capture

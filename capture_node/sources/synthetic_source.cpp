@@ -8,8 +8,8 @@
 namespace fivepipe::capture {
 namespace {
 
-// How far a period may be from a whole number of frames: what rounding of rate and period leaves.
-// [frames]
+// Maximum distance [frames] of a period from a whole number of frames: the rounding error of rate
+// and period.
 constexpr double kPeriodTolerance = 1e-6;
 
 std::uint64_t key_of(std::uint64_t seed, const std::string& camera) {
@@ -75,8 +75,8 @@ ReadStatus SyntheticImageSource::read(std::int64_t frame, cv::Mat& bgr) {
 
 cv::Mat SyntheticImageSource::background(int index) {
   cv::Mat bgr = renderer_.image({}, pose_at(0));
-  noise_.add(
-      bgr, splitmix64(noise_key_, 2 * std::uint64_t(index) + 1));  // odd: frames have the even ones
+  // Odd keys; read() uses the even ones.
+  noise_.add(bgr, splitmix64(noise_key_, 2 * std::uint64_t(index) + 1));
   return bgr;
 }
 

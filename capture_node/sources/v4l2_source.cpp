@@ -19,18 +19,19 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
-constexpr auto kFirstImageTimeout = 5s;  // USB cameras need seconds to start their stream
-constexpr auto kImageTimeout =
-    500ms;  // ten periods of a slow camera; then the frame counts as missing
-constexpr auto kReaderStopTimeout =
-    1s;  // leaves time to end everything within two seconds of Ctrl-C
+// USB cameras need seconds to start their stream.
+constexpr auto kFirstImageTimeout = 5s;
+// Ten periods of a slow camera (20 Hz); after it the frame is missing.
+constexpr auto kImageTimeout = 500ms;
+// Lets the node exit within two seconds of Ctrl-C.
+constexpr auto kReaderStopTimeout = 1s;
 
 std::string path_of(const std::string& device) {
   const bool index = !device.empty() && device.find_first_not_of("0123456789") == std::string::npos;
   return index ? "/dev/video" + device : device;
 }
 
-std::string devices_present() {
+std::string connected_devices() {
   std::vector<std::string> names;
   std::error_code error;
   for (fs::directory_iterator entry("/dev/v4l/by-id", error), end; !error && entry != end;
@@ -40,32 +41,32 @@ std::string devices_present() {
        entry.increment(error))
     if (entry->path().filename().string().starts_with("video"))
       names.push_back(entry->path().string());
-  if (names.empty()) return "no V4L2 device is present";
+  if (names.empty()) return "no V4L2 device is connected";
   std::sort(names.begin(), names.end());
-  std::string text = "present are";
+  std::string text = "connected devices:";
   for (const std::string& name : names) text += " " + name;
   return text;
 }
 
-// What errno says about a device that does not deliver, in terms of what to do.
+// Explains the errno of a device that delivers no images, with the fix.
 std::string hint(int error) {
   if (error == ENOSPC)
-    return "no space left on device: that is USB bandwidth; put cameras on separate controllers, "
-           "or use MJPEG, a smaller size or a lower rate";
-  if (error == EBUSY) return "the device is in use by another program";
+    return "not enough USB bandwidth (ENOSPC): connect the cameras to separate USB controllers, "
+           "or use MJPEG, a smaller image or a lower frame rate";
+  if (error == EBUSY) return "another program uses the device";
   if (error == EACCES || error == EPERM)
-    return "no permission to open it; is this user in group video?";
-  if (error == 0) return "the device does not answer as a camera";
+    return "no permission to open it: add the user to the group video";
+  if (error == 0) return "the device does not respond as a camera";
   return std::strerror(error);
 }
 
-// Shared with the thread that reads, which may outlive the source where the driver blocks.
+// Shared with the reader thread, which may outlive the source while the driver blocks.
 struct Stream {
   cv::VideoCapture video;
   std::mutex mutex;
   std::condition_variable changed;
   cv::Mat newest;
-  std::uint64_t images = 0;
+  std::uint64_t images = 0;  // number of images read so far
   int error = 0;
   bool stop = false, ended = false;
 };
@@ -101,7 +102,7 @@ class V4l2ImageSource final : public ImageSource {
       throw_problems({{camera.name, fault, name_ + ": " + what}});
     };
     if (std::error_code error; !fs::is_character_file(name_, error))
-      fail(SourceFault::hardware_missing, "no such camera; " + devices_present());
+      fail(SourceFault::hardware_missing, "no such camera; " + connected_devices());
     if (const int descriptor = ::open(name_.c_str(), O_RDWR | O_NONBLOCK); descriptor >= 0)
       ::close(descriptor);
     else
@@ -117,13 +118,14 @@ class V4l2ImageSource final : public ImageSource {
       close();
       const std::lock_guard lock(stream_->mutex);
       const int error = stream_->error;
-      fail(SourceFault::hardware_failed, "delivers no image: " + hint(error));
+      fail(SourceFault::hardware_failed, "delivers no images: " + hint(error));
     }
     if (const cv::Mat first = newest(); first.cols != width_px_ || first.rows != height_px_) {
       close();
       fail(SourceFault::wrong_size,
-           "delivers " + std::to_string(first.cols) + "x" + std::to_string(first.rows) +
-               ", the rig says " + std::to_string(width_px_) + "x" + std::to_string(height_px_));
+           "delivers images of " + std::to_string(first.cols) + "x" + std::to_string(first.rows) +
+               " px, image_size_px of the rig is " + std::to_string(width_px_) + "x" +
+               std::to_string(height_px_));
     }
   }
   ~V4l2ImageSource() override { close(); }
@@ -133,12 +135,12 @@ class V4l2ImageSource final : public ImageSource {
       const std::lock_guard lock(stream_->mutex);
       last_error_ = name_ + ": " +
                     (stream_->ended ? "stopped delivering: " + hint(stream_->error)
-                                    : "no image within half a second");
+                                    : "no image within 0.5 s");
       return ReadStatus::missing;
     }
     const cv::Mat image = newest();
     if (image.cols != width_px_ || image.rows != height_px_) {
-      last_error_ = name_ + ": the image changed its size";
+      last_error_ = name_ + ": the size of the images has changed";
       return ReadStatus::missing;
     }
     bgr = image;
@@ -166,10 +168,12 @@ class V4l2ImageSource final : public ImageSource {
       stream_->stop = true;
       ended = stream_->changed.wait_for(lock, kReaderStopTimeout, [&] { return stream_->ended; });
     }
+    // If the driver blocks the reader thread, that thread keeps the shared stream and ends after
+    // its next image.
     if (ended)
       reader_.join();
     else
-      reader_.detach();  // blocked in the driver; it holds the stream and ends with its next image
+      reader_.detach();
   }
 
   std::string name_, last_error_;

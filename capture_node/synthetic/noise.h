@@ -1,5 +1,5 @@
-// Deterministic randomness: integer hashes and the value noise made of them. Same bits on every
-// machine.
+// Deterministic pseudo-random numbers: integer hashes, and value noise computed from them. Every
+// machine computes the same bits.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -17,16 +17,17 @@ inline std::uint64_t splitmix64(std::uint64_t a, std::uint64_t b) {
   return splitmix64(splitmix64(a) ^ b);
 }
 
-// 0 to 1.
+// Uniform in [0, 1).
 inline float unit_hash(std::uint64_t key) {
   return float(splitmix64(key) >> 40) * (1.0f / 16777216.0f);
 }
+// Uniform in [0, 1) at a point of the integer lattice.
 inline float lattice(std::uint64_t seed, std::int64_t x, std::int64_t y, std::int64_t z) {
   return unit_hash(seed + std::uint64_t(x) * 0x8da6b343u + std::uint64_t(y) * 0xd8163841u +
                    std::uint64_t(z) * 0xcb1ab31fu);
 }
 
-// Smooth noise of wavelength 1, 0 to 1.
+// Value noise of wavelength 1, in [0, 1]; continuous with its first derivative.
 inline float value_noise(std::uint64_t seed, float x, float y, float z = 0) {
   const float fx = std::floor(x), fy = std::floor(y), fz = std::floor(z);
   const auto smooth = [](float t) { return t * t * (3 - 2 * t); };
@@ -40,7 +41,8 @@ inline float value_noise(std::uint64_t seed, float x, float y, float z = 0) {
   return w == 0 ? layer(iz) : layer(iz) * (1 - w) + layer(iz + 1) * w;
 }
 
-// Four octaves, each half as strong and twice as fine; 0 to 1.
+// Four octaves of value noise in [0, 1]; each has half the amplitude and twice the frequency of the
+// one before.
 inline float fractal_noise(std::uint64_t seed, float x, float y, float z = 0) {
   float sum = 0, weight = 0.5f, scale = 1;
   for (int octave = 0; octave < 4; ++octave, weight *= 0.5f, scale *= 2)

@@ -5,7 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "capture_node/lens/undistortion.h"
-#include "capture_node/synthetic/noise.h"
+#include "capture_node/synthetic/shading.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -14,88 +14,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr std::size_t kNoiseTableSize = std::size_t(1) << 20;
-
-const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(60, 140, 40), kPipe_bgr(38, 120, 214);
-
-// A surface's own colour at a point, from noise that moves with the part.
-Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {
-  const hull::Capsule& capsule = part.capsule;
-  const Vector3d axis = (capsule.b_world_m - capsule.a_world_m).normalized();
-  const Vector3d side =
-      (std::abs(axis.z()) < 0.9 ? axis.cross(Vector3d::UnitZ()) : axis.cross(Vector3d::UnitX()))
-          .normalized();
-  const Vector3d from_a = p_world_m - capsule.a_world_m;
-  const Vector3f p(float(from_a.dot(axis)), float(from_a.dot(side)),
-                   float(from_a.dot(axis.cross(side))));
-  switch (part.material) {
-    case Material::skin: {
-      const float flush = value_noise(17, 60 * p.x(), 60 * p.y(), 60 * p.z()),
-                  fine = value_noise(19, 400 * p.x(), 400 * p.y(), 400 * p.z());
-      return kSkin_bgr + (flush - 0.5f) * Vector3f(-26, -20, 12) +
-             Vector3f::Constant(14 * (fine - 0.5f));
-    }
-    case Material::sleeve: {
-      const float weave = value_noise(29, 300 * p.x(), 300 * p.y(), 300 * p.z());
-      return kSleeve_bgr + Vector3f::Constant(16 * (weave - 0.5f));
-    }
-    case Material::pipe: {
-      const bool ring = std::abs(std::abs(p.x() - 0.05f) - 0.045f) < 0.004f;
-      return ring ? Vector3f(24, 84, 156)
-                  : Vector3f(
-                        kPipe_bgr +
-                        Vector3f::Constant(
-                            16 * (value_noise(23, 30 * p.x(), 300 * p.y(), 300 * p.z()) - 0.5f)));
-    }
-  }
-  return kSkin_bgr;
-}
-
-Vector3f shaded(const SyntheticPart& part, const Vector3d& p_world_m, const Vector3d& eye_world_m) {
-  const hull::Capsule& capsule = part.capsule;
-  const Vector3d segment = capsule.b_world_m - capsule.a_world_m;
-  const double squared = segment.squaredNorm();
-  const double along =
-      squared > 0 ? std::clamp((p_world_m - capsule.a_world_m).dot(segment) / squared, 0.0, 1.0)
-                  : 0.0;
-  const Vector3f normal =
-                     (p_world_m - capsule.a_world_m - along * segment).normalized().cast<float>(),
-                 p = p_world_m.cast<float>();
-  Vector3f bgr = own_colour(part, p_world_m) * brightness(p, normal, 1);
-  const Vector3f to_eye = (eye_world_m - p_world_m).normalized().cast<float>();
-  const Vector3f half_way = ((lamp::kPosition_world_m - p).normalized() + to_eye).normalized();
-  const float shine = std::max(0.0f, normal.dot(half_way));
-  const float strength = part.material == Material::pipe   ? 60.0f
-                         : part.material == Material::skin ? 14.0f
-                                                           : 0.0f;
-  return bgr + Vector3f::Constant(strength * std::pow(shine, 24.0f));
-}
-
-// How much of the lamp a point sees past one capsule: from the closest approach of the line of
-// sight to the capsule, over the width of the half shadow there.
-float lamp_visibility_past(const hull::Capsule& capsule, const Vector3f& p) {
-  const Vector3f a = capsule.a_world_m.cast<float>(),
-                 d2 = (capsule.b_world_m - capsule.a_world_m).cast<float>();
-  const Vector3f d1 = lamp::kPosition_world_m - p, r = p - a;
-  // Closest points of the segments p + s d1 and a + t d2 (Ericson, Real-Time Collision
-  // Detection, 5.1.9).
-  const float aa = d1.squaredNorm(), e = d2.squaredNorm(), f = d2.dot(r), c = d1.dot(r),
-              b = d1.dot(d2), denominator = aa * e - b * b;
-  float s = denominator > 0 ? std::clamp((b * f - c * e) / denominator, 0.0f, 1.0f) : 0.0f;
-  float t = e > 0 ? (b * s + f) / e : 0.0f;
-  if (!(t >= 0 && t <= 1)) {
-    t = std::clamp(t, 0.0f, 1.0f);
-    s = std::clamp((b * t - c) / aa, 0.0f, 1.0f);
-  }
-  const float clearance = (r + s * d1 - t * d2).norm() - float(capsule.radius_m);
-  const float half_shadow =
-      lamp::kRadius_m * s +
-      1e-4f;  // 0.1 mm: where the capsule touches the table its shadow is sharp
-  return std::clamp(0.5f + 0.5f * clearance / half_shadow, 0.0f, 1.0f);
-}
-
-// Long capsules cut short, so that the rectangles about them hold little else. Together they are
-// the same body.
+// Long capsules are cut into short pieces, so that their bounding rectangles contain few other
+// pixels. The union of the pieces is the original body.
 struct Piece {
   hull::Capsule capsule;
   const SyntheticPart* part;
@@ -123,61 +43,6 @@ void put(cv::Mat& bgr, int u, int v, const Vector3f& levels) {
 }
 
 }  // namespace
-
-// The sum of twelve uniform numbers, less its mean, is normal to within its 6 sigma range
-// (Irwin-Hall), and needs no libm.
-SensorNoise::SensorNoise(double sigma_levels) {
-  if (!(sigma_levels > 0)) return;
-  table_.resize(kNoiseTableSize);
-  for (std::size_t i = 0; i < kNoiseTableSize; ++i) {
-    std::int64_t sum = 0;
-    for (std::uint64_t draw = 0; draw < 3; ++draw) {
-      const std::uint64_t bits = splitmix64(3 * i + draw);
-      sum += std::int64_t((bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) +
-                          (bits >> 48));
-    }
-    const double normal = (double(sum) - 6.0 * 65535.0) / 65536.0;
-    table_[i] = std::int8_t(std::clamp(std::floor(normal * sigma_levels + 0.5), -127.0, 127.0));
-  }
-}
-
-void SensorNoise::add(cv::Mat& bgr, std::uint64_t key) const {
-  if (table_.empty()) return;
-  const std::size_t row_bytes = std::size_t(bgr.cols) * 3;
-  for (int v = 0; v < bgr.rows; ++v) {
-    std::uint8_t* row = bgr.ptr(v);
-    for (std::size_t done = 0;
-         done < row_bytes;) {  // images wider than the table take several stretches of it
-      const std::size_t n = std::min(row_bytes - done, kNoiseTableSize / 2);
-      const std::int8_t* noise =
-          table_.data() +
-          splitmix64(splitmix64(key, std::uint64_t(v)), done) % (kNoiseTableSize - n);
-      for (std::size_t i = 0; i < n; ++i)
-        row[done + i] = std::uint8_t(std::clamp(row[done + i] + noise[i], 0, 255));
-      done += n;
-    }
-  }
-}
-
-Vector2d undistorted(const config::RigCamera& camera, const Vector2d& uv_px) {
-  const geometry::Pinhole& k = camera.source;
-  const Vector2d target((uv_px.x() - k.cx_px) / k.fx_px, (uv_px.y() - k.cy_px) / k.fy_px);
-  if (camera.distortion.none()) return target;
-  constexpr int kMaxIterations = 60;
-  constexpr double kConvergence = 1e-9;  // normalised: a millionth of a pixel at f = 1000 px
-  Vector2d xy = target;
-  for (int i = 0; i < kMaxIterations; ++i) {
-    const double r2 = xy.squaredNorm();
-    const double radial =
-        1 + r2 * (camera.distortion.k1 + r2 * (camera.distortion.k2 + r2 * camera.distortion.k3));
-    const Vector2d tangential = distorted(camera.distortion, xy) - radial * xy;
-    const Vector2d next = (target - tangential) / radial;
-    const double change = (next - xy).norm();
-    xy = next;
-    if (!(change > kConvergence)) break;
-  }
-  return xy;
-}
 
 SyntheticCamera::SyntheticCamera(const config::SyntheticWorld& world,
                                  const config::RigCamera& camera,
@@ -214,8 +79,8 @@ Vector3f SyntheticCamera::direction_world(int u_px, int v_px,
          world_from_camera.col(2);
 }
 
-// A fixed camera's room is rendered once: four samples a pixel. One that the viewer carries sees
-// another room every frame: one sample for four pixels.
+// Renders the room once for a fixed camera, with four samples per pixel. A camera on the viewer
+// needs a new room every frame, with one sample per four pixels.
 void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
   camera_from_world_ = camera_from_world;
   const Eigen::Isometry3f world_from_camera =
@@ -254,22 +119,24 @@ void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
     }
 }
 
-// The captured pixels that can see some of these spheres' convex hull: the hull of their exact
-// bounds in the normalised plane, through the lens. The whole image where one of them reaches the
+// Bounds of the captured pixels that can see the convex hull of the spheres: maps the exact bounds
+// in the normalised plane through the lens model. Returns the whole image if a sphere reaches the
 // camera's plane.
 hull::PixelRect SyntheticCamera::image_bounds_of(std::span<const Vector3d> centres_world_m,
                                                  std::span<const double> radii_m) const {
   const hull::PixelRect all{0, 0, camera_.source.width_px, camera_.source.height_px};
+  // At a depth of one radius the bounds become infinite.
+  constexpr double kMinDepth_radii = 1.05;
   Eigen::AlignedBox2d bounds;
   for (std::size_t i = 0; i < centres_world_m.size(); ++i) {
     const Vector3d c = camera_from_world_ * centres_world_m[i];
-    if (!(c.z() > 1.05 * radii_m[i])) return all;
+    if (!(c.z() > kMinDepth_radii * radii_m[i])) return all;
     for (int axis = 0; axis < 2; ++axis) {
-      const double middle = std::atan2(c[axis], c.z()),
-                   half = std::asin(radii_m[i] / std::hypot(c[axis], c.z()));
+      const double center_angle = std::atan2(c[axis], c.z()),
+                   half_angle = std::asin(radii_m[i] / std::hypot(c[axis], c.z()));
       Vector2d low = bounds.min(), high = bounds.max();
-      low[axis] = std::min(low[axis], std::tan(middle - half));
-      high[axis] = std::max(high[axis], std::tan(middle + half));
+      low[axis] = std::min(low[axis], std::tan(center_angle - half_angle));
+      high[axis] = std::max(high[axis], std::tan(center_angle + half_angle));
       bounds = Eigen::AlignedBox2d(low, high);
     }
   }
@@ -277,8 +144,8 @@ hull::PixelRect SyntheticCamera::image_bounds_of(std::span<const Vector3d> centr
   if (visible.isEmpty()) return {};
   const geometry::Pinhole& k = camera_.source;
   Eigen::AlignedBox2d pixels;
-  constexpr int kSteps =
-      8;  // along each side: what a lens bends between them is far below a pixel's margin
+  // Samples per side. The distortion between two samples is far below kMargin_px.
+  constexpr int kSteps = 8;
   for (int i = 0; i <= kSteps; ++i)
     for (int side = 0; side < 4; ++side) {
       const double fraction = double(i) / kSteps;
@@ -294,7 +161,8 @@ hull::PixelRect SyntheticCamera::image_bounds_of(std::span<const Vector3d> centr
                                   int(std::ceil(pixels.max().y() + kMargin_px)) + 1});
 }
 
-// Nearest piece of each pixel first, piece by piece from the front; then each pixel shaded once.
+// Finds the nearest piece of each pixel, piece by piece from front to back; then shades each pixel
+// once.
 void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat& bgr) {
   const Eigen::Isometry3d world_from_camera = camera_from_world_.inverse(Eigen::Isometry);
   const Vector3d eye = world_from_camera.translation();
@@ -340,12 +208,12 @@ void SyntheticCamera::draw_object(std::span<const SyntheticPart> parts, cv::Mat&
         put(bgr, u, v,
             shaded(*pieces[std::size_t(nearest.piece)].part,
                    eye + double(nearest.depth_m) * ray.direction_world, eye));
-        nearest.piece = -1;  // done, for the rectangles that overlap this one
+        nearest.piece = -1;  // done: overlapping rectangles skip this pixel
       }
 }
 
-// For the table and for the floor: where each capsule's shadow can lie, how much of the lamp is
-// left there, and then the image darkened by it.
+// For the table and for the floor: finds the pixels that each capsule's shadow can cover, computes
+// the visible fraction of the lamp there, and darkens the image accordingly.
 void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat& bgr) {
   const Eigen::Isometry3f world_from_camera =
       camera_from_world_.inverse(Eigen::Isometry).cast<float>();
@@ -353,6 +221,8 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
   const Vector3f eye = world_from_camera.translation();
   const Vector3d lamp_m = lamp::kPosition_world_m.cast<double>();
   const std::size_t width = std::size_t(camera_.source.width_px);
+  // The radius below is that of a distant lamp; near the lamp the ellipse is slightly longer.
+  constexpr double kEllipseMargin = 1.1;
   const std::vector<Piece> pieces = pieces_of(parts);
   for (const auto& [surface, z_m] :
        {std::pair{Surface::table_top, kTableTop_z_m}, std::pair{Surface::floor, kFloor_z_m}}) {
@@ -362,13 +232,13 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
       std::vector<double> radii;
       for (const Vector3d& end : {capsule.a_world_m, capsule.b_world_m}) {
         const Vector3d down = end - lamp_m;
-        const double scale =
-            std::max(1.0, (double(z_m) - lamp_m.z()) / down.z());  // 1: it lies on the surface
+        // Projects the centre from the lamp onto the surface; 1: it lies on the surface.
+        const double scale = std::max(1.0, (double(z_m) - lamp_m.z()) / down.z());
         centres.push_back(lamp_m + scale * down);
-        // A sphere's shadow on the surface is an ellipse: longer than wide by the slant of the
-        // light; half shadow included.
+        // A sphere's shadow on the surface is an ellipse, elongated by the slant of the light;
+        // includes the penumbra.
         radii.push_back((scale * capsule.radius_m + (scale - 1) * lamp::kRadius_m) * down.norm() /
-                        -down.z() * 1.1);
+                        -down.z() * kEllipseMargin);
       }
       rects.push_back(image_bounds_of(centres, radii));
       for (int v = rects.back().v0_px; v < rects.back().v1_px; ++v)
@@ -397,7 +267,7 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
           put(bgr, u, v,
               Vector3f(lit[0], lit[1], lit[2]) *
                   (brightness(p, up, visible) / brightness(p, up, 1)));
-          visible = 1;  // done, for the rectangles that overlap this one
+          visible = 1;  // done: overlapping rectangles skip this pixel
         }
   }
 }

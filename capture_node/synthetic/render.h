@@ -1,7 +1,7 @@
-// Images of the synthetic world as a camera would capture them: lens distortion, shading, cast
-// shadow, sensor noise. Rendered by rays through the captured image's pixel centres. What does not
-// change (the room as seen from a fixed camera) is rendered once; per frame only where the object
-// and its shadow can be.
+// Renders images of the synthetic world as a camera would capture them: lens distortion, shading,
+// cast shadow, sensor noise. Casts rays through the pixel centres of the captured image. The room
+// of a fixed camera is rendered once; per frame only the pixels that the object or its shadow can
+// cover.
 #pragma once
 #include <limits>
 #include <memory>
@@ -15,24 +15,13 @@
 
 namespace fivepipe::capture {
 
-// Gaussian noise, rounded to levels: a table that every image reads from its own offsets.
-class SensorNoise {
- public:
-  explicit SensorNoise(double sigma_levels);
-  // Adds the noise of image `key` in place, saturating; the same key gives the same noise.
-  void add(cv::Mat& bgr, std::uint64_t key) const;
-
- private:
-  std::vector<std::int8_t> table_;
-};
-
 class SyntheticCamera {
  public:
   SyntheticCamera(const config::SyntheticWorld& world, const config::RigCamera& camera,
                   std::shared_ptr<const Surroundings> surroundings);
 
-  // The image of `parts` (none: the empty room) without noise, 8-bit BGR of the captured size. The
-  // room is rendered anew where the pose differs from the last one's.
+  // The image of `parts` (none: the empty room) without noise, 8-bit BGR of the captured size.
+  // Renders the room again if the pose differs from that of the last call.
   cv::Mat image(std::span<const SyntheticPart> parts, const Eigen::Isometry3d& camera_from_world);
 
  private:
@@ -48,7 +37,7 @@ class SyntheticCamera {
   config::RigCamera camera_;
   std::shared_ptr<const Surroundings> surroundings_;
   std::vector<Eigen::Vector2f> xy_;  // normalised undistorted coordinates per captured pixel
-  Eigen::AlignedBox2d seen_xy_;      // their bounds
+  Eigen::AlignedBox2d seen_xy_;      // bounds of xy_
   Eigen::Isometry3d camera_from_world_;
   cv::Mat room_;
   std::vector<Surface> surface_;
@@ -56,12 +45,8 @@ class SyntheticCamera {
     float depth_m = std::numeric_limits<float>::infinity();
     int piece = -1;
   };
-  std::vector<Nearest> nearest_;   // work space of the object's pass
-  std::vector<float> visibility_;  // and of the shadow's
+  std::vector<Nearest> nearest_;   // per pixel: scratch buffer of draw_object()
+  std::vector<float> visibility_;  // per pixel: scratch buffer of draw_shadow()
 };
-
-// Normalised undistorted coordinates of a captured pixel: the lens model inverted by fixed-point
-// iteration.
-Eigen::Vector2d undistorted(const config::RigCamera& camera, const Eigen::Vector2d& uv_px);
 
 }  // namespace fivepipe::capture

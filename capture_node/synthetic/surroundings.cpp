@@ -16,8 +16,8 @@ const Vector3f kRoomMin_m(-2.9f, -2.7f, kFloor_z_m), kRoomMax_m(2.9f, 2.7f, 2.3f
 const Vector3f kTableMin_m(-0.85f, -0.68f, -0.04f), kTableMax_m(0.85f, 0.68f, kTableTop_z_m);
 const Vector3f kCeiling_bgr(205, 206, 204), kTableEdge_bgr(96, 92, 84);
 
-// All surfaces are neutral or cool: skin, and the pipe, differ from each of them in colour, also
-// where they lie in shade.
+// An image of `colour(u, v)`. All surfaces have neutral or cool colours, so that skin and pipe
+// differ from them in colour, also in the shade.
 template <class Colour>
 cv::Mat painted(int width_px, int height_px, Colour colour) {
   cv::Mat texture(height_px, width_px, CV_8UC3);
@@ -32,8 +32,8 @@ cv::Mat painted(int width_px, int height_px, Colour colour) {
 
 bool within(float x, float low, float high) { return x >= low && x < high; }
 
-// Grey ash in planks, with a cutting mat, two printed sheets and a strip of markers on it. One
-// texel is 2 mm.
+// Planks of grey ash with a cutting mat, two printed sheets and a strip of markers. One texel is
+// 2 mm.
 cv::Mat table_texture(std::uint64_t seed) {
   constexpr float kTexel_m = 0.002f;
   const int width = int((kTableMax_m.x() - kTableMin_m.x()) / kTexel_m),
@@ -53,7 +53,7 @@ cv::Mat table_texture(std::uint64_t seed) {
                  : Vector3f(92, 104, 52) +
                        Vector3f::Constant(14 * (fractal_noise(seed + 3, 40 * x, 40 * y) - 0.5f));
     }
-    for (const float left : {0.05f, 0.42f}) {  // sheets with lines of words
+    for (const float left : {0.05f, 0.42f}) {  // sheets with printed lines
       const float sx = x - left - 0.25f * (y + 0.4f) * (left - 0.2f), sy = y + 0.25f;
       if (!within(sx, 0, 0.21f) || !within(sy, 0, 0.297f)) continue;
       const auto line = std::int64_t(sy / 0.012f), word = std::int64_t(sx / 0.014f);
@@ -80,7 +80,7 @@ cv::Mat floor_texture(std::uint64_t seed) {
   });
 }
 
-// Plaster with shelves of boxes below and pictures above.
+// Plaster with pictures in the upper half and shelves of boxes in the lower half.
 cv::Mat wall_texture(std::uint64_t seed) {
   return painted(512, 256, [&](int column, int row) -> Vector3f {
     const int u = 2 * column, v = 2 * row;
@@ -106,7 +106,7 @@ cv::Mat wall_texture(std::uint64_t seed) {
   });
 }
 
-// Bilinear; s, t 0..1 over the texture, clamped.
+// Bilinear interpolation at s, t in [0, 1] over the texture, clamped at its border.
 Vector3f sample(const cv::Mat& texture, float s, float t) {
   const float x = std::clamp(s * texture.cols - 0.5f, 0.0f, float(texture.cols - 1)),
               y = std::clamp(t * texture.rows - 0.5f, 0.0f, float(texture.rows - 1));
@@ -129,8 +129,8 @@ BoxHit through_box(const Vector3f& low, const Vector3f& high, const Vector3f& or
                    const Vector3f& direction) {
   BoxHit hit{-std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(), 0, 0};
   for (int axis = 0; axis < 3; ++axis) {
-    const float inverse =
-        1 / direction[axis];  // infinite where parallel, which the comparisons below stand
+    // Infinite if the ray is parallel to the faces; the comparisons below remain correct.
+    const float inverse = 1 / direction[axis];
     float near = (low[axis] - origin[axis]) * inverse, far = (high[axis] - origin[axis]) * inverse;
     if (near > far) std::swap(near, far);
     if (near > hit.enter) hit = {near, hit.leave, axis, hit.leave_axis};

@@ -1,5 +1,5 @@
-// The room that synthetic cameras stand in: a table with things printed on it, floor, walls; one
-// lamp and light from all sides.
+// The synthetic cameras' room: a table with printed patterns, floor, walls and ceiling, lit by one
+// lamp and ambient light.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -8,15 +8,15 @@
 
 namespace fivepipe::capture {
 
-// The lamp's place and size, and how its light adds up with what comes from everywhere; a level of
-// 1 is a surface's own colour.
+// Position and size of the lamp, and the weights of ambient and direct light. At brightness 1 a
+// surface shows its own colour.
 namespace lamp {
 inline const Eigen::Vector3f kPosition_world_m(0.5f, -0.35f, 1.9f);
 inline constexpr float kRadius_m = 0.05f;
 inline constexpr float kAmbient = 0.62f, kDirect = 0.40f;
 }  // namespace lamp
 
-// Brightness of a surface; visibility of the lamp 0..1.
+// Brightness of a surface point; `visibility` is the visible fraction of the lamp, 0 to 1.
 float brightness(const Eigen::Vector3f& p_world_m, const Eigen::Vector3f& normal_world,
                  float visibility);
 
@@ -30,9 +30,9 @@ class Surroundings {
 
   struct RayHit {
     Surface surface;
-    Eigen::Vector3f bgr;  // grey levels, lamp in sight
+    Eigen::Vector3f bgr;  // grey levels of 255, lamp fully visible
   };
-  // What a ray meets. The direction need not be normalised.
+  // First surface that the ray hits. The direction need not be normalised.
   RayHit trace_ray(const Eigen::Vector3f& origin_world_m,
                    const Eigen::Vector3f& direction_world) const;
 

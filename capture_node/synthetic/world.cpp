@@ -10,18 +10,18 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The palm's centre goes round this box once a period, through every side of it.
-const Vector3d kPathCentre_m(0.0, 0.05, 0.26), kPathReach_m(0.25, 0.15, 0.14);
+// The palm's centre moves around this box once per period and reaches each of its sides.
+const Vector3d kPathCentre_m(0.0, 0.05, 0.26), kPathHalfExtent_m(0.25, 0.15, 0.14);
 const Vector3d kShoulder_world_m(0.25, -0.75, 0.32);
 
-// In the frame of a right hand, palm down: x from the thumb to the little finger, y along the
-// fingers, z out of the back of the hand; origin in the middle of the palm. A hand of average size
-// [m].
+// Frame of a right hand, palm down: x from the thumb to the little finger, y along the fingers, z
+// out of the back of the hand; origin at the centre of the palm. A hand of average size.
 constexpr double kKnuckle_y_m = 0.044, kWrist_y_m = -0.046;
 constexpr double kPipeRadius_m = 0.020, kPipeLength_m = 0.14;
 const Vector3d kPipe_hand_m(0.0, 0.050, -0.034);
 struct Finger {
-  double x_m, radius_m, reach_m;  // reach: radius of the arc about the pipe that its bones lie on
+  double x_m, radius_m;
+  double arc_radius_m;  // of the arc around the pipe on which the bones lie
 };
 constexpr Finger kFingers[] = {{-0.032, 0.0090, 0.0335},
                                {-0.011, 0.0095, 0.0345},
@@ -35,7 +35,7 @@ double phase_turns(const config::SyntheticWorld& world, double t_s) {
 
 Eigen::Isometry3d world_from_hand(double turn) {
   const double w = 2 * std::numbers::pi * turn;
-  const Vector3d palm = kPathCentre_m + kPathReach_m.cwiseProduct(Vector3d(
+  const Vector3d palm = kPathCentre_m + kPathHalfExtent_m.cwiseProduct(Vector3d(
                                             std::sin(w), std::sin(w + 1.9), std::sin(2 * w + 0.6)));
   Vector3d along = (palm - kShoulder_world_m).normalized();
   along.z() *= 0.3;  // the wrist keeps the hand nearly level
@@ -52,8 +52,8 @@ Eigen::Isometry3d world_from_hand(double turn) {
   return pose;
 }
 
-// Three bones as chords of an arc about the pipe, from the knuckle over its far side and back
-// below; open: 0 closed, 1 loosened.
+// Three bones as chords of an arc around the pipe, from the knuckle over its far side and back
+// below. `open`: 0 is a closed grip, 1 a loose one.
 void add_finger(std::vector<SyntheticPart>& parts, const Finger& finger, double open) {
   constexpr double kKnuckleAngle_rad = 1.71, kBend_rad = 1.27, kLoosened_rad = 0.25,
                    kLoosened_m = 0.009;
@@ -61,9 +61,9 @@ void add_finger(std::vector<SyntheticPart>& parts, const Finger& finger, double 
   Vector3d from(finger.x_m, kKnuckle_y_m, 0.0);
   for (int bone = 1; bone <= 3; ++bone) {
     const double angle = kKnuckleAngle_rad - bend * bone,
-                 reach = finger.reach_m + kLoosened_m * open;
-    const Vector3d to =
-        kPipe_hand_m + Vector3d(finger.x_m, reach * std::cos(angle), reach * std::sin(angle));
+                 arc_radius_m = finger.arc_radius_m + kLoosened_m * open;
+    const Vector3d to = kPipe_hand_m + Vector3d(finger.x_m, arc_radius_m * std::cos(angle),
+                                                arc_radius_m * std::sin(angle));
     parts.push_back({{from, to, finger.radius_m - 0.0006 * bone}, Material::skin});
     from = to;
   }
@@ -87,7 +87,7 @@ std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, 
   parts.push_back({{{-0.034, -0.012, -0.014}, {-0.040, 0.018, -0.042}, 0.0105}, Material::skin});
   parts.push_back(
       {{{-0.040, 0.018, -0.042}, {-0.024, 0.038 + thumb, -0.063}, 0.0095}, Material::skin});
-  const Vector3d half_pipe(0.5 * kPipeLength_m - kPipeRadius_m, 0, 0);  // its ends are round
+  const Vector3d half_pipe(0.5 * kPipeLength_m - kPipeRadius_m, 0, 0);  // without the round ends
   parts.push_back(
       {{kPipe_hand_m - half_pipe, kPipe_hand_m + half_pipe, kPipeRadius_m}, Material::pipe});
 
@@ -100,17 +100,11 @@ std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, 
   constexpr double kForearm_m = 0.26;
   const Vector3d to_shoulder = (kShoulder_world_m - wrist).normalized();
   const Vector3d elbow = wrist + kForearm_m * (to_shoulder + Vector3d(0.15, 0, -0.2)).normalized();
-  const Vector3d middle = wrist + 0.4 * (elbow - wrist);
-  parts.push_back({{wrist, middle, 0.026}, Material::skin});
-  parts.push_back({{middle, elbow, 0.038}, Material::sleeve});
+  const Vector3d sleeve_edge = wrist + 0.4 * (elbow - wrist);
+  parts.push_back({{wrist, sleeve_edge, 0.026}, Material::skin});
+  parts.push_back({{sleeve_edge, elbow, 0.038}, Material::sleeve});
   parts.push_back({{elbow, kShoulder_world_m, 0.046}, Material::sleeve});
   return parts;
-}
-
-std::vector<hull::Capsule> synthetic_object(const config::SyntheticWorld& world, double t_s) {
-  std::vector<hull::Capsule> object;
-  for (const SyntheticPart& part : synthetic_parts(world, t_s)) object.push_back(part.capsule);
-  return object;
 }
 
 }  // namespace fivepipe::capture

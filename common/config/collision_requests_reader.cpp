@@ -1,5 +1,7 @@
 #include "common/config/collision_requests_reader.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numbers>
 
@@ -15,7 +17,8 @@ constexpr Range kContacts{0, 64};
 constexpr Range kTime_s{1e-3, 3600};
 constexpr Range kCell_m{5e-4, 1};
 constexpr Range kWindow{3, 240};
-constexpr double kMinToleranceFraction = 1e-3;  // of the cap: a search costs with their ratio
+// Minimum ratio of tolerance to cap: the cost of a search grows with its inverse.
+constexpr double kMinToleranceFraction = 1e-3;
 constexpr Range kSpeed_m_s{0.01, 1000};
 constexpr Range kAnyDirection{-1e6, 1e6};
 constexpr Range kUnitRange{0, 1};
@@ -33,8 +36,9 @@ ResponseRequests read_response(YamlMap map) {
   if (map.has("v_rec")) {
     requests.v_rec_world = map.vector3("v_rec", kAnyDirection);
     if (!(requests.v_rec_world->norm() > 0))
-      map.problem_at("v_rec",
-                     "v_rec is zero: it is the direction in which the object is moved out");
+      map.problem_at(
+          "v_rec",
+          "v_rec must not be zero: it is the direction in which the object leaves the hull");
   }
   requests.four_points = map.flag("four_point_normal", requests.four_points);
   requests.closed_form = map.flag("closed_form_normal", requests.closed_form);
@@ -44,14 +48,18 @@ ResponseRequests read_response(YamlMap map) {
   return requests;
 }
 
-// The tolerance is that within which a distance below the cap is known.
+// Reads cap_m and tolerance_m; the values passed in are the defaults.
 void read_cap(YamlMap& map, double& cap_m, double& tolerance_m) {
   cap_m = map.number("cap_m", kCap_m, cap_m);
   tolerance_m = map.number("tolerance_m", kTolerance_m, std::min(tolerance_m, cap_m));
-  if (tolerance_m > cap_m) map.problem_at("tolerance_m", "tolerance_m must not exceed cap_m");
+  if (!(tolerance_m <= cap_m))
+    map.problem_at("tolerance_m", fmt::format("tolerance_m must be at most cap_m ({}), is {}",
+                                              cap_m, tolerance_m));
   if (tolerance_m < kMinToleranceFraction * cap_m)
     map.problem_at("tolerance_m",
-                   "tolerance_m is less than a thousandth of cap_m: the search would take seconds");
+                   fmt::format("tolerance_m must be at least cap_m / 1000 ({}), is {}: a smaller "
+                               "one makes a query take seconds",
+                               kMinToleranceFraction * cap_m, tolerance_m));
 }
 
 ProximityRequests read_proximity(YamlMap map) {

@@ -1,4 +1,4 @@
-// `report` and `warmth` of a scene's object, and `history` of the scene.
+// Reads the keys `report` and `warmth` of a scene's object, and `history` of the scene.
 #pragma once
 #include "common/config/collision_requests.h"
 #include "common/config/yaml/yaml_reader.h"

@@ -1,9 +1,9 @@
 #include "common/config/deployment.h"
 
+#include <fmt/format.h>
+
 #include <limits>
-#include <memory>
 #include <numbers>
-#include <sstream>
 
 #include "common/config/node_checks.h"
 #include "common/config/node_reader.h"
@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kAny{-kUnbounded, kUnbounded};
-constexpr Range kDomains{
-    0, 232};  // DDSI-RTPS 2.5, section 9.6.2.3: ports of higher domains exceed 65535
+// DDSI-RTPS 2.5, section 9.6.2.3: the ports of higher domains exceed 65535.
+constexpr Range kDomains{0, 232};
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
 Settings read_settings(YamlMap& map, const std::map<std::string, std::string>& overrides) {
@@ -53,7 +53,7 @@ Viewer read_viewer(YamlMap map) {
   if (map.is_void()) return viewer;
   viewer.name = map.name("name", viewer.name);
   if (map.has("path") && map.has("file"))
-    map.problem_at("file", "path and file exclude each other");
+    map.problem_at("file", "path and file are both set: remove one");
   if (map.has("file")) {
     viewer.file = map.path("file");
     if (!viewer.file.empty()) viewer.path = read_head_path(viewer.file, map.problems());
@@ -73,12 +73,14 @@ Viewer read_viewer(YamlMap map) {
   viewer.recon_height_px = recon_height_px;
   viewer.near_m = map.number("near_m", {1e-3, 1e4}, viewer.near_m);
   viewer.far_m = map.number("far_m", {1e-3, 1e5}, viewer.far_m);
-  if (!(viewer.near_m < viewer.far_m)) map.problem("near_m must be less than far_m");
+  if (!(viewer.near_m < viewer.far_m))
+    map.problem(
+        fmt::format("near_m ({}) must be less than far_m ({})", viewer.near_m, viewer.far_m));
   map.finish();
   return viewer;
 }
 
-// The file that a key names, read; with problems where it has some.
+// Reads the file that a key names. Adds its problems to the map's.
 template <typename Content>
 Content read_named_file(YamlMap& map, const std::string& key,
                         Content (*read)(const std::filesystem::path&, Problems&)) {
@@ -101,21 +103,20 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   if (rig_is_valid && !nodes.empty())
     check_sources(nodes, deployment.rig, map.file(), location, map.problems());
   if (nodes_are_good && viewer_is_valid)
-    check_shares(nodes, deployment.viewer, map.file(), map.problems());
+    check_workers(nodes, deployment.viewer, map.file(), map.problems());
   for (ParsedNode& parsed : nodes) deployment.nodes.push_back(std::move(parsed.node));
 }
 
-// Parts of the hull are looked for in the rig's volume.
+// The tracker divides the rig's volume into cells; their number is bounded.
 void check_history(YamlMap& map, const Deployment& deployment) {
   if (!deployment.scene.history) return;
   const double cells =
       (deployment.rig.volume_m.sizes() / deployment.scene.history->cell_m).array().ceil().prod();
   if (cells <= kMaxHistoryCells) return;
-  std::ostringstream what;
-  what << "history of the scene divides the rig's volume_m into " << cells << " cells, at most "
-       << kMaxHistoryCells
-       << " are possible: a larger cell_m in its history, or a smaller volume_m";
-  map.problem_at("scene", what.str());
+  map.problem_at("scene",
+                 fmt::format("history.cell_m of the scene splits the rig's volume_m into {:.4g} "
+                             "cells, the limit is {:.4g}: increase cell_m or reduce volume_m",
+                             cells, kMaxHistoryCells));
 }
 
 std::vector<std::filesystem::path> files_of(YamlMap& map, const Deployment& deployment) {

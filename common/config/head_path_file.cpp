@@ -1,3 +1,5 @@
+#include <fmt/ranges.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -35,26 +37,25 @@ void check_header(const std::filesystem::path& file, const std::string& line, Pr
   const std::vector<Cell> cells = cells_of(line);
   for (std::size_t i = 0; i < kColumns.size(); ++i)
     if (i >= cells.size() || cells[i].text != kColumns[i]) {
-      std::string expected;
-      for (const char* name : kColumns)
-        expected += (expected.empty() ? "" : ",") + std::string(name);
       problems.add(file, {1, i < cells.size() ? cells[i].column : int(line.size()) + 1},
-                   "the first line must be " + expected);
+                   fmt::format("the first line must be {}", fmt::join(kColumns, ",")));
       return;
     }
   if (cells.size() > kColumns.size())
-    problems.add(file, {1, cells[kColumns.size()].column}, "one column too many");
+    problems.add(
+        file, {1, cells[kColumns.size()].column},
+        fmt::format("the first line must have {} columns, has {}", kColumns.size(), cells.size()));
 }
 
-// Nothing where the line has a problem.
+// Returns nullopt if the line has a problem.
 std::optional<HeadKey> read_key(const std::filesystem::path& file, int line_number,
                                 const std::string& line, Problems& problems) {
   const std::size_t problems_before = problems.count();
   const std::vector<Cell> cells = cells_of(line);
   if (cells.size() != kColumns.size())
-    problems.add(file, {line_number, 1},
-                 "must have " + std::to_string(kColumns.size()) + " columns, has " +
-                     std::to_string(cells.size()));
+    problems.add(
+        file, {line_number, 1},
+        fmt::format("the line must have {} columns, has {}", kColumns.size(), cells.size()));
   std::array<double, kColumns.size()> values = {};
   for (std::size_t i = 0; i < std::min(cells.size(), kColumns.size()); ++i) {
     const std::string& text = cells[i].text;
@@ -91,7 +92,8 @@ std::vector<HeadKey> read_head_path(const std::filesystem::path& file, Problems&
     }
   }
   if (problems.count() > problems_before) return path;
-  if (path.empty()) problems.add(file, {1, 1}, "there is no key in the file");
+  if (path.empty())
+    problems.add(file, {1, 1}, "the file contains no key: add a line below the header");
   for (const HeadPathFault& fault : head_path_faults(path))
     problems.add(file, {line_of_key[fault.key], 1}, fault.what);
   return path;

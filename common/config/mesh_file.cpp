@@ -15,7 +15,7 @@ namespace fivepipe::config {
 
 namespace {
 
-// Vertex that is not finite, counted over all meshes.
+// Index of the first vertex that is not finite, counted over all meshes.
 std::optional<std::size_t> not_finite_vertex(const aiScene& scene) {
   std::size_t count = 0;
   for (unsigned i = 0; i < scene.mNumMeshes; ++i)
@@ -26,8 +26,8 @@ std::optional<std::size_t> not_finite_vertex(const aiScene& scene) {
   return std::nullopt;
 }
 
-// Positions only: equal corners become one vertex, whatever normals and texture coordinates the
-// file gives them.
+// Keeps positions only, so that equal corners become one vertex even if their normals or texture
+// coordinates differ.
 const aiScene* simplified(Assimp::Importer& importer) {
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
                               aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
@@ -42,7 +42,7 @@ const aiScene* simplified(Assimp::Importer& importer) {
 }
 
 void append(geometry::Mesh& mesh, const aiMesh& part, double unit_m,
-            bool y_is_up) {  // y up: glTF 2.0, section 3.4
+            bool y_is_up) {  // true for glTF (glTF 2.0, section 3.4)
   const auto first = std::uint32_t(mesh.vertices_m.size());
   for (unsigned i = 0; i < part.mNumVertices; ++i) {
     const aiVector3D& v = part.mVertices[i];
@@ -72,26 +72,26 @@ MeshOrReason read_mesh(const std::filesystem::path& file, double unit_m) {
   if (const auto why = why_unreadable(file)) return {{}, *why};
   const std::string extension = mesh_extension(file);
   if (!is_gltf(file) && extension != ".obj" && extension != ".stl" && extension != ".ply")
-    return {{}, "its name must end in .gltf, .glb, .obj, .stl or .ply"};
+    return {{}, "the file name must end in .gltf, .glb, .obj, .stl or .ply"};
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(file.string(), 0);
-  // Looked for before joining, which takes NaN for equal to every vertex.
+  // Runs before JoinIdenticalVertices, which treats NaN as equal to every vertex.
   if (scene != nullptr)
     if (const auto vertex = not_finite_vertex(*scene))
       return {{}, "vertex " + std::to_string(*vertex) + " of the mesh is not finite"};
   if (scene != nullptr) scene = simplified(importer);
   if (scene == nullptr)
-    return {{}, std::string("not a readable mesh: ") + importer.GetErrorString()};
+    return {{}, std::string("cannot read the mesh: ") + importer.GetErrorString()};
   MeshOrReason result;
   for (unsigned i = 0; i < scene->mNumMeshes; ++i)
     append(result.mesh, *scene->mMeshes[i], unit_m, is_gltf(file));
   if (result.mesh.triangles.empty()) return {{}, "the mesh has no triangles"};
   for (const Eigen::Vector3d& v : result.mesh.vertices_m)
-    if (!v.allFinite()) return {{}, "the mesh's transformations are not finite"};
+    if (!v.allFinite()) return {{}, "a transformation in the mesh file is not finite"};
   for (const auto& triangle : result.mesh.triangles)
     for (const std::uint32_t index : triangle)
       if (index >= result.mesh.vertices_m.size())
-        return {{}, "the mesh has a triangle with a vertex that does not exist"};
+        return {{}, "a triangle of the mesh refers to a vertex that does not exist"};
   return result;
 }
 

@@ -1,5 +1,7 @@
 #include "common/config/node_checks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <tuple>
 
@@ -22,7 +24,7 @@ void check_cameras_exist(const ParsedNode& parsed, const Rig& rig,
   }
 }
 
-// All synthetic cameras see one world at one time.
+// All synthetic cameras must see the same world at the same time.
 void check_one_synthetic_world(const std::vector<ParsedNode>& nodes,
                                const std::filesystem::path& file, Problems& problems) {
   const SyntheticWorld* first = nullptr;
@@ -39,8 +41,8 @@ void check_one_synthetic_world(const std::vector<ParsedNode>& nodes,
         std::tie(first->seed, first->period_s, first->cast_shadow))
       problems.add(file, parsed.location,
                    parsed.node.name +
-                       ": synthetic (seed, period_s, cast_shadow) differs from that of another "
-                       "capture node");
+                       ": seed, period_s and cast_shadow of synthetic must be the same in all "
+                       "capture nodes");
   }
 }
 
@@ -59,18 +61,19 @@ void check_sources(const std::vector<ParsedNode>& nodes, const Rig& rig,
       const auto [first, is_new] = reader_of.try_emplace(camera, parsed.node.name);
       if (!is_new)
         problems.add(file, location,
-                     "camera " + camera + " is read by " + first->second + " already");
+                     "camera " + camera + " is already read by node " + first->second);
     }
   }
   check_one_synthetic_world(nodes, file, problems);
-  // Without any capture node the maps come from elsewhere: a replay, or another deployment's
-  // capture.
+  // Without a capture node, the maps come from a replay or from the capture node of another
+  // deployment.
   if (!has_capture_node) return;
   for (const RigCamera& camera : rig.cameras)
     if ((camera.gives_shape || camera.gives_colour) && !reader_of.contains(camera.name))
       problems.add(
           file, nodes_location,
-          "camera " + camera.name + " of rig " + rig.name + " has no source in any capture node");
+          fmt::format("camera {} of rig {} has no source: add it to the sources of a capture node",
+                      camera.name, rig.name));
 }
 
 void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,
@@ -79,9 +82,9 @@ void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::fil
   for (const ParsedNode& parsed : nodes) {
     const auto [first, is_new] = line_of_name.try_emplace(parsed.node.name, parsed.location.line);
     if (!is_new && !parsed.node.name.empty())
-      problems.add(file, parsed.name_location,
-                   "two nodes are called " + parsed.node.name + ", the first in line " +
-                       std::to_string(first->second));
+      problems.add(
+          file, parsed.name_location,
+          fmt::format("node name {} is already used in line {}", parsed.node.name, first->second));
     if (!std::holds_alternative<SimConfig>(parsed.node.config) &&
         !std::holds_alternative<RenderConfig>(parsed.node.config))
       continue;
@@ -89,13 +92,13 @@ void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::fil
         first_of_single_program.try_emplace(program_of(parsed.node), parsed.location.line);
     if (!is_only)
       problems.add(file, parsed.location,
-                   "a second " + single->first + ", the first is in line " +
-                       std::to_string(single->second) + ": at most one is allowed");
+                   fmt::format("a deployment has at most one {}, the first is in line {}",
+                               single->first, single->second));
   }
 }
 
-void check_shares(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
-                  const std::filesystem::path& file, Problems& problems) {
+void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
+                   const std::filesystem::path& file, Problems& problems) {
   const ReconConfig* first = nullptr;
   SourceLocation first_location;
   std::map<int, std::string> owner_of_worker;
@@ -111,31 +114,35 @@ void check_shares(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
                                              first->worker_count, first->split, first->balance)) {
       problems.add(file, parsed.location,
                    parsed.node.name +
-                       ": tile_columns, tile_rows, shares, split and balance must be the same in "
+                       ": tile_columns, tile_rows, workers, split and balance must be the same in "
                        "all reconstruction nodes");
       return;
     }
     const auto [owner, is_new] = owner_of_worker.try_emplace(recon->worker_index, parsed.node.name);
     if (!is_new)
       problems.add(file, parsed.worker_index_location,
-                   "share " + std::to_string(recon->worker_index) + " is that of " + owner->second +
-                       " already");
+                   fmt::format("worker {} is already node {}", recon->worker_index, owner->second));
   }
   if (first == nullptr) return;
   if (first->tile_columns > viewer.recon_width_px || first->tile_rows > viewer.recon_height_px)
     problems.add(file, first_location,
-                 "more tiles than pixels: recon_size_px is smaller than tile_columns x tile_rows");
+                 fmt::format("more tiles ({} x {}) than pixels ({} x {}): reduce tile_columns or "
+                             "tile_rows, or increase recon_size_px",
+                             first->tile_columns, first->tile_rows, viewer.recon_width_px,
+                             viewer.recon_height_px));
   if (first->worker_count > first->tile_columns + first->tile_rows - 1)
     problems.add(
         file, first_location,
-        "some shares would own no tile: shares must be at most tile_columns + tile_rows - 1 = " +
-            std::to_string(first->tile_columns + first->tile_rows - 1));
+        fmt::format(
+            "workers must be at most tile_columns + tile_rows - 1 = {}, is {}: more workers "
+            "would own no tile",
+            first->tile_columns + first->tile_rows - 1, first->worker_count));
   else
-    for (int share = 0; share < first->worker_count; ++share)
-      if (!owner_of_worker.contains(share))
+    for (int worker = 0; worker < first->worker_count; ++worker)
+      if (!owner_of_worker.contains(worker))
         problems.add(file, first_location,
-                     "no reconstruction node has share " + std::to_string(share) + " of " +
-                         std::to_string(first->worker_count));
+                     fmt::format("workers is {}, but no reconstruction node has worker {}",
+                                 first->worker_count, worker));
 }
 
 }  // namespace fivepipe::config

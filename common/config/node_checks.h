@@ -1,5 +1,5 @@
-// What the nodes of a deployment must be together: cameras read once, the view shared out once, no
-// two nodes of one name.
+// Checks the nodes of a deployment against each other: one capture node reads each camera, the
+// reconstruction nodes cover the view exactly once, and node names are unique.
 #pragma once
 #include <vector>
 
@@ -7,14 +7,17 @@
 
 namespace fivepipe::config {
 
-// `nodes_location`: of the list of nodes, for what is missing altogether. The rig is the
-// deployment's, without problems of its own.
+// Checks the cameras' sources. Cameras that no node reads are reported at `nodes_location`, the
+// location of the list of nodes. `rig` must be the deployment's rig and have no problems.
 void check_sources(const std::vector<ParsedNode>& nodes, const Rig& rig,
                    const std::filesystem::path& file, SourceLocation nodes_location,
                    Problems& problems);
+// Checks that node names are unique, and that there is at most one sim_node and one render_node.
 void check_names_and_counts(const std::vector<ParsedNode>& nodes, const std::filesystem::path& file,
                             Problems& problems);
-void check_shares(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
-                  const std::filesystem::path& file, Problems& problems);
+// Checks that the reconstruction nodes agree about the tiles, and that each worker index occurs
+// exactly once.
+void check_workers(const std::vector<ParsedNode>& nodes, const Viewer& viewer,
+                   const std::filesystem::path& file, Problems& problems);
 
 }  // namespace fivepipe::config

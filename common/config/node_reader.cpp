@@ -1,5 +1,6 @@
 #include "common/config/node_reader.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,16 +15,16 @@ namespace {
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kCount{0, kUnbounded}, kAtLeastOne{1, kUnbounded};
 constexpr Range kLevels{0, 255};  // grey levels
-constexpr Range kCores{0, 1023};  // what a Linux cpu_set_t holds
+constexpr Range kCores{0, 1023};  // CPUs of a Linux cpu_set_t
 
-// Files are looked for where the node will run: on this machine, unless it is for another.
+// True if the node runs on this machine. Files of other hosts cannot be checked here.
 bool runs_here(const std::string& host) {
   std::array<char, 256> own = {};
   ::gethostname(own.data(), own.size() - 1);
   return host.empty() || host == own.data();
 }
 
-// A file of the sequence frame_%04d.png; the text itself where there is no %d in it.
+// File of a sequence such as frame_%04d.png. Returns the pattern itself if it contains no %d.
 std::string frame_of_sequence(const std::string& pattern, int index) {
   static const std::regex kIndex("%(0?)([0-9]?)d");
   std::smatch match;
@@ -38,7 +39,7 @@ std::string frame_of_sequence(const std::string& pattern, int index) {
 std::string read_image_path(YamlMap& map, const std::string& key, int first_frame, bool is_here) {
   const std::string path = map.path(key).string();
   if (path.empty() || !is_here) return path;
-  // Sequences are counted from 0 or from 1.
+  // Sequences start at 0 or at 1.
   auto why = why_unreadable(frame_of_sequence(path, first_frame));
   if (why && why_unreadable(frame_of_sequence(path, first_frame + 1)))
     map.problem_at(key, key + ' ' + path + ": " + *why);
@@ -47,7 +48,7 @@ std::string read_image_path(YamlMap& map, const std::string& key, int first_fram
 
 CameraSource read_source(YamlMap map, bool is_here) {
   if (map.has("video") && map.has("v4l2"))
-    map.problem_at("v4l2", "video and v4l2: a camera has one source");
+    map.problem_at("v4l2", "video and v4l2 are both set: a camera has one source");
   if (map.has("v4l2")) {
     V4l2Source source;
     source.device = map.text("v4l2");
@@ -65,8 +66,8 @@ CameraSource read_source(YamlMap map, bool is_here) {
   return source;
 }
 
-// Either `sources: synthetic` (all cameras of the rig that give anything), or by camera: synthetic,
-// or a mapping.
+// Reads `sources: synthetic` (all cameras of the rig that give shape or colour), or a mapping from
+// camera to `synthetic` or to the keys of one source.
 std::map<std::string, CameraSource> read_sources(YamlMap& map, const Rig& rig, ParsedNode& parsed) {
   std::map<std::string, CameraSource> sources;
   if (map.is_text("sources")) {
@@ -108,7 +109,8 @@ SegmentationConfig read_segmentation(YamlMap map) {
   config.threshold_sigmas = map.number("threshold_sigmas", {0, 1000}, config.threshold_sigmas);
   config.threshold_floor_levels =
       map.number("threshold_floor_levels", kLevels, config.threshold_floor_levels);
-  config.shadow_darkest = map.number("shadow_darkest", {0, 1, true}, config.shadow_darkest);
+  config.shadow_min_brightness =
+      map.number("shadow_min_brightness", {0, 1, true}, config.shadow_min_brightness);
   config.opening_px = map.integer("opening_px", kRadius_px, config.opening_px);
   config.closing_px = map.integer("closing_px", kRadius_px, config.closing_px);
   map.finish();
@@ -143,11 +145,11 @@ ReconConfig read_recon(YamlMap& map) {
   config.split = map.choice<ReconSplit>(
       "split", {{"tiles", ReconSplit::tiles}, {"frames", ReconSplit::frames}}, config.split);
   config.balance = map.flag("balance", config.balance);
-  config.worker_index = map.integer("share", kCount, config.worker_index);
-  config.worker_count = map.integer("shares", kAtLeastOne, config.worker_count);
+  config.worker_index = map.integer("worker", kCount, config.worker_index);
+  config.worker_count = map.integer("workers", kAtLeastOne, config.worker_count);
   if (config.worker_index >= config.worker_count && config.worker_count > 0)
-    map.problem_at("share", "share must be less than shares: they count from 0 to " +
-                                std::to_string(config.worker_count - 1));
+    map.problem_at("worker", fmt::format("worker must be less than workers ({}), is {}",
+                                         config.worker_count, config.worker_index));
   return config;
 }
 
@@ -166,8 +168,8 @@ SimConfig read_sim(YamlMap& map) {
   config.step_s = map.number("step_s", {1e-4, 0.1}, config.step_s);
   config.max_points = map.integer("max_points", {1, 1000000}, config.max_points);
   if (config.viewport_px > config.window_px)
-    map.problem_at("viewport_px", "viewport_px must not exceed window_px (" +
-                                      std::to_string(config.window_px) + ')');
+    map.problem_at("viewport_px", fmt::format("viewport_px must be at most window_px ({}), is {}",
+                                              config.window_px, config.viewport_px));
   return config;
 }
 
@@ -183,8 +185,8 @@ std::vector<int> read_cores(YamlMap& map) {
   std::vector<int> cores = map.integers("cores", kCores);
   std::vector<int> sorted = cores;
   std::sort(sorted.begin(), sorted.end());
-  if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
-    map.problem_at("cores", "cores names one core twice");
+  if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end()); twice != sorted.end())
+    map.problem_at("cores", fmt::format("cores contains core {} twice", *twice));
   return cores;
 }
 
@@ -198,7 +200,7 @@ ParsedNode read_node(YamlMap map, const Rig& rig) {
   parsed.node.line = parsed.location.line;
   parsed.node.name = map.name("name");
   parsed.name_location = map.location_of("name");
-  parsed.worker_index_location = map.location_of("share");
+  parsed.worker_index_location = map.location_of("worker");
   parsed.node.host = map.text("host", "");
   parsed.node.cores = read_cores(map);
   const Program program = map.choice<Program>("program",
@@ -208,7 +210,7 @@ ParsedNode read_node(YamlMap map, const Rig& rig) {
                                                {"render_node", Program::render}},
                                               Program::unknown);
   if (!map.has("program"))
-    map.problem("program is missing: capture_node, recon_node, sim_node or render_node");
+    map.problem("program is missing: set capture_node, recon_node, sim_node or render_node");
   switch (program) {
     case Program::capture: parsed.node.config = read_capture(map, rig, parsed); break;
     case Program::recon: parsed.node.config = read_recon(map); break;

@@ -1,5 +1,4 @@
-// The nodes of a deployment file, one by one; what concerns several of them is checked in
-// node_checks.h.
+// Reads one node of a deployment file. node_checks.h checks the nodes against each other.
 #pragma once
 #include <map>
 #include <string>
@@ -9,14 +8,14 @@
 
 namespace fivepipe::config {
 
-// A node with the places that later problems refer to.
+// A node and the locations at which node_checks.h reports problems.
 struct ParsedNode {
   Node node;
   SourceLocation location, name_location, worker_index_location;
   std::map<std::string, SourceLocation> source_locations;  // by camera
 };
 
-// `rig` says which cameras `sources: synthetic` stands for.
+// `rig` lists the cameras that `sources: synthetic` stands for.
 ParsedNode read_node(YamlMap map, const Rig& rig);
 
 }  // namespace fivepipe::config

@@ -1,5 +1,6 @@
-// The readers behind load_rig, load_scene and load_deployment: they add to `problems` instead of
-// throwing. What they return is to be used only where there were none.
+// Readers of the files that a deployment names. They add to `problems` instead of throwing, so that
+// load_deployment() reports the problems of all files together. Use the result only if the reader
+// added no problem.
 #pragma once
 #include <filesystem>
 
@@ -8,25 +9,28 @@
 
 namespace fivepipe::config {
 
+// A rig file, and a scene file with its mesh files.
 Rig read_rig(const std::filesystem::path& file, Problems& problems);
 Scene read_scene(const std::filesystem::path& file, Problems& problems);
 
-// A CSV file of eye poses: the header t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m,
-// then a key a line.
+// Reads a CSV file of eye poses: the header
+// t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m, then one key per line.
 std::vector<HeadKey> read_head_path(const std::filesystem::path& file, Problems& problems);
 
-// What is wrong with a path of eye poses, by key: times that do not start at 0 and rise, an eye
-// that looks straight up, down or nowhere. Also between the keys.
+// Faults of a path of eye poses, by key: times must start at 0 and increase; at and between the
+// keys, the eye must not look straight up or down, nor have its target at its own position.
 struct HeadPathFault {
   std::size_t key;
   std::string what;
 };
 std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path);
 
-// Triangles of a glTF, OBJ, STL or PLY file, scaled by unit_m; a reason where it can't be used (no
-// triangles, an importer's error, a vertex that is not finite). glTF's y axis is up: it becomes
-// this project's z.
+// True if the file name ends in .gltf or .glb.
 bool is_gltf(const std::filesystem::path& file);
+
+// Reads the triangles of a glTF, OBJ, STL or PLY file and multiplies the vertices by unit_m [m].
+// Returns a reason if the mesh is unusable: no triangles, an importer error, or a vertex that is
+// not finite. glTF's y axis is up; it becomes this project's z axis.
 struct MeshOrReason {
   geometry::Mesh mesh;
   std::string reason;  // empty: usable

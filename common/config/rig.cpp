@@ -1,12 +1,14 @@
 #include "common/config/rig.h"
 
+#include <fmt/format.h>
+
 #include <limits>
 #include <map>
 #include <numbers>
 
-#include "common/config/box_visibility.h"
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
+#include "common/geometry/box_visibility.h"
 
 namespace fivepipe::config {
 
@@ -15,10 +17,10 @@ namespace {
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kAny{-kUnbounded, kUnbounded};
 constexpr Range kPositive{0, kUnbounded, true};
-constexpr Range kFieldOfView_deg{0.01,
-                                 170};  // a pinhole image grows without bound towards 180 degrees
-// Below, the viewing direction and the image's up are one line for a camera that is given by
-// look_at (sine of the angle).
+// A pinhole image grows without bound towards 180 degrees.
+constexpr Range kFieldOfView_deg{0.01, 170};
+// Minimum sine of the angle between look_at's viewing direction and up vector. Below it, the image
+// has no defined up direction.
 constexpr double kMinSineToUp = 1e-4;
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -27,13 +29,14 @@ geometry::Pinhole read_pinhole(YamlMap& map) {
   const bool by_angle = map.has("horizontal_fov_deg");
   if (by_angle) {
     for (const std::string key : {"fx_px", "fy_px", "cx_px", "cy_px"})
-      if (map.has(key)) map.problem_at(key, key + " and horizontal_fov_deg exclude each other");
+      if (map.has(key))
+        map.problem_at(key, key + " and horizontal_fov_deg are both set: remove one");
     const double fov_rad = map.number("horizontal_fov_deg", kFieldOfView_deg) * kDegree_rad;
     return geometry::pinhole_from_fov(width_px, height_px, fov_rad);
   }
   if (!map.has("fx_px") && !map.has("fy_px") && !map.has("cx_px") && !map.has("cy_px")) {
     map.problem(
-        "no focal length: horizontal_fov_deg, or fx_px, fy_px, cx_px and cy_px, is missing");
+        "focal length is missing: set horizontal_fov_deg, or fx_px, fy_px, cx_px and cy_px");
     return {};
   }
   return {width_px,
@@ -55,8 +58,7 @@ LensDistortion read_distortion(YamlMap map) {
   return d;
 }
 
-// look_at in the frame that the camera is mounted in, whose up is +z in the world and -y in the
-// viewer's eye.
+// Reads look_at in the frame of the mount. Up is +z in the world and -y in the viewer's eye frame.
 Eigen::Isometry3d read_look_at(YamlMap map, Mount mount) {
   const std::size_t problems_before = map.problem_count();
   const Eigen::Vector3d eye_m = map.vector3("eye_m", kAny),
@@ -68,8 +70,8 @@ Eigen::Isometry3d read_look_at(YamlMap map, Mount mount) {
   const Eigen::Vector3d direction = (target_m - eye_m).normalized();
   if (!(direction.cross(up).norm() > kMinSineToUp)) {
     map.problem(
-        "look_at has no upright image: eye_m and target_m are the same point, or one straight "
-        "above the other; state the rotation instead");
+        "look_at has no up direction: target_m is at eye_m, or straight above or below it; use a "
+        "rotation instead");
     return Eigen::Isometry3d::Identity();
   }
   return geometry::look_at(eye_m, target_m, up);
@@ -83,18 +85,18 @@ Eigen::Isometry3d read_pose(YamlMap map) {
   return pose;
 }
 
-// Exactly one of look_at and camera_from_world (camera_from_viewer for what the viewer carries).
+// Reads the pose: exactly one of look_at and camera_from_world (camera_from_viewer for a camera on
+// the viewer).
 Eigen::Isometry3d read_camera_from_mount(YamlMap& map, Mount mount) {
   const std::string key = mount == Mount::world ? "camera_from_world" : "camera_from_viewer";
   const std::string wrong_key = mount == Mount::world ? "camera_from_viewer" : "camera_from_world";
   if (map.has(wrong_key))
-    map.problem_at(wrong_key,
-                   wrong_key + " does not go with this camera's mount: " + key + " is expected");
+    map.problem_at(wrong_key, wrong_key + " does not match the camera's mount: use " + key);
   const bool has_look_at = map.has("look_at"), has_pose = map.has(key);
-  if (has_look_at && has_pose) map.problem_at(key, key + " and look_at exclude each other");
+  if (has_look_at && has_pose) map.problem_at(key, key + " and look_at are both set: remove one");
   if (has_pose) return read_pose(map.map(key));
   if (has_look_at) return read_look_at(map.map("look_at"), mount);
-  if (!map.has(wrong_key)) map.problem("the camera has no pose: look_at or " + key + " is missing");
+  if (!map.has(wrong_key)) map.problem("the camera has no pose: set look_at or " + key);
   return Eigen::Isometry3d::Identity();
 }
 
@@ -127,13 +129,13 @@ RigCamera read_camera(YamlMap map, const Eigen::AlignedBox3d& volume_m) {
   }
   camera.camera_from_mount = read_camera_from_mount(map, camera.mount);
   if (camera.gives_shape && !is_world)
-    map.problem_at("gives_shape", "gives_shape must be false for a camera that the viewer carries");
+    map.problem_at("gives_shape", "gives_shape must be false for a camera with mount viewer");
   map.finish();
   if (map.problem_count() > problems_before) return camera;
   check_usable(map, camera);
   if (map.problem_count() == problems_before && camera.gives_shape && !volume_m.isEmpty() &&
-      !is_box_visible(published_camera(camera), volume_m))
-    map.problem("camera " + camera.name + " sees nothing of volume_m");
+      !geometry::is_box_visible(published_camera(camera), volume_m))
+    map.problem("camera " + camera.name + " sees no part of volume_m: check its pose and volume_m");
   return camera;
 }
 
@@ -144,8 +146,8 @@ Eigen::AlignedBox3d read_volume(YamlMap map) {
   if (map.is_void() || map.problem_count() > problems_before) return {};
   for (int axis = 0; axis < 3; ++axis)
     if (!(volume_m.min()[axis] < volume_m.max()[axis]))
-      map.problem_at("max",
-                     std::string("volume_m: max must be greater than min in ") + "xyz"[axis]);
+      map.problem_at("max", fmt::format("max must be greater than min ({}) in {}, is {}",
+                                        volume_m.min()[axis], "xyz"[axis], volume_m.max()[axis]));
   return map.problem_count() > problems_before ? Eigen::AlignedBox3d() : volume_m;
 }
 
@@ -164,19 +166,13 @@ Rig read_rig(const std::filesystem::path& file, Problems& problems) {
     const auto [first, is_new] =
         line_of_name.try_emplace(name, camera_map.location_of("name").line);
     if (!is_new && !name.empty())
-      camera_map.problem_at("name", "two cameras are called " + name + ", the first in line " +
-                                        std::to_string(first->second));
+      camera_map.problem_at(
+          "name", fmt::format("camera name {} is already used in line {}", name, first->second));
   }
   if (!rig.cameras.empty() && shape_cameras(rig).empty())
-    map.problem_at("cameras", "no camera gives shape");
+    map.problem_at("cameras",
+                   "no camera gives shape: set gives_shape to true for a camera with mount world");
   map.finish();
-  return rig;
-}
-
-Rig load_rig(const std::filesystem::path& file) {
-  Problems problems;
-  Rig rig = read_rig(file, problems);
-  problems.throw_if_any();
   return rig;
 }
 

@@ -1,6 +1,6 @@
-// The cameras of a rig: calibrated, fixed in the world or carried by the viewer's head.
+// The cameras of a rig: calibrated, and fixed in the world or mounted on the viewer's head. Read
+// from a rig file.
 #pragma once
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,42 +8,39 @@
 
 namespace fivepipe::config {
 
-// OpenCV's five-coefficient lens model of the source image.
+// OpenCV's five-coefficient lens model of the captured image.
 struct LensDistortion {
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
   bool none() const { return k1 == 0 && k2 == 0 && p1 == 0 && p2 == 0 && k3 == 0; }
 };
 
+// Where a camera is mounted: fixed in the world, or on the viewer's head.
 enum class Mount { world, viewer };
 
 struct RigCamera {
-  std::string name;             // unique in the rig, [a-z0-9_]+
-  geometry::Pinhole source;     // intrinsics of the image as captured
-  LensDistortion distortion;    // of the image as captured
-  geometry::Pinhole published;  // undistorted model that maps and colour are published in; the
-                                // source's own unless stated
+  std::string name;           // unique in the rig, [a-z0-9_]+
+  geometry::Pinhole source;   // intrinsics of the captured image
+  LensDistortion distortion;  // of the captured image
+  // Undistorted pinhole of the published maps and colours; by default that of `source`.
+  geometry::Pinhole published;
   Mount mount = Mount::world;
-  Eigen::Isometry3d camera_from_mount =
-      Eigen::Isometry3d::Identity();  // from the world, or from the viewer's eye (a camera frame)
-  bool gives_shape = true;  // object-pixel maps; never for cameras that the viewer carries
-  bool gives_colour = true;
+  // From the world frame, or from the viewer's eye (a camera frame).
+  Eigen::Isometry3d camera_from_mount = Eigen::Isometry3d::Identity();
+  bool gives_shape = true;   // publishes object-pixel maps; false for cameras on the viewer
+  bool gives_colour = true;  // publishes colours
 };
 
 struct Rig {
   std::string name;
-  Eigen::AlignedBox3d volume_m;  // world box in which objects are expected
+  Eigen::AlignedBox3d volume_m;  // world box that contains the real objects
   std::vector<RigCamera> cameras;
 };
 
-// The published pinhole at the camera's pose; eye_from_world is used by cameras that the viewer
-// carries.
+// The published pinhole at the camera's pose. Only cameras on the viewer use eye_from_world.
 geometry::Camera published_camera(const RigCamera& camera, const Eigen::Isometry3d& eye_from_world =
                                                                Eigen::Isometry3d::Identity());
 
-// Indices into rig.cameras of those that give shape, in the rig's order.
+// Indices into rig.cameras of the cameras that give shape, in increasing order.
 std::vector<std::size_t> shape_cameras(const Rig& rig);
-
-// Throws ConfigError listing every problem of the file.
-Rig load_rig(const std::filesystem::path& file);
 
 }  // namespace fivepipe::config

@@ -1,9 +1,10 @@
 #include "common/config/scene.h"
 
+#include <fmt/format.h>
+
 #include <limits>
 #include <map>
 #include <numbers>
-#include <sstream>
 
 #include "common/config/collision_requests_reader.h"
 #include "common/config/read_files.h"
@@ -18,8 +19,8 @@ constexpr Range kAny{-kUnbounded, kUnbounded};
 constexpr Range kSize_m{0, 1e4, true};
 constexpr Range kUnitRange{0, 1};
 constexpr Range kSubdivisions{0, 6};              // 20 * 4^6 = 81 920 triangles
-constexpr Range kCurtainCellRange{1, 1000};       // a million cells at most
-constexpr std::size_t kMaxObjectNameLength = 64;  // as messages have room for
+constexpr Range kCurtainCellRange{1, 1000};       // at most 1e6 cells
+constexpr std::size_t kMaxObjectNameLength = 64;  // bound of the name in messages
 constexpr double kMaxBoxCells = 1e6;
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
@@ -30,7 +31,7 @@ BoxShape read_box(YamlMap map) {
   const Eigen::Array3d cells = (box.size_m.array() / box.cell_m).ceil();
   if (!(2 * (cells.x() * cells.y() + cells.y() * cells.z() + cells.z() * cells.x()) <=
         kMaxBoxCells))
-    map.problem_at("cell_m", "cell_m divides the box's faces into more than a million cells");
+    map.problem_at("cell_m", "cell_m splits the box's faces into more than 1e6 cells: increase it");
   return box;
 }
 
@@ -74,9 +75,10 @@ Shape read_shape(YamlMap& map) {
   for (const std::string key : {"box", "sphere", "curtain", "mesh"})
     if (map.has(key)) given.push_back(key);
   if (given.size() > 1)
-    map.problem_at(given[1], given[0] + " and " + given[1] + ": an object has one shape");
+    map.problem_at(given[1],
+                   given[0] + " and " + given[1] + " are both set: an object has one shape");
   if (given.empty()) {
-    map.problem("the object has no shape: box, sphere, curtain or mesh is missing");
+    map.problem("the object has no shape: set box, sphere, curtain or mesh");
     return BoxShape{Eigen::Vector3d::Ones()};
   }
   if (given[0] == "box") return read_box(map.map("box"));
@@ -85,7 +87,7 @@ Shape read_shape(YamlMap& map) {
   return read_mesh_shape(map.map("mesh"));
 }
 
-// Turned about the world's x, then y, then z axis; then moved.
+// Rotates about the world's x, then y, then z axis; then translates.
 Eigen::Isometry3d read_placement(YamlMap& map) {
   const Eigen::Vector3d angles_rad =
       kDegree_rad * map.vector3("rotation_deg", kAny, Eigen::Vector3d::Zero());
@@ -101,17 +103,19 @@ std::array<double, 3> read_colour(YamlMap& map, const std::string& key,
   return {rgb.x(), rgb.y(), rgb.z()};
 }
 
-// What would be ignored is refused, and what can't work.
+// Rejects keys without effect, and combinations that cannot work.
 void check_behaviour(YamlMap& map, const SceneObject& object) {
   const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape),
              is_dynamic = object.motion == Motion::dynamic;
   if (is_curtain && is_dynamic)
-    map.problem_at("motion",
-                   "a curtain hangs from its upper edge and moves as cloth: motion dynamic is for "
-                   "rigid objects");
+    map.problem_at(
+        "motion",
+        "motion dynamic is for rigid objects; a curtain hangs from its upper edge and moves as "
+        "cloth: remove motion");
   if (!is_curtain && !is_dynamic && object.reaction == Reaction::bounce)
-    map.problem_at("reaction",
-                   "reaction bounce needs motion dynamic: a fixed object can't be moved out");
+    map.problem_at(
+        "reaction",
+        "reaction bounce needs motion dynamic: a fixed object cannot move out of the hull");
   for (const std::string key : {"mass_kg", "restitution"})
     if (!is_dynamic && map.has(key))
       map.problem_at(key, key + " has no effect without motion dynamic");
@@ -163,39 +167,30 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
     const auto [first, is_new] =
         line_of_name.try_emplace(name, object_map.location_of("name").line);
     if (!is_new && !name.empty())
-      object_map.problem_at("name", "two objects are called " + name + ", the first in line " +
-                                        std::to_string(first->second));
+      object_map.problem_at(
+          "name", fmt::format("object name {} is already used in line {}", name, first->second));
     if (scene.objects.back().requests.first_contact && !scene.history)
       object_map.problem_at("report",
-                            "first_contact is found between two frames: the scene must keep a "
-                            "history, `history: {}`");
+                            "first_contact compares two frames: add `history: {}` to the scene");
   }
   map.finish();
   return scene;
 }
 
-Scene load_scene(const std::filesystem::path& file) {
-  Problems problems;
-  Scene scene = read_scene(file, problems);
-  problems.throw_if_any();
-  return scene;
-}
-
 std::vector<std::string> mesh_size_warnings(const Scene& scene) {
   constexpr double kCmPerM = 100;
-  std::vector<std::string> doubts;
+  std::vector<std::string> warnings;
   for (const SceneObject& object : scene.objects) {
     const auto* shape = std::get_if<MeshShape>(&object.shape);
     if (shape == nullptr) continue;
     const Eigen::Vector3d size_m = geometry::bounds_m(shape->mesh).sizes();
     if (size_m.maxCoeff() >= kMinPlausibleSize_m && size_m.maxCoeff() <= kMaxPlausibleSize_m)
       continue;
-    std::ostringstream line;
-    line << object.name << " is " << kCmPerM * size_m.x() << " x " << kCmPerM * size_m.y() << " x "
-         << kCmPerM * size_m.z() << " cm: is the unit of " << shape->file.string() << " right?";
-    doubts.push_back(line.str());
+    warnings.push_back(fmt::format("object {} is {:.6g} x {:.6g} x {:.6g} cm: check the unit of {}",
+                                   object.name, kCmPerM * size_m.x(), kCmPerM * size_m.y(),
+                                   kCmPerM * size_m.z(), shape->file.string()));
   }
-  return doubts;
+  return warnings;
 }
 
 geometry::Mesh mesh_of(const SceneObject& object) {

@@ -1,4 +1,5 @@
-// The virtual scene: what is drawn, what is simulated, what reacts to real objects.
+// The virtual scene: the objects to draw, their motion and their reaction to real objects. Read
+// from a scene file.
 #pragma once
 #include <array>
 #include <filesystem>
@@ -14,12 +15,13 @@ namespace fivepipe::config {
 
 struct BoxShape {
   Eigen::Vector3d size_m;
-  double cell_m = 0;
-};  // cell_m: faces are divided into cells no larger; 0: into none
+  double cell_m = 0;  // maximum size of the cells into which each face is divided; 0: one cell
+};
 struct SphereShape {
   double radius_m;
-  int subdivisions = 2;
+  int subdivisions = 2;  // of an icosahedron: 20 * 4^subdivisions triangles
 };
+// Hangs from its upper edge; simulated as cloth if it reacts.
 struct CurtainShape {
   double width_m, height_m;
   int columns, rows;
@@ -27,54 +29,50 @@ struct CurtainShape {
 };
 struct MeshShape {
   std::filesystem::path file;
-  double unit_m;
-  geometry::Mesh mesh;
-};  // loaded; vertices already in metres
+  double unit_m;        // size of the file's unit
+  geometry::Mesh mesh;  // the loaded file, vertices in metres
+};
 using Shape = std::variant<BoxShape, SphereShape, CurtainShape, MeshShape>;
 
-// fixed: stays where it is; dynamic: a rigid body under gravity.
+// fixed: does not move; dynamic: a rigid body under gravity.
 enum class Motion { fixed, dynamic };
-// What an object does about the hull. none: it is not even queried; highlight: drawn red while
-// colliding; bounce: moved out and reflected.
+// Reaction of an object to the hull. none: no collision query; highlight: drawn red while it
+// collides; bounce: moved out of the hull and reflected.
 enum class Reaction { none, highlight, bounce };
 enum class Pattern { plain, checker };
 
 struct SceneObject {
   std::string name;  // unique in the scene
   Shape shape;
-  Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();  // at the start
+  Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();  // initial pose
   Motion motion = Motion::fixed;
   Reaction reaction = Reaction::highlight;
   double mass_kg = 1.0, restitution = 0.5;             // dynamic objects only
-  std::array<double, 3> colour_rgb = {0.8, 0.8, 0.8};  // 0..1, sRGB
+  std::array<double, 3> colour_rgb = {0.8, 0.8, 0.8};  // 0 to 1, sRGB
   Pattern pattern = Pattern::plain;
-  double pattern_size_m = 0.1;          // edge of a checker field
-  CollisionRequests requests = {};      // what its collision results tell
-  std::optional<Warming> warming = {};  // it is warmed by real objects
+  double pattern_size_m = 0.1;          // edge of a checker square
+  CollisionRequests requests = {};      // outputs of its collision results
+  std::optional<Warming> warming = {};  // absent: real objects do not warm it
 };
 
 struct Scene {
   std::string name;
   double gravity_m_s2 = 9.80665;  // along -z
   Eigen::Vector3d light_world_m = {0, 0, 3};
-  std::array<double, 3> background_rgb = {0.1, 0.12, 0.15};
+  std::array<double, 3> background_rgb = {0.1, 0.12, 0.15};  // 0 to 1, sRGB
   std::vector<SceneObject> objects;
-  std::optional<HistoryRequests> history =
-      {};  // nothing is kept from frame to frame unless asked for
+  std::optional<HistoryRequests> history = {};  // absent: hull components are not tracked
 };
 
-// The object's surface in its own frame.
+// The object's surface in its own frame [m].
 geometry::Mesh mesh_of(const SceneObject& object);
 
-// Meshes that are probably in another unit than stated: larger than kMaxPlausibleSize_m or smaller
-// than kMinPlausibleSize_m, one line each with the size in cm. Nothing is wrong with them
-// otherwise.
+// One line, with the size in cm, for each mesh that is larger than kMaxPlausibleSize_m or smaller
+// than kMinPlausibleSize_m: the stated unit is probably wrong. Such a mesh is not an error.
 std::vector<std::string> mesh_size_warnings(const Scene& scene);
-inline constexpr double kMaxPlausibleSize_m = 50.0;  // a hall; a 5 cm part whose mm are taken for m
-inline constexpr double kMinPlausibleSize_m =
-    0.0005;  // below a camera's resolution; a 0.5 m part whose m are taken for mm
-
-// Throws ConfigError listing every problem of the file, mesh files included.
-Scene load_scene(const std::filesystem::path& file);
+// The size of a hall, and of a 5 cm part whose millimetres were read as metres.
+inline constexpr double kMaxPlausibleSize_m = 50.0;
+// Below a camera's resolution, and the size of a 0.5 m part whose metres were read as millimetres.
+inline constexpr double kMinPlausibleSize_m = 0.0005;
 
 }  // namespace fivepipe::config

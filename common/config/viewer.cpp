@@ -1,19 +1,21 @@
-// The viewer: pinholes of its two images, and its eye's path.
+// The viewer: pinholes of its two images, and the path of its eye.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
-#include "common/config/deployment.h"
 #include "common/config/read_files.h"
+#include "common/config/viewer.h"
 
 namespace fivepipe::config {
 
 namespace {
 
-// Sine of the angle between viewing direction and up below which an image has no upright (a
-// twentieth of a pixel's angle and less).
+// Minimum sine of the angle between viewing direction and up. Below it (a twentieth of a pixel's
+// angle), the image has no defined up direction.
 constexpr double kMinSineToUp = 1e-4;
 constexpr int kChecksPerSegment = 64;
-// Keys closer than this are one pose: the path goes round without a stop.
+// First and last keys closer than this are one pose: the path is closed.
 constexpr double kSamePose_m = 1e-9;
 
 struct EyeAndTarget {
@@ -29,8 +31,9 @@ bool is_closed(const std::vector<HeadKey>& path) {
   return gap.eye_world_m.norm() < kSamePose_m && gap.target_world_m.norm() < kSamePose_m;
 }
 
-// Catmull and Rom's tangent [m/s] at a key, for keys at any times: the chord between its
-// neighbours. A closed path's neighbours go round; an open one's ends have one neighbour.
+// Catmull-Rom tangent [m/s] at a key, for keys at any times: the chord between its neighbours. On a
+// closed path, the neighbours wrap around; on an open one, the first and last keys have one
+// neighbour.
 EyeAndTarget velocity_at(const std::vector<HeadKey>& path, std::size_t key) {
   const std::size_t last = path.size() - 1;
   const bool goes_round = is_closed(path) && (key == 0 || key == last) && last >= 2;
@@ -88,12 +91,16 @@ Eigen::Isometry3d eye_from_world_at(const Viewer& viewer, double t_s) {
 std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path) {
   std::vector<HeadPathFault> faults;
   for (std::size_t i = 0; i < path.size(); ++i) {
-    if (i == 0 && path[i].t_s != 0) faults.push_back({i, "the first key's t_s must be 0"});
+    if (i == 0 && path[i].t_s != 0)
+      faults.push_back({i, fmt::format("t_s of the first key must be 0, is {}", path[i].t_s)});
     if (i > 0 && !(path[i].t_s > path[i - 1].t_s))
-      faults.push_back({i, "t_s must be greater than that of the key before"});
-    if (!has_upright_image({path[i].eye_world_m, path[i].target_world_m}))
       faults.push_back(
-          {i, "the eye looks nowhere, or straight up or down: the view has no upright image"});
+          {i, fmt::format("t_s must be greater than that of the previous key ({}), is {}",
+                          path[i - 1].t_s, path[i].t_s)});
+    if (!has_upright_image({path[i].eye_world_m, path[i].target_world_m}))
+      faults.push_back({i,
+                        "the target is at the eye, or straight above or below it: the view has no "
+                        "up direction"});
   }
   if (!faults.empty()) return faults;
   for (std::size_t i = 0; i + 1 < path.size(); ++i)
@@ -101,8 +108,8 @@ std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path) {
       if (!has_upright_image(pose_in_segment(
               path, i, path[i].t_s + (path[i + 1].t_s - path[i].t_s) * step / kChecksPerSegment))) {
         faults.push_back({i,
-                          "between this key and the next the eye looks straight up or down: the "
-                          "view has no upright image"});
+                          "between this key and the next, the eye looks straight up or down: the "
+                          "view has no up direction"});
         break;
       }
   return faults;

@@ -24,11 +24,11 @@ config::Rig table_rig() {
        {Eigen::Vector3d(-1.5, 0.9, 1.3), Eigen::Vector3d(1.5, 0.9, 1.3)})
     rig.cameras.push_back(
         test::table_camera("cam" + std::to_string(rig.cameras.size()), eye, 240, 162));
-  config::RigCamera carried = test::table_camera("hmd", {0, 0, 0}, 160, 120);
-  carried.camera_from_mount.setIdentity();
-  carried.mount = config::Mount::viewer;
-  carried.gives_shape = false;
-  rig.cameras.push_back(carried);
+  config::RigCamera on_viewer = test::table_camera("hmd", {0, 0, 0}, 160, 120);
+  on_viewer.camera_from_mount.setIdentity();
+  on_viewer.mount = config::Mount::viewer;
+  on_viewer.gives_shape = false;
+  rig.cameras.push_back(on_viewer);
   return rig;
 }
 
@@ -45,13 +45,13 @@ config::CaptureConfig synthetic_config(const config::Rig& rig) {
   return config;
 }
 
-// Two files of three and five frames: when the first is at its end both start over, and never show
-// different frames together.
-TEST(Capture, FilesOfUnequalLengthLoopTogether) {
+// Two files of three and five frames: when the first ends, both restart, so that a set never
+// combines different frames.
+TEST(Capture, FilesOfUnequalLengthRestartTogether) {
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("fivepipe_loop_" + std::to_string(getpid()));
   config::Rig rig = table_rig();
-  rig.cameras.pop_back();  // the carried one
+  rig.cameras.pop_back();  // the camera on the viewer
   for (const int precomputed : {0, 7}) {
     config::CaptureConfig config;
     config.precomputed_frames = precomputed;
@@ -96,14 +96,16 @@ TEST(Capture, ReturnsPixelsAndColourInRigOrder) {
     ASSERT_TRUE(set[i].colour);
     EXPECT_EQ(set[i].colour->bgr.size(), 3 * set[i].colour->region.area_px());
     EXPECT_EQ(set[i].colour->region, set[i].colour->pixels.bounds());
-    if (set[i].pixels) EXPECT_EQ(set[i].colour->pixels, *set[i].pixels);
+    if (set[i].pixels) {
+      EXPECT_EQ(set[i].colour->pixels, *set[i].pixels);
+    }
     EXPECT_TRUE(set[i].diagnostics.empty());
   }
   const geometry::Camera eye =
       config::published_camera(rig.cameras[2], config::eye_from_world_at(test_viewer(), 10 / 30.0));
   EXPECT_TRUE(set[2].colour->camera.camera_from_world.isApprox(eye.camera_from_world));
-  // Every pixel that shows hull, as the two others' maps have it, and its neighbours; and less than
-  // either of them would leave.
+  // The colour contains every pixel that shows the hull of the two other cameras' maps, and its
+  // neighbours; and fewer pixels than the bounds of either map alone would give.
   base::WorkerPool pool(1);
   const std::vector<hull::Silhouette> silhouettes = {
       {config::published_camera(rig.cameras[0]), *set[0].pixels},
@@ -111,7 +113,7 @@ TEST(Capture, ReturnsPixelsAndColourInRigOrder) {
   const config::Viewer viewer = test_viewer();
   const hull::DepthTile hull =
       hull::CpuHull(pool, silhouettes).depth({eye, viewer.near_m, viewer.far_m}, {0, 0, 160, 120});
-  const hull::ObjectPixels& sent = set[2].colour->pixels;
+  const hull::ObjectPixels& coloured = set[2].colour->pixels;
   int shown = 0;
   for (int v = 0; v < 120; ++v)
     for (int u = 0; u < 160; ++u) {
@@ -119,19 +121,21 @@ TEST(Capture, ReturnsPixelsAndColourInRigOrder) {
       ++shown;
       for (int dv = -1; dv <= 1; ++dv)
         for (int du = -1; du <= 1; ++du)
-          if (u + du >= 0 && v + dv >= 0 && u + du < 160 && v + dv < 120)
-            ASSERT_TRUE(sent.contains(u + du, v + dv)) << u << ' ' << v;
+          if (u + du >= 0 && v + dv >= 0 && u + du < 160 && v + dv < 120) {
+            ASSERT_TRUE(coloured.contains(u + du, v + dv)) << u << ' ' << v;
+          }
     }
   EXPECT_GT(shown, 500);
-  const VisibleRegion by_eye = visible_region(viewer, config::eye_from_world_at(viewer, 10 / 30.0));
-  EXPECT_EQ(sent, footprint({{silhouettes[0].camera, set[0].pixels->bounds()},
-                             {silhouettes[1].camera, set[1].pixels->bounds()},
-                             by_eye.part},
-                            by_eye.box_m, eye, 2));
+  const VisibleRegion visible =
+      visible_region(viewer, config::eye_from_world_at(viewer, 10 / 30.0));
+  EXPECT_EQ(coloured, footprint({{silhouettes[0].camera, set[0].pixels->bounds()},
+                                 {silhouettes[1].camera, set[1].pixels->bounds()},
+                                 visible.part},
+                                visible.box_m, eye, 2));
   for (const hull::Silhouette& one : silhouettes)
-    EXPECT_LT(
-        sent.count(),
-        footprint({by_eye.part, {one.camera, one.pixels.bounds()}}, by_eye.box_m, eye, 2).count());
+    EXPECT_LT(coloured.count(),
+              footprint({visible.part, {one.camera, one.pixels.bounds()}}, visible.box_m, eye, 2)
+                  .count());
   for (const CapturedCamera& camera : capture.capture(11, false)) EXPECT_FALSE(camera.colour);
   EXPECT_FALSE(capture.ended());
 }
@@ -165,7 +169,7 @@ TEST(Capture, LoopsPrecomputedFrames) {
   EXPECT_FALSE(precomputed.capture(0, false)[0].colour);
 }
 
-TEST(Capture, ReportsCameraWithoutObjectPixels) {
+TEST(Capture, DiagnosesACameraWithoutObjectPixels) {
   config::Rig rig = table_rig();
   rig.cameras[1].camera_from_mount =
       geometry::look_at({1.5, 0.9, 1.3}, {3, 3, 1});  // away from the table
@@ -174,8 +178,7 @@ TEST(Capture, ReportsCameraWithoutObjectPixels) {
   EXPECT_TRUE(set[0].diagnostics.empty());
   ASSERT_EQ(set[1].diagnostics.size(), 1u);
   EXPECT_EQ(set[1].pixels->count(), 0u);
-  for (const CapturedCamera& camera : set)
-    EXPECT_FALSE(camera.colour) << "there is no hull to colour";
+  for (const CapturedCamera& camera : set) EXPECT_FALSE(camera.colour) << "the hull is empty";
 }
 
 TEST(Capture, ErrorListsEveryUnavailableCamera) {
@@ -185,7 +188,7 @@ TEST(Capture, ErrorListsEveryUnavailableCamera) {
   config.sources["cam1"] = config::V4l2Source{"/dev/v4l/by-id/none", "", 30};
   try {
     Capture capture(rig, test_viewer(), config, 30);
-    FAIL() << "nothing was thrown";
+    FAIL() << "no error";
   } catch (const HardwareMissing& error) {
     ASSERT_EQ(error.problems().size(), 2u);
     const std::string what = error.what();
@@ -195,14 +198,14 @@ TEST(Capture, ErrorListsEveryUnavailableCamera) {
   config.sources.erase("cam1");
   EXPECT_THROW(
       try { Capture(rig, test_viewer(), config, 30); } catch (const HardwareMissing&) {
-        FAIL() << "no hardware is concerned";
+        FAIL() << "no source is a device";
       },
       SourceError);
 }
 
-// An arm that reaches far out of the volume in which objects are expected is coloured as far as the
-// viewer sees it.
-TEST(Footprint, FootprintOfViewIsWholeEyeImage) {
+// The footprint covers everything that the viewer sees, also outside the rig's volume, so that an
+// arm that extends out of the volume has colour.
+TEST(Footprint, OfTheVisibleRegionIsTheWholeImageOfTheEye) {
   const config::Viewer viewer = test_viewer();
   const Eigen::Isometry3d eye_from_world = config::eye_from_world_at(viewer, 0.5);
   const VisibleRegion seen = visible_region(viewer, eye_from_world);
@@ -215,7 +218,7 @@ TEST(Footprint, FootprintOfViewIsWholeEyeImage) {
     }
 }
 
-TEST(Footprint, FootprintOfBoxIsItsProjection) {
+TEST(Footprint, OfABoxIsItsProjection) {
   const geometry::Camera camera{geometry::pinhole_from_fov(200, 100, 1.0),
                                 geometry::look_at({0, -2, 0}, {0, 0, 0})};
   const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.1, -0.1, -0.1), Eigen::Vector3d(0.1, 0.1, 0.1));
@@ -227,18 +230,18 @@ TEST(Footprint, FootprintOfBoxIsItsProjection) {
   EXPECT_EQ(
       footprint({}, {Eigen::Vector3d(-1, -3, -1), Eigen::Vector3d(1, 3, 1)}, camera, 0).count(),
       200u * 100u)
-      << "holds the camera";
+      << "the box contains the camera";
   EXPECT_EQ(
       footprint({}, {Eigen::Vector3d(50, 0, 0), Eigen::Vector3d(51, 1, 1)}, camera, 0).count(), 0u);
   EXPECT_EQ(
       footprint({}, {Eigen::Vector3d(-1, -5, -1), Eigen::Vector3d(1, -3, 1)}, camera, 0).count(),
       0u)
-      << "behind";
+      << "the box is behind the camera";
 }
 
-// A forearm that comes from behind the camera, seen by two others: no pixel of it is left out, and
-// not much is added.
-TEST(Footprint, FootprintContainsEveryObjectPixel) {
+// A forearm that extends from behind the camera, seen by two other cameras: the footprint contains
+// all its pixels and at most 3/5 of the image.
+TEST(Footprint, ContainsEveryObjectPixel) {
   const std::vector<hull::Capsule> object = {{{0, -1.5, 0.3}, {0.05, 0, 0.1}, 0.05},
                                              {{0.05, 0, 0.1}, {0.15, 0.1, 0.12}, 0.02}};
   const Eigen::AlignedBox3d box(Eigen::Vector3d(-2, -2, -1), Eigen::Vector3d(2, 2, 2));
@@ -251,15 +254,17 @@ TEST(Footprint, FootprintContainsEveryObjectPixel) {
         {camera, hull::true_object_pixels(object, camera, hull::PixelRule::touched).bounds()});
   }
   for (const double x_m : {-0.2, 0.0, 0.3}) {
-    const geometry::Camera carried{geometry::pinhole_from_fov(640, 480, 1.05),
-                                   geometry::look_at({x_m, -0.8, 0.6}, {0, 0, 0.2})};
-    const hull::ObjectPixels truth = hull::true_object_pixels(object, carried,
+    const geometry::Camera on_viewer{geometry::pinhole_from_fov(640, 480, 1.05),
+                                     geometry::look_at({x_m, -0.8, 0.6}, {0, 0, 0.2})};
+    const hull::ObjectPixels truth = hull::true_object_pixels(object, on_viewer,
                                                               hull::PixelRule::touched),
-                             found = footprint(parts, box, carried, 2);
+                             found = footprint(parts, box, on_viewer, 2);
     ASSERT_GT(truth.count(), 5000u);
     for (int v = 0; v < 480; ++v)
       for (int u = 0; u < 640; ++u)
-        if (truth.contains(u, v)) ASSERT_TRUE(found.contains(u, v)) << u << ' ' << v;
+        if (truth.contains(u, v)) {
+          ASSERT_TRUE(found.contains(u, v)) << u << ' ' << v;
+        }
     EXPECT_LT(found.count(), 640u * 480u * 3 / 5);
   }
 }

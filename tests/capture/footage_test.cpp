@@ -1,4 +1,5 @@
-// Real footage: four cameras around a seated person. Skipped where the recording is absent.
+// Segmentation of the recording seated4cam: four cameras around a seated person. Skipped if the
+// recording is absent.
 #include <filesystem>
 #include <opencv2/core.hpp>
 
@@ -11,7 +12,7 @@ namespace fs = std::filesystem;
 
 const fs::path kFootage = fs::path(FIVEPIPE_SOURCE_DIR) / ".." / "shared" / "data" / "seated4cam";
 
-// The settings that launch/deployments/seated4cam.yaml uses.
+// The settings of launch/deployments/seated4cam.yaml.
 config::SegmentationConfig footage_settings() {
   config::SegmentationConfig config;
   config.threshold_floor_levels = 16;
@@ -26,7 +27,7 @@ struct Footage {
   cv::Mat image;
 };
 
-// In the image as captured: positions below are its pixels.
+// Positions below are pixels of the captured image.
 Footage footage(const std::string& name, int frame) {
   Footage result;
   result.camera = test::table_camera(name, {0, -1, 1}, 644, 486);
@@ -36,8 +37,8 @@ Footage footage(const std::string& name, int frame) {
   return result;
 }
 
-// Where they are in the image of cam1: the middle of the chest, and floor beside the chair that
-// darkens when he sits there.
+// Regions of the image of cam1: the centre of the chest, and floor beside the chair that the person
+// shades.
 constexpr hull::PixelRect kTorso{376, 200, 408, 236};
 constexpr hull::PixelRect kFloorShadow{396, 306, 414, 328};
 
@@ -49,35 +50,34 @@ double fraction_in(const hull::ObjectPixels& pixels, const hull::PixelRect& rect
 }
 
 TEST(Footage, SeatedPersonIsFoundInEveryCamera) {
-  if (!fs::exists(kFootage)) GTEST_SKIP() << "the recording is absent: " << kFootage;
+  if (!fs::exists(kFootage)) GTEST_SKIP() << "no recording at " << kFootage;
   for (const char* name : {"cam1", "cam2", "cam3", "cam4"}) {
     const Footage shot = footage(name, 200);
     const hull::ObjectPixels pixels =
         Segmenter(shot.camera, learn_reference(shot.background), footage_settings())
             .segment(shot.image)
             .value();
-    const double share = double(pixels.count()) / (644.0 * 486.0);
-    // A person of 1.7 m, seated, 3 to 4 m away at f = 490 px fills about 70 x 190 to 120 x 270
-    // pixels.
-    EXPECT_GT(share, 0.02) << name;
-    EXPECT_LT(share, 0.10) << name;
+    const double fraction = double(pixels.count()) / (644.0 * 486.0);
+    // A seated person of 1.7 m, 3 to 4 m away at f = 490 px, fills about 70 x 190 to 120 x 270 px.
+    EXPECT_GT(fraction, 0.02) << name;
+    EXPECT_LT(fraction, 0.10) << name;
     EXPECT_TRUE(segmentation_diagnostics(pixels).empty());
   }
 }
 
 TEST(Footage, SegmentsWholePersonWithoutFloorShadow) {
-  if (!fs::exists(kFootage)) GTEST_SKIP() << "the recording is absent: " << kFootage;
+  if (!fs::exists(kFootage)) GTEST_SKIP() << "no recording at " << kFootage;
   const Footage shot = footage("cam1", 200);
   const ReferenceImage reference = learn_reference(shot.background);
   config::SegmentationConfig with_shadow = footage_settings();
-  with_shadow.shadow_darkest = 1;
+  with_shadow.shadow_min_brightness = 1;
   const hull::ObjectPixels pixels =
       Segmenter(shot.camera, reference, footage_settings()).segment(shot.image).value();
   const hull::ObjectPixels shadow_too =
       Segmenter(shot.camera, reference, with_shadow).segment(shot.image).value();
-  EXPECT_GT(fraction_in(pixels, kTorso), 0.98) << "holes in the torso";
-  EXPECT_GT(fraction_in(shadow_too, kFloorShadow), 0.5) << "no shadow lies there";
-  EXPECT_LT(fraction_in(pixels, kFloorShadow), 0.1) << "the shadow is taken for an object";
+  EXPECT_GT(fraction_in(pixels, kTorso), 0.98) << "the torso has holes";
+  EXPECT_GT(fraction_in(shadow_too, kFloorShadow), 0.5) << "the region has no shadow";
+  EXPECT_LT(fraction_in(pixels, kFloorShadow), 0.1) << "the shadow is segmented as object";
 }
 
 }  // namespace

@@ -1,9 +1,10 @@
-// The real footage: a person seated on a chair before four cameras. Skipped where it is not there.
+// The recording seated4cam: a seated person and four cameras. Skipped if the recording is absent.
 #include <gtest/gtest.h>
 
 #include <filesystem>
 
 #include "capture_node/capture.h"
+#include "common/config/deployment.h"
 #include "common/hull/hull.h"
 
 namespace fivepipe::capture {
@@ -12,7 +13,7 @@ namespace {
 const std::filesystem::path kData = FIVEPIPE_SOURCE_DIR "/../shared/data/seated4cam";
 
 TEST(Seated4cam, HullTopMatchesSeatedHeight) {
-  if (!std::filesystem::exists(kData)) GTEST_SKIP() << "the footage is not at " << kData;
+  if (!std::filesystem::exists(kData)) GTEST_SKIP() << "no recording at " << kData;
   const config::Deployment deployment = config::load_deployment(
       FIVEPIPE_SOURCE_DIR "/launch/deployments/seated4cam.yaml", {{"data", kData.string()}});
   const config::CaptureConfig& config =
@@ -36,7 +37,7 @@ TEST(Seated4cam, HullTopMatchesSeatedHeight) {
           }
     EXPECT_GE(top_m, 1.2) << "frame " << frame;
     EXPECT_LE(top_m, 1.5) << "frame " << frame;
-    // A person has 0.06 to 0.1 m3; the hull adds the chair and what no camera looks into.
+    // A person has 0.06 to 0.1 m3. The hull adds the chair and the concavities that no camera sees.
     EXPECT_GE(hull_m3, 0.06) << "frame " << frame;
     EXPECT_LE(hull_m3, 0.30) << "frame " << frame;
   }

@@ -75,7 +75,7 @@ TEST(ReferenceImage, IsRobustToTransientForeground) {
     for (int i = 0; i < 3 * 40 * 50; ++i)
       frame.data[i] = cv::saturate_cast<std::uint8_t>(frame.data[i] + noise(random));
     if (f % 8 == 0)
-      frame(cv::Rect(10, 10, 20, 20)).setTo(cv::Scalar(10, 240, 10));  // four frames of 32
+      frame(cv::Rect(10, 10, 20, 20)).setTo(cv::Scalar(10, 240, 10));  // 4 of 32 frames
     frames.push_back(frame);
   }
   const ReferenceImage reference = learn_reference(frames);
@@ -85,8 +85,8 @@ TEST(ReferenceImage, IsRobustToTransientForeground) {
     ASSERT_NEAR(reference.mean_levels[i], 100 + 20 * double(i % 3), 6 * 3 / std::sqrt(28.0)) << i;
     sigma_sum += reference.sigma_levels[i];
   }
-  // Rounding adds 1/12 to the variance; the median deviation of few samples cuts off a few of them
-  // here and there.
+  // Rounding adds 1/12 to the variance. Trimming by the median deviation of few samples sometimes
+  // removes a few valid ones.
   EXPECT_NEAR(sigma_sum / double(reference.sigma_levels.size()), std::sqrt(9 + 1 / 12.0), 0.15);
 }
 
@@ -102,11 +102,11 @@ TEST(ReferenceImage, MatchesTrimmedMeanForAnyFrameCount) {
       const int median = levels[std::size_t(n / 2)];
       for (const int level : levels) deviations.push_back(std::abs(level - median));
       std::sort(deviations.begin(), deviations.end());
-      const double reach =
+      const double max_deviation =
           std::max(kTrimFloor_levels, kTrim_sigmas * 1.4826 * deviations[std::size_t(n / 2)]);
       double sum = 0, kept = 0;
       for (const int level : levels)
-        if (std::abs(level - median) <= reach) {
+        if (std::abs(level - median) <= max_deviation) {
           sum += level;
           ++kept;
         }
@@ -116,9 +116,9 @@ TEST(ReferenceImage, MatchesTrimmedMeanForAnyFrameCount) {
   }
 }
 
-TEST(ReferenceImage, PlateHasAssumedNoise) {
+TEST(ReferenceImage, OnePictureHasTheAssumedNoise) {
   const cv::Mat plate = random_image(31, 5, 4);
-  const ReferenceImage reference = reference_from_plate(plate);
+  const ReferenceImage reference = learn_reference({&plate, 1});
   for (std::size_t i = 0; i < reference.mean_levels.size(); ++i) {
     ASSERT_EQ(reference.mean_levels[i], plate.data[i]);
     ASSERT_EQ(reference.sigma_levels[i], float(kPlateSigma_levels));
@@ -135,11 +135,11 @@ TEST(Shadow, RequiresSameColourAndMinimumBrightness) {
   EXPECT_FALSE(is_shadow(black, table, 0.5));
 }
 
-// 24 levels of contrast in one channel suffice to be found (6 sigmas of 2, and as much for the
-// noise of the image itself); a pixel deeper than 2 px lies whole inside the object, and opening by
-// 1 px keeps it. What may be missed are single pixels whose colour happens to be the room's (0 to 8
-// in 10,000 measured): at most two in a thousand. Outside, 6 sigmas are never passed by chance, and
-// what a shadow leaves are specks that opening removes.
+// A contrast of 24 levels in one channel is always detected: 6 sigmas of 2 levels, and as much for
+// the noise of the image. A pixel deeper than 2 px lies entirely inside the object, and opening by
+// 1 px keeps it. The segmentation may miss single pixels whose colour equals the room's (measured:
+// 0 to 8 in 10,000), here at most 2 in 1000. Outside the object, noise never exceeds 6 sigmas, and
+// opening removes the specks that a shadow leaves.
 void expect_like_truth(const hull::ObjectPixels& found, const hull::ObjectPixels& touched) {
   const hull::ObjectPixels inner = eroded(touched, 2);
   ASSERT_GT(inner.count(), 3000u);
@@ -147,7 +147,7 @@ void expect_like_truth(const hull::ObjectPixels& found, const hull::ObjectPixels
   EXPECT_EQ(test::count_not_in(found, dilated(touched, 2)), 0u);
 }
 
-TEST(Segmentation, FindsTheObjectAndNotItsShadowInEveryCamera) {
+TEST(Segmentation, FindsTheObjectWithoutItsShadowInEveryCamera) {
   const config::SyntheticWorld world;
   for (const config::RigCamera& camera : test::table_cameras()) {
     test::TestCamera eye(camera, world, {});
@@ -155,16 +155,16 @@ TEST(Segmentation, FindsTheObjectAndNotItsShadowInEveryCamera) {
       SCOPED_TRACE(camera.name + " " + std::to_string(frame));
       expect_like_truth(
           eye.segment(frame),
-          hull::true_object_pixels(synthetic_object(world, frame / 30.0),
+          hull::true_object_pixels(test::synthetic_object(world, frame / 30.0),
                                    config::published_camera(camera), hull::PixelRule::touched));
     }
   }
 }
 
-TEST(Segmentation, ShadowIsObjectOnlyWithoutSuppression) {
+TEST(Segmentation, ShadowIsObjectOnlyIfSuppressionIsOff) {
   const config::SyntheticWorld world;
   config::SegmentationConfig keeps_shadow;
-  keeps_shadow.shadow_darkest = 1;
+  keeps_shadow.shadow_min_brightness = 1;
   test::TestCamera without(test::table_cameras()[0], world, {}),
       with(test::table_cameras()[0], world, keeps_shadow);
   EXPECT_GT(with.segment(20).count(), without.segment(20).count() + 3000);
@@ -173,18 +173,19 @@ TEST(Segmentation, ShadowIsObjectOnlyWithoutSuppression) {
   test::TestCamera none(test::table_cameras()[0], no_shadow, keeps_shadow);
   expect_like_truth(
       none.segment(20),
-      hull::true_object_pixels(synthetic_object(no_shadow, 20 / 30.0),
+      hull::true_object_pixels(test::synthetic_object(no_shadow, 20 / 30.0),
                                config::published_camera(none.camera), hull::PixelRule::touched));
 }
 
-TEST(Segmentation, WorksFromAPlate) {
+TEST(Segmentation, FindsTheObjectWithAReferenceOfOnePicture) {
   const config::SyntheticWorld world;
   test::TestCamera eye(test::table_cameras()[0], world, {}, 1);
-  // The plate's own noise of 2 levels adds to the image's: 12 levels are then 4.2 sigmas, and
-  // specks of one pixel go by opening.
-  expect_like_truth(eye.segment(20), hull::true_object_pixels(synthetic_object(world, 20 / 30.0),
-                                                              config::published_camera(eye.camera),
-                                                              hull::PixelRule::touched));
+  // The plate's noise of 2 levels adds to the image's: 12 levels are then 4.2 sigmas, and opening
+  // removes specks of one pixel.
+  expect_like_truth(
+      eye.segment(20),
+      hull::true_object_pixels(test::synthetic_object(world, 20 / 30.0),
+                               config::published_camera(eye.camera), hull::PixelRule::touched));
 }
 
 TEST(Segmentation, OpeningRemovesSaltAndPepper) {
@@ -197,36 +198,36 @@ TEST(Segmentation, OpeningRemovesSaltAndPepper) {
     image.at<cv::Vec3b>(int(random() % unsigned(image.rows)),
                         int(random() % unsigned(image.cols))) =
         i % 2 ? cv::Vec3b(255, 255, 255) : cv::Vec3b(0, 0, 0);
-  // Nine of a 3x3 square at once: 1e-18 a pixel. Beside the object specks may stick to it, at most
-  // as far as a square reaches.
+  // All nine pixels of a 3x3 square are noise with probability 1e-18. Next to the object, specks
+  // can join it, at most one square away.
   const hull::ObjectPixels touched =
-      hull::true_object_pixels(synthetic_object(world, 20 / 30.0),
+      hull::true_object_pixels(test::synthetic_object(world, 20 / 30.0),
                                config::published_camera(eye.camera), hull::PixelRule::touched);
   EXPECT_EQ(test::count_not_in(eye.segmenter.segment(image).value(), dilated(touched, 3)), 0u);
-  // Pepper on an object of any colour but black stays object; white too.
+  // Black or white noise on the object stays object, because the object has neither colour.
   EXPECT_LE(test::count_not_in(eroded(touched, 2), eye.segmenter.segment(image).value()),
             touched.count() / 500);
 }
 
 TEST(Segmentation, ClosingFillsHoles) {
   config::SegmentationConfig config;
-  config.shadow_darkest = 1;
+  config.shadow_min_brightness = 1;
   const cv::Mat plate(40, 70, CV_8UC3, cv::Scalar(100, 100, 100));
   cv::Mat image = plate.clone();
   image(cv::Rect(10, 10, 40, 20)).setTo(cv::Scalar(200, 100, 100));
   image(cv::Rect(30, 20, 4, 4)).setTo(cv::Scalar(100, 100, 100));
   const config::RigCamera camera = test::table_camera("any", {0, -1, 1}, 70, 40);
-  EXPECT_EQ(Segmenter(camera, reference_from_plate(plate), config).segment(image)->count(),
+  EXPECT_EQ(Segmenter(camera, learn_reference({&plate, 1}), config).segment(image)->count(),
             800u - 16u);
   config.closing_px = 2;
-  EXPECT_EQ(Segmenter(camera, reference_from_plate(plate), config).segment(image)->count(), 800u);
+  EXPECT_EQ(Segmenter(camera, learn_reference({&plate, 1}), config).segment(image)->count(), 800u);
 }
 
-TEST(Segmentation, AllPixelsObjectAndNone) {
+TEST(Segmentation, DiagnosesMapsWithAllAndWithNoPixels) {
   const cv::Mat plate(33, 71, CV_8UC3, cv::Scalar(100, 100, 100)),
       other(33, 71, CV_8UC3, cv::Scalar(10, 220, 100));
   const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 71, 33),
-                            reference_from_plate(plate), {});
+                            learn_reference({&plate, 1}), {});
   EXPECT_EQ(segmenter.segment(other)->count(), 71u * 33u);
   EXPECT_EQ(segmentation_diagnostics(*segmenter.segment(other)).size(), 1u);
   EXPECT_EQ(segmenter.segment(plate)->count(), 0u);
@@ -236,7 +237,7 @@ TEST(Segmentation, AllPixelsObjectAndNone) {
 TEST(Segmentation, RejectsImagesOfOtherSizeOrType) {
   const cv::Mat plate(33, 71, CV_8UC3, cv::Scalar(100, 100, 100));
   const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 71, 33),
-                            reference_from_plate(plate), {});
+                            learn_reference({&plate, 1}), {});
   EXPECT_FALSE(segmenter.segment(cv::Mat(71, 33, CV_8UC3)));
   EXPECT_FALSE(segmenter.segment(cv::Mat(33, 71, CV_8UC1)));
   EXPECT_FALSE(segmenter.segment(cv::Mat()));
@@ -247,7 +248,7 @@ TEST(Segmentation, KeepsAnObjectCutByTheImageBorder) {
   cv::Mat image = plate.clone();
   image(cv::Rect(60, 0, 5, 12)).setTo(cv::Scalar(10, 220, 100));
   const Segmenter segmenter(test::table_camera("any", {0, -1, 1}, 65, 30),
-                            reference_from_plate(plate), {});
+                            learn_reference({&plate, 1}), {});
   EXPECT_EQ(segmenter.segment(image)->count(), 60u);
   EXPECT_EQ(segmenter.segment(image)->bounds(), (hull::PixelRect{60, 0, 65, 12}));
 }

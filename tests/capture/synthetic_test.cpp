@@ -23,9 +23,9 @@ cv::Mat image_of(const config::SyntheticWorld& world, const config::RigCamera& c
 TEST(SyntheticWorld, RepeatsExactlyWithItsPeriod) {
   config::SyntheticWorld world;
   world.period_s = 4.0;
-  for (int i = 0; i < 64; ++i) {  // dyadic times: adding the period is exact
-    const auto one = synthetic_object(world, i / 16.0),
-               later = synthetic_object(world, i / 16.0 + 12.0);
+  for (int i = 0; i < 64; ++i) {  // multiples of 1/16 s, so that adding the period is exact
+    const auto one = test::synthetic_object(world, i / 16.0),
+               later = test::synthetic_object(world, i / 16.0 + 12.0);
     ASSERT_EQ(one.size(), later.size());
     for (std::size_t k = 0; k < one.size(); ++k) {
       EXPECT_EQ(one[k].a_world_m, later[k].a_world_m);
@@ -34,18 +34,18 @@ TEST(SyntheticWorld, RepeatsExactlyWithItsPeriod) {
   }
 }
 
-TEST(SyntheticWorld, MovesSmoothlyWithinReach) {
+TEST(SyntheticWorld, MovesAtMost1500MmPerSecondInsideItsBox) {
   const config::SyntheticWorld world;
   Eigen::AlignedBox3d reached;
-  std::vector<hull::Capsule> before = synthetic_object(world, 0);
+  std::vector<hull::Capsule> before = test::synthetic_object(world, 0);
   for (int i = 0; i <= 400; ++i) {
-    const std::vector<hull::Capsule> object = synthetic_object(world, 0.01 * i);
+    const std::vector<hull::Capsule> object = test::synthetic_object(world, 0.01 * i);
     for (std::size_t k = 0; k < object.size(); ++k) {
       EXPECT_GT(std::min(object[k].a_world_m.z(), object[k].b_world_m.z()) - object[k].radius_m,
                 0.0)
-          << "in the table";
-      // The palm's path: at most 2 pi (0.25, 0.15, 2 x 0.14) m / 4 s, and turning on top of it: 1.5
-      // m/s bounds both.
+          << "the part intersects the table";
+      // The palm moves at most 2 pi (0.25, 0.15, 2 x 0.14) m / 4 s and also rotates; 1.5 m/s bounds
+      // both.
       EXPECT_LT((object[k].a_world_m - before[k].a_world_m).norm(), 0.015);
     }
     before = object;
@@ -58,7 +58,7 @@ TEST(SyntheticWorld, MovesSmoothlyWithinReach) {
   EXPECT_NEAR(reached.max().z(), 0.40, 0.03);
 }
 
-TEST(SyntheticWorld, HoldsThePipeOfThePaper) {
+TEST(SyntheticWorld, HasThePipeOfThePaper) {
   for (const SyntheticPart& part : synthetic_parts({}, 1.3))
     if (part.material == Material::pipe) {
       EXPECT_NEAR(
@@ -68,14 +68,14 @@ TEST(SyntheticWorld, HoldsThePipeOfThePaper) {
     }
 }
 
-TEST(SyntheticImage, IsTheSameForTheSameSeedCameraAndFrame) {
+TEST(SyntheticImage, DependsOnlyOnSeedCameraAndFrame) {
   const config::SyntheticWorld world;
   const config::RigCamera camera = test::table_cameras()[1];
   EXPECT_TRUE(same_bits(image_of(world, camera, 17), image_of(world, camera, 17)));
   SyntheticImageSource forth(world, camera, 30, {}, test::test_room());
   cv::Mat image;
   for (const int frame : {40, 3, 17}) forth.read(frame, image);
-  EXPECT_TRUE(same_bits(image, image_of(world, camera, 17))) << "depends on what was read before";
+  EXPECT_TRUE(same_bits(image, image_of(world, camera, 17))) << "depends on the frames read before";
   EXPECT_FALSE(same_bits(image, image_of(world, camera, 18)));
   config::SyntheticWorld other = world;
   other.seed = 2;
@@ -97,7 +97,7 @@ TEST(SyntheticImage, PrerenderedImagesAreIdentical) {
   }
 }
 
-TEST(SyntheticImage, HasRequestedNoise) {
+TEST(SyntheticImage, HasTheConfiguredNoise) {
   for (const double sigma : {0.0, 1.0, 2.0, 5.0}) {
     cv::Mat image(200, 301, CV_8UC3, cv::Scalar(128, 128, 128));
     SensorNoise(sigma).add(image, 99);
@@ -114,8 +114,8 @@ TEST(SyntheticImage, HasRequestedNoise) {
   }
 }
 
-// Without noise and shadow the image differs from the empty room only at true object pixels of the
-// rule `centre`, and at nearly all.
+// Without noise and shadow, the image differs from the empty room only at true object pixels (rule
+// `center`), and at nearly all of them.
 TEST(SyntheticImage, MatchesAnalyticSilhouette) {
   config::SyntheticWorld world;
   world.noise_sigma_levels = 0;
@@ -127,14 +127,13 @@ TEST(SyntheticImage, MatchesAnalyticSilhouette) {
     source.read(frame, image);
     const cv::Mat room = source.background(0);
     const hull::ObjectPixels truth =
-        hull::true_object_pixels(synthetic_object(world, frame / 30.0),
+        hull::true_object_pixels(test::synthetic_object(world, frame / 30.0),
                                  config::published_camera(camera), hull::PixelRule::center);
     hull::ObjectPixels differs(720, 486);
     for (int v = 0; v < 486; ++v)
       for (int u = 0; u < 720; ++u)
         differs.set(u, v, image.at<cv::Vec3b>(v, u) != room.at<cv::Vec3b>(v, u));
-    // The image's rays are rounded to float: 1e-4 px at the silhouette, a pixel or two of a contour
-    // of a thousand.
+    // Rays are rounded to float: 1e-4 px at the silhouette, 1 or 2 pixels of a contour of 1000.
     EXPECT_LE(test::count_not_in(differs, truth), 2u);
     EXPECT_LE(test::count_not_in(truth, differs), truth.count() / 1000);
   }
@@ -150,7 +149,7 @@ TEST(SyntheticImage, MatchesAnalyticSilhouetteAtImageBorder) {
   bool cut = false;
   for (int frame = 0; frame < 120; frame += 15) {
     const hull::ObjectPixels touched =
-        hull::true_object_pixels(synthetic_object(world, frame / 30.0),
+        hull::true_object_pixels(test::synthetic_object(world, frame / 30.0),
                                  config::published_camera(camera), hull::PixelRule::touched);
     const hull::PixelRect bounds = touched.bounds();
     cut =
@@ -161,12 +160,12 @@ TEST(SyntheticImage, MatchesAnalyticSilhouetteAtImageBorder) {
   EXPECT_TRUE(cut);
 }
 
-// The promise of `touched`: whatever point of the object the cameras see is in the hull of their
-// maps.
+// Maps with the rule `touched` are conservative: every object point that all cameras see is in the
+// hull of the maps.
 TEST(SyntheticWorld, IsInsideHullOfConservativeMasks) {
   const config::SyntheticWorld world;
   for (const double t_s : {0.4, 1.9, 3.3}) {
-    const std::vector<hull::Capsule> object = synthetic_object(world, t_s);
+    const std::vector<hull::Capsule> object = test::synthetic_object(world, t_s);
     std::vector<hull::Silhouette> silhouettes;
     for (const config::RigCamera& camera : test::table_cameras())
       silhouettes.push_back({config::published_camera(camera),

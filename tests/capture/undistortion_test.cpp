@@ -16,7 +16,7 @@ config::RigCamera lens_camera() {
   return camera;
 }
 
-// Where the lens puts a world point in the captured image, by OpenCV.
+// Position of a world point in the captured image, computed by OpenCV.
 Eigen::Vector2d captured_uv(const config::RigCamera& camera, const Eigen::Vector3d& p_world_m) {
   const Eigen::Vector3d p = camera.camera_from_mount * p_world_m;
   const std::vector<cv::Point3d> points{{p.x(), p.y(), p.z()}};
@@ -41,8 +41,8 @@ TEST(Undistortion, MapsPointsToPinholeProjection) {
       if (!(from.x() > 3 && from.y() > 3 && from.x() < 641 && from.y() < 482 && to.x() > 3 &&
             to.y() > 3 && to.x() < 641 && to.y() < 482))
         continue;
-      // A smooth spot about the point in the captured image; its centre of mass in the published
-      // one.
+      // Draws a Gaussian spot around the point in the captured image and compares its centroid in
+      // the published one.
       cv::Mat image(486, 645, CV_8UC3, cv::Scalar(0, 0, 0));
       for (int v = std::max(0, int(from.y()) - 12); v < std::min(486, int(from.y()) + 13); ++v)
         for (int u = std::max(0, int(from.x()) - 12); u < std::min(645, int(from.x()) + 13); ++u)
@@ -57,16 +57,15 @@ TEST(Undistortion, MapsPointsToPinholeProjection) {
                          to.x() > 16 && to.y() > 16 && to.x() < 628 && to.y() < 469;
       if (!whole) continue;
       ++seen;
-      // 1/32 px of the fixed-point map and the spot's own bending.
+      // 1/32 px of the fixed-point map, and the distortion across the spot.
       EXPECT_LT((sum.head<2>() / sum.z() - to).norm(), 0.1)
           << from.transpose() << " -> " << to.transpose();
     }
   EXPECT_GT(seen, 20);
 }
 
-TEST(Undistortion, MakesAStraightEdgeStraight) {
-  // A world edge between object and empty: the half of the table plane's points with x < 0.3 m,
-  // seen through the lens.
+TEST(Undistortion, KeepsStraightEdgesStraight) {
+  // The object is the half-plane x < 0.3 m of the table, seen through the lens.
   const config::RigCamera camera = lens_camera();
   hull::ObjectPixels captured(645, 486);
   const Eigen::Isometry3d world_from_camera = camera.camera_from_mount.inverse();
@@ -84,8 +83,8 @@ TEST(Undistortion, MakesAStraightEdgeStraight) {
         geometry::project(config::published_camera(camera), {0.3, y, 0}).value();
     if (!(uv.x() > 5 && uv.x() < 640 && uv.y() > 5 && uv.y() < 480)) continue;
     ++rows;
-    // Half a captured pixel by sampling, times the scale between the images (1.5 at most here), and
-    // half a published one.
+    // Nearest-neighbour sampling moves the edge by half a captured pixel, times the scale between
+    // the images (at most 1.5), plus half a published pixel.
     const auto at = [&](double offset_px) { return flat.contains_at(uv.x() + offset_px, uv.y()); };
     EXPECT_TRUE(at(-2)) << uv.transpose();
     EXPECT_FALSE(at(2)) << uv.transpose();
@@ -102,10 +101,9 @@ TEST(Undistortion, IsIdentityWithoutDistortion) {
   EXPECT_EQ(undistortion.published(pixels), pixels);
 }
 
-TEST(Undistortion, UnseenPixelsAreBackground) {
+TEST(Undistortion, PixelsThatTheSourceDoesNotSeeAreUnset) {
   config::RigCamera camera = test::table_camera("narrow", {0, -1, 1}, 100, 80);
-  camera.published =
-      geometry::pinhole_from_fov(200, 160, 1.6);  // far wider than the source's 0.75 rad
+  camera.published = geometry::pinhole_from_fov(200, 160, 1.6);  // the source has only 0.75 rad
   const Undistortion undistortion(camera);
   hull::ObjectPixels all(100, 80);
   for (int v = 0; v < 80; ++v) all.set_run(0, 100, v);
@@ -114,13 +112,13 @@ TEST(Undistortion, UnseenPixelsAreBackground) {
   EXPECT_TRUE(seen.contains(100, 80));
   for (int v = 0; v < 160; ++v)
     for (int u = 0; u < 200; ++u) ASSERT_EQ(seen.contains(u, v), undistortion.sees(u, v));
-  // Its share of the width: tan(0.375) / tan(0.8), one pixel each side.
+  // The source sees the fraction tan(0.375) / tan(0.8) of the width, within a pixel on each side.
   EXPECT_NEAR(seen.bounds().width_px(), 200 * std::tan(0.375) / std::tan(0.8), 2);
 }
 
-TEST(Undistortion, ExcludesNonMonotonicRadii) {
+TEST(Undistortion, ExcludesRadiiBeyondTheFold) {
   config::RigCamera camera = test::table_camera("fold", {0, -1, 1}, 200, 160);
-  camera.distortion = {-0.4, 0, 0, 0, 0};  // turns at r = sqrt(1 / 1.2) = 0.913
+  camera.distortion = {-0.4, 0, 0, 0, 0};  // folds at r = sqrt(1 / 1.2) = 0.913
   camera.published = geometry::pinhole_from_fov(200, 160, 2.4);
   EXPECT_NEAR(monotonic_radius(camera.distortion), std::sqrt(1 / 1.2), 0.006);
   EXPECT_TRUE(std::isinf(monotonic_radius({})));

@@ -2,7 +2,6 @@
 #include <numbers>
 #include <random>
 
-#include "common/config/box_visibility.h"
 #include "common/config/rig.h"
 #include "tests/support/scene_files.h"
 
@@ -11,7 +10,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-// "the camera at eye looks at target" in the file's words, or another pose.
+// A rig file with one camera that has the pose `pose` and the further keys `more`.
 std::string rig_with(const std::string& pose, const std::string& more = "") {
   return "name: one\nvolume_m: {min: [-1, -1, 0], max: [1, 1, 1]}\ncameras:\n  - name: cam\n    "
          "image_size_px: [320, 240]\n    horizontal_fov_deg: 60\n" +
@@ -20,13 +19,13 @@ std::string rig_with(const std::string& pose, const std::string& more = "") {
 
 class RigFile : public test::SceneFiles {
  protected:
-  Rig load(const std::string& text) { return load_rig(write("rig.yaml", text)); }
+  Rig load(const std::string& text) { return test::load_rig(write("rig.yaml", text)); }
   std::vector<std::string> problems(const std::string& text) {
     return problems_of([&] { load(text); });
   }
 };
 
-TEST_F(RigFile, ReadsWhatIsWritten) {
+TEST_F(RigFile, ReadsEveryKey) {
   const Rig rig = load(R"(
 name: bench
 volume_m: {min: [-0.5, -0.4, 0], max: [0.5, 0.4, 1]}
@@ -71,13 +70,13 @@ cameras:
 
   const RigCamera& hmd = rig.cameras[1];
   EXPECT_EQ(hmd.mount, Mount::viewer);
-  EXPECT_FALSE(hmd.gives_shape) << "cameras that move never give shape";
+  EXPECT_FALSE(hmd.gives_shape) << "cameras on the viewer never give shape";
   EXPECT_NEAR(hmd.source.fx_px, 320, 1e-9) << "90 degrees over 640 px";
   EXPECT_EQ(hmd.published, hmd.source);
   EXPECT_EQ(shape_cameras(rig), std::vector<std::size_t>{0});
 }
 
-TEST_F(RigFile, LookAtPutsTheTargetInTheImagesMiddle) {
+TEST_F(RigFile, LookAtProjectsTheTargetToTheImageCenter) {
   const Rig rig = load(rig_with("    look_at: {eye_m: [2, 1, 1.5], target_m: [0, 0, 0.5]}\n"));
   const auto uv_px = geometry::project(published_camera(rig.cameras[0]), {0, 0, 0.5});
   ASSERT_TRUE(uv_px);
@@ -85,7 +84,7 @@ TEST_F(RigFile, LookAtPutsTheTargetInTheImagesMiddle) {
   EXPECT_NEAR(uv_px->y(), 119.5, 1e-9);
 }
 
-TEST_F(RigFile, CameraThatTheViewerCarriesFollowsTheEye) {
+TEST_F(RigFile, CameraOnTheViewerFollowsTheEye) {
   const Rig rig = load(R"(
 name: head
 volume_m: {min: [-1, -1, 0], max: [1, 1, 1]}
@@ -107,11 +106,11 @@ cameras:
       << "6 cm above the eye: the eye's frame has y down";
   EXPECT_TRUE(published_camera(rig.cameras[0], eye_from_world)
                   .camera_from_world.isApprox(rig.cameras[0].camera_from_mount))
-      << "wall cameras stay";
+      << "cameras in the world do not move";
 }
 
 TEST_F(RigFile, NearRotationIsOrthonormalized) {
-  // Six digits, as calibration files have them.
+  // Six digits, as in calibration files.
   const Rig rig =
       load(rig_with("    camera_from_world: {rotation: [[0.707107, 0.707107, 0], [0, 0, -1], "
                     "[-0.707107, 0.707107, 0]], translation_m: [0, 0.5, 3]}\n"));
@@ -126,13 +125,13 @@ TEST_F(RigFile, NonOrthonormalRotationIsRejected) {
               ElementsAre("rig.yaml:4:5: camera cam: rotation is not orthonormal"));
 }
 
-TEST_F(RigFile, MirroredRotationIsRefused) {
+TEST_F(RigFile, MirroredRotationIsRejected) {
   EXPECT_THAT(problems(rig_with("    camera_from_world: {rotation: [[-1, 0, 0], [0, 0, -1], [0, 1, "
                                 "0]], translation_m: [0, 0.5, 3]}\n")),
               ElementsAre("rig.yaml:4:5: camera cam: rotation is mirrored (determinant -1)"));
 }
 
-TEST_F(RigFile, NaNAndInfinityAreRefused) {
+TEST_F(RigFile, NanAndInfinityAreRejected) {
   EXPECT_THAT(problems(rig_with("    camera_from_world: {rotation: [[1, .nan, 0], [0, 0, -1], [0, "
                                 "1, 0]], translation_m: [0, -.inf, 1e999]}\n",
                                 "    distortion: {k1: nan, k2: 0, p1: 0, p2: 0, k3: inf}\n")),
@@ -143,9 +142,8 @@ TEST_F(RigFile, NaNAndInfinityAreRefused) {
                           "rig.yaml:8:52: k3 must be finite, is inf"));
 }
 
-TEST_F(RigFile, EveryProblemIsReportedWithItsPlace) {
-  EXPECT_THAT(
-      problems(R"(
+TEST_F(RigFile, ReportsEveryProblemWithItsLocation) {
+  EXPECT_THAT(problems(R"(
 name: Bad Name
 volume_m: {min: [0, 0, 0], max: [1, -1, 1]}
 colour: red
@@ -166,46 +164,47 @@ cameras:
     mount: ceiling
     mount: world
 )"),
-      ElementsAre("rig.yaml:1:7: name must consist of a-z, 0-9 and _, is \"Bad Name\"",
-                  "rig.yaml:2:33: volume_m: max must be greater than min in y",
-                  "rig.yaml:3:1: unknown key colour; known keys: name volume_m cameras",
-                  "rig.yaml:6:5: unknown key image_size: image_size_px is expected",
-                  "rig.yaml:7:25: horizontal_fov_deg must be from 0.01 to 170, is 200",
-                  "rig.yaml:8:14: look_at has no upright image: eye_m and target_m are the same "
-                  "point, or one straight above the other; state the "
-                  "rotation instead",
-                  "rig.yaml:9:5: no focal length: horizontal_fov_deg, or fx_px, fy_px, cx_px and "
-                  "cy_px, is missing",
-                  "rig.yaml:10:26: image_size_px[1] must be a whole number, is 240.5",
-                  "rig.yaml:11:5: unknown key horizontal_fov_rad: horizontal_fov_deg is expected",
-                  "rig.yaml:12:22: eye_m must be a list of 3, is a list of 2",
-                  "rig.yaml:12:44: target_m[1] must be a number, is \"zero\"",
-                  "rig.yaml:13:18: gives_shape must be true or false, is \"yes\"",
-                  "rig.yaml:14:5: the camera has no pose: look_at or camera_from_world is missing",
-                  "rig.yaml:14:11: two cameras are called a, the first in line 5",
-                  "rig.yaml:17:12: fx_px and horizontal_fov_deg exclude each other",
-                  "rig.yaml:18:12: mount must be one of world, viewer; is \"ceiling\"",
-                  "rig.yaml:19:5: mount is there twice, first in line 18"));
+              ElementsAre("rig.yaml:1:7: name must consist of a-z, 0-9 and _, is \"Bad Name\"",
+                          "rig.yaml:2:33: max must be greater than min (0) in y, is -1",
+                          "rig.yaml:3:1: unknown key colour; known keys: name, volume_m, cameras",
+                          "rig.yaml:6:5: unknown key image_size: use image_size_px",
+                          "rig.yaml:7:25: horizontal_fov_deg must be from 0.01 to 170, is 200",
+                          "rig.yaml:8:14: look_at has no up direction: target_m is at eye_m, or "
+                          "straight above or below it; use a rotation instead",
+                          "rig.yaml:9:5: focal length is missing: set horizontal_fov_deg, or "
+                          "fx_px, fy_px, cx_px and cy_px",
+                          "rig.yaml:10:26: image_size_px[1] must be a whole number, is 240.5",
+                          "rig.yaml:11:5: unknown key horizontal_fov_rad: use horizontal_fov_deg",
+                          "rig.yaml:12:22: eye_m must be a list of 3, is a list of 2",
+                          "rig.yaml:12:44: target_m[1] must be a number, is \"zero\"",
+                          "rig.yaml:13:18: gives_shape must be true or false, is \"yes\"",
+                          "rig.yaml:14:5: the camera has no pose: set look_at or camera_from_world",
+                          "rig.yaml:14:11: camera name a is already used in line 5",
+                          "rig.yaml:17:12: fx_px and horizontal_fov_deg are both set: remove one",
+                          "rig.yaml:18:12: mount must be one of world, viewer; is \"ceiling\"",
+                          "rig.yaml:19:5: duplicate key mount, already set in line 18"));
 }
 
 TEST_F(RigFile, PoseMustMatchMount) {
   EXPECT_TRUE(test::contains(
       problems(rig_with("    mount: viewer\n    camera_from_world: {rotation: [[1, 0, 0], [0, 1, "
                         "0], [0, 0, 1]], translation_m: [0, 0, 0]}\n")),
-      "rig.yaml:8:24: camera_from_world does not go with this camera's mount: camera_from_viewer "
-      "is expected"));
-  EXPECT_TRUE(test::contains(
-      problems(rig_with("    mount: viewer\n    gives_shape: true\n    look_at: {eye_m: [0, 0, 0], "
-                        "target_m: [0, 0, 1]}\n")),
-      "rig.yaml:8:18: gives_shape must be false for a camera that the viewer carries"));
+      "rig.yaml:8:24: camera_from_world does not match the camera's mount: use "
+      "camera_from_viewer"));
+  EXPECT_TRUE(
+      test::contains(problems(rig_with("    mount: viewer\n    gives_shape: true\n    look_at: "
+                                       "{eye_m: [0, 0, 0], target_m: [0, 0, 1]}\n")),
+                     "rig.yaml:8:18: gives_shape must be false for a camera with mount viewer"));
 }
 
 TEST_F(RigFile, CameraThatMissesVolumeIsReported) {
-  EXPECT_THAT(problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [6, 0, 0.5]}\n")),
-              ElementsAre("rig.yaml:4:5: camera cam sees nothing of volume_m"));
+  EXPECT_THAT(
+      problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [6, 0, 0.5]}\n")),
+      ElementsAre(
+          "rig.yaml:4:5: camera cam sees no part of volume_m: check its pose and volume_m"));
 }
 
-TEST_F(RigFile, RigWithoutShapeIsRefused) {
+TEST_F(RigFile, RigWithoutShapeIsRejected) {
   EXPECT_TRUE(
       test::contains(problems(rig_with("    look_at: {eye_m: [3, 0, 0.5], target_m: [0, 0, 0.5]}\n",
                                        "    gives_shape: false\n")),
@@ -215,23 +214,24 @@ TEST_F(RigFile, RigWithoutShapeIsRefused) {
       "cameras must be a list of at least one"));
 }
 
-TEST_F(RigFile, UnreadableFilesSayWhy) {
-  EXPECT_THAT(problems_of([&] { load_rig(folder() / "absent.yaml"); }),
+TEST_F(RigFile, ReportsWhyAFileIsUnreadable) {
+  EXPECT_THAT(problems_of([&] { test::load_rig(folder() / "absent.yaml"); }),
               ElementsAre("absent.yaml:0:0: there is no such file"));
   std::filesystem::create_directory(folder() / "dir.yaml");
-  EXPECT_THAT(problems_of([&] { load_rig(folder() / "dir.yaml"); }),
+  EXPECT_THAT(problems_of([&] { test::load_rig(folder() / "dir.yaml"); }),
               ElementsAre("dir.yaml:0:0: is a directory, not a file"));
   EXPECT_TRUE(test::contains(problems("name: [a, b\nvolume_m: 3\n"), ": not YAML: "));
-  EXPECT_THAT(problems(""), ElementsAre("rig.yaml:1:1: a mapping of keys to values is expected"));
+  EXPECT_THAT(problems(""),
+              ElementsAre("rig.yaml:1:1: the file must contain a mapping of keys to values"));
   EXPECT_THAT(problems("- 1\n"),
-              ElementsAre("rig.yaml:1:1: a mapping of keys to values is expected"));
+              ElementsAre("rig.yaml:1:1: the file must contain a mapping of keys to values"));
   EXPECT_TRUE(
       test::contains(problems(test::kGoodRig + "---\nname: second\n"), "a second YAML document"));
   EXPECT_TRUE(test::contains(problems(std::string(100000, '[')), ": not YAML: "))
-      << "nested deeper than any reader goes";
+      << "the nesting is too deep for the parser";
 }
 
-TEST_F(RigFile, EmptyValueAndNestedWrongTypesAreProblemsNotCrashes) {
+TEST_F(RigFile, MissingValuesAndWrongTypesAreProblems) {
   EXPECT_TRUE(test::contains(problems("name: a\nvolume_m:\ncameras: 3\n"),
                              "rig.yaml:2:1: volume_m has no value"));
   EXPECT_TRUE(test::contains(problems("name: a\nvolume_m:\ncameras: 3\n"),
@@ -239,11 +239,10 @@ TEST_F(RigFile, EmptyValueAndNestedWrongTypesAreProblemsNotCrashes) {
   EXPECT_TRUE(
       test::contains(problems("name: {a: 1}\nvolume_m: [1]\ncameras: [1, {name: [x]}]\n"),
                      "rig.yaml:3:11: cameras[0] must be a mapping of keys to values, is \"1\""));
-  EXPECT_TRUE(test::contains(problems("? [a, b]\n: 3\n"), "a key must be a word"));
+  EXPECT_TRUE(test::contains(problems("? [a, b]\n: 3\n"), "a key must be a single word"));
 }
 
-// Files cut off anywhere, or with any byte replaced, load or list problems; nothing else leaves
-// load_rig.
+// A truncated file, or one with a wrong byte, loads or throws ConfigError, never another exception.
 TEST_F(RigFile, DamagedFilesLoadOrListProblems) {
   const std::string good = test::kGoodRig.substr(1);
   for (std::size_t length = 0; length < good.size(); ++length) problems(good.substr(0, length));
@@ -253,23 +252,6 @@ TEST_F(RigFile, DamagedFilesLoadOrListProblems) {
     damaged[random() % damaged.size()] = "\0\t\n :-[]{},&*!|>'\"%@`#0a\xff"[random() % 25];
     problems(damaged);
   }
-}
-
-// A telescope sees a pixel's worth of the box between any sample points.
-TEST(BoxVisibility, HoldsForLongFocalLengthsAndCamerasInsideTheBox) {
-  const Eigen::AlignedBox3d box_m(Eigen::Vector3d(-1, -1, 0), Eigen::Vector3d(1, 1, 1));
-  const geometry::Pinhole telescope{720, 486, 50000, 50000, 359.5, 242.5},
-      fisheye_like{720, 486, 50, 50, 359.5, 242.5};
-  EXPECT_TRUE(is_box_visible({telescope, geometry::look_at({3, 0.123, 0.456}, {0, 0.1234, 0.4567})},
-                             box_m));
-  EXPECT_FALSE(is_box_visible({telescope, geometry::look_at({3, 0, 0.5}, {0, 3, 0.5})}, box_m))
-      << "past the box";
-  EXPECT_TRUE(is_box_visible({fisheye_like, geometry::look_at({3, 0, 0.5}, {3, 3, 0.5})}, box_m))
-      << "164 degrees wide: the box is at the image's edge";
-  EXPECT_TRUE(is_box_visible({telescope, geometry::look_at({0, 0, 0.5}, {1, 0, 0.5})}, box_m))
-      << "from inside";
-  EXPECT_FALSE(is_box_visible({fisheye_like, geometry::look_at({3, 0, 0.5}, {6, 0, 0.5})}, box_m))
-      << "behind the camera";
 }
 
 }  // namespace

@@ -12,14 +12,14 @@ namespace {
 
 using ::testing::ElementsAre;
 
-// A tetrahedron with one corner at the origin and edges of length 1 (in the file's unit) along the
+// A tetrahedron with a corner at the origin and edges of length 1 (in the file's unit) along the
 // axes.
 const std::string kTetrahedronObj =
     "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const std::string kTetrahedronPly =
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
-    "z\nelement face 4\nproperty list uchar int vertex_indices\n"
-    "end_header\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    "z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 "
+    "0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 const std::string kTriangleStl =
     "solid one\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
     "0\nendloop\nendfacet\nendsolid one\n";
@@ -37,7 +37,7 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
-// One triangle; glTF's axes are x right, y up, z towards the viewer.
+// One triangle. The axes of glTF are x right, y up, z towards the viewer.
 std::string triangle_gltf(float last_coordinate) {
   const float positions[9] = {0, 0, 0, 1, 0, 0, 0, 2, last_coordinate};
   std::string bytes(sizeof positions, '\0');
@@ -52,7 +52,7 @@ std::string triangle_gltf(float last_coordinate) {
 
 class SceneFile : public test::SceneFiles {
  protected:
-  Scene load(const std::string& text) { return load_scene(write("scene.yaml", text)); }
+  Scene load(const std::string& text) { return test::load_scene(write("scene.yaml", text)); }
   std::vector<std::string> problems(const std::string& text) {
     return problems_of([&] { load(text); });
   }
@@ -62,7 +62,7 @@ class SceneFile : public test::SceneFiles {
   }
 };
 
-TEST_F(SceneFile, ReadsWhatIsWritten) {
+TEST_F(SceneFile, ReadsEveryKey) {
   const Scene scene = load(R"(
 name: all
 gravity_m_s2: 1.62
@@ -99,7 +99,7 @@ objects:
   EXPECT_EQ(std::get<BoxShape>(box.shape).size_m, Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_TRUE(
       (box.world_from_object * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3), 1e-12))
-      << "x turns into y about z";
+      << "the rotation about z maps x to y";
   EXPECT_EQ(box.motion, Motion::fixed);
   EXPECT_EQ(box.reaction, Reaction::none);
   EXPECT_EQ(box.colour_rgb, (std::array{0.25, 0.5, 0.75}));
@@ -118,12 +118,12 @@ objects:
   EXPECT_EQ(mesh_of(curtain).triangles.size(), 720u) << "the paper's curtain";
 }
 
-TEST_F(SceneFile, RotationTurnsAboutXThenYThenZ) {
+TEST_F(SceneFile, RotatesAboutXThenYThenZ) {
   const Scene scene = load(test::kGoodScene + "    rotation_deg: [90, 90, 0]\n");
-  // z -> -y about x; -y stays about y.
+  // The rotation about x maps z to -y; the one about y keeps -y.
   EXPECT_TRUE((scene.objects[0].world_from_object.linear() * Eigen::Vector3d(0, 0, 1))
                   .isApprox(Eigen::Vector3d(0, -1, 0), 1e-12));
-  // x stays about x; x -> -z about y.
+  // The rotation about x keeps x; the one about y maps x to -z.
   EXPECT_TRUE((scene.objects[0].world_from_object.linear() * Eigen::Vector3d(1, 0, 0))
                   .isApprox(Eigen::Vector3d(0, 0, -1), 1e-12));
 }
@@ -137,7 +137,7 @@ TEST_F(SceneFile, MeshesAreScaledToMetres) {
     for (const std::string file : {"part.obj", "part.ply"}) {
       const geometry::Mesh mesh =
           mesh_of(load(mesh_scene("file: " + file + ", unit: " + unit)).objects[0]);
-      EXPECT_EQ(mesh.vertices_m.size(), 4u) << "corners are shared";
+      EXPECT_EQ(mesh.vertices_m.size(), 4u) << "triangles share corners";
       EXPECT_EQ(mesh.triangles.size(), 4u);
       EXPECT_TRUE(geometry::bounds_m(mesh).max().isApprox(Eigen::Vector3d::Constant(unit_m), 1e-9))
           << file << ' ' << unit;
@@ -151,26 +151,26 @@ TEST_F(SceneFile, GltfIsInMetresWithItsYAxisUp) {
   const geometry::Mesh mesh = mesh_of(load(mesh_scene("file: part.gltf")).objects[0]);
   ASSERT_EQ(mesh.triangles.size(), 1u);
   EXPECT_TRUE(geometry::bounds_m(mesh).max().isApprox(Eigen::Vector3d(1, 0, 2)))
-      << "2 m of height become z";
+      << "y (2 m) becomes z";
   EXPECT_TRUE(geometry::bounds_m(mesh).min().isApprox(Eigen::Vector3d(0, -3, 0)))
-      << "3 m towards the viewer become -y";
+      << "z (3 m) becomes -y";
 }
 
 TEST_F(SceneFile, MeshWindingIsPreserved) {
   write("part.obj", kTetrahedronObj);
   const geometry::Mesh mesh = mesh_of(load(mesh_scene("file: part.obj, unit: m")).objects[0]);
-  double volume_m3 = 0;  // by the divergence theorem: positive where the surface faces outwards
+  double volume_m3 = 0;  // by the divergence theorem: positive if the surface faces outwards
   for (const auto& [a, b, c] : mesh.triangles)
     volume_m3 += mesh.vertices_m[a].dot(mesh.vertices_m[b].cross(mesh.vertices_m[c])) / 6;
   EXPECT_NEAR(volume_m3, 1.0 / 6, 1e-12);
 }
 
-TEST_F(SceneFile, ImplausibleMeshSizeIsWarned) {
+TEST_F(SceneFile, WarnsOfImplausibleMeshSizes) {
   write("part.obj", "v 0 0 0\nv 120 0 0\nv 0 80 0\nv 0 0 60\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   EXPECT_TRUE(mesh_size_warnings(load(mesh_scene("file: part.obj, unit: mm"))).empty()) << "12 cm";
   EXPECT_EQ(mesh_size_warnings(load(mesh_scene("file: part.obj, unit: m"))),
-            std::vector<std::string>{"part is 12000 x 8000 x 6000 cm: is the unit of " +
-                                     (folder() / "part.obj").string() + " right?"});
+            std::vector<std::string>{"object part is 12000 x 8000 x 6000 cm: check the unit of " +
+                                     (folder() / "part.obj").string()});
   write("part.obj",
         "v 0 0 0\nv 0.12 0 0\nv 0 0.08 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   EXPECT_EQ(mesh_size_warnings(load(mesh_scene("file: part.obj, unit: mm"))).size(), 1u)
@@ -224,7 +224,7 @@ TEST_F(SceneFile, RequestsNothingByDefault) {
   EXPECT_FALSE(scene.history || scene.objects[0].warming || scene.objects[0].requests.any());
 }
 
-TEST_F(SceneFile, InvalidRequestsAreProblems) {
+TEST_F(SceneFile, RejectsInvalidRequests) {
   const auto problems_with = [&](const std::string& what, const std::string& instead) {
     std::string text = kRequests;
     text.replace(text.find(what), what.size(), instead);
@@ -234,31 +234,31 @@ TEST_F(SceneFile, InvalidRequestsAreProblems) {
       problems_with("    report:", "    reaction: none\n    report:"),
       ElementsAre(
           "scene.yaml:10:7: report has no effect with reaction none: the object is not queried"));
-  EXPECT_THAT(problems_with("history: {cell_m: 0.01, window_frames: 12}\n", ""),
-              ElementsAre("scene.yaml:8:7: first_contact is found between two frames: the scene "
-                          "must keep a history, `history: {}`"));
   EXPECT_THAT(
-      problems_with("v_rec: [0, 0, 2]", "v_rec: [0, 0, 0]"),
+      problems_with("history: {cell_m: 0.01, window_frames: 12}\n", ""),
       ElementsAre(
-          "scene.yaml:10:77: v_rec is zero: it is the direction in which the object is moved out"));
+          "scene.yaml:8:7: first_contact compares two frames: add `history: {}` to the scene"));
+  EXPECT_THAT(problems_with("v_rec: [0, 0, 2]", "v_rec: [0, 0, 0]"),
+              ElementsAre("scene.yaml:10:77: v_rec must not be zero: it is the direction in which "
+                          "the object leaves the hull"));
   EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.5"),
-              ElementsAre("scene.yaml:12:59: tolerance_m must not exceed cap_m"));
+              ElementsAre("scene.yaml:12:59: tolerance_m must be at most cap_m (0.3), is 0.5"));
   EXPECT_THAT(
       problems_with("cell_m: 0.1}", "cell_m: 0.0001}"),
       ElementsAre(
-          "scene.yaml:5:45: cell_m divides the box's faces into more than a million cells"));
+          "scene.yaml:5:45: cell_m splits the box's faces into more than 1e6 cells: increase it"));
   EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.0001"),
-              ElementsAre("scene.yaml:12:59: tolerance_m is less than a thousandth of cap_m: the "
-                          "search would take seconds"));
+              ElementsAre("scene.yaml:12:59: tolerance_m must be at least cap_m / 1000 (0.0003), "
+                          "is 0.0001: a smaller one makes a query take seconds"));
   EXPECT_THAT(problems_with("name: plate", "name: " + std::string(65, 'a')),
-              ElementsAre("scene.yaml:4:11: name has 65 characters, at most 64 are possible"));
+              ElementsAre("scene.yaml:4:11: name has 65 characters, the limit is 64"));
   EXPECT_EQ(problems_with("contacts: 6", "contacts: -1").size(), 1u);
   EXPECT_EQ(
       problems_with("local_minimum_translation: true", "local_minimum_translatoin: true").size(),
       1u);
 }
 
-TEST_F(SceneFile, BadMeshesAreProblemsOfTheScene) {
+TEST_F(SceneFile, RejectsUnusableMeshes) {
   write("part.obj", kTetrahedronObj);
   write("points.obj", "v 0 0 0\nv 1 0 0\n");
   write("junk.stl", "this is no mesh");
@@ -266,8 +266,8 @@ TEST_F(SceneFile, BadMeshesAreProblemsOfTheScene) {
   write("nan.gltf", triangle_gltf(std::numeric_limits<float>::quiet_NaN()));
   write("nan.ply",
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
-        "float z\nelement face 1\n"
-        "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n");
+        "float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 "
+        "nan\n0 1 0\n3 0 1 2\n");
   write("part.step", kTetrahedronObj);
   std::filesystem::create_directory(folder() / "folder.obj");
   const auto problem = [&](const std::string& mesh) { return problems(mesh_scene(mesh)); };
@@ -285,10 +285,10 @@ TEST_F(SceneFile, BadMeshesAreProblemsOfTheScene) {
   EXPECT_TRUE(
       test::contains(problem("file: nan.ply, unit: m"), "vertex 1 of the mesh is not finite"));
   EXPECT_TRUE(test::contains(problem("file: part.step, unit: mm"),
-                             "its name must end in .gltf, .glb, .obj, .stl or .ply"));
+                             "the file name must end in .gltf, .glb, .obj, .stl or .ply"));
 }
 
-TEST_F(SceneFile, EveryProblemIsReportedWithItsPlace) {
+TEST_F(SceneFile, ReportsEveryProblemWithItsLocation) {
   EXPECT_THAT(
       problems(R"(
 name: bad
@@ -321,29 +321,28 @@ objects:
     mass_kg: 2
     pattern_size_m: 0.1
 )"),
-      ElementsAre(
-          "scene.yaml:2:15: gravity_m_s2 must be from 0 to 1000, is -1",
-          "scene.yaml:3:17: light_m[2] must be finite, is .inf",
-          "scene.yaml:4:24: background_rgb[2] must be from 0 to 1, is 255",
-          "scene.yaml:7:11: unknown key size_cm: size_m is expected",
-          "scene.yaml:8:5: unknown key position: position_m is expected",
-          "scene.yaml:10:24: radius_m must be greater than 0 and at most 10000, is 0",
-          "scene.yaml:10:41: subdivisions must be from 0 to 6, is 9",
-          "scene.yaml:11:17: position_m must be a list of 3, is a list of 2",
-          "scene.yaml:12:13: motion must be one of fixed, dynamic; is \"floating\"",
-          "scene.yaml:13:5: unknown key colur_rgb: did you mean colour_rgb?",
-          "scene.yaml:14:5: the object has no shape: box, sphere, curtain or mesh is missing",
-          "scene.yaml:14:11: two objects are called b, the first in line 9",
-          "scene.yaml:18:13: box and sphere: an object has one shape",
-          "scene.yaml:21:49: columns must be from 1 to 1000, is 0",
-          "scene.yaml:21:58: rows must be a whole number, is 2.5",
-          "scene.yaml:23:13: a curtain hangs from its upper edge and moves as cloth: motion "
-          "dynamic is for rigid objects",
-          "scene.yaml:25:23: size_m[1] must be greater than 0 and at most 10000, is 0",
-          "scene.yaml:27:15: reaction bounce needs motion dynamic: a fixed object can't be moved "
-          "out",
-          "scene.yaml:28:14: mass_kg has no effect without motion dynamic",
-          "scene.yaml:29:21: pattern_size_m has no effect on a plain object"));
+      ElementsAre("scene.yaml:2:15: gravity_m_s2 must be from 0 to 1000, is -1",
+                  "scene.yaml:3:17: light_m[2] must be finite, is .inf",
+                  "scene.yaml:4:24: background_rgb[2] must be from 0 to 1, is 255",
+                  "scene.yaml:7:11: unknown key size_cm: use size_m",
+                  "scene.yaml:8:5: unknown key position: use position_m",
+                  "scene.yaml:10:24: radius_m must be greater than 0 and at most 10000, is 0",
+                  "scene.yaml:10:41: subdivisions must be from 0 to 6, is 9",
+                  "scene.yaml:11:17: position_m must be a list of 3, is a list of 2",
+                  "scene.yaml:12:13: motion must be one of fixed, dynamic; is \"floating\"",
+                  "scene.yaml:13:5: unknown key colur_rgb: did you mean colour_rgb?",
+                  "scene.yaml:14:5: the object has no shape: set box, sphere, curtain or mesh",
+                  "scene.yaml:14:11: object name b is already used in line 9",
+                  "scene.yaml:18:13: box and sphere are both set: an object has one shape",
+                  "scene.yaml:21:49: columns must be from 1 to 1000, is 0",
+                  "scene.yaml:21:58: rows must be a whole number, is 2.5",
+                  "scene.yaml:23:13: motion dynamic is for rigid objects; a curtain hangs from its "
+                  "upper edge and moves as cloth: remove motion",
+                  "scene.yaml:25:23: size_m[1] must be greater than 0 and at most 10000, is 0",
+                  "scene.yaml:27:15: reaction bounce needs motion dynamic: a fixed object cannot "
+                  "move out of the hull",
+                  "scene.yaml:28:14: mass_kg has no effect without motion dynamic",
+                  "scene.yaml:29:21: pattern_size_m has no effect on a plain object"));
 }
 
 TEST(KeySuggestion, SuggestsUnitsAndSpelling) {

@@ -1,4 +1,4 @@
-// The rigs, scenes and deployments that come with fivepipe are what their comments say.
+// The shipped rigs, scenes and deployments match their comments.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -7,6 +7,7 @@
 #include <set>
 
 #include "common/config/deployment.h"
+#include "tests/support/scene_files.h"
 
 namespace fivepipe::config {
 namespace {
@@ -25,7 +26,7 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
   return files;
 }
 
-// Share of a grid of the box's points that the camera has in its image.
+// Fraction of a grid of points of the box that the camera sees.
 double visible_fraction(const geometry::Camera& camera, const Eigen::AlignedBox3d& box_m) {
   constexpr int kSteps = 10;
   int seen = 0;
@@ -58,7 +59,7 @@ TEST(ShippedRigs, LoadAndSeeTheirWholeVolume) {
   std::vector<std::filesystem::path> rigs = files_in(kSource / "scenes" / "rigs", ".yaml");
   ASSERT_GE(rigs.size(), 3u);
   for (const auto& file : rigs) {
-    const Rig rig = load_rig(file);
+    const Rig rig = test::load_rig(file);
     EXPECT_EQ(rig.name, file.stem().string());
     for (const std::size_t i : shape_cameras(rig))
       EXPECT_GT(visible_fraction(published_camera(rig.cameras[i]), rig.volume_m), 0.99)
@@ -67,35 +68,36 @@ TEST(ShippedRigs, LoadAndSeeTheirWholeVolume) {
 }
 
 TEST(ShippedRigs, MatchTheirNames) {
-  const Rig paper = load_rig(kSource / "scenes/rigs/paper.yaml"),
-            table4 = load_rig(kSource / "scenes/rigs/table4.yaml");
+  const Rig paper = test::load_rig(kSource / "scenes/rigs/paper.yaml"),
+            table4 = test::load_rig(kSource / "scenes/rigs/table4.yaml");
   EXPECT_EQ(shape_cameras(paper).size(), 3u);
   EXPECT_EQ(paper.cameras.back().mount, Mount::viewer);
   EXPECT_TRUE(paper.cameras.back().gives_colour);
   EXPECT_EQ(shape_cameras(table4).size(), 4u);
-  EXPECT_EQ(shape_cameras(load_rig(kSource / "scenes/rigs/ring16.yaml")).size(), 16u);
+  EXPECT_EQ(shape_cameras(test::load_rig(kSource / "scenes/rigs/ring16.yaml")).size(), 16u);
   const geometry::Camera table_height = published_camera(table4.cameras[3]);
   EXPECT_NEAR(geometry::camera_center_world_m(table_height).z(), 0.03, 1e-12);
-  EXPECT_NEAR(table_height.camera_from_world.linear()(2, 2), 0, 1e-12) << "looks horizontally";
+  EXPECT_NEAR(table_height.camera_from_world.linear()(2, 2), 0, 1e-12)
+      << "the camera does not look horizontally";
 }
 
 TEST(ShippedScenes, Load) {
   const auto scenes = files_in(kSource / "scenes", "scene.yaml");
   ASSERT_GE(scenes.size(), 2u);
   for (const auto& file : scenes)
-    EXPECT_EQ(load_scene(file).name, file.parent_path().filename().string());
+    EXPECT_EQ(test::load_scene(file).name, file.parent_path().filename().string());
 }
 
-TEST(DemoScene, HasThePapersCurtainOnATableAtZeroHeight) {
-  const Scene demo = load_scene(kSource / "scenes/demo/scene.yaml");
+TEST(DemoScene, HasThePapersCurtainAboveATableAtZeroHeight) {
+  const Scene demo = test::load_scene(kSource / "scenes/demo/scene.yaml");
   EXPECT_EQ(mesh_of(object_called(demo, "curtain")).triangles.size(), 720u);
   EXPECT_NEAR(world_bounds_m(object_called(demo, "table_top")).max().z(), 0, 1e-12);
   EXPECT_GT(world_bounds_m(object_called(demo, "curtain")).min().z(), 0)
-      << "hangs free of the table";
+      << "the curtain touches the table";
 }
 
 TEST(DemoScene, BlocksDoNotIntersect) {
-  const Scene demo = load_scene(kSource / "scenes/demo/scene.yaml");
+  const Scene demo = test::load_scene(kSource / "scenes/demo/scene.yaml");
   std::vector<std::pair<std::string, Eigen::AlignedBox3d>> blocks;
   for (const SceneObject& object : demo.objects)
     if (object.reaction != Reaction::none) blocks.emplace_back(object.name, world_bounds_m(object));
@@ -107,7 +109,7 @@ TEST(DemoScene, BlocksDoNotIntersect) {
   }
 }
 
-TEST(ShippedDeployments, SyntheticOnesLoad) {
+TEST(ShippedDeployments, LoadIfSynthetic) {
   std::set<std::string> names;
   for (const auto& file : files_in(kSource / "launch" / "deployments", ".yaml")) {
     if (file.stem() == "seated4cam" || file.stem() == "balance4cam") continue;  // recordings
@@ -138,7 +140,7 @@ TEST(ShippedDeployments, PaperHasThePapersSettings) {
 TEST(Seated4cam, ReportsMissingRecording) {
   try {
     load_deployment(kSource / "launch/deployments/seated4cam.yaml");
-    FAIL() << "loaded without the recording";
+    FAIL() << "no error";
   } catch (const ConfigError& error) {
     ASSERT_EQ(error.problems().size(), 1u) << error.what();
     EXPECT_EQ(error.problems()[0].what, "data is not set: pass --set data=FOLDER");
@@ -146,8 +148,7 @@ TEST(Seated4cam, ReportsMissingRecording) {
 }
 
 TEST(Seated4cam, LoadsWithTheRecording) {
-  if (!std::filesystem::exists(kRecording))
-    GTEST_SKIP() << "the recording is not at " << kRecording;
+  if (!std::filesystem::exists(kRecording)) GTEST_SKIP() << "no recording at " << kRecording;
   const Deployment deployment = load_deployment(kSource / "launch/deployments/seated4cam.yaml",
                                                 {{"data", kRecording.string()}});
   EXPECT_EQ(std::get<CaptureConfig>(find_node(deployment, "capture")->config).sources.size(), 4u);
@@ -155,7 +156,7 @@ TEST(Seated4cam, LoadsWithTheRecording) {
 
 TEST(Balance4cam, LoadsWithTheRecordingAndHasItsCalibration) {
   const auto recording = kRecording.parent_path() / "balance4cam";
-  if (!std::filesystem::exists(recording)) GTEST_SKIP() << "the recording is not at " << recording;
+  if (!std::filesystem::exists(recording)) GTEST_SKIP() << "no recording at " << recording;
   const Deployment deployment = load_deployment(kSource / "launch/deployments/balance4cam.yaml",
                                                 {{"data", recording.string()}});
   EXPECT_EQ(std::get<CaptureConfig>(find_node(deployment, "capture")->config).sources.size(), 4u);
@@ -168,12 +169,11 @@ TEST(Balance4cam, LoadsWithTheRecordingAndHasItsCalibration) {
           << camera.name;
 }
 
-TEST(Seated4cam, RigIsTheCalibrationToTheLastDigit) {
-  if (!std::filesystem::exists(kRecording))
-    GTEST_SKIP() << "the recording is not at " << kRecording;
+TEST(Seated4cam, RigEqualsTheCalibrationExactly) {
+  if (!std::filesystem::exists(kRecording)) GTEST_SKIP() << "no recording at " << kRecording;
   const YAML::Node calibration =
       YAML::LoadFile((kRecording / "calibration.json").string());  // JSON is YAML
-  const Rig rig = load_rig(kSource / "scenes/seated4cam/rig.yaml");
+  const Rig rig = test::load_rig(kSource / "scenes/seated4cam/rig.yaml");
   ASSERT_EQ(rig.cameras.size(), calibration.size());
   for (const RigCamera& camera : rig.cameras) {
     const YAML::Node figures = calibration[camera.name];
@@ -190,16 +190,16 @@ TEST(Seated4cam, RigIsTheCalibrationToTheLastDigit) {
       EXPECT_EQ(camera.camera_from_mount.translation()[i], t[i].as<double>());
       for (int j = 0; j < 3; ++j)
         EXPECT_NEAR(camera.camera_from_mount.linear()(i, j), r[i][j].as<double>(), 1e-14)
-            << "made orthonormal in the last digits";
+            << "orthonormalisation changes only the last digits";
     }
   }
 }
 
-TEST(Seated4cam, EveryCameraSeesThePersonWhole) {
-  const Rig rig = load_rig(kSource / "scenes/seated4cam/rig.yaml");
+TEST(Seated4cam, EveryCameraSeesTheWholePerson) {
+  const Rig rig = test::load_rig(kSource / "scenes/seated4cam/rig.yaml");
   const Eigen::AlignedBox3d person_m(Vector3d(0.04, 0.04, 0.0), Vector3d(0.66, 0.96, 1.36));
   EXPECT_TRUE(rig.volume_m.contains(person_m));
-  // One lower corner of the box, where nothing of person or chair is, lies beyond cam3's image.
+  // One lower corner of the box, which contains neither person nor chair, is outside cam3's image.
   for (const RigCamera& camera : rig.cameras)
     EXPECT_GT(visible_fraction(published_camera(camera), person_m), 0.999) << camera.name;
 }

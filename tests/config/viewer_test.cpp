@@ -1,4 +1,4 @@
-// The viewer's pinholes and its eye's path.
+// The viewer's pinholes and the path of its eye.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -17,11 +17,11 @@ Vector3d eye_at(const Viewer& viewer, double t_s) {
   return geometry::camera_center_world_m({recon_pinhole(viewer), eye_from_world_at(viewer, t_s)});
 }
 
-TEST(ViewerPinholes, ShareTheFieldOfView) {
+TEST(ViewerPinholes, HaveTheSameFieldOfView) {
   Viewer viewer;
   viewer.horizontal_fov_rad = std::numbers::pi / 2;
   EXPECT_NEAR(render_pinhole(viewer).fx_px, 320, 1e-9);
-  // The image's corner, in normalised coordinates, is the same in both.
+  // Both images have the same corner in normalised coordinates.
   const geometry::Pinhole render = render_pinhole(viewer), recon = recon_pinhole(viewer);
   EXPECT_NEAR((-0.5 - render.cx_px) / render.fx_px, (-0.5 - recon.cx_px) / recon.fx_px, 1e-12);
   EXPECT_NEAR((479.5 - render.cy_px) / render.fy_px, (239.5 - recon.cy_px) / recon.fy_px, 1e-12);
@@ -58,18 +58,18 @@ TEST(EyePath, UniformMotionIsPreserved) {
     EXPECT_TRUE(eye_at(viewer, t_s).isApprox(start + t_s * velocity_m_s, 1e-12)) << t_s;
 }
 
-// Catmull and Rom's basis at the middle of equidistant keys: (-p0 + 9 p1 + 9 p2 - p3) / 16.
-TEST(EyePath, IsCatmullAndRomsSpline) {
+// The Catmull-Rom basis half-way between equidistant keys is (-p0 + 9 p1 + 9 p2 - p3) / 16.
+TEST(EyePath, IsACatmullRomSpline) {
   Viewer viewer;
   const Vector3d p[5] = {
       {0, -1, 0.5}, {0.4, -1.2, 0.6}, {0.1, -0.9, 0.7}, {-0.3, -1, 0.2}, {0, -1, 0.5}};
   for (int i = 0; i < 5; ++i) viewer.path.push_back({double(i), p[i], {0, 1, 0.5}});
   EXPECT_TRUE(eye_at(viewer, 1.5).isApprox((-p[0] + 9 * p[1] + 9 * p[2] - p[3]) / 16, 1e-12));
   EXPECT_TRUE(eye_at(viewer, 0.5).isApprox((-p[3] + 9 * p[0] + 9 * p[1] - p[2]) / 16, 1e-12))
-      << "a closed path goes round: the key before p0 is p3";
+      << "on a closed path, p3 precedes p0";
 }
 
-TEST(EyePath, RepeatsWithThePeriodOfItsLastKeyWithoutAStop) {
+TEST(EyePath, RepeatsAfterItsLastKeyWithContinuousVelocity) {
   Viewer viewer;
   viewer.path = {{0, {0, -1, 0.5}, {0, 0, 0}},
                  {1, {0.3, -1, 0.6}, {0, 0, 0}},
@@ -83,30 +83,30 @@ TEST(EyePath, RepeatsWithThePeriodOfItsLastKeyWithoutAStop) {
   const Vector3d before_m_s = (eye_at(viewer, 4) - eye_at(viewer, 4 - h_s)) / h_s,
                  after_m_s = (eye_at(viewer, 4 + h_s) - eye_at(viewer, 4)) / h_s;
   EXPECT_LT((before_m_s - after_m_s).norm(), 1e-4)
-      << "acceleration times h: the velocity is continuous over the seam";
+      << "differs by more than acceleration times h at the seam";
   EXPECT_GT(after_m_s.norm(), 0.05);
 }
 
-TEST(EyePath, EndsAfterTheLastKeyWhereItIsNotClosed) {
+TEST(EyePath, JumpsToItsStartAfterTheLastKeyIfOpen) {
   Viewer viewer;
   viewer.path = {{0, {0, -1, 0.5}, {0, 0, 0}}, {2, {1, -1, 0.5}, {0, 0, 0}}};
   EXPECT_TRUE(eye_at(viewer, 1.5).isApprox(Vector3d(0.75, -1, 0.5), 1e-12));
   EXPECT_TRUE(eye_at(viewer, 2.5).isApprox(Vector3d(0.25, -1, 0.5), 1e-12));
 }
 
-TEST(EyePath, FaultsAreReportedByKey) {
+TEST(EyePath, ReportsFaultsByKey) {
   const Vector3d target(0, 0, 0);
   EXPECT_TRUE(head_path_faults({{0, {0, -1, 0}, target}}).empty());
   const auto fault = [](const std::vector<HeadKey>& path) {
     return head_path_faults(path).empty() ? "none" : std::to_string(head_path_faults(path)[0].key);
   };
-  EXPECT_EQ(fault({{1, {0, -1, 0}, target}}), "0") << "does not begin at 0";
+  EXPECT_EQ(fault({{1, {0, -1, 0}, target}}), "0") << "does not start at 0";
   EXPECT_EQ(fault({{0, {0, -1, 0}, target}, {1, {0, -1, 0}, target}, {1, {0, -1, 0}, target}}), "2")
-      << "time stands still";
-  EXPECT_EQ(fault({{0, {0, -1, 0}, target}, {1, {0, 0, 1}, target}}), "1") << "straight down";
-  EXPECT_EQ(fault({{0, {0, -1, 0}, target}, {1, target, target}}), "1") << "nowhere";
+      << "equal times";
+  EXPECT_EQ(fault({{0, {0, -1, 0}, target}, {1, {0, 0, 1}, target}}), "1") << "looks straight down";
+  EXPECT_EQ(fault({{0, {0, -1, 0}, target}, {1, target, target}}), "1") << "target at the eye";
   EXPECT_EQ(fault({{0, {-1, 0, 1}, target}, {2, {1, 0, 1}, target}}), "0")
-      << "straight down half-way";
+      << "looks straight down half-way";
   EXPECT_EQ(fault({{0, {std::numeric_limits<double>::quiet_NaN(), -1, 0}, target}}), "0");
 }
 
@@ -124,7 +124,7 @@ class HeadFile : public test::SceneFiles {
   const std::string header_ = "t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m\n";
 };
 
-TEST_F(HeadFile, ReadsWhatIsWritten) {
+TEST_F(HeadFile, ReadsKeysAndSkipsBlanks) {
   const std::vector<HeadKey> path =
       read(header_ + "0,0,-1,0.5,0,0,0\r\n 0.5 , 1e-1,-1,0.5, 0,0.25,0\n\n");
   ASSERT_EQ(path.size(), 2u);
@@ -133,18 +133,21 @@ TEST_F(HeadFile, ReadsWhatIsWritten) {
   EXPECT_EQ(path[1].target_world_m, Vector3d(0, 0.25, 0));
 }
 
-TEST_F(HeadFile, EveryProblemIsReportedWithItsPlace) {
+TEST_F(HeadFile, ReportsEveryProblemWithItsLocation) {
   EXPECT_THAT(problems("t_s,eye_x_cm,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m\n0,0,-1,0.5,"
                        "0,0,0\n1,0,-1,nan,0,0,0x\n2,0,-1\n"),
               ElementsAre("head.csv:1:5: the first line must be "
                           "t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m",
                           "head.csv:3:8: eye_z_m must be a finite number, is \"nan\"",
                           "head.csv:3:16: target_z_m must be a finite number, is \"0x\"",
-                          "head.csv:4:1: must have 7 columns, has 3"));
-  EXPECT_THAT(problems(header_ + "0,0,-1,0.5,0,0,0\n\n0,0,-1,0.5,0,0,0\n"),
-              ElementsAre("head.csv:4:1: t_s must be greater than that of the key before"));
-  EXPECT_THAT(problems(header_), ElementsAre("head.csv:1:1: there is no key in the file"));
-  EXPECT_THAT(problems(""), ElementsAre("head.csv:1:1: there is no key in the file"));
+                          "head.csv:4:1: the line must have 7 columns, has 3"));
+  EXPECT_THAT(
+      problems(header_ + "0,0,-1,0.5,0,0,0\n\n0,0,-1,0.5,0,0,0\n"),
+      ElementsAre("head.csv:4:1: t_s must be greater than that of the previous key (0), is 0"));
+  EXPECT_THAT(problems(header_),
+              ElementsAre("head.csv:1:1: the file contains no key: add a line below the header"));
+  EXPECT_THAT(problems(""),
+              ElementsAre("head.csv:1:1: the file contains no key: add a line below the header"));
 }
 
 }  // namespace

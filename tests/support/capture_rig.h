@@ -1,4 +1,4 @@
-// Cameras about the table for the capture tests, and what their maps are compared by.
+// Cameras around the table for the capture tests, and functions that compare their maps.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -25,22 +25,33 @@ inline std::vector<config::RigCamera> table_cameras() {
   return cameras;
 }
 
-// Built once: its textures take longer than most tests.
+// Built once, because its textures take longer than most tests.
 inline std::shared_ptr<const capture::Surroundings> test_room() {
   static const auto room = std::make_shared<const capture::Surroundings>(1);
   return room;
 }
 
+// The capsules of the synthetic object at time t_s, without their materials.
+inline std::vector<hull::Capsule> synthetic_object(const config::SyntheticWorld& world,
+                                                   double t_s) {
+  std::vector<hull::Capsule> object;
+  for (const capture::SyntheticPart& part : capture::synthetic_parts(world, t_s))
+    object.push_back(part.capsule);
+  return object;
+}
+
+// Pixels set in both maps.
 inline hull::ObjectPixels both(const hull::ObjectPixels& a, const hull::ObjectPixels& b) {
   hull::ObjectPixels result = a;
   for (std::size_t i = 0; i < result.words().size(); ++i) result.mutable_words()[i] &= b.words()[i];
   return result;
 }
+// Number of pixels of `a` that are not set in `b`.
 inline std::size_t count_not_in(const hull::ObjectPixels& a, const hull::ObjectPixels& b) {
   return a.count() - both(a, b).count();
 }
 
-// A synthetic camera with its reference learnt.
+// A synthetic camera and its segmenter, with a learned reference image.
 struct TestCamera {
   TestCamera(const config::RigCamera& rig_camera, const config::SyntheticWorld& world,
              const config::SegmentationConfig& config, int background_frames = 24)

@@ -1,4 +1,4 @@
-// Configuration files for tests, in a folder of their own that goes away with the test.
+// Configuration files for tests, in a temporary folder that the fixture removes.
 #pragma once
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,23 @@
 #include <tuple>
 #include <vector>
 
-#include "common/config/yaml/config_error.h"
+#include "common/config/read_files.h"
 
 namespace fivepipe::test {
+
+// Reads one rig or scene file. Throws ConfigError that lists every problem of the file.
+inline config::Rig load_rig(const std::filesystem::path& file) {
+  config::Problems problems;
+  config::Rig rig = config::read_rig(file, problems);
+  problems.throw_if_any();
+  return rig;
+}
+inline config::Scene load_scene(const std::filesystem::path& file) {
+  config::Problems problems;
+  config::Scene scene = config::read_scene(file, problems);
+  problems.throw_if_any();
+  return scene;
+}
 
 class SceneFiles : public ::testing::Test {
  protected:
@@ -23,7 +37,7 @@ class SceneFiles : public ::testing::Test {
   }
   ~SceneFiles() override { std::filesystem::remove_all(folder_); }
 
-  // Tests' texts begin with a line break after R"( ; it is not part of the file.
+  // Writes a file and returns its path. Drops the line break with which a raw string R"( begins.
   std::filesystem::path write(const std::string& name, std::string text) {
     if (text.starts_with('\n')) text.erase(0, 1);
     std::ofstream(folder_ / name) << text;
@@ -31,7 +45,8 @@ class SceneFiles : public ::testing::Test {
   }
   const std::filesystem::path& folder() const { return folder_; }
 
-  // Each problem as "name:line:column: what", the file without its folder.
+  // The problems of the ConfigError that `load` throws, each as "name:line:column: what" with the
+  // file name alone. Empty if it throws none.
   template <typename Load>
   static std::vector<std::string> problems_of(Load load) {
     try {
@@ -50,6 +65,7 @@ class SceneFiles : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
+// True if one of the problems contains `part`.
 inline bool contains(const std::vector<std::string>& problems, const std::string& part) {
   for (const std::string& problem : problems)
     if (problem.find(part) != std::string::npos) return true;

@@ -48,8 +48,8 @@ TEST_F(Determinism, ReconstructionByOneNodeOrTwoAndByTwoThreads) {
   const auto by_two_nodes =
       replayed(recording, {kReconA, kReconB}, kReconOutputs, {"--rate", "max"}).outputs;
   const std::string recon_a =
-      "{name: recon_a, program: recon_node, share: 0, shares: 2}\n  - {name: recon_b, program: "
-      "recon_node, share: 1, shares: 2}";
+      "{name: recon_a, program: recon_node, worker: 0, workers: 2}\n  - {name: recon_b, program: "
+      "recon_node, worker: 1, workers: 2}";
   const std::string alone =
       test::changed_deployment(folder_ / "alone", recon_a, "{name: recon_a, program: recon_node}");
   const auto by_one =

@@ -9,7 +9,7 @@ namespace fivepipe::config {
 
 namespace {
 
-// Longest first where one ends another.
+// A unit that ends with another one comes before it.
 constexpr std::array kUnits = {"_m_s2", "_levels", "_sigmas", "_mm",  "_cm",      "_km",  "_inch",
                                "_in",   "_ft",     "_px",     "_deg", "_degrees", "_rad", "_hz",
                                "_fps",  "_khz",    "_ms",     "_us",  "_ns",      "_min", "_kg",
@@ -23,7 +23,7 @@ std::pair<std::string, std::string> without_unit(const std::string& key) {
   return {key, ""};
 }
 
-// Levenshtein's distance.
+// Levenshtein distance.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0);
@@ -43,7 +43,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 
 std::optional<std::string> nearest_word(const std::string& word,
                                         const std::vector<std::string>& known) {
-  // Two slips, or a third of a long word: more is another word.
+  // At most two edits, or a third of the length of a long word.
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
   std::optional<std::string> best;
   for (const std::string& candidate : known)

@@ -1,4 +1,4 @@
-// What a user meant by a key that is not known.
+// Suggests the known key that a user probably meant by an unknown one.
 #pragma once
 #include <optional>
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace fivepipe::config {
 
-// The known key that `unknown` most likely stands for: the same quantity in another unit or without
-// one, or a slip of the pen.
+// The known key nearest to `unknown`: the same quantity with another unit or without one, or a
+// misspelling. Returns nullopt if none is near.
 struct KeySuggestion {
   std::string key;
   bool unit_differs = false;
@@ -15,7 +15,7 @@ struct KeySuggestion {
 std::optional<KeySuggestion> suggest_key(const std::string& unknown,
                                          const std::vector<std::string>& known);
 
-// The nearest of `known` by spelling; nothing where none is near.
+// The word of `known` with the smallest edit distance. Returns nullopt if none is near.
 std::optional<std::string> nearest_word(const std::string& word,
                                         const std::vector<std::string>& known);
 

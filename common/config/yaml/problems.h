@@ -1,4 +1,4 @@
-// Collects the problems of all files of one load, so that they are reported together.
+// Collects the problems of all files of one load_deployment(), to report them together.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -8,19 +8,19 @@
 
 namespace fivepipe::config {
 
-// Position in a text file, both from 1; 0 where there is none.
+// Position in a text file; both count from 1; 0: no position.
 struct SourceLocation {
   int line = 0, column = 0;
 };
 
 class Problems {
  public:
-  // The same problem at the same location counts once.
+  // Adds a problem. Ignores the same text at the same location.
   void add(const std::filesystem::path& file, SourceLocation location, std::string what);
   std::size_t count() const { return problems_.size(); }
 
-  // Throws ConfigError where there are any: files in the order in which they were first named, each
-  // by line and column.
+  // Throws ConfigError if there are problems: files in the order of their first problem, each
+  // sorted by line and column.
   void throw_if_any() const;
 
  private:

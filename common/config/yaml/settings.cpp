@@ -1,5 +1,9 @@
 #include "common/config/yaml/settings.h"
 
+#include <fmt/ranges.h>
+
+#include <vector>
+
 namespace fivepipe::config {
 
 Settings::Settings(std::filesystem::path file, SourceLocation location,
@@ -9,7 +13,7 @@ Settings::Settings(std::filesystem::path file, SourceLocation location,
   for (const auto& [key, value] : overrides) {
     const auto known = settings_.find(key);
     if (known == settings_.end()) {
-      problems.add(file_, location, "--set " + key + ": there is no such setting; " + known_keys());
+      problems.add(file_, location, "--set " + key + ": unknown setting; " + known_keys());
       continue;
     }
     known->second.value = value;
@@ -19,9 +23,9 @@ Settings::Settings(std::filesystem::path file, SourceLocation location,
 
 std::string Settings::known_keys() const {
   if (settings_.empty()) return "this file has no settings";
-  std::string text = "known settings:";
-  for (const auto& [key, setting] : settings_) text += ' ' + key;
-  return text;
+  std::vector<std::string> keys;
+  for (const auto& [key, setting] : settings_) keys.push_back(key);
+  return fmt::format("known settings: {}", fmt::join(keys, ", "));
 }
 
 Settings::Expanded Settings::expand(const std::string& text, SourceLocation location,
@@ -34,7 +38,7 @@ Settings::Expanded Settings::expand(const std::string& text, SourceLocation loca
     if (open == std::string::npos) return result;
     const std::size_t close = text.find('}', open);
     if (close == std::string::npos) {
-      problems.add(file_, location, "${ without }");
+      problems.add(file_, location, "${ without a closing }");
       result.usable = false;
       return result;
     }
@@ -42,7 +46,7 @@ Settings::Expanded Settings::expand(const std::string& text, SourceLocation loca
     at = close + 1;
     const auto known = settings_.find(key);
     if (known == settings_.end()) {
-      problems.add(file_, location, "${" + key + "}: there is no such setting; " + known_keys());
+      problems.add(file_, location, "${" + key + "}: unknown setting; " + known_keys());
       result.usable = false;
     } else if (known->second.value.empty()) {
       const bool is_folder = at < text.size() && text[at] == '/';

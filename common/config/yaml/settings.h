@@ -1,4 +1,4 @@
-// The ${key} settings of a deployment: the file's `settings:` are the defaults, --set KEY=VALUE
+// The ${key} settings of a deployment. The file's `settings:` are the defaults; --set KEY=VALUE
 // overrides them.
 #pragma once
 #include <filesystem>
@@ -18,18 +18,19 @@ struct Setting {
 
 class Settings {
  public:
-  // Overrides that the file does not know are problems of the file's `settings:`, at `location`.
+  // Reports each override whose key the file's `settings:` lack as a problem at `location`.
   Settings(std::filesystem::path file, SourceLocation location,
            std::map<std::string, Setting> defaults,
            const std::map<std::string, std::string>& overrides, Problems& problems);
 
-  // Text with each ${key} replaced. A key that is unknown or set to nothing is a problem and makes
-  // `usable` false.
+  // Replaces each ${key} in `text`. An unknown key or an empty value is a problem and sets `usable`
+  // to false.
   struct Expanded {
     std::string text;
     bool usable = true;
-    bool starts_on_command_line =
-        false;  // the text begins with a value of --set: relative to the working directory
+    // True if the text begins with a value of --set: a path is then relative to the working
+    // directory.
+    bool starts_on_command_line = false;
   };
   Expanded expand(const std::string& text, SourceLocation location, Problems& problems);
 

@@ -1,5 +1,5 @@
-// YAML -> checked values. Every problem is collected with its location, and reading goes on: a
-// value that can't be had reads as its default (or zero), so one load finds all problems of a file.
+// Reads checked values from YAML. Collects every problem with its location and continues: an
+// unusable value reads as its default (or zero), so that one load finds all problems of a file.
 #pragma once
 #include <yaml-cpp/yaml.h>
 
@@ -14,58 +14,63 @@
 #include <utility>
 #include <vector>
 
+#include "common/config/yaml/numbers.h"
 #include "common/config/yaml/problems.h"
 #include "common/config/yaml/settings.h"
 
 namespace fivepipe::config {
 
-// Allowed values, bounds included unless stated.
-struct Range {
-  double min, max;
-  bool min_excluded = false;
-};
+// Position of a YAML mark, and a description of a node's content for messages.
+SourceLocation location_of_mark(const YAML::Mark& mark);
+std::string kind_of(const YAML::Node& node);
 
-// Why a file can't be read (absent, a directory, no permission); nothing where it can.
+// The reason why a file cannot be read (missing, a directory, no permission). Returns nullopt if it
+// can.
 std::optional<std::string> why_unreadable(const std::filesystem::path& file);
 
-// One mapping of a YAML file. Keys that are asked for are the known ones; finish() reports the
-// rest.
+// One mapping of a YAML file. The keys that the caller queries become the known keys; finish()
+// reports all others.
 class YamlMap {
  public:
-  // The mapping at the top of a file; void (see is_void) where the file can't be read, is no YAML
-  // or holds no mapping.
+  // The top-level mapping of a file. Returns a void mapping (see is_void) if the file cannot be
+  // read, is not YAML or contains no mapping.
   static YamlMap load(const std::filesystem::path& file, Problems& problems);
 
-  // From here on ${key} in this mapping and those below are replaced. `settings` must outlive them.
+  // From now on replaces ${key} in this mapping and the mappings below. `settings` must outlive
+  // them.
   void use_settings(Settings& settings);
 
-  // A void mapping stands for one that could not be read: everything in it reads as absent, without
-  // further problems.
+  // True if this mapping stands for one that could not be read: all its keys read as absent,
+  // without further problems.
   bool is_void() const { return !node_.IsDefined() || !node_.IsMap(); }
+  // True if the mapping contains the key, also without a value.
   bool has(const std::string& key);
 
-  // Values. Without `default_value` the key must be there. Lengths and types are checked; numbers
-  // are finite and in range.
+  // Values. Without `default_value` a missing key is a problem. These functions check types and
+  // lengths, and that numbers are finite and in range.
   double number(const std::string& key, Range range, std::optional<double> default_value = {});
   int integer(const std::string& key, Range range, std::optional<int> default_value = {});
   std::int64_t integer64(const std::string& key, Range range,
                          std::optional<std::int64_t> default_value = {});
   bool flag(const std::string& key, std::optional<bool> default_value = {});
   std::string text(const std::string& key, std::optional<std::string> default_value = {});
+  // [a-z0-9_]+, at most max_length characters: the bound of the names in messages.
   std::string name(const std::string& key, std::optional<std::string> default_value = {},
-                   std::size_t max_length = 32);  // [a-z0-9_]+, as messages have room for
+                   std::size_t max_length = 32);
   Eigen::Vector3d vector3(const std::string& key, Range each,
                           std::optional<Eigen::Vector3d> default_value = {});
   Eigen::Matrix3d matrix3(const std::string& key);  // a list of three rows
-  std::array<int, 2> size_px(
-      const std::string& key,
-      std::optional<std::array<int, 2>> default_value = {});      // width, height
-  std::vector<int> integers(const std::string& key, Range each);  // absent: none
+  // Width and height.
+  std::array<int, 2> size_px(const std::string& key,
+                             std::optional<std::array<int, 2>> default_value = {});
+  // Returns an empty list if the key is absent.
+  std::vector<int> integers(const std::string& key, Range each);
 
-  // A path, relative to the folder of the file, or to the working directory where it begins with a
-  // setting from the command line; empty where it could not be read.
+  // A path, relative to the folder of the file, or to the working directory if it begins with a
+  // setting from the command line. Returns an empty path if the value is unusable.
   std::filesystem::path path(const std::string& key);
 
+  // The value whose name the key holds.
   template <typename Value>
   Value choice(const std::string& key, const std::vector<std::pair<std::string, Value>>& choices,
                std::optional<Value> default_value = {}) {
@@ -75,22 +80,26 @@ class YamlMap {
     return index ? choices[*index].second : default_value.value_or(choices.front().second);
   }
 
-  YamlMap map(const std::string& key);                // must be there; void where it is not
-  std::vector<YamlMap> maps(const std::string& key);  // a list of mappings, at least one
-  std::vector<std::string> keys()
-      const;  // as they stand in the file, for mappings whose keys are free
-  bool is_text(const std::string& key);  // the key holds a scalar
+  // The mapping below a key. A missing key is a problem and returns a void mapping.
+  YamlMap map(const std::string& key);
+  // A list of at least one mapping.
+  std::vector<YamlMap> maps(const std::string& key);
+  // All keys in the order of the file, for mappings whose keys the user chooses.
+  std::vector<std::string> keys() const;
+  // True if the key holds a scalar.
+  bool is_text(const std::string& key);
 
-  // Reports unknown keys, and missing ones. An unknown key that looks like a missing one (other
-  // unit, spelling) is one problem.
+  // Reports unknown and missing keys. An unknown key that resembles a missing one (other unit or
+  // spelling) is one problem, not two.
   void finish();
-  void
-  report_missing();  // finish() without the unknown keys, for a mapping whose keys can't be known
+  // Reports only missing keys, for a mapping whose known keys cannot be determined.
+  void report_missing();
 
+  // Reports a problem at the mapping, or at a key's value.
   void problem(const std::string& what) const { report(location(), what); }
   void problem_at(const std::string& key, const std::string& what) const {
     report(location_of(key), what);
-  }  // at the key's value
+  }
   SourceLocation location() const;
   SourceLocation location_of(const std::string& key) const;
   const std::filesystem::path& file() const { return context_->file; }
@@ -120,7 +129,7 @@ class YamlMap {
 
   std::shared_ptr<Context> context_;
   YAML::Node node_;
-  std::string what_;  // how messages call this mapping
+  std::string what_;  // name of this mapping in messages
   std::vector<std::string> known_;
   std::set<std::string> missing_;
 };

@@ -1,15 +1,15 @@
-#include "common/config/box_visibility.h"
+#include "common/geometry/box_visibility.h"
 
 #include <array>
 #include <vector>
 
-namespace fivepipe::config {
+namespace fivepipe::geometry {
 
 namespace {
 
 using Polygon = std::vector<Eigen::Vector3d>;
 
-// The part of a polygon where normal . p >= 0.
+// The part of a polygon with normal . p >= 0.
 Polygon clipped(const Polygon& polygon, const Eigen::Vector3d& normal) {
   Polygon result;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -21,9 +21,9 @@ Polygon clipped(const Polygon& polygon, const Eigen::Vector3d& normal) {
   return result;
 }
 
-// Inward normals, in the camera's frame, of the planes through its centre and its image's edges;
-// the first is Z >= 0.
-std::array<Eigen::Vector3d, 5> pyramid_of(const geometry::Pinhole& k) {
+// Inward normals, in the camera frame, of the planes through the camera's centre and the edges of
+// its image. The first is the half-space Z >= 0.
+std::array<Eigen::Vector3d, 5> pyramid_of(const Pinhole& k) {
   const double left = (-0.5 - k.cx_px) / k.fx_px, right = (k.width_px - 0.5 - k.cx_px) / k.fx_px;
   const double top = (-0.5 - k.cy_px) / k.fy_px, bottom = (k.height_px - 0.5 - k.cy_px) / k.fy_px;
   return {Eigen::Vector3d(0, 0, 1), {1, 0, -left}, {-1, 0, right}, {0, 1, -top}, {0, -1, bottom}};
@@ -31,9 +31,9 @@ std::array<Eigen::Vector3d, 5> pyramid_of(const geometry::Pinhole& k) {
 
 }  // namespace
 
-bool is_box_visible(const geometry::Camera& camera, const Eigen::AlignedBox3d& box_world_m) {
-  // A pyramid without an end that meets a box meets its surface: six faces suffice, also for a
-  // camera inside the box.
+bool is_box_visible(const Camera& camera, const Eigen::AlignedBox3d& box_world_m) {
+  // The pyramid is unbounded: if it intersects the box, it also intersects a face of the box, even
+  // if the camera is inside. So the six faces suffice.
   const auto pyramid = pyramid_of(camera.pinhole);
   for (int axis = 0; axis < 3; ++axis)
     for (const Eigen::Vector3d& end : {box_world_m.min(), box_world_m.max()}) {
@@ -50,4 +50,4 @@ bool is_box_visible(const geometry::Camera& camera, const Eigen::AlignedBox3d& b
   return false;
 }
 
-}  // namespace fivepipe::config
+}  // namespace fivepipe::geometry

@@ -1,0 +1,93 @@
+#include "capture_node/synthetic/shading.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture_node/synthetic/noise.h"
+#include "capture_node/synthetic/surroundings.h"
+
+namespace fivepipe::capture {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(60, 140, 40), kPipe_bgr(38, 120, 214);
+
+// A surface's own colour at a point, from value noise in the part's frame.
+Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {
+  const hull::Capsule& capsule = part.capsule;
+  const Vector3d axis = (capsule.b_world_m - capsule.a_world_m).normalized();
+  const Vector3d side =
+      (std::abs(axis.z()) < 0.9 ? axis.cross(Vector3d::UnitZ()) : axis.cross(Vector3d::UnitX()))
+          .normalized();
+  const Vector3d from_a = p_world_m - capsule.a_world_m;
+  const Vector3f p(float(from_a.dot(axis)), float(from_a.dot(side)),
+                   float(from_a.dot(axis.cross(side))));
+  switch (part.material) {
+    case Material::skin: {
+      const float flush = value_noise(17, 60 * p.x(), 60 * p.y(), 60 * p.z()),
+                  fine = value_noise(19, 400 * p.x(), 400 * p.y(), 400 * p.z());
+      return kSkin_bgr + (flush - 0.5f) * Vector3f(-26, -20, 12) +
+             Vector3f::Constant(14 * (fine - 0.5f));
+    }
+    case Material::sleeve: {
+      const float weave = value_noise(29, 300 * p.x(), 300 * p.y(), 300 * p.z());
+      return kSleeve_bgr + Vector3f::Constant(16 * (weave - 0.5f));
+    }
+    case Material::pipe: {
+      const bool ring = std::abs(std::abs(p.x() - 0.05f) - 0.045f) < 0.004f;
+      return ring ? Vector3f(24, 84, 156)
+                  : Vector3f(
+                        kPipe_bgr +
+                        Vector3f::Constant(
+                            16 * (value_noise(23, 30 * p.x(), 300 * p.y(), 300 * p.z()) - 0.5f)));
+    }
+  }
+  return kSkin_bgr;
+}
+
+}  // namespace
+
+Vector3f shaded(const SyntheticPart& part, const Vector3d& p_world_m, const Vector3d& eye_world_m) {
+  const hull::Capsule& capsule = part.capsule;
+  const Vector3d segment = capsule.b_world_m - capsule.a_world_m;
+  const double squared = segment.squaredNorm();
+  const double along =
+      squared > 0 ? std::clamp((p_world_m - capsule.a_world_m).dot(segment) / squared, 0.0, 1.0)
+                  : 0.0;
+  const Vector3f normal =
+                     (p_world_m - capsule.a_world_m - along * segment).normalized().cast<float>(),
+                 p = p_world_m.cast<float>();
+  Vector3f bgr = own_colour(part, p_world_m) * brightness(p, normal, 1);
+  const Vector3f to_eye = (eye_world_m - p_world_m).normalized().cast<float>();
+  const Vector3f half_way = ((lamp::kPosition_world_m - p).normalized() + to_eye).normalized();
+  const float shine = std::max(0.0f, normal.dot(half_way));
+  const float strength = part.material == Material::pipe   ? 60.0f
+                         : part.material == Material::skin ? 14.0f
+                                                           : 0.0f;
+  return bgr + Vector3f::Constant(strength * std::pow(shine, 24.0f));
+}
+
+float lamp_visibility_past(const hull::Capsule& capsule, const Vector3f& p_world_m) {
+  const Vector3f a = capsule.a_world_m.cast<float>(),
+                 d2 = (capsule.b_world_m - capsule.a_world_m).cast<float>();
+  const Vector3f d1 = lamp::kPosition_world_m - p_world_m, r = p_world_m - a;
+  // Closest points of the segments p + s d1 and a + t d2 (Ericson, Real-Time Collision
+  // Detection, 5.1.9).
+  const float aa = d1.squaredNorm(), e = d2.squaredNorm(), f = d2.dot(r), c = d1.dot(r),
+              b = d1.dot(d2), denominator = aa * e - b * b;
+  float s = denominator > 0 ? std::clamp((b * f - c * e) / denominator, 0.0f, 1.0f) : 0.0f;
+  float t = e > 0 ? (b * s + f) / e : 0.0f;
+  if (!(t >= 0 && t <= 1)) {
+    t = std::clamp(t, 0.0f, 1.0f);
+    s = std::clamp((b * t - c) / aa, 0.0f, 1.0f);
+  }
+  const float clearance = (r + s * d1 - t * d2).norm() - float(capsule.radius_m);
+  // The width would be zero where the capsule touches the table.
+  constexpr float kMinPenumbra_m = 1e-4f;
+  const float half_shadow = lamp::kRadius_m * s + kMinPenumbra_m;
+  return std::clamp(0.5f + 0.5f * clearance / half_shadow, 0.0f, 1.0f);
+}
+
+}  // namespace fivepipe::capture

@@ -1,0 +1,28 @@
+// Settings of a reconstruction node.
+#pragma once
+
+namespace fivepipe::config {
+
+// automatic: gl if OpenGL runs on a GPU, else cpu. sweep: the paper's plane sweep, an
+// approximation.
+enum class HullBackend { automatic, cpu, gl, sweep };
+
+// How the reconstruction nodes divide the work. tiles: each node reconstructs some tiles of every
+// frame (low latency). frames: each node reconstructs whole frames, round-robin (high rate).
+enum class ReconSplit { tiles, frames };
+
+struct ReconConfig {
+  HullBackend backend = HullBackend::automatic;
+  int threads = 1;        // of backend cpu
+  int sweep_planes = 64;  // of backend sweep: number of depth planes
+  // These must be the same in all reconstruction nodes:
+  int tile_columns = 8, tile_rows = 6;  // tiles of the view
+  int worker_count = 1;                 // number of reconstruction nodes
+  ReconSplit split = ReconSplit::tiles;
+  // Of split tiles: assigns tiles by their cost in recent frames; false: round-robin.
+  bool balance = true;
+
+  int worker_index = 0;  // this node's index, 0 to worker_count - 1
+};
+
+}  // namespace fivepipe::config

@@ -1,0 +1,37 @@
+// The viewer of a deployment: the path of its eye and the sizes of its two images.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/geometry/camera.h"
+
+namespace fivepipe::config {
+
+// Position and viewing target of the eye at a time.
+struct HeadKey {
+  double t_s;
+  Eigen::Vector3d eye_world_m, target_world_m;
+};
+
+struct Viewer {
+  std::string name = "viewer";
+  // Piecewise smooth curve through the keys, repeated after the last one; one key: a fixed view.
+  std::vector<HeadKey> path;
+  // CSV file from which `path` was loaded (columns: t_s, eye x y z [m], target x y z [m]); empty:
+  // the deployment file contains the keys.
+  std::filesystem::path file;
+  double horizontal_fov_rad = 1.0;
+  int render_width_px = 640, render_height_px = 480;
+  int recon_width_px = 320, recon_height_px = 240;
+  double near_m = 0.05, far_m = 5.0;  // clip planes
+};
+
+// Pinholes of the view's two images: rendering and reconstruction. They have the same field of
+// view.
+geometry::Pinhole render_pinhole(const Viewer& viewer);
+geometry::Pinhole recon_pinhole(const Viewer& viewer);
+// camera_from_world of the eye at a time since the start [s].
+Eigen::Isometry3d eye_from_world_at(const Viewer& viewer, double t_s);
+
+}  // namespace fivepipe::config

@@ -1,0 +1,24 @@
+// Numbers of configuration files: their allowed ranges, and their text form.
+#pragma once
+#include <string>
+
+namespace fivepipe::config {
+
+// Allowed values, bounds included.
+struct Range {
+  double min, max;
+  bool min_excluded = false;  // true: the minimum itself is not allowed
+};
+// False for NaN.
+bool contains(Range range, double value);
+// "from 0 to 1", "at least 0", "greater than 0 and at most 1".
+std::string text_of(Range range);
+
+struct ParsedNumber {
+  bool is_number = false;
+  double value = 0;  // infinite also if the text overflows a double
+};
+// Parses a decimal number, or YAML's .inf and .nan in any case, with or without the dot.
+ParsedNumber parse_number(std::string text);
+
+}  // namespace fivepipe::config

@@ -1,0 +1,130 @@
+// The nodes of a deployment file: their keys, and the checks across nodes.
+#include "tests/support/deployment_files.h"
+
+namespace fivepipe::config {
+namespace {
+
+using ::testing::ElementsAre;
+using DeploymentFile = test::DeploymentFile;
+
+TEST_F(DeploymentFile, ReadsEachCollisionBackend) {
+  const auto backend = [&](const std::string& name) {
+    return std::get<SimConfig>(
+               load(with_nodes("  - {name: s, program: sim_node, collision: " + name + "}\n"))
+                   .nodes[0]
+                   .config)
+        .collision;
+  };
+  EXPECT_EQ(backend("cpu"), CollisionBackend::cpu);
+  EXPECT_EQ(backend("gl"), CollisionBackend::gl);
+  EXPECT_EQ(backend("paper"), CollisionBackend::paper);
+}
+
+TEST_F(DeploymentFile, EveryCameraHasOneSource) {
+  EXPECT_THAT(
+      problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic}}\n")),
+      ElementsAre("deployment.yaml:7:3: camera right of rig two has no source: add it to the "
+                  "sources of a capture node"));
+  EXPECT_THAT(problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic, "
+                                  "rihgt: synthetic, right: synthetic}}\n  - {name: d, program: "
+                                  "capture_node, sources: {left: synthetic}}\n")),
+              ElementsAre("deployment.yaml:7:72: rig two has no camera rihgt: did you mean right?",
+                          "deployment.yaml:8:54: camera left is already read by node c"));
+  EXPECT_TRUE(problems(with_nodes("  - {name: r, program: recon_node}\n")).empty())
+      << "without a capture node, the maps come from a replay";
+}
+
+TEST_F(DeploymentFile, SyntheticCamerasSeeOneWorld) {
+  EXPECT_THAT(
+      problems(with_nodes("  - {name: c, program: capture_node, sources: {left: synthetic}, "
+                          "synthetic: {seed: 1}}\n  - {name: d, program: capture_node, sources: "
+                          "{right: synthetic}, synthetic: {seed: 2}}\n")),
+      ElementsAre("deployment.yaml:8:5: d: seed, period_s and cast_shadow of synthetic must be the "
+                  "same in all capture nodes"));
+}
+
+TEST_F(DeploymentFile, WorkersCoverTheViewOnce) {
+  const auto recon = [](const std::string& name, const std::string& config) {
+    return "  - {name: " + name + ", program: recon_node, " + config + "}\n";
+  };
+  EXPECT_TRUE(problems(with_nodes(recon("a", "worker: 1, workers: 2") +
+                                  recon("b", "worker: 0, workers: 2")))
+                  .empty());
+  EXPECT_THAT(
+      problems(
+          with_nodes(recon("a", "worker: 1, workers: 2") + recon("b", "worker: 1, workers: 2"))),
+      ElementsAre("deployment.yaml:7:5: workers is 2, but no reconstruction node has worker 0",
+                  "deployment.yaml:8:44: worker 1 is already node a"));
+  EXPECT_THAT(problems(with_nodes(recon("a", "worker: 0, workers: 2") +
+                                  recon("b", "worker: 1, workers: 3"))),
+              ElementsAre("deployment.yaml:8:5: b: tile_columns, tile_rows, workers, split and "
+                          "balance must be the same in all reconstruction nodes"));
+  EXPECT_THAT(problems(with_nodes(recon("a", "worker: 2, workers: 2"))),
+              ElementsAre("deployment.yaml:7:44: worker must be less than workers (2), is 2"));
+  EXPECT_TRUE(test::contains(
+      problems(with_nodes(recon("a", "tile_columns: 1, tile_rows: 1, worker: 0, workers: 2") +
+                          recon("b", "tile_columns: 1, tile_rows: 1, worker: 1, workers: 2"))),
+      "workers must be at most tile_columns + tile_rows - 1 = 1, is 2: more workers would own no "
+      "tile"));
+}
+
+TEST_F(DeploymentFile, NamesAreUniqueWithAtMostOneSimulationAndOneRenderer) {
+  EXPECT_THAT(
+      problems(
+          with_nodes("  - {name: s, program: sim_node}\n  - {name: s, program: sim_node}\n  - "
+                     "{name: r, program: render_node}\n  - {name: q, program: render_node}\n")),
+      ElementsAre(
+          "deployment.yaml:8:5: a deployment has at most one sim_node, the first is in line 7",
+          "deployment.yaml:8:12: node name s is already used in line 7",
+          "deployment.yaml:10:5: a deployment has at most one render_node, the first is in line "
+          "9"));
+}
+
+TEST_F(DeploymentFile, ReportsEveryProblemOfNodesWithItsLocation) {
+  EXPECT_THAT(
+      problems(with_nodes(R"(  - name: c
+    program: capture_node
+    cores: [0, -1, 0]
+    sources:
+      left: {video: absent.avi}
+      right: {v4l2: 0, background_frames: 0}
+    segmentation: {threshold: 5, shadow_min_brightness: 0}
+    synthetic: {period_ms: 4000}
+  - name: s
+    program: sim_node
+    viewport_px: 500
+    step_s: 1
+    worker: 1
+  - host: here
+)")),
+      ElementsAre(
+          "deployment.yaml:9:12: cores contains core 0 twice",
+          "deployment.yaml:9:16: cores[1] must be from 0 to 1023, is -1",
+          "deployment.yaml:11:13: background is missing in left",
+          "deployment.yaml:11:21: video " + (folder() / "absent.avi").string() +
+              ": there is no such file",
+          "deployment.yaml:12:43: background_frames must be from 1 to 10000, is 0",
+          "deployment.yaml:13:20: unknown key threshold: use threshold_sigmas",
+          "deployment.yaml:13:57: shadow_min_brightness must be greater than 0 and at most 1, is 0",
+          "deployment.yaml:14:17: unknown key period_ms: use period_s",
+          "deployment.yaml:17:18: viewport_px must be at most window_px (400), is 500",
+          "deployment.yaml:18:13: step_s must be from 0.0001 to 0.1, is 1",
+          "deployment.yaml:19:5: unknown key worker; known keys: name, host, cores, program, "
+          "collision, threads, eps_m, spacing_m, viewport_px, window_px, step_s, max_points",
+          "deployment.yaml:20:5: program is missing: set capture_node, recon_node, sim_node or "
+          "render_node",
+          "deployment.yaml:20:5: name is missing in nodes[2]"));
+}
+
+TEST_F(DeploymentFile, IgnoresFilesOfOtherHosts) {
+  const std::string sources =
+      "sources: {left: {video: /there/l.avi, background: /there/b.avi}, right: synthetic}";
+  EXPECT_EQ(problems(with_nodes("  - {name: c, program: capture_node, " + sources + "}\n")).size(),
+            2u);
+  EXPECT_TRUE(problems(with_nodes("  - {name: c, program: capture_node, host: another_machine, " +
+                                  sources + "}\n"))
+                  .empty());
+}
+
+}  // namespace
+}  // namespace fivepipe::config
