@@ -1,11 +1,11 @@
-// The machine in words, for reports.
+// Describes the machine in reports.
 #pragma once
 #include <string>
 
 namespace fivepipe::base {
 
-std::string cpu_name();  // "unknown" where /proc/cpuinfo doesn't say
-int core_count();        // that this process may run on
+std::string cpu_name();  // "unknown" if /proc/cpuinfo has no model name
+int core_count();        // cores that this process may run on; at least 1
 std::string host_name();
 
 }  // namespace fivepipe::base

@@ -6,21 +6,11 @@
 #include <stdexcept>
 #include <thread>
 
+#include "common/base/machine.h"
 #include "common/base/timing.h"
 #include "common/base/version.h"
 
 namespace fivepipe::base {
-namespace {
-
-std::string cpu_name() {
-  std::ifstream cpuinfo("/proc/cpuinfo");
-  for (std::string line; std::getline(cpuinfo, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  return "unknown";
-}
-
-}  // namespace
-
 std::string quoted(const std::string& text) {
   std::string json = "\"";
   for (const char c : text)

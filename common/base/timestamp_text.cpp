@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::int64_t kNsPerSecond = 1'000'000'000;
 
-// With the microseconds between the two strftime formats.
+// Inserts the microseconds between the two strftime formats.
 std::string formatted(std::int64_t stamp_ns, const char* before, const char* after) {
   std::int64_t seconds = stamp_ns / kNsPerSecond, rest_ns = stamp_ns % kNsPerSecond;
   if (rest_ns < 0) {

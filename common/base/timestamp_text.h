@@ -1,4 +1,4 @@
-// Stamps (CLOCK_REALTIME [ns]) for people.
+// Formats timestamps (CLOCK_REALTIME, ns) in local time.
 #pragma once
 #include <cstdint>
 #include <string>

@@ -1,22 +1,26 @@
-// How benchmark suites time: methods in turn within one process, so that the machine's mood meets
-// all alike.
+// Timing of benchmarks. The methods run round-robin in one process, so that changes of the
+// machine's clock rate and load affect all of them equally.
 #pragma once
 #include <functional>
 #include <vector>
 
 namespace fivepipe::base {
 
-double percentile(std::vector<double> values, double p);  // p in 0..1; 0 of none
-double mean(const std::vector<double>& values);
+// The smallest value that at least the fraction p (0..1) of the values does not exceed (nearest
+// rank). Returns 0 if there are no values.
+double percentile(std::vector<double> values, double p);
+double mean(const std::vector<double>& values);  // 0 if there are no values
 
-// A method is timed so often, or until it has taken so long, but so often at least.
+// A method runs at most `runs` times. It stops earlier once its runs have taken more than `s`
+// seconds, but not before `min_runs`.
 struct Budget {
   int runs, min_runs;
   double s;
 };
 
-// run(method, counted) gives the milliseconds that it took. The first round, not counted, warms up;
-// nobody always runs after the same other.
+// Calls run(method, counted), which returns its duration in milliseconds, round-robin. The first
+// round warms up and has counted == false. Each round starts with another method, so that no method
+// always follows the same one.
 void time_round_robin(std::size_t methods, const Budget& budget,
                       const std::function<double(std::size_t method, bool counted)>& run);
 

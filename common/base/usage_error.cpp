@@ -7,8 +7,8 @@ namespace fivepipe::base {
 int report_errors(const std::function<int()>& run) {
   try {
     const int result = run();
-    // A full disk; a closed pipe has ended the process before.
-    if (!std::cout.flush()) throw std::runtime_error("standard output can't be written");
+    // This reports a full disk. A closed pipe ends the process earlier, by SIGPIPE.
+    if (!std::cout.flush()) throw std::runtime_error("cannot write to standard output");
     return result;
   } catch (const UsageError& error) {
     std::cerr << error.what() << "\n";

@@ -1,17 +1,17 @@
-// How the subcommands that look at recordings and topics tell that they can't do what was asked.
+// Exit codes of the subcommands that inspect recordings and topics.
 #pragma once
 #include <functional>
 #include <stdexcept>
 
 namespace fivepipe::base {
 
-// What was asked for does not exist, or is not clear; says what there is.
+// The user named something that does not exist or is ambiguous. what() lists the choices.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Runs it, and gives its exit code. A UsageError is told on stderr, with exit code 2; what else is
-// thrown (a file that can't be read) with 1.
+// Calls `run` and returns its exit code. Prints an exception to stderr and returns 2 for a
+// UsageError, 1 for any other (for example an unreadable file).
 int report_errors(const std::function<int()>& run);
 
 }  // namespace fivepipe::base

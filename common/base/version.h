@@ -2,9 +2,10 @@
 
 namespace fivepipe::base {
 
-const char* version();  // of the project, "0.1.0"
-const char* commit();   // short hash of the tree that was built, "+" appended where it had changes;
-                        // "unknown" outside a checkout
-const char* build_type();
+const char* version();  // the project's version, "0.1.0"
+// The short hash of the commit that was built, with "+" appended if tracked files had changes.
+// "unknown" outside a git checkout.
+const char* commit();
+const char* build_type();  // "Release"
 
 }  // namespace fivepipe::base

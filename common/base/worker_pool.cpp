@@ -6,8 +6,8 @@
 namespace fivepipe::base {
 namespace {
 
-// How long a thread looks before it sleeps: what waking it would cost, several times over; a
-// frame's phases follow each other faster than that.
+// How long an idle thread polls before it sleeps: several times the cost of waking it. The phases
+// of one frame follow each other faster than that.
 constexpr std::chrono::microseconds kSpinTime{50};
 
 inline void relax() {
@@ -44,13 +44,13 @@ WorkerPool::~WorkerPool() {
 
 void WorkerPool::run_pieces(int thread) {
   for (;;) {
-    // Beyond the last piece the count must not go on: it would reach into the number of pieces.
+    // A plain increment past the last piece would overflow into the number of pieces.
     Ticket ticket{ticket_.load(std::memory_order_acquire)};
     do {
       if (ticket.piece() >= ticket.pieces()) return;
     } while (!ticket_.compare_exchange_weak(ticket.word, ticket.word + 1, std::memory_order_acq_rel,
                                             std::memory_order_acquire));
-    call_(work_, ticket.piece(), thread);  // the run, and so work_, lasts until this piece is done
+    call_(work_, ticket.piece(), thread);  // run(), and so work_, outlives this piece
     done_.fetch_add(1, std::memory_order_release);
   }
 }
@@ -61,8 +61,8 @@ void WorkerPool::run_type_erased(int pieces, void* work, Call call) {
   work_ = work;
   call_ = call;
   done_.store(0, std::memory_order_relaxed);
-  // A number of its own, so that a thread that was held up between look and exchange doesn't take a
-  // piece of another run for its own.
+  // The run's number makes the ticket unique, so the compare-exchange of a thread that was
+  // preempted during an earlier run fails.
   const std::uint64_t number = std::uint64_t(run_.load(std::memory_order_relaxed) & 0xffff)
                                << (2 * Ticket::kIndexBits);
   ticket_.store(number | std::uint64_t(pieces) << Ticket::kIndexBits, std::memory_order_release);

@@ -1,5 +1,4 @@
-// Threads that share one piece of work after another with their caller: a frame's cameras, then its
-// tiles.
+// A thread pool for parallel loops: the pool's threads and the caller share the iterations.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -9,20 +8,21 @@
 
 namespace fivepipe::base {
 
-// Kept for many runs: starting a thread takes longer than many a query. Between runs the threads
-// look for work for a few microseconds, then sleep.
+// The threads live as long as the pool, because starting a thread takes longer than many queries.
+// Between runs each thread polls for 50 us, then sleeps.
 class WorkerPool {
  public:
-  explicit WorkerPool(int threads);  // > 0; the caller counts as one of them
+  // `threads` > 0 includes the calling thread.
+  explicit WorkerPool(int threads);
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
   int threads() const { return int(workers_.size()) + 1; }
 
-  // Calls work(piece, thread) once for each piece in [0, pieces), at most 16 million, thread in [0,
-  // threads()), in ascending order of their start; returns when all are done. Pieces go to
-  // whichever thread is free: results must not depend on `thread`. One run at a time; work must
-  // neither throw nor call run.
+  // Calls work(piece, thread) once for each piece in [0, pieces), pieces < 2^24, with thread in
+  // [0, threads()). Pieces start in ascending order, each on the next free thread, so results must
+  // not depend on `thread`. Returns when all pieces are done. Only one run() at a time; `work` must
+  // neither throw nor call run().
   template <class Work>
   void run(int pieces, Work&& work) {
     run_type_erased(pieces, const_cast<void*>(static_cast<const void*>(&work)),
@@ -40,8 +40,8 @@ class WorkerPool {
   std::vector<std::thread> workers_;
   void* work_ = nullptr;
   Call call_ = nullptr;
-  // The next piece and how many there are, in one word: who comes late finds nothing left, and need
-  // not be waited for.
+  // Holds the next index and the count in one atomic word, so a late worker finds no work and run()
+  // need not wait for it.
   struct Ticket {
     static constexpr int kIndexBits = 24;
     std::uint64_t word;
@@ -49,8 +49,8 @@ class WorkerPool {
     int pieces() const { return int(word >> kIndexBits & ((1u << kIndexBits) - 1)); }
   };
   alignas(64) std::atomic<std::uint64_t> ticket_ = 0;
-  alignas(64) std::atomic<int> done_ = 0;           // pieces of the present run
-  alignas(64) std::atomic<std::uint32_t> run_ = 0;  // counts runs; woken through it
+  alignas(64) std::atomic<int> done_ = 0;           // pieces of the current run
+  alignas(64) std::atomic<std::uint32_t> run_ = 0;  // number of runs; the threads wait on it
   std::atomic<bool> stop_ = false;
 };
 

@@ -1,4 +1,4 @@
-# Run at build time: writes OUT with the version, commit and build type; touches it only where they changed.
+# Runs at build time: writes the version, the commit and the build type to OUT if they changed.
 execute_process(COMMAND git -C ${SOURCE} rev-parse --short=12 HEAD OUTPUT_VARIABLE COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE FAILED)
 if(FAILED)
   set(COMMIT unknown)

@@ -7,7 +7,7 @@
 namespace fivepipe::base {
 namespace {
 
-TEST(WorkerPool, EachPieceIsWorkedOnOnceInEveryRun) {
+TEST(WorkerPool, CallsWorkOncePerPieceInEveryRun) {
   for (const int threads : {1, 2, 5}) {
     WorkerPool pool(threads);
     EXPECT_EQ(pool.threads(), threads);
@@ -23,7 +23,7 @@ TEST(WorkerPool, EachPieceIsWorkedOnOnceInEveryRun) {
   }
 }
 
-TEST(WorkerPool, ThreadsNeverShareANumberWithinARun) {
+TEST(WorkerPool, GivesConcurrentCallsDistinctThreadNumbers) {
   WorkerPool pool(4);
   std::vector<std::atomic<int>> inside(4);
   pool.run(2000, [&](int, int thread) {
@@ -32,7 +32,7 @@ TEST(WorkerPool, ThreadsNeverShareANumberWithinARun) {
   });
 }
 
-TEST(WorkerPool, EndsWithoutEverRunning) { WorkerPool pool(3); }
+TEST(WorkerPool, DestroysAnUnusedPool) { WorkerPool pool(3); }
 
 }  // namespace
 }  // namespace fivepipe::base
