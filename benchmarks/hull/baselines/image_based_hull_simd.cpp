@@ -102,11 +102,11 @@ HWY_INLINE void meet(const Lines& l, V position, VI edge, M counted, Beyond& bey
   beyond.first = hn::Min(beyond.first, it);
 }
 
-HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M asking, V position) {
+HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M active, V position) {
   Beyond beyond{hn::Lt(hn::Zero(d), hn::Zero(d)), hn::Set(d, kNever), hn::Set(d, kNever)};
   const VI none = hn::Set(di, -1);
-  const VI whole_count = hn::IfThenElse(hn::RebindMask(di, asking), l.whole_count, none),
-           part_count = hn::IfThenElse(hn::RebindMask(di, asking), l.part_count, none);
+  const VI whole_count = hn::IfThenElse(hn::RebindMask(di, active), l.whole_count, none),
+           part_count = hn::IfThenElse(hn::RebindMask(di, active), l.part_count, none);
   for (VI i = hn::Zero(di);; i = hn::Add(i, hn::Set(di, 1))) {
     const M has = as_float_mask(hn::Lt(i, whole_count));
     if (hn::AllFalse(d, has)) break;
@@ -145,19 +145,20 @@ HWY_INLINE V depth_at(const Lines& l, V position) {
 struct Interval {
   V enter, leave;
 };
-HWY_INLINE Interval interval_from(const EpipolarCamera& c, const Lines& l, M asking, V t) {
+HWY_INLINE Interval interval_from(const EpipolarCamera& c, const Lines& l, M active, V t) {
   const V w = hn::MulAdd(t, l.w_far, l.w_eye);
   const V a = hn::Mul(hn::MulAdd(t, l.a_far, l.a_eye), reciprocal(w));
   const V least = hn::Set(d, kMinPosition);
   const V position =
       hn::IfThenElse(hn::Gt(w, hn::Zero(d)), hn::Max(hn::Mul(a, l.towards), least), least);
-  const Beyond beyond = edges_beyond(c, l, asking, position);
+  const Beyond beyond = edges_beyond(c, l, active, position);
   const M inside = c.ends_inside ? hn::Not(beyond.odd) : beyond.odd;
   const V enter = hn::IfThenElse(inside, t, hn::Max(t, depth_at(l, beyond.first)));
   return {enter, depth_at(l, hn::IfThenElse(inside, beyond.first, beyond.second))};
 }
 
-constexpr std::size_t kMaxEmittedFrames = 64;  // cameras; those beyond are asked in every round
+// The cameras whose last interval a block remembers; it tests the others in every round.
+constexpr std::size_t kMaxRememberedCameras = 64;
 
 // Returns whether some ray of the tile starts or ends behind a camera.
 bool leaves_front(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile) {
@@ -186,25 +187,25 @@ HWY_INLINE V trace_block(std::span<const EpipolarCamera> cameras, const Epipolar
                          bool clipped, V u, V v, M alive) {
   V t = hn::Set(d, tile.begin_m), end = hn::Set(d, tile.end_m);
   if (clipped) clip_to_front(cameras, u, v, t, end);
-  V until[kMaxEmittedFrames];
-  const std::size_t remembered = std::min(cameras.size(), kMaxEmittedFrames);
+  V until[kMaxRememberedCameras];
+  const std::size_t remembered = std::min(cameras.size(), kMaxRememberedCameras);
   for (std::size_t c = 0; c < remembered; ++c) until[c] = hn::Set(d, -kNever);
   for (bool moved = true; moved;) {
     moved = false;
     for (std::size_t c = 0; c < cameras.size(); ++c) {
-      const M asking = c < remembered ? hn::And(alive, hn::Ge(t, until[c])) : alive;
-      if (hn::AllFalse(d, asking)) continue;
-      const Interval interval = interval_from(cameras[c], lines_of(cameras[c], u, v), asking, t);
-      const M on = hn::And(asking, hn::Gt(interval.enter, t));
+      const M active = c < remembered ? hn::And(alive, hn::Ge(t, until[c])) : alive;
+      if (hn::AllFalse(d, active)) continue;
+      const Interval interval = interval_from(cameras[c], lines_of(cameras[c], u, v), active, t);
+      const M on = hn::And(active, hn::Gt(interval.enter, t));
       if (c < remembered) {
         until[c] = hn::IfThenElse(
-            asking, hn::Max(interval.leave, hn::Mul(interval.enter, hn::Set(d, kMinStep))),
+            active, hn::Max(interval.leave, hn::Mul(interval.enter, hn::Set(d, kMinStep))),
             until[c]);
         moved = true;
       } else {
         moved |= !hn::AllFalse(d, on);
       }
-      t = hn::IfThenElse(asking, interval.enter, t);
+      t = hn::IfThenElse(active, interval.enter, t);
       alive = hn::And(alive, hn::Lt(t, end));
       if (hn::AllFalse(d, alive)) return hn::Set(d, hull::kNoHull);
     }
