@@ -13,15 +13,15 @@ Vector3d cone_normal(std::span<const hull::Capsule> object, const Vector3d& eye_
                      const Vector3d& p_world_m) {
   const Vector3d sight = (p_world_m - eye_world_m).normalized();
   const auto across = [&](const Vector3d& v) { return Vector3d(v - v.dot(sight) * sight); };
-  double least_m = std::numeric_limits<double>::infinity();
+  double min_m = std::numeric_limits<double>::infinity();
   Vector3d normal = Vector3d::Zero();
   for (const hull::Capsule& c : object) {
     const Vector3d a = across(c.a_world_m - eye_world_m), along = across(c.b_world_m - c.a_world_m);
     const double length2 = along.squaredNorm();
     const Vector3d nearest =
         a + (length2 > 0 ? std::clamp(-a.dot(along) / length2, 0.0, 1.0) : 0.0) * along;
-    if (!(nearest.norm() - c.radius_m < least_m)) continue;
-    least_m = nearest.norm() - c.radius_m;
+    if (!(nearest.norm() - c.radius_m < min_m)) continue;
+    min_m = nearest.norm() - c.radius_m;
     normal = -nearest.normalized();
   }
   return normal;
@@ -29,9 +29,9 @@ Vector3d cone_normal(std::span<const hull::Capsule> object, const Vector3d& eye_
 
 std::optional<AnalyticExit> analytic_exit(std::span<const hull::Capsule> object,
                                           std::span<const geometry::Camera> cameras,
-                                          const geometry::Ray& way, double inside_m,
+                                          const geometry::Ray& ray, double inside_m,
                                           double outside_m) {
-  const auto at = [&](double m) { return Vector3d(way.origin_world_m + m * way.direction_world); };
+  const auto at = [&](double m) { return Vector3d(ray.origin_world_m + m * ray.direction_world); };
   if (!hull::in_analytic_hull(object, cameras, at(inside_m)) ||
       hull::in_analytic_hull(object, cameras, at(outside_m)))
     return std::nullopt;

@@ -1,5 +1,5 @@
-// The hull's surface in closed form, to hold normals against: that of capsules' true silhouettes,
-// which no pixel has touched.
+// The surface of the hull of capsules' true silhouettes in closed form, without pixels: the
+// reference for normals.
 #pragma once
 #include <cstddef>
 #include <optional>
@@ -11,19 +11,20 @@ namespace fivepipe::collision_bench {
 
 struct AnalyticExit {
   double distance_m;
-  std::size_t camera;            // whose cone of sight ends there
-  Eigen::Vector3d normal_world;  // unit, out of the hull
+  std::size_t camera;            // the camera whose cone of sight ends there
+  Eigen::Vector3d normal_world;  // unit length, pointing out of the hull
 };
 
-// The border between a point of the way in the hull of the true silhouettes and one that is not, by
-// halving. Nothing where these are not such.
+// Finds, by bisection, the border of the hull of the true silhouettes on a ray, between a point
+// inside and a point outside. Returns nullopt if the first is not inside or the second not outside.
 std::optional<AnalyticExit> analytic_exit(std::span<const hull::Capsule> object,
                                           std::span<const geometry::Camera> cameras,
-                                          const geometry::Ray& way, double inside_m,
+                                          const geometry::Ray& ray, double inside_m,
                                           double outside_m);
 
-// Of the cone of sight tangent to the capsules, through a point on it: from the capsule that the
-// line of sight touches to that line, by the shortest way.
+// Returns the unit normal, at a point on it, of the cone of sight that is tangent to the capsules:
+// the direction of the shortest segment between the line of sight and the axis of the capsule that
+// it touches, pointing out of the hull.
 Eigen::Vector3d cone_normal(std::span<const hull::Capsule> object,
                             const Eigen::Vector3d& eye_world_m, const Eigen::Vector3d& p_world_m);
 

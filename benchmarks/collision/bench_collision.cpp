@@ -1,7 +1,9 @@
-// fivepipe bench collision: how fast, and how right, virtual objects are collided with the hull:
-// the paper's way, ours, and what could be picked instead.
+// fivepipe bench collision: time and error of collision detection between virtual objects and the
+// hull, of fivepipe's backends, the paper's method and the baselines.
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
+#include <iostream>
 #include <optional>
 
 #include "benchmarks/collision/methods.h"
@@ -9,6 +11,7 @@
 #include "benchmarks/collision/paper_model_fits.h"
 #include "benchmarks/collision/proximities.h"
 #include "benchmarks/collision/results.h"
+#include "benchmarks/collision/results_json.h"
 #include "benchmarks/support/suite.h"
 #include "common/base/result_file.h"
 #include "common/base/timing.h"
@@ -17,25 +20,22 @@
 namespace fivepipe::collision_bench {
 namespace {
 
-using base::Budget;
-using bench::Args;
-
-// More triangles than that, and methods that ask each of them take seconds a frame: only with
-// --full.
-constexpr std::size_t kMany = 200000;
-// Triangles near the hull whose truth is asked.
+// With more triangles, a frame of the methods that test each triangle takes seconds; they then run
+// with --full only.
+constexpr std::size_t kManyTriangles = 200000;
+// The exact reference tests at most this many triangles near the hull.
 constexpr std::size_t kMaxExactTests = 2000;
 
-// Polygonised more finely, a frame takes seconds. The finger of the thin scene is 2 mm thick.
+// With smaller cells a frame takes seconds. The fingers of scene thin are 2 mm thick.
 double finest_cell_mm(const CollisionScene& scene, const bench::Args& args) {
   if (scene.name == "thin") return 0.5;
   return scene.name == "real" && !args.full ? 2.0 : 1.0;
 }
 
 std::vector<Method> methods_for(const CollisionScene& scene, const bench::Args& args) {
-  const bool all = args.full || scene.triangles() < kMany;
+  const bool all_viewports = args.full || scene.triangles() < kManyTriangles;
   std::vector<Method> methods;
-  for (const int viewport_px : all ? std::vector{5, 10, 20, 40} : std::vector{10})
+  for (const int viewport_px : all_viewports ? std::vector{5, 10, 20, 40} : std::vector{10})
     methods.push_back(paper_method(viewport_px, 400, args.threads));
   for (const bool points : {false, true})
     for (const double eps_mm : {3.0, 0.5, 0.1})
@@ -55,7 +55,7 @@ std::vector<Method> methods_for(const CollisionScene& scene, const bench::Args& 
   return methods;
 }
 
-void take(const Answer& answer, const std::optional<double>& response_ms, Result& result) {
+void append(const Answer& answer, const std::optional<double>& response_ms, Result& result) {
   const Times& t = answer.times;
   result.maps_ms.push_back(t.maps_ms);
   result.build_ms.push_back(t.build_ms);
@@ -73,7 +73,7 @@ std::vector<Result> measure(const CollisionScene& scene, const std::vector<Metho
   base::time_round_robin(methods.size(), budget, [&](std::size_t m, bool counted) {
     answers[m] = methods[m].run(scene);
     const auto response_ms = responses.frame_ms(methods[m], answers[m].objects);
-    if (counted) take(answers[m], response_ms, results[m]);
+    if (counted) append(answers[m], response_ms, results[m]);
     return answers[m].times.maps_ms + answers[m].times.own_ms() + response_ms.value_or(0);
   });
   for (std::size_t m = 0; m < methods.size(); ++m) {
@@ -97,53 +97,64 @@ std::vector<Result> measure(const CollisionScene& scene, const std::vector<Metho
 
 void describe(const CollisionScene& scene, const TruthCounts& counts) {
   const double all = double(counts.triangles);
-  std::printf(
-      "%-10s %zu objects, %zu triangles, %zu cameras; %.2f %% of the triangles cross the hull's "
-      "border, %.2f %% have a point in the hull, %.2f %% are within %g mm of it\n",
-      scene.name.c_str(), scene.objects.size(), counts.triangles, scene.silhouettes.size(),
-      100 * double(counts.crossing_border) / all, 100 * double(counts.crossing) / all,
-      100 * double(counts.near) / all, 1000 * kNear_m);
+  std::cout << fmt::format(
+                   "{:<10} {} objects, {} triangles, {} cameras; {:.2f} % of the triangles cross "
+                   "the hull's border, {:.2f} % have a point in the hull, {:.2f} % are within {:g} "
+                   "mm of it",
+                   scene.name, scene.objects.size(), counts.triangles, scene.silhouettes.size(),
+                   100 * double(counts.crossing_border) / all, 100 * double(counts.crossing) / all,
+                   100 * double(counts.near) / all, 1000 * kNear_m)
+            << std::endl;
 }
 
-class Suite {
+class CollisionBenchmark {
  public:
-  explicit Suite(const bench::Args& args) : args_(args) {
-    context_.emplace();
-    std::printf("%s\n", base::machine_line(context_->renderer()).c_str());
-    if (!why_no_fcl().empty()) std::printf("fcl: skipped, %s\n", why_no_fcl().c_str());
+  explicit CollisionBenchmark(const bench::Args& args) : args_(args) {
+    std::cout << base::machine_line(context_.renderer()) << '\n';
+    if (!why_no_fcl().empty()) std::cout << "fcl: skipped; " << why_no_fcl() << '\n';
   }
 
   void run() {
     std::vector<CollisionScene> real;
     for (const std::string& folder : args_.maps)
-      real.push_back(real_scene(folder));  // what is wrong with one is said at once
+      real.push_back(real_scene(folder));  // throws before the measurements start
     for (const auto& make : {curtain720, blocks, payload, dense, full, thin}) add(make());
     for (const CollisionScene& scene : real) add(scene);
-    if (real.empty()) std::puts("real       skipped, no --maps FOLDER (made by `fivepipe maps`)");
-    std::fputs("\r", stderr);
-    std::puts("");
-    if (!results_.empty()) print(results_), print_responses(results_), print_ratios(results_);
-    if (asked_for("proximity")) print(proximities_ = measure_proximity(args_.threads, args_.quick));
-    if (asked_for("normals")) print(normals_ = measure_normals(args_.quick));
-    std::optional<PaperModelFits> laws;
-    if (asked_for("laws")) print(laws.emplace(fit_paper_models(args_.quick)));
-    if (!args_.json_file.empty()) base::write_file(args_.json_file, json(laws));
-    if (args_.plot_file.empty()) return;
-    const std::filesystem::path file = args_.plot_file,
-                                of_normals =
-                                    file.parent_path() /
-                                    (file.stem().string() + "_normals" + file.extension().string());
-    if (!results_.empty()) drawn(plot(results_, file), file);
-    if (!normals_.empty()) drawn(plot(normals_, of_normals), of_normals);
+    if (real.empty())
+      std::cout
+          << "real       skipped; write its maps with `fivepipe maps` and pass --maps FOLDER\n";
+    std::cerr << '\r';
+    std::cout << '\n';
+    if (!results_.detections.empty()) {
+      print(results_.detections);
+      print_responses(results_.detections);
+      print_ratios(results_.detections);
+    }
+    if (selected("proximity"))
+      print(results_.proximities = measure_proximity(args_.threads, args_.quick));
+    if (selected("normals")) print(results_.normals = measure_normals(args_.quick));
+    if (selected("laws")) print(results_.paper_model.emplace(fit_paper_models(args_.quick)));
+    if (!args_.json_file.empty()) write_json(args_.json_file, results_, context_.renderer());
+    if (!args_.plot_file.empty()) draw_plots();
   }
 
  private:
-  bool asked_for(const std::string& part) const {
+  bool selected(const std::string& part) const {
     return part.find(args_.only) != std::string::npos;
   }
-  static void drawn(bool done, const std::filesystem::path& file) {
-    if (!done)
-      std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n", file.c_str());
+
+  void draw_plots() const {
+    const std::filesystem::path file = args_.plot_file,
+                                normals_file =
+                                    file.parent_path() /
+                                    (file.stem().string() + "_normals" + file.extension().string());
+    const auto report = [](bool drawn, const std::filesystem::path& drawn_file) {
+      if (!drawn)
+        std::cerr << "cannot run gnuplot; its script and data are beside " << drawn_file.string()
+                  << '\n';
+    };
+    if (!results_.detections.empty()) report(plot(results_.detections, file), file);
+    if (!results_.normals.empty()) report(plot(results_.normals, normals_file), normals_file);
   }
 
   void add(const CollisionScene& scene) {
@@ -152,57 +163,49 @@ class Suite {
       return (m.name + "/" + scene.name + "/" + m.setting).find(args_.only) == std::string::npos;
     });
     if (methods.empty()) return;
-    std::fprintf(stderr, "\r%-20s", scene.name.c_str());
+    std::cerr << fmt::format("\r{:<20}", scene.name);
     base::WorkerPool pool(args_.threads);
     const Truth truth = exact_truth(scene, kMaxExactTests, pool);
-    std::fputs("\r", stderr);
+    std::cerr << '\r';
     describe(scene, counts_of(truth));
     const base::Budget budget = args_.quick  ? base::Budget{2, 1, 0.05}
                                 : args_.full ? base::Budget{301, 5, 4.0}
                                              : base::Budget{101, 3, 1.0};
-    for (Result& r : measure(scene, methods, truth, budget)) results_.push_back(std::move(r));
-  }
-
-  std::string json(const std::optional<PaperModelFits>& laws) const {
-    std::vector<std::string> lines;
-    for (const Result& r : results_) lines.push_back(json_of(r));
-    for (const ProximityResult& r : proximities_) lines.push_back(json_of(r));
-    for (std::string& line : json_of(normals_)) lines.push_back(std::move(line));
-    return base::suite_json("collision", context_->renderer(), lines,
-                            laws ? ",\n \"paper_laws\": " + json_of(*laws) : "");
+    for (Result& r : measure(scene, methods, truth, budget))
+      results_.detections.push_back(std::move(r));
   }
 
   bench::Args args_;
-  std::optional<gl::GlContext> context_;
-  std::vector<Result> results_;
-  std::vector<ProximityResult> proximities_;
-  std::vector<NormalsAt> normals_;
+  gl::GlContext context_;
+  AllResults results_;
 };
 
-constexpr const char* kHelp =
-    "fivepipe bench collision [--json FILE] [--plot FILE.png|.svg] [--maps FOLDER] [--threads N] "
-    "[--only TEXT] [--full | --quick]\n"
-    "Time and error of the collision of virtual meshes with the hull of one frame's maps: backends "
-    "cpu and gl, certified; the paper's backend (viewports in a stencil window);\n"
-    "every triangle sampled by brute force in vector lanes; the hull polygonised and given to the "
-    "Flexible Collision Library (where installed).\n"
-    "The response's stages, and its error for the same CP_obj and V_rec; distances to the hull "
-    "against a distance transform of voxels; N_hull against the silhouettes' curvature.\n"
-    "Then the paper's cost model and accuracy law, fitted to its backend. Some four minutes.\n"
-    "  --plot FILE    beside it FILE_normals: N_hull\n"
-    "  --maps FOLDER  real maps as well: the folder seated4cam that `fivepipe maps` made\n"
-    "  --threads N    of each method (2); those on the CPU on one thread as well\n"
-    "  --only TEXT    results whose method/scene/setting has this in it: --only paper, --only "
-    "/curtain720; --only laws, proximity, normals: that alone\n"
-    "  --full         more runs, and the scene of a million triangles at every setting\n"
-    "  --quick        that it runs at all\n"
-    "Example: fivepipe bench collision --json out/collision.json --plot out/collision.png\n";
+constexpr bench::Suite kSuite{
+    .name = "collision",
+    .description =
+        "Measures time and error of the collision of virtual meshes with the hull of one frame's "
+        "maps.\n"
+        "Methods: backends cpu and gl (certified); the paper's backend; brute force with SIMD "
+        "samples on every triangle; the polygonised hull in the Flexible Collision Library (if "
+        "installed).\n"
+        "It also measures the stages and the error of the response, distances to the hull "
+        "(proximity), N_hull (normals), and the fit of the paper's cost and accuracy models "
+        "(laws).\n"
+        "The default run takes about four minutes.",
+    .example = "fivepipe bench collision --json out/collision.json --plot out/collision.png",
+    .plot_help = "plot to this file (.png or .svg) with gnuplot; N_hull goes to FILE_normals",
+    .maps_help = "also measure real maps: the folder seated4cam written by `fivepipe maps`",
+    .only_help =
+        "run only results whose METHOD/SCENE/SETTING contains this text (paper, "
+        "/curtain720), or only laws, proximity or normals",
+    .full_help = "run more often, and run the scene of a million triangles at every setting"};
 
 }  // namespace
 }  // namespace fivepipe::collision_bench
 
 int main(int argc, char** argv) {
   using namespace fivepipe;
-  return bench::run_suite("collision", collision_bench::kHelp, argc, argv,
-                          [](const bench::Args& args) { collision_bench::Suite(args).run(); });
+  return bench::run_suite(collision_bench::kSuite, argc, argv, [](const bench::Args& args) {
+    collision_bench::CollisionBenchmark(args).run();
+  });
 }

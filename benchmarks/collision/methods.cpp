@@ -1,7 +1,8 @@
 #include "benchmarks/collision/methods.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
-#include <cstdio>
 #include <memory>
 #include <stdexcept>
 
@@ -34,7 +35,7 @@ double timed_maps_ms(const CollisionScene& scene, hull::CpuHull& hull,
 struct TreeState {
   base::WorkerPool pool;
   hull::CpuHull hull{pool};
-  std::string scene;  // that the trees are of
+  std::string scene;  // of the trees
   std::vector<collision::Bvh> trees;
   explicit TreeState(int threads) : pool(threads) {}
 
@@ -45,7 +46,7 @@ struct TreeState {
     for (const SceneObject& object : of.objects) trees.emplace_back(object.mesh);
   }
 
-  std::vector<collision::DetectionObject> objects_at_hand(const CollisionScene& of) {
+  std::vector<collision::DetectionObject> objects_of(const CollisionScene& of) {
     std::vector<collision::DetectionObject> objects;
     for (std::size_t i = 0; i < of.objects.size(); ++i) {
       if (of.objects[i].deforms) trees[i].refit(of.objects[i].mesh.vertices_m);
@@ -63,11 +64,7 @@ collision::DetectionOptions options_for(double eps_mm, bool points) {
       .eps_m = 1e-3 * eps_mm, .spacing_m = points ? 1e-3 * eps_mm : 0, .max_points = kAllPoints};
 }
 
-std::string eps_setting(double eps_mm) {
-  char setting[32];
-  std::snprintf(setting, sizeof setting, "eps%gmm", eps_mm);
-  return setting;
-}
+std::string eps_setting(double eps_mm) { return fmt::format("eps{:g}mm", eps_mm); }
 
 }  // namespace
 
@@ -86,15 +83,14 @@ Method cpu_method(double eps_mm, bool points, int threads) {
             collision::CpuDetectionCounts counts;
             std::span<const collision::ObjectCollision> found;
             answer.times.query_ms = timed_ms([&] {
-              found =
-                  state->detection.detect(*query, state->objects_at_hand(scene), options, &counts);
+              found = state->detection.detect(*query, state->objects_of(scene), options, &counts);
             });
             answer.objects.assign(found.begin(), found.end());
             answer.counts = {{"boxes", double(counts.boxes)},
-                             {"triangles_looked_at", double(counts.triangles_classified)},
+                             {"triangles_classified", double(counts.triangles_classified)},
                              {"triangles_walked", double(counts.triangles_walked)},
                              {"points_in_double", double(counts.points_in_double)},
-                             {"undecided", double(counts.over_budget)}};
+                             {"over_budget", double(counts.over_budget)}};
             return answer;
           }};
 }
@@ -115,7 +111,7 @@ Method gl_method(double eps_mm, bool points, int threads) {
             collision::GlDetectionCounts counts;
             std::span<const collision::ObjectCollision> found;
             answer.times.query_ms = timed_ms([&] {
-              found = state->detection.detect(state->objects_at_hand(scene), options, &counts);
+              found = state->detection.detect(state->objects_of(scene), options, &counts);
             });
             answer.objects.assign(found.begin(), found.end());
             answer.counts = {{"triangles_open", double(counts.triangles_open)},
@@ -123,7 +119,7 @@ Method gl_method(double eps_mm, bool points, int threads) {
                              {"parts", double(counts.parts)},
                              {"found", double(counts.found)},
                              {"unconfirmed", double(counts.unconfirmed)},
-                             {"undecided", double(counts.over_budget)},
+                             {"over_budget", double(counts.over_budget)},
                              {"descent_ms", counts.descent_ms},
                              {"refine_ms", counts.refine_ms}};
             return answer;
@@ -151,7 +147,7 @@ Method brute_method(int across, int threads) {
     baselines::BruteForce brute;
     State(int n, int across_) : pool(n), brute(across_) {}
   };
-  return {"brute", std::to_string(across) + "x" + std::to_string(across), threads,
+  return {"brute", fmt::format("{0}x{0}", across), threads,
           [state = std::make_shared<State>(threads, across)](const CollisionScene& scene) {
             Answer answer;
             answer.times.maps_ms =
@@ -171,10 +167,10 @@ struct FclState {
   base::WorkerPool pool;
   hull::CpuHull hull{pool};
   baselines::HullPolygons polygons;
-  std::string scene;  // that the trees are of
+  std::string scene;  // of the trees
   std::unique_ptr<baselines::HullFcl> fcl;
   std::vector<geometry::Mesh> meshes_world_m;
-  Eigen::AlignedBox3d volume_world_m;  // of the hull, where there are objects
+  Eigen::AlignedBox3d volume_world_m;  // the hull near the objects
   double cell_m;
   FclState(int threads, double cell_m_) : pool(threads), polygons(cell_m_), cell_m(cell_m_) {}
 
@@ -183,17 +179,17 @@ struct FclState {
     scene = of.name;
     fcl = std::make_unique<baselines::HullFcl>();
     meshes_world_m.clear();
-    Eigen::AlignedBox3d around;
+    Eigen::AlignedBox3d bounds;
     for (const SceneObject& object : of.objects) {
       meshes_world_m.push_back(object.mesh);
       for (Eigen::Vector3d& v : meshes_world_m.back().vertices_m)
-        around.extend(v = object.world_from_mesh * v);
+        bounds.extend(v = object.world_from_mesh * v);
       fcl->add(meshes_world_m.back());
     }
-    // Two cells more, so that where the polygons are cut off no object is.
+    // A margin of two cells keeps the objects away from the border where the surface is cut off.
     const Eigen::Vector3d margin_m = Eigen::Vector3d::Constant(2 * cell_m);
     volume_world_m =
-        of.volume_world_m.intersection({around.min() - margin_m, around.max() + margin_m});
+        of.volume_world_m.intersection({bounds.min() - margin_m, bounds.max() + margin_m});
   }
 
   std::vector<collision::ObjectCollision> query(const CollisionScene& of) {
@@ -209,10 +205,8 @@ struct FclState {
 }  // namespace
 
 Method fcl_method(double cell_mm, int threads) {
-  char setting[32];
-  std::snprintf(setting, sizeof setting, "%gmm", cell_mm);
   return {
-      "fcl", setting, threads,
+      "fcl", fmt::format("{:g}mm", cell_mm), threads,
       [state = std::make_shared<FclState>(threads, 1e-3 * cell_mm)](const CollisionScene& scene) {
         Answer answer;
         state->build_trees(scene);

@@ -1,5 +1,5 @@
-// Everything that the collision benchmark times: one frame's maps against a scene's virtual
-// objects.
+// The methods that the collision benchmark times: each collides one frame's maps with a scene's
+// virtual objects.
 #pragma once
 #include <functional>
 #include <map>
@@ -11,49 +11,47 @@
 
 namespace fivepipe::collision_bench {
 
-// Of one frame. maps: what is made of the maps alone and serves every other query of the frame too.
-// build: what the method makes of it for itself. query: the rest, refit of deformed objects
-// included.
+// Of one frame.
 struct Times {
-  double maps_ms = 0, build_ms = 0, query_ms = 0;
+  double maps_ms = 0;   // preparation of the maps that other queries of the frame share
+  double build_ms = 0;  // structures that the method builds from the maps for itself
+  double query_ms = 0;  // the rest, including the refit of deformed objects
   double own_ms() const { return build_ms + query_ms; }
 };
 
 struct Answer {
-  std::vector<collision::ObjectCollision> objects;  // as the scene's
+  std::vector<collision::ObjectCollision> objects;  // in the scene's order
   Times times;
-  std::map<std::string, double> counts;  // what else the method did, into the JSON: "samples"
+  std::map<std::string, double> counts;  // further counts for the JSON, for example "samples"
 };
 
-// To add one: a function that makes it, and a line in methods_for() of bench_collision.cpp.
+// To add a method, write a function that returns it and a line in methods_for() in
+// bench_collision.cpp.
 struct Method {
-  std::string name, setting;  // "paper10", "400": paper10/curtain720/400/1
+  std::string name, setting;  // "paper10", "400": result paper10/curtain720/400/1
   int threads;
-  // One frame. Buffers, and trees over objects in their own frames, may be kept from call to call;
-  // results may not. The next call may be of another scene.
+  // Computes one frame. May keep buffers, and trees over objects in their own frames, from call to
+  // call, but no results. The next call may have another scene.
   std::function<Answer(const CollisionScene&)> run;
 };
 
-// Ours (cpu_detection.h): verdicts within eps, with CP_i no farther apart than eps, or the verdict
-// alone.
+// Backend cpu (cpu_detection.h): verdicts within eps. With `points`, also CP_i at most eps apart.
 Method cpu_method(double eps_mm, bool points, int threads);
-// The same by compute shaders (gl_detection.h): needs a current OpenGL context; threads are
-// llvmpipe's, and of what is left to the CPU. Its maps and, where they moved, trees are written to
-// the GPU in its own time.
+// Backend gl (gl_detection.h), the same in compute shaders. Needs a current OpenGL context.
+// `threads` applies to llvmpipe and to the part left to the CPU. The upload of the maps, and of the
+// trees that moved, counts as its own time.
 Method gl_method(double eps_mm, bool points, int threads);
-// The paper's (TriangleVolumeQuery and detect), on OpenGL: needs a current context; threads are
-// llvmpipe's.
+// The paper's backend on OpenGL (paper_detection.h). Needs a current OpenGL context; llvmpipe uses
+// `threads`.
 Method paper_method(int viewport_px, int window_px, int threads);
 // Baselines.
 Method brute_method(int across, int threads);
-Method fcl_method(
-    double cell_mm,
-    int threads);  // the hull, where there are objects, polygonised and its tree built each frame;
-                   // rigid objects stand still, so that their trees stay as they are
-// What is missing here for fcl_method; empty: nothing.
-std::string why_no_fcl();
+// Each frame polygonises the hull near the objects and builds its tree. Rigid objects do not move,
+// so their trees are built once. Throws std::logic_error unless why_no_fcl() is empty.
+Method fcl_method(double cell_mm, int threads);
+std::string why_no_fcl();  // why fcl_method is missing from this build; empty if it is not
 
-// Milliseconds that work took.
+// Returns the duration of `work` in milliseconds.
 double timed_ms(const std::function<void()>& work);
 
 }  // namespace fivepipe::collision_bench

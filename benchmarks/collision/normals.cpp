@@ -1,14 +1,15 @@
 #include "benchmarks/collision/normals.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <iostream>
 #include <random>
-#include <sstream>
 
 #include "benchmarks/collision/analytic_normal.h"
 #include "benchmarks/support/gnuplot.h"
-#include "common/base/result_file.h"
+#include "common/base/text_table.h"
 #include "common/base/timing.h"
 #include "common/collision/response/hull_normal.h"
 #include "common/hull/silhouette/coverage_hull.h"
@@ -19,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kBallRadius_m = 0.05, kReach_m = 0.05;
-constexpr int kCameras = 6, kWaysPerRig = 10;
+constexpr int kCameras = 6, kQueriesPerRig = 10;
 
 class Random {
  public:
@@ -37,7 +38,7 @@ class Random {
   std::mt19937 random_{71};
 };
 
-// A ball at the origin whose silhouettes have this radius, at any place of a pixel.
+// A ball at the origin whose silhouettes have the given radius, at random subpixel positions.
 struct BallRig {
   std::vector<hull::Capsule> ball{{Vector3d::Zero(), Vector3d::Zero(), kBallRadius_m}};
   std::vector<geometry::Camera> cameras;
@@ -63,12 +64,13 @@ struct BallRig {
   }
 };
 
-// At the last point of the way in the hull of the coverage maps, of the camera that limits the true
-// one; this hull is as good as convex.
-std::optional<Vector3d> coverage_normal(const BallRig& rig, const geometry::Ray& way,
+// Returns the normal of camera `limiting` at the point where the ray leaves the hull of the
+// coverage maps, found by bisection: the hull of a ball is nearly convex, so there is one such
+// point. Returns nullopt if the ray does not start inside and end outside.
+std::optional<Vector3d> coverage_normal(const BallRig& rig, const geometry::Ray& ray,
                                         std::size_t limiting) {
   const auto inside = [&](double m) {
-    return hull::in_hull(rig.coverage, way.origin_world_m + m * way.direction_world);
+    return hull::in_hull(rig.coverage, ray.origin_world_m + m * ray.direction_world);
   };
   if (!inside(0) || inside(kReach_m)) return std::nullopt;
   double in_m = 0, out_m = kReach_m;
@@ -78,7 +80,7 @@ std::optional<Vector3d> coverage_normal(const BallRig& rig, const geometry::Ray&
     (inside(center_m) ? in_m : out_m) = center_m;
   }
   return hull::outward_normal_world(rig.coverage[limiting],
-                                    way.origin_world_m + in_m * way.direction_world);
+                                    ray.origin_world_m + in_m * ray.direction_world);
 }
 
 NormalError error_of(std::vector<double>& deg) {
@@ -94,14 +96,14 @@ NormalsAt measure(double radius_px, int rigs) {
     const BallRig rig(random, radius_px);
     hull::CpuHull hull(pool, rig.binary);
     const hull::HullQuery query(hull);
-    for (int i = 0; i < kWaysPerRig; ++i) {
+    for (int i = 0; i < kQueriesPerRig; ++i) {
       const Vector3d p = random.between(0.8, 0.9) * kBallRadius_m * random.direction();
       const Vector3d v_rec = (p.normalized() + 0.5 * random.in_ball()).normalized();
       const auto truth = analytic_exit(rig.ball, rig.cameras, {p, v_rec}, 0, kReach_m);
       const auto exit = collision::exit_from_base(query, p, v_rec, kReach_m);
       if (!truth || !exit || !query.contains(p))
-        continue;  // so small a map may have lost the point
-      ++at.ways;
+        continue;  // the point may lie outside the hull of a very small map
+      ++at.queries;
       const collision::Recovery recovery{p, v_rec, kReach_m, *exit};
       if (const collision::HullNormal n = collision::closed_form_normal(query, recovery);
           n.status != collision::NormalStatus::no_border) {
@@ -125,15 +127,6 @@ NormalsAt measure(double radius_px, int rigs) {
   return at;
 }
 
-struct Curve {
-  const char *name, *title;
-  NormalError NormalsAt::*error;
-};
-// Titles in the order in which plots draw them.
-constexpr Curve kCurves[] = {{"closed-binary", "closed form, binary maps", &NormalsAt::binary},
-                             {"closed-coverage", "closed form, coverage", &NormalsAt::coverage},
-                             {"four-points", "four points (the paper)", &NormalsAt::four_points}};
-
 }  // namespace
 
 std::vector<NormalsAt> measure_normals(bool quick) {
@@ -143,45 +136,39 @@ std::vector<NormalsAt> measure_normals(bool quick) {
              : std::vector<double>{2, 3, 4, 6, 8, 12, 16, 20, 28, 40, 56, 80})
     sweep.push_back(measure(radius_px, quick            ? 6
                                        : radius_px < 30 ? 40
-                                                        : 15));  // large maps take long to draw
+                                                        : 15));  // large maps take long to render
   return sweep;
 }
 
 void print(const std::vector<NormalsAt>& sweep) {
-  std::printf(
-      "\nN_hull's error against the hull of true silhouettes, balls seen by %d cameras [degrees]: "
-      "median p95 (of all ways)\n%9s | %-27s | %-27s | %-27s %s\n",
-      kCameras, "radius px", kCurves[0].title, kCurves[1].title, kCurves[2].title, "trusted");
+  std::vector<base::TextTable::Column> columns{{"radius px", true}};
+  for (const NormalCurve& curve : kNormalCurves)
+    columns.insert(columns.end(), {{curve.title, true}, {"p95", true}, {"given", true}});
+  columns.push_back({"trusted", true});
+  base::TextTable table(columns);
   for (const NormalsAt& at : sweep) {
-    std::printf("%9g ", at.radius_px);
-    for (const Curve& c : kCurves) {
-      const NormalError& e = at.*c.error;
-      std::printf("| %8.2f %8.2f  %3d of %3d ", e.median_deg, e.p95_deg, e.given, at.ways);
+    std::vector<std::string> cells{fmt::format("{:g}", at.radius_px)};
+    for (const NormalCurve& curve : kNormalCurves) {
+      const NormalError& e = at.*curve.error;
+      cells.insert(cells.end(),
+                   {base::with_decimals(e.median_deg, 2), base::with_decimals(e.p95_deg, 2),
+                    fmt::format("{} of {}", e.given, at.queries)});
     }
-    std::printf("%7d\n", at.four_points_defined);
+    cells.push_back(std::to_string(at.four_points_defined));
+    table.add(std::move(cells));
   }
-  std::puts("trusted: four points whose own error estimate is below 45 degrees.");
-}
-
-std::vector<std::string> json_of(const std::vector<NormalsAt>& sweep) {
-  std::vector<std::string> lines;
-  for (const NormalsAt& at : sweep)
-    for (const Curve& c : kCurves) {
-      const NormalError& e = at.*c.error;
-      std::ostringstream out;
-      out << "  {\"name\": \"normals/" << c.name << "/" << at.radius_px
-          << "px/1\", \"error\": {\"n_hull_median_deg\": " << e.median_deg
-          << ", \"n_hull_p95_deg\": " << e.p95_deg << "}, \"counts\": {\"ways\": " << at.ways
-          << ", \"given\": " << e.given << "}}";
-      lines.push_back(out.str());
-    }
-  return lines;
+  std::cout
+      << "\nError of N_hull in degrees (median, p95) against the hull of the true silhouettes, "
+      << "for balls seen by " << kCameras << " cameras\n"
+      << table.text()
+      << "given: queries for which the method returns a normal.\n"
+         "trusted: queries whose four points estimate their own error at below 45 degrees.\n";
 }
 
 bool plot(const std::vector<NormalsAt>& sweep, const std::filesystem::path& file) {
   bench::Series series;
   for (const NormalsAt& at : sweep)
-    for (const Curve& c : kCurves) {
+    for (const NormalCurve& c : kNormalCurves) {
       if ((at.*c.error).given == 0) continue;
       series[std::string(c.title) + ", median"].push_back({at.radius_px, (at.*c.error).median_deg});
       series[std::string(c.title) + ", p95"].push_back({at.radius_px, (at.*c.error).p95_deg});
@@ -192,11 +179,11 @@ bool plot(const std::vector<NormalsAt>& sweep, const std::filesystem::path& file
       "set logscale xy; set xrange [1.8:90]; set yrange [0.05:180]; set key at graph 0.99,0.63 "
       "samplen 3; "
       "set xtics (2,3,4,6,8,12,20,40,80); set ytics (0.1,0.2,0.5,1,2,5,10,20,45,90,180); ";
-  // A colour a method; its median drawn through, its p95 dashed.
-  const char* colours[] = {"#1f77b4", "#2ca02c", "#d62728"};
+  // One color per method: the median as a solid line, the p95 dashed.
+  const char* colors[] = {"#1f77b4", "#2ca02c", "#d62728"};
   for (int i = 0; i < 6; ++i)
-    settings += "set linetype " + std::to_string(i + 1) + " lc rgb '" + colours[i / 2] +
-                "' lw 2 dt " + (i % 2 ? "2" : "1") + "; ";
+    settings +=
+        fmt::format("set linetype {} lc rgb '{}' lw 2 dt {}; ", i + 1, colors[i / 2], i % 2 + 1);
   bench::Plots plots(file);
   plots.add(settings + "\n", series);
   return plots.draw();

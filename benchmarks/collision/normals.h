@@ -1,5 +1,5 @@
-// N_hull's error against the radius of the silhouette's curvature: the closed form, from binary
-// maps and from 8-bit coverage, and the paper's four points.
+// N_hull's error against the silhouette's radius of curvature, for three methods: the closed form
+// from binary maps, the closed form from 8-bit coverage, and the paper's four points.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -7,29 +7,38 @@
 
 namespace fivepipe::collision_bench {
 
-// Against the hull of the true silhouettes, of all ways for which the method gives a normal.
+// The error against the hull of the true silhouettes, over the queries for which the method returns
+// a normal.
 struct NormalError {
   double median_deg = 0, p95_deg = 0;
-  int given = 0;
+  int given = 0;  // number of those queries
 };
 struct NormalsAt {
   double radius_px;
-  int ways = 0;
+  int queries = 0;  // pairs of CP_obj and V_rec
   NormalError binary = {}, coverage = {}, four_points = {};
-  int four_points_defined = 0;  // whose own error estimate stays below kMaxNormalError_rad
+  int four_points_defined = 0;  // queries whose own error estimate is below kMaxNormalError_rad
 };
 
-// Balls seen by six cameras from anywhere: 40 rigs a radius, 15 above 30 px, ten ways each, always
-// the same. Maps by pixel centres, and the true coverage of the same. CP_obj 0.8 to 0.9 radii from
-// the middle, V_rec up to 30 degrees off the outward normal; the four points as the paper: angle 10
-// degrees, height 5 cm, which is the ball's radius, 400 samples a line. Some seconds; quick: three
-// radii, few rigs.
+struct NormalCurve {
+  const char *name, *title;
+  NormalError NormalsAt::*error;
+};
+// In the order of the titles, in which plots draw them.
+inline constexpr NormalCurve kNormalCurves[] = {
+    {"closed-binary", "closed form, binary maps", &NormalsAt::binary},
+    {"closed-coverage", "closed form, coverage", &NormalsAt::coverage},
+    {"four-points", "four points (the paper)", &NormalsAt::four_points}};
+
+// A ball of 5 cm radius at the origin, seen by six cameras in seeded random directions: 40 rigs per
+// radius below 30 px, else 15, and ten queries per rig. The binary maps sample pixel centers; the
+// coverage is exact. CP_obj lies 0.8 to 0.9 radii from the center, V_rec deviates by up to 30
+// degrees from the outward normal. The four points use the paper's settings: apex angle 10 degrees,
+// height 5 cm, 400 samples per line. Takes some seconds. `quick`: three radii, six rigs each.
 std::vector<NormalsAt> measure_normals(bool quick);
 
 void print(const std::vector<NormalsAt>& sweep);
-// An entry a radius and method: normals/closed-binary/20px/1.
-std::vector<std::string> json_of(const std::vector<NormalsAt>& sweep);
-// Error against radius. False where there is no gnuplot.
+// Plots the error against the radius. File, result and errors as for bench::Plots::draw().
 bool plot(const std::vector<NormalsAt>& sweep, const std::filesystem::path& file);
 
 }  // namespace fivepipe::collision_bench

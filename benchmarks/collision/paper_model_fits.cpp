@@ -1,16 +1,16 @@
 #include "benchmarks/collision/paper_model_fits.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <iostream>
 #include <numbers>
 #include <random>
-#include <sstream>
 
 #include "benchmarks/collision/baselines/brute_force.h"
 #include "benchmarks/collision/methods.h"
-#include "common/base/result_file.h"
 #include "common/base/timing.h"
 #include "common/collision/detection/paper/paper_detection.h"
 #include "common/collision/response/response.h"
@@ -18,7 +18,6 @@
 namespace fivepipe::collision_bench {
 namespace {
 
-using base::quoted;
 using Eigen::Vector3d;
 
 constexpr int kWindow_px = 400;
@@ -36,8 +35,8 @@ double best_ms(int runs, const std::function<void()>& work) {
   return best;
 }
 
-// Least squares of relative residuals; terms whose coefficient comes out below 0 are left out, the
-// worst first.
+// Returns the least-squares fit of the relative residuals. While a coefficient is negative, the fit
+// drops the term with the smallest one and repeats.
 Eigen::VectorXd fitted(const std::vector<Measurement>& measured) {
   const Eigen::Index terms = measured.front().terms.size();
   std::vector<Eigen::Index> kept;
@@ -49,12 +48,12 @@ Eigen::VectorXd fitted(const std::vector<Measurement>& measured) {
       for (std::size_t k = 0; k < kept.size(); ++k)
         a(Eigen::Index(i), Eigen::Index(k)) = measured[i].terms[kept[k]] / measured[i].ms;
     const Eigen::VectorXd x = a.colPivHouseholderQr().solve(Eigen::VectorXd::Ones(a.rows()));
-    Eigen::Index least = 0;
-    if (x.minCoeff(&least) >= 0) {
+    Eigen::Index min = 0;
+    if (x.minCoeff(&min) >= 0) {
       for (std::size_t k = 0; k < kept.size(); ++k) coefficients[kept[k]] = x[Eigen::Index(k)];
       break;
     }
-    kept.erase(kept.begin() + least);
+    kept.erase(kept.begin() + min);
   }
   return coefficients;
 }
@@ -67,7 +66,7 @@ std::vector<double> residuals(const std::vector<Measurement>& measured,
   return off;
 }
 
-// Terms: n m, n m u u / 2, pixels read back, points found, 1.
+// The terms are n m, n m u u / 2, the pixels read back, the points found, and 1.
 std::vector<Measurement> measured_cost(const CollisionScene& scene, bool quick) {
   std::vector<Measurement> measured;
   for (const int viewport_px : kViewports_px) {
@@ -111,7 +110,8 @@ CostFit fit_cost(std::vector<Measurement> measured, Eigen::Index terms) {
           int(measured.size())};
 }
 
-// A block that the hand is in, at several windows and cameras; by_area: terms x x n, else x n.
+// Measures the block that the hand intersects, with several windows and cameras. The terms are 1
+// and x x n (by_area) or x n.
 ResponseFit fit_response(const CollisionScene& scene, bool by_area, bool quick) {
   std::vector<Measurement> measured;
   collision::TriangleVolumeQuery query(kWindow_px, 10);
@@ -153,7 +153,7 @@ ResponseFit fit_response(const CollisionScene& scene, bool by_area, bool quick) 
   return {x[0], 1e6 * x[1], base::percentile(residuals(measured, x), 1)};
 }
 
-// Triangles of all sizes that a small ball's hull passes through, or nearly.
+// Returns triangles of all sizes that the hull of a small ball intersects, or nearly.
 std::vector<collision::Triangle> pierced_triangles(int count) {
   std::mt19937 random(9);
   const auto between = [&](double low, double high) {
@@ -166,7 +166,7 @@ std::vector<collision::Triangle> pierced_triangles(int count) {
             .normalized();
     const double base_m = std::pow(10, between(-1.7, -0.2)), height_m = base_m * between(0.4, 0.86),
                  apex = between(0.3, 0.7);
-    // The origin lies at (b, h) of the triangle, `off` beside its plane.
+    // The origin projects to (b, h) of the triangle, and lies off_m from its plane.
     const double h = between(0.15, 0.6), b = h * apex + (1 - h) * between(0.15, 0.85),
                  off_m = between(-0.008, 0.008);
     const auto corner = [&](double x, double y) {
@@ -178,8 +178,8 @@ std::vector<collision::Triangle> pierced_triangles(int count) {
 }
 
 struct Section {
-  double width_m;    // of a disc of its area
-  double spacing_m;  // at a viewport of one pixel: sqrt(x y)
+  double width_m;    // diameter of the disc with the same area
+  double spacing_m;  // with a viewport of one pixel: sqrt(x y)
 };
 
 std::vector<Section> sections_of(const std::vector<collision::Triangle>& triangles,
@@ -204,9 +204,9 @@ std::vector<Section> sections_of(const std::vector<collision::Triangle>& triangl
   return sections;
 }
 
-// The width, in spacings, that best parts the found from the missed.
-AccuracyFit::Viewport parted(int viewport_px, const std::vector<Section>& sections,
-                             const std::vector<char>& found) {
+// Finds the width, in spacings, that best separates the found sections from the missed ones.
+AccuracyFit::Viewport fit_viewport(int viewport_px, const std::vector<Section>& sections,
+                                   const std::vector<char>& found) {
   std::vector<std::pair<double, bool>> widths;
   AccuracyFit::Viewport v{viewport_px, 0, 0, 0, 0};
   for (std::size_t i = 0; i < sections.size(); ++i) {
@@ -216,10 +216,10 @@ AccuracyFit::Viewport parted(int viewport_px, const std::vector<Section>& sectio
     if (!found[i]) v.widest_missed = std::max(v.widest_missed, widths.back().first);
   }
   std::sort(widths.begin(), widths.end());
-  int wrong = v.missed, least = wrong;  // all taken for found: the missed are wrong
+  int wrong = v.missed, fewest = wrong;  // with threshold 0, every missed section is wrong
   for (const auto& [width, was_found] : widths) {
     wrong += was_found ? 1 : -1;
-    if (wrong < least) least = wrong, v.found_from = width;
+    if (wrong < fewest) fewest = wrong, v.found_from = width;
   }
   return v;
 }
@@ -243,7 +243,7 @@ AccuracyFit fit_accuracy(bool quick) {
     query.set_silhouettes(silhouettes);
     std::vector<char> found(triangles.size());
     for (const collision::CollisionPoint& p : query.query(triangles).points) found[p.triangle] = 1;
-    fit.viewports.push_back(parted(viewport_px, sections, found));
+    fit.viewports.push_back(fit_viewport(viewport_px, sections, found));
     sum_of_logs += std::log(fit.viewports.back().found_from);
   }
   fit.found_from = std::exp(sum_of_logs / double(fit.viewports.size()));
@@ -261,61 +261,31 @@ PaperModelFits fit_paper_models(bool quick) {
           fit_response(boxes, false, quick), fit_accuracy(quick)};
 }
 
-void print(const PaperModelFits& laws) {
-  std::printf(
-      "\nThe paper's cost model, fitted to its backend here (n cameras, m triangles, viewports u x "
-      "u, %d measurements):\n",
-      laws.cost.measurements);
-  for (const CostFit* c : {&laws.cost, &laws.extended_cost})
-    std::printf(
-        "  %.1f ns n m + %.3f ns n m u u / 2 + %.3f ns a pixel read back + %.1f ns a point "
-        "confirmed + %.3f ms; off by %.0f %% (median), %.0f %% (worst)%s\n",
+void print(const PaperModelFits& fits) {
+  std::cout << fmt::format(
+      "\nThe paper's cost model, fitted to its backend here (n cameras, m triangles, viewports "
+      "u x u, {} measurements):\n",
+      fits.cost.measurements);
+  for (const CostFit* c : {&fits.cost, &fits.extended_cost})
+    std::cout << fmt::format(
+        "  {:.1f} ns n m + {:.3f} ns n m u u / 2 + {:.3f} ns per pixel read back + {:.1f} ns per "
+        "point confirmed + {:.3f} ms; residuals {:.0f} % (median), {:.0f} % (worst){}\n",
         c->ns_per_transform, c->ns_per_fill, c->ns_per_read, c->ns_per_point, c->fixed_ms,
-        100 * c->median_off, 100 * c->worst_off,
-        c == &laws.cost ? ": the paper's terms alone" : "");
-  std::printf(
-      "  response, as the paper has it: %.3f ms + %.4f ns x y n, off by %.0f %% (worst); as ours "
-      "samples, by lines: %.3f ms + %.2f ns x n, off by %.0f %%\n",
-      laws.response_by_area.fixed_ms, laws.response_by_area.ns_per_unit,
-      100 * laws.response_by_area.worst_off, laws.response_by_lines.fixed_ms,
-      laws.response_by_lines.ns_per_unit, 100 * laws.response_by_lines.worst_off);
-  std::printf(
-      "The paper's accuracy law, extent / u: sections of the hull are found from %.2f sqrt(x y) / "
-      "u wide on; single viewports are off by %.0f %% at most:\n",
-      laws.accuracy.found_from, 100 * laws.accuracy.worst_off);
-  for (const auto& v : laws.accuracy.viewports)
-    std::printf(
-        "  %2dx%-2d found from %.2f spacings; the widest missed %.2f; %d missed, %d found\n", v.px,
-        v.px, v.found_from, v.widest_missed, v.missed, v.found);
-}
-
-std::string json_of(const PaperModelFits& laws) {
-  std::ostringstream out;
-  const auto cost = [&](const char* sep, const char* name, const CostFit& c) {
-    out << sep << base::quoted(name) << ": {\"ns_per_transform\": " << c.ns_per_transform
-        << ", \"ns_per_fill\": " << c.ns_per_fill << ", \"ns_per_read\": " << c.ns_per_read
-        << ", \"ns_per_point\": " << c.ns_per_point << ", \"fixed_ms\": " << c.fixed_ms
-        << ", \"median_off\": " << c.median_off << ", \"worst_off\": " << c.worst_off
-        << ", \"measurements\": " << c.measurements << "}";
-  };
-  cost("{", "cost", laws.cost);
-  cost(", ", "extended_cost", laws.extended_cost);
-  const auto response = [&](const char* name, const ResponseFit& r) {
-    out << ", \"" << name << "\": {\"fixed_ms\": " << r.fixed_ms
-        << ", \"ns_per_unit\": " << r.ns_per_unit << ", \"worst_off\": " << r.worst_off << "}";
-  };
-  response("response_by_area", laws.response_by_area);
-  response("response_by_lines", laws.response_by_lines);
-  out << ", \"accuracy\": {\"found_from\": " << laws.accuracy.found_from
-      << ", \"worst_off\": " << laws.accuracy.worst_off << ", \"viewports\": [";
-  for (std::size_t i = 0; i < laws.accuracy.viewports.size(); ++i) {
-    const auto& v = laws.accuracy.viewports[i];
-    out << (i ? ", " : "") << "{\"px\": " << v.px << ", \"found_from\": " << v.found_from
-        << ", \"widest_missed\": " << v.widest_missed << ", \"missed\": " << v.missed
-        << ", \"found\": " << v.found << "}";
-  }
-  out << "]}}";
-  return out.str();
+        100 * c->median_off, 100 * c->worst_off, c == &fits.cost ? "; the paper's terms only" : "");
+  std::cout << fmt::format(
+      "  response by area, as in the paper: {:.3f} ms + {:.4f} ns x y n, worst residual {:.0f} %; "
+      "by lines, as implemented: {:.3f} ms + {:.2f} ns x n, worst residual {:.0f} %\n",
+      fits.response_by_area.fixed_ms, fits.response_by_area.ns_per_unit,
+      100 * fits.response_by_area.worst_off, fits.response_by_lines.fixed_ms,
+      fits.response_by_lines.ns_per_unit, 100 * fits.response_by_lines.worst_off);
+  std::cout << fmt::format(
+      "The paper's accuracy law, extent / u: sections of the hull are found from a width of {:.2f} "
+      "sqrt(x y) / u; single viewports deviate by at most {:.0f} %:\n",
+      fits.accuracy.found_from, 100 * fits.accuracy.worst_off);
+  for (const auto& v : fits.accuracy.viewports)
+    std::cout << fmt::format(
+        "  {:2}x{:<2} found from {:.2f} spacings; widest missed {:.2f}; {} missed, {} found\n",
+        v.px, v.px, v.found_from, v.widest_missed, v.missed, v.found);
 }
 
 }  // namespace fivepipe::collision_bench

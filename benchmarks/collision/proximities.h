@@ -1,5 +1,5 @@
-// Distances from virtual objects to the hull: certified bounds (proximity.h) against a voxel grid's
-// distance transform.
+// Distances from virtual objects to the hull: certified bounds (proximity.h) against the distance
+// transform of a voxel grid.
 #pragma once
 #include <optional>
 #include <string>
@@ -8,26 +8,25 @@
 namespace fivepipe::collision_bench {
 
 struct ProximityResult {
-  std::string method, scene, setting;  // proximity/curtain720/tol2mm-10000
+  std::string method, scene, setting;  // "proximity", "curtain720", "tol2mm-10000"
   int threads = 0;
-  std::vector<double> ms =
-      {};  // of each run, all points; grids and cubes built anew, beyond the maps' preparation
+  // Per run: all points, after the maps' preparation; each run rebuilds the octree or the grid.
+  std::vector<double> ms = {};
   std::size_t points = 0, below_cap = 0;
-  // most_m - least_m of points below the cap: median and widest; nothing for methods without
+  // max_m - min_m over the points below the cap: median and widest. nullopt if the method has no
   // bounds.
   std::optional<double> width_median_mm = {}, width_widest_mm = {};
-  // Of a seeded subset, against the exact reference. error: distance said (the bounds' middle) less
-  // the reference's. violations: the bounds exclude it.
+  // Over a seeded subset with known distances, by the exact reference. error: the distance of the
+  // bounds' midpoint from the reference. violations: bounds that exclude the reference.
   std::size_t known = 0, violations = 0;
   double error_median_mm = 0, error_worst_mm = 0;
-  std::string name() const;  // with threads
+  std::string name() const;  // with the threads
   double ms_per_1000() const;
 };
 
-// Points on the curtain of curtain720, seeded by area; the vertices and triangles of the payload's
-// mesh (of_mesh). Cap 5 cm. Some seconds.
+// Measures points on the curtain of scene curtain720, seeded by area, and the vertices and
+// triangles of scene payload's mesh. The cap is 5 cm. Takes some seconds.
 std::vector<ProximityResult> measure_proximity(int threads, bool quick);
 void print(const std::vector<ProximityResult>& results);
-std::string json_of(const ProximityResult& result);
 
 }  // namespace fivepipe::collision_bench

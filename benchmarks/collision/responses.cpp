@@ -19,31 +19,33 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr collision::ResponseConfig kPaper;  // 5 cm, 10 degrees, 400 px
-constexpr std::size_t kDrawn = 60;
+constexpr std::size_t kSeededCases = 60;
 
 Vector3d center_world_m(const SceneObject& object) {
   return object.world_from_mesh * geometry::bounds_m(object.mesh).center();
 }
 
 std::optional<double> exact_d_rec_m(const CollisionScene& scene, const Vector3d& p,
-                                    const Vector3d& direction, double reach_m) {
-  const auto in = hull::reference_intervals(scene.silhouettes, {p, direction}, 0, reach_m);
-  if (in.empty() || !(in.back().leave < reach_m)) return std::nullopt;
+                                    const Vector3d& direction, double height_m) {
+  const auto in = hull::reference_intervals(scene.silhouettes, {p, direction}, 0, height_m);
+  if (in.empty() || !(in.back().leave < height_m)) return std::nullopt;
   return in.back().leave;
 }
 
-// The silhouettes that end the maps' hull there.
+// Returns whether the camera limits the hull of the maps at the case's exit.
 bool limits(const hull::HullQuery& query, const ResponseCase& c, std::size_t camera) {
-  const auto exit = collision::exit_from_base(query, c.cp_object_world_m, c.v_rec_world, c.reach_m);
+  const auto exit =
+      collision::exit_from_base(query, c.cp_object_world_m, c.v_rec_world, c.height_m);
   if (!exit) return false;
   const collision::HullNormal normal =
-      collision::closed_form_normal(query, {c.cp_object_world_m, c.v_rec_world, c.reach_m, *exit});
+      collision::closed_form_normal(query, {c.cp_object_world_m, c.v_rec_world, c.height_m, *exit});
   return std::any_of(normal.cameras.begin(), normal.cameras.end(),
                      [&](const hull::LimitingCamera& l) { return l.camera == int(camera); });
 }
 
-// From the exact way's end back into the hull of the true silhouettes, two pixels at most: beyond
-// that it is another part of it, as it is where another camera's silhouette ends it.
+// Searches the surface of the hull of the true silhouettes, from the exact exit at most two pixels
+// back along V_rec. Returns nullopt if it is farther, or if another camera limits it: it is then
+// another part of the hull.
 std::optional<ResponseCase::Surface> surface_at(const CollisionScene& scene,
                                                 const hull::HullQuery& query,
                                                 const ResponseCase& c) {
@@ -51,13 +53,13 @@ std::optional<ResponseCase::Surface> surface_at(const CollisionScene& scene,
   std::vector<geometry::Camera> cameras;
   for (const hull::Silhouette& s : scene.silhouettes) cameras.push_back(s.camera);
   constexpr double kStep_m = 1e-4;
-  const geometry::Ray way{c.cp_object_world_m, c.v_rec_world};
-  const double least_m =
+  const geometry::Ray ray{c.cp_object_world_m, c.v_rec_world};
+  const double min_m =
       c.d_rec_m -
-      2 * collision::pixel_footprint_m(query, way.origin_world_m + c.d_rec_m * way.direction_world);
-  for (double m = c.d_rec_m; m > least_m; m -= kStep_m)
+      2 * collision::pixel_footprint_m(query, ray.origin_world_m + c.d_rec_m * ray.direction_world);
+  for (double m = c.d_rec_m; m > min_m; m -= kStep_m)
     if (const auto exit =
-            analytic_exit(scene.real_objects, cameras, way, m,
+            analytic_exit(scene.real_objects, cameras, ray, m,
                           std::min(m + kStep_m, c.d_rec_m + collision::kMaxRounding_m)))
       return limits(query, c, exit->camera)
                  ? std::optional(ResponseCase::Surface{exit->camera, exit->normal_world})
@@ -65,13 +67,13 @@ std::optional<ResponseCase::Surface> surface_at(const CollisionScene& scene,
   return std::nullopt;
 }
 
-// Where the way leaves the mesh for good.
+// The last point at which the ray leaves the mesh.
 struct MeshExit {
   double distance_m;
   Vector3d normal_world;
 };
 std::optional<MeshExit> mesh_exit(const geometry::Mesh& mesh, const Vector3d& p,
-                                  const Vector3d& direction, double reach_m) {
+                                  const Vector3d& direction, double height_m) {
   MeshExit exit{-1, Vector3d::Zero()};
   for (const auto& [a, b, c] : mesh.triangles) {  // Moeller and Trumbore 1997
     const Vector3d ab = mesh.vertices_m[b] - mesh.vertices_m[a],
@@ -79,11 +81,13 @@ std::optional<MeshExit> mesh_exit(const geometry::Mesh& mesh, const Vector3d& p,
                    s = p - mesh.vertices_m[a];
     const double det = ab.dot(h), u = s.dot(h) / det, v = direction.dot(s.cross(ab)) / det,
                  t = ac.dot(s.cross(ab)) / det;
-    if (!(u >= 0 && v >= 0 && u + v <= 1 && t >= 0 && t < reach_m && t > exit.distance_m)) continue;
+    if (!(u >= 0 && v >= 0 && u + v <= 1 && t >= 0 && t < height_m && t > exit.distance_m))
+      continue;
     exit = {t, ab.cross(ac).normalized()};
   }
-  if (exit.distance_m < 0) return MeshExit{0, Vector3d::Zero()};     // p is not in it
-  if (!(exit.normal_world.dot(direction) > 0)) return std::nullopt;  // the base is in it
+  if (exit.distance_m < 0) return MeshExit{0, Vector3d::Zero()};  // p lies outside the mesh
+  if (!(exit.normal_world.dot(direction) > 0))
+    return std::nullopt;  // the base lies inside the mesh
   return exit;
 }
 
@@ -92,7 +96,7 @@ Quantiles quantiles(std::vector<double> values) {
           base::percentile(values, 1), values.size()};
 }
 
-struct Way {
+struct Exit {
   double d_rec_m;
   Vector3d cp_hull_world_m;
   std::optional<Vector3d> normal_world;
@@ -107,7 +111,7 @@ struct Responses::Work {
   hull::HullQuery query;
   baselines::RenderedResponse rendered{kPaper.window_px};
   std::vector<ResponseCase> cases;
-  std::map<std::string, ResponseErrors> errors;  // by kind of response
+  std::map<std::string, ResponseErrors> errors;  // by method of response
   std::optional<double> refit_ms;
   std::vector<Vector3d> centers_world_m;  // of the objects
 
@@ -117,24 +121,24 @@ struct Responses::Work {
     for (const SceneObject& object : of.objects) centers_world_m.push_back(center_world_m(object));
   }
 
-  // limiting: the camera whose normal is asked for, where more than one limit.
-  std::optional<Way> exact(const Vector3d& cp, const Vector3d& v_rec, double reach_m,
-                           std::optional<std::size_t> limiting) const {
-    const auto exit = collision::exit_from_base(query, cp, v_rec, reach_m);
+  // `limiting` selects the camera whose normal is returned if several cameras limit the hull.
+  std::optional<Exit> exact(const Vector3d& cp, const Vector3d& v_rec, double height_m,
+                            std::optional<std::size_t> limiting) const {
+    const auto exit = collision::exit_from_base(query, cp, v_rec, height_m);
     if (!exit) return std::nullopt;
-    Way way{exit->distance_m, cp + exit->distance_m * v_rec, std::nullopt};
+    Exit found{exit->distance_m, cp + exit->distance_m * v_rec, std::nullopt};
     const collision::HullNormal normal =
-        collision::closed_form_normal(query, {cp, v_rec, reach_m, *exit});
-    if (normal.status != collision::NormalStatus::defined) return way;
-    way.normal_world = normal.normal_world;
+        collision::closed_form_normal(query, {cp, v_rec, height_m, *exit});
+    if (normal.status != collision::NormalStatus::defined) return found;
+    found.normal_world = normal.normal_world;
     for (const hull::LimitingCamera& c : normal.cameras)
-      if (limiting && c.camera == int(*limiting)) way.normal_world = c.normal_world;
-    return way;
+      if (limiting && c.camera == int(*limiting)) found.normal_world = c.normal_world;
+    return found;
   }
-  std::optional<Way> by_window(const Vector3d& cp, const Vector3d& v_rec, double reach_m) {
-    const auto exit = rendered.respond(cp, v_rec, reach_m, kPaper.apex_angle_rad);
+  std::optional<Exit> by_window(const Vector3d& cp, const Vector3d& v_rec, double height_m) {
+    const auto exit = rendered.respond(cp, v_rec, height_m, kPaper.apex_angle_rad);
     if (!exit) return std::nullopt;
-    return Way{exit->d_rec_m, exit->cp_hull_world_m, exit->normal_world};
+    return Exit{exit->d_rec_m, exit->cp_hull_world_m, exit->normal_world};
   }
 
   template <class Respond>
@@ -142,16 +146,17 @@ struct Responses::Work {
     ResponseErrors e{.cases = cases.size()};
     std::vector<double> cp_hull_mm, d_rec_mm, n_hull_deg;
     for (const ResponseCase& c : cases) {
-      const std::optional<Way> way = respond(c);
-      if (!way) {
+      const std::optional<Exit> exit = respond(c);
+      if (!exit) {
         ++e.no_exit;
         continue;
       }
       cp_hull_mm.push_back(
-          1000 * (way->cp_hull_world_m - (c.cp_object_world_m + c.d_rec_m * c.v_rec_world)).norm());
-      d_rec_mm.push_back(1000 * std::abs(way->d_rec_m - c.d_rec_m));
-      if (c.surface && way->normal_world)
-        n_hull_deg.push_back(angle_deg(*way->normal_world, c.surface->normal_world));
+          1000 *
+          (exit->cp_hull_world_m - (c.cp_object_world_m + c.d_rec_m * c.v_rec_world)).norm());
+      d_rec_mm.push_back(1000 * std::abs(exit->d_rec_m - c.d_rec_m));
+      if (c.surface && exit->normal_world)
+        n_hull_deg.push_back(angle_deg(*exit->normal_world, c.surface->normal_world));
     }
     e.cp_hull_mm = quantiles(cp_hull_mm), e.d_rec_mm = quantiles(d_rec_mm),
     e.n_hull_deg = quantiles(n_hull_deg);
@@ -159,21 +164,21 @@ struct Responses::Work {
   }
 
   ResponseErrors errors_of_polygons(double cell_m) const {
-    // As the method has them, and as far around as the ways lead.
-    Eigen::AlignedBox3d around;
-    for (const ResponseCase& c : cases) around.extend(c.cp_object_world_m);
+    // The polygons of the method, within a margin that contains every exit.
+    Eigen::AlignedBox3d bounds;
+    for (const ResponseCase& c : cases) bounds.extend(c.cp_object_world_m);
     const Vector3d margin_m = Vector3d::Constant(kPaper.height_m + 2 * cell_m);
     const Eigen::AlignedBox3d volume =
-        scene.volume_world_m.intersection({around.min() - margin_m, around.max() + margin_m});
+        scene.volume_world_m.intersection({bounds.min() - margin_m, bounds.max() + margin_m});
     baselines::HullPolygons polygons(cell_m);
     const geometry::Mesh& mesh =
         cases.empty() ? geometry::Mesh{} : polygons.polygonise(query, volume);
-    return errors_of([&](const ResponseCase& c) -> std::optional<Way> {
-      const auto exit = mesh_exit(mesh, c.cp_object_world_m, c.v_rec_world, c.reach_m);
+    return errors_of([&](const ResponseCase& c) -> std::optional<Exit> {
+      const auto exit = mesh_exit(mesh, c.cp_object_world_m, c.v_rec_world, c.height_m);
       if (!exit) return std::nullopt;
       std::optional<Vector3d> normal;
       if (exit->normal_world.squaredNorm() > 0) normal = exit->normal_world;
-      return Way{exit->distance_m, c.cp_object_world_m + exit->distance_m * c.v_rec_world, normal};
+      return Exit{exit->distance_m, c.cp_object_world_m + exit->distance_m * c.v_rec_world, normal};
     });
   }
 
@@ -204,10 +209,10 @@ std::vector<ResponseCase> response_cases(const CollisionScene& scene) {
   collision::CpuDetection detection;
   const auto found = detection.detect(query, objects);
   std::vector<ResponseCase> cases;
-  const auto add = [&](const Vector3d& cp, const Vector3d& direction, double reach_m) {
-    const auto d_rec_m = exact_d_rec_m(scene, cp, direction, reach_m);
+  const auto add = [&](const Vector3d& cp, const Vector3d& direction, double height_m) {
+    const auto d_rec_m = exact_d_rec_m(scene, cp, direction, height_m);
     if (!d_rec_m) return;
-    cases.push_back({cp, direction, reach_m, *d_rec_m, {}});
+    cases.push_back({cp, direction, height_m, *d_rec_m, {}});
     cases.back().surface = surface_at(scene, query, cases.back());
   };
   std::vector<std::pair<std::size_t, collision::CollisionPoint>> all;
@@ -221,7 +226,7 @@ std::vector<ResponseCase> response_cases(const CollisionScene& scene) {
       add(cp, to_center_m.normalized(), std::min(kPaper.height_m, to_center_m.norm()));
   }
   std::mt19937 random(4);
-  for (std::size_t i = 0; i < std::min(kDrawn, all.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(kSeededCases, all.size()); ++i) {
     std::swap(all[i], all[i + random() % (all.size() - i)]);
     const auto& [o, p] = all[i];
     const collision::Triangle& t = scene.objects_world_m[o][p.triangle];
@@ -251,16 +256,16 @@ std::optional<double> Responses::frame_ms(const Method& method,
       const collision::CollisionPoint& cp =
           collision::cp_object(work_->query, found[o].points, center);
       const collision::Triangle& t = work_->scene.objects_world_m[o][cp.triangle];
-      // Where the centre is in the hull, or is CP_obj, the simulation has to give a direction: the
-      // triangle's normal.
+      // If the center is inside the hull, the simulation must provide a direction. The benchmark
+      // uses the triangle's normal.
       const bool by_default = !work_->query.contains(center);
       const Vector3d to_m =
           by_default ? Vector3d(center - cp.p_world_m) : Vector3d((t[1] - t[0]).cross(t[2] - t[0]));
-      const double reach_m = by_default ? std::min(kPaper.height_m, to_m.norm()) : kPaper.height_m;
+      const double height_m = by_default ? std::min(kPaper.height_m, to_m.norm()) : kPaper.height_m;
       if (paper)
-        work_->by_window(cp.p_world_m, to_m.normalized(), reach_m);
+        work_->by_window(cp.p_world_m, to_m.normalized(), height_m);
       else
-        work_->exact(cp.p_world_m, to_m.normalized(), reach_m, std::nullopt);
+        work_->exact(cp.p_world_m, to_m.normalized(), height_m, std::nullopt);
     }
   });
   if (!points || method.name.ends_with("verdict")) return std::nullopt;
@@ -275,13 +280,13 @@ std::optional<ResponseErrors> Responses::errors(const Method& method) {
   if (!first) return at->second;
   if (paper)
     at->second = work_->errors_of([&](const ResponseCase& c) {
-      return work_->by_window(c.cp_object_world_m, c.v_rec_world, c.reach_m);
+      return work_->by_window(c.cp_object_world_m, c.v_rec_world, c.height_m);
     });
   else if (fcl)
     at->second = work_->errors_of_polygons(1e-3 * std::atof(method.setting.c_str()));
   else
     at->second = work_->errors_of([&](const ResponseCase& c) {
-      return work_->exact(c.cp_object_world_m, c.v_rec_world, c.reach_m,
+      return work_->exact(c.cp_object_world_m, c.v_rec_world, c.height_m,
                           c.surface ? std::optional(c.surface->camera) : std::nullopt);
     });
   return at->second;

@@ -1,5 +1,5 @@
-// The response's speed and error, for the same CP_obj and V_rec by each way to find it: exact rays,
-// the paper's window, the polygonised hull.
+// Time and error of the response for the same CP_obj and V_rec, by three methods: exact rays, the
+// paper's window, and the polygonised hull.
 #pragma once
 #include <map>
 #include <memory>
@@ -12,21 +12,22 @@
 
 namespace fivepipe::collision_bench {
 
-// A way out, and what is true of it.
+// A recovery direction and its true exit from the hull.
 struct ResponseCase {
   Eigen::Vector3d cp_object_world_m, v_rec_world;  // unit length
-  double reach_m;                                  // height of ABC
+  double height_m;                                 // of the triangle ABC: the longest search
   double d_rec_m;  // by the exact reference: each camera's epipolar line, pixel by pixel
   struct Surface {
-    std::size_t camera;  // that limits
+    std::size_t camera;  // the limiting camera
     Eigen::Vector3d normal_world;
   };
-  std::optional<Surface> surface;  // of the hull of the true silhouettes, where the scene has such
-                                   // and the same camera's ends both hulls near CP_hull
+  // Of the hull of the true silhouettes. Empty if the scene has none, or if different cameras limit
+  // the two hulls near CP_hull.
+  std::optional<Surface> surface;
 };
-// For each colliding object the default: the farthest CP_i, towards the object's centre. And sixty
-// CP_i drawn by seed, along their triangles' normals, towards the side that is nearer. Those that
-// have a way out, by the exact reference, within 5 cm.
+// For each colliding object the default case: the farthest CP_i, towards the object's center. Then
+// sixty seeded CP_i, along their triangles' normals, towards the nearer side. Keeps the cases that
+// have an exit within 5 cm, by the exact reference.
 std::vector<ResponseCase> response_cases(const CollisionScene& scene);
 
 struct Quantiles {
@@ -34,7 +35,7 @@ struct Quantiles {
   std::size_t count = 0;
 };
 struct ResponseErrors {
-  std::size_t cases = 0, no_exit = 0;  // no_way: the method finds none, where there is one
+  std::size_t cases = 0, no_exit = 0;  // no_exit: the method finds none
   Quantiles cp_hull_mm = {}, d_rec_mm = {}, n_hull_deg = {};
 };
 
@@ -44,16 +45,16 @@ class Responses {
   explicit Responses(const CollisionScene& scene);
   ~Responses();
 
-  // Milliseconds for the response of each colliding object, CP_obj chosen among what the method
-  // found: CP_hull, D_rec, N_hull; on one thread but for OpenGL's. Without the query after the move
-  // that says whether it was recovered: that is a detection again. Nothing where the method has no
-  // points, or no response but a plain loop over triangles (fcl).
+  // Returns the time in ms of the responses (CP_obj among the method's points, CP_hull, D_rec and
+  // N_hull) of all colliding objects, on one thread except for OpenGL. It omits the query after the
+  // move that verifies the recovery, because that is another detection. nullopt if the method
+  // returns no points, and for fcl, whose response is a plain loop over triangles.
   std::optional<double> frame_ms(const Method& method,
                                  std::span<const collision::ObjectCollision> found);
-  // Nothing for methods without points.
+  // nullopt if the method returns no points.
   std::optional<ResponseErrors> errors(const Method& method);
-  // Of the trees of objects that deform; a part of the query of methods that have them. Nothing
-  // where it is not told apart.
+  // Returns the time in ms to refit the trees of deforming objects, which is part of the query of
+  // methods with such trees. nullopt if it is not measured separately (fcl).
   std::optional<double> refit_ms(const Method& method);
 
  private:

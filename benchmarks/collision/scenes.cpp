@@ -21,8 +21,8 @@ std::vector<hull::Capsule> moved(std::vector<hull::Capsule> capsules, const Isom
   return capsules;
 }
 
-// The hand of the hull's benchmark with its wrist at p, after a rotation about it. Before: fingers
-// along x, palm down.
+// The hand of the hull benchmark, rotated about its wrist and moved to p. Unrotated, the fingers
+// point along x and the palm down.
 std::vector<hull::Capsule> hand_at(const Vector3d& p_world_m, const Eigen::Quaterniond& rotation) {
   return moved(hull_bench::hand_and_forearm(),
                Translation3d(p_world_m) * Isometry3d(rotation) * Translation3d(0, 0, -0.1));
@@ -34,7 +34,8 @@ SceneObject rigid(geometry::Mesh mesh, const Isometry3d& pose) {
 Isometry3d at(double x_m, double y_m, double z_m) {
   return Isometry3d(Translation3d(x_m, y_m, z_m));
 }
-// A curtain laid down: its width along x, its height along y, its folds along z; centred.
+// The pose of a curtain laid flat and centered: its width along x, its height along y, its folds
+// along z.
 Isometry3d laid(double height_m, double z_m) {
   return Translation3d(0, -0.5 * height_m, z_m) *
          Isometry3d(AngleAxisd(90 * kRadians, Vector3d::UnitX()));
@@ -80,7 +81,7 @@ std::vector<geometry::Camera> table_cameras() {
 }
 
 CollisionScene curtain720() {
-  // The back of the hand leads; up along the curtain and a little across.
+  // The back of the hand faces the curtain; the hand points up along it and slightly across.
   const Eigen::Quaterniond rotation =
       AngleAxisd(60 * kRadians, -Vector3d::UnitY()) *
       Eigen::Quaterniond(AngleAxisd(90 * kRadians, Vector3d::UnitX()));
@@ -128,8 +129,8 @@ CollisionScene full() {
   std::vector<hull::Capsule> fingers;
   for (const collision::Triangle& t :
        collision::world_triangles(plate.mesh, plate.world_from_mesh)) {
-    const Vector3d middle = (t[0] + t[1] + t[2]) / 3;
-    fingers.push_back({middle - Vector3d(0, 0, 0.01), middle + Vector3d(0, 0, 0.01), 0.008});
+    const Vector3d center = (t[0] + t[1] + t[2]) / 3;
+    fingers.push_back({center - Vector3d(0, 0, 0.01), center + Vector3d(0, 0, 0.01), 0.008});
   }
   return scene_of("full", std::move(fingers), table_cameras(), {plate});
 }
@@ -142,25 +143,20 @@ CollisionScene thin() {
          geometry::look_at(geometry::camera_center_world_m(c), {0, 0, kPlate_m})};
   std::vector<hull::Capsule> fingers;
   for (int i = 0; i < 12; ++i) {
-    const Vector3d middle(-0.075 + 0.053 * (i % 4), -0.07 + 0.071 * (i / 4), kPlate_m),
+    const Vector3d center(-0.075 + 0.053 * (i % 4), -0.07 + 0.071 * (i / 4), kPlate_m),
         half_m(0.002 * i, 0.01, 0.03);
-    fingers.push_back({middle - half_m, middle + half_m, 0.001});
+    fingers.push_back({center - half_m, center + half_m, 0.001});
   }
   return scene_of(
       "thin", std::move(fingers), cameras,
       {rigid(geometry::curtain_mesh(kSide_m, kSide_m, 10, 10, 0, 0), laid(kSide_m, kPlate_m))});
 }
 
-std::vector<CollisionScene> synthetic_scenes() {
-  return {curtain720(), blocks(), payload(), dense(), full(), thin()};
-}
-
 CollisionScene real_scene(const std::filesystem::path& folder) {
   const hull_bench::HullScene maps = hull_bench::real_scene(folder);
   if (maps.name != "seated4cam")
-    throw std::runtime_error(
-        folder.string() +
-        ": no chairs and table stand in maps of this name; they do in seated4cam");
+    throw std::runtime_error(folder.string() +
+                             ": the collision benchmark has virtual objects for seated4cam only");
   CollisionScene scene =
       scene_of("real", {}, {},
                {rigid(chair_mesh(), at(0.35, 0.45, 0)), rigid(chair_mesh(), at(1.1, 0.5, 0)),

@@ -18,13 +18,13 @@ Isometry3d turned(const Isometry3d& pose, double angle_rad, const Vector3d& axis
 }
 constexpr double kQuarter_rad = std::numbers::pi / 2;
 
-void append_box(geometry::Mesh& assembly, const Vector3d& least_m, const Vector3d& greatest_m) {
-  append(assembly, geometry::box_mesh(greatest_m - least_m),
-         Isometry3d(Eigen::Translation3d(0.5 * (least_m + greatest_m))));
+void append_box(geometry::Mesh& assembly, const Vector3d& min_m, const Vector3d& max_m) {
+  append(assembly, geometry::box_mesh(max_m - min_m),
+         Isometry3d(Eigen::Translation3d(0.5 * (min_m + max_m))));
 }
 
-// A convex or L-shaped outline, counter-clockwise, drawn along z; caps by a fan from its first
-// corner.
+// Extrudes a convex or L-shaped, counter-clockwise outline along z, centered. The caps are fans
+// from the outline's first corner.
 geometry::Mesh prism(const std::vector<Eigen::Vector2d>& outline_m, double length_m) {
   geometry::Mesh mesh;
   const std::uint32_t n = std::uint32_t(outline_m.size());
@@ -47,7 +47,7 @@ void append_optics(geometry::Mesh& payload) {
   append(payload, tube_mesh(0.098, 0.083, 0.02, 300), at(-0.08, 0.02, 0.43));
   append(payload, geometry::sphere_mesh(0.055, 4), at(-0.08, 0.02, 0.25));
   append(payload, tube_mesh(0.035, 0.031, 0.18, 150),
-         turned(at(0.12, 0.05, 0.17), kQuarter_rad, Vector3d::UnitX()));  // photomultiplier's tubes
+         turned(at(0.12, 0.05, 0.17), kQuarter_rad, Vector3d::UnitX()));  // photomultiplier tubes
   append(payload, tube_mesh(0.035, 0.031, 0.18, 150),
          turned(at(0.20, 0.05, 0.17), kQuarter_rad, Vector3d::UnitX()));
   for (const double x_m : {0.12, 0.20})
@@ -81,7 +81,7 @@ geometry::Mesh tube_mesh(double radius_m, double inner_radius_m, double length_m
     for (auto& corner : circle) corner *= radius_m;
     return prism(circle, length_m);
   }
-  geometry::Mesh mesh;  // four rings: outer below and above, inner above and below
+  geometry::Mesh mesh;  // four rings: outer bottom, outer top, inner top, inner bottom
   const double radii_m[] = {radius_m, radius_m, inner_radius_m, inner_radius_m},
                ends[] = {-0.5, 0.5, 0.5, -0.5};
   for (int ring = 0; ring < 4; ++ring)
@@ -102,7 +102,7 @@ geometry::Mesh tube_mesh(double radius_m, double inner_radius_m, double length_m
 }
 
 geometry::Mesh bracket_mesh(double leg_m, double thickness_m, double length_m) {
-  // The first corner is the inner one, from which a fan stays inside the L.
+  // The first corner is the inner one; a fan from it stays inside the L.
   return prism({{thickness_m, thickness_m},
                 {thickness_m, leg_m},
                 {0, leg_m},
@@ -145,8 +145,8 @@ geometry::Mesh payload_mesh(std::size_t triangles) {
   append_frame(payload);
   append_optics(payload);
   const geometry::Mesh bolt = tube_mesh(0.003, 0, 0.008, 12);
-  std::mt19937 random(
-      4);  // its numbers are the same everywhere; those of the distributions are not
+  // The engine returns the same numbers everywhere; the standard distributions do not.
+  std::mt19937 random(4);
   const auto between = [&](double low, double high) {
     return low + (high - low) * double(random()) / double(std::mt19937::max());
   };

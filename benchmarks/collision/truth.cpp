@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Asked {
+struct TriangleIndex {
   std::size_t object, triangle;
 };
 
@@ -22,7 +22,8 @@ struct Ball {
   double radius_m;
 };
 
-// About the middle of the longest edge or the centroid, whichever is smaller.
+// Returns the smallest ball around the triangle among those centered on its centroid and its edges'
+// midpoints.
 Ball ball_around(const collision::Triangle& t) {
   Ball smallest{{}, std::numeric_limits<double>::infinity()};
   for (const Vector3d& c : {Vector3d((t[0] + t[1] + t[2]) / 3), Vector3d(0.5 * (t[0] + t[1])),
@@ -33,36 +34,36 @@ Ball ball_around(const collision::Triangle& t) {
   return smallest;
 }
 
-// Less deep than this is rounding.
+// Smaller depths may be rounding errors.
 constexpr double kRounding_m = 1e-9;
 
 }  // namespace
 
-Truth exact_truth(const CollisionScene& scene, std::size_t most, base::WorkerPool& pool) {
+Truth exact_truth(const CollisionScene& scene, std::size_t max_tests, base::WorkerPool& pool) {
   hull::CpuHull hull(pool, scene.silhouettes);
   const hull::HullQuery query(hull);
   const collision::HullDistance distance(scene.silhouettes);
   Truth truth;
-  std::vector<Asked> asked;
+  std::vector<TriangleIndex> open;
   for (std::size_t o = 0; o < scene.objects_world_m.size(); ++o) {
     truth.emplace_back(scene.objects_world_m[o].size());
     for (std::size_t i = 0; i < truth[o].size(); ++i) {
       const Ball ball = ball_around(scene.objects_world_m[o][i]);
       const double free_m = query.free_radius_m(ball.center_world_m);
       truth[o][i].near = !(free_m >= ball.radius_m + kNear_m);
-      if (!(free_m > ball.radius_m)) asked.push_back({o, i});
+      if (!(free_m > ball.radius_m)) open.push_back({o, i});
     }
   }
   std::mt19937 random(1);
-  for (std::size_t i = 0; i < asked.size() && asked.size() > most; ++i)
-    std::swap(asked[i], asked[i + random() % (asked.size() - i)]);
-  for (std::size_t i = most; i < asked.size(); ++i)
-    truth[asked[i].object][asked[i].triangle].known = false;
-  asked.resize(std::min(most, asked.size()));
-  pool.run(int(asked.size()), [&](int i, int) {
-    TriangleTruth& t = truth[asked[i].object][asked[i].triangle];
+  for (std::size_t i = 0; i < open.size() && open.size() > max_tests; ++i)
+    std::swap(open[i], open[i + random() % (open.size() - i)]);
+  for (std::size_t i = max_tests; i < open.size(); ++i)
+    truth[open[i].object][open[i].triangle].known = false;
+  open.resize(std::min(max_tests, open.size()));
+  pool.run(int(open.size()), [&](int i, int) {
+    TriangleTruth& t = truth[open[i].object][open[i].triangle];
     const collision::TriangleTruth exact = collision::triangle_truth(
-        distance, scene.objects_world_m[asked[i].object][asked[i].triangle]);
+        distance, scene.objects_world_m[open[i].object][open[i].triangle]);
     t.crosses = exact.deepest_m > kRounding_m;
     t.leaves = !exact.inside;
     t.deepest_m = exact.deepest_m;
@@ -83,15 +84,15 @@ TruthCounts counts_of(const Truth& truth) {
   return counts;
 }
 
-VerdictErrors wrong_of(const std::vector<collision::ObjectCollision>& said, const Truth& truth,
+VerdictErrors wrong_of(const std::vector<collision::ObjectCollision>& found, const Truth& truth,
                        const CollisionScene& scene) {
   VerdictErrors wrong;
   for (std::size_t o = 0; o < truth.size(); ++o) {
     std::vector<char> colliding(truth[o].size()), undecided(truth[o].size()),
         proven(truth[o].size());
-    for (const std::uint32_t i : said[o].triangles) colliding[i] = true;
-    for (const std::uint32_t i : said[o].undecided) undecided[i] = true;
-    for (const collision::CollisionPoint& p : said[o].points)
+    for (const std::uint32_t i : found[o].triangles) colliding[i] = true;
+    for (const std::uint32_t i : found[o].undecided) undecided[i] = true;
+    for (const collision::CollisionPoint& p : found[o].points)
       if (!proven[p.triangle]) proven[p.triangle] = hull::in_hull(scene.silhouettes, p.p_world_m);
     for (std::size_t i = 0; i < truth[o].size(); ++i) {
       const TriangleTruth& t = truth[o][i];

@@ -1,9 +1,10 @@
-// fivepipe bench hull: how fast, and how right, the hull's depth is from a novel viewpoint: ours
-// and what could be picked instead.
+// fivepipe bench hull: time and error of the hull's depth from a novel viewpoint, of fivepipe's
+// backends and of the baselines.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
-#include <optional>
+#include <iostream>
 
 #include "benchmarks/hull/hull_report.h"
 #include "benchmarks/hull/methods.h"
@@ -41,7 +42,7 @@ std::vector<Result> measure(const HullScene& scene, const Size& size,
   std::vector<float> by_cpu(depths.front().size());
   cpu_method(1).depth(scene, view, by_cpu);
   const int surface_rays =
-      scene.silhouettes.size() <= 4 ? 200 : 0;  // dear: many cameras' true silhouettes
+      scene.silhouettes.size() <= 4 ? 200 : 0;  // true silhouettes of many cameras take long
   const Truth truth(scene, view, by_cpu, rays, surface_rays);
   for (std::size_t m = 0; m < methods.size(); ++m) {
     Result& r = results[m];
@@ -61,25 +62,25 @@ std::vector<Result> measure(const HullScene& scene, const Size& size,
   return results;
 }
 
-class Suite {
+class HullBenchmark {
  public:
-  explicit Suite(const bench::Args& args) : args_(args) {
-    context_.emplace();
-    std::printf("%s\n", base::machine_line(context_->renderer()).c_str());
+  explicit HullBenchmark(const bench::Args& args) : args_(args) {
+    std::cout << base::machine_line(context_.renderer()) << std::endl;
   }
 
   void run() {
     std::vector<HullScene> scenes = synthetic_scenes();
     for (const std::string& folder : args_.maps)
-      scenes.push_back(real_scene(folder));  // what is wrong with one is said at once
+      scenes.push_back(real_scene(folder));  // throws before the measurements start
     for (const HullScene& scene : scenes) run_scene(scene, sizes_of(scene));
     if (args_.maps.empty())
-      std::puts("seated4cam, balance4cam: skipped, no --maps FOLDER (made by `fivepipe maps`)");
+      std::cout << "seated4cam, balance4cam: skipped; write their maps with `fivepipe maps` and "
+                   "pass --maps FOLDER\n";
     if (!args_.quick) run_series();
-    std::puts("");
+    std::cout << '\n';
     print(results_);
     print_ratios(results_);
-    leave_files();
+    write_files();
   }
 
  private:
@@ -114,7 +115,7 @@ class Suite {
     }
   }
 
-  // Cost against cameras, view size and coverage.
+  // Time against the number of cameras, the view's size and its coverage.
   void run_series() {
     const std::vector<Method> methods{cpu_method(args_.threads), image_based_method(args_.threads)};
     for (const int cameras : {4, 8, 16, 32, 64})
@@ -129,13 +130,12 @@ class Suite {
 
   void add(const HullScene& scene, const Size& size, std::vector<Method> methods) {
     std::erase_if(methods, [&](const Method& m) {
-      return !m.takes(scene) || (m.name + "/" + scene.name).find(args_.only) == std::string::npos;
+      return !m.supports(scene) ||
+             (m.name + "/" + scene.name).find(args_.only) == std::string::npos;
     });
     if (methods.empty()) return;
-    std::fprintf(
-        stderr, "\r%-40s",
-        (scene.name + " " + std::to_string(size.width_px) + "x" + std::to_string(size.height_px))
-            .c_str());
+    std::cerr << fmt::format("\r{:<40}",
+                             fmt::format("{} {}x{}", scene.name, size.width_px, size.height_px));
     const base::Budget budget = args_.quick  ? base::Budget{3, 1, 0.05}
                                 : args_.full ? base::Budget{101, 5, 4.0}
                                              : base::Budget{31, 3, 1.0};
@@ -146,41 +146,41 @@ class Suite {
       results_.push_back(std::move(r));
   }
 
-  void leave_files() const {
-    std::fputs("\r", stderr);
-    if (!args_.json_file.empty())
-      base::write_file(args_.json_file, json_of(results_, context_->renderer()));
+  void write_files() const {
+    std::cerr << '\r';
+    if (!args_.json_file.empty()) write_json(args_.json_file, results_, context_.renderer());
     if (!args_.plot_file.empty() && !plot(results_, args_.plot_file))
-      std::fprintf(stderr, "no gnuplot here: its script and numbers are beside %s\n",
-                   args_.plot_file.c_str());
+      std::cerr << "cannot run gnuplot; its script and data are beside " << args_.plot_file << '\n';
   }
 
   bench::Args args_;
-  std::optional<gl::GlContext> context_;
+  gl::GlContext context_;
   std::vector<Result> results_;
 };
 
-constexpr const char* kHelp =
-    "fivepipe bench hull [--json FILE] [--plot FILE.png|.svg] [--maps FOLDER]... [--threads N] "
-    "[--only TEXT] [--full | --quick]\n"
-    "Time and error of the visual hull's depth from a novel viewpoint, everything from packed maps "
-    "to depth: backends cpu and gl; the paper's stencil\n"
-    "sweep on OpenGL and the same planes on the CPU; image-based visual hulls; voxel carving. Some "
-    "three minutes.\n"
-    "  --maps FOLDER  real maps as well: a folder that `fivepipe maps` made, named seated4cam or "
-    "balance4cam\n"
-    "  --threads N    of each method (2); cpu and ibvh on one thread as well\n"
-    "  --only TEXT    results whose method/scene has this in it: --only cpu/, --only /hand4\n"
-    "  --full         the whole matrix: every scene at 320x240, 640x480 and 1920x1080, more planes "
-    "and voxels, more runs\n"
-    "  --quick        that it runs at all\n"
-    "Example: fivepipe bench hull --json out/hull.json --plot out/hull.png\n";
+constexpr bench::Suite kSuite{
+    .name = "hull",
+    .description =
+        "Measures time and error of the visual hull's depth from a novel viewpoint, from packed "
+        "maps to depth.\n"
+        "Methods: backends cpu and gl; the paper's plane sweep on OpenGL and on the CPU; "
+        "image-based visual hulls (ibvh); voxel carving.\n"
+        "The default run takes about three minutes.",
+    .example = "fivepipe bench hull --json out/hull.json --plot out/hull.png",
+    .plot_help = "plot to this file (.png or .svg) with gnuplot",
+    .maps_help =
+        "also measure real maps: a folder written by `fivepipe maps`, named seated4cam or "
+        "balance4cam (repeatable)",
+    .only_help = "run only results whose METHOD/SCENE contains this text: cpu/, /hand4",
+    .full_help =
+        "run every scene at 320x240, 640x480 and 1920x1080, with more planes, voxel sizes "
+        "and runs"};
 
 }  // namespace
 }  // namespace fivepipe::hull_bench
 
 int main(int argc, char** argv) {
   using namespace fivepipe;
-  return bench::run_suite("hull", hull_bench::kHelp, argc, argv,
-                          [](const bench::Args& args) { hull_bench::Suite(args).run(); });
+  return bench::run_suite(hull_bench::kSuite, argc, argv,
+                          [](const bench::Args& args) { hull_bench::HullBenchmark(args).run(); });
 }

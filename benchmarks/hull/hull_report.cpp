@@ -1,26 +1,80 @@
 #include "benchmarks/hull/hull_report.h"
 
-#include <algorithm>
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <cstring>
-#include <sstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "common/base/result_file.h"
+#include "common/base/text_table.h"
 #include "common/base/timing.h"
 
 namespace fivepipe::hull_bench {
 namespace {
 
-double best(const Result& r) { return base::percentile(r.time_ms, 0); }
+using base::percentile;
+using base::with_decimals;
+using nlohmann::ordered_json;
+
+double best_ms(const Result& r) { return percentile(r.time_ms, 0); }
+
+ordered_json json_of(const Result& r) {
+  const Errors& e = r.errors;
+  return {{"name", r.name()},
+          {"time_ms", base::times_json(r.time_ms)},
+          {"error",
+           {{"depth_mean_mm", base::mean(e.depth_mm)},
+            {"depth_median_mm", percentile(e.depth_mm, 0.5)},
+            {"depth_p99_mm", percentile(e.depth_mm, 0.99)},
+            {"depth_p999_mm", percentile(e.depth_mm, 0.999)},
+            {"depth_max_mm", percentile(e.depth_mm, 1)},
+            {"depth_any_piece_p99_mm", percentile(e.all_mm, 0.99)},
+            {"other_depth_relative", e.other_depth},
+            {"surface_median_mm", percentile(e.surface_mm, 0.5)},
+            {"surface_p95_mm", percentile(e.surface_mm, 0.95)},
+            {"pixel_footprint_mm", r.footprint_mm}}},
+          {"counts",
+           {{"cameras", r.cameras},
+            {"hits", r.hits},
+            {"reference_rays", e.rays},
+            {"reference_hits", e.reference_hits},
+            {"wrong_hits", e.wrong_hits},
+            {"wrong_misses", e.wrong_misses},
+            {"wrong_pieces", e.wrong_pieces},
+            {"other_pixels", e.other_pixels},
+            {"maps_covered_percent", 100 * r.maps_covered}}},
+          {"checksum", fmt::format("{:x}", r.checksum)}};
+}
+
+struct Baseline {
+  std::string prefix;  // of its methods' names
+  bool only_fair;      // only settings with a mean error of at most kFairError_mm
+};
+
+// Returns the fastest setting of a baseline for the view and threads of `ours`, or nullptr.
+const Result* fastest(const std::vector<Result>& results, const Baseline& baseline,
+                      const Result& ours) {
+  const Result* fastest = nullptr;
+  for (const Result& r : results) {
+    const bool of_baseline =
+        baseline.prefix == "gl" ? r.method == "gl" : r.method.starts_with(baseline.prefix);
+    if (!of_baseline || r.scene != ours.scene || r.width_px != ours.width_px ||
+        r.threads != ours.threads)
+      continue;
+    if (baseline.only_fair && base::mean(r.errors.depth_mm) > kFairError_mm) continue;
+    if (!fastest || best_ms(r) < best_ms(*fastest)) fastest = &r;
+  }
+  return fastest;
+}
 
 }  // namespace
 
 std::string Result::name() const {
-  return method + "/" + scene + "/" + std::to_string(width_px) + "x" + std::to_string(height_px) +
-         "/" + std::to_string(threads);
+  return fmt::format("{}/{}/{}x{}/{}", method, scene, width_px, height_px, threads);
 }
 
-std::uint64_t checksum(std::span<const float> depths) {  // FNV-1a over the bits
+std::uint64_t checksum(std::span<const float> depths) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const float d : depths) {
     std::uint32_t bits;
@@ -32,94 +86,77 @@ std::uint64_t checksum(std::span<const float> depths) {  // FNV-1a over the bits
 }
 
 void print(const std::vector<Result>& results) {
-  std::printf("%-34s %8s %8s %8s %4s | %9s %9s %9s %9s %9s %5s %5s %6s %6s | %8s %8s\n",
-              "method/scene/view/threads", "ms best", "median", "p99", "runs", "mm mean", "median",
-              "p99", "p99.9", "max", "+hit", "-hit", "-piece", "other", "surface", "footpr.");
+  base::TextTable table({{"method/scene/view/threads"},
+                         {"ms best", true},
+                         {"median", true},
+                         {"p99", true},
+                         {"runs", true},
+                         {"mm mean", true},
+                         {"median", true},
+                         {"p99", true},
+                         {"p99.9", true},
+                         {"max", true},
+                         {"+hit", true},
+                         {"-hit", true},
+                         {"-piece", true},
+                         {"other", true},
+                         {"surface", true},
+                         {"footpr.", true}});
   for (const Result& r : results) {
     const Errors& e = r.errors;
-    std::printf(
-        "%-34s %8.3f %8.3f %8.3f %4zu | %9.5f %9.5f %9.5f %9.5f %9.5f %5d %5d %6d %6d | %8.3f "
-        "%8.3f\n",
-        r.name().c_str(), best(r), base::percentile(r.time_ms, 0.5),
-        base::percentile(r.time_ms, 0.99), r.time_ms.size(), base::mean(e.depth_mm),
-        base::percentile(e.depth_mm, 0.5), base::percentile(e.depth_mm, 0.99),
-        base::percentile(e.depth_mm, 0.999), base::percentile(e.depth_mm, 1), e.wrong_hits,
-        e.wrong_misses, e.wrong_pieces, e.other_pixels, base::percentile(e.surface_mm, 0.5),
-        r.footprint_mm);
+    std::vector<std::string> cells{
+        r.name(), with_decimals(best_ms(r), 3), with_decimals(percentile(r.time_ms, 0.5), 3),
+        with_decimals(percentile(r.time_ms, 0.99), 3), std::to_string(r.time_ms.size())};
+    cells.push_back(with_decimals(base::mean(e.depth_mm), 5));
+    for (const double p : {0.5, 0.99, 0.999, 1.0})
+      cells.push_back(with_decimals(percentile(e.depth_mm, p), 5));
+    for (const int count : {e.wrong_hits, e.wrong_misses, e.wrong_pieces, e.other_pixels})
+      cells.push_back(std::to_string(count));
+    cells.push_back(with_decimals(percentile(e.surface_mm, 0.5), 3));
+    cells.push_back(with_decimals(r.footprint_mm, 3));
+    table.add(std::move(cells));
   }
-  std::puts(
-      "mm: depth against the exact hull of the same maps, by the independent reference on seeded "
-      "rays; +hit -hit: rays that hit or miss wrongly; -piece: rays that pass\n"
-      "through the hull's first piece and hit one further behind (in none of the figures); other: "
-      "pixels of the whole view with another verdict than backend cpu's (exact\n"
-      "methods); surface: median against the hull of the true silhouettes, beside the width of a "
-      "map's pixel at the object. Everything from packed maps to depth is timed.");
+  std::cout << table.text()
+            << "ms: everything from packed maps to depth.\n"
+               "mm: depth error against the exact hull of the same maps; the reference intersects "
+               "seeded rays.\n"
+               "+hit, -hit: rays that wrongly hit or miss the hull.\n"
+               "-piece: rays that pass through the hull's first piece and hit a later one; the mm "
+               "columns omit them.\n"
+               "other: pixels of the whole view whose verdict differs from backend cpu (exact "
+               "methods only).\n"
+               "surface: median error in mm against the hull of the true silhouettes; footpr.: "
+               "width in mm of a map pixel at the object.\n";
 }
 
 void print_ratios(const std::vector<Result>& results) {
-  struct Baseline {
-    const char* prefix;
-    bool only_fair;
-  };
-  std::printf(
-      "\n%-30s %10s | times as long as cpu: best setting with mean error <= %g mm (best of runs)\n",
-      "scene/view/threads", "cpu ms", kFairError_mm);
+  base::TextTable table({{"scene/view/threads"}, {"cpu ms", true}, {"time relative to cpu"}});
   for (const Result& ours : results) {
     if (ours.method != "cpu") continue;
-    std::string line;
-    for (const auto& [prefix, only_fair] : {Baseline{"ibvh", false},
-                                            {"cpusweep", true},
-                                            {"plainsweep", true},
-                                            {"carve", true},
-                                            {"glsweep", true},
-                                            {"gl", false}}) {
-      const Result* cheapest = nullptr;
-      for (const Result& r : results) {
-        const bool of_kind =
-            r.method.starts_with(prefix) && !(std::strcmp(prefix, "gl") == 0 && r.method != "gl");
-        if (!of_kind || r.scene != ours.scene || r.width_px != ours.width_px ||
-            r.threads != ours.threads)
-          continue;
-        if (only_fair && base::mean(r.errors.depth_mm) > kFairError_mm) continue;
-        if (!cheapest || best(r) < best(*cheapest)) cheapest = &r;
-      }
-      if (!cheapest) continue;
-      char text[64];
-      std::snprintf(text, sizeof text, "  %s %.2f", cheapest->method.c_str(),
-                    best(*cheapest) / best(ours));
-      line += text;
-    }
-    if (!line.empty())
-      std::printf("%-30s %10.3f |%s\n", ours.name().substr(4).c_str(), best(ours), line.c_str());
+    std::string ratios;
+    for (const Baseline& baseline : {Baseline{"ibvh", false},
+                                     {"cpusweep", true},
+                                     {"plainsweep", true},
+                                     {"carve", true},
+                                     {"glsweep", true},
+                                     {"gl", false}})
+      if (const Result* r = fastest(results, baseline, ours))
+        ratios += fmt::format("{}{} {:.2f}", ratios.empty() ? "" : "  ", r->method,
+                              best_ms(*r) / best_ms(ours));
+    if (!ratios.empty())
+      table.add({ours.name().substr(4), with_decimals(best_ms(ours), 3), ratios});
   }
+  std::cout << fmt::format(
+      "\n{}Each baseline runs at its fastest setting with a mean error of at most {:g} mm; times "
+      "are the best of all runs.\n",
+      table.text(), kFairError_mm);
 }
 
-std::string json_of(const std::vector<Result>& results, const std::string& renderer) {
-  std::vector<std::string> lines;
-  for (const Result& r : results) {
-    const Errors& e = r.errors;
-    std::ostringstream out;
-    out << "  {\"name\": " << base::quoted(r.name())
-        << ", \"time_ms\": " << base::times_json(r.time_ms)
-        << ",\n   \"error\": {\"depth_mean_mm\": " << base::mean(e.depth_mm)
-        << ", \"depth_median_mm\": " << base::percentile(e.depth_mm, 0.5)
-        << ", \"depth_p99_mm\": " << base::percentile(e.depth_mm, 0.99)
-        << ", \"depth_p999_mm\": " << base::percentile(e.depth_mm, 0.999)
-        << ", \"depth_max_mm\": " << base::percentile(e.depth_mm, 1)
-        << ", \"depth_any_piece_p99_mm\": " << base::percentile(e.all_mm, 0.99)
-        << ", \"other_depth_relative\": " << e.other_depth
-        << ", \"surface_median_mm\": " << base::percentile(e.surface_mm, 0.5)
-        << ", \"surface_p95_mm\": " << base::percentile(e.surface_mm, 0.95)
-        << ", \"pixel_footprint_mm\": " << r.footprint_mm
-        << "},\n   \"counts\": {\"cameras\": " << r.cameras << ", \"hits\": " << r.hits
-        << ", \"reference_rays\": " << e.rays << ", \"reference_hits\": " << e.reference_hits
-        << ", \"wrong_hits\": " << e.wrong_hits << ", \"wrong_misses\": " << e.wrong_misses
-        << ", \"wrong_pieces\": " << e.wrong_pieces << ", \"other_pixels\": " << e.other_pixels
-        << ", \"maps_covered_percent\": " << 100 * r.maps_covered << "}, \"checksum\": \""
-        << std::hex << r.checksum << "\"}";
-    lines.push_back(out.str());
-  }
-  return base::suite_json("hull", renderer, lines);
+void write_json(const std::filesystem::path& file, const std::vector<Result>& results,
+                const std::string& gl_renderer) {
+  ordered_json entries = ordered_json::array();
+  for (const Result& r : results) entries.push_back(json_of(r));
+  base::write_json(file, base::suite_json("hull", gl_renderer, entries));
 }
 
 }  // namespace fivepipe::hull_bench

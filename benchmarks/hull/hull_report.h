@@ -1,4 +1,4 @@
-// The hull benchmark's results: as a table, as JSON, as plots.
+// The hull benchmark's results as a table, as JSON and as plots.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -12,27 +12,29 @@ namespace fivepipe::hull_bench {
 struct Result {
   std::string method, scene;
   int width_px = 0, height_px = 0, threads = 0, cameras = 0;
-  std::vector<double> time_ms;
+  std::vector<double> time_ms;  // per run
   Errors errors;
-  int hits = 0;
-  std::uint64_t checksum = 0;
-  double maps_covered = 0, footprint_mm = 0;
-  std::string name() const;  // "cpu/hand4/640x480/2"
+  int hits = 0;                // pixels of the view with hull
+  std::uint64_t checksum = 0;  // of the depths
+  double maps_covered = 0;     // fraction of the maps that are object pixels
+  double footprint_mm = 0;     // width of a map pixel at the object
+  std::string name() const;    // "cpu/hand4/640x480/2"
 };
 
-std::uint64_t checksum(std::span<const float> depths);
+std::uint64_t checksum(std::span<const float> depths);  // FNV-1a over the bits
 
 void print(const std::vector<Result>& results);
-// What the best of ours gains over each rival's cheapest setting whose mean error is at most
-// kFairError_mm, in each view.
+// For each view: the time of every baseline relative to backend cpu, at the baseline's fastest
+// setting with a mean error of at most kFairError_mm.
 void print_ratios(const std::vector<Result>& results);
 inline constexpr double kFairError_mm = 2;
 
-std::string json_of(const std::vector<Result>& results, const std::string& renderer);
+// Throws std::runtime_error if the file cannot be written.
+void write_json(const std::filesystem::path& file, const std::vector<Result>& results,
+                const std::string& gl_renderer);
 
-// Speed against error, and cost against cameras, view size and coverage, by gnuplot: writes `file`
-// (.png or .svg) and the script and numbers beside it. False where gnuplot is not there; the script
-// can be run elsewhere. Throws std::runtime_error where files can't be written.
+// Plots time against error, and time against the number of cameras, the view's size and its
+// coverage. File, result and errors as for bench::Plots::draw().
 bool plot(const std::vector<Result>& results, const std::filesystem::path& file);
 
 }  // namespace fivepipe::hull_bench

@@ -1,7 +1,8 @@
 #include "benchmarks/hull/methods.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 
 #include "benchmarks/hull/baselines/cpu_plane_sweep.h"
 #include "benchmarks/hull/baselines/image_based_hull.h"
@@ -80,27 +81,25 @@ Method sweep_method(const std::string& name, int planes, baselines::SweptDepth d
 
 }  // namespace
 
-Method cpu_sweep_method(int planes, bool middle, int threads) {
-  return sweep_method(middle ? "cpusweepmid" : "cpusweep", planes,
-                      middle ? baselines::SweptDepth::middle : baselines::SweptDepth::plane,
+Method cpu_sweep_method(int planes, bool centered, int threads) {
+  return sweep_method(centered ? "cpusweepmid" : "cpusweep", planes,
+                      centered ? baselines::SweptDepth::centered : baselines::SweptDepth::plane,
                       baselines::SweptPlanes::by_counts, threads);
 }
 
 Method plain_sweep_method(int planes, int threads) {
-  return sweep_method("plainsweep", planes, baselines::SweptDepth::middle,
+  return sweep_method("plainsweep", planes, baselines::SweptDepth::centered,
                       baselines::SweptPlanes::by_bounds, threads);
 }
 
 Method carving_method(double voxel_mm, int threads) {
   struct State {
     base::WorkerPool pool;
-    std::string scene;  // that the carver's volume is of
+    std::string scene;  // of the carver's volume
     std::unique_ptr<baselines::VoxelCarving> carver;
     explicit State(int n) : pool(n) {}
   };
-  char name[32];
-  std::snprintf(name, sizeof name, "carve%gmm", voxel_mm);
-  return {name,
+  return {fmt::format("carve{:g}mm", voxel_mm),
           threads,
           false,
           [state = std::make_shared<State>(threads), voxel_mm](
@@ -119,7 +118,7 @@ Method carving_method(double voxel_mm, int threads) {
 
 Method gl_sweep_method(int planes, int threads) {
   struct State {
-    std::unique_ptr<hull::PlaneSweep> sweep;  // of the last view's size
+    std::unique_ptr<hull::PlaneSweep> sweep;  // has the last view's size
   };
   return {"glsweep" + std::to_string(planes), threads, false,
           [state = std::make_shared<State>(), planes](

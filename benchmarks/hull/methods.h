@@ -1,5 +1,5 @@
-// Everything that the hull benchmark times: depth of a whole view from packed maps, all preparation
-// included.
+// The methods that the hull benchmark times. Each computes the depth of a whole view from packed
+// maps, preparation included.
 #pragma once
 #include <functional>
 #include <memory>
@@ -14,25 +14,25 @@ namespace fivepipe::hull_bench {
 struct Method {
   std::string name;  // "cpu", "sweep64"
   int threads;
-  bool exact;  // held to the exact hull, pixel by pixel
-  // Buffers may be kept from call to call, results may not. depth_m: of the whole view.
+  bool exact;  // returns the exact hull; compared with backend cpu in every pixel
+  // Writes the depth of the whole view. May keep buffers from call to call, but no results.
   std::function<void(const HullScene&, const hull::View&, std::span<float> depth_m)> depth;
-  // The largest error [mm] that the method's own idea allows in a view, beyond which it has missed
-  // what it found too late; 0: none.
+  // The largest depth error in mm that the method's discretisation explains. A hit that lies deeper
+  // by more has missed the first piece of the hull. 0: no such limit.
   std::function<double(const hull::View&)> spacing_mm = [](const hull::View&) { return 0.0; };
-  std::function<bool(const HullScene&)> takes = [](const HullScene&) { return true; };
+  std::function<bool(const HullScene&)> supports = [](const HullScene&) { return true; };
 };
 
-// Ours.
+// fivepipe's backends.
 Method cpu_method(int threads);
-Method gl_method(int threads);  // needs a current context; threads are llvmpipe's
+Method gl_method(int threads);  // needs a current OpenGL context; llvmpipe uses `threads`
 // Baselines.
 Method image_based_method(int threads);  // Matusik et al. 2000
-Method cpu_sweep_method(int planes, bool middle,
-                        int threads);  // the paper's planes, in vector lanes
-Method plain_sweep_method(int planes,
-                          int threads);  // the same, every plane within bounds; depth in the middle
+// The paper's plane sweep with SIMD. `centered` returns the depth halfway to the previous plane.
+Method cpu_sweep_method(int planes, bool centered, int threads);
+// The same, centered, but it tests every plane within the hull's bounds.
+Method plain_sweep_method(int planes, int threads);
 Method carving_method(double voxel_mm, int threads);
-Method gl_sweep_method(int planes, int threads);  // the paper's, on OpenGL
+Method gl_sweep_method(int planes, int threads);  // the paper's plane sweep on OpenGL
 
 }  // namespace fivepipe::hull_bench

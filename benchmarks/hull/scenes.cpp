@@ -1,5 +1,7 @@
 #include "benchmarks/hull/scenes.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -25,7 +27,7 @@ Vector3d direction(double azimuth_rad, double elevation_rad) {
           std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
 }
 
-const Vector3d kMiddle(-0.06, 0, 0.1);  // of hand and forearm
+const Vector3d kCenter(-0.06, 0, 0.1);  // of hand and forearm
 
 HullScene without_cameras(const std::string& name, double view_fov_rad) {
   return {name,         hand_and_forearm(),
@@ -34,8 +36,8 @@ HullScene without_cameras(const std::string& name, double view_fov_rad) {
           1.2,          {Vector3d(-0.45, -0.25, -0.05), Vector3d(0.25, 0.25, 0.25)}};
 }
 
-// What `fivepipe maps` writes: a line a camera, "name width height fx fy cx cy" and
-// camera_from_world's three rows.
+// Reads a camera and its map. `fivepipe maps` writes one line per camera: "name width height fx fy
+// cx cy" and the three rows of camera_from_world.
 hull::Silhouette read_camera(const std::string& line, const std::filesystem::path& folder) {
   std::istringstream words(line);
   std::string name;
@@ -44,8 +46,8 @@ hull::Silhouette read_camera(const std::string& line, const std::filesystem::pat
   words >> name >> k.width_px >> k.height_px >> k.fx_px >> k.fy_px >> k.cx_px >> k.cy_px;
   for (int i = 0; i < 12; ++i) words >> rows(i / 4, i % 4);
   if (!words)
-    throw std::runtime_error((folder / "cameras.txt").string() +
-                             ": expected a name and 18 numbers: " + line);
+    throw std::runtime_error(fmt::format("{}: expected a name and 18 numbers, got: {}",
+                                         (folder / "cameras.txt").string(), line));
   geometry::Camera camera{k, Eigen::Isometry3d::Identity()};
   camera.camera_from_world.matrix().topRows<3>() = rows;
   return {camera, hull::read_pbm(folder / (name + ".pbm"), k.width_px, k.height_px)};
@@ -73,8 +75,8 @@ HullScene hand_scene(const std::string& name, double map_fov_rad, double view_fo
         scene.object,
         {geometry::pinhole_from_fov(720, 486, map_fov_rad),
          geometry::look_at(
-             kMiddle + kCameraDistance_m * direction(azimuth_deg * kRadians, kCameraElevation_rad),
-             kMiddle)}));
+             kCenter + kCameraDistance_m * direction(azimuth_deg * kRadians, kCameraElevation_rad),
+             kCenter)}));
   return scene;
 }
 
@@ -87,14 +89,14 @@ HullScene ring_scene(const std::string& name, int cameras, int width_px, int hei
         seen(scene.object,
              {geometry::pinhole_from_fov(width_px, height_px, map_fov_rad),
               geometry::look_at(
-                  kMiddle + kCameraDistance_m *
+                  kCenter + kCameraDistance_m *
                                 direction((35 + 360.0 * i / cameras) * kRadians, elevation_rad),
-                  kMiddle)}));
+                  kCenter)}));
   }
   return scene;
 }
 
-// Fields of view at which the object covers what the header says.
+// The fields of view give the coverage that the header states.
 std::vector<HullScene> synthetic_scenes() {
   return {hand_scene("hand4", 0.68, 1.0),
           hand_scene("hand4-near", 0.395, 1.0),
@@ -114,19 +116,18 @@ HullScene real_scene(const std::filesystem::path& folder) {
     scene.camera_from_world_of_eye = geometry::look_at({0.6, -2.6, 1.6}, {-1.0, 0.0, 0.85});
     scene.volume_world_m = {Vector3d(-2.2, -1.0, 0.0), Vector3d(0.4, 1.0, 2.0)};
   } else {
-    throw std::runtime_error(
-        folder.string() +
-        ": no eye is known for maps of this name; there are seated4cam and balance4cam");
+    throw std::runtime_error(folder.string() +
+                             ": unknown maps; the folder must be named seated4cam or balance4cam");
   }
   std::ifstream cameras(folder / "cameras.txt");
   if (!cameras)
     throw std::runtime_error((folder / "cameras.txt").string() +
-                             ": can't be read; `fivepipe maps` makes it");
+                             ": cannot read the file; `fivepipe maps` writes it");
   for (std::string line; std::getline(cameras, line);)
     if (!line.empty() && line.front() != '#')
       scene.silhouettes.push_back(read_camera(line, folder));
   if (scene.silhouettes.empty())
-    throw std::runtime_error((folder / "cameras.txt").string() + ": names no camera");
+    throw std::runtime_error((folder / "cameras.txt").string() + ": lists no camera");
   return scene;
 }
 

@@ -1,4 +1,4 @@
-// What the hull benchmark looks at.
+// The scenes of the hull benchmark.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -10,43 +10,43 @@ namespace fivepipe::hull_bench {
 
 struct HullScene {
   std::string name;
-  std::vector<hull::Capsule> object;  // empty: real maps
+  std::vector<hull::Capsule> object;  // empty for real maps
   std::vector<hull::Silhouette> silhouettes;
   Eigen::Isometry3d camera_from_world_of_eye;
   double horizontal_fov_rad, near_m, far_m;  // of the view
-  Eigen::AlignedBox3d volume_world_m;        // holds the hull: for methods that need to know
+  Eigen::AlignedBox3d volume_world_m;        // contains the hull, for methods that need a volume
 };
 
-// An adult's hand and forearm [m]: wrist at the origin, fingers along x, 10 cm above the table.
+// An adult's hand and forearm: the wrist 10 cm above the origin, the fingers along x.
 std::vector<hull::Capsule> hand_and_forearm();
 
-// Hand and forearm over a table, four cameras of 720x486 around it (rig table4: 40 degrees above
-// the table), an eye beside them:
-//   hand4        object pixels cover 5 % of the maps, the hull 8 % of the view
-//   hand4-near   the cameras' lenses are longer: 15 % of the maps
-//   sparse       the eye's lens is wider: 1 % of the view
-//   dense        longer: 40 % of the view
-//   hand16       sixteen cameras of 1280x720, 15 % of the maps
-//   hand64       sixty-four of 640x480, 15 %
+// Hand and forearm above a table, seen by four cameras of 720x486 at an elevation of 40 degrees,
+// and an eye beside them:
+//   hand4        object pixels cover 5 % of the maps, the hull covers 8 % of the view
+//   hand4-near   cameras with a narrower field of view: 15 % of the maps
+//   sparse       an eye with a wider field of view: 1 % of the view
+//   dense        an eye with a narrower field of view: 40 % of the view
+//   hand16       16 cameras of 1280x720, 15 % of the maps
+//   hand64       64 cameras of 640x480, 15 % of the maps
 std::vector<HullScene> synthetic_scenes();
 
-// The hand seen by `cameras` cameras of a size around it, by turns at three heights; coverage set
-// by their field of view.
+// The hand seen by a ring of `cameras` cameras, alternating between three elevations. Their field
+// of view determines the coverage.
 HullScene ring_scene(const std::string& name, int cameras, int width_px, int height_px,
                      double map_fov_rad);
-// hand4 with other lenses.
+// hand4 with other fields of view.
 HullScene hand_scene(const std::string& name, double map_fov_rad, double view_fov_rad);
 
-// Real maps as `fivepipe maps` leaves them in a folder: cameras.txt, and a .pbm for each camera.
-// Name and eye by the folder's name: seated4cam, balance4cam. Throws std::runtime_error naming the
-// file and what is wrong with it.
+// Reads real maps from a folder that `fivepipe maps` has written: cameras.txt, and a .pbm file per
+// camera. The folder's name, seated4cam or balance4cam, determines the scene's name and eye. Throws
+// std::runtime_error that names the file and the error.
 HullScene real_scene(const std::filesystem::path& folder);
 
 hull::View view_of(const HullScene& scene, int width_px, int height_px);
-double covered_fraction(const HullScene& scene);
+double covered_fraction(const HullScene& scene);  // of the maps, by object pixels
 
-// How wide a map pixel is at the object [m]: the finest detail that the maps can tell. Mean over
-// the cameras.
+// The width of a map pixel at the object in m, which limits the detail of the maps. Mean over the
+// cameras.
 double pixel_footprint_m(const HullScene& scene);
 
 }  // namespace fivepipe::hull_bench

@@ -7,12 +7,11 @@
 namespace fivepipe::hull_bench {
 namespace {
 
-// In which the analytic hull's first point is bracketed before bisection [m]; what is thinner may
+// The step of the search for the analytic hull's first point, before bisection. Thinner parts may
 // be missed.
 constexpr double kSurfaceStep_m = 0.5e-3;
-// How far before and behind the exact hull's point the analytic one is looked for [m]: many pixels'
-// footprints.
-constexpr double kSurfaceReach_m = 0.1;
+// The search covers this distance before and behind the exact hull's point: many pixel footprints.
+constexpr double kSurfaceSearch_m = 0.1;
 
 std::optional<double> analytic_depth_m(const HullScene& scene,
                                        const std::vector<geometry::Camera>& cameras,
@@ -37,24 +36,24 @@ Truth::Truth(const HullScene& scene, const hull::View& view, std::vector<float> 
     : cpu_depth_m_(std::move(cpu_depth_m)) {
   std::vector<geometry::Camera> cameras;
   for (const hull::Silhouette& s : scene.silhouettes) cameras.push_back(s.camera);
-  std::vector<std::size_t> seen;
+  std::vector<std::size_t> hits;
   for (std::size_t i = 0; i < cpu_depth_m_.size(); ++i)
-    if (cpu_depth_m_[i] != hull::kNoHull) seen.push_back(i);
+    if (cpu_depth_m_[i] != hull::kNoHull) hits.push_back(i);
   const int width = view.camera.pinhole.width_px;
   std::mt19937_64 random(1);
   for (int n = 0; n < rays; ++n) {
-    const bool where_seen = n % 2 && !seen.empty();
-    TrueRay ray{where_seen ? seen[random() % seen.size()] : random() % cpu_depth_m_.size(),
+    const bool on_hull = n % 2 && !hits.empty();
+    TrueRay ray{on_hull ? hits[random() % hits.size()] : random() % cpu_depth_m_.size(),
                 std::nullopt, std::nullopt};
     const geometry::Ray line =
         geometry::ray_through(view.camera, Eigen::Vector2d(double(ray.pixel % std::size_t(width)),
                                                            double(ray.pixel / std::size_t(width))));
     const auto pieces = hull::reference_intervals(scene.silhouettes, line, view.near_m, view.far_m);
     if (!pieces.empty()) ray.first = pieces.front();
-    if (where_seen && ray.first && !scene.object.empty() && surface_rays-- > 0)
+    if (on_hull && ray.first && !scene.object.empty() && surface_rays-- > 0)
       ray.surface_m = analytic_depth_m(scene, cameras, line,
-                                       std::max(view.near_m, ray.first->enter - kSurfaceReach_m),
-                                       std::min(view.far_m, ray.first->enter + kSurfaceReach_m));
+                                       std::max(view.near_m, ray.first->enter - kSurfaceSearch_m),
+                                       std::min(view.far_m, ray.first->enter + kSurfaceSearch_m));
     rays_.push_back(ray);
   }
 }

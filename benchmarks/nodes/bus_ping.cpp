@@ -1,13 +1,9 @@
 #include "benchmarks/nodes/bus_ping.h"
 
-#include <sys/wait.h>
-#include <unistd.h>
+#include <fmt/format.h>
 
 #include <chrono>
-#include <csignal>
-#include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <optional>
 #include <regex>
 #include <stdexcept>
@@ -29,16 +25,16 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kMatchTimeout = 10s, kRoundTripTimeout = 1s,
                                     kRoundDuration = 1500ms;
-// ddsperf tells of whole seconds; the first is of its start.
+// ddsperf prints a line per second.
 constexpr int kDdsperfDuration_s = 3;
-// Of an ObjectPixelMap and an ObjectColour beside their payload, about.
+// Approximate size of an ObjectPixelMap or an ObjectColour without its payload.
 constexpr std::size_t kHeaderBytes = 128;
 
 void stop_if_interrupted() {
   if (launch::signals_received() > 0) throw std::runtime_error("interrupted");
 }
 
-// Its medians of half a round trip [us], without the first.
+// Returns ddsperf's medians of half a round trip in us, one per second.
 std::vector<double> ddsperf_medians(std::uint32_t domain, std::size_t size_bytes,
                                     const std::string& mode) {
   const std::vector<std::string> common{"/usr/bin/env", "ddsperf",
@@ -47,30 +43,31 @@ std::vector<double> ddsperf_medians(std::uint32_t domain, std::size_t size_bytes
   std::vector<std::string> pong = common, ping = common;
   pong.insert(pong.end(), {"pong", mode});
   ping.insert(ping.end(), {"ping", "size", std::to_string(size_bytes), mode});
-  launch::ChildProcess answers(pong, {}), asks(ping, {});
+  launch::ChildProcess pong_process(pong, {}), ping_process(ping, {});
   std::vector<double> medians_us;
-  std::string said;
+  std::string output;
   static const std::regex stats(" 50% ([0-9.]+)us");
-  while (!asks.ended() || !answers.ended()) {
+  while (!ping_process.ended() || !pong_process.ended()) {
     stop_if_interrupted();
-    answers.read_lines();
-    for (const std::string& line : asks.read_lines()) {
+    pong_process.read_lines();
+    for (const std::string& line : ping_process.read_lines()) {
       std::smatch match;
       if (std::regex_search(line, match, stats)) medians_us.push_back(std::stod(match[1]));
-      said += "\n  " + line;
+      output += "\n  " + line;
     }
     std::this_thread::sleep_for(10ms);
   }
-  for (const std::string& line : asks.read_lines(true))
+  for (const std::string& line : ping_process.read_lines(true))
     if (std::smatch match; std::regex_search(line, match, stats))
       medians_us.push_back(std::stod(match[1]));
   if (medians_us.empty())
-    throw std::runtime_error("ddsperf (package cyclonedds-tools) told no round-trip times" + said);
+    throw std::runtime_error("ddsperf (package cyclonedds-tools) printed no round-trip times" +
+                             output);
   return medians_us;
 }
 
 void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
-  launch::ChildProcess answers(
+  launch::ChildProcess echo(
       {launch::program_folder() / "fivepipe", "bench", "bus-echo", std::to_string(domain), profile},
       {});
   bus::Bus bus({domain, profile, "ping"});
@@ -79,7 +76,7 @@ void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
   for (const auto until = Clock::now() + kMatchTimeout;
        maps.readers() == 0 || colours.writers() == 0; bus.wait(10ms))
     if (stop_if_interrupted(); Clock::now() > until)
-      throw std::runtime_error("the other end of the bus does not answer");
+      throw std::runtime_error("the echo process did not join the bus within 10 s");
   std::vector<std::uint8_t> payload(
       times.size_bytes > kHeaderBytes ? times.size_bytes - kHeaderBytes : 0, 1);
   fivepipe_v1_ObjectPixelMap map{};
@@ -91,17 +88,18 @@ void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
     const auto start = Clock::now();
     ++map.frame;
     maps.write(map);
-    std::optional<Clock::time_point>
-        back;  // when it was read: what a reader does with the loan afterwards is not the bus's
-    while (!back) {
+    // The time at which the answer was read. Returning the loan does not count as the bus's time.
+    std::optional<Clock::time_point> received;
+    while (!received) {
       if (Clock::now() - start > kRoundTripTimeout)
-        throw std::runtime_error("a message of " + std::to_string(times.size_bytes) +
-                                 " bytes did not come back");
+        throw std::runtime_error(
+            fmt::format("a message of {} bytes did not return within 1 s", times.size_bytes));
       bus.wait(10ms);
       for (const auto& sample : colours.take())
-        if (sample.valid() && sample->frame == map.frame) back = Clock::now();
+        if (sample.valid() && sample->frame == map.frame) received = Clock::now();
     }
-    if (warm) times.ours_us.push_back(0.5e6 * std::chrono::duration<double>(*back - start).count());
+    if (warm)
+      times.ours_us.push_back(0.5e6 * std::chrono::duration<double>(*received - start).count());
   }
 }
 
@@ -129,7 +127,7 @@ int echo_on_bus(std::uint32_t domain, const std::string& profile) {
 
 std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int rounds,
                                const std::string& profile) {
-  // The same network settings, whoever measures.
+  // ddsperf inherits the same network settings.
   const std::string xml =
       bus::fitted_to_kernel(bus::profile_xml(profile), bus::kernel_rmem_max_bytes()).xml;
   setenv("CYCLONEDDS_URI", xml.c_str(), 1);

@@ -1,5 +1,5 @@
-// The bus alone: round trips of messages of given sizes through this project's bus, beside ddsperf,
-// which comes with Cyclone DDS.
+// Measures the bus alone: round trips of messages of given sizes through fivepipe's bus and through
+// ddsperf, which is part of Cyclone DDS.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -9,19 +9,20 @@
 namespace fivepipe::node_bench {
 
 struct BusTimes {
-  std::size_t size_bytes = 0;   // serialised
-  std::vector<double> ours_us;  // half a round trip, by round trip
-  std::vector<double> ddsperf_us,
-      ddsperf_listener_us;  // medians of half a round trip, by round; waiting as our bus does
-                            // (waitset), and in its receive thread
+  std::size_t size_bytes = 0;   // serialized
+  std::vector<double> ours_us;  // half of each round trip
+  // ddsperf's medians of half a round trip, per round: with a waitset, as our bus, and with a
+  // listener in the receive thread.
+  std::vector<double> ddsperf_us, ddsperf_listener_us;
 };
 
-// Interleaved: `rounds` of a few seconds each, for each size. Throws std::runtime_error where
-// ddsperf is missing or says something else.
+// Measures the sizes and methods alternately, in `rounds` rounds of a few seconds per size. Throws
+// std::runtime_error if ddsperf is missing or prints no times, if a message does not return, or
+// after a signal.
 std::vector<BusTimes> time_bus(const std::vector<std::size_t>& sizes_bytes, int rounds,
                                const std::string& profile);
 
-// The other end: answers until SIGTERM. Started by time_bus as a process of its own.
+// The other end: answers until SIGTERM. time_bus() starts it in its own process.
 int echo_on_bus(std::uint32_t domain, const std::string& profile);
 
 }  // namespace fivepipe::node_bench

@@ -1,6 +1,7 @@
 #include "benchmarks/nodes/comparison.h"
 
 #include <map>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 namespace fivepipe::node_bench {
@@ -10,7 +11,7 @@ using nlohmann::json;
 
 const json& results_of(const json& suite, const char* which) {
   if (!suite.is_object() || !suite.contains("results") || !suite["results"].is_array())
-    throw std::runtime_error(std::string(which) + " has no list of results");
+    throw std::runtime_error(std::string(which) + " file has no list of results");
   return suite["results"];
 }
 
@@ -18,14 +19,14 @@ double median_of(const json& result, const char* which) {
   const auto time = result.find("time_ms");
   if (!result.is_object() || time == result.end() || !time->contains("median") ||
       !(*time)["median"].is_number())
-    throw std::runtime_error(std::string(which) +
-                             ": a result without time_ms.median: " + result.dump().substr(0, 120));
+    throw std::runtime_error(std::string(which) + " file has a result without time_ms.median: " +
+                             result.dump().substr(0, 120));
   return (*time)["median"].get<double>();
 }
 
 std::string name_of(const json& result, const char* which) {
   if (!result.is_object() || !result.contains("name") || !result["name"].is_string())
-    throw std::runtime_error(std::string(which) + ": a result without a name");
+    throw std::runtime_error(std::string(which) + " file has a result without a name");
   return result["name"].get<std::string>();
 }
 

@@ -1,5 +1,6 @@
 #include "benchmarks/nodes/free_domain.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,9 +14,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Ports of these kDomainCount lie below those that the kernel gives to others.
+// The UDP ports of these domains lie below the kernel's ephemeral ports.
 constexpr std::uint32_t kFirstDomain = 60, kDomainCount = 40;
-constexpr auto kListeningTime = 400ms;
+constexpr auto kDiscoveryTime = 400ms;
 
 }  // namespace
 
@@ -23,7 +24,7 @@ std::uint32_t free_domain(const std::string& profile) {
   for (std::uint32_t i = 0; i < kDomainCount; ++i) {
     const std::uint32_t domain = kFirstDomain + (std::uint32_t(getpid()) + i) % kDomainCount;
     bus::Bus bus({domain, profile, "bench"});
-    for (const auto until = std::chrono::steady_clock::now() + kListeningTime;
+    for (const auto until = std::chrono::steady_clock::now() + kDiscoveryTime;
          std::chrono::steady_clock::now() < until;)
       bus.wait(20ms);
     const auto endpoints = bus.endpoints();
@@ -31,9 +32,8 @@ std::uint32_t free_domain(const std::string& profile) {
                     [](const bus::EndpointDescription& endpoint) { return endpoint.own; }))
       return domain;
   }
-  throw std::runtime_error("no DDS domain is free: somebody is heard in all of " +
-                           std::to_string(kFirstDomain) + " to " +
-                           std::to_string(kFirstDomain + kDomainCount - 1));
+  throw std::runtime_error(fmt::format("DDS domains {} to {} are all in use; stop other nodes",
+                                       kFirstDomain, kFirstDomain + kDomainCount - 1));
 }
 
 }  // namespace fivepipe::node_bench

@@ -1,11 +1,12 @@
-// A DDS domain for a benchmark alone.
+// A DDS domain that a benchmark has for itself.
 #pragma once
 #include <cstdint>
 #include <string>
 
 namespace fivepipe::node_bench {
 
-// Nobody is heard there now. Throws std::runtime_error where there is none.
+// Returns a domain in which no other endpoint is discovered within 0.4 s. Throws std::runtime_error
+// if every candidate is in use.
 std::uint32_t free_domain(const std::string& profile);
 
 }  // namespace fivepipe::node_bench

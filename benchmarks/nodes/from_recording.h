@@ -1,9 +1,9 @@
-// What benchmarks from a recording have in common: their options, the deployment, the JSON of
-// times.
+// What the benchmarks from a recording share: their options, the deployment that they measure, and
+// an entry of their result file.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <filesystem>
-#include <nlohmann/json.hpp>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,25 +14,25 @@
 namespace fivepipe::node_bench {
 
 struct FromRecordingOptions {
-  std::filesystem::path recording, deployment, json, out;
-  std::vector<std::string> settings;
-  std::string rate = "max";
+  std::filesystem::path recording;
+  std::filesystem::path deployment;             // empty: the recorded one
+  std::map<std::string, std::string> settings;  // of the deployment
+  double rate = 0;                              // of the replay; 0: unthrottled
   int frames_in_flight = 2, runs = 1;
-  double start_s = 0;
+  double start_s = 0;  // after the recording's start
   std::optional<double> end_s;
+  std::filesystem::path json;  // the result file; empty: none
+  std::filesystem::path out;   // the folder for the nodes' output; empty: a temporary one
 };
-void add_from_recording_options(CLI::App& app, FromRecordingOptions& options);
 
-// Parses the words. 0: go on; otherwise the exit code, and the answer has been given.
-std::optional<int> parsed(CLI::App& app, const std::vector<std::string>& words);
-
-// The deployment that is measured: that of --deployment, else the recorded one; with its settings.
+// The deployment that a benchmark measures, with its settings.
 class MeasuredDeployment {
  public:
   MeasuredDeployment(const recording::Recording& recording, const FromRecordingOptions& options);
-  ~MeasuredDeployment();  // removes what nodes wrote, unless --out says where to keep it
+  ~MeasuredDeployment();  // removes the temporary output folder
   MeasuredDeployment(const MeasuredDeployment&) = delete;
   MeasuredDeployment& operator=(const MeasuredDeployment&) = delete;
+  // Creates the output folder. The result borrows the deployment; the caller sets the nodes.
   NodeRunOptions run_options(const FromRecordingOptions& options) const;
   const config::Deployment& deployment() const {
     return recorded_ ? recorded_->deployment() : *own_;
@@ -42,13 +42,14 @@ class MeasuredDeployment {
   std::optional<replay::RecordedDeployment> recorded_;
   std::optional<config::Deployment> own_;
   std::map<std::string, std::string> settings_;
-  std::filesystem::path temporary_out_;  // removed at the end
+  std::filesystem::path temporary_out_;
 };
 
-// One entry of the results of a benchmark's JSON.
-std::string result_json(const std::string& name, const std::vector<double>& time_ms,
-                        const nlohmann::ordered_json& error, const nlohmann::ordered_json& counts,
-                        const std::string& checksum);
-std::string checksum_text(std::uint64_t checksum);
+// {"name", "time_ms", "error": {}, "counts", "checksum"}. `counts` is an object.
+nlohmann::ordered_json result_json(const std::string& name, const std::vector<double>& time_ms,
+                                   const nlohmann::ordered_json& counts,
+                                   const std::string& checksum = "");
+nlohmann::ordered_json result_json(const std::string& name, const std::vector<double>& time_ms);
+std::string checksum_text(std::uint64_t checksum);  // 16 hexadecimal digits
 
 }  // namespace fivepipe::node_bench

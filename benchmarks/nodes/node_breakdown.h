@@ -1,4 +1,4 @@
-// Where a node's time from frame to frame goes, while a replay feeds it. Pure.
+// Splits a node's time from frame to frame while a replay feeds it. Pure.
 #pragma once
 #include <map>
 #include <string>
@@ -9,21 +9,24 @@
 
 namespace fivepipe::node_bench {
 
-// By frame, but for the first [ms].
+// Times in ms, one per frame except the first.
 struct NodeBreakdown {
-  std::vector<std::pair<std::string, std::vector<double>>>
-      steps;                   // in the order in which the node takes them
-  std::vector<double> own;     // since it took the frame's last input, or was done with the frame
-                               // before: decoding inputs, and all steps
-  std::vector<double> period;  // from one handled frame to the next
-  std::vector<double>
-      transport;  // of the period: the node was free, and what sets off its work on its way to it
-  std::vector<double> latency;  // from the first message sent to handled
-  // Of the mean period: the node's own time, and with transport. The rest: it was free, and nothing
-  // had been sent.
+  std::vector<std::pair<std::string, std::vector<double>>> steps;  // in the node's order
+  // From the node's last input of the frame, or the end of the previous frame if that is later, to
+  // the end of the frame: decoding of inputs, and all steps.
+  std::vector<double> own;
+  std::vector<double> period;  // from the end of one frame to the end of the next
+  // The part of the period in which the node is idle and the message that triggers its work is on
+  // the bus.
+  std::vector<double> transport;
+  std::vector<double> latency;  // from the first message sent to the end of the frame
+  // Fractions of the mean period: the own time; the own time and the transport. In the rest the
+  // node is idle and no message is on the bus.
   double own_fraction() const;
   double explained_fraction() const;
+  void add(const NodeBreakdown& other);  // appends the times of another run
 };
+// Skips frames for which the node has no output.
 NodeBreakdown breakdown_of(const std::vector<replay::FrameTimes>& frames, const std::string& node);
 
 }  // namespace fivepipe::node_bench

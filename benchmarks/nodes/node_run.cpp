@@ -27,11 +27,11 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// Shaders, meshes and what else a node needs before it reads.
+// The time that a node may need to load shaders and meshes before it reads.
 constexpr auto kStartTimeout = 30s;
 constexpr auto kStopTimeout = 2s;
 
-// What tells of times differs from run to run.
+// Such messages differ from run to run.
 bool has_timestamps(const std::string& topic) {
   static const std::set<std::string> timed = {
       bus::topics::TileCosts::name, bus::topics::FrameComposited::name,
@@ -40,7 +40,7 @@ bool has_timestamps(const std::string& topic) {
   return timed.contains(topic);
 }
 
-// user + system [s].
+// Returns user and system time in s.
 double cpu_s_of(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string text((std::istreambuf_iterator<char>(file)), {});
@@ -80,13 +80,13 @@ class Nodes {
   }
   ~Nodes() { stop(); }
 
-  // Throws where one has ended.
+  // Throws if a node has ended.
   void check() {
     for (auto& [name, child] : children_) {
-      for (std::string& line : child->read_lines()) said_[name] += "\n  " + line;
+      for (std::string& line : child->read_lines()) output_[name] += "\n  " + line;
       if (const auto exit = child->ended())
         throw std::runtime_error("node '" + name + "' ended: " + launch::to_string(*exit) +
-                                 said_[name]);
+                                 output_[name]);
     }
   }
   std::map<std::string, ProcessUse> use() const {
@@ -101,15 +101,15 @@ class Nodes {
     const auto runs = [](auto& child) { return !child.second->ended(); };
     while (Clock::now() < until && std::any_of(children_.begin(), children_.end(), runs))
       std::this_thread::sleep_for(10ms);
-    children_.clear();  // kills what is left
+    children_.clear();  // kills the remaining processes
   }
 
  private:
   std::map<std::string, std::unique_ptr<launch::ChildProcess>> children_;
-  std::map<std::string, std::string> said_;
+  std::map<std::string, std::string> output_;
 };
 
-// Reads what nodes write, for its checksum.
+// Reads the nodes' output and computes its checksums.
 class Outputs {
  public:
   Outputs(bus::Bus& bus, const std::set<std::string>& replayed) : bus_(bus) {
@@ -135,7 +135,8 @@ class Outputs {
   std::map<std::string, OutputDigest> digests_;
 };
 
-// Hears of composites in a thread of its own: the replay may be busy sending when one comes.
+// Receives FrameComposited in its own thread, because the replay may be busy sending when one
+// arrives.
 class CompositeListener {
  public:
   struct ReceivedComposite {
@@ -150,7 +151,7 @@ class CompositeListener {
             bus_.wait(last ? 0ms : 20ms);
           }
         }) {}
-  // By frame; nothing is received any more.
+  // Stops the thread and returns the composites by frame.
   const std::map<std::uint64_t, ReceivedComposite>& end() {
     thread_.request_stop();
     if (thread_.joinable()) thread_.join();
@@ -166,7 +167,8 @@ class CompositeListener {
 
   bus::Bus bus_;
   bus::Reader<bus::topics::FrameComposited> composited_;
-  std::map<std::uint64_t, ReceivedComposite> received_;  // the thread's, until it has ended
+  std::map<std::uint64_t, ReceivedComposite>
+      received_;  // only the thread accesses it until it ends
   std::jthread thread_;
 };
 
@@ -181,7 +183,7 @@ replay::ReplayPlan plan_of(const recording::Recording& recording, const NodeRunO
   }
   for (const recording::RecordedChannel& channel : recording.channels())
     if (read.contains(channel.topic) &&
-        !written.contains(channel.topic))  // what a started node makes is not replayed
+        !written.contains(channel.topic))  // the output of started nodes is not replayed
       plan.channels.insert(channel.id);
   replay::set_range(plan, recording, options.start_s, options.end_s);
   plan.rate = options.rate;
@@ -222,27 +224,29 @@ std::uint64_t dropped_by(const NodeRun& run, const std::string& node) {
 }
 
 bool is_valid_run(const NodeRun& run) {
-  bool sound = run.counts.complete();
+  bool valid = run.counts.complete();
   for (const auto& [node, expected] : run.counts.expected) {
     if (expected == 0)
-      std::cerr << "no frame of the recording is complete for '" << node
-                << "': what it reads was not recorded, or not in this range\n";
+      std::cerr << "the recording has no complete frame for node '" << node
+                << "' in this range: its inputs were not recorded\n";
     if (const std::uint64_t dropped = dropped_by(run, node))
-      std::cerr << "'" << node << "' dropped " << dropped << " of its inputs\n";
-    sound &= expected > 0 && dropped_by(run, node) == 0;
+      std::cerr << "node '" << node << "' dropped " << dropped << " of its inputs\n";
+    valid &= expected > 0 && dropped_by(run, node) == 0;
   }
   if (run.counts.late)
-    std::cerr << run.counts.late
-              << " messages stand too far from their frame in the file: the recorder had lagged\n";
-  if (run.counts.damaged) std::cerr << run.counts.damaged << " chunks of the file are damaged\n";
-  return sound;
+    std::cerr
+        << run.counts.late
+        << " messages are too far from their frame in the file, because the recorder lagged\n";
+  if (run.counts.damaged)
+    std::cerr << run.counts.damaged << " chunks of the recording are damaged\n";
+  return valid;
 }
 
 NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& options) {
   const std::uint32_t domain = free_domain(options.deployment->network_profile);
   const replay::ReplayPlan plan = plan_of(recording, options);
-  setenv("LP_NUM_THREADS", "1",
-         0);  // llvmpipe starts a thread per core in every process that draws
+  // By default, llvmpipe starts a thread per core in every process that draws.
+  setenv("LP_NUM_THREADS", "1", 0);
   Nodes nodes(options, domain);
   bus::Bus bus({domain, options.deployment->network_profile, "replay", true});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
@@ -269,7 +273,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
   });
   const auto before = nodes.use();
   const double own_before_s = cpu_s_of(getpid());
-  // Everything that is read: a reader with samples left would end each wait at once.
+  // Reads everything: a reader with unread samples would end each wait at once.
   const auto take_outputs = [&] {
     launch::take_statuses(statuses_in, statuses, {options.nodes.begin(), options.nodes.end()});
     if (outputs) outputs->take();

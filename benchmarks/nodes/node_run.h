@@ -1,4 +1,5 @@
-// Nodes of a recorded deployment, alone with a recording: started, fed losslessly, measured.
+// Starts nodes of a recorded deployment, feeds them from the recording without loss, and measures
+// them.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -16,42 +17,44 @@ struct NodeRunOptions {
   const config::Deployment* deployment = nullptr;
   std::filesystem::path file;                   // of the deployment
   std::map<std::string, std::string> settings;  // of the deployment
-  std::vector<std::string> nodes;  // these are started; the recording stands for all others
-  double rate = 0;                 // 0: as fast as it goes
+  std::vector<std::string> nodes;  // the nodes to start; the recording replaces all others
+  double rate = 0;                 // 0: unthrottled
   int frames_in_flight = 2;
   replay::SendOrder order = replay::SendOrder::pipelined;
-  double start_s = 0;  // from the recording's start
+  double start_s = 0;  // after the recording's start
   std::optional<double> end_s;
-  bool checksums = true;      // of what the nodes write; they are read for it
-  std::filesystem::path out;  // for what nodes write and say
+  bool checksums = true;      // read the nodes' output and compute its checksums
+  std::filesystem::path out;  // the folder for the nodes' files and logs
 };
 
-// Of all messages of a topic, whatever their order.
+// Of all messages of a topic, independent of their order.
 struct OutputDigest {
   std::uint64_t messages = 0, bytes = 0, checksum = 0;
 };
 struct ProcessUse {
-  double cpu_s = 0,
-         peak_memory_mb = 0;  // user and system during the replay; resident since the start
+  double cpu_s = 0;           // user and system time during the replay
+  double peak_memory_mb = 0;  // resident, since the start of the process
 };
 
 struct NodeRun {
-  std::vector<replay::FrameTimes> frames;  // those that every node handled, in order
+  std::vector<replay::FrameTimes> frames;  // the frames that every node handled, in order
   replay::ReplayCounts counts;
-  std::map<std::string, std::map<std::string, std::uint64_t>> drops;  // by node, reason
+  std::map<std::string, std::map<std::string, std::uint64_t>> drops;  // by node and reason
   std::map<std::string, ProcessUse> use;                              // by node
-  double replay_cpu_s = 0;  // of this process: it takes its part of the cores, too
-  std::map<std::string, OutputDigest> outputs;  // by topic; without what tells of times
-  std::string gl_renderer;                      // as the nodes say; empty: none
+  double replay_cpu_s = 0;  // CPU time of the replay in this process, which shares the cores
+  std::map<std::string, OutputDigest> outputs;  // by topic, without topics that contain times
+  std::string gl_renderer;                      // as the nodes report it; empty if none uses OpenGL
 };
 
-// What a node dropped of its inputs. A video frame that its file has no time for is none.
+// Returns the number of inputs that a node dropped. It excludes frames that a video file dropped,
+// because they are no input.
 std::uint64_t dropped_by(const NodeRun& run, const std::string& node);
-// Every frame was handled, one at least, and nothing dropped: its times may be compared. Says what
-// is not, on stderr.
+// Returns whether the times may be compared: every frame was handled, at least one, and no input
+// was dropped. Prints to stderr what is wrong.
 bool is_valid_run(const NodeRun& run);
 
-// Throws std::runtime_error with a node's last words where one does not start, or ends.
+// Throws std::runtime_error if a node does not start or ends early, with its output, and after a
+// signal.
 NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& options);
 
 }  // namespace fivepipe::node_bench

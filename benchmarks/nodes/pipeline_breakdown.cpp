@@ -16,7 +16,7 @@ std::vector<double>& times_of(std::vector<std::pair<std::string, std::vector<dou
   return known->second;
 }
 
-// Consecutive times: each stage begins where the one before ends, and none is negative.
+// Adds consecutive stages: each begins at the end of the previous one, and no duration is negative.
 class CriticalPath {
  public:
   CriticalPath(PipelineBreakdown& breakdown, std::int64_t start_ns)
@@ -36,8 +36,9 @@ std::int64_t end_of(const replay::FrameAtNode& frame) {
   return frame.steps.empty() ? frame.last_input_ns : frame.steps.back().end_ns;
 }
 
-// The node's path of one frame: busy with frames before, on the bus, in its queue, its own steps.
-// Nodes take inputs between frames: what lay there while it was busy is not the bus's time.
+// Adds the stages of one frame in one node: the node is busy with earlier frames, the input is on
+// the bus, it waits, and the node's own steps. Nodes read inputs between frames, so the time that
+// an input queues at a busy node does not count as bus time.
 void through_node(CriticalPath& path, const replay::FrameAtNode& frame, std::int64_t free_ns,
                   const std::string& name, const std::string& wait) {
   path.until(name + " busy with frames before", std::min(free_ns, frame.last_input_ns));
@@ -52,7 +53,7 @@ void through_node(CriticalPath& path, const replay::FrameAtNode& frame, std::int
 PipelineBreakdown breakdown_of(const std::vector<replay::FrameTimes>& frames,
                                const PipelineNodes& nodes) {
   PipelineBreakdown breakdown;
-  std::map<std::string, std::int64_t> free_ns;  // by node: done with the frame before
+  std::map<std::string, std::int64_t> free_ns;  // by node: the end of its previous frame
   for (const replay::FrameTimes& frame : frames) {
     const std::string* slowest = nullptr;
     for (const std::string& name : nodes.reconstruction)

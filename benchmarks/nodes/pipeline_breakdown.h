@@ -1,5 +1,4 @@
-// Where the time between the first message of a frame and its composite goes, process by process.
-// Pure.
+// Splits the time from a frame's first message to its composite into stages. Pure.
 #pragma once
 #include <string>
 #include <utility>
@@ -14,22 +13,23 @@ struct PipelineNodes {
   std::string simulation, rendering;
 };
 
-// By frame [ms].
+// Times in ms, one per frame.
 struct PipelineBreakdown {
-  // One after the other, on the way that took longest: of the reconstruction nodes, the one whose
-  // tiles came last.
+  // The consecutive stages of the critical path. It passes through the reconstruction node whose
+  // tiles were written last.
   std::vector<std::pair<std::string, std::vector<double>>> stages;
-  std::vector<double> latency;  // from the first message sent to the time stamp of FrameComposited
-  std::vector<double>
-      received;  // measured apart from what nodes tell: until FrameComposited was here
-  std::vector<double>
-      simulation;  // beside it: from the simulation's last input to its state written
-  std::size_t waited_for_state = 0;  // frames whose tiles were there before the simulation's state
+  std::vector<double> latency;  // from the first message sent to the timestamp of FrameComposited
+  // From the first message sent until the benchmark received FrameComposited, measured
+  // independently of the nodes.
+  std::vector<double> received;
+  // In parallel to the path: from the simulation's last input until its state was written.
+  std::vector<double> simulation;
+  std::size_t waited_for_state = 0;  // frames whose tiles arrived before the simulation's state
   double stages_mean_ms() const;
-  // How much of what was measured the stages add up to; 0 where nothing was received. Missing is
-  // the way back of FrameComposited.
+  // The fraction of the mean of `received` that the stages explain; the rest is the transport of
+  // FrameComposited. 0 if nothing was received.
   double explained_fraction() const;
-  void add(const PipelineBreakdown& other);  // of another run
+  void add(const PipelineBreakdown& other);  // appends the times of another run
 };
 PipelineBreakdown breakdown_of(const std::vector<replay::FrameTimes>& frames,
                                const PipelineNodes& nodes);

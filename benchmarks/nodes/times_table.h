@@ -1,11 +1,13 @@
-// The table of times that benchmarks from recordings print: a row for each stage, [ms].
+// The table of times in ms that the benchmarks from recordings print: one row per step or stage.
 #pragma once
 #include <string>
 #include <vector>
 
+#include "common/base/text_table.h"
+
 namespace fivepipe::node_bench {
 
-void print_times_header();
-void print_times(const std::string& name, const std::vector<double>& time_ms);
+base::TextTable times_table();
+void add_times(base::TextTable& table, const std::string& name, const std::vector<double>& time_ms);
 
 }  // namespace fivepipe::node_bench

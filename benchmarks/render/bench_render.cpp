@@ -1,14 +1,17 @@
-// fivepipe bench render: how long the parent pipe takes for a frame at the paper's sizes, drawing
-// and reading it back.
+// fivepipe bench render: time that the parent pipe takes to draw and read back a frame at the
+// paper's sizes.
+#include <fmt/format.h>
+
 #include <chrono>
-#include <cstdio>
 #include <ctime>
+#include <iostream>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
-#include <sstream>
 
 #include "benchmarks/hull/scenes.h"
 #include "benchmarks/support/suite.h"
 #include "common/base/result_file.h"
+#include "common/base/text_table.h"
 #include "common/base/timing.h"
 #include "common/gl/context.h"
 #include "common/hull/cpu/cpu_hull.h"
@@ -17,7 +20,6 @@
 namespace fivepipe::render_bench {
 namespace {
 
-using bench::Args;
 using Clock = std::chrono::steady_clock;
 
 double cpu_ms() {
@@ -30,20 +32,21 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// The hand goes round above the table once in these frames, and the view with it.
+// The hand circles above the table once in these frames, and the view follows it.
 constexpr int kFrames = 30;
 constexpr double kSecondsPerFrame = 8.0 / kFrames;
 
-// What the reconstruction nodes send of frame f: exact depth, and a colour that differs from pixel
-// to pixel.
+// Returns the hull that the reconstruction nodes send for frame f: exact depth, and a color that
+// differs from pixel to pixel.
 render::HullFrame hull_of(const config::Deployment& deployment, int f, bool coloured) {
   const double angle = 2 * M_PI * f / kFrames;
   const Eigen::Vector3d hand_world_m(0.15 * std::sin(angle), 0.05 + 0.1 * std::cos(angle), 0.12);
   std::vector<hull::Capsule> object = hull_bench::hand_and_forearm();
-  const Eigen::AngleAxisd forwards(M_PI / 2, Eigen::Vector3d::UnitZ());  // from the person's side
+  const Eigen::AngleAxisd forward(
+      M_PI / 2, Eigen::Vector3d::UnitZ());  // the arm reaches in from the person's side
   for (hull::Capsule& part : object)
     for (Eigen::Vector3d* end : {&part.a_world_m, &part.b_world_m})
-      *end = forwards * *end + hand_world_m;
+      *end = forward * *end + hand_world_m;
   std::vector<hull::Silhouette> silhouettes;
   for (const config::RigCamera& camera : deployment.rig.cameras) {
     if (camera.mount != config::Mount::world) continue;
@@ -88,16 +91,16 @@ std::uint64_t mixed(std::uint64_t sum, const cv::Mat& image) {
 
 struct Times {
   std::vector<double> draw_ms, read_ms, frame_ms;
-  std::vector<double> cpu_ms;  // of the whole process, OpenGL's threads on a CPU included: what
-                               // others do on the machine counts less
+  // CPU time of the whole process, including llvmpipe's threads. Other processes affect it less
+  // than the wall time.
+  std::vector<double> cpu_ms;
 };
 
 Times measure(const config::Deployment& deployment, const std::vector<render::HullFrame>& hulls,
               int rounds, std::uint64_t& sum) {
   render::Renderer renderer(deployment.scene, deployment.viewer);
   Times times;
-  for (int i = -kFrames; i < rounds * kFrames;
-       ++i) {  // the first round warms up, and is what the checksum is of
+  for (int i = -kFrames; i < rounds * kFrames; ++i) {  // the checksum is of the warm-up round
     const double cpu_before_ms = cpu_ms();
     const Clock::time_point start = Clock::now();
     renderer.draw(hulls[std::size_t((i + kFrames) % kFrames)], {}, {"touched_block"});
@@ -117,49 +120,74 @@ Times measure(const config::Deployment& deployment, const std::vector<render::Hu
   return times;
 }
 
-std::string measured(const config::Deployment& deployment, const std::string& name, bool coloured,
-                     const bench::Args& args) {
+struct Result {
+  std::string name;  // "coloured"
+  Times times;
+  std::uint64_t checksum = 0xcbf29ce484222325;
+};
+
+Result measured(const config::Deployment& deployment, bool coloured, const bench::Args& args) {
   std::vector<render::HullFrame> hulls;
   for (int f = 0; f < kFrames; ++f) hulls.push_back(hull_of(deployment, f, coloured));
-  std::uint64_t sum = 0xcbf29ce484222325;
-  const Times times = measure(deployment, hulls, args.quick ? 1 : 5, sum);
-  const auto ms = [](const std::vector<double>& values, double p) {
-    return base::percentile(values, p);
-  };
-  std::printf("%-18s draw %6.2f  read %5.2f  both %6.2f  p95 %6.2f  p99 %6.2f  cpu %6.2f ms\n",
-              name.c_str(), ms(times.draw_ms, 0.5), ms(times.read_ms, 0.5), ms(times.frame_ms, 0.5),
-              ms(times.frame_ms, 0.95), ms(times.frame_ms, 0.99), ms(times.cpu_ms, 0.5));
-  std::ostringstream json;
-  json << "  {\"name\": " << base::quoted("render/" + name + "/" + std::to_string(args.threads))
-       << ", \"time_ms\": " << base::times_json(times.frame_ms)
-       << ", \"draw_ms\": " << base::times_json(times.draw_ms)
-       << ", \"read_back_ms\": " << base::times_json(times.read_ms)
-       << ", \"cpu_ms\": " << base::times_json(times.cpu_ms) << ", \"checksum\": \"" << std::hex
-       << sum << "\"}";
-  return json.str();
+  Result result{.name = coloured ? "coloured" : "grey", .times = {}};
+  result.times = measure(deployment, hulls, args.quick ? 1 : 5, result.checksum);
+  return result;
 }
 
-constexpr const char* kHelp =
-    "fivepipe bench render [--json FILE] [--threads N] [--quick]\n"
-    "How long the parent pipe draws, and reads back, a frame of deployment paper: with a coloured "
-    "hull, and with one that nobody gave colour.\n";
+void print(const std::vector<Result>& results) {
+  base::TextTable table({{"ms"},
+                         {"draw", true},
+                         {"read", true},
+                         {"both", true},
+                         {"p95", true},
+                         {"p99", true},
+                         {"cpu", true}});
+  const auto ms = [](const std::vector<double>& values, double p) {
+    return base::with_decimals(base::percentile(values, p), 2);
+  };
+  for (const auto& [name, times, checksum] : results)
+    table.add({name, ms(times.draw_ms, 0.5), ms(times.read_ms, 0.5), ms(times.frame_ms, 0.5),
+               ms(times.frame_ms, 0.95), ms(times.frame_ms, 0.99), ms(times.cpu_ms, 0.5)});
+  std::cout << table.text();
+}
+
+nlohmann::ordered_json json_of(const Result& result, int threads) {
+  const Times& times = result.times;
+  return {{"name", fmt::format("render/{}/{}", result.name, threads)},
+          {"time_ms", base::times_json(times.frame_ms)},
+          {"draw_ms", base::times_json(times.draw_ms)},
+          {"read_back_ms", base::times_json(times.read_ms)},
+          {"cpu_ms", base::times_json(times.cpu_ms)},
+          {"checksum", fmt::format("{:x}", result.checksum)}};
+}
+
+constexpr bench::Suite kSuite{
+    .name = "render",
+    .description =
+        "Measures how long the parent pipe draws and reads back a frame of deployment "
+        "paper, with a coloured hull and with a grey one.",
+    .example = "fivepipe bench render --json out/render.json"};
 
 void run(const bench::Args& args) {
   const config::Deployment deployment =
       config::load_deployment(std::string(FIVEPIPE_SOURCE_DIR) + "/launch/deployments/paper.yaml");
   const gl::GlContext gl;
-  std::puts(base::machine_line(gl.renderer()).c_str());
-  std::vector<std::string> results;
-  for (const bool coloured : {true, false})
-    results.push_back(measured(deployment, coloured ? "coloured" : "grey", coloured, args));
+  std::cout << base::machine_line(gl.renderer()) << std::endl;
+  std::vector<Result> results;
+  nlohmann::ordered_json entries = nlohmann::ordered_json::array();
+  for (const bool coloured : {true, false}) {
+    results.push_back(measured(deployment, coloured, args));
+    entries.push_back(json_of(results.back(), args.threads));
+  }
+  print(results);
   if (!args.json_file.empty())
-    base::write_file(args.json_file, base::suite_json("render", gl.renderer(), results));
+    base::write_json(args.json_file, base::suite_json("render", gl.renderer(), entries));
 }
 
 }  // namespace
 }  // namespace fivepipe::render_bench
 
 int main(int argc, char** argv) {
-  return fivepipe::bench::run_suite("render", fivepipe::render_bench::kHelp, argc, argv,
+  return fivepipe::bench::run_suite(fivepipe::render_bench::kSuite, argc, argv,
                                     fivepipe::render_bench::run);
 }

@@ -1,5 +1,8 @@
 #include "benchmarks/support/gnuplot.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cstdlib>
 
@@ -10,11 +13,10 @@ namespace fivepipe::bench {
 void Plots::add(const std::string& settings, const Series& series) {
   text_ << settings;
   ++plots_;
-  std::string sep = "plot ";
+  std::vector<std::string> lines;
   for (const auto& [name, points] : series) {
-    text_ << sep << '\'' << beside(".dat").filename().string() << "' index " << index_++
-          << " with linespoints pt 7 title '" << name << '\'';
-    sep = ", ";
+    lines.push_back(fmt::format("'{}' index {} with linespoints pt 7 title '{}'",
+                                beside(".dat").filename().string(), index_++, name));
     blocks_ << "# " << name << '\n';
     std::vector<PlotPoint> sorted = points;
     std::sort(sorted.begin(), sorted.end(),
@@ -22,26 +24,25 @@ void Plots::add(const std::string& settings, const Series& series) {
     for (const PlotPoint& p : sorted) blocks_ << p.x << ' ' << p.y << '\n';
     blocks_ << "\n\n";
   }
-  if (series.empty())
-    text_ << "set multiplot next\n";
-  else
-    text_ << '\n';
+  text_ << (series.empty() ? "set multiplot next" : fmt::format("plot {}", fmt::join(lines, ", ")))
+        << '\n';
 }
 
 bool Plots::draw() const {
   const std::string size = plots_ == 1 ? "1000,700" : "1500,1000",
                     layout = plots_ == 1 ? "1,1" : "2,2";
   const std::string terminal = file_.extension() == ".svg"
-                                   ? "svg size " + size + " background 'white'"
+                                   ? fmt::format("svg size {} background 'white'", size)
                                    : "pngcairo size " + size;
   base::write_file(beside(".dat"), blocks_.str());
-  base::write_file(beside(".gp"), "set terminal " + terminal + "\nset output '" +
-                                      file_.filename().string() +
-                                      "'\nset grid\nset multiplot layout " + layout + "\n" +
-                                      text_.str() + "unset multiplot\n");
+  base::write_file(
+      beside(".gp"),
+      fmt::format("set terminal {}\nset output '{}'\nset grid\nset multiplot layout {}\n{}"
+                  "unset multiplot\n",
+                  terminal, file_.filename().string(), layout, text_.str()));
   const std::filesystem::path folder = file_.has_parent_path() ? file_.parent_path() : ".";
-  return std::system(("cd '" + folder.string() + "' && gnuplot '" +
-                      beside(".gp").filename().string() + "' >/dev/null 2>&1")
+  return std::system(fmt::format("cd '{}' && gnuplot '{}' >/dev/null 2>&1", folder.string(),
+                                 beside(".gp").filename().string())
                          .c_str()) == 0;
 }
 

@@ -1,4 +1,4 @@
-// Plots by gnuplot: the numbers as blocks in a data file, one line a series.
+// Plots by gnuplot: a script, and one data file with a block per series.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -11,15 +11,17 @@ namespace fivepipe::bench {
 struct PlotPoint {
   double x, y;
 };
-using Series = std::map<std::string, std::vector<PlotPoint>>;  // by title
+using Series = std::map<std::string, std::vector<PlotPoint>>;  // keyed by title
 
-// Four plots at most, in two columns; one alone has the page.
+// Holds at most four plots, in two columns. A single plot fills the image.
 class Plots {
  public:
   explicit Plots(const std::filesystem::path& file) : file_(file) {}  // .png or .svg
-  void add(const std::string& settings, const Series& series);  // settings: gnuplot's, one line
-  // Writes the file, and the script (.gp) and numbers (.dat) beside it. False where gnuplot is not
-  // there; the script can be run elsewhere. Throws std::runtime_error where files can't be written.
+  // `settings` are gnuplot commands in one line.
+  void add(const std::string& settings, const Series& series);
+  // Draws the file. Writes the script (.gp) and the data (.dat) beside it, and keeps them. Returns
+  // false if gnuplot fails or is not installed; the script also runs elsewhere. Throws
+  // std::runtime_error if the script or the data cannot be written.
   bool draw() const;
 
  private:

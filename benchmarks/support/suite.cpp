@@ -1,62 +1,49 @@
 #include "benchmarks/support/suite.h"
 
-#include <algorithm>
-#include <cstdio>
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <cstdlib>
-#include <stdexcept>
+#include <iostream>
 
 namespace fivepipe::bench {
 namespace {
 
-Args parsed(int argc, char** argv) {
-  Args args;
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    const auto value = [&] {
-      if (++i == argc) throw std::invalid_argument(word + " needs a value");
-      return std::string(argv[i]);
-    };
-    if (word == "--quick")
-      args.quick = true;
-    else if (word == "--full")
-      args.full = true;
-    else if (word == "--json")
-      args.json_file = value();
-    else if (word == "--plot")
-      args.plot_file = value();
-    else if (word == "--only")
-      args.only = value();
-    else if (word == "--maps")
-      args.maps.push_back(value());
-    else if (word == "--threads")
-      args.threads = std::atoi(value().c_str());
-    else
-      throw std::invalid_argument("unknown argument " + word);
-  }
-  if (args.threads < 1 || args.threads > 256)
-    throw std::invalid_argument("--threads must be 1 to 256");
-  return args;
+void add_options(CLI::App& app, const Suite& suite, Args& args) {
+  app.add_option("--json", args.json_file, "write the results to this file (JSON)");
+  app.add_option("--threads", args.threads, "threads of each method, and of OpenGL on a CPU")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  CLI::Option* quick = app.add_flag("--quick", args.quick, "check that the suite runs at all");
+  if (suite.plot_help) app.add_option("--plot", args.plot_file, suite.plot_help);
+  if (suite.maps_help)
+    app.add_option("--maps", args.maps, suite.maps_help)
+        ->check(CLI::ExistingDirectory)
+        ->take_all()
+        ->allow_extra_args(false);
+  if (suite.only_help) app.add_option("--only", args.only, suite.only_help);
+  if (suite.full_help) app.add_flag("--full", args.full, suite.full_help)->excludes(quick);
 }
 
 }  // namespace
 
-int run_suite(const std::string& name, const char* help, int argc, char** argv,
+int run_suite(const Suite& suite, int argc, char** argv,
               const std::function<void(const Args&)>& run) {
-  if (std::any_of(argv + 1, argv + argc,
-                  [](const std::string& word) { return word == "--help" || word == "-h"; }))
-    return std::fputs(help, stdout), 0;
   Args args;
+  CLI::App app(suite.description, fmt::format("fivepipe bench {}", suite.name));
+  app.footer(fmt::format("Example:\n  {}", suite.example));
+  add_options(app, suite, args);
   try {
-    args = parsed(argc, argv);
-  } catch (const std::invalid_argument& e) {
-    return std::fprintf(stderr, "bench %s: %s\n%s", name.c_str(), e.what(), help), 2;
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
   }
   setenv("LP_NUM_THREADS", std::to_string(args.threads).c_str(), 1);
   try {
     run(args);
     return 0;
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "bench %s: %s\n", name.c_str(), e.what());
+  } catch (const std::exception& error) {
+    std::cerr << fmt::format("bench {}: {}\n", suite.name, error.what());
     return 1;
   }
 }

@@ -1,4 +1,4 @@
-// What every `fivepipe bench SUITE` program has: its arguments, help, and exit codes.
+// The main() of every `fivepipe bench SUITE` program: arguments, help and exit codes.
 #pragma once
 #include <functional>
 #include <string>
@@ -7,15 +7,28 @@
 namespace fivepipe::bench {
 
 struct Args {
-  std::string json_file, plot_file, only;
+  std::string json_file, plot_file;
+  std::string only;               // a text that a result's name must contain; empty: all results
   std::vector<std::string> maps;  // folders
   int threads = 2;
   bool quick = false, full = false;
 };
 
-// The whole of main(). 0: done; 1: run threw; 2: wrong arguments, said with the help. OpenGL's
-// threads on a CPU (llvmpipe) are set to `threads`.
-int run_suite(const std::string& name, const char* help, int argc, char** argv,
+// Every suite has the options --json, --threads and --quick.
+struct Suite {
+  const char* name;
+  const char* description;
+  const char* example;
+  // The help of the options that not every suite has; nullptr: the suite lacks the option.
+  const char* plot_help = nullptr;
+  const char* maps_help = nullptr;
+  const char* only_help = nullptr;
+  const char* full_help = nullptr;
+};
+
+// Parses the arguments and calls `run`. Returns the exit code: 0; 1 if `run` throws; 2 if the
+// arguments are wrong. Also limits llvmpipe, the OpenGL renderer on the CPU, to `threads` threads.
+int run_suite(const Suite& suite, int argc, char** argv,
               const std::function<void(const Args&)>& run);
 
 }  // namespace fivepipe::bench

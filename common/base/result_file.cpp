@@ -1,8 +1,9 @@
 #include "common/base/result_file.h"
 
-#include <cstdint>
+#include <fmt/format.h>
+
 #include <fstream>
-#include <sstream>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
 
@@ -11,47 +12,44 @@
 #include "common/base/version.h"
 
 namespace fivepipe::base {
-std::string quoted(const std::string& text) {
-  std::string json = "\"";
-  for (const char c : text)
-    if (c == '"' || c == '\\')
-      (json += '\\') += c;
-    else if (std::uint8_t(c) >= 0x20)
-      json += c;
-  return json + "\"";
+
+using nlohmann::ordered_json;
+
+std::string machine_line(const std::string& gl_renderer) {
+  return fmt::format("{}, {} cores, {}, build {} {}", cpu_name(),
+                     std::thread::hardware_concurrency(), gl_renderer, build_type(), commit());
 }
 
-std::string machine_line(const std::string& renderer) {
-  return cpu_name() + ", " + std::to_string(std::thread::hardware_concurrency()) + " cores, " +
-         renderer + ", build " + build_type() + " " + commit();
+ordered_json suite_json(const std::string& suite, const std::string& gl_renderer,
+                        const ordered_json& results) {
+  return {{"suite", suite},
+          {"commit", commit()},
+          {"machine",
+           {{"cpu", cpu_name()},
+            {"cores", std::thread::hardware_concurrency()},
+            {"gl_renderer", gl_renderer},
+            {"build_type", build_type()}}},
+          {"results", results}};
 }
 
-std::string suite_json(const std::string& suite, const std::string& renderer,
-                       const std::vector<std::string>& results, const std::string& more) {
-  std::ostringstream out;
-  out << "{\"suite\": " << quoted(suite) << ", \"commit\": " << quoted(commit())
-      << ",\n \"machine\": {\"cpu\": " << quoted(cpu_name())
-      << ", \"cores\": " << std::thread::hardware_concurrency()
-      << ", \"gl_renderer\": " << quoted(renderer) << ", \"build_type\": " << quoted(build_type())
-      << "},\n \"results\": [";
-  for (const std::string& result : results)
-    out << (&result == results.data() ? "\n" : ",\n") << result;
-  out << "\n ]" << more << "}\n";
-  return out.str();
+ordered_json times_json(const std::vector<double>& time_ms) {
+  return {{"best", percentile(time_ms, 0)},
+          {"median", percentile(time_ms, 0.5)},
+          {"p95", percentile(time_ms, 0.95)},
+          {"p99", percentile(time_ms, 0.99)},
+          {"runs", time_ms.size()}};
 }
 
-std::string times_json(const std::vector<double>& time_ms) {
-  std::ostringstream out;
-  out << "{\"best\": " << percentile(time_ms, 0) << ", \"median\": " << percentile(time_ms, 0.5)
-      << ", \"p95\": " << percentile(time_ms, 0.95) << ", \"p99\": " << percentile(time_ms, 0.99)
-      << ", \"runs\": " << time_ms.size() << "}";
-  return out.str();
+void write_json(const std::filesystem::path& file, const ordered_json& json) {
+  write_file(file, json.dump(1) + "\n");
 }
 
-void write_file(const std::string& file, const std::string& text) {
+void write_file(const std::filesystem::path& file, const std::string& text) {
+  std::error_code ignored;  // opening the file reports the failure
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), ignored);
   std::ofstream out(file);
   out << text;
-  if (!out.flush()) throw std::runtime_error("cannot write " + file);
+  if (!out.flush()) throw std::runtime_error("cannot write " + file.string());
 }
 
 }  // namespace fivepipe::base

@@ -1,25 +1,27 @@
-// The project's benchmark format. By hand, not by a library: benchmarks also build where hardly one
-// is.
+// The result files of the benchmarks (JSON), which `fivepipe bench compare` reads.
+//
+// A result is an object with a unique "name", "time_ms" (times_json) and, where they apply, "error"
+// (named numbers, greater is worse), "counts" and "checksum" (hexadecimal, of the output).
 #pragma once
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 namespace fivepipe::base {
 
-std::string quoted(const std::string& text);  // as a JSON string
+// Names the processor, the number of cores, the OpenGL renderer, the build type and the commit.
+std::string machine_line(const std::string& gl_renderer);
 
-// What was measured on: processor, cores, OpenGL's renderer, build and commit.
-std::string machine_line(const std::string& renderer);
+// {"suite": .., "commit": .., "machine": {..}, "results": [..]}. `results` is an array.
+nlohmann::ordered_json suite_json(const std::string& suite, const std::string& gl_renderer,
+                                  const nlohmann::ordered_json& results);
 
-// {"suite": .., "commit": .., "machine": {..}, "results": [ .. ]}; `more` are further members after
-// the results: ",\n \"fit\": {}".
-std::string suite_json(const std::string& suite, const std::string& renderer,
-                       const std::vector<std::string>& results, const std::string& more = "");
+// {"best": .., "median": .., "p95": .., "p99": .., "runs": ..}, in ms.
+nlohmann::ordered_json times_json(const std::vector<double>& time_ms);
 
-// {"best": .., "median": .., "p95": .., "p99": .., "runs": ..} [ms].
-std::string times_json(const std::vector<double>& time_ms);
-
-// Throws std::runtime_error where it can't be written.
-void write_file(const std::string& file, const std::string& text);
+// Both create missing folders and throw std::runtime_error if the file cannot be written.
+void write_json(const std::filesystem::path& file, const nlohmann::ordered_json& json);
+void write_file(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace fivepipe::base

@@ -1,13 +1,20 @@
-#include <cstdio>
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
 #include <fstream>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include "benchmarks/nodes/comparison.h"
-#include "benchmarks/nodes/from_recording.h"
+#include "common/base/text_table.h"
+#include "launch/cli/bench_options.h"
 #include "launch/cli/benchmarks.h"
 
 namespace fivepipe::launch {
 namespace {
+
+using node_bench::ComparedResult;
+using node_bench::Comparison;
 
 constexpr int kCriterionNotMet = 4;
 
@@ -27,7 +34,44 @@ std::string check_percent(std::string& text) {
     if (const double percent = std::stod(text, &end); end == text.size() && percent >= 0) return "";
   } catch (const std::logic_error&) {
   }
-  return "expected a share of the time like 5%, got '" + text + "'";
+  return "expected a percentage like 5%, got '" + text + "'";
+}
+
+// `max_ratio` 0: no criterion.
+void print(const Comparison& comparison, double max_ratio) {
+  base::TextTable table(
+      {{"median [ms]"}, {"before", true}, {"after", true}, {"ratio", true}, {"", false}});
+  for (const ComparedResult& result : comparison.results) {
+    std::string remark = max_ratio > 0 && result.is_slower_than(max_ratio) ? "SLOWER " : "";
+    if (result.output_differs) remark += "the output differs ";
+    for (const std::string& error : result.worse_errors)
+      remark += fmt::format("larger error {} ", error);
+    table.add({result.name, base::with_decimals(result.before_ms, 4),
+               base::with_decimals(result.after_ms, 4), base::with_decimals(result.ratio(), 3),
+               remark});
+  }
+  std::cout << table.text();
+}
+
+// Prints what cannot be compared.
+void print_differences(const Comparison& comparison, const std::string& before,
+                       const std::string& after) {
+  for (const std::string& name : comparison.only_before)
+    std::cout << fmt::format("only in {}: {}\n", before, name);
+  for (const std::string& name : comparison.only_after)
+    std::cout << fmt::format("only in {}: {}\n", after, name);
+  if (!comparison.machines.empty())
+    std::cout << "the machine or the build differs, so the ratios mean little: "
+              << comparison.machines << '\n';
+  std::cout << std::flush;
+}
+
+// Counts the results that are slower, err more, or are missing: a missing result may hide anything.
+int failures_in(const Comparison& comparison, double max_ratio) {
+  int failures = int(comparison.only_before.size());
+  for (const ComparedResult& result : comparison.results)
+    failures += result.is_slower_than(max_ratio) || !result.worse_errors.empty();
+  return failures;
 }
 
 }  // namespace
@@ -35,49 +79,31 @@ std::string check_percent(std::string& text) {
 int bench_compare(const std::vector<std::string>& words) {
   std::string before, after, fail_above;
   CLI::App app(
-      "Two results of one benchmark side by side, by the ratio of their medians.\n\nExamples:\n"
+      "Compare two result files of one benchmark by the ratio of their medians.\n\nExamples:\n"
       "  fivepipe bench compare before.json after.json\n"
-      "  fivepipe bench compare docs/benchmarks/recon_node.json out/recon_node.json --fail-above "
-      "5%\n\n"
-      "Exit codes: 0, 1 a file can't be compared, 2 usage, 4 with --fail-above: something takes "
-      "longer by more, errs more, or is missing.",
+      "  fivepipe bench compare docs/benchmarks/recon_a.json out/recon_a.json --fail-above 5%\n\n"
+      "Exit codes: 0; 1 if a file cannot be compared; 2 for wrong arguments; 4 with --fail-above "
+      "if a result is slower by more, has a larger error, or is missing.",
       "fivepipe bench compare");
-  app.add_option("BEFORE", before, "results (JSON)")->required()->check(CLI::ExistingFile);
-  app.add_option("AFTER", after, "results (JSON)")->required()->check(CLI::ExistingFile);
+  app.add_option("BEFORE", before, "result file (JSON)")->required()->check(CLI::ExistingFile);
+  app.add_option("AFTER", after, "result file (JSON)")->required()->check(CLI::ExistingFile);
   app.add_option("--fail-above", fail_above,
-                 "5%: exit code 4 where a median is longer by more than that")
+                 "exit with 4 if a median is longer by more than this, for example 5%")
       ->check(CLI::Validator(check_percent, "PERCENT"));
-  if (const auto exit_code = node_bench::parsed(app, words)) return *exit_code;
-  const node_bench::Comparison comparison = node_bench::compared(read(before), read(after));
+  if (const auto exit_code = parse(app, words)) return *exit_code;
+  const Comparison comparison = node_bench::compared(read(before), read(after));
   const double max_ratio = fail_above.empty() ? 0 : 1 + 0.01 * std::stod(fail_above);
-  std::printf("%-56s %10s %10s %7s\n", "median [ms]", "before", "after", "ratio");
-  int failures = 0;
-  for (const node_bench::ComparedResult& result : comparison.results) {
-    const bool fails = max_ratio > 0 && result.is_slower_than(max_ratio);
-    failures += fails || (max_ratio > 0 && !result.worse_errors.empty());
-    std::printf("%-56s %10.4f %10.4f %7.3f%s%s\n", result.name.c_str(), result.before_ms,
-                result.after_ms, result.ratio(), fails ? "  SLOWER" : "",
-                result.output_differs ? "  its output differs" : "");
-    for (const std::string& error : result.worse_errors)
-      std::printf("    greater error: %s\n", error.c_str());
-  }
-  for (const std::string& name : comparison.only_before)
-    std::printf("only in %s: %s\n", before.c_str(), name.c_str());
-  for (const std::string& name : comparison.only_after)
-    std::printf("only in %s: %s\n", after.c_str(), name.c_str());
-  if (!comparison.machines.empty())
-    std::printf("not the same machine or build, so that times tell little: %s\n",
-                comparison.machines.c_str());
-  std::fflush(stdout);
+  print(comparison, max_ratio);
+  print_differences(comparison, before, after);
   if (comparison.results.empty()) {
-    std::cerr << "nothing to compare: no result has the same name in both\n";
+    std::cerr << "nothing to compare: the files share no result name\n";
     return 1;
   }
-  if (max_ratio > 0)
-    failures += int(comparison.only_before.size());  // what is missing may be anything
+  const int failures = max_ratio > 0 ? failures_in(comparison, max_ratio) : 0;
   if (failures > 0)
-    std::cerr << failures << " are slower by more than " << 100 * (max_ratio - 1)
-              << " %, err more, or are missing\n";
+    std::cerr << fmt::format(
+        "{} results are slower by more than {:g} %, have a larger error, or are missing\n",
+        failures, 100 * (max_ratio - 1));
   return failures > 0 ? kCriterionNotMet : 0;
 }
 

@@ -1,5 +1,5 @@
-// `fivepipe bench NODE --from FILE`, `bench pipeline --from FILE`, `bench compare A B`: each gets
-// the words that follow its name. Exit codes as everywhere.
+// The benchmarks that run inside the fivepipe program. Each function takes the words after its name
+// and returns the exit code.
 #pragma once
 #include <string>
 #include <vector>

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -24,7 +26,7 @@ std::vector<std::string> suites() {
   return names;
 }
 
-// Goes on as the program that words.front() names.
+// Replaces this process by the program that words.front() names.
 [[noreturn]] void exec_program(std::vector<std::string> words) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -33,14 +35,13 @@ std::vector<std::string> suites() {
   throw std::system_error(errno, std::generic_category(), words.front());
 }
 
-// With a recording: its nodes are measured.
 bool is_from_recording(const std::vector<std::string>& words) {
   return std::any_of(words.begin(), words.end(), [](const std::string& word) {
     return word == "--from" || word.starts_with("--from=");
   });
 }
 
-// What was interrupted has thrown on its way out.
+// Returns 130 if `run` throws after a signal.
 int interruptible(const std::function<int()>& run) {
   try {
     return run();
@@ -57,18 +58,19 @@ int run_bench(std::vector<std::string> words) {
     if (words.front() == "compare") return bench_compare(rest);
     if (words.front() == "bus-echo" && rest.size() == 2)
       return node_bench::echo_on_bus(std::uint32_t(std::stoul(rest[0])),
-                                     rest[1]);  // bench pipeline starts it
+                                     rest[1]);  // `bench pipeline` starts this process
     if (words.front() == "pipeline") return interruptible([&] { return bench_pipeline(rest); });
     if (is_from_recording(rest) || words.front().ends_with("_node"))
       return interruptible([&] { return bench_node(words.front(), rest); });
   }
   if (words.empty() || std::find(known.begin(), known.end(), words.front()) == known.end()) {
-    std::cerr << (words.empty() ? std::string("which suite?") : "no suite '" + words.front() + "'")
-              << " There are:";
-    for (const std::string& name : known) std::cerr << ' ' << name;
-    std::cerr << " pipeline compare, and any node by its name with --from FILE.mcap";
-    std::cerr << (known.empty() ? " none beside " + program_folder().string() + "/fivepipe\n"
-                                : "\n");
+    std::cerr << (words.empty() ? "bench: name a benchmark\n"
+                                : fmt::format("bench: no benchmark '{}'\n", words.front()))
+              << fmt::format(
+                     "  suites: {}\n  from a recording: NODE --from FILE.mcap, pipeline --from "
+                     "FILE.mcap\n  results: compare BEFORE AFTER\n",
+                     known.empty() ? "none is built in " + program_folder().string()
+                                   : fmt::format("{}", fmt::join(known, ", ")));
     return 2;
   }
   words.front() = program_folder() / (kBenchPrefix + words.front());
@@ -78,17 +80,17 @@ int run_bench(std::vector<std::string> words) {
 }  // namespace
 
 void add_bench(CLI::App& app, Command& command) {
-  CLI::App* bench =
-      app.add_subcommand("bench",
-                         "Measure: bench SUITE [OPTIONS of the suite], bench NODE --from FILE, "
-                         "bench pipeline --from FILE, bench compare A B");
+  CLI::App* bench = app.add_subcommand(
+      "bench",
+      "Measure a suite, a node or the pipeline: bench SUITE [OPTIONS], bench "
+      "NODE --from FILE, bench pipeline --from FILE, bench compare BEFORE AFTER");
   bench->footer(
       "Examples:\n"
-      "  fivepipe bench hull --json out/hull.json              suites: hull, collision\n"
+      "  fivepipe bench hull --json out/hull.json              a suite: hull, collision or render\n"
       "  fivepipe bench collision --plot out/collision.png\n"
       "  fivepipe bench recon_node --from session.mcap         one node alone, from a recording\n"
-      "  fivepipe bench pipeline --from session.mcap           all of them, and where the time "
-      "goes\n"
+      "  fivepipe bench pipeline --from session.mcap           all nodes, with the latency by "
+      "stage\n"
       "  fivepipe bench compare before.json after.json --fail-above 5%\n"
       "  fivepipe bench hull --help");
   bench->prefix_command();
@@ -98,9 +100,9 @@ void add_bench(CLI::App& app, Command& command) {
 
 void add_maps(CLI::App& app, Command& command) {
   CLI::App* maps = app.add_subcommand("maps",
-                                      "Write one frame's object-pixel maps as images: maps "
+                                      "Write the object-pixel maps of one frame as images: maps "
                                       "DEPLOYMENT --out FOLDER [--frame N] [--set KEY=VALUE]");
-  maps->set_help_flag();  // the program has its own
+  maps->set_help_flag();  // fivepipe_maps prints its own help
   maps->prefix_command();
   maps->callback([maps, &command] {
     command = [words = maps->remaining()]() -> int {

@@ -1,5 +1,5 @@
-// What the benchmark holds the response and the distances against: the paper's window, a voxel
-// grid's distances, normals in closed form.
+// The baselines and references of the response and of the distances: the paper's window, the
+// distances of a voxel grid, and normals in closed form.
 #include "benchmarks/collision/analytic_normal.h"
 #include "benchmarks/collision/baselines/distance_grid.h"
 #include "benchmarks/collision/baselines/rendered_response.h"
@@ -16,14 +16,14 @@ constexpr double kHeight_m = 0.05, kApex_rad = 10 * std::numbers::pi / 180,
 
 class RenderedResponse : public GlTest {};
 
-// Its accuracy law: height over window; but for parts of the hull thinner than a step, and where
-// V_rec leaves it along its surface.
-TEST_F(RenderedResponse, LeavesTheHullWithinAPixelOfItsWindow) {
+// The error is at most one step, the height divided by the window, except for parts of the hull
+// thinner than a step and where V_rec leaves the hull along its surface.
+TEST_F(RenderedResponse, FindsTheExitWithinOnePixelOfTheWindow) {
   for (const int window_px : {100, 400}) {
     Random random(21);
     baselines::RenderedResponse rendered(window_px);
     const double step_m = kHeight_m / window_px;
-    int ways = 0, off = 0, insides = 0;
+    int exits = 0, off = 0, enclosed = 0;
     for (int scene = 0; scene < 8; ++scene) {
       const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
       const Queries hull(silhouettes);
@@ -34,27 +34,27 @@ TEST_F(RenderedResponse, LeavesTheHullWithinAPixelOfItsWindow) {
         const auto exact = collision::exit_from_base(hull.query, p, v_rec, kHeight_m);
         const auto found = rendered.respond(p, v_rec, kHeight_m, kApex_rad);
         if (!exact) {
-          ++insides;
+          ++enclosed;
           EXPECT_FALSE(found);
           continue;
         }
-        ++ways;
+        ++exits;
         off += !found || std::abs(found->d_rec_m - exact->distance_m) > 1.05 * step_m;
         if (found) {
           EXPECT_LE((found->cp_hull_world_m - p - found->d_rec_m * v_rec).norm(),
-                    0.1 * step_m);  // half a row: 8.7 mm / 2 over the window
+                    0.1 * step_m);  // half a row: 8.7 mm / 2, divided by the window
         }
       }
     }
-    EXPECT_GT(ways, 30);
-    EXPECT_GT(insides, 5);
-    EXPECT_LE(off, ways / 20);
+    EXPECT_GT(exits, 30);
+    EXPECT_GT(enclosed, 5);
+    EXPECT_LE(off, exits / 20);
   }
 }
 
-// The hull ends at z = 0; over 5 cm of V_rec the four points span some millimetres, of which a step
-// of the window is a hundredth.
-TEST_F(RenderedResponse, GivesAPlanesNormal) {
+// The hull ends at z = 0. Over 5 cm of V_rec, the four points span some millimetres, of which a
+// step of the window is a hundredth.
+TEST_F(RenderedResponse, ReturnsTheNormalOfAPlane) {
   const auto silhouettes = plane_silhouettes();
   baselines::RenderedResponse rendered(400);
   rendered.set_silhouettes(silhouettes);
@@ -67,7 +67,7 @@ TEST_F(RenderedResponse, GivesAPlanesNormal) {
   }
 }
 
-TEST(DistanceGrid, IsTheDistanceToTheNearestVoxelInTheHull) {
+TEST(DistanceGrid, EqualsTheDistanceToTheNearestVoxelInTheHull) {
   Random random(22);
   const auto silhouettes = silhouettes_of(random_object(random, 3, 0.1), random_cameras(random, 3));
   const Queries hull(silhouettes);
@@ -75,23 +75,23 @@ TEST(DistanceGrid, IsTheDistanceToTheNearestVoxelInTheHull) {
   const Eigen::AlignedBox3d box(Vector3d(-0.12, -0.1, -0.14), Vector3d(0.13, 0.12, 0.1));
   baselines::DistanceGrid grid(kVoxel_m);
   grid.build(hull.query, box);
-  std::vector<Vector3d> middles, inside;
+  std::vector<Vector3d> centers, inside;
   for (double z = box.min().z() + 0.5 * kVoxel_m; z < box.max().z(); z += kVoxel_m)
     for (double y = box.min().y() + 0.5 * kVoxel_m; y < box.max().y(); y += kVoxel_m)
       for (double x = box.min().x() + 0.5 * kVoxel_m; x < box.max().x(); x += kVoxel_m) {
-        middles.emplace_back(x, y, z);
-        if (hull::in_hull(silhouettes, middles.back())) inside.push_back(middles.back());
+        centers.emplace_back(x, y, z);
+        if (hull::in_hull(silhouettes, centers.back())) inside.push_back(centers.back());
       }
   ASSERT_GT(inside.size(), 50u);
-  ASSERT_GT(middles.size(), 2 * inside.size());
-  for (const Vector3d& p : middles) {
+  ASSERT_GT(centers.size(), 2 * inside.size());
+  for (const Vector3d& p : centers) {
     double nearest_m = kInfinity;
     for (const Vector3d& q : inside) nearest_m = std::min(nearest_m, (p - q).norm());
     EXPECT_NEAR(grid.distance_m(p), nearest_m, 1e-6);
   }
 }
 
-TEST(DistanceGrid, WithoutAHullAllIsInfinitelyFarAndSizesAreChecked) {
+TEST(DistanceGrid, IsInfiniteWithoutAHullAndRejectsInvalidSizes) {
   const Queries empty(std::vector<hull::Silhouette>{});
   baselines::DistanceGrid grid(0.1);
   grid.build(empty.query, {Vector3d::Zero(), Vector3d::Ones()});
@@ -103,9 +103,9 @@ TEST(DistanceGrid, WithoutAHullAllIsInfinitelyFarAndSizesAreChecked) {
       std::invalid_argument);
 }
 
-// Along the surface, across the line of sight, the way to it grows with the square alone: a degree
-// off would show tenfold.
-TEST(AnalyticExit, NormalIsThatOfTheConeOfSight) {
+// A small step along the surface, across the line of sight, leaves the surface only by the square
+// of the step. A normal that is off by a degree would exceed that bound tenfold.
+TEST(AnalyticExit, NormalEqualsThatOfTheConeOfSight) {
   Random random(23);
   constexpr double kAside_m = 1e-4;
   int checked = 0;

@@ -1,5 +1,5 @@
-// The benchmark's scenes are what they say, and its rivals give what they claim: a comparison with
-// something wrong is worth nothing.
+// The scenes of the collision benchmark are as documented, and its baselines compute what they
+// claim. Otherwise the benchmark would compare with wrong results.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
@@ -17,9 +17,6 @@ namespace {
 
 using collision_bench::CollisionScene;
 using Eigen::Vector3d;
-
-// --- brute force
-// -----------------------------------------------------------------------------------------------------
 
 collision::ObjectCollision by_scalar_loop(const std::vector<collision::Triangle>& triangles,
                                           std::span<const hull::Silhouette> silhouettes,
@@ -41,12 +38,12 @@ collision::ObjectCollision by_scalar_loop(const std::vector<collision::Triangle>
 std::vector<collision::Triangle> random_triangles(test::Random& random, int count) {
   std::vector<collision::Triangle> triangles;
   for (int i = 0; i < count; ++i) {
-    const Vector3d middle = test::random_in_ball(random, 0.4);
-    const double size_m =
-        std::pow(10, test::uniform(random, -3, 0.7));  // up to 5 m: behind cameras too
-    triangles.push_back({middle + test::random_in_ball(random, size_m),
-                         middle + test::random_in_ball(random, size_m),
-                         middle + test::random_in_ball(random, size_m)});
+    const Vector3d center = test::random_in_ball(random, 0.4);
+    // Triangles of up to 5 m extend behind cameras.
+    const double size_m = std::pow(10, test::uniform(random, -3, 0.7));
+    triangles.push_back({center + test::random_in_ball(random, size_m),
+                         center + test::random_in_ball(random, size_m),
+                         center + test::random_in_ball(random, size_m)});
   }
   triangles[0][1] = triangles[0][0];                                   // degenerate
   triangles[1][2] = 0.5 * (triangles[1][0] + triangles[1][1]);         // collinear
@@ -54,7 +51,7 @@ std::vector<collision::Triangle> random_triangles(test::Random& random, int coun
   return triangles;
 }
 
-TEST(BruteForce, FindsWhatAScalarLoopOverTheSameSamplesFinds) {
+TEST(BruteForce, EqualsAScalarLoopOverTheSameSamples) {
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     std::size_t points = 0;
@@ -82,9 +79,9 @@ TEST(BruteForce, FindsWhatAScalarLoopOverTheSameSamplesFinds) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
-// Where every pixel's border counts, the image's too, and triangles reach behind the camera: what
-// rounding in float would get wrong.
-TEST(BruteForce, IsRightAtThePixelsBordersAndBehindTheCamera) {
+// Random maps have a border at almost every pixel, and the triangles extend beyond the image and
+// behind the camera, where rounding in float would fail.
+TEST(BruteForce, IsExactAtPixelBordersAndBehindTheCamera) {
   test::Random random(42);
   std::vector<hull::Silhouette> silhouettes;
   for (const geometry::Camera& camera : test::random_cameras(random, 1))
@@ -96,8 +93,8 @@ TEST(BruteForce, IsRightAtThePixelsBordersAndBehindTheCamera) {
   for (const Case& c : {Case{300, 60, 0.4}, {300, 30, 6}, {3, 20000, 0.003}}) {
     std::vector<std::vector<collision::Triangle>> objects(1);
     for (int i = 0; i < c.triangles; ++i) {
-      const Vector3d middle = test::random_in_ball(random, 0.6);
-      const auto corner = [&] { return Vector3d(middle + test::random_in_ball(random, c.size_m)); };
+      const Vector3d center = test::random_in_ball(random, 0.6);
+      const auto corner = [&] { return Vector3d(center + test::random_in_ball(random, c.size_m)); };
       objects[0].push_back({corner(), corner(), corner()});
     }
     const collision::ObjectCollision expected = by_scalar_loop(objects[0], silhouettes, c.across);
@@ -114,18 +111,19 @@ TEST(BruteForce, IsRightAtThePixelsBordersAndBehindTheCamera) {
   }
 }
 
-TEST(BruteForce, SamplesLieInTheTriangleAndHalfOfTheViewportIsCovered) {
+TEST(BruteForce, SamplesLieInTheTriangleAndCoverHalfTheViewport) {
   test::Random random(7);
   for (const collision::Triangle& t : random_triangles(random, 200)) {
     const collision::TriangleView view = collision::view_of(t);
     const auto samples = triangle_samples(view, 60);
     for (const TriangleSample& s : samples)
       EXPECT_TRUE(s.base >= 0 && s.side > 0 && s.base + s.side <= 1 + 1e-6f);
-    EXPECT_NEAR(double(samples.size()), 1800, 60);  // the border's pixels, half of a row's two
+    EXPECT_NEAR(double(samples.size()), 1800,
+                60);  // tolerance: half of the two border pixels per row
   }
 }
 
-TEST(BruteForce, NothingIsInTheHullOfAnEmptyMapOrOfNoMap) {
+TEST(BruteForce, FindsNothingWithoutMapsOrObjectPixels) {
   test::Random random(3);
   auto silhouettes =
       test::silhouettes_of(test::random_object(random, 5), test::random_cameras(random, 2));
@@ -139,9 +137,6 @@ TEST(BruteForce, NothingIsInTheHullOfAnEmptyMapOrOfNoMap) {
   brute.set_silhouettes(silhouettes);
   EXPECT_FALSE(brute.detect(objects, pool)[0].colliding());
 }
-
-// --- the hull's polygons
-// ---------------------------------------------------------------------------------------------
 
 const Eigen::AlignedBox3d kVolume(Vector3d::Constant(-0.6), Vector3d::Constant(0.6));
 
@@ -160,7 +155,7 @@ Polygonised random_polygons(std::uint64_t seed, double cell_m, int threads = 1) 
   return p;
 }
 
-// How often the surface winds around p: above p, crossings upwards less crossings downwards.
+// Returns the winding number of the surface around p: above p, upward minus downward crossings.
 int winding(const geometry::Mesh& mesh, const Vector3d& p_m) {
   int count = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -174,12 +169,12 @@ int winding(const geometry::Mesh& mesh, const Vector3d& p_m) {
   return count;
 }
 
-TEST(HullPolygons, AreClosedAndOrientedOutwards) {
+TEST(HullPolygons, AreClosedAndOrientedOutward) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const geometry::Mesh mesh = random_polygons(seed, 0.011).mesh;
     ASSERT_GT(mesh.triangles.size(), 500u);
-    std::map<std::pair<std::uint32_t, std::uint32_t>, int>
-        directed;  // each edge is gone along both ways equally often
+    // A closed mesh traverses each edge equally often in both directions.
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;
     double volume_m3 = 0;
     for (const auto& t : mesh.triangles) {
       for (int i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
@@ -194,7 +189,7 @@ TEST(HullPolygons, AreClosedAndOrientedOutwards) {
 
 TEST(HullPolygons, ClassifyPointsFartherThanACellFromTheBorder) {
   constexpr double kCell_m = 0.006;
-  const double reach_m = std::sqrt(3.0) * kCell_m;
+  const double diagonal_m = std::sqrt(3.0) * kCell_m;
   for (const std::uint64_t seed : {11, 12, 13}) {
     const Polygonised p = random_polygons(seed, kCell_m);
     base::WorkerPool pool(1);
@@ -204,8 +199,9 @@ TEST(HullPolygons, ClassifyPointsFartherThanACellFromTheBorder) {
     int inside = 0, outside = 0;
     for (int i = 0; i < 1000; ++i) {
       const Vector3d q = p.mesh.vertices_m[random() % p.mesh.vertices_m.size()] +
-                         test::random_in_ball(random, 5 * reach_m);
-      const bool deep = query.solid_radius_m(q) > reach_m, clear = query.free_radius_m(q) > reach_m;
+                         test::random_in_ball(random, 5 * diagonal_m);
+      const bool deep = query.solid_radius_m(q) > diagonal_m,
+                 clear = query.free_radius_m(q) > diagonal_m;
       if (!deep && !clear) continue;
       (deep ? inside : outside)++;
       EXPECT_EQ(winding(p.mesh, q), deep ? 1 : 0) << q.transpose();
@@ -213,7 +209,7 @@ TEST(HullPolygons, ClassifyPointsFartherThanACellFromTheBorder) {
     EXPECT_GT(inside, 10);
     EXPECT_GT(outside, 100);
     for (const Vector3d& v : p.mesh.vertices_m)
-      EXPECT_TRUE(query.solid_radius_m(v) <= reach_m && query.free_radius_m(v) <= reach_m);
+      EXPECT_TRUE(query.solid_radius_m(v) <= diagonal_m && query.free_radius_m(v) <= diagonal_m);
   }
 }
 
@@ -227,7 +223,7 @@ TEST(HullPolygons, AreIndependentOfThreadsAndEmptyWithoutAHull) {
   EXPECT_TRUE(HullPolygons(0.01).polygonise(hull::HullQuery(empty), kVolume).triangles.empty());
 }
 
-// A hull that reaches out of the volume is cut off there, and still closed.
+// The surface of a hull that extends beyond the volume is cut off there, and still closed.
 TEST(HullPolygons, AreClippedToTheVolume) {
   test::Random random(8);
   const auto silhouettes = test::silhouettes_of(
@@ -238,7 +234,7 @@ TEST(HullPolygons, AreClippedToTheVolume) {
   const Eigen::AlignedBox3d volume(Vector3d(0, -0.5, -0.5), Vector3d(0.2, 0.5, 0.5));
   const geometry::Mesh mesh = HullPolygons(0.01).polygonise(query, volume);
   ASSERT_FALSE(mesh.triangles.empty());
-  // A grid point and a half beyond at most.
+  // The surface extends at most 1.5 grid points beyond the volume.
   EXPECT_GT(geometry::bounds_m(mesh).min().x(), -0.015);
   EXPECT_LT(geometry::bounds_m(mesh).max().x(), 0.215);
   for (const double x_m : {0.01, 0.1, 0.19})
@@ -247,19 +243,14 @@ TEST(HullPolygons, AreClippedToTheVolume) {
     EXPECT_EQ(winding(mesh, {x_m, 0.05 + 0.1 * x_m, 0.001}), 0) << x_m;
 }
 
-// --- FCL
-// -------------------------------------------------------------------------------------------------------------
-
 #ifdef FIVEPIPE_FCL
-TEST(HullFcl, FindsTheTrianglesThatCrossAndTheirPoints) {
+TEST(HullFcl, FindsCrossingTrianglesAndTheirPoints) {
   HullFcl fcl;
   fcl.set_hull(geometry::box_mesh({0.2, 0.2, 0.2}));
-  geometry::Mesh sheet =
-      geometry::curtain_mesh(0.6, 0.6, 6, 6, 0, 0);  // in its plane cells of 10 cm, through the box
-  for (Vector3d& v : sheet.vertices_m)
-    v +=
-        Vector3d(0.05, 0.01,
-                 0.35);  // cells' borders at 0.05 + 0.1 k: those at -0.05 to 0.05 are wholly inside
+  // A plane sheet of 10 cm cells through the box. The cells' borders are at 0.05 + 0.1 k, so the
+  // cell from -0.05 to 0.05 lies wholly inside.
+  geometry::Mesh sheet = geometry::curtain_mesh(0.6, 0.6, 6, 6, 0, 0);
+  for (Vector3d& v : sheet.vertices_m) v += Vector3d(0.05, 0.01, 0.35);
   const collision::ObjectCollision found = fcl.query(fcl.add(sheet));
   ASSERT_TRUE(found.colliding());
   const auto triangles = collision::world_triangles(sheet, Eigen::Isometry3d::Identity());
@@ -267,8 +258,8 @@ TEST(HullFcl, FindsTheTrianglesThatCrossAndTheirPoints) {
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     Eigen::AlignedBox2d box;
     for (const Vector3d& v : triangles[i]) box.extend(Eigen::Vector2d(v.x(), v.z()));
-    // Cells around the square from -0.1 to 0.1: the right angle's own half decides where only a
-    // corner of the cell is in it.
+    // Samples of the triangle, because only a corner of some cells lies in the square from -0.1 to
+    // 0.1.
     bool in = false, out = false;
     for (int a = 0; a <= 50; ++a)
       for (int b = 0; a + b <= 50; ++b) {
@@ -291,7 +282,7 @@ TEST(HullFcl, FindsTheTrianglesThatCrossAndTheirPoints) {
   }
 }
 
-TEST(HullFcl, FollowsADeformedMeshAndMissesWhatIsWhollyInside) {
+TEST(HullFcl, RefitsADeformedMeshAndMissesEnclosedObjects) {
   HullFcl fcl;
   fcl.set_hull(geometry::box_mesh({0.2, 0.2, 0.2}));
   geometry::Mesh sheet = geometry::curtain_mesh(0.05, 0.05, 2, 2, 0, 0);
@@ -305,22 +296,19 @@ TEST(HullFcl, FollowsADeformedMeshAndMissesWhatIsWhollyInside) {
 }
 #endif
 
-// --- the benchmark's scenes
-// ------------------------------------------------------------------------------------------
-
 collision_bench::TruthCounts true_counts(const collision_bench::CollisionScene& scene) {
   base::WorkerPool pool(1);
   return collision_bench::counts_of(collision_bench::exact_truth(scene, 100000, pool));
 }
 
-TEST(CollisionScenes, Curtain720IsThePapersWithAHandPressedThroughIt) {
+TEST(CollisionScenes, HandPressesThroughThePapersCurtain) {
   const collision_bench::CollisionScene scene = collision_bench::curtain720();
   EXPECT_EQ(scene.triangles(), 720u);
   EXPECT_EQ(scene.silhouettes.size(), 3u);
   const auto counts = true_counts(scene);
   EXPECT_EQ(counts.known, 720u);
   EXPECT_GE(double(counts.crossing_border), 72);
-  // The curtain hangs in y = 0; the real hand itself is on both sides of it.
+  // The curtain hangs in the plane y = 0, and the real hand is on both sides of it.
   double beyond_m = 0, before_m = 0;
   for (const hull::Capsule& c : scene.real_objects)
     for (const Vector3d* end : {&c.a_world_m, &c.b_world_m})
@@ -330,7 +318,7 @@ TEST(CollisionScenes, Curtain720IsThePapersWithAHandPressedThroughIt) {
   EXPECT_LT(before_m, 0);
 }
 
-TEST(CollisionScenes, BlocksAreADozenOfWhichSomeAreTouched) {
+TEST(CollisionScenes, HandTouchesSomeOfTwelveBlocks) {
   const collision_bench::CollisionScene scene = collision_bench::blocks();
   ASSERT_EQ(scene.objects.size(), 12u);
   base::WorkerPool pool(1);
@@ -341,12 +329,12 @@ TEST(CollisionScenes, BlocksAreADozenOfWhichSomeAreTouched) {
   EXPECT_LE(touched, 9);
 }
 
-TEST(CollisionScenes, PayloadIsAnAssemblyOfFiftyThousand) {
+TEST(CollisionScenes, PayloadHasFiftyThousandTrianglesInClosedParts) {
   const collision_bench::CollisionScene scene = collision_bench::payload();
   EXPECT_GE(scene.triangles(), 50000u);
   EXPECT_LT(scene.triangles(), 50044u);
   EXPECT_GT(true_counts(scene).crossing_border, 100u);
-  // Closed parts: every edge is gone along both ways equally often.
+  // A closed mesh traverses each edge equally often in both directions.
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;
   for (const auto& t : scene.objects[0].mesh.triangles)
     for (int i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
@@ -354,7 +342,7 @@ TEST(CollisionScenes, PayloadIsAnAssemblyOfFiftyThousand) {
     ASSERT_EQ(count, (directed[{edge.second, edge.first}]));
 }
 
-TEST(CollisionScenes, DenseIsAMillionOfWhichAHundredthIsNear) {
+TEST(CollisionScenes, OneInAHundredOfDensesMillionTrianglesIsNear) {
   const collision_bench::CollisionScene scene = collision_bench::dense();
   EXPECT_EQ(scene.triangles(), 1000000u);
   const auto counts = true_counts(scene);
@@ -362,14 +350,14 @@ TEST(CollisionScenes, DenseIsAMillionOfWhichAHundredthIsNear) {
   EXPECT_GT(counts.crossing, 100u);
 }
 
-TEST(CollisionScenes, FullSceneCrossesTheBorderWithEveryTriangle) {
+TEST(CollisionScenes, EveryTriangleOfFullCrossesTheBorder) {
   const collision_bench::CollisionScene scene = collision_bench::full();
   const auto counts = true_counts(scene);
   EXPECT_EQ(counts.crossing_border, counts.triangles);
   EXPECT_EQ(counts.triangles, 80u);
 }
 
-TEST(CollisionScenes, ThinHasFingersOfTwoMillimetresAndTrianglesOfTwoCentimetres) {
+TEST(CollisionScenes, ThinHasTwoMillimetreFingersAndTwoCentimetreTriangles) {
   const collision_bench::CollisionScene scene = collision_bench::thin();
   for (const hull::Capsule& c : scene.real_objects) EXPECT_EQ(c.radius_m, 0.001);
   for (const collision::Triangle& t : scene.objects_world_m[0])
@@ -384,10 +372,7 @@ TEST(CollisionScenes, AreDeterministic) {
   EXPECT_EQ(one.silhouettes[0].pixels, two.silhouettes[0].pixels);
 }
 
-// --- truth
-// -----------------------------------------------------------------------------------------------------------
-
-// What a backend says is judged right: a ball's hull by a plate through its middle.
+// The hull of a ball, and a plate through its center.
 TEST(CollisionTruth, ComputesDepthAndVerdictErrors) {
   collision_bench::CollisionScene scene{
       "ball", {{Vector3d::Zero(), Vector3d::Zero(), 0.05}}, {}, {}, {}, {}};
@@ -398,36 +383,37 @@ TEST(CollisionTruth, ComputesDepthAndVerdictErrors) {
                                  {}});
   for (hull::Silhouette& s : scene.silhouettes)
     s.pixels = hull::true_object_pixels(scene.real_objects, s.camera, hull::PixelRule::touched);
-  const double reach_m = 0.02;  // well inside
+  const double inside_m = 0.02;  // well inside the ball
   scene.objects_world_m = {
       {{Vector3d(-1, -1, 0), Vector3d(1, -1, 0), Vector3d(0, 1.5, 0)},
-       {Vector3d(-reach_m, 0, 0), Vector3d(reach_m, 0, 0), Vector3d(0, reach_m, 0)},
+       {Vector3d(-inside_m, 0, 0), Vector3d(inside_m, 0, 0), Vector3d(0, inside_m, 0)},
        {Vector3d(1, 1, 1), Vector3d(1.1, 1, 1), Vector3d(1, 1.1, 1)}}};
   base::WorkerPool pool(1);
   const auto truth = collision_bench::exact_truth(scene, 100, pool);
   EXPECT_TRUE(truth[0][0].crosses_border() && truth[0][1].crosses && !truth[0][1].leaves &&
               !truth[0][2].crosses && !truth[0][2].near);
-  // The plate's deepest point is the ball's centre: the hull is at least the ball, and not a tenth
-  // more.
+  // The plate's deepest point is the ball's center. The hull contains the ball and exceeds it by
+  // less than a tenth.
   EXPECT_GT(truth[0][0].deepest_m, 0.0494);
   EXPECT_LT(truth[0][0].deepest_m, 0.055);
 
-  std::vector<collision::ObjectCollision> said(1);
-  said[0].triangles = {1, 2};
-  auto wrong = collision_bench::wrong_of(said, truth, scene);
+  std::vector<collision::ObjectCollision> found(1);
+  found[0].triangles = {1, 2};
+  auto wrong = collision_bench::wrong_of(found, truth, scene);
   EXPECT_EQ(wrong.missed, 1u);
   EXPECT_EQ(wrong.deepest_missed_m, truth[0][0].deepest_m);
   EXPECT_EQ(wrong.missed_inside, 0u);
   EXPECT_EQ(wrong.invented, 1u);
-  said[0].triangles = {0};
-  wrong = collision_bench::wrong_of(said, truth, scene);
+  found[0].triangles = {0};
+  wrong = collision_bench::wrong_of(found, truth, scene);
   EXPECT_EQ(wrong.missed_inside, 1u);
   EXPECT_EQ(wrong.deepest_missed_border_m, 0);
   EXPECT_EQ(wrong.deepest_missed_m, truth[0][1].deepest_m);
-  said[0].triangles = {1, 2};
-  said[0].undecided = {0};
-  said[0].points = {{Vector3d::Zero(), 2}};  // in the hull: the truth may have been too coarse
-  wrong = collision_bench::wrong_of(said, truth, scene);
+  found[0].triangles = {1, 2};
+  found[0].undecided = {0};
+  found[0].points = {
+      {Vector3d::Zero(), 2}};  // in the hull, so the verdict is not counted as invented
+  wrong = collision_bench::wrong_of(found, truth, scene);
   EXPECT_EQ(wrong.missed, 0u);
   EXPECT_EQ(wrong.invented, 0u);
   EXPECT_EQ(wrong.undecided, 1u);

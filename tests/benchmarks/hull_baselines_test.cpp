@@ -1,4 +1,5 @@
-// The benchmark's rivals give what they claim: a comparison with something wrong is worth nothing.
+// The baselines of the hull benchmark compute what they claim. Otherwise the benchmark would
+// compare with wrong results.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
@@ -34,7 +35,7 @@ struct Case {
   }
 };
 
-// Sizes that are no multiple of any tile or of the lanes.
+// The sizes are no multiple of a tile or of a SIMD width.
 Case random_case(std::uint64_t seed, int cameras) {
   test::Random random(seed);
   Case c{
@@ -63,19 +64,16 @@ bool same_bits(const Depths& a, const Depths& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
-// --- image-based visual hulls
-// ----------------------------------------------------------------------------------------
-
-// Rounding of float in map coordinates: positions of up to a few hundred pixels, eight roundings,
-// hence 1e-4 px, seen at angles that make it up to twenty times as long in depth, at less than 20
-// mm a pixel.
+// The rounding of float in map coordinates is 1e-4 px: eight roundings of positions up to a few
+// hundred pixels. At less than 20 mm per pixel, and at angles that lengthen it up to twenty times
+// in depth, this is the resulting error in depth.
 constexpr double kRounding_m = 4e-5;
-// Rays that touch a corner or a thin end of the hull within that rounding, and so have or miss a
-// piece that the reference misses or has.
+// The fraction of rays that touch a corner or a thin end of the hull within that rounding, so that
+// they hit a piece that the reference misses, or the reverse.
 constexpr double kTies = 1e-4;
 
 struct Agreement {
-  std::size_t rays = 0, hits = 0, others = 0;
+  std::size_t rays = 0, hits = 0, mismatches = 0;
 };
 void compare(const Case& c, const Depths& depths, Agreement& agreement) {
   for (std::size_t i = 0; i < depths.size(); ++i) {
@@ -86,12 +84,12 @@ void compare(const Case& c, const Depths& depths, Agreement& agreement) {
     agreement.hits += hit;
     if (hit != !pieces.empty() ||
         (hit && !(std::abs(depths[i] - pieces.front().enter) <= kRounding_m)))
-      ++agreement.others;
+      ++agreement.mismatches;
   }
 }
 void expect_agreement(const Agreement& agreement) {
   EXPECT_GT(agreement.hits, agreement.rays / 100);
-  EXPECT_LE(double(agreement.others), kTies * double(agreement.rays));
+  EXPECT_LE(double(agreement.mismatches), kTies * double(agreement.rays));
 }
 
 TEST(ImageBasedHull, AgreesWithTheReferenceOnRandomRigs) {
@@ -103,7 +101,7 @@ TEST(ImageBasedHull, AgreesWithTheReferenceOnRandomRigs) {
   expect_agreement(agreement);
 }
 
-TEST(ImageBasedHull, AgreesWhereMapsAreNoise) {
+TEST(ImageBasedHull, AgreesWithTheReferenceOnNoise) {
   Agreement agreement;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     test::Random random(seed);
@@ -115,9 +113,9 @@ TEST(ImageBasedHull, AgreesWhereMapsAreNoise) {
   expect_agreement(agreement);
 }
 
-// The eye in the middle of each map in turn, before and behind its camera, and beside it, where
-// epipoles are at infinity.
-TEST(ImageBasedHull, AgreesWhereverTheEpipolesLie) {
+// The eye is at the center of each map in turn, in front of and behind its camera, and beside the
+// camera, so that epipoles are at infinity.
+TEST(ImageBasedHull, AgreesWithTheReferenceForAllEpipoles) {
   Agreement agreement;
   for (std::uint64_t seed = 0; seed < 24; ++seed) {
     test::Random random(seed);
@@ -137,7 +135,7 @@ TEST(ImageBasedHull, AgreesWhereverTheEpipolesLie) {
   expect_agreement(agreement);
 }
 
-TEST(ImageBasedHull, SeesFromOneOfItsCameras) {
+TEST(ImageBasedHull, AgreesWithTheReferenceAtACameraCenter) {
   Agreement agreement;
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
     Case c = random_case(seed, 3);
@@ -147,7 +145,7 @@ TEST(ImageBasedHull, SeesFromOneOfItsCameras) {
   expect_agreement(agreement);
 }
 
-TEST(ImageBasedHull, StartsAtNearInsideTheHull) {
+TEST(ImageBasedHull, ReturnsNearForAnEyeInsideTheHull) {
   Case c = random_case(1, 3);
   for (hull::Silhouette& s : c.silhouettes)
     for (int v = 0; v < s.pixels.height_px(); ++v)
@@ -158,14 +156,11 @@ TEST(ImageBasedHull, StartsAtNearInsideTheHull) {
   EXPECT_EQ(depths[40 + 33 * 83], 0.01f);
 }
 
-TEST(ImageBasedHull, DoesNotDependOnThreads) {
+TEST(ImageBasedHull, IsIndependentOfThreads) {
   const Case c = random_case(3, 4);
   const Depths one = image_based(c, 1);
   for (const int threads : {2, 5}) EXPECT_TRUE(same_bits(one, image_based(c, threads)));
 }
-
-// --- plane sweep
-// -------------------------------------------------------------------------------------------------------
 
 Depths plane_sweep(const Case& c, int planes, int threads = 1) {
   return depths_of(c, threads, [&](base::WorkerPool& pool, std::span<float> depths) {
@@ -173,9 +168,9 @@ Depths plane_sweep(const Case& c, int planes, int threads = 1) {
   });
 }
 
-// A plane this near, as a share of the spacing, to where a ray enters or leaves a piece is on
-// either side of it by rounding. Float tells depths of 3 m apart to 2e-7 m, positions in maps to
-// 1e-4 px: some 1e-6 m, at grazing angles twenty times as much.
+// A plane within this distance of the point where a ray enters or leaves a piece may be on either
+// side of it by rounding. Float resolves depths of 3 m to 2e-7 m, and map positions to 1e-4 px,
+// which is 1e-6 m, and twenty times as much at grazing angles.
 constexpr double kPlaneRounding_m = 2e-5;
 
 std::optional<double> first_plane_in(const std::vector<hull::Interval>& pieces, double near_m,
@@ -188,7 +183,7 @@ std::optional<double> first_plane_in(const std::vector<hull::Interval>& pieces, 
 }
 
 TEST(CpuPlaneSweep, FindsTheFirstPlaneInTheHull) {
-  std::size_t hits = 0, others = 0, rays = 0;
+  std::size_t hits = 0, mismatches = 0, rays = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     const Case c = random_case(seed, 1 + int(seed % 5));
     const int planes = 40 + int(seed) * 7;
@@ -199,17 +194,17 @@ TEST(CpuPlaneSweep, FindsTheFirstPlaneInTheHull) {
           hull::reference_intervals(c.silhouettes, c.ray(i), kNear_m, kFar_m), kNear_m, spacing_m);
       ++rays;
       hits += depths[i] != hull::kNoHull;
-      others += expected ? !(std::abs(depths[i] - *expected) <= kPlaneRounding_m)
-                         : depths[i] != hull::kNoHull;
+      mismatches += expected ? !(std::abs(depths[i] - *expected) <= kPlaneRounding_m)
+                             : depths[i] != hull::kNoHull;
     }
   }
   EXPECT_GT(hits, rays / 100);
-  // Planes that meet a piece's end within kPlaneRounding_m: of spacings of 10 to 70 mm, less than 1
-  // in 500; two ends a piece.
-  EXPECT_LE(double(others), 4e-3 * double(hits));
+  // Planes within kPlaneRounding_m of a piece's end: less than 1 in 500 for spacings of 10 to 70
+  // mm, and two ends per piece.
+  EXPECT_LE(double(mismatches), 4e-3 * double(hits));
 }
 
-TEST(CpuPlaneSweep, IsWithinASpacingWhereAPlaneMeetsTheFirstPiece) {
+TEST(CpuPlaneSweep, ErrorIsBelowTheSpacingOnThickPieces) {
   const Case c = random_case(7, 4);
   const int planes = 256;
   const double spacing_m = (kFar_m - kNear_m) / planes;
@@ -227,27 +222,24 @@ TEST(CpuPlaneSweep, IsWithinASpacingWhereAPlaneMeetsTheFirstPiece) {
   EXPECT_GT(met, 100u);
 }
 
-TEST(CpuPlaneSweep, CenterDepthsAreHalfASpacingBeforeThePlanes) {
+TEST(CpuPlaneSweep, CenteredDepthsAreHalfASpacingBeforeThePlanes) {
   const Case c = random_case(9, 3);
   const double spacing_m = (kFar_m - kNear_m) / 100;
   const Depths planes = plane_sweep(c, 100);
-  const Depths middles = depths_of(c, 1, [&](base::WorkerPool& pool, std::span<float> depths) {
-    CpuPlaneSweep(100, SweptDepth::middle).depth(c.silhouettes, c.view, pool, depths);
+  const Depths centered = depths_of(c, 1, [&](base::WorkerPool& pool, std::span<float> depths) {
+    CpuPlaneSweep(100, SweptDepth::centered).depth(c.silhouettes, c.view, pool, depths);
   });
   for (std::size_t i = 0; i < planes.size(); ++i)
-    EXPECT_NEAR(middles[i],
+    EXPECT_NEAR(centered[i],
                 planes[i] == hull::kNoHull ? hull::kNoHull : planes[i] - 0.5 * spacing_m,
                 kPlaneRounding_m);
 }
 
-TEST(CpuPlaneSweep, DoesNotDependOnThreads) {
+TEST(CpuPlaneSweep, IsIndependentOfThreads) {
   const Case c = random_case(3, 4);
   const Depths one = plane_sweep(c, 100, 1);
   for (const int threads : {2, 5}) EXPECT_TRUE(same_bits(one, plane_sweep(c, 100, threads)));
 }
-
-// --- voxels
-// ------------------------------------------------------------------------------------------------------------
 
 const Eigen::AlignedBox3d kVolume_world_m(Eigen::Vector3d(-0.3, -0.25, -0.2),
                                           Eigen::Vector3d(0.25, 0.3, 0.3));
@@ -258,8 +250,8 @@ Depths carving(VoxelCarving& voxels, const Case& c, int threads = 1) {
   });
 }
 
-// Centres at a pixel's border within the rounding of float go either way: 1e-4 px of a pixel's 1
-// px, on two axes and some cameras.
+// The fraction of voxel centers that lie within the rounding of float of a pixel's border and may
+// be classified either way: 1e-4 px on two axes, for some cameras.
 constexpr double kVoxelTies = 2e-3;
 
 TEST(VoxelCarving, KeepsVoxelsWhoseCentersAreInTheHull) {
@@ -272,7 +264,7 @@ TEST(VoxelCarving, KeepsVoxelsWhoseCentersAreInTheHull) {
     VoxelCarving voxels(kVolume_world_m, 0.006);
     carving(voxels, c);
     const VoxelGrid& grid = voxels.grid();
-    std::size_t occupied = 0, others = 0;
+    std::size_t occupied = 0, mismatches = 0;
     for (int z = 0; z < grid.bricks[2] * kBrick_voxels; ++z)
       for (int y = 0; y < grid.bricks[1] * kBrick_voxels; ++y)
         for (int x = 0; x < grid.bricks[0] * kBrick_voxels; ++x) {
@@ -280,14 +272,15 @@ TEST(VoxelCarving, KeepsVoxelsWhoseCentersAreInTheHull) {
               c.silhouettes,
               grid.corner_world_m + grid.voxel_m * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
           occupied += in;
-          others += in != grid.occupied(x, y, z);
+          mismatches += in != grid.occupied(x, y, z);
         }
     EXPECT_GT(occupied, 50u);
-    EXPECT_LE(double(others), kVoxelTies * double(occupied)) << seed;
+    EXPECT_LE(double(mismatches), kVoxelTies * double(occupied)) << seed;
   }
 }
 
-// The first occupied voxel's entry, by slabs over all voxels near the ray.
+// Returns the entry into the first occupied voxel, from all crossings of the ray with voxel
+// borders.
 std::optional<double> first_voxel_m(const VoxelGrid& grid, const geometry::Ray& ray, double near_m,
                                     double far_m) {
   const Eigen::Vector3d eye = (ray.origin_world_m - grid.corner_world_m) / grid.voxel_m,
@@ -299,39 +292,39 @@ std::optional<double> first_voxel_m(const VoxelGrid& grid, const geometry::Ray& 
         crossings.push_back(t);
   std::sort(crossings.begin(), crossings.end());
   for (std::size_t i = 1; i < crossings.size(); ++i) {
-    const Eigen::Vector3d middle = eye + 0.5 * (crossings[i - 1] + crossings[i]) * slope;
-    if (grid.occupied(int(std::floor(middle.x())), int(std::floor(middle.y())),
-                      int(std::floor(middle.z()))))
+    const Eigen::Vector3d center = eye + 0.5 * (crossings[i - 1] + crossings[i]) * slope;
+    if (grid.occupied(int(std::floor(center.x())), int(std::floor(center.y())),
+                      int(std::floor(center.z()))))
       return crossings[i - 1];
   }
   return std::nullopt;
 }
 
-TEST(VoxelCarving, DrawsTheFirstOccupiedVoxelOfEveryRay) {
-  // Rounding of float in voxels: 1e-5 voxels of some 6 mm, at grazing angles a hundred times as
-  // much in depth; rays that touch an edge of a voxel within it may miss it or hit it.
+TEST(VoxelCarving, ReturnsTheFirstOccupiedVoxelOfEveryRay) {
+  // The rounding of float is 1e-5 voxels of some 6 mm, and a hundred times as much in depth at
+  // grazing angles. Rays that touch an edge of a voxel within it may hit or miss the voxel.
   constexpr double kDepthRounding_m = 1e-5, kTouching = 2e-3;
-  std::size_t hits = 0, others = 0;
+  std::size_t hits = 0, mismatches = 0;
   for (std::uint64_t seed = 0; seed < 12; ++seed) {
     Case c = random_case(seed, 3);
     if (seed % 3 == 2)
       c.view.camera.camera_from_world =
-          geometry::look_at({0.05, 0.02, 0.01}, {0.2, 0.1, 0.02});  // from within the volume
+          geometry::look_at({0.05, 0.02, 0.01}, {0.2, 0.1, 0.02});  // an eye inside the volume
     if (seed % 3 == 2) c.view.near_m = 0.01;
     VoxelCarving voxels(kVolume_world_m, seed % 2 ? 0.004 : 0.011);
     const Depths depths = carving(voxels, c);
     for (std::size_t i = 0; i < depths.size(); ++i) {
       const auto expected = first_voxel_m(voxels.grid(), c.ray(i), c.view.near_m, c.view.far_m);
       hits += depths[i] != hull::kNoHull;
-      others += expected ? !(std::abs(depths[i] - *expected) <= kDepthRounding_m)
-                         : depths[i] != hull::kNoHull;
+      mismatches += expected ? !(std::abs(depths[i] - *expected) <= kDepthRounding_m)
+                             : depths[i] != hull::kNoHull;
     }
   }
   EXPECT_GT(hits, 5000u);
-  EXPECT_LE(double(others), kTouching * double(hits));
+  EXPECT_LE(double(mismatches), kTouching * double(hits));
 }
 
-TEST(VoxelCarving, DoesNotDependOnThreads) {
+TEST(VoxelCarving, IsIndependentOfThreads) {
   const Case c = random_case(3, 4);
   VoxelCarving voxels(kVolume_world_m, 0.004);
   const Depths one = carving(voxels, c, 1);
@@ -367,8 +360,8 @@ TEST(Baselines, AreEmptyWithoutCamerasOrObjectPixels) {
     EXPECT_TRUE(same_bits(depths, none));
 }
 
-// Vectors of 4, 8 and 16 lanes: the same answers but for rounding, which differs with fused
-// multiply-adds and reciprocals.
+// Vectors of 4, 8 and 16 lanes give the same results up to rounding, which differs with fused
+// multiply-adds and approximate reciprocals.
 TEST(Baselines, AgreeForEverySimdWidth) {
   const Case c = random_case(5, 4);
   VoxelCarving voxels(kVolume_world_m, 0.005);
@@ -381,10 +374,10 @@ TEST(Baselines, AgreeForEverySimdWidth) {
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
     const auto here = all();
     for (std::size_t method = 0; method < here.size(); ++method) {
-      std::size_t others = 0;
+      std::size_t mismatches = 0;
       for (std::size_t i = 0; i < here[method].size(); ++i)
-        others += !(std::abs(here[method][i] - widest[method][i]) <= kRounding_m);
-      EXPECT_LE(double(others), kVoxelTies * double(here[method].size()))
+        mismatches += !(std::abs(here[method][i] - widest[method][i]) <= kRounding_m);
+      EXPECT_LE(double(mismatches), kVoxelTies * double(here[method].size()))
           << hwy::TargetName(target) << ", method " << method;
     }
   }

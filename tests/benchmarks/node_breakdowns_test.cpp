@@ -1,8 +1,8 @@
-// What benchmarks from a recording make of the times: where a frame's time goes, and whether a
-// result is slower than another.
+// How benchmarks from a recording split a frame's time into stages, and how results are compared.
 #include <gtest/gtest.h>
 
-#include <numeric>
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "benchmarks/nodes/comparison.h"
@@ -22,8 +22,8 @@ std::vector<double> of_step(const std::vector<std::pair<std::string, std::vector
   return {};
 }
 
-// A node that gets a frame each 10 ms: released at 1, taken at 2, decoded till 3, computed till 7,
-// written till 8.
+// Frames of a node every 10 ms: the trigger is sent at 1 ms, read at 2 ms, decoded until 3 ms,
+// computed until 7 ms and written until 8 ms.
 std::vector<replay::FrameTimes> regular_frames(int count) {
   std::vector<replay::FrameTimes> frames;
   for (int i = 0; i < count; ++i) {
@@ -42,11 +42,11 @@ std::vector<replay::FrameTimes> regular_frames(int count) {
 
 TEST(NodeBreakdown, AttributesPeriodToItsStages) {
   const NodeBreakdown breakdown = breakdown_of(regular_frames(5), "recon");
-  ASSERT_EQ(breakdown.period.size(), 4u);  // none for the first
+  ASSERT_EQ(breakdown.period.size(), 4u);  // the first frame has no period
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_DOUBLE_EQ(breakdown.period[i], 10);
-    EXPECT_DOUBLE_EQ(breakdown.own[i], 6);        // 2 to 8: decoding, and both steps
-    EXPECT_DOUBLE_EQ(breakdown.transport[i], 1);  // 1 to 2; before that nothing had been released
+    EXPECT_DOUBLE_EQ(breakdown.own[i], 6);        // 2 to 8 ms: decoding and both steps
+    EXPECT_DOUBLE_EQ(breakdown.transport[i], 1);  // 1 to 2 ms; before that no trigger had been sent
     EXPECT_DOUBLE_EQ(breakdown.latency[i], 8);
     EXPECT_DOUBLE_EQ(of_step(breakdown.steps, "decode_inputs")[i], 1);
     EXPECT_DOUBLE_EQ(of_step(breakdown.steps, "reconstruct")[i], 4);
@@ -57,7 +57,7 @@ TEST(NodeBreakdown, AttributesPeriodToItsStages) {
 
 TEST(NodeBreakdown, BusyNodeHasNoTransportTime) {
   std::vector<replay::FrameTimes> frames = regular_frames(3);
-  for (std::size_t i = 1; i < 3; ++i) {  // there long before the node was free at 8
+  for (std::size_t i = 1; i < 3; ++i) {  // the input arrives before the node is idle at 8 ms
     frames[i].sent.release_ns -= 8 * ms;
     frames[i].nodes["recon"].last_input_ns -= 7 * ms;
   }
@@ -77,7 +77,7 @@ TEST(NodeBreakdown, SkipsFramesWithoutOutput) {
   EXPECT_EQ(breakdown_of({}, "recon").own_fraction(), 0);
 }
 
-// Frames whose times are drawn at random, in an order that can happen.
+// Frames with random times in a possible order.
 std::vector<replay::FrameTimes> random_frames(unsigned seed, int count) {
   std::mt19937 random(seed);
   const auto some = [&] { return std::int64_t(random() % (5 * ms)); };
@@ -187,6 +187,20 @@ TEST(Comparison, ReportsChangedOutputLargerErrorsAndOtherMachines) {
   EXPECT_EQ(comparison.results[0].worse_errors,
             std::vector<std::string>{"max_mm: 0.75 instead of 0.5"});
   EXPECT_NE(comparison.machines.find("\"y\""), std::string::npos);
+}
+
+TEST(Comparison, SlowerMeansAboveTheRatioOrNotMeasured) {
+  const auto slower = [](double before_ms, double after_ms) {
+    return ComparedResult{
+        .name = "", .before_ms = before_ms, .after_ms = after_ms, .worse_errors = {}}
+        .is_slower_than(1.05);
+  };
+  EXPECT_FALSE(slower(1, 1.04));
+  EXPECT_TRUE(slower(1, 1.06));
+  EXPECT_FALSE(slower(0, 0));  // a stage that takes no time
+  EXPECT_TRUE(slower(0, 0.1));
+  EXPECT_TRUE(slower(1, 0));
+  EXPECT_TRUE(slower(1, std::nan("")));
 }
 
 TEST(Comparison, RejectsInvalidResult) {

@@ -11,9 +11,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kBatchSize = 64;  // triangles that a thread takes at a time
-// A triangle lies beside the object pixels' bounds only if it does so by more than roundings in
-// double [px].
+constexpr std::size_t kBatchSize = 64;  // triangles per unit of work
+// A triangle lies outside the object pixels' bounds only if it does so by more than this, which
+// exceeds the rounding in double.
 constexpr double kBeside_px = 1e-6;
 
 }  // namespace
@@ -43,7 +43,7 @@ struct BruteForce::Thread {
 
 BruteForce::BruteForce(int across) : across_(across) {
   if (!(across > 0 && across <= 1024))
-    throw std::invalid_argument("1 to 1024 samples across a triangle");
+    throw std::invalid_argument("BruteForce: `across` must be 1 to 1024");
   const float pixel = 1.0f / float(across);
   for (int row = 0; row < across; ++row)
     for (int column = 0; column < across; ++column) {
@@ -68,7 +68,7 @@ void BruteForce::set_silhouettes(std::span<const hull::Silhouette> silhouettes) 
   }
 }
 
-// False: the triangle lies beside some camera's object pixels.
+// Returns false if the triangle lies outside the bounds of some camera's object pixels.
 bool BruteForce::set_up(const collision::TriangleView& view, Thread& thread) const {
   thread.maps.clear();
   for (std::size_t i = 0; i < maps_.size(); ++i) {
@@ -76,8 +76,8 @@ bool BruteForce::set_up(const collision::TriangleView& view, Thread& thread) con
     const Vector3d corners[] = {map.pixel_from_world * view.base0_world_m.homogeneous(),
                                 map.pixel_from_world * view.base1_world_m.homogeneous(),
                                 map.pixel_from_world * view.apex_world_m.homogeneous()};
-    // Beside a line of the image by all three corners' homogeneous coordinates: so is what lies
-    // between, wherever it is before the camera.
+    // If the homogeneous coordinates of all three corners lie on one side of a line in the image,
+    // so does every point of the triangle that is in front of the camera.
     const auto beside = [&](int axis, double sign, double border_px) {
       return std::all_of(corners, corners + 3, [&](const Vector3d& c) {
         return sign * (c[axis] - (border_px + sign * kBeside_px) * c.z()) > 0;
@@ -86,7 +86,7 @@ bool BruteForce::set_up(const collision::TriangleView& view, Thread& thread) con
     if (beside(0, -1, map.bounds.u0_px) || beside(0, 1, map.bounds.u1_px) ||
         beside(1, -1, map.bounds.v0_px) || beside(1, 1, map.bounds.v1_px))
       return false;
-    // The reference pixel lies in the bounds, so that its bit is one of the map's.
+    // The reference pixel lies within the bounds, so its bit is inside the map.
     const auto reference_px = [&](int axis, int low_px, int high_px) {
       return corners[0].z() > 0 ? std::clamp(std::floor(corners[0][axis] / corners[0].z()),
                                              double(low_px), double(high_px))
@@ -142,7 +142,8 @@ void BruteForce::query(std::span<const collision::Triangle> triangles, Piece& pi
   }
 }
 
-// Into pieces for the threads, without objects that are certified free; how many.
+// Divides the triangles into units of work, without objects that are certified free. Returns the
+// number of units.
 std::size_t BruteForce::cut(std::span<const std::vector<collision::Triangle>> objects_world_m) {
   std::size_t pieces = 0;
   for (std::size_t o = 0; o < objects_world_m.size(); ++o) {

@@ -1,12 +1,17 @@
-// Rival: every triangle sampled evenly, all samples asked, on the CPU: the paper's volume query
-// (section 4.2.4) without OpenGL.
+// Baseline: tests uniform samples of every triangle on the CPU; the paper's volume query (section
+// 4.2.4) without OpenGL.
 //
-// Done to be fair. Objects whose box the silhouettes alone certify free are left out; so are
-// triangles that lie beside a camera's object pixels in its image. A triangle's samples are
-// projected together: its plane's homography into each map, relative to its own first pixel, in
-// vector lanes of float with certified margins; maps are read as packed bits; the first camera that
-// has all of a vector's samples off its object ends them. What margins leave open is asked in
-// double. No preparation of the maps but their bounds.
+// Optimised for a fair comparison:
+// - Objects whose box the silhouettes certify free are skipped, and so are triangles whose image in
+// a
+//   camera lies outside the bounds of its object pixels.
+// - SIMD projects a triangle's samples by the homography of its plane into each map, relative to
+// the
+//   triangle's first pixel, in float with certified margins. Samples that the margins leave
+//   uncertain are tested again in double.
+// - Maps are read as packed bits. The first camera that sees all samples of a vector outside its
+//   object pixels ends the vector.
+// - The maps need no preparation except their bounds.
 #pragma once
 #include <span>
 #include <vector>
@@ -19,9 +24,10 @@
 
 namespace fivepipe::baselines {
 
-// The centres of `across` x `across` viewport pixels that the triangle covers, half of them
-// (TriangleView), in rows: a point of the triangle is base0 + base * (base1 - base0) + side * (apex
-// - base0). In float, so that the same ones come out everywhere; each float is taken as exact.
+// The centers of those of `across` x `across` viewport pixels that the triangle covers (half of
+// them, see TriangleView), row by row. A sample is the point base0 + base * (base1 - base0) + side
+// * (apex
+// - base0). The coordinates are float, taken as exact, so that all machines get the same samples.
 struct TriangleSample {
   float base, side;
 };
@@ -32,16 +38,16 @@ class BruteForce {
  public:
   explicit BruteForce(int across);  // 1 to 1024
 
-  // `limits: all`. Maps are borrowed and must outlive the next detect.
+  // `limits: all`. Borrows the maps, which must outlive the next detect().
   void set_silhouettes(std::span<const hull::Silhouette> silhouettes);
 
-  // Of each object: a triangle collides where one of its samples is in_hull(), which are all its
-  // points, in the samples' order; no other is said to touch. Does not depend on the pool's
-  // threads. Vertices must be finite.
+  // A triangle collides if one of its samples is in_hull(); its points are all such samples, in
+  // their order. No triangle is undecided. The result does not depend on the pool's threads.
+  // Vertices must be finite.
   std::vector<collision::ObjectCollision> detect(
       std::span<const std::vector<collision::Triangle>> objects_world_m, base::WorkerPool& pool);
 
-  std::size_t samples_tested() const { return samples_tested_; }  // by the last detect
+  std::size_t samples_tested() const { return samples_tested_; }  // by the last detect()
 
  private:
   struct Thread;
@@ -58,7 +64,7 @@ class BruteForce {
   void query(std::span<const collision::Triangle> triangles, Piece& piece, Thread& thread) const;
 
   int across_;
-  std::vector<float> x_, y_;  // pixel centres, padded
+  std::vector<float> x_, y_;  // pixel centers, padded
   std::span<const hull::Silhouette> silhouettes_;
   struct Map {
     Eigen::Matrix<double, 3, 4> pixel_from_world;  // homogeneous; pixel p covers [p, p + 1)
@@ -66,7 +72,7 @@ class BruteForce {
   };
   std::vector<Map> maps_;
   bool empty_ = true;
-  std::vector<Piece> pieces_;  // kept for their buffers
+  std::vector<Piece> pieces_;  // keeps its buffers
   std::size_t samples_tested_ = 0;
 };
 

@@ -17,11 +17,11 @@ using D = HWY_CAPPED(float, 16);
 using DI = hn::RebindToSigned<D>;
 using V = hn::Vec<D>;
 
-// Roundings on a sample's way to its pixel: three coefficients, two products, two sums, the
-// quotient, of half an epsilon each; twice that.
+// Bound on the rounding of a sample's pixel: three coefficients, two products, two sums and the
+// quotient, half an epsilon each, times two.
 constexpr float kRoundings = 8 * std::numeric_limits<float>::epsilon();
-// Nearer to the camera's plane than this part of the triangle's own extent, roundings make nothing
-// of the pixel.
+// If a sample's depth is less than this fraction of the triangle's extent, rounding makes its pixel
+// meaningless.
 constexpr float kMinDepth = 1.0f / 4096;
 
 std::size_t covered(const float* x, const float* y, std::size_t count, float apex_x, float* base,
@@ -54,7 +54,7 @@ void in_hull(std::span<const SampledMap> maps, const float* base, const float* s
       };
       const V w = at(2), per_w = hn::Div(one, w);
       const auto far = hn::Gt(w, hn::Set(d, kMinDepth * m.size[2]));
-      // Position on one axis, and how far it may be off [px].
+      // The position on one axis and its error bound, in px.
       const auto error = [&](V px, int i) {
         return hn::Mul(hn::Set(d, kRoundings),
                        hn::Add(hn::Mul(hn::Add(hn::Set(d, m.size[i]),
@@ -80,7 +80,7 @@ void in_hull(std::span<const SampledMap> maps, const float* base, const float* s
       uncertain = hn::Or(uncertain, hn::AndNot(certain, in));
       in = hn::And(in, certain);
       if (hn::AllFalse(d, in)) continue;
-      // In bounds, for certain; the others look at the map's first word.
+      // Lanes that are not certainly within the bounds read the map's first word.
       const auto bit =
           hn::Add(hn::Add(hn::ConvertTo(di, whole_u),
                           hn::Mul(hn::ConvertTo(di, whole_v), hn::Set(di, m.row_bits))),
@@ -92,8 +92,8 @@ void in_hull(std::span<const SampledMap> maps, const float* base, const float* s
       in = hn::And(in, hn::RebindMask(d, set));
       if (hn::AllFalse(d, hn::Or(in, uncertain))) break;
     }
-    // A sample that one camera left open and another removed for certain counts as open: asking it
-    // again does no harm.
+    // A sample that one camera leaves uncertain and another removes counts as uncertain; testing it
+    // again is correct.
     alignas(64) std::int32_t result[16];
     hn::Store(hn::IfThenElse(hn::RebindMask(di, uncertain), hn::Set(di, 2),
                              hn::IfThenElseZero(hn::RebindMask(di, in), hn::Set(di, 1))),

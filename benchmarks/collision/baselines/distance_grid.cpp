@@ -12,10 +12,10 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 struct Parabola {
   int at;
-  double from;  // it is the lowest from here on
+  double from;  // it is the lowest parabola from here on
 };
 
-// Of one line: out[i] = least over j of in[j] + (i - j)^2.
+// Transforms one line: out[i] = min over j of in[j] + (i - j)^2.
 void lower_envelope(std::span<const float> in, std::span<float> out,
                     std::vector<Parabola>& lowest) {
   lowest.clear();
@@ -44,23 +44,25 @@ void lower_envelope(std::span<const float> in, std::span<float> out,
 }  // namespace
 
 DistanceGrid::DistanceGrid(double voxel_m) : voxel_m_(voxel_m) {
-  if (!(voxel_m > 0 && std::isfinite(voxel_m))) throw std::invalid_argument("voxels of no size");
+  if (!(voxel_m > 0 && std::isfinite(voxel_m)))
+    throw std::invalid_argument("DistanceGrid: voxel_m must be > 0");
 }
 
 void DistanceGrid::build(const hull::HullQuery& query, const Eigen::AlignedBox3d& box_world_m) {
   const Eigen::Vector3d size = (box_world_m.sizes() / voxel_m_).array().ceil().max(1.0);
-  if (!(size.prod() <= kMaxVoxels)) throw std::invalid_argument("too many voxels");
+  if (!(size.prod() <= kMaxVoxels))
+    throw std::invalid_argument("DistanceGrid: more than kMaxVoxels in the box");
   size_ = size.cast<int>();
   corner_world_m_ = box_world_m.min();
   squared_.resize(std::size_t(size_.x()) * std::size_t(size_.y()) * std::size_t(size_.z()));
   const auto cameras = hull::point_simd_cameras(query.hull());
-  query.hull().pool().run(size_.z(), [&](int z, int) { ask(query, cameras, z); });
+  query.hull().pool().run(size_.z(), [&](int z, int) { test_layer(query, cameras, z); });
   for (int axis = 0; axis < 3; ++axis) transform(query.hull().pool(), axis);
 }
 
-// One layer.
-void DistanceGrid::ask(const hull::HullQuery& query, std::span<const hull::PointSimdCamera> cameras,
-                       int z) {
+// Tests the voxels of layer z.
+void DistanceGrid::test_layer(const hull::HullQuery& query,
+                              std::span<const hull::PointSimdCamera> cameras, int z) {
   std::vector<Eigen::Vector3d> row(std::size_t(size_.x()));
   std::vector<hull::InHull> verdicts(row.size(), hull::InHull::no);
   float* out = squared_.data() + std::size_t(z) * std::size_t(size_.y()) * row.size();
@@ -76,7 +78,8 @@ void DistanceGrid::ask(const hull::HullQuery& query, std::span<const hull::Point
   }
 }
 
-// All lines along an axis; a piece is those that share the slower of the other two coordinates.
+// Transforms all lines along an axis. A unit of work is the lines that share the slower of the
+// other two coordinates.
 void DistanceGrid::transform(base::WorkerPool& pool, int axis) {
   const std::size_t strides[3] = {1, std::size_t(size_.x()),
                                   std::size_t(size_.x()) * std::size_t(size_.y())};

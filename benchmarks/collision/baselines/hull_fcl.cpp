@@ -36,8 +36,8 @@ Corners corners_of(const Model& model, std::intptr_t triangle) {
   return {model.vertices[t[0]], model.vertices[t[1]], model.vertices[t[2]]};
 }
 
-// Where a triangle's border crosses another's plane: both ends, as parameters along the planes'
-// common line. The triangles are known to meet.
+// The part of the two planes' common line that lies in a triangle, as parameters along the line.
+// The triangles are known to intersect.
 struct Span {
   double from = std::numeric_limits<double>::infinity(), to = -from;
 };
@@ -55,7 +55,7 @@ Span across(const Corners& t, const Eigen::Vector3d& normal, double offset,
   return span;
 }
 
-// The middle of what two triangles share; a corner where they lie in one plane.
+// Returns the midpoint of the intersection of two triangles, or a corner if they are coplanar.
 Eigen::Vector3d shared_point(const Corners& a, const Corners& b) {
   const Eigen::Vector3d na = (a[1] - a[0]).cross(a[2] - a[0]),
                         nb = (b[1] - b[0]).cross(b[2] - b[0]), line = na.cross(nb);
@@ -70,7 +70,7 @@ Eigen::Vector3d shared_point(const Corners& a, const Corners& b) {
 
 struct HullFcl::Models {
   std::vector<std::shared_ptr<Model>> objects;
-  std::shared_ptr<Model> hull;  // none: empty
+  std::shared_ptr<Model> hull;  // null if the hull is empty
 };
 
 HullFcl::HullFcl() : models_(std::make_unique<Models>()) {}

@@ -9,13 +9,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Cells of a brick, or its grid points: 8 x 8 x 8; with their neighbours on the far sides 9 x 9
-// x 9.
+// A brick has 8 x 8 x 8 cells and as many grid points, or 9 x 9 x 9 with the neighbours on the far
+// sides.
 constexpr int in_brick(int x, int y, int z) { return (z * 8 + y) * 8 + x; }
 constexpr int in_surroundings(int x, int y, int z) { return (z * 9 + y) * 9 + x; }
 
-// Where a cell's vertex lies in it, by which of its corners are inside (bit x + 2 y + 4 z): the
-// mean of its crossed edges' middles.
+// Returns the position of a cell's vertex for each set of corners inside (bit x + 2 y + 4 z): the
+// mean of the midpoints of the crossed edges.
 std::array<Vector3d, 256> vertices_in_cell() {
   std::array<Vector3d, 256> table;
   for (int corners = 0; corners < 256; ++corners) {
@@ -47,7 +47,8 @@ constexpr int kStep[3] = {in_surroundings(1, 0, 0), in_surroundings(0, 1, 0),
 }  // namespace
 
 HullPolygons::HullPolygons(double cell_m) : cell_m_(cell_m) {
-  if (!(cell_m > 0 && std::isfinite(cell_m))) throw std::invalid_argument("cells of no size");
+  if (!(cell_m > 0 && std::isfinite(cell_m)))
+    throw std::invalid_argument("HullPolygons: cell_m must be > 0");
 }
 
 int& HullPolygons::index_at(const Cell& b) {
@@ -63,7 +64,7 @@ int HullPolygons::index_at(const Cell& b) const {
   return const_cast<HullPolygons*>(this)->index_at(b);
 }
 
-// From the whole grid down: what a ball around a node certifies needs no look inside.
+// Descends from the whole grid. A node that a ball certifies free or solid is not divided.
 void HullPolygons::find_bricks(const hull::HullQuery& query) {
   std::vector<Node> nodes{{{0, 0, 0}, across_}}, next, solid;
   std::vector<int> kind;
@@ -109,19 +110,19 @@ void HullPolygons::find_bricks(const hull::HullQuery& query) {
 }
 
 void HullPolygons::make_index(const std::vector<Node>& solid) {
-  Cell least{across_, across_, across_}, greatest{-1, -1, -1};
+  Cell first{across_, across_, across_}, last{-1, -1, -1};
   const auto extend = [&](const Cell& brick, int size) {
     for (int axis = 0; axis < 3; ++axis) {
-      least[axis] = std::min(least[axis], brick[axis]);
-      greatest[axis] = std::max(greatest[axis], brick[axis] + size - 1);
+      first[axis] = std::min(first[axis], brick[axis]);
+      last[axis] = std::max(last[axis], brick[axis] + size - 1);
     }
   };
   for (const Brick& b : bricks_) extend(b.brick, 1);
   for (const Node& n : solid) extend(n.brick, n.size);
-  index_min_ = least;
+  index_min_ = first;
   std::size_t size = 1;
   for (int axis = 0; axis < 3; ++axis)
-    size *= std::size_t(index_size_[axis] = std::max(0, greatest[axis] - least[axis] + 1));
+    size *= std::size_t(index_size_[axis] = std::max(0, last[axis] - first[axis] + 1));
   index_.assign(size, kFree);
   for (std::size_t i = 0; i < bricks_.size(); ++i) index_at(bricks_[i].brick) = int(i);
   for (const Node& n : solid)
@@ -130,8 +131,8 @@ void HullPolygons::make_index(const std::vector<Node>& solid) {
         for (int x = n.brick[0]; x < n.brick[0] + n.size; ++x) index_at({x, y, z}) = kSolid;
 }
 
-void HullPolygons::ask(const hull::HullQuery& query, std::span<const hull::PointSimdCamera> cameras,
-                       Brick& brick) const {
+void HullPolygons::test_points(const hull::HullQuery& query,
+                               std::span<const hull::PointSimdCamera> cameras, Brick& brick) const {
   std::array<Vector3d, 512> points_world_m;
   std::array<hull::InHull, 512> verdicts;
   for (int z = 0; z < 8; ++z)
@@ -143,7 +144,7 @@ void HullPolygons::ask(const hull::HullQuery& query, std::span<const hull::Point
   for (std::size_t i = 0; i < 512; ++i)
     brick.inside[i] = verdicts[i] == hull::InHull::uncertain ? query.contains(points_world_m[i])
                                                              : verdicts[i] == hull::InHull::yes;
-  // So that no edge of the grid that is crossed lacks a cell beside it.
+  // Points at the border of the volume count as outside, so that every crossed edge has four cells.
   for (int axis = 0; axis < 3; ++axis) {
     const int first = 8 * brick.brick[axis];
     if (first > 0 && first + 8 <= points_[axis]) continue;
@@ -155,7 +156,7 @@ void HullPolygons::ask(const hull::HullQuery& query, std::span<const hull::Point
 
 std::array<std::uint8_t, 729> HullPolygons::surroundings(const Brick& brick) const {
   std::array<std::uint8_t, 729> inside;
-  for (int c = 0; c < 8; ++c) {  // the brick and its neighbours on the far sides
+  for (int c = 0; c < 8; ++c) {  // c = 0 is the brick itself
     const int dx = c & 1, dy = c >> 1 & 1, dz = c >> 2;
     const int of =
         c ? index_at({brick.brick[0] + dx, brick.brick[1] + dy, brick.brick[2] + dz}) : 0;
@@ -204,15 +205,14 @@ void HullPolygons::write(const Brick& brick) {
         mesh_.vertices_m[brick.first_vertex + vertex] =
             point_m(cell) + cell_m_ * kVertices[std::size_t(corners_of(inside, x, y, z))];
         const int corner = in_surroundings(x, y, z);
-        for (int axis = 0; axis < 3;
-             ++axis) {  // the edge from the cell's least corner, and the four cells around it
+        for (int axis = 0; axis < 3; ++axis) {  // the edge from the cell's minimum corner
           const bool from = inside[std::size_t(corner)],
                      to = inside[std::size_t(corner + kStep[axis])];
           if (from == to) continue;
           Cell b = cell, c = cell, d = cell;
           const int second = (axis + 1) % 3, third = (axis + 2) % 3;
           --b[second], --c[second], --c[third], --d[third];
-          // Counter-clockwise seen from the edge's end.
+          // The four cells around the edge, counter-clockwise seen from its end.
           const std::uint32_t quad[4] = {vertex_at(c), vertex_at(d), vertex_at(cell), vertex_at(b)};
           mesh_.triangles[triangle++] = {quad[0], quad[from ? 1 : 2], quad[from ? 2 : 1]};
           mesh_.triangles[triangle++] = {quad[0], quad[from ? 2 : 3], quad[from ? 3 : 2]};
@@ -224,17 +224,18 @@ const geometry::Mesh& HullPolygons::polygonise(const hull::HullQuery& query,
                                                const Eigen::AlignedBox3d& volume_world_m) {
   const double bricks = std::ceil(volume_world_m.sizes().maxCoeff() / (8 * cell_m_)) + 1;
   if (!(bricks <= kMaxBricks))
-    throw std::invalid_argument("more than " + std::to_string(kMaxBricks) +
-                                " bricks along the volume");
+    throw std::invalid_argument("HullPolygons: more than " + std::to_string(kMaxBricks) +
+                                " bricks along an axis of the volume");
   for (across_ = 1; across_ < bricks;) across_ *= 2;
-  // A point beyond the volume on each side.
+  // Adds one point beyond the volume on each side.
   for (int axis = 0; axis < 3; ++axis)
     points_[axis] = int(std::ceil(volume_world_m.sizes()[axis] / cell_m_)) + 2;
   corner_world_m_ = volume_world_m.min() - Vector3d::Constant(cell_m_);
   find_bricks(query);
   base::WorkerPool& pool = query.hull().pool();
   const auto cameras = hull::point_simd_cameras(query.hull());
-  pool.run(int(bricks_.size()), [&](int i, int) { ask(query, cameras, bricks_[std::size_t(i)]); });
+  pool.run(int(bricks_.size()),
+           [&](int i, int) { test_points(query, cameras, bricks_[std::size_t(i)]); });
   pool.run(int(bricks_.size()), [&](int i, int) { count(bricks_[std::size_t(i)]); });
   std::uint32_t vertices = 0, quads = 0;
   for (Brick& b : bricks_) {

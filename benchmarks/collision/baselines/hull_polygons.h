@@ -1,11 +1,14 @@
-// Rival: the hull's surface as triangles, for whoever has a collision library that wants some.
-// Sources: Gibson, "Constrained Elastic Surface Nets", MICCAI 1998, in its naive form (a vertex in
-// each cell that the surface passes, in the middle of its crossed edges; a quadrangle for each
-// crossed edge of the grid); fewer and better shaped triangles than marching cubes'.
+// Baseline: the hull's surface as triangles, for a collision library that needs a mesh. Source:
+// Gibson, "Constrained Elastic Surface Nets", MICCAI 1998, in its naive form: a vertex in each cell
+// that the surface crosses, at the mean of its crossed edges' midpoints, and a quadrangle for each
+// crossed edge of the grid. It gives fewer and better shaped triangles than marching cubes.
 //
-// Done to be fair. Bricks of 8x8x8 cells are found from coarse to fine by our own certified balls,
-// so that only bricks at the hull's surface are sampled; membership there in vector lanes; bricks
-// in threads; a cell's vertex from a table of the 256 ways to cross it.
+// Optimised for a fair comparison:
+// - fivepipe's certified balls find the bricks of 8x8x8 cells from coarse to fine, so that only
+// bricks
+//   at the hull's surface are sampled.
+// - SIMD tests the samples; threads share the bricks.
+// - A table of the 256 cases gives a cell's vertex.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -22,11 +25,11 @@ class HullPolygons {
   // Throws std::invalid_argument unless cell_m > 0.
   explicit HullPolygons(double cell_m);
 
-  // The surface between grid points in the hull and others, in the world: closed, outside of
-  // counter-clockwise triangles. It lies within a cell's diagonal of the hull's border; what is
-  // thinner than a cell may be lost. What lies outside the volume is cut off. Keeps its buffers;
-  // does not depend on the pool's threads. Throws std::invalid_argument where the volume would take
-  // more than kMaxBricks along an axis.
+  // Returns the closed surface, in the world frame, that separates the grid points in the hull from
+  // the others; triangles are counter-clockwise seen from outside. It lies within a cell's diagonal
+  // of the hull's border; parts thinner than a cell may be lost, and the hull is cut off at the
+  // volume. Keeps its buffers: the mesh is valid until the next call. The result does not depend on
+  // the pool's threads. Throws std::invalid_argument for more than kMaxBricks along an axis.
   const geometry::Mesh& polygonise(const hull::HullQuery& query,
                                    const Eigen::AlignedBox3d& volume_world_m);
 
@@ -35,24 +38,24 @@ class HullPolygons {
   static constexpr int kMaxBricks = 1024;
 
  private:
-  using Cell = std::array<int, 3>;  // of the grid; or brick, or grid point with the same index
+  using Cell = std::array<int, 3>;  // index of a cell, a brick or a grid point
   struct Node {
-    Cell brick;  // the least of size^3 bricks
+    Cell brick;  // the first of size^3 bricks
     int size;
   };
   struct Brick {
     Cell brick;
-    std::array<std::uint8_t, 512> inside;           // of its grid points
-    std::array<std::uint16_t, 512> vertex_of_cell;  // counted from first_vertex; kNoVertex
+    std::array<std::uint8_t, 512> inside;           // by grid point
+    std::array<std::uint16_t, 512> vertex_of_cell;  // relative to first_vertex, or kNoVertex
     std::uint32_t vertices, quads, first_vertex, first_quad;
   };
   static constexpr std::uint16_t kNoVertex = 0xffff;
-  static constexpr int kFree = -1, kSolid = -2;  // in the index
+  static constexpr int kFree = -1, kSolid = -2;  // entries of the index
 
   void find_bricks(const hull::HullQuery& query);
   void make_index(const std::vector<Node>& solid);
-  void ask(const hull::HullQuery& query, std::span<const hull::PointSimdCamera> cameras,
-           Brick& brick) const;
+  void test_points(const hull::HullQuery& query, std::span<const hull::PointSimdCamera> cameras,
+                   Brick& brick) const;
   std::array<std::uint8_t, 729> surroundings(const Brick& brick) const;
   void count(Brick& brick) const;
   void write(const Brick& brick);
@@ -66,11 +69,11 @@ class HullPolygons {
   double cell_m_;
   Eigen::Vector3d corner_world_m_;
   int across_ = 0;  // bricks along an axis, a power of two
-  Cell points_{};   // grid points of the volume along each axis; those beyond, and the first, are
-                    // outside by definition
+  // Grid points of the volume along each axis. Points beyond it, and the first, count as outside.
+  Cell points_{};
   std::vector<Brick> bricks_;
   Cell index_min_{}, index_size_{};
-  std::vector<int> index_;  // of bricks, or kFree, kSolid
+  std::vector<int> index_;  // the brick's number, or kFree or kSolid
   geometry::Mesh mesh_;
 };
 

@@ -1,10 +1,10 @@
-// Rival: the response as the paper computes it (section 4.3, figure 3): the triangles ABC and DAE
-// volume-queried in a whole window each; CP_hull and I, J, K, L are the first of the window's
-// pixels in the hull from the base on along V_rec and the edges.
+// Baseline: the response as the paper computes it (section 4.3, figure 3). A volume query renders
+// each of the triangles ABC and DAE into a whole window. CP_hull and I, J, K, L are the first
+// pixels in the hull, from the base along V_rec and along the edges.
 //
-// V_rec leans by half of the apex angle against the rows of pixels: TriangleVolumeQuery lays a
-// triangle's longest edge along them, AB. Of each column the pixel nearest to V_rec is taken, at
-// most half a row from it: 11 um for the paper's triangle of 5 cm.
+// TriangleVolumeQuery aligns the rows of pixels with a triangle's longest edge AB, so V_rec is
+// inclined to them by half the apex angle. In each column, the pixel nearest to V_rec is used, at
+// most half a row away: 11 um for the paper's triangle of 5 cm.
 #pragma once
 #include <optional>
 #include <span>
@@ -16,7 +16,7 @@ namespace fivepipe::baselines {
 struct RenderedExit {
   double d_rec_m = 0;
   Eigen::Vector3d cp_hull_world_m;
-  std::optional<Eigen::Vector3d> normal_world;  // not where IJ and KL span no plane
+  std::optional<Eigen::Vector3d> normal_world;  // empty if IJ and KL are parallel
 };
 
 // Needs a current OpenGL context.
@@ -27,8 +27,8 @@ class RenderedResponse {
     query_.set_silhouettes(silhouettes);
   }
 
-  // From CP_obj along a unit direction; BC lies height_m from it. Nothing where the base is in the
-  // hull.
+  // Searches from CP_obj along the unit vector V_rec; BC is height_m away. Returns nullopt if the
+  // base is in the hull.
   std::optional<RenderedExit> respond(const Eigen::Vector3d& cp_object_world_m,
                                       const Eigen::Vector3d& v_rec_world, double height_m,
                                       double apex_angle_rad);

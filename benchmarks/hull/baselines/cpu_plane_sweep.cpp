@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Tiles are squares of 16 or 8 rays: large ones for fewer counts, small ones for a closer fit; in
-// small views, large ones would span much of the object.
+// Tiles are squares of 16 or 8 rays. Large tiles need fewer counts, small ones fit the object more
+// closely. In a small view, a large tile would span much of the object.
 constexpr int kMinTilesAcross = 30;
 int tile_px_of(const hull::PixelRect& image) {
   return image.width_px() >= kMinTilesAcross * kSweptTile_px ? kSweptTile_px : kSweptTile_px / 2;
@@ -67,7 +67,7 @@ void CpuPlaneSweep::depth(std::span<const hull::Silhouette> silhouettes, const h
   if (!prepare(silhouettes, view, pool))
     return std::fill(depth_m.begin(), depth_m.end(), hull::kNoHull);
 
-  // The smallest silhouette first: it drops most rays and planes.
+  // The smallest silhouette comes first, because it removes the most rays and planes.
   std::vector<const MapCamera*> order;
   for (const MapCamera& c : cameras_) order.push_back(&c);
   std::sort(order.begin(), order.end(), [](const MapCamera* a, const MapCamera* b) {
@@ -78,7 +78,7 @@ void CpuPlaneSweep::depth(std::span<const hull::Silhouette> silhouettes, const h
 
   const int tile_px = tile_px_of(image);
   const double step_m = (view.far_m - view.near_m) / planes_;
-  const float before_m = reported_ == SweptDepth::middle ? float(0.5 * step_m) : 0;
+  const float before_m = reported_ == SweptDepth::centered ? float(0.5 * step_m) : 0;
   const auto stride = std::size_t(image.width_px());
   pool.run(pieces_of(image), [&](int p, int) {
     const hull::PixelRect piece = piece_of(image, p);

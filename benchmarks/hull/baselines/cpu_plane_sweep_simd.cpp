@@ -1,5 +1,5 @@
-// The plane sweep in vector lanes: planes of a tile by counts, lanes being planes; then rays of a
-// plane, lanes being rays.
+// The plane sweep with SIMD. First the lanes hold planes of a tile, which are tested by counts;
+// then they hold rays on a plane.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "benchmarks/hull/baselines/cpu_plane_sweep_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -13,10 +13,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe::baselines::HWY_NAMESPACE {
 
-// Bit k: the plane of lane k.
+// Bit k stands for the plane of lane k.
 struct PlaneSet {
-  std::uint32_t possible;                // that may have hull
-  std::uint32_t full[kMaxSweptCameras];  // by camera: that lie on its object pixels
+  std::uint32_t possible;                // planes that may have hull
+  std::uint32_t full[kMaxSweptCameras];  // per camera: planes on which its image is full
 };
 
 HWY_INLINE std::uint32_t bits_of(M mask) {
@@ -64,7 +64,7 @@ struct Homography {
   float of_u[3], of_v[3], of_1[3];
 };
 
-// Which of the rays (u, v) hit object pixels of every camera in `homographies`.
+// Returns which of the rays (u, v) hit object pixels of every camera in `homographies`.
 HWY_INLINE M hit(std::span<const Homography> homographies, V u, V v, M asked) {
   for (const Homography& h : homographies) {
     const auto coordinate = [&](std::size_t k) HWY_ATTR {
@@ -79,7 +79,7 @@ HWY_INLINE M hit(std::span<const Homography> homographies, V u, V v, M asked) {
   return asked;
 }
 
-// A tile's rays in vectors: blocks of kWide x kHigh.
+// A tile's rays. Each vector holds a block of kWide x kHigh.
 class Rays {
  public:
   explicit Rays(const SweptTile& tile) : tile_(tile) {
@@ -134,7 +134,7 @@ class Rays {
   int left_ = 0;
   static constexpr int kMaxVectors =
       (kSweptTile_px + kWide - 1) / kWide * ((kSweptTile_px + kHigh - 1) / kHigh);
-  int order_[kMaxVectors];  // the first left_: vectors with undecided rays
+  int order_[kMaxVectors];  // the first left_ entries: vectors with undecided rays
   V u_[kMaxVectors], v_[kMaxVectors], depths_[kMaxVectors];
   M undecided_[kMaxVectors];
 };

@@ -10,19 +10,19 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Bins per pixel of the silhouette's width across the lines: so fine that few edges end in a ray's
-// bin; finer, and filling the lists takes longer than reading them.
+// Bins per pixel of the silhouette's width across the lines. With fewer bins, more edges end within
+// a ray's bin; with more, filling the lists takes longer than reading them.
 constexpr int kBinsPerPixel = 8;
-constexpr int kMaxBins = 1 << 13;  // of a sector: four sectors' steps fit 32 bits
+constexpr int kMaxBins = 1 << 13;  // per sector, so that the steps of four sectors fit 32 bits
 
-// One pencil does for an epipole at least this many half sizes of the silhouette away: within it,
-// lines are at most 1 / (1 - 1/2) times as dense on the near side as in the middle.
+// One pencil suffices if the epipole is at least this many half sizes of the silhouette away: the
+// lines are then at most 1 / (1 - 1/2) times as dense on the near side as at the center.
 constexpr double kFar = 2;
-// About a near epipole, edges are followed this far over a sector's diagonals: more than rounding,
+// Around a near epipole, edges extend this far over a sector's diagonals. It exceeds the rounding,
 // so that no line on a diagonal misses an edge.
 constexpr float kOverDiagonal = 1.5f;
 
-// Where bits differ from the bit before; `carry` is the last bit of the word before.
+// Returns the bits that differ from the previous bit; `carry` is the last bit of the previous word.
 std::uint64_t changes_of(std::uint64_t bits, std::uint64_t& carry) {
   const std::uint64_t changes = bits ^ (bits << 1 | carry);
   carry = bits >> 63;
@@ -47,9 +47,9 @@ void EpipolarBins::build(const hull::Silhouette& silhouette, const hull::PixelRe
   find_extents();
 }
 
-// Far epipoles, those at infinity among them: lines by where they cross the silhouette's middle, on
-// the axis across their way. Near ones: four quadrants about the epipole between the diagonals,
-// lines by their slope.
+// Far epipoles, including those at infinity: one sector, whose lines are numbered by where they
+// cross the central axis of the silhouette. Near epipoles: four sectors around the epipole,
+// separated by the diagonals, whose lines are numbered by their slope.
 void EpipolarBins::choose_sectors(const hull::PixelRect& bounds, const Vector3d& epipole) {
   const double half_u = 0.5 * bounds.width_px() + 1, half_v = 0.5 * bounds.height_px() + 1;
   const bool along_y = std::abs(epipole.y()) * half_u > std::abs(epipole.x()) * half_v;
@@ -79,29 +79,29 @@ void EpipolarBins::choose_sectors(const hull::PixelRect& bounds, const Vector3d&
                s_begin, s_end, 2 * half_b);
   }
   const float u = float(epipole.x() / epipole.z()), v = float(epipole.y() / epipole.z());
-  const float outward =
-      epipole.z() > 0 ? 1.0f
-                      : -1.0f;  // images of rays that start behind the camera come in from infinity
+  // The images of rays that start behind the camera come in from infinity.
+  const float outward = epipole.z() > 0 ? 1.0f : -1.0f;
   for (const bool y : {false, true})
     for (const float side : {1.0f, -1.0f})
       add({y, y ? -side * v : -side * u, side, y ? u : v, 0, side * outward, 0, 0, 0, 0, 0}, -1, 1,
           half_u + half_v);
 }
 
-// Where rows differ from the row above, horizontal edges; where a pixel differs from the one to its
-// left, vertical ones. Runs in a line are one edge; where two squares meet at a corner the runs
-// pass through, which crossings counted by parity allow.
+// A pixel that differs from the one above it has a horizontal edge, and one that differs from the
+// pixel to its left a vertical edge. Collinear runs form one edge. Runs continue through a corner
+// where two squares meet, which is valid because crossings are counted by parity.
 void EpipolarBins::collect_edges(const hull::ObjectPixels& pixels, const hull::PixelRect& bounds) {
   placed_.clear();
   const auto first_word = std::size_t(bounds.u0_px >> 6),
-             words = std::size_t((bounds.u1_px - 1) >> 6) - first_word + 2;  // one behind, empty
+             words = std::size_t((bounds.u1_px - 1) >> 6) - first_word +
+                     2;  // and an empty one after it
   run_begin_.resize(words * 64);
   above_.assign(words, 0);
   vertical_above_.assign(words, 0);
   const int u_of_bit = int(first_word) * 64 - origin_u_px_;
   for (int v = bounds.v0_px; v <= bounds.v1_px; ++v) {
     const std::uint64_t* row = pixels.words().data() + std::size_t(v) * pixels.words_per_row() +
-                               first_word;  // one behind the last is not read
+                               first_word;  // the word after the last is not read
     const int border = v - origin_v_px_;
     std::uint64_t carry = 0, horizontal_carry = 0;
     int begin = 0;
@@ -134,9 +134,9 @@ void EpipolarBins::place(bool vertical, int border, int begin, int end) {
   for (const Sector& sector : sectors_) place(sector, vertical, border, begin, end);
 }
 
-// The lines that cross an edge are those between its ends', the first counted, the last not: as
-// ends are shared by the edges that meet there, and each end's s is computed in one way, every line
-// crosses a closed border an even number of times.
+// The lines between those of an edge's two ends cross it, including the first and excluding the
+// last. Adjacent edges share their ends, and an end's s is always computed the same way, so every
+// line crosses a closed border an even number of times.
 void EpipolarBins::place(const Sector& sector, bool vertical, int border, int begin, int end) {
   const bool across = vertical != sector.advances_along_y;
   float s0, s1;
@@ -174,8 +174,8 @@ void EpipolarBins::place(const Sector& sector, bool vertical, int border, int be
 }
 
 void EpipolarBins::fill() {
-  // Bins from the first that the edge fills to the one after the last; before and after them,
-  // parts.
+  // The range of bins that an edge spans completely. The bins just before and after may hold a
+  // part.
   const auto whole_begin = [](const Placed& p) {
     return (p.begin + kStepsPerBin - 1) >> kStepBits;
   };
@@ -191,7 +191,7 @@ void EpipolarBins::fill() {
     if (from < begin) ++part_next_[std::size_t(from)];
     if (end >= begin && (p.end & (kStepsPerBin - 1))) ++part_next_[std::size_t(end)];
   }
-  // From counts to where each list begins.
+  // Turns the counts into the begin of each list.
   whole_first_.resize(whole_next_.size());
   part_first_.resize(part_next_.size());
   int crossing = 0, pairs = 0, parts = 0, longest_pairs = 0, longest_part = 0;
@@ -225,7 +225,7 @@ void EpipolarBins::fill() {
   }
 }
 
-// A sparse table: the extremes over any range of groups are those of two of its entries.
+// Builds a sparse table: the extremes over any range of groups follow from two of its entries.
 void EpipolarBins::find_extents() {
   groups_ = epipole_is_near_ ? 0 : (bins_ + kGroupBins - 1) / kGroupBins;
   const auto groups = std::size_t(groups_), levels = std::size_t(std::bit_width(groups));

@@ -38,7 +38,7 @@ EpipolarCamera lanes_of(const EpipolarBins& bins, const hull::MapFromView& map) 
           bins.ends_inside()};
 }
 
-// For a camera whose centre is the view's: rays are in its silhouette all along, or nowhere.
+// For a camera at the view's center: a ray lies inside its silhouette at every depth or at none.
 void keep_where_seen(const hull::ObjectPixels& pixels, const hull::MapFromView& map,
                      const hull::PixelRect& view, std::span<float> depth_m) {
   std::size_t i = 0;
@@ -86,7 +86,7 @@ void ImageBasedHull::depth(std::span<const hull::Silhouette> silhouettes, const 
   if (!prepare(silhouettes, view, pool))
     return std::fill(depth_m.begin(), depth_m.end(), hull::kNoHull);
 
-  // The smallest silhouette first: it moves rays on, or drops them, for the rest.
+  // The smallest silhouette comes first, because it advances or ends the most rays.
   std::vector<const MapCamera*> order;
   for (const MapCamera& c : cameras_)
     if (!c.at_eye) order.push_back(&c);

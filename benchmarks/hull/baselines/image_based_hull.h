@@ -1,16 +1,19 @@
-// Rival: image-based visual hulls. Each camera's silhouette border, each ray's image intersected
-// with it, the in/out intervals of all cameras intersected. Source: Matusik, Buehler, Raskar,
+// Baseline: image-based visual hulls. It intersects each ray's image with the border of each
+// camera's silhouette, and then the intervals of all cameras. Source: Matusik, Buehler, Raskar,
 // Gortler, McMillan, "Image-Based Visual Hulls", SIGGRAPH 2000: section 3.1 with its edge bins,
-// section 3.2's coherence between neighbouring rays.
+// section 3.2 for the coherence between neighbouring rays.
 //
-// Done to be fair. Borders are exact (the pixels' squares, collinear runs merged), so that depths
-// are those of the exact hull but for rounding to float. Bins are even in the epipolar line's
-// number, an eighth of a pixel wide, and hold their edges themselves: most need no test of their
-// ends, two come with one load, and positions on a line take no division. Nothing is sorted: a ray
-// takes from a camera the one interval that it needs next, in one pass by parity, and comes back
-// only when other cameras have moved it past that. Tiles of 8x8 rays ask first between which
-// positions the edges of their wedge of lines lie, and are skipped or start there. Rays go in
-// blocks of neighbours in vector lanes, tiles and cameras in threads.
+// Optimised for a fair comparison:
+// - Borders are exact (the pixels' squares, collinear runs merged), so depths equal those of the
+//   exact hull up to rounding to float.
+// - Bins are uniform in the epipolar line's number, an eighth of a pixel wide, and store their
+//   edges: most edges need no test of their ends, one load reads two, and positions on a line need
+//   no division.
+// - Nothing is sorted. A ray gets from a camera the one interval that it needs next, in one pass by
+//   parity, and returns to the camera only after other cameras have moved it past that interval.
+// - A tile of 8x8 rays first finds the range of positions of the edges in its wedge of lines. It is
+//   skipped if that range is empty, and starts there otherwise.
+// - SIMD lanes hold blocks of neighbouring rays; threads share tiles and cameras.
 #pragma once
 #include <array>
 #include <span>
@@ -24,9 +27,9 @@ namespace fivepipe::baselines {
 
 class ImageBasedHull {
  public:
-  // Depth along the view's z [m] of each pixel, row-major; kNoHull where there is no hull between
-  // near and far. depth_m has the view's width * height. `limits: all`. Keeps its buffers from call
-  // to call. Does not depend on the pool's threads.
+  // Writes the depth in m along the view's z for each pixel, row-major; kNoHull if there is no hull
+  // between near and far. depth_m has the view's width * height elements. `limits: all`. Keeps its
+  // buffers from call to call. The result does not depend on the pool's threads.
   void depth(std::span<const hull::Silhouette> silhouettes, const hull::View& view,
              base::WorkerPool& pool, std::span<float> depth_m);
 
@@ -35,7 +38,7 @@ class ImageBasedHull {
     hull::PixelRect bounds;
     hull::MapFromView map;
     EpipolarBins bins;
-    bool at_eye;  // its centre is the view's: each ray is one point in its map
+    bool at_eye;  // its center is the view's, so each ray is one point in its map
   };
   bool prepare(std::span<const hull::Silhouette> silhouettes, const hull::View& view,
                base::WorkerPool& pool);
@@ -44,21 +47,21 @@ class ImageBasedHull {
   std::vector<hull::HalfSpace> half_spaces_;
 };
 
-// One camera as the lanes read it: the image of the ray through (u, v) is at_eye + t * (of_u u +
-// of_v v + of_1), homogeneous, in the bins' map coordinates.
+// One camera for the SIMD kernel. The image of the ray through (u, v) at depth t is at_eye + t *
+// (of_u u + of_v v + of_1), homogeneous, in the bins' map coordinates.
 struct EpipolarCamera {
   std::array<float, 3> at_eye, of_u, of_v, of_1;
   std::span<const Sector> sectors;
   const std::int32_t *whole_first, *part_first;
-  const std::int32_t* whole;  // two edges each
+  const std::int32_t* whole;  // two edges per entry
   const std::int32_t* part;
   const std::uint32_t* part_steps;
   const float *nearest, *farthest;
   std::int32_t groups, empty_bin;
   bool ends_inside;
 };
-// Traces the rays of a tile of the view from begin to end [m]; row v of the tile is written to
-// depth_m + v * stride.
+// Traces the rays of a tile of the view from begin_m to end_m. Writes row v of the tile to depth_m
+// + v * stride.
 struct EpipolarTile {
   hull::PixelRect rays;
   float begin_m, end_m;
@@ -67,8 +70,9 @@ struct EpipolarTile {
 };
 void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile);
 
-// Where the rays of each tile of a piece may be in the silhouettes: of its kTile_px squares, row by
-// row, kTilesAcross a row; empty where begin >= end.
+// The depth ranges in which the rays of each tile of a piece may be inside all silhouettes. The
+// tiles are squares of kTile_px, row by row, kTilesAcross per row. A range is empty if begin >=
+// end.
 inline constexpr int kTile_px = 8, kTilesAcrossBits = 3, kTilesAcross = 1 << kTilesAcrossBits;
 struct TileRanges {
   float begin_m[kTilesAcross * kTilesAcross], end_m[kTilesAcross * kTilesAcross];

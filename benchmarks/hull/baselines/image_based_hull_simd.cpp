@@ -1,5 +1,5 @@
-// Rays of image-based visual hulls in vector lanes: a block of neighbouring rays, four wide, moves
-// from camera to camera.
+// Image-based visual hulls with SIMD: a block of neighbouring rays, four wide, moves from camera to
+// camera.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "benchmarks/hull/baselines/image_based_hull_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -14,17 +14,17 @@
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe::baselines::HWY_NAMESPACE {
 constexpr float kNever = std::numeric_limits<float>::infinity();
-// The least step in depth, relative: an interval thinner than the rounding of its ends is left by
-// it, not asked for again.
+// The smallest relative step in depth. It leaves an interval that is thinner than the rounding of
+// its ends, which would otherwise be returned again.
 constexpr float kMinStep = 1 + 2 * std::numeric_limits<float>::epsilon();
 
-// A block's rays in one camera: which epipolar line each has, how it advances, the edges that it
-// may cross.
+// A block's rays in one camera: the epipolar line of each, its direction, and the edges that it may
+// cross.
 struct Lines {
   V a_eye, a_far, w_eye, w_far;  // position on the line: (a_eye + t a_far) / (w_eye + t w_far)
   V towards;
-  V along_scale,
-      along_offset;  // an edge along a, at border b: towards * a = b * along_scale + along_offset
+  // For an edge along a, at border b: towards * a = b * along_scale + along_offset.
+  V along_scale, along_offset;
   VI whole_begin, whole_count, part_begin, part_count;
   VI step;  // of the bin
 };
@@ -83,14 +83,14 @@ HWY_INLINE Lines lines_of(const EpipolarCamera& c, V u, V v) {
   return l;
 }
 
-// What one pass over a ray's edges finds beyond a position: whether an odd number lies there, and
-// the nearest two.
+// The result of one pass over a ray's edges: whether an odd number of them lies beyond a position,
+// and the nearest two of these.
 struct Beyond {
   M odd;
   V first, second;
 };
 
-// The low 16 bits of `edge` count.
+// Only the low 16 bits of `edge` are used.
 HWY_INLINE void meet(const Lines& l, V position, VI edge, M counted, Beyond& beyond) {
   const V border = hn::ConvertTo(d, hn::ShiftRight<17>(hn::ShiftLeft<16>(edge)));
   const M along = as_float_mask(hn::TestBit(edge, hn::Set(di, 1)));
@@ -102,11 +102,11 @@ HWY_INLINE void meet(const Lines& l, V position, VI edge, M counted, Beyond& bey
   beyond.first = hn::Min(beyond.first, it);
 }
 
-HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M asking, V position) {
+HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M active, V position) {
   Beyond beyond{hn::Lt(hn::Zero(d), hn::Zero(d)), hn::Set(d, kNever), hn::Set(d, kNever)};
   const VI none = hn::Set(di, -1);
-  const VI whole_count = hn::IfThenElse(hn::RebindMask(di, asking), l.whole_count, none),
-           part_count = hn::IfThenElse(hn::RebindMask(di, asking), l.part_count, none);
+  const VI whole_count = hn::IfThenElse(hn::RebindMask(di, active), l.whole_count, none),
+           part_count = hn::IfThenElse(hn::RebindMask(di, active), l.part_count, none);
   for (VI i = hn::Zero(di);; i = hn::Add(i, hn::Set(di, 1))) {
     const M has = as_float_mask(hn::Lt(i, whole_count));
     if (hn::AllFalse(d, has)) break;
@@ -120,8 +120,7 @@ HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M asking
     const VI at = hn::Add(l.part_begin, i),
              steps = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(c.part_steps), at);
     const VI edges = hn::GatherIndex(di, c.part, at);
-    // The upper half, at most kStepsPerBin = 1 << 15, has no sign: compared as unsigned numbers
-    // would be.
+    // The upper half is unsigned and at most kStepsPerBin = 1 << 15.
     const VI begin = hn::And(steps, hn::Set(di, 0xffff)),
              end = hn::And(hn::ShiftRight<16>(steps), hn::Set(di, 0xffff));
     const M crossed = as_float_mask(hn::AndNot(hn::Lt(l.step, begin), hn::Lt(l.step, end)));
@@ -130,8 +129,8 @@ HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M asking
   return beyond;
 }
 
-// Depth at which the image reaches a position on its line; never where that lies beyond the
-// vanishing point.
+// Returns the depth at which the image reaches a position on its line; kNever if the position lies
+// beyond the vanishing point.
 HWY_INLINE V depth_at(const Lines& l, V position) {
   const V a = hn::Mul(position, l.towards);
   const V ahead =
@@ -142,25 +141,26 @@ HWY_INLINE V depth_at(const Lines& l, V position) {
   return hn::IfThenElse(reached, t, hn::Set(d, kNever));
 }
 
-// The interval inside the silhouette that holds t, or else the first after it.
+// The interval inside the silhouette that contains t, or the next one.
 struct Interval {
   V enter, leave;
 };
-HWY_INLINE Interval interval_from(const EpipolarCamera& c, const Lines& l, M asking, V t) {
+HWY_INLINE Interval interval_from(const EpipolarCamera& c, const Lines& l, M active, V t) {
   const V w = hn::MulAdd(t, l.w_far, l.w_eye);
   const V a = hn::Mul(hn::MulAdd(t, l.a_far, l.a_eye), reciprocal(w));
   const V least = hn::Set(d, kMinPosition);
   const V position =
       hn::IfThenElse(hn::Gt(w, hn::Zero(d)), hn::Max(hn::Mul(a, l.towards), least), least);
-  const Beyond beyond = edges_beyond(c, l, asking, position);
+  const Beyond beyond = edges_beyond(c, l, active, position);
   const M inside = c.ends_inside ? hn::Not(beyond.odd) : beyond.odd;
   const V enter = hn::IfThenElse(inside, t, hn::Max(t, depth_at(l, beyond.first)));
   return {enter, depth_at(l, hn::IfThenElse(inside, beyond.first, beyond.second))};
 }
 
-constexpr std::size_t kMaxEmittedFrames = 64;  // cameras; those beyond are asked in every round
+// The cameras whose last interval a block remembers; it tests the others in every round.
+constexpr std::size_t kMaxRememberedCameras = 64;
 
-// Some ray of the tile comes from, or goes to, behind a camera.
+// Returns whether some ray of the tile starts or ends behind a camera.
 bool leaves_front(std::span<const EpipolarCamera> cameras, const EpipolarTile& tile) {
   for (const EpipolarCamera& c : cameras)
     for (const int u : {tile.rays.u0_px, tile.rays.u1_px})
@@ -172,7 +172,7 @@ bool leaves_front(std::span<const EpipolarCamera> cameras, const EpipolarTile& t
   return false;
 }
 
-// Clips a block's rays to where they are in front of every camera.
+// Clips a block's rays to their part in front of every camera.
 void clip_to_front(std::span<const EpipolarCamera> cameras, V u, V v, V& begin, V& end) {
   for (const EpipolarCamera& c : cameras) {
     const V w_eye = hn::Set(d, c.at_eye[2]), w_far = homogeneous(c, 2, u, v);
@@ -187,25 +187,25 @@ HWY_INLINE V trace_block(std::span<const EpipolarCamera> cameras, const Epipolar
                          bool clipped, V u, V v, M alive) {
   V t = hn::Set(d, tile.begin_m), end = hn::Set(d, tile.end_m);
   if (clipped) clip_to_front(cameras, u, v, t, end);
-  V until[kMaxEmittedFrames];
-  const std::size_t remembered = std::min(cameras.size(), kMaxEmittedFrames);
+  V until[kMaxRememberedCameras];
+  const std::size_t remembered = std::min(cameras.size(), kMaxRememberedCameras);
   for (std::size_t c = 0; c < remembered; ++c) until[c] = hn::Set(d, -kNever);
   for (bool moved = true; moved;) {
     moved = false;
     for (std::size_t c = 0; c < cameras.size(); ++c) {
-      const M asking = c < remembered ? hn::And(alive, hn::Ge(t, until[c])) : alive;
-      if (hn::AllFalse(d, asking)) continue;
-      const Interval interval = interval_from(cameras[c], lines_of(cameras[c], u, v), asking, t);
-      const M on = hn::And(asking, hn::Gt(interval.enter, t));
+      const M active = c < remembered ? hn::And(alive, hn::Ge(t, until[c])) : alive;
+      if (hn::AllFalse(d, active)) continue;
+      const Interval interval = interval_from(cameras[c], lines_of(cameras[c], u, v), active, t);
+      const M on = hn::And(active, hn::Gt(interval.enter, t));
       if (c < remembered) {
         until[c] = hn::IfThenElse(
-            asking, hn::Max(interval.leave, hn::Mul(interval.enter, hn::Set(d, kMinStep))),
+            active, hn::Max(interval.leave, hn::Mul(interval.enter, hn::Set(d, kMinStep))),
             until[c]);
         moved = true;
       } else {
         moved |= !hn::AllFalse(d, on);
       }
-      t = hn::IfThenElse(asking, interval.enter, t);
+      t = hn::IfThenElse(active, interval.enter, t);
       alive = hn::And(alive, hn::Lt(t, end));
       if (hn::AllFalse(d, alive)) return hn::Set(d, hull::kNoHull);
     }
@@ -236,14 +236,13 @@ void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& til
     }
 }
 
-// --- tiles: lanes are tiles
-// --------------------------------------------------------------------------------------------
+// In the functions below, the lanes hold tiles.
 
-// Rounding of float in depths, relative.
+// Bound on the relative rounding of float depths.
 constexpr float kRounding = 1e-6f;
 
 constexpr int kCorners = 4;
-// The rays at the tiles' corners: positions of rays between them lie between theirs.
+// The rays at the tiles' corners; the positions of the other rays lie between theirs.
 struct CornerRays {
   V u[kCorners], v[kCorners];
 };
@@ -278,7 +277,7 @@ HWY_INLINE void narrow(const EpipolarCamera& c, const CornerRays& corners, V& be
   const M meets = hn::And(hn::Ge(s_max, s_begin), hn::Lt(s_min, hn::Set(d, sector.s_end)));
   const VI one = hn::Set(di, 1), first = group(s_min),
            behind = hn::Add(hn::Max(group(s_max), first), one);
-  // The greatest power of two in the range: a float's exponent.
+  // The largest power of two in the range, from the exponent of a float.
   const VI level =
       hn::Sub(hn::ShiftRight<23>(hn::BitCast(di, hn::ConvertTo(d, hn::Sub(behind, first)))),
               hn::Set(di, 127));

@@ -1,4 +1,5 @@
-// The lookups in vector lanes, compiled once per instruction set by those who include it.
+// The lookups with SIMD. Each .cpp file that includes this header compiles it once per instruction
+// set.
 #if defined(FIVEPIPE_OBJECT_PIXEL_LOOKUP_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef FIVEPIPE_OBJECT_PIXEL_LOOKUP_INL_H
 #undef FIVEPIPE_OBJECT_PIXEL_LOOKUP_INL_H
@@ -11,7 +12,7 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe::baselines::HWY_NAMESPACE {
-// Held to [0, most]; NaN becomes one of the two.
+// Clamps to [0, most]. NaN becomes one of the two.
 HWY_INLINE V held(V x, int most) {
   return hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, float(most)));
 }
@@ -25,8 +26,8 @@ HWY_INLINE M on_object(const LookupTables& map, V x, V y) {
       hn::TestBit(word, hn::Shl(hn::Set(di, 1), hn::And(column, hn::Set(di, 31)))));
 }
 
-// Whether a rectangle of positions, ends included, certainly holds no object pixel, or nothing
-// else.
+// Whether a rectangle of positions, ends included, certainly holds no object pixel (none), or only
+// object pixels (all).
 struct Contents {
   M none, all;
 };

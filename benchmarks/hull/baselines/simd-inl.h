@@ -1,5 +1,5 @@
-// Vectors of up to 16 floats or 32-bit integers, compiled once per instruction set by those who
-// include it.
+// Vectors of up to 16 floats or 32-bit integers. Each .cpp file that includes this header compiles
+// it once per instruction set.
 #if defined(FIVEPIPE_BASELINES_SIMD_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef FIVEPIPE_BASELINES_SIMD_INL_H
 #undef FIVEPIPE_BASELINES_SIMD_INL_H
@@ -21,11 +21,11 @@ using M = hn::Mask<D>;
 constexpr D d;
 constexpr DI di;
 
-// To about two units in the last place: a third of a division's time.
+// Accurate to about two units in the last place, in a third of the time of a division.
 HWY_INLINE V reciprocal(V x) {
 #if HWY_ARCH_X86
   const V near = hn::ApproximateReciprocal(x);
-  return hn::Mul(near, hn::NegMulAdd(x, near, hn::Set(d, 2.0f)));  // Newton's step
+  return hn::Mul(near, hn::NegMulAdd(x, near, hn::Set(d, 2.0f)));  // one Newton step
 #else
   return hn::Div(hn::Set(d, 1.0f), x);
 #endif
@@ -33,7 +33,8 @@ HWY_INLINE V reciprocal(V x) {
 
 HWY_INLINE M as_float_mask(hn::Mask<DI> m) { return hn::RebindMask(d, m); }
 
-// Rounding of float in images of some thousand pixels [px]: several units in the last place.
+// Bound on the rounding of float positions in images of some thousand pixels: several units in the
+// last place.
 constexpr float kRounding_px = 1.0f / 64;
 
 }  // namespace fivepipe::baselines::HWY_NAMESPACE

@@ -6,7 +6,7 @@
 namespace fivepipe::baselines {
 namespace {
 
-// Relative; eight roundings of float. What lies in the slack is only looked at in vain.
+// Relative: eight roundings of float. A wider range costs time but changes no result.
 constexpr double kSlack = 1e-6;
 
 int across(const hull::PixelRect& view) { return (view.width_px() + kPiece_px - 1) / kPiece_px; }
@@ -19,7 +19,7 @@ DepthRange range_of_rays(std::span<const hull::HalfSpace> half_spaces, const hul
   const double half_u = 0.5 * (rays.width_px() - 1), half_v = 0.5 * (rays.height_px() - 1);
   DepthRange tight = within;
   for (const hull::HalfSpace& h : half_spaces) {
-    // A slope is linear over the rays: the one that leaves most is at a corner.
+    // The slope is linear over the rays, so the largest one is at a corner.
     const double slope =
         h.slope_at(u, v) + std::abs(h.slope.x()) * half_u + std::abs(h.slope.y()) * half_v;
     const bool in_at_begin = h.offset + tight.begin_m * slope >= 0,

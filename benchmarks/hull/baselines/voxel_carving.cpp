@@ -17,8 +17,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kRoot_voxels = 64;     // edge of the octrees' roots
-constexpr int kBricksPerPiece = 16;  // for threads: some microseconds
+constexpr int kRoot_voxels = 64;     // edge of an octree root
+constexpr int kBricksPerPiece = 16;  // a unit of work for threads: some microseconds
 
 std::array<float, 3> floats(const Vector3d& p) {
   return {float(p.x()), float(p.y()), float(p.z())};
@@ -74,8 +74,7 @@ void divide(const CarvedNodes& parents, int size_voxels, const VoxelGrid& grid,
   }
 }
 
-// Writes the index; of the bricks, leaves those to be carved in `nodes`, and those that are not in
-// `full`.
+// Writes the index. Leaves the bricks to be carved in `nodes`, and moves the full bricks to `full`.
 void index_bricks(CarvedNodes& nodes, CarvedNodes& full, VoxelGrid& grid) {
   full.clear();
   std::fill(grid.index.begin(), grid.index.end(), kEmptyBrick);
@@ -138,7 +137,7 @@ bool VoxelCarving::carve(std::span<const hull::Silhouette> silhouettes, base::Wo
     c.bounds = silhouettes[std::size_t(i)].pixels.bounds();
     if (!c.bounds.empty()) c.lookup.build(silhouettes[std::size_t(i)].pixels, c.bounds);
   });
-  // The smallest silhouette first: it carves most.
+  // The smallest silhouette comes first, because it carves the most.
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     if (cameras_[i].bounds.empty()) return false;
@@ -163,8 +162,9 @@ bool VoxelCarving::carve(std::span<const hull::Silhouette> silhouettes, base::Wo
     test_nodes(lanes, size / 2, nodes_);
   }
   index_bricks(nodes_, full_, grid_);
-  grid_.voxels.resize((nodes_.x.size() + 1) *
-                      kWordsPerBrick);  // one more: lanes without voxels read the first
+  grid_.voxels.resize(
+      (nodes_.x.size() + 1) *
+      kWordsPerBrick);  // one more, because lanes without voxels read the first brick
   const int bricks = int(nodes_.x.size());
   pool.run((bricks + kBricksPerPiece - 1) / kBricksPerPiece, [&](int piece, int) {
     for (int b = piece * kBricksPerPiece; b < std::min(bricks, (piece + 1) * kBricksPerPiece);
@@ -209,8 +209,8 @@ void VoxelCarving::depth(std::span<const hull::Silhouette> silhouettes, const hu
   });
 }
 
-// Each thread gathers in its own tiles: least and greatest do not depend on how bricks are dealt
-// out.
+// Each thread collects into its own tiles. Minimum and maximum do not depend on how the bricks are
+// assigned to threads.
 void VoxelCarving::find_front(const hull::View& view, base::WorkerPool& pool) {
   const VoxelFront front(grid_, view);
   front_across_ = front.across();

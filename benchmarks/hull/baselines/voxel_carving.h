@@ -1,16 +1,16 @@
-// Rival: voxels carved from coarse to fine, then drawn.
+// Baseline: voxel carving from coarse to fine, and ray casting of the voxels.
 // Sources: Szeliski, "Rapid Octree Construction from Image Sequences", CVGIP: Image Understanding
-// 1993 (nodes of an octree against silhouettes: empty, full, or divided); Amanatides and Woo, "A
-// Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987 (the view's rays through the
-// grid, here through nested blocks).
+// 1993 (tests octree nodes against silhouettes: empty, full or divided); Amanatides and Woo, "A
+// Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987 (here through nested blocks).
 //
-// Done to be fair. Eight nodes and more are tested at a time, in vector lanes, by the rectangle
-// that holds a node's image; counts over 4x4 cells say whether it holds no object pixel (carved
-// away) or nothing else (the camera is not asked again below). From bricks of 8x8x8 down each brick
-// is on its own, in lanes and threads. Single voxels are decided by their centre: the answer with
-// no lean to either side, the one with the least mean error for its size. Voxels are bits nested as
-// the octree is, so that rays skip empty bricks, blocks of four and of two; rays go in lanes and
-// threads and start where their tile's first bricks may be.
+// Optimised for a fair comparison:
+// - SIMD tests at least eight nodes at a time, by the rectangle around a node's image. Counts over
+//   4x4 cells report whether it holds no object pixel (the node is carved away) or only object
+//   pixels (the camera is not tested again in the node's children).
+// - Below bricks of 8x8x8 voxels, each brick is processed on its own, with SIMD and threads.
+// - A single voxel is decided by its center, which has no bias and the smallest mean error.
+// - Voxels are bits in the order of the octree, so that rays skip empty bricks, blocks of four and
+//   blocks of two. Rays use SIMD and threads, and start at the first brick that their tile may see.
 #pragma once
 #include <span>
 #include <vector>
@@ -26,25 +26,26 @@ namespace fivepipe::baselines {
 
 inline constexpr std::size_t kMaxCarvingCameras = 31;
 
-// A voxel is occupied where its centre is in the hull. What is thinner than a voxel may be lost; an
-// occupied voxel has a point of the hull in its middle.
+// A voxel is occupied if its center is in the hull. Parts of the hull that are thinner than a voxel
+// may be lost.
 class VoxelCarving {
  public:
-  // Voxels of voxel_m from the volume's least corner, up to its greatest at least. Throws
-  // std::invalid_argument where these are no volume and voxel, or more than kMaxBricks.
+  // The grid starts at the volume's minimum corner and covers the volume. Throws
+  // std::invalid_argument if the volume or the voxel is empty, or if there are more than
+  // kMaxBricks.
   VoxelCarving(const Eigen::AlignedBox3d& volume_world_m, double voxel_m);
 
-  // Depth along the view's z [m] at which the ray through each pixel enters its first occupied
-  // voxel between near and far, row-major; near itself inside one; kNoHull where it meets none.
-  // depth_m has the view's width * height. `limits: all`. At most kMaxCarvingCameras, else
-  // std::invalid_argument. Keeps its buffers from call to call. Does not depend on the pool's
-  // threads.
+  // Writes the depth in m along the view's z at which the ray through each pixel enters its first
+  // occupied voxel between near and far, row-major: near_m if it starts inside one, kNoHull if it
+  // meets none. depth_m has the view's width * height elements. `limits: all`. Throws
+  // std::invalid_argument for more than kMaxCarvingCameras cameras. Keeps its buffers from call to
+  // call. The result does not depend on the pool's threads.
   void depth(std::span<const hull::Silhouette> silhouettes, const hull::View& view,
              base::WorkerPool& pool, std::span<float> depth_m);
 
-  const VoxelGrid& grid() const { return grid_; }  // as the last call left it
+  const VoxelGrid& grid() const { return grid_; }  // of the last call
 
-  static constexpr std::int64_t kMaxBricks = std::int64_t(1) << 26;  // an index of 256 MB to 1 GB
+  static constexpr std::int64_t kMaxBricks = std::int64_t(1) << 26;  // an index of 256 MiB to 1 GiB
 
  private:
   struct MapCamera {
@@ -56,7 +57,7 @@ class VoxelCarving {
 
   VoxelGrid grid_;
   std::vector<MapCamera> cameras_;
-  CarvedNodes nodes_, children_, full_;  // of the level at hand; in the end, bricks
+  CarvedNodes nodes_, children_, full_;  // of the current level; at the end, bricks
   std::vector<TileDepths> front_;
   int front_across_ = 0;
 };

@@ -6,8 +6,8 @@
 namespace fivepipe::baselines {
 namespace {
 
-// Rounding of float in pixels of a view of some thousand, and in depths: eight roundings, relative
-// to the scene's size.
+// Bounds on float rounding: of positions in a view of some thousand pixels, and of depths relative
+// to the scene's size (eight roundings).
 constexpr float kRounding_px = 1.0f / 64, kRounding = 1e-6f;
 
 std::array<float, 3> floats(const Eigen::Vector3d& p) {
@@ -40,7 +40,7 @@ void VoxelFront::add_brick(const std::array<int, 3>& corner_voxel, const std::ui
   constexpr float kHalf = 0.5f * kBrick_voxels;
   const std::array middle{corner[0] + kHalf, corner[1] + kHalf, corner[2] + kHalf};
   if (!words) return add_cube(middle, kHalf, depths);
-  // Blocks of two where those of four would span more than a tile.
+  // Uses blocks of two if blocks of four would span more than a tile.
   const float depth_m =
       of_x_[2] * middle[0] + of_y_[2] * middle[1] + of_z_[2] * middle[2] + of_1_[2];
   const bool fine = kHalf * voxel_px_m_ > kFrontTile_px * depth_m;
@@ -68,8 +68,7 @@ void VoxelFront::add_cube(const std::array<float, 3>& middle, float half_voxels,
   int first[2] = {0, 0}, last[2] = {across_ - 1, down_ - 1};
   if (begin_m > 0)
     for (std::size_t k = 0; k < 2; ++k) {
-      // As for a camera's map: a point moved by m is moved by (p_k m - position p_w m) / (w + p_w
-      // m).
+      // A point moved by m moves in the image by (p_k m - position p_w m) / (w + p_w m).
       const float position = at(k) / depth_m;
       const float reach =
           half_voxels *

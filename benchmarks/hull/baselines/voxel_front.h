@@ -1,6 +1,6 @@
-// Where a view's tiles may have occupied voxels: blocks of voxels, projected as boxes onto tiles.
-// Rays start there, and tiles without are skipped. Source: Zwart and Abram's beams, as "beam
-// optimization" in Laine and Karras, "Efficient Sparse Voxel Octrees", I3D 2010.
+// The depth ranges in which a view's tiles may see occupied voxels, from blocks of voxels projected
+// onto the tiles as boxes. Rays start there, and tiles without a range are skipped. Source: the
+// "beam optimization" of Laine and Karras, "Efficient Sparse Voxel Octrees", I3D 2010.
 #pragma once
 #include <span>
 #include <vector>
@@ -13,7 +13,7 @@ namespace fivepipe::baselines {
 inline constexpr int kFrontTile_px = 8;
 
 struct TileDepths {
-  float begin_m, end_m;  // begin > end: no voxel
+  float begin_m, end_m;  // begin > end if there is no voxel
 };
 
 class VoxelFront {
@@ -22,8 +22,8 @@ class VoxelFront {
   int across() const { return across_; }  // tiles
   int down() const { return down_; }
 
-  // Widens the depths, across() * down() row by row, by what the brick with this least corner
-  // [voxels] has: all of it where words is null.
+  // Widens the depths (across() * down(), row by row) to include the occupied blocks of the brick
+  // with this minimum corner (in voxels), or the whole brick if `words` is null.
   void add_brick(const std::array<int, 3>& corner_voxel, const std::uint32_t* words,
                  std::span<TileDepths> depths) const;
 
@@ -32,11 +32,11 @@ class VoxelFront {
                 std::span<TileDepths> depths) const;
 
   int across_, down_;
-  // The view's pixel of the point (x, y, z) [voxels] is of_x x + of_y y + of_z z + of_1,
-  // homogeneous, the third its depth [m].
+  // The pixel of the point (x, y, z), in voxels, is of_x x + of_y y + of_z z + of_1, homogeneous;
+  // the third component is the depth in m.
   std::array<float, 3> of_x_, of_y_, of_z_, of_1_;
-  float voxel_px_m_;  // a voxel's size in the view, times its depth
-  float slack_m_;     // rounding of depths
+  float voxel_px_m_;  // a voxel's size in the view in px, times its depth in m
+  float slack_m_;     // bound on the rounding of depths
 };
 
 }  // namespace fivepipe::baselines

@@ -1,4 +1,4 @@
-// Occupied voxels in bricks: what the carving leaves and the view is drawn from.
+// The occupied voxels, in bricks: the output of the carving and the input of the ray casting.
 #pragma once
 #include <Eigen/Geometry>
 #include <array>
@@ -10,12 +10,12 @@ namespace fivepipe::baselines {
 inline constexpr int kBrick_voxels = 8;            // along an edge
 inline constexpr std::size_t kWordsPerBrick = 16;  // of 32 bits
 
-// A brick's entry in the index: where its voxels begin, in bricks, or one of these.
+// A brick's entry in the index: the brick's number in VoxelGrid::voxels, or one of these.
 inline constexpr std::int32_t kEmptyBrick = -1, kFullBrick = -2;
 
-// Which bit of a brick a voxel is, its coordinates 0 to 7: blocks of 4, of 2 and voxels nested,
-// each in the order x, y, z (Morton), so that a block of 2 is a byte, and what is empty can be
-// skipped by byte or word.
+// Returns the bit of the voxel with these coordinates (0 to 7) in its brick. Blocks of 4, of 2 and
+// voxels are nested, each in the order x, y, z (Morton), so that a block of 2 is one byte, and
+// empty blocks can be skipped by byte or word.
 constexpr int bit_in_brick(int x, int y, int z) {
   int bit = 0;
   for (int level = 2; level >= 0; --level)
@@ -24,13 +24,13 @@ constexpr int bit_in_brick(int x, int y, int z) {
 }
 
 struct VoxelGrid {
-  Eigen::Vector3d corner_world_m;  // of voxel (0, 0, 0), whose axes are the world's
+  Eigen::Vector3d corner_world_m;  // minimum corner of voxel (0, 0, 0); the axes are the world's
   double voxel_m;
   std::array<int, 3> bricks;  // counts along x, y, z
   int y_shift, z_shift;
   std::vector<std::int32_t> index;    // of brick (x, y, z) at z << z_shift | y << y_shift | x
-  std::vector<std::uint32_t> voxels;  // kWordsPerBrick each
-  std::array<int, 3> begin, end;      // bricks, half-open: all others are empty
+  std::vector<std::uint32_t> voxels;  // kWordsPerBrick per brick
+  std::array<int, 3> begin, end;      // the bricks outside [begin, end) are empty
 
   std::size_t at(int x, int y, int z) const {
     return std::size_t(z) << z_shift | std::size_t(y) << y_shift | std::size_t(x);

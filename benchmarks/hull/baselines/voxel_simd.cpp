@@ -1,4 +1,4 @@
-// Octree nodes, voxels and rays in vector lanes.
+// Octree nodes and voxels with SIMD.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "benchmarks/hull/baselines/voxel_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -21,9 +21,9 @@ HWY_INLINE V homogeneous(const CarvingCamera& c, std::size_t k, V x, V y, V z) {
                                hn::MulAdd(hn::Set(d, c.of_z[k]), z, hn::Set(d, c.of_1[k]))));
 }
 
-// Farthest that a point of the cube around a middle, whose image is at `position` in axis k, may be
-// from it. With p the rows of the projection, a point moved by m is moved by (p_k m - position p_w
-// m) / (w + p_w m) in the image.
+// Returns how far, in axis k of the image, a point of the cube may be from the image `position` of
+// the cube's center. With p the rows of the projection, a point moved by m moves in the image by
+// (p_k m - position p_w m) / (w + p_w m).
 HWY_INLINE V reach(const CarvingCamera& c, std::size_t k, V position, V half, V min_w_reciprocal) {
   const auto part = [&](float of, float of_w) HWY_ATTR {
     return hn::Abs(hn::NegMulAdd(position, hn::Set(d, of_w), hn::Set(d, of)));
@@ -33,7 +33,7 @@ HWY_INLINE V reach(const CarvingCamera& c, std::size_t k, V position, V half, V 
   return hn::MulAdd(hn::Mul(sum, half), min_w_reciprocal, hn::Set(d, kRounding_px));
 }
 
-// Of the cubes with these middles and half an edge.
+// x, y, z are the cubes' centers, half_voxels is half their edge.
 HWY_INLINE Contents contents_of_cubes(const CarvingCamera& c, V x, V y, V z, float half_voxels) {
   const V w = homogeneous(c, 2, x, y, z), scale = reciprocal(w), half = hn::Set(d, half_voxels);
   const V u = hn::Mul(homogeneous(c, 0, x, y, z), scale),
@@ -48,7 +48,7 @@ HWY_INLINE Contents contents_of_cubes(const CarvingCamera& c, V x, V y, V z, flo
   return {hn::And(contents.none, in_front), hn::And(contents.all, in_front)};
 }
 
-// Takes the cameras that are full from `mixed`, and makes it kCarved where one is empty.
+// Removes the cameras whose images are full from `mixed`; returns kCarved if an image is empty.
 HWY_INLINE VI test_cubes(std::span<const CarvingCamera> cameras, V x, V y, V z, float half_voxels,
                          VI mixed) {
   const VI carved = hn::Set(di, kCarved);
@@ -82,11 +82,8 @@ void test_nodes(std::span<const CarvingCamera> cameras, int size_voxels, CarvedN
   for (auto* v : {&nodes.x, &nodes.y, &nodes.z, &nodes.mixed}) v->resize(count);
 }
 
-// --- one brick
-// -----------------------------------------------------------------------------------------------------
-
-// Coordinate k (0: x) in the brick of the block of two with this number, in the brick's order of
-// bits.
+// Returns coordinate k (0: x), within the brick, of the block of two with this number in the
+// brick's bit order.
 HWY_INLINE VI block_coordinate(VI block, int k) {
   const VI one = hn::Set(di, 1);
   const VI fours = hn::And(k == 0   ? hn::ShiftRight<3>(block)
@@ -113,12 +110,13 @@ HWY_INLINE M centers_in_hull(std::span<const CarvingCamera> cameras, V x, V y, V
 
 constexpr int kBlocks = 64, kVoxelsPerBlock = 8;
 
-// Numbers of the blocks of two to be decided voxel by voxel; the others' bytes are written.
+// Collects the numbers of the blocks of two that must be decided voxel by voxel, and writes the
+// bytes of the others.
 int test_blocks(std::span<const CarvingCamera> cameras, const V (&corner)[3], std::uint8_t* bytes,
                 std::int32_t* mixed_blocks) {
   HWY_ALIGN std::int32_t mixed[16];
   const int lanes = int(hn::Lanes(d));
-  const V one = hn::Set(d, 1.0f);  // from a block's corner to its middle
+  const V one = hn::Set(d, 1.0f);  // from a block's corner to its center
   int count = 0;
   for (int first = 0; first < kBlocks; first += lanes) {
     const VI block = hn::Iota(di, first);
@@ -167,7 +165,7 @@ void carve_brick(std::span<const CarvingCamera> all_cameras, const std::array<in
                                  as_float_mask(hn::Lt(voxel, hn::Set(di, voxels))));
     std::uint8_t in_bits[8] = {};
     hn::StoreMaskBits(d, in, in_bits);
-    // Whole blocks, or, in narrow vectors, a part of one.
+    // A vector holds whole blocks, or a part of one if it is narrow.
     if (lanes < kVoxelsPerBlock)
       bytes[blocks[first / kVoxelsPerBlock]] |= std::uint8_t(in_bits[0] << first % kVoxelsPerBlock);
     else

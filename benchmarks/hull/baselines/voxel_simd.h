@@ -1,4 +1,4 @@
-// What carving and drawing do in vector lanes.
+// The SIMD kernels of voxel carving and ray casting.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -11,15 +11,17 @@
 
 namespace fivepipe::baselines {
 
-// The position, in a map's tables, of the point (x, y, z) [voxels from the grid's corner] is of_x x
+// The position in a map's tables of the point (x, y, z), in voxels from the grid's corner, is of_x
+// x
 // + of_y y + of_z z + of_1, homogeneous.
 struct CarvingCamera {
   std::array<float, 3> of_x, of_y, of_z, of_1;
   LookupTables map;
 };
 
-// Cubes of an octree's level, by their least corner [voxels]. mixed: the cameras (bit i: camera i)
-// whose object pixels do not fill the cube's image; kCarved where one has none there.
+// Cubes of one level of the octree, by their minimum corner in voxels. mixed: the cameras (bit i:
+// camera i) whose object pixels do not fill the cube's image; kCarved if a camera has no object
+// pixel there.
 struct CarvedNodes {
   std::vector<std::int32_t> x, y, z, mixed;
   void clear() {
@@ -34,21 +36,21 @@ struct CarvedNodes {
 };
 inline constexpr std::int32_t kCarved = -1;
 
-// Tests the nodes, of edge size_voxels, against the cameras that are mixed in them, and writes what
-// is left to `mixed`.
+// Tests the nodes, of edge size_voxels, against their mixed cameras, and updates `mixed`.
 void test_nodes(std::span<const CarvingCamera> cameras, int size_voxels, CarvedNodes& nodes);
 
-// The voxels of a brick whose cameras in `mixed` are to be asked.
+// Writes the voxels of a brick, testing the cameras in `mixed`.
 void carve_brick(std::span<const CarvingCamera> cameras, const std::array<int, 3>& corner_voxel,
                  std::int32_t mixed, std::uint32_t* words);
 
-// The ray through (u, v) is eye + t * (of_u u + of_v v + of_1) [voxels], t its depth [m].
+// The ray through (u, v) is eye + t * (of_u u + of_v v + of_1) in voxels; t is the depth in m.
 struct DrawnView {
   std::array<float, 3> eye, of_u, of_v, of_1;
   float near_m, far_m;
-  std::array<std::int32_t, 3> begin_voxel, end_voxel;  // the box that holds all occupied voxels
+  std::array<std::int32_t, 3> begin_voxel, end_voxel;  // a box that contains all occupied voxels
 };
-// Row v of the tile is written to depth_m + v * stride. All its voxels lie between begin and end.
+// draw_tile() writes row v of the tile to depth_m + v * stride. All voxels of the tile lie between
+// begin_m and end_m.
 struct DrawnTile {
   hull::PixelRect rays;
   float begin_m, end_m;

@@ -1,4 +1,4 @@
-// Rays through the voxels, a block of neighbouring rays in vector lanes.
+// Ray casting of the voxels; the SIMD lanes hold a block of neighbouring rays.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "benchmarks/hull/baselines/voxel_view_simd.cpp"
 #include <hwy/foreach_target.h>
@@ -14,8 +14,8 @@ namespace fivepipe::baselines::HWY_NAMESPACE {
 
 using MI = hn::Mask<DI>;
 
-// Rays slower than this along an axis [voxels per metre of depth] are taken to be this fast: in a
-// scene of 10 m they do not leave their voxel for it, and its reciprocal is finite.
+// The slope of a ray along an axis, in voxels per metre of depth, is clamped to at least this. Such
+// a ray moves by 1e-5 voxels in a scene of 10 m, and the slope's reciprocal is finite.
 constexpr float kSlowest = 1e-6f;
 
 struct Axis {
@@ -30,7 +30,7 @@ HWY_INLINE Axis axis_of(const DrawnView& view, std::size_t k, V u, V v) {
   return {eye, slope, hn::Div(hn::Set(d, 1.0f), slope), hn::Gt(slope, hn::Zero(d))};
 }
 
-// Depths at which the ray enters and leaves [low, high] of an axis.
+// The depths at which the ray enters and leaves [low, high] of an axis.
 HWY_INLINE V entry(const Axis& a, V low, V high) {
   return hn::Mul(hn::Sub(hn::IfThenElse(a.ascends, low, high), a.eye), a.per_slope);
 }
@@ -39,11 +39,11 @@ HWY_INLINE V exit(const Axis& a, V low, V high) {
 }
 
 HWY_INLINE VI voxel_at(const Axis& a, V t, VI low,
-                       VI high) {  // within [low, high]; both are not negative: truncation is floor
+                       VI high) {  // clamped to [low, high]; both are >= 0, so truncation is floor
   return hn::Min(hn::Max(hn::ConvertTo(di, hn::MulAdd(t, a.slope, a.eye)), low), high);
 }
 
-// What is at a voxel: whether it is occupied, and the edges of an empty block around it.
+// Whether a voxel is occupied, and the edges of the empty block around it.
 struct Found {
   M occupied;
   VI edge_xy, edge_z;
@@ -58,7 +58,7 @@ HWY_INLINE Found look(const VoxelGrid& grid, VI x, VI y, VI z) {
       hn::GatherIndex(di, grid.index.data(),
                       hn::Or(hn::ShiftLeftSame(hn::ShiftRight<3>(z), grid.z_shift), bricks_yx));
   const MI has_voxels = hn::Gt(brick, hn::Set(di, -1));
-  // Blocks of four in the order x, y, z, two words each, the words in the order of z.
+  // The blocks of four are in the order x, y, z and have two words each, in the order of z.
   const VI fours =
       hn::Or(hn::ShiftRight<1>(bit(x, four)), hn::Or(bit(y, four), hn::ShiftLeft<1>(bit(z, four))));
   const VI word_at = hn::Or(fours, hn::ShiftRight<1>(bit(z, two)));
@@ -79,8 +79,8 @@ HWY_INLINE Found look(const VoxelGrid& grid, VI x, VI y, VI z) {
           hn::IfThenElse(has_voxels, small, eight)};
 }
 
-// Moves a coordinate to where the ray leaves the block [low, low + edge) at depth t: over the
-// border if it is this axis's.
+// Moves a coordinate to the point at depth t where the ray leaves the block [low, low + edge):
+// across the border if the ray leaves along this axis.
 HWY_INLINE VI moved(const Axis& a, VI low, VI edge, V own_exit, V t) {
   const VI one = hn::Set(di, 1), high = hn::Add(low, edge);
   const VI over = hn::IfThenElse(hn::RebindMask(di, a.ascends), high, hn::Sub(low, one));
@@ -88,11 +88,11 @@ HWY_INLINE VI moved(const Axis& a, VI low, VI edge, V own_exit, V t) {
                         voxel_at(a, t, low, hn::Sub(high, one)));
 }
 
-// A block of rays on its way.
+// The state of a block of rays.
 struct Walk {
   Axis ax, ay, az;
   V near, end;
-  VI x, y, z;  // voxel at hand
+  VI x, y, z;  // the current voxel
   M alive, hits;
 };
 
@@ -127,7 +127,7 @@ HWY_INLINE Walk started(const DrawnView& view, const DrawnTile& tile, V u, V v, 
   return w;
 }
 
-// Looks at the voxel at hand and moves on; false where no ray is left.
+// Tests the current voxel and advances. Returns false if no ray is left.
 HWY_INLINE bool step(const VoxelGrid& grid, const DrawnView& view, Walk& w) {
   const Found found = look(grid, w.x, w.y, w.z);
   w.hits = hn::Or(w.hits, hn::And(w.alive, found.occupied));
@@ -157,7 +157,7 @@ HWY_INLINE bool step(const VoxelGrid& grid, const DrawnView& view, Walk& w) {
   return !hn::AllFalse(d, w.alive);
 }
 
-// Where rays that hit enter their voxel.
+// The depth at which the rays that hit enter their voxel.
 HWY_INLINE V depth_of(const Walk& w) {
   const auto into = [](const Axis& a, VI i) HWY_ATTR {
     return entry(a, hn::ConvertTo(d, i), hn::ConvertTo(d, hn::Add(i, hn::Set(di, 1))));
@@ -167,8 +167,8 @@ HWY_INLINE V depth_of(const Walk& w) {
   return hn::IfThenElse(w.hits, depth, hn::Set(d, hull::kNoHull));
 }
 
-// A tile's rays in blocks kWide wide, kAtOnce of them under way at a time: a step is a chain of two
-// gathers and some sixty operations, each waiting for the last.
+// A tile's rays in blocks of width kWide. kAtOnce blocks advance alternately, because a step is a
+// chain of two gathers and some sixty operations that depend on each other.
 class TileRays {
  public:
   explicit TileRays(const DrawnTile& tile)

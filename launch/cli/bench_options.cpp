@@ -1,0 +1,46 @@
+#include "launch/cli/bench_options.h"
+
+#include "launch/cli/options.h"
+
+namespace fivepipe::launch {
+
+BenchOptions::BenchOptions(CLI::App& app) {
+  app.add_option("--from", options_.recording, "the recording (MCAP) that feeds the nodes")
+      ->required()
+      ->check(CLI::ExistingFile);
+  app.add_option("--deployment", options_.deployment,
+                 "measure this deployment instead of the recorded one")
+      ->check(CLI::ExistingFile);
+  add_set_option(&app, settings_);
+  add_rate_option(&app, rate_);
+  app.add_option("--in-flight", options_.frames_in_flight,
+                 "largest number of frames that are sent but not yet handled")
+      ->check(CLI::Range(1, 6))
+      ->capture_default_str();
+  app.add_option("--runs", options_.runs, "number of runs, each with new processes")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  add_range_options(&app, options_.start_s, options_.end_s);
+  app.add_option("--json", options_.json, "write the results to this file (JSON)");
+  app.add_option("--out", options_.out,
+                 "keep the nodes' output in this folder (default: delete it)");
+}
+
+node_bench::FromRecordingOptions BenchOptions::values() const {
+  node_bench::FromRecordingOptions options = options_;
+  options.settings = settings_from(settings_);
+  options.rate = rate_from(rate_);
+  return options;
+}
+
+std::optional<int> parse(CLI::App& app, const std::vector<std::string>& words) {
+  std::vector<std::string> reversed(words.rbegin(), words.rend());  // CLI11 expects this order
+  try {
+    app.parse(reversed);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  return std::nullopt;
+}
+
+}  // namespace fivepipe::launch
