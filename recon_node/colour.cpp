@@ -7,20 +7,19 @@
 namespace fivepipe::recon {
 namespace {
 
-// Colour times weight, and the weight: how much of the four pixels around the point are there and
-// of the object.
+// A sum of weighted colors and the sum of the weights.
 struct WeightedBgr {
   Eigen::Vector3d bgr = Eigen::Vector3d::Zero();
   double weight = 0;
 };
 
-// uv_px rounded towards the pixel centres to its lower left; pixels whose colours are not there
-// take no part.
+// Interpolates between the four pixels around uv_px. Pixels without color, and pixels outside
+// `object` if it is not null, have weight 0.
 WeightedBgr bilinear(const hull::ColourRegion& colour, const hull::ObjectPixels* object,
                      const Eigen::Vector2d& uv_px) {
   const hull::PixelRect& r = colour.region;
-  // Hull that ends with the object's outermost pixels projects onto their border, half a pixel
-  // outside of their centres, or just beyond.
+  // The border of the hull projects onto the outer border of the outermost object pixels, half a
+  // pixel outside their centers, so accept up to one pixel outside the centers.
   if (!(uv_px.x() > r.u0_px - 1 && uv_px.y() > r.v0_px - 1 && uv_px.x() < r.u1_px &&
         uv_px.y() < r.v1_px))
     return {};
@@ -86,7 +85,9 @@ bool HullColour::is_in_silhouette(std::size_t silhouette, const Homogeneous& see
   return pixels.holds(u_px, v_px) && pixels.contains_at(u_px, v_px);
 }
 
-// On its line of sight, the image's own silhouette says the same everywhere.
+// Returns the factor on the weight of an image for a hull point: 1, kDoubtfulWeight or
+// kHiddenWeight. All points of the line of sight project to the same pixel of the image's own
+// silhouette, so it is tested once, at the point.
 double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world_m,
                               std::span<const Homogeneous> p_seen) const {
   if (image.object && !is_in_silhouette(image.silhouette, p_seen[image.silhouette])) return 1.0;
@@ -107,9 +108,9 @@ double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world
 
 std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m,
                                            const Eigen::Vector3d& eye_world_m) const {
-  thread_local std::vector<Homogeneous> p_seen;  // by silhouette; kept for their memory
-  thread_local std::vector<std::pair<double, const Image*>>
-      by_weight;  // those that count most first
+  // Thread-local to reuse their memory. by_weight is sorted by decreasing weight.
+  thread_local std::vector<Homogeneous> p_seen;  // by silhouette
+  thread_local std::vector<std::pair<double, const Image*>> by_weight;
   p_seen.clear();
   for (const auto& projection : projections_)
     p_seen.push_back(projection * p_world_m.homogeneous());

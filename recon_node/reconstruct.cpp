@@ -20,10 +20,10 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// A tile without hits costs about as much as so many hits.
+// Estimated cost of a tile without hits, in hits.
 constexpr double kEmptyTileCost_hits = 100;
 
-// Time spent on all tiles together, by their hits.
+// Divides the time spent on all tiles together between them by their numbers of hits.
 std::vector<double> by_hits(double all_s, const std::vector<hull::DepthTile>& tiles) {
   std::vector<double> cost_by_tile_s;
   for (const hull::DepthTile& tile : tiles)

@@ -14,8 +14,7 @@
 namespace fivepipe::render {
 namespace {
 
-// The encoder's threads run when nobody else wants the processor (Linux: priorities are per
-// thread).
+// The encoder must not slow down the nodes. On Linux each thread has its own niceness.
 constexpr int kEncoderNiceness = 10;
 
 void check_folder(const std::filesystem::path& file) {
@@ -28,7 +27,8 @@ void check_folder(const std::filesystem::path& file) {
                       " may not be written: " + std::strerror(errno));
 }
 
-// Empty where there is enough room. OpenCV's writer does not say when a disk is full.
+// Returns why the disk counts as full, or an empty text if at least min_free_bytes are free.
+// cv::VideoWriter does not report a full disk.
 std::string why_disk_full(const std::filesystem::path& file, std::uintmax_t min_free_bytes) {
   std::error_code error;
   const auto space =
@@ -54,7 +54,7 @@ VideoFile::VideoFile(const std::filesystem::path& file, cv::Size size_px,
   check_folder(file);
   if (!(options.frame_rate_hz > 0))
     throw OutputError(file.string() + ": frame rate must be above 0");
-  // YUV 4:2:0, which every player shows, halves the image in both directions.
+  // YUV 4:2:0, the format that every player supports, halves the chroma in both directions.
   if (size_px.width < 2 || size_px.height < 2 || size_px.width % 2 || size_px.height % 2)
     throw OutputError(file.string() + ": a video's width and height must be even, not " +
                       std::to_string(size_px.width) + "x" + std::to_string(size_px.height));
@@ -86,8 +86,8 @@ bool VideoFile::add(const cv::Mat& image_bgr) {
   return true;
 }
 
-// The encoder's thread, from opening to closing the file: the codec's own threads inherit its
-// priority.
+// Runs in the encoder thread. It also opens and closes the file, because the codec's own threads
+// inherit the niceness of the thread that opens it.
 void VideoFile::encode(std::promise<std::string> opened) {
   setpriority(PRIO_PROCESS, id_t(gettid()), kEncoderNiceness);
   cv::VideoWriter writer;

@@ -12,18 +12,19 @@ namespace {
 
 constexpr int kDepthUnit = 0, kColourUnit = 1;
 
-// Neighbouring pixels of the reconstruction belong to one surface while it is tilted by less than
-// 80 degrees.
+// Two neighboring pixels of the reconstruction belong to one surface if it is tilted by less than
+// 80 degrees against the image plane: tan(80 degrees) = 5.7.
 constexpr float kMaxTiltTangent = 5.7f;
 
 constexpr const char* kChecker =
-    "#define CHECKER\n#define DARKER_ODD_CELLS 0.38\n";  // by so much of the other cells' linear
+    "#define CHECKER\n#define DARKER_ODD_CELLS 0.38\n";  // fraction of the other cells' linear
                                                          // light
-constexpr double kHighlightStrength = 0.8;  // how far a colliding object's colour goes to red
+// The color of a colliding object is this fraction of the way from its own color to kHighlight.
+constexpr double kHighlightStrength = 0.8;
 const Eigen::Vector3d kHighlight(0.80, 0.02, 0.02);
 const Eigen::Vector3d kUncolouredHull(0.55, 0.55, 0.55);
 
-// IEC 61966-2-1.
+// IEC 61966-2-1. Components are in 0 .. 1.
 Eigen::Vector3d linear_from_srgb(const std::array<double, 3>& srgb) {
   const auto one = [](double c) {
     return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
@@ -31,7 +32,7 @@ Eigen::Vector3d linear_from_srgb(const std::array<double, 3>& srgb) {
   return {one(srgb[0]), one(srgb[1]), one(srgb[2])};
 }
 
-// How far from the eye the near plane's farthest corner in the view is.
+// Returns the distance from the eye to the farthest corner of the near plane's visible part [m].
 double near_corner_m(const geometry::Pinhole& pinhole, double near_m) {
   double farthest_m = 0;
   for (const double u_px : {-0.5, pinhole.width_px - 0.5})
@@ -43,25 +44,26 @@ double near_corner_m(const geometry::Pinhole& pinhole, double near_m) {
   return farthest_m;
 }
 
-// The light has its nominal strength at the middle of the scene.
+// Returns the distance at which the light has its nominal strength: that from the light to the
+// center of the scene's bounding box [m].
 double light_reach_m(const config::Scene& scene) {
   Eigen::AlignedBox3d box;
   for (const config::SceneObject& object : scene.objects) {
     const Eigen::AlignedBox3d local = bounds_m(config::mesh_of(object));
     if (!local.isEmpty()) box.extend(local.transformed(object.world_from_object));
   }
-  constexpr double kMinLightDistance_m =
-      0.1;  // a light inside the only object still reaches something
+  // A light at the center of the scene must still light it.
+  constexpr double kMinLightDistance_m = 0.1;
   return std::max(
       kMinLightDistance_m,
       ((box.isEmpty() ? Eigen::Vector3d::Zero().eval() : box.center()) - scene.light_world_m)
           .norm());
 }
 
-// What the shaders are told of an object.
+// Returns the #define lines of an object's shader program.
 std::string features_of(const config::SceneObject& object) {
-  const bool flat = std::holds_alternative<config::BoxShape>(
-      object.shape);  // by triangles: every corner has its face's normal
+  // On a box every corner of a triangle has the normal of its face.
+  const bool flat = std::holds_alternative<config::BoxShape>(object.shape);
   return std::string(flat ? "#define FLAT\n" : "") +
          (object.pattern == config::Pattern::checker ? kChecker : "") +
          (object.warming ? "#define WARMED\n" : "");
@@ -89,7 +91,7 @@ Renderer::DrawableObject::DrawableObject(const config::SceneObject& o)
   vertex_array.attribute(0, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, p_object_m));
   vertex_array.attribute(1, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, normal));
   vertex_array.attribute(2, corners, 2, sizeof(SurfaceCorner), offsetof(SurfaceCorner, pattern_m));
-  if (!object.warming) return;  // the attribute is 0 then
+  if (!object.warming) return;  // a disabled attribute is 0
   const std::vector<float> cold(rest.size(), 0.0f);
   warmth.upload(cold.data(), cold.size() * sizeof(float), GL_STREAM_DRAW);
   vertex_array.attribute(3, warmth, 1, sizeof(float), 0);
@@ -139,7 +141,7 @@ std::vector<std::string> Renderer::draw(const HullFrame& hull, std::span<const O
   glDepthMask(GL_TRUE);
   const float farthest = 1;
   glClearBufferfv(GL_DEPTH, 0, &farthest);
-  // Front to back as far as is known beforehand: what is hidden is not shaded.
+  // Draw roughly front to back, so that the depth test skips the shading of hidden pixels.
   if (!hull.depth_m.empty() && !hull.covered.empty()) draw_hull(hull);
   draw_objects(hull.eye_from_world, colliding);
   draw_background();
@@ -212,7 +214,7 @@ void Renderer::draw_hull(const HullFrame& hull) {
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }
 
-// The covered part and one pixel around it, which is what the shader looks at.
+// Uploads the covered rectangle and a border of one pixel, which the shader samples.
 void Renderer::upload(const HullFrame& hull) {
   const geometry::Pinhole& k = hull.recon;
   if (!hull_depth_ || hull_depth_->width_px() != k.width_px ||
@@ -261,8 +263,8 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world,
   glDisable(GL_CULL_FACE);
 }
 
-// A closed convex surface that the near plane does not cut open within the view: its far side need
-// not be drawn, and would be shaded where it comes first.
+// Returns true for a closed convex surface that the near plane does not cut within the view. Its
+// back faces are hidden, and drawing one before the front face would shade the pixel twice.
 bool Renderer::can_cull_back_faces(const DrawableObject& drawn,
                                    const Eigen::Isometry3d& eye_from_world) const {
   if (!std::holds_alternative<config::BoxShape>(drawn.object.shape) &&
@@ -273,7 +275,8 @@ bool Renderer::can_cull_back_faces(const DrawableObject& drawn,
   return drawn.bounds_m.exteriorDistance(eye_object_m) > near_corner_m_;
 }
 
-// Objects that end nearest first: floors and walls, which most others hide parts of, come last.
+// Returns object indices sorted by the farthest distance of the bounding sphere from the eye.
+// Floors and walls come last, because other objects hide parts of them.
 std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_from_world) const {
   std::vector<std::pair<double, std::size_t>> by_end;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
@@ -288,7 +291,7 @@ std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_fr
   return order;
 }
 
-// Behind everything: darker than the scene's colour towards the bottom, lighter towards the top.
+// Draws a vertical gradient around the scene's background color, darker at the bottom, at depth 1.
 void Renderer::draw_background() const {
   const Eigen::Vector3d middle(background_rgb_[0], background_rgb_[1], background_rgb_[2]);
   background_program_.use();

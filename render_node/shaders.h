@@ -1,14 +1,14 @@
-// The renderer's shaders. All light is computed in linear light, in the eye's frame (x right, y
-// down, z forward, metres), and written as sRGB by the shader: llvmpipe takes 6 ms longer over
-// 640x480 pixels of an sRGB framebuffer.
+// The shaders of the renderer. They compute linear light in the eye frame (x right, y down, z
+// forward, metres) and convert to sRGB themselves, because an sRGB framebuffer of 640x480 pixels
+// takes llvmpipe 6 ms longer.
 #pragma once
 
 namespace fivepipe::render::shaders {
 
-// What the objects or hulls of a frame don't have (curvature, a pattern, warmth, colour) is left
-// out of their program by a #define, not by a uniform: llvmpipe computes both sides of a branch.
-// What is the same all over an object comes to the fragment shader from its vertices (flat), not as
-// a uniform, which llvmpipe gathers anew for every pixel.
+// A #define, not a uniform, selects the features of a program (flat normals, checker, warmth,
+// color), because llvmpipe computes both sides of a branch. Values that are constant over an object
+// reach the fragment shader as flat attributes, because llvmpipe loads a uniform again for every
+// pixel.
 inline constexpr const char* kVersion = "#version 450 core\n";
 
 // One point light, dimmer with distance, over light from the sky that is stronger from above.

@@ -21,7 +21,7 @@ bool has_extension(const char* words, const char* word) {
          (" " + std::string(words) + " ").find(" " + std::string(word) + " ") != std::string::npos;
 }
 
-// Displays worth trying, best first, each with a name for messages.
+// Returns the displays to try, hardware devices first, each with a name for error messages.
 std::vector<std::pair<EGLDisplay, std::string>> candidate_displays() {
   std::vector<std::pair<EGLDisplay, std::string>> displays;
   const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
