@@ -7,13 +7,13 @@
 namespace fivepipe::recon {
 namespace {
 
-// A sum of weighted colors and the sum of the weights.
+// A sum of weighted colours and the sum of the weights.
 struct WeightedBgr {
   Eigen::Vector3d bgr = Eigen::Vector3d::Zero();
   double weight = 0;
 };
 
-// Interpolates between the four pixels around uv_px. Pixels without color, and pixels outside
+// Interpolates between the four pixels around uv_px. Pixels without colour, and pixels outside
 // `object` if it is not null, have weight 0.
 WeightedBgr bilinear(const hull::ColourRegion& colour, const hull::ObjectPixels* object,
                      const Eigen::Vector2d& uv_px) {

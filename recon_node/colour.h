@@ -1,4 +1,4 @@
-// Colors the hull: each visible point gets the weighted mean of the camera images that see it. An
+// Colours the hull: each visible point gets the weighted mean of the camera images that see it. An
 // image that sees the point from nearly the same direction as the eye has the largest weight. The
 // paper textures the hull with its camera images (section 3.2, figure 1); the weights are those of
 // view-dependent texture mapping (Debevec, Taylor, Malik 1996, section 3).
@@ -14,7 +14,7 @@
 namespace fivepipe::recon {
 
 // Distances from a hull point towards a camera at which the hull is tested for occlusion [m]. Hull
-// that is thinner than their spacing may be missed; the point then gets the color of the occluder.
+// that is thinner than their spacing may be missed; the point then gets the colour of the occluder.
 // The first distance is within the excess that ragged silhouette borders add to a hull, so a hit
 // there is doubtful; a hit at any other distance means that the point is hidden.
 inline constexpr std::array<double, 4> kOcclusionProbes_m = {0.02, 0.04, 0.08, 0.16};
@@ -25,7 +25,7 @@ inline constexpr double kDoubtfulWeight = 0.3, kHiddenWeight = 1e-9;
 // Skips the images whose weights together are below this fraction of the sum so far. They change
 // the result by at most a quarter of a grey level.
 inline constexpr double kNegligibleFraction = 1.0 / 1024;
-// The color of a point that no image contains.
+// The colour of a point that no image contains.
 inline constexpr std::array<std::uint8_t, 3> kUnseenBgr = {128, 128, 128};
 
 // The images of one frame, prepared for queries. Borrows the silhouettes and regions, which must
@@ -33,7 +33,7 @@ inline constexpr std::array<std::uint8_t, 3> kUnseenBgr = {128, 128, 128};
 class HullColour {
  public:
   // If the camera of a region is one of the silhouettes' cameras, only its object pixels give
-  // color: at the border of the hull the other pixels show the background.
+  // colour: at the border of the hull the other pixels show the background.
   HullColour(std::span<const hull::Silhouette> silhouettes,
              std::span<const hull::ColourRegion> regions);
 

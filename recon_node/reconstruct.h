@@ -1,4 +1,4 @@
-// Computes depth and color of the visual hull in the tiles of a view that belong to a
+// Computes depth and colour of the visual hull in the tiles of a view that belong to a
 // reconstruction node (paper, section 3).
 #pragma once
 #include <cstdint>
@@ -21,9 +21,9 @@ struct ReconTile {
   hull::PixelRect covered;
   // Of `covered`, row-major, along the view's z; kNoHull where the ray misses the hull.
   std::vector<float> depth_m;
-  // Of `covered`, 3 bytes per pixel, 0 where the ray misses; empty if no color was requested.
+  // Of `covered`, 3 bytes per pixel, 0 where the ray misses; empty if no colour was requested.
   std::vector<std::uint8_t> bgr;
-  // Time for depth and color. A backend that computes all tiles together divides its time by hits.
+  // Time for depth and colour. A backend that computes all tiles together divides its time by hits.
   double cost_s = 0;
 };
 
@@ -38,8 +38,8 @@ class Reconstructor {
   Reconstructor(const config::ReconConfig& config, const Eigen::AlignedBox3d& volume_world_m);
 
   // Returns one result per tile, in the order of `tiles`, also for tiles without a hit. The tiles
-  // must be disjoint and inside the view. Takes color from `colours` if want_colour is true. Throws
-  // GlError, and std::invalid_argument for more silhouettes than the backend supports
+  // must be disjoint and inside the view. Takes colour from `colours` if want_colour is true.
+  // Throws GlError, and std::invalid_argument for more silhouettes than the backend supports
   // (kMaxSweepCameras, kMaxGlCameras).
   std::vector<ReconTile> reconstruct(std::span<const hull::Silhouette> silhouettes,
                                      const hull::View& view, std::span<const Tile> tiles,

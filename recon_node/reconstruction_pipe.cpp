@@ -16,7 +16,7 @@
 namespace fivepipe::recon {
 namespace {
 
-// Keep poses and colors of this many frames, more than can be in flight.
+// Keep poses and colours of this many frames, more than can be in flight.
 constexpr std::size_t kMaxKeptFrames = 16;
 // At most this many frame sets wait for their head poses.
 constexpr std::size_t kMaxWaiting = 4;
@@ -45,8 +45,8 @@ class ReconstructionPipe {
   void run() {
     while (node::running()) {
       node_.bus.wait(node::kMaxWait);
-      // capture_node sends pose and color before the maps. Taking the maps first guarantees that
-      // the poses and colors of all taken maps are available.
+      // capture_node sends pose and colour before the maps. Taking the maps first guarantees that
+      // the poses and colours of all taken maps are available.
       if (replay_.update()) reset();
       for (frames::FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
       take_view();
@@ -130,7 +130,7 @@ class ReconstructionPipe {
     return tiles;
   }
 
-  // Takes the colors of this frame. Skips those of a frame with the same number that capture_node
+  // Takes the colours of this frame. Skips those of a frame with the same number that capture_node
   // sent before it restarted.
   std::vector<hull::ColourRegion> colours_of(const frames::FrameSet& set) {
     std::vector<hull::ColourRegion> colours;
@@ -176,7 +176,7 @@ class ReconstructionPipe {
     if (tiles.empty())
       return traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
     const std::vector<hull::ColourRegion> colours = colours_of(set);
-    // Only readers of tiles need color; skip it if there are none.
+    // Only readers of tiles need colour; skip it if there are none.
     const bool want_colour = tiles_.readers() > 0 && !colours.empty();
     steps.begin("reconstruct");
     std::vector<ReconTile> made =

@@ -1,4 +1,4 @@
-// Wires a reconstruction pipe: reads frame sets, color and head poses, writes hull tiles.
+// Wires a reconstruction pipe: reads frame sets, colour and head poses, writes hull tiles.
 #pragma once
 #include "common/config/deployment.h"
 #include "common/pipeline/node/run_node.h"

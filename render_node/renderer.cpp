@@ -12,14 +12,14 @@ namespace {
 
 constexpr int kDepthUnit = 0, kColourUnit = 1;
 
-// Two neighboring pixels of the reconstruction belong to one surface if it is tilted by less than
+// Two neighbouring pixels of the reconstruction belong to one surface if it is tilted by less than
 // 80 degrees against the image plane: tan(80 degrees) = 5.7.
 constexpr float kMaxTiltTangent = 5.7f;
 
 constexpr const char* kChecker =
     "#define CHECKER\n#define DARKER_ODD_CELLS 0.38\n";  // fraction of the other cells' linear
                                                          // light
-// The color of a colliding object is this fraction of the way from its own color to kHighlight.
+// The colour of a colliding object is this fraction of the way from its own colour to kHighlight.
 constexpr double kHighlightStrength = 0.8;
 const Eigen::Vector3d kHighlight(0.80, 0.02, 0.02);
 const Eigen::Vector3d kUncolouredHull(0.55, 0.55, 0.55);
@@ -291,7 +291,7 @@ std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_fr
   return order;
 }
 
-// Draws a vertical gradient around the scene's background color, darker at the bottom, at depth 1.
+// Draws a vertical gradient around the scene's background colour, darker at the bottom, at depth 1.
 void Renderer::draw_background() const {
   const Eigen::Vector3d middle(background_rgb_[0], background_rgb_[1], background_rgb_[2]);
   background_program_.use();

@@ -6,9 +6,9 @@
 namespace fivepipe::render::shaders {
 
 // A #define, not a uniform, selects the features of a program (flat normals, checker, warmth,
-// color), because llvmpipe computes both sides of a branch. Values that are constant over an object
-// reach the fragment shader as flat attributes, because llvmpipe loads a uniform again for every
-// pixel.
+// colour), because llvmpipe computes both sides of a branch. Values that are constant over an
+// object reach the fragment shader as flat attributes, because llvmpipe loads a uniform again for
+// every pixel.
 inline constexpr const char* kVersion = "#version 450 core\n";
 
 // One point light, dimmer with distance, over light from the sky that is stronger from above.

@@ -38,7 +38,7 @@ struct HullFrame {
   hull::PixelRect covered;  // contains every pixel that shows the hull
   std::vector<float>
       depth_m;  // the whole reconstruction image, row-major; empty if there is no hull
-  // The whole image, 3 bytes per pixel; empty unless every tile that shows the hull has color.
+  // The whole image, 3 bytes per pixel; empty unless every tile that shows the hull has colour.
   std::vector<std::uint8_t> bgr;
   std::vector<std::string> empty_cameras;  // cameras without an object pixel, sorted
 };

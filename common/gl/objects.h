@@ -35,7 +35,7 @@ void delete_program(GLuint name);
 void delete_query(GLuint name);
 
 // A 2D texture with immutable storage, one level and nearest sampling. Samples outside the image
-// return the border color, zero.
+// return the border colour, zero.
 class GlTexture {
  public:
   GlTexture(int width_px, int height_px, GLenum internal_format);
@@ -125,7 +125,7 @@ class GlTimer {
 // Depth is a 32-bit float and takes 4 bytes per pixel; with 8-bit stencil a pixel takes 8 bytes.
 enum class DepthBuffer { none, depth, depth_and_stencil };
 
-// A framebuffer with one color attachment and the requested depth buffer. The constructor throws
+// A framebuffer with one colour attachment and the requested depth buffer. The constructor throws
 // GlError if the framebuffer is incomplete.
 class GlFramebuffer {
  public:
