@@ -6,7 +6,9 @@
 #include <stdexcept>
 
 #include "common/gl/gl_error.h"
+#include "common/gl/shader_source.h"
 #include "common/hull/gl/gl_hull_shaders.h"
+#include "common/hull/gl/shaders_embedded.h"
 #include "common/hull/map_from_view.h"
 
 namespace fivepipe::hull {
@@ -69,11 +71,11 @@ void copy_bits(const ObjectPixels& pixels, int u0_px, int v0_px, std::uint32_t w
 }  // namespace
 
 GlHull::GlHull()
-    : cells_("hull: cells", cells_source()),
-      strips_("hull: strips", strips_source()),
-      distances_("hull: distances", distances_source()),
-      tiles_("hull: tiles", tiles_source()),
-      resolve_exact_("hull: settle", resolve_exact_source()) {
+    : cells_("hull: cells", kCellsComp),
+      strips_("hull: strips", kStripsComp),
+      distances_("hull: distances", kDistancesComp),
+      tiles_("hull: tiles", kTilesComp),
+      resolve_exact_("hull: resolve exact", kResolveExactComp) {
   for (const std::size_t most : {4, 16, 64}) rays_.push_back({most, nullptr});
   const Work none{};
   work_buffer_.write(&none, sizeof none);
@@ -213,8 +215,9 @@ const gl::GlProgram& GlHull::rays_program(std::size_t cameras) {
   const auto rays = std::find_if(rays_.begin(), rays_.end(),
                                  [&](const RaysProgram& r) { return cameras <= r.max_cameras; });
   if (!rays->program)
-    rays->program =
-        std::make_unique<gl::GlProgram>("hull: rays", rays_source(int(rays->max_cameras)));
+    rays->program = std::make_unique<gl::GlProgram>(
+        "hull: rays",
+        gl::with_defines(kRaysComp, "#define CAMERAS " + std::to_string(rays->max_cameras) + "\n"));
   return *rays->program;
 }
 

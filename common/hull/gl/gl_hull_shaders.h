@@ -1,8 +1,6 @@
-// The compute shaders of backend `gl` (gl_hull.h), as GLSL 4.5 sources, and the buffers that they
-// share with its C++ side.
+// Buffer layouts and sizes that backend `gl` (gl_hull.h) shares with its compute shaders (*.comp).
 #pragma once
 #include <cstdint>
-#include <string>
 
 namespace fivepipe::hull::gl_hull {
 
@@ -47,12 +45,5 @@ struct Tile {
 struct Work {  // two indirect dispatches and what they work on
   std::uint32_t tile_groups[3], tiles, ray_groups[3], rays;
 };
-
-std::string cells_source();                // coarse cells from object bits
-std::string strips_source();               // which strips of pixels need distances
-std::string distances_source();            // their chessboard distances from bits
-std::string tiles_source();                // which tiles may meet the hull, and from where on
-std::string rays_source(int max_cameras);  // rays in float, doubtful ones set aside
-std::string resolve_exact_source();        // these in double
 
 }  // namespace fivepipe::hull::gl_hull

@@ -8,6 +8,7 @@
 
 #include "common/geometry/gl_camera.h"
 #include "common/hull/map_from_view.h"
+#include "common/hull/paper/shaders_embedded.h"
 
 namespace fivepipe::hull {
 namespace {
@@ -15,35 +16,6 @@ namespace {
 // The z-buffer's range is wider than the sweep's by this factor, so that no plane is clipped by
 // rounding.
 constexpr double kClipSlack = 2.0;
-
-// The plane as one quad over the whole frustum; (s q, t q, q) is linear over it, so interpolation
-// is exact to rounding.
-const char* const kPlaneVertex = R"(#version 450 core
-layout(location = 0) uniform float plane_depth_m;
-layout(location = 1) uniform mat4 clip_from_view;
-layout(location = 2) uniform mat4x3 texture_from_view;
-layout(location = 3) uniform vec4 sight_corners;  // x y of two opposite corners at depth 1
-out vec3 stq;
-void main() {
-  vec2 sight = mix(sight_corners.xy, sight_corners.zw, vec2(gl_VertexID & 1, gl_VertexID >> 1));
-  vec4 p_view = vec4(sight * plane_depth_m, plane_depth_m, 1.0);
-  gl_Position = clip_from_view * p_view;
-  stq = texture_from_view * p_view;
-})";
-
-// A projective texture also paints what lies behind its camera; q > 0 keeps to what lies in front.
-const char* const kCountFragment = R"(#version 450 core
-layout(binding = 0) uniform sampler2D object_pixels;
-in vec3 stq;
-void main() {
-  if (!(stq.z > 0.0)) discard;
-  if (textureLod(object_pixels, stq.xy / stq.z, 0.0).r < 0.5) discard;
-})";
-
-const char* const kKeepFragment = R"(#version 450 core
-layout(location = 0) uniform float plane_depth_m;
-out float depth_m;
-void main() { depth_m = plane_depth_m; })";
 
 PixelRect hull_of(std::span<const PixelRect> rects) {
   PixelRect all{INT_MAX, INT_MAX, INT_MIN, INT_MIN};
@@ -85,8 +57,8 @@ SweepRange sweep_range(const View& view, const Eigen::AlignedBox3d& volume_world
 PlaneSweep::PlaneSweep(int width_px, int height_px, int planes)
     : planes_(planes),
       frame_(width_px, height_px, GL_R32F, gl::DepthBuffer::depth_and_stencil),
-      count_("plane sweep: count", kPlaneVertex, kCountFragment),
-      keep_("plane sweep: keep", kPlaneVertex, kKeepFragment) {
+      count_("plane sweep: count", shaders::kPlaneVert, shaders::kCountFrag),
+      keep_("plane sweep: keep", shaders::kPlaneVert, shaders::kKeepFrag) {
   assert(planes > 0);
 }
 
