@@ -5,7 +5,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "common/geometry/gl_camera.h"
-#include "render_node/shaders.h"
+#include "common/gl/shader_source.h"
+#include "render_node/shaders/shaders_embedded.h"
 
 namespace fivepipe::render {
 namespace {
@@ -16,9 +17,6 @@ constexpr int kDepthUnit = 0, kColourUnit = 1;
 // 80 degrees against the image plane: tan(80 degrees) = 5.7.
 constexpr float kMaxTiltTangent = 5.7f;
 
-constexpr const char* kChecker =
-    "#define CHECKER\n#define DARKER_ODD_CELLS 0.38\n";  // fraction of the other cells' linear
-                                                         // light
 // The colour of a colliding object is this fraction of the way from its own colour to kHighlight.
 constexpr double kHighlightStrength = 0.8;
 const Eigen::Vector3d kHighlight(0.80, 0.02, 0.02);
@@ -65,14 +63,14 @@ std::string features_of(const config::SceneObject& object) {
   // On a box every corner of a triangle has the normal of its face.
   const bool flat = std::holds_alternative<config::BoxShape>(object.shape);
   return std::string(flat ? "#define FLAT\n" : "") +
-         (object.pattern == config::Pattern::checker ? kChecker : "") +
+         (object.pattern == config::Pattern::checker ? "#define CHECKER\n" : "") +
          (object.warming ? "#define WARMED\n" : "");
 }
 
 gl::GlProgram program(const std::string& name, const std::string& features,
                       const std::string& vertex_source, const std::string& fragment_source) {
-  return {name, shaders::kVersion + features + vertex_source,
-          shaders::kVersion + features + fragment_source};
+  return {name, gl::with_defines(vertex_source, features),
+          gl::with_defines(fragment_source, features)};
 }
 
 bool finite(std::span<const float> values) {
@@ -106,21 +104,19 @@ Renderer::Renderer(const config::Scene& scene, const config::Viewer& viewer)
       light_world_m_(scene.light_world_m),
       light_reach_m_(light_reach_m(scene)),
       background_rgb_(scene.background_rgb),
-      coloured_hull_program_(program("coloured hull", "#define COLOURED\n", shaders::kHullVertex,
-                                     shaders::kHullFragment)),
-      grey_hull_program_(program("hull", "", shaders::kHullVertex,
-                                 std::string(shaders::kLight) + shaders::kHullFragment)),
+      coloured_hull_program_(
+          program("coloured hull", "#define COLOURED\n", shaders::kHullVert, shaders::kHullFrag)),
+      grey_hull_program_(program("hull", "", shaders::kHullVert, shaders::kHullFrag)),
       background_program_(
-          program("background", "", shaders::kBackgroundVertex, shaders::kBackgroundFragment)),
+          program("background", "", shaders::kBackgroundVert, shaders::kBackgroundFrag)),
       framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, gl::DepthBuffer::depth) {
   objects_.reserve(scene.objects.size());
   for (const config::SceneObject& object : scene.objects) {
     index_of_object_[object.name] = objects_.size();
     objects_.emplace_back(object);
     if (const std::string features = features_of(object); !object_programs_.contains(features))
-      object_programs_.emplace(features,
-                               program("virtual object", features, shaders::kObjectVertex,
-                                       std::string(shaders::kLight) + shaders::kObjectFragment));
+      object_programs_.emplace(features, program("virtual object", features, shaders::kObjectVert,
+                                                 shaders::kObjectFrag));
   }
 }
 
