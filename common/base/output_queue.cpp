@@ -10,7 +10,7 @@
 namespace fivepipe::base {
 namespace {
 
-// 0, or the error number.
+// Returns 0 or the errno.
 int write_all(int file, std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = write(file, text.data(), text.size());
@@ -24,41 +24,26 @@ int write_all(int file, std::string_view text) {
 }  // namespace
 
 OutputQueue::OutputQueue(int file) : file_(file) {
-  signal(SIGPIPE, SIG_IGN);  // a closed pipe is seen by its error
+  signal(SIGPIPE, SIG_IGN);  // write() reports a closed pipe as EPIPE
   thread_ = std::thread([this] { write_until_closed(); });
 }
 
 OutputQueue::~OutputQueue() { finish(); }
 
 int OutputQueue::finish() {
-  {
-    const std::scoped_lock lock(mutex_);
-    ending_ = true;
-  }
-  changed_.notify_all();
+  queue_.close();
   if (thread_.joinable()) thread_.join();
   return error_;
 }
 
 bool OutputQueue::offer(std::string text) {
-  {
-    const std::scoped_lock lock(mutex_);
-    if (queued_bytes_ >= kMaxQueuedBytes) return false;
-    queued_bytes_ += text.size();
-    queue_.push_back(std::move(text));
-  }
-  changed_.notify_all();
-  return true;
+  const std::size_t bytes = text.size();
+  return queue_.try_push(std::move(text), bytes);
 }
 
 void OutputQueue::put(std::string text) {
-  {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return queued_bytes_ < kMaxQueuedBytes || closed_; });
-    queued_bytes_ += text.size();
-    queue_.push_back(std::move(text));
-  }
-  changed_.notify_all();
+  const std::size_t bytes = text.size();
+  queue_.push(std::move(text), bytes);
 }
 
 bool OutputQueue::closed() const {
@@ -67,20 +52,12 @@ bool OutputQueue::closed() const {
 }
 
 void OutputQueue::write_until_closed() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    changed_.wait(lock, [this] { return ending_ || !queue_.empty(); });
-    if (queue_.empty()) return;
-    const std::string text = std::move(queue_.front());
-    queue_.pop_front();
-    lock.unlock();
-    if (const int error = closed_ ? 0 : write_all(file_, text)) {
+  while (const std::optional<std::string> text = queue_.pop()) {
+    // After a failure the loop only drains the queue, so that put() never waits for good.
+    if (const int error = closed_ ? 0 : write_all(file_, *text)) {
       closed_ = true;
       if (error != EPIPE) error_ = error;
     }
-    lock.lock();
-    queued_bytes_ -= text.size();
-    changed_.notify_all();
   }
 }
 

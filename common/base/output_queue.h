@@ -1,13 +1,12 @@
-// Standard output for who must not wait for it: behind a pager that stands still, or a slow
-// terminal.
+// Writes text to a file descriptor in its own thread, so that a stalled pager or a slow terminal
+// does not stall the caller.
 #pragma once
 #include <atomic>
-#include <condition_variable>
-#include <cstdint>
-#include <deque>
-#include <mutex>
+#include <cstddef>
 #include <string>
 #include <thread>
+
+#include "common/base/bounded_queue.h"
 
 namespace fivepipe::base {
 
@@ -15,30 +14,28 @@ class OutputQueue {
  public:
   static constexpr std::size_t kMaxQueuedBytes = std::size_t(16) << 20;
 
+  // Borrows the file descriptor. Ignores SIGPIPE in the whole process.
   explicit OutputQueue(int file);
-  ~OutputQueue();  // finishes
+  ~OutputQueue();  // calls finish()
   OutputQueue(const OutputQueue&) = delete;
   OutputQueue& operator=(const OutputQueue&) = delete;
 
-  // False: too much is waiting, and it was left out. Never waits.
+  // Never waits. Returns false, and drops the text, if kMaxQueuedBytes are queued.
   bool offer(std::string text);
-  // Waits until there is room.
+  // Waits for room.
   void put(std::string text);
-  // Nobody reads it any more, or it can't be written: what is put in from now on is gone.
+  // Returns true if the reader has closed its end or a write has failed. The queue then drops
+  // everything that is put into it.
   bool closed() const;
-  // Writes what is waiting. The error number of what could not be written; 0: all was, or nobody
-  // reads it any more.
+  // Writes the queued text and stops the thread. Returns the errno of a failed write, or 0; a
+  // reader that closed its end (EPIPE) is no failure.
   int finish();
 
  private:
   void write_until_closed();
 
   int file_;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<std::string> queue_;
-  std::size_t queued_bytes_ = 0;
-  bool ending_ = false;
+  BoundedQueue<std::string> queue_{kMaxQueuedBytes};  // its cost is in bytes
   std::atomic<bool> closed_{false};
   std::atomic<int> error_{0};
   std::thread thread_;
