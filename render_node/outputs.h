@@ -1,16 +1,20 @@
 // Writes composited frames to a video file and to still images.
 #pragma once
+#include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <filesystem>
 #include <future>
-#include <mutex>
 #include <opencv2/core/mat.hpp>
 #include <stdexcept>
 #include <string>
 #include <thread>
+
+#include "common/base/bounded_queue.h"
+
+namespace cv {
+class VideoWriter;
+}
 
 namespace fivepipe::render {
 
@@ -45,31 +49,28 @@ class VideoFile {
   // Encodes the queued frames for at most `timeout`, then closes the file and counts the remaining
   // frames as dropped. Throws OutputError if the file is incomplete. A second call does nothing.
   void finish(std::chrono::milliseconds timeout = kFinishTimeout);
-  // The supervisor kills a process two seconds after it asked it to exit. Writing the index takes a
-  // part of that time.
+  // After Ctrl-C the supervisor kills a node that has not exited within 1.3 s. Writing the index
+  // takes a part of that time.
   static constexpr std::chrono::milliseconds kFinishTimeout{700};
 
-  std::uint64_t written() const;
-  std::uint64_t dropped() const;
-  std::string failure() const;                         // empty if no write has failed
-  const std::string& codec() const { return codec_; }  // avc1 or mp4v
+  std::uint64_t dropped() const { return dropped_; }
 
  private:
-  void encode(std::promise<std::string> opened);
+  using Clock = std::chrono::steady_clock;
+
+  void encode(std::promise<bool> opened);
+  std::string write(cv::VideoWriter& writer, const cv::Mat& image_bgr) const;
   void close(std::chrono::milliseconds timeout);
 
   std::filesystem::path file_;
   cv::Size size_px_;
   VideoOptions options_;
-  std::string codec_;
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<cv::Mat> queue_;
-  bool ending_ = false;
-  // Set when ending: the encoder drops the frames that are still queued at this time.
-  std::chrono::steady_clock::time_point give_up_;
-  std::uint64_t written_ = 0, dropped_ = 0;
-  std::string failure_;
+  base::BoundedQueue<cv::Mat> queue_;
+  std::atomic<Clock::time_point> deadline_;  // the encoder drops the frames queued at this time
+  std::atomic<std::uint64_t> dropped_ = 0;
+  // The encoder thread writes these; finish() reads them after it has joined the thread.
+  std::uint64_t written_ = 0;
+  std::string failure_;  // why a write failed; empty if none has
   std::thread encoder_;
 };
 

@@ -150,13 +150,13 @@ std::optional<std::string> Renderer::why_undrawable(const ObjectPose& pose) cons
   if (!pose.world_from_object.matrix().allFinite()) return "pose not finite";
   const DrawableObject& drawn = objects_[found->second];
   if (!pose.warmth.empty() && !drawn.object.warming)
-    return "warmth of an object that is not warmed";
+    return "warmth for an object without warmth in the scene";
   if (!pose.warmth.empty() && pose.warmth.size() != drawn.surface.vertices())
     return std::to_string(pose.warmth.size()) + " values of warmth for a mesh of " +
            std::to_string(drawn.surface.vertices()) + " vertices";
   if (!std::all_of(pose.warmth.begin(), pose.warmth.end(),
                    [](float w) { return w >= 0 && w <= 1; }))
-    return "warmth not in 0 .. 1";
+    return "warmth outside 0 .. 1";
   if (pose.vertices_m.empty()) return {};
   if (pose.vertices_m.size() != 3 * drawn.surface.vertices())
     return std::to_string(pose.vertices_m.size()) + " vertex coordinates for a mesh of " +

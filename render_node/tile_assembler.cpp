@@ -54,7 +54,7 @@ TileAssembler::TileAssembler(const geometry::Pinhole& recon, double near_m, doub
 
 std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
   if (const auto reason = why_refused(tile)) {
-    reject(tile, *reason);
+    ++counts_.rejected[*reason];
     return {};
   }
   if (is_late(tile)) return {};
@@ -62,7 +62,7 @@ std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
   if (!found) return {};
   OpenFrame& open = *found;
   if (const auto reason = why_inconsistent(tile, open)) {
-    reject(tile, *reason);
+    ++counts_.rejected[*reason];
     return {};
   }
   if (!open.rects[tile.tile].empty()) {
@@ -88,7 +88,7 @@ std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
                                  tile.empty_cameras.end());
   if (open.tiles_here < open.rects.size()) return {};
   if (open.area_px != std::size_t(recon_.width_px) * std::size_t(recon_.height_px)) {
-    reject(tile, "tiles leave gaps in the view");
+    ++counts_.rejected["tiles leave gaps in the view"];
     open_.erase(tile.frame);
     return {};
   }
@@ -99,7 +99,7 @@ std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
 std::optional<std::string> TileAssembler::why_refused(const ReceivedTile& tile) const {
   if (tile.tiles == 0 || tile.tiles > kMaxTiles || tile.tile >= tile.tiles)
     return "bad tile number";
-  if (!(tile.recon == recon_)) return "another view's pinhole";
+  if (!(tile.recon == recon_)) return "pinhole of another view";
   if (geometry::why_unusable(geometry::Camera{tile.recon, tile.eye_from_world}))
     return "unusable pose";
   if (is_empty(tile.rect) || !inside(tile.rect, {0, 0, recon_.width_px, recon_.height_px}))
@@ -128,7 +128,7 @@ std::optional<std::string> TileAssembler::why_inconsistent(const ReceivedTile& t
   if (!(difference.cwiseAbs().maxCoeff() <= kPoseTolerance)) return "pose differs within the frame";
   for (std::size_t other = 0; other < open.rects.size(); ++other) {
     if (other == tile.tile && !open.rects[other].empty() && !(open.rects[other] == tile.rect))
-      return "tile came again with another rect";
+      return "repeated tile with another rect";
     if (other != tile.tile && !hull::intersection(open.rects[other], tile.rect).empty())
       return "rect overlaps another tile";
   }
@@ -208,12 +208,6 @@ void TileAssembler::drop_before(std::uint64_t frame) {
   counts_.incomplete += std::uint64_t(std::distance(open_.begin(), end));
   open_.erase(open_.begin(), end);
   first_wanted_ = std::max(first_wanted_, frame);
-}
-
-void TileAssembler::reject(const ReceivedTile& tile, const std::string& reason) {
-  ++counts_.rejected[reason];
-  last_rejection_ =
-      "frame " + std::to_string(tile.frame) + ", tile " + std::to_string(tile.tile) + ": " + reason;
 }
 
 }  // namespace fivepipe::render

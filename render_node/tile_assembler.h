@@ -71,7 +71,6 @@ class TileAssembler {
   void reset();
 
   const TileCounts& counts() const { return counts_; }
-  const std::string& last_rejection() const { return last_rejection_; }
   std::size_t open_frames() const { return open_.size(); }
 
  private:
@@ -89,7 +88,6 @@ class TileAssembler {
   OpenFrame* open_for(const ReceivedTile& tile);
   std::optional<HullFrame> completed(std::uint64_t frame);
   void drop_before(std::uint64_t frame);
-  void reject(const ReceivedTile& tile, const std::string& reason);
 
   geometry::Pinhole recon_;
   float near_m_, far_m_;
@@ -99,7 +97,6 @@ class TileAssembler {
   std::int64_t newest_stamp_ns_ = INT64_MIN;  // of the complete and dropped frames
   std::optional<std::uint64_t> last_complete_;
   TileCounts counts_;
-  std::string last_rejection_;
 };
 
 }  // namespace fivepipe::render

@@ -78,7 +78,7 @@ GlContext::GlContext() {
   }
   throw GlError("no OpenGL context" +
                 (tried.empty()
-                     ? std::string("; EGL knows neither a device nor Mesa's surfaceless platform")
+                     ? std::string("; EGL offers neither a device nor Mesa's surfaceless platform")
                      : tried) +
                 ". Install Mesa (libegl1 libgl1-mesa-dri) or the GPU's driver.");
 }

@@ -101,7 +101,6 @@ class GlProgram {
   void set(const char* uniform, const Eigen::Vector3f& value) const;
   void set(const char* uniform, const Eigen::Vector4f& value) const;
   void set(const char* uniform, const Eigen::Matrix4f& value) const;
-  void set(const char* uniform, const Eigen::Matrix<float, 3, 4>& value) const;  // a GLSL mat4x3
 
  private:
   GlName<delete_program> name_;
