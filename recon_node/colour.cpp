@@ -92,7 +92,7 @@ double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world
                               std::span<const Homogeneous> p_seen) const {
   if (image.object && !is_in_silhouette(image.silhouette, p_seen[image.silhouette])) return 1.0;
   const double length_m = (image.center_world_m - p_world_m).norm();
-  const auto in_the_way = [&](double distance_m) {
+  const auto is_occluded_at = [&](double distance_m) {
     if (!(distance_m < length_m) || silhouettes_.empty()) return false;
     const double fraction = distance_m / length_m;
     for (std::size_t s = 0; s < silhouettes_.size(); ++s)
@@ -101,9 +101,9 @@ double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world
         return false;
     return true;
   };
-  if (std::any_of(kOcclusionProbes_m.begin() + 1, kOcclusionProbes_m.end(), in_the_way))
+  if (std::any_of(kOcclusionProbes_m.begin() + 1, kOcclusionProbes_m.end(), is_occluded_at))
     return kHiddenWeight;
-  return in_the_way(kOcclusionProbes_m.front()) ? kDoubtfulWeight : 1.0;
+  return is_occluded_at(kOcclusionProbes_m.front()) ? kDoubtfulWeight : 1.0;
 }
 
 std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m,

@@ -289,10 +289,10 @@ std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_fr
 
 // Draws a vertical gradient around the scene's background colour, darker at the bottom, at depth 1.
 void Renderer::draw_background() const {
-  const Eigen::Vector3d middle(background_rgb_[0], background_rgb_[1], background_rgb_[2]);
+  const Eigen::Vector3d background(background_rgb_[0], background_rgb_[1], background_rgb_[2]);
   background_program_.use();
-  background_program_.set("bottom", Eigen::Vector3f((0.8 * middle).cast<float>()));
-  background_program_.set("top", Eigen::Vector3f((1.2 * middle).cast<float>()));
+  background_program_.set("bottom", Eigen::Vector3f((0.8 * background).cast<float>()));
+  background_program_.set("top", Eigen::Vector3f((1.2 * background).cast<float>()));
   no_attributes_.bind();
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
