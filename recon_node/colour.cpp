@@ -7,20 +7,19 @@
 namespace fivepipe::recon {
 namespace {
 
-// Colour times weight, and the weight: how much of the four pixels around the point are there and
-// of the object.
+// A sum of weighted colours and the sum of the weights.
 struct WeightedBgr {
   Eigen::Vector3d bgr = Eigen::Vector3d::Zero();
   double weight = 0;
 };
 
-// uv_px rounded towards the pixel centres to its lower left; pixels whose colours are not there
-// take no part.
+// Interpolates between the four pixels around uv_px. Pixels without colour, and pixels outside
+// `object` if it is not null, have weight 0.
 WeightedBgr bilinear(const hull::ColourRegion& colour, const hull::ObjectPixels* object,
                      const Eigen::Vector2d& uv_px) {
   const hull::PixelRect& r = colour.region;
-  // Hull that ends with the object's outermost pixels projects onto their border, half a pixel
-  // outside of their centres, or just beyond.
+  // The border of the hull projects onto the outer border of the outermost object pixels, half a
+  // pixel outside their centers, so accept up to one pixel outside the centers.
   if (!(uv_px.x() > r.u0_px - 1 && uv_px.y() > r.v0_px - 1 && uv_px.x() < r.u1_px &&
         uv_px.y() < r.v1_px))
     return {};
@@ -86,12 +85,14 @@ bool HullColour::is_in_silhouette(std::size_t silhouette, const Homogeneous& see
   return pixels.holds(u_px, v_px) && pixels.contains_at(u_px, v_px);
 }
 
-// On its line of sight, the image's own silhouette says the same everywhere.
+// Returns the factor on the weight of an image for a hull point: 1, kDoubtfulWeight or
+// kHiddenWeight. All points of the line of sight project to the same pixel of the image's own
+// silhouette, so it is tested once, at the point.
 double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world_m,
                               std::span<const Homogeneous> p_seen) const {
   if (image.object && !is_in_silhouette(image.silhouette, p_seen[image.silhouette])) return 1.0;
   const double length_m = (image.center_world_m - p_world_m).norm();
-  const auto in_the_way = [&](double distance_m) {
+  const auto is_occluded_at = [&](double distance_m) {
     if (!(distance_m < length_m) || silhouettes_.empty()) return false;
     const double fraction = distance_m / length_m;
     for (std::size_t s = 0; s < silhouettes_.size(); ++s)
@@ -100,16 +101,16 @@ double HullColour::visibility(const Image& image, const Eigen::Vector3d& p_world
         return false;
     return true;
   };
-  if (std::any_of(kOcclusionProbes_m.begin() + 1, kOcclusionProbes_m.end(), in_the_way))
+  if (std::any_of(kOcclusionProbes_m.begin() + 1, kOcclusionProbes_m.end(), is_occluded_at))
     return kHiddenWeight;
-  return in_the_way(kOcclusionProbes_m.front()) ? kDoubtfulWeight : 1.0;
+  return is_occluded_at(kOcclusionProbes_m.front()) ? kDoubtfulWeight : 1.0;
 }
 
 std::array<std::uint8_t, 3> HullColour::at(const Eigen::Vector3d& p_world_m,
                                            const Eigen::Vector3d& eye_world_m) const {
-  thread_local std::vector<Homogeneous> p_seen;  // by silhouette; kept for their memory
-  thread_local std::vector<std::pair<double, const Image*>>
-      by_weight;  // those that count most first
+  // Thread-local to reuse their memory. by_weight is sorted by decreasing weight.
+  thread_local std::vector<Homogeneous> p_seen;  // by silhouette
+  thread_local std::vector<std::pair<double, const Image*>> by_weight;
   p_seen.clear();
   for (const auto& projection : projections_)
     p_seen.push_back(projection * p_world_m.homogeneous());

@@ -1,4 +1,4 @@
-// A reconstruction pipe: volume-queries its tiles of the view (paper, section 3.2).
+// A reconstruction pipe: computes its tiles of the view by volume queries (paper, section 3.2).
 #include <optional>
 
 #include "common/gl/context.h"
@@ -8,7 +8,8 @@
 namespace fivepipe::recon {
 namespace {
 
-// OpenGL on a processor is slower than our own code for it.
+// Decides backend `auto`: `gl` on a GPU, otherwise `cpu`, because software OpenGL is slower than
+// the CPU backend.
 config::HullBackend decide(node::NodeContext& node, std::optional<gl::GlContext>& gl) {
   try {
     gl.emplace();

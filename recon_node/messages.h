@@ -1,4 +1,4 @@
-// HullTile out; TileCosts in and out.
+// Builds HullTile and TileCosts messages.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -9,6 +9,7 @@
 
 namespace fivepipe::recon {
 
+// A HullTile message and the storage of its sequences.
 struct OutgoingTile {
   fivepipe_v1_HullTile header{};
   std::vector<float> depth_m;
@@ -17,19 +18,22 @@ struct OutgoingTile {
     char text[33];
   };
   std::vector<CameraName> empty_cameras;
+  // Returns the message, which refers to the members above. Call after the last change to them.
   const fivepipe_v1_HullTile& message();
 };
 
+// What the tiles of a frame have in common.
 struct TileFrame {
   std::string viewer;
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;
   hull::View view;
-  int tiles;  // of the whole view
+  int tiles;  // number of tiles of the whole view
   std::vector<std::string> empty_cameras;
 };
 OutgoingTile tile_message(const TileFrame& frame, ReconTile tile);
 
+// A TileCosts message and the storage of its sequences.
 struct OutgoingCosts {
   fivepipe_v1_TileCosts header{};
   std::vector<std::uint16_t> tiles;

@@ -20,11 +20,11 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// A tile without hits costs about as much as so many hits.
+// Estimated cost of a tile without hits, in hits.
 constexpr double kEmptyTileCost_hits = 100;
 
-// Time spent on all tiles together, by their hits.
-std::vector<double> by_hits(double all_s, const std::vector<hull::DepthTile>& tiles) {
+// Divides the time spent on all tiles together between them by their numbers of hits.
+std::vector<double> divided_by_hits(double all_s, const std::vector<hull::DepthTile>& tiles) {
   std::vector<double> cost_by_tile_s;
   for (const hull::DepthTile& tile : tiles)
     cost_by_tile_s.push_back(kEmptyTileCost_hits +
@@ -35,7 +35,7 @@ std::vector<double> by_hits(double all_s, const std::vector<hull::DepthTile>& ti
   return cost_by_tile_s;
 }
 
-void colour_in(ReconTile& tile, const hull::View& view, const HullColour& colour) {
+void add_colour(ReconTile& tile, const hull::View& view, const HullColour& colour) {
   tile.bgr.assign(tile.depth_m.size() * 3, 0);
   const Eigen::Vector3d eye_world_m = geometry::camera_center_world_m(view.camera);
   const int width = tile.covered.width_px();
@@ -104,7 +104,7 @@ Reconstructor::Depths Reconstructor::depths(std::span<const hull::Silhouette> si
   if (config_.backend != config::HullBackend::cpu) {
     const Stopwatch watch;
     made.tiles = depths_by_gl(silhouettes, view, tiles);
-    made.cost_s = by_hits(watch.s(), made.tiles);
+    made.cost_s = divided_by_hits(watch.s(), made.tiles);
     return made;
   }
   cpu_.assign(silhouettes);
@@ -127,7 +127,7 @@ std::vector<ReconTile> Reconstructor::reconstruct(std::span<const hull::Silhouet
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     const Stopwatch watch;
     parts.push_back(covered_part(tiles[i], depth.tiles[i]));
-    if (want_colour) colour_in(parts.back(), view, colour);
+    if (want_colour) add_colour(parts.back(), view, colour);
     parts.back().cost_s = depth.cost_s[i] + watch.s();
   }
   return parts;

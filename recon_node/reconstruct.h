@@ -1,5 +1,5 @@
-// Depth and colour of the visual hull in the tiles of a view that a reconstruction node owns
-// (paper, section 3).
+// Computes depth and colour of the visual hull in the tiles of a view that belong to a
+// reconstruction node (paper, section 3).
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -17,28 +17,30 @@ namespace fivepipe::recon {
 
 struct ReconTile {
   Tile tile;
-  hull::PixelRect covered;  // smallest rectangle inside the tile that holds every hit; empty (all
-                            // 0) without any
-  std::vector<float>
-      depth_m;  // of `covered`, row-major; along the view's z; kNoHull where the ray misses
-  std::vector<std::uint8_t> bgr;  // of `covered`, 3 bytes a pixel, 0 where the ray misses; empty
-                                  // where colour was not wanted
-  double cost_s = 0;  // time that depth and colour took; where a backend takes all tiles together,
-                      // by their hits
+  // The smallest rectangle inside the tile that contains every hit; all 0 if there is no hit.
+  hull::PixelRect covered;
+  // Of `covered`, row-major, along the view's z; kNoHull where the ray misses the hull.
+  std::vector<float> depth_m;
+  // Of `covered`, 3 bytes per pixel, 0 where the ray misses; empty if no colour was requested.
+  std::vector<std::uint8_t> bgr;
+  // Time for depth and colour. A backend that computes all tiles together divides its time by hits.
+  double cost_s = 0;
 };
 
-// The depths of a tile cut down to what they cover.
+// Crops the depths of a tile to the rectangle of its hits.
 ReconTile covered_part(const Tile& tile, const hull::DepthTile& depths);
 
 class Reconstructor {
  public:
-  // Backend `automatic` must have been decided. volume: the rig's, in which a sweep spends its
-  // planes. Backends `gl` and `sweep` need a current OpenGL context from here to destruction.
+  // The backend must not be `automatic`; recon_node's main.cpp decides. Backend `sweep` distributes
+  // its planes over the volume, which is that of the rig. Backends `gl` and `sweep` need a current
+  // OpenGL context from construction to destruction.
   Reconstructor(const config::ReconConfig& config, const Eigen::AlignedBox3d& volume_world_m);
 
-  // One of each tile given, which are of the view and disjoint, in their order, those without a hit
-  // too. Colour from `colours` where wanted. Throws GlError, and std::invalid_argument for more
-  // silhouettes than the backend takes (kMaxSweepCameras, kMaxGlCameras).
+  // Returns one result per tile, in the order of `tiles`, also for tiles without a hit. The tiles
+  // must be disjoint and inside the view. Takes colour from `colours` if want_colour is true.
+  // Throws GlError, and std::invalid_argument for more silhouettes than the backend supports
+  // (kMaxSweepCameras, kMaxGlCameras).
   std::vector<ReconTile> reconstruct(std::span<const hull::Silhouette> silhouettes,
                                      const hull::View& view, std::span<const Tile> tiles,
                                      std::span<const hull::ColourRegion> colours, bool want_colour);
@@ -58,7 +60,7 @@ class Reconstructor {
   base::WorkerPool pool_;
   hull::CpuHull cpu_;
   std::optional<hull::GlHull> gl_;
-  std::optional<hull::PlaneSweep> sweep_;  // for the size of the last view
+  std::optional<hull::PlaneSweep> sweep_;  // has the size of the last view
 };
 
 }  // namespace fivepipe::recon

@@ -16,9 +16,9 @@
 namespace fivepipe::recon {
 namespace {
 
-// Poses and colours are kept for so many frames: more than can be in flight.
+// Keep poses and colours of this many frames, more than can be in flight.
 constexpr std::size_t kMaxKeptFrames = 16;
-// Frame sets that wait for their head pose.
+// At most this many frame sets wait for their head poses.
 constexpr std::size_t kMaxWaiting = 4;
 
 template <class Value>
@@ -45,7 +45,8 @@ class ReconstructionPipe {
   void run() {
     while (node::running()) {
       node_.bus.wait(node::kMaxWait);
-      // capture_node sends pose and colour before the maps: taken after them, they are there.
+      // capture_node sends pose and colour before the maps. Taking the maps first guarantees that
+      // the poses and colours of all taken maps are available.
       if (replay_.update()) reset();
       for (frames::FrameSet& set : sets_.take()) waiting_.push_back(std::move(set));
       take_view();
@@ -110,11 +111,12 @@ class ReconstructionPipe {
     keep_newest(colours_of_frame_);
   }
 
-  // This node's of a frame.
+  // Returns the tiles of a frame that this node reconstructs.
   std::vector<Tile> own_tiles(const messages::FramePose& pose, const geometry::Pinhole& view) {
     std::vector<Tile> tiles =
         tiles_of(view.width_px, view.height_px, config_.tile_columns, config_.tile_rows);
-    if (config_.worker_count == 1) return tiles;  // whoever shared when it was recorded
+    // A single node reconstructs every tile, also in the replay of a recording of several nodes.
+    if (config_.worker_count == 1) return tiles;
     std::vector<std::uint8_t> owners = pose.tile_owners;
     const auto known = [&](int owner) { return owner < config_.worker_count; };
     if (owners.size() != tiles.size() || !std::all_of(owners.begin(), owners.end(), known)) {
@@ -128,7 +130,8 @@ class ReconstructionPipe {
     return tiles;
   }
 
-  // Of this frame, and not of one of the same number before capture_node was started anew.
+  // Takes the colours of this frame. Skips those of a frame with the same number that capture_node
+  // sent before it restarted.
   std::vector<hull::ColourRegion> colours_of(const frames::FrameSet& set) {
     std::vector<hull::ColourRegion> colours;
     for (messages::CameraColour& colour : colours_of_frame_[set.frame])
@@ -138,7 +141,9 @@ class ReconstructionPipe {
     return colours;
   }
 
-  // A pose that was overtaken by the maps is on its way, unless that of a later frame is here.
+  // Reconstructs the waiting frames in order. A frame waits for its pose, because messages of
+  // different topics may overtake each other. It is dropped if the pose of a later frame is here or
+  // more than kMaxWaiting frames wait.
   void reconstruct_frames_with_pose() {
     const auto has_pose = [&](const frames::FrameSet& set) {
       return geometry_ && pose_of_frame_.contains(set.frame);
@@ -171,7 +176,7 @@ class ReconstructionPipe {
     if (tiles.empty())
       return traces_.handled(set.frame, set.capture_stamp_ns, inputs, std::move(steps));
     const std::vector<hull::ColourRegion> colours = colours_of(set);
-    // Colour is for who draws: nobody reads tiles, nobody gets colour.
+    // Only readers of tiles need colour; skip it if there are none.
     const bool want_colour = tiles_.readers() > 0 && !colours.empty();
     steps.begin("reconstruct");
     std::vector<ReconTile> made =
@@ -206,7 +211,7 @@ class ReconstructionPipe {
   node::FrameTracer traces_;
   bus::Writer<bus::topics::HullTile> tiles_;
   bus::Writer<bus::topics::TileCosts> costs_;
-  std::deque<frames::FrameSet> waiting_;  // for their poses
+  std::deque<frames::FrameSet> waiting_;  // frame sets that wait for their poses
   std::optional<messages::ViewGeometry> geometry_;
   frames::RestartDetector restart_detector_;
   std::map<std::uint64_t, messages::FramePose> pose_of_frame_;

@@ -1,4 +1,4 @@
-// The view is cut into tiles, which the reconstruction nodes share.
+// Divides a view into tiles, which the reconstruction nodes share.
 #pragma once
 #include <vector>
 
@@ -12,9 +12,9 @@ struct Tile {
   bool operator==(const Tile&) const = default;
 };
 
-// columns x rows tiles of an image, of sizes that differ by a pixel at most, row by row. Disjoint,
-// they cover the image; tiles are empty where there are more of them than pixels. Sizes >= 0,
-// columns and rows > 0.
+// Returns columns x rows disjoint tiles that cover the image, row by row. Their sizes differ by at
+// most one pixel; some are empty if there are more columns or rows than pixels. Requires sizes >=
+// 0, columns and rows > 0.
 std::vector<Tile> tiles_of(int width_px, int height_px, int columns, int rows);
 
 }  // namespace fivepipe::recon

@@ -1,5 +1,4 @@
-// The parent pipe: puts the reconstruction's tiles and the simulation's state of one frame together
-// and composites them.
+// The parent pipe: composites the reconstruction's tiles and the simulation's state of each frame.
 #include "common/gl/context.h"
 #include "render_node/parent_pipe.h"
 

@@ -1,4 +1,4 @@
-// HullTile, VirtualState and CollisionResult in; FrameComposited out.
+// Converts HullTile and VirtualState messages to pure types, and results to FrameComposited.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -11,11 +11,12 @@
 
 namespace fivepipe::render {
 
-// Refers to the message's storage. Bad: a pose that is not finite; everything else is
-// TileAssembler' to judge.
+// Converts a tile message. The spans of the result refer to the message's storage. Returns
+// BadMessage if the pose is not finite or not a rotation; TileAssembler validates everything else.
 messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message);
 
-// Bad: a pose that is not finite.
+// Converts the poses of all objects. Returns BadMessage if a pose is not finite or not a rotation;
+// Renderer validates everything else.
 messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_VirtualState& message);
 
 fivepipe_v1_FrameComposited composited_message(const std::string& viewer, const HullFrame& hull,

@@ -17,11 +17,11 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// How long a complete hull waits for the simulation's state of the same frame; then it is shown
-// with the state before it, and counted.
+// A complete hull frame waits this long for the simulation's state of the same frame. Then it is
+// composited with the previous state and counted as late_state.
 constexpr auto kStateTimeout = 40ms;
-// In a lossless replay the state does come; so long is waited before something is known to be
-// wrong.
+// In a lossless replay the state always arrives; a longer wait means that the simulation has
+// failed.
 constexpr auto kStateTimeoutLossless = 2s;
 
 class ParentPipe {
@@ -47,10 +47,13 @@ class ParentPipe {
     while (node::running()) {
       node_.bus.wait(pending_ ? 5ms : node::kMaxWait);
       if (replay_.update()) reset();
-      // A frame's collisions are sent before its state: taken after it, they are there.
+      // sim_node sends the collisions of a frame before its state. Taking the states first
+      // guarantees that the collisions of every taken state are available.
       take_states();
       take_collisions();
-      if (!(replay_.lossless() && pending_)) take_tiles();  // else its state might be overtaken
+      // In a lossless replay a newer frame must not replace the pending one before its state
+      // arrives.
+      if (!(replay_.lossless() && pending_)) take_tiles();
       if (pending_ && (virtual_frames_.has(pending_->frame) || states_.writers() == 0)) composite();
       if (pending_ && Clock::now() >= pending_until_) composite();
     }
@@ -102,7 +105,7 @@ class ParentPipe {
       auto hull = tile_assembler_.add(std::get<ReceivedTile>(tile));
       if (!hull) continue;
       if (pending_ && replay_.lossless()) {
-        after_pending_.push_back(std::move(*hull));  // none is shown before its state has come
+        after_pending_.push_back(std::move(*hull));  // waits for the states of the frames before it
         continue;
       }
       if (pending_) composite();
@@ -151,7 +154,8 @@ class ParentPipe {
     if (!wanted) node::stop_running();
   }
 
-  // What nobody wants to see is finished, but not read back. False once the window was closed.
+  // Presents the last drawn frame. If no output needs it, waits for the GPU but does not read it
+  // back. Returns false after the user has closed the window.
   bool present(std::uint64_t frame) {
     if (presenter_.wants(frame)) {
       unread_frame_.reset();
@@ -184,8 +188,8 @@ class ParentPipe {
   VirtualFrames virtual_frames_;
   std::set<std::string> highlighted_;
   std::optional<HullFrame> pending_;
-  std::deque<HullFrame> after_pending_;        // lossless replays; as many as are in flight
-  std::optional<std::uint64_t> unread_frame_;  // the frame drawn last, where it was not read back
+  std::deque<HullFrame> after_pending_;  // lossless replays only; at most the frames in flight
+  std::optional<std::uint64_t> unread_frame_;  // the last drawn frame if it was not read back
   Clock::time_point pending_until_;
   bus::Reader<bus::topics::HullTile> tiles_;
   bus::Reader<bus::topics::VirtualState> states_;

@@ -1,10 +1,10 @@
-// The parent pipe's wiring: tiles and virtual states in, composited frames out.
+// Wires the parent pipe: reads tiles and virtual states, writes composited frames.
 #pragma once
 #include "common/pipeline/node/run_node.h"
 
 namespace fivepipe::render {
 
-// Runs until the node is told to stop or its window is closed. Needs a current GL context.
+// Returns after a stop signal or after the user closes the window. Needs a current GL context.
 void run_parent_pipe(node::NodeContext& node);
 
 }  // namespace fivepipe::render

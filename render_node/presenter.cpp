@@ -3,11 +3,11 @@
 namespace fivepipe::render {
 namespace {
 
-// A gap longer than this is a cut, not a pause: the video does not show a standing picture for it.
+// The video skips a longer gap instead of repeating one image for it.
 constexpr double kMaxRepeat_s = 1.0;
 
-// composite.mp4, or composite-2.mp4 and so on where this process was started anew: a video holds
-// what one process drew.
+// Returns STEM.EXT, or STEM-2.EXT and so on if the file exists, so that a restarted process does
+// not replace the video of its predecessor.
 std::filesystem::path unused_name(const std::filesystem::path& folder, const std::string& stem,
                                   const std::string& extension) {
   std::filesystem::path file = folder / (stem + extension);

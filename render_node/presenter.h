@@ -1,4 +1,5 @@
-// Where composited frames go: the video, the still, the window. Pure of DDS and of OpenGL.
+// Sends composited frames to the video, the still image and the window. Uses neither DDS nor
+// OpenGL.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -14,24 +15,24 @@ namespace fivepipe::render {
 
 class Presenter {
  public:
-  // Files go to `out` (made where missing); an empty path: none are written. Throws OutputError or
-  // WindowError.
+  // Creates the folder `out` if needed and writes the files into it; writes no files if `out` is
+  // empty. Throws OutputError or WindowError.
   Presenter(const config::RenderConfig& config, const config::Viewer& viewer, double frame_rate_hz,
             const std::filesystem::path& out);
 
-  // Whether frames are looked at one and all, or this one is the still: otherwise nothing is made
-  // of it, and it need not be read back.
+  // Returns true if present() would use this frame: there is a video or a window, or this frame is
+  // the still. The caller need not read back other frames.
   bool wants(std::uint64_t frame) const {
     return video_ || window_ || (needs_still() && std::int64_t(frame) >= config_.still_frame);
   }
   bool needs_still() const { return !out_.empty() && !still_written_; }
 
-  // image_bgr must not be written to afterwards. The video keeps the footage's time: a frame that
-  // is missing repeats the one before. False once the window was closed.
+  // The caller must not modify image_bgr afterwards. The video keeps capture time: it repeats the
+  // previous image for each missing frame. Returns false after the user has closed the window.
   bool present(std::uint64_t frame, const cv::Mat& image_bgr);
 
-  // Closes the video; writes the frame presented last as the still where its frame never came.
-  // Throws OutputError.
+  // Closes the video. Writes the last presented frame as the still if no earlier frame was. Throws
+  // OutputError.
   void finish();
 
   std::uint64_t video_frames_dropped() const { return video_ ? video_->dropped() : 0; }

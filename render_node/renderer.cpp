@@ -5,25 +5,24 @@
 #include <opencv2/imgproc.hpp>
 
 #include "common/geometry/gl_camera.h"
-#include "render_node/shaders.h"
+#include "common/gl/shader_source.h"
+#include "render_node/shaders/shaders_embedded.h"
 
 namespace fivepipe::render {
 namespace {
 
 constexpr int kDepthUnit = 0, kColourUnit = 1;
 
-// Neighbouring pixels of the reconstruction belong to one surface while it is tilted by less than
-// 80 degrees.
+// Two neighbouring pixels of the reconstruction belong to one surface if it is tilted by less than
+// 80 degrees against the image plane: tan(80 degrees) = 5.7.
 constexpr float kMaxTiltTangent = 5.7f;
 
-constexpr const char* kChecker =
-    "#define CHECKER\n#define DARKER_ODD_CELLS 0.38\n";  // by so much of the other cells' linear
-                                                         // light
-constexpr double kHighlightStrength = 0.8;  // how far a colliding object's colour goes to red
+// The colour of a colliding object is this fraction of the way from its own colour to kHighlight.
+constexpr double kHighlightStrength = 0.8;
 const Eigen::Vector3d kHighlight(0.80, 0.02, 0.02);
 const Eigen::Vector3d kUncolouredHull(0.55, 0.55, 0.55);
 
-// IEC 61966-2-1.
+// IEC 61966-2-1. Components are in 0 .. 1.
 Eigen::Vector3d linear_from_srgb(const std::array<double, 3>& srgb) {
   const auto one = [](double c) {
     return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
@@ -31,7 +30,7 @@ Eigen::Vector3d linear_from_srgb(const std::array<double, 3>& srgb) {
   return {one(srgb[0]), one(srgb[1]), one(srgb[2])};
 }
 
-// How far from the eye the near plane's farthest corner in the view is.
+// Returns the distance from the eye to the farthest corner of the near plane's visible part [m].
 double near_corner_m(const geometry::Pinhole& pinhole, double near_m) {
   double farthest_m = 0;
   for (const double u_px : {-0.5, pinhole.width_px - 0.5})
@@ -43,34 +42,35 @@ double near_corner_m(const geometry::Pinhole& pinhole, double near_m) {
   return farthest_m;
 }
 
-// The light has its nominal strength at the middle of the scene.
+// Returns the distance at which the light has its nominal strength: that from the light to the
+// center of the scene's bounding box [m].
 double light_reach_m(const config::Scene& scene) {
   Eigen::AlignedBox3d box;
   for (const config::SceneObject& object : scene.objects) {
     const Eigen::AlignedBox3d local = bounds_m(config::mesh_of(object));
     if (!local.isEmpty()) box.extend(local.transformed(object.world_from_object));
   }
-  constexpr double kMinLightDistance_m =
-      0.1;  // a light inside the only object still reaches something
+  // A light at the center of the scene must still light it.
+  constexpr double kMinLightDistance_m = 0.1;
   return std::max(
       kMinLightDistance_m,
       ((box.isEmpty() ? Eigen::Vector3d::Zero().eval() : box.center()) - scene.light_world_m)
           .norm());
 }
 
-// What the shaders are told of an object.
+// Returns the #define lines of an object's shader program.
 std::string features_of(const config::SceneObject& object) {
-  const bool flat = std::holds_alternative<config::BoxShape>(
-      object.shape);  // by triangles: every corner has its face's normal
+  // On a box every corner of a triangle has the normal of its face.
+  const bool flat = std::holds_alternative<config::BoxShape>(object.shape);
   return std::string(flat ? "#define FLAT\n" : "") +
-         (object.pattern == config::Pattern::checker ? kChecker : "") +
+         (object.pattern == config::Pattern::checker ? "#define CHECKER\n" : "") +
          (object.warming ? "#define WARMED\n" : "");
 }
 
 gl::GlProgram program(const std::string& name, const std::string& features,
                       const std::string& vertex_source, const std::string& fragment_source) {
-  return {name, shaders::kVersion + features + vertex_source,
-          shaders::kVersion + features + fragment_source};
+  return {name, gl::with_defines(vertex_source, features),
+          gl::with_defines(fragment_source, features)};
 }
 
 bool finite(std::span<const float> values) {
@@ -89,7 +89,7 @@ Renderer::DrawableObject::DrawableObject(const config::SceneObject& o)
   vertex_array.attribute(0, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, p_object_m));
   vertex_array.attribute(1, corners, 3, sizeof(SurfaceCorner), offsetof(SurfaceCorner, normal));
   vertex_array.attribute(2, corners, 2, sizeof(SurfaceCorner), offsetof(SurfaceCorner, pattern_m));
-  if (!object.warming) return;  // the attribute is 0 then
+  if (!object.warming) return;  // a disabled attribute is 0
   const std::vector<float> cold(rest.size(), 0.0f);
   warmth.upload(cold.data(), cold.size() * sizeof(float), GL_STREAM_DRAW);
   vertex_array.attribute(3, warmth, 1, sizeof(float), 0);
@@ -104,21 +104,19 @@ Renderer::Renderer(const config::Scene& scene, const config::Viewer& viewer)
       light_world_m_(scene.light_world_m),
       light_reach_m_(light_reach_m(scene)),
       background_rgb_(scene.background_rgb),
-      coloured_hull_program_(program("coloured hull", "#define COLOURED\n", shaders::kHullVertex,
-                                     shaders::kHullFragment)),
-      grey_hull_program_(program("hull", "", shaders::kHullVertex,
-                                 std::string(shaders::kLight) + shaders::kHullFragment)),
+      coloured_hull_program_(
+          program("coloured hull", "#define COLOURED\n", shaders::kHullVert, shaders::kHullFrag)),
+      grey_hull_program_(program("hull", "", shaders::kHullVert, shaders::kHullFrag)),
       background_program_(
-          program("background", "", shaders::kBackgroundVertex, shaders::kBackgroundFragment)),
+          program("background", "", shaders::kBackgroundVert, shaders::kBackgroundFrag)),
       framebuffer_(pinhole_.width_px, pinhole_.height_px, GL_RGBA8, gl::DepthBuffer::depth) {
   objects_.reserve(scene.objects.size());
   for (const config::SceneObject& object : scene.objects) {
     index_of_object_[object.name] = objects_.size();
     objects_.emplace_back(object);
     if (const std::string features = features_of(object); !object_programs_.contains(features))
-      object_programs_.emplace(features,
-                               program("virtual object", features, shaders::kObjectVertex,
-                                       std::string(shaders::kLight) + shaders::kObjectFragment));
+      object_programs_.emplace(features, program("virtual object", features, shaders::kObjectVert,
+                                                 shaders::kObjectFrag));
   }
 }
 
@@ -139,7 +137,7 @@ std::vector<std::string> Renderer::draw(const HullFrame& hull, std::span<const O
   glDepthMask(GL_TRUE);
   const float farthest = 1;
   glClearBufferfv(GL_DEPTH, 0, &farthest);
-  // Front to back as far as is known beforehand: what is hidden is not shaded.
+  // Draw roughly front to back, so that the depth test skips the shading of hidden pixels.
   if (!hull.depth_m.empty() && !hull.covered.empty()) draw_hull(hull);
   draw_objects(hull.eye_from_world, colliding);
   draw_background();
@@ -152,13 +150,13 @@ std::optional<std::string> Renderer::why_undrawable(const ObjectPose& pose) cons
   if (!pose.world_from_object.matrix().allFinite()) return "pose not finite";
   const DrawableObject& drawn = objects_[found->second];
   if (!pose.warmth.empty() && !drawn.object.warming)
-    return "warmth of an object that is not warmed";
+    return "warmth for an object without warmth in the scene";
   if (!pose.warmth.empty() && pose.warmth.size() != drawn.surface.vertices())
     return std::to_string(pose.warmth.size()) + " values of warmth for a mesh of " +
            std::to_string(drawn.surface.vertices()) + " vertices";
   if (!std::all_of(pose.warmth.begin(), pose.warmth.end(),
                    [](float w) { return w >= 0 && w <= 1; }))
-    return "warmth not in 0 .. 1";
+    return "warmth outside 0 .. 1";
   if (pose.vertices_m.empty()) return {};
   if (pose.vertices_m.size() != 3 * drawn.surface.vertices())
     return std::to_string(pose.vertices_m.size()) + " vertex coordinates for a mesh of " +
@@ -212,7 +210,7 @@ void Renderer::draw_hull(const HullFrame& hull) {
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }
 
-// The covered part and one pixel around it, which is what the shader looks at.
+// Uploads the covered rectangle and a border of one pixel, which the shader samples.
 void Renderer::upload(const HullFrame& hull) {
   const geometry::Pinhole& k = hull.recon;
   if (!hull_depth_ || hull_depth_->width_px() != k.width_px ||
@@ -261,8 +259,8 @@ void Renderer::draw_objects(const Eigen::Isometry3d& eye_from_world,
   glDisable(GL_CULL_FACE);
 }
 
-// A closed convex surface that the near plane does not cut open within the view: its far side need
-// not be drawn, and would be shaded where it comes first.
+// Returns true for a closed convex surface that the near plane does not cut within the view. Its
+// back faces are hidden, and drawing one before the front face would shade the pixel twice.
 bool Renderer::can_cull_back_faces(const DrawableObject& drawn,
                                    const Eigen::Isometry3d& eye_from_world) const {
   if (!std::holds_alternative<config::BoxShape>(drawn.object.shape) &&
@@ -273,7 +271,8 @@ bool Renderer::can_cull_back_faces(const DrawableObject& drawn,
   return drawn.bounds_m.exteriorDistance(eye_object_m) > near_corner_m_;
 }
 
-// Objects that end nearest first: floors and walls, which most others hide parts of, come last.
+// Returns object indices sorted by the farthest distance of the bounding sphere from the eye.
+// Floors and walls come last, because other objects hide parts of them.
 std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_from_world) const {
   std::vector<std::pair<double, std::size_t>> by_end;
   for (std::size_t i = 0; i < objects_.size(); ++i) {
@@ -288,12 +287,12 @@ std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_fr
   return order;
 }
 
-// Behind everything: darker than the scene's colour towards the bottom, lighter towards the top.
+// Draws a vertical gradient around the scene's background colour, darker at the bottom, at depth 1.
 void Renderer::draw_background() const {
-  const Eigen::Vector3d middle(background_rgb_[0], background_rgb_[1], background_rgb_[2]);
+  const Eigen::Vector3d background(background_rgb_[0], background_rgb_[1], background_rgb_[2]);
   background_program_.use();
-  background_program_.set("bottom", Eigen::Vector3f((0.8 * middle).cast<float>()));
-  background_program_.set("top", Eigen::Vector3f((1.2 * middle).cast<float>()));
+  background_program_.set("bottom", Eigen::Vector3f((0.8 * background).cast<float>()));
+  background_program_.set("top", Eigen::Vector3f((1.2 * background).cast<float>()));
   no_attributes_.bind();
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }

@@ -1,5 +1,5 @@
-// Draws the virtual scene and composites the reconstruction into it by depth (paper, sections 3.3
-// and 4.4.1: the parent pipe).
+// Draws the virtual scene and composites the reconstructed hull into it by depth (paper,
+// sections 3.3 and 4.4.1: the parent pipe).
 #pragma once
 #include <map>
 #include <opencv2/core/mat.hpp>
@@ -17,32 +17,34 @@
 
 namespace fivepipe::render {
 
-// Where a virtual object is now.
+// The current pose, shape and warmth of a virtual object.
 struct ObjectPose {
   std::string object;
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
-  std::vector<float> vertices_m;  // x y z per vertex of its mesh, object frame; empty: rigid
-  std::vector<float> warmth;      // 0 .. 1 per vertex of its mesh; empty: as it was
+  std::vector<float> vertices_m;  // x y z per vertex, object frame; empty if the object is rigid
+  std::vector<float> warmth;      // 0 .. 1 per vertex; empty keeps the previous values
 };
 
-// Needs a current GL context for its whole life.
+// Needs a current GL context from construction to destruction.
 class Renderer {
  public:
   Renderer(const config::Scene& scene, const config::Viewer& viewer);
 
-  // Draws one frame as seen from hull.eye_from_world. Objects stay where the last pose put them.
-  // What can't be drawn (unknown object, wrong number of vertices, non-finite pose or vertex,
-  // warmth of what is not warmed) leaves its object as it was and is said in the answer, one line
-  // each. Colliding objects are tinted red. Virtual and real surfaces occlude each other pixel by
-  // pixel; at equal depth the virtual one is seen.
+  // Draws one frame as seen from hull.eye_from_world. An object without a pose in `poses` keeps its
+  // last pose. Colliding objects are tinted red. Virtual and real surfaces occlude each other per
+  // pixel; at equal depth the virtual surface is visible.
+  // Ignores an invalid pose and returns one line for each: unknown object, wrong number of vertices
+  // or warmth values, a non-finite pose or vertex, or warmth for an object without `warmth` in the
+  // scene.
   std::vector<std::string> draw(const HullFrame& hull, std::span<const ObjectPose> poses,
                                 const std::set<std::string>& colliding);
 
-  // Waits until the frame drawn last is finished.
+  // Waits until the GPU has finished the last frame.
   void finish() const;
-  // The frame drawn last, read back: 8-bit BGR (sRGB), row 0 at the top.
+  // Reads back the last frame: 8-bit BGR (sRGB), row 0 at the top.
   cv::Mat image_bgr() const;
-  // Its depth along the view's z [m], 32-bit float; far_m where there is nothing.
+  // Reads back the depth of the last frame along the view's z [m], 32-bit float; far_m where the
+  // pixel shows only the background. For tests.
   cv::Mat depth_m() const;
 
  private:
@@ -52,7 +54,7 @@ class Renderer {
     Surface surface;
     Eigen::AlignedBox3d bounds_m;  // of the mesh as loaded, object frame
     Eigen::Isometry3d world_from_object;
-    gl::GlBuffer corners, warmth;  // per corner; warmth: where the object is warmed
+    gl::GlBuffer corners, warmth;  // per corner; warmth is unused if the object has no `warming`
     gl::GlVertexArray vertex_array;
   };
 
@@ -76,8 +78,7 @@ class Renderer {
   std::array<double, 3> background_rgb_;
   std::vector<DrawableObject> objects_;
   std::map<std::string, std::size_t> index_of_object_;
-  std::map<std::string, gl::GlProgram>
-      object_programs_;  // by what their objects have (features_of)
+  std::map<std::string, gl::GlProgram> object_programs_;  // by the result of features_of()
   gl::GlProgram coloured_hull_program_, grey_hull_program_, background_program_;
   gl::GlFramebuffer framebuffer_;
   gl::GlVertexArray no_attributes_;

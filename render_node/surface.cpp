@@ -5,12 +5,12 @@
 namespace fivepipe::render {
 namespace {
 
-// A vertex shared by more triangles (the hub of a fan) is shaded flat: the work per vertex grows
+// A vertex of more triangles (the hub of a fan) is shaded flat, because the work per vertex grows
 // with the square of their number.
 constexpr std::uint32_t kMaxSmoothFaces = 64;
 
-// The two axes of the rest pose in which the pattern is laid out: a curtain hangs in its x z plane,
-// other faces across their steepest axis.
+// Returns the two object axes of the pattern coordinates: x and z for a curtain, otherwise the two
+// axes other than the one nearest to the face normal.
 std::array<int, 2> pattern_axes(const config::Shape& shape, const Eigen::Vector3f& face_normal) {
   int across = 1;
   if (!std::holds_alternative<config::CurtainShape>(shape))
@@ -18,7 +18,7 @@ std::array<int, 2> pattern_axes(const config::Shape& shape, const Eigen::Vector3
   return {across == 0 ? 1 : 0, across == 2 ? 1 : 2};
 }
 
-// Twice the area long; zero for a degenerate triangle.
+// Returns the normal of the triangle with the length of twice its area; zero if it is degenerate.
 Eigen::Vector3f area_normal(const std::vector<Eigen::Vector3f>& p,
                             const std::array<std::uint32_t, 3>& t) {
   return (p[t[1]] - p[t[0]]).cross(p[t[2]] - p[t[0]]);
@@ -69,7 +69,7 @@ std::vector<SurfaceCorner> Surface::shaded(const std::vector<Eigen::Vector3f>& p
   for (const auto& triangle : triangles_) {
     area_normals.push_back(area_normal(positions_m, triangle));
     const float length = area_normals.back().norm();
-    // A degenerate triangle covers no pixel; any unit normal does.
+    // A degenerate triangle covers no pixel, so any unit normal is valid.
     units.push_back(length > 0 ? Eigen::Vector3f(area_normals.back() / length)
                                : Eigen::Vector3f::UnitZ());
   }

@@ -1,4 +1,5 @@
-// A scene object's triangles prepared for shading: corners with normals and pattern coordinates.
+// Prepares the triangles of a scene object for shading: corners with normals and pattern
+// coordinates.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -8,12 +9,12 @@
 
 namespace fivepipe::render {
 
-// One corner of a triangle; the layout is the vertex buffer's.
+// One corner of a triangle. The vertex buffer has this layout.
 struct SurfaceCorner {
   Eigen::Vector3f p_object_m;
-  Eigen::Vector3f
-      normal;  // unit, object frame, on the side from which the triangle is counter-clockwise
-  Eigen::Vector2f pattern_m;  // lies in the surface and moves with it when it deforms
+  Eigen::Vector3f normal;  // unit length, object frame, outward for counter-clockwise triangles
+  Eigen::Vector2f
+      pattern_m;  // coordinates in the surface at rest; they do not change in deformation
 };
 
 class Surface {
@@ -23,12 +24,12 @@ class Surface {
   std::size_t vertices() const { return rest_m_.size(); }
   std::size_t triangles() const { return triangles_.size(); }
 
-  // Three corners per triangle, in the mesh's order, as modelled or with the mesh's vertices moved
-  // to vertices_m (x y z each, object frame, finite, 3 * vertices() of them). Normals are smooth
-  // over edges of less than kCrease_rad and broken at sharper ones.
+  // Returns three corners per triangle in mesh order, of the mesh at rest or with its vertices
+  // moved to vertices_m (x y z per vertex, object frame, finite, 3 * vertices() values). Two faces
+  // share a smooth normal at their common vertex if the angle between them is at most kCrease_rad.
   std::vector<SurfaceCorner> corners() const;
   std::vector<SurfaceCorner> corners(std::span<const float> vertices_m) const;
-  // One value a vertex, as the corners need it.
+  // Expands one value per vertex to one value per corner.
   std::vector<float> at_corners(std::span<const float> of_vertices) const;
 
  private:
@@ -37,11 +38,12 @@ class Surface {
   std::vector<Eigen::Vector3f> rest_m_;
   std::vector<std::array<std::uint32_t, 3>> triangles_;
   std::vector<Eigen::Vector2f> pattern_m_;  // per corner
-  std::vector<std::uint32_t> faces_begin_,
-      faces_;  // vertex v is shared by triangles faces_[faces_begin_[v] .. faces_begin_[v + 1])
+  // Vertex v belongs to the triangles faces_[faces_begin_[v] .. faces_begin_[v + 1]).
+  std::vector<std::uint32_t> faces_begin_, faces_;
 };
 
-inline constexpr double kCrease_rad =
-    0.7;  // 40 degrees: above a coarse ball's and a curtain's folds, below a box's edges
+// 40 degrees: larger than the edges of a coarse sphere and of a curtain's folds, smaller than those
+// of a box.
+inline constexpr double kCrease_rad = 0.7;
 
 }  // namespace fivepipe::render

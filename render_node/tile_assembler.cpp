@@ -8,14 +8,15 @@
 namespace fivepipe::render {
 namespace {
 
-// More tiles than this is no tiling of a view but a broken message.
+// A message with more tiles is invalid: no view needs as many.
 constexpr std::uint32_t kMaxTiles = 4096;
 
-// Elements of a pose [m, or dimensionless]: all nodes take the same HeadPose, but may compute its
-// matrix with other compilers. A micrometre is far below a pixel at any distance.
+// Accepted difference of two pose elements [m, or dimensionless]. All nodes use the same HeadPose,
+// but binaries of different compilers may compute its matrix differently. A micrometre is far below
+// a pixel at any distance.
 constexpr double kPoseTolerance = 1e-6;
 
-// Both by comparison alone: a message may hold any coordinates, and their difference may overflow.
+// Both functions only compare: a message may hold any coordinates, and a difference may overflow.
 bool is_empty(const hull::PixelRect& rect) {
   return rect.u0_px >= rect.u1_px || rect.v0_px >= rect.v1_px;
 }
@@ -31,7 +32,7 @@ hull::PixelRect bounding_rect(const hull::PixelRect& a, const hull::PixelRect& b
           std::max(a.v1_px, b.v1_px)};
 }
 
-// Copies the tile's pixels, `bytes_per_px` each, to their place in an image of width_px.
+// Copies the pixels of a tile, `bytes_per_px` bytes each, into an image of width_px.
 void copy_rows(const hull::PixelRect& rect, int width_px, std::size_t bytes_per_px,
                const void* from, void* to) {
   const std::size_t row_bytes = std::size_t(rect.width_px()) * bytes_per_px;
@@ -53,7 +54,7 @@ TileAssembler::TileAssembler(const geometry::Pinhole& recon, double near_m, doub
 
 std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
   if (const auto reason = why_refused(tile)) {
-    reject(tile, *reason);
+    ++counts_.rejected[*reason];
     return {};
   }
   if (is_late(tile)) return {};
@@ -61,7 +62,7 @@ std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
   if (!found) return {};
   OpenFrame& open = *found;
   if (const auto reason = why_inconsistent(tile, open)) {
-    reject(tile, *reason);
+    ++counts_.rejected[*reason];
     return {};
   }
   if (!open.rects[tile.tile].empty()) {
@@ -87,18 +88,18 @@ std::optional<HullFrame> TileAssembler::add(const ReceivedTile& tile) {
                                  tile.empty_cameras.end());
   if (open.tiles_here < open.rects.size()) return {};
   if (open.area_px != std::size_t(recon_.width_px) * std::size_t(recon_.height_px)) {
-    reject(tile, "tiles leave gaps in the view");
+    ++counts_.rejected["tiles leave gaps in the view"];
     open_.erase(tile.frame);
     return {};
   }
   return completed(tile.frame);
 }
 
-// What is wrong with the tile whatever else arrives.
+// Returns why the tile is invalid by itself, or nullopt.
 std::optional<std::string> TileAssembler::why_refused(const ReceivedTile& tile) const {
   if (tile.tiles == 0 || tile.tiles > kMaxTiles || tile.tile >= tile.tiles)
     return "bad tile number";
-  if (!(tile.recon == recon_)) return "another view's pinhole";
+  if (!(tile.recon == recon_)) return "pinhole of another view";
   if (geometry::why_unusable(geometry::Camera{tile.recon, tile.eye_from_world}))
     return "unusable pose";
   if (is_empty(tile.rect) || !inside(tile.rect, {0, 0, recon_.width_px, recon_.height_px}))
@@ -116,7 +117,7 @@ std::optional<std::string> TileAssembler::why_refused(const ReceivedTile& tile) 
   return {};
 }
 
-// What does not fit to the frame's other tiles.
+// Returns why the tile contradicts the other tiles of its frame, or nullopt.
 std::optional<std::string> TileAssembler::why_inconsistent(const ReceivedTile& tile,
                                                            const OpenFrame& open) const {
   if (tile.tiles != open.rects.size()) return "number of tiles differs within the frame";
@@ -127,7 +128,7 @@ std::optional<std::string> TileAssembler::why_inconsistent(const ReceivedTile& t
   if (!(difference.cwiseAbs().maxCoeff() <= kPoseTolerance)) return "pose differs within the frame";
   for (std::size_t other = 0; other < open.rects.size(); ++other) {
     if (other == tile.tile && !open.rects[other].empty() && !(open.rects[other] == tile.rect))
-      return "tile came again with another rect";
+      return "repeated tile with another rect";
     if (other != tile.tile && !hull::intersection(open.rects[other], tile.rect).empty())
       return "rect overlaps another tile";
   }
@@ -142,8 +143,9 @@ void TileAssembler::reset() {
   last_complete_.reset();
 }
 
-// A source that was restarted counts from 0 again: lower frame, but a later exposure than all that
-// was shown.
+// Returns true for a tile of a completed or dropped frame. A restarted source counts from 0 again:
+// its frame number is lower, but its capture stamp is later than all before. Such a tile resets the
+// assembler and is not late.
 bool TileAssembler::is_late(const ReceivedTile& tile) {
   if (tile.frame >= first_wanted_) return false;
   if (tile.capture_stamp_ns > newest_stamp_ns_) {
@@ -155,7 +157,8 @@ bool TileAssembler::is_late(const ReceivedTile& tile) {
   return true;
 }
 
-// The tile's frame, opened where it is new; none where too many newer ones are open.
+// Returns the open frame of the tile and creates it if needed. Returns nullptr if max_open_frames_
+// newer frames are open.
 TileAssembler::OpenFrame* TileAssembler::open_for(const ReceivedTile& tile) {
   if (const auto it = open_.find(tile.frame); it != open_.end()) return &it->second;
   if (open_.size() >= max_open_frames_) {
@@ -205,12 +208,6 @@ void TileAssembler::drop_before(std::uint64_t frame) {
   counts_.incomplete += std::uint64_t(std::distance(open_.begin(), end));
   open_.erase(open_.begin(), end);
   first_wanted_ = std::max(first_wanted_, frame);
-}
-
-void TileAssembler::reject(const ReceivedTile& tile, const std::string& reason) {
-  ++counts_.rejected[reason];
-  last_rejection_ =
-      "frame " + std::to_string(tile.frame) + ", tile " + std::to_string(tile.tile) + ": " + reason;
 }
 
 }  // namespace fivepipe::render

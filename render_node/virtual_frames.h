@@ -1,5 +1,5 @@
-// The simulation's word on each frame: where virtual objects are and which collide. Pure; bounded;
-// newest wins.
+// Collects the simulation's results by frame: object poses and colliding objects. Keeps at most
+// kMaxFrames frames and drops the oldest.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -16,7 +16,8 @@ namespace fivepipe::render {
 struct VirtualFrame {
   std::vector<ObjectPose> poses;
   std::set<std::string> colliding;
-  bool complete = false;  // its state has come; collisions are sent before it
+  bool complete =
+      false;  // true once the state has arrived; sim_node sends the collisions before it
 };
 
 class VirtualFrames {
@@ -27,8 +28,8 @@ class VirtualFrames {
   void add_state(std::uint64_t frame, std::int64_t capture_stamp_ns, std::vector<ObjectPose> poses);
 
   bool has(std::uint64_t frame) const;
-  // The newest complete one at or before this frame, else the oldest complete one; nothing where no
-  // state has come yet.
+  // Returns the newest complete frame with a number <= `frame`, otherwise the oldest complete one.
+  // Returns nullptr if no state has arrived.
   const VirtualFrame* best_for(std::uint64_t frame) const;
 
  private:

@@ -1,7 +1,7 @@
 #include "render_node/window.h"
 
 #include <epoxy/gl.h>
-// epoxy before GLFW, which otherwise brings the system's GL header
+// Include epoxy before GLFW, which otherwise includes the system's GL header.
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace fivepipe::render {
 namespace {
 
-// How long a key press may wait for an answer while no frame comes.
+// The window reacts to a key press within this time while no frame arrives.
 constexpr double kEventWait_s = 0.02;
 
 std::string glfw_error() {
@@ -54,7 +54,7 @@ GlfwWindow opened(const std::string& title, int width_px, int height_px) {
   return window;
 }
 
-// The image as large as fits into the window, its shape kept, black around it.
+// Draws the image into the window: scaled to fit, aspect ratio kept, black borders.
 void blit(const gl::GlTexture& image, int window_width_px, int window_height_px) {
   gl::GlName<gl::delete_framebuffer> source([] {
     GLuint name = 0;
@@ -69,13 +69,13 @@ void blit(const gl::GlTexture& image, int window_width_px, int window_height_px)
   const int left = (window_width_px - width) / 2, bottom = (window_height_px - height) / 2;
   const float black[] = {0, 0, 0, 1};
   glClearNamedFramebufferfv(0, GL_COLOR, 0, black);
-  // The texture's first row is the image's top, the window's first row its bottom.
+  // Row 0 of the texture is the top of the image; row 0 of the window is its bottom.
   glBlitNamedFramebuffer(source.get(), 0, 0, image.height_px(), image.width_px(), 0, left, bottom,
                          left + width, bottom + height, GL_COLOR_BUFFER_BIT,
                          scale == 1 ? GL_NEAREST : GL_LINEAR);
 }
 
-// Before the buffers are swapped: afterwards what a window holds is not defined.
+// Reads the back buffer. Call before swapping the buffers; the content is undefined afterwards.
 cv::Mat back_buffer(int width_px, int height_px) {
   cv::Mat rgba(height_px, width_px, CV_8UC4), bgr;
   glReadBuffer(GL_BACK);
@@ -90,7 +90,7 @@ cv::Mat back_buffer(int width_px, int height_px) {
 
 struct Window::State {
   mutable std::mutex mutex;
-  cv::Mat next;  // to be shown
+  cv::Mat next;  // the newest image that has not been shown; empty if there is none
   bool ending = false, closed = false;
   std::optional<std::promise<cv::Mat>> screenshot_wanted;
   std::thread thread;

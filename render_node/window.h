@@ -1,4 +1,4 @@
-// Shows composited frames on the screen.
+// Shows composited frames in a window.
 #pragma once
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -11,24 +11,25 @@ struct WindowError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// A window in a thread of its own with its own GL context (GLFW): the caller's EGL context is never
-// touched, and neither the screen's refresh nor a stalled display server holds up the caller. One
-// at a time in a process.
+// A window with its own thread and GL context (GLFW). It does not touch the caller's EGL context,
+// and neither vertical sync nor a stalled display server blocks the caller. A process can have one
+// window at a time.
 class Window {
  public:
-  // Throws WindowError, "no display: ..." where there is none.
+  // Throws WindowError; its text starts with "no display: " if there is no display.
   Window(const std::string& title, int width_px, int height_px);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  // Hands over the newest 8-bit BGR image, row 0 at the top, which must not be written to
-  // afterwards; an older one that has not been shown yet is dropped. False once the window was
-  // closed (q, Esc or its close button).
+  // Sets the image to show next: 8-bit BGR, row 0 at the top. The caller must not modify it
+  // afterwards. It replaces an image that has not been shown yet: the window keeps only the newest
+  // image, no queue. Returns false after the user has closed the window (q, Esc or its close
+  // button).
   bool show(const cv::Mat& image_bgr);
 
-  // What is put on the screen, for tests: the window's pixels as 8-bit BGR, row 0 at the top; empty
-  // before the first frame.
+  // Returns the pixels of the window as 8-bit BGR, row 0 at the top; empty before the first frame.
+  // For tests.
   cv::Mat screenshot() const;
 
  private:

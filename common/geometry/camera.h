@@ -1,8 +1,7 @@
 // Pinhole cameras and rigid poses.
 // Frames: b_from_a maps coordinates in a to coordinates in b; adjacent names cancel. World:
 // right-handed, z up, metres. Camera: x right, y down, z forward. Pixel (0,0) is the centre of the
-// top-left pixel, so the image covers
-// [-0.5, width - 0.5) x [-0.5, height - 0.5).
+// top-left pixel, so the image covers [-0.5, width - 0.5) x [-0.5, height - 0.5).
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -11,7 +10,7 @@
 
 namespace fivepipe::geometry {
 
-// Intrinsics of an undistorted image. fx, fy > 0; no skew.
+// Intrinsics of an undistorted image without skew. fx_px and fy_px are > 0.
 struct Pinhole {
   int width_px = 0, height_px = 0;
   double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
@@ -25,38 +24,42 @@ struct Camera {
 
 struct Ray {
   Eigen::Vector3d origin_world_m;
-  Eigen::Vector3d direction_world;  // not normalised: its camera z is 1, so the ray parameter is
-                                    // the camera's depth [m]
+  // Not normalised: its camera z is 1, so the ray parameter is the camera depth [m].
+  Eigen::Vector3d direction_world;
 };
 
-// The same field of view at another image size; exact for pixel (0,0) at a pixel's centre.
+// Returns the intrinsics of the same field of view at another image size.
 Pinhole resized(const Pinhole& pinhole, int width_px, int height_px);
 
-// A pinhole with a horizontal field of view [rad] and square pixels, principal point at the image's
-// middle.
+// Returns a pinhole with square pixels and the principal point at the image centre.
+// horizontal_fov_rad is in (0, pi).
 Pinhole pinhole_from_fov(int width_px, int height_px, double horizontal_fov_rad);
 
-// Pixel of a world point [m]; nothing where the point is not in front of the camera (Z <= 0 or
-// NaN). The pixel may lie outside the image.
+// Returns the pixel of a world point, which may be outside the image. Returns nullopt if the point
+// is not in front of the camera (camera z <= 0 or NaN).
 std::optional<Eigen::Vector2d> project(const Camera& camera, const Eigen::Vector3d& p_world_m);
 
 Eigen::Vector3d camera_center_world_m(const Camera& camera);
 
+// Returns the ray from the camera center through pixel position uv_px, which may be fractional.
 Ray ray_through(const Camera& camera, const Eigen::Vector2d& uv_px);
 
-// camera_from_world of a camera at eye looking at target, image up along up_world. The three must
-// not be collinear.
+// Returns camera_from_world of a camera at the eye that looks at the target, with up_world pointing
+// up in the image. The viewing direction and up_world must not be parallel.
 Eigen::Isometry3d look_at(const Eigen::Vector3d& eye_world_m, const Eigen::Vector3d& target_world_m,
                           const Eigen::Vector3d& up_world = Eigen::Vector3d::UnitZ());
 
-// Why these intrinsics or this pose can't be used (non-finite, focal length <= 0, rotation not
-// orthonormal within kMaxRotationError, mirrored); nothing where they can.
+// Returns the reason why the intrinsics or the pose are invalid: image size or focal length <= 0, a
+// non-finite value, a rotation that is not orthonormal within kMaxRotationError, or a mirrored one.
+// Returns nullopt if the camera is valid.
 std::optional<std::string> why_unusable(const Camera& camera);
 
-// Largest |R^T R - I| element accepted; calibrations written with six digits are about 1e-6 off.
+// Largest accepted element of |R^T R - I|. A calibration written with six digits is off by about
+// 1e-6, far below the bound.
 inline constexpr double kMaxRotationError = 1e-3;
 
-// The nearest rotation (SVD); for matrices that why_unusable accepts.
+// Returns the rotation nearest to the matrix in the Frobenius norm (by SVD). The matrix must
+// satisfy why_unusable().
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix);
 
 }  // namespace fivepipe::geometry

@@ -8,7 +8,8 @@ namespace fivepipe::geometry {
 
 namespace {
 
-// Two opposite faces across `axis`, on the lattice that divides the box into `cells`.
+// Appends the two faces perpendicular to `axis`, divided into the lattice of `cells`. Faces share
+// the vertices on their common edges through `vertex_at`.
 void append_faces(Mesh& mesh, std::map<std::array<int, 3>, std::uint32_t>& vertex_at,
                   const Eigen::Vector3d& size_m, const Eigen::Array3i& cells, int axis) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;

@@ -21,7 +21,7 @@ bool has_extension(const char* words, const char* word) {
          (" " + std::string(words) + " ").find(" " + std::string(word) + " ") != std::string::npos;
 }
 
-// Displays worth trying, best first, each with a name for messages.
+// Returns the displays to try, hardware devices first, each with a name for error messages.
 std::vector<std::pair<EGLDisplay, std::string>> candidate_displays() {
   std::vector<std::pair<EGLDisplay, std::string>> displays;
   const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
@@ -78,7 +78,7 @@ GlContext::GlContext() {
   }
   throw GlError("no OpenGL context" +
                 (tried.empty()
-                     ? std::string("; EGL knows neither a device nor Mesa's surfaceless platform")
+                     ? std::string("; EGL offers neither a device nor Mesa's surfaceless platform")
                      : tried) +
                 ". Install Mesa (libegl1 libgl1-mesa-dri) or the GPU's driver.");
 }

@@ -1,5 +1,5 @@
-// An OpenGL 4.5 core context without a window, through EGL: a hardware device where there is one,
-// else Mesa's surfaceless platform.
+// Creates an OpenGL 4.5 core context without a window through EGL: on a hardware device if there is
+// one, otherwise on Mesa's surfaceless platform.
 #pragma once
 #include <string>
 
@@ -7,17 +7,17 @@
 
 namespace fivepipe::gl {
 
-// Owns the EGL display connection and context; current in the thread that made it until destroyed.
-// One thread at a time.
+// Owns the EGL display connection and context. The context is current in the constructing thread
+// until destruction; use it from that thread only.
 class GlContext {
  public:
-  GlContext();  // throws GlError saying what was tried and what each attempt answered
+  GlContext();  // throws GlError that lists each attempted display and its error
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
 
   const std::string& renderer() const { return renderer_; }  // GL_RENDERER and GL_VERSION
-  bool is_software() const;                                  // llvmpipe or softpipe
+  bool is_software() const;                                  // true for llvmpipe and softpipe
 
  private:
   void* display_ = nullptr;

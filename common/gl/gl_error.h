@@ -3,7 +3,7 @@
 
 namespace fivepipe::gl {
 
-// OpenGL or EGL refused something; what() says what and why.
+// An OpenGL or EGL call failed; what() names the operation and the reason.
 struct GlError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

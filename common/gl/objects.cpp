@@ -21,7 +21,7 @@ template <typename Create>
 GLuint created(Create create) {
   GLuint name = 0;
   create(&name);
-  if (!name) throw GlError("OpenGL made no object; is a context current?");
+  if (!name) throw GlError("OpenGL created no object; is a context current?");
   return name;
 }
 
@@ -153,10 +153,6 @@ void GlProgram::set(const char* uniform, const Eigen::Vector4f& value) const {
 }
 void GlProgram::set(const char* uniform, const Eigen::Matrix4f& value) const {
   glProgramUniformMatrix4fv(get(), glGetUniformLocation(get(), uniform), 1, GL_FALSE, value.data());
-}
-void GlProgram::set(const char* uniform, const Eigen::Matrix<float, 3, 4>& value) const {
-  glProgramUniformMatrix4x3fv(get(), glGetUniformLocation(get(), uniform), 1, GL_FALSE,
-                              value.data());
 }
 
 GlTimer::GlTimer()

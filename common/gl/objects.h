@@ -1,4 +1,4 @@
-// Owners of OpenGL objects. All need a current context, for construction, use and destruction.
+// RAII owners of OpenGL objects. Construction, use and destruction need a current context.
 #pragma once
 #include <epoxy/gl.h>
 
@@ -9,7 +9,7 @@
 
 namespace fivepipe::gl {
 
-// A GL object name with its deleter; moves, never copies.
+// Owns a GL object name and deletes it. Movable, not copyable.
 template <void (*Delete)(GLuint)>
 class GlName {
  public:
@@ -34,17 +34,17 @@ void delete_vertex_array(GLuint name);
 void delete_program(GLuint name);
 void delete_query(GLuint name);
 
-// Immutable storage, one level, nearest sampling, clamped to a border of zeros: outside the image
-// nothing is set.
+// A 2D texture with immutable storage, one level and nearest sampling. Samples outside the image
+// return the border colour, zero.
 class GlTexture {
  public:
   GlTexture(int width_px, int height_px, GLenum internal_format);
   GLuint get() const { return name_.get(); }
   int width_px() const { return width_px_; }
   int height_px() const { return height_px_; }
-  // Whole image, rows tightly packed, row 0 first.
+  // Uploads the whole image: rows tightly packed, row 0 first.
   void upload(GLenum format, GLenum type, const void* pixels) const;
-  // A rectangle of it.
+  // Uploads a rectangle. Rows are packed unless GL_UNPACK_ROW_LENGTH is set.
   void upload(int x_px, int y_px, int width_px, int height_px, GLenum format, GLenum type,
               const void* pixels) const;
   void bind(int unit) const;
@@ -59,12 +59,13 @@ class GlBuffer {
   GlBuffer();
   GLuint get() const { return name_.get(); }
   void upload(const void* bytes, std::size_t size_bytes, GLenum usage);
-  // Room for size_bytes, whatever was in it; kept from call to call where it is enough.
+  // Reserves at least size_bytes and keeps a larger allocation. The content is undefined if the
+  // buffer grew.
   void reserve(std::size_t size_bytes);
-  // Reserves, then writes from the start.
+  // Reserves size_bytes, then writes the bytes at offset 0.
   void write(const void* bytes, std::size_t size_bytes);
-  void bind_storage(int binding) const;  // all of it, as a shader storage block
-  void bind_uniform(int binding) const;  // as a uniform block
+  void bind_storage(int binding) const;  // binds the whole buffer as a shader storage block
+  void bind_uniform(int binding) const;  // binds the whole buffer as a uniform block
 
  private:
   GlName<delete_buffer> name_;
@@ -76,7 +77,8 @@ class GlVertexArray {
   GlVertexArray();
   GLuint get() const { return name_.get(); }
   void bind() const;
-  // Attribute `location`: `components` floats at offset_bytes of each stride_bytes of buffer.
+  // Sets attribute `location` to `components` floats at offset_bytes of each element of the buffer;
+  // elements are stride_bytes apart.
   void attribute(int location, const GlBuffer& buffer, int components, int stride_bytes,
                  int offset_bytes) const;
 
@@ -84,8 +86,8 @@ class GlVertexArray {
   GlName<delete_vertex_array> name_;
 };
 
-// Vertex and fragment shader, or one compute shader, linked. Throws GlError with the compiler's log
-// and the program's name.
+// A linked program of a vertex and a fragment shader, or of one compute shader. The constructors
+// throw GlError with the program's name and the compiler's log.
 class GlProgram {
  public:
   GlProgram(const std::string& name, const std::string& vertex_source,
@@ -99,33 +101,35 @@ class GlProgram {
   void set(const char* uniform, const Eigen::Vector3f& value) const;
   void set(const char* uniform, const Eigen::Vector4f& value) const;
   void set(const char* uniform, const Eigen::Matrix4f& value) const;
-  void set(const char* uniform, const Eigen::Matrix<float, 3, 4>& value) const;  // a GLSL mat4x3
 
  private:
   GlName<delete_program> name_;
 };
 
-// How long the GPU took for the commands between begin and end.
+// Measures the GPU time of the commands between begin() and end().
 class GlTimer {
  public:
   GlTimer();
   void begin();
   void end();
-  double elapsed_ms() const;  // of the last pair; waits for the GPU; 0 before the first
+  // Waits for the GPU and returns the time of the last begin-end pair; 0 before the first pair.
+  double elapsed_ms() const;
 
  private:
-  GlName<delete_query> begin_, end_;  // time stamps: other timers may run meanwhile
+  // Timestamp queries, because GL_TIME_ELAPSED queries of several timers must not overlap.
+  GlName<delete_query> begin_, end_;
   bool used_ = false;
 };
 
-// Depth is a 32 bit float, stencil 8 bits: with both a pixel takes 8 bytes, with depth alone 4.
+// Depth is a 32-bit float and takes 4 bytes per pixel; with 8-bit stencil a pixel takes 8 bytes.
 enum class DepthBuffer { none, depth, depth_and_stencil };
 
-// One colour attachment, and the depth buffer that is asked for.
+// A framebuffer with one colour attachment and the requested depth buffer. The constructor throws
+// GlError if the framebuffer is incomplete.
 class GlFramebuffer {
  public:
   GlFramebuffer(int width_px, int height_px, GLenum colour_format, DepthBuffer depth);
-  void bind() const;  // and sets the viewport to all of it
+  void bind() const;  // also sets the viewport to the whole framebuffer
   GLuint get() const { return name_.get(); }
   const GlTexture& colour() const { return colour_; }
 

@@ -78,8 +78,8 @@ TEST(Camera, NearRotationIsOrthonormalized) {
   EXPECT_LT((r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-14);
 }
 
-// A pixel's centre must land on the centre of the framebuffer's pixel, rows counted from the
-// bottom: off by half a pixel fails.
+// The centre of a pixel maps to the centre of the framebuffer pixel, with rows counted from the
+// bottom. A shift by half a pixel fails.
 TEST(GlCamera, PixelCentresLandOnFramebufferPixelCentres) {
   const Pinhole k{640, 480, 500, 510, 310.5, 245.25};
   const Eigen::Matrix4d clip_from_camera = gl_clip_from_camera(k, 0.1, 5);
@@ -119,12 +119,12 @@ double signed_volume_m3(const Mesh& mesh) {
   return volume;
 }
 
-// Positive volume: every triangle is counter-clockwise seen from outside.
+// The signed volume is positive only if the triangles are counter-clockwise as seen from outside.
 TEST(Mesh, SubdividedBoxIsClosedWithBoundedCells) {
   const Mesh mesh = box_mesh({0.2, 0.31, 0.5}, 0.06);
   EXPECT_NEAR(signed_volume_m3(mesh), 0.031, 1e-12);
   EXPECT_EQ(mesh.triangles.size(), 4u * (4 * 6 + 6 * 9 + 9 * 4));
-  // Euler: a closed surface without holes.
+  // Euler characteristic of a closed surface without holes.
   EXPECT_EQ(mesh.vertices_m.size(), mesh.triangles.size() / 2 + 2);
   for (const auto& [a, b, c] : mesh.triangles)
     EXPECT_LE((mesh.vertices_m[b] - mesh.vertices_m[a]).cwiseAbs().maxCoeff(), 0.06 + 1e-12);

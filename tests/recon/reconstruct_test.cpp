@@ -1,4 +1,4 @@
-// Tiles, the reconstruction in tiles by each backend, and the hull's colour.
+// Tests tiles, the reconstruction of tiles by each backend, and the colour of the hull.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 
 const Eigen::AlignedBox3d kVolume(Vector3d(-0.4, -0.4, -0.4), Vector3d(0.4, 0.4, 0.4));
 
-TEST(Tiles, OfAnyGridAreDisjointAndCoverTheView) {
+TEST(Tiles, AreDisjointAndCoverTheView) {
   test::Random random(1);
   for (int i = 0; i < 200; ++i) {
     const int width = int(test::uniform(random, 1, 90)), height = int(test::uniform(random, 1, 70)),
@@ -110,7 +110,7 @@ TEST_P(Recon, FollowsTheViewsSizeAndTheSilhouettes) {
             first);
 }
 
-TEST(ReconBackends, ExactOnesGiveTheSameDepths) {
+TEST(ReconBackends, ExactBackendsGiveTheSameDepths) {
   const gl::GlContext context;
   test::Random random(11);
   const auto silhouettes =
@@ -144,9 +144,6 @@ TEST(CoveredPart, IsTheSmallestRectangleWithEveryHit) {
                                               hull::kNoHull, hull::kNoHull}));
 }
 
-// --- colour
-// ----------------------------------------------------------------------------------------------------
-
 using Bgr = std::array<std::uint8_t, 3>;
 constexpr Bgr kBlue = {250, 0, 0}, kRed = {0, 0, 250};
 
@@ -161,7 +158,8 @@ hull::ColourRegion plain(const geometry::Camera& camera, const hull::PixelRect& 
   return colour;
 }
 
-struct Colour : ::testing::Test {  // a ball in the middle, a blue camera at +x, a red one at -y
+// A ball at the origin, a blue camera at +x, a red camera at -y.
+struct Colour : ::testing::Test {
   std::vector<hull::Capsule> object{{{0, 0, 0}, {0, 0, 0}, 0.05}};
   geometry::Camera at_x{geometry::pinhole_from_fov(200, 150, 0.8),
                         geometry::look_at({1, 0, 0}, {0, 0, 0})},
@@ -191,16 +189,16 @@ TEST_F(Colour, UsesOnlyObjectPixels) {
         std::copy(kBlue.begin(), kBlue.end(), region.bgr.begin() + 3 * (v * 200 + u));
   const HullColour colour(silhouettes, std::span(&region, 1));
   for (int v = 0; v < 150; ++v)
-    for (int u = 0; u < 200;
-         ++u) {  // half a pixel off the centres: the four pixels around it straddle the border
+    for (int u = 0; u < 200; ++u) {
+      // Half a pixel off the centres, so that the four pixels around it straddle the border.
       const geometry::Ray ray = geometry::ray_through(at_x, {u + 0.5, v + 0.5});
       const Bgr bgr = colour.at(ray.origin_world_m + ray.direction_world, {1, 0, 0});
       EXPECT_TRUE(bgr == kBlue || bgr == kUnseenBgr) << u << ' ' << v;
     }
 }
 
-// An image that gives no shape: what stands beside the pixels that were sent is nothing.
-TEST_F(Colour, UsesOnlyPixelsThatWereSent) {
+// The camera gives no shape: pixels that capture_node did not send have no colour.
+TEST_F(Colour, UsesOnlySentPixels) {
   const auto silhouettes = test::silhouettes_of(object, {at_y, at_z});
   hull::ColourRegion region = plain(at_x, test::whole_image(at_x), kRed);
   for (int v = 0; v < 150; ++v)
@@ -221,9 +219,9 @@ TEST_F(Colour, UsesOnlyPixelsThatWereSent) {
   EXPECT_GT(blue, 1200);
 }
 
-// As capture_node sends them: object pixels in their bounds. Hull is on the outermost pixels'
-// border, where depth's rounding decides on which side.
-TEST_F(Colour, NoHullLacksColourAtTheBordersOfWhatWasSent) {
+// The regions contain the object pixels, as capture_node sends them. The border of the hull is on
+// the border of the outermost pixels, where the rounding of the depth decides on which side.
+TEST_F(Colour, HullAtTheBorderOfTheSentPixelsHasColour) {
   object.push_back({{-0.1, -0.08, -0.06}, {0.12, 0.1, 0.08}, 0.02});
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
   for (const hull::Silhouette& sent : silhouettes) {
@@ -266,12 +264,11 @@ TEST_F(Colour, OccludedCamerasAreUsedLast) {
                                                 plain(at_y, test::whole_image(at_y), kRed)};
   const Vector3d p = 0.05 * Vector3d(1, -0.2, 0).normalized(), eye(1, -0.3, 0);
   EXPECT_EQ(HullColour(silhouettes, regions).at(p, eye), kRed);
-  EXPECT_EQ(HullColour(silhouettes, std::span(regions).first(1)).at(p, eye),
-            kBlue);  // better than none
+  EXPECT_EQ(HullColour(silhouettes, std::span(regions).first(1)).at(p, eye), kBlue);
 }
 
 TEST_F(Colour, IsInterpolatedBetweenPixelCentres) {
-  hull::ColourRegion ramp = plain(at_x, {90, 60, 110, 90}, {});  // blue grows by 10 a pixel along u
+  hull::ColourRegion ramp = plain(at_x, {90, 60, 110, 90}, {});  // blue grows by 10 per pixel in u
   ramp.bgr.clear();
   for (int v = 60; v < 90; ++v)
     for (int u = 90; u < 110; ++u)
@@ -283,7 +280,7 @@ TEST_F(Colour, IsInterpolatedBetweenPixelCentres) {
             (Bgr{73, 7, 9}));
 }
 
-TEST_F(Colour, OnlyOfHitsAndOnlyWhereWanted) {
+TEST_F(Colour, IsComputedForHitsOnlyAndOnRequest) {
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});
   const std::vector<hull::ColourRegion> regions{plain(at_x, test::whole_image(at_x), kBlue)};
   const hull::View view{

@@ -1,5 +1,5 @@
-// One picture of everything together, against tests/golden. FIVEPIPE_WRITE_GOLDEN=1 writes it anew:
-// look at it before it is committed.
+// Compares a composited scene with the image in tests/golden. FIVEPIPE_WRITE_GOLDEN=1 replaces the
+// image; inspect it before you commit it.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,12 +13,10 @@
 namespace fivepipe::render {
 namespace {
 
-// Another driver may round a shade to the next level, and give the pixels along the edges to the
-// other side: 160 x 120 pixels hold about 1,500 edge pixels, of which a tenth, wrong by 100 levels,
-// would make a mean of 0.8.
+// Another driver may round a shade to the next level and assign edge pixels to the other surface.
+// The image has about 1,500 edge pixels; a tenth of them, wrong by 100 levels, give a mean of 0.8.
 constexpr double kMeanDifference_levels = 1.0;
-// A surface in the wrong place or light is not hidden in the mean: few pixels may differ by more
-// than shading can.
+// The mean could hide a misplaced surface, so only few pixels may differ by more than shading can.
 constexpr int kShadingDifference_levels = 12;
 constexpr double kEdgePixels = 0.02;
 
@@ -38,7 +36,7 @@ config::Scene table_scene() {
   return scene;
 }
 
-TEST(Golden, TableWithRealBall) {
+TEST(Golden, TableWithARealBallIsUnchanged) {
   gl::GlContext context;
   config::Viewer viewer;
   viewer.render_width_px = 160;

@@ -12,10 +12,10 @@ namespace {
 
 using test::object;
 
-// Float rounding of sums of a few unit vectors.
+// Float rounding of a sum of a few unit vectors.
 constexpr float kRounding = 1e-5f;
 
-TEST(Surface, ABoxKeepsItsEdges) {
+TEST(Surface, CornersOfABoxHaveTheNormalsOfTheirFaces) {
   const Surface surface(test::object("box", config::BoxShape{{1, 2, 3}}, {0, 0, 0}, {1, 1, 1}));
   const auto corners = surface.corners();
   ASSERT_EQ(corners.size(), 36u);
@@ -29,23 +29,23 @@ TEST(Surface, ABoxKeepsItsEdges) {
   }
 }
 
-TEST(Surface, ABallIsSmooth) {
+TEST(Surface, CornersOfABallHaveRadialNormals) {
   const double radius_m = 0.3;
   const Surface surface(
       test::object("ball", config::SphereShape{radius_m, 2}, {0, 0, 0}, {1, 1, 1}));
-  // An icosphere's faces are not all alike: the mean of those around a vertex is off the radius by
-  // a few degrees at most.
+  // The faces of an icosphere differ in shape: the mean normal at a vertex deviates from the radius
+  // by at most 0.06 rad.
   for (const SurfaceCorner& c : surface.corners())
     EXPECT_GT(c.normal.dot(c.p_object_m.normalized()), std::cos(0.06));
 }
 
-TEST(Surface, PatternStaysOnTheClothThatMoves) {
+TEST(Surface, PatternCoordinatesMoveWithTheVertices) {
   const config::SceneObject curtain =
       test::object("curtain", config::CurtainShape{0.6, 0.4, 6, 4, 0.02, 2}, {0, 0, 0}, {1, 1, 1});
   const Surface surface(curtain);
   std::vector<float> moved;
-  for (const Eigen::Vector3d& v :
-       config::mesh_of(curtain).vertices_m) {  // a quarter turn about z, then up
+  // Rotate by a quarter turn about z, then move up.
+  for (const Eigen::Vector3d& v : config::mesh_of(curtain).vertices_m) {
     moved.push_back(float(-v.y()));
     moved.push_back(float(v.x()));
     moved.push_back(float(v.z() + 1));
@@ -65,8 +65,8 @@ TEST(Surface, PatternStaysOnTheClothThatMoves) {
 TEST(Surface, DegenerateTrianglesHaveUnitNormals) {
   geometry::Mesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}};
-  mesh.triangles = {{0, 1, 2}, {0, 0, 0}, {0, 1, 3}, {1, 1, 2},
-                    {0, 1, 2}, {2, 1, 0}};  // points, a line, a duplicate, one inside out
+  // Points, a line, a duplicate, and one with reversed orientation.
+  mesh.triangles = {{0, 1, 2}, {0, 0, 0}, {0, 1, 3}, {1, 1, 2}, {0, 1, 2}, {2, 1, 0}};
   const auto corners =
       Surface(test::object("mesh", config::MeshShape{"", 1, mesh}, {0, 0, 0}, {1, 1, 1})).corners();
   ASSERT_EQ(corners.size(), 18u);
@@ -75,8 +75,8 @@ TEST(Surface, DegenerateTrianglesHaveUnitNormals) {
 
 TEST(Surface, ManyTrianglesAtOneVertexTakeLinearTime) {
   geometry::Mesh fan;
-  constexpr std::uint32_t kTriangles =
-      200'000;  // each with each would be 4e10 steps, which the test's time limit ends
+  // A quadratic algorithm would take 4e10 steps and exceed the time limit of the test.
+  constexpr std::uint32_t kTriangles = 200'000;
   fan.vertices_m.emplace_back(0, 0, 0);
   for (std::uint32_t i = 0; i <= kTriangles; ++i)
     fan.vertices_m.emplace_back(std::cos(i * 6.28 / kTriangles), std::sin(i * 6.28 / kTriangles),

@@ -14,8 +14,8 @@ namespace {
 constexpr double kNear_m = 0.1, kFar_m = 4.0;
 const geometry::Pinhole kRecon = geometry::pinhole_from_fov(32, 24, 1.0);
 
-// A message with its payload: a view of 2 x 2 tiles of 16 x 12 pixels, each with hits in its middle
-// 8 x 4.
+// A message with its payload: a view of 2 x 2 tiles of 16 x 12 pixels, each with hits in its
+// central 8 x 4 pixels.
 struct Message {
   std::vector<float> depth_m;
   std::vector<std::uint8_t> bgr;
@@ -76,7 +76,7 @@ TEST(TileAssembler, AssemblesTilesInAnyOrder) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-TEST(TileAssembler, NewestFrameWinsAndOlderOnesAreCounted) {
+TEST(TileAssembler, ACompleteFrameDropsOlderOnesAndCountsThem) {
   TileAssembler tiles = sets();
   add(tiles, 1, 0);
   add(tiles, 2, 0);
@@ -90,7 +90,7 @@ TEST(TileAssembler, NewestFrameWinsAndOlderOnesAreCounted) {
   EXPECT_EQ(tiles.counts().duplicate, 1u);
 }
 
-TEST(TileAssembler, NewerFrameCompletesAfterOvertaking) {
+TEST(TileAssembler, ANewerOpenFrameCompletesAfterAnOlderOne) {
   TileAssembler tiles = sets();
   for (std::uint32_t i = 0; i < 2; ++i) add(tiles, 5, i);
   for (std::uint32_t i = 0; i < 3; ++i) add(tiles, 4, i);
@@ -139,7 +139,7 @@ TEST(TileAssembler, FollowsRestartedSource) {
   EXPECT_EQ(tiles.counts().late, 0u);
 }
 
-TEST(TileAssembler, EmptyHullCompletesWithReason) {
+TEST(TileAssembler, AnEmptyHullCompletesAndListsItsEmptyCameras) {
   TileAssembler tiles = sets();
   std::optional<HullFrame> hull;
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -156,7 +156,7 @@ TEST(TileAssembler, EmptyHullCompletesWithReason) {
   EXPECT_EQ(std::count(hull->depth_m.begin(), hull->depth_m.end(), hull::kNoHull), 32 * 24);
 }
 
-TEST(TileAssembler, ColourIsAllOrNothing) {
+TEST(TileAssembler, AFrameHasNoColourIfOneTileHasNone) {
   TileAssembler tiles = sets();
   std::optional<HullFrame> hull;
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -172,11 +172,11 @@ struct Refusal {
   const char* reason;
   void (*spoil)(Message&);
 };
-class TileAssemblerRefuses : public testing::TestWithParam<Refusal> {};
+class TileAssemblerRejects : public testing::TestWithParam<Refusal> {};
 
-// Tile 3 of a frame of which 0 to 2 are there: refused by name, and the right tile still completes
-// the frame.
-TEST_P(TileAssemblerRefuses, InvalidTileWithReason) {
+// Tiles 0 to 2 of a frame have arrived. The assembler rejects the invalid tile 3 with its reason,
+// and the valid tile 3 completes the frame.
+TEST_P(TileAssemblerRejects, InvalidTilesWithTheirReason) {
   TileAssembler tiles = sets();
   for (std::uint32_t i = 0; i < 3; ++i) ASSERT_FALSE(add(tiles, 1, i));
   Message bad = message(1, 3);
@@ -184,7 +184,6 @@ TEST_P(TileAssemblerRefuses, InvalidTileWithReason) {
   EXPECT_FALSE(tiles.add(bad.get()));
   ASSERT_EQ(tiles.counts().rejected.size(), 1u);
   EXPECT_EQ(tiles.counts().rejected.begin()->first, GetParam().reason);
-  EXPECT_NE(tiles.last_rejection().find(GetParam().reason), std::string::npos);
   EXPECT_TRUE(add(tiles, 1, 3));
 }
 
@@ -194,9 +193,9 @@ const Refusal kRefusals[] = {
     {"bad tile number", [](Message& m) { m.tile.tiles = 0; }},
     {"bad tile number", [](Message& m) { m.tile.tiles = UINT32_MAX; }},
     {"number of tiles differs within the frame", [](Message& m) { m.tile.tiles = 6; }},
-    {"another view's pinhole", [](Message& m) { m.tile.recon.fx_px += 1; }},
-    {"another view's pinhole", [](Message& m) { m.tile.recon.width_px = INT_MAX; }},
-    {"another view's pinhole",
+    {"pinhole of another view", [](Message& m) { m.tile.recon.fx_px += 1; }},
+    {"pinhole of another view", [](Message& m) { m.tile.recon.width_px = INT_MAX; }},
+    {"pinhole of another view",
      [](Message& m) { m.tile.recon.cx_px = std::numeric_limits<double>::quiet_NaN(); }},
     {"unusable pose",
      [](Message& m) {
@@ -232,7 +231,7 @@ const Refusal kRefusals[] = {
     {"depth not finite or outside near and far", [](Message& m) { m.depth_m[0] = 0.05f; }},
     {"depth not finite or outside near and far", [](Message& m) { m.depth_m[0] = 4.01f; }},
 };
-INSTANTIATE_TEST_SUITE_P(HardCases, TileAssemblerRefuses, testing::ValuesIn(kRefusals));
+INSTANTIATE_TEST_SUITE_P(HardCases, TileAssemblerRejects, testing::ValuesIn(kRefusals));
 
 TEST(TileAssembler, AcceptsDepthAtNearAndFar) {
   TileAssembler tiles = sets();
@@ -254,8 +253,8 @@ TEST(TileAssembler, RejectsTilesWithGaps) {
   EXPECT_EQ(tiles.open_frames(), 0u);
 }
 
-// Whatever arrives in whatever order: each tile is accounted for once, and complete frames come
-// with growing numbers.
+// For tiles in random order, each tile is counted once, and the numbers of complete frames
+// increase.
 TEST(TileAssembler, EveryTileIsCountedOnce) {
   std::mt19937 random(5);
   TileAssembler tiles = sets();

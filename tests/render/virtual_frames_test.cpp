@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 std::vector<ObjectPose> ball_at(double x_m) {
-  ObjectPose pose{"ball", Eigen::Isometry3d::Identity(), {}};
+  ObjectPose pose{"ball", Eigen::Isometry3d::Identity(), {}, {}};
   pose.world_from_object.translation().x() = x_m;
   return {pose};
 }
@@ -15,7 +15,7 @@ double x_of(const VirtualFrame* frame) {
   return frame->poses.at(0).world_from_object.translation().x();
 }
 
-TEST(VirtualFrames, BestIsSameThenPreviousThenOldestFrame) {
+TEST(VirtualFrames, BestIsTheSameFrameThenAnOlderThenTheOldest) {
   VirtualFrames frames;
   EXPECT_EQ(frames.best_for(5), nullptr);
   frames.add_state(4, 4, ball_at(4));
@@ -28,7 +28,7 @@ TEST(VirtualFrames, BestIsSameThenPreviousThenOldestFrame) {
   EXPECT_EQ(x_of(frames.best_for(1)), 4);
 }
 
-TEST(VirtualFrames, CollisionsAloneAreIncomplete) {
+TEST(VirtualFrames, AFrameWithoutAStateIsIncomplete) {
   VirtualFrames frames;
   frames.add_collision(7, 7, "block");
   EXPECT_FALSE(frames.has(7));

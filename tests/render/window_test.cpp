@@ -17,8 +17,8 @@ extern char** environ;
 namespace fivepipe::render {
 namespace {
 
-// A virtual X server for the life of a test, DISPLAY set to it; display() is empty where Xvfb is
-// not installed.
+// Runs a virtual X server during a test and sets DISPLAY to it. display() is empty if Xvfb is not
+// installed.
 class VirtualDisplay {
  public:
   VirtualDisplay() {
@@ -36,8 +36,8 @@ class VirtualDisplay {
       process_ = 0;
     posix_spawn_file_actions_destroy(&actions);
     close(ends[1]);
-    std::string number;  // with a line's end, written apart: closing before it has come would end
-                         // the server
+    // Xvfb writes the newline separately; closing the pipe before it arrives would stop the server.
+    std::string number;
     for (char c = 0; process_ && c != '\n' && read(ends[0], &c, 1) == 1;) number += c;
     close(ends[0]);
     if (!number.empty()) display_ = ":" + std::to_string(std::atoi(number.c_str()));
@@ -55,7 +55,7 @@ class VirtualDisplay {
   std::string display_;
 };
 
-TEST(Window, WithoutADisplayItSaysSo) {
+TEST(Window, WithoutADisplayTheErrorNamesIt) {
   unsetenv("DISPLAY");
   unsetenv("WAYLAND_DISPLAY");
   try {
@@ -66,7 +66,7 @@ TEST(Window, WithoutADisplayItSaysSo) {
   }
 }
 
-TEST(Window, ShowsUprightImageAndKeepsCallersContext) {
+TEST(Window, ShowsTheImageUprightAndKeepsTheCallersContext) {
   const VirtualDisplay display;
   if (display.display().empty()) GTEST_SKIP() << "Xvfb is not installed";
   gl::GlContext context;

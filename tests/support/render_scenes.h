@@ -1,4 +1,4 @@
-// Small scenes and hulls for the renderer's tests.
+// Small scenes and hulls for the tests of the renderer.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,8 @@
 
 namespace fivepipe::test {
 
-// At the origin, looking along world y; camera x is world x, camera z is world y.
+// Returns the pose of an eye at the origin that looks along world y: camera x is world x, camera z
+// is world y.
 inline Eigen::Isometry3d eye_along_y() {
   return geometry::look_at(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY());
 }
@@ -37,8 +38,8 @@ inline render::HullFrame no_hull(const Eigen::Isometry3d& eye_from_world,
   return hull;
 }
 
-// Depth from depth_at(u, v) [m, kNoHull: none] at every pixel of the reconstruction; one colour, or
-// none where bgr is null.
+// Returns a hull with depth depth_at(u, v) [m, or kNoHull] at each pixel of the reconstruction. All
+// pixels have the colour *bgr; the hull has no colour if bgr is null.
 template <typename DepthAt>
 render::HullFrame hull_of(const Eigen::Isometry3d& eye_from_world, const geometry::Pinhole& recon,
                           const std::array<std::uint8_t, 3>* bgr, DepthAt depth_at) {
@@ -56,7 +57,7 @@ render::HullFrame hull_of(const Eigen::Isometry3d& eye_from_world, const geometr
   return hull;
 }
 
-// Depth of the near side of a ball; kNoHull where the ray misses it.
+// Returns the depth of the near side of a ball, or kNoHull if the ray misses it.
 inline double ball_depth_m(const geometry::Camera& camera, int u_px, int v_px,
                            const Eigen::Vector3d& center_world_m, double radius_m) {
   const geometry::Ray ray = geometry::ray_through(camera, Eigen::Vector2d(u_px, v_px));

@@ -1,6 +1,6 @@
-// Prints what collides with the real objects, live: subscriber [DOMAIN [MESSAGES]]
-// For loopback or several hosts, set CYCLONEDDS_URI to the profile that the deployment uses
-// (launch/profiles/).
+// Prints the collisions of virtual objects with the real ones, live.
+// Usage: subscriber [DOMAIN [MESSAGES]]; it exits after MESSAGES results, or runs until Ctrl-C.
+// Set CYCLONEDDS_URI to the network profile of the deployment (launch/profiles/).
 #include <dds/dds.h>
 
 #include <cstdio>
@@ -8,9 +8,17 @@
 
 #include "fivepipe.h"
 
+static const char* text_of(fivepipe_v1_CollisionVerdict verdict) {
+  switch (verdict) {
+    case fivepipe_v1_free: return "is free";
+    case fivepipe_v1_colliding: return "collides";
+    default: return "is undecided";  // neither could be shown; see docs/collision.md
+  }
+}
+
 int main(int argc, char** argv) {
   const unsigned domain = argc > 1 ? unsigned(std::atoi(argv[1])) : 0;
-  const long wanted = argc > 2 ? std::atol(argv[2]) : 0;  // 0: go on
+  const long wanted = argc > 2 ? std::atol(argv[2]) : 0;  // 0: no limit
 
   const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
   const dds_entity_t topic = dds_create_topic(participant, &fivepipe_v1_CollisionResult_desc,
@@ -29,22 +37,20 @@ int main(int argc, char** argv) {
 
   for (long printed = 0; wanted == 0 || printed < wanted;) {
     if (dds_waitset_wait(waitset, nullptr, 0, DDS_SECS(10)) == 0) {
-      std::fprintf(
-          stderr,
-          "nothing came for ten seconds; `fivepipe top --domain %u` shows what runs there\n",
-          domain);
+      std::fprintf(stderr,
+                   "no message for 10 s; `fivepipe top --domain %u` lists the running nodes\n",
+                   domain);
       return 3;
     }
     void* samples[16] = {};
     dds_sample_info_t infos[16];
     const dds_return_t count = dds_take(reader, samples, infos, 16, 16);
     for (dds_return_t i = 0; i < count; ++i) {
-      if (!infos[i].valid_data) continue;  // its writer went away
+      if (!infos[i].valid_data) continue;  // the writer disposed the object or disappeared
       const auto& result = *static_cast<const fivepipe_v1_CollisionResult*>(samples[i]);
       std::printf("frame %llu: %s %s, %u triangles\n",
                   static_cast<unsigned long long>(result.frame), result.object,
-                  result.verdict == fivepipe_v1_colliding ? "collides" : "is free",
-                  result.triangles_colliding);
+                  text_of(result.verdict), result.triangles_colliding);
       ++printed;
     }
     if (count > 0) dds_return_loan(reader, samples, count);

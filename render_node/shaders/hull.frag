@@ -1,0 +1,78 @@
+#version 450 core
+//! variant
+//! variant -DCOLOURED
+// Pixels of the hull. The nearest texel decides whether the pixel shows the hull. Within one
+// surface, depth and colour are interpolated between the four nearest texels, 1 / z linearly, which
+// is exact for planes. They are never interpolated across a silhouette.
+//
+// COLOURED: the frame has colour. Otherwise the hull is grey, lit by the normal that the gradient
+// of 1 / z gives (for a plane n . p = d, 1 / z = n . ray / d).
+#ifndef COLOURED
+//! include "light.glsl"
+#endif
+in vec2 texel;
+uniform sampler2D depth_m;
+uniform vec2 focal_px;
+uniform float max_tilt_tangent;   // two texels are one surface up to this tangent of its tilt
+uniform vec2 window_depth_terms;  // NDC depth = x + y / z
+out vec4 colour;
+
+float depth_at(ivec2 t) {
+  return texelFetch(depth_m, clamp(t, ivec2(0), textureSize(depth_m, 0) - 1), 0).r;
+}
+float between(vec4 of, vec2 f) { return mix(mix(of.x, of.y, f.x), mix(of.z, of.w, f.x), f.y); }
+
+#ifdef COLOURED
+uniform sampler2D bgr;
+vec3 colour_at(ivec2 t) {
+  return texelFetch(bgr, clamp(t, ivec2(0), textureSize(bgr, 0) - 1), 0).rgb;
+}
+#else
+uniform vec2 centre_px;
+uniform vec3 grey;
+uniform vec3 light_eye_m;
+uniform vec3 up_eye;
+uniform float light_reach_m;
+
+float slope(float before, float here, float after, float jump) {
+  bool b = abs(before - here) < jump, a = abs(after - here) < jump;
+  return a && b ? 0.5 * (1.0 / after - 1.0 / before)
+         : a    ? 1.0 / after - 1.0 / here
+         : b    ? 1.0 / here - 1.0 / before
+                : 0.0;
+}
+vec3 normal_at(ivec2 t, float z, float jump) {
+  vec2 g = vec2(slope(depth_at(t - ivec2(1, 0)), z, depth_at(t + ivec2(1, 0)), jump),
+                slope(depth_at(t - ivec2(0, 1)), z, depth_at(t + ivec2(0, 1)), jump));
+  return -normalize(vec3(g * focal_px, 1.0 / z - dot(g, vec2(t) - centre_px)));
+}
+#endif
+
+void main() {
+  vec2 from_first = texel - 0.5;
+  ivec2 first = ivec2(floor(from_first));
+  vec2 f = from_first - vec2(first), to_nearest = step(0.5, f);
+  vec4 around = vec4(depth_at(first), depth_at(first + ivec2(1, 0)),
+                     depth_at(first + ivec2(0, 1)), depth_at(first + ivec2(1, 1)));
+  float z = between(around, to_nearest);
+  if (z == 0.0) discard;
+  float jump = min(max_tilt_tangent / focal_px.x, 0.5) * z;
+  bool one_surface = all(lessThan(abs(around - z), vec4(jump)));
+  float inverse_z = one_surface ? between(1.0 / around, f) : 1.0 / z;
+  // A depth below 1 keeps hull at the far plane in front of the background.
+  gl_FragDepth = clamp(0.5 + 0.5 * (window_depth_terms.x + window_depth_terms.y * inverse_z), 0.0,
+                       0.99999994);
+#ifdef COLOURED
+  vec2 c = one_surface ? f : to_nearest;
+  colour = vec4(mix(mix(colour_at(first), colour_at(first + ivec2(1, 0)), c.x),
+                    mix(colour_at(first + ivec2(0, 1)), colour_at(first + ivec2(1, 1)), c.x), c.y),
+                1.0);
+#else
+  vec3 normal = normal_at(first + ivec2(to_nearest), z, jump);
+  vec3 to_light = (light_eye_m - vec3((from_first - centre_px) / focal_px, 1.0) / inverse_z) /
+                  light_reach_m;
+  colour = vec4(srgb(lit(grey, dot(normal, to_light), dot(normal, up_eye),
+                         max(dot(to_light, to_light), 1e-6))),
+                1.0);
+#endif
+}

@@ -1,0 +1,57 @@
+#version 450 core
+//! variant
+//! variant -DFLAT
+//! variant -DCHECKER -DWARMED
+//! variant -DFLAT -DCHECKER -DWARMED
+// Pixels of a virtual object; object.vert explains the defines. Both sides of a surface are lit:
+// the normal is turned towards the viewer. The checker is averaged over the footprint of the pixel
+// (Quilez, "Filtering the checkerboard pattern").
+//! include "light.glsl"
+in vec3 to_light;
+flat in vec3 surface_albedo;
+#ifdef FLAT
+flat in vec2 towards_light_and_up;
+#else
+in vec3 normal_eye;
+in float normal_up;
+#endif
+out vec4 colour;
+
+#ifdef CHECKER
+// Odd cells reflect less light than even cells by this fraction.
+#define DARKER_ODD_CELLS 0.38
+in vec2 half_cell;
+// Returns the fraction of the pixel's footprint that odd cells cover.
+float odd() {
+  vec2 footprint = max(fwidth(half_cell), vec2(5e-5));
+  vec2 i = abs(fract(half_cell - 0.5 * footprint) - 0.5) -
+           abs(fract(half_cell + 0.5 * footprint) - 0.5);
+  return 0.5 - 0.5 * (i.x * i.y) / (footprint.x * footprint.y);
+}
+#endif
+#ifdef WARMED
+in float warmth;
+uniform vec3 warm_albedo;  // at warmth 1; the surface also glows in this colour
+#endif
+
+void main() {
+  vec3 surface = surface_albedo;
+#ifdef CHECKER
+  surface *= 1.0 - DARKER_ODD_CELLS * odd();
+#endif
+#ifdef WARMED
+  surface = mix(surface, warm_albedo, warmth);
+#endif
+#ifndef FLAT
+  // Interpolation between smooth corners shortens the normal, so normalise it.
+  vec2 towards_light_and_up = (gl_FrontFacing ? 1.0 : -1.0) *
+                              inversesqrt(dot(normal_eye, normal_eye)) *
+                              vec2(dot(normal_eye, to_light), normal_up);
+#endif
+  vec3 light = lit(surface, towards_light_and_up.x, towards_light_and_up.y,
+                   max(dot(to_light, to_light), 1e-6));
+#ifdef WARMED
+  light += 0.4 * warmth * warm_albedo;
+#endif
+  colour = vec4(srgb(light), 1.0);
+}

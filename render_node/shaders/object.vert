@@ -1,0 +1,57 @@
+#version 450 core
+//! variant
+//! variant -DFLAT
+//! variant -DCHECKER -DWARMED
+//! variant -DFLAT -DCHECKER -DWARMED
+// Vertices of a virtual object.
+//
+// A #define, not a uniform, selects the features of a program, because llvmpipe computes both sides
+// of a branch: FLAT (each triangle has one normal), CHECKER (pattern), WARMED (warmth by vertex).
+// Values that are constant over an object reach the fragment shader as flat attributes, because
+// llvmpipe loads a uniform again for every pixel.
+layout(location = 0) in vec3 p_object_m;
+layout(location = 1) in vec3 normal_object;
+layout(location = 2) in vec2 pattern_m;
+layout(location = 3) in float vertex_warmth;
+uniform mat4 eye_from_object;
+uniform mat4 clip_from_eye;
+uniform vec3 light_eye_m;
+uniform vec3 up_eye;
+uniform float light_reach_m;  // distance at which the light has its nominal strength
+uniform vec3 albedo;
+out vec3 to_light;  // in units of light_reach_m
+flat out vec3 surface_albedo;
+#ifdef FLAT
+flat out vec2 towards_light_and_up;  // constant over the triangle
+#else
+out vec3 normal_eye;
+out float normal_up;
+#endif
+#ifdef CHECKER
+uniform float cells_per_m;
+out vec2 half_cell;
+#endif
+#ifdef WARMED
+out float warmth;
+#endif
+
+void main() {
+  vec4 p = eye_from_object * vec4(p_object_m, 1.0);
+  to_light = (light_eye_m - p.xyz) / light_reach_m;
+  surface_albedo = albedo;
+  vec3 n = mat3(eye_from_object) * normal_object;
+#ifdef FLAT
+  if (dot(n, p.xyz) > 0.0) n = -n;
+  towards_light_and_up = vec2(dot(n, to_light), dot(n, up_eye));
+#else
+  normal_eye = n;
+  normal_up = dot(n, up_eye);
+#endif
+#ifdef CHECKER
+  half_cell = 0.5 * cells_per_m * pattern_m;
+#endif
+#ifdef WARMED
+  warmth = vertex_warmth;
+#endif
+  gl_Position = clip_from_eye * p;
+}
