@@ -13,22 +13,22 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Ways tried from one point; on smooth borders the third changes little.
+// Steps of the descent from one point. On smooth borders the third step already changes little.
 constexpr int kMaxDescents = 8;
-// Points whose depth is computed, to begin with the deepest: spread over all.
+// Size of each sample of points whose depth is computed to find the deepest point.
 constexpr std::size_t kCandidates = 64;
-// A way that is not shorter by this is the same way [m]: a hundredth of the finest that maps
+// Smallest decrease of the exit distance that counts as progress [m]: a hundredth of what the maps
 // resolve.
 constexpr double kMinGain_m = 1e-6;
 
 void check(const ObjectCollision& collision, const ManifoldRequest& request) {
   const auto finite = [](const CollisionPoint& point) { return point.p_world_m.allFinite(); };
   if (!std::all_of(collision.points.begin(), collision.points.end(), finite))
-    throw std::invalid_argument("a collision point is not finite");
+    throw std::invalid_argument("contact manifold: a collision point is not finite");
   if (!request.rp_object_world_m.allFinite())
-    throw std::invalid_argument("the reference point is not finite");
+    throw std::invalid_argument("contact manifold: the reference point is not finite");
   if (!(request.max_contacts > 0 && request.reach_m > 0 && std::isfinite(request.reach_m)))
-    throw std::invalid_argument("number of contacts or reach out of range");
+    throw std::invalid_argument("contact manifold: max_contacts or reach_m is out of range");
 }
 
 std::vector<Vector3d> positions_m(std::span<const CollisionPoint> points) {
@@ -37,8 +37,8 @@ std::vector<Vector3d> positions_m(std::span<const CollisionPoint> points) {
   return places;
 }
 
-// No point is farther from the nearest of those taken by farthest_point_sample than the last of
-// them was.
+// Returns the distance of the last sampled point to the others. Every point is at most this far
+// from the nearest sampled one, by the construction of farthest_point_sample().
 double spacing_of(const std::vector<Vector3d>& places, const std::vector<std::size_t>& taken) {
   double spacing_m = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 1 < taken.size(); ++i)
@@ -46,7 +46,7 @@ double spacing_of(const std::vector<Vector3d>& places, const std::vector<std::si
   return spacing_m;
 }
 
-// Where the way along `direction` ends, and the borders there.
+// The exit along `direction`, and the cameras that limit the hull there.
 struct Way {
   Vector3d direction;
   HullExit exit;
@@ -64,7 +64,7 @@ std::optional<Way> way_along(const hull::HullQuery& query, const Vector3d& p_wor
              limiting ? std::move(limiting->cameras) : std::vector<hull::LimitingCamera>{}};
 }
 
-// To a way that none of the normals at its end makes shorter.
+// Descends to an exit that none of the border normals there shortens.
 Way descend(const hull::HullQuery& query, const Vector3d& p_world_m, Way way) {
   for (int i = 0; i < kMaxDescents; ++i) {
     std::optional<Way> shorter;
@@ -122,7 +122,8 @@ double depth_to_reference_m(const hull::HullQuery& query, const Vector3d& p_worl
   return exit ? exit->distance_m : request.reach_m;
 }
 
-// Of some spread over all points, then of some around the deepest of those.
+// Returns the index of the deepest point towards RP_obj: first among a sample of all points, then
+// among a sample of the neighbours of the deepest one.
 std::size_t deepest_of(const hull::HullQuery& query, std::span<const CollisionPoint> points,
                        const std::vector<Vector3d>& places, double min_m,
                        const ManifoldRequest& request) {
@@ -149,7 +150,7 @@ std::size_t deepest_of(const hull::HullQuery& query, std::span<const CollisionPo
   return deepest;
 }
 
-// Ordered, so that their given order plays no part.
+// Returns the points that contains() confirms, sorted so that the given order does not matter.
 std::vector<CollisionPoint> points_in_hull(const hull::HullQuery& query,
                                            std::span<const CollisionPoint> given) {
   const std::vector<Vector3d> places = positions_m(given);

@@ -13,19 +13,19 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Collision points whose exits are computed per direction: they find the way, the requery confirms
-// it.
+// Collision points whose exits are computed per direction. They propose a translation; the requery
+// verifies it.
 constexpr std::size_t kMaxPoints = 48;
-// The ring of directions: first so far from the best, then halved; below the last, ways differ by 1
-// - cos, less than a thousandth.
+// Angles between the ring of directions and the best one: halved from the first to the last. Below
+// the last, lengths differ by 1 - cos(angle), less than a thousandth.
 constexpr double kFirstTilt_rad = 0.7, kLastTilt_rad = 0.03;
 constexpr int kRing = 8;
-// Where points are left after a way, it is made longer by what they need, so often; and by a slack,
-// as those between the points asked for reach a little farther.
+// If points still collide after a translation, it is extended by their residual, at most this
+// often. Each extension adds a slack, because surface points between the collision points lie a
+// little deeper.
 constexpr int kMaxExtensions = 2, kMaxExtensionsOfResponse = 4;
-double slack_m(int extension) {
-  return kMaxRounding_m * std::pow(8.0, extension);
-}  // to 0.5 mm, less than a pixel
+// At most 0.5 mm, less than a pixel.
+double slack_m(int extension) { return kMaxRounding_m * std::pow(8.0, extension); }
 
 class Descent {
  public:
@@ -33,7 +33,8 @@ class Descent {
           const LocalMinimumTranslationConfig& config)
       : query_(query), points_m_(std::move(points_m)), requery_(requery), config_(config) {}
 
-  // The response's way, which none is longer than; verified, if need be longer by max_more_m.
+  // Starts from the response's move, the upper bound of all others. Verifies it, and extends it by
+  // at most max_more_m if it is not free.
   void start(const Vector3d& direction, double length_m, bool is_free, double max_more_m) {
     best_ = {direction, length_m};
     free = is_free;
@@ -61,8 +62,7 @@ class Descent {
     return false;
   }
 
-  // Of those directions that may be shorter, in the order of their ways, the first that frees the
-  // object.
+  // Tries the directions that may be shorter by ascending length, until one frees the object.
   bool try_directions(const std::vector<Vector3d>& directions) {
     std::vector<Way> ways;
     for (const Vector3d& direction : directions)
@@ -75,7 +75,7 @@ class Descent {
     return false;
   }
 
-  // Of the hull's borders where the points leave it along the best direction.
+  // Returns the normals of the hull's border where the points leave it along the best direction.
   std::vector<Vector3d> normals() const {
     std::vector<Vector3d> found;
     for (const Vector3d& p_world_m : points_m_) {
@@ -108,12 +108,12 @@ class Descent {
   };
   const Way& best() const { return best_; }
   int requeries = 0;
-  bool free = false;  // the best way has been verified
+  bool free = false;  // the best translation has been verified
 
  private:
   bool shorter(double length_m) const { return length_m <= best_.length_m - config_.min_gain_m; }
-  // Each point's first exit is a lower bound of the way, but for what rounding asks for; the best
-  // way's length where one has none before that.
+  // Returns a lower bound of the translation along a direction: the farthest first exit of the
+  // points plus rounding. Returns the best length if a point has no exit before it.
   double min_way_m(const Vector3d& direction) const {
     double way_m = 0;
     for (const Vector3d& p_world_m : points_m_) {
@@ -146,9 +146,10 @@ LocalMinimumTranslation find_local_minimum_translation(
     const hull::HullQuery& query, const ObjectCollision& collision, const Response& response,
     const Requery& requery, const LocalMinimumTranslationConfig& config) {
   if (!response.has_exit())
-    throw std::invalid_argument("a response without a way out has no shorter one");
+    throw std::invalid_argument("local minimum translation: the response has no exit");
   if (!(config.max_requeries > 0 && config.min_gain_m > 0) || !requery)
-    throw std::invalid_argument("requeries or gain out of range");
+    throw std::invalid_argument(
+        "local minimum translation: max_requeries, min_gain_m or requery is invalid");
   LocalMinimumTranslation result;
   Descent descent(query, points_to_move(collision, response), requery, config);
   const bool is_free = response.remaining_points.empty();

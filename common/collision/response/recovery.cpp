@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The exit, with the distance to either side at which in_hull() confirms it.
+// Returns the exit with the distance to either side at which contains() confirms it.
 HullExit verified(const hull::HullQuery& query, const Vector3d& p_world_m,
                   const Vector3d& direction_world, double distance_m) {
   double error_m = kMinRounding_m;
@@ -24,7 +24,7 @@ HullExit verified(const hull::HullQuery& query, const Vector3d& p_world_m,
 double first_exit_m(const hull::HullQuery& query, const Vector3d& p_world_m,
                     const Vector3d& direction_world, double reach_m) {
   const auto found = query.intervals({p_world_m, direction_world}, 0, reach_m);
-  // Where the first part begins later, p is outside.
+  // If the first interval begins later, p is outside the hull.
   return found.empty() || found.front().enter > kMaxRounding_m ? 0 : found.front().leave;
 }
 

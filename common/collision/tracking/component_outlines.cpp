@@ -20,8 +20,8 @@ std::size_t root_of(std::vector<PixelRun>& runs, std::size_t i) {
   return i;
 }
 
-// The object pixels of an image, row by row, and which hang together, at corners too: `piece` is
-// the first run's number.
+// The runs of object pixels of an image, row by row, labelled by 8-connected piece: PixelRun::piece
+// is the index of the piece's first run.
 class Pieces {
  public:
   explicit Pieces(const hull::SkipMap& skip_map) : bounds_(skip_map.bounds()) {
@@ -80,7 +80,8 @@ long turn(const Pixel& a, const Pixel& b, const Pixel& c) {
   return long(b.x() - a.x()) * (c.y() - a.y()) - long(b.y() - a.y()) * (c.x() - a.x());
 }
 
-// Corners of the convex hull (monotone chain, Andrew, 1979); pixels by row, then column.
+// Returns the corners of the convex hull (monotone chain: Andrew, 1979). Requires pixels sorted by
+// row, then column. Returns nothing if the pixels are collinear.
 std::vector<Pixel> convex_hull(const std::vector<Pixel>& pixels) {
   std::vector<Pixel> corners;
   const auto chain = [&](auto first, auto last) {
@@ -102,15 +103,15 @@ std::vector<Pixel> convex_hull(const std::vector<Pixel>& pixels) {
 constexpr std::size_t kNoComponent = std::size_t(-1), kSharedPiece = kNoComponent - 1;
 
 struct Owners {
-  std::vector<std::size_t> of_piece;  // a part's number, kNoComponent, or kSharedPiece
-  std::vector<bool> clear;            // by part: no piece of it is of several
+  std::vector<std::size_t> of_piece;  // component index, kNoComponent or kSharedPiece
+  std::vector<bool> clear;            // per component: it shares no piece with another one
 };
 
 Owners owners_of(const Pieces& pieces, const geometry::Camera& camera,
                  std::span<const std::vector<Vector3d>> points_world_m) {
   Owners owners{std::vector<std::size_t>(pieces.runs().size(), kNoComponent),
                 std::vector<bool>(points_world_m.size(), true)};
-  std::vector<std::pair<std::size_t, std::size_t>> claims;  // part, piece
+  std::vector<std::pair<std::size_t, std::size_t>> claims;  // component, piece
   for (std::size_t part = 0; part < points_world_m.size(); ++part)
     for (const Vector3d& p : points_world_m[part]) {
       const auto uv_px = geometry::project(camera, p);

@@ -10,19 +10,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A part that is another one may be larger or smaller by this factor, not more: what it is seen of
-// changes.
+// Largest ratio of volumes between a component and its predecessor. The hull's volume changes as
+// other parts of the object become visible.
 constexpr double kMaxVolumeRatio = 2;
 constexpr int kMinFrames = 3;
-// Of a part's volume: below it, whether something joined or left is not to be told from how the
-// hull's volume changes by itself.
+// Smallest component that can merge with or split from a tracked one, as a fraction of the latter's
+// volume. The hull's own variation of volume hides a smaller one.
 constexpr double kMinVolumeFraction = 0.1;
-// Of its volume, so much a part that joins adds at least, and one that leaves takes away.
+// A merge or split changes the tracked component's volume by at least this fraction of the other
+// component's volume.
 constexpr double kMinVolumeChange = 0.5;
 
 double distance_m(const Vector3d& a, const Vector3d& b) { return (a - b).norm(); }
 
-// A part of volume whole_m3 that grew, or shrank, by change_m3: by another one of other_m3?
+// Returns whether a component of volume other_m3 explains that one of whole_m3 grew or shrank by
+// change_m3.
 bool accounts_for(double other_m3, double change_m3, double whole_m3) {
   return other_m3 >= kMinVolumeFraction * whole_m3 && change_m3 >= kMinVolumeChange * other_m3;
 }
@@ -35,7 +37,7 @@ bool boxes_meet(const Eigen::AlignedBox3d& a, const Vector3d& moved_m, const Eig
   return Eigen::AlignedBox3d(moved.min() - slack, moved.max() + slack).intersects(b);
 }
 
-// Of the line through the middles over time.
+// Returns the slope of the least-squares line through the centroids over time.
 Vector3d linear_velocity_m_s(const std::deque<OutlineSnapshot>& window) {
   double mean_s = 0, spread_s2 = 0;
   Vector3d mean_m = Vector3d::Zero(), slope = Vector3d::Zero();
@@ -52,11 +54,11 @@ Vector3d linear_velocity_m_s(const std::deque<OutlineSnapshot>& window) {
 
 ComponentTracker::ComponentTracker(const ComponentTrackerOptions& options) : options_(options) {
   if (options.window_frames < kMinFrames)
-    throw std::invalid_argument("window of tracked components is shorter than three frames");
+    throw std::invalid_argument("component tracker: window_frames is below 3");
   if (!(options.max_speed_m_s > 0))
-    throw std::invalid_argument("fastest speed of tracked components is not positive");
+    throw std::invalid_argument("component tracker: max_speed_m_s is not positive");
   if (!(options.max_gap_s > 0))
-    throw std::invalid_argument("longest gap of tracked components is not positive");
+    throw std::invalid_argument("component tracker: max_gap_s is not positive");
 }
 
 void ComponentTracker::reset() {
@@ -71,7 +73,7 @@ Vector3d ComponentTracker::predicted_center_m(std::size_t i, double time_s) cons
              : middle;
 }
 
-// By part of this frame, the one of the last that it clearly is.
+// Returns for each component of this frame the index of its unambiguous predecessor.
 std::vector<std::optional<std::size_t>> ComponentTracker::match(
     double time_s, const std::vector<HullComponent>& parts) const {
   constexpr double kNone = std::numeric_limits<double>::infinity();
@@ -102,22 +104,21 @@ std::vector<std::optional<std::size_t>> ComponentTracker::match(
 const std::vector<TrackedComponent>& ComponentTracker::add(
     double time_s, const std::vector<HullComponent>& parts) {
   if (!std::isfinite(time_s))
-    throw std::invalid_argument("time of tracked components is not finite");
+    throw std::invalid_argument("component tracker: time_s is not finite");
   if (!(time_s > time_s_ && time_s - time_s_ <= options_.max_gap_s)) reset();
   const auto matches = match(time_s, parts);
-  std::vector<std::optional<std::size_t>> successor(parts_.size());  // as which one of this frame
+  std::vector<std::optional<std::size_t>> successor(parts_.size());  // index in `parts`
   for (std::size_t now = 0; now < parts.size(); ++now)
     if (matches[now]) successor[*matches[now]] = now;
-  // Who of the frame before may have become part of this one, and the other way round, beside the
-  // matches.
+  // Candidates for merges and splits, in addition to the matches: predicted boxes meet.
   const auto met = [&](std::size_t before, std::size_t now) {
     const Vector3d moved =
         predicted_center_m(before, time_s) - parts_[before].part.centroid_world_m;
     return boxes_meet(parts_[before].part.box_world_m, moved, parts[now].box_world_m,
                       0.5 * moved.norm());
   };
-  // Boxes meet that have nothing to do with each other: of a part that clearly went on, the volume
-  // must tell, too.
+  // The boxes of unrelated components can meet too, so the volume of a matched component must
+  // confirm a merge or split.
   const auto joins = [&](std::size_t before, std::size_t now) {
     if (successor[before] || !met(before, now)) return false;
     if (!matches[now]) return true;

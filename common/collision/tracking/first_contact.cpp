@@ -18,7 +18,7 @@ Eigen::Matrix3d turned(const Vector3d& rad) {
                    : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 }
 
-// Poses between two: straight, and turning evenly.
+// Interpolates two poses: linear translation, constant angular velocity.
 Isometry3d between(const Isometry3d& a, const Isometry3d& b, double t) {
   Isometry3d pose = Isometry3d::Identity();
   pose.linear() =
@@ -33,7 +33,7 @@ class ContactSearch {
                 const FirstContactOptions& options)
       : before_(before), after_(after), object_(object), options_(options) {}
 
-  // Where the part of a frame has moved to, at a fraction of the time between.
+  // Returns the motion of a frame's component from that frame to the fraction t of the interval.
   Isometry3d moved(const HullSnapshot& frame, double t) const {
     const bool is_before = &frame == &before_;
     const Vector3d middle =
@@ -44,8 +44,8 @@ class ContactSearch {
     return motion;
   }
 
-  // No point of the part goes a longer way against the object: both go straight, at even speed, and
-  // turn about their middles.
+  // Returns an upper bound of the path length of the component's points relative to the object.
+  // Both translate at constant velocity and rotate about their centres.
   double way_m() const {
     const Isometry3d &from = object_.world_from_object_before,
                      &to = object_.world_from_object_after;
@@ -83,8 +83,8 @@ class ContactSearch {
   }
 
  private:
-  static constexpr std::size_t kMaxPoints =
-      1 << 16;  // of all parts of the hull, of which one is asked about
+  // Limit on collision points; they may lie in any component of the hull, not only the tracked one.
+  static constexpr std::size_t kMaxPoints = 1 << 16;
   const HullSnapshot &before_, &after_;
   const MovingObject& object_;
   const FirstContactOptions& options_;
@@ -94,15 +94,18 @@ void check(const HullSnapshot& before, const HullSnapshot& after, const MovingOb
            const FirstContactOptions& options) {
   if (!(after.time_s > before.time_s && std::isfinite(before.time_s) &&
         std::isfinite(after.time_s)))
-    throw std::invalid_argument("first contact between frames that do not follow each other");
+    throw std::invalid_argument(
+        "first contact: the later frame's time is not after the previous frame's");
   if (!(options.step_m >= kMinEps_m && std::isfinite(options.step_m)) || options.max_steps < 1)
-    throw std::invalid_argument("steps of the first contact are less than a micrometre, or none");
+    throw std::invalid_argument(
+        "first contact: step_m is below 1 um or not finite, or max_steps is below 1");
   if (!options.rotation_world_rad.allFinite() ||
       !object.world_from_object_before.matrix().allFinite() ||
       !object.world_from_object_after.matrix().allFinite() ||
       !before.part.centroid_world_m.allFinite() || !after.part.centroid_world_m.allFinite() ||
       before.part.box_world_m.isEmpty() || after.part.box_world_m.isEmpty())
-    throw std::invalid_argument("motion of the first contact is not finite");
+    throw std::invalid_argument(
+        "first contact: a pose, rotation, centroid or box is not finite, or a box is empty");
 }
 
 }  // namespace

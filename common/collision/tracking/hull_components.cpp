@@ -19,7 +19,8 @@ using Eigen::Vector3i;
 
 constexpr int kWordBits = 64;
 
-// Cells in the hull, a bit each, x fastest; rows are whole words.
+// One bit per cell, set if the cell is in the hull. x is fastest; each row is padded to whole
+// words.
 class CellGrid {
  public:
   explicit CellGrid(const Vector3i& size)
@@ -44,10 +45,7 @@ class CellGrid {
   std::vector<std::uint64_t> bits_;
 };
 
-// --- which cells are in the hull
-// ---------------------------------------------------------------------------------------
-
-struct Node {  // cells [at, at + 2^level)
+struct Node {  // the cells [at, at + 2^level) along each axis
   Vector3i at;
   int level;
 };
@@ -58,7 +56,7 @@ class CellSearch {
       : query_(query), options_(options), grid_(grid) {
     Eigen::Isometry3d world_from_box = Eigen::Isometry3d::Identity();
     world_from_box.translation() = options.within_world_m.center();
-    // The first cell, from the box's least corner, reaches over its other sides.
+    // The root cell starts at the box's minimum corner and may extend beyond its other sides.
     const double reach_m = options.within_world_m.diagonal().norm() +
                            2 * options.cell_m * std::bit_ceil(unsigned(grid.size().maxCoeff()));
     for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
@@ -86,7 +84,8 @@ class CellSearch {
   }
 
  private:
-  // Octants of all nodes: those in the hull into the grid, mixed ones to `next`.
+  // Tests the octants of all nodes: sets those in the hull in the grid and appends mixed ones to
+  // `next`.
   void split(const std::vector<Node>& nodes, std::vector<Node>& next) {
     next.clear();
     std::array<Node, Bvh::kArity> batch;
@@ -132,8 +131,8 @@ class CellSearch {
     }
   }
 
-  static constexpr double kSlack =
-      0x1p-22;  // above the rounding of a cell's middle and half size to float
+  // Relative bound on the rounding error of a cell's centre and half size in float.
+  static constexpr double kSlack = 0x1p-22;
   const hull::HullQuery& query_;
   const HullComponentsOptions& options_;
   CellGrid& grid_;
@@ -141,10 +140,7 @@ class CellSearch {
   bool all_mapped_ = true;
 };
 
-// --- parts
-// ---------------------------------------------------------------------------------------------------------------
-
-struct Run {  // cells [x0, x1) of a row
+struct Run {  // the cells [x0, x1) of row (y, z)
   int x0, x1, y, z;
 };
 
@@ -174,7 +170,7 @@ std::size_t root_of(std::vector<std::size_t>& parent, std::size_t i) {
   return i;
 }
 
-// Joins the runs of two rows that touch, corners too.
+// Joins the runs of two neighbouring rows that touch, at least at a corner.
 void join_rows(const std::vector<Run>& runs, std::size_t a, std::size_t a_end, std::size_t b,
                std::size_t b_end, std::vector<std::size_t>& parent) {
   while (a < a_end && b < b_end) {
@@ -212,7 +208,7 @@ struct Moments {
   Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
 };
 
-// Of the cells' middles, from `origin`; within a run in closed form.
+// Adds the moments of the run's cell centres about `origin`, in closed form. Units: cells.
 void add_run(const Run& run, const Vector3d& origin, Moments& m) {
   const double n = run.x1 - run.x0;
   const Vector3d middle = Vector3d(0.5 * (run.x0 + run.x1), run.y + 0.5, run.z + 0.5) - origin;
@@ -222,7 +218,7 @@ void add_run(const Run& run, const Vector3d& origin, Moments& m) {
   m.products(0, 0) += n * (n * n - 1) / 12;
 }
 
-// Some camera sees the box at the border of its image, or not whole.
+// Returns whether some camera sees the box at its image border, or does not see all of it.
 bool at_an_image_border(const hull::HullQuery& query, const Eigen::AlignedBox3d& box_world_m) {
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
     const hull::PixelRect image = hull::image_of(camera.camera), &object = camera.skip_map.bounds();
@@ -245,15 +241,15 @@ Vector3i checked_size(const hull::HullQuery& query, const HullComponentsOptions&
   const Eigen::AlignedBox3d& box = options.within_world_m;
   if (query.hull().rule().limits != hull::Limits::all)
     throw std::invalid_argument(
-        "parts of the hull are found where all cameras limit it, not with limits: seen");
+        "hull components require the hull rule limits: all, not limits: seen");
   if (!(options.cell_m > 0 && std::isfinite(options.cell_m)))
-    throw std::invalid_argument("cell of the hull's parts is not positive, or not finite");
+    throw std::invalid_argument("hull components: cell_m is not positive and finite");
   if (!(box.min().allFinite() && box.max().allFinite() && (box.sizes().array() > 0).all()))
-    throw std::invalid_argument("box of the hull's parts is empty or not finite");
+    throw std::invalid_argument("hull components: the search box is empty or not finite");
   const Vector3d cells = (box.sizes() / options.cell_m).array().ceil();
   if (!(cells.prod() <= double(kMaxComponentCells)))
     throw std::invalid_argument(
-        "too many cells in the box of the hull's parts: larger cells, or a smaller box");
+        "hull components: too many cells in the search box; increase cell_m or reduce the box");
   return cells.cast<int>();
 }
 
@@ -282,7 +278,7 @@ std::vector<HullComponent> hull_components(const hull::HullQuery& query,
                 r.z + 1 == size.z();
   }
   std::vector<HullComponent> found;
-  std::vector<std::size_t> number(runs.size(), runs.size());  // in found, of a part's first run
+  std::vector<std::size_t> number(runs.size(), runs.size());  // first run -> index in found
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const Moments& m = moments[i];
     if (!(m.count >= double(std::max<std::size_t>(options.min_cells, 1)))) continue;

@@ -15,34 +15,34 @@ using Eigen::Vector3d;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// Planes through two cameras that are nearer to each other than this part of the thing's distance,
-// or a ray nearer to the line through both than this [sine], hang on the calibration's last digits.
+// Smallest baseline between two cameras as a fraction of the object's distance, and smallest sine
+// of the angle between a ray and the baseline. Below them, calibration errors dominate the planes.
 constexpr double kMinSine = 0.15;
-// Points that both cameras touch lie this near to the middle [sizes]; else the rays' meeting is no
-// touch.
+// Largest distance of a common tangent point from the centroid [RMS size]. Rays that meet farther
+// away do not touch the same point.
 constexpr double kFarthest = 3;
-// Unknowns are six; fewer tangencies than this are one camera, or two at two times.
+// Fewest tangencies for the six unknowns. Fewer come from one camera, or two cameras at two times.
 constexpr int kMinTangencies = 24;
-// Which points touch changes from step to step: after the first few, half steps, lest they go to
-// and fro.
+// The tangent points change from step to step. After kFullSteps the fit takes half steps to prevent
+// oscillation.
 constexpr int kMaxSteps = 12, kFullSteps = 4;
-// A step that turns less over the window [rad], and moves less [sizes], ends the search: a tenth of
-// a pixel at 10 cm.
+// The fit has converged if a step rotates [rad] and moves [RMS size] less than this over the
+// window: about a tenth of a pixel for an object of 10 cm.
 constexpr double kConvergence_rad = 2e-3;
-// To try whether the shape determines an axis it is turned by so much [rad], which moves what lies
-// kMinLeverArm off by more than a pixel.
+// Trial rotation that tests whether the shape determines an axis [rad]. It moves points
+// kMinLeverArm from the axis by more than a pixel.
 constexpr double kTrialRotation_rad = 0.2;
-// It does, if the planes come apart as if they touched at least so far off the axis [sizes].
-// Measured with noise: round a pipe at most 0.07, round a hand at least 0.27.
+// Smallest lever arm of the tangent points about a determined axis [RMS size], from how far the
+// trial rotation separates the planes. With noise, a pipe reaches at most 0.07, a hand at least
+// 0.27.
 constexpr double kMinLeverArm = 0.15;
-// Axes that were judged by a motion farther off than this over the window [rad; sizes] are judged
-// anew.
+// If the motion changes by more than this over the window [rad; RMS size], the axes are tested
+// again, at most kMaxAxisUpdates times.
 constexpr double kMaxAxisDrift_rad = 0.1;
 constexpr int kMaxAxisUpdates = 3;
-// Pairs of outlines that a step looks at, and one on the way there: with them a fit takes the same
-// time for any window and number of cameras. Where there are more, times are left out evenly, while
-// each keeps kMinCameraPairs pairs of cameras: with half of 64 at ten times instead of all, a
-// hand's rotation was off by 4.2 % instead of 1.9.
+// Limits on pairs of outlines per step, for the final fit and for trials. They bound the time of a
+// fit for any window and number of cameras. Above the limit, evenly spaced times are dropped, but
+// each remaining one keeps kMinCameraPairs pairs of cameras: fewer double the rotation's error.
 constexpr std::size_t kMaxPairs = 1024, kMaxTrialPairs = 256, kMinCameraPairs = 64;
 
 Matrix3d rotation(const Vector3d& turn_rad) {
@@ -51,15 +51,16 @@ Matrix3d rotation(const Vector3d& turn_rad) {
                    : Matrix3d::Identity();
 }
 
-struct Frame {  // columns
+// Orthonormal axes: along the baseline (axis), towards the object (across), and up.
+struct Frame {
   Vector3d across, up, axis;
 };
 
-// Where a plane about the axis is tangent to an outline: the ray there, as (across, up, axis),
-// across = 1.
+// The ray at which a plane through the baseline is tangent to an outline, as (across, up, axis)
+// with across = 1.
 using EpipolarTangency = Vector3d;
 
-// The outermost two; none where a ray comes too near to the axis.
+// Returns the two outermost tangencies, or nullopt if a ray is too close to the baseline.
 std::optional<std::array<EpipolarTangency, 2>> epipolar_tangencies(const ComponentOutline& outline,
                                                                    const Frame& frame) {
   double least = std::numeric_limits<double>::infinity(), most = -least;
@@ -80,21 +81,22 @@ std::optional<std::array<EpipolarTangency, 2>> epipolar_tangencies(const Compone
   return ends;
 }
 
-// Normal equations; unknowns: velocity [m/s], then angular velocity [rad/s] as the thing has it at
-// the window's middle.
+// Normal equations. Unknowns: velocity [m/s], then angular velocity [rad/s] at the centre of the
+// window.
 struct Equations {
   Matrix6d matrix = Matrix6d::Zero();
   Vector6d right = Vector6d::Zero();
-  double squares_m2 = 0, seconds2 = 0;  // sums: of the residuals, of the times between
+  double squares_m2 = 0, seconds2 = 0;  // sums of squared residuals and time differences
   int count = 0;
 
   double mean_square_m2() const { return squares_m2 / count; }
   Matrix3d by_velocity() const { return matrix.topLeftCorner<3, 3>(); }
-  // The velocity that goes best with a turn.
+  // Returns the change of velocity that fits a change of angular velocity best.
   Vector3d velocity_with(const Vector3d& turn_rad_s) const {
     return by_velocity().ldlt().solve(-matrix.topRightCorner<3, 3>() * turn_rad_s);
   }
-  // Squared levers of the tangencies about axes through the middle, free to move.
+  // Squared lever arms of the tangencies about axes through the centroid, after elimination of the
+  // velocity (Schur complement).
   Matrix3d levers_m2() const {
     const Matrix3d mixed = matrix.topRightCorner<3, 3>();
     return (matrix.bottomRightCorner<3, 3>() -
@@ -115,7 +117,7 @@ class Fit {
   double size_m() const { return size_m_; }
   double window_s() const { return frames_.back().time_s - frames_.front().time_s; }
 
-  // more_rad_s: turned by that as well, about an axis that goes along with the thing.
+  // more_rad_s: extra angular velocity about an axis that moves with the object.
   Equations equations(const UniformMotion& motion, std::size_t max_pairs,
                       const Vector3d& more_rad_s = Vector3d::Zero()) const {
     Equations e;
@@ -133,7 +135,8 @@ class Fit {
   }
 
  private:
-  struct Chosen {  // of the pairs of cameras, one in `every`
+  // Selects one in `every` pairs of cameras.
+  struct Chosen {
     std::size_t every, first, cameras;
     bool has(std::size_t a, std::size_t b) const {
       return (a * (cameras + 1) + b + first) % every == 0;
@@ -145,7 +148,7 @@ class Fit {
     const double seconds = after.time_s - before.time_s, before_s = before.time_s - center_s_,
                  after_s = after.time_s - center_s_;
     const Matrix3d turned =
-        rotation(after_s * motion.angular_velocity_world_rad_s);  // since the window's middle
+        rotation(after_s * motion.angular_velocity_world_rad_s);  // since the window's centre
     const Matrix3d turn = rotation(seconds * turned * more_rad_s) *
                           rotation(seconds * motion.angular_velocity_world_rad_s);
     const Vector3d from = center_world_m_ + before_s * motion.velocity_world_m_s,
@@ -171,8 +174,8 @@ class Fit {
         if (!of_a) continue;
         for (std::size_t k = 0; k < 2; ++k) {
           const EpipolarTangency &ray = (*of_a)[k], &other = (*of_b)[k];
-          const double across_m =
-              apart_m / (ray.z() - other.z());  // where the two rays meet, seen along the planes
+          // Distance from the baseline at which the two rays meet, seen along the planes.
+          const double across_m = apart_m / (ray.z() - other.z());
           if (!(std::abs(across_m - off_m) < kFarthest * size_m_)) continue;
           const double slope = 0.5 * (ray.y() + other.y()), stretch = std::sqrt(1 + slope * slope);
           const Vector3d touch =
@@ -198,7 +201,7 @@ class Fit {
   Vector3d center_world_m_ = Vector3d::Zero();
 };
 
-// With the velocity that fits best; turns as before.
+// Fits the velocity and keeps the angular velocity.
 std::optional<UniformMotion> fit_velocity(const Fit& fit, UniformMotion motion) {
   for (int step = 0; step < kMaxSteps; ++step) {
     const Equations e = fit.equations(motion, kMaxTrialPairs);
@@ -212,11 +215,12 @@ std::optional<UniformMotion> fit_velocity(const Fit& fit, UniformMotion motion) 
   return motion;
 }
 
-// By which the planes come apart, if the shape determines an axis.
+// Returns the RMS separation of the planes above which the shape determines an axis.
 double min_apart_m(const Fit& fit) { return kMinLeverArm * fit.size_m() * kTrialRotation_rad; }
 
-// The axes of turns that the shape determines, as columns; the others are zero. The motion's
-// velocity fits: planes that are apart as it is come farther apart by any turn, of a ball, too.
+// Returns the rotation axes that the shape determines as columns; the other columns are zero. The
+// motion's velocity must fit: if planes are already separated, any rotation separates them further,
+// even that of a ball.
 std::optional<Matrix3d> determined_axes(const Fit& fit, const UniformMotion& motion) {
   const Equations e = fit.equations(motion, kMaxTrialPairs);
   if (e.count < kMinTangencies) return std::nullopt;
@@ -237,11 +241,12 @@ std::optional<Matrix3d> determined_axes(const Fit& fit, const UniformMotion& mot
     else
       axes.col(k).setZero();
   }
-  if (determined == 1) axes.setZero();  // no shape is round about two axes and not about the third
+  // A shape that is symmetric about two axes is symmetric about the third.
+  if (determined == 1) axes.setZero();
   return axes;
 }
 
-// The motion about these axes that fits best, from a guess.
+// Fits velocity and the angular velocity about the given axes, starting from `guess`.
 std::optional<OutlineMotion> fitted(const Fit& fit, const UniformMotion& guess,
                                     const Matrix3d& axes, std::size_t max_pairs) {
   const Matrix3d kept = axes * axes.transpose(), held = Matrix3d::Identity() - kept;
@@ -254,7 +259,7 @@ std::optional<OutlineMotion> fitted(const Fit& fit, const UniformMotion& guess,
     if (still) return found;
     const Vector3d alone = e.by_velocity().ldlt().solve(e.right.head<3>());
     const Vector3d right = e.right.tail<3>() - e.matrix.bottomLeftCorner<3, 3>() * alone;
-    // About what the shape doesn't determine: none, instead of an equation.
+    // Undetermined axes: the equation is replaced by "no rotation".
     const double scale = fit.size_m() * fit.size_m() * e.seconds2;
     const Matrix3d matrix = e.seconds2 * kept * e.levers_m2() * kept + scale * held;
     const double part = step < kFullSteps ? 1 : 0.5;
@@ -294,8 +299,8 @@ std::optional<OutlineMotion> outline_motion(const std::deque<OutlineSnapshot>& f
     from = about->motion;
     if (far_apart(fit, from, *at)) continue;
     const auto found = fitted(fit, from, *axes, kMaxPairs);
-    // Planes that stay apart by as much as axes are judged by: it moved unevenly, and what it
-    // turned by is not known.
+    // A residual as large as the axis test's threshold means uneven motion, so that the rotation is
+    // unknown.
     const bool uneven =
         found && found->determined_axes > 0 && !(found->residual_m < min_apart_m(fit));
     return uneven ? fitted(fit, from, Matrix3d::Zero(), kMaxPairs) : found;
