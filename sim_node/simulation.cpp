@@ -40,12 +40,32 @@ double flatness_m(const config::SceneObject& object, const geometry::Mesh& mesh)
   return sphere->radius_m - nearest_m;
 }
 
-// Evenly, where there are more than `most`.
-void subsample(std::vector<collision::CollisionPoint>& points, std::size_t most) {
+// Copies at most max_points of the points, evenly spread over them. The detector keeps its buffer.
+std::vector<collision::CollisionPoint> subsample(std::span<const collision::CollisionPoint> points,
+                                                 std::size_t max_points) {
   const std::size_t count = points.size();
-  if (count <= most) return;
-  for (std::size_t i = 0; i < most; ++i) points[i] = points[i * count / most];
-  points.resize(most);
+  if (count <= max_points) return {points.begin(), points.end()};
+  std::vector<collision::CollisionPoint> kept;
+  kept.reserve(max_points);
+  for (std::size_t i = 0; i < max_points; ++i) kept.push_back(points[i * count / max_points]);
+  return kept;
+}
+
+// Sets the report's result to `found` with at most max_points points; empties found's triangles.
+void set_collision(CollisionReport& report, collision::ObjectCollision& found,
+                   std::size_t max_points) {
+  report.truncated = found.truncated || found.points.size() > max_points;
+  report.collision = {.verdict = found.verdict,
+                      .triangles = std::move(found.triangles),
+                      .undecided = std::move(found.undecided),
+                      .points = subsample(found.points, max_points),
+                      .truncated = found.truncated,
+                      .hull_in_box = found.hull_in_box};
+}
+
+// Contacts and responses are computed from every collision point.
+bool needs_points(const config::CollisionRequests& requests) {
+  return requests.contacts > 0 || requests.response;
 }
 
 std::unique_ptr<collision::CollisionDetector> detector_for(const config::SimConfig& config) {
@@ -190,24 +210,28 @@ collision::DetectionObject Simulation::detection_object(std::size_t object) cons
   return {&meshes_[object], bodies_.world_from_object(object), bodies_.center_world_m(object)};
 }
 
-std::vector<collision::ObjectCollision> Simulation::detected(std::span<const std::size_t> objects) {
+std::span<collision::ObjectCollision> Simulation::detected(std::span<const std::size_t> objects) {
   std::vector<collision::DetectionObject> asked;
   for (const std::size_t object : objects) asked.push_back(detection_object(object));
-  std::vector<collision::ObjectCollision> collisions = detector_->detect(asked);
+  const std::span<collision::ObjectCollision> collisions = detector_->detect(asked);
   counters_.detection = detector_->counts();
   return collisions;
 }
 
 void Simulation::bounce_off_hull() {
   if (bouncing_.empty() || !query_) return;
-  std::vector<collision::ObjectCollision> collisions = detected(bouncing_);
+  const std::span<collision::ObjectCollision> collisions = detected(bouncing_);
+  std::vector<std::size_t> colliding;
   for (std::size_t i = 0; i < bouncing_.size(); ++i) {
     if (!collisions[i].colliding()) continue;
     ++counters_.contacts;
     contacts_[i] = {{.object = bouncing_[i], .collision = std::move(collisions[i])},
                     detection_object(bouncing_[i])};
-    contacts_[i].report.response = recover(bouncing_[i], contacts_[i].report.collision);
+    colliding.push_back(i);
   }
+  // recover() queries the same detector, which invalidates `collisions`.
+  for (const std::size_t i : colliding)
+    contacts_[i].report.response = recover(bouncing_[i], contacts_[i].report.collision);
 }
 
 collision::Requery Simulation::requery_of(const collision::DetectionObject& object) {
@@ -253,9 +277,10 @@ collision::Response Simulation::recover(std::size_t object, collision::ObjectCol
   return *first;
 }
 
-void Simulation::add_details(CollisionReport& report, const collision::DetectionObject& object) {
-  add_response(report.details, *query_, report.collision, object.rp_object_world_m,
-               requery_of(object), scene_.objects[report.object].requests);
+void Simulation::add_details(CollisionReport& report, const collision::ObjectCollision& collision,
+                             const collision::DetectionObject& object) {
+  add_response(report.details, *query_, collision, object.rp_object_world_m, requery_of(object),
+               scene_.objects[report.object].requests);
 }
 
 collision::HullProximity& Simulation::proximity_to(double cap_m, double tolerance_m) {
@@ -300,22 +325,36 @@ void Simulation::add_first_contacts() {
 void Simulation::report() {
   reports_.clear();
   if (!query_) return;
-  std::vector<collision::ObjectCollision> collisions = detected(reacting_);
+  const std::size_t max_points = std::size_t(config_.max_points);
+  const std::span<collision::ObjectCollision> collisions = detected(reacting_);
+  struct FullCollision {  // with every point, for add_details()
+    std::size_t report;
+    collision::ObjectCollision collision;
+    collision::DetectionObject object;
+  };
+  std::vector<FullCollision> full;
   for (std::size_t i = 0; i < reacting_.size(); ++i) {
     const std::size_t object = reacting_[i];
-    CollisionReport report{.object = object, .collision = std::move(collisions[i])};
+    CollisionReport report{.object = object};
     const auto bouncing = std::find(bouncing_.begin(), bouncing_.end(), object);
     const auto contact = bouncing == bouncing_.end()
                              ? contacts_.end()
                              : contacts_.begin() + (bouncing - bouncing_.begin());
     const bool bounced = contact != contacts_.end() && contact->report.response;
     if (bounced) report = std::move(contact->report);
-    add_details(report, bounced ? contact->object : detection_object(object));
     report.name = scene_.objects[object].name;
-    report.truncated = report.collision.truncated ||
-                       report.collision.points.size() > std::size_t(config_.max_points);
-    subsample(report.collision.points, std::size_t(config_.max_points));
+    collision::ObjectCollision& collision = bounced ? report.collision : collisions[i];
+    if (collision.colliding() && needs_points(scene_.objects[object].requests))
+      full.push_back(
+          {i, std::move(collision), bounced ? contact->object : detection_object(object)});
+    else
+      set_collision(report, collision, max_points);
     reports_.push_back(std::move(report));
+  }
+  // Requeries of add_details() use the same detector, which invalidates `collisions`.
+  for (FullCollision& f : full) {
+    add_details(reports_[f.report], f.collision, f.object);
+    set_collision(reports_[f.report], f.collision, max_points);
   }
   add_proximity();
   add_first_contacts();

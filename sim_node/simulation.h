@@ -92,13 +92,14 @@ class Simulation {
   void bounce_off_hull();
   collision::Response recover(std::size_t object, collision::ObjectCollision collision);
   collision::Requery requery_of(const collision::DetectionObject& object);
-  void add_details(CollisionReport& report, const collision::DetectionObject& object);
+  void add_details(CollisionReport& report, const collision::ObjectCollision& collision,
+                   const collision::DetectionObject& object);
   void add_proximity();
   void add_first_contacts();
   collision::HullProximity& proximity_to(double cap_m, double tolerance_m);
   void respawn_lost_objects();
   void report();
-  std::vector<collision::ObjectCollision> detected(std::span<const std::size_t> objects);
+  std::span<collision::ObjectCollision> detected(std::span<const std::size_t> objects);
   collision::DetectionObject detection_object(std::size_t object) const;
   bool bounces(std::size_t object) const;
 

@@ -3,9 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/collision/detection/bvh.h"
+#include "common/hull/query/hull_query.h"
 #include "tests/support/collision_scene.h"
 
 namespace fivepipe::test {
+
+// A hull with its query; owns the silhouettes that both refer to.
+struct CollisionHull {
+  std::vector<hull::Silhouette> silhouettes;
+  base::WorkerPool pool;
+  hull::CpuHull hull;
+  hull::HullQuery query;
+
+  explicit CollisionHull(std::vector<hull::Silhouette> s, int threads = 1)
+      : silhouettes(std::move(s)), pool(threads), hull(pool, silhouettes), query(hull) {}
+};
 
 inline geometry::Mesh mesh_of(const std::vector<collision::Triangle>& triangles) {
   geometry::Mesh mesh;

@@ -2,8 +2,8 @@
 
 namespace fivepipe::collision {
 
-std::vector<ObjectCollision> CollisionDetector::detect(std::span<const DetectionObject> objects) {
-  std::vector<ObjectCollision> collisions = find(objects, counts_);
+std::span<ObjectCollision> CollisionDetector::detect(std::span<const DetectionObject> objects) {
+  const std::span<ObjectCollision> collisions = find(objects, counts_);
   counts_.objects += objects.size();
   for (const ObjectCollision& c : collisions) {
     counts_.colliding += c.colliding();

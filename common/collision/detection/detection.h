@@ -82,13 +82,14 @@ class CollisionDetector {
   // next.
   virtual void set_hull(const hull::HullQuery& query,
                         std::span<const hull::Silhouette> silhouettes) = 0;
-  // A hull has been set.
-  std::vector<ObjectCollision> detect(std::span<const DetectionObject> objects);
+  // One result per object, in the given order. The span belongs to the detector and is valid until
+  // the next detect() or set_hull(); a caller may move results out of it. Requires a set hull.
+  std::span<ObjectCollision> detect(std::span<const DetectionObject> objects);
   const DetectorCounts& counts() const { return counts_; }
 
  protected:
-  virtual std::vector<ObjectCollision> find(std::span<const DetectionObject> objects,
-                                            DetectorCounts& counts) = 0;
+  virtual std::span<ObjectCollision> find(std::span<const DetectionObject> objects,
+                                          DetectorCounts& counts) = 0;
 
  private:
   DetectorCounts counts_;

@@ -13,10 +13,9 @@ class CpuDetector : public CollisionDetector {
   }
 
  private:
-  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects,
-                                    DetectorCounts&) override {
-    const std::span<const ObjectCollision> found = detection_.detect(*query_, objects, options_);
-    return {found.begin(), found.end()};
+  std::span<ObjectCollision> find(std::span<const DetectionObject> objects,
+                                  DetectorCounts&) override {
+    return detection_.detect(*query_, objects, options_);
   }
 
   DetectionOptions options_;

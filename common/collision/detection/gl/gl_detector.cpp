@@ -13,12 +13,12 @@ class GlDetector : public CollisionDetector {
   }
 
  private:
-  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects,
-                                    DetectorCounts& counts) override {
+  std::span<ObjectCollision> find(std::span<const DetectionObject> objects,
+                                  DetectorCounts& counts) override {
     GlDetectionCounts own;
-    const std::span<const ObjectCollision> found = detection_.detect(objects, options_, &own);
+    const std::span<ObjectCollision> found = detection_.detect(objects, options_, &own);
     counts.points_unconfirmed += own.unconfirmed;
-    return {found.begin(), found.end()};
+    return found;
   }
 
   DetectionOptions options_;

@@ -14,17 +14,19 @@ class PaperDetector : public CollisionDetector {
   }
 
  private:
-  std::vector<ObjectCollision> find(std::span<const DetectionObject> objects,
-                                    DetectorCounts& counts) override {
+  std::span<ObjectCollision> find(std::span<const DetectionObject> objects,
+                                  DetectorCounts& counts) override {
     std::vector<std::vector<Triangle>> triangles_world_m;
     for (const DetectionObject& o : objects)
       triangles_world_m.push_back(world_triangles(o.tree->mesh(), o.world_from_object));
     Detection detection = fivepipe::collision::detect(query_, triangles_world_m);
+    collisions_ = std::move(detection.objects);
     counts.points_unconfirmed += detection.counts.points_unconfirmed;
-    return std::move(detection.objects);
+    return collisions_;
   }
 
   TriangleVolumeQuery query_;
+  std::vector<ObjectCollision> collisions_;  // of the last call
 };
 
 }  // namespace
