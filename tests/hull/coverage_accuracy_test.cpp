@@ -215,9 +215,9 @@ void compare(Compared& all, test::Random& random, double radius_px, bool long_on
         by_touched.depth_m[i] == kNoHull)
       continue;
     add_surface(all.coverage, tile.depth_m[i], *truth_m);
-    add_surface(all.centre, by_center.depth_m[i], *truth_m);
+    add_surface(all.center, by_center.depth_m[i], *truth_m);
     add_surface(all.touched, by_touched.depth_m[i], *truth_m);
-    measure_binary(all.centre, centre, object[0], ray, by_center.depth_m[i], window_px(radius_px));
+    measure_binary(all.center, centre, object[0], ray, by_center.depth_m[i], window_px(radius_px));
     measure_binary(all.touched, touched, object[0], ray, by_touched.depth_m[i],
                    window_px(radius_px));
     if (tile.limiting[i] < 0) continue;
@@ -231,9 +231,9 @@ void compare(Compared& all, test::Random& random, double radius_px, bool long_on
 
 void print(const char* what, double radius_px, const Compared& all) {
   std::printf("%-8s %4.1f px %6zu rays |", what, radius_px, all.coverage.surface_px.size());
-  for (const Errors* e : {&all.coverage, &all.centre, &all.touched})
+  for (const Errors* e : {&all.coverage, &all.center, &all.touched})
     std::printf(" %6.3f %6.3f |", percentile(e->surface_px, 0.5), percentile(e->surface_px, 0.95));
-  for (const Errors* e : {&all.coverage, &all.centre, &all.touched})
+  for (const Errors* e : {&all.coverage, &all.center, &all.touched})
     std::printf(" %6.2f %6.2f |", percentile(e->normal_deg, 0.5), percentile(e->normal_deg, 0.95));
   std::printf("\n");
 }
@@ -259,7 +259,7 @@ TEST(CoverageAccuracy, SurfaceAndNormalsAreNearerThanThoseOfBinaryMaps) {
       print(capsule ? "capsule" : "sphere", radius_px, all);
       SCOPED_TRACE(radius_px);
       EXPECT_GT(all.coverage.surface_px.size(), 1000u);
-      for (const Errors* binary : {&all.centre, &all.touched})
+      for (const Errors* binary : {&all.center, &all.touched})
         for (const double p : {0.5, 0.95}) {
           EXPECT_LT(kSurfaceGain * percentile(all.coverage.surface_px, p),
                     percentile(binary->surface_px, p));

@@ -283,11 +283,11 @@ TEST(ProximityCubes, FreeCubesContainNoHullPoint) {
       const Vector3d center = random_in_ball(random, i % 2 ? 0.2 : 1.0);
       // As large as is just free, to a hundredth: where the promise is nearest to being broken.
       double half_edge_m = 1;
-      while (half_edge_m > 1e-4 && !cubes.ask(center, half_edge_m).free) half_edge_m *= 0.99;
+      while (half_edge_m > 1e-4 && !cubes.test(center, half_edge_m).free) half_edge_m *= 0.99;
       ASSERT_EQ(
-          cubes.ask(center, half_edge_m).center_in_hull && cubes.ask(center, half_edge_m).free,
+          cubes.test(center, half_edge_m).center_in_hull && cubes.test(center, half_edge_m).free,
           false);
-      if (!cubes.ask(center, half_edge_m).free) continue;
+      if (!cubes.test(center, half_edge_m).free) continue;
       ++free;
       near += half_edge_m < 0.2;
       for (int k = 0; k < 120; ++k) {
