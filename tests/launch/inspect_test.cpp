@@ -34,7 +34,7 @@ TEST(TopicChoice, ResolvesNameBaseNameOrUniqueMatch) {
   EXPECT_EQ(resolve_topic("HullTile", topics),
             "a/HullTile");  // though found in b/HullTile/more as well
   EXPECT_EQ(resolve_topic("Hull", topics), "a/Hull");
-  EXPECT_EQ(resolve_topic("hullp", topics), "a/HullComponents");
+  EXPECT_EQ(resolve_topic("hullc", topics), "a/HullComponents");
   EXPECT_EQ(resolve_topic("^b/", topics), "b/HullTile/more");
 }
 

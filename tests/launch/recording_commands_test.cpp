@@ -443,7 +443,7 @@ TEST(RecordingCommandsLive, ReportEmptyDomain) {
 
 TEST_F(RecordingCommands, ExistingRecordingIsOverwrittenOnlyIfForced) {
   const std::string before = content_of(session), file = " " + session.string();
-  const std::string deployment = FIVEPIPE_SOURCE_DIR "/tests/pipeline/deployment.yaml";
+  const std::string deployment = FIVEPIPE_SOURCE_DIR "/tests/system/deployment.yaml";
   for (const std::string& command :
        {"record -o" + file,
         "up " + deployment + " --out " + (folder.path / "out").string() + " --record" + file}) {

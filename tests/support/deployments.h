@@ -9,7 +9,7 @@
 
 namespace fivepipe::test {
 
-inline const std::string kSmallDeployment = FIVEPIPE_SOURCE_DIR "/tests/pipeline/deployment.yaml";
+inline const std::string kSmallDeployment = FIVEPIPE_SOURCE_DIR "/tests/system/deployment.yaml";
 
 inline std::string text_of(const std::filesystem::path& path) {
   std::ifstream file(path);
@@ -27,7 +27,7 @@ inline std::string changed_deployment(const std::filesystem::path& folder, const
                                       const std::string& to, const std::string& rig_addition = "") {
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "rig.yaml")
-      << text_of(FIVEPIPE_SOURCE_DIR "/tests/pipeline/rig.yaml") << rig_addition;
+      << text_of(FIVEPIPE_SOURCE_DIR "/tests/system/rig.yaml") << rig_addition;
   std::string text =
       replaced(text_of(kSmallDeployment), "../../scenes", FIVEPIPE_SOURCE_DIR "/scenes");
   std::ofstream(folder / "deployment.yaml") << replaced(text, from, to);

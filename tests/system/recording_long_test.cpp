@@ -23,7 +23,7 @@ TEST_F(LongRecording, AMinuteOfFourCamerasAtSixtyHertzLosesNothing) {
   const std::string duration_s = std::getenv("FIVEPIPE_LONG") ? "60" : "5";
   const std::filesystem::path file = folder_ / "long.mcap";
   auto statuses = bus_.reader<bus::topics::NodeStatus>();
-  test::Deployed deployed(FIVEPIPE_SOURCE_DIR "/tests/pipeline/long_deployment.yaml", domain_,
+  test::Deployed deployed(FIVEPIPE_SOURCE_DIR "/tests/system/long_deployment.yaml", domain_,
                           folder_ / "up", {"--duration", duration_s, "--record", file.string()});
   double recorder_cpu_s = 0;
   ASSERT_TRUE(test::eventually(bus_, 160s, [&] {
