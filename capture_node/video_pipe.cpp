@@ -9,6 +9,7 @@
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/view_messages.h"
 #include "common/pipeline/node/frame_trace.h"
+#include "common/pipeline/node/status_names.h"
 
 namespace fivepipe::capture {
 namespace {
@@ -36,8 +37,9 @@ class VideoPipe {
         traces_(node.bus, node.status, node.node.name),
         composited_(node.bus.reader<bus::topics::FrameComposited>()),
         tile_costs_(node.bus.reader<bus::topics::TileCosts>()),
-        capture_(deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz,
-                 [this](std::string_view what, double fraction) { report_progress(what, fraction); }) {
+        capture_(
+            deployment_.rig, deployment_.viewer, config_, deployment_.frame_rate_hz,
+            [this](std::string_view what, double fraction) { report_progress(what, fraction); }) {
     node_.status.diagnostic("start", "");
     for (const config::RigCamera& camera : deployment_.rig.cameras)
       if (config_.sources.contains(camera.name))
@@ -81,7 +83,7 @@ class VideoPipe {
     for (const auto& sample : tile_costs_.take())
       if (sample.valid() && tile_balancer_ && deployment_.viewer.name == sample->viewer &&
           is_of_this_run(sample->frame) &&
-          !tile_balancer_->add(sample->frame, sample->share, messages::span_of(sample->tiles),
+          !tile_balancer_->add(sample->frame, sample->worker, messages::span_of(sample->tiles),
                                messages::span_of(sample->cost_ms)))
         node_.status.drop("bad_tile_costs");
   }
@@ -90,8 +92,7 @@ class VideoPipe {
     const int percent = int(100 * fraction);
     if (percent / 10 == told_percent_ / 10 && percent != 100) return;
     told_percent_ = percent;
-    node_.status.diagnostic(
-        "start", "starting: " + std::string(what) + ", " + std::to_string(percent) + " %");
+    node_.status.diagnostic("start", std::string(what) + ", " + std::to_string(percent) + " %");
   }
 
   void publish(std::int64_t frame) {
@@ -125,19 +126,19 @@ class VideoPipe {
         maps_.write(
             messages::map_message(camera.camera, number, camera.image_stamp_ns, *camera.pixels)
                 .message());
-    node_.status.count("frames_captured");
-    node_.status.latency("capture_to_published", 1e-9 * double(base::now_realtime_ns() - stamp_ns));
+    node_.status.count(node::kFramesCaptured);
+    node_.status.latency(node::kCaptureToPublished,
+                         1e-9 * double(base::now_realtime_ns() - stamp_ns));
     traces_.handled(number, stamp_ns, {}, std::move(steps));
   }
 
   void report_camera(const CapturedCamera& camera) {
     if (camera.status == CaptureStatus::missing)
-      node_.status.drop("missing_image: " + camera.camera);
+      node_.status.drop({"missing_image", camera.camera, ""});
     std::string diagnostics = camera.reason;
     for (const std::string& diagnostic : camera.diagnostics)
       diagnostics += (diagnostics.empty() ? "" : "; ") + diagnostic;
-    node_.status.diagnostic("camera " + camera.camera,
-                            diagnostics.empty() ? "" : camera.camera + ": " + diagnostics);
+    node_.status.diagnostic("camera " + camera.camera, diagnostics);
     node_.status.latency("read", camera.read_s);
     node_.status.latency("segment", camera.segment_s);
   }

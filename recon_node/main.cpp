@@ -13,10 +13,9 @@ config::HullBackend decide(node::NodeContext& node, std::optional<gl::GlContext>
   try {
     gl.emplace();
     if (!gl->is_software()) return config::HullBackend::gl;
-    node.status.diagnostic("backend", "backend auto: cpu, for OpenGL is " + gl->renderer());
+    node.status.diagnostic("backend auto", "using cpu; OpenGL is software: " + gl->renderer());
   } catch (const gl::GlError& e) {
-    node.status.diagnostic("backend",
-                           std::string("backend auto: cpu, for there is no OpenGL: ") + e.what());
+    node.status.diagnostic("backend auto", std::string("using cpu; no OpenGL: ") + e.what());
   }
   gl.reset();
   return config::HullBackend::cpu;
@@ -27,7 +26,7 @@ void run(node::NodeContext& node) {
   config::HullBackend backend = node::config_of<config::ReconConfig>(node).backend;
   if (backend == config::HullBackend::automatic) backend = decide(node, gl);
   if (backend != config::HullBackend::cpu && !gl) gl.emplace();
-  if (gl) node.status.diagnostic("gl", "gl: " + gl->renderer());
+  if (gl) node.status.set_gl_renderer(gl->renderer());
   run_reconstruction_pipe(node, backend);
 }
 

@@ -65,7 +65,7 @@ class ReconstructionPipe {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
       if (const auto geometry = messages::view_geometry_from(*sample);
           const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&geometry))
-        node_.status.drop(bad->why);
+        node_.status.drop(*bad);
       else
         geometry_ = std::get<messages::ViewGeometry>(geometry);
     }
@@ -73,7 +73,7 @@ class ReconstructionPipe {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
       if (const auto pose = messages::head_pose_from(*sample);
           const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&pose))
-        node_.status.drop(bad->why);
+        node_.status.drop(*bad);
       else
         take(std::get<messages::FramePose>(pose));
     }
@@ -101,7 +101,7 @@ class ReconstructionPipe {
       if (!sample.valid()) continue;
       auto colour = messages::colour_from(*sample, node_.deployment.rig);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&colour)) {
-        node_.status.drop(bad->why);
+        node_.status.drop(*bad);
         continue;
       }
       messages::CameraColour& received = std::get<messages::CameraColour>(colour);

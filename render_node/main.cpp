@@ -8,7 +8,7 @@ namespace {
 
 void run(node::NodeContext& node) {
   const gl::GlContext gl;
-  node.status.diagnostic("gl", "gl: " + gl.renderer());
+  node.status.set_gl_renderer(gl.renderer());
   run_parent_pipe(node);
 }
 

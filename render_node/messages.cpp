@@ -5,7 +5,7 @@ namespace fivepipe::render {
 messages::Received<ReceivedTile> tile_from(const fivepipe_v1_HullTile& message) {
   const auto eye_from_world = messages::from_wire(message.eye_from_world);
   if (!eye_from_world)
-    return messages::BadMessage{"bad_tile: pose is not finite or not a rotation"};
+    return messages::BadMessage{"bad_tile", "", "pose is not finite or not a rotation"};
   ReceivedTile tile;
   tile.frame = message.frame;
   tile.capture_stamp_ns = message.capture_stamp_ns;
@@ -27,8 +27,8 @@ messages::Received<std::vector<ObjectPose>> poses_from(const fivepipe_v1_Virtual
   for (const fivepipe_v1_ObjectState& object : messages::span_of(message.objects)) {
     const auto pose = messages::from_wire(object.world_from_object);
     if (!pose)
-      return messages::BadMessage{"bad_state: " + std::string(object.object) +
-                                  ": pose is not finite or not a rotation"};
+      return messages::BadMessage{"bad_state", object.object,
+                                  "pose is not finite or not a rotation"};
     const auto vertices = messages::span_of(object.vertices_m),
                warmth = messages::span_of(object.warmth);
     poses.push_back(

@@ -6,6 +6,7 @@
 #include "common/base/realtime.h"
 #include "common/pipeline/node/frame_trace.h"
 #include "common/pipeline/node/replay_monitor.h"
+#include "common/pipeline/node/status_names.h"
 #include "render_node/messages.h"
 #include "render_node/presenter.h"
 #include "render_node/virtual_frames.h"
@@ -81,7 +82,7 @@ class ParentPipe {
       if (!sample.valid()) continue;
       auto poses = poses_from(*sample);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&poses))
-        node_.status.drop(bad->why);
+        node_.status.drop(*bad);
       else
         virtual_frames_.add_state(sample->frame, sample->capture_stamp_ns,
                                   std::get<0>(std::move(poses)));
@@ -94,7 +95,7 @@ class ParentPipe {
       if (!sample.valid() || viewer_.name != sample->viewer) continue;
       auto tile = tile_from(*sample);
       if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&tile)) {
-        node_.status.drop(bad->why);
+        node_.status.drop(*bad);
         continue;
       }
       std::get<ReceivedTile>(tile).received_ns = now_ns;
@@ -132,23 +133,21 @@ class ParentPipe {
     steps.begin("render");
     for (const std::string& what :
          renderer_.draw(hull, virtual_frame.poses, virtual_frame.colliding))
-      node_.status.drop("bad_state: " + what);
+      node_.status.drop({"bad_state", "", what});
     wanted = present(hull.frame);
     steps.end();
     const std::int64_t now_ns = base::now_realtime_ns();
     composited_.write(composited_message(viewer_.name, hull, now_ns));
     if (replay_.replaying())
-      node_.status.latency("arrival_to_composite", 1e-9 * double(now_ns - hull.first_received_ns));
+      node_.status.latency(node::kArrivalToComposite,
+                           1e-9 * double(now_ns - hull.first_received_ns));
     else
-      node_.status.latency("capture_to_composite", 1e-9 * double(now_ns - hull.capture_stamp_ns));
-    node_.status.count("frames_composited");
+      node_.status.latency(node::kCaptureToComposite,
+                           1e-9 * double(now_ns - hull.capture_stamp_ns));
+    node_.status.count(node::kFramesComposited);
     traces_.handled(hull.frame, hull.capture_stamp_ns,
                     {hull.first_received_ns, hull.last_received_ns}, std::move(steps));
-    std::string empty;
-    for (const std::string& camera : hull.empty_cameras)
-      empty += (empty.empty() ? "" : ", ") + camera;
-    node_.status.diagnostic(
-        "empty hull", empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
+    node_.status.diagnostic("hull", node::empty_hull_text(hull.empty_cameras));
     if (!wanted) node::stop_running();
   }
 
@@ -169,7 +168,7 @@ class ParentPipe {
     node_.status.drop("late_tile", counts.late - reported_.late);
     node_.status.drop("repeated_tile", counts.duplicate - reported_.duplicate);
     for (const auto& [reason, n] : counts.rejected)
-      node_.status.drop("bad_tile: " + reason, n - reported_.rejected[reason]);
+      node_.status.drop({"bad_tile", "", reason}, n - reported_.rejected[reason]);
     node_.status.drop("video_frame", presenter_.video_frames_dropped() - reported_video_drops_);
     reported_video_drops_ = presenter_.video_frames_dropped();
     reported_ = counts;

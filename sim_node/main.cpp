@@ -12,7 +12,7 @@ void run(node::NodeContext& node) {
   std::optional<gl::GlContext> gl;
   if (node::config_of<config::SimConfig>(node).collision != config::CollisionBackend::cpu) {
     gl.emplace();
-    node.status.diagnostic("gl", "gl: " + gl->renderer());
+    node.status.set_gl_renderer(gl->renderer());
   }
   run_simulation_pipe(node);
 }

@@ -28,16 +28,15 @@ fivepipe_v1_ResponseStatus wire_response(collision::RecoveryStatus status) {
   return fivepipe_v1_no_response;
 }
 
-fivepipe_v1_LocalMinimumTranslationStatus wire_local_minimum_translation(
+fivepipe_v1_LocalTranslationStatus wire_local_minimum_translation(
     collision::LocalMinimumTranslationStatus status) {
   switch (status) {
-    case collision::LocalMinimumTranslationStatus::found:
-      return fivepipe_v1_shorter_translation_found;
+    case collision::LocalMinimumTranslationStatus::found: return fivepipe_v1_shorter_found;
     case collision::LocalMinimumTranslationStatus::none_found:
       return fivepipe_v1_none_shorter_found;
     case collision::LocalMinimumTranslationStatus::not_free: break;
   }
-  return fivepipe_v1_no_translation_found;
+  return fivepipe_v1_none_verified;
 }
 
 fivepipe_v1_ContactStatus wire_contact(collision::ContactStatus status) {
@@ -134,10 +133,10 @@ void put_proximity(OutgoingCollision& out, const std::vector<collision::Proximit
 }
 
 void put_first_contact(OutgoingCollision& out, const collision::FirstContact& contact,
-                       std::uint64_t part, const ResultFrame& frame) {
+                       std::uint64_t component, const ResultFrame& frame) {
   constexpr double kNanosecondsPerSecond = 1e9;
   fivepipe_v1_FirstContact& message = out.first_contact.emplace_back();
-  message.part = part;
+  message.component = component;
   message.stamp_ns = frame.capture_stamp_ns +
                      std::llround(kNanosecondsPerSecond * (contact.time_s - frame.time_s));
   message.error_ns = std::uint64_t(std::ceil(kNanosecondsPerSecond * contact.time_error_s));
@@ -196,34 +195,35 @@ OutgoingCollision collision_message(const ResultFrame& frame, const CollisionRep
 }
 
 const fivepipe_v1_HullComponents& OutgoingComponents::message() {
-  for (std::size_t i = 0; i < parts.size(); ++i) messages::borrow(parts[i].from, from[i]);
-  messages::borrow(header.parts, parts);
+  for (std::size_t i = 0; i < components.size(); ++i) messages::borrow(components[i].from, from[i]);
+  messages::borrow(header.components, components);
   return header;
 }
 
 OutgoingComponents components_message(const std::string& simulation, const ResultFrame& frame,
-                                      const std::vector<collision::TrackedComponent>& parts) {
+                                      const std::vector<collision::TrackedComponent>& tracked) {
   OutgoingComponents out;
   messages::set_text(out.header.simulation, simulation);
   out.header.frame = frame.frame;
   out.header.capture_stamp_ns = frame.capture_stamp_ns;
-  for (const collision::TrackedComponent& part : parts) {
-    fivepipe_v1_HullComponent& message = out.parts.emplace_back();
-    message.id = part.id;
-    message.origin = wire_origin(part.origin);
-    out.from.push_back(part.from);
-    message.centroid_m = messages::to_wire(part.part.centroid_world_m);
-    message.volume_m3 = part.part.volume_m3;
-    message.box_min_m = messages::to_wire(Eigen::Vector3d(part.part.box_world_m.min()));
-    message.box_max_m = messages::to_wire(Eigen::Vector3d(part.part.box_world_m.max()));
-    message.cut = part.part.cut;
-    if (!part.motion) continue;
-    message.frames = std::uint16_t(part.motion->frames);
-    message.window_s = part.motion->window_s;
-    message.velocity_m_s = messages::to_wire(part.motion->velocity_world_m_s);
-    message.angular_velocity_rad_s = messages::to_wire(part.motion->angular_velocity_world_rad_s);
-    message.determined_axes = std::uint8_t(part.motion->determined_axes);
-    message.residual_m = part.motion->residual_m;
+  for (const collision::TrackedComponent& component : tracked) {
+    fivepipe_v1_HullComponent& message = out.components.emplace_back();
+    message.id = component.id;
+    message.origin = wire_origin(component.origin);
+    out.from.push_back(component.from);
+    message.centroid_m = messages::to_wire(component.part.centroid_world_m);
+    message.volume_m3 = component.part.volume_m3;
+    message.box_min_m = messages::to_wire(Eigen::Vector3d(component.part.box_world_m.min()));
+    message.box_max_m = messages::to_wire(Eigen::Vector3d(component.part.box_world_m.max()));
+    message.clipped = component.part.cut;
+    if (!component.motion) continue;
+    message.frames = std::uint16_t(component.motion->frames);
+    message.window_s = component.motion->window_s;
+    message.velocity_m_s = messages::to_wire(component.motion->velocity_world_m_s);
+    message.angular_velocity_rad_s =
+        messages::to_wire(component.motion->angular_velocity_world_rad_s);
+    message.determined_axes = std::uint8_t(component.motion->determined_axes);
+    message.residual_m = component.motion->residual_m;
   }
   return out;
 }

@@ -36,11 +36,11 @@ OutgoingCollision collision_message(const ResultFrame& frame, const CollisionRep
 
 struct OutgoingComponents {
   fivepipe_v1_HullComponents header{};
-  std::vector<fivepipe_v1_HullComponent> parts;
-  std::vector<std::vector<std::uint64_t>> from;  // by part
+  std::vector<fivepipe_v1_HullComponent> components;
+  std::vector<std::vector<std::uint64_t>> from;  // by component
   const fivepipe_v1_HullComponents& message();
 };
 OutgoingComponents components_message(const std::string& simulation, const ResultFrame& frame,
-                                      const std::vector<collision::TrackedComponent>& parts);
+                                      const std::vector<collision::TrackedComponent>& tracked);
 
 }  // namespace fivepipe::sim

@@ -22,10 +22,8 @@ constexpr auto kFrameSetTimeout = 100ms;
 constexpr auto kMaxHullAge = 1s;
 
 void count(node::NodeStatusReporter& status, const CollisionReport& report) {
-  if (report.details.first_contact) status.count("first_contacts/" + report.name);
-  if (!report.collision.colliding()) return;
-  status.count("collisions/" + report.name);
-  status.count("collision_points/" + report.name, report.collision.points.size());
+  if (report.details.first_contact) status.first_contact(report.name);
+  if (report.collision.colliding()) status.collided(report.name, report.collision.points.size());
 }
 
 // What the simulation could not do as it should, since the last call.

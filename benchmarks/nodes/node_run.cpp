@@ -294,8 +294,7 @@ NodeRun run_nodes(const recording::Recording& recording, const NodeRunOptions& o
     }
   for (const auto& [name, processes] : statuses.processes()) {
     run.drops[name] = processes.back().drops;
-    for (const std::string& diagnostic : processes.back().diagnostics)
-      if (diagnostic.starts_with("gl: ")) run.gl_renderer = diagnostic.substr(4);
+    if (!processes.back().gl_renderer.empty()) run.gl_renderer = processes.back().gl_renderer;
   }
   run.counts = replayer.counts();
   if (outputs) run.outputs = outputs->digests();

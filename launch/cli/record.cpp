@@ -69,19 +69,10 @@ Sum sum_of(const std::map<std::string, recording::TopicCounts>& counts) {
   return sum;
 }
 
-// Counts since the last call, into the status that everybody can read.
 void publish_counts(node::NodeStatusReporter& status,
-                    const std::map<std::string, recording::TopicCounts>& now,
-                    std::map<std::string, recording::TopicCounts>& published) {
-  for (const auto& [topic, count] : now) {
-    recording::TopicCounts& before = published[topic];
-    if (count.received > before.received)
-      status.count("received: " + topic, count.received - before.received);
-    if (count.written > before.written)
-      status.count("written: " + topic, count.written - before.written);
-    if (count.lost > before.lost) status.drop("lost: " + topic, count.lost - before.lost);
-    before = count;
-  }
+                    const std::map<std::string, recording::TopicCounts>& counts) {
+  for (const auto& [topic, count] : counts)
+    status.recorded(topic, {count.received, count.written, count.lost});
 }
 
 void print_table(const std::map<std::string, recording::TopicCounts>& counts) {
@@ -169,7 +160,6 @@ int run_record(RecordOptions options) {
 
   const auto started = Clock::now();
   auto next_progress = started + kProgressPeriod;
-  std::map<std::string, recording::TopicCounts> published;
   const auto elapsed_s = [&] {
     return std::chrono::duration<double>(Clock::now() - started).count();
   };
@@ -187,15 +177,16 @@ int run_record(RecordOptions options) {
     }
     if (Clock::now() < next_progress) continue;
     next_progress += kProgressPeriod;
-    publish_counts(status, recording.counts(), published);
-    const Sum sum = sum_of(published);
+    const auto counts = recording.counts();
+    publish_counts(status, counts);
+    const Sum sum = sum_of(counts);
     spdlog::info("{:.0f} s: {} messages, {:.1f} MB written, {} lost", elapsed_s(), sum.received,
                  1e-6 * double(recording.bytes_written()), sum.lost);
   }
   note_sent(recording, recorder);
   // A second signal, or one while nothing but the disk is waited for.
   recording.finish([before = signals_received()] { return signals_received() > before; });
-  publish_counts(status, recording.counts(), published);
+  publish_counts(status, recording.counts());
   return conclude(options, recording, elapsed_s());
 }
 

@@ -12,6 +12,21 @@ struct Latency {
   std::uint64_t count = 0;
 };
 
+// Messages of one topic that a process wrote or, as a recorder, received.
+struct TopicTotals {
+  std::uint64_t sent = 0;
+  std::uint64_t not_sent = 0;  // dropped after 100 ms of waiting for a reader
+  std::uint64_t received = 0;
+  std::uint64_t recorded = 0;
+  std::uint64_t lost = 0;  // received and not recorded
+};
+
+struct CollisionTotals {
+  std::uint64_t frames = 0;  // in which the object collided
+  std::uint64_t points = 0;  // collision points in these frames
+  std::uint64_t first_contacts = 0;
+};
+
 // One process of a node. Counts grow from the start of the process.
 struct ProcessStatus {
   std::string node;
@@ -24,9 +39,14 @@ struct ProcessStatus {
   std::uint64_t frame = 0;
   double frame_rate_hz = 0;
   double cpu_s = 0, memory_mb = 0;
-  std::map<std::string, std::uint64_t> counts, drops;
+  std::string gl_renderer;  // empty: the process uses no OpenGL
+  std::map<std::string, std::uint64_t> counts;
+  std::map<std::string, std::uint64_t> drops;  // by text_of(BadMessage)
+  std::map<std::string, TopicTotals> topics;
+  std::map<std::string, std::uint64_t> empty_cameras;  // frame sets by camera
+  std::map<std::string, CollisionTotals> collisions;   // by object
   std::map<std::string, Latency> latencies;
-  std::vector<std::string> diagnostics;
+  std::vector<std::string> diagnostics;  // "subject: text"
 };
 
 // The newest status of every process heard of.

@@ -5,13 +5,13 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/pipeline/node/status_names.h"
+
 namespace fivepipe::launch {
 namespace {
 
 using nlohmann::json;
 using Processes = std::vector<ProcessStatus>;
-
-constexpr const char* kCaptureToComposite = "capture_to_composite";
 
 std::map<std::string, std::uint64_t> summed(
     const Processes& processes, std::map<std::string, std::uint64_t> ProcessStatus::*counts) {
@@ -47,7 +47,7 @@ std::uint64_t complete_sets(const ReportInput& input) {
     const auto node = processes.find(program.name);
     sums.push_back(node == processes.end()
                        ? 0
-                       : summed(node->second, &ProcessStatus::counts)["frame_sets_complete"]);
+                       : summed(node->second, &ProcessStatus::counts)[node::kFrameSetsComplete]);
   }
   return min_count(sums);
 }
@@ -75,7 +75,7 @@ json frame_latency(const StatusRegistry& statuses) {
   json worst;
   for (const auto& [node, processes] : statuses.processes()) {
     const auto latencies = busiest_latencies(processes);
-    const auto found = latencies.find(kCaptureToComposite);
+    const auto found = latencies.find(node::kCaptureToComposite);
     if (found == latencies.end() || found->second.count == 0) continue;
     if (worst.is_null() || found->second.p99_ms > worst["p99"].get<double>())
       worst = json_of(found->second);
@@ -83,37 +83,57 @@ json frame_latency(const StatusRegistry& statuses) {
   return worst;
 }
 
-std::vector<std::string> diagnostics_with(const StatusRegistry& statuses,
-                                          const std::string& prefix) {
-  std::set<std::string> found;
+// Of the first node, by name, that uses OpenGL.
+std::string gl_renderer(const StatusRegistry& statuses) {
   for (const auto& [node, processes] : statuses.processes())
     for (const ProcessStatus& process : processes)
-      for (const std::string& diagnostic : process.diagnostics)
-        if (diagnostic.starts_with(prefix)) found.insert(diagnostic.substr(prefix.size()));
-  return {found.begin(), found.end()};
+      if (!process.gl_renderer.empty()) return process.gl_renderer;
+  return "unknown";
 }
 
-std::vector<std::string> empty_cameras(const StatusRegistry& statuses) {
-  const std::string prefix = "empty_hull/";
+std::set<std::string> empty_cameras(const StatusRegistry& statuses) {
   std::set<std::string> cameras;
   for (const auto& [node, processes] : statuses.processes())
-    for (const auto& [name, count] : summed(processes, &ProcessStatus::counts))
-      if (name.starts_with(prefix)) cameras.insert(name.substr(prefix.size()));
-  return {cameras.begin(), cameras.end()};
+    for (const ProcessStatus& process : processes)
+      for (const auto& [camera, frames] : process.empty_cameras) cameras.insert(camera);
+  return cameras;
 }
 
-std::map<std::string, json> collisions(const StatusRegistry& statuses) {
-  std::map<std::string, json> by_object;
-  const std::string frames = "collisions/", points = "collision_points/";
+json collisions(const StatusRegistry& statuses) {
+  std::map<std::string, CollisionTotals> sums;
   for (const auto& [node, processes] : statuses.processes())
-    for (const auto& [name, count] : summed(processes, &ProcessStatus::counts)) {
-      const bool is_points = name.starts_with(points);
-      if (!is_points && !name.starts_with(frames)) continue;
-      const std::string object = name.substr(name.find('/') + 1);
-      json& entry = by_object.try_emplace(object, json{{"frames", 0}, {"points", 0}}).first->second;
-      entry[is_points ? "points" : "frames"] = count;
-    }
+    for (const ProcessStatus& process : processes)
+      for (const auto& [object, totals] : process.collisions) {
+        sums[object].frames += totals.frames;
+        sums[object].points += totals.points;
+        sums[object].first_contacts += totals.first_contacts;
+      }
+  json by_object = json::object();
+  for (const auto& [object, sum] : sums)
+    by_object[object] = {
+        {"frames", sum.frames}, {"points", sum.points}, {"first_contacts", sum.first_contacts}};
   return by_object;
+}
+
+json json_of_topics(const Processes& processes) {
+  std::map<std::string, TopicTotals> sums;
+  for (const ProcessStatus& process : processes)
+    for (const auto& [topic, totals] : process.topics) {
+      TopicTotals& sum = sums[topic];
+      sum.sent += totals.sent;
+      sum.not_sent += totals.not_sent;
+      sum.received += totals.received;
+      sum.recorded += totals.recorded;
+      sum.lost += totals.lost;
+    }
+  json topics = json::object();
+  for (const auto& [topic, sum] : sums)
+    topics[topic] = {{"sent", sum.sent},
+                     {"not_sent", sum.not_sent},
+                     {"received", sum.received},
+                     {"recorded", sum.recorded},
+                     {"lost", sum.lost}};
+  return topics;
 }
 
 double cpu_percent(const ProcessStatus& process, std::int64_t stop_stamp_ns) {
@@ -153,11 +173,12 @@ json json_of_node(const ProgramHistory& program, const Processes& processes,
   node["cpu_percent"] = cpu_percent(last, stop_stamp_ns);  // of one core, of the newest process
   node["memory_mb"] = memory_mb;
   node["counts"] = summed(processes, &ProcessStatus::counts);
+  node["topics"] = json_of_topics(processes);
   node["drops"] = summed(processes, &ProcessStatus::drops);
   node["latencies_ms"] = json::object();
   for (const auto& [name, latency] : busiest_latencies(processes))
     node["latencies_ms"][name] = json_of(latency);
-  node["remarks"] = last.diagnostics;
+  node["diagnostics"] = last.diagnostics;
   return node;
 }
 
@@ -182,7 +203,7 @@ std::string node_row(const std::string& name, const json& node) {
 }  // namespace
 
 std::uint64_t frames_composited(const StatusRegistry& statuses) {
-  return min_count(per_node(statuses, "frames_composited"));
+  return min_count(per_node(statuses, node::kFramesComposited));
 }
 
 json report_from(const ReportInput& input) {
@@ -198,7 +219,6 @@ json report_from(const ReportInput& input) {
     for (const auto& [reason, count] : summed(of_node, &ProcessStatus::drops))
       dropped[reason] += count;
 
-  const std::vector<std::string> renderers = diagnostics_with(input.statuses, "gl: ");
   json nodes = json::object();
   for (const ProgramHistory& program : input.programs) {
     const auto of_node = processes.find(program.name);
@@ -210,14 +230,12 @@ json report_from(const ReportInput& input) {
       {"commit", input.commit},
       {"build_type", input.build_type},
       {"machine",
-       {{"cpu", input.cpu},
-        {"cores", input.cores},
-        {"gl_renderer", renderers.empty() ? "unknown" : renderers.front()}}},
+       {{"cpu", input.cpu}, {"cores", input.cores}, {"gl_renderer", gl_renderer(input.statuses)}}},
       {"deployment", input.deployment},
       {"ended_by", input.ended_by},
       {"duration_s", 1e-9 * double(input.stop_stamp_ns - input.start_stamp_ns)},
       {"frames",
-       {{"captured", max_count(per_node(input.statuses, "frames_captured"))},
+       {{"captured", max_count(per_node(input.statuses, node::kFramesCaptured))},
         {"complete", complete_sets(input)},
         {"composited", composited},
         {"dropped", dropped}}},

@@ -2,14 +2,20 @@
 
 #include <chrono>
 
+#include "common/pipeline/messages/bad_message.h"
+#include "common/pipeline/messages/wire_conversions.h"
+
 namespace fivepipe::launch {
 namespace {
 
-std::map<std::string, std::uint64_t> counts_from(const fivepipe_v1_NamedCount* counts,
-                                                 std::uint32_t length) {
-  std::map<std::string, std::uint64_t> by_name;
-  for (std::uint32_t i = 0; i < length; ++i) by_name[counts[i].name] += counts[i].count;
-  return by_name;
+using messages::span_of;
+
+// Messages that a process wrote or received and that did not arrive. They count as drops, too.
+void add_lost_messages(ProcessStatus& status) {
+  for (const auto& [topic, totals] : status.topics) {
+    if (totals.not_sent > 0) status.drops["not_sent: " + topic] += totals.not_sent;
+    if (totals.lost > 0) status.drops["lost: " + topic] += totals.lost;
+  }
 }
 
 }  // namespace
@@ -26,15 +32,23 @@ ProcessStatus status_from(const fivepipe_v1_NodeStatus& message, std::uint64_t w
   status.frame_rate_hz = message.frame_rate_hz;
   status.cpu_s = message.cpu_s;
   status.memory_mb = message.memory_mb;
-  status.counts = counts_from(message.counts._buffer, message.counts._length);
-  status.drops = counts_from(message.drops._buffer, message.drops._length);
-  for (std::uint32_t i = 0; i < message.latencies._length; ++i) {
-    const fivepipe_v1_LatencySummary& latency = message.latencies._buffer[i];
+  status.gl_renderer = message.gl_renderer;
+  for (const auto& count : span_of(message.counts)) status.counts[count.name] += count.count;
+  for (const auto& drop : span_of(message.drops))
+    status.drops[messages::text_of({drop.reason, drop.subject, drop.detail})] += drop.count;
+  for (const auto& topic : span_of(message.topics))
+    status.topics[topic.topic] = {topic.sent, topic.not_sent, topic.received, topic.recorded,
+                                  topic.lost};
+  for (const auto& camera : span_of(message.empty_cameras))
+    status.empty_cameras[camera.camera] = camera.frames;
+  for (const auto& object : span_of(message.collisions))
+    status.collisions[object.object] = {object.frames, object.points, object.first_contacts};
+  for (const auto& latency : span_of(message.latencies))
     status.latencies[latency.name] = {latency.p50_ms, latency.p95_ms, latency.p99_ms,
                                       latency.max_ms, latency.count};
-  }
-  for (std::uint32_t i = 0; i < message.remarks._length; ++i)
-    status.diagnostics.emplace_back(message.remarks._buffer[i]);
+  for (const auto& diagnostic : span_of(message.diagnostics))
+    status.diagnostics.push_back(std::string(diagnostic.subject) + ": " + diagnostic.text);
+  add_lost_messages(status);
   return status;
 }
 

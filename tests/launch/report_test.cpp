@@ -46,17 +46,17 @@ launch::ReportInput ten_seconds() {
   recon_b.counts = {{"frame_sets_complete", 175}};
   recon_b.drops = {{"incomplete_set", 1}};
   recon_b.latencies["reconstruct"] = {1.5, 2.5, 3.5, 4.5, 175};
-  recon_b.counts["empty_hull/left"] = 3;
-  recon_a.counts["empty_hull/right"] = 1;
+  recon_b.empty_cameras["left"] = 3;
+  recon_a.empty_cameras["right"] = 1;
   auto sim = status("sim", 4, 100 * s);
-  sim.counts = {{"frame_sets_complete", 3},
-                {"collisions/ball", 42},
-                {"collision_points/ball", 4200},
-                {"collisions/box", 0}};
+  sim.counts = {{"frame_sets_complete", 3}};
+  sim.collisions = {{"ball", {42, 4200, 0}}, {"box", {0, 0, 2}}};
+  sim.topics["fivepipe/v1/VirtualState"] = {.sent = 280, .not_sent = 6};
   auto render = status("render", 5, 100 * s);
   render.counts = {{"frames_composited", 286}};
   render.latencies["capture_to_composite"] = {12, 20, 31, 50, 286};
-  render.diagnostics = {"gl: llvmpipe, OpenGL 4.5"};
+  render.gl_renderer = "llvmpipe, OpenGL 4.5";
+  render.diagnostics = {"hull: empty"};
   render.cpu_s = 5;
   for (auto* of : {&capture, &recon_a, &recon_b, &sim, &render}) of->final_report = true;
   for (const auto& of : {capture, recon_a, recon_b_dead, recon_b, sim, render})
@@ -101,10 +101,14 @@ TEST(Report, RestartsIncludeCauses) {
 
 TEST(Report, ListsCollisionsAndEmptyHulls) {
   const auto report = launch::report_from(ten_seconds());
-  EXPECT_EQ(report["collisions"]["ball"], (nlohmann::json{{"frames", 42}, {"points", 4200}}));
+  EXPECT_EQ(report["collisions"]["ball"],
+            (nlohmann::json{{"frames", 42}, {"points", 4200}, {"first_contacts", 0}}));
   EXPECT_EQ(report["collisions"]["box"]["frames"], 0);
+  EXPECT_EQ(report["collisions"]["box"]["first_contacts"], 2);
   EXPECT_EQ(report["empty_cameras"], (nlohmann::json{"left", "right"}));
   EXPECT_EQ(report["machine"]["gl_renderer"], "llvmpipe, OpenGL 4.5");
+  EXPECT_EQ(report["nodes"]["render"]["diagnostics"], nlohmann::json({"hull: empty"}));
+  EXPECT_EQ(report["nodes"]["sim"]["topics"]["fivepipe/v1/VirtualState"]["not_sent"], 6);
 }
 
 TEST(Report, MarksNonFinalStatuses) {

@@ -112,7 +112,7 @@ TEST(CollisionMessage, FirstContactUsesTheCaptureClock) {
   EXPECT_NEAR(double(contact.stamp_ns - kFrame.capture_stamp_ns), -1e7,
               2);  // 10 ms before the frame
   EXPECT_EQ(contact.error_ns, 500'000u);
-  EXPECT_EQ(contact.part, 11u);
+  EXPECT_EQ(contact.component, 11u);
   EXPECT_EQ(contact.triangle, 4u);
   EXPECT_EQ(contact.p_m.y, 0.2);
 }
@@ -141,9 +141,8 @@ TEST(CollisionMessage, ContainsTrianglesAndContactsOnRequest) {
   EXPECT_EQ(message.contacts._buffer[1].status, fivepipe_v1_contact_without_exit);
   EXPECT_STREQ(message.contacts._buffer[1].camera, "");
   ASSERT_EQ(message.local_minimum_translation._length, 1u);
-  EXPECT_EQ(message.local_minimum_translation._buffer[0].status,
-            fivepipe_v1_shorter_translation_found);
-  EXPECT_EQ(message.local_minimum_translation._buffer[0].move_m.z, 0.02);
+  EXPECT_EQ(message.local_minimum_translation._buffer[0].status, fivepipe_v1_shorter_found);
+  EXPECT_EQ(message.local_minimum_translation._buffer[0].translation_m.z, 0.02);
 }
 
 TEST(ComponentsMessage, ReportsIdentityAndMotion) {
@@ -165,23 +164,23 @@ TEST(ComponentsMessage, ReportsIdentityAndMotion) {
   const fivepipe_v1_HullComponents& message = out.message();
   EXPECT_STREQ(message.simulation, "simulation");
   EXPECT_EQ(message.capture_stamp_ns, kFrame.capture_stamp_ns);
-  ASSERT_EQ(message.parts._length, 2u);
-  EXPECT_EQ(message.parts._buffer[0].frames, 6);
-  EXPECT_EQ(message.parts._buffer[0].velocity_m_s.y, 0.5);
-  EXPECT_EQ(message.parts._buffer[0].determined_axes, 2);
-  EXPECT_EQ(message.parts._buffer[0].box_max_m.z, 3);
-  EXPECT_EQ(message.parts._buffer[0].box_min_m.z, 0);
-  EXPECT_EQ(message.parts._buffer[0].centroid_m.y, 0.5);
-  EXPECT_EQ(message.parts._buffer[0].volume_m3, 0.002);
-  EXPECT_TRUE(message.parts._buffer[0].cut);
-  EXPECT_FALSE(message.parts._buffer[1].cut);
-  EXPECT_EQ(message.parts._buffer[0].angular_velocity_rad_s.z, 3);
-  EXPECT_EQ(message.parts._buffer[0].residual_m, 0.001);
-  EXPECT_EQ(message.parts._buffer[0].window_s, 0.1);
-  EXPECT_EQ(message.parts._buffer[1].origin, fivepipe_v1_component_merged);
-  EXPECT_EQ(message.parts._buffer[1].frames, 0);
-  ASSERT_EQ(message.parts._buffer[1].from._length, 2u);
-  EXPECT_EQ(message.parts._buffer[1].from._buffer[1], 2u);
+  ASSERT_EQ(message.components._length, 2u);
+  EXPECT_EQ(message.components._buffer[0].frames, 6);
+  EXPECT_EQ(message.components._buffer[0].velocity_m_s.y, 0.5);
+  EXPECT_EQ(message.components._buffer[0].determined_axes, 2);
+  EXPECT_EQ(message.components._buffer[0].box_max_m.z, 3);
+  EXPECT_EQ(message.components._buffer[0].box_min_m.z, 0);
+  EXPECT_EQ(message.components._buffer[0].centroid_m.y, 0.5);
+  EXPECT_EQ(message.components._buffer[0].volume_m3, 0.002);
+  EXPECT_TRUE(message.components._buffer[0].clipped);
+  EXPECT_FALSE(message.components._buffer[1].clipped);
+  EXPECT_EQ(message.components._buffer[0].angular_velocity_rad_s.z, 3);
+  EXPECT_EQ(message.components._buffer[0].residual_m, 0.001);
+  EXPECT_EQ(message.components._buffer[0].window_s, 0.1);
+  EXPECT_EQ(message.components._buffer[1].origin, fivepipe_v1_component_merged);
+  EXPECT_EQ(message.components._buffer[1].frames, 0);
+  ASSERT_EQ(message.components._buffer[1].from._length, 2u);
+  EXPECT_EQ(message.components._buffer[1].from._buffer[1], 2u);
 }
 
 }  // namespace

@@ -119,12 +119,11 @@ std::map<std::string, nlohmann::ordered_json> final_statuses(
 
 std::map<std::string, std::uint64_t> sent_by_topic(
     const std::map<std::string, nlohmann::ordered_json>& statuses) {
-  const std::string prefix = "sent: ";
   std::map<std::string, std::uint64_t> sent;
   for (const auto& [node, status] : statuses)
-    for (const auto& count : status["counts"])
-      if (const std::string name = count["name"]; name.starts_with(prefix))
-        sent[name.substr(prefix.size())] += count["count"].get<std::uint64_t>();
+    for (const auto& topic : status["topics"])
+      if (const auto count = topic["sent"].get<std::uint64_t>(); count > 0)
+        sent[topic["topic"]] += count;
   sent.erase(bus::topics::NodeStatus::name);  // always one behind
   return sent;
 }

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "common/base/realtime.h"
+#include "common/pipeline/messages/bad_message.h"
 #include "tests/support/recordings.h"
 
 namespace fivepipe::test {
@@ -14,8 +15,8 @@ struct NodeUnderTest {
 
 struct ReplayRun {
   std::map<std::string, std::vector<Payload>> outputs;  // Outputs::sorted
-  std::map<std::string, std::map<std::string, std::uint64_t>> counts,
-      drops;         // at the nodes' end, by node
+  // From each node's final report, by node: counts by name, drops by text, sent messages by topic.
+  std::map<std::string, std::map<std::string, std::uint64_t>> counts, drops, sent;
   std::string said;  // by the replay
 };
 
@@ -75,15 +76,19 @@ class ReplayedNodesTest : public RecordingTest {
       for (std::uint32_t i = 0; i < sample->counts._length; ++i)
         counts[sample->counts._buffer[i].name] = sample->counts._buffer[i].count;
       for (std::uint32_t i = 0; i < sample->drops._length; ++i)
-        run.drops[sample->node][sample->drops._buffer[i].name] = sample->drops._buffer[i].count;
+        run.drops[sample->node][text_of(sample->drops._buffer[i])] = sample->drops._buffer[i].count;
+      for (std::uint32_t i = 0; i < sample->topics._length; ++i)
+        run.sent[sample->node][sample->topics._buffer[i].topic] = sample->topics._buffer[i].sent;
     }
+  }
+  static std::string text_of(const fivepipe_v1_DropCount& drop) {
+    return messages::text_of({drop.reason, drop.subject, drop.detail});
   }
   static std::uint64_t sent(const ReplayRun& run, const std::vector<std::string>& topics) {
     std::uint64_t all = 0;
-    for (const auto& [node, counts] : run.counts)
+    for (const auto& [node, sent] : run.sent)
       for (const std::string& topic : topics)
-        if (const auto count = counts.find("sent: " + topic); count != counts.end())
-          all += count->second;
+        if (const auto count = sent.find(topic); count != sent.end()) all += count->second;
     return all;
   }
 

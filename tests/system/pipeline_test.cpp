@@ -45,8 +45,9 @@ class Pipeline : public testing::Test {
     for (const auto& sample : composited_.take()) frames_seen_ += sample.valid();
     for (const auto& sample : statuses_.take()) {
       if (!sample.valid()) continue;
-      for (std::uint32_t i = 0; i < sample->drops._length; ++i)
-        drops_[sample->node][sample->drops._buffer[i].name] = sample->drops._buffer[i].count;
+      for (const fivepipe_v1_DropCount& drop : messages::span_of(sample->drops))
+        drops_[sample->node][messages::text_of({drop.reason, drop.subject, drop.detail})] =
+            drop.count;
     }
   }
   // So many more frames are composited within the time.
@@ -231,8 +232,8 @@ TEST_F(Pipeline, CollisionResultsHoldRequestedOutputs) {
                                 [](float w) { return w > 0.2f && w <= 1; });
           }
         for (const auto& sample : hull_parts.take())
-          for (std::uint32_t i = 0; sample.valid() && i < sample->parts._length; ++i)
-            moving |= sample->parts._buffer[i].frames >= 3;
+          for (std::uint32_t i = 0; sample.valid() && i < sample->components._length; ++i)
+            moving |= sample->components._buffer[i].frames >= 3;
         for (const auto& sample : collisions.take()) {
           if (!sample.valid()) continue;
           const bool is_plate = std::string(sample->object) == "plate";
@@ -270,8 +271,8 @@ TEST_F(Pipeline, MalformedMapsAreDroppedAndCounted) {
   EXPECT_TRUE(eventually(bus_, 10s, [&] {
     listen();
     return drops_["recon_a"].contains("bad_map: left: payload truncated or undecodable") &&
-           drops_["recon_b"].contains("bad_map: unknown camera 'nobody'") &&
-           drops_["simulation"].contains("bad_map: unknown camera 'nobody'");
+           drops_["recon_b"].contains("bad_map: nobody: unknown camera") &&
+           drops_["simulation"].contains("bad_map: nobody: unknown camera");
   })) << log();
   EXPECT_TRUE(frames_go_on(10, 5s)) << log();
 }

@@ -19,19 +19,19 @@ std::optional<std::size_t> camera_index(const config::Rig& rig, const char* name
   return std::nullopt;
 }
 
-// Why the message does not fit the rig's camera, or nothing.
+// Returns why the message does not fit the rig's camera; empty if it does.
 template <class Message>
 std::string why_mismatched(const Message& message, const config::Rig& rig,
                            std::optional<std::size_t> index) {
-  if (!index) return "unknown camera '" + std::string(message.camera) + "'";
+  if (!index) return "unknown camera";
   const geometry::Pinhole& k = rig.cameras[*index].published;
   if (message.image_width_px != k.width_px || message.image_height_px != k.height_px)
-    return std::string(message.camera) + ": wrong image size";
+    return "wrong image size";
   const hull::PixelRect r = from_wire(message.region);
   if (r == hull::PixelRect{}) return "";
   if (!(r.u0_px >= 0 && r.v0_px >= 0 && r.u0_px < r.u1_px && r.v0_px < r.v1_px &&
         r.u1_px <= k.width_px && r.v1_px <= k.height_px))
-    return std::string(message.camera) + ": region outside the image";
+    return "region outside the image";
   return "";
 }
 
@@ -63,17 +63,14 @@ Received<frames::CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap&
                                                const config::Rig& rig) {
   const auto index = camera_index(rig, message.camera);
   if (std::string why = why_mismatched(message, rig, index); !why.empty())
-    return BadMessage{"bad_map: " + why};
+    return BadMessage{"bad_map", message.camera, why};
   if (!rig.cameras[*index].gives_shape)
-    return BadMessage{"bad_map: " + std::string(message.camera) + " gives no shape"};
+    return BadMessage{"bad_map", message.camera, "the camera gives no shape"};
   auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px,
                         from_wire(message.region), span_of(message.payload));
-  if (!pixels)
-    return BadMessage{"bad_map: " + std::string(message.camera) +
-                      ": payload truncated or undecodable"};
+  if (!pixels) return BadMessage{"bad_map", message.camera, "payload truncated or undecodable"};
   if (pixels->count() != message.object_pixels)
-    return BadMessage{"bad_map: " + std::string(message.camera) +
-                      ": count of object pixels differs"};
+    return BadMessage{"bad_map", message.camera, "count of object pixels differs"};
   return frames::CameraMap{*index, message.frame, message.capture_stamp_ns, std::move(*pixels)};
 }
 
@@ -104,29 +101,24 @@ Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message,
                                    const config::Rig& rig) {
   const auto index = camera_index(rig, message.camera);
   if (std::string why = why_mismatched(message, rig, index); !why.empty())
-    return BadMessage{"bad_colour: " + why};
+    return BadMessage{"bad_colour", message.camera, why};
   const auto pose = from_wire(message.camera_from_world);
   if (!pose)
-    return BadMessage{"bad_colour: " + std::string(message.camera) +
-                      ": pose is not finite or not a rotation"};
+    return BadMessage{"bad_colour", message.camera, "pose is not finite or not a rotation"};
   const hull::PixelRect region = from_wire(message.region);
   auto pixels = decoded(message.encoding, message.image_width_px, message.image_height_px, region,
                         span_of(message.pixels));
-  if (!pixels)
-    return BadMessage{"bad_colour: " + std::string(message.camera) +
-                      ": pixels truncated or undecodable"};
+  if (!pixels) return BadMessage{"bad_colour", message.camera, "pixels truncated or undecodable"};
   const auto sent = span_of(message.bgr);
   if (sent.size() != 3 * pixels->count())
-    return BadMessage{"bad_colour: " + std::string(message.camera) +
-                      ": not as many colours as pixels"};
+    return BadMessage{"bad_colour", message.camera, "not as many colours as pixels"};
   geometry::Camera camera{rig.cameras[*index].published, *pose};
   if (rig.cameras[*index].mount == config::Mount::world) {
     camera =
         config::published_camera(rig.cameras[*index]);  // the very pose that the camera's maps have
     if (!((camera.camera_from_world.matrix() - pose->matrix()).cwiseAbs().maxCoeff() <=
           kModelTolerance))
-      return BadMessage{"bad_colour: " + std::string(message.camera) +
-                        ": pose differs from this node's rig"};
+      return BadMessage{"bad_colour", message.camera, "pose differs from this node's rig"};
   }
   std::vector<std::uint8_t> bgr(3 * region.area_px());
   auto next = sent.begin();
@@ -149,9 +141,8 @@ fivepipe_v1_CameraInfo camera_info_message(const config::RigCamera& camera) {
 }
 
 std::string model_mismatch(const fivepipe_v1_CameraInfo& info, const config::Rig& rig) {
-  const std::string name = info.camera;
   const auto index = camera_index(rig, info.camera);
-  if (!index) return "camera " + name + " is published but not in the rig '" + rig.name + "'";
+  if (!index) return "published, but not in the rig '" + rig.name + "'";
   const config::RigCamera& camera = rig.cameras[*index];
   const geometry::Pinhole k = from_wire(info.pinhole);
   const auto same = [](double a, double b) {
@@ -160,12 +151,12 @@ std::string model_mismatch(const fivepipe_v1_CameraInfo& info, const config::Rig
   const geometry::Pinhole& own = camera.published;
   if (k.width_px != own.width_px || k.height_px != own.height_px || !same(k.fx_px, own.fx_px) ||
       !same(k.fy_px, own.fy_px) || !same(k.cx_px, own.cx_px) || !same(k.cy_px, own.cy_px))
-    return "camera " + name + ": published intrinsics differ from this node's rig";
+    return "published intrinsics differ from this node's rig";
   const auto pose = from_wire(info.camera_from_mount);
   if (info.carried_by_viewer != (camera.mount == config::Mount::viewer) || !pose ||
       !((pose->matrix() - camera.camera_from_mount.matrix()).cwiseAbs().maxCoeff() <=
         kModelTolerance))
-    return "camera " + name + ": published pose differs from this node's rig";
+    return "published pose differs from this node's rig";
   return "";
 }
 

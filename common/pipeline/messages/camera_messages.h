@@ -3,22 +3,15 @@
 #pragma once
 #include <cstdint>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "common/config/rig.h"
 #include "common/hull/colour_region.h"
 #include "common/pipeline/frames/frame_set_assembler.h"
+#include "common/pipeline/messages/bad_message.h"
 #include "common/pipeline/messages/wire_conversions.h"
 
 namespace fivepipe::messages {
-
-// A message that can't be used, and why; dropped and counted under this text.
-struct BadMessage {
-  std::string why;
-};
-template <class T>
-using Received = std::variant<T, BadMessage>;
 
 // A message with the storage that its sequences refer to. Moves; the message is borrowed from the
 // storage on access.

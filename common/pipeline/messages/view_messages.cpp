@@ -15,9 +15,9 @@ fivepipe_v1_ViewInfo view_info_message(const config::Viewer& viewer) {
 Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message) {
   const geometry::Pinhole recon = from_wire(message.recon);
   if (auto why = geometry::why_unusable({recon, Eigen::Isometry3d::Identity()}))
-    return BadMessage{"bad_view: " + *why};
+    return BadMessage{"bad_view", message.viewer, *why};
   if (!(message.near_m > 0 && message.far_m > message.near_m && std::isfinite(message.far_m)))
-    return BadMessage{"bad_view: not 0 < near < far"};
+    return BadMessage{"bad_view", message.viewer, "not 0 < near < far"};
   return ViewGeometry{recon, message.near_m, message.far_m};
 }
 
@@ -37,7 +37,7 @@ OutgoingPose head_pose_message(const config::Viewer& viewer, FramePose pose) {
 
 Received<FramePose> head_pose_from(const fivepipe_v1_HeadPose& message) {
   const auto pose = from_wire(message.eye_from_world);
-  if (!pose) return BadMessage{"bad_head_pose: not finite or not a rotation"};
+  if (!pose) return BadMessage{"bad_head_pose", message.viewer, "not finite or not a rotation"};
   const auto owners = span_of(message.tile_owners);
   return FramePose{message.frame, message.capture_stamp_ns, *pose, {owners.begin(), owners.end()}};
 }

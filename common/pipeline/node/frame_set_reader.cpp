@@ -1,7 +1,11 @@
 #include "common/pipeline/node/frame_set_reader.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "common/base/realtime.h"
 #include "common/pipeline/messages/camera_messages.h"
+#include "common/pipeline/node/status_names.h"
 
 namespace fivepipe::node {
 
@@ -31,13 +35,12 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
   for (const auto& sample : maps_.take()) {
     if (!sample.valid()) continue;
     if (mismatched_cameras_.contains(sample->camera)) {
-      status_.drop("bad_map: " + std::string(sample->camera) +
-                   ": published camera model differs from the rig");
+      status_.drop({"bad_map", sample->camera, "published camera model differs from the rig"});
       continue;
     }
     auto received = messages::object_pixels_from(*sample, rig_);
     if (const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&received)) {
-      status_.drop(bad->why);
+      status_.drop(*bad);
       continue;
     }
     frames::CameraMap& map = std::get<frames::CameraMap>(received);
@@ -46,18 +49,15 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
   }
   for (const auto& [reason, n] : sets_.take_drops()) status_.drop(reason, n);
   for (const frames::FrameSet& set : complete) {
-    status_.count("frame_sets_complete");
+    status_.count(kFrameSetsComplete);
     status_.latency("set_skew", 1e-9 * double(set.skew_ns));
-    std::string empty, lost;
-    for (const std::string& camera : set.empty_cameras)
-      empty += (empty.empty() ? "" : ", ") + camera;
-    for (const std::string& camera : set.lost_cameras) lost += (lost.empty() ? "" : ", ") + camera;
-    for (const std::string& camera : set.empty_cameras) status_.count("empty_hull/" + camera);
-    status_.diagnostic("empty hull",
-                       empty.empty() ? "" : "empty hull: camera " + empty + " saw no object pixel");
-    status_.diagnostic(
-        "lost cameras",
-        lost.empty() ? "" : "lost: camera " + lost + "; the hull is that of the others");
+    for (const std::string& camera : set.empty_cameras) status_.empty_camera(camera);
+    status_.diagnostic("hull", empty_hull_text(set.empty_cameras));
+    status_.diagnostic("lost cameras",
+                       set.lost_cameras.empty()
+                           ? ""
+                           : fmt::format("{}; the hull is that of the other cameras",
+                                         fmt::join(set.lost_cameras, ", ")));
   }
   return complete;
 }

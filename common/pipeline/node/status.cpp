@@ -1,5 +1,7 @@
 #include "common/pipeline/node/status.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -21,12 +23,15 @@ namespace fivepipe::node {
 namespace {
 
 constexpr std::chrono::milliseconds kPublishPeriod{500};
-constexpr std::size_t kLatencySamples = 1 << 14;  // newest kept per name: nine minutes at 30 Hz
+constexpr std::chrono::seconds kDropLogPeriod{1};
+constexpr std::size_t kLatencySamples = 1 << 14;  // the newest per name: nine minutes at 30 Hz
 constexpr double kRateWindow_s = 1.0;
+// Bounds the memory of a node that handles frames faster than this within kRateWindow_s.
+constexpr std::size_t kMaxFrameTimes = 4096;
 
 using Clock = std::chrono::steady_clock;
 
-// Statuses are for people: what is too long is cut.
+// People read statuses: a truncated text is better than none.
 template <std::size_t N>
 void set_truncated(char (&field)[N], const std::string& text) {
   const std::size_t n = std::min(text.size(), N - 1);
@@ -34,7 +39,7 @@ void set_truncated(char (&field)[N], const std::string& text) {
   field[n] = '\0';
 }
 
-// The sample below which a fraction q of them lies. `sorted` is not empty.
+// Returns the q quantile (0..1). `sorted` must not be empty.
 double quantile(const std::vector<float>& sorted, double q) {
   return sorted[std::min(sorted.size() - 1, std::size_t(q * double(sorted.size())))];
 }
@@ -65,16 +70,107 @@ double resident_mb() {
   return double(resident) * double(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
-std::vector<fivepipe_v1_NamedCount> named_counts(
-    const std::map<std::string, std::uint64_t>& counts) {
-  std::vector<fivepipe_v1_NamedCount> named(counts.size());
-  std::size_t i = 0;
-  for (const auto& [name, n] : counts) {
-    set_truncated(named[i].name, name);
-    named[i++].count = n;
-  }
-  return named;
+struct CollisionTotals {
+  std::uint64_t frames = 0, points = 0, first_contacts = 0;
+};
+struct TopicTotals {
+  std::uint64_t sent = 0, not_sent = 0;
+  RecordedCounts recorded;
+};
+
+// Everything that a status reports about the node.
+struct NodeState {
+  std::uint64_t newest_frame = 0;
+  bool has_handled_frame = false;
+  std::deque<Clock::time_point> frame_times;
+  std::string gl_renderer;
+  std::map<std::string, std::uint64_t> counts, empty_cameras;
+  std::map<messages::BadMessage, std::uint64_t> drops;
+  std::map<std::string, TopicTotals> topics;
+  std::map<std::string, CollisionTotals> collisions;
+  std::map<std::string, LatencyWindow> latencies;
+  std::map<std::string, std::string> diagnostics;  // by subject
+};
+
+fivepipe_v1_DropCount drop_count(const messages::BadMessage& bad, std::uint64_t n) {
+  fivepipe_v1_DropCount drop{};
+  set_truncated(drop.reason, bad.reason);
+  set_truncated(drop.subject, bad.subject);
+  set_truncated(drop.detail, bad.detail);
+  drop.count = n;
+  return drop;
 }
+
+fivepipe_v1_TopicCounts topic_counts(const std::string& topic, const TopicTotals& totals) {
+  fivepipe_v1_TopicCounts counts{};
+  set_truncated(counts.topic, topic);
+  counts.sent = totals.sent;
+  counts.not_sent = totals.not_sent;
+  counts.received = totals.recorded.received;
+  counts.recorded = totals.recorded.recorded;
+  counts.lost = totals.recorded.lost;
+  return counts;
+}
+
+fivepipe_v1_LatencySummary latency_summary(const std::string& name, const LatencyWindow& window) {
+  std::vector<float> sorted = window.newest_ms;
+  std::sort(sorted.begin(), sorted.end());
+  fivepipe_v1_LatencySummary summary{};
+  set_truncated(summary.name, name);
+  summary.p50_ms = quantile(sorted, 0.50);
+  summary.p95_ms = quantile(sorted, 0.95);
+  summary.p99_ms = quantile(sorted, 0.99);
+  summary.max_ms = sorted.back();
+  summary.count = window.count;
+  return summary;
+}
+
+// The sequences of a NodeStatus with their storage.
+struct StatusLists {
+  std::vector<fivepipe_v1_NamedCount> counts;
+  std::vector<fivepipe_v1_DropCount> drops;
+  std::vector<fivepipe_v1_TopicCounts> topics;
+  std::vector<fivepipe_v1_EmptyCameraCount> empty_cameras;
+  std::vector<fivepipe_v1_ObjectCollisionCounts> collisions;
+  std::vector<fivepipe_v1_LatencySummary> latencies;
+  std::vector<fivepipe_v1_Diagnostic> diagnostics;
+
+  explicit StatusLists(const NodeState& state) {
+    for (const auto& [name, n] : state.counts) {
+      set_truncated(counts.emplace_back().name, name);
+      counts.back().count = n;
+    }
+    for (const auto& [bad, n] : state.drops) drops.push_back(drop_count(bad, n));
+    for (const auto& [topic, totals] : state.topics) topics.push_back(topic_counts(topic, totals));
+    for (const auto& [camera, frames] : state.empty_cameras) {
+      set_truncated(empty_cameras.emplace_back().camera, camera);
+      empty_cameras.back().frames = frames;
+    }
+    for (const auto& [object, totals] : state.collisions) {
+      fivepipe_v1_ObjectCollisionCounts& entry = collisions.emplace_back();
+      set_truncated(entry.object, object);
+      entry.frames = totals.frames;
+      entry.points = totals.points;
+      entry.first_contacts = totals.first_contacts;
+    }
+    for (const auto& [name, window] : state.latencies)
+      latencies.push_back(latency_summary(name, window));
+    for (const auto& [subject, text] : state.diagnostics) {
+      set_truncated(diagnostics.emplace_back().subject, subject);
+      set_truncated(diagnostics.back().text, text);
+    }
+  }
+
+  void lend_to(fivepipe_v1_NodeStatus& message) {
+    messages::borrow(message.counts, counts);
+    messages::borrow(message.drops, drops);
+    messages::borrow(message.topics, topics);
+    messages::borrow(message.empty_cameras, empty_cameras);
+    messages::borrow(message.collisions, collisions);
+    messages::borrow(message.latencies, latencies);
+    messages::borrow(message.diagnostics, diagnostics);
+  }
+};
 
 }  // namespace
 
@@ -87,75 +183,45 @@ struct NodeStatusReporter::Impl {
   std::mutex mutex;
   std::condition_variable wake;
   bool ending = false;
-  std::uint64_t newest_frame = 0;
-  bool has_handled_frame = false;
-  std::deque<Clock::time_point> frame_times;
-  std::map<std::string, std::uint64_t> counts, drops;
-  std::map<std::string, Clock::time_point> drop_logged;
-  std::map<std::string, LatencyWindow> latencies;
-  std::map<std::string, std::string> diagnostics;
+  NodeState state;
+  std::map<messages::BadMessage, Clock::time_point> drop_logged;
   std::thread publisher;
 
   Impl(bus::Bus& b, std::string n)
       : node(std::move(n)), bus(b), writer(b.writer<bus::topics::NodeStatus>()) {}
 
   void publish(bool final_report) {
+    std::unique_lock lock(mutex);
+    const Clock::time_point now = Clock::now();
+    while (!state.frame_times.empty() &&
+           now - state.frame_times.front() > std::chrono::duration<double>(kRateWindow_s))
+      state.frame_times.pop_front();
     fivepipe_v1_NodeStatus message{};
-    std::vector<fivepipe_v1_NamedCount> count_list, drop_list;
-    std::vector<fivepipe_v1_LatencySummary> latency_list;
-    struct Remark {
-      char text[257];
-    };
-    std::vector<Remark> diagnostic_list;
-    {
-      const std::scoped_lock lock(mutex);
-      set_truncated(message.node, node);
-      set_truncated(message.version, base::version());
-      message.start_stamp_ns = start_stamp_ns;
-      message.has_handled_frame = has_handled_frame;
-      message.final_report = final_report;
-      message.frame = newest_frame;
-      const Clock::time_point now = Clock::now();
-      while (!frame_times.empty() &&
-             now - frame_times.front() > std::chrono::duration<double>(kRateWindow_s))
-        frame_times.pop_front();
-      message.frame_rate_hz = double(frame_times.size()) / kRateWindow_s;
-      message.cpu_s = cpu_s();
-      message.memory_mb = resident_mb();
-      count_list = named_counts(counts);
-      drop_list = named_counts(drops);
-      for (const auto& [name, window] : latencies) {
-        std::vector<float> sorted = window.newest_ms;
-        std::sort(sorted.begin(), sorted.end());
-        fivepipe_v1_LatencySummary summary{};
-        set_truncated(summary.name, name);
-        summary.p50_ms = quantile(sorted, 0.50);
-        summary.p95_ms = quantile(sorted, 0.95);
-        summary.p99_ms = quantile(sorted, 0.99);
-        summary.max_ms = sorted.back();
-        summary.count = window.count;
-        latency_list.push_back(summary);
-      }
-      for (const auto& [topic, text] : diagnostics)
-        set_truncated(diagnostic_list.emplace_back().text, text);
-    }
-    messages::borrow(message.counts, count_list);
-    messages::borrow(message.drops, drop_list);
-    messages::borrow(message.latencies, latency_list);
-    message.remarks._length = message.remarks._maximum = std::uint32_t(diagnostic_list.size());
-    message.remarks._buffer = diagnostic_list.empty() ? nullptr : &diagnostic_list.front().text;
+    set_truncated(message.node, node);
+    set_truncated(message.version, base::version());
+    message.start_stamp_ns = start_stamp_ns;
+    message.has_handled_frame = state.has_handled_frame;
+    message.final_report = final_report;
+    message.frame = state.newest_frame;
+    message.frame_rate_hz = double(state.frame_times.size()) / kRateWindow_s;
+    message.cpu_s = cpu_s();
+    message.memory_mb = resident_mb();
+    set_truncated(message.gl_renderer, state.gl_renderer);
+    StatusLists lists(state);
+    lock.unlock();
+    lists.lend_to(message);
     try {
       writer.write(message);
     } catch (const bus::BusError& error) {
-      spdlog::warn("status not sent: {}", error.what());
+      spdlog::warn("cannot send the node status: {}", error.what());
     }
   }
 
   void collect_sent() {
     const auto not_sent = bus.take_not_sent(), sent = bus.sent();
     const std::scoped_lock lock(mutex);
-    for (const auto& [topic, count] : sent) counts[kSentPrefix + topic] = count;
-    for (const auto& [topic, count] : not_sent) drops["not_sent: " + topic] += count;
+    for (const auto& [topic, count] : sent) state.topics[topic].sent = count;
+    for (const auto& [topic, count] : not_sent) state.topics[topic].not_sent += count;
   }
 
   void publish_until_ending() {
@@ -189,41 +255,75 @@ NodeStatusReporter::~NodeStatusReporter() {
 
 void NodeStatusReporter::count(const std::string& name, std::uint64_t n) {
   const std::scoped_lock lock(impl_->mutex);
-  impl_->counts[name] += n;
+  impl_->state.counts[name] += n;
 }
 
-void NodeStatusReporter::drop(const std::string& reason, std::uint64_t n) {
+void NodeStatusReporter::drop(const messages::BadMessage& bad, std::uint64_t n) {
   if (n == 0) return;
   const std::scoped_lock lock(impl_->mutex);
-  impl_->drops[reason] += n;
-  Clock::time_point& logged = impl_->drop_logged[reason];
-  if (Clock::now() - logged < std::chrono::seconds(1)) return;
+  const std::uint64_t total = impl_->state.drops[bad] += n;
+  Clock::time_point& logged = impl_->drop_logged[bad];
+  if (Clock::now() - logged < kDropLogPeriod) return;
   logged = Clock::now();
-  spdlog::warn("dropped: {} ({} so far)", reason, impl_->drops[reason]);
+  spdlog::warn("dropped: {} ({} so far)", messages::text_of(bad), total);
 }
 
 void NodeStatusReporter::latency(const std::string& name, double seconds) {
   const std::scoped_lock lock(impl_->mutex);
-  impl_->latencies[name].add(1e3 * seconds);
+  impl_->state.latencies[name].add(1e3 * seconds);
 }
 
 void NodeStatusReporter::frame_handled(std::uint64_t frame) {
   const std::scoped_lock lock(impl_->mutex);
-  impl_->newest_frame = frame;
-  impl_->has_handled_frame = true;
-  impl_->frame_times.push_back(Clock::now());
-  if (impl_->frame_times.size() > 4096) impl_->frame_times.pop_front();
+  NodeState& state = impl_->state;
+  state.newest_frame = frame;
+  state.has_handled_frame = true;
+  state.frame_times.push_back(Clock::now());
+  if (state.frame_times.size() > kMaxFrameTimes) state.frame_times.pop_front();
 }
 
-void NodeStatusReporter::diagnostic(const std::string& topic, const std::string& text) {
+void NodeStatusReporter::empty_camera(const std::string& camera) {
+  const std::scoped_lock lock(impl_->mutex);
+  ++impl_->state.empty_cameras[camera];
+}
+
+void NodeStatusReporter::collided(const std::string& object, std::uint64_t points) {
+  const std::scoped_lock lock(impl_->mutex);
+  CollisionTotals& totals = impl_->state.collisions[object];
+  ++totals.frames;
+  totals.points += points;
+}
+
+void NodeStatusReporter::first_contact(const std::string& object) {
+  const std::scoped_lock lock(impl_->mutex);
+  ++impl_->state.collisions[object].first_contacts;
+}
+
+void NodeStatusReporter::recorded(const std::string& topic, const RecordedCounts& totals) {
+  const std::scoped_lock lock(impl_->mutex);
+  impl_->state.topics[topic].recorded = totals;
+}
+
+void NodeStatusReporter::set_gl_renderer(const std::string& renderer) {
+  spdlog::info("OpenGL: {}", renderer);
+  const std::scoped_lock lock(impl_->mutex);
+  impl_->state.gl_renderer = renderer;
+}
+
+void NodeStatusReporter::diagnostic(const std::string& subject, const std::string& text) {
   const std::scoped_lock lock(impl_->mutex);
   if (text.empty()) {
-    impl_->diagnostics.erase(topic);
+    impl_->state.diagnostics.erase(subject);
     return;
   }
-  std::string& standing = impl_->diagnostics[topic];
-  if (standing != text) spdlog::info("{}", text);
-  standing = text;
+  std::string& current = impl_->state.diagnostics[subject];
+  if (current != text) spdlog::info("{}: {}", subject, text);
+  current = text;
+}
+
+std::string empty_hull_text(const std::vector<std::string>& cameras) {
+  if (cameras.empty()) return "";
+  return fmt::format("empty: no object pixel in camera {}", fmt::join(cameras, ", "));
 }
 
 }  // namespace fivepipe::node

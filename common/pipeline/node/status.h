@@ -1,18 +1,26 @@
-// What a node tells about itself: counts, drops by reason, latencies, diagnostics. Published as
-// NodeStatus twice a second by its own thread, so that a long step never looks like a dead process.
-// Thread-safe.
+// Collects a node's counts, drops, latencies and diagnostics and publishes them as NodeStatus.
+// A thread of its own publishes twice per second, so that a node in a long step still reports.
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/pipeline/bus/bus.h"
+#include "common/pipeline/messages/bad_message.h"
 
 namespace fivepipe::node {
 
-// Counts named so, with the topic behind it: messages written since the start.
-inline constexpr const char* kSentPrefix = "sent: ";
+// What a recorder did with the messages of one topic since its start.
+struct RecordedCounts {
+  std::uint64_t received = 0;
+  std::uint64_t recorded = 0;  // in the file
+  std::uint64_t lost = 0;      // received and not recorded: the disk was too slow or full
+};
 
+// Thread-safe. All counts are totals since the construction. Texts that exceed their field in
+// NodeStatus are truncated.
 class NodeStatusReporter {
  public:
   NodeStatusReporter(bus::Bus& bus, std::string node);
@@ -21,19 +29,37 @@ class NodeStatusReporter {
   NodeStatusReporter& operator=(const NodeStatusReporter&) = delete;
 
   void count(const std::string& name, std::uint64_t n = 1);
-  // Counted by reason, and logged at most once a second per reason.
-  void drop(const std::string& reason, std::uint64_t n = 1);
+  // Counts n dropped messages. Logs each distinct drop at most once per second. n = 0: no effect.
+  void drop(const messages::BadMessage& bad, std::uint64_t n = 1);
+  void drop(const std::string& reason, std::uint64_t n = 1) {
+    drop(messages::BadMessage{reason, {}, {}}, n);
+  }
   void latency(const std::string& name, double seconds);
   void frame_handled(std::uint64_t frame);
-  // A diagnostic stands until it is set to something else; an empty text removes it.
-  void diagnostic(const std::string& topic, const std::string& text);
+
+  // Counts a frame set in which the camera had no object pixel, so that the hull was empty.
+  void empty_camera(const std::string& camera);
+  // Counts a frame in which the object collided, with that many collision points.
+  void collided(const std::string& object, std::uint64_t points);
+  void first_contact(const std::string& object);
+  // Replaces the counts of this topic.
+  void recorded(const std::string& topic, const RecordedCounts& totals);
+
+  // GL_RENDERER and version of the context that the node draws or computes with.
+  void set_gl_renderer(const std::string& renderer);
+  // Sets the diagnostic for this subject until the next call for it. An empty text removes it.
+  void diagnostic(const std::string& subject, const std::string& text);
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-// Measures from construction to destruction.
+// The diagnostic for a hull that is empty because these cameras have no object pixel. Empty if
+// there is no such camera.
+std::string empty_hull_text(const std::vector<std::string>& cameras);
+
+// Reports the time from its construction to its destruction as a latency.
 class StageTimer {
  public:
   StageTimer(NodeStatusReporter& status, const char* name) : status_(status), name_(name) {}

@@ -7,7 +7,7 @@
 #include "common/base/machine.h"
 #include "common/base/realtime.h"
 #include "common/base/version.h"
-#include "common/pipeline/node/status.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "common/recording/files/format.h"
 #include "common/recording/schema/wire_types.h"
 
@@ -147,16 +147,12 @@ void Recorder::take() {
 }
 
 void Recorder::take_statuses() {
-  const std::string_view prefix = node::kSentPrefix;
   for (const auto& sample : statuses_.take()) {
     if (!sample.valid()) continue;
     SentStatus status{
         sample->node, sample->start_stamp_ns, sample.source_stamp_ns(), {}, sample->final_report};
-    for (std::uint32_t i = 0; i < sample->counts._length; ++i) {
-      const fivepipe_v1_NamedCount& count = sample->counts._buffer[i];
-      if (std::string_view(count.name).starts_with(prefix))
-        status.sent[std::string(count.name).substr(prefix.size())] = count.count;
-    }
+    for (const fivepipe_v1_TopicCounts& topic : messages::span_of(sample->topics))
+      if (topic.sent > 0) status.sent[topic.topic] = topic.sent;
     loss_detector_.add_status(status);
   }
 }

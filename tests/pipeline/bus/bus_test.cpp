@@ -138,16 +138,57 @@ TEST(Profile, UnknownNameListsShippedProfiles) {
   }
 }
 
-TEST(NodeStatusReporter, PublishesCountsDropsLatenciesAndFinalReport) {
+void expect_typed_fields(const fivepipe_v1_NodeStatus& status) {
+  EXPECT_STREQ(status.gl_renderer, "test renderer");
+  ASSERT_EQ(status.drops._length, 2u);
+  EXPECT_STREQ(status.drops._buffer[0].reason, "bad_map");
+  EXPECT_STREQ(status.drops._buffer[0].subject, "wall1");
+  EXPECT_STREQ(status.drops._buffer[0].detail, "wrong image size");
+  EXPECT_EQ(status.drops._buffer[0].count, 1u);
+  EXPECT_STREQ(status.drops._buffer[1].reason, "late_map");
+  EXPECT_STREQ(status.drops._buffer[1].subject, "");
+  EXPECT_EQ(status.drops._buffer[1].count, 2u);
+  ASSERT_EQ(status.empty_cameras._length, 1u);
+  EXPECT_STREQ(status.empty_cameras._buffer[0].camera, "wall2");
+  EXPECT_EQ(status.empty_cameras._buffer[0].frames, 2u);
+  ASSERT_EQ(status.collisions._length, 1u);
+  EXPECT_STREQ(status.collisions._buffer[0].object, "ball");
+  EXPECT_EQ(status.collisions._buffer[0].frames, 2u);
+  EXPECT_EQ(status.collisions._buffer[0].points, 42u);
+  EXPECT_EQ(status.collisions._buffer[0].first_contacts, 1u);
+  ASSERT_EQ(status.topics._length, 2u);
+  EXPECT_STREQ(status.topics._buffer[0].topic, topics::NodeStatus::name);
+  EXPECT_GT(status.topics._buffer[0].sent, 0u);
+  EXPECT_STREQ(status.topics._buffer[1].topic, "some/topic");
+  EXPECT_EQ(status.topics._buffer[1].received, 5u);
+  EXPECT_EQ(status.topics._buffer[1].recorded, 3u);
+  EXPECT_EQ(status.topics._buffer[1].lost, 2u);
+  ASSERT_EQ(status.diagnostics._length, 1u);
+  EXPECT_STREQ(status.diagnostics._buffer[0].subject, "camera wall1");
+  EXPECT_STREQ(status.diagnostics._buffer[0].text, "too bright");
+}
+
+TEST(NodeStatusReporter, PublishesTypedFieldsAndTheFinalReport) {
   Bus bus({test::own_domain()});
   auto reader = bus.reader<topics::NodeStatus>();
   {
     node::NodeStatusReporter status(bus, "node_under_test");
     status.count("frames_captured", 3);
     status.drop("late_map", 2);
+    status.drop({"bad_map", "wall1", "wrong image size"});
+    status.empty_camera("wall2");
+    status.empty_camera("wall2");
+    status.collided("ball", 40);
+    status.collided("ball", 2);
+    status.first_contact("ball");
+    status.recorded("some/topic", {5, 3, 2});
     for (int i = 1; i <= 100; ++i) status.latency("capture", 1e-3 * i);
     status.frame_handled(17);
-    status.diagnostic("gl", "gl: test renderer");
+    status.set_gl_renderer("test renderer");
+    status.diagnostic("camera wall1", "too dark");
+    status.diagnostic("camera wall1", "too bright");
+    status.diagnostic("start", "nearly done");
+    status.diagnostic("start", "");
     // Discovery first: a volatile writer's last word is heard by who is matched.
     ASSERT_TRUE(eventually(bus, [&] { return reader.writers() == 1; }));
   }
@@ -160,10 +201,9 @@ TEST(NodeStatusReporter, PublishesCountsDropsLatenciesAndFinalReport) {
       EXPECT_EQ(sample->frame, 17u);
       EXPECT_STREQ(sample->counts._buffer[0].name, "frames_captured");
       EXPECT_EQ(sample->counts._buffer[0].count, 3u);
-      EXPECT_EQ(sample->drops._buffer[0].count, 2u);
+      expect_typed_fields(*sample);
       EXPECT_NEAR(sample->latencies._buffer[0].p50_ms, 51, 1);
       EXPECT_NEAR(sample->latencies._buffer[0].p99_ms, 100, 1);
-      EXPECT_STREQ(sample->remarks._buffer[0], "gl: test renderer");
     }
     return final_seen;
   }));

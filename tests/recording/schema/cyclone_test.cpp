@@ -209,7 +209,7 @@ TEST(SchemaCycloneByHand, CollisionResultAndItsParts) {
   const Json decoded =
       decode(fivepipe_idl(), "fivepipe::v1::CollisionResult", cyclone.written(*sample));
   EXPECT_EQ(decoded["object"], sample->object);
-  EXPECT_EQ(sample->verdict == fivepipe_v1_undecided, decoded["verdict"] == "touching");
+  EXPECT_EQ(sample->verdict == fivepipe_v1_undecided, decoded["verdict"] == "undecided");
   EXPECT_EQ(decoded["points_truncated"], sample->points_truncated);
   EXPECT_EQ(decoded["triangles"], list(sample->triangles));
   EXPECT_EQ(decoded["residual_m"], sample->residual_m);
@@ -224,35 +224,58 @@ TEST(SchemaCycloneByHand, CollisionResultAndItsParts) {
 TEST(SchemaCycloneByHand, NodeStatus) {
   fivepipe_v1_NamedCount counts[] = {{"frames", 4}, {"tiles", 1ull << 40}};
   fivepipe_v1_LatencySummary latency{"hull", 1, 2, 3, 4, 5};
-  char remarks[][257] = {"all is well"};
+  fivepipe_v1_DropCount drop{"bad_map", "wall1", "wrong image size", 6};
+  fivepipe_v1_TopicCounts topic{"a/topic", 1, 2, 3, 4, 5};
+  fivepipe_v1_EmptyCameraCount empty_camera{"wall2", 8};
+  fivepipe_v1_ObjectCollisionCounts collision{"ball", 1, 20, 3};
+  fivepipe_v1_Diagnostic diagnostic{"camera wall1", "too dark"};
   fivepipe_v1_NodeStatus status{};
   std::strcpy(status.node, "recon_a");
   status.has_handled_frame = true;
   status.frame_rate_hz = 60;
   status.counts = {2, 2, counts, false};
   status.latencies = {1, 1, &latency, false};
-  status.remarks = {1, 1, remarks, false};
+  status.diagnostics = {1, 1, &diagnostic, false};
+  status.drops = {1, 1, &drop, false};
+  status.topics = {1, 1, &topic, false};
+  status.empty_cameras = {1, 1, &empty_camera, false};
+  status.collisions = {1, 1, &collision, false};
+  std::strcpy(status.gl_renderer, "llvmpipe");
   const Json decoded = decode(fivepipe_idl(), "fivepipe::v1::NodeStatus",
                               Cyclone<bus::topics::NodeStatus>().written(status));
-  const Json expected = {{"node", "recon_a"},
-                         {"version", ""},
-                         {"start_stamp_ns", 0},
-                         {"has_handled_frame", true},
-                         {"final_report", false},
-                         {"frame", 0},
-                         {"frame_rate_hz", 60.0},
-                         {"cpu_s", 0.0},
-                         {"memory_mb", 0.0},
-                         {"counts", Json::array({{{"name", "frames"}, {"count", 4}},
-                                                 {{"name", "tiles"}, {"count", 1ull << 40}}})},
-                         {"drops", Json::array()},
-                         {"latencies", Json::array({{{"name", "hull"},
-                                                     {"p50_ms", 1.0},
-                                                     {"p95_ms", 2.0},
-                                                     {"p99_ms", 3.0},
-                                                     {"max_ms", 4.0},
-                                                     {"count", 5}}})},
-                         {"remarks", {"all is well"}}};
+  const Json expected = {
+      {"node", "recon_a"},
+      {"version", ""},
+      {"start_stamp_ns", 0},
+      {"has_handled_frame", true},
+      {"final_report", false},
+      {"frame", 0},
+      {"frame_rate_hz", 60.0},
+      {"cpu_s", 0.0},
+      {"memory_mb", 0.0},
+      {"gl_renderer", "llvmpipe"},
+      {"counts", Json::array({{{"name", "frames"}, {"count", 4}},
+                              {{"name", "tiles"}, {"count", 1ull << 40}}})},
+      {"drops", Json::array({{{"reason", "bad_map"},
+                              {"subject", "wall1"},
+                              {"detail", "wrong image size"},
+                              {"count", 6}}})},
+      {"topics", Json::array({{{"topic", "a/topic"},
+                               {"sent", 1},
+                               {"not_sent", 2},
+                               {"received", 3},
+                               {"recorded", 4},
+                               {"lost", 5}}})},
+      {"empty_cameras", Json::array({{{"camera", "wall2"}, {"frames", 8}}})},
+      {"collisions",
+       Json::array({{{"object", "ball"}, {"frames", 1}, {"points", 20}, {"first_contacts", 3}}})},
+      {"latencies", Json::array({{{"name", "hull"},
+                                  {"p50_ms", 1.0},
+                                  {"p95_ms", 2.0},
+                                  {"p99_ms", 3.0},
+                                  {"max_ms", 4.0},
+                                  {"count", 5}}})},
+      {"diagnostics", Json::array({{{"subject", "camera wall1"}, {"text", "too dark"}}})}};
   EXPECT_EQ(decoded, expected);
 }
 

@@ -1,0 +1,18 @@
+// Names of counts and latencies in NodeStatus that other programs read.
+#pragma once
+
+namespace fivepipe::node {
+
+// Counts.
+inline constexpr const char* kFramesCaptured = "frames_captured";
+inline constexpr const char* kFrameSetsComplete = "frame_sets_complete";
+inline constexpr const char* kFramesComposited = "frames_composited";
+
+// Latencies.
+inline constexpr const char* kCaptureToPublished = "capture_to_published";
+inline constexpr const char* kCaptureToComposite = "capture_to_composite";
+// From the first tile of a frame to its composite. During a replay it replaces the latency since
+// the capture, which was long ago.
+inline constexpr const char* kArrivalToComposite = "arrival_to_composite";
+
+}  // namespace fivepipe::node
