@@ -121,11 +121,11 @@ CubeVerdict CubeQuery::test(const Vector3d& center_world_m, double half_edge_m) 
   int may_hold = 0, center_on = 0;
   bool center_off = false;
   for (const CubeCamera& camera : cameras_) {
-    const CubeProjection l = project_cube(camera, center_world_m, half_edge_m);
-    if (!l.may_hold && (all || l.sees_all)) return {.free = true};
-    may_hold += l.may_hold;
-    center_on += l.center_on;
-    center_off |= !l.center_on && (all || l.center_seen);
+    const CubeProjection p = project_cube(camera, center_world_m, half_edge_m);
+    if (!p.may_hold && (all || p.sees_all)) return {.free = true};
+    may_hold += p.may_hold;
+    center_on += p.center_on;
+    center_off |= !p.center_on && (all || p.center_seen);
   }
   const int needed = all ? int(cameras_.size()) : rule_.min_seen;
   if (may_hold < needed) return {.free = true};
@@ -157,11 +157,8 @@ const LazyOctree::Neighborhood& LazyOctree::neighborhood(const Vector3d& p_world
           root_edge_m_ *
           (Vector3d(double(cell[0]), double(cell[1]), double(cell[2])) + Vector3d::Constant(0.5));
       const auto [root, is_first] = root_at_.try_emplace(cell);
-      if (is_first) {
-        ++state.tested;
-        if (!query_.test(center_world_m, root_edge_m_ / 2).free)
-          root->second = std::make_unique<OctantsPtr>(nullptr);
-      }
+      if (is_first && !query_.test(center_world_m, root_edge_m_ / 2).free)
+        root->second = std::make_unique<OctantsPtr>(nullptr);
       if (root->second) found->second.push_back({root->second.get(), center_world_m});
     }
   }
@@ -179,28 +176,21 @@ LazyOctree::Octants& LazyOctree::next_octants(ThreadState& state) {
 }
 
 LazyOctree::Octants& LazyOctree::octants(const Cube& cube, double half_edge_m, int thread) {
-  if (Octants* there = cube.octants->load(std::memory_order_acquire)) return *there;
+  if (Octants* existing = cube.octants->load(std::memory_order_acquire)) return *existing;
   ThreadState& state = thread_states_[std::size_t(thread)];
   Octants& made = next_octants(state);
   made.not_free = made.in_hull = 0;
   for (int i = 0; i < 8; ++i) {
-    const CubeVerdict answer =
+    const CubeVerdict verdict =
         query_.test(center_of_octant(cube.center_world_m, half_edge_m, i), half_edge_m / 2);
-    made.not_free = std::uint8_t(made.not_free | !answer.free << i);
-    made.in_hull = std::uint8_t(made.in_hull | answer.center_in_hull << i);
+    made.not_free = std::uint8_t(made.not_free | !verdict.free << i);
+    made.in_hull = std::uint8_t(made.in_hull | verdict.center_in_hull << i);
   }
-  state.tested += 8;
   Octants* first = nullptr;
   if (!cube.octants->compare_exchange_strong(first, &made, std::memory_order_acq_rel))
     return *first;  // another thread was faster, with the same values; reuse ours later
   --state.left;
   return made;
-}
-
-std::size_t LazyOctree::tested() const {
-  std::size_t sum = 0;
-  for (const ThreadState& state : thread_states_) sum += state.tested;
-  return sum;
 }
 
 }  // namespace fivepipe::collision

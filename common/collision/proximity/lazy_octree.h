@@ -86,8 +86,6 @@ class LazyOctree {
   }
 
   double root_edge_m() const { return root_edge_m_; }
-  // Number of cubes tested so far; it depends on the timing of the threads.
-  std::size_t tested() const;
 
  private:
   using CellIndex = std::array<std::int64_t, 3>;  // lattice coordinates
@@ -97,7 +95,6 @@ class LazyOctree {
   struct alignas(64) ThreadState {
     std::vector<std::unique_ptr<Octants[]>> chunks;
     std::size_t left = 0;  // unused octants of the last chunk
-    std::size_t tested = 0;
     std::unordered_map<CellIndex, Neighborhood, CellIndexHash> neighborhoods;
     const Neighborhood* last = nullptr;
     CellIndex last_cell{};

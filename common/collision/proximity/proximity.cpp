@@ -140,7 +140,7 @@ class HullProximity::Search::Nearest {
       std::sort(later_.begin(), later_.end());
       std::swap(now_, later_);
     }
-    return answer(skipped_m2);
+    return bounds(skipped_m2);
   }
 
  private:
@@ -183,13 +183,13 @@ class HullProximity::Search::Nearest {
   // Lowers the upper bound if p is in the hull and nearer than max_m. Steps from p towards the
   // shape with growing steps and bisects, to find a nearer hull point.
   void approach(const Vector3d& p_world_m, double step_m) {
-    const Vector3d to = shape_.nearest_to(p_world_m), way = p_world_m - to;
-    const double length_m2 = way.squaredNorm();
+    const Vector3d to = shape_.nearest_to(p_world_m), offset = p_world_m - to;
+    const double length_m2 = offset.squaredNorm();
     if (!(length_m2 < max_m_ * max_m_)) return;
     const double length_m = std::sqrt(length_m2);
     if (!(length_m + rounding_m_ < max_m_) || !query_.contains(p_world_m)) return;
     if (query_.contains(to)) return set_upper_bound(0);
-    const Vector3d direction = way / length_m;
+    const Vector3d direction = offset / length_m;
     double inside_m = length_m, outside_m = length_m - step_m;
     for (; outside_m > 0 && query_.contains(to + outside_m * direction);
          outside_m -= 2 * (length_m - outside_m))
@@ -203,7 +203,7 @@ class HullProximity::Search::Nearest {
     set_upper_bound(inside_m + rounding_m_);
   }
 
-  Proximity answer(double skipped_m2) const {
+  Proximity bounds(double skipped_m2) const {
     if (!(max_m_ > 0)) return kInHull;
     double min_m = std::max(0.0, std::min(enough_m_, std::sqrt(skipped_m2) - rounding_m_));
     if (min_m < enough_m_)
@@ -333,7 +333,5 @@ MeshProximity HullProximity::of_mesh(const geometry::Mesh& mesh,
   });
   return found;
 }
-
-std::size_t HullProximity::cubes_tested() const { return search_->cells.tested(); }
 
 }  // namespace fivepipe::collision

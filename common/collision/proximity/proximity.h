@@ -63,9 +63,6 @@ class HullProximity {
   // may differ from of_triangles() within the tolerance.
   MeshProximity of_mesh(const geometry::Mesh& mesh, const Eigen::Isometry3d& world_from_object);
 
-  // Number of cubes tested so far; each takes about 9 bytes.
-  std::size_t cubes_tested() const;
-
  private:
   struct Search;
   std::unique_ptr<Search> search_;

@@ -55,7 +55,6 @@ struct ContactManifold {
   // The first contact is the deepest towards RP_obj among a sample of the points. The others are a
   // farthest-point sample; no two are within a pixel footprint of each other.
   std::vector<Contact> contacts;
-  std::size_t points_in_hull = 0;  // number of given points that contains() confirms
 };
 
 // Ignores points outside the hull. Throws std::invalid_argument if the request or a point is not

@@ -1,5 +1,5 @@
-// Local minimum translation: V_rec leads out of the hull, but seldom by the shortest way. A local
-// descent looks for a shorter translation. The paper has no counterpart.
+// Local minimum translation: a translation out of the hull that is shorter than the move along
+// V_rec, found by local descent. The paper has no counterpart.
 //
 // The translation along a direction is at least as long as the farthest first exit of a collision
 // point along it. The search starts at V_rec and tries the normals of the hull's border at these
@@ -17,19 +17,18 @@ struct LocalMinimumTranslationConfig {
 };
 
 enum class LocalMinimumTranslationStatus {
-  found,       // shorter than the response's move, and verified to be free of collision
-  none_found,  // no shorter one was found; the response's move is verified to be free
-  not_free     // neither the response's move plus residual nor a shorter one frees the object
+  shorter_found,       // shorter than the response's move, and verified to be free of collision
+  none_shorter_found,  // the translation is the response's move, verified to be free
+  none_verified        // neither the response's move plus residual nor a shorter one is free
 };
 
 struct LocalMinimumTranslation {
-  LocalMinimumTranslationStatus status = LocalMinimumTranslationStatus::not_free;
-  // Valid if status is found or none_found: no collision point remains after this move.
-  Eigen::Vector3d move_world_m = Eigen::Vector3d::Zero();
-  double length_m = 0;  // of move_world_m
-  // clear_distance_m() + residual_m, plus at most one pixel footprint if surface points between
-  // the collision points lie deeper.
-  double response_length_m = 0;
+  LocalMinimumTranslationStatus status = LocalMinimumTranslationStatus::none_verified;
+  // Valid unless none_verified: no collision point remains after this translation. At most as long
+  // as clear_distance_m() + residual_m of the response, plus one pixel footprint if surface points
+  // between the collision points lie deeper.
+  Eigen::Vector3d translation_world_m = Eigen::Vector3d::Zero();
+  double length_m = 0;  // of the translation
   int requeries = 0;
 };
 

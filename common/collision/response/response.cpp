@@ -64,7 +64,6 @@ Response respond(const hull::HullQuery& query, const ObjectCollision& collision,
   const CollisionPoint& cp =
       cp_object(query, collision.points, request.rp_object_world_m, request.equally_far_m);
   response.cp_object_world_m = cp.p_world_m;
-  response.cp_object_triangle = cp.triangle;
 
   const Vector3d to_reference_m = request.rp_object_world_m - cp.p_world_m;
   if (!request.v_rec_world && config.search != HullSearch::outward &&

@@ -95,7 +95,6 @@ struct HullNormal {
 struct Response {
   RecoveryStatus status = RecoveryStatus::direction_undefined;
   Eigen::Vector3d cp_object_world_m = Eigen::Vector3d::Zero();
-  std::uint32_t cp_object_triangle = 0;
   // Unit length; also valid for no_exit_within_reach.
   Eigen::Vector3d v_rec_world = Eigen::Vector3d::Zero();
   // The fields below are valid if status is recovered or still_colliding.

@@ -46,8 +46,8 @@ struct TrackedComponent {
   std::uint64_t id = 0;  // unique per tracker
   ComponentOrigin origin = ComponentOrigin::appeared;
   std::vector<std::uint64_t> from;  // ids in the previous frame
-  HullComponent part;
-  std::optional<ComponentMotion> motion;  // present from the component's third frame
+  HullComponent component = {};
+  std::optional<ComponentMotion> motion = std::nullopt;  // present from the component's third frame
 };
 
 struct ComponentTrackerOptions {
@@ -64,8 +64,11 @@ class ComponentTracker {
   // Adds the components of the next frame and returns them tracked, in the given order. Resets
   // first if time_s is not after the last frame's time or more than max_gap_s after it. Throws
   // std::invalid_argument if time_s is not finite.
-  const std::vector<TrackedComponent>& add(double time_s, const std::vector<HullComponent>& parts);
-  const std::vector<TrackedComponent>& parts() const { return parts_; }
+  const std::vector<TrackedComponent>& add(double time_s,
+                                           const std::vector<HullComponent>& components);
+  const std::vector<TrackedComponent>& components() const {
+    return components_;
+  }              // of the last add()
   void reset();  // forgets all frames; ids stay unique
 
  private:
@@ -73,16 +76,18 @@ class ComponentTracker {
     std::deque<OutlineSnapshot> window;
     std::optional<UniformMotion> guess;  // the previous frame's motion: start of the fit
   };
-  Eigen::Vector3d predicted_center_m(std::size_t i, double time_s) const;
+  // `previous`: index in components_.
+  Eigen::Vector3d predicted_center_m(std::size_t previous, double time_s) const;
+  // Returns for each component the index of its unambiguous predecessor in components_.
   std::vector<std::optional<std::size_t>> match(double time_s,
-                                                const std::vector<HullComponent>& parts) const;
-  std::optional<ComponentMotion> motion_of(Track& track, const HullComponent& part) const;
+                                                const std::vector<HullComponent>& components) const;
+  std::optional<ComponentMotion> motion_of(Track& track, const HullComponent& component) const;
 
   ComponentTrackerOptions options_;
   std::uint64_t next_id_ = 1;
   double time_s_ = 0;
-  std::vector<TrackedComponent> parts_;
-  std::vector<Track> tracks_;  // one per element of parts_
+  std::vector<TrackedComponent> components_;
+  std::vector<Track> tracks_;  // one per element of components_
 };
 
 // A match is unambiguous if the runner-up is farther by at least this factor.

@@ -23,7 +23,7 @@ namespace fivepipe::collision {
 struct HullSnapshot {
   const hull::HullQuery* query;
   double time_s;
-  HullComponent part;
+  HullComponent component;
 };
 
 struct MovingObject {

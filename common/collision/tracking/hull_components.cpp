@@ -72,12 +72,12 @@ class CellSearch {
     const int level = std::bit_width(unsigned(grid_.size().maxCoeff() - 1));
     std::vector<Node> nodes{{Vector3i::Zero(), level}}, next;
     for (int l = level; !nodes.empty() && l > 0; --l, nodes.swap(next)) split(nodes, next);
-    std::vector<Vector3d> middles;
+    std::vector<Vector3d> centers;
     for (const Node& node : nodes)
-      middles.push_back(options_.within_world_m.min() +
+      centers.push_back(options_.within_world_m.min() +
                         options_.cell_m * (node.at.cast<double>().array() + 0.5).matrix());
-    std::vector<std::uint8_t> inside(middles.size());
-    query_.contains(middles, inside);
+    std::vector<std::uint8_t> inside(centers.size());
+    query_.contains(centers, inside);
     for (std::size_t i = 0; i < nodes.size(); ++i)
       if (inside[i])
         grid_.set_run(nodes[i].at.x(), nodes[i].at.x() + 1, nodes[i].at.y(), nodes[i].at.z());
@@ -91,27 +91,27 @@ class CellSearch {
     std::array<Node, Bvh::kArity> batch;
     int count = 0;
     for (const Node& node : nodes)
-      for (int part = 0; part < 8; ++part) {
+      for (int octant = 0; octant < 8; ++octant) {
         const int half = 1 << (node.level - 1);
-        const Node child{node.at + half * Vector3i(part & 1, part >> 1 & 1, part >> 2),
+        const Node child{node.at + half * Vector3i(octant & 1, octant >> 1 & 1, octant >> 2),
                          node.level - 1};
         if ((child.at.array() >= grid_.size().array()).any()) continue;
         batch[std::size_t(count++)] = child;
-        if (count == Bvh::kArity) look(batch, count, next), count = 0;
+        if (count == Bvh::kArity) classify(batch, count, next), count = 0;
       }
-    look(batch, count, next);
+    classify(batch, count, next);
   }
 
-  void look(const std::array<Node, Bvh::kArity>& batch, int count, std::vector<Node>& next) {
+  void classify(const std::array<Node, Bvh::kArity>& batch, int count, std::vector<Node>& next) {
     Bvh::Boxes boxes;
-    const Vector3d middle = options_.within_world_m.center();
+    const Vector3d center = options_.within_world_m.center();
     for (std::size_t i = 0; i < Bvh::kArity; ++i)
       for (std::size_t axis = 0; axis < 3; ++axis) {
         boxes.half_m[axis][i] = -1, boxes.center_m[axis][i] = 0;
         if (int(i) >= count) continue;
         const double size_m = options_.cell_m * (1 << batch[i].level);
         const double first_m =
-            options_.within_world_m.min()[Eigen::Index(axis)] - middle[Eigen::Index(axis)];
+            options_.within_world_m.min()[Eigen::Index(axis)] - center[Eigen::Index(axis)];
         const double center_m =
             first_m + options_.cell_m * batch[i].at[Eigen::Index(axis)] + 0.5 * size_m;
         boxes.center_m[axis][i] = float(center_m);
@@ -211,10 +211,10 @@ struct Moments {
 // Adds the moments of the run's cell centres about `origin`, in closed form. Units: cells.
 void add_run(const Run& run, const Vector3d& origin, Moments& m) {
   const double n = run.x1 - run.x0;
-  const Vector3d middle = Vector3d(0.5 * (run.x0 + run.x1), run.y + 0.5, run.z + 0.5) - origin;
+  const Vector3d center = Vector3d(0.5 * (run.x0 + run.x1), run.y + 0.5, run.z + 0.5) - origin;
   m.count += n;
-  m.sum += n * middle;
-  m.products += n * middle * middle.transpose();
+  m.sum += n * center;
+  m.products += n * center * center.transpose();
   m.products(0, 0) += n * (n * n - 1) / 12;
 }
 
@@ -253,6 +253,56 @@ Vector3i checked_size(const hull::HullQuery& query, const HullComponentsOptions&
   return cells.cast<int>();
 }
 
+struct Labelled {  // components by their first run; other elements are unused
+  std::vector<Moments> moments;
+  std::vector<HullComponent> components;  // only box and clipped
+};
+
+Labelled measure(const std::vector<Run>& runs, const std::vector<std::size_t>& component_of,
+                 const Vector3i& size, const HullComponentsOptions& options,
+                 const Vector3d& origin) {
+  Labelled result{std::vector<Moments>(runs.size()), std::vector<HullComponent>(runs.size())};
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const Run& r = runs[i];
+    add_run(r, origin, result.moments[component_of[i]]);
+    HullComponent& component = result.components[component_of[i]];
+    for (const Vector3d& corner : {Vector3d(r.x0, r.y, r.z), Vector3d(r.x1, r.y + 1, r.z + 1)})
+      component.box_world_m.extend(options.within_world_m.min() + options.cell_m * corner);
+    component.clipped |= r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() ||
+                         r.z == 0 || r.z + 1 == size.z();
+  }
+  return result;
+}
+
+// Sets volume, centroid and covariance from the moments about `origin` [cells].
+void set_moments(const Moments& m, const HullComponentsOptions& options, const Vector3d& origin,
+                 HullComponent& component) {
+  const Vector3d mean = m.sum / m.count;
+  component.cells = std::size_t(m.count);
+  component.volume_m3 = m.count * std::pow(options.cell_m, 3);
+  component.centroid_world_m = options.within_world_m.min() + options.cell_m * (mean + origin);
+  component.covariance_world_m2 =
+      options.cell_m * options.cell_m *
+      (m.products / m.count - mean * mean.transpose() + Eigen::Matrix3d::Identity() / 12);
+}
+
+// index: of the component in `components`, by first run; runs.size() if it was dropped.
+void add_outlines(const hull::HullQuery& query, const HullComponentsOptions& options,
+                  const std::vector<Run>& runs, const std::vector<std::size_t>& component_of,
+                  const std::vector<std::size_t>& index, std::vector<HullComponent>& components) {
+  std::vector<std::vector<Vector3d>> points_world_m(components.size());
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (index[component_of[i]] == runs.size()) continue;
+    const Vector3d first_cell =
+        Vector3d(runs[i].x0, runs[i].y, runs[i].z) + Vector3d::Constant(0.5);
+    points_world_m[index[component_of[i]]].push_back(options.within_world_m.min() +
+                                                     options.cell_m * first_cell);
+  }
+  auto outlines = component_outlines(query, points_world_m);
+  for (std::size_t i = 0; i < components.size(); ++i)
+    components[i].outlines = std::move(outlines[i]);
+}
+
 }  // namespace
 
 std::vector<HullComponent> hull_components(const hull::HullQuery& query,
@@ -263,49 +313,22 @@ std::vector<HullComponent> hull_components(const hull::HullQuery& query,
   CellSearch(query, options, grid).run();
   std::vector<std::size_t> first_of_row;
   const std::vector<Run> runs = runs_of(grid, first_of_row);
-  const std::vector<std::size_t> part_of = joined(grid, runs, first_of_row);
-
-  std::vector<Moments> moments(runs.size());
-  std::vector<HullComponent> parts(runs.size());
+  const std::vector<std::size_t> component_of = joined(grid, runs, first_of_row);
   const Vector3d origin = 0.5 * size.cast<double>();
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const Run& r = runs[i];
-    add_run(r, origin, moments[part_of[i]]);
-    HullComponent& part = parts[part_of[i]];
-    for (const Vector3d& corner : {Vector3d(r.x0, r.y, r.z), Vector3d(r.x1, r.y + 1, r.z + 1)})
-      part.box_world_m.extend(options.within_world_m.min() + options.cell_m * corner);
-    part.cut |= r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() || r.z == 0 ||
-                r.z + 1 == size.z();
-  }
+  Labelled labelled = measure(runs, component_of, size, options, origin);
+
   std::vector<HullComponent> found;
-  std::vector<std::size_t> number(runs.size(), runs.size());  // first run -> index in found
+  std::vector<std::size_t> index(runs.size(), runs.size());
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    const Moments& m = moments[i];
-    if (!(m.count >= double(std::max<std::size_t>(options.min_cells, 1)))) continue;
-    number[i] = found.size();
-    HullComponent& part = parts[i];
-    const Vector3d mean = m.sum / m.count;
-    part.cells = std::size_t(m.count);
-    part.volume_m3 = m.count * std::pow(options.cell_m, 3);
-    part.centroid_world_m = options.within_world_m.min() + options.cell_m * (mean + origin);
-    part.covariance_world_m2 =
-        options.cell_m * options.cell_m *
-        (m.products / m.count - mean * mean.transpose() + Eigen::Matrix3d::Identity() / 12);
-    part.cut |= at_an_image_border(query, part.box_world_m);
-    found.push_back(part);
+    if (!(labelled.moments[i].count >= double(std::max<std::size_t>(options.min_cells, 1))))
+      continue;
+    index[i] = found.size();
+    HullComponent& component = labelled.components[i];
+    set_moments(labelled.moments[i], options, origin, component);
+    component.clipped |= at_an_image_border(query, component.box_world_m);
+    found.push_back(component);
   }
-  if (options.outlines) {
-    std::vector<std::vector<Vector3d>> points_world_m(found.size());
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-      if (number[part_of[i]] == runs.size()) continue;
-      const Vector3d first_cell =
-          Vector3d(runs[i].x0, runs[i].y, runs[i].z) + Vector3d::Constant(0.5);
-      points_world_m[number[part_of[i]]].push_back(options.within_world_m.min() +
-                                                   options.cell_m * first_cell);
-    }
-    auto outlines = component_outlines(query, points_world_m);
-    for (std::size_t i = 0; i < found.size(); ++i) found[i].outlines = std::move(outlines[i]);
-  }
+  if (options.outlines) add_outlines(query, options, runs, component_of, index, found);
   std::stable_sort(found.begin(), found.end(), [](const HullComponent& a, const HullComponent& b) {
     return a.cells > b.cells;
   });

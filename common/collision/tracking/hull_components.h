@@ -17,7 +17,7 @@ struct HullComponent {
   Eigen::Matrix3d covariance_world_m2 = Eigen::Matrix3d::Zero();  // of the volume
   Eigen::AlignedBox3d box_world_m;
   std::size_t cells = 0;
-  bool cut = false;  // touches the search box or an image border, so more of it may exist
+  bool clipped = false;  // touches the search box or an image border, so more of it may exist
   std::vector<ComponentOutline> outlines;  // filled if HullComponentsOptions::outlines is set
 };
 

@@ -63,19 +63,19 @@ using EpipolarTangency = Vector3d;
 // Returns the two outermost tangencies, or nullopt if a ray is too close to the baseline.
 std::optional<std::array<EpipolarTangency, 2>> epipolar_tangencies(const ComponentOutline& outline,
                                                                    const Frame& frame) {
-  double least = std::numeric_limits<double>::infinity(), most = -least;
-  const Vector3d *at_least = nullptr, *at_most = nullptr;
+  double min_slope = std::numeric_limits<double>::infinity(), max_slope = -min_slope;
+  const Vector3d *min_ray = nullptr, *max_ray = nullptr;
   for (const Vector3d& ray : outline.corners_world) {
     const double across = ray.dot(frame.across);
     if (!(across > 0)) return std::nullopt;
     const double slope = ray.dot(frame.up) / across;
-    if (slope < least) least = slope, at_least = &ray;
-    if (slope > most) most = slope, at_most = &ray;
+    if (slope < min_slope) min_slope = slope, min_ray = &ray;
+    if (slope > max_slope) max_slope = slope, max_ray = &ray;
   }
-  if (!at_least || !at_most) return std::nullopt;
+  if (!min_ray || !max_ray) return std::nullopt;
   const std::array<EpipolarTangency, 2> ends{
-      EpipolarTangency(1, least, at_least->dot(frame.axis) / at_least->dot(frame.across)),
-      EpipolarTangency(1, most, at_most->dot(frame.axis) / at_most->dot(frame.across))};
+      EpipolarTangency(1, min_slope, min_ray->dot(frame.axis) / min_ray->dot(frame.across)),
+      EpipolarTangency(1, max_slope, max_ray->dot(frame.axis) / max_ray->dot(frame.across))};
   for (const EpipolarTangency& t : ends)
     if (!(t.head<2>().squaredNorm() > kMinSine * kMinSine * t.squaredNorm())) return std::nullopt;
   return ends;
@@ -121,7 +121,7 @@ class Fit {
   Equations equations(const UniformMotion& motion, std::size_t max_pairs,
                       const Vector3d& more_rad_s = Vector3d::Zero()) const {
     Equations e;
-    const std::size_t apart = frames_.size() / 2, count = frames_.size() - apart,
+    const std::size_t half_window = frames_.size() / 2, count = frames_.size() - half_window,
                       cameras2 = max_cameras_ * max_cameras_;
     const std::size_t times =
         std::min(count, max_pairs / std::clamp<std::size_t>(cameras2, 1, kMinCameraPairs));
@@ -129,7 +129,8 @@ class Fit {
         std::max<std::size_t>(1, (times * cameras2 + max_pairs - 1) / max_pairs);
     for (std::size_t k = 0; k < times; ++k) {
       const std::size_t i = (2 * k + 1) * count / (2 * times);
-      add_times(frames_[i], frames_[i + apart], {every, k, max_cameras_}, motion, more_rad_s, e);
+      add_times(frames_[i], frames_[i + half_window], {every, k, max_cameras_}, motion, more_rad_s,
+                e);
     }
     return e;
   }
@@ -157,15 +158,15 @@ class Fit {
       for (std::size_t of_after = 0; of_after < after.outlines.size(); ++of_after) {
         if (!chosen.has(of_before, of_after)) continue;
         const ComponentOutline &a = before.outlines[of_before], &b = after.outlines[of_after];
-        const Vector3d eye = turn * (a.eye_world_m - from) + to, between = b.eye_world_m - eye,
-                       sight = to - eye;
-        const double apart_m = between.norm();
-        if (!(apart_m > kMinSine * sight.norm())) continue;
-        Frame frame{Vector3d::Zero(), Vector3d::Zero(), between / apart_m};
-        const Vector3d off = sight - sight.dot(frame.axis) * frame.axis;
-        const double off_m = off.norm();
-        if (!(off_m > size_m_)) continue;
-        frame.across = off / off_m, frame.up = frame.axis.cross(frame.across);
+        const Vector3d eye = turn * (a.eye_world_m - from) + to, baseline = b.eye_world_m - eye,
+                       to_object = to - eye;
+        const double baseline_m = baseline.norm();
+        if (!(baseline_m > kMinSine * to_object.norm())) continue;
+        Frame frame{Vector3d::Zero(), Vector3d::Zero(), baseline / baseline_m};
+        const Vector3d perpendicular = to_object - to_object.dot(frame.axis) * frame.axis;
+        const double perpendicular_m = perpendicular.norm();
+        if (!(perpendicular_m > size_m_)) continue;
+        frame.across = perpendicular / perpendicular_m, frame.up = frame.axis.cross(frame.across);
         const auto of_b = epipolar_tangencies(b, frame);
         if (!of_b) continue;
         const auto of_a =
@@ -175,16 +176,16 @@ class Fit {
         for (std::size_t k = 0; k < 2; ++k) {
           const EpipolarTangency &ray = (*of_a)[k], &other = (*of_b)[k];
           // Distance from the baseline at which the two rays meet, seen along the planes.
-          const double across_m = apart_m / (ray.z() - other.z());
-          if (!(std::abs(across_m - off_m) < kFarthest * size_m_)) continue;
+          const double across_m = baseline_m / (ray.z() - other.z());
+          if (!(std::abs(across_m - perpendicular_m) < kFarthest * size_m_)) continue;
           const double slope = 0.5 * (ray.y() + other.y()), stretch = std::sqrt(1 + slope * slope);
-          const Vector3d touch =
+          const Vector3d tangent_point =
               eye - to + across_m * (frame.across + slope * frame.up + ray.z() * frame.axis);
           const Vector3d normal = (frame.up - slope * frame.across) / stretch;
           const double residual_m = across_m * (ray.y() - other.y()) / stretch;
           Vector6d row;
           row << after_s * normal - before_s * (turn.transpose() * normal),
-              seconds * (turned.transpose() * touch.cross(normal));
+              seconds * (turned.transpose() * tangent_point.cross(normal));
           e.matrix += row * row.transpose();
           e.right -= residual_m * row;
           e.squares_m2 += residual_m * residual_m;
@@ -206,17 +207,17 @@ std::optional<UniformMotion> fit_velocity(const Fit& fit, UniformMotion motion) 
   for (int step = 0; step < kMaxSteps; ++step) {
     const Equations e = fit.equations(motion, kMaxTrialPairs);
     if (e.count < kMinTangencies) return std::nullopt;
-    const Vector3d faster =
+    const Vector3d velocity_change =
         (step < kFullSteps ? 1 : 0.5) * e.by_velocity().ldlt().solve(e.right.head<3>());
-    if (!faster.allFinite()) return std::nullopt;
-    motion.velocity_world_m_s += faster;
-    if (faster.norm() * fit.window_s() < kConvergence_rad * fit.size_m()) break;
+    if (!velocity_change.allFinite()) return std::nullopt;
+    motion.velocity_world_m_s += velocity_change;
+    if (velocity_change.norm() * fit.window_s() < kConvergence_rad * fit.size_m()) break;
   }
   return motion;
 }
 
 // Returns the RMS separation of the planes above which the shape determines an axis.
-double min_apart_m(const Fit& fit) { return kMinLeverArm * fit.size_m() * kTrialRotation_rad; }
+double min_separation_m(const Fit& fit) { return kMinLeverArm * fit.size_m() * kTrialRotation_rad; }
 
 // Returns the rotation axes that the shape determines as columns; the other columns are zero. The
 // motion's velocity must fit: if planes are already separated, any rotation separates them further,
@@ -227,16 +228,16 @@ std::optional<Matrix3d> determined_axes(const Fit& fit, const UniformMotion& mot
   Matrix3d axes = Eigen::SelfAdjointEigenSolver<Matrix3d>(e.levers_m2()).eigenvectors();
   int determined = 0;
   for (int k = 0; k < 3; ++k) {
-    double apart_m2 = 0;
+    double separation_m2 = 0;
     for (const double sign : {-1.0, 1.0}) {
       const Vector3d more =
           sign * kTrialRotation_rad / std::sqrt(e.seconds2 / e.count) * axes.col(k);
       const UniformMotion tried{motion.velocity_world_m_s + e.velocity_with(more),
                                 motion.angular_velocity_world_rad_s};
-      apart_m2 +=
+      separation_m2 +=
           0.5 * (fit.equations(tried, kMaxTrialPairs, more).mean_square_m2() - e.mean_square_m2());
     }
-    if (apart_m2 > min_apart_m(fit) * min_apart_m(fit))
+    if (separation_m2 > min_separation_m(fit) * min_separation_m(fit))
       ++determined;
     else
       axes.col(k).setZero();
@@ -249,34 +250,37 @@ std::optional<Matrix3d> determined_axes(const Fit& fit, const UniformMotion& mot
 // Fits velocity and the angular velocity about the given axes, starting from `guess`.
 std::optional<OutlineMotion> fitted(const Fit& fit, const UniformMotion& guess,
                                     const Matrix3d& axes, std::size_t max_pairs) {
-  const Matrix3d kept = axes * axes.transpose(), held = Matrix3d::Identity() - kept;
-  OutlineMotion found{guess, int(std::lround(kept.trace()))};
-  bool still = false;
+  const Matrix3d determined = axes * axes.transpose(),
+                 undetermined = Matrix3d::Identity() - determined;
+  OutlineMotion found{guess, int(std::lround(determined.trace()))};
+  bool converged = false;
   for (int step = 0; step <= kMaxSteps; ++step) {
     const Equations e = fit.equations(found.motion, max_pairs);
     if (e.count < kMinTangencies) return std::nullopt;
     found.residual_m = std::sqrt(e.mean_square_m2());
-    if (still) return found;
-    const Vector3d alone = e.by_velocity().ldlt().solve(e.right.head<3>());
-    const Vector3d right = e.right.tail<3>() - e.matrix.bottomLeftCorner<3, 3>() * alone;
+    if (converged) return found;
+    const Vector3d velocity_only = e.by_velocity().ldlt().solve(e.right.head<3>());
+    const Vector3d right = e.right.tail<3>() - e.matrix.bottomLeftCorner<3, 3>() * velocity_only;
     // Undetermined axes: the equation is replaced by "no rotation".
     const double scale = fit.size_m() * fit.size_m() * e.seconds2;
-    const Matrix3d matrix = e.seconds2 * kept * e.levers_m2() * kept + scale * held;
-    const double part = step < kFullSteps ? 1 : 0.5;
-    const Vector3d turn =
-        part * matrix.ldlt().solve(kept * right -
-                                   scale * held * found.motion.angular_velocity_world_rad_s);
-    const Vector3d faster = part * alone + e.velocity_with(turn);
-    if (!turn.allFinite() || !faster.allFinite()) return std::nullopt;
-    found.motion.velocity_world_m_s += faster;
-    found.motion.angular_velocity_world_rad_s += turn;
-    still = turn.norm() * fit.window_s() < kConvergence_rad &&
-            faster.norm() * fit.window_s() < kConvergence_rad * fit.size_m();
+    const Matrix3d matrix =
+        e.seconds2 * determined * e.levers_m2() * determined + scale * undetermined;
+    const double fraction = step < kFullSteps ? 1 : 0.5;
+    const Vector3d rotation_change =
+        fraction *
+        matrix.ldlt().solve(determined * right -
+                            scale * undetermined * found.motion.angular_velocity_world_rad_s);
+    const Vector3d velocity_change = fraction * velocity_only + e.velocity_with(rotation_change);
+    if (!rotation_change.allFinite() || !velocity_change.allFinite()) return std::nullopt;
+    found.motion.velocity_world_m_s += velocity_change;
+    found.motion.angular_velocity_world_rad_s += rotation_change;
+    converged = rotation_change.norm() * fit.window_s() < kConvergence_rad &&
+                velocity_change.norm() * fit.window_s() < kConvergence_rad * fit.size_m();
   }
   return std::nullopt;
 }
 
-bool far_apart(const Fit& fit, const UniformMotion& a, const UniformMotion& b) {
+bool has_drifted(const Fit& fit, const UniformMotion& a, const UniformMotion& b) {
   const double turned_rad =
       (a.angular_velocity_world_rad_s - b.angular_velocity_world_rad_s).norm() * fit.window_s();
   return !(turned_rad < kMaxAxisDrift_rad &&
@@ -297,12 +301,12 @@ std::optional<OutlineMotion> outline_motion(const std::deque<OutlineSnapshot>& f
     const auto about = axes ? fitted(fit, *at, *axes, kMaxTrialPairs) : std::nullopt;
     if (!about) return std::nullopt;
     from = about->motion;
-    if (far_apart(fit, from, *at)) continue;
+    if (has_drifted(fit, from, *at)) continue;
     const auto found = fitted(fit, from, *axes, kMaxPairs);
     // A residual as large as the axis test's threshold means uneven motion, so that the rotation is
     // unknown.
     const bool uneven =
-        found && found->determined_axes > 0 && !(found->residual_m < min_apart_m(fit));
+        found && found->determined_axes > 0 && !(found->residual_m < min_separation_m(fit));
     return uneven ? fitted(fit, from, Matrix3d::Zero(), kMaxPairs) : found;
   }
   return std::nullopt;
