@@ -5,7 +5,7 @@
 namespace fivepipe::test {
 namespace {
 
-constexpr double kGravity = 9.80665;
+constexpr double kGravity_m_s2 = 9.80665;
 
 class SimulationBounce : public GlTest {};
 
@@ -25,26 +25,27 @@ collision::Response response_up(double d_rec_m, double error_m = 0) {
 }
 
 double energy_J_kg(const Eigen::Vector3d& velocity_m_s, double height_m) {
-  return 0.5 * velocity_m_s.squaredNorm() + kGravity * height_m;
+  return 0.5 * velocity_m_s.squaredNorm() + kGravity_m_s2 * height_m;
 }
 
 TEST(Bounce, ReversesOnlyTheVelocityAlongTheNormal) {
   collision::Response response = response_up(0.0);
   response.four_points.status = collision::NormalStatus::defined;
   response.four_points.normal_world = Eigen::Vector3d(0.6, 0, 0.8);
-  const sim::Bounce after = sim::bounce(response, {0, 0.3, -2}, 1.0, kGravity, 0.1);
+  const sim::Bounce after = sim::bounce(response, {0, 0.3, -2}, 1.0, kGravity_m_s2, 0.1);
   EXPECT_NEAR(after.velocity_world_m_s.dot(response.four_points.normal_world), 1.6, 1e-12);
   EXPECT_NEAR(after.velocity_world_m_s.y(), 0.3, 1e-12);
   EXPECT_NEAR(after.velocity_world_m_s.norm(), std::hypot(0.3, 2.0), 1e-12);
 }
 
 TEST(Bounce, IgnoresSeparatingObjects) {
-  EXPECT_EQ(sim::bounce(response_up(0.01), {0, 0, 1}, 1.0, kGravity, 0.1).velocity_world_m_s,
+  EXPECT_EQ(sim::bounce(response_up(0.01), {0, 0, 1}, 1.0, kGravity_m_s2, 0.1).velocity_world_m_s,
             Eigen::Vector3d(0, 0, 1));
-  EXPECT_NEAR((sim::bounce(response_up(0.01, 0.002), {0, 0, 1}, 1.0, kGravity, 0.1).move_world_m -
-               Eigen::Vector3d(0, 0, 0.012))
-                  .norm(),
-              0, 1e-15);
+  EXPECT_NEAR(
+      (sim::bounce(response_up(0.01, 0.002), {0, 0, 1}, 1.0, kGravity_m_s2, 0.1).move_world_m -
+       Eigen::Vector3d(0, 0, 0.012))
+          .norm(),
+      0, 1e-15);
 }
 
 TEST(Bounce, EnergyGrowsByAtMostTheLift) {
@@ -58,15 +59,15 @@ TEST(Bounce, EnergyGrowsByAtMostTheLift) {
     }
     const Eigen::Vector3d before_m_s = uniform(random, 0, 4) * random_direction(random);
     const sim::Bounce after =
-        sim::bounce(response, before_m_s, uniform(random, 0, 1), kGravity, 0.1);
+        sim::bounce(response, before_m_s, uniform(random, 0, 1), kGravity_m_s2, 0.1);
     const double gain =
         energy_J_kg(after.velocity_world_m_s, after.move_world_m.z()) - energy_J_kg(before_m_s, 0);
-    EXPECT_LE(gain, kGravity * std::max(0.0, after.move_world_m.z()) + 1e-12);
+    EXPECT_LE(gain, kGravity_m_s2 * std::max(0.0, after.move_world_m.z()) + 1e-12);
     const Eigen::Vector3d& normal =
         i % 2 ? response.four_points.normal_world : response.v_rec_world;
     const double approach_m_s = -before_m_s.dot(normal);
     if (approach_m_s > 0 &&
-        approach_m_s * approach_m_s > 2 * kGravity * std::max(0.0, after.move_world_m.z())) {
+        approach_m_s * approach_m_s > 2 * kGravity_m_s2 * std::max(0.0, after.move_world_m.z())) {
       EXPECT_LE(gain, 1e-12);
     }
   }
@@ -76,16 +77,17 @@ TEST_F(SimulationBounce, BallBouncesOffARealBarAndEnergyNeverGrows) {
   const auto silhouettes = bar();
   for (const double restitution : {0.0, 0.5, 1.0}) {
     sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.3}, restitution)}), {});
-    double energy = mechanical_energy_J_kg(simulation.states()[0], kGravity), lowest_m = 1,
+    double energy = mechanical_energy_J_kg(simulation.states()[0], kGravity_m_s2), lowest_m = 1,
            highest_after_m = 0;
     bool has_bounced = false;
     for (int step = 0; step <= 240; ++step) {
       simulation.advance_to(step / 240.0, silhouettes);
       const sim::ObjectState state = simulation.states()[0];
-      const double now = mechanical_energy_J_kg(state, kGravity);
+      const double now = mechanical_energy_J_kg(state, kGravity_m_s2);
       // The bounce pays for the lift. At rest, the ball is lifted by what it fell since the last
       // query, which is two steps.
-      EXPECT_LE(now, energy + kGravity * 0.003) << "restitution " << restitution << " at " << step;
+      EXPECT_LE(now, energy + kGravity_m_s2 * 0.003)
+          << "restitution " << restitution << " at " << step;
       energy = now;
       ASSERT_TRUE(all_finite(simulation));
       const bool contact = simulation.collisions()[0].response.has_value();
@@ -102,7 +104,7 @@ TEST_F(SimulationBounce, BallBouncesOffARealBarAndEnergyNeverGrows) {
       if (has_bounced) highest_after_m = std::max(highest_after_m, z_m);
     }
     EXPECT_TRUE(has_bounced);
-    EXPECT_LE(energy, kGravity * 0.3) << restitution;
+    EXPECT_LE(energy, kGravity_m_s2 * 0.3) << restitution;
     if (restitution == 1.0) {
       EXPECT_GT(highest_after_m,
                 0.18);  // 0.3 m minus the losses of the steps and of the penetration

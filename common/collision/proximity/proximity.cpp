@@ -21,7 +21,7 @@ constexpr int kBatchSize = 64;
 
 // Largest coordinate, in caps, at which lattice cubes have exact coordinates. Farther out only
 // free_radius_m() is used.
-constexpr double kFarthest_caps = 1e9;
+constexpr double kMaxCoordinate_caps = 1e9;
 
 // Accuracy of the bisection that moves a hull point towards the shape, as a fraction of the
 // tolerance.
@@ -231,7 +231,7 @@ class HullProximity::Search::Nearest {
 std::optional<Proximity> HullProximity::Search::trivial_proximity(const Vector3d& p_world_m) const {
   if (!p_world_m.allFinite() || query.hull().unusable()) return kUnknown;
   if (query.hull().empty()) return kEmptyHull;
-  if (p_world_m.cwiseAbs().maxCoeff() < kFarthest_caps * options.cap_m) return std::nullopt;
+  if (p_world_m.cwiseAbs().maxCoeff() < kMaxCoordinate_caps * options.cap_m) return std::nullopt;
   if (query.contains(p_world_m)) return kInHull;
   const double free_m = query.free_radius_m(p_world_m);
   return free_m >= options.cap_m ? Proximity{options.cap_m, kInfinity}

@@ -20,7 +20,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 constexpr double kMinSine = 0.15;
 // Largest distance of a common tangent point from the centroid [RMS size]. Rays that meet farther
 // away do not touch the same point.
-constexpr double kFarthest = 3;
+constexpr double kMaxTangentDistance_sizes = 3;
 // Fewest tangencies for the six unknowns. Fewer come from one camera, or two cameras at two times.
 constexpr int kMinTangencies = 24;
 // The tangent points change from step to step. After kFullSteps the fit takes half steps to prevent
@@ -144,55 +144,74 @@ class Fit {
     }
   };
 
+  // The motion between two times. Times are relative to the window's centre.
+  struct Between {
+    double before_s, after_s, seconds;
+    Matrix3d turned;    // rotation since the window's centre
+    Matrix3d turn;      // rotation from before to after
+    Vector3d from, to;  // the object's centre before and after
+  };
+
   void add_times(const OutlineSnapshot& before, const OutlineSnapshot& after, const Chosen& chosen,
                  const UniformMotion& motion, const Vector3d& more_rad_s, Equations& e) const {
     const double seconds = after.time_s - before.time_s, before_s = before.time_s - center_s_,
                  after_s = after.time_s - center_s_;
-    const Matrix3d turned =
-        rotation(after_s * motion.angular_velocity_world_rad_s);  // since the window's centre
+    const Matrix3d turned = rotation(after_s * motion.angular_velocity_world_rad_s);
     const Matrix3d turn = rotation(seconds * turned * more_rad_s) *
                           rotation(seconds * motion.angular_velocity_world_rad_s);
     const Vector3d from = center_world_m_ + before_s * motion.velocity_world_m_s,
                    to = center_world_m_ + after_s * motion.velocity_world_m_s;
-    for (std::size_t of_before = 0; of_before < before.outlines.size(); ++of_before)
-      for (std::size_t of_after = 0; of_after < after.outlines.size(); ++of_after) {
-        if (!chosen.has(of_before, of_after)) continue;
-        const ComponentOutline &a = before.outlines[of_before], &b = after.outlines[of_after];
-        const Vector3d eye = turn * (a.eye_world_m - from) + to, baseline = b.eye_world_m - eye,
-                       to_object = to - eye;
-        const double baseline_m = baseline.norm();
-        if (!(baseline_m > kMinSine * to_object.norm())) continue;
-        Frame frame{Vector3d::Zero(), Vector3d::Zero(), baseline / baseline_m};
-        const Vector3d perpendicular = to_object - to_object.dot(frame.axis) * frame.axis;
-        const double perpendicular_m = perpendicular.norm();
-        if (!(perpendicular_m > size_m_)) continue;
-        frame.across = perpendicular / perpendicular_m, frame.up = frame.axis.cross(frame.across);
-        const auto of_b = epipolar_tangencies(b, frame);
-        if (!of_b) continue;
-        const auto of_a =
-            epipolar_tangencies(a, {turn.transpose() * frame.across, turn.transpose() * frame.up,
-                                    turn.transpose() * frame.axis});
-        if (!of_a) continue;
-        for (std::size_t k = 0; k < 2; ++k) {
-          const EpipolarTangency &ray = (*of_a)[k], &other = (*of_b)[k];
-          // Distance from the baseline at which the two rays meet, seen along the planes.
-          const double across_m = baseline_m / (ray.z() - other.z());
-          if (!(std::abs(across_m - perpendicular_m) < kFarthest * size_m_)) continue;
-          const double slope = 0.5 * (ray.y() + other.y()), stretch = std::sqrt(1 + slope * slope);
-          const Vector3d tangent_point =
-              eye - to + across_m * (frame.across + slope * frame.up + ray.z() * frame.axis);
-          const Vector3d normal = (frame.up - slope * frame.across) / stretch;
-          const double residual_m = across_m * (ray.y() - other.y()) / stretch;
-          Vector6d row;
-          row << after_s * normal - before_s * (turn.transpose() * normal),
-              seconds * (turned.transpose() * tangent_point.cross(normal));
-          e.matrix += row * row.transpose();
-          e.right -= residual_m * row;
-          e.squares_m2 += residual_m * residual_m;
-          e.seconds2 += seconds * seconds;
-          ++e.count;
-        }
-      }
+    const Between between{before_s, after_s, seconds, turned, turn, from, to};
+    for (std::size_t a = 0; a < before.outlines.size(); ++a)
+      for (std::size_t b = 0; b < after.outlines.size(); ++b)
+        if (chosen.has(a, b)) add_cameras(before.outlines[a], after.outlines[b], between, e);
+  }
+
+  // Adds the two outermost epipolar tangencies of a pair of outlines, unless its geometry is
+  // degenerate.
+  void add_cameras(const ComponentOutline& a, const ComponentOutline& b, const Between& between,
+                   Equations& e) const {
+    const Matrix3d& turn = between.turn;
+    const Vector3d eye = turn * (a.eye_world_m - between.from) + between.to,
+                   baseline = b.eye_world_m - eye, to_object = between.to - eye;
+    const double baseline_m = baseline.norm();
+    if (!(baseline_m > kMinSine * to_object.norm())) return;
+    Frame frame{Vector3d::Zero(), Vector3d::Zero(), baseline / baseline_m};
+    const Vector3d perpendicular = to_object - to_object.dot(frame.axis) * frame.axis;
+    const double perpendicular_m = perpendicular.norm();
+    if (!(perpendicular_m > size_m_)) return;
+    frame.across = perpendicular / perpendicular_m, frame.up = frame.axis.cross(frame.across);
+    const auto of_b = epipolar_tangencies(b, frame);
+    if (!of_b) return;
+    const auto of_a =
+        epipolar_tangencies(a, {turn.transpose() * frame.across, turn.transpose() * frame.up,
+                                turn.transpose() * frame.axis});
+    if (!of_a) return;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const EpipolarTangency &ray = (*of_a)[k], &other = (*of_b)[k];
+      // Distance from the baseline at which the two rays meet, seen along the planes.
+      const double across_m = baseline_m / (ray.z() - other.z());
+      if (!(std::abs(across_m - perpendicular_m) < kMaxTangentDistance_sizes * size_m_)) continue;
+      const double slope = 0.5 * (ray.y() + other.y()), stretch = std::sqrt(1 + slope * slope);
+      const Vector3d tangent_point =
+          eye - between.to + across_m * (frame.across + slope * frame.up + ray.z() * frame.axis);
+      const Vector3d normal = (frame.up - slope * frame.across) / stretch;
+      add_row(across_m * (ray.y() - other.y()) / stretch, normal, tangent_point, between, e);
+    }
+  }
+
+  // tangent_point_m: relative to the object's centre after the motion.
+  static void add_row(double residual_m, const Vector3d& normal, const Vector3d& tangent_point_m,
+                      const Between& between, Equations& e) {
+    const double seconds = between.seconds;
+    Vector6d row;
+    row << between.after_s * normal - between.before_s * (between.turn.transpose() * normal),
+        seconds * (between.turned.transpose() * tangent_point_m.cross(normal));
+    e.matrix += row * row.transpose();
+    e.right -= residual_m * row;
+    e.squares_m2 += residual_m * residual_m;
+    e.seconds2 += seconds * seconds;
+    ++e.count;
   }
 
   const std::deque<OutlineSnapshot>& frames_;

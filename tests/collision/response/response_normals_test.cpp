@@ -11,11 +11,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr double kDegree_rad = 3.14159265358979323846 / 180;
 constexpr double kBallRadius_m = 0.05;
 
 double angle_deg(const Vector3d& a, const Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) / kDegree;
+  return std::atan2(a.cross(b).norm(), a.dot(b)) / kDegree_rad;
 }
 
 // A ball at the origin, seen by random cameras as discs of radius_px.
@@ -101,10 +101,10 @@ Measured measure(double radius_px, hull::PixelRule rule) {
       m.crossed.add(angle_deg(closed.normal_world, truth));
       if (closed.cameras.size() == 1) m.alone.add(angle_deg(closed.normal_world, truth));
       if (same != closed.cameras.end())
-        m.within_three += error_deg * kDegree <= 3 * same->error_rad;
+        m.within_three += error_deg * kDegree_rad <= 3 * same->error_rad;
       const collision::HullNormal four10 = collision::four_point_normal(hull.query, recovery, {});
       const collision::HullNormal four60 =
-          collision::four_point_normal(hull.query, recovery, {.apex_angle_rad = 60 * kDegree});
+          collision::four_point_normal(hull.query, recovery, {.apex_angle_rad = 60 * kDegree_rad});
       if (four10.status == collision::NormalStatus::defined)
         m.four10.add(angle_deg(four10.normal_world, truth));
       if (four60.status == collision::NormalStatus::defined)
