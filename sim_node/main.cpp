@@ -1,5 +1,5 @@
-// The simulation pipe: collides the scene's virtual objects with the hull of each frame set and
-// moves them on.
+// sim_node: collides the scene's virtual objects with the hull of each frame set and simulates
+// their motion.
 #include <optional>
 
 #include "common/gl/context.h"

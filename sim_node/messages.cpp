@@ -1,6 +1,7 @@
 #include "sim_node/messages.h"
 
 namespace fivepipe::sim {
+
 const fivepipe_v1_VirtualState& OutgoingState::message() {
   for (std::size_t i = 0; i < objects.size(); ++i) {
     messages::borrow(objects[i].vertices_m, vertices_m[i]);

@@ -1,27 +1,28 @@
-// VirtualState out, Command in.
+// Conversion to the message VirtualState, and execution of the message Command.
 #pragma once
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "common/pipeline/messages/wire_conversions.h"
-#include "sim_node/simulation.h"
+#include "sim_node/simulation/simulation.h"
 
 namespace fivepipe::sim {
 
-// A VirtualState with the storage that it refers to. Only objects that move, or are warmed, are in
-// it: the others stand in the scene.
+// A VirtualState and the storage that it borrows. Contains only objects that move or are warmed;
+// the receiver takes the others from the scene. message() is valid as long as this object and until
+// it changes.
 struct OutgoingState {
   fivepipe_v1_VirtualState header{};
   std::vector<fivepipe_v1_ObjectState> objects;
-  std::vector<std::vector<float>> vertices_m, warmth;  // by object
+  std::vector<std::vector<float>> vertices_m, warmth;  // one per object
   const fivepipe_v1_VirtualState& message();
 };
 OutgoingState state_message(const std::string& simulation, std::uint64_t frame,
                             std::int64_t capture_stamp_ns, double simulation_time_s,
                             const config::Scene& scene, const std::vector<ObjectState>& states);
 
-// Does what the command says where it is meant for this node, by name or for all.
+// Executes the command if its target is this node or empty.
 void apply(const fivepipe_v1_Command& command, const std::string& node, Simulation& simulation);
 
 }  // namespace fivepipe::sim

@@ -9,9 +9,9 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 fivepipe_v1_CollisionVerdict wire_verdict(const collision::ObjectCollision& collision) {
-  const bool perhaps_inside =
+  const bool may_contain_hull =
       collision.verdict == collision::CollisionVerdict::free && collision.hull_in_box;
-  if (perhaps_inside || collision.verdict == collision::CollisionVerdict::undecided)
+  if (may_contain_hull || collision.verdict == collision::CollisionVerdict::undecided)
     return fivepipe_v1_undecided;
   return collision.colliding() ? fivepipe_v1_colliding : fivepipe_v1_free;
 }
@@ -31,10 +31,10 @@ fivepipe_v1_ResponseStatus wire_response(collision::RecoveryStatus status) {
 fivepipe_v1_LocalTranslationStatus wire_local_minimum_translation(
     collision::LocalMinimumTranslationStatus status) {
   switch (status) {
-    case collision::LocalMinimumTranslationStatus::found: return fivepipe_v1_shorter_found;
-    case collision::LocalMinimumTranslationStatus::none_found:
+    case collision::LocalMinimumTranslationStatus::shorter_found: return fivepipe_v1_shorter_found;
+    case collision::LocalMinimumTranslationStatus::none_shorter_found:
       return fivepipe_v1_none_shorter_found;
-    case collision::LocalMinimumTranslationStatus::not_free: break;
+    case collision::LocalMinimumTranslationStatus::none_verified: break;
   }
   return fivepipe_v1_none_verified;
 }
@@ -58,7 +58,7 @@ fivepipe_v1_ComponentOrigin wire_origin(collision::ComponentOrigin origin) {
   return fivepipe_v1_component_split;
 }
 
-// Bounds stay bounds.
+// Round so that lower bounds stay lower bounds, and upper bounds upper bounds.
 float rounded_down(double value) {
   const float f = float(value);
   return double(f) > value ? std::nextafter(f, -kInfinity) : f;
@@ -84,10 +84,10 @@ void add_normal(OutgoingCollision& out, const collision::HullNormal& normal,
                          {}});
   out.cameras.emplace_back();
   for (const hull::LimitingCamera& limiting : normal.cameras) {
-    fivepipe_v1_LimitingNormal& one = out.cameras.back().emplace_back();
-    set_camera(one.camera, limiting.camera, cameras);
-    one.normal = messages::to_wire(limiting.normal_world);
-    one.error_rad = limiting.error_rad;
+    fivepipe_v1_LimitingNormal& message = out.cameras.back().emplace_back();
+    set_camera(message.camera, limiting.camera, cameras);
+    message.normal = messages::to_wire(limiting.normal_world);
+    message.error_rad = limiting.error_rad;
   }
 }
 
@@ -132,11 +132,12 @@ void put_proximity(OutgoingCollision& out, const std::vector<collision::Proximit
                            {}});
 }
 
-void put_first_contact(OutgoingCollision& out, const collision::FirstContact& contact,
-                       std::uint64_t component, const ResultFrame& frame) {
+void put_first_contact(OutgoingCollision& out, const ComponentContact& first,
+                       const ResultFrame& frame) {
   constexpr double kNanosecondsPerSecond = 1e9;
+  const collision::FirstContact& contact = first.contact;
   fivepipe_v1_FirstContact& message = out.first_contact.emplace_back();
-  message.component = component;
+  message.component = first.component;
   message.stamp_ns = frame.capture_stamp_ns +
                      std::llround(kNanosecondsPerSecond * (contact.time_s - frame.time_s));
   message.error_ns = std::uint64_t(std::ceil(kNanosecondsPerSecond * contact.time_error_s));
@@ -184,13 +185,12 @@ OutgoingCollision collision_message(const ResultFrame& frame, const CollisionRep
   if (details.local_minimum_translation)
     out.local_minimum_translation.push_back(
         {wire_local_minimum_translation(details.local_minimum_translation->status),
-         messages::to_wire(details.local_minimum_translation->move_world_m)});
+         messages::to_wire(details.local_minimum_translation->translation_world_m)});
   if (details.contacts)
     for (const collision::Contact& contact : details.contacts->contacts)
       out.contacts.push_back(contact_message(contact, frame.cameras));
   if (requests.proximity) put_proximity(out, details.proximity, *requests.proximity);
-  if (details.first_contact)
-    put_first_contact(out, *details.first_contact, details.first_contact_component, frame);
+  if (details.first_contact) put_first_contact(out, *details.first_contact, frame);
   return out;
 }
 
@@ -201,29 +201,29 @@ const fivepipe_v1_HullComponents& OutgoingComponents::message() {
 }
 
 OutgoingComponents components_message(const std::string& simulation, const ResultFrame& frame,
-                                      const std::vector<collision::TrackedComponent>& tracked) {
+                                      const std::vector<collision::TrackedComponent>& components) {
   OutgoingComponents out;
   messages::set_text(out.header.simulation, simulation);
   out.header.frame = frame.frame;
   out.header.capture_stamp_ns = frame.capture_stamp_ns;
-  for (const collision::TrackedComponent& component : tracked) {
+  for (const collision::TrackedComponent& tracked : components) {
     fivepipe_v1_HullComponent& message = out.components.emplace_back();
-    message.id = component.id;
-    message.origin = wire_origin(component.origin);
-    out.from.push_back(component.from);
-    message.centroid_m = messages::to_wire(component.part.centroid_world_m);
-    message.volume_m3 = component.part.volume_m3;
-    message.box_min_m = messages::to_wire(Eigen::Vector3d(component.part.box_world_m.min()));
-    message.box_max_m = messages::to_wire(Eigen::Vector3d(component.part.box_world_m.max()));
-    message.clipped = component.part.cut;
-    if (!component.motion) continue;
-    message.frames = std::uint16_t(component.motion->frames);
-    message.window_s = component.motion->window_s;
-    message.velocity_m_s = messages::to_wire(component.motion->velocity_world_m_s);
+    message.id = tracked.id;
+    message.origin = wire_origin(tracked.origin);
+    out.from.push_back(tracked.from);
+    message.centroid_m = messages::to_wire(tracked.component.centroid_world_m);
+    message.volume_m3 = tracked.component.volume_m3;
+    message.box_min_m = messages::to_wire(Eigen::Vector3d(tracked.component.box_world_m.min()));
+    message.box_max_m = messages::to_wire(Eigen::Vector3d(tracked.component.box_world_m.max()));
+    message.clipped = tracked.component.clipped;
+    if (!tracked.motion) continue;
+    message.frames = std::uint16_t(tracked.motion->frames);
+    message.window_s = tracked.motion->window_s;
+    message.velocity_m_s = messages::to_wire(tracked.motion->velocity_world_m_s);
     message.angular_velocity_rad_s =
-        messages::to_wire(component.motion->angular_velocity_world_rad_s);
-    message.determined_axes = std::uint8_t(component.motion->determined_axes);
-    message.residual_m = component.motion->residual_m;
+        messages::to_wire(tracked.motion->angular_velocity_world_rad_s);
+    message.determined_axes = std::uint8_t(tracked.motion->determined_axes);
+    message.residual_m = tracked.motion->residual_m;
   }
   return out;
 }

@@ -15,10 +15,10 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// Without a frame set for this long, the simulation goes on by the clock, against the last hull;
+// If no frame set arrives for this long, the simulation advances by the clock against the last
+// hull.
 constexpr auto kFrameSetTimeout = 100ms;
-// and for this long at most: then the hull is too old to act on, and everything stands still until
-// one comes.
+// Oldest hull to simulate against. After that the simulation stops until a frame set arrives.
 constexpr auto kMaxHullAge = 1s;
 
 void count(node::NodeStatusReporter& status, const CollisionReport& report) {
@@ -26,7 +26,7 @@ void count(node::NodeStatusReporter& status, const CollisionReport& report) {
   if (report.collision.colliding()) status.collided(report.name, report.collision.points.size());
 }
 
-// What the simulation could not do as it should, since the last call.
+// Counts the simulation's irregular events since the last call.
 void count_new(node::NodeStatusReporter& status, const SimulationCounters& now,
                SimulationCounters& reported) {
   const auto count_increase = [&](const char* name, std::uint64_t count, std::uint64_t before) {
@@ -57,7 +57,7 @@ class SimulationPipe {
         traces_(node.bus, node.status, node.node.name),
         states_(node.bus.writer<bus::topics::VirtualState>()),
         collisions_(node.bus.writer<bus::topics::CollisionResult>()) {
-    if (scene_.history) parts_.emplace(node.bus.writer<bus::topics::HullComponents>());
+    if (scene_.history) components_.emplace(node.bus.writer<bus::topics::HullComponents>());
   }
 
   void run() {
@@ -65,12 +65,12 @@ class SimulationPipe {
       node_.bus.wait(std::min<Clock::duration>(kFrameSetTimeout, node::kMaxWait));
       const bool was_lossless = replay_.lossless();
       if (replay_.update()) reset();
-      // What the frames made is all that comes of a lossless replay: nothing goes on from its last
-      // hull.
+      // The results of a lossless replay come from its frames alone: after it, the simulation does
+      // not advance against the last hull.
       if (was_lossless && !replay_.lossless()) held_.reset();
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, *simulation_);
-      for (frames::FrameSet& set : sets_.take()) follow(std::move(set));
+      for (frames::FrameSet& set : sets_.take()) simulate(std::move(set));
       if (!replay_.lossless()) advance_by_wall_clock();
     }
   }
@@ -81,7 +81,7 @@ class SimulationPipe {
                                         node_.deployment.rig.volume_m);
   }
 
-  // As if the process had just been started: a replay gives the same bits again.
+  // Restores the state after the start of the process, so that a replay gives the same bits again.
   void reset() {
     sets_.reset();
     simulation_ = new_simulation();
@@ -90,8 +90,9 @@ class SimulationPipe {
     first_stamp_ns_.reset();
   }
 
-  void follow(frames::FrameSet set) {
-    // Seconds since the first stamp: those since 1970 leave a double too few digits.
+  void simulate(frames::FrameSet set) {
+    // Time is relative to the first stamp, because seconds since 1970 leave a double too few
+    // digits.
     if (!first_stamp_ns_) first_stamp_ns_ = set.capture_stamp_ns;
     held_ = std::move(set);
     last_set_time_ = Clock::now();
@@ -102,8 +103,8 @@ class SimulationPipe {
     count_new(node_.status, simulation_->counters(), reported_);
     for (const CollisionReport& report : simulation_->collisions()) count(node_.status, report);
     publish();
-    if (parts_)
-      parts_->write(
+    if (components_)
+      components_->write(
           components_message(node_.node.name, result_frame(), *simulation_->hull_components())
               .message());
     traces_.handled(held_->frame, held_->capture_stamp_ns,
@@ -112,11 +113,11 @@ class SimulationPipe {
 
   void advance_by_wall_clock() {
     if (!held_) return;
-    const auto silent = Clock::now() - last_set_time_;
-    if (silent < kFrameSetTimeout || silent > kMaxHullAge) return;
+    const auto waited = Clock::now() - last_set_time_;
+    if (waited < kFrameSetTimeout || waited > kMaxHullAge) return;
     {
       const node::StageTimer timer(node_.status, "simulate_held_hull");
-      simulation_->advance_to(stamp_s() + std::chrono::duration<double>(silent).count());
+      simulation_->advance_to(stamp_s() + std::chrono::duration<double>(waited).count());
     }
     count_new(node_.status, simulation_->counters(), reported_);
     publish();
@@ -127,7 +128,7 @@ class SimulationPipe {
     return {held_->frame, held_->capture_stamp_ns, stamp_s(), held_->cameras};
   }
 
-  // Collisions first: who has a frame's state then has them too.
+  // Writes collisions first, so that a node that has a frame's state has its collisions too.
   void publish() {
     for (const CollisionReport& report : simulation_->collisions())
       collisions_.write(
@@ -147,8 +148,8 @@ class SimulationPipe {
   node::FrameTracer traces_;
   bus::Writer<bus::topics::VirtualState> states_;
   bus::Writer<bus::topics::CollisionResult> collisions_;
-  std::optional<bus::Writer<bus::topics::HullComponents>>
-      parts_;  // where the scene asks for history
+  // Present if the scene has a history.
+  std::optional<bus::Writer<bus::topics::HullComponents>> components_;
   std::optional<std::int64_t> first_stamp_ns_;
   std::optional<frames::FrameSet> held_;
   Clock::time_point last_set_time_;

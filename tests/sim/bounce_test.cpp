@@ -1,16 +1,16 @@
-// Virtual objects and the hull: what is reported, how a ball bounces.
-#include "sim_node/bounce.h"
+// Contact of virtual objects with the hull: reports, and how a ball bounces.
+#include "sim_node/contact/bounce.h"
 #include "tests/support/sim_scene.h"
 
 namespace fivepipe::test {
 namespace {
 
-constexpr double kGravity = 9.80665;
+constexpr double kGravity_m_s2 = 9.80665;
 
 class SimulationBounce : public GlTest {};
 
-// A real bar, 5 cm across its top, seen by cameras on its horizon: the ball falls on it from
-// straight above.
+// A real bar with a radius of 3 cm, seen by cameras on its horizon. The ball falls on it from
+// above.
 std::vector<hull::Silhouette> bar() {
   return silhouettes_of({{{0, -0.15, 0}, {0, 0.15, 0}, 0.03}}, ring(5, 1.5, 0, 300, 0.6));
 }
@@ -25,26 +25,27 @@ collision::Response response_up(double d_rec_m, double error_m = 0) {
 }
 
 double energy_J_kg(const Eigen::Vector3d& velocity_m_s, double height_m) {
-  return 0.5 * velocity_m_s.squaredNorm() + kGravity * height_m;
+  return 0.5 * velocity_m_s.squaredNorm() + kGravity_m_s2 * height_m;
 }
 
-TEST(Bounce, ReversesTheVelocityAlongTheNormalAlone) {
+TEST(Bounce, ReversesOnlyTheVelocityAlongTheNormal) {
   collision::Response response = response_up(0.0);
   response.four_points.status = collision::NormalStatus::defined;
   response.four_points.normal_world = Eigen::Vector3d(0.6, 0, 0.8);
-  const sim::Bounce after = sim::bounce(response, {0, 0.3, -2}, 1.0, kGravity, 0.1);
+  const sim::Bounce after = sim::bounce(response, {0, 0.3, -2}, 1.0, kGravity_m_s2, 0.1);
   EXPECT_NEAR(after.velocity_world_m_s.dot(response.four_points.normal_world), 1.6, 1e-12);
   EXPECT_NEAR(after.velocity_world_m_s.y(), 0.3, 1e-12);
   EXPECT_NEAR(after.velocity_world_m_s.norm(), std::hypot(0.3, 2.0), 1e-12);
 }
 
 TEST(Bounce, IgnoresSeparatingObjects) {
-  EXPECT_EQ(sim::bounce(response_up(0.01), {0, 0, 1}, 1.0, kGravity, 0.1).velocity_world_m_s,
+  EXPECT_EQ(sim::bounce(response_up(0.01), {0, 0, 1}, 1.0, kGravity_m_s2, 0.1).velocity_world_m_s,
             Eigen::Vector3d(0, 0, 1));
-  EXPECT_NEAR((sim::bounce(response_up(0.01, 0.002), {0, 0, 1}, 1.0, kGravity, 0.1).move_world_m -
-               Eigen::Vector3d(0, 0, 0.012))
-                  .norm(),
-              0, 1e-15);
+  EXPECT_NEAR(
+      (sim::bounce(response_up(0.01, 0.002), {0, 0, 1}, 1.0, kGravity_m_s2, 0.1).move_world_m -
+       Eigen::Vector3d(0, 0, 0.012))
+          .norm(),
+      0, 1e-15);
 }
 
 TEST(Bounce, EnergyGrowsByAtMostTheLift) {
@@ -58,15 +59,15 @@ TEST(Bounce, EnergyGrowsByAtMostTheLift) {
     }
     const Eigen::Vector3d before_m_s = uniform(random, 0, 4) * random_direction(random);
     const sim::Bounce after =
-        sim::bounce(response, before_m_s, uniform(random, 0, 1), kGravity, 0.1);
+        sim::bounce(response, before_m_s, uniform(random, 0, 1), kGravity_m_s2, 0.1);
     const double gain =
         energy_J_kg(after.velocity_world_m_s, after.move_world_m.z()) - energy_J_kg(before_m_s, 0);
-    EXPECT_LE(gain, kGravity * std::max(0.0, after.move_world_m.z()) + 1e-12);
+    EXPECT_LE(gain, kGravity_m_s2 * std::max(0.0, after.move_world_m.z()) + 1e-12);
     const Eigen::Vector3d& normal =
         i % 2 ? response.four_points.normal_world : response.v_rec_world;
     const double approach_m_s = -before_m_s.dot(normal);
     if (approach_m_s > 0 &&
-        approach_m_s * approach_m_s > 2 * kGravity * std::max(0.0, after.move_world_m.z())) {
+        approach_m_s * approach_m_s > 2 * kGravity_m_s2 * std::max(0.0, after.move_world_m.z())) {
       EXPECT_LE(gain, 1e-12);
     }
   }
@@ -76,35 +77,37 @@ TEST_F(SimulationBounce, BallBouncesOffARealBarAndEnergyNeverGrows) {
   const auto silhouettes = bar();
   for (const double restitution : {0.0, 0.5, 1.0}) {
     sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.3}, restitution)}), {});
-    double energy = mechanical_energy_J_kg(simulation.states()[0], kGravity), lowest_m = 1,
+    double energy = mechanical_energy_J_kg(simulation.states()[0], kGravity_m_s2), lowest_m = 1,
            highest_after_m = 0;
-    bool touched = false;
+    bool has_bounced = false;
     for (int step = 0; step <= 240; ++step) {
       simulation.advance_to(step / 240.0, silhouettes);
       const sim::ObjectState state = simulation.states()[0];
-      const double now = mechanical_energy_J_kg(state, kGravity);
-      // Where the ball fell in, the lift is paid for; at rest it is lifted by what it fell since
-      // the last query, two steps.
-      EXPECT_LE(now, energy + kGravity * 0.003) << "restitution " << restitution << " at " << step;
+      const double now = mechanical_energy_J_kg(state, kGravity_m_s2);
+      // The bounce pays for the lift. At rest, the ball is lifted by what it fell since the last
+      // query, which is two steps.
+      EXPECT_LE(now, energy + kGravity_m_s2 * 0.003)
+          << "restitution " << restitution << " at " << step;
       energy = now;
       ASSERT_TRUE(all_finite(simulation));
       const bool contact = simulation.collisions()[0].response.has_value();
       if (contact) {
         EXPECT_TRUE(simulation.collisions()[0].collision.colliding());
       }
-      if (contact && !touched) {
-        touched = true;
+      if (contact && !has_bounced) {
+        has_bounced = true;
         EXPECT_EQ(simulation.collisions()[0].response->status,
                   collision::RecoveryStatus::recovered);
       }
       const double z_m = state.world_from_object.translation().z();
       lowest_m = std::min(lowest_m, z_m);
-      if (touched) highest_after_m = std::max(highest_after_m, z_m);
+      if (has_bounced) highest_after_m = std::max(highest_after_m, z_m);
     }
-    EXPECT_TRUE(touched);
-    EXPECT_LE(energy, kGravity * 0.3) << restitution;
+    EXPECT_TRUE(has_bounced);
+    EXPECT_LE(energy, kGravity_m_s2 * 0.3) << restitution;
     if (restitution == 1.0) {
-      EXPECT_GT(highest_after_m, 0.18);  // 0.3 m less the steps' and the penetration's losses
+      EXPECT_GT(highest_after_m,
+                0.18);  // 0.3 m minus the losses of the steps and of the penetration
     }
     if (restitution == 0.0) {
       EXPECT_LT(highest_after_m, 0.03 + kBallRadius_m + 0.01);
@@ -112,9 +115,9 @@ TEST_F(SimulationBounce, BallBouncesOffARealBarAndEnergyNeverGrows) {
   }
 }
 
-TEST_F(SimulationBounce, BallAtThreeMetresASecondDoesNotPassABarBetweenFrames) {
+TEST_F(SimulationBounce, BallAtThreeMetresPerSecondDoesNotTunnelThroughABar) {
   const auto silhouettes = bar();
-  // From 0.55 m: 3 m/s at the bar, 10 cm a frame of 1/30 s.
+  // From 0.55 m: 3 m/s at the bar, 10 cm per frame of 1/30 s.
   sim::Simulation simulation(scene_of({virtual_ball({0.002, 0, 0.55}, 0.5)}), {});
   double lowest_m = 1;
   for (int frame = 0; frame <= 15; ++frame) {
@@ -122,39 +125,39 @@ TEST_F(SimulationBounce, BallAtThreeMetresASecondDoesNotPassABarBetweenFrames) {
     lowest_m = std::min(lowest_m, simulation.states()[0].world_from_object.translation().z());
   }
   EXPECT_GT(simulation.counters().contacts, 0u);
-  EXPECT_GT(lowest_m, 0.03);  // its centre never came into the bar
+  EXPECT_GT(lowest_m, 0.03);  // the centre stays outside the bar
 }
 
 TEST_F(SimulationBounce, LightAndHeavyBallsBounceAlike) {
   const auto silhouettes = bar();
-  std::vector<Eigen::Vector3d> places_m;
+  std::vector<Eigen::Vector3d> positions_m;
   for (const double mass_kg : {0.001, 1.0, 1000.0}) {
     sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.2}, 0.5, mass_kg)}), {});
     for (int frame = 0; frame <= 15; ++frame) simulation.advance_to(frame * kFrame_s, silhouettes);
-    places_m.push_back(simulation.states()[0].world_from_object.translation());
+    positions_m.push_back(simulation.states()[0].world_from_object.translation());
   }
-  EXPECT_LT((places_m[0] - places_m[1]).norm(), 1e-6);
-  EXPECT_LT((places_m[2] - places_m[1]).norm(), 1e-6);
+  EXPECT_LT((positions_m[0] - positions_m[1]).norm(), 1e-6);
+  EXPECT_LT((positions_m[2] - positions_m[1]).norm(), 1e-6);
 }
 
-TEST_F(SimulationBounce, OnTheGpuAsOnTheCpu) {
+TEST_F(SimulationBounce, GpuAndCpuBackendsGiveTheSameMotion) {
   const auto silhouettes = bar();
-  std::vector<Eigen::Vector3d> places_m;
+  std::vector<Eigen::Vector3d> positions_m;
   for (const config::CollisionBackend backend :
        {config::CollisionBackend::cpu, config::CollisionBackend::gl}) {
     sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.2}, 0.5)}), {.collision = backend});
     for (int frame = 0; frame <= 15; ++frame) simulation.advance_to(frame * kFrame_s, silhouettes);
-    places_m.push_back(simulation.states()[0].world_from_object.translation());
+    positions_m.push_back(simulation.states()[0].world_from_object.translation());
     EXPECT_GT(simulation.counters().contacts, 0u);
     EXPECT_EQ(simulation.counters().detection.points_unconfirmed, 0u);
   }
-  EXPECT_LT((places_m[0] - places_m[1]).norm(),
-            1e-3);  // points of the two may differ by their spacing on a part
+  EXPECT_LT((positions_m[0] - positions_m[1]).norm(),
+            1e-3);  // collision points may differ by their spacing
 }
 
-TEST_F(SimulationBounce, RestsOnTheHullForAllSteps) {
-  // A gutter of two real bars, closed by virtual walls. One pair of cameras looks along it: from
-  // above alone it would be filled.
+TEST_F(SimulationBounce, RestsOnTheHullForAllStepSizes) {
+  // A gutter of two real bars, closed by virtual walls. Two cameras look along it; without them the
+  // hull would fill the gutter.
   std::vector<geometry::Camera> cameras = ring(3, 1.5, 0.6, 300, 0.6);
   for (const double y_m : {-1.5, 1.5}) cameras.push_back(camera_at({0, y_m, 0}, 300, 0.6));
   const auto silhouettes = silhouettes_of(
@@ -172,15 +175,14 @@ TEST_F(SimulationBounce, RestsOnTheHullForAllSteps) {
       if (frame > 30) lowest_m = std::min(lowest_m, z_m), highest_m = std::max(highest_m, z_m);
     }
     EXPECT_EQ(simulation.counters().respawned, 0u) << step_s;
-    // On bars and ball as they are it would rest at sqrt(0.09^2 - 0.05^2) m; touched pixels of 2 mm
-    // raise it, flat triangles and samples 2 mm apart lower it, and it falls for a step between
-    // queries.
+    // On the exact bars the ball rests at sqrt(0.09^2 - 0.05^2) m. Touched pixels of 2 mm raise it;
+    // flat triangles, samples 2 mm apart and the fall between queries lower it.
     EXPECT_NEAR(lowest_m, 0.0748, 0.005) << step_s;
     EXPECT_LT(highest_m - lowest_m, 0.008) << step_s;
   }
 }
 
-TEST_F(SimulationBounce, HullInsideTheBallHasNoEffectAndIsNotFree) {
+TEST_F(SimulationBounce, HullInsideTheBallHasNoEffectAndIsReported) {
   sim::Simulation simulation(
       scene_of({virtual_ball({0, 0, 0}), virtual_box("floor", {0, 0, -0.11}, {1, 1, 0.1})}), {});
   for (int frame = 0; frame <= 5; ++frame) simulation.advance_to(frame * kFrame_s, {});
@@ -188,9 +190,8 @@ TEST_F(SimulationBounce, HullInsideTheBallHasNoEffectAndIsNotFree) {
   const auto silhouettes = seen({ball(kOrigin, 0.02)});
   for (int frame = 6; frame <= 20; ++frame) simulation.advance_to(frame * kFrame_s, silhouettes);
   EXPECT_FALSE(simulation.collisions()[0].collision.colliding());
-  EXPECT_TRUE(
-      simulation.collisions()[0].collision.hull_in_box);  // no point of the ball's surface is in
-                                                          // the hull, and this is said
+  // No point of the ball's surface is in the hull, but its box contains hull points.
+  EXPECT_TRUE(simulation.collisions()[0].collision.hull_in_box);
   EXPECT_TRUE(all_finite(simulation));
   EXPECT_NEAR(simulation.states()[0].world_from_object.translation().z(), 0, 0.002);
 }
@@ -207,7 +208,7 @@ TEST_F(SimulationBounce, EnclosingHullIsCountedAndAddsNoEnergy) {
   EXPECT_LT(simulation.states()[0].velocity_world_m_s.norm(), 0.05);
 }
 
-TEST_F(SimulationBounce, HighlightReportsAndDoesNotMoveNoneIsNeverQueried) {
+TEST_F(SimulationBounce, HighlightIsReportedButNotMovedAndNoneIsNotQueried) {
   config::SceneObject curtain{.name = "curtain",
                               .shape = config::CurtainShape{0.4, 0.3, 20, 18, 0.02, 3},
                               .world_from_object = at({0, 0, 0.15})};
@@ -223,15 +224,15 @@ TEST_F(SimulationBounce, HighlightReportsAndDoesNotMoveNoneIsNeverQueried) {
   EXPECT_EQ(report.collision.points.size(), 5u);
   EXPECT_TRUE(report.truncated);
   EXPECT_FALSE(report.response);
-  EXPECT_EQ(simulation.counters().detection.objects, 4u);  // once a frame
+  EXPECT_EQ(simulation.counters().detection.objects, 4u);  // one query per frame
   EXPECT_EQ(simulation.states()[0].world_from_object.translation(), Eigen::Vector3d(0, 0, 0.15));
 }
 
 TEST_F(SimulationBounce, HeldHullSupportsTheBall) {
-  // Maps at 5 Hz under a simulation of 240 Hz: between sets the last is given again.
+  // Maps at 5 Hz in a simulation at 240 Hz: the last hull is held between them.
   sim::Simulation simulation(scene_of({virtual_ball({0, 0, 0.12}, 0)}), {});
   for (int frame = 0; frame <= 30; ++frame) {
-    const double bar_z_m = 0.01 * double(frame / 6);  // a hand that rises
+    const double bar_z_m = 0.01 * double(frame / 6);  // a rising hand
     const auto held = silhouettes_of({{{-0.05, -0.15, bar_z_m}, {-0.05, 0.15, bar_z_m}, 0.03},
                                       {{0.05, -0.15, bar_z_m}, {0.05, 0.15, bar_z_m}, 0.03}},
                                      ring(5, 1.5, 0, 300, 0.6));
@@ -241,15 +242,15 @@ TEST_F(SimulationBounce, HeldHullSupportsTheBall) {
   EXPECT_EQ(simulation.counters().respawned, 0u);
 }
 
-TEST_F(SimulationBounce, TwoRunsAreBitEqualWithOneAndTwoThreads) {
+TEST_F(SimulationBounce, IsBitIdenticalForOneAndTwoThreads) {
   const auto silhouettes = seen({{{0.01, -0.15, 0}, {0, 0.15, 0.02}, 0.03}});
   config::Scene scene =
       scene_of({virtual_ball({0, 0, 0.3}),
                 virtual_box("floor", {0, 0, -0.2}, {2, 2, 0.1}, config::Reaction::highlight)});
   scene.objects[0].requests.proximity =
       config::ProximityRequests{config::ProximityOf::triangles, 0.2, 0.002};
-  scene.objects[0].requests.response =
-      config::ResponseRequests{.closed_form = true, .local_minimum_translation = true};
+  scene.objects[0].requests.response = config::ResponseRequests{
+      .v_rec_world = std::nullopt, .closed_form = true, .local_minimum_translation = true};
   scene.objects[0].requests.contacts = 4;
   sim::Simulation first(scene, {}), second(scene, {.threads = 2});
   for (int frame = 0; frame <= 60; ++frame) {
@@ -265,9 +266,10 @@ TEST_F(SimulationBounce, TwoRunsAreBitEqualWithOneAndTwoThreads) {
       ASSERT_EQ(one.collision.points, two.collision.points);
       ASSERT_EQ(one.details.proximity, two.details.proximity);
       ASSERT_EQ(one.details.contacts.has_value(), two.details.contacts.has_value());
-      if (one.details.local_minimum_translation)
-        ASSERT_EQ(one.details.local_minimum_translation->move_world_m,
-                  two.details.local_minimum_translation->move_world_m);
+      if (one.details.local_minimum_translation) {
+        ASSERT_EQ(one.details.local_minimum_translation->translation_world_m,
+                  two.details.local_minimum_translation->translation_world_m);
+      }
     }
   }
   EXPECT_GT(first.counters().contacts, 0u);

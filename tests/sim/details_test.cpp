@@ -1,5 +1,4 @@
-// What a scene asks of collisions beyond verdict and points: computed where asked for, and nowhere
-// else; history; warmth.
+// Optional details of collisions, computed only on request; history; warmth.
 #include <limits>
 #include <random>
 #include <stdexcept>
@@ -15,7 +14,7 @@ using Eigen::Vector3d;
 constexpr double kLabFrame_s = 1.0 / 60;
 const Eigen::AlignedBox3d kSpace(Vector3d(-0.3, -0.3, -0.3), Vector3d(0.3, 0.3, 0.3));
 
-// All tests find collisions on the CPU, which needs no context.
+// All tests use the CPU backend, which needs no OpenGL context.
 config::SceneObject plate(double x_m = 0) {
   return virtual_box("plate", {x_m, 0, 0}, {0.005, 0.4, 0.4}, config::Reaction::highlight);
 }
@@ -38,18 +37,18 @@ TEST(CollisionDetails, ComputesOnlyRequestedDetails) {
 
 TEST(CollisionDetails, FixedObjectReportsPenetrationDepth) {
   config::SceneObject object = virtual_box("block", {0.1, 0, 0}, {0.2, 0.2, 0.2},
-                                           config::Reaction::highlight);  // from x = 0 on
+                                           config::Reaction::highlight);  // x >= 0
   object.requests.response = config::ResponseRequests{.v_rec_world = Vector3d::UnitX(),
                                                       .four_points = true,
                                                       .closed_form = true,
                                                       .local_minimum_translation = true};
   object.requests.contacts = 3;
   sim::Simulation simulation(scene_of({object}), {});
-  simulation.advance_to(0, hand_at(-0.015, 0.025));  // 1 cm of it is in the block
+  simulation.advance_to(0, hand_at(-0.015, 0.025));  // 1 cm deep in the block
   const sim::CollisionDetails& details = simulation.collisions().at(0).details;
   ASSERT_TRUE(details.response && details.response->has_exit());
-  // Moved along x the block is free; the hull reaches farther than the ball by less than two pixels
-  // of 2 mm and what cameras from above add.
+  // A move along x frees the block. The hull exceeds the hand by less than two pixels of 2 mm plus
+  // the excess of cameras from above.
   EXPECT_GT(details.response->clear_distance_m() + details.response->residual_m, 0.008);
   EXPECT_LT(details.response->clear_distance_m() + details.response->residual_m, 0.020);
   EXPECT_NE(details.response->four_points.status, collision::NormalStatus::not_requested);
@@ -57,7 +56,7 @@ TEST(CollisionDetails, FixedObjectReportsPenetrationDepth) {
   EXPECT_GT(details.response->closed_form.normal_world.x(), 0.5) << "the hand's front";
   ASSERT_TRUE(details.local_minimum_translation);
   EXPECT_NE(details.local_minimum_translation->status,
-            collision::LocalMinimumTranslationStatus::not_free);
+            collision::LocalMinimumTranslationStatus::none_verified);
   ASSERT_TRUE(details.contacts);
   EXPECT_GE(details.contacts->contacts.size(), 1u);
   EXPECT_LE(details.contacts->contacts.size(), 3u);
@@ -100,26 +99,27 @@ TEST(CollisionDetails, ProximityHoldsTheExactDistance) {
       EXPECT_LE(proximity[i].min_m, proximity[i].max_m);
       within += std::isfinite(proximity[i].max_m);
       if (of == config::ProximityOf::triangles) continue;
-      const collision::Clearance truth =
-          exact.clearance_m(mesh.vertices_m[i], kCap_m, kTolerance_m / 4);  // bounds themselves
+      const collision::Clearance truth = exact.clearance_m(
+          mesh.vertices_m[i], kCap_m, kTolerance_m / 4);  // the reference gives bounds too
       EXPECT_LE(proximity[i].min_m, truth.max_m);
       EXPECT_GE(proximity[i].max_m, truth.min_m);
-      if (std::isfinite(truth.max_m))
+      if (std::isfinite(truth.max_m)) {
         EXPECT_LE(proximity[i].max_m - proximity[i].min_m, kTolerance_m + 1e-9);
+      }
     }
     EXPECT_GT(within, 10);
     EXPECT_LT(within, int(proximity.size()));
   }
 }
 
-TEST(Warmth, WarmthFallsWithDistanceAndCools) {
+TEST(Warmth, FallsWithDistanceAndCools) {
   config::SceneObject object = plate();
   object.shape = config::BoxShape{{0.005, 0.4, 0.4}, 0.05};
-  object.reaction = config::Reaction::none;  // it is warmed all the same
+  object.reaction = config::Reaction::none;  // warming does not need a reaction
   object.warming =
       config::Warming{.cap_m = 0.1, .tolerance_m = 0.002, .heating_s = 0.2, .cooling_s = 0.4};
   sim::Simulation simulation(scene_of({object}), {});
-  const auto hand = hand_at(-0.06);  // 3 to 4 cm beside
+  const auto hand = hand_at(-0.06);  // 3 to 4 cm from the plate
   for (int frame = 0; frame <= 60; ++frame) simulation.advance_to(frame * kFrame_s, hand);
   const geometry::Mesh mesh = config::mesh_of(object);
   const std::vector<float> warm = simulation.states()[0].warmth;
@@ -128,13 +128,16 @@ TEST(Warmth, WarmthFallsWithDistanceAndCools) {
     const double beside_m = mesh.vertices_m[i].tail<2>().norm();
     EXPECT_GE(warm[i], 0);
     EXPECT_LE(warm[i], 1);
-    if (beside_m < 0.01)
-      EXPECT_GT(warm[i], 0.5);  // 1 - 0.04 / 0.1 and a bit, after five time constants
-    if (beside_m > 0.16) EXPECT_EQ(warm[i], 0);
+    if (beside_m < 0.01) {
+      EXPECT_GT(warm[i], 0.5);  // 1 - 0.04 / 0.1, approached over five time constants
+    }
+    if (beside_m > 0.16) {
+      EXPECT_EQ(warm[i], 0);
+    }
   }
   simulation.pause();
   simulation.advance_to(100 * kFrame_s, {});
-  EXPECT_EQ(simulation.states()[0].warmth, warm) << "paused, nothing cools";
+  EXPECT_EQ(simulation.states()[0].warmth, warm) << "a paused object does not cool";
   simulation.resume();
   for (int frame = 101; frame <= 113; ++frame) simulation.advance_to(frame * kFrame_s, {});
   const std::vector<float> cooler = simulation.states()[0].warmth;
@@ -144,15 +147,15 @@ TEST(Warmth, WarmthFallsWithDistanceAndCools) {
   EXPECT_EQ(simulation.states()[0].warmth, std::vector<float>(warm.size(), 0.0f));
 }
 
-TEST(Warmth, UnknownDistanceKeepsWarmth) {
+TEST(Warmth, IsKeptIfTheDistanceIsUnknown) {
   sim::Warmth warmth({.cap_m = 0.1, .heating_s = 0.1, .cooling_s = 0.1}, 3);
   const double inf = std::numeric_limits<double>::infinity();
-  warmth.follow(1, std::vector<collision::Proximity>{{0, 0}, {0.05, 0.05}, {0.1, inf}});
+  warmth.advance(1, std::vector<collision::Proximity>{{0, 0}, {0.05, 0.05}, {0.1, inf}});
   const std::vector<float> before = warmth.vertices();
   EXPECT_NEAR(before[0], 1, 1e-3);
   EXPECT_NEAR(before[1], 0.5, 1e-3);
   EXPECT_EQ(before[2], 0);
-  warmth.follow(1, std::vector<collision::Proximity>(3, {0, inf}));
+  warmth.advance(1, std::vector<collision::Proximity>(3, {0, inf}));
   EXPECT_EQ(warmth.vertices(), before);
 }
 
@@ -163,10 +166,10 @@ config::Scene scene_with_history(bool first_contact) {
   return scene;
 }
 
-// 5 m/s: 8 cm from a frame to the next, through a plate of 5 mm, and in neither frame in it.
+// At 5 m/s the hand moves 8 cm per frame, through a plate of 5 mm; it touches it in no frame.
 TEST(History, FastHandReportsFirstContactWithAThinPlate) {
   sim::Simulation simulation(scene_with_history(true), {}, kSpace);
-  int met = 0;
+  int contacts = 0;
   for (int frame = 0; frame <= 5; ++frame) {
     const double x_m =
         -0.2067 + 5 * kLabFrame_s * frame;  // from -0.04 to 0.043 between frames 2 and 3
@@ -174,16 +177,16 @@ TEST(History, FastHandReportsFirstContactWithAThinPlate) {
     const sim::CollisionReport& report = simulation.collisions().at(0);
     EXPECT_FALSE(report.collision.colliding()) << frame;
     if (!report.details.first_contact) continue;
-    ++met;
+    ++contacts;
     EXPECT_EQ(frame, 3);
-    // It touches when its front, 2 cm and a pixel or two ahead of its middle, is at the plate's
-    // face.
+    // Contact begins when the hand's front, 2 cm plus a pixel or two ahead of its centre, reaches
+    // the plate's face.
     const double expected_s = (2 + (0.04 - 0.02 - 0.0025) / (5 * kLabFrame_s)) * kLabFrame_s;
-    EXPECT_NEAR(report.details.first_contact->time_s, expected_s, 0.006 / 5);
-    EXPECT_NEAR(report.details.first_contact->p_world_m.x(), 0, 0.004);
-    EXPECT_EQ(report.details.first_contact_component, simulation.hull_components()->at(0).id);
+    EXPECT_NEAR(report.details.first_contact->contact.time_s, expected_s, 0.006 / 5);
+    EXPECT_NEAR(report.details.first_contact->contact.p_world_m.x(), 0, 0.004);
+    EXPECT_EQ(report.details.first_contact->component, simulation.hull_components()->at(0).id);
   }
-  EXPECT_EQ(met, 1);
+  EXPECT_EQ(contacts, 1);
 }
 
 TEST(History, FastFallingObjectReportsFirstContact) {
@@ -194,25 +197,25 @@ TEST(History, FastFallingObjectReportsFirstContact) {
   scene.objects[0].requests.first_contact = true;
   sim::Simulation simulation(scene, {}, kSpace);
   constexpr double kSlowFrame_s = 0.1;
-  int met = 0;
+  int contacts = 0;
   for (int frame = 0; frame <= 5; ++frame) {
     const double z_before_m = simulation.states()[0].world_from_object.translation().z();
     simulation.advance_to(frame * kSlowFrame_s, hand_at(0));
     const double z_m = simulation.states()[0].world_from_object.translation().z();
     const auto& contact = simulation.collisions().at(0).details.first_contact;
     if (!contact) continue;
-    ++met;
+    ++contacts;
     EXPECT_EQ(frame, 4);
-    // At even speed from where it was to where it is, its lower face comes to the hull's top: 2 cm,
-    // and what cameras from above add.
+    // At constant speed between its poses, the plate's lower face reaches the hull's top, which is
+    // at 2 cm plus the excess of cameras from above.
     const double down_m = z_before_m - 0.0025 - 0.02;
-    EXPECT_NEAR(contact->time_s, (3 + down_m / (z_before_m - z_m)) * kSlowFrame_s,
+    EXPECT_NEAR(contact->contact.time_s, (3 + down_m / (z_before_m - z_m)) * kSlowFrame_s,
                 0.01 / (z_before_m - z_m) * kSlowFrame_s);
   }
-  EXPECT_EQ(met, 1);
+  EXPECT_EQ(contacts, 1);
 }
 
-// Put back from 2.5 m below, it did not go through the hand on its way.
+// A respawn from 2.5 m below is a jump, not a motion through the hand.
 TEST(History, RespawnedObjectHasNoFirstContact) {
   config::Scene scene = scene_with_history(true);
   scene.objects[0] =
@@ -225,7 +228,7 @@ TEST(History, RespawnedObjectHasNoFirstContact) {
   for (int frame = 0; frame <= 24 && simulation.counters().respawned == 0; ++frame) {
     simulation.advance_to(frame * kSlowFrame_s,
                           frame < 8 ? std::vector<hull::Silhouette>{}
-                                    : hand);  // the plate is gone when the hand comes
+                                    : hand);  // the plate has fallen before the hand appears
     EXPECT_FALSE(simulation.collisions().at(0).details.first_contact) << frame;
   }
   EXPECT_EQ(simulation.counters().respawned, 1u);
@@ -260,14 +263,14 @@ TEST(History, TracksComponentsAndHeldHullAddsNoFrame) {
   ASSERT_EQ(simulation.hull_components()->size(), 1u);
   const collision::TrackedComponent before = simulation.hull_components()->at(0);
   ASSERT_TRUE(before.motion);
-  EXPECT_FALSE(before.part.outlines.empty()) << "rotations are told by them";
+  EXPECT_FALSE(before.component.outlines.empty()) << "the tracker needs outlines for rotations";
   EXPECT_EQ(before.motion->frames, 5);
   EXPECT_NEAR(before.motion->velocity_world_m_s.x(), 0.5, 0.025);
   simulation.advance_to(4.5 * kFrame_s);
   simulation.advance_to(5.5 * kFrame_s);
   EXPECT_EQ(simulation.hull_components()->at(0).motion->frames, 5);
   EXPECT_EQ(simulation.hull_components()->at(0).id, before.id);
-  EXPECT_FALSE(simulation.collisions().at(0).details.first_contact) << "not asked for";
+  EXPECT_FALSE(simulation.collisions().at(0).details.first_contact) << "not requested";
 }
 
 TEST(History, RequiresASearchBox) {

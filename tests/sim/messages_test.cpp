@@ -1,5 +1,4 @@
-// CollisionResult and HullComponents as they go onto the wire: what was asked for, whole; nothing
-// else.
+// Conversion to CollisionResult and HullComponents: the messages contain exactly what is requested.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -47,7 +46,7 @@ TEST(CollisionMessage, HullInTheBoxIsReportedAsUndecided) {
   EXPECT_EQ(collision_message(kFrame, report, {}).message().verdict, fivepipe_v1_undecided);
 }
 
-TEST(CollisionMessage, NormalsNameTheCamerasThatLimit) {
+TEST(CollisionMessage, NormalsNameTheLimitingCameras) {
   CollisionReport report = report_of(collision::CollisionVerdict::colliding);
   collision::Response& response = report.details.response.emplace();
   response.status = collision::RecoveryStatus::recovered;
@@ -80,7 +79,7 @@ TEST(CollisionMessage, ProximityBoundsRoundOutwardToFloat) {
                               {0.7, 0.7},
                               {0, 0},
                               {0, inf},
-                              {inf, inf}};  // a third is larger in float, 0.7 less
+                              {inf, inf}};  // float rounds 1/3 up and 0.7 down
   config::CollisionRequests requests;
   requests.proximity = config::ProximityRequests{config::ProximityOf::triangles, 0.1, 0.01};
   OutgoingCollision out = collision_message(kFrame, report, requests);
@@ -94,8 +93,9 @@ TEST(CollisionMessage, ProximityBoundsRoundOutwardToFloat) {
   for (std::uint32_t i = 0; i < 5; ++i) {
     EXPECT_LE(double(field.min_m._buffer[i]), report.details.proximity[i].min_m);
     EXPECT_GE(double(field.max_m._buffer[i]), report.details.proximity[i].max_m);
-    if (std::isfinite(report.details.proximity[i].min_m))
+    if (std::isfinite(report.details.proximity[i].min_m)) {
       EXPECT_NEAR(field.min_m._buffer[i], report.details.proximity[i].min_m, 1e-7);
+    }
   }
   EXPECT_EQ(field.min_m._buffer[2], 0);
   EXPECT_EQ(field.max_m._buffer[2], 0);
@@ -103,8 +103,7 @@ TEST(CollisionMessage, ProximityBoundsRoundOutwardToFloat) {
 
 TEST(CollisionMessage, FirstContactUsesTheCaptureClock) {
   CollisionReport report = report_of(collision::CollisionVerdict::free);
-  report.details.first_contact = collision::FirstContact{2.49, 0.0005, {0.1, 0.2, 0.3}, 4, false};
-  report.details.first_contact_component = 11;
+  report.details.first_contact = ComponentContact{{2.49, 0.0005, {0.1, 0.2, 0.3}, 4, false}, 11};
   OutgoingCollision out = collision_message(kFrame, report, {});
   const fivepipe_v1_CollisionResult& message = out.message();
   ASSERT_EQ(message.first_contact._length, 1u);
@@ -126,7 +125,8 @@ TEST(CollisionMessage, ContainsTrianglesAndContactsOnRequest) {
   report.details.contacts->contacts.push_back(
       {.status = collision::ContactStatus::no_exit_within_reach, .on_object = {{0, 1, 0}, 5}});
   report.details.local_minimum_translation = collision::LocalMinimumTranslation{
-      .status = collision::LocalMinimumTranslationStatus::found, .move_world_m = {0, 0, 0.02}};
+      .status = collision::LocalMinimumTranslationStatus::shorter_found,
+      .translation_world_m = {0, 0, 0.02}};
   config::CollisionRequests requests;
   requests.triangles = true;
   OutgoingCollision out = collision_message(kFrame, report, requests);
@@ -148,10 +148,10 @@ TEST(CollisionMessage, ContainsTrianglesAndContactsOnRequest) {
 TEST(ComponentsMessage, ReportsIdentityAndMotion) {
   collision::TrackedComponent tracked{
       .id = 3, .origin = collision::ComponentOrigin::tracked, .from = {3}};
-  tracked.part.box_world_m = {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 2, 3)};
-  tracked.part.centroid_world_m = {0.4, 0.5, 0.6};
-  tracked.part.volume_m3 = 0.002;
-  tracked.part.cut = true;
+  tracked.component.box_world_m = {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 2, 3)};
+  tracked.component.centroid_world_m = {0.4, 0.5, 0.6};
+  tracked.component.volume_m3 = 0.002;
+  tracked.component.clipped = true;
   tracked.motion = collision::ComponentMotion{.velocity_world_m_s = {0, 0.5, 0},
                                               .angular_velocity_world_rad_s = {0, 0, 3},
                                               .determined_axes = 2,

@@ -1,5 +1,5 @@
-// A real ball seen by cameras on its horizon, virtual objects against it: what the tests of the
-// response share.
+// Fixture for the tests of the response: a real ball seen by cameras on its horizon, and virtual
+// objects.
 #pragma once
 #include "common/collision/response/response.h"
 #include "tests/support/collision_scene.h"
@@ -11,11 +11,11 @@ inline constexpr double kRealRadius_m = 0.05, kVirtualRadius_m = 0.04;
 inline constexpr double kFlatness_m = 0.02 * kVirtualRadius_m;
 inline constexpr double kField_m = 0.16;
 inline constexpr int kImage_px = 320;
-inline constexpr double kScanStep_m = 1e-5;  // of what is called exact, in issue 4
+inline constexpr double kScanStep_m = 1e-5;  // what counts as exact: 0.01 mm
 inline constexpr double kFootprint_m = kField_m / kImage_px;
 
-// A hull that ends at z = 0, and far below and beside: all cameras are on the plane, which they see
-// edge-on at the middle of their images.
+// A hull with the top face z = 0. All cameras are in this plane and see it edge-on at the centre of
+// their images.
 inline std::vector<hull::Silhouette> plane_silhouettes() {
   std::vector<hull::Silhouette> silhouettes;
   for (const geometry::Camera& camera : ring(6, 1.0, 0, kImage_px, kField_m)) {
@@ -27,7 +27,7 @@ inline std::vector<hull::Silhouette> plane_silhouettes() {
   return silhouettes;
 }
 
-// A real ball at the origin seen by nine cameras on its horizon (18 directions of silhouettes), a
+// A real ball at the origin, seen by nine cameras on its horizon (18 silhouette directions), and a
 // virtual ball above it.
 class ResponseTest : public GlTest {
  protected:
@@ -71,13 +71,14 @@ class ResponseTest : public GlTest {
                                  const collision::ResponseConfig& config = {}) {
     return collision::respond(query(), collision_, request, requery(), config);
   }
-  // Towards the ball's centre from the middle of the contact; the icosphere of 320 triangles lies
-  // up to kFlatness_m under its ball.
+  // V_rec from the deepest point towards the ball's centre. The icosphere of 320 triangles is at
+  // most kFlatness_m below its ball.
   collision::Response respond_by_default(const collision::ResponseConfig& config = {}) {
     return respond_to({rp_object_m_, std::nullopt, {true, true}, kFlatness_m}, config);
   }
 
-  // Farthest point that is inside, up to reach_m from CP_obj along V_rec, at steps of kScanStep_m.
+  // Returns the distance from CP_obj of the farthest inside point on V_rec, up to reach_m in steps
+  // of kScanStep_m.
   template <typename Inside>
   double exit_m(const collision::Response& response, double reach_m, Inside inside) const {
     for (double t_m = reach_m; t_m > 0; t_m -= kScanStep_m)
@@ -94,7 +95,7 @@ class ResponseTest : public GlTest {
   collision::ObjectCollision collision_;
 };
 
-// Centres round the real ball at this distance from its own.
+// Returns a point at this distance from the real ball's centre.
 inline Eigen::Vector3d above(double distance_m, double tilt_rad, double azimuth_rad) {
   return distance_m * Eigen::Vector3d(std::sin(tilt_rad) * std::cos(azimuth_rad),
                                       std::sin(tilt_rad) * std::sin(azimuth_rad),

@@ -1,6 +1,6 @@
-// Scenes for the tests of the simulation: a virtual ball over real or virtual things.
+// Scenes for the tests of the simulation: virtual balls and boxes over real objects.
 #pragma once
-#include "sim_node/simulation.h"
+#include "sim_node/simulation/simulation.h"
 #include "tests/support/collision_scene.h"
 
 namespace fivepipe::test {
@@ -35,7 +35,7 @@ inline config::Scene scene_of(std::vector<config::SceneObject> objects) {
   return scene;
 }
 
-// Pixels of 2 mm, 60 cm of field.
+// Silhouettes of real capsules in five cameras with pixels of 2 mm and a field of 60 cm.
 inline std::vector<hull::Silhouette> seen(const std::vector<hull::Capsule>& real) {
   return silhouettes_of(real, ring(5, 1.5, 0.35, 300, 0.6));
 }

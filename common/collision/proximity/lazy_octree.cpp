@@ -9,14 +9,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Roundings of a point's way to its pixel, as image_cone.cpp counts them.
+// Relative bound on the rounding error of a projection, counted as in image_cone.cpp.
 constexpr double kRoundings = 64 * std::numeric_limits<double>::epsilon();
 
-// Blocks of octants that a thread fetches together.
+// Octants that a thread allocates at once.
 constexpr std::size_t kChunkSize = 256;
 
-// No object pixel in the rectangle, which lies in the object's bounds. From one pixel to the first
-// beyond the empty box ahead of it.
+// Returns whether the rectangle has no object pixel. It must lie in the object's bounds. Steps from
+// each pixel over the empty box ahead of it.
 bool is_empty_rect(const hull::SkipMap& skip_map, const hull::PixelRect& rect) {
   for (int v = rect.v0_px; v < rect.v1_px;) {
     int rows = rect.v1_px - v;
@@ -31,7 +31,7 @@ bool is_empty_rect(const hull::SkipMap& skip_map, const hull::PixelRect& rect) {
   return true;
 }
 
-// Pixels from that of low_px to that of high_px, cut to [begin, end).
+// Returns the half-open range of pixels from low_px to high_px, clamped to [begin, end).
 std::pair<int, int> pixels_between(double low_px, double high_px, int begin, int end) {
   const auto pixel = [&](double px) {
     return int(std::floor(std::clamp(px + 0.5, begin - 1.0, double(end))));
@@ -42,8 +42,8 @@ std::pair<int, int> pixels_between(double low_px, double high_px, int begin, int
 }  // namespace
 
 struct CubeQuery::CubeProjection {
-  bool sees_all = false;  // every point of the cube is in its image
-  bool may_hold = true;   // some point of the cube may be on its object
+  bool sees_all = false;  // every point of the cube projects into the image
+  bool may_hold = true;   // some point of the cube may project onto an object pixel
   bool center_seen = false, center_on = false;
 };
 
@@ -59,9 +59,9 @@ CubeQuery::CubeQuery(const hull::HullQuery& query) : rule_(query.hull().rule()) 
   }
 }
 
-// Whether some point of the cube around p, which has parts behind the camera, may be in the pyramid
-// of the object's bounds: for a pixel column b beyond the principal point, the pyramid is where fx
-// X - b Z > 0, or < 0.
+// Returns whether some point of the cube around p may be in the pyramid of the object's bounds.
+// Used for cubes that extend behind the camera. For a border b pixels from the principal point, the
+// pyramid is the half-space fx X - b Z > 0 (or < 0).
 bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, double half_edge_m,
                               double rounding_m) {
   const auto reaches = [&](int axis, double focal_px, double border_px, double side) {
@@ -78,8 +78,8 @@ bool CubeQuery::meets_pyramid(const CubeCamera& c, const Vector3d& p_camera_m, d
          reaches(1, c.fy_px, object.v1_px - 0.5 - c.cy_px, -1);
 }
 
-// A point d away from the centre has its pixel, along u, fx (r_x - x r_z) d / (Z + r_z d) away,
-// where x = X / Z: bounded by the sums of the rows' sizes for all d in the cube.
+// A point at offset d from the centre projects, along u, at fx (r_x - x r_z) d / (Z + r_z d) from
+// the centre's pixel, with x = X / Z. The rows' 1-norms bound this for all d in the cube.
 CubeQuery::CubeProjection CubeQuery::project_cube(const CubeCamera& c,
                                                   const Vector3d& center_world_m,
                                                   double half_edge_m) {
@@ -121,11 +121,11 @@ CubeVerdict CubeQuery::test(const Vector3d& center_world_m, double half_edge_m) 
   int may_hold = 0, center_on = 0;
   bool center_off = false;
   for (const CubeCamera& camera : cameras_) {
-    const CubeProjection l = project_cube(camera, center_world_m, half_edge_m);
-    if (!l.may_hold && (all || l.sees_all)) return {.free = true};
-    may_hold += l.may_hold;
-    center_on += l.center_on;
-    center_off |= !l.center_on && (all || l.center_seen);
+    const CubeProjection p = project_cube(camera, center_world_m, half_edge_m);
+    if (!p.may_hold && (all || p.sees_all)) return {.free = true};
+    may_hold += p.may_hold;
+    center_on += p.center_on;
+    center_off |= !p.center_on && (all || p.center_seen);
   }
   const int needed = all ? int(cameras_.size()) : rule_.min_seen;
   if (may_hold < needed) return {.free = true};
@@ -143,7 +143,7 @@ std::size_t LazyOctree::CellIndexHash::operator()(const CellIndex& cell) const {
 
 const LazyOctree::Neighborhood& LazyOctree::neighborhood(const Vector3d& p_world_m, int thread) {
   ThreadState& state = thread_states_[std::size_t(thread)];
-  CellIndex first;  // of the eight, the lowest along each axis
+  CellIndex first;  // the cell with the lowest coordinates of the eight
   for (int axis = 0; axis < 3; ++axis)
     first[std::size_t(axis)] = std::int64_t(std::floor(p_world_m[axis] / root_edge_m_ - 0.5));
   if (state.last && state.last_cell == first) return *state.last;
@@ -157,11 +157,8 @@ const LazyOctree::Neighborhood& LazyOctree::neighborhood(const Vector3d& p_world
           root_edge_m_ *
           (Vector3d(double(cell[0]), double(cell[1]), double(cell[2])) + Vector3d::Constant(0.5));
       const auto [root, is_first] = root_at_.try_emplace(cell);
-      if (is_first) {
-        ++state.tested;
-        if (!query_.test(center_world_m, root_edge_m_ / 2).free)
-          root->second = std::make_unique<OctantsPtr>(nullptr);
-      }
+      if (is_first && !query_.test(center_world_m, root_edge_m_ / 2).free)
+        root->second = std::make_unique<OctantsPtr>(nullptr);
       if (root->second) found->second.push_back({root->second.get(), center_world_m});
     }
   }
@@ -179,28 +176,21 @@ LazyOctree::Octants& LazyOctree::next_octants(ThreadState& state) {
 }
 
 LazyOctree::Octants& LazyOctree::octants(const Cube& cube, double half_edge_m, int thread) {
-  if (Octants* there = cube.octants->load(std::memory_order_acquire)) return *there;
+  if (Octants* existing = cube.octants->load(std::memory_order_acquire)) return *existing;
   ThreadState& state = thread_states_[std::size_t(thread)];
   Octants& made = next_octants(state);
   made.not_free = made.in_hull = 0;
   for (int i = 0; i < 8; ++i) {
-    const CubeVerdict answer =
+    const CubeVerdict verdict =
         query_.test(center_of_octant(cube.center_world_m, half_edge_m, i), half_edge_m / 2);
-    made.not_free = std::uint8_t(made.not_free | !answer.free << i);
-    made.in_hull = std::uint8_t(made.in_hull | answer.center_in_hull << i);
+    made.not_free = std::uint8_t(made.not_free | !verdict.free << i);
+    made.in_hull = std::uint8_t(made.in_hull | verdict.center_in_hull << i);
   }
-  state.tested += 8;
   Octants* first = nullptr;
   if (!cube.octants->compare_exchange_strong(first, &made, std::memory_order_acq_rel))
-    return *first;  // another was faster: the same answers; ours stays unused
+    return *first;  // another thread was faster, with the same values; reuse ours later
   --state.left;
   return made;
-}
-
-std::size_t LazyOctree::tested() const {
-  std::size_t sum = 0;
-  for (const ThreadState& state : thread_states_) sum += state.tested;
-  return sum;
 }
 
 }  // namespace fivepipe::collision

@@ -1,11 +1,13 @@
-// Space around a hull in cubes, each tested once: is it certified free of the hull, and is its
-// centre in it?
+// Lazy octree over the space around a hull. Each cube is tested once: is it certified free of the
+// hull, and is its centre in the hull?
 //
-// A lattice of cubes through the world's origin, each split into octants where a search needs it.
-// What is said of a cube depends on the hull and the cube alone: searches share the cubes, and
-// whichever comes first makes no difference. (In the images a cube is free where one camera has no
-// object pixel in the rectangle that holds its projection; as is_certainly_free of box_query.h, but
-// kept, for both rules, and with rounding counted.)
+// The roots are a lattice of cubes aligned with the world's origin. A search splits a cube into
+// octants on demand. The verdict on a cube depends only on the hull and the cube, so all searches
+// share the cubes and the order of the searches does not matter.
+//
+// A cube is free if some camera has no object pixel in the pixel rectangle that bounds the cube's
+// projection. Unlike is_certainly_free (box_query.h), the test supports both hull rules, bounds its
+// rounding errors, and its verdict is kept.
 #pragma once
 #include <array>
 #include <atomic>
@@ -18,16 +20,17 @@
 
 namespace fivepipe::collision {
 
-// What every camera says of a cube.
+// Combined verdict of all cameras on a cube.
 struct CubeVerdict {
-  bool free = false;  // no point of the closed cube is in the hull: certified
-  bool center_in_hull =
-      false;  // by the very pixels that contains() would ask; a hint, not its answer
+  bool free = false;  // certified: no point of the closed cube is in the hull
+  // A hint, from the same pixels as contains(), whose result may differ by rounding.
+  bool center_in_hull = false;
 };
 
 class CubeQuery {
  public:
-  explicit CubeQuery(const hull::HullQuery& query);  // borrows its hull, which is not empty
+  // Borrows the query's hull, which must not be empty and must outlive this object.
+  explicit CubeQuery(const hull::HullQuery& query);
   CubeVerdict test(const Eigen::Vector3d& center_world_m, double half_edge_m) const;
 
  private:
@@ -35,10 +38,9 @@ class CubeQuery {
     Eigen::Matrix3d r;  // camera_from_world
     Eigen::Vector3d t;
     double fx_px, fy_px, cx_px, cy_px;
-    double axis_z;    // how far along z a step of 1 along each world axis leads at most
-    double rounding;  // of a point in the camera's frame and of its pixel, as a fraction of the
-                      // lengths that take part
-    double translation_m;  // sum of its parts' sizes
+    double axis_z;         // 1-norm of row z of r: how far z changes per half edge of a cube
+    double rounding;       // relative rounding error of camera-frame points and their pixels
+    double translation_m;  // 1-norm of t
     hull::PixelRect image;
     const hull::SkipMap* skip_map;
   };
@@ -55,24 +57,25 @@ class CubeQuery {
 class LazyOctree {
  public:
   struct Octants;
-  // Where a cube's octants are, once they were tested for; owned by the thread that was first.
+  // Refers to a cube's octants once they have been tested. The thread that was first owns them.
   using OctantsPtr = std::atomic<Octants*>;
   struct Octants {
-    std::array<OctantsPtr, 8> children{};    // bit 0, 1, 2 of the index: towards +x, +y, +z
-    std::uint8_t not_free = 0, in_hull = 0;  // bits by index: what CubeVerdict says
+    std::array<OctantsPtr, 8> children{};    // index bits 0, 1, 2: the half towards +x, +y, +z
+    std::uint8_t not_free = 0, in_hull = 0;  // CubeVerdict, one bit per octant
   };
   // A cube that may hold hull points.
   struct Cube {
     OctantsPtr* octants;
     Eigen::Vector3d center_world_m;
   };
-  using Neighborhood = std::vector<Cube>;  // up to eight; none: all of it is free
+  using Neighborhood = std::vector<Cube>;  // at most eight; empty: all cubes are free
 
   LazyOctree(const hull::HullQuery& query, double root_edge_m, int threads);
 
-  // Of the lattice cubes of root_edge_m those that may hold hull points within half an edge of p.
-  // `thread`: as in WorkerPool.
+  // Returns the lattice cubes that may hold hull points within half of root_edge_m of p. `thread`
+  // is the thread index of WorkerPool. The result stays valid as long as the octree.
   const Neighborhood& neighborhood(const Eigen::Vector3d& p_world_m, int thread);
+  // Returns the octants of a cube and tests them on the first call. Thread-safe.
   Octants& octants(const Cube& cube, double half_edge_m, int thread);
   static Eigen::Vector3d center_of_octant(const Eigen::Vector3d& center_world_m, double half_edge_m,
                                           int octant) {
@@ -83,18 +86,15 @@ class LazyOctree {
   }
 
   double root_edge_m() const { return root_edge_m_; }
-  // How many cubes were tested; depends on how threads met.
-  std::size_t tested() const;
 
  private:
-  using CellIndex = std::array<std::int64_t, 3>;  // in the lattice
+  using CellIndex = std::array<std::int64_t, 3>;  // lattice coordinates
   struct CellIndexHash {
     std::size_t operator()(const CellIndex& cell) const;
   };
-  struct alignas(64) ThreadState {  // of one thread
+  struct alignas(64) ThreadState {
     std::vector<std::unique_ptr<Octants[]>> chunks;
-    std::size_t left = 0;  // of the last chunk
-    std::size_t tested = 0;
+    std::size_t left = 0;  // unused octants of the last chunk
     std::unordered_map<CellIndex, Neighborhood, CellIndexHash> neighborhoods;
     const Neighborhood* last = nullptr;
     CellIndex last_cell{};

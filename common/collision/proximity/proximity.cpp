@@ -16,22 +16,22 @@ using Eigen::Vector3d;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr Proximity kInHull{0, 0}, kEmptyHull{kInfinity, kInfinity}, kUnknown{0, kInfinity};
 
-// Points that a thread takes together.
+// Queries per work item.
 constexpr int kBatchSize = 64;
 
-// Farther out than so many caps, lattice cubes have no exact coordinates any more: free_radius_m
-// alone is used.
-constexpr double kFarthest_caps = 1e9;
+// Largest coordinate, in caps, at which lattice cubes have exact coordinates. Farther out only
+// free_radius_m() is used.
+constexpr double kMaxCoordinate_caps = 1e9;
 
-// A hull point is moved towards the tested one until it is so near to the first that may be one, as
-// a fraction of the tolerance.
+// Accuracy of the bisection that moves a hull point towards the shape, as a fraction of the
+// tolerance.
 constexpr double kApproachTolerance = 0.125;
 
-// Cubes down to this size, as a fraction of the tolerance, are opened at once.
+// Smallest cube that the first pass opens, as a fraction of the tolerance.
 constexpr double kInitialLeafSize = 1;
 
-// Edge of the lattice's cubes, and the half extent of the pieces that triangles are cut into: a
-// piece and the cap around it lie within half an edge of the piece's center.
+// Edge of the lattice cubes, and largest half extent of a piece of a triangle, in caps. A piece and
+// the cap around it lie within half an edge of the piece's center.
 constexpr double kRootEdge_caps = 4, kPiece_caps = 0.9;
 
 template <class Work>
@@ -44,18 +44,17 @@ void for_many(base::WorkerPool& pool, std::size_t count, const Work& work) {
 
 // A cube that may hold nearer hull points than those found.
 struct Candidate {
-  double to_m2;  // no point of it is nearer
+  double to_m2;  // lower bound of the squared distance
   LazyOctree::Cube cube;
   double half_edge_m;
-  bool operator<(const Candidate& other) const {
-    return to_m2 > other.to_m2;
-  }  // the nearest stands last, and is the next
+  // Sorts the nearest candidate last, where it is popped next.
+  bool operator<(const Candidate& other) const { return to_m2 > other.to_m2; }
 };
 struct Candidates {
   std::vector<Candidate> now, later;
 };
 
-// Squared distances along one axis between a shape's box and the lower and upper half of a cube.
+// Squared distances along one axis between a shape's box and the two halves of a cube.
 struct Gaps {
   double m2[2];
   Gaps(double from_center_m, double half_extent_m, double half_edge_m) {
@@ -90,8 +89,8 @@ struct HullProximity::Search {
   class Nearest;
 };
 
-// The search for the hull's nearest point to one shape, which lies, with the cap around it, in the
-// lattice's cubes around its center.
+// Searches the hull's nearest point to one shape. The shape and the cap around it must lie in the
+// lattice cubes around its center.
 template <class Shape>
 class HullProximity::Search::Nearest {
  public:
@@ -107,13 +106,13 @@ class HullProximity::Search::Nearest {
     set_upper_bound(max_m);
   }
 
-  // Depth first, the nearest first, down to a size of cubes; then those left, to half that size,
-  // and so on: a cube small enough to tell the tolerance is worth its opening only once hull points
-  // are known.
+  // Iterative deepening: searches depth first, nearest cube first, down to a cube size; then
+  // continues with the remaining cubes down to half that size, and so on. Small cubes are worth
+  // opening only after hull points are known.
   Proximity operator()() {
     const double finest_m = kFinestCube * options_.tolerance_m / 2,
                  root_m = search_.cells.root_edge_m() / 2;
-    double skipped_m2 = kInfinity;  // the nearest of the cubes that are too small to be opened
+    double skipped_m2 = kInfinity;  // lower bound for the cubes that are too small to open
     int opened = 0;
     now_.clear();
     later_.clear();
@@ -141,7 +140,7 @@ class HullProximity::Search::Nearest {
       std::sort(later_.begin(), later_.end());
       std::swap(now_, later_);
     }
-    return answer(skipped_m2);
+    return bounds(skipped_m2);
   }
 
  private:
@@ -181,16 +180,16 @@ class HullProximity::Search::Nearest {
     }
   }
 
-  // Where p is in the hull, and nearer than max_m: that becomes its distance from the shape, or
-  // that of a hull point on the way there, looked for in growing steps.
+  // Lowers the upper bound if p is in the hull and nearer than max_m. Steps from p towards the
+  // shape with growing steps and bisects, to find a nearer hull point.
   void approach(const Vector3d& p_world_m, double step_m) {
-    const Vector3d to = shape_.nearest_to(p_world_m), way = p_world_m - to;
-    const double length_m2 = way.squaredNorm();
+    const Vector3d to = shape_.nearest_to(p_world_m), offset = p_world_m - to;
+    const double length_m2 = offset.squaredNorm();
     if (!(length_m2 < max_m_ * max_m_)) return;
     const double length_m = std::sqrt(length_m2);
     if (!(length_m + rounding_m_ < max_m_) || !query_.contains(p_world_m)) return;
     if (query_.contains(to)) return set_upper_bound(0);
-    const Vector3d direction = way / length_m;
+    const Vector3d direction = offset / length_m;
     double inside_m = length_m, outside_m = length_m - step_m;
     for (; outside_m > 0 && query_.contains(to + outside_m * direction);
          outside_m -= 2 * (length_m - outside_m))
@@ -204,7 +203,7 @@ class HullProximity::Search::Nearest {
     set_upper_bound(inside_m + rounding_m_);
   }
 
-  Proximity answer(double skipped_m2) const {
+  Proximity bounds(double skipped_m2) const {
     if (!(max_m_ > 0)) return kInHull;
     double min_m = std::max(0.0, std::min(enough_m_, std::sqrt(skipped_m2) - rounding_m_));
     if (min_m < enough_m_)
@@ -222,15 +221,17 @@ class HullProximity::Search::Nearest {
   int thread_;
   double rounding_m_;
   std::vector<Candidate>&now_, &later_;
-  double max_m_, enough_m_, enough_m2_;  // what is not nearer than `enough` need not be told apart
-                                         // from what was found at `most`
+  // Upper bound found so far; cubes that are not nearer than enough_m_ cannot improve it by more
+  // than the tolerance.
+  double max_m_, enough_m_, enough_m2_;
 };
 
-// What needs no search: what is not finite or has no hull, and what is too far out for cubes.
+// Answers queries that need no search: the point is not finite, the hull is empty or unusable, or
+// the point is too far out for the lattice.
 std::optional<Proximity> HullProximity::Search::trivial_proximity(const Vector3d& p_world_m) const {
   if (!p_world_m.allFinite() || query.hull().unusable()) return kUnknown;
   if (query.hull().empty()) return kEmptyHull;
-  if (p_world_m.cwiseAbs().maxCoeff() < kFarthest_caps * options.cap_m) return std::nullopt;
+  if (p_world_m.cwiseAbs().maxCoeff() < kMaxCoordinate_caps * options.cap_m) return std::nullopt;
   if (query.contains(p_world_m)) return kInHull;
   const double free_m = query.free_radius_m(p_world_m);
   return free_m >= options.cap_m ? Proximity{options.cap_m, kInfinity}
@@ -245,8 +246,8 @@ Proximity HullProximity::Search::of_point(const Vector3d& p_world_m, int thread)
   return Nearest(*this, PointShape{p_world_m}, kInfinity, thread)();
 }
 
-// Pieces that the cubes around their middles hold; of those beyond the cap by their circumscribed
-// ball, none.
+// Splits the triangle into pieces that fit the cubes around their centers. Skips a piece if its
+// circumscribed ball is beyond the cap.
 Proximity HullProximity::Search::of_piece(const TriangleShape& piece, double max_m, int thread) {
   const double half_m = piece.half_extents_m.maxCoeff();
   if (half_m <= kPiece_caps * options.cap_m) return Nearest(*this, piece, max_m, thread)();
@@ -280,7 +281,7 @@ Proximity HullProximity::Search::of_triangle(Triangle triangle, const Proximity&
 
 HullProximity::HullProximity(const hull::HullQuery& query, const ProximityOptions& options) {
   if (!(options.cap_m > 0 && std::isfinite(options.cap_m) && options.tolerance_m > 0))
-    throw std::invalid_argument("proximity: cap and tolerance must be above 0, the cap finite");
+    throw std::invalid_argument("proximity: cap_m and tolerance_m must be positive, cap_m finite");
   search_ = std::make_unique<Search>(query, options);
 }
 HullProximity::~HullProximity() = default;
@@ -298,7 +299,7 @@ void HullProximity::of_triangles(std::span<const Triangle> triangles,
   });
 }
 
-// Distance changes by no more than one moves: what the vertices say of their triangle.
+// Derives bounds for a triangle from its vertices: the distance to the hull is 1-Lipschitz.
 static Proximity known_from_vertices(const Triangle& triangle,
                                      const std::array<Proximity, 3>& vertices) {
   Proximity known = kUnknown;
@@ -332,7 +333,5 @@ MeshProximity HullProximity::of_mesh(const geometry::Mesh& mesh,
   });
   return found;
 }
-
-std::size_t HullProximity::cubes_tested() const { return search_->cells.tested(); }
 
 }  // namespace fivepipe::collision

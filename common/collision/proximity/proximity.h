@@ -1,33 +1,16 @@
-// How near the visual hull is: the distance from points and triangles of virtual objects to it, up
-// to a cap, with certified bounds (the paper's distance-field primitives): clearance maps, early
-// warning, fields such as a real hand that warms a virtual plate.
+// Certified distance bounds from points and triangles of virtual objects to the visual hull, up to
+// a cap (the paper's distance-field primitives). Uses: clearance maps, early warning, and fields
+// such as a real hand that warms a virtual plate.
 //
-//        .---. cap        Branch and bound over cubes of space (proximity_cells.h). A cube that one
-//        camera certifies free is left out; what
-//       /     \           stays is split, the nearest first. A cube whose centre is in the hull
-//       gives a hull point, and, stepping from it
-//      |   p   |  ____    towards p, a nearer one. Done when no cube is left that is more than the
-//      tolerance nearer than that point.
-//       \  [][]/ /hull
-//        '-[][]-'         The hull is an intersection of cones: HullQuery::free_radius_m, one
-//        camera's word, ends 1 to
-//             []          11 mm below least_m in the mean of the points below.
+//        .---. cap        Branch and bound over cubes (lazy_octree.h). Cubes that one camera
+//       /     \           certifies free are dropped; the others are split, nearest first. A cube
+//      |   p   |  ____    with its centre in the hull gives a hull point, and steps from there
+//       \  [][]/ /hull    towards p give a nearer one. The search ends when no remaining cube is
+//        '-[][]-'         nearer than that point by more than the tolerance.
+//             []
 //
-// Measured on one thread of a busy machine, the least of several runs, in CPU time: hand4 of the
-// hull benchmark (four maps of 720x486), cap 5 cm, 10,000 points, cubes asked anew, microseconds a
-// point:
-//
-//     tolerance [mm]                      5      2      0.5
-//     a plate, 2 to 3 mm apart, over it   3.4    7.4    17      2.4, 9, 44 cubes asked a point
-//     a sphere of 6 cm about the fingers  2.8    5.6    13      its 20,480 triangles (1.6 mm),
-//     vertices included: 2.9, 6.2, 23 a triangle anywhere in the scene's box         4.6    9.2 32
-//
-// Asked again, over cubes already there: 10 to 60 % less. What else was tried: best first, by a
-// heap over all cubes: as many cubes, 1.04 to 1.8 times the time. Depth first down to the finest at
-// once: about as fast, 1.2 to 2.1 times the cubes asked, and on a few points it runs out of them.
-// HullQuery::first_entry in place of steps towards p: 1 to 1.5 times the time. The true distance
-// known beforehand would save a quarter to a third of the cubes opened: it is certifying that
-// costs.
+// The hull is an intersection of cones. HullQuery::free_radius_m() uses one cone at a time, so its
+// lower bound is often several millimetres below min_m.
 #pragma once
 #include <limits>
 #include <memory>
@@ -39,12 +22,11 @@
 
 namespace fivepipe::collision {
 
-// least_m <= distance <= most_m [m]. Where less was asked or is known than that, infinity is an
-// upper bound and 0 a lower one.
-//   {0, 0}                 in the hull: a point that contains() confirms
+// min_m <= distance <= max_m [m]. An unknown lower bound is 0, an unknown upper bound infinity.
+//   {0, 0}                 in the hull: contains() confirms a point of it
 //   {cap, infinity}        at least the cap away
-//   {infinity, infinity}   there is no hull
-//   {0, infinity}          nothing is known: not finite, or a camera is not
+//   {infinity, infinity}   the hull is empty
+//   {0, infinity}          unknown: the input or a camera is not finite
 struct Proximity {
   double min_m, max_m;
   bool operator==(const Proximity&) const = default;
@@ -52,46 +34,43 @@ struct Proximity {
 
 struct ProximityOptions {
   double cap_m;        // finite, > 0
-  double tolerance_m;  // > 0: most_m - least_m where the distance is below the cap
+  double tolerance_m;  // > 0: largest max_m - min_m if the distance is below the cap
 };
 
-// Of each vertex and each triangle of a mesh, as attributes.
+// One element per vertex and per triangle of a mesh.
 struct MeshProximity {
   std::vector<Proximity> vertices, triangles;
 };
 
-// Searches the cubes around each point or triangle from the nearest on (proximity_cells.h), until
-// what is left lies no more than the tolerance nearer than a hull point already found. Answers
-// depend on the hull, the options and the point or triangle alone, to the bit: not on the others,
-// their order, what was asked before, or threads.
+// Searches the cubes around each point or triangle, nearest first. The results depend only on the
+// hull, the options and the point or triangle, to the bit: not on other queries, their order or the
+// number of threads.
 class HullProximity {
  public:
-  // Borrows the query, which must outlive it. Keeps the cubes that it has asked about: best used
-  // for all objects of a frame. Throws std::invalid_argument where the options are not as said.
+  // Borrows the query, which must outlive this object. Keeps all tested cubes, so share one object
+  // among all queries of a frame. Throws std::invalid_argument if the options are out of range.
   HullProximity(const hull::HullQuery& query, const ProximityOptions& options);
   ~HullProximity();
 
-  // In the hull's pool; of the size given. One call at a time.
+  // Computes one element of `proximity` per point, in the hull's worker pool. The spans have equal
+  // sizes. Not thread-safe: make one call at a time.
   void of_points(std::span<const Eigen::Vector3d> p_world_m, std::span<Proximity> proximity);
-  // Of a triangle's nearest point; for degenerate triangles too. The same for all orders of its
-  // vertices.
+  // Computes the distance of each triangle's nearest point. Accepts degenerate triangles. The
+  // result does not depend on the order of a triangle's vertices.
   void of_triangles(std::span<const Triangle> triangles, std::span<Proximity> proximity);
 
-  // The vertices' as of_points() has them; triangles start from their vertices', and stand within
-  // the tolerance of what of_triangles() says.
+  // Vertices: as of_points(). Triangles: the search starts from the vertices' bounds, so the result
+  // may differ from of_triangles() within the tolerance.
   MeshProximity of_mesh(const geometry::Mesh& mesh, const Eigen::Isometry3d& world_from_object);
-
-  // Cubes asked about so far: what its memory goes by, 9 bytes each.
-  std::size_t cubes_tested() const;
 
  private:
   struct Search;
   std::unique_ptr<Search> search_;
 };
 
-// A cube is split no further below this fraction of the tolerance, nor are more cubes opened for
-// one point or piece of a triangle: where the hull is thinner, or its borders meet in a needle's
-// point, the gap between the bounds stays wider than the tolerance.
+// Limits of the search for one point or piece of a triangle: the smallest cube as a fraction of the
+// tolerance, and the number of opened cubes. If the hull is thinner than such a cube, or its
+// borders meet in a needle's point, max_m - min_m stays above the tolerance.
 inline constexpr double kFinestCube = 1.0 / 64;
 inline constexpr int kMaxCubesOpened = 4096;
 

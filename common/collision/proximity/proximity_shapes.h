@@ -1,5 +1,5 @@
-// What proximity asks of: points and triangles. A shape has a box around it, its nearest point to
-// another, and how near it comes to a cube.
+// Shapes that proximity queries accept: points and triangles. Each shape has a bounding box, the
+// nearest of its points to a given one, and a lower bound of its distance to a cube.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -9,12 +9,13 @@
 
 namespace fivepipe::collision {
 
-// Of distances between points, in the sizes of their coordinates: fewer than 20 roundings.
+// Relative rounding error of a distance between points, per sum of their coordinates' sizes: fewer
+// than 20 roundings.
 inline constexpr double kDistanceRoundings = 32 * std::numeric_limits<double>::epsilon();
 
-// The nearest point of a sliver is told only to about the square root of what double tells, of the
-// lengths that take part: where its height is below that, weights are noise and one of its edges
-// stands for it.
+// Relative error of the nearest point of a sliver: about the square root of double's precision. If
+// the sliver's height is below that, its barycentric weights are noise, and a point on one of its
+// edges replaces the nearest point.
 inline constexpr double kTriangleRounding = 1e-7;
 
 struct PointShape {
@@ -22,11 +23,12 @@ struct PointShape {
   Eigen::Vector3d half_extents_m = Eigen::Vector3d::Zero();
 
   const Eigen::Vector3d& nearest_to(const Eigen::Vector3d&) const { return center; }
-  // Of its distances up to reach_m.
+  // Returns the largest rounding error of distances up to reach_m.
   double rounding_m(double reach_m) const {
     return kDistanceRoundings * (center.cwiseAbs().sum() + reach_m);
   }
-  // A lower bound of its squared distance to a cube; to_box_m2: that of its box.
+  // Returns a lower bound of the squared distance to a cube (center, half edge). to_box_m2: squared
+  // distance between the shape's box and the cube.
   double to_cube_m2(const Eigen::Vector3d&, double, double to_box_m2) const { return to_box_m2; }
 };
 
@@ -41,8 +43,8 @@ struct TriangleShape {
     half_extents_m = high / 2 - low / 2;
   }
 
-  // (Ericson, Real-Time Collision Detection, 2005, 5.1.) All candidates are points of the triangle,
-  // whatever rounding does to their weights.
+  // Ericson, Real-Time Collision Detection, 2005, section 5.1. All candidates are points of the
+  // triangle, even if their weights are inexact.
   Eigen::Vector3d nearest_to(const Eigen::Vector3d& p) const {
     Eigen::Vector3d nearest = t[0];
     const auto consider = [&](const Eigen::Vector3d& q) {
@@ -64,7 +66,7 @@ struct TriangleShape {
     return kDistanceRoundings * (center.cwiseAbs().sum() + reach_m) +
            kTriangleRounding * (2 * half_extents_m.sum() + reach_m);
   }
-  // Its box says enough where that is not larger than the cube.
+  // The bound of the box suffices if the box is not larger than the cube.
   double to_cube_m2(const Eigen::Vector3d& center_world_m, double half_edge_m,
                     double to_box_m2) const {
     if (half_extents_m.maxCoeff() <= half_edge_m) return to_box_m2;

@@ -1,13 +1,13 @@
-// Beyond the paper: where a virtual object touches the hull, as a rigid-body solver wants it: a few
-// points with depth and normal.
+// Contact manifold of a virtual object with the hull, as input for a rigid-body solver: a few
+// points with depth and normal. The paper has no counterpart.
 //
-//     hull border ----f-----          p  collision point, deep in the hull        The way from p to
-//     RP_obj is left at e; the border's
-//                  \  |  /e           f  its contact: the exit along the normal   normal there is
-//                  tried as a way, and again from where
-//                   \ | /             fp depth                                    that ends, while
-//                   the way gets shorter: a local descent.
-//                     p
+//     hull border ----f-----      p   collision point, deep in the hull
+//                  \  |  /e       e   where the ray from p to RP_obj leaves the hull
+//                   \ | /         f   the contact: exit from p along the normal
+//                     p           fp  depth
+//
+// The depth is found by local descent. The normal of the hull's border at e is tried as the next
+// direction from p, then the normal at the end of that ray, as long as the distance decreases.
 #pragma once
 #include <vector>
 
@@ -18,42 +18,47 @@
 namespace fivepipe::collision {
 
 struct ManifoldRequest {
-  Eigen::Vector3d rp_object_world_m;  // RP_obj: each point's way starts towards it
-  int max_contacts = 4;               // > 0; solvers want 4 to 8
-  double reach_m = 0.05;              // > 0: deeper points have no contact
+  Eigen::Vector3d rp_object_world_m;  // RP_obj: the first direction of each point leads to it
+  int max_contacts = 4;               // > 0; solvers usually take 4 to 8
+  double reach_m = 0.05;              // > 0: a deeper point has no exit
 };
 
 enum class ContactStatus {
   defined,
-  no_exit_within_reach,  // no way shorter than reach_m was found: neither towards RP_obj nor along
-                         // an axis of the world
-  no_border  // no silhouette's border is found where the way ends: normal_world is the direction of
-             // the way alone
+  // No exit closer than reach_m exists towards RP_obj or along a world axis.
+  no_exit_within_reach,
+  // An exit exists, but no silhouette border was found there: normal_world is only the direction
+  // of the exit.
+  no_border
 };
 
 struct Contact {
   ContactStatus status = ContactStatus::no_exit_within_reach;
   CollisionPoint on_object;
-  // Where defined or no_border:
+  // The fields below are valid if status is defined or no_border.
   Eigen::Vector3d on_hull_world_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();  // unit, out of the hull: on_hull =
-                                                           // on_object + depth * normal, by ray
-  double depth_m = 0,
-         depth_error_m = 0;     // locally the least, along the normal; exact as HullExit has it
-  double normal_error_rad = 0;  // of the border's normal there (contour.h)
-  bool converged = false;  // that normal is normal_world to kConverged_rad; else the way ends at an
-                           // edge of the hull
-  int camera = -1;         // that limits there; index in the silhouettes
+  // Unit, outward: on_hull = on_object + depth * normal, found by a ray.
+  Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();
+  // Local minimum of the exit distance. The error is that of HullExit.
+  double depth_m = 0, depth_error_m = 0;
+  // The fields below are valid if status is defined.
+  double normal_error_rad = 0;  // estimate for the border's normal (contour.h)
+  // The border's normal equals normal_world within kConverged_rad. Otherwise the descent ended at
+  // an edge of the hull.
+  bool converged = false;
+  int camera = -1;  // index of the silhouette that limits the hull there
 };
-inline constexpr double kConverged_rad = 0.05;  // three standard errors of a fit over a full window
+// Three standard errors of a border normal that is fitted over a full window.
+inline constexpr double kConverged_rad = 0.05;
 
 struct ContactManifold {
-  std::vector<Contact> contacts;   // first, of some spread over all, the deepest on its way to
-                                   // RP_obj; then spread out; none within a pixel of another
-  std::size_t points_in_hull = 0;  // of those given; the others count for nothing
+  // The first contact is the deepest towards RP_obj among a sample of the points. The others are a
+  // farthest-point sample; no two are within a pixel footprint of each other.
+  std::vector<Contact> contacts;
 };
 
-// Throws std::invalid_argument where the request or a point is not finite or out of range.
+// Ignores points outside the hull. Throws std::invalid_argument if the request or a point is not
+// finite or out of range.
 ContactManifold contact_manifold(const hull::HullQuery& query, const ObjectCollision& collision,
                                  const ManifoldRequest& request);
 

@@ -1,4 +1,4 @@
-// A few of many points that stand for their extent.
+// Farthest-point sampling: a few points that represent the extent of many.
 #pragma once
 #include <Eigen/Core>
 #include <span>
@@ -6,9 +6,10 @@
 
 namespace fivepipe::collision {
 
-// Indices of at most `count` points: `first`, then again and again the one farthest from all taken
-// (Gonzalez, 1985), until none is farther than min_m from them. Equals: the least x, y, z, so
-// that the same points are taken in whatever order they are given.
+// Returns the indices of at most `count` points: `first`, then repeatedly the point farthest from
+// all chosen points (Gonzalez, "Clustering to minimize the maximum intercluster distance", 1985).
+// Stops when no point is farther than min_m from the chosen ones. Of equally far points it takes
+// the lexicographically smallest (x, y, z), so the order of the input does not matter.
 std::vector<std::size_t> farthest_point_sample(std::span<const Eigen::Vector3d> points_m,
                                                std::size_t first, std::size_t count, double min_m);
 

@@ -10,11 +10,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Sine of the angle between IJ and KL below which they count as parallel: coordinates of metres at
-// steps of 0.1 mm keep four digits.
+// Sine of the angle between IJ and KL below which they count as parallel: sampling steps of 0.1 mm
+// leave coordinates of about a metre four digits.
 constexpr double kParallelSine = 1e-4;
 
-// Across a unit vector, always the same one.
+// Returns a unit vector perpendicular to v. Deterministic.
 Vector3d unit_across(const Vector3d& v) {
   Eigen::Index axis = 0;
   v.cwiseAbs().minCoeff(&axis);
@@ -59,7 +59,7 @@ HullNormal four_point_normal(const hull::HullQuery& query, const Recovery& recov
   }
   found.normal_world = (normal.dot(recovery.v_rec_world) < 0 ? -normal : normal).normalized();
   // Each difference of two points is uncertain by a step along the edges and by a pixel of the
-  // maps; two such tilts, across each other.
+  // maps. The two differences tilt the normal about perpendicular axes, hence sqrt(2).
   const double uncertain_m =
       step_m +
       pixel_footprint_m(query, a_world_m + recovery.exit.distance_m * recovery.v_rec_world);

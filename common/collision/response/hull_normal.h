@@ -5,23 +5,24 @@
 
 namespace fivepipe::collision {
 
-// V_rec as a ray: from CP_obj, unit direction, base at reach_m; and where it leaves the hull.
+// V_rec as a ray from CP_obj with unit direction, and its exit from the hull. The base of triangle
+// ABC is at reach_m.
 struct Recovery {
   Eigen::Vector3d cp_object_world_m, v_rec_world;
   double reach_m;
   HullExit exit;
 };
 
-// The paper's: from the points I, J, K, L where the edges of ABC and DAE enter the hull; by rays,
-// or sampled where config.search is.
+// The paper's method: the normal from the points I, J, K, L where the edges of ABC and DAE enter
+// the hull. Computes these points exactly by rays, or by sampling if config.search is sampled.
 HullNormal four_point_normal(const hull::HullQuery& query, const Recovery& recovery,
                              const ResponseConfig& config);
 
-// Closed form: the plane of the silhouette's tangent whose camera limits the hull there (design,
-// "Response").
+// Closed form: the plane through the tangent of the silhouette whose camera limits the hull at the
+// exit (docs/collision.md).
 HullNormal closed_form_normal(const hull::HullQuery& query, const Recovery& recovery);
 
-// A normal more uncertain than this says less about the surface than V_rec does: 45 degrees.
+// 45 degrees. A normal with a larger error describes the surface less well than V_rec does.
 inline constexpr double kMaxNormalError_rad = 0.7853981634;
 
 }  // namespace fivepipe::collision

@@ -13,19 +13,19 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Collision points whose exits are computed per direction: they find the way, the requery confirms
-// it.
+// Collision points whose exits are computed per direction. They propose a translation; the requery
+// verifies it.
 constexpr std::size_t kMaxPoints = 48;
-// The ring of directions: first so far from the best, then halved; below the last, ways differ by 1
-// - cos, less than a thousandth.
+// Angles between the ring of directions and the best one: halved from the first to the last. Below
+// the last, lengths differ by 1 - cos(angle), less than a thousandth.
 constexpr double kFirstTilt_rad = 0.7, kLastTilt_rad = 0.03;
 constexpr int kRing = 8;
-// Where points are left after a way, it is made longer by what they need, so often; and by a slack,
-// as those between the points asked for reach a little farther.
+// If points still collide after a translation, it is extended by their residual, at most this
+// often. Each extension adds a slack, because surface points between the collision points lie a
+// little deeper.
 constexpr int kMaxExtensions = 2, kMaxExtensionsOfResponse = 4;
-double slack_m(int extension) {
-  return kMaxRounding_m * std::pow(8.0, extension);
-}  // to 0.5 mm, less than a pixel
+// At most 0.5 mm, less than a pixel.
+double slack_m(int extension) { return kMaxRounding_m * std::pow(8.0, extension); }
 
 class Descent {
  public:
@@ -33,49 +33,50 @@ class Descent {
           const LocalMinimumTranslationConfig& config)
       : query_(query), points_m_(std::move(points_m)), requery_(requery), config_(config) {}
 
-  // The response's way, which none is longer than; verified, if need be longer by max_more_m.
+  // Starts from the response's move, the upper bound of all others. Verifies it, and extends it by
+  // at most max_more_m if it is not free.
   void start(const Vector3d& direction, double length_m, bool is_free, double max_more_m) {
     best_ = {direction, length_m};
     free = is_free;
-    for (int i = 0; i <= kMaxExtensionsOfResponse && !free && may_ask() &&
+    for (int i = 0; i <= kMaxExtensionsOfResponse && !free && may_requery() &&
                     length_m <= best_.length_m + max_more_m;
          ++i) {
       ++requeries;
-      const auto left = requery_(length_m * direction).points;
-      free = left.empty();
-      if (!free) length_m += residual_m(query_, left, direction, length_m) + slack_m(i);
+      const auto remaining = requery_(length_m * direction).points;
+      free = remaining.empty();
+      if (!free) length_m += residual_m(query_, remaining, direction, length_m) + slack_m(i);
     }
     if (free) best_.length_m = length_m;
   }
   bool try_translation(const Vector3d& direction, double length_m) {
-    for (int i = 0; i <= kMaxExtensions && may_ask(); ++i) {
+    for (int i = 0; i <= kMaxExtensions && may_requery(); ++i) {
       ++requeries;
-      const auto left = requery_(length_m * direction).points;
-      if (left.empty()) {
+      const auto remaining = requery_(length_m * direction).points;
+      if (remaining.empty()) {
         best_ = {direction, length_m};
         return free = true;
       }
-      length_m += residual_m(query_, left, direction, best_.length_m) + slack_m(i);
+      length_m += residual_m(query_, remaining, direction, best_.length_m) + slack_m(i);
       if (!shorter(length_m)) return false;
     }
     return false;
   }
 
-  // Of those directions that may be shorter, in the order of their ways, the first that frees the
-  // object.
+  // Tries the directions that may be shorter by ascending length, until one frees the object.
   bool try_directions(const std::vector<Vector3d>& directions) {
-    std::vector<Way> ways;
+    std::vector<Candidate> candidates;
     for (const Vector3d& direction : directions)
-      if (const double length_m = min_way_m(direction); shorter(length_m))
-        ways.push_back({direction, length_m});
-    std::stable_sort(ways.begin(), ways.end(),
-                     [](const Way& a, const Way& b) { return a.length_m < b.length_m; });
-    for (const Way& way : ways)
-      if (may_ask() && try_translation(way.direction, way.length_m)) return true;
+      if (const double length_m = min_length_m(direction); shorter(length_m))
+        candidates.push_back({direction, length_m});
+    std::stable_sort(
+        candidates.begin(), candidates.end(),
+        [](const Candidate& a, const Candidate& b) { return a.length_m < b.length_m; });
+    for (const Candidate& candidate : candidates)
+      if (may_requery() && try_translation(candidate.direction, candidate.length_m)) return true;
     return false;
   }
 
-  // Of the hull's borders where the points leave it along the best direction.
+  // Returns the normals of the hull's border where the points leave it along the best direction.
   std::vector<Vector3d> normals() const {
     std::vector<Vector3d> found;
     for (const Vector3d& p_world_m : points_m_) {
@@ -100,35 +101,35 @@ class Descent {
     }
     return directions;
   }
-  bool may_ask() const { return requeries < config_.max_requeries; }
+  bool may_requery() const { return requeries < config_.max_requeries; }
 
-  struct Way {
+  struct Candidate {
     Vector3d direction;
     double length_m;
   };
-  const Way& best() const { return best_; }
+  const Candidate& best() const { return best_; }
   int requeries = 0;
-  bool free = false;  // the best way has been verified
+  bool free = false;  // the best translation has been verified
 
  private:
   bool shorter(double length_m) const { return length_m <= best_.length_m - config_.min_gain_m; }
-  // Each point's first exit is a lower bound of the way, but for what rounding asks for; the best
-  // way's length where one has none before that.
-  double min_way_m(const Vector3d& direction) const {
-    double way_m = 0;
+  // Returns a lower bound of the translation along a direction: the farthest first exit of the
+  // points plus rounding. Returns the best length if a point has no exit before it.
+  double min_length_m(const Vector3d& direction) const {
+    double length_m = 0;
     for (const Vector3d& p_world_m : points_m_) {
       const auto exit = exit_outward(query_, p_world_m, direction, best_.length_m);
       if (!exit) return best_.length_m;
-      way_m = std::max(way_m, exit->distance_m);
+      length_m = std::max(length_m, exit->distance_m);
     }
-    return way_m + kMaxRounding_m;
+    return length_m + kMaxRounding_m;
   }
 
   const hull::HullQuery& query_;
   std::vector<Vector3d> points_m_;
   const Requery& requery_;
   LocalMinimumTranslationConfig config_;
-  Way best_;
+  Candidate best_;
 };
 
 std::vector<Vector3d> points_to_move(const ObjectCollision& collision, const Response& response) {
@@ -146,29 +147,29 @@ LocalMinimumTranslation find_local_minimum_translation(
     const hull::HullQuery& query, const ObjectCollision& collision, const Response& response,
     const Requery& requery, const LocalMinimumTranslationConfig& config) {
   if (!response.has_exit())
-    throw std::invalid_argument("a response without a way out has no shorter one");
+    throw std::invalid_argument("local minimum translation: the response has no exit");
   if (!(config.max_requeries > 0 && config.min_gain_m > 0) || !requery)
-    throw std::invalid_argument("requeries or gain out of range");
+    throw std::invalid_argument(
+        "local minimum translation: max_requeries, min_gain_m or requery is invalid");
   LocalMinimumTranslation result;
   Descent descent(query, points_to_move(collision, response), requery, config);
   const bool is_free = response.remaining_points.empty();
   descent.start(response.v_rec_world,
                 response.clear_distance_m() + (is_free ? 0 : response.residual_m + kMaxRounding_m),
                 is_free, response.pixel_footprint_m);
-  result.response_length_m = descent.best().length_m;
   bool shortened = false;
-  while (descent.may_ask() && descent.try_directions(descent.normals())) shortened = true;
-  for (double tilt_rad = kFirstTilt_rad; tilt_rad >= kLastTilt_rad && descent.may_ask();)
+  while (descent.may_requery() && descent.try_directions(descent.normals())) shortened = true;
+  for (double tilt_rad = kFirstTilt_rad; tilt_rad >= kLastTilt_rad && descent.may_requery();)
     if (descent.try_directions(descent.ring(tilt_rad)))
       shortened = true;
     else
       tilt_rad *= 0.5;
   result.requeries = descent.requeries;
   if (!descent.free) return result;
-  result.status =
-      shortened ? LocalMinimumTranslationStatus::found : LocalMinimumTranslationStatus::none_found;
+  result.status = shortened ? LocalMinimumTranslationStatus::shorter_found
+                            : LocalMinimumTranslationStatus::none_shorter_found;
   result.length_m = descent.best().length_m;
-  result.move_world_m = result.length_m * descent.best().direction;
+  result.translation_world_m = result.length_m * descent.best().direction;
   return result;
 }
 

@@ -1,11 +1,11 @@
-// Beyond the paper: V_rec leads out of the hull, but seldom by the shortest way. A shorter
-// translation, found by local descent.
+// Local minimum translation: a translation out of the hull that is shorter than the move along
+// V_rec, found by local descent. The paper has no counterpart.
 //
-// A direction's way is at least as long as the farthest first exit of the collision points along
-// it. Directions are tried from V_rec on: the normals of the hull's border where ways end, then a
-// ring of directions around the best, which narrows (pattern search; Hooke and Jeeves, 1961). A way
-// counts only once the caller's requery finds nothing left in collision after it. No claim that
-// there is no shorter one.
+// The translation along a direction is at least as long as the farthest first exit of a collision
+// point along it. The search starts at V_rec and tries the normals of the hull's border at these
+// exits, then a ring of directions around the best one with a decreasing angle (pattern search:
+// Hooke and Jeeves, 1961). A translation counts only if the caller's requery confirms that nothing
+// collides after it. The result is not claimed to be the global minimum.
 #pragma once
 #include "common/collision/response/response.h"
 
@@ -13,28 +13,26 @@ namespace fivepipe::collision {
 
 struct LocalMinimumTranslationConfig {
   int max_requeries = 32;    // > 0
-  double min_gain_m = 1e-4;  // > 0: what is shorter by less is not worth a requery
+  double min_gain_m = 1e-4;  // > 0: a smaller improvement is not worth a requery
 };
 
 enum class LocalMinimumTranslationStatus {
-  found,       // shorter than the response's way, and verified free
-  none_found,  // the response's way stands; it is verified free
-  not_free  // neither the response's way with its residual nor a shorter one was found to free the
-            // object
+  shorter_found,       // shorter than the response's move, and verified to be free of collision
+  none_shorter_found,  // the translation is the response's move, verified to be free
+  none_verified        // neither the response's move plus residual nor a shorter one is free
 };
 
 struct LocalMinimumTranslation {
-  LocalMinimumTranslationStatus status = LocalMinimumTranslationStatus::not_free;
-  Eigen::Vector3d move_world_m =
-      Eigen::Vector3d::Zero();   // found, none_found: after it no collision point is left
-  double length_m = 0;           // of it
-  double response_length_m = 0;  // clear_distance_m() + residual_m, and, where points between those
-                                 // asked for reach farther, up to a pixel's footprint
+  LocalMinimumTranslationStatus status = LocalMinimumTranslationStatus::none_verified;
+  // Valid unless none_verified: no collision point remains after this translation. At most as long
+  // as clear_distance_m() + residual_m of the response, plus one pixel footprint if surface points
+  // between the collision points lie deeper.
+  Eigen::Vector3d translation_world_m = Eigen::Vector3d::Zero();
+  double length_m = 0;  // of the translation
   int requeries = 0;
 };
 
-// The response has a way out. Throws std::invalid_argument where it has not, or the configuration
-// is out of range.
+// Throws std::invalid_argument if the response has no exit or the configuration is out of range.
 LocalMinimumTranslation find_local_minimum_translation(
     const hull::HullQuery& query, const ObjectCollision& collision, const Response& response,
     const Requery& requery, const LocalMinimumTranslationConfig& config = {});

@@ -8,12 +8,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The exit, with the distance to either side at which in_hull() confirms it.
+// Returns the exit with the distance to either side at which contains() confirms it.
 HullExit verified(const hull::HullQuery& query, const Vector3d& p_world_m,
                   const Vector3d& direction_world, double distance_m) {
   double error_m = kMinRounding_m;
-  const auto inside = [&](double way_m) {
-    return query.contains(p_world_m + way_m * direction_world);
+  const auto inside = [&](double at_m) {
+    return query.contains(p_world_m + at_m * direction_world);
   };
   while (error_m < kMaxRounding_m &&
          (inside(distance_m + error_m) || !inside(std::max(0.0, distance_m - error_m))))
@@ -24,7 +24,7 @@ HullExit verified(const hull::HullQuery& query, const Vector3d& p_world_m,
 double first_exit_m(const hull::HullQuery& query, const Vector3d& p_world_m,
                     const Vector3d& direction_world, double reach_m) {
   const auto found = query.intervals({p_world_m, direction_world}, 0, reach_m);
-  // Where the first part begins later, p is outside.
+  // If the first interval begins later, p is outside the hull.
   return found.empty() || found.front().enter > kMaxRounding_m ? 0 : found.front().leave;
 }
 
@@ -53,10 +53,10 @@ const CollisionPoint& cp_object(const hull::HullQuery& query,
   const double min_m = distance_m(*chosen) - equally_far_m;
   double depth_m = 0;
   for (const CollisionPoint& point : points) {
-    const double way_m = distance_m(point);
-    if (!(way_m >= min_m && way_m > 0)) continue;
-    const double point_depth_m =
-        first_exit_m(query, point.p_world_m, (rp_world_m - point.p_world_m) / way_m, way_m);
+    const double to_reference_m = distance_m(point);
+    if (!(to_reference_m >= min_m && to_reference_m > 0)) continue;
+    const double point_depth_m = first_exit_m(
+        query, point.p_world_m, (rp_world_m - point.p_world_m) / to_reference_m, to_reference_m);
     if (point_depth_m > depth_m ||
         (point_depth_m == depth_m && depth_m > 0 && precedes(point, *chosen)))
       chosen = &point, depth_m = point_depth_m;
@@ -85,8 +85,9 @@ std::optional<HullExit> exit_sampled(const hull::HullQuery& query, const Vector3
   if (query.contains(p_world_m + reach_m * direction_world)) return std::nullopt;
   const double step_m = reach_m / samples;
   for (int i = samples - 1; i >= 0; --i) {
-    const double way_m = (i + 0.5) * step_m;
-    if (query.contains(p_world_m + way_m * direction_world)) return HullExit{way_m, step_m};
+    const double distance_m = (i + 0.5) * step_m;
+    if (query.contains(p_world_m + distance_m * direction_world))
+      return HullExit{distance_m, step_m};
   }
   return HullExit{0, step_m};
 }

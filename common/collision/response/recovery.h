@@ -1,5 +1,5 @@
-// From which point of the object, and how far along a direction, the hull is left (paper,
-// section 4.3): CP_obj, CP_hull, D_rec.
+// CP_obj, CP_hull and D_rec: the object's point from which, and the distance along V_rec after
+// which, the object leaves the hull (paper, section 4.3).
 #pragma once
 #include <optional>
 #include <span>
@@ -9,44 +9,49 @@
 
 namespace fivepipe::collision {
 
-// The order of equals: by triangle, then by x, y, z. That in which points are given plays no part.
+// Total order of collision points: by triangle, then by x, y, z. Breaks ties independently of the
+// order in which points are given.
 bool precedes(const CollisionPoint& a, const CollisionPoint& b);
 
-// CP_obj: of the points, not empty, the one farthest from RP_obj; of those nearer by at most
-// equally_far_m, where that is not zero, the one that is deepest on its way to RP_obj. Of equals,
-// the one that comes before.
+// CP_obj: the point farthest from RP_obj. If equally_far_m > 0, the points nearer by at most that
+// count as equally far, and the one deepest towards RP_obj is taken. precedes() breaks ties.
+// Requires at least one point.
 const CollisionPoint& cp_object(const hull::HullQuery& query,
                                 std::span<const CollisionPoint> points,
                                 const Eigen::Vector3d& rp_world_m, double equally_far_m = 0);
 
-// Where a ray leaves the hull: in_hull() says yes error_m before and no error_m behind, or the
-// error is kMaxRounding_m; where it was sampled, it ends between distance_m and distance_m +
-// error_m.
+// Where a ray leaves the hull. contains() is true at distance_m - error_m and false at
+// distance_m + error_m, or error_m is kMaxRounding_m. A sampled exit lies between distance_m and
+// distance_m + error_m.
 struct HullExit {
   double distance_m = 0, error_m = 0;
 };
-// From rounding of the least scene to what no scene resolves [m].
+// Bounds of error_m for an exact exit [m]: the rounding error of the smallest scene, and a length
+// that no scene's maps resolve.
 inline constexpr double kMinRounding_m = 1e-14, kMaxRounding_m = 1e-6;
 
-// Along a unit direction from p in the hull, p itself where it is not.
-// The first exit, if before reach_m.
+// The functions below follow a ray from p along a unit direction. If p is outside the hull, the
+// exit is at distance 0.
+
+// Returns the first exit before reach_m, or nullopt if there is none.
 std::optional<HullExit> exit_outward(const hull::HullQuery& query, const Eigen::Vector3d& p_world_m,
                                      const Eigen::Vector3d& direction_world, double reach_m);
-// The last exit before the base, reach_m from p; nothing where the base is in the hull.
+// Returns the last exit before the base, which is reach_m from p, or nullopt if the base is in the
+// hull.
 std::optional<HullExit> exit_from_base(const hull::HullQuery& query,
                                        const Eigen::Vector3d& p_world_m,
                                        const Eigen::Vector3d& direction_world, double reach_m);
-// The same to the accuracy of `samples` steps, as the paper does.
+// As exit_from_base(), sampled in `samples` steps as in the paper.
 std::optional<HullExit> exit_sampled(const hull::HullQuery& query, const Eigen::Vector3d& p_world_m,
                                      const Eigen::Vector3d& direction_world, double reach_m,
                                      int samples);
 
-// How much farther along a unit direction until each of the points has been outside; reach_m where
-// one has not.
+// Returns the distance along a unit direction after which each of the points has been outside the
+// hull; reach_m if one of them has not.
 double residual_m(const hull::HullQuery& query, std::span<const CollisionPoint> points,
                   const Eigen::Vector3d& direction_world, double reach_m);
 
-// The largest pixel, at p, of the cameras that have it in front of them [m].
+// Returns the size of the largest pixel at p, over all cameras that have p in front of them [m].
 double pixel_footprint_m(const hull::HullQuery& query, const Eigen::Vector3d& p_world_m);
 
 }  // namespace fivepipe::collision

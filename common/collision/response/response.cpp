@@ -17,15 +17,15 @@ void check(const ObjectCollision& collision, const ResponseRequest& request, con
            const ResponseConfig& config) {
   const auto finite = [](const CollisionPoint& point) { return point.p_world_m.allFinite(); };
   if (!std::all_of(collision.points.begin(), collision.points.end(), finite))
-    throw std::invalid_argument("a collision point is not finite");
+    throw std::invalid_argument("response: a collision point is not finite");
   if (!request.rp_object_world_m.allFinite())
-    throw std::invalid_argument("the reference point is not finite");
+    throw std::invalid_argument("response: the reference point is not finite");
   if (!(request.equally_far_m >= 0))
-    throw std::invalid_argument("equally_far_m is negative or not a number");
+    throw std::invalid_argument("response: equally_far_m is negative or NaN");
   if (!(config.height_m > 0 && std::isfinite(config.height_m) && config.apex_angle_rad > 0 &&
         config.apex_angle_rad < std::numbers::pi && config.window_px > 0))
-    throw std::invalid_argument("height, angle or window of the response out of range");
-  if (!requery) throw std::invalid_argument("response without a requery");
+    throw std::invalid_argument("response: height_m, apex_angle_rad or window_px is out of range");
+  if (!requery) throw std::invalid_argument("response: requery is empty");
 }
 
 std::optional<HullExit> find_exit(const hull::HullQuery& query, const Vector3d& cp_world_m,
@@ -64,16 +64,15 @@ Response respond(const hull::HullQuery& query, const ObjectCollision& collision,
   const CollisionPoint& cp =
       cp_object(query, collision.points, request.rp_object_world_m, request.equally_far_m);
   response.cp_object_world_m = cp.p_world_m;
-  response.cp_object_triangle = cp.triangle;
 
   const Vector3d to_reference_m = request.rp_object_world_m - cp.p_world_m;
   if (!request.v_rec_world && config.search != HullSearch::outward &&
-      query.contains(request.rp_object_world_m)) {  // RP_obj = CP_obj among them
+      query.contains(request.rp_object_world_m)) {  // includes RP_obj = CP_obj
     response.status = RecoveryStatus::reference_inside;
     return response;
   }
   const Vector3d direction = request.v_rec_world.value_or(to_reference_m);
-  // Stable: the square of the given length must neither vanish nor overflow.
+  // stableNorm: the square of the given length may underflow or overflow.
   if (!direction.allFinite() || !(direction.stableNorm() > 0))
     return response;  // direction_undefined
   response.v_rec_world = direction.stableNormalized();

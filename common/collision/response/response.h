@@ -1,21 +1,18 @@
-// How to move a virtual object out of the visual hull, and what the hull is like there (paper,
-// section 4.3 and figure 3).
+// Collision response: how to move a virtual object out of the visual hull, and the hull's normal
+// there (paper, section 4.3 and figure 3).
 //
-//        B ------- base ------- C    base: `height` from A along V_rec, and not beyond RP_obj
+//        B ------- base ------- C    base: `height` from A along V_rec, but not beyond RP_obj
 //         \         |          /
-//          \        |         /      V_rec is searched from the base towards A: the first hull
-//          point is CP_hull.
-//           I---CP_hull------J       BA and CA likewise: I, J. The same in the plane across, DAE:
-//           K, L.
-//             \     |      /         N_hull = IJ x KL, turned so that N_hull . V_rec > 0.
-//               \   |   /
+//          \        |         /      CP_hull: first hull point on V_rec from the base towards A
+//           I---CP_hull------J       I, J: the same on BA and CA
+//             \     |      /         K, L: the same in the perpendicular plane, triangle DAE
+//               \   |   /            N_hull = IJ x KL, with the sign of N_hull . V_rec > 0
 //                 A = CP_obj         D_rec = |CP_hull - CP_obj|
 //
-// A suite: what a simulation does not ask for is not computed. Its parts stand alone in recovery.h
-// (CP_obj, D_rec), hull_normal.h (N_hull), local_minimum_translation.h and contact_manifold.h
-// (beyond the paper). The paper rendered ABC over a window and stepped through its pixels; here the
-// lines are cut exactly by rays, or sampled at the window's pixels where the paper's way is asked
-// for.
+// respond() computes only what is requested. Its steps are available separately in recovery.h
+// (CP_obj, D_rec) and hull_normal.h (N_hull). The paper renders ABC over a window and steps through
+// its pixels. Here the lines are intersected exactly by rays, or sampled at the window's pixels if
+// HullSearch::sampled is chosen.
 #pragma once
 #include <functional>
 #include <optional>
@@ -26,23 +23,24 @@
 
 namespace fivepipe::collision {
 
-// The collision of the object, moved by this vector from where it is, with the same hull: by
-// whatever backend the caller has.
+// Returns the collision of the object with the same hull after the object is translated by
+// move_world_m. The caller chooses the backend.
 using Requery = std::function<ObjectCollision(const Eigen::Vector3d& move_world_m)>;
 
-// Where on V_rec CP_hull is.
+// Which border of the hull on V_rec is CP_hull.
 enum class HullSearch {
   from_reference,  // the first hull point from the base towards CP_obj; exact
-  outward,  // the first exit of the hull from CP_obj towards the base; exact. Nearer where the hull
-            // is not convex
-  sampled   // as from_reference, at window_px samples as the paper does; the four points likewise
+  // The first exit from CP_obj towards the base; exact. It is nearer if the hull is not convex.
+  outward,
+  // As from_reference, at window_px samples as in the paper; I, J, K and L are sampled too.
+  sampled
 };
 
 struct ResponseConfig {
   HullSearch search = HullSearch::from_reference;
   double height_m = 0.05;                // of triangle ABC
   double apex_angle_rad = 0.1745329252;  // BAC: 10 degrees; in (0, pi)
-  int window_px = 400;                   // samples along each line, where sampled
+  int window_px = 400;                   // samples along each line if sampled
 };
 
 struct RequestedNormals {
@@ -50,82 +48,84 @@ struct RequestedNormals {
 };
 
 struct ResponseRequest {
-  Eigen::Vector3d rp_object_world_m;  // RP_obj, by default the object's centre
-  std::optional<Eigen::Vector3d>
-      v_rec_world;  // direction given by the simulation, of any length; else RP_obj - CP_obj
+  Eigen::Vector3d rp_object_world_m;  // RP_obj; by default the object's centre
+  // Direction given by the simulation, of any length; RP_obj - CP_obj if absent.
+  std::optional<Eigen::Vector3d> v_rec_world;
   RequestedNormals normals = {};
-  // Collision points this little nearer to RP_obj than the farthest count as equally far, and of
-  // those the one deepest in the hull, along its own way to RP_obj, is taken. For balls, all of
-  // whose points are equally far but for the flatness of their triangles: the first one would as
-  // soon lie at the rim of the contact as in its middle.
+  // Collision points nearer to RP_obj than the farthest by at most this count as equally far; the
+  // one deepest in the hull towards RP_obj is taken. Balls need it: all their points are equally
+  // far except for the flatness of the triangles, so the farthest may lie at the contact's rim.
   double equally_far_m = 0;
 };
 
 enum class RecoveryStatus {
-  recovered,        // moved by clear_distance_m() along V_rec and queried again: residual within
-                    // indifferent_m()
-  still_colliding,  // the same, with more than that left: another place of contact, or another part
-                    // of the hull
-  reference_inside,  // RP_obj is in the hull: nothing to search from. Not where V_rec is given, or
-                     // the search goes outward
-  no_exit_within_reach,  // the base of ABC is in the hull; outward: no exit before it
+  // After the move by clear_distance_m() along V_rec, the residual is at most indifferent_m().
+  recovered,
+  // After the same move, the residual is larger: the object has another contact.
+  still_colliding,
+  // RP_obj is in the hull, so that the search has no start. Not returned if V_rec is given or the
+  // search is outward.
+  reference_inside,
+  no_exit_within_reach,  // the base of ABC is in the hull; outward: no exit lies before the base
   direction_undefined,   // V_rec is zero or not finite
-  no_collision_point  // no point of the surface collides; the hull may still lie wholly inside the
-                      // object
+  // No hull point is on the surface; the hull may still lie wholly inside the object.
+  no_collision_point
 };
 
 enum class NormalStatus {
   defined,
-  not_requested,       // or no CP_hull
+  not_requested,       // or there is no CP_hull
   edge_starts_inside,  // four points: B, C, D or E is in the hull
   parallel,            // four points: I, J, K, L span no plane
-  no_border,     // closed form: no silhouette's border is found where V_rec crosses the hull's
-  too_uncertain  // error_rad above kMaxNormalError_rad; four points that span less than the maps
-                 // resolve
+  no_border,           // closed form: no silhouette border was found where V_rec leaves the hull
+  // error_rad exceeds kMaxNormalError_rad; for four points, they span less than the maps resolve.
+  too_uncertain
 };
 
 struct HullNormal {
   NormalStatus status = NormalStatus::not_requested;
-  Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();  // unit, out of the hull, where defined
-  // Four points: a sample's step and a pixel's footprint over the points' span. Closed form: the
-  // standard error of the contour's fit.
+  Eigen::Vector3d normal_world = Eigen::Vector3d::Zero();  // unit, outward; valid if defined
+  // Estimate. Four points: one sampling step plus one pixel footprint, over the points' span.
+  // Closed form: the standard error of the contour's fit.
   double error_rad = 0;
-  std::vector<hull::LimitingCamera> cameras;  // closed form: more than one where CP_hull is on an
-                                              // edge or a corner; the first has normal_world
+  // Closed form: several if CP_hull is on an edge or a corner; the first one has normal_world.
+  std::vector<hull::LimitingCamera> cameras;
 };
 
 struct Response {
   RecoveryStatus status = RecoveryStatus::direction_undefined;
   Eigen::Vector3d cp_object_world_m = Eigen::Vector3d::Zero();
-  std::uint32_t cp_object_triangle = 0;
-  // The rest holds where status is recovered or still_colliding.
-  Eigen::Vector3d v_rec_world =
-      Eigen::Vector3d::Zero();  // unit length; also for no_exit_within_reach
+  // Unit length; also valid for no_exit_within_reach.
+  Eigen::Vector3d v_rec_world = Eigen::Vector3d::Zero();
+  // The fields below are valid if status is recovered or still_colliding.
   Eigen::Vector3d cp_hull_world_m = Eigen::Vector3d::Zero();
   double d_rec_m = 0;
-  double d_rec_error_m = 0;  // exact: in_hull() changes within this of d_rec_m; sampled: the hull
-                             // ends before d_rec_m + d_rec_error_m
-  double pixel_footprint_m = 0;  // largest pixel of the cameras at CP_hull: finer, the maps tell
-                                 // nothing of the object's surface
-  double residual_m = 0;  // after the move: farther way along V_rec until each of remaining_points
-                          // has been outside; at most `height`
+  // Exact search: contains() changes within this distance of d_rec_m. Sampled: the hull ends
+  // before d_rec_m + d_rec_error_m.
+  double d_rec_error_m = 0;
+  // Largest pixel of the cameras at CP_hull: the maps resolve nothing finer.
+  double pixel_footprint_m = 0;
+  // Distance along V_rec, after the move, until each of remaining_points has been outside; at most
+  // the reach of the search.
+  double residual_m = 0;
   std::vector<CollisionPoint> remaining_points;  // CP_i after the move by clear_distance_m()
   HullNormal four_points, closed_form;
 
-  // The move that leaves CP_obj outside the hull; D_rec alone ends on its border.
+  // The move that takes CP_obj out of the hull. D_rec alone ends on the hull's border.
   double clear_distance_m() const { return d_rec_m + d_rec_error_m; }
   double indifferent_m() const { return d_rec_error_m + pixel_footprint_m; }
   bool has_exit() const {
     return status == RecoveryStatus::recovered || status == RecoveryStatus::still_colliding;
   }
-  // The closed form where it is defined, else the four points', whatever their status.
+  // Returns the closed form if it is defined, otherwise the four points, whatever their status.
   const HullNormal& normal() const {
     return closed_form.status == NormalStatus::defined ? closed_form : four_points;
   }
 };
 
-// Against the query's hull. Throws std::invalid_argument where RP_obj or a collision point is not
-// finite, the configuration is out of range, or there is no requery.
+// Computes the response to a collision with the query's hull. Throws std::invalid_argument if
+// RP_obj or a collision point is not finite, the configuration is out of range, or requery is
+// empty.
 Response respond(const hull::HullQuery& query, const ObjectCollision& collision,
                  const ResponseRequest& request, const Requery& requery,
                  const ResponseConfig& config = {});

@@ -20,8 +20,8 @@ std::size_t root_of(std::vector<PixelRun>& runs, std::size_t i) {
   return i;
 }
 
-// The object pixels of an image, row by row, and which hang together, at corners too: `piece` is
-// the first run's number.
+// The runs of object pixels of an image, row by row, labelled by 8-connected piece: PixelRun::piece
+// is the index of the piece's first run.
 class Pieces {
  public:
   explicit Pieces(const hull::SkipMap& skip_map) : bounds_(skip_map.bounds()) {
@@ -80,7 +80,8 @@ long turn(const Pixel& a, const Pixel& b, const Pixel& c) {
   return long(b.x() - a.x()) * (c.y() - a.y()) - long(b.y() - a.y()) * (c.x() - a.x());
 }
 
-// Corners of the convex hull (monotone chain, Andrew, 1979); pixels by row, then column.
+// Returns the corners of the convex hull (monotone chain: Andrew, 1979). Requires pixels sorted by
+// row, then column. Returns nothing if the pixels are collinear.
 std::vector<Pixel> convex_hull(const std::vector<Pixel>& pixels) {
   std::vector<Pixel> corners;
   const auto chain = [&](auto first, auto last) {
@@ -102,28 +103,29 @@ std::vector<Pixel> convex_hull(const std::vector<Pixel>& pixels) {
 constexpr std::size_t kNoComponent = std::size_t(-1), kSharedPiece = kNoComponent - 1;
 
 struct Owners {
-  std::vector<std::size_t> of_piece;  // a part's number, kNoComponent, or kSharedPiece
-  std::vector<bool> clear;            // by part: no piece of it is of several
+  std::vector<std::size_t> of_piece;  // component index, kNoComponent or kSharedPiece
+  std::vector<bool> clear;            // per component: it shares no piece with another one
 };
 
 Owners owners_of(const Pieces& pieces, const geometry::Camera& camera,
                  std::span<const std::vector<Vector3d>> points_world_m) {
   Owners owners{std::vector<std::size_t>(pieces.runs().size(), kNoComponent),
                 std::vector<bool>(points_world_m.size(), true)};
-  std::vector<std::pair<std::size_t, std::size_t>> claims;  // part, piece
-  for (std::size_t part = 0; part < points_world_m.size(); ++part)
-    for (const Vector3d& p : points_world_m[part]) {
+  std::vector<std::pair<std::size_t, std::size_t>> claims;  // component, piece
+  for (std::size_t component = 0; component < points_world_m.size(); ++component)
+    for (const Vector3d& p : points_world_m[component]) {
       const auto uv_px = geometry::project(camera, p);
       const auto piece = uv_px ? pieces.piece_at(int(std::floor(uv_px->x() + 0.5)),
                                                  int(std::floor(uv_px->y() + 0.5)))
                                : std::nullopt;
       if (!piece) continue;
       std::size_t& owner = owners.of_piece[*piece];
-      if (owner != part)
-        claims.emplace_back(part, *piece), owner = owner == kNoComponent ? part : kSharedPiece;
+      if (owner != component)
+        claims.emplace_back(component, *piece),
+            owner = owner == kNoComponent ? component : kSharedPiece;
     }
-  for (const auto& [part, piece] : claims)
-    if (owners.of_piece[piece] == kSharedPiece) owners.clear[part] = false;
+  for (const auto& [component, piece] : claims)
+    if (owners.of_piece[piece] == kSharedPiece) owners.clear[component] = false;
   return owners;
 }
 
@@ -139,21 +141,21 @@ std::vector<std::vector<ComponentOutline>> component_outlines(
     for (std::vector<Pixel>& p : pixels) p.clear();
     const hull::PixelRect image = hull::image_of(camera.camera);
     for (const PixelRun& run : pieces.runs()) {
-      const std::size_t part = owners.of_piece[run.piece];
-      if (part == kNoComponent || part == kSharedPiece) continue;
+      const std::size_t component = owners.of_piece[run.piece];
+      if (component == kNoComponent || component == kSharedPiece) continue;
       if (run.u0 == image.u0_px || run.u1 == image.u1_px || run.v == image.v0_px ||
           run.v + 1 == image.v1_px)
-        owners.clear[part] = false;
-      pixels[part].emplace_back(run.u0, run.v);
-      if (run.u1 - 1 > run.u0) pixels[part].emplace_back(run.u1 - 1, run.v);
+        owners.clear[component] = false;
+      pixels[component].emplace_back(run.u0, run.v);
+      if (run.u1 - 1 > run.u0) pixels[component].emplace_back(run.u1 - 1, run.v);
     }
-    for (std::size_t part = 0; part < outlines.size(); ++part) {
-      if (!owners.clear[part]) continue;
+    for (std::size_t component = 0; component < outlines.size(); ++component) {
+      if (!owners.clear[component]) continue;
       ComponentOutline outline{geometry::camera_center_world_m(camera.camera), {}};
-      for (const Pixel& corner : convex_hull(pixels[part]))
+      for (const Pixel& corner : convex_hull(pixels[component]))
         outline.corners_world.push_back(
             geometry::ray_through(camera.camera, corner.cast<double>()).direction_world);
-      if (!outline.corners_world.empty()) outlines[part].push_back(std::move(outline));
+      if (!outline.corners_world.empty()) outlines[component].push_back(std::move(outline));
     }
   }
   return outlines;

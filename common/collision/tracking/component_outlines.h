@@ -1,6 +1,7 @@
-// What each camera sees of a part of the hull: the convex outline of its object pixels. The planes
-// through the camera's centre and the outline's sides touch the real object itself, not only its
-// hull: they don't change with where the cameras don't look in.
+// Outlines of hull components: for each camera, the convex hull of a component's object pixels.
+//
+// The planes through the camera's centre and the outline's sides touch the real object itself, not
+// only its hull. They do not depend on regions that the cameras cannot see.
 #pragma once
 #include <span>
 #include <vector>
@@ -9,16 +10,17 @@
 
 namespace fivepipe::collision {
 
-// Of one camera.
+// Outline of one component in one camera.
 struct ComponentOutline {
-  Eigen::Vector3d eye_world_m;
-  std::vector<Eigen::Vector3d> corners_world;  // directions of the rays through the corners, pixel
-                                               // centres; >= 3, not on one line
+  Eigen::Vector3d eye_world_m;  // the camera's centre
+  // Directions of the rays through the corners' pixel centres. At least 3, not collinear.
+  std::vector<Eigen::Vector3d> corners_world;
 };
 
-// By part, given as points in the hull, so many of each that none of the pieces that it has in an
-// image is left out. A camera is missing where a piece is another part's, too, or reaches the
-// image's border, or the pixels lie on one line.
+// Returns the outlines of each component, one per camera. A component is given by points in the
+// hull, dense enough to hit each of its connected pieces in every image. A camera is omitted for a
+// component if one of its pieces also belongs to another component or reaches the image border, or
+// if its pixels are collinear.
 std::vector<std::vector<ComponentOutline>> component_outlines(
     const hull::HullQuery& query, std::span<const std::vector<Eigen::Vector3d>> points_world_m);
 

@@ -10,19 +10,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A part that is another one may be larger or smaller by this factor, not more: what it is seen of
-// changes.
+// Largest ratio of volumes between a component and its predecessor. The hull's volume changes as
+// other parts of the object become visible.
 constexpr double kMaxVolumeRatio = 2;
 constexpr int kMinFrames = 3;
-// Of a part's volume: below it, whether something joined or left is not to be told from how the
-// hull's volume changes by itself.
+// Smallest component that can merge with or split from a tracked one, as a fraction of the latter's
+// volume. The hull's own variation of volume hides a smaller one.
 constexpr double kMinVolumeFraction = 0.1;
-// Of its volume, so much a part that joins adds at least, and one that leaves takes away.
+// A merge or split changes the tracked component's volume by at least this fraction of the other
+// component's volume.
 constexpr double kMinVolumeChange = 0.5;
 
 double distance_m(const Vector3d& a, const Vector3d& b) { return (a - b).norm(); }
 
-// A part of volume whole_m3 that grew, or shrank, by change_m3: by another one of other_m3?
+// Returns whether a component of volume other_m3 explains that one of whole_m3 grew or shrank by
+// change_m3.
 bool accounts_for(double other_m3, double change_m3, double whole_m3) {
   return other_m3 >= kMinVolumeFraction * whole_m3 && change_m3 >= kMinVolumeChange * other_m3;
 }
@@ -35,7 +37,7 @@ bool boxes_meet(const Eigen::AlignedBox3d& a, const Vector3d& moved_m, const Eig
   return Eigen::AlignedBox3d(moved.min() - slack, moved.max() + slack).intersects(b);
 }
 
-// Of the line through the middles over time.
+// Returns the slope of the least-squares line through the centroids over time.
 Vector3d linear_velocity_m_s(const std::deque<OutlineSnapshot>& window) {
   double mean_s = 0, spread_s2 = 0;
   Vector3d mean_m = Vector3d::Zero(), slope = Vector3d::Zero();
@@ -48,131 +50,175 @@ Vector3d linear_velocity_m_s(const std::deque<OutlineSnapshot>& window) {
   return slope / spread_s2;
 }
 
+// Origin of a component and the indices of its predecessors.
+struct Ancestry {
+  ComponentOrigin origin = ComponentOrigin::appeared;
+  std::vector<std::size_t> from;
+};
+
+// Relates the components of two frames: matches, merges and splits.
+class FrameLink {
+ public:
+  // moved_m: predicted motion of each previous component. predecessors: match of each component.
+  FrameLink(const std::vector<TrackedComponent>& previous,
+            const std::vector<HullComponent>& components, const std::vector<Vector3d>& moved_m,
+            std::vector<std::optional<std::size_t>> predecessors)
+      : previous_(previous),
+        components_(components),
+        moved_m_(moved_m),
+        predecessors_(std::move(predecessors)),
+        successors_(previous.size()) {
+    for (std::size_t now = 0; now < components.size(); ++now)
+      if (predecessors_[now]) successors_[*predecessors_[now]] = now;
+  }
+
+  Ancestry ancestry(std::size_t now) const {
+    Ancestry result;
+    for (std::size_t before = 0; before < previous_.size(); ++before)
+      if (predecessors_[now] == before || merges(before, now)) result.from.push_back(before);
+    if (result.from.size() > 1) {
+      result.origin = ComponentOrigin::merged;
+      return result;
+    }
+    bool is_split = false;
+    if (result.from.empty()) {
+      for (std::size_t before = 0; before < previous_.size() && !is_split; ++before)
+        if ((is_split = splits_off(before, now))) result.from = {before};
+    } else {
+      for (std::size_t other = 0; other < components_.size() && !is_split; ++other)
+        is_split = other != now && splits_off(result.from[0], other);
+    }
+    if (is_split)
+      result.origin = ComponentOrigin::split;
+    else if (predecessors_[now])
+      result.origin = ComponentOrigin::tracked;
+    else
+      result.from.clear();
+    return result;
+  }
+
+ private:
+  // A candidate for a merge or split, in addition to the matches: the predicted boxes meet.
+  bool meets(std::size_t before, std::size_t now) const {
+    return boxes_meet(previous_[before].component.box_world_m, moved_m_[before],
+                      components_[now].box_world_m, 0.5 * moved_m_[before].norm());
+  }
+  // The boxes of unrelated components can meet too, so the volume of a matched component must
+  // confirm a merge or split.
+  bool merges(std::size_t before, std::size_t now) const {
+    if (successors_[before] || !meets(before, now)) return false;
+    if (!predecessors_[now]) return true;
+    const double before_m3 = previous_[*predecessors_[now]].component.volume_m3;
+    return accounts_for(previous_[before].component.volume_m3,
+                        components_[now].volume_m3 - before_m3, before_m3);
+  }
+  bool splits_off(std::size_t before, std::size_t now) const {
+    if (predecessors_[now] || !meets(before, now)) return false;
+    const double before_m3 = previous_[before].component.volume_m3;
+    return !successors_[before] ||
+           accounts_for(components_[now].volume_m3,
+                        before_m3 - components_[*successors_[before]].volume_m3, before_m3);
+  }
+
+  const std::vector<TrackedComponent>& previous_;
+  const std::vector<HullComponent>& components_;
+  const std::vector<Vector3d>& moved_m_;
+  std::vector<std::optional<std::size_t>> predecessors_, successors_;
+};
+
 }  // namespace
 
 ComponentTracker::ComponentTracker(const ComponentTrackerOptions& options) : options_(options) {
   if (options.window_frames < kMinFrames)
-    throw std::invalid_argument("window of tracked components is shorter than three frames");
+    throw std::invalid_argument("component tracker: window_frames is below 3");
   if (!(options.max_speed_m_s > 0))
-    throw std::invalid_argument("fastest speed of tracked components is not positive");
+    throw std::invalid_argument("component tracker: max_speed_m_s is not positive");
   if (!(options.max_gap_s > 0))
-    throw std::invalid_argument("longest gap of tracked components is not positive");
+    throw std::invalid_argument("component tracker: max_gap_s is not positive");
 }
 
 void ComponentTracker::reset() {
-  parts_.clear();
+  components_.clear();
   tracks_.clear();
 }
 
-Vector3d ComponentTracker::predicted_center_m(std::size_t i, double time_s) const {
-  const Vector3d& middle = parts_[i].part.centroid_world_m;
-  return parts_[i].motion
-             ? Vector3d(middle + (time_s - time_s_) * parts_[i].motion->velocity_world_m_s)
-             : middle;
+Vector3d ComponentTracker::predicted_center_m(std::size_t previous, double time_s) const {
+  const TrackedComponent& tracked = components_[previous];
+  const Vector3d& center = tracked.component.centroid_world_m;
+  return tracked.motion ? Vector3d(center + (time_s - time_s_) * tracked.motion->velocity_world_m_s)
+                        : center;
 }
 
-// By part of this frame, the one of the last that it clearly is.
 std::vector<std::optional<std::size_t>> ComponentTracker::match(
-    double time_s, const std::vector<HullComponent>& parts) const {
-  constexpr double kNone = std::numeric_limits<double>::infinity();
+    double time_s, const std::vector<HullComponent>& components) const {
+  constexpr double kOutOfReach = std::numeric_limits<double>::infinity();
   const double reach_m = options_.max_speed_m_s * (time_s - time_s_);
-  const auto apart_m = [&](std::size_t before, std::size_t now) {
-    const double m = distance_m(predicted_center_m(before, time_s), parts[now].centroid_world_m);
-    return distance_m(parts_[before].part.centroid_world_m, parts[now].centroid_world_m) <= reach_m
-               ? m
-               : kNone;
+  const std::vector<TrackedComponent>& previous = components_;
+  const auto gap_m = [&](std::size_t before, std::size_t now) {
+    const Vector3d& center = components[now].centroid_world_m;
+    const double from_prediction_m = distance_m(predicted_center_m(before, time_s), center);
+    return distance_m(previous[before].component.centroid_world_m, center) <= reach_m
+               ? from_prediction_m
+               : kOutOfReach;
   };
-  std::vector<std::optional<std::size_t>> matches(parts.size());
-  for (std::size_t now = 0; now < parts.size(); ++now) {
-    std::size_t best = parts_.size();
-    for (std::size_t before = 0; before < parts_.size(); ++before)
-      if (best == parts_.size() || apart_m(before, now) < apart_m(best, now)) best = before;
-    if (best == parts_.size() || apart_m(best, now) == kNone) continue;
-    const double m = apart_m(best, now), ratio = parts[now].volume_m3 / parts_[best].part.volume_m3;
-    bool clear = ratio <= kMaxVolumeRatio && ratio * kMaxVolumeRatio >= 1;
-    for (std::size_t other = 0; other < parts_.size(); ++other)
-      clear &= other == best || kMatchRatio * m <= apart_m(other, now);
-    for (std::size_t other = 0; other < parts.size(); ++other)
-      clear &= other == now || kMatchRatio * m <= apart_m(best, other);
-    if (clear) matches[now] = best;
+  std::vector<std::optional<std::size_t>> predecessors(components.size());
+  for (std::size_t now = 0; now < components.size(); ++now) {
+    std::size_t best = previous.size();
+    for (std::size_t before = 0; before < previous.size(); ++before)
+      if (best == previous.size() || gap_m(before, now) < gap_m(best, now)) best = before;
+    if (best == previous.size() || gap_m(best, now) == kOutOfReach) continue;
+    const double best_m = gap_m(best, now),
+                 ratio = components[now].volume_m3 / previous[best].component.volume_m3;
+    bool unambiguous = ratio <= kMaxVolumeRatio && ratio * kMaxVolumeRatio >= 1;
+    for (std::size_t other = 0; other < previous.size(); ++other)
+      unambiguous &= other == best || kMatchRatio * best_m <= gap_m(other, now);
+    for (std::size_t other = 0; other < components.size(); ++other)
+      unambiguous &= other == now || kMatchRatio * best_m <= gap_m(best, other);
+    if (unambiguous) predecessors[now] = best;
   }
-  return matches;
+  return predecessors;
 }
 
 const std::vector<TrackedComponent>& ComponentTracker::add(
-    double time_s, const std::vector<HullComponent>& parts) {
+    double time_s, const std::vector<HullComponent>& components) {
   if (!std::isfinite(time_s))
-    throw std::invalid_argument("time of tracked components is not finite");
+    throw std::invalid_argument("component tracker: time_s is not finite");
   if (!(time_s > time_s_ && time_s - time_s_ <= options_.max_gap_s)) reset();
-  const auto matches = match(time_s, parts);
-  std::vector<std::optional<std::size_t>> successor(parts_.size());  // as which one of this frame
-  for (std::size_t now = 0; now < parts.size(); ++now)
-    if (matches[now]) successor[*matches[now]] = now;
-  // Who of the frame before may have become part of this one, and the other way round, beside the
-  // matches.
-  const auto met = [&](std::size_t before, std::size_t now) {
-    const Vector3d moved =
-        predicted_center_m(before, time_s) - parts_[before].part.centroid_world_m;
-    return boxes_meet(parts_[before].part.box_world_m, moved, parts[now].box_world_m,
-                      0.5 * moved.norm());
-  };
-  // Boxes meet that have nothing to do with each other: of a part that clearly went on, the volume
-  // must tell, too.
-  const auto joins = [&](std::size_t before, std::size_t now) {
-    if (successor[before] || !met(before, now)) return false;
-    if (!matches[now]) return true;
-    const double was_m3 = parts_[*matches[now]].part.volume_m3;
-    return accounts_for(parts_[before].part.volume_m3, parts[now].volume_m3 - was_m3, was_m3);
-  };
-  const auto leaves = [&](std::size_t before, std::size_t now) {
-    if (matches[now] || !met(before, now)) return false;
-    const double was_m3 = parts_[before].part.volume_m3;
-    return !successor[before] ||
-           accounts_for(parts[now].volume_m3, was_m3 - parts[*successor[before]].volume_m3, was_m3);
-  };
+  std::vector<Vector3d> moved_m;
+  for (std::size_t i = 0; i < components_.size(); ++i)
+    moved_m.push_back(predicted_center_m(i, time_s) - components_[i].component.centroid_world_m);
+  const FrameLink link(components_, components, moved_m, match(time_s, components));
   std::vector<TrackedComponent> tracked;
   std::vector<Track> tracks;
-  for (std::size_t now = 0; now < parts.size(); ++now) {
-    TrackedComponent f{0, ComponentOrigin::appeared, {}, parts[now], std::nullopt};
+  for (std::size_t now = 0; now < components.size(); ++now) {
+    const Ancestry ancestry = link.ancestry(now);
+    TrackedComponent next{0, ancestry.origin, {}, components[now], std::nullopt};
+    for (const std::size_t before : ancestry.from) next.from.push_back(components_[before].id);
     Track track;
-    std::vector<std::size_t> joined, split_off;
-    for (std::size_t before = 0; before < parts_.size(); ++before)
-      if (matches[now] == before || joins(before, now)) joined.push_back(before);
-    for (std::size_t other = 0; other < parts.size() && joined.size() == 1; ++other)
-      if (other != now && leaves(joined[0], other)) split_off.push_back(other);
-    for (std::size_t before = 0; before < parts_.size() && joined.empty(); ++before)
-      if (leaves(before, now)) joined.push_back(before), split_off.push_back(now);
-    for (const std::size_t before : joined) f.from.push_back(parts_[before].id);
-    if (joined.size() > 1)
-      f.origin = ComponentOrigin::merged;
-    else if (!split_off.empty())
-      f.origin = ComponentOrigin::split;
-    else if (matches[now])
-      f.origin = ComponentOrigin::tracked, f.id = parts_[*matches[now]].id,
-      track = tracks_[*matches[now]];
+    if (ancestry.origin == ComponentOrigin::tracked)
+      next.id = components_[ancestry.from[0]].id, track = tracks_[ancestry.from[0]];
     else
-      f.from.clear();
-    if (f.id == 0) f.id = next_id_++;
-    track.window.push_back({time_s, parts[now].centroid_world_m, parts[now].outlines});
+      next.id = next_id_++;
+    track.window.push_back({time_s, components[now].centroid_world_m, components[now].outlines});
     if (int(track.window.size()) > options_.window_frames) track.window.pop_front();
-    f.motion = motion_of(track, parts[now]);
-    tracked.push_back(std::move(f));
+    next.motion = motion_of(track, components[now]);
+    tracked.push_back(std::move(next));
     tracks.push_back(std::move(track));
   }
-  parts_ = std::move(tracked);
+  components_ = std::move(tracked);
   tracks_ = std::move(tracks);
   time_s_ = time_s;
-  return parts_;
+  return components_;
 }
 
 std::optional<ComponentMotion> ComponentTracker::motion_of(Track& track,
-                                                           const HullComponent& part) const {
+                                                           const HullComponent& component) const {
   if (int(track.window.size()) < kMinFrames) return std::nullopt;
   ComponentMotion motion;
   motion.frames = int(track.window.size());
   motion.window_s = track.window.back().time_s - track.window.front().time_s;
   motion.velocity_world_m_s = linear_velocity_m_s(track.window);
-  const double size_m = std::sqrt(part.covariance_world_m2.trace());
+  const double size_m = std::sqrt(component.covariance_world_m2.trace());
   const auto fit = outline_motion(
       track.window,
       track.guess.value_or(UniformMotion{motion.velocity_world_m_s, Vector3d::Zero()}), size_m);

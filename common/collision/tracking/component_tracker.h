@@ -1,16 +1,18 @@
-// Parts of the hull followed over frames: who is who, and how it moves. Nothing is guessed: where
-// two could be the same, none is.
+// Tracks the hull's connected components from frame to frame: identity and motion.
 //
-// A part is the one of the frame before that it lies nearest to, if that lies nearest to it, too,
-// and both by a factor of kMatchRatio; the part before is taken to have gone on as it moved. What
-// met, or came apart, has new numbers, and says of whom: parts whose boxes meet, and that nothing
-// else was before, or is now. Of a part that clearly went on it is said only where its volume
-// tells, too: it grew, or shrank, by half of the other's at least, and the other is not below a
-// tenth of its own. A smaller one it may take up, or lose, unsaid, and stays who it is.
+// A component keeps its id if it and one predecessor are each other's nearest match: each nearer
+// than the runner-up by kMatchRatio, volumes within a factor of 2, speed at most max_speed_m_s.
+// Predecessors are predicted from their last velocity. An ambiguous component gets a new id.
 //
-// Velocity and rotation: the even motion that fits the part's outlines over the last frames best
-// (outline_motion.h). Where a part comes without outlines, or too few cameras see it by itself: the
-// line through its middles, which are the hull's, and no rotation.
+// A merged or split component gets a new id and lists its predecessors in `from`. A matched
+// component keeps its id unless its volume changed by at least half the volume of the other
+// component involved, and that one has at least a tenth of its own volume. Components count as
+// merged or split only if their bounding boxes meet after prediction.
+//
+// Velocity and rotation are those of the uniform motion that fits the component's outlines of the
+// last frames best (outline_motion.h). Without outlines, or if too few cameras see the component
+// separately, the velocity is the slope of a line through the hull's centroids, and the rotation is
+// unknown.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -22,66 +24,73 @@
 namespace fivepipe::collision {
 
 enum class ComponentOrigin {
-  appeared,  // there was nothing where it came from, or nothing that it clearly was
-  tracked,   // the one of the frame before
-  merged,    // of those in `from`
-  split      // off the one in `from`
+  appeared,  // no predecessor, or no unambiguous one
+  tracked,   // continues its predecessor
+  merged,    // from the components in `from`
+  split      // from the component in `from`
 };
 
 struct ComponentMotion {
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d angular_velocity_world_rad_s =
-      Eigen::Vector3d::Zero();  // of what the shape determines
-  int determined_axes = 0;      // 3: about all; 2: about those across its long, or short, axis; 0:
-                                // about none, or none is known, as in braking
-  double residual_m = 0;        // of the outlines' fit, root mean square; 0 without one
-  double window_s = 0;          // that it is an average over
-  int frames = 0;               // in the window
+  // About the axes that the shape determines; zero about the others.
+  Eigen::Vector3d angular_velocity_world_rad_s = Eigen::Vector3d::Zero();
+  // 3: all axes. 2: the two axes perpendicular to the shape's axis of symmetry. 0: none, or the
+  // motion is too uneven to determine any.
+  int determined_axes = 0;
+  double residual_m = 0;  // RMS of the fit to the outlines; 0: no fit
+  double window_s = 0;    // the motion is an average over this time
+  int frames = 0;         // frames in the window
 };
 
 struct TrackedComponent {
-  std::uint64_t id = 0;  // never given twice
+  std::uint64_t id = 0;  // unique per tracker
   ComponentOrigin origin = ComponentOrigin::appeared;
-  std::vector<std::uint64_t> from;  // numbers of the frame before
-  HullComponent part;
-  std::optional<ComponentMotion> motion;  // from the third frame on
+  std::vector<std::uint64_t> from;  // ids in the previous frame
+  HullComponent component = {};
+  std::optional<ComponentMotion> motion = std::nullopt;  // present from the component's third frame
 };
 
 struct ComponentTrackerOptions {
   int window_frames = 8;     // >= 3
-  double max_speed_m_s = 6;  // nothing moves faster
-  // After a longer one tracking starts anew: a camera of 10 Hz may lose a frame; in more time the
-  // fastest gets across a room, and anyone is in reach.
+  double max_speed_m_s = 6;  // matching gate
+  // A longer gap between frames resets the tracker. A camera of 10 Hz may lose one frame. After
+  // more time, max_speed_m_s puts every component within reach of every other.
   double max_gap_s = 0.25;
 };
 
 class ComponentTracker {
  public:
   explicit ComponentTracker(const ComponentTrackerOptions& options = {});
-  // The parts of one more frame. A time that is not later than the last, or by more than
-  // max_gap_s, starts anew. Throws std::invalid_argument where it is not finite.
-  const std::vector<TrackedComponent>& add(double time_s, const std::vector<HullComponent>& parts);
-  const std::vector<TrackedComponent>& parts() const { return parts_; }
-  void reset();
+  // Adds the components of the next frame and returns them tracked, in the given order. Resets
+  // first if time_s is not after the last frame's time or more than max_gap_s after it. Throws
+  // std::invalid_argument if time_s is not finite.
+  const std::vector<TrackedComponent>& add(double time_s,
+                                           const std::vector<HullComponent>& components);
+  const std::vector<TrackedComponent>& components() const {
+    return components_;
+  }              // of the last add()
+  void reset();  // forgets all frames; ids stay unique
 
  private:
   struct Track {
     std::deque<OutlineSnapshot> window;
-    std::optional<UniformMotion> guess;  // of the frame before
+    std::optional<UniformMotion> guess;  // the previous frame's motion: start of the fit
   };
-  Eigen::Vector3d predicted_center_m(std::size_t i, double time_s) const;
+  // `previous`: index in components_.
+  Eigen::Vector3d predicted_center_m(std::size_t previous, double time_s) const;
+  // Returns for each component the index of its unambiguous predecessor in components_.
   std::vector<std::optional<std::size_t>> match(double time_s,
-                                                const std::vector<HullComponent>& parts) const;
-  std::optional<ComponentMotion> motion_of(Track& track, const HullComponent& part) const;
+                                                const std::vector<HullComponent>& components) const;
+  std::optional<ComponentMotion> motion_of(Track& track, const HullComponent& component) const;
 
   ComponentTrackerOptions options_;
   std::uint64_t next_id_ = 1;
   double time_s_ = 0;
-  std::vector<TrackedComponent> parts_;
-  std::vector<Track> tracks_;  // as parts_
+  std::vector<TrackedComponent> components_;
+  std::vector<Track> tracks_;  // one per element of components_
 };
 
-// How much nearer than the next best a match must be.
+// A match is unambiguous if the runner-up is farther by at least this factor.
 inline constexpr double kMatchRatio = 2;
 
 }  // namespace fivepipe::collision

@@ -1,14 +1,16 @@
-// When and where a moving part of the hull first met a virtual object between two frames, so that
-// what is fast does not pass through what is thin.
+// First contact of a moving hull component with a virtual object between two frames, so that fast
+// motion does not tunnel through thin shapes.
 //
-// Between the frames the part is taken to move rigidly: its middle along a straight line, turning
-// evenly. Then the object against the moving hull is the object, moved the other way, against the
-// hull at rest: that of the frame before in the first half of the time, that of the frame after in
-// the second. It is asked at steps over which nothing of the part moves farther than step_m against
-// the object, and then in between them (bisection). Any part that is thicker along its way than
-// step_m is therefore found, as far as it moved as was taken; what a part did that came and went
-// between the frames nobody knows. Collision points count that lie in the part's box: where another
-// part reaches into it, those of that one, too.
+// Between the frames the component is assumed to move rigidly: its centroid along a straight line,
+// with constant angular velocity. The moving hull is then equivalent to the hull at rest and an
+// object with the inverse motion. The first half of the time uses the previous frame's hull, the
+// second half the later frame's.
+//
+// The search tests the object at steps over which no point of the component moves more than step_m
+// relative to the object, then bisects. Under the assumed motion it finds every contact with a
+// component thicker than step_m along its motion. It cannot find a component that appears and
+// vanishes between the frames. It counts collision points in the component's bounding box,
+// including those of another component that reaches into the box.
 #pragma once
 #include <optional>
 
@@ -17,10 +19,11 @@
 
 namespace fivepipe::collision {
 
-struct HullSnapshot {  // one frame
+// The hull and one of its components in one frame. The query must outlive the snapshot.
+struct HullSnapshot {
   const hull::HullQuery* query;
   double time_s;
-  HullComponent part;
+  HullComponent component;
 };
 
 struct MovingObject {
@@ -29,23 +32,24 @@ struct MovingObject {
 };
 
 struct FirstContactOptions {
-  double step_m = 0.0015;  // about a pixel's footprint
-  Eigen::Vector3d rotation_world_rad =
-      Eigen::Vector3d::Zero();  // of the part, from the frame before to the one after
-  int max_steps = 512;          // beyond, steps are longer, and the result says so
+  double step_m = 0.0015;  // about a pixel's footprint; >= kMinEps_m
+  // The component's rotation from the previous frame to the later one.
+  Eigen::Vector3d rotation_world_rad = Eigen::Vector3d::Zero();
+  int max_steps = 512;  // > 0; a longer motion takes longer steps and sets FirstContact::coarse
 };
 
 struct FirstContact {
-  double time_s;        // at which they were first found to touch
-  double time_error_s;  // so long before it they did not; 0 where they touch in the frame before
-                        // already
-  Eigen::Vector3d p_world_m;  // there and then
+  double time_s;  // first time at which a contact was found
+  // There was no contact at time_s - time_error_s. 0: they touch in the previous frame.
+  double time_error_s;
+  Eigen::Vector3d p_world_m;  // a contact point at time_s
   std::uint32_t triangle;
-  bool coarse;  // steps were longer than asked for
+  bool coarse;  // the steps were longer than step_m
 };
 
-// Nothing where they don't meet in [before.time_s, after.time_s]. Throws std::invalid_argument
-// where the times do not follow each other, a number is not finite, or the step is not positive.
+// Returns nullopt if they do not touch in [before.time_s, after.time_s]. Throws
+// std::invalid_argument if after.time_s <= before.time_s, a number is not finite, or an option is
+// out of range.
 std::optional<FirstContact> first_contact(const HullSnapshot& before, const HullSnapshot& after,
                                           const MovingObject& object,
                                           const FirstContactOptions& options = {});

@@ -19,7 +19,8 @@ using Eigen::Vector3i;
 
 constexpr int kWordBits = 64;
 
-// Cells in the hull, a bit each, x fastest; rows are whole words.
+// One bit per cell, set if the cell is in the hull. x is fastest; each row is padded to whole
+// words.
 class CellGrid {
  public:
   explicit CellGrid(const Vector3i& size)
@@ -44,10 +45,7 @@ class CellGrid {
   std::vector<std::uint64_t> bits_;
 };
 
-// --- which cells are in the hull
-// ---------------------------------------------------------------------------------------
-
-struct Node {  // cells [at, at + 2^level)
+struct Node {  // the cells [at, at + 2^level) along each axis
   Vector3i at;
   int level;
 };
@@ -58,7 +56,7 @@ class CellSearch {
       : query_(query), options_(options), grid_(grid) {
     Eigen::Isometry3d world_from_box = Eigen::Isometry3d::Identity();
     world_from_box.translation() = options.within_world_m.center();
-    // The first cell, from the box's least corner, reaches over its other sides.
+    // The root cell starts at the box's minimum corner and may extend beyond its other sides.
     const double reach_m = options.within_world_m.diagonal().norm() +
                            2 * options.cell_m * std::bit_ceil(unsigned(grid.size().maxCoeff()));
     for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
@@ -74,45 +72,46 @@ class CellSearch {
     const int level = std::bit_width(unsigned(grid_.size().maxCoeff() - 1));
     std::vector<Node> nodes{{Vector3i::Zero(), level}}, next;
     for (int l = level; !nodes.empty() && l > 0; --l, nodes.swap(next)) split(nodes, next);
-    std::vector<Vector3d> middles;
+    std::vector<Vector3d> centers;
     for (const Node& node : nodes)
-      middles.push_back(options_.within_world_m.min() +
+      centers.push_back(options_.within_world_m.min() +
                         options_.cell_m * (node.at.cast<double>().array() + 0.5).matrix());
-    std::vector<std::uint8_t> inside(middles.size());
-    query_.contains(middles, inside);
+    std::vector<std::uint8_t> inside(centers.size());
+    query_.contains(centers, inside);
     for (std::size_t i = 0; i < nodes.size(); ++i)
       if (inside[i])
         grid_.set_run(nodes[i].at.x(), nodes[i].at.x() + 1, nodes[i].at.y(), nodes[i].at.z());
   }
 
  private:
-  // Octants of all nodes: those in the hull into the grid, mixed ones to `next`.
+  // Tests the octants of all nodes: sets those in the hull in the grid and appends mixed ones to
+  // `next`.
   void split(const std::vector<Node>& nodes, std::vector<Node>& next) {
     next.clear();
     std::array<Node, Bvh::kArity> batch;
     int count = 0;
     for (const Node& node : nodes)
-      for (int part = 0; part < 8; ++part) {
+      for (int octant = 0; octant < 8; ++octant) {
         const int half = 1 << (node.level - 1);
-        const Node child{node.at + half * Vector3i(part & 1, part >> 1 & 1, part >> 2),
+        const Node child{node.at + half * Vector3i(octant & 1, octant >> 1 & 1, octant >> 2),
                          node.level - 1};
         if ((child.at.array() >= grid_.size().array()).any()) continue;
         batch[std::size_t(count++)] = child;
-        if (count == Bvh::kArity) look(batch, count, next), count = 0;
+        if (count == Bvh::kArity) classify(batch, count, next), count = 0;
       }
-    look(batch, count, next);
+    classify(batch, count, next);
   }
 
-  void look(const std::array<Node, Bvh::kArity>& batch, int count, std::vector<Node>& next) {
+  void classify(const std::array<Node, Bvh::kArity>& batch, int count, std::vector<Node>& next) {
     Bvh::Boxes boxes;
-    const Vector3d middle = options_.within_world_m.center();
+    const Vector3d center = options_.within_world_m.center();
     for (std::size_t i = 0; i < Bvh::kArity; ++i)
       for (std::size_t axis = 0; axis < 3; ++axis) {
         boxes.half_m[axis][i] = -1, boxes.center_m[axis][i] = 0;
         if (int(i) >= count) continue;
         const double size_m = options_.cell_m * (1 << batch[i].level);
         const double first_m =
-            options_.within_world_m.min()[Eigen::Index(axis)] - middle[Eigen::Index(axis)];
+            options_.within_world_m.min()[Eigen::Index(axis)] - center[Eigen::Index(axis)];
         const double center_m =
             first_m + options_.cell_m * batch[i].at[Eigen::Index(axis)] + 0.5 * size_m;
         boxes.center_m[axis][i] = float(center_m);
@@ -132,8 +131,8 @@ class CellSearch {
     }
   }
 
-  static constexpr double kSlack =
-      0x1p-22;  // above the rounding of a cell's middle and half size to float
+  // Relative bound on the rounding error of a cell's centre and half size in float.
+  static constexpr double kSlack = 0x1p-22;
   const hull::HullQuery& query_;
   const HullComponentsOptions& options_;
   CellGrid& grid_;
@@ -141,10 +140,7 @@ class CellSearch {
   bool all_mapped_ = true;
 };
 
-// --- parts
-// ---------------------------------------------------------------------------------------------------------------
-
-struct Run {  // cells [x0, x1) of a row
+struct Run {  // the cells [x0, x1) of row (y, z)
   int x0, x1, y, z;
 };
 
@@ -174,7 +170,7 @@ std::size_t root_of(std::vector<std::size_t>& parent, std::size_t i) {
   return i;
 }
 
-// Joins the runs of two rows that touch, corners too.
+// Joins the runs of two neighbouring rows that touch, at least at a corner.
 void join_rows(const std::vector<Run>& runs, std::size_t a, std::size_t a_end, std::size_t b,
                std::size_t b_end, std::vector<std::size_t>& parent) {
   while (a < a_end && b < b_end) {
@@ -212,17 +208,17 @@ struct Moments {
   Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
 };
 
-// Of the cells' middles, from `origin`; within a run in closed form.
+// Adds the moments of the run's cell centres about `origin`, in closed form. Units: cells.
 void add_run(const Run& run, const Vector3d& origin, Moments& m) {
   const double n = run.x1 - run.x0;
-  const Vector3d middle = Vector3d(0.5 * (run.x0 + run.x1), run.y + 0.5, run.z + 0.5) - origin;
+  const Vector3d center = Vector3d(0.5 * (run.x0 + run.x1), run.y + 0.5, run.z + 0.5) - origin;
   m.count += n;
-  m.sum += n * middle;
-  m.products += n * middle * middle.transpose();
+  m.sum += n * center;
+  m.products += n * center * center.transpose();
   m.products(0, 0) += n * (n * n - 1) / 12;
 }
 
-// Some camera sees the box at the border of its image, or not whole.
+// Returns whether some camera sees the box at its image border, or does not see all of it.
 bool at_an_image_border(const hull::HullQuery& query, const Eigen::AlignedBox3d& box_world_m) {
   for (const hull::CpuHull::MapCamera& camera : query.hull().cameras()) {
     const hull::PixelRect image = hull::image_of(camera.camera), &object = camera.skip_map.bounds();
@@ -245,16 +241,66 @@ Vector3i checked_size(const hull::HullQuery& query, const HullComponentsOptions&
   const Eigen::AlignedBox3d& box = options.within_world_m;
   if (query.hull().rule().limits != hull::Limits::all)
     throw std::invalid_argument(
-        "parts of the hull are found where all cameras limit it, not with limits: seen");
+        "hull components require the hull rule limits: all, not limits: seen");
   if (!(options.cell_m > 0 && std::isfinite(options.cell_m)))
-    throw std::invalid_argument("cell of the hull's parts is not positive, or not finite");
+    throw std::invalid_argument("hull components: cell_m is not positive and finite");
   if (!(box.min().allFinite() && box.max().allFinite() && (box.sizes().array() > 0).all()))
-    throw std::invalid_argument("box of the hull's parts is empty or not finite");
+    throw std::invalid_argument("hull components: the search box is empty or not finite");
   const Vector3d cells = (box.sizes() / options.cell_m).array().ceil();
   if (!(cells.prod() <= double(kMaxComponentCells)))
     throw std::invalid_argument(
-        "too many cells in the box of the hull's parts: larger cells, or a smaller box");
+        "hull components: too many cells in the search box; increase cell_m or reduce the box");
   return cells.cast<int>();
+}
+
+struct Labelled {  // components by their first run; other elements are unused
+  std::vector<Moments> moments;
+  std::vector<HullComponent> components;  // only box and clipped
+};
+
+Labelled measure(const std::vector<Run>& runs, const std::vector<std::size_t>& component_of,
+                 const Vector3i& size, const HullComponentsOptions& options,
+                 const Vector3d& origin) {
+  Labelled result{std::vector<Moments>(runs.size()), std::vector<HullComponent>(runs.size())};
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const Run& r = runs[i];
+    add_run(r, origin, result.moments[component_of[i]]);
+    HullComponent& component = result.components[component_of[i]];
+    for (const Vector3d& corner : {Vector3d(r.x0, r.y, r.z), Vector3d(r.x1, r.y + 1, r.z + 1)})
+      component.box_world_m.extend(options.within_world_m.min() + options.cell_m * corner);
+    component.clipped |= r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() ||
+                         r.z == 0 || r.z + 1 == size.z();
+  }
+  return result;
+}
+
+// Sets volume, centroid and covariance from the moments about `origin` [cells].
+void set_moments(const Moments& m, const HullComponentsOptions& options, const Vector3d& origin,
+                 HullComponent& component) {
+  const Vector3d mean = m.sum / m.count;
+  component.cells = std::size_t(m.count);
+  component.volume_m3 = m.count * std::pow(options.cell_m, 3);
+  component.centroid_world_m = options.within_world_m.min() + options.cell_m * (mean + origin);
+  component.covariance_world_m2 =
+      options.cell_m * options.cell_m *
+      (m.products / m.count - mean * mean.transpose() + Eigen::Matrix3d::Identity() / 12);
+}
+
+// index: of the component in `components`, by first run; runs.size() if it was dropped.
+void add_outlines(const hull::HullQuery& query, const HullComponentsOptions& options,
+                  const std::vector<Run>& runs, const std::vector<std::size_t>& component_of,
+                  const std::vector<std::size_t>& index, std::vector<HullComponent>& components) {
+  std::vector<std::vector<Vector3d>> points_world_m(components.size());
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (index[component_of[i]] == runs.size()) continue;
+    const Vector3d first_cell =
+        Vector3d(runs[i].x0, runs[i].y, runs[i].z) + Vector3d::Constant(0.5);
+    points_world_m[index[component_of[i]]].push_back(options.within_world_m.min() +
+                                                     options.cell_m * first_cell);
+  }
+  auto outlines = component_outlines(query, points_world_m);
+  for (std::size_t i = 0; i < components.size(); ++i)
+    components[i].outlines = std::move(outlines[i]);
 }
 
 }  // namespace
@@ -267,49 +313,22 @@ std::vector<HullComponent> hull_components(const hull::HullQuery& query,
   CellSearch(query, options, grid).run();
   std::vector<std::size_t> first_of_row;
   const std::vector<Run> runs = runs_of(grid, first_of_row);
-  const std::vector<std::size_t> part_of = joined(grid, runs, first_of_row);
-
-  std::vector<Moments> moments(runs.size());
-  std::vector<HullComponent> parts(runs.size());
+  const std::vector<std::size_t> component_of = joined(grid, runs, first_of_row);
   const Vector3d origin = 0.5 * size.cast<double>();
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const Run& r = runs[i];
-    add_run(r, origin, moments[part_of[i]]);
-    HullComponent& part = parts[part_of[i]];
-    for (const Vector3d& corner : {Vector3d(r.x0, r.y, r.z), Vector3d(r.x1, r.y + 1, r.z + 1)})
-      part.box_world_m.extend(options.within_world_m.min() + options.cell_m * corner);
-    part.cut |= r.x0 == 0 || r.x1 == size.x() || r.y == 0 || r.y + 1 == size.y() || r.z == 0 ||
-                r.z + 1 == size.z();
-  }
+  Labelled labelled = measure(runs, component_of, size, options, origin);
+
   std::vector<HullComponent> found;
-  std::vector<std::size_t> number(runs.size(), runs.size());  // in found, of a part's first run
+  std::vector<std::size_t> index(runs.size(), runs.size());
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    const Moments& m = moments[i];
-    if (!(m.count >= double(std::max<std::size_t>(options.min_cells, 1)))) continue;
-    number[i] = found.size();
-    HullComponent& part = parts[i];
-    const Vector3d mean = m.sum / m.count;
-    part.cells = std::size_t(m.count);
-    part.volume_m3 = m.count * std::pow(options.cell_m, 3);
-    part.centroid_world_m = options.within_world_m.min() + options.cell_m * (mean + origin);
-    part.covariance_world_m2 =
-        options.cell_m * options.cell_m *
-        (m.products / m.count - mean * mean.transpose() + Eigen::Matrix3d::Identity() / 12);
-    part.cut |= at_an_image_border(query, part.box_world_m);
-    found.push_back(part);
+    if (!(labelled.moments[i].count >= double(std::max<std::size_t>(options.min_cells, 1))))
+      continue;
+    index[i] = found.size();
+    HullComponent& component = labelled.components[i];
+    set_moments(labelled.moments[i], options, origin, component);
+    component.clipped |= at_an_image_border(query, component.box_world_m);
+    found.push_back(component);
   }
-  if (options.outlines) {
-    std::vector<std::vector<Vector3d>> points_world_m(found.size());
-    for (std::size_t i = 0; i < runs.size(); ++i) {
-      if (number[part_of[i]] == runs.size()) continue;
-      const Vector3d first_cell =
-          Vector3d(runs[i].x0, runs[i].y, runs[i].z) + Vector3d::Constant(0.5);
-      points_world_m[number[part_of[i]]].push_back(options.within_world_m.min() +
-                                                   options.cell_m * first_cell);
-    }
-    auto outlines = component_outlines(query, points_world_m);
-    for (std::size_t i = 0; i < found.size(); ++i) found[i].outlines = std::move(outlines[i]);
-  }
+  if (options.outlines) add_outlines(query, options, runs, component_of, index, found);
   std::stable_sort(found.begin(), found.end(), [](const HullComponent& a, const HullComponent& b) {
     return a.cells > b.cells;
   });

@@ -1,8 +1,8 @@
-// The connected parts of the visual hull: where each is, how large, how it lies.
+// Connected components of the visual hull: position, size and shape of each.
 //
-// A box of space is halved until each cell is certified free or certified in the hull
-// (contact_lanes.h), or is of the size asked for: then its middle decides. Parts are cells that
-// touch at a face, an edge or a corner (connected components, Rosenfeld and Pfaltz, 1966).
+// A box of space is subdivided until each cell is certified free or certified in the hull
+// (contact_simd.h), or has the size cell_m; then its centre decides. Cells that share a face, an
+// edge or a corner belong to one component (connected components: Rosenfeld and Pfaltz, 1966).
 #pragma once
 #include <vector>
 
@@ -12,27 +12,25 @@
 namespace fivepipe::collision {
 
 struct HullComponent {
-  Eigen::Vector3d centroid_world_m = Eigen::Vector3d::Zero();  // of mass, of even density
+  Eigen::Vector3d centroid_world_m = Eigen::Vector3d::Zero();  // of the volume
   double volume_m3 = 0;
-  Eigen::Matrix3d covariance_world_m2 = Eigen::Matrix3d::Zero();  // of its points
+  Eigen::Matrix3d covariance_world_m2 = Eigen::Matrix3d::Zero();  // of the volume
   Eigen::AlignedBox3d box_world_m;
   std::size_t cells = 0;
-  bool cut = false;  // it reaches the border of the box looked at, or of a camera's image: there
-                     // may be more of it
-  std::vector<ComponentOutline> outlines;  // where asked for
+  bool clipped = false;  // touches the search box or an image border, so more of it may exist
+  std::vector<ComponentOutline> outlines;  // filled if HullComponentsOptions::outlines is set
 };
 
 struct HullComponentsOptions {
   Eigen::AlignedBox3d within_world_m;  // not empty
-  double cell_m =
-      0.005;  // edge of the smallest cells: what lies that near to each other is one part
-  std::size_t min_cells = 2;  // smaller parts are left out
-  bool outlines = false;      // wanted as well: what ComponentTracker tells rotations by
+  double cell_m = 0.005;      // edge of the smallest cells; components closer than this merge
+  std::size_t min_cells = 2;  // drops smaller components
+  bool outlines = false;      // also compute outlines; ComponentTracker needs them for rotations
 };
 
-// Largest part first. The same for every number of threads. Throws std::invalid_argument where the
-// box is empty or not finite, the cell is not positive, or there would be more than
-// kMaxComponentCells cells in the box; or where the hull's rule is not Limits::all.
+// Returns the components by descending volume. The result does not depend on the number of threads.
+// Throws std::invalid_argument if the box is empty or not finite, cell_m is not positive, the box
+// has more than kMaxComponentCells cells, or the hull's rule is not Limits::all.
 inline constexpr std::size_t kMaxComponentCells = std::size_t{1} << 27;
 std::vector<HullComponent> hull_components(const hull::HullQuery& query,
                                            const HullComponentsOptions& options);

@@ -1,19 +1,18 @@
-// How a rigid thing moved, from its outlines in several cameras at several times (motion from
+// Rigid motion of an object from its outlines in several cameras at several times (motion from
 // silhouettes: Cipolla, Astrom and Giblin, 1995; Wong and Cipolla, 2001).
 //
-//        eye a ------------------- eye b     A plane through the centres of two cameras that
-//        touches the outline of one touches that of the
-//             \ \               / /          other: both touch the same point of the thing. Where
-//             the cameras look at different times, one is
-//              \   \  .---.  /   /           taken along with the motion; how far the two planes
-//              then come apart says how wrong that is.
-//               \    (     )    /
-//                \    `---'    /             It is the thing that is asked, not its hull, whose
-//                excess changes with the pose.
+//    eye a ------------------- eye b    A plane through both cameras' centres that is tangent to
+//         \ \               / /         one outline is tangent to the other: both touch the same
+//          \   \  .---.  /   /          point of the object (epipolar tangency). If the images
+//           \    (     )    /           are of different times, one camera is moved with the
+//            \    `---'    /            object. The distance between the two planes is the
+//                                       residual of the motion.
 //
-// Least squares over pairs of times half the window apart and pairs of cameras, a thousand at most
-// (Gauss and Newton). Whether the shape determines the turn about an axis is tried where the
-// velocity fits: turned by a little more and less, the planes must come apart.
+// The method uses the object itself, not its hull, whose excess volume changes with the pose.
+//
+// Gauss-Newton least squares over pairs of times half a window apart and pairs of cameras, at most
+// kMaxPairs of them. To test whether the shape determines the rotation about an axis, the fit
+// rotates the object a little in both directions; the planes must then separate.
 #pragma once
 #include <deque>
 #include <optional>
@@ -26,11 +25,11 @@ namespace fivepipe::collision {
 
 struct OutlineSnapshot {
   double time_s;
-  Eigen::Vector3d centroid_world_m;  // of the thing, about
+  Eigen::Vector3d centroid_world_m;  // of the object, approximate
   std::vector<ComponentOutline> outlines;
 };
 
-// Of the middle, straight and even; about it, even.
+// Constant velocity of the centroid and constant angular velocity about it.
 struct UniformMotion {
   Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_world_rad_s = Eigen::Vector3d::Zero();
@@ -38,15 +37,17 @@ struct UniformMotion {
 
 struct OutlineMotion {
   UniformMotion motion;
-  int determined_axes = 0;  // of rotation: 0, 2 or 3; about the others none is reported. 0, too,
-                            // where it turned or moved too unevenly to tell
-  double residual_m = 0;    // by which the planes come apart with this motion, root mean square: a
-                            // pixel's footprint; more: not rigid, or uneven
+  // Number of axes about which the rotation is determined: 0, 2 or 3. The angular velocity is zero
+  // about the others. Also 0 if the motion is too uneven to determine any.
+  int determined_axes = 0;
+  // RMS distance between the pairs of planes under this motion. About one pixel footprint for a
+  // rigid, uniform motion; larger otherwise.
+  double residual_m = 0;
 };
 
-// The motion that fits best, from a first guess; times ascend. size_m: the thing's, root mean
-// square from its middle. Nothing where cameras or times are too few, or no motion is found near
-// the guess.
+// Returns the best fit, starting from `guess`. Times must ascend. size_m is the object's RMS
+// distance from its centroid. Returns nullopt if there are too few cameras or times, or if no
+// motion near the guess fits.
 std::optional<OutlineMotion> outline_motion(const std::deque<OutlineSnapshot>& frames,
                                             const UniformMotion& guess, double size_m);
 

@@ -15,7 +15,6 @@ class ResponseEdgeCases : public ResponseTest {
   void expect_same(const collision::Response& a, const collision::Response& b) {
     EXPECT_EQ(a.status, b.status);
     EXPECT_EQ(a.cp_object_world_m, b.cp_object_world_m);
-    EXPECT_EQ(a.cp_object_triangle, b.cp_object_triangle);
     EXPECT_EQ(a.d_rec_m, b.d_rec_m);
     EXPECT_EQ(a.d_rec_error_m, b.d_rec_error_m);
     EXPECT_EQ(a.residual_m, b.residual_m);
@@ -30,7 +29,8 @@ TEST_F(ResponseEdgeCases, SphereOnPlaneHasADeterministicCpObject) {
   ASSERT_TRUE(collision_.colliding());
   const collision::Response response = respond_by_default();
   EXPECT_EQ(response.status, collision::RecoveryStatus::recovered);
-  // Deepest, not just farthest: nearly below the centre, and its way up is the depth.
+  // CP_obj is the deepest point, not only the farthest: nearly below the centre, so that V_rec is
+  // nearly vertical.
   EXPECT_LT((response.cp_object_world_m - rp_object_m_).head<2>().norm(), 0.004);
   EXPECT_NEAR(response.cp_hull_world_m.z(), 0, 1e-9);
   ASSERT_EQ(response.closed_form.status, collision::NormalStatus::defined);
@@ -65,14 +65,13 @@ TEST_F(ResponseEdgeCases, TiesBreakByTriangleThenPosition) {
       if (!first) first = response;
       ASSERT_NO_FATAL_FAILURE(expect_same(response, *first));
     } while (std::next_permutation(order.begin(), order.end()));
-    EXPECT_EQ(first->cp_object_triangle, 7u);
     EXPECT_EQ(first->cp_object_world_m, Vector3d(-0.01, 0, -0.01));
   }
 }
 
 TEST_F(ResponseEdgeCases, RecoveryIntoAnotherComponentIsStillColliding) {
-  // A bar over a ball, a needle that stands in the ball: freed of it upward, its other end is in
-  // the bar.
+  // A bar above a ball. A needle stands in the ball; after the move upward, its other end is in the
+  // bar.
   see({ball({0, 0, -0.03}, 0.02), {{-0.05, 0, 0.015}, {0.05, 0, 0.015}, 0.006}});
   const Vector3d tip(0, 0, -0.02), a(0.003, 0, 0.004), b(-0.002, 0.002, 0.004),
       c(-0.002, -0.002, 0.004);
@@ -83,37 +82,36 @@ TEST_F(ResponseEdgeCases, RecoveryIntoAnotherComponentIsStillColliding) {
   EXPECT_EQ(response.status, collision::RecoveryStatus::still_colliding);
   EXPECT_GT(response.residual_m, response.indifferent_m());
   ASSERT_FALSE(response.remaining_points.empty());
-  for (const collision::CollisionPoint& left : response.remaining_points)
-    EXPECT_GT(left.p_world_m.z(), 0.008);  // the bar's, not the ball's
-  // What the residual asks for leads through.
+  for (const collision::CollisionPoint& point : response.remaining_points)
+    EXPECT_GT(point.p_world_m.z(), 0.008);  // in the bar, not in the ball
+  // The residual leads through the bar.
   EXPECT_TRUE(
       moved((response.clear_distance_m() + response.residual_m + 1e-6) * response.v_rec_world)
           .points.size() < response.remaining_points.size());
 }
 
-TEST_F(ResponseEdgeCases, HullInsideTheObjectReportsNoCollisionPoint) {
+TEST_F(ResponseEdgeCases, HullInsideTheObjectHasNoCollisionPoint) {
   see({ball(kOrigin, 0.01)});
   place(collision::world_triangles(geometry::box_mesh({0.08, 0.08, 0.08}), at(kOrigin)), kOrigin);
   EXPECT_EQ(collision_.verdict, collision::CollisionVerdict::undecided);
   EXPECT_TRUE(collision_.points.empty());
-  bool asked = false;
+  bool requeried = false;
   const collision::Response response =
       collision::respond(query(), collision_, {kOrigin, std::nullopt}, [&](const Vector3d&) {
-        asked = true;
+        requeried = true;
         return collision::ObjectCollision{};
       });
   EXPECT_EQ(response.status, collision::RecoveryStatus::no_collision_point);
   EXPECT_FALSE(response.has_exit());
-  EXPECT_FALSE(asked);
+  EXPECT_FALSE(requeried);
 }
 
 TEST_F(ResponseEdgeCases, ObjectInsideTheHullExitsAlongAGivenDirection) {
   place(collision::world_triangles(geometry::sphere_mesh(0.01, 1), at(kOrigin)), kOrigin);
   ASSERT_TRUE(collision_.colliding());
   const collision::Response response = respond_to({kOrigin, Vector3d(0, 0, 3)}, {.height_m = 0.1});
-  EXPECT_EQ(response.status,
-            collision::RecoveryStatus::still_colliding);  // CP_obj is out, the rest of the ball is
-                                                          // not yet
+  // CP_obj has left the hull, the rest of the ball has not.
+  EXPECT_EQ(response.status, collision::RecoveryStatus::still_colliding);
   EXPECT_GT(response.residual_m, 0);
   EXPECT_LE(response.residual_m, 0.1);
   EXPECT_TRUE(
@@ -121,17 +119,17 @@ TEST_F(ResponseEdgeCases, ObjectInsideTheHullExitsAlongAGivenDirection) {
           .points.empty());
 }
 
-TEST_F(ResponseEdgeCases, OutwardSearchFromAReferenceInTheHullReportsItsStatus) {
+TEST_F(ResponseEdgeCases, OutwardSearchTowardsAReferenceInTheHullHasNoExit) {
   place({0, 0, 0.03});
   ASSERT_TRUE(inside(rp_object_m_));
   EXPECT_EQ(respond_by_default({.search = collision::HullSearch::outward}).status,
-            collision::RecoveryStatus::no_exit_within_reach);  // the whole way is in the hull
+            collision::RecoveryStatus::no_exit_within_reach);  // all of V_rec is in the hull
   collision_.points = {{rp_object_m_, 0}};
   EXPECT_EQ(respond_by_default({.search = collision::HullSearch::outward}).status,
             collision::RecoveryStatus::direction_undefined);
 }
 
-TEST_F(ResponseEdgeCases, StalePointsWithAnEmptyHullGiveADefinedResponse) {
+TEST_F(ResponseEdgeCases, StalePointsInAnEmptyHullAreRecoveredAtOnce) {
   place({0, 0, 0.083});
   ASSERT_TRUE(collision_.colliding());
   see(std::vector<hull::Silhouette>{});

@@ -1,5 +1,4 @@
-// The parts of recovery.h on random scenes against the exact reference and in_hull(); CP_obj by
-// definition.
+// recovery.h against the exact reference and in_hull() on random scenes; CP_obj by its definition.
 #include <iostream>
 
 #include "common/collision/response/hull_normal.h"
@@ -12,12 +11,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kExact_m = 1e-5;  // 0.01 mm, of issue 4
+constexpr double kExact_m = 1e-5;  // what counts as exact: 0.01 mm
 constexpr double kReach_m = 0.5;
 
-TEST(Recovery, ExitsAreThoseOfTheExactReferenceOnRandomScenes) {
+TEST(Recovery, ExitsEqualTheExactReferenceOnRandomScenes) {
   Random random(41);
-  int ways = 0, unconfirmed = 0;
+  int exits = 0, unconfirmed = 0;
   double worst_m = 0;
   for (int scene = 0; scene < 90; ++scene) {
     const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
@@ -26,16 +25,17 @@ TEST(Recovery, ExitsAreThoseOfTheExactReferenceOnRandomScenes) {
       for (int i = 0; i < 40; ++i) {
         const Vector3d p = random_in_ball(random, 0.25), direction = random_direction(random);
         if (!hull::in_hull(silhouettes, p, rule)) continue;
-        const auto way = hull::reference_intervals(silhouettes, {p, direction}, 0, kReach_m, rule);
-        ASSERT_FALSE(way.empty());
+        const auto intervals =
+            hull::reference_intervals(silhouettes, {p, direction}, 0, kReach_m, rule);
+        ASSERT_FALSE(intervals.empty());
         const auto outward = collision::exit_outward(hull.query, p, direction, kReach_m),
                    from_base = collision::exit_from_base(hull.query, p, direction, kReach_m);
-        ASSERT_EQ(outward.has_value(), way.front().leave < kReach_m);
-        ASSERT_EQ(from_base.has_value(), way.back().leave < kReach_m);
-        for (const auto& [exit, exact_m] :
-             {std::pair{outward, way.front().leave}, std::pair{from_base, way.back().leave}}) {
+        ASSERT_EQ(outward.has_value(), intervals.front().leave < kReach_m);
+        ASSERT_EQ(from_base.has_value(), intervals.back().leave < kReach_m);
+        for (const auto& [exit, exact_m] : {std::pair{outward, intervals.front().leave},
+                                            std::pair{from_base, intervals.back().leave}}) {
           if (!exit) continue;
-          ++ways;
+          ++exits;
           worst_m = std::max(worst_m, std::abs(exit->distance_m - exact_m));
           if (exit->error_m < collision::kMaxRounding_m) {
             EXPECT_FALSE(hull::in_hull(silhouettes,
@@ -49,18 +49,19 @@ TEST(Recovery, ExitsAreThoseOfTheExactReferenceOnRandomScenes) {
       }
     }
   }
-  std::cout << ways << " exits, " << worst_m * 1000 << " mm from the exact reference at most, "
-            << unconfirmed << " not confirmed by in_hull() within a micrometre\n";
-  EXPECT_GT(ways, 2000);
+  std::cout << exits << " exits, " << worst_m * 1000
+            << " mm largest difference from the exact reference, " << unconfirmed
+            << " not confirmed by in_hull() within 1 um\n";
+  EXPECT_GT(exits, 2000);
   EXPECT_LT(worst_m, kExact_m);
-  EXPECT_LE(unconfirmed, ways / 1000);
+  EXPECT_LE(unconfirmed, exits / 1000);
 }
 
 TEST(Recovery, SampledExitPrecedesTheExactOneByAtMostAStep) {
   Random random(42);
   const auto silhouettes = silhouettes_of(random_object(random, 4), random_cameras(random, 4));
   const Queries hull(silhouettes);
-  int missed = 0, ways = 0;
+  int missed = 0, exits = 0;
   for (int i = 0; i < 300; ++i) {
     const Vector3d p = random_in_ball(random, 0.25), direction = random_direction(random);
     if (!hull::in_hull(silhouettes, p)) continue;
@@ -68,15 +69,15 @@ TEST(Recovery, SampledExitPrecedesTheExactOneByAtMostAStep) {
                sampled = collision::exit_sampled(hull.query, p, direction, kReach_m, 400);
     ASSERT_EQ(exact.has_value(), sampled.has_value());
     if (!exact) continue;
-    ++ways;
+    ++exits;
     EXPECT_LE(sampled->distance_m, exact->distance_m + exact->error_m);
     missed += exact->distance_m > sampled->distance_m + sampled->error_m;
   }
-  EXPECT_GT(ways, 20);
-  EXPECT_LE(missed, ways / 10);  // parts of the hull thinner than a step
+  EXPECT_GT(exits, 20);
+  EXPECT_LE(missed, exits / 10);  // the hull is thinner than a step there
 }
 
-TEST(Recovery, CpObjectIsTheFarthestOrDeepestNearTie) {
+TEST(Recovery, CpObjectIsTheFarthestOrTheDeepestOfNearTies) {
   Random random(43);
   const auto silhouettes = silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.1}}, random_cameras(random, 5));
   const Queries hull(silhouettes);
@@ -107,7 +108,7 @@ TEST(Recovery, CpObjectIsTheFarthestOrDeepestNearTie) {
   }
 }
 
-TEST(Recovery, ExitIsZeroOutsideAndAbsentWithoutAHull) {
+TEST(Recovery, ExitIsZeroOutsideTheHullAndAbsentWithinReach) {
   Random random(44);
   const auto silhouettes = silhouettes_of({{{0, 0, 0}, {0, 0, 0}, 0.1}}, random_cameras(random, 5));
   const Queries hull(silhouettes);
@@ -128,8 +129,6 @@ TEST(Recovery, ExitIsZeroOutsideAndAbsentWithoutAHull) {
   EXPECT_TRUE(!nan || nan->distance_m == 0);
 }
 
-// By `seen`, a camera that sees the whole scene limits as by `all`; one that does not see a point
-// does not.
 TEST(Recovery, LimitsSeenEqualsLimitsAllWhenAllCamerasSeeEverything) {
   Random random(45);
   int compared = 0;

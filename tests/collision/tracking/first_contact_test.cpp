@@ -1,4 +1,4 @@
-// The first contact between two frames.
+// First contact between two frames.
 #include <algorithm>
 #include <cstdlib>
 #include <limits>
@@ -16,28 +16,28 @@ using Eigen::Vector3d;
 
 constexpr double kFrame_s = 1.0 / 60, kPixel_m = 0.0015;
 
-// One frame, with all it needs.
+// A frame with its hull and components.
 struct Frame {
   base::WorkerPool pool{1};
   hull::CpuHull hull;
   hull::HullQuery query;
-  std::vector<collision::HullComponent> parts;
+  std::vector<collision::HullComponent> components;
   Frame(const std::vector<hull::Capsule>& object, const std::vector<geometry::Camera>& cameras,
         const Eigen::AlignedBox3d& within, double cell_m = kPixel_m)
       : hull(pool, silhouettes_of(object, cameras)),
         query(hull),
-        parts(collision::hull_components(query, {within, cell_m, 1})) {}
+        components(collision::hull_components(query, {within, cell_m, 1})) {}
 };
 
 std::vector<geometry::Camera> lab_cameras() { return ring(4, 1.2, 0.6, 320, 320 * kPixel_m); }
 
-// A thing on its way, 5 m/s, from -x to x, some of the frame's way before the plate at t = 0 and
-// the rest behind it.
+// A capsule that flies at 5 m/s from -x to x. It passes the plate at x = 0 after the fraction
+// `before` of the frame.
 struct Throw {
   double radius_m, before, offset_y_m, offset_z_m;
-  Vector3d way;
-  std::vector<hull::Capsule> at(double t) const {  // in frames
-    const Vector3d p = Vector3d(0, offset_y_m, offset_z_m) + (t - before) * way;
+  Vector3d move_m;                                 // per frame
+  std::vector<hull::Capsule> at(double t) const {  // t in frames
+    const Vector3d p = Vector3d(0, offset_y_m, offset_z_m) + (t - before) * move_m;
     return {{p, p + Vector3d(0, 0.004, 0.002), radius_m}};
   }
 };
@@ -53,24 +53,25 @@ Eigen::AlignedBox3d around(const std::vector<hull::Capsule>& object) {
 std::optional<collision::FirstContact> thrown(const Throw& t, const collision::Bvh& plate,
                                               const std::vector<geometry::Camera>& cameras) {
   const Frame before(t.at(0), cameras, around(t.at(0))), after(t.at(1), cameras, around(t.at(1)));
-  EXPECT_EQ(before.parts.size(), 1u);
-  EXPECT_EQ(after.parts.size(), 1u);
-  if (before.parts.size() != 1 || after.parts.size() != 1) return std::nullopt;
-  return collision::first_contact(
-      {&before.query, 1.0, before.parts[0]}, {&after.query, 1.0 + kFrame_s, after.parts[0]},
-      {&plate, Isometry3d::Identity(), Isometry3d::Identity()}, {.step_m = kPixel_m});
+  EXPECT_EQ(before.components.size(), 1u);
+  EXPECT_EQ(after.components.size(), 1u);
+  if (before.components.size() != 1 || after.components.size() != 1) return std::nullopt;
+  return collision::first_contact({&before.query, 1.0, before.components[0]},
+                                  {&after.query, 1.0 + kFrame_s, after.components[0]},
+                                  {&plate, Isometry3d::Identity(), Isometry3d::Identity()},
+                                  {.step_m = kPixel_m});
 }
 
 Throw random_throw(Random& random) {
-  const Vector3d way =
+  const Vector3d move_m =
       5 * kFrame_s * (Vector3d::UnitX() + random_in_ball(random, 0.3)).normalized();
   return {uniform(random, 1.5, 6) * kPixel_m, uniform(random, 0.35, 0.65), 0, 0,
-          way};  // 3 to 12 px wide
+          move_m};  // 3 to 12 px in diameter
 }
 
 int throws() { return std::getenv("FIVEPIPE_LONG") ? 1000 : 60; }
 
-// A plate of 5 mm, across the way; neither frame shows the thing in it.
+// A plate of 5 mm across the path; the capsule is outside of it in both frames.
 TEST(FirstContact, ThinFastComponentDoesNotTunnelThroughAPlate) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
@@ -82,34 +83,33 @@ TEST(FirstContact, ThinFastComponentDoesNotTunnelThroughAPlate) {
     const auto contact = thrown(t, plate, cameras);
     missed += !contact;
     if (!contact) continue;
-    // When the thing's face met the plate's: a capsule's, whichever of its ends is in front.
+    // Time at which the capsule's surface reaches the plate's face.
     const Vector3d p = t.at(0)[0].a_world_m;
-    const double truth_s = 1 + kFrame_s * (-0.0025 - t.radius_m - p.x()) / t.way.x();
+    const double truth_s = 1 + kFrame_s * (-0.0025 - t.radius_m - p.x()) / t.move_m.x();
     errors_s.push_back(std::abs(contact->time_s - truth_s));
     EXPECT_LT(std::abs(contact->p_world_m.x()), 0.0026);
     EXPECT_FALSE(contact->coarse);
   }
   std::sort(errors_s.begin(), errors_s.end());
   EXPECT_EQ(missed, 0);
-  std::printf("%d throws, %d missed; time off by %.2f ms at p95 (a frame has %.1f ms)\n", throws(),
+  std::printf("%d throws, %d missed; p95 of the time error %.2f ms (frame %.1f ms)\n", throws(),
               missed, 1e3 * errors_s[errors_s.size() * 95 / 100], 1e3 * kFrame_s);
   EXPECT_LT(errors_s[errors_s.size() * 95 / 100], 0.1 * kFrame_s);
 }
 
-// Past the plate's edge, by three pixels and more.
-TEST(FirstContact, ANearMissIsNotReported) {
+// Passes the plate's edge at a distance of at least three pixels.
+TEST(FirstContact, NearMissIsNotReported) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   Random random(2);
   int reported = 0;
   for (int i = 0; i < throws(); ++i) {
     Throw t = random_throw(random);
     const double beside_m = uniform(random, 3, 12) * kPixel_m;
-    // The plate ends where the thing, on its slanting way, has passed at that distance: as far as
-    // it gets to y anywhere in the plate.
+    // The plate's edge is beside_m from the capsule's largest y while it passes the plate.
     double max_y = 0;
     for (double s = 0; s <= 1; s += 0.01)
       if (const Vector3d p = t.at(s)[0].b_world_m;
-          std::abs(p.x()) < 0.0025 + t.radius_m + 0.1 * std::abs(t.way.x()))
+          std::abs(p.x()) < 0.0025 + t.radius_m + 0.1 * std::abs(t.move_m.x()))
         max_y = std::max({max_y, p.y(), t.at(s)[0].a_world_m.y()});
     geometry::Mesh plate = geometry::box_mesh({0.005, 0.2, 0.3});
     for (Vector3d& v : plate.vertices_m) v.y() += 0.1 + max_y + t.radius_m + beside_m;
@@ -124,26 +124,25 @@ TEST(FirstContact, ComponentInFrontOfThePlateHasNoContact) {
   const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
   Throw t{0.01, 1.3, 0, 0, Vector3d(0.08, 0, 0)};
   EXPECT_FALSE(thrown(t, plate, cameras));
-  t.before = 0.9;  // gets there just before the frame after
+  t.before = 0.9;  // reaches the plate just before the later frame
   EXPECT_TRUE(thrown(t, plate, cameras));
 }
 
-TEST(FirstContact, MovingPlateAgainstAStaticComponent) {
+TEST(FirstContact, MovingPlateMeetsAStaticComponent) {
   const std::vector<geometry::Camera> cameras = lab_cameras();
   const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
   const Frame frame(object, cameras, around(object));
   const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
-  const auto contact =
-      collision::first_contact({&frame.query, 0, frame.parts[0]}, {&frame.query, 1, frame.parts[0]},
-                               {&plate, at({-0.1, 0, 0}), at({0.1, 0, 0})});
+  const auto contact = collision::first_contact({&frame.query, 0, frame.components[0]},
+                                                {&frame.query, 1, frame.components[0]},
+                                                {&plate, at({-0.1, 0, 0}), at({0.1, 0, 0})});
   ASSERT_TRUE(contact);
   EXPECT_NEAR(contact->time_s, (0.1 - 0.0125) / 0.2, 0.02);
   EXPECT_LT(contact->time_error_s, 1e-3);
 }
 
-// A ball and a plate that both turn by a quarter about the world's middle, the plate about its own
-// origin there: at the ends they are as far apart as in the beginning, half way the ball has passed
-// the plate's place.
+// A ball and a plate both rotate by a quarter turn about the world's origin. Their distance is the
+// same in both frames, but in between the ball, which moves on the chord, crosses the plate.
 TEST(FirstContact, RotatingComponentUsesItsArcLength) {
   const std::vector<geometry::Camera> cameras = ring(4, 1.5, 0.6, 400, 1.2);
   const std::vector<hull::Capsule> before = {ball({0.3, 0, 0}, 0.02)},
@@ -156,7 +155,7 @@ TEST(FirstContact, RotatingComponentUsesItsArcLength) {
   Isometry3d turned = Isometry3d::Identity();
   turned.linear() = Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitZ()).toRotationMatrix();
   const auto contact = collision::first_contact(
-      {&first.query, 0, first.parts[0]}, {&second.query, 1, second.parts[0]},
+      {&first.query, 0, first.components[0]}, {&second.query, 1, second.components[0]},
       {&tree, Isometry3d::Identity(), turned},
       {.rotation_world_rad = Vector3d(0, 0, std::numbers::pi / 2)});
   ASSERT_TRUE(contact);
@@ -169,15 +168,15 @@ TEST(FirstContact, ReportsInitialContactAndCoarseSteps) {
   const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
   const Frame frame(object, cameras, around(object));
   const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
-  const auto already =
-      collision::first_contact({&frame.query, 3, frame.parts[0]}, {&frame.query, 4, frame.parts[0]},
-                               {&plate, at({0.005, 0, 0}), at({0.1, 0, 0})});
-  ASSERT_TRUE(already);
-  EXPECT_EQ(already->time_s, 3);
-  EXPECT_EQ(already->time_error_s, 0);
-  const auto coarse =
-      collision::first_contact({&frame.query, 0, frame.parts[0]}, {&frame.query, 1, frame.parts[0]},
-                               {&plate, at({-0.1, 0, 0}), at({0, 0, 0})}, {.max_steps = 4});
+  const auto initial = collision::first_contact({&frame.query, 3, frame.components[0]},
+                                                {&frame.query, 4, frame.components[0]},
+                                                {&plate, at({0.005, 0, 0}), at({0.1, 0, 0})});
+  ASSERT_TRUE(initial);
+  EXPECT_EQ(initial->time_s, 3);
+  EXPECT_EQ(initial->time_error_s, 0);
+  const auto coarse = collision::first_contact(
+      {&frame.query, 0, frame.components[0]}, {&frame.query, 1, frame.components[0]},
+      {&plate, at({-0.1, 0, 0}), at({0, 0, 0})}, {.max_steps = 4});
   ASSERT_TRUE(coarse);
   EXPECT_TRUE(coarse->coarse);
 }
@@ -191,15 +190,16 @@ TEST(FirstContact, IgnoresOtherComponents) {
   const Frame first(before, cameras, space, 0.003), second(after, cameras, space, 0.003);
   geometry::Mesh small = geometry::box_mesh({0.005, 0.03, 0.03});
   for (Vector3d& v : small.vertices_m)
-    v += other + Vector3d(-0.05, 0, 0);  // where the other ball would pass, were it moved
-  const auto part_near = [](const Frame& f, double y) {
-    return *std::find_if(f.parts.begin(), f.parts.end(), [&](const collision::HullComponent& p) {
-      return std::abs(p.centroid_world_m.y() - y) < 0.02;
-    });
+    v += other + Vector3d(-0.05, 0, 0);  // where the other ball would be if it had moved
+  const auto component_near = [](const Frame& f, double y) {
+    return *std::find_if(f.components.begin(), f.components.end(),
+                         [&](const collision::HullComponent& p) {
+                           return std::abs(p.centroid_world_m.y() - y) < 0.02;
+                         });
   };
   const collision::Bvh tree(small);
-  EXPECT_FALSE(collision::first_contact({&first.query, 0, part_near(first, 0)},
-                                        {&second.query, 1, part_near(second, 0)},
+  EXPECT_FALSE(collision::first_contact({&first.query, 0, component_near(first, 0)},
+                                        {&second.query, 1, component_near(second, 0)},
                                         {&tree, Isometry3d::Identity(), Isometry3d::Identity()}));
 }
 
@@ -208,14 +208,14 @@ TEST(FirstContact, RejectsInvalidArguments) {
   const std::vector<hull::Capsule> object = {ball(kOrigin, 0.01)};
   const Frame frame(object, cameras, around(object));
   const collision::Bvh plate(geometry::box_mesh({0.005, 0.3, 0.3}));
-  const collision::HullSnapshot now{&frame.query, 1, frame.parts[0]},
-      later{&frame.query, 2, frame.parts[0]};
-  const collision::MovingObject still{&plate, Isometry3d::Identity(), Isometry3d::Identity()};
-  EXPECT_THROW(collision::first_contact(later, now, still), std::invalid_argument);
-  EXPECT_THROW(collision::first_contact(now, later, still, {.step_m = 0}), std::invalid_argument);
+  const collision::HullSnapshot now{&frame.query, 1, frame.components[0]},
+      later{&frame.query, 2, frame.components[0]};
+  const collision::MovingObject resting{&plate, Isometry3d::Identity(), Isometry3d::Identity()};
+  EXPECT_THROW(collision::first_contact(later, now, resting), std::invalid_argument);
+  EXPECT_THROW(collision::first_contact(now, later, resting, {.step_m = 0}), std::invalid_argument);
   EXPECT_THROW(
       collision::first_contact(
-          now, later, still,
+          now, later, resting,
           {.rotation_world_rad = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())}),
       std::invalid_argument);
   EXPECT_THROW(

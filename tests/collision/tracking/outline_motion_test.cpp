@@ -1,4 +1,4 @@
-// Motion from outlines: against outlines without pixels, and what the outlines of parts are.
+// Motion from exact outlines without pixels, and the outlines of hull components.
 #include <algorithm>
 #include <functional>
 #include <limits>
@@ -13,7 +13,7 @@ namespace {
 using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
-// A board's corners, moved a little.
+// Corners of a board with random offsets.
 std::vector<Vector3d> random_board(Random& random) {
   std::vector<Vector3d> points;
   for (int i = 0; i < 8; ++i)
@@ -45,7 +45,7 @@ struct Script {
   }
 };
 
-// Of the points' convex hull, exact: rays to points within don't touch.
+// Exact outlines of the points' convex hull. Rays to interior points are never tangent.
 std::deque<collision::OutlineSnapshot> outlines_of(const std::vector<Vector3d>& points,
                                                    const Script& script,
                                                    const std::vector<geometry::Camera>& cameras,
@@ -85,7 +85,7 @@ TEST(OutlineMotion, IsExactForExactOutlines) {
     const auto found = collision::outline_motion(seen, guess, 0.08);
     ASSERT_TRUE(found) << scene;
     EXPECT_EQ(found->determined_axes, 3) << scene;
-    // The last step turned by less than two milliradians over the window.
+    // The last step rotates by less than 2 mrad over the window.
     const double window_s = seen.back().time_s - seen.front().time_s;
     EXPECT_LT(
         (found->motion.angular_velocity_world_rad_s - script.motion.angular_velocity_world_rad_s)
@@ -118,8 +118,8 @@ TEST(OutlineMotion, RotationOfRoundObjectsIsUndetermined) {
                                   {script.motion.velocity_world_m_s, kOrigin}, 0.09);
     ASSERT_TRUE(of_rod);
     EXPECT_EQ(of_rod->determined_axes, 2);
-    EXPECT_LT(std::abs(of_rod->motion.angular_velocity_world_rad_s.x()),
-              0.05);  // none about itself, which lies along x in the middle
+    // No rotation about the rod's own axis, which is x at the centre of the window.
+    EXPECT_LT(std::abs(of_rod->motion.angular_velocity_world_rad_s.x()), 0.05);
     EXPECT_LT(
         (of_rod->motion.angular_velocity_world_rad_s - script.motion.angular_velocity_world_rad_s)
             .tail<2>()
@@ -128,7 +128,7 @@ TEST(OutlineMotion, RotationOfRoundObjectsIsUndetermined) {
   }
 }
 
-// Of a perfect ball: each outline a circle of a cone round the eye.
+// Outlines of a perfect ball: circles on the cone that is tangent from the eye.
 std::deque<collision::OutlineSnapshot> outlines_of_ball(
     double radius_m, const std::vector<geometry::Camera>& cameras, int frames,
     const std::function<Vector3d(double)>& center_m) {
@@ -138,15 +138,15 @@ std::deque<collision::OutlineSnapshot> outlines_of_ball(
     collision::OutlineSnapshot at{100 + t_s, center_m(t_s), {}};
     for (const geometry::Camera& camera : cameras) {
       collision::ComponentOutline outline{geometry::camera_center_world_m(camera), {}};
-      const Vector3d sight = at.centroid_world_m - outline.eye_world_m,
-                     across = sight.unitOrthogonal();
-      const double tangent_m = std::sqrt(sight.squaredNorm() - radius_m * radius_m),
-                   sine = radius_m / sight.norm();
+      const Vector3d to_center = at.centroid_world_m - outline.eye_world_m,
+                     across = to_center.unitOrthogonal();
+      const double tangent_m = std::sqrt(to_center.squaredNorm() - radius_m * radius_m),
+                   sine = radius_m / to_center.norm();
       for (int k = 0; k < 200; ++k) {
         const Vector3d out =
-            AngleAxisd(2 * std::numbers::pi * k / 200, sight.normalized()) * across;
+            AngleAxisd(2 * std::numbers::pi * k / 200, to_center.normalized()) * across;
         outline.corners_world.push_back(
-            tangent_m * (std::sqrt(1 - sine * sine) * sight.normalized() + sine * out));
+            tangent_m * (std::sqrt(1 - sine * sine) * to_center.normalized() + sine * out));
       }
       at.outlines.push_back(outline);
     }
@@ -155,26 +155,26 @@ std::deque<collision::OutlineSnapshot> outlines_of_ball(
   return seen;
 }
 
-TEST(OutlineMotion, WrongInitialGuessGivesABallNoRotation) {
+TEST(OutlineMotion, WrongGuessGivesABallNoRotation) {
   Random random(5);
   const auto cameras = ring(6, 1.6, 0.5, 480, 1.1);
-  for (const double off_m_s : {0.1, 0.2, 0.3, 0.5, 0.7, 1.0})
+  for (const double error_m_s : {0.1, 0.2, 0.3, 0.5, 0.7, 1.0})
     for (const int frames : {6, 12, 20, 48}) {
       const Script script = random_script(random, 0.3, 0);
       const auto seen = outlines_of_ball(0.05, cameras, frames, [&](double t_s) {
         return Vector3d(script.center_m + t_s * script.motion.velocity_world_m_s);
       });
       const auto found = collision::outline_motion(
-          seen, {script.motion.velocity_world_m_s + off_m_s * random_direction(random), kOrigin},
+          seen, {script.motion.velocity_world_m_s + error_m_s * random_direction(random), kOrigin},
           0.04);
-      ASSERT_TRUE(found) << off_m_s << " m/s, " << frames;
-      EXPECT_EQ(found->determined_axes, 0) << off_m_s << " m/s, " << frames;
+      ASSERT_TRUE(found) << error_m_s << " m/s, " << frames;
+      EXPECT_EQ(found->determined_axes, 0) << error_m_s << " m/s, " << frames;
       EXPECT_EQ(found->motion.angular_velocity_world_rad_s, kOrigin);
-      EXPECT_LT(found->residual_m, 1e-4) << off_m_s << " m/s, " << frames;
+      EXPECT_LT(found->residual_m, 1e-4) << error_m_s << " m/s, " << frames;
       EXPECT_LT((found->motion.velocity_world_m_s - script.motion.velocity_world_m_s).norm() *
                     (frames - 1) / 60,
                 1e-4)
-          << off_m_s << " m/s, " << frames;
+          << error_m_s << " m/s, " << frames;
     }
 }
 
@@ -182,7 +182,7 @@ TEST(OutlineMotion, DeceleratingBallHasNoRotation) {
   const auto cameras = ring(6, 1.6, 0.5, 480, 1.1);
   for (const int frames : {8, 20, 48})
     for (const double stops_s :
-         {-0.2, -0.1, -0.05, 0.0, 0.05, 0.1, 0.2}) {  // from the window's middle
+         {-0.2, -0.1, -0.05, 0.0, 0.05, 0.1, 0.2}) {  // relative to the window's centre
       const auto seen = outlines_of_ball(0.05, cameras, frames, [&](double t_s) {
         return Vector3d(std::min(t_s - stops_s, 0.0), 0, 0);
       });
@@ -195,10 +195,10 @@ TEST(OutlineMotion, DeceleratingBallHasNoRotation) {
     }
 }
 
-TEST(OutlineMotion, StoppingBoardReportsNoRotation) {
+TEST(OutlineMotion, StoppingBoardHasNoRotation) {
   Random random(6);
   const auto cameras = ring(6, 1.6, 0.5, 480, 1.1);
-  int told = 0;
+  int found_count = 0;
   for (int scene = 0; scene < 10; ++scene) {
     const auto points = random_board(random);
     const Script script = random_script(random, 1, 3);
@@ -208,15 +208,15 @@ TEST(OutlineMotion, StoppingBoardReportsNoRotation) {
       seen[i] = {seen[i].time_s, stopped.centroid_world_m, stopped.outlines};
     const auto found = collision::outline_motion(seen, script.motion, 0.08);
     if (!found) continue;
-    ++told;
+    ++found_count;
     EXPECT_EQ(found->determined_axes, 0) << scene;
     EXPECT_EQ(found->motion.angular_velocity_world_rad_s, kOrigin) << scene;
     EXPECT_GT(found->residual_m, 0.002) << scene;
   }
-  EXPECT_GT(told, 0);
+  EXPECT_GT(found_count, 0);
 }
 
-TEST(OutlineMotion, TooFewFramesOrCamerasGiveNullopt) {
+TEST(OutlineMotion, TooFewFramesOrCamerasGiveNoMotion) {
   Random random(3);
   const auto points = random_board(random);
   const Script script = random_script(random, 0.5, 2);
@@ -232,7 +232,8 @@ TEST(OutlineMotion, TooFewFramesOrCamerasGiveNullopt) {
   EXPECT_FALSE(collision::outline_motion(outlines_of(points, script, cameras, 6), {}, kNan));
 }
 
-std::vector<collision::HullComponent> parts_of(const std::vector<hull::Silhouette>& silhouettes) {
+std::vector<collision::HullComponent> components_of(
+    const std::vector<hull::Silhouette>& silhouettes) {
   base::WorkerPool pool(1);
   hull::CpuHull hull(pool, silhouettes);
   return collision::hull_components(
@@ -240,15 +241,15 @@ std::vector<collision::HullComponent> parts_of(const std::vector<hull::Silhouett
       {{Vector3d(-0.5, -0.5, -0.4), Vector3d(0.5, 0.5, 0.4)}, 0.005, 20, true});
 }
 
-// The outermost pixels are the outline's corners, and none lies outside it.
+// The corners are object pixels, and no object pixel is outside the outline.
 TEST(ComponentOutlines, ContainTheObjectPixels) {
   Random random(4);
   const auto silhouettes = silhouettes_of(random_object(random, 4), ring(4, 1.6, 0.6, 300, 1.1));
-  const auto parts = parts_of(silhouettes);
-  ASSERT_FALSE(parts.empty());
+  const auto components = components_of(silhouettes);
+  ASSERT_FALSE(components.empty());
   int seen = 0;
   for (const hull::Silhouette& s : silhouettes)
-    for (const collision::ComponentOutline& outline : parts[0].outlines) {
+    for (const collision::ComponentOutline& outline : components[0].outlines) {
       if ((outline.eye_world_m - geometry::camera_center_world_m(s.camera)).norm() > 1e-9) continue;
       ++seen;
       std::vector<Eigen::Vector2d> corners;
@@ -266,33 +267,33 @@ TEST(ComponentOutlines, ContainTheObjectPixels) {
             nearest = std::min(nearest, at.norm());
           }
         }
-      EXPECT_NEAR(outermost_px, 0, 1e-6);  // on the border, none beyond
+      EXPECT_NEAR(outermost_px, 0, 1e-6);  // pixels on the border, none beyond
       EXPECT_LT(nearest, 1e-6);
     }
   EXPECT_EQ(seen, 4);
 }
 
-TEST(ComponentOutlines, OccludingOrClippedComponentsHaveNoOutline) {
-  // Along the line of sight of the first camera, apart for the others.
+TEST(ComponentOutlines, OverlappingOrClippedPiecesHaveNoOutline) {
+  // The balls overlap in the first camera's image only.
   const std::vector<geometry::Camera> cameras = ring(5, 1.6, 0.3, 300, 1.1);
-  const Vector3d sight = geometry::camera_center_world_m(cameras[0]).normalized();
-  const auto parts =
-      parts_of(silhouettes_of({ball(-0.15 * sight, 0.03), ball(0.15 * sight, 0.03)}, cameras));
-  ASSERT_EQ(parts.size(), 2u);
-  for (const collision::HullComponent& part : parts) {
-    EXPECT_EQ(part.outlines.size(), 4u);
-    for (const collision::ComponentOutline& outline : part.outlines)
+  const Vector3d to_center = geometry::camera_center_world_m(cameras[0]).normalized();
+  const auto components = components_of(
+      silhouettes_of({ball(-0.15 * to_center, 0.03), ball(0.15 * to_center, 0.03)}, cameras));
+  ASSERT_EQ(components.size(), 2u);
+  for (const collision::HullComponent& component : components) {
+    EXPECT_EQ(component.outlines.size(), 4u);
+    for (const collision::ComponentOutline& outline : component.outlines)
       EXPECT_GT((outline.eye_world_m - geometry::camera_center_world_m(cameras[0])).norm(), 0.1);
   }
   std::vector<geometry::Camera> narrow = cameras;
   narrow[2] = camera_at(geometry::camera_center_world_m(cameras[2]), 60,
-                        0.1);  // the thing's middle, and no border of it but one
-  for (const collision::HullComponent& part :
-       parts_of(silhouettes_of({ball({0, 0, 0.03}, 0.04)}, narrow)))
-    EXPECT_EQ(part.outlines.size(), 4u);
+                        0.1);  // sees the centre of the ball, clipped at the image border
+  for (const collision::HullComponent& component :
+       components_of(silhouettes_of({ball({0, 0, 0.03}, 0.04)}, narrow)))
+    EXPECT_EQ(component.outlines.size(), 4u);
 }
 
-TEST(ComponentOutlines, SharedBlobsHaveNoOutline) {
+TEST(ComponentOutlines, PiecesOfTwoComponentsHaveNoOutline) {
   const Vector3d left(-0.1, 0, 0), right(0.1, 0, 0);
   base::WorkerPool pool(1);
   hull::CpuHull hull(

@@ -1,4 +1,4 @@
-#include "sim_node/rigid_bodies.h"
+#include "sim_node/objects/rigid_bodies.h"
 
 #include <btBulletDynamicsCommon.h>
 
@@ -7,14 +7,14 @@
 namespace fivepipe::sim {
 namespace {
 
-// Smooth wood on wood; the scene states none.
+// Friction coefficient of smooth wood on wood; the scene has no setting.
 constexpr double kFriction = 0.5;
-// A body that moves more than this part of its smallest half extent in a step is swept, so that it
-// does not pass a thin plate between two steps; swept as a sphere of half that extent, well inside
-// the body.
+// Continuous collision detection: a body that moves more than this fraction of its smallest half
+// extent per step is swept, so that it does not pass through a thin plate. It is swept as a sphere
+// with half that extent as radius, well inside the body.
 constexpr double kSweptFromExtents = 1.0, kSweptSphereExtents = 0.5;
 
-// Bullet thickens meshes and convex hulls by a margin, 4 cm if not told; boxes and balls keep their
+// Bullet thickens meshes and convex hulls by a margin, by default 4 cm. Boxes and balls keep their
 // size.
 constexpr double kMeshMargin_m = 0.001;
 
@@ -37,8 +37,8 @@ Eigen::Isometry3d eigen(const btTransform& b_from_a) {
   return result;
 }
 
-// A body with what it refers to. Bullet puts a body's origin into its centre of mass:
-// object_from_body moves it there.
+// A body and the shapes that it refers to. Bullet places a body's origin at its centre of mass;
+// object_from_body accounts for it.
 struct Body {
   std::unique_ptr<btTriangleMesh> triangles;
   std::unique_ptr<btCollisionShape> shape;
@@ -80,18 +80,17 @@ Body body_of(const config::SceneObject& object) {
   Body body;
   make_shape(object, body);
   const bool dynamic = object.motion == config::Motion::dynamic;
-  const double mass_kg =
-      dynamic ? object.mass_kg : 0.0;  // Bullet's sign for a body that does not move
+  const double mass_kg = dynamic ? object.mass_kg : 0.0;  // Bullet: mass 0 is a static body
   btVector3 inertia(0, 0, 0);
   if (dynamic) body.shape->calculateLocalInertia(mass_kg, inertia);
   body.start_world_from_body = bt(object.world_from_object * body.object_from_body);
   btRigidBody::btRigidBodyConstructionInfo info(mass_kg, nullptr, body.shape.get(), inertia);
   info.m_startWorldTransform = body.start_world_from_body;
-  info.m_restitution = dynamic ? object.restitution : 1.0;  // Bullet multiplies the two bodies'
+  info.m_restitution = dynamic ? object.restitution : 1.0;  // Bullet multiplies both bodies' values
   info.m_friction = kFriction;
   body.body = std::make_unique<btRigidBody>(info);
   if (dynamic) {
-    // A body asleep would not notice that a hand has come.
+    // A sleeping body would not react when the hull changes.
     body.body->setActivationState(DISABLE_DEACTIVATION);
     btVector3 low, high;
     body.shape->getAabb(btTransform::getIdentity(), low, high);
@@ -133,7 +132,7 @@ RigidBodies& RigidBodies::operator=(RigidBodies&&) noexcept = default;
 
 void RigidBodies::step(double step_s) {
   assert(step_s > 0);
-  world_->dynamics.stepSimulation(step_s, 0);  // 0: exactly this step, none of Bullet's own
+  world_->dynamics.stepSimulation(step_s, 0);  // 0: exactly one step, no substeps
 }
 
 Eigen::Isometry3d RigidBodies::world_from_object(std::size_t object) const {

@@ -1,4 +1,4 @@
-#include "sim_node/warmth.h"
+#include "sim_node/proximity/warmth.h"
 
 #include <algorithm>
 #include <cassert>
@@ -7,18 +7,18 @@
 namespace fivepipe::sim {
 namespace {
 
-bool nothing_known(const collision::Proximity& p) { return p.min_m == 0 && std::isinf(p.max_m); }
+bool is_unknown(const collision::Proximity& p) { return p.min_m == 0 && std::isinf(p.max_m); }
 
 }  // namespace
 
-void Warmth::follow(double elapsed_s, std::span<const collision::Proximity> vertices) {
+void Warmth::advance(double elapsed_s, std::span<const collision::Proximity> vertices) {
   assert(vertices.size() == warmth_.size() && elapsed_s >= 0);
   const float heated = float(1 - std::exp(-elapsed_s / warming_.heating_s)),
               cooled = float(1 - std::exp(-elapsed_s / warming_.cooling_s));
   for (std::size_t i = 0; i < warmth_.size(); ++i) {
-    if (nothing_known(vertices[i])) continue;
-    const double distance_m =
-        0.5 * (vertices[i].min_m + vertices[i].max_m);  // infinite from the cap on
+    if (is_unknown(vertices[i])) continue;
+    // Infinite at and beyond the cap.
+    const double distance_m = 0.5 * (vertices[i].min_m + vertices[i].max_m);
     const float goal = float(std::max(0.0, 1 - distance_m / warming_.cap_m));
     warmth_[i] += (goal > warmth_[i] ? heated : cooled) * (goal - warmth_[i]);
   }

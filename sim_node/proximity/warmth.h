@@ -1,4 +1,4 @@
-// A virtual object that real ones warm: one number a vertex, driven by how near the visual hull is
+// Warmth of a virtual object: one value per vertex that follows the distance to the visual hull
 // (the paper's distance-field primitives).
 #pragma once
 #include <span>
@@ -9,16 +9,17 @@
 
 namespace fivepipe::sim {
 
-// Each vertex goes to 1 - distance / cap, and to no less than 0, as 1 - exp(-t / heating_s) goes;
-// where that is less than it has, cooling_s. The distance is the middle of its bounds: within half
-// the tolerance.
+// The warmth of a vertex approaches 1 - distance / cap, at least 0, exponentially: with time
+// constant heating_s if it rises, cooling_s if it falls. The distance is the centre of its bounds,
+// accurate to half the tolerance.
 class Warmth {
  public:
   Warmth(const config::Warming& warming, std::size_t vertices)
       : warming_(warming), warmth_(vertices, 0.0f) {}
 
-  // By vertex; where nothing is known of a distance, the vertex keeps its warmth. elapsed_s >= 0.
-  void follow(double elapsed_s, std::span<const collision::Proximity> vertices);
+  // Advances by elapsed_s >= 0 towards the given distances, one per vertex. A vertex of unknown
+  // distance keeps its warmth.
+  void advance(double elapsed_s, std::span<const collision::Proximity> vertices);
   void reset();
   const std::vector<float>& vertices() const { return warmth_; }  // 0 .. 1
 

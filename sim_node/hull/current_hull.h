@@ -1,0 +1,49 @@
+// The visual hull of the newest frame set, and collision detection against it.
+#pragma once
+#include <memory>
+#include <optional>
+
+#include "common/collision/response/response.h"
+#include "common/config/deployment.h"
+#include "sim_node/hull/hull_history.h"
+
+namespace fivepipe::sim {
+
+// Needs a current OpenGL context for construction, use and destruction if config.collision is gl or
+// paper.
+class CurrentHull {
+ public:
+  // is_needed: something in the scene queries the hull. The scene's history needs it in any case,
+  // and needs real_volume_world_m, the box that contains all real objects. Throws
+  // std::invalid_argument if the history's box or cells are out of range.
+  CurrentHull(const config::Scene& scene, const config::SimConfig& config, bool is_needed,
+              const Eigen::AlignedBox3d& real_volume_world_m);
+
+  // The hull of a new frame set. Invalidates query() and all detection results. The silhouettes
+  // must stay valid until the next call.
+  void set(double time_s, std::span<const hull::Silhouette> silhouettes);
+
+  // Returns null before the first set(), or if nothing needs the hull.
+  const hull::HullQuery* query() const { return query_; }
+  HullHistory* history() { return history_ ? &*history_ : nullptr; }  // null: not in the scene
+  const HullHistory* history() const { return history_ ? &*history_ : nullptr; }
+
+  // The result is valid until the next detection, including requeries, or the next set().
+  std::span<collision::ObjectCollision> detect(std::span<const collision::DetectionObject> objects);
+  // Returns a query that detects the object again after a translation. Refers to this hull.
+  collision::Requery requery(const collision::DetectionObject& object);
+  // Summed over all queries up to the last detect().
+  const collision::DetectorCounts& counts() const { return counts_; }
+
+ private:
+  bool is_needed_;
+  base::WorkerPool pool_;
+  std::optional<HullHistory> history_;  // holds the hulls if the scene has a history
+  hull::CpuHull hull_{pool_};           // otherwise this one is used
+  std::optional<hull::HullQuery> own_query_;
+  const hull::HullQuery* query_ = nullptr;
+  std::unique_ptr<collision::CollisionDetector> detector_;
+  collision::DetectorCounts counts_;
+};
+
+}  // namespace fivepipe::sim

@@ -1,0 +1,70 @@
+// Results that need more than one frame: tracked hull components, and first contacts between the
+// last two frames. Keeps the hulls of both frames.
+#pragma once
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "common/collision/tracking/component_tracker.h"
+#include "common/collision/tracking/first_contact.h"
+#include "common/config/collision_requests.h"
+
+namespace fivepipe::sim {
+
+struct ComponentContact {
+  collision::FirstContact contact;
+  std::uint64_t component;  // TrackedComponent::id
+};
+
+class HullHistory {
+ public:
+  // Searches for components in this box. Throws std::invalid_argument if it is empty, not finite or
+  // contains more than kMaxComponentCells cells. `objects`: number of objects in the scene.
+  HullHistory(const config::HistoryRequests& requests, const Eigen::AlignedBox3d& within_world_m,
+              base::WorkerPool& pool, std::size_t objects);
+
+  // Adds a frame. The components' tracking restarts if time_s is not after the last frame's time
+  // or more than kMaxGap_s after it. query() stays valid until the next call.
+  void add(double time_s, std::span<const hull::Silhouette> silhouettes);
+  const hull::HullQuery& query() const { return *frames_[now_].query; }
+  const std::vector<collision::TrackedComponent>& components() const {
+    return tracker_.components();
+  }
+
+  // Stores an object's pose at the newest frame, for the first contacts of the next one.
+  void keep_pose(std::size_t object, const Eigen::Isometry3d& world_from_object);
+  // An object without a pose at the previous frame has no first contact. Call it if the object
+  // jumped.
+  void forget_pose(std::size_t object);
+  void forget_poses();
+
+  // Returns the earliest contact between the last two frames of an object, which moved from its
+  // kept pose to world_from_object, with a tracked component. Returns nullopt if there are fewer
+  // than two frames, if they touched at the earlier frame already, or if the component has just
+  // appeared, merged or split, because its earlier position is unknown.
+  std::optional<ComponentContact> first_contact(std::size_t object, const collision::Bvh& bvh,
+                                                const Eigen::Isometry3d& world_from_object) const;
+
+ private:
+  struct Frame {
+    explicit Frame(base::WorkerPool& pool) : hull(pool) {}
+    hull::CpuHull hull;
+    std::optional<hull::HullQuery> query;
+    double time_s = 0;
+    std::vector<collision::TrackedComponent> components;
+  };
+  const collision::TrackedComponent* previous_component(std::uint64_t id) const;
+
+  collision::HullComponentsOptions options_;
+  collision::ComponentTracker tracker_;
+  std::array<Frame, 2> frames_;
+  std::size_t now_ = 0;
+  bool has_before_ = false, has_now_ = false;
+  std::vector<std::optional<Eigen::Isometry3d>> world_from_objects_before_;  // by object
+};
+
+// Longest time between frames over which motion is interpolated: see
+// ComponentTrackerOptions::max_gap_s.
+inline constexpr double kMaxGap_s = 0.25;
+
+}  // namespace fivepipe::sim

@@ -1,0 +1,116 @@
+#include "sim_node/simulation/simulation.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace fivepipe::sim {
+namespace {
+
+const config::Scene& checked(const config::Scene& scene, const config::SimConfig& config) {
+  if (!(config.step_s > 0 && std::isfinite(config.step_s)))
+    throw std::invalid_argument("step_s is not positive and finite");
+  if (!(config.threads >= 1)) throw std::invalid_argument("threads is less than 1");
+  if (!(config.max_points >= 0)) throw std::invalid_argument("max_points is negative");
+  if (!(config.eps_m >= collision::kMinEps_m && std::isfinite(config.eps_m)))
+    throw std::invalid_argument("eps_m is less than 1 um or not finite");
+  if (!(config.spacing_m > 0 && std::isfinite(config.spacing_m)))
+    throw std::invalid_argument("spacing_m is not positive and finite");
+  return scene;
+}
+
+}  // namespace
+
+Simulation::Simulation(const config::Scene& scene, const config::SimConfig& config,
+                       const Eigen::AlignedBox3d& real_volume_world_m)
+    : scene_(checked(scene, config)),
+      config_(config),
+      models_(object_models(scene_)),
+      bodies_(scene_),
+      hull_(scene_, config_, !models_.reacting.empty() || warms_objects(scene_),
+            real_volume_world_m),
+      clock_(config.step_s),
+      contact_(scene_, config_, models_, bodies_, hull_),
+      proximity_(scene_, models_, bodies_, config.step_s),
+      respawn_bounds_m_(models_.start_bounds_m.min().array() - kLost_m,
+                        models_.start_bounds_m.max().array() + kLost_m) {}
+
+void Simulation::reset() {
+  bodies_ = RigidBodies(scene_);
+  contact_.reset();
+  if (hull_.history()) hull_.history()->forget_poses();
+  proximity_.reset_warmth();
+}
+
+void Simulation::advance_to(double time_s, std::span<const hull::Silhouette> silhouettes) {
+  if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
+  proximity_.clear();
+  hull_.set(time_s, silhouettes);
+  advance(time_s, true);
+}
+
+void Simulation::advance_to(double time_s) {
+  if (!std::isfinite(time_s)) throw std::invalid_argument("simulation time is not finite");
+  advance(time_s, false);
+}
+
+void Simulation::advance(double time_s, bool is_new_hull) {
+  contact_.clear_contacts();
+  for (std::uint64_t steps = clock_.advance_to(time_s); steps > 0; --steps) step();
+  report(is_new_hull);
+}
+
+void Simulation::step() {
+  bodies_.step(config_.step_s);
+  ++steps_;
+  respawn_lost_objects();
+  contact_.after_step();
+}
+
+void Simulation::respawn_lost_objects() {
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+    if (scene_.objects[i].motion != config::Motion::dynamic ||
+        respawn_bounds_m_.contains(bodies_.center_world_m(i)))
+      continue;
+    bodies_.respawn(i);
+    if (hull_.history()) hull_.history()->forget_pose(i);
+    ++respawned_;
+  }
+}
+
+void Simulation::report(bool is_new_hull) {
+  reports_ = collision_reports({scene_, models_, bodies_, hull_, contact_, proximity_},
+                               std::size_t(config_.max_points), is_new_hull);
+  if (!hull_.query()) return;
+  proximity_.warm(*hull_.query(), steps_);
+  if (HullHistory* history = hull_.history(); history && is_new_hull)
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i)
+      history->keep_pose(i, bodies_.world_from_object(i));
+}
+
+std::vector<ObjectState> Simulation::states() const {
+  std::vector<ObjectState> states;
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i)
+    states.push_back({scene_.objects[i].name,
+                      bodies_.world_from_object(i),
+                      bodies_.velocity_m_s(i),
+                      {},
+                      proximity_.warmth(i)});
+  return states;
+}
+
+const std::vector<collision::TrackedComponent>* Simulation::hull_components() const {
+  return hull_.history() ? &hull_.history()->components() : nullptr;
+}
+
+SimulationCounters Simulation::counters() const {
+  return {.steps = steps_,
+          .contacts = contact_.counters().contacts,
+          .unrecovered = contact_.counters().unrecovered,
+          .still_colliding = contact_.counters().still_colliding,
+          .respawned = respawned_,
+          .backward_stamps = clock_.counters().backward_stamps,
+          .skipped_s = clock_.counters().skipped_s,
+          .detection = hull_.counts()};
+}
+
+}  // namespace fivepipe::sim

@@ -1,0 +1,89 @@
+// Simulation of the virtual objects: gravity, contact with each other and with the visual hull
+// (paper, section 4).
+#pragma once
+#include <string>
+#include <vector>
+
+#include "common/config/deployment.h"
+#include "sim_node/simulation/collision_reports.h"
+#include "sim_node/simulation/simulation_clock.h"
+
+namespace fivepipe::sim {
+
+struct ObjectState {
+  std::string name;
+  Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d velocity_world_m_s = Eigen::Vector3d::Zero();
+  // Object frame; empty for a rigid object, which keeps its mesh.
+  std::vector<Eigen::Vector3d> vertices_m;
+  std::vector<float> warmth;  // per vertex; empty if the scene does not warm the object
+};
+
+// Totals since construction.
+struct SimulationCounters {
+  std::uint64_t steps = 0;
+  std::uint64_t contacts = 0;  // see RigidContact::Counters for these three
+  std::uint64_t unrecovered = 0;
+  std::uint64_t still_colliding = 0;
+  std::uint64_t respawned = 0;        // objects that left the scene or had a non-finite pose
+  std::uint64_t backward_stamps = 0;  // see SimulationClock::Counters for these two
+  double skipped_s = 0;
+  collision::DetectorCounts detection;  // summed over all queries
+};
+
+// Needs a current OpenGL context for construction, use and destruction if config.collision is gl or
+// paper. Deterministic: the same calls give the same bits.
+class Simulation {
+ public:
+  // real_volume_world_m: box that contains all real objects (Rig::volume_m); required if the scene
+  // has a history. Throws std::invalid_argument if an argument is out of range.
+  Simulation(const config::Scene& scene, const config::SimConfig& config,
+             const Eigen::AlignedBox3d& real_volume_world_m = {});
+  Simulation(const Simulation&) = delete;
+
+  // Simulates up to time_s [s, any epoch] against the hull of this frame set, then makes the
+  // reports. SimulationClock::advance_to() defines the number of steps. Without silhouettes there
+  // is no hull. The silhouettes must stay valid until the next call that passes silhouettes. Throws
+  // std::invalid_argument if time_s is not finite.
+  void advance_to(double time_s, std::span<const hull::Silhouette> silhouettes);
+  // The same without a new frame set: uses the last hull.
+  void advance_to(double time_s);
+
+  // While paused, advance_to() sets the clock and makes reports, but nothing moves. The pause is
+  // not simulated afterwards.
+  void pause() { clock_.pause(); }
+  void resume() { clock_.resume(); }
+  // Moves every object to its start, at rest. Keeps clock, pause and counters.
+  void reset();
+
+  double time_s() const { return clock_.time_s(); }
+  std::vector<ObjectState> states() const;  // all objects, in the scene's order
+  // One per reacting object, in the scene's order.
+  const std::vector<CollisionReport>& collisions() const { return reports_; }
+  // Returns null if the scene has no history.
+  const std::vector<collision::TrackedComponent>* hull_components() const;
+  SimulationCounters counters() const;
+
+ private:
+  void advance(double time_s, bool is_new_hull);
+  void step();
+  void respawn_lost_objects();
+  void report(bool is_new_hull);
+
+  config::Scene scene_;
+  config::SimConfig config_;
+  ObjectModels models_;
+  RigidBodies bodies_;
+  CurrentHull hull_;
+  SimulationClock clock_;
+  RigidContact contact_;
+  ProximityFields proximity_;
+  Eigen::AlignedBox3d respawn_bounds_m_;  // respawns dynamic objects outside
+  std::uint64_t steps_ = 0, respawned_ = 0;
+  std::vector<CollisionReport> reports_;
+};
+
+// A dynamic object is respawned if it is this far outside the box of the scene's start.
+inline constexpr double kLost_m = 3.0;
+
+}  // namespace fivepipe::sim

@@ -1,0 +1,130 @@
+// Proximity bounds against sampled hulls and the exact reference.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/collision/proximity/lazy_octree.h"
+#include "common/hull/oracle/reference.h"
+#include "tests/collision/proximity/proximity_queries.h"
+
+namespace fivepipe::test {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(Proximity, AgreesWithAFineGrid) {
+  const auto silhouettes = hand();
+  const Queries q(silhouettes);
+  constexpr double kStep_m = 0.0025;
+  std::vector<Vector3d> in;
+  for (double x = -0.13; x < 0.12; x += kStep_m)
+    for (double y = -0.07; y < 0.07; y += kStep_m)
+      for (double z = -0.07; z < 0.07; z += kStep_m)
+        if (hull::in_hull(silhouettes, {x, y, z})) in.push_back({x, y, z});
+  ASSERT_GT(in.size(), 10'000u);
+  Random random(1);
+  constexpr collision::ProximityOptions kOptions{0.05, 0.0005};
+  const auto points = random_points(random, 300, 0.15);
+  const auto found = of_points(q.query, kOptions, points);
+  double excess_m = 0;
+  int compared = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    double grid_m = kInfinity;
+    for (const Vector3d& h : in) grid_m = std::min(grid_m, (h - points[i]).norm());
+    ASSERT_LE(found[i].min_m, grid_m);
+    if (!(found[i].min_m < kOptions.cap_m)) continue;
+    ASSERT_LE(found[i].max_m, grid_m + kOptions.tolerance_m);
+    excess_m += grid_m - found[i].max_m;
+    ++compared;
+  }
+  // The nearest grid point is farther than the hull's nearest point. The hand is thicker than the
+  // grid step, so the mean difference is at most half a cell's diagonal.
+  EXPECT_GT(compared, 100);
+  EXPECT_LT(excess_m / compared, 0.5 * std::sqrt(3.0) * kStep_m);
+}
+
+// One to five cameras with small maps, of a random object or of noise.
+std::vector<hull::Silhouette> random_rig(Random& random, bool noise) {
+  const auto object = random_object(random, 1 + int(uniform(random, 0, 3)));
+  std::vector<hull::Silhouette> silhouettes;
+  for (int i = int(uniform(random, 0, 5)); i >= 0; --i) {
+    const int width = 1 + int(uniform(random, 0, 40)), height = 1 + int(uniform(random, 0, 30));
+    geometry::Camera camera =
+        random_camera(random, width, height, std::pow(10.0, uniform(random, -0.7, 1)));
+    camera.pinhole.fy_px *= uniform(random, 0.7, 1.4);
+    camera.pinhole.cx_px += uniform(random, -5, 5);
+    silhouettes.push_back(
+        {camera, noise ? random_pixels(random, width, height, uniform(random, 0, 1))
+                       : hull::true_object_pixels(object, camera, hull::PixelRule::touched)});
+  }
+  return silhouettes;
+}
+
+TEST(ProximityCubes, FreeCubesContainNoHullPoint) {
+  int free = 0, near = 0;
+  for (int seed = 1; seed <= 400; ++seed) {
+    Random random(seed);
+    const auto silhouettes = random_rig(random, seed % 5 == 0);
+    const hull::HullRule rule = kRules[seed % 4];
+    const Queries q(silhouettes, rule);
+    if (q.hull.empty()) continue;
+    const collision::CubeQuery cubes(q.query);
+    for (int i = 0; i < 40; ++i) {
+      const Vector3d center = random_in_ball(random, i % 2 ? 0.2 : 1.0);
+      // The largest free cube, to 1 %: the case in which a wrong bound shows first.
+      double half_edge_m = 1;
+      while (half_edge_m > 1e-4 && !cubes.test(center, half_edge_m).free) half_edge_m *= 0.99;
+      ASSERT_EQ(
+          cubes.test(center, half_edge_m).center_in_hull && cubes.test(center, half_edge_m).free,
+          false);
+      if (!cubes.test(center, half_edge_m).free) continue;
+      ++free;
+      near += half_edge_m < 0.2;
+      for (int k = 0; k < 120; ++k) {
+        Vector3d p(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1));
+        if (k % 3) p /= p.cwiseAbs().maxCoeff();  // on a face
+        ASSERT_FALSE(hull::in_hull(silhouettes, center + half_edge_m * p, rule))
+            << "seed " << seed << ", " << half_edge_m << " m around " << center.transpose();
+      }
+    }
+  }
+  EXPECT_GT(free, 5000);
+  EXPECT_GT(near, 2000);
+}
+
+TEST(Proximity, BoundsHoldOnEveryRig) {
+  int near = 0, wide = 0;
+  for (int seed = 1; seed <= 150; ++seed) {
+    Random random(seed);
+    const auto silhouettes = random_rig(random, seed % 4 == 0);
+    const hull::HullRule rule = kRules[seed / 4 % 4];
+    const Queries q(silhouettes, rule);
+    const collision::ProximityOptions options{0.2, 0.004};
+    const auto points = random_points(random, 12, 0.6);
+    const auto found = of_points(q.query, options, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto& [min_m, max_m] = found[i];
+      ASSERT_LE(min_m, max_m);
+      ASSERT_EQ(max_m == 0, hull::in_hull(silhouettes, points[i], rule)) << "seed " << seed;
+      expect_ball_kept(silhouettes, rule, points[i], min_m, false, random, 60);
+      // A hull point on any ray is no nearer than min_m.
+      const geometry::Ray ray{points[i], random_direction(random)};
+      const auto entries = hull::reference_intervals(silhouettes, ray, 0, 0.3, rule);
+      ASSERT_LE(min_m, entries.empty() ? kInfinity : entries.front().enter + kRounding_m)
+          << "seed " << seed;
+      near += max_m > 0 && min_m < options.cap_m;
+      wide += !is_tight(found[i], options);
+    }
+    // Bounds at a finer tolerance overlap these.
+    const auto finer = of_points(q.query, {0.2, 0.0005}, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      ASSERT_LE(finer[i].min_m, found[i].max_m + kRounding_m) << "seed " << seed;
+      ASSERT_LE(found[i].min_m, finer[i].max_m + kRounding_m) << "seed " << seed;
+    }
+  }
+  EXPECT_GT(near, 200);
+  EXPECT_LE(wide, near / 50);  // hulls that end in a needle's point
+}
+
+}  // namespace
+}  // namespace fivepipe::test
