@@ -1,0 +1,61 @@
+# Functions that every CMakeLists.txt of the project uses to declare its targets.
+
+# The include path, warnings and code generation of every target.
+add_library(fivepipe_options INTERFACE)
+target_include_directories(fivepipe_options INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(fivepipe_options INTERFACE
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor>
+  # GCC 12 reports std::string operations that are correct (GCC bugs 105329, 105651).
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+  # Bit-identical results on every machine: the compiler adds no fused multiply-add.
+  -ffp-contract=off
+  # Lets ccache cache files that use precompiled headers.
+  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<COMPILE_LANGUAGE:CXX>>:-fpch-preprocess>)
+target_link_libraries(fivepipe_options INTERFACE Eigen3::Eigen)
+
+# Parsing the standard library and Eigen takes most of the compile time of most files, so the
+# libraries share one precompiled header.
+add_library(fivepipe_precompiled STATIC ${CMAKE_SOURCE_DIR}/cmake/precompiled.cpp)
+target_link_libraries(fivepipe_precompiled PUBLIC fivepipe_options)
+target_precompile_headers(fivepipe_precompiled PRIVATE ${CMAKE_SOURCE_DIR}/cmake/precompiled.h)
+
+# fivepipe_library(NAME source... LINK library...): a static library.
+function(fivepipe_library name)
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PUBLIC fivepipe_options ${ARG_LINK})
+  target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled)
+endfunction()
+
+# fivepipe_simd(NAME): the library has Highway SIMD kernels, which choose their target at run time.
+function(fivepipe_simd name)
+  target_link_libraries(${name} PUBLIC PkgConfig::HWY)
+  # The lowest target of the kernels. Every x86-64 processor since 2011 has SSSE3.
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    target_compile_options(${name} PRIVATE -mssse3)
+    # A precompiled header is valid only for the instruction set for which it was built.
+    set_target_properties(${name} PROPERTIES DISABLE_PRECOMPILE_HEADERS ON)
+  endif()
+endfunction()
+
+# The precompiled header of the test programs, which also holds GoogleTest.
+function(fivepipe_test_precompiled_headers)
+  add_executable(fivepipe_test_precompiled ${CMAKE_SOURCE_DIR}/cmake/precompiled_main.cpp)
+  target_link_libraries(fivepipe_test_precompiled PRIVATE fivepipe_options GTest::gtest)
+  target_precompile_headers(fivepipe_test_precompiled PRIVATE
+    ${CMAKE_SOURCE_DIR}/cmake/precompiled.h <gtest/gtest.h>)
+endfunction()
+
+# fivepipe_test(NAME source... LINK library...): a GoogleTest program. ctest runs each of its tests.
+function(fivepipe_test name)
+  if(NOT FIVEPIPE_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE fivepipe_options ${ARG_LINK} GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE FIVEPIPE_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+    FIVEPIPE_BINARY_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  target_precompile_headers(${name} REUSE_FROM fivepipe_test_precompiled)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 120)
+endfunction()

@@ -1,0 +1,2 @@
+// Only the precompiled header of this file is used.
+int main() {}
