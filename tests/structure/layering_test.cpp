@@ -1,4 +1,4 @@
-// The architecture's layers, checked on the include lines of the sources.
+// Checks the layers of the architecture and the sizes of style.md on the sources themselves.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,26 +17,31 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Source {
-  std::string path;    // from the root, "common/hull/hull.h"
-  std::string folder;  // "common/hull", "recon_node"
+  std::string path;    // from the root: "common/hull/cpu/cpu_hull.cpp"
+  std::string folder;  // "common/hull/cpu"
+  std::string name;    // "cpu_hull.cpp"
   std::vector<std::string> lines, includes;
+
+  bool is_in(const std::string& parent) const {
+    return folder == parent || folder.starts_with(parent + "/");
+  }
 };
 
-std::vector<Source> all_sources() {
+const std::vector<std::string> kProduction = {
+    "common", "capture_node", "recon_node", "sim_node", "render_node", "launch", "benchmarks"};
+
+std::vector<Source> sources_in(const std::vector<std::string>& tops) {
   const fs::path root = FIVEPIPE_SOURCE_DIR;
   static const std::regex include("^\\s*#include\\s+[<\"]([^>\"]+)[>\"].*");
   std::vector<Source> sources;
-  for (const char* top :
-       {"common", "capture_node", "recon_node", "sim_node", "render_node", "launch"})
+  for (const std::string& top : tops)
     for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
       const std::string extension = entry.path().extension();
       if (extension != ".h" && extension != ".cpp") continue;
       Source source;
       source.path = fs::relative(entry.path(), root);
-      const auto second = source.path.find('/', source.path.find('/') + 1);
-      source.folder = source.path.starts_with("common/")
-                          ? source.path.substr(0, second)
-                          : source.path.substr(0, source.path.find('/'));
+      source.folder = fs::path(source.path).parent_path();
+      source.name = entry.path().filename();
       std::ifstream file(entry.path());
       for (std::string line; std::getline(file, line);) {
         std::smatch match;
@@ -48,91 +53,153 @@ std::vector<Source> all_sources() {
   return sources;
 }
 
-bool is_wiring(const Source& source) {
-  const std::string name = fs::path(source.path).filename();
-  return name == "main.cpp" || name.starts_with("messages") ||
-         name.find("_pipe.") != std::string::npos;
+const std::vector<Source>& production() {
+  static const std::vector<Source> sources = sources_in(kProduction);
+  return sources;
 }
-bool is_node_folder(const std::string& folder) { return folder.ends_with("_node"); }
+
+std::string top_of(const std::string& path) { return path.substr(0, path.find('/')); }
+bool is_node(const std::string& path) { return top_of(path).ends_with("_node"); }
+
+// The parts of a node that connect its pure library to the bus.
+bool is_wiring(const Source& source) {
+  return is_node(source.path) &&
+         (source.name == "main.cpp" || source.name.starts_with("messages") ||
+          source.name.find("_pipe.") != std::string::npos);
+}
+
+// Pure libraries take data and return data. They know neither DDS nor how a GL context is made.
 bool is_pure(const Source& source) {
-  static const std::set<std::string> pure = {
-      "common/geometry", "common/hull",    "common/collision", "common/frames",
-      "common/scene",    "common/gl",      "common/mcap",      "common/recording",
-      "common/schema",   "common/version", "common/workers"};
-  return pure.contains(source.folder) || (is_node_folder(source.folder) && !is_wiring(source));
+  for (const char* bus_user : {"common/pipeline/bus", "common/pipeline/messages",
+                               "common/pipeline/node", "common/recording/replay"})
+    if (source.is_in(bus_user)) return false;
+  if (top_of(source.path) == "launch" || source.is_in("benchmarks/nodes")) return false;
+  return !is_wiring(source);
 }
 
 TEST(Layering, OnlyTheBusCallsDds) {
   static const std::regex call("\\bdds_[a-z_]+ *\\(");
-  for (const Source& source : all_sources()) {
-    if (source.folder == "common/bus") continue;
+  for (const Source& source : production()) {
+    if (source.folder == "common/pipeline/bus") continue;
     for (const std::string& line : source.lines)
       EXPECT_FALSE(std::regex_search(line, call)) << source.path << ": " << line;
     for (const std::string& include : source.includes)
-      EXPECT_FALSE(include.starts_with("dds/")) << source.path;
+      EXPECT_FALSE(include.starts_with("dds/")) << source.path << " includes " << include;
   }
 }
 
-TEST(Layering, PureLibrariesDoNotDependOnDdsOrGlContext) {
-  for (const Source& source : all_sources()) {
+TEST(Layering, PureLibrariesDoNotDependOnDds) {
+  for (const Source& source : production()) {
     if (!is_pure(source)) continue;
-    for (const std::string& include : source.includes) {
-      EXPECT_FALSE(include.starts_with("dds/") || include == "fivepipe.h" ||
-                   include.starts_with("common/bus/") || include.starts_with("common/node/") ||
-                   include.starts_with("common/messages/"))
+    for (const std::string& include : source.includes)
+      EXPECT_FALSE(include == "fivepipe.h" || include.starts_with("common/pipeline/bus/") ||
+                   include.starts_with("common/pipeline/messages/") ||
+                   include.starts_with("common/pipeline/node/"))
           << source.path << " includes " << include;
-      const bool makes_contexts = source.path.starts_with("common/gl/context.") ||
-                                  fs::path(source.path).filename().string().starts_with("bench_") ||
-                                  fs::path(source.path).filename().string().starts_with("window.");
-      EXPECT_TRUE(makes_contexts || (include != "common/gl/context.h" && include != "epoxy/egl.h" &&
-                                     include != "EGL/egl.h"))
+  }
+}
+
+TEST(Layering, OnlyProgramsAndTheWindowMakeGlContexts) {
+  for (const Source& source : production()) {
+    const bool may = source.path.starts_with("common/gl/context.") || source.name == "main.cpp" ||
+                     source.name == "doctor.cpp" || source.name.starts_with("bench_") ||
+                     source.path.starts_with("render_node/window.");
+    for (const std::string& include : source.includes)
+      EXPECT_TRUE(may || (include != "common/gl/context.h" && include != "epoxy/egl.h" &&
+                          include != "EGL/egl.h"))
           << source.path << " includes " << include;
-    }
   }
 }
 
 TEST(Layering, NodesDoNotDependOnEachOther) {
-  for (const Source& source : all_sources())
-    for (const std::string& include : source.includes) {
-      const std::string target = include.substr(0, include.find('/'));
-      EXPECT_TRUE(!is_node_folder(target) || source.folder == target)
-          << source.path << " includes " << include;
-    }
+  for (const Source& source : production())
+    for (const std::string& include : source.includes)
+      if (is_node(include) && top_of(include) != top_of(source.path)) {
+        EXPECT_TRUE(source.is_in("benchmarks")) << source.path << " includes " << include;
+      }
 }
 
+TEST(Layering, CommonDependsOnNoNodeAndNoProgram) {
+  for (const Source& source : production())
+    for (const std::string& include : source.includes)
+      if (source.is_in("common") && include.find('/') != std::string::npos) {
+        const bool ours = std::ranges::count(kProduction, top_of(include)) > 0;
+        EXPECT_TRUE(!ours || top_of(include) == "common") << source.path << " includes " << include;
+      }
+}
+
+// Every folder is a vertex, also the subfolders of libraries, nodes, launch and benchmarks.
 TEST(Layering, FolderDependenciesAreAcyclic) {
-  std::map<std::string, std::set<std::string>> uses;
-  for (const Source& source : all_sources())
+  const fs::path root = FIVEPIPE_SOURCE_DIR;
+  std::map<std::string, std::map<std::string, std::string>> uses;  // folder, folder, example
+  for (const Source& source : production())
     for (const std::string& include : source.includes) {
-      if (!include.starts_with("common/")) continue;
-      const std::string target = include.substr(0, include.find('/', 7));
-      if (target != source.folder) uses[source.folder].insert(target);
+      if (include.find('/') == std::string::npos || !fs::exists(root / include)) continue;
+      const std::string target = fs::path(include).parent_path();
+      if (target != source.folder) uses[source.folder].emplace(target, source.path);
     }
-  std::set<std::string> done, open;
-  std::function<void(const std::string&)> visit = [&](const std::string& folder) {
-    ASSERT_FALSE(open.contains(folder)) << folder << " depends on itself through others";
+  EXPECT_GT(uses.size(), 30u) << "the sources were not found";
+  std::set<std::string> done;
+  std::vector<std::string> path;
+  const std::function<void(const std::string&)> visit = [&](const std::string& folder) {
     if (done.contains(folder)) return;
-    open.insert(folder);
-    for (const std::string& target : uses[folder]) visit(target);
-    open.erase(folder);
+    if (const auto first = std::ranges::find(path, folder); first != path.end()) {
+      std::string cycle;
+      for (auto it = first; it != path.end(); ++it) cycle += *it + " -> ";
+      ADD_FAILURE() << "cycle: " << cycle << folder << ", by " << uses[path.back()][folder];
+      return;
+    }
+    path.push_back(folder);
+    for (const auto& [target, example] : uses[folder]) visit(target);
+    path.pop_back();
     done.insert(folder);
   };
   for (const auto& [folder, targets] : std::map(uses)) visit(folder);
 }
 
-TEST(Layering, MainDoesWiringOnly) {
-  for (const Source& source : all_sources())
-    EXPECT_TRUE(!is_node_folder(source.folder) || fs::path(source.path).filename() != "main.cpp" ||
-                source.lines.size() < 100)
-        << source.path;
+TEST(Layering, MainsOnlyWire) {
+  for (const Source& source : production())
+    if (source.name == "main.cpp") {
+      EXPECT_LT(source.lines.size(), 100u) << source.path;
+    }
 }
 
 TEST(Layering, TopicNamesAppearOnce) {
-  for (const Source& source : all_sources())
+  for (const Source& source : production())
     for (const std::string& line : source.lines)
       EXPECT_TRUE(line.find("\"fivepipe/v1/") == std::string::npos ||
-                  source.path == "common/bus/topics.h")
+                  source.path == "common/pipeline/bus/topics.h")
           << source.path << ": " << line;
+}
+
+TEST(Sizes, ProductionFilesHaveAtMost400Lines) {
+  for (const Source& source : production()) EXPECT_LE(source.lines.size(), 400u) << source.path;
+}
+
+TEST(Sizes, LinesHaveAtMost100Columns) {
+  std::vector<std::string> tops = kProduction;
+  tops.push_back("tests");
+  for (const Source& source : sources_in(tops))
+    for (std::size_t i = 0; i < source.lines.size(); ++i) {
+      // Columns are characters: bytes that continue a UTF-8 character do not count.
+      const auto columns = std::ranges::count_if(
+          source.lines[i], [](unsigned char c) { return (c & 0xC0) != 0x80; });
+      EXPECT_LE(columns, 100) << source.path << ":" << i + 1;
+    }
+}
+
+TEST(Sizes, FoldersHoldAtMost25Files) {
+  std::map<std::string, int> files;
+  const fs::path root = FIVEPIPE_SOURCE_DIR;
+  std::vector<std::string> tops = kProduction;
+  tops.insert(tops.end(), {"tests", "docs", "idl", "scenes"});
+  for (const std::string& top : tops)
+    for (const auto& entry : fs::recursive_directory_iterator(root / top))
+      if (entry.is_regular_file()) ++files[fs::relative(entry.path().parent_path(), root)];
+  for (const auto& [folder, count] : files)
+    if (folder.find("node_modules") == std::string::npos) {
+      EXPECT_LE(count, 25) << folder;
+    }
 }
 
 }  // namespace
