@@ -1,6 +1,8 @@
 // A test fixture that runs each backend of collision detection through CollisionDetector.
 #pragma once
 #include <map>
+#include <ostream>
+#include <string>
 #include <tuple>
 
 #include "common/collision/detection/cpu/cpu_detector.h"
@@ -12,9 +14,14 @@ namespace fivepipe::test {
 
 enum class Backend { cpu, gl, paper };
 
-inline std::string backend_name(const testing::TestParamInfo<Backend>& backend) {
-  return backend.param == Backend::cpu ? "Cpu" : backend.param == Backend::gl ? "Gl" : "Paper";
+inline const char* name_of(Backend backend) {
+  return backend == Backend::cpu ? "Cpu" : backend == Backend::gl ? "Gl" : "Paper";
 }
+inline std::string backend_name(const testing::TestParamInfo<Backend>& backend) {
+  return name_of(backend.param);
+}
+// Prints the parameter of a failed test.
+inline void PrintTo(Backend backend, std::ostream* out) { *out << name_of(backend); }
 
 class BackendTest : public GlTest, public testing::WithParamInterface<Backend> {
  protected:
