@@ -1,5 +1,5 @@
-// What the tests of collision and simulation share: a GL context, cameras round the origin, real
-// objects as capsules.
+// Scenes for the tests of collision and simulation: an OpenGL context, cameras around the origin,
+// and real objects as capsules.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 
 namespace fivepipe::test {
 
-// A current context for all tests of a suite.
+// Makes an OpenGL context current for all tests of a suite.
 class GlTest : public testing::Test {
  protected:
   static void SetUpTestSuite() { context_ = std::make_unique<gl::GlContext>(); }
@@ -22,8 +22,8 @@ class GlTest : public testing::Test {
 
 inline const Eigen::Vector3d kOrigin = Eigen::Vector3d::Zero();
 
-// The image of size_px squared spans field_m at the target's distance: a pixel's footprint there is
-// field_m / size_px.
+// A camera whose image of size_px squared spans field_m at the target, so that a pixel's footprint
+// there is field_m / size_px.
 inline geometry::Camera camera_at(const Eigen::Vector3d& eye_m, int size_px, double field_m,
                                   const Eigen::Vector3d& target_m = kOrigin,
                                   const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
@@ -32,8 +32,7 @@ inline geometry::Camera camera_at(const Eigen::Vector3d& eye_m, int size_px, dou
           geometry::look_at(eye_m, target_m, up)};
 }
 
-// `count` cameras at equal angles round the z axis, `elevation_rad` above the horizon of the
-// target.
+// `count` cameras at equal angles around the z axis, elevation_rad above the target's horizon.
 inline std::vector<geometry::Camera> ring(int count, double distance_m, double elevation_rad,
                                           int size_px, double field_m,
                                           const Eigen::Vector3d& target_m = kOrigin) {
@@ -51,8 +50,8 @@ inline hull::Capsule ball(const Eigen::Vector3d& center_m, double radius_m) {
   return {center_m, center_m, radius_m};
 }
 
-// A forearm and a finger among cameras above them, all moved by shift_m; a pixel's footprint is 2.5
-// mm by 200 px.
+// A forearm and a finger below a ring of cameras, all moved by shift_m. A pixel's footprint is 2.5
+// mm with images of 200 px.
 inline std::vector<hull::Silhouette> hand_among(int cameras = 4, int size_px = 200,
                                                 const Eigen::Vector3d& shift_m = kOrigin) {
   const Eigen::Vector3d elbow = shift_m + Eigen::Vector3d(-0.1, 0, 0),
@@ -62,6 +61,7 @@ inline std::vector<hull::Silhouette> hand_among(int cameras = 4, int size_px = 2
                         ring(cameras, 1.2, 0.6, size_px, 0.5, shift_m));
 }
 
+// The pose that translates an object to p_world_m.
 inline Eigen::Isometry3d at(const Eigen::Vector3d& p_world_m) {
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
   world_from_object.translation() = p_world_m;

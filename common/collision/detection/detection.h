@@ -3,19 +3,18 @@
 //
 // A backend makes the detector: cpu_detector() (cpu/cpu_detector.h), gl_detector()
 // (gl/gl_detector.h) or paper_detector() (paper/paper_detector.h). Call set_hull() once per frame
-// set, then detect() for any number of objects. All backends return the types below:
+// set, then detect() for any number of objects. The verdicts mean:
 //
-//   verdict    cpu, gl (per triangle)                    paper (per object)
-//   free       certified: no point is in the hull        certified: no point is in the hull
-//   undecided  no tested point is in the hull; a part    no sample of the surface is in the hull,
-//   but
-//              of it that is in the hull, if there is    its box could not be certified free
-//              any, is thinner than eps_m (*)
-//   colliding  at least one collision point              at least one collision point
+//   free       certified by every backend: no point of the surface is in the hull
+//   colliding  certified by every backend: at least one point of the surface, a collision point, is
+//              in the hull
+//   undecided  The backend proved neither. This is not contact.
+//              cpu, gl: no tested point of the triangle is in the hull. A part of it in the hull,
+//              if there is any, is thinner than eps_m, unless the triangle exceeded its budget of
+//              parts (CpuDetectionCounts::over_budget).
 //
-//   (*) Unless the triangle exceeded its budget of parts (CpuDetectionCounts::over_budget).
-//
-// `undecided` is not contact: it means that the backend proved neither of the other verdicts.
+//              paper: no sample of the object's surface is in the hull, but its box may contain
+//              hull points.
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -89,6 +88,7 @@ struct DetectionObject {
 
 // A thousandth of what the maps resolve at the working distance.
 inline constexpr double kMinEps_m = 1e-6;
+// Ratio of found to returned points at which an object is sampled again (max_points).
 inline constexpr std::size_t kMaxFoundPerPoint = 64;
 
 // Totals since the detector was made.

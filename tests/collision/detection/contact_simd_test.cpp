@@ -1,5 +1,5 @@
-// The certified margins of contact_lanes by themselves: one camera, what is asked grazes borders of
-// its pixels, truth is an exact projection.
+// The certified margins of contact_simd.h for one camera. The shapes graze borders of its pixels,
+// and an exact projection gives the truth.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -15,8 +15,9 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using Exact = long double;  // 64 bits: four thousand times finer than the double of what it judges,
-                            // which is finer than float by 2^29
+// 64 bits of mantissa: 2^11 times finer than double, which is 2^29 times finer than the float under
+// test
+using Exact = long double;
 using ExactVector = Eigen::Matrix<Exact, 3, 1>;
 
 struct Map {
@@ -32,7 +33,7 @@ struct Map {
   }
 };
 
-// (U, V, W) of a point of the world; the pixel is (U, V) / W.
+// Projects a world point to (U, V, W); the pixel is (U, V) / W.
 ExactVector image_of_point(const geometry::Camera& camera, const ExactVector& p_world_m) {
   const ExactVector p = camera.camera_from_world.linear().cast<Exact>() * p_world_m +
                         camera.camera_from_world.translation().cast<Exact>();
@@ -40,12 +41,13 @@ ExactVector image_of_point(const geometry::Camera& camera, const ExactVector& p_
   return {k.fx_px * p.x() + k.cx_px * p.z(), k.fy_px * p.y() + k.cy_px * p.z(), p.z()};
 }
 
-// What holds of all points of the convex thing with these corners; `some` alone where it reaches
-// behind the camera.
+// The truth about a convex shape with these corners. `none` and `all` hold only if it is wholly in
+// front of the camera.
 struct Truth {
   bool whole_in_front = true, behind = true;
-  bool none = true, all = true;  // of the pixels that the rectangle around the corners' images
-                                 // meets is an object pixel
+  // Whether none, or all, of the pixels that the corners' bounding rectangle meets are object
+  // pixels.
+  bool none = true, all = true;
 };
 
 Truth truth_of(const Map& map, const std::vector<ExactVector>& corners_world_m) {
@@ -78,7 +80,7 @@ struct Tally {
   }
 };
 
-// A few rectangles of object pixels, some of them far apart.
+// Three rectangles of object pixels, often far apart.
 hull::ObjectPixels rectangles(Random& random, int width_px, int height_px) {
   hull::ObjectPixels pixels(width_px, height_px);
   for (int i = 0; i < 3; ++i) {
@@ -100,7 +102,7 @@ Isometry3d random_pose(Random& random, double off_m) {
   return pose;
 }
 
-// A camera, a map, and how an object lies in front of it, `far_m` from the origin of the world.
+// A camera, its map, and the pose of an object in front of it.
 struct Scene {
   Map map;
   Isometry3d world_from_tree;
@@ -120,9 +122,9 @@ Scene random_scene(Random& random, double far_m, double radius_m, double distanc
   return {{camera, rectangles(random, width_px, height_px)}, world_from_tree, radius_m};
 }
 
-// A point of the world within the tree's radius whose pixel lies on a border between pixels, to
-// rounding: often on that of the object pixels' bounds; at any depth, from far less than floats can
-// be trusted at.
+// A world point within the tree's radius whose image lies on a border between pixels, to rounding;
+// often on the border of the object pixels' bounds. Its depth may be far below what float can
+// represent reliably.
 Vector3d grazing_point_world(Random& random, const Scene& scene) {
   const hull::PixelRect& bounds = scene.map.camera().skip_map.bounds();
   const auto on_border = [&](int low, int high) {
@@ -151,24 +153,24 @@ float nudged(Random& random, double x) {
   return f;
 }
 
-double some_size(Random& random, double most) {
-  return most * std::pow(10, uniform(random, -5, 0));
+double random_size(Random& random, double max_size) {
+  return max_size * std::pow(10, uniform(random, -5, 0));
 }
 
-template <class Ask>
-void each_scene(int scenes, const Ask& ask) {
+template <class Check>
+void for_each_scene(int scenes, const Check& check) {
   Random random(1);
   for (int i = 0; i < scenes; ++i) {
     const double far_m[] = {0, 1, 1000}, radius_m[] = {0.2, 1.0, 0.7, 5.0};
     const double radius = radius_m[i % 4];
-    // From well in front of the object to inside it, where W grazes the least that is used.
-    ask(random, random_scene(random, far_m[i % 3], radius, radius * uniform(random, 0.1, 2)));
+    // The camera is between well in front of the object and inside it, where W is close to min_w.
+    check(random, random_scene(random, far_m[i % 3], radius, radius * uniform(random, 0.1, 2)));
   }
 }
 
 TEST(ContactSimd, BoxesGrazingPixelsAreClassifiedConservatively) {
   Tally tally;
-  each_scene(300, [&](Random& random, const Scene& scene) {
+  for_each_scene(300, [&](Random& random, const Scene& scene) {
     const auto map =
         collision::object_map(scene.map.camera(), scene.world_from_tree, scene.radius_m);
     if (!map) return;
@@ -177,21 +179,21 @@ TEST(ContactSimd, BoxesGrazingPixelsAreClassifiedConservatively) {
       for (std::size_t i = 0; i < collision::Bvh::kArity; ++i) {
         const Vector3d corner =
             scene.world_from_tree.inverse() * grazing_point_world(random, scene);
-        const double size = some_size(random, 0.9 * scene.radius_m);
+        const double size = random_size(random, 0.9 * scene.radius_m);
         const Vector3d sight =
             scene.world_from_tree.linear().transpose() *
             scene.map.silhouette.camera.camera_from_world.linear().row(2).transpose();
-        const bool away = uniform(random, 0, 1) < 0.7;  // from the camera
+        const bool away = uniform(random, 0, 1) < 0.7;  // the box extends away from the camera
         for (std::size_t axis = 0; axis < 3; ++axis) {
           const double half = size * std::pow(uniform(random, 0, 1), 3),
                        x = corner[Eigen::Index(axis)];
           const double sign =
               (away ? sight[Eigen::Index(axis)] > 0 : uniform(random, 0, 1) < 0.5) ? 1 : -1;
-          const double middle = std::clamp(x + sign * half, -scene.radius_m, scene.radius_m);
-          boxes.center_m[axis][i] = nudged(random, middle);
+          const double center = std::clamp(x + sign * half, -scene.radius_m, scene.radius_m);
+          boxes.center_m[axis][i] = nudged(random, center);
           boxes.half_m[axis][i] =
               std::min(nudged(random, std::abs(x - double(boxes.center_m[axis][i]))),
-                       float(scene.radius_m - std::abs(middle)));
+                       float(scene.radius_m - std::abs(center)));
           boxes.half_m[axis][i] = std::max(boxes.half_m[axis][i], 0.0f);
         }
       }
@@ -219,7 +221,7 @@ TEST(ContactSimd, BoxesGrazingPixelsAreClassifiedConservatively) {
 
 TEST(ContactSimd, TrianglesGrazingPixelsAreClassifiedConservatively) {
   Tally tally;
-  each_scene(250, [&](Random& random, const Scene& scene) {
+  for_each_scene(250, [&](Random& random, const Scene& scene) {
     const auto map =
         collision::object_map(scene.map.camera(), scene.world_from_tree, scene.radius_m);
     if (!map) return;
@@ -228,14 +230,14 @@ TEST(ContactSimd, TrianglesGrazingPixelsAreClassifiedConservatively) {
       std::array<std::array<Vector3d, 3>, collision::Bvh::kArity> vertices_world_m;
       for (std::size_t i = 0; i < collision::Bvh::kArity; ++i) {
         const Vector3d first = scene.world_from_tree.inverse() * grazing_point_world(random, scene);
-        const double size = some_size(random, scene.radius_m);
+        const double size = random_size(random, scene.radius_m);
         for (std::size_t k = 0; k < 3; ++k) {
           Vector3d p = k == 0 ? first : Vector3d(first + random_in_ball(random, size));
           if (k > 0 && uniform(random, 0, 1) < 0.3)
             p = scene.world_from_tree.inverse() * grazing_point_world(random, scene);
           const Vector3d within = p.norm() < scene.radius_m ? p : first;
           vertices_world_m[i][k] =
-              scene.world_from_tree * within;  // as a detection does, in double
+              scene.world_from_tree * within;  // in double, as a detection computes it
           for (std::size_t axis = 0; axis < 3; ++axis)
             leaf.vertices_m[k][axis][i] = float(within[Eigen::Index(axis)]);
         }
@@ -256,8 +258,8 @@ TEST(ContactSimd, TrianglesGrazingPixelsAreClassifiedConservatively) {
   EXPECT_GT(tally.mixed, 1000);
 }
 
-// A triangle of which a corner of a part grazes a pixel: v0 + a / units (v1 - v0) + b / units (v2 -
-// v0) = p, to rounding.
+// A triangle with a part whose corner grazes a pixel border: v0 + a / units (v1 - v0) + b / units
+// (v2 - v0) = p, to rounding.
 struct Grazing {
   std::array<Vector3d, 3> vertices_world_m;
   double units;
@@ -265,7 +267,7 @@ struct Grazing {
 
 Grazing grazing_triangle(Random& random, const Scene& scene) {
   const double units = std::exp2(int(uniform(random, 0, 8))),
-               size = some_size(random, scene.radius_m);
+               size = random_size(random, scene.radius_m);
   const Vector3d p = grazing_point_world(random, scene), u = random_in_ball(random, size),
                  v = random_in_ball(random, size);
   const double a = std::floor(uniform(random, 0, units + 1)),
@@ -299,22 +301,22 @@ std::set<Cell> as_set(const collision::Cells& cells) {
 }
 
 TEST(ContactSimd, CellsGrazingPixelsAreClassifiedConservatively) {
-  Tally tally, middles;
-  int aside = 0;
-  each_scene(3000, [&](Random& random, const Scene& scene) {
+  Tally tally, centers;
+  int culled = 0;
+  for_each_scene(3000, [&](Random& random, const Scene& scene) {
     const collision::PixelFromWorld pixel =
         collision::pixel_from_world(scene.map.silhouette.camera);
     const Grazing t = grazing_triangle(random, scene);
     collision::TriangleMap map;
-    const collision::ProjectionStatus facing = collision::triangle_map(
+    const collision::ProjectionStatus status = collision::triangle_map(
         pixel, scene.map.camera().skip_map, t.vertices_world_m, t.units, map);
-    if (facing == collision::ProjectionStatus::culled) {
-      ++aside;
+    if (status == collision::ProjectionStatus::culled) {
+      ++culled;
       const Truth truth = truth_of(
           scene.map, {point_of(t, 0, 0), point_of(t, t.units, 0), point_of(t, 0, t.units)});
       EXPECT_TRUE(truth.behind || (truth.whole_in_front && truth.none));
     }
-    if (facing != collision::ProjectionStatus::in_front) return;
+    if (status != collision::ProjectionStatus::in_front) return;
     const double h =
         std::min(t.units, std::max(t.units / 16, std::exp2(int(uniform(random, 0, 5)))));
     const collision::Cells cells = cells_of(t, h);
@@ -333,20 +335,20 @@ TEST(ContactSimd, CellsGrazingPixelsAreClassifiedConservatively) {
                                        point_of(t, a, b + step)}));
       const bool is_inside = are_inside.contains(cell),
                  is_outside = !is_inside && !are_uncertain.contains(cell);
-      middles.count(is_outside, is_inside,
+      centers.count(is_outside, is_inside,
                     truth_of(scene.map, {point_of(t, a + step / 3, b + step / 3)}));
     }
   });
   EXPECT_EQ(tally.wrong, 0);
-  EXPECT_EQ(middles.wrong, 0);
+  EXPECT_EQ(centers.wrong, 0);
   std::printf(
-      "parts: %d free, %d solid, %d mixed; middles: %d outside, %d inside, %d uncertain; triangles "
-      "aside: %d\n",
-      tally.free, tally.solid, tally.mixed, middles.free, middles.solid, middles.mixed, aside);
-  for (const int count : {tally.free, tally.solid, tally.mixed, middles.free, middles.solid})
+      "parts: %d free, %d solid, %d mixed; centers: %d outside, %d inside, %d uncertain; triangles "
+      "culled: %d\n",
+      tally.free, tally.solid, tally.mixed, centers.free, centers.solid, centers.mixed, culled);
+  for (const int count : {tally.free, tally.solid, tally.mixed, centers.free, centers.solid})
     EXPECT_GT(count, 1000);
-  EXPECT_GT(middles.mixed, 30);
-  EXPECT_GT(aside, 30);
+  EXPECT_GT(centers.mixed, 30);
+  EXPECT_GT(culled, 30);
 }
 
 }  // namespace

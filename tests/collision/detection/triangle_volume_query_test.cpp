@@ -1,11 +1,11 @@
-#include "common/hull/oracle/reference.h"
-// Triangles in their own viewports against the hull (paper, section 4.2.4).
+// Volume queries of triangles in viewports of their own (paper, section 4.2.4).
 #include <algorithm>
 #include <limits>
 #include <set>
 #include <stdexcept>
 
 #include "common/collision/detection/paper/triangle_volume_query.h"
+#include "common/hull/oracle/reference.h"
 #include "tests/support/collision_scene.h"
 
 namespace fivepipe::test {
@@ -26,7 +26,7 @@ std::vector<hull::Silhouette> hand(int size_px = 200) {
       ring(3, 1.2, 0.6, size_px, 0.5));
 }
 
-// All maps full of object pixels: the hull is what all cameras see.
+// Full maps: the hull is the region that all cameras see.
 std::vector<hull::Silhouette> everything(const std::vector<geometry::Camera>& cameras) {
   std::vector<hull::Silhouette> all;
   for (const geometry::Camera& camera : cameras) {
@@ -42,7 +42,7 @@ collision::Triangle random_triangle(Random& random, double extent_m) {
           random_in_ball(random, extent_m)};
 }
 
-TEST(TriangleView, FillsTheViewportWithAnyTriangle) {
+TEST(TriangleView, AnyTriangleFillsTheViewport) {
   Random random(1);
   for (int i = 0; i < 1000; ++i) {
     const collision::Triangle t = random_triangle(random, 1);
@@ -52,13 +52,13 @@ TEST(TriangleView, FillsTheViewportWithAnyTriangle) {
     EXPECT_EQ(collision::point_at(view, 0, 0), view.base0_world_m);
     EXPECT_LT((collision::point_at(view, 1, 0) - view.base1_world_m).norm(), 1e-15);
     EXPECT_LT((collision::point_at(view, view.apex_x, 1) - view.apex_world_m).norm(), 1e-15);
-    // The foot of the height lies under the apex: seen along the normal, not sheared.
+    // The view is along the normal, not sheared: the foot of the height lies under the apex.
     const Eigen::Vector3d foot = collision::point_at(view, view.apex_x, 0);
     EXPECT_NEAR((view.apex_world_m - foot).dot(view.base1_world_m - view.base0_world_m), 0, 1e-12);
   }
 }
 
-TEST(TriangleView, BringsPointsBesideTheTriangleToItsBorder) {
+TEST(TriangleView, ClampsPointsOutsideTheTriangleToItsBorder) {
   Random random(2);
   for (int i = 0; i < 1000; ++i) {
     const collision::TriangleView view = collision::view_of(random_triangle(random, 1));
@@ -72,8 +72,8 @@ TEST(TriangleView, BringsPointsBesideTheTriangleToItsBorder) {
   }
 }
 
-// By the independent reference, which shares no code with the query or with in_hull: along a line
-// through the point, at 1.
+// Membership by the independent reference, which shares no code with the query or with in_hull():
+// an interval of the line through the point contains parameter 1.
 bool in_reference_hull(std::span<const hull::Silhouette> silhouettes,
                        const Eigen::Vector3d& p_world_m) {
   const Eigen::Vector3d origin_world_m(0.31, -0.47, 1.9);  // no camera's centre
@@ -99,17 +99,19 @@ TEST_F(TriangleQuery, EveryPointIsInTheHullAndOnItsTriangle) {
     const Eigen::Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
     EXPECT_NEAR(normal.dot(point.p_world_m - t[0]), 0, 1e-9);
   }
-  // Float rounding touches samples at the borders of pixels alone.
+  // Float rounding only affects samples at the borders of pixels.
   EXPECT_LT(result.points_unconfirmed, result.points.size() / 100);
 }
 
-// The CPU's oracle of the whole window: each sample that is clearly inside its triangle and clearly
-// in the hull is reported, and nothing that is clearly not.
-TEST_F(TriangleQuery, EqualsSampling) {
+// The query reports each sample that is clearly inside its triangle and clearly in the hull, and
+// none that is clearly outside the triangle.
+TEST_F(TriangleQuery, ReportsExactlyTheSamplesInTheHull) {
   const auto silhouettes = hand();
   constexpr int kViewport = 10;
   constexpr double kClear =
-      0.02;  // px of the images and of the viewport: GL snaps to 1/256 and rounds to floats
+      // Margin in pixels of the images and of the viewport: OpenGL snaps vertices to 1/256 px and
+      // rounds to float.
+      0.02;
   const auto clearly = [&](const Eigen::Vector3d& p_world_m) {
     for (const hull::Silhouette& s : silhouettes) {
       const auto uv = geometry::project(s.camera, p_world_m);
@@ -150,7 +152,7 @@ TEST_F(TriangleQuery, EqualsSampling) {
   EXPECT_GT(expected, 500u);
 }
 
-TEST_F(TriangleQuery, PermutedVerticesGiveTheSamePoints) {
+TEST_F(TriangleQuery, IsIndependentOfVertexOrder) {
   collision::TriangleVolumeQuery query(400, 10);
   query.set_silhouettes(hand());
   Random random(5);
@@ -166,7 +168,7 @@ TEST_F(TriangleQuery, PermutedVerticesGiveTheSamePoints) {
   }
 }
 
-TEST_F(TriangleQuery, DoesNotDependOnWhereInTheWindowATriangleLies) {
+TEST_F(TriangleQuery, IsIndependentOfAViewportsPlaceInTheWindow) {
   collision::TriangleVolumeQuery query(50, 10), wide(400, 10);
   query.set_silhouettes(hand());
   wide.set_silhouettes(hand());
@@ -174,7 +176,7 @@ TEST_F(TriangleQuery, DoesNotDependOnWhereInTheWindowATriangleLies) {
   std::vector<collision::Triangle> triangles;
   for (int i = 0; i < 60; ++i) triangles.push_back(random_triangle(random, 0.1));
   const auto together = query.query(triangles), in_one_window = wide.query(triangles);
-  std::size_t border = 0;  // interpolation rounds differently from place to place
+  std::size_t border = 0;  // the interpolation rounds differently at each place
   std::set<std::pair<std::uint32_t, double>> seen;
   for (const auto& p : together.points) seen.insert({p.triangle, p.p_world_m.x()});
   for (const auto& p : in_one_window.points)
@@ -182,17 +184,17 @@ TEST_F(TriangleQuery, DoesNotDependOnWhereInTheWindowATriangleLies) {
   EXPECT_LE(border, in_one_window.points.size() / 100);
 }
 
-TEST_F(TriangleQuery, TriangleWhollyInsideTheHullIsAllPoints) {
+TEST_F(TriangleQuery, EverySampleOfATriangleInsideTheHullIsAPoint) {
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(silhouettes_of({ball(kOrigin, 0.1)}, ring(3, 1, 0.5, 200, 0.5)));
   const auto result = query.query(std::vector<collision::Triangle>{
       {Eigen::Vector3d(0, 0, 0.01), {0.02, 0, 0.01}, {0, 0.02, 0.01}}});
-  EXPECT_GE(result.points.size(), 45u);  // half of 10 x 10, diagonal centres one way or the other
+  EXPECT_GE(result.points.size(), 45u);  // half of 10 x 10, with the diagonal on either side
   EXPECT_LE(result.points.size(), 55u);
 }
 
-TEST_F(TriangleQuery, TriangleSeenEdgeOnByEveryCameraIsFound) {
-  // Cameras and triangle all in the plane z = 0.
+TEST_F(TriangleQuery, FindsATriangleThatEveryCameraSeesEdgeOn) {
+  // The cameras and the triangle are in the plane z = 0.
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(silhouettes_of({ball(kOrigin, 0.05)}, ring(3, 1, 0, 200, 0.5)));
   EXPECT_GT(query
@@ -202,7 +204,7 @@ TEST_F(TriangleQuery, TriangleSeenEdgeOnByEveryCameraIsFound) {
             5u);
 }
 
-TEST_F(TriangleQuery, DegenerateTrianglesAreSampledAlongTheirLongestEdgeAndCounted) {
+TEST_F(TriangleQuery, SamplesDegenerateTrianglesAlongTheirLongestEdgeAndCountsThem) {
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(silhouettes_of({ball(kOrigin, 0.05)}, ring(3, 1, 0.5, 200, 0.5)));
   const Eigen::Vector3d a(-0.2, 0, 0), b(0.2, 0, 0), middle(0, 0, 0), outside(0.3, 0.3, 0.3);
@@ -218,14 +220,14 @@ TEST_F(TriangleQuery, DegenerateTrianglesAreSampledAlongTheirLongestEdgeAndCount
       query.query(std::vector<collision::Triangle>{{middle, middle, middle}}).points.empty());
   EXPECT_TRUE(
       query.query(std::vector<collision::Triangle>{{outside, outside, outside}}).points.empty());
-  // A sliver of 1 m x 1 um is no line.
+  // A sliver of 1 m x 1 um is not degenerate.
   const auto sliver = query.query(
       std::vector<collision::Triangle>{{Eigen::Vector3d(-0.5, 0, 0), {0.5, 0, 0}, {0, 1e-6, 0}}});
   EXPECT_EQ(sliver.triangles_degenerate, 0u);
   EXPECT_FALSE(sliver.points.empty());
 }
 
-TEST_F(TriangleQuery, RefusesVerticesThatAreNotFinite) {
+TEST_F(TriangleQuery, RejectsVerticesThatAreNotFinite) {
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(hand());
   for (const double bad : {kNaN, std::numeric_limits<double>::infinity()})
@@ -234,7 +236,7 @@ TEST_F(TriangleQuery, RefusesVerticesThatAreNotFinite) {
         std::invalid_argument);
 }
 
-TEST_F(TriangleQuery, RefusesViewportsAndMapsThatDoNotFit) {
+TEST_F(TriangleQuery, RejectsViewportsAndMapsThatDoNotFit) {
   EXPECT_THROW(collision::TriangleVolumeQuery(10, 11), std::invalid_argument);
   EXPECT_THROW(collision::TriangleVolumeQuery(10, 0), std::invalid_argument);
   collision::TriangleVolumeQuery query(100, 10);
@@ -243,7 +245,7 @@ TEST_F(TriangleQuery, RefusesViewportsAndMapsThatDoNotFit) {
   EXPECT_THROW(query.set_silhouettes(silhouettes), std::invalid_argument);
 }
 
-TEST_F(TriangleQuery, NoCameraAndNoObjectPixelsMeanNoHull) {
+TEST_F(TriangleQuery, TheHullIsEmptyWithoutACameraOrObjectPixels) {
   const std::vector<collision::Triangle> triangles = {
       {Eigen::Vector3d(-0.1, 0, 0), {0.1, 0, 0}, {0, 0.1, 0}}};
   collision::TriangleVolumeQuery query(100, 10);
@@ -258,12 +260,12 @@ TEST_F(TriangleQuery, NoCameraAndNoObjectPixelsMeanNoHull) {
   EXPECT_TRUE(query.query(triangles).points.empty());
 }
 
-TEST_F(TriangleQuery, PointsBehindACameraAndOutsideItsImageAreOut) {
+TEST_F(TriangleQuery, ReportsNoPointBehindACameraOrOutsideItsImage) {
   const auto cameras = ring(2, 1, 0, 64, 0.2);
   collision::TriangleVolumeQuery query(100, 10);
   query.set_silhouettes(everything(cameras));
-  // From behind one camera through the origin to behind the other: the points are in the 20 cm that
-  // both images see.
+  // The triangle reaches from behind one camera to behind the other; the points are in the 20 cm
+  // that both images show.
   const auto result = query.query(
       std::vector<collision::Triangle>{{Eigen::Vector3d(-2, 0, 0), {2, 0, 0}, {0, 0.01, 0.01}}});
   ASSERT_FALSE(result.points.empty());
@@ -274,7 +276,7 @@ TEST_F(TriangleQuery, PointsBehindACameraAndOutsideItsImageAreOut) {
                   .points.empty());
 }
 
-TEST_F(TriangleQuery, SixteenCamerasOfOddSizesAgreeWithTheHull) {
+TEST_F(TriangleQuery, PointsOfSixteenCamerasWithOddImageSizesAreInTheHull) {
   Random random(7);
   const auto silhouettes =
       silhouettes_of(random_object(random, 4), random_cameras(random, 16, 131, 77));
@@ -287,7 +289,8 @@ TEST_F(TriangleQuery, SixteenCamerasOfOddSizesAgreeWithTheHull) {
   for (const auto& p : result.points) EXPECT_TRUE(hull::in_hull(silhouettes, p.p_world_m));
 }
 
-// The paper's limit: samples 10 m / 10 px apart miss a hull of 1 cm; a finer viewport finds it.
+// The limit of the method: samples at a spacing of 10 m / 10 px miss a hull of 1 cm, and a finer
+// viewport finds it.
 TEST_F(TriangleQuery, MissesDetailThinnerThanTheSampleSpacing) {
   const auto silhouettes = silhouettes_of({ball({0.1, 0.2, 0}, 0.005)}, ring(3, 1, 0.5, 300, 0.6));
   const std::vector<collision::Triangle> ten_metres = {
@@ -312,7 +315,7 @@ TEST_F(TriangleQuery, KeepsItsSamplesOneKilometreFromTheOrigin) {
   EXPECT_LT(result.points_unconfirmed, result.points.size() / 50);
 }
 
-TEST_F(TriangleQuery, SameInputSameBits) {
+TEST_F(TriangleQuery, GivesTheSameBitsForTheSameInput) {
   Random random(8);
   std::vector<collision::Triangle> triangles;
   for (int i = 0; i < 500; ++i) triangles.push_back(random_triangle(random, 0.15));

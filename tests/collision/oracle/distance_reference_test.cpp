@@ -1,4 +1,4 @@
-// Depth in the hull and clearance outside: in closed form, and pixel by pixel by another way.
+// HullDistance: compared with closed forms and with an exhaustive search over the pixels.
 #include <algorithm>
 #include <limits>
 
@@ -10,9 +10,9 @@ namespace fivepipe::test {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kRounding_m = 1e-12;  // of points, cameras and hulls within metres
+constexpr double kRounding_m = 1e-12;  // for coordinates of a few metres
 
-// All of |X|, |Y| < Z is on object pixels. Pixels are 1 / 50.5 wide at Z = 1.
+// A camera whose full map is the pyramid |X|, |Y| < Z. A pixel is 1 / 50.5 wide at Z = 1.
 hull::Silhouette right_angled(
     const Eigen::Isometry3d& camera_from_world = Eigen::Isometry3d::Identity()) {
   hull::Silhouette s{{{101, 101, 50.5, 50.5, 50, 50}, camera_from_world},
@@ -22,7 +22,8 @@ hull::Silhouette right_angled(
   return s;
 }
 
-// To one pixel's pyramid, camera frame: squared distance to its square at depth t is convex in t.
+// Distance to the pyramid of one pixel, in the camera's frame. The squared distance to its square
+// at depth t is convex in t, so a ternary search finds the minimum.
 double to_pixel_m(const geometry::Pinhole& k, const Eigen::Vector3d& p, double u0, double v0,
                   double u1, double v1) {
   const auto distance2 = [&](double t) {
@@ -38,11 +39,11 @@ double to_pixel_m(const geometry::Pinhole& k, const Eigen::Vector3d& p, double u
   return std::sqrt(std::min(distance2(0.5 * (low + high)), p.squaredNorm()));
 }
 
-// The definition of HullDistance::signed_m, every pixel looked at; the image's outside as a frame
-// of one pixel, the images being narrow.
+// Computes HullDistance::signed_m() by its definition over every pixel. A frame of one pixel around
+// the image stands for its outside, which suffices because the images are narrow.
 double by_every_pixel_m(std::span<const hull::Silhouette> silhouettes,
                         const Eigen::Vector3d& p_world_m) {
-  double least_m = kInfinity;
+  double min_m = kInfinity;
   for (const hull::Silhouette& s : silhouettes) {
     const bool inside = hull::in_hull({&s, 1}, p_world_m);
     double nearest_m = kInfinity;
@@ -52,12 +53,12 @@ double by_every_pixel_m(std::span<const hull::Silhouette> silhouettes,
           nearest_m = std::min(nearest_m,
                                to_pixel_m(s.camera.pinhole, s.camera.camera_from_world * p_world_m,
                                           u - 0.5, v - 0.5, u + 0.5, v + 0.5));
-    least_m = std::min(least_m, inside ? nearest_m : -nearest_m);
+    min_m = std::min(min_m, inside ? nearest_m : -nearest_m);
   }
-  return least_m;
+  return min_m;
 }
 
-TEST(HullDistance, FullImageInClosedForm) {
+TEST(HullDistance, AgreesWithTheClosedFormOfAFullImage) {
   Random random(1);
   for (int i = 0; i < 200; ++i) {
     const Eigen::Isometry3d pose = geometry::look_at(
@@ -70,16 +71,17 @@ TEST(HullDistance, FullImageInClosedForm) {
     const double z = uniform(random, 0.1, 2), x = uniform(random, -0.9, 0.9) * z,
                  y = uniform(random, -0.9, 0.9) * z;
     EXPECT_NEAR(signed_m(x, y, z), (z - std::max(std::abs(x), std::abs(y))) / std::sqrt(2),
-                kRounding_m);  // nearest: a face
+                kRounding_m);  // the nearest border is a face
     EXPECT_NEAR(signed_m(z, 0.4 * (x + z), x), (x - z) / std::sqrt(2),
-                kRounding_m);                                              // a face, from outside
-    EXPECT_NEAR(signed_m(z, z, 0), -z * std::sqrt(2.0 / 3), kRounding_m);  // an edge
+                kRounding_m);  // a face, from outside the pyramid
+    // the nearest border is an edge
+    EXPECT_NEAR(signed_m(z, z, 0), -z * std::sqrt(2.0 / 3), kRounding_m);
     EXPECT_NEAR(signed_m(0.2 * z, x / 4, -z), -std::sqrt(1.04 * z * z + x * x / 16),
-                kRounding_m);  // the camera's centre, from behind
+                kRounding_m);  // the camera's center, from behind the camera
   }
 }
 
-TEST(HullDistance, AHoleOfOnePixelInClosedForm) {
+TEST(HullDistance, AgreesWithTheClosedFormOfAOnePixelHole) {
   std::vector<hull::Silhouette> silhouettes{right_angled()};
   silhouettes[0].pixels.set(50, 50, false);  // |X|, |Y| < Z / 101
   const collision::HullDistance hull(silhouettes);
@@ -89,7 +91,7 @@ TEST(HullDistance, AHoleOfOnePixelInClosedForm) {
   EXPECT_EQ(hull.depth_m({0.004, 0.001, 1}), 0);
 }
 
-TEST(HullDistance, AgreesWithEveryPixel) {
+TEST(HullDistance, AgreesWithAnExhaustiveSearchOverThePixels) {
   Random random(2);
   int inside = 0, outside = 0;
   for (int i = 0; i < 24; ++i) {
@@ -100,10 +102,11 @@ TEST(HullDistance, AgreesWithEveryPixel) {
         s.pixels = random_pixels(random, 37, 29, i % 2 ? 0.97 : 0.1);
     const collision::HullDistance hull(silhouettes);
     for (int k = 0; k < 8; ++k) {
-      const Eigen::Vector3d p = random_in_ball(random, k == 0 ? 3 : 0.2);  // some behind cameras
+      // some of them behind cameras
+      const Eigen::Vector3d p = random_in_ball(random, k == 0 ? 3 : 0.2);
       const double signed_m = hull.signed_m(p);
       EXPECT_NEAR(signed_m, by_every_pixel_m(silhouettes, p),
-                  1e-8);  // a minimum is as flat as the root of its rounding
+                  1e-8);  // The search resolves a minimum only to the root of the rounding.
       ++(signed_m > 0 ? inside : outside);
     }
   }
@@ -111,11 +114,11 @@ TEST(HullDistance, AgreesWithEveryPixel) {
   EXPECT_GT(outside, 20);
 }
 
-TEST(HullDistance, TheBallOfTheSignedDistanceIsAllHullOrNone) {
+TEST(HullDistance, TheBallOfTheSignedDistanceIsWhollyInOrWhollyOutOfTheHull) {
   Random random(3);
   auto silhouettes = hand_among();
   silhouettes[1].camera.camera_from_world.linear() *=
-      1 + 0.4 * geometry::kMaxRotationError;  // a calibration that is a little off
+      1 + 0.4 * geometry::kMaxRotationError;  // a rotation that is slightly not orthonormal
   silhouettes[2].camera.camera_from_world.linear()(0, 1) += 0.4 * geometry::kMaxRotationError;
   for (const hull::Silhouette& s : silhouettes) ASSERT_FALSE(geometry::why_unusable(s.camera));
   const collision::HullDistance hull(silhouettes);
@@ -134,39 +137,40 @@ TEST(HullDistance, TheBallOfTheSignedDistanceIsAllHullOrNone) {
   EXPECT_GT(inside, 30);
 }
 
-// Its bounds against the first hull points in thousands of directions: none nearer than the least,
-// and the nearest is no nearer than the most less the tolerance. A direction of the 4,000 is within
-// 0.1 of the nearest point's; the hand's cone is thicker than what it may miss by then.
-TEST(HullDistance, ClearanceHoldsTheDistanceToTheHull) {
+// Compares the bounds with the first hull points along 4000 random directions: none is nearer than
+// min_m, and the nearest is at most max_m plus what the directions miss. One of them is within 0.1
+// rad of the nearest point's direction.
+TEST(HullDistance, ClearanceBoundsTheDistanceToTheHull) {
   Random random(4);
   const auto silhouettes = hand_among();
   const collision::HullDistance hull(silhouettes);
   constexpr double kCap_m = 0.2, kTolerance_m = 5e-4;
   for (int i = 0; i < 12; ++i) {
     const Eigen::Vector3d p = 0.15 * random_direction(random);
-    const auto [least_m, most_m] = hull.clearance_m(p, kCap_m, kTolerance_m);
+    const auto [min_m, max_m] = hull.clearance_m(p, kCap_m, kTolerance_m);
     double nearest_m = kInfinity;
     for (int k = 0; k < 4000; ++k)
       for (const hull::Interval& in :
            hull::reference_intervals(silhouettes, {p, random_direction(random)}, 0, kCap_m))
         nearest_m = std::min(nearest_m, in.enter);
     ASSERT_LT(nearest_m, kCap_m);
-    EXPECT_GE(least_m, -hull.signed_m(p));
-    EXPECT_LE(least_m, nearest_m + kRounding_m);
-    EXPECT_LE(most_m, nearest_m + kTolerance_m);
-    EXPECT_LE(nearest_m, most_m + 0.005);
-    EXPECT_LE(least_m, most_m);
-    EXPECT_LE(most_m - least_m, kTolerance_m);
+    EXPECT_GE(min_m, -hull.signed_m(p));
+    EXPECT_LE(min_m, nearest_m + kRounding_m);
+    EXPECT_LE(max_m, nearest_m + kTolerance_m);
+    EXPECT_LE(nearest_m, max_m + 0.005);
+    EXPECT_LE(min_m, max_m);
+    EXPECT_LE(max_m - min_m, kTolerance_m);
   }
 }
 
-TEST(HullDistance, ClearanceOfAPyramidInClosedForm) {
+TEST(HullDistance, ClearanceAgreesWithTheClosedFormOfAPyramid) {
   const std::vector<hull::Silhouette> silhouettes{right_angled()};
   const collision::HullDistance hull(silhouettes);
   constexpr double kTolerance_m = 1e-3;
   const auto clearance = hull.clearance_m({1.2, 0.1, 1}, 0.5, kTolerance_m);
   EXPECT_LE(clearance.min_m, 0.2 / std::sqrt(2) + kRounding_m);
-  EXPECT_GE(clearance.min_m, 0.2 / std::sqrt(2) - kRounding_m);  // one camera: its own distance
+  // with one camera the bound is exact
+  EXPECT_GE(clearance.min_m, 0.2 / std::sqrt(2) - kRounding_m);
   EXPECT_GE(clearance.max_m, 0.2 / std::sqrt(2) - kRounding_m);
   EXPECT_LE(clearance.max_m, 0.2 / std::sqrt(2) + kTolerance_m);
   const auto inside = hull.clearance_m({0, 0, 1}, 0.5, kTolerance_m);
@@ -177,8 +181,8 @@ TEST(HullDistance, ClearanceOfAPyramidInClosedForm) {
   EXPECT_EQ(beyond_the_cap.max_m, kInfinity);
 }
 
-// Two opposed cameras' cones come near to p from either side, and meet far above it.
-TEST(HullDistance, TheHullMayBeFartherThanEveryCone) {
+// The cones of two opposed cameras come close to p from both sides and meet only far above it.
+TEST(HullDistance, ClearanceExceedsTheDistanceToEveryCone) {
   std::vector<hull::Silhouette> silhouettes;
   for (const double z : {-1.0, 1.0}) {
     hull::Silhouette s{camera_at({0, 0, z}, 100, 1, kOrigin, Eigen::Vector3d::UnitY()),
@@ -203,7 +207,7 @@ TEST(HullDistance, TheHullMayBeFartherThanEveryCone) {
   EXPECT_LE(clearance.max_m, nearest_m + 1e-3);
 }
 
-TEST(HullDistance, OneKilometreFromTheOrigin) {
+TEST(HullDistance, GivesTheSameDistancesOneKilometreFromTheOrigin) {
   Random random(6);
   const Eigen::Vector3d far_away_m(1000, -700, 50);
   const auto here = hand_among(), there = hand_among(4, 200, far_away_m);
@@ -214,7 +218,7 @@ TEST(HullDistance, OneKilometreFromTheOrigin) {
   }
 }
 
-TEST(HullDistance, NoHullIsInfinitelyFar) {
+TEST(HullDistance, AnEmptyHullIsInfinitelyFar) {
   auto silhouettes = hand_among();
   silhouettes[1].pixels = hull::ObjectPixels(200, 200);
   EXPECT_EQ(collision::HullDistance(silhouettes).signed_m(kOrigin), -kInfinity);
@@ -225,7 +229,7 @@ TEST(HullDistance, NoHullIsInfinitelyFar) {
   EXPECT_EQ(collision::HullDistance(silhouettes).signed_m(kOrigin), -kInfinity);
 }
 
-TEST(HullDistance, NotANumberIsNowhere) {
+TEST(HullDistance, APointThatIsNotFiniteHasNoDepthAndNoBound) {
   const auto silhouettes = hand_among();
   const collision::HullDistance hull(silhouettes);
   const Eigen::Vector3d p(0, std::numeric_limits<double>::quiet_NaN(), 0);

@@ -62,6 +62,7 @@ Eigen::Matrix3d pixel_from_camera(const geometry::Pinhole& k) {
   return m;
 }
 
+// Sets the members of ContactMap except eps_px, relative to the base pixel.
 void set_map(const hull::SkipMap& skip_map, int base_u, int base_v, ContactMap& map) {
   // The kernels index the map with 32 bits.
   assert(skip_map.box_bytes() < std::size_t(std::numeric_limits<std::int32_t>::max()));
@@ -144,14 +145,14 @@ ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& 
     const Eigen::Array2d px = image.head<2>().array() / image.z();
     min_px = min_px.min(px), max_px = max_px.max(px);
   }
-  const bool sure_of_w =
-      min_w > kMaxContactEps_px * kMaxContactEps_px * world_terms.z();  // far above rounding
-  if (sure_of_w && beside(skip_map.bounds(), min_px, max_px)) return ProjectionStatus::culled;
-  const Vector3d center_px =
+  // Far above rounding, so the images are meaningful.
+  const bool w_is_certain = min_w > kMaxContactEps_px * kMaxContactEps_px * world_terms.z();
+  if (w_is_certain && beside(skip_map.bounds(), min_px, max_px)) return ProjectionStatus::culled;
+  const Vector3d image_sum_px =
       images[0] / images[0].z() + images[1] / images[1].z() + images[2] / images[2].z();
   const hull::PixelRect& stored = skip_map.stored();
-  const int base_u = clamp_to_int(center_px.x() / 3, stored.u0_px, stored.u1_px - 1),
-            base_v = clamp_to_int(center_px.y() / 3, stored.v0_px, stored.v1_px - 1);
+  const int base_u = clamp_to_int(image_sum_px.x() / 3, stored.u0_px, stored.u1_px - 1),
+            base_v = clamp_to_int(image_sum_px.y() / 3, stored.v0_px, stored.v1_px - 1);
   double farthest_px = 1;  // at least 1, so that the error of W alone counts as one of the image
   for (Vector3d& image : images) {
     image.head<2>() -= Eigen::Vector2d(base_u, base_v) * image.z();

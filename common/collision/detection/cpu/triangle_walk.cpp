@@ -10,10 +10,9 @@ using Eigen::Vector3d;
 
 // Mixed parts are split down to eps_m divided by this; few parts are still mixed then.
 constexpr double kFinest = 16;
-// A triangle that is too large for float, or too close to a camera's plane, is cut into four this
-// many times,
+// A triangle that is too large for float, or too close to a camera's plane, is repeatedly cut into
+// four: at most this many times, and into at most this many parts.
 constexpr int kMaxCuts = 10;
-// and into at most this many parts.
 constexpr int kMaxParts = 4096;
 // Maximum number of parts tested together; only the hull of a noisy map exceeds it.
 constexpr std::size_t kMaxCells = 1 << 16;
@@ -27,6 +26,7 @@ constexpr double kSampleDistance = 2.0 / 3;
 // Divisions of the coarse test, for the verdict alone: 16 parts, one SIMD vector.
 constexpr int kCoarseDivisions = 4;
 
+// Lexicographical order of the coordinates.
 bool before(const Vector3d& a, const Vector3d& b) {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
 }
@@ -84,6 +84,7 @@ TriangleContact TriangleWalk::walk(const Triangle& triangle_world_m, bool solid,
   return contact_;
 }
 
+// Decides a part of the triangle: samples it, or cuts it if float cannot decide it.
 CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
   vertices_ = vertices;
   choose_grid();
@@ -102,6 +103,7 @@ CollisionVerdict TriangleWalk::walk_part(const Triangle& vertices, int depth) {
   return found ? CollisionVerdict::colliding : decide();
 }
 
+// Accepts every sample of a triangle that is wholly in the hull.
 CollisionVerdict TriangleWalk::accept_all(const Triangle& vertices) {
   if (!(request_.spacing_m > 0)) {
     add((vertices[0] + vertices[1] + vertices[2]) / 3);
@@ -116,6 +118,7 @@ CollisionVerdict TriangleWalk::accept_all(const Triangle& vertices) {
   return CollisionVerdict::colliding;
 }
 
+// Decides the four quarters of a part.
 CollisionVerdict TriangleWalk::split_part(const Triangle& v, int depth) {
   const Vector3d m01 = 0.5 * (v[0] + v[1]), m02 = 0.5 * (v[0] + v[2]), m12 = 0.5 * (v[1] + v[2]);
   CollisionVerdict worst = CollisionVerdict::free;
@@ -128,6 +131,7 @@ CollisionVerdict TriangleWalk::split_part(const Triangle& v, int depth) {
   return worst;
 }
 
+// Tests the corners of a part in double, because the triangle may not be cut further.
 CollisionVerdict TriangleWalk::test_corners(const Triangle& vertices) {
   contact_.cut_off = true;
   bool any = false;
@@ -192,6 +196,7 @@ void TriangleWalk::split_cells(const Cells& cells, double h) {
   }
 }
 
+// Samples the part at the requested spacing. Returns whether a sample is in the hull.
 bool TriangleWalk::sample() {
   contact_.coarser |= coarser_;
   const double sample_h = units_ / divisions_;
@@ -224,6 +229,7 @@ bool TriangleWalk::coarse_test() {
   return inside_.count > 0;
 }
 
+// Splits the part until every cell is free or a point is found, then tests the rest in double.
 CollisionVerdict TriangleWalk::decide() {
   begin_cells(1);
   for (double h = units_;; h *= 0.5) {
@@ -257,6 +263,7 @@ CollisionVerdict TriangleWalk::resolve_exact(double h) {
   return CollisionVerdict::undecided;
 }
 
+// Accepts the cells whose center is in the hull; double decides the uncertain ones.
 void TriangleWalk::accept_inside(double h) {
   // The loop inlines center() and add(), because there are many samples.
   const Vector3d origin = vertices_[0], per_a_m = per_a_m_, per_b_m = per_b_m_,
@@ -310,6 +317,7 @@ void TriangleWalk::add(const Vector3d& p_world_m) {
   consider(p_world_m);
 }
 
+// Keeps the point farthest from the reference.
 void TriangleWalk::consider(const Vector3d& p_world_m) {
   const double m2 = (p_world_m - request_.farthest_from_world_m).squaredNorm();
   if (!(m2 > farthest_m2_)) return;

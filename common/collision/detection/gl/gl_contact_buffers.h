@@ -88,10 +88,10 @@ struct Part {
 // The pass in which a triangle's first point was found, and the pass in which the triangle was
 // deferred to the CPU; kNever if that did not happen.
 struct State {
-  std::uint32_t found_pass, left_pass;
+  std::uint32_t found_pass, deferred_pass;
 };
 inline constexpr std::uint32_t kNever = ~0u;
-// Value of left_pass if a part of the last level is still mixed.
+// Value of deferred_pass if a part of the last level is still mixed.
 inline constexpr std::uint32_t kUndecided = 1000;
 struct Refinement {
   Dispatch parts[kMaxPasses], blocks, samples;

@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 
 namespace {
 
-enum Binding {
+// Binding points of boxes.comp and triangles.comp.
+enum DescentBinding {
   kSkipMaps = 0,
   kCameras = 1,
   kObjects = 2,
@@ -26,6 +27,7 @@ enum Binding {
   kOut = 6,
   kLeaves = 7
 };
+// Binding points of refine.comp, sample.comp and blocks.comp.
 enum RefineBinding {
   kFrameCameras = 0,
   kBlocks = 1,
@@ -202,9 +204,9 @@ void GlContactPasses::place_trees(std::span<const DetectionObject> objects,
   for (std::size_t i = 0, next = 0; i < objects.size() && next < placed.size(); ++i) {
     if (!fits[i] || number[i] != next) continue;
     const PlacedTree& here = placed[next];
-    const bool there = next < placed_.size() && placed_[next].content == here.content &&
-                       placed_[next].first_word == here.first_word;
-    if (!there) write_tree(*objects[i].tree, objects_[i], words_each[next], tree_buffer_);
+    const bool stored = next < placed_.size() && placed_[next].content == here.content &&
+                        placed_[next].first_word == here.first_word;
+    if (!stored) write_tree(*objects[i].tree, objects_[i], words_each[next], tree_buffer_);
     ++next;
   }
   placed_ = std::move(placed);

@@ -48,6 +48,8 @@ constexpr std::uint32_t kNotRefined = ~0u;
 
 }  // namespace
 
+// Refines the contacts on the GPU and grows the buffers for parts as needed. At the maximum it
+// leaves all contacts to the CPU.
 void GlDetection::Work::refine() {
   std::vector<RefinedTriangle> triangles;
   std::vector<Part> first;
@@ -103,6 +105,7 @@ std::vector<std::size_t> GlDetection::Work::count_points() const {
   return points;
 }
 
+// Doubles the spacing of an object that exceeds its point limit, and returns whether it does.
 bool GlDetection::Work::too_many_points(std::size_t object, std::size_t points, double radius_m) {
   Sampling& s = samplings[object];
   if (!(points > s.point_limit)) return false;
@@ -157,9 +160,9 @@ void GlDetection::Work::confirm(std::span<const DetectionObject> objects) {
     const State state = refined_number[i] == kNotRefined
                             ? State{c.solid ? 0 : kNever, c.solid ? kNever : 0}
                             : refined->states[refined_number[i]];
-    const bool sure = state.found_pass != kNever;
-    if (sure && kept == 0) ++counts.unconfirmed;
-    s.walk = kept == 0 && (sure || state.left_pass != kNever);
+    const bool certain = state.found_pass != kNever;
+    if (certain && kept == 0) ++counts.unconfirmed;
+    s.walk = kept == 0 && (certain || state.deferred_pass != kNever);
     s.points = s.walk ? 0 : kept;
     if (s.points == 0) continue;
     s.verdict = CollisionVerdict::colliding;
@@ -176,17 +179,17 @@ void GlDetection::Work::confirm(std::span<const DetectionObject> objects) {
   }
 }
 
-// Walks the remaining triangles on the CPU. Returns as resolve_exact(); points_found: by object, so
-// far.
+// Walks the triangles on the CPU that the GPU left open or that double did not confirm. Returns as
+// resolve_exact(). points_found: number of points by object, so far.
 bool GlDetection::Work::walk(std::span<const DetectionObject> objects,
                              const DetectionOptions& options,
                              std::span<const std::size_t> points_found) {
-  std::vector<std::size_t> left;
+  std::vector<std::size_t> deferred;
   for (std::size_t i = 0; i < contacts.size(); ++i)
-    if (resolved[i].walk) left.push_back(i);
-  counts.triangles_on_cpu = left.size();
+    if (resolved[i].walk) deferred.push_back(i);
+  counts.triangles_on_cpu = deferred.size();
   base::WorkerPool& pool = query->hull().pool();
-  const std::size_t tasks = (left.size() + kTrianglesPerTask - 1) / kTrianglesPerTask;
+  const std::size_t tasks = (deferred.size() + kTrianglesPerTask - 1) / kTrianglesPerTask;
   walked.assign(tasks, {});
   std::vector<TriangleWalk> walks(std::size_t(pool.threads()),
                                   TriangleWalk(*query, {options.eps_m, options.max_points}));
@@ -195,9 +198,9 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> objects,
   pool.run(int(tasks), [&](int task, int thread) {
     WalkedTriangles& to = walked[std::size_t(task)];
     for (std::size_t n = std::size_t(task) * kTrianglesPerTask;
-         n < std::min(left.size(), std::size_t(task + 1) * kTrianglesPerTask); ++n) {
-      const GlContact& c = contacts[left[n]];
-      ResolvedContact& s = resolved[left[n]];
+         n < std::min(deferred.size(), std::size_t(task + 1) * kTrianglesPerTask); ++n) {
+      const GlContact& c = contacts[deferred[n]];
+      ResolvedContact& s = resolved[deferred[n]];
       if (points[c.object].load(std::memory_order_relaxed) > samplings[c.object].point_limit)
         continue;
       const std::size_t before = to.points.size();
@@ -216,10 +219,10 @@ bool GlDetection::Work::walk(std::span<const DetectionObject> objects,
   if (!all) return false;
   std::vector<CollisionPoint> points_of_one;
   // Appends the points to those of the other contacts.
-  for (std::size_t n = 0; n < left.size(); ++n) {
-    ResolvedContact& s = resolved[left[n]];
+  for (std::size_t n = 0; n < deferred.size(); ++n) {
+    ResolvedContact& s = resolved[deferred[n]];
     points_of_one.resize(s.points);
-    walked[n / kTrianglesPerTask].points.write(s.first_point, contacts[left[n]].triangle,
+    walked[n / kTrianglesPerTask].points.write(s.first_point, contacts[deferred[n]].triangle,
                                                points_of_one.data(), s.points);
     s.first_point = points_world_m.size();
     for (const CollisionPoint& p : points_of_one) points_world_m.push_back(p.p_world_m);

@@ -21,19 +21,21 @@ void GlDetection::Work::clear(std::size_t count) {
   counts = {};
 }
 
-void GlDetection::Work::leave_to_cpu(std::span<const DetectionObject> objects,
-                                     const std::vector<char>& fits,
-                                     const DetectionOptions& options) {
-  std::vector<DetectionObject> left;
-  std::vector<std::size_t> number;
+// Tests the objects that do not fit the GPU with backend `cpu`.
+void GlDetection::Work::detect_on_cpu(std::span<const DetectionObject> objects,
+                                      const std::vector<char>& fits,
+                                      const DetectionOptions& options) {
+  std::vector<DetectionObject> remaining;
+  std::vector<std::size_t> index;
   for (std::size_t i = 0; i < objects.size(); ++i)
-    if (!fits[i] && !objects[i].tree->empty()) left.push_back(objects[i]), number.push_back(i);
-  if (left.empty()) return;
-  const std::span<ObjectCollision> found = cpu.detect(*query, left, options);
-  for (std::size_t i = 0; i < left.size(); ++i) collisions[number[i]] = std::move(found[i]);
-  counts.objects_on_cpu = left.size();
+    if (!fits[i] && !objects[i].tree->empty()) remaining.push_back(objects[i]), index.push_back(i);
+  if (remaining.empty()) return;
+  const std::span<ObjectCollision> found = cpu.detect(*query, remaining, options);
+  for (std::size_t i = 0; i < remaining.size(); ++i) collisions[index[i]] = std::move(found[i]);
+  counts.objects_on_cpu = remaining.size();
 }
 
+// Descends the BVHs on the GPU and sorts the triangles that are not free into contacts.
 void GlDetection::Work::open_contacts(std::span<const DetectionObject> objects) {
   std::vector<OpenTriangle> open = passes.open_triangles();
   counts.descent_ms = passes.descent_ms();
@@ -64,7 +66,8 @@ void GlDetection::Work::open_contacts(std::span<const DetectionObject> objects) 
   }
 }
 
-// Returns false, with the spacing doubled, if an object exceeds its point limit.
+// Decides all contacts. Returns false, with the spacing doubled, if an object exceeds its point
+// limit.
 bool GlDetection::Work::resolve_exact(std::span<const DetectionObject> objects,
                                       const DetectionOptions& options) {
   for (GlContact& c : contacts) {
@@ -83,6 +86,7 @@ bool GlDetection::Work::resolve_exact(std::span<const DetectionObject> objects,
   return walk(objects, options, points);
 }
 
+// Sorts the decided contacts into the results of their objects.
 void GlDetection::Work::gather(std::span<const DetectionObject> objects,
                                const DetectionOptions& options) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -123,7 +127,7 @@ std::span<ObjectCollision> GlDetection::detect(std::span<const DetectionObject> 
   if (!w.query->hull().empty()) {
     std::vector<char> fits(objects.size(), 0);
     if (w.maps_fit) fits = w.passes.set_objects(w.query->hull(), objects);
-    w.leave_to_cpu(objects, fits, options);
+    w.detect_on_cpu(objects, fits, options);
     if (w.maps_fit) w.open_contacts(objects);
     w.samplings.clear();
     for (const DetectionObject& o : objects)

@@ -7,7 +7,7 @@
 namespace fivepipe::collision {
 namespace {
 
-enum class Stage { free_by_image, box_touched, free_by_cells, box_may_hold };
+enum class Stage { free_by_image, box_colliding, free_by_cells, box_may_hold };
 
 Eigen::AlignedBox3d world_box_m(std::span<const Triangle> triangles) {
   Eigen::AlignedBox3d box;
@@ -53,7 +53,7 @@ std::vector<Stage> stages_of(TriangleVolumeQuery& query,
     faces.add(i, faces_of(boxes_world_m[i]));
   }
   for (const CollisionPoint& point : query.query(faces.triangles).points)
-    stages[faces.object[point.triangle]] = Stage::box_touched;
+    stages[faces.object[point.triangle]] = Stage::box_colliding;
   for (std::size_t i = 0; i < stages.size(); ++i)
     if (stages[i] == Stage::box_may_hold &&
         is_certainly_free(query.silhouettes(), boxes_world_m[i], kCellDepth))
@@ -73,7 +73,7 @@ Detection detect(TriangleVolumeQuery& query,
     switch (stages[i]) {
       case Stage::free_by_image: ++counts.free_by_image; continue;
       case Stage::free_by_cells: ++counts.free_by_cells; continue;
-      case Stage::box_touched: ++counts.box_touched; break;
+      case Stage::box_colliding: ++counts.box_colliding; break;
       case Stage::box_may_hold: ++counts.box_may_hold; break;
     }
     detection.objects[i].verdict = CollisionVerdict::undecided;
@@ -83,7 +83,6 @@ Detection detect(TriangleVolumeQuery& query,
 
   const TriangleQueryResult result = query.query(candidates.triangles);
   counts.triangles_queried = candidates.triangles.size();
-  counts.triangles_degenerate = result.triangles_degenerate;
   counts.points_unconfirmed = result.points_unconfirmed;
   for (const CollisionPoint& point : result.points) {
     ObjectCollision& object = detection.objects[candidates.object[point.triangle]];

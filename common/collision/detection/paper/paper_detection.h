@@ -22,12 +22,12 @@
 namespace fivepipe::collision {
 
 // Number of objects by the stage that decided them;
-// objects = free_by_image + box_touched + free_by_cells + box_may_hold.
+// objects = free_by_image + box_colliding + free_by_cells + box_may_hold.
 struct DetectionCounts {
-  std::size_t objects = 0, free_by_image = 0, box_touched = 0, free_by_cells = 0, box_may_hold = 0,
-              colliding = 0;
+  std::size_t objects = 0, free_by_image = 0, box_colliding = 0, free_by_cells = 0,
+              box_may_hold = 0, colliding = 0;
   // Of stage 4.
-  std::size_t triangles_queried = 0, triangles_degenerate = 0, points_unconfirmed = 0;
+  std::size_t triangles_queried = 0, points_unconfirmed = 0;
 };
 
 struct Detection {
