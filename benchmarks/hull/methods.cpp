@@ -43,8 +43,8 @@ Method gl_method(int threads) {
                                                     std::span<float> depth_m) {
             hull->set_silhouettes(scene.silhouettes);
             const hull::PixelRect rect = whole(view);
-            const auto tiles = hull->depth(view, {&rect, 1});
-            std::copy(tiles[0].depth_m.begin(), tiles[0].depth_m.end(), depth_m.begin());
+            const auto tiles = hull->depth(view, std::span(&rect, 1));
+            std::ranges::copy(tiles.front().depth_m, depth_m.begin());
           }};
 }
 
@@ -128,8 +128,9 @@ Method gl_sweep_method(int planes, int threads) {
                 state->sweep->height_px() != rect.v1_px)
               state->sweep = std::make_unique<hull::PlaneSweep>(rect.u1_px, rect.v1_px, planes);
             state->sweep->set_silhouettes(scene.silhouettes);
-            const auto tiles = state->sweep->depth(view, {view.near_m, view.far_m}, {&rect, 1});
-            std::copy(tiles[0].depth_m.begin(), tiles[0].depth_m.end(), depth_m.begin());
+            const auto tiles =
+                state->sweep->depth(view, {view.near_m, view.far_m}, std::span(&rect, 1));
+            std::ranges::copy(tiles.front().depth_m, depth_m.begin());
           },
           [planes](const hull::View& view) { return plane_spacing_mm(view, planes); }};
 }
