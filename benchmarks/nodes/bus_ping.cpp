@@ -13,9 +13,9 @@
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/profile.h"
 #include "common/pipeline/messages/wire_conversions.h"
-#include "launch/cli/commands.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/process.h"
+#include "launch/supervise/program_folder.h"
 
 namespace fivepipe::node_bench {
 namespace {
@@ -68,7 +68,7 @@ std::vector<double> ddsperf_medians(std::uint32_t domain, std::size_t size_bytes
 
 void ping(std::uint32_t domain, const std::string& profile, BusTimes& times) {
   launch::ChildProcess echo(
-      {launch::program_folder() / "fivepipe", "bench", "bus-echo", std::to_string(domain), profile},
+      {launch::program_folder() / "fivepipe_measure", "bus-echo", std::to_string(domain), profile},
       {});
   bus::Bus bus({domain, profile, "ping"});
   auto maps = bus.writer<bus::topics::ObjectPixelMap>();

@@ -16,9 +16,9 @@
 #include "common/base/realtime.h"
 #include "common/base/usage_error.h"
 #include "common/recording/replay/node_inputs.h"
-#include "launch/cli/commands.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/process.h"
+#include "launch/supervise/program_folder.h"
 #include "launch/supervise/status_messages.h"
 
 namespace fivepipe::node_bench {

@@ -1,5 +1,5 @@
-// The benchmarks that run inside the fivepipe program. Each function takes the words after its name
-// and returns the exit code.
+// The benchmarks of the program fivepipe_measure. Each function takes the words after its name and
+// returns the exit code.
 #pragma once
 #include <string>
 #include <vector>

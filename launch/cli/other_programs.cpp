@@ -2,19 +2,20 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <iostream>
 #include <system_error>
 
-#include "benchmarks/nodes/bus_ping.h"
-#include "launch/cli/benchmarks.h"
+#include "common/base/usage_error.h"
 #include "launch/cli/commands.h"
-#include "launch/supervise/interrupt.h"
 
 namespace fivepipe::launch {
 namespace {
 
 constexpr const char* kBenchPrefix = "fivepipe_bench_";
+// The program of `bench NODE`, `bench pipeline` and `bench compare` (bench_main.cpp).
+constexpr const char* kMeasureProgram = "fivepipe_measure";
 
 std::vector<std::string> suites() {
   std::vector<std::string> names;
@@ -28,6 +29,8 @@ std::vector<std::string> suites() {
 
 // Replaces this process by the program that words.front() names.
 [[noreturn]] void exec_program(std::vector<std::string> words) {
+  if (!std::filesystem::exists(words.front()))
+    throw base::UsageError(words.front() + " is not built; run launch/build");
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -41,27 +44,17 @@ bool is_from_recording(const std::vector<std::string>& words) {
   });
 }
 
-// Returns 130 if `run` throws after a signal.
-int interruptible(const std::function<int()>& run) {
-  try {
-    return run();
-  } catch (const std::exception&) {
-    if (signals_received() > 0) return 130;
-    throw;
-  }
+bool is_node_benchmark(const std::vector<std::string>& words) {
+  const std::string& name = words.front();
+  return name == "compare" || name == "pipeline" || name.ends_with("_node") ||
+         is_from_recording(words);
 }
 
 int run_bench(std::vector<std::string> words) {
   const std::vector<std::string> known = suites();
-  if (!words.empty()) {
-    const std::vector<std::string> rest(words.begin() + 1, words.end());
-    if (words.front() == "compare") return bench_compare(rest);
-    if (words.front() == "bus-echo" && rest.size() == 2)
-      return node_bench::echo_on_bus(std::uint32_t(std::stoul(rest[0])),
-                                     rest[1]);  // `bench pipeline` starts this process
-    if (words.front() == "pipeline") return interruptible([&] { return bench_pipeline(rest); });
-    if (is_from_recording(rest) || words.front().ends_with("_node"))
-      return interruptible([&] { return bench_node(words.front(), rest); });
+  if (!words.empty() && is_node_benchmark(words)) {
+    words.insert(words.begin(), program_folder() / kMeasureProgram);
+    exec_program(std::move(words));
   }
   if (words.empty() || std::find(known.begin(), known.end(), words.front()) == known.end()) {
     std::cerr << (words.empty() ? "bench: name a benchmark\n"

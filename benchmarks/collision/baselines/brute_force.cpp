@@ -78,13 +78,13 @@ bool BruteForce::set_up(const collision::TriangleView& view, Thread& thread) con
                                 map.pixel_from_world * view.apex_world_m.homogeneous()};
     // If the homogeneous coordinates of all three corners lie on one side of a line in the image,
     // so does every point of the triangle that is in front of the camera.
-    const auto beside = [&](int axis, double sign, double border_px) {
+    const auto outside = [&](int axis, double sign, double border_px) {
       return std::all_of(corners, corners + 3, [&](const Vector3d& c) {
         return sign * (c[axis] - (border_px + sign * kBeside_px) * c.z()) > 0;
       });
     };
-    if (beside(0, -1, map.bounds.u0_px) || beside(0, 1, map.bounds.u1_px) ||
-        beside(1, -1, map.bounds.v0_px) || beside(1, 1, map.bounds.v1_px))
+    if (outside(0, -1, map.bounds.u0_px) || outside(0, 1, map.bounds.u1_px) ||
+        outside(1, -1, map.bounds.v0_px) || outside(1, 1, map.bounds.v1_px))
       return false;
     // The reference pixel lies within the bounds, so its bit is inside the map.
     const auto reference_px = [&](int axis, int low_px, int high_px) {

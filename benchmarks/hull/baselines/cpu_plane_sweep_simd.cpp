@@ -49,8 +49,8 @@ HWY_INLINE Contents contents_on_planes(const SweptCamera& c, const hull::PixelRe
 }
 
 HWY_INLINE void planes_of(std::span<const SweptCamera> cameras, const hull::PixelRect& rays, V t,
-                          std::uint32_t asked, PlaneSet& planes) {
-  planes.possible = asked;
+                          std::uint32_t candidates, PlaneSet& planes) {
+  planes.possible = candidates;
   for (std::size_t i = 0; i < cameras.size() && planes.possible; ++i) {
     const Contents contents = contents_on_planes(cameras[i], rays, t);
     planes.possible &= ~bits_of(contents.none);
@@ -65,7 +65,7 @@ struct Homography {
 };
 
 // Returns which of the rays (u, v) hit object pixels of every camera in `homographies`.
-HWY_INLINE M hit(std::span<const Homography> homographies, V u, V v, M asked) {
+HWY_INLINE M hit(std::span<const Homography> homographies, V u, V v, M alive) {
   for (const Homography& h : homographies) {
     const auto coordinate = [&](std::size_t k) HWY_ATTR {
       return hn::MulAdd(hn::Set(d, h.of_u[k]), u,
@@ -73,10 +73,10 @@ HWY_INLINE M hit(std::span<const Homography> homographies, V u, V v, M asked) {
     };
     const V w = coordinate(2), scale = reciprocal(w);
     const M on = on_object(*h.map, hn::Mul(coordinate(0), scale), hn::Mul(coordinate(1), scale));
-    asked = hn::And(asked, hn::And(on, hn::Gt(w, hn::Zero(d))));
-    if (hn::AllFalse(d, asked)) break;
+    alive = hn::And(alive, hn::And(on, hn::Gt(w, hn::Zero(d))));
+    if (hn::AllFalse(d, alive)) break;
   }
-  return asked;
+  return alive;
 }
 
 // A tile's rays. Each vector holds a block of kWide x kHigh.

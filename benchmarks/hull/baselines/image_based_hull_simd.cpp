@@ -276,18 +276,18 @@ HWY_INLINE void narrow(const EpipolarCamera& c, const CornerRays& corners, V& be
   s_max = hn::Add(s_max, slack);
   const M meets = hn::And(hn::Ge(s_max, s_begin), hn::Lt(s_min, hn::Set(d, sector.s_end)));
   const VI one = hn::Set(di, 1), first = group(s_min),
-           behind = hn::Add(hn::Max(group(s_max), first), one);
+           group_end = hn::Add(hn::Max(group(s_max), first), one);
   // The largest power of two in the range, from the exponent of a float.
   const VI level =
-      hn::Sub(hn::ShiftRight<23>(hn::BitCast(di, hn::ConvertTo(d, hn::Sub(behind, first)))),
+      hn::Sub(hn::ShiftRight<23>(hn::BitCast(di, hn::ConvertTo(d, hn::Sub(group_end, first)))),
               hn::Set(di, 127));
   const VI row = hn::Mul(level, hn::Set(di, c.groups)), at = hn::Add(row, first),
-           also_at = hn::Add(row, hn::Sub(behind, hn::Shl(one, level)));
+           other_at = hn::Add(row, hn::Sub(group_end, hn::Shl(one, level)));
   const V nearest = hn::Sub(
-      hn::Min(hn::GatherIndex(d, c.nearest, at), hn::GatherIndex(d, c.nearest, also_at)), slack);
+      hn::Min(hn::GatherIndex(d, c.nearest, at), hn::GatherIndex(d, c.nearest, other_at)), slack);
   const V farthest = hn::Add(
-      hn::Max(hn::GatherIndex(d, c.farthest, at), hn::GatherIndex(d, c.farthest, also_at)), slack);
-  V least = never, most = hn::Zero(d);
+      hn::Max(hn::GatherIndex(d, c.farthest, at), hn::GatherIndex(d, c.farthest, other_at)), slack);
+  V min_depth = never, max_depth = hn::Zero(d);
   for (int k = 0; k < kCorners; ++k) {
     Lines l;
     l.a_eye = hn::Set(d, c.at_eye[axis_a]);
@@ -295,12 +295,13 @@ HWY_INLINE void narrow(const EpipolarCamera& c, const CornerRays& corners, V& be
     l.w_eye = hn::Set(d, c.at_eye[2]);
     l.w_far = w_far[k];
     l.towards = towards;
-    least = hn::Min(least, depth_at(l, nearest));
-    most = hn::Max(most, depth_at(l, farthest));
+    min_depth = hn::Min(min_depth, depth_at(l, nearest));
+    max_depth = hn::Max(max_depth, depth_at(l, farthest));
   }
-  begin = hn::IfThenElse(ahead, hn::Max(begin, hn::Mul(least, hn::Set(d, 1 - kRounding))), begin);
+  begin =
+      hn::IfThenElse(ahead, hn::Max(begin, hn::Mul(min_depth, hn::Set(d, 1 - kRounding))), begin);
   end = hn::IfThenElse(
-      ahead, hn::IfThenElseZero(meets, hn::Min(end, hn::Mul(most, hn::Set(d, 1 + kRounding)))),
+      ahead, hn::IfThenElseZero(meets, hn::Min(end, hn::Mul(max_depth, hn::Set(d, 1 + kRounding)))),
       end);
 }
 

@@ -12,14 +12,14 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe::baselines::HWY_NAMESPACE {
-// Clamps to [0, most]. NaN becomes one of the two.
-HWY_INLINE V held(V x, int most) {
-  return hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, float(most)));
+// Clamps to [0, max]. NaN becomes one of the two.
+HWY_INLINE V clamped(V x, int max) {
+  return hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, float(max)));
 }
 
 HWY_INLINE M on_object(const LookupTables& map, V x, V y) {
-  const VI column = hn::ConvertTo(di, held(x, map.width_px - 1)),
-           row = hn::ConvertTo(di, held(y, map.height_px - 1));
+  const VI column = hn::ConvertTo(di, clamped(x, map.width_px - 1)),
+           row = hn::ConvertTo(di, clamped(y, map.height_px - 1));
   const VI at = hn::Add(hn::Mul(row, hn::Set(di, map.words_per_row)), hn::ShiftRight<5>(column));
   const VI word = hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(map.bits), at);
   return as_float_mask(
@@ -34,12 +34,12 @@ struct Contents {
 HWY_INLINE Contents contents_of(const LookupTables& map, V x0, V y0, V x1, V y1) {
   constexpr float kCells = 1.0f / kCell_px;
   const VI one = hn::Set(di, 1), stride = hn::Set(di, map.columns + 1);
-  const VI left = hn::ConvertTo(di, hn::Mul(held(x0, map.width_px - 1), hn::Set(d, kCells)));
+  const VI left = hn::ConvertTo(di, hn::Mul(clamped(x0, map.width_px - 1), hn::Set(d, kCells)));
   const VI right =
-      hn::Add(hn::ConvertTo(di, hn::Mul(held(x1, map.width_px - 1), hn::Set(d, kCells))), one);
-  const VI top = hn::ConvertTo(di, hn::Mul(held(y0, map.height_px - 1), hn::Set(d, kCells)));
+      hn::Add(hn::ConvertTo(di, hn::Mul(clamped(x1, map.width_px - 1), hn::Set(d, kCells))), one);
+  const VI top = hn::ConvertTo(di, hn::Mul(clamped(y0, map.height_px - 1), hn::Set(d, kCells)));
   const VI bottom =
-      hn::Add(hn::ConvertTo(di, hn::Mul(held(y1, map.height_px - 1), hn::Set(d, kCells))), one);
+      hn::Add(hn::ConvertTo(di, hn::Mul(clamped(y1, map.height_px - 1), hn::Set(d, kCells))), one);
   const VI above = hn::Mul(top, stride), below = hn::Mul(bottom, stride);
   const auto sum = [&](VI row, VI column) HWY_ATTR {
     return hn::GatherIndex(di, reinterpret_cast<const std::int32_t*>(map.cells),

@@ -51,8 +51,8 @@ void ObjectPixelLookup::build(const hull::ObjectPixels& pixels, const hull::Pixe
         sums[16 * w + cell] = above[16 * w + cell] + sum;
       }
     }
-    const int behind = 64 / kCell_px * words;
-    std::fill_n(sums + behind + 1, kBorder_u_px / kCell_px, sums[behind]);
+    const int end = 64 / kCell_px * words;
+    std::fill_n(sums + end + 1, kBorder_u_px / kCell_px, sums[end]);
   }
   const auto last = std::size_t(cell_rows + 1) * stride;  // the border below adds nothing
   std::copy_n(cells_.data() + last, stride, cells_.data() + last + stride);

@@ -38,11 +38,11 @@ void VoxelFront::add_brick(const std::array<int, 3>& corner_voxel, const std::ui
                            std::span<TileDepths> depths) const {
   const std::array corner{float(corner_voxel[0]), float(corner_voxel[1]), float(corner_voxel[2])};
   constexpr float kHalf = 0.5f * kBrick_voxels;
-  const std::array middle{corner[0] + kHalf, corner[1] + kHalf, corner[2] + kHalf};
-  if (!words) return add_cube(middle, kHalf, depths);
+  const std::array center{corner[0] + kHalf, corner[1] + kHalf, corner[2] + kHalf};
+  if (!words) return add_cube(center, kHalf, depths);
   // Uses blocks of two if blocks of four would span more than a tile.
   const float depth_m =
-      of_x_[2] * middle[0] + of_y_[2] * middle[1] + of_z_[2] * middle[2] + of_1_[2];
+      of_x_[2] * center[0] + of_y_[2] * center[1] + of_z_[2] * center[2] + of_1_[2];
   const bool fine = kHalf * voxel_px_m_ > kFrontTile_px * depth_m;
   for (int block = 0; block < 64; block += fine ? 1 : 8) {
     const std::uint32_t* word = words + block / 4;
@@ -56,10 +56,10 @@ void VoxelFront::add_brick(const std::array<int, 3>& corner_voxel, const std::ui
   }
 }
 
-void VoxelFront::add_cube(const std::array<float, 3>& middle, float half_voxels,
+void VoxelFront::add_cube(const std::array<float, 3>& center, float half_voxels,
                           std::span<TileDepths> depths) const {
   const auto at = [&](std::size_t k) {
-    return of_x_[k] * middle[0] + of_y_[k] * middle[1] + of_z_[k] * middle[2] + of_1_[k];
+    return of_x_[k] * center[0] + of_y_[k] * center[1] + of_z_[k] * center[2] + of_1_[k];
   };
   const float depth_m = at(2),
               half_m = half_voxels * (std::abs(of_x_[2]) + std::abs(of_y_[2]) + std::abs(of_z_[2]));
@@ -70,14 +70,14 @@ void VoxelFront::add_cube(const std::array<float, 3>& middle, float half_voxels,
     for (std::size_t k = 0; k < 2; ++k) {
       // A point moved by m moves in the image by (p_k m - position p_w m) / (w + p_w m).
       const float position = at(k) / depth_m;
-      const float reach =
+      const float extent =
           half_voxels *
               (std::abs(of_x_[k] - position * of_x_[2]) + std::abs(of_y_[k] - position * of_y_[2]) +
                std::abs(of_z_[k] - position * of_z_[2])) /
               begin_m +
           kRounding_px;
-      const float begin = (position - reach) / kFrontTile_px,
-                  end = (position + reach) / kFrontTile_px, count = float(last[k] + 1);
+      const float begin = (position - extent) / kFrontTile_px,
+                  end = (position + extent) / kFrontTile_px, count = float(last[k] + 1);
       if (!(begin < count && end >= 0)) return;
       first[k] = begin > 0 ? int(begin) : 0;
       last[k] = end < count ? int(end) : last[k];

@@ -28,7 +28,7 @@ class VoxelFront {
                  std::span<TileDepths> depths) const;
 
  private:
-  void add_cube(const std::array<float, 3>& middle, float half_voxels,
+  void add_cube(const std::array<float, 3>& center, float half_voxels,
                 std::span<TileDepths> depths) const;
 
   int across_, down_;

@@ -24,7 +24,7 @@ HWY_INLINE V homogeneous(const CarvingCamera& c, std::size_t k, V x, V y, V z) {
 // Returns how far, in axis k of the image, a point of the cube may be from the image `position` of
 // the cube's center. With p the rows of the projection, a point moved by m moves in the image by
 // (p_k m - position p_w m) / (w + p_w m).
-HWY_INLINE V reach(const CarvingCamera& c, std::size_t k, V position, V half, V min_w_reciprocal) {
+HWY_INLINE V extent(const CarvingCamera& c, std::size_t k, V position, V half, V min_w_reciprocal) {
   const auto part = [&](float of, float of_w) HWY_ATTR {
     return hn::Abs(hn::NegMulAdd(position, hn::Set(d, of_w), hn::Set(d, of)));
   };
@@ -40,10 +40,10 @@ HWY_INLINE Contents contents_of_cubes(const CarvingCamera& c, V x, V y, V z, flo
           v = hn::Mul(homogeneous(c, 1, x, y, z), scale);
   const V min_w = hn::Sub(w, hn::Set(d, half_voxels * (std::abs(c.of_x[2]) + std::abs(c.of_y[2]) +
                                                        std::abs(c.of_z[2]))));
-  const V far = reciprocal(min_w), reach_u = reach(c, 0, u, half, far),
-          reach_v = reach(c, 1, v, half, far);
-  const Contents contents = contents_of(c.map, hn::Sub(u, reach_u), hn::Sub(v, reach_v),
-                                        hn::Add(u, reach_u), hn::Add(v, reach_v));
+  const V far = reciprocal(min_w), extent_u = extent(c, 0, u, half, far),
+          extent_v = extent(c, 1, v, half, far);
+  const Contents contents = contents_of(c.map, hn::Sub(u, extent_u), hn::Sub(v, extent_v),
+                                        hn::Add(u, extent_u), hn::Add(v, extent_v));
   const M in_front = hn::Gt(min_w, hn::Zero(d));
   return {hn::And(contents.none, in_front), hn::And(contents.all, in_front)};
 }
@@ -54,12 +54,12 @@ HWY_INLINE VI test_cubes(std::span<const CarvingCamera> cameras, V x, V y, V z, 
   const VI carved = hn::Set(di, kCarved);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const VI camera = hn::Set(di, std::int32_t(1) << i);
-    const MI asked = hn::AndNot(hn::Eq(mixed, carved), hn::TestBit(mixed, camera));
-    if (hn::AllFalse(di, asked)) continue;
+    const MI active = hn::AndNot(hn::Eq(mixed, carved), hn::TestBit(mixed, camera));
+    if (hn::AllFalse(di, active)) continue;
     const Contents contents = contents_of_cubes(cameras[i], x, y, z, half_voxels);
-    mixed = hn::IfThenElse(hn::And(asked, hn::RebindMask(di, contents.all)),
+    mixed = hn::IfThenElse(hn::And(active, hn::RebindMask(di, contents.all)),
                            hn::AndNot(camera, mixed), mixed);
-    mixed = hn::IfThenElse(hn::And(asked, hn::RebindMask(di, contents.none)), carved, mixed);
+    mixed = hn::IfThenElse(hn::And(active, hn::RebindMask(di, contents.none)), carved, mixed);
   }
   return mixed;
 }
@@ -72,11 +72,11 @@ void test_nodes(std::span<const CarvingCamera> cameras, int size_voxels, CarvedN
   const float half = 0.5f * float(size_voxels);
   const V to_center = hn::Set(d, half);
   for (std::size_t i = 0; i < padded; i += lanes) {
-    const auto middle = [&](const std::vector<std::int32_t>& corner) HWY_ATTR {
+    const auto center = [&](const std::vector<std::int32_t>& corner) HWY_ATTR {
       return hn::Add(hn::ConvertTo(d, hn::LoadU(di, corner.data() + i)), to_center);
     };
     const VI mixed = hn::LoadU(di, nodes.mixed.data() + i);
-    hn::StoreU(test_cubes(cameras, middle(nodes.x), middle(nodes.y), middle(nodes.z), half, mixed),
+    hn::StoreU(test_cubes(cameras, center(nodes.x), center(nodes.y), center(nodes.z), half, mixed),
                di, nodes.mixed.data() + i);
   }
   for (auto* v : {&nodes.x, &nodes.y, &nodes.z, &nodes.mixed}) v->resize(count);
@@ -97,15 +97,15 @@ HWY_INLINE VI block_coordinate(VI block, int k) {
   return hn::Add(hn::ShiftLeft<2>(fours), hn::ShiftLeft<1>(twos));
 }
 
-HWY_INLINE M centers_in_hull(std::span<const CarvingCamera> cameras, V x, V y, V z, M asked) {
+HWY_INLINE M centers_in_hull(std::span<const CarvingCamera> cameras, V x, V y, V z, M active) {
   for (const CarvingCamera& c : cameras) {
     const V w = homogeneous(c, 2, x, y, z), scale = reciprocal(w);
     const M on = on_object(c.map, hn::Mul(homogeneous(c, 0, x, y, z), scale),
                            hn::Mul(homogeneous(c, 1, x, y, z), scale));
-    asked = hn::And(asked, hn::And(on, hn::Gt(w, hn::Zero(d))));
-    if (hn::AllFalse(d, asked)) break;
+    active = hn::And(active, hn::And(on, hn::Gt(w, hn::Zero(d))));
+    if (hn::AllFalse(d, active)) break;
   }
-  return asked;
+  return active;
 }
 
 constexpr int kBlocks = 64, kVoxelsPerBlock = 8;
@@ -120,11 +120,11 @@ int test_blocks(std::span<const CarvingCamera> cameras, const V (&corner)[3], st
   int count = 0;
   for (int first = 0; first < kBlocks; first += lanes) {
     const VI block = hn::Iota(di, first);
-    const auto middle = [&](int k) HWY_ATTR {
+    const auto center = [&](int k) HWY_ATTR {
       return hn::Add(hn::Add(corner[k], hn::ConvertTo(d, block_coordinate(block, k))), one);
     };
     const VI all = hn::Set(di, std::int32_t((1u << cameras.size()) - 1));
-    hn::Store(test_cubes(cameras, middle(0), middle(1), middle(2), 1.0f, all), di, mixed);
+    hn::Store(test_cubes(cameras, center(0), center(1), center(2), 1.0f, all), di, mixed);
     for (int i = 0; i < lanes; ++i) {
       bytes[first + i] = mixed[i] == 0 ? 0xff : 0;
       mixed_blocks[count] = first + i;
@@ -140,19 +140,19 @@ void carve_brick(std::span<const CarvingCamera> all_cameras, const std::array<in
   std::size_t camera_count = 0;
   for (std::size_t i = 0; i < all_cameras.size(); ++i)
     if (mixed >> i & 1) cameras[camera_count++] = all_cameras[i];
-  const std::span<const CarvingCamera> asked(cameras, camera_count);
+  const std::span<const CarvingCamera> active(cameras, camera_count);
 
   const V corner[3] = {hn::Set(d, float(corner_voxel[0])), hn::Set(d, float(corner_voxel[1])),
                        hn::Set(d, float(corner_voxel[2]))};
   std::uint8_t bytes[kBlocks];
   std::int32_t blocks[kBlocks + 16];
-  const int count = test_blocks(asked, corner, bytes, blocks), lanes = int(hn::Lanes(d)),
+  const int count = test_blocks(active, corner, bytes, blocks), lanes = int(hn::Lanes(d)),
             voxels = count * kVoxelsPerBlock;
   std::fill_n(blocks + count, 16, 0);
   for (int first = 0; first < voxels; first += lanes) {
     const VI voxel = hn::Iota(di, first), one = hn::Set(di, 1);
     const VI block = hn::GatherIndex(di, blocks, hn::ShiftRight<3>(voxel));
-    const auto centre = [&](int k) HWY_ATTR {
+    const auto center = [&](int k) HWY_ATTR {
       const VI in_block = hn::And(k == 0   ? voxel
                                   : k == 1 ? hn::ShiftRight<1>(voxel)
                                            : hn::ShiftRight<2>(voxel),
@@ -161,7 +161,7 @@ void carve_brick(std::span<const CarvingCamera> all_cameras, const std::array<in
           hn::Add(corner[k], hn::ConvertTo(d, hn::Add(block_coordinate(block, k), in_block))),
           hn::Set(d, 0.5f));
     };
-    const M in = centers_in_hull(asked, centre(0), centre(1), centre(2),
+    const M in = centers_in_hull(active, center(0), center(1), center(2),
                                  as_float_mask(hn::Lt(voxel, hn::Set(di, voxels))));
     std::uint8_t in_bits[8] = {};
     hn::StoreMaskBits(d, in, in_bits);

@@ -48,7 +48,7 @@ struct Found {
   M occupied;
   VI edge_xy, edge_z;
 };
-HWY_INLINE Found look(const VoxelGrid& grid, VI x, VI y, VI z) {
+HWY_INLINE Found voxel_at(const VoxelGrid& grid, VI x, VI y, VI z) {
   const auto bit = [](VI i, VI which) HWY_ATTR { return hn::And(i, which); };
   const VI one = hn::Set(di, 1), two = hn::Set(di, 2), four = hn::Set(di, 4),
            eight = hn::Set(di, 8), zero = hn::Zero(di);
@@ -129,7 +129,7 @@ HWY_INLINE Walk started(const DrawnView& view, const DrawnTile& tile, V u, V v, 
 
 // Tests the current voxel and advances. Returns false if no ray is left.
 HWY_INLINE bool step(const VoxelGrid& grid, const DrawnView& view, Walk& w) {
-  const Found found = look(grid, w.x, w.y, w.z);
+  const Found found = voxel_at(grid, w.x, w.y, w.z);
   w.hits = hn::Or(w.hits, hn::And(w.alive, found.occupied));
   w.alive = hn::AndNot(found.occupied, w.alive);
   const VI x0 = hn::And(w.x, hn::Neg(found.edge_xy)), y0 = hn::And(w.y, hn::Neg(found.edge_xy)),
