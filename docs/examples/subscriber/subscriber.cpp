@@ -1,6 +1,6 @@
-// Prints what collides with the real objects, live: subscriber [DOMAIN [MESSAGES]]
-// For loopback or several hosts, set CYCLONEDDS_URI to the profile that the deployment uses
-// (launch/profiles/).
+// Prints the collision verdict for each virtual object of a running deployment:
+//   subscriber [DOMAIN [MESSAGES]]
+// Before the start, set CYCLONEDDS_URI to the network profile of the deployment (launch/profiles/).
 #include <dds/dds.h>
 
 #include <cstdio>
@@ -8,9 +8,19 @@
 
 #include "fivepipe.h"
 
+// undecided is not free: the object may collide, but no collision point was found.
+static const char* text_of(fivepipe_v1_CollisionVerdict verdict) {
+  switch (verdict) {
+    case fivepipe_v1_free: return "is free";
+    case fivepipe_v1_undecided: return "is undecided";
+    case fivepipe_v1_colliding: return "collides";
+  }
+  return "has an unknown verdict";
+}
+
 int main(int argc, char** argv) {
   const unsigned domain = argc > 1 ? unsigned(std::atoi(argv[1])) : 0;
-  const long wanted = argc > 2 ? std::atol(argv[2]) : 0;  // 0: go on
+  const long wanted = argc > 2 ? std::atol(argv[2]) : 0;  // 0: no limit
 
   const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
   const dds_entity_t topic = dds_create_topic(participant, &fivepipe_v1_CollisionResult_desc,
@@ -21,7 +31,8 @@ int main(int argc, char** argv) {
   const dds_entity_t reader = dds_create_reader(participant, topic, qos, nullptr);
   dds_delete_qos(qos);
   if (reader < 0) {
-    std::fprintf(stderr, "no reader in domain %u: %s\n", domain, dds_strretcode(-reader));
+    std::fprintf(stderr, "cannot create a reader in domain %u: %s\n", domain,
+                 dds_strretcode(-reader));
     return 1;
   }
   const dds_entity_t waitset = dds_create_waitset(participant);
@@ -31,7 +42,7 @@ int main(int argc, char** argv) {
     if (dds_waitset_wait(waitset, nullptr, 0, DDS_SECS(10)) == 0) {
       std::fprintf(
           stderr,
-          "nothing came for ten seconds; `fivepipe top --domain %u` shows what runs there\n",
+          "no message arrived within 10 s; `fivepipe top --domain %u` lists the running nodes\n",
           domain);
       return 3;
     }
@@ -39,12 +50,11 @@ int main(int argc, char** argv) {
     dds_sample_info_t infos[16];
     const dds_return_t count = dds_take(reader, samples, infos, 16, 16);
     for (dds_return_t i = 0; i < count; ++i) {
-      if (!infos[i].valid_data) continue;  // its writer went away
+      if (!infos[i].valid_data) continue;  // a change of the key's state, such as no more writer
       const auto& result = *static_cast<const fivepipe_v1_CollisionResult*>(samples[i]);
-      std::printf("frame %llu: %s %s, %u triangles\n",
+      std::printf("frame %llu: %s %s, %u colliding triangles\n",
                   static_cast<unsigned long long>(result.frame), result.object,
-                  result.verdict == fivepipe_v1_colliding ? "collides" : "is free",
-                  result.triangles_colliding);
+                  text_of(result.verdict), result.triangles_colliding);
       ++printed;
     }
     if (count > 0) dds_return_loan(reader, samples, count);
