@@ -1,14 +1,17 @@
 #include "common/base/text_table.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace fivepipe::base {
 namespace {
 
 constexpr const char* kColumnGap = "  ";
 
+// Breaks a cell after ", " into lines of at most max_width characters; 0: one line.
 std::vector<std::string> lines_of(const std::string& cell, std::size_t max_width) {
   std::vector<std::string> lines{""};
   std::size_t at = 0;
@@ -39,7 +42,7 @@ void TextTable::add(std::vector<std::string> cells) {
 std::string TextTable::text() const {
   std::vector<std::size_t> widths;
   for (std::size_t i = 0; i < columns_.size(); ++i) {
-    std::size_t width = columns_[i].head.size();
+    std::size_t width = std::max(columns_[i].head.size(), columns_[i].min_width);
     for (const auto& row : rows_)
       for (const std::string& line : row[i]) width = std::max(width, line.size());
     widths.push_back(width);
@@ -70,16 +73,11 @@ std::string printable(std::string text) {
 }
 
 std::string with_decimals(double value, int decimals) {
-  if (!std::isfinite(value)) return "-";
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return text;
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "-";
 }
 
 std::string joined(const std::vector<std::string>& parts, const std::string& between) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : between) + part;
-  return text;
+  return fmt::format("{}", fmt::join(parts, between));
 }
 
 std::string counted(std::uint64_t count, const std::string& what) {

@@ -1,4 +1,4 @@
-// Columns of text for a terminal.
+// Text in columns for a terminal.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,16 +11,17 @@ class TextTable {
  public:
   struct Column {
     std::string head;
-    bool right = false;  // numbers
-    std::size_t max_width =
-        0;  // a longer cell goes on in further lines, behind ", "; 0: as wide as it is
+    bool right = false;         // aligns to the right, for numbers
+    std::size_t max_width = 0;  // a longer cell wraps after ", "; 0: no limit
+    std::size_t min_width = 0;  // keeps the columns in place when a table is redrawn
   };
   explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}
 
-  // As many cells as columns.
+  // Takes one cell per column.
   void add(std::vector<std::string> cells);
   bool empty() const { return rows_.empty(); }
-  // Two blanks between columns, none at the ends of lines.
+  // The head and the rows, each line with a newline. Two blanks separate columns; lines have no
+  // trailing blanks.
   std::string text() const;
 
  private:
@@ -28,9 +29,9 @@ class TextTable {
   std::vector<std::vector<std::vector<std::string>>> rows_;  // row, column, line
 };
 
-// What a file or a peer calls itself, fit for a terminal: control characters become '?'.
+// Replaces control characters by '?'. Use it for text from files and from the network.
 std::string printable(std::string text);
-std::string with_decimals(double value, int decimals);  // "-" where it is no number
+std::string with_decimals(double value, int decimals);  // "-" if the value is NaN or infinite
 std::string joined(const std::vector<std::string>& parts, const std::string& between);
 // "1 message", "2 messages"
 std::string counted(std::uint64_t count, const std::string& what);
