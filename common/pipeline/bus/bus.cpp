@@ -12,18 +12,20 @@
 namespace fivepipe::bus {
 namespace {
 
-// Cyclone clears as many samples with each loan that it gets back: more than a view has tiles costs
-// more than it saves.
+// Cyclone DDS clears this many sample structs for each returned loan. More than the tiles of a view
+// cost more time than they save.
 constexpr std::int32_t kMaxSamplesPerTake = 64;
 
-// Depth of each kind of delivery, in samples per key. stream: more than max_frames_in_flight, so
-// that pacing, not the bus, drops.
+// History depth in samples per key. stream: more than max_frames_in_flight, so that pacing drops
+// frames before the bus does.
 constexpr std::int32_t kStreamDepth = 8, kLatchedDepth = 1, kEventDepth = 64;
 
-// Readers acknowledge when a heartbeat asks them to. Cyclone takes several configurations, the
-// later ones on top.
+// Readers acknowledge samples when a heartbeat requests it. Cyclone DDS merges several
+// configurations; later ones override earlier ones.
 constexpr const char* kFrequentHeartbeats =
-    R"(,<CycloneDDS><Domain><Internal><HeartbeatInterval min="100us" minsched="100us" max="10ms">200us</HeartbeatInterval></Internal></Domain></CycloneDDS>)";
+    R"(,<CycloneDDS><Domain><Internal><HeartbeatInterval )"
+    R"(min="100us" minsched="100us" max="10ms">200us</HeartbeatInterval>)"
+    R"(</Internal></Domain></CycloneDDS>)";
 
 std::int32_t checked(std::int32_t result, const std::string& what) {
   if (result < 0) throw BusError(what + ": " + dds_strretcode(-result));
@@ -144,8 +146,8 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   FittedProfile profile = fitted_to_kernel(profile_xml(options.profile), kernel_rmem_max_bytes());
   if (options.frequent_heartbeats) profile.xml += kFrequentHeartbeats;
   if (!profile.warning.empty()) warnings_.push_back(profile.warning);
-  // One domain of a number per process: a second Bus in it (tests, tools) shares the first one's
-  // configuration.
+  // A process configures a domain once. A second Bus in the same domain (tests, tools) uses the
+  // configuration of the first one.
   const std::int32_t domain = dds_create_domain(options.domain, profile.xml.c_str());
   if (domain >= 0)
     impl_->domain = std::make_unique<detail::Entity>(domain);
@@ -164,7 +166,7 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
 }
 
 Bus::~Bus() {
-  // Before its participant and domain.
+  // The waitset goes before the participant, the participant before the domain.
   impl_->waitset.reset();
   impl_->participant.reset();
 }

@@ -7,9 +7,9 @@
 namespace fivepipe::bus::detail {
 namespace {
 
-constexpr std::int32_t kMaxEndpoints = 1024;  // of a kind
+constexpr std::int32_t kMaxEndpoints = 1024;  // per built-in topic
 
-// Everything alive that a built-in topic holds, in turn.
+// Calls `each` for every endpoint in the built-in topic that is alive.
 template <class Described, class Each>
 void for_each_endpoint(dds_entity_t participant, dds_entity_t builtin_topic, const Each& each) {
   const dds_entity_t reader = dds_create_reader(participant, builtin_topic, nullptr, nullptr);
