@@ -1,4 +1,4 @@
-// Nodes that run alone, fed by a lossless replay, and what they write.
+// Feeds single nodes from a lossless replay and collects their output.
 #pragma once
 #include <csignal>
 #include <string_view>
@@ -22,8 +22,8 @@ struct ReplayRun {
 
 class ReplayedNodesTest : public RecordingTest {
  protected:
-  // Starts the nodes, replays what they read, so many times, ends them. Fails where a message or a
-  // frame is missing.
+  // Starts the nodes, replays their inputs `rounds` times and ends the nodes. The test fails if a
+  // message or a frame is missing.
   ReplayRun replayed(const std::filesystem::path& recording,
                      const std::vector<NodeUnderTest>& nodes,
                      const std::vector<std::string>& outputs_of,
@@ -68,7 +68,7 @@ class ReplayedNodesTest : public RecordingTest {
   }
 
  private:
-  // Of processes started since then: those that were recorded have ended.
+  // Of the processes that started after start_ns: the replay also sends statuses of recorded ones.
   void take_final_reports(ReplayRun& run, std::int64_t start_ns) {
     for (const auto& sample : statuses_.take()) {
       if (!sample.valid() || !sample->final_report || sample->start_stamp_ns < start_ns) continue;
