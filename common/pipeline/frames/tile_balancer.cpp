@@ -46,8 +46,6 @@ bool TileBalancer::add(std::uint64_t frame, int worker, std::span<const std::uin
   return true;
 }
 
-void TileBalancer::clear() { frames_.clear(); }
-
 std::vector<double> TileBalancer::mean_costs() const {
   std::vector<double> sum(std::size_t(columns_ * rows_), 0.0);
   int frames = 0;

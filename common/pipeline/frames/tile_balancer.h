@@ -23,7 +23,6 @@ class TileBalancer {
   // NaN.
   bool add(std::uint64_t frame, int worker, std::span<const std::uint16_t> tiles,
            std::span<const float> cost_ms);
-  void clear();
 
   // Returns the worker index for each tile of the next frame, row by row. split: frames assigns
   // whole frames round-robin. split: tiles assigns tiles round-robin until the costs of all tiles
