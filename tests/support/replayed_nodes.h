@@ -78,8 +78,14 @@ class ReplayedNodesTest : public RecordingTest {
       for (std::uint32_t i = 0; i < sample->drops._length; ++i)
         run.drops[sample->node][text_of(sample->drops._buffer[i])] = sample->drops._buffer[i].count;
       for (std::uint32_t i = 0; i < sample->topics._length; ++i)
-        run.sent[sample->node][sample->topics._buffer[i].topic] = sample->topics._buffer[i].sent;
+        take_topic(run, sample->node, sample->topics._buffer[i]);
     }
+  }
+  static void take_topic(ReplayRun& run, const std::string& node,
+                         const fivepipe_v1_TopicCounts& topic) {
+    run.sent[node][topic.topic] = topic.sent;
+    if (topic.not_sent > 0)
+      run.drops[node]["not_sent: " + std::string(topic.topic)] = topic.not_sent;
   }
   static std::string text_of(const fivepipe_v1_DropCount& drop) {
     return messages::text_of({drop.reason, drop.subject, drop.detail});
