@@ -152,10 +152,9 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   if (domain >= 0)
     impl_->domain = std::make_unique<detail::Entity>(domain);
   else if (domain != DDS_RETCODE_PRECONDITION_NOT_MET)
-    throw BusError("DDS domain " + std::to_string(options.domain) +
-                   " can't be opened with network profile '" + options.profile +
-                   "': " + dds_strretcode(-domain) +
-                   " (the lines above this one, from Cyclone DDS, say why)");
+    throw BusError("cannot open DDS domain " + std::to_string(options.domain) +
+                   " with network profile '" + options.profile + "': " + dds_strretcode(-domain) +
+                   " (Cyclone DDS logs the reason in the lines above)");
   const Qos qos(dds_create_qos(), dds_delete_qos);
   if (!options.participant.empty()) dds_qset_entity_name(qos.get(), options.participant.c_str());
   impl_->participant = std::make_unique<detail::Entity>(
@@ -244,8 +243,8 @@ std::vector<std::string> Bus::problems() {
         policy = status.last_policy_id, change = std::uint32_t(status.total_count_change);
     }
     if (change)
-      problems.push_back(std::string(endpoint.topic) + ": a " +
-                         (endpoint.reads ? "writer" : "reader") + " elsewhere was refused: " +
+      problems.push_back(std::string(endpoint.topic) + ": DDS refused a " +
+                         (endpoint.reads ? "writer" : "reader") + " of another process: " +
                          policy_name(policy) + " (policy " + std::to_string(policy) + ")");
   }
   return problems;

@@ -62,7 +62,8 @@ ddsi_sertype* type_of(dds_entity_t participant, const topics::Topic& described) 
   ddsi_serdata* taken = nullptr;
   dds_sample_info_t info;
   if (dds_takecdr(reader.handle, &taken, 1, &info, DDS_ANY_STATE) != 1)
-    throw BusError(std::string(described.name) + ": how it is serialised can't be found out");
+    throw BusError(std::string(described.name) +
+                   ": cannot determine how Cyclone DDS serialises the type");
   const Serdata sample(taken);
   return ddsi_sertype_ref(sample.data->type);
 }
@@ -181,16 +182,16 @@ SerializedWriter::~SerializedWriter() { ddsi_sertype_unref(type_); }
 bool SerializedWriter::write(const SerializedSample& sample) {
   if (sample.cdr.size() < kHeaderBytes)
     throw BusError(topic_ + ": " + std::to_string(sample.cdr.size()) +
-                   " bytes are no serialised message");
+                   " bytes are not a serialised message");
   ddsrt_iovec_t bytes;
-  bytes.iov_base = const_cast<std::byte*>(
-      sample.cdr.data());  // the C interface lacks const; Cyclone DDS only reads
+  // The C interface lacks const; Cyclone DDS only reads.
+  bytes.iov_base = const_cast<std::byte*>(sample.cdr.data());
   bytes.iov_len = sample.cdr.size();
   ddsi_serdata* data = ddsi_serdata_from_ser_iov(
       type_, sample.kind == SampleKind::data ? SDK_DATA : SDK_KEY, 1, &bytes, bytes.iov_len);
   if (!data)
     throw BusError(topic_ + ": " + std::to_string(sample.cdr.size()) +
-                   " bytes are no message of this type");
+                   " bytes are not a message of this type");
   data->statusinfo = status_info_of(sample.kind);
   data->timestamp.v = sample.source_stamp_ns;
   const dds_return_t result =
