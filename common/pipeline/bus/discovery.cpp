@@ -32,9 +32,9 @@ std::string duration_text(dds_duration_t duration_ns) {
 }  // namespace
 
 std::string guid_text(const dds_guid_t& guid) {
-  static constexpr char digits[] = "0123456789abcdef";
+  static constexpr char kDigits[] = "0123456789abcdef";
   std::string text;
-  for (const std::uint8_t byte : guid.v) text += {digits[byte >> 4], digits[byte & 15]};
+  for (const std::uint8_t byte : guid.v) text += {kDigits[byte >> 4], kDigits[byte & 15]};
   return text;
 }
 
@@ -50,9 +50,9 @@ std::map<std::string, std::string> qos_text(const dds_qos_t* qos) {
                               ? "reliable, blocks " + duration_text(blocking_ns)
                               : "best_effort";
   if (dds_qget_durability(qos, &durability)) {
-    static constexpr const char* names[] = {"volatile", "transient_local", "transient",
-                                            "persistent"};
-    text["durability"] = names[durability];
+    static constexpr const char* kNames[] = {"volatile", "transient_local", "transient",
+                                             "persistent"};
+    text["durability"] = kNames[durability];
   }
   if (dds_qget_history(qos, &history, &depth))
     text["history"] =
