@@ -16,8 +16,7 @@ namespace {
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kAny{-kUnbounded, kUnbounded};
-// DDSI-RTPS 2.5, section 9.6.2.3: the ports of higher domains exceed 65535.
-constexpr Range kDomains{0, 232};
+constexpr Range kDomains{0, kMaxDomain};
 constexpr double kDegree_rad = std::numbers::pi / 180;
 
 Settings read_settings(YamlMap& map, const std::map<std::string, std::string>& overrides) {

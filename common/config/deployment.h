@@ -19,6 +19,11 @@
 
 namespace fivepipe::config {
 
+// Largest DDS domain d that deployments and command lines accept. Cyclone DDS gives participant i
+// of a host the UDP ports 7400 + 250 d + 10 + 2 i and the next one. The limit keeps these ports
+// below 65,536 for 312 participants per host.
+inline constexpr int kMaxDomain = 230;
+
 using NodeConfig = std::variant<CaptureConfig, ReconConfig, SimConfig, RenderConfig>;
 
 struct Node {

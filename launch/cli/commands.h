@@ -1,16 +1,17 @@
-// The subcommands of `fivepipe`, each in a file of its own name; bench and maps are programs of
-// their own, in other_programs.cpp.
+// The subcommands of `fivepipe`. Each has a file of its own name, except bench and maps: they are
+// separate programs, which other_programs.cpp starts.
 #pragma once
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <functional>
+
+#include "launch/supervise/program_folder.h"
 
 namespace fivepipe::launch {
 
-// What the command line asked for; returns the exit code.
+// Runs the subcommand that the command line selected and returns the exit code.
 using Command = std::function<int()>;
 
-// Each adds its subcommand to the application, and sets `command` when it is parsed.
+// Each function adds its subcommand to `app`. Parsing sets `command`, which must outlive `app`.
 void add_up(CLI::App& app, Command& command);
 void add_top(CLI::App& app, Command& command);
 void add_record(CLI::App& app, Command& command);
@@ -23,8 +24,5 @@ void add_simulation(CLI::App& app, Command& command);
 void add_doctor(CLI::App& app, Command& command);
 void add_bench(CLI::App& app, Command& command);
 void add_maps(CLI::App& app, Command& command);
-
-// The folder of the running program, where its sibling programs lie.
-std::filesystem::path program_folder();
 
 }  // namespace fivepipe::launch

@@ -11,6 +11,7 @@
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/profile.h"
 #include "launch/cli/commands.h"
+#include "launch/cli/options.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -20,24 +21,20 @@ namespace fs = std::filesystem;
 enum class Verdict { ok, warn, fail };
 struct Finding {
   Verdict verdict;
-  std::string what, advice;  // advice: what to do; empty where all is well
+  std::string what;
+  std::string advice;  // what to do; empty if nothing
 };
 
-struct DoctorOptions {
-  std::uint32_t domain = 0;
-  std::string profile = "loopback";
-};
-
-// The demo's five processes: fewer cores share.
+// The demo has five processes.
 constexpr int kDemoCores = 5;
-// A minute of composites, recordings not counted.
+// Enough for the composites of one minute, without recordings.
 constexpr double kMinFreeDisk_gb = 1.0;
 
 Finding check_build() {
   const std::string type = base::build_type();
   if (type == "Release") return {Verdict::ok, "build: " + type, ""};
   return {Verdict::warn, "build: " + type + ", many times slower than Release",
-          "launch/build release"};
+          "build with launch/build release"};
 }
 
 Finding check_gl() {
@@ -48,7 +45,7 @@ Finding check_gl() {
             "for speed, install the graphics card's driver with EGL"};
   } catch (const gl::GlError& error) {
     return {Verdict::fail, std::string("GL: ") + error.what(),
-            "apt-get install libegl1 libgl1-mesa-dri"};
+            "install EGL: apt-get install libegl1 libgl1-mesa-dri"};
   }
 }
 
@@ -63,16 +60,16 @@ Finding check_receive_buffer(const std::string& profile) {
 
 Finding check_loopback() {
   ifaddrs* list = nullptr;
-  if (getifaddrs(&list) != 0) return {Verdict::warn, "network interfaces can't be listed", ""};
+  if (getifaddrs(&list) != 0) return {Verdict::warn, "cannot list the network interfaces", ""};
   bool up = false;
   for (const ifaddrs* i = list; i; i = i->ifa_next)
     up = up || ((i->ifa_flags & IFF_LOOPBACK) && (i->ifa_flags & IFF_UP));
   freeifaddrs(list);
   if (up) return {Verdict::ok, "loopback interface: up", ""};
-  return {Verdict::fail, "loopback interface: down", "ip link set lo up"};
+  return {Verdict::fail, "loopback interface: down", "enable it: ip link set lo up"};
 }
 
-Finding check_dds(const DoctorOptions& options) {
+Finding check_dds(const NetworkOptions& options) {
   try {
     const bus::Bus bus({options.domain, options.profile});
     return {Verdict::ok,
@@ -90,10 +87,10 @@ Finding check_cores() {
   const std::string what = "cores: " + std::to_string(cores) + ", " + base::cpu_name();
   if (cores >= kDemoCores) return {Verdict::ok, what, ""};
   return {Verdict::warn, what,
-          "the demo runs five processes; with fewer cores they share, and the frame rate falls"};
+          "the demo runs five processes; they share these cores, so its frame rate is lower"};
 }
 
-// Names under by-id outlive reboots; /dev/videoN doesn't.
+// A name under by-id survives a reboot; /dev/videoN may change.
 std::vector<Finding> check_cameras() {
   std::vector<Finding> findings;
   std::error_code none;
@@ -102,8 +99,8 @@ std::vector<Finding> check_cameras() {
     if (access(path.c_str(), R_OK | W_OK) == 0)
       findings.push_back({Verdict::ok, "camera: " + path, ""});
     else
-      findings.push_back({Verdict::warn, "camera: " + path + " may not be opened",
-                          "sudo usermod -aG video $USER, then log in again"});
+      findings.push_back({Verdict::warn, "camera: " + path + ": no permission to open it",
+                          "run sudo usermod -aG video $USER, then log in again"});
   }
   if (findings.empty())
     findings.push_back({Verdict::ok, "cameras: none at /dev/v4l/by-id (the demo needs none)", ""});
@@ -119,10 +116,10 @@ Finding check_disk() {
       "disk: " + std::to_string(long(free_gb)) + " GB free in the working folder";
   if (free_gb >= kMinFreeDisk_gb) return {Verdict::ok, what, ""};
   return {Verdict::warn, what,
-          "composites and recordings need room: free some, or choose another --out"};
+          "composites and recordings need space: delete files or choose another --out"};
 }
 
-int run_doctor(const DoctorOptions& options) {
+int run_doctor(const NetworkOptions& options) {
   std::vector<Finding> findings = {
       check_build(),    check_gl(),         check_receive_buffer(options.profile),
       check_loopback(), check_dds(options), check_cores(),
@@ -146,17 +143,13 @@ int run_doctor(const DoctorOptions& options) {
 }  // namespace
 
 void add_doctor(CLI::App& app, Command& command) {
-  auto options = std::make_shared<DoctorOptions>();
+  auto options = std::make_shared<NetworkOptions>();
   CLI::App* doctor = app.add_subcommand(
-      "doctor", "Say whether this machine is ready, and what to do where it isn't");
+      "doctor", "Check whether this machine is ready and print how to fix what is not");
   doctor->footer(
-      "Example:\n  fivepipe doctor\n\nExit codes: 0 ready (warnings may stand), 3 something needed "
-      "is missing.");
-  doctor->add_option("--domain", options->domain, "DDS domain to try")
-      ->check(CLI::Range(0, 230))
-      ->capture_default_str();
-  doctor->add_option("--profile", options->profile, "network profile to try")
-      ->capture_default_str();
+      "Example:\n  fivepipe doctor\n\n"
+      "Exit codes: 0 ready, possibly with warnings; 3 something required is missing.");
+  add_network_options(doctor, *options);
   doctor->callback([options, &command] { command = [options] { return run_doctor(*options); }; });
 }
 

@@ -13,16 +13,16 @@ namespace {
 int run(int argc, char** argv) {
   using namespace fivepipe;
   CLI::App app(
-      "fivepipe: real, moving objects in a virtual environment.\n\n"
+      "fivepipe puts real, moving objects into a virtual environment.\n\n"
       "Examples:\n"
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
-      "  fivepipe top            what runs, refreshed each second\n"
-      "  fivepipe ls             the topics on the bus; echo TOPIC shows one, hz TOPIC how often "
-      "it comes\n"
-      "  fivepipe info FILE      what a recording holds, and whether it is whole\n"
-      "  fivepipe doctor         whether this machine is ready\n"
-      "  fivepipe bench hull     how fast the visual hull is here, bench collision what collides "
-      "with it");
+      "  fivepipe top            shows the running nodes\n"
+      "  fivepipe ls             lists the topics; echo TOPIC prints messages, hz TOPIC measures "
+      "their rate\n"
+      "  fivepipe info FILE      describes a recording and checks it for damage\n"
+      "  fivepipe doctor         checks whether this machine is ready\n"
+      "  fivepipe bench hull     measures the visual hull; bench collision measures collision "
+      "detection");
   app.set_version_flag("--version", std::string("fivepipe ") + base::version() + " (" +
                                         base::commit() + ", " + base::build_type() + ")");
   app.require_subcommand(1);
@@ -42,7 +42,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;  // --help and --version come here too
+    return app.exit(error) == 0 ? 0 : 2;  // also after --help and --version
   }
   return command();
 }

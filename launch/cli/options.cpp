@@ -3,6 +3,7 @@
 #include <regex>
 #include <stdexcept>
 
+#include "common/config/deployment.h"
 #include "common/pipeline/bus/profile.h"
 
 namespace fivepipe::launch {
@@ -21,14 +22,14 @@ std::string check_rate(const std::string& text) {
       return "";
   } catch (const std::logic_error&) {
   }
-  return "expected max, or a number above 0, at most 1000; got '" + text + "'";
+  return "expected max or a number greater than 0 and at most 1000, got '" + text + "'";
 }
 
 std::string check_regex(const std::string& text) {
   try {
     const std::regex parsed(text);
   } catch (const std::regex_error& error) {
-    return "'" + text + "' is no regular expression: " + error.what();
+    return "'" + text + "' is not a regular expression: " + error.what();
   }
   return "";
 }
@@ -36,8 +37,7 @@ std::string check_regex(const std::string& text) {
 }  // namespace
 
 CLI::Option* add_rate_option(CLI::App* app, std::string& rate) {
-  return app
-      ->add_option("--rate", rate, "1: as recorded, 0.5: half as fast, max: as fast as it goes")
+  return app->add_option("--rate", rate, "speed: 1 as recorded, 0.5 half as fast, max unthrottled")
       ->check(CLI::Validator(check_rate, "R|max"))
       ->capture_default_str();
 }
@@ -45,25 +45,26 @@ double rate_from(const std::string& rate) { return rate == "max" ? 0 : std::stod
 
 CLI::Option* add_topics_option(CLI::App* app, std::string& topics) {
   return app
-      ->add_option("--topics", topics, "only topics whose name matches this regular expression")
+      ->add_option("--topics", topics,
+                   "select the topics whose name matches this regular expression")
       ->check(CLI::Validator(check_regex, "RE"))
       ->capture_default_str();
 }
 
 RangeOptions add_range_options(CLI::App* app, double& start_s, std::optional<double>& end_s) {
-  constexpr double kLongestRecording_s =
-      1e8;  // three years: its nanoseconds fit into 64 bits beside a stamp
-  const auto in_recording = CLI::Range(0.0, kLongestRecording_s);
-  return {
-      app->add_option("--start", start_s, "seconds after the recording's start")
-          ->check(in_recording),
-      app->add_option("--end", end_s, "seconds after the recording's start")->check(in_recording)};
+  // Three years. A stamp of today plus this duration in nanoseconds fits into 64 bits.
+  constexpr double kMaxRecording_s = 1e8;
+  const auto in_recording = CLI::Range(0.0, kMaxRecording_s);
+  return {app->add_option("--start", start_s,
+                          "begin at this time in seconds since the recording's start")
+              ->check(in_recording),
+          app->add_option("--end", end_s, "end at this time in seconds since the recording's start")
+              ->check(in_recording)};
 }
 
 CLI::Option* add_set_option(CLI::App* app, std::vector<std::string>& assignments) {
   return app
-      ->add_option("--set", assignments,
-                   "KEY=VALUE for ${KEY} in the deployment; may be given several times")
+      ->add_option("--set", assignments, "KEY=VALUE replaces ${KEY} in the deployment; repeatable")
       ->allow_extra_args(false)
       ->check(CLI::Validator(check_assignment, "KEY=VALUE"));
 }
@@ -77,10 +78,14 @@ std::map<std::string, std::string> settings_from(const std::vector<std::string>&
   return settings;
 }
 
-void add_network_options(CLI::App* app, NetworkOptions& options) {
-  app->add_option("--domain", options.domain, "DDS domain")
-      ->check(CLI::Range(0, 230))
+CLI::Option* add_domain_option(CLI::App* app, std::uint32_t& domain) {
+  return app->add_option("--domain", domain, "DDS domain")
+      ->check(CLI::Range(0, config::kMaxDomain))
       ->capture_default_str();
+}
+
+void add_network_options(CLI::App* app, NetworkOptions& options) {
+  add_domain_option(app, options.domain);
   app->add_option("--profile", options.profile, "network profile")
       ->check(CLI::IsMember(bus::profile_names()))
       ->capture_default_str();

@@ -4,13 +4,14 @@
 
 #include "common/pipeline/bus/bus.h"
 #include "launch/cli/commands.h"
+#include "launch/cli/options.h"
 
 namespace fivepipe::launch {
 namespace {
 
 using namespace std::chrono_literals;
 
-// A process on the same network is discovered within its announcement period of 1 s.
+// Processes announce themselves once per second, so discovery takes up to 1 s.
 constexpr auto kSimulationTimeout = 3s, kDeliveryTimeout = 1s;
 
 const std::map<std::string, fivepipe_v1_CommandKind> kCommandKinds = {
@@ -29,15 +30,16 @@ int run_simulation(const SimulationOptions& options) {
   const auto deadline = std::chrono::steady_clock::now() + kSimulationTimeout;
   while (commands.readers() == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
-      std::cerr << "no simulation heard in domain " << options.domain << "; `fivepipe top --domain "
-                << options.domain << "` shows what runs\n";
+      std::cerr << "no sim_node listens in domain " << options.domain << "; `fivepipe top --domain "
+                << options.domain << "` lists the running nodes\n";
       return 3;
     }
     bus.wait(20ms);
   }
   fivepipe_v1_Command command{};
   if (options.node.size() >= sizeof command.target) {
-    std::cerr << "a node's name has at most " << sizeof command.target - 1 << " characters\n";
+    std::cerr << "--node: a node's name has at most " << sizeof command.target - 1
+              << " characters\n";
     return 2;
   }
   options.node.copy(command.target, options.node.size());
@@ -53,16 +55,18 @@ void add_simulation(CLI::App& app, Command& command) {
   CLI::App* simulation =
       app.add_subcommand("simulation", "Pause, resume or reset the running simulation");
   simulation->footer(
-      "Examples:\n  fivepipe simulation pause\n  fivepipe simulation reset --node simulation "
-      "--domain 7");
+      "Examples:\n"
+      "  fivepipe simulation pause\n"
+      "  fivepipe simulation reset --node simulation --domain 7\n\n"
+      "Exit codes: 0 delivered, 1 not delivered, 2 usage, 3 no sim_node listens.");
   simulation
-      ->add_option("what", options->what, "pause, resume or reset (every object to its start)")
+      ->add_option("what", options->what,
+                   "pause, resume, or reset (moves every object to its start)")
       ->required()
       ->check(CLI::IsMember(kCommandKinds));
-  simulation->add_option("--node", options->node, "only this node; without it: every simulation");
-  simulation->add_option("--domain", options->domain, "DDS domain")
-      ->check(CLI::Range(0, 230))
-      ->capture_default_str();
+  simulation->add_option("--node", options->node,
+                         "node to send the command to (default: every sim_node)");
+  add_domain_option(simulation, options->domain);
   simulation->callback(
       [options, &command] { command = [options] { return run_simulation(*options); }; });
 }

@@ -1,9 +1,9 @@
-// Signals that ask the `fivepipe` command to end.
+// Counts the signals that request the end of the `fivepipe` command.
 #pragma once
 
 namespace fivepipe::launch {
 
-// From here on SIGINT, SIGTERM and SIGHUP are counted, and nothing else.
+// From this call on, SIGINT, SIGTERM and SIGHUP are counted and have no other effect.
 void catch_signals();
 int signals_received();
 int newest_signal();  // 0: none

@@ -58,7 +58,7 @@ NodeClaims::NodeClaims(std::uint32_t domain, const std::vector<std::string>& nod
   }
   if (taken.empty()) return;
   release();
-  throw NodeNameTaken(taken + "Stop that deployment, or choose another --domain.");
+  throw NodeNameTaken(taken + "Stop that deployment or choose another --domain.");
 }
 
 NodeClaims::~NodeClaims() { release(); }

@@ -1,4 +1,4 @@
-// Keeps two deployments on one machine from running nodes of the same name in the same DDS domain.
+// Prevents two deployments on one machine from running nodes of the same name in one DDS domain.
 #pragma once
 #include <cstdint>
 #include <stdexcept>
@@ -11,12 +11,12 @@ struct NodeNameTaken : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Holds the names until destroyed, or until the process dies however it dies. A claim is a
-// listening socket in the kernel's abstract namespace: no file is left behind, and it reaches
-// exactly as far as the loopback interface, over users and containers.
+// Holds the names until its destruction or the end of the process. A claim is a listening socket in
+// the kernel's abstract namespace. It leaves no file behind, and it is visible in the same network
+// namespace as the loopback interface, to all users and containers there.
 class NodeClaims {
  public:
-  // Throws NodeNameTaken listing every name that is taken and by which process.
+  // Throws NodeNameTaken, which lists each claimed name with the process that holds it.
   NodeClaims(std::uint32_t domain, const std::vector<std::string>& nodes);
   ~NodeClaims();
   NodeClaims(const NodeClaims&) = delete;

@@ -5,7 +5,7 @@
 namespace fivepipe::launch {
 namespace {
 
-// A status already under way when its process died may arrive after the first one of its successor.
+// The last status of a process that died may arrive after the first one of its successor.
 constexpr std::int64_t kStatusTimeout_ns = 1'500'000'000;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What the launcher knows of the nodes from the statuses they published, without DDS types.
+// The newest NodeStatus of each process, without DDS types.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -27,15 +27,14 @@ struct CollisionTotals {
   std::uint64_t first_contacts = 0;
 };
 
-// One process of a node. Counts grow from the start of the process.
+// One process of a node. All counts are totals since the start of the process.
 struct ProcessStatus {
   std::string node;
-  std::uint64_t writer = 0;  // publication handle: tells processes of one node apart
+  std::uint64_t writer = 0;  // publication handle; distinguishes processes of one node
   std::string version;
   std::int64_t start_stamp_ns = 0;  // CLOCK_REALTIME
-  bool has_handled_frame = false;   // it could start, and works
-  bool final_report =
-      false;  // the process ended in order; otherwise this is the last status before it died
+  bool has_handled_frame = false;   // the node started and works
+  bool final_report = false;        // the last status of a process that exited cleanly
   std::uint64_t frame = 0;
   double frame_rate_hz = 0;
   double cpu_s = 0, memory_mb = 0;
@@ -49,22 +48,22 @@ struct ProcessStatus {
   std::vector<std::string> diagnostics;  // "subject: text"
 };
 
-// The newest status of every process heard of.
+// Keeps the newest status of each process.
 class StatusRegistry {
  public:
   void add(ProcessStatus status, std::int64_t arrived_stamp_ns);
-  // No writer of this node is left: what it published last stands for a dead process.
+  // Call when the node has no writer any more: its processes have ended.
   void writer_gone(const std::string& node);
 
-  // By node, each node's processes in the order they started.
+  // By node; each node's processes by start.
   std::map<std::string, std::vector<ProcessStatus>> processes() const;
-  // Nodes of which two processes publish at the same time, for longer than it takes to notice that
-  // one of them died.
+  // Nodes that two processes publish at the same time: the older process still publishes 1.5 s
+  // after the first status of the newer one.
   std::vector<std::string> duplicates() const;
-  // CPU in use by the newest process of a node between its two newest statuses [% of one core]; 0
-  // before the second one.
+  // CPU use of the node's newest process between its two newest statuses [% of one core]; 0 before
+  // the second status.
   double cpu_percent(const std::string& node) const;
-  // Nodes whose newest status is younger than max_age_ns at this time.
+  // Nodes that have not ended and whose newest status arrived at most max_age_ns before now_ns.
   std::vector<std::string> alive(std::int64_t now_ns, std::int64_t max_age_ns) const;
 
  private:

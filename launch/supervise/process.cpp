@@ -16,7 +16,7 @@
 namespace fivepipe::launch {
 namespace {
 
-// A line longer than this is cut into several, so that a child can't make the supervisor grow.
+// Bounds the memory that a child's output needs: a longer line is split.
 constexpr std::size_t kMaxLineBytes = 64 * 1024;
 
 struct Pipe {
@@ -45,13 +45,13 @@ struct Pipe {
   }
 };
 
-// Everything the child does between fork and exec; only async-signal-safe calls, as DDS threads may
-// have held locks at the fork.
+// Runs in the child between fork and exec. It makes async-signal-safe calls only: a DDS thread may
+// have held a lock at the fork.
 [[noreturn]] void become_program(char* const* argv, const cpu_set_t* cores, pid_t parent,
                                  int output_fd, int error_fd) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // the parent died before prctl took effect
+  if (getppid() != parent) _exit(1);  // the parent died before the prctl call
   if (cores) sched_setaffinity(0, sizeof *cores, cores);
   sigset_t none;
   sigemptyset(&none);
@@ -61,7 +61,7 @@ struct Pipe {
   dup2(null_fd, STDIN_FILENO);
   dup2(output_fd, STDOUT_FILENO);
   dup2(output_fd, STDERR_FILENO);
-  close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);  // sockets of libraries that don't mark them
+  close_range(3, ~0U, CLOSE_RANGE_CLOEXEC);  // sockets that libraries opened without O_CLOEXEC
   execv(argv[0], argv);
   const int error = errno;
   (void)!write(error_fd, &error, sizeof error);
@@ -78,7 +78,7 @@ std::string to_string(const ProcessExit& exit) {
   }
   const std::string code = "exit code " + std::to_string(exit.number);
   switch (exit.number) {
-    case 0: return code + " (ended in order)";
+    case 0: return code + " (exited cleanly)";
     case 1: return code + " (failed)";
     case 2: return code + " (usage or configuration)";
     case 3: return code + " (hardware or peer missing)";
@@ -104,8 +104,8 @@ ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::vect
     become_program(raw_argv.data(), cores.empty() ? nullptr : &core_set, parent, output.write_fd,
                    exec_error.write_fd);
 
-  setpgid(pid_, pid_);  // in both processes: whichever is first, the group is there before a signal
-                        // is sent to it
+  // Parent and child both make the group, so that it exists before the parent signals it.
+  setpgid(pid_, pid_);
   exec_error.close_write();
   int error = 0;
   ssize_t got;
@@ -113,7 +113,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::vect
   }
   if (got == ssize_t(sizeof error)) {
     waitpid(pid_, nullptr, 0);
-    throw std::system_error(error, std::generic_category(), "can't execute " + argv[0]);
+    throw std::system_error(error, std::generic_category(), "cannot execute " + argv[0]);
   }
   output_fd_ = output.release_read();
   fcntl(output_fd_, F_SETFL, O_NONBLOCK);
@@ -128,7 +128,7 @@ ChildProcess::~ChildProcess() {
 std::vector<std::string> ChildProcess::read_lines(bool flush) {
   std::array<char, 16 * 1024> buffer;
   std::vector<std::string> lines;
-  // Bounded, so that one chatty child can't keep the supervisor from the others.
+  // The limit keeps a child with much output from delaying the others.
   for (int chunk = 0; chunk < 16 && output_fd_ >= 0; ++chunk) {
     const ssize_t got = read(output_fd_, buffer.data(), buffer.size());
     if (got > 0) {

@@ -1,4 +1,4 @@
-// One child process of the supervisor: started, read from, ended. Linux only.
+// Starts a child process, reads its output and ends it. Linux only.
 #pragma once
 #include <sys/types.h>
 
@@ -15,26 +15,26 @@ struct ProcessExit {
 // "killed by signal 9 (SIGKILL)", "exit code 3 (hardware or peer missing)".
 std::string to_string(const ProcessExit& exit);
 
-// A process in a process group of its own, so that whatever it starts ends with it. Its stdin is
-// /dev/null; stdout and stderr are one pipe, in the order written. The kernel kills it when the
-// thread that started it dies (PR_SET_PDEATHSIG): start children from the main thread only. The
-// destructor kills the group and reaps.
+// A process in its own process group, so that the processes that it starts end with it. Its stdin
+// is /dev/null; stdout and stderr are one pipe, in the order written. The kernel kills the process
+// when the thread that started it ends (PR_SET_PDEATHSIG): start children from the main thread
+// only. The destructor kills the group and reaps the process.
 class ChildProcess {
  public:
-  // argv[0] is the path of the program. Pinned to `cores` unless empty. Throws std::system_error
-  // where it can't be executed.
+  // argv[0] is the path of the program. Pins the process to `cores` unless that is empty. Throws
+  // std::system_error if the program cannot be executed.
   ChildProcess(const std::vector<std::string>& argv, const std::vector<int>& cores);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   pid_t pid() const { return pid_; }
-  int output_fd() const { return output_fd_; }  // for poll(); -1 after its end
+  int output_fd() const { return output_fd_; }  // for poll(); -1 once it is closed
 
-  // Whole lines written since the last call, without their ends. `flush` also gives an unfinished
-  // last line.
+  // Returns the complete lines since the last call, without newlines. With `flush`, also an
+  // incomplete last line. Never blocks.
   std::vector<std::string> read_lines(bool flush = false);
-  // Set once it has ended; never blocks.
+  // Returns how the process ended; nullopt while it runs. Never blocks.
   std::optional<ProcessExit> ended();
   void signal_group(int signal) const;
 

@@ -1,4 +1,4 @@
-#include "launch/cli/commands.h"
+#include "launch/supervise/program_folder.h"
 
 namespace fivepipe::launch {
 

@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "common/recording/replay/recorder.h"
-#include "launch/cli/commands.h"
 #include "launch/supervise/interrupt.h"
+#include "launch/supervise/program_folder.h"
 
 namespace fivepipe::launch {
 namespace {
@@ -20,13 +20,13 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kStartTimeout = 10s;
 
-// For what waits for the disk when it is told to end. Who interrupts does not wait, and who does so
-// again not at all: the file can be read up to its last chunk.
+// Time to write the buffered messages to the disk. It is short after Ctrl-C and zero after a second
+// one; the file remains readable up to its last chunk.
 std::chrono::milliseconds grace(int signals) {
   return signals == 0 ? 30s : signals == 1 ? 1500ms : 0ms;
 }
 
-// Another recorder may be in the domain.
+// Unique, because the domain may have another recorder.
 std::string own_recorder_name() {
   return std::string(replay::kRecorderName) + "_" + std::to_string(getpid());
 }
@@ -38,7 +38,7 @@ std::vector<std::string> command_line(const std::vector<std::string>& arguments)
   return words;
 }
 
-// It makes its readers first, and its status last.
+// A recorder creates its readers first and its status writer last.
 bool is_recorder_ready(bus::Bus& bus) {
   const std::string name = own_recorder_name();
   for (const bus::EndpointDescription& endpoint : bus.endpoints())
@@ -55,9 +55,9 @@ RecorderProcess::RecorderProcess(bus::Bus& bus, std::vector<std::string> argumen
   for (const auto until = Clock::now() + kStartTimeout;
        !is_recorder_ready(bus) && signals_received() == 0; bus.wait(20ms)) {
     if (!ended() && Clock::now() < until) continue;
-    std::string said;
-    for (const std::string& line : child_.read_lines(true)) said += "\n  " + line;
-    throw std::runtime_error("the recorder did not start" + said);
+    std::string output;
+    for (const std::string& line : child_.read_lines(true)) output += "\n  " + line;
+    throw std::runtime_error("the recorder did not start" + output);
   }
 }
 
@@ -77,7 +77,8 @@ int RecorderProcess::finish() {
   }
   if (!ended()) {
     std::cerr
-        << "the recorder did not end and is killed; `fivepipe info --recover` mends its file\n";
+        << "the recorder did not end and is killed; `fivepipe info --recover FILE` repairs its "
+           "recording\n";
     child_.signal_group(SIGKILL);
     while (!ended()) std::this_thread::sleep_for(1ms);
   }

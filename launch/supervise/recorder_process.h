@@ -1,5 +1,5 @@
-// `fivepipe record` beside a deployment: there before the first node starts, gone after the last
-// has ended.
+// Runs `fivepipe record` beside a deployment, from before the first node starts until after the
+// last one has ended.
 #pragma once
 #include <optional>
 #include <string>
@@ -12,14 +12,15 @@ namespace fivepipe::launch {
 
 class RecorderProcess {
  public:
-  // What `fivepipe record` is to be called with. Waits until it listens, or a signal asks to end.
-  // Throws std::runtime_error with what it said where it does not.
+  // Starts `fivepipe record` with these arguments and waits until it listens or a signal arrives
+  // (interrupt.h). Throws std::runtime_error with its output if it does not listen within 10 s.
   RecorderProcess(bus::Bus& bus, std::vector<std::string> arguments);
 
   void forward_output();
   bool ended() { return child_.ended().has_value(); }
-  // Ends it and waits, for 30 s at most, and hardly after a signal (launch/interrupt.h); then it is
-  // killed. What it said last goes to stderr. Its exit code; 1 where it had to be killed.
+  // Sends SIGTERM and waits for the end: at most 30 s, 1.5 s after one signal (interrupt.h), not at
+  // all after two. Then kills the recorder. Forwards its last output to stderr and returns its exit
+  // code; 1 if it was killed.
   int finish();
 
  private:

@@ -1,10 +1,12 @@
 #include "launch/supervise/report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/base/text_table.h"
 #include "common/pipeline/node/status_names.h"
 
 namespace fivepipe::launch {
@@ -21,7 +23,7 @@ std::map<std::string, std::uint64_t> summed(
   return sums;
 }
 
-// Of every node that counts `name` at all: its sum over its processes.
+// For each node that has the count `name`: the sum over its processes.
 std::vector<std::uint64_t> per_node(const StatusRegistry& statuses, const std::string& name) {
   std::vector<std::uint64_t> sums;
   for (const auto& [node, processes] : statuses.processes()) {
@@ -38,7 +40,7 @@ std::uint64_t max_count(const std::vector<std::uint64_t>& counts) {
   return counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());
 }
 
-// frame_sets_complete of the reconstruction alone: the simulation counts the same name.
+// The smallest count over the recon_nodes. sim_node has a count of the same name.
 std::uint64_t complete_sets(const ReportInput& input) {
   std::vector<std::uint64_t> sums;
   const auto processes = input.statuses.processes();
@@ -70,7 +72,7 @@ json json_of(const Latency& latency) {
           {"count", latency.count}};
 }
 
-// The slowest renderer's.
+// Of the render_node with the largest 99th percentile; null if there is none.
 json frame_latency(const StatusRegistry& statuses) {
   json worst;
   for (const auto& [node, processes] : statuses.processes()) {
@@ -170,7 +172,7 @@ json json_of_node(const ProgramHistory& program, const Processes& processes,
   }
   node["status"] = last.final_report ? "final report" : "last status before it died";
   node["cpu_s"] = cpu_s;
-  node["cpu_percent"] = cpu_percent(last, stop_stamp_ns);  // of one core, of the newest process
+  node["cpu_percent"] = cpu_percent(last, stop_stamp_ns);  // of one core; newest process
   node["memory_mb"] = memory_mb;
   node["counts"] = summed(processes, &ProcessStatus::counts);
   node["topics"] = json_of_topics(processes);
@@ -182,22 +184,62 @@ json json_of_node(const ProgramHistory& program, const Processes& processes,
   return node;
 }
 
-std::string text(const char* format, auto... values) {
-  char buffer[256];
-  std::snprintf(buffer, sizeof buffer, format, values...);
-  return buffer;
+std::string frames_line(const json& report) {
+  const json& frames = report["frames"];
+  return fmt::format(
+      "{:.1f} s, {:.1f} frames/s composited; frames: {} captured, {} complete, {} composited\n",
+      report["duration_s"].get<double>(), report["frame_rate_hz"].get<double>(),
+      frames["captured"].get<std::uint64_t>(), frames["complete"].get<std::uint64_t>(),
+      frames["composited"].get<std::uint64_t>());
 }
 
-std::string node_row(const std::string& name, const json& node) {
-  if (!node.contains("cpu_s"))
-    return text("  %-14s %-13s no status received; %s\n", name.c_str(),
-                node["program"].get<std::string>().c_str(), node["end"].get<std::string>().c_str());
-  std::uint64_t drops = 0;
-  for (const auto& [reason, count] : node["drops"].items()) drops += count.get<std::uint64_t>();
-  return text("  %-14s %-13s %7.0f %9.0f %8llu %9zu\n", name.c_str(),
-              node["program"].get<std::string>().c_str(), node["cpu_percent"].get<double>(),
-              node["memory_mb"].get<double>(), static_cast<unsigned long long>(drops),
-              node["restarts"].size());
+std::string latency_line(const json& latency) {
+  if (latency.is_null()) return "";
+  return fmt::format(
+      "latency, capture to composite: p50 {:.1f}, p95 {:.1f}, p99 {:.1f}, max {:.1f} ms\n",
+      latency["p50"].get<double>(), latency["p95"].get<double>(), latency["p99"].get<double>(),
+      latency["max"].get<double>());
+}
+
+std::string events_of(const json& report) {
+  std::string lines;
+  for (const auto& [reason, count] : report["frames"]["dropped"].items())
+    lines += fmt::format("  dropped: {} {}\n", count.get<std::uint64_t>(), reason);
+  lines += latency_line(report["latency_ms"]);
+  for (const auto& [object, count] : report["collisions"].items())
+    lines +=
+        fmt::format("collided: {}, {} frames, {} points\n", object,
+                    count["frames"].get<std::uint64_t>(), count["points"].get<std::uint64_t>());
+  for (const json& camera : report["empty_cameras"])
+    lines += fmt::format("hull empty: camera {} saw no object pixel\n", camera.get<std::string>());
+  return lines;
+}
+
+std::string nodes_table(const json& nodes) {
+  base::TextTable table({{.head = "node"},
+                         {.head = "program"},
+                         {.head = "CPU %", .right = true},
+                         {.head = "memory MB", .right = true},
+                         {.head = "drops", .right = true},
+                         {.head = "restarts", .right = true},
+                         {.head = "note"}});
+  for (const auto& [name, node] : nodes.items()) {
+    const std::string program = node["program"], end = node["end"];
+    if (!node.contains("cpu_s")) {
+      table.add({name, program, "-", "-", "-", "-", "no status received; " + end});
+      continue;
+    }
+    std::uint64_t drops = 0;
+    for (const auto& [reason, count] : node["drops"].items()) drops += count.get<std::uint64_t>();
+    table.add({name, program, base::with_decimals(node["cpu_percent"], 0),
+               base::with_decimals(node["memory_mb"], 0), std::to_string(drops),
+               std::to_string(node["restarts"].size()), ""});
+  }
+  std::string text = table.text();
+  for (const auto& [name, node] : nodes.items())
+    for (const json& restart : node["restarts"])
+      text += fmt::format("restarted: {}, {}\n", name, restart["cause"].get<std::string>());
+  return text;
 }
 
 }  // namespace
@@ -249,31 +291,7 @@ json report_from(const ReportInput& input) {
 }
 
 std::string table_of(const json& report) {
-  const json& frames = report["frames"];
-  std::string table = text(
-      "%.1f s, %.1f frames/s composited; frames: %llu captured, %llu complete, %llu composited\n",
-      report["duration_s"].get<double>(), report["frame_rate_hz"].get<double>(),
-      frames["captured"].get<unsigned long long>(), frames["complete"].get<unsigned long long>(),
-      frames["composited"].get<unsigned long long>());
-  for (const auto& [reason, count] : frames["dropped"].items())
-    table += "  dropped: " + std::to_string(count.get<std::uint64_t>()) + " " + reason + "\n";
-  if (const json& latency = report["latency_ms"]; !latency.is_null())
-    table += text("latency, capture to composite: p50 %.1f, p95 %.1f, p99 %.1f, max %.1f ms\n",
-                  latency["p50"].get<double>(), latency["p95"].get<double>(),
-                  latency["p99"].get<double>(), latency["max"].get<double>());
-  for (const auto& [object, count] : report["collisions"].items())
-    table += "collided: " + object + ", " + std::to_string(count["frames"].get<std::uint64_t>()) +
-             " frames, " + std::to_string(count["points"].get<std::uint64_t>()) + " points\n";
-  for (const json& camera : report["empty_cameras"])
-    table += "hull empty: camera " + camera.get<std::string>() + " saw no object pixel\n";
-  table += text("  %-14s %-13s %7s %9s %8s %9s\n", "node", "program", "CPU %", "memory MB", "drops",
-                "restarts");
-  for (const auto& [name, node] : report["nodes"].items()) {
-    table += node_row(name, node);
-    for (const json& restart : node["restarts"])
-      table += "    restarted: " + restart["cause"].get<std::string>() + "\n";
-  }
-  return table;
+  return frames_line(report) + events_of(report) + nodes_table(report["nodes"]);
 }
 
 }  // namespace fivepipe::launch

@@ -1,5 +1,5 @@
-// What a deployment did, from the last status of each of its processes and the supervisor's
-// history. Pure.
+// The report of a deployment, from the newest status of each process and the supervisor's history.
+// Pure.
 #pragma once
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
@@ -17,25 +17,26 @@ struct ReportInput {
   std::string cpu;
   int cores = 0;
   std::string deployment;
-  std::int64_t start_stamp_ns = 0,
-               stop_stamp_ns = 0;  // CLOCK_REALTIME; stop: when the nodes were told to end
+  std::int64_t start_stamp_ns = 0;  // CLOCK_REALTIME
+  std::int64_t stop_stamp_ns = 0;   // when the supervisor began to stop the nodes
   std::optional<std::int64_t> first_composited_stamp_ns;
-  std::string ended_by;  // "duration", "SIGINT", "recon_a can't start: ..."
+  std::string ended_by;  // "duration", "SIGINT", "recon_a cannot start: ..."
   std::vector<ProgramHistory> programs;
   StatusRegistry statuses;
 };
 
-// frames: captured by the busiest capture_node; complete and composited by the slowest recon_node
-// and render_node; dropped: summed over all nodes, so that a set missed by two nodes counts twice.
-// frame_rate_hz: frames composited after the first one, over the time from it to the stop.
-// latency_ms: null where no frame was composited. With a restarted node counts are summed over its
-// processes, and latencies are those of the process that handled most frames.
+// frames.captured: of the busiest capture_node. frames.complete, frames.composited: of the slowest
+// recon_node and render_node. frames.dropped: summed over all nodes, so that a set that two nodes
+// miss counts twice. frame_rate_hz: frames composited after the first one, divided by the time from
+// the first one to the stop. latency_ms: of the slowest render_node; null if no frame was
+// composited. Counts of a restarted node are sums over its processes; its latencies are those of
+// the process that handled most frames.
 nlohmann::json report_from(const ReportInput& input);
 
-// A short table for people.
+// Formats a report for people.
 std::string table_of(const nlohmann::json& report);
 
-// Frames composited so far, over all processes of the slowest render_node; 0 without one.
+// Frames composited by all processes of the slowest render_node; 0 if there is none.
 std::uint64_t frames_composited(const StatusRegistry& statuses);
 
 }  // namespace fivepipe::launch

@@ -11,10 +11,9 @@ RestartDecision RestartPolicy::on_exit(const ProcessExit& exit, double uptime_s)
 
   const bool says_why = has_code && (exit.number == 2 || exit.number == 3);
   const int deployment_code = says_why ? exit.number : 1;
-  if (says_why && !is_healthy_) return GiveUp{deployment_code, "can't start: " + to_string(exit)};
+  if (says_why && !is_healthy_) return GiveUp{deployment_code, "cannot start: " + to_string(exit)};
 
-  // A camera unplugged from a node that ran: it exits with 3 until the camera is back, and that may
-  // take long.
+  // If a camera is unplugged, the node exits with code 3 until the camera is back.
   const bool waits_for_hardware = has_code && exit.number == 3;
   if (uptime_s >= settings_.healthy_after_s) deaths_in_row_ = 0;
   ++deaths_in_row_;
@@ -23,7 +22,7 @@ RestartDecision RestartPolicy::on_exit(const ProcessExit& exit, double uptime_s)
   else if (!waits_for_hardware)
     ++quick_deaths_in_row_;
   if (quick_deaths_in_row_ >= settings_.quick_deaths)
-    return GiveUp{deployment_code, "can't start: died " + std::to_string(quick_deaths_in_row_) +
+    return GiveUp{deployment_code, "cannot start: died " + std::to_string(quick_deaths_in_row_) +
                                        " times in a row, last by " + to_string(exit)};
 
   const double delay_s =

@@ -1,5 +1,5 @@
-// Whether a node that died is started again, and when it is given up. No clock, no process: a pure
-// decision.
+// Decides whether the supervisor restarts a node whose process ended, and after which delay. Pure:
+// knows no clock and no process.
 #pragma once
 #include <string>
 #include <variant>
@@ -9,30 +9,30 @@
 namespace fivepipe::launch {
 
 struct RestartSettings {
-  double first_delay_s = 0.25;  // doubles with each death in a row
+  double first_delay_s = 0.25;  // doubles with each consecutive death
   double max_delay_s = 4.0;
-  double healthy_after_s = 10.0;  // a process that lived this long starts the row anew
-  double quick_death_s = 2.0;     // dying sooner counts as not starting
-  int quick_deaths = 5;           // so many in a row: the node can't start
+  double healthy_after_s = 10.0;  // an uptime from which earlier deaths no longer count
+  double quick_death_s = 2.0;     // an uptime below this counts as a failed start
+  int quick_deaths = 5;           // consecutive failed starts after which the node cannot start
 };
 
 struct Restart {
   double delay_s;
-  int number;
-};  // number: the how manieth restart of this node
+  int number;  // of this node's restarts, from 1
+};
 struct GiveUp {
-  int exit_code;
+  int exit_code;  // of the deployment
   std::string reason;
-};                // the deployment's exit code
-struct Ended {};  // exit code 0: done, nothing to restart
+};
+struct Ended {};  // the process exited with code 0: no restart
 using RestartDecision = std::variant<Restart, GiveUp, Ended>;
 
 class RestartPolicy {
  public:
   explicit RestartPolicy(RestartSettings settings = {}) : settings_(settings) {}
 
-  // The node has handled a frame: it could start, so that later on missing hardware is worth
-  // waiting for.
+  // Call when the node has handled a frame. From then on the policy waits for missing hardware
+  // instead of giving up: a camera may have been unplugged.
   void mark_healthy() { is_healthy_ = true; }
   RestartDecision on_exit(const ProcessExit& exit, double uptime_s);
 

@@ -10,7 +10,7 @@ namespace {
 
 using messages::span_of;
 
-// Messages that a process wrote or received and that did not arrive. They count as drops, too.
+// Messages that no reader took and messages that a recorder lost also count as drops.
 void add_lost_messages(ProcessStatus& status) {
   for (const auto& [topic, totals] : status.topics) {
     if (totals.not_sent > 0) status.drops["not_sent: " + topic] += totals.not_sent;
@@ -61,7 +61,7 @@ void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusRegistry&
     if (!nodes.empty() && !nodes.contains(sample->node)) continue;
     if (sample.valid()) registry.add(status_from(*sample, sample.writer()), now_ns);
     if (sample.writer_gone())
-      registry.writer_gone(sample->node);  // the key is there in samples without data too
+      registry.writer_gone(sample->node);  // a sample without data has the key
   }
 }
 

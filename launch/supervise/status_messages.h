@@ -1,4 +1,4 @@
-// NodeStatus from the wire.
+// Converts NodeStatus messages.
 #pragma once
 #include <set>
 
@@ -9,7 +9,7 @@ namespace fivepipe::launch {
 
 ProcessStatus status_from(const fivepipe_v1_NodeStatus& message, std::uint64_t writer);
 
-// Everything that has arrived, into the registry; of these nodes alone, unless `nodes` is empty.
+// Adds all statuses that have arrived to the registry. If `nodes` is not empty, only theirs.
 void take_statuses(bus::Reader<bus::topics::NodeStatus>& reader, StatusRegistry& registry,
                    const std::set<std::string>& nodes = {});
 

@@ -35,7 +35,7 @@ std::vector<int> missing_cores(const std::vector<int>& cores) {
   return missing;
 }
 
-bool asked_for(const ProcessExit& exit) {
+bool is_expected_after_stop(const ProcessExit& exit) {
   return exit.by_signal ? exit.number == SIGTERM : exit.number == 0 || exit.number == 130;
 }
 
@@ -51,11 +51,11 @@ Supervisor::Supervisor(const std::vector<Program>& programs, RestartSettings set
     node.policy = RestartPolicy(settings);
     for (const int core : missing_cores(program.cores))
       output_.event(program.name + ": core " + std::to_string(core) +
-                    " is not available here, not pinned to it");
+                    " is not available on this machine; the node is not pinned to it");
     if (!program.log.empty()) {
       std::filesystem::create_directories(program.log.parent_path());
       node.log.open(program.log);
-      if (!node.log) output_.event(program.name + ": can't write " + program.log.string());
+      if (!node.log) output_.event(program.name + ": cannot write " + program.log.string());
     }
   }
   for (Supervised& node : nodes_) start(node);
@@ -76,7 +76,7 @@ void Supervisor::start(Supervised& node) {
 
 void Supervisor::mark_healthy(const std::string& name, std::int64_t process_start_stamp_ns) {
   for (Supervised& node : nodes_)
-    // A status of a process from before this deployment says nothing about ours.
+    // Ignores the status of a process from an earlier deployment.
     if (node.program.name == name && !node.processes.empty() &&
         process_start_stamp_ns >= node.processes.front().start_stamp_ns)
       node.policy.mark_healthy();
@@ -86,8 +86,8 @@ void Supervisor::step(std::chrono::milliseconds wait) {
   poll_outputs(wait);
   for (Supervised& node : nodes_) {
     if (node.child) {
-      const auto exit =
-          node.child->ended();  // before reading: what it wrote last is then in the pipe
+      // Queried before reading, so that the last output of an ended process is in the pipe.
+      const auto exit = node.child->ended();
       forward_output(node, exit.has_value());
       if (exit) handle_exit(node, *exit);
     } else if (node.start_due && Clock::now() >= *node.start_due) {
@@ -104,7 +104,7 @@ void Supervisor::poll_outputs(std::chrono::milliseconds wait) const {
   for (const Supervised& node : nodes_) {
     if (node.child && node.child->output_fd() >= 0)
       fds.push_back({node.child->output_fd(), POLLIN, 0});
-    // Its output is closed, so nothing would wake us at its end.
+    // Without an open output, poll() does not return at the end of the process.
     if (node.child && node.child->output_fd() < 0) until = std::min(until, Clock::now() + 10ms);
     if (node.start_due) until = std::min(until, *node.start_due);
   }
@@ -125,13 +125,13 @@ void Supervisor::forward_output(Supervised& node, bool flush) {
 void Supervisor::handle_exit(Supervised& node, const ProcessExit& exit) {
   const double uptime_s = std::chrono::duration<double>(Clock::now() - node.started).count();
   node.processes.back().end = to_string(exit);
-  node.child.reset();  // also ends whatever it left in its group
+  node.child.reset();  // also kills the rest of its process group
   if (stopping()) {
     const bool killed_by_us =
         std::find(killed_.begin(), killed_.end(), node.program.name) != killed_.end();
-    if (!asked_for(exit) && !killed_by_us) {
+    if (!is_expected_after_stop(exit) && !killed_by_us) {
       crashed_while_stopping_.push_back(node.program.name);
-      output_.event(node.program.name + " died while being stopped: " + to_string(exit));
+      output_.event(node.program.name + " died while stopping: " + to_string(exit));
     }
     return;
   }
@@ -145,7 +145,7 @@ void Supervisor::handle_exit(Supervised& node, const ProcessExit& exit) {
     give_up(node, *why);
   } else {
     node.exited_cleanly = true;
-    output_.event(node.program.name + " ended in order");
+    output_.event(node.program.name + " exited cleanly");
   }
 }
 
@@ -177,7 +177,7 @@ void Supervisor::kill_remaining() {
         std::find(killed_.begin(), killed_.end(), node.program.name) != killed_.end())
       continue;
     killed_.push_back(node.program.name);
-    output_.event(node.program.name + " did not end on SIGTERM in time: killed");
+    output_.event(node.program.name + " did not end on SIGTERM in time and is killed");
     node.child->signal_group(SIGKILL);
   }
 }

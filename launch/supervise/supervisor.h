@@ -1,5 +1,7 @@
-// Starts the processes of a deployment, restarts those that die, ends them all. Knows neither DDS
-// nor deployments.
+// Starts the processes of a deployment, restarts those that die and ends them all. Knows neither
+// DDS nor deployments. Own code: a service manager (systemd, supervisord) would have to be
+// installed and configured on each host and cannot tell a node that cannot start from one that
+// died.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -18,20 +20,20 @@
 namespace fivepipe::launch {
 
 struct Program {
-  std::string name;               // the node's; unique
+  std::string name;               // of the node; unique
   std::vector<std::string> argv;  // argv[0]: path of the program
-  std::vector<int> cores;         // pinned to these; empty: not pinned
-  std::filesystem::path log;      // everything it prints, over all its restarts; empty: none
+  std::vector<int> cores;         // pins the process to these; empty: no pinning
+  std::filesystem::path log;      // receives all output, also after restarts; empty: none
 };
 
 struct ProcessRecord {
   pid_t pid = 0;
   std::int64_t start_stamp_ns = 0;  // CLOCK_REALTIME
-  std::string end;                  // cause; empty while it runs
+  std::string end;                  // how it ended; empty while it runs
 };
 struct ProgramHistory {
   std::string name, program;
-  std::vector<ProcessRecord> processes;  // in the order started; all but the first are restarts
+  std::vector<ProcessRecord> processes;  // by start; all but the first are restarts
 };
 
 struct Failure {
@@ -40,15 +42,15 @@ struct Failure {
   int exit_code = 1;                    // for the deployment
 };
 
-// Where the supervisor speaks: a node's line of output, and what happened to a node.
+// Receives each line that a node prints, and each event, such as a restart.
 struct SupervisorOutput {
   std::function<void(const std::string& node, const std::string& line)> line = [](auto&&, auto&&) {
   };
   std::function<void(const std::string& text)> event = [](auto&&) {};
 };
 
-// One thread, which must outlive the supervisor (see ChildProcess). The destructor kills what still
-// runs.
+// Call it from one thread, which must outlive the supervisor (see ChildProcess). The destructor
+// kills the processes that still run.
 class Supervisor {
  public:
   using Clock = std::chrono::steady_clock;
@@ -56,29 +58,27 @@ class Supervisor {
   Supervisor(const std::vector<Program>& programs, RestartSettings settings,
              SupervisorOutput output);
 
-  // The node's process that started at this time [ns, CLOCK_REALTIME] has handled a frame.
+  // Call when the node's process that started at this time [ns, CLOCK_REALTIME] has handled a
+  // frame.
   void mark_healthy(const std::string& node, std::int64_t process_start_stamp_ns);
 
-  // Passes on output, notices deaths, starts what is due; waits at most this long for something to
-  // happen.
+  // Forwards output, handles processes that ended and starts those that are due. Waits at most
+  // `wait` for output or a due start.
   void step(std::chrono::milliseconds wait);
 
-  // SIGTERM to every process; what is left after `grace` is killed and named. Goes on in step(). A
-  // second call can only shorten.
+  // Sends SIGTERM to every process. step() kills those that still run after `grace` and lists them
+  // in killed(). A later call can only shorten the grace.
   void stop(std::chrono::milliseconds grace);
   bool stopping() const { return stop_deadline_.has_value(); }
 
-  bool all_exited() const;                             // no process runs and none will be started
-  bool exited_cleanly(const std::string& node) const;  // ended by itself with exit code 0
-  const std::optional<Failure>& failure() const {
-    return failure_;
-  }  // a node that can't start; the rest is being stopped
-  const std::vector<std::string>& killed() const {
-    return killed_;
-  }  // those that outlived the grace
-  const std::vector<std::string>& crashed_while_stopping() const {
-    return crashed_while_stopping_;
-  }  // died while being stopped, by crash or exit code
+  bool all_exited() const;                             // no process runs or is due to start
+  bool exited_cleanly(const std::string& node) const;  // with exit code 0, before stop()
+  // The first node that cannot start. The supervisor stops the others.
+  const std::optional<Failure>& failure() const { return failure_; }
+  // Nodes that were killed because they did not end within the grace.
+  const std::vector<std::string>& killed() const { return killed_; }
+  // Nodes that ended after stop() by a crash or with an unexpected exit code.
+  const std::vector<std::string>& crashed_while_stopping() const { return crashed_while_stopping_; }
   std::vector<ProgramHistory> history() const;
 
  private:

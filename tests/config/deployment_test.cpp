@@ -24,6 +24,15 @@ TEST_F(DeploymentFile, RejectsTooManyHistoryCells) {
   EXPECT_TRUE(problems(with_nodes("  - {name: s, program: sim_node}\n")).empty());
 }
 
+TEST_F(DeploymentFile, AcceptsTheDomainsThatNodesAccept) {
+  EXPECT_EQ(load(test::kGoodDeployment + "domain: 230\n").domain, 230u);
+  for (const char* domain : {"231", "232"})
+    EXPECT_THAT(problems(test::kGoodDeployment + "domain: " + domain + "\n"),
+                ElementsAre(testing::ContainsRegex("deployment.yaml:[0-9]+:9: domain .*" +
+                                                   std::string(domain))))
+        << domain;
+}
+
 TEST_F(DeploymentFile, UsesDefaultsForMissingKeys) {
   const Deployment d = load(test::kGoodDeployment);
   EXPECT_EQ(d.name, "small");

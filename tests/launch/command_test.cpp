@@ -1,4 +1,4 @@
-// The built `fivepipe` command, as a user calls it.
+// Runs the built `fivepipe` command.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -32,8 +32,8 @@ Answer fivepipe(const std::string& arguments) {
 TEST(Command, UsageErrorsExitWithTwo) {
   for (const char* arguments :
        {"", "fly", "up", "up demo.yaml --duration -3", "up demo.yaml --set novalue",
-        "up demo.yaml --set =x", "up demo.yaml --domain 9999", "top --surely-not", "bench",
-        "bench no_such_suite"}) {
+        "up demo.yaml --set =x", "up demo.yaml --domain 231", "top --once --domain 231",
+        "simulation pause --domain 231", "top --surely-not", "bench", "bench no_such_suite"}) {
     const Answer answer = fivepipe(arguments);
     EXPECT_EQ(answer.exit_code, 2) << arguments << "\n" << answer.text;
     EXPECT_FALSE(answer.text.empty()) << arguments;
@@ -48,7 +48,7 @@ TEST(Command, MissingDeploymentIsAConfigurationError) {
 
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
   for (const char* subcommand : {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ",
-                                 "hz ", "doctor ", "bench ", "maps "}) {
+                                 "hz ", "simulation ", "doctor ", "bench ", "maps "}) {
     const Answer answer = fivepipe(std::string(subcommand) + "--help");
     EXPECT_EQ(answer.exit_code, 0) << answer.text;
     EXPECT_NE(answer.text.find("Example"), std::string::npos) << subcommand << "\n" << answer.text;
@@ -87,10 +87,11 @@ TEST(Command, VersionIsOneLine) {
   EXPECT_EQ(answer.text.find('\n'), answer.text.size() - 1);
 }
 
-TEST(Command, TopOnceReportsSilentDomain) {
-  const Answer answer = fivepipe("top --once --domain 199");
+TEST(Command, TopReportsThatTheLargestDomainIsSilent) {
+  const Answer answer = fivepipe("top --once --domain 230");
   EXPECT_EQ(answer.exit_code, 3) << answer.text;
-  EXPECT_NE(answer.text.find("no node heard in domain 199"), std::string::npos) << answer.text;
+  EXPECT_NE(answer.text.find("no node publishes a status in domain 230"), std::string::npos)
+      << answer.text;
 }
 
 TEST(Command, DoctorFindsThisMachineReady) {

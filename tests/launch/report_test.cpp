@@ -19,21 +19,21 @@ launch::ProcessStatus status(const std::string& node, std::uint64_t writer,
   return status;
 }
 
-// Ten seconds of a pipeline at 30 Hz; the first frame is composited after half a second. recon_b
-// was killed once.
+// Ten seconds of a pipeline at 30 Hz. The first frame is composited after 0.5 s. recon_b was killed
+// once.
 launch::ReportInput ten_seconds() {
   launch::ReportInput input;
   input.start_stamp_ns = 100 * s;
   input.stop_stamp_ns = 110 * s;
   input.first_composited_stamp_ns = 100 * s + s / 2;
-  input.programs = {{"capture", "capture_node", {{11, 100 * s, "exit code 0 (ended in order)"}}},
-                    {"recon_a", "recon_node", {{12, 100 * s, "exit code 0 (ended in order)"}}},
+  input.programs = {{"capture", "capture_node", {{11, 100 * s, "exit code 0 (exited cleanly)"}}},
+                    {"recon_a", "recon_node", {{12, 100 * s, "exit code 0 (exited cleanly)"}}},
                     {"recon_b",
                      "recon_node",
                      {{13, 100 * s, "killed by signal 9 (SIGKILL)"},
-                      {17, 104 * s, "exit code 0 (ended in order)"}}},
-                    {"sim", "sim_node", {{14, 100 * s, "exit code 0 (ended in order)"}}},
-                    {"render", "render_node", {{15, 100 * s, "exit code 0 (ended in order)"}}}};
+                      {17, 104 * s, "exit code 0 (exited cleanly)"}}},
+                    {"sim", "sim_node", {{14, 100 * s, "exit code 0 (exited cleanly)"}}},
+                    {"render", "render_node", {{15, 100 * s, "exit code 0 (exited cleanly)"}}}};
   auto capture = status("capture", 1, 100 * s);
   capture.counts = {{"frames_captured", 300}};
   capture.drops = {{"pipeline_busy", 4}};
@@ -70,7 +70,7 @@ TEST(Report, CountsFramesOverAllProcessesOfANode) {
   const auto report = launch::report_from(ten_seconds());
   EXPECT_EQ(report["frames"]["captured"], 300);
   EXPECT_EQ(report["frames"]["complete"], 285)
-      << "recon_b's two processes together; the simulation's own sets don't count";
+      << "the sum of recon_b's processes; sim_node's sets do not count";
   EXPECT_EQ(report["frames"]["composited"], 286);
   EXPECT_EQ(report["frames"]["dropped"],
             (nlohmann::json{{"pipeline_busy", 4}, {"incomplete_set", 3}}));
@@ -96,7 +96,7 @@ TEST(Report, RestartsIncludeCauses) {
   ASSERT_EQ(node["restarts"].size(), 1u);
   EXPECT_EQ(node["restarts"][0]["cause"], "killed by signal 9 (SIGKILL)");
   EXPECT_EQ(node["latencies_ms"]["reconstruct"]["p50"], 1.5)
-      << "of the process that handled most frames";
+      << "those of the process that handled most frames";
 }
 
 TEST(Report, ListsCollisionsAndEmptyHulls) {
@@ -121,7 +121,7 @@ TEST(Report, MarksNonFinalStatuses) {
   EXPECT_EQ(report["nodes"]["render"]["status"], "none received");
 }
 
-TEST(Report, WithoutAFrameThereIsNoLatencyAndNoRate) {
+TEST(Report, HasNoLatencyAndNoRateWithoutAFrame) {
   launch::ReportInput input = ten_seconds();
   input.statuses = {};
   input.first_composited_stamp_ns.reset();
@@ -132,7 +132,7 @@ TEST(Report, WithoutAFrameThereIsNoLatencyAndNoRate) {
   EXPECT_FALSE(launch::table_of(report).empty());
 }
 
-TEST(Report, CpuPercentIsOverTheProcessesLife) {
+TEST(Report, CpuPercentIsTheMeanSinceTheStart) {
   EXPECT_DOUBLE_EQ(
       launch::report_from(ten_seconds())["nodes"]["render"]["cpu_percent"].get<double>(), 50);
 }
@@ -148,7 +148,7 @@ TEST(StatusRegistry, DetectsDuplicateNodes) {
   launch::StatusRegistry registry;
   registry.add(status("sim", 1, 1 * s), 10 * s);
   registry.add(status("sim", 2, 9 * s), 11 * s);
-  EXPECT_TRUE(registry.duplicates().empty()) << "the first may have died";
+  EXPECT_TRUE(registry.duplicates().empty()) << "the first process may have died";
   registry.add(status("sim", 1, 1 * s), 13 * s);
   EXPECT_EQ(registry.duplicates(), std::vector<std::string>{"sim"});
 }
@@ -157,7 +157,7 @@ TEST(StatusRegistry, RestartIsNotADuplicate) {
   launch::StatusRegistry registry;
   registry.add(status("sim", 1, 1 * s), 10 * s);
   registry.add(status("sim", 2, 9 * s), 11 * s);
-  registry.add(status("sim", 1, 1 * s), 11 * s + s / 2);  // was under way when its process died
+  registry.add(status("sim", 1, 1 * s), 11 * s + s / 2);  // arrives after the death of its process
   for (int i = 12; i < 60; ++i) registry.add(status("sim", 2, 9 * s), i * s);
   EXPECT_TRUE(registry.duplicates().empty());
 }

@@ -7,7 +7,7 @@ using namespace fivepipe;
 namespace {
 
 const launch::ProcessExit sigkill{true, 9}, failed{false, 1}, bad_configuration{false, 2},
-    no_hardware{false, 3}, in_order{false, 0};
+    no_hardware{false, 3}, clean{false, 0};
 
 double delay_s(const launch::RestartDecision& after) {
   EXPECT_TRUE(std::holds_alternative<launch::Restart>(after));
@@ -23,7 +23,7 @@ TEST(RestartPolicy, DelayDoublesUpToItsLimit) {
     EXPECT_EQ(delay_s(policy.on_exit(sigkill, 5.0)), expected_s);
 }
 
-TEST(RestartPolicy, TenSecondsOfHealthResetTheDelay) {
+TEST(RestartPolicy, TenSecondsOfUptimeResetTheDelay) {
   launch::RestartPolicy policy;
   policy.on_exit(sigkill, 5.0);
   EXPECT_EQ(delay_s(policy.on_exit(sigkill, 9.99)), 0.5);
@@ -62,7 +62,7 @@ TEST(RestartPolicy, SlowExitResetsQuickExitCount) {
     EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.on_exit(failed, 0.1)));
 }
 
-// A camera unplugged and plugged in again minutes later.
+// A camera is unplugged and plugged in minutes later.
 TEST(RestartPolicy, MissingHardwareIsRetriedOnceHealthy) {
   launch::RestartPolicy policy;
   policy.mark_healthy();
@@ -71,8 +71,7 @@ TEST(RestartPolicy, MissingHardwareIsRetriedOnceHealthy) {
 }
 
 TEST(RestartPolicy, CleanExitIsNotRestarted) {
-  EXPECT_TRUE(
-      std::holds_alternative<launch::Ended>(launch::RestartPolicy().on_exit(in_order, 0.1)));
+  EXPECT_TRUE(std::holds_alternative<launch::Ended>(launch::RestartPolicy().on_exit(clean, 0.1)));
 }
 
 TEST(ProcessExit, HasReadableText) {

@@ -1,4 +1,4 @@
-// Over real processes: small shell scripts stand in for the nodes.
+// The supervisor with real processes: small shell scripts replace the nodes.
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <signal.h>
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 using Clock = std::chrono::steady_clock;
-// For what should happen at once; generous, as test machines are busy.
+// For events that should happen immediately. Test machines are busy.
 constexpr auto kTimeout = 30s;
 
 class SupervisorTest : public ::testing::Test {
@@ -54,7 +54,7 @@ class SupervisorTest : public ::testing::Test {
     return std::find(lines.begin(), lines.end(), line) != lines.end();
   }
 
-  // Steps until the condition holds; false where kTimeout runs out.
+  // Steps until the condition holds. Returns false after kTimeout.
   template <class Condition>
   static bool step_until(launch::Supervisor& supervisor, Condition condition) {
     const auto until = Clock::now() + kTimeout;
@@ -66,7 +66,7 @@ class SupervisorTest : public ::testing::Test {
   }
 };
 
-// exec: the shell is replaced, so that signals reach the sleep itself, and nothing outlives it.
+// exec replaces the shell, so that signals reach the sleep and no process outlives it.
 const std::string kRunsForever = "echo up; exec sleep 1000";
 const std::string kIgnoresSigterm = "trap '' TERM; echo up; exec sleep 1000";
 
@@ -202,7 +202,7 @@ TEST_F(SupervisorTest, KillsProcessGroupOfNode) {
   ASSERT_FALSE(lines.empty());
   const pid_t grandchild = std::stoi(lines.front().substr(lines.front().find(": ") + 2));
   supervisor.stop(0ms);
-  // An orphan that nobody reaps stays as a zombie: dead is then state Z.
+  // An orphan that no process reaps remains as a zombie, state Z.
   EXPECT_TRUE(step_until(supervisor, [&] {
     std::ifstream stat("/proc/" + std::to_string(grandchild) + "/stat");
     std::string pid, name, state;
@@ -236,7 +236,8 @@ TEST_F(SupervisorTest, ReportsMissingCore) {
 }
 
 TEST_F(SupervisorTest, ChildrenExitWhenSupervisorIsKilled) {
-  prctl(PR_SET_CHILD_SUBREAPER, 1);  // orphans come to this process, which can then see their end
+  prctl(PR_SET_CHILD_SUBREAPER,
+        1);  // this process becomes the parent of orphans and can wait for them
   const fs::path pid_file = folder / "pid";
   const pid_t supervisor_pid = fork();
   if (supervisor_pid == 0) {
@@ -260,7 +261,7 @@ TEST_F(SupervisorTest, ChildrenExitWhenSupervisorIsKilled) {
 }
 
 TEST(NodeClaims, ErrorNamesHolderOfTakenName) {
-  const std::uint32_t domain = 100000 + std::uint32_t(getpid());  // nobody else's
+  const std::uint32_t domain = 100000 + std::uint32_t(getpid());  // unused by other tests
   launch::NodeClaims first(domain, {"capture", "sim"});
   try {
     launch::NodeClaims second(domain, {"render", "sim"});
@@ -271,7 +272,7 @@ TEST(NodeClaims, ErrorNamesHolderOfTakenName) {
     EXPECT_NE(what.find("process " + std::to_string(getpid())), std::string::npos) << what;
     EXPECT_EQ(what.find("'render'"), std::string::npos) << what;
   }
-  launch::NodeClaims free_name(domain, {"render"});  // not kept by the refused claim
+  launch::NodeClaims free_name(domain, {"render"});  // the refused claim does not hold it
   launch::NodeClaims other_domain(domain + 1'000'000'000, {"sim"});
 }
 

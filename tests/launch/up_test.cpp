@@ -1,4 +1,4 @@
-// `fivepipe up` as a process, over shell scripts in the place of the nodes.
+// Runs `fivepipe up` as a process; shell scripts replace the nodes.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -49,7 +49,7 @@ class Up : public ::testing::Test {
   }();
   std::vector<pid_t> started;
 
-  // `up` looks for the nodes beside itself.
+  // `up` finds the nodes in the folder of its own program.
   void SetUp() override {
     fs::copy_file(FIVEPIPE_BINARY_DIR "/fivepipe", folder / "fivepipe");
     for (const char* program : {"capture_node", "recon_node", "sim_node", "render_node"})
@@ -127,7 +127,7 @@ TEST_F(Up, PassesArgumentsToNodes) {
 }
 
 TEST_F(Up, SigintStopsAllWithinTwoSecondsAndWritesReport) {
-  // One node that doesn't listen.
+  // One node ignores the signals.
   write_program("sim_node", "trap '' TERM INT\necho pid $$\nexec sleep 1000\n");
   const pid_t up = start_up("out");
   ASSERT_TRUE(all_nodes_run()) << said();
@@ -135,7 +135,8 @@ TEST_F(Up, SigintStopsAllWithinTwoSecondsAndWritesReport) {
   kill(up, SIGINT);
   EXPECT_EQ(exit_code_of(up), 130) << said();
   EXPECT_LT(Clock::now() - begin, 2s);
-  for (const std::string& node : nodes) EXPECT_NE(kill(pid_of(node), 0), 0) << node << " is left";
+  for (const std::string& node : nodes)
+    EXPECT_NE(kill(pid_of(node), 0), 0) << node << " still runs";
   EXPECT_NE(said().find("simulation did not end on SIGTERM"), std::string::npos) << said();
   const auto report = nlohmann::json::parse(text_of(folder / "out" / "report.json"));
   EXPECT_EQ(report["ended_by"], "SIGINT");
@@ -147,12 +148,12 @@ TEST_F(Up, NodeThatCannotStartSetsExitCodeAndOutput) {
   write_program("sim_node", "echo the table is too low\nexit 3\n");
   const pid_t up = start_up("out");
   EXPECT_EQ(exit_code_of(up), 3) << said();
-  EXPECT_NE(said().find("simulation can't start: exit code 3"), std::string::npos) << said();
-  EXPECT_NE(said().find("The last it said:\n  the table is too low"), std::string::npos) << said();
+  EXPECT_NE(said().find("simulation cannot start: exit code 3"), std::string::npos) << said();
+  EXPECT_NE(said().find("Its last output:\n  the table is too low"), std::string::npos) << said();
 }
 
 TEST_F(Up, NodesExitWhenUpIsKilled) {
-  prctl(PR_SET_CHILD_SUBREAPER, 1);  // orphans come to this process, which can then see their end
+  prctl(PR_SET_CHILD_SUBREAPER, 1);  // this process becomes the parent of orphans and can reap them
   const pid_t up = start_up("out");
   ASSERT_TRUE(all_nodes_run()) << said();
   kill(up, SIGKILL);
@@ -160,7 +161,7 @@ TEST_F(Up, NodesExitWhenUpIsKilled) {
   for (const std::string& node : nodes) {
     const pid_t pid = pid_of(node);
     EXPECT_TRUE(wait_for([&] { return waitpid(pid, nullptr, WNOHANG) == pid; }))
-        << node << " is left";
+        << node << " still runs";
   }
 }
 

@@ -1,4 +1,4 @@
-// The deployments that the tests of real processes run.
+// Deployments for tests with real processes.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -22,7 +22,8 @@ inline std::string replaced(std::string text, const std::string& from, const std
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-// The small deployment with something else instead, written to a folder of its own.
+// Writes the small deployment to `folder`, with `from` replaced by `to` and with `rig_addition` at
+// the end of its rig. Returns the path of the deployment file.
 inline std::string changed_deployment(const std::filesystem::path& folder, const std::string& from,
                                       const std::string& to, const std::string& rig_addition = "") {
   std::filesystem::create_directories(folder);

@@ -1,5 +1,4 @@
-// Programs run for tests, always ended; and a deployment run by the real `fivepipe up`, in a domain
-// of its own, watched through the bus.
+// Runs programs for tests and always ends them. Runs deployments with the real `fivepipe up`.
 #pragma once
 #include <sys/types.h>
 
@@ -16,19 +15,20 @@ namespace fivepipe::test {
 
 class Program {
  public:
-  // Starts it; standard output and errors go into the file `log`. It reads from nowhere, unless it
-  // is to be typed to.
+  // Starts the program. Its stdout and stderr go to the file `log`. Its stdin is /dev/null, or the
+  // keys of type() if `typed_to`.
   Program(std::vector<std::string> words, const std::filesystem::path& log, bool typed_to = false);
-  ~Program();  // ends it, hard if need be
+  ~Program();  // sends SIGTERM, then SIGKILL after 5 s
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
   pid_t pid() const { return pid_; }
   void type(const std::string& keys) const;
   void signal(int number) const;
-  // Exit code once it has ended, within the time; nothing otherwise.
+  // Returns the exit code, or 128 plus the signal; nullopt if the program still runs after
+  // `timeout`.
   std::optional<int> wait_for_end(std::chrono::milliseconds timeout);
-  std::string said() const;
+  std::string said() const;  // the text in `log`
 
  private:
   std::filesystem::path log_;
@@ -39,11 +39,11 @@ class Program {
 
 class Deployed {
  public:
-  // Starts `fivepipe up DEPLOYMENT --domain DOMAIN --out OUT` with more arguments.
+  // Starts `fivepipe up DEPLOYMENT --domain DOMAIN --out OUT` and the arguments in `more`.
   Deployed(const std::string& deployment, std::uint32_t domain, const std::filesystem::path& out,
            const std::vector<std::string>& more = {});
 
-  // The node's process now; nothing while it is down.
+  // The node's current process; nullopt if there is none.
   std::optional<pid_t> pid_of(const std::string& node) const;
   std::vector<pid_t> all_children() const;
   pid_t pid() const { return program_.pid(); }
@@ -58,10 +58,10 @@ class Deployed {
   Program program_;
 };
 
-// Waits on the bus until the condition holds; false when the time is up.
+// Waits on the bus until the condition holds. Returns false after `timeout`.
 bool eventually(bus::Bus& bus, std::chrono::milliseconds timeout,
                 const std::function<bool()>& condition);
 
-bool is_alive(pid_t pid);  // exists and is no zombie
+bool is_alive(pid_t pid);  // false for a zombie
 
 }  // namespace fivepipe::test

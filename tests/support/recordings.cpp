@@ -124,7 +124,7 @@ std::map<std::string, std::uint64_t> sent_by_topic(
     for (const auto& topic : status["topics"])
       if (const auto count = topic["sent"].get<std::uint64_t>(); count > 0)
         sent[topic["topic"]] += count;
-  sent.erase(bus::topics::NodeStatus::name);  // always one behind
+  sent.erase(bus::topics::NodeStatus::name);  // a status does not count itself
   return sent;
 }
 

@@ -1,4 +1,4 @@
-// Recordings made and replayed by the real programs, for tests.
+// Records and replays with the real programs, for tests.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -21,10 +21,10 @@ namespace fivepipe::test {
 using Payload = std::vector<std::byte>;
 using Stamped = std::pair<std::int64_t, Payload>;  // source stamp and message
 
-// Processes that compile shaders, on a busy machine.
+// Time for five processes to start on a busy machine; two of them compile shaders.
 inline constexpr std::chrono::seconds kStart{60};
 
-// A domain, a folder and a bus of its own; programs in that domain.
+// Has its own domain, folder and bus, and starts programs in that domain.
 class RecordingTest : public testing::Test {
  protected:
   RecordingTest();
@@ -34,52 +34,52 @@ class RecordingTest : public testing::Test {
   std::filesystem::path folder_;
   bus::Bus bus_;
 
-  // The deployment runs for so long from its first composited frame on, and is recorded from its
-  // start.
+  // Records the deployment from its start until `duration_s` after its first composited frame.
+  // Returns the recording.
   std::filesystem::path recorded(double duration_s,
                                  const std::string& deployment = kSmallDeployment,
                                  const std::vector<std::string>& options = {});
-  // `fivepipe WORDS..` in this test's domain. Its output is in the file NAME.log.
+  // Starts `fivepipe WORDS...` in this test's domain with its output in the file NAME.log.
   std::unique_ptr<Program> fivepipe(const std::string& name, std::vector<std::string> words,
                                     bool typed_to = false);
-  // One node alone.
+  // Starts one node.
   std::unique_ptr<Program> node(const std::string& program, const std::string& name,
                                 const std::string& deployment = kSmallDeployment);
-  // A recorder that already listens.
+  // Starts a recorder and waits until it listens.
   std::unique_ptr<Program> recorder(const std::filesystem::path& file,
                                     const std::vector<std::string>& options = {});
-  // Somebody of that name writes, or reads, these topics.
+  // Whether a participant of this name writes (or reads) all these topics.
   bool takes_part(const std::string& participant, bool writes, const std::set<std::string>& topics);
 
  private:
   int programs_ = 0;
 };
 
-// What one writer of a topic wrote, in the order of source stamps.
+// The messages of one writer of a topic, by source stamp.
 using WrittenByOne = std::vector<Stamped>;
-// By topic: every writer's, in an order that does not depend on who was found first.
+// The messages of each writer, by topic. The order of the writers depends on their messages only.
 std::map<std::string, std::vector<WrittenByOne>> messages_by_writer(
     const recording::Recording& recording);
-// The last that is told of each key: disposed, unregistered. By topic and key.
+// The last state change of each key, by topic and key.
 std::map<std::pair<std::string, Payload>, recording::KeyChange> last_key_changes(
     const recording::Recording& recording);
-// Each node's last status, which must be its final one; and how many messages of each topic these
-// say were sent, statuses apart.
+// The last status of each node, by node. Expects that it is the final one.
 std::map<std::string, nlohmann::ordered_json> final_statuses(const recording::Recording& recording);
+// The sent messages in these statuses, by topic, without NodeStatus.
 std::map<std::string, std::uint64_t> sent_by_topic(
     const std::map<std::string, nlohmann::ordered_json>& statuses);
+// The recorded messages, by topic.
 std::map<std::string, std::uint64_t> counts_by_topic(const recording::Recording& recording);
 
-// Takes all that is written of these topics, from now on.
-// What running nodes write.
+// Takes all samples of these topics from its construction on.
 class Outputs {
  public:
   Outputs(bus::Bus& bus, const std::vector<std::string>& topics);
   void take();
-  // Each topic has so many writers.
+  // Whether each topic has `count` writers.
   bool has_writers(int count) const;
   std::uint64_t taken() const;
-  // By topic, in an order that does not depend on when they came.
+  // The payloads by topic, sorted, so that the order of arrival does not matter.
   std::map<std::string, std::vector<Payload>> sorted() const;
 
  private:

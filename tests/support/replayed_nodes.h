@@ -1,4 +1,4 @@
-// Nodes that run alone, fed by a lossless replay, and what they write.
+// Feeds single nodes from a lossless replay and collects their output.
 #pragma once
 #include <csignal>
 #include <string_view>
@@ -22,8 +22,8 @@ struct ReplayRun {
 
 class ReplayedNodesTest : public RecordingTest {
  protected:
-  // Starts the nodes, replays what they read, so many times, ends them. Fails where a message or a
-  // frame is missing.
+  // Starts the nodes, replays their inputs `rounds` times and ends the nodes. The test fails if a
+  // message or a frame is missing.
   ReplayRun replayed(const std::filesystem::path& recording,
                      const std::vector<NodeUnderTest>& nodes,
                      const std::vector<std::string>& outputs_of,
@@ -68,7 +68,7 @@ class ReplayedNodesTest : public RecordingTest {
   }
 
  private:
-  // Of processes started since then: those that were recorded have ended.
+  // Of the processes that started after start_ns: the replay also sends statuses of recorded ones.
   void take_final_reports(ReplayRun& run, std::int64_t start_ns) {
     for (const auto& sample : statuses_.take()) {
       if (!sample.valid() || !sample->final_report || sample->start_stamp_ns < start_ns) continue;
@@ -78,8 +78,14 @@ class ReplayedNodesTest : public RecordingTest {
       for (std::uint32_t i = 0; i < sample->drops._length; ++i)
         run.drops[sample->node][text_of(sample->drops._buffer[i])] = sample->drops._buffer[i].count;
       for (std::uint32_t i = 0; i < sample->topics._length; ++i)
-        run.sent[sample->node][sample->topics._buffer[i].topic] = sample->topics._buffer[i].sent;
+        take_topic(run, sample->node, sample->topics._buffer[i]);
     }
+  }
+  static void take_topic(ReplayRun& run, const std::string& node,
+                         const fivepipe_v1_TopicCounts& topic) {
+    run.sent[node][topic.topic] = topic.sent;
+    if (topic.not_sent > 0)
+      run.drops[node]["not_sent: " + std::string(topic.topic)] = topic.not_sent;
   }
   static std::string text_of(const fivepipe_v1_DropCount& drop) {
     return messages::text_of({drop.reason, drop.subject, drop.detail});

@@ -1,4 +1,4 @@
-// A DDS domain of its own for every test process: tests that run side by side never see each other.
+// Gives each test process its own DDS domain, so that concurrent tests do not see each other.
 #pragma once
 #include <unistd.h>
 

@@ -1,5 +1,5 @@
-// The same recording gives the same bits: on every run, at every rate, for any number of threads
-// and of reconstruction nodes.
+// A recording gives the same bits in every run, at every rate and for any number of threads and of
+// reconstruction nodes.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -23,9 +23,9 @@ int runs() { return std::getenv("FIVEPIPE_LONG") ? 5 : 1; }
 
 class Determinism : public test::ReplayedNodesTest {
  protected:
-  // At rates 0.5, 1 and as fast as it goes.
-  void expect_the_same_at_every_rate(const NodeUnderTest& node,
-                                     const std::vector<std::string>& outputs) {
+  // At half speed, at the recorded speed and unthrottled.
+  void expect_same_bits_at_every_rate(const NodeUnderTest& node,
+                                      const std::vector<std::string>& outputs) {
     const auto recording = recorded(0.5);
     const auto expected = replayed(recording, {node}, outputs, {"--rate", "max"}).outputs;
     for (const std::string& topic : outputs) ASSERT_FALSE(expected.at(topic).empty()) << topic;
@@ -36,14 +36,14 @@ class Determinism : public test::ReplayedNodesTest {
   }
 };
 
-TEST_F(Determinism, ReconstructionAtEveryRate) {
-  expect_the_same_at_every_rate(kReconA, kReconOutputs);
+TEST_F(Determinism, ReconstructionIsIdenticalAtEveryRate) {
+  expect_same_bits_at_every_rate(kReconA, kReconOutputs);
 }
-TEST_F(Determinism, SimulationAtEveryRate) {
-  expect_the_same_at_every_rate(kSimulation, kSimOutputs);
+TEST_F(Determinism, SimulationIsIdenticalAtEveryRate) {
+  expect_same_bits_at_every_rate(kSimulation, kSimOutputs);
 }
 
-TEST_F(Determinism, ReconstructionByOneNodeOrTwoAndByTwoThreads) {
+TEST_F(Determinism, ReconstructionIsIdenticalForTwoNodesAndForTwoThreads) {
   const auto recording = recorded(0.5);
   const auto by_two_nodes =
       replayed(recording, {kReconA, kReconB}, kReconOutputs, {"--rate", "max"}).outputs;
@@ -64,7 +64,7 @@ TEST_F(Determinism, ReconstructionByOneNodeOrTwoAndByTwoThreads) {
   EXPECT_TRUE(by_two_threads == by_one);
 }
 
-TEST_F(Determinism, SimulationByTwoThreads) {
+TEST_F(Determinism, SimulationIsIdenticalForTwoThreads) {
   const auto recording = recorded(0.5);
   const auto by_one = replayed(recording, {kSimulation}, kSimOutputs, {"--rate", "max"}).outputs;
   const std::string simulation = "{name: simulation, program: sim_node}";
@@ -75,7 +75,7 @@ TEST_F(Determinism, SimulationByTwoThreads) {
               by_one);
 }
 
-// Nodes that have handled a recording take it again as a new beginning.
+// A node that has handled a recording starts from its initial state when the replay starts again.
 TEST_F(Determinism, SecondReplayIntoSameProcessIsIdentical) {
   const auto recording = recorded(0.5);
   for (const auto& [node, topics] :

@@ -1,5 +1,4 @@
-// The recording that version 1 made (tests/recordings/make): every later version reads and replays
-// it.
+// Every version reads and replays the recording that version 1 made (tests/recordings/make).
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -81,7 +80,7 @@ TEST_F(KeptRecording, HasItsMessages) {
             (std::set<std::string>{"capture", "recon_a", "recon_b", "simulation", "rendering"}));
 }
 
-// As @foxglove/omgidl-serialization read them when it was made.
+// The expected values are those that @foxglove/omgidl-serialization read when the file was made.
 TEST_F(KeptRecording, DecodesToItsValues) {
   const recording::Recording recording(kRecording);
   const auto map = first_of(recording, bus::topics::ObjectPixelMap::name);

@@ -1,4 +1,4 @@
-// The whole pipeline over real processes and DDS.
+// The whole pipeline with real processes and DDS.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -25,7 +25,8 @@ using Clock = std::chrono::steady_clock;
 using test::changed_deployment;
 using test::kSmallDeployment;
 const std::string kNodes[] = {"capture", "recon_a", "recon_b", "simulation", "rendering"};
-constexpr auto kStart = 60s;  // five processes, two of them compiling shaders, on a busy machine
+// Time for five processes to start on a busy machine; two of them compile shaders.
+constexpr auto kStart = 60s;
 
 class Pipeline : public testing::Test {
  protected:
@@ -37,7 +38,7 @@ class Pipeline : public testing::Test {
       bus_.reader<bus::topics::FrameComposited>();
   bus::Reader<bus::topics::NodeStatus> statuses_ = bus_.reader<bus::topics::NodeStatus>();
   std::uint64_t frames_seen_ = 0;
-  std::map<std::string, std::map<std::string, std::uint64_t>> drops_;  // by node and reason
+  std::map<std::string, std::map<std::string, std::uint64_t>> drops_;  // by node and text
 
   ~Pipeline() override { std::filesystem::remove_all(out_); }
 
@@ -50,7 +51,7 @@ class Pipeline : public testing::Test {
             drop.count;
     }
   }
-  // So many more frames are composited within the time.
+  // Whether `more` frames are composited within `timeout`.
   bool frames_go_on(std::uint64_t more, std::chrono::milliseconds timeout) {
     listen();
     const std::uint64_t target = frames_seen_ + more;
@@ -124,7 +125,7 @@ TEST_F(Pipeline, ConfigurationErrorsAreListedTogetherAndEndWithTwo) {
     EXPECT_NE(log().find(problem), std::string::npos) << problem << '\n' << log();
 }
 
-// Each node is killed in turn: it is back and frames go on within five seconds.
+// Kills each node in turn. The node restarts and frames are composited again within 5 s.
 TEST_F(Pipeline, RecoversAfterEachNodeIsKilled) {
   Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(20, kStart)) << log();
@@ -141,13 +142,12 @@ TEST_F(Pipeline, RecoversAfterEachNodeIsKilled) {
                              return new_pid && new_pid != old_pid;
                            }))
         << node << log();
-    // What was under way when it died may still come out: only frames of the time after its return
-    // count.
+    // Frames from before the death may still be composited, so only later ones count.
     ASSERT_TRUE(frames_go_on(6, 5s - (Clock::now() - killed_at < 5s
                                           ? std::chrono::duration_cast<std::chrono::milliseconds>(
                                                 Clock::now() - killed_at)
                                           : 5000ms)))
-        << node << " was back, frames did not go on\n"
+        << node << " restarted, but no frames are composited\n"
         << log();
   }
   deployed.signal(SIGTERM);
@@ -183,7 +183,7 @@ TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();
   auto states = bus_.reader<bus::topics::VirtualState>();
   double height_m = 0;
-  // So many states come; true where the ball is at another height in one of them.
+  // Waits for `count` states. Returns whether the ball has another height in one of them.
   const auto ball_moves_within = [&](int count) {
     bool moved = false;
     const double before_m = height_m;
@@ -200,28 +200,27 @@ TEST_F(Pipeline, SimulationIsPausedAndResumedFromTheCommandLine) {
   };
   const std::string command = std::string(FIVEPIPE_BINARY_DIR) + "/fivepipe simulation --domain " +
                               std::to_string(domain_) + " ";
-  // The ball may have come to rest: it falls anew.
+  // The ball may be at rest; after a reset it falls again.
   ASSERT_EQ(std::system((command + "reset").c_str()), 0);
   EXPECT_TRUE(ball_moves_within(5));
   ASSERT_EQ(std::system((command + "reset").c_str()), 0);
   ASSERT_EQ(std::system((command + "pause").c_str()), 0);
-  ball_moves_within(5);  // what was under way
+  ball_moves_within(5);  // states from before the pause
   EXPECT_FALSE(ball_moves_within(10));
   ASSERT_EQ(std::system((command + "resume").c_str()), 0);
   EXPECT_TRUE(ball_moves_within(10));
 }
 
-// A map that no capture_node would send: dropped, counted, named; the pipeline goes on.
-// Over the wire, from live maps: warmth, proximity, contacts, response with the cameras' names, the
-// hull's parts; and no more than asked for.
+// The messages of a running pipeline have warmth, proximity, contacts, the response with the names
+// of the cameras, and the hull's components, each only if the scene requests it.
 TEST_F(Pipeline, CollisionResultsHoldRequestedOutputs) {
   auto states = bus_.reader<bus::topics::VirtualState>();
   auto collisions = bus_.reader<bus::topics::CollisionResult>();
-  auto hull_parts = bus_.reader<bus::topics::HullComponents>();
+  auto hull_components = bus_.reader<bus::topics::HullComponents>();
   Deployed deployed(
       changed_deployment(out_ / "files", "scenes/demo/scene.yaml", "scenes/warm_plate/scene.yaml"),
       domain_, out_);
-  bool warm = false, near = false, told = false, moving = false;
+  bool warm = false, near = false, has_details = false, moving = false;
   EXPECT_TRUE(eventually(
       bus_, kStart,
       [&] {
@@ -231,7 +230,7 @@ TEST_F(Pipeline, CollisionResultsHoldRequestedOutputs) {
             warm |= std::any_of(warmth.begin(), warmth.end(),
                                 [](float w) { return w > 0.2f && w <= 1; });
           }
-        for (const auto& sample : hull_parts.take())
+        for (const auto& sample : hull_components.take())
           for (std::uint32_t i = 0; sample.valid() && i < sample->components._length; ++i)
             moving |= sample->components._buffer[i].frames >= 3;
         for (const auto& sample : collisions.take()) {
@@ -247,15 +246,16 @@ TEST_F(Pipeline, CollisionResultsHoldRequestedOutputs) {
             EXPECT_EQ(sample->triangles._length, sample->triangles_colliding);
             EXPECT_EQ(sample->local_minimum_translation._length, 1u);
             const auto& closed_form = sample->normals._buffer[1];
-            told |= sample->contacts._length > 0 && closed_form.cameras._length > 0 &&
-                    closed_form.cameras._buffer[0].camera[0] != '\0';
+            has_details |= sample->contacts._length > 0 && closed_form.cameras._length > 0 &&
+                           closed_form.cameras._buffer[0].camera[0] != '\0';
           }
         }
-        return warm && near && told && moving;
+        return warm && near && has_details && moving;
       }))
-      << warm << near << told << moving << log();
+      << warm << near << has_details << moving << log();
 }
 
+// capture_node sends no such maps. The nodes drop and count them and continue.
 TEST_F(Pipeline, MalformedMapsAreDroppedAndCounted) {
   Deployed deployed(kSmallDeployment, domain_, out_);
   ASSERT_TRUE(frames_go_on(5, kStart)) << log();

@@ -1,5 +1,4 @@
-// A reader that nobody here wrote finds in a recording of the pipeline what our own reader finds,
-// value for value.
+// An independent reader finds the same values in a recording of the pipeline as fivepipe's reader.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -21,7 +20,7 @@ using nlohmann::ordered_json;
 using recording::Recording;
 using schema::Kind;
 
-// tests/npm/read_mcap.mjs prints longer ones as their checksum.
+// tests/npm/read_mcap.mjs prints longer octet sequences as checksums.
 constexpr std::size_t kMaxHexBytes = 64;
 
 std::string printed_octets(const ordered_json& octets) {
@@ -40,8 +39,8 @@ std::string printed_octets(const ordered_json& octets) {
   return hexadecimal;
 }
 
-// Our values as the other reader prints them: 64-bit integers as text, enums by number, octets in
-// hexadecimal.
+// Converts fivepipe's values to the form of the other reader: 64-bit integers as text, enumerators
+// as numbers, octets in hexadecimal.
 class Printer {
  public:
   explicit Printer(const schema::Idl& idl) : idl_(idl) {}
@@ -78,7 +77,7 @@ class Printer {
 using Where = std::tuple<std::string, std::uint32_t, std::string,
                          std::string>;  // topic, sequence, log stamp, publish stamp
 
-// By our own reader, key states as the messages that they are in the file.
+// Reads the file with fivepipe's reader. Key states are messages of their own, as in the file.
 std::map<Where, ordered_json> read_by_us(const recording::Recording& recording) {
   std::map<Where, ordered_json> values;
   auto cursor = recording.mcap().messages();
@@ -127,7 +126,7 @@ TEST_F(RecordingConformance, ReferenceReaderDecodesEveryTopicIdentically) {
   EXPECT_EQ(all, ours.size());
   for (const bus::topics::Topic& topic : bus::topics::all()) {
     const std::string name = topic.name;
-    // Nobody gives commands or replays, and this scene asks for no history of the hull's parts.
+    // This run has no commands and no replay, and its scene has no history.
     const bool is_written = name != bus::topics::Command::name &&
                             name != bus::topics::ReplaySession::name &&
                             name != bus::topics::HullComponents::name;

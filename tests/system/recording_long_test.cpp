@@ -43,7 +43,7 @@ TEST_F(LongRecording, AMinuteOfFourCamerasAtSixtyHertzLosesNothing) {
     EXPECT_EQ(counts.at(topic + " received"), std::to_string(count)) << topic;
     EXPECT_EQ(counts.at(topic + " lost"), "0") << topic;
   }
-  // Every frame that was captured is there four times, once a camera.
+  // The recording has each captured frame four times, once per camera.
   std::map<std::uint64_t, std::size_t> maps_of_frame;
   auto cursor = recording.messages();
   std::uint64_t payload_bytes = 0;

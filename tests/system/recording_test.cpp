@@ -1,4 +1,4 @@
-// What real processes write is in the recording, all of it, and a replay of it is the same again.
+// A recording of real processes has all their messages, and its replay gives the same recording.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -58,8 +58,7 @@ TEST_F(RecordingPipeline, ReplayAndRerecordIsIdentical) {
     EXPECT_TRUE(found.at(topic) == writers)
         << topic << ": " << found.at(topic).size() << " writers, " << writers.size() << " expected";
   }
-  // At its end a replay leaves no writer of any key: what had not ended when the recording did ends
-  // then.
+  // At the end of a replay, no key has a writer, even if it had one at the end of the recording.
   const auto changes = test::last_key_changes(is);
   for (const auto& [key, change] : test::last_key_changes(was)) {
     ASSERT_TRUE(changes.contains(key)) << key.first;
@@ -67,15 +66,15 @@ TEST_F(RecordingPipeline, ReplayAndRerecordIsIdentical) {
   }
 }
 
-// Whoever records is killed in the middle: up to the last chunk that was closed (half a second),
-// all is there.
+// If the recorder is killed, the file has all messages up to the last closed chunk, which is at
+// most 0.5 s old.
 TEST_F(RecordingPipeline, RecordingOfKilledRecorderIsRepaired) {
   const auto file = folder_ / "killed.mcap";
   const auto recorder = this->recorder(file, {"--deployment", kSmallDeployment});
   auto commands = bus_.writer<bus::topics::Command>();
   ASSERT_TRUE(eventually(bus_, 10s, [&] { return commands.readers() == 1; }));
   std::uint64_t sent = 0;
-  // Until something of it is on the disk.
+  // Until the first chunk is on the disk.
   ASSERT_TRUE(eventually(bus_, 20s, [&] {
     fivepipe_v1_Command message{};
     message.kind = fivepipe_v1_resume_simulation;
@@ -94,12 +93,12 @@ TEST_F(RecordingPipeline, RecordingOfKilledRecorderIsRepaired) {
   EXPECT_EQ(expected.at(bus::topics::Command::name).at(0).size(), kept);
   ASSERT_TRUE(unfinished.extract_deployment(folder_ / "extracted"));
   EXPECT_FALSE(mcap::recover(file).was_finished);
-  const recording::Recording mended(file);
-  EXPECT_TRUE(mended.mcap().is_finished());
-  EXPECT_TRUE(test::messages_by_writer(mended) == expected);
+  const recording::Recording repaired(file);
+  EXPECT_TRUE(repaired.mcap().is_finished());
+  EXPECT_TRUE(test::messages_by_writer(repaired) == expected);
 }
 
-// What a replay sends to a node is what the node reads.
+// A replay sends to a node exactly the topics that the node reads.
 TEST_F(RecordingPipeline, NodeInputsMatchSubscriptions) {
   const test::NodeUnderTest nodes[] = {{"capture_node", "capture"},
                                        {"recon_node", "recon_a"},
@@ -121,7 +120,7 @@ TEST_F(RecordingPipeline, NodeInputsMatchSubscriptions) {
   }
 }
 
-// Lossless: every frame is handled, nothing is dropped.
+// In a lossless replay, a node handles every frame and drops nothing.
 TEST_F(RecordingPipeline, EachNodeAloneHandlesEveryFrame) {
   const auto recording = recorded(0.5);
   const auto expect_all_handled = [&](const test::NodeUnderTest& node,

@@ -1,5 +1,5 @@
-// `fivepipe replay` from outside: who is asked, what is sent, how it is paused and ended. Of the
-// kept recording.
+// Runs `fivepipe replay` with the kept recording: when it refuses to start, what it sends, how it
+// is paused and stopped.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -25,7 +25,7 @@ class Replay : public test::RecordingTest {
     options.insert(options.begin(), {"replay", kRecording});
     return fivepipe("replay", options, typed_to);
   }
-  // Takes what comes until the program has ended.
+  // Takes outputs until the program has ended. Returns its exit code; nullopt after `timeout`.
   std::optional<int> end_of(test::Program& program, Outputs& outputs,
                             std::chrono::milliseconds timeout = 20s) {
     eventually(bus_, timeout, [&] {
@@ -34,8 +34,8 @@ class Replay : public test::RecordingTest {
     });
     return program.wait_for_end(0ms);
   }
-  bool come(Outputs& outputs, const std::string& topic, std::size_t count,
-            std::chrono::milliseconds timeout = 10s) {
+  bool has_arrived(Outputs& outputs, const std::string& topic, std::size_t count,
+                   std::chrono::milliseconds timeout = 10s) {
     return eventually(bus_, timeout, [&] {
       outputs.take();
       return outputs.sorted()[topic].size() >= count;
@@ -57,9 +57,9 @@ TEST_F(Replay, IsRefusedDuringDeploymentUnlessForced) {
 }
 
 TEST_F(Replay, ExitsWithThreeWithoutReaders) {
-  const auto nobody = replay({"--wait", "1"});
-  EXPECT_EQ(nobody->wait_for_end(5s), 3) << nobody->said();
-  EXPECT_NE(nobody->said().find("nobody reads"), std::string::npos) << nobody->said();
+  const auto unread = replay({"--wait", "1"});
+  EXPECT_EQ(unread->wait_for_end(5s), 3) << unread->said();
+  EXPECT_NE(unread->said().find("nobody reads"), std::string::npos) << unread->said();
   const auto node = replay({"--wait", "1", "--inputs-of", "recon_a"});
   EXPECT_EQ(node->wait_for_end(5s), 3) << node->said();
   EXPECT_NE(node->said().find("recon_a"), std::string::npos) << node->said();
@@ -77,21 +77,21 @@ TEST_F(Replay, SigtermStopsWithinTwoSeconds) {
   }
 }
 
-// A pose is sent once a frame.
+// capture_node sends one pose per frame.
 TEST_F(Replay, KeysPauseStepAndStop) {
   Outputs poses(bus_, {bus::topics::HeadPose::name});
   const auto replay = this->replay({"--paused"}, true);
   ASSERT_TRUE(eventually(bus_, 10s, [&] { return poses.has_writers(1); })) << replay->said();
   replay->type("sss");
-  ASSERT_TRUE(come(poses, bus::topics::HeadPose::name, 3)) << replay->said();
+  ASSERT_TRUE(has_arrived(poses, bus::topics::HeadPose::name, 3)) << replay->said();
   replay->type("s");
-  ASSERT_TRUE(come(poses, bus::topics::HeadPose::name, 4)) << replay->said();
+  ASSERT_TRUE(has_arrived(poses, bus::topics::HeadPose::name, 4)) << replay->said();
   replay->type("q");
   EXPECT_EQ(end_of(*replay, poses, 5s), 0) << replay->said();
   EXPECT_EQ(poses.taken(), 4u);
-  const auto goes_on = this->replay({"--paused"}, true);
-  goes_on->type("s ");
-  EXPECT_EQ(end_of(*goes_on, poses), 0) << goes_on->said();
+  const auto resumed = this->replay({"--paused"}, true);
+  resumed->type("s ");
+  EXPECT_EQ(end_of(*resumed, poses), 0) << resumed->said();
   EXPECT_EQ(
       poses.taken(),
       4u + test::counts_by_topic(recording::Recording(kRecording)).at(bus::topics::HeadPose::name));
@@ -107,7 +107,7 @@ TEST_F(Replay, RangeIncludesEarlierLatchedMessages) {
   auto cursor = recording.messages(recording.start_ns(), recording.end_ns(), pose_channels);
   while (const auto message = cursor.next()) stamps_ns.push_back(message->log_stamp_ns);
   ASSERT_GT(stamps_ns.size(), 9u);
-  // Between two poses, so that rounding to microseconds decides nothing.
+  // A time between two poses, so that rounding to microseconds does not select another pose.
   const auto between = [&](std::size_t i) {
     return std::to_string(0.5e-9 *
                           double(stamps_ns[i - 1] + stamps_ns[i] - 2 * recording.start_ns()));
@@ -123,7 +123,7 @@ TEST_F(Replay, RangeIncludesEarlierLatchedMessages) {
   EXPECT_EQ(sent[bus::topics::ViewInfo::name].size(), 1u);
 }
 
-// Every round is handled like the first.
+// The node handles every round of a loop like the first.
 TEST_F(Replay, LoopsIntoARunningNode) {
   Outputs tiles(bus_, {bus::topics::HullTile::name});
   const auto recon = node("recon_node", "recon_a");
@@ -158,7 +158,7 @@ TEST_F(Replay, LosslessReplayToStalledNodeExitsWithOne) {
   ASSERT_TRUE(eventually(bus_, test::kStart, [&] { return tiles.has_writers(1); }))
       << recon->said();
   const auto replay = this->replay({"--inputs-of", "recon_a", "--lossless", "--rate", "0.2"});
-  ASSERT_TRUE(come(tiles, bus::topics::HullTile::name, 1, 20s)) << replay->said();
+  ASSERT_TRUE(has_arrived(tiles, bus::topics::HullTile::name, 1, 20s)) << replay->said();
   recon->signal(SIGSTOP);
   EXPECT_EQ(end_of(*replay, tiles, 25s), 1) << replay->said();
   EXPECT_NE(replay->said().find("node 'recon_a' has not handled frame"), std::string::npos)

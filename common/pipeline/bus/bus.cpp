@@ -12,18 +12,20 @@
 namespace fivepipe::bus {
 namespace {
 
-// Cyclone clears as many samples with each loan that it gets back: more than a view has tiles costs
-// more than it saves.
+// Cyclone DDS clears this many sample structs for each returned loan. More than the tiles of a view
+// cost more time than they save.
 constexpr std::int32_t kMaxSamplesPerTake = 64;
 
-// Depth of each kind of delivery, in samples per key. stream: more than max_frames_in_flight, so
-// that pacing, not the bus, drops.
+// History depth in samples per key. stream: more than max_frames_in_flight, so that pacing drops
+// frames before the bus does.
 constexpr std::int32_t kStreamDepth = 8, kLatchedDepth = 1, kEventDepth = 64;
 
-// Readers acknowledge when a heartbeat asks them to. Cyclone takes several configurations, the
-// later ones on top.
+// Readers acknowledge samples when a heartbeat requests it. Cyclone DDS merges several
+// configurations; later ones override earlier ones.
 constexpr const char* kFrequentHeartbeats =
-    R"(,<CycloneDDS><Domain><Internal><HeartbeatInterval min="100us" minsched="100us" max="10ms">200us</HeartbeatInterval></Internal></Domain></CycloneDDS>)";
+    R"(,<CycloneDDS><Domain><Internal><HeartbeatInterval )"
+    R"(min="100us" minsched="100us" max="10ms">200us</HeartbeatInterval>)"
+    R"(</Internal></Domain></CycloneDDS>)";
 
 std::int32_t checked(std::int32_t result, const std::string& what) {
   if (result < 0) throw BusError(what + ": " + dds_strretcode(-result));
@@ -144,16 +146,15 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   FittedProfile profile = fitted_to_kernel(profile_xml(options.profile), kernel_rmem_max_bytes());
   if (options.frequent_heartbeats) profile.xml += kFrequentHeartbeats;
   if (!profile.warning.empty()) warnings_.push_back(profile.warning);
-  // One domain of a number per process: a second Bus in it (tests, tools) shares the first one's
-  // configuration.
+  // A process configures a domain once. A second Bus in the same domain (tests, tools) uses the
+  // configuration of the first one.
   const std::int32_t domain = dds_create_domain(options.domain, profile.xml.c_str());
   if (domain >= 0)
     impl_->domain = std::make_unique<detail::Entity>(domain);
   else if (domain != DDS_RETCODE_PRECONDITION_NOT_MET)
-    throw BusError("DDS domain " + std::to_string(options.domain) +
-                   " can't be opened with network profile '" + options.profile +
-                   "': " + dds_strretcode(-domain) +
-                   " (the lines above this one, from Cyclone DDS, say why)");
+    throw BusError("cannot open DDS domain " + std::to_string(options.domain) +
+                   " with network profile '" + options.profile + "': " + dds_strretcode(-domain) +
+                   " (Cyclone DDS logs the reason in the lines above)");
   const Qos qos(dds_create_qos(), dds_delete_qos);
   if (!options.participant.empty()) dds_qset_entity_name(qos.get(), options.participant.c_str());
   impl_->participant = std::make_unique<detail::Entity>(
@@ -164,7 +165,7 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
 }
 
 Bus::~Bus() {
-  // Before its participant and domain.
+  // The waitset goes before the participant, the participant before the domain.
   impl_->waitset.reset();
   impl_->participant.reset();
 }
@@ -242,8 +243,8 @@ std::vector<std::string> Bus::problems() {
         policy = status.last_policy_id, change = std::uint32_t(status.total_count_change);
     }
     if (change)
-      problems.push_back(std::string(endpoint.topic) + ": a " +
-                         (endpoint.reads ? "writer" : "reader") + " elsewhere was refused: " +
+      problems.push_back(std::string(endpoint.topic) + ": DDS refused a " +
+                         (endpoint.reads ? "writer" : "reader") + " of another process: " +
                          policy_name(policy) + " (policy " + std::to_string(policy) + ")");
   }
   return problems;

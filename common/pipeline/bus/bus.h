@@ -1,5 +1,5 @@
-// Typed, owning layer over Cyclone DDS: the only code that calls it. Messages are idlc's plain
-// structs.
+// Typed and owning layer over Cyclone DDS. No other library calls Cyclone DDS. Messages are the
+// plain structs that idlc generates.
 #pragma once
 #include <atomic>
 #include <chrono>
@@ -19,26 +19,26 @@ struct BusError : std::runtime_error {
 };
 
 struct SampleInfo {
-  bool valid;  // false: only the state of the key changed (its writer disposed it or went away)
-  bool writer_gone;      // no writer of this key is left
-  std::uint64_t writer;  // publication handle: tells a restarted process from its predecessor
-  std::int64_t source_stamp_ns;  // CLOCK_REALTIME when written
+  bool valid;            // false: only the key's state changed; a writer disposed it or left
+  bool writer_gone;      // the key has no writer any more
+  std::uint64_t writer;  // publication handle; distinguishes a process from its predecessor
+  std::int64_t source_stamp_ns;  // CLOCK_REALTIME at the write
 };
 
 namespace detail {
 struct WriteCounts {
-  std::atomic<std::uint64_t> sent{0}, not_sent{0};  // samples written, and given up
+  std::atomic<std::uint64_t> sent{0}, not_sent{0};  // samples written and dropped
 };
-struct Entity {  // a DDS entity handle, deleted with its owner
+struct Entity {  // owns a DDS entity
   explicit Entity(std::int32_t entity_handle) : handle(entity_handle) {}
   ~Entity();
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
   const std::int32_t handle;
-  const std::shared_ptr<WriteCounts> written =
-      std::make_shared<WriteCounts>();  // outlives a writer: its last samples count too
+  // Shared, because the bus reports the counts of a writer that is gone.
+  const std::shared_ptr<WriteCounts> written = std::make_shared<WriteCounts>();
 };
-struct LoanedSamples {  // samples on loan from a reader
+struct LoanedSamples {  // memory that the reader owns, until return_loan()
   std::vector<void*> samples;
   std::vector<SampleInfo> infos;
 };
@@ -53,7 +53,8 @@ int matched_writers(std::int32_t reader);
 template <class Topic>
 class Batch;
 
-// One sample, valid while its Batch lives. Dereference only where valid().
+// One sample. Valid while its Batch exists. Dereference it only if valid(); the key is always
+// there.
 template <class Topic>
 class Sample {
  public:
@@ -71,8 +72,8 @@ class Sample {
   SampleInfo info_;
 };
 
-// What one take returned, in DDS's order (by key, each key oldest first). Holds the reader's loan:
-// destroy it before the next take().
+// The samples of one take() in the order of DDS: by key, each key by age, oldest first. Holds the
+// reader's loan: destroy it before the next take().
 template <class Topic>
 class Batch {
  public:
@@ -99,7 +100,7 @@ template <class Topic>
 class Reader {
  public:
   explicit Reader(std::shared_ptr<detail::Entity> entity) : entity_(std::move(entity)) {}
-  // All that has arrived since the last take, at most 64 samples; never waits.
+  // Returns the samples that arrived since the last take(), at most 64. Never waits.
   Batch<Topic> take() { return Batch<Topic>(entity_->handle, detail::take(entity_->handle)); }
   int writers() const { return detail::matched_writers(entity_->handle); }
 
@@ -111,17 +112,17 @@ template <class Topic>
 class Writer {
  public:
   explicit Writer(std::shared_ptr<detail::Entity> entity) : entity_(std::move(entity)) {}
-  // Copies and sends; the message may be reused at once. Where readers take nothing in for 100 ms
-  // (one was killed, or starves) the sample is given up and counted in Bus::take_not_sent. Throws
-  // BusError where DDS refuses it for another reason.
+  // Copies and sends the message. Waits at most 100 ms for readers without free space (killed or
+  // too slow), then drops the sample and counts it in Bus::take_not_sent(). Throws BusError if DDS
+  // refuses the message for another reason.
   void write(const typename Topic::Message& message) {
     detail::write(*entity_, &message, Topic::name);
   }
-  // Until every reader has what was written; false when the time is up.
+  // Waits until every reader has acknowledged all samples. Returns false after `timeout`.
   bool wait_for_delivery(std::chrono::nanoseconds timeout) {
     return detail::wait_for_acks(entity_->handle, timeout);
   }
-  // How many readers are there now: nothing is made that nobody reads.
+  // Number of matched readers. Use it to skip the work for messages without a reader.
   int readers() const { return detail::matched_readers(entity_->handle); }
 
  private:
@@ -130,25 +131,26 @@ class Writer {
 
 struct BusOptions {
   std::uint32_t domain = 0;
-  std::string profile =
-      "loopback";  // shipped in launch/profiles; CYCLONEDDS_URI in the environment wins
-  std::string participant = "";  // what others see it as: a node's name
-  bool frequent_heartbeats =
-      false;  // within milliseconds, not a tenth of a second: for who waits for delivery often
+  // A file of launch/profiles. The environment variable CYCLONEDDS_URI overrides it.
+  std::string profile = "loopback";
+  std::string participant = "";  // name that other processes see, such as the node's
+  // Requests acknowledgements within milliseconds instead of 100 ms. Makes wait_for_delivery()
+  // fast.
+  bool frequent_heartbeats = false;
 };
 
-// A reader or a writer anywhere on the network.
+// A reader or a writer of any process in the domain.
 struct EndpointDescription {
   std::string topic, type;
   bool writes;
-  bool own;                            // of this Bus
-  std::string guid, participant_guid;  // 32 hexadecimal digits each
-  std::string participant;             // the name it gives itself; empty: none
-  std::map<std::string, std::string>
-      qos;  // "reliability": "reliable", "history": "keep_last 8", ..
+  bool own;                                // belongs to this Bus
+  std::string guid, participant_guid;      // 32 hexadecimal digits each
+  std::string participant;                 // BusOptions::participant; empty: none
+  std::map<std::string, std::string> qos;  // such as "history": "keep_last 8"
 };
 
-// A participant with its readers and writers. Readers and writers must not outlive it.
+// A DDS participant with its readers and writers, which must not outlive it. Thread-safe, except
+// that each reader and each writer must be used by one thread at a time.
 class Bus {
  public:
   explicit Bus(const BusOptions& options);  // throws BusError
@@ -165,21 +167,21 @@ class Bus {
     return Writer<Topic>(make_writer(Topic::name, Topic::descriptor, Topic::delivery));
   }
 
-  // Until a reader of this bus has something to take, or the time is up. True where there is
-  // something.
+  // Waits until a reader of this bus has a sample. Returns false after `timeout`.
   bool wait(std::chrono::nanoseconds timeout);
 
-  // What went wrong since the last call, for people: peers refused for another type or QoS (by
-  // topic and policy).
+  // Describes for people, by topic and policy, the peers that DDS refused since the last call
+  // because of another type or QoS.
   std::vector<std::string> problems();
-  // Samples given up since the last call, by topic.
+  // Samples dropped since the last call, by topic.
   std::map<std::string, std::uint64_t> take_not_sent();
-  // Samples written since the start, by topic: who reads them all must come to the same number.
+  // Samples written since the start, by topic. A reader of all samples counts the same number.
   std::map<std::string, std::uint64_t> sent();
-  // Whoever writes or reads on this network now, as discovery tells it; this process too. Empty
-  // right after the start: it takes a moment.
+  // Readers and writers that discovery knows, those of this process included. Discovery of others
+  // takes up to 1 s after the start.
   std::vector<EndpointDescription> endpoints();
-  // Said once at start: a receive buffer smaller than the profile asks for, and what to set.
+  // Describes a receive buffer that is smaller than the profile requests, with the setting that
+  // helps.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:

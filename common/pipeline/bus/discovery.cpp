@@ -7,9 +7,9 @@
 namespace fivepipe::bus::detail {
 namespace {
 
-constexpr std::int32_t kMaxEndpoints = 1024;  // of a kind
+constexpr std::int32_t kMaxEndpoints = 1024;  // per built-in topic
 
-// Everything alive that a built-in topic holds, in turn.
+// Calls `each` for every endpoint in the built-in topic that is alive.
 template <class Described, class Each>
 void for_each_endpoint(dds_entity_t participant, dds_entity_t builtin_topic, const Each& each) {
   const dds_entity_t reader = dds_create_reader(participant, builtin_topic, nullptr, nullptr);
@@ -32,9 +32,9 @@ std::string duration_text(dds_duration_t duration_ns) {
 }  // namespace
 
 std::string guid_text(const dds_guid_t& guid) {
-  static constexpr char digits[] = "0123456789abcdef";
+  static constexpr char kDigits[] = "0123456789abcdef";
   std::string text;
-  for (const std::uint8_t byte : guid.v) text += {digits[byte >> 4], digits[byte & 15]};
+  for (const std::uint8_t byte : guid.v) text += {kDigits[byte >> 4], kDigits[byte & 15]};
   return text;
 }
 
@@ -50,9 +50,9 @@ std::map<std::string, std::string> qos_text(const dds_qos_t* qos) {
                               ? "reliable, blocks " + duration_text(blocking_ns)
                               : "best_effort";
   if (dds_qget_durability(qos, &durability)) {
-    static constexpr const char* names[] = {"volatile", "transient_local", "transient",
-                                            "persistent"};
-    text["durability"] = names[durability];
+    static constexpr const char* kNames[] = {"volatile", "transient_local", "transient",
+                                             "persistent"};
+    text["durability"] = kNames[durability];
   }
   if (dds_qget_history(qos, &history, &depth))
     text["history"] =

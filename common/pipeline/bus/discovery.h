@@ -1,4 +1,4 @@
-// What discovery tells of readers and writers, in words. Internal to bus.
+// Converts discovery data of readers and writers to text. Internal to bus.
 #pragma once
 #include <dds/dds.h>
 
@@ -12,7 +12,7 @@ namespace fivepipe::bus::detail {
 
 std::string guid_text(const dds_guid_t& guid);
 std::map<std::string, std::string> qos_text(const dds_qos_t* qos);
-// Of every endpoint that this participant knows, its own too.
+// All endpoints that this participant knows, its own included. Throws BusError.
 std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant);
 
 }  // namespace fivepipe::bus::detail

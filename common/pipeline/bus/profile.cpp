@@ -13,7 +13,7 @@ namespace {
 
 std::string file_text(const std::string& path) {
   std::ifstream file(path);
-  if (!file) throw BusError("CYCLONEDDS_URI names " + path + ", which can't be read");
+  if (!file) throw BusError("cannot read " + path + ", which CYCLONEDDS_URI names");
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
@@ -37,7 +37,7 @@ std::string profile_xml(const std::string& name) {
     if (shipped == name) return xml;
     known += (known.empty() ? "" : ", ") + std::string(shipped);
   }
-  throw BusError("no network profile '" + name + "'; there are: " + known);
+  throw BusError("unknown network profile '" + name + "'; choose one of: " + known);
 }
 
 FittedProfile fitted_to_kernel(const std::string& xml, std::size_t rmem_max_bytes) {
@@ -49,11 +49,12 @@ FittedProfile fitted_to_kernel(const std::string& xml, std::size_t rmem_max_byte
   const double wanted_bytes = std::stod(match[2]) * scale;
   if (wanted_bytes <= double(rmem_max_bytes)) return {xml, ""};
   const std::string wanted = std::to_string(std::size_t(wanted_bytes));
-  return {match.prefix().str() + match[1].str() + std::to_string(rmem_max_bytes) + "B\"" +
-              match.suffix().str(),
-          "the kernel grants receive buffers of " + std::to_string(rmem_max_bytes) +
-              " bytes, the network profile asks for " + wanted +
-              "; large samples may be lost. Set it: sysctl -w net.core.rmem_max=" + wanted};
+  return {
+      match.prefix().str() + match[1].str() + std::to_string(rmem_max_bytes) + "B\"" +
+          match.suffix().str(),
+      "the kernel grants receive buffers of " + std::to_string(rmem_max_bytes) +
+          " bytes, but the network profile requests " + wanted +
+          "; large samples may be lost. Raise the limit: sysctl -w net.core.rmem_max=" + wanted};
 }
 
 std::size_t kernel_rmem_max_bytes() {

@@ -1,4 +1,4 @@
-// Network profiles: Cyclone DDS configuration, shipped in launch/profiles and compiled in.
+// Network profiles: Cyclone DDS configurations from launch/profiles, compiled into the programs.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -9,19 +9,19 @@ namespace fivepipe::bus {
 // Names of the shipped profiles.
 std::vector<std::string> profile_names();
 
-// XML of a shipped profile, or of CYCLONEDDS_URI where that is set (file://PATH or the XML itself).
-// Throws BusError naming the profiles there are, or the file that can't be read.
+// Returns the XML of a shipped profile, or of CYCLONEDDS_URI (file://PATH or XML) if that is set.
+// Throws BusError for an unknown name, with the known names, and for an unreadable file.
 std::string profile_xml(const std::string& name);
 
-// The profile with its receive buffer's minimum lowered to what the kernel grants, so that a
-// participant can be made at all; warning says what to set where it was lowered, and is empty
-// otherwise.
+// Lowers the profile's minimum receive buffer to the size that the kernel grants, because Cyclone
+// DDS creates no participant otherwise. `warning` tells what to set; it is empty if the profile is
+// unchanged.
 struct FittedProfile {
   std::string xml, warning;
 };
 FittedProfile fitted_to_kernel(const std::string& xml, std::size_t rmem_max_bytes);
 
-// net.core.rmem_max; 0 where it can't be read.
+// net.core.rmem_max; 0 if it cannot be read.
 std::size_t kernel_rmem_max_bytes();
 
 }  // namespace fivepipe::bus

@@ -46,8 +46,8 @@ dds_entity_t checked(dds_return_t result, const std::string& what) {
   return result;
 }
 
-// How Cyclone serialises the topic's type. This version has no call for it: it is taken from a
-// sample written to ourselves, on a topic that nobody else knows.
+// Returns how Cyclone DDS serialises the topic's type. This version has no call for it, so the
+// function writes a sample to itself on a topic that no other process uses.
 ddsi_sertype* type_of(dds_entity_t participant, const topics::Topic& described) {
   const std::string own_name = std::string(described.name) + "/type/" + std::to_string(getpid());
   const detail::Entity topic(checked(
@@ -62,14 +62,15 @@ ddsi_sertype* type_of(dds_entity_t participant, const topics::Topic& described) 
   ddsi_serdata* taken = nullptr;
   dds_sample_info_t info;
   if (dds_takecdr(reader.handle, &taken, 1, &info, DDS_ANY_STATE) != 1)
-    throw BusError(std::string(described.name) + ": how it is serialised can't be found out");
+    throw BusError(std::string(described.name) +
+                   ": cannot determine how Cyclone DDS serialises the type");
   const Serdata sample(taken);
   return ddsi_sertype_ref(sample.data->type);
 }
 
 }  // namespace
 
-// Who writes: noted when a writer is discovered, for its samples may be taken when it is gone.
+// Describes each writer when DDS discovers it: the writer may be gone when its samples are taken.
 struct SerializedReader::Writers {
   mutable std::mutex mutex;
   std::map<std::uint64_t, WriterDescription> by_handle;
@@ -98,7 +99,7 @@ SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
       dds_create_listener(writers_.get()), dds_delete_listener);
   dds_lset_subscription_matched(listener.get(), Writers::matched);
   checked(dds_set_listener(entity_->handle, listener.get()), topic.name);
-  // Those that were matched before it was told of them.
+  // Writers that matched before the listener was set.
   std::array<dds_instance_handle_t, kMaxSamplesPerTake> matched{};
   const dds_return_t count =
       dds_get_matched_publications(entity_->handle, matched.data(), matched.size());
@@ -127,8 +128,7 @@ void deliver(ddsi_serdata* data, SampleKind kind, const dds_sample_info_t& info,
 std::size_t SerializedReader::take(const std::function<void(const SerializedSample&)>& each) {
   std::array<ddsi_serdata*, kMaxSamplesPerTake> taken{};
   std::array<dds_sample_info_t, kMaxSamplesPerTake> infos;
-  // A change of a key's state comes without a sample of its own where data of the key had not been
-  // taken.
+  // If data of the key was not taken yet, a change of the key's state has no sample of its own.
   struct Change {
     std::shared_ptr<Serdata> key;
     dds_sample_info_t info;
@@ -182,19 +182,20 @@ SerializedWriter::~SerializedWriter() { ddsi_sertype_unref(type_); }
 bool SerializedWriter::write(const SerializedSample& sample) {
   if (sample.cdr.size() < kHeaderBytes)
     throw BusError(topic_ + ": " + std::to_string(sample.cdr.size()) +
-                   " bytes are no serialised message");
+                   " bytes are not a serialised message");
   ddsrt_iovec_t bytes;
-  bytes.iov_base = const_cast<std::byte*>(sample.cdr.data());  // read only, behind a C interface
+  // The C interface lacks const; Cyclone DDS only reads.
+  bytes.iov_base = const_cast<std::byte*>(sample.cdr.data());
   bytes.iov_len = sample.cdr.size();
   ddsi_serdata* data = ddsi_serdata_from_ser_iov(
       type_, sample.kind == SampleKind::data ? SDK_DATA : SDK_KEY, 1, &bytes, bytes.iov_len);
   if (!data)
     throw BusError(topic_ + ": " + std::to_string(sample.cdr.size()) +
-                   " bytes are no message of this type");
+                   " bytes are not a message of this type");
   data->statusinfo = status_info_of(sample.kind);
   data->timestamp.v = sample.source_stamp_ns;
   const dds_return_t result =
-      dds_forwardcdr(entity_->handle, data);  // takes the reference, whatever comes of it
+      dds_forwardcdr(entity_->handle, data);  // takes the reference also if it fails
   if (result == DDS_RETCODE_TIMEOUT) {
     ++entity_->written->not_sent;
     return false;

@@ -1,6 +1,6 @@
-// Samples as they are on the wire, for who records and replays them: read and written verbatim,
-// with source time stamp, writer and changes of the key's state. The only code that uses Cyclone
-// DDS's internal headers is serialized.cpp.
+// Reads and writes samples in their serialized form with source timestamp, writer and changes of
+// the key's state, for recording and replay. Only serialized.cpp uses internal headers of Cyclone
+// DDS.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -16,48 +16,47 @@ struct ddsi_sertype;
 
 namespace fivepipe::bus {
 
-// data: the whole message. disposed: by its writer; unregistered: no writer of the key is left.
-// Their payload holds the key alone.
+// data: a message. disposed: a writer disposed the key. unregistered: the key has no writer any
+// more. The payload of the last two has the key only.
 enum class SampleKind { data, disposed, unregistered };
 
 struct SerializedSample {
   SampleKind kind = SampleKind::data;
-  std::uint64_t writer = 0;          // publication handle, in this process
-  std::int64_t source_stamp_ns = 0;  // CLOCK_REALTIME when written
-  std::span<const std::byte> cdr;    // with its 4 bytes of encapsulation
+  std::uint64_t writer = 0;          // publication handle, valid in this process
+  std::int64_t source_stamp_ns = 0;  // CLOCK_REALTIME at the write
+  std::span<const std::byte> cdr;    // with the 4 bytes of encapsulation
 };
 
-// Who writes, as discovery tells it.
+// A writer as discovery describes it.
 struct WriterDescription {
   std::string guid;  // 32 hexadecimal digits
   std::string participant_guid;
-  std::map<std::string, std::string>
-      qos;  // "reliability": "reliable", "history": "keep_last 8", ..
+  std::map<std::string, std::string> qos;  // such as "history": "keep_last 8"
 };
 
-// Keeps everything until it is taken, whatever the topic's delivery: take often. The Bus must
-// outlive it.
+// Keeps all samples until take(), for each kind of delivery. Call take() often to bound the memory.
+// The Bus must outlive it.
 class SerializedReader {
  public:
   SerializedReader(Bus& bus, const topics::Topic& topic);
   ~SerializedReader();
   SerializedReader(SerializedReader&&) noexcept;
 
-  // All that has arrived since the last call, in the order that DDS hands it out (by key, each
-  // oldest first), changes of keys' states last; never waits. Samples live during the call to
-  // `each` alone. How many there were.
+  // Calls `each` for every sample since the last call, in the order of DDS (by key, each key oldest
+  // first) and with changes of keys' states last. A sample is valid during the call only. Returns
+  // the number of samples. Never waits.
   std::size_t take(const std::function<void(const SerializedSample&)>& each);
-  // Of any writer that was there since this reader is, even if it is gone by now.
+  // Describes a writer that existed at any time since the construction of this reader.
   std::optional<WriterDescription> writer(std::uint64_t handle) const;
   int writers() const;
 
  private:
   struct Writers;
-  std::unique_ptr<Writers> writers_;  // outlives the reader, whose listener fills it
+  std::unique_ptr<Writers> writers_;  // outlives entity_, whose listener fills it
   std::shared_ptr<detail::Entity> entity_;
 };
 
-// keep_all: write waits for slow readers. topic: as the topic's delivery says.
+// keep_all: write() waits for slow readers. topic: the history of the topic's delivery.
 enum class WriterHistory { topic, keep_all };
 
 class SerializedWriter {
@@ -67,8 +66,8 @@ class SerializedWriter {
   SerializedWriter(const SerializedWriter&) = delete;
   SerializedWriter& operator=(const SerializedWriter&) = delete;
 
-  // False: readers took nothing in for 100 ms; nothing was written. Throws BusError where the bytes
-  // are no message of the topic (or no key of it), or DDS refuses it.
+  // Returns false if the readers had no free space for 100 ms; the sample is then not written.
+  // Throws BusError if the bytes are not a message (or a key) of the topic, or if DDS refuses it.
   bool write(const SerializedSample& sample);
   int readers() const;
   bool wait_for_delivery(std::chrono::nanoseconds timeout);

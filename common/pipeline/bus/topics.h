@@ -1,4 +1,4 @@
-// Every topic: its name, type and delivery, once.
+// The only place that lists each topic with its name, type and delivery.
 #pragma once
 #include <span>
 
@@ -6,13 +6,14 @@
 
 namespace fivepipe::bus::topics {
 
-// All reliable. stream: the newest few per key, for who is there when it is written. latched: the
-// newest one per key, also for who joins later. event: a longer history, for small messages of
-// which none may be overwritten by a burst.
+// Every topic is reliable. The history lengths are in bus.cpp.
+// stream: a short history per key, for readers that exist at the write.
+// latched: the newest sample per key, also for readers that join later.
+// event: a longer history per key, so that a burst of small messages overwrites none.
 enum class Delivery { stream, latched, event };
 
-// In the order in which a frame's messages are made: what a node needs of a frame stands before
-// what it waits for.
+// In the order in which the nodes write the messages of a frame. A message that completes a node's
+// inputs comes after its other inputs, so that a replay sends them first.
 #define FIVEPIPE_TOPICS(TOPIC)   \
   TOPIC(ReplaySession, latched)  \
   TOPIC(CameraInfo, latched)     \
@@ -41,7 +42,7 @@ enum class Delivery { stream, latched, event };
 FIVEPIPE_TOPICS(FIVEPIPE_TOPIC)
 #undef FIVEPIPE_TOPIC
 
-// For who handles topics by name.
+// For programs that select topics by name.
 struct Topic {
   const char *name, *type;
   const dds_topic_descriptor_t* descriptor;

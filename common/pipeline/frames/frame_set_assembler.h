@@ -1,4 +1,5 @@
-// Puts the maps of one frame together: one per camera that gives shape. Pure; bounded; newest wins.
+// Assembles frame sets: the object-pixel maps of one frame, one per camera that gives shape. Pure.
+// The memory is bounded; new frames displace old ones.
 #pragma once
 #include <cstdint>
 #include <deque>
@@ -24,36 +25,35 @@ struct CameraMap {
 
 struct FrameSet {
   std::uint64_t frame;
-  std::int64_t capture_stamp_ns;                     // the earliest of its maps
-  std::int64_t skew_ns;                              // latest less earliest
-  std::int64_t first_received_ns, last_received_ns;  // of its maps
+  std::int64_t capture_stamp_ns;                     // of its earliest map
+  std::int64_t skew_ns;                              // latest capture stamp minus earliest
+  std::int64_t first_received_ns, last_received_ns;  // CLOCK_REALTIME; of its maps
   std::vector<hull::Silhouette> silhouettes;         // in the rig's order
-  std::vector<std::string> cameras;                  // whose they are
-  std::vector<std::string> empty_cameras;  // without one object pixel: why the hull is empty
-  std::vector<std::string> lost_cameras;   // left out: nothing came from them for kLostAfterFrames
+  std::vector<std::string> cameras;                  // of the silhouettes
+  std::vector<std::string> empty_cameras;  // cameras with no object pixel: the hull is empty
+  std::vector<std::string> lost_cameras;   // cameras without a map for kLostAfterFrames; omitted
 };
 
 class FrameSetAssembler {
  public:
-  // Sets kept while their maps come in; a set older than these is given up. More than a reader
-  // holds of one camera (topics.h: 8), as maps that waited are taken camera by camera.
+  // Number of incomplete sets; an older set is dropped. It exceeds the 8 samples that a reader
+  // holds per camera (bus.cpp), because a late reader takes them camera by camera.
   static constexpr std::size_t kMaxIncompleteSets = 12;
-  // A camera of which nothing came while this many frames came from others leaves the set, which is
-  // then complete without it; it is back with its next map. Counted in frames that came, not by
-  // their numbers, which pacing makes jump; and more than a reader can hold of one camera, as maps
-  // that waited are taken camera by camera.
+  // A camera that sent no map while the others sent this many frames is lost: sets are complete
+  // without it until its next map. The limit counts received frames, because pacing skips frame
+  // numbers. It exceeds the samples that a reader holds per camera for the reason above.
   static constexpr std::uint64_t kLostAfterFrames = 15;
 
   explicit FrameSetAssembler(const config::Rig& rig);
 
-  // What the map completes: nothing or one frame set, in rising order of frames.
+  // Adds a map. Returns the frame sets that it completes: none or one, by ascending frame.
   std::vector<FrameSet> add(CameraMap map);
 
-  // Counted since the last call, by reason: late_map (its frame was handed out or given up, or it
-  // was captured long before the others of its number), repeated_map, incomplete_set.
+  // Drops since the last call, by reason. late_map: the frame was already returned or dropped, or
+  // the map was captured long before the others of its frame number. repeated_map. incomplete_set.
   std::map<std::string, std::uint64_t> take_drops();
 
-  // Whatever comes next is of another time: what is incomplete is given up.
+  // Forgets earlier frames; call it when a replay starts. Counts incomplete sets as drops.
   void reset();
 
  private:
@@ -69,7 +69,7 @@ class FrameSetAssembler {
   std::map<std::size_t, std::uint64_t> frames_missed_;  // by camera, since its last map
   std::map<std::uint64_t, Incomplete> incomplete_;
   RestartDetector restart_detector_;
-  std::optional<std::uint64_t> newest_frame_, last_closed_;  // closed: handed out or given up
+  std::optional<std::uint64_t> newest_frame_, last_closed_;  // closed: returned or dropped
   std::map<std::string, std::uint64_t> drops_;
 };
 

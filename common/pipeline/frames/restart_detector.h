@@ -1,4 +1,4 @@
-// Tells frames that come late from a source that was started anew and counts from 0 again.
+// Distinguishes a late frame from a restarted source that counts from 0 again.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -7,11 +7,11 @@ namespace fivepipe::frames {
 
 class RestartDetector {
  public:
-  // A source needs longer than this to start; clocks of cameras and hosts differ by less.
+  // A source takes longer than this to start, and clocks of cameras and hosts differ by less.
   static constexpr std::int64_t kMinRestart_ns = 200'000'000;
 
-  // To be asked for each message. True where its number is lower than one before, though it was
-  // captured later: forget what was.
+  // Call it for each message. Returns true if the frame number is lower than an earlier one
+  // although the capture is later: the caller must forget earlier frames.
   bool is_restart(std::uint64_t frame, std::int64_t capture_stamp_ns) {
     const bool restarted = newest_ && frame < newest_->frame &&
                            capture_stamp_ns > newest_->capture_stamp_ns + kMinRestart_ns;

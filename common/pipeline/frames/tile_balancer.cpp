@@ -8,8 +8,8 @@
 namespace fivepipe::frames {
 namespace {
 
-// Frames of which something was reported: if too few of them were reported in full, nobody knows
-// what tiles cost now.
+// Number of frames with reported costs that are kept. If too few of them are complete, the current
+// costs are unknown.
 constexpr std::size_t kMaxCostFrames = 8;
 
 }  // namespace
@@ -46,8 +46,6 @@ bool TileBalancer::add(std::uint64_t frame, int worker, std::span<const std::uin
   return true;
 }
 
-void TileBalancer::clear() { frames_.clear(); }
-
 std::vector<double> TileBalancer::mean_costs() const {
   std::vector<double> sum(std::size_t(columns_ * rows_), 0.0);
   int frames = 0;
@@ -68,8 +66,8 @@ std::vector<std::uint8_t> TileBalancer::next() {
   const std::vector<double> cost =
       balance_ && worker_count_ > 1 ? mean_costs() : std::vector<double>{};
   if (cost.empty()) return round_robin_tiles(columns_, rows_, worker_count_);
-  // Dearest first, each to whom has least so far (longest processing time first; Graham, 1969):
-  // within a third of the best, and here within a cheap tile of even.
+  // Longest processing time first (Graham, 1969): assigns the tiles by descending cost, each to the
+  // worker with the smallest sum. The largest sum is at most 4/3 of the optimum.
   std::vector<std::uint8_t> owner(cost.size());
   std::vector<int> order(owner.size());
   std::iota(order.begin(), order.end(), 0);

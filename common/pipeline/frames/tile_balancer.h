@@ -1,6 +1,5 @@
-// Which reconstruction node takes which tile of the next frame. Decided in one place, where frames
-// start, and sent with the head's pose, so that the nodes agree by construction, whoever was
-// started anew.
+// Assigns the tiles of the next frame to reconstruction workers. capture_node decides and sends the
+// assignment with the head pose, so that all workers agree, also after a restart of one of them.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -13,22 +12,21 @@ namespace fivepipe::frames {
 
 class TileBalancer {
  public:
-  // Tiles are shared by the mean of what they cost in the newest frames, so many of them: a tile's
-  // cost is noisy.
+  // The assignment uses the mean cost of each tile over this many frames, because costs are noisy.
   static constexpr int kAveragedFrames = 4;
 
-  // By the split of these reconstruction nodes, which is the same in all of them.
+  // `recon`: the configuration of any recon_node; all have the same split.
   explicit TileBalancer(const config::ReconConfig& recon);
 
-  // What one worker's tiles of a frame cost, each as many as `tiles`. False, and ignored, where
-  // sizes differ, a tile or the worker is not there, or a cost is not a number >= 0.
+  // Adds the costs of one worker's tiles in a frame, one per element of `tiles`. Returns false and
+  // ignores them if the sizes differ, a tile or the worker does not exist, or a cost is negative or
+  // NaN.
   bool add(std::uint64_t frame, int worker, std::span<const std::uint16_t> tiles,
            std::span<const float> cost_ms);
-  void clear();
 
-  // The worker that owns each tile of the next frame, row by row. Whole frames by turns, or tiles:
-  // by turns until costs are known of all of them in enough frames, then so that all workers cost
-  // the same.
+  // Returns the worker index for each tile of the next frame, row by row. split: frames assigns
+  // whole frames round-robin. split: tiles assigns tiles round-robin until the costs of all tiles
+  // are known for kAveragedFrames frames, then balances the cost of the workers.
   std::vector<std::uint8_t> next();
 
  private:
@@ -36,16 +34,16 @@ class TileBalancer {
     std::vector<float> cost_ms;  // by tile; negative: not reported
     int reported = 0;
   };
-  std::vector<double> mean_costs() const;  // empty: not known
+  std::vector<double> mean_costs() const;  // by tile; empty: unknown
 
   int columns_, rows_, worker_count_;
   config::ReconSplit split_;
   bool balance_;
   int current_worker_ = 0;
-  std::map<std::uint64_t, FrameCosts> frames_;  // the newest
+  std::map<std::uint64_t, FrameCosts> frames_;  // the newest frames
 };
 
-// (column + row) % workers: an object's tiles spread over the nodes.
+// Assigns tile (column, row) to worker (column + row) % workers, which spreads an object's tiles.
 std::vector<std::uint8_t> round_robin_tiles(int columns, int rows, int workers);
 
 }  // namespace fivepipe::frames

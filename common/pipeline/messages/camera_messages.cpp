@@ -9,8 +9,8 @@
 namespace fivepipe::messages {
 namespace {
 
-// Rigs are the same file on every host; what differs by more is another calibration. [px, m or
-// matrix element]
+// All hosts load the same rig file. A larger difference is another calibration. Unit: pixels,
+// metres or matrix elements.
 constexpr double kModelTolerance = 1e-6;
 
 std::optional<std::size_t> camera_index(const config::Rig& rig, const char* name) {
@@ -35,7 +35,7 @@ std::string why_mismatched(const Message& message, const config::Rig& rig,
   return "";
 }
 
-// Of a pixel's colour in those of a region.
+// Offset of a pixel's colour in the colours of a region.
 std::ptrdiff_t bgr_offset(const hull::PixelRect& region, int u_px, int v_px) {
   return 3 * (std::ptrdiff_t(v_px - region.v0_px) * region.width_px() + (u_px - region.u0_px));
 }
@@ -114,8 +114,8 @@ Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message,
     return BadMessage{"bad_colour", message.camera, "not as many colours as pixels"};
   geometry::Camera camera{rig.cameras[*index].published, *pose};
   if (rig.cameras[*index].mount == config::Mount::world) {
-    camera =
-        config::published_camera(rig.cameras[*index]);  // the very pose that the camera's maps have
+    // The same bits as the pose of the camera's maps.
+    camera = config::published_camera(rig.cameras[*index]);
     if (!((camera.camera_from_world.matrix() - pose->matrix()).cwiseAbs().maxCoeff() <=
           kModelTolerance))
       return BadMessage{"bad_colour", message.camera, "pose differs from this node's rig"};

@@ -1,5 +1,5 @@
-// CameraInfo, ObjectPixelMap and ObjectColour: wire <-> pure, validating. Used by capture_node
-// (out), recon_node and sim_node (in).
+// Converts and validates CameraInfo, ObjectPixelMap and ObjectColour. capture_node writes them;
+// recon_node and sim_node read them.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -13,8 +13,8 @@
 
 namespace fivepipe::messages {
 
-// A message with the storage that its sequences refer to. Moves; the message is borrowed from the
-// storage on access.
+// A message with the storage of its sequences. message() points the sequences to the storage, so
+// that the struct can be moved. The reference is valid until then.
 struct OutgoingMap {
   fivepipe_v1_ObjectPixelMap header{};
   std::vector<std::uint8_t> payload;
@@ -23,12 +23,13 @@ struct OutgoingMap {
     return header;
   }
 };
-// The shorter of the two encodings.
+// Uses the shorter of the two encodings.
 OutgoingMap map_message(const std::string& camera, std::uint64_t frame,
                         std::int64_t capture_stamp_ns, const hull::ObjectPixels& pixels);
 
-// Bad: camera unknown or giving no shape, image size not the rig's, region outside the image,
-// payload truncated, too long or undecodable, count of object pixels not as stated.
+// BadMessage if the camera is unknown or gives no shape, the image size differs from the rig's, the
+// region is outside the image, the payload is truncated, too long or undecodable, or the number of
+// object pixels differs from the stated one.
 Received<frames::CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message,
                                                const config::Rig& rig);
 
@@ -50,13 +51,13 @@ struct CameraColour {
   std::int64_t capture_stamp_ns;
   hull::ColourRegion colour;
 };
-// Bad: as for maps, colours for more or fewer pixels than stated, or a pose that is not finite or
-// not that of this rig.
+// BadMessage as for maps, and if the number of colours differs from the number of pixels or the
+// pose is not finite or not that of this rig.
 Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, const config::Rig& rig);
 
 fivepipe_v1_CameraInfo camera_info_message(const config::RigCamera& camera);
-// What of the published model differs from the rig that this node has loaded; empty where nothing
-// does.
+// Describes how the published camera model differs from the rig that this node has loaded. Empty if
+// it does not.
 std::string model_mismatch(const fivepipe_v1_CameraInfo& info, const config::Rig& rig);
 
 }  // namespace fivepipe::messages

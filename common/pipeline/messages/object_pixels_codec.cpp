@@ -1,12 +1,13 @@
 #include "common/pipeline/messages/object_pixels_codec.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace fivepipe::messages {
 namespace {
 
 template <class Words>
-auto row_of(Words words, const hull::ObjectPixels& pixels, int v) {
+auto words_of_row(Words words, const hull::ObjectPixels& pixels, int v) {
   return words.subspan(std::size_t(v) * std::size_t(pixels.words_per_row()),
                        std::size_t(pixels.words_per_row()));
 }
@@ -20,33 +21,39 @@ std::uint64_t bits_at(std::span<const std::uint64_t> row, int u) {
   return bits;
 }
 
-}  // namespace
+int packed_bytes_per_row(const hull::PixelRect& region) { return (region.width_px() + 7) / 8; }
 
-std::vector<std::uint8_t> packed_bits(const hull::ObjectPixels& pixels,
-                                      const hull::PixelRect& region) {
-  const int bytes_per_row = (region.width_px() + 7) / 8;
-  std::vector<std::uint8_t> payload;
-  payload.reserve(std::size_t(bytes_per_row) * std::size_t(region.height_px()));
-  for (int v = region.v0_px; v < region.v1_px; ++v) {
-    const auto row = row_of(pixels.words(), pixels, v);
-    for (int byte = 0; byte < bytes_per_row; ++byte) {
-      const int used = std::min(8, region.width_px() - 8 * byte);
-      payload.push_back(std::uint8_t(bits_at(row, region.u0_px + 8 * byte) & ((1u << used) - 1)));
-    }
+std::size_t packed_bits_bytes(const hull::PixelRect& region) {
+  return std::size_t(packed_bytes_per_row(region)) * std::size_t(region.height_px());
+}
+
+hull::PixelRect row_of(const hull::PixelRect& region, int v) {
+  return {region.u0_px, v, region.u1_px, v + 1};
+}
+
+// Size of run_lengths(). Stops counting after the first row with which it reaches `limit_bytes`.
+std::size_t run_lengths_bytes(const hull::ObjectPixels& pixels, const hull::PixelRect& region,
+                              std::size_t limit_bytes) {
+  constexpr std::size_t kPairBytes = 4;
+  std::size_t bytes = 0;
+  for (int v = region.v0_px; v < region.v1_px && bytes < limit_bytes; ++v) {
+    bytes += kPairBytes;  // the end of the row
+    pixels.for_each_run(row_of(region, v), [&](int, int, int) { bytes += kPairBytes; });
   }
-  return payload;
+  return bytes;
 }
 
 std::vector<std::uint8_t> run_lengths(const hull::ObjectPixels& pixels,
-                                      const hull::PixelRect& region) {
+                                      const hull::PixelRect& region, std::size_t bytes) {
   std::vector<std::uint8_t> payload;
+  payload.reserve(bytes);
   const auto put = [&](int value) {
     payload.push_back(std::uint8_t(value & 0xff));
     payload.push_back(std::uint8_t(value >> 8));
   };
   for (int v = region.v0_px; v < region.v1_px; ++v) {
     int after = region.u0_px;
-    pixels.for_each_run({region.u0_px, v, region.u1_px, v + 1}, [&](int, int begin, int end) {
+    pixels.for_each_run(row_of(region, v), [&](int, int begin, int end) {
       put(begin - after);
       put(end - begin);
       after = end;
@@ -57,11 +64,35 @@ std::vector<std::uint8_t> run_lengths(const hull::ObjectPixels& pixels,
   return payload;
 }
 
+}  // namespace
+
+std::vector<std::uint8_t> packed_bits(const hull::ObjectPixels& pixels,
+                                      const hull::PixelRect& region) {
+  const int bytes_per_row = packed_bytes_per_row(region);
+  std::vector<std::uint8_t> payload;
+  payload.reserve(packed_bits_bytes(region));
+  for (int v = region.v0_px; v < region.v1_px; ++v) {
+    const auto row = words_of_row(pixels.words(), pixels, v);
+    for (int byte = 0; byte < bytes_per_row; ++byte) {
+      const int used = std::min(8, region.width_px() - 8 * byte);
+      payload.push_back(std::uint8_t(bits_at(row, region.u0_px + 8 * byte) & ((1u << used) - 1)));
+    }
+  }
+  return payload;
+}
+
+std::vector<std::uint8_t> run_lengths(const hull::ObjectPixels& pixels,
+                                      const hull::PixelRect& region) {
+  constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+  return run_lengths(pixels, region, run_lengths_bytes(pixels, region, kNoLimit));
+}
+
 EncodedPixels encoded(const hull::ObjectPixels& pixels, const hull::PixelRect& region) {
-  std::vector<std::uint8_t> packed = packed_bits(pixels, region),
-                            runs = run_lengths(pixels, region);
-  if (runs.size() < packed.size()) return {fivepipe_v1_run_lengths, std::move(runs)};
-  return {fivepipe_v1_packed_bits, std::move(packed)};
+  const std::size_t packed_bytes = packed_bits_bytes(region),
+                    runs_bytes = run_lengths_bytes(pixels, region, packed_bytes);
+  if (runs_bytes < packed_bytes)
+    return {fivepipe_v1_run_lengths, run_lengths(pixels, region, runs_bytes)};
+  return {fivepipe_v1_packed_bits, packed_bits(pixels, region)};
 }
 
 std::optional<hull::ObjectPixels> decoded(fivepipe_v1_MapEncoding encoding, int width_px,
@@ -77,12 +108,11 @@ std::optional<hull::ObjectPixels> decoded(fivepipe_v1_MapEncoding encoding, int 
 std::optional<hull::ObjectPixels> from_packed_bits(int width_px, int height_px,
                                                    const hull::PixelRect& region,
                                                    std::span<const std::uint8_t> payload) {
-  const int bytes_per_row = (region.width_px() + 7) / 8;
-  if (payload.size() != std::size_t(bytes_per_row) * std::size_t(region.height_px()))
-    return std::nullopt;
+  if (payload.size() != packed_bits_bytes(region)) return std::nullopt;
+  const int bytes_per_row = packed_bytes_per_row(region);
   hull::ObjectPixels pixels(width_px, height_px);
   for (int v = region.v0_px; v < region.v1_px; ++v) {
-    const auto row = row_of(pixels.mutable_words(), pixels, v);
+    const auto row = words_of_row(pixels.mutable_words(), pixels, v);
     for (int byte = 0; byte < bytes_per_row; ++byte) {
       const std::uint64_t bits =
           payload[std::size_t(v - region.v0_px) * std::size_t(bytes_per_row) + std::size_t(byte)];

@@ -1,4 +1,4 @@
-// Two encodings of the object pixels inside a region (idl: MapEncoding).
+// The two encodings of the object pixels inside a region (MapEncoding in the IDL).
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -10,24 +10,25 @@
 
 namespace fivepipe::messages {
 
-// Rows of the region, each padded to whole bytes, least significant bit first. `region` lies inside
-// the image.
+// Encodes each row of the region, padded to whole bytes, least significant bit first. `region` must
+// be inside the image.
 std::vector<std::uint8_t> packed_bits(const hull::ObjectPixels& pixels,
                                       const hull::PixelRect& region);
-// Per row of the region pairs of little-endian uint16 (pixels skipped, pixels set), ended by (0,
-// 0). Images up to 65,535 pixels wide.
+// Encodes each row of the region as pairs of little-endian uint16 (pixels skipped, pixels set),
+// ended by (0, 0). The image must be at most 65,535 pixels wide.
 std::vector<std::uint8_t> run_lengths(const hull::ObjectPixels& pixels,
                                       const hull::PixelRect& region);
 
-// The shorter of the two.
+// Chooses run lengths if they are shorter, else packed bits. Builds only the chosen encoding.
 struct EncodedPixels {
   fivepipe_v1_MapEncoding encoding;
   std::vector<std::uint8_t> payload;
 };
 EncodedPixels encoded(const hull::ObjectPixels& pixels, const hull::PixelRect& region);
 
-// Nothing where the payload is not exactly what the encoder makes for this region: too short, too
-// long, runs beyond the row, padding bits set. `region` must lie inside the image, or be empty.
+// Returns nullopt unless the payload is exactly what the encoder makes for this region: it is too
+// short or too long, a run exceeds the row, or padding bits are set. `region` must be inside the
+// image or empty.
 std::optional<hull::ObjectPixels> from_packed_bits(int width_px, int height_px,
                                                    const hull::PixelRect& region,
                                                    std::span<const std::uint8_t> payload);

@@ -1,4 +1,4 @@
-// ViewInfo and HeadPose: wire <-> pure. capture_node writes them, recon_node reads them.
+// Converts and validates ViewInfo and HeadPose. capture_node writes them, recon_node reads them.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -13,15 +13,14 @@ struct ViewGeometry {
   geometry::Pinhole recon;
   double near_m, far_m;
 };
-// Bad: sizes or focal lengths not positive, not 0 < near < far.
+// BadMessage unless sizes and focal lengths are positive and 0 < near < far.
 Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message);
 
 struct FramePose {
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;
   Eigen::Isometry3d eye_from_world;
-  std::vector<std::uint8_t>
-      tile_owners;  // by tile, which reconstruction share makes it; empty: by turns
+  std::vector<std::uint8_t> tile_owners;  // worker index by tile; empty: round-robin
 };
 struct OutgoingPose {
   fivepipe_v1_HeadPose header{};
@@ -29,7 +28,7 @@ struct OutgoingPose {
   const fivepipe_v1_HeadPose& message();
 };
 OutgoingPose head_pose_message(const config::Viewer& viewer, FramePose pose);
-// Bad: not finite or not a rotation.
+// BadMessage unless the pose is finite and a rotation.
 Received<FramePose> head_pose_from(const fivepipe_v1_HeadPose& message);
 
 }  // namespace fivepipe::messages

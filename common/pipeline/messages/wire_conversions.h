@@ -1,4 +1,4 @@
-// Small pieces shared by all messages: poses, pinholes, rectangles, text, borrowed sequences.
+// Converts the types that several messages share: poses, pinholes, rectangles, texts, sequences.
 #pragma once
 #include <span>
 #include <string>
@@ -18,13 +18,13 @@ fivepipe_v1_PixelRect to_wire(const hull::PixelRect& rect);
 Eigen::Vector3d from_wire(const fivepipe_v1_Vec3& v);
 geometry::Pinhole from_wire(const fivepipe_v1_Pinhole& pinhole);
 hull::PixelRect from_wire(const fivepipe_v1_PixelRect& rect);
-// The same message gives the same bits everywhere. Nothing where a number is not finite or the
-// quaternion's length is off 1 by more than kMaxQuaternionError.
+// The same message gives the same bits on every host. Returns nullopt if a number is not finite or
+// the quaternion's length differs from 1 by more than kMaxQuaternionError.
 std::optional<Eigen::Isometry3d> from_wire(const fivepipe_v1_Pose& pose);
 inline constexpr double kMaxQuaternionError = 1e-6;
 
-// Fits the field or throws std::length_error naming the text: names come from configuration, which
-// bounds them.
+// Copies the text. Throws std::length_error with the text if it does not fit. Names come from the
+// configuration, which bounds their length.
 template <std::size_t N>
 void set_text(char (&field)[N], const std::string& text) {
   if (text.size() >= N)
@@ -34,7 +34,7 @@ void set_text(char (&field)[N], const std::string& text) {
   field[text.size()] = '\0';
 }
 
-// Lets a message refer to storage that outlives it.
+// Points a sequence to `storage`, which must outlive the message.
 template <class Sequence, class Element>
 void borrow(Sequence& sequence, std::vector<Element>& storage) {
   sequence._length = sequence._maximum = std::uint32_t(storage.size());

@@ -53,11 +53,10 @@ std::vector<frames::FrameSet> FrameSetReader::take() {
     status_.latency("set_skew", 1e-9 * double(set.skew_ns));
     for (const std::string& camera : set.empty_cameras) status_.empty_camera(camera);
     status_.diagnostic("hull", empty_hull_text(set.empty_cameras));
-    status_.diagnostic("lost cameras",
-                       set.lost_cameras.empty()
-                           ? ""
-                           : fmt::format("{}; the hull is that of the other cameras",
-                                         fmt::join(set.lost_cameras, ", ")));
+    status_.diagnostic("lost cameras", set.lost_cameras.empty()
+                                           ? ""
+                                           : fmt::format("{}; the hull uses only the other cameras",
+                                                         fmt::join(set.lost_cameras, ", ")));
   }
   return complete;
 }

@@ -1,5 +1,6 @@
-// Frame sets from the bus: maps validated, put together, what is bad or late counted; cameras whose
-// published model is not the rig's are left out and named. Used by recon_node and sim_node.
+// Reads frame sets from the bus for recon_node and sim_node. Validates the maps, assembles them and
+// counts bad and late ones. Drops the maps of a camera whose published model differs from the rig
+// and reports it as a diagnostic.
 #pragma once
 #include <set>
 #include <string>
@@ -15,7 +16,7 @@ class FrameSetReader {
  public:
   FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status);
 
-  // Frame sets that have become complete, oldest first. Never waits.
+  // Returns the frame sets that are now complete, oldest first. Never waits.
   std::vector<frames::FrameSet> take();
   void reset() { sets_.reset(); }  // FrameSetAssembler
 

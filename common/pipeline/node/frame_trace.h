@@ -1,5 +1,5 @@
-// What a node did with one frame and when: told to whoever reads FrameTrace (benchmarks, lossless
-// replays), and as latencies in the status.
+// Records what a node did with one frame and when. Publishes it as FrameTrace, if that has a reader
+// (a benchmark or a lossless replay), and as latencies in the status.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -10,15 +10,15 @@
 
 namespace fivepipe::node {
 
-// When this node took the first and the last of a frame's inputs [ns, CLOCK_REALTIME].
+// When the node took the first and the last input of a frame [ns, CLOCK_REALTIME].
 struct InputTimes {
   std::int64_t first_ns = 0, last_ns = 0;
 };
 
-// The steps follow one another without gaps, from the first begin() on.
+// Steps of a frame, contiguous in time from the first begin().
 class FrameSteps {
  public:
-  void begin(std::string step);  // at most 31 characters; ends the step before
+  void begin(std::string step);  // at most 32 characters; ends the previous step
   void end();
 
   struct Step {
@@ -36,7 +36,7 @@ class FrameTracer {
  public:
   FrameTracer(bus::Bus& bus, NodeStatusReporter& status, std::string node);
 
-  // Once a frame, after all that was made of it has been written. Ends its last step.
+  // Call once per frame, after the node has written all its messages. Ends the last step.
   void handled(std::uint64_t frame, std::int64_t capture_stamp_ns, const InputTimes& inputs,
                FrameSteps steps);
 

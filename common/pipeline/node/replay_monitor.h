@@ -1,4 +1,4 @@
-// Whether a replay feeds this node: what it gets then was captured long ago.
+// Tracks whether a replay feeds this node. Captures of a replay are in the past.
 #pragma once
 #include "common/pipeline/bus/bus.h"
 
@@ -8,8 +8,8 @@ class ReplayMonitor {
  public:
   explicit ReplayMonitor(bus::Bus& bus) : sessions_(bus.reader<bus::topics::ReplaySession>()) {}
 
-  // Looks for news; to be asked before inputs are taken. True where a replay begins, or begins
-  // anew: what was before has nothing to do with what comes.
+  // Polls ReplaySession; call it before taking inputs. Returns true if a replay has started or
+  // restarted: the caller must discard all earlier state.
   bool update() {
     bool begins = false;
     for (const auto& sample : sessions_.take()) {
@@ -20,7 +20,7 @@ class ReplayMonitor {
     return begins;
   }
   bool replaying() const { return replaying_; }
-  // Every frame is waited for: the node goes by frames alone, not by the clock.
+  // True in a lossless replay: the node advances by frames, not by the clock.
   bool lossless() const { return lossless_; }
 
  private:

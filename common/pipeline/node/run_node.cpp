@@ -35,7 +35,7 @@ struct Args {
   std::map<std::string, std::string> settings;
 };
 
-// The command line asked for help or version (0), or is wrong (2); it has been answered.
+// The command line requested help or the version (0), or is wrong (2). The output is printed.
 struct CommandLineExit {
   int exit_code;
 };
@@ -43,21 +43,20 @@ struct CommandLineExit {
 // Throws CommandLineExit.
 Args parse(const std::string& program, int argc, char** argv) {
   CLI::App app("fivepipe " + program +
-               ": one process of a deployment, usually started by `fivepipe up`.\n\nExample: " +
-               program + " --deployment launch/deployments/demo.yaml --node NAME");
+               " is one process of a deployment. `fivepipe up` starts it.\n\nExample: " + program +
+               " --deployment launch/deployments/demo.yaml --node NAME");
   app.set_version_flag("--version", std::string(base::version()) + " (" + base::commit() + ", " +
                                         base::build_type() + ")");
   Args args;
   std::vector<std::string> settings;
   std::uint32_t domain = 0;
   app.add_option("--deployment", args.deployment, "deployment file (YAML)")->required();
-  app.add_option("--node", args.node, "which of its nodes this process is")->required();
-  app.add_option("--out", args.out, "folder for what the node writes");
+  app.add_option("--node", args.node, "name of the node in the deployment")->required();
+  app.add_option("--out", args.out, "folder for the files that the node writes");
   CLI::Option* domain_option =
-      app.add_option("--domain", domain, "DDS domain, instead of the deployment's")
-          ->check(CLI::Range(0, 230));
-  app.add_option("--set", settings,
-                 "KEY=VALUE for ${KEY} in the deployment; may be given several times")
+      app.add_option("--domain", domain, "DDS domain (default: the deployment's)")
+          ->check(CLI::Range(0, config::kMaxDomain));
+  app.add_option("--set", settings, "KEY=VALUE replaces ${KEY} in the deployment; repeatable")
       ->allow_extra_args(false);
   try {
     app.parse(argc, argv);
@@ -89,7 +88,7 @@ int run(const std::string& program, const Args& args,
   bus::Bus bus({args.domain.value_or(deployment.domain), deployment.network_profile, node->name});
   for (const std::string& warning : bus.warnings()) spdlog::warn("{}", warning);
   if (std::string(base::build_type()) != "Release")
-    spdlog::warn("this is a {} build: expect it to be slow", base::build_type());
+    spdlog::warn("this is a {} build, which is many times slower than Release", base::build_type());
   NodeStatusReporter status(bus, node->name);
   NodeContext context{deployment, *node, args.out, bus, status};
   body(context);

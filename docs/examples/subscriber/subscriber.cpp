@@ -1,6 +1,6 @@
-// Prints the collisions of virtual objects with the real ones, live.
-// Usage: subscriber [DOMAIN [MESSAGES]]; it exits after MESSAGES results, or runs until Ctrl-C.
-// Set CYCLONEDDS_URI to the network profile of the deployment (launch/profiles/).
+// Prints the collision verdict for each virtual object of a running deployment:
+//   subscriber [DOMAIN [MESSAGES]]
+// Before the start, set CYCLONEDDS_URI to the network profile of the deployment (launch/profiles/).
 #include <dds/dds.h>
 
 #include <cstdio>
@@ -8,12 +8,14 @@
 
 #include "fivepipe.h"
 
+// undecided is not free: the object may collide, but no collision point was found.
 static const char* text_of(fivepipe_v1_CollisionVerdict verdict) {
   switch (verdict) {
     case fivepipe_v1_free: return "is free";
+    case fivepipe_v1_undecided: return "is undecided";
     case fivepipe_v1_colliding: return "collides";
-    default: return "is undecided";  // neither could be shown; see docs/collision.md
   }
+  return "has an unknown verdict";
 }
 
 int main(int argc, char** argv) {
@@ -29,7 +31,8 @@ int main(int argc, char** argv) {
   const dds_entity_t reader = dds_create_reader(participant, topic, qos, nullptr);
   dds_delete_qos(qos);
   if (reader < 0) {
-    std::fprintf(stderr, "no reader in domain %u: %s\n", domain, dds_strretcode(-reader));
+    std::fprintf(stderr, "cannot create a reader in domain %u: %s\n", domain,
+                 dds_strretcode(-reader));
     return 1;
   }
   const dds_entity_t waitset = dds_create_waitset(participant);
@@ -37,18 +40,19 @@ int main(int argc, char** argv) {
 
   for (long printed = 0; wanted == 0 || printed < wanted;) {
     if (dds_waitset_wait(waitset, nullptr, 0, DDS_SECS(10)) == 0) {
-      std::fprintf(stderr,
-                   "no message for 10 s; `fivepipe top --domain %u` lists the running nodes\n",
-                   domain);
+      std::fprintf(
+          stderr,
+          "no message arrived within 10 s; `fivepipe top --domain %u` lists the running nodes\n",
+          domain);
       return 3;
     }
     void* samples[16] = {};
     dds_sample_info_t infos[16];
     const dds_return_t count = dds_take(reader, samples, infos, 16, 16);
     for (dds_return_t i = 0; i < count; ++i) {
-      if (!infos[i].valid_data) continue;  // the writer disposed the object or disappeared
+      if (!infos[i].valid_data) continue;  // a change of the key's state, such as no more writer
       const auto& result = *static_cast<const fivepipe_v1_CollisionResult*>(samples[i]);
-      std::printf("frame %llu: %s %s, %u triangles\n",
+      std::printf("frame %llu: %s %s, %u colliding triangles\n",
                   static_cast<unsigned long long>(result.frame), result.object,
                   text_of(result.verdict), result.triangles_colliding);
       ++printed;

@@ -15,7 +15,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Waits on the bus until the condition holds; false after ten seconds.
+// Waits on the bus until the condition holds. Returns false after 10 s.
 bool eventually(Bus& bus, const std::function<bool()>& condition) {
   const auto deadline = std::chrono::steady_clock::now() + 10s;
   while (!condition()) {
@@ -32,7 +32,7 @@ fivepipe_v1_FrameComposited composited(std::uint64_t frame) {
   return message;
 }
 
-TEST(Bus, DeliversWhatIsWrittenWithItsWriter) {
+TEST(Bus, DeliversSamplesInOrderWithTheirWriter) {
   Bus bus({test::own_domain()});
   auto writer = bus.writer<topics::FrameComposited>();
   auto reader = bus.reader<topics::FrameComposited>();
@@ -83,7 +83,7 @@ TEST(Bus, LatchedTopicReachesALateJoiner) {
   }));
 }
 
-TEST(Bus, NewestWinsWhenAReaderFallsBehind) {
+TEST(Bus, ASlowReaderReceivesTheNewestSamples) {
   Bus bus({test::own_domain()});
   auto writer = bus.writer<topics::HeadPose>();
   auto reader = bus.reader<topics::HeadPose>();
@@ -93,7 +93,7 @@ TEST(Bus, NewestWinsWhenAReaderFallsBehind) {
   std::uint64_t newest = 0;
   EXPECT_TRUE(eventually(bus, [&] {
     const auto waiting = reader.take();
-    EXPECT_LE(waiting.size(), 8u) << "more than the stream's depth has been kept";
+    EXPECT_LE(waiting.size(), 8u) << "the reader kept more than the depth of a stream";
     for (const auto& sample : waiting) newest = sample->frame;
     return newest == 1000;
   }));
@@ -109,13 +109,14 @@ TEST(Bus, IncompatibleTypeVersionIsReportedByName) {
           .c_str(),
       "w");
   ASSERT_NE(peer, nullptr);
-  std::string told;
+  std::string problem_text;
   EXPECT_TRUE(eventually(bus, [&] {
-    for (const std::string& problem : bus.problems()) told = problem;
-    return !told.empty();
+    for (const std::string& problem : bus.problems()) problem_text = problem;
+    return !problem_text.empty();
   }));
-  EXPECT_NE(told.find("fivepipe/v1/FrameComposited"), std::string::npos) << told;
-  EXPECT_NE(told.find("another version of the message type"), std::string::npos) << told;
+  EXPECT_NE(problem_text.find("fivepipe/v1/FrameComposited"), std::string::npos) << problem_text;
+  EXPECT_NE(problem_text.find("another version of the message type"), std::string::npos)
+      << problem_text;
   EXPECT_EQ(pclose(peer), 0);
 }
 
@@ -189,7 +190,7 @@ TEST(NodeStatusReporter, PublishesTypedFieldsAndTheFinalReport) {
     status.diagnostic("camera wall1", "too bright");
     status.diagnostic("start", "nearly done");
     status.diagnostic("start", "");
-    // Discovery first: a volatile writer's last word is heard by who is matched.
+    // A volatile writer's last sample reaches only readers that are already matched.
     ASSERT_TRUE(eventually(bus, [&] { return reader.writers() == 1; }));
   }
   bool final_seen = false;

@@ -22,7 +22,7 @@ struct Kept {
   std::vector<std::byte> cdr;
 };
 
-// Waits on the bus until the condition holds; false after ten seconds.
+// Waits on the bus until the condition holds. Returns false after 10 s.
 bool eventually(Bus& bus, const std::function<bool()>& condition) {
   const auto deadline = std::chrono::steady_clock::now() + 10s;
   while (!condition()) {
@@ -110,7 +110,7 @@ TEST(SerializedBus, RewritesSamplesBitExactWithSourceTimestamp) {
     EXPECT_EQ(again[i].cdr, recorded[i].cdr) << i;
     EXPECT_EQ(again[i].source_stamp_ns, recorded[i].source_stamp_ns) << i;
   }
-  const auto typed = typed_in.take();  // its history is shorter than what was sent
+  const auto typed = typed_in.take();  // its history is shorter than the number of samples
   ASSERT_FALSE(typed.empty());
   for (const auto& sample : typed) {
     ASSERT_TRUE(sample.valid());
@@ -138,12 +138,13 @@ TEST(SerializedBus, ForwardsUnregisteredKey) {
   ASSERT_EQ(gone.size(), 1u);
   ASSERT_EQ(gone[0].kind, SampleKind::unregistered);
 
-  bool told = false;
+  bool unregistered = false;
   ASSERT_TRUE(replayer.write({gone[0].kind, 0, gone[0].source_stamp_ns, gone[0].cdr}));
   EXPECT_TRUE(eventually(to, [&] {
     for (const auto& sample : typed_in.take())
-      told |= !sample.valid() && sample.writer_gone() && std::string(sample->camera) == "left";
-    return told;
+      unregistered |=
+          !sample.valid() && sample.writer_gone() && std::string(sample->camera) == "left";
+    return unregistered;
   }));
 }
 

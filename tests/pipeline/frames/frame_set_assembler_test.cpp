@@ -96,8 +96,8 @@ TEST(FrameSetAssembler, LostCameraRejoins) {
   EXPECT_EQ(with[0].silhouettes.size(), 2u);
 }
 
-// Maps that waited are taken camera by camera, and pacing makes frame numbers jump: neither is a
-// camera's loss.
+// A late reader takes the maps camera by camera, and pacing skips frame numbers. Neither makes a
+// camera lost.
 TEST(FrameSetAssembler, SequentialReadsDoNotLoseCameras) {
   FrameSetAssembler sets(rig_of(3));
   std::vector<std::uint64_t> complete;

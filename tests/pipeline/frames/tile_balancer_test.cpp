@@ -1,4 +1,4 @@
-// Who reconstructs which tile.
+// The assignment of tiles to reconstruction workers.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,32 +12,32 @@
 namespace fivepipe::frames {
 namespace {
 
-config::ReconConfig config(int columns, int rows, int shares, bool balance = true,
+config::ReconConfig config(int columns, int rows, int workers, bool balance = true,
                            config::ReconSplit split = config::ReconSplit::tiles) {
   config::ReconConfig recon;
-  recon.tile_columns = columns, recon.tile_rows = rows, recon.worker_count = shares,
+  recon.tile_columns = columns, recon.tile_rows = rows, recon.worker_count = workers,
   recon.balance = balance, recon.split = split;
   return recon;
 }
 
-// All shares' costs of a frame, as each reports the tiles that it owned; `silent` reports none.
-void add_frame(TileBalancer& tile_balancer, std::uint64_t frame, int shares,
+// Adds the costs of a frame. Each worker reports the tiles that it owns; `silent` reports none.
+void add_frame(TileBalancer& tile_balancer, std::uint64_t frame, int workers,
                const std::vector<float>& cost_ms, int silent = -1) {
   const auto owner = tile_balancer.next();
-  for (int share = 0; share < shares; ++share) {
-    if (share == silent) continue;
+  for (int worker = 0; worker < workers; ++worker) {
+    if (worker == silent) continue;
     std::vector<std::uint16_t> tiles;
     std::vector<float> costs;
     for (std::size_t tile = 0; tile < owner.size(); ++tile)
-      if (owner[tile] == share)
+      if (owner[tile] == worker)
         tiles.push_back(std::uint16_t(tile)), costs.push_back(cost_ms[tile]);
-    EXPECT_TRUE(tile_balancer.add(frame, share, tiles, costs));
+    EXPECT_TRUE(tile_balancer.add(frame, worker, tiles, costs));
   }
 }
 
 double worst_load(const std::vector<std::uint8_t>& owner, const std::vector<float>& cost_ms,
-                  int shares) {
-  std::vector<double> load(std::size_t(shares), 0.0);
+                  int workers) {
+  std::vector<double> load(std::size_t(workers), 0.0);
   for (std::size_t tile = 0; tile < owner.size(); ++tile) load.at(owner[tile]) += cost_ms[tile];
   return *std::max_element(load.begin(), load.end());
 }
@@ -56,7 +56,7 @@ TEST(TileBalancer, BalancesTileCosts) {
     std::vector<float> cost;
     for (int tile = 0; tile < 48; ++tile)
       cost.push_back(tile % 8 < 2 ? std::uniform_real_distribution<float>(0.5f, 2)(random)
-                                  : 0.01f);  // an object at one side
+                                  : 0.01f);  // the object covers one side
     TileBalancer balancer(config(8, 6, n));
     for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balancer, frame, n, cost);
     const double even = std::accumulate(cost.begin(), cost.end(), 0.0) / n,
@@ -76,10 +76,10 @@ TEST(TileBalancer, AdaptsToMovingObject) {
   EXPECT_EQ(worst_load(balancer.next(), right, 2), 2);
 }
 
-TEST(TileBalancer, RoundRobinWhenANodeReportsNoCosts) {
+TEST(TileBalancer, RoundRobinWhenAWorkerReportsNoCosts) {
   TileBalancer balancer(config(4, 3, 2));
   std::vector<float> cost(12, 0.0f);
-  cost[0] = 5, cost[2] = 5;  // by turns both are of share 0
+  cost[0] = 5, cost[2] = 5;  // round-robin assigns both to worker 0
   for (std::uint64_t frame = 0; frame < 8; ++frame) add_frame(balancer, frame, 2, cost);
   EXPECT_NE(balancer.next(), round_robin_tiles(4, 3, 2));
   for (std::uint64_t frame = 8; frame < 16; ++frame) add_frame(balancer, frame, 2, cost, 1);
@@ -90,19 +90,19 @@ TEST(TileBalancer, RoundRobinWhenANodeReportsNoCosts) {
 
 TEST(TileBalancer, ResultIsIndependentOfReportOrder) {
   std::mt19937_64 random(3);
-  std::vector<std::array<int, 2>> reports;  // frame, share
+  std::vector<std::array<int, 2>> reports;  // frame, worker
   for (int frame = 0; frame < 6; ++frame)
-    for (int share = 0; share < 2; ++share) reports.push_back({frame, share});
+    for (int worker = 0; worker < 2; ++worker) reports.push_back({frame, worker});
   std::vector<std::vector<std::uint8_t>> answers;
   for (int round = 0; round < 5; ++round) {
     std::shuffle(reports.begin(), reports.end(), random);
     TileBalancer balancer(config(4, 3, 2));
-    for (const auto& [frame, share] : reports) {
+    for (const auto& [frame, worker] : reports) {
       std::vector<std::uint16_t> tiles;
       std::vector<float> costs;
-      for (int tile = share; tile < 12; tile += 2)
+      for (int tile = worker; tile < 12; tile += 2)
         tiles.push_back(std::uint16_t(tile)), costs.push_back(float(1 + tile * frame % 5));
-      EXPECT_TRUE(balancer.add(std::uint64_t(frame), share, tiles, costs));
+      EXPECT_TRUE(balancer.add(std::uint64_t(frame), worker, tiles, costs));
     }
     answers.push_back(balancer.next());
   }

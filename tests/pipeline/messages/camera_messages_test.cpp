@@ -8,6 +8,7 @@
 #include "common/pipeline/messages/camera_messages.h"
 #include "common/pipeline/messages/object_pixels_codec.h"
 #include "common/pipeline/messages/view_messages.h"
+#include "tests/support/allocated_bytes.h"
 
 namespace fivepipe::messages {
 namespace {
@@ -47,6 +48,42 @@ TEST(ObjectPixelsCodec, BothEncodingsRoundTripAtEveryWidth) {
       EXPECT_EQ(from_run_lengths(width, 13, region, run_lengths(pixels, region)), pixels)
           << width << ' ' << density;
     }
+}
+
+// At every width up to three words, for maps from empty to full.
+TEST(ObjectPixelsCodec, ChoosesRunLengthsOnlyIfTheyAreShorter) {
+  int chose_runs = 0, chose_bits = 0;
+  for (int width = 1; width <= 200; ++width)
+    for (const double density : {0.0, 0.003, 0.03, 0.2, 0.5, 1.0}) {
+      const hull::ObjectPixels pixels = random_pixels(width, 9, density, unsigned(width));
+      for (const hull::PixelRect& region : {pixels.bounds(), hull::PixelRect{0, 0, width, 9}}) {
+        const auto bits = packed_bits(pixels, region), runs = run_lengths(pixels, region);
+        const EncodedPixels code = encoded(pixels, region);
+        const bool is_runs = runs.size() < bits.size();
+        ASSERT_EQ(code.encoding, is_runs ? fivepipe_v1_run_lengths : fivepipe_v1_packed_bits);
+        ASSERT_EQ(code.payload, is_runs ? runs : bits);
+        (is_runs ? chose_runs : chose_bits)++;
+      }
+    }
+  EXPECT_GT(chose_runs, 100);
+  EXPECT_GT(chose_bits, 100);
+}
+
+TEST(ObjectPixelsCodec, AllocatesOnlyTheChosenEncoding) {
+  hull::ObjectPixels solid(720, 486), noise(720, 486);
+  std::mt19937 random(1);
+  for (int v = 0; v < 486; ++v) {
+    solid.set_run(100, 600, v);
+    for (int u = 0; u < 720; ++u)
+      if (random() & 1) noise.set(u, v);
+  }
+  for (const hull::ObjectPixels* pixels : {&solid, &noise}) {
+    const hull::PixelRect region = pixels->bounds();
+    const std::size_t before = test::allocated_bytes();
+    const EncodedPixels code = encoded(*pixels, region);
+    EXPECT_EQ(test::allocated_bytes() - before, code.payload.size());
+    EXPECT_EQ(code.encoding, pixels == &solid ? fivepipe_v1_run_lengths : fivepipe_v1_packed_bits);
+  }
 }
 
 // Runs that begin and end at, before and behind the borders of words.

@@ -1,0 +1,316 @@
+#include "launch/supervise/deployment_run.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "common/base/machine.h"
+#include "common/base/realtime.h"
+#include "common/base/version.h"
+#include "launch/supervise/interrupt.h"
+#include "launch/supervise/program_folder.h"
+#include "launch/supervise/recorder_process.h"
+#include "launch/supervise/report.h"
+#include "launch/supervise/status_messages.h"
+#include "launch/supervise/supervisor.h"
+
+namespace fivepipe::launch {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+// After Ctrl-C, all processes must be gone within two seconds. At the end of --duration no user
+// waits, and closing a video may take long.
+constexpr std::chrono::milliseconds kInterruptGrace = 1300ms, kFinishGrace = 10s;
+// Time for the last frames of the footage to pass through the pipeline.
+constexpr auto kDrainTime = 1s;
+constexpr auto kProgressPeriod = 5s;
+// --duration counts from the first composited frame, or from this time after the start if no frame
+// is composited until then: nodes learn reference images and compile shaders first.
+constexpr auto kStartupTimeout = 20s;
+constexpr auto kFinalReportTimeout = 500ms;
+
+std::vector<Program> programs_of(const std::vector<config::Node>& nodes,
+                                 const RunSettings& settings) {
+  std::vector<Program> programs;
+  for (const config::Node& node : nodes) {
+    Program program{node.name,
+                    {program_folder() / config::program_of(node)},
+                    node.cores,
+                    settings.out / "log" / (node.name + ".log")};
+    program.argv.insert(program.argv.end(),
+                        {"--deployment", settings.deployment, "--node", node.name, "--out",
+                         settings.out, "--domain", std::to_string(settings.domain)});
+    for (const std::string& setting : settings.settings)
+      program.argv.insert(program.argv.end(), {"--set", setting});
+    programs.push_back(std::move(program));
+  }
+  return programs;
+}
+
+SupervisorOutput console_output(const std::vector<Program>& programs) {
+  std::size_t width = 0;
+  for (const Program& program : programs) width = std::max(width, program.name.size());
+  return {.line =
+              [width](const std::string& node, const std::string& line) {
+                std::cerr << '[' << node << ']' << std::string(width - node.size() + 1, ' ') << line
+                          << '\n';
+              },
+          .event = [](const std::string& text) { spdlog::warn("{}", text); }};
+}
+
+std::unique_ptr<RecorderProcess> started_recorder(bus::Bus& bus, const RunSettings& settings) {
+  if (settings.record.empty()) return nullptr;
+  std::vector<std::string> arguments{"-o",           settings.record,
+                                     "--deployment", settings.deployment,
+                                     "--domain",     std::to_string(settings.domain)};
+  for (const std::string& setting : settings.settings)
+    arguments.insert(arguments.end(), {"--set", setting});
+  arguments.insert(arguments.end(), settings.record_options.begin(), settings.record_options.end());
+  return std::make_unique<RecorderProcess>(bus, arguments);
+}
+
+class DeploymentRun {
+ public:
+  DeploymentRun(const RunSettings& settings, const config::Deployment& deployment,
+                const std::vector<config::Node>& nodes)
+      : settings_(settings),
+        deployment_(deployment),
+        nodes_(nodes),
+        programs_(programs_of(nodes, settings)),
+        bus_({settings.domain, deployment.network_profile}),
+        statuses_in_(bus_.reader<bus::topics::NodeStatus>()),
+        composited_in_(bus_.reader<bus::topics::FrameComposited>()),
+        recorder_(started_recorder(bus_, settings)),
+        start_stamp_ns_(base::now_realtime_ns()),
+        supervisor_(programs_, RestartSettings{}, console_output(programs_)) {
+    for (const config::Node& node : deployment.nodes) node_names_.insert(node.name);
+    for (const std::string& warning : bus_.warnings()) spdlog::warn("{}", warning);
+  }
+
+  // Returns the exit code.
+  int run() {
+    while (!supervisor_.all_exited()) {
+      supervisor_.step(50ms);
+      take_messages();
+      if (recorder_) recorder_->forward_output();
+      if (const std::string why = reason_to_stop(); !why.empty()) stop(why);
+      // A second Ctrl-C kills at once.
+      if (signals_received() > 0) supervisor_.stop(signals_received() > 1 ? 0ms : kInterruptGrace);
+      if (!supervisor_.stopping()) print_progress();
+    }
+    if (stop_stamp_ns_ == 0) note_stop("every node ended");
+    wait_for_final_reports();
+    if (recorder_) recorder_exit_code_ = recorder_->finish();
+    write_report();
+    return exit_code();
+  }
+
+ private:
+  void take_messages() {
+    take_statuses(statuses_in_, statuses_, node_names_);
+    for (const auto& [name, processes] : statuses_.processes())
+      if (processes.back().has_handled_frame)
+        supervisor_.mark_healthy(name, processes.back().start_stamp_ns);
+    for (const auto& frame : composited_in_.take())
+      if (frame.valid() && !first_composited_stamp_ns_) {
+        first_composited_stamp_ns_ = frame->composited_stamp_ns;
+        first_composited_seen_ = Clock::now();
+      }
+    for (const std::string& problem : bus_.problems()) spdlog::error("{}", problem);
+    for (const std::string& name : statuses_.duplicates())
+      if (reported_duplicates_.insert(name).second)
+        spdlog::error(
+            "two processes publish as node '{}' and their frames mix: another deployment runs in "
+            "domain {}; stop it or choose another --domain",
+            name, settings_.domain);
+  }
+
+  bool all_exited_cleanly(const std::string& program) const {
+    bool any = false;
+    for (const config::Node& node : nodes_)
+      if (config::program_of(node) == program) {
+        any = true;
+        if (!supervisor_.exited_cleanly(node.name)) return false;
+      }
+    return any;
+  }
+
+  bool renders() const {
+    return std::any_of(nodes_.begin(), nodes_.end(), [](const config::Node& node) {
+      return config::program_of(node) == "render_node";
+    });
+  }
+
+  bool duration_is_over() const {
+    if (!(settings_.duration_s > 0)) return false;
+    const auto counts_from = first_composited_seen_ ? *first_composited_seen_
+                             : renders()            ? started_ + kStartupTimeout
+                                                    : started_;
+    return Clock::now() - counts_from >= std::chrono::duration<double>(settings_.duration_s);
+  }
+
+  // Returns why the run ends now; empty if it continues or already stops.
+  std::string reason_to_stop() {
+    if (stop_stamp_ns_ != 0) return "";
+    if (supervisor_.failure())
+      return supervisor_.failure()->node + " " + supervisor_.failure()->reason;
+    if (signals_received() > 0) return std::string("SIG") + sigabbrev_np(newest_signal());
+    if (duration_is_over()) return "duration";
+    if (all_exited_cleanly("render_node")) return "every render_node ended";
+    if (!all_exited_cleanly("capture_node")) return "";
+    if (!input_ended_) input_ended_ = Clock::now();
+    return Clock::now() - *input_ended_ >= kDrainTime ? "every capture_node ended" : "";
+  }
+
+  void stop(const std::string& why) {
+    note_stop(why);
+    supervisor_.stop(signals_received() > 0 ? kInterruptGrace : kFinishGrace);
+  }
+
+  void note_stop(const std::string& why) {
+    stop_stamp_ns_ = base::now_realtime_ns();
+    ended_by_ = why;
+  }
+
+  void print_progress() {
+    if (Clock::now() < next_progress_) return;
+    next_progress_ += kProgressPeriod;
+    const double elapsed_s = std::chrono::duration<double>(Clock::now() - started_).count();
+    double rate_hz = 0;
+    for (const config::Node& node : nodes_)
+      if (const auto processes = statuses_.processes();
+          config::program_of(node) == "render_node" && processes.contains(node.name))
+        rate_hz = processes.at(node.name).back().frame_rate_hz;
+    spdlog::info("{:.0f} s: {} frames composited, now {:.1f} frames/s", elapsed_s,
+                 frames_composited(statuses_), rate_hz);
+  }
+
+  // The final statuses of processes that exited cleanly may not have arrived yet.
+  void wait_for_final_reports() {
+    const auto until = Clock::now() + kFinalReportTimeout;
+    while (Clock::now() < until && !all_reports_final()) {
+      bus_.wait(20ms);
+      take_messages();
+    }
+  }
+  bool all_reports_final() const {
+    const auto processes = statuses_.processes();
+    const auto is_in = [](const std::vector<std::string>& names, const std::string& name) {
+      return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    return std::all_of(nodes_.begin(), nodes_.end(), [&](const config::Node& node) {
+      if (is_in(supervisor_.killed(), node.name) ||
+          is_in(supervisor_.crashed_while_stopping(), node.name))
+        return true;  // it sends no final report
+      const auto of_node = processes.find(node.name);
+      return of_node == processes.end() || of_node->second.back().final_report;
+    });
+  }
+
+  ReportInput report_input() const {
+    ReportInput input;
+    input.version = base::version();
+    input.commit = base::commit();
+    input.build_type = base::build_type();
+    input.cpu = base::cpu_name();
+    input.cores = base::core_count();
+    input.deployment = settings_.deployment;
+    input.start_stamp_ns = start_stamp_ns_;
+    input.stop_stamp_ns = stop_stamp_ns_;
+    input.first_composited_stamp_ns = first_composited_stamp_ns_;
+    input.ended_by = ended_by_;
+    input.programs = supervisor_.history();
+    // The nodes of other hosts are known by their statuses alone.
+    for (const config::Node& node : deployment_.nodes)
+      if (std::none_of(nodes_.begin(), nodes_.end(),
+                       [&](const config::Node& own) { return own.name == node.name; }))
+        input.programs.push_back({node.name, config::program_of(node), {}});
+    input.statuses = statuses_;
+    return input;
+  }
+
+  void write_report() const {
+    const nlohmann::json report = report_from(report_input());
+    const std::filesystem::path file = settings_.out / "report.json";
+    std::ofstream written(file);
+    written << report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n'
+            << std::flush;
+    if (!written)
+      throw std::runtime_error("cannot write " + file.string() + ": " + std::strerror(errno));
+    std::cout << table_of(report) << "report: " << file.string()
+              << ", logs: " << (settings_.out / "log").string() << "/\n"
+              << std::flush;
+  }
+
+  int exit_code() const {
+    if (const auto& failure = supervisor_.failure()) {
+      std::cerr << failure->node << " " << failure->reason << "\nIts last output:\n";
+      for (const std::string& line : failure->last_lines) std::cerr << "  " << line << '\n';
+      return failure->exit_code;
+    }
+    if (recorder_exit_code_ != 0)
+      std::cerr << "the recording is incomplete: the recorder returned exit code "
+                << recorder_exit_code_ << "\n";
+    if (signals_received() > 0) return 130;
+    if (recorder_exit_code_ != 0) return 1;
+    if (!supervisor_.killed().empty() || !supervisor_.crashed_while_stopping().empty()) return 1;
+    if (!renders() || frames_composited(statuses_) > 0) return 0;
+    std::cerr << "no frame was composited; see the logs in " << (settings_.out / "log").string()
+              << "/\n";
+    return 1;
+  }
+
+  const RunSettings& settings_;
+  const config::Deployment& deployment_;
+  const std::vector<config::Node>& nodes_;
+  std::vector<Program> programs_;
+  std::set<std::string> node_names_, reported_duplicates_;
+  bus::Bus bus_;
+  bus::Reader<bus::topics::NodeStatus> statuses_in_;
+  bus::Reader<bus::topics::FrameComposited> composited_in_;
+  StatusRegistry statuses_;
+  std::unique_ptr<RecorderProcess> recorder_;  // starts before the first node
+  int recorder_exit_code_ = 0;
+  std::int64_t start_stamp_ns_ = 0, stop_stamp_ns_ = 0;
+  std::optional<std::int64_t> first_composited_stamp_ns_;
+  std::string ended_by_;
+  Clock::time_point started_ = Clock::now(), next_progress_ = started_ + kProgressPeriod;
+  std::optional<Clock::time_point> input_ended_, first_composited_seen_;
+  Supervisor supervisor_;
+};
+
+}  // namespace
+
+std::vector<config::Node> nodes_of_host(const config::Deployment& deployment,
+                                        const std::string& requested_host) {
+  const std::string host = requested_host.empty() ? base::host_name() : requested_host;
+  std::vector<config::Node> here;
+  std::set<std::string> hosts;
+  for (const config::Node& node : deployment.nodes) {
+    if (!node.host.empty()) hosts.insert(node.host);
+    if (node.host.empty() ? requested_host.empty() : node.host == host) here.push_back(node);
+  }
+  if (!here.empty()) return here;
+  throw config::ConfigError(
+      {{deployment.file, 0, 0,
+        fmt::format("no node for host '{}'; choose one of the deployment's hosts with --host: {}",
+                    host, hosts.empty() ? "none" : fmt::format("{}", fmt::join(hosts, ", ")))}});
+}
+
+int run_deployment(const RunSettings& settings, const config::Deployment& deployment,
+                   const std::vector<config::Node>& nodes) {
+  return DeploymentRun(settings, deployment, nodes).run();
+}
+
+}  // namespace fivepipe::launch
