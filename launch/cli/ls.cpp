@@ -12,7 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// A participant is discovered within a second.
+// Discovery finds all participants of the domain within 1 s.
 constexpr auto kListeningTime = 1500ms;
 
 struct LsOptions {
@@ -32,10 +32,11 @@ int run_ls(const LsOptions& options) {
     topics = topics_of(bus.endpoints());
   }
   if (topics.empty()) {
-    std::cerr << (of_recording ? options.file.string() + " holds no topic\n"
-                               : "nobody in domain " + std::to_string(options.network.domain) +
-                                     " (profile " + options.network.profile +
-                                     "); `fivepipe up` starts nodes, --domain looks elsewhere\n");
+    std::cerr << (of_recording
+                      ? options.file.string() + " contains no topic\n"
+                      : "no participant in domain " + std::to_string(options.network.domain) +
+                            " (profile " + options.network.profile +
+                            "); start nodes by `fivepipe up`, or choose another --domain\n");
     return of_recording ? 0 : 3;
   }
   std::cout << (options.nodes ? nodes_text(topics, of_recording)
@@ -49,16 +50,17 @@ int run_ls(const LsOptions& options) {
 void add_ls(CLI::App& app, Command& command) {
   auto options = std::make_shared<LsOptions>();
   CLI::App* ls = app.add_subcommand(
-      "ls", "List the topics of a recording, or those on the bus, with who writes and reads them");
+      "ls", "List the topics of a recording or of the bus, with their writers and readers");
   ls->footer(
       "Examples:\n"
-      "  fivepipe ls                       what is on the bus now, heard within 1.5 s\n"
-      "  fivepipe ls --domain 7 --nodes    by node: what it writes and reads\n"
+      "  fivepipe ls                       topics on the bus, after 1.5 s of discovery\n"
+      "  fivepipe ls --domain 7 --nodes    nodes, with the topics that they write and read\n"
       "  fivepipe ls session.mcap\n\n"
-      "Exit codes: 0 done, 1 the file can't be read, 2 usage, 3 nobody is there.");
-  CLI::Option* file = ls->add_option("FILE", options->file, "recording (MCAP); without it: the bus")
+      "Exit codes: 0 done, 1 the file cannot be read, 2 usage error, 3 no participant in the "
+      "domain.");
+  CLI::Option* file = ls->add_option("FILE", options->file, "recording (MCAP); default: the bus")
                           ->check(CLI::ExistingFile);
-  ls->add_flag("--nodes", options->nodes, "by node instead of by topic");
+  ls->add_flag("--nodes", options->nodes, "list nodes instead of topics");
   add_network_options(ls, options->network);
   ls->get_option("--domain")->excludes(file);
   ls->get_option("--profile")->excludes(file);

@@ -52,14 +52,13 @@ std::string keys_of(const Json& object) {
   return base::joined(keys, ", ");
 }
 
-// Appends a comment to the document's first line, which begins with "---".
+// Appends a comment, unless it is empty, to the document's first line, which begins with "---".
 std::string with_comment(const Json& value, const std::string& comment) {
-  if (!value.is_structured() || value.empty()) {
-    std::string text = schema::to_yaml(value);
-    text[3] = ' ';
-    return text.insert(text.size() - 1, "  # " + comment);
-  }
-  return schema::to_yaml(value).insert(3, "  # " + comment);
+  const std::string suffix = comment.empty() ? "" : "  # " + comment;
+  std::string text = schema::to_yaml(value);
+  if (value.is_structured() && !value.empty()) return text.insert(3, suffix);
+  text[3] = ' ';  // a scalar follows on the same line
+  return text.insert(text.size() - 1, suffix);
 }
 
 }  // namespace
@@ -86,7 +85,7 @@ FieldPath::FieldPath(const std::string& text) : text_(text) {
   }
   if (at != text.size() || steps_.empty() || text.back() != ']')
     throw base::UsageError(
-        "'" + text + "' is no field; expected as in frame, region.u0_px or objects[0].object");
+        "'" + text + "' is not a field path; examples: frame, region.u0_px, objects[0].object");
 }
 
 bool FieldPath::has_index() const {
@@ -100,19 +99,20 @@ Json FieldPath::of(const Json& message) const {
     if (const auto* index = std::get_if<std::size_t>(&step)) {
       if (!value->is_array())
         throw base::UsageError("--field " + text_ + ": [" + std::to_string(*index) +
-                               "] is asked of what is no sequence");
+                               "] needs a sequence before it");
       if (*index >= value->size()) return nullptr;
       value = &(*value)[*index];
       continue;
     }
     const auto& name = std::get<std::string>(step);
     if (!value->is_object())
-      throw base::UsageError("--field " + text_ + ": " + name + " is asked of what has no fields" +
-                             (value->is_array() ? "; of a sequence say [0], [1] .." : ""));
+      throw base::UsageError(
+          "--field " + text_ + ": " + name + " needs a value with fields before it" +
+          (value->is_array() ? "; use [0], [1] .. for the elements of a sequence" : ""));
     const auto found = value->find(name);
     if (found == value->end())
-      throw base::UsageError("--field " + text_ + ": there is no " + name +
-                             "; there are: " + keys_of(*value));
+      throw base::UsageError("--field " + text_ + ": no field " + name +
+                             "; the fields are: " + keys_of(*value));
     value = &*found;
   }
   return *value;
@@ -125,19 +125,20 @@ MessageFormatter::MessageFormatter(const schema::Idl& idl, const std::string& ty
 }
 
 Json MessageFormatter::decoded(const schema::Idl& idl, std::span<const std::byte> cdr) const {
-  schema::DecodeOptions how;
+  schema::DecodeOptions decode;
   if (!options_.full && !(options_.field && options_.field->has_index()))
-    how.max_numeric_elements = kMaxNumericElements;
-  how.non_finite_as_text = options_.json;
-  return schema::decode(idl, type_, cdr, how);
+    decode.max_numeric_elements = kMaxNumericElements;
+  if (options_.json) decode.floats = schema::FloatFormat::finite_number;
+  if (options_.hex) decode.floats = schema::FloatFormat::hexadecimal;
+  return schema::decode(idl, type_, cdr, decode);
 }
 
 std::string MessageFormatter::operator()(const ShownMessage& message) const {
+  if (options_.bare && message.key_change) return "";
   Json value;
-  std::string name = options_.field ? "value" : "message", error;
+  std::string error;
   try {
     if (message.key_change) {
-      name = "key";
       value = decoded(key_idl_, as_cdr1(message.cdr, key_idl_.at(type_)));
     } else {
       value = decoded(idl_, message.cdr);
@@ -146,15 +147,30 @@ std::string MessageFormatter::operator()(const ShownMessage& message) const {
   } catch (const schema::CdrError& cdr_error) {
     error = cdr_error.what();
   }
-  if (options_.json) {
-    Json line{{"topic", message.topic},
-              {"writer", message.writer},
-              {"source_stamp_ns", message.source_stamp_ns},
-              {"log_stamp_ns", message.log_stamp_ns}};
-    if (message.key_change) line["key_change"] = name_of(*message.key_change);
-    line[error.empty() ? name : "error"] = error.empty() ? value : Json(error);
-    return line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
-  }
+  return options_.json ? json_line(message, value, error) : yaml_document(message, value, error);
+}
+
+std::string MessageFormatter::json_line(const ShownMessage& message, const Json& value,
+                                        const std::string& error) const {
+  Json line = Json::object();
+  if (!options_.bare)
+    line = {{"topic", message.topic},
+            {"writer", message.writer},
+            {"source_stamp_ns", message.source_stamp_ns},
+            {"log_stamp_ns", message.log_stamp_ns}};
+  if (message.key_change) line["key_change"] = name_of(*message.key_change);
+  const char* name = message.key_change ? "key" : options_.field ? "value" : "message";
+  if (!error.empty())
+    line["error"] = error;
+  else
+    line[name] = value;
+  return (options_.bare && error.empty() ? value : line)
+             .dump(-1, ' ', false, Json::error_handler_t::replace) +
+         "\n";
+}
+
+std::string MessageFormatter::yaml_document(const ShownMessage& message, const Json& value,
+                                            const std::string& error) const {
   std::string comment =
       base::local_time_of_day(message.source_stamp_ns) + " " +
       (message.writer.empty() ? "(unknown writer)" : base::printable(message.writer));
@@ -165,9 +181,9 @@ std::string MessageFormatter::operator()(const ShownMessage& message) const {
   comment += ", latency " +
              base::with_decimals(1e-6 * double(message.log_stamp_ns - message.source_stamp_ns), 2) +
              " ms";
-  if (!error.empty())
-    return with_comment({{"not_decoded", error}, {"bytes", message.cdr.size()}}, comment);
-  return with_comment(value, comment);
+  const Json shown =
+      error.empty() ? value : Json{{"not_decoded", error}, {"bytes", message.cdr.size()}};
+  return with_comment(shown, options_.bare ? "" : comment);
 }
 
 }  // namespace fivepipe::launch

@@ -30,7 +30,9 @@ class FieldPath {
 
 struct TextOptions {
   bool json = false;
-  bool full = false;                              // all values of long sequences of numbers
+  bool full = false;  // all values of long sequences of numbers
+  bool hex = false;   // floating-point numbers in hexadecimal
+  bool bare = false;  // values only: no writers, no times, no key changes
   std::optional<FieldPath> field = std::nullopt;  // show only this field
 };
 
@@ -49,11 +51,16 @@ class MessageFormatter {
 
   // Returns a YAML document whose first line states source time, writer and latency, or one line of
   // JSON. If the payload cannot be decoded, the text states the reason. Throws UsageError as
-  // FieldPath::of() does.
+  // FieldPath::of() does. Returns an empty text for a key change if the options say `bare`.
   std::string operator()(const ShownMessage& message) const;
 
  private:
   nlohmann::ordered_json decoded(const schema::Idl& idl, std::span<const std::byte> cdr) const;
+
+  std::string json_line(const ShownMessage& message, const nlohmann::ordered_json& value,
+                        const std::string& error) const;
+  std::string yaml_document(const ShownMessage& message, const nlohmann::ordered_json& value,
+                            const std::string& error) const;
 
   schema::Idl idl_, key_idl_;  // key_idl_: the type has its key fields only
   std::string type_;

@@ -50,7 +50,7 @@ struct RecordingInfo {
   std::vector<std::string> type_differences;  // from the types of this build
 
   bool finished() const { return damage.summary.empty(); }
-  bool whole() const { return finished() && damage.damage_reports.empty() && unreadable.empty(); }
+  bool intact() const { return finished() && damage.damage_reports.empty() && unreadable.empty(); }
   double duration_s() const { return 1e-9 * double(end_ns - start_ns); }
 };
 

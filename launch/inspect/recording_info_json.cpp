@@ -20,11 +20,11 @@ Json json_of(const TopicInfo& topic, bool read_all) {
 
 Json json_of(const mcap::Damage& damage) {
   return {{"summary", damage.summary},
-          {"whole_bytes", damage.intact_bytes},
-          {"cut_bytes", damage.truncated_bytes},
+          {"intact_bytes", damage.intact_bytes},
+          {"truncated_bytes", damage.truncated_bytes},
           {"damaged_records", damage.damaged_records},
-          {"damaged_names", damage.damage_reports},
-          {"messages_of_no_channel", damage.orphaned_messages}};
+          {"damage_reports", damage.damage_reports},
+          {"orphaned_messages", damage.orphaned_messages}};
 }
 
 }  // namespace
@@ -34,7 +34,7 @@ Json json_of(const RecordingInfo& info) {
             {"file_bytes", info.file_bytes},
             {"finished", info.finished()},
             {"being_written", info.being_written},
-            {"whole", info.whole()}};
+            {"intact", info.intact()}};
   if (!info.finished()) json["damage"] = json_of(info.damage);
   json["unreadable"] = info.unreadable;
   json.update({{"start_ns", info.start_ns},
@@ -56,7 +56,7 @@ Json json_of(const RecordingInfo& info) {
         json["counts"][topic].update({{"sent", count.sent}, {"missing", count.missing}});
     }
   if (!info.loss_reason.empty()) json["loss_reason"] = info.loss_reason;
-  json["foreign_types"] = info.type_differences;
+  json["type_differences"] = info.type_differences;
   json["recording"] = info.header;
   json["settings"] = info.settings;
   json["attachments"] = Json::array();

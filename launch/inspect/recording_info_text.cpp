@@ -53,46 +53,45 @@ std::string value_or(const std::map<std::string, std::string>& values, const std
 std::string condition_text(const RecordingInfo& info) {
   std::string text;
   if (info.finished()) {
-    text += line("file",
-                 megabytes(info.file_bytes) + ", finished" +
-                     (info.read_all && info.whole() ? "; all of it was read, and is whole" : ""));
+    text += line(
+        "file",
+        megabytes(info.file_bytes) + ", finished" +
+            (info.read_all && info.intact() ? "; all messages were read, none is damaged" : ""));
   } else if (info.being_written) {
-    text +=
-        line("file", megabytes(info.file_bytes) +
-                         ", BEING WRITTEN by a process that has it open; what it holds so far:");
+    text += line("file", megabytes(info.file_bytes) +
+                             ", BEING WRITTEN: a process has it open; it contains so far:");
   } else {
-    text +=
-        line("file", megabytes(info.file_bytes) + ", NOT FINISHED: no index, " +
-                         base::counted(info.damage.truncated_bytes, "byte") + " at its end " +
-                         (info.damage.truncated_bytes == 1 ? "is" : "are") + " no whole record");
+    text += line("file", megabytes(info.file_bytes) + ", NOT FINISHED: no index, " +
+                             base::counted(info.damage.truncated_bytes, "byte") +
+                             " of an incomplete record at its end");
     text += line("", info.damage.summary);
-    text += line("", "`fivepipe info --recover " + info.file +
-                         "` mends it; what is told here can be read as it is");
+    text +=
+        line("", "all messages listed here can be read; repair it by `fivepipe info --recover " +
+                     info.file + "`");
   }
   text += lines("DAMAGED", info.damage.damage_reports);
   text += lines("DAMAGED", info.unreadable);
   if (info.damage.orphaned_messages)
     text +=
-        line("", base::counted(info.damage.orphaned_messages, "message") + " of no known topic");
+        line("", base::counted(info.damage.orphaned_messages, "message") + " without a channel");
   if (!info.damage.damage_reports.empty() || !info.unreadable.empty())
-    text += line("", "what stands there is lost; the rest can be read and replayed");
+    text += line("", "the damaged records are lost; all others can be read and replayed");
   return text;
 }
 
 std::string origin_text(const RecordingInfo& info) {
   const auto& header = info.header;
   if (header.empty())
-    return line(
-        "made by",
-        "not by fivepipe, or its header is missing: neither version nor deployment are known");
+    return line("made by", "unknown: not recorded by fivepipe, or the metadata is missing");
   const auto known = [&](const char* key) { return value_or(header, key, "?"); };
   std::string text =
       line("made by", "fivepipe " + known("version") + " (" + known("commit") + ", " +
                           known("build_type") + "), domain " + known("domain"));
   text += line("on", known("host") + ", " + known("cpu") + ", " + known("cores") + " cores");
-  text += line("deployment",
-               value_or(header, "deployment",
-                        "none: it can be replayed, but no node be started from it alone"));
+  text +=
+      line("deployment",
+           value_or(header, "deployment",
+                    "none: the recording can be replayed, but does not suffice to start nodes"));
   std::vector<std::string> settings;
   for (const auto& [key, value] : info.settings) settings.push_back(key + "=" + value);
   if (!settings.empty()) text += wrapped("settings", settings);
@@ -107,7 +106,7 @@ std::string content_text(const RecordingInfo& info) {
   std::vector<std::string> chunks;
   for (const auto& [compression, count] : info.chunks)
     chunks.push_back(base::counted(count, "chunk") + " (" +
-                     (compression.empty() ? "not compressed" : compression) + ")");
+                     (compression.empty() ? "uncompressed" : compression) + ")");
   const double ratio =
       double(info.uncompressed_bytes) / double(std::max<std::uint64_t>(info.compressed_bytes, 1));
   const std::string sizes = megabytes(info.uncompressed_bytes) + " compressed to " +
@@ -124,7 +123,8 @@ std::string missing_text(const RecordingInfo& info, std::uint64_t missing) {
   for (const TopicInfo& topic : info.topics)
     if (topic.missing)
       by_topic.push_back(base_name(topic.topic) + " " + std::to_string(topic.missing));
-  return line("LOST", base::counted(missing, "message") + ", by gaps in their sequence numbers:") +
+  return line("LOST", base::counted(missing, "message") +
+                          " missing, according to gaps in the sequence numbers:") +
          wrapped("", by_topic);
 }
 
@@ -144,8 +144,8 @@ std::string losses_text(const RecordingInfo& info) {
     return line(
         "losses",
         info.read_all
-            ? "none seen: sequence numbers have no gaps (the recorder's own counts are missing)"
-            : "not known: the recorder's counts are missing");
+            ? "none found: sequence numbers have no gaps (the recorder's counts are missing)"
+            : "unknown: the recorder's counts are missing");
   RecorderCounts all;
   for (const auto& [topic, count] : *info.counts) {
     all.received += count.received;
@@ -155,16 +155,15 @@ std::string losses_text(const RecordingInfo& info) {
   }
   std::string text;
   if (all.missing > 0)
-    text += line("LOST",
-                 std::to_string(all.missing) + " of " + std::to_string(all.sent) +
-                     " that nodes sent, by their own counts: the recorder never received them") +
+    text += line("LOST", std::to_string(all.missing) + " of " + std::to_string(all.sent) +
+                             " messages that nodes sent never reached the recorder") +
             by_topic_text(info, &RecorderCounts::missing);
   if (all.lost > 0)
-    text += line("LOST",
-                 std::to_string(all.lost) + " of " + std::to_string(all.received) +
-                     " that the recorder received: " +
-                     (info.loss_reason.empty() ? "the disk did not keep up" : info.loss_reason)) +
-            by_topic_text(info, &RecorderCounts::lost);
+    text +=
+        line("LOST", std::to_string(all.lost) + " of " + std::to_string(all.received) +
+                         " received messages were dropped: " +
+                         (info.loss_reason.empty() ? "the disk was too slow" : info.loss_reason)) +
+        by_topic_text(info, &RecorderCounts::lost);
   if (gaps > all.lost) text += missing_text(info, gaps);
   return text.empty()
              ? line("losses", "none: " + std::to_string(all.received) + " received, all written")
@@ -175,7 +174,7 @@ std::string types_text(const RecordingInfo& info) {
   if (info.topics.empty()) return "";
   if (info.type_differences.empty()) return line("types", "those of this build");
   return lines("types DIFFER", info.type_differences) +
-         line("", "such topics can be read (`fivepipe echo`), but not be replayed by this build");
+         line("", "this build can show these topics (`fivepipe echo`), but not replay them");
 }
 
 std::string topics_text(const RecordingInfo& info) {
@@ -218,17 +217,17 @@ std::string text_of(const RecordingInfo& info) {
 std::string text_of(const mcap::Recovery& recovery, const std::string& file) {
   if (recovery.was_finished) return "";
   const mcap::Damage& damage = recovery.damage;
-  std::string text = base::printable(file) + " was mended\n";
-  text += line("it was", damage.summary);
+  std::string text = base::printable(file) + " was repaired\n";
+  text += line("before", damage.summary);
   text += line("saved", base::counted(recovery.statistics.messages, "message") + " in " +
                             base::counted(recovery.statistics.chunks, "chunk") + ", " +
                             base::counted(recovery.statistics.attachments, "attachment"));
   text += line("lost", damage.truncated_bytes == 0 ? "nothing at the end"
                                                    : base::counted(damage.truncated_bytes, "byte") +
-                                                         " at the end, which were no whole record");
+                                                         " of an incomplete record at the end");
   text += lines("lost", damage.damage_reports);
   if (damage.orphaned_messages)
-    text += line("lost", base::counted(damage.orphaned_messages, "message") + " of no known topic");
+    text += line("lost", base::counted(damage.orphaned_messages, "message") + " without a channel");
   return text;
 }
 

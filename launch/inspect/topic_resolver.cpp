@@ -26,18 +26,18 @@ std::vector<std::string> matching_topics(const std::string& expression,
 
 std::string base_name(const std::string& topic) { return topic.substr(topic.rfind('/') + 1); }
 
-std::string resolve_topic(const std::string& asked, const std::vector<std::string>& topics) {
+std::string resolve_topic(const std::string& text, const std::vector<std::string>& topics) {
   std::vector<std::string> found;
-  if (std::find(topics.begin(), topics.end(), asked) != topics.end()) return asked;
+  if (std::find(topics.begin(), topics.end(), text) != topics.end()) return text;
   std::copy_if(topics.begin(), topics.end(), std::back_inserter(found),
-               [&](const std::string& topic) { return base_name(topic) == asked; });
-  if (found.empty()) found = matching_topics(asked, topics);
+               [&](const std::string& topic) { return base_name(topic) == text; });
+  if (found.empty()) found = matching_topics(text, topics);
   if (found.size() == 1) return found.front();
-  if (topics.empty()) throw base::UsageError("no topic '" + asked + "'; there is none at all");
+  if (topics.empty()) throw base::UsageError("no topic '" + text + "'; there are no topics");
   if (found.empty())
-    throw base::UsageError("no topic '" + asked + "'; there are:\n  " +
+    throw base::UsageError("no topic '" + text + "'; the topics are:\n  " +
                            base::printable(base::joined(topics, ", ")));
-  throw base::UsageError("'" + asked + "' fits several topics; which of them?\n  " +
+  throw base::UsageError("'" + text + "' matches several topics:\n  " +
                          base::printable(base::joined(found, ", ")));
 }
 

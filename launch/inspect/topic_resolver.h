@@ -10,7 +10,7 @@ namespace fivepipe::launch {
 // Accepts, in this order: the whole name; the part after the last slash ("HullTile"); a regular
 // expression that matches a single name, ignoring case ("hullt"). Throws UsageError if no topic or
 // several topics match.
-std::string resolve_topic(const std::string& asked, const std::vector<std::string>& topics);
+std::string resolve_topic(const std::string& text, const std::vector<std::string>& topics);
 
 // The part after the last slash.
 std::string base_name(const std::string& topic);

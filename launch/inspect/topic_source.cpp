@@ -10,7 +10,7 @@ recording::Recording opened(const std::filesystem::path& file) {
   recording::Recording recording(file);
   if (!recording.mcap().is_finished())
     std::cerr << file.string()
-              << " is not finished; what is whole of it is read (`fivepipe info` tells more)\n";
+              << " is not finished; reading its complete chunks (see `fivepipe info`)\n";
   return recording;
 }
 
@@ -26,8 +26,8 @@ const recording::RecordedChannel& data_channel(const recording::Recording& recor
   if (!channel.key_states) return channel;
   for (const recording::RecordedChannel& other : recording.channels())
     if (!other.key_states && other.topic == channel.topic) return other;
-  throw recording::RecordingError(recording.file().string() + ": of " + channel.topic +
-                                  " there are key changes, but no type");
+  throw recording::RecordingError(recording.file().string() + ": " + channel.topic +
+                                  " has key changes, but no type");
 }
 
 int each_message(const recording::Recording& recording, const std::string& topic, double start_s,
@@ -45,15 +45,15 @@ int each_message(const recording::Recording& recording, const std::string& topic
       const auto message = cursor.next();
       if (!message || !each(*message)) return result;
     } catch (const mcap::McapError& error) {
-      std::cerr << error.what() << "; what stands there is passed over\n";
+      std::cerr << error.what() << "; skipping the damaged chunk\n";
       result = 1;
     }
 }
 
-bus::topics::Topic live_topic(const std::string& asked) {
+bus::topics::Topic live_topic(const std::string& text) {
   std::vector<std::string> names;
   for (const bus::topics::Topic& topic : bus::topics::all()) names.push_back(topic.name);
-  const std::string name = resolve_topic(asked, names);
+  const std::string name = resolve_topic(text, names);
   return *std::find_if(bus::topics::all().begin(), bus::topics::all().end(),
                        [&](const bus::topics::Topic& topic) { return name == topic.name; });
 }

@@ -29,7 +29,7 @@ int each_message(const recording::Recording& recording, const std::string& topic
                  const std::function<bool(const recording::RecordedMessage&)>& each);
 
 // Resolves a topic of this build. Throws UsageError as resolve_topic() does.
-bus::topics::Topic live_topic(const std::string& asked);
+bus::topics::Topic live_topic(const std::string& text);
 std::optional<recording::KeyChange> key_change_of(bus::SampleKind kind);
 
 // Names of a live topic's writers.

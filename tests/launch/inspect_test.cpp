@@ -1,4 +1,4 @@
-// What `fivepipe info`, `ls`, `echo` and `hz` are made of.
+// The parts of `fivepipe info`, `ls`, `echo` and `hz`, without DDS and files.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -18,7 +18,7 @@
 namespace fivepipe::launch {
 namespace {
 
-std::string refused(const std::function<void()>& run) {
+std::string usage_error(const std::function<void()>& run) {
   try {
     run();
   } catch (const base::UsageError& error) {
@@ -31,8 +31,8 @@ TEST(TopicChoice, ResolvesNameBaseNameOrUniqueMatch) {
   const std::vector<std::string> topics{"a/HullTile", "a/HullComponents", "a/HeadPose",
                                         "b/HullTile/more", "a/Hull"};
   EXPECT_EQ(resolve_topic("a/HullTile", topics), "a/HullTile");
-  EXPECT_EQ(resolve_topic("HullTile", topics),
-            "a/HullTile");  // though found in b/HullTile/more as well
+  // A base name takes precedence over a regular expression, which would match b/HullTile/more too.
+  EXPECT_EQ(resolve_topic("HullTile", topics), "a/HullTile");
   EXPECT_EQ(resolve_topic("Hull", topics), "a/Hull");
   EXPECT_EQ(resolve_topic("hullc", topics), "a/HullComponents");
   EXPECT_EQ(resolve_topic("^b/", topics), "b/HullTile/more");
@@ -40,25 +40,25 @@ TEST(TopicChoice, ResolvesNameBaseNameOrUniqueMatch) {
 
 TEST(TopicChoice, RejectsAmbiguousOrUnknownAndListsTopics) {
   const std::vector<std::string> topics{"a/HullTile", "a/HullComponents", "a/HeadPose"};
-  const std::string several = refused([&] { resolve_topic("hull", topics); });
+  const std::string several = usage_error([&] { resolve_topic("hull", topics); });
   EXPECT_NE(several.find("a/HullTile, a/HullComponents"), std::string::npos) << several;
   EXPECT_EQ(several.find("HeadPose"), std::string::npos) << several;
-  const std::string none = refused([&] { resolve_topic("Foot", topics); });
+  const std::string none = usage_error([&] { resolve_topic("Foot", topics); });
   EXPECT_NE(none.find("a/HeadPose"), std::string::npos) << none;
-  EXPECT_NE(refused([&] { resolve_topic("(", topics); }).find("regular expression"),
+  EXPECT_NE(usage_error([&] { resolve_topic("(", topics); }).find("regular expression"),
             std::string::npos);
-  EXPECT_NE(refused([&] { resolve_topic("x", {}); }), "");
+  EXPECT_NE(usage_error([&] { resolve_topic("x", {}); }), "");
 }
 
-TEST(TextTable, WrapsLongCellsAndAlignsNumbers) {
-  base::TextTable table({{"name"}, {"n", true}, {"who", false, 10}});
+TEST(TextTable, WrapsLongCells) {
+  base::TextTable table({{"name"}, {"n", true}, {"writers", false, 10}});
   table.add({"a", "5", "one, two, three"});
-  table.add({"bcd\x1b[2J", "1234", "x"});
+  table.add({"b", "1234", "x"});
   EXPECT_EQ(table.text(),
-            "name        n  who\n"
-            "a           5  one, two,\n"
-            "               three\n"
-            "bcd?[2J  1234  x\n");
+            "name     n  writers\n"
+            "a        5  one, two,\n"
+            "            three\n"
+            "b     1234  x\n");
 }
 
 TEST(StampText, ShowsMicrosecondsBeforeAndAfter1970) {
@@ -72,7 +72,8 @@ TEST(StampText, ShowsMicrosecondsBeforeAndAfter1970) {
 const schema::Idl& made_up_idl() {
   static const schema::Idl idl = schema::parse_idl(R"(module m {
     struct Point { double x; double y; };
-    struct Thing { @key string name; unsigned long long frame; @key unsigned short part; Point p; sequence<Point> points; sequence<octet> raw; };
+    struct Thing { @key string name; unsigned long long frame; @key unsigned short part;
+      Point p; sequence<Point> points; sequence<octet> raw; };
   };)");
   return idl;
 }
@@ -114,7 +115,7 @@ std::string text_of_thing(const TextOptions& options) {
   return MessageFormatter(made_up_idl(), "m::Thing", options)(shown(cdr));
 }
 
-TEST(MessageFormatter, IsAYamlDocumentWithTimeWriterAndLatency) {
+TEST(MessageFormatter, PrintsAYamlDocumentWithTimeWriterAndLatency) {
   setenv("TZ", "UTC", 1);
   tzset();
   EXPECT_EQ(text_of_thing({}),
@@ -124,9 +125,20 @@ TEST(MessageFormatter, IsAYamlDocumentWithTimeWriterAndLatency) {
   EXPECT_NE(text_of_thing({.full = true}).find("raw: [0, 1, 2,"), std::string::npos);
 }
 
+TEST(MessageFormatter, PrintsExactFloatsWithoutTimes) {
+  EXPECT_EQ(
+      text_of_thing({.json = true, .hex = true, .bare = true}),
+      "{\"name\":\"ball\",\"frame\":12,\"part\":3,\"p\":{\"x\":\"0x1.8p+0\",\"y\":\"nan\"},"
+      "\"points\":[{\"x\":\"0x1p+0\",\"y\":\"0x1p+1\"},{\"x\":\"0x1.8p+1\",\"y\":\"0x1p+2\"}],"
+      "\"raw\":{\"sequence<octet>\":20}}\n");
+  const std::string yaml = text_of_thing({.hex = true, .bare = true});
+  EXPECT_TRUE(yaml.starts_with("---\nname: ball\n")) << yaml;
+  EXPECT_NE(yaml.find("p: {x: \"0x1.8p+0\", y: nan}"), std::string::npos) << yaml;
+}
+
 TEST(MessageFormatter, ShowsOneField) {
   const auto field = [](const char* path, bool json = false) {
-    return text_of_thing({.json = json, .full = false, .field = FieldPath(path)});
+    return text_of_thing({.json = json, .field = FieldPath(path)});
   };
   EXPECT_EQ(field("frame"), "--- 12  # 00:00:01.000000 node_a, latency 2.50 ms\n");
   EXPECT_EQ(field("points[1].y").substr(0, 7), "--- 4.0");
@@ -136,17 +148,17 @@ TEST(MessageFormatter, ShowsOneField) {
             "{\"topic\":\"t/"
             "Thing\",\"writer\":\"node_a\",\"source_stamp_ns\":1000000000,\"log_stamp_ns\":"
             "1002500000,\"value\":\"NaN\"}\n");
-  EXPECT_NE(refused([&] { field("p.z"); }).find("there are: x, y"), std::string::npos);
-  EXPECT_NE(refused([&] { field("frame.x"); }), "");
-  EXPECT_NE(refused([&] { field("points.x"); }).find("[0]"), std::string::npos);
+  EXPECT_NE(usage_error([&] { field("p.z"); }).find("the fields are: x, y"), std::string::npos);
+  EXPECT_NE(usage_error([&] { field("frame.x"); }), "");
+  EXPECT_NE(usage_error([&] { field("points.x"); }).find("[0]"), std::string::npos);
   for (const char* bad : {"", ".", "a.", ".a", "a[", "a[]", "a[x]", "a[1", "[1]", "a[1]b", "a b",
                           "a..b", "a[-1]", "a[99999999999999999999]"})
-    EXPECT_NE(refused([&] { FieldPath path(bad); }), "") << bad;
+    EXPECT_NE(usage_error([&] { FieldPath path(bad); }), "") << bad;
   for (const char* good : {"a", "a.b", "a[1]", "a[1][2].b", "a[0].b[3]"})
-    EXPECT_EQ(refused([&] { FieldPath path(good); }), "") << good;
+    EXPECT_EQ(usage_error([&] { FieldPath path(good); }), "") << good;
 }
 
-TEST(MessageFormatter, ShowsKeyChangesByTheirKey) {
+TEST(MessageFormatter, PrintsTheKeyOfAKeyChange) {
   Cdr key;
   key.put(std::string("ball")).put(std::uint16_t(3));
   ShownMessage message = shown(key.bytes);
@@ -188,7 +200,7 @@ TEST(MessageFormatter, ReportsUndecodablePayload) {
   }
 }
 
-TEST(Arrivals, QuantilesAreOfSortedValues) {
+TEST(Arrivals, QuantilesDoNotDependOnTheOrder) {
   std::vector<double> values;
   for (int i = 100; i >= 1; --i) values.push_back(i);
   const Quantiles spread = quantiles_of(values);
@@ -218,17 +230,18 @@ TEST(Arrivals, RateCountsIntervals) {
 TEST(Arrivals, FindsMissingFramesInAnyOrder) {
   std::mt19937 random(7);
   for (int repeat = 0; repeat < 200; ++repeat) {
-    std::vector<std::uint64_t> came;
+    std::vector<std::uint64_t> arrived;
     for (std::uint64_t frame = 50; frame < 150; ++frame)
-      if (random() % 5) came.insert(came.end(), 1 + random() % 2, frame);
-    if (came.empty()) continue;
-    const std::set<std::uint64_t> distinct(came.begin(), came.end());
-    // Disordered by less than frames may be: ten messages are of fewer than 24 frames, but for one
-    // run of gaps in 10^7.
-    for (std::size_t i = 0; i + 10 <= came.size(); i += 10)
-      std::shuffle(came.begin() + std::ptrdiff_t(i), came.begin() + std::ptrdiff_t(i) + 10, random);
+      if (random() % 5) arrived.insert(arrived.end(), 1 + random() % 2, frame);
+    if (arrived.empty()) continue;
+    const std::set<std::uint64_t> distinct(arrived.begin(), arrived.end());
+    // Shuffles groups of ten messages. They span fewer than 24 frames, the reorder window, except
+    // with a probability of about 10^-7.
+    for (std::size_t i = 0; i + 10 <= arrived.size(); i += 10)
+      std::shuffle(arrived.begin() + std::ptrdiff_t(i), arrived.begin() + std::ptrdiff_t(i) + 10,
+                   random);
     FrameGaps gaps;
-    for (const std::uint64_t frame : came) gaps.add(frame);
+    for (const std::uint64_t frame : arrived) gaps.add(frame);
     ASSERT_EQ(gaps.frames(), distinct.size());
     ASSERT_EQ(gaps.missing(), *distinct.rbegin() - *distinct.begin() + 1 - distinct.size());
   }

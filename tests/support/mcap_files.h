@@ -1,4 +1,4 @@
-// Made-up recordings for the tests of MCAP files.
+// Synthetic recordings for tests of MCAP files.
 #pragma once
 #include <unistd.h>
 
@@ -14,7 +14,7 @@
 
 namespace fivepipe::test {
 
-// Removed with everything in it at its end.
+// A temporary folder; the destructor removes it and its content.
 struct TestFolder {
   std::filesystem::path path;
   TestFolder() {
@@ -26,7 +26,7 @@ struct TestFolder {
   TestFolder& operator=(const TestFolder&) = delete;
 };
 
-// A message whose payload is its own.
+// A message that owns its payload.
 struct OwnMessage {
   mcap::Id channel;
   std::uint32_t sequence;
@@ -66,20 +66,20 @@ inline void remove_summary(const std::filesystem::path& path) {
   std::filesystem::resize_file(path, summary_start - mcap::kDataEndBytes);
 }
 
-// Into a new file: ext4 waits for the disk when one is emptied and written again.
+// Creates a new file: ext4 waits for the disk if an existing file is truncated and written again.
 inline void write_file(const std::filesystem::path& path, mcap::ByteView bytes) {
   std::filesystem::remove(path);
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
 }
 
-// Channel 1 and 2 of schema 1, channel 3 without one; stamps rise by 1..9 ns, payloads of 0..299
-// bytes that compress somewhat.
+// Channels 1 and 2 have schema 1, channel 3 has none. Stamps rise by 1..9 ns; payloads have 0..299
+// compressible bytes.
 struct Recording {
   std::vector<OwnMessage> messages;     // in the order of the file
   std::vector<std::size_t> chunk_ends;  // message counts, by chunk
-  std::vector<std::uint64_t>
-      chunk_end_bytes;  // where each chunk ends in the file, with its message indexes
+  // File offset of the end of each chunk, including its message indexes.
+  std::vector<std::uint64_t> chunk_end_bytes;
   mcap::Attachment attachment{5, 6, "rig.yaml", "text/yaml", "cameras: []\n"};
   mcap::Metadata metadata{"recording", {{"machine", "made up"}, {"commit", "0"}}};
   mcap::Schema schema{"made_up::Thing", "omgidl",
@@ -104,7 +104,7 @@ inline Recording made_up_recording(std::uint32_t seed, std::size_t chunks,
   return recording;
 }
 
-// Leaves the file as a killed process does unless `finishes`.
+// Unless `finishes`, leaves the file as a killed process leaves it.
 inline void write(Recording& recording, const std::filesystem::path& path,
                   mcap::Compression compression, bool finishes = true) {
   mcap::ChunkBuilder builder;

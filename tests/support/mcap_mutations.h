@@ -1,5 +1,5 @@
-// MCAP files damaged at random, and what must hold of any file whatever: shared by the quick test
-// and the fuzz driver.
+// Damages MCAP files at random and checks invariants that hold for every file. The damage test and
+// the fuzz driver share it.
 #pragma once
 #include <algorithm>
 #include <optional>
@@ -21,7 +21,7 @@ T get(const mcap::Bytes& bytes, std::size_t at) {
   return value;
 }
 
-// Where the file's records start, as far as their lengths lead on.
+// Offsets of the records, up to the first record whose length exceeds the file.
 inline std::vector<std::size_t> record_starts(const mcap::Bytes& bytes) {
   std::vector<std::size_t> starts;
   for (std::size_t at = mcap::kMagic.size(); at + mcap::kRecordHeaderBytes <= bytes.size();) {
@@ -33,12 +33,12 @@ inline std::vector<std::size_t> record_starts(const mcap::Bytes& bytes) {
   return starts;
 }
 
-// So that the damage gets past the check: what a hostile file would do.
+// Corrects the CRCs, so that the damage passes their check as in a hostile file.
 inline void make_crcs_fit(mcap::Bytes& bytes) {
   constexpr std::size_t kChunkCrcAt = mcap::kRecordHeaderBytes + 8 + 8 + 8;
   for (const std::size_t at : record_starts(bytes))
     if (mcap::Op(get<std::uint8_t>(bytes, at)) == mcap::Op::chunk)
-      put(bytes, at + kChunkCrcAt, std::uint32_t(0));  // none
+      put(bytes, at + kChunkCrcAt, std::uint32_t(0));  // 0: not checked
   if (bytes.size() < mcap::kFooterBytes + mcap::kMagic.size()) return;
   const std::size_t footer = bytes.size() - mcap::kMagic.size() - mcap::kFooterBytes,
                     crc_at = footer + mcap::kFooterBytes - 4;
@@ -78,7 +78,7 @@ inline void mutate(mcap::Bytes& bytes, std::mt19937& random) {
         put(bytes, starts[random() % starts.size()] + mcap::kRecordHeaderBytes + random() % 48,
             interesting_number(random, bytes.size()));
       break;
-    default: {  // one piece over or in front of another
+    default: {  // inserts a piece of the file, or overwrites another piece with it
       const std::size_t from = any_place(),
                         size_bytes = std::min<std::size_t>(random() % 400, bytes.size() - from),
                         to = any_place();
@@ -93,30 +93,30 @@ inline void mutate(mcap::Bytes& bytes, std::mt19937& random) {
   }
 }
 
-// A cursor gives messages in order and comes to its end, however many chunks are damaged.
+// Checks that a cursor returns messages in order and reaches its end despite damaged chunks.
 inline std::string read_all(const mcap::Reader& reader, std::vector<OwnMessage>& messages) {
   std::size_t damaged = 0;
   for (mcap::Cursor cursor = reader.messages();;) {
     try {
       const auto message = cursor.next();
       if (!message) break;
-      if (!reader.channels().contains(message->channel)) return "a message of no channel";
+      if (!reader.channels().contains(message->channel)) return "a message without a channel";
       if (!messages.empty() && messages.back().log_stamp_ns > message->log_stamp_ns)
         return "messages out of order";
       messages.push_back(own(*message));
     } catch (const mcap::McapError& error) {
       if (!reader.is_finished())
-        return std::string("what a scan found is damaged: ") + error.what();
-      if (++damaged > reader.chunks().size()) return "a cursor does not get past a damaged chunk";
+        return std::string("a chunk that a scan accepted is damaged: ") + error.what();
+      if (++damaged > reader.chunks().size()) return "the cursor does not skip a damaged chunk";
     }
   }
   return "";
 }
 
-// What was broken of these promises, empty if nothing: a file can be read or is an McapError; a
-// mended one gives the messages that a scan of the damaged one gave.
-inline std::string broken_promise(const std::filesystem::path& path,
-                                  const std::filesystem::path& scratch) {
+// Describes a violated invariant; empty if all hold: the file can be read or throws McapError, and
+// its repaired copy has the messages that a scan of the damaged file finds.
+inline std::string violated_invariant(const std::filesystem::path& path,
+                                      const std::filesystem::path& scratch) {
   std::optional<mcap::Reader> reader;
   try {
     reader.emplace(path);
@@ -147,22 +147,24 @@ inline std::string broken_promise(const std::filesystem::path& path,
     return std::any_of(chunks.begin(), chunks.end(),
                        [](const mcap::ChunkIndex& chunk) { return chunk.unchunked; })
                ? ""
-               : "a file could not be mended";
+               : "the file could not be repaired";
   }
-  const mcap::Reader mended(scratch);
-  if (!mended.is_finished()) return "a mended file has no good summary: " + mended.damage().summary;
-  std::vector<OwnMessage> of_mended;
-  if (const std::string broken = read_all(mended, of_mended); !broken.empty())
-    return "mended: " + broken;
-  // A chunk that was moved stands behind others of the same stamps now.
+  const mcap::Reader repaired(scratch);
+  if (!repaired.is_finished())
+    return "the repaired file has no valid summary: " + repaired.damage().summary;
+  std::vector<OwnMessage> of_repaired;
+  if (const std::string broken = read_all(repaired, of_repaired); !broken.empty())
+    return "repaired file: " + broken;
+  // Messages of a moved chunk now follow others with the same stamp.
   const auto by_all = [](const OwnMessage& a, const OwnMessage& b) {
     return std::tie(a.log_stamp_ns, a.channel, a.sequence, a.publish_stamp_ns, a.payload) <
            std::tie(b.log_stamp_ns, b.channel, b.sequence, b.publish_stamp_ns, b.payload);
   };
   std::sort(messages.begin(), messages.end(), by_all);
-  std::sort(of_mended.begin(), of_mended.end(), by_all);
-  if (messages != of_mended) return "a mended file gives other messages";
-  if (mended.statistics() != reader->statistics()) return "a mended file has other statistics";
+  std::sort(of_repaired.begin(), of_repaired.end(), by_all);
+  if (messages != of_repaired) return "the repaired file has other messages";
+  if (repaired.statistics() != reader->statistics())
+    return "the repaired file has other statistics";
   return "";
 }
 

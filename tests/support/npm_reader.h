@@ -1,4 +1,4 @@
-// Runs tests/npm/read_mcap.mjs: a reader of MCAP files that nobody here wrote.
+// Runs tests/npm/read_mcap.mjs, which reads MCAP files by independent libraries.
 #pragma once
 #include <sys/wait.h>
 
@@ -26,13 +26,13 @@ inline CommandOutput output_of(const std::string& command) {
   return output;
 }
 
-// Installs it into the build folder unless it is there. Exit code 77: it can't be had here, the
-// text says why.
+// Installs the reader into the build folder unless it is installed. Exit code 77: it cannot be
+// installed on this machine; the text states why.
 inline CommandOutput install_npm_reader() {
   return output_of(FIVEPIPE_SOURCE_DIR "/tests/npm/install " FIVEPIPE_BINARY_DIR "/../npm 2>&1");
 }
 
-// What it prints (standard error included) about a file, whose name has no quotes.
+// Returns the reader's output, including stderr, for a file whose name contains no quotes.
 inline CommandOutput read_with_npm(const std::filesystem::path& file,
                                    const std::string& options = "") {
   return output_of("node " FIVEPIPE_BINARY_DIR "/../npm/read_mcap.mjs " + options + " '" +

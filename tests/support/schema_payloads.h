@@ -1,4 +1,4 @@
-// Seeded random payloads of any type of an IDL, each with the values that it holds.
+// Random payloads (seeded) of any type of an IDL, with the values that they contain.
 #pragma once
 #include <algorithm>
 #include <bit>
@@ -32,7 +32,7 @@ class PayloadMaker {
     bytes_ = {std::byte{0}, order_ == std::endian::little ? std::byte{1} : std::byte{0},
               std::byte{0}, std::byte{0}};
     nlohmann::ordered_json values = members(idl_.at(scoped_name));
-    // The header tells how many bytes are padding (DDS-XTypes 7.6.3.1.2).
+    // The header states the number of padding bytes (DDS-XTypes 7.6.3.1.2).
     const std::size_t padding = (4 - bytes_.size() % 4) % 4;
     bytes_.resize(bytes_.size() + padding);
     bytes_[3] = std::byte(padding);

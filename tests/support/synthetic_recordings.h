@@ -1,4 +1,4 @@
-// Made-up recordings for the tests of what fivepipe puts into MCAP files.
+// Types and payloads for tests of recordings.
 #pragma once
 #include <cstring>
 #include <string>
@@ -10,15 +10,13 @@
 
 namespace fivepipe::test {
 
-using test::TestFolder;
-
-// Enough of a type to be of a frame; HeadPose and so on have more.
+// The fields by which a type belongs to a frame; HeadPose and others have more.
 inline constexpr const char* kFramedType = "made_up::Framed";
 inline constexpr const char* kFramedIdl =
     "module made_up { @final struct Framed { unsigned long long frame; long long capture_stamp_ns; "
     "unsigned long number; }; };";
 inline constexpr const char* kFramelessType = "made_up::Frameless";
-// As a node's status: it tells of a frame, but is of none.
+// Like NodeStatus, names a frame but does not belong to one.
 inline constexpr const char* kFramelessIdl =
     "module made_up { @final struct Frameless { unsigned long long frame; unsigned long number; }; "
     "};";
@@ -46,7 +44,7 @@ inline std::vector<std::byte> frameless(std::uint64_t frame, std::uint32_t numbe
   append_value(cdr, number);
   return cdr;
 }
-// What both end with.
+// The last field of both types.
 inline std::uint32_t number_of(std::span<const std::byte> cdr) {
   std::uint32_t number;
   std::memcpy(&number, cdr.data() + cdr.size() - sizeof number, sizeof number);

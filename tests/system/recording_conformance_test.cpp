@@ -84,9 +84,9 @@ std::map<Where, ordered_json> read_by_us(const recording::Recording& recording) 
   while (const auto message = cursor.next()) {
     const recording::RecordedChannel& channel = *recording.channel(message->channel);
     const schema::Idl& idl = recording.idl(channel);
-    const ordered_json decoded =
-        schema::decode(idl, channel.type, message->payload,
-                       {.max_numeric_elements = std::size_t(-1), .non_finite_as_text = true});
+    const ordered_json decoded = schema::decode(
+        idl, channel.type, message->payload,
+        {.max_numeric_elements = std::size_t(-1), .floats = schema::FloatFormat::finite_number});
     const std::string topic = recording.mcap().channels().at(message->channel).topic;
     values[{topic, message->sequence, std::to_string(message->log_stamp_ns),
             std::to_string(message->publish_stamp_ns)}] =

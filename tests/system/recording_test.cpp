@@ -130,7 +130,7 @@ TEST_F(RecordingPipeline, EachNodeAloneHandlesEveryFrame) {
     EXPECT_EQ(run.counts.at(node.name).at(counted), frames) << node.name << '\n' << run.said;
     EXPECT_TRUE(!run.drops.contains(node.name) || run.drops.at(node.name).empty())
         << node.name << ": " << run.drops.at(node.name).begin()->first;
-    EXPECT_NE(run.said.find("node " + node.name), std::string::npos) << run.said;
+    EXPECT_NE(run.said.find("\n" + node.name + " "), std::string::npos) << run.said;
   };
   const auto counts = test::counts_by_topic(recording::Recording(recording));
   const std::uint64_t frame_sets = counts.at(bus::topics::ObjectPixelMap::name) / kCameras;

@@ -59,7 +59,7 @@ TEST_F(Replay, IsRefusedDuringDeploymentUnlessForced) {
 TEST_F(Replay, ExitsWithThreeWithoutReaders) {
   const auto unread = replay({"--wait", "1"});
   EXPECT_EQ(unread->wait_for_end(5s), 3) << unread->said();
-  EXPECT_NE(unread->said().find("nobody reads"), std::string::npos) << unread->said();
+  EXPECT_NE(unread->said().find("no node reads"), std::string::npos) << unread->said();
   const auto node = replay({"--wait", "1", "--inputs-of", "recon_a"});
   EXPECT_EQ(node->wait_for_end(5s), 3) << node->said();
   EXPECT_NE(node->said().find("recon_a"), std::string::npos) << node->said();

@@ -67,10 +67,10 @@ const schema::Idl& Recording::idl(const RecordedChannel& channel) const {
   const auto& schemas = reader_->schemas();
   const auto schema = schemas.find(reader_->channels().at(channel.id).schema);
   const std::string where = file_.string() + ": topic " + channel.topic + ": ";
-  if (schema == schemas.end()) throw RecordingError(where + "it has no schema");
+  if (schema == schemas.end()) throw RecordingError(where + "the topic has no schema");
   if (schema->second.encoding != kSchemaEncoding)
-    throw RecordingError(where + "its schema is '" + schema->second.encoding + "', not " +
-                         kSchemaEncoding);
+    throw RecordingError(where + "the schema's encoding is '" + schema->second.encoding +
+                         "', not " + kSchemaEncoding);
   try {
     return idls_[channel.id] = schema::parse_idl(schema->second.text);
   } catch (const schema::IdlError& error) {
@@ -85,12 +85,12 @@ std::vector<std::string> Recording::type_differences(const std::set<mcap::Id>& c
         why_of_topic.contains(channel.topic))
       continue;
     if (!schema::fivepipe_idl().find(channel.type))
-      why_of_topic[channel.topic] = "its type " + channel.type + " is not known to this build";
+      why_of_topic[channel.topic] = "this build does not know its type " + channel.type;
     else if (const std::string differs =
                  schema::difference(idl(channel), schema::fivepipe_idl(), channel.type);
              !differs.empty())
       why_of_topic[channel.topic] =
-          channel.type + " was another one when it was recorded: " + differs;
+          "the recorded type " + channel.type + " differs from this build's: " + differs;
   }
   std::vector<std::string> problems;
   for (const auto& [topic, why] : why_of_topic)
@@ -113,14 +113,15 @@ std::optional<std::filesystem::path> Recording::extract_deployment(
     const std::filesystem::path relative = index.name.substr(std::string(kDeploymentFolder).size());
     if (!is_safe(relative))
       throw RecordingError(file_.string() + ": the attachment " + index.name +
-                           " would be written outside of " + folder.string());
+                           " would be extracted outside of " + folder.string());
     std::filesystem::create_directories((folder / relative).parent_path());
     std::ofstream out(folder / relative, std::ios::binary);
     out << reader_->read(index).content << std::flush;
-    if (!out) throw RecordingError((folder / relative).string() + " can't be written");
+    if (!out) throw RecordingError((folder / relative).string() + " cannot be written");
   }
   if (!is_safe(deployment) || !std::filesystem::exists(folder / deployment))
-    throw RecordingError(file_.string() + ": its deployment " + deployment + " is not attached");
+    throw RecordingError(file_.string() + ": the attachments lack its deployment file " +
+                         deployment);
   return folder / deployment;
 }
 

@@ -160,8 +160,8 @@ std::string RecordingWriter::loss_reason() const {
                                 [](const auto& count) { return count.second.lost == 0; });
   return none                ? ""
          : !failure_.empty() ? failure_
-         : aborted_          ? "it was ended before the disk had taken them"
-                             : "the disk did not keep up";
+         : aborted_          ? "the recorder was interrupted before it had written them"
+                             : "the disk was too slow";
 }
 
 void RecordingWriter::add_sent(const std::string& topic, std::uint64_t sent,

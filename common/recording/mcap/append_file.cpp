@@ -12,7 +12,7 @@ namespace fivepipe::mcap {
 
 AppendFile::AppendFile(std::filesystem::path path, int flags)
     : path_(std::move(path)), file_(open(path_.c_str(), flags | O_CLOEXEC, 0666)) {
-  if (file_ < 0) fail("can't be opened for writing");
+  if (file_ < 0) fail("cannot be opened for writing");
 }
 
 AppendFile::AppendFile(AppendFile&& other) noexcept
@@ -31,7 +31,7 @@ AppendFile AppendFile::create(const std::filesystem::path& path) {
 
 AppendFile AppendFile::reopen(const std::filesystem::path& path, std::uint64_t size_bytes) {
   AppendFile file(path, O_RDWR);
-  if (ftruncate(file.file_, off_t(size_bytes)) != 0) file.fail("can't be cut");
+  if (ftruncate(file.file_, off_t(size_bytes)) != 0) file.fail("cannot be truncated");
   file.size_bytes_ = size_bytes;
   return file;
 }
@@ -45,7 +45,7 @@ void AppendFile::write_all(ByteView bytes, std::uint64_t at) const {
     const ssize_t written = pwrite(file_, bytes.data(), bytes.size(), off_t(at));
     if (written < 0 && errno == EINTR) continue;
     if (written == 0) errno = ENOSPC;
-    if (written <= 0) fail("can't be written");
+    if (written <= 0) fail("cannot be written");
     at += std::uint64_t(written);
     bytes = bytes.subspan(std::size_t(written));
   }
@@ -69,7 +69,8 @@ void AppendFile::sync() {
   while ((result = fdatasync(file_)) != 0 && errno == EINTR) {
   }
   // EINVAL and EROFS mean that the file (a device or a pipe) cannot be synchronised.
-  if (result != 0 && errno != EINVAL && errno != EROFS) fail("can't be written to the disk");
+  if (result != 0 && errno != EINVAL && errno != EROFS)
+    fail("cannot be synchronised with the disk");
 }
 
 void AppendFile::overwrite(std::uint64_t byte, std::byte value) {
@@ -85,7 +86,7 @@ std::uint32_t AppendFile::crc_of_whole_file() const {
                                std::min<std::uint64_t>(kBlockBytes, size_bytes_ - at), off_t(at));
     if (read < 0 && errno == EINTR) continue;
     if (read == 0) errno = EIO;
-    if (read <= 0) fail("can't be read");
+    if (read <= 0) fail("cannot be read");
     crc = crc32_of(piece.view().first(std::size_t(read)), crc);
     at += std::uint64_t(read);
   }

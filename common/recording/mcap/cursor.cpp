@@ -44,7 +44,8 @@ void Cursor::open(const ChunkIndex& chunk) {
   const FileOffset location{file_->name(), chunk.offset};
   const std::uint64_t records_bytes =
       chunk.unchunked ? chunk.length_bytes : chunk.uncompressed_bytes;
-  if (records_bytes > kMaxOpenBytes - open_bytes_) location.fail("too many chunks overlap in time");
+  if (records_bytes > kMaxOpenBytes - open_bytes_)
+    location.fail("more than 2 GiB of chunks overlap in time");
   auto opened = std::make_unique<OpenChunk>();
   opened->records = read_chunk(*file_, chunk);
   opened->offset = chunk.offset;
@@ -54,7 +55,7 @@ void Cursor::open(const ChunkIndex& chunk) {
     const Message message = read_message({record->content, location});
     // Otherwise messages would be returned out of order.
     if (message.log_stamp_ns < chunk.start_ns || message.log_stamp_ns > chunk.end_ns)
-      location.fail("a chunk's messages are of another time than it says");
+      location.fail("a message is outside the time range of its chunk");
     if (wanted_[message.channel] && message.log_stamp_ns >= start_ns_ &&
         message.log_stamp_ns <= end_ns_)
       opened->messages.push_back({message.log_stamp_ns, record->offset});

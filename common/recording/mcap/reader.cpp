@@ -51,7 +51,7 @@ Buffer Reader::content_of_record(std::uint64_t byte, std::uint64_t length_bytes,
   ByteReader fields(head.view(), location);
   if (Op(fields.take<std::uint8_t>()) != op ||
       fields.take<std::uint64_t>() != length_bytes - kRecordHeaderBytes)
-    location.fail("no such record");
+    location.fail("not a record of the indexed type and length");
   return file_->read(byte + kRecordHeaderBytes, length_bytes - kRecordHeaderBytes);
 }
 

@@ -16,7 +16,8 @@ Scan scan_recoverable(const File& file) {
   const auto& chunks = found.summary.chunks;
   if (std::any_of(chunks.begin(), chunks.end(),
                   [](const ChunkIndex& chunk) { return chunk.unchunked; }))
-    FileOffset{file.name(), 0}.fail("has messages outside of chunks, which no summary finds");
+    FileOffset{file.name(), 0}.fail(
+        "cannot be repaired: it has messages outside of chunks, which a summary cannot index");
   return found;
 }
 

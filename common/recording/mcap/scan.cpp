@@ -116,7 +116,7 @@ class Scanner {
     const Buffer records = read_chunk(file_, index);
     ChunkContent content = content_of(records.view(), location);
     if (content.start_ns != index.start_ns || content.end_ns != index.end_ns)
-      location.fail("a chunk's messages are of another time than it says");
+      location.fail("a message is outside the time range of its chunk");
     MessageIndex entries = content.messages;
     add(std::move(content), std::move(index), location);
     index_missing_ = std::move(entries);
@@ -147,7 +147,7 @@ class Scanner {
   void take_unchunked(std::uint64_t at, std::uint64_t length_bytes) {
     const FileOffset location{file_.name(), at};
     if (length_bytes > kMaxUnchunkedBytes)
-      location.fail("a record outside of chunks is larger than 16 MiB");
+      location.fail("a record outside of chunks exceeds 16 MiB");
     const Buffer record = file_.read(at, length_bytes);
     ChunkContent content = content_of(record.view(), location);
     auto& chunks = scan_.summary.chunks;
@@ -215,7 +215,7 @@ ChunkContent content_of(ByteView records, const FileOffset& location) {
     if (record->op == Op::schema || record->op == Op::channel)
       definition_bytes += record->content.size();
     if (definition_bytes > kMaxDefinitionBytes)
-      location.fail("a chunk has more schemas and channels than is sensible");
+      location.fail("the schemas and channels of a chunk exceed 64 MiB");
     if (record->op == Op::schema) {
       auto [id, schema] = read_schema(fields);
       if (id == 0) continue;  // the specification declares id 0 invalid: ignore it

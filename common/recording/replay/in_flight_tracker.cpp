@@ -19,7 +19,7 @@ std::size_t messages_of(const recording::FrameGroup& group, const char* topic) {
 }
 
 // Maps with one frame number that were captured too far apart form no frame set
-// (frames::FrameSets).
+// (frames::FrameSetAssembler).
 bool has_one_capture_stamp(const recording::FrameGroup& group) {
   const recording::OwnedMessage* first = nullptr;
   for (const recording::OwnedMessage& message : group.messages) {

@@ -7,7 +7,7 @@ namespace {
 
 // Maximum time from a node's reading its send counts to the timestamp of the NodeStatus that
 // contains them (the node sorts latencies in between). For a process that ran before the recorder,
-// messages sent in this time are in neither count, so that many losses may go unnoticed, once.
+// messages sent in this time are in neither count: their loss goes unnoticed, once per process.
 constexpr std::int64_t kStatusLatency_ns = 100'000'000;
 // Nodes publish their status twice per second.
 constexpr std::int64_t kMaxSilence_ns = 2'000'000'000;

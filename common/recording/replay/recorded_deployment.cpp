@@ -11,7 +11,7 @@ std::filesystem::path new_folder() {
   std::string pattern =
       (std::filesystem::temp_directory_path() / "fivepipe-recorded-XXXXXX").string();
   if (!mkdtemp(pattern.data()))
-    throw std::runtime_error("no folder can be made in " +
+    throw std::runtime_error("cannot create a folder in " +
                              std::filesystem::temp_directory_path().string());
   return pattern;
 }
@@ -26,7 +26,7 @@ RecordedDeployment::RecordedDeployment(const recording::Recording& recording,
     if (!file)
       throw recording::RecordingError(
           recording.file().string() +
-          " carries no deployment; record with --deployment FILE, or with `fivepipe up --record`");
+          " contains no deployment; record with --deployment FILE or with `fivepipe up --record`");
     file_ = *file;
     settings_ = recording.metadata(recording::kSettingsMetadata);
     for (const auto& [key, value] : changes) settings_[key] = value;

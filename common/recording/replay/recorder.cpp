@@ -32,7 +32,7 @@ std::string text_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   text << file.rdbuf();
-  if (!file) throw std::runtime_error(path.string() + " can't be read");
+  if (!file) throw std::runtime_error(path.string() + " cannot be read");
   return text.str();
 }
 
@@ -48,7 +48,7 @@ const char* delivery_name(bus::topics::Delivery delivery) {
 }  // namespace
 
 std::string refusal_to_overwrite(const fs::path& file) {
-  return fs::exists(file) ? file.string() + " exists; --force overwrites it" : "";
+  return fs::exists(file) ? file.string() + " exists; use --force to overwrite it" : "";
 }
 
 void write_header(recording::RecordingWriter& recording, const config::Deployment* deployment,

@@ -11,8 +11,8 @@ void set_range(ReplayPlan& plan, const recording::Recording& recording, double s
   if (plan.start_ns > plan.end_ns || plan.start_ns > recording.end_ns())
     throw base::UsageError(
         "nothing to replay: the recording lasts " +
-        std::to_string(1e-9 * double(recording.end_ns() - recording.start_ns())) +
-        " s, and --start " + std::to_string(start_s) + " is behind its end or --end");
+        std::to_string(1e-9 * double(recording.end_ns() - recording.start_ns())) + " s; --start " +
+        std::to_string(start_s) + " must be before its end and before --end");
 }
 
 }  // namespace fivepipe::replay

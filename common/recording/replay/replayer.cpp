@@ -57,7 +57,7 @@ std::optional<recording::RecordedMessage> next_readable(recording::Recording::Cu
   for (;;) try {
       return cursor.next();
     } catch (const mcap::McapError& error) {
-      spdlog::error("{}; what stands there is left out", error.what());
+      spdlog::error("{}; skipping the damaged chunk", error.what());
       ++damaged;
     }
 }
@@ -118,10 +118,10 @@ std::string Replayer::missing_reader() const {
   bool any = false;
   for (const auto& [id, writer] : writer_of_) {
     const std::string& topic = recording_.channel(id)->topic;
-    if (writer->readers() < readers[topic]) return "a reader of " + topic + " is being matched";
+    if (writer->readers() < readers[topic]) return "a reader of " + topic + " is not matched yet";
     any |= readers[topic] > 0;
   }
-  return any ? "" : "nobody reads any of its topics";
+  return any ? "" : "no node reads any of the topics";
 }
 
 recording::Recording::Cursor Replayer::cursor() const {

@@ -1,6 +1,7 @@
 #include "common/recording/schema/cdr.h"
 
 #include <cmath>
+#include <cstdio>
 
 #include "common/recording/schema/cdr_cursor.h"
 
@@ -22,7 +23,8 @@ class Decoder {
       Json message = members(type, from);
       path_.clear();
       if (from.left() > kMaxPadding)
-        throw CdrFault{from.at(), std::to_string(from.left()) + " bytes too many"};
+        throw CdrFault{from.at(),
+                       std::to_string(from.left()) + " bytes after the end of the message"};
       return message;
     } catch (const CdrFault& fault) {
       throw CdrError(path_text(), fault.offset, fault.what);
@@ -112,7 +114,12 @@ class Decoder {
   }
 
   Json number(double value) const {
-    if (!options_.non_finite_as_text || std::isfinite(value)) return value;
+    if (options_.floats == FloatFormat::hexadecimal) {
+      char text[32];  // at most 24 characters: -0x1.fffffffffffffp-1022
+      std::snprintf(text, sizeof text, "%a", value);
+      return text;
+    }
+    if (options_.floats == FloatFormat::number || std::isfinite(value)) return value;
     return std::isnan(value) ? "NaN" : value > 0 ? "Infinity" : "-Infinity";
   }
 

@@ -24,13 +24,18 @@ struct CdrError : std::runtime_error {
   std::size_t offset;  // bytes from the start of the payload, including its header
 };
 
+enum class FloatFormat {
+  number,
+  // NaN and infinities as "NaN", "Infinity" and "-Infinity": JSON text has no such numbers.
+  finite_number,
+  hexadecimal,  // strings as printf's %a: "0x1.8p+1", exact and the same on every run
+};
+
 struct DecodeOptions {
   // Longer sequences and arrays of numbers are replaced by their type and length:
   // {"sequence<octet>": 44123}.
   std::size_t max_numeric_elements = std::numeric_limits<std::size_t>::max();
-  // Returns "NaN", "Infinity" and "-Infinity" as strings, because JSON text has no such numbers.
-  // Otherwise returns them as numbers.
-  bool non_finite_as_text = false;
+  FloatFormat floats = FloatFormat::number;
 };
 
 // Returns the fields in the type's order; enums by name, 64-bit integers exactly, char as a string

@@ -23,8 +23,7 @@ class CdrCursor {
  public:
   explicit CdrCursor(std::span<const std::byte> payload) : payload_(payload) {
     if (payload.size() < kHeaderBytes)
-      throw CdrFault{0,
-                     "a payload of " + std::to_string(payload.size()) + " bytes holds no header"};
+      throw CdrFault{0, "a payload of " + std::to_string(payload.size()) + " bytes has no header"};
     if (payload[0] != std::byte{0} || payload[1] > std::byte{1})
       throw CdrFault{0, "representation " +
                             std::to_string(256 * int(payload[0]) + int(payload[1])) +
@@ -71,16 +70,16 @@ class CdrCursor {
   std::string_view take_string(std::uint32_t bound) {
     const std::size_t start = at_;
     const auto length = take<std::uint32_t>();
-    if (length == 0) throw CdrFault{start, "a string without its closing zero"};
+    if (length == 0) throw CdrFault{start, "a string of length 0 lacks its terminating zero"};
     if (bound && length - 1 > bound)
       beyond_bound(start, "a string of " + std::to_string(length - 1) + " bytes", bound);
     if (length > left()) beyond_end(start, "a string of " + std::to_string(length - 1) + " bytes");
     const std::string_view text(reinterpret_cast<const char*>(take_bytes(length).data()),
                                 length - 1);
     if (text.data()[length - 1] != '\0')
-      throw CdrFault{start, "a string that is not closed by a zero"};
+      throw CdrFault{start, "a string is not terminated by a zero"};
     if (text.find('\0') != std::string_view::npos)
-      throw CdrFault{start, "a string with a zero inside"};
+      throw CdrFault{start, "a string contains a zero"};
     return text;
   }
 
@@ -97,7 +96,8 @@ class CdrCursor {
 
   bool take_boolean() {
     const auto value = take<std::uint8_t>();
-    if (value > 1) throw CdrFault{at_ - 1, "a boolean of " + std::to_string(value)};
+    if (value > 1)
+      throw CdrFault{at_ - 1, "a boolean is " + std::to_string(value) + " instead of 0 or 1"};
     return value == 1;
   }
 
@@ -117,11 +117,11 @@ class CdrCursor {
   }
 
   [[noreturn]] void beyond_end(std::size_t offset, const std::string& what) const {
-    throw CdrFault{offset, what + ", and " + std::to_string(left()) + " bytes are left"};
+    throw CdrFault{offset, what + ", only " + std::to_string(left()) + " bytes left"};
   }
   [[noreturn]] static void beyond_bound(std::size_t offset, const std::string& what,
                                         std::uint32_t bound) {
-    throw CdrFault{offset, what + ", " + std::to_string(bound) + " at most"};
+    throw CdrFault{offset, what + ", the bound is " + std::to_string(bound)};
   }
 
   template <class T>

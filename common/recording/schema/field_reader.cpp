@@ -65,8 +65,7 @@ FieldReader::FieldReader(Idl idl, std::string_view scoped_name, std::string_view
   const Member* found = type.find(field);
   if (!found) throw IdlError(type.name + " has no field " + std::string(field));
   if (!is_readable(*found))
-    throw IdlError(type.name + "." + found->name +
-                   " is neither an integer, boolean, string nor enum");
+    throw IdlError(type.name + "." + found->name + " is not an integer, boolean, string or enum");
   struct_ = std::size_t(&type - idl_.structs.data());
   field_ = std::size_t(found - type.members.data());
 }

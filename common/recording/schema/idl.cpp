@@ -114,7 +114,7 @@ class Comparison {
         y = type_text(b_, b.type) + dimensions_text(b);
         x != y)
       return field + ": " + x + " instead of " + y;
-    if (a.is_key != b.is_key) return field + (a.is_key ? " is a key" : " is no key");
+    if (a.is_key != b.is_key) return field + (a.is_key ? " is a key" : " is not a key");
     // Both have the same kind and name, because their texts are equal.
     const Type &x = innermost(a.type), &y = innermost(b.type);
     if (x.kind == Kind::structure && y.kind == Kind::structure)
@@ -173,7 +173,7 @@ const Struct* Idl::find(std::string_view scoped_name) const {
 
 const Struct& Idl::at(std::string_view scoped_name) const {
   if (const Struct* found = find(scoped_name)) return *found;
-  throw IdlError("the schema holds no struct " + std::string(scoped_name));
+  throw IdlError("the schema has no struct " + std::string(scoped_name));
 }
 
 std::string type_text(const Idl& idl, const Type& type, std::string_view module) {

@@ -65,7 +65,7 @@ class Parser {
     else if (tokens_.take_if("enum"))
       enumeration();
     else if (word.kind == Token::Kind::identifier && is_reserved(word.text))
-      throw_error_at(word, "'" + std::string(word.text) + "' is not read here");
+      throw_error_at(word, "'" + std::string(word.text) + "' is not supported here");
     else
       throw_error_at(word, "expected module, struct or enum, found " + quoted(word));
     tokens_.expect(";");
@@ -77,10 +77,11 @@ class Parser {
     while (tokens_.take_if("@")) {
       const Token name = tokens_.expect_name("an annotation's name");
       if (name.text == "appendable" || name.text == "mutable")
-        throw_error_at(
-            name, "@" + std::string(name.text) + " is not read: its layout on the wire differs");
+        throw_error_at(name, "@" + std::string(name.text) +
+                                 " is not supported: its layout on the wire differs");
       if (!allowed.contains(name.text))
-        throw_error_at(name, "the annotation @" + std::string(name.text) + " is not read here");
+        throw_error_at(name,
+                       "the annotation @" + std::string(name.text) + " is not supported here");
       found.insert(name.text);
     }
     return found;
@@ -101,14 +102,14 @@ class Parser {
 
   void declare(const Token& name, const Named& named) {
     if (!names_.emplace(scoped(name.text), named).second)
-      throw_error_at(name, scoped(name.text) + " is there already");
+      throw_error_at(name, scoped(name.text) + " is defined twice");
   }
 
   void module() {
     const Token name = new_name("a module's name");
     modules_.push_back(name.text);
     if (scoped("").size() > kMaxModuleLength)
-      throw_error_at(name, "modules whose names make more than " +
+      throw_error_at(name, "the names of the enclosing modules exceed " +
                                std::to_string(kMaxModuleLength) + " characters");
     tokens_.expect("{");
     while (!tokens_.take_if("}")) {
@@ -130,7 +131,7 @@ class Parser {
       annotations({});
       const Token enumerator = new_name("an enumerator");
       if (!seen.insert(enumerator.text).second)
-        throw_error_at(enumerator, "enumerator " + quoted(enumerator) + " is there twice");
+        throw_error_at(enumerator, "enumerator " + quoted(enumerator) + " is defined twice");
       result.enumerators.emplace_back(enumerator.text);
     } while (tokens_.take_if(","));
     tokens_.expect("}");
@@ -142,8 +143,8 @@ class Parser {
     const Token name = new_name("a struct's name");
     if (tokens_.next().text == ";")
       throw_error_at(tokens_.next(), "a declaration of struct " + std::string(name.text) +
-                                         " without its members is not read");
-    if (tokens_.next().text == ":") throw_error_at(tokens_.next(), "inheritance is not read");
+                                         " without members is not supported");
+    if (tokens_.next().text == ":") throw_error_at(tokens_.next(), "inheritance is not supported");
     Struct result{scoped(name.text), {}};
     std::size_t depth = 0;
     std::set<std::string_view> seen;
@@ -151,7 +152,7 @@ class Parser {
     do depth = std::max(depth, members(result, seen));
     while (!tokens_.take_if("}"));
     if (depth >= kMaxStructDepth)
-      throw_error_at(name, "structs more than " + std::to_string(kMaxStructDepth) + " deep");
+      throw_error_at(name, "structs nested more than " + std::to_string(kMaxStructDepth) + " deep");
     declare(name, {Kind::structure, idl_.structs.size(), depth + 1});
     idl_.structs.push_back(std::move(result));
   }
@@ -164,7 +165,7 @@ class Parser {
     do {
       const Token name = new_name("a field's name");
       if (!seen.insert(name.text).second)
-        throw_error_at(name, "field " + quoted(name) + " is there twice");
+        throw_error_at(name, "field " + quoted(name) + " is defined twice");
       into.members.push_back({std::string(name.text), type, dimensions(), is_key});
     } while (tokens_.take_if(","));
     tokens_.expect(";");
@@ -206,13 +207,13 @@ class Parser {
     if (word.text == "unsigned") return {unsigned_kind(), 0, 0, {}};
     if (const auto kind = kind_of_word(word.text)) return {*kind, 0, 0, {}};
     if (is_reserved(word.text))
-      throw_error_at(word, "'" + std::string(word.text) + "' is not read here");
+      throw_error_at(word, "'" + std::string(word.text) + "' is not supported here");
     return reference(depth, word);
   }
 
   Kind long_of_32_bits() {
     if (tokens_.next().text == "double")
-      throw_error_at(tokens_.next(), "'long double' is not read");
+      throw_error_at(tokens_.next(), "'long double' is not supported");
     return Kind::int32;
   }
 
@@ -226,7 +227,8 @@ class Parser {
 
   Type sequence(const Token& word, std::size_t& depth) {
     if (++open_sequences_ > kMaxSequenceDepth)
-      throw_error_at(word, "sequences more than " + std::to_string(kMaxSequenceDepth) + " deep");
+      throw_error_at(word,
+                     "sequences nested more than " + std::to_string(kMaxSequenceDepth) + " deep");
     Type result{Kind::sequence, 0, 0, {}};
     tokens_.expect("<");
     result.element.push_back(type(depth));
@@ -253,7 +255,7 @@ class Parser {
         depth = std::max(depth, found->second.depth);
         return {found->second.kind, 0, found->second.definition, {}};
       }
-      if (modules == 0) throw_error_at(begin, "no type " + name + " stands before this");
+      if (modules == 0) throw_error_at(begin, "type " + name + " is not defined before its use");
     }
   }
 
@@ -268,8 +270,8 @@ class Parser {
 
 Idl parse_idl(std::string_view text) {
   if (text.size() > kMaxTextBytes)
-    throw IdlError("a text of " + std::to_string(text.size()) + " bytes; " +
-                   std::to_string(kMaxTextBytes) + " at most");
+    throw IdlError("the IDL text has " + std::to_string(text.size()) + " bytes; the limit is " +
+                   std::to_string(kMaxTextBytes));
   return Parser(text).parse();
 }
 

@@ -48,7 +48,7 @@ void Tokens::skip_comment() {
   const bool to_line_end = text_[at_ + 1] == '/';
   const std::size_t found = to_line_end ? text_.find('\n', at_) : text_.find("*/", at_ + 2);
   if (found == std::string_view::npos && !to_line_end)
-    throw_error_at(opening, "this comment is not closed");
+    throw_error_at(opening, "the comment is not closed");
   const std::size_t end =
       found == std::string_view::npos ? text_.size() : found + (to_line_end ? 0 : 2);
   while (at_ < end) step();
@@ -84,10 +84,10 @@ void Tokens::read_next() {
   }
   next_.text = text_.substr(begin, at_ - begin);
   if (const std::size_t length = next_.text.size(); length > kMaxNameLength)
-    throw_error_at(next_, "a name of " + std::to_string(length) + " characters; " +
-                              std::to_string(kMaxNameLength) + " at most");
+    throw_error_at(next_, "a name has " + std::to_string(length) + " characters; the limit is " +
+                              std::to_string(kMaxNameLength));
   if (next_.kind == Token::Kind::sign && next_.text == "#")
-    throw_error_at(next_, "preprocessor lines are not read");
+    throw_error_at(next_, "preprocessor lines are not supported");
   if (next_.kind == Token::Kind::sign && next_.text != "::" &&
       std::string_view("{};,<>[]()@:=").find(first) == std::string_view::npos)
     throw_error_at(next_, "unexpected character " + quoted(next_));

@@ -12,13 +12,13 @@ namespace {
 
 constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000, kFrame_ns = 16'000'000;
 
-// A message of a topic: a, b and c are of frames, in this rank; `free` is of none.
+// A message. Topics a, b and c belong to frames and have this rank; `free` belongs to none.
 struct Made {
   std::string topic;
   std::optional<std::uint64_t> frame;
   std::int64_t log_stamp_ns;
-  std::uint32_t number = 0;           // its place in the file
-  std::int64_t capture_stamp_ns = 0;  // 0: as the log's
+  std::uint32_t number = 0;           // its index in the file
+  std::int64_t capture_stamp_ns = 0;  // 0: equal to log_stamp_ns
 };
 
 int rank_of(const std::string& topic) { return topic[0] - 'a'; }
@@ -28,7 +28,7 @@ class FrameGroupsTest : public testing::Test {
   test::TestFolder folder_;
   std::optional<Recording> recording_;
 
-  // Numbers them, and hands out the file's groups.
+  // Numbers the messages, writes them to a file and returns its groups.
   std::vector<FrameGroup> groups_of(std::vector<Made>& messages, std::uint64_t* late = nullptr) {
     const auto path = folder_.path / "made.mcap";
     recording_.reset();
@@ -59,8 +59,8 @@ class FrameGroupsTest : public testing::Test {
   }
 };
 
-// Each frame has its a, three b and c, anywhere within the `spread` frames after its turn;
-// frameless ones in between.
+// Each frame has one a, three b and one c, at random positions within `spread` frames; frameless
+// messages are in between.
 std::vector<Made> shuffled(std::mt19937& random, std::uint64_t frames, std::uint64_t spread) {
   std::vector<std::pair<std::uint64_t, Made>> placed;
   for (std::uint64_t frame = 0; frame < frames; ++frame) {
@@ -102,7 +102,7 @@ TEST_F(FrameGroupsTest, GroupsInterleavedFramesByRank) {
         continue;
       }
       EXPECT_TRUE(seen.insert(*group.frame).second)
-          << "frame " << *group.frame << " came twice, seed " << seed;
+          << "frame " << *group.frame << " was returned twice, seed " << seed;
       ASSERT_EQ(group.messages.size(), 5u) << "frame " << *group.frame << ", seed " << seed;
       std::string topics;
       for (const OwnedMessage& message : group.messages) topics += message.channel->topic;
@@ -110,7 +110,7 @@ TEST_F(FrameGroupsTest, GroupsInterleavedFramesByRank) {
       EXPECT_LT(test::number_of(group.messages[1].cdr), test::number_of(group.messages[2].cdr));
       EXPECT_LT(test::number_of(group.messages[2].cdr), test::number_of(group.messages[3].cdr));
     }
-    // Each message once; groups, frameless ones among them, in the order in which they begin.
+    // Groups, including frameless ones, have the order of their first messages; no message is lost.
     EXPECT_TRUE(std::is_sorted(first_of_group.begin(), first_of_group.end())) << seed;
     std::sort(numbers.begin(), numbers.end());
     ASSERT_EQ(numbers.size(), messages.size());
@@ -137,7 +137,7 @@ TEST_F(FrameGroupsTest, LateMessagesAreCountedAndGroupedAlone) {
   EXPECT_EQ(alone->messages.at(0).channel->topic, "c");
 }
 
-// capture_node was started anew: its frames begin at 0 again.
+// After a restart of capture_node, frame numbers start at 0 again.
 TEST_F(FrameGroupsTest, SeparatesRunsWithEqualFrameNumbers) {
   std::vector<Made> messages;
   for (std::int64_t run = 0; run < 2; ++run)

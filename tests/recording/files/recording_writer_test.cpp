@@ -46,7 +46,7 @@ class RecordingWriterTest : public testing::Test {
   test::TestFolder folder_;
   const std::filesystem::path path_ = folder_.path / "made.mcap";
 
-  // So many messages of so many bytes, 1 ms apart.
+  // Adds `count` messages of `bytes` bytes, 1 ms apart.
   static void add(RecordingWriter& writer, mcap::Id channel, std::uint32_t count,
                   std::size_t bytes) {
     const Bytes payload(bytes);
@@ -109,8 +109,7 @@ TEST_F(RecordingWriterTest, RoundTripsAllSampleKindsByWriter) {
   }
 }
 
-// What waits is as much as may wait: as when the disk stalls. Then it is written, and there is room
-// again.
+// The open chunk fills the queue, as with a stalled disk, until tick() closes it and it is written.
 TEST_F(RecordingWriterTest, OverflowIsDroppedCountedAndLeavesASequenceGap) {
   constexpr std::size_t room_bytes = 100'000;
   RecordingWriter writer(
@@ -161,9 +160,9 @@ TEST_F(RecordingWriterTest, FullDiskStopsWritingAndKeepsEarlierChunks) {
   EXPECT_GT(counts.written, 200u);
   EXPECT_EQ(all_of(Recording(path_)).size(), counts.written);
   EXPECT_FALSE(mcap::recover(path_).was_finished);
-  const Recording mended(path_);
-  EXPECT_TRUE(mended.mcap().is_finished());
-  EXPECT_EQ(all_of(mended).size(), counts.written);
+  const Recording repaired(path_);
+  EXPECT_TRUE(repaired.mcap().is_finished());
+  EXPECT_EQ(all_of(repaired).size(), counts.written);
 }
 
 TEST_F(RecordingWriterTest, OldChunkIsFlushed) {
@@ -174,11 +173,11 @@ TEST_F(RecordingWriterTest, OldChunkIsFlushed) {
   writer.tick(kStart_ns + 500'000'000);
   for (int waits = 0; writer.counts().at("t").written == 0 && waits < 1000; ++waits) usleep(10'000);
   EXPECT_EQ(writer.counts().at("t").written, 1u);
-  // Not finished: it is a crash that this is for.
+  // The file is not finished, as after a crash.
   EXPECT_EQ(all_of(Recording(path_)).size(), 1u);
 }
 
-// What waits is far more than a disk takes in between two questions.
+// The queue holds far more than a disk writes between two calls of should_abort.
 TEST_F(RecordingWriterTest, AbortedChunksAreCountedWithReason) {
   RecordingWriter writer(path_, "tests",
                          {.compression = mcap::Compression::zstd, .chunk_bytes = 100'000});
@@ -243,9 +242,11 @@ TEST_F(RecordingWriterTest, ReportsTypeDifferences) {
   for (const RecordedChannel& channel : recording.channels()) all.insert(channel.id);
   const auto problems = recording.type_differences(all);
   ASSERT_EQ(problems.size(), 2u);
-  EXPECT_NE(problems[0].find("changed: " + own), std::string::npos) << problems[0];
+  EXPECT_NE(problems[0].find("changed: the recorded type " + own), std::string::npos)
+      << problems[0];
   EXPECT_NE(problems[0].find("cost_us"), std::string::npos) << problems[0];
-  EXPECT_NE(problems[1].find(std::string("unknown: its type ") + test::kFramedType),
+  EXPECT_NE(problems[1].find(std::string("unknown: this build does not know its type ") +
+                             test::kFramedType),
             std::string::npos)
       << problems[1];
 }

@@ -1,4 +1,4 @@
-// Our MCAP files, read by @mcap/core and decoded by @foxglove/omgidl-serialization (tests/npm).
+// Reads our MCAP files with @mcap/core and @foxglove/omgidl-serialization (tests/npm).
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -31,8 +31,8 @@ constexpr const char* kIdl = R"(module made_up {
 };
 )";
 
-// Plain CDR, little-endian: every number aligned to its size, counted from behind the encapsulation
-// header (DDS-XTypes 1.3, 7.4.1.1).
+// Plain CDR, little-endian: every number aligned to its size, counted from the end of the
+// encapsulation header (DDS-XTypes 1.3, 7.4.1.1).
 class Cdr {
  public:
   Cdr() : bytes_{std::byte(0), std::byte(1), std::byte(0), std::byte(0)} {}
@@ -63,7 +63,7 @@ struct Thing {
 };
 
 Thing thing(std::uint32_t number) {
-  // Stamps and offsets that a double can't hold.
+  // Stamps that a double cannot represent exactly.
   Thing made{number, 1'700'000'000'000'000'001u + number, "thing " + std::to_string(number), {},
              {},     -(std::int64_t(1) << 60) - number};
   for (std::uint32_t i = 0; i < number % 100; ++i) made.pixels.push_back(std::uint8_t(number + i));
@@ -188,7 +188,7 @@ TEST_P(McapConformance, ReferenceReaderReadsRepairedFile) {
   expect_all_things(path_);
 }
 
-// Cut within the index records behind the last chunk: these are written again.
+// Truncated within the index records after the last chunk, which recover() rebuilds.
 TEST_P(McapConformance, ReferenceReaderReadsRepairedFileWithTruncatedIndex) {
   write_things(path_, GetParam(), false);
   const Reader whole(path_);
@@ -200,7 +200,7 @@ TEST_P(McapConformance, ReferenceReaderReadsRepairedFileWithTruncatedIndex) {
   expect_all_things(path_);
 }
 
-// The same in the file's middle: that chunk is moved to the end.
+// Damaged index records in the middle of the file: recover() moves their chunk to the end.
 TEST_P(McapConformance, ReferenceReaderReadsRepairedFileWithDamagedIndex) {
   write_things(path_, GetParam(), false);
   Bytes bytes = test::file_bytes(path_);

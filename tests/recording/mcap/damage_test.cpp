@@ -1,4 +1,4 @@
-// Files that were cut, damaged or made up to do harm.
+// Truncated, damaged and hostile files.
 #include <gtest/gtest.h>
 
 #include "common/recording/mcap/format/summary_section.h"
@@ -12,7 +12,7 @@ class McapDamage : public testing::Test {
   test::TestFolder folder_;
   const std::filesystem::path path_ = folder_.path / "a.mcap", other_ = folder_.path / "b.mcap";
 
-  // Where chunk records end, without the indexes behind them.
+  // Number of messages in the chunks whose records end at or before `cut_bytes`.
   static std::size_t messages_up_to(const test::Recording& recording,
                                     const std::vector<ChunkIndex>& chunks,
                                     std::uint64_t cut_bytes) {
@@ -47,11 +47,11 @@ TEST_F(McapDamage, TruncatedFileKeepsCompleteChunksAndCanBeRepaired) {
     EXPECT_EQ(reader.damage().intact_bytes + reader.damage().truncated_bytes, cut_bytes);
     EXPECT_EQ(test::all_messages(reader.messages()), whole)
         << "cut after " << cut_bytes << " of " << size_bytes;
-    EXPECT_EQ(test::broken_promise(path_, other_), "");
+    EXPECT_EQ(test::violated_invariant(path_, other_), "");
     recover(path_);
-    const Reader mended(path_);
-    EXPECT_TRUE(mended.is_finished()) << mended.damage().summary;
-    EXPECT_EQ(test::all_messages(mended.messages()), whole);
+    const Reader repaired(path_);
+    EXPECT_TRUE(repaired.is_finished()) << repaired.damage().summary;
+    EXPECT_EQ(test::all_messages(repaired.messages()), whole);
     EXPECT_TRUE(recover(path_).was_finished);
   }
 }
@@ -66,7 +66,7 @@ TEST_F(McapDamage, ReadsFileTruncatedAtEveryByte) {
     ASSERT_EQ(test::all_messages(Reader(path_).messages()).size(),
               messages_up_to(recording, chunks, cut_bytes))
         << cut_bytes;
-    ASSERT_EQ(test::broken_promise(path_, other_), "") << cut_bytes;
+    ASSERT_EQ(test::violated_invariant(path_, other_), "") << cut_bytes;
   }
 }
 
@@ -84,7 +84,7 @@ TEST_F(McapDamage, RandomDamagePreservesInvariants) {
       test::mutate(bytes, random);
     if (random() % 2 == 0) test::make_crcs_fit(bytes);
     test::write_file(path_, bytes);
-    ASSERT_EQ(test::broken_promise(path_, other_), "") << "mutation " << i;
+    ASSERT_EQ(test::violated_invariant(path_, other_), "") << "mutation " << i;
   }
 }
 
@@ -120,7 +120,7 @@ TEST_F(McapDamage, DamagedChunkIsReportedAndSkipped) {
   }
 }
 
-// It is written again where it stood: the file is as if it had never been cut, down to the byte.
+// The repaired file equals the repair of the untruncated file byte for byte.
 TEST_F(McapDamage, TruncatedLastIndexIsRebuilt) {
   test::Recording recording = test::made_up_recording(12, 2, 20);
   test::write(recording, path_, Compression::lz4, false);
@@ -137,7 +137,7 @@ TEST_F(McapDamage, TruncatedLastIndexIsRebuilt) {
   }
 }
 
-// As a power cut may leave it: the file has its length, its last blocks were not written.
+// A power cut can leave a file with its full length but without its last blocks.
 TEST_F(McapDamage, TrailingZerosAreTruncated) {
   test::Recording recording = test::made_up_recording(7, 3, 20);
   test::write(recording, path_, Compression::zstd, false);
@@ -175,7 +175,7 @@ TEST_F(McapDamage, DamagedSummaryFallsBackToScan) {
   EXPECT_EQ(test::all_messages(reader.messages()), recording.messages);
 }
 
-// A small file could else make its reader read for any time: by one chunk, named a million times.
+// Otherwise a small file that indexes one chunk a million times would take unlimited time to read.
 TEST_F(McapDamage, SummaryWithInvalidOffsetsIsRejected) {
   test::Recording recording = test::made_up_recording(13, 2, 10);
   test::write(recording, path_, Compression::lz4, false);

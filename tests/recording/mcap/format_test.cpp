@@ -1,4 +1,4 @@
-// Our files against bytes put together by hand from the specification, https://mcap.dev/spec.
+// Compares our files with bytes assembled by hand from the specification, https://mcap.dev/spec.
 #include <gtest/gtest.h>
 
 #include "common/recording/mcap/reader.h"
@@ -39,7 +39,7 @@ std::string as_text(const Bytes& bytes) {
 }
 
 // One chunk of two messages, an attachment, a metadata record, and everything that the
-// specification asks for behind them.
+// specification requires after them.
 std::string whole_file_by_hand() {
   const std::string messages =
       kSchema + kChannel + message(7, 100, 90, "abc") + message(8, 110, 95, "");
@@ -166,7 +166,7 @@ TEST(McapFormat, BuilderRejectsUnknownIds) {
   EXPECT_TRUE(builder.empty());
 }
 
-// A damaged chunk costs its own messages only: none relies on an earlier one for its channels.
+// Otherwise a damaged chunk would also cost the messages of later chunks.
 TEST(McapFormat, EveryChunkHoldsItsChannelsAndSchemas) {
   ChunkBuilder builder;
   const Id schema = builder.add_schema({"S", "omgidl", "struct S {};"});

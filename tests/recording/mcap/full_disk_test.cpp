@@ -1,4 +1,4 @@
-// What happens to an MCAP file that can't be written to.
+// MCAP files that cannot be written.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -10,7 +10,7 @@
 namespace fivepipe::mcap {
 namespace {
 
-// What a full disk does: the limit is this process's.
+// Limits the size of files of this process, which has the effect of a full disk.
 class FileLimit {
  public:
   explicit FileLimit(std::uint64_t most_bytes) {
@@ -50,7 +50,7 @@ TEST(McapFullDisk, FullDiskKeepsCompleteChunks) {
     EXPECT_EQ(std::filesystem::file_size(path), writer.bytes_written());
     EXPECT_EQ(test::all_messages(Reader(path).messages()).size(), written);
   }
-  // There is room again: what failed is not in the file, the rest is.
+  // With space available again: the file has all messages except those of the failed call.
   writer.finish();
   const Reader reader(path);
   EXPECT_TRUE(reader.is_finished()) << reader.damage().summary;

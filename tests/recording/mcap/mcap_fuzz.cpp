@@ -1,5 +1,5 @@
-// Damages MCAP files at random for a while; says the seed when a promise of tests/mcap_mutations.h
-// is broken. Run it under the sanitizers.
+// Damages MCAP files at random and checks the invariants of tests/support/mcap_mutations.h. Run it
+// under the sanitizers.
 #include <charconv>
 #include <chrono>
 #include <cstdio>
@@ -12,8 +12,9 @@ namespace {
 
 constexpr const char* kUsage = R"(Usage: mcap_fuzz SECONDS [FIRST_SEED]
 
-Reads and mends MCAP files that are damaged at random: cut, flipped, spliced, with other lengths. Exit code 1: a promise was broken; the
-seed is printed, and the file is kept as mcap_fuzz_broken.mcap.
+Reads and repairs randomly damaged MCAP files: truncated, with flipped bits, spliced, with changed
+lengths. Exit code 1: an invariant does not hold; prints the seed and keeps the file as
+mcap_fuzz_broken.mcap.
 )";
 
 Bytes starting_file(const test::TestFolder& folder, std::mt19937& random) {
@@ -23,7 +24,7 @@ Bytes starting_file(const test::TestFolder& folder, std::mt19937& random) {
   return test::file_bytes(folder.path / "start.mcap");
 }
 
-bool keeps_its_promises(const test::TestFolder& folder, std::uint32_t seed) {
+bool invariants_hold(const test::TestFolder& folder, std::uint32_t seed) {
   std::mt19937 random(seed);
   Bytes bytes = starting_file(folder, random);
   for (std::uint32_t mutations = 1 + random() % 8; mutations > 0; --mutations)
@@ -31,7 +32,7 @@ bool keeps_its_promises(const test::TestFolder& folder, std::uint32_t seed) {
   if (random() % 2 == 0) test::make_crcs_fit(bytes);
   const std::filesystem::path path = folder.path / "a.mcap";
   test::write_file(path, bytes);
-  const std::string broken = test::broken_promise(path, folder.path / "b.mcap");
+  const std::string broken = test::violated_invariant(path, folder.path / "b.mcap");
   if (broken.empty()) return true;
   std::printf("seed %u: %s\n", seed, broken.c_str());
   test::write_file("mcap_fuzz_broken.mcap", bytes);
@@ -44,7 +45,7 @@ int fuzz(double duration_s, std::uint32_t seed) {
   const auto end = Clock::now() + std::chrono::duration<double>(duration_s);
   const std::uint32_t first = seed;
   for (; Clock::now() < end; ++seed) try {
-      if (!keeps_its_promises(folder, seed)) return 1;
+      if (!invariants_hold(folder, seed)) return 1;
     } catch (const std::exception& error) {
       std::printf("seed %u: %s\n", seed, error.what());
       return 1;

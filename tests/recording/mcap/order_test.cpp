@@ -1,4 +1,4 @@
-// Messages come by log stamp, of the channels and the time asked for; other chunks are left alone.
+// A cursor returns messages by log stamp, filtered by channel and time, and reads no other chunks.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 namespace fivepipe::mcap {
 namespace {
 
-// Chunks overlap, stamps repeat, within a chunk they come in any order.
+// A file with overlapping chunks, repeated stamps and any order within a chunk.
 test::Recording shuffled_recording(std::uint32_t seed) {
   std::mt19937 random(seed);
   test::Recording recording = test::made_up_recording(seed, 1 + random() % 8, 1 + random() % 40);
@@ -76,14 +76,13 @@ TEST(McapOrder, ACursorOutlivesItsReader) {
   EXPECT_EQ(test::all_messages(std::move(cursor)), recording.messages);
 }
 
-// If they were read, their damage would be found.
+// The other chunks are damaged: reading one would throw.
 TEST(McapOrder, ChunksOfOtherTimesAndOtherChannelsAreNotRead) {
   const test::TestFolder folder;
   const std::filesystem::path path = folder.path / "a.mcap";
   test::Recording recording = test::made_up_recording(2, 4, 20);
   for (std::size_t i = 0; i < recording.messages.size(); ++i)
-    recording.messages[i].channel =
-        Id(1 + i / 40);  // the first two chunks' and the last two chunks'
+    recording.messages[i].channel = Id(1 + i / 40);  // 1 in the first two chunks, 2 in the last two
   test::write(recording, path, Compression::lz4);
   const std::vector<ChunkIndex> chunks = Reader(path).chunks();
   Bytes bytes = test::file_bytes(path);

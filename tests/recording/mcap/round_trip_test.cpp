@@ -1,4 +1,4 @@
-// What is written to an MCAP file is what is read from it.
+// Reads MCAP files that this library wrote.
 #include <gtest/gtest.h>
 
 #include "common/recording/mcap/format/compression.h"
@@ -65,10 +65,10 @@ TEST_P(McapRoundTrip, UnfinishedFileIsReadAndRepaired) {
   EXPECT_FALSE(unfinished.is_finished());
   EXPECT_EQ(test::all_messages(unfinished.messages()), recording.messages);
   EXPECT_FALSE(recover(path_).was_finished);
-  const Reader mended(path_);
-  EXPECT_TRUE(mended.is_finished()) << mended.damage().summary;
-  EXPECT_EQ(test::all_messages(mended.messages()), recording.messages);
-  EXPECT_EQ(mended.statistics(), unfinished.statistics());
+  const Reader repaired(path_);
+  EXPECT_TRUE(repaired.is_finished()) << repaired.damage().summary;
+  EXPECT_EQ(test::all_messages(repaired.messages()), recording.messages);
+  EXPECT_EQ(repaired.statistics(), unfinished.statistics());
 }
 
 INSTANTIATE_TEST_SUITE_P(All, McapRoundTrip,

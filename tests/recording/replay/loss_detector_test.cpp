@@ -8,7 +8,8 @@ namespace {
 constexpr std::int64_t kSecond_ns = 1'000'000'000, kRecorderStarts_ns = 1'700'000'000 * kSecond_ns;
 const std::string kNode = "capture", kTopic = "maps";
 
-// A node that sends 100 messages a second, of which some do not come, and a status twice a second.
+// Simulates a node that sends 100 messages and 2 statuses per second, and a recorder that misses
+// some of them.
 class LossDetectorTest : public testing::Test {
  protected:
   LossDetector loss_detector_{kRecorderStarts_ns};
@@ -20,7 +21,7 @@ class LossDetectorTest : public testing::Test {
   void report(double at_s, double start_s) {
     loss_detector_.add_status({kNode, stamp(start_s), stamp(at_s), {{kTopic, sent_}}, false});
   }
-  // From and to: seconds after the recorder's start. Heard: the recorder takes what comes.
+  // Times are seconds after the recorder's start. `heard`: the recorder receives the messages.
   void run(double start_s, double from_s, double to_s, bool heard = true) {
     for (int i = int(from_s * 100); i < int(to_s * 100); ++i) {
       if (heard && i % 50 == 0) report(0.01 * i, start_s);
@@ -50,14 +51,14 @@ TEST_F(LossDetectorTest, CountsLossesOfLateProcessDespiteMissedStatuses) {
   EXPECT_EQ(only().missing(), 100u);
 }
 
-// The recorder came late, stood still for two seconds, and went on.
+// The recorder starts after the node and receives nothing for two seconds.
 TEST_F(LossDetectorTest, LateRecorderCountsLossesExactly) {
   run(-10, -10, 0, false);
   run(-10, 0, 2);
   run(-10, 2, 4, false);
   run(-10, 4, 6);
   report(6, -10);
-  // From the second status on, and a tenth of a second before it.
+  // Counts from 0.1 s before the second status.
   EXPECT_EQ(only().sent, 550u);
   EXPECT_EQ(only().received, 360u);
   EXPECT_EQ(only().missing(), 190u);
@@ -70,7 +71,7 @@ TEST_F(LossDetectorTest, LateRecorderWithoutLossesReportsNone) {
   EXPECT_EQ(only().missing(), 0u);
 }
 
-// Sent before the second status, and taken after it.
+// Messages sent before the second status and received after it.
 TEST_F(LossDetectorTest, MessagesInTransitDoNotHideLosses) {
   run(-10, -10, 0, false);
   run(-10, 0, 0.6);
@@ -105,7 +106,7 @@ TEST_F(LossDetectorTest, ListsNodesWithoutFinalStatus) {
   EXPECT_TRUE(loss_detector_.unverified_nodes(stamp(6)).empty());
 }
 
-// Their stamps are those of the recording.
+// Replayed statuses have the stamps of the recording.
 TEST_F(LossDetectorTest, IgnoresReplayedStatuses) {
   sent_ = 500;
   report(-100, -200);

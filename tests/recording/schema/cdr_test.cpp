@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Bytes = std::vector<std::byte>;
 
-// Every construct; alignments that follow on one another in all ways.
+// Covers every construct and every pair of successive alignments.
 const Idl& all_constructs() {
   static const Idl idl = parse_idl(R"(module m {
     enum Colour { red, green, blue };
@@ -44,13 +44,13 @@ TEST(SchemaCdr, DecodesEveryConstructInBothByteOrders) {
   for (const std::endian order : {std::endian::little, std::endian::big})
     for (std::uint32_t seed = 1; seed <= 200; ++seed) {
       const test::Payload made = test::PayloadMaker(all_constructs(), order, seed).make("m::All");
-      // As text: JSON's == takes 2^63 and the nearest double for the same.
+      // Compares text, because JSON's == equates 2^63 and the nearest double.
       EXPECT_EQ(decode(all_constructs(), "m::All", made.bytes).dump(), made.values.dump())
           << "seed " << seed;
     }
 }
 
-TEST(SchemaCdr, DecodesTheDeepestTypeThatIsRead) {
+TEST(SchemaCdr, DecodesTheDeepestSupportedType) {
   std::string text = "struct S1 { octet x; };";
   for (int i = 2; i <= 64; ++i)
     text += "struct S" + std::to_string(i) + " { S" + std::to_string(i - 1) +
@@ -62,9 +62,9 @@ TEST(SchemaCdr, DecodesTheDeepestTypeThatIsRead) {
   EXPECT_THROW(parse_idl(text + "struct S65 { S64 x; };"), IdlError);
 }
 
-// By the tables of DDS-XTypes 7.4.1. Behind the header: o at 0, s at 2, e at 4, l at 8, t at 16, f
-// at 24.
-TEST(SchemaCdr, DecodesBytesSetByHand) {
+// Bytes assembled from the tables of DDS-XTypes 7.4.1. Offsets after the header: o 0, s 2, e 4, l
+// 8, t 16, f 24.
+TEST(SchemaCdr, DecodesBytesAssembledByHand) {
   const Idl idl = parse_idl(
       "enum E { a, b }; struct S { octet o; short s; E e; long long l; string t; sequence<float> "
       "f; };");
@@ -93,40 +93,41 @@ TEST(SchemaCdr, ErrorNamesFieldAndByte) {
   const auto error_text = [&](std::initializer_list<int> bytes) {
     return std::string(error_of(idl, "S", bytes_of(bytes)).what());
   };
-  EXPECT_EQ(error_text({0, 1}), "at byte 0: a payload of 2 bytes holds no header");
+  EXPECT_EQ(error_text({0, 1}), "at byte 0: a payload of 2 bytes has no header");
   EXPECT_EQ(error_text({0, 3, 0, 0}), "at byte 0: representation 3 is not plain CDR (0 or 1)");
   EXPECT_EQ(error_text({0, 1, 0, 0}), "list at byte 4: 4 bytes needed, 0 left");
-  EXPECT_EQ(error_text({0, 1, 0, 0, 9, 0, 0, 0}), "list at byte 4: a sequence of 9, 3 at most");
+  EXPECT_EQ(error_text({0, 1, 0, 0, 9, 0, 0, 0}),
+            "list at byte 4: a sequence of 9, the bound is 3");
   EXPECT_EQ(error_text({0, 1, 0, 0, 2, 0, 0, 0}),
-            "list at byte 4: a sequence of 2, and 0 bytes are left");
+            "list at byte 4: a sequence of 2, only 0 bytes left");
   EXPECT_EQ(error_text({0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}),
             "list[1].e at byte 16: E has no value 2");
   EXPECT_EQ(error_text({0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0}),
-            "list[0].b at byte 12: a boolean of 2");
+            "list[0].b at byte 12: a boolean is 2 instead of 0 or 1");
   EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}),
-            "t at byte 8: a string without its closing zero");
+            "t at byte 8: a string of length 0 lacks its terminating zero");
   EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 6, 0, 0, 0}),
-            "t at byte 8: a string of 5 bytes, 4 at most");
+            "t at byte 8: a string of 5 bytes, the bound is 4");
   EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 'a'}),
-            "t at byte 8: a string of 3 bytes, and 1 bytes are left");
+            "t at byte 8: a string of 3 bytes, only 1 bytes left");
   EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 'a', 'b'}),
-            "t at byte 8: a string that is not closed by a zero");
+            "t at byte 8: a string is not terminated by a zero");
   EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 'a', 0, 0}),
-            "t at byte 8: a string with a zero inside");
+            "t at byte 8: a string contains a zero");
   EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0}),
             "n at byte 16: 4 bytes needed, 3 left");
   EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0}),
             "at byte 0: decoded")
       << "three bytes of padding";
   EXPECT_EQ(error_text({0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0}),
-            "at byte 20: 4 bytes too many");
+            "at byte 20: 4 bytes after the end of the message");
   EXPECT_THROW(decode(idl, "T", bytes_of({0, 1, 0, 0})), IdlError);
   const CdrError error = error_of(idl, "S", bytes_of({0, 1, 0, 0, 1, 0, 0, 0, 7, 0, 0, 0}));
   EXPECT_EQ(error.field, "list[0].e");
   EXPECT_EQ(error.offset, 8u);
 }
 
-TEST(SchemaCdr, AbsurdLengthsOfNumbersAreRefusedBeforeAnythingIsAllocated) {
+TEST(SchemaCdr, ImpossibleLengthIsRejectedBeforeAllocation) {
   const Idl idl = parse_idl(
       "struct S { sequence<double> d; }; struct A { double d[1000000][4000]; }; struct N { string "
       "names[4000000000]; };");
@@ -134,9 +135,9 @@ TEST(SchemaCdr, AbsurdLengthsOfNumbersAreRefusedBeforeAnythingIsAllocated) {
     return std::string(error_of(idl, type, bytes_of(bytes)).what());
   };
   EXPECT_EQ(error_text("S", {0, 1, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}),
-            "d at byte 12: 2 values of 8 bytes, and 4 bytes are left");
+            "d at byte 12: 2 values of 8 bytes, only 4 bytes left");
   EXPECT_EQ(error_text("A", {0, 1, 0, 0}),
-            "d[0] at byte 4: 4000 values of 8 bytes, and 0 bytes are left");
+            "d[0] at byte 4: 4000 values of 8 bytes, only 0 bytes left");
   EXPECT_EQ(error_text("N", {0, 1, 0, 0}), "names[0] at byte 4: 4 bytes needed, 0 left");
 }
 
@@ -150,7 +151,7 @@ TEST(SchemaCdr, EveryTruncationIsAnError) {
               .bytes;
       const std::size_t padding = std::size_t(whole[3]);
       for (std::size_t length = 0; length < whole.size(); ++length) {
-        // A copy of just that length: what reads beyond it is seen by the address sanitizer.
+        // A copy of exactly that length, so that the address sanitizer detects reads beyond it.
         const Bytes cut(whole.begin(), whole.begin() + std::ptrdiff_t(length));
         if (length < whole.size() - padding)
           EXPECT_THROW(decode(fivepipe_idl(), type.name, cut), CdrError)
@@ -162,7 +163,7 @@ TEST(SchemaCdr, EveryTruncationIsAnError) {
     }
 }
 
-TEST(SchemaCdr, RandomAndDamagedBytesAreDecodedOrRefused) {
+TEST(SchemaCdr, RandomBytesAreDecodedOrRejected) {
   std::mt19937 random(11);
   const auto try_decode = [&](const Idl& idl, const std::string& type, const Bytes& payload) {
     try {
@@ -211,7 +212,7 @@ TEST(SchemaCdr, NonFiniteNumbersArePreserved) {
   const Json numbers = decode(idl, "S", payload);
   EXPECT_TRUE(std::isnan(numbers["a"].get<double>()));
   EXPECT_EQ(numbers["b"], -std::numeric_limits<double>::infinity());
-  EXPECT_EQ(decode(idl, "S", payload, {.non_finite_as_text = true}),
+  EXPECT_EQ(decode(idl, "S", payload, {.floats = FloatFormat::finite_number}),
             Json({{"a", "NaN"}, {"b", "-Infinity"}, {"c", "Infinity"}}));
 }
 
@@ -251,7 +252,7 @@ TEST(SchemaFieldReader, AgreesWithDecodeInEveryField) {
   EXPECT_THROW(FieldReader(fivepipe_idl(), "NoSuchType", "frame"), IdlError);
 }
 
-// Up to the field a cut leaves nothing, behind it the value.
+// A payload truncated before the field's end has no value; one truncated later has it.
 TEST(SchemaFieldReader, NeedsThePayloadUpToItsFieldOnly) {
   const FieldReader reader(all_constructs(), "m::All", "last");
   const FieldReader frame(fivepipe_idl(), "fivepipe::v1::FrameComposited", "frame");
@@ -270,7 +271,7 @@ TEST(SchemaFieldReader, NeedsThePayloadUpToItsFieldOnly) {
   }
 }
 
-// Between messages of a recording; generous for loaded machines and debug builds.
+// The limit is generous, for loaded machines and debug builds.
 TEST(SchemaFieldReader, CostsLessThanAMicrosecond) {
   for (const char* type : {"fivepipe::v1::HullTile", "fivepipe::v1::ObjectPixelMap"}) {
     const FieldReader reader(fivepipe_idl(), type, "frame");

@@ -1,4 +1,4 @@
-// Payloads as Cyclone DDS itself reads and writes them, against what the IDL alone makes of them.
+// Compares payloads that Cyclone DDS writes and reads with those that follow from the IDL.
 #include <dds/dds.h>
 #include <dds/ddsi/ddsi_serdata.h>
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ class Cyclone {
     reader_ = dds_create_reader(participant_, topic, qos, nullptr);
     writer_ = dds_create_writer(participant_, topic, qos, nullptr);
     dds_delete_qos(qos);
-    // Cyclone hands its type out with what it has serialised only.
+    // Cyclone provides the type only with a serialised sample.
     const Message empty{};
     type_of_ = write_and_take(empty);
   }
@@ -50,7 +50,7 @@ class Cyclone {
     dds_delete(participant_);
   }
 
-  // Nothing where Cyclone refuses the payload.
+  // Returns nullopt if Cyclone rejects the payload.
   Sample sample(Bytes payload) const {
     ddsrt_iovec_t whole{payload.data(), payload.size()};
     Serdata serdata(ddsi_serdata_from_ser_iov(type_of_->type, SDK_DATA, 1, &whole, payload.size()));
@@ -117,7 +117,7 @@ TYPED_TEST(SchemaCyclone, CycloneOutputDecodesByIdl) {
     ASSERT_TRUE(sample) << "Cyclone refuses the payload of seed " << seed;
     const Bytes written = cyclone.written(*sample);
     EXPECT_EQ(written.at(1), std::byte{1});
-    // As text: JSON's == takes 2^63 and the nearest double for the same.
+    // Compares text, because JSON's == equates 2^63 and the nearest double.
     EXPECT_EQ(decode(fivepipe_idl(), type, written).dump(), made.values.dump()) << "seed " << seed;
   }
 }

@@ -9,7 +9,7 @@
 namespace fivepipe::schema {
 namespace {
 
-// The members of a struct S in module m, each as written and as understood.
+// Members of a struct S in module m: the source text and the type after parsing.
 std::string understood(const std::string& member) {
   const Idl idl = parse_idl("module m { enum E { a, b }; struct Inner { long x; }; struct S { " +
                             member + "; }; };");
@@ -85,31 +85,32 @@ std::string refusal(const std::string& text) {
   } catch (const IdlError& error) {
     return error.what();
   }
-  return "read";
+  return "parsed";
 }
 
 TEST(SchemaIdl, RejectsUnsupportedIdlWithLocation) {
   const std::vector<std::pair<std::string, std::string>> cases = {
-      {"union U switch (long) { case 1: long x; };", "line 1, column 1: 'union' is not read here"},
-      {"module m {\n  bitmask B { a };\n};", "line 2, column 3: 'bitmask' is not read here"},
-      {"typedef long T;", "line 1, column 1: 'typedef' is not read here"},
-      {"const long n = 3;", "line 1, column 1: 'const' is not read here"},
-      {"struct S { map<long, long> x; };", "line 1, column 12: 'map' is not read here"},
-      {"struct S { wstring x; };", "line 1, column 12: 'wstring' is not read here"},
-      {"struct S { long double x; };", "line 1, column 17: 'long double' is not read"},
+      {"union U switch (long) { case 1: long x; };",
+       "line 1, column 1: 'union' is not supported here"},
+      {"module m {\n  bitmask B { a };\n};", "line 2, column 3: 'bitmask' is not supported here"},
+      {"typedef long T;", "line 1, column 1: 'typedef' is not supported here"},
+      {"const long n = 3;", "line 1, column 1: 'const' is not supported here"},
+      {"struct S { map<long, long> x; };", "line 1, column 12: 'map' is not supported here"},
+      {"struct S { wstring x; };", "line 1, column 12: 'wstring' is not supported here"},
+      {"struct S { long double x; };", "line 1, column 17: 'long double' is not supported"},
       {"struct S { unsigned char x; };",
        "line 1, column 21: expected short or long after unsigned, found 'char'"},
       {"@appendable struct S { long x; };",
-       "line 1, column 2: @appendable is not read: its layout on the wire differs"},
+       "line 1, column 2: @appendable is not supported: its layout on the wire differs"},
       {"@mutable struct S { long x; };",
-       "line 1, column 2: @mutable is not read: its layout on the wire differs"},
+       "line 1, column 2: @mutable is not supported: its layout on the wire differs"},
       {"struct S { @optional long x; };",
-       "line 1, column 13: the annotation @optional is not read here"},
-      {"enum E { @value(3) a };", "line 1, column 11: the annotation @value is not read here"},
-      {"#include \"x.idl\"", "line 1, column 1: preprocessor lines are not read"},
+       "line 1, column 13: the annotation @optional is not supported here"},
+      {"enum E { @value(3) a };", "line 1, column 11: the annotation @value is not supported here"},
+      {"#include \"x.idl\"", "line 1, column 1: preprocessor lines are not supported"},
       {"struct A { long x; }; struct S : A { long y; };",
-       "line 1, column 32: inheritance is not read"},
-      {"struct S;", "line 1, column 9: a declaration of struct S without its members is not read"},
+       "line 1, column 32: inheritance is not supported"},
+      {"struct S;", "line 1, column 9: a declaration of struct S without members is not supported"},
       {"struct S { };", "line 1, column 12: expected a type, found '}'"},
       {"enum E { };", "line 1, column 10: expected an enumerator, found '}'"},
       {"struct S { long x };", "line 1, column 19: expected ';', found '}'"},
@@ -119,11 +120,11 @@ TEST(SchemaIdl, RejectsUnsupportedIdlWithLocation) {
       {"struct S { long long; };", "line 1, column 21: expected a field's name, found ';'"},
       {"struct S { long octet; };",
        "line 1, column 17: expected a field's name, found the keyword 'octet'"},
-      {"struct S { Other x; };", "line 1, column 12: no type Other stands before this"},
-      {"struct S { sequence<S> x; };", "line 1, column 21: no type S stands before this"},
-      {"struct S { long x; float x; };", "line 1, column 26: field 'x' is there twice"},
-      {"struct S { long x; }; struct S { long x; };", "line 1, column 30: S is there already"},
-      {"enum E { a, b, a };", "line 1, column 16: enumerator 'a' is there twice"},
+      {"struct S { Other x; };", "line 1, column 12: type Other is not defined before its use"},
+      {"struct S { sequence<S> x; };", "line 1, column 21: type S is not defined before its use"},
+      {"struct S { long x; float x; };", "line 1, column 26: field 'x' is defined twice"},
+      {"struct S { long x; }; struct S { long x; };", "line 1, column 30: S is defined twice"},
+      {"enum E { a, b, a };", "line 1, column 16: enumerator 'a' is defined twice"},
       {"struct S { string<0> x; };",
        "line 1, column 19: expected the string's bound, a decimal number from 1 to 4294967295, "
        "found '0'"},
@@ -138,7 +139,7 @@ TEST(SchemaIdl, RejectsUnsupportedIdlWithLocation) {
        "'N'"},
       {"struct S { octet x[65536][65536]; };",
        "line 1, column 26: an array of more than 4294967295 elements"},
-      {"\n  /* not closed", "line 2, column 3: this comment is not closed"},
+      {"\n  /* not closed", "line 2, column 3: the comment is not closed"},
       {"struct S { long x = 3; };", "line 1, column 19: expected ';', found '='"},
       {"struct S { long $; };", "line 1, column 17: unexpected character '$'"},
       {"hello", "line 1, column 1: expected module, struct or enum, found 'hello'"}};
@@ -153,23 +154,25 @@ std::string repeated(const std::string& text, std::size_t times) {
 
 TEST(SchemaIdl, ExcessiveDepthAndLengthAreRejected) {
   EXPECT_EQ(refusal(repeated("module m { ", 50'000)),
-            "line 1, column 1878: modules whose names make more than 512 characters");
+            "line 1, column 1878: the names of the enclosing modules exceed 512 characters");
   EXPECT_EQ(refusal("struct S { " + repeated("sequence<", 100'000)),
-            "line 1, column 84: sequences more than 8 deep");
+            "line 1, column 84: sequences nested more than 8 deep");
   EXPECT_EQ(refusal("struct S { octet x" + repeated("[1]", 100'000)),
             "line 1, column 43: an array of more than 8 dimensions");
-  EXPECT_EQ(refusal("struct S { a" + repeated("::a", 100'000) + " x; };").substr(0, 43),
-            "line 1, column 12: no type a::a::a::a::a::a");
+  EXPECT_EQ(refusal("struct S { a" + repeated("::a", 100'000) + " x; };").substr(0, 40),
+            "line 1, column 12: type a::a::a::a::a::a");
   EXPECT_EQ(refusal("struct " + repeated("S", 100'000)),
-            "line 1, column 8: a name of 100000 characters; 256 at most");
-  EXPECT_EQ(refusal(repeated(" ", 2'000'000)), "a text of 2000000 bytes; 1048576 at most");
+            "line 1, column 8: a name has 100000 characters; the limit is 256");
+  EXPECT_EQ(refusal(repeated(" ", 2'000'000)),
+            "the IDL text has 2000000 bytes; the limit is 1048576");
   std::string chain = "struct S0 { long x; };";
   for (int i = 1; i < 1000; ++i)
     chain += "struct S" + std::to_string(i) + " { S" + std::to_string(i - 1) + " a, b; };";
-  EXPECT_NE(refusal(chain).find("structs more than 64 deep"), std::string::npos) << refusal(chain);
+  EXPECT_NE(refusal(chain).find("structs nested more than 64 deep"), std::string::npos)
+      << refusal(chain);
 }
 
-// Each struct holds the one before twice: 2^60 fields, were they all visited.
+// Each struct contains the previous one twice, so that all paths together lead to 2^60 fields.
 TEST(SchemaIdl, SharedTypesAreVisitedOnce) {
   std::string doubling = "struct S0 { long x; };";
   for (int i = 1; i <= 60; ++i)
@@ -203,7 +206,7 @@ TEST(SchemaIdl, RandomTextIsParsedOrRejected) {
     std::string text;
     for (std::size_t left = random() % 12; left > 0; --left)
       text += words[random() % words.size()] + (random() % 4 ? " " : "");
-    read += refusal(text) == "read";
+    read += refusal(text) == "parsed";
     refusal("module m { struct S { " + text + "long z; }; };");
   }
   EXPECT_GT(read, 0);
@@ -212,7 +215,7 @@ TEST(SchemaIdl, RandomTextIsParsedOrRejected) {
 TEST(SchemaIdl, EveryTruncationIsParsedOrRejected) {
   const std::string text = fivepipe_schema("fivepipe::v1::CollisionResult");
   for (std::size_t length = 1; length < text.size(); ++length)
-    EXPECT_EQ(refusal(text.substr(0, length)) == "read", length == text.size() - 1) << length;
+    EXPECT_EQ(refusal(text.substr(0, length)) == "parsed", length == text.size() - 1) << length;
 }
 
 TEST(SchemaIdl, EveryStructOfThisBuildIsWrittenSelfContained) {
@@ -222,7 +225,7 @@ TEST(SchemaIdl, EveryStructOfThisBuildIsWrittenSelfContained) {
     const Idl parsed = parse_idl(text);
     EXPECT_EQ(difference(parsed, fivepipe_idl(), type.name), "");
     EXPECT_EQ(self_contained(parsed, type.name), text);
-    // Nothing that it does not need: each other one is used by a later one.
+    // The text has no unused definition: a later struct uses each of the others.
     EXPECT_EQ(parsed.structs.back().name, type.name);
     for (std::size_t i = 0; i + 1 < parsed.structs.size(); ++i) {
       const std::string use = parsed.structs[i].name.substr(std::string("fivepipe::v1::").size());
@@ -239,7 +242,7 @@ constexpr const char* kTile = R"(module a { module b {
   @final struct Tile { @key string<8> viewer; unsigned long long frame; Kind kind; sequence<Point> points; };
 }; };)";
 
-TEST(SchemaIdl, SelfContainedTextIsTheSameHoweverItsSourceIsLaidOut) {
+TEST(SchemaIdl, SelfContainedTextDependsOnlyOnTheTypes) {
   const std::string other = R"(// Another file.
 module a { struct Unused { long x; };
   module b { struct Point { double x /* m */, y; }; };

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-TEST(SchemaYaml, IsReadable) {
+TEST(SchemaYaml, WritesALinePerFieldAndFlatValuesOnOneLine) {
   const Json message = {
       {"viewer", "eye"},
       {"frame", 18446744073709551615ull},
@@ -48,13 +48,13 @@ bgr: {sequence<octet>: 44123}
 )");
 }
 
-TEST(SchemaYaml, NonFiniteNumbersAreReadable) {
+TEST(SchemaYaml, WritesNonFiniteNumbersAndInvalidUtf8) {
   const double infinite = std::numeric_limits<double>::infinity();
   EXPECT_EQ(to_yaml({{"a", std::nan("")}, {"b", infinite}, {"c", -infinite}, {"d", "\xff"}}),
             "---\na: .nan\nb: .inf\nc: -.inf\nd: \"\xEF\xBF\xBD\"\n");
 }
 
-// By a reader that nobody here wrote.
+// Compares with the values that an independent YAML parser reads.
 void expect_same(const YAML::Node& read, const Json& message, const std::string& path) {
   if (message.is_object()) {
     ASSERT_TRUE(read.IsMap()) << path;

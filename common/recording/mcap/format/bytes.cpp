@@ -9,7 +9,7 @@ namespace {
 
 std::uint32_t length_of(std::size_t size_bytes) {
   if (size_bytes > std::numeric_limits<std::uint32_t>::max())
-    throw std::length_error("a field of an MCAP record has at most 4 GiB");
+    throw std::length_error("a field of an MCAP record exceeds 4 GiB");
   return std::uint32_t(size_bytes);
 }
 
@@ -37,7 +37,7 @@ void FileOffset::fail(std::string_view what) const {
 }
 
 ByteView ByteReader::raw(std::uint64_t size_bytes) {
-  if (size_bytes > rest_.size()) location_.fail("a field goes beyond the end of its record");
+  if (size_bytes > rest_.size()) location_.fail("a field exceeds the end of its record");
   const ByteView taken = rest_.first(size_bytes);
   rest_ = rest_.subspan(size_bytes);
   return taken;

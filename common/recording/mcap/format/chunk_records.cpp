@@ -16,12 +16,12 @@ std::pair<ChunkHeader, std::uint64_t> head_at(const File& file, std::uint64_t by
   ByteReader fields(bytes.view(), location);
   if (Op(fields.take<std::uint8_t>()) != Op::chunk ||
       fields.take<std::uint64_t>() != length_bytes - kRecordHeaderBytes)
-    location.fail("no such chunk");
+    location.fail("not a chunk record of the indexed length");
   const ChunkHeader head = read_chunk_header(fields);
   const std::uint64_t head_bytes =
       kRecordHeaderBytes + 8 + 8 + 8 + 4 + 4 + head.compression.size() + 8;
   if (head.records_bytes > length_bytes - head_bytes)
-    location.fail("a chunk's records go beyond its end");
+    location.fail("the chunk's records exceed its end");
   return {head, head_bytes};
 }
 
@@ -29,7 +29,7 @@ std::pair<ChunkHeader, std::uint64_t> head_at(const File& file, std::uint64_t by
 
 ChunkIndex append_chunk(Bytes& to, const Chunk& chunk, Compression compression,
                         std::uint64_t at_byte) {
-  if (chunk.records.size() > kMaxChunkBytes) throw std::length_error("a chunk has at most 1 GiB");
+  if (chunk.records.size() > kMaxChunkBytes) throw std::length_error("a chunk exceeds 1 GiB");
   const std::size_t start = to.size();
   ChunkIndex index;
   {
@@ -85,12 +85,12 @@ Buffer read_chunk(const File& file, const ChunkIndex& chunk) {
   const auto [head, head_bytes] = head_at(file, chunk.offset, chunk.length_bytes);
   if (head.start_ns != chunk.start_ns || head.end_ns != chunk.end_ns ||
       head.uncompressed_bytes != chunk.uncompressed_bytes || head.compression != chunk.compression)
-    location.fail("the chunk is not what the summary says");
+    location.fail("the chunk differs from its entry in the summary");
   Buffer records =
       decompressed(head.compression, file.read(chunk.offset + head_bytes, head.records_bytes),
                    head.uncompressed_bytes, location);
   if (head.uncompressed_crc != 0 && head.uncompressed_crc != crc32_of(records.view()))
-    location.fail("a chunk's CRC is wrong");
+    location.fail("the chunk's CRC is wrong");
   return records;
 }
 

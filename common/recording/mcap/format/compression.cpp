@@ -46,23 +46,24 @@ void decompress_lz4(std::span<std::byte> to, ByteView from, const FileOffset& lo
     const std::size_t hint =
         LZ4F_decompress(context.get(), to.data(), &written, from.data(), &read, nullptr);
     if (LZ4F_isError(hint))
-      location.fail(std::string("a chunk's LZ4 frame is damaged: ") + LZ4F_getErrorName(hint));
+      location.fail(std::string("the chunk's LZ4 frame is damaged: ") + LZ4F_getErrorName(hint));
     to = to.subspan(written);
     from = from.subspan(read);
     ended = hint == 0 && from.empty();
     if (!ended && written == 0 && read == 0)
-      location.fail("a chunk's LZ4 frame is damaged: it has another size than the chunk says");
+      location.fail("the chunk's LZ4 frame is damaged: its size differs from the chunk's header");
   }
   if (!to.empty())
-    location.fail("a chunk's LZ4 frame is damaged: it is smaller than the chunk says");
+    location.fail("the chunk's LZ4 frame is damaged: it is smaller than the chunk's header says");
 }
 
 void decompress_zstd(std::span<std::byte> to, ByteView from, const FileOffset& location) {
   const std::size_t size_bytes = ZSTD_decompress(to.data(), to.size(), from.data(), from.size());
   if (ZSTD_isError(size_bytes))
-    location.fail(std::string("a chunk's zstd frame is damaged: ") + ZSTD_getErrorName(size_bytes));
+    location.fail(std::string("the chunk's zstd frame is damaged: ") +
+                  ZSTD_getErrorName(size_bytes));
   if (size_bytes != to.size())
-    location.fail("a chunk's zstd frame is damaged: it has another size than the chunk says");
+    location.fail("the chunk's zstd frame is damaged: its size differs from the chunk's header");
 }
 
 }  // namespace
@@ -89,20 +90,20 @@ Buffer decompressed(std::string_view compression, Buffer compressed,
   const ByteView from = compressed.view();
   const bool is_lz4 = compression == "lz4", is_zstd = compression == "zstd";
   if (!is_lz4 && !is_zstd && !compression.empty())
-    location.fail("a chunk is compressed with \"" + std::string(compression) +
-                  "\", which is not known here");
+    location.fail("unknown compression of a chunk: \"" + std::string(compression) + "\"");
   const std::uint64_t factor = is_lz4 ? kMaxLz4Factor : is_zstd ? kMaxZstdFactor : 1;
   if (uncompressed_bytes > kMaxChunkBytes || uncompressed_bytes / factor > from.size())
-    location.fail("a chunk claims more bytes than it can hold");
+    location.fail("the uncompressed size in the chunk's header is impossible");
   if (compression.empty()) {
-    if (uncompressed_bytes != from.size()) location.fail("a chunk has another size than it says");
+    if (uncompressed_bytes != from.size())
+      location.fail("the chunk's size differs from its header");
     return compressed;
   }
   if (uncompressed_bytes == 0 && from.empty()) return {};
   // The comparison also holds for ZSTD_CONTENTSIZE_ERROR.
   if (is_zstd && ZSTD_getFrameContentSize(from.data(), from.size()) != ZSTD_CONTENTSIZE_UNKNOWN &&
       ZSTD_getFrameContentSize(from.data(), from.size()) > uncompressed_bytes)
-    location.fail("a chunk's zstd frame is damaged, or larger than the chunk says");
+    location.fail("the chunk's zstd frame is damaged, or larger than the chunk's header says");
   Buffer raw(uncompressed_bytes);
   if (is_lz4)
     decompress_lz4(raw.all(), from, location);

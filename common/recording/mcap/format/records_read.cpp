@@ -68,7 +68,7 @@ Attachment read_attachment(ByteReader fields) {
   attachment.content = as_text(fields.raw(fields.take<std::uint64_t>()));
   const ByteView covered = content.first(content.size() - fields.rest().size());
   const std::uint32_t crc = fields.take<std::uint32_t>();
-  if (crc != 0 && crc != crc32_of(covered)) fields.location().fail("an attachment's CRC is wrong");
+  if (crc != 0 && crc != crc32_of(covered)) fields.location().fail("the attachment's CRC is wrong");
   return attachment;
 }
 

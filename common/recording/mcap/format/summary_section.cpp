@@ -66,10 +66,10 @@ Footer footer_of(const File& file) {
       footer.summary_offset_start == 0 ? at : footer.summary_offset_start;
   if (footer.summary_start < kMagic.size() + kDataEndBytes || summary_end > at ||
       footer.summary_start > summary_end || at - footer.summary_start > kMaxSummaryBytes)
-    location.fail("the footer points to where no summary can be");
+    location.fail("the footer's summary offset is invalid");
   const Buffer data_end = file.read(footer.summary_start - kDataEndBytes, kDataEndBytes);
   if (Op(std::uint8_t(data_end.view()[0])) != Op::data_end)
-    location.fail("the footer points to where no summary can be");
+    location.fail("the footer's summary offset is invalid");
   return footer;
 }
 
@@ -84,7 +84,7 @@ void check_offsets(std::vector<Index>& indexes, std::uint64_t data_end,
   for (const Index& index : indexes) {
     if (index.offset < free_from || index.offset > data_end ||
         index.length_bytes < kRecordHeaderBytes || index.length_bytes > data_end - index.offset)
-      location.fail("the summary points to where no such record can be");
+      location.fail("the summary has an invalid record offset");
     free_from = index.offset + index.length_bytes;
   }
 }
@@ -100,7 +100,7 @@ void check(Summary& summary, bool has_statistics, std::uint64_t data_end,
       statistics.attachments != summary.attachments.size() ||
       statistics.metadata != summary.metadata.size() ||
       (statistics.messages > 0 && summary.chunks.empty()))
-    location.fail("the summary's statistics tell of more or less than its indexes");
+    location.fail("the summary's statistics contradict its indexes");
 }
 
 }  // namespace

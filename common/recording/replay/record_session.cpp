@@ -1,0 +1,113 @@
+#include "common/recording/replay/record_session.h"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <optional>
+#include <regex>
+
+#include "common/base/version.h"
+#include "common/pipeline/node/status.h"
+#include "common/recording/replay/recorder.h"
+
+namespace fivepipe::replay {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+using Counts = std::map<std::string, recording::TopicCounts>;
+
+constexpr auto kProgressPeriod = 5s;
+// Time for messages in transit to arrive after the end was requested.
+constexpr auto kDrainTime = 200ms;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Reports the totals of each topic in the recorder's NodeStatus.
+void publish_counts(node::NodeStatusReporter& status, const Counts& counts) {
+  for (const auto& [topic, count] : counts)
+    status.recorded(topic, {count.received, count.written, count.lost});
+}
+
+void log_progress(const recording::RecordingWriter& recording, double elapsed_s) {
+  std::uint64_t received = 0, lost = 0;
+  for (const auto& [topic, count] : recording.counts()) {
+    received += count.received;
+    lost += count.lost;
+  }
+  spdlog::info("{:.0f} s: {} messages, {:.1f} MB written, {} lost", elapsed_s, received,
+               1e-6 * double(recording.bytes_written()), lost);
+}
+
+}  // namespace
+
+std::vector<bus::topics::Topic> topics_to_record(const std::string& expression, bool with_images) {
+  const std::regex wanted(expression);
+  std::vector<bus::topics::Topic> chosen;
+  for (const bus::topics::Topic& topic : bus::topics::all()) {
+    const std::string name = topic.name;
+    const bool is_image =
+        name == bus::topics::ObjectColour::name || name == bus::topics::HullTile::name;
+    if (name != bus::topics::ReplaySession::name && std::regex_search(name, wanted) &&
+        (with_images || !is_image))
+      chosen.push_back(topic);
+  }
+  return chosen;
+}
+
+bool RecordResult::complete() const {
+  std::uint64_t received = 0;
+  for (const auto& [topic, count] : counts) {
+    if (count.lost > 0 || count.missing > 0) return false;
+    received += count.received;
+  }
+  return failure.empty() && received > 0;
+}
+
+RecordResult record(const RecordRequest& request, const std::function<int()>& signals_received) {
+  recording::RecordingWriter recording(request.file, std::string("fivepipe ") + base::version(),
+                                       request.writer);
+  write_header(recording, request.deployment, request.settings, request.domain);
+  bus::Bus bus({request.domain, request.profile, request.name});
+  for (const std::string& warning : bus.warnings()) spdlog::warn("{}", warning);
+  Recorder recorder(bus, recording, request.topics);
+  node::NodeStatusReporter status(bus, request.name);
+  spdlog::info("recording {} topics of domain {} to {}; Ctrl-C ends the recording",
+               request.topics.size(), request.domain, request.file.string());
+
+  const auto started = Clock::now();
+  auto next_progress = started + kProgressPeriod;
+  std::optional<Clock::time_point> end;
+  while (!end || Clock::now() < *end) {
+    bus.wait(50ms);
+    recorder.take();
+    const std::string failure = recording.failure();
+    const bool is_over = signals_received() > 0 || !failure.empty() ||
+                         (request.duration_s > 0 && seconds_since(started) >= request.duration_s);
+    if (is_over && !end) {
+      end = Clock::now() + kDrainTime;
+      if (!failure.empty()) spdlog::error("the recording ends: {}", failure);
+    }
+    if (Clock::now() < next_progress) continue;
+    next_progress += kProgressPeriod;
+    publish_counts(status, recording.counts());
+    log_progress(recording, seconds_since(started));
+  }
+  RecordResult result;
+  result.sent = recorder.compared();
+  result.unverified_nodes = recorder.unverified_nodes();
+  for (const SentByNode& sent : result.sent)
+    recording.add_sent(sent.topic, sent.sent, sent.missing());
+  recording.finish([&, before = signals_received()] { return signals_received() > before; });
+  result.counts = recording.counts();
+  publish_counts(status, result.counts);
+  result.bytes_written = recording.bytes_written();
+  result.elapsed_s = seconds_since(started);
+  result.loss_reason = recording.loss_reason();
+  result.failure = recording.failure();
+  return result;
+}
+
+}  // namespace fivepipe::replay

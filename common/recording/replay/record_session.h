@@ -1,0 +1,49 @@
+// Records topics of a domain until a time limit, a signal or a failure of the disk.
+#pragma once
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/config/deployment.h"
+#include "common/pipeline/bus/topics.h"
+#include "common/recording/files/recording_writer.h"
+#include "common/recording/replay/loss_detector.h"
+
+namespace fivepipe::replay {
+
+// Topics of this build whose name matches the regular expression, without ReplaySession, which
+// belongs to a replay and not to its content. `with_images`: include ObjectColour and HullTile,
+// which show people.
+std::vector<bus::topics::Topic> topics_to_record(const std::string& expression, bool with_images);
+
+struct RecordRequest {
+  std::filesystem::path file;
+  std::vector<bus::topics::Topic> topics;
+  recording::WriterOptions writer;
+  const config::Deployment* deployment = nullptr;  // attached to the recording; may be null
+  std::map<std::string, std::string> settings;     // of the deployment
+  std::uint32_t domain = 0;
+  std::string profile = "loopback", name;  // network profile; name of the recorder on the bus
+  double duration_s = 0;                   // 0: no limit
+};
+
+struct RecordResult {
+  std::map<std::string, recording::TopicCounts> counts;  // by topic
+  std::uint64_t bytes_written = 0;
+  double elapsed_s = 0;
+  std::string loss_reason, failure;        // as RecordingWriter's
+  std::vector<SentByNode> sent;            // send counts of nodes with what was received of them
+  std::set<std::string> unverified_nodes;  // without recent send counts; "": nodes without a name
+  // Everything that nodes sent is in the file, and that is at least one message.
+  bool complete() const;
+};
+
+// Publishes its counts as a NodeStatus and logs them every 5 s. `signals_received` returns the
+// number of termination signals: the first one ends the recording, another one drops what the disk
+// has not written yet. Throws std::system_error if the file cannot be created, ConfigError or
+// std::runtime_error if a file of the deployment cannot be read.
+RecordResult record(const RecordRequest& request, const std::function<int()>& signals_received);
+
+}  // namespace fivepipe::replay

@@ -1,0 +1,128 @@
+#include "common/recording/replay/replay_session.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <regex>
+
+#include "common/base/usage_error.h"
+#include "common/recording/replay/node_inputs.h"
+#include "common/recording/replay/recorded_deployment.h"
+
+namespace fivepipe::replay {
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+// Discovery finds all participants of the domain within this time.
+constexpr auto kDiscoveryTime = 500ms;
+constexpr auto kProgressPeriod = 5s;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Adds the requested nodes to the plan and returns the topics that they read.
+std::set<std::string> add_nodes(ReplayPlan& plan, const recording::Recording& recording,
+                                const ReplayRequest& request) {
+  const RecordedDeployment recorded(recording, request.settings);
+  const config::Deployment& deployment = recorded.deployment();
+  plan.shape_cameras = shape_cameras(deployment.rig).size();
+  std::set<std::string> topics;
+  for (const std::string& name : request.nodes) {
+    const config::Node* node = config::find_node(deployment, name);
+    if (!node) {
+      std::vector<std::string> known;
+      for (const config::Node& other : deployment.nodes) known.push_back(other.name);
+      throw base::UsageError(
+          fmt::format("the recording's deployment has no node '{}'; its nodes are: {}", name,
+                      fmt::join(known, ", ")));
+    }
+    plan.nodes.push_back({name, config::program_of(*node)});
+    topics.merge(inputs_of(config::program_of(*node)));
+  }
+  return topics;
+}
+
+// Returns the reader that is still missing when the time is up; empty if there is none.
+std::string wait_for_readers(bus::Bus& bus, const Replayer& replayer, double wait_s,
+                             const std::function<bool()>& interrupted) {
+  const auto started = Clock::now();
+  std::string missing = replayer.missing_reader(), logged;
+  while (!missing.empty() && !interrupted() && seconds_since(started) < wait_s) {
+    if (missing != logged && Clock::now() - started > 1s)
+      spdlog::info("waiting for readers: {}", logged = missing);
+    bus.wait(20ms);
+    missing = replayer.missing_reader();
+  }
+  return missing;
+}
+
+}  // namespace
+
+ReplayPlan plan_for(const recording::Recording& recording, const ReplayRequest& request) {
+  ReplayPlan plan;
+  std::set<std::string> inputs;
+  if (!request.nodes.empty()) inputs = add_nodes(plan, recording, request);
+  const std::regex wanted(request.topics);
+  for (const recording::RecordedChannel& channel : recording.channels())
+    if (std::regex_search(channel.topic, wanted) &&
+        (request.nodes.empty() || inputs.contains(channel.topic)))
+      plan.channels.insert(channel.id);
+  set_range(plan, recording, request.start_s, request.end_s);
+  plan.rate = request.rate;
+  plan.lossless = request.lossless;
+  plan.frames_in_flight = request.frames_in_flight;
+  plan.order = SendOrder::pipelined;
+  return plan;
+}
+
+ReplayResult replay(const recording::Recording& recording, const ReplayRequest& request,
+                    const ReplayCallbacks& callbacks) {
+  using End = ReplayResult::End;
+  const ReplayPlan plan = plan_for(recording, request);
+  const std::string file = recording.file().string();
+  if (plan.channels.empty())
+    return {End::refused, "nothing to replay: no topic of " + file +
+                              " matches; `fivepipe info` lists its topics"};
+  bus::Bus bus({request.domain, request.profile, "replay", request.lossless});
+  for (const auto until = Clock::now() + kDiscoveryTime; Clock::now() < until;) bus.wait(20ms);
+  Replayer replayer(bus, recording, plan);
+  if (const auto conflicts = replayer.conflicts(); !conflicts.empty() && !request.ignore_conflicts)
+    return {End::refused,
+            fmt::format("domain {} has other writers of the same topics:\n  {}\nNodes would mix "
+                        "their messages with the replay. Choose another --domain, or use --force",
+                        request.domain, fmt::join(conflicts, "\n  "))};
+  if (request.wait_s)
+    if (const std::string missing =
+            wait_for_readers(bus, replayer, *request.wait_s, callbacks.interrupted);
+        !missing.empty())
+      return {callbacks.interrupted() ? End::stopped : End::no_reader,
+              fmt::format("no reader: {} (domain {}); wait longer with --wait S, or use --no-wait",
+                          missing, request.domain)};
+
+  const auto started = Clock::now();
+  auto next_progress = started + kProgressPeriod;
+  auto newest = ReplayControl::resume;
+  const auto control = [&] {
+    if (callbacks.interrupted()) return ReplayControl::stop;
+    if (Clock::now() >= next_progress) {
+      next_progress += kProgressPeriod;
+      spdlog::info("{:.0f} s: {} frames sent{}", seconds_since(started), replayer.counts().frames,
+                   newest == ReplayControl::pause ? ", paused" : "");
+    }
+    return newest = callbacks.control();
+  };
+  bool complete = true;
+  do {
+    replayer.run(control);
+    callbacks.on_round(replayer.counts());
+    complete &= replayer.counts().complete();
+  } while (request.loop && (complete || !request.lossless) && control() != ReplayControl::stop);
+  if (callbacks.interrupted()) return {End::stopped, ""};
+  return {complete || !request.lossless ? End::complete : End::incomplete, ""};
+}
+
+}  // namespace fivepipe::replay

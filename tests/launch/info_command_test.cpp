@@ -1,0 +1,183 @@
+#include "tests/launch/recording_commands.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+namespace fivepipe::launch {
+namespace {
+
+TEST_F(RecordingCommands, InfoDescribesRecording) {
+  const Answer answer = fivepipe("info " + session.string());
+  EXPECT_EQ(answer.exit_code, 0) << answer.text;
+  for (const char* part : {"all messages were read, none is damaged",
+                           "2023-11-14 22:13:20.002000 +0000   1700000000002000000 ns", "0.998 s",
+                           "98 in", "none: 98 received", "those of this build", "0.1.0 (abc",
+                           "frames=60", "deployment   demo", "key changes", "deployment/demo.yaml"})
+    EXPECT_TRUE(holds(answer, part)) << part << "\n" << answer.text;
+  EXPECT_LE(longest_line(answer.text), 120u) << answer.text;
+}
+
+TEST_F(RecordingCommands, InfoIsJsonForPrograms) {
+  const Answer answer = fivepipe("info --json " + session.string());
+  EXPECT_EQ(answer.exit_code, 0) << answer.text;
+  const auto json = nlohmann::json::parse(answer.text);
+  EXPECT_EQ(json["finished"], true);
+  EXPECT_EQ(json["messages"], 98);
+  EXPECT_EQ(json["start_ns"], start_ns + 2 * ms);
+  EXPECT_EQ(json["counts"][kCompositedTopic]["written"], 96);
+  const auto& topic = json["topics"][0];
+  EXPECT_EQ(topic["topic"], kCompositedTopic);
+  EXPECT_EQ(topic["messages"], 96);
+  EXPECT_EQ(topic["key_changes"], 1);
+  EXPECT_EQ(topic["missing_sequence_numbers"], 0);
+  EXPECT_EQ(topic["writers"], nlohmann::json::array({"render"}));
+  EXPECT_EQ(json["attachments"][0]["bytes"], 11);
+}
+
+TEST_F(RecordingCommands, InfoSuggestsWorkingRecoverCommand) {
+  const fs::path cut = cut_session(fs::file_size(session) / 2);
+  const std::string before = content_of(cut), repaired = (folder.path / "repaired.mcap").string();
+  const Answer unfinished = fivepipe("info " + cut.string());
+  EXPECT_EQ(unfinished.exit_code, 1) << unfinished.text;
+  EXPECT_TRUE(holds(unfinished, "NOT FINISHED")) << unfinished.text;
+  EXPECT_TRUE(holds(unfinished, "`fivepipe info --recover " + cut.string() + "`"))
+      << unfinished.text;
+
+  const Answer copy = fivepipe("info --recover " + cut.string() + " --output " + repaired);
+  EXPECT_EQ(copy.exit_code, 0) << copy.text;
+  EXPECT_TRUE(holds(copy, "saved") && holds(copy, "lost") && holds(copy, "was repaired"))
+      << copy.text;
+  EXPECT_EQ(content_of(cut), before);
+  EXPECT_EQ(fivepipe("info --recover " + cut.string() + " --output " + repaired).exit_code, 2)
+      << "the output file exists";
+  EXPECT_EQ(fivepipe("info --recover " + cut.string()).exit_code, 0);
+  EXPECT_EQ(content_of(cut), content_of(repaired));
+  const Answer again = fivepipe("info --recover " + cut.string());
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_TRUE(holds(again, "needs no repair")) << again.text;
+  EXPECT_EQ(fivepipe("info --output x " + cut.string()).exit_code, 2);
+}
+
+TEST_F(RecordingCommands, InfoDoesNotModifyFileBeingWritten) {
+  const fs::path cut = cut_session(fs::file_size(session) / 2);
+  const std::string before = content_of(cut);
+  std::ofstream recorder(cut, std::ios::binary | std::ios::app);
+  const Answer answer = fivepipe("info " + cut.string());
+  EXPECT_EQ(answer.exit_code, 1);
+  EXPECT_TRUE(holds(answer, "BEING WRITTEN")) << answer.text;
+  const Answer refused = fivepipe("info --recover " + cut.string());
+  EXPECT_EQ(refused.exit_code, 2) << refused.text;
+  EXPECT_EQ(content_of(cut), before);
+}
+
+TEST_F(RecordingCommands, InfoFindsADamagedChunkOfAFinishedFile) {
+  std::string bytes = content_of(session);
+  const std::size_t damaged = fs::file_size(session) / 3;
+  bytes[damaged] = char(bytes[damaged] ^ 0x55);
+  std::ofstream(session, std::ios::binary) << bytes;
+  const Answer answer = fivepipe("info " + session.string());
+  EXPECT_EQ(answer.exit_code, 1) << answer.text;
+  EXPECT_TRUE(
+      holds(answer, "DAMAGED") &&
+      holds(answer, "according to gaps in the sequence numbers:\n             FrameComposited ") &&
+      !holds(answer, "all written"))
+      << answer.text;
+  EXPECT_EQ(fivepipe("info --quick " + session.string()).exit_code, 0) << "the index is undamaged";
+  const Answer echo = fivepipe("echo FrameComposited --field frame --from " + session.string());
+  EXPECT_EQ(echo.exit_code, 1) << echo.text;
+  EXPECT_TRUE(holds(echo, "--- 0 ") && holds(echo, "--- 99 ") &&
+              holds(echo, "skipping the damaged chunk"))
+      << echo.text;
+}
+
+TEST_F(RecordingCommands, InfoReportsLosses) {
+  write_session(session, {.chunk_bytes = 100'000, .max_queued_bytes = 2000});
+  const Answer answer = fivepipe("info " + session.string());
+  EXPECT_TRUE(holds(answer, "LOST") && holds(answer, "of 98 received messages were dropped") &&
+              holds(answer, "FrameComposited "))
+      << answer.text;
+  EXPECT_LE(longest_line(answer.text), 120u) << answer.text;
+}
+
+TEST_F(RecordingCommands, InfoAndEchoHandleTypesOfAnotherBuild) {
+  write_session(
+      session, {},
+      "module fivepipe { module v1 { struct FrameComposited {"
+      " @key string<32> viewer; unsigned long long number; long long a; long long b; }; }; };");
+  const Answer info = fivepipe("info " + session.string());
+  EXPECT_EQ(info.exit_code, 0) << info.text;
+  EXPECT_TRUE(holds(info, "types DIFFER") && holds(info, kCompositedTopic) && holds(info, "number"))
+      << info.text;
+  const Answer echo = fivepipe("echo FrameComposited --count 1 --from " + session.string());
+  EXPECT_EQ(echo.exit_code, 0) << echo.text;
+  EXPECT_TRUE(holds(echo, "number: 0\n")) << echo.text;
+}
+
+TEST_F(RecordingCommands, ErrorNamesFileThatIsNotARecording) {
+  const fs::path empty = folder.path / "empty.mcap", text = folder.path / "text.mcap";
+  const fs::path no_schema = folder.path / "no_schema.mcap",
+                 no_message = folder.path / "no_message.mcap";
+  std::ofstream(empty).close();
+  std::ofstream(text) << "this is not a recording";
+  { recording::RecordingWriter writer(no_message, "test", {}); }
+  write_session(no_schema, {}, "struct {");
+  for (const std::string command :
+       {"info ", "ls ", "echo FrameComposited --from ", "hz FrameComposited --from "}) {
+    for (const fs::path& file : {empty, text}) {
+      const Answer answer = fivepipe(command + file.string());
+      EXPECT_EQ(answer.exit_code, 1) << command << answer.text;
+      EXPECT_TRUE(holds(answer, file.string()) && holds(answer, "not an MCAP file"))
+          << command << answer.text;
+    }
+    EXPECT_EQ(fivepipe(command + "/no/such.mcap").exit_code, 2) << command;
+    EXPECT_EQ(fivepipe(command + folder.path.string()).exit_code, 2) << command;
+    EXPECT_NE(fivepipe(command + no_schema.string()).exit_code, -1) << command;
+  }
+  EXPECT_EQ(fivepipe("info " + no_message.string()).exit_code, 0);
+  EXPECT_EQ(fivepipe("ls " + no_message.string()).exit_code, 0);
+  EXPECT_EQ(fivepipe("echo HeadPose --from " + no_message.string()).exit_code, 2);
+  EXPECT_EQ(fivepipe("echo FrameComposited --from " + no_schema.string()).exit_code, 1);
+}
+
+TEST_F(RecordingCommands, DamagedFilesAreReadUpToTheDamage) {
+  std::mt19937 random(11);
+  const std::string whole = content_of(session);
+  const fs::path file = folder.path / "bad.mcap";
+  for (int i = 0; i < 24; ++i) {
+    std::string bytes = whole;
+    if (i % 2)
+      bytes.resize(random() % bytes.size());
+    else
+      for (int n = 0; n < 3; ++n) bytes[random() % bytes.size()] = char(random());
+    std::ofstream(file, std::ios::binary) << bytes;
+    for (const std::string command :
+         {"info ", "info --json ", "ls ", "echo FrameComposited --from ",
+          "hz FrameComposited --from "}) {
+      const Answer answer = fivepipe(command + file.string());
+      EXPECT_TRUE(answer.exit_code >= 0 && answer.exit_code <= 2) << command << i << "\n"
+                                                                  << answer.text;
+      EXPECT_FALSE(answer.text.empty()) << command << i;
+      const bool is_cut = i % 2;
+      if (is_cut && command.starts_with("info")) {
+        EXPECT_EQ(answer.exit_code, 1) << command << i << "\n" << answer.text;
+      }
+    }
+  }
+}
+
+TEST_F(RecordingCommands, InfoShowsMissingMessages) {
+  const fs::path file = folder.path / "missing.mcap";
+  {
+    recording::RecordingWriter writer(file, "test", {});
+    writer.add_sent(kHeadTopic, 40, 7);
+  }
+  const Answer answer = fivepipe("info " + file.string());
+  EXPECT_TRUE(holds(answer, "LOST         7 of 40 messages that nodes sent") &&
+              holds(answer, "HeadPose 7"))
+      << answer.text;
+}
+
+}  // namespace
+}  // namespace fivepipe::launch

@@ -1,0 +1,73 @@
+#include "common/recording/files/frame_group_prefetcher.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/synthetic_recordings.h"
+
+namespace fivepipe::recording {
+namespace {
+
+constexpr std::int64_t kStart_ns = 1'700'000'000'000'000'000, kFrame_ns = 16'000'000;
+constexpr std::uint64_t kFrames = 300;
+
+class FrameGroupPrefetcherTest : public testing::Test {
+ protected:
+  FrameGroupPrefetcherTest() {
+    RecordingWriter writer(path_, "tests",
+                           {.compression = mcap::Compression::none, .chunk_bytes = 2000});
+    const mcap::Id channel = writer.add_channel("a", test::kFramedType, test::kFramedIdl, {});
+    for (std::uint64_t frame = 0; frame < kFrames; ++frame) {
+      const std::int64_t stamp_ns = kStart_ns + std::int64_t(frame) * kFrame_ns;
+      writer.add(channel, stamp_ns, stamp_ns, test::framed(frame, 0, stamp_ns));
+    }
+  }
+  static FrameGroups groups_of(const Recording& recording) {
+    return {recording, recording.messages(), [](const std::string&) { return 0; }};
+  }
+  static std::vector<std::uint64_t> all_frames(FrameGroupPrefetcher& prefetcher) {
+    std::vector<std::uint64_t> frames;
+    while (const auto group = prefetcher.next()) frames.push_back(group->frame.value());
+    return frames;
+  }
+
+  test::TestFolder folder_;
+  const std::filesystem::path path_ = folder_.path / "made.mcap";
+};
+
+TEST_F(FrameGroupPrefetcherTest, ReturnsEveryGroupInOrderWithAnyQueueSize) {
+  const Recording recording(path_);
+  std::vector<std::uint64_t> expected(kFrames);
+  for (std::uint64_t frame = 0; frame < kFrames; ++frame) expected[frame] = frame;
+  for (const std::size_t ready_bytes : {std::size_t(1), std::size_t(1000), std::size_t(1) << 30}) {
+    FrameGroupPrefetcher prefetcher(groups_of(recording), ready_bytes);
+    prefetcher.wait_until_ready();
+    EXPECT_EQ(all_frames(prefetcher), expected) << ready_bytes;
+    EXPECT_EQ(prefetcher.late(), 0u);
+    EXPECT_EQ(prefetcher.damaged(), 0u);
+    EXPECT_FALSE(prefetcher.next()) << "after the end";
+  }
+}
+
+TEST_F(FrameGroupPrefetcherTest, DestructorStopsAThreadThatWaitsForRoom) {
+  const Recording recording(path_);
+  FrameGroupPrefetcher prefetcher(groups_of(recording), 1);
+  prefetcher.wait_until_ready();
+  EXPECT_EQ(prefetcher.next()->frame, 0u);
+}
+
+TEST_F(FrameGroupPrefetcherTest, SkipsAndCountsDamagedChunks) {
+  const mcap::ChunkIndex damaged = mcap::Reader(path_).chunks().at(1);
+  auto bytes = test::file_bytes(path_);
+  bytes[damaged.offset + damaged.length_bytes / 2] ^= std::byte(1);
+  test::write_file(path_, bytes);
+  const Recording recording(path_);
+  FrameGroupPrefetcher prefetcher(groups_of(recording));
+  const auto frames = all_frames(prefetcher);
+  EXPECT_EQ(prefetcher.damaged(), 1u);
+  EXPECT_LT(frames.size(), kFrames);
+  EXPECT_EQ(frames.front(), 0u);
+  EXPECT_EQ(frames.back(), kFrames - 1);
+}
+
+}  // namespace
+}  // namespace fivepipe::recording
