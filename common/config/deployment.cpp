@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
-#include <numbers>
-
 #include "common/config/node_checks.h"
 #include "common/config/node_reader.h"
 #include "common/config/read_files.h"
@@ -14,11 +11,8 @@ namespace fivepipe::config {
 
 namespace {
 
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-constexpr Range kAny{-kUnbounded, kUnbounded};
 // DDSI-RTPS 2.5, section 9.6.2.3: the ports of higher domains exceed 65535.
 constexpr Range kDomains{0, 232};
-constexpr double kDegree_rad = std::numbers::pi / 180;
 
 Settings read_settings(YamlMap& map, const std::map<std::string, std::string>& overrides) {
   std::map<std::string, Setting> defaults;
