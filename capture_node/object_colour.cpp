@@ -55,11 +55,11 @@ VisibleRegion visible_region(const config::Viewer& viewer,
   const geometry::Pinhole& k = eye.pinhole;
   const double across = std::max(k.cx_px, k.width_px - k.cx_px) / k.fx_px,
                down = std::max(k.cy_px, k.height_px - k.cy_px) / k.fy_px;
-  const Eigen::Vector3d centre_m = geometry::camera_center_world_m(eye),
+  const Eigen::Vector3d center_m = geometry::camera_center_world_m(eye),
                         half_extent_m = Eigen::Vector3d::Constant(
                             viewer.far_m * Eigen::Vector3d(across, down, 1).norm());
   return {{eye, {0, 0, k.width_px, k.height_px}},
-          {centre_m - half_extent_m, centre_m + half_extent_m}};
+          {center_m - half_extent_m, center_m + half_extent_m}};
 }
 
 hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,

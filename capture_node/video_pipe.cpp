@@ -93,8 +93,8 @@ class VideoPipe {
 
   void report_progress(std::string_view what, double fraction) {
     const int percent = int(100 * fraction);
-    if (percent / 10 == told_percent_ / 10 && percent != 100) return;
-    told_percent_ = percent;
+    if (percent / 10 == reported_percent_ / 10 && percent != 100) return;
+    reported_percent_ = percent;
     node_.status.diagnostic("start", std::string(what) + ", " + std::to_string(percent) + " %");
   }
 
@@ -150,7 +150,7 @@ class VideoPipe {
   node::NodeContext& node_;
   const config::Deployment& deployment_;
   const config::CaptureConfig& config_;
-  int told_percent_ = -1;
+  int reported_percent_ = -1;
   bus::Writer<bus::topics::CameraInfo> infos_;
   bus::Writer<bus::topics::ViewInfo> view_info_;
   bus::Writer<bus::topics::HeadPose> poses_;

@@ -122,14 +122,14 @@ void SyntheticCamera::render_room(const Eigen::Isometry3d& camera_from_world) {
 // Bounds of the captured pixels that can see the convex hull of the spheres: maps the exact bounds
 // in the normalised plane through the lens model. Returns the whole image if a sphere reaches the
 // camera's plane.
-hull::PixelRect SyntheticCamera::image_bounds_of(std::span<const Vector3d> centres_world_m,
+hull::PixelRect SyntheticCamera::image_bounds_of(std::span<const Vector3d> centers_world_m,
                                                  std::span<const double> radii_m) const {
   const hull::PixelRect all{0, 0, camera_.source.width_px, camera_.source.height_px};
   // At a depth of one radius the bounds become infinite.
   constexpr double kMinDepth_radii = 1.05;
   Eigen::AlignedBox2d bounds;
-  for (std::size_t i = 0; i < centres_world_m.size(); ++i) {
-    const Vector3d c = camera_from_world_ * centres_world_m[i];
+  for (std::size_t i = 0; i < centers_world_m.size(); ++i) {
+    const Vector3d c = camera_from_world_ * centers_world_m[i];
     if (!(c.z() > kMinDepth_radii * radii_m[i])) return all;
     for (int axis = 0; axis < 2; ++axis) {
       const double center_angle = std::atan2(c[axis], c.z()),
@@ -228,19 +228,19 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
        {std::pair{Surface::table_top, kTableTop_z_m}, std::pair{Surface::floor, kFloor_z_m}}) {
     std::vector<hull::PixelRect> rects;
     for (const auto& [capsule, part] : pieces) {
-      std::vector<Vector3d> centres;
+      std::vector<Vector3d> centers;
       std::vector<double> radii;
       for (const Vector3d& end : {capsule.a_world_m, capsule.b_world_m}) {
         const Vector3d down = end - lamp_m;
         // Projects the centre from the lamp onto the surface; 1: it lies on the surface.
         const double scale = std::max(1.0, (double(z_m) - lamp_m.z()) / down.z());
-        centres.push_back(lamp_m + scale * down);
+        centers.push_back(lamp_m + scale * down);
         // A sphere's shadow on the surface is an ellipse, elongated by the slant of the light;
         // includes the penumbra.
         radii.push_back((scale * capsule.radius_m + (scale - 1) * lamp::kRadius_m) * down.norm() /
                         -down.z() * kEllipseMargin);
       }
-      rects.push_back(image_bounds_of(centres, radii));
+      rects.push_back(image_bounds_of(centers, radii));
       for (int v = rects.back().v0_px; v < rects.back().v1_px; ++v)
         std::fill_n(visibility_.begin() + std::ptrdiff_t(v * width + rects.back().u0_px),
                     rects.back().width_px(), 1.0f);

@@ -1,5 +1,5 @@
 // Renders images of the synthetic world as a camera would capture them: lens distortion, shading,
-// cast shadow, sensor noise. Casts rays through the pixel centres of the captured image. The room
+// cast shadow, sensor noise. Casts rays through the pixel centers of the captured image. The room
 // of a fixed camera is rendered once; per frame only the pixels that the object or its shadow can
 // cover.
 #pragma once
@@ -28,7 +28,7 @@ class SyntheticCamera {
   void render_room(const Eigen::Isometry3d& camera_from_world);
   void draw_object(std::span<const SyntheticPart> parts, cv::Mat& bgr);
   void draw_shadow(std::span<const SyntheticPart> parts, cv::Mat& bgr);
-  hull::PixelRect image_bounds_of(std::span<const Eigen::Vector3d> centres_world_m,
+  hull::PixelRect image_bounds_of(std::span<const Eigen::Vector3d> centers_world_m,
                                   std::span<const double> radii_m) const;
   Eigen::Vector3f direction_world(int u_px, int v_px,
                                   const Eigen::Matrix3f& world_from_camera) const;

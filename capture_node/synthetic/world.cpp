@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 
 // The palm's centre moves around this box once per period and reaches each of its sides.
-const Vector3d kPathCentre_m(0.0, 0.05, 0.26), kPathHalfExtent_m(0.25, 0.15, 0.14);
+const Vector3d kPathCenter_m(0.0, 0.05, 0.26), kPathHalfExtent_m(0.25, 0.15, 0.14);
 const Vector3d kShoulder_world_m(0.25, -0.75, 0.32);
 
 // Frame of a right hand, palm down: x from the thumb to the little finger, y along the fingers, z
@@ -35,7 +35,7 @@ double phase_turns(const config::SyntheticWorld& world, double t_s) {
 
 Eigen::Isometry3d world_from_hand(double turn) {
   const double w = 2 * std::numbers::pi * turn;
-  const Vector3d palm = kPathCentre_m + kPathHalfExtent_m.cwiseProduct(Vector3d(
+  const Vector3d palm = kPathCenter_m + kPathHalfExtent_m.cwiseProduct(Vector3d(
                                             std::sin(w), std::sin(w + 1.9), std::sin(2 * w + 0.6)));
   Vector3d along = (palm - kShoulder_world_m).normalized();
   along.z() *= 0.3;  // the wrist keeps the hand nearly level

@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 
 namespace fivepipe::config {
 namespace {
 
-constexpr double kDegree_rad = std::numbers::pi / 180;
 constexpr Range kHeight_m{1e-4, 10};
 constexpr Range kAngle_deg{0.1, 179.9};
 constexpr Range kCap_m{1e-3, 10};
@@ -21,7 +19,6 @@ constexpr Range kWindow{3, 240};
 constexpr double kMinToleranceFraction = 1e-3;
 constexpr Range kSpeed_m_s{0.01, 1000};
 constexpr Range kAnyDirection{-1e6, 1e6};
-constexpr Range kUnitRange{0, 1};
 
 ResponseRequests read_response(YamlMap map) {
   ResponseRequests requests;
@@ -90,9 +87,7 @@ Warming read_warming(YamlMap map) {
   read_cap(map, warming.cap_m, warming.tolerance_m);
   warming.heating_s = map.number("heating_s", kTime_s, warming.heating_s);
   warming.cooling_s = map.number("cooling_s", kTime_s, warming.cooling_s);
-  const Eigen::Vector3d rgb =
-      map.vector3("colour_rgb", kUnitRange, Eigen::Vector3d(warming.colour_rgb.data()));
-  warming.colour_rgb = {rgb.x(), rgb.y(), rgb.z()};
+  warming.colour_rgb = map.rgb("colour_rgb", warming.colour_rgb);
   map.finish();
   return warming;
 }

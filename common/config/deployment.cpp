@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <limits>
-#include <numbers>
-
 #include "common/config/node_checks.h"
 #include "common/config/node_reader.h"
 #include "common/config/read_files.h"
@@ -14,10 +11,7 @@ namespace fivepipe::config {
 
 namespace {
 
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-constexpr Range kAny{-kUnbounded, kUnbounded};
 constexpr Range kDomains{0, kMaxDomain};
-constexpr double kDegree_rad = std::numbers::pi / 180;
 
 Settings read_settings(YamlMap& map, const std::map<std::string, std::string>& overrides) {
   std::map<std::string, Setting> defaults;

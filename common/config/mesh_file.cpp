@@ -55,14 +55,15 @@ void append(geometry::Mesh& mesh, const aiMesh& part, double unit_m,
           {first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
 }
 
-}  // namespace
-
-static std::string mesh_extension(const std::filesystem::path& file) {
+// The file name's extension in lower case, with its dot.
+std::string mesh_extension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return std::tolower(c); });
   return extension;
 }
+
+}  // namespace
 
 bool is_gltf(const std::filesystem::path& file) {
   return mesh_extension(file) == ".gltf" || mesh_extension(file) == ".glb";

@@ -5,14 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <regex>
 
 namespace fivepipe::config {
 
 namespace {
 
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr Range kCount{0, kUnbounded}, kAtLeastOne{1, kUnbounded};
 constexpr Range kLevels{0, 255};  // grey levels
 constexpr Range kCores{0, 1023};  // CPUs of a Linux cpu_set_t

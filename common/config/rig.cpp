@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <map>
-#include <numbers>
 
 #include "common/config/read_files.h"
 #include "common/config/yaml/yaml_reader.h"
@@ -14,15 +12,12 @@ namespace fivepipe::config {
 
 namespace {
 
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-constexpr Range kAny{-kUnbounded, kUnbounded};
 constexpr Range kPositive{0, kUnbounded, true};
 // A pinhole image grows without bound towards 180 degrees.
 constexpr Range kFieldOfView_deg{0.01, 170};
 // Minimum sine of the angle between look_at's viewing direction and up vector. Below it, the image
 // has no defined up direction.
 constexpr double kMinSineToUp = 1e-4;
-constexpr double kDegree_rad = std::numbers::pi / 180;
 
 geometry::Pinhole read_pinhole(YamlMap& map) {
   const auto [width_px, height_px] = map.size_px("image_size_px");

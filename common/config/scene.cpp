@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <map>
-#include <numbers>
 
 #include "common/config/collision_requests_reader.h"
 #include "common/config/read_files.h"
@@ -14,15 +12,11 @@ namespace fivepipe::config {
 
 namespace {
 
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-constexpr Range kAny{-kUnbounded, kUnbounded};
 constexpr Range kSize_m{0, 1e4, true};
-constexpr Range kUnitRange{0, 1};
 constexpr Range kSubdivisions{0, 6};              // 20 * 4^6 = 81 920 triangles
 constexpr Range kCurtainCellRange{1, 1000};       // at most 1e6 cells
 constexpr std::size_t kMaxObjectNameLength = 64;  // bound of the name in messages
 constexpr double kMaxBoxCells = 1e6;
-constexpr double kDegree_rad = std::numbers::pi / 180;
 
 BoxShape read_box(YamlMap map) {
   const BoxShape box{map.vector3("size_m", kSize_m), map.number("cell_m", kSize_m, 0)};
@@ -97,12 +91,6 @@ Eigen::Isometry3d read_placement(YamlMap& map) {
          Eigen::AngleAxisd(angles_rad.x(), Eigen::Vector3d::UnitX());
 }
 
-std::array<double, 3> read_colour(YamlMap& map, const std::string& key,
-                                  const std::array<double, 3>& default_value) {
-  const Eigen::Vector3d rgb = map.vector3(key, kUnitRange, Eigen::Vector3d(default_value.data()));
-  return {rgb.x(), rgb.y(), rgb.z()};
-}
-
 // Rejects keys without effect, and combinations that cannot work.
 void check_behaviour(YamlMap& map, const SceneObject& object) {
   const bool is_curtain = std::holds_alternative<CurtainShape>(object.shape),
@@ -138,7 +126,7 @@ SceneObject read_object(YamlMap map) {
       Reaction::highlight);
   object.mass_kg = map.number("mass_kg", {0, 1e6, true}, object.mass_kg);
   object.restitution = map.number("restitution", kUnitRange, object.restitution);
-  object.colour_rgb = read_colour(map, "colour_rgb", object.colour_rgb);
+  object.colour_rgb = map.rgb("colour_rgb", object.colour_rgb);
   object.pattern = map.choice<Pattern>(
       "pattern", {{"plain", Pattern::plain}, {"checker", Pattern::checker}}, Pattern::plain);
   object.pattern_size_m = map.number("pattern_size_m", kSize_m, object.pattern_size_m);
@@ -158,7 +146,7 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems) {
   scene.name = map.name("name");
   scene.gravity_m_s2 = map.number("gravity_m_s2", {0, 1000}, scene.gravity_m_s2);
   scene.light_world_m = map.vector3("light_m", kAny, scene.light_world_m);
-  scene.background_rgb = read_colour(map, "background_rgb", scene.background_rgb);
+  scene.background_rgb = map.rgb("background_rgb", scene.background_rgb);
   if (map.has("history")) scene.history = read_history_requests(map.map("history"));
   std::map<std::string, int> line_of_name;
   for (YamlMap& object_map : map.maps("objects")) {

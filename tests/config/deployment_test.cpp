@@ -50,10 +50,8 @@ TEST_F(DeploymentFile, UsesDefaultsForMissingKeys) {
   EXPECT_EQ(d.nodes[1].line, 11);
 }
 
-TEST_F(DeploymentFile, ReadsEveryKey) {
-  write("film_0003.png", "any content");
-  write("plate.png", "any content");
-  const Deployment d = load(R"(
+// A deployment file with every key.
+const std::string kFullDeployment = R"(
 name: full
 rig: rig.yaml
 scene: scene.yaml
@@ -82,27 +80,38 @@ nodes:
     program: capture_node
     sources:
       right: {video: film_%04d.png, background: plate.png, first_frame: 3}
-    segmentation: {threshold_sigmas: 5, threshold_floor_levels: 10, shadow_min_brightness: 1, opening_px: 0, closing_px: 2}
-    synthetic: {seed: 9, period_s: 2, noise_sigma_levels: 0, cast_shadow: false}
+    segmentation:
+      threshold_sigmas: 5
+      threshold_floor_levels: 10
+      shadow_min_brightness: 1
+      opening_px: 0
+      closing_px: 2
+    synthetic: {seed: 9, period_s: 2, noise_sigma_levels: 0, cast_shadow: false, prerender: true}
     max_frames_in_flight: 0
     precomputed_frames: 60
   - name: a
     program: recon_node
     backend: sweep
+    threads: 3
     sweep_planes: 128
     tile_columns: 2
     tile_rows: 1
     worker: 1
     workers: 2
+    split: frames
+    balance: false
   - name: b
     program: recon_node
     tile_columns: 2
     tile_rows: 1
     worker: 0
     workers: 2
+    split: frames
+    balance: false
   - name: s
     program: sim_node
     collision: paper
+    threads: 4
     eps_m: 0.001
     spacing_m: 0.004
     viewport_px: 20
@@ -114,7 +123,19 @@ nodes:
     window: true
     video: false
     still_frame: 10
-)");
+)";
+
+class FullDeployment : public test::DeploymentFile {
+ protected:
+  FullDeployment() {
+    write("film_0003.png", "any content");
+    write("plate.png", "any content");
+    d = load(kFullDeployment);
+  }
+  Deployment d;
+};
+
+TEST_F(FullDeployment, HasTheKeysOfDeploymentAndViewer) {
   EXPECT_EQ(d.domain, 7u);
   EXPECT_EQ(d.network_profile, "lab");
   EXPECT_EQ(d.frame_rate_hz, 25);
@@ -125,7 +146,9 @@ nodes:
   EXPECT_EQ(d.viewer.render_height_px, 600);
   EXPECT_EQ(d.viewer.recon_width_px, 400);
   EXPECT_EQ(d.viewer.far_m, 4);
+}
 
+TEST_F(FullDeployment, HasTheKeysOfItsCaptureNodes) {
   ASSERT_EQ(d.nodes.size(), 6u);
   EXPECT_EQ(d.nodes[0].host, "far_away");
   EXPECT_EQ(d.nodes[0].cores, (std::vector<int>{2, 3}));
@@ -140,28 +163,48 @@ nodes:
             (folder() / "plate.png").string());
   EXPECT_EQ(std::get<VideoSource>(film.sources.at("right")).first_frame, 3);
   EXPECT_EQ(film.segmentation.threshold_sigmas, 5);
+  EXPECT_EQ(film.segmentation.threshold_floor_levels, 10);
+  EXPECT_EQ(film.segmentation.shadow_min_brightness, 1);
+  EXPECT_EQ(film.segmentation.opening_px, 0);
   EXPECT_EQ(film.segmentation.closing_px, 2);
   EXPECT_EQ(film.synthetic.seed, 9u);
+  EXPECT_EQ(film.synthetic.period_s, 2);
+  EXPECT_EQ(film.synthetic.noise_sigma_levels, 0);
   EXPECT_FALSE(film.synthetic.cast_shadow);
+  EXPECT_TRUE(film.synthetic.prerender);
   EXPECT_EQ(film.max_frames_in_flight, 0);
   EXPECT_EQ(film.precomputed_frames, 60);
+}
+
+TEST_F(FullDeployment, HasTheKeysOfItsOtherNodes) {
+  ASSERT_EQ(d.nodes.size(), 6u);
   const auto& a = std::get<ReconConfig>(d.nodes[2].config);
   EXPECT_EQ(a.backend, HullBackend::sweep);
   EXPECT_EQ(a.sweep_planes, 128);
   EXPECT_EQ(a.tile_columns, 2);
+  EXPECT_EQ(a.threads, 3);
+  EXPECT_EQ(a.tile_rows, 1);
   EXPECT_EQ(a.worker_index, 1);
+  EXPECT_EQ(a.worker_count, 2);
+  EXPECT_EQ(a.split, ReconSplit::frames);
+  EXPECT_FALSE(a.balance);
   const auto& s = std::get<SimConfig>(d.nodes[4].config);
   EXPECT_EQ(s.collision, CollisionBackend::paper);
   EXPECT_EQ(s.eps_m, 0.001);
   EXPECT_EQ(s.spacing_m, 0.004);
+  EXPECT_EQ(s.threads, 4);
   EXPECT_EQ(s.viewport_px, 20);
+  EXPECT_EQ(s.window_px, 200);
   EXPECT_EQ(s.step_s, 0.005);
   EXPECT_EQ(s.max_points, 8);
   const auto& r = std::get<RenderConfig>(d.nodes[5].config);
   EXPECT_TRUE(r.window);
   EXPECT_FALSE(r.video);
   EXPECT_EQ(r.still_frame, 10);
+}
 
+TEST_F(FullDeployment, FindsNodesAndTheirPrograms) {
+  ASSERT_EQ(d.nodes.size(), 6u);
   EXPECT_EQ(program_of(d.nodes[0]), "capture_node");
   EXPECT_EQ(program_of(d.nodes[2]), "recon_node");
   EXPECT_EQ(program_of(d.nodes[4]), "sim_node");

@@ -1,5 +1,7 @@
 // Numbers of configuration files: their allowed ranges, and their text form.
 #pragma once
+#include <limits>
+#include <numbers>
 #include <string>
 
 namespace fivepipe::config {
@@ -9,6 +11,12 @@ struct Range {
   double min, max;
   bool min_excluded = false;  // true: the minimum itself is not allowed
 };
+inline constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+inline constexpr Range kAny{-kUnbounded, kUnbounded};
+inline constexpr Range kUnitRange{0, 1};
+// One degree in radians.
+inline constexpr double kDegree_rad = std::numbers::pi / 180;
+
 // False for NaN.
 bool contains(Range range, double value);
 // "from 0 to 1", "at least 0", "greater than 0 and at most 1".

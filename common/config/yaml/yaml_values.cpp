@@ -137,13 +137,17 @@ Eigen::Vector3d YamlMap::vector3(const std::string& key, Range each,
       .value_or(default_value.value_or(Eigen::Vector3d::Zero()));
 }
 
+std::array<double, 3> YamlMap::rgb(const std::string& key,
+                                   const std::array<double, 3>& default_value) {
+  const Eigen::Vector3d rgb = vector3(key, kUnitRange, Eigen::Vector3d(default_value.data()));
+  return {rgb.x(), rgb.y(), rgb.z()};
+}
+
 Eigen::Matrix3d YamlMap::matrix3(const std::string& key) {
-  constexpr double kUnbounded = std::numeric_limits<double>::max();
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
   if (const auto rows = list(value_of(key, true), key, 3))
     for (int i = 0; i < 3; ++i)
-      if (const auto row = three_numbers((*rows)[i], key + '[' + std::to_string(i) + ']',
-                                         {-kUnbounded, kUnbounded}))
+      if (const auto row = three_numbers((*rows)[i], key + '[' + std::to_string(i) + ']', kAny))
         matrix.row(i) = row->transpose();
   return matrix;
 }
