@@ -28,7 +28,7 @@ schema::Idl with_keys_only(schema::Idl idl, const std::string& type) {
 // Cyclone DDS returns keys as CDR 2 (DDS-XTypes 7.4.2), which has the layout of CDR 1 for values of
 // up to 4 bytes, enums and strings. Other keys keep their header, and the decoder rejects them.
 std::vector<std::byte> as_cdr1(std::span<const std::byte> key, const schema::Struct& type) {
-  constexpr std::byte big_endian_2{6}, little_endian_2{7};
+  constexpr std::byte kCdr2BigEndian{6}, kCdr2LittleEndian{7};
   std::vector<std::byte> bytes(key.begin(), key.end());
   const bool same_layout =
       std::all_of(type.members.begin(), type.members.end(), [](const schema::Member& member) {
@@ -37,8 +37,8 @@ std::vector<std::byte> as_cdr1(std::span<const std::byte> key, const schema::Str
                (schema::is_primitive(kind) && schema::size_bytes(kind) <= 4);
       });
   if (!same_layout || bytes.size() < 2) return bytes;
-  if (bytes[1] == big_endian_2) bytes[1] = std::byte{0};
-  if (bytes[1] == little_endian_2) bytes[1] = std::byte{1};
+  if (bytes[1] == kCdr2BigEndian) bytes[1] = std::byte{0};
+  if (bytes[1] == kCdr2LittleEndian) bytes[1] = std::byte{1};
   return bytes;
 }
 

@@ -42,9 +42,11 @@ std::string triangle_gltf(float last_coordinate) {
   const float positions[9] = {0, 0, 0, 1, 0, 0, 0, 2, last_coordinate};
   std::string bytes(sizeof positions, '\0');
   std::memcpy(bytes.data(), positions, sizeof positions);
-  return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+  return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+ "nodes": [{"mesh": 0}],
  "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
- "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 2, 3]}],
+ "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                "min": [0, 0, 0], "max": [1, 2, 3]}],
  "bufferViews": [{"buffer": 0, "byteLength": 36}],
  "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,)" +
          base64(bytes) + "\"}]}";
@@ -187,7 +189,8 @@ objects:
     warmth: {cap_m: 0.2, cooling_s: 9, colour_rgb: [1, 0, 0]}
     report:
       triangles: true
-      response: {search: outward, apex_angle_deg: 60, height_m: 0.1, v_rec: [0, 0, 2], four_point_normal: true, local_minimum_translation: true}
+      response: {search: outward, apex_angle_deg: 60, height_m: 0.1, v_rec: [0, 0, 2],
+                 four_point_normal: true, local_minimum_translation: true}
       contacts: 6
       proximity: {of: triangles, cap_m: 0.3, tolerance_m: 0.001}
       first_contact: true

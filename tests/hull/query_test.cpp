@@ -251,7 +251,7 @@ TEST(HullQueryBall, CapsulesInClosedForm) {
 }
 
 // --- many
-// --------------------------------------------------------------------------------------------------------
+// -----------------------------------------------------------------------------------------------
 
 TEST(HullQueryMany, BatchEqualsSingleQueriesForAnyThreadCount) {
   test::Random random(12);

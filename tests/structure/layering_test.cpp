@@ -202,5 +202,23 @@ TEST(Sizes, FoldersHoldAtMost25Files) {
     }
 }
 
+// A constant is named kCamelCase, with a suffix for its unit: kMaxSpeed_m_s.
+TEST(Names, ConstantsAreKCamelCase) {
+  static const std::regex constant(
+      "^\\s*(?:inline |static )*constexpr [^(]*?\\b(\\w+)(?:\\[[^\\]]*\\])?(?: = |\\{).*");
+  static const std::regex good("k[A-Z]\\w*");
+  int constants = 0;
+  for (const Source& source : production()) {
+    if (source.path == "common/pipeline/bus/topics.h") continue;  // traits of types: Topic::name
+    for (const std::string& line : source.lines) {
+      std::smatch match;
+      if (!std::regex_match(line, match, constant)) continue;
+      ++constants;
+      EXPECT_TRUE(std::regex_match(match[1].str(), good)) << source.path << ": " << line;
+    }
+  }
+  EXPECT_GT(constants, 100) << "the constants were not found";
+}
+
 }  // namespace
 }  // namespace fivepipe::test

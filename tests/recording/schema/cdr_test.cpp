@@ -24,11 +24,16 @@ const Idl& all_constructs() {
     enum Colour { red, green, blue };
     struct Small { octet a; double b; boolean c; };
     struct All {
-      char c; int8 i8; uint8 u8; short s; octet o; unsigned short us; octet o2; long l; octet o3; unsigned long ul; octet o4; long long ll;
-      boolean truth; unsigned long long ull; octet o5; float f; octet o6; double d; string text; octet o7; string<5> bounded; Colour colour;
-      Small small; octet o8; Small pair[2]; octet grid[2][3]; octet behind_grid; double wide[2]; string<3> names[2]; Colour colours[2];
-      sequence<octet> octets; sequence<double> doubles; octet o9; sequence<short, 3> shorts; sequence<Small> smalls; sequence<string> texts;
-      sequence<sequence<long long> > rows; sequence<Colour, 2> hues; sequence<boolean> truths; long long last;
+      char c; int8 i8; uint8 u8; short s; octet o; unsigned short us; octet o2; long l; octet o3;
+      unsigned long ul; octet o4; long long ll;
+      boolean truth; unsigned long long ull; octet o5; float f; octet o6; double d; string text;
+      octet o7; string<5> bounded; Colour colour;
+      Small small; octet o8; Small pair[2]; octet grid[2][3]; octet behind_grid; double wide[2];
+      string<3> names[2]; Colour colours[2];
+      sequence<octet> octets; sequence<double> doubles; octet o9; sequence<short, 3> shorts;
+      sequence<Small> smalls; sequence<string> texts;
+      sequence<sequence<long long> > rows; sequence<Colour, 2> hues; sequence<boolean> truths;
+      long long last;
     };
   };)");
   return idl;

@@ -239,7 +239,9 @@ TEST(SchemaIdl, EveryStructOfThisBuildIsWrittenSelfContained) {
 constexpr const char* kTile = R"(module a { module b {
   enum Kind { near, far };
   @final struct Point { double x; double y; };
-  @final struct Tile { @key string<8> viewer; unsigned long long frame; Kind kind; sequence<Point> points; };
+  @final struct Tile {
+    @key string<8> viewer; unsigned long long frame; Kind kind; sequence<Point> points;
+  };
 }; };)";
 
 TEST(SchemaIdl, SelfContainedTextDependsOnlyOnTheTypes) {
@@ -247,7 +249,8 @@ TEST(SchemaIdl, SelfContainedTextDependsOnlyOnTheTypes) {
 module a { struct Unused { long x; };
   module b { struct Point { double x /* m */, y; }; };
   module b { enum Kind { near, // metres
-     far }; struct Tile { @key string< 8 > viewer; uint64 frame; a::b::Kind kind; sequence < Point > points; }; }; };)";
+     far }; struct Tile { @key string< 8 > viewer; uint64 frame; a::b::Kind kind;
+     sequence < Point > points; }; }; };)";
   const std::string text = self_contained(parse_idl(kTile), "a::b::Tile");
   EXPECT_EQ(self_contained(parse_idl(other), "a::b::Tile"), text);
   EXPECT_EQ(text, R"(module a {
