@@ -13,7 +13,7 @@
 #include "common/pipeline/bus/topics.h"
 #include "common/recording/files/recording_writer.h"
 #include "common/recording/schema/wire_types.h"
-#include "tests/support/mcap_files.h"
+#include "tests/support/recording/mcap_files.h"
 
 namespace fivepipe::launch {
 

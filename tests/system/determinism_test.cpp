@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "tests/support/replayed_nodes.h"
+#include "tests/support/recording/replayed_nodes.h"
 
 namespace fivepipe::test {
 namespace {

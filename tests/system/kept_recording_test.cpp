@@ -5,7 +5,7 @@
 
 #include "common/config/deployment.h"
 #include "common/recording/schema/cdr.h"
-#include "tests/support/replayed_nodes.h"
+#include "tests/support/recording/replayed_nodes.h"
 
 namespace fivepipe::test {
 namespace {

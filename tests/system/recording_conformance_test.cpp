@@ -10,8 +10,8 @@
 #include "common/recording/files/format.h"
 #include "common/recording/mcap/format/bytes.h"
 #include "common/recording/schema/cdr.h"
-#include "tests/support/npm_reader.h"
-#include "tests/support/recordings.h"
+#include "tests/support/recording/npm_reader.h"
+#include "tests/support/recording/recordings.h"
 
 namespace fivepipe::test {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/recording/schema/cdr.h"
-#include "tests/support/recordings.h"
+#include "tests/support/recording/recordings.h"
 
 namespace fivepipe::test {
 namespace {

@@ -5,7 +5,7 @@
 #include "common/config/deployment.h"
 #include "common/recording/mcap/recover.h"
 #include "common/recording/replay/node_inputs.h"
-#include "tests/support/replayed_nodes.h"
+#include "tests/support/recording/replayed_nodes.h"
 
 namespace fivepipe::test {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "common/recording/schema/cdr.h"
 #include "common/recording/schema/wire_types.h"
-#include "tests/support/replayed_nodes.h"
+#include "tests/support/recording/replayed_nodes.h"
 
 namespace fivepipe::test {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/synthetic_recordings.h"
+#include "tests/support/recording/synthetic_recordings.h"
 
 namespace fivepipe::recording {
 namespace {

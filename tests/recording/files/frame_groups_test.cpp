@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-#include "tests/support/synthetic_recordings.h"
+#include "tests/support/recording/synthetic_recordings.h"
 
 namespace fivepipe::recording {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "common/recording/files/format.h"
 #include "common/recording/mcap/recover.h"
-#include "tests/support/synthetic_recordings.h"
+#include "tests/support/recording/synthetic_recordings.h"
 
 namespace fivepipe::recording {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "common/recording/mcap/format/compression.h"
 #include "common/recording/mcap/recover.h"
-#include "tests/support/mcap_files.h"
-#include "tests/support/npm_reader.h"
+#include "tests/support/recording/mcap_files.h"
+#include "tests/support/recording/npm_reader.h"
 
 namespace fivepipe::mcap {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/recording/mcap/format/summary_section.h"
-#include "tests/support/mcap_mutations.h"
+#include "tests/support/recording/mcap_mutations.h"
 
 namespace fivepipe::mcap {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "common/recording/mcap/reader.h"
-#include "tests/support/mcap_files.h"
+#include "tests/support/recording/mcap_files.h"
 
 namespace fivepipe::mcap {
 namespace {

@@ -5,7 +5,7 @@
 #include <csignal>
 #include <system_error>
 
-#include "tests/support/mcap_files.h"
+#include "tests/support/recording/mcap_files.h"
 
 namespace fivepipe::mcap {
 namespace {

@@ -1,11 +1,11 @@
-// Damages MCAP files at random and checks the invariants of tests/support/mcap_mutations.h. Run it
+// Damages MCAP files at random and checks the invariants of tests/support/recording/mcap_mutations.h. Run it
 // under the sanitizers.
 #include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
 
-#include "tests/support/mcap_mutations.h"
+#include "tests/support/recording/mcap_mutations.h"
 
 namespace fivepipe::mcap {
 namespace {

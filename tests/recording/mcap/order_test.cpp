@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "tests/support/mcap_files.h"
+#include "tests/support/recording/mcap_files.h"
 
 namespace fivepipe::mcap {
 namespace {

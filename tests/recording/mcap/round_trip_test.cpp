@@ -3,7 +3,7 @@
 
 #include "common/recording/mcap/format/compression.h"
 #include "common/recording/mcap/recover.h"
-#include "tests/support/mcap_files.h"
+#include "tests/support/recording/mcap_files.h"
 
 namespace fivepipe::mcap {
 namespace {

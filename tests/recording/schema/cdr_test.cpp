@@ -10,7 +10,7 @@
 #include <random>
 
 #include "common/recording/schema/wire_types.h"
-#include "tests/support/schema_payloads.h"
+#include "tests/support/recording/schema_payloads.h"
 
 namespace fivepipe::schema {
 namespace {

@@ -10,7 +10,7 @@
 #include "common/pipeline/bus/topics.h"
 #include "common/recording/schema/cdr.h"
 #include "common/recording/schema/wire_types.h"
-#include "tests/support/schema_payloads.h"
+#include "tests/support/recording/schema_payloads.h"
 #include "tests/support/test_domain.h"
 
 namespace fivepipe::schema {

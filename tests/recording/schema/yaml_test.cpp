@@ -8,7 +8,7 @@
 
 #include "common/recording/schema/cdr.h"
 #include "common/recording/schema/wire_types.h"
-#include "tests/support/schema_payloads.h"
+#include "tests/support/recording/schema_payloads.h"
 
 namespace fivepipe::schema {
 namespace {

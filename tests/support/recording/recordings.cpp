@@ -1,4 +1,4 @@
-#include "tests/support/recordings.h"
+#include "tests/support/recording/recordings.h"
 
 #include <algorithm>
 

@@ -5,7 +5,7 @@
 
 #include "common/base/realtime.h"
 #include "common/pipeline/messages/bad_message.h"
-#include "tests/support/recordings.h"
+#include "tests/support/recording/recordings.h"
 
 namespace fivepipe::test {
 

@@ -6,7 +6,7 @@
 
 #include "common/recording/mcap/format/records.h"
 #include "common/recording/mcap/recover.h"
-#include "tests/support/mcap_files.h"
+#include "tests/support/recording/mcap_files.h"
 
 namespace fivepipe::test {
 

@@ -6,7 +6,7 @@
 
 #include "common/recording/files/recording.h"
 #include "common/recording/schema/wire_types.h"
-#include "tests/support/mcap_files.h"
+#include "tests/support/recording/mcap_files.h"
 
 namespace fivepipe::test {
 
