@@ -19,16 +19,16 @@ std::uint64_t combine(std::uint64_t a, std::uint64_t b, std::uint64_t c) {
   return step == Step::erode ? a & b & c : a | b | c;
 }
 
-// Combines each pixel with its left and right neighbour. Pixels beyond the row are `outside`.
+// Combines each pixel with its left and right neighbour. Pixels beyond the row are `kOutside`.
 template <Step step>
 void row_of_three(const std::uint64_t* in, std::uint64_t* out, int words, std::uint64_t last_mask) {
-  constexpr std::uint64_t outside = step == Step::erode ? ~std::uint64_t(0) : 0;
+  constexpr std::uint64_t kOutside = step == Step::erode ? ~std::uint64_t(0) : 0;
   const auto word = [&](int w) {
-    return w + 1 == words ? (in[w] & last_mask) | (outside & ~last_mask) : in[w];
+    return w + 1 == words ? (in[w] & last_mask) | (kOutside & ~last_mask) : in[w];
   };
-  std::uint64_t before = outside, here = word(0);
+  std::uint64_t before = kOutside, here = word(0);
   for (int w = 0; w < words; ++w) {
-    const std::uint64_t after = w + 1 < words ? word(w + 1) : outside;
+    const std::uint64_t after = w + 1 < words ? word(w + 1) : kOutside;
     out[w] = combine<step>(here, here << 1 | before >> 63, here >> 1 | after << 63);
     before = here;
     here = after;
@@ -40,8 +40,8 @@ void one_step(hull::ObjectPixels& pixels) {
   const int words = pixels.words_per_row(), rows = pixels.height_px();
   if (words == 0 || rows == 0) return;
   const std::uint64_t last_mask = last_word_mask(pixels.width_px());
-  const std::uint64_t outside = step == Step::erode ? ~std::uint64_t(0) : 0;
-  std::vector<std::uint64_t> above(words, outside), here(words), below(words);
+  const std::uint64_t kOutside = step == Step::erode ? ~std::uint64_t(0) : 0;
+  std::vector<std::uint64_t> above(words, kOutside), here(words), below(words);
   std::uint64_t* image = pixels.mutable_words().data();
   row_of_three<step>(image, here.data(), words, last_mask);
   for (int v = 0; v < rows; ++v) {
@@ -49,7 +49,7 @@ void one_step(hull::ObjectPixels& pixels) {
     if (v + 1 < rows)
       row_of_three<step>(row + words, below.data(), words, last_mask);
     else
-      std::fill(below.begin(), below.end(), outside);
+      std::fill(below.begin(), below.end(), kOutside);
     for (int w = 0; w < words; ++w) row[w] = combine<step>(above[w], here[w], below[w]);
     row[words - 1] &= last_mask;
     std::swap(above, here);
