@@ -40,8 +40,8 @@ void one_step(hull::ObjectPixels& pixels) {
   const int words = pixels.words_per_row(), rows = pixels.height_px();
   if (words == 0 || rows == 0) return;
   const std::uint64_t last_mask = last_word_mask(pixels.width_px());
-  const std::uint64_t kOutside = step == Step::erode ? ~std::uint64_t(0) : 0;
-  std::vector<std::uint64_t> above(words, kOutside), here(words), below(words);
+  const std::uint64_t outside = step == Step::erode ? ~std::uint64_t(0) : 0;
+  std::vector<std::uint64_t> above(words, outside), here(words), below(words);
   std::uint64_t* image = pixels.mutable_words().data();
   row_of_three<step>(image, here.data(), words, last_mask);
   for (int v = 0; v < rows; ++v) {
@@ -49,7 +49,7 @@ void one_step(hull::ObjectPixels& pixels) {
     if (v + 1 < rows)
       row_of_three<step>(row + words, below.data(), words, last_mask);
     else
-      std::fill(below.begin(), below.end(), kOutside);
+      std::fill(below.begin(), below.end(), outside);
     for (int w = 0; w < words; ++w) row[w] = combine<step>(above[w], here[w], below[w]);
     row[words - 1] &= last_mask;
     std::swap(above, here);
