@@ -79,8 +79,9 @@ TEST(HullBounds, ContainEveryPointSeenInAllRects) {
     for (const Vector3d& corner : corners) {
       EXPECT_LT(kBox.exteriorDistance(corner), 1e-9);
       for (const SilhouetteBounds& seen : parts)
-        if ((seen.camera.camera_from_world * corner).z() > kNearest_m + 1e-6)
+        if ((seen.camera.camera_from_world * corner).z() > kNearest_m + 1e-6) {
           EXPECT_TRUE(is_in(seen, corner, 0.01 + 1e-6)) << round;
+        }
     }
   }
   EXPECT_GT(held, 1000);
