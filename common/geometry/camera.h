@@ -41,6 +41,12 @@ std::optional<Eigen::Vector2d> project(const Camera& camera, const Eigen::Vector
 
 Eigen::Vector3d camera_center_world_m(const Camera& camera);
 
+// Homogeneous pixel (U, V, W) from a point in the camera frame [m], where pixel p covers [p, p + 1)
+// of U / W: half a pixel is added to the principal point. W is the depth [m].
+Eigen::Matrix3d pixel_from_camera(const Pinhole& pinhole);
+// The same with pixel centres at integers, as project() returns them.
+Eigen::Matrix3d centered_pixel_from_camera(const Pinhole& pinhole);
+
 // Returns the ray from the camera center through pixel position uv_px, which may be fractional.
 Ray ray_through(const Camera& camera, const Eigen::Vector2d& uv_px);
 

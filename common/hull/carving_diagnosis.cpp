@@ -54,7 +54,7 @@ double squared_gap(double x, double low, double high) {
 double distance_to_object_px(const ObjectPixels& pixels, const Vector2d& uv_px) {
   const PixelRect bounds = pixels.bounds();
   double nearest2 = kInfinity;
-  const int middle = int(std::clamp(uv_px.x() + 0.5, double(bounds.u0_px), double(bounds.u1_px)));
+  const int start = int(std::clamp(uv_px.x() + 0.5, double(bounds.u0_px), double(bounds.u1_px)));
   for (int v = bounds.v0_px; v < bounds.v1_px; ++v) {
     const double rows2 = squared_gap(uv_px.y(), v - 0.5, v + 0.5);
     const auto nearer = [&](int u) {  // false where the row has nothing nearer from here on
@@ -64,8 +64,8 @@ double distance_to_object_px(const ObjectPixels& pixels, const Vector2d& uv_px) 
       nearest2 = distance2;
       return false;
     };
-    for (int u = middle; u < bounds.u1_px && nearer(u);) ++u;
-    for (int u = middle - 1; u >= bounds.u0_px && nearer(u);) --u;
+    for (int u = start; u < bounds.u1_px && nearer(u);) ++u;
+    for (int u = start - 1; u >= bounds.u0_px && nearer(u);) --u;
   }
   return std::sqrt(nearest2);
 }

@@ -1,4 +1,4 @@
-// What a volume's diagnosis says in words.
+// summary() of a VolumeDiagnosis.
 #include <algorithm>
 #include <cstdio>
 #include <numeric>
@@ -8,8 +8,7 @@
 namespace fivepipe::hull {
 namespace {
 
-// Cameras that remove less alone than this, as a fraction of what the others keep, are not worth a
-// sentence.
+// The summary omits cameras that alone remove less than this fraction of what the others keep.
 constexpr double kReportThreshold = 0.01;
 
 std::string litres(double volume_m3) {
@@ -35,7 +34,7 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
-// Cameras that keep the hull empty whatever the others see.
+// Cameras that make the hull empty regardless of the others.
 std::string describe_unusable_cameras(const VolumeDiagnosis& diagnosis,
                                       const std::vector<std::string>& names) {
   std::vector<std::string> blind, unusable;
@@ -47,11 +46,11 @@ std::string describe_unusable_cameras(const VolumeDiagnosis& diagnosis,
   }
   std::string text;
   if (!unusable.empty())
-    text +=
-        " The calibration of " + joined(unusable) + " is not finite: no hull can be made with it.";
+    text += " The calibration of " + joined(unusable) + " is not finite, so there is no hull.";
   if (!blind.empty())
-    text += " No object pixel in " + joined(blind) + ": whatever the hull would hold in " +
-            (blind.size() > 1 ? "their views" : "its view") + " is removed.";
+    text += " No object pixel in " + joined(blind) + ": " +
+            (blind.size() > 1 ? "they remove everything in their views."
+                              : "it removes everything in its view.");
   return text;
 }
 
@@ -62,16 +61,16 @@ std::string describe_contribution(const CameraContribution& contribution, const 
       " of what the others keep: " + litres(contribution.removed_alone) + " of " +
       litres(contribution.kept_by_others);
   if (contribution.removed_alone_unseen.volume_m3 > 0.5 * contribution.removed_alone.volume_m3)
-    text += "; most of that lies outside its image or behind it";
+    text += "; most of that is outside its image or behind it";
   return text + ".";
 }
 
 }  // namespace
 
 std::string summary(const VolumeDiagnosis& diagnosis, std::span<const std::string> given_names) {
-  if (diagnosis.cameras.empty()) return "There is no camera, hence no hull.";
+  if (diagnosis.cameras.empty()) return "There is no camera, so there is no hull.";
   if (!(diagnosis.box_world_m.sizes().minCoeff() > 0))
-    return "The box is empty: nothing was looked at.";
+    return "The box is empty, so it has no volume to measure.";
   std::vector<std::string> names;
   for (std::size_t i = 0; i < diagnosis.cameras.size(); ++i)
     names.push_back(i < given_names.size() && !given_names[i].empty()
@@ -90,22 +89,22 @@ std::string summary(const VolumeDiagnosis& diagnosis, std::span<const std::strin
     return diagnosis.cameras[a].removed_alone.volume_m3 >
            diagnosis.cameras[b].removed_alone.volume_m3;
   });
-  bool said = false;
+  bool found = false;
   for (const std::size_t i : order) {
     const CameraContribution& contribution = diagnosis.cameras[i];
     if (contribution.removed_alone.volume_m3 <=
         kReportThreshold * contribution.kept_by_others.volume_m3)
       continue;
     text += describe_contribution(contribution, names[i]);
-    said = true;
+    found = true;
   }
-  if (!said && diagnosis.cameras.size() > 1)
+  if (!found && diagnosis.cameras.size() > 1)
     text += diagnosis.hull.volume_m3 > 0
-                ? " No camera alone removes much of what the others keep."
-                : " No camera does it alone: what one removes another does too.";
+                ? " No single camera removes more than 1 % of what the others keep."
+                : " No single camera empties it: other cameras remove the same points.";
   if (diagnosis.too_few.volume_m3 > 0)
     text +=
-        " " + litres(diagnosis.too_few) + " that no camera removes are seen by too few cameras.";
+        " " + litres(diagnosis.too_few) + " are removed by no camera but seen by too few cameras.";
   return text;
 }
 

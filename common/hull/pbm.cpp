@@ -18,7 +18,7 @@ ObjectPixels read_pbm(const std::filesystem::path& file, int width_px, int heigh
   std::vector<char> row(std::size_t(width_px + 7) / 8);
   for (int v = 0; v < height_px; ++v) {
     if (!in.read(row.data(), std::streamsize(row.size())))
-      throw std::runtime_error(file.string() + ": ends in row " + std::to_string(v));
+      throw std::runtime_error(file.string() + ": the file ends in row " + std::to_string(v));
     for (int u = 0; u < width_px; ++u)
       if (row[std::size_t(u) / 8] >> (7 - u % 8) & 1) pixels.set(u, v);
   }
@@ -34,7 +34,7 @@ void write_pbm(const std::filesystem::path& file, const ObjectPixels& pixels) {
       if (pixels.contains(u, v)) row[std::size_t(u) / 8] |= char(0x80 >> u % 8);
     out.write(row.data(), std::streamsize(row.size()));
   }
-  if (!out.flush()) throw std::runtime_error(file.string() + ": can't be written");
+  if (!out.flush()) throw std::runtime_error(file.string() + " cannot be written");
 }
 
 }  // namespace fivepipe::hull

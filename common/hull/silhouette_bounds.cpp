@@ -51,13 +51,13 @@ std::vector<Vector3d> corners_around_hull(std::span<const SilhouetteBounds> part
     planes.emplace_back(-Vector3d::Unit(axis), box_m.max());
   }
   for (const SilhouetteBounds& seen : parts) add_planes(planes, seen, nearest_m);
-  const double reach_m = box_m.diagonal().norm();
+  const double size_m = box_m.diagonal().norm();
   std::vector<Vector3d> corners;
   for (std::size_t i = 0; i < planes.size(); ++i) {
-    const Vector3d middle = planes[i].projection(box_m.center());
-    const Vector3d along = reach_m * planes[i].normal().unitOrthogonal(),
+    const Vector3d center = planes[i].projection(box_m.center());
+    const Vector3d along = size_m * planes[i].normal().unitOrthogonal(),
                    across = planes[i].normal().cross(along);
-    std::vector<Vector3d> face = {middle + along, middle + across, middle - along, middle - across};
+    std::vector<Vector3d> face = {center + along, center + across, center - along, center - across};
     for (std::size_t j = 0; j < planes.size() && !face.empty(); ++j)
       if (j != i) face = clipped(face, planes[j]);
     corners.insert(corners.end(), face.begin(), face.end());

@@ -1,4 +1,4 @@
-// Closed-form silhouettes: held against sampled surface points and against each other.
+// Closed-form silhouettes, against sampled surface points and against each other.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -62,7 +62,7 @@ TEST(RayEntry, LiesOnTheSurfaceAndNothingBeforeItIsInside) {
   EXPECT_GT(hits, 200);
 }
 
-TEST(RayEntry, SphereInClosedForm) {
+TEST(RayEntry, OfASphereIsTheClosedForm) {
   const Capsule sphere{{0, 0, 5}, {0, 0, 5}, 2};
   EXPECT_DOUBLE_EQ(ray_entry(sphere, {{0, 0, 0}, {0, 0, 1}}).value(), 3);
   EXPECT_DOUBLE_EQ(ray_entry(sphere, {{0, 0, 0}, {0, 0, 2}}).value(),
@@ -107,8 +107,9 @@ TEST(TrueObjectPixels, CentreIsExactlyTheCentresInTheSilhouetteAndTouchedHoldsIt
   }
 }
 
-TEST(TrueObjectPixels, TouchedPixelsAreTouched) {  // each set pixel has a point of the silhouette:
-                                                   // on a fine grid over it, but for grazing ones
+// Each set pixel has a point of the silhouette. A fine grid over the pixel finds it, except for
+// grazing ones.
+TEST(TrueObjectPixels, TouchedPixelsMeetTheSilhouette) {
   test::Random random(4);
   const auto object = test::random_object(random, 2, 0.3);
   const geometry::Camera camera = test::random_camera(random, 131, 90, 0.9);
@@ -126,11 +127,11 @@ TEST(TrueObjectPixels, TouchedPixelsAreTouched) {  // each set pixel has a point
       found += meets;
     }
   EXPECT_GT(set, 100);
-  EXPECT_GE(found, set - 3);  // a corner cut by less than 1/32 px is not found: about one in a
-                              // thousand border pixels
+  EXPECT_GE(found,
+            set - 3);  // the grid misses overlaps below 1/32 px: about 1 in 1000 border pixels
 }
 
-TEST(TrueObjectPixels, SphereSmallerThanAPixel) {
+TEST(TrueObjectPixels, SphereSmallerThanAPixelSetsItsPixel) {
   const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
                                 geometry::look_at({0, -1, 0}, {0, 0, 0})};
   test::Random random(6);
@@ -144,7 +145,7 @@ TEST(TrueObjectPixels, SphereSmallerThanAPixel) {
   }
 }
 
-TEST(TrueObjectPixels, BehindTheCameraNothing) {
+TEST(TrueObjectPixels, NothingBehindTheCameraIsSet) {
   const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
                                 Eigen::Isometry3d::Identity()};
   EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -1}, {0.3, 0, -2}, 0.2}}, camera,
@@ -154,15 +155,15 @@ TEST(TrueObjectPixels, BehindTheCameraNothing) {
   EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{0, 0, -0.3}, {0, 0, -0.3}, 0.25}}, camera,
                                PixelRule::touched)
                 .count(),
-            0u);  // close behind
-  // Sidewards of it and half in front, but outside the field of view.
+            0u);  // just behind the camera
+  // Beside the camera and half in front of it, but outside the field of view.
   EXPECT_EQ(true_object_pixels(std::vector<Capsule>{{{-1, 0, 0}, {-1, 0, -2}, 0.2}}, camera,
                                PixelRule::touched)
                 .count(),
             0u);
 }
 
-TEST(TrueObjectPixels, CapsuleFromBehindTheCameraIntoItsView) {
+TEST(TrueObjectPixels, CapsuleFromBehindTheCameraIsSetInFrontOfIt) {
   const geometry::Camera camera{geometry::pinhole_from_fov(100, 80, 0.8),
                                 Eigen::Isometry3d::Identity()};
   const std::vector<Capsule> object{{{0.3, 0, -1}, {0.1, 0, 1}, 0.05}};
@@ -182,7 +183,7 @@ TEST(TrueObjectPixels, CameraInsideTheCapsuleSeesItEverywhere) {
               8000u);
 }
 
-TEST(TrueObjectPixels, EmptyImageAndNoObject) {
+TEST(TrueObjectPixels, EmptyImageOrNoObjectSetsNothing) {
   EXPECT_EQ(true_object_pixels(
                 {}, {geometry::pinhole_from_fov(10, 8, 0.8), Eigen::Isometry3d::Identity()},
                 PixelRule::touched)

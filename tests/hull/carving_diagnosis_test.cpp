@@ -1,5 +1,5 @@
-// Who removes a point or a volume: against in_hull() of the other cameras, and on scenes whose
-// answer is known.
+// The carving diagnosis, against in_hull() with subsets of the cameras and on scenes with known
+// answers.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -78,7 +78,7 @@ TEST(DiagnosePoint, AgreesWithInHullWithAndWithoutEachCamera) {
   EXPECT_GT(too_few, 100);
 }
 
-TEST(DiagnosePoint, DegeneratePoints) {
+TEST(DiagnosePoint, DegeneratePointsHaveTheirVerdict) {
   test::Random random(1);
   auto silhouettes =
       test::silhouettes_of(test::random_object(random, 2), test::random_cameras(random, 2, 60, 45));
@@ -115,13 +115,13 @@ TEST(DiagnosePoint, DegeneratePoints) {
   EXPECT_EQ(diagnose_point(silhouettes, {0, 0, 0}).cameras[1].to_object_px, kInfinity);
 }
 
-// Opposed pairs of cameras so far away that their pixels' pyramids are all but prisms: volumes as
-// of boxes.
+// Opposed pairs of cameras, so far away that the pyramids of their pixels are nearly prisms and
+// volumes are those of boxes.
 struct Prisms : ::testing::Test {
   static constexpr double kFar_m = 1000;
   const AlignedBox3d box{Vector3d(-0.5, -0.5, -0.5), Vector3d(0.5, 0.5, 0.5)};
   std::vector<Silhouette> silhouettes;
-  Prisms() {  // 100 pixels a metre; along x, y and z
+  Prisms() {  // 100 pixels per metre; along x, y and z
     for (const Vector3d& eye :
          {Vector3d(kFar_m, 0, 0), Vector3d(0, kFar_m, 0), Vector3d(0, 0, kFar_m)})
       silhouettes.push_back(
@@ -136,15 +136,15 @@ struct Prisms : ::testing::Test {
   static void expect_volume(const SampledVolume& v, double expected_m3) {
     EXPECT_NEAR(
         v.volume_m3, expected_m3,
-        4 * v.error_m3 + 2e-3 * expected_m3);  // a pyramid's sides are 1 in 2000 off a prism's
+        4 * v.error_m3 + 2e-3 * expected_m3);  // the sides of a pyramid deviate by 1 in 2000
     EXPECT_LT(v.error_m3, 0.01);
   }
 };
 
-TEST_F(Prisms, VolumesInClosedForm) {
+TEST_F(Prisms, VolumesEqualTheClosedForm) {
   fill(0, {0, 0, 200, 200});
-  fill(1, {0, 0, 200, 110});   // leaves 60 % of the box: rows count downward, z upward
-  fill(2, {90, 0, 200, 200});  // leaves 60 % of the box
+  fill(1, {0, 0, 200, 110});   // keeps 60 % of the box: rows count downward, z upward
+  fill(2, {90, 0, 200, 200});  // keeps 60 % of the box
   const VolumeDiagnosis diagnosis = diagnose_volume(silhouettes, box, test_pool());
   expect_volume(diagnosis.hull, 0.36);
   EXPECT_EQ(diagnosis.too_few.volume_m3, 0);
@@ -164,8 +164,8 @@ TEST_F(Prisms, VolumesInClosedForm) {
   EXPECT_EQ(words.find("left"), std::string::npos) << words;
 }
 
-TEST_F(Prisms, PointsAreIndependentAlongEachPairOfAxes) {  // each camera limits one axis: half of
-                                                           // the box, twice, is a quarter
+// Two cameras each limit one axis to half of the box, so a quarter remains.
+TEST_F(Prisms, PointsAreIndependentAlongEachPairOfAxes) {
   for (const auto& [a, b] : {std::pair{PixelRect{100, 0, 200, 200}, PixelRect{100, 0, 200, 200}},
                              {{100, 0, 200, 200}, {0, 100, 200, 200}},
                              {{0, 100, 200, 200}, {100, 0, 200, 200}}}) {
@@ -176,7 +176,8 @@ TEST_F(Prisms, PointsAreIndependentAlongEachPairOfAxes) {  // each camera limits
   }
 }
 
-TEST_F(Prisms, ErrorsAreBinomial) {  // over many seeds, the spread is the stated one
+// The spread over many seeds is the stated error.
+TEST_F(Prisms, ErrorsAreBinomial) {
   fill(0, {0, 0, 200, 200});
   fill(1, {0, 0, 200, 110});
   fill(2, {0, 0, 200, 200});
@@ -188,10 +189,11 @@ TEST_F(Prisms, ErrorsAreBinomial) {  // over many seeds, the spread is the state
     sum2 += std::pow(diagnosis.hull.volume_m3 - 0.6, 2);
     stated2 += std::pow(diagnosis.hull.error_m3, 2);
   }
-  EXPECT_NEAR(std::sqrt(sum2 / stated2), 1, 0.2);  // 4 times the spread of a spread of 200
+  EXPECT_NEAR(std::sqrt(sum2 / stated2), 1,
+              0.2);  // 4 standard deviations of a spread of 200 samples
 }
 
-TEST_F(Prisms, ACameraWithoutObjectPixelIsNamed) {
+TEST_F(Prisms, NamesACameraWithoutObjectPixel) {
   fill(0, {50, 50, 150, 150});
   fill(2, {50, 50, 150, 150});
   for (const HullRule& rule : kRules) {
@@ -201,7 +203,7 @@ TEST_F(Prisms, ACameraWithoutObjectPixelIsNamed) {
     EXPECT_GT(diagnosis.hull.error_m3, 0);
     EXPECT_TRUE(diagnosis.cameras[1].no_object_pixel);
     EXPECT_FALSE(diagnosis.cameras[0].no_object_pixel || diagnosis.cameras[2].no_object_pixel);
-    if (rule.min_seen > 2) continue;  // the two others are too few
+    if (rule.min_seen > 2) continue;  // two remaining cameras are too few
     EXPECT_NEAR(diagnosis.cameras[1].removed_alone.volume_m3, 1, 0.01);
     EXPECT_EQ(diagnosis.cameras[0].removed_alone.volume_m3, 0);
     const std::string words = summary(diagnosis);
@@ -211,12 +213,12 @@ TEST_F(Prisms, ACameraWithoutObjectPixelIsNamed) {
   }
 }
 
-TEST_F(Prisms, ACameraThatLooksAwayAndOneThatIsNotFinite) {
+TEST_F(Prisms, NamesACameraThatLooksAwayAndOneThatIsNotFinite) {
   for (int c = 0; c < 3; ++c) fill(c, {0, 0, 200, 200});
   silhouettes[2].camera.camera_from_world = geometry::look_at({0, 0, 10}, {0, 0, 20}, {0, 1, 0});
   VolumeDiagnosis diagnosis = diagnose_volume(silhouettes, box, test_pool());
   EXPECT_NEAR(diagnosis.cameras[2].removed_alone_unseen.volume_m3, 1, 1e-12);
-  EXPECT_NE(summary(diagnosis).find("lies outside its image or behind it"), std::string::npos)
+  EXPECT_NE(summary(diagnosis).find("is outside its image or behind it"), std::string::npos)
       << summary(diagnosis);
   EXPECT_NEAR(diagnose_volume(silhouettes, box, test_pool(), {Limits::seen, 2}).hull.volume_m3, 1,
               0.01);
@@ -231,7 +233,7 @@ TEST_F(Prisms, ACameraThatLooksAwayAndOneThatIsNotFinite) {
       << summary(diagnosis);
 }
 
-TEST_F(Prisms, TheSameOnAnyNumberOfThreadsAndInNoOrder) {
+TEST_F(Prisms, IsIndependentOfThreadCountAndCameraOrder) {
   test::Random random(8);
   auto rig =
       test::silhouettes_of(test::random_object(random, 3), test::random_cameras(random, 5, 60, 45));
@@ -254,9 +256,10 @@ TEST_F(Prisms, TheSameOnAnyNumberOfThreadsAndInNoOrder) {
   }
 }
 
-TEST_F(Prisms, NoCameraAndNoBox) {
+TEST_F(Prisms, NoCameraOrNoBoxIsReported) {
   EXPECT_EQ(diagnose_volume({}, box, test_pool()).hull.volume_m3, 0);
-  EXPECT_EQ(summary(diagnose_volume({}, box, test_pool())), "There is no camera, hence no hull.");
+  EXPECT_EQ(summary(diagnose_volume({}, box, test_pool())),
+            "There is no camera, so there is no hull.");
   for (const AlignedBox3d& none :
        {AlignedBox3d(), AlignedBox3d(Vector3d(0, 0, 0), Vector3d(1, 0, 1)),
         AlignedBox3d(Vector3d(0, 0, 0), Vector3d(kInfinity, 1, 1)),
@@ -268,8 +271,8 @@ TEST_F(Prisms, NoCameraAndNoBox) {
   }
 }
 
-TEST(DiagnoseVolume,
-     GhostVolumesAreBlamedOnNoSingleCamera) {  // the fifth camera, from above, removes them alone
+// Only the fifth camera, from above, removes the ghosts alone.
+TEST(DiagnoseVolume, GhostVolumesAreBlamedOnNoSingleCamera) {
   const std::vector<Capsule> people{{{-0.6, 0, 0.2}, {-0.6, 0, 1.5}, 0.2},
                                     {{0.6, 0, 0.2}, {0.6, 0, 1.5}, 0.2}};
   std::vector<geometry::Camera> cameras;

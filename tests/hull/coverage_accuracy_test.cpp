@@ -1,5 +1,5 @@
-// How much nearer to the object the hull of coverage maps is than that of binary maps: surface and
-// normals of analytic spheres and capsules, from 1.5 to 30 px in radius, four to eight cameras.
+// Compares the hull of coverage maps with that of binary maps: surface and normals of analytic
+// spheres and capsules with radii from 1.5 to 30 px and four to eight cameras.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -23,7 +23,7 @@ constexpr int kWidth_px = 320, kHeight_px = 240;
 
 double focal_px() { return geometry::pinhole_from_fov(kWidth_px, kHeight_px, kFov_rad).fx_px; }
 
-// Around the object from all sides, each with its own roll.
+// Cameras around the object, each with its own roll.
 std::vector<geometry::Camera> rig(test::Random& random, int count) {
   std::vector<geometry::Camera> cameras;
   for (int i = 0; i < count; ++i)
@@ -34,8 +34,8 @@ std::vector<geometry::Camera> rig(test::Random& random, int count) {
   return cameras;
 }
 
-// First point of the hull of the true silhouettes along a ray, between near and far; steps of a
-// tenth of the radius.
+// First point of the hull of the true silhouettes along a ray between near and far. The search
+// takes steps of a tenth of the radius.
 std::optional<double> true_depth_m(const std::vector<Capsule>& object,
                                    const std::vector<geometry::Camera>& cameras,
                                    const geometry::Ray& ray, double near_m, double far_m) {
@@ -52,8 +52,9 @@ std::optional<double> true_depth_m(const std::vector<Capsule>& object,
   return std::nullopt;
 }
 
-// Normal of the capsule where the line of sight to p passes it nearest, square to that line: of the
-// tangent plane through the camera, where p is on the border of the true silhouette.
+// Normal of the capsule where the line of sight to p passes it nearest, perpendicular to that line.
+// If p is on the border of the true silhouette, it is the normal of the tangent plane through the
+// camera.
 Vector3d true_normal(const Capsule& capsule, const geometry::Camera& camera,
                      const Vector3d& p_world_m) {
   const Vector3d eye = geometry::camera_center_world_m(camera),
@@ -66,14 +67,11 @@ Vector3d true_normal(const Capsule& capsule, const geometry::Camera& camera,
   return -(a2 + s * d2).normalized();
 }
 
-// --- normals of binary maps
-// ------------------------------------------------------------------------------------
-
-// Sides between object pixels and others, as segments of the corner lattice (corner (u, v) is the
-// pixel (u, v)'s upper left).
+// Edges between object pixels and others, as segments of the corner lattice: corner (u, v) is the
+// upper left one of pixel (u, v).
 struct Side {
   Vector2d from, to, outward;
-  Vector2d middle() const { return 0.5 * (from + to); }
+  Vector2d center() const { return 0.5 * (from + to); }
 };
 
 std::vector<Side> sides_near(const ObjectPixels& pixels, const Vector2d& uv, double window_px) {
@@ -85,23 +83,23 @@ std::vector<Side> sides_near(const ObjectPixels& pixels, const Vector2d& uv, dou
       if (!pixels.contains(u, v)) continue;
       for (const auto& [du, dv] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
         if (pixels.contains(u + du, v + dv)) continue;
-        const Vector2d outward(du, dv), along(-dv, du), middle = Vector2d(u, v) + 0.5 * outward;
-        if ((middle - uv).norm() <= window_px)
-          sides.push_back({middle - 0.5 * along, middle + 0.5 * along, outward});
+        const Vector2d outward(du, dv), along(-dv, du), center = Vector2d(u, v) + 0.5 * outward;
+        if ((center - uv).norm() <= window_px)
+          sides.push_back({center - 0.5 * along, center + 0.5 * along, outward});
       }
     }
   return sides;
 }
 
-// Least squares: the line nearest to the middles of the sides within the window that hang together
-// with the one nearest to uv.
+// Least-squares line through the centers of the edges within the window that are connected with the
+// edge nearest to uv.
 std::optional<Vector2d> fitted_outward(const ObjectPixels& pixels, const Vector2d& uv,
                                        double window_px) {
   std::vector<Side> sides = sides_near(pixels, uv, window_px);
   if (sides.empty()) return std::nullopt;
   std::vector<Side> linked{
       *std::min_element(sides.begin(), sides.end(), [&](const Side& a, const Side& b) {
-        return (a.middle() - uv).norm() < (b.middle() - uv).norm();
+        return (a.center() - uv).norm() < (b.center() - uv).norm();
       })};
   std::erase_if(sides,
                 [&](const Side& s) { return s.from == linked[0].from && s.to == linked[0].to; });
@@ -114,9 +112,9 @@ std::optional<Vector2d> fitted_outward(const ObjectPixels& pixels, const Vector2
         ++j;
     }
   Vector2d mean = Vector2d::Zero(), outward = Vector2d::Zero();
-  for (const Side& s : linked) mean += s.middle() / double(linked.size()), outward += s.outward;
+  for (const Side& s : linked) mean += s.center() / double(linked.size()), outward += s.outward;
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-  for (const Side& s : linked) spread += (s.middle() - mean) * (s.middle() - mean).transpose();
+  for (const Side& s : linked) spread += (s.center() - mean) * (s.center() - mean).transpose();
   const Vector2d normal =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvectors().col(0);
   return normal.dot(outward) >= 0 ? normal : Vector2d(-normal);
@@ -129,9 +127,6 @@ Vector3d normal_world(const geometry::Camera& camera, const Vector2d& uv_px,
                    outward.dot(Vector2d(k.cx_px, k.cy_px) - uv_px));
   return (camera.camera_from_world.linear().transpose() * n).normalized();
 }
-
-// --- measurement
-// -----------------------------------------------------------------------------------------------
 
 double percentile(std::vector<double> values, double p) {
   if (values.empty()) return 0;
@@ -151,12 +146,12 @@ base::WorkerPool& test_pool() {
   return pool;
 }
 
-// Surface in footprints of a map pixel at the object, along the ray.
+// Error of the surface along the ray, in footprints of a map pixel at the object.
 void add_surface(Errors& e, float depth_m, double truth_m) {
   e.surface_px.push_back(std::abs(depth_m - truth_m) * focal_px() / kDistance_m);
 }
 
-// The camera whose map is left a nanometre before the border point.
+// The camera whose map the ray leaves one nanometre before the border point.
 int limiting_camera(const std::vector<Silhouette>& silhouettes, const geometry::Ray& ray,
                     double depth_m) {
   const Vector3d before = ray.origin_world_m + (depth_m - 1e-6) * ray.direction_world;
@@ -177,8 +172,8 @@ void measure_binary(Errors& e, const std::vector<Silhouette>& silhouettes, const
         degrees_between(normal_world(s.camera, uv, *outward), true_normal(capsule, s.camera, p)));
 }
 
-// Window of the binary maps' fit, by the radius: near the best of 2, 3, 4, 5, 7 and 10 px for
-// spheres and capsules both (they differ), so that the comparison is not with a bad fit.
+// Window of the fit to binary maps, by radius: close to the best of 2, 3, 4, 5, 7 and 10 px for
+// both spheres and capsules, so that the comparison is with a good fit.
 double window_px(double radius_px) {
   return radius_px < 2 ? 2 : radius_px < 5 ? 3 : radius_px < 10 ? 4 : radius_px < 20 ? 6 : 9;
 }
@@ -191,22 +186,22 @@ void compare(Compared& all, test::Random& random, double radius_px, bool long_on
              int cameras_count) {
   const double radius_m = radius_px * kDistance_m / focal_px();
   const Vector3d half = (long_one ? 1.5 * radius_m : 0.0) * test::random_direction(random),
-                 middle = test::random_in_ball(random, 0.02);
-  const std::vector<Capsule> object{{middle - half, middle + half, radius_m}};
+                 center = test::random_in_ball(random, 0.02);
+  const std::vector<Capsule> object{{center - half, center + half, radius_m}};
   const auto cameras = rig(random, cameras_count);
   std::vector<CoverageSilhouette> covered;
   for (const geometry::Camera& c : cameras) covered.push_back({c, true_coverage(object, c)});
-  const auto centre = test::silhouettes_of(object, cameras, PixelRule::center),
+  const auto center_maps = test::silhouettes_of(object, cameras, PixelRule::center),
              touched = test::silhouettes_of(object, cameras, PixelRule::touched);
   const double reach_m = radius_m + half.norm(), eye_m = 8 * reach_m + 0.1;
   const View view{{geometry::pinhole_from_fov(24, 24, 2.2 * reach_m / eye_m),
-                   geometry::look_at(middle + eye_m * test::random_direction(random), middle,
+                   geometry::look_at(center + eye_m * test::random_direction(random), center,
                                      test::random_direction(random))},
                   eye_m - 4 * reach_m,
                   eye_m + 4 * reach_m};
   const PixelRect rect = test::whole_image(view.camera);
   const SurfaceTile tile = CoverageHull(test_pool(), covered).surface(view, rect);
-  const DepthTile by_center = CpuHull(test_pool(), centre).depth(view, rect),
+  const DepthTile by_center = CpuHull(test_pool(), center_maps).depth(view, rect),
                   by_touched = CpuHull(test_pool(), touched).depth(view, rect);
   for (int i = 0; i < int(rect.area_px()); ++i) {
     const geometry::Ray ray = geometry::ray_through(view.camera, Vector2d(i % 24, i / 24));
@@ -217,7 +212,8 @@ void compare(Compared& all, test::Random& random, double radius_px, bool long_on
     add_surface(all.coverage, tile.depth_m[i], *truth_m);
     add_surface(all.center, by_center.depth_m[i], *truth_m);
     add_surface(all.touched, by_touched.depth_m[i], *truth_m);
-    measure_binary(all.center, centre, object[0], ray, by_center.depth_m[i], window_px(radius_px));
+    measure_binary(all.center, center_maps, object[0], ray, by_center.depth_m[i],
+                   window_px(radius_px));
     measure_binary(all.touched, touched, object[0], ray, by_touched.depth_m[i],
                    window_px(radius_px));
     if (tile.limiting[i] < 0) continue;
@@ -238,9 +234,9 @@ void print(const char* what, double radius_px, const Compared& all) {
   std::printf("\n");
 }
 
-// Least factors measured here: surface 1.85 in the median, 2.5 in the 95th percentile; normals 1.3
-// and 1.1 where the object is 3 px thin, so that its other side is in the window, 2.1 and 1.68 from
-// a radius of 3 px on. Asserted with some room for other rounding.
+// Minimum factors: surface 1.85 (median) and 2.5 (95th percentile). Normals: 1.3 and 1.1 if the
+// object is 3 px thin, because its other side is in the window; 2.1 and 1.68 from a radius of 3 px
+// on. The bounds below leave a margin for other rounding.
 constexpr double kSurfaceGain = 1.7, kNormalGain = 1.05, kNormalGainFrom3px = 1.5;
 
 TEST(CoverageAccuracy, SurfaceAndNormalsAreNearerThanThoseOfBinaryMaps) {

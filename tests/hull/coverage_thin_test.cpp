@@ -1,5 +1,5 @@
-// Things thinner than a pixel in coverage maps: wires of 0.2 to 2 px at all angles and offsets are
-// kept without gaps.
+// preserve_thin() keeps parts thinner than a pixel connected: wires of 0.2 to 2 px at all angles
+// and offsets.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,17 +23,17 @@ constexpr int kSize_px = 64;
 constexpr double kLength_px = 44;
 constexpr double kEnd_px = 3.0;
 
-// One camera before a wire in the plane z = 1 m square to it: a pixel is a millimetre there, and
-// the wire a strip with round ends.
+// One camera that faces a wire in the plane z = 1 m. A pixel is 1 mm there, and the wire is a strip
+// with round ends.
 struct Wire {
   double width_px, angle_rad;
-  Vector2d middle_px;
+  Vector2d center_px;
   Vector2d along() const { return {std::cos(angle_rad), std::sin(angle_rad)}; }
   CoverageMap map() const {
     const geometry::Camera camera{{kSize_px, kSize_px, 1000, 1000, 0, 0},
                                   Eigen::Isometry3d::Identity()};
-    const Vector2d a = (middle_px - 0.5 * kLength_px * along()) / 1000,
-                   b = (middle_px + 0.5 * kLength_px * along()) / 1000;
+    const Vector2d a = (center_px - 0.5 * kLength_px * along()) / 1000,
+                   b = (center_px + 0.5 * kLength_px * along()) / 1000;
     const Capsule capsule{{a.x(), a.y(), 1}, {b.x(), b.y(), 1}, width_px / 2000};
     return true_coverage({&capsule, 1}, camera);
   }
@@ -43,8 +43,8 @@ Wire random_wire(test::Random& random, double width_px) {
           Vector2d(32 + test::uniform(random, -0.5, 0.5), 32 + test::uniform(random, -0.5, 0.5))};
 }
 
-// Inside pixels that hang together: 4-neighbours by an edge of the interpolant, diagonal ones where
-// its saddle is above one half.
+// Connected pixels above one half. Four-neighbours are connected by the edge of the interpolant;
+// diagonal ones if the saddle between them is above one half.
 bool joined(const CoverageMap& m, int u, int v, int du, int dv) {
   if (side_of_border(m.at(u, v)) < 0 || side_of_border(m.at(u + du, v + dv)) < 0) return false;
   if (du == 0 || dv == 0) return true;
@@ -53,10 +53,11 @@ bool joined(const CoverageMap& m, int u, int v, int du, int dv) {
          side_of_border(m.at(u, v)) * side_of_border(m.at(u + du, v + dv)) > a * b;
 }
 
-// The wire's level set runs from one end, but for kEnd_px, to the other.
+// Returns true if the wire's level set is connected from end to end, except for kEnd_px at each
+// end.
 bool unbroken(const CoverageMap& m, const Wire& wire) {
   const auto along = [&](int u, int v) {
-    return (Vector2d(u, v) - wire.middle_px).dot(wire.along());
+    return (Vector2d(u, v) - wire.center_px).dot(wire.along());
   };
   std::vector<char> seen(kSize_px * kSize_px);
   std::queue<std::pair<int, int>> queue;
@@ -80,7 +81,7 @@ bool unbroken(const CoverageMap& m, const Wire& wire) {
 
 struct Level {
   double width_px,
-      farthest_px;  // mean, over the wire but for its ends; of the level set from the axis
+      farthest_px;  // mean over the wire without its ends; distance of the level set from the axis
 };
 Level level_of(const CoverageMap& m, const Wire& wire) {
   constexpr int kPerPixel = 8;
@@ -89,7 +90,7 @@ Level level_of(const CoverageMap& m, const Wire& wire) {
   for (int j = 0; j < kSize_px * kPerPixel; ++j)
     for (int i = 0; i < kSize_px * kPerPixel; ++i) {
       const Vector2d uv((i + 0.5) / kPerPixel - 0.5, (j + 0.5) / kPerPixel - 0.5),
-          d = uv - wire.middle_px;
+          d = uv - wire.center_px;
       const double across = std::abs(d.x() * wire.along().y() - d.y() * wire.along().x());
       if (across > 3 || std::abs(d.dot(wire.along())) > half ||
           m.interpolated(uv.x(), uv.y()) < 0.5)
@@ -105,8 +106,8 @@ double percentile(std::vector<double> values, double p) {
   return values[std::size_t(p * double(values.size() - 1))];
 }
 
-// At any angle; every fourth within 2 degrees of a diagonal or exactly on it, every eighth along
-// rows or columns.
+// Wires at any angle: every fourth within 2 degrees of a diagonal or exactly on it, every eighth
+// along rows or columns.
 std::vector<Wire> wires(double width_px, int count) {
   test::Random random(unsigned(width_px * 1000));
   std::vector<Wire> all;
@@ -130,7 +131,7 @@ TEST(ThinCoverage, KeepsWiresConnected) {
       broken_before += !unbroken(map, wire);
       for (const ThinRule rule : {ThinRule::contained, ThinRule::as_wide})
         EXPECT_TRUE(unbroken(preserve_thin(map, {.rule = rule}), wire))
-            << width_px << " px, " << wire.angle_rad << " rad at " << wire.middle_px.transpose();
+            << width_px << " px, " << wire.angle_rad << " rad at " << wire.center_px.transpose();
     }
   EXPECT_GT(broken_before, 500);
 }
@@ -140,15 +141,15 @@ TEST(ThinCoverage, ContainedRuleKeepsTheAxisInside) {
     for (const Wire& wire : wires(width_px, 80)) {
       const CoverageMap kept = preserve_thin(wire.map());
       for (double t = -0.5 * kLength_px + kEnd_px; t <= 0.5 * kLength_px - kEnd_px; t += 0.05) {
-        const Vector2d uv = wire.middle_px + t * wire.along();
+        const Vector2d uv = wire.center_px + t * wire.along();
         EXPECT_GE(kept.interpolated(uv.x(), uv.y()), 0.5)
-            << width_px << " px, " << wire.angle_rad << " rad at " << wire.middle_px.transpose()
+            << width_px << " px, " << wire.angle_rad << " rad at " << wire.center_px.transpose()
             << ", " << t;
       }
     }
 }
 
-TEST(ThinCoverage, WireWidthAndPosition) {
+TEST(ThinCoverage, WiresKeepTheirWidthAndPosition) {
   std::printf("%5s | %-17s | %-26s | %-26s\n", "wire", "no rule: width px",
               "contained: width, beyond", "as wide: width, beyond");
   for (const double width_px : {0.2, 0.3, 0.5, 0.7, 0.9, 1.0, 1.2, 1.5, 2.0}) {
@@ -169,22 +170,23 @@ TEST(ThinCoverage, WireWidthAndPosition) {
                   percentile(widths[rule], 0.5), percentile(widths[rule], 0.95),
                   percentile(beyond[rule], 0.5), percentile(beyond[rule], 1));
     std::printf("\n");
-    // A join at a corner widens what is very thin; eight samples a pixel tell 1/16 px.
+    // Connecting pixels at a corner widens very thin wires; eight samples per pixel resolve 1/16
+    // px.
     EXPECT_NEAR(percentile(widths[1], 0.5), width_px, 0.11);
     EXPECT_LE(percentile(beyond[1], 1),
-              std::max(0.0, 1 - width_px) / 2 + 0.25);  // moved to the row, and joined at corners;
-                                                        // 0.09 px is the interpolant's own error
+              std::max(0.0, 1 - width_px) / 2 + 0.25);  // moved to the row, connected at corners;
+                                                        // 0.09 px is the error of the interpolant
     EXPECT_GE(percentile(widths[0], 0.05), std::min(1.0, width_px) - 0.4);
     EXPECT_LE(percentile(beyond[0], 1), std::max(0.0, 1 - width_px) / 2 + 0.5);
   }
 }
 
 TEST(ThinCoverage, RowAlignedStripsKeepTheirWidthOrBorders) {
-  for (int c = 40; c < 255; ++c) {  // within the row
+  for (int c = 40; c < 255; ++c) {  // strips within the row
     CoverageMap map(9, 9);
     for (int u = 0; u < 9; ++u) map.set(u, 4, std::uint8_t(c));
     const double w = c / 255.0, half = 0.5 * w,
-                 quantum = 1.0 / 255;  // of coverage: moves a border by at most as much in pixels
+                 quantum = 1.0 / 255;  // of coverage; moves a border by at most as much [px]
     const CoverageMap as_wide = preserve_thin(map, {.rule = ThinRule::as_wide}),
                       contained = preserve_thin(map);
     for (const double side : {-1.0, 1.0}) {
@@ -194,7 +196,7 @@ TEST(ThinCoverage, RowAlignedStripsKeepTheirWidthOrBorders) {
     }
   }
   for (int above = 1; above < 127;
-       above += 7)  // across the border of two rows: [1/2 - above, 1/2 + below] of it
+       above += 7)  // strips across the border of two rows: [1/2 - above, 1/2 + below]
     for (int below = above; below < 127; below += 7) {
       if (above + below < 45) continue;
       CoverageMap map(9, 9);
@@ -250,9 +252,9 @@ TEST(ThinCoverage, LeavesGapsBinaryMapsAndThickObjectsUnchanged) {
       EXPECT_EQ(preserve_thin(map, {.rule = rule}), map);
 }
 
-// A wire in space, of some pixels' width in all images.
+// A wire in space that is some pixels wide in all images.
 struct WireRig {
-  Vector3d middle, half;
+  Vector3d center, half;
   std::vector<CoverageSilhouette> silhouettes;
 };
 WireRig wire_rig(test::Random& random, int cameras, double width_px, ThinRule rule) {
@@ -262,24 +264,25 @@ WireRig wire_rig(test::Random& random, int cameras, double width_px, ThinRule ru
         geometry::pinhole_from_fov(160, 160, 0.5),
         geometry::look_at(1.5 * test::random_direction(random), test::random_in_ball(random, 0.02),
                           test::random_direction(random))};
-    const Capsule wire{rig.middle - rig.half, rig.middle + rig.half,
+    const Capsule wire{rig.center - rig.half, rig.center + rig.half,
                        0.5 * width_px * 1.5 / camera.pinhole.fx_px};
     rig.silhouettes.push_back(
         {camera, preserve_thin(true_coverage({&wire, 1}, camera), {.rule = rule})});
   }
   return rig;
 }
-// More than kEnd_px from the wire's ends in every image.
+// More than kEnd_px from the ends of the wire in every image.
 bool well_within(const WireRig& rig, const Vector3d& p_world_m) {
   return std::all_of(
       rig.silhouettes.begin(), rig.silhouettes.end(), [&](const CoverageSilhouette& s) {
         const auto uv = [&](const Vector3d& p) { return *geometry::project(s.camera, p); };
-        return (uv(p_world_m) - uv(rig.middle + rig.half)).norm() > kEnd_px &&
-               (uv(p_world_m) - uv(rig.middle - rig.half)).norm() > kEnd_px;
+        return (uv(p_world_m) - uv(rig.center + rig.half)).norm() > kEnd_px &&
+               (uv(p_world_m) - uv(rig.center - rig.half)).norm() > kEnd_px;
       });
 }
 
-TEST(ThinCoverage, HullOfAWireIsConnectedAlongIt) {  // it holds the axis
+// The hull contains the axis.
+TEST(ThinCoverage, HullOfAWireIsConnectedAlongIt) {
   std::printf("share of a wire's axis in the hull\n%7s %5s %9s %7s\n", "cameras", "px", "contained",
               "as wide");
   for (const int cameras : {2, 3, 4, 6})
@@ -291,7 +294,7 @@ TEST(ThinCoverage, HullOfAWireIsConnectedAlongIt) {  // it holds the axis
         for (int k = 0; k < 12; ++k) {
           const WireRig rig = wire_rig(random, cameras, width_px, rule);
           for (double t = -1; t <= 1; t += 0.002) {
-            const Vector3d p = rig.middle + t * rig.half;
+            const Vector3d p = rig.center + t * rig.half;
             if (!well_within(rig, p)) continue;
             ++all;
             in[int(rule)] += in_hull(rig.silhouettes, p);

@@ -1,6 +1,5 @@
-// What live systems meet: calibrations that are off, frames that are late, shadows, lost cameras.
-// The hull must change as its definition says, no more; and backend cpu must not show on what it
-// runs.
+// Disturbed input: calibration errors, late frames, shadows and lost cameras change the hull only
+// as its definition requires. The result of backend `cpu` does not depend on the machine.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
@@ -17,7 +16,7 @@ namespace {
 using namespace test;
 using Eigen::Vector3d;
 
-constexpr float kTie_m = 1e-6f;  // of borders that coincide
+constexpr float kTie_m = 1e-6f;  // tolerance for borders that coincide [m]
 
 // Four cameras about an upright figure; a view from between two of them.
 struct DisturbedInput : ::testing::Test {
@@ -50,14 +49,14 @@ int hits(const std::vector<float>& depth) {
   return int(std::count_if(depth.begin(), depth.end(), [](float d) { return d != kNoHull; }));
 }
 
-// Whatever the inner hull's ray meets, the outer's meets no later.
+// Expects that each ray that meets the inner hull meets the outer hull no later.
 void expect_within(const std::vector<float>& inner, const std::vector<float>& outer) {
   for (std::size_t i = 0; i < inner.size(); ++i)
     EXPECT_TRUE(inner[i] == kNoHull || (outer[i] != kNoHull && outer[i] <= inner[i] + kTie_m))
         << "ray " << i;
 }
 
-// Object pixels and all their neighbours; or those whose neighbours all are.
+// Grows the object by one pixel, or shrinks it.
 ObjectPixels grown(const ObjectPixels& pixels, bool shrink) {
   ObjectPixels out(pixels.width_px(), pixels.height_px());
   for (int v = 0; v < pixels.height_px(); ++v)
@@ -70,8 +69,8 @@ ObjectPixels grown(const ObjectPixels& pixels, bool shrink) {
   return out;
 }
 
-TEST_F(DisturbedInput,
-       CameraMovedByOnePixelOfCalibrationError) {  // no more than maps grown and shrunk by a pixel
+// The hull lies between those of the maps shrunk and grown by one pixel.
+TEST_F(DisturbedInput, CalibrationErrorOfOnePixelChangesTheHullByAtMostOnePixel) {
   auto right = seen(figure()), wrong = right, wide = right, narrow = right;
   wrong[0].camera.pinhole.cx_px += 1;
   wrong[2].camera.pinhole.cy_px -= 1;
@@ -84,7 +83,8 @@ TEST_F(DisturbedInput,
   expect_within(depth(narrow), off);
 }
 
-TEST_F(DisturbedInput, OneFrameLate) {  // the hull is what the late map leaves of the others'
+// The hull is the part of the other cameras' hull that the late map keeps.
+TEST_F(DisturbedInput, LateFrameStaysInTheHullOfTheOtherCameras) {
   auto set = seen(figure({0.03, 0, 0}));
   const auto others = depth(std::span(set).subspan(1)), now = depth(set);
   set[0] = seen(figure())[0];
@@ -94,9 +94,9 @@ TEST_F(DisturbedInput, OneFrameLate) {  // the hull is what the late map leaves 
   expect_within(late, others);
 }
 
-TEST_F(DisturbedInput,
-       OneCameraFrozen) {  // nothing while the figure is elsewhere, which the diagnosis
-                           // says; all again when it is back
+// The hull is empty while the figure is elsewhere, the diagnosis names the camera, and the hull is
+// complete when the figure is back.
+TEST_F(DisturbedInput, FrozenCameraIsNamedByTheDiagnosis) {
   const auto frozen = seen(figure())[0];
   const auto at_start = depth(seen(figure()));
   auto away = seen(figure({0.25, -0.2, 0}));
@@ -115,8 +115,8 @@ TEST_F(DisturbedInput,
   EXPECT_EQ(depth(back), at_start);
 }
 
-TEST_F(DisturbedInput,
-       ShadowSegmentedAsObject) {  // adds at most what the others leave, and removes nothing
+// The shadow adds at most what the other cameras keep, and removes nothing.
+TEST_F(DisturbedInput, ShadowSegmentedAsObjectOnlyAddsVolume) {
   const auto clean = seen(figure());
   auto shadowed = clean;
   const auto shadow = test::silhouettes_of({{{0, 0, -0.05}, {-0.2, 0.15, -0.05}, 0.04}}, cameras);
@@ -129,7 +129,7 @@ TEST_F(DisturbedInput,
   expect_within(with, depth(others));
 }
 
-TEST_F(DisturbedInput, CameraDroppedAndRestored) {
+TEST_F(DisturbedInput, RestoredCameraRestoresTheHull) {
   const auto all = seen(figure());
   CpuHull hull(pool);
   const auto depth_now = [&](std::span<const Silhouette> silhouettes) {
@@ -142,9 +142,6 @@ TEST_F(DisturbedInput, CameraDroppedAndRestored) {
   EXPECT_GT(hits(without), hits(before));
   expect_within(before, without);
 }
-
-// --- where float is least sure
-// ----------------------------------------------------------------------------------
 
 void expect_reference(const std::vector<Silhouette>& silhouettes, const View& view, int step,
                       int min_hits) {
@@ -160,7 +157,8 @@ void expect_reference(const std::vector<Silhouette>& silhouettes, const View& vi
     bool agrees = pieces.empty() && d == kNoHull;
     for (const Interval& piece : pieces) {
       if (d != kNoHull && std::abs(d - piece.enter) <= std::max(kTie_m, 2e-6f * d)) agrees = true;
-      if (piece.leave - piece.enter > 1e-9) break;  // a tie's piece may be found or not
+      if (piece.leave - piece.enter > 1e-9)
+        break;  // the backend may find a piece this short or not
     }
     EXPECT_TRUE(agrees) << "ray " << i << ": " << d << ", reference "
                         << (pieces.empty() ? 0 : pieces.front().enter);
@@ -169,8 +167,8 @@ void expect_reference(const std::vector<Silhouette>& silhouettes, const View& vi
   EXPECT_GE(hit, min_hits);
 }
 
-TEST(SimdPrecisionLimits,
-     EyeAtOrNextToACamerasCentre) {  // images that stand still, or move a little any way
+// Images stand still there, or move a little in any direction.
+TEST(SimdPrecisionLimits, EyeAtOrNextToACameraCentreEqualsTheReference) {
   for (int seed = 1; seed <= 6; ++seed)
     for (const double off_m : {0.0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2}) {
       SCOPED_TRACE(seed);
@@ -183,7 +181,8 @@ TEST(SimdPrecisionLimits,
                 5};
       view.camera.camera_from_world.translation() += off_m * test::random_direction(random);
       expect_reference(silhouettes, view, 3, 10);
-      for (const int axis : {0, 1}) {  // along one axis only: that way is sure, the other is not
+      for (const int axis :
+           {0, 1}) {  // along one axis: its direction is certain, that of the other axis is not
         view.camera.camera_from_world = silhouettes[0].camera.camera_from_world;
         view.camera.camera_from_world.translation()[axis] += off_m;
         expect_reference(silhouettes, view, 3, 10);
@@ -191,8 +190,8 @@ TEST(SimdPrecisionLimits,
     }
 }
 
-// Every ray of many views of noise, where every border is near another: without its margins float
-// decides some of them otherwise.
+// Every ray of many views of noise, where every border is near another. Without its error bounds
+// the float code would decide some of these rays wrongly.
 TEST(SimdPrecisionLimits, AgreeWithDoubleOnNoise) {
   base::WorkerPool pool(2);
   int rays = 0, hit = 0;
@@ -228,16 +227,17 @@ TEST(SimdPrecisionLimits, CameraNearTheEyeHasALargeDepthRatio) {
     test::Random random(seed);
     const Eigen::Isometry3d eye = geometry::look_at({0, -1.2, 0.1}, {0, 0, 0});
     std::vector<geometry::Camera> cameras = test::random_cameras(random, 2);
-    cameras.push_back({geometry::pinhole_from_fov(120, 90, 1.2),
-                       geometry::look_at({0.03 * test::uniform(random, -1, 1), -1.1, 0.1},
-                                         {0, 0, 0})});  // coarse, 10 cm before the eye
+    cameras.push_back(
+        {geometry::pinhole_from_fov(120, 90, 1.2),
+         geometry::look_at({0.03 * test::uniform(random, -1, 1), -1.1, 0.1},
+                           {0, 0, 0})});  // a coarse camera, 10 cm in front of the eye
     expect_reference(test::silhouettes_of(test::random_object(random, 3), cameras),
                      {{geometry::pinhole_from_fov(160, 120, 0.4), eye}, 0.12, 6}, 7, 20);
   }
 }
 
-TEST(SimdPrecisionLimits, MapLargerThanFloatCanIndex) {  // 25 million: objects in opposite
-                                                         // corners, so that all of it is in use
+// A map of 25 million pixels with objects in opposite corners, so that all of it is stored.
+TEST(SimdPrecisionLimits, MapLargerThanFloatCanIndexEqualsTheReference) {
   const int size = 5000;
   std::vector<Silhouette> silhouettes;
   for (const Vector3d& at : {Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {
@@ -256,9 +256,6 @@ TEST(SimdPrecisionLimits, MapLargerThanFloatCanIndex) {  // 25 million: objects 
        5},
       23, 5);
 }
-
-// --- what it runs on
-// -------------------------------------------------------------------------------------------
 
 TEST_F(DisturbedInput, IsBitIdenticalForAnyThreadCount) {
   const auto set = seen(figure());

@@ -33,7 +33,7 @@ TEST_F(Pbm, RoundTripsBitForBit) {
 }
 
 TEST_F(Pbm, ErrorsNameTheFile) {
-  EXPECT_NE(why_not(4, 4).find(file.string()), std::string::npos);  // not there
+  EXPECT_NE(why_not(4, 4).find(file.string()), std::string::npos);  // the file does not exist
   std::ofstream(file) << "P4\n4 4\nab";
   EXPECT_NE(why_not(4, 4).find("ends in row 2"), std::string::npos);
   EXPECT_NE(why_not(5, 4).find("5x4"), std::string::npos);

@@ -1,5 +1,5 @@
-// What must hold on every rig: 10,000 random ones, with small maps, from seeds. Each property has
-// 2,000 of its own.
+// Properties that hold for every rig, on 10,000 seeded random rigs with small maps: 2,000 for each
+// property.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,12 +18,12 @@ using Eigen::Vector3d;
 constexpr int kRigs = 2000;
 
 base::WorkerPool& test_pool() {
-  static base::WorkerPool pool(1);  // maps too small to share
+  static base::WorkerPool pool(1);  // more threads would not help with maps this small
   return pool;
 }
 
-// One to six cameras, near and far, with long and short lenses, of an object or of noise, by either
-// rule.
+// One to six cameras, near and far, with short and long focal lengths, that see an object or noise,
+// with either rule.
 struct Rig {
   std::vector<Silhouette> silhouettes;
   HullRule rule;
@@ -76,7 +76,7 @@ TEST(HullProperties, FreeAndSolidBallsAreUniform) {
       const double free_m = q.query.free_radius_m(p), solid_m = q.query.solid_radius_m(p);
       ASSERT_FALSE(free_m > 0 && solid_m > 0);
       const double radius_m =
-          std::min(std::max(free_m, solid_m), 100.0);  // infinite where there is no hull
+          std::min(std::max(free_m, solid_m), 100.0);  // infinite if there is no hull
       if (!(radius_m > 0)) continue;
       ++(solid_m > 0 ? solid : free);
       for (int k = 0; k < 60; ++k) {
@@ -139,9 +139,9 @@ geometry::Camera scaled(geometry::Camera camera, double factor) {
   return camera;
 }
 
-// A length in another unit. Powers of two change no digit; other factors only by rounding: what is
-// near a pixel's border may then fall to its other side, hence of radii that are not tiny, and with
-// a distance as slack.
+// Scales all lengths. Factors of 2 change no digit. Other factors change the rounding, so a point
+// near a pixel's border may move to its other side; the radii are therefore compared with a slack,
+// and only if they are not tiny.
 TEST(HullProperties, ScalesWithTheUnitOfLength) {
   int compared = 0, hits = 0, moved = 0;
   for (int seed = 1; seed <= kRigs; ++seed) {
@@ -182,7 +182,7 @@ TEST(HullProperties, ScalesWithTheUnitOfLength) {
     }
   }
   EXPECT_GT(hits, 2000);
-  EXPECT_LE(moved, hits / 1000);  // rays that rounding takes past a corner of a hull
+  EXPECT_LE(moved, hits / 1000);  // rays that pass a corner of a hull because of rounding
   std::cout << compared << " points, " << hits << " hits, " << moved << " moved\n";
 }
 

@@ -1,4 +1,4 @@
-// Segments and rays against the reference, and against points; and their hard cases.
+// HullQuery for segments and rays, against the reference and against points, and its hard cases.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,14 +14,13 @@ namespace {
 using namespace test;
 using Eigen::Vector3d;
 
-// Pieces of a ray shorter than this are ties of pixel borders: rounding decides whether they exist.
-// In units of the parameter.
+// Pieces of a ray shorter than this result from rounding at pixel borders [ray parameter].
 constexpr double kTie = 1e-9;
-// How far an interval's end may be from the reference's, where the ray's image does not creep along
-// a border.
+// Bound of the difference between an end of an interval and the reference, for rays whose image
+// does not move along a border [ray parameter].
 constexpr double kAgree = 1e-8;
 
-// Both without pieces that are ties.
+// Compares the intervals without pieces shorter than the tie.
 std::vector<Interval> without_ties(std::vector<Interval> pieces, double tie) {
   std::vector<Interval> joined;
   for (const Interval& i : pieces)
@@ -55,8 +54,8 @@ void expect_reference(std::span<const Silhouette> silhouettes, const HullQuery& 
   }
 }
 
-TEST(HullQueryRay, IsTheReferenceOnRandomRigs) {  // any direction and length, origins behind
-                                                  // cameras and inside the hull
+// Rays of any direction and length, with origins behind cameras and inside the hull.
+TEST(HullQueryRay, EqualsTheReferenceOnRandomRigs) {
   for (int seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
@@ -75,7 +74,7 @@ TEST(HullQueryRay, IsTheReferenceOnRandomRigs) {  // any direction and length, o
   }
 }
 
-TEST(HullQueryRay, IsTheReferenceOnNoise) {
+TEST(HullQueryRay, EqualsTheReferenceOnNoise) {
   for (int seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(seed);
     test::Random random(seed);
@@ -134,7 +133,7 @@ struct SquareQuery : ::testing::Test {
   }
 };
 
-TEST_F(SquareQuery, RayThroughACameraCentre) {
+TEST_F(SquareQuery, RayThroughACameraCentreEqualsTheReference) {
   fill(0, {10, 10, 90, 70});
   fill(1, {10, 10, 90, 70});
   for (const HullRule& rule : test::kRules) {
@@ -145,8 +144,8 @@ TEST_F(SquareQuery, RayThroughACameraCentre) {
   }
 }
 
-TEST_F(SquareQuery, RayTangentToASilhouette) {  // in the plane of a row's upper border: one side or
-                                                // the other, without a gap
+// The ray is in the plane of a row's upper border, so it counts as on one side without a gap.
+TEST_F(SquareQuery, RayTangentToASilhouetteHasNoGap) {
   fill(0, {20, 20, 80, 60});
   fill(1, {20, 20, 80, 60});
   const geometry::Camera& c = silhouettes[0].camera;
@@ -166,13 +165,14 @@ TEST_F(SquareQuery, RayTangentToASilhouette) {  // in the plane of a row's upper
       EXPECT_EQ(found.size(), 1u);
     }
   }
-  // A line of sight on a pixel's edge stands still in the image.
+  // A line of sight on a pixel's edge has an image that does not move.
   for (const double u_px : {19.5, 20.0, 50.5, 79.5})
     EXPECT_LE(q.query.intervals(segment(on(u_px, 40, 0.5), on(u_px, 40, 4)), 0, 1).size(), 1u);
   EXPECT_EQ(q.query.intervals(segment(on(20, 40, 0.5), on(20, 40, 4)), 0, 1).size(), 1u);
 }
 
-TEST_F(SquareQuery, NoZeroLengthIntervalAtACorner) {  // touches the corner pixel's corner only
+// The ray touches only the corner of the corner pixel.
+TEST_F(SquareQuery, NoZeroLengthIntervalAtACorner) {
   silhouettes.resize(1);
   silhouettes[0] = {{{11, 11, 10, 10, 5, 5}, Eigen::Isometry3d::Identity()}, ObjectPixels(11, 11)};
   silhouettes[0].pixels.set(5, 5);
@@ -188,8 +188,8 @@ TEST_F(SquareQuery, NoZeroLengthIntervalAtACorner) {  // touches the corner pixe
   EXPECT_TRUE(q.query.intervals({{-3, 0, -1}, {1, 0, 0}}, 0.5, 10).empty());
 }
 
-TEST(HullQueryRay, OneIntervalThroughDiagonalPixels) {  // pixels that touch at a corner; every
-                                                        // number is exact in binary
+// The pixels share a corner; every number is exact in binary.
+TEST(HullQueryRay, OneIntervalThroughDiagonalPixels) {
   Silhouette s{{{16, 16, 16, 16, 8, 8}, Eigen::Isometry3d::Identity()}, ObjectPixels(16, 16)};
   for (int i = 4; i < 12; ++i) s.pixels.set(i, i);
   const test::Queries q(std::vector{s});
@@ -208,14 +208,15 @@ TEST_F(SquareQuery, NotANumberMeetsNothing) {
   EXPECT_TRUE(q.query.intervals({{0, 0, 0}, {1, 0, 0}}, test::kNaN, 1).empty());
   EXPECT_TRUE(q.query.intervals({{0, 0, 0}, {1, 0, 0}}, 0, kInfinity).empty());
   EXPECT_TRUE(q.query.intervals({{0, 0, 0}, {1, 0, 0}}, 1, 1).empty());
-  EXPECT_EQ(q.query.intervals({{0, 0, 0}, {0, 0, 0}}, 0, 1).size(), 1u);  // a point, all along
+  EXPECT_EQ(q.query.intervals({{0, 0, 0}, {0, 0, 0}}, 0, 1).size(),
+            1u);  // the ray is a point in the hull
   silhouettes[0].camera.pinhole.fx_px = test::kNaN;
   const test::Queries bad(silhouettes);
   EXPECT_FALSE(bad.query.contains({0, 0, 0}));
   EXPECT_EQ(bad.query.solid_radius_m({0, 0, 0}), 0);
 }
 
-TEST_F(SquareQuery, ExtremeFocalLengthsAndAKilometre) {
+TEST_F(SquareQuery, ExtremeFocalLengthsAtOneKilometreEqualTheReference) {
   test::Random random(9);
   for (const double f : {50.0, 50000.0}) {
     SCOPED_TRACE(f);
@@ -237,7 +238,7 @@ TEST_F(SquareQuery, ExtremeFocalLengthsAndAKilometre) {
   }
 }
 
-TEST_F(SquareQuery, AllCamerasInOnePlane) {
+TEST_F(SquareQuery, AllCamerasInOnePlaneEqualTheReference) {
   for (const double angle : {0.4, 1.1, 2.5})
     silhouettes.push_back(
         {{geometry::pinhole_from_fov(100, 75, 0.5),
@@ -257,8 +258,8 @@ TEST_F(SquareQuery, AllCamerasInOnePlane) {
   }
 }
 
-TEST(HullQueryRay, GhostVolumes) {  // two people, four cameras at the corners: the ray through all
-                                    // parts counts them
+// Two people and four cameras at the corners: the ray through all parts has an interval for each.
+TEST(HullQueryRay, RayThroughGhostVolumesHasAnIntervalForEach) {
   std::vector<Capsule> people{{{-0.6, 0, 0.2}, {-0.6, 0, 1.5}, 0.2},
                               {{0.6, 0, 0.2}, {0.6, 0, 1.5}, 0.2}};
   std::vector<geometry::Camera> cameras;
@@ -273,7 +274,7 @@ TEST(HullQueryRay, GhostVolumes) {  // two people, four cameras at the corners: 
   expect_reference(silhouettes, q.query, along_x, 0, 4);
   expect_reference(silhouettes, q.query, along_y, 0, 4);
   EXPECT_GE(q.query.intervals(along_x, 0, 4).size(), 2u);
-  EXPECT_EQ(q.query.intervals(along_y, 0, 4).size(), 2u);  // two ghosts, where nobody is
+  EXPECT_EQ(q.query.intervals(along_y, 0, 4).size(), 2u);  // two ghosts, without a person
   EXPECT_TRUE(q.query.contains({0, -0.6, 0.9}));
   for (int i = 0; i < 200; ++i) {
     test::Random random(i + 1);

@@ -1,5 +1,5 @@
-// Points, balls, and many queries at once, against in_hull() and objects in closed form; and the
-// hard cases of each.
+// HullQuery for points, balls and many points, against in_hull() and closed forms, and its hard
+// cases.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace {
 using namespace test;
 using Eigen::Vector3d;
 
-// Points that decide a pixel: on its borders and centre, at depths from hardly in front to far, and
-// behind.
+// Points on the borders and at the centre of pixels, at depths from just in front of the camera to
+// far away, and behind it.
 std::vector<Vector3d> hard_points(const geometry::Camera& camera, test::Random& random) {
   const geometry::Pinhole& k = camera.pinhole;
   std::vector<Vector3d> points{geometry::camera_center_world_m(camera),
@@ -89,7 +89,7 @@ TEST(HullQueryPoint, DegeneratePointsMatchInHullBitForBit) {
   }
 }
 
-TEST(HullQueryPoint, MapsOfSizeZeroAndOne) {
+TEST(HullQueryPoint, MapsOfSizeZeroAndOneMatchInHull) {
   test::Random random(4);
   for (const int size : {0, 1})
     for (const bool object : {false, true}) {
@@ -114,7 +114,7 @@ TEST(HullQueryPoint, MapsOfSizeZeroAndOne) {
     }
 }
 
-TEST(HullQueryPoint, NoCameraAndNoObjectPixel) {
+TEST(HullQueryPoint, NoCameraAndNoObjectPixelHaveNoHull) {
   const test::Queries none(std::vector<Silhouette>{});
   EXPECT_FALSE(none.query.contains({0, 0, 0}));
   EXPECT_EQ(none.query.free_radius_m({0, 0, 0}), kInfinity);
@@ -151,14 +151,13 @@ TEST(HullQueryBall, BallsAreUniformForEveryCameraCount) {
   }
 }
 
-// To rounding within a pixel; farther away at least half of it, for the reaches that are told apart
-// double. Or a sphere tracer would crawl.
-TEST(HullQueryBall, ReachesToTheBorderOfAPixel) {
+// Exact to rounding within a pixel. Farther away at least half the distance, because each extent is
+// at most twice the one before; otherwise sphere tracing would take many small steps.
+TEST(HullQueryBall, ExtendsToTheBorderOfAPixel) {
   Silhouette s{{{101, 101, 100, 100, 50, 50}, Eigen::Isometry3d::Identity()},
                ObjectPixels(101, 101)};
   for (int v = 0; v < 101; ++v)
-    for (int u = 50; u < 101; ++u)
-      s.pixels.set(u, v);  // the half-space right of the plane u = 49.5: x = -z / 200
+    for (int u = 50; u < 101; ++u) s.pixels.set(u, v);  // the half-space u > 49.5: x = -z / 200
   const test::Queries q(std::vector{s});
   for (const double across_m : {1e-10, 1e-6, 1e-3, 0.05, 0.2}) {
     const Vector3d normal = Vector3d(200, 0, 1).normalized(), on_plane(-1.0 / 200, 0, 1);
@@ -167,7 +166,7 @@ TEST(HullQueryBall, ReachesToTheBorderOfAPixel) {
     EXPECT_LE(solid_m, across_m);
     EXPECT_GE(solid_m, across_m < 0.005 ? across_m - 1e-12 : 0.5 * across_m);
   }
-  s.camera.camera_from_world.linear() *= 1.0004;  // the same plane, of a rotation that stretches
+  s.camera.camera_from_world.linear() *= 1.0004;  // the same plane with a rotation that stretches
   const test::Queries stretched(std::vector{s});
   const Vector3d inside = Vector3d(-1.0 / 200, 0, 1) + 1e-3 * Vector3d(200, 0, 1).normalized();
   EXPECT_LE(stretched.query.solid_radius_m(inside), 1e-3);
@@ -176,7 +175,7 @@ TEST(HullQueryBall, ReachesToTheBorderOfAPixel) {
 
 TEST(HullQueryBall, BehindACameraFreeRadiusIsDistanceToItsPlane) {
   Silhouette s{{{11, 11, 1, 1, 5, 5}, Eigen::Isometry3d::Identity()},
-               ObjectPixels(11, 11)};  // so wide that the sides say little
+               ObjectPixels(11, 11)};  // so wide that its side planes give small bounds
   for (int v = 0; v < 11; ++v)
     for (int u = 0; u < 11; ++u) s.pixels.set(u, v);
   const test::Queries q(std::vector{s});
@@ -202,7 +201,7 @@ TEST(HullQueryBall, SphereTracingConvergesToTheEntry) {
       EXPECT_LE(t, entry.value_or(kInfinity) + 1e-12);
       if (entry) {
         EXPECT_GT(t, *entry - 0.01);
-      }  // grazing rays crawl; most are there
+      }  // converges slowly for grazing rays only
       hits += entry && t > *entry - 1e-6;
     }
   }
@@ -222,9 +221,9 @@ TEST(HullQueryBall, NonOrthonormalRotationKeepsBoundsValid) {
   }
 }
 
-// What the hull of touched maps surely holds, and does not: the object, and what a camera sees two
-// pixels beside it.
-TEST(HullQueryBall, CapsulesInClosedForm) {
+// The hull of touched maps contains the object, and no point that a camera sees two pixels beside
+// it.
+TEST(HullQueryBall, BallsAreCorrectForCapsulesInClosedForm) {
   const std::vector<Capsule> ball{{{0, 0, 0}, {0, 0, 0}, 0.1}};
   std::vector<geometry::Camera> cameras;
   for (const double angle : {0.3, 1.5, 2.9})
@@ -249,9 +248,6 @@ TEST(HullQueryBall, CapsulesInClosedForm) {
           ball, cameras, p + (solid_m - 2 * footprint_m) * test::random_direction(random)));
   }
 }
-
-// --- many
-// -----------------------------------------------------------------------------------------------
 
 TEST(HullQueryMany, BatchEqualsSingleQueriesForAnyThreadCount) {
   test::Random random(12);

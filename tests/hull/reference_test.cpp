@@ -1,4 +1,4 @@
-// The reference itself: against point membership, and against silhouettes in closed form.
+// The reference, against point membership and against silhouettes in closed form.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +11,7 @@ namespace {
 
 using namespace test;
 
-TEST(Reference, IntervalsAreWhereInHullSaysSo) {
+TEST(Reference, IntervalsAgreeWithInHull) {
   int inside = 0;
   for (int seed = 1; seed <= 30; ++seed) {
     test::Random random(seed);
@@ -41,8 +41,8 @@ TEST(Reference, IntervalsAreWhereInHullSaysSo) {
   EXPECT_GT(inside, 1000);
 }
 
-TEST(Reference, OnePixelInClosedForm) {  // a ray across the pyramid of pixel (0, 0): half a pixel
-                                         // to each side at depth 1
+// A ray across the pyramid of pixel (0, 0), half a pixel to each side at depth 1.
+TEST(Reference, OnePixelHasItsClosedForm) {
   Silhouette s{{{11, 11, 10, 10, 5, 5}, Eigen::Isometry3d::Identity()}, ObjectPixels(11, 11)};
   s.pixels.set(5, 5);
   const auto intervals = reference_intervals(s, {{-3, 0, 1}, {1, 0, 0}}, 0.5, 10);
@@ -51,7 +51,7 @@ TEST(Reference, OnePixelInClosedForm) {  // a ray across the pyramid of pixel (0
   EXPECT_NEAR(intervals[0].leave, 3.05, 1e-12);
 }
 
-TEST(Reference, NothingBehindTheCamera) {
+TEST(Reference, NothingBehindTheCameraIsInTheHull) {
   Silhouette s{{{11, 11, 10, 10, 5, 5}, Eigen::Isometry3d::Identity()}, ObjectPixels(11, 11)};
   s.pixels.set(5, 5);
   EXPECT_TRUE(reference_intervals(s, {{-3, 0, -1}, {1, 0, 0}}, 0.5, 10).empty());
@@ -61,9 +61,9 @@ TEST(Reference, NothingBehindTheCamera) {
   EXPECT_EQ(through_the_center[0].leave, 10);
 }
 
-// With ever finer pixels the hull of the maps goes to that of the true silhouettes: the entry along
-// a ray that does not graze is nearer than two pixel footprints, divided by the sine of the angle
-// (here at least 0.2) between ray and silhouette cone.
+// As pixels become finer, the hull of the maps converges to that of the true silhouettes. The entry
+// along a ray that does not graze is nearer than two pixel footprints, divided by the sine of the
+// angle (here at least 0.2) between ray and silhouette cone.
 TEST(Reference, FineMapsGiveTheAnalyticHull) {
   test::Random random(9);
   const std::vector<Capsule> ball{{{0, 0, 0}, {0, 0, 0}, 0.1}};
@@ -78,7 +78,7 @@ TEST(Reference, FineMapsGiveTheAnalyticHull) {
   const View view{
       {geometry::pinhole_from_fov(40, 40, 0.1), geometry::look_at({0.2, -1, 0.3}, {0, 0, 0})},
       0.05,
-      4.0};  // sees the ball's middle only
+      4.0};  // sees only the ball's center
   for (int i = 0; i < 1600; i += 7) {
     const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(i % 40, i / 40));
     const auto depth = reference_depth_m(silhouettes, view, i % 40, i / 40);

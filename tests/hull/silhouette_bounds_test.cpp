@@ -29,9 +29,9 @@ bool is_in(const SilhouetteBounds& seen, const Vector3d& p_m, double slack_px) {
 }
 
 double support(const std::vector<Vector3d>& points, const Vector3d& direction) {
-  double most = -std::numeric_limits<double>::infinity();
-  for (const Vector3d& p : points) most = std::max(most, direction.dot(p));
-  return most;
+  double extent = -std::numeric_limits<double>::infinity();
+  for (const Vector3d& p : points) extent = std::max(extent, direction.dot(p));
+  return extent;
 }
 
 std::vector<SilhouetteBounds> random_parts(int count, std::mt19937& random) {
@@ -57,8 +57,8 @@ TEST(HullBounds, WithoutRectsEqualTheBox) {
   EXPECT_TRUE(found.isApprox(kBox, 1e-12));
 }
 
-// In every direction the corners reach at least as far as each point that all parts show, and none
-// is where no such point can be.
+// In every direction the corners extend at least as far as each point that is in all rects, and no
+// corner is where no such point can be.
 TEST(HullBounds, ContainEveryPointSeenInAllRects) {
   std::mt19937 random(7);
   int held = 0;
@@ -79,14 +79,15 @@ TEST(HullBounds, ContainEveryPointSeenInAllRects) {
     for (const Vector3d& corner : corners) {
       EXPECT_LT(kBox.exteriorDistance(corner), 1e-9);
       for (const SilhouetteBounds& seen : parts)
-        if ((seen.camera.camera_from_world * corner).z() > kNearest_m + 1e-6)
+        if ((seen.camera.camera_from_world * corner).z() > kNearest_m + 1e-6) {
           EXPECT_TRUE(is_in(seen, corner, 0.01 + 1e-6)) << round;
+        }
     }
   }
   EXPECT_GT(held, 1000);
 }
 
-// On the very border between a part and what is beside it.
+// Points exactly on the border of a rect.
 TEST(HullBounds, ContainPointsOnARectsBorder) {
   std::mt19937 random(5);
   for (int round = 0; round < 100; ++round) {
@@ -99,7 +100,7 @@ TEST(HullBounds, ContainPointsOnARectsBorder) {
         const geometry::Ray ray = geometry::ray_through(camera, {u, v});
         const Vector3d p = ray.origin_world_m + 2.4 * ray.direction_world;
         if (!kBox.contains(p)) continue;
-        // Across the side of the part's pyramid on which p is, outwards.
+        // Perpendicular to the face of the rect's pyramid that holds p, outward.
         const double outwards = u < r.u0_px ? -1 : 1;
         const Vector3d across =
             camera.camera_from_world.linear().transpose() *
@@ -127,7 +128,7 @@ TEST(HullBounds, AreIndependentOfOrder) {
   for (SilhouetteBounds& seen : parts) seen.part = {100, 80, 600, 420};
   const auto once = corners_around_hull(parts, kBox, kNearest_m);
   ASSERT_FALSE(once.empty());
-  parts.push_back(parts.front());  // and twice
+  parts.push_back(parts.front());  // the same rect twice
   std::shuffle(parts.begin(), parts.end(), random);
   const auto again = corners_around_hull(parts, kBox, kNearest_m);
   for (int i = 0; i < 100; ++i) {
@@ -149,7 +150,7 @@ TEST(HullBounds, AreEmptyForDisjointRects) {
           .empty());
 }
 
-// One pixel of each of two cameras: a millimetre wide, and still there.
+// One pixel of each of two cameras: the body is 1 mm wide and not empty.
 TEST(HullBounds, OfOnePixelEachContainItsPoint) {
   const Vector3d p(0.21, -0.13, 0.4);
   std::vector<SilhouetteBounds> parts;

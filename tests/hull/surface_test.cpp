@@ -1,5 +1,5 @@
-// Limiting cameras and normals of a view's surface: on discs, planes, hard cases; and the contour's
-// fit with its errors.
+// Limiting cameras and normals of a view's surface, on discs, planes and hard cases; and the fit of
+// the contour with its errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -43,8 +43,8 @@ ObjectPixels disc(double radius_px, const Vector2d& centre_px, int size_px) {
   return pixels;
 }
 
-// Angles [degrees] between the contour's normal and a disc's, at every pixel edge of discs with
-// random centres, at a random place on it.
+// Angles [degrees] between the contour's normal and the disc's, at a random position on each pixel
+// edge of discs with random centres.
 std::vector<double> normal_errors_deg(double radius_px, int discs) {
   test::Random random(5);
   std::vector<double> errors;
@@ -82,8 +82,7 @@ TEST(Contour, NormalsOfDiscsWithinTheStatedError) {
   }
 }
 
-// Contours of fewer edges than the fit's window: it must not go on around them, and come back from
-// behind.
+// Contours with fewer edges than the window of the fit: the window must not run around them.
 TEST(Contour, NormalsOfDiscsSmallerThanTheWindow) {
   for (const auto& [radius_px, max_median_deg, max_worst_deg] :
        {std::tuple{1.5, 10.0, 70.0}, {2.0, 6.0, 60.0}, {2.5, 4.0, 45.0}, {3.5, 3.0, 45.0}}) {
@@ -93,7 +92,7 @@ TEST(Contour, NormalsOfDiscsSmallerThanTheWindow) {
   }
 }
 
-TEST(Contour, StraightBorders) {
+TEST(Contour, NormalsOfStraightBordersAreExact) {
   SkipMap skip_map;
   ObjectPixels half(64, 64);
   for (int v = 0; v < 64; ++v)
@@ -103,7 +102,7 @@ TEST(Contour, StraightBorders) {
   const ContourMap map{&skip_map, {0, 0, 64, 64}, Kept::object};
   EXPECT_LT((contour_fit(map, 30, 32, -1, 0, {29.5, 32.2}).normal - Vector2d(-1, 0)).norm(), 1e-12);
   EXPECT_LT((contour_fit(map, 63, 32, 1, 0, {63.5, 32.2}).normal - Vector2d(1, 0)).norm(),
-            1e-12);  // cut by the image
+            1e-12);  // cut off by the image border
   ObjectPixels diagonal(64, 64);
   for (int v = 0; v < 64; ++v)
     for (int u = 0; u <= v; ++u) diagonal.set(u, v);
@@ -116,7 +115,7 @@ TEST(Contour, StraightBorders) {
       0.02);
 }
 
-TEST(Contour, OnePixelAndNoise) {  // unit, whatever the contour
+TEST(Contour, NormalsOfOnePixelAndOfNoiseAreUnit) {
   test::Random random(2);
   for (const double fraction : {0.001, 0.1, 0.5, 0.9}) {
     const ObjectPixels pixels = test::random_pixels(random, 70, 50, fraction);
@@ -137,8 +136,8 @@ TEST(Contour, OnePixelAndNoise) {  // unit, whatever the contour
   }
 }
 
-// Normals of a ball's hull: the true cone's, at the pixel of the point.
-TEST(HullSurface, NormalsOfABall) {
+// Normals of a ball's hull are those of the true cone at the point's pixel.
+TEST(HullSurface, NormalsOfABallAreThoseOfItsCone) {
   const std::vector<Capsule> ball{{{0, 0, 0}, {0, 0, 0}, 0.1}};
   std::vector<geometry::Camera> cameras;
   for (const double angle : {0.3, 1.5, 2.9, 4.4})
@@ -163,7 +162,7 @@ TEST(HullSurface, NormalsOfABall) {
         geometry::ray_through(view.camera, {double(i % 160), double(i / 160)});
     const Vector3d p = ray.origin_world_m + tile.depth_m[i] * ray.direction_world,
                    eye = geometry::camera_center_world_m(camera);
-    // A cone's normal lies in the plane of its axis and the point, at right angles to the line of
+    // A cone's normal is in the plane of its axis and the point, perpendicular to the line of
     // sight.
     const Vector3d sight = (p - eye).normalized(),
                    away = p - (p.dot(eye) / eye.squaredNorm()) * eye;
@@ -179,8 +178,8 @@ TEST(HullSurface, NormalsOfABall) {
   EXPECT_LT(errors_deg[errors_deg.size() * 95 / 100], 2.0);
 }
 
-// The limiting camera sees the surface's point on its silhouette's border, empty just before and
-// object just after.
+// The limiting camera sees the surface point on the border of its silhouette: background just
+// before it and object just after.
 TEST(HullSurface, LimitingCameraIsTheLastSilhouetteEntered) {
   int hits = 0;
   for (int seed = 1; seed <= 20; ++seed) {
@@ -203,7 +202,7 @@ TEST(HullSurface, LimitingCameraIsTheLastSilhouetteEntered) {
       const Vector3d normal = surface.normal_world[std::size_t(i)].cast<double>();
       if (normal.dot(ray.direction_world) < -1e-6) {
         EXPECT_NEAR(normal.dot(p - eye), 0, 1e-6);
-      }  // unless turned to the eye, the plane holds the camera
+      }  // the plane contains the camera, unless the normal was turned to the eye
       ++hits;
     }
   }
@@ -217,7 +216,7 @@ TEST(HullSurface, CorrectsAnInexactDepth) {
   const View view{test::random_camera(random, 64, 48, 0.8), 0.05, 5.0};
   DepthTile tile = scene.hull.depth(view, test::whole_image(view.camera));
   const HullSurface expected = hull_surface(scene.query, view, tile);
-  for (float& depth_m : tile.depth_m) depth_m *= 1.0005f;  // in the hull, or behind it
+  for (float& depth_m : tile.depth_m) depth_m *= 1.0005f;  // inside the hull, or behind it
   const HullSurface found = hull_surface(scene.query, view, tile);
   EXPECT_EQ(found.limiting_camera, expected.limiting_camera);
   EXPECT_EQ(found.normal_world, expected.normal_world);
@@ -242,9 +241,8 @@ TEST(HullSurface, CameraOrderChangesOnlyTheIndices) {
   }
 }
 
-TEST(HullSurface,
-     LimitsSeenImageBorderLimitsTheHull) {  // every pixel object: the hull is where enough images
-                                            // meet
+// Every pixel is an object pixel, so the hull is where enough images overlap.
+TEST(HullSurface, LimitsSeenImageBorderLimitsTheHull) {
   test::Random random(3);
   std::vector<Silhouette> silhouettes;
   for (const geometry::Camera& camera : test::random_cameras(random, 3, 40, 30)) {
@@ -270,9 +268,8 @@ TEST(HullSurface,
   EXPECT_GT(limited, 100);
 }
 
-TEST(HullSurface,
-     LimitsSeenHullMayBeginAtAnImageBorder) {  // the first has no object pixel: its image is
-                                               // carved out of the others'
+// The first camera has no object pixel, so its image is carved out of the others' hull.
+TEST(HullSurface, LimitsSeenHullMayBeginAtAnImageBorder) {
   std::vector<Silhouette> silhouettes;
   for (const Vector3d& eye : {Vector3d(0.2, -2, 0.1), Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {
     silhouettes.push_back({{geometry::pinhole_from_fov(100, 75, eye.y() < 0 ? 0.1 : 0.5),
@@ -303,7 +300,7 @@ TEST(HullSurface,
   EXPECT_GT(by_the_first, 20);
 }
 
-TEST(HullSurface, NearPlaneInsideTheHullAndNoHull) {
+TEST(HullSurface, NearPlaneInsideTheHullAndNoHullAreMarked) {
   std::vector<Silhouette> silhouettes;
   for (const Vector3d& eye : {Vector3d(2, 0, 0), Vector3d(0, 2, 0)}) {
     silhouettes.push_back(
@@ -329,8 +326,9 @@ TEST(HullSurface, NearPlaneInsideTheHullAndNoHull) {
   const HullSurface none = Scene(silhouettes).surface(view);
   EXPECT_TRUE(std::all_of(none.limiting_camera.begin(), none.limiting_camera.end(),
                           [](int c) { return c == kNoSurface; }));
-  DepthTile nonsense{{0, 0, 2, 1},
-                     {std::numeric_limits<float>::quiet_NaN(), 3.0f}};  // no depths of this hull
+  DepthTile nonsense{
+      {0, 0, 2, 1},
+      {std::numeric_limits<float>::quiet_NaN(), 3.0f}};  // these depths are not of this hull
   EXPECT_EQ(hull_surface(
                 scene.query,
                 {{geometry::pinhole_from_fov(64, 48, 0.5), geometry::look_at({5, 5, 5}, {9, 9, 9})},

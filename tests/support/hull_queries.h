@@ -1,4 +1,4 @@
-// Shared by the tests of the hull's queries.
+// Helpers of the tests of HullQuery.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ inline base::WorkerPool& test_pool() {
   return pool;
 }
 
-// A hull and the queries of it.
+// A hull and its HullQuery.
 struct Queries {
   hull::CpuHull hull;
   hull::HullQuery query;
@@ -34,12 +34,12 @@ inline Eigen::Vector3d point_in_world(const geometry::Camera& camera,
   return camera.camera_from_world.inverse() * p_camera_m;
 }
 
-// A point near the object, about on a ray's way, or anywhere.
+// A point near the object, at the distance of the rays, or anywhere.
 inline Eigen::Vector3d random_point(Random& random, int i) {
   return random_in_ball(random, i % 3 == 0 ? 0.2 : i % 3 == 1 ? 0.6 : 3.0);
 }
 
-// No sampled point of the ball breaks its promise.
+// Expects that all sampled points of the ball are in the hull (solid), or that none is.
 inline void expect_ball_kept(std::span<const hull::Silhouette> silhouettes,
                              const hull::HullRule& rule, const Eigen::Vector3d& p, double radius_m,
                              bool solid, Random& random, int samples) {

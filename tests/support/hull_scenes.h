@@ -1,4 +1,4 @@
-// Random rigs, objects and views for the tests of the hull; all from a seed.
+// Seeded random rigs, objects and views for the tests of the hull.
 #pragma once
 #include <random>
 #include <vector>
@@ -23,7 +23,7 @@ inline Eigen::Vector3d random_in_ball(Random& random, double radius_m) {
   return radius_m * std::cbrt(uniform(random, 0, 1)) * random_direction(random);
 }
 
-// Looks at a point near the origin from any side.
+// A camera on any side that looks at a point near the origin.
 inline geometry::Camera random_camera(Random& random, int width_px, int height_px,
                                       double distance_m = 1.5) {
   const Eigen::Vector3d eye = distance_m * uniform(random, 0.7, 1.3) * random_direction(random);
@@ -75,7 +75,7 @@ inline hull::ObjectPixels random_pixels(Random& random, int width_px, int height
   return pixels;
 }
 
-// Backend `cpu`, prepared for one view.
+// Depth of one view by backend `cpu`.
 inline hull::DepthTile cpu_depth(std::span<const hull::Silhouette> silhouettes,
                                  const hull::View& view, const hull::PixelRect& rect,
                                  int threads = 2) {

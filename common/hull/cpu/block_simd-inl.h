@@ -83,9 +83,9 @@ HWY_INLINE Position position(const Lines& l, VF s) {
 // Direction of the images of a vector of rays along one axis. Without kBothWays all of the block's
 // images move forward.
 template <bool kBothWays>
-struct Way {
+struct Direction {
   MF backward;
-  explicit HWY_INLINE Way(VF rate) {
+  explicit HWY_INLINE Direction(VF rate) {
     if constexpr (kBothWays) backward = hn::Lt(rate, hn::Zero(DF()));
   }
   // Returns a for images that move backward, else b.
@@ -98,37 +98,39 @@ struct Way {
   HWY_INLINE VF forward(VF rate) const { return choose(hn::Neg(rate), rate); }
   // Distance from a position to the end of the box ahead [px]. x is relative to the pixel's centre,
   // extent is the distance from there to the box's end.
-  HWY_INLINE VF left(VF x, VF extent) const { return hn::Sub(extent, choose(hn::Neg(x), x)); }
+  HWY_INLINE VF remaining(VF x, VF extent) const { return hn::Sub(extent, choose(hn::Neg(x), x)); }
 };
 
 // SkipMap::at() of the box ahead of pixels (fu, fv), which are relative to the origin. A pixel
 // outside the stored region is replaced by the nearest stored one: the pixels between the two are
 // empty.
 template <bool kBothWays>
-HWY_INLINE VF extent_at(const BlockCamera& c, VF& fu, VF& fv, const Way<kBothWays>& way_u,
-                        const Way<kBothWays>& way_v) {
+HWY_INLINE VF extent_at(const BlockCamera& c, VF& fu, VF& fv,
+                        const Direction<kBothWays>& direction_u,
+                        const Direction<kBothWays>& direction_v) {
   const DF d;
   const DI di;
   fu = hn::Min(hn::Max(fu, hn::Set(d, c.min_u)), hn::Set(d, c.max_u)),
   fv = hn::Min(hn::Max(fv, hn::Set(d, c.min_v)), hn::Set(d, c.max_v));
-  auto place =
+  auto offset =
       hn::ConvertTo(di, hn::MulAdd(fv, hn::Set(d, c.step_v), hn::Mul(fu, hn::Set(d, c.step_u))));
   if constexpr (kBothWays) {
-    place = hn::Add(
-        place, hn::IfThenElseZero(hn::RebindMask(di, way_u.backward), hn::Set(di, c.box_bytes)));
-    place = hn::Add(place, hn::IfThenElseZero(hn::RebindMask(di, way_v.backward),
-                                              hn::Set(di, 2 * c.box_bytes)));
+    offset = hn::Add(offset, hn::IfThenElseZero(hn::RebindMask(di, direction_u.backward),
+                                                hn::Set(di, c.box_bytes)));
+    offset = hn::Add(offset, hn::IfThenElseZero(hn::RebindMask(di, direction_v.backward),
+                                                hn::Set(di, 2 * c.box_bytes)));
   }
-  const auto word = hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(c.at_origin), place);
+  const auto word =
+      hn::GatherOffset(di, reinterpret_cast<const std::int32_t*>(c.at_origin), offset);
   return hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
 }
 
-// Returns d/ds (U - b W) for the border b that is `way` px ahead, for an image that moves at `rate`
-// = d/ds (U - u W). way * W / divisor is the parameter difference to the border. Returns kTiny if
-// the image never reaches it.
-HWY_INLINE VF divisor(VF way, VF rate, VF w1) {
+// Returns d/ds (U - b W) for the border b that is `gap_px` px ahead, for an image that moves at
+// `rate` = d/ds (U - u W). gap_px * W / divisor is the parameter difference to the border. Returns
+// kTiny if the image never reaches it.
+HWY_INLINE VF divisor(VF gap_px, VF rate, VF w1) {
   const DF d;
-  return hn::Max(hn::NegMulAdd(way, w1, rate), hn::Set(d, kTiny));
+  return hn::Max(hn::NegMulAdd(gap_px, w1, rate), hn::Set(d, kTiny));
 }
 
 }  // namespace

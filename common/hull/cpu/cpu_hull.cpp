@@ -54,23 +54,25 @@ void clip(RayRange& range, double offset, double slope) {
 // times W^2, is linear over the rays, so the corner rays decide. If they differ, or are close to
 // standing still, both directions count.
 std::vector<Quadrant> quadrants_ahead(const MapFromView& map, const PixelRect& rect) {
-  bool ways[2][2] = {};  // axis; right or down, left or up
+  bool directions[2][2] = {};  // axis; right or down, left or up
   for (int axis = 0; axis < 2; ++axis)
     for (int corner = 0; corner < 4; ++corner) {
       const ImageLine l = image_line(map, corner & 1 ? rect.u1_px - 1 : rect.u0_px,
                                      corner & 2 ? rect.v1_px - 1 : rect.v0_px);
       const double a = (axis ? l.v_slope : l.u_slope) * l.w_offset,
                    b = (axis ? l.v_offset : l.u_offset) * l.w_slope,
-                   unsure = kUncertainDirection * (std::abs(a) + std::abs(b));
-      ways[axis][0] |= !(a - b < -unsure);
-      ways[axis][1] |= !(a - b > unsure);
+                   uncertain = kUncertainDirection * (std::abs(a) + std::abs(b));
+      directions[axis][0] |= !(a - b < -uncertain);
+      directions[axis][1] |= !(a - b > uncertain);
     }
-  const bool both = (ways[0][0] && ways[0][1]) ||
-                    (ways[1][0] && ways[1][1]);  // the SIMD code then treats both axes so
+  const bool both =
+      (directions[0][0] && directions[0][1]) ||
+      (directions[1][0] && directions[1][1]);  // the SIMD code then treats both axes so
   std::vector<Quadrant> boxes;
   for (const bool up : {false, true})
     for (const bool left : {false, true})
-      if (both || (ways[0][left] && ways[1][up])) boxes.push_back(quadrant_ahead(left, up));
+      if (both || (directions[0][left] && directions[1][up]))
+        boxes.push_back(quadrant_ahead(left, up));
   return boxes;
 }
 
@@ -138,10 +140,10 @@ class CpuHull::Tracer {
   RayRange shared_range(const PixelRect& rays, RayRange range) const {
     RayRange tight = range;
     for (const HalfSpace& h : job_->half_spaces) {
-      const double most = std::max(
+      const double max_slope = std::max(
           {h.slope_at(rays.u0_px, rays.v0_px), h.slope_at(rays.u1_px - 1, rays.v0_px),
            h.slope_at(rays.u0_px, rays.v1_px - 1), h.slope_at(rays.u1_px - 1, rays.v1_px - 1)});
-      hull::clip(tight, h.offset, most);
+      hull::clip(tight, h.offset, max_slope);
       if (tight.empty()) return tight;
     }
     return {std::max(range.begin, tight.begin * (1 - kBlockSlack)),

@@ -74,7 +74,7 @@ struct TileSet {
   alignas(64) float s[kMaxTiles];  // common position of the tile's rays, from the block's begin [m]
   // s up to which a camera sees all rays of the tile on its object.
   alignas(64) float hold[kMaxSimdCameras][kMaxTiles];
-  alignas(64) float asked_at[kMaxSimdCameras][kMaxTiles];  // s of a camera's last test
+  alignas(64) float tested_at[kMaxSimdCameras][kMaxTiles];  // s of a camera's last test
   // Number of tiles off its object that a camera could not move on.
   int stopped[kMaxSimdCameras];
 };

@@ -40,8 +40,8 @@ RayRange within(const ImageLine& l, const PixelRect& window, RayRange range) {
   return range;
 }
 
-int floored(double x, int least, int most) {
-  return !(x > least) ? least : x >= most ? most : int(std::floor(x));
+int floored(double x, int low, int high) {
+  return !(x > low) ? low : x >= high ? high : int(std::floor(x));
 }
 
 // Returns the parameter >= t at which the image crosses `border` of one axis, which is ahead of its
@@ -172,15 +172,15 @@ double RayWalk::next_entry(double t, double end) {
 double RayWalk::next_exit(double t, double end) {
   while (t < end) {
     int seen = 0;
-    double until = kNever;
+    double end_of_span = kNever;
     for (MapWalk& walk : walks_) {
       const VerdictSpan verdict_span = walk.verdict_at(t);
       if (verdict_span.verdict == Verdict::empty) return t;
       seen += verdict_span.verdict == Verdict::object;
-      until = std::min(until, verdict_span.end);
+      end_of_span = std::min(end_of_span, verdict_span.end);
     }
     if (rule_.limits == Limits::seen && seen < rule_.min_seen) return t;
-    t = until;
+    t = end_of_span;
   }
   return end;
 }

@@ -46,13 +46,13 @@ struct RayImages {
   Lines l;
   Position p;
   VF rate_u, rate_v;
-  Way<kBothWays> along_u, along_v;
+  Direction<kBothWays> along_u, along_v;
 };
 template <bool kBothWays>
 HWY_INLINE RayImages<kBothWays> images_at(const Lines& l, VF s) {
   const Position p = position(l, s);
   const VF rate_u = hn::NegMulAdd(p.u, l.w1, l.u1), rate_v = hn::NegMulAdd(p.v, l.w1, l.v1);
-  return {l, p, rate_u, rate_v, Way<kBothWays>(rate_u), Way<kBothWays>(rate_v)};
+  return {l, p, rate_u, rate_v, Direction<kBothWays>(rate_u), Direction<kBothWays>(rate_v)};
 }
 
 // Finds the pixels (fu, fv) of the images. Returns the images that are so near to a border, ahead
@@ -84,7 +84,7 @@ struct BoxExit {
   VF steps;                 // extent of the box [px]
   MF inside;                // the box has object pixels
   MF by_u;                  // the images leave it along u
-  VF min_way, next, error;  // nearest end [px]; ray parameter of the exit and its error [m]
+  VF min_gap, next, error;  // nearest end [px]; ray parameter of the exit and its error [m]
 };
 template <bool kBothWays>
 HWY_INLINE BoxExit box_exit(const BlockCamera& c, const RayImages<kBothWays>& image, VF& fu, VF& fv,
@@ -96,27 +96,27 @@ HWY_INLINE BoxExit box_exit(const BlockCamera& c, const RayImages<kBothWays>& im
            steps = hn::Abs(signed_extent);
   const MF inside = hn::Lt(signed_extent, zero);
   const VF extent = hn::Sub(steps, hn::IfThenElse(inside, hn::Set(d, 0.5f + kBoxMargin_px), half));
-  const VF way_u = image.along_u.left(hn::Sub(image.p.u, fu), extent),
-           way_v = image.along_v.left(hn::Sub(image.p.v, fv), extent);
+  const VF gap_u = image.along_u.remaining(hn::Sub(image.p.u, fu), extent),
+           gap_v = image.along_v.remaining(hn::Sub(image.p.v, fv), extent);
   const VF ahead_u = image.along_u.forward(image.rate_u),
            ahead_v = image.along_v.forward(image.rate_v);
-  const VF over_u = divisor(way_u, ahead_u, image.l.w1),
-           over_v = divisor(way_v, ahead_v, image.l.w1);
-  const MF by_u = hn::Le(hn::Mul(way_u, over_v), hn::Mul(way_v, over_u));
-  const VF way = hn::IfThenElse(by_u, way_u, way_v),
+  const VF over_u = divisor(gap_u, ahead_u, image.l.w1),
+           over_v = divisor(gap_v, ahead_v, image.l.w1);
+  const MF by_u = hn::Le(hn::Mul(gap_u, over_v), hn::Mul(gap_v, over_u));
+  const VF gap = hn::IfThenElse(by_u, gap_u, gap_v),
            per_over = reciprocal(hn::IfThenElse(by_u, over_u, over_v)),
            per_px = hn::Mul(image.p.w, per_over);
-  const VF next = hn::MulAdd(way, per_px, s);
+  const VF next = hn::MulAdd(gap, per_px, s);
   // Bound of the distance from `next` to the crossing: from the errors of the position here and
-  // there, and of `way`. A pixel takes W_next / W times as long there as here.
+  // there, and of `gap`. A pixel takes W_next / W times as long there as here.
   const VF eps_next =
       hn::MulAdd(hn::Min(next, hn::Set(d, span)), hn::Set(d, c.eps_px_per_m), hn::Set(d, c.eps_px));
   const VF slower =
       hn::Min(hn::Max(hn::Mul(hn::IfThenElse(by_u, ahead_u, ahead_v), per_over), hn::Set(d, 1.0f)),
               hn::Set(d, kMaxDepthRatio));
-  const VF error = hn::Mul(hn::MulAdd(way, hn::Set(d, kPathError), hn::Add(eps, eps_next)),
+  const VF error = hn::Mul(hn::MulAdd(gap, hn::Set(d, kPathError), hn::Add(eps, eps_next)),
                            hn::Mul(per_px, slower));
-  return {steps, inside, by_u, hn::Min(way_u, way_v), next, error};
+  return {steps, inside, by_u, hn::Min(gap_u, gap_v), next, error};
 }
 
 // Moves the rays of `outside` on to the border that they cross.
@@ -162,7 +162,7 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j,
             d, ray.hold);
   cross_border(image, exit, camera, fu, fv, outside, s, s_error, crossed, ray);
   // Beyond the range, or already past all stored pixels.
-  const MF past = hn::Lt(exit.min_way, hn::Set(d, kPastExtent_px));
+  const MF past = hn::Lt(exit.min_gap, hn::Set(d, kPastExtent_px));
   const MF missed =
       hn::And(outside, hn::Or(past, hn::Gt(hn::Sub(exit.next, exit.error), hn::Set(d, span))));
   return {std::uint32_t(bits_of(d, hn::AndNot(missed, outside))), std::uint32_t(bits_of(d, missed)),

@@ -48,26 +48,26 @@ HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF center_i, VF
     min_u = hn::Min(min_u, p[corner].u), min_v = hn::Min(min_v, p[corner].v);
     if (kBothWays) max_u = hn::Max(max_u, p[corner].u), max_v = hn::Max(max_v, p[corner].v);
   }
-  const Way<kBothWays> along_u(rate_u[0]), along_v(rate_v[0]);
+  const Direction<kBothWays> along_u(rate_u[0]), along_v(rate_v[0]);
   VF fu = hn::Round(along_u.choose(hn::Add(max_u, margin), hn::Sub(min_u, margin))),
      fv = hn::Round(along_v.choose(hn::Add(max_v, margin), hn::Sub(min_v, margin)));
   const VF extent = extent_at(c, fu, fv, along_u, along_v),
            room = hn::Sub(hn::Abs(extent), hn::Set(d, 0.5f + kBoxMargin_px));
-  VF advance = hn::Set(d, kFar), min_way = hn::Set(d, kFar);
+  VF advance = hn::Set(d, kFar), min_gap = hn::Set(d, kFar);
   for (int corner = 0; corner < 4; ++corner) {
-    const VF way_u = along_u.left(hn::Sub(p[corner].u, fu), room),
-             way_v = along_v.left(hn::Sub(p[corner].v, fv), room);
+    const VF gap_u = along_u.remaining(hn::Sub(p[corner].u, fu), room),
+             gap_v = along_v.remaining(hn::Sub(p[corner].v, fv), room);
     const VF ahead_u = along_u.forward(rate_u[corner]), ahead_v = along_v.forward(rate_v[corner]);
-    VF way = hn::Min(way_u, way_v);
+    VF gap = hn::Min(gap_u, gap_v);
     if (kBothWays)
-      way = hn::IfThenElse(hn::Lt(hn::Min(ahead_u, ahead_v), zero), zero,
-                           way);  // diverging corners soon leave the box
-    min_way = hn::Min(min_way, way);
-    const VF take_u = hn::Mul(way_u, reciprocal(divisor(way_u, ahead_u, w1[corner]))),
-             take_v = hn::Mul(way_v, reciprocal(divisor(way_v, ahead_v, w1[corner])));
+      gap = hn::IfThenElse(hn::Lt(hn::Min(ahead_u, ahead_v), zero), zero,
+                           gap);  // diverging corners soon leave the box
+    min_gap = hn::Min(min_gap, gap);
+    const VF take_u = hn::Mul(gap_u, reciprocal(divisor(gap_u, ahead_u, w1[corner]))),
+             take_v = hn::Mul(gap_v, reciprocal(divisor(gap_v, ahead_v, w1[corner])));
     advance = hn::Min(advance, hn::Mul(p[corner].w, hn::Min(take_u, take_v)));
   }
-  return {advance, extent, hn::Lt(min_way, hn::Set(d, kMinTileStep_px))};
+  return {advance, extent, hn::Lt(min_gap, hn::Set(d, kMinTileStep_px))};
 }
 
 // Moves each tile on as far as the cameras allow. Keeps the tiles that may meet the hull, in the
@@ -78,45 +78,46 @@ HWY_INLINE void march_tiles(std::span<const BlockCamera> cameras, int size_px, f
   const DF d;
   const int lanes = int(hn::Lanes(d));
   const float half = 0.5f * float(size_px - 1);
-  std::uint64_t left = 0;
+  std::uint64_t remaining = 0;
   for (int first = 0; first < tiles.count; first += lanes) {
     const VF i = hn::Load(d, tiles.center_i + first), j = hn::Load(d, tiles.center_j + first);
     VF s = hn::Load(d, tiles.s + first);
     MF live = hn::FirstN(d, std::size_t(std::min(lanes, tiles.count - first)));
     for (std::size_t c = 0; c < cameras.size(); ++c)
-      hn::Store(hn::Set(d, kNoVerdictEnd), d, tiles.asked_at[c] + first);
+      hn::Store(hn::Set(d, kNoVerdictEnd), d, tiles.tested_at[c] + first);
     bool moved = true;
     for (int round = 0; round < kTileRounds && moved; ++round) {
       moved = false;
       for (std::size_t c = 0; c < cameras.size(); ++c) {
         VF hold = hn::Load(d, tiles.hold[c] + first);
-        MF asked = hn::And(live, hn::Lt(hn::Max(hold, hn::Load(d, tiles.asked_at[c] + first)), s));
-        if (hn::AllFalse(d, asked)) continue;
-        for (int repeat = 0; repeat < kTileRepeats && !hn::AllFalse(d, asked); ++repeat) {
+        MF tested =
+            hn::And(live, hn::Lt(hn::Max(hold, hn::Load(d, tiles.tested_at[c] + first)), s));
+        if (hn::AllFalse(d, tested)) continue;
+        for (int repeat = 0; repeat < kTileRepeats && !hn::AllFalse(d, tested); ++repeat) {
           const TileStep step = cameras[c].both_ways ? step_tiles<true>(cameras[c], half, i, j, s)
                                                      : step_tiles<false>(cameras[c], half, i, j, s);
           tiles.stopped[c] += std::popcount(
-              bits_of(d, hn::And(hn::And(asked, step.stuck), hn::Gt(step.extent, hn::Zero(d)))));
-          const MF sure = hn::AndNot(step.stuck, asked),
-                   inside = hn::And(sure, hn::Lt(step.extent, hn::Zero(d)));
+              bits_of(d, hn::And(hn::And(tested, step.stuck), hn::Gt(step.extent, hn::Zero(d)))));
+          const MF certain = hn::AndNot(step.stuck, tested),
+                   inside = hn::And(certain, hn::Lt(step.extent, hn::Zero(d)));
           hold = hn::IfThenElse(inside, hn::Add(s, step.advance), hold);
-          asked = hn::AndNot(inside, sure);
-          s = hn::IfThenElse(asked, hn::Add(s, step.advance), s);
-          moved |= !hn::AllFalse(d, asked);
-          live = hn::AndNot(hn::And(asked, hn::Gt(s, hn::Set(d, span))), live);
-          asked = hn::And(asked, live);
+          tested = hn::AndNot(inside, certain);
+          s = hn::IfThenElse(tested, hn::Add(s, step.advance), s);
+          moved |= !hn::AllFalse(d, tested);
+          live = hn::AndNot(hn::And(tested, hn::Gt(s, hn::Set(d, span))), live);
+          tested = hn::And(tested, live);
         }
         hn::Store(hold, d, tiles.hold[c] + first);
-        hn::Store(s, d, tiles.asked_at[c] + first);
+        hn::Store(s, d, tiles.tested_at[c] + first);
         if (hn::AllFalse(d, live)) break;
       }
     }
     hn::Store(s, d, tiles.s + first);
-    left |= bits_of(d, live) << first;
+    remaining |= bits_of(d, live) << first;
   }
   int count = 0;
-  for (; left; left &= left - 1, ++count) {
-    const int t = std::countr_zero(left);
+  for (; remaining; remaining &= remaining - 1, ++count) {
+    const int t = std::countr_zero(remaining);
     tiles.center_i[count] = tiles.center_i[t], tiles.center_j[count] = tiles.center_j[t],
     tiles.s[count] = tiles.s[t];
     for (std::size_t c = 0; c < cameras.size(); ++c) tiles.hold[c][count] = tiles.hold[c][t];

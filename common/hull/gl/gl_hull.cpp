@@ -42,10 +42,10 @@ struct QueryCamera {
 // Sorts the smallest object first, because it excludes most. The other keys make the order
 // independent of the given one.
 bool smaller_first(const QueryCamera& a, const QueryCamera& b) {
-  const auto key = [](const QueryCamera& asked) {
-    const geometry::Pinhole& k = asked.silhouette->camera.pinhole;
-    const auto& m = asked.silhouette->camera.camera_from_world.matrix();
-    std::array<double, 21> numbers{double(asked.bounds.area_px()), k.fx_px, k.fy_px, k.cx_px,
+  const auto key = [](const QueryCamera& queried) {
+    const geometry::Pinhole& k = queried.silhouette->camera.pinhole;
+    const auto& m = queried.silhouette->camera.camera_from_world.matrix();
+    std::array<double, 21> numbers{double(queried.bounds.area_px()), k.fx_px, k.fy_px, k.cx_px,
                                    k.cy_px};
     std::copy(m.data(), m.data() + m.size(), numbers.begin() + 5);
     return numbers;
@@ -77,16 +77,17 @@ GlHull::GlHull()
       distances_("hull: distances", kDistancesComp),
       tiles_("hull: tiles", kTilesComp),
       resolve_exact_("hull: resolve exact", kResolveExactComp) {
-  for (const std::size_t most : {4, 16, 64}) rays_.push_back({most, nullptr});
+  for (const std::size_t max_cameras : {4, 16, 64}) rays_.push_back({max_cameras, nullptr});
   const Work none{};
   work_buffer_.write(&none, sizeof none);
 }
 
 void GlHull::set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule) {
   if (silhouettes.size() > kMaxGlCameras)
-    throw std::invalid_argument("backend gl takes at most 64 cameras");
+    throw std::invalid_argument("backend gl supports at most 64 cameras, not " +
+                                std::to_string(silhouettes.size()));
   if (rule.limits != Limits::all)
-    throw std::invalid_argument("backend gl knows only the rule `limits: all`");
+    throw std::invalid_argument("backend gl supports only the rule `limits: all`");
   maps_.clear();
   bits_.clear();
   std::vector<QueryCamera> order;
@@ -134,7 +135,9 @@ void GlHull::prepare() {
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &max_bytes);
   if (words_ * 4 * sizeof(std::uint32_t) > std::size_t(max_bytes)) {
     empty_ = true;
-    throw gl::GlError("the maps' object pixels take more than the driver's largest storage block");
+    throw gl::GlError(
+        "the object pixels need more memory than the driver's largest storage block, " +
+        std::to_string(max_bytes) + " bytes");
   }
   bit_buffer_.reserve(words_ * sizeof(std::uint32_t));
   bit_buffer_.write(bits_.data(), bits_.size() * sizeof(std::uint32_t));
@@ -248,10 +251,10 @@ void GlHull::run(std::size_t cameras) {
 void GlHull::trace(const View& view, std::span<const PixelRect> rects) {
   const int width_px = view.camera.pinhole.width_px, height_px = view.camera.pinhole.height_px;
   if (width_px <= 0 || height_px <= 0 || width_px > kMaxViewSize_px || height_px > kMaxViewSize_px)
-    throw std::invalid_argument("view of an unusable size");
+    throw std::invalid_argument("the view's image is empty or larger than 16000 px");
   for (const PixelRect& r : rects)
     if (!r.empty() && !(r == intersection(r, {0, 0, width_px, height_px})))
-      throw std::invalid_argument("rect outside the view's image");
+      throw std::invalid_argument("a rect extends beyond the view's image");
   if (!depth_ || depth_->width_px() != width_px || depth_->height_px() != height_px)
     depth_ = std::make_unique<gl::GlTexture>(width_px, height_px, GL_R32F);
   for (const PixelRect& r : rects)
@@ -260,8 +263,9 @@ void GlHull::trace(const View& view, std::span<const PixelRect> rects) {
                          GL_RED, GL_FLOAT, &kNoHull);
   const bool usable = is_finite(view.camera) && view.near_m > 0 && view.far_m > view.near_m &&
                       std::isfinite(view.far_m);
-  const std::span<const PixelRect> asked = empty_ || !usable ? std::span<const PixelRect>() : rects;
-  write_candidates(asked);
+  const std::span<const PixelRect> queried =
+      empty_ || !usable ? std::span<const PixelRect>() : rects;
+  write_candidates(queried);
   if (candidates_ > 0) {
     write_view(view);
     run(maps_.size());
@@ -269,7 +273,7 @@ void GlHull::trace(const View& view, std::span<const PixelRect> rects) {
 }
 
 const gl::GlTexture& GlHull::depth() const {
-  if (!depth_) throw std::logic_error("no depth before the first trace");
+  if (!depth_) throw std::logic_error("there is no depth before the first GlHull::trace()");
   return *depth_;
 }
 

@@ -103,14 +103,14 @@ std::vector<Interval> intervals_where_seen(std::span<const Silhouette> silhouett
   std::sort(crossings.begin(), crossings.end());
   std::vector<Interval> inside;
   for (std::size_t i = 1; i < crossings.size(); ++i) {
-    const double enter = crossings[i - 1], leave = crossings[i], middle = 0.5 * (enter + leave);
+    const double enter = crossings[i - 1], leave = crossings[i], center = 0.5 * (enter + leave);
     if (!(enter < leave)) continue;
     int seen = 0;
     bool empty = false;
     for (std::size_t camera = 0; camera < silhouettes.size(); ++camera) {
-      if (!holds(in_image[camera], middle)) continue;
+      if (!holds(in_image[camera], center)) continue;
       ++seen;
-      empty |= !holds(on_object[camera], middle);
+      empty |= !holds(on_object[camera], center);
     }
     if (empty || seen < min_seen) continue;
     if (!inside.empty() && inside.back().leave == enter)

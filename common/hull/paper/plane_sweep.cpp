@@ -63,7 +63,8 @@ PlaneSweep::PlaneSweep(int width_px, int height_px, int planes)
 
 void PlaneSweep::set_silhouettes(std::span<const Silhouette> silhouettes) {
   if (silhouettes.size() > kMaxSweepCameras)
-    throw std::invalid_argument("a plane sweep counts at most 255 cameras");
+    throw std::invalid_argument("backend sweep supports at most 255 cameras, not " +
+                                std::to_string(silhouettes.size()));
   hull_is_empty_ = silhouettes.empty();
   std::vector<MapTexture> previous = std::move(maps_);
   maps_.clear();

@@ -27,7 +27,7 @@ constexpr double kStaircaseVariance_px2 = 1.0 / 12;
 struct Edge {
   Vector2i pixel, outward;
   bool operator==(const Edge&) const = default;
-  Vector2d middle() const { return pixel.cast<double>() + 0.5 * outward.cast<double>(); }
+  Vector2d center() const { return pixel.cast<double>() + 0.5 * outward.cast<double>(); }
 };
 
 // Returns the next edge of the contour in the direction `along`, which is perpendicular to
@@ -56,21 +56,21 @@ using EdgeCenters = std::array<Vector2d, 2 * kContourEdges + 1>;
 // Sets `edges` to the number of edges of the closed contour, at most 2 kContourEdges + 1.
 EdgeCenters edge_centers_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px,
                                 int& edges) {
-  EdgeCenters middles;
+  EdgeCenters centers;
   edges = 2 * kContourEdges + 1;
-  middles[kContourEdges] = start.middle() - uv_px;
+  centers[kContourEdges] = start.center() - uv_px;
   std::array<Edge, 2> edge{start, start};  // backward, forward
   std::array<Vector2i, 2> along{Vector2i(start.outward.y(), -start.outward.x()),
                                 Vector2i(-start.outward.y(), start.outward.x())};
   for (int n = 1; n <= kContourEdges; ++n)
-    for (const std::size_t way : {0u, 1u}) {
-      const Edge after = next(map, edge[way], along[way]);
-      along[way] = turned(edge[way], along[way], after);
-      edge[way] = after;
-      middles[std::size_t(kContourEdges + (way == 0 ? -n : n))] = after.middle() - uv_px;
-      if (edge[0] == edge[1]) edges = std::min(edges, way == 0 ? 2 * n - 1 : 2 * n);  // they meet
+    for (const std::size_t side : {0u, 1u}) {
+      const Edge after = next(map, edge[side], along[side]);
+      along[side] = turned(edge[side], along[side], after);
+      edge[side] = after;
+      centers[std::size_t(kContourEdges + (side == 0 ? -n : n))] = after.center() - uv_px;
+      if (edge[0] == edge[1]) edges = std::min(edges, side == 0 ? 2 * n - 1 : 2 * n);  // they meet
     }
-  return middles;
+  return centers;
 }
 
 // The window shrinks by four edges above this size, then by one.
@@ -127,19 +127,19 @@ ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int
                        const Vector2d& uv_px) {
   const Edge start{{u_px, v_px}, {du_px, dv_px}};
   int edges = 0;
-  const EdgeCenters middles = edge_centers_around(map, start, uv_px, edges);
-  const int n = window(middles, edges);
+  const EdgeCenters centers = edge_centers_around(map, start, uv_px, edges);
+  const int n = window(centers, edges);
   const Vector2d chord =
-      middles[std::size_t(kContourEdges + n)] - middles[std::size_t(kContourEdges - n)];
+      centers[std::size_t(kContourEdges + n)] - centers[std::size_t(kContourEdges - n)];
   if (!(chord.squaredNorm() > 0))
     return {start.outward.cast<double>(), std::numbers::pi};  // the contour of a single pixel
   const Vector2d tangent = chord.normalized();
-  const Slope slope = slope_at_uv(middles, n, tangent, chord.norm());
+  const Slope slope = slope_at_uv(centers, n, tangent, chord.norm());
   const Vector2d fitted =
       (tangent + slope.at_uv * Vector2d(-tangent.y(), tangent.x())).normalized();
   // At a corner, or on an object of a few pixels, any tangent between those of the sides is
   // possible.
-  const double turn = turn_rad(middles, n), between_rad = turn <= kMaxTurn_rad ? 0 : 0.5 * turn;
+  const double turn = turn_rad(centers, n), between_rad = turn <= kMaxTurn_rad ? 0 : 0.5 * turn;
   return {{fitted.y(), -fitted.x()},
           std::max(std::atan(slope.error),
                    between_rad)};  // the tangent is the normal rotated by 90 degrees from x to y

@@ -38,7 +38,7 @@ RayRange within_image(const ImageLine& l, const CoverageMap& map, RayRange range
   return range;
 }
 
-int floored(double x, int most) { return !(x > 0) ? 0 : x >= most ? most : int(std::floor(x)); }
+int floored(double x, int max) { return !(x > 0) ? 0 : x >= max ? max : int(std::floor(x)); }
 
 // Returns the parameter >= t at which the image crosses `border` of one axis: t if it is on the
 // border already, kNever if it has passed it.

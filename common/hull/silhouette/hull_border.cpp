@@ -25,11 +25,11 @@ double squared_distance(const Vector2d& uv_px, const Edge& edge) {
 // The contour's edge nearest to uv, among the edges around uv's pixel that an image moving along
 // `motion` enters through, or among all edges if `motion` is zero.
 std::optional<Edge> edge_at(const ContourMap& map, const Vector2d& uv_px, const Vector2d& motion) {
-  const Vector2i middle(int(std::floor(uv_px.x() + 0.5)), int(std::floor(uv_px.y() + 0.5)));
+  const Vector2i center(int(std::floor(uv_px.x() + 0.5)), int(std::floor(uv_px.y() + 0.5)));
   std::optional<Edge> nearest;
   for (int dv = -1; dv <= 1; ++dv)
     for (int du = -1; du <= 1; ++du) {
-      const Vector2i pixel = middle + Vector2i(du, dv);
+      const Vector2i pixel = center + Vector2i(du, dv);
       if (!map.keeps(pixel.x(), pixel.y())) continue;
       for (const Vector2i& outward :
            {Vector2i(-1, 0), Vector2i(1, 0), Vector2i(0, -1), Vector2i(0, 1)}) {
@@ -103,22 +103,22 @@ std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const Image
   for (;;) {
     if (!(border.t < far)) return std::nullopt;
     int seen = 0, next = -1;
-    double until = kNever;
+    double end = kNever;
     bool was_empty = false;
     for (int i = 0; i < int(walks.size()); ++i) {
       const VerdictSpan verdict_span = walks[std::size_t(i)].verdict_at(border.t);
       if (verdict_span.verdict == Verdict::object)
         ++seen;
-      else if (verdict_span.verdict == Verdict::empty || verdict_span.end < until)
-        next = i, until = verdict_span.end, was_empty = verdict_span.verdict == Verdict::empty;
+      else if (verdict_span.verdict == Verdict::empty || verdict_span.end < end)
+        next = i, end = verdict_span.end, was_empty = verdict_span.verdict == Verdict::empty;
       if (was_empty) break;
     }
     if (!was_empty && seen >= (rule.limits == Limits::all ? int(walks.size()) : rule.min_seen))
       return border;
     if (next < 0) return std::nullopt;
-    border = {until, next};
-    const bool lets_go = was_empty && until < far &&
-                         walks[std::size_t(next)].verdict_at(until).verdict == Verdict::unseen;
+    border = {end, next};
+    const bool lets_go = was_empty && end < far &&
+                         walks[std::size_t(next)].verdict_at(end).verdict == Verdict::unseen;
     border.kept = lets_go ? Kept::not_empty : Kept::object;
   }
 }

@@ -107,8 +107,8 @@ void join_corner(CoverageMap& kept, const ObjectPixels& thin, const CoverageMap&
   const int a = -side_of_border(kept.at(ou, ov)),
             b = -side_of_border(upper ? kept.at(u1, v + 1) : kept.at(u2, v));
   if (a < 0 || b < 0 || e1 * e2 > a * b) return;
-  const int most = (e1 * e2 - 1) / b;  // largest a with e1 e2 > a b
-  kept.set(ou, ov, std::uint8_t((kFullCoverage - most + 1) / 2));
+  const int max_a = (e1 * e2 - 1) / b;  // largest a with e1 e2 > a b
+  kept.set(ou, ov, std::uint8_t((kFullCoverage - max_a + 1) / 2));
 }
 
 }  // namespace
