@@ -32,6 +32,18 @@ Eigen::Vector3d camera_center_world_m(const Camera& camera) {
   return -(camera.camera_from_world.linear().transpose() * camera.camera_from_world.translation());
 }
 
+Eigen::Matrix3d pixel_from_camera(const Pinhole& pinhole) {
+  Eigen::Matrix3d m;
+  m << pinhole.fx_px, 0, pinhole.cx_px + 0.5, 0, pinhole.fy_px, pinhole.cy_px + 0.5, 0, 0, 1;
+  return m;
+}
+
+Eigen::Matrix3d centered_pixel_from_camera(const Pinhole& pinhole) {
+  Eigen::Matrix3d m;
+  m << pinhole.fx_px, 0, pinhole.cx_px, 0, pinhole.fy_px, pinhole.cy_px, 0, 0, 1;
+  return m;
+}
+
 Ray ray_through(const Camera& camera, const Eigen::Vector2d& uv_px) {
   const Pinhole& k = camera.pinhole;
   const Eigen::Vector3d d_camera((uv_px.x() - k.cx_px) / k.fx_px, (uv_px.y() - k.cy_px) / k.fy_px,

@@ -42,6 +42,12 @@ std::optional<Eigen::Vector2d> project(const Camera& camera, const Eigen::Vector
 
 Eigen::Vector3d camera_center_world_m(const Camera& camera);
 
+// Homogeneous pixel (U, V, W) from a point in the camera frame [m], where pixel p covers [p, p + 1)
+// of U / W: half a pixel is added to the principal point. W is the depth [m].
+Eigen::Matrix3d pixel_from_camera(const Pinhole& pinhole);
+// The same with pixel centres at integers, as project() returns them.
+Eigen::Matrix3d centered_pixel_from_camera(const Pinhole& pinhole);
+
 Ray ray_through(const Camera& camera, const Eigen::Vector2d& uv_px);
 
 // camera_from_world of a camera at eye looking at target, image up along up_world. The three must

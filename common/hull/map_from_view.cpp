@@ -10,10 +10,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 MapFromView map_from_view(const geometry::Camera& map_camera, const geometry::Camera& view) {
-  const geometry::Pinhole& m = map_camera.pinhole;
   const geometry::Pinhole& k = view.pinhole;
-  Matrix3d pixel_from_camera, sight_from_pixel;
-  pixel_from_camera << m.fx_px, 0, m.cx_px + 0.5, 0, m.fy_px, m.cy_px + 0.5, 0, 0, 1;
+  const Matrix3d pixel_from_camera = geometry::pixel_from_camera(map_camera.pinhole);
+  Matrix3d sight_from_pixel;
   sight_from_pixel << 1 / k.fx_px, 0, -k.cx_px / k.fx_px, 0, 1 / k.fy_px, -k.cy_px / k.fy_px, 0, 0,
       1;
   const Matrix3d pixel_from_world = pixel_from_camera * map_camera.camera_from_world.linear();

@@ -46,6 +46,22 @@ TEST(Camera, LookAtPutsTheTargetOnThePrincipalPointWithUpTowardsSmallerV) {
   EXPECT_NEAR(camera.camera_from_world.linear().determinant(), 1, 1e-12);
 }
 
+TEST(PixelFromCamera, CentreOfPixelIsAtHalf) {
+  const Pinhole pinhole{640, 480, 500, 510, 310.25, 250.5};
+  const Camera camera{pinhole};
+  for (const Eigen::Vector2d& uv_px : {Eigen::Vector2d(0, 0), {3, 7}, {639, 479}}) {
+    const Ray ray = ray_through(camera, uv_px);
+    const Eigen::Vector3d p = ray.origin_world_m + 2.5 * ray.direction_world;
+    const Eigen::Vector3d pixel = pixel_from_camera(pinhole) * p,
+                          centered = centered_pixel_from_camera(pinhole) * p;
+    EXPECT_EQ(pixel.z(), 2.5);
+    EXPECT_NEAR(pixel.x() / pixel.z(), uv_px.x() + 0.5, 1e-12);
+    EXPECT_NEAR(pixel.y() / pixel.z(), uv_px.y() + 0.5, 1e-12);
+    EXPECT_NEAR(centered.x() / centered.z(), uv_px.x(), 1e-12);
+    EXPECT_NEAR(centered.y() / centered.z(), uv_px.y(), 1e-12);
+  }
+}
+
 TEST(Camera, ResizedImageSeesTheSameEdges) {
   const Pinhole full{640, 480, 500, 510, 310.5, 245.25}, half = resized(full, 320, 240);
   const auto u_of = [](const Pinhole& k, double x_over_z) { return k.fx_px * x_over_z + k.cx_px; };

@@ -59,11 +59,9 @@ void BruteForce::set_silhouettes(std::span<const hull::Silhouette> silhouettes) 
   maps_.clear();
   empty_ = silhouettes.empty();
   for (const hull::Silhouette& s : silhouettes) {
-    const geometry::Pinhole& k = s.camera.pinhole;
-    Eigen::Matrix3d pixel_from_camera;
-    pixel_from_camera << k.fx_px, 0, k.cx_px + 0.5, 0, k.fy_px, k.cy_px + 0.5, 0, 0, 1;
-    maps_.push_back(
-        {pixel_from_camera * s.camera.camera_from_world.matrix().topRows<3>(), s.pixels.bounds()});
+    maps_.push_back({geometry::pixel_from_camera(s.camera.pinhole) *
+                         s.camera.camera_from_world.matrix().topRows<3>(),
+                     s.pixels.bounds()});
     empty_ = empty_ || maps_.back().bounds.empty();
   }
 }

@@ -26,10 +26,9 @@ std::array<float, 3> floats(const Vector3d& p) {
 
 CarvingCamera lanes_of(const geometry::Camera& camera, const ObjectPixelLookup& lookup,
                        const VoxelGrid& grid) {
-  const geometry::Pinhole& k = camera.pinhole;
-  Matrix3d position_from_camera;
-  position_from_camera << k.fx_px, 0, k.cx_px + 0.5 - lookup.origin_u_px(), 0, k.fy_px,
-      k.cy_px + 0.5 - lookup.origin_v_px(), 0, 0, 1;
+  Matrix3d position_from_camera = geometry::pixel_from_camera(camera.pinhole);
+  position_from_camera(0, 2) -= lookup.origin_u_px();
+  position_from_camera(1, 2) -= lookup.origin_v_px();
   const Matrix3d m = position_from_camera * camera.camera_from_world.linear() * grid.voxel_m;
   return {floats(m.col(0)), floats(m.col(1)), floats(m.col(2)),
           floats(position_from_camera * (camera.camera_from_world * grid.corner_world_m)),

@@ -20,8 +20,7 @@ VoxelFront::VoxelFront(const VoxelGrid& grid, const hull::View& view)
     : across_((view.camera.pinhole.width_px + kFrontTile_px - 1) / kFrontTile_px),
       down_((view.camera.pinhole.height_px + kFrontTile_px - 1) / kFrontTile_px) {
   const geometry::Pinhole& k = view.camera.pinhole;
-  Eigen::Matrix3d pixel_from_camera;
-  pixel_from_camera << k.fx_px, 0, k.cx_px, 0, k.fy_px, k.cy_px, 0, 0, 1;
+  const Eigen::Matrix3d pixel_from_camera = geometry::centered_pixel_from_camera(k);
   const Eigen::Matrix3d m =
       pixel_from_camera * view.camera.camera_from_world.linear() * grid.voxel_m;
   of_x_ = floats(m.col(0));
