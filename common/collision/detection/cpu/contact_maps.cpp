@@ -55,13 +55,6 @@ bool beside(const hull::PixelRect& bounds, const Eigen::Array2d& min_px,
          max_px.y() < bounds.v0_px - kBeside_px || min_px.y() > bounds.v1_px + kBeside_px;
 }
 
-// Projects a point in the camera's frame to (U, V, W); pixel p covers [p, p + 1) of U / W.
-Eigen::Matrix3d pixel_from_camera(const geometry::Pinhole& k) {
-  Eigen::Matrix3d m;
-  m << k.fx_px, 0, k.cx_px + 0.5, 0, k.fy_px, k.cy_px + 0.5, 0, 0, 1;
-  return m;
-}
-
 // Sets the members of ContactMap except eps_px, relative to the base pixel.
 void set_map(const hull::SkipMap& skip_map, int base_u, int base_v, ContactMap& map) {
   // The kernels index the map with 32 bits.
@@ -89,7 +82,7 @@ std::optional<ObjectMap> object_map(const hull::CpuHull::MapCamera& camera,
   ObjectMap map;
   const int base_u = (bounds.u0_px + bounds.u1_px) / 2, base_v = (bounds.v0_px + bounds.v1_px) / 2;
   set_map(camera.skip_map, base_u, base_v, map);
-  Eigen::Matrix3d of = pixel_from_camera(camera.camera.pinhole);
+  Eigen::Matrix3d of = geometry::pixel_from_camera(camera.camera.pinhole);
   of.row(0) -= base_u * of.row(2), of.row(1) -= base_v * of.row(2);
   const Vector3d at = of * (camera.camera.camera_from_world * world_from_tree.translation());
   of = (of * camera.camera.camera_from_world.linear() * world_from_tree.linear()).eval();
@@ -121,7 +114,8 @@ std::optional<ObjectMap> object_map(const hull::CpuHull::MapCamera& camera,
 }
 
 PixelFromWorld pixel_from_world(const geometry::Camera& camera) {
-  return pixel_from_camera(camera.pinhole) * camera.camera_from_world.matrix().topRows<3>();
+  return geometry::pixel_from_camera(camera.pinhole) *
+         camera.camera_from_world.matrix().topRows<3>();
 }
 
 ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& skip_map,
