@@ -15,9 +15,6 @@ namespace {
 constexpr Range kPositive{0, kUnbounded, true};
 // A pinhole image grows without bound towards 180 degrees.
 constexpr Range kFieldOfView_deg{0.01, 170};
-// Minimum sine of the angle between look_at's viewing direction and up vector. Below it, the image
-// has no defined up direction.
-constexpr double kMinSineToUp = 1e-4;
 
 geometry::Pinhole read_pinhole(YamlMap& map) {
   const auto [width_px, height_px] = map.size_px("image_size_px");
@@ -62,8 +59,7 @@ Eigen::Isometry3d read_look_at(YamlMap map, Mount mount) {
   const Eigen::Vector3d up =
       mount == Mount::world ? Eigen::Vector3d(0, 0, 1) : Eigen::Vector3d(0, -1, 0);
   if (map.is_void() || map.problem_count() > problems_before) return Eigen::Isometry3d::Identity();
-  const Eigen::Vector3d direction = (target_m - eye_m).normalized();
-  if (!(direction.cross(up).norm() > kMinSineToUp)) {
+  if (!has_up_direction(eye_m, target_m, up)) {
     map.problem(
         "look_at has no up direction: target_m is at eye_m, or straight above or below it; use a "
         "rotation instead");

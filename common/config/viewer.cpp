@@ -59,14 +59,16 @@ EyeAndTarget pose_in_segment(const std::vector<HeadKey>& path, std::size_t key, 
               along_b_s * vb.target_world_m};
 }
 
-bool has_upright_image(const EyeAndTarget& pose) {
-  return (pose.target_world_m - pose.eye_world_m)
-             .normalized()
-             .cross(Eigen::Vector3d::UnitZ())
-             .norm() > kMinSineToUp;
+bool has_up_direction(const EyeAndTarget& pose) {
+  return config::has_up_direction(pose.eye_world_m, pose.target_world_m, Eigen::Vector3d::UnitZ());
 }
 
 }  // namespace
+
+bool has_up_direction(const Eigen::Vector3d& eye_m, const Eigen::Vector3d& target_m,
+                      const Eigen::Vector3d& up) {
+  return (target_m - eye_m).normalized().cross(up).norm() > kMinSineToUp;
+}
 
 geometry::Pinhole render_pinhole(const Viewer& viewer) {
   return geometry::pinhole_from_fov(viewer.render_width_px, viewer.render_height_px,
@@ -97,7 +99,7 @@ std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path) {
       faults.push_back(
           {i, fmt::format("t_s must be greater than that of the previous key ({}), is {}",
                           path[i - 1].t_s, path[i].t_s)});
-    if (!has_upright_image({path[i].eye_world_m, path[i].target_world_m}))
+    if (!has_up_direction({path[i].eye_world_m, path[i].target_world_m}))
       faults.push_back({i,
                         "the target is at the eye, or straight above or below it: the view has no "
                         "up direction"});
@@ -105,7 +107,7 @@ std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path) {
   if (!faults.empty()) return faults;
   for (std::size_t i = 0; i + 1 < path.size(); ++i)
     for (int step = 1; step < kChecksPerSegment; ++step)
-      if (!has_upright_image(pose_in_segment(
+      if (!has_up_direction(pose_in_segment(
               path, i, path[i].t_s + (path[i + 1].t_s - path[i].t_s) * step / kChecksPerSegment))) {
         faults.push_back({i,
                           "between this key and the next, the eye looks straight up or down: the "
