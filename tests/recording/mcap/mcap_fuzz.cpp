@@ -1,5 +1,5 @@
-// Damages MCAP files at random and checks the invariants of tests/support/recording/mcap_mutations.h. Run it
-// under the sanitizers.
+// Damages MCAP files at random and checks the invariants of
+// tests/support/recording/mcap_mutations.h. Run it under the sanitizers.
 #include <charconv>
 #include <chrono>
 #include <cstdio>

@@ -31,7 +31,7 @@ struct GlDetection::Work {
   // gl_detection.cpp: the stages of detect().
   void clear(std::size_t count);
   void detect_on_cpu(std::span<const DetectionObject> objects, const std::vector<char>& fits,
-                    const DetectionOptions& options);
+                     const DetectionOptions& options);
   void open_contacts(std::span<const DetectionObject> objects);
   bool resolve_exact(std::span<const DetectionObject> objects, const DetectionOptions& options);
   void gather(std::span<const DetectionObject> objects, const DetectionOptions& options);
