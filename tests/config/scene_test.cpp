@@ -245,13 +245,13 @@ TEST_F(SceneFile, RejectsInvalidRequests) {
               ElementsAre("scene.yaml:10:77: v_rec must not be zero: it is the direction in which "
                           "the object leaves the hull"));
   EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.5"),
-              ElementsAre("scene.yaml:12:59: tolerance_m must be at most cap_m (0.3), is 0.5"));
+              ElementsAre("scene.yaml:13:59: tolerance_m must be at most cap_m (0.3), is 0.5"));
   EXPECT_THAT(
       problems_with("cell_m: 0.1}", "cell_m: 0.0001}"),
       ElementsAre(
           "scene.yaml:5:45: cell_m splits the box's faces into more than 1e6 cells: increase it"));
   EXPECT_THAT(problems_with("tolerance_m: 0.001", "tolerance_m: 0.0001"),
-              ElementsAre("scene.yaml:12:59: tolerance_m must be at least cap_m / 1000 (0.0003), "
+              ElementsAre("scene.yaml:13:59: tolerance_m must be at least cap_m / 1000 (0.0003), "
                           "is 0.0001: a smaller one makes a query take seconds"));
   EXPECT_THAT(problems_with("name: plate", "name: " + std::string(65, 'a')),
               ElementsAre("scene.yaml:4:11: name has 65 characters, the limit is 64"));
