@@ -1,0 +1,170 @@
+// Checks the documents against the tree: links, files, commands, options, configuration keys and
+// quoted constants exist.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace fivepipe::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = FIVEPIPE_SOURCE_DIR;
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(kRoot / file);
+  EXPECT_TRUE(in) << file;
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+// The changelog names removed things, so only its links are checked.
+std::vector<fs::path> documents() {
+  std::vector<fs::path> files = {"README.md", "CONTRIBUTING.md"};
+  for (const auto& entry : fs::directory_iterator(kRoot / "docs"))
+    if (entry.path().extension() == ".md") files.push_back(fs::relative(entry.path(), kRoot));
+  return files;
+}
+
+std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
+  const std::regex regex(pattern);
+  std::vector<std::string> found;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), regex);
+       it != std::sregex_iterator(); ++it)
+    found.push_back((*it)[1]);
+  return found;
+}
+
+// The anchor that GitHub gives a heading.
+std::string anchor_of(const std::string& heading) {
+  std::string anchor;
+  for (const char c : heading) {
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_')
+      anchor += char(std::tolower(static_cast<unsigned char>(c)));
+    else if (c == ' ')
+      anchor += '-';
+  }
+  return anchor;
+}
+
+TEST(Docs, LinksLeadToFilesAndHeadings) {
+  std::vector<fs::path> files = documents();
+  files.push_back("CHANGELOG.md");
+  for (const fs::path& file : files)
+    for (const std::string& link : matches(text_of(file), R"(\]\(([^)]+)\))")) {
+      if (link.starts_with("http")) continue;
+      const std::size_t hash = link.find('#');
+      const std::string path = link.substr(0, hash);
+      const fs::path target = path.empty() ? file : file.parent_path() / path;
+      ASSERT_TRUE(fs::exists(kRoot / target)) << file << " links to " << link;
+      if (hash == std::string::npos) continue;
+      std::set<std::string> anchors;
+      for (const std::string& heading : matches(text_of(target), R"((?:^|\n)#+ ([^\n]+))"))
+        anchors.insert(anchor_of(heading));
+      EXPECT_TRUE(anchors.contains(link.substr(hash + 1))) << file << " links to " << link;
+    }
+}
+
+TEST(Docs, NamedFilesExist) {
+  std::set<std::string> folders;
+  for (const auto& entry : fs::directory_iterator(kRoot))
+    if (entry.is_directory()) folders.insert(entry.path().filename());
+  folders.erase("build");
+  folders.erase("out");
+  for (const fs::path& file : documents())
+    for (const std::string& name : matches(text_of(file), R"(`([\w.-]+/[\w./-]*)`)")) {
+      if (!folders.contains(name.substr(0, name.find('/')))) continue;
+      if (name.find("NAME") != std::string::npos) continue;  // a placeholder
+      EXPECT_TRUE(fs::exists(kRoot / name)) << file << " names " << name;
+    }
+}
+
+// The sources that define commands and options.
+std::string command_sources() {
+  std::string sources = text_of("launch/demo") + text_of("tests/run");
+  for (const char* folder : {"launch", "benchmarks", "capture_node"})
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
+      if (entry.path().extension() == ".cpp") sources += text_of(fs::relative(entry.path(), kRoot));
+  return sources;
+}
+
+TEST(Docs, CommandsAndTheirOptionsExist) {
+  const std::string sources = command_sources();
+  for (const fs::path& file : documents()) {
+    const std::string text = text_of(file);
+    for (const std::string& command : matches(text, R"((?:\n {4}|`|/)fivepipe ([a-z]+)\b)"))
+      EXPECT_NE(sources.find('"' + command + '"'), std::string::npos)
+          << file << " names the subcommand " << command;
+    for (const std::string& script : matches(text, R"(\n {4}(?:\./)?((?:launch|tests)/[a-z-]+))"))
+      EXPECT_TRUE(fs::exists(kRoot / script)) << file << " runs " << script;
+    // Options of programs that are not ours.
+    static const std::set<std::string> kForeign = {"--build", "--target", "--gtest_filter",
+                                                   "--install"};
+    for (const std::string& option : matches(text, R"([ `=](--[a-z][a-z_-]+))"))
+      EXPECT_TRUE(kForeign.contains(option) || sources.find(option) != std::string::npos)
+          << file << " names " << option;
+  }
+}
+
+TEST(Docs, ConfigurationKeysExist) {
+  std::string readers;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "common/config"))
+    if (entry.path().extension() == ".cpp") readers += text_of(fs::relative(entry.path(), kRoot));
+  int keys = 0;
+  for (const fs::path& file : documents())
+    for (const std::string& block : matches(text_of(file), "```yaml\\n([^`]*)```"))
+      for (const std::string& key : matches(block, R"((?:\n|[{,-]) *([a-z_]+):)")) {
+        ++keys;
+        EXPECT_NE(readers.find('"' + key + '"'), std::string::npos) << file << " has key " << key;
+      }
+  EXPECT_GT(keys, 20);
+}
+
+// A number in a document and the constant in the code that it quotes.
+struct QuotedConstant {
+  const char *document, *sentence, *file, *constant;
+};
+
+TEST(Docs, QuotedConstantsAreThoseOfTheCode) {
+  const QuotedConstant quoted[] = {
+      {"docs/architecture.md", R"(at most (\d+) incomplete sets)",
+       "common/pipeline/frames/frame_set_assembler.h", R"(kMaxIncompleteSets = (\d+))"},
+      {"docs/architecture.md", R"(while (\d+) frames arrive from others)",
+       "common/pipeline/frames/frame_set_assembler.h", R"(kLostAfterFrames = (\d+))"},
+      {"docs/architecture.md", R"(At most (\d+) frames are open)", "render_node/tile_assembler.h",
+       R"(kMaxOpenFrames = (\d+))"},
+      {"docs/architecture.md", R"(waits at most (\d+) ms for the simulation's state)",
+       "render_node/parent_pipe.cpp", R"(kStateTimeout = (\d+)ms)"},
+      {"docs/architecture.md", R"(composites nothing for (\d+) ms)", "capture_node/pacing.h",
+       R"(kStallTimeout\{(\d+)\})"},
+      {"docs/architecture.md", R"(Writers\*\* wait at most (\d+) ms)",
+       "common/pipeline/bus/bus.cpp", R"(RELIABLE, DDS_MSECS\((\d+)\))"},
+      {"docs/architecture.md", R"(no frame set arrives for (\d+) ms)",
+       "sim_node/simulation_pipe.cpp", R"(kFrameSetTimeout = (\d+)ms)"},
+      {"docs/recording.md", R"(buffers up to (\d+) MiB)",
+       "common/recording/files/recording_writer.h", R"(max_queued_bytes = std::size_t\((\d+)\))"},
+      {"docs/recording.md", R"(closes a chunk at (\d+) MiB)",
+       "common/recording/files/recording_writer.h", R"(chunk_bytes = std::size_t\((\d+)\))"},
+      {"docs/recording.md", R"(MiB or after (\d+\.\d+) s)",
+       "common/recording/files/recording_writer.h", R"(chunk_s = (\d+\.\d+))"},
+  };
+  for (const QuotedConstant& q : quoted) {
+    const std::string document = std::regex_replace(text_of(q.document), std::regex("\\s+"), " ");
+    const auto stated = matches(document, q.sentence),
+               defined = matches(text_of(q.file), q.constant);
+    ASSERT_EQ(stated.size(), 1u) << q.document << ": " << q.sentence;
+    ASSERT_EQ(defined.size(), 1u) << q.file << ": " << q.constant;
+    EXPECT_EQ(stated[0], defined[0]) << q.document << ": " << q.sentence;
+  }
+}
+
+}  // namespace
+}  // namespace fivepipe::test
