@@ -25,7 +25,7 @@ struct ContourMap {
 
 // Fits the contour's unit normal in the image at uv_px, away from the kept side. The contour runs
 // between the kept pixel (u, v) and its neighbour (u + du, v + dv), which is not kept; one of du
-// and dv is 0, the other -1 or 1. uv_px lies on that edge.
+// and dv is 0, the other -1 or 1. uv_px is on that edge.
 //
 // The fit is a least-squares parabola through the centers of the pixel edges along the contour: at
 // most kContourEdges to each side, fewer if the contour turns by more than kMaxTurn_rad between the

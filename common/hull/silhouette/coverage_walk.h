@@ -1,5 +1,5 @@
-// Walks one ray through one coverage map in double and finds where the coverage is at least one
-// half.
+// Walks one ray through one coverage map in double and finds its parts with a coverage of at least
+// one half.
 //
 // The walk visits cells between four pixel centres: cell (a, b) is between pixels a - 1 and a, and
 // b - 1 and b. It skips cells without a corner at or above one half in boxes, as ray_walk.h does.
@@ -12,10 +12,10 @@
 
 namespace fivepipe::hull {
 
-// The camera whose pixels are the cells of a coverage map: one more per axis, shifted by half a
-// pixel.
+// Returns the camera whose pixels are the cells of a coverage map: one more per axis, shifted by
+// half a pixel.
 geometry::Camera cell_camera(const geometry::Camera& camera);
-// The cells with at least one of four corners at or above one half.
+// Returns the cells with at least one of four corners at or above one half.
 ObjectPixels cells_with_object(const CoverageMap& map);
 
 class CoverageWalk {
@@ -34,8 +34,8 @@ class CoverageWalk {
     while (!(t < verdict_span_.end)) walk_to(t);
     return verdict_span_;
   }
-  // Parameter at which the ray enters the image or comes in front of the camera, or the range
-  // begins. The coverage has no border there.
+  // Returns the first parameter of the range at which the ray is in front of the camera and in its
+  // image. This is not a border of the coverage.
   double begin() const { return inside_image_.begin; }
 
  private:
