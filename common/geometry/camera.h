@@ -24,7 +24,8 @@ struct Camera {
 
 struct Ray {
   Eigen::Vector3d origin_world_m;
-  // Not normalised: its camera z is 1, so the ray parameter is the camera depth [m].
+  // Of any length above 0. Rays of ray_through() have camera z 1, so their parameter is the camera
+  // depth [m].
   Eigen::Vector3d direction_world;
 };
 

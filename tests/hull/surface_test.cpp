@@ -241,7 +241,7 @@ TEST(HullSurface, CameraOrderChangesOnlyTheIndices) {
   }
 }
 
-// Every pixel is an object pixel, so the hull is where enough images overlap.
+// Every pixel is an object pixel, so the hull is the space in which enough images overlap.
 TEST(HullSurface, LimitsSeenImageBorderLimitsTheHull) {
   test::Random random(3);
   std::vector<Silhouette> silhouettes;
