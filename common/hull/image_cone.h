@@ -16,6 +16,7 @@
 
 namespace fivepipe::hull {
 
+// Returns the pixels of the camera's image.
 inline PixelRect image_of(const geometry::Camera& camera) {
   return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
 }

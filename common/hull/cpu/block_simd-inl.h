@@ -71,6 +71,7 @@ HWY_INLINE Lines lines_at(const BlockCamera& c, VF i, VF j) {
       linear(c.at_begin[2], c.du_begin[2], c.dv_begin[2]), linear(c.slope[2], c.du[2], c.dv[2])};
 }
 
+// Positions of a vector of images [px], and their depth W in the map's camera [m].
 struct Position {
   VF w, inverse_w, u, v;
 };
@@ -125,7 +126,7 @@ HWY_INLINE VF extent_at(const BlockCamera& c, VF& fu, VF& fv,
   return hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
 }
 
-// Returns d/ds (U - b W) for the border b that is `gap_px` px ahead, for an image that moves at
+// Returns d/ds (U - b W) of the border b that is `gap_px` px ahead of an image at u, which moves at
 // `rate` = d/ds (U - u W). gap_px * W / divisor is the parameter difference to the border. Returns
 // kTiny if the image never reaches it.
 HWY_INLINE VF divisor(VF gap_px, VF rate, VF w1) {

@@ -29,6 +29,7 @@ constexpr float kPathError = 1e-6f;
 // SimdScratch::crossed holds 2 * camera + axis of the border that a ray crossed last, or this.
 constexpr std::int32_t kNoBorder = -1;
 
+// One bit per ray: the camera moved it on, it missed the hull, or float cannot decide it.
 struct StepBits {
   std::uint32_t outside, missed, uncertain;
 };

@@ -26,6 +26,7 @@ constexpr int kTileRounds = 4, kTileRepeats = 6;
 constexpr float kMinTileStep_px = 0.75f;
 constexpr float kNoVerdictEnd = -1.0f;
 
+// One step of a vector of tiles: the advance [m] and SkipMap::at() of the box [px].
 struct TileStep {
   VF advance, extent;
   MF stuck;  // the rays are not in one box, or leave it within kMinTileStep_px

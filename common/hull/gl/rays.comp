@@ -84,7 +84,8 @@ int test_camera(int c, Form f, float length_m, inout Candidate now, inout float 
   if (!(max(off.x, off.y) < (abs(region.distance) == 1 ? 0.5 : 0.5 + kWidestTolerance_px)))
     return kUncertain;
 
-  // Where the image leaves the region. The end of a verdict is taken a little earlier.
+  // Border and depth at which the image leaves the region. The verdict `object` ends kTolerance
+  // errors before that border.
   vec2 border = border_ahead(region, forward) - vec2(f.first);
   if (region.distance < 0) border += mix(vec2(kTolerance), vec2(-kTolerance), forward) * f.error_px;
   vec2 leaves = (border * f.start.z - f.start.xy) / (f.slope.xy - border * f.slope.z);

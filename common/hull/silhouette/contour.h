@@ -8,8 +8,8 @@
 namespace fivepipe::hull {
 
 // The kept side of a contour: object pixels, or (not_empty) object pixels and everything outside
-// the image. The latter applies with Limits::seen, where a point may leave an image and stay in the
-// hull.
+// the image. The latter applies with Limits::seen, because a point may then leave an image and stay
+// in the hull.
 enum class Kept { object, not_empty };
 
 // The pixels of a map and the image that holds them.

@@ -1,5 +1,5 @@
 // Sub-pixel silhouettes: the fraction of each pixel that the object covers, as 8 bits. The border
-// is where the bilinear interpolation between pixel centres is one half.
+// is the level set one half of the bilinear interpolation between pixel centres.
 //
 // Sources: marching squares (Lorensen and Cline, 1987, in two dimensions), with the interpolant's
 // hyperbolas in place of chords (asymptotic decider: Nielson and Hamann, 1991).

@@ -31,8 +31,8 @@ struct SurfaceTile {
   // Outward unit normals. Zero if the ray meets no hull, if the near plane or an image's border
   // limits the hull there, or if outward_normal_world() returns nullopt.
   std::vector<Eigen::Vector3f> normal_world;
-  // Index of the silhouette that limits the hull there, in the order given; -1 if the normal is
-  // zero.
+  // Index of the silhouette that limits the hull there, in the silhouettes given to assign(); -1 if
+  // the normal is zero.
   std::vector<std::int16_t> limiting;
 };
 

@@ -57,8 +57,8 @@ class CoverageWalk {
   PixelRect box_;  // the cells around the ray; if it has more than one, all are empty
   int u_ = 0, v_ = 0;
   double leaves_box_ = -kNever;
-  // Quadratic of (coverage - one half) along the image, from where the ray enters the cell (0) to
-  // where it leaves it (1); and the ends of the pieces between its roots.
+  // Quadratic of (coverage - one half) along the image, from the entry of the ray into the cell (0)
+  // to its exit (1); and the ends of the pieces between the roots.
   double constant_ = 0, linear_ = 0, square_ = 0;
   double cut_at_[4] = {}, cut_t_[4] = {};
   int cuts_ = 0;

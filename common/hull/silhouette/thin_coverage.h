@@ -23,16 +23,16 @@
 // raised until the condition holds.
 //
 // A strip raised to its own width may be displaced by up to (1 - w) / 2 px towards the row that
-// holds more of it: one row's coverage does not show where in the row a strip is, and samples one
-// pixel apart cannot represent both its borders between the same two rows. The displaced images of
-// a wire in two cameras still intersect in space, but those in three seldom do, so the hull of the
-// wire has gaps. Rule `contained` avoids this: the row that holds more of the strip becomes 1,
-// which spans [-1/2, 1/2], and a neighbour of coverage c becomes 2 c / (1 + 2 c), so that the
-// profile extends as far as the strip, to 1/2 + c. A thin strip at 45 degrees, d px from the
-// diagonal of two such pixels, leaves the fraction d of its coverage to the pixel between them,
-// which needs 2 d^2 / (1 + d)^2 for the strip's axis to be inside half way between the two. The
-// rule applies the larger of the two values to all four neighbours. The axis of a straight wire is
-// then inside at any position of the wire, but the wire becomes about one pixel wide.
+// holds more of it: one row's coverage does not determine the position of a strip in the row, and
+// samples one pixel apart cannot represent both its borders between the same two rows. The
+// displaced images of a wire in two cameras still intersect in space, but those in three seldom do,
+// so the hull of the wire has gaps. Rule `contained` avoids this: the row that holds more of the
+// strip becomes 1, which spans [-1/2, 1/2], and a neighbour of coverage c becomes 2 c / (1 + 2 c),
+// so that the profile extends as far as the strip, to 1/2 + c. A thin strip at 45 degrees, d px
+// from the diagonal of two such pixels, leaves the fraction d of its coverage to the pixel between
+// them, which needs 2 d^2 / (1 + d)^2 for the strip's axis to be inside half way between the two.
+// The rule applies the larger of the two values to all four neighbours. The axis of a straight wire
+// is then inside at any position of the wire, but the wire becomes about one pixel wide.
 #pragma once
 #include "common/hull/silhouette/coverage.h"
 
