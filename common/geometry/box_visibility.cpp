@@ -9,7 +9,7 @@ namespace {
 
 using Polygon = std::vector<Eigen::Vector3d>;
 
-// The part of a polygon with normal . p >= 0.
+// Returns the part of a polygon with normal . p >= 0.
 Polygon clipped(const Polygon& polygon, const Eigen::Vector3d& normal) {
   Polygon result;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -21,8 +21,8 @@ Polygon clipped(const Polygon& polygon, const Eigen::Vector3d& normal) {
   return result;
 }
 
-// Inward normals, in the camera frame, of the planes through the camera's centre and the edges of
-// its image. The first is the half-space Z >= 0.
+// Returns the inward normals, in the camera frame, of the planes through the camera's centre and
+// the edges of its image. The first is the half-space Z >= 0.
 std::array<Eigen::Vector3d, 5> pyramid_of(const Pinhole& k) {
   const double left = (-0.5 - k.cx_px) / k.fx_px, right = (k.width_px - 0.5 - k.cx_px) / k.fx_px;
   const double top = (-0.5 - k.cy_px) / k.fy_px, bottom = (k.height_px - 0.5 - k.cy_px) / k.fy_px;

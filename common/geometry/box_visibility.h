@@ -4,7 +4,7 @@
 
 namespace fivepipe::geometry {
 
-// True if some point of the box lies in front of the camera and projects into its image,
+// Returns true if some point of the box is in front of the camera and projects into its image,
 // [-0.5, width - 0.5) x [-0.5, height - 0.5). Exact except for rounding: clips the box's faces
 // against the camera's viewing pyramid (Sutherland and Hodgman 1974).
 bool is_box_visible(const Camera& camera, const Eigen::AlignedBox3d& box_world_m);

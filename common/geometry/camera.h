@@ -24,7 +24,8 @@ struct Camera {
 
 struct Ray {
   Eigen::Vector3d origin_world_m;
-  // Not normalised: its camera z is 1, so the ray parameter is the camera depth [m].
+  // Of any length above 0. Rays of ray_through() have camera z 1, so their parameter is the camera
+  // depth [m].
   Eigen::Vector3d direction_world;
 };
 
@@ -39,12 +40,14 @@ Pinhole pinhole_from_fov(int width_px, int height_px, double horizontal_fov_rad)
 // is not in front of the camera (camera z <= 0 or NaN).
 std::optional<Eigen::Vector2d> project(const Camera& camera, const Eigen::Vector3d& p_world_m);
 
+// Returns the centre of projection [m, world].
 Eigen::Vector3d camera_center_world_m(const Camera& camera);
 
-// Homogeneous pixel (U, V, W) from a point in the camera frame [m], where pixel p covers [p, p + 1)
-// of U / W: half a pixel is added to the principal point. W is the depth [m].
+// Returns the matrix that maps a point in the camera frame [m] to its homogeneous pixel (U, V, W).
+// Pixel p covers [p, p + 1) of U / W, because half a pixel is added to the principal point. W is
+// the depth [m].
 Eigen::Matrix3d pixel_from_camera(const Pinhole& pinhole);
-// The same with pixel centres at integers, as project() returns them.
+// Returns the same matrix with pixel centres at integers, as project() returns them.
 Eigen::Matrix3d centered_pixel_from_camera(const Pinhole& pinhole);
 
 // Returns the ray from the camera center through pixel position uv_px, which may be fractional.
@@ -64,8 +67,8 @@ std::optional<std::string> why_unusable(const Camera& camera);
 // 1e-6, far below the bound.
 inline constexpr double kMaxRotationError = 1e-3;
 
-// Returns the rotation nearest to the matrix in the Frobenius norm (by SVD). The matrix must
-// satisfy why_unusable().
+// Returns the rotation nearest to the matrix in the Frobenius norm (by SVD). The matrix must be a
+// rotation that why_unusable() accepts.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix);
 
 }  // namespace fivepipe::geometry

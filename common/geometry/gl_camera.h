@@ -7,7 +7,7 @@ namespace fivepipe::geometry {
 
 // Returns clip_from_camera for a framebuffer of the pinhole's size. Camera pixel (u, v), row 0 at
 // the top, maps to the center of framebuffer pixel (u, height - 1 - v), because GL counts rows from
-// the bottom. NDC depth is -1 at near_m and +1 at far_m.
+// the bottom. NDC depth is -1 at near_m and +1 at far_m; 0 < near_m < far_m.
 Eigen::Matrix4d gl_clip_from_camera(const Pinhole& pinhole, double near_m, double far_m);
 
 // Returns texture_from_camera, which maps a point in the camera frame [m] to homogeneous texture
@@ -16,7 +16,8 @@ Eigen::Matrix4d gl_clip_from_camera(const Pinhole& pinhole, double near_m, doubl
 // square of the pixel.
 Eigen::Matrix<double, 3, 4> texture_from_camera(const Pinhole& pinhole);
 
-// Returns the camera depth [m] of a window depth in [0, 1].
+// Returns the camera depth [m] of a window depth in [0, 1], for gl_clip_from_camera() with the same
+// near_m and far_m.
 double depth_m_from_window_depth(double window_depth, double near_m, double far_m);
 
 }  // namespace fivepipe::geometry

@@ -27,6 +27,7 @@ class GlName {
  private:
   GLuint name_;
 };
+// Deleters of GlName.
 void delete_texture(GLuint name);
 void delete_buffer(GLuint name);
 void delete_framebuffer(GLuint name);
@@ -47,6 +48,7 @@ class GlTexture {
   // Uploads a rectangle. Rows are packed unless GL_UNPACK_ROW_LENGTH is set.
   void upload(int x_px, int y_px, int width_px, int height_px, GLenum format, GLenum type,
               const void* pixels) const;
+  // Binds the texture to a texture unit.
   void bind(int unit) const;
 
  private:
@@ -54,10 +56,12 @@ class GlTexture {
   int width_px_, height_px_;
 };
 
+// A buffer object of variable size.
 class GlBuffer {
  public:
   GlBuffer();
   GLuint get() const { return name_.get(); }
+  // Replaces the content and the size.
   void upload(const void* bytes, std::size_t size_bytes, GLenum usage);
   // Reserves at least size_bytes and keeps a larger allocation. The content is undefined if the
   // buffer grew.
@@ -72,6 +76,7 @@ class GlBuffer {
   std::size_t reserved_bytes_ = 0;
 };
 
+// A vertex array object with float attributes.
 class GlVertexArray {
  public:
   GlVertexArray();
@@ -95,6 +100,7 @@ class GlProgram {
   GlProgram(const std::string& name, const std::string& compute_source);
   GLuint get() const { return name_.get(); }
   void use() const;
+  // Sets a uniform. A name that the linked program does not use has no effect.
   void set(const char* uniform, int value) const;
   void set(const char* uniform, float value) const;
   void set(const char* uniform, const Eigen::Vector2f& value) const;

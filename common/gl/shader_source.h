@@ -7,7 +7,7 @@
 namespace fivepipe::gl {
 
 // Inserts `defines` ("#define FLAT\n...") after the #version line of `source`. Throws
-// std::invalid_argument if `source` has no such line.
+// std::invalid_argument if `source` has no #version line that ends with a newline.
 inline std::string with_defines(std::string_view source, std::string_view defines) {
   const std::size_t version = source.find("#version");
   const std::size_t end = version == std::string_view::npos ? version : source.find('\n', version);

@@ -29,7 +29,7 @@ bool removes(CameraVerdict v, const HullRule& rule) {
          (rule.limits == Limits::all && v != CameraVerdict::object);
 }
 
-// What the cameras together say of a point.
+// Counts the cameras that remove a point and those that see it on their objects.
 struct Votes {
   int removing = 0, object = 0;
   void add(CameraVerdict v, const HullRule& rule) {
@@ -49,15 +49,15 @@ double squared_gap(double x, double low, double high) {
   return gap * gap;
 }
 
-// From uv to the nearest object pixel's square: rows that may still be nearer, searched outward
-// from uv's column.
+// Returns the distance from uv to the nearest object pixel's square. Searches each row outward from
+// uv's column while its pixels can be nearer than the nearest one found.
 double distance_to_object_px(const ObjectPixels& pixels, const Vector2d& uv_px) {
   const PixelRect bounds = pixels.bounds();
   double nearest2 = kInfinity;
   const int start = int(std::clamp(uv_px.x() + 0.5, double(bounds.u0_px), double(bounds.u1_px)));
   for (int v = bounds.v0_px; v < bounds.v1_px; ++v) {
     const double rows2 = squared_gap(uv_px.y(), v - 0.5, v + 0.5);
-    const auto nearer = [&](int u) {  // false where the row has nothing nearer from here on
+    const auto nearer = [&](int u) {  // false if no further pixel can be nearer
       const double distance2 = rows2 + squared_gap(uv_px.x(), u - 0.5, u + 0.5);
       if (!(distance2 < nearest2)) return false;
       if (!pixels.contains(u, v)) return true;
@@ -70,7 +70,7 @@ double distance_to_object_px(const ObjectPixels& pixels, const Vector2d& uv_px) 
   return std::sqrt(nearest2);
 }
 
-// Evenly distributed in [0, 1), a number of its own for each index: SplitMix64 (Steele, Lea and
+// Returns a number for each index, uniformly distributed in [0, 1): SplitMix64 (Steele, Lea and
 // Flood, 2014).
 double random_number(std::uint64_t seed, std::uint64_t index) {
   std::uint64_t z = seed * 0xd1342543de82ef95u + (index + 1) * 0x9e3779b97f4a7c15u;
@@ -107,7 +107,8 @@ void count_point(std::span<const Silhouette> silhouettes, const Vector3d& p_worl
   }
 }
 
-// Standard error of a fraction of n points; of none or all of them, the "rule of three".
+// Returns the volume and its binomial standard error, or the bound of the "rule of three" if
+// `count` is none or all of the points.
 SampledVolume sampled(std::int64_t count, int points, double box_m3) {
   const double fraction = double(count) / points;
   const double error =
@@ -115,7 +116,7 @@ SampledVolume sampled(std::int64_t count, int points, double box_m3) {
   return {fraction * box_m3, std::min(error, 1.0) * box_m3};
 }
 
-// Points that a thread takes together.
+// Points per work item of the pool.
 constexpr int kBatchSize = 2048;
 
 Counts count_points(std::span<const Silhouette> silhouettes, const Eigen::AlignedBox3d& box,

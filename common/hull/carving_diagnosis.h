@@ -34,7 +34,8 @@ struct PointDiagnosis {
   std::vector<int> alone;
   bool too_few;  // no camera removes the point, but fewer see it than the rule requires
 };
-// A point that is not finite is not in the hull, and no camera removes it.
+// Returns each camera's verdict on the point. A point that is not finite is not in the hull, and
+// `cameras` is then empty.
 PointDiagnosis diagnose_point(std::span<const Silhouette> silhouettes,
                               const Eigen::Vector3d& p_world_m, const HullRule& rule = {});
 
@@ -64,8 +65,8 @@ struct VolumeDiagnosis {
   SampledVolume too_few;  // no camera removes it, but fewer see it than the rule requires
   std::vector<CameraContribution> cameras;  // in the order of the silhouettes
 };
-// The result does not depend on the number of threads. For a box that is empty or not finite, all
-// volumes are 0.
+// Estimates the volumes from random points of the box. The result does not depend on the number of
+// threads. For a box that is empty or not finite, all volumes are 0.
 VolumeDiagnosis diagnose_volume(std::span<const Silhouette> silhouettes,
                                 const Eigen::AlignedBox3d& box_world_m, base::WorkerPool& pool,
                                 const HullRule& rule = {}, const DiagnosisSampling& sampling = {});

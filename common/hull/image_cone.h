@@ -7,8 +7,7 @@
 //           \  /
 //            \/ centre
 //
-// The bound for q is sharper than |s| Z / (f k + |s|) with the same cost; the planes imply that
-// one.
+// The bound for q is the exact distance if the point of the pyramid nearest to q is inside a face.
 #pragma once
 #include <Eigen/Core>
 
@@ -17,10 +16,11 @@
 
 namespace fivepipe::hull {
 
+// Returns the pixels of the camera's image.
 inline PixelRect image_of(const geometry::Camera& camera) {
   return {0, 0, camera.pinhole.width_px, camera.pinhole.height_px};
 }
-// Returns true if uv lies in the half-open squares of the pixels, as ObjectPixels::holds().
+// Returns true if uv is in the half-open squares of the pixels, as ObjectPixels::holds() does.
 inline bool holds(const PixelRect& rect, double u_px, double v_px) {
   return u_px >= rect.u0_px - 0.5 && v_px >= rect.v0_px - 0.5 && u_px < rect.u1_px - 0.5 &&
          v_px < rect.v1_px - 0.5;
@@ -44,11 +44,13 @@ class ImageCone {
  public:
   explicit ImageCone(const geometry::Camera& camera);  // is_finite(camera)
 
+  // Returns the point in the camera frame, its pixel and its rounding.
   ProjectedPoint see(const Eigen::Vector3d& p_world_m) const;
+  // Returns the pyramid of a rectangle of pixels, which is not empty.
   Pyramid pyramid(const PixelRect& rect) const;
-  // Lower bounds of the distance to the pyramid's border [m, world]: inside_m for a point inside,
-  // outside_m for a point outside. <= 0 if the point is on the other side, or too near to the
-  // border to decide within rounding.
+  // Return lower bounds of the distance to the pyramid's border [m, world]: inside_m for a point
+  // inside, outside_m for a point outside. <= 0 if the point is on the other side, or too near to
+  // the border to decide within rounding.
   double inside_m(const ProjectedPoint& p, const Pyramid& pyramid) const;
   double outside_m(const ProjectedPoint& p, const Pyramid& pyramid) const;
 

@@ -21,6 +21,7 @@ struct MapFromView {
   Eigen::Vector3d at_eye;
   Eigen::Matrix3d at_infinity;
 };
+// Returns the projection of the view's rays into the map. Both cameras must pass is_finite().
 MapFromView map_from_view(const geometry::Camera& map_camera, const geometry::Camera& view);
 
 // The points at depth t on the rays through (u, v) for which offset + t * slope_at(u, v) >= 0.
@@ -35,9 +36,9 @@ struct HalfSpace {
 void add_half_spaces(const MapFromView& map, const PixelRect& bounds,
                      std::vector<HalfSpace>& half_spaces);
 
-// Smallest rectangle of pixels in `view` whose rays may lie in all half-spaces at depth t [m]. It
-// bounds the intersection of the half-spaces with the plane at that depth, one pixel wider because
-// of rounding.
+// Returns the smallest rectangle of pixels in `view` whose rays may be in all half-spaces at depth
+// t [m]. It bounds the intersection of the half-spaces with the plane at that depth, one pixel
+// wider because of rounding.
 PixelRect pixels_at_depth(const std::vector<HalfSpace>& half_spaces, double t,
                           const PixelRect& view);
 

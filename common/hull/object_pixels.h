@@ -19,6 +19,7 @@ struct PixelRect {
   bool operator==(const PixelRect&) const = default;
 };
 
+// Returns the pixels that are in both rectangles; empty() if there is none.
 PixelRect intersection(const PixelRect& a, const PixelRect& b);
 
 // Bit map of a whole image. Pixel (u, v) is bit u % 64 of word v * words_per_row() + u / 64.
@@ -36,7 +37,7 @@ class ObjectPixels {
     return u_px >= 0 && v_px >= 0 && u_px < width_px_ && v_px < height_px_ &&
            (words_[std::size_t(v_px) * words_per_row_ + (u_px >> 6)] >> (u_px & 63) & 1);
   }
-  // Returns true if uv lies in the image, which is the union of the half-open squares
+  // Returns true if uv is in the image, which is the union of the half-open squares
   // [u - 0.5, u + 0.5) x [v - 0.5, v + 0.5) of its pixels. Returns false for NaN.
   bool holds(double u_px, double v_px) const {
     return u_px >= -0.5 && v_px >= -0.5 && u_px < width_px_ - 0.5 && v_px < height_px_ - 0.5;
@@ -48,7 +49,7 @@ class ObjectPixels {
   }
   void set(int u_px, int v_px, bool object = true);  // the pixel is inside the image
   void set_run(int u_px, int end_px, int v_px);      // sets [u, end) of row v, inside the image
-  // Clears the pixels that are no object pixels of `others`, which has the same size.
+  // Clears the pixels that are not object pixels of `others`, which must have the same size.
   void keep(const ObjectPixels& others);
   // Returns the first pixel of row v in [u, end) whose value is `object`, or end if there is none.
   int find(int u_px, int end_px, int v_px, bool object) const;
@@ -63,7 +64,7 @@ class ObjectPixels {
 
   bool operator==(const ObjectPixels&) const = default;
 
-  // Calls f(v, begin, end) for each run of object pixels in `region`, row by row. The region lies
+  // Calls f(v, begin, end) for each run of object pixels in `region`, row by row. The region is
   // inside the image.
   template <class F>
   void for_each_run(const PixelRect& region, F f) const {

@@ -15,7 +15,7 @@ void add_planes(std::vector<Plane>& planes, const SilhouetteBounds& seen, double
                right = seen.part.u1_px - 0.5 + kRectMargin_px,
                top = seen.part.v0_px - 0.5 - kRectMargin_px,
                bottom = seen.part.v1_px - 0.5 + kRectMargin_px;
-  // From fx x / z + cx >= left, multiplied by z; the others alike.
+  // The first normal is that of fx x / z + cx >= left, multiplied by z; the others are alike.
   const std::array<Vector3d, 4> normals_camera = {
       Vector3d(k.fx_px, 0, k.cx_px - left), Vector3d(-k.fx_px, 0, right - k.cx_px),
       Vector3d(0, k.fy_px, k.cy_px - top), Vector3d(0, -k.fy_px, bottom - k.cy_px)};
@@ -27,7 +27,7 @@ void add_planes(std::vector<Plane>& planes, const SilhouetteBounds& seen, double
   planes.emplace_back(forward, Vector3d(center_world_m + nearest_m * forward));
 }
 
-// The part of a convex polygon inside the plane (Sutherland and Hodgman, 1974).
+// Returns the part of a convex polygon inside the plane (Sutherland and Hodgman, 1974).
 std::vector<Vector3d> clipped(const std::vector<Vector3d>& polygon, const Plane& plane) {
   std::vector<Vector3d> kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {

@@ -16,11 +16,11 @@ struct SilhouetteBounds {
   PixelRect part;
 };
 
-// Corners [m, world] of the convex body of all points in box_m that project into every part and are
-// at least nearest_m in front of every camera. The body holds the part of the hull (Limits::all)
-// that satisfies both. Corners may be repeated. Returns no corner if there is no such point. Each
-// part is widened by 0.01 px, which is far more than rounding. The input must be finite and box_m
-// not empty.
+// Returns the corners [m, world] of the convex body of all points in box_m that project into every
+// part and are at least nearest_m in front of every camera. The body holds the part of the hull
+// (Limits::all) that satisfies both. Corners may be repeated. Returns no corner if there is no such
+// point. Each part is widened by 0.01 px, which is far more than rounding. The input must be finite
+// and box_m not empty.
 std::vector<Eigen::Vector3d> corners_around_hull(std::span<const SilhouetteBounds> parts,
                                                  const Eigen::AlignedBox3d& box_m,
                                                  double nearest_m);

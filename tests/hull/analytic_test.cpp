@@ -107,8 +107,8 @@ TEST(TrueObjectPixels, CentreIsExactlyTheCentresInTheSilhouetteAndTouchedHoldsIt
   }
 }
 
-// Each set pixel has a point of the silhouette. A fine grid over the pixel finds it, except for
-// grazing ones.
+// Each set pixel has a point of the silhouette. A grid of 33 x 33 points over the pixel finds it,
+// unless the silhouette only grazes the pixel.
 TEST(TrueObjectPixels, TouchedPixelsMeetTheSilhouette) {
   test::Random random(4);
   const auto object = test::random_object(random, 2, 0.3);

@@ -40,7 +40,7 @@ TEST_P(HullBackendHardCase, AllPixelsObjectPixels) {
   EXPECT_GT(expect_reference(silhouettes, view), 500);
 }
 
-// The hull is at most 2 cm large.
+// One pixel of each camera limits the hull to at most 2 cm.
 TEST_P(HullBackendHardCase, OneObjectPixel) {
   fill_both({50, 37, 51, 38});
   view.camera.pinhole = geometry::pinhole_from_fov(320, 240, 0.1);

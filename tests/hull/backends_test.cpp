@@ -175,7 +175,7 @@ TEST_P(ExactHullBackend, ContainsTheObjectWhereMapsAreTouched) {
       const geometry::Ray ray = geometry::ray_through(view.camera, Eigen::Vector2d(i % 80, i / 80));
       for (const Capsule& c : object) {
         const auto surface = ray_entry(c, ray);
-        // Only the part that is in the image of every camera.
+        // Skip the surface points that are not in the image of every camera.
         if (!surface || *surface < view.near_m ||
             !in_hull(silhouettes, ray.origin_world_m + *surface * ray.direction_world))
           continue;

@@ -115,7 +115,7 @@ TEST(DiagnosePoint, DegeneratePointsHaveTheirVerdict) {
   EXPECT_EQ(diagnose_point(silhouettes, {0, 0, 0}).cameras[1].to_object_px, kInfinity);
 }
 
-// Opposed pairs of cameras, so far away that the pyramids of their pixels are nearly prisms and
+// Three cameras on the axes, so far away that the pyramids of their pixels are nearly prisms and
 // volumes are those of boxes.
 struct Prisms : ::testing::Test {
   static constexpr double kFar_m = 1000;

@@ -52,7 +52,7 @@ std::optional<double> true_depth_m(const std::vector<Capsule>& object,
   return std::nullopt;
 }
 
-// Normal of the capsule where the line of sight to p passes it nearest, perpendicular to that line.
+// Normal of the capsule at its point nearest to the line of sight to p, perpendicular to that line.
 // If p is on the border of the true silhouette, it is the normal of the tangent plane through the
 // camera.
 Vector3d true_normal(const Capsule& capsule, const geometry::Camera& camera,
@@ -151,7 +151,8 @@ void add_surface(Errors& e, float depth_m, double truth_m) {
   e.surface_px.push_back(std::abs(depth_m - truth_m) * focal_px() / kDistance_m);
 }
 
-// The camera whose map the ray leaves one nanometre before the border point.
+// Returns the first camera that sees the ray off its object one micrometre of depth before the
+// border point; -1 if there is none.
 int limiting_camera(const std::vector<Silhouette>& silhouettes, const geometry::Ray& ray,
                     double depth_m) {
   const Vector3d before = ray.origin_world_m + (depth_m - 1e-6) * ray.direction_world;

@@ -56,7 +56,7 @@ TEST_F(CoverageSquare, CoverageJustBelowOneHalfHasNoHull) {
   EXPECT_FALSE(no_hull(depth_of(silhouettes, view)));
 }
 TEST_F(CoverageSquare, NoCameraHasNoHull) { EXPECT_TRUE(no_hull(depth_of({}, view))); }
-// The border is that of the images.
+// The images' borders limit the hull.
 TEST_F(CoverageSquare, AllCoveredIsTheHullOfAllPixels) {
   fill(0, {0, 0, 100, 75});
   fill(1, {0, 0, 100, 75});
@@ -207,7 +207,7 @@ TEST_F(CoverageSquare, EyeInsideTheHullSeesTheNearPlane) {
   for (const float d : tile.depth_m) EXPECT_EQ(d, float(view.near_m));
   for (const std::int16_t camera : tile.limiting) EXPECT_EQ(camera, -1);
 }
-// The image of such a ray does not move, or it comes from behind the camera.
+// The image of such a ray does not move, or the ray starts behind the camera.
 TEST_F(CoverageSquare, RayThroughACameraCentreAndCameraInTheViewEqualTheDefinition) {
   fill(0, {10, 10, 90, 70}, 220);
   fill(1, {10, 10, 90, 70}, 190);

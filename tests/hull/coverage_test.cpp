@@ -134,7 +134,7 @@ TEST(CoverageHull, NormalsAreUnitFaceTheViewAndLieAcrossTheLimitingCamerasSight)
   EXPECT_GT(hits, 100);
   EXPECT_LE(away,
             hits / 50);  // the fitted plane is not the exact tangent plane, so it may face away
-                         // where rays graze
+                         // from a ray that grazes
 }
 
 }  // namespace

@@ -43,8 +43,9 @@ Wire random_wire(test::Random& random, double width_px) {
           Vector2d(32 + test::uniform(random, -0.5, 0.5), 32 + test::uniform(random, -0.5, 0.5))};
 }
 
-// Connected pixels above one half. Four-neighbours are connected by the edge of the interpolant;
-// diagonal ones if the saddle between them is above one half.
+// Returns true if both pixels are above one half and connected. Four-neighbours are connected by
+// the edge of the interpolant; diagonal neighbours are connected if the saddle between them is
+// above one half.
 bool joined(const CoverageMap& m, int u, int v, int du, int dv) {
   if (side_of_border(m.at(u, v)) < 0 || side_of_border(m.at(u + du, v + dv)) < 0) return false;
   if (du == 0 || dv == 0) return true;
@@ -186,7 +187,7 @@ TEST(ThinCoverage, RowAlignedStripsKeepTheirWidthOrBorders) {
     CoverageMap map(9, 9);
     for (int u = 0; u < 9; ++u) map.set(u, 4, std::uint8_t(c));
     const double w = c / 255.0, half = 0.5 * w,
-                 quantum = 1.0 / 255;  // of coverage; moves a border by at most as much [px]
+                 quantum = 1.0 / 255;  // of coverage; moves a border by at most 1/255 px
     const CoverageMap as_wide = preserve_thin(map, {.rule = ThinRule::as_wide}),
                       contained = preserve_thin(map);
     for (const double side : {-1.0, 1.0}) {
@@ -271,7 +272,7 @@ WireRig wire_rig(test::Random& random, int cameras, double width_px, ThinRule ru
   }
   return rig;
 }
-// More than kEnd_px from the ends of the wire in every image.
+// Returns true if p is more than kEnd_px from the ends of the wire in every image.
 bool well_within(const WireRig& rig, const Vector3d& p_world_m) {
   return std::all_of(
       rig.silhouettes.begin(), rig.silhouettes.end(), [&](const CoverageSilhouette& s) {

@@ -157,8 +157,7 @@ void expect_reference(const std::vector<Silhouette>& silhouettes, const View& vi
     bool agrees = pieces.empty() && d == kNoHull;
     for (const Interval& piece : pieces) {
       if (d != kNoHull && std::abs(d - piece.enter) <= std::max(kTie_m, 2e-6f * d)) agrees = true;
-      if (piece.leave - piece.enter > 1e-9)
-        break;  // the backend may find a piece this short or not
+      if (piece.leave - piece.enter > 1e-9) break;  // the backend may miss a piece this short
     }
     EXPECT_TRUE(agrees) << "ray " << i << ": " << d << ", reference "
                         << (pieces.empty() ? 0 : pieces.front().enter);
@@ -167,7 +166,7 @@ void expect_reference(const std::vector<Silhouette>& silhouettes, const View& vi
   EXPECT_GE(hit, min_hits);
 }
 
-// Images stand still there, or move a little in any direction.
+// The images of such rays do not move, or move little in any direction.
 TEST(SimdPrecisionLimits, EyeAtOrNextToACameraCentreEqualsTheReference) {
   for (int seed = 1; seed <= 6; ++seed)
     for (const double off_m : {0.0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2}) {
@@ -190,8 +189,8 @@ TEST(SimdPrecisionLimits, EyeAtOrNextToACameraCentreEqualsTheReference) {
     }
 }
 
-// Every ray of many views of noise, where every border is near another. Without its error bounds
-// the float code would decide some of these rays wrongly.
+// Compares every ray of many views of noise, in which every border is near another. Without its
+// error bounds the float code would decide some of these rays wrongly.
 TEST(SimdPrecisionLimits, AgreeWithDoubleOnNoise) {
   base::WorkerPool pool(2);
   int rays = 0, hit = 0;

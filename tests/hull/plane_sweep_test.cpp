@@ -20,8 +20,8 @@ struct Sweep : ::testing::Test {
   gl::GlContext context;
 };
 
-// Whether the point is certainly, or perhaps, in the hull if its pixels move by at most
-// kFloatRounding_px.
+// Membership of a point whose pixels may move by up to kFloatRounding_px: in the hull for all such
+// moves (certainly), or for some (perhaps).
 struct Membership {
   bool certainly = true, perhaps = true;
 };

@@ -144,7 +144,8 @@ TEST_F(SquareQuery, RayThroughACameraCentreEqualsTheReference) {
   }
 }
 
-// The ray is in the plane of a row's upper border, so it counts as on one side without a gap.
+// The ray is in the plane of a row's upper border, so the query counts it as on one side without a
+// gap.
 TEST_F(SquareQuery, RayTangentToASilhouetteHasNoGap) {
   fill(0, {20, 20, 80, 60});
   fill(1, {20, 20, 80, 60});

@@ -151,8 +151,9 @@ TEST(HullQueryBall, BallsAreUniformForEveryCameraCount) {
   }
 }
 
-// Exact to rounding within a pixel. Farther away at least half the distance, because each extent is
-// at most twice the one before; otherwise sphere tracing would take many small steps.
+// The solid radius is exact to rounding within a pixel. Farther away it is at least half the
+// distance, because each extent is at most twice the one before. Smaller radii would slow down
+// sphere tracing.
 TEST(HullQueryBall, ExtendsToTheBorderOfAPixel) {
   Silhouette s{{{101, 101, 100, 100, 50, 50}, Eigen::Isometry3d::Identity()},
                ObjectPixels(101, 101)};
@@ -201,7 +202,7 @@ TEST(HullQueryBall, SphereTracingConvergesToTheEntry) {
       EXPECT_LE(t, entry.value_or(kInfinity) + 1e-12);
       if (entry) {
         EXPECT_GT(t, *entry - 0.01);
-      }  // converges slowly for grazing rays only
+      }  // sphere tracing converges slowly for grazing rays only
       hits += entry && t > *entry - 1e-6;
     }
   }

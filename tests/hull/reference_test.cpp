@@ -62,8 +62,8 @@ TEST(Reference, NothingBehindTheCameraIsInTheHull) {
 }
 
 // As pixels become finer, the hull of the maps converges to that of the true silhouettes. The entry
-// along a ray that does not graze is nearer than two pixel footprints, divided by the sine of the
-// angle (here at least 0.2) between ray and silhouette cone.
+// along a ray that does not graze differs from that of the true silhouettes by less than two pixel
+// footprints, divided by the sine of the angle (here at least 0.2) between ray and silhouette cone.
 TEST(Reference, FineMapsGiveTheAnalyticHull) {
   test::Random random(9);
   const std::vector<Capsule> ball{{{0, 0, 0}, {0, 0, 0}, 0.1}};

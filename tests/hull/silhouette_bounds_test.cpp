@@ -57,8 +57,8 @@ TEST(HullBounds, WithoutRectsEqualTheBox) {
   EXPECT_TRUE(found.isApprox(kBox, 1e-12));
 }
 
-// In every direction the corners extend at least as far as each point that is in all rects, and no
-// corner is where no such point can be.
+// In every direction the corners extend at least as far as each point that is in all rects, and
+// every corner that is not nearest_m from a camera is in all rects widened by 0.01 px.
 TEST(HullBounds, ContainEveryPointSeenInAllRects) {
   std::mt19937 random(7);
   int held = 0;

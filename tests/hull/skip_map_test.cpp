@@ -9,7 +9,7 @@ namespace {
 
 using namespace test;
 
-// The box of extent r of a quadrant.
+// Returns the pixels of the box with extent r of a quadrant.
 PixelRect pixels_of_quadrant(Quadrant box, int u, int v, int r) {
   switch (box) {
     case Quadrant::right_down: return {u, v, u + r, v + r};
@@ -83,7 +83,7 @@ TEST(SkipMap, ExtentsAreUniformBoxesForWidthsThatAreNoMultipleOfAWord) {
   }
 }
 
-// Otherwise rays would take many small steps.
+// Small extents would cost rays many steps.
 TEST(SkipMap, ExtentsAreLargeInUniformRegions) {
   ObjectPixels pixels(700, 300);
   for (int v = 0; v < 300; ++v) pixels.set(0, v), pixels.set(699, v);

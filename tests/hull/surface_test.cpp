@@ -202,7 +202,7 @@ TEST(HullSurface, LimitingCameraIsTheLastSilhouetteEntered) {
       const Vector3d normal = surface.normal_world[std::size_t(i)].cast<double>();
       if (normal.dot(ray.direction_world) < -1e-6) {
         EXPECT_NEAR(normal.dot(p - eye), 0, 1e-6);
-      }  // the plane contains the camera, unless the normal was turned to the eye
+      }  // the plane contains the camera, unless hull_surface() turned the normal to the eye
       ++hits;
     }
   }
@@ -241,7 +241,7 @@ TEST(HullSurface, CameraOrderChangesOnlyTheIndices) {
   }
 }
 
-// Every pixel is an object pixel, so the hull is where enough images overlap.
+// Every pixel is an object pixel, so the hull is the space in which enough images overlap.
 TEST(HullSurface, LimitsSeenImageBorderLimitsTheHull) {
   test::Random random(3);
   std::vector<Silhouette> silhouettes;

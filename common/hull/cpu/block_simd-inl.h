@@ -18,7 +18,7 @@ namespace fivepipe::hull {
 namespace HWY_NAMESPACE {
 namespace {
 
-// Lower bound of a divisor: the quotient is then beyond every range, but finite.
+// Lower bound of a divisor, so that the quotient is beyond every range, but finite.
 constexpr float kTiny = 1e-20f;
 // Larger than any ray parameter [m] or distance in an image [px].
 constexpr float kFar = 1e30f;
@@ -29,7 +29,7 @@ using DI = hn::Rebind<std::int32_t, DF>;
 using VF = hn::Vec<DF>;
 using MF = hn::Mask<DF>;
 
-#if HWY_TARGET <= HWY_AVX3  // masks are bits there
+#if HWY_TARGET <= HWY_AVX3  // these targets store masks as bits
 HWY_INLINE std::uint64_t bits_of(DF, MF mask) { return mask.raw; }
 HWY_INLINE MF mask_of(DF, std::uint64_t bits) { return MF{decltype(MF::raw)(bits)}; }
 #else
@@ -71,6 +71,7 @@ HWY_INLINE Lines lines_at(const BlockCamera& c, VF i, VF j) {
       linear(c.at_begin[2], c.du_begin[2], c.dv_begin[2]), linear(c.slope[2], c.du[2], c.dv[2])};
 }
 
+// Positions of a vector of images [px], and their depth W in the map's camera [m].
 struct Position {
   VF w, inverse_w, u, v;
 };
@@ -101,9 +102,9 @@ struct Direction {
   HWY_INLINE VF remaining(VF x, VF extent) const { return hn::Sub(extent, choose(hn::Neg(x), x)); }
 };
 
-// SkipMap::at() of the box ahead of pixels (fu, fv), which are relative to the origin. A pixel
-// outside the stored region is replaced by the nearest stored one: the pixels between the two are
-// empty.
+// Returns SkipMap::at() of the box ahead of pixels (fu, fv), which are relative to the origin. A
+// pixel outside the stored region is replaced by the nearest stored one, because the pixels between
+// the two are empty.
 template <bool kBothWays>
 HWY_INLINE VF extent_at(const BlockCamera& c, VF& fu, VF& fv,
                         const Direction<kBothWays>& direction_u,
@@ -125,7 +126,7 @@ HWY_INLINE VF extent_at(const BlockCamera& c, VF& fu, VF& fv,
   return hn::ConvertTo(d, hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
 }
 
-// Returns d/ds (U - b W) for the border b that is `gap_px` px ahead, for an image that moves at
+// Returns d/ds (U - b W) of the border b that is `gap_px` px ahead of an image at u, which moves at
 // `rate` = d/ds (U - u W). gap_px * W / divisor is the parameter difference to the border. Returns
 // kTiny if the image never reaches it.
 HWY_INLINE VF divisor(VF gap_px, VF rate, VF w1) {

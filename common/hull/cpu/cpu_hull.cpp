@@ -13,9 +13,9 @@ namespace fivepipe::hull {
 namespace {
 
 // Relative slack of the depth range that a block of rays shares: far above the rounding of clip(),
-// too small to cost time.
+// but too small to add steps.
 constexpr double kBlockSlack = 1e-9;
-// Side of the pieces of a view that threads take for culling; a multiple of a block.
+// Side of the pieces of a view that the pool culls in parallel [px]; a multiple of a block.
 constexpr int kPiece_px = 4 * kBlock_px;
 
 // Sorts the smallest object first, because it excludes most. The other keys make the order
@@ -50,9 +50,9 @@ void clip(RayRange& range, double offset, double slope) {
     range.end = range.begin;
 }
 
-// The quadrants into which the images of the rays through a rect move. The direction, d/dt of U / W
-// times W^2, is linear over the rays, so the corner rays decide. If they differ, or are close to
-// standing still, both directions count.
+// Returns the quadrants into which the images of the rays through a rect move. The direction, d/dt
+// of U / W times W^2, is linear over the rays, so the corner rays decide. If their directions
+// differ, or one is uncertain, both directions count.
 std::vector<Quadrant> quadrants_ahead(const MapFromView& map, const PixelRect& rect) {
   bool directions[2][2] = {};  // axis; right or down, left or up
   for (int axis = 0; axis < 2; ++axis)
@@ -65,9 +65,9 @@ std::vector<Quadrant> quadrants_ahead(const MapFromView& map, const PixelRect& r
       directions[axis][0] |= !(a - b < -uncertain);
       directions[axis][1] |= !(a - b > uncertain);
     }
+  // If one axis has both directions, the SIMD code uses both directions of both axes.
   const bool both =
-      (directions[0][0] && directions[0][1]) ||
-      (directions[1][0] && directions[1][1]);  // the SIMD code then treats both axes so
+      (directions[0][0] && directions[0][1]) || (directions[1][0] && directions[1][1]);
   std::vector<Quadrant> boxes;
   for (const bool up : {false, true})
     for (const bool left : {false, true})
@@ -99,7 +99,7 @@ struct CpuHull::VisibleBlock {
   RayRange range;
 };
 
-// Traces pieces of a view. Each thread has its own.
+// Culls and traces pieces of a view. Each thread has its own tracer.
 class CpuHull::Tracer {
  public:
   void begin(const ViewJob& job) {

@@ -13,7 +13,8 @@
 namespace fivepipe::hull {
 
 // The silhouettes of one frame set, prepared for queries. Run one query at a time: queries share
-// the pool, and each creates the skip maps that it is the first to need.
+// the pool, and a query creates the quadrants of the skip maps that it needs and that do not exist
+// yet.
 class CpuHull {
  public:
   explicit CpuHull(base::WorkerPool& pool);  // the pool must outlive the hull
@@ -36,14 +37,16 @@ class CpuHull {
     SkipMap skip_map;
     int silhouette;  // index in the silhouettes given to assign()
   };
-  // In the order in which queries test them, which does not depend on the order given.
+  // The cameras in the order in which queries test them, which does not depend on the order given
+  // to assign(). Valid until the next assign(). Empty if there is no silhouette or a camera is not
+  // finite.
   std::span<const MapCamera> cameras() const { return {cameras_.data(), used_}; }
   const HullRule& rule() const { return rule_; }
   // Creates all missing quadrants of all skip maps, in the pool. depth() then creates none.
   void make_all_quadrants();
   base::WorkerPool& pool() const { return *pool_; }
-  // Returns true if there is no camera, if a camera is not finite, or if Limits::all holds and a
-  // camera has no object pixel.
+  // Returns true if there is no camera, if a camera is not finite, or if the rule is Limits::all
+  // and a camera has no object pixel.
   bool empty() const { return empty_; }
   // Returns true if a camera is not finite. The true hull is then unknown.
   bool unusable() const { return unusable_; }

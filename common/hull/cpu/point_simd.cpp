@@ -76,7 +76,8 @@ void contains(std::span<const PointSimdCamera> cameras, const double* xyz, std::
       const auto certain = hn::And(in_front, hn::And(sure(u, whole_u), sure(v, whole_v)));
       uncertain = hn::Or(uncertain, hn::AndNot(certain, in));
       in = hn::And(in, certain);
-      // Points that are certainly in bounds are in store; the others read the first byte.
+      // Points that are certainly in the bounds have a stored extent; the others read the first
+      // byte.
       const V at =
           hn::Add(hn::Mul(hn::Sub(whole_v, hn::Set(d, c.stored_v0_px)), hn::Set(d, c.stride)),
                   hn::Sub(whole_u, hn::Set(d, c.stored_u0_px)));

@@ -17,9 +17,13 @@ struct PointSimdCamera {
   const std::int8_t* extents;  // bytes of Quadrant::right_down
   double stored_u0_px, stored_v0_px, stride;
 };
+// Returns the cameras of a hull that is not empty and has Quadrant::right_down of every skip map.
+// The result refers to the skip maps and is valid until CpuHull::assign().
 std::vector<PointSimdCamera> point_simd_cameras(const CpuHull& hull);
 
 enum class InHull : std::uint8_t { no = 0, yes = 1, uncertain = 2 };
+// Writes the verdict on each point to `verdicts`, which has room for p_world_m.size() entries. Up
+// to seven points at the end, which do not fill a vector, are uncertain.
 void contains_simd(std::span<const PointSimdCamera> cameras,
                    std::span<const Eigen::Vector3d> p_world_m, InHull* verdicts);
 

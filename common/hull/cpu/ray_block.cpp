@@ -11,10 +11,10 @@ namespace {
 // The SIMD code computes byte offsets in a quadrant in float, which is exact up to here.
 constexpr std::size_t kMaxBoxBytes = std::size_t{1} << 24;
 
-// Bounds of float's roundings on the way to a position, in units of half an ulp (2^-24). A form (U,
-// V or W) rounds its coefficients once, adds two steps to the ray and one along it; the bound is
-// relative to the sum of the sizes of its terms. A quotient rounds the reciprocal (on the worst
-// target) and the product; the bound is relative to the position.
+// Bounds of float's roundings in the computation of a position, in units of half an ulp (2^-24). A
+// form (U, V or W) rounds its coefficients once, adds two steps to the ray and one along it; the
+// bound is relative to the sum of the sizes of its terms. A quotient rounds the reciprocal (on the
+// worst target) and the product; the bound is relative to the position.
 constexpr double kFormError = 4, kQuotientError = 6, kHalfUlp = 0x1p-24;
 
 // Offsets of the last column and row of a block, rounded up to whole tiles: the rays at the corners
@@ -28,8 +28,8 @@ LastRay last_ray(const PixelRect& rays) {
 }
 
 // Returns true if the image of every corner ray moves left (axis 0) or up (axis 1). Sets
-// `both_ways` if the rays of the block differ or one nearly stands still. d/dt of U / W, times W^2,
-// is linear over the rays, so the corners decide.
+// `both_ways` if the directions of the block's rays differ or one is uncertain. d/dt of U / W,
+// times W^2, is linear over the rays, so the corners decide.
 bool moves_back(const MapFromView& map, const PixelRect& rays, const LastRay& last, int axis,
                 bool& both_ways) {
   int back = 0;
@@ -45,7 +45,8 @@ bool moves_back(const MapFromView& map, const PixelRect& rays, const LastRay& la
   return back == 4;
 }
 
-// Pixels are relative to that of the block's central ray at its start, if that is in store.
+// Sets the origin to the pixel of the block's central ray at the block's begin, clamped to the
+// stored region.
 void set_origin(BlockCamera& c, const Block& block, const LastRay& last, const PixelRect& stored) {
   const Eigen::Vector3d center =
       c.exact->at_eye + block.begin * c.exact->at_infinity *
@@ -79,7 +80,7 @@ bool set_direction(BlockCamera& c, const PixelRect& rays, const LastRay& last,
   return true;
 }
 
-// The pixels in store and the distances between them, along the mirrored axes.
+// Sets the range of the stored pixels and the distances between them, along the mirrored axes.
 void set_store(BlockCamera& c, const SkipMap& skip_map) {
   const auto ends = [](int low, int high, int origin_px, int sign) {
     return sign > 0 ? std::array{float(low - origin_px), float(high - 1 - origin_px)}
@@ -128,7 +129,7 @@ bool set_error_bounds(BlockCamera& c, const Projection& p, double begin, double 
     max_begin = std::max({max_begin, std::abs(corner_begin.x()), std::abs(corner_begin.y())});
     max_slope = std::max({max_slope, std::abs(corner_slope.x()), std::abs(corner_slope.y())});
   }
-  // Sizes of the terms, which may cancel.
+  // Sums of the absolute values of the terms, because the terms themselves may cancel.
   const Eigen::Array3d steps =
       last.right * p.turn.col(0).array().abs() + last.down * p.turn.col(1).array().abs();
   const Eigen::Array3d terms_begin = p.at_begin.array().abs() + begin * steps,

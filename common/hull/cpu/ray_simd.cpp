@@ -49,7 +49,7 @@ HWY_INLINE std::uint32_t finish(const Block& block, int tile, int u0, int v0, st
           << first;
     same &= todo;
     todo &= ~same;
-    if (code < 0) {  // inside all objects from the start: at the near plane, or not resolved yet
+    if (code < 0) {  // on all objects from the start: at the near plane, or traced in double
       const double at = block.begins_at_near ? block.near : -1;
       for (std::uint32_t m = same; m; m &= m - 1) depth[std::countr_zero(m)] = at;
       continue;
@@ -107,7 +107,7 @@ void march(const Block& block, SimdScratch& scratch) {
   march_tiles(block.cameras, kTile_px, span_of(block), tiles);
 }
 
-// Bits of the small tile's rays that lie in the block.
+// Returns the bits of the small tile's rays that are in the block.
 std::uint32_t rays_in_tile(int i, int j, const PixelRect& rays) {
   const int columns = rays.width_px() - i, rows = rays.height_px() - j;
   if (columns >= kSmallTile_px && rows >= kSmallTile_px) return (1u << kTileRays) - 1;
@@ -148,7 +148,8 @@ int trace(const Block& block, SimdScratch& scratch, float* depth_m, std::ptrdiff
       count += bits.active[p] != 0;
     }
   }
-  // Test the cameras that stopped most tiles first: their objects limit most of the hull there.
+  // Test the cameras that stopped the most tiles first, because their objects limit most of the
+  // hull in this block.
   std::uint8_t order[kMaxSimdCameras];
   std::iota(order, order + cameras, std::uint8_t(0));
   std::stable_sort(order, order + cameras,
@@ -202,8 +203,8 @@ int trace_block(Block& block, std::span<const MapFromView> maps,
   HWY_DYNAMIC_DISPATCH(march)(block, scratch);
   TileSet& tiles = scratch.tiles;
   if (tiles.count == 0) return 0;
-  // Restart where the first remaining tile is: numbers are smaller there, and positions more
-  // precise.
+  // Restart at the position of the first remaining tile, because smaller numbers make positions
+  // more precise.
   const float first = *std::min_element(tiles.s, tiles.s + tiles.count);
   if (first > 0) {
     block.begin += double(first);

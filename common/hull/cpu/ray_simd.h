@@ -3,14 +3,15 @@
 //
 // The method is sphere tracing (Hart, 1996) with boxes in the images in place of balls. All rays of
 // a block start at one depth. Tiles of 8x8 rays are moved on first, then tiles of 4x4: while the
-// images of a tile's four corner rays lie in one uniform box of pixels, the images of all its rays
-// do. Then each ray is traced: a camera that sees the ray outside its object moves the ray on to
-// where its image leaves the empty box around it, and is tested again until it agrees. A camera
-// that agrees is not tested again before the ray's image may leave the object.
+// images of a tile's four corner rays are in one uniform box of pixels, the images of all its rays
+// are. Then each ray is traced: a camera that sees the ray outside its object moves the ray on to
+// where its image leaves the empty box around it, and is tested again until it agrees, which means
+// that it sees the ray on its object. A camera that agrees is not tested again before the ray's
+// image may leave the object.
 //
 // Error bounds: the position of an image is known to eps. When a ray leaves a box, it enters a
 // pixel whose index is known from the border crossed. A ray becomes uncertain if its position is
-// within its error of another border behind which the verdict may differ, or if it takes too many
+// within its error of another border beyond which the verdict may differ, or if it takes too many
 // steps. The span of a verdict is shortened by more than the error.
 #pragma once
 #include <cstdint>
@@ -75,12 +76,14 @@ struct TileSet {
   // s up to which a camera sees all rays of the tile on its object.
   alignas(64) float hold[kMaxSimdCameras][kMaxTiles];
   alignas(64) float tested_at[kMaxSimdCameras][kMaxTiles];  // s of a camera's last test
-  // Number of tiles off its object that a camera could not move on.
+  // Number of tests in which a camera saw a tile off its object but could not move it on.
   int stopped[kMaxSimdCameras];
 };
 struct SimdScratch {  // one per thread
   TileSet tiles, small_tiles;
-  // Per ray: 16 rays for each small tile, row-major.
+  // Per ray: 16 rays for each small tile, row-major. s and hold are as in TileSet. `crossed` is 2 *
+  // camera + axis of the border that the ray crossed last, or -1; `border` is its position relative
+  // to BlockCamera's origin [px].
   alignas(64) float hold[kMaxSimdCameras][kRays];
   alignas(64) float s[kRays], s_error[kRays], border[kRays];
   alignas(64) std::int32_t crossed[kRays];

@@ -23,7 +23,8 @@ void clip(RayRange& range, double offset, double slope, double crossing) {
     range.end = range.begin;
 }
 
-// The part of the range in which the ray is in front of the camera and its image in the window.
+// Returns the part of the range in which the ray is in front of the camera and its image in the
+// window.
 RayRange within(const ImageLine& l, const PixelRect& window, RayRange range) {
   clip(range, l.w_offset - kNearestToCamera_m, l.w_slope,
        (kNearestToCamera_m - l.w_offset) / l.w_slope);
@@ -45,8 +46,8 @@ int floored(double x, int low, int high) {
 }
 
 // Returns the parameter >= t at which the image crosses `border` of one axis, which is ahead of its
-// pixel. Returns t if rounding puts the image at the border already, and kNever if the image stands
-// still or would reach the border only behind the camera.
+// pixel. Returns t if rounding puts the image at the border already, and kNever if the image does
+// not move or would reach the border only behind the camera.
 double crossing(double offset, double slope, double w_offset, double w_slope, int border,
                 double t) {
   const double at = border_crossing(offset, slope, w_offset, w_slope, border);
@@ -153,7 +154,8 @@ double RayWalk::step_where_empty(double t) {
 
 double RayWalk::next_entry(double t, double end) {
   if (walks_.empty()) return kNever;
-  // A camera that moves the ray on is tested again until it agrees, because its box is at hand.
+  // A camera that moves the ray on is tested again until it agrees, because its walk can step
+  // across the border of its current box.
   for (std::size_t camera = 0, agreed = 0; agreed < walks_.size() && rule_.limits == Limits::all;
        camera = camera + 1 == walks_.size() ? 0 : camera + 1) {
     ++agreed;

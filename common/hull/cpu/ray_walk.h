@@ -48,6 +48,7 @@ inline ImageLine image_line(const MapFromView& map, double u_px, double v_px) {
   return {map.at_eye.x(), slope(0), map.at_eye.y(), slope(1), map.at_eye.z(), slope(2)};
 }
 
+// Returns the image of any ray in a camera's map.
 ImageLine image_line(const geometry::Camera& camera, const geometry::Ray& ray);
 
 enum class Verdict { empty, object, unseen };
@@ -56,10 +57,10 @@ struct VerdictSpan {
   double end;  // ray parameter; kNever: to the end of the ray
 };
 
-// The part of a camera's map through which rays are walked.
+// Returns the part of a camera's map in which rays are walked.
 PixelRect walk_window(const geometry::Camera& camera, const SkipMap& skip_map,
                       const HullRule& rule);
-// A camera's verdict on a ray outside that window.
+// Returns a camera's verdict on a ray outside walk_window().
 inline Verdict beyond_window(const HullRule& rule) {
   return rule.limits == Limits::seen ? Verdict::unseen : Verdict::empty;
 }
@@ -96,13 +97,13 @@ class MapWalk {
   VerdictSpan verdict_span_;
 };
 
-// The walks of all cameras, combined by the rule.
+// The walks of all cameras, combined by the rule. `walks` and `rule` must outlive it.
 class RayWalk {
  public:
   RayWalk(std::vector<MapWalk>& walks, const HullRule& rule) : walks_(walks), rule_(rule) {}
 
-  // Returns the first parameter in [t, end) just after which the ray is in the hull, or kNever. t
-  // as for MapWalk::verdict_at().
+  // Returns the first parameter in [t, end) just after which the ray is in the hull, or kNever.
+  // The conditions of MapWalk::verdict_at() apply to t.
   double next_entry(double t, double end);
   // Returns the first parameter in (t, end) at which the ray leaves the hull, or end. The ray must
   // be in the hull just after t.

@@ -16,12 +16,12 @@
 
 namespace fivepipe::hull {
 
-// The side of a pixel on which its box lies. The pixel is the corner of the box; a point that moves
+// The side of a pixel on which its box is. The pixel is the corner of the box; a point that moves
 // in that direction enters the box there.
 enum class Quadrant { right_down, left_down, right_up, left_up };
 inline constexpr int kQuadrants = 4;
 constexpr Quadrant quadrant_ahead(bool left, bool up) { return Quadrant(int(left) + 2 * int(up)); }
-// The box of `extent` x `extent` pixels.
+// Returns the box of `extent` x `extent` pixels at pixel (u, v).
 inline PixelRect quadrant_rect(Quadrant box, int u, int v, int extent) {
   const bool left = box == Quadrant::left_down || box == Quadrant::left_up,
              up = box == Quadrant::right_up || box == Quadrant::left_up;
@@ -29,9 +29,9 @@ inline PixelRect quadrant_rect(Quadrant box, int u, int v, int extent) {
           up ? v + 1 : v + extent};
 }
 
-// The extents that the map stores [px]; others are rounded down to the next one. Each is at most
-// twice the one before. Twice as many extents save 10 % of a ray's steps and double the time to
-// create them.
+// The extents that the map stores [px]; other extents are rounded down to a stored one. Each is at
+// most twice the one before. Twice as many extents save 10 % of a ray's steps and double the time
+// to create them.
 inline constexpr std::array<int, 8> kExtents_px = {1, 2, 3, 5, 9, 17, 33, 65};
 
 class SkipMap {
@@ -61,8 +61,8 @@ class SkipMap {
       return beyond + kMargin_px;
     return bytes(box)[std::ptrdiff_t(v - stored_.v0_px) * stride_ + (u - stored_.u0_px)];
   }
-  // at() of the pixels of stored(), row by row, `stride` bytes apart. Up to three bytes after the
-  // last row are readable.
+  // Returns at() of the pixels of stored(), row by row, `stride` bytes apart. Up to three bytes
+  // after the last row are readable.
   const std::int8_t* bytes(Quadrant box) const {
     return bytes_.get() + std::size_t(box) * box_bytes_;
   }

@@ -29,6 +29,7 @@ constexpr float kPathError = 1e-6f;
 // SimdScratch::crossed holds 2 * camera + axis of the border that a ray crossed last, or this.
 constexpr std::int32_t kNoBorder = -1;
 
+// One bit per ray: the camera moved it on, it missed the hull, or float cannot decide it.
 struct StepBits {
   std::uint32_t outside, missed, uncertain;
 };
@@ -40,7 +41,7 @@ struct RayState {
   float *border, *hold;
 };
 
-// The images of a vector of rays in one map at s.
+// Images of a vector of rays in one map at s.
 template <bool kBothWays>
 struct RayImages {
   Lines l;
@@ -63,7 +64,8 @@ HWY_INLINE MF find_pixels(const RayImages<kBothWays>& image, int camera, hn::Vec
   const DF d;
   const DI di;
   const VF half = hn::Set(d, 0.5f);
-  // On a border of this camera the pixel is the one behind it, half a pixel on.
+  // If the ray is on a border of this camera's map, its pixel is the one beyond that border. Adding
+  // half a pixel in the direction of motion gives its centre.
   const MF from_u = hn::RebindMask(d, hn::Eq(crossed, hn::Set(di, 2 * camera))),
            from_v = hn::RebindMask(d, hn::Eq(crossed, hn::Set(di, 2 * camera + 1)));
   const VF biased_u = hn::Add(
@@ -79,7 +81,7 @@ HWY_INLINE MF find_pixels(const RayImages<kBothWays>& image, int camera, hn::Vec
   return hn::Gt(hn::Max(off_u, off_v), hn::Sub(half, eps));
 }
 
-// Where a vector of rays leaves the box ahead of its pixels.
+// Exit of a vector of rays from the boxes ahead of their pixels.
 struct BoxExit {
   VF steps;                 // extent of the box [px]
   MF inside;                // the box has object pixels
@@ -91,7 +93,7 @@ HWY_INLINE BoxExit box_exit(const BlockCamera& c, const RayImages<kBothWays>& im
                             VF s, VF eps, float span) {
   const DF d;
   const VF zero = hn::Zero(d), half = hn::Set(d, 0.5f);
-  // The span of a verdict `inside` ends a little before the box.
+  // The span of a verdict `inside` ends kBoxMargin_px before the box does.
   const VF signed_extent = extent_at(c, fu, fv, image.along_u, image.along_v),
            steps = hn::Abs(signed_extent);
   const MF inside = hn::Lt(signed_extent, zero);
@@ -107,8 +109,9 @@ HWY_INLINE BoxExit box_exit(const BlockCamera& c, const RayImages<kBothWays>& im
            per_over = reciprocal(hn::IfThenElse(by_u, over_u, over_v)),
            per_px = hn::Mul(image.p.w, per_over);
   const VF next = hn::MulAdd(gap, per_px, s);
-  // Bound of the distance from `next` to the crossing: from the errors of the position here and
-  // there, and of `gap`. A pixel takes W_next / W times as long there as here.
+  // Bound of the distance from `next` to the crossing: from the errors of the positions at s and at
+  // `next`, and of `gap`. At `next`, a pixel takes W_next / W times the ray parameter that it takes
+  // at s.
   const VF eps_next =
       hn::MulAdd(hn::Min(next, hn::Set(d, span)), hn::Set(d, c.eps_px_per_m), hn::Set(d, c.eps_px));
   const VF slower =
@@ -141,8 +144,8 @@ HWY_INLINE void cross_border(const RayImages<kBothWays>& image, const BoxExit& e
   hn::Store(hn::IfThenElse(hn::RebindMask(di, outside), code, crossed), di, ray.crossed);
 }
 
-// Tests a vector of rays, those of tested_bits, with one camera: it agrees or moves them on. (i, j)
-// are the rays' positions in the block.
+// Tests the rays of tested_bits with one camera, which agrees or moves them on. (i, j) are the
+// rays' positions in the block.
 template <bool kBothWays>
 HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j,
                               std::uint32_t tested_bits, float span, const RayState& ray) {
@@ -161,7 +164,7 @@ HWY_INLINE StepBits step_rays(const BlockCamera& c, int camera, VF i, VF j,
   hn::Store(hn::IfThenElse(agreed, hn::Max(exit.next, hn::Add(s, s_error)), hn::Load(d, ray.hold)),
             d, ray.hold);
   cross_border(image, exit, camera, fu, fv, outside, s, s_error, crossed, ray);
-  // Beyond the range, or already past all stored pixels.
+  // The crossing is beyond the range, or the image is already past all stored pixels.
   const MF past = hn::Lt(exit.min_gap, hn::Set(d, kPastExtent_px));
   const MF missed =
       hn::And(outside, hn::Or(past, hn::Gt(hn::Sub(exit.next, exit.error), hn::Set(d, span))));
@@ -177,8 +180,8 @@ struct Offsets {  // of a small tile's rays from its center
   alignas(64) float i[kTileRays], j[kTileRays];
 };
 
-// Tests the packets of the list with a camera, and repeatedly those that it moves on. Overwrites
-// the list.
+// Tests the packets of the list with a camera, and tests those that it moves on again, up to
+// kRayRepeats times. Overwrites the list.
 template <bool kBothWays>
 HWY_INLINE void test_packets(const BlockCamera& camera, int number, float span,
                              const Offsets& offsets, std::uint16_t* list, int count,

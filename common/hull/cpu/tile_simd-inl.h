@@ -26,12 +26,14 @@ constexpr int kTileRounds = 4, kTileRepeats = 6;
 constexpr float kMinTileStep_px = 0.75f;
 constexpr float kNoVerdictEnd = -1.0f;
 
+// One step of a vector of tiles: the advance [m] and SkipMap::at() of the box [px].
 struct TileStep {
   VF advance, extent;
-  MF stuck;  // the tile's rays are not in one box, or leave it at once
+  MF stuck;  // the rays are not in one box, or leave it within kMinTileStep_px
 };
 
-// All rays of a tile lie in the box ahead of its hindmost corner as long as its corners do.
+// Computes how far a tile can advance. The images of all its rays are in the box ahead of the
+// hindmost corner's image as long as the images of its four corners are.
 template <bool kBothWays>
 HWY_INLINE TileStep step_tiles(const BlockCamera& c, float half, VF center_i, VF center_j, VF s) {
   const DF d;

@@ -5,7 +5,7 @@
 //
 // Each kind of pixel grows by one pixel six times, in bit planes. A pixel's distance is 1 plus the
 // number of growths that do not reach it. A 32-bit window has 8 spare pixels on each side, because
-// each growth spoils one pixel at both ends.
+// each of the six growths spoils one pixel at both ends.
 //! include "grids.glsl"
 
 layout(std430, binding = 0) readonly buffer Bits { uint bits[]; };

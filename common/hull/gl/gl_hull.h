@@ -27,9 +27,9 @@ class GlHull {
 
   // Uploads the object pixels and prepares them. Buffers are reused from frame to frame. The hull
   // is empty if there is no silhouette, a camera is not finite, or a silhouette has no object
-  // pixel. The order of the silhouettes does not matter. Throws std::invalid_argument for more than
-  // kMaxGlCameras silhouettes or a rule other than Limits::all, and GlError if the object pixels
-  // exceed the driver's largest storage block.
+  // pixel. The depths do not depend on the order of the silhouettes. Throws std::invalid_argument
+  // for more than kMaxGlCameras silhouettes or a rule other than Limits::all, and GlError if the
+  // object pixels exceed the driver's largest storage block; the hull is then empty.
   void set_silhouettes(std::span<const Silhouette> silhouettes, const HullRule& rule = {});
 
   // Computes the depths of the rects, which must not overlap. A view that is not finite has no
@@ -38,17 +38,18 @@ class GlHull {
   // extends beyond it.
   void trace(const View& view, std::span<const PixelRect> rects);
 
-  // Depths as in DepthTile [m]: an R32F texture of the view's size, row 0 at the top. Valid in the
-  // rects of the last trace(), for texture fetches, image loads and framebuffer reads. The texture
-  // exists after the first trace() (std::logic_error before) and is replaced when the view's size
-  // changes.
+  // Returns the depths as in DepthTile [m]: an R32F texture of the view's size, row 0 at the top.
+  // Valid in the rects of the last trace(), for texture fetches, image loads and framebuffer reads.
+  // The texture exists after the first trace() (std::logic_error before) and is replaced when the
+  // view's size changes.
   const gl::GlTexture& depth() const;
   DepthTile read_back(const PixelRect& rect) const;  // the rect is inside the view's image
 
-  // trace(), then read_back() of every rect.
+  // Calls trace(), then returns read_back() of every rect.
   std::vector<DepthTile> depth(const View& view, std::span<const PixelRect> rects);
 
-  // Counts of the last trace(). Waits for the GPU. Tests use it to prove that both passes run.
+  // Returns counts of the last trace(). Waits for the GPU. Tests use it to prove that both passes
+  // run.
   struct Counts {
     std::size_t tiles, traced_tiles, rays_in_double;
   };

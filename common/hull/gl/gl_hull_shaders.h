@@ -39,7 +39,7 @@ struct Candidate {
   std::uint32_t corner, rays;
 };
 struct Tile {
-  double begin_m;         // common start of the tile's rays: none meets the hull before it
+  double begin_m;         // common start of the tile's rays; no ray meets the hull before it
   float length_m;         // no ray meets the hull after begin_m + length_m
   std::uint32_t at_near;  // 1: begin_m is the near plane, where a ray may already be in the hull
   std::uint32_t corner, rays;  // as Candidate

@@ -2,9 +2,9 @@
 //! variant -DCAMERAS=4
 //! variant -DCAMERAS=16
 //! variant -DCAMERAS=64
-// One workgroup handles the rays of one tile, one invocation a ray, in float from the tile's start.
-// Each map's pixels are counted from the one in which the ray starts, so that numbers are small;
-// the forms of the ray's images are computed in double and rounded once.
+// One workgroup handles the rays of one tile, one invocation per ray, in float from the tile's
+// start. Each map's pixels are counted from the one in which the ray starts, so that numbers are
+// small; the forms of the ray's images are computed in double and rounded once.
 //
 // Bound of float's rounding. A map pixel computed in float is within e (error_px) of the true one
 // at every depth of the range: of U, V and W the offset is rounded once, the slope once, product
@@ -13,13 +13,13 @@
 // all second-order terms. A depth is the crossing of a border by one map's image at speed v [px/m];
 // it is within delta = 3 e / v: e for the offset, e for the slope, at most 5/3 e for the division.
 // Another map then sees its pixel within e + delta v'. Rays keep four times that distance from
-// every border that may part object from background (distance +-1); nearer rays are set aside. The
-// factor is four, because then each crossing lies more than 3 delta beyond the last, and a verdict
-// of another map at an earlier depth stays certain.
+// every border that may part object from background (distance +-1); nearer rays are left to the
+// pass in double. The factor is four, because then each crossing is more than 3 delta beyond the
+// last, and a verdict of another map at an earlier depth stays certain.
 //! include "view.glsl"
 //! include "work.glsl"
 
-const int kCameras = CAMERAS;  // at most; `cameras` is the actual number
+const int kCameras = CAMERAS;  // maximum; `cameras` is the actual number
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(r32f, binding = 0) writeonly uniform image2D depth_m;
 const float kCrossingErrors = 3.0, kTolerance = 4.0;
@@ -29,12 +29,11 @@ const float kWidestTolerance_px = 0.5;
 const float kMaxFormError_px = 1.0 / 64.0;  // forms with a larger error decide too few pixels
 const float kNever = 1e30;
 const float kFarthest_px = 1e6;  // bound of Form::first, beyond any map
-// Covers float's rounding of the length; a comparison in double decides in the end.
+// Covers float's rounding of the length; main() compares with the far plane in double.
 const float kLengthSlack = 1.0 + 1e-6;
-// Consecutive steps with one camera, so that a ray cannot crawl along one image while another
-// camera would end the search.
+// Maximum consecutive steps with one camera, because another camera may end the search in fewer.
 const int kMaxRepeats = 8;
-const int kMaxRounds = 64;  // rays that take longer go to the pass in double
+const int kMaxRounds = 64;  // rays that need more are left to the pass in double
 const int kActive = 0, kHit = 1, kMiss = 2, kUncertain = 3;
 
 // Image of the ray in one map: (U, V, W) at the tile's start, and its slope per metre. Pixels are
@@ -85,7 +84,8 @@ int test_camera(int c, Form f, float length_m, inout Candidate now, inout float 
   if (!(max(off.x, off.y) < (abs(region.distance) == 1 ? 0.5 : 0.5 + kWidestTolerance_px)))
     return kUncertain;
 
-  // Where the image leaves the region. The end of a verdict is taken a little earlier.
+  // Border and depth at which the image leaves the region. The verdict `object` ends kTolerance
+  // errors before that border.
   vec2 border = border_ahead(region, forward) - vec2(f.first);
   if (region.distance < 0) border += mix(vec2(kTolerance), vec2(-kTolerance), forward) * f.error_px;
   vec2 leaves = (border * f.start.z - f.start.xy) / (f.slope.xy - border * f.slope.z);

@@ -9,23 +9,23 @@ layout(local_size_x = 64) in;
 layout(r32f, binding = 0) writeonly uniform image2D depth_m;
 const double kNever = 1e30lf;
 
-// Pixel of the image at depth t, clamped to [low, high].
+// Returns the pixel of the image at depth t, clamped to [low, high].
 int pixel(double offset, double slope, double w, double t, int low, int high) {
   double at = (offset + t * slope) / w;
   return !(at > double(low)) ? low : at >= double(high) ? high : int(at);
 }
 
-// Depth >= t at which the image crosses `border`, or kNever.
+// Returns the depth >= t at which the image crosses `border`, or kNever.
 double crossing(double offset, double slope, double w_offset, double w_slope, double border,
                 double t) {
   double at = (border * w_offset - offset) / (slope - border * w_slope);
   if (at > t) return at;
-  // At t already because of rounding, or only behind the camera.
+  // The image is at the border already because of rounding, or reaches it only behind the camera.
   return w_offset + at * w_slope > 0 ? t : kNever;
 }
 
-// First depth >= t at which the ray is on the object of map c, or kNever if that is not before
-// `end`.
+// Returns the first depth >= t at which the ray is on the object of map c, or kNever if there is
+// none before `end`.
 double first_on_object(int c, dvec3 eye, dvec3 slope, double t, double end) {
   ivec4 bounds = maps[c].bounds;
   bool right = slope.x * eye.z > eye.x * slope.z, down = slope.y * eye.z > eye.y * slope.z;
@@ -52,8 +52,8 @@ double first_on_object(int c, dvec3 eye, dvec3 slope, double t, double end) {
   return kNever;
 }
 
-// First depth of the ray in the hull, or kNever. Maps are tested in turn until all agree on a
-// depth.
+// Returns the first depth of the ray in the hull, or kNever. Maps are tested in turn until all
+// agree on a depth.
 double first_in_hull(dvec2 ray) {
   range = range_m.xy;
   for (int c = 0; c < cameras && range.x < range.y; ++c) {

@@ -1,7 +1,7 @@
 #version 450 core
-// Lists the strips of 16x8 pixels whose distances are needed: of the pixels, the strips that
-// overlap a set cell or a neighbour of one; of the cells, all strips. One invocation handles one
-// word of cells.
+// Lists the strips of 16x8 pixels whose distances the view passes need: of the pixels, the strips
+// that overlap a set cell or a neighbour of a set cell; of the cells, all strips. One invocation
+// handles one word of cells.
 //! include "grids.glsl"
 
 layout(std430, binding = 0) readonly buffer Bits { uint bits[]; };

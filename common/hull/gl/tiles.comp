@@ -11,13 +11,13 @@ layout(std430, binding = 0) readonly buffer Candidates { uvec2 candidates[]; };
 layout(location = 1) uniform uint candidate_count;
 // Relative slack of a tile's range, so that rounding does not cut the range of a single ray.
 const double kSlack = 1e-9lf;
-// Images keep this distance from a box's border, so that no ray starts next to a pixel border.
+// Images keep this distance from a box's border [px], so that no ray starts next to a pixel border.
 const double kBorderMargin_px = 1.0lf / 32.0lf;
 const double kSpan = 7.0lf;  // from a tile's first ray to its last
 const int kMaxSteps = 48;
 const float kBeyond_px = 1e30;
-// Clips to the union of the ranges of a tile's rays: the ray with the largest slope has the
-// longest.
+// Clips to the union of the ranges of a tile's rays: the ray with the largest slope has the longest
+// range.
 void clip_tile(double at_eye, double column, double row, double constant, double extra) {
   clip(at_eye + extra, constant + max(kSpan * column, 0.0lf) + max(kSpan * row, 0.0lf));
 }

@@ -15,7 +15,7 @@ layout(std140, binding = 0) uniform View {
 };
 
 layout(location = 0) uniform int cameras;
-// Slope of a ray's image in a map: (U, V, W) at depth t is eye + t * slope.
+// Returns the slope of a ray's image in a map: (U, V, W) at depth t is eye + t * slope.
 dvec3 slope_of(int camera, dvec2 ray) {
   return maps[camera].column.xyz * ray.x +
          (maps[camera].row.xyz * ray.y + maps[camera].constant.xyz);
@@ -39,8 +39,8 @@ uint nibble(ivec4 grid, ivec2 at) {
   return distances[grid.x + at.y * grid.y + (at.x >> 3)] >> 4 * (at.x & 7) & 15u;
 }
 
-// Region around `pixel`. Beyond the crop it returns the region of the nearest pixel of the crop,
-// which is far from all object pixels.
+// Returns the region around `pixel`. Beyond the crop it returns the region of the nearest pixel of
+// the crop, which is far from all object pixels.
 Region region_around(int camera, ivec2 pixel) {
   ivec2 at = clamp(pixel, ivec2(0), maps[camera].pixels.wz - 1), cell = at >> 3;
   int far = int(nibble(maps[camera].cells, cell));

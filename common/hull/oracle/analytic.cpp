@@ -23,7 +23,7 @@ double squared_distance_to_segment(const Vector3d& p, const Vector3d& a, const V
   return (p - a - s * ab).squaredNorm();
 }
 
-// Parameter at which the ray enters a ball. The ray's origin is not in the ball.
+// Returns the parameter at which the ray enters a ball. The ray's origin is not in the ball.
 std::optional<double> ball_entry(const Vector3d& centre, double radius, const geometry::Ray& ray) {
   const Vector3d m = ray.origin_world_m - centre;
   const double dd = ray.direction_world.squaredNorm(), md = m.dot(ray.direction_world);
@@ -34,7 +34,7 @@ std::optional<double> ball_entry(const Vector3d& centre, double radius, const ge
   return t >= 0 ? std::optional(t) : std::nullopt;
 }
 
-// Parameter at which the ray enters the cylinder through its side.
+// Returns the parameter at which the ray enters the cylinder through its side.
 std::optional<double> side_entry(const Capsule& c, const geometry::Ray& ray) {
   const Vector3d axis = c.b_world_m - c.a_world_m;
   const double length2 = axis.squaredNorm();
@@ -51,7 +51,8 @@ std::optional<double> side_entry(const Capsule& c, const geometry::Ray& ray) {
   return t >= 0 && along >= 0 && along <= length2 ? std::optional(t) : std::nullopt;
 }
 
-// Squared distance between segment a-b and the half-line from the origin along unit direction e.
+// Returns the squared distance between segment a-b and the half-line from the origin along unit
+// direction e.
 double squared_distance_to_half_line(const Vector3d& a, const Vector3d& b, const Vector3d& e) {
   const Vector3d ab = b - a;
   const double length2 = ab.squaredNorm(), along = ab.dot(e), across2 = length2 - along * along;
@@ -96,8 +97,7 @@ bool segment_meets(const ViewCone& cone, const Vector3d& a, const Vector3d& b) {
   return s0 <= s1;
 }
 
-// Returns true if a point of the interior of a face is the foot of p on that face, at most `radius`
-// away.
+// Returns true if the perpendicular from p meets the interior of a face at most `radius` away.
 bool near_face(const ViewCone& cone, const Vector3d& p, double radius) {
   for (int i = 0; i < 4; ++i) {
     const Vector3d& n = cone.outward_normals[i];
@@ -128,8 +128,8 @@ Overlap overlap(const ViewCone& cone, const Vector3d& a, const Vector3d& b, doub
   return Overlap::none;
 }
 
-// Sets the pixels of one capsule's silhouette: halves rectangles until they are inside, outside or
-// a single pixel.
+// Sets the pixels of one capsule's silhouette: halves rectangles until each is inside, outside or a
+// single pixel.
 struct Painter {
   ObjectPixels& pixels;
   const geometry::Pinhole& pinhole;

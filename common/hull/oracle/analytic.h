@@ -1,6 +1,6 @@
 // Analytic oracle: objects made of capsules, whose silhouettes are known in closed form (a sphere
-// is a capsule of length zero). Synthetic cameras draw them; tests and benchmarks compare with
-// them.
+// is a capsule of length zero). Synthetic cameras draw these silhouettes; tests and benchmarks
+// compare results with them.
 #pragma once
 #include <span>
 #include <vector>
@@ -25,8 +25,8 @@ std::optional<double> ray_entry(const Capsule& capsule, const geometry::Ray& ray
 bool in_silhouette(std::span<const Capsule> object, const geometry::Camera& camera,
                    const Eigen::Vector2d& uv_px);
 
-// Membership in the hull of the true silhouettes, without pixels. As for in_hull(), a point outside
-// the image of any camera is not in the hull.
+// Returns true if p is in the hull of the true silhouettes, without pixels. As for in_hull(), a
+// point outside the image of any camera is not in the hull.
 bool in_analytic_hull(std::span<const Capsule> object, std::span<const geometry::Camera> cameras,
                       const Eigen::Vector3d& p_world_m);
 
@@ -34,6 +34,7 @@ bool in_analytic_hull(std::span<const Capsule> object, std::span<const geometry:
 //   center:  its centre is in the silhouette. The map omits up to half a pixel of the object.
 //   touched: any part of its unit square is in the silhouette. The map contains the object.
 enum class PixelRule { center, touched };
+// Returns the pixels of the camera's image that the rule sets.
 ObjectPixels true_object_pixels(std::span<const Capsule> object, const geometry::Camera& camera,
                                 PixelRule rule);
 

@@ -7,8 +7,8 @@
 namespace fivepipe::hull {
 namespace {
 
-// Ray parameters between lo and hi at which the image crosses a pixel border of one axis,
-// ascending. Borders are at -0.5, 0.5, ..., count - 0.5; x and z are linear in t.
+// Returns the ray parameters between lo and hi at which the image crosses a pixel border of one
+// axis, ascending. Borders are at -0.5, 0.5, ..., count - 0.5; x and z are linear in t.
 std::vector<double> border_crossings(double x0, double x1, double z0, double z1, double focal_px,
                                      double principal_px, int count, double lo, double hi) {
   std::vector<double> crossings;
@@ -61,7 +61,7 @@ std::vector<Interval> reference_intervals(const Silhouette& silhouette, const ge
              std::back_inserter(crossings));
   crossings.push_back(hi);
 
-  // Between two crossings the line stays in one pixel, that of its centre.
+  // Between two crossings the line stays in the pixel that holds the centre of the interval.
   std::vector<Interval> inside;
   for (std::size_t i = 1; i < crossings.size(); ++i) {
     const double enter = crossings[i - 1], leave = crossings[i];
@@ -84,8 +84,8 @@ bool holds(const std::vector<Interval>& intervals, double t) {
                      [t](const Interval& i) { return i.enter <= t && t < i.leave; });
 }
 
-// Between two adjacent crossings of all cameras no verdict changes, so the centre of each interval
-// decides for all of it.
+// Between two adjacent crossings of all cameras no verdict changes, so the verdict at the centre of
+// each interval holds for the whole interval.
 std::vector<Interval> intervals_where_seen(std::span<const Silhouette> silhouettes,
                                            const geometry::Ray& ray, double near, double far,
                                            int min_seen) {

@@ -1,5 +1,5 @@
 #version 450 core
-// Discards the pixels of the plane that are no object pixels of one camera. A projective texture
+// Discards the pixels of the plane that are not object pixels of one camera. A projective texture
 // also covers points behind its camera; q > 0 keeps the points in front of it.
 layout(binding = 0) uniform sampler2D object_pixels;
 in vec3 stq;

@@ -3,8 +3,8 @@
 // onto the plane as a texture. The stencil buffer counts the cameras whose object pixels cover a
 // pixel of the plane. A pixel that all n cameras cover keeps the plane's depth, by the depth test.
 //
-// This is an approximation: a ray's first hull point is found at the first plane behind it, up to
-// one plane spacing too far. Parts of the hull that are thinner than the spacing can be missed.
+// This is an approximation: the sweep finds a ray's first hull point at the first plane behind it,
+// up to one plane spacing too far. It can miss parts of the hull that are thinner than the spacing.
 #pragma once
 #include <optional>
 #include <span>
@@ -22,17 +22,18 @@ struct SweepRange {
   bool empty() const { return !(near_m < far_m); }
 };
 
-// The part of the view's range in which a world box lies; empty if there is none.
+// Returns the part of the view's depth range that a world box [m] covers; empty if there is none.
 SweepRange sweep_range(const View& view, const Eigen::AlignedBox3d& volume_world_m);
 
 // The stencil buffer has 8 bits.
 inline constexpr std::size_t kMaxSweepCameras = 255;
 
-// Requires a current OpenGL 4.5 context from construction to destruction. Leaves the OpenGL state
-// at its initial values, except bindings.
+// Requires a current OpenGL 4.5 context from construction to destruction. Expects the initial
+// OpenGL state, except bindings. depth() changes bindings, viewport, scissor box, and stencil
+// function and operation. It leaves the scissor, depth and stencil tests disabled.
 class PlaneSweep {
  public:
-  // For views of this size; planes > 0. Throws GlError.
+  // Creates a sweep for views of this size; planes > 0. Throws GlError.
   PlaneSweep(int width_px, int height_px, int planes);
   int width_px() const { return frame_.colour().width_px(); }
   int height_px() const { return frame_.colour().height_px(); }
@@ -42,9 +43,9 @@ class PlaneSweep {
   // silhouettes. The hull is empty if a camera is not finite or has no object pixel.
   void set_silhouettes(std::span<const Silhouette> silhouettes);
 
-  // Sweeps once for all rects, which must lie inside the view's image and not overlap. The view
-  // must have this sweep's size. Plane k of `planes` is at near_m + k * (far_m - near_m) / planes.
-  // The depths of a rect do not depend on the other rects.
+  // Sweeps once for all rects, which must be inside the view's image and not overlap. The view must
+  // have this sweep's size. Plane k of `planes` is at near_m + k * (far_m - near_m) / planes. The
+  // depths of a rect do not depend on the other rects.
   std::vector<DepthTile> depth(const View& view, const SweepRange& range,
                                std::span<const PixelRect> rects) const;
 

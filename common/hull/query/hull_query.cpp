@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 // Queries per work item: large enough that the pool's overhead is negligible.
 constexpr int kBatchSize = 256;
 
-// Calls part(begin, end).
+// Calls part(begin, end) in the pool for each batch of [0, count).
 template <class Part>
 void for_batches(base::WorkerPool& pool, std::size_t count, const Part& part) {
   pool.run(int((count + kBatchSize - 1) / kBatchSize), [&](int piece, int) {

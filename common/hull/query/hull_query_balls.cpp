@@ -38,9 +38,9 @@ UniformRect uniform_rect_around(const SkipMap& skip_map, int u, int v) {
           std::min({left, right, up, down}) == 1};
 }
 
-// Distance from the point, which has pixel (u, v), to the nearest pixel of the other kind, by
-// testing the eight adjacent pixels. Pixels beyond them are at least as far as the border of the 3
-// x 3.
+// Returns a lower bound of the distance from the point, which has pixel (u, v), to the nearest
+// pixel of the other kind, by testing the eight adjacent pixels. Pixels beyond them are at least as
+// far as the border of the 3 x 3 pixels.
 double distance_to_other_m(const SkipMap& skip_map, const ImageCone& cone, const ProjectedPoint& p,
                            int u, int v, bool object) {
   double nearest_m = cone.inside_m(p, cone.pyramid({u - 1, v - 1, u + 2, v + 2}));
@@ -92,9 +92,9 @@ HullQuery::CameraClearance HullQuery::camera_clearance(std::size_t camera,
   return a;
 }
 
-// A point in the hull is on the objects of at least `needed` cameras, so the needed-th smallest of
-// the off_object_m is a valid radius. With Limits::seen, so is the distance up to which one camera
-// sees the points off its object.
+// A point in the hull is on the objects of at least `needed` cameras, so the needed-th smallest
+// off_object_m is a valid radius. With Limits::seen, the distance up to which one camera sees all
+// points off its object is valid too.
 double HullQuery::free_radius_m(const Vector3d& p_world_m) const {
   if (!is_in_range(p_world_m)) return 0;
   if (hull_->unusable()) return 0;

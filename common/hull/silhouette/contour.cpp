@@ -20,7 +20,8 @@ constexpr double kMinDeterminant_px6 = 1e-3;
 constexpr double kMaxSlope = 1;
 
 // Variance of an edge center's distance from the true contour, which is uniform within half a pixel
-// [px^2]. The residuals can be smaller, for example if all edges of a window are on one line.
+// [px^2]. The residuals can give a smaller value, for example if all edges of a window are on one
+// line.
 constexpr double kStaircaseVariance_px2 = 1.0 / 12;
 
 // An edge between a kept pixel and a neighbour that is not kept.
@@ -76,7 +77,8 @@ EdgeCenters edge_centers_around(const ContourMap& map, const Edge& start, const 
 // The window shrinks by four edges above this size, then by one.
 constexpr int kFineWindow = 8;
 
-// Angle by which the contour turns between the two sides of the start, each n edges long.
+// Returns the angle by which the contour turns between the two sides of the start, each n edges
+// long.
 double turn_rad(const EdgeCenters& m, int n) {
   const Vector2d to = m[kContourEdges] - m[std::size_t(kContourEdges - n)],
                  from = m[std::size_t(kContourEdges + n)] - m[kContourEdges];
@@ -97,8 +99,8 @@ struct Slope {
   double at_uv, error;
 };
 
-// Slope at x = 0 of the parabola y = a + b x + c x^2 through the centers, with x along `tangent`,
-// or that of the chord if there is no parabola.
+// Returns the slope at x = 0 of the parabola y = a + b x + c x^2 through the centers, with x along
+// `tangent`, or that of the chord if there is no parabola.
 Slope slope_at_uv(const EdgeCenters& m, int n, const Vector2d& tangent, double chord_px) {
   const Vector2d normal(-tangent.y(), tangent.x());
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();

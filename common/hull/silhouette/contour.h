@@ -8,8 +8,8 @@
 namespace fivepipe::hull {
 
 // The kept side of a contour: object pixels, or (not_empty) object pixels and everything outside
-// the image. The latter applies with Limits::seen, where a point may leave an image and stay in the
-// hull.
+// the image. The latter applies with Limits::seen, because a point may then leave an image and stay
+// in the hull.
 enum class Kept { object, not_empty };
 
 // The pixels of a map and the image that holds them.
@@ -25,7 +25,7 @@ struct ContourMap {
 
 // Fits the contour's unit normal in the image at uv_px, away from the kept side. The contour runs
 // between the kept pixel (u, v) and its neighbour (u + du, v + dv), which is not kept; one of du
-// and dv is 0, the other -1 or 1. uv_px lies on that edge.
+// and dv is 0, the other -1 or 1. uv_px is on that edge.
 //
 // The fit is a least-squares parabola through the centers of the pixel edges along the contour: at
 // most kContourEdges to each side, fewer if the contour turns by more than kMaxTurn_rad between the

@@ -11,9 +11,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Points per pixel: a Fibonacci lattice (Sloan and Joe, Lattice Methods, 1994). All its rows and
-// columns differ, so that the coverage of an axis-parallel edge is exact to 1/233; 16 x 16 points
-// would give 1/16.
+// Points per pixel: a Fibonacci lattice (Sloan and Joe, Lattice Methods, 1994). Each of its points
+// has its own row and column, so the coverage of an axis-parallel edge is exact to 1/233; 16 x 16
+// points would give 1/16.
 constexpr int kLatticePoints = 233, kLatticeStep = 144;
 
 // The silhouette of a capsule is convex, so it holds a pixel if it holds the pixel's corners.

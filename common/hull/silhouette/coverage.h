@@ -1,5 +1,5 @@
 // Sub-pixel silhouettes: the fraction of each pixel that the object covers, as 8 bits. The border
-// is where the bilinear interpolation between pixel centres is one half.
+// is the level set one half of the bilinear interpolation between pixel centres.
 //
 // Sources: marching squares (Lorensen and Cline, 1987, in two dimensions), with the interpolant's
 // hyperbolas in place of chords (asymptotic decider: Nielson and Hamann, 1991).
@@ -23,8 +23,8 @@ constexpr int side_of_border(std::uint8_t coverage) { return 2 * coverage - kFul
 class CoverageMap {
  public:
   CoverageMap() = default;
-  CoverageMap(int width_px, int height_px);  // nothing covered; sizes >= 0
-  // Row-major without padding; bytes.size() == width * height.
+  CoverageMap(int width_px, int height_px);  // coverage 0 everywhere; sizes >= 0
+  // Copies a map. Rows are top to bottom without padding; bytes.size() == width * height.
   static CoverageMap from_bytes(int width_px, int height_px, std::span<const std::uint8_t> bytes);
   static CoverageMap from_pixels(const ObjectPixels& pixels);  // 0 or 255
 
@@ -56,9 +56,9 @@ struct CoverageSilhouette {
   CoverageMap map;
 };
 
-// True coverage of an analytic object. It is exactly 255 if one capsule alone covers the pixel and
-// 0 if none touches it. Otherwise it is counted on a lattice of 233 points per pixel, within 0.02
-// of the true area.
+// Returns the true coverage of an analytic object. It is exactly 255 if one capsule alone covers
+// the pixel and 0 if none touches it. Otherwise it is counted on a lattice of 233 points per pixel,
+// within 0.02 of the true area.
 CoverageMap true_coverage(std::span<const Capsule> object, const geometry::Camera& camera);
 
 // Standard deviation of the Gaussian weights with which a plane is fitted to the coverage, and half
@@ -68,12 +68,13 @@ CoverageMap true_coverage(std::span<const Capsule> object, const geometry::Camer
 // their other side.
 inline constexpr double kNormalSigma_px = 1.0;
 inline constexpr int kNormalReach_px = 3;
-// A plane whose slope is smaller has no direction, because 8 bits round to this [1/255 per px].
+// A plane whose slope is at most this has no direction, because the slope is within the rounding of
+// 8 bits [1/255 per px].
 inline constexpr double kMinFall = 1.0;
 
-// Unit vector in the image that points out of the silhouette at a border point: the downhill
-// direction of the plane fitted to the coverage around it. Returns nullopt if that slope is at most
-// kMinFall or uv is outside the image.
+// Returns the unit vector in the image that points out of the silhouette at a border point: the
+// downhill direction of the plane fitted to the coverage around it. Returns nullopt if that slope
+// is at most kMinFall or uv is outside the image.
 std::optional<Eigen::Vector2d> outward_in_image(const CoverageMap& map,
                                                 const Eigen::Vector2d& uv_px);
 

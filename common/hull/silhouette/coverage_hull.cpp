@@ -36,6 +36,7 @@ struct Entry {
   int camera;  // the camera whose walk ended there; -1: the ray starts in the hull
 };
 
+// Returns the first parameter in [t, end) just after which all walks are inside, or kNever.
 Entry next_entry(std::span<CoverageWalk> walks, double t, double end) {
   int limiting = -1;
   for (std::size_t camera = 0, agreed = 0; agreed < walks.size();

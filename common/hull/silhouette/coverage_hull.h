@@ -14,24 +14,25 @@
 
 namespace fivepipe::hull {
 
-// Returns false if there is no camera or a coordinate is not finite. Computes in double.
+// Returns true if p is in the hull. Returns false if there is no camera or a coordinate is not
+// finite. Computes in double.
 bool in_hull(std::span<const CoverageSilhouette> silhouettes, const Eigen::Vector3d& p_world_m);
 
-// Outward unit normal of the hull's surface at a point p where this silhouette limits the hull: the
-// normal P^T l of the plane through the camera's centre and the border's tangent l
-// (outward_in_image()). Returns nullopt if p is not in front of the camera or outward_in_image()
-// does.
+// Returns the outward unit normal of the hull's surface at a point p at which this silhouette
+// limits the hull: the normal P^T l of the plane through the camera's centre and the border's
+// tangent l (outward_in_image()). Returns nullopt if p is not in front of the camera or
+// outward_in_image() returns nullopt.
 std::optional<Eigen::Vector3d> outward_normal_world(const CoverageSilhouette& silhouette,
                                                     const Eigen::Vector3d& p_world_m);
 
 struct SurfaceTile {
   PixelRect rect;
   std::vector<float> depth_m;  // as in DepthTile
-  // Outward unit normals. Zero if the ray meets no hull, or if the near plane or an image's border
-  // limits the hull there.
+  // Outward unit normals. Zero if the ray meets no hull, if the near plane or an image's border
+  // limits the hull there, or if outward_normal_world() returns nullopt.
   std::vector<Eigen::Vector3f> normal_world;
-  // Index of the silhouette that limits the hull there, in the order given; -1 if the normal is
-  // zero.
+  // Index of the silhouette that limits the hull there, in the silhouettes given to assign(); -1 if
+  // the normal is zero.
   std::vector<std::int16_t> limiting;
 };
 
@@ -48,6 +49,7 @@ class CoverageHull {
   // number of threads. A view that is not finite has no hull.
   void depth(const View& view, const PixelRect& rect, std::span<float> depth_m);
   DepthTile depth(const View& view, const PixelRect& rect);
+  // Returns depth(), normals and limiting silhouettes of the rays through the pixels of `rect`.
   SurfaceTile surface(const View& view, const PixelRect& rect);
 
  private:

@@ -24,8 +24,8 @@ void clip(RayRange& range, double offset, double slope) {
     range.end = range.begin;
 }
 
-// The part of the range in front of the camera and inside the image, whose border is half a cell
-// inside the outer border of the cells.
+// Returns the part of the range in front of the camera and inside the image, whose border is half a
+// cell inside the outer border of the cells.
 RayRange within_image(const ImageLine& l, const CoverageMap& map, RayRange range) {
   clip(range, l.w_offset - kNearestToCamera_m, l.w_slope);
   const auto axis = [&](double offset, double slope, int size_px) {

@@ -1,5 +1,5 @@
-// Walks one ray through one coverage map in double and finds where the coverage is at least one
-// half.
+// Walks one ray through one coverage map in double and finds its parts with a coverage of at least
+// one half.
 //
 // The walk visits cells between four pixel centres: cell (a, b) is between pixels a - 1 and a, and
 // b - 1 and b. It skips cells without a corner at or above one half in boxes, as ray_walk.h does.
@@ -12,10 +12,10 @@
 
 namespace fivepipe::hull {
 
-// The camera whose pixels are the cells of a coverage map: one more per axis, shifted by half a
-// pixel.
+// Returns the camera whose pixels are the cells of a coverage map: one more per axis, shifted by
+// half a pixel.
 geometry::Camera cell_camera(const geometry::Camera& camera);
-// The cells with at least one of four corners at or above one half.
+// Returns the cells with at least one of four corners at or above one half.
 ObjectPixels cells_with_object(const CoverageMap& map);
 
 class CoverageWalk {
@@ -34,8 +34,8 @@ class CoverageWalk {
     while (!(t < verdict_span_.end)) walk_to(t);
     return verdict_span_;
   }
-  // Parameter at which the ray enters the image or comes in front of the camera, or the range
-  // begins. The coverage has no border there.
+  // Returns the first parameter of the range at which the ray is in front of the camera and in its
+  // image. This is not a border of the coverage.
   double begin() const { return inside_image_.begin; }
 
  private:
@@ -57,8 +57,8 @@ class CoverageWalk {
   PixelRect box_;  // the cells around the ray; if it has more than one, all are empty
   int u_ = 0, v_ = 0;
   double leaves_box_ = -kNever;
-  // Quadratic of (coverage - one half) along the image, from where the ray enters the cell (0) to
-  // where it leaves it (1); and the ends of the pieces between its roots.
+  // Quadratic of (coverage - one half) along the image, from the entry of the ray into the cell (0)
+  // to its exit (1); and the ends of the pieces between the roots.
   double constant_ = 0, linear_ = 0, square_ = 0;
   double cut_at_[4] = {}, cut_t_[4] = {};
   int cuts_ = 0;

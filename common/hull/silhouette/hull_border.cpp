@@ -22,8 +22,8 @@ double squared_distance(const Vector2d& uv_px, const Edge& edge) {
   return across * across + along * along;
 }
 
-// The contour's edge nearest to uv, among the edges around uv's pixel that an image moving along
-// `motion` enters through, or among all edges if `motion` is zero.
+// Returns the contour's edge nearest to uv, among the edges around uv's pixel that an image moving
+// along `motion` enters through, or among all edges if `motion` is zero.
 std::optional<Edge> edge_at(const ContourMap& map, const Vector2d& uv_px, const Vector2d& motion) {
   const Vector2i center(int(std::floor(uv_px.x() + 0.5)), int(std::floor(uv_px.y() + 0.5)));
   std::optional<Edge> nearest;
@@ -44,9 +44,9 @@ std::optional<Edge> edge_at(const ContourMap& map, const Vector2d& uv_px, const 
   return nearest;
 }
 
-// Normal of the plane through a camera's centre and the tangent at uv, which has the normal
-// `outward` in the image. It is the gradient, in world coordinates, of outward . (pixel of p - uv)
-// times the depth of p.
+// Returns the normal of the plane through a camera's centre and the tangent at uv, which has the
+// normal `outward` in the image. It is the gradient, in world coordinates, of outward . (pixel of p
+// - uv) times the depth of p.
 Vector3d plane_normal(const geometry::Camera& camera, const Vector2d& uv_px,
                       const Vector2d& outward) {
   const geometry::Pinhole& k = camera.pinhole;
@@ -88,7 +88,7 @@ std::optional<LimitingCamera> also_limits(const CpuHull& hull, const CpuHull::Ma
 
 }  // namespace
 
-// As RayWalk::next_entry(), but records the camera that moved the ray on last.
+// Works as RayWalk::next_entry() does, but records the camera that moved the ray on last.
 std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const ImageLine> lines,
                                       double near, double far) {
   const HullRule& rule = hull.rule();

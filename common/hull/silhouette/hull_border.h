@@ -22,8 +22,8 @@ struct RayBorder {
   int camera = -1;  // index in CpuHull::cameras(); -1: the ray starts in the hull
   Kept kept = Kept::object;
 };
-// `lines` are the ray's images in the order of CpuHull::cameras(). Returns the same parameter as
-// HullQuery::first_entry(), or nullopt.
+// Returns the first border between near and far, at the same parameter as HullQuery::first_entry(),
+// or nullopt. `lines` are the ray's images in the order of CpuHull::cameras().
 std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const ImageLine> lines,
                                       double near, double far);
 
@@ -32,8 +32,9 @@ struct BorderNormal {
   Eigen::Vector3d normal_world;
   double error_rad;
 };
-// The normal at a border that a ray enters through. Returns nullopt if the border's pixel is not
-// finite or has no edge of the map near it.
+// Returns the normal at a border with camera >= 0; `line` is the ray's image in that camera.
+// Returns nullopt if the border's pixel is not finite or more than one pixel outside the image, or
+// if no edge of the map is next to it.
 std::optional<BorderNormal> normal_at(const CpuHull& hull, const RayBorder& border,
                                       const ImageLine& line);
 
@@ -56,8 +57,8 @@ struct LimitingCameras {
   std::vector<LimitingCamera> cameras;
 };
 inline constexpr std::size_t kMaxLimiting = 4;
-// The cameras at the first entry of the ray between near and far. Returns nullopt if there is no
-// entry, the ray starts in the hull, or no edge of a map is found.
+// Returns the cameras at the first entry of the ray between near and far. Returns nullopt if there
+// is no entry, the ray starts in the hull, or no edge of a map is found.
 std::optional<LimitingCameras> limiting_cameras(const HullQuery& query, const geometry::Ray& ray,
                                                 double near, double far);
 

@@ -46,7 +46,7 @@ class Surface {
     const auto outward = normal_at(hull_, *border, lines[std::size_t(border->camera)]);
     if (!outward) return;
     camera = hull_.cameras()[std::size_t(border->camera)].silhouette;
-    // A smoothed contour may face away from the eye where the staircase does not. The surface is
+    // A smoothed contour may face away from the eye even if the staircase does not. The surface is
     // then seen edge-on.
     const Vector3d d =
         geometry::ray_through(view_.camera, Vector2d(u, v)).direction_world.normalized();

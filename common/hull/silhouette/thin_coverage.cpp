@@ -12,7 +12,8 @@ namespace {
 // degrees, and a margin.
 constexpr double kThin_px = 1.5;
 
-// Coverages of at least 0.15 with an error of 0.01 locate a strip with a relative error of 10 %.
+// Relative margin: coverages of at least 0.15 with an error of 0.01 locate a strip with a relative
+// error of 10 %.
 constexpr double kFractionSlack = 1.1;
 
 // Coverage of the 3 x 3 pixels around a pixel, as fractions; 0 outside the image.
