@@ -56,7 +56,7 @@ struct ObjectCollision {
   std::vector<std::uint32_t> undecided;
   // Collision points, by ascending triangle.
   std::vector<CollisionPoint> points;
-  // `points` are a subset of the samples in the hull, or lie farther apart than spacing_m.
+  // `points` are a subset of the samples in the hull, or are farther apart than spacing_m.
   bool truncated = false;
   // The object does not collide, but its bounding box may contain a part of the hull. A closed
   // object may then enclose that part.
@@ -86,7 +86,7 @@ struct DetectionObject {
   Eigen::Vector3d rp_object_world_m = Eigen::Vector3d::Zero();
 };
 
-// A thousandth of what the maps resolve at the working distance.
+// Smallest eps_m: a thousandth of the maps' resolution at the working distance.
 inline constexpr double kMinEps_m = 1e-6;
 // Ratio of found to returned points at which an object is sampled again (max_points).
 inline constexpr std::size_t kMaxFoundPerPoint = 64;
@@ -103,7 +103,7 @@ class CollisionDetector {
  public:
   virtual ~CollisionDetector() = default;
   // Sets the hull that detect() tests, and its silhouettes. The detector borrows both until the
-  // next call. Throws std::invalid_argument if the backend does not support them.
+  // next call of set_hull(). Throws std::invalid_argument if the backend does not support them.
   virtual void set_hull(const hull::HullQuery& query,
                         std::span<const hull::Silhouette> silhouettes) = 0;
   // Returns one result per object, in the given order. The span belongs to the detector and is

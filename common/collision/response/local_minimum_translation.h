@@ -26,7 +26,7 @@ struct LocalMinimumTranslation {
   LocalMinimumTranslationStatus status = LocalMinimumTranslationStatus::none_verified;
   // Valid unless none_verified: no collision point remains after this translation. At most as long
   // as clear_distance_m() + residual_m of the response, plus one pixel footprint if surface points
-  // between the collision points lie deeper.
+  // between the collision points are deeper.
   Eigen::Vector3d translation_world_m = Eigen::Vector3d::Zero();
   double length_m = 0;  // of the translation
   int requeries = 0;

@@ -53,8 +53,8 @@ struct TrackedComponent {
 struct ComponentTrackerOptions {
   int window_frames = 8;     // >= 3
   double max_speed_m_s = 6;  // matching gate
-  // A longer gap between frames resets the tracker. A camera of 10 Hz may lose one frame. After
-  // more time, max_speed_m_s puts every component within reach of every other.
+  // A longer gap between frames resets the tracker. The default lets a camera of 10 Hz lose one
+  // frame. After more time, the limit on speed excludes hardly any match.
   double max_gap_s = 0.25;
 };
 
@@ -66,9 +66,8 @@ class ComponentTracker {
   // std::invalid_argument if time_s is not finite.
   const std::vector<TrackedComponent>& add(double time_s,
                                            const std::vector<HullComponent>& components);
-  const std::vector<TrackedComponent>& components() const {
-    return components_;
-  }              // of the last add()
+  // The components of the last add().
+  const std::vector<TrackedComponent>& components() const { return components_; }
   void reset();  // forgets all frames; ids stay unique
 
  private:
