@@ -19,7 +19,7 @@
 namespace fivepipe::test {
 
 using Payload = std::vector<std::byte>;
-using Stamped = std::pair<std::int64_t, Payload>;  // source stamp and message
+using Stamped = std::pair<std::int64_t, Payload>;  // source timestamp and message
 
 // Time for five processes to start on a busy machine; two of them compile shaders.
 inline constexpr std::chrono::seconds kStart{60};
@@ -48,14 +48,14 @@ class RecordingTest : public testing::Test {
   // Starts a recorder and waits until it listens.
   std::unique_ptr<Program> recorder(const std::filesystem::path& file,
                                     const std::vector<std::string>& options = {});
-  // Whether a participant of this name writes (or reads) all these topics.
+  // Returns whether a participant of this name writes (or reads) all these topics.
   bool takes_part(const std::string& participant, bool writes, const std::set<std::string>& topics);
 
  private:
   int programs_ = 0;
 };
 
-// The messages of one writer of a topic, by source stamp.
+// The messages of one writer of a topic, by source timestamp.
 using WrittenByOne = std::vector<Stamped>;
 // The messages of each writer, by topic. The order of the writers depends on their messages only.
 std::map<std::string, std::vector<WrittenByOne>> messages_by_writer(
@@ -71,12 +71,12 @@ std::map<std::string, std::uint64_t> sent_by_topic(
 // The recorded messages, by topic.
 std::map<std::string, std::uint64_t> counts_by_topic(const recording::Recording& recording);
 
-// Takes all samples of these topics from its construction on.
+// Collects all samples of these topics from its construction on.
 class Outputs {
  public:
   Outputs(bus::Bus& bus, const std::vector<std::string>& topics);
   void take();
-  // Whether each topic has `count` writers.
+  // Returns whether each topic has `count` writers.
   bool has_writers(int count) const;
   std::uint64_t taken() const;
   // The payloads by topic, sorted, so that the order of arrival does not matter.

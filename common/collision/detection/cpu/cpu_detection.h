@@ -4,8 +4,7 @@
 //   1. BVH        16 boxes per SIMD vector: one camera without an object pixel in a box's image
 //                 certifies everything in the box free.
 //   2. triangles  The triangles of the remaining leaves are tested in the same way, 16 per vector.
-//   3. points     The backend samples the parts of the remaining triangles that are not free, at
-//   the
+//   3. points     The backend samples the parts of the remaining triangles that are not free at the
 //                 requested spacing. Every sample in the hull is a collision point.
 //   4. decision   A triangle without a sample in the hull is split until every part is free, or a
 //                 part or the center of one is in the hull. Parts that are still mixed at a size of
