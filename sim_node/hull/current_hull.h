@@ -23,7 +23,7 @@ class CurrentHull {
   // detection results. The silhouettes must stay valid until the next call of set().
   void set(double time_s, std::span<const hull::Silhouette> silhouettes);
 
-  // Returns null before the first set(), or if nothing needs the hull.
+  // Returns null before the first set(), or if the scene does not need the hull.
   const hull::HullQuery* query() const { return query_; }
   HullHistory* history() { return history_ ? &*history_ : nullptr; }  // null: not in the scene
   const HullHistory* history() const { return history_ ? &*history_ : nullptr; }

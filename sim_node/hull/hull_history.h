@@ -19,7 +19,8 @@ struct ComponentContact {
 class HullHistory {
  public:
   // Searches for components in this box. Throws std::invalid_argument if it is empty, not finite or
-  // contains more than kMaxComponentCells cells. `objects`: number of objects in the scene.
+  // contains more than kMaxComponentCells cells, or if a request is out of range. `objects`: number
+  // of objects in the scene.
   HullHistory(const config::HistoryRequests& requests, const Eigen::AlignedBox3d& within_world_m,
               base::WorkerPool& pool, std::size_t objects);
 

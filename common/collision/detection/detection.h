@@ -72,8 +72,8 @@ struct DetectionOptions {
   // backend computes the verdict alone and returns one collision point per colliding triangle.
   double spacing_m = 3e-3;
   // Maximum number of collision points per object, > 0. A larger set is subsampled evenly, and the
-  // point farthest from rp_object_world_m is kept. An object with kMaxFoundPerPoint times as many
-  // points is sampled again at twice the spacing, so that memory stays bounded.
+  // point farthest from rp_object_world_m is kept. An object with more than kMaxFoundPerPoint times
+  // as many points is sampled again at twice the spacing, so that memory stays bounded.
   std::size_t max_points = 4096;
 };
 
@@ -88,7 +88,7 @@ struct DetectionObject {
 
 // Smallest eps_m: a thousandth of the maps' resolution at the working distance.
 inline constexpr double kMinEps_m = 1e-6;
-// Ratio of found to returned points at which an object is sampled again (max_points).
+// Ratio of found to returned points above which an object is sampled again (max_points).
 inline constexpr std::size_t kMaxFoundPerPoint = 64;
 
 // Totals since the detector was made.

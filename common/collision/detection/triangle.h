@@ -31,6 +31,7 @@ struct TriangleView {
   double apex_x = 0.5;      // 0..1
   bool degenerate = false;  // height below kDegenerateHeight of the longest edge
 };
+// Returns the view of a triangle in the world [m].
 TriangleView view_of(const Triangle& triangle);
 
 // Ratio of height to longest edge below which coordinates in double do not distinguish a triangle

@@ -52,7 +52,7 @@ struct TrackedComponent {
 
 struct ComponentTrackerOptions {
   int window_frames = 8;     // >= 3
-  double max_speed_m_s = 6;  // matching gate
+  double max_speed_m_s = 6;  // > 0; matching gate
   // A longer gap between frames resets the tracker. The default lets a camera of 10 Hz lose one
   // frame. After more time, the limit on speed excludes hardly any match.
   double max_gap_s = 0.25;
@@ -60,6 +60,7 @@ struct ComponentTrackerOptions {
 
 class ComponentTracker {
  public:
+  // Throws std::invalid_argument if an option is out of range.
   explicit ComponentTracker(const ComponentTrackerOptions& options = {});
   // Adds the components of the next frame and returns them tracked, in the given order. Resets
   // first if time_s is not after the last frame's time or more than max_gap_s after it. Throws

@@ -46,8 +46,8 @@ struct ObjectMap : ContactMap {
 std::optional<ObjectMap> object_map(const hull::CpuHull::MapCamera& camera,
                                     const Eigen::Isometry3d& world_from_tree, double radius_m);
 
-// Projection of a triangle's points v0 + a / units (v1 - v0) + b / units (v2 - v0), where a and b
-// are whole numbers.
+// Projection of a triangle's points v0 + a / units (v1 - v0) + b / units (v2 - v0), with whole
+// numbers a and b.
 struct TriangleMap : ContactMap {
   float at[3], by_a[3], by_b[3];
 };

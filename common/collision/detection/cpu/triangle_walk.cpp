@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Mixed parts are split down to eps_m divided by this; few parts are still mixed then.
+// Mixed parts are split down to eps_m divided by this; at that size few parts are mixed.
 constexpr double kFinest = 16;
 // A triangle that is too large for float, or too close to a camera's plane, is repeatedly cut into
 // four: at most this many times, and into at most this many parts.

@@ -9,7 +9,7 @@
 //
 // Limit of the method, as in the paper: a detail thinner than the sample spacing (TriangleView)
 // falls between samples. A triangle of 10 m can miss a hull of 1 cm, so a missing collision point
-// proves nothing. A reported point is certain (query()).
+// does not prove that a triangle is free. A reported point is certain (query()).
 #pragma once
 #include <cstdint>
 #include <span>
