@@ -17,8 +17,8 @@ struct ResultFrame {
   const std::vector<std::string>& cameras;  // names, by silhouette index
 };
 
-// A CollisionResult and the storage that it borrows. message() is valid as long as this object and
-// until it changes.
+// A CollisionResult and the storage that it borrows. message() is valid until this object is
+// changed or destroyed.
 struct OutgoingCollision {
   fivepipe_v1_CollisionResult header{};
   std::vector<fivepipe_v1_Vec3> points_m;

@@ -18,7 +18,8 @@ using Clock = std::chrono::steady_clock;
 // If no frame set arrives for this long, the simulation advances by the clock against the last
 // hull.
 constexpr auto kFrameSetTimeout = 100ms;
-// Oldest hull to simulate against. After that the simulation stops until a frame set arrives.
+// Maximum age of a hull to simulate against. If it is older, the simulation stops until a frame set
+// arrives.
 constexpr auto kMaxHullAge = 1s;
 
 void count(node::NodeStatusReporter& status, const CollisionReport& report) {
@@ -65,8 +66,8 @@ class SimulationPipe {
       node_.bus.wait(std::min<Clock::duration>(kFrameSetTimeout, node::kMaxWait));
       const bool was_lossless = replay_.lossless();
       if (replay_.update()) reset();
-      // The results of a lossless replay come from its frames alone: after it, the simulation does
-      // not advance against the last hull.
+      // The results of a lossless replay depend on its frames alone, so after the replay the
+      // simulation does not advance against the last hull.
       if (was_lossless && !replay_.lossless()) held_.reset();
       for (const auto& command : commands_.take())
         if (command.valid()) apply(*command, node_.node.name, *simulation_);
@@ -91,7 +92,7 @@ class SimulationPipe {
   }
 
   void simulate(frames::FrameSet set) {
-    // Time is relative to the first stamp, because seconds since 1970 leave a double too few
+    // Time is relative to the first timestamp, because seconds since 1970 leave a double too few
     // digits.
     if (!first_stamp_ns_) first_stamp_ns_ = set.capture_stamp_ns;
     held_ = std::move(set);
@@ -128,7 +129,7 @@ class SimulationPipe {
     return {held_->frame, held_->capture_stamp_ns, stamp_s(), held_->cameras};
   }
 
-  // Writes collisions first, so that a node that has a frame's state has its collisions too.
+  // Writes collisions first, so that a node that receives a frame's state has its collisions too.
   void publish() {
     for (const CollisionReport& report : simulation_->collisions())
       collisions_.write(

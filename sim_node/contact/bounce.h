@@ -10,14 +10,15 @@ struct Bounce {
   Eigen::Vector3d velocity_world_m_s;
 };
 
-// Computes the move and the velocity after it. The response must have an exit (has_exit()).
+// Computes the move and the velocity after it, for gravity along -z. The response must have an exit
+// (has_exit()).
 //
 // The move goes along V_rec by the clear distance, plus the residual if the object is recovered. If
 // the object approaches, the velocity component along N_hull (V_rec if the normal is undefined) is
-// reversed and multiplied by `restitution`. Below resting_speed_m_s the restitution is 0, because
-// it would only show how often the hull is queried. The reversed speed pays for the height gained
-// by the move: kinetic plus potential energy grows at most by the potential energy of the lift, and
-// not at all if that speed suffices.
+// reversed and multiplied by `restitution`. Below resting_speed_m_s the restitution is 0, because a
+// bounce that slow depends on the period of the hull queries. The reversed speed is first reduced
+// by the energy that the lift of the move adds: kinetic plus potential energy grows at most by the
+// potential energy of the lift, and not at all if that speed suffices.
 Bounce bounce(const collision::Response& response, const Eigen::Vector3d& velocity_world_m_s,
               double restitution, double gravity_m_s2, double resting_speed_m_s);
 

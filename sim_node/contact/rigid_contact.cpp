@@ -12,7 +12,8 @@ namespace {
 // Angle BAC for bouncing objects. If a ball has entered by 5 mm, the paper's 10 degrees place I and
 // J 1 mm apart, less than a pixel's footprint; 60 degrees place them 6 mm apart.
 constexpr double kBounceAngle_rad = 1.0471975512;
-// Query periods that an object at rest on the hull falls before the next query lifts it again.
+// Number of query periods for which an object at rest on the hull falls before a query lifts it
+// again.
 constexpr double kRestingPeriods = 2.0;
 
 }  // namespace

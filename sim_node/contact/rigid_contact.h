@@ -30,12 +30,13 @@ class RigidContact {
   RigidContact(const config::Scene& scene, const config::SimConfig& config,
                const ObjectModels& models, RigidBodies& bodies, CurrentHull& hull);
 
-  // Call it after each step. Queries the hull every kHullQueryPeriod_s and bounces the objects.
+  // Call after_step() after each step. It queries the hull every kHullQueryPeriod_s and bounces the
+  // objects.
   void after_step();
   // Restarts the query period.
   void reset() { steps_since_query_ = 0; }
 
-  // Forgets the contacts so far: a new report interval begins.
+  // Forgets the contacts so far and begins a new report interval.
   void clear_contacts();
   // Returns the object's last contact in this interval and forgets it; nullopt if there was none.
   std::optional<HullContact> take_contact(std::size_t object);
@@ -64,7 +65,7 @@ collision::DetectionObject detection_object(const ObjectModels& models, const Ri
 // Time between hull queries. At 3 m/s a ball moves 2.5 cm in this time, less than the thickness of
 // a hand.
 inline constexpr double kHullQueryPeriod_s = 1.0 / 120;
-// Most moves per query. An object with several contacts leaves them one after the other.
+// Maximum number of moves per query. An object with several contacts leaves one contact per move.
 inline constexpr int kMaxRecoveries = 4;
 
 }  // namespace fivepipe::sim

@@ -13,24 +13,24 @@ namespace fivepipe::sim {
 // paper.
 class CurrentHull {
  public:
-  // is_needed: something in the scene queries the hull. The scene's history needs it in any case,
-  // and needs real_volume_world_m, the box that contains all real objects. Throws
-  // std::invalid_argument if the history's box or cells are out of range.
+  // is_needed: whether the scene queries the hull. The scene's history needs it in any case, and
+  // needs real_volume_world_m, the box that contains all real objects. Throws std::invalid_argument
+  // if the history's box or cells are out of range.
   CurrentHull(const config::Scene& scene, const config::SimConfig& config, bool is_needed,
               const Eigen::AlignedBox3d& real_volume_world_m);
 
-  // The hull of a new frame set. Invalidates query() and all detection results. The silhouettes
-  // must stay valid until the next call.
+  // Sets the hull of a new frame set at time_s [s, any epoch]. Invalidates query() and all
+  // detection results. The silhouettes must stay valid until the next call of set().
   void set(double time_s, std::span<const hull::Silhouette> silhouettes);
 
-  // Returns null before the first set(), or if nothing needs the hull.
+  // Returns null before the first set(), or if the scene does not need the hull.
   const hull::HullQuery* query() const { return query_; }
   HullHistory* history() { return history_ ? &*history_ : nullptr; }  // null: not in the scene
   const HullHistory* history() const { return history_ ? &*history_ : nullptr; }
 
   // The result is valid until the next detection, including requeries, or the next set().
   std::span<collision::ObjectCollision> detect(std::span<const collision::DetectionObject> objects);
-  // Returns a query that detects the object again after a translation. Refers to this hull.
+  // Returns a query that detects the object again after a translation. Borrows this CurrentHull.
   collision::Requery requery(const collision::DetectionObject& object);
   // Summed over all queries up to the last detect().
   const collision::DetectorCounts& counts() const { return counts_; }

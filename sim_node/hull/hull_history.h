@@ -19,12 +19,13 @@ struct ComponentContact {
 class HullHistory {
  public:
   // Searches for components in this box. Throws std::invalid_argument if it is empty, not finite or
-  // contains more than kMaxComponentCells cells. `objects`: number of objects in the scene.
+  // contains more than kMaxComponentCells cells, or if a request is out of range. `objects`: number
+  // of objects in the scene.
   HullHistory(const config::HistoryRequests& requests, const Eigen::AlignedBox3d& within_world_m,
               base::WorkerPool& pool, std::size_t objects);
 
-  // Adds a frame. The components' tracking restarts if time_s is not after the last frame's time
-  // or more than kMaxGap_s after it. query() stays valid until the next call.
+  // Adds a frame. The tracking of components restarts if time_s is not after the last frame's time
+  // or more than kMaxGap_s after it. query() stays valid until the next call of add().
   void add(double time_s, std::span<const hull::Silhouette> silhouettes);
   const hull::HullQuery& query() const { return *frames_[now_].query; }
   const std::vector<collision::TrackedComponent>& components() const {
@@ -33,15 +34,16 @@ class HullHistory {
 
   // Stores an object's pose at the newest frame, for the first contacts of the next one.
   void keep_pose(std::size_t object, const Eigen::Isometry3d& world_from_object);
-  // An object without a pose at the previous frame has no first contact. Call it if the object
-  // jumped.
+  // Forgets an object's stored pose. An object without a pose at the previous frame has no first
+  // contact. Call forget_pose() if the object jumped.
   void forget_pose(std::size_t object);
   void forget_poses();
 
   // Returns the earliest contact between the last two frames of an object, which moved from its
   // kept pose to world_from_object, with a tracked component. Returns nullopt if there are fewer
-  // than two frames, if they touched at the earlier frame already, or if the component has just
-  // appeared, merged or split, because its earlier position is unknown.
+  // than two frames, if object and component touched at the previous frame already, or if the
+  // component appeared, merged or split at the last frame, so that its previous position is
+  // unknown.
   std::optional<ComponentContact> first_contact(std::size_t object, const collision::Bvh& bvh,
                                                 const Eigen::Isometry3d& world_from_object) const;
 
@@ -63,7 +65,7 @@ class HullHistory {
   std::vector<std::optional<Eigen::Isometry3d>> world_from_objects_before_;  // by object
 };
 
-// Longest time between frames over which motion is interpolated: see
+// Maximum time between frames over which motion is interpolated: see
 // ComponentTrackerOptions::max_gap_s.
 inline constexpr double kMaxGap_s = 0.25;
 

@@ -17,7 +17,7 @@ class ProximityFields {
   ProximityFields(const config::Scene& scene, const ObjectModels& models, const RigidBodies& bodies,
                   double step_s);
 
-  // Call it before the hull changes: drops all cached cubes, which refer to it.
+  // Drops all cached cubes, which refer to the hull. Call clear() before the hull changes.
   void clear();
 
   // Returns one element per vertex or triangle of the object's mesh, as requested.

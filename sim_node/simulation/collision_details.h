@@ -14,7 +14,7 @@
 namespace fivepipe::sim {
 
 struct CollisionDetails {
-  // The first three are computed for objects that collide.
+  // The first three are present only if the object collides and the scene requests them.
   std::optional<collision::Response> response;
   std::optional<collision::LocalMinimumTranslation> local_minimum_translation;  // needs an exit
   std::optional<collision::ContactManifold> contacts;

@@ -33,7 +33,8 @@ struct FullCollision {
   collision::DetectionObject object;
 };
 
-// Detects the reacting objects. Sets all reports but those that need every point: returns these.
+// Detects the reacting objects. Sets all reports except those that need every point, and returns
+// the collisions of the latter.
 std::vector<FullCollision> add_collisions(const ReportSources& from, std::size_t max_points,
                                           std::vector<CollisionReport>& reports) {
   std::vector<collision::DetectionObject> objects;
@@ -79,7 +80,8 @@ std::vector<CollisionReport> collision_reports(ReportSources sources, std::size_
                                                bool is_new_hull) {
   std::vector<CollisionReport> reports;
   if (!sources.hull.query()) return reports;
-  // Requeries use the same detector, which invalidates its results, so they come last.
+  // This loop runs after the results have been read, because its requeries use the same detector,
+  // which invalidates them.
   for (FullCollision& full : add_collisions(sources, max_points, reports)) {
     CollisionReport& report = reports[full.report];
     add_response(report.details, *sources.hull.query(), full.collision,

@@ -11,14 +11,16 @@
 namespace fivepipe::sim {
 
 // For Reaction::bounce, a report describes the last contact since the previous report, because the
-// object has been moved out of it; otherwise, and if there was none, the object's present pose.
-// Proximity and first contact always describe the present pose.
+// simulation has moved the object out of it. Without such a contact, and for other reactions, a
+// report describes the object's present pose. Proximity and first contact always describe the
+// present pose.
 struct CollisionReport {
   std::size_t object = 0;  // index in the scene
   std::string name = {};
   collision::ObjectCollision collision = {};  // with at most SimConfig::max_points points
   bool truncated = false;                     // there were more points
-  // The first move out of the hull; for Reaction::bounce in contact.
+  // The response of the first move out of the hull; present for Reaction::bounce if there was a
+  // contact.
   std::optional<collision::Response> response = std::nullopt;
   CollisionDetails details = {};
 };
@@ -33,9 +35,9 @@ struct ReportSources {
   ProximityFields& proximity;
 };
 
-// Returns a report for each reacting object, in the scene's order; empty if there is no hull. Takes
-// the contacts out of sources.contact. is_new_hull: the hull has changed since the last report;
-// only then there are first contacts.
+// Returns a report for each reacting object, in the scene's order; empty if there is no hull.
+// Removes the contacts from sources.contact. is_new_hull: whether the hull has changed since the
+// last report; first contacts are reported only then.
 std::vector<CollisionReport> collision_reports(ReportSources sources, std::size_t max_points,
                                                bool is_new_hull);
 

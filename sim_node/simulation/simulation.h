@@ -46,10 +46,10 @@ class Simulation {
   // is no hull. The silhouettes must stay valid until the next call that passes silhouettes. Throws
   // std::invalid_argument if time_s is not finite.
   void advance_to(double time_s, std::span<const hull::Silhouette> silhouettes);
-  // The same without a new frame set: uses the last hull.
+  // As above, without a new frame set: uses the last hull.
   void advance_to(double time_s);
 
-  // While paused, advance_to() sets the clock and makes reports, but nothing moves. The pause is
+  // While paused, advance_to() sets the clock and makes reports, but no object moves. The pause is
   // not simulated afterwards.
   void pause() { clock_.pause(); }
   void resume() { clock_.resume(); }

@@ -3,7 +3,7 @@
 namespace fivepipe::sim {
 namespace {
 
-// Stamps are whole nanoseconds: a step that ends at most this long after the stamp belongs to it.
+// Timestamps are whole nanoseconds: a step that ends at most this long after one belongs to it.
 constexpr double kStampResolution_s = 1e-9;
 
 }  // namespace

@@ -8,15 +8,15 @@ class SimulationClock {
  public:
   struct Counters {
     std::uint64_t backward_stamps = 0;  // calls with a time before time_s()
-    double skipped_s = 0;               // not simulated: gaps longer than kMaxCatchUp_s
+    double skipped_s = 0;               // not simulated: the excess of gaps over kMaxCatchUp_s
   };
 
   explicit SimulationClock(double step_s) : step_s_(step_s) {}  // > 0
 
   // Advances the clock to time_s [s, any epoch] in whole steps and returns their number. The first
   // call only sets the clock. If more than kMaxCatchUp_s is due, the clock skips the rest. A time
-  // before time_s() is ignored, but if it is earlier by more than kMaxCatchUp_s (a recording has
-  // restarted), it sets the clock.
+  // before time_s() is ignored and counted; if it is more than kMaxCatchUp_s before time_s() (a
+  // recording has restarted), it sets the clock instead.
   std::uint64_t advance_to(double time_s);
 
   // While paused, advance_to() sets the clock and returns 0, so the pause is not simulated later.
@@ -36,7 +36,7 @@ class SimulationClock {
   Counters counters_;
 };
 
-// Most time that one call simulates, so that a slow machine does not fall behind without bound.
+// Maximum time that one call simulates, so that a slow machine does not fall behind without bound.
 inline constexpr double kMaxCatchUp_s = 0.25;
 
 }  // namespace fivepipe::sim

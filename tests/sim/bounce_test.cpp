@@ -84,8 +84,8 @@ TEST_F(SimulationBounce, BallBouncesOffARealBarAndEnergyNeverGrows) {
       simulation.advance_to(step / 240.0, silhouettes);
       const sim::ObjectState state = simulation.states()[0];
       const double now = mechanical_energy_J_kg(state, kGravity_m_s2);
-      // The bounce pays for the lift. At rest, the ball is lifted by what it fell since the last
-      // query, which is two steps.
+      // The bounce reduces the speed by the energy of the lift. At rest, the ball is lifted by its
+      // fall since the last query, which is two steps ago.
       EXPECT_LE(now, energy + kGravity_m_s2 * 0.003)
           << "restitution " << restitution << " at " << step;
       energy = now;

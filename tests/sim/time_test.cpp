@@ -48,8 +48,8 @@ TEST_F(SimulationTime, RestPositionIsIndependentOfStepSize) {
     sim::Simulation simulation(ball_over_floor(), {.step_s = step_s});
     run_frames(simulation, 0, 300, {});
     const Eigen::Vector3d p_m = ball_position_m(simulation);
-    // A body at rest sinks by what gravity moves it in one step before the contact stops it, g
-    // step^2: 11 mm at 1/30 s. Bullet pushes it out over several steps.
+    // A body at rest sinks for one step before the contact stops it, by g step^2: 11 mm at 1/30 s.
+    // Bullet pushes it out over several steps.
     EXPECT_NEAR(p_m.z(), kBallRadius_m, 1e-3 + 9.81 * step_s * step_s) << step_s;
     EXPECT_NEAR(p_m.head<2>().norm(), 0, 1e-3) << step_s;
     EXPECT_LT(simulation.states()[0].velocity_world_m_s.norm(), 0.02) << step_s;

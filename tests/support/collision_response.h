@@ -11,7 +11,7 @@ inline constexpr double kRealRadius_m = 0.05, kVirtualRadius_m = 0.04;
 inline constexpr double kFlatness_m = 0.02 * kVirtualRadius_m;
 inline constexpr double kField_m = 0.16;
 inline constexpr int kImage_px = 320;
-inline constexpr double kScanStep_m = 1e-5;  // what counts as exact: 0.01 mm
+inline constexpr double kScanStep_m = 1e-5;  // results within 0.01 mm of the truth count as exact
 inline constexpr double kFootprint_m = kField_m / kImage_px;
 
 // A hull with the top face z = 0. All cameras are in this plane and see it edge-on at the centre of
@@ -77,8 +77,8 @@ class ResponseTest : public GlTest {
     return respond_to({rp_object_m_, std::nullopt, {true, true}, kFlatness_m}, config);
   }
 
-  // Returns the distance from CP_obj of the farthest inside point on V_rec, up to reach_m in steps
-  // of kScanStep_m.
+  // Returns the distance from CP_obj of the farthest point on V_rec that is inside, up to reach_m
+  // in steps of kScanStep_m.
   template <typename Inside>
   double exit_m(const collision::Response& response, double reach_m, Inside inside) const {
     for (double t_m = reach_m; t_m > 0; t_m -= kScanStep_m)

@@ -44,7 +44,7 @@ inline std::vector<hull::Silhouette> hand_like() {
   return silhouettes_of(object, ring(4, 1.2, 0.6, 300, 0.5));
 }
 
-// The pose of a sheet of 2 m x 2 m (geometry::curtain_mesh()) that lies flat through the hand.
+// The pose that puts a sheet of 2 m x 2 m (geometry::curtain_mesh()) horizontally through the hand.
 inline Eigen::Isometry3d sheet_through_the_hand() {
   Eigen::Isometry3d world_from_sheet = at({0, 1, 0.002});
   world_from_sheet.linear() =
@@ -84,7 +84,7 @@ inline std::vector<collision::Triangle> random_triangles(Random& random, int cou
   return triangles;
 }
 
-// Returns whether a collision point lies within distance_m of p_world_m.
+// Returns whether a collision point is within distance_m of p_world_m.
 inline bool has_point_near(const collision::ObjectCollision& collision,
                            const Eigen::Vector3d& p_world_m, double distance_m) {
   return std::any_of(collision.points.begin(), collision.points.end(),

@@ -16,7 +16,8 @@
 
 namespace fivepipe::test {
 
-// Depth of one rect by a backend that takes a list of rects. The plane sweep also takes its range.
+// Returns the depth of one rect by a backend that accepts a list of rects. The plane sweep also
+// needs its range.
 template <class Backend, class... Range>
 hull::DepthTile depth_of(Backend& backend, const hull::PixelRect& rect, const hull::View& view,
                          const Range&... range) {
@@ -73,7 +74,7 @@ inline int expect_reference(const hull::DepthTile& tile,
   return hits;
 }
 
-// One backend. set_silhouettes() comes before depth().
+// One backend. Call set_silhouettes() before depth().
 struct HullBackend {
   virtual ~HullBackend() = default;
   virtual void set_silhouettes(std::span<const hull::Silhouette> silhouettes) = 0;

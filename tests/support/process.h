@@ -1,4 +1,5 @@
-// Runs programs for tests and always ends them. Runs deployments with the real `fivepipe up`.
+// Runs programs for tests and ends them in the destructor. Runs deployments with the real `fivepipe
+// up`.
 #pragma once
 #include <sys/types.h>
 
@@ -23,6 +24,7 @@ class Program {
   Program& operator=(const Program&) = delete;
 
   pid_t pid() const { return pid_; }
+  // Writes the keys to the program's stdin; requires typed_to.
   void type(const std::string& keys) const;
   void signal(int number) const;
   // Returns the exit code, or 128 plus the signal; nullopt if the program still runs after
@@ -43,8 +45,9 @@ class Deployed {
   Deployed(const std::string& deployment, std::uint32_t domain, const std::filesystem::path& out,
            const std::vector<std::string>& more = {});
 
-  // The node's current process; nullopt if there is none.
+  // Returns the node's current process; nullopt if there is none.
   std::optional<pid_t> pid_of(const std::string& node) const;
+  // Returns the child processes of `fivepipe up` that have not ended.
   std::vector<pid_t> all_children() const;
   pid_t pid() const { return program_.pid(); }
 

@@ -1,4 +1,4 @@
-// Gives each test process its own DDS domain, so that concurrent tests do not see each other.
+// Assigns each test process its own DDS domain, so that concurrent tests do not see each other.
 #pragma once
 #include <unistd.h>
 

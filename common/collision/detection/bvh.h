@@ -37,8 +37,9 @@ class Bvh {
   void refit(std::span<const Eigen::Vector3d> vertices_m);
 
   const geometry::Mesh& mesh() const { return mesh_; }
+  // Origin of the tree's coordinates, in the object's frame.
   const Eigen::Vector3d& origin_m() const { return origin_m_; }
-  // Radius of a ball about the origin that contains every triangle.
+  // Radius of a ball about origin_m() that contains every triangle.
   double radius_m() const { return radius_m_; }
 
   int leaves() const { return int(leaves_.size()); }

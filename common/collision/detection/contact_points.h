@@ -10,7 +10,8 @@
 
 namespace fivepipe::collision {
 
-// The n * n samples of a part of a triangle: the centers of its cells.
+// The n * n samples of a part of a triangle: the centers of its cells. All vectors are in the world
+// frame.
 //
 //        /\          Row r = 0 ... n - 1, from the bottom, starts at
 //       /__\         origin_world_m + (b + (r + 1/3) step) per_b_m.
@@ -26,7 +27,7 @@ struct SampledPart {
 class ContactPoints {
  public:
   void clear();
-  // Points added from now on belong to the next triangle.
+  // Starts the next triangle: the points of later add() calls belong to it.
   void begin_triangle() { first_run_ = runs_.size(); }
   // The current triangle's first run, for write().
   std::size_t first_run() const { return first_run_; }
@@ -36,7 +37,7 @@ class ContactPoints {
   void add(const SampledPart& part);
   // Number of points of all triangles.
   std::size_t size() const { return size_; }
-  // The last point; requires size() > 0.
+  // The last point [world, m]; requires size() > 0.
   Eigen::Vector3d back() const;
 
   // Writes the `count` points of the triangle that starts at `first_run` to `points`, in the order

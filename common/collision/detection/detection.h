@@ -56,7 +56,7 @@ struct ObjectCollision {
   std::vector<std::uint32_t> undecided;
   // Collision points, by ascending triangle.
   std::vector<CollisionPoint> points;
-  // `points` are a subset of the samples in the hull, or lie farther apart than spacing_m.
+  // `points` are a subset of the samples in the hull, or are farther apart than spacing_m.
   bool truncated = false;
   // The object does not collide, but its bounding box may contain a part of the hull. A closed
   // object may then enclose that part.
@@ -72,8 +72,8 @@ struct DetectionOptions {
   // backend computes the verdict alone and returns one collision point per colliding triangle.
   double spacing_m = 3e-3;
   // Maximum number of collision points per object, > 0. A larger set is subsampled evenly, and the
-  // point farthest from rp_object_world_m is kept. An object with kMaxFoundPerPoint times as many
-  // points is sampled again at twice the spacing, so that memory stays bounded.
+  // point farthest from rp_object_world_m is kept. An object with more than kMaxFoundPerPoint times
+  // as many points is sampled again at twice the spacing, so that memory stays bounded.
   std::size_t max_points = 4096;
 };
 
@@ -86,9 +86,9 @@ struct DetectionObject {
   Eigen::Vector3d rp_object_world_m = Eigen::Vector3d::Zero();
 };
 
-// A thousandth of what the maps resolve at the working distance.
+// Smallest eps_m: a thousandth of the maps' resolution at the working distance.
 inline constexpr double kMinEps_m = 1e-6;
-// Ratio of found to returned points at which an object is sampled again (max_points).
+// Ratio of found to returned points above which an object is sampled again (max_points).
 inline constexpr std::size_t kMaxFoundPerPoint = 64;
 
 // Totals since the detector was made.
@@ -103,7 +103,7 @@ class CollisionDetector {
  public:
   virtual ~CollisionDetector() = default;
   // Sets the hull that detect() tests, and its silhouettes. The detector borrows both until the
-  // next call. Throws std::invalid_argument if the backend does not support them.
+  // next call of set_hull(). Throws std::invalid_argument if the backend does not support them.
   virtual void set_hull(const hull::HullQuery& query,
                         std::span<const hull::Silhouette> silhouettes) = 0;
   // Returns one result per object, in the given order. The span belongs to the detector and is

@@ -11,7 +11,7 @@ namespace fivepipe::collision {
 
 using Triangle = std::array<Eigen::Vector3d, 3>;  // world [m]
 
-// The mesh's triangles in the world, in the mesh's order.
+// Returns the mesh's triangles in the world [m], in the mesh's order.
 std::vector<Triangle> world_triangles(const geometry::Mesh& mesh,
                                       const Eigen::Isometry3d& world_from_object);
 
@@ -23,7 +23,7 @@ std::vector<Triangle> world_triangles(const geometry::Mesh& mesh,
 //          |   /    \    |   by the height / v: the paper's x/u by y/v.
 //          |  /      \   |
 //          | /        \  |   A degenerate triangle (collinear, or with a zero edge) covers its half
-//   y = 0  base0---base1 +   too: its samples lie on its longest edge, or all at one point.
+//   y = 0  base0---base1 +   too: its samples are on its longest edge, or all at one point.
 //
 // The view depends on the set of vertices alone: every permutation gives the same bits.
 struct TriangleView {
@@ -31,15 +31,16 @@ struct TriangleView {
   double apex_x = 0.5;      // 0..1
   bool degenerate = false;  // height below kDegenerateHeight of the longest edge
 };
+// Returns the view of a triangle in the world [m].
 TriangleView view_of(const Triangle& triangle);
 
 // Ratio of height to longest edge below which coordinates in double do not distinguish a triangle
 // from a line.
 inline constexpr double kDegenerateHeight = 1e-12;
 
-// The world point [m] at (x, y) of the square. Clamps points outside the triangle to its border: a
-// rasteriser that snaps vertices to 1/256 px covers some of them, and each becomes a point of the
-// triangle.
+// Returns the world point [m] at (x, y) of the square. Clamps points outside the triangle to its
+// border: a rasteriser that snaps vertices to 1/256 px covers some of them, and each becomes a
+// point of the triangle.
 Eigen::Vector3d point_at(const TriangleView& view, double x, double y);
 
 }  // namespace fivepipe::collision

@@ -1,6 +1,6 @@
-// Sources: the point of a convex polyhedron nearest to an outside point lies on a face that faces
-// it (Ericson, Real-Time Collision Detection, 5.1). Branch and bound finds the nearest of many
-// candidates, over halved rectangles of pixels and over octants.
+// Sources: the point of a convex polyhedron nearest to an outside point is on a face that faces
+// this point (Ericson, Real-Time Collision Detection, 5.1). Branch and bound finds the nearest of
+// many candidates, over halved rectangles of pixels and over octants.
 #include "common/collision/oracle/distance_reference.h"
 
 #include <algorithm>
@@ -88,7 +88,7 @@ double HullDistance::Cone::to_pyramid_m(const Vector3d& q, const hull::PixelRect
     return world_from_camera *
            Vector3d((u - 0.5 - k.cx_px) / k.fx_px, (v - 0.5 - k.cy_px) / k.fy_px, 1);
   };
-  // Faces around the pyramid: left, top, right, bottom. Edge i lies between faces i and i + 1.
+  // Faces around the pyramid: left, top, right, bottom. Edge i is between faces i and i + 1.
   const std::array<Vector3d, 4> inward = {column_normals[r.u0_px], row_normals[r.v0_px],
                                           -column_normals[r.u1_px], -row_normals[r.v1_px]};
   const auto edge = [&](int i) {
@@ -141,8 +141,8 @@ bool HullDistance::Cone::contains(const Vector3d& p_world_m) const {
                                                      k.fy_px * p.y() / p.z() + k.cy_px);
 }
 
-// The shortest way leaves the image's pyramid, and so reaches points behind the camera too, or
-// leads to another pixel in it.
+// The nearest point outside the cone is outside the image's pyramid, and then possibly behind the
+// camera, or on another pixel in the pyramid.
 double HullDistance::Cone::depth_m(const Vector3d& p_world_m, double at_most_m) const {
   const Vector3d q = p_world_m - center_world_m;
   const double columns_m = std::min(column_normals.front().dot(q), -column_normals.back().dot(q));

@@ -1,6 +1,6 @@
-// Depth of a point in the visual hull, or its distance from it, exact to rounding (design,
-// "Triangles": depth and clearance). For tests and benchmarks. Computes in double and shares no
-// code with the free and solid radii of HullQuery. Uses the hull rule Limits::all.
+// Depth of a point in the visual hull, or its distance from it, exact to rounding. For tests and
+// benchmarks. Computes in double and shares no code with the free and solid radii of HullQuery.
+// Uses the hull rule Limits::all.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -21,19 +21,20 @@ class HullDistance {
  public:
   explicit HullDistance(std::span<const hull::Silhouette> silhouettes);
 
-  // The minimum over the cameras of the signed distance [m] to the border of the camera's visual
-  // cone: positive inside, negative outside, exact to rounding. Inside the hull it is the exact
-  // distance to the hull's complement. Outside it, the hull is at least as far as its negative, and
-  // often farther. It changes by at most the distance between two points. Returns minus infinity if
-  // there is no camera, a camera has no object pixel, or a number is not finite.
+  // Returns the minimum over the cameras of the signed distance [m] to the border of the camera's
+  // visual cone: positive inside, negative outside, exact to rounding. Inside the hull it is the
+  // exact distance to the hull's complement. Outside, the distance to the hull is at least the
+  // negated result, and often larger. Between two points the result changes by at most their
+  // distance. Returns minus infinity if there is no camera, a camera has no object pixel, or a
+  // number is not finite.
   double signed_m(const Eigen::Vector3d& p_world_m) const;
-  // Distance from a hull point to the hull's complement; 0 outside the hull.
+  // Returns the distance from a hull point to the hull's complement; 0 outside the hull.
   double depth_m(const Eigen::Vector3d& p_world_m) const;
-  // Certain bounds of the distance to the hull. They usually differ by at most tolerance_m (> 0).
-  // They are farther apart if the nearest part of the hull, or a gap near it, is thinner than that,
-  // or if the search reaches kMaxClearanceCells. Returns {cap_m, infinity} if the distance is
-  // certainly above cap_m, {0, 0} inside the hull, and {0, infinity} for a point that is not
-  // finite.
+  // Returns certain bounds of the distance to the hull. They usually differ by at most tolerance_m
+  // (> 0). They are farther apart if the nearest part of the hull, or a gap near it, is thinner
+  // than that, or if the search reaches kMaxClearanceCells. Returns {cap_m, infinity} if the
+  // distance is certainly above cap_m, {0, 0} inside the hull, and {0, infinity} for a point that
+  // is not finite.
   Clearance clearance_m(const Eigen::Vector3d& p_world_m, double cap_m, double tolerance_m) const;
 
   std::span<const hull::Silhouette> silhouettes() const { return silhouettes_; }
@@ -61,9 +62,9 @@ class HullDistance {
     // that is farther.
     double to_pixels_m(const Eigen::Vector3d& q_world_m, bool object, double at_most_m) const;
     bool contains(const Eigen::Vector3d& p_world_m) const;
-    // Of a point that projects to an object pixel.
+    // Depth of a point that projects to an object pixel.
     double depth_m(const Eigen::Vector3d& p_world_m, double at_most_m) const;
-    // Of a point that does not.
+    // Distance of a point that does not project to an object pixel.
     double distance_m(const Eigen::Vector3d& p_world_m) const;
   };
   std::span<const hull::Silhouette> silhouettes_;
@@ -71,7 +72,7 @@ class HullDistance {
   bool usable_ = false;
 };
 
-// Maximum number of cells of a clearance search; takes several seconds.
+// Maximum number of cells of a clearance search, which then takes several seconds.
 inline constexpr int kMaxClearanceCells = 100'000;
 
 }  // namespace fivepipe::collision

@@ -22,8 +22,8 @@ struct Split {
   WeightPolygon below, above;
 };
 
-// A polygon wholly on the line counts as above it, because a pixel contains its left and upper
-// border.
+// A polygon wholly on the line counts as above the line, because a pixel contains its left and
+// upper border.
 Split split(const WeightPolygon& polygon, const Line& line) {
   Split parts;
   bool any_below = false, any_above = false;
@@ -114,8 +114,8 @@ struct TriangleInImage {
   }
 
   // Appends the parts of the polygon on object pixels. Sweeps down the rows and treats rows with
-  // the same runs as one. Does not clip at the rectangle's own borders: a plane seen edge-on,
-  // exactly on a border between pixels, falls on either side by rounding, and all of it counts.
+  // the same runs as one. Does not clip at the rectangle's own borders: rounding decides on which
+  // side of a border between pixels a plane seen edge-on falls, and all of the polygon counts.
   void accept_object(const WeightPolygon& polygon, std::vector<WeightPolygon>& accepted) const {
     WeightPolygon rest = in_image(polygon);
     const hull::PixelRect box = bounds(rest);

@@ -1,7 +1,7 @@
 // Exact reference for triangles: maps each camera's object pixels onto the triangle by the
-// homography of its plane, and intersects the polygons of all cameras (design, "Exact reference").
-// Computes in double, favours clarity over speed, and shares no code with the backends that the
-// tests compare with it. Uses the hull rule Limits::all. With a silhouette that is not finite the
+// homography of its plane, and intersects the polygons of all cameras. Computes in double, favours
+// clarity over speed, and shares no code with the backends that the tests compare with it. Uses the
+// hull rule Limits::all. With a silhouette that is not finite the hull is empty.
 // hull is empty.
 #pragma once
 #include <span>
@@ -20,19 +20,19 @@ inline constexpr double kReferenceNearest_m = 1e-9;
 // of a point sum to 1.
 using WeightPolygon = std::vector<Eigen::Vector3d>;
 
-// The vertices in lexicographic order, which makes all results independent of the given order, to
-// the bit.
+// Returns the vertices in lexicographic order, which makes all results independent of the given
+// order, to the bit.
 Triangle sorted(const Triangle& triangle);
 
-// Returns polygons with disjoint interiors whose union is the intersection of hull and triangle. It
-// is exact to 1e-15 of the triangle's longest edge and to the rounding of in_hull(). A contact
-// without area may be missing, or may appear with an area of rounding size. A triangle without area
-// (collinear, or a point) is a normal case: its polygons have an area in weights. Throws
-// std::invalid_argument if a vertex is not finite.
+// Returns polygons with disjoint interiors whose union is the intersection of hull and triangle.
+// The union is exact to 1e-15 of the triangle's longest edge and to the rounding of in_hull(). A
+// contact without area may be missing, or may appear with an area of rounding size. A triangle
+// without area (collinear, or a point) is a normal case: its polygons have an area in weights.
+// Throws std::invalid_argument if a vertex is not finite.
 std::vector<WeightPolygon> weights_in_hull(std::span<const hull::Silhouette> silhouettes,
                                            const Triangle& triangle);
 
-// The same polygons in the world [m].
+// Returns the polygons of weights_in_hull() as world points [m].
 std::vector<std::vector<Eigen::Vector3d>> hull_on_triangle(
     std::span<const hull::Silhouette> silhouettes, const Triangle& triangle);
 
@@ -47,6 +47,7 @@ struct TriangleTruth {
   Eigen::Vector3d deepest_world_m = Eigen::Vector3d::Zero();
   double deepest_m = 0, deepest_at_most_m = 0;
 };
+// Throws std::invalid_argument if a vertex is not finite.
 TriangleTruth triangle_truth(const HullDistance& hull, const Triangle& triangle);
 
 // Bound of the rounding error of an area fraction: the sum of several thousand pieces, each exact
@@ -54,8 +55,8 @@ TriangleTruth triangle_truth(const HullDistance& hull, const Triangle& triangle)
 inline constexpr double kRoundingOfArea = 1e-10;
 // The search for the deepest point ends within 10 um and 1 %, a tenth of the smallest eps_m in use.
 inline constexpr double kDepthTolerance_m = 1e-5, kDepthToleranceFraction = 0.01;
-// Limit for a triangle along the hull's surface, where a whole area of points is deepest; takes
-// about a second.
+// Maximum number of cells of the search for the deepest point. A triangle along the hull's surface
+// reaches it after about a second, because a whole area of its points is deepest.
 inline constexpr int kMaxDepthCells = 100'000;
 
 }  // namespace fivepipe::collision

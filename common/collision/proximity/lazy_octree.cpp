@@ -15,8 +15,8 @@ constexpr double kRoundings = 64 * std::numeric_limits<double>::epsilon();
 // Octants that a thread allocates at once.
 constexpr std::size_t kChunkSize = 256;
 
-// Returns whether the rectangle has no object pixel. It must lie in the object's bounds. Steps from
-// each pixel over the empty box ahead of it.
+// Returns whether the rectangle has no object pixel. The rectangle must be inside the object's
+// bounds. Steps from each pixel over the empty box ahead of it.
 bool is_empty_rect(const hull::SkipMap& skip_map, const hull::PixelRect& rect) {
   for (int v = rect.v0_px; v < rect.v1_px;) {
     int rows = rect.v1_px - v;
@@ -188,7 +188,7 @@ LazyOctree::Octants& LazyOctree::octants(const Cube& cube, double half_edge_m, i
   }
   Octants* first = nullptr;
   if (!cube.octants->compare_exchange_strong(first, &made, std::memory_order_acq_rel))
-    return *first;  // another thread was faster, with the same values; reuse ours later
+    return *first;  // another thread stored the same values first; ours are reused later
   --state.left;
   return made;
 }

@@ -1,13 +1,13 @@
-// Lazy octree over the space around a hull. Each cube is tested once: is it certified free of the
-// hull, and is its centre in the hull?
+// Lazy octree over the space around a hull. One test per cube determines whether the cube is
+// certified free of the hull and whether its centre is in the hull.
 //
 // The roots are a lattice of cubes aligned with the world's origin. A search splits a cube into
 // octants on demand. The verdict on a cube depends only on the hull and the cube, so all searches
 // share the cubes and the order of the searches does not matter.
 //
 // A cube is free if some camera has no object pixel in the pixel rectangle that bounds the cube's
-// projection. Unlike is_certainly_free (box_query.h), the test supports both hull rules, bounds its
-// rounding errors, and its verdict is kept.
+// projection. Unlike is_certainly_free (box_query.h), the test supports both hull rules and bounds
+// its rounding errors, and the octree keeps its verdict.
 #pragma once
 #include <array>
 #include <atomic>
@@ -57,7 +57,8 @@ class CubeQuery {
 class LazyOctree {
  public:
   struct Octants;
-  // Refers to a cube's octants once they have been tested. The thread that was first owns them.
+  // Points to a cube's octants; null until they have been tested. The first thread to test them
+  // owns them.
   using OctantsPtr = std::atomic<Octants*>;
   struct Octants {
     std::array<OctantsPtr, 8> children{};    // index bits 0, 1, 2: the half towards +x, +y, +z
@@ -70,6 +71,8 @@ class LazyOctree {
   };
   using Neighborhood = std::vector<Cube>;  // at most eight; empty: all cubes are free
 
+  // Borrows the query's hull, which must outlive this object. threads: number of threads of the
+  // WorkerPool whose tasks call it.
   LazyOctree(const hull::HullQuery& query, double root_edge_m, int threads);
 
   // Returns the lattice cubes that may hold hull points within half of root_edge_m of p. `thread`

@@ -31,7 +31,7 @@ constexpr double kApproachTolerance = 0.125;
 constexpr double kInitialLeafSize = 1;
 
 // Edge of the lattice cubes, and largest half extent of a piece of a triangle, in caps. A piece and
-// the cap around it lie within half an edge of the piece's center.
+// the cap around it are within half an edge of the piece's center.
 constexpr double kRootEdge_caps = 4, kPiece_caps = 0.9;
 
 template <class Work>
@@ -89,8 +89,8 @@ struct HullProximity::Search {
   class Nearest;
 };
 
-// Searches the hull's nearest point to one shape. The shape and the cap around it must lie in the
-// lattice cubes around its center.
+// Searches the hull's nearest point to one shape. The shape and the cap around it must be inside
+// the lattice cubes around the shape's center.
 template <class Shape>
 class HullProximity::Search::Nearest {
  public:
@@ -107,8 +107,8 @@ class HullProximity::Search::Nearest {
   }
 
   // Iterative deepening: searches depth first, nearest cube first, down to a cube size; then
-  // continues with the remaining cubes down to half that size, and so on. Small cubes are worth
-  // opening only after hull points are known.
+  // continues with the remaining cubes down to half that size, and so on. Opening small cubes pays
+  // off only after the search has found hull points.
   Proximity operator()() {
     const double finest_m = kFinestCube * options_.tolerance_m / 2,
                  root_m = search_.cells.root_edge_m() / 2;
@@ -227,7 +227,7 @@ class HullProximity::Search::Nearest {
 };
 
 // Answers queries that need no search: the point is not finite, the hull is empty or unusable, or
-// the point is too far out for the lattice.
+// the point is too far from the origin for the lattice.
 std::optional<Proximity> HullProximity::Search::trivial_proximity(const Vector3d& p_world_m) const {
   if (!p_world_m.allFinite() || query.hull().unusable()) return kUnknown;
   if (query.hull().empty()) return kEmptyHull;

@@ -13,16 +13,18 @@ struct Recovery {
   HullExit exit;
 };
 
-// The paper's method: the normal from the points I, J, K, L where the edges of ABC and DAE enter
-// the hull. Computes these points exactly by rays, or by sampling if config.search is sampled.
+// Returns the normal by the paper's method, from the points I, J, K, L where the edges of ABC and
+// DAE enter the hull. Computes these points exactly by rays, or by sampling if config.search is
+// sampled.
 HullNormal four_point_normal(const hull::HullQuery& query, const Recovery& recovery,
                              const ResponseConfig& config);
 
-// Closed form: the plane through the tangent of the silhouette whose camera limits the hull at the
-// exit (docs/collision.md).
+// Returns the normal in closed form: that of the plane through the tangent of the silhouette whose
+// camera limits the hull at the exit (docs/collision.md).
 HullNormal closed_form_normal(const hull::HullQuery& query, const Recovery& recovery);
 
-// 45 degrees. A normal with a larger error describes the surface less well than V_rec does.
+// Maximum error of a defined normal: 45 degrees. A normal with a larger error describes the surface
+// less well than V_rec does.
 inline constexpr double kMaxNormalError_rad = 0.7853981634;
 
 }  // namespace fivepipe::collision

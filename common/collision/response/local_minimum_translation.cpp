@@ -21,10 +21,10 @@ constexpr std::size_t kMaxPoints = 48;
 constexpr double kFirstTilt_rad = 0.7, kLastTilt_rad = 0.03;
 constexpr int kRing = 8;
 // If points still collide after a translation, it is extended by their residual, at most this
-// often. Each extension adds a slack, because surface points between the collision points lie a
+// often. Each extension adds a slack, because surface points between the collision points are a
 // little deeper.
 constexpr int kMaxExtensions = 2, kMaxExtensionsOfResponse = 4;
-// At most 0.5 mm, less than a pixel.
+// Slack of an extension, by index: at most 0.5 mm, less than a pixel footprint.
 double slack_m(int extension) { return kMaxRounding_m * std::pow(8.0, extension); }
 
 class Descent {

@@ -4,8 +4,8 @@
 // The translation along a direction is at least as long as the farthest first exit of a collision
 // point along it. The search starts at V_rec and tries the normals of the hull's border at these
 // exits, then a ring of directions around the best one with a decreasing angle (pattern search:
-// Hooke and Jeeves, 1961). A translation counts only if the caller's requery confirms that nothing
-// collides after it. The result is not claimed to be the global minimum.
+// Hooke and Jeeves, 1961). A translation counts only if the caller's requery confirms that the
+// object is free after it. The result is not claimed to be the global minimum.
 #pragma once
 #include "common/collision/response/response.h"
 
@@ -26,7 +26,7 @@ struct LocalMinimumTranslation {
   LocalMinimumTranslationStatus status = LocalMinimumTranslationStatus::none_verified;
   // Valid unless none_verified: no collision point remains after this translation. At most as long
   // as clear_distance_m() + residual_m of the response, plus one pixel footprint if surface points
-  // between the collision points lie deeper.
+  // between the collision points are deeper.
   Eigen::Vector3d translation_world_m = Eigen::Vector3d::Zero();
   double length_m = 0;  // of the translation
   int requeries = 0;

@@ -13,15 +13,15 @@ namespace fivepipe::collision {
 // order in which points are given.
 bool precedes(const CollisionPoint& a, const CollisionPoint& b);
 
-// CP_obj: the point farthest from RP_obj. If equally_far_m > 0, the points nearer by at most that
-// count as equally far, and the one deepest towards RP_obj is taken. precedes() breaks ties.
-// Requires at least one point.
+// Returns CP_obj: the point farthest from RP_obj. If equally_far_m > 0, the points nearer by at
+// most that count as equally far, and CP_obj is the one deepest towards RP_obj. precedes() breaks
+// ties. Requires at least one point. The result refers to an element of `points`.
 const CollisionPoint& cp_object(const hull::HullQuery& query,
                                 std::span<const CollisionPoint> points,
                                 const Eigen::Vector3d& rp_world_m, double equally_far_m = 0);
 
-// Where a ray leaves the hull. contains() is true at distance_m - error_m and false at
-// distance_m + error_m, or error_m is kMaxRounding_m. A sampled exit lies between distance_m and
+// The exit of a ray from the hull. contains() is true at distance_m - error_m and false at
+// distance_m + error_m, or error_m is kMaxRounding_m. A sampled exit is between distance_m and
 // distance_m + error_m.
 struct HullExit {
   double distance_m = 0, error_m = 0;
@@ -41,7 +41,7 @@ std::optional<HullExit> exit_outward(const hull::HullQuery& query, const Eigen::
 std::optional<HullExit> exit_from_base(const hull::HullQuery& query,
                                        const Eigen::Vector3d& p_world_m,
                                        const Eigen::Vector3d& direction_world, double reach_m);
-// As exit_from_base(), sampled in `samples` steps as in the paper.
+// As exit_from_base(), but samples the line in `samples` steps as in the paper.
 std::optional<HullExit> exit_sampled(const hull::HullQuery& query, const Eigen::Vector3d& p_world_m,
                                      const Eigen::Vector3d& direction_world, double reach_m,
                                      int samples);

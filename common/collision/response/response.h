@@ -27,7 +27,7 @@ namespace fivepipe::collision {
 // move_world_m. The caller chooses the backend.
 using Requery = std::function<ObjectCollision(const Eigen::Vector3d& move_world_m)>;
 
-// Which border of the hull on V_rec is CP_hull.
+// The border of the hull on V_rec that becomes CP_hull.
 enum class HullSearch {
   from_reference,  // the first hull point from the base towards CP_obj; exact
   // The first exit from CP_obj towards the base; exact. It is nearer if the hull is not convex.
@@ -52,9 +52,10 @@ struct ResponseRequest {
   // Direction given by the simulation, of any length; RP_obj - CP_obj if absent.
   std::optional<Eigen::Vector3d> v_rec_world;
   RequestedNormals normals = {};
-  // Collision points nearer to RP_obj than the farthest by at most this count as equally far; the
-  // one deepest in the hull towards RP_obj is taken. Balls need it: all their points are equally
-  // far except for the flatness of the triangles, so the farthest may lie at the contact's rim.
+  // Collision points nearer to RP_obj than the farthest by at most this count as equally far;
+  // CP_obj is the one deepest in the hull towards RP_obj. A ball needs a positive value: all its
+  // points are equally far except for the flatness of the triangles, so the farthest may be at the
+  // contact's rim.
   double equally_far_m = 0;
 };
 
@@ -63,12 +64,12 @@ enum class RecoveryStatus {
   recovered,
   // After the same move, the residual is larger: the object has another contact.
   still_colliding,
-  // RP_obj is in the hull, so that the search has no start. Not returned if V_rec is given or the
-  // search is outward.
+  // RP_obj is in the hull, so the search has no start. Not returned if V_rec is given or the search
+  // is outward.
   reference_inside,
-  no_exit_within_reach,  // the base of ABC is in the hull; outward: no exit lies before the base
+  no_exit_within_reach,  // the base of ABC is in the hull; outward: no exit is before the base
   direction_undefined,   // V_rec is zero or not finite
-  // No hull point is on the surface; the hull may still lie wholly inside the object.
+  // No hull point is on the surface; the hull may still be wholly inside the object.
   no_collision_point
 };
 
@@ -103,7 +104,7 @@ struct Response {
   // Exact search: contains() changes within this distance of d_rec_m. Sampled: the hull ends
   // before d_rec_m + d_rec_error_m.
   double d_rec_error_m = 0;
-  // Largest pixel of the cameras at CP_hull: the maps resolve nothing finer.
+  // Footprint of the cameras' largest pixel at CP_hull, the resolution of the maps there.
   double pixel_footprint_m = 0;
   // Distance along V_rec, after the move, until each of remaining_points has been outside; at most
   // the reach of the search.
@@ -111,8 +112,10 @@ struct Response {
   std::vector<CollisionPoint> remaining_points;  // CP_i after the move by clear_distance_m()
   HullNormal four_points, closed_form;
 
-  // The move that takes CP_obj out of the hull. D_rec alone ends on the hull's border.
+  // Length of the move along V_rec that takes CP_obj out of the hull. D_rec alone ends on the
+  // hull's border.
   double clear_distance_m() const { return d_rec_m + d_rec_error_m; }
+  // Largest residual of a recovered object: the error of the exit plus one pixel footprint.
   double indifferent_m() const { return d_rec_error_m + pixel_footprint_m; }
   bool has_exit() const {
     return status == RecoveryStatus::recovered || status == RecoveryStatus::still_colliding;

@@ -81,7 +81,7 @@ long turn(const Pixel& a, const Pixel& b, const Pixel& c) {
 }
 
 // Returns the corners of the convex hull (monotone chain: Andrew, 1979). Requires pixels sorted by
-// row, then column. Returns nothing if the pixels are collinear.
+// row, then column. Returns an empty vector if the pixels are collinear.
 std::vector<Pixel> convex_hull(const std::vector<Pixel>& pixels) {
   std::vector<Pixel> corners;
   const auto chain = [&](auto first, auto last) {

@@ -52,23 +52,23 @@ struct TrackedComponent {
 
 struct ComponentTrackerOptions {
   int window_frames = 8;     // >= 3
-  double max_speed_m_s = 6;  // matching gate
-  // A longer gap between frames resets the tracker. A camera of 10 Hz may lose one frame. After
-  // more time, max_speed_m_s puts every component within reach of every other.
+  double max_speed_m_s = 6;  // > 0; matching gate
+  // A longer gap between frames resets the tracker. The default lets a camera of 10 Hz lose one
+  // frame. After more time, the limit on speed excludes hardly any match.
   double max_gap_s = 0.25;
 };
 
 class ComponentTracker {
  public:
+  // Throws std::invalid_argument if an option is out of range.
   explicit ComponentTracker(const ComponentTrackerOptions& options = {});
   // Adds the components of the next frame and returns them tracked, in the given order. Resets
   // first if time_s is not after the last frame's time or more than max_gap_s after it. Throws
   // std::invalid_argument if time_s is not finite.
   const std::vector<TrackedComponent>& add(double time_s,
                                            const std::vector<HullComponent>& components);
-  const std::vector<TrackedComponent>& components() const {
-    return components_;
-  }              // of the last add()
+  // The components of the last add().
+  const std::vector<TrackedComponent>& components() const { return components_; }
   void reset();  // forgets all frames; ids stay unique
 
  private:

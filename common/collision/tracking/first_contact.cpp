@@ -85,7 +85,7 @@ class ContactSearch {
   }
 
  private:
-  // Limit on collision points; they may lie in any component of the hull, not only the tracked one.
+  // Limit on collision points; they may be in any component of the hull, not only the tracked one.
   static constexpr std::size_t kMaxPoints = 1 << 16;
   const HullSnapshot &before_, &after_;
   const MovingObject& object_;

@@ -40,14 +40,15 @@ struct FirstContactOptions {
 
 struct FirstContact {
   double time_s;  // first time at which a contact was found
-  // There was no contact at time_s - time_error_s. 0: they touch in the previous frame.
+  // No contact was found at time_s - time_error_s. 0: component and object touch in the previous
+  // frame.
   double time_error_s;
   Eigen::Vector3d p_world_m;  // a contact point at time_s
   std::uint32_t triangle;
   bool coarse;  // the steps were longer than step_m
 };
 
-// Returns nullopt if they do not touch in [before.time_s, after.time_s]. Throws
+// Returns nullopt if component and object do not touch in [before.time_s, after.time_s]. Throws
 // std::invalid_argument if after.time_s <= before.time_s, a number is not finite, or an option is
 // out of range.
 std::optional<FirstContact> first_contact(const HullSnapshot& before, const HullSnapshot& after,

@@ -19,7 +19,7 @@ using Eigen::Vector3i;
 
 constexpr int kWordBits = 64;
 
-// One bit per cell, set if the cell is in the hull. x is fastest; each row is padded to whole
+// One bit per cell, set if the cell is in the hull. x varies fastest; each row is padded to whole
 // words.
 class CellGrid {
  public:

@@ -28,10 +28,11 @@ struct HullComponentsOptions {
   bool outlines = false;      // also compute outlines; ComponentTracker needs them for rotations
 };
 
+// Maximum number of cells in the box.
+inline constexpr std::size_t kMaxComponentCells = std::size_t{1} << 27;
 // Returns the components by descending volume. The result does not depend on the number of threads.
 // Throws std::invalid_argument if the box is empty or not finite, cell_m is not positive, the box
 // has more than kMaxComponentCells cells, or the hull's rule is not Limits::all.
-inline constexpr std::size_t kMaxComponentCells = std::size_t{1} << 27;
 std::vector<HullComponent> hull_components(const hull::HullQuery& query,
                                            const HullComponentsOptions& options);
 

@@ -21,7 +21,8 @@ constexpr double kMinSine = 0.15;
 // Largest distance of a common tangent point from the centroid [RMS size]. Rays that meet farther
 // away do not touch the same point.
 constexpr double kMaxTangentDistance_sizes = 3;
-// Fewest tangencies for the six unknowns. Fewer come from one camera, or two cameras at two times.
+// Minimum number of tangencies for the six unknowns. One camera, or two cameras at two times, have
+// fewer.
 constexpr int kMinTangencies = 24;
 // The tangent points change from step to step. After kFullSteps the fit takes half steps to prevent
 // oscillation.

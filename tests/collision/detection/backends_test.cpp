@@ -318,7 +318,7 @@ TEST_P(CertifiedBackend, GivesTheSameVerdictsOneKilometreFromTheOrigin) {
   EXPECT_FALSE(here.triangles.empty());
   EXPECT_EQ(detect(far, tree, kVerdictOnly, motion).triangles, here.triangles);
   EXPECT_EQ(detect(near, tree, kVerdictOnly, motion).verdict, CollisionVerdict::free);
-  // The mesh itself may lie far from the origin of its frame.
+  // The mesh itself may be far from the origin of its frame.
   geometry::Mesh mesh = tree.mesh();
   for (Vector3d& v : mesh.vertices_m) v -= motion.translation();
   EXPECT_EQ(detect(near, collision::Bvh(mesh), kVerdictOnly, motion).triangles, here.triangles);

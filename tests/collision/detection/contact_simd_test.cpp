@@ -1,5 +1,5 @@
 // The certified margins of contact_simd.h for one camera. The shapes graze borders of its pixels,
-// and an exact projection gives the truth.
+// and an exact projection is the reference.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -122,7 +122,7 @@ Scene random_scene(Random& random, double far_m, double radius_m, double distanc
   return {{camera, rectangles(random, width_px, height_px)}, world_from_tree, radius_m};
 }
 
-// A world point within the tree's radius whose image lies on a border between pixels, to rounding;
+// A world point within the tree's radius whose image is on a border between pixels, to rounding;
 // often on the border of the object pixels' bounds. Its depth may be far below what float can
 // represent reliably.
 Vector3d grazing_point_world(Random& random, const Scene& scene) {

@@ -101,7 +101,7 @@ TEST_F(PaperDetectionTest, AHullWhollyInsideABoxIsACandidate) {
 }
 
 TEST_F(PaperDetectionTest, CellsCertifyABoxThatOverlapsTheSilhouettesInEveryImage) {
-  // Each camera sees another ball in front of or behind the box, and nothing is in the box.
+  // Each camera sees another ball in front of or behind the box, and no ball is in the box.
   const std::vector<geometry::Camera> two = {camera_at({1, 0, 0}, 240, 0.8),
                                              camera_at({0, 1, 0}, 240, 0.8)};
   const collision::Detection detection = detect_all(

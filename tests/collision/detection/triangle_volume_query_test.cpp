@@ -52,7 +52,7 @@ TEST(TriangleView, AnyTriangleFillsTheViewport) {
     EXPECT_EQ(collision::point_at(view, 0, 0), view.base0_world_m);
     EXPECT_LT((collision::point_at(view, 1, 0) - view.base1_world_m).norm(), 1e-15);
     EXPECT_LT((collision::point_at(view, view.apex_x, 1) - view.apex_world_m).norm(), 1e-15);
-    // The view is along the normal, not sheared: the foot of the height lies under the apex.
+    // The view is along the normal, not sheared: the foot of the height is under the apex.
     const Eigen::Vector3d foot = collision::point_at(view, view.apex_x, 0);
     EXPECT_NEAR((view.apex_world_m - foot).dot(view.base1_world_m - view.base0_world_m), 0, 1e-12);
   }

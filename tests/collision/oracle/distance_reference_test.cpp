@@ -40,7 +40,7 @@ double to_pixel_m(const geometry::Pinhole& k, const Eigen::Vector3d& p, double u
 }
 
 // Computes HullDistance::signed_m() by its definition over every pixel. A frame of one pixel around
-// the image stands for its outside, which suffices because the images are narrow.
+// the image represents its outside, which suffices because the images are narrow.
 double by_every_pixel_m(std::span<const hull::Silhouette> silhouettes,
                         const Eigen::Vector3d& p_world_m) {
   double min_m = kInfinity;
@@ -138,8 +138,8 @@ TEST(HullDistance, TheBallOfTheSignedDistanceIsWhollyInOrWhollyOutOfTheHull) {
 }
 
 // Compares the bounds with the first hull points along 4000 random directions: none is nearer than
-// min_m, and the nearest is at most max_m plus what the directions miss. One of them is within 0.1
-// rad of the nearest point's direction.
+// min_m, and the nearest is at most as far as max_m plus the error of the sampled directions. One
+// of them is within 0.1 rad of the nearest point's direction.
 TEST(HullDistance, ClearanceBoundsTheDistanceToTheHull) {
   Random random(4);
   const auto silhouettes = hand_among();
@@ -181,7 +181,7 @@ TEST(HullDistance, ClearanceAgreesWithTheClosedFormOfAPyramid) {
   EXPECT_EQ(beyond_the_cap.max_m, kInfinity);
 }
 
-// The cones of two opposed cameras come close to p from both sides and meet only far above it.
+// The cones of two opposed cameras pass close to p on both sides and meet only far above it.
 TEST(HullDistance, ClearanceExceedsTheDistanceToEveryCone) {
   std::vector<hull::Silhouette> silhouettes;
   for (const double z : {-1.0, 1.0}) {

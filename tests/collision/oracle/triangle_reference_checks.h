@@ -8,8 +8,8 @@
 
 namespace fivepipe::test {
 
-// Bound of the rounding of a border's place on a triangle, in weights: about 1e-14 for cameras,
-// hull and triangle within a few metres.
+// Bound of the rounding error of a border's position on a triangle, in weights: about 1e-14 for
+// cameras, hull and triangle within a few metres.
 inline constexpr double kWeightMargin = 1e-11;
 
 // The camera with a full map.

@@ -39,7 +39,7 @@ TEST(TriangleReference, ReportsATriangleInsideTheHull) {
           .inside);
 }
 
-// The same section as of a triangle 200 times smaller in the same plane.
+// The hull's section in a large triangle equals that in a 200 times smaller one in the same plane.
 TEST(TriangleReference, FindsAHullOfOneCentimetreInATriangleOfTenMetres) {
   const auto silhouettes = silhouettes_of({ball({0.1, 0.2, 0}, 0.005)}, ring(3, 1, 0.5, 300, 0.6));
   const collision::HullDistance hull(silhouettes);
@@ -59,7 +59,7 @@ TEST(TriangleReference, AgreesWithInHullForATriangleSeenEdgeOn) {
   const std::vector<hull::Capsule> object{ball(kOrigin, 0.05), ball({0.08, 0.02, 0}, 0.02)};
   const collision::Triangle t{Eigen::Vector3d(-0.1, -0.1, 0), {0.1, -0.1, 0}, {0, 0.15, 0}};
   for (const int size_px :
-       {200, 201}) {  // The plane lies on the border between two rows, and in the middle of a row.
+       {200, 201}) {  // The plane is on the border between two rows, and in the middle of a row.
     const auto by_every_camera = silhouettes_of(object, ring(3, 1, 0, size_px, 0.5));
     EXPECT_GT(check_samples(random, by_every_camera, t, 1000), 100);
     auto by_one = silhouettes_of(object, ring(3, 1, 0.6, size_px, 0.5));
@@ -68,7 +68,7 @@ TEST(TriangleReference, AgreesWithInHullForATriangleSeenEdgeOn) {
   }
 }
 
-// On a segment, the hull is where the reference for rays finds it.
+// On a segment, the hull covers the intervals of the reference for rays.
 TEST(TriangleReference, TreatsTrianglesWithoutAreaAsSegmentsAndPoints) {
   const auto silhouettes = hand_among();
   const Eigen::Vector3d a(-0.3, -0.02, 0.01), b(0.2, 0.05, 0.03),

@@ -10,8 +10,8 @@
 namespace fivepipe::test {
 namespace {
 
-// The hull is the region left of X = -0.21 Z. If g of one vertex alone has its sign, the border
-// cuts off g_a^2 / ((g_a - g_b) (g_a - g_c)) of the area at that vertex.
+// The hull is the region left of X = -0.21 Z, with g = -0.21 Z - X > 0. If g has its sign at one
+// vertex a alone, the border cuts off g_a^2 / ((g_a - g_b) (g_a - g_c)) of the area at that vertex.
 TEST(TriangleReference, AgreesWithTheClosedFormOfAStraightSilhouetteEdge) {
   Random random(1);
   for (int i = 0; i < 500; ++i) {

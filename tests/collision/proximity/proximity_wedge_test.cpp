@@ -45,7 +45,7 @@ Wedge random_wedge(Random& random, int cameras) {
   return wedge;
 }
 
-// Exact distance to the intersection of half-spaces. The nearest point lies on a face, an edge or a
+// Exact distance to the intersection of half-spaces. The nearest point is on a face, an edge or a
 // corner, so it is the nearest projection onto one to three planes that is inside all half-spaces.
 class WedgeDistance {
  public:

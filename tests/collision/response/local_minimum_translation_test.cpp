@@ -27,7 +27,7 @@ double response_length_m(const collision::Response& response) {
   return response.clear_distance_m() + response.residual_m;
 }
 
-// Checks what holds for every result.
+// Checks the properties of every result.
 void expect_valid(const collision::LocalMinimumTranslation& result,
                   const collision::Response& response, const collision::Requery& requery) {
   EXPECT_NEAR(result.translation_world_m.norm(), result.length_m, 1e-12);
@@ -54,7 +54,7 @@ TEST_F(LocalMinimumTranslationTest, EscapesAPlaneAlongItsNormal) {
     expect_valid(result, response, requery());
     EXPECT_EQ(result.status, collision::LocalMinimumTranslationStatus::shorter_found);
     EXPECT_LT(angle_rad(result.translation_world_m, Vector3d(0, 0, 1)), 0.03);
-    // The minimum gain, and surface points between the samples.
+    // The tolerance covers the minimum gain, and surface points between the samples.
     EXPECT_NEAR(result.length_m, deepest_m, 3e-4);
     EXPECT_LT(result.requeries, 32);
   }

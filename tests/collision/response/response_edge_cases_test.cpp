@@ -1,6 +1,5 @@
-// The response's hard cases that are not in collision_response.cpp (RP_obj in the hull or at
-// CP_obj, V_rec, object in the hull, two contacts) nor in collision_response_normals.cpp (edge and
-// corner).
+// The response's hard cases that are not in response_test.cpp (RP_obj in the hull or at CP_obj,
+// V_rec, object in the hull, two contacts) nor in response_normals_test.cpp (edge and corner).
 #include <algorithm>
 
 #include "tests/support/collision_response.h"
@@ -70,8 +69,8 @@ TEST_F(ResponseEdgeCases, TiesBreakByTriangleThenPosition) {
 }
 
 TEST_F(ResponseEdgeCases, RecoveryIntoAnotherComponentIsStillColliding) {
-  // A bar above a ball. A needle stands in the ball; after the move upward, its other end is in the
-  // bar.
+  // A bar above a ball. The lower end of a needle is in the ball; after the move upward, its other
+  // end is in the bar.
   see({ball({0, 0, -0.03}, 0.02), {{-0.05, 0, 0.015}, {0.05, 0, 0.015}, 0.006}});
   const Vector3d tip(0, 0, -0.02), a(0.003, 0, 0.004), b(-0.002, 0.002, 0.004),
       c(-0.002, -0.002, 0.004);

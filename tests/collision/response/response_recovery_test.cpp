@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kExact_m = 1e-5;  // what counts as exact: 0.01 mm
+constexpr double kExact_m = 1e-5;  // results within 0.01 mm of the truth count as exact
 constexpr double kReach_m = 0.5;
 
 TEST(Recovery, ExitsEqualTheExactReferenceOnRandomScenes) {

@@ -171,8 +171,8 @@ TEST_F(ResponseTest, OneNoisyPixelMovesTheObjectByAtMostAPixel) {
       place(rp_object_m_);
       ASSERT_TRUE(collision_.colliding());
       const collision::Response after = respond_by_default();
-      // CP_obj may be another sample of the same contact. The distance along V_rec changes by what
-      // the pixel removes or adds.
+      // CP_obj may be another sample of the same contact. The distance along V_rec changes by the
+      // part of the hull that the pixel removes or adds.
       const double pixel_m = std::numbers::sqrt2 * kFootprint_m * (1 + kRealRadius_m);
       const Eigen::Vector3d moved = after.clear_distance_m() * after.v_rec_world -
                                     before.clear_distance_m() * before.v_rec_world;

@@ -73,8 +73,8 @@ inline void write_file(const std::filesystem::path& path, mcap::ByteView bytes) 
       .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
 }
 
-// Channels 1 and 2 have schema 1, channel 3 has none. Stamps rise by 1..9 ns; payloads have 0..299
-// compressible bytes.
+// Channels 1 and 2 have schema 1, channel 3 has none. Timestamps rise by 1..9 ns; payloads have
+// 0..299 compressible bytes.
 struct Recording {
   std::vector<OwnMessage> messages;     // in the order of the file
   std::vector<std::size_t> chunk_ends;  // message counts, by chunk

@@ -155,7 +155,7 @@ inline std::string violated_invariant(const std::filesystem::path& path,
   std::vector<OwnMessage> of_repaired;
   if (const std::string broken = read_all(repaired, of_repaired); !broken.empty())
     return "repaired file: " + broken;
-  // Messages of a moved chunk now follow others with the same stamp.
+  // In the repaired file, messages of a moved chunk follow others with the same timestamp.
   const auto by_all = [](const OwnMessage& a, const OwnMessage& b) {
     return std::tie(a.log_stamp_ns, a.channel, a.sequence, a.publish_stamp_ns, a.payload) <
            std::tie(b.log_stamp_ns, b.channel, b.sequence, b.publish_stamp_ns, b.payload);

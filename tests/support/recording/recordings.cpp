@@ -58,7 +58,7 @@ std::unique_ptr<Program> RecordingTest::recorder(const std::filesystem::path& fi
   std::vector<std::string> words = {"record", "-o", file.string()};
   words.insert(words.end(), options.begin(), options.end());
   auto program = fivepipe("record", words);
-  // It makes its readers first, its status last.
+  // The recorder creates its readers first and the writer of its status last.
   EXPECT_TRUE(eventually(bus_, 20s, [&] {
     return takes_part("recorder", true, {bus::topics::NodeStatus::name});
   })) << program->said();

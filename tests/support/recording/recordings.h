@@ -19,9 +19,9 @@
 namespace fivepipe::test {
 
 using Payload = std::vector<std::byte>;
-using Stamped = std::pair<std::int64_t, Payload>;  // source stamp and message
+using Stamped = std::pair<std::int64_t, Payload>;  // source timestamp and message
 
-// Time for five processes to start on a busy machine; two of them compile shaders.
+// Maximum time for five processes to start on a busy machine; two of them compile shaders.
 inline constexpr std::chrono::seconds kStart{60};
 
 // Has its own domain, folder and bus, and starts programs in that domain.
@@ -45,41 +45,42 @@ class RecordingTest : public testing::Test {
   // Starts one node.
   std::unique_ptr<Program> node(const std::string& program, const std::string& name,
                                 const std::string& deployment = kSmallDeployment);
-  // Starts a recorder and waits until it listens.
+  // Starts a recorder and waits until its readers exist.
   std::unique_ptr<Program> recorder(const std::filesystem::path& file,
                                     const std::vector<std::string>& options = {});
-  // Whether a participant of this name writes (or reads) all these topics.
+  // Returns whether a participant of this name writes (or reads) all these topics.
   bool takes_part(const std::string& participant, bool writes, const std::set<std::string>& topics);
 
  private:
   int programs_ = 0;
 };
 
-// The messages of one writer of a topic, by source stamp.
+// The messages of one writer of a topic, by source timestamp.
 using WrittenByOne = std::vector<Stamped>;
-// The messages of each writer, by topic. The order of the writers depends on their messages only.
+// Returns the messages of each writer, by topic. The order of the writers depends on their messages
+// only.
 std::map<std::string, std::vector<WrittenByOne>> messages_by_writer(
     const recording::Recording& recording);
-// The last state change of each key, by topic and key.
+// Returns the last state change of each key, by topic and key.
 std::map<std::pair<std::string, Payload>, recording::KeyChange> last_key_changes(
     const recording::Recording& recording);
-// The last status of each node, by node. Expects that it is the final one.
+// Returns the last status of each node, by node. Expects that it is the final one.
 std::map<std::string, nlohmann::ordered_json> final_statuses(const recording::Recording& recording);
-// The sent messages in these statuses, by topic, without NodeStatus.
+// Returns the numbers of sent messages in these statuses, by topic, without NodeStatus.
 std::map<std::string, std::uint64_t> sent_by_topic(
     const std::map<std::string, nlohmann::ordered_json>& statuses);
-// The recorded messages, by topic.
+// Returns the numbers of recorded messages, by topic.
 std::map<std::string, std::uint64_t> counts_by_topic(const recording::Recording& recording);
 
-// Takes all samples of these topics from its construction on.
+// Collects all samples of these topics from its construction on.
 class Outputs {
  public:
   Outputs(bus::Bus& bus, const std::vector<std::string>& topics);
   void take();
-  // Whether each topic has `count` writers.
+  // Returns whether each topic has `count` writers.
   bool has_writers(int count) const;
   std::uint64_t taken() const;
-  // The payloads by topic, sorted, so that the order of arrival does not matter.
+  // Returns the payloads by topic, sorted, so that the order of arrival does not matter.
   std::map<std::string, std::vector<Payload>> sorted() const;
 
  private:

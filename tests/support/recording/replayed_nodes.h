@@ -68,7 +68,8 @@ class ReplayedNodesTest : public RecordingTest {
   }
 
  private:
-  // Of the processes that started after start_ns: the replay also sends statuses of recorded ones.
+  // Reads the final statuses of the processes that started after start_ns. Skips older ones, which
+  // the replay sends from the recording.
   void take_final_reports(ReplayRun& run, std::int64_t start_ns) {
     for (const auto& sample : statuses_.take()) {
       if (!sample.valid() || !sample->final_report || sample->start_stamp_ns < start_ns) continue;

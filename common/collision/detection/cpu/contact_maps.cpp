@@ -29,15 +29,16 @@ using Eigen::Vector3d;
 // So each of U, V, W is off by at most 8 e T. An image is off by at most (dU + |u| dW) / W, because
 // U^/W^ - U/W = (dU - u dW) / W^, where ^ marks a computed value. If |u| is at most that of the
 // map's farthest border, this is less than kFormError (T_U + |u| T_W) / W. Beyond it, the error
-// grows by less than a hundredth of |u|, so what is beside the map stays beside it.
+// grows by less than a hundredth of |u|, so an image beside the map stays beside it.
 //
 // A corner of a box, off the center by d, has the image u + (sum of (c_U - u c_W) d) / W(corner),
 // for the true u of the center. With the computed u^ it is
 // u^ + (U(m) - u^ W(m) + sum of (c_U - u^ c_W) d) / W(corner). Of this,
 //   U(m) - u^ W(m) = -dU + u^ dW - 6.3 e U(m), for the reciprocal and product of u^: at most
 //                    11.3 e T_U and 5 e |u^| T_W;
-//   c_U - u^ c_W   has 3 e of rounding (from double, product, difference), but |d| is what the
-//                  center's coordinates fall short of those of T, so it adds no more;
+//   c_U - u^ c_W   has 3 e of rounding (from double, product, difference), but |d| is the
+//                  difference between the center's coordinates and those of T, so the bound
+//                  above already includes it;
 //   W(corner)      is at least w - off_w - dW.
 // So kBoxError T_U / W is part of eps. slack_w is subtracted from W and multiplied by |u^|, which
 // may be far outside the map (classify_boxes()).
@@ -48,7 +49,7 @@ constexpr double kImageError = 8 * 0x1p-24;
 // An image this far beside the object pixels is beside them for any rounding [px].
 constexpr double kBeside_px = 1;
 
-// Returns whether a shape in front of the camera with this image lies beside the object pixels.
+// Returns whether a shape in front of the camera with this image is beside the object pixels.
 bool beside(const hull::PixelRect& bounds, const Eigen::Array2d& min_px,
             const Eigen::Array2d& max_px) {
   return max_px.x() < bounds.u0_px - kBeside_px || min_px.x() > bounds.u1_px + kBeside_px ||
@@ -139,7 +140,7 @@ ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& 
     const Eigen::Array2d px = image.head<2>().array() / image.z();
     min_px = min_px.min(px), max_px = max_px.max(px);
   }
-  // Far above rounding, so the images are meaningful.
+  // This limit is far above rounding, so the images are meaningful.
   const bool w_is_certain = min_w > kMaxContactEps_px * kMaxContactEps_px * world_terms.z();
   if (w_is_certain && beside(skip_map.bounds(), min_px, max_px)) return ProjectionStatus::culled;
   const Vector3d image_sum_px =
@@ -147,7 +148,7 @@ ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& 
   const hull::PixelRect& stored = skip_map.stored();
   const int base_u = clamp_to_int(image_sum_px.x() / 3, stored.u0_px, stored.u1_px - 1),
             base_v = clamp_to_int(image_sum_px.y() / 3, stored.v0_px, stored.v1_px - 1);
-  double farthest_px = 1;  // at least 1, so that the error of W alone counts as one of the image
+  double farthest_px = 1;  // at least 1, so that eps_px always includes the error of W
   for (Vector3d& image : images) {
     image.head<2>() -= Eigen::Vector2d(base_u, base_v) * image.z();
     farthest_px = std::max(farthest_px, image.head<2>().cwiseAbs().maxCoeff() / image.z());

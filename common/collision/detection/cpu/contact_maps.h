@@ -31,14 +31,14 @@ struct ContactMap {
   float eps_px;
 };
 
-// Projection of an object's points (x, y, z) [m], relative to the origin of its tree:
-// (U, V, W) = at + x of_x + y of_y + z of_z, and the image is (U, V) / W.
+// Projection of an object's points (x, y, z) [m], relative to the origin of its tree: (U, V, W) =
+// at + x of_x + y of_y + z of_z, and the image is (U, V) / W [px]. W is the depth [m].
 struct ObjectMap : ContactMap {
   float at[3], of[3][3];
   // If W is below min_w, the image is too uncertain. If W is below max_behind_w, the point is
   // behind the camera.
   float min_w, max_behind_w;
-  // Bound of the error of W.
+  // Bound of the error of W [m].
   float slack_w;
 };
 // `world_from_tree` maps points relative to the tree's origin to the world; radius_m bounds their
@@ -46,19 +46,19 @@ struct ObjectMap : ContactMap {
 std::optional<ObjectMap> object_map(const hull::CpuHull::MapCamera& camera,
                                     const Eigen::Isometry3d& world_from_tree, double radius_m);
 
-// Projection of a triangle's points v0 + a / units (v1 - v0) + b / units (v2 - v0), where a and b
-// are whole numbers.
+// Projection of a triangle's points v0 + a / units (v1 - v0) + b / units (v2 - v0), with whole
+// numbers a and b.
 struct TriangleMap : ContactMap {
   float at[3], by_a[3], by_b[3];
 };
-// culled: certainly free, because the triangle is behind the camera or its image is beside the
-// object pixels. uncertain: the triangle is too close to the camera's plane, or too large, for
+// culled: the triangle is certainly free, because it is behind the camera or its image is beside
+// the object pixels. uncertain: the triangle is too close to the camera's plane, or too large, for
 // float.
 enum class ProjectionStatus { in_front, culled, uncertain };
-// Projects a world point to (U, V, W); pixel p covers [p, p + 1) of U / W.
+// Maps a world point [m] to (U, V, W); pixel p covers [p, p + 1) of U / W [px].
 using PixelFromWorld = Eigen::Matrix<double, 3, 4>;
 PixelFromWorld pixel_from_world(const geometry::Camera& camera);
-// Sets `map` if the result is in_front.
+// Sets `map` only if it returns in_front.
 ProjectionStatus triangle_map(const PixelFromWorld& pixel, const hull::SkipMap& skip_map,
                               const std::array<Eigen::Vector3d, 3>& vertices_world_m, double units,
                               TriangleMap& map);

@@ -123,7 +123,7 @@ ContactBits classify_boxes(std::span<const ObjectMap> cameras, const Bvh::Boxes&
                v = hn::Mul(form(c, 1, center[0], center[1], center[2]), per_w);
       // Bound of a corner's distance from the center's image: U - u W over the minimum of W. It
       // includes the error of the center's W, and so of u, which dominates if the center's image
-      // lies far outside the map (kFormError in contact_maps.cpp).
+      // is far outside the map (kFormError in contact_maps.cpp).
       const auto off = [&](int row, VF at) {
         VF sum = hn::Mul(hn::Abs(at), slack_w);
         for (int k = 0; k < 3; ++k)
@@ -252,7 +252,7 @@ void classify_centers(std::span<const TriangleMap> cameras, const Cells& cells, 
       const MF near = hn::Or(hn::Lt(hn::Min(off_u, off_v), eps),
                              hn::Gt(hn::Max(off_u, off_v), hn::Sub(one, eps)));
       const VF inside_by = extent_at(c, fu, fv);
-      // Near a border, the exact image may lie in the next pixel.
+      // Near a border, the exact image may be in the next pixel.
       doubtful = hn::Or(doubtful, hn::And(in, near));
       in = hn::And(in, hn::Or(near, hn::Lt(inside_by, zero)));
       if (hn::AllFalse(d, in)) break;

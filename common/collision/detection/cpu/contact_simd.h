@@ -4,8 +4,9 @@
 // A convex shape projects into the rectangle around the images of its corners. It is free if one
 // camera has no object pixel in that rectangle, solid (wholly in the hull) if every camera has only
 // object pixels in its rectangle, and mixed otherwise. One or two lookups in the SkipMap decide a
-// rectangle: the uniform box ahead of its upper left pixel, and that of a pixel farther along,
-// cover it or do not (Quadrant::right_down). Requires the hull rule Limits::all.
+// rectangle: the uniform box ahead of its upper left pixel covers it, or that box and the one ahead
+// of a pixel farther along do (Quadrant::right_down), or the rectangle counts as mixed. Requires
+// the hull rule Limits::all.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -22,10 +23,11 @@ struct ContactBits {
   std::uint32_t free, solid;
 };
 ContactBits classify_boxes(std::span<const ObjectMap> cameras, const Bvh::Boxes& boxes);
+// triangles: number of triangles in the leaf.
 ContactBits classify_leaf(std::span<const ObjectMap> cameras, const Bvh::Leaf& leaf, int triangles);
 
-// Congruent parts of a triangle with corners (a, b), (a + sigma h, b), (a, b + sigma h); sigma is 1
-// (upright) or -1 (inverted).
+// Congruent parts of a triangle with corners (a, b), (a + sigma h, b), (a, b + sigma h), in units
+// of the triangle's grid (TriangleMap); sigma is 1 (upright) or -1 (inverted).
 struct Cells {
   std::vector<float> a, b, sigma;
   std::size_t count = 0;
@@ -40,7 +42,7 @@ struct Cells {
     a[count] = at_a, b[count] = at_b, sigma[count++] = of_sigma;
   }
 };
-// Appends the mixed cells to `mixed` and the solid ones to `solid`; drops the free ones.
+// Appends the mixed cells of size h to `mixed` and the solid ones to `solid`; drops the free ones.
 void classify_cells(std::span<const TriangleMap> cameras, const Cells& cells, float h, Cells& mixed,
                     Cells& solid);
 // Appends the cells whose center is in the hull to `inside`, and those whose center float cannot

@@ -41,7 +41,7 @@ struct Found {
 struct ObjectQuery {
   const DetectionObject* object;
   std::vector<ObjectMap> maps;
-  bool mapped;  // every camera has a map; otherwise the boxes certify nothing
+  bool mapped;  // every camera has a map; otherwise no box can be certified
   double spacing_m;
   std::size_t point_limit;  // with more, the object is sampled again at twice the spacing
 };

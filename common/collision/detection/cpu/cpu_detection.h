@@ -1,11 +1,11 @@
 // Backend `cpu`: certified verdicts and collision points of triangles against the visual hull
-// (design, "Triangles").
+// (docs/collision.md).
 //
 //   1. BVH        16 boxes per SIMD vector: one camera without an object pixel in a box's image
 //                 certifies everything in the box free.
-//   2. triangles  of the remaining leaves, tested in the same way, 16 per vector.
-//   3. points     The remaining triangles are sampled at the requested spacing where they are not
-//                 free. Every sample in the hull is a collision point.
+//   2. triangles  The triangles of the remaining leaves are tested in the same way, 16 per vector.
+//   3. points     The backend samples the parts of the remaining triangles that are not free at the
+//                 requested spacing. Every sample in the hull is a collision point.
 //   4. decision   A triangle without a sample in the hull is split until every part is free, or a
 //                 part or the center of one is in the hull. Parts that are still mixed at a size of
 //                 eps_m / kFinest are tested in double at their corners and centers. If no such
@@ -13,8 +13,8 @@
 //
 // So a `free` triangle has no point in the hull, however shallow, and a `colliding` one has at
 // least one. A part of an `undecided` triangle that is in the hull, if there is any, is thinner
-// than eps_m, unless the triangle had too many parts to test (counted in over_budget). No frame
-// depends on an earlier one.
+// than eps_m, unless the triangle had too many parts to test (counted in over_budget). The results
+// for a frame do not depend on other frames.
 #pragma once
 #include <memory>
 #include <span>
@@ -26,7 +26,8 @@
 namespace fivepipe::collision {
 
 struct CpuDetectionCounts {
-  // over_budget: triangles with too many parts.
+  // Numbers of one call. points_in_double: points that float could not decide. over_budget:
+  // triangles with too many parts to test.
   std::size_t boxes = 0, triangles_classified = 0, triangles_walked = 0, points_in_double = 0,
               over_budget = 0;
 };
@@ -51,7 +52,7 @@ class CpuDetection {
   std::unique_ptr<Work> work_;
 };
 
-// CpuDetection::detect() for a single call.
+// Calls CpuDetection::detect() once and returns the results, which own their memory.
 std::vector<ObjectCollision> detect(const hull::HullQuery& query,
                                     std::span<const DetectionObject> objects,
                                     const DetectionOptions& options = {},

@@ -14,8 +14,8 @@ using Eigen::Vector3d;
 constexpr int kBoxCells = 8;
 constexpr double kCellSlack = 1e-6;
 static_assert(kBoxCells * kBoxCells % Bvh::kArity == 0);
-// Maximum number of points of a triangle at the largest spacing: a center, a corner, and one more
-// of each for rounding.
+// Maximum number of points of a triangle at the largest spacing: a center, a corner, and another of
+// each for rounding.
 constexpr std::size_t kMinPointsPerTriangle = 4;
 
 }  // namespace

@@ -12,19 +12,20 @@ namespace fivepipe::collision {
 void check_arguments(const hull::HullQuery& query, std::span<const DetectionObject> objects,
                      const DetectionOptions& options);
 
-// The object's projection into each camera of the hull; fewer maps than cameras if the object is
-// too large for float in some of them.
+// Returns the object's projection into each camera of the hull; fewer maps than cameras if the
+// object is too large for float in some of them.
 std::vector<ObjectMap> object_maps(const hull::HullQuery& query, const DetectionObject& object);
 
 // Returns whether the tree's bounding box, divided into cells of an eighth of its edges, has a cell
 // that no camera certifies free. `maps` has one map per camera.
 bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree);
 
-// The number of points at which an object is sampled again at twice the spacing.
+// Returns the number of points above which an object is sampled again at twice the spacing.
+// triangles: number of the object's triangles.
 std::size_t max_points_found(const DetectionOptions& options, std::size_t triangles);
 
-// Reduces `points` to max_points, evenly spread, and keeps the point farthest from the reference.
-// Returns whether there were more.
+// Reduces `points` to max_points, evenly spread, and keeps the point farthest from the reference
+// point. Returns whether `points` had more.
 bool subsample(std::vector<CollisionPoint>& points, const Eigen::Vector3d& rp_object_world_m,
                std::size_t max_points);
 

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Mixed parts are split down to eps_m divided by this; few parts are still mixed then.
+// Mixed parts are split down to eps_m divided by this; at that size few parts are mixed.
 constexpr double kFinest = 16;
 // A triangle that is too large for float, or too close to a camera's plane, is repeatedly cut into
 // four: at most this many times, and into at most this many parts.
@@ -152,8 +152,8 @@ void TriangleWalk::choose_grid() {
   per_b_m_ = (vertices_[2] - vertices_[0]) / units_;
 }
 
-// Projects the part into every camera. free: one camera certifies it. some: not every camera has a
-// map.
+// Projects the part into every camera. Returns free if one camera certifies it, some if not every
+// camera has a map, and all otherwise.
 TriangleWalk::Maps TriangleWalk::set_maps() {
   maps_.clear();
   bool all = true;
@@ -287,8 +287,8 @@ void TriangleWalk::accept_inside(double h) {
   }
 }
 
-// Accepts every sample of the solid cells. One corner of a cell is farther from the reference than
-// all its samples.
+// Accepts every sample of the solid cells. One corner of a cell is farther from the reference point
+// than all samples of the cell.
 void TriangleWalk::accept_solid(double h, double sample_h) {
   const int rows = int(std::lround(h / sample_h));
   for (std::size_t i = 0; i < solid_.count; ++i) {
@@ -317,7 +317,7 @@ void TriangleWalk::add(const Vector3d& p_world_m) {
   consider(p_world_m);
 }
 
-// Keeps the point farthest from the reference.
+// Keeps the point if it is the farthest from the reference point so far.
 void TriangleWalk::consider(const Vector3d& p_world_m) {
   const double m2 = (p_world_m - request_.farthest_from_world_m).squaredNorm();
   if (!(m2 > farthest_m2_)) return;

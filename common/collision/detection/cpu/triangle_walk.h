@@ -35,8 +35,8 @@ struct TriangleGrid {
 };
 TriangleGrid triangle_grid(const Triangle& triangle_world_m, const TriangleWalkOptions& options,
                            double spacing_m);
-// The indices of the vertices in lexicographic order of their coordinates, which does not depend on
-// the given order.
+// Returns the indices of the vertices in lexicographic order of their coordinates. The resulting
+// sequence of vertices does not depend on the given order.
 std::array<std::size_t, 3> vertex_order(const Triangle& triangle_world_m);
 
 struct PointRequest {
@@ -55,15 +55,16 @@ struct TriangleContact {
   bool cut_off = false;
 };
 
-// Used by one thread; reuses its buffers. The query must outlive it.
+// Reuses its buffers, so it must not be shared between threads. Borrows the query, which must
+// outlive it.
 class TriangleWalk {
  public:
   TriangleWalk(const hull::HullQuery& query, const TriangleWalkOptions& options);
 
   // Adds the triangle's points in the hull to `points` as the next triangle. The last one is the
-  // point farthest from the reference, repeated if it is an earlier sample. The vertices must be
-  // finite; the result does not depend on their order. `solid`: the caller knows that the whole
-  // triangle is in the hull.
+  // point farthest from the reference point; it is repeated if it is also a previous sample. The
+  // vertices must be finite; the result does not depend on their order. `solid`: the whole triangle
+  // is known to be in the hull.
   TriangleContact walk(const Triangle& triangle_world_m, bool solid, const PointRequest& request,
                        ContactPoints& points);
 
@@ -103,7 +104,7 @@ class TriangleWalk {
   ContactPoints* points_ = nullptr;
   PointRequest request_{};
   bool coarser_ = false;  // of the current part's grid
-  int parts_ = 0;         // number of parts that the triangle was cut into so far
+  int parts_ = 0;         // number of parts of the triangle after the cuts so far
   Eigen::Vector3d farthest_world_m_;
   double farthest_m2_ = -1;
 };

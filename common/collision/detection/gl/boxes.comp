@@ -9,9 +9,10 @@ layout(std430, binding = 5) readonly buffer NodesIn { uvec2 nodes_in[]; };
 layout(std430, binding = 6) writeonly buffer NodesOut { uvec2 nodes_out[]; };
 layout(std430, binding = 7) writeonly buffer Leaves { uvec2 open_leaves[]; };
 layout(location = 2) uniform int pass;
-// Relative enlargement of a box's extent in the image, for its rounding. A corner that is
-// (dU, dV, dW) away from the center with image uv lies off by (dU - uv dW) / W, and by U - uv W of
-// the center over the corner's W, which is the error of the forms and of the quotient.
+// Relative enlargement of a box's extent in the image, for its rounding. If a corner is
+// (dU, dV, dW) away from the center, its image differs from the center's image uv by
+// (dU - uv dW) / W, and by U - uv W of the center over the corner's W, which is the error of the
+// forms and of the quotient.
 const float kExtentSlack = 1.0 + 1.0 / 262144.0;
 
 bool is_free(uint first_camera, vec3 center, vec3 half_size) {

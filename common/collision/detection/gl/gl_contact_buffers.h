@@ -8,12 +8,12 @@
 namespace fivepipe::collision::gl_contact {
 
 inline constexpr std::uint32_t kGroup = 64;  // invocations per workgroup
-// Maximum number of workgroups per dispatch; an invocation continues with the items that remain.
-// Every driver supports twice as many.
+// Maximum number of workgroups per dispatch; OpenGL guarantees 65535. If there are more items, each
+// invocation processes several.
 inline constexpr std::uint32_t kMaxGroups = 32768;
 inline constexpr int kMaxTreeLevels = 8;
-// Passes over parts: an edge is halved at most 22 times (kMaxUnits), above and below the sample
-// grid.
+// Maximum number of passes over parts: an edge is halved at most 22 times (kMaxUnits), above and
+// below the sample grid.
 inline constexpr std::size_t kMaxPasses = 48;
 // A part that is this many halvings above the sample grid is sampled as a block: 4 rows, 16
 // samples.
@@ -33,14 +33,14 @@ struct GlCamera {
   float of_x[4], of_y[4], of_z[4], at[4];
   // min u, max u, min v, max v: of the stored pixels, and of the borders of the object pixels.
   float stored[4], bounds[4];
-  // Of the base pixel's entry in the skip maps.
+  // Offset of the base pixel's entry in the skip maps, and the distance between rows [bytes].
   std::int32_t first_byte, stride;
-  // An image farther from the base pixel is beside the object pixels.
+  // An image farther than this from the base pixel is beside the object pixels.
   float farthest_px;
   // A point is behind the camera if its W is below this factor times the bound of U - u W.
   float behind;
 };
-// A uniform block of this size stays within the 16 KiB that every driver supports.
+// With this many cameras, the uniform block is below the 16 KiB that OpenGL guarantees.
 inline constexpr std::size_t kMaxCameras = 64;
 struct Object {
   std::array<std::uint32_t, kMaxTreeLevels> first_box_word;  // by level

@@ -15,13 +15,13 @@ namespace {
 // Bound of the float rounding of a form. A point of a triangle takes fewer than 20 roundings:
 // vertices from double, edges, two fractions and their products, sums, a third. A form takes fewer
 // than 12: coefficients from double, products, sums. GLSL rounds `precise` sums and products
-// correctly but leaves the direction open (4.7.1), so each is off by at max_term 2^-23 of the sum
-// of the terms' sizes, twice the error of rounding to nearest. It may flush subnormal numbers to
-// zero, which is far below kMinMargin_px.
+// correctly but leaves the direction open (4.7.1), so each is off by at most 2^-23 of the sum of
+// the terms' sizes, twice the error of rounding to nearest. It may flush subnormal numbers to zero,
+// which is far below kMinMargin_px.
 constexpr double kFormError = 32 * 0x1p-23;
 constexpr double kMinMargin_px = 0x1p-20;
-// Additional relative error of an image: a quotient is off by at max_term 2.5 units in the last
-// place, 5 * 2^-24, and is rounded together with its margin.
+// Additional relative error of an image: a quotient is off by at most 2.5 units in the last place,
+// 5 * 2^-24, and is rounded together with its margin.
 constexpr double kImageError = 0x1p-20;
 // Relative error of the margin itself: W is off by less than 1/64 if the margin is small enough,
 // and the margin is rounded too.

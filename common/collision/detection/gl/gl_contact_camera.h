@@ -12,15 +12,15 @@ struct BasePixel {
 };
 BasePixel base_pixel(const hull::CpuHull::MapCamera& camera);
 
-// The projection of points of a frame that are at most radius_m from its origin. The caller sets
-// first_byte and stride, which locate the camera's map.
+// Returns the projection of points of a frame that are at most radius_m from its origin. The caller
+// sets first_byte and stride, which locate the camera's map.
 gl_contact::GlCamera gl_camera(const hull::CpuHull::MapCamera& camera,
                                const Eigen::Isometry3d& world_from_frame, double radius_m);
 // Returns whether float represents the projections of those points.
 bool fits_float(const gl_contact::GlCamera& camera, double radius_m);
 
-// A point near the region that all cameras see: the one closest to the lines of sight through their
-// base pixels and, in a direction that these leave undetermined, to the cameras.
+// Returns a point near the region that all cameras see: the one closest to the lines of sight
+// through their base pixels and, in a direction that these leave undetermined, to the cameras.
 Eigen::Vector3d world_origin_near_hull_m(const hull::CpuHull& hull);
 
 }  // namespace fivepipe::collision

@@ -37,16 +37,17 @@ class GlContactPasses {
     std::vector<gl_contact::State> states;  // by triangle
     std::size_t parts = 0;                  // number of parts tested
   };
-  // Refines triangles, given about origin_world_m() in the world's axes. `first` are their parts of
-  // level 0. `room` is the capacity of each part buffer; returns nullopt if it is too small.
+  // Refines triangles, given about origin_world_m() in the world's axes. `first` contains their
+  // parts of level 0. `room` is the capacity of each part buffer, in parts. Returns nullopt if it
+  // is too small.
   std::optional<Refined> refine(std::span<const gl_contact::RefinedTriangle> triangles,
                                 std::span<const gl_contact::Part> first, std::size_t room);
 
-  // Largest `room` that the driver supports.
+  // Largest `room` that the driver supports, in parts.
   std::size_t max_room() const {
     return max_bytes_ / sizeof(gl_contact::Part) / gl_contact::kGroup * gl_contact::kGroup;
   }
-  // A point near the hull.
+  // A point near the hull: the origin of the frame of refined triangles.
   const Eigen::Vector3d& origin_world_m() const { return origin_world_m_; }
   // GPU time of the last open_triangles() and refine(). Both wait for the GPU.
   double descent_ms() const { return descent_timer_.elapsed_ms(); }

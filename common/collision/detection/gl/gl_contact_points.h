@@ -29,8 +29,9 @@ struct GlContact {
 // below the sample grid it appends the center.
 void add_points(const GlContact& contact, const gl_contact::Part& found,
                 std::vector<Eigen::Vector3d>& points_world_m);
-// The number of points that add_points() appends.
+// Returns the number of points that add_points() appends.
 std::size_t count_points(const GlContact& contact, const gl_contact::Part& found);
+// Returns the corners of the part.
 std::array<Eigen::Vector3d, 3> corners_world_m(const GlContact& contact,
                                                const gl_contact::Part& part);
 

@@ -80,8 +80,8 @@ void GlDetection::Work::refine() {
   for (std::size_t i = 0; i < triangles.size(); ++i) first_found[i + 1] += first_found[i];
 }
 
-// Returns the parts found in a contact. Of the parts below the sample grid, which come last, only
-// the first is included: one point is enough if the grid has none.
+// Returns the parts found in a contact. Of the parts below the sample grid, which are sorted last,
+// only the first is included: one point is enough if the grid has none.
 std::span<const Part> GlDetection::Work::found_of(std::size_t contact) const {
   const std::uint32_t n = refined_number[contact];
   if (n == kNotRefined) return {};
@@ -110,7 +110,7 @@ bool GlDetection::Work::too_many_points(std::size_t object, std::size_t points, 
   Sampling& s = samplings[object];
   if (!(points > s.point_limit)) return false;
   s.spacing_m *= 2;
-  // At a spacing beyond its size a triangle has one or two samples; they are kept.
+  // At a spacing beyond its size a triangle has one or two samples, which are kept.
   if (s.spacing_m > 2 * radius_m) s.point_limit = std::numeric_limits<std::size_t>::max();
   collisions[object].truncated = true;
   return true;
@@ -179,8 +179,8 @@ void GlDetection::Work::confirm(std::span<const DetectionObject> objects) {
   }
 }
 
-// Walks the triangles on the CPU that the GPU left open or that double did not confirm. Returns as
-// resolve_exact(). points_found: number of points by object, so far.
+// Walks the triangles on the CPU that the GPU left open or that double did not confirm. Returns
+// false in the same case as resolve_exact(). points_found: number of points by object, so far.
 bool GlDetection::Work::walk(std::span<const DetectionObject> objects,
                              const DetectionOptions& options,
                              std::span<const std::size_t> points_found) {

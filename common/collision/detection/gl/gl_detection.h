@@ -2,14 +2,14 @@
 // shaders. Its verdicts have the same meaning and certainty as those of backend `cpu`
 // (cpu_detection.h).
 //
-//   1. BVH       As in backend `cpu`: one pass per level of boxes, then one over the triangles of
-//                the remaining leaves, against the cameras' skip maps.
+//   1. BVH       As in backend `cpu`: one pass per level tests the boxes, then one pass tests the
+//                triangles of the remaining leaves, against the cameras' skip maps.
 //   2. parts     Each pass halves the parts of the remaining triangles and drops the free ones.
 //                Parts of the sample grid are sampled. A triangle without a sample in the hull is
 //                halved further until every part is free, a point is found, or the parts reach
 //                eps_m / kFinest.
-//   3. CPU       tests every found point in double. It walks each triangle (triangle_walk.h) that
-//                the GPU left open, or of which double confirms no point.
+//   3. CPU       The CPU tests every found point in double. It walks each triangle
+//                (triangle_walk.h) that the GPU left open, or of which double confirms no point.
 //
 // The GPU computes in float. The error bounds derive from what GLSL guarantees
 // (gl_contact_camera.cpp) and widen each lookup. So `free` is certified on every driver that keeps
@@ -24,7 +24,7 @@ namespace fivepipe::collision {
 
 // Capacity of each of three buffers on the GPU, in parts of 16 bytes: the initial value and the
 // maximum, both multiples of 64. A refinement that exceeds it runs again with twice the capacity;
-// at the maximum its triangles are walked on the CPU.
+// at the maximum the CPU walks its triangles.
 struct GlDetectionRoom {
   std::size_t first = std::size_t{1} << 16, max = std::size_t{1} << 21;
 };
@@ -34,12 +34,12 @@ struct GlDetectionCounts {
   std::size_t triangles_open = 0;
   // Parts tested in step 2, and those with a point in the hull.
   std::size_t parts = 0, found = 0;
-  // Triangles for which float was certain of a point and double confirms none. 0 on a driver that
+  // Triangles of which float was certain of a point and double confirms none. 0 on a driver that
   // rounds as GLSL requires.
   std::size_t unconfirmed = 0;
   std::size_t triangles_on_cpu = 0;
   // Objects that backend `cpu` tested because they are too large for float or for the GPU's memory.
-  // Tests read this and `overflows` to know that they reached the fallbacks.
+  // The tests of the fallbacks check this and `overflows`.
   std::size_t objects_on_cpu = 0;
   // Number of refinements that exceeded the capacity for parts.
   std::size_t overflows = 0;

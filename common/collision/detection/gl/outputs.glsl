@@ -1,4 +1,5 @@
-// Outputs of the passes over parts: parts with something in the hull, and parts of the next level.
+// Outputs of the passes over parts: parts with a point that is or may be in the hull, and parts of
+// the next level.
 layout(std430, binding = 5) writeonly buffer PartsOut { uvec4 parts_out[]; };
 layout(std430, binding = 6) writeonly buffer Found { uvec4 found_parts[]; };
 

@@ -1,5 +1,6 @@
 // Triangles, their parts, and the state of the refinement. The effect of a pass on a part does not
-// depend on the order of the other parts: only what earlier passes found of its triangle counts.
+// depend on the order of the other parts, only on the states that the passes before it stored for
+// the part's triangle.
 layout(std140, binding = 0) uniform Cameras { Camera maps[64]; };
 // As RefinedTriangle in gl_contact_buffers.h.
 struct Triangle {
@@ -20,7 +21,7 @@ layout(location = 2) uniform uint pass;
 layout(location = 3) uniform uint room;
 const uint kDown = 0x80000000u, kWholePartInHull = 0xffffffffu, kUndecided = 1000u;
 
-// In units of the part's level.
+// Coordinates in units of the part's level; `unit` is such a unit as a fraction of an edge.
 struct PartCoordinates { float a, b, sigma, unit; int level; };
 PartCoordinates coordinates_of(uvec4 part, Triangle t) {
   uint level = part.z >> 24;
@@ -41,7 +42,7 @@ uint classify_point(Camera c, float radius_m, vec3 p) {
   if (uvw.z < c.behind * error) return kFree;
   if (!(margin < max_margin_px)) return kMixed;
   vec2 uv = uvw.xy / uvw.z, pixel = floor(uv), off = uv - pixel;
-  // Near a border, the exact image may lie in the next pixel.
+  // Near a border, the exact image may be in the next pixel.
   if (min(off.x, off.y) < margin || max(off.x, off.y) > 1.0 - margin) return kMixed;
   return extent_at(c, clamp_to_stored(c, pixel)) > 0.0 ? kFree : kSolid;
 }

@@ -2,7 +2,7 @@
 // contact_simd.h.
 //
 // The error bounds rely on `precise`: GLSL then rounds sums and products correctly, in either
-// direction. Of a quotient it guarantees 2.5 units in the last place.
+// direction. It guarantees quotients to 2.5 units in the last place.
 layout(local_size_x = 64) in;
 // As GlCamera in gl_contact_buffers.h.
 struct Camera {
@@ -14,7 +14,7 @@ layout(std430, binding = 0) readonly buffer SkipMaps { uint skip_maps[]; };
 layout(location = 0) uniform int cameras;
 layout(location = 1) uniform float max_margin_px;
 struct Dispatch { uint groups_x, groups_y, groups_z, items; };
-// Classes of a shape; over several cameras the minimum counts.
+// Classes of a shape; its class for several cameras is the minimum of theirs.
 const uint kFree = 0u, kUncertain = 1u, kMixed = 2u, kSolid = 3u;
 const uint kMaxGroups = 32768u;
 

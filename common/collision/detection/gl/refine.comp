@@ -6,8 +6,8 @@
 
 layout(std430, binding = 1) writeonly buffer Blocks { uvec4 blocks_out[]; };
 layout(std430, binding = 4) readonly buffer PartsIn { uvec4 parts_in[]; };
-// Near a camera's plane float cannot decide where images are. A smaller part may be free in another
-// camera, so a part below the sample grid is halved this many times before the CPU takes over.
+// Near a camera's plane float cannot locate images. A smaller part may be free in another camera,
+// so a part below the sample grid is halved this many times before it is deferred to the CPU.
 const int kMaxUncertainHalvings = 6;
 
 // Appends a part to the blocks, which the sample pass tests.

@@ -7,15 +7,15 @@
 //   2. box        Volume-queries the faces of the remaining boxes, 12 triangles each, all together
 //                 (the paper's optimisation). An object with a sample in the hull is a candidate.
 //   3. cells      A box whose faces have no sample in the hull may still contain a whole part of
-//                 the hull, which the paper's boxes miss. It is split into cells that are tested in
-//                 the images. With a cell that is not certified the object is a candidate;
+//                 the hull, which the paper's boxes miss. The box is split into cells, which are
+//                 tested in the images. If a cell is not certified, the object is a candidate;
 //                 otherwise it is certified free.
 //   4. triangles  Volume-queries the triangles of all candidates together.
 //
 // `free` is certified for any sampling, and so is `colliding`. An object is `undecided` if its box
 // contains, or may contain, hull points and no sample of its surface is one of them: the hull may
-// lie wholly inside the object, may be thinner than the sampling where it meets the surface, or may
-// be outside the object.
+// be wholly inside the object, may be thinner than the sampling at the places where it meets the
+// surface, or may be outside the object.
 #pragma once
 #include "common/collision/detection/paper/triangle_volume_query.h"
 
@@ -26,7 +26,7 @@ namespace fivepipe::collision {
 struct DetectionCounts {
   std::size_t objects = 0, free_by_image = 0, box_colliding = 0, free_by_cells = 0,
               box_may_hold = 0, colliding = 0;
-  // Of stage 4.
+  // Counts of stage 4: triangles, and samples that in_hull() rejects.
   std::size_t triangles_queried = 0, points_unconfirmed = 0;
 };
 

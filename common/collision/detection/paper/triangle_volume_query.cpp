@@ -82,7 +82,7 @@ void TriangleVolumeQuery::draw(std::span<const TriangleView> views) {
                      {ndc(x_px), ndc(y_px), ndc(x_px + viewport_px_), ndc(y_px),
                       ndc(x_px + views[i].apex_x * viewport_px_), ndc(y_px + viewport_px_)});
   }
-  // Projects in double on the CPU: in float, world coordinates far from the origin lose the pixel.
+  // Projects in double on the CPU: far from the origin, float coordinates are coarser than a pixel.
   for (const hull::Silhouette& s : silhouettes_) {
     const Eigen::Matrix<double, 3, 4> texture_from_world =
         geometry::texture_from_camera(s.camera.pinhole) * s.camera.camera_from_world.matrix();

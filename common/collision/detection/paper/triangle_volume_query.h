@@ -4,12 +4,12 @@
 // once per camera, with that camera's object pixels projected onto the triangles; a fragment on an
 // object pixel increments the stencil buffer. A fragment that all n cameras count has the value n
 // and is in the hull. Triangles that do not fit into the window are queried in further windows. The
-// vertices' coordinates, not glViewport, place a triangle in its viewport, so each camera takes one
-// draw call.
+// vertices' coordinates, not glViewport, place a triangle in its viewport, so one draw call per
+// camera suffices.
 //
 // Limit of the method, as in the paper: a detail thinner than the sample spacing (TriangleView)
 // falls between samples. A triangle of 10 m can miss a hull of 1 cm, so a missing collision point
-// proves nothing. A reported point is certain (query()).
+// does not prove that a triangle is free. A reported point is certain (query()).
 #pragma once
 #include <cstdint>
 #include <span>
@@ -36,8 +36,8 @@ struct TriangleQueryResult {
 // between threads.
 class TriangleVolumeQuery {
  public:
-  // Viewports of viewport_px squared in a window of window_px squared. Throws std::invalid_argument
-  // unless 0 < viewport_px <= window_px.
+  // Uses viewports of viewport_px squared in a window of window_px squared. Throws
+  // std::invalid_argument unless 0 < viewport_px <= window_px, or GlError.
   TriangleVolumeQuery(int window_px, int viewport_px);
 
   // Sets and copies the frame set that query() tests. Without silhouettes the hull is empty. Throws
@@ -47,7 +47,7 @@ class TriangleVolumeQuery {
   std::span<const hull::Silhouette> silhouettes() const { return silhouettes_; }
 
   // Every returned point is in_hull(): double confirms what OpenGL found, so rounding at a pixel's
-  // border can lose a sample but cannot invent one. The same input gives the same bits on the same
+  // border can lose a sample but cannot add one. The same input gives the same bits on the same
   // driver; drivers may differ in samples at borders. Throws std::invalid_argument if a vertex is
   // not finite.
   TriangleQueryResult query(std::span<const Triangle> triangles);
