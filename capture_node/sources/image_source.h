@@ -31,7 +31,7 @@ class ImageSource {
   // read; increasing frames are cheap, a smaller one reopens the file. Devices: the newest image
   // not yet read, whatever `frame` is; waits for it for a bounded time.
   virtual ReadStatus read(std::int64_t frame, cv::Mat& bgr) = 0;
-  // The reason for the last `missing`, for the user; empty if there is none.
+  // Returns the reason for the last `missing`, for the user; empty if there is none.
   virtual std::string last_error() const { return {}; }
 };
 
@@ -41,8 +41,8 @@ class ImageSource {
 std::unique_ptr<ImageSource> open_file_source(const config::RigCamera& camera,
                                               const config::VideoSource& source);
 
-// At most kMaxBackgroundFrames pictures of the empty scene, evenly spaced over a video, a sequence
-// or a single plate image. Throws like open_file_source().
+// Returns at most kMaxBackgroundFrames pictures of the empty scene, evenly spaced over a video, a
+// sequence or a single plate image. Throws like open_file_source().
 std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file);
 // 32 frames determine the noise to within an eighth (1 / sqrt(2 * 32)) and bound the memory.
 inline constexpr int kMaxBackgroundFrames = 32;

@@ -34,6 +34,7 @@ class FrameSteps {
 
 class FrameTracer {
  public:
+  // `bus` and `status` must outlive the tracer.
   FrameTracer(bus::Bus& bus, NodeStatusReporter& status, std::string node);
 
   // Call once per frame, after the node has written all its messages. Ends the last step.
