@@ -48,7 +48,8 @@ struct TileCounts {
   std::uint64_t complete = 0;    // frames
   std::uint64_t incomplete = 0;  // frames dropped for a newer one
   std::uint64_t late = 0;        // tiles of frames that are already complete or dropped
-  // Tiles received twice, because a restarted node sends its frame again. The first one is kept.
+  // Tiles received twice, because a restarted node sends its frame again. The assembler keeps the
+  // first one.
   std::uint64_t duplicate = 0;
   std::uint64_t restarts = 0;                     // times the source restarted its frame count
   std::map<std::string, std::uint64_t> rejected;  // invalid tiles by reason

@@ -52,8 +52,8 @@ class FrameSetAssembler {
   std::vector<FrameSet> add(CameraMap map);
 
   // Returns the drops since the last call, by reason. late_map: the frame was already returned or
-  // dropped, or the map was captured long before the others of its frame number. repeated_map.
-  // incomplete_set.
+  // dropped, or the map was captured long before the others of its frame number. Other
+  // reasons: repeated_map, incomplete_set.
   std::map<std::string, std::uint64_t> take_drops();
 
   // Forgets earlier frames; call it when a replay starts. Counts incomplete sets as drops.

@@ -14,7 +14,7 @@
 namespace fivepipe::messages {
 
 // A message with the storage of its sequences. message() points the sequences to the storage, so
-// that the struct can be moved. The returned reference is valid until then.
+// that the struct can be moved. The returned reference is valid until the move.
 struct OutgoingMap {
   fivepipe_v1_ObjectPixelMap header{};
   std::vector<std::uint8_t> payload;

@@ -37,7 +37,7 @@ class NodeStatusReporter {
   }
   // Adds one value to the latency of this name.
   void latency(const std::string& name, double seconds);
-  // Call once per frame; the status reports the newest frame and their rate.
+  // Call once per frame; the status reports the newest frame and the rate.
   void frame_handled(std::uint64_t frame);
 
   // Counts a frame set in which the camera had no object pixel, so that the hull was empty.
