@@ -136,7 +136,7 @@ TEST(Shadow, RequiresSameColourAndMinimumBrightness) {
 }
 
 // A contrast of 24 levels in one channel is always detected: 6 sigmas of 2 levels, and 6 sigmas for
-// the noise of the image. A pixel deeper than 2 px lies entirely inside the object, and opening by
+// the noise of the image. A pixel deeper than 2 px is entirely inside the object, and opening by
 // 1 px keeps it. The segmentation may miss single pixels whose colour equals the room's. Here
 // it misses 0 to 8 of 10,000 pixels; the bound is 2 of 1000. Outside the object, noise never
 // exceeds 6 sigmas, and opening removes the specks that a shadow leaves.

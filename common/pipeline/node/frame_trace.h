@@ -1,5 +1,5 @@
-// Records what a node did with one frame and when. Publishes it as FrameTrace, if that has a reader
-// (a benchmark or a lossless replay), and as latencies in the status.
+// Records the steps of a node for one frame with their times. Publishes them as FrameTrace, if that
+// has a reader (a benchmark or a lossless replay), and as latencies in the status.
 #pragma once
 #include <cstdint>
 #include <string>

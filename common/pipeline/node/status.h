@@ -12,7 +12,7 @@
 
 namespace fivepipe::node {
 
-// What a recorder did with the messages of one topic since its start.
+// Counts of a recorder's messages of one topic since its start.
 struct RecordedCounts {
   std::uint64_t received = 0;
   std::uint64_t recorded = 0;  // in the file
