@@ -16,7 +16,7 @@
 namespace fivepipe::capture {
 namespace {
 
-// The other cores are left to the other nodes.
+// Leaves the other cores to the other nodes.
 constexpr std::size_t kMaxThreads = 2;
 
 // Calls work(i) for each i < count on the pool's threads. Rethrows the first exception after all
@@ -93,7 +93,7 @@ void Capture::open_channels(const Progress& progress) {
       learn(channel);
     } catch (const SourceError& error) {
       of_camera = error.problems();
-    } catch (const std::exception& error) {  // of OpenCV
+    } catch (const std::exception& error) {  // thrown by OpenCV
       of_camera = {{name, SourceFault::not_decodable, error.what()}};
     }
     const std::lock_guard lock(mutex);

@@ -1,5 +1,5 @@
-// Capture: for each frame, the object pixels and the colour of every camera that this node reads.
-// Pure library: it knows no bus; video_pipe.cpp publishes its results.
+// Captures, for each frame, the object pixels and the colour of every camera that this node reads.
+// Uses no DDS; video_pipe.cpp publishes the results.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -59,13 +59,13 @@ class Capture {
           double frame_rate_hz, const Progress& progress = {});
   ~Capture();
 
-  // The cameras of `frame` >= 0, in the rig's order. An increasing `frame` is cheap; any other
-  // reopens the files. Synthetic images and the head pose are those at frame / frame_rate_hz [s].
-  // With precomputed frames, returns the stored set frame % precomputed_frames. With config.loop,
-  // all sources restart together when the first of them ends.
+  // Returns the cameras of `frame` >= 0, in the rig's order. An increasing `frame` is cheap; any
+  // other reopens the files. Synthetic images and the head pose are those at frame / frame_rate_hz
+  // [s]. With precomputed frames, returns the stored set frame % precomputed_frames. With
+  // config.loop, all sources restart together when the first of them ends.
   std::vector<CapturedCamera> capture(std::int64_t frame, bool want_colour);
 
-  // True if the file of a camera has ended: no complete set follows.
+  // Returns true if the file of a camera has ended: no complete set follows.
   bool ended() const { return ended_; }
 
  private:

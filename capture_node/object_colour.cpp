@@ -12,8 +12,8 @@ namespace {
 // No camera can focus on nearer points.
 constexpr double kMinDepth_m = 0.01;
 
-// Pixels that the convex polygon `outline` touches. Its corners are in pixels, in order around
-// it.
+// Returns the pixels that the convex polygon `outline` touches. Its corners are in pixels, in order
+// around it.
 hull::ObjectPixels rasterize_conservative(const std::vector<cv::Point2f>& outline, int width_px,
                                           int height_px) {
   struct Extent {

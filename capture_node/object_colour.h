@@ -1,4 +1,4 @@
-// The colour that a camera gives to the hull: which pixels of its image, and their colours.
+// Selects the pixels of a camera's image that can show the hull, and returns their colours.
 #pragma once
 #include <opencv2/core.hpp>
 #include <vector>
@@ -18,14 +18,15 @@ struct VisibleRegion {
 };
 VisibleRegion visible_region(const config::Viewer& viewer, const Eigen::Isometry3d& eye_from_world);
 
-// Pixels of `camera`'s image that can show a point of `box_m` which all `parts` and `camera` see at
-// a depth of at least 1 cm, and all pixels within margin_px of these. The result is one convex
-// region of the image, or empty.
+// Returns the pixels of `camera`'s image that can show a point of `box_m` which all `parts` and
+// `camera` see at a depth of at least 1 cm, and all pixels within margin_px of these. The result is
+// one convex region of the image, or empty.
 hull::ObjectPixels footprint(std::vector<hull::SilhouetteBounds> parts,
                              const Eigen::AlignedBox3d& box_m, const geometry::Camera& camera,
                              int margin_px);
 
-// Colours of `pixels` of the published image. `captured_bgr`: 8-bit BGR of the captured size.
+// Returns the colours of `pixels` of the published image. `captured_bgr`: 8-bit BGR of the captured
+// size.
 hull::ColourRegion colours_of(hull::ObjectPixels pixels, const geometry::Camera& camera,
                               const Undistortion& undistortion, const cv::Mat& captured_bgr);
 

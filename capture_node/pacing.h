@@ -17,19 +17,20 @@ class Pacing {
   // max_in_flight 0: the clock alone decides.
   Pacing(double frame_rate_hz, int max_in_flight, Clock::time_point start);
 
-  // The frame to capture at `now`. Returns nullopt before the next frame's time, and while
+  // Returns the frame to capture at `now`, or nullopt before the next frame's time, and while
   // max_in_flight frames are in flight. Frames whose time passes meanwhile are skipped and counted;
   // no frame is returned twice. Without a renderer, the clock alone decides. With a renderer, if no
   // frame in flight has been composited for kStallTimeout, next() drops all frames in flight,
   // because a node downstream was lost.
   std::optional<std::int64_t> next(Clock::time_point now, bool has_renderer);
-  // The next frame's time, or `now` if that time has passed while frames in flight hold it back.
+  // Returns the next frame's time, or `now` if that time has passed while frames in flight hold it
+  // back.
   Clock::time_point next_wakeup(Clock::time_point now) const;
 
   // Reports that `frame` has been composited.
   void composited(std::uint64_t frame, Clock::time_point now);
-  // Number of frames skipped since the last call, because too many were in flight or this node was
-  // busy.
+  // Returns the number of frames skipped since the last call, because too many were in flight or
+  // this node was busy.
   std::uint64_t take_skipped();
 
   // Time without a composited frame after which the frames in flight count as lost.

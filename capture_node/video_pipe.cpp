@@ -67,8 +67,8 @@ class VideoPipe {
   }
 
  private:
-  // The balancer for the configuration that all reconstruction nodes have. Returns nullopt if the
-  // deployment has no reconstruction node.
+  // Returns the balancer for the configuration that all reconstruction nodes have. Returns nullopt
+  // if the deployment has no reconstruction node.
   static std::optional<frames::TileBalancer> balancer_of(const config::Deployment& deployment) {
     for (const config::Node& node : deployment.nodes)
       if (const auto* recon = std::get_if<config::ReconConfig>(&node.config))
@@ -76,8 +76,8 @@ class VideoPipe {
     return std::nullopt;
   }
 
-  // False for frames that an earlier process of this node published: frame numbers restart with
-  // each process.
+  // Returns false for frames that an earlier process of this node published: frame numbers restart
+  // with each process.
   bool is_of_this_run(std::uint64_t frame) const {
     return published_ && frame <= *published_ && *published_ - frame < kCostHistoryFrames;
   }

@@ -28,8 +28,7 @@ inline constexpr double kNegligibleFraction = 1.0 / 1024;
 // The colour of a point that no image contains.
 inline constexpr std::array<std::uint8_t, 3> kUnseenBgr = {128, 128, 128};
 
-// The images of one frame, prepared for queries. Borrows the silhouettes and regions, which must
-// outlive it.
+// The images of one frame, prepared for queries. The silhouettes and regions must outlive it.
 class HullColour {
  public:
   // If the camera of a region is one of the silhouettes' cameras, only its object pixels give

@@ -22,7 +22,7 @@ struct OutgoingTile {
   const fivepipe_v1_HullTile& message();
 };
 
-// What the tiles of a frame have in common.
+// The fields that all tiles of a frame share.
 struct TileFrame {
   std::string viewer;
   std::uint64_t frame;

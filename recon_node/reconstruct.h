@@ -19,9 +19,9 @@ struct ReconTile {
   Tile tile;
   // The smallest rectangle inside the tile that contains every hit; all 0 if there is no hit.
   hull::PixelRect covered;
-  // Of `covered`, row-major, along the view's z; kNoHull where the ray misses the hull.
+  // Of `covered`, row-major, along the view's z; kNoHull if the ray misses the hull.
   std::vector<float> depth_m;
-  // Of `covered`, 3 bytes per pixel, 0 where the ray misses; empty if no colour was requested.
+  // Of `covered`, 3 bytes per pixel, 0 if the ray misses; empty if no colour was requested.
   std::vector<std::uint8_t> bgr;
   // Time for depth and colour. A backend that computes all tiles together divides its time by hits.
   double cost_s = 0;

@@ -16,7 +16,7 @@
 namespace fivepipe::recon {
 namespace {
 
-// Keep poses and colours of this many frames, more than can be in flight.
+// The node keeps the poses and colours of this many frames, more than can be in flight.
 constexpr std::size_t kMaxKeptFrames = 16;
 // At most this many frame sets wait for their head poses.
 constexpr std::size_t kMaxWaiting = 4;
@@ -142,7 +142,7 @@ class ReconstructionPipe {
   }
 
   // Reconstructs the waiting frames in order. A frame waits for its pose, because messages of
-  // different topics may overtake each other. It is dropped if the pose of a later frame is here or
+  // different topics may overtake each other. Drops it if the pose of a later frame has arrived or
   // more than kMaxWaiting frames wait.
   void reconstruct_frames_with_pose() {
     const auto has_pose = [&](const frames::FrameSet& set) {

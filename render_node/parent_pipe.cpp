@@ -17,8 +17,8 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// A complete hull frame waits this long for the simulation's state of the same frame. Then it is
-// composited with the previous state and counted as late_state.
+// A complete hull frame waits this long for the simulation's state of the same frame. Then
+// render_node composites it with the previous state and counts it as late_state.
 constexpr auto kStateTimeout = 40ms;
 // In a lossless replay the state always arrives; a longer wait means that the simulation has
 // failed.

@@ -3,7 +3,7 @@
 namespace fivepipe::render {
 namespace {
 
-// The video skips a longer gap instead of repeating one image for it.
+// The video skips a longer gap instead of filling it with one repeated image.
 constexpr double kMaxRepeat_s = 1.0;
 
 // Returns STEM.EXT, or STEM-2.EXT and so on if the file exists, so that a restarted process does

@@ -31,8 +31,8 @@ class Presenter {
   // previous image for each missing frame. Returns false after the user has closed the window.
   bool present(std::uint64_t frame, const cv::Mat& image_bgr);
 
-  // Closes the video. Writes the last presented frame as the still if no earlier frame was. Throws
-  // OutputError.
+  // Closes the video. Writes the last presented frame as the still if no still has been written.
+  // Throws OutputError.
   void finish();
 
   std::uint64_t video_frames_dropped() const { return video_ ? video_->dropped() : 0; }

@@ -272,7 +272,7 @@ bool Renderer::can_cull_back_faces(const DrawableObject& drawn,
 }
 
 // Returns object indices sorted by the farthest distance of the bounding sphere from the eye.
-// Floors and walls come last, because other objects hide parts of them.
+// Floors and walls are last, because other objects hide parts of them.
 std::vector<std::size_t> Renderer::front_to_back(const Eigen::Isometry3d& eye_from_world) const {
   std::vector<std::pair<double, std::size_t>> by_end;
   for (std::size_t i = 0; i < objects_.size(); ++i) {

@@ -43,8 +43,8 @@ class Renderer {
   void finish() const;
   // Reads back the last frame: 8-bit BGR (sRGB), row 0 at the top.
   cv::Mat image_bgr() const;
-  // Reads back the depth of the last frame along the view's z [m], 32-bit float; far_m where the
-  // pixel shows only the background. For tests.
+  // Reads back the depth of the last frame along the view's z [m], 32-bit float; far_m at pixels
+  // that show only the background. For tests.
   cv::Mat depth_m() const;
 
  private:

@@ -13,8 +13,8 @@ namespace fivepipe::render {
 struct SurfaceCorner {
   Eigen::Vector3f p_object_m;
   Eigen::Vector3f normal;  // unit length, object frame, outward for counter-clockwise triangles
-  Eigen::Vector2f
-      pattern_m;  // coordinates in the surface at rest; they do not change in deformation
+  // Coordinates in the surface at rest; they do not change when the surface deforms.
+  Eigen::Vector2f pattern_m;
 };
 
 class Surface {

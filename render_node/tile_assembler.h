@@ -22,7 +22,7 @@ struct ReceivedTile {
   geometry::Pinhole recon;
   hull::PixelRect rect;     // the tile, in pixels of the reconstruction image
   hull::PixelRect covered;  // the part of `rect` that the message holds; may be empty
-  // Of `covered`, row-major, along the view's z; kNoHull where the ray misses the hull.
+  // Of `covered`, row-major, along the view's z; kNoHull if the ray misses the hull.
   std::span<const float> depth_m;
   std::span<const std::uint8_t> bgr;  // of `covered`, 3 bytes per pixel; may be empty
   std::vector<std::string> empty_cameras;
@@ -36,8 +36,8 @@ struct HullFrame {
   Eigen::Isometry3d eye_from_world = Eigen::Isometry3d::Identity();
   geometry::Pinhole recon;
   hull::PixelRect covered;  // contains every pixel that shows the hull
-  std::vector<float>
-      depth_m;  // the whole reconstruction image, row-major; empty if there is no hull
+  // The whole reconstruction image, row-major, along the view's z; empty if there is no hull.
+  std::vector<float> depth_m;
   // The whole image, 3 bytes per pixel; empty unless every tile that shows the hull has colour.
   std::vector<std::uint8_t> bgr;
   std::vector<std::string> empty_cameras;  // cameras without an object pixel, sorted
@@ -48,7 +48,8 @@ struct TileCounts {
   std::uint64_t complete = 0;    // frames
   std::uint64_t incomplete = 0;  // frames dropped for a newer one
   std::uint64_t late = 0;        // tiles of frames that are already complete or dropped
-  // Tiles received twice, because a restarted node sends its frame again. The first one is kept.
+  // Tiles received twice, because a restarted node sends its frame again. The assembler keeps the
+  // first one.
   std::uint64_t duplicate = 0;
   std::uint64_t restarts = 0;                     // times the source restarted its frame count
   std::map<std::string, std::uint64_t> rejected;  // invalid tiles by reason

@@ -4,7 +4,7 @@ namespace fivepipe::render {
 
 VirtualFrame& VirtualFrames::at(std::uint64_t frame, std::int64_t capture_stamp_ns) {
   if (restart_detector_.is_restart(frame, capture_stamp_ns)) frames_.clear();
-  // Older than every kept frame: the parent pipe has already composited it or dropped it.
+  // A frame older than every kept frame has already been composited or dropped.
   if (frames_.size() >= kMaxFrames && frame < frames_.begin()->first) return too_old_ = {};
   VirtualFrame& found = frames_[frame];
   if (frames_.size() > kMaxFrames) frames_.erase(frames_.begin());

@@ -16,17 +16,20 @@ namespace fivepipe::render {
 struct VirtualFrame {
   std::vector<ObjectPose> poses;
   std::set<std::string> colliding;
-  bool complete =
-      false;  // true once the state has arrived; sim_node sends the collisions before it
+  // True if the state has arrived. sim_node sends the collisions before the state.
+  bool complete = false;
 };
 
 class VirtualFrames {
  public:
   static constexpr std::size_t kMaxFrames = 16;
 
+  // Adds a colliding object or the poses of a frame. Ignores a frame that is older than all of
+  // kMaxFrames kept frames. Drops all kept frames if the source has restarted.
   void add_collision(std::uint64_t frame, std::int64_t capture_stamp_ns, const std::string& object);
   void add_state(std::uint64_t frame, std::int64_t capture_stamp_ns, std::vector<ObjectPose> poses);
 
+  // Returns true if the state of this frame has arrived.
   bool has(std::uint64_t frame) const;
   // Returns the newest complete frame with a number <= `frame`, otherwise the oldest complete one.
   // Returns nullptr if no state has arrived.

@@ -23,9 +23,8 @@ class Window {
   Window& operator=(const Window&) = delete;
 
   // Sets the image to show next: 8-bit BGR, row 0 at the top. The caller must not modify it
-  // afterwards. It replaces an image that has not been shown yet: the window keeps only the newest
-  // image, no queue. Returns false after the user has closed the window (q, Esc or its close
-  // button).
+  // afterwards. The window has no queue: the image replaces one that has not been shown yet.
+  // Returns false after the user has closed the window (q, Esc or its close button).
   bool show(const cv::Mat& image_bgr);
 
   // Returns the pixels of the window as 8-bit BGR, row 0 at the top; empty before the first frame.

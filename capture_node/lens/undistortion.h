@@ -1,9 +1,9 @@
 // Maps the captured image (with lens distortion) to the published pinhole image.
 //
-// Segmentation runs before, on the captured image: there the noise is independent per pixel and the
-// reference is exact, whereas interpolation would mix neighbouring pixels into every difference.
-// Undistortion then moves one bit per pixel by nearest neighbour, and colours only inside the
-// region that the caller needs.
+// Segmentation runs before, on the captured image, because its noise is independent per pixel and
+// its reference is exact; interpolation would mix neighbouring pixels into every difference.
+// Undistortion then moves one bit per pixel by nearest neighbour, and interpolates colours only in
+// the region that the caller needs.
 #pragma once
 #include <cstdint>
 #include <opencv2/core.hpp>
@@ -18,15 +18,15 @@ class Undistortion {
  public:
   explicit Undistortion(const config::RigCamera& camera);
 
-  // True if the captured image is the published one.
+  // Returns true if the captured image is the published one.
   bool identity() const { return identity_; }
-  // Published pixels whose source pixel is set. Pixels that the source does not see stay unset.
-  // `source` must have the captured size.
+  // Returns the published pixels whose source pixel is set. Pixels that the source does not see
+  // stay unset. `source` must have the captured size.
   hull::ObjectPixels published(const hull::ObjectPixels& source) const;
-  // The part `region` of the published image by bilinear interpolation; black where the source sees
-  // nothing. `region` must lie inside the published image.
+  // Returns the part `region` of the published image by bilinear interpolation. Pixels that the
+  // source does not see are black. `region` must be inside the published image.
   cv::Mat published(const cv::Mat& source_bgr, const hull::PixelRect& region) const;
-  // True if the captured image sees this published pixel.
+  // Returns true if the captured image sees this published pixel.
   bool sees(int u_px, int v_px) const;
 
  private:
@@ -43,16 +43,16 @@ class Undistortion {
   static constexpr std::int32_t kUnseen = -1;
 };
 
-// Normalised radius up to which the distorted radius increases with the undistorted one. Beyond it
-// the radial model folds back, and its pixels do not show what the lens sees. Infinite if the model
-// never folds.
+// Returns the normalised radius up to which the distorted radius increases with the undistorted
+// one. Beyond it the radial model folds back, and its pixels do not show what the lens sees.
+// Infinite if the model never folds.
 double monotonic_radius(const config::LensDistortion& lens);
 
 // OpenCV's lens model: maps normalised undistorted to normalised distorted coordinates.
 Eigen::Vector2d distorted(const config::LensDistortion& lens, const Eigen::Vector2d& xy);
 
-// Normalised undistorted coordinates of a captured pixel, by fixed-point iteration on the lens
-// model.
+// Returns the normalised undistorted coordinates of a captured pixel, by fixed-point iteration on
+// the lens model.
 Eigen::Vector2d undistorted(const config::RigCamera& camera, const Eigen::Vector2d& uv_px);
 
 }  // namespace fivepipe::capture

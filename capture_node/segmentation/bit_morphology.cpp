@@ -1,5 +1,5 @@
-// The 3x3 square is separable: combines three neighbours in a row by shifting whole words, then
-// three rows. Repeats this radius_px times.
+// Combines three neighbours in a row by shifting whole words, then three rows, because the 3x3
+// square is separable. Repeats this radius_px times.
 #include "capture_node/segmentation/bit_morphology.h"
 
 #include <algorithm>

@@ -15,7 +15,7 @@ struct Bits16 {
   std::uint64_t differs, darker;
 };
 
-// The bits of 16 pixels; four of them make one 64-pixel word.
+// Returns the bits of 16 pixels; four of them make one 64-pixel word.
 Bits16 sixteen_pixels(const std::uint8_t* bgr, const RowTables& tables, int u) {
 #if CV_SIMD128
   cv::v_uint8x16 channel[3];

@@ -18,7 +18,7 @@ struct DifferenceTables {
   std::array<std::vector<std::uint8_t>, 3> low, high;
 };
 
-// A level belongs to the empty scene if it lies within max(floor_levels, sigmas * measured sigma)
+// A level belongs to the empty scene if it is within max(floor_levels, sigmas * measured sigma)
 // of the mean.
 DifferenceTables difference_tables(const ReferenceImage& reference, double sigmas,
                                    double floor_levels);

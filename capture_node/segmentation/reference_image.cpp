@@ -48,8 +48,8 @@ struct MeanSigma {
   float mean, sigma;
 };
 
-// Mean and standard deviation of those samples of element k that lie within `max_deviation` of the
-// median.
+// Returns mean and standard deviation of those samples of element k that are within `max_deviation`
+// of the median.
 MeanSigma trimmed(const std::vector<Row>& samples, std::size_t k, int median, int max_deviation) {
   int n = 0, sum = 0, squares = 0;  // relative to the median
   for (const Row& row : samples)

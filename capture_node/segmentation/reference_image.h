@@ -1,5 +1,5 @@
-// The reference image (paper, section 3.1): what a camera sees while the scene is empty, and the
-// noise of each pixel.
+// The reference image (paper, section 3.1): a camera's image of the empty scene, and the noise of
+// each pixel.
 #pragma once
 #include <opencv2/core.hpp>
 #include <span>
@@ -15,7 +15,7 @@ struct ReferenceImage {
 
 // Learns the reference from at least one frame of the empty scene, all 8-bit BGR of one size
 // (asserted). Takes the median first, then mean and deviation of the samples near it, so that a
-// person who crosses the scene in a minority of the frames leaves no trace. With fewer than
+// person who crosses the scene in a minority of the frames has no effect. With fewer than
 // kMinFramesForNoise frames the noise is kPlateSigma_levels.
 ReferenceImage learn_reference(std::span<const cv::Mat> empty_frames);
 

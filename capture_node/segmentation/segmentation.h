@@ -20,8 +20,8 @@ class Segmenter {
   Segmenter(const config::RigCamera& camera, const ReferenceImage& reference,
             const config::SegmentationConfig& config);
 
-  // Object pixels in the published geometry. Returns nullopt unless the image is 8-bit BGR of the
-  // captured size.
+  // Returns the object pixels in the published geometry, or nullopt unless the image is 8-bit BGR
+  // of the captured size.
   std::optional<hull::ObjectPixels> segment(const cv::Mat& source_bgr) const;
 
   const Undistortion& undistortion() const { return undistortion_; }
@@ -46,10 +46,10 @@ inline constexpr float kShadowColour_levels = 8.0f;
 // Indirect light from the walls has another tint than the blocked light: 3.4 degrees.
 inline constexpr float kShadowColourFraction = 0.06f;
 
-// Diagnostics of one camera's object pixels for the user; empty if they are plausible.
+// Returns diagnostics of one camera's object pixels for the user; empty if they are plausible.
 std::vector<std::string> segmentation_diagnostics(const hull::ObjectPixels& pixels);
-// In no rig do objects fill more of an image: a larger fraction means that exposure or light has
-// changed, or that the camera has moved.
+// Objects fill a smaller fraction of an image in every rig: a larger one means that exposure or
+// light has changed, or that the camera has moved.
 inline constexpr double kMaxPlausibleFraction = 0.6;
 
 }  // namespace fivepipe::capture

@@ -29,8 +29,8 @@ class Frames {
   virtual ~Frames() = default;
   // Returns nullopt if the frame is beyond the end or unreadable.
   virtual std::optional<cv::Mat> at(std::int64_t index) = 0;
-  // Number of frames, once known. A video's header is only an estimate; reading to its end gives
-  // the exact number.
+  // Returns the number of frames, or nullopt until it is known. A video's header contains only an
+  // estimate; reading to its end gives the exact number.
   virtual std::optional<std::int64_t> count() const = 0;
   virtual std::int64_t count_guess() const = 0;
 };
@@ -92,8 +92,8 @@ class SequenceFrames final : public Frames {
   std::map<std::int64_t, fs::path> files_;
 };
 
-// Files in the folder of `pattern` that match it, by number. The pattern's file name contains one
-// %d or %0Nd.
+// Returns the files in the folder of `pattern` that match it, by number. The pattern's file name
+// contains one %d or %0Nd.
 std::map<std::int64_t, fs::path> files_of_pattern(const fs::path& pattern) {
   const std::string name = pattern.filename().string();
   const std::size_t percent = name.find('%');

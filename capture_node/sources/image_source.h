@@ -28,10 +28,10 @@ class ImageSource {
   virtual ~ImageSource() = default;
   // Sets `bgr` to the image of `frame` >= 0: 8-bit BGR of the rig camera's captured size. Leaves
   // `bgr` unchanged unless the status is `image`. Files: `frame` counts from the first frame to be
-  // read; increasing frames are cheap, a smaller one reopens the file. Devices: the newest image
-  // not yet read, whatever `frame` is; waits for it for a bounded time.
+  // read; increasing frames are cheap, a smaller one reopens the file. Devices: waits a bounded
+  // time for the newest image not yet read, and ignores `frame`.
   virtual ReadStatus read(std::int64_t frame, cv::Mat& bgr) = 0;
-  // The reason for the last `missing`, for the user; empty if there is none.
+  // Returns the reason for the last `missing`, for the user; empty if there is none.
   virtual std::string last_error() const { return {}; }
 };
 
@@ -41,13 +41,15 @@ class ImageSource {
 std::unique_ptr<ImageSource> open_file_source(const config::RigCamera& camera,
                                               const config::VideoSource& source);
 
-// At most kMaxBackgroundFrames pictures of the empty scene, evenly spaced over a video, a sequence
-// or a single plate image. Throws like open_file_source().
+// Returns at most kMaxBackgroundFrames pictures of the empty scene, evenly spaced over a video, a
+// sequence or a single plate image. Throws like open_file_source().
 std::vector<cv::Mat> read_background(const config::RigCamera& camera, const std::string& file);
 // 32 frames determine the noise to within an eighth (1 / sqrt(2 * 32)) and bound the memory.
 inline constexpr int kMaxBackgroundFrames = 32;
 
-// Opens a V4L2 camera. Throws HardwareMissing that names the device and lists those present.
+// Opens a V4L2 camera. Throws HardwareMissing if the device does not exist (the message lists the
+// connected ones) or delivers no images, and SourceError if its images have another size than
+// camera.source.
 std::unique_ptr<ImageSource> open_v4l2_source(const config::RigCamera& camera,
                                               const config::V4l2Source& source);
 

@@ -23,7 +23,8 @@ class SyntheticImageSource final : public ImageSource {
   // Renders one period of the world in advance, so that read() only copies images. Does nothing for
   // a camera mounted on the viewer, and if the period is not a whole number of frames.
   void prerender();
-  // The empty room, with different noise for each index. Only for cameras fixed in the world.
+  // Returns the empty room, with different noise for each index. Only for cameras fixed in the
+  // world.
   cv::Mat background(int index);
 
  private:

@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 
 // USB cameras need seconds to start their stream.
 constexpr auto kFirstImageTimeout = 5s;
-// Ten periods of a slow camera (20 Hz); after it the frame is missing.
+// Ten periods of a slow camera (20 Hz). After this time the frame is missing.
 constexpr auto kImageTimeout = 500ms;
 // Lets the node exit within two seconds of Ctrl-C.
 constexpr auto kReaderStopTimeout = 1s;

@@ -17,11 +17,11 @@ inline std::uint64_t splitmix64(std::uint64_t a, std::uint64_t b) {
   return splitmix64(splitmix64(a) ^ b);
 }
 
-// Uniform in [0, 1).
+// Returns a number that is uniform in [0, 1).
 inline float unit_hash(std::uint64_t key) {
   return float(splitmix64(key) >> 40) * (1.0f / 16777216.0f);
 }
-// Uniform in [0, 1) at a point of the integer lattice.
+// Returns a number, uniform in [0, 1), for a point of the integer lattice.
 inline float lattice(std::uint64_t seed, std::int64_t x, std::int64_t y, std::int64_t z) {
   return unit_hash(seed + std::uint64_t(x) * 0x8da6b343u + std::uint64_t(y) * 0xd8163841u +
                    std::uint64_t(z) * 0xcb1ab31fu);

@@ -232,7 +232,7 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
       std::vector<double> radii;
       for (const Vector3d& end : {capsule.a_world_m, capsule.b_world_m}) {
         const Vector3d down = end - lamp_m;
-        // Projects the centre from the lamp onto the surface; 1: it lies on the surface.
+        // Projects the centre from the lamp onto the surface; 1: it is on the surface.
         const double scale = std::max(1.0, (double(z_m) - lamp_m.z()) / down.z());
         centers.push_back(lamp_m + scale * down);
         // A sphere's shadow on the surface is an ellipse, elongated by the slant of the light;

@@ -1,7 +1,7 @@
-// Renders images of the synthetic world as a camera would capture them: lens distortion, shading,
-// cast shadow, sensor noise. Casts rays through the pixel centers of the captured image. The room
-// of a fixed camera is rendered once; per frame only the pixels that the object or its shadow can
-// cover.
+// Renders images of the synthetic world as a camera would capture them, with lens distortion,
+// shading and cast shadow, but without noise. Casts rays through the pixel centers of the captured
+// image. Renders the room of a fixed camera once, and per frame only the pixels that the object or
+// its shadow can cover.
 #pragma once
 #include <limits>
 #include <memory>
@@ -20,8 +20,8 @@ class SyntheticCamera {
   SyntheticCamera(const config::SyntheticWorld& world, const config::RigCamera& camera,
                   std::shared_ptr<const Surroundings> surroundings);
 
-  // The image of `parts` (none: the empty room) without noise, 8-bit BGR of the captured size.
-  // Renders the room again if the pose differs from that of the last call.
+  // Returns the image of `parts` (none: the empty room) without noise, 8-bit BGR of the captured
+  // size. Renders the room again if the pose differs from that of the last call.
   cv::Mat image(std::span<const SyntheticPart> parts, const Eigen::Isometry3d& camera_from_world);
 
  private:

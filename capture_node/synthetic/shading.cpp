@@ -14,7 +14,7 @@ using Eigen::Vector3f;
 
 const Vector3f kSkin_bgr(140, 172, 225), kSleeve_bgr(60, 140, 40), kPipe_bgr(38, 120, 214);
 
-// A surface's own colour at a point, from value noise in the part's frame.
+// Returns a surface's own colour at a point, from value noise in the part's frame.
 Vector3f own_colour(const SyntheticPart& part, const Vector3d& p_world_m) {
   const hull::Capsule& capsule = part.capsule;
   const Vector3d axis = (capsule.b_world_m - capsule.a_world_m).normalized();
@@ -84,7 +84,7 @@ float lamp_visibility_past(const hull::Capsule& capsule, const Vector3f& p_world
     s = std::clamp((b * t - c) / aa, 0.0f, 1.0f);
   }
   const float clearance = (r + s * d1 - t * d2).norm() - float(capsule.radius_m);
-  // The width would be zero where the capsule touches the table.
+  // Without this minimum, the width would be zero at points at which the capsule touches the table.
   constexpr float kMinPenumbra_m = 1e-4f;
   const float half_shadow = lamp::kRadius_m * s + kMinPenumbra_m;
   return std::clamp(0.5f + 0.5f * clearance / half_shadow, 0.0f, 1.0f);

@@ -16,8 +16,8 @@ const Vector3f kRoomMin_m(-2.9f, -2.7f, kFloor_z_m), kRoomMax_m(2.9f, 2.7f, 2.3f
 const Vector3f kTableMin_m(-0.85f, -0.68f, -0.04f), kTableMax_m(0.85f, 0.68f, kTableTop_z_m);
 const Vector3f kCeiling_bgr(205, 206, 204), kTableEdge_bgr(96, 92, 84);
 
-// An image of `colour(u, v)`. All surfaces have neutral or cool colours, so that skin and pipe
-// differ from them in colour, also in the shade.
+// Returns an image of `colour(u, v)`. All surfaces have neutral or cool colours, so that skin and
+// pipe differ from them in colour, also in the shade.
 template <class Colour>
 cv::Mat painted(int width_px, int height_px, Colour colour) {
   cv::Mat texture(height_px, width_px, CV_8UC3);

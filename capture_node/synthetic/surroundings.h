@@ -16,7 +16,8 @@ inline constexpr float kRadius_m = 0.05f;
 inline constexpr float kAmbient = 0.62f, kDirect = 0.40f;
 }  // namespace lamp
 
-// Brightness of a surface point; `visibility` is the visible fraction of the lamp, 0 to 1.
+// Returns the brightness of a surface point; `visibility` is the visible fraction of the lamp, 0
+// to 1.
 float brightness(const Eigen::Vector3f& p_world_m, const Eigen::Vector3f& normal_world,
                  float visibility);
 
@@ -32,7 +33,7 @@ class Surroundings {
     Surface surface;
     Eigen::Vector3f bgr;  // grey levels of 255, lamp fully visible
   };
-  // First surface that the ray hits. The direction need not be normalised.
+  // Returns the first surface that the ray hits. The direction need not be normalised.
   RayHit trace_ray(const Eigen::Vector3f& origin_world_m,
                    const Eigen::Vector3f& direction_world) const;
 

@@ -21,7 +21,7 @@ constexpr double kPipeRadius_m = 0.020, kPipeLength_m = 0.14;
 const Vector3d kPipe_hand_m(0.0, 0.050, -0.034);
 struct Finger {
   double x_m, radius_m;
-  double arc_radius_m;  // of the arc around the pipe on which the bones lie
+  double arc_radius_m;  // of the bones' arc around the pipe
 };
 constexpr Finger kFingers[] = {{-0.032, 0.0090, 0.0335},
                                {-0.011, 0.0095, 0.0345},

@@ -16,8 +16,8 @@ struct SyntheticPart {
   Material material;
 };
 
-// The parts at time t_s, in the world frame: always the same number in the same order. Periodic in
-// t_s with world.period_s. The seed changes the fingers' phase, not the hand's path.
+// Returns the parts at time t_s, in the world frame: always the same number in the same order.
+// Periodic in t_s with world.period_s. The seed changes the fingers' phase, not the hand's path.
 std::vector<SyntheticPart> synthetic_parts(const config::SyntheticWorld& world, double t_s);
 
 }  // namespace fivepipe::capture

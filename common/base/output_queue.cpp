@@ -53,7 +53,7 @@ bool OutputQueue::closed() const {
 
 void OutputQueue::write_until_closed() {
   while (const std::optional<std::string> text = queue_.pop()) {
-    // After a failure the loop only drains the queue, so that put() never waits for good.
+    // After a failure the loop only drains the queue, so that put() does not wait forever.
     if (const int error = closed_ ? 0 : write_all(file_, *text)) {
       closed_ = true;
       if (error != EPIPE) error_ = error;

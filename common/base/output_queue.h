@@ -22,7 +22,7 @@ class OutputQueue {
 
   // Never waits. Returns false, and drops the text, if kMaxQueuedBytes are queued.
   bool offer(std::string text);
-  // Waits for room.
+  // Waits until less than kMaxQueuedBytes are queued.
   void put(std::string text);
   // Returns true if the reader has closed its end or a write has failed. The queue then drops
   // everything that is put into it.

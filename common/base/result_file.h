@@ -1,7 +1,7 @@
 // The result files of the benchmarks (JSON), which `fivepipe bench compare` reads.
 //
-// A result is an object with a unique "name", "time_ms" (times_json) and, where they apply, "error"
-// (named numbers, greater is worse), "counts" and "checksum" (hexadecimal, of the output).
+// A result is an object with a unique "name", "time_ms" (times_json), and optionally "error" (named
+// numbers, greater is worse), "counts" and "checksum" (hexadecimal, of the output).
 #pragma once
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
@@ -10,14 +10,16 @@
 
 namespace fivepipe::base {
 
-// Names the processor, the number of cores, the OpenGL renderer, the build type and the commit.
+// Returns one line with the processor, the number of cores, the OpenGL renderer, the build type and
+// the commit.
 std::string machine_line(const std::string& gl_renderer);
 
-// {"suite": .., "commit": .., "machine": {..}, "results": [..]}. `results` is an array.
+// Returns {"suite": .., "commit": .., "machine": {..}, "results": [..]}. `results` is an array.
 nlohmann::ordered_json suite_json(const std::string& suite, const std::string& gl_renderer,
                                   const nlohmann::ordered_json& results);
 
-// {"best": .., "median": .., "p95": .., "p99": .., "runs": ..}, in ms.
+// Returns {"best": .., "median": .., "p95": .., "p99": .., "runs": ..}. Times are in ms, 0 if
+// `time_ms` is empty.
 nlohmann::ordered_json times_json(const std::vector<double>& time_ms);
 
 // Both create missing folders and throw std::runtime_error if the file cannot be written.

@@ -20,8 +20,8 @@ class TextTable {
   // Takes one cell per column.
   void add(std::vector<std::string> cells);
   bool empty() const { return rows_.empty(); }
-  // The head and the rows, each line with a newline. Two blanks separate columns; lines have no
-  // trailing blanks.
+  // Returns the head and the rows, each line with a newline. Two blanks separate columns; lines
+  // have no trailing blanks.
   std::string text() const;
 
  private:
@@ -33,7 +33,7 @@ class TextTable {
 std::string printable(std::string text);
 std::string with_decimals(double value, int decimals);  // "-" if the value is NaN or infinite
 std::string joined(const std::vector<std::string>& parts, const std::string& between);
-// "1 message", "2 messages"
+// Returns "1 message" or "2 messages" if `what` is "message".
 std::string counted(std::uint64_t count, const std::string& what);
 
 }  // namespace fivepipe::base

@@ -6,8 +6,8 @@
 namespace fivepipe::base {
 namespace {
 
-// How long an idle thread polls before it sleeps: several times the cost of waking it. The phases
-// of one frame follow each other faster than that.
+// An idle thread polls for this time before it sleeps: several times the cost of waking it, and
+// more than the pause between two phases of one frame.
 constexpr std::chrono::microseconds kSpinTime{50};
 
 inline void relax() {

@@ -1,4 +1,5 @@
-// Reads the keys `report` and `warmth` of a scene's object, and `history` of the scene.
+// Reads the mappings `report` and `warmth` of a scene's object, and `history` of the scene. An
+// unusable value is a problem and reads as its default.
 #pragma once
 #include "common/config/collision_requests.h"
 #include "common/config/yaml/yaml_reader.h"

@@ -100,7 +100,7 @@ void read_nodes(YamlMap& map, Deployment& deployment, bool rig_is_valid, bool vi
   for (ParsedNode& parsed : nodes) deployment.nodes.push_back(std::move(parsed.node));
 }
 
-// The tracker divides the rig's volume into cells; their number is bounded.
+// The tracker divides the rig's volume into cells. Rejects more than kMaxHistoryCells.
 void check_history(YamlMap& map, const Deployment& deployment) {
   if (!deployment.scene.history) return;
   const double cells =

@@ -33,7 +33,7 @@ struct Node {
   NodeConfig config;
   int line = 0;  // in the deployment file
 };
-// capture_node, recon_node, sim_node or render_node.
+// Returns "capture_node", "recon_node", "sim_node" or "render_node".
 std::string program_of(const Node& node);
 
 struct Deployment {
@@ -58,7 +58,7 @@ struct Deployment {
 Deployment load_deployment(const std::filesystem::path& file,
                            const std::map<std::string, std::string>& settings = {});
 
-// Returns nullptr if the deployment has no node of this name.
+// Returns a pointer into `deployment`, or nullptr if it has no node of this name.
 const Node* find_node(const Deployment& deployment, const std::string& name);
 
 }  // namespace fivepipe::config

@@ -47,7 +47,7 @@ void check_header(const std::filesystem::path& file, const std::string& line, Pr
         fmt::format("the first line must have {} columns, has {}", kColumns.size(), cells.size()));
 }
 
-// Returns nullopt if the line has a problem.
+// Reads one line. Adds its problems and returns nullopt if it has any.
 std::optional<HeadKey> read_key(const std::filesystem::path& file, int line_number,
                                 const std::string& line, Problems& problems) {
   const std::size_t problems_before = problems.count();

@@ -15,7 +15,7 @@ namespace fivepipe::config {
 
 namespace {
 
-// Index of the first vertex that is not finite, counted over all meshes.
+// Returns the index of the first vertex that is not finite, counted over all meshes.
 std::optional<std::size_t> not_finite_vertex(const aiScene& scene) {
   std::size_t count = 0;
   for (unsigned i = 0; i < scene.mNumMeshes; ++i)
@@ -55,7 +55,7 @@ void append(geometry::Mesh& mesh, const aiMesh& part, double unit_m,
           {first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
 }
 
-// The file name's extension in lower case, with its dot.
+// Returns the file name's extension in lower case, with its dot.
 std::string mesh_extension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),

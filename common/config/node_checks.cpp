@@ -65,8 +65,7 @@ void check_sources(const std::vector<ParsedNode>& nodes, const Rig& rig,
     }
   }
   check_one_synthetic_world(nodes, file, problems);
-  // Without a capture node, the maps come from a replay or from the capture node of another
-  // deployment.
+  // Without a capture node, a replay or the capture node of another deployment sends the maps.
   if (!has_capture_node) return;
   for (const RigCamera& camera : rig.cameras)
     if ((camera.gives_shape || camera.gives_colour) && !reader_of.contains(camera.name))

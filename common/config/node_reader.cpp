@@ -15,14 +15,15 @@ constexpr Range kCount{0, kUnbounded}, kAtLeastOne{1, kUnbounded};
 constexpr Range kLevels{0, 255};  // grey levels
 constexpr Range kCores{0, 1023};  // CPUs of a Linux cpu_set_t
 
-// True if the node runs on this machine. Files of other hosts cannot be checked here.
+// Returns true if the node runs on this machine. Files of other hosts cannot be checked here.
 bool runs_here(const std::string& host) {
   std::array<char, 256> own = {};
   ::gethostname(own.data(), own.size() - 1);
   return host.empty() || host == own.data();
 }
 
-// File of a sequence such as frame_%04d.png. Returns the pattern itself if it contains no %d.
+// Returns a file of a sequence such as frame_%04d.png. Returns the pattern itself if it contains no
+// %d.
 std::string frame_of_sequence(const std::string& pattern, int index) {
   static const std::regex kIndex("%(0?)([0-9]?)d");
   std::smatch match;

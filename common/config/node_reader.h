@@ -15,7 +15,8 @@ struct ParsedNode {
   std::map<std::string, SourceLocation> source_locations;  // by camera
 };
 
-// `rig` lists the cameras that `sources: synthetic` stands for.
+// Adds problems to those of `map`. `sources: synthetic` stands for all cameras of `rig` that give
+// shape or colour.
 ParsedNode read_node(YamlMap map, const Rig& rig);
 
 }  // namespace fivepipe::config

@@ -9,7 +9,7 @@
 
 namespace fivepipe::config {
 
-// A rig file, and a scene file with its mesh files.
+// Read a rig file, and a scene file with its mesh files.
 Rig read_rig(const std::filesystem::path& file, Problems& problems);
 Scene read_scene(const std::filesystem::path& file, Problems& problems);
 
@@ -17,20 +17,21 @@ Scene read_scene(const std::filesystem::path& file, Problems& problems);
 // t_s,eye_x_m,eye_y_m,eye_z_m,target_x_m,target_y_m,target_z_m, then one key per line.
 std::vector<HeadKey> read_head_path(const std::filesystem::path& file, Problems& problems);
 
-// True if an eye that looks at the target has a defined up direction in its image: the target is
-// neither at the eye nor straight above or below it. `up` is a unit vector.
+// Returns true if an eye that looks at the target has a defined up direction in its image: the
+// target is neither at the eye nor straight above or below it. `up` is a unit vector.
 bool has_up_direction(const Eigen::Vector3d& eye_m, const Eigen::Vector3d& target_m,
                       const Eigen::Vector3d& up);
 
-// Faults of a path of eye poses, by key: times must start at 0 and increase; at and between the
-// keys, the eye must not look straight up or down, nor have its target at its own position.
+// Returns the faults of a path of eye poses, by key: times must start at 0 and increase; at and
+// between the keys, the eye must not look straight up or down, nor have its target at its own
+// position.
 struct HeadPathFault {
   std::size_t key;
   std::string what;
 };
 std::vector<HeadPathFault> head_path_faults(const std::vector<HeadKey>& path);
 
-// True if the file name ends in .gltf or .glb.
+// Returns true if the file name ends in .gltf or .glb.
 bool is_gltf(const std::filesystem::path& file);
 
 // Reads the triangles of a glTF, OBJ, STL or PLY file and multiplies the vertices by unit_m [m].

@@ -19,7 +19,7 @@ struct ReconConfig {
   int tile_columns = 8, tile_rows = 6;  // tiles of the view
   int worker_count = 1;                 // number of reconstruction nodes
   ReconSplit split = ReconSplit::tiles;
-  // Of split tiles: assigns tiles by their cost in recent frames; false: round-robin.
+  // Only for split `tiles`: assigns tiles by their cost in recent frames; false: round-robin.
   bool balance = true;
 
   int worker_index = 0;  // this node's index, 0 to worker_count - 1

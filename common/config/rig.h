@@ -36,11 +36,12 @@ struct Rig {
   std::vector<RigCamera> cameras;
 };
 
-// The published pinhole at the camera's pose. Only cameras on the viewer use eye_from_world.
+// Returns the published pinhole at the camera's pose. Only cameras on the viewer use
+// eye_from_world.
 geometry::Camera published_camera(const RigCamera& camera, const Eigen::Isometry3d& eye_from_world =
                                                                Eigen::Isometry3d::Identity());
 
-// Indices into rig.cameras of the cameras that give shape, in increasing order.
+// Returns the indices into rig.cameras of the cameras that give shape, in increasing order.
 std::vector<std::size_t> shape_cameras(const Rig& rig);
 
 }  // namespace fivepipe::config

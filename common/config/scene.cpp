@@ -13,7 +13,7 @@ namespace fivepipe::config {
 namespace {
 
 constexpr Range kSize_m{0, 1e4, true};
-constexpr Range kSubdivisions{0, 6};              // 20 * 4^6 = 81 920 triangles
+constexpr Range kSubdivisions{0, 6};              // 20 * 4^6 = 81,920 triangles
 constexpr Range kCurtainCellRange{1, 1000};       // at most 1e6 cells
 constexpr std::size_t kMaxObjectNameLength = 64;  // bound of the name in messages
 constexpr double kMaxBoxCells = 1e6;

@@ -24,8 +24,8 @@ struct SphereShape {
 // Hangs from its upper edge; simulated as cloth if it reacts.
 struct CurtainShape {
   double width_m, height_m;
-  int columns, rows;
-  double fold_depth_m, fold_count;
+  int columns, rows;                // of cells, two triangles each
+  double fold_depth_m, fold_count;  // amplitude and number of the sinusoidal folds
 };
 struct MeshShape {
   std::filesystem::path file;
@@ -64,11 +64,11 @@ struct Scene {
   std::optional<HistoryRequests> history = {};  // absent: hull components are not tracked
 };
 
-// The object's surface in its own frame [m].
+// Returns the object's surface in its own frame [m].
 geometry::Mesh mesh_of(const SceneObject& object);
 
-// One line, with the size in cm, for each mesh that is larger than kMaxPlausibleSize_m or smaller
-// than kMinPlausibleSize_m: the stated unit is probably wrong. Such a mesh is not an error.
+// Returns one line, with the size in cm, for each mesh that is larger than kMaxPlausibleSize_m or
+// smaller than kMinPlausibleSize_m: the stated unit is probably wrong. Such a mesh is not an error.
 std::vector<std::string> mesh_size_warnings(const Scene& scene);
 // The size of a hall, and of a 5 cm part whose millimetres were read as metres.
 inline constexpr double kMaxPlausibleSize_m = 50.0;

@@ -31,9 +31,9 @@ bool is_closed(const std::vector<HeadKey>& path) {
   return gap.eye_world_m.norm() < kSamePose_m && gap.target_world_m.norm() < kSamePose_m;
 }
 
-// Catmull-Rom tangent [m/s] at a key, for keys at any times: the chord between its neighbours. On a
-// closed path, the neighbours wrap around; on an open one, the first and last keys have one
-// neighbour.
+// Returns the Catmull-Rom tangent [m/s] at a key: the chord between its neighbours, divided by
+// their time difference. On a closed path, the neighbours wrap around; on an open one, the first
+// and last keys have one neighbour.
 EyeAndTarget velocity_at(const std::vector<HeadKey>& path, std::size_t key) {
   const std::size_t last = path.size() - 1;
   const bool goes_round = is_closed(path) && (key == 0 || key == last) && last >= 2;
@@ -45,7 +45,7 @@ EyeAndTarget velocity_at(const std::vector<HeadKey>& path, std::size_t key) {
   return {chord.eye_world_m / duration_s, chord.target_world_m / duration_s};
 }
 
-// Cubic Hermite interpolation in the segment from key to key + 1.
+// Interpolates by a cubic Hermite curve in the segment from key to key + 1.
 EyeAndTarget pose_in_segment(const std::vector<HeadKey>& path, std::size_t key, double t_s) {
   const HeadKey &a = path[key], &b = path[key + 1];
   const double duration_s = b.t_s - a.t_s, u = (t_s - a.t_s) / duration_s;

@@ -8,7 +8,7 @@
 
 namespace fivepipe::config {
 
-// Position and viewing target of the eye at a time.
+// Position and viewing target of the eye at a time since the start.
 struct HeadKey {
   double t_s;
   Eigen::Vector3d eye_world_m, target_world_m;
@@ -27,11 +27,11 @@ struct Viewer {
   double near_m = 0.05, far_m = 5.0;  // clip planes
 };
 
-// Pinholes of the view's two images: rendering and reconstruction. They have the same field of
-// view.
+// Return the pinholes of the view's two images, for rendering and for reconstruction. Both have the
+// same field of view.
 geometry::Pinhole render_pinhole(const Viewer& viewer);
 geometry::Pinhole recon_pinhole(const Viewer& viewer);
-// camera_from_world of the eye at a time since the start [s].
+// Returns camera_from_world of the eye at a time since the start [s].
 Eigen::Isometry3d eye_from_world_at(const Viewer& viewer, double t_s);
 
 }  // namespace fivepipe::config

@@ -3,7 +3,7 @@
 //! variant -DCOLOURED
 // Pixels of the hull. The nearest texel decides whether the pixel shows the hull. Within one
 // surface, depth and colour are interpolated between the four nearest texels, 1 / z linearly, which
-// is exact for planes. They are never interpolated across a silhouette.
+// is exact for planes. The shader never interpolates across a silhouette.
 //
 // COLOURED: the frame has colour. Otherwise the hull is grey, lit by the normal that the gradient
 // of 1 / z gives (for a plane n . p = d, 1 / z = n . ray / d).

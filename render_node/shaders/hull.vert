@@ -1,6 +1,6 @@
 #version 450 core
-// A rectangle over the part of the view that contains the hull. It is given in pixels of the
-// reconstruction and mapped by its pinhole and gl_clip_from_camera() (common/geometry/gl_camera.h).
+// A rectangle over the part of the view that contains the hull. covered_px is in pixels of the
+// reconstruction; its pinhole and gl_clip_from_camera() (common/geometry/gl_camera.h) map it.
 // The fragment shader sets the depth.
 uniform mat4 clip_from_eye;
 uniform vec4 covered_px;  // u0 v0 u1 v1, half-open

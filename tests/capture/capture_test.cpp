@@ -45,7 +45,7 @@ config::CaptureConfig synthetic_config(const config::Rig& rig) {
   return config;
 }
 
-// Two files of three and five frames: when the first ends, both restart, so that a set never
+// The files have three and five frames. When the first ends, both restart, so that a set never
 // combines different frames.
 TEST(Capture, FilesOfUnequalLengthRestartTogether) {
   const std::filesystem::path folder =
@@ -105,7 +105,7 @@ TEST(Capture, ReturnsPixelsAndColourInRigOrder) {
       config::published_camera(rig.cameras[2], config::eye_from_world_at(test_viewer(), 10 / 30.0));
   EXPECT_TRUE(set[2].colour->camera.camera_from_world.isApprox(eye.camera_from_world));
   // The colour contains every pixel that shows the hull of the two other cameras' maps, and its
-  // neighbours; and fewer pixels than the bounds of either map alone would give.
+  // neighbours. It has fewer pixels than the bounds of either map alone would give.
   base::WorkerPool pool(1);
   const std::vector<hull::Silhouette> silhouettes = {
       {config::published_camera(rig.cameras[0]), *set[0].pixels},
@@ -239,8 +239,8 @@ TEST(Footprint, OfABoxIsItsProjection) {
       << "the box is behind the camera";
 }
 
-// A forearm that extends from behind the camera, seen by two other cameras: the footprint contains
-// all its pixels and at most 3/5 of the image.
+// Two other cameras see a forearm that extends from behind the camera. The footprint contains all
+// pixels of the forearm and at most 3/5 of the image.
 TEST(Footprint, ContainsEveryObjectPixel) {
   const std::vector<hull::Capsule> object = {{{0, -1.5, 0.3}, {0.05, 0, 0.1}, 0.05},
                                              {{0.05, 0, 0.1}, {0.15, 0.1, 0.12}, 0.02}};

@@ -135,11 +135,11 @@ TEST(Shadow, RequiresSameColourAndMinimumBrightness) {
   EXPECT_FALSE(is_shadow(black, table, 0.5));
 }
 
-// A contrast of 24 levels in one channel is always detected: 6 sigmas of 2 levels, and as much for
-// the noise of the image. A pixel deeper than 2 px lies entirely inside the object, and opening by
-// 1 px keeps it. The segmentation may miss single pixels whose colour equals the room's (measured:
-// 0 to 8 in 10,000), here at most 2 in 1000. Outside the object, noise never exceeds 6 sigmas, and
-// opening removes the specks that a shadow leaves.
+// A contrast of 24 levels in one channel is always detected: 6 sigmas of 2 levels, and 6 sigmas for
+// the noise of the image. A pixel deeper than 2 px is entirely inside the object, and opening by
+// 1 px keeps it. The segmentation may miss single pixels whose colour equals the room's. Here
+// it misses 0 to 8 of 10,000 pixels; the bound is 2 of 1000. Outside the object, noise never
+// exceeds 6 sigmas, and opening removes the specks that a shadow leaves.
 void expect_like_truth(const hull::ObjectPixels& found, const hull::ObjectPixels& touched) {
   const hull::ObjectPixels inner = eroded(touched, 2);
   ASSERT_GT(inner.count(), 3000u);

@@ -34,7 +34,7 @@ class Sources : public ::testing::Test {
     return file;
   }
   static config::RigCamera camera() { return test::table_camera("cam", {0, -1, 1}, 64, 48); }
-  // The level of the image in steps of 20; -1: missing, -2: end.
+  // Returns the level of the image in steps of 20; -1: missing, -2: end.
   static int shown(ImageSource& source, std::int64_t frame) {
     cv::Mat image;
     const ReadStatus status = source.read(frame, image);

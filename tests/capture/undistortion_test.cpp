@@ -16,7 +16,7 @@ config::RigCamera lens_camera() {
   return camera;
 }
 
-// Position of a world point in the captured image, computed by OpenCV.
+// Returns the position of a world point in the captured image, computed by OpenCV.
 Eigen::Vector2d captured_uv(const config::RigCamera& camera, const Eigen::Vector3d& p_world_m) {
   const Eigen::Vector3d p = camera.camera_from_mount * p_world_m;
   const std::vector<cv::Point3d> points{{p.x(), p.y(), p.z()}};
@@ -57,7 +57,7 @@ TEST(Undistortion, MapsPointsToPinholeProjection) {
                          to.x() > 16 && to.y() > 16 && to.x() < 628 && to.y() < 469;
       if (!whole) continue;
       ++seen;
-      // 1/32 px of the fixed-point map, and the distortion across the spot.
+      // The bound contains 1/32 px of the fixed-point map, and the distortion across the spot.
       EXPECT_LT((sum.head<2>() / sum.z() - to).norm(), 0.1)
           << from.transpose() << " -> " << to.transpose();
     }

@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-// A rig file with one camera that has the pose `pose` and the further keys `more`.
+// Returns a rig file with one camera that has the pose `pose` and the further keys `more`.
 std::string rig_with(const std::string& pose, const std::string& more = "") {
   return "name: one\nvolume_m: {min: [-1, -1, 0], max: [1, 1, 1]}\ncameras:\n  - name: cam\n    "
          "image_size_px: [320, 240]\n    horizontal_fov_deg: 60\n" +
@@ -110,7 +110,7 @@ cameras:
 }
 
 TEST_F(RigFile, NearRotationIsOrthonormalized) {
-  // Six digits, as in calibration files.
+  // The rotation has six digits, as in calibration files.
   const Rig rig =
       load(rig_with("    camera_from_world: {rotation: [[0.707107, 0.707107, 0], [0, 0, -1], "
                     "[-0.707107, 0.707107, 0]], translation_m: [0, 0.5, 3]}\n"));

@@ -37,7 +37,7 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
-// One triangle. The axes of glTF are x right, y up, z towards the viewer.
+// Returns one triangle. The axes of glTF are x right, y up, z towards the viewer.
 std::string triangle_gltf(float last_coordinate) {
   const float positions[9] = {0, 0, 0, 1, 0, 0, 0, 2, last_coordinate};
   std::string bytes(sizeof positions, '\0');

@@ -1,4 +1,4 @@
-// The shipped rigs, scenes and deployments match their comments.
+// Checks that the shipped rigs, scenes and deployments match their comments.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -26,7 +26,7 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder,
   return files;
 }
 
-// Fraction of a grid of points of the box that the camera sees.
+// Returns the fraction of a grid of points of the box that the camera sees.
 double visible_fraction(const geometry::Camera& camera, const Eigen::AlignedBox3d& box_m) {
   constexpr int kSteps = 10;
   int seen = 0;

@@ -197,7 +197,7 @@ TEST_F(Colour, UsesOnlyObjectPixels) {
     }
 }
 
-// The camera gives no shape: pixels that capture_node did not send have no colour.
+// If a camera gives no shape, pixels that capture_node did not send have no colour.
 TEST_F(Colour, UsesOnlySentPixels) {
   const auto silhouettes = test::silhouettes_of(object, {at_y, at_z});
   hull::ColourRegion region = plain(at_x, test::whole_image(at_x), kRed);
@@ -219,8 +219,9 @@ TEST_F(Colour, UsesOnlySentPixels) {
   EXPECT_GT(blue, 1200);
 }
 
-// The regions contain the object pixels, as capture_node sends them. The border of the hull is on
-// the border of the outermost pixels, where the rounding of the depth decides on which side.
+// The regions contain the object pixels, as capture_node sends them. The border of the hull
+// projects onto the border of the outermost pixels, and the rounding of the depth decides on which
+// side of it a point is.
 TEST_F(Colour, HullAtTheBorderOfTheSentPixelsHasColour) {
   object.push_back({{-0.1, -0.08, -0.06}, {0.12, 0.1, 0.08}, 0.02});
   const auto silhouettes = test::silhouettes_of(object, {at_x, at_y, at_z});

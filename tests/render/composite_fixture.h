@@ -11,8 +11,8 @@
 namespace fivepipe::render {
 
 // Window depth is a float: half a unit in the last place at 1 is 3e-8. The factor z^2 / near maps
-// it to metres: 1.5e-5 m at 5 m with a near plane of 5 cm. The rounding of the vertices in clip
-// space has the same size.
+// this error to metres: 1.5e-5 m at 5 m with a near plane of 5 cm. The rounding of the vertices in
+// clip space has the same size.
 inline constexpr float kDepthRounding_m = 1e-4f;
 
 inline const std::array<std::uint8_t, 3> kHullBgr = {10, 200, 90};

@@ -9,7 +9,7 @@
 namespace fivepipe::render {
 namespace {
 
-// A plate at 0.8 m, a larger rectangle of hull at 1 m, a still larger plate at 1.2 m: each pixel
+// A plate is at 0.8 m, a larger rectangle of hull at 1 m, a still larger plate at 1.2 m. Each pixel
 // shows the nearest surface.
 TEST_F(Composite, RealAndVirtualOccludeEachOtherPerPixel) {
   const geometry::Pinhole k = config::render_pinhole(viewer_),
@@ -61,7 +61,7 @@ TEST_F(Composite, PointRendersAtItsProjectedPixel) {
   }
 }
 
-// At full size and at half size, which the paper uses.
+// Tests full size and half size; the paper uses half size.
 TEST_F(Composite, ReconstructionPixelCoversItsRenderPixels) {
   for (const int scale : {1, 2}) {
     viewer_.recon_width_px = 640 / scale;
@@ -172,8 +172,8 @@ TEST_F(Composite, AnObjectAroundTheNearPlaneShowsItsBackFaces) {
   EXPECT_NEAR(renderer.depth_m().at<float>(240, 320), 0.45, kDepthRounding_m);
 }
 
-// The eye is outside the box, but the near plane cuts it: straight ahead, and in a corner of the
-// view, where the near plane is farther from the eye.
+// The eye is outside the box, but the near plane cuts the box: straight ahead, and in a corner of
+// the view. In a corner, the near plane is farther from the eye.
 TEST_F(Composite, AnObjectCutByTheNearPlaneShowsItsBackFaces) {
   const auto depth_of = [&](const Eigen::Vector3d& min_m, int u, int v) {
     const double side_m = 0.5;

@@ -165,7 +165,7 @@ TEST_F(Outputs, FailedStillKeepsOldFile) {
             std::string::npos);
 
   write_png(folder_ / "s.png", frame_image(1));
-  // A limit on file sizes fails as a full disk does.
+  // A write beyond a limit on file sizes fails like one to a full disk.
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit before;
   getrlimit(RLIMIT_FSIZE, &before);

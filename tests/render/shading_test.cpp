@@ -37,8 +37,9 @@ TEST_F(Shading, ACollidingObjectIsRedAndShaded) {
   EXPECT_EQ(cv::norm(plain, image(scene, empty_hull_, {"another"}), cv::NORM_INF), 0);
 }
 
-// From black to white: the light of the shader computed in double, and the curve of IEC 61966-2-1.
-// The bound is half a level of rounding and the 0.41 levels of the shader's curve.
+// Compares shades from black to white with the light of the shader computed in double and the curve
+// of IEC 61966-2-1. The bound is half a level of rounding and the 0.41 levels of the shader's
+// curve.
 TEST_F(Shading, MatchesLightAndSrgbInDoubleWithinOneLevel) {
   const Eigen::Vector3d light_m(0.5, -0.4, 0.3);
   for (const double shade : {0.0, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0}) {

@@ -65,7 +65,7 @@ TEST(Surface, PatternCoordinatesMoveWithTheVertices) {
 TEST(Surface, DegenerateTrianglesHaveUnitNormals) {
   geometry::Mesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}};
-  // Points, a line, a duplicate, and one with reversed orientation.
+  // The triangles include points, a line, a duplicate, and one with reversed orientation.
   mesh.triangles = {{0, 1, 2}, {0, 0, 0}, {0, 1, 3}, {1, 1, 2}, {0, 1, 2}, {2, 1, 0}};
   const auto corners =
       Surface(test::object("mesh", config::MeshShape{"", 1, mesh}, {0, 0, 0}, {1, 1, 1})).corners();

@@ -9,7 +9,7 @@ namespace fivepipe::config {
 
 namespace {
 
-// A unit that ends with another one comes before it.
+// A unit that ends with another unit precedes it, because the first match counts.
 constexpr std::array kUnits = {"_m_s2", "_levels", "_sigmas", "_mm",  "_cm",      "_km",  "_inch",
                                "_in",   "_ft",     "_px",     "_deg", "_degrees", "_rad", "_hz",
                                "_fps",  "_khz",    "_ms",     "_us",  "_ns",      "_min", "_kg",

@@ -6,8 +6,8 @@
 
 namespace fivepipe::config {
 
-// The known key nearest to `unknown`: the same quantity with another unit or without one, or a
-// misspelling. Returns nullopt if none is near.
+// Returns the known key nearest to `unknown`: the same quantity with another unit or without one,
+// or a misspelling. Returns nullopt if none is near.
 struct KeySuggestion {
   std::string key;
   bool unit_differs = false;
@@ -15,7 +15,7 @@ struct KeySuggestion {
 std::optional<KeySuggestion> suggest_key(const std::string& unknown,
                                          const std::vector<std::string>& known);
 
-// The word of `known` with the smallest edit distance. Returns nullopt if none is near.
+// Returns the word of `known` with the smallest edit distance. Returns nullopt if none is near.
 std::optional<std::string> nearest_word(const std::string& word,
                                         const std::vector<std::string>& known);
 

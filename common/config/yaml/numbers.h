@@ -17,9 +17,9 @@ inline constexpr Range kUnitRange{0, 1};
 // One degree in radians.
 inline constexpr double kDegree_rad = std::numbers::pi / 180;
 
-// False for NaN.
+// Returns false for NaN.
 bool contains(Range range, double value);
-// "from 0 to 1", "at least 0", "greater than 0 and at most 1".
+// Returns a text such as "from 0 to 1", "at least 0" or "greater than 0 and at most 1".
 std::string text_of(Range range);
 
 struct ParsedNumber {

@@ -1,4 +1,4 @@
-// Collects the problems of all files of one load_deployment(), to report them together.
+// Collects the problems of all files that one load_deployment() reads, to report them together.
 #pragma once
 #include <filesystem>
 #include <string>

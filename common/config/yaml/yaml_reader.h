@@ -20,24 +20,25 @@
 
 namespace fivepipe::config {
 
-// Position of a YAML mark, and a description of a node's content for messages.
+// Converts a YAML mark, which counts from 0. A null mark has no position.
 SourceLocation location_of_mark(const YAML::Mark& mark);
+// Describes a node's content for messages.
 std::string kind_of(const YAML::Node& node);
 
-// The reason why a file cannot be read (missing, a directory, no permission). Returns nullopt if it
-// can.
+// Returns the reason why a file cannot be read (missing, a directory, no permission), or nullopt if
+// it can.
 std::optional<std::string> why_unreadable(const std::filesystem::path& file);
 
 // One mapping of a YAML file. The keys that the caller queries become the known keys; finish()
 // reports all others.
 class YamlMap {
  public:
-  // The top-level mapping of a file. Returns a void mapping (see is_void) if the file cannot be
-  // read, is not YAML or contains no mapping.
+  // Returns the top-level mapping of a file. If the file cannot be read, is not YAML or contains no
+  // mapping, adds a problem and returns a void mapping (see is_void). `problems` must outlive it.
   static YamlMap load(const std::filesystem::path& file, Problems& problems);
 
-  // From now on replaces ${key} in this mapping and the mappings below. `settings` must outlive
-  // them.
+  // Enables the replacement of ${key} in this mapping and the mappings below. `settings` must
+  // outlive them.
   void use_settings(Settings& settings);
 
   // True if this mapping stands for one that could not be read: all its keys read as absent,
@@ -72,7 +73,7 @@ class YamlMap {
   // setting from the command line. Returns an empty path if the value is unusable.
   std::filesystem::path path(const std::string& key);
 
-  // The value whose name the key holds.
+  // Returns the value whose name the key holds.
   template <typename Value>
   Value choice(const std::string& key, const std::vector<std::pair<std::string, Value>>& choices,
                std::optional<Value> default_value = {}) {
@@ -82,11 +83,11 @@ class YamlMap {
     return index ? choices[*index].second : default_value.value_or(choices.front().second);
   }
 
-  // The mapping below a key. A missing key is a problem and returns a void mapping.
+  // Returns the mapping below a key. A missing key is a problem and returns a void mapping.
   YamlMap map(const std::string& key);
-  // A list of at least one mapping.
+  // Returns the mappings of a list. An empty or missing list is a problem.
   std::vector<YamlMap> maps(const std::string& key);
-  // All keys in the order of the file, for mappings whose keys the user chooses.
+  // Returns all keys in the order of the file, for mappings whose keys the user chooses.
   std::vector<std::string> keys() const;
   // True if the key holds a scalar.
   bool is_text(const std::string& key);

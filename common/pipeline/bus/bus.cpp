@@ -12,8 +12,8 @@
 namespace fivepipe::bus {
 namespace {
 
-// Cyclone DDS clears this many sample structs for each returned loan. More than the tiles of a view
-// cost more time than they save.
+// Cyclone DDS clears this many sample structs for each returned loan. A number above the
+// tiles of a view costs more time than it saves.
 constexpr std::int32_t kMaxSamplesPerTake = 64;
 
 // History depth in samples per key. stream: more than max_frames_in_flight, so that pacing drops
@@ -165,7 +165,7 @@ Bus::Bus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
 }
 
 Bus::~Bus() {
-  // The waitset goes before the participant, the participant before the domain.
+  // Deletes the waitset before the participant, and the participant before the domain.
   impl_->waitset.reset();
   impl_->participant.reset();
 }

@@ -19,9 +19,9 @@ struct BusError : std::runtime_error {
 };
 
 struct SampleInfo {
-  bool valid;            // false: only the key's state changed; a writer disposed it or left
-  bool writer_gone;      // the key has no writer any more
-  std::uint64_t writer;  // publication handle; distinguishes a process from its predecessor
+  bool valid;                    // false: only the key's state changed (disposed, or no writer)
+  bool writer_gone;              // the key has no writer any more
+  std::uint64_t writer;          // publication handle; distinguishes a process from its predecessor
   std::int64_t source_stamp_ns;  // CLOCK_REALTIME at the write
 };
 
@@ -53,8 +53,8 @@ int matched_writers(std::int32_t reader);
 template <class Topic>
 class Batch;
 
-// One sample. Valid while its Batch exists. Dereference it only if valid(); the key is always
-// there.
+// One sample. Valid while its Batch exists. Dereference it if valid(); otherwise only the
+// fields of the key are defined.
 template <class Topic>
 class Sample {
  public:
@@ -102,6 +102,7 @@ class Reader {
   explicit Reader(std::shared_ptr<detail::Entity> entity) : entity_(std::move(entity)) {}
   // Returns the samples that arrived since the last take(), at most 64. Never waits.
   Batch<Topic> take() { return Batch<Topic>(entity_->handle, detail::take(entity_->handle)); }
+  // Number of matched writers.
   int writers() const { return detail::matched_writers(entity_->handle); }
 
  private:
@@ -170,18 +171,19 @@ class Bus {
   // Waits until a reader of this bus has a sample. Returns false after `timeout`.
   bool wait(std::chrono::nanoseconds timeout);
 
-  // Describes for people, by topic and policy, the peers that DDS refused since the last call
-  // because of another type or QoS.
+  // Returns a text for people for each topic and policy in which DDS refused peers since the last
+  // call because their type or QoS differs.
   std::vector<std::string> problems();
-  // Samples dropped since the last call, by topic.
+  // Returns the number of samples dropped since the last call, by topic.
   std::map<std::string, std::uint64_t> take_not_sent();
-  // Samples written since the start, by topic. A reader of all samples counts the same number.
+  // Returns the number of samples written since the start, by topic. A reader that receives all
+  // samples counts the same number.
   std::map<std::string, std::uint64_t> sent();
-  // Readers and writers that discovery knows, those of this process included. Discovery of others
-  // takes up to 1 s after the start.
+  // Returns the readers and writers that discovery has found, including those of this process.
+  // Discovery takes up to 1 s after the start.
   std::vector<EndpointDescription> endpoints();
-  // Describes a receive buffer that is smaller than the profile requests, with the setting that
-  // helps.
+  // Names the kernel setting to change if the receive buffer is smaller than the profile requests;
+  // empty otherwise.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:

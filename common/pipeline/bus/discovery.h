@@ -12,7 +12,7 @@ namespace fivepipe::bus::detail {
 
 std::string guid_text(const dds_guid_t& guid);
 std::map<std::string, std::string> qos_text(const dds_qos_t* qos);
-// All endpoints that this participant knows, its own included. Throws BusError.
+// Returns all endpoints that this participant has discovered, including its own. Throws BusError.
 std::vector<EndpointDescription> discovered_endpoints(dds_entity_t participant);
 
 }  // namespace fivepipe::bus::detail

@@ -6,7 +6,7 @@
 
 namespace fivepipe::bus {
 
-// Names of the shipped profiles.
+// Returns the names of the shipped profiles.
 std::vector<std::string> profile_names();
 
 // Returns the XML of a shipped profile, or of CYCLONEDDS_URI (file://PATH or XML) if that is set.
@@ -14,14 +14,14 @@ std::vector<std::string> profile_names();
 std::string profile_xml(const std::string& name);
 
 // Lowers the profile's minimum receive buffer to the size that the kernel grants, because Cyclone
-// DDS creates no participant otherwise. `warning` tells what to set; it is empty if the profile is
-// unchanged.
+// DDS creates no participant otherwise. `warning` names the setting to change; it is empty if the
+// profile is unchanged.
 struct FittedProfile {
   std::string xml, warning;
 };
 FittedProfile fitted_to_kernel(const std::string& xml, std::size_t rmem_max_bytes);
 
-// net.core.rmem_max; 0 if it cannot be read.
+// Returns net.core.rmem_max, or 0 if it cannot be read.
 std::size_t kernel_rmem_max_bytes();
 
 }  // namespace fivepipe::bus

@@ -99,7 +99,7 @@ SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
       dds_create_listener(writers_.get()), dds_delete_listener);
   dds_lset_subscription_matched(listener.get(), Writers::matched);
   checked(dds_set_listener(entity_->handle, listener.get()), topic.name);
-  // Writers that matched before the listener was set.
+  // The listener does not report writers that matched before it was set.
   std::array<dds_instance_handle_t, kMaxSamplesPerTake> matched{};
   const dds_return_t count =
       dds_get_matched_publications(entity_->handle, matched.data(), matched.size());

@@ -17,14 +17,14 @@ struct ddsi_sertype;
 namespace fivepipe::bus {
 
 // data: a message. disposed: a writer disposed the key. unregistered: the key has no writer any
-// more. The payload of the last two has the key only.
+// more. The payload of the last two contains only the key.
 enum class SampleKind { data, disposed, unregistered };
 
 struct SerializedSample {
   SampleKind kind = SampleKind::data;
   std::uint64_t writer = 0;          // publication handle, valid in this process
   std::int64_t source_stamp_ns = 0;  // CLOCK_REALTIME at the write
-  std::span<const std::byte> cdr;    // with the 4 bytes of encapsulation
+  std::span<const std::byte> cdr;    // begins with the 4 bytes of encapsulation
 };
 
 // A writer as discovery describes it.
@@ -46,7 +46,8 @@ class SerializedReader {
   // first) and with changes of keys' states last. A sample is valid during the call only. Returns
   // the number of samples. Never waits.
   std::size_t take(const std::function<void(const SerializedSample&)>& each);
-  // Describes a writer that existed at any time since the construction of this reader.
+  // Describes a writer that has existed since the construction of this reader, also if it has
+  // disappeared. Returns nullopt for any other handle.
   std::optional<WriterDescription> writer(std::uint64_t handle) const;
   int writers() const;
 

@@ -12,8 +12,8 @@ namespace fivepipe::bus::topics {
 // event: a longer history per key, so that a burst of small messages overwrites none.
 enum class Delivery { stream, latched, event };
 
-// In the order in which the nodes write the messages of a frame. A message that completes a node's
-// inputs comes after its other inputs, so that a replay sends them first.
+// The order is that in which the nodes write the messages of a frame. A replay sends the topics in
+// this order, so the message that completes a node's inputs follows its other inputs.
 #define FIVEPIPE_TOPICS(TOPIC)   \
   TOPIC(ReplaySession, latched)  \
   TOPIC(CameraInfo, latched)     \
@@ -42,12 +42,13 @@ enum class Delivery { stream, latched, event };
 FIVEPIPE_TOPICS(FIVEPIPE_TOPIC)
 #undef FIVEPIPE_TOPIC
 
-// For programs that select topics by name.
+// Description of a topic, for programs that select topics by name.
 struct Topic {
   const char *name, *type;
   const dds_topic_descriptor_t* descriptor;
   Delivery delivery;
 };
+// Returns all topics in the order above. The span is valid until the program ends.
 inline std::span<const Topic> all() {
 #define FIVEPIPE_TOPIC(NAME, DELIVERY) \
   Topic{NAME::name, NAME::type, NAME::descriptor, NAME::delivery},

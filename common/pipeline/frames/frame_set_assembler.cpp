@@ -66,8 +66,8 @@ std::vector<FrameSet> FrameSetAssembler::add(CameraMap map) {
     ++drops_["late_map"];
     return {};
   }
-  // Maps of one frame number with distant capture stamps come from capture_node processes before
-  // and after a restart.
+  // If maps of one frame number have distant capture stamps, capture_node was restarted between
+  // them.
   if (const auto open = incomplete_.find(frame); open != incomplete_.end()) {
     const std::int64_t older_by_ns =
         open->second.map_of_camera.begin()->second.capture_stamp_ns - map.capture_stamp_ns;

@@ -1,5 +1,5 @@
-// Assembles frame sets: the object-pixel maps of one frame, one per camera that gives shape. Pure.
-// The memory is bounded; new frames displace old ones.
+// Assembles frame sets: the object-pixel maps of one frame, one per camera that gives shape. The
+// memory is bounded: new frames displace old ones.
 #pragma once
 #include <cstdint>
 #include <deque>
@@ -31,13 +31,15 @@ struct FrameSet {
   std::vector<hull::Silhouette> silhouettes;         // in the rig's order
   std::vector<std::string> cameras;                  // of the silhouettes
   std::vector<std::string> empty_cameras;  // cameras with no object pixel: the hull is empty
-  std::vector<std::string> lost_cameras;   // cameras without a map for kLostAfterFrames; omitted
+  // Cameras without a map for kLostAfterFrames. The set has no silhouette of them.
+  std::vector<std::string> lost_cameras;
 };
 
 class FrameSetAssembler {
  public:
-  // Number of incomplete sets; an older set is dropped. It exceeds the 8 samples that a reader
-  // holds per camera (bus.cpp), because a late reader takes them camera by camera.
+  // Maximum number of incomplete sets; a further set displaces the oldest one. It exceeds the 8
+  // samples that a reader holds per camera (bus.cpp), because a late reader takes them camera by
+  // camera.
   static constexpr std::size_t kMaxIncompleteSets = 12;
   // A camera that sent no map while the others sent this many frames is lost: sets are complete
   // without it until its next map. The limit counts received frames, because pacing skips frame
@@ -49,8 +51,9 @@ class FrameSetAssembler {
   // Adds a map. Returns the frame sets that it completes: none or one, by ascending frame.
   std::vector<FrameSet> add(CameraMap map);
 
-  // Drops since the last call, by reason. late_map: the frame was already returned or dropped, or
-  // the map was captured long before the others of its frame number. repeated_map. incomplete_set.
+  // Returns the drops since the last call, by reason. late_map: the frame was already returned or
+  // dropped, or the map was captured long before the others of its frame number. Other
+  // reasons: repeated_map, incomplete_set.
   std::map<std::string, std::uint64_t> take_drops();
 
   // Forgets earlier frames; call it when a replay starts. Counts incomplete sets as drops.

@@ -14,11 +14,11 @@ struct BadMessage {
   auto operator<=>(const BadMessage&) const = default;
 };
 
-// A validated message, or why it cannot be used.
+// A validated message, or the reason why it is unusable.
 template <class T>
 using Received = std::variant<T, BadMessage>;
 
-// "reason: subject: detail" without the empty parts.
+// Returns "reason: subject: detail" without the empty parts.
 inline std::string text_of(const BadMessage& bad) {
   std::string text = bad.reason;
   for (const std::string* part : {&bad.subject, &bad.detail})

@@ -35,7 +35,7 @@ std::string why_mismatched(const Message& message, const config::Rig& rig,
   return "";
 }
 
-// Offset of a pixel's colour in the colours of a region.
+// Returns the offset of a pixel's colour in the colours of a region.
 std::ptrdiff_t bgr_offset(const hull::PixelRect& region, int u_px, int v_px) {
   return 3 * (std::ptrdiff_t(v_px - region.v0_px) * region.width_px() + (u_px - region.u0_px));
 }
@@ -114,7 +114,7 @@ Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message,
     return BadMessage{"bad_colour", message.camera, "not as many colours as pixels"};
   geometry::Camera camera{rig.cameras[*index].published, *pose};
   if (rig.cameras[*index].mount == config::Mount::world) {
-    // The same bits as the pose of the camera's maps.
+    // Uses the rig's pose, so that colour and maps have the same bits.
     camera = config::published_camera(rig.cameras[*index]);
     if (!((camera.camera_from_world.matrix() - pose->matrix()).cwiseAbs().maxCoeff() <=
           kModelTolerance))

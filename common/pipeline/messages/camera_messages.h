@@ -14,7 +14,7 @@
 namespace fivepipe::messages {
 
 // A message with the storage of its sequences. message() points the sequences to the storage, so
-// that the struct can be moved. The reference is valid until then.
+// that the struct can be moved. The returned reference is valid until the move.
 struct OutgoingMap {
   fivepipe_v1_ObjectPixelMap header{};
   std::vector<std::uint8_t> payload;
@@ -23,13 +23,13 @@ struct OutgoingMap {
     return header;
   }
 };
-// Uses the shorter of the two encodings.
+// Encodes the map by the shorter of the two encodings.
 OutgoingMap map_message(const std::string& camera, std::uint64_t frame,
                         std::int64_t capture_stamp_ns, const hull::ObjectPixels& pixels);
 
-// BadMessage if the camera is unknown or gives no shape, the image size differs from the rig's, the
-// region is outside the image, the payload is truncated, too long or undecodable, or the number of
-// object pixels differs from the stated one.
+// Returns BadMessage if the camera is unknown or gives no shape, the image size differs from the
+// rig's, the region is outside the image, the payload is truncated, too long or undecodable, or the
+// number of object pixels differs from the stated one.
 Received<frames::CameraMap> object_pixels_from(const fivepipe_v1_ObjectPixelMap& message,
                                                const config::Rig& rig);
 
@@ -46,18 +46,18 @@ OutgoingColour colour_message(const std::string& camera, std::uint64_t frame,
                               std::int64_t capture_stamp_ns, const hull::ColourRegion& colour);
 
 struct CameraColour {
-  std::size_t camera;
+  std::size_t camera;  // index into rig.cameras
   std::uint64_t frame;
   std::int64_t capture_stamp_ns;
   hull::ColourRegion colour;
 };
-// BadMessage as for maps, and if the number of colours differs from the number of pixels or the
-// pose is not finite or not that of this rig.
+// Returns BadMessage as for maps, and if the number of colours differs from the number of pixels or
+// the pose is not finite or not that of this rig.
 Received<CameraColour> colour_from(const fivepipe_v1_ObjectColour& message, const config::Rig& rig);
 
 fivepipe_v1_CameraInfo camera_info_message(const config::RigCamera& camera);
-// Describes how the published camera model differs from the rig that this node has loaded. Empty if
-// it does not.
+// Describes how the published camera model differs from the rig that this node has loaded. Returns
+// an empty text if they agree.
 std::string model_mismatch(const fivepipe_v1_CameraInfo& info, const config::Rig& rig);
 
 }  // namespace fivepipe::messages

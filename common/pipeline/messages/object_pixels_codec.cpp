@@ -12,7 +12,7 @@ auto words_of_row(Words words, const hull::ObjectPixels& pixels, int v) {
                        std::size_t(pixels.words_per_row()));
 }
 
-// 64 pixels from u on; those beyond the row are zero.
+// Returns 64 pixels from u on; those beyond the row are zero.
 std::uint64_t bits_at(std::span<const std::uint64_t> row, int u) {
   const std::size_t word = std::size_t(u) >> 6;
   const int shift = u & 63;
@@ -31,7 +31,8 @@ hull::PixelRect row_of(const hull::PixelRect& region, int v) {
   return {region.u0_px, v, region.u1_px, v + 1};
 }
 
-// Size of run_lengths(). Stops counting after the first row with which it reaches `limit_bytes`.
+// Returns the size of run_lengths() [bytes]. Stops counting after the first row with which it
+// reaches `limit_bytes`.
 std::size_t run_lengths_bytes(const hull::ObjectPixels& pixels, const hull::PixelRect& region,
                               std::size_t limit_bytes) {
   constexpr std::size_t kPairBytes = 4;
@@ -140,7 +141,7 @@ std::optional<hull::ObjectPixels> from_run_lengths(int width_px, int height_px,
                 run = payload[at + 2] | payload[at + 3] << 8;
       at += 4;
       if (run == 0 && skipped == 0) break;
-      // After the first run of a row something must be skipped, else two runs would be one.
+      // Only the first run of a row may skip no pixel: otherwise two runs would be one.
       if (run == 0 || (skipped == 0 && u != region.u0_px) || skipped + run > region.u1_px - u)
         return std::nullopt;
       pixels.set_run(u + skipped, u + skipped + run, v);

@@ -26,9 +26,9 @@ struct EncodedPixels {
 };
 EncodedPixels encoded(const hull::ObjectPixels& pixels, const hull::PixelRect& region);
 
-// Returns nullopt unless the payload is exactly what the encoder makes for this region: it is too
-// short or too long, a run exceeds the row, or padding bits are set. `region` must be inside the
-// image or empty.
+// Returns nullopt unless the payload is exactly the encoder's output for this region: not if it is
+// too short or too long, a run exceeds the row, or padding bits are set. `region` must be inside
+// the image or empty.
 std::optional<hull::ObjectPixels> from_packed_bits(int width_px, int height_px,
                                                    const hull::PixelRect& region,
                                                    std::span<const std::uint8_t> payload);

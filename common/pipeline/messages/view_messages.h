@@ -13,7 +13,7 @@ struct ViewGeometry {
   geometry::Pinhole recon;
   double near_m, far_m;
 };
-// BadMessage unless sizes and focal lengths are positive and 0 < near < far.
+// Returns BadMessage unless sizes and focal lengths are positive and 0 < near < far.
 Received<ViewGeometry> view_geometry_from(const fivepipe_v1_ViewInfo& message);
 
 struct FramePose {
@@ -22,13 +22,15 @@ struct FramePose {
   Eigen::Isometry3d eye_from_world;
   std::vector<std::uint8_t> tile_owners;  // worker index by tile; empty: round-robin
 };
+// A HeadPose message and the storage of its sequence. The reference that message() returns is valid
+// until the struct is moved.
 struct OutgoingPose {
   fivepipe_v1_HeadPose header{};
   FramePose pose;
   const fivepipe_v1_HeadPose& message();
 };
 OutgoingPose head_pose_message(const config::Viewer& viewer, FramePose pose);
-// BadMessage unless the pose is finite and a rotation.
+// Returns BadMessage unless the pose is finite and a rotation.
 Received<FramePose> head_pose_from(const fivepipe_v1_HeadPose& message);
 
 }  // namespace fivepipe::messages

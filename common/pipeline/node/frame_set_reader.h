@@ -1,5 +1,5 @@
-// Reads frame sets from the bus for recon_node and sim_node. Validates the maps, assembles them and
-// counts bad and late ones. Drops the maps of a camera whose published model differs from the rig
+// Reads frame sets from the bus for recon_node and sim_node. Validates and assembles the maps, and
+// counts bad and late maps. Drops the maps of a camera whose published model differs from the rig
 // and reports it as a diagnostic.
 #pragma once
 #include <set>
@@ -14,11 +14,12 @@ namespace fivepipe::node {
 
 class FrameSetReader {
  public:
+  // The arguments must outlive the reader.
   FrameSetReader(bus::Bus& bus, const config::Rig& rig, NodeStatusReporter& status);
 
   // Returns the frame sets that are now complete, oldest first. Never waits.
   std::vector<frames::FrameSet> take();
-  void reset() { sets_.reset(); }  // FrameSetAssembler
+  void reset() { sets_.reset(); }  // see FrameSetAssembler
 
  private:
   void check_cameras();

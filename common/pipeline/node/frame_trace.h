@@ -1,5 +1,5 @@
-// Records what a node did with one frame and when. Publishes it as FrameTrace, if that has a reader
-// (a benchmark or a lossless replay), and as latencies in the status.
+// Records the steps of a node for one frame with their times. Publishes them as FrameTrace, if that
+// has a reader (a benchmark or a lossless replay), and as latencies in the status.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -34,6 +34,7 @@ class FrameSteps {
 
 class FrameTracer {
  public:
+  // `bus` and `status` must outlive the tracer.
   FrameTracer(bus::Bus& bus, NodeStatusReporter& status, std::string node);
 
   // Call once per frame, after the node has written all its messages. Ends the last step.

@@ -35,7 +35,8 @@ struct Args {
   std::map<std::string, std::string> settings;
 };
 
-// The command line requested help or the version (0), or is wrong (2). The output is printed.
+// The command line requested help or the version (0), or is wrong (2). parse() has printed the
+// output.
 struct CommandLineExit {
   int exit_code;
 };

@@ -25,9 +25,10 @@ struct NodeContext {
   NodeStatusReporter& status;
 };
 
-// Returns false after SIGTERM, SIGINT or stop_running(). Loops must test it every kMaxWait.
+// Returns false after SIGTERM, SIGINT or stop_running(). Loops must test it at least every
+// kMaxWait.
 bool running();
-// Ends the loop from inside the node: end of the footage, window closed.
+// Ends the loop from inside the node, for example at the end of the footage.
 void stop_running();
 inline constexpr std::chrono::milliseconds kMaxWait{100};
 
@@ -37,7 +38,7 @@ inline constexpr std::chrono::milliseconds kMaxWait{100};
 int run_node(const std::string& program, int argc, char** argv,
              const std::function<void(NodeContext&)>& run);
 
-// The node's settings. `Config` must be the type that belongs to the node's program.
+// Returns the node's settings. `Config` must be the type that belongs to the node's program.
 template <class Config>
 const Config& config_of(const NodeContext& context) {
   return std::get<Config>(context.node.config);

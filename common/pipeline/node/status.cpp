@@ -78,7 +78,7 @@ struct TopicTotals {
   RecordedCounts recorded;
 };
 
-// Everything that a status reports about the node.
+// The node's state that a status reports.
 struct NodeState {
   std::uint64_t newest_frame = 0;
   bool has_handled_frame = false;

@@ -12,7 +12,7 @@
 
 namespace fivepipe::node {
 
-// What a recorder did with the messages of one topic since its start.
+// Counts of a recorder's messages of one topic since its start.
 struct RecordedCounts {
   std::uint64_t received = 0;
   std::uint64_t recorded = 0;  // in the file
@@ -28,13 +28,16 @@ class NodeStatusReporter {
   NodeStatusReporter(const NodeStatusReporter&) = delete;
   NodeStatusReporter& operator=(const NodeStatusReporter&) = delete;
 
+  // Adds n to the count of this name.
   void count(const std::string& name, std::uint64_t n = 1);
   // Counts n dropped messages. Logs each distinct drop at most once per second. n = 0: no effect.
   void drop(const messages::BadMessage& bad, std::uint64_t n = 1);
   void drop(const std::string& reason, std::uint64_t n = 1) {
     drop(messages::BadMessage{reason, {}, {}}, n);
   }
+  // Adds one value to the latency of this name.
   void latency(const std::string& name, double seconds);
+  // Call once per frame; the status reports the newest frame and the rate.
   void frame_handled(std::uint64_t frame);
 
   // Counts a frame set in which the camera had no object pixel, so that the hull was empty.
@@ -55,8 +58,8 @@ class NodeStatusReporter {
   std::unique_ptr<Impl> impl_;
 };
 
-// The diagnostic for a hull that is empty because these cameras have no object pixel. Empty if
-// there is no such camera.
+// Returns the diagnostic for a hull that is empty because these cameras have no object pixel, or an
+// empty text if `cameras` is empty.
 std::string empty_hull_text(const std::vector<std::string>& cameras);
 
 // Reports the time from its construction to its destruction as a latency.

@@ -50,7 +50,7 @@ TEST(ObjectPixelsCodec, BothEncodingsRoundTripAtEveryWidth) {
     }
 }
 
-// At every width up to three words, for maps from empty to full.
+// Tests every width up to 200 pixels, more than three words, with maps from empty to full.
 TEST(ObjectPixelsCodec, ChoosesRunLengthsOnlyIfTheyAreShorter) {
   int chose_runs = 0, chose_bits = 0;
   for (int width = 1; width <= 200; ++width)
@@ -86,7 +86,7 @@ TEST(ObjectPixelsCodec, AllocatesOnlyTheChosenEncoding) {
   }
 }
 
-// Runs that begin and end at, before and behind the borders of words.
+// Tests runs that begin and end at, before and behind the borders of words.
 TEST(ObjectPixels, RunsMatchSetPixels) {
   for (const int width : {1, 63, 64, 65, 127, 128, 129, 200})
     for (const int begin : {0, 1, 62, 63, 64, 65, 127, 128, 199})
