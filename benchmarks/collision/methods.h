@@ -11,7 +11,7 @@
 
 namespace fivepipe::collision_bench {
 
-// Of one frame.
+// The times of one frame.
 struct Times {
   double maps_ms = 0;   // preparation of the maps that other queries of the frame share
   double build_ms = 0;  // structures that the method builds from the maps for itself
