@@ -72,7 +72,7 @@ json json_of(const Latency& latency) {
           {"count", latency.count}};
 }
 
-// Of the render_node with the largest 99th percentile; null if there is none.
+// The latencies of the render_node with the largest 99th percentile; null if there is none.
 json frame_latency(const StatusRegistry& statuses) {
   json worst;
   for (const auto& [node, processes] : statuses.processes()) {
@@ -85,7 +85,7 @@ json frame_latency(const StatusRegistry& statuses) {
   return worst;
 }
 
-// Of the first node, by name, that uses OpenGL.
+// The OpenGL renderer of the first node, by name, that uses OpenGL; "unknown" if none does.
 std::string gl_renderer(const StatusRegistry& statuses) {
   for (const auto& [node, processes] : statuses.processes())
     for (const ProcessStatus& process : processes)
