@@ -29,8 +29,8 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// After Ctrl-C, all processes must be gone within two seconds. The grace
-// at the end of --duration is longer, because closing a video may take seconds.
+// After Ctrl-C, all processes must be gone within two seconds. The grace at the end of --duration
+// is longer, because closing a video may take seconds.
 constexpr std::chrono::milliseconds kInterruptGrace = 1300ms, kFinishGrace = 10s;
 // Time for the last frames of the footage to pass through the pipeline.
 constexpr auto kDrainTime = 1s;
