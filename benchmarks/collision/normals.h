@@ -37,7 +37,7 @@ inline constexpr NormalCurve kNormalCurves[] = {
 // height 5 cm, 400 samples per line. Takes some seconds. `quick`: three radii, six rigs each.
 std::vector<NormalsAt> measure_normals(bool quick);
 
-void print(const std::vector<NormalsAt>& sweep);
+void print(const std::vector<NormalsAt>& sweep);  // to stdout
 // Plots the error against the radius. File, result and errors as for bench::Plots::draw().
 bool plot(const std::vector<NormalsAt>& sweep, const std::filesystem::path& file);
 

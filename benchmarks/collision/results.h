@@ -28,7 +28,7 @@ struct Result {
   double contacting_per_s() const;        // only the triangles that cross the hull
 };
 
-void print(const std::vector<Result>& results);
+void print(const std::vector<Result>& results);  // to stdout
 // For methods with a response: the time of each stage, and the response's errors for the same
 // CP_obj and V_rec.
 void print_responses(const std::vector<Result>& results);

@@ -30,6 +30,7 @@ struct TriangleSample {
 // Returns the centers of those of `across` x `across` viewport pixels that the triangle covers
 // (half of them, see TriangleView), row by row.
 std::vector<TriangleSample> triangle_samples(const collision::TriangleView& view, int across);
+// The sample in the world frame, in m.
 Eigen::Vector3d point_at(const collision::TriangleView& view, const TriangleSample& sample);
 
 class BruteForce {
