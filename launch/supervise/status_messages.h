@@ -7,6 +7,7 @@
 
 namespace fivepipe::launch {
 
+// `writer` is the publication handle of the message's writer.
 ProcessStatus status_from(const fivepipe_v1_NodeStatus& message, std::uint64_t writer);
 
 // Adds all statuses that have arrived to the registry. If `nodes` is not empty, adds only the
