@@ -35,7 +35,8 @@ struct Method {
   std::function<Answer(const CollisionScene&)> run;
 };
 
-// Backend cpu (cpu_detection.h): verdicts within eps. With `points`, also CP_i at most eps apart.
+// Backend cpu (cpu_detection.h). Returns verdicts within eps and, with `points`, CP_i at most eps
+// apart.
 Method cpu_method(double eps_mm, bool points, int threads);
 // Backend gl (gl_detection.h), the same in compute shaders. Needs a current OpenGL context.
 // `threads` applies to llvmpipe and to the part left to the CPU. The upload of the maps, and of the

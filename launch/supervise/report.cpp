@@ -23,7 +23,7 @@ std::map<std::string, std::uint64_t> summed(
   return sums;
 }
 
-// For each node that has the count `name`: the sum over its processes.
+// Returns, for each node that has the count `name`, the sum over its processes.
 std::vector<std::uint64_t> per_node(const StatusRegistry& statuses, const std::string& name) {
   std::vector<std::uint64_t> sums;
   for (const auto& [node, processes] : statuses.processes()) {

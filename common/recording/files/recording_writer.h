@@ -69,7 +69,7 @@ class RecordingWriter {
   // several times per chunk_s.
   void tick(std::int64_t now_ns);
 
-  // By topic; `written` counts what the writing thread has finished so far.
+  // Counts by topic; `written` counts what the writing thread has finished so far.
   std::map<std::string, TopicCounts> counts() const;
   std::uint64_t bytes_written() const { return bytes_written_; }
   // Why the writer has stopped writing; empty if it has not.

@@ -34,7 +34,7 @@ class InFlightTracker {
   // timeout. Empty if there is none.
   std::string stalled(std::size_t max_in_flight) const;
 
-  // By node: frames that are complete for it, and frames that it has handled.
+  // Frames by node: those that are complete for it, and those that it has handled.
   const std::map<std::string, std::uint64_t>& expected() const { return expected_; }
   const std::map<std::string, std::uint64_t>& handled() const { return handled_; }
 

@@ -23,7 +23,7 @@ enum class SendOrder {
   // Like inputs_first. At an unlimited rate, the replay sends the other messages of the next frame
   // while the nodes still work on the current one.
   pipelined,
-  // One after the other without waiting, as capture_node does.
+  // The replay sends the messages one after the other without waiting, as capture_node does.
   as_captured,
 };
 

@@ -56,7 +56,7 @@ class Replayer {
   void run(const std::function<ReplayControl()>& control);
   const ReplayCounts& counts() const { return counts_; }
 
-  // For benchmarks.
+  // Listeners for benchmarks. run() calls them in its thread.
   std::function<void(std::uint64_t frame, const SendTimes&)> on_frame_sent;
   void set_trace_listener(std::function<void(const fivepipe_v1_FrameTrace&)> listener) {
     nodes_.on_trace = std::move(listener);
