@@ -1,12 +1,12 @@
 # fivepipe_shaders(TARGET NAMESPACE ns FILES a.comp b.vert ...): embeds GLSL files into TARGET.
 #
-# All files lie in one folder, given relative to the current source folder. The function writes
+# All files are in one folder, given relative to the current source folder. The function writes
 # <build>/generated/<folder>/shaders_embedded.h and makes it includable by TARGET as
 # "<folder>/shaders_embedded.h" (<folder> is relative to the root of the repository). The header
 # holds one constant per file in namespace `ns`: plane_count.frag becomes
 #   inline constexpr const char* kPlaneCountFrag = ...;
 #
-# A line `//! include "name.glsl"` is replaced by that file, which lies in the same folder; includes
+# A line `//! include "name.glsl"` is replaced by that file, which is in the same folder; includes
 # may nest. The text with its includes is also written to <build>/generated/<folder>/<file>.
 #
 # tests/structure validates each embedded file offline with glslangValidator, once per line

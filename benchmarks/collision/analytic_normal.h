@@ -10,13 +10,14 @@
 namespace fivepipe::collision_bench {
 
 struct AnalyticExit {
-  double distance_m;
+  double distance_m;             // along the ray
   std::size_t camera;            // the camera whose cone of sight ends there
   Eigen::Vector3d normal_world;  // unit length, pointing out of the hull
 };
 
-// Finds, by bisection, the border of the hull of the true silhouettes on a ray, between a point
-// inside and a point outside. Returns nullopt if the first is not inside or the second not outside.
+// Finds, by bisection, the border of the hull of the true silhouettes on a ray, between the
+// distances inside_m and outside_m along it. Returns nullopt if the first point is not inside the
+// hull or the second not outside.
 std::optional<AnalyticExit> analytic_exit(std::span<const hull::Capsule> object,
                                           std::span<const geometry::Camera> cameras,
                                           const geometry::Ray& ray, double inside_m,
@@ -28,6 +29,7 @@ std::optional<AnalyticExit> analytic_exit(std::span<const hull::Capsule> object,
 Eigen::Vector3d cone_normal(std::span<const hull::Capsule> object,
                             const Eigen::Vector3d& eye_world_m, const Eigen::Vector3d& p_world_m);
 
+// Returns the angle between two vectors of any nonzero length.
 double angle_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
 
 }  // namespace fivepipe::collision_bench

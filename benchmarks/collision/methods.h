@@ -11,7 +11,7 @@
 
 namespace fivepipe::collision_bench {
 
-// Of one frame.
+// The times of one frame.
 struct Times {
   double maps_ms = 0;   // preparation of the maps that other queries of the frame share
   double build_ms = 0;  // structures that the method builds from the maps for itself
@@ -35,7 +35,8 @@ struct Method {
   std::function<Answer(const CollisionScene&)> run;
 };
 
-// Backend cpu (cpu_detection.h): verdicts within eps. With `points`, also CP_i at most eps apart.
+// Backend cpu (cpu_detection.h). Returns verdicts within eps and, with `points`, CP_i at most eps
+// apart.
 Method cpu_method(double eps_mm, bool points, int threads);
 // Backend gl (gl_detection.h), the same in compute shaders. Needs a current OpenGL context.
 // `threads` applies to llvmpipe and to the part left to the CPU. The upload of the maps, and of the

@@ -102,7 +102,7 @@ NormalsAt measure(double radius_px, int rigs) {
       const auto truth = analytic_exit(rig.ball, rig.cameras, {p, v_rec}, 0, kReach_m);
       const auto exit = collision::exit_from_base(query, p, v_rec, kReach_m);
       if (!truth || !exit || !query.contains(p))
-        continue;  // the point may lie outside the hull of a very small map
+        continue;  // the point may be outside the hull of a very small map
       ++at.queries;
       const collision::Recovery recovery{p, v_rec, kReach_m, *exit};
       if (const collision::HullNormal n = collision::closed_form_normal(query, recovery);

@@ -24,7 +24,7 @@ struct NormalCurve {
   const char *name, *title;
   NormalError NormalsAt::*error;
 };
-// In the order of the titles, in which plots draw them.
+// In the alphabetical order of the titles, in which plots draw them.
 inline constexpr NormalCurve kNormalCurves[] = {
     {"closed-binary", "closed form, binary maps", &NormalsAt::binary},
     {"closed-coverage", "closed form, coverage", &NormalsAt::coverage},
@@ -32,12 +32,12 @@ inline constexpr NormalCurve kNormalCurves[] = {
 
 // A ball of 5 cm radius at the origin, seen by six cameras in seeded random directions: 40 rigs per
 // radius below 30 px, else 15, and ten queries per rig. The binary maps sample pixel centers; the
-// coverage is exact. CP_obj lies 0.8 to 0.9 radii from the center, V_rec deviates by up to 30
+// coverage is exact. CP_obj is 0.8 to 0.9 radii from the center, V_rec deviates by up to 30
 // degrees from the outward normal. The four points use the paper's settings: apex angle 10 degrees,
 // height 5 cm, 400 samples per line. Takes some seconds. `quick`: three radii, six rigs each.
 std::vector<NormalsAt> measure_normals(bool quick);
 
-void print(const std::vector<NormalsAt>& sweep);
+void print(const std::vector<NormalsAt>& sweep);  // to stdout
 // Plots the error against the radius. File, result and errors as for bench::Plots::draw().
 bool plot(const std::vector<NormalsAt>& sweep, const std::filesystem::path& file);
 

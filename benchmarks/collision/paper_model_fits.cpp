@@ -166,7 +166,7 @@ std::vector<collision::Triangle> pierced_triangles(int count) {
             .normalized();
     const double base_m = std::pow(10, between(-1.7, -0.2)), height_m = base_m * between(0.4, 0.86),
                  apex = between(0.3, 0.7);
-    // The origin projects to (b, h) of the triangle, and lies off_m from its plane.
+    // The origin projects to (b, h) of the triangle and is off_m from its plane.
     const double h = between(0.15, 0.6), b = h * apex + (1 - h) * between(0.15, 0.85),
                  off_m = between(-0.008, 0.008);
     const auto corner = [&](double x, double y) {

@@ -41,6 +41,6 @@ struct PaperModelFits {
 
 // Needs a current OpenGL context. Takes some seconds; `quick`: one second, with fewer measurements.
 PaperModelFits fit_paper_models(bool quick);
-void print(const PaperModelFits& fits);
+void print(const PaperModelFits& fits);  // to stdout
 
 }  // namespace fivepipe::collision_bench

@@ -27,6 +27,6 @@ struct ProximityResult {
 // Measures points on the curtain of scene curtain720, seeded by area, and the vertices and
 // triangles of scene payload's mesh. The cap is 5 cm. Takes some seconds.
 std::vector<ProximityResult> measure_proximity(int threads, bool quick);
-void print(const std::vector<ProximityResult>& results);
+void print(const std::vector<ProximityResult>& results);  // to stdout
 
 }  // namespace fivepipe::collision_bench

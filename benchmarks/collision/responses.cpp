@@ -85,9 +85,8 @@ std::optional<MeshExit> mesh_exit(const geometry::Mesh& mesh, const Vector3d& p,
       continue;
     exit = {t, ab.cross(ac).normalized()};
   }
-  if (exit.distance_m < 0) return MeshExit{0, Vector3d::Zero()};  // p lies outside the mesh
-  if (!(exit.normal_world.dot(direction) > 0))
-    return std::nullopt;  // the base lies inside the mesh
+  if (exit.distance_m < 0) return MeshExit{0, Vector3d::Zero()};     // p is outside the mesh
+  if (!(exit.normal_world.dot(direction) > 0)) return std::nullopt;  // the base is inside the mesh
   return exit;
 }
 

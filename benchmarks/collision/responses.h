@@ -25,9 +25,9 @@ struct ResponseCase {
   // the two hulls near CP_hull.
   std::optional<Surface> surface;
 };
-// For each colliding object the default case: the farthest CP_i, towards the object's center. Then
-// sixty seeded CP_i, along their triangles' normals, towards the nearer side. Keeps the cases that
-// have an exit within 5 cm, by the exact reference.
+// Returns the default case of each colliding object (the farthest CP_i, towards the object's
+// center), then sixty seeded CP_i, along their triangles' normals, towards the nearer side. Keeps
+// only the cases that have an exit within 5 cm by the exact reference.
 std::vector<ResponseCase> response_cases(const CollisionScene& scene);
 
 struct Quantiles {

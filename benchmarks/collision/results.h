@@ -28,11 +28,12 @@ struct Result {
   double contacting_per_s() const;        // only the triangles that cross the hull
 };
 
-void print(const std::vector<Result>& results);
-// For methods with a response: the time of each stage, and the response's errors for the same
-// CP_obj and V_rec.
+void print(const std::vector<Result>& results);  // to stdout
+// Prints, for methods with a response, the time of each stage, and the response's errors for the
+// same CP_obj and V_rec.
 void print_responses(const std::vector<Result>& results);
-// Throughput relative to the paper's 10x10 viewports in this run, and to the rate in the paper.
+// Prints the throughput relative to the paper's 10x10 viewports in this run, and to the rate in the
+// paper.
 void print_ratios(const std::vector<Result>& results);
 // Section 4.4.2: 720 triangles at 6 frames/s. Counted once per camera (three) it is 13,000.
 inline constexpr double kPaperTriangles_per_s = 4320;

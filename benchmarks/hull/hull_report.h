@@ -23,9 +23,9 @@ struct Result {
 
 std::uint64_t checksum(std::span<const float> depths);  // FNV-1a over the bits
 
-void print(const std::vector<Result>& results);
-// For each view: the time of every baseline relative to backend cpu, at the baseline's fastest
-// setting with a mean error of at most kFairError_mm.
+void print(const std::vector<Result>& results);  // to stdout
+// Prints for each view the time of every baseline relative to backend cpu, at the baseline's
+// fastest setting with a mean error of at most kFairError_mm.
 void print_ratios(const std::vector<Result>& results);
 inline constexpr double kFairError_mm = 2;
 

@@ -17,7 +17,7 @@ struct Method {
   bool exact;  // returns the exact hull; compared with backend cpu in every pixel
   // Writes the depth of the whole view. May keep buffers from call to call, but no results.
   std::function<void(const HullScene&, const hull::View&, std::span<float> depth_m)> depth;
-  // The largest depth error in mm that the method's discretisation explains. A hit that lies deeper
+  // The largest depth error in mm that the method's discretisation explains. A hit that is deeper
   // by more has missed the first piece of the hull. 0: no such limit.
   std::function<double(const hull::View&)> spacing_mm = [](const hull::View&) { return 0.0; };
   std::function<bool(const HullScene&)> supports = [](const HullScene&) { return true; };

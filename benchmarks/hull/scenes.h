@@ -42,6 +42,7 @@ HullScene hand_scene(const std::string& name, double map_fov_rad, double view_fo
 // std::runtime_error that names the file and the error.
 HullScene real_scene(const std::filesystem::path& folder);
 
+// The view of the scene's eye.
 hull::View view_of(const HullScene& scene, int width_px, int height_px);
 double covered_fraction(const HullScene& scene);  // of the maps, by object pixels
 

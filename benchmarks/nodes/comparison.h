@@ -10,8 +10,8 @@ struct ComparedResult {
   std::string name;
   double before_ms = 0, after_ms = 0;  // medians
   double ratio() const { return after_ms / before_ms; }
-  // Also true if a median is NaN or has become 0, because such a result measured nothing. A stage
-  // may take 0 ms in both files.
+  // Returns true if the ratio exceeds max_ratio, and if a median is NaN or has become 0, because
+  // such a result measured nothing. A stage may take 0 ms in both files.
   bool is_slower_than(double max_ratio) const {
     return !(after_ms <= max_ratio * before_ms) || (before_ms > 0 && !(after_ms > 0));
   }

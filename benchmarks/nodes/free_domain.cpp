@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// The UDP ports of these domains lie below the kernel's ephemeral ports.
+// The UDP ports of these domains are below the kernel's ephemeral ports.
 constexpr std::uint32_t kFirstDomain = 60, kDomainCount = 40;
 constexpr auto kDiscoveryTime = 400ms;
 

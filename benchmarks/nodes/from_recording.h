@@ -28,6 +28,8 @@ struct FromRecordingOptions {
 // The deployment that a benchmark measures, with its settings.
 class MeasuredDeployment {
  public:
+  // Throws as RecordedDeployment does if options.deployment is empty, else config::ConfigError if
+  // it cannot be loaded.
   MeasuredDeployment(const recording::Recording& recording, const FromRecordingOptions& options);
   ~MeasuredDeployment();  // removes the temporary output folder
   MeasuredDeployment(const MeasuredDeployment&) = delete;

@@ -27,7 +27,7 @@ struct NodeRunOptions {
   std::filesystem::path out;  // the folder for the nodes' files and logs
 };
 
-// Of all messages of a topic, independent of their order.
+// Digest of all messages of a topic, independent of their order.
 struct OutputDigest {
   std::uint64_t messages = 0, bytes = 0, checksum = 0;
 };

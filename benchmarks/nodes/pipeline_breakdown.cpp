@@ -37,8 +37,8 @@ std::int64_t end_of(const replay::FrameAtNode& frame) {
 }
 
 // Adds the stages of one frame in one node: the node is busy with earlier frames, the input is on
-// the bus, it waits, and the node's own steps. Nodes read inputs between frames, so the time that
-// an input queues at a busy node does not count as bus time.
+// the bus, the input waits, and the node's own steps. Nodes read inputs between frames, so the time
+// that an input queues at a busy node does not count as bus time.
 void through_node(CriticalPath& path, const replay::FrameAtNode& frame, std::int64_t free_ns,
                   const std::string& name, const std::string& wait) {
   path.until(name + " busy with frames before", std::min(free_ns, frame.last_input_ns));

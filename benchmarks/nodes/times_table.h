@@ -7,7 +7,7 @@
 
 namespace fivepipe::node_bench {
 
-base::TextTable times_table();
+base::TextTable times_table();  // without rows
 void add_times(base::TextTable& table, const std::string& name, const std::vector<double>& time_ms);
 
 }  // namespace fivepipe::node_bench

@@ -1,4 +1,4 @@
-// fivepipe bench render: time that the parent pipe takes to draw and read back a frame at the
+// fivepipe bench render: the time in which the parent pipe draws and reads back a frame at the
 // paper's sizes.
 #include <fmt/format.h>
 

@@ -66,7 +66,8 @@ void print_differences(const Comparison& comparison, const std::string& before,
   std::cout << std::flush;
 }
 
-// Counts the results that are slower, err more, or are missing: a missing result may hide anything.
+// Counts the results that are slower, have a larger error, or are missing. A missing result counts
+// because it may hide a regression.
 int failures_in(const Comparison& comparison, double max_ratio) {
   int failures = int(comparison.only_before.size());
   for (const ComparedResult& result : comparison.results)

@@ -11,6 +11,7 @@ namespace fivepipe::launch {
 
 // --set KEY=VALUE, repeatable. The parser rejects texts without a key.
 CLI::Option* add_set_option(CLI::App* app, std::vector<std::string>& assignments);
+// Splits the assignments at their first '='. The last assignment of a key takes effect.
 std::map<std::string, std::string> settings_from(const std::vector<std::string>& assignments);
 
 // --rate R|max.

@@ -46,7 +46,7 @@ int run_replay(const ReplayOptions& options) {
   request.profile = options.network.profile;
   request.wait_s = options.no_wait ? std::nullopt : std::optional(options.wait_s);
   catch_signals();
-  std::optional<ReplayKeys> keys;  // created when sending starts: they change the terminal
+  std::optional<ReplayKeys> keys;  // created when sending starts, because it changes the terminal
   const replay::ReplayResult result = replay::replay(
       recording, request,
       {.control =

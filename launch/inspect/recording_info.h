@@ -54,11 +54,11 @@ struct RecordingInfo {
   double duration_s() const { return 1e-9 * double(end_ns - start_ns); }
 };
 
-// If `reads_all`, also reads every message, to determine bytes by topic and damage in a finished
-// file.
+// Reads the index. If `reads_all`, also reads every message, to determine bytes by topic and damage
+// in a finished file.
 RecordingInfo inspect(const recording::Recording& recording, bool reads_all);
 
-// For a terminal with 120 columns.
+// Formats the information for a terminal with 120 columns.
 std::string text_of(const RecordingInfo& info);
 nlohmann::ordered_json json_of(const RecordingInfo& info);
 

@@ -49,7 +49,7 @@ std::vector<ListedTopic> topics_of(const std::vector<bus::EndpointDescription>& 
     if (endpoint.own) continue;
     ListedTopic& topic = topics[endpoint.topic];
     topic.types.insert(endpoint.type);
-    // Readers request weaker QoS than they get, so the list shows that of the writers.
+    // Readers request weaker QoS than they get, so the list shows the writers' QoS.
     if (endpoint.writes) topic.qos.insert(short_qos(endpoint.qos));
     ++(endpoint.writes
            ? topic.writers

@@ -15,6 +15,7 @@ namespace fivepipe::launch {
 
 // Reports on stderr if the recording is not finished. Throws as Recording does.
 recording::Recording opened(const std::filesystem::path& file);
+// Names of the topics, sorted.
 std::vector<std::string> topics_in(const recording::Recording& recording);
 // Returns the channel whose keys the given channel of key states describes, or the channel itself
 // if it holds messages. Throws recording::RecordingError if there is none.
@@ -30,6 +31,7 @@ int each_message(const recording::Recording& recording, const std::string& topic
 
 // Resolves a topic of this build. Throws UsageError as resolve_topic() does.
 bus::topics::Topic live_topic(const std::string& text);
+// Returns nullopt for a sample with data.
 std::optional<recording::KeyChange> key_change_of(bus::SampleKind kind);
 
 // Names of a live topic's writers.

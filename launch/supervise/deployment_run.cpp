@@ -29,14 +29,14 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// After Ctrl-C, all processes must be gone within two seconds. At the end of --duration no user
-// waits, and closing a video may take long.
+// After Ctrl-C, all processes must be gone within two seconds. The grace at the end of --duration
+// is longer, because closing a video may take seconds.
 constexpr std::chrono::milliseconds kInterruptGrace = 1300ms, kFinishGrace = 10s;
 // Time for the last frames of the footage to pass through the pipeline.
 constexpr auto kDrainTime = 1s;
 constexpr auto kProgressPeriod = 5s;
 // --duration counts from the first composited frame, or from this time after the start if no frame
-// is composited until then: nodes learn reference images and compile shaders first.
+// is composited until then, because nodes first learn reference images and compile shaders.
 constexpr auto kStartupTimeout = 20s;
 constexpr auto kFinalReportTimeout = 500ms;
 

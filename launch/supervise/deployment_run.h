@@ -20,7 +20,7 @@ struct RunSettings {
   std::vector<std::string> record_options;  // further arguments for `fivepipe record`
 };
 
-// Returns the nodes that run on `host`. An empty host stands for this machine: its nodes are those
+// Returns the nodes that run on `host`. An empty host means this machine: its nodes are those
 // that name it and those that name no host. Throws config::ConfigError if there is none.
 std::vector<config::Node> nodes_of_host(const config::Deployment& deployment,
                                         const std::string& host);

@@ -5,7 +5,7 @@ namespace fivepipe::launch {
 
 // From this call on, SIGINT, SIGTERM and SIGHUP are counted and have no other effect.
 void catch_signals();
-int signals_received();
-int newest_signal();  // 0: none
+int signals_received();  // number since catch_signals()
+int newest_signal();     // 0: none
 
 }  // namespace fivepipe::launch

@@ -12,8 +12,8 @@ struct NodeNameTaken : std::runtime_error {
 };
 
 // Holds the names until its destruction or the end of the process. A claim is a listening socket in
-// the kernel's abstract namespace. It leaves no file behind, and it is visible in the same network
-// namespace as the loopback interface, to all users and containers there.
+// the kernel's abstract namespace. It leaves no file behind. Like the loopback interface, it is
+// visible to all users and containers of the same network namespace.
 class NodeClaims {
  public:
   // Throws NodeNameTaken, which lists each claimed name with the process that holds it.

@@ -55,7 +55,7 @@ class StatusRegistry {
   // Call when the node has no writer any more: its processes have ended.
   void writer_gone(const std::string& node);
 
-  // By node; each node's processes by start.
+  // The newest status of each process, by node; each node's processes by start.
   std::map<std::string, std::vector<ProcessStatus>> processes() const;
   // Nodes that two processes publish at the same time: the older process still publishes 1.5 s
   // after the first status of the newer one.

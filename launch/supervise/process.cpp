@@ -45,8 +45,8 @@ struct Pipe {
   }
 };
 
-// Runs in the child between fork and exec. It makes async-signal-safe calls only: a DDS thread may
-// have held a lock at the fork.
+// Runs in the child between fork and exec. It makes async-signal-safe calls only, because a DDS
+// thread may have held a lock at the fork.
 [[noreturn]] void become_program(char* const* argv, const cpu_set_t* cores, pid_t parent,
                                  int output_fd, int error_fd) {
   setpgid(0, 0);

@@ -23,7 +23,7 @@ std::map<std::string, std::uint64_t> summed(
   return sums;
 }
 
-// For each node that has the count `name`: the sum over its processes.
+// Returns, for each node that has the count `name`, the sum over its processes.
 std::vector<std::uint64_t> per_node(const StatusRegistry& statuses, const std::string& name) {
   std::vector<std::uint64_t> sums;
   for (const auto& [node, processes] : statuses.processes()) {
@@ -72,7 +72,7 @@ json json_of(const Latency& latency) {
           {"count", latency.count}};
 }
 
-// Of the render_node with the largest 99th percentile; null if there is none.
+// The latencies of the render_node with the largest 99th percentile; null if there is none.
 json frame_latency(const StatusRegistry& statuses) {
   json worst;
   for (const auto& [node, processes] : statuses.processes()) {
@@ -85,7 +85,7 @@ json frame_latency(const StatusRegistry& statuses) {
   return worst;
 }
 
-// Of the first node, by name, that uses OpenGL.
+// The OpenGL renderer of the first node, by name, that uses OpenGL; "unknown" if none does.
 std::string gl_renderer(const StatusRegistry& statuses) {
   for (const auto& [node, processes] : statuses.processes())
     for (const ProcessStatus& process : processes)

@@ -30,7 +30,7 @@ struct ReportInput {
 // miss counts twice. frame_rate_hz: frames composited after the first one, divided by the time from
 // the first one to the stop. latency_ms: of the slowest render_node; null if no frame was
 // composited. Counts of a restarted node are sums over its processes; its latencies are those of
-// the process that handled most frames.
+// the process that handled the most frames.
 nlohmann::json report_from(const ReportInput& input);
 
 // Formats a report for people.

@@ -32,7 +32,7 @@ class RestartPolicy {
   explicit RestartPolicy(RestartSettings settings = {}) : settings_(settings) {}
 
   // Call when the node has handled a frame. From then on the policy waits for missing hardware
-  // instead of giving up: a camera may have been unplugged.
+  // instead of returning GiveUp, because a camera may have been unplugged.
   void mark_healthy() { is_healthy_ = true; }
   RestartDecision on_exit(const ProcessExit& exit, double uptime_s);
 

@@ -1,7 +1,7 @@
 // Starts the processes of a deployment, restarts those that die and ends them all. Knows neither
-// DDS nor deployments. Own code: a service manager (systemd, supervisord) would have to be
-// installed and configured on each host and cannot tell a node that cannot start from one that
-// died.
+// DDS nor deployments. fivepipe has its own supervisor because a service manager (systemd,
+// supervisord) would have to be installed and configured on each host and does not distinguish a
+// node that cannot start from one that died.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -49,8 +49,8 @@ struct SupervisorOutput {
   std::function<void(const std::string& text)> event = [](auto&&) {};
 };
 
-// Call it from one thread, which must outlive the supervisor (see ChildProcess). The destructor
-// kills the processes that still run.
+// Call its functions from one thread, which must outlive the supervisor (see ChildProcess). The
+// destructor kills the processes that still run.
 class Supervisor {
  public:
   using Clock = std::chrono::steady_clock;

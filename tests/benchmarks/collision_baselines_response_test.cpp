@@ -17,7 +17,7 @@ constexpr double kHeight_m = 0.05, kApex_rad = 10 * std::numbers::pi / 180,
 class RenderedResponse : public GlTest {};
 
 // The error is at most one step, the height divided by the window, except for parts of the hull
-// thinner than a step and where V_rec leaves the hull along its surface.
+// thinner than a step, and unless V_rec leaves the hull along its surface.
 TEST_F(RenderedResponse, FindsTheExitWithinOnePixelOfTheWindow) {
   for (const int window_px : {100, 400}) {
     Random random(21);

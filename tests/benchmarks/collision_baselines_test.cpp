@@ -246,7 +246,7 @@ TEST(HullFcl, FindsCrossingTrianglesAndTheirPoints) {
   HullFcl fcl;
   fcl.set_hull(geometry::box_mesh({0.2, 0.2, 0.2}));
   // A plane sheet of 10 cm cells through the box. The cells' borders are at 0.05 + 0.1 k, so the
-  // cell from -0.05 to 0.05 lies wholly inside.
+  // cell from -0.05 to 0.05 is wholly inside.
   geometry::Mesh sheet = geometry::curtain_mesh(0.6, 0.6, 6, 6, 0, 0);
   for (Vector3d& v : sheet.vertices_m) v += Vector3d(0.05, 0.01, 0.35);
   const collision::ObjectCollision found = fcl.query(fcl.add(sheet));
@@ -256,7 +256,7 @@ TEST(HullFcl, FindsCrossingTrianglesAndTheirPoints) {
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     Eigen::AlignedBox2d box;
     for (const Vector3d& v : triangles[i]) box.extend(Eigen::Vector2d(v.x(), v.z()));
-    // Samples of the triangle, because only a corner of some cells lies in the square from -0.1 to
+    // Samples of the triangle, because only a corner of some cells is in the square from -0.1 to
     // 0.1.
     bool in = false, out = false;
     for (int a = 0; a <= 50; ++a)

@@ -250,7 +250,7 @@ Depths carving(VoxelCarving& voxels, const Case& c, int threads = 1) {
   });
 }
 
-// The fraction of voxel centers that lie within the rounding of float of a pixel's border and may
+// The fraction of voxel centers that are within the rounding of float of a pixel's border and may
 // be classified either way: 1e-4 px on two axes, for some cameras.
 constexpr double kVoxelTies = 2e-3;
 

@@ -62,7 +62,7 @@ TEST(RestartPolicy, SlowExitResetsQuickExitCount) {
     EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.on_exit(failed, 0.1)));
 }
 
-// A camera is unplugged and plugged in minutes later.
+// A user unplugs a camera and plugs it in minutes later.
 TEST(RestartPolicy, MissingHardwareIsRetriedOnceHealthy) {
   launch::RestartPolicy policy;
   policy.mark_healthy();

@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 namespace {
 
 using Clock = std::chrono::steady_clock;
-// For events that should happen immediately. Test machines are busy.
+// Maximum wait for events that should happen immediately. It is long because test machines are
+// busy.
 constexpr auto kTimeout = 30s;
 
 class SupervisorTest : public ::testing::Test {

@@ -74,7 +74,7 @@ TEST_F(RecordingPipeline, RecordingOfKilledRecorderIsRepaired) {
   auto commands = bus_.writer<bus::topics::Command>();
   ASSERT_TRUE(eventually(bus_, 10s, [&] { return commands.readers() == 1; }));
   std::uint64_t sent = 0;
-  // Until the first chunk is on the disk.
+  // Waits until the first chunk is on the disk.
   ASSERT_TRUE(eventually(bus_, 20s, [&] {
     fivepipe_v1_Command message{};
     message.kind = fivepipe_v1_resume_simulation;

@@ -12,8 +12,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kBatchSize = 64;  // triangles per unit of work
-// A triangle lies outside the object pixels' bounds only if it does so by more than this, which
-// exceeds the rounding in double.
+// A triangle is outside the object pixels' bounds only if it is so by more than this, which exceeds
+// the rounding in double.
 constexpr double kBeside_px = 1e-6;
 
 }  // namespace
@@ -66,7 +66,7 @@ void BruteForce::set_silhouettes(std::span<const hull::Silhouette> silhouettes) 
   }
 }
 
-// Returns false if the triangle lies outside the bounds of some camera's object pixels.
+// Returns false if the triangle is outside the bounds of some camera's object pixels.
 bool BruteForce::set_up(const collision::TriangleView& view, Thread& thread) const {
   thread.maps.clear();
   for (std::size_t i = 0; i < maps_.size(); ++i) {
@@ -84,7 +84,7 @@ bool BruteForce::set_up(const collision::TriangleView& view, Thread& thread) con
     if (outside(0, -1, map.bounds.u0_px) || outside(0, 1, map.bounds.u1_px) ||
         outside(1, -1, map.bounds.v0_px) || outside(1, 1, map.bounds.v1_px))
       return false;
-    // The reference pixel lies within the bounds, so its bit is inside the map.
+    // The reference pixel is within the bounds, so its bit is inside the map.
     const auto reference_px = [&](int axis, int low_px, int high_px) {
       return corners[0].z() > 0 ? std::clamp(std::floor(corners[0][axis] / corners[0].z()),
                                              double(low_px), double(high_px))

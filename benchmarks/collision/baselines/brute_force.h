@@ -2,12 +2,10 @@
 // 4.2.4) without OpenGL.
 //
 // Optimised for a fair comparison:
-// - Objects whose box the silhouettes certify free are skipped, and so are triangles whose image in
-// a
-//   camera lies outside the bounds of its object pixels.
+// - Objects whose box the silhouettes certify free are skipped, and so are triangles whose image
+//   in a camera is outside the bounds of its object pixels.
 // - SIMD projects a triangle's samples by the homography of its plane into each map, relative to
-// the
-//   triangle's first pixel, in float with certified margins. Samples that the margins leave
+//   the triangle's first pixel, in float with certified margins. Samples that the margins leave
 //   uncertain are tested again in double.
 // - Maps are read as packed bits. The first camera that sees all samples of a vector outside its
 //   object pixels ends the vector.
@@ -24,21 +22,22 @@
 
 namespace fivepipe::baselines {
 
-// The centers of those of `across` x `across` viewport pixels that the triangle covers (half of
-// them, see TriangleView), row by row. A sample is the point base0 + base * (base1 - base0) + side
-// * (apex
-// - base0). The coordinates are float, taken as exact, so that all machines get the same samples.
+// A sample is the point base0 + base * (base1 - base0) + side * (apex - base0) of a TriangleView.
+// The coordinates are float, taken as exact, so that all machines get the same samples.
 struct TriangleSample {
   float base, side;
 };
+// Returns the centers of those of `across` x `across` viewport pixels that the triangle covers
+// (half of them, see TriangleView), row by row.
 std::vector<TriangleSample> triangle_samples(const collision::TriangleView& view, int across);
+// The sample in the world frame, in m.
 Eigen::Vector3d point_at(const collision::TriangleView& view, const TriangleSample& sample);
 
 class BruteForce {
  public:
   explicit BruteForce(int across);  // 1 to 1024
 
-  // `limits: all`. Borrows the maps, which must outlive the next detect().
+  // The hull rule is `limits: all`. Borrows the maps, which must outlive the next detect().
   void set_silhouettes(std::span<const hull::Silhouette> silhouettes);
 
   // A triangle collides if one of its samples is in_hull(); its points are all such samples, in

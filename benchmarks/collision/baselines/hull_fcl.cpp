@@ -36,7 +36,7 @@ Corners corners_of(const Model& model, std::intptr_t triangle) {
   return {model.vertices[t[0]], model.vertices[t[1]], model.vertices[t[2]]};
 }
 
-// The part of the two planes' common line that lies in a triangle, as parameters along the line.
+// The part of the two planes' common line that is in a triangle, as parameters along the line.
 // The triangles are known to intersect.
 struct Span {
   double from = std::numeric_limits<double>::infinity(), to = -from;

@@ -28,7 +28,7 @@ class HullFcl {
   // Returns the object's triangles that intersect triangles of the hull's surface, and for each
   // pair the midpoint of their intersection. (FCL's own contact points are the corners deepest
   // behind the other triangle's plane, often far from the contact.) A triangle or an object that
-  // lies wholly inside the hull intersects no surface and is called free. Different objects may be
+  // is wholly inside the hull intersects no surface and is called free. Different objects may be
   // queried concurrently.
   collision::ObjectCollision query(std::size_t object) const;
 

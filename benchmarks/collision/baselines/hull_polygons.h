@@ -5,8 +5,7 @@
 //
 // Optimised for a fair comparison:
 // - fivepipe's certified balls find the bricks of 8x8x8 cells from coarse to fine, so that only
-// bricks
-//   at the hull's surface are sampled.
+//   bricks at the hull's surface are sampled.
 // - SIMD tests the samples; threads share the bricks.
 // - A table of the 256 cases gives a cell's vertex.
 #pragma once
@@ -26,7 +25,7 @@ class HullPolygons {
   explicit HullPolygons(double cell_m);
 
   // Returns the closed surface, in the world frame, that separates the grid points in the hull from
-  // the others; triangles are counter-clockwise seen from outside. It lies within a cell's diagonal
+  // the others; triangles are counter-clockwise seen from outside. It is within a cell's diagonal
   // of the hull's border; parts thinner than a cell may be lost, and the hull is cut off at the
   // volume. Keeps its buffers: the mesh is valid until the next call. The result does not depend on
   // the pool's threads. Throws std::invalid_argument for more than kMaxBricks along an axis.

@@ -49,7 +49,7 @@ std::optional<RenderedExit> RenderedResponse::respond(const Vector3d& a, const V
       const double step_m = edge_m / window_px_;
       if (exit.d_rec_m > height_m - 1.5 * step_m) return std::nullopt;
     }
-    // The centers of the outermost pixels lie up to one row inside an edge.
+    // The centers of the outermost pixels are up to one row inside an edge.
     spans[second] = last_point_along(points, a, to_c.normalized(), 1.01 * row_m) -
                     last_point_along(points, a, to_b.normalized(), 1.01 * row_m);
   }

@@ -7,9 +7,8 @@
 // Optimised for a fair comparison:
 // - Planes are swept front to back, and a tile of rays ends when all its rays have a depth.
 // - A tile sweeps only the planes on which it intersects every camera's bounds. For several of
-// these
-//   at a time, counts over 4x4 cells report whether the tile's image in a camera holds no object
-//   pixel (the plane is skipped) or only object pixels (the camera needs no lookups).
+//   these at a time, counts over 4x4 cells report whether the tile's image in a camera holds no
+//   object pixel (the plane is skipped) or only object pixels (the camera needs no lookups).
 // - SIMD lanes look up the remaining rays: one multiply-add per coordinate for the homography, a
 //   reciprocal, and one gather of packed bits in the first-level cache. The cameras after the one
 //   that removes a vector's last ray are skipped.
@@ -45,9 +44,9 @@ class CpuPlaneSweep {
 
   // Plane k of `planes` is at near + k * (far - near) / planes. Writes the depth in m along the
   // view's z for each pixel, row-major; kNoHull if no plane hits the hull. depth_m has the view's
-  // width * height elements. `limits: all`. Throws std::invalid_argument for more than
-  // kMaxSweptCameras cameras. Keeps its buffers from call to call. The result does not depend on
-  // the pool's threads.
+  // width * height elements. The hull rule is `limits: all`. Throws std::invalid_argument for more
+  // than kMaxSweptCameras cameras. Keeps its buffers from call to call. The result does not depend
+  // on the pool's threads.
   void depth(std::span<const hull::Silhouette> silhouettes, const hull::View& view,
              base::WorkerPool& pool, std::span<float> depth_m);
 

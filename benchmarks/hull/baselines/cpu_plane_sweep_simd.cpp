@@ -13,7 +13,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace fivepipe::baselines::HWY_NAMESPACE {
 
-// Bit k stands for the plane of lane k.
+// Bit k is the plane of lane k.
 struct PlaneSet {
   std::uint32_t possible;                // planes that may have hull
   std::uint32_t full[kMaxSweptCameras];  // per camera: planes on which its image is full

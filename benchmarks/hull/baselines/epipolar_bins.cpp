@@ -47,9 +47,9 @@ void EpipolarBins::build(const hull::Silhouette& silhouette, const hull::PixelRe
   find_extents();
 }
 
-// Far epipoles, including those at infinity: one sector, whose lines are numbered by where they
-// cross the central axis of the silhouette. Near epipoles: four sectors around the epipole,
-// separated by the diagonals, whose lines are numbered by their slope.
+// A far epipole, which may be at infinity, gets one sector, whose lines are numbered by their
+// crossing of the silhouette's central axis. A near epipole gets four sectors around it, separated
+// by the diagonals, whose lines are numbered by their slope.
 void EpipolarBins::choose_sectors(const hull::PixelRect& bounds, const Vector3d& epipole) {
   const double half_u = 0.5 * bounds.width_px() + 1, half_v = 0.5 * bounds.height_px() + 1;
   const bool along_y = std::abs(epipole.y()) * half_u > std::abs(epipole.x()) * half_v;
@@ -79,7 +79,7 @@ void EpipolarBins::choose_sectors(const hull::PixelRect& bounds, const Vector3d&
                s_begin, s_end, 2 * half_b);
   }
   const float u = float(epipole.x() / epipole.z()), v = float(epipole.y() / epipole.z());
-  // The images of rays that start behind the camera come in from infinity.
+  // The images of rays that start behind the camera begin at infinity.
   const float outward = epipole.z() > 0 ? 1.0f : -1.0f;
   for (const bool y : {false, true})
     for (const float side : {1.0f, -1.0f})
@@ -94,7 +94,7 @@ void EpipolarBins::collect_edges(const hull::ObjectPixels& pixels, const hull::P
   placed_.clear();
   const auto first_word = std::size_t(bounds.u0_px >> 6),
              words = std::size_t((bounds.u1_px - 1) >> 6) - first_word +
-                     2;  // and an empty one after it
+                     2;  // includes an empty one at the end
   run_begin_.resize(words * 64);
   above_.assign(words, 0);
   vertical_above_.assign(words, 0);

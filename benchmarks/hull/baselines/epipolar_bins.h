@@ -14,11 +14,11 @@ namespace fivepipe::baselines {
 // whole number of pixels, so that borders are whole numbers). `a` is the axis along which a
 // sector's lines advance (x or y), `b` the other.
 //
-// A sector is a pencil of epipolar lines. Line number s is b = s * (p0 + p1 a) + (q0 + q1 a), for
-// p0
-// + p1 a > 0. With b_h, a_h, w homogeneous, b_h - q0 w - q1 a_h and p0 w + p1 a_h vanish at the
-// epipole. Their quotient at the ray's vanishing point is the ray's s; their quotient at an edge's
-// ends determines the edge's bins, wherever the epipole lies.
+// A sector is a pencil of epipolar lines. Line number s is
+//   b = s * (p0 + p1 a) + (q0 + q1 a), with p0 + p1 a > 0.
+// With b_h, a_h, w homogeneous, b_h - q0 w - q1 a_h and p0 w + p1 a_h vanish at the epipole. Their
+// quotient at the ray's vanishing point is the ray's s; their quotient at an edge's ends determines
+// the edge's bins, for every position of the epipole.
 struct Sector {
   bool advances_along_y;
   float p0, p1, q0, q1;
@@ -81,7 +81,7 @@ class EpipolarBins {
   const std::vector<float>& nearest() const { return nearest_; }
   const std::vector<float>& farthest() const { return farthest_; }
 
-  // Whether lines end in an object pixel: the epipole lies on one, and the images of rays run
+  // Whether lines end in an object pixel: the epipole is on one, and the images of rays run
   // towards it.
   bool ends_inside() const { return ends_inside_; }
 

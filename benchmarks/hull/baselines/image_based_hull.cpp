@@ -38,7 +38,8 @@ EpipolarCamera lanes_of(const EpipolarBins& bins, const hull::MapFromView& map) 
           bins.ends_inside()};
 }
 
-// For a camera at the view's center: a ray lies inside its silhouette at every depth or at none.
+// Removes the rays outside the silhouette of a camera at the view's center. A ray is inside it at
+// every depth or at none.
 void keep_where_seen(const hull::ObjectPixels& pixels, const hull::MapFromView& map,
                      const hull::PixelRect& view, std::span<float> depth_m) {
   std::size_t i = 0;

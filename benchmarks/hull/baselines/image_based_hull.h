@@ -28,8 +28,8 @@ namespace fivepipe::baselines {
 class ImageBasedHull {
  public:
   // Writes the depth in m along the view's z for each pixel, row-major; kNoHull if there is no hull
-  // between near and far. depth_m has the view's width * height elements. `limits: all`. Keeps its
-  // buffers from call to call. The result does not depend on the pool's threads.
+  // between near and far. depth_m has the view's width * height elements. Uses `limits: all`.
+  // Keeps its buffers from call to call. The result does not depend on the pool's threads.
   void depth(std::span<const hull::Silhouette> silhouettes, const hull::View& view,
              base::WorkerPool& pool, std::span<float> depth_m);
 

@@ -83,7 +83,7 @@ HWY_INLINE Lines lines_of(const EpipolarCamera& c, V u, V v) {
   return l;
 }
 
-// The result of one pass over a ray's edges: whether an odd number of them lies beyond a position,
+// The result of one pass over a ray's edges: whether an odd number of them is beyond a position,
 // and the nearest two of these.
 struct Beyond {
   M odd;
@@ -129,7 +129,7 @@ HWY_INLINE Beyond edges_beyond(const EpipolarCamera& c, const Lines& l, M active
   return beyond;
 }
 
-// Returns the depth at which the image reaches a position on its line; kNever if the position lies
+// Returns the depth at which the image reaches a position on its line; kNever if the position is
 // beyond the vanishing point.
 HWY_INLINE V depth_at(const Lines& l, V position) {
   const V a = hn::Mul(position, l.towards);
@@ -242,7 +242,7 @@ void trace_tile(std::span<const EpipolarCamera> cameras, const EpipolarTile& til
 constexpr float kRounding = 1e-6f;
 
 constexpr int kCorners = 4;
-// The rays at the tiles' corners; the positions of the other rays lie between theirs.
+// The rays at the tiles' corners; the positions of the other rays are between theirs.
 struct CornerRays {
   V u[kCorners], v[kCorners];
 };

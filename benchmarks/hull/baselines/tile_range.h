@@ -13,7 +13,7 @@ struct DepthRange {
   bool empty() const { return !(begin_m < end_m); }
 };
 
-// Returns a range that contains, for every ray of the rectangle, the part of `within` that lies in
+// Returns a range that contains, for every ray of the rectangle, the part of `within` that is in
 // all half-spaces, widened for rounding to float. Empty if no ray has such a part.
 DepthRange range_of_rays(std::span<const hull::HalfSpace> half_spaces, const hull::PixelRect& rays,
                          const DepthRange& within);

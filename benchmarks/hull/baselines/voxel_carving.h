@@ -37,9 +37,9 @@ class VoxelCarving {
 
   // Writes the depth in m along the view's z at which the ray through each pixel enters its first
   // occupied voxel between near and far, row-major: near_m if it starts inside one, kNoHull if it
-  // meets none. depth_m has the view's width * height elements. `limits: all`. Throws
-  // std::invalid_argument for more than kMaxCarvingCameras cameras. Keeps its buffers from call to
-  // call. The result does not depend on the pool's threads.
+  // meets none. depth_m has the view's width * height elements. The hull rule is `limits: all`.
+  // Throws std::invalid_argument for more than kMaxCarvingCameras cameras. Keeps its buffers from
+  // call to call. The result does not depend on the pool's threads.
   void depth(std::span<const hull::Silhouette> silhouettes, const hull::View& view,
              base::WorkerPool& pool, std::span<float> depth_m);
 

@@ -11,9 +11,8 @@
 
 namespace fivepipe::baselines {
 
-// The position in a map's tables of the point (x, y, z), in voxels from the grid's corner, is of_x
-// x
-// + of_y y + of_z z + of_1, homogeneous.
+// The position in a map's tables of the point (x, y, z), in voxels from the grid's corner, is
+//   of_x x + of_y y + of_z z + of_1, homogeneous.
 struct CarvingCamera {
   std::array<float, 3> of_x, of_y, of_z, of_1;
   LookupTables map;
@@ -49,8 +48,8 @@ struct DrawnView {
   float near_m, far_m;
   std::array<std::int32_t, 3> begin_voxel, end_voxel;  // a box that contains all occupied voxels
 };
-// draw_tile() writes row v of the tile to depth_m + v * stride. All voxels of the tile lie between
-// begin_m and end_m.
+// draw_tile() writes row v of the tile to depth_m + v * stride. All voxels of the tile are between
+// begin_m and end_m in depth.
 struct DrawnTile {
   hull::PixelRect rays;
   float begin_m, end_m;

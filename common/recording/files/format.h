@@ -35,7 +35,7 @@ inline constexpr const char* kCountsMetadata = "counts";
 inline constexpr const char* kLossReasonKey = "loss_reason";  // in `counts`, if messages were lost
 
 inline constexpr const char* kDeploymentFolder = "deployment/";
-// In the metadata `recording`: which of the attachments is the deployment file.
+// Key in the metadata `recording`: path of the deployment file below kDeploymentFolder.
 inline constexpr const char* kDeploymentFileKey = "deployment_file";
 
 }  // namespace fivepipe::recording

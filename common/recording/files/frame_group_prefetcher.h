@@ -13,9 +13,11 @@ namespace fivepipe::recording {
 
 class FrameGroupPrefetcher {
  public:
-  // The thread reads while fewer bytes than this are queued.
+  // Default of `ready_bytes`.
   static constexpr std::size_t kPrefetchBytes = std::size_t(256) << 20;
 
+  // The thread reads while fewer than `ready_bytes` bytes are queued. The recording of `groups`
+  // must outlive this object.
   explicit FrameGroupPrefetcher(FrameGroups groups, std::size_t ready_bytes = kPrefetchBytes);
   ~FrameGroupPrefetcher();
   FrameGroupPrefetcher(const FrameGroupPrefetcher&) = delete;

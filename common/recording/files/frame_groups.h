@@ -35,9 +35,11 @@ struct FrameId {
 };
 class FrameIdReader {
  public:
+  // The recording must outlive this object.
   explicit FrameIdReader(const Recording& recording) : recording_(recording) {}
   // Returns nullopt for key changes and for types that belong to no frame: those without `frame`,
-  // and NodeStatus, which names a frame without a capture stamp.
+  // and NodeStatus, which names a frame without a capture stamp. Throws RecordingError if the
+  // schema of the channel cannot be parsed.
   std::optional<FrameId> operator()(const RecordedMessage& message);
 
  private:
@@ -50,7 +52,8 @@ class FrameIdReader {
 
 class FrameGroups {
  public:
-  // All messages of a frame precede the first message of the 120th following frame in the file.
+  // The file is assumed to hold all messages of a frame before the first message of the frame this
+  // many frames later. late() counts the messages that violate this.
   static constexpr std::size_t kReorderWindow_frames = 120;
   // Messages with one frame number whose capture stamps differ by more belong to different runs.
   static constexpr std::int64_t kMaxFrameSpan_ns = 2'000'000'000;
@@ -59,7 +62,7 @@ class FrameGroups {
               std::function<int(const std::string& topic)> rank);
 
   // Returns groups in the order of their first messages, nullopt at the end. Throws mcap::McapError
-  // as Recording::Cursor does.
+  // as Recording::Cursor does, and RecordingError as FrameIdReader does.
   std::optional<FrameGroup> next();
   // Number of messages whose frame had already been returned; next() returns each as its own group.
   std::uint64_t late() const { return late_; }

@@ -43,34 +43,39 @@ struct RecordedMessage {
 
 class Recording {
  public:
-  // Throws mcap::McapError or std::system_error.
+  // Throws mcap::McapError if the file is not an MCAP file, std::system_error if it cannot be read.
   explicit Recording(const std::filesystem::path& file);
 
   const std::filesystem::path& file() const { return file_; }
   const mcap::Reader& mcap() const { return *reader_; }
   const std::vector<RecordedChannel>& channels() const { return channels_; }
-  const RecordedChannel* channel(mcap::Id id) const;
+  const RecordedChannel* channel(mcap::Id id) const;  // nullptr if there is none
   // Log stamps of the first and the last message; 0 without messages.
   std::int64_t start_ns() const { return std::int64_t(reader_->statistics().start_ns); }
   std::int64_t end_ns() const { return std::int64_t(reader_->statistics().end_ns); }
 
-  // The type at the time of recording. Throws RecordingError if the schema cannot be parsed.
+  // The type at the time of recording. Throws RecordingError if the channel has no schema or the
+  // schema cannot be parsed.
   const schema::Idl& idl(const RecordedChannel& channel) const;
   // Messages that describe how the types of these channels differ from this build's types. Empty if
   // they are equal, as replay requires: fivepipe does not convert between versions of a type.
+  // Throws RecordingError as idl() does.
   std::vector<std::string> type_differences(const std::set<mcap::Id>& channels) const;
 
-  // Values of a metadata record; empty if the file has none of that name.
+  // Values of a metadata record; empty if the file has none of that name. Throws mcap::McapError if
+  // the record is damaged.
   std::map<std::string, std::string> metadata(const std::string& name) const;
   // Writes the deployment's files into the folder and returns the path of the deployment file
   // there, or nullopt if the recording has none. Throws RecordingError if an attachment's name
-  // leads out of the folder.
+  // leads out of the folder, a file cannot be written or the deployment file is missing;
+  // mcap::McapError if an attachment is damaged.
   std::optional<std::filesystem::path> extract_deployment(
       const std::filesystem::path& folder) const;
 
   class Cursor {
    public:
-    // Throws mcap::McapError if a chunk is damaged; the next call continues after that chunk.
+    // Returns nullopt at the end. Skips key states that fivepipe did not write. Throws
+    // mcap::McapError if a chunk is damaged; the next call continues after that chunk.
     std::optional<RecordedMessage> next();
 
    private:

@@ -23,10 +23,11 @@ enum class KeyChange { disposed, unregistered };
 
 struct WriterOptions {
   mcap::Compression compression = mcap::Compression::lz4;
-  // A chunk is closed at this size or at this age, then written: a crash costs at most that much.
+  // The writer closes a chunk at this size or at this age and then writes it, so a crash costs at
+  // most that much.
   std::size_t chunk_bytes = std::size_t(2) << 20;
   double chunk_s = 0.5;
-  bool sync = true;  // force chunks to the disk; otherwise a power cut may cost more
+  bool sync = true;  // force chunks to the disk; without it a power cut may cost more
   std::size_t max_queued_bytes = std::size_t(256) << 20;  // messages beyond this are lost
 };
 
@@ -50,24 +51,28 @@ class RecordingWriter {
   RecordingWriter(const RecordingWriter&) = delete;
   RecordingWriter& operator=(const RecordingWriter&) = delete;
 
+  // Both write immediately and throw std::system_error if the disk is full or fails.
   void attach(mcap::Attachment attachment);
   void add(mcap::Metadata metadata);
 
   // Adds one writer of a topic. `schema` is the self-contained IDL of its type.
+  // Throws std::length_error when 65535 channels or schemas exist.
   mcap::Id add_channel(const std::string& topic, const std::string& type, const std::string& schema,
                        const std::map<std::string, std::string>& metadata);
-  // Stamps are CLOCK_REALTIME. Copies the payload.
+  // Stamps are CLOCK_REALTIME. Both copy the payload and throw std::out_of_range if the channel was
+  // not added.
   void add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
            std::span<const std::byte> cdr);
   void add(mcap::Id channel, std::int64_t log_stamp_ns, std::int64_t source_stamp_ns,
            KeyChange change, std::span<const std::byte> key_cdr);
-  // Closes a chunk that has reached its maximum age. Call it several times per chunk_s.
+  // Closes the open chunk if it has reached its maximum age. `now_ns` is CLOCK_REALTIME. Call it
+  // several times per chunk_s.
   void tick(std::int64_t now_ns);
 
-  // By topic; `written` counts what the writing thread has finished so far.
+  // Counts by topic; `written` counts what the writing thread has finished so far.
   std::map<std::string, TopicCounts> counts() const;
   std::uint64_t bytes_written() const { return bytes_written_; }
-  // Why the disk accepts no more data; empty while it does.
+  // Why the writer has stopped writing; empty if it has not.
   std::string failure() const;
   // Why received messages were lost; empty if none were.
   std::string loss_reason() const;

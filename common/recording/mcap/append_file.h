@@ -23,11 +23,12 @@ class AppendFile {
   // Returns when all appended bytes are on the disk and survive a power cut. Throws
   // std::system_error if the disk fails.
   void sync();
+  // The byte must be in the file. Throws std::system_error if the disk fails.
   void overwrite(std::uint64_t byte, std::byte value);
   std::uint64_t size_bytes() const { return size_bytes_; }
   // CRC-32 of the bytes that were appended since create() or reopen().
   std::uint32_t crc() const { return crc_; }
-  // Reads the file to compute it.
+  // CRC-32 of the whole file, which it reads. Throws std::system_error if the disk fails.
   std::uint32_t crc_of_whole_file() const;
 
  private:

@@ -40,7 +40,7 @@ class Scanner {
       at += length_bytes;
     }
     end_chunk();
-    // An incomplete index after the last chunk is not worth keeping.
+    // Cuts off an incomplete index after the last chunk, which recover() rebuilds.
     if (unindexed_until_ == scan_.damage.intact_bytes)
       scan_.damage.intact_bytes =
           scan_.summary.chunks.back().offset + scan_.summary.chunks.back().length_bytes;
@@ -85,7 +85,7 @@ class Scanner {
       damaged_ = true;
       return;
     }
-    // Message index records after a damaged chunk are useless.
+    // The message index records of a damaged chunk do not count as intact.
     if (op_ == Op::message_index && damaged_) return;
     damaged_ = false;
     scan_.damage.intact_bytes = at + length_bytes;

@@ -37,9 +37,9 @@ struct ChunkContent {
   MessageIndex messages;
   std::uint64_t start_ns = 0, end_ns = 0;  // 0 without messages
 };
+inline constexpr std::uint64_t kMaxDefinitionBytes = 64 << 20;
 // Throws McapError if the records are damaged, or hold more than kMaxDefinitionBytes of schemas and
 // channels.
-inline constexpr std::uint64_t kMaxDefinitionBytes = 64 << 20;
 ChunkContent content_of(ByteView records, const FileOffset& location);
 
 }  // namespace fivepipe::mcap

@@ -16,14 +16,15 @@ namespace fivepipe::replay {
 
 class InFlightTracker {
  public:
-  // `replayed` lists the replayed topics. The recording must outlive this object. Reads FrameTraces
-  // only if the plan is lossless and names nodes: nodes publish them only if somebody reads them.
+  // `replayed` lists the replayed topics. The bus and the recording must outlive this object. Reads
+  // FrameTraces only if the plan is lossless and names nodes, because nodes publish them only while
+  // a reader exists.
   InFlightTracker(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan,
                   std::set<std::string> replayed);
 
   void reset();  // discards all traces and counts
-  // Call before sending the frame. Counts it for the nodes that will handle it: those for which it
-  // is complete.
+  // Call before sending the frame. Counts it for the nodes for which it is complete, which will
+  // handle it.
   void expect(const recording::FrameGroup& group);
   void take_traces();
 
@@ -33,7 +34,7 @@ class InFlightTracker {
   // timeout. Empty if there is none.
   std::string stalled(std::size_t max_in_flight) const;
 
-  // By node: frames that are complete for it, and frames that it has handled.
+  // Frames by node: those that are complete for it, and those that it has handled.
   const std::map<std::string, std::uint64_t>& expected() const { return expected_; }
   const std::map<std::string, std::uint64_t>& handled() const { return handled_; }
 

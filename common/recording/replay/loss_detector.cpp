@@ -5,9 +5,10 @@
 namespace fivepipe::replay {
 namespace {
 
-// Maximum time from a node's reading its send counts to the timestamp of the NodeStatus that
+// Maximum time from when a node reads its send counts to the timestamp of the NodeStatus that
 // contains them (the node sorts latencies in between). For a process that ran before the recorder,
-// messages sent in this time are in neither count: their loss goes unnoticed, once per process.
+// neither count includes the messages sent in this time. The detector misses their loss, once per
+// process.
 constexpr std::int64_t kStatusLatency_ns = 100'000'000;
 // Nodes publish their status twice per second.
 constexpr std::int64_t kMaxSilence_ns = 2'000'000'000;

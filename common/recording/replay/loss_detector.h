@@ -27,8 +27,8 @@ struct SentByNode {
 };
 
 // A process that started after the detector is compared from its start. One that ran before is
-// compared from its second status on, when all readers are matched; messages are assigned by their
-// source stamps, so messages in transit do not disturb.
+// compared from its second status on, when all readers are matched. Messages are assigned to
+// statuses by their source stamps, so messages in transit count correctly.
 class LossDetector {
  public:
   explicit LossDetector(std::int64_t start_stamp_ns) : start_stamp_ns_(start_stamp_ns) {}

@@ -18,7 +18,7 @@ using Clock = std::chrono::steady_clock;
 using Counts = std::map<std::string, recording::TopicCounts>;
 
 constexpr auto kProgressPeriod = 5s;
-// Time for messages in transit to arrive after the end was requested.
+// Time for messages in transit to arrive after a request to end the recording.
 constexpr auto kDrainTime = 200ms;
 
 double seconds_since(Clock::time_point start) {

@@ -36,7 +36,7 @@ struct RecordResult {
   std::string loss_reason, failure;        // as RecordingWriter's
   std::vector<SentByNode> sent;            // send counts of nodes with what was received of them
   std::set<std::string> unverified_nodes;  // without recent send counts; "": nodes without a name
-  // Everything that nodes sent is in the file, and that is at least one message.
+  // Returns whether the file has every message that nodes sent, and at least one.
   bool complete() const;
 };
 

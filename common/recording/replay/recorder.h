@@ -26,6 +26,7 @@ void write_header(recording::RecordingWriter& recording, const config::Deploymen
 
 class Recorder {
  public:
+  // The bus and the recording must outlive this object.
   Recorder(bus::Bus& bus, recording::RecordingWriter& recording,
            const std::vector<bus::topics::Topic>& topics);
 

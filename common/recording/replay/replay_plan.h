@@ -17,14 +17,13 @@ struct ReplayedNode {
 
 // In which order a lossless replay sends the messages of a frame to the nodes.
 enum class SendOrder {
-  // Messages that trigger work are sent after the nodes have all other messages of the frame, so
-  // every run has the same output.
+  // The replay sends messages that trigger work after the nodes have all other messages of the
+  // frame, so every run has the same output.
   inputs_first,
-  // Like inputs_first; at an unlimited rate, the other messages of the next frame are sent while
-  // the
-  // nodes still work on the current one.
+  // Like inputs_first. At an unlimited rate, the replay sends the other messages of the next frame
+  // while the nodes still work on the current one.
   pipelined,
-  // One after the other without waiting, as capture_node does.
+  // The replay sends the messages one after the other without waiting, as capture_node does.
   as_captured,
 };
 
@@ -42,8 +41,8 @@ struct ReplayPlan {
   int frames_in_flight = 2;
   SendOrder order = SendOrder::inputs_first;
   std::size_t shape_cameras = 0;  // maps per frame set, for nodes that wait for complete sets
-  // Maximum wait for a reader, or for a node to handle a frame. Then the replay ends, as it is no
-  // longer lossless.
+  // Maximum wait for a reader, or for a node to handle a frame. Then the replay ends, because it is
+  // no longer lossless.
   std::chrono::milliseconds timeout{5000};
 };
 

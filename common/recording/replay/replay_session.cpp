@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-// Discovery finds all participants of the domain within this time.
+// Time for discovery to find the other participants of the domain.
 constexpr auto kDiscoveryTime = 500ms;
 constexpr auto kProgressPeriod = 5s;
 

@@ -25,7 +25,7 @@ constexpr auto kPollPeriod = 50ms;
 constexpr auto kNodeResetTime = 100ms;
 // Maximum number of consecutive frames that no node waits for; less than a reader's queue holds.
 constexpr int kMaxIncomplete = 4;
-// For frames in flight when the user ends a replay.
+// Maximum wait for the frames in flight when the user ends a replay.
 constexpr auto kLastFramesTimeout = 1s;
 
 const bus::topics::Topic* topic_named(const std::string& name) {
@@ -104,7 +104,7 @@ std::vector<std::string> Replayer::conflicts() const {
 
 std::string Replayer::missing_reader() const {
   std::map<std::string, std::set<std::string>> read_by;  // participant -> topics
-  std::map<std::string, int> readers;                    // others', by topic
+  std::map<std::string, int> readers;                    // of other participants, by topic
   for (const bus::EndpointDescription& endpoint : bus_.endpoints())
     if (!endpoint.writes && !endpoint.own) {
       read_by[endpoint.participant].insert(endpoint.topic);
@@ -274,8 +274,8 @@ void Replayer::send_frames(const std::function<ReplayControl()>& control) {
   counts_.damaged = ahead.damaged();
 }
 
-// No node publishes a FrameTrace for an incomplete frame. Waits now and then, so that incomplete
-// frames do not push complete ones out of the nodes' reader queues.
+// No node publishes a FrameTrace for an incomplete frame. Waits after every kMaxIncomplete of them,
+// so that incomplete frames do not push complete ones out of the nodes' reader queues.
 void Replayer::pace_incomplete(const recording::FrameGroup& group) {
   consecutive_incomplete_ =
       !group.frame || nodes_.is_waited_for(*group.frame) ? 0 : consecutive_incomplete_ + 1;
@@ -317,7 +317,8 @@ void Replayer::wait_for_in_flight() {
     bus_.wait(kPollPeriod);
 }
 
-// Waits until each node has at most `max_in_flight` frames.
+// Waits until each node has at most `max_in_flight` frames. Returns false if a node stalls or the
+// caller requests a stop.
 bool Replayer::wait_for_nodes(std::size_t max_in_flight,
                               const std::function<ReplayControl()>& control) {
   for (;;) {

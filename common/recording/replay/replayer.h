@@ -40,10 +40,12 @@ class Replayer {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // Creates the writers. Throws recording::RecordingError if types differ from this build's.
+  // Creates the writers. The bus and the recording must outlive this object. Throws
+  // recording::RecordingError if types differ from this build's.
   Replayer(bus::Bus& bus, const recording::Recording& recording, const ReplayPlan& plan);
 
-  // Messages that name other writers of the replayed topics, as far as discovery knows them.
+  // Returns one text for each other writer of a replayed topic that discovery has found, except
+  // writers of NodeStatus and FrameTrace.
   std::vector<std::string> conflicts() const;
   // Describes an expected reader that has not been discovered; empty if all have. If the plan names
   // no nodes, expects at least one reader of any topic.
@@ -54,7 +56,7 @@ class Replayer {
   void run(const std::function<ReplayControl()>& control);
   const ReplayCounts& counts() const { return counts_; }
 
-  // For benchmarks.
+  // Listeners for benchmarks. run() calls them in its thread.
   std::function<void(std::uint64_t frame, const SendTimes&)> on_frame_sent;
   void set_trace_listener(std::function<void(const fivepipe_v1_FrameTrace&)> listener) {
     nodes_.on_trace = std::move(listener);

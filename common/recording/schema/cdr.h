@@ -17,7 +17,8 @@
 
 namespace fivepipe::schema {
 
-// For example "eye_from_world.translation_m.x at byte 40: 8 bytes needed, 3 left".
+// The text names the field, the byte and the defect, for example
+// "eye_from_world.translation_m.x at byte 40: 8 bytes needed, 3 left".
 struct CdrError : std::runtime_error {
   CdrError(std::string field_path, std::size_t byte_offset, const std::string& what);
   std::string field;   // "objects[2].object"; empty: the message as a whole

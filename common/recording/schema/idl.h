@@ -57,9 +57,9 @@ struct Member {
   bool is_key = false;
 };
 struct Struct {
-  std::string name;             // scoped: "fivepipe::v1::HullTile"
-  std::vector<Member> members;  // at least one
-  const Member* find(std::string_view member) const;
+  std::string name;                                   // scoped: "fivepipe::v1::HullTile"
+  std::vector<Member> members;                        // at least one
+  const Member* find(std::string_view member) const;  // nullptr if there is none
 };
 struct Enum {
   std::string name;

@@ -50,7 +50,7 @@ TEST(McapFullDisk, FullDiskKeepsCompleteChunks) {
     EXPECT_EQ(std::filesystem::file_size(path), writer.bytes_written());
     EXPECT_EQ(test::all_messages(Reader(path).messages()).size(), written);
   }
-  // With space available again: the file has all messages except those of the failed call.
+  // The disk has space again: the file has all messages except those of the failed call.
   writer.finish();
   const Reader reader(path);
   EXPECT_TRUE(reader.is_finished()) << reader.damage().summary;

@@ -74,6 +74,8 @@ struct MessageIndexEntry {
 };
 using MessageIndex = std::map<Id, std::vector<MessageIndexEntry>>;
 
+// Each function appends a complete record, except append_magic(). They throw std::length_error for
+// a text or an array above 4 GiB.
 void append_magic(Bytes& to);
 void append_header(Bytes& to, std::string_view profile, std::string_view library);
 void append_schema(Bytes& to, Id id, const Schema& schema);

@@ -11,8 +11,8 @@ namespace fivepipe::mcap {
 Bytes end_of_file(const Summary& summary, std::uint64_t data_bytes, std::uint32_t data_crc);
 
 // Throws McapError with the reason if the file has no valid summary: it is missing, damaged or
-// incomplete (its statistics count chunks or messages without an index), or an index points to a
-// place where no such record can be.
+// incomplete (its statistics count chunks or messages without an index), or an index gives an
+// offset at which no such record can be.
 Summary read_summary(const File& file);
 
 }  // namespace fivepipe::mcap
