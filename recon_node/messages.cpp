@@ -18,10 +18,11 @@ const fivepipe_v1_TileCosts& OutgoingCosts::message() {
   return header;
 }
 
-OutgoingCosts costs_message(const TileFrame& frame, int share, std::span<const ReconTile> tiles) {
+OutgoingCosts costs_message(const TileFrame& frame, int worker_index,
+                            std::span<const ReconTile> tiles) {
   OutgoingCosts out;
   messages::set_text(out.header.viewer, frame.viewer);
-  out.header.worker = std::uint16_t(share);
+  out.header.worker = std::uint16_t(worker_index);
   out.header.frame = frame.frame;
   out.header.capture_stamp_ns = frame.capture_stamp_ns;
   for (const ReconTile& tile : tiles) {

@@ -22,7 +22,7 @@ struct OutgoingTile {
   const fivepipe_v1_HullTile& message();
 };
 
-// The fields that all tiles of a frame share.
+// The fields that all tiles of a frame worker_index.
 struct TileFrame {
   std::string viewer;
   std::uint64_t frame;
@@ -40,6 +40,7 @@ struct OutgoingCosts {
   std::vector<float> cost_ms;
   const fivepipe_v1_TileCosts& message();
 };
-OutgoingCosts costs_message(const TileFrame& frame, int share, std::span<const ReconTile> tiles);
+OutgoingCosts costs_message(const TileFrame& frame, int worker_index,
+                            std::span<const ReconTile> tiles);
 
 }  // namespace fivepipe::recon

@@ -42,13 +42,13 @@ void print(const Comparison& comparison, double max_ratio) {
   base::TextTable table(
       {{"median [ms]"}, {"before", true}, {"after", true}, {"ratio", true}, {"", false}});
   for (const ComparedResult& result : comparison.results) {
-    std::string remark = max_ratio > 0 && result.is_slower_than(max_ratio) ? "SLOWER " : "";
-    if (result.output_differs) remark += "the output differs ";
+    std::string diagnostic = max_ratio > 0 && result.is_slower_than(max_ratio) ? "SLOWER " : "";
+    if (result.output_differs) diagnostic += "the output differs ";
     for (const std::string& error : result.worse_errors)
-      remark += fmt::format("larger error {} ", error);
+      diagnostic += fmt::format("larger error {} ", error);
     table.add({result.name, base::with_decimals(result.before_ms, 4),
                base::with_decimals(result.after_ms, 4), base::with_decimals(result.ratio(), 3),
-               remark});
+               diagnostic});
   }
   std::cout << table.text();
 }

@@ -82,7 +82,7 @@ void add_up(CLI::App& app, Command& command) {
   CLI::App* up = app.add_subcommand(
       "up",
       "Start the nodes of a deployment and supervise them until --duration is over or Ctrl-C.\n"
-      "A node that dies is restarted.");
+      "Restarts nodes that die.");
   up->footer(
       "Examples:\n"
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"

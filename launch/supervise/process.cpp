@@ -47,8 +47,8 @@ struct Pipe {
 
 // Runs in the child between fork and exec. It makes async-signal-safe calls only, because a DDS
 // thread may have held a lock at the fork.
-[[noreturn]] void become_program(char* const* argv, const cpu_set_t* cores, pid_t parent,
-                                 int output_fd, int error_fd) {
+[[noreturn]] void exec_program(char* const* argv, const cpu_set_t* cores, pid_t parent,
+                               int output_fd, int error_fd) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);  // the parent died before the prctl call
@@ -101,8 +101,8 @@ ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::vect
   pid_ = fork();
   if (pid_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
   if (pid_ == 0)
-    become_program(raw_argv.data(), cores.empty() ? nullptr : &core_set, parent, output.write_fd,
-                   exec_error.write_fd);
+    exec_program(raw_argv.data(), cores.empty() ? nullptr : &core_set, parent, output.write_fd,
+                 exec_error.write_fd);
 
   // Parent and child both make the group, so that it exists before the parent signals it.
   setpgid(pid_, pid_);

@@ -197,7 +197,7 @@ TEST_P(HullBackendHardCase, HullThinnerThanAPixelOfTheView) {
   EXPECT_GT(expect_reference(silhouettes, view), 0);
 }
 
-TEST_P(HullBackendHardCase, TwoHullPartsOneBehindTheOther) {
+TEST_P(HullBackendHardCase, TwoHullComponentsOneBehindTheOther) {
   fill(0, {20, 20, 30, 60});
   fill(0, {70, 20, 80, 60});
   fill(1, {40, 20, 60, 60});

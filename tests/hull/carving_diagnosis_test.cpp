@@ -272,7 +272,7 @@ TEST_F(Prisms, NoCameraOrNoBoxIsReported) {
 }
 
 // Only the fifth camera, from above, removes the ghosts alone.
-TEST(DiagnoseVolume, GhostVolumesAreBlamedOnNoSingleCamera) {
+TEST(DiagnoseVolume, NoSingleCameraRemovesGhostVolumes) {
   const std::vector<Capsule> people{{{-0.6, 0, 0.2}, {-0.6, 0, 1.5}, 0.2},
                                     {{0.6, 0, 0.2}, {0.6, 0, 1.5}, 0.2}};
   std::vector<geometry::Camera> cameras;

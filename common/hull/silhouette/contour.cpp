@@ -90,8 +90,8 @@ double turn_rad(const EdgeCenters& m, int n) {
 // object.
 int window(const EdgeCenters& m, int edges) {
   int n = edges > 2 * kContourEdges ? kContourEdges
-                                    : std::clamp(edges / 4, kFewestContourEdges, kContourEdges);
-  while (n > kFewestContourEdges && !(turn_rad(m, n) <= kMaxTurn_rad)) n -= n > kFineWindow ? 4 : 1;
+                                    : std::clamp(edges / 4, kMinContourEdges, kContourEdges);
+  while (n > kMinContourEdges && !(turn_rad(m, n) <= kMaxTurn_rad)) n -= n > kFineWindow ? 4 : 1;
   return n;
 }
 
