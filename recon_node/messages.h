@@ -22,7 +22,7 @@ struct OutgoingTile {
   const fivepipe_v1_HullTile& message();
 };
 
-// The fields that all tiles of a frame worker_index.
+// The fields that all tiles of a frame share.
 struct TileFrame {
   std::string viewer;
   std::uint64_t frame;
