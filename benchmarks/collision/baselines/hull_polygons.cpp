@@ -74,7 +74,7 @@ void HullPolygons::find_bricks(const hull::HullQuery& query) {
       for (std::size_t i = std::size_t(piece) * 64;
            i < std::min(nodes.size(), std::size_t(piece + 1) * 64); ++i) {
         const double half_m = 4 * cell_m_ * nodes[i].size;
-        const auto& [x, y, z] = nodes[i].brick;
+        const int x = nodes[i].brick[0], y = nodes[i].brick[1], z = nodes[i].brick[2];
         const int end = 8 * nodes[i].size;
         const auto all_axes = [&](const auto& holds) {
           return holds(8 * x, points_[0]) && holds(8 * y, points_[1]) && holds(8 * z, points_[2]);
