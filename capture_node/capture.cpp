@@ -11,6 +11,7 @@
 #include "capture_node/sources/image_source.h"
 #include "capture_node/sources/synthetic_source.h"
 #include "common/base/realtime.h"
+#include "common/base/timing.h"
 #include "common/hull/silhouette_bounds.h"
 
 namespace fivepipe::capture {
@@ -34,10 +35,6 @@ void in_parallel(base::WorkerPool& pool, std::size_t count, const Work& work) {
     }
   });
   if (failure) std::rethrow_exception(failure);
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 // Margin around the hull's footprint: one pixel for bilinear interpolation, and one for rounding.
@@ -181,7 +178,7 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   if (!channel.segmenter && !(want_colour && camera.gives_colour)) return raw_capture;
   const auto start = std::chrono::steady_clock::now();
   const ReadStatus status = channel.source->read(index, raw_capture.image);
-  result.read_s = seconds_since(start);
+  result.read_s = base::seconds_since(start);
   result.image_stamp_ns = base::now_realtime_ns();
   if (status != ReadStatus::image) {
     result.status = status == ReadStatus::end ? CaptureStatus::ended : CaptureStatus::missing;
@@ -194,7 +191,7 @@ Capture::RawCapture Capture::raw_capture(Channel& channel, std::int64_t frame, s
   if (!channel.segmenter) return raw_capture;
   const auto segment_start = std::chrono::steady_clock::now();
   result.pixels = channel.segmenter->segment(raw_capture.image);
-  result.segment_s = seconds_since(segment_start);
+  result.segment_s = base::seconds_since(segment_start);
   if (!result.pixels) {
     result.status = CaptureStatus::missing;
     result.reason = "the image is not 8-bit BGR of the size image_size_px";
@@ -231,7 +228,7 @@ void Capture::add_colours(std::int64_t frame, std::vector<RawCapture>& raw_captu
     if (pixels.count() > 0)
       raw_capture.result.colour =
           colours_of(std::move(pixels), raw_capture.published, undistortion, raw_capture.image);
-    raw_capture.result.segment_s += seconds_since(start);
+    raw_capture.result.segment_s += base::seconds_since(start);
   });
 }
 

@@ -10,6 +10,10 @@ target_compile_options(fivepipe_options INTERFACE
   "$<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overread>"
   # Bit-identical results on every machine: the compiler adds no fused multiply-add.
   -ffp-contract=off
+  # The compiler collects garbage less often: a tenth of the time for a sixth more memory.
+  "$<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=600000;--param=ggc-min-expand=100>"
+  # In a unity build GCC takes the sources for headers.
+  "$<$<AND:$<CXX_COMPILER_ID:GNU>,$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>>:-Wno-subobject-linkage>"
   # Lets ccache cache files that use precompiled headers.
   $<$<AND:$<CXX_COMPILER_ID:GNU>,$<COMPILE_LANGUAGE:CXX>>:-fpch-preprocess>)
 target_link_libraries(fivepipe_options INTERFACE Eigen3::Eigen)
@@ -20,23 +24,51 @@ add_library(fivepipe_precompiled STATIC ${CMAKE_SOURCE_DIR}/cmake/precompiled.cp
 target_link_libraries(fivepipe_precompiled PUBLIC fivepipe_options)
 target_precompile_headers(fivepipe_precompiled PRIVATE ${CMAKE_SOURCE_DIR}/cmake/precompiled.h)
 
-# fivepipe_library(NAME source... LINK library...): a static library.
+# The same for COLD libraries: GCC takes the optimisation level from the precompiled header.
+add_library(fivepipe_precompiled_cold STATIC ${CMAKE_SOURCE_DIR}/cmake/precompiled.cpp)
+target_link_libraries(fivepipe_precompiled_cold PUBLIC fivepipe_options)
+target_compile_options(fivepipe_precompiled_cold PRIVATE $<$<CONFIG:Release>:-O1>)
+target_precompile_headers(fivepipe_precompiled_cold PRIVATE
+  ${CMAKE_SOURCE_DIR}/cmake/precompiled.h)
+
+# fivepipe_library(NAME [COLD] source... LINK library...): a static library. COLD is for code that
+# runs once or a few times a second (command line, configuration, reports): the compiler spends less
+# time on its optimisation.
 function(fivepipe_library name)
-  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  cmake_parse_arguments(ARG "COLD" "" "LINK" ${ARGN})
   add_library(${name} STATIC ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PUBLIC fivepipe_options ${ARG_LINK})
-  target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled)
+  if(ARG_COLD)
+    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+    target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled_cold)
+  else()
+    target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled)
+  endif()
 endfunction()
 
-# fivepipe_simd(NAME): the library has Highway SIMD kernels, which choose their target at run time.
+# fivepipe_simd(NAME source...): these sources of the library NAME hold Highway SIMD kernels, which
+# choose their instruction set at run time.
 function(fivepipe_simd name)
   target_link_libraries(${name} PUBLIC PkgConfig::HWY)
-  # The lowest target of the kernels. Every x86-64 processor since 2011 has SSSE3.
+  # Highway compiles each file several times by including it from itself.
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  # The lowest target of the kernels. Every x86-64 processor since 2011 has SSSE3. A precompiled
+  # header is valid only for the instruction set for which it was built.
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-    target_compile_options(${name} PRIVATE -mssse3)
-    # A precompiled header is valid only for the instruction set for which it was built.
-    set_target_properties(${name} PROPERTIES DISABLE_PRECOMPILE_HEADERS ON)
+    set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS -mssse3
+      SKIP_PRECOMPILE_HEADERS ON)
   endif()
+endfunction()
+
+# fivepipe_program(NAME source... LINK library...): a program.
+function(fivepipe_program name)
+  cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
+  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE fivepipe_options ${ARG_LINK})
+  # GCC accepts a precompiled header only with the option for which it was built: -fPIC, not -fPIE.
+  set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+  target_compile_options(${name} PRIVATE -fPIC)
+  target_precompile_headers(${name} REUSE_FROM fivepipe_precompiled)
 endfunction()
 
 # The precompiled header of the test programs, which also holds GoogleTest.
@@ -58,5 +90,6 @@ function(fivepipe_test name)
   target_compile_definitions(${name} PRIVATE FIVEPIPE_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
     FIVEPIPE_BINARY_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
   target_precompile_headers(${name} REUSE_FROM fivepipe_test_precompiled)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 120)
 endfunction()

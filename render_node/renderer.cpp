@@ -199,7 +199,7 @@ void Renderer::draw_hull(const HullFrame& hull) {
                    Eigen::Vector4f(float(hull.covered.u0_px), float(hull.covered.v0_px),
                                    float(hull.covered.u1_px), float(hull.covered.v1_px)));
   hull_program.set("focal_px", Eigen::Vector2f(float(k.fx_px), float(k.fy_px)));
-  hull_program.set("centre_px", Eigen::Vector2f(float(k.cx_px), float(k.cy_px)));
+  hull_program.set("center_px", Eigen::Vector2f(float(k.cx_px), float(k.cy_px)));
   hull_program.set("max_tilt_tangent", kMaxTiltTangent);
   hull_program.set("grey", Eigen::Vector3f(kUncolouredHull.cast<float>()));
   hull_program.set("depth_m", kDepthUnit);

@@ -231,7 +231,7 @@ void print(const std::vector<ProximityResult>& results) {
             << table.text()
             << "in cap: points nearer than 5 cm; width: distance in mm between their two bounds.\n"
                "known: points of a seeded subset with an exact reference; broken: those whose true "
-               "distance lies outside the bounds (edt: outside\n"
+               "distance is outside the bounds (edt: outside\n"
                "its distance plus or minus the tolerance); error: of the bounds' midpoint in mm.\n"
                "proximitymesh: includes the triangles. edt: the diagonal of a voxel is the "
                "tolerance.\n";

@@ -92,7 +92,7 @@ void print(const std::vector<Result>& results) {
                "crossing: triangles with a point in the hull, by the exact reference; collide: "
                "triangles that the method returns as colliding.\n"
                "missed: crossing triangles that the method calls free; inside: those of them that "
-               "lie wholly in the hull.\n"
+               "are wholly in the hull.\n"
                "deepest: the deepest point of a missed triangle below the hull's border in mm (a "
                "lower bound); border: only missed triangles that cross the border.\n"
                "false: triangles that the method wrongly calls colliding, without a point in the "

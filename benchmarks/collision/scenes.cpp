@@ -31,9 +31,6 @@ std::vector<hull::Capsule> hand_at(const Vector3d& p_world_m, const Eigen::Quate
 SceneObject rigid(geometry::Mesh mesh, const Isometry3d& pose) {
   return {std::move(mesh), pose, false};
 }
-Isometry3d at(double x_m, double y_m, double z_m) {
-  return Isometry3d(Translation3d(x_m, y_m, z_m));
-}
 // The pose of a curtain laid flat and centered: its width along x, its height along y, its folds
 // along z.
 Isometry3d laid(double height_m, double z_m) {

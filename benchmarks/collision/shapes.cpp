@@ -10,9 +10,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-Isometry3d at(double x_m, double y_m, double z_m) {
-  return Isometry3d(Eigen::Translation3d(x_m, y_m, z_m));
-}
 Isometry3d turned(const Isometry3d& pose, double angle_rad, const Vector3d& axis) {
   return pose * Eigen::AngleAxisd(angle_rad, axis);
 }

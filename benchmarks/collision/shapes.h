@@ -4,6 +4,11 @@
 
 namespace fivepipe::collision_bench {
 
+// An unrotated pose at this position.
+inline Eigen::Isometry3d at(double x_m, double y_m, double z_m) {
+  return Eigen::Isometry3d(Eigen::Translation3d(x_m, y_m, z_m));
+}
+
 // A tube of 8 * sides triangles along z, centered on the origin; if inner_radius_m is 0, a solid
 // cylinder of 4 * sides - 4 triangles.
 geometry::Mesh tube_mesh(double radius_m, double inner_radius_m, double length_m, int sides);

@@ -112,7 +112,7 @@ class Nodes {
 // Reads the nodes' output and computes its checksums.
 class Outputs {
  public:
-  Outputs(bus::Bus& bus, const std::set<std::string>& replayed) : bus_(bus) {
+  Outputs(bus::Bus& bus, const std::set<std::string>& replayed) {
     for (const bus::topics::Topic& topic : bus::topics::all())
       if (!has_timestamps(topic.name) && !replayed.contains(topic.name))
         readers_.push_back({topic, bus::SerializedReader(bus, topic)});
@@ -130,7 +130,6 @@ class Outputs {
   const std::map<std::string, OutputDigest>& digests() const { return digests_; }
 
  private:
-  bus::Bus& bus_;
   std::vector<std::pair<bus::topics::Topic, bus::SerializedReader>> readers_;
   std::map<std::string, OutputDigest> digests_;
 };

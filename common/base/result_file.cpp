@@ -5,7 +5,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <thread>
 
 #include "common/base/machine.h"
 #include "common/base/timing.h"
@@ -16,8 +15,8 @@ namespace fivepipe::base {
 using nlohmann::ordered_json;
 
 std::string machine_line(const std::string& gl_renderer) {
-  return fmt::format("{}, {} cores, {}, build {} {}", cpu_name(),
-                     std::thread::hardware_concurrency(), gl_renderer, build_type(), commit());
+  return fmt::format("{}, {} cores, {}, build {} {}", cpu_name(), core_count(), gl_renderer,
+                     build_type(), commit());
 }
 
 ordered_json suite_json(const std::string& suite, const std::string& gl_renderer,
@@ -26,7 +25,7 @@ ordered_json suite_json(const std::string& suite, const std::string& gl_renderer
           {"commit", commit()},
           {"machine",
            {{"cpu", cpu_name()},
-            {"cores", std::thread::hardware_concurrency()},
+            {"cores", core_count()},
             {"gl_renderer", gl_renderer},
             {"build_type", build_type()}}},
           {"results", results}};

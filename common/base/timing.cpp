@@ -19,6 +19,10 @@ double mean(const std::vector<double>& values) {
              : std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 void time_round_robin(std::size_t methods, const Budget& budget,
                       const std::function<double(std::size_t, bool)>& run) {
   std::vector<double> spent_s(methods);

@@ -1,6 +1,7 @@
-// Timing of benchmarks. The methods run round-robin in one process, so that changes of the
-// machine's clock rate and load affect all of them equally.
+// Time measurement. The methods of a benchmark run round-robin in one process, so that changes of
+// the machine's clock rate and load affect all of them equally.
 #pragma once
+#include <chrono>
 #include <functional>
 #include <vector>
 
@@ -10,6 +11,8 @@ namespace fivepipe::base {
 // rank). Returns 0 if there are no values.
 double percentile(std::vector<double> values, double p);
 double mean(const std::vector<double>& values);  // 0 if there are no values
+
+double seconds_since(std::chrono::steady_clock::time_point start);
 
 // A method runs at most `runs` times. It stops earlier once its runs have taken more than `s`
 // seconds, but not before `min_runs`.

@@ -5,7 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <regex>
+
+#include "common/base/regex.h"
 
 namespace fivepipe::config {
 
@@ -25,14 +26,14 @@ bool runs_here(const std::string& host) {
 // Returns a file of a sequence such as frame_%04d.png. Returns the pattern itself if it contains no
 // %d.
 std::string frame_of_sequence(const std::string& pattern, int index) {
-  static const std::regex kIndex("%(0?)([0-9]?)d");
-  std::smatch match;
-  if (!std::regex_search(pattern, match, kIndex)) return pattern;
+  static const base::Regex index_pattern("%(0?)([0-9]?)d");
+  const auto match = index_pattern.search(pattern);
+  if (!match) return pattern;
+  const std::string &zero = match->groups[1], &width_digit = match->groups[2];
   std::string digits = std::to_string(index);
-  const std::size_t width = match[2].length() > 0 ? std::size_t(match[2].str()[0] - '0') : 0;
-  if (digits.size() < width)
-    digits.insert(0, width - digits.size(), match[1].length() > 0 ? '0' : ' ');
-  return match.prefix().str() + digits + match.suffix().str();
+  const std::size_t width = width_digit.empty() ? 0 : std::size_t(width_digit[0] - '0');
+  if (digits.size() < width) digits.insert(0, width - digits.size(), zero.empty() ? ' ' : '0');
+  return match->before + digits + match->after;
 }
 
 std::string read_image_path(YamlMap& map, const std::string& key, int first_frame, bool is_here) {

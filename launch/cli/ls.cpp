@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 // Discovery finds all participants of the domain within 1 s.
-constexpr auto kListeningTime = 1500ms;
+constexpr auto kDiscoveryTime = 1500ms;
 
 struct LsOptions {
   std::filesystem::path file;
@@ -28,7 +28,7 @@ int run_ls(const LsOptions& options) {
     topics = topics_of(recording::Recording(options.file));
   } else {
     bus::Bus bus({options.network.domain, options.network.profile, "ls"});
-    for (const auto until = Clock::now() + kListeningTime; Clock::now() < until;) bus.wait(100ms);
+    for (const auto until = Clock::now() + kDiscoveryTime; Clock::now() < until;) bus.wait(100ms);
     topics = topics_of(bus.endpoints());
   }
   if (topics.empty()) {

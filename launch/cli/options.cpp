@@ -1,8 +1,8 @@
 #include "launch/cli/options.h"
 
-#include <regex>
 #include <stdexcept>
 
+#include "common/base/regex.h"
 #include "common/config/deployment.h"
 #include "common/pipeline/bus/profile.h"
 
@@ -27,8 +27,8 @@ std::string check_rate(const std::string& text) {
 
 std::string check_regex(const std::string& text) {
   try {
-    const std::regex parsed(text);
-  } catch (const std::regex_error& error) {
+    const base::Regex parsed(text);
+  } catch (const base::RegexError& error) {
     return "'" + text + "' is not a regular expression: " + error.what();
   }
   return "";

@@ -1,8 +1,8 @@
 #include "launch/inspect/topic_resolver.h"
 
 #include <algorithm>
-#include <regex>
 
+#include "common/base/regex.h"
 #include "common/base/text_table.h"
 
 namespace fivepipe::launch {
@@ -12,10 +12,10 @@ std::vector<std::string> matching_topics(const std::string& expression,
                                          const std::vector<std::string>& topics) {
   std::vector<std::string> found;
   try {
-    const std::regex wanted(expression, std::regex::ECMAScript | std::regex::icase);
+    const base::Regex wanted(expression, base::Regex::Case::ignored);
     for (const std::string& topic : topics)
-      if (std::regex_search(topic, wanted)) found.push_back(topic);
-  } catch (const std::regex_error& error) {
+      if (wanted.found_in(topic)) found.push_back(topic);
+  } catch (const base::RegexError& error) {
     throw base::UsageError("'" + expression + "' is neither a topic nor a regular expression (" +
                            error.what() + ")");
   }

@@ -9,9 +9,10 @@ RestartDecision RestartPolicy::on_exit(const ProcessExit& exit, double uptime_s)
   const bool has_code = !exit.by_signal;
   if (has_code && exit.number == 0) return Ended{};
 
-  const bool says_why = has_code && (exit.number == 2 || exit.number == 3);
-  const int deployment_code = says_why ? exit.number : 1;
-  if (says_why && !is_healthy_) return GiveUp{deployment_code, "cannot start: " + to_string(exit)};
+  const bool states_reason = has_code && (exit.number == 2 || exit.number == 3);
+  const int deployment_code = states_reason ? exit.number : 1;
+  if (states_reason && !is_healthy_)
+    return StopDeployment{deployment_code, "cannot start: " + to_string(exit)};
 
   // If a camera is unplugged, the node exits with code 3 until the camera is back.
   const bool waits_for_hardware = has_code && exit.number == 3;
@@ -22,8 +23,9 @@ RestartDecision RestartPolicy::on_exit(const ProcessExit& exit, double uptime_s)
   else if (!waits_for_hardware)
     ++quick_deaths_in_row_;
   if (quick_deaths_in_row_ >= settings_.quick_deaths)
-    return GiveUp{deployment_code, "cannot start: died " + std::to_string(quick_deaths_in_row_) +
-                                       " times in a row, last by " + to_string(exit)};
+    return StopDeployment{deployment_code, "cannot start: died " +
+                                               std::to_string(quick_deaths_in_row_) +
+                                               " times in a row, last by " + to_string(exit)};
 
   const double delay_s =
       std::min(settings_.max_delay_s, settings_.first_delay_s * std::exp2(deaths_in_row_ - 1));

@@ -20,19 +20,19 @@ struct Restart {
   double delay_s;
   int number;  // of this node's restarts, from 1
 };
-struct GiveUp {
+struct StopDeployment {
   int exit_code;  // of the deployment
   std::string reason;
 };
 struct Ended {};  // the process exited with code 0: no restart
-using RestartDecision = std::variant<Restart, GiveUp, Ended>;
+using RestartDecision = std::variant<Restart, StopDeployment, Ended>;
 
 class RestartPolicy {
  public:
   explicit RestartPolicy(RestartSettings settings = {}) : settings_(settings) {}
 
   // Call when the node has handled a frame. From then on the policy waits for missing hardware
-  // instead of returning GiveUp, because a camera may have been unplugged.
+  // instead of returning StopDeployment, because a camera may have been unplugged.
   void mark_healthy() { is_healthy_ = true; }
   RestartDecision on_exit(const ProcessExit& exit, double uptime_s);
 

@@ -70,7 +70,7 @@ void Supervisor::start(Supervised& node) {
     node.child = std::make_unique<ChildProcess>(node.program.argv, node.program.cores);
     node.processes.push_back({node.child->pid(), stamp_ns, {}});
   } catch (const std::system_error& error) {
-    give_up(node, GiveUp{1, error.what()});
+    give_up(node, StopDeployment{1, error.what()});
   }
 }
 
@@ -141,7 +141,7 @@ void Supervisor::handle_exit(Supervised& node, const ProcessExit& exit) {
                   std::to_string(restart->number) + " in " + seconds(restart->delay_s));
     node.start_due = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                         std::chrono::duration<double>(restart->delay_s));
-  } else if (const auto* why = std::get_if<GiveUp>(&after)) {
+  } else if (const auto* why = std::get_if<StopDeployment>(&after)) {
     give_up(node, *why);
   } else {
     node.exited_cleanly = true;
@@ -149,7 +149,7 @@ void Supervisor::handle_exit(Supervised& node, const ProcessExit& exit) {
   }
 }
 
-void Supervisor::give_up(Supervised& node, const GiveUp& why) {
+void Supervisor::give_up(Supervised& node, const StopDeployment& why) {
   if (!failure_)
     failure_ = Failure{node.program.name,
                        why.reason,

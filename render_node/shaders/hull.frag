@@ -28,7 +28,7 @@ vec3 colour_at(ivec2 t) {
   return texelFetch(bgr, clamp(t, ivec2(0), textureSize(bgr, 0) - 1), 0).rgb;
 }
 #else
-uniform vec2 centre_px;
+uniform vec2 center_px;
 uniform vec3 grey;
 uniform vec3 light_eye_m;
 uniform vec3 up_eye;
@@ -44,7 +44,7 @@ float slope(float before, float here, float after, float jump) {
 vec3 normal_at(ivec2 t, float z, float jump) {
   vec2 g = vec2(slope(depth_at(t - ivec2(1, 0)), z, depth_at(t + ivec2(1, 0)), jump),
                 slope(depth_at(t - ivec2(0, 1)), z, depth_at(t + ivec2(0, 1)), jump));
-  return -normalize(vec3(g * focal_px, 1.0 / z - dot(g, vec2(t) - centre_px)));
+  return -normalize(vec3(g * focal_px, 1.0 / z - dot(g, vec2(t) - center_px)));
 }
 #endif
 
@@ -69,7 +69,7 @@ void main() {
                 1.0);
 #else
   vec3 normal = normal_at(first + ivec2(to_nearest), z, jump);
-  vec3 to_light = (light_eye_m - vec3((from_first - centre_px) / focal_px, 1.0) / inverse_z) /
+  vec3 to_light = (light_eye_m - vec3((from_first - center_px) / focal_px, 1.0) / inverse_z) /
                   light_reach_m;
   colour = vec4(srgb(lit(grey, dot(normal, to_light), dot(normal, up_eye),
                          max(dot(to_light, to_light), 1e-6))),

@@ -5,12 +5,12 @@
 uniform mat4 clip_from_eye;
 uniform vec4 covered_px;  // u0 v0 u1 v1, half-open
 uniform vec2 focal_px;
-uniform vec2 centre_px;
+uniform vec2 center_px;
 out vec2 texel;  // texel (u, v) covers [u, u + 1) x [v, v + 1)
 
 void main() {
   texel = vec2((gl_VertexID & 1) == 0 ? covered_px.x : covered_px.z,
                (gl_VertexID & 2) == 0 ? covered_px.y : covered_px.w);
-  vec4 clip = clip_from_eye * vec4((texel - 0.5 - centre_px) / focal_px, 1.0, 1.0);
+  vec4 clip = clip_from_eye * vec4((texel - 0.5 - center_px) / focal_px, 1.0, 1.0);
   gl_Position = vec4(clip.xy / clip.w, 0.0, 1.0);
 }

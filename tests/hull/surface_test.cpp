@@ -60,7 +60,7 @@ std::vector<double> normal_errors_deg(double radius_px, int discs) {
           if (!map.keeps(u, v) || map.keeps(u + du, v + dv)) continue;
           const Vector2d uv = Vector2d(u + 0.5 * du, v + 0.5 * dv) +
                               test::uniform(random, -0.5, 0.5) * Vector2d(dv, du);
-          const Vector2d normal = contour_fit(map, u, v, du, dv, uv).normal,
+          const Vector2d normal = contour_fit(map, {{u, v}, {du, dv}}, uv).normal,
                          truth = (uv - centre).normalized();
           EXPECT_NEAR(normal.norm(), 1, 1e-12);
           errors.push_back(std::acos(std::clamp(normal.dot(truth), -1.0, 1.0)) / kDegree);
@@ -100,8 +100,9 @@ TEST(Contour, NormalsOfStraightBordersAreExact) {
   skip_map.assign(half);
   test::make_all(skip_map);
   const ContourMap map{&skip_map, {0, 0, 64, 64}, Kept::object};
-  EXPECT_LT((contour_fit(map, 30, 32, -1, 0, {29.5, 32.2}).normal - Vector2d(-1, 0)).norm(), 1e-12);
-  EXPECT_LT((contour_fit(map, 63, 32, 1, 0, {63.5, 32.2}).normal - Vector2d(1, 0)).norm(),
+  EXPECT_LT((contour_fit(map, {{30, 32}, {-1, 0}}, {29.5, 32.2}).normal - Vector2d(-1, 0)).norm(),
+            1e-12);
+  EXPECT_LT((contour_fit(map, {{63, 32}, {1, 0}}, {63.5, 32.2}).normal - Vector2d(1, 0)).norm(),
             1e-12);  // cut off by the image border
   ObjectPixels diagonal(64, 64);
   for (int v = 0; v < 64; ++v)
@@ -109,7 +110,8 @@ TEST(Contour, NormalsOfStraightBordersAreExact) {
   skip_map.assign(diagonal);
   test::make_all(skip_map);
   EXPECT_LT(
-      (contour_fit({&skip_map, {0, 0, 64, 64}, Kept::object}, 32, 32, 1, 0, {32.5, 32.0}).normal -
+      (contour_fit({&skip_map, {0, 0, 64, 64}, Kept::object}, {{32, 32}, {1, 0}}, {32.5, 32.0})
+           .normal -
        Vector2d(1, -1).normalized())
           .norm(),
       0.02);
@@ -129,8 +131,8 @@ TEST(Contour, NormalsOfOnePixelAndOfNoiseAreUnit) {
           for (const auto& [du, dv] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
             if (map.keeps(u, v) && !map.keeps(u + du, v + dv)) {
               EXPECT_NEAR(
-                  contour_fit(map, u, v, du, dv, {u + 0.5 * du, v + 0.5 * dv}).normal.norm(), 1,
-                  1e-12);
+                  contour_fit(map, {{u, v}, {du, dv}}, {u + 0.5 * du, v + 0.5 * dv}).normal.norm(),
+                  1, 1e-12);
             }
     }
   }

@@ -38,10 +38,12 @@ TEST(RestartPolicy, RestartsAreNumberedOverAllDeaths) {
 
 TEST(RestartPolicy, ConfigurationAndHardwareErrorsBeforeTheFirstStatusEndTheDeployment) {
   EXPECT_EQ(
-      std::get<launch::GiveUp>(launch::RestartPolicy().on_exit(bad_configuration, 0.1)).exit_code,
+      std::get<launch::StopDeployment>(launch::RestartPolicy().on_exit(bad_configuration, 0.1))
+          .exit_code,
       2);
-  EXPECT_EQ(std::get<launch::GiveUp>(launch::RestartPolicy().on_exit(no_hardware, 8.0)).exit_code,
-            3);
+  EXPECT_EQ(
+      std::get<launch::StopDeployment>(launch::RestartPolicy().on_exit(no_hardware, 8.0)).exit_code,
+      3);
 }
 
 TEST(RestartPolicy, FiveQuickExitsInARowStopDeployment) {
@@ -49,9 +51,9 @@ TEST(RestartPolicy, FiveQuickExitsInARowStopDeployment) {
   for (int i = 0; i < 4; ++i)
     EXPECT_TRUE(std::holds_alternative<launch::Restart>(policy.on_exit(failed, 1.99)));
   const auto after = policy.on_exit(failed, 1.99);
-  ASSERT_TRUE(std::holds_alternative<launch::GiveUp>(after));
-  EXPECT_EQ(std::get<launch::GiveUp>(after).exit_code, 1);
-  EXPECT_NE(std::get<launch::GiveUp>(after).reason.find("exit code 1"), std::string::npos);
+  ASSERT_TRUE(std::holds_alternative<launch::StopDeployment>(after));
+  EXPECT_EQ(std::get<launch::StopDeployment>(after).exit_code, 1);
+  EXPECT_NE(std::get<launch::StopDeployment>(after).reason.find("exit code 1"), std::string::npos);
 }
 
 TEST(RestartPolicy, SlowExitResetsQuickExitCount) {

@@ -119,6 +119,13 @@ TEST(Layering, NodesDoNotDependOnEachOther) {
       }
 }
 
+TEST(Layering, OnlyBenchmarksDependOnBenchmarks) {
+  for (const Source& source : production())
+    for (const std::string& include : source.includes)
+      EXPECT_FALSE(include.starts_with("benchmarks/") && !source.is_in("benchmarks"))
+          << source.path << " includes " << include;
+}
+
 TEST(Layering, CommonDependsOnNoNodeAndNoProgram) {
   for (const Source& source : production())
     for (const std::string& include : source.includes)

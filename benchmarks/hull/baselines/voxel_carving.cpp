@@ -20,10 +20,6 @@ using Eigen::Vector3d;
 constexpr int kRoot_voxels = 64;     // edge of an octree root
 constexpr int kBricksPerPiece = 16;  // a unit of work for threads: some microseconds
 
-std::array<float, 3> floats(const Vector3d& p) {
-  return {float(p.x()), float(p.y()), float(p.z())};
-}
-
 CarvingCamera lanes_of(const geometry::Camera& camera, const ObjectPixelLookup& lookup,
                        const VoxelGrid& grid) {
   Matrix3d position_from_camera = geometry::pixel_from_camera(camera.pinhole);

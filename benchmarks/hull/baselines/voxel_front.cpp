@@ -10,10 +10,6 @@ namespace {
 // to the scene's size (eight roundings).
 constexpr float kRounding_px = 1.0f / 64, kRounding = 1e-6f;
 
-std::array<float, 3> floats(const Eigen::Vector3d& p) {
-  return {float(p.x()), float(p.y()), float(p.z())};
-}
-
 }  // namespace
 
 VoxelFront::VoxelFront(const VoxelGrid& grid, const hull::View& view)

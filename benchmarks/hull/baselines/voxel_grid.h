@@ -23,6 +23,10 @@ constexpr int bit_in_brick(int x, int y, int z) {
   return bit;
 }
 
+inline std::array<float, 3> floats(const Eigen::Vector3d& p) {
+  return {float(p.x()), float(p.y()), float(p.z())};
+}
+
 struct VoxelGrid {
   Eigen::Vector3d corner_world_m;  // minimum corner of voxel (0, 0, 0); the axes are the world's
   double voxel_m;

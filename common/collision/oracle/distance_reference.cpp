@@ -111,7 +111,7 @@ double HullDistance::Cone::to_pyramid_m(const Vector3d& q, const hull::PixelRect
   return outside ? nearest_m : 0;
 }
 
-double HullDistance::Cone::to_pixels_m(const Vector3d& q, bool object, double at_most_m) const {
+double HullDistance::Cone::to_pixels_m(const Vector3d& q, bool object, double max_m) const {
   std::priority_queue<Candidate<hull::PixelRect>> rects;
   const auto add = [&](const hull::PixelRect& r) {
     const std::size_t wanted = object ? count(r) : r.area_px() - count(r);
@@ -121,7 +121,7 @@ double HullDistance::Cone::to_pixels_m(const Vector3d& q, bool object, double at
   while (!rects.empty()) {
     const auto [nearest_m, r] = rects.top();
     rects.pop();
-    if (nearest_m >= at_most_m) break;
+    if (nearest_m >= max_m) break;
     if (count(r) == (object ? r.area_px() : 0))
       return nearest_m;  // every pixel matches, and all other candidates are farther
     const bool wide = r.width_px() >= r.height_px();
@@ -131,7 +131,7 @@ double HullDistance::Cone::to_pixels_m(const Vector3d& q, bool object, double at
     add(wide ? hull::PixelRect{u, r.v0_px, r.u1_px, r.v1_px}
              : hull::PixelRect{r.u0_px, v, r.u1_px, r.v1_px});
   }
-  return at_most_m;
+  return max_m;
 }
 
 bool HullDistance::Cone::contains(const Vector3d& p_world_m) const {
@@ -143,12 +143,12 @@ bool HullDistance::Cone::contains(const Vector3d& p_world_m) const {
 
 // The nearest point outside the cone is outside the image's pyramid, and then possibly behind the
 // camera, or on another pixel in the pyramid.
-double HullDistance::Cone::depth_m(const Vector3d& p_world_m, double at_most_m) const {
+double HullDistance::Cone::depth_m(const Vector3d& p_world_m, double max_m) const {
   const Vector3d q = p_world_m - center_world_m;
   const double columns_m = std::min(column_normals.front().dot(q), -column_normals.back().dot(q));
   const double border_m =
       std::min({columns_m, row_normals.front().dot(q), -row_normals.back().dot(q)});
-  return to_pixels_m(q, false, std::clamp(border_m, 0.0, at_most_m));
+  return to_pixels_m(q, false, std::clamp(border_m, 0.0, max_m));
 }
 
 double HullDistance::Cone::distance_m(const Vector3d& p_world_m) const {

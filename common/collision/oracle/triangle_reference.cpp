@@ -156,8 +156,8 @@ Vector3d point(const Triangle& t, const Vector3d& weights) {
 // A part of the triangle, with an upper bound of its depth.
 struct Cell {
   Triangle triangle;
-  double at_most_m;
-  bool operator<(const Cell& other) const { return at_most_m < other.at_most_m; }
+  double max_m;
+  bool operator<(const Cell& other) const { return max_m < other.max_m; }
 };
 
 // Halves the triangle at its longest edge.
@@ -187,16 +187,16 @@ void find_deepest(const HullDistance& hull, const Triangle& triangle, TriangleTr
     cells.push({t, here_m + radius_m});
   };
   add(triangle);
-  const auto converged = [&](double at_most_m) {
-    return !(at_most_m > truth.deepest_m * (1 + kDepthToleranceFraction) + kDepthTolerance_m);
+  const auto converged = [&](double max_m) {
+    return !(max_m > truth.deepest_m * (1 + kDepthToleranceFraction) + kDepthTolerance_m);
   };
-  for (int cell_count = 0; cell_count < kMaxDepthCells && !converged(cells.top().at_most_m);
+  for (int cell_count = 0; cell_count < kMaxDepthCells && !converged(cells.top().max_m);
        ++cell_count) {
     const Cell cell = cells.top();
     cells.pop();
     for (const Triangle& half : halves(cell.triangle)) add(half);
   }
-  truth.deepest_at_most_m = std::max(truth.deepest_m, cells.top().at_most_m);
+  truth.deepest_at_most_m = std::max(truth.deepest_m, cells.top().max_m);
 }
 
 }  // namespace

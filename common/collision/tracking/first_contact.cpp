@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "common/collision/tracking/rotation.h"
+
 namespace fivepipe::collision {
 namespace {
 
@@ -11,12 +13,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr int kBisections = 6;
-
-Eigen::Matrix3d turned(const Vector3d& rad) {
-  const double angle = rad.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, rad / angle).toRotationMatrix()
-                   : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
-}
 
 // Interpolates two poses: linear translation, constant angular velocity.
 Isometry3d between(const Isometry3d& a, const Isometry3d& b, double t) {
@@ -39,7 +35,7 @@ class ContactSearch {
     const Vector3d center =
         (1 - t) * before_.component.centroid_world_m + t * after_.component.centroid_world_m;
     Isometry3d motion = Isometry3d::Identity();
-    motion.linear() = turned((is_before ? t : t - 1) * options_.rotation_world_rad);
+    motion.linear() = rotation((is_before ? t : t - 1) * options_.rotation_world_rad);
     motion.translation() = center - motion.linear() * frame.component.centroid_world_m;
     return motion;
   }

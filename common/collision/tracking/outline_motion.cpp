@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/collision/tracking/rotation.h"
+
 namespace fivepipe::collision {
 namespace {
 
@@ -46,12 +48,6 @@ constexpr int kMaxAxisUpdates = 3;
 // each remaining one keeps kMinCameraPairs pairs of cameras: fewer double the rotation's error.
 constexpr std::size_t kMaxPairs = 1024, kMaxTrialPairs = 256, kMinCameraPairs = 64;
 
-Matrix3d rotation(const Vector3d& turn_rad) {
-  const double angle = turn_rad.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, turn_rad / angle).toRotationMatrix()
-                   : Matrix3d::Identity();
-}
-
 // Orthonormal axes: along the baseline (axis), towards the object (across), and up.
 struct Frame {
   Vector3d across, up, axis;
@@ -82,6 +78,11 @@ std::optional<std::array<EpipolarTangency, 2>> epipolar_tangencies(const Compone
   return ends;
 }
 
+// Solves matrix x = right. The matrix is symmetric.
+Vector3d solved(const Matrix3d& matrix, const Vector3d& right) {
+  return matrix.ldlt().solve(right);
+}
+
 // Normal equations. Unknowns: velocity [m/s], then angular velocity [rad/s] at the centre of the
 // window.
 struct Equations {
@@ -94,7 +95,7 @@ struct Equations {
   Matrix3d by_velocity() const { return matrix.topLeftCorner<3, 3>(); }
   // Returns the change of velocity that fits a change of angular velocity best.
   Vector3d velocity_with(const Vector3d& turn_rad_s) const {
-    return by_velocity().ldlt().solve(-matrix.topRightCorner<3, 3>() * turn_rad_s);
+    return solved(by_velocity(), -matrix.topRightCorner<3, 3>() * turn_rad_s);
   }
   // Squared lever arms of the tangencies about axes through the centroid, after elimination of the
   // velocity (Schur complement).
@@ -228,7 +229,7 @@ std::optional<UniformMotion> fit_velocity(const Fit& fit, UniformMotion motion) 
     const Equations e = fit.equations(motion, kMaxTrialPairs);
     if (e.count < kMinTangencies) return std::nullopt;
     const Vector3d velocity_change =
-        (step < kFullSteps ? 1 : 0.5) * e.by_velocity().ldlt().solve(e.right.head<3>());
+        (step < kFullSteps ? 1 : 0.5) * solved(e.by_velocity(), e.right.head<3>());
     if (!velocity_change.allFinite()) return std::nullopt;
     motion.velocity_world_m_s += velocity_change;
     if (velocity_change.norm() * fit.window_s() < kConvergence_rad * fit.size_m()) break;
@@ -279,7 +280,7 @@ std::optional<OutlineMotion> fitted(const Fit& fit, const UniformMotion& guess,
     if (e.count < kMinTangencies) return std::nullopt;
     found.residual_m = std::sqrt(e.mean_square_m2());
     if (converged) return found;
-    const Vector3d velocity_only = e.by_velocity().ldlt().solve(e.right.head<3>());
+    const Vector3d velocity_only = solved(e.by_velocity(), e.right.head<3>());
     const Vector3d right = e.right.tail<3>() - e.matrix.bottomLeftCorner<3, 3>() * velocity_only;
     // Undetermined axes: the equation is replaced by "no rotation".
     const double scale = fit.size_m() * fit.size_m() * e.seconds2;
@@ -288,8 +289,8 @@ std::optional<OutlineMotion> fitted(const Fit& fit, const UniformMotion& guess,
     const double fraction = step < kFullSteps ? 1 : 0.5;
     const Vector3d rotation_change =
         fraction *
-        matrix.ldlt().solve(determined * right -
-                            scale * undetermined * found.motion.angular_velocity_world_rad_s);
+        solved(matrix, determined * right -
+                           scale * undetermined * found.motion.angular_velocity_world_rad_s);
     const Vector3d velocity_change = fraction * velocity_only + e.velocity_with(rotation_change);
     if (!rotation_change.allFinite() || !velocity_change.allFinite()) return std::nullopt;
     found.motion.velocity_world_m_s += velocity_change;

@@ -16,7 +16,7 @@ namespace {
 // The z-buffer's range is larger than the sweep's by this factor, so that rounding clips no plane.
 constexpr double kClipSlack = 2.0;
 
-PixelRect hull_of(std::span<const PixelRect> rects) {
+PixelRect bounds_of(std::span<const PixelRect> rects) {
   PixelRect all{INT_MAX, INT_MAX, INT_MIN, INT_MIN};
   for (const PixelRect& r : rects)
     if (!r.empty())
@@ -168,7 +168,7 @@ std::vector<DepthTile> PlaneSweep::depth(const View& view, const SweepRange& ran
   assert(view.camera.pinhole.width_px == width_px() &&
          view.camera.pinhole.height_px == height_px());
   std::vector<DepthTile> tiles;
-  const PixelRect around = hull_of(rects);
+  const PixelRect around = bounds_of(rects);
   if (hull_is_empty_ || around.empty() || !is_finite(view.camera) ||
       !(range.near_m > 0 && range.far_m > range.near_m && std::isfinite(range.far_m))) {
     for (const PixelRect& rect : rects)

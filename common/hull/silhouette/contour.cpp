@@ -24,19 +24,12 @@ constexpr double kMaxSlope = 1;
 // line.
 constexpr double kStaircaseVariance_px2 = 1.0 / 12;
 
-// An edge between a kept pixel and a neighbour that is not kept.
-struct Edge {
-  Vector2i pixel, outward;
-  bool operator==(const Edge&) const = default;
-  Vector2d center() const { return pixel.cast<double>() + 0.5 * outward.cast<double>(); }
-};
-
 // Returns the next edge of the contour in the direction `along`, which is perpendicular to
 // edge.outward. Kept pixels that share only a corner are connected.
 //
 //   A B    p: the edge's pixel, o: its neighbour that is not kept, up: `along`.
 //   p o    B kept: its edge towards p's row. Else A kept: straight on. Else p's edge towards A.
-Edge next(const ContourMap& map, const Edge& edge, const Vector2i& along) {
+ContourEdge next(const ContourMap& map, const ContourEdge& edge, const Vector2i& along) {
   const Vector2i a = edge.pixel + along, b = a + edge.outward;
   if (map.keeps(b.x(), b.y())) return {b, -along};
   if (map.keeps(a.x(), a.y())) return {a, edge.outward};
@@ -45,7 +38,7 @@ Edge next(const ContourMap& map, const Edge& edge, const Vector2i& along) {
 
 // Returns `along` after the step from one edge to the next: it turns with the contour, so that
 // outward stays on the same side.
-Vector2i turned(const Edge& from, const Vector2i& along, const Edge& to) {
+Vector2i turned(const ContourEdge& from, const Vector2i& along, const ContourEdge& to) {
   if (to.outward == from.outward) return along;
   return to.outward == along ? Vector2i(-from.outward) : from.outward;
 }
@@ -55,20 +48,20 @@ Vector2i turned(const Edge& from, const Vector2i& along, const Edge& to) {
 using EdgeCenters = std::array<Vector2d, 2 * kContourEdges + 1>;
 
 // Sets `edges` to the number of edges of the closed contour, at most 2 kContourEdges + 1.
-EdgeCenters edge_centers_around(const ContourMap& map, const Edge& start, const Vector2d& uv_px,
-                                int& edges) {
+EdgeCenters edge_centers_around(const ContourMap& map, const ContourEdge& start,
+                                const Vector2d& uv_px, int& edges) {
   EdgeCenters centers;
   edges = 2 * kContourEdges + 1;
-  centers[kContourEdges] = start.center() - uv_px;
-  std::array<Edge, 2> edge{start, start};  // backward, forward
+  centers[kContourEdges] = start.center_px() - uv_px;
+  std::array<ContourEdge, 2> edge{start, start};  // backward, forward
   std::array<Vector2i, 2> along{Vector2i(start.outward.y(), -start.outward.x()),
                                 Vector2i(-start.outward.y(), start.outward.x())};
   for (int n = 1; n <= kContourEdges; ++n)
     for (const std::size_t side : {0u, 1u}) {
-      const Edge after = next(map, edge[side], along[side]);
+      const ContourEdge after = next(map, edge[side], along[side]);
       along[side] = turned(edge[side], along[side], after);
       edge[side] = after;
-      centers[std::size_t(kContourEdges + (side == 0 ? -n : n))] = after.center() - uv_px;
+      centers[std::size_t(kContourEdges + (side == 0 ? -n : n))] = after.center_px() - uv_px;
       if (edge[0] == edge[1]) edges = std::min(edges, side == 0 ? 2 * n - 1 : 2 * n);  // they meet
     }
   return centers;
@@ -125,9 +118,7 @@ Slope slope_at_uv(const EdgeCenters& m, int n, const Vector2d& tangent, double c
 
 }  // namespace
 
-ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px,
-                       const Vector2d& uv_px) {
-  const Edge start{{u_px, v_px}, {du_px, dv_px}};
+ContourFit contour_fit(const ContourMap& map, const ContourEdge& start, const Vector2d& uv_px) {
   int edges = 0;
   const EdgeCenters centers = edge_centers_around(map, start, uv_px, edges);
   const int n = window(centers, edges);

@@ -23,9 +23,16 @@ struct ContourMap {
   }
 };
 
-// Fits the contour's unit normal in the image at uv_px, away from the kept side. The contour runs
-// between the kept pixel (u, v) and its neighbour (u + du, v + dv), which is not kept; one of du
-// and dv is 0, the other -1 or 1. uv_px is on that edge.
+// The edge between a kept pixel and its neighbour pixel + outward, which is not kept. One
+// coordinate of outward is 0, the other -1 or 1.
+struct ContourEdge {
+  Eigen::Vector2i pixel, outward;
+  bool operator==(const ContourEdge&) const = default;
+  Eigen::Vector2d center_px() const { return pixel.cast<double>() + 0.5 * outward.cast<double>(); }
+};
+
+// Fits the contour's unit normal in the image at uv_px, away from the kept side. uv_px is on
+// `edge`.
 //
 // The fit is a least-squares parabola through the centers of the pixel edges along the contour: at
 // most kContourEdges to each side, fewer if the contour turns by more than kMaxTurn_rad between the
@@ -40,7 +47,7 @@ struct ContourFit {
   // window, at least half the turn.
   double error_rad;
 };
-ContourFit contour_fit(const ContourMap& map, int u_px, int v_px, int du_px, int dv_px,
+ContourFit contour_fit(const ContourMap& map, const ContourEdge& edge,
                        const Eigen::Vector2d& uv_px);
 
 }  // namespace fivepipe::hull

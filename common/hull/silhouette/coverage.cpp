@@ -93,9 +93,9 @@ std::optional<Vector2d> outward_in_image(const CoverageMap& map, const Vector2d&
     return std::nullopt;
   // Least squares of coverage = a + g . (pixel - uv), weighted; g follows from the 3 x 3 normal
   // equations.
-  const int u0 = int(std::lround(uv_px.x())) - kNormalReach_px,
-            v0 = int(std::lround(uv_px.y())) - kNormalReach_px;
-  constexpr int kSide = 2 * kNormalReach_px + 1;
+  const int u0 = int(std::lround(uv_px.x())) - kNormalWindow_px,
+            v0 = int(std::lround(uv_px.y())) - kNormalWindow_px;
+  constexpr int kSide = 2 * kNormalWindow_px + 1;
   std::array<double, kSide> weight_u, weight_v;
   const auto weight = [](double d) {
     return std::exp(-0.5 * d * d / (kNormalSigma_px * kNormalSigma_px));

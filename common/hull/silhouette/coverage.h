@@ -67,7 +67,7 @@ CoverageMap true_coverage(std::span<const Capsule> object, const geometry::Camer
 // degrees, but on objects 3 px thin it grows from 4 to 10 degrees, because the window includes
 // their other side.
 inline constexpr double kNormalSigma_px = 1.0;
-inline constexpr int kNormalReach_px = 3;
+inline constexpr int kNormalWindow_px = 3;
 // A plane whose slope is at most this has no direction, because the slope is within the rounding of
 // 8 bits [1/255 per px].
 inline constexpr double kMinFall = 1.0;

@@ -91,7 +91,7 @@ void CoverageWalk::walk_to(double t) {
   if (!(t < inside_image_.end)) {
     verdict_span_ = {false, kNever};
   } else if (cuts_ > 0 && t < cut_t_[cuts_ - 1]) {
-    take_piece(t);
+    select_piece(t);
   } else if (t == leaves_box_) {
     step_over_border(t);
   } else {
@@ -171,11 +171,11 @@ void CoverageWalk::cut_cell(double t) {
     }
   cut_at_[cuts_] = 1;
   cut_t_[cuts_++] = end;
-  take_piece(t);
+  select_piece(t);
 }
 
 // Takes the sign at the center of the piece, because at its ends only rounding decides.
-void CoverageWalk::take_piece(double t) {
+void CoverageWalk::select_piece(double t) {
   int piece = 0;
   while (piece + 2 < cuts_ && !(t < cut_t_[piece + 1])) ++piece;
   const double x = 0.5 * (cut_at_[piece] + cut_at_[piece + 1]);

@@ -47,7 +47,7 @@ class CoverageWalk {
   void step_over_border(double t);
   void enter(double t);
   void cut_cell(double t);
-  void take_piece(double t);
+  void select_piece(double t);
 
   ImageLine line_;
   const CoverageMap* map_;

@@ -10,11 +10,7 @@ using Eigen::Vector2d;
 using Eigen::Vector2i;
 using Eigen::Vector3d;
 
-struct Edge {
-  Vector2i pixel, outward;
-};
-
-double squared_distance(const Vector2d& uv_px, const Edge& edge) {
+double squared_distance(const Vector2d& uv_px, const ContourEdge& edge) {
   const Vector2d d = uv_px - edge.pixel.cast<double>() - 0.5 * edge.outward.cast<double>();
   const double across = d.dot(edge.outward.cast<double>()),
                along = std::max(
@@ -24,16 +20,17 @@ double squared_distance(const Vector2d& uv_px, const Edge& edge) {
 
 // Returns the contour's edge nearest to uv, among the edges around uv's pixel that an image moving
 // along `motion` enters through, or among all edges if `motion` is zero.
-std::optional<Edge> edge_at(const ContourMap& map, const Vector2d& uv_px, const Vector2d& motion) {
+std::optional<ContourEdge> edge_at(const ContourMap& map, const Vector2d& uv_px,
+                                   const Vector2d& motion) {
   const Vector2i center(int(std::floor(uv_px.x() + 0.5)), int(std::floor(uv_px.y() + 0.5)));
-  std::optional<Edge> nearest;
+  std::optional<ContourEdge> nearest;
   for (int dv = -1; dv <= 1; ++dv)
     for (int du = -1; du <= 1; ++du) {
       const Vector2i pixel = center + Vector2i(du, dv);
       if (!map.keeps(pixel.x(), pixel.y())) continue;
       for (const Vector2i& outward :
            {Vector2i(-1, 0), Vector2i(1, 0), Vector2i(0, -1), Vector2i(0, 1)}) {
-        const Edge edge{pixel, outward};
+        const ContourEdge edge{pixel, outward};
         if (outward.cast<double>().dot(motion) > 0 ||
             map.keeps(pixel.x() + outward.x(), pixel.y() + outward.y()))
           continue;
@@ -56,10 +53,9 @@ Vector3d plane_normal(const geometry::Camera& camera, const Vector2d& uv_px,
   return (camera.camera_from_world.linear().transpose() * of_camera).normalized();
 }
 
-BorderNormal normal_of(const geometry::Camera& camera, const ContourMap& map, const Edge& edge,
-                       const Vector2d& uv_px) {
-  const ContourFit fit =
-      contour_fit(map, edge.pixel.x(), edge.pixel.y(), edge.outward.x(), edge.outward.y(), uv_px);
+BorderNormal normal_of(const geometry::Camera& camera, const ContourMap& map,
+                       const ContourEdge& edge, const Vector2d& uv_px) {
+  const ContourFit fit = contour_fit(map, edge, uv_px);
   return {plane_normal(camera, uv_px, fit.normal), fit.error_rad};
 }
 
@@ -117,9 +113,9 @@ std::optional<RayBorder> first_border(const CpuHull& hull, std::span<const Image
       return border;
     if (next < 0) return std::nullopt;
     border = {end, next};
-    const bool lets_go = was_empty && end < far &&
-                         walks[std::size_t(next)].verdict_at(end).verdict == Verdict::unseen;
-    border.kept = lets_go ? Kept::not_empty : Kept::object;
+    const bool leaves_image = was_empty && end < far &&
+                              walks[std::size_t(next)].verdict_at(end).verdict == Verdict::unseen;
+    border.kept = leaves_image ? Kept::not_empty : Kept::object;
   }
 }
 

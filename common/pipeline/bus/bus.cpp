@@ -6,11 +6,14 @@
 #include <map>
 #include <mutex>
 
+#include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
 #include "common/pipeline/bus/profile.h"
 
 namespace fivepipe::bus {
 namespace {
+
+using detail::checked;
 
 // Cyclone DDS clears this many sample structs for each returned loan. A number above the
 // tiles of a view costs more time than it saves.
@@ -26,11 +29,6 @@ constexpr const char* kFrequentHeartbeats =
     R"(,<CycloneDDS><Domain><Internal><HeartbeatInterval )"
     R"(min="100us" minsched="100us" max="10ms">200us</HeartbeatInterval>)"
     R"(</Internal></Domain></CycloneDDS>)";
-
-std::int32_t checked(std::int32_t result, const std::string& what) {
-  if (result < 0) throw BusError(what + ": " + dds_strretcode(-result));
-  return result;
-}
 
 using Qos = std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)>;
 

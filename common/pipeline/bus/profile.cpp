@@ -2,9 +2,9 @@
 
 #include <cstdlib>
 #include <fstream>
-#include <regex>
 #include <sstream>
 
+#include "common/base/regex.h"
 #include "common/pipeline/bus/bus.h"
 #include "common/pipeline/bus/shipped_profiles.h"
 
@@ -41,17 +41,16 @@ std::string profile_xml(const std::string& name) {
 }
 
 FittedProfile fitted_to_kernel(const std::string& xml, std::size_t rmem_max_bytes) {
-  static const std::regex minimum("(SocketReceiveBufferSize[^>]*min=\")([0-9.]+) *([kM]i?B|B)?\"");
-  std::smatch match;
-  if (rmem_max_bytes == 0 || !std::regex_search(xml, match, minimum)) return {xml, ""};
-  const std::string unit = match[3];
+  static const base::Regex minimum("(SocketReceiveBufferSize[^>]*min=\")([0-9.]+) *([kM]i?B|B)?\"");
+  const auto match = minimum.search(xml);
+  if (rmem_max_bytes == 0 || !match) return {xml, ""};
+  const std::string& unit = match->groups[3];
   const double scale = unit.starts_with("M") ? 1 << 20 : unit.starts_with("k") ? 1 << 10 : 1;
-  const double wanted_bytes = std::stod(match[2]) * scale;
+  const double wanted_bytes = std::stod(match->groups[2]) * scale;
   if (wanted_bytes <= double(rmem_max_bytes)) return {xml, ""};
   const std::string wanted = std::to_string(std::size_t(wanted_bytes));
   return {
-      match.prefix().str() + match[1].str() + std::to_string(rmem_max_bytes) + "B\"" +
-          match.suffix().str(),
+      match->before + match->groups[1] + std::to_string(rmem_max_bytes) + "B\"" + match->after,
       "the kernel grants receive buffers of " + std::to_string(rmem_max_bytes) +
           " bytes, but the network profile requests " + wanted +
           "; large samples may be lost. Raise the limit: sysctl -w net.core.rmem_max=" + wanted};

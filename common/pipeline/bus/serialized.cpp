@@ -13,12 +13,15 @@
 #include <mutex>
 #include <vector>
 
+#include "common/pipeline/bus/checked.h"
 #include "common/pipeline/bus/discovery.h"
 
 namespace fivepipe::bus {
 namespace {
 
-constexpr std::uint32_t kMaxSamplesPerTake = 256;
+using detail::checked;
+
+constexpr std::uint32_t kMaxSerializedPerTake = 256;
 // Encapsulation: representation identifier and options.
 constexpr std::size_t kHeaderBytes = 4;
 
@@ -39,11 +42,6 @@ std::uint32_t status_info_of(SampleKind kind) {
     case SampleKind::unregistered: break;
   }
   return NN_STATUSINFO_UNREGISTER;
-}
-
-dds_entity_t checked(dds_return_t result, const std::string& what) {
-  if (result < 0) throw BusError(what + ": " + dds_strretcode(-result));
-  return result;
 }
 
 // Returns how Cyclone DDS serialises the topic's type. This version has no call for it, so the
@@ -100,10 +98,10 @@ SerializedReader::SerializedReader(Bus& bus, const topics::Topic& topic)
   dds_lset_subscription_matched(listener.get(), Writers::matched);
   checked(dds_set_listener(entity_->handle, listener.get()), topic.name);
   // The listener does not report writers that matched before it was set.
-  std::array<dds_instance_handle_t, kMaxSamplesPerTake> matched{};
+  std::array<dds_instance_handle_t, kMaxSerializedPerTake> matched{};
   const dds_return_t count =
       dds_get_matched_publications(entity_->handle, matched.data(), matched.size());
-  for (dds_return_t i = 0; i < std::min(count, dds_return_t(kMaxSamplesPerTake)); ++i)
+  for (dds_return_t i = 0; i < std::min(count, dds_return_t(kMaxSerializedPerTake)); ++i)
     writers_->add_writer(entity_->handle, matched[std::size_t(i)]);
 }
 
@@ -126,8 +124,8 @@ void deliver(ddsi_serdata* data, SampleKind kind, const dds_sample_info_t& info,
 }  // namespace
 
 std::size_t SerializedReader::take(const std::function<void(const SerializedSample&)>& each) {
-  std::array<ddsi_serdata*, kMaxSamplesPerTake> taken{};
-  std::array<dds_sample_info_t, kMaxSamplesPerTake> infos;
+  std::array<ddsi_serdata*, kMaxSerializedPerTake> taken{};
+  std::array<dds_sample_info_t, kMaxSerializedPerTake> infos;
   // If data of the key was not taken yet, a change of the key's state has no sample of its own.
   struct Change {
     std::shared_ptr<Serdata> key;
@@ -135,10 +133,10 @@ std::size_t SerializedReader::take(const std::function<void(const SerializedSamp
   };
   std::map<dds_instance_handle_t, Change> changes;
   std::size_t all = 0;
-  for (std::uint32_t count = kMaxSamplesPerTake; count == kMaxSamplesPerTake;) {
-    count = std::uint32_t(checked(
-        dds_takecdr(entity_->handle, taken.data(), kMaxSamplesPerTake, infos.data(), DDS_ANY_STATE),
-        "dds_takecdr"));
+  for (std::uint32_t count = kMaxSerializedPerTake; count == kMaxSerializedPerTake;) {
+    count = std::uint32_t(checked(dds_takecdr(entity_->handle, taken.data(), kMaxSerializedPerTake,
+                                              infos.data(), DDS_ANY_STATE),
+                                  "dds_takecdr"));
     for (std::size_t i = 0; i < count; ++i) {
       const Serdata sample(taken[i]);
       if (infos[i].valid_data) {

@@ -4,10 +4,12 @@
 
 #include <chrono>
 #include <optional>
-#include <regex>
 
+#include "common/base/regex.h"
+#include "common/base/timing.h"
 #include "common/base/version.h"
 #include "common/pipeline/node/status.h"
+#include "common/recording/replay/progress.h"
 #include "common/recording/replay/recorder.h"
 
 namespace fivepipe::replay {
@@ -17,13 +19,8 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using Counts = std::map<std::string, recording::TopicCounts>;
 
-constexpr auto kProgressPeriod = 5s;
 // Time for messages in transit to arrive after a request to end the recording.
 constexpr auto kDrainTime = 200ms;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // Reports the totals of each topic in the recorder's NodeStatus.
 void publish_counts(node::NodeStatusReporter& status, const Counts& counts) {
@@ -44,13 +41,13 @@ void log_progress(const recording::RecordingWriter& recording, double elapsed_s)
 }  // namespace
 
 std::vector<bus::topics::Topic> topics_to_record(const std::string& expression, bool with_images) {
-  const std::regex wanted(expression);
+  const base::Regex wanted(expression);
   std::vector<bus::topics::Topic> chosen;
   for (const bus::topics::Topic& topic : bus::topics::all()) {
     const std::string name = topic.name;
     const bool is_image =
         name == bus::topics::ObjectColour::name || name == bus::topics::HullTile::name;
-    if (name != bus::topics::ReplaySession::name && std::regex_search(name, wanted) &&
+    if (name != bus::topics::ReplaySession::name && wanted.found_in(name) &&
         (with_images || !is_image))
       chosen.push_back(topic);
   }
@@ -84,8 +81,9 @@ RecordResult record(const RecordRequest& request, const std::function<int()>& si
     bus.wait(50ms);
     recorder.take();
     const std::string failure = recording.failure();
-    const bool is_over = signals_received() > 0 || !failure.empty() ||
-                         (request.duration_s > 0 && seconds_since(started) >= request.duration_s);
+    const bool is_over =
+        signals_received() > 0 || !failure.empty() ||
+        (request.duration_s > 0 && base::seconds_since(started) >= request.duration_s);
     if (is_over && !end) {
       end = Clock::now() + kDrainTime;
       if (!failure.empty()) spdlog::error("the recording ends: {}", failure);
@@ -93,7 +91,7 @@ RecordResult record(const RecordRequest& request, const std::function<int()>& si
     if (Clock::now() < next_progress) continue;
     next_progress += kProgressPeriod;
     publish_counts(status, recording.counts());
-    log_progress(recording, seconds_since(started));
+    log_progress(recording, base::seconds_since(started));
   }
   RecordResult result;
   result.sent = recorder.compared();
@@ -104,7 +102,7 @@ RecordResult record(const RecordRequest& request, const std::function<int()>& si
   result.counts = recording.counts();
   publish_counts(status, result.counts);
   result.bytes_written = recording.bytes_written();
-  result.elapsed_s = seconds_since(started);
+  result.elapsed_s = base::seconds_since(started);
   result.loss_reason = recording.loss_reason();
   result.failure = recording.failure();
   return result;

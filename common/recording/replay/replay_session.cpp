@@ -4,10 +4,11 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
-#include <regex>
-
+#include "common/base/regex.h"
+#include "common/base/timing.h"
 #include "common/base/usage_error.h"
 #include "common/recording/replay/node_inputs.h"
+#include "common/recording/replay/progress.h"
 #include "common/recording/replay/recorded_deployment.h"
 
 namespace fivepipe::replay {
@@ -18,11 +19,6 @@ using Clock = std::chrono::steady_clock;
 
 // Time for discovery to find the other participants of the domain.
 constexpr auto kDiscoveryTime = 500ms;
-constexpr auto kProgressPeriod = 5s;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // Adds the requested nodes to the plan and returns the topics that they read.
 std::set<std::string> add_nodes(ReplayPlan& plan, const recording::Recording& recording,
@@ -51,7 +47,7 @@ std::string wait_for_readers(bus::Bus& bus, const Replayer& replayer, double wai
                              const std::function<bool()>& interrupted) {
   const auto started = Clock::now();
   std::string missing = replayer.missing_reader(), logged;
-  while (!missing.empty() && !interrupted() && seconds_since(started) < wait_s) {
+  while (!missing.empty() && !interrupted() && base::seconds_since(started) < wait_s) {
     if (missing != logged && Clock::now() - started > 1s)
       spdlog::info("waiting for readers: {}", logged = missing);
     bus.wait(20ms);
@@ -66,10 +62,9 @@ ReplayPlan plan_for(const recording::Recording& recording, const ReplayRequest& 
   ReplayPlan plan;
   std::set<std::string> inputs;
   if (!request.nodes.empty()) inputs = add_nodes(plan, recording, request);
-  const std::regex wanted(request.topics);
+  const base::Regex wanted(request.topics);
   for (const recording::RecordedChannel& channel : recording.channels())
-    if (std::regex_search(channel.topic, wanted) &&
-        (request.nodes.empty() || inputs.contains(channel.topic)))
+    if (wanted.found_in(channel.topic) && (request.nodes.empty() || inputs.contains(channel.topic)))
       plan.channels.insert(channel.id);
   set_range(plan, recording, request.start_s, request.end_s);
   plan.rate = request.rate;
@@ -110,8 +105,8 @@ ReplayResult replay(const recording::Recording& recording, const ReplayRequest& 
     if (callbacks.interrupted()) return ReplayControl::stop;
     if (Clock::now() >= next_progress) {
       next_progress += kProgressPeriod;
-      spdlog::info("{:.0f} s: {} frames sent{}", seconds_since(started), replayer.counts().frames,
-                   newest == ReplayControl::pause ? ", paused" : "");
+      spdlog::info("{:.0f} s: {} frames sent{}", base::seconds_since(started),
+                   replayer.counts().frames, newest == ReplayControl::pause ? ", paused" : "");
     }
     return newest = callbacks.control();
   };

@@ -200,7 +200,7 @@ void classify_cells(std::span<const TriangleMap> cameras, const Cells& cells, fl
                     Cells& solid) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
-  mixed.make_room(cells.count), solid.make_room(cells.count);
+  mixed.reserve_more(cells.count), solid.reserve_more(cells.count);
   for (std::size_t first = 0; first < cells.count; first += lanes) {
     const VF a = hn::LoadU(d, cells.a.data() + first), b = hn::LoadU(d, cells.b.data() + first),
              sigma = hn::LoadU(d, cells.sigma.data() + first);
@@ -237,12 +237,12 @@ void classify_centers(std::span<const TriangleMap> cameras, const Cells& cells, 
   const DF d;
   const std::size_t lanes = hn::Lanes(d);
   const VF third = hn::Set(d, h / 3), zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-  inside.make_room(cells.count), uncertain.make_room(cells.count);
+  inside.reserve_more(cells.count), uncertain.reserve_more(cells.count);
   for (std::size_t first = 0; first < cells.count; first += lanes) {
     const VF a = hn::LoadU(d, cells.a.data() + first), b = hn::LoadU(d, cells.b.data() + first),
              sigma = hn::LoadU(d, cells.sigma.data() + first);
     const VF center_a = hn::MulAdd(sigma, third, a), center_b = hn::MulAdd(sigma, third, b);
-    MF in = hn::FirstN(d, cells.count - first), doubtful = nothing();
+    MF in = hn::FirstN(d, cells.count - first), near_border = nothing();
     for (const TriangleMap& c : cameras) {
       const VF eps = hn::Set(d, c.eps_px), per_w = reciprocal(form(c, 2, center_a, center_b));
       const VF u = hn::Mul(form(c, 0, center_a, center_b), per_w),
@@ -253,13 +253,13 @@ void classify_centers(std::span<const TriangleMap> cameras, const Cells& cells, 
                              hn::Gt(hn::Max(off_u, off_v), hn::Sub(one, eps)));
       const VF inside_by = extent_at(c, fu, fv);
       // Near a border, the exact image may be in the next pixel.
-      doubtful = hn::Or(doubtful, hn::And(in, near));
+      near_border = hn::Or(near_border, hn::And(in, near));
       in = hn::And(in, hn::Or(near, hn::Lt(inside_by, zero)));
       if (hn::AllFalse(d, in)) break;
     }
-    doubtful = hn::And(doubtful, in);
-    append(inside, hn::AndNot(doubtful, in), a, b, sigma);
-    append(uncertain, doubtful, a, b, sigma);
+    near_border = hn::And(near_border, in);
+    append(inside, hn::AndNot(near_border, in), a, b, sigma);
+    append(uncertain, near_border, a, b, sigma);
   }
 }
 

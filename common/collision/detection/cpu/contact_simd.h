@@ -33,12 +33,12 @@ struct Cells {
   std::size_t count = 0;
   void clear() { count = 0; }
   // Reserves `more` cells and one SIMD vector, which the kernels may write beyond the last cell.
-  void make_room(std::size_t more) {
+  void reserve_more(std::size_t more) {
     if (a.size() < count + more + 16)
       a.resize(2 * (count + more) + 64), b.resize(a.size()), sigma.resize(a.size());
   }
   void add(float at_a, float at_b, float of_sigma) {
-    make_room(1);
+    reserve_more(1);
     a[count] = at_a, b[count] = at_b, sigma[count++] = of_sigma;
   }
 };

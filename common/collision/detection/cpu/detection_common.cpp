@@ -16,7 +16,7 @@ constexpr double kCellSlack = 1e-6;
 static_assert(kBoxCells * kBoxCells % Bvh::kArity == 0);
 // Maximum number of points of a triangle at the largest spacing: a center, a corner, and another of
 // each for rounding.
-constexpr std::size_t kMinPointsPerTriangle = 4;
+constexpr std::size_t kMaxFoundPerTriangle = 4;
 
 }  // namespace
 
@@ -68,7 +68,7 @@ bool may_hold_hull(std::span<const ObjectMap> maps, const Bvh& tree) {
 
 std::size_t max_points_found(const DetectionOptions& options, std::size_t triangles) {
   if (!(options.spacing_m > 0)) return std::numeric_limits<std::size_t>::max();
-  return options.max_points * kMaxFoundPerPoint + kMinPointsPerTriangle * triangles;
+  return options.max_points * kMaxFoundPerPoint + kMaxFoundPerTriangle * triangles;
 }
 
 bool subsample(std::vector<CollisionPoint>& points, const Vector3d& rp_object_world_m,

@@ -186,7 +186,7 @@ void TriangleWalk::begin_cells(int divisions) {
 void TriangleWalk::split_cells(const Cells& cells, double h) {
   const float half = float(0.5 * h);
   cells_.clear();
-  cells_.make_room(4 * cells.count);
+  cells_.reserve_more(4 * cells.count);
   for (std::size_t i = 0; i < cells.count; ++i) {
     const float a = cells.a[i], b = cells.b[i], sigma = cells.sigma[i], step = sigma * half;
     cells_.add(a, b, sigma);

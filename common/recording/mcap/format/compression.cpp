@@ -54,7 +54,7 @@ void decompress_lz4(std::span<std::byte> to, ByteView from, const FileOffset& lo
       location.fail("the chunk's LZ4 frame is damaged: its size differs from the chunk's header");
   }
   if (!to.empty())
-    location.fail("the chunk's LZ4 frame is damaged: it is smaller than the chunk's header says");
+    location.fail("the chunk's LZ4 frame is damaged: it is smaller than the chunk's header states");
 }
 
 void decompress_zstd(std::span<std::byte> to, ByteView from, const FileOffset& location) {
@@ -103,7 +103,7 @@ Buffer decompressed(std::string_view compression, Buffer compressed,
   // The comparison also holds for ZSTD_CONTENTSIZE_ERROR.
   if (is_zstd && ZSTD_getFrameContentSize(from.data(), from.size()) != ZSTD_CONTENTSIZE_UNKNOWN &&
       ZSTD_getFrameContentSize(from.data(), from.size()) > uncompressed_bytes)
-    location.fail("the chunk's zstd frame is damaged, or larger than the chunk's header says");
+    location.fail("the chunk's zstd frame is damaged, or larger than the chunk's header states");
   Buffer raw(uncompressed_bytes);
   if (is_lz4)
     decompress_lz4(raw.all(), from, location);

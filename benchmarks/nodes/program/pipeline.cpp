@@ -1,9 +1,9 @@
 #include "benchmarks/nodes/pipeline_benchmark.h"
-#include "launch/cli/bench_options.h"
-#include "launch/cli/benchmarks.h"
+#include "benchmarks/nodes/program/options.h"
+#include "benchmarks/nodes/program/subcommands.h"
 #include "launch/supervise/interrupt.h"
 
-namespace fivepipe::launch {
+namespace fivepipe::measure {
 
 int bench_pipeline(const std::vector<std::string>& words) {
   bool without_bus = false;
@@ -22,8 +22,8 @@ int bench_pipeline(const std::vector<std::string>& words) {
       ->check(CLI::Range(1, 20))
       ->capture_default_str();
   if (const auto exit_code = parse(app, words)) return *exit_code;
-  catch_signals();
+  launch::catch_signals();
   return node_bench::bench_pipeline(options.values(), without_bus ? 0 : bus_rounds);
 }
 
-}  // namespace fivepipe::launch
+}  // namespace fivepipe::measure

@@ -7,12 +7,12 @@
 #include <iostream>
 
 #include "benchmarks/nodes/bus_ping.h"
+#include "benchmarks/nodes/program/subcommands.h"
 #include "common/base/usage_error.h"
 #include "common/config/deployment.h"
-#include "launch/cli/benchmarks.h"
 #include "launch/supervise/interrupt.h"
 
-namespace fivepipe::launch {
+namespace fivepipe::measure {
 namespace {
 
 // Returns 130 if `run` throws after a signal.
@@ -20,7 +20,7 @@ int interruptible(const std::function<int()>& run) {
   try {
     return run();
   } catch (const std::exception&) {
-    if (signals_received() > 0) return 130;
+    if (launch::signals_received() > 0) return 130;
     throw;
   }
 }
@@ -38,14 +38,14 @@ int run(const std::vector<std::string>& words) {
 }
 
 }  // namespace
-}  // namespace fivepipe::launch
+}  // namespace fivepipe::measure
 
 int main(int argc, char** argv) {
   using namespace fivepipe;
   spdlog::set_default_logger(spdlog::stderr_color_mt("fivepipe bench"));
   return base::report_errors([&] {
     try {
-      return launch::run({argv + 1, argv + argc});
+      return measure::run({argv + 1, argv + argc});
     } catch (const config::ConfigError& error) {
       throw base::UsageError(error.what());
     }

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-namespace fivepipe::launch {
+namespace fivepipe::measure {
 
 int bench_node(const std::string& node, const std::vector<std::string>& words);
 int bench_pipeline(const std::vector<std::string>& words);
 int bench_compare(const std::vector<std::string>& words);
 
-}  // namespace fivepipe::launch
+}  // namespace fivepipe::measure

@@ -7,7 +7,7 @@
 
 #include "benchmarks/nodes/from_recording.h"
 
-namespace fivepipe::launch {
+namespace fivepipe::measure {
 
 class BenchOptions {
  public:
@@ -23,4 +23,4 @@ class BenchOptions {
 // Parses the words. Returns nullopt, or the exit code after help or an error has been printed.
 std::optional<int> parse(CLI::App& app, const std::vector<std::string>& words);
 
-}  // namespace fivepipe::launch
+}  // namespace fivepipe::measure

@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "benchmarks/nodes/comparison.h"
+#include "benchmarks/nodes/program/options.h"
+#include "benchmarks/nodes/program/subcommands.h"
 #include "common/base/text_table.h"
-#include "launch/cli/bench_options.h"
-#include "launch/cli/benchmarks.h"
 
-namespace fivepipe::launch {
+namespace fivepipe::measure {
 namespace {
 
 using node_bench::ComparedResult;
@@ -61,7 +61,7 @@ void print_differences(const Comparison& comparison, const std::string& before,
   for (const std::string& name : comparison.only_after)
     std::cout << fmt::format("only in {}: {}\n", after, name);
   if (!comparison.machines.empty())
-    std::cout << "the machine or the build differs, so the ratios mean little: "
+    std::cout << "the machine or the build differs, so the ratios do not compare the code alone: "
               << comparison.machines << '\n';
   std::cout << std::flush;
 }
@@ -108,4 +108,4 @@ int bench_compare(const std::vector<std::string>& words) {
   return failures > 0 ? kCriterionNotMet : 0;
 }
 
-}  // namespace fivepipe::launch
+}  // namespace fivepipe::measure

@@ -1,8 +1,8 @@
-#include "launch/cli/bench_options.h"
+#include "benchmarks/nodes/program/options.h"
 
 #include "launch/cli/options.h"
 
-namespace fivepipe::launch {
+namespace fivepipe::measure {
 
 BenchOptions::BenchOptions(CLI::App& app) {
   app.add_option("--from", options_.recording, "the recording (MCAP) that feeds the nodes")
@@ -11,8 +11,8 @@ BenchOptions::BenchOptions(CLI::App& app) {
   app.add_option("--deployment", options_.deployment,
                  "measure this deployment instead of the recorded one")
       ->check(CLI::ExistingFile);
-  add_set_option(&app, settings_);
-  add_rate_option(&app, rate_);
+  launch::add_set_option(&app, settings_);
+  launch::add_rate_option(&app, rate_);
   app.add_option("--in-flight", options_.frames_in_flight,
                  "largest number of frames that are sent but not yet handled")
       ->check(CLI::Range(1, 6))
@@ -20,7 +20,7 @@ BenchOptions::BenchOptions(CLI::App& app) {
   app.add_option("--runs", options_.runs, "number of runs, each with new processes")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  add_range_options(&app, options_.start_s, options_.end_s);
+  launch::add_range_options(&app, options_.start_s, options_.end_s);
   app.add_option("--json", options_.json, "write the results to this file (JSON)");
   app.add_option("--out", options_.out,
                  "keep the nodes' output in this folder (default: delete it)");
@@ -28,8 +28,8 @@ BenchOptions::BenchOptions(CLI::App& app) {
 
 node_bench::FromRecordingOptions BenchOptions::values() const {
   node_bench::FromRecordingOptions options = options_;
-  options.settings = settings_from(settings_);
-  options.rate = rate_from(rate_);
+  options.settings = launch::settings_from(settings_);
+  options.rate = launch::rate_from(rate_);
   return options;
 }
 
@@ -43,4 +43,4 @@ std::optional<int> parse(CLI::App& app, const std::vector<std::string>& words) {
   return std::nullopt;
 }
 
-}  // namespace fivepipe::launch
+}  // namespace fivepipe::measure

@@ -1,9 +1,9 @@
 #include "benchmarks/nodes/node_benchmark.h"
-#include "launch/cli/bench_options.h"
-#include "launch/cli/benchmarks.h"
+#include "benchmarks/nodes/program/options.h"
+#include "benchmarks/nodes/program/subcommands.h"
 #include "launch/supervise/interrupt.h"
 
-namespace fivepipe::launch {
+namespace fivepipe::measure {
 
 int bench_node(const std::string& node, const std::vector<std::string>& words) {
   bool without_checksum = false;
@@ -17,8 +17,8 @@ int bench_node(const std::string& node, const std::vector<std::string>& words) {
   BenchOptions options(app);
   app.add_flag("--no-checksum", without_checksum, "do not read the node's output");
   if (const auto exit_code = parse(app, words)) return *exit_code;
-  catch_signals();
+  launch::catch_signals();
   return node_bench::bench_node(node, options.values(), !without_checksum);
 }
 
-}  // namespace fivepipe::launch
+}  // namespace fivepipe::measure
