@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/usage_error.h"
+#include "common/recording/files/format.h"
 #include "launch/cli/commands.h"
 #include "launch/inspect/recording_info.h"
 
@@ -13,7 +14,7 @@ namespace fivepipe::launch {
 namespace {
 
 struct InfoOptions {
-  std::filesystem::path file, output;
+  std::filesystem::path file, output, extract;
   bool recover = false, quick = false, json = false;
 };
 
@@ -44,7 +45,28 @@ mcap::Recovery recover(const InfoOptions& options) {
   return mcap::recover(options.file, options.output);
 }
 
+// Writes the attached configuration files and prints how a node uses them.
+int extract(const InfoOptions& options) {
+  const std::filesystem::path& folder = options.extract;
+  if (std::filesystem::exists(folder) && !std::filesystem::is_empty(folder))
+    throw base::UsageError(folder.string() + " is not empty; choose another folder");
+  const recording::Recording recording(options.file);
+  const auto deployment = recording.extract_deployment(folder);
+  if (!deployment)
+    throw base::UsageError(options.file.string() +
+                           " contains no deployment; record with --deployment FILE or with "
+                           "`fivepipe up --record`");
+  std::string settings;
+  for (const auto& [key, value] : recording.metadata(recording::kSettingsMetadata))
+    settings += " --set " + key + "=" + value;
+  std::cout << "extracted to " << folder.string()
+            << "; start a node with\n  recon_node --deployment " << deployment->string() << settings
+            << " --node NAME\n";
+  return 0;
+}
+
 int run_info(const InfoOptions& options) {
+  if (!options.extract.empty()) return extract(options);
   std::optional<mcap::Recovery> recovery;
   const std::filesystem::path& file = options.output.empty() ? options.file : options.output;
   if (options.recover) recovery = recover(options);
@@ -80,6 +102,9 @@ void add_info(CLI::App& app, Command& command) {
       "a "
       "power cut or a full disk\n"
       "  fivepipe info --recover session.mcap --output repaired.mcap\n"
+      "  fivepipe info session.mcap --extract out/configuration  writes the recorded deployment "
+      "and "
+      "its files\n"
       "  fivepipe info session.mcap --json | jq '.topics[].messages'\n\n"
       "Exit codes: 0 finished and undamaged (with --recover: after the repair), 1 unfinished, "
       "damaged "
@@ -91,6 +116,11 @@ void add_info(CLI::App& app, Command& command) {
   info->add_option("--output", options->output,
                    "with --recover: repair a copy and leave FILE unchanged")
       ->needs(recover);
+  info->add_option(
+          "--extract", options->extract,
+          "write the recorded configuration files (deployment, rig, scene, meshes) to this "
+          "folder")
+      ->excludes(recover);
   info->add_flag("--quick", options->quick,
                  "read the index only: shows no MB by topic and checks no CRCs");
   info->add_flag("--json", options->json, "print JSON, for programs");

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "common/config/deployment.h"
+
 namespace fivepipe::launch {
 namespace {
 
@@ -90,6 +92,24 @@ TEST_F(RecordingCommands, InfoFindsADamagedChunkOfAFinishedFile) {
   EXPECT_TRUE(holds(echo, "--- 0 ") && holds(echo, "--- 99 ") &&
               holds(echo, "skipping the damaged chunk"))
       << echo.text;
+}
+
+TEST_F(RecordingCommands, InfoExtractsRecordedDeployment) {
+  const std::string kept = FIVEPIPE_SOURCE_DIR "/tests/recordings/v1.mcap";
+  const fs::path extracted = folder.path / "extracted";
+  const Answer answer = fivepipe("info " + kept + " --extract " + extracted.string());
+  EXPECT_EQ(answer.exit_code, 0) << answer.text;
+  const std::string start = "--deployment ";
+  const auto begin = answer.text.find(start) + start.size();
+  const fs::path file = answer.text.substr(begin, answer.text.find(' ', begin) - begin);
+  EXPECT_TRUE(fs::exists(file)) << answer.text;
+  EXPECT_EQ(config::load_deployment(file, {}).name, "small");
+  EXPECT_EQ(fivepipe("info " + kept + " --extract " + extracted.string()).exit_code, 2)
+      << "the folder is not empty";
+  const Answer without =
+      fivepipe("info " + session.string() + " --extract " + (folder.path / "new").string());
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_TRUE(holds(without, "no deployment")) << without.text;
 }
 
 TEST_F(RecordingCommands, InfoReportsLosses) {
