@@ -47,9 +47,9 @@ std::vector<bus::topics::Topic> topics_to_record(const std::string& expression, 
     const std::string name = topic.name;
     const bool is_image =
         name == bus::topics::ObjectColour::name || name == bus::topics::HullTile::name;
-    if (name != bus::topics::ReplaySession::name && wanted.found_in(name) &&
-        (with_images || !is_image))
-      chosen.push_back(topic);
+    const bool is_session = name == bus::topics::ReplaySession::name;
+    if (is_session && expression.find("ReplaySession") == std::string::npos) continue;
+    if (wanted.found_in(name) && (with_images || !is_image)) chosen.push_back(topic);
   }
   return chosen;
 }
