@@ -92,7 +92,9 @@ int main(int argc, char** argv) {
       "fivepipe maps: writes the object-pixel maps of one frame to FOLDER/CAMERA.pbm and the "
       "cameras to FOLDER/cameras.txt.\n\n"
       "Example:\n  fivepipe maps launch/deployments/seated4cam.yaml --set "
-      "data=recordings/seated4cam --frame 60 --out out/maps/seated4cam");
+      "data=recordings/seated4cam --frame 60 --out out/maps/seated4cam\n\n"
+      "Exit codes: 0 written, 1 no image of this frame, 2 usage or configuration, 3 camera "
+      "missing.");
   app.add_option("deployment", options.deployment, "deployment file")->required();
   app.add_option("--out", options.out, "output folder")->required();
   app.add_option("--frame", options.frame, "frame number, from 0 (default 0)")

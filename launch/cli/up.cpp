@@ -88,8 +88,9 @@ void add_up(CLI::App& app, Command& command) {
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"
       "  fivepipe up launch/deployments/demo.yaml --record out/session.mcap\n"
       "  fivepipe up launch/deployments/seated4cam.yaml --set data=/data/seated4cam\n\n"
-      "Exit codes: 0 done, 1 a node failed, 2 usage or configuration, 3 hardware missing, 130 "
-      "interrupted.");
+      "Exit codes: 0 done; 1 a node failed or was killed, no frame was composited, or the\n"
+      "recording is incomplete; 2 usage or configuration, or the nodes already run in this\n"
+      "domain; 3 hardware missing; 130 interrupted.");
   up->add_option("DEPLOYMENT", run.deployment, "deployment file (YAML)")->required();
   up->add_option("--host", options->host,
                  "start the nodes of this host (default: this machine's name and the nodes without "

@@ -82,9 +82,10 @@ int bench_compare(const std::vector<std::string>& words) {
   CLI::App app(
       "Compare two result files of one benchmark by the ratio of their medians.\n\nExamples:\n"
       "  fivepipe bench compare before.json after.json\n"
-      "  fivepipe bench compare docs/benchmarks/recon_a.json out/recon_a.json --fail-above 5%\n\n"
-      "Exit codes: 0; 1 if a file cannot be compared; 2 for wrong arguments; 4 with --fail-above "
-      "if a result is slower by more, has a larger error, or is missing.",
+      "  fivepipe bench compare out/before.json out/after.json --fail-above 5%\n\n"
+      "Exit codes: 0; 1 if a file cannot be compared or the files share no result name; 2 for "
+      "wrong arguments; 4 with --fail-above if a result is slower by more, has a larger error, or "
+      "is missing.",
       "fivepipe bench compare");
   app.add_option("BEFORE", before, "result file (JSON)")->required()->check(CLI::ExistingFile);
   app.add_option("AFTER", after, "result file (JSON)")->required()->check(CLI::ExistingFile);

@@ -12,7 +12,9 @@ int bench_node(const std::string& node, const std::vector<std::string>& words) {
       "each "
       "step, the transport, CPU, memory and the checksums of the node's output.\n\nExamples:\n"
       "  fivepipe bench recon_node --from session.mcap\n"
-      "  fivepipe bench simulation --from session.mcap --json out/simulation.json --runs 5",
+      "  fivepipe bench simulation --from session.mcap --json out/simulation.json --runs 5\n\n"
+      "Exit codes: 0; 1 if a frame was not handled, an input was dropped or not recorded, or the "
+      "output differs between runs; 2 for wrong arguments or capture_node; 130 interrupted.",
       "fivepipe bench " + node);
   BenchOptions options(app);
   app.add_flag("--no-checksum", without_checksum, "do not read the node's output");

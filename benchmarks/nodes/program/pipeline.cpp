@@ -14,7 +14,9 @@ int bench_pipeline(const std::vector<std::string>& words) {
       "the frame rate, the latency by stage, and the bus alone beside ddsperf.\n\nExamples:\n"
       "  fivepipe bench pipeline --from session.mcap\n"
       "  fivepipe bench pipeline --from session.mcap --in-flight 1 --no-bus --json "
-      "out/pipeline.json",
+      "out/pipeline.json\n\n"
+      "Exit codes: 0; 1 if a frame was not handled, or an input was dropped or not recorded; 2 for "
+      "wrong arguments; 130 interrupted.",
       "fivepipe bench pipeline");
   BenchOptions options(app);
   app.add_flag("--no-bus", without_bus, "do not measure the bus alone");

@@ -12,7 +12,8 @@ namespace fivepipe::node {
 Arguments parse_arguments(const std::string& program, int argc, char** argv) {
   CLI::App app("fivepipe " + program +
                " is one process of a deployment. `fivepipe up` starts it.\n\nExample: " + program +
-               " --deployment launch/deployments/demo.yaml --node NAME");
+               " --deployment launch/deployments/demo.yaml --node NAME\n\nExit codes: 0 ended "
+               "cleanly, 1 failed, 2 usage, configuration or image file, 3 camera missing.");
   app.set_version_flag("--version", std::string(base::version()) + " (" + base::commit() + ", " +
                                         base::build_type() + ")");
   Arguments args;
