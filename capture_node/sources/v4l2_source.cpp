@@ -52,7 +52,7 @@ std::string connected_devices() {
 std::string hint(int error) {
   if (error == ENOSPC)
     return "not enough USB bandwidth (ENOSPC): connect the cameras to separate USB controllers, "
-           "or use MJPEG, a smaller image or a lower frame rate";
+           "or request a smaller image (image_size_px in the rig)";
   if (error == EBUSY) return "another program uses the device";
   if (error == EACCES || error == EPERM)
     return "no permission to open it: add the user to the group video";

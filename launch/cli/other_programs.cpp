@@ -14,7 +14,7 @@ namespace fivepipe::launch {
 namespace {
 
 constexpr const char* kBenchPrefix = "fivepipe_bench_";
-// The program of `bench NODE`, `bench pipeline` and `bench compare` (bench_main.cpp).
+// The program of `bench NODE`, `bench pipeline` and `bench compare` (benchmarks/nodes/program).
 constexpr const char* kMeasureProgram = "fivepipe_measure";
 
 std::vector<std::string> suites() {
@@ -38,21 +38,26 @@ std::vector<std::string> suites() {
   throw std::system_error(errno, std::generic_category(), words.front());
 }
 
-bool is_from_recording(const std::vector<std::string>& words) {
-  return std::any_of(words.begin(), words.end(), [](const std::string& word) {
-    return word == "--from" || word.starts_with("--from=");
+bool has_option(const std::vector<std::string>& words, const std::string& option) {
+  return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+    return word == option || word.starts_with(option + "=");
   });
 }
 
-bool is_node_benchmark(const std::vector<std::string>& words) {
+// Nodes have any name. Their benchmark is recognised by --from, or by --help after a word that
+// names no suite.
+bool is_node_benchmark(const std::vector<std::string>& words,
+                       const std::vector<std::string>& known) {
   const std::string& name = words.front();
+  const bool names_suite = std::find(known.begin(), known.end(), name) != known.end();
   return name == "compare" || name == "pipeline" || name.ends_with("_node") ||
-         is_from_recording(words);
+         has_option(words, "--from") ||
+         (!name.starts_with('-') && !names_suite && has_option(words, "--help"));
 }
 
 int run_bench(std::vector<std::string> words) {
   const std::vector<std::string> known = suites();
-  if (!words.empty() && is_node_benchmark(words)) {
+  if (!words.empty() && is_node_benchmark(words, known)) {
     words.insert(words.begin(), program_folder() / kMeasureProgram);
     exec_program(std::move(words));
   }

@@ -47,8 +47,9 @@ TEST(Command, MissingDeploymentIsAConfigurationError) {
 }
 
 TEST(Command, HelpOfEverySubcommandHasAnExample) {
-  for (const char* subcommand : {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ",
-                                 "hz ", "simulation ", "doctor ", "bench ", "maps "}) {
+  for (const char* subcommand :
+       {"", "up ", "top ", "record ", "replay ", "info ", "ls ", "echo ", "hz ", "simulation ",
+        "doctor ", "bench ", "maps ", "bench simulation ", "bench compare "}) {
     const Answer answer = fivepipe(std::string(subcommand) + "--help");
     EXPECT_EQ(answer.exit_code, 0) << answer.text;
     EXPECT_NE(answer.text.find("Example"), std::string::npos) << subcommand << "\n" << answer.text;
