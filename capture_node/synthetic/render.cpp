@@ -224,8 +224,8 @@ void SyntheticCamera::draw_shadow(std::span<const SyntheticPart> parts, cv::Mat&
   // The radius below is that of a distant lamp; near the lamp the ellipse is slightly longer.
   constexpr double kEllipseMargin = 1.1;
   const std::vector<Piece> pieces = pieces_of(parts);
-  for (const auto& [surface, z_m] :
-       {std::pair{Surface::table_top, kTableTop_z_m}, std::pair{Surface::floor, kFloor_z_m}}) {
+  for (const Surface surface : {Surface::table_top, Surface::floor}) {
+    const float z_m = surface == Surface::table_top ? kTableTop_z_m : kFloor_z_m;
     std::vector<hull::PixelRect> rects;
     for (const auto& [capsule, part] : pieces) {
       std::vector<Vector3d> centers;

@@ -11,7 +11,7 @@ struct BadMessage {
   std::string reason;   // one word, such as "bad_map"
   std::string subject;  // camera, topic, viewer or object; empty: none
   std::string detail;   // what is wrong, for people; may be empty
-  auto operator<=>(const BadMessage&) const = default;
+  auto operator<=>(const BadMessage&) const = default;  // NOLINT: clang-tidy 14 misreads it
 };
 
 // A validated message, or the reason why it is unusable.

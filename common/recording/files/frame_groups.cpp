@@ -25,8 +25,8 @@ std::optional<FrameId> FrameIdReader::operator()(const RecordedMessage& message)
     fields = fields_.emplace(message.channel->id, std::nullopt).first;
     // NodeStatus names a frame but does not belong to it: it has no capture stamp.
     if (type && type->find("frame") && type->find("capture_stamp_ns"))
-      fields->second.emplace(schema::FieldReader(idl, type_name, "frame"),
-                             schema::FieldReader(idl, type_name, "capture_stamp_ns"));
+      fields->second = Fields{schema::FieldReader(idl, type_name, "frame"),
+                              schema::FieldReader(idl, type_name, "capture_stamp_ns")};
   }
   if (!fields->second) return std::nullopt;
   const auto frame = fields->second->frame.read(message.cdr),
