@@ -15,7 +15,7 @@ using recording::Recording;
 using Counts = std::map<std::string, std::uint64_t>;
 
 const std::string kRecording = FIVEPIPE_SOURCE_DIR "/tests/recordings/v1.mcap";
-constexpr std::uint64_t kFrames = 34;
+constexpr std::uint64_t kFrames = 33;
 
 class KeptRecording : public test::ReplayedNodesTest {
  protected:
@@ -45,19 +45,22 @@ TEST_F(KeptRecording, HasItsMessages) {
   const recording::Recording recording(kRecording);
   ASSERT_TRUE(recording.mcap().is_finished()) << recording.mcap().damage().summary;
   EXPECT_EQ(test::counts_by_topic(recording), (Counts{{"fivepipe/v1/CameraInfo", 3},
-                                                      {"fivepipe/v1/CollisionResult", 3 * kFrames},
-                                                      {"fivepipe/v1/Command", 1},
-                                                      {"fivepipe/v1/FrameComposited", 33},
-                                                      {"fivepipe/v1/FrameTrace", 167},
+                                                      {"fivepipe/v1/CollisionResult", 102},
+                                                      {"fivepipe/v1/Command", 2},
+                                                      {"fivepipe/v1/FrameComposited", kFrames},
+                                                      {"fivepipe/v1/FrameTrace", 165},
                                                       {"fivepipe/v1/HeadPose", kFrames},
                                                       {"fivepipe/v1/HullComponents", kFrames},
                                                       {"fivepipe/v1/HullTile", 1584},
-                                                      {"fivepipe/v1/NodeStatus", 37},
+                                                      {"fivepipe/v1/NodeStatus", 25},
                                                       {"fivepipe/v1/ObjectColour", 3 * kFrames},
                                                       {"fivepipe/v1/ObjectPixelMap", 3 * kFrames},
+                                                      {"fivepipe/v1/ReplaySession", 1},
                                                       {"fivepipe/v1/TileCosts", 66},
                                                       {"fivepipe/v1/ViewInfo", 1},
-                                                      {"fivepipe/v1/VirtualState", kFrames}}));
+                                                      {"fivepipe/v1/VirtualState", 34}}));
+  for (const bus::topics::Topic& topic : bus::topics::all())
+    EXPECT_TRUE(test::counts_by_topic(recording).contains(topic.name)) << topic.name;
   Counts key_changes;
   Checksum sum;
   auto cursor = recording.messages();
@@ -68,7 +71,7 @@ TEST_F(KeptRecording, HasItsMessages) {
   }
   EXPECT_EQ(key_changes, (Counts{{"fivepipe/v1/CameraInfo", 3},
                                  {"fivepipe/v1/CollisionResult", 3},
-                                 {"fivepipe/v1/Command", 1},
+                                 {"fivepipe/v1/Command", 2},
                                  {"fivepipe/v1/FrameComposited", 1},
                                  {"fivepipe/v1/FrameTrace", 5},
                                  {"fivepipe/v1/HeadPose", 1},
@@ -77,15 +80,16 @@ TEST_F(KeptRecording, HasItsMessages) {
                                  {"fivepipe/v1/NodeStatus", 5},
                                  {"fivepipe/v1/ObjectColour", 3},
                                  {"fivepipe/v1/ObjectPixelMap", 3},
+                                 {"fivepipe/v1/ReplaySession", 1},
                                  {"fivepipe/v1/TileCosts", 2},
                                  {"fivepipe/v1/ViewInfo", 1},
                                  {"fivepipe/v1/VirtualState", 1}}));
-  EXPECT_EQ(sum.value(), 766844884385939500u);
+  EXPECT_EQ(sum.value(), 16331128358447783367u);
   std::set<std::string> writers;
   for (const recording::RecordedChannel& channel : recording.channels())
     if (!channel.node.empty()) writers.insert(channel.node);
-  EXPECT_EQ(writers,
-            (std::set<std::string>{"capture", "recon_a", "recon_b", "simulation", "rendering"}));
+  EXPECT_EQ(writers, (std::set<std::string>{"capture", "recon_a", "recon_b", "simulation",
+                                            "rendering", "replay"}));
 }
 
 // The expected values are those that @foxglove/omgidl-serialization read when the file was made.
@@ -93,7 +97,7 @@ TEST_F(KeptRecording, DecodesToItsValues) {
   const recording::Recording recording(kRecording);
   const auto map = first_of(recording, bus::topics::ObjectPixelMap::name);
   EXPECT_EQ(map["camera"], "left");
-  EXPECT_EQ(map["capture_stamp_ns"], 1795360345868407170);
+  EXPECT_EQ(map["capture_stamp_ns"], 1795372620245587784);
   EXPECT_EQ(map["region"],
             (ordered_json{{"u0_px", 73}, {"v0_px", 51}, {"u1_px", 148}, {"v1_px", 64}}));
   EXPECT_EQ(map["object_pixels"], 415);
@@ -110,6 +114,10 @@ TEST_F(KeptRecording, DecodesToItsValues) {
   EXPECT_EQ(colour["bgr"].size(), 3u * 415u);
   const auto components = first_of(recording, bus::topics::HullComponents::name);
   EXPECT_EQ(components["components"][0]["centroid_m"]["x"], 0.14102470141150913);
+  const auto session = first_of(recording, bus::topics::ReplaySession::name);
+  EXPECT_EQ(session["replay"], "replay");
+  EXPECT_EQ(session["lossless"], false);
+  EXPECT_EQ(session["rate"], 0.0);
   const auto result = first_of(recording, bus::topics::CollisionResult::name);
   EXPECT_EQ(result["object"], "plate");
   EXPECT_EQ(result["verdict"], "free");
