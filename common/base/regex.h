@@ -9,7 +9,7 @@
 
 namespace fivepipe::base {
 
-// what() says what is wrong with the expression.
+// what() states the error of the expression.
 struct RegexError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -30,7 +30,7 @@ class Regex {
 
   // Returns true if the expression matches a part of the text.
   bool found_in(const std::string& text) const;
-  // Returns the first match.
+  // Returns the first match, or nullopt if there is none.
   std::optional<RegexMatch> search(const std::string& text) const;
 
  private:

@@ -45,7 +45,7 @@ mcap::Recovery recover(const InfoOptions& options) {
   return mcap::recover(options.file, options.output);
 }
 
-// Writes the attached configuration files and prints how a node uses them.
+// Writes the attached configuration files and prints the command that starts a node with them.
 int extract(const InfoOptions& options) {
   const std::filesystem::path& folder = options.extract;
   if (std::filesystem::exists(folder) && !std::filesystem::is_empty(folder))
@@ -103,8 +103,7 @@ void add_info(CLI::App& app, Command& command) {
       "power cut or a full disk\n"
       "  fivepipe info --recover session.mcap --output repaired.mcap\n"
       "  fivepipe info session.mcap --extract out/configuration  writes the recorded deployment "
-      "and "
-      "its files\n"
+      "and its files\n"
       "  fivepipe info session.mcap --json | jq '.topics[].messages'\n\n"
       "Exit codes: 0 finished and undamaged (with --recover: after the repair), 1 unfinished, "
       "damaged "
@@ -119,7 +118,7 @@ void add_info(CLI::App& app, Command& command) {
   info->add_option(
           "--extract", options->extract,
           "write the recorded configuration files (deployment, rig, scene, meshes) to this "
-          "folder")
+          "new or empty folder")
       ->excludes(recover);
   info->add_flag("--quick", options->quick,
                  "read the index only: shows no MB by topic and checks no CRCs");

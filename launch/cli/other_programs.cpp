@@ -44,15 +44,16 @@ bool has_option(const std::vector<std::string>& words, const std::string& option
   });
 }
 
-// Nodes have any name. Their benchmark is recognised by --from, or by --help after a word that
-// names no suite.
+// A node can have any name. --from identifies its benchmark, or --help after a word that names no
+// suite.
 bool is_node_benchmark(const std::vector<std::string>& words,
                        const std::vector<std::string>& known) {
   const std::string& name = words.front();
   const bool names_suite = std::find(known.begin(), known.end(), name) != known.end();
   return name == "compare" || name == "pipeline" || name.ends_with("_node") ||
          has_option(words, "--from") ||
-         (!name.starts_with('-') && !names_suite && has_option(words, "--help"));
+         (!name.starts_with('-') && !names_suite &&
+          (has_option(words, "--help") || has_option(words, "-h")));
 }
 
 int run_bench(std::vector<std::string> words) {

@@ -67,6 +67,8 @@ void add_record(CLI::App& app, Command& command) {
       "  fivepipe record -o session.mcap --deployment launch/deployments/demo.yaml\n"
       "  fivepipe record -o shapes.mcap --no-colour --duration 60 --compression zstd\n"
       "  fivepipe record -o maps.mcap --topics 'ObjectPixelMap|HeadPose|Info'\n"
+      "  fivepipe record -o all.mcap --topics '.*|ReplaySession'    ReplaySession is recorded only "
+      "if named\n"
       "  fivepipe up launch/deployments/demo.yaml --record session.mcap    run and record\n\n"
       "Exit codes: 0 everything that nodes sent is in the file, 1 messages are missing (listed by "
       "topic), 2 usage or configuration error.");

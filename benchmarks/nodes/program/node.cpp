@@ -9,8 +9,7 @@ int bench_node(const std::string& node, const std::vector<std::string>& words) {
   bool without_checksum = false;
   CLI::App app(
       "Measure one node alone. A recording feeds it without loss; the output lists the time of "
-      "each "
-      "step, the transport, CPU, memory and the checksums of the node's output.\n\nExamples:\n"
+      "each step, the transport, CPU, memory and the checksums of the node's output.\n\nExamples:\n"
       "  fivepipe bench recon_node --from session.mcap\n"
       "  fivepipe bench simulation --from session.mcap --json out/simulation.json --runs 5\n\n"
       "Exit codes: 0; 1 if a frame was not handled, an input was dropped or not recorded, or the "

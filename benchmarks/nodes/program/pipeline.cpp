@@ -10,8 +10,7 @@ int bench_pipeline(const std::vector<std::string>& words) {
   int bus_rounds = 2;
   CLI::App app(
       "Measure all nodes except capture_node. A recording feeds them without loss; the output "
-      "lists "
-      "the frame rate, the latency by stage, and the bus alone beside ddsperf.\n\nExamples:\n"
+      "lists the frame rate, the latency by stage, and the bus alone beside ddsperf.\n\nExamples:\n"
       "  fivepipe bench pipeline --from session.mcap\n"
       "  fivepipe bench pipeline --from session.mcap --in-flight 1 --no-bus --json "
       "out/pipeline.json\n\n"

@@ -58,12 +58,12 @@ class HullDistance {
     // Distance from the point, relative to the camera's center, to the closed pyramid of the
     // rectangle; 0 inside it.
     double to_pyramid_m(const Eigen::Vector3d& q_world_m, const hull::PixelRect& rect) const;
-    // Distance to the nearest object pixel (`object`) or to the nearest other pixel; at_most_m if
+    // Distance to the nearest object pixel (`object`) or to the nearest other pixel; max_m if
     // that is farther.
-    double to_pixels_m(const Eigen::Vector3d& q_world_m, bool object, double at_most_m) const;
+    double to_pixels_m(const Eigen::Vector3d& q_world_m, bool object, double max_m) const;
     bool contains(const Eigen::Vector3d& p_world_m) const;
     // Depth of a point that projects to an object pixel.
-    double depth_m(const Eigen::Vector3d& p_world_m, double at_most_m) const;
+    double depth_m(const Eigen::Vector3d& p_world_m, double max_m) const;
     // Distance of a point that does not project to an object pixel.
     double distance_m(const Eigen::Vector3d& p_world_m) const;
   };

@@ -13,9 +13,9 @@
 
 namespace fivepipe::replay {
 
-// Topics of this build whose name matches the regular expression. ReplaySession, which belongs to a
-// replay and not to its content, is included only if the expression names it. `with_images`:
-// include ObjectColour and HullTile, which show people.
+// Returns the topics of this build whose name matches the regular expression. ReplaySession, which
+// belongs to a replay and not to its content, is included only if the expression names it.
+// `with_images`: include ObjectColour and HullTile, which show people.
 std::vector<bus::topics::Topic> topics_to_record(const std::string& expression, bool with_images);
 
 struct RecordRequest {

@@ -64,7 +64,7 @@ ReplayPlan plan_for(const recording::Recording& recording, const ReplayRequest& 
   if (!request.nodes.empty()) inputs = add_nodes(plan, recording, request);
   const base::Regex wanted(request.topics);
   for (const recording::RecordedChannel& channel : recording.channels())
-    // A replay announces its own session. A recorded one would end it.
+    // A replay announces its own session. A recorded announcement would end that session.
     if (!channel.topic.starts_with(bus::topics::ReplaySession::name) &&
         wanted.found_in(channel.topic) && (request.nodes.empty() || inputs.contains(channel.topic)))
       plan.channels.insert(channel.id);
