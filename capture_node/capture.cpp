@@ -5,6 +5,7 @@
 #include <exception>
 #include <mutex>
 #include <opencv2/core/utility.hpp>
+#include <stdexcept>
 
 #include "capture_node/object_colour.h"
 #include "capture_node/segmentation/segmentation.h"
@@ -113,12 +114,14 @@ void Capture::open_source(Channel& channel,
     channel.source = open_v4l2_source(camera, *device);
     channel.background = device->background;
     channel.background_frames = device->background_frames;
-  } else {
+  } else if (std::holds_alternative<config::SyntheticSource>(source)) {
     const auto eye_at = [this](double t_s) { return config::eye_from_world_at(viewer_, t_s); };
     auto synthetic = std::make_unique<SyntheticImageSource>(config_.synthetic, camera,
                                                             frame_rate_hz_, eye_at, surroundings);
     if (config_.synthetic.prerender && config_.precomputed_frames <= 0) synthetic->prerender();
     channel.source = std::move(synthetic);
+  } else {
+    throw std::logic_error("camera " + camera.name + ": open_source() lacks its type of source");
   }
 }
 

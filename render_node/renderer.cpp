@@ -18,6 +18,7 @@ constexpr int kDepthUnit = 0, kColourUnit = 1;
 constexpr float kMaxTiltTangent = 5.7f;
 
 // The colour of a colliding object is this fraction of the way from its own colour to kHighlight.
+// Colours are linear RGB.
 constexpr double kHighlightStrength = 0.8;
 const Eigen::Vector3d kHighlight(0.80, 0.02, 0.02);
 const Eigen::Vector3d kUncolouredHull(0.55, 0.55, 0.55);
