@@ -40,7 +40,7 @@ void add_echo(CLI::App& app, Command& command) {
       "                                                         exact values, to compare two "
       "recordings\n\n"
       "TOPIC is a topic's name, the last part of its name, or a regular expression that matches "
-      "one topic. The line with --- shows when the source\n"
+      "one topic; echo ignores its letter case. The line with --- shows when the source\n"
       "sent the message, the writer's node, and the latency until echo or the recorder received "
       "it.\n"
       "Exit codes: 0 done, 1 the file is damaged or cannot be read, 2 usage error, unknown topic "

@@ -115,14 +115,16 @@ void add_info(CLI::App& app, Command& command) {
   info->add_option("--output", options->output,
                    "with --recover: repair a copy and leave FILE unchanged")
       ->needs(recover);
-  info->add_option(
-          "--extract", options->extract,
-          "write the recorded configuration files (deployment, rig, scene, meshes) to this "
-          "new or empty folder")
-      ->excludes(recover);
+  CLI::Option* extract =
+      info->add_option(
+              "--extract", options->extract,
+              "write the recorded configuration files (deployment, rig, scene, meshes) to this "
+              "new or empty folder")
+          ->excludes(recover);
   info->add_flag("--quick", options->quick,
-                 "read the index only: shows no MB by topic and checks no CRCs");
-  info->add_flag("--json", options->json, "print JSON, for programs");
+                 "read the index only: shows no MB by topic and checks no CRCs")
+      ->excludes(extract);
+  info->add_flag("--json", options->json, "print JSON, for programs")->excludes(extract);
   info->callback([options, &command] {
     command = [options] { return base::report_errors([&] { return run_info(*options); }); };
   });

@@ -45,8 +45,10 @@ double rate_from(const std::string& rate) { return rate == "max" ? 0 : std::stod
 
 CLI::Option* add_topics_option(CLI::App* app, std::string& topics) {
   return app
-      ->add_option("--topics", topics,
-                   "select the topics whose name matches this regular expression")
+      ->add_option(
+          "--topics", topics,
+          "select the topics whose name contains a match of this regular expression; letter case "
+          "matters")
       ->check(CLI::Validator(check_regex, "RE"))
       ->capture_default_str();
 }

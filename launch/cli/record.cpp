@@ -71,7 +71,8 @@ void add_record(CLI::App& app, Command& command) {
       "if named\n"
       "  fivepipe up launch/deployments/demo.yaml --record session.mcap    run and record\n\n"
       "Exit codes: 0 everything that nodes sent is in the file, 1 messages are missing (listed by "
-      "topic), 2 usage or configuration error.");
+      "topic) or none arrived, 2 usage or configuration error, no topic matches, or the file "
+      "exists.");
   record->add_option("-o,--output", options->file, "file to write (MCAP)")->required();
   record->add_flag("--force", options->force, "overwrite an existing file");
   record->add_option("--deployment", options->deployment,
@@ -92,6 +93,9 @@ void add_record(CLI::App& app, Command& command) {
   record->add_option("--name", options->name, "name of the recorder on the bus")
       ->capture_default_str();
   add_network_options(record, options->network);
+  record->get_option("--domain")
+      ->description("DDS domain (default: that of --deployment, otherwise 0)")
+      ->default_str("");
   record->callback([record, options, &command] {
     options->domain_given = record->count("--domain") > 0;
     command = [options] { return run_record(*options); };

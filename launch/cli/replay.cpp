@@ -74,8 +74,7 @@ void add_replay(CLI::App& app, Command& command) {
       "  fivepipe replay session.mcap --inputs-of recon_a --lossless --rate max\n"
       "  fivepipe replay session.mcap --start 10 --end 12 --loop --rate 0.25\n"
       "  fivepipe replay session.mcap --paused             keys: space pauses or continues, s "
-      "sends "
-      "one frame, q quits\n\n"
+      "pauses and sends one frame, q quits\n\n"
       "Exit codes: 0 done, 1 --lossless and a message was not delivered or a frame not handled, 2 "
       "usage error, or nodes of the domain write the same topics, 3 no reader, 130 interrupted.");
   replay->add_option("FILE", options->file, "recording (MCAP)")
@@ -99,13 +98,17 @@ void add_replay(CLI::App& app, Command& command) {
       ->capture_default_str();
   replay->add_flag("--loop", request.loop, "start again at the end");
   replay->add_flag("--paused", options->paused, "start paused");
-  replay->add_option("--wait", options->wait_s, "maximum wait for readers, in seconds")
+  replay
+      ->add_option("--wait", options->wait_s,
+                   "maximum wait for readers, in seconds: for the nodes of --inputs-of, otherwise "
+                   "for a reader of any topic")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   replay->add_flag("--no-wait", options->no_wait, "do not wait for readers");
   replay->add_flag("--force", request.ignore_conflicts,
                    "replay even if nodes of the domain write the same topics");
   add_network_options(replay, options->network);
+  replay->get_option("--domain")->description("DDS domain, not that of the recording");
   replay->callback([options, &command] { command = [options] { return run_replay(*options); }; });
 }
 

@@ -100,7 +100,8 @@ void add_up(CLI::App& app, Command& command) {
       ->check(CLI::PositiveNumber);
   up->add_option(
       "--out", run.out,
-      "folder for composites, report.json and log/ (default: out/NAME of the deployment)");
+      "folder for composites, report.json and log/ (default: out/NAME of the "
+      "deployment); `up` first deletes report.json and composite* of an earlier run there");
   add_set_option(up, run.settings);
   up->add_option("--record", run.record,
                  "also record all topics into this MCAP file, as fivepipe record does");

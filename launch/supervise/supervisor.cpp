@@ -70,7 +70,7 @@ void Supervisor::start(Supervised& node) {
     node.child = std::make_unique<ChildProcess>(node.program.argv, node.program.cores);
     node.processes.push_back({node.child->pid(), stamp_ns, {}});
   } catch (const std::system_error& error) {
-    give_up(node, StopDeployment{1, error.what()});
+    stop_deployment(node, StopDeployment{1, error.what()});
   }
 }
 
@@ -142,14 +142,14 @@ void Supervisor::handle_exit(Supervised& node, const ProcessExit& exit) {
     node.start_due = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                         std::chrono::duration<double>(restart->delay_s));
   } else if (const auto* why = std::get_if<StopDeployment>(&after)) {
-    give_up(node, *why);
+    stop_deployment(node, *why);
   } else {
     node.exited_cleanly = true;
     output_.event(node.program.name + " exited cleanly");
   }
 }
 
-void Supervisor::give_up(Supervised& node, const StopDeployment& why) {
+void Supervisor::stop_deployment(Supervised& node, const StopDeployment& why) {
   if (!failure_)
     failure_ = Failure{node.program.name,
                        why.reason,

@@ -95,7 +95,7 @@ class Supervisor {
   };
 
   void start(Supervised& node);
-  void give_up(Supervised& node, const StopDeployment& why);
+  void stop_deployment(Supervised& node, const StopDeployment& why);
   void forward_output(Supervised& node, bool flush);
   void handle_exit(Supervised& node, const ProcessExit& exit);
   void poll_outputs(std::chrono::milliseconds wait) const;

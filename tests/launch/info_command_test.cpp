@@ -106,6 +106,12 @@ TEST_F(RecordingCommands, InfoExtractsRecordedDeployment) {
   EXPECT_EQ(config::load_deployment(file, {}).name, "small");
   EXPECT_EQ(fivepipe("info " + kept + " --extract " + extracted.string()).exit_code, 2)
       << "the folder is not empty";
+  for (const std::string other : {"--json", "--quick"}) {
+    const fs::path unused = folder.path / "unused";
+    EXPECT_EQ(fivepipe("info " + kept + " --extract " + unused.string() + " " + other).exit_code, 2)
+        << other;
+    EXPECT_FALSE(fs::exists(unused)) << other;
+  }
   const Answer without =
       fivepipe("info " + session.string() + " --extract " + (folder.path / "new").string());
   EXPECT_EQ(without.exit_code, 2);

@@ -108,7 +108,7 @@ TEST(Docs, CommandsAndTheirOptionsExist) {
       EXPECT_TRUE(fs::exists(kRoot / script)) << file << " runs " << script;
     // Options of programs that are not ours.
     static const std::set<std::string> kForeign = {"--build", "--target", "--gtest_filter",
-                                                   "--install"};
+                                                   "--install", "--args"};
     for (const std::string& option : matches(text, R"([ `=](--[a-z][a-z_-]+))"))
       EXPECT_TRUE(kForeign.contains(option) || sources.find(option) != std::string::npos)
           << file << " names " << option;
