@@ -51,8 +51,6 @@ int run_up(UpOptions options) {
   const std::vector<config::Node> nodes = nodes_of_host(deployment, options.host);
   run.domain = options.domain.value_or(deployment.domain);
   if (run.out.empty()) run.out = std::filesystem::path("out") / deployment.name;
-  std::filesystem::create_directories(run.out);
-  clear_results(run.out);
   if (std::string(base::build_type()) != "Release")
     spdlog::warn("this is a {} build, which is many times slower than Release", base::build_type());
   for (const std::string& warning : config::mesh_size_warnings(deployment.scene))
@@ -67,6 +65,9 @@ int run_up(UpOptions options) {
     std::cerr << taken.what() << '\n';
     return 2;
   }
+  // Only now: a running deployment with the same nodes may be writing to this folder.
+  std::filesystem::create_directories(run.out);
+  clear_results(run.out);
   // llvmpipe starts one thread per core in every process that draws. On few cores, several such
   // processes would wait for one another.
   setenv("LP_NUM_THREADS", "1", 0);

@@ -168,7 +168,11 @@ TEST_F(Up, NodesExitWhenUpIsKilled) {
 TEST_F(Up, ASecondDeploymentOfTheSameNodesIsRefusedByName) {
   const pid_t first = start_up("out");
   ASSERT_TRUE(all_nodes_run()) << said();
+  const auto composite = folder / "second" / "composite.png";
+  std::filesystem::create_directories(composite.parent_path());
+  std::ofstream(composite) << "of the first deployment";
   EXPECT_EQ(exit_code_of(start_up("second")), 2) << said("second");
+  EXPECT_TRUE(std::filesystem::exists(composite)) << "a refused deployment deletes nothing";
   EXPECT_NE(said("second").find("node 'rendering' already runs in domain"), std::string::npos)
       << said("second");
   EXPECT_NE(said("second").find("process " + std::to_string(first)), std::string::npos)
