@@ -121,7 +121,8 @@ void Capture::open_source(Channel& channel,
     if (config_.synthetic.prerender && config_.precomputed_frames <= 0) synthetic->prerender();
     channel.source = std::move(synthetic);
   } else {
-    throw std::logic_error("camera " + camera.name + ": open_source() lacks its type of source");
+    throw std::logic_error("camera " + camera.name +
+                           ": open_source() does not handle the type of its source");
   }
 }
 

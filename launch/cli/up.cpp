@@ -65,7 +65,7 @@ int run_up(UpOptions options) {
     std::cerr << taken.what() << '\n';
     return 2;
   }
-  // Only now: a running deployment with the same nodes may be writing to this folder.
+  // The claims come first: a running deployment with the same nodes may be writing to this folder.
   std::filesystem::create_directories(run.out);
   clear_results(run.out);
   // llvmpipe starts one thread per core in every process that draws. On few cores, several such
