@@ -18,7 +18,9 @@ Regex::Regex(const std::string& expression, Case letters) try
 
 Regex::~Regex() = default;
 
-bool Regex::found_in(const std::string& text) const { return search(text).has_value(); }
+bool Regex::found_in(const std::string& text) const {
+  return std::regex_search(text, compiled_->expression);
+}
 
 std::optional<RegexMatch> Regex::search(const std::string& text) const {
   std::smatch match;
