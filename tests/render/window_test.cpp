@@ -11,6 +11,7 @@
 
 #include "common/gl/context.h"
 #include "common/gl/objects.h"
+#include "tests/support/optional_package.h"
 
 extern char** environ;
 
@@ -68,7 +69,7 @@ TEST(Window, WithoutADisplayTheErrorNamesIt) {
 
 TEST(Window, ShowsTheImageUprightAndKeepsTheCallersContext) {
   const VirtualDisplay display;
-  if (display.display().empty()) GTEST_SKIP() << "Xvfb is not installed";
+  if (display.display().empty()) FIVEPIPE_SKIP_WITHOUT_PACKAGE("Xvfb is not installed");
   gl::GlContext context;
   const gl::GlFramebuffer framebuffer(8, 8, GL_RGBA8, gl::DepthBuffer::none);
   cv::Mat image(240, 320, CV_8UC3, cv::Scalar(200, 30, 10));

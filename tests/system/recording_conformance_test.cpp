@@ -10,6 +10,7 @@
 #include "common/recording/files/format.h"
 #include "common/recording/mcap/format/bytes.h"
 #include "common/recording/schema/cdr.h"
+#include "tests/support/optional_package.h"
 #include "tests/support/recording/npm_reader.h"
 #include "tests/support/recording/recordings.h"
 
@@ -99,7 +100,7 @@ class RecordingConformance : public test::RecordingTest {
  protected:
   void SetUp() override {
     const CommandOutput install = install_npm_reader();
-    if (install.exit_code == 77) GTEST_SKIP() << install.text;
+    if (install.exit_code == 77) FIVEPIPE_SKIP_WITHOUT_PACKAGE(install.text);
     ASSERT_EQ(install.exit_code, 0) << install.text;
   }
 };

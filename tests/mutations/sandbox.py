@@ -1,0 +1,191 @@
+"""A copy of the checkout in build/mutations, in which mutants are built and tested.
+
+The checkout itself is never changed, so that an interrupted run leaves nothing behind.
+"""
+
+import contextlib
+import hashlib
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import time
+from dataclasses import dataclass
+
+from mutants import ROOT, applied
+
+FOLDER = ROOT / "build" / "mutations"
+BINARY = FOLDER / "build" / "release"
+# A mutant of a header that almost every source includes takes minutes to build.
+MAX_COMPILATIONS = 25
+PROCESS_TESTS = re.compile(r"^(pipeline|launch|render_window|mcap_conformance)")
+
+
+class DoesNotCompile(Exception):
+    pass
+
+
+class SameObjectCode(Exception):
+    pass
+
+
+@dataclass
+class Failure:
+    program: str
+    test: str  # a GoogleTest filter, or a regular expression for ctest if `program` is "ctest"
+
+
+def sync():
+    """Copies the files that git tracks or would track, and removes those that are gone."""
+    listing = subprocess.run(
+        ["git", "ls-files", "-co", "--exclude-standard", "-z"], cwd=ROOT, check=True,
+        capture_output=True, text=True,
+    ).stdout
+    wanted = {f for f in listing.split("\0") if f and (ROOT / f).is_file()}
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for path in list(FOLDER.rglob("*")):
+        relative = path.relative_to(FOLDER)
+        if relative.parts[0] in ("build", "out") or path.is_dir():
+            continue
+        if str(relative) not in wanted:
+            path.unlink()
+    for file in wanted:
+        source, copy = ROOT / file, FOLDER / file
+        if copy.is_file() and copy.read_bytes() == source.read_bytes():
+            continue
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(source, copy)  # with a new modification time, so that the build sees it
+
+
+def environment():
+    return os.environ | {
+        "FIVEPIPE_WERROR": "0",  # a dropped statement may leave a variable unused
+        "LP_NUM_THREADS": os.environ.get("LP_NUM_THREADS", "1"),
+        "CCACHE_SLOPPINESS": "pch_defines,time_macros,include_file_mtime,include_file_ctime",
+    }
+
+
+def configure():
+    """Configures the copy and brings the programs of the nodes up to date."""
+    if subprocess.run(
+        [FOLDER / "launch/build", "release", "--target", "demo"], env=environment()
+    ).returncode:
+        raise SystemExit("mutations: the copy of the checkout does not build")
+
+
+def ninja(*arguments):
+    return subprocess.run(
+        ["ninja", "-C", BINARY, *arguments], capture_output=True, text=True, env=environment()
+    )
+
+
+def build(*targets):
+    result = ninja("-j", str(os.cpu_count()), *targets)
+    if result.returncode:
+        raise DoesNotCompile(result.stdout[-4000:])
+
+
+class Tests:
+    """The test programs, and the tests that are no GoogleTest program."""
+
+    def __init__(self):
+        listing = subprocess.run(
+            ["ctest", "--show-only=json-v1", "-LE", "long"], cwd=BINARY, capture_output=True,
+            text=True, check=True, env=environment(),
+        ).stdout
+        self.programs, self.others = {}, []
+        for test in json.loads(listing)["tests"]:
+            command = test.get("command", [""])
+            if any(argument.startswith("--gtest_filter=") for argument in command):
+                self.programs.setdefault(pathlib.Path(command[0]).name, []).append(test["name"])
+            else:
+                self.others.append(test["name"])
+        self.inputs = {}
+        for program in self.programs:
+            lines = ninja("-t", "inputs", f"bin/{program}").stdout.split()
+            self.inputs[program] = {pathlib.Path(line).name for line in lines if
+                                    line.startswith("bin/")}
+
+    def affected(self, relinked):
+        """Test programs of which an executable in `relinked` is part."""
+        return [p for p in self.programs if p in relinked or self.inputs[p] & relinked]
+
+
+@contextlib.contextmanager
+def mutated(mutant):
+    """The copy holds the mutant inside of the `with` block."""
+    path = FOLDER / mutant.file
+    original = path.read_text()
+    path.write_text(applied(mutant, original))
+    try:
+        yield
+    finally:
+        path.write_text(original)
+
+
+def plan():
+    """Steps that a build of everything would run: object files to compile, executables to link."""
+    objects, executables = [], set()
+    for line in ninja("-n", "all").stdout.splitlines():
+        if match := re.search(r"Building CX?X? object (\S+)", line):
+            objects.append(match[1])
+        elif match := re.search(r"Linking CXX executable bin/(\S+)", line):
+            executables.add(match[1])
+    return objects, executables
+
+
+def hashes(objects):
+    return {o: hashlib.sha1((BINARY / o).read_bytes()).digest() for o in objects
+            if (BINARY / o).is_file()}
+
+
+def run(program, test_filter, timeout_s):
+    """Runs a test program up to its first failure. Returns the failed test, or None."""
+    if program == "ctest":
+        result = subprocess.run(
+            ["ctest", "-R", test_filter, "--no-tests=error", "--timeout", str(timeout_s)],
+            cwd=BINARY, capture_output=True, text=True, env=environment(),
+        )
+        return test_filter if result.returncode else None
+    command = [BINARY / "bin" / program, "--gtest_fail_fast", f"--gtest_filter={test_filter}"]
+    # In its own process group, so that a hanging test ends together with its children.
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+        env=environment(), start_new_session=True, cwd=BINARY,
+    )
+    try:
+        output, _ = process.communicate(timeout=timeout_s)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, 9)
+        output, _ = process.communicate()
+    if process.returncode == 0:
+        # No test matches the filter: the name in the list of mutants is wrong.
+        if "[==========] Running 0 tests" in output:
+            raise SystemExit(f"mutations: {program} has no test {test_filter}")
+        return None
+    failed = re.findall(r"^\[  FAILED  \] ([\w./]+)", output, re.M)
+    started = re.findall(r"^\[ RUN      \] ([\w./]+)", output, re.M)
+    return failed[0] if failed else started[-1] if started else test_filter
+
+
+class Durations:
+    """How long each test program takes without a fault; kept between runs."""
+
+    path = FOLDER / "build" / "durations.json"
+
+    def __init__(self):
+        self.seconds = json.loads(self.path.read_text()) if self.path.is_file() else {}
+
+    def measure(self, program):
+        start = time.monotonic()
+        failed = run(program, "*", 600)
+        if failed:
+            raise SystemExit(f"mutations: {program}: {failed} fails without a mutant")
+        self.seconds[program] = time.monotonic() - start
+        self.path.write_text(json.dumps(self.seconds, indent=1))
+
+    def timeout_s(self, program):
+        """A mutant that hangs fails after five times the usual duration."""
+        return 20 + 5 * self.seconds.get(program, 20)
