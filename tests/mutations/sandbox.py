@@ -88,20 +88,20 @@ def build(*targets):
 
 
 class Tests:
-    """The test programs, and the tests that are no GoogleTest program."""
+    """The test programs, and the tests of the shaders, which are no GoogleTest program."""
 
     def __init__(self):
         listing = subprocess.run(
             ["ctest", "--show-only=json-v1", "-LE", "long"], cwd=BINARY, capture_output=True,
             text=True, check=True, env=environment(),
         ).stdout
-        self.programs, self.others = {}, []
+        self.programs, self.shaders = {}, []
         for test in json.loads(listing)["tests"]:
             command = test.get("command", [""])
             if any(argument.startswith("--gtest_filter=") for argument in command):
                 self.programs.setdefault(pathlib.Path(command[0]).name, []).append(test["name"])
-            else:
-                self.others.append(test["name"])
+            elif test["name"].startswith("Shaders."):
+                self.shaders.append(test["name"])
         self.inputs = {}
         for program in self.programs:
             lines = ninja("-t", "inputs", f"bin/{program}").stdout.split()
