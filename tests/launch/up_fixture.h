@@ -59,7 +59,7 @@ class Up : public testing::Test {
     write_program("render_node", script + " viewer\n");
   }
 
-  std::vector<std::string> up_words(const std::string& out,
+  std::vector<std::string> up_words(const std::string& out, std::uint32_t domain,
                                     const std::vector<std::string>& more = {}) const {
     std::vector<std::string> words = {folder_ / "fivepipe",
                                       "up",
@@ -67,14 +67,17 @@ class Up : public testing::Test {
                                       "--out",
                                       folder_ / out,
                                       "--domain",
-                                      std::to_string(domain_)};
+                                      std::to_string(domain)};
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
   // Starts `up` with the folder `out` below the fixture's; its output goes to the file `said`.
   Program& start_up(const std::string& out = "out", const std::vector<std::string>& more = {},
                     const std::string& said = "said") {
-    started_.push_back(std::make_unique<Program>(up_words(out, more), folder_ / said));
+    return start(up_words(out, domain_, more), said);
+  }
+  Program& start(const std::vector<std::string>& words, const std::string& said) {
+    started_.push_back(std::make_unique<Program>(words, folder_ / said));
     return *started_.back();
   }
 

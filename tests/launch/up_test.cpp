@@ -76,6 +76,36 @@ TEST_F(Up, ASecondDeploymentOfTheSameNodesIsRefusedByName) {
       << second.said();
 }
 
+// Whatever its domain, a second `up` deletes nothing in the folder of a running one.
+TEST_F(Up, ASecondUpLeavesTheResultsOfARunningOne) {
+  Program& first = start_up();
+  ASSERT_TRUE(all_nodes_run()) << first.said();
+  const fs::path video = folder_ / "out" / "composite.mp4",
+                 report = folder_ / "out" / "report.json";
+  for (const fs::path& result : {video, report}) std::ofstream(result) << "of the running one";
+  const std::string log = log_of("recon_a");
+  const std::uint32_t other_domain = domain_ == 20 ? 21 : domain_ - 1;
+  for (const std::uint32_t domain : {domain_, other_domain}) {
+    Program& second = start(up_words("out", domain), "second.said");
+    ASSERT_EQ(second.wait_for_end(kTimeout), 2) << second.said();
+    EXPECT_NE(second.said().find("process " + std::to_string(first.pid())), std::string::npos)
+        << second.said();
+    EXPECT_NE(second.said().find(domain == domain_ ? "choose another --domain"
+                                                   : (folder_ / "out").string() + "\n"),
+              std::string::npos)
+        << second.said();
+    for (const fs::path& result : {video, report})
+      EXPECT_EQ(text_of(result), "of the running one") << result;
+    EXPECT_EQ(log_of("recon_a"), log);
+  }
+  first.signal(SIGINT);
+  ASSERT_EQ(first.wait_for_end(kTimeout), 130) << first.said();
+  EXPECT_EQ(this->report()["ended_by"], "SIGINT");
+  // The end of the first one releases the folder.
+  Program& third = start(up_words("out", other_domain), "third.said");
+  EXPECT_TRUE(wait_for([&] { return !fs::exists(video); })) << third.said();
+}
+
 TEST_F(Up, EndOfInputStopsUpAndFailsWithoutComposites) {
   write_program("capture_node", "echo end of footage\nexit 0\n");
   Program& up = start_up();
