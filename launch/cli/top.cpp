@@ -3,8 +3,10 @@
 #include <chrono>
 #include <iostream>
 
+#include "common/base/output_queue.h"
 #include "launch/cli/commands.h"
 #include "launch/cli/options.h"
+#include "launch/supervise/interrupt.h"
 #include "launch/supervise/live_status.h"
 #include "launch/supervise/status_messages.h"
 
@@ -24,6 +26,7 @@ struct TopOptions {
 };
 
 int run_top(const TopOptions& options) {
+  ignore_closed_pipes();
   bus::Bus bus({options.network.domain, options.network.profile});
   auto statuses_in = bus.reader<bus::topics::NodeStatus>();
   StatusRegistry registry;
@@ -44,7 +47,7 @@ int run_top(const TopOptions& options) {
                 << (on_terminal ? "" : "\n");
     std::cout << std::flush;
     if (options.once) return is_silent ? 3 : 0;
-    if (!std::cout) return 1;  // the reader of the pipe is gone
+    if (!std::cout) return base::is_broken_pipe(STDOUT_FILENO) ? 0 : 1;
   }
 }
 

@@ -68,13 +68,13 @@ int run_up(UpOptions options) {
     std::cerr << refused.what() << '\n';
     return 2;
   }
+  catch_signals();
   if (!folder->warning().empty()) spdlog::warn("{}", folder->warning());
   // The claims come first: a running deployment may be writing to this folder.
   clear_results(run.out);
   // llvmpipe starts one thread per core in every process that draws. On few cores, several such
   // processes would wait for one another.
   setenv("LP_NUM_THREADS", "1", 0);
-  catch_signals();
   return run_deployment(run, deployment, nodes);
 }
 
@@ -86,7 +86,7 @@ void add_up(CLI::App& app, Command& command) {
   CLI::App* up = app.add_subcommand(
       "up",
       "Start the nodes of a deployment and supervise them until --duration is over or Ctrl-C.\n"
-      "Restarts nodes that die.");
+      "Restarts nodes that die. Continues if a pager or `head` closes its output.");
   up->footer(
       "Examples:\n"
       "  fivepipe up launch/deployments/demo.yaml --duration 10 --out out/demo\n"

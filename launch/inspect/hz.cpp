@@ -5,6 +5,7 @@
 #include <chrono>
 #include <iostream>
 
+#include "common/base/output_queue.h"
 #include "common/base/realtime.h"
 #include "common/recording/files/frame_groups.h"
 #include "common/recording/schema/wire_types.h"
@@ -104,7 +105,7 @@ int measure_bus(const HzRequest& request, const std::function<bool()>& interrupt
     else
       std::cout << statistics.text();
     std::cout << (on_terminal || once ? "" : "\n") << std::flush;
-    if (!std::cout) return 1;
+    if (!std::cout) return base::is_broken_pipe(STDOUT_FILENO) ? 0 : 1;
     if (once) return statistics.messages() == 0 ? 3 : 0;
   }
 }

@@ -81,6 +81,15 @@ class Up : public testing::Test {
     return *started_.back();
   }
 
+  // Starts a program whose stdout and stderr go to `head -n 1`, which ends after a line. That line
+  // is said().
+  Program& start_into_head(const std::vector<std::string>& words, const std::string& said) {
+    std::vector<std::string> all = {"/bin/bash", "-c", "exec \"$@\" > >(exec head -n 1) 2>&1",
+                                    "bash"};
+    all.insert(all.end(), words.begin(), words.end());
+    return start(all, said);
+  }
+
   static bool wait_for(const std::function<bool()>& condition) {
     const auto until = Clock::now() + kTimeout;
     while (!condition()) {

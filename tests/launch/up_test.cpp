@@ -106,6 +106,42 @@ TEST_F(Up, ASecondUpLeavesTheResultsOfARunningOne) {
   EXPECT_TRUE(wait_for([&] { return !fs::exists(video); })) << third.said();
 }
 
+TEST_F(Up, ContinuesAndReportsAfterTheReaderOfItsOutputHasEnded) {
+  write_nodes("while :; do echo line; sleep 0.02; done\n");
+  Program& up = start_into_head(up_words("out", domain_), "said");
+  ASSERT_TRUE(says(up, "line")) << up.said();
+  // `up` prints a line before it writes it to the log.
+  const std::size_t bytes = log_of("capture").size();
+  ASSERT_TRUE(
+      wait_for([&] { return log_of("capture").size() > bytes + 100 || up.wait_for_end(0ms); }));
+  up.signal(SIGINT);
+  EXPECT_EQ(up.wait_for_end(kTimeout), 130);
+  EXPECT_EQ(report()["ended_by"], "SIGINT");
+}
+
+TEST_F(Up, NodesHaveTheDefaultDispositionOfSigpipe) {
+  write_nodes("grep SigIgn /proc/self/status\nexec sleep 1000\n");
+  const Program& up = start_up();
+  ASSERT_TRUE(all_nodes_run()) << up.said();
+  const std::string log = log_of("capture"), field = "SigIgn:";
+  ASSERT_EQ(log.find(field), 0u) << log;
+  EXPECT_EQ(std::stoull(log.substr(field.size()), nullptr, 16) >> (SIGPIPE - 1) & 1, 0u) << log;
+}
+
+TEST_F(Up, OtherCommandsEndWithoutASignalIfTheirReaderEnds) {
+  const std::string program = FIVEPIPE_BINARY_DIR "/fivepipe", domain = std::to_string(domain_);
+  Program& top = start_into_head({program, "top", "--domain", domain}, "top.said");
+  Program& hz = start_into_head({program, "hz", "HeadPose", "--domain", domain}, "hz.said");
+  const fs::path file = folder_ / "session.mcap";
+  Program& record =
+      start_into_head({program, "record", "-o", file, "--domain", domain}, "record.said");
+  EXPECT_EQ(top.wait_for_end(kTimeout), 0);
+  EXPECT_EQ(hz.wait_for_end(kTimeout), 0);
+  ASSERT_TRUE(says(record, "recording"));
+  record.signal(SIGTERM);
+  EXPECT_EQ(record.wait_for_end(kTimeout), 1) << "no message arrived";
+}
+
 TEST_F(Up, EndOfInputStopsUpAndFailsWithoutComposites) {
   write_program("capture_node", "echo end of footage\nexit 0\n");
   Program& up = start_up();
