@@ -57,7 +57,7 @@ class ReconstructionPipe {
   void take_view() {
     for (const auto& sample : view_infos_.take()) {
       if (!sample.valid() || viewer_ != sample->viewer) continue;
-      if (const auto geometry = messages::view_geometry_from(*sample);
+      if (const auto geometry = messages::view_geometry_from(*sample, node_.deployment.viewer);
           const messages::BadMessage* bad = std::get_if<messages::BadMessage>(&geometry))
         node_.status.drop(*bad);
       else

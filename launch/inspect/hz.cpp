@@ -43,7 +43,8 @@ int measure_recording(const HzRequest& request, const std::function<bool()>& int
       recording, topic, 0, std::nullopt, [&](const recording::RecordedMessage& message) {
         if (!message.key_change)
           statistics.add(message.channel->node,
-                         {message.log_stamp_ns, message.log_stamp_ns - message.source_stamp_ns,
+                         {message.log_stamp_ns,
+                          base::difference_ns(message.log_stamp_ns, message.source_stamp_ns),
                           message.cdr.size()},
                          frame_in(message));
         return !interrupted();
@@ -88,7 +89,8 @@ int measure_bus(const HzRequest& request, const std::function<bool()>& interrupt
       bus.wait(std::min<std::chrono::nanoseconds>(100ms, next - Clock::now()));
       reader.take([&](const bus::SerializedSample& sample) {
         const std::int64_t now_ns = base::now_realtime_ns();
-        const Arrival arrival{now_ns, now_ns - sample.source_stamp_ns, sample.cdr.size()};
+        const Arrival arrival{now_ns, base::difference_ns(now_ns, sample.source_stamp_ns),
+                              sample.cdr.size()};
         if (sample.kind == bus::SampleKind::data)
           statistics.add(names.of(sample.writer), arrival, frame_of(sample.cdr));
       });

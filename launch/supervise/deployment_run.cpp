@@ -18,6 +18,7 @@
 #include "common/base/realtime.h"
 #include "common/base/timing.h"
 #include "common/base/version.h"
+#include "common/pipeline/messages/wire_conversions.h"
 #include "launch/supervise/interrupt.h"
 #include "launch/supervise/live_status.h"
 #include "launch/supervise/program_folder.h"
@@ -127,7 +128,8 @@ class DeploymentRun {
           newest && newest->has_handled_frame)
         supervisor_.mark_healthy(node.name, newest->start_stamp_ns);
     for (const auto& frame : composited_in_.take())
-      if (frame.valid() && deployment_.viewer.name == frame->viewer) {
+      if (frame.valid() && deployment_.viewer.name == frame->viewer &&
+          !messages::why_implausible(frame->frame, frame->composited_stamp_ns)) {
         newest_composited_seen_ = Clock::now();
         if (first_composited_seen_) continue;
         first_composited_stamp_ns_ = frame->composited_stamp_ns;

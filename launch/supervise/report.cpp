@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/base/realtime.h"
 #include "common/base/text_table.h"
 #include "common/pipeline/node/status_names.h"
 
@@ -134,7 +135,7 @@ json json_of_topics(const Processes& processes) {
 }
 
 double cpu_percent(const ProcessStatus& process, std::int64_t stop_stamp_ns) {
-  const double uptime_s = 1e-9 * double(stop_stamp_ns - process.start_stamp_ns);
+  const double uptime_s = base::difference_s(stop_stamp_ns, process.start_stamp_ns);
   return uptime_s > 0 ? 100 * process.cpu_s / uptime_s : 0;
 }
 
@@ -248,7 +249,7 @@ json report_from(const ReportInput& input) {
   const std::uint64_t composited = frames_composited(input.statuses);
   const double composited_for_s =
       input.first_composited_stamp_ns
-          ? 1e-9 * double(input.stop_stamp_ns - *input.first_composited_stamp_ns)
+          ? base::difference_s(input.stop_stamp_ns, *input.first_composited_stamp_ns)
           : 0;
 
   std::map<std::string, std::uint64_t> dropped;
